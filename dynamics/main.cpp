@@ -14,7 +14,8 @@ int main(int argc, char** argv) {
   cbr::restart_with_better_kernels(argv);
   cbr::keep_heap_on_huge_pages();
   const cbr::FlushDenormals flush;  // before there are threads
-  CLI::App app("Simulates a scene of superelements and meshes with contact, and writes results.", "cbr-dyn");
+  CLI::App app("Simulates a scene of superelements and meshes with contact, and writes results.",
+               "cbr-dyn");
   app.footer(
       "examples:\n"
       "  cbr-dyn impact.yaml -o results.h5                       after cbr-reduce impact.yaml\n"
@@ -25,25 +26,34 @@ int main(int argc, char** argv) {
   cbr::BuildOptions build;
   cbr::CommonOptions common;
   app.add_option("SCENE", scene, "scene (YAML), or - for a scene on standard input")->required();
-  app.add_option("-o,--output", output, "results file (HDF5); required unless --modes is given, where it gets the mode shapes");
+  app.add_option(
+      "-o,--output", output,
+      "results file (HDF5); required unless --modes is given, where it gets the mode shapes");
   cbr::Index modes = 0;
-  app.add_option("--modes", modes, "run nothing: print the lowest frequencies of each instance or tied group, with damping ratios, as CSV")
+  app.add_option("--modes", modes,
+                 "run nothing: print the lowest frequencies of each instance or tied group, with "
+                 "damping ratios, as CSV")
       ->check(cbr::whole_number("modes", 1));
   bool sweep = false;
-  app.add_flag("--sweep", sweep, "run nothing: write the harmonic response that the scene's sweep asks for");
-  app.add_option(
-         "--diagonal-limit", build.diagonal_limit,
-         "with central-difference or newmark: largest number of coordinates for which a superelement moves in diagonal form "
-         "(default: 1500, or any number if its file has the form)")
+  app.add_flag("--sweep", sweep,
+               "run nothing: write the harmonic response that the scene's sweep asks for");
+  app.add_option("--diagonal-limit", build.diagonal_limit,
+                 "with central-difference or newmark: largest number of coordinates for which a "
+                 "superelement moves in diagonal form "
+                 "(default: 1500, or any number if its file has the form)")
       ->check(cbr::whole_number("coordinates", 0));
-  app.add_option("--restart", restart, "continue from this checkpoint of the same scene (output.checkpoint)")->type_name("FILE");
+  app.add_option("--restart", restart,
+                 "continue from this checkpoint of the same scene (output.checkpoint)")
+      ->type_name("FILE");
   bool check_error = false;
   app.add_flag("--check-error", check_error,
-               "estimate the error of the modes: run again with half of them and print the differences; doubles the run time and "
+               "estimate the error of the modes: run again with half of them and print the "
+               "differences; doubles the run time and "
                "leaves the results unchanged");
   cbr::add_common_options(app, common);
   return cbr::run_program(app, argc, argv, [&] {
-    cbr::set_threads(common.threads == 0 && !restart.empty() ? cbr::threads_of_checkpoint(restart) : common.threads);
+    cbr::set_threads(common.threads == 0 && !restart.empty() ? cbr::threads_of_checkpoint(restart)
+                                                             : common.threads);
     cbr::Report report("cbr-dyn", common.verbosity(), common.timings);
     cbr::require_output(modes, sweep, output, restart, check_error);
     if (modes > 0) {

@@ -31,7 +31,8 @@
 namespace cbr {
 namespace {
 
-// From these sizes on BLAS's threads gain more than they take by waiting: factors of W, products with modes at contact nodes.
+// From these sizes on BLAS's threads gain more than they take by waiting: factors of W, products
+// with modes at contact nodes.
 constexpr Index worth_threads_for_W = 20'000'000, worth_threads_for_modes = 1'000'000;
 
 void count_work(const Simulation& simulation, const RunResult& result, Report& report) {
@@ -56,12 +57,14 @@ void count_work(const Simulation& simulation, const RunResult& result, Report& r
 }
 
 bool is_worth_blas_threads(const Simulation& simulation) {
-  return std::any_of(simulation.contact_nodes.begin(), simulation.contact_nodes.end(), [&](const ContactNodes& set) {
-    const Body& body = *simulation.bodies[set.body];
-    const Index dofs = 3 * static_cast<Index>(set.nodes.size());
-    const bool has_all_modes = body.is_exact() && !body.can_scale();
-    return dofs * dofs >= worth_threads_for_W || (has_all_modes && dofs * body.n_dofs() >= worth_threads_for_modes);
-  });
+  return std::any_of(simulation.contact_nodes.begin(), simulation.contact_nodes.end(),
+                     [&](const ContactNodes& set) {
+                       const Body& body = *simulation.bodies[set.body];
+                       const Index dofs = 3 * static_cast<Index>(set.nodes.size());
+                       const bool has_all_modes = body.is_exact() && !body.can_scale();
+                       return dofs * dofs >= worth_threads_for_W ||
+                              (has_all_modes && dofs * body.n_dofs() >= worth_threads_for_modes);
+                     });
 }
 
 Index n_modes_of(const BuiltScene& built) {
@@ -82,9 +85,10 @@ void require_halves(const BuiltScene& built) {
   }
 }
 
-// --check-error: the same scene and steps with half of the modes, nothing written. False when a signal has ended it.
-bool check_half(Scene scene, BuildOptions options, const BuiltScene& built, const RunResult& result, const NotedSignals& signals,
-                Report& report) {
+// --check-error: the same scene and steps with half of the modes, nothing written. False when a
+// signal has ended it.
+bool check_half(Scene scene, BuildOptions options, const BuiltScene& built, const RunResult& result,
+                const NotedSignals& signals, Report& report) {
   const Index modes = n_modes_of(built);
   if (modes == 0) {
     report.line("check: no instance has modes, so there is nothing to leave out");
@@ -109,7 +113,8 @@ bool check_half(Scene scene, BuildOptions options, const BuiltScene& built, cons
   const RunResult of_half = cbr::run(half.simulation, run_options);
   report.end_progress();
   if (of_half.ended_at) return false;
-  say_half_difference(built.simulation, half_difference(result, of_half), modes, n_modes_of(half), report);
+  say_half_difference(built.simulation, half_difference(result, of_half), modes, n_modes_of(half),
+                      report);
   return true;
 }
 
@@ -118,7 +123,8 @@ UnchangedFiles inputs_of(const Scene& scene) {
   for (const Instance& instance : scene.instances) {
     const Component& component = component_of(scene, instance);
     if (component.has_mesh) inputs.add(component.mesh);
-    if (instance.as == InstanceKind::superelement && component.reduction) inputs.add(component.reduction->superelement);
+    if (instance.as == InstanceKind::superelement && component.reduction)
+      inputs.add(component.reduction->superelement);
   }
   return inputs;
 }
@@ -139,14 +145,18 @@ class Run {
     if (restart.empty()) return;
     auto [from, state] = read_checkpoint(restart, hash);
     std::ostringstream line;
-    line << "going on from step " << from.step << ", t = " << from.time << " s (" << restart.string() << ")";
+    line << "going on from step " << from.step << ", t = " << from.time << " s ("
+         << restart.string() << ")";
     report_.line(line.str());
     if (from.threads != n_threads()) {
-      report_.warning(restart.string() + ": the run was begun with " + std::to_string(from.threads) + " threads and goes on with " +
-                      std::to_string(n_threads()) + ": last digits will differ; without --threads it takes as many as it had");
+      report_.warning(restart.string() + ": the run was begun with " +
+                      std::to_string(from.threads) + " threads and goes on with " +
+                      std::to_string(n_threads()) +
+                      ": last digits will differ; without --threads it takes as many as it had");
     }
     if (clock_) clock_->start_at(from.step, from.time);
-    saved_fields_ = {fields_of_checkpoint(restart), std::move(from.field_times), std::move(from.fields_hash)};
+    saved_fields_ = {fields_of_checkpoint(restart), std::move(from.field_times),
+                     std::move(from.fields_hash)};
     state_ = std::move(state);
     begun_at_ = from.time;
     has_told_overlaps_ = true;
@@ -156,10 +166,12 @@ class Run {
 
   RunResult run() {
     RunOptions options;
-    RunProgress progress(report_, "stepping", built_.simulation.plan.end, begun_at_ / built_.simulation.plan.end);
+    RunProgress progress(report_, "stepping", built_.simulation.plan.end,
+                         begun_at_ / built_.simulation.plan.end);
     options.on_progress = [&](double fraction) { progress.at(fraction); };
     if (!scene_.output.fields.empty()) {
-      fields_ = std::make_unique<FieldWriter>(scene_, built_, results_, report_, hash_, saved_fields_);
+      fields_ =
+          std::make_unique<FieldWriter>(scene_, built_, results_, report_, hash_, saved_fields_);
     }
     options.on_output = [this](Index, double t) {
       if (fields_) fields_->add(t);  // counted with the steps
@@ -171,8 +183,12 @@ class Run {
     };
     if (clock_) {
       // One that a signal ends can go on from where it was
-      options.is_checkpoint = [this](Index step, double t) { return clock_->is_due(step, t) || signals_.any(); };
-      options.on_checkpoint = [this](Index step, double t, const StateArchive& state) { save(step, t, state); };
+      options.is_checkpoint = [this](Index step, double t) {
+        return clock_->is_due(step, t) || signals_.any();
+      };
+      options.on_checkpoint = [this](Index step, double t, const StateArchive& state) {
+        save(step, t, state);
+      };
     }
     if (state_) options.restart = &*state_;
     const auto phase = report_.phase("steps");
@@ -192,7 +208,8 @@ class Run {
       if (fields_) fields_->commit();
     } catch (const std::runtime_error& error) {
       // InputError, too: a folder that was there before the run has gone
-      throw RunError(error.what() + (result.ended_at ? "; " + end_text(result) : "") + restart_text());
+      throw RunError(error.what() + (result.ended_at ? "; " + end_text(result) : "") +
+                     restart_text());
     }
   }
 
@@ -201,7 +218,8 @@ class Run {
     report_.line("results: " + results_.string() + fields);
     report_.timings();
     if (!result.ended_at) return;
-    throw RunError(results_.string() + ": " + end_text(result) + ": holds the outputs up to there" + restart_text());
+    throw RunError(results_.string() + ": " + end_text(result) + ": holds the outputs up to there" +
+                   restart_text());
   }
 
   const NotedSignals& signals() const { return signals_; }
@@ -216,8 +234,9 @@ class Run {
 
   std::string end_text(const RunResult& result) const {
     std::ostringstream text;
-    text << "stopped by " << signals_.name() << " at t = " << *result.ended_at << " s of " << built_.simulation.plan.end
-         << " s, after " << result.reached << " of " << built_.simulation.plan.n_steps() << " steps";
+    text << "stopped by " << signals_.name() << " at t = " << *result.ended_at << " s of "
+         << built_.simulation.plan.end << " s, after " << result.reached << " of "
+         << built_.simulation.plan.n_steps() << " steps";
     return text.str();
   }
 
@@ -232,17 +251,21 @@ class Run {
     std::ostringstream place;
     place << "checkpoint at t = " << t << " s: ";
     try {
-      // Fields first: with the checkpoint of before they are some too many, with this one they must not be too few
+      // Fields first: with the checkpoint of before they are some too many, with this one they must
+      // not be too few
       if (fields_) fields_->save(fields_of_checkpoint(file_));
       Checkpoint checkpoint{step, t, {}, "", n_threads()};
-      if (fields_) checkpoint.field_times = fields_->times(), checkpoint.fields_hash = fields_->hash();
+      if (fields_)
+        checkpoint.field_times = fields_->times(), checkpoint.fields_hash = fields_->hash();
       write_checkpoint(file_, hash_, checkpoint, state);
       report_.detail(place.str() + file_.string());
       has_failed_ = false;
       saved_at_ = t;
     } catch (const std::runtime_error& error) {  // InputError: its folder has gone
       // Hours of computing are not given up for it
-      if (!has_failed_) report_.warning(place.str() + error.what() + "; the run goes on, the checkpoint of before stays");
+      if (!has_failed_)
+        report_.warning(place.str() + error.what() +
+                        "; the run goes on, the checkpoint of before stays");
       has_failed_ = true;
     }
   }
@@ -266,8 +289,9 @@ class Run {
 
 }  // namespace
 
-void run_scene(const std::string& scene_or_dash, const std::filesystem::path& results, Report& report,
-               const BuildOptions& build_options, const std::filesystem::path& restart, bool check_error,
+void run_scene(const std::string& scene_or_dash, const std::filesystem::path& results,
+               Report& report, const BuildOptions& build_options,
+               const std::filesystem::path& restart, bool check_error,
                const std::filesystem::path& timings) {
   std::optional<Scene> scene;
   {
@@ -292,16 +316,17 @@ void run_scene(const std::string& scene_or_dash, const std::filesystem::path& re
   run.write(result);
   count_work(built.simulation, result, report);
   summarise(built, result, run.is_restarted(), report);
-  const bool is_checked =
-      !check_error || result.ended_at || check_half(*scene, build_options, built, result, run.signals(), report);
+  const bool is_checked = !check_error || result.ended_at ||
+                          check_half(*scene, build_options, built, result, run.signals(), report);
   run.finish(result);
   if (is_checked) return;
   report.write_timings();
-  throw RunError("stopped by " + run.signals().name() + " in the second run, of --check-error: " + results.string() +
-                 " holds the whole first run");
+  throw RunError("stopped by " + run.signals().name() + " in the second run, of --check-error: " +
+                 results.string() + " holds the whole first run");
 }
 
-void print_modes(const std::string& scene_or_dash, Index n, const std::filesystem::path& results, Report& report, std::ostream& out) {
+void print_modes(const std::string& scene_or_dash, Index n, const std::filesystem::path& results,
+                 Report& report, std::ostream& out) {
   std::optional<Scene> scene;
   {
     const auto phase = report.phase("read");
@@ -318,11 +343,13 @@ void print_modes(const std::string& scene_or_dash, Index n, const std::filesyste
   out.precision(10);
   for (const InstanceModes& of : modes.instances)
     for (Index j = 0; j < of.frequency_hz.size(); ++j)
-      out << of.instance << "," << j + 1 << "," << of.frequency_hz[j] << "," << of.damping_ratio[j] << "\n";
+      out << of.instance << "," << j + 1 << "," << of.frequency_hz[j] << "," << of.damping_ratio[j]
+          << "\n";
   out.flush();
 }
 
-void sweep_scene(const std::string& scene_or_dash, const std::filesystem::path& results, Report& report) {
+void sweep_scene(const std::string& scene_or_dash, const std::filesystem::path& results,
+                 Report& report) {
   std::optional<Scene> scene;
   {
     const auto phase = report.phase("read");
@@ -337,12 +364,15 @@ void sweep_scene(const std::string& scene_or_dash, const std::filesystem::path& 
   report.line("sweep: " + results.string() + ", " + sweep_table(results).string());
 }
 
-void require_output(Index modes, bool sweep, const std::string& output, const std::string& restart, bool check_error) {
+void require_output(Index modes, bool sweep, const std::string& output, const std::string& restart,
+                    bool check_error) {
   if (modes > 0 && sweep) throw InputError("--modes and --sweep are two things: give one of them");
   if ((modes > 0 || sweep) && (!restart.empty() || check_error))
-    throw InputError((sweep ? std::string("--sweep") : std::string("--modes")) + " runs nothing: leave out --restart and --check-error");
+    throw InputError((sweep ? std::string("--sweep") : std::string("--modes")) +
+                     " runs nothing: leave out --restart and --check-error");
   if (modes == 0 && output.empty())
-    throw InputError("--output is required: give -o RESULTS.h5" + std::string(sweep ? "" : ", or --modes N"));
+    throw InputError("--output is required: give -o RESULTS.h5" +
+                     std::string(sweep ? "" : ", or --modes N"));
 }
 
 }  // namespace cbr

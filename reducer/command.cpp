@@ -42,11 +42,12 @@ namespace {
 std::string given_mesh_option(const ReduceCommand& c) {
   for (const ReductionKey& key : reduction_keys())
     if (c.reduction.count(key.key) > 0) return key.option;
-  const std::vector<std::pair<bool, const char*>> given = {{c.youngs_modulus.has_value(), "--youngs-modulus"},
-                                                           {c.poissons_ratio.has_value(), "--poissons-ratio"},
-                                                           {c.density.has_value(), "--density"},
-                                                           {!c.element.empty(), "--element"},
-                                                           {!c.mass.empty(), "--mass"}};
+  const std::vector<std::pair<bool, const char*>> given = {
+      {c.youngs_modulus.has_value(), "--youngs-modulus"},
+      {c.poissons_ratio.has_value(), "--poissons-ratio"},
+      {c.density.has_value(), "--density"},
+      {!c.element.empty(), "--element"},
+      {!c.mass.empty(), "--mass"}};
   for (const auto& [is_given, option] : given)
     if (is_given) return option;
   return "";
@@ -56,11 +57,14 @@ void refuse_mesh_options(const ReduceCommand& c) {
   std::string option = given_mesh_option(c);
   if (option.empty() && !c.output.empty()) option = "--output";
   if (option.empty()) return;
-  throw InputError(c.input + ": " + option + " requires a mesh (.msh, .exo, .inp, .bdf, ...) as INPUT; in a scene give it under components");
+  throw InputError(c.input + ": " + option +
+                   " requires a mesh (.msh, .exo, .inp, .bdf, ...) as INPUT; in a scene give it "
+                   "under components");
 }
 
 // A mistyped -o or superelement: would cost the user a mesh or the scene.
-void refuse_to_overwrite(const Scene& scene, const std::string& input, const std::filesystem::path& target) {
+void refuse_to_overwrite(const Scene& scene, const std::string& input,
+                         const std::filesystem::path& target) {
   const auto is_target = [&](const std::filesystem::path& file) {
     std::error_code error;
     return std::filesystem::equivalent(file, target, error) && !error;
@@ -68,10 +72,12 @@ void refuse_to_overwrite(const Scene& scene, const std::string& input, const std
   for (const auto& [name, component] : scene.components) {
     if (component.has_mesh && is_target(component.mesh))
       throw InputError("superelement '" + target.string() + "' is the mesh of component '" + name +
-                       "' and would overwrite it: give the superelement another name, as " + name + ".cbr.h5");
+                       "' and would overwrite it: give the superelement another name, as " + name +
+                       ".cbr.h5");
   }
   if (is_target(input))
-    throw InputError("superelement '" + target.string() + "' is the scene itself and would overwrite it: give it another name");
+    throw InputError("superelement '" + target.string() +
+                     "' is the scene itself and would overwrite it: give it another name");
   refuse_other_file(target, {"cbr-superelement", "cbr-superelement-group"}, "the superelement",
                     "give the superelement another name");
 }
@@ -89,61 +95,75 @@ void write_after_the_work(const std::filesystem::path& file, const Write& write)
   }
 }
 
-// The diagonal form costs n^3: of a group, whose explicit and implicit steps do not use it, more than its domains do.
+// The diagonal form costs n^3: of a group, whose explicit and implicit steps do not use it, more
+// than its domains do.
 constexpr Index group_diagonal_limit = 3000;
 
 Index diagonal_limit(const ReduceCommand& command, const ReductionOptions& reduction) {
   const bool group = reduction.is_decomposed() && !reduction.has_second_reduction();
-  return command.diagonal_limit.value_or(group ? group_diagonal_limit : ReduceSettings{}.diagonal_limit);
+  return command.diagonal_limit.value_or(group ? group_diagonal_limit
+                                               : ReduceSettings{}.diagonal_limit);
 }
 
-// A reduction to one superelement does; others, and other bases, know loads on their interface only.
-bool takes_loads_in(const ReductionOptions& reduction) { return !reduction.is_decomposed() && reduction.basis == Basis::craig_bampton; }
+// A reduction to one superelement does; others, and other bases, know loads on their interface
+// only.
+bool takes_loads_in(const ReductionOptions& reduction) {
+  return !reduction.is_decomposed() && reduction.basis == Basis::craig_bampton;
+}
 
 // Each set is on the interface or has its load inside, and no others have.
 bool has_loads(const Superelement& s, const std::vector<std::string>& sets) {
   const auto is_kept = [&](const std::string& name) {
     return s.nodesets.count(name) > 0 ||
-           std::any_of(s.surfaces.begin(), s.surfaces.end(), [&](const Surface& surface) { return surface.name == name; });
+           std::any_of(s.surfaces.begin(), s.surfaces.end(),
+                       [&](const Surface& surface) { return surface.name == name; });
   };
-  return std::all_of(sets.begin(), sets.end(), [&](const auto& name) { return is_kept(name) || s.loads.count(name) > 0; }) &&
-         std::all_of(s.loads.begin(), s.loads.end(),
-                     [&](const auto& load) { return std::find(sets.begin(), sets.end(), load.first) != sets.end(); });
+  return std::all_of(sets.begin(), sets.end(),
+                     [&](const auto& name) { return is_kept(name) || s.loads.count(name) > 0; }) &&
+         std::all_of(s.loads.begin(), s.loads.end(), [&](const auto& load) {
+           return std::find(sets.begin(), sets.end(), load.first) != sets.end();
+         });
 }
 
 enum class FileState { current, without_form, stale };
 
-// Unchanged inputs; `without_form`: all is there but the diagonal form, which is wanted. `wanted`: of how many coordinates; an
-// `exact` limit of the command line wants larger ones without it.
+// Unchanged inputs; `without_form`: all is there but the diagonal form, which is wanted. `wanted`:
+// of how many coordinates; an `exact` limit of the command line wants larger ones without it.
 struct WantedForm {
   Index limit = 0;
   bool exact = false;
 };
 
-FileState state_of(const Scene& scene, const Component& component, const std::string& hash, const std::vector<std::string>& loads,
-                   const WantedForm& wanted) {
+FileState state_of(const Scene& scene, const Component& component, const std::string& hash,
+                   const std::vector<std::string>& loads, const WantedForm& wanted) {
   const ReductionOptions& reduction = *component.reduction;
-  if (read_content_hash(reduction.superelement) != hash || is_of_other_mass(component)) return FileState::stale;
+  if (read_content_hash(reduction.superelement) != hash || is_of_other_mass(component))
+    return FileState::stale;
   if (lacks_face_centres(reduction.superelement)) return FileState::stale;
   Superelement s;
   bool group = false;
   try {
     group = is_superelement_group(reduction.superelement);
     const SuperelementParts light = {false, true, false};
-    s = group ? join(read_superelement_group(reduction.superelement, light)) : read_superelement(reduction.superelement, light);
+    s = group ? join(read_superelement_group(reduction.superelement, light))
+              : read_superelement(reduction.superelement, light);
   } catch (const InputError&) {
     return FileState::stale;  // damaged: it is made anew
   }
   check_kept_sets(scene, component, s);
   if (!has_loads(s, loads)) return FileState::stale;
   const bool is_wanted = s.n() <= wanted.limit && s.has_interface_matrices();
-  if (is_wanted && !s.has_diagonal_form()) return group ? FileState::stale : FileState::without_form;
-  return wanted.exact && !is_wanted && s.has_diagonal_form() ? FileState::stale : FileState::current;
+  if (is_wanted && !s.has_diagonal_form())
+    return group ? FileState::stale : FileState::without_form;
+  return wanted.exact && !is_wanted && s.has_diagonal_form() ? FileState::stale
+                                                             : FileState::current;
 }
 
-std::map<std::string, std::string> provenance(const Component& component, const std::vector<BlockProperties>& properties,
+std::map<std::string, std::string> provenance(const Component& component,
+                                              const std::vector<BlockProperties>& properties,
                                               const Mesh& mesh) {
-  std::map<std::string, std::string> p = option_provenance(component, mass_of_superelement(component, mesh));
+  std::map<std::string, std::string> p =
+      option_provenance(component, mass_of_superelement(component, mesh));
   p["mesh"] = component.mesh.filename().string();
   p["mesh_hash"] = file_hash(component.mesh);
   for (std::size_t b = 0; b < mesh.blocks.size(); ++b) {
@@ -152,7 +172,8 @@ std::map<std::string, std::string> provenance(const Component& component, const 
     const std::string key = "block " + mesh.blocks[b].name + ": ";
     for (const auto& [what, value] : material_provenance(m)) p[key + what] = value;
     const ElementType type = mesh.blocks[b].type;
-    p[key + "element"] = type == ElementType::hex8 ? word_of(hex8_words, properties[b].hex8) : std::string(name(type));
+    p[key + "element"] = type == ElementType::hex8 ? word_of(hex8_words, properties[b].hex8)
+                                                   : std::string(name(type));
   }
   if (const std::string blocks = left_out_blocks(mesh); !blocks.empty()) p["left_out"] = blocks;
   return p;
@@ -182,30 +203,36 @@ class Reducer {
     needs_ = interface_needs(scene, component);
     const FileState state = command_.force
                                 ? FileState::stale
-                                : state_of(scene, component, hash, loads_, {form_limit(), command_.diagonal_limit.has_value()});
+                                : state_of(scene, component, hash, loads_,
+                                           {form_limit(), command_.diagonal_limit.has_value()});
     if (state == FileState::without_form && !command_.is_first()) return;
     if (state == FileState::without_form) return add_form(component, inputs);
     if (state == FileState::current) {
       warn_of_left_out_blocks(component, left_out_in(reduction.superelement), report_);
-      report_.line(component.name + ": " + reduction.superelement.string() + " is up to date: nothing to do");
+      report_.line(component.name + ": " + reduction.superelement.string() +
+                   " is up to date: nothing to do");
       return;
     }
     const auto [twin, is_new] =
-        done_.emplace(hash + " " + word_of(mass_words, component.mass) + " " + std::to_string(form_limit()) + " " + join(loads_),
+        done_.emplace(hash + " " + word_of(mass_words, component.mass) + " " +
+                          std::to_string(form_limit()) + " " + join(loads_),
                       reduction.superelement);
     if (!is_new && !command_.is_first()) return;
     if (!is_new) {
       write_copy(twin->second, reduction.superelement);
-      report_.line(component.name + ": the same as " + twin->second.string() + ", copied to " + reduction.superelement.string());
+      report_.line(component.name + ": the same as " + twin->second.string() + ", copied to " +
+                   reduction.superelement.string());
       return;
     }
-    if (command_.is_first()) const TemporaryFile probe(reduction.superelement);  // what cannot be written is found before the work
+    // what cannot be written is found before the work
+    if (command_.is_first()) const TemporaryFile probe(reduction.superelement);
     report_.line("reducing " + component.name + " (" + component.mesh.filename().string() + ")");
     make(scene, component, hash, inputs);
   }
 
  private:
-  void make(const Scene& scene, const Component& component, const std::string& hash, const UnchangedFiles& inputs) {
+  void make(const Scene& scene, const Component& component, const std::string& hash,
+            const UnchangedFiles& inputs) {
     Mesh mesh;
     {
       const auto phase = report_.phase("reading the mesh");
@@ -220,7 +247,9 @@ class Reducer {
     check_kept_sets(scene, component, mesh);
     check_recovery_sets(mesh, *component.reduction);
     if (command_.is_distributed() && component.reduction->is_decomposed())
-      throw InputError("domains is not known to several processes and --engine petsc: reduce this component in one process");
+      throw InputError(
+          "domains is not known to several processes and --engine petsc: reduce this component in "
+          "one process");
     if (component.reduction->is_decomposed()) {
       make_group(mesh, properties, component, hash, p);
     } else {
@@ -246,8 +275,9 @@ class Reducer {
     write_after_the_work(file, [&] { write_superelement(s, file); });
   }
 
-  void make_one(const Mesh& mesh, const std::vector<BlockProperties>& properties, const Component& component,
-                const std::string& hash, const std::map<std::string, std::string>& provenance) {
+  void make_one(const Mesh& mesh, const std::vector<BlockProperties>& properties,
+                const Component& component, const std::string& hash,
+                const std::map<std::string, std::string>& provenance) {
     ReductionFigures figures;
     ReductionOptions options = *component.reduction;
     options.loads = takes_loads_in(options) ? loads_ : std::vector<std::string>();
@@ -261,11 +291,14 @@ class Reducer {
     finish(std::move(s), figures, component, hash, provenance);
   }
 
-  void make_group(const Mesh& mesh, const std::vector<BlockProperties>& properties, const Component& component,
-                  const std::string& hash, const std::map<std::string, std::string>& provenance) {
+  void make_group(const Mesh& mesh, const std::vector<BlockProperties>& properties,
+                  const Component& component, const std::string& hash,
+                  const std::map<std::string, std::string>& provenance) {
     GroupFigures figures;
-    SuperelementGroup group = reduce_domains(mesh, properties, mass_.kind, *component.reduction, settings_, report_, &figures);
-    const std::optional<Vector3> rho = residual_mass_share(group, component_interface(mesh, component.reduction->interface_sets));
+    SuperelementGroup group = reduce_domains(mesh, properties, mass_.kind, *component.reduction,
+                                             settings_, report_, &figures);
+    const std::optional<Vector3> rho =
+        residual_mass_share(group, component_interface(mesh, component.reduction->interface_sets));
     summarise_domains(group, figures, rho, report_);
     if (component.reduction->has_second_reduction()) {
       make_second(mesh, group, figures.n_dofs, component, hash, provenance);
@@ -281,25 +314,29 @@ class Reducer {
     }
     {
       const auto phase = report_.phase("writing the superelements");
-      write_after_the_work(component.reduction->superelement,
-                           [&] { write_superelement_group(group, component.reduction->superelement); });
+      write_after_the_work(component.reduction->superelement, [&] {
+        write_superelement_group(group, component.reduction->superelement);
+      });
     }
     summarise_group(group, mass_, component.reduction->superelement, report_);
   }
 
-  void make_second(const Mesh& mesh, const SuperelementGroup& group, Index n_dofs, const Component& component,
-                   const std::string& hash, const std::map<std::string, std::string>& provenance) {
+  void make_second(const Mesh& mesh, const SuperelementGroup& group, Index n_dofs,
+                   const Component& component, const std::string& hash,
+                   const std::map<std::string, std::string>& provenance) {
     const ReductionOptions& reduction = *component.reduction;
     ReductionFigures figures;
-    Superelement s =
-        reduce_again(group, component_interface(mesh, reduction.interface_sets), reduction, settings_, report_, &figures);
+    Superelement s = reduce_again(group, component_interface(mesh, reduction.interface_sets),
+                                  reduction, settings_, report_, &figures);
     figures.n_dofs = n_dofs;
     {
       const auto phase = report_.phase("diagonal form");
       const std::vector<Index> part = parts_of(mesh, s.node_ids);
       if (s.n() <= form_limit()) figures.condition.n_rigid = add_diagonal_form(s, part);
       const Index loose = examine_reduced(s, rigid_motions_of_parts(s, part), figures.condition);
-      if (loose >= 0) figures.condition.loose_node = name_of_node_id(mesh, s.node_ids[static_cast<std::size_t>(loose / 3)]);
+      if (loose >= 0)
+        figures.condition.loose_node =
+            name_of_node_id(mesh, s.node_ids[static_cast<std::size_t>(loose / 3)]);
     }
     const std::string about = report_.about();
     report_.about(about + "second reduction: ");
@@ -312,13 +349,14 @@ class Reducer {
     finish(std::move(s), figures, component, hash, provenance);
   }
 
-  void finish(Superelement&& s, const ReductionFigures& figures, const Component& component, const std::string& hash,
-              const std::map<std::string, std::string>& provenance) {
+  void finish(Superelement&& s, const ReductionFigures& figures, const Component& component,
+              const std::string& hash, const std::map<std::string, std::string>& provenance) {
     s.content_hash = hash;
     s.provenance = provenance;
     {
       const auto phase = report_.phase("writing the superelement");
-      write_after_the_work(component.reduction->superelement, [&] { write_superelement(s, component.reduction->superelement); });
+      write_after_the_work(component.reduction->superelement,
+                           [&] { write_superelement(s, component.reduction->superelement); });
     }
     summarise(s, figures, mass_, component.reduction->superelement, report_);
   }
@@ -326,15 +364,19 @@ class Reducer {
   Report& report_;
   const ReduceCommand& command_;
   ReduceSettings settings_;
-  ComponentMass mass_;                                 // of the component at hand
-  std::vector<std::string> loads_;                     // sets of the component at hand that loads act on
-  InterfaceNeeds needs_;                               // of the same
-  std::map<std::string, std::filesystem::path> done_;  // content hash, form and loads -> file made in this run
+  ComponentMass mass_;  // of the component at hand
+  // sets of the component at hand that loads act on
+  std::vector<std::string> loads_;
+  InterfaceNeeds needs_;  // of the same
+  // content hash, form and loads -> file made in this run
+  std::map<std::string, std::filesystem::path> done_;
 };
 
-// Calls `action` once for each component that an instance uses as a superelement, but not for superelement files without a
-// mesh; its InputErrors get the component's place. False when there is none.
-bool for_each_component(const Scene& scene, const std::string& mesh_input, const std::function<void(const Component&)>& action) {
+// Calls `action` once for each component that an instance uses as a superelement, but not for
+// superelement files without a mesh; its InputErrors get the component's place. False when there is
+// none.
+bool for_each_component(const Scene& scene, const std::string& mesh_input,
+                        const std::function<void(const Component&)>& action) {
   std::map<std::string, bool> seen;
   bool any = false;
   for (const auto& instance : scene.instances) {
@@ -346,36 +388,45 @@ bool for_each_component(const Scene& scene, const std::string& mesh_input, const
     try {
       action(component);
     } catch (const InputError& error) {
-      const std::string where =
-          !mesh_input.empty() ? mesh_input : component.reduction->source.text() + ": component '" + component.name + "'";
+      const std::string where = !mesh_input.empty() ? mesh_input
+                                                    : component.reduction->source.text() +
+                                                          ": component '" + component.name + "'";
       std::string what = error.what();
-      if (mesh_input.empty() && what.starts_with(component.source.file + ":")) throw;  // says its line already
+      // says its line already
+      if (mesh_input.empty() && what.starts_with(component.source.file + ":")) throw;
       const std::string path = component.mesh.string() + ": ";
-      if (!mesh_input.empty() && what.starts_with(path)) what.erase(0, path.size());  // once is enough
+      // once is enough
+      if (!mesh_input.empty() && what.starts_with(path)) what.erase(0, path.size());
       throw InputError(where + ": " + what);
     }
   }
   return any;
 }
 
-void estimate_component(const ReduceCommand& command, const Scene& scene, const Component& component, std::ostream& out,
-                        Report& report) {
+void estimate_component(const ReduceCommand& command, const Scene& scene,
+                        const Component& component, std::ostream& out, Report& report) {
   ReductionOptions reduction = *component.reduction;
-  if (reduction.is_massless()) throw InputError("--estimate does not know basis massless: craig-bampton or characteristic allowed");
+  if (reduction.is_massless())
+    throw InputError(
+        "--estimate does not know basis massless: craig-bampton or characteristic allowed");
   reduction.characteristic.needs = interface_needs(scene, component);
   const Mesh mesh = read_mesh(component.mesh);
   warn_of_left_out_blocks(component, left_out_blocks(mesh), report);
   const std::vector<Index> domain = decompose(mesh, reduction.domains).domain;
-  const Estimate e =
-      estimate(mesh, block_properties(scene, component, mesh), reduction, domain, diagonal_limit(command, reduction));
-  const std::string title = "# " + component.name + " (" + component.mesh.filename().string() + "), interface " +
-                            join(reduction.interface_sets) + ": what a reduction would give and cost";
-  print_estimate(e, machine_rates(), command.memory > 0 ? command.memory : half_of_memory(), title, out);
+  const Estimate e = estimate(mesh, block_properties(scene, component, mesh), reduction, domain,
+                              diagonal_limit(command, reduction));
+  const std::string title = "# " + component.name + " (" + component.mesh.filename().string() +
+                            "), interface " + join(reduction.interface_sets) +
+                            ": what a reduction would give and cost";
+  print_estimate(e, machine_rates(), command.memory > 0 ? command.memory : half_of_memory(), title,
+                 out);
 }
 
 }  // namespace
 
-bool ReduceCommand::is_distributed() const { return processes != nullptr && processes->is_started(); }
+bool ReduceCommand::is_distributed() const {
+  return processes != nullptr && processes->is_started();
+}
 
 bool ReduceCommand::is_first() const { return processes == nullptr || processes->is_first(); }
 
@@ -383,9 +434,10 @@ void run_estimate(const ReduceCommand& command, std::ostream& out, Report& repor
   const bool is_mesh = is_mesh_name(command.input);
   if (!is_mesh) refuse_mesh_options(command);
   const Scene scene = is_mesh ? scene_of_mesh(command) : read_scene(command.input);
-  const bool any = for_each_component(scene, is_mesh ? command.input : "", [&](const Component& component) {
-    estimate_component(command, scene, component, out, report);
-  });
+  const bool any =
+      for_each_component(scene, is_mesh ? command.input : "", [&](const Component& component) {
+        estimate_component(command, scene, component, out, report);
+      });
   if (!any) report.line("no instance is a superelement that has a mesh: nothing to estimate");
 }
 
@@ -401,8 +453,9 @@ void run_export(const ReduceCommand& command, Report& report) {
 
 void run_import(const ReduceCommand& command, Report& report) {
   if (const std::string option = given_mesh_option(command); !option.empty())
-    throw InputError(command.input + ": " + option +
-                     " is not available with --import, which takes matrices as they are: leave it out");
+    throw InputError(
+        command.input + ": " + option +
+        " is not available with --import, which takes matrices as they are: leave it out");
   const std::filesystem::path input = command.input;
   ImportOptions options;
   options.format = command.import_format;
@@ -417,18 +470,21 @@ void run_reduce(const ReduceCommand& command, std::ostream* scene_out, Report& r
   const bool is_mesh = is_mesh_name(command.input);
   if (!is_mesh) refuse_mesh_options(command);
   if (command.input == "-" && command.processes != nullptr && command.processes->count() > 1)
-    throw InputError("a scene on standard input reaches one of the processes only: give the scene as a file");
+    throw InputError(
+        "a scene on standard input reaches one of the processes only: give the scene as a file");
   const Scene scene = is_mesh ? scene_of_mesh(command) : read_scene(command.input);
   check_contact_with_time(scene);
   for (const auto& [name, component] : scene.components)
     if (component.reduction)
-      report.refuse_timings_at(component.reduction->superelement, "the superelement of component '" + name + "'");
+      report.refuse_timings_at(component.reduction->superelement,
+                               "the superelement of component '" + name + "'");
   Reducer reducer(command, report);
-  const bool any = for_each_component(scene, is_mesh ? command.input : "", [&](const Component& component) {
-    if (!is_mesh) report.about("component '" + component.name + "': ");
-    reducer.reduce_component(scene, component);
-    report.about("");
-  });
+  const bool any =
+      for_each_component(scene, is_mesh ? command.input : "", [&](const Component& component) {
+        if (!is_mesh) report.about("component '" + component.name + "': ");
+        reducer.reduce_component(scene, component);
+        report.about("");
+      });
   if (!any) report.line("no instance is a superelement that has a mesh: nothing to reduce");
   report.timings();
   if (!is_mesh && scene_out != nullptr) write_scene(scene, *scene_out);

@@ -24,22 +24,25 @@ class Processes;
 struct ReduceCommand {
   std::string input;  // a scene, "-", or a mesh
   // With a mesh: what a scene says about its component. Empty: not given.
-  std::map<std::string, std::vector<std::string>> reduction;  // by key of reduction_keys(): the words given for it
+  // by key of reduction_keys(): the words given for it
+  std::map<std::string, std::vector<std::string>> reduction;
   std::optional<double> youngs_modulus, poissons_ratio, density;
   std::string element, mass, output;
   // With both.
   bool force = false;
-  bool info = false;      // print what the file INPUT is
+  bool info = false;          // print what the file INPUT is
   std::string export_format;  // write the superelement INPUT for another code; empty: no
   std::string import_format;  // make a superelement of the file INPUT of another code; empty: no
   std::string faces;          // with it: the mesh that names the faces
-  bool estimate = false;  // print what the reductions would cost, and reduce nothing
+  bool estimate = false;      // print what the reductions would cost, and reduce nothing
   double memory = 0;
   std::optional<Index> diagonal_limit;
   std::string engine;                    // "petsc", or empty: by the number of processes
   const Processes* processes = nullptr;  // null: this one alone
 
-  bool reduces() const { return !info && !estimate && export_format.empty() && import_format.empty(); }
+  bool reduces() const {
+    return !info && !estimate && export_format.empty() && import_format.empty();
+  }
   bool is_distributed() const;  // by several processes, or as they do it
   bool is_first() const;        // of the processes, which alone writes
 };
@@ -47,16 +50,19 @@ struct ReduceCommand {
 void add_reduce_options(CLI::App& app, ReduceCommand& command);
 
 // Reduces what is not up to date. A scene goes on to `scene_out` (null: nowhere).
-// InputError: mesh options with a scene, missing ones with a mesh, everything wrong with a component (naming it). RunError: disk.
+// InputError: mesh options with a scene, missing ones with a mesh, everything wrong with a
+// component (naming it). RunError: disk.
 void run_reduce(const ReduceCommand& command, std::ostream* scene_out, Report& report);
 
-// What the reductions would give and cost, as tables; reduces and writes nothing. InputErrors as of run_reduce.
+// What the reductions would give and cost, as tables; reduces and writes nothing. InputErrors as of
+// run_reduce.
 void run_estimate(const ReduceCommand& command, std::ostream& out, Report& report);
 
 // The superelement INPUT for another code. InputErrors as of export_superelement().
 void run_export(const ReduceCommand& command, Report& report);
 
-// A superelement of the files INPUT of another code. InputErrors as of import_superelement(), and of options that it does not have.
+// A superelement of the files INPUT of another code. InputErrors as of import_superelement(), and
+// of options that it does not have.
 void run_import(const ReduceCommand& command, Report& report);
 
 // A scene with the one component that the options describe.

@@ -17,14 +17,16 @@ namespace {
 
 void print_made_of(const std::map<std::string, std::string>& provenance, std::ostream& out) {
   for (const auto& [key, value] : provenance)
-    if (key != "mesh_hash") out << "  made of      " << key << (key.starts_with("block ") ? " " : ": ") << value << '\n';
+    if (key != "mesh_hash")
+      out << "  made of      " << key << (key.starts_with("block ") ? " " : ": ") << value << '\n';
 }
 
 void print_body(const RigidBody& b, std::ostream& out) {
   const Matrix3& I = b.inertia;
-  out << format_text("  mass         %.9g, centre (%.6g, %.6g, %.6g)\n", b.mass, b.center(0), b.center(1), b.center(2))
-      << format_text("  inertia      xx %.6g  yy %.6g  zz %.6g  xy %.6g  yz %.6g  xz %.6g\n", I(0, 0), I(1, 1), I(2, 2), I(0, 1),
-                     I(1, 2), I(0, 2));
+  out << format_text("  mass         %.9g, centre (%.6g, %.6g, %.6g)\n", b.mass, b.center(0),
+                     b.center(1), b.center(2))
+      << format_text("  inertia      xx %.6g  yy %.6g  zz %.6g  xy %.6g  yz %.6g  xz %.6g\n",
+                     I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(1, 2), I(0, 2));
 }
 
 void print_lines(const std::vector<SummaryLine>& lines, std::ostream& out) {
@@ -36,8 +38,9 @@ void print_superelement(const std::filesystem::path& file, std::ostream& out) {
   const Superelement s = read_superelement(file, {false, true, false});
   print_made_of(s.provenance, out);
   out << "  basis        " << s.basis << '\n'
-      << "  dofs         " << s.n_coordinates() << ": " << s.c() << " of the interface (" << s.node_ids.size() << " nodes), "
-      << s.k() << " modes" << (s.has_diagonal_form() ? ", with diagonal form" : "") << '\n';
+      << "  dofs         " << s.n_coordinates() << ": " << s.c() << " of the interface ("
+      << s.node_ids.size() << " nodes), " << s.k() << " modes"
+      << (s.has_diagonal_form() ? ", with diagonal form" : "") << '\n';
   print_lines(frequency_lines(s), out);
   out << "  sets kept    " << sets_text(s) << '\n';
   print_body(s.rigid_body, out);
@@ -56,7 +59,8 @@ void print_group(const std::filesystem::path& file, std::ostream& out) {
   for (const Superelement& domain : group.domains) k += domain.k();
   const auto c = 3 * static_cast<Index>(joined.node_ids.size());
   print_made_of(group.provenance, out);
-  out << "  dofs         " << k + c << ": " << c << " of nodes, " << k << " modes of " << group.domains.size() << " domains\n";
+  out << "  dofs         " << k + c << ": " << c << " of nodes, " << k << " modes of "
+      << group.domains.size() << " domains\n";
   print_lines(frequency_lines(described), out);
   out << "  sets kept    " << sets_text(described) << '\n';
   print_body(group.rigid_body, out);
@@ -64,7 +68,8 @@ void print_group(const std::filesystem::path& file, std::ostream& out) {
 }
 
 // "  instances    left, right" when the file has any.
-void print_children(const Hdf5Reader& file, const char* label, const std::string& group, std::ostream& out) {
+void print_children(const Hdf5Reader& file, const char* label, const std::string& group,
+                    std::ostream& out) {
   if (file.has(group)) out << label << join(file.children(group)) << '\n';
 }
 
@@ -78,25 +83,30 @@ void print_times(const Hdf5Reader& file, const std::string& dataset, std::ostrea
 
 void print_results(const Hdf5Reader& file, std::ostream& out) {
   print_times(file, "/time", out);
-  out << "  run          " << file.read_index("/", "steps") << " steps, " << file.read_index("/", "n_dofs") << " dofs";
-  if (file.has_attribute("/", "partial") && file.read_index("/", "partial") != 0) out << "; stopped by a signal before its end";
+  out << "  run          " << file.read_index("/", "steps") << " steps, "
+      << file.read_index("/", "n_dofs") << " dofs";
+  if (file.has_attribute("/", "partial") && file.read_index("/", "partial") != 0)
+    out << "; stopped by a signal before its end";
   out << '\n';
   print_children(file, "  instances    ", "/instances", out);
   print_children(file, "  surfaces     ", "/surfaces", out);
   if (!file.has("/energy/total")) return;
   const Vector energy = file.read_vector("/energy/total");
   if (energy.size() > 0)
-    out << format_text("  energy       %.9g at the start, %.9g at the end\n", energy(0), energy(energy.size() - 1));
+    out << format_text("  energy       %.9g at the start, %.9g at the end\n", energy(0),
+                       energy(energy.size() - 1));
 }
 
 void print_checkpoint(const Hdf5Reader& file, std::ostream& out) {
-  out << format_text("  reached      t = %.9g s", file.read_scalar("/time")) << ", step " << file.read_index("/", "step") << '\n'
+  out << format_text("  reached      t = %.9g s", file.read_scalar("/time")) << ", step "
+      << file.read_index("/", "step") << '\n'
       << "  use          cbr-dyn SCENE -o RESULTS --restart " << file.file().string() << '\n';
 }
 
 std::string kind_of(const Hdf5Reader& file) {
   if (!file.has_attribute("/", "format"))
-    throw InputError(file.file().string() + ": has no attribute 'format': it was not written by cbr");
+    throw InputError(file.file().string() +
+                     ": has no attribute 'format': it was not written by cbr");
   return file.read_string("/", "format");
 }
 
@@ -104,10 +114,11 @@ void print_head(const Hdf5Reader& file, const std::string& what, std::ostream& o
   std::error_code error;
   const auto size = std::filesystem::file_size(file.file(), error);
   const auto text = [&](const char* attribute) {
-    return file.has_attribute("/", attribute) ? file.read_string("/", attribute) : std::string("unknown");
+    return file.has_attribute("/", attribute) ? file.read_string("/", attribute)
+                                              : std::string("unknown");
   };
-  out << file.file().string() << ": " << what << ", format " << text("format_version") << ", by " << text("generator")
-      << (error ? "" : ", " + human_bytes(static_cast<double>(size))) << '\n';
+  out << file.file().string() << ": " << what << ", format " << text("format_version") << ", by "
+      << text("generator") << (error ? "" : ", " + human_bytes(static_cast<double>(size))) << '\n';
 }
 
 }  // namespace
@@ -131,8 +142,9 @@ void print_info(const std::filesystem::path& path, std::ostream& out) {
     print_head(file, "fields of a run (open the .xdmf beside it)", out);
     print_times(file, "/times", out);
   } else {
-    throw InputError(path.string() + ": format '" + kind +
-                     "' found, known: superelements, groups of them, results, fields and checkpoints of cbr");
+    throw InputError(
+        path.string() + ": format '" + kind +
+        "' found, known: superelements, groups of them, results, fields and checkpoints of cbr");
   }
 }
 

@@ -15,16 +15,22 @@ int main(int argc, char** argv) {
   cbr::restart_with_better_kernels(argv);
   cbr::keep_heap_on_huge_pages(0.5 * cbr::machine_memory_bytes());
   cbr::one_heap_for_all_threads();
-  CLI::App app("Reduces finite element components to superelements that keep the faces of their interface.", "cbr-reduce");
+  CLI::App app(
+      "Reduces finite element components to superelements that keep the faces of their interface.",
+      "cbr-reduce");
   app.footer(
       "examples:\n"
-      "  cbr-reduce impact.yaml                                  all components that instances use as superelements\n"
+      "  cbr-reduce impact.yaml                                  all components that instances use "
+      "as superelements\n"
       "  cbr-reduce impact.yaml | cbr-skin - | cbr-dyn - -o results.h5\n"
-      "  cbr-reduce block.msh --interface contact --modes 80 --youngs-modulus 2.1e11 --poissons-ratio 0.3 --density 7850 \\\n"
+      "  cbr-reduce block.msh --interface contact --modes 80 --youngs-modulus 2.1e11 "
+      "--poissons-ratio 0.3 --density 7850 \\\n"
       "             -o block.cbr.h5\n"
       "  cbr-reduce block.msh --interface surface --modes 50 --domains 8 --estimate\n"
-      "  cbr-reduce --info block.cbr.h5                          describe a superelement, results or checkpoint file\n"
-      "  cbr-reduce --export dmig block.cbr.h5 -o block          block.dmig for Nastran, and block.dofs.csv\n"
+      "  cbr-reduce --info block.cbr.h5                          describe a superelement, results "
+      "or checkpoint file\n"
+      "  cbr-reduce --export dmig block.cbr.h5 -o block          block.dmig for Nastran, and "
+      "block.dofs.csv\n"
       "  cbr-reduce --import sierra block.nc4 --faces block.exo -o block.cbr.h5");
   cbr::CommonOptions common;
   cbr::ReduceCommand command;

@@ -17,10 +17,12 @@
 namespace cbr {
 namespace {
 
-std::filesystem::path absolute(const std::string& path) { return std::filesystem::absolute(path).lexically_normal(); }
+std::filesystem::path absolute(const std::string& path) {
+  return std::filesystem::absolute(path).lexically_normal();
+}
 
-double number_in(const std::string& option, const std::optional<double>& value, double low, double high,
-                 const std::string& allowed) {
+double number_in(const std::string& option, const std::optional<double>& value, double low,
+                 double high, const std::string& allowed) {
   if (!value) throw InputError(option + " is missing: a mesh needs " + option + ", " + allowed);
   if (!std::isfinite(*value) || !(*value > low) || !(*value < high)) {
     throw InputError(option + ": " + std::to_string(*value) + " found, " + allowed + " is allowed");
@@ -34,7 +36,8 @@ Value one_of(const std::string& option, const std::string& found, const Words<Va
   if (found.empty()) return words.front().second;
   if (const auto value = value_of(words, found)) return *value;
   const std::vector<std::string> allowed = texts_of(words);
-  throw InputError(option + ": '" + found + "' found, allowed: " + join(allowed) + nearest_name(found, allowed));
+  throw InputError(option + ": '" + found + "' found, allowed: " + join(allowed) +
+                   nearest_name(found, allowed));
 }
 
 // "4GB", "500 MB", "1e9"
@@ -43,7 +46,8 @@ std::string parse_bytes(const std::string& text, double& bytes) {
   bytes = std::strtod(text.c_str(), &end);
   std::string unit(end);
   unit.erase(0, unit.find_first_not_of(' '));
-  for (char& letter : unit) letter = static_cast<char>(std::toupper(static_cast<unsigned char>(letter)));
+  for (char& letter : unit)
+    letter = static_cast<char>(std::toupper(static_cast<unsigned char>(letter)));
   double factor = 0;
   if (unit.empty() || unit == "B") factor = 1;
   if (unit == "KB" || unit == "K") factor = 1e3;
@@ -56,11 +60,13 @@ std::string parse_bytes(const std::string& text, double& bytes) {
 }
 
 template <typename Number, typename Convert>
-Number converted(const std::string& option, const std::string& text, const char* what, const Convert& convert) {
+Number converted(const std::string& option, const std::string& text, const char* what,
+                 const Convert& convert) {
   char* end = nullptr;
   errno = 0;
   const Number value = convert(text.c_str(), &end);
-  if (end == text.c_str() || *end != '\0' || errno == ERANGE) throw InputError(option + ": '" + text + "' found, expected " + what);
+  if (end == text.c_str() || *end != '\0' || errno == ERANGE)
+    throw InputError(option + ": '" + text + "' found, expected " + what);
   return value;
 }
 
@@ -68,7 +74,8 @@ Index whole_number_of(const std::string& option, const std::string& text, Index 
   const auto convert = [](const char* from, char** end) { return std::strtoll(from, end, 10); };
   const Index value = converted<Index>(option, text, "a whole number", convert);
   if (value < least)
-    throw InputError(option + ": " + std::to_string(value) + " found, " + std::to_string(least) + " or more is allowed");
+    throw InputError(option + ": " + std::to_string(value) + " found, " + std::to_string(least) +
+                     " or more is allowed");
   return value;
 }
 
@@ -82,8 +89,12 @@ struct TakeWords {
   void operator()(const OneWord<Value>& v) const {
     v.field(reduction) = one_of(option, words.front(), v.words);
   }
-  void operator()(const WholeNumber& v) const { v.field(reduction) = whole_number_of(option, words.front(), v.least); }
-  void operator()(const WholeNumberOrNone& v) const { v.field(reduction) = whole_number_of(option, words.front(), v.least); }
+  void operator()(const WholeNumber& v) const {
+    v.field(reduction) = whole_number_of(option, words.front(), v.least);
+  }
+  void operator()(const WholeNumberOrNone& v) const {
+    v.field(reduction) = whole_number_of(option, words.front(), v.least);
+  }
   void operator()(const NumberOrNone& v) const {
     const double value = converted<double>(option, words.front(), v.allowed.c_str(), std::strtod);
     v.field(reduction) = number_in(option, value, v.above, v.below, v.allowed);
@@ -115,7 +126,8 @@ ReductionOptions reduction_of(const ReduceCommand& command) {
   if (!reduction.modes && !reduction.cutoff_hz && !reduction.tolerance)
     throw InputError("--modes, --cutoff-hz or --tolerance is missing: give one of them");
   if (reduction.tolerance && command.reduction.count("pick") > 0)
-    throw InputError("--pick requires --modes: with --tolerance the modes are chosen by participation");
+    throw InputError(
+        "--pick requires --modes: with --tolerance the modes are chosen by participation");
   check_massless(reduction, "command line");
   check_characteristic(reduction, "command line");
   return reduction;
@@ -130,16 +142,20 @@ void add_reduction_options(CLI::App& group, ReduceCommand& command) {
       options[key.key] = group.add_flag_function(
           key.option, [&words, name = key.key](std::int64_t) { words[name] = {"true"}; }, key.help);
     } else if (std::holds_alternative<NameList>(key.value)) {
-      options[key.key] = group
-                             .add_option_function<std::vector<std::string>>(
-                                 key.option, [&words, name = key.key](const auto& texts) { words[name] = texts; }, key.help)
-                             ->allow_extra_args(false)
-                             ->type_name(key.type_name);
+      options[key.key] =
+          group
+              .add_option_function<std::vector<std::string>>(
+                  key.option, [&words, name = key.key](const auto& texts) { words[name] = texts; },
+                  key.help)
+              ->allow_extra_args(false)
+              ->type_name(key.type_name);
     } else {
-      options[key.key] = group
-                             .add_option_function<std::string>(
-                                 key.option, [&words, name = key.key](const auto& text) { words[name] = {text}; }, key.help)
-                             ->type_name(key.type_name);
+      options[key.key] =
+          group
+              .add_option_function<std::string>(
+                  key.option, [&words, name = key.key](const auto& text) { words[name] = {text}; },
+                  key.help)
+              ->type_name(key.type_name);
     }
   }
   options["cutoff_hz"]->excludes(options["modes"]);
@@ -149,42 +165,59 @@ void add_reduction_options(CLI::App& group, ReduceCommand& command) {
 }  // namespace
 
 void add_reduce_options(CLI::App& app, ReduceCommand& command) {
-  app.add_option("INPUT", command.input, "scene (YAML), - for a scene on standard input, or mesh (.msh .exo .e .g .inp .bdf .unv .vtk)")->required();
-  auto* mesh = app.add_option_group("with a mesh", "description of the component; in a scene these are keys");
+  app.add_option("INPUT", command.input,
+                 "scene (YAML), - for a scene on standard input, or mesh (.msh .exo .e .g .inp "
+                 ".bdf .unv .vtk)")
+      ->required();
+  auto* mesh = app.add_option_group("with a mesh",
+                                    "description of the component; in a scene these are keys");
   add_reduction_options(*mesh, command);
-  mesh->add_option("--youngs-modulus", command.youngs_modulus, "in consistent units, like all quantities")->type_name("E");
-  mesh->add_option("--poissons-ratio", command.poissons_ratio, "between -1 and 0.5")->type_name("NU");
+  mesh->add_option("--youngs-modulus", command.youngs_modulus,
+                   "in consistent units, like all quantities")
+      ->type_name("E");
+  mesh->add_option("--poissons-ratio", command.poissons_ratio, "between -1 and 0.5")
+      ->type_name("NU");
   mesh->add_option("--density", command.density, "mass per volume")->type_name("RHO");
-  mesh->add_option("--element", command.element, "hex8-incompatible (default), hex8 or hex8-hourglass")->type_name("WORD");
-  mesh->add_option("--mass", command.mass,
-                   "auto (default: consistent for hex20 and tet10, lumped for others), lumped or consistent")
+  mesh->add_option("--element", command.element,
+                   "hex8-incompatible (default), hex8 or hex8-hourglass")
       ->type_name("WORD");
-  mesh->add_option("-o,--output", command.output,
-                   "superelement file (default: name of the mesh with .cbr.h5, in the current folder)")
+  mesh->add_option(
+          "--mass", command.mass,
+          "auto (default: consistent for hex20 and tet10, lumped for others), lumped or consistent")
+      ->type_name("WORD");
+  mesh->add_option(
+          "-o,--output", command.output,
+          "superelement file (default: name of the mesh with .cbr.h5, in the current folder)")
       ->type_name("FILE");
-  auto* estimate = app.add_flag(
-      "--estimate", command.estimate,
-      "print the expected size, memory and time of the reduction, beside Eqs 5-17 of the paper, and do not reduce. A mesh "
-      "needs no material for it, except with --cutoff-hz");
-  auto* info = app.add_flag(
-      "--info", command.info,
-      "describe INPUT, which is a superelement, results, fields or checkpoint file: its origin, dofs, lowest frequencies, "
-      "faces, mass and known errors");
+  auto* estimate = app.add_flag("--estimate", command.estimate,
+                                "print the expected size, memory and time of the reduction, beside "
+                                "Eqs 5-17 of the paper, and do not reduce. A mesh "
+                                "needs no material for it, except with --cutoff-hz");
+  auto* info = app.add_flag("--info", command.info,
+                            "describe INPUT, which is a superelement, results, fields or "
+                            "checkpoint file: its origin, dofs, lowest frequencies, "
+                            "faces, mass and known errors");
   auto* exporting = app.add_option("--export", command.export_format,
-                                   "write the superelement INPUT for other codes: " + join(export_format_names()) +
-                                       "; -o gives the beginning of the files' names (docs/formats.md, \"Files for other codes\")")
+                                   "write the superelement INPUT for other codes: " +
+                                       join(export_format_names()) +
+                                       "; -o gives the beginning of the files' names "
+                                       "(docs/formats.md, \"Files for other codes\")")
                         ->type_name("FORMAT")
                         ->excludes(estimate)
                         ->excludes(info);
-  auto* import = app.add_option("--import", command.import_format,
-                                "make a superelement of INPUT, a file of another code: " + join(import_format_names()) +
-                                    "; -o gives the superelement's name (docs/formats.md, \"Files of other codes\")")
-                     ->type_name("FORMAT")
-                     ->excludes(estimate)
-                     ->excludes(info)
-                     ->excludes(exporting);
+  auto* import =
+      app.add_option(
+             "--import", command.import_format,
+             "make a superelement of INPUT, a file of another code: " +
+                 join(import_format_names()) +
+                 "; -o gives the superelement's name (docs/formats.md, \"Files of other codes\")")
+          ->type_name("FORMAT")
+          ->excludes(estimate)
+          ->excludes(info)
+          ->excludes(exporting);
   app.add_option("--faces", command.faces,
-                 "with --import: the mesh of the same component, which gives the superelement its faces and node sets")
+                 "with --import: the mesh of the same component, which gives the superelement its "
+                 "faces and node sets")
       ->type_name("MESH")
       ->needs(import);
   app.add_flag("--force", command.force, "reduce even if the superelement file is up to date");
@@ -194,14 +227,17 @@ void add_reduce_options(CLI::App& app, ReduceCommand& command) {
            const std::string wrong = parse_bytes(text, command.memory);
            if (!wrong.empty()) throw CLI::ValidationError("--memory", wrong);
          },
-         "memory for the constraint modes, e.g. 500MB (default: half of RAM minus the factor); less is slower")
+         "memory for the constraint modes, e.g. 500MB (default: half of RAM minus the factor); "
+         "less is slower")
       ->type_name("SIZE");
   app.add_option("--engine", command.engine,
-                 "cholmod (default), or petsc, as under mpirun: factor and modes by PETSc, MUMPS and SLEPc (docs/distributed.md)")
+                 "cholmod (default), or petsc, as under mpirun: factor and modes by PETSc, MUMPS "
+                 "and SLEPc (docs/distributed.md)")
       ->type_name("WORD")
       ->check(CLI::IsMember({"cholmod", "petsc"}));
   app.add_option("--diagonal-limit", command.diagonal_limit,
-                 "largest number of coordinates for which the diagonal form is stored (default: 6000; 3000 for joined domains)")
+                 "largest number of coordinates for which the diagonal form is stored (default: "
+                 "6000; 3000 for joined domains)")
       ->type_name("N")
       ->check(whole_number("coordinates", 0));
 }
@@ -221,13 +257,15 @@ Scene scene_of_mesh(const ReduceCommand& command) {
   } else {
     scene.materials["material"] = {
         number_in("--youngs-modulus", command.youngs_modulus, 0, INFINITY, "a positive number"),
-        number_in("--poissons-ratio", command.poissons_ratio, -1, 0.5, "a number between -1 and 0.5 (both excluded)"),
+        number_in("--poissons-ratio", command.poissons_ratio, -1, 0.5,
+                  "a number between -1 and 0.5 (both excluded)"),
         number_in("--density", command.density, 0, INFINITY, "a positive number")};
   }
   if (!command.element.empty()) component.element = parse_hex8_formulation(command.element);
   component.mass = one_of("--mass", command.mass, mass_words);
   ReductionOptions reduction = reduction_of(command);
-  reduction.superelement = absolute(command.output.empty() ? component.name + ".cbr.h5" : command.output);
+  reduction.superelement =
+      absolute(command.output.empty() ? component.name + ".cbr.h5" : command.output);
   component.reduction = reduction;
   Instance instance;
   instance.name = instance.component = component.name;

@@ -42,7 +42,8 @@ void say_loads(const Superelement& s, Report& report) {
               " residual vectors beside the modes");
 }
 
-// Of the faces that are nearly flat, where that is known, or else all of the interface stopped at once.
+// Of the faces that are nearly flat, where that is known, or else all of the interface stopped at
+// once.
 void warn_of_residual_mass(const Vector3& rho, const Superelement& s, Report& report) {
   double most = 0;
   std::string face;
@@ -50,24 +51,28 @@ void warn_of_residual_mass(const Vector3& rho, const Superelement& s, Report& re
     for (const auto& [name, surface] : s.accuracy->surfaces)
       if (surface.impact > most) most = surface.impact, face = name;
   if ((face.empty() ? rho.maxCoeff() : most) <= large_residual_mass) return;
-  const std::string what =
-      face.empty() ? "contact will lose energy" : "a flat impact of " + face + format_text(" will lose %.2f of its energy", most);
+  const std::string what = face.empty() ? "contact will lose energy"
+                                        : "a flat impact of " + face +
+                                              format_text(" will lose %.2f of its energy", most);
   // All modes are not enough where the mesh's own mass lies on the interface
   const double floor = s.accuracy && s.accuracy->rho_floor ? s.accuracy->rho_floor->maxCoeff() : 0;
   const bool modes_help = rho.maxCoeff() > 1.1 * floor;
-  report.warning(format_text("much mass is left on the interface (rho_res up to %.2f): ", rho.maxCoeff()) + what +
-                 (modes_help
-                      ? "; keep more modes, or pick them by participation"
-                      : format_text("; all modes would leave %.2f, which is the mass of the interface's own nodes: refine the "
-                                    "mesh at the interface, or keep fewer faces",
-                                    floor)));
+  report.warning(
+      format_text("much mass is left on the interface (rho_res up to %.2f): ", rho.maxCoeff()) +
+      what +
+      (modes_help ? "; keep more modes, or pick them by participation"
+                  : format_text("; all modes would leave %.2f, which is the mass of the "
+                                "interface's own nodes: refine the "
+                                "mesh at the interface, or keep fewer faces",
+                                floor)));
 }
 
 void say_residual_mass(const Vector3& rho, const Superelement& s, Report& report) {
-  report.line(format_text(
-      "  rho_res      x %.4f  y %.4f  z %.4f: share of a body's energy of motion along x, y, z that is lost when its whole "
-      "interface stops at once (good: below 0.05)",
-      rho(0), rho(1), rho(2)));
+  report.line(
+      format_text("  rho_res      x %.4f  y %.4f  z %.4f: share of a body's energy of motion along "
+                  "x, y, z that is lost when its whole "
+                  "interface stops at once (good: below 0.05)",
+                  rho(0), rho(1), rho(2)));
   warn_of_residual_mass(rho, s, report);
 }
 
@@ -76,37 +81,45 @@ void say_free_modes(const Superelement& s, const MasslessFigures& m, Report& rep
   const Vector lambda = s.eigenvalues.tail(s.k() - m.n_rigid);
   if (!s.accuracy || lambda.size() == 0) return;
   report.line(format_text(
-      "  free modes   %lld elastic ones up to %.6g Hz, exact; none is missing below %.6g Hz; answers to constant forces "
+      "  free modes   %lld elastic ones up to %.6g Hz, exact; none is missing below %.6g Hz; "
+      "answers to constant forces "
       "on the interface are exact",
       static_cast<long long>(lambda.size()), s.accuracy->covered_hz, s.accuracy->complete_hz));
   if (m.share.size() == 0) return;
   Index half = 0;
   while (half < m.share.size() && m.share(half) >= 0.5) ++half;
-  std::string text = format_text("  tapered      at the interface the lowest keeps %.4f of its compliance", m.share(0));
-  if (half > 0) text += format_text(", half or more up to %.6g Hz", std::sqrt(lambda(half - 1)) / (2 * std::numbers::pi));
-  report.line(text + format_text(", the last %.4f; the rest of it answers at once", m.share(m.share.size() - 1)));
+  std::string text = format_text(
+      "  tapered      at the interface the lowest keeps %.4f of its compliance", m.share(0));
+  if (half > 0)
+    text += format_text(", half or more up to %.6g Hz",
+                        std::sqrt(lambda(half - 1)) / (2 * std::numbers::pi));
+  report.line(text + format_text(", the last %.4f; the rest of it answers at once",
+                                 m.share(m.share.size() - 1)));
 }
 
 void say_massless(const Superelement& s, const MasslessFigures& m, Report& report) {
+  report.line(
+      format_text("  massless     %lld of the modes rigid; x %.4f  y %.4f  z %.4f: of the "
+                  "compliance under a uniform load this is left "
+                  "to an interface without inertia",
+                  static_cast<long long>(m.n_rigid), m.left(0), m.left(1), m.left(2)));
   report.line(format_text(
-      "  massless     %lld of the modes rigid; x %.4f  y %.4f  z %.4f: of the compliance under a uniform load this is left "
-      "to an interface without inertia",
-      static_cast<long long>(m.n_rigid), m.left(0), m.left(1), m.left(2)));
-  report.line(format_text("  step         highest frequency %.6g Hz with the interface held: critical step %.4g",
-                          s.massless.omega_closed / (2 * std::numbers::pi), 2 / s.massless.omega_closed));
+      "  step         highest frequency %.6g Hz with the interface held: critical step %.4g",
+      s.massless.omega_closed / (2 * std::numbers::pi), 2 / s.massless.omega_closed));
   if (!m.fixed) return say_free_modes(s, m, report);
   if (!s.accuracy) return;
   const Vector3& rho = s.accuracy->rho_res;
-  report.line(format_text(
-      "  rho_res      x %.4f  y %.4f  z %.4f: share of the mass that was in no fixed mode along x, y, z and was given to "
-      "those that are kept; of all rigid motions up to %.4f",
-      rho(0), rho(1), rho(2), m.lost_mass));
+  report.line(
+      format_text("  rho_res      x %.4f  y %.4f  z %.4f: share of the mass that was in no fixed "
+                  "mode along x, y, z and was given to "
+                  "those that are kept; of all rigid motions up to %.4f",
+                  rho(0), rho(1), rho(2), m.lost_mass));
   if (m.lost_mass > large_residual_mass)
-    report.warning(
-        format_text("much of the mass was in no fixed mode (up to %.2f of a rigid motion's) and was given to those that are kept: "
-                    "frequencies of the free body are off",
-                    m.lost_mass) +
-        "; keep more modes, pick them by participation, or take massless_modes: free");
+    report.warning(format_text("much of the mass was in no fixed mode (up to %.2f of a rigid "
+                               "motion's) and was given to those that are kept: "
+                               "frequencies of the free body are off",
+                               m.lost_mass) +
+                   "; keep more modes, pick them by participation, or take massless_modes: free");
   say_accuracy(s, report);
 }
 
@@ -114,83 +127,105 @@ void say_statics(const StaticShare& statics, Report& report) {
   if (statics.empty()) return;
   const std::set<Index> nodes(statics.node.begin(), statics.node.end());
   const bool normal = statics.size() < 3 * static_cast<Index>(nodes.size());
-  report.line(format_text("  statics      in full at %lld nodes that may touch, ", static_cast<long long>(nodes.size())) +
-              (normal ? "normal to their faces: for contact without friction" : "in all directions"));
+  report.line(
+      format_text("  statics      in full at %lld nodes that may touch, ",
+                  static_cast<long long>(nodes.size())) +
+      (normal ? "normal to their faces: for contact without friction" : "in all directions"));
 }
 
 void say_characteristic(const Superelement& s, const ReductionFigures& figures, Report& report) {
   const CharacteristicFigures& c = figures.characteristic;
   const auto count = [](Index n) { return static_cast<long long>(n); };
-  std::string text = format_text(
-      c.free_modes ? "  interface    moves as in %lld modes of the free component" : "  interface    %lld of its own modes",
-      count(c.n_modes));
+  std::string text =
+      format_text(c.free_modes ? "  interface    moves as in %lld modes of the free component"
+                               : "  interface    %lld of its own modes",
+                  count(c.n_modes));
   if (c.n_modes > 0) text += format_text(" up to %.6g Hz", c.highest / (2 * std::numbers::pi));
-  text += c.n_kept > 0 ? format_text(", %lld dofs kept", count(c.n_kept)) : format_text(", %lld rigid motions", count(c.n_rigid));
-  if (c.n_patterns + c.n_dropped > 0) text += format_text(", %lld responses to patterns of pressure", count(c.n_patterns));
-  if (c.n_dropped > 0) text += format_text(" (%lld more are in the span of the others)", count(c.n_dropped));
+  text += c.n_kept > 0 ? format_text(", %lld dofs kept", count(c.n_kept))
+                       : format_text(", %lld rigid motions", count(c.n_rigid));
+  if (c.n_patterns + c.n_dropped > 0)
+    text += format_text(", %lld responses to patterns of pressure", count(c.n_patterns));
+  if (c.n_dropped > 0)
+    text += format_text(" (%lld more are in the span of the others)", count(c.n_dropped));
   report.line(text);
   report.line(format_text("  step         highest frequency %.6g Hz: critical step %.4g",
-                          std::sqrt(s.eigenvalues.maxCoeff()) / (2 * std::numbers::pi), 2 / std::sqrt(s.eigenvalues.maxCoeff())));
+                          std::sqrt(s.eigenvalues.maxCoeff()) / (2 * std::numbers::pi),
+                          2 / std::sqrt(s.eigenvalues.maxCoeff())));
   if (!std::isnan(figures.shapes_error))
-    report.line(format_text(
-        "  shapes       put the ten lowest free frequencies up to %.2g %% of them above craig-bampton's of the same modes",
-        100 * (1 - std::sqrt(1 - std::clamp(figures.shapes_error, 0.0, 1.0)))));
+    report.line(
+        format_text("  shapes       put the ten lowest free frequencies up to %.2g %% of them "
+                    "above craig-bampton's of the same modes",
+                    100 * (1 - std::sqrt(1 - std::clamp(figures.shapes_error, 0.0, 1.0)))));
   say_statics(s.characteristic.statics, report);
   if (c.n_patterns == 0 || !s.characteristic.statics.empty()) return;
-  report.line(format_text(
-      "  compliance   %.4f of that of single nodes under pressure is not in the basis, nothing of that under a uniform one",
-      c.left));
+  report.line(
+      format_text("  compliance   %.4f of that of single nodes under pressure is not in the basis, "
+                  "nothing of that under a uniform one",
+                  c.left));
 }
 
 // The most that a lumped moment of inertia is above the geometry's, of itself.
 double excess(const RigidBody& lumped, const RigidBody& geometry) {
   double most = 0;
   for (int i = 0; i < 3; ++i)
-    if (geometry.inertia(i, i) > 0) most = std::max(most, lumped.inertia(i, i) / geometry.inertia(i, i) - 1);
+    if (geometry.inertia(i, i) > 0)
+      most = std::max(most, lumped.inertia(i, i) / geometry.inertia(i, i) - 1);
   return most;
 }
 
 std::string inertia_text(const Matrix3& I) {
-  return format_text("xx %.6g  yy %.6g  zz %.6g  xy %.6g  yz %.6g  xz %.6g", I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(1, 2), I(0, 2));
+  return format_text("xx %.6g  yy %.6g  zz %.6g  xy %.6g  yz %.6g  xz %.6g", I(0, 0), I(1, 1),
+                     I(2, 2), I(0, 1), I(1, 2), I(0, 2));
 }
 
 void say_rigid_body(const RigidBody& b, const ComponentMass& mass, Report& report) {
   const bool lumped = mass.kind == MassKind::lumped;
-  report.line(format_text("  mass         %.9g, centre (%.6g, %.6g, %.6g), ", b.mass, b.center(0), b.center(1), b.center(2)) +
+  report.line(format_text("  mass         %.9g, centre (%.6g, %.6g, %.6g), ", b.mass, b.center(0),
+                          b.center(1), b.center(2)) +
               (lumped ? "lumped at the nodes" : "consistent"));
   const bool is_geometrys = !lumped || excess(b, mass.geometry) < same_inertia;
-  report.line("  inertia      " + inertia_text(b.inertia) + (is_geometrys ? " (that of the geometry)" : " (of the lumped mass)"));
+  report.line("  inertia      " + inertia_text(b.inertia) +
+              (is_geometrys ? " (that of the geometry)" : " (of the lumped mass)"));
   if (is_geometrys) return;
   report.line("  geometry     " + inertia_text(mass.geometry.inertia) +
               format_text(": lumping adds up to %.2g %%", 100 * excess(b, mass.geometry)));
   if (excess(b, mass.geometry) > much_excess)
     report.line(
-        "  note         lumped mass makes frequencies of quadratic and coarse meshes low and inertia high; mass: consistent "
+        "  note         lumped mass makes frequencies of quadratic and coarse meshes low and "
+        "inertia high; mass: consistent "
         "has the geometry's inertia");
 }
 
 void say_file(const std::filesystem::path& file, bool diagonal, bool recovery, Report& report) {
   std::error_code error;
   const auto size = std::filesystem::file_size(file, error);
-  report.line("  file         " + file.string() + (error ? "" : ", " + human_bytes(static_cast<double>(size))) + ", " +
-              (diagonal ? "with diagonal form" : "without diagonal form") + (recovery ? ", with recovery" : ""));
+  report.line("  file         " + file.string() +
+              (error ? "" : ", " + human_bytes(static_cast<double>(size))) + ", " +
+              (diagonal ? "with diagonal form" : "without diagonal form") +
+              (recovery ? ", with recovery" : ""));
 }
 
 // "12 to 15", or "12" when they are equal.
 template <typename Figure>
 std::string range_text(const GroupFigures& figures, Figure figure) {
   Index least = figure(0), most = least;
-  for (std::size_t d = 0; d < figures.domains.size(); ++d) least = std::min(least, figure(d)), most = std::max(most, figure(d));
+  for (std::size_t d = 0; d < figures.domains.size(); ++d)
+    least = std::min(least, figure(d)), most = std::max(most, figure(d));
   return std::to_string(least) + (most > least ? " to " + std::to_string(most) : "");
 }
 
-void say_missing_modes(const SuperelementGroup& group, const GroupFigures& figures, Report& report) {
+void say_missing_modes(const SuperelementGroup& group, const GroupFigures& figures,
+                       Report& report) {
   std::string text;
   for (std::size_t d = 0; d < figures.domains.size(); ++d) {
     if (figures.domains[d].modes_missing == 0) continue;
-    text += (text.empty() ? "" : ", ") + std::to_string(d + 1) + " (" + std::to_string(group.domains[d].k()) + ")";
+    text += (text.empty() ? "" : ", ") + std::to_string(d + 1) + " (" +
+            std::to_string(group.domains[d].k()) + ")";
   }
-  if (!text.empty()) report.line("  note         fewer interior dofs than modes asked for, so all are kept, in domain " + text);
+  if (!text.empty())
+    report.line(
+        "  note         fewer interior dofs than modes asked for, so all are kept, in domain " +
+        text);
 }
 
 void count_work(const ReductionFigures& figures, Report& report) {
@@ -205,21 +240,23 @@ void count_work(const ReductionFigures& figures, Report& report) {
 }
 
 std::string way_text(const ReductionFigures& figures) {
-  if (figures.way == CondensationWay::fronts) return "condensed with the factorisation, front by front";
+  if (figures.way == CondensationWay::fronts)
+    return "condensed with the factorisation, front by front";
   if (figures.way == CondensationWay::product) return "constraint modes held whole";
   return "constraint modes in panels of " + std::to_string(figures.panel) + " columns";
 }
 
 }  // namespace
 
-void summarise(const Superelement& s, const ReductionFigures& figures, const ComponentMass& mass, const std::filesystem::path& file,
-               Report& report) {
+void summarise(const Superelement& s, const ReductionFigures& figures, const ComponentMass& mass,
+               const std::filesystem::path& file, Report& report) {
   count_work(figures, report);
   report.count("interface_dofs", static_cast<double>(s.c()));
   report.count("modes", static_cast<double>(s.k()));
-  report.line(format_text("  dofs         %lld in full, %lld on the interface (%zu nodes), %lld modes, %lld reduced",
-                          static_cast<long long>(figures.n_dofs), static_cast<long long>(s.c()), s.node_ids.size(),
-                          static_cast<long long>(fixed_modes(s, figures)), static_cast<long long>(s.n_coordinates())));
+  report.line(format_text(
+      "  dofs         %lld in full, %lld on the interface (%zu nodes), %lld modes, %lld reduced",
+      static_cast<long long>(figures.n_dofs), static_cast<long long>(s.c()), s.node_ids.size(),
+      static_cast<long long>(fixed_modes(s, figures)), static_cast<long long>(s.n_coordinates())));
   report.line("  modes        " + modes_text(s, figures));
   report.detail("modes by " + figures.mode_method);
   for (const SummaryLine& line : frequency_lines(s)) report.line(line.text);
@@ -228,47 +265,56 @@ void summarise(const Superelement& s, const ReductionFigures& figures, const Com
   if (s.is_massless()) {
     say_massless(s, figures.massless, report);
   } else {
-    say_residual_mass(s.is_characteristic() ? figures.characteristic.rho : residual_mass_share(s), s, report);
+    say_residual_mass(s.is_characteristic() ? figures.characteristic.rho : residual_mass_share(s),
+                      s, report);
     say_accuracy(s, report);
   }
   say_rigid_body(s.rigid_body, mass, report);
   report.line("  sets kept    " + sets_text(s));
-  report.detail(format_text("factor: %.3g non-zeros, %.3g flops; solves %.3g flops; products %.3g flops", figures.factor_nonzeros,
-                            figures.factor_flops, figures.solve_flops, figures.product_flops));
+  report.detail(format_text(
+      "factor: %.3g non-zeros, %.3g flops; solves %.3g flops; products %.3g flops",
+      figures.factor_nonzeros, figures.factor_flops, figures.solve_flops, figures.product_flops));
   report.detail(way_text(figures));
   say_file(file, s.has_diagonal_form(), !s.recovery.empty(), report);
 }
 
-void summarise_domains(const SuperelementGroup& group, const GroupFigures& f, const std::optional<Vector3>& rho, Report& report) {
+void summarise_domains(const SuperelementGroup& group, const GroupFigures& f,
+                       const std::optional<Vector3>& rho, Report& report) {
   const auto of = [&](auto figure) { return range_text(f, figure); };
   report.line("  domains      " + std::to_string(f.domains.size()) + " of " +
-              of([&](std::size_t d) { return f.domains[d].n_elements; }) + " elements, reduced in " + human_seconds(f.seconds) +
-              " by " + std::to_string(f.n_workers) + (f.n_workers > 1 ? " threads" : " thread"));
+              of([&](std::size_t d) { return f.domains[d].n_elements; }) +
+              " elements, reduced in " + human_seconds(f.seconds) + " by " +
+              std::to_string(f.n_workers) + (f.n_workers > 1 ? " threads" : " thread"));
   Index k = 0;
   for (const auto& domain : group.domains) k += domain.k();
   const auto c = 3 * static_cast<Index>(join_nodes(group).node_ids.size());
   report.line("  dofs         " + std::to_string(f.n_dofs) + " in full; each domain " +
               of([&](std::size_t d) { return group.domains[d].c(); }) + " on its interface and " +
-              of([&](std::size_t d) { return group.domains[d].k(); }) + " modes; " + std::to_string(f.n_shared_nodes) +
-              " nodes shared");
-  report.line("  joined       " + std::to_string(k) + " modes, " + std::to_string(c) + " dofs of nodes, " + std::to_string(k + c) +
-              " reduced");
+              of([&](std::size_t d) { return group.domains[d].k(); }) + " modes; " +
+              std::to_string(f.n_shared_nodes) + " nodes shared");
+  report.line("  joined       " + std::to_string(k) + " modes, " + std::to_string(c) +
+              " dofs of nodes, " + std::to_string(k + c) + " reduced");
   say_missing_modes(group, f, report);
   if (rho) say_residual_mass(*rho, {}, report);
   report.line(
-      "  errors       of what the domains make together are not estimated, neither its frequencies nor its flat impacts: "
-      "compare with twice the modes, or with domains: 1; rigid motion and answers to constant forces on the interface are exact");
+      "  errors       of what the domains make together are not estimated, neither its frequencies "
+      "nor its flat impacts: "
+      "compare with twice the modes, or with domains: 1; rigid motion and answers to constant "
+      "forces on the interface are exact");
   for (std::size_t d = 0; d < f.domains.size(); ++d) {
-    report.detail(format_text("domain %zu: %lld elements, %lld interior dofs, c %lld, k %lld, factor %.3g non-zeros, ", d + 1,
-                              static_cast<long long>(f.domains[d].n_elements),
+    report.detail(format_text("domain %zu: %lld elements, %lld interior dofs, c %lld, k %lld, "
+                              "factor %.3g non-zeros, ",
+                              d + 1, static_cast<long long>(f.domains[d].n_elements),
                               static_cast<long long>(f.domains[d].reduction.n_interior),
-                              static_cast<long long>(group.domains[d].c()), static_cast<long long>(group.domains[d].k()),
+                              static_cast<long long>(group.domains[d].c()),
+                              static_cast<long long>(group.domains[d].k()),
                               f.domains[d].reduction.factor_nonzeros) +
                   f.domains[d].reduction.mode_method);
   }
 }
 
-void summarise_group(const SuperelementGroup& group, const ComponentMass& mass, const std::filesystem::path& file, Report& report) {
+void summarise_group(const SuperelementGroup& group, const ComponentMass& mass,
+                     const std::filesystem::path& file, Report& report) {
   say_rigid_body(group.rigid_body, mass, report);
   Superelement described;
   JoinedNodes joined = join_nodes(group);

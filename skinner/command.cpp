@@ -22,35 +22,43 @@ void write(const SkinnedMesh& skinned, const std::filesystem::path& file, Report
   }
   for (const auto& note : skinned.notes) report.line(note);
   for (const auto& block : skinned.blocks)
-    report.line(block.name + ": " + std::to_string(block.n_shells) + " shells (" + std::string(name(block.kind)) + ") on " +
-                std::to_string(block.n_nodes) + " nodes");
-  report.line("written: " + file.string() + ", " + std::to_string(skinned.mesh.coordinates.rows()) + " nodes, " +
-              std::to_string(skinned.mesh.blocks.size()) + " blocks");
+    report.line(block.name + ": " + std::to_string(block.n_shells) + " shells (" +
+                std::string(name(block.kind)) + ") on " + std::to_string(block.n_nodes) + " nodes");
+  report.line("written: " + file.string() + ", " + std::to_string(skinned.mesh.coordinates.rows()) +
+              " nodes, " + std::to_string(skinned.mesh.blocks.size()) + " blocks");
   report.timings();
 }
 
 // What cbr-dyn refuses is a warning here: cbr-reduce may be run after cbr-skin, too.
 void warn_of_stale_superelements(const Scene& scene, Report& report) {
   for (const auto& [name, component] : scene.components) {
-    const bool used = std::any_of(scene.instances.begin(), scene.instances.end(), [&, &its_name = name](const Instance& instance) {
-      return instance.as == InstanceKind::superelement && instance.component == its_name;
-    });
-    if (!used || !component.reduction || !component.has_mesh || !std::filesystem::exists(component.reduction->superelement))
+    const bool used = std::any_of(scene.instances.begin(), scene.instances.end(),
+                                  [&, &its_name = name](const Instance& instance) {
+                                    return instance.as == InstanceKind::superelement &&
+                                           instance.component == its_name;
+                                  });
+    if (!used || !component.reduction || !component.has_mesh ||
+        !std::filesystem::exists(component.reduction->superelement))
       continue;
-    if (read_content_hash(component.reduction->superelement) == content_hash(scene, component) && !is_of_other_mass(component))
+    if (read_content_hash(component.reduction->superelement) == content_hash(scene, component) &&
+        !is_of_other_mass(component))
       continue;
     report.warning(component.source.text() + ": component '" + name + "': the superelement " +
                    component.reduction->superelement.string() +
-                   " was not made from the present mesh, materials and reduction options (" + stale_text(scene, component) +
-                   "), the skinned mesh is: run cbr-reduce " + (scene.file == "-" ? "SCENE" : scene.file.string()));
+                   " was not made from the present mesh, materials and reduction options (" +
+                   stale_text(scene, component) + "), the skinned mesh is: run cbr-reduce " +
+                   (scene.file == "-" ? "SCENE" : scene.file.string()));
   }
 }
 
 void skin_a_mesh(const SkinCommand& command, Report& report) {
-  if (command.sidesets.empty()) throw InputError(command.input + ": which sidesets? Give --sideset NAME, once for each");
-  if (command.output.empty()) throw InputError(command.input + ": where to? Give -o FILE.msh or -o FILE.exo");
+  if (command.sidesets.empty())
+    throw InputError(command.input + ": which sidesets? Give --sideset NAME, once for each");
+  if (command.output.empty())
+    throw InputError(command.input + ": where to? Give -o FILE.msh or -o FILE.exo");
   if (is_same_file(command.input, command.output))
-    throw InputError(command.output.string() + ": is the mesh to skin and would be overwritten: give -o another name");
+    throw InputError(command.output.string() +
+                     ": is the mesh to skin and would be overwritten: give -o another name");
   report.refuse_timings_at(command.output, "the skinned mesh");
   UnchangedFiles inputs;
   inputs.add(command.input);
@@ -63,7 +71,8 @@ void skin_a_mesh(const SkinCommand& command, Report& report) {
     const auto phase = report.phase("skinning");
     const std::string left_out = left_out_blocks(skinned.mesh);
     skinned = skin_mesh(std::move(skinned.mesh), command.sidesets);
-    if (!left_out.empty()) report.warning(command.input + ": " + left_out + ": cbr-reduce and cbr-dyn ignore shells");
+    if (!left_out.empty())
+      report.warning(command.input + ": " + left_out + ": cbr-reduce and cbr-dyn ignore shells");
   } catch (const InputError& error) {
     throw InputError(command.input + ": " + error.what());
   }
@@ -73,21 +82,27 @@ void skin_a_mesh(const SkinCommand& command, Report& report) {
 
 void skin_a_scene(const SkinCommand& command, std::ostream* scene_out, Report& report) {
   if (!command.sidesets.empty())
-    throw InputError(command.input + ": --sideset requires a mesh (.msh, .exo, .inp, .bdf, ...) as INPUT; in a scene give skin: surfaces");
+    throw InputError(command.input +
+                     ": --sideset requires a mesh (.msh, .exo, .inp, .bdf, ...) as INPUT; in a "
+                     "scene give skin: surfaces");
   Scene scene = read_scene(command.input);
   if (scene.skin) {
-    if (!command.output.empty()) scene.skin->mesh = std::filesystem::absolute(command.output).lexically_normal();
+    if (!command.output.empty())
+      scene.skin->mesh = std::filesystem::absolute(command.output).lexically_normal();
     if (!is_written_mesh_name(scene.skin->mesh))
-      throw InputError(scene.skin->source.text() + ": skin: mesh: '" + scene.skin->mesh.filename().string() +
+      throw InputError(scene.skin->source.text() + ": skin: mesh: '" +
+                       scene.skin->mesh.filename().string() +
                        "' found, a name that ends in .msh, .exo, .e or .g is wanted");
     for (const auto& [name, component] : scene.components)
       if (component.has_mesh && is_same_file(component.mesh, scene.skin->mesh))
-        throw InputError(scene.skin->source.text() + ": skin: mesh: '" + scene.skin->mesh.filename().string() +
-                         "' is the mesh of component '" + name + "' and would be overwritten: give the skinned mesh another name");
+        throw InputError(scene.skin->source.text() + ": skin: mesh: '" +
+                         scene.skin->mesh.filename().string() + "' is the mesh of component '" +
+                         name + "' and would be overwritten: give the skinned mesh another name");
     report.refuse_timings_at(scene.skin->mesh, "the skinned mesh");
     UnchangedFiles inputs;
     for (const Instance& instance : scene.instances)
-      if (const Component& component = component_of(scene, instance); component.has_mesh) inputs.add(component.mesh);
+      if (const Component& component = component_of(scene, instance); component.has_mesh)
+        inputs.add(component.mesh);
     SkinnedMesh skinned;
     {
       const auto phase = report.phase("reading and skinning");
@@ -100,7 +115,8 @@ void skin_a_scene(const SkinCommand& command, std::ostream* scene_out, Report& r
     write(skinned, scene.skin->mesh, report);
   } else {
     if (!command.output.empty())
-      throw InputError(command.input + ": -o was given, and the scene has no skin: add skin: to the scene");
+      throw InputError(command.input +
+                       ": -o was given, and the scene has no skin: add skin: to the scene");
     report.line("the scene has no skin: passed on unchanged");
   }
   if (scene_out != nullptr) write_scene(scene, *scene_out);
@@ -109,7 +125,8 @@ void skin_a_scene(const SkinCommand& command, std::ostream* scene_out, Report& r
 }  // namespace
 
 void run_skin(const SkinCommand& command, std::ostream* scene_out, Report& report) {
-  is_mesh_name(command.input) ? skin_a_mesh(command, report) : skin_a_scene(command, scene_out, report);
+  is_mesh_name(command.input) ? skin_a_mesh(command, report)
+                              : skin_a_scene(command, scene_out, report);
 }
 
 }  // namespace cbr

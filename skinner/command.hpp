@@ -12,14 +12,16 @@
 namespace cbr {
 
 struct SkinCommand {
-  std::string input;                  // a scene, "-" for a scene on stdin, or a mesh (by its suffix)
+  // a scene, "-" for a scene on stdin, or a mesh (by its suffix)
+  std::string input;
   std::vector<std::string> sidesets;  // of a mesh
   std::filesystem::path output;       // needed for a mesh; in place of the scene's skin: mesh
 };
 
-// Writes the skinned mesh, and for a scene the scene, with the mesh filled in, to `scene_out` unless that is null.
-// Warns of superelements that are there and not of the present inputs. InputError: those of the readers; options that do not belong
-// together. RunError: a mesh was replaced meanwhile.
+// Writes the skinned mesh, and for a scene the scene, with the mesh filled in, to `scene_out`
+// unless that is null. Warns of superelements that are there and not of the present inputs.
+// InputError: those of the readers; options that do not belong together. RunError: a mesh was
+// replaced meanwhile.
 void run_skin(const SkinCommand& command, std::ostream* scene_out, Report& report);
 
 }  // namespace cbr

@@ -8,7 +8,10 @@
 
 int main(int argc, char** argv) {
   cbr::restart_with_better_kernels(argv);
-  CLI::App app("Adds blocks of fictitious shells to sidesets of a mesh, or to surfaces of a scene's instances.", "cbr-skin");
+  CLI::App app(
+      "Adds blocks of fictitious shells to sidesets of a mesh, or to surfaces of a scene's "
+      "instances.",
+      "cbr-skin");
   app.footer(
       "examples:\n"
       "  cbr-skin impact.yaml                                    writes the mesh of skin: mesh\n"
@@ -17,9 +20,14 @@ int main(int argc, char** argv) {
   cbr::CommonOptions common;
   cbr::SkinCommand command;
   cbr::add_common_options(app, common);
-  app.add_option("INPUT", command.input, "scene (YAML), - for a scene on standard input, or mesh (.msh .exo .e .g .inp .bdf .unv .vtk)")->required();
-  app.add_option("--sideset", command.sidesets, "sideset of the mesh to skin; may be repeated")->allow_extra_args(false);
-  app.add_option("-o,--output", command.output, "output mesh (.msh .exo .e .g); in a scene give skin: mesh instead");
+  app.add_option("INPUT", command.input,
+                 "scene (YAML), - for a scene on standard input, or mesh (.msh .exo .e .g .inp "
+                 ".bdf .unv .vtk)")
+      ->required();
+  app.add_option("--sideset", command.sidesets, "sideset of the mesh to skin; may be repeated")
+      ->allow_extra_args(false);
+  app.add_option("-o,--output", command.output,
+                 "output mesh (.msh .exo .e .g); in a scene give skin: mesh instead");
   return cbr::run_program(app, argc, argv, [&] {
     cbr::Report report("cbr-skin", common.verbosity(), common.timings);
     cbr::set_threads(common.threads);

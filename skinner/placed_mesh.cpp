@@ -7,10 +7,12 @@
 namespace cbr {
 namespace {
 
-// The smallest m 10^k that frees all ids, with 10^k above the part's highest id, so that the old number stays readable in the new.
+// The smallest m 10^k that frees all ids, with 10^k above the part's highest id, so that the old
+// number stays readable in the new.
 Index free_offset(const std::set<Index>& used, const std::vector<Index>& ids) {
   const auto taken = [&](Index offset) {
-    return std::any_of(ids.begin(), ids.end(), [&](Index id) { return used.count(id + offset) > 0; });
+    return std::any_of(ids.begin(), ids.end(),
+                       [&](Index id) { return used.count(id + offset) > 0; });
   };
   if (ids.empty() || !taken(0)) return 0;
   Index step = 10;
@@ -30,7 +32,8 @@ void mirror(Mesh& mesh) {
   for (auto& block : mesh.blocks) {
     const auto& order = mirrored_order(block.type);
     const IndexTable old = block.connectivity;
-    for (std::size_t i = 0; i < order.size(); ++i) block.connectivity.col(static_cast<Index>(i)) = old.col(order[i]);
+    for (std::size_t i = 0; i < order.size(); ++i)
+      block.connectivity.col(static_cast<Index>(i)) = old.col(order[i]);
   }
 }
 
@@ -39,7 +42,8 @@ void mirror(Mesh& mesh) {
 Mesh place(Mesh mesh, const Instance& instance) {
   const Matrix3 T = instance.transformation();
   // X = X_component T^T + position   (n x 3, a point a row)
-  mesh.coordinates = ((mesh.coordinates * T.transpose()).rowwise() + instance.position.transpose()).eval();
+  mesh.coordinates =
+      ((mesh.coordinates * T.transpose()).rowwise() + instance.position.transpose()).eval();
   if (T.determinant() < 0) mirror(mesh);
   return mesh;
 }
@@ -66,12 +70,14 @@ SystemMesh::Offsets SystemMesh::add(const Mesh& part, const std::string& name) {
   first_node_ = mesh_.coordinates.rows();
   std::vector<Index> elements;
   for (const auto& block : part.blocks)
-    if (dimension(block.type) == 3) elements.insert(elements.end(), block.element_ids.begin(), block.element_ids.end());
+    if (dimension(block.type) == 3)
+      elements.insert(elements.end(), block.element_ids.begin(), block.element_ids.end());
   const Offsets offsets{free_offset(node_ids_, part.node_ids), free_offset(element_ids_, elements)};
 
   mesh_.coordinates.conservativeResize(first_node_ + part.coordinates.rows(), 3);
   mesh_.coordinates.bottomRows(part.coordinates.rows()) = part.coordinates;
-  for (const Index id : part.node_ids) mesh_.node_ids.push_back(id + offsets.nodes), node_ids_.insert(id + offsets.nodes);
+  for (const Index id : part.node_ids)
+    mesh_.node_ids.push_back(id + offsets.nodes), node_ids_.insert(id + offsets.nodes);
 
   std::vector<Index> block_of_part(part.blocks.size(), -1);
   for (std::size_t b = 0; b < part.blocks.size(); ++b) {

@@ -11,14 +11,16 @@
 
 namespace cbr {
 
-// x_scene = T x + position. A mirrored mesh gets its elements reordered and its sides renumbered: volumes stay positive and
-// faces look outwards.
+// x_scene = T x + position. A mirrored mesh gets its elements reordered and its sides renumbered:
+// volumes stay positive and faces look outwards.
 Mesh place(Mesh mesh, const Instance& instance);
 
-// Without the elements and sidesets, and with the given nodes (ascending) only; nodesets keep those of their nodes that stay.
+// Without the elements and sidesets, and with the given nodes (ascending) only; nodesets keep those
+// of their nodes that stay.
 Mesh keep_nodes(const Mesh& mesh, const std::vector<Index>& nodes);
 
-// Puts meshes into one. Blocks and sets of the parts are called PART.NAME; shells of the parts are left out.
+// Puts meshes into one. Blocks and sets of the parts are called PART.NAME; shells of the parts are
+// left out.
 class SystemMesh {
  public:
   // Returns how much was added to the part's node ids and element ids: 0 where they are free.

@@ -36,7 +36,8 @@ std::vector<std::string> sideset_names(const Mesh& mesh) {
 
 SkinBlock add_block(Mesh& mesh, const IndexTable& faces, FaceKind kind, const std::string& name) {
   if (find_block(mesh, name) >= 0)
-    throw InputError("the mesh has a block '" + name + "' already: it has been skinned before; start from the mesh without a skin");
+    throw InputError("the mesh has a block '" + name +
+                     "' already: it has been skinned before; start from the mesh without a skin");
   Index id = 0, element = 0;
   for (const auto& other : mesh.blocks) {
     id = std::max(id, other.id);
@@ -53,22 +54,26 @@ SkinBlock add_block(Mesh& mesh, const IndexTable& faces, FaceKind kind, const st
 
 // What the scene says is on an instance: the surfaces to skin.
 bool is_listed(const SkinOptions& skin, const std::string& instance, const std::string& surface) {
-  return std::any_of(skin.surfaces.begin(), skin.surfaces.end(),
-                     [&](const std::string& name) { return name == surface || name == instance + "." + surface; });
+  return std::any_of(skin.surfaces.begin(), skin.surfaces.end(), [&](const std::string& name) {
+    return name == surface || name == instance + "." + surface;
+  });
 }
 
 // Nodes that the superelement of this component keeps, ascending.
-std::vector<Index> interface_nodes(const Component& component, const Mesh& mesh, const std::string& instance) {
+std::vector<Index> interface_nodes(const Component& component, const Mesh& mesh,
+                                   const std::string& instance) {
   if (!component.reduction)
-    throw InputError(component.source.text() + ": component '" + component.name + "' has no reduction, which instance '" +
-                     instance + "' (as: superelement) needs: add reduction: {interface: [...], modes: ...}");
+    throw InputError(component.source.text() + ": component '" + component.name +
+                     "' has no reduction, which instance '" + instance +
+                     "' (as: superelement) needs: add reduction: {interface: [...], modes: ...}");
   std::set<Index> nodes;
   for (const auto& name : component.reduction->interface_sets) {
     try {
       const auto set = set_nodes(mesh, name);
       nodes.insert(set.begin(), set.end());
     } catch (const InputError& error) {
-      throw InputError(component.reduction->source.text() + ": interface of component '" + component.name + "': " + error.what());
+      throw InputError(component.reduction->source.text() + ": interface of component '" +
+                       component.name + "': " + error.what());
     }
   }
   return {nodes.begin(), nodes.end()};
@@ -81,14 +86,17 @@ class SceneSkinner {
   SkinnedMesh run() {
     for (const auto& instance : scene_.instances) add(instance);
     if (!without_mesh_.empty() && without_mesh_.size() == scene_.instances.size())
-      throw InputError(skin_.source.text() + ": skin: no instance has a mesh, as all components are superelements alone: " +
-                       "run cbr-dyn without cbr-skin, it adds the shells itself");
+      throw InputError(
+          skin_.source.text() +
+          ": skin: no instance has a mesh, as all components are superelements alone: " +
+          "run cbr-dyn without cbr-skin, it adds the shells itself");
     for (const auto& name : skin_.surfaces)
       if (!found_.count(name) && !may_be_without_mesh(name)) refuse(name);
     SkinnedMesh result;
     result.mesh = std::move(system_.mesh());
     for (const auto& [name, surface] : surfaces_)
-      for (auto& block : add_skin(result.mesh, surface, name)) result.blocks.push_back(std::move(block));
+      for (auto& block : add_skin(result.mesh, surface, name))
+        result.blocks.push_back(std::move(block));
     result.notes = std::move(notes_);
     result.left_out = std::move(left_out_);
     return result;
@@ -99,7 +107,8 @@ class SceneSkinner {
     const Component& component = component_of(scene_, instance);
     if (!component.has_mesh) {
       without_mesh_.insert(instance.name);
-      notes_.push_back("instance " + instance.name + ": left out, because its component is a superelement without a mesh; " +
+      notes_.push_back("instance " + instance.name +
+                       ": left out, because its component is a superelement without a mesh; " +
                        "cbr-dyn adds the shells to it");
       return;
     }
@@ -115,18 +124,23 @@ class SceneSkinner {
     if (instance.as == InstanceKind::superelement) {
       const auto nodes = interface_nodes(component, placed, instance.name);
       row.assign(placed.node_ids.size(), -1);
-      for (std::size_t i = 0; i < nodes.size(); ++i) row[static_cast<std::size_t>(nodes[i])] = static_cast<Index>(i);
+      for (std::size_t i = 0; i < nodes.size(); ++i)
+        row[static_cast<std::size_t>(nodes[i])] = static_cast<Index>(i);
       Mesh source = placed;
       for (const auto& name : component.reduction->interface_sets)
-        if (find_nodeset(source, name) < 0) source.nodesets.push_back({name, 0, set_nodes(placed, name)});
+        if (find_nodeset(source, name) < 0)
+          source.nodesets.push_back({name, 0, set_nodes(placed, name)});
       offsets = system_.add(keep_nodes(source, nodes), instance.name);
     } else {
       for (Index i = 0; i < placed.coordinates.rows(); ++i) row.push_back(i);
       offsets = system_.add(placed, instance.name);
     }
-    if (offsets.nodes > 0) notes_.push_back("instance " + instance.name + ": node ids raised by " + std::to_string(offsets.nodes));
+    if (offsets.nodes > 0)
+      notes_.push_back("instance " + instance.name + ": node ids raised by " +
+                       std::to_string(offsets.nodes));
     if (offsets.elements > 0)
-      notes_.push_back("instance " + instance.name + ": element ids raised by " + std::to_string(offsets.elements));
+      notes_.push_back("instance " + instance.name + ": element ids raised by " +
+                       std::to_string(offsets.elements));
     collect(instance, placed, row);
   }
 
@@ -142,8 +156,9 @@ class SceneSkinner {
         node = system_.first_node() + row[static_cast<std::size_t>(node)];
       }
       if (!kept) {
-        notes_.push_back("instance " + instance.name + ": surface " + set.name +
-                         " is left out, because the superelement's interface does not keep all its nodes");
+        notes_.push_back(
+            "instance " + instance.name + ": surface " + set.name +
+            " is left out, because the superelement's interface does not keep all its nodes");
         continue;
       }
       found_.insert(set.name);
@@ -152,25 +167,31 @@ class SceneSkinner {
     }
   }
 
-  // A surface of a superelement file alone, which is not read here: cbr-dyn tells whether it has it.
+  // A surface of a superelement file alone, which is not read here: cbr-dyn tells whether it has
+  // it.
   bool may_be_without_mesh(const std::string& name) const {
-    return there_are_.count(name) == 0 && std::any_of(without_mesh_.begin(), without_mesh_.end(), [&](const std::string& instance) {
-             return name.starts_with(instance + ".") || without_instance(name);
-           });
+    return there_are_.count(name) == 0 && std::any_of(without_mesh_.begin(), without_mesh_.end(),
+                                                      [&](const std::string& instance) {
+                                                        return name.starts_with(instance + ".") ||
+                                                               without_instance(name);
+                                                      });
   }
   // INSTANCE.SURFACE is of the instance alone.
   bool without_instance(const std::string& name) const {
-    return std::none_of(scene_.instances.begin(), scene_.instances.end(),
-                        [&](const Instance& instance) { return name.starts_with(instance.name + "."); });
+    return std::none_of(
+        scene_.instances.begin(), scene_.instances.end(),
+        [&](const Instance& instance) { return name.starts_with(instance.name + "."); });
   }
 
   [[noreturn]] void refuse(const std::string& name) const {
     const std::vector<std::string> names(there_are_.begin(), there_are_.end());
     const bool exists = there_are_.count(name) > 0;
     throw InputError(skin_.source.text() + ": skin: surfaces: " +
-                     (exists ? "the interface of no superelement keeps all nodes of '" + name + "': add it to reduction: interface"
-                             : "no instance has a surface '" + name + "'" + nearest_name(name, names) +
-                                   " (available: " + (names.empty() ? "none" : join(names)) + ")"));
+                     (exists
+                          ? "the interface of no superelement keeps all nodes of '" + name +
+                                "': add it to reduction: interface"
+                          : "no instance has a surface '" + name + "'" + nearest_name(name, names) +
+                                " (available: " + (names.empty() ? "none" : join(names)) + ")"));
   }
 
   const Scene& scene_;
@@ -178,7 +199,7 @@ class SceneSkinner {
   SystemMesh system_;
   std::map<std::filesystem::path, Mesh> meshes_;
   std::set<std::string> there_are_, found_, without_mesh_;  // the last: instances
-  std::vector<std::pair<std::string, Surface>> surfaces_;  // block name, faces in the system mesh
+  std::vector<std::pair<std::string, Surface>> surfaces_;   // block name, faces in the system mesh
   std::vector<std::string> notes_;
   std::map<std::string, std::string> left_out_;
 };
@@ -186,12 +207,14 @@ class SceneSkinner {
 }  // namespace
 
 std::vector<SkinBlock> add_skin(Mesh& mesh, const Surface& surface, const std::string& block_name) {
-  if (surface.kind != FaceKind::quad4) return {add_block(mesh, surface.faces, surface.kind, block_name)};
+  if (surface.kind != FaceKind::quad4)
+    return {add_block(mesh, surface.faces, surface.kind, block_name)};
   std::vector<Index> triangles, quadrilaterals;
   for (Index f = 0; f < surface.n_faces(); ++f)
     (surface.faces(f, 2) == surface.faces(f, 3) ? triangles : quadrilaterals).push_back(f);
   if (triangles.empty()) return {add_block(mesh, surface.faces, surface.kind, block_name)};
-  const IndexTable quads = surface.faces(quadrilaterals, Eigen::all), tris = surface.faces(triangles, Eigen::seqN(0, 3));
+  const IndexTable quads = surface.faces(quadrilaterals, Eigen::all),
+                   tris = surface.faces(triangles, Eigen::seqN(0, 3));
   return {add_block(mesh, quads, FaceKind::quad4, block_name + "_quad4"),
           add_block(mesh, tris, FaceKind::tri3, block_name + "_tri3")};
 }
@@ -206,9 +229,12 @@ SkinnedMesh skin_mesh(Mesh mesh, const std::vector<std::string>& sidesets) {
       throw InputError("the mesh has no sideset '" + name + "'" + nearest_name(name, names) +
                        " (available: " + (names.empty() ? "none" : join(names)) + ")");
     const Sideset& set = result.mesh.sidesets[static_cast<std::size_t>(found)];
-    if (set.sides.empty()) throw InputError("sideset '" + name + "' is empty: there is nothing to skin");
-    if (!done.insert(found).second) throw InputError("sideset '" + name + "' is given twice: name each once");
-    for (auto& block : add_skin(result.mesh, extract_surface(result.mesh, set), "skin." + set.name)) result.blocks.push_back(block);
+    if (set.sides.empty())
+      throw InputError("sideset '" + name + "' is empty: there is nothing to skin");
+    if (!done.insert(found).second)
+      throw InputError("sideset '" + name + "' is given twice: name each once");
+    for (auto& block : add_skin(result.mesh, extract_surface(result.mesh, set), "skin." + set.name))
+      result.blocks.push_back(block);
   }
   return result;
 }

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Front door of skinner: cbr-skin: shells on surfaces.
 //
-// Fictitious shells on sidesets, by which an explicit code sees the contact surface of a superelement.
+// Fictitious shells on sidesets, by which an explicit code sees the contact surface of a
+// superelement.
 #pragma once
 
 #include <map>
@@ -22,27 +23,32 @@ struct SkinBlock {
 
 struct SkinnedMesh {
   Mesh mesh;
-  std::vector<SkinBlock> blocks;                     // the shell blocks that were added
-  std::vector<std::string> notes;                    // what the user should know: ids that moved, surfaces left out
-  std::map<std::string, std::string> left_out = {};  // component -> left_out_blocks() of its mesh, when there are any
+  std::vector<SkinBlock> blocks;  // the shell blocks that were added
+  // what the user should know: ids that moved, surfaces left out
+  std::vector<std::string> notes;
+  // component -> left_out_blocks() of its mesh, when there are any
+  std::map<std::string, std::string> left_out = {};
 };
 
-// Appends to `mesh` a block `block_name` of shells on the faces: tri3, quad4, tri6, quad8 or quad9 as the faces are, on the faces'
-// own nodes, normals outward. Triangles among quadrilaterals go to a block of their own; the two blocks are then called NAME_quad4
-// and NAME_tri3. Ids of the shells follow on the highest element id. InputError: a block of that name exists; extract_surface()'s.
+// Appends to `mesh` a block `block_name` of shells on the faces: tri3, quad4, tri6, quad8 or quad9
+// as the faces are, on the faces' own nodes, normals outward. Triangles among quadrilaterals go to
+// a block of their own; the two blocks are then called NAME_quad4 and NAME_tri3. Ids of the shells
+// follow on the highest element id. InputError: a block of that name exists; extract_surface()'s.
 std::vector<SkinBlock> add_skin(Mesh& mesh, const Surface& surface, const std::string& block_name);
 
-// The mesh with a block skin.SIDESET for each sideset named. InputError: no such sideset (lists them), an empty one, one named
-// twice.
+// The mesh with a block skin.SIDESET for each sideset named. InputError: no such sideset (lists
+// them), an empty one, one named twice.
 SkinnedMesh skin_mesh(Mesh mesh, const std::vector<std::string>& sidesets);
 
-// The system mesh of a scene with skin: of each instance in its place, mirrored, rotated and moved, either (as: mesh) all nodes,
-// volume blocks INSTANCE.BLOCK, sidesets and nodesets INSTANCE.NAME, or (as: superelement) the nodes of its interface, as
-// nodesets INSTANCE.NAME. On it blocks skin.INSTANCE.SURFACE for each surface of `skin: surfaces` and each instance that has it; a
-// surface may also be given as INSTANCE.SURFACE. A superelement is skinned only where its interface keeps all the surface's nodes.
-// Node and element ids are the component's where they are free, else raised by the smallest multiple of a power of ten that frees
-// them. Superelement files are not read; instances of
-// components without a mesh are left out, with a note. InputError: a surface that no instance has; those of read_mesh.
+// The system mesh of a scene with skin: of each instance in its place, mirrored, rotated and moved,
+// either (as: mesh) all nodes, volume blocks INSTANCE.BLOCK, sidesets and nodesets INSTANCE.NAME,
+// or (as: superelement) the nodes of its interface, as nodesets INSTANCE.NAME. On it blocks
+// skin.INSTANCE.SURFACE for each surface of `skin: surfaces` and each instance that has it; a
+// surface may also be given as INSTANCE.SURFACE. A superelement is skinned only where its interface
+// keeps all the surface's nodes. Node and element ids are the component's where they are free, else
+// raised by the smallest multiple of a power of ten that frees them. Superelement files are not
+// read; instances of components without a mesh are left out, with a note. InputError: a surface
+// that no instance has; those of read_mesh.
 SkinnedMesh skin_scene(const Scene& scene);
 
 }  // namespace cbr

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Expressions that many sources use. The compiler instantiates their templates once, in the precompiled header, and not in each
-// source. Nobody calls this function.
+// Expressions that many sources use. The compiler instantiates their templates once, in the
+// precompiled header, and not in each source. Nobody calls this function.
 #pragma once
 
 #include <algorithm>
@@ -10,7 +10,8 @@
 
 namespace cbr::precompiled {
 
-inline double common_expressions(Matrix& A, Vector& v, const SparseMatrix& S, Eigen::Matrix3d& R, Vector3& x) {
+inline double common_expressions(Matrix& A, Vector& v, const SparseMatrix& S, Eigen::Matrix3d& R,
+                                 Vector3& x) {
   Vector a = A * v;
   a = A.transpose() * v;
   a.noalias() = A * v;
@@ -52,9 +53,9 @@ inline double common_expressions(Matrix& A, Vector& v, const SparseMatrix& S, Ei
   std::vector<Index> rows(3);
   rows.push_back(1);
   std::sort(rows.begin(), rows.end());
-  return x.norm() + x.squaredNorm() + x.dot(x) + (x - x).norm() + x.maxCoeff() + v.norm() + v.squaredNorm() + v.dot(a) +
-         (v - a).norm() + v.sum() + v.maxCoeff() + v.minCoeff() + v.cwiseAbs().maxCoeff() + A.norm() + (A - A).norm() +
-         A.cwiseAbs().maxCoeff();
+  return x.norm() + x.squaredNorm() + x.dot(x) + (x - x).norm() + x.maxCoeff() + v.norm() +
+         v.squaredNorm() + v.dot(a) + (v - a).norm() + v.sum() + v.maxCoeff() + v.minCoeff() +
+         v.cwiseAbs().maxCoeff() + A.norm() + (A - A).norm() + A.cwiseAbs().maxCoeff();
 }
 
 }  // namespace cbr::precompiled

@@ -23,16 +23,22 @@ namespace cbr {
 namespace {
 
 const char* signal_name(int number) {
-  return number == SIGINT ? "SIGINT" : number == SIGTERM ? "SIGTERM" : number == SIGHUP ? "SIGHUP" : "a signal";
+  return number == SIGINT    ? "SIGINT"
+         : number == SIGTERM ? "SIGTERM"
+         : number == SIGHUP  ? "SIGHUP"
+                             : "a signal";
 }
 
 // What a handler may look at.
 volatile std::sig_atomic_t is_noting = 0, noted = 0;
 char name_for_handler[64] = "cbr";
 
-void write_from_handler(const char* text) { [[maybe_unused]] const auto written = ::write(STDERR_FILENO, text, std::strlen(text)); }
+void write_from_handler(const char* text) {
+  [[maybe_unused]] const auto written = ::write(STDERR_FILENO, text, std::strlen(text));
+}
 
-// A handler runs on the thread that the program began with: were it on one of BLAS's, that one would go on and make new files.
+// A handler runs on the thread that the program began with: were it on one of BLAS's, that one
+// would go on and make new files.
 pthread_t first_thread;
 
 bool is_handed_on(int number) {
@@ -64,16 +70,19 @@ extern "C" void end_quietly(int number) {
 void install_handlers() {
   first_thread = ::pthread_self();
   struct sigaction action = {}, before = {};
-  for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) sigaddset(&action.sa_mask, number);  // one at a time
+  // one at a time
+  for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) sigaddset(&action.sa_mask, number);
   action.sa_flags = SA_RESTART;
   action.sa_handler = end_by_signal;
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) {
     // nohup and a shell's background jobs ask that a signal be ignored.
-    if (::sigaction(number, nullptr, &before) == 0 && before.sa_handler != SIG_IGN) ::sigaction(number, &action, nullptr);
+    if (::sigaction(number, nullptr, &before) == 0 && before.sa_handler != SIG_IGN)
+      ::sigaction(number, &action, nullptr);
   }
   action.sa_handler = end_quietly;
   ::sigaction(SIGPIPE, &action, nullptr);  // who reads our scene has gone: nothing is left to do
-  std::signal(SIGXFSZ, SIG_IGN);           // a write over the size limit then fails with a message of its own
+  // a write over the size limit then fails with a message of its own
+  std::signal(SIGXFSZ, SIG_IGN);
 }
 
 std::string program_name(const CLI::App& app, int argc, char** argv) {
@@ -86,10 +95,12 @@ void collect_options(const CLI::App& app, std::vector<std::string>& names) {
   for (const auto* option : app.get_options()) {
     for (const auto& name : option->get_lnames()) names.push_back("--" + name);
   }
-  for (const auto* group : app.get_subcommands([](const CLI::App*) { return true; })) collect_options(*group, names);
+  for (const auto* group : app.get_subcommands([](const CLI::App*) { return true; }))
+    collect_options(*group, names);
 }
 
-// CLI11 lists what it did not expect backwards, with what an unknown option pushed out of its place.
+// CLI11 lists what it did not expect backwards, with what an unknown option pushed out of its
+// place.
 std::string usage_text(const CLI::App& app, const CLI::Error& error) {
   if (error.get_exit_code() != static_cast<int>(CLI::ExitCodes::ExtrasError)) return error.what();
   std::vector<std::string> names;
@@ -103,11 +114,13 @@ std::string usage_text(const CLI::App& app, const CLI::Error& error) {
   return error.what();
 }
 
-// No argument of ours means anything when it is empty: a variable of the shell that is not set must not begin a run anew.
+// No argument of ours means anything when it is empty: a variable of the shell that is not set must
+// not begin a run anew.
 std::string empty_argument(int argc, char** argv) {
   for (int i = 1; i < argc; ++i) {
     const std::string text = argv[i];
-    if (text.empty()) return i > 1 ? "the argument after '" + std::string(argv[i - 1]) + "'" : "the first argument";
+    if (text.empty())
+      return i > 1 ? "the argument after '" + std::string(argv[i - 1]) + "'" : "the first argument";
     if (text.starts_with("--") && text.ends_with("=")) return "what should follow '" + text + "'";
   }
   return "";
@@ -124,8 +137,8 @@ int finish(const std::string& program, int code) {
   std::cout.flush();
   const bool failed = !std::cout || std::fflush(stdout) != 0;
   if (code != 0 || !failed) return code;
-  print_error(program,
-              std::string("standard output cannot be written") + (errno != 0 ? ": " + std::string(std::strerror(errno)) : ""));
+  print_error(program, std::string("standard output cannot be written") +
+                           (errno != 0 ? ": " + std::string(std::strerror(errno)) : ""));
   return 1;
 }
 
@@ -139,7 +152,8 @@ int run_body(const std::string& program, const std::function<void()>& body) {
   } catch (const RunError& error) {
     print_error(program, error.what());
   } catch (const std::bad_alloc&) {
-    print_error(program, "out of memory (peak " + human_bytes(peak_memory_bytes()) + "): ask for less or use a larger machine");
+    print_error(program, "out of memory (peak " + human_bytes(peak_memory_bytes()) +
+                             "): ask for less or use a larger machine");
   } catch (const std::exception& error) {
     print_error(program, std::string("unexpected: ") + error.what());
   } catch (...) {
@@ -160,7 +174,8 @@ CLI::Validator whole_number(const std::string& of_what, int least) {
       [of_what, least](std::string& text) {
         int n = 0;
         if (CLI::detail::lexical_cast(text, n) && n >= least) return std::string();
-        return "'" + text + "' is not a number of " + of_what + ", give a whole number from " + std::to_string(least);
+        return "'" + text + "' is not a number of " + of_what + ", give a whole number from " +
+               std::to_string(least);
       },
       "");
 }
@@ -169,10 +184,13 @@ void add_common_options(CLI::App& app, CommonOptions& options) {
   app.set_version_flag("--version", app.get_name() + " " + version());
   auto* quiet = app.add_flag("-q,--quiet", options.quiet, "Print warnings and errors only");
   app.add_flag("-v,--verbose", options.verbose, "Print details")->excludes(quiet);
-  app.add_option("--threads", options.threads, "Maximum number of threads (default: all processors)")
+  app.add_option("--threads", options.threads,
+                 "Maximum number of threads (default: all processors)")
       ->type_name("N")
       ->check(whole_number("threads", 1));
-  app.add_option("--timings", options.timings, "Write seconds and work counts of each phase to this CSV file")->type_name("FILE");
+  app.add_option("--timings", options.timings,
+                 "Write seconds and work counts of each phase to this CSV file")
+      ->type_name("FILE");
   app.parse_complete_callback([&options] { set_threads(options.threads); });
 }
 
@@ -182,7 +200,8 @@ int run_program(CLI::App& app, int argc, char** argv, const std::function<void()
   install_handlers();
   const std::string empty = empty_argument(argc, argv);
   if (!empty.empty()) {
-    print_error(program, empty + " is empty: is a variable of the shell not set? " + program + " --help shows the usage");
+    print_error(program, empty + " is empty: is a variable of the shell not set? " + program +
+                             " --help shows the usage");
     return 2;
   }
   try {

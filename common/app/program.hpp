@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Front door of common/app: what the three programs share: arguments, signals, the report.
 //
-// What the three programs share on the command line: --help, --version, --quiet, --verbose, --threads, --timings, and how they end.
+// What the three programs share on the command line: --help, --version, --quiet, --verbose,
+// --threads, --timings, and how they end.
 #pragma once
 
 #include <functional>
@@ -29,11 +30,13 @@ void add_common_options(CLI::App& app, CommonOptions& options);
 // For an option: "'x' is not a number of threads, give a whole number from 1".
 CLI::Validator whole_number(const std::string& of_what, int least);
 
-// Parses, runs `body`, maps the outcome to the exit code: 0 done, 1 RunError or an unexpected exception, 2 InputError or usage.
+// Parses, runs `body`, maps the outcome to the exit code: 0 done, 1 RunError or an unexpected
+// exception, 2 InputError or usage.
 int run_program(CLI::App& app, int argc, char** argv, const std::function<void()>& body);
 
-// While one is there, the first SIGINT, SIGTERM or SIGHUP is noted only, for a loop that then ends by itself; a second one ends the
-// program as they do else: nothing half-written is left, exit code 1. One at a time.
+// While one is there, the first SIGINT, SIGTERM or SIGHUP is noted only, for a loop that then ends
+// by itself; a second one ends the program as they do else: nothing half-written is left, exit
+// code 1. One at a time.
 class NotedSignals {
  public:
   NotedSignals();

@@ -20,9 +20,12 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
 
-// A value or an attribute of a damaged file may be of any length. What is wrong stands before it, the cure behind.
+// A value or an attribute of a damaged file may be of any length. What is wrong stands before it,
+// the cure behind.
 std::string in_short(const std::string& text) {
   constexpr std::size_t longest = 3000, head = 800, tail = 800;
   if (text.size() <= longest) return text;
@@ -32,10 +35,12 @@ std::string in_short(const std::string& text) {
   std::size_t from = head, to = text.size() - tail;
   while (from > 0 && inside(from)) --from;
   while (to < text.size() && inside(to)) ++to;
-  return text.substr(0, from) + " ... [" + std::to_string(to - from) + " bytes] ... " + text.substr(to);
+  return text.substr(0, from) + " ... [" + std::to_string(to - from) + " bytes] ... " +
+         text.substr(to);
 }
 
-// Names come from the user's files: no control characters to the terminal, and one message stays one line.
+// Names come from the user's files: no control characters to the terminal, and one message stays
+// one line.
 std::string printable(const std::string& whole) {
   std::string text = in_short(whole);
   for (char& character : text) {
@@ -68,17 +73,22 @@ std::string table_row(const std::string& kind, const std::string& name, double v
 
 constexpr const char* table_header = "kind,name,value";
 
-// A mistyped --timings would cost the user a scene, a mesh or the results. What is no regular file is refused by who writes it.
+// A mistyped --timings would cost the user a scene, a mesh or the results. What is no regular file
+// is refused by who writes it.
 void refuse_to_replace(const std::filesystem::path& file) {
   std::error_code error;
-  if (!std::filesystem::is_regular_file(file, error) || std::filesystem::file_size(file, error) == 0) return;
+  if (!std::filesystem::is_regular_file(file, error) ||
+      std::filesystem::file_size(file, error) == 0)
+    return;
   std::string start(std::strlen(table_header) + 1, '\0');
   std::ifstream(file).read(start.data(), static_cast<std::streamsize>(start.size()));
   if (start == std::string(table_header) + "\n") return;
-  throw InputError(file.string() + ": exists and is not a table of timings: give --timings another name");
+  throw InputError(file.string() +
+                   ": exists and is not a table of timings: give --timings another name");
 }
 
-void add(std::vector<std::pair<std::string, double>>& sums, const std::string& name, double amount) {
+void add(std::vector<std::pair<std::string, double>>& sums, const std::string& name,
+         double amount) {
   for (auto& [known, sum] : sums) {
     if (known != name) continue;
     sum += amount;
@@ -146,7 +156,8 @@ void Report::end_progress() {
   print("\r\033[K");
 }
 
-Report::Phase::Phase(Report& report, std::string name) : report_(report), name_(std::move(name)), start_(Clock::now()) {
+Report::Phase::Phase(Report& report, std::string name)
+    : report_(report), name_(std::move(name)), start_(Clock::now()) {
   report_.draw(name_);
 }
 
@@ -154,7 +165,9 @@ Report::Phase::~Phase() { add(report_.phases_, name_, seconds_since(start_)); }
 
 void Report::count(const std::string& name, double amount) { add(counts_, name, amount); }
 
-void Report::part(const std::string& phase, const std::string& name, double seconds) { add(parts_, phase + ": " + name, seconds); }
+void Report::part(const std::string& phase, const std::string& name, double seconds) {
+  add(parts_, phase + ": " + name, seconds);
+}
 
 double Report::seconds(const std::string& phase) const {
   for (const auto& [name, total] : phases_) {
@@ -171,10 +184,12 @@ void Report::timings() {
     line("  " + name + std::string(width - name.size() + 2, ' ') + format("%10.3f s", total) +
          format("%6.1f %%", all > 0 ? 100 * total / all : 0));
     for (const auto& [part, seconds] : parts_) {
-      if (part.rfind(name + ": ", 0) == 0) detail("    " + part.substr(name.size() + 2) + format(": %.4f s", seconds));
+      if (part.rfind(name + ": ", 0) == 0)
+        detail("    " + part.substr(name.size() + 2) + format(": %.4f s", seconds));
     }
   }
-  line("  total" + std::string(width - 5 + 2, ' ') + format("%10.3f s", all) + "  peak memory " + human_bytes(peak_memory_bytes()));
+  line("  total" + std::string(width - 5 + 2, ' ') + format("%10.3f s", all) + "  peak memory " +
+       human_bytes(peak_memory_bytes()));
 }
 
 void Report::write_timings() const {
@@ -195,13 +210,17 @@ void Report::write_timings() const {
 
 void Report::refuse_timings_at(const std::filesystem::path& output, const std::string& what) const {
   if (timings_file_.empty() || !is_same_file(output, timings_file_)) return;
-  throw InputError(timings_file_.string() + ": is the file of both " + what + " and the timings: give --timings another name");
+  throw InputError(timings_file_.string() + ": is the file of both " + what +
+                   " and the timings: give --timings another name");
 }
 
-void print_error(const std::string& program, const std::string& text) { print(program + ": error: " + printable(text) + "\n"); }
+void print_error(const std::string& program, const std::string& text) {
+  print(program + ": error: " + printable(text) + "\n");
+}
 
 double peak_memory_bytes() {
-  // getrusage's figure is inherited from the process that started this one; the kernel's own high-water mark is not.
+  // getrusage's figure is inherited from the process that started this one; the kernel's own
+  // high-water mark is not.
   std::ifstream status("/proc/self/status");
   for (std::string line; std::getline(status, line);) {
     if (line.rfind("VmHWM:", 0) != 0) continue;

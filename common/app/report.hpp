@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Banner, progress, warnings, timings, summary: the only code that prints. All of it goes to stderr.
+// Banner, progress, warnings, timings, summary: the only code that prints. All of it goes to
+// stderr.
 #pragma once
 
 #include <chrono>
@@ -17,11 +18,12 @@ enum class Verbosity { quiet, normal, verbose };
 
 class Report {
  public:
-  // `timings_file`: what --timings names, empty for none. InputError, before the work: no file can be written there, or
-  // one is there that is no table of timings.
+  // `timings_file`: what --timings names, empty for none. InputError, before the work: no file can
+  // be written there, or one is there that is no table of timings.
   Report(std::string program, Verbosity verbosity, std::filesystem::path timings_file = {});
 
-  // What warnings and details are about from now on, put before them: "component 'block': ". Empty: nothing.
+  // What warnings and details are about from now on, put before them: "component 'block': ". Empty:
+  // nothing.
   void about(std::string what) { about_ = std::move(what); }
   const std::string& about() const { return about_; }
 
@@ -30,8 +32,8 @@ class Report {
   void warning(const std::string& text);  // always; counted
   int n_warnings() const { return n_warnings_; }
 
-  // "factorisation  42 %, 12 s left": redrawn in place, only when stderr is a terminal and not quiet, at most ten times a
-  // second. What is left is told after two seconds, at the speed so far.
+  // "factorisation  42 %, 12 s left": redrawn in place, only when stderr is a terminal and not
+  // quiet, at most ten times a second. What is left is told after two seconds, at the speed so far.
   void progress(const std::string& what, double fraction);
   // The same with a text of the caller's own.
   void draw(const std::string& text);
@@ -53,7 +55,8 @@ class Report {
   Phase phase(std::string name) { return Phase(*this, std::move(name)); }
   double seconds(const std::string& phase) const;  // 0 when there was none
 
-  // What of a phase went into a part of it; named below it, for the file of timings as "PHASE: NAME".
+  // What of a phase went into a part of it; named below it, for the file of timings as "PHASE:
+  // NAME".
   void part(const std::string& phase, const std::string& name, double seconds);
 
   // Work that was done, for the file of timings: counted up under this name.
@@ -61,10 +64,11 @@ class Report {
 
   // Wall time by phase (when verbose also their parts), total, peak memory.
   void timings();
-  // The same and the counts to the file that --timings names, if any (docs/formats.md). InputError as above. RunError when the disk
-  // refuses.
+  // The same and the counts to the file that --timings names, if any (docs/formats.md). InputError
+  // as above. RunError when the disk refuses.
   void write_timings() const;
-  // InputError when --timings names this file, which the run is to write as `what`. To be asked before the work.
+  // InputError when --timings names this file, which the run is to write as `what`. To be asked
+  // before the work.
   void refuse_timings_at(const std::filesystem::path& output, const std::string& what) const;
 
  private:
@@ -72,8 +76,8 @@ class Report {
   Verbosity verbosity_;
   int n_warnings_ = 0;
   bool in_progress_ = false;
-  std::string in_work_;      // what progress() was last told of
-  double first_share_ = 0;   // and how much of that was done, `work_start_`
+  std::string in_work_;     // what progress() was last told of
+  double first_share_ = 0;  // and how much of that was done, `work_start_`
   std::filesystem::path timings_file_;
   std::vector<std::pair<std::string, double>> phases_, parts_, counts_;
   std::chrono::steady_clock::time_point start_, last_progress_, work_start_;

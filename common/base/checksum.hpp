@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// XXH3 of 64 bits, piece by piece: tells numbers that were altered from those that were written. No defence against intent.
+// XXH3 of 64 bits, piece by piece: tells numbers that were altered from those that were written. No
+// defence against intent.
 #pragma once
 
 #include <cstddef>

@@ -19,18 +19,22 @@ extern "C" __attribute__((weak)) void __sanitizer_set_death_callback(void (*call
 namespace cbr {
 namespace {
 
-[[noreturn]] void act_and_end(const std::function<void()>& action, unsigned seconds, pid_t parent, sigset_t signals) {
-  for (const int number : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGXCPU}) signal(number, SIG_DFL);
+[[noreturn]] void act_and_end(const std::function<void()>& action, unsigned seconds, pid_t parent,
+                              sigset_t signals) {
+  for (const int number : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGXCPU})
+    signal(number, SIG_DFL);
   // What asks the programs to end, or is ignored, is the parent's to heed; the child goes with it
   for (const int number : {SIGTERM, SIGINT, SIGHUP}) sigaddset(&signals, number);
   sigprocmask(SIG_SETMASK, &signals, nullptr);
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (getppid() != parent) _exit(0);
   if (__sanitizer_set_death_callback != nullptr) __sanitizer_set_death_callback(nullptr);
-  const rlimit none{0, 0}, time{seconds, seconds + 1};  // where both are the same the signal is SIGKILL, which others send, too
+  // where both are the same the signal is SIGKILL, which others send, too
+  const rlimit none{0, 0}, time{seconds, seconds + 1};
   setrlimit(RLIMIT_CORE, &none);
   setrlimit(RLIMIT_CPU, &time);
-  if (const int nowhere = open("/dev/null", O_WRONLY); nowhere >= 0) dup2(nowhere, 1), dup2(nowhere, 2);
+  if (const int nowhere = open("/dev/null", O_WRONLY); nowhere >= 0)
+    dup2(nowhere, 1), dup2(nowhere, 2);
   try {
     action();
   } catch (...) {  // the parent comes to the same error
@@ -45,7 +49,8 @@ unsigned seconds_to_read(std::uintmax_t bytes) {
   return static_cast<unsigned>(least + std::min<std::uintmax_t>(bytes / bytes_a_second, 1'000'000));
 }
 
-bool survives_in_child(const std::string& what, const std::function<void()>& action, unsigned seconds) {
+bool survives_in_child(const std::string& what, const std::function<void()>& action,
+                       unsigned seconds) {
   sigset_t all, before;  // until the child has left the parent's handlers, which would speak twice
   sigfillset(&all);
   pthread_sigmask(SIG_SETMASK, &all, &before);

@@ -7,10 +7,12 @@
 
 namespace cbr {
 
-// Does `action` in a copy of this process, and tells whether it came back after at most so many seconds of a processor's time: for
-// libraries that crash on damaged files, or go round in them for ever. What it changes is lost. True without a trial where the
-// system makes no copy. RunError names `what` if somebody else ended the copy.
-bool survives_in_child(const std::string& what, const std::function<void()>& action, unsigned seconds);
+// Does `action` in a copy of this process, and tells whether it came back after at most so many
+// seconds of a processor's time: for libraries that crash on damaged files, or go round in them for
+// ever. What it changes is lost. True without a trial where the system makes no copy. RunError
+// names `what` if somebody else ended the copy.
+bool survives_in_child(const std::string& what, const std::function<void()>& action,
+                       unsigned seconds);
 
 // More than a library takes for all of a sound file of this size, however it is compressed.
 unsigned seconds_to_read(std::uintmax_t bytes);

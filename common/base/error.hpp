@@ -8,19 +8,21 @@
 
 namespace cbr {
 
-// The user's input or command line is wrong: one line saying where (file, line, key, id), what was found, what is
-// allowed and the cure. main() prints it after "PROGRAM: error: " and exits 2.
+// The user's input or command line is wrong: one line saying where (file, line, key, id), what was
+// found, what is allowed and the cure. main() prints it after "PROGRAM: error: " and exits 2.
 struct InputError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// The input was fine and the run failed (disk full, not converged, not positive definite). main() exits 1.
+// The input was fine and the run failed (disk full, not converged, not positive definite). main()
+// exits 1.
 struct RunError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
 std::string join(const std::vector<std::string>& words, const std::string& separator = ", ");
-// ", did you mean 'x'?" with the candidate nearest to `found` by edit distance, or "" when none is near.
+// ", did you mean 'x'?" with the candidate nearest to `found` by edit distance, or "" when none is
+// near.
 std::string nearest_name(const std::string& found, const std::vector<std::string>& allowed);
 
 }  // namespace cbr

@@ -7,12 +7,15 @@
 
 namespace cbr {
 
-// While it lives, results below 2.2e-308 are 0 in this thread and in those that it starts: what has decayed so far would cost a
-// hundred times a step's time in denormal numbers, which no result can show. Where the processor has no such mode, nothing happens.
+// While it lives, results below 2.2e-308 are 0 in this thread and in those that it starts: what has
+// decayed so far would cost a hundred times a step's time in denormal numbers, which no result can
+// show. Where the processor has no such mode, nothing happens.
 class FlushDenormals {
  public:
 #if defined(__SSE2__)
-  FlushDenormals() : before_(_mm_getcsr()) { _mm_setcsr(before_ | flush_to_zero | denormals_are_zero); }
+  FlushDenormals() : before_(_mm_getcsr()) {
+    _mm_setcsr(before_ | flush_to_zero | denormals_are_zero);
+  }
   ~FlushDenormals() { _mm_setcsr(before_); }
 
  private:

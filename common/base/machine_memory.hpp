@@ -3,6 +3,7 @@
 
 namespace cbr {
 
-double machine_memory_bytes();  // physical memory, whoever uses it, or what the container may have of it
+// physical memory, whoever uses it, or what the container may have of it
+double machine_memory_bytes();
 
 }  // namespace cbr

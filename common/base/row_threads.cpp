@@ -14,7 +14,8 @@
 namespace cbr {
 namespace {
 
-// Whether `happened` within a short while: waking a sleeping thread takes as long as a step of a small mesh.
+// Whether `happened` within a short while: waking a sleeping thread takes as long as a step of a
+// small mesh.
 template <typename Condition>
 bool soon(const Condition& happened) {
   constexpr auto patience = std::chrono::microseconds(50);
@@ -75,7 +76,8 @@ RowThreads::RowThreads(int n_threads) {
   if (n_threads <= 1) return;
   impl_ = std::make_unique<Impl>();
   try {
-    for (int t = 1; t < n_threads; ++t) impl_->threads.emplace_back([impl = impl_.get(), t] { impl->loop(t); });
+    for (int t = 1; t < n_threads; ++t)
+      impl_->threads.emplace_back([impl = impl_.get(), t] { impl->loop(t); });
   } catch (const std::system_error&) {  // the system grants no more: size() tells
   }
 }

@@ -18,9 +18,9 @@ class RowThreads {
   RowThreads& operator=(RowThreads&&) noexcept;
 
   int size() const;
-  // work(t) for t = 0 .. size() - 1, each on a thread of its own; returns when all are done. An exception of any of them is thrown
-  // again then. A thread that has done its part looks out for the next for some 50 microseconds before it sleeps: steps follow each
-  // other closely.
+  // work(t) for t = 0 .. size() - 1, each on a thread of its own; returns when all are done. An
+  // exception of any of them is thrown again then. A thread that has done its part looks out for
+  // the next for some 50 microseconds before it sleeps: steps follow each other closely.
   void run(const std::function<void(int)>& work);
   // work(begin, end) over equal parts of 0 .. n.
   void for_rows(Index n, const std::function<void(Index, Index)>& work);
@@ -32,8 +32,9 @@ class RowThreads {
   std::unique_ptr<Impl> impl_;
 };
 
-// run_threads() for work that comes again and again, of some tenths of a millisecond: by threads that all callers share and that
-// are kept. Who finds them taken works alone, as does a call with n <= 1.
+// run_threads() for work that comes again and again, of some tenths of a millisecond: by threads
+// that all callers share and that are kept. Who finds them taken works alone, as does a call with n
+// <= 1.
 void run_kept_threads(int n, const std::function<void(int)>& work);
 
 }  // namespace cbr

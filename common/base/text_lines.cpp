@@ -16,10 +16,12 @@ std::string shown(std::string_view field) {
 
 }  // namespace
 
-TextLines::TextLines(const std::filesystem::path& file, bool may_end_anywhere) : file_(file), may_end_anywhere_(may_end_anywhere) {
+TextLines::TextLines(const std::filesystem::path& file, bool may_end_anywhere)
+    : file_(file), may_end_anywhere_(may_end_anywhere) {
   std::error_code error;
   if (!std::filesystem::exists(file, error)) throw InputError(file.string() + ": no such file");
-  if (!std::filesystem::is_regular_file(file, error)) throw InputError(file.string() + ": is not a regular file");
+  if (!std::filesystem::is_regular_file(file, error))
+    throw InputError(file.string() + ": is not a regular file");
   in_.open(file);
   if (!in_) throw InputError(file.string() + ": cannot be opened");
 }
@@ -30,7 +32,8 @@ bool TextLines::next() {
     return false;
   }
   ++count_;
-  if (in_.eof() && !may_end_anywhere_) fail("the last line has no end: the file seems to be cut off, export it again");
+  if (in_.eof() && !may_end_anywhere_)
+    fail("the last line has no end: the file seems to be cut off, export it again");
   if (!line_.empty() && line_.back() == '\r') line_.pop_back();
   return true;
 }
@@ -55,7 +58,8 @@ Index TextLines::whole(std::string_view field) const {
   const std::string_view text = trimmed(field);
   Index value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) fail(shown(field) + " found, expected a whole number");
+  if (error != std::errc() || end != text.data() + text.size())
+    fail(shown(field) + " found, expected a whole number");
   return value;
 }
 

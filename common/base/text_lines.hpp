@@ -14,11 +14,13 @@ namespace cbr {
 
 class TextLines {
  public:
-  // InputError: the file cannot be opened, or is no regular file. `may_end_anywhere`: a last line without an end is no error; such
-  // a file may have been cut off, so only for formats that people write by hand.
+  // InputError: the file cannot be opened, or is no regular file. `may_end_anywhere`: a last line
+  // without an end is no error; such a file may have been cut off, so only for formats that people
+  // write by hand.
   explicit TextLines(const std::filesystem::path& file, bool may_end_anywhere = false);
 
-  // The next line without its end; false after the last one. InputError: a last line without an end.
+  // The next line without its end; false after the last one. InputError: a last line without an
+  // end.
   bool next();
   const std::string& line() const { return line_; }
   Index count() const { return count_; }  // number of that line, from 1
@@ -26,7 +28,8 @@ class TextLines {
   [[noreturn]] void fail(const std::string& what) const { fail(what, count_); }
   [[noreturn]] void fail(const std::string& what, Index line) const;
 
-  // InputError unless the field, without the blanks around it, is a finite number, or a whole one. D marks an exponent, too.
+  // InputError unless the field, without the blanks around it, is a finite number, or a whole one.
+  // D marks an exponent, too.
   double number(std::string_view field) const;
   Index whole(std::string_view field) const;
 

@@ -2,7 +2,8 @@
 // Front door of common/base: types, errors, text of numbers, threads, memory: what everything else
 // stands on.
 //
-// The array types that every other header speaks in. Storage order is settled here and nowhere else.
+// The array types that every other header speaks in. Storage order is settled here and nowhere
+// else.
 #pragma once
 
 #include <Eigen/Core>

@@ -30,7 +30,8 @@ std::string rounded_text(double value) {
 }
 
 std::string element_text(const Block& block, Index e) {
-  return "block '" + block.name + "': element " + std::to_string(block.element_ids[static_cast<std::size_t>(e)]) + " (" +
+  return "block '" + block.name + "': element " +
+         std::to_string(block.element_ids[static_cast<std::size_t>(e)]) + " (" +
          std::string(name(block.type)) + ")";
 }
 
@@ -48,7 +49,8 @@ struct Share {
 
 void check_material(const Block& block, const Material& material) {
   const auto refuse = [&](const std::string& what, double got, const std::string& allowed) {
-    throw InputError("block '" + block.name + "': " + what + " is " + number_text(got) + ": it must be " + allowed);
+    throw InputError("block '" + block.name + "': " + what + " is " + number_text(got) +
+                     ": it must be " + allowed);
   };
   const double E = material.youngs_modulus, nu = material.poissons_ratio, rho = material.density;
   if (!(E > 0) || !std::isfinite(E)) refuse("youngs_modulus", E, "positive and finite");
@@ -61,10 +63,12 @@ void check_nodes(const Mesh& mesh, const Block& block, Index e) {
   for (Index i = 0; i < nodes.size(); ++i) {
     const std::string id = std::to_string(mesh.node_ids[static_cast<std::size_t>(nodes(i))]);
     if (!mesh.coordinates.row(nodes(i)).allFinite())
-      throw InputError("node " + id + " of " + element_text(block, e) + " has a coordinate that is not a finite number");
+      throw InputError("node " + id + " of " + element_text(block, e) +
+                       " has a coordinate that is not a finite number");
     for (Index j = 0; j < i; ++j)
       if (nodes(i) == nodes(j))
-        throw InputError(element_text(block, e) + " has node " + id + " twice: give the element the type that it really has");
+        throw InputError(element_text(block, e) + " has node " + id +
+                         " twice: give the element the type that it really has");
   }
 }
 
@@ -77,7 +81,8 @@ bool nodes_are_usable(const Mesh& mesh, const Block& block, Index e) {
   return true;
 }
 
-// The first element in the block's order that is not usable is the one reported, whatever the number of threads.
+// The first element in the block's order that is not usable is the one reported, whatever the
+// number of threads.
 void check_elements(const Mesh& mesh, const Block& block) {
   const Index n = block.connectivity.rows();
   const int threads = n_threads();
@@ -85,7 +90,8 @@ void check_elements(const Mesh& mesh, const Block& block) {
   run_threads(threads, [&](int t) {
     const Share share(n, t, threads);
     for (Index e = share.begin; e < share.end; ++e)
-      if (!nodes_are_usable(mesh, block, e) || !(element_quality(block.type, element_points(mesh, block, e)) > smallest_quality)) {
+      if (!nodes_are_usable(mesh, block, e) ||
+          !(element_quality(block.type, element_points(mesh, block, e)) > smallest_quality)) {
         first[static_cast<std::size_t>(t)] = e;
         return;
       }
@@ -94,14 +100,17 @@ void check_elements(const Mesh& mesh, const Block& block) {
   if (e == n) return;
   check_nodes(mesh, block, e);
   const double quality = element_quality(block.type, element_points(mesh, block, e));
-  const std::string found = std::isfinite(quality) ? "its smallest Jacobian is " + rounded_text(quality) +
-                                                         " of the mean one, allowed: above " + rounded_text(smallest_quality)
-                                                   : "its volume is below 0";
-  throw InputError(element_text(block, e) + (quality < 0 ? " is inverted (" : " is degenerate (") + found +
-                   "): check its node order and coordinates");
+  const std::string found = std::isfinite(quality)
+                                ? "its smallest Jacobian is " + rounded_text(quality) +
+                                      " of the mean one, allowed: above " +
+                                      rounded_text(smallest_quality)
+                                : "its volume is below 0";
+  throw InputError(element_text(block, e) + (quality < 0 ? " is inverted (" : " is degenerate (") +
+                   found + "): check its node order and coordinates");
 }
 
-// Stiffness E h, mass rho h^3 and frequency sqrt(E / rho) / h of an element of size h must leave room for products of them.
+// Stiffness E h, mass rho h^3 and frequency sqrt(E / rho) / h of an element of size h must leave
+// room for products of them.
 void check_magnitudes(const Mesh& mesh, const Block& block, const Material& material) {
   constexpr double least = 1e-290, most = 1e200;
   if (block.connectivity.rows() == 0) return;
@@ -113,9 +122,11 @@ void check_magnitudes(const Mesh& mesh, const Block& block, const Material& mate
   }
   const auto require = [&](double value, const std::string& what) {
     if (value >= least && value <= most) return;
-    throw InputError("block '" + block.name + "': elements of size " + rounded_text(smallest) + " to " + rounded_text(largest) +
-                     ", youngs_modulus " + number_text(material.youngs_modulus) + " and density " + number_text(material.density) +
-                     " give a " + what + " of about " + rounded_text(value) + ", allowed: " + rounded_text(least) + " to " +
+    throw InputError("block '" + block.name + "': elements of size " + rounded_text(smallest) +
+                     " to " + rounded_text(largest) + ", youngs_modulus " +
+                     number_text(material.youngs_modulus) + " and density " +
+                     number_text(material.density) + " give a " + what + " of about " +
+                     rounded_text(value) + ", allowed: " + rounded_text(least) + " to " +
                      rounded_text(most) + ": look at the units of the mesh and the material");
   };
   for (const double h : {smallest, largest}) {
@@ -151,11 +162,13 @@ void check_repeated(const Mesh& mesh) {
       entries.push_back({hash, &block, e});
     }
   }
-  std::stable_sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) { return a.hash < b.hash; });
+  std::stable_sort(entries.begin(), entries.end(),
+                   [](const Entry& a, const Entry& b) { return a.hash < b.hash; });
   for (std::size_t i = 1; i < entries.size(); ++i) {
     const Entry &a = entries[i - 1], &b = entries[i];
     if (a.hash != b.hash || sorted_nodes(*a.block, a.e) != sorted_nodes(*b.block, b.e)) continue;
-    throw InputError(element_text(*b.block, b.e) + " has the same nodes as " + element_text(*a.block, a.e) +
+    throw InputError(element_text(*b.block, b.e) + " has the same nodes as " +
+                     element_text(*a.block, a.e) +
                      ", so that its mass and stiffness would count twice: remove one of them");
   }
 }
@@ -164,7 +177,8 @@ void number_nodes(const Mesh& mesh, FiniteElementModel& model) {
   model.row.assign(static_cast<std::size_t>(mesh.coordinates.rows()), -1);
   for (const Block& block : mesh.blocks)
     if (is_volume(block))
-      for (Index k = 0; k < block.connectivity.size(); ++k) model.row[static_cast<std::size_t>(block.connectivity.data()[k])] = 0;
+      for (Index k = 0; k < block.connectivity.size(); ++k)
+        model.row[static_cast<std::size_t>(block.connectivity.data()[k])] = 0;
   for (std::size_t i = 0; i < model.row.size(); ++i) {
     if (model.row[i] < 0) continue;
     model.row[i] = static_cast<Index>(model.nodes.size());
@@ -175,13 +189,18 @@ void number_nodes(const Mesh& mesh, FiniteElementModel& model) {
 // For each node the nodes that share an element with it, itself too, ascending: compressed rows.
 struct Neighbours {
   std::vector<Index> start, list;
-  Index count(Index i) const { return start[static_cast<std::size_t>(i) + 1] - start[static_cast<std::size_t>(i)]; }
+  Index count(Index i) const {
+    return start[static_cast<std::size_t>(i) + 1] - start[static_cast<std::size_t>(i)];
+  }
   const Index* begin(Index i) const { return list.data() + start[static_cast<std::size_t>(i)]; }
   // Position of j among i's neighbours.
-  Index position(Index i, Index j) const { return std::lower_bound(begin(i), begin(i) + count(i), j) - begin(i); }
+  Index position(Index i, Index j) const {
+    return std::lower_bound(begin(i), begin(i) + count(i), j) - begin(i);
+  }
 };
 
-// Compressed rows too: which elements (block, row) each node is in. A counting sort over the connectivity.
+// Compressed rows too: which elements (block, row) each node is in. A counting sort over the
+// connectivity.
 struct ElementsOfNodes {
   struct Entry {
     const Block* block;
@@ -199,7 +218,9 @@ ElementsOfNodes elements_of_nodes(const Mesh& mesh, const FiniteElementModel& mo
       if (is_volume(block))
         for (Index e = 0; e < block.connectivity.rows(); ++e)
           for (Index i = 0; i < block.connectivity.cols(); ++i)
-            action(block, e, static_cast<std::size_t>(model.row[static_cast<std::size_t>(block.connectivity(e, i))]));
+            action(block, e,
+                   static_cast<std::size_t>(
+                       model.row[static_cast<std::size_t>(block.connectivity(e, i))]));
   };
   // Counted two places on, so that filling moves each start to its place.
   each([&](const Block&, Index, std::size_t row) { ++result.start[row + 2]; });
@@ -235,8 +256,8 @@ Neighbours find_neighbours(const Mesh& mesh, const FiniteElementModel& model) {
   return neighbours;
 }
 
-// Zeros at 3 x 3 blocks for each pair of neighbours (full), or at their diagonals only. Into an argument, because Eigen 3.4 copies
-// a sparse matrix that is returned and assigned.
+// Zeros at 3 x 3 blocks for each pair of neighbours (full), or at their diagonals only. Into an
+// argument, because Eigen 3.4 copies a sparse matrix that is returned and assigned.
 void set_pattern(const Neighbours& neighbours, bool full, SparseMatrix& A) {
   const Index n = static_cast<Index>(neighbours.start.size()) - 1, height = full ? 3 : 1;
   A.resize(3 * n, 3 * n);
@@ -256,16 +277,19 @@ struct ElementMatrices {
   Matrix K, M;  // 3 n x 3 n; n x n, or n x 1 when lumped
 };
 
-ElementMatrices element_matrices(const Mesh& mesh, const Block& block, const BlockProperties& properties, MassKind mass, Index e) {
+ElementMatrices element_matrices(const Mesh& mesh, const Block& block,
+                                 const BlockProperties& properties, MassKind mass, Index e) {
   const Points X = element_points(mesh, block, e);
   const double rho = properties.material.density;
   return {element_stiffness(block.type, properties.hex8, X, properties.material),
-          mass == MassKind::lumped ? Matrix(element_lumped_mass(block.type, X, rho)) : element_mass(block.type, X, rho)};
+          mass == MassKind::lumped ? Matrix(element_lumped_mass(block.type, X, rho))
+                                   : element_mass(block.type, X, rho)};
 }
 
-// Adds the columns that belong to thread t, so no two threads write to one place, and each sum has one order.
-void add_element(const ElementMatrices& element, const std::vector<Index>& rows, const Neighbours& neighbours, int t, int n_threads,
-                 FiniteElementModel& model) {
+// Adds the columns that belong to thread t, so no two threads write to one place, and each sum has
+// one order.
+void add_element(const ElementMatrices& element, const std::vector<Index>& rows,
+                 const Neighbours& neighbours, int t, int n_threads, FiniteElementModel& model) {
   const Index n = static_cast<Index>(rows.size());
   for (Index j = 0; j < n; ++j) {
     const Index column = rows[static_cast<std::size_t>(j)];
@@ -278,17 +302,19 @@ void add_element(const ElementMatrices& element, const std::vector<Index>& rows,
       for (Index c = 0; c < 3; ++c) {
         double* values = model.K.valuePtr() + model.K.outerIndexPtr()[3 * column + c] + 3 * k;
         for (Index a = 0; a < 3; ++a) values[a] += element.K(3 * i + a, 3 * j + c);
-        if (!lumped) model.M.valuePtr()[model.M.outerIndexPtr()[3 * column + c] + k] += element.M(i, j);
+        if (!lumped)
+          model.M.valuePtr()[model.M.outerIndexPtr()[3 * column + c] + k] += element.M(i, j);
       }
     }
   }
 }
 
-void add_block(const Mesh& mesh, const Block& block, const BlockProperties& properties, MassKind mass, const Neighbours& neighbours,
-               FiniteElementModel& model) {
+void add_block(const Mesh& mesh, const Block& block, const BlockProperties& properties,
+               MassKind mass, const Neighbours& neighbours, FiniteElementModel& model) {
   const Index n = block.connectivity.cols(), n_e = block.connectivity.rows();
   if (n_e == 0) return;
-  const Index batch = std::max<Index>(1, static_cast<Index>(batch_bytes / sizeof(double)) / (10 * n * n));
+  const Index batch =
+      std::max<Index>(1, static_cast<Index>(batch_bytes / sizeof(double)) / (10 * n * n));
   const int threads = n_threads();
   std::vector<ElementMatrices> matrices(static_cast<std::size_t>(std::min(batch, n_e)));
   for (Index first = 0; first < n_e; first += batch) {
@@ -296,13 +322,15 @@ void add_block(const Mesh& mesh, const Block& block, const BlockProperties& prop
     run_threads(threads, [&](int t) {
       const Share share(size, t, threads);
       for (Index k = share.begin; k < share.end; ++k)
-        matrices[static_cast<std::size_t>(k)] = element_matrices(mesh, block, properties, mass, first + k);
+        matrices[static_cast<std::size_t>(k)] =
+            element_matrices(mesh, block, properties, mass, first + k);
     });
     run_threads(threads, [&](int t) {
       std::vector<Index> rows(static_cast<std::size_t>(n));
       for (Index k = 0; k < size; ++k) {
         for (Index i = 0; i < n; ++i)
-          rows[static_cast<std::size_t>(i)] = model.row[static_cast<std::size_t>(block.connectivity(first + k, i))];
+          rows[static_cast<std::size_t>(i)] =
+              model.row[static_cast<std::size_t>(block.connectivity(first + k, i))];
         add_element(matrices[static_cast<std::size_t>(k)], rows, neighbours, t, threads, model);
       }
     });
@@ -311,7 +339,8 @@ void add_block(const Mesh& mesh, const Block& block, const BlockProperties& prop
 
 }  // namespace
 
-FiniteElementModel assemble(const Mesh& mesh, const std::vector<BlockProperties>& properties, MassKind mass) {
+FiniteElementModel assemble(const Mesh& mesh, const std::vector<BlockProperties>& properties,
+                            MassKind mass) {
   assert(properties.size() == mesh.blocks.size());
   for (std::size_t b = 0; b < mesh.blocks.size(); ++b) {
     if (!is_volume(mesh.blocks[b])) continue;
@@ -334,7 +363,8 @@ FiniteElementModel assemble(const Mesh& mesh, const std::vector<BlockProperties>
     model.M *= 0.0;
   }
   for (std::size_t b = 0; b < mesh.blocks.size(); ++b)
-    if (is_volume(mesh.blocks[b])) add_block(mesh, mesh.blocks[b], properties[b], mass, neighbours, model);
+    if (is_volume(mesh.blocks[b]))
+      add_block(mesh, mesh.blocks[b], properties[b], mass, neighbours, model);
   return model;
 }
 

@@ -24,7 +24,8 @@ RigidBody rigid_body(const SparseMatrix& M, const Points& points) {
   RigidBody body;
   if (points.rows() == 0) return body;
   const SingleThreadedBlas one;  // the same bits with any number of threads
-  // Twice: first about the mean of the points, then about the centre of mass that this gives, where nothing cancels.
+  // Twice: first about the mean of the points, then about the centre of mass that this gives, where
+  // nothing cancels.
   body.center = points.colwise().mean().transpose();
   for (const bool about_center : {false, true}) {
     const Matrix R = rigid_modes(points, body.center);

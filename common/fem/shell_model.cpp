@@ -15,11 +15,14 @@
 namespace cbr {
 namespace {
 
-// A face whose smallest corner is flatter than this, relative to its longest extent, has no plane worth the name.
+// A face whose smallest corner is flatter than this, relative to its longest extent, has no plane
+// worth the name.
 constexpr double flat_corner = 1e-10;
-// Without density the rotations are condensed, which leaves a full matrix of the skin's translations.
+// Without density the rotations are condensed, which leaves a full matrix of the skin's
+// translations.
 constexpr Index most_condensed_nodes = 5000;
-// Weaker pivots are the round-off of stiffer directions of the same node, and are held up by `support` of the stiffest.
+// Weaker pivots are the round-off of stiffer directions of the same node, and are held up by
+// `support` of the stiffest.
 constexpr double weak_pivot = 1e-11, support = 1e-13;
 
 bool counts(double x) { return x >= std::numeric_limits<double>::min(); }
@@ -53,22 +56,26 @@ struct Face {
 std::string describe(const IndexTable& faces, Index f) {
   const bool triangle = faces(f, 3) == faces(f, 2);
   std::string rows;
-  for (Index i = 0; i < (triangle ? 3 : 4); ++i) rows += (i == 0 ? "" : ", ") + std::to_string(faces(f, i));
+  for (Index i = 0; i < (triangle ? 3 : 4); ++i)
+    rows += (i == 0 ? "" : ", ") + std::to_string(faces(f, i));
   return "face " + std::to_string(f) + " (nodes of rows " + rows + ")";
 }
 
-Face read_face(const IndexTable& faces, Index f, const Points& points, const std::vector<Index>& nodes) {
+Face read_face(const IndexTable& faces, Index f, const Points& points,
+               const std::vector<Index>& nodes) {
   Face face;
   if (faces(f, 3) == faces(f, 2)) face.type = ElementType::tri3;
   face.X.resize(n_nodes(face.type), 3);
   for (Index i = 0; i < face.X.rows(); ++i) {
     face.X.row(i) = points.row(faces(f, i));
-    face.node[static_cast<std::size_t>(i)] = std::lower_bound(nodes.begin(), nodes.end(), faces(f, i)) - nodes.begin();
+    face.node[static_cast<std::size_t>(i)] =
+        std::lower_bound(nodes.begin(), nodes.end(), faces(f, i)) - nodes.begin();
   }
   const double corner = shell::corner_jacobian(face.type, face.X);
   if (!(corner > flat_corner))
     throw InputError("shells: " + describe(faces, f) +
-                     " is degenerate: its nodes coincide, lie on a line, or do not make a convex face; correct the mesh");
+                     " is degenerate: its nodes coincide, lie on a line, or do not make a convex "
+                     "face; correct the mesh");
   return face;
 }
 
@@ -77,18 +84,21 @@ std::vector<Index> used_nodes(const IndexTable& faces, const Points& points) {
   std::sort(nodes.begin(), nodes.end());
   nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
   if (!nodes.empty() && (nodes.front() < 0 || nodes.back() >= points.rows()))
-    throw InputError("shells: a face names row " + std::to_string(nodes.front() < 0 ? nodes.front() : nodes.back()) + " of " +
+    throw InputError("shells: a face names row " +
+                     std::to_string(nodes.front() < 0 ? nodes.front() : nodes.back()) + " of " +
                      std::to_string(points.rows()) + " nodes");
   return nodes;
 }
 
 [[noreturn]] void overflow(const IndexTable& faces, Index f, const char* what) {
   throw InputError("shells: the " + std::string(what) + " of " + describe(faces, f) +
-                   " exceeds what a double can hold; check youngs_modulus, density, thickness and the mesh's unit of length");
+                   " exceeds what a double can hold; check youngs_modulus, density, thickness and "
+                   "the mesh's unit of length");
 }
 
 // 6 m x 6 m, translations first.
-SparseMatrix assemble_stiffness(const IndexTable& faces, const std::vector<Face>& elements, Index m, const ShellProperties& shell) {
+SparseMatrix assemble_stiffness(const IndexTable& faces, const std::vector<Face>& elements, Index m,
+                                const ShellProperties& shell) {
   std::vector<Eigen::Triplet<double, Index>> entries;
   for (std::size_t f = 0; f < elements.size(); ++f) {
     const Face& face = elements[f];
@@ -115,20 +125,22 @@ SparseMatrix supported(SparseMatrix K_rr) {
   const Vector diagonal = K_rr.diagonal();
   SparseMatrix added(K_rr.rows(), K_rr.cols());
   added.setIdentity();
-  for (Index i = 0; i < diagonal.size(); ++i) added.coeffRef(i, i) = support * diagonal.segment<3>(i / 3 * 3).maxCoeff();
+  for (Index i = 0; i < diagonal.size(); ++i)
+    added.coeffRef(i, i) = support * diagonal.segment<3>(i / 3 * 3).maxCoeff();
   return K_rr + added;
 }
 
-// K_tt - K_tr K_rr^-1 K_rt   (3 m x 3 m). K is scaled to the size of 1 meanwhile, rotations by a length of the skin: products
-// of three entries must not leave a double's range.
+// K_tt - K_tr K_rr^-1 K_rt   (3 m x 3 m). K is scaled to the size of 1 meanwhile, rotations by a
+// length of the skin: products of three entries must not leave a double's range.
 SparseMatrix condense_rotations(const SparseMatrix& K) {
   const Index n = K.rows() / 2;
   if (n > 3 * most_condensed_nodes)
-    throw InputError("shells: " + std::to_string(n / 3) +
-                     " nodes with a modulus but no density: the rotations would have no inertia, and to "
-                     "eliminate them for more than " +
-                     std::to_string(most_condensed_nodes) +
-                     " nodes takes too much memory; give the shells a density (it may be small)");
+    throw InputError(
+        "shells: " + std::to_string(n / 3) +
+        " nodes with a modulus but no density: the rotations would have no inertia, and to "
+        "eliminate them for more than " +
+        std::to_string(most_condensed_nodes) +
+        " nodes takes too much memory; give the shells a density (it may be small)");
   Vector scale(2 * n);
   const Vector diagonal = K.diagonal();
   scale.head(n).setConstant(1 / std::sqrt(diagonal.head(n).maxCoeff()));
@@ -137,8 +149,10 @@ SparseMatrix condense_rotations(const SparseMatrix& K) {
   SparseMatrix k_rr = k.bottomRightCorner(n, n);
   const SparseMatrix k_rt = k.bottomLeftCorner(n, n);
   SparseCholesky factor(k_rr);
-  if (!factor.ok() || !(factor.smallest_pivot() > weak_pivot)) factor = SparseCholesky(supported(k_rr));
-  if (!factor.ok()) throw RunError("shells: the rotations cannot be eliminated; give the shells a density");
+  if (!factor.ok() || !(factor.smallest_pivot() > weak_pivot))
+    factor = SparseCholesky(supported(k_rr));
+  if (!factor.ok())
+    throw RunError("shells: the rotations cannot be eliminated; give the shells a density");
   const Matrix X = factor.solve(Matrix(k_rt));
   Matrix S = Matrix(k.topLeftCorner(n, n)) - k_rt.transpose() * X;
   S = (S + S.transpose()).eval() * (0.5 / scale(0) / scale(0));
@@ -147,7 +161,8 @@ SparseMatrix condense_rotations(const SparseMatrix& K) {
 
 }  // namespace
 
-ShellModel assemble_shells(const IndexTable& faces, const Points& points, const ShellProperties& shell) {
+ShellModel assemble_shells(const IndexTable& faces, const Points& points,
+                           const ShellProperties& shell) {
   check_properties(shell);
   ShellModel model;
   const bool stiff = counts(shell.material.youngs_modulus * shell.thickness);
@@ -157,12 +172,14 @@ ShellModel assemble_shells(const IndexTable& faces, const Points& points, const 
   model.nodes = used_nodes(faces, points);
   const auto m = static_cast<Index>(model.nodes.size());
   std::vector<Face> elements;
-  for (Index f = 0; f < faces.rows(); ++f) elements.push_back(read_face(faces, f, points, model.nodes));
+  for (Index f = 0; f < faces.rows(); ++f)
+    elements.push_back(read_face(faces, f, points, model.nodes));
 
   Vector mass = Vector::Zero(m), rotary = Vector::Zero(m);
   for (std::size_t f = 0; f < elements.size(); ++f) {
     const ShellMass lumped = shell_lumped_mass(elements[f].type, elements[f].X, shell);
-    if (!lumped.mass.allFinite() || !lumped.rotary.allFinite()) overflow(faces, static_cast<Index>(f), "mass");
+    if (!lumped.mass.allFinite() || !lumped.rotary.allFinite())
+      overflow(faces, static_cast<Index>(f), "mass");
     for (Index i = 0; i < lumped.mass.size(); ++i) {
       mass(elements[f].node[static_cast<std::size_t>(i)]) += lumped.mass(i);
       rotary(elements[f].node[static_cast<std::size_t>(i)]) += lumped.rotary(i);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// RAII over the HDF5 C library, Eigen <-> dataset. hdf5.h is included by hdf5_handle.hpp, for hdf5_reader.cpp and hdf5_writer.cpp,
-// alone. Row-major in the file, without time stamps: the same contents give the same bytes.
+// RAII over the HDF5 C library, Eigen <-> dataset. hdf5.h is included by hdf5_handle.hpp, for
+// hdf5_reader.cpp and hdf5_writer.cpp, alone. Row-major in the file, without time stamps: the same
+// contents give the same bytes.
 #pragma once
 
 #include <filesystem>
@@ -16,13 +17,15 @@ namespace cbr {
 
 inline constexpr const char* checksum_attribute = "checksum";
 
-// Writes to a temporary file beside `file`; commit() renames it. Without commit() nothing is left behind.
-// Groups on the way are made. RunError names the path when the system refuses. Strings are UTF-8 of variable length, which
-// h5py reads as str. Superblock and object headers of HDF5 1.8 and later: they carry checksums.
+// Writes to a temporary file beside `file`; commit() renames it. Without commit() nothing is left
+// behind. Groups on the way are made. RunError names the path when the system refuses. Strings are
+// UTF-8 of variable length, which h5py reads as str. Superblock and object headers of HDF5 1.8 and
+// later: they carry checksums.
 class Hdf5Writer {
  public:
   explicit Hdf5Writer(const std::filesystem::path& file);
-  // Goes on with a copy of `from`, that save_copy() of a writer has made. InputError when it is none.
+  // Goes on with a copy of `from`, that save_copy() of a writer has made. InputError when it is
+  // none.
   Hdf5Writer(const std::filesystem::path& file, const std::filesystem::path& from);
   ~Hdf5Writer();
   Hdf5Writer(const Hdf5Writer&) = delete;
@@ -33,13 +36,18 @@ class Hdf5Writer {
   void write(const std::string& dataset, const std::vector<double>& values);
   void write(const std::string& dataset, const std::vector<Index>& values);  // int64
   void write(const std::string& dataset, const std::vector<int>& values);    // int64
-  void write(const std::string& dataset, const IndexTable& values);          // int64, rows x columns
-  void write(const std::string& dataset, const Matrix& values);              // rows x columns, row-major in the file
-  void write(const std::string& dataset, const RowMatrix& values);           // likewise, without a copy
+  // int64, rows x columns
+  void write(const std::string& dataset, const IndexTable& values);
+  // rows x columns, row-major in the file
+  void write(const std::string& dataset, const Matrix& values);
+  // likewise, without a copy
+  void write(const std::string& dataset, const RowMatrix& values);
   void write(const std::string& dataset, const Points& values);
-  // From here on each dataset gets the attribute `checksum_attribute`: XXH3 (64 bit) of its numbers as they are in the file, int64.
+  // From here on each dataset gets the attribute `checksum_attribute`: XXH3 (64 bit) of its numbers
+  // as they are in the file, int64.
   void add_checksums();
-  void link(const std::string& dataset, const std::string& name);  // one more name of a dataset that is there
+  // one more name of a dataset that is there
+  void link(const std::string& dataset, const std::string& name);
   // Object "/" is the root; a group that is not there yet is made.
   void attribute(const std::string& object, const std::string& name, const std::string& value);
   void attribute(const std::string& object, const std::string& name, Index value);
@@ -57,9 +65,10 @@ class Hdf5Writer {
   std::unique_ptr<Impl> impl_;
 };
 
-// InputError "FILE: /dataset: ..." for what is missing, of the wrong type or shape, or not readable (truncated). Nothing is
-// allocated for a dataset that claims to hold more than the file can. A scalar may be of shape () or (1). A dataset that has a
-// checksum is refused when its numbers are others; one without is taken as it is.
+// InputError "FILE: /dataset: ..." for what is missing, of the wrong type or shape, or not readable
+// (truncated). Nothing is allocated for a dataset that claims to hold more than the file can. A
+// scalar may be of shape () or (1). A dataset that has a checksum is refused when its numbers are
+// others; one without is taken as it is.
 class Hdf5Reader {
  public:
   explicit Hdf5Reader(const std::filesystem::path& file);

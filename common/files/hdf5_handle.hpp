@@ -37,14 +37,18 @@ class Handle {
 // The library prints its error stack unless told not to; the setting is per thread.
 inline void silence() { H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr); }
 
-// Rows copied at once between a column-major matrix and the file's rows: 16 MB, whatever the matrix's size.
-inline Index panel_rows(Index columns) { return std::max<Index>(1, (Index{1} << 21) / std::max<Index>(1, columns)); }
+// Rows copied at once between a column-major matrix and the file's rows: 16 MB, whatever the
+// matrix's size.
+inline Index panel_rows(Index columns) {
+  return std::max<Index>(1, (Index{1} << 21) / std::max<Index>(1, columns));
+}
 
 // Memory and file spaces of rows [first, first + rows) of a two-dimensional dataset.
 inline std::pair<Handle, Handle> panel(hid_t dataset, Index first, Index rows, Index columns) {
   const hsize_t start[2] = {static_cast<hsize_t>(first), 0};
   const hsize_t count[2] = {static_cast<hsize_t>(rows), static_cast<hsize_t>(columns)};
-  Handle memory(H5Screate_simple(2, count, nullptr), H5Sclose), file(H5Dget_space(dataset), H5Sclose);
+  Handle memory(H5Screate_simple(2, count, nullptr), H5Sclose),
+      file(H5Dget_space(dataset), H5Sclose);
   H5Sselect_hyperslab(file, H5S_SELECT_SET, start, nullptr, count, nullptr);
   return {std::move(memory), std::move(file)};
 }

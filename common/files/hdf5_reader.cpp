@@ -21,13 +21,16 @@ herr_t visit_attribute(hid_t owner, const char* name, const H5A_info_t*, void*) 
   const Handle attribute(H5Aopen(owner, name, H5P_DEFAULT), H5Aclose);
   const Handle type(H5Aget_type(attribute), H5Tclose), space(H5Aget_space(attribute), H5Sclose);
   const std::size_t size = H5Tget_size(type);
-  if (H5Sget_simple_extent_npoints(space) != 1 || size == 0 || size > (std::size_t{1} << 20)) return 0;
+  if (H5Sget_simple_extent_npoints(space) != 1 || size == 0 || size > (std::size_t{1} << 20))
+    return 0;
   std::vector<char> value(size);
-  if (H5Aread(attribute, type, value.data()) >= 0) H5Dvlen_reclaim(type, space, H5P_DEFAULT, value.data());
+  if (H5Aread(attribute, type, value.data()) >= 0)
+    H5Dvlen_reclaim(type, space, H5P_DEFAULT, value.data());
   return 0;
 }
 
-// What lies in one piece is only bytes; chunks and small datasets in headers are found by structures of their own.
+// What lies in one piece is only bytes; chunks and small datasets in headers are found by
+// structures of their own.
 void visit_dataset(hid_t dataset) {
   const Handle type(H5Dget_type(dataset), H5Tclose), space(H5Dget_space(dataset), H5Sclose),
       properties(H5Dget_create_plist(dataset), H5Pclose);
@@ -36,9 +39,11 @@ void visit_dataset(hid_t dataset) {
   const bool real = H5Tget_class(type) == H5T_FLOAT;
   const hssize_t n = H5Sget_simple_extent_npoints(space);
   const double most = 1032.0 * static_cast<double>(H5Dget_storage_size(dataset));
-  if ((!real && H5Tget_class(type) != H5T_INTEGER) || n <= 0 || static_cast<double>(n) > most) return;
+  if ((!real && H5Tget_class(type) != H5T_INTEGER) || n <= 0 || static_cast<double>(n) > most)
+    return;
   std::vector<double> values(static_cast<std::size_t>(n));
-  H5Dread(dataset, real ? H5T_NATIVE_DOUBLE : H5T_NATIVE_INT64, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data());
+  H5Dread(dataset, real ? H5T_NATIVE_DOUBLE : H5T_NATIVE_INT64, H5S_ALL, H5S_ALL, H5P_DEFAULT,
+          values.data());
 }
 
 herr_t visit_object(hid_t file, const char* name, const H5O_info_t* info, void*) {
@@ -52,7 +57,8 @@ herr_t visit_object(hid_t file, const char* name, const H5O_info_t* info, void*)
 Handle open_read_only(const fs::path& path) {
   const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
 #if H5_VERSION_GE(1, 10, 7)
-  H5Pset_file_locking(access, false, true);  // a file is renamed when whole, never changed: locks only fail on network disks
+  // a file is renamed when whole, never changed: locks only fail on network disks
+  H5Pset_file_locking(access, false, true);
 #endif
   return {H5Fopen(path.c_str(), H5F_ACC_RDONLY, access), H5Fclose};
 }
@@ -80,23 +86,31 @@ struct Hdf5Reader::Impl {
     if (!fs::is_regular_file(status)) fail("is not a regular file");
     file_size = static_cast<double>(fs::file_size(path, error));
     errno = 0;
-    if (!std::ifstream(path).is_open()) fail(std::string("cannot be opened: ") + std::strerror(errno));
+    if (!std::ifstream(path).is_open())
+      fail(std::string("cannot be opened: ") + std::strerror(errno));
     if (file_size == 0) fail("is empty");
     if (H5Fis_hdf5(path.c_str()) <= 0) fail("is not an HDF5 file");
-    if (!hdf5::is_sound(path, [&] { visit_all(path); })) fail("cannot be read: the HDF5 file is damaged");
+    if (!hdf5::is_sound(path, [&] { visit_all(path); }))
+      fail("cannot be read: the HDF5 file is damaged");
     file = open_read_only(path);
     if (!file.ok()) fail("cannot be read: the HDF5 file is truncated or damaged");
   }
 
-  [[noreturn]] void fail(const std::string& what) const { throw InputError(path.string() + ": " + what); }
-  [[noreturn]] void fail(const std::string& object, const std::string& what) const { fail(object + ": " + what); }
+  [[noreturn]] void fail(const std::string& what) const {
+    throw InputError(path.string() + ": " + what);
+  }
+  [[noreturn]] void fail(const std::string& object, const std::string& what) const {
+    fail(object + ": " + what);
+  }
 
   // H5Lexists wants every group on the way to be there.
   bool exists(const std::string& object) const {
     if (object == "/") return true;
     for (auto slash = object.find('/', 1);; slash = object.find('/', slash + 1)) {
       const std::string part = object.substr(0, slash);
-      if (H5Lexists(file, part.c_str(), H5P_DEFAULT) <= 0 || H5Oexists_by_name(file, part.c_str(), H5P_DEFAULT) <= 0) return false;
+      if (H5Lexists(file, part.c_str(), H5P_DEFAULT) <= 0 ||
+          H5Oexists_by_name(file, part.c_str(), H5P_DEFAULT) <= 0)
+        return false;
       if (slash == std::string::npos) return true;
     }
   }
@@ -124,11 +138,14 @@ struct Hdf5Reader::Impl {
     return {extent.begin(), extent.end()};
   }
 
-  // Shape of a dataset that is about to be read: of that class and rank, and with as much in the file as it claims.
-  std::vector<Index> expect(hid_t dataset, const std::string& name, H5T_class_t type_class, std::size_t rank) const {
+  // Shape of a dataset that is about to be read: of that class and rank, and with as much in the
+  // file as it claims.
+  std::vector<Index> expect(hid_t dataset, const std::string& name, H5T_class_t type_class,
+                            std::size_t rank) const {
     const Handle type(H5Dget_type(dataset), H5Tclose);
     if (H5Tget_class(type) != type_class) {
-      fail(name, std::string("wrong type, expected ") + (type_class == H5T_FLOAT ? "floating-point numbers" : "whole numbers"));
+      fail(name, std::string("wrong type, expected ") +
+                     (type_class == H5T_FLOAT ? "floating-point numbers" : "whole numbers"));
     }
     const auto extent = shape(dataset, name);
     if (rank > 0 && extent.size() != rank) {
@@ -142,9 +159,11 @@ struct Hdf5Reader::Impl {
     if (layout == H5D_VIRTUAL || H5Pget_external_count(properties) > 0)
       fail(name, "is stored outside of the file, which is not read");
     // Deflate, the strongest filter that HDF5 brings along, shrinks at most 1032 times.
-    const double most =
-        (layout == H5D_CHUNKED ? 1032.0 : 1.0) * std::min(file_size, static_cast<double>(H5Dget_storage_size(dataset)));
-    if (bytes > most) fail(name, "shape (" + shape_text(extent) + ") is more than the file holds: truncated or damaged");
+    const double most = (layout == H5D_CHUNKED ? 1032.0 : 1.0) *
+                        std::min(file_size, static_cast<double>(H5Dget_storage_size(dataset)));
+    if (bytes > most)
+      fail(name,
+           "shape (" + shape_text(extent) + ") is more than the file holds: truncated or damaged");
     return extent;
   }
 
@@ -155,7 +174,8 @@ struct Hdf5Reader::Impl {
   }
 
   // Of 8 bytes a number
-  void read_whole(hid_t dataset, const std::string& name, hid_t memory_type, void* data, Index size) const {
+  void read_whole(hid_t dataset, const std::string& name, hid_t memory_type, void* data,
+                  Index size) const {
     if (size == 0) return;
     if (H5Dread(dataset, memory_type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) < 0) {
       fail(name, "cannot be read: the file is truncated or damaged");
@@ -177,7 +197,8 @@ struct Hdf5Reader::Impl {
       fail(name, "attribute 'checksum' is not one whole number");
     if (value == checksum.value()) return;
     fail(name,
-         "its numbers are not those that were written (attribute 'checksum'): the file was damaged or edited; make it anew (for a "
+         "its numbers are not those that were written (attribute 'checksum'): the file was damaged "
+         "or edited; make it anew (for a "
          "superelement: cbr-reduce --force), or, where the change is meant, delete the attribute");
   }
 
@@ -185,9 +206,11 @@ struct Hdf5Reader::Impl {
     const Handle owner = open_object(object);
     if (H5Aexists(owner, name.c_str()) <= 0) fail(object, "attribute '" + name + "' missing");
     Handle attribute(H5Aopen(owner, name.c_str(), H5P_DEFAULT), H5Aclose);
-    if (!attribute.ok()) fail(object, "attribute '" + name + "' cannot be read: the file is damaged");
+    if (!attribute.ok())
+      fail(object, "attribute '" + name + "' cannot be read: the file is damaged");
     const Handle space(H5Aget_space(attribute), H5Sclose);
-    if (H5Sget_simple_extent_npoints(space) != 1) fail(object, "attribute '" + name + "' is not one value");
+    if (H5Sget_simple_extent_npoints(space) != 1)
+      fail(object, "attribute '" + name + "' is not one value");
     return attribute;
   }
 };
@@ -206,7 +229,8 @@ std::vector<std::string> Hdf5Reader::children(const std::string& group) const {
     static_cast<std::vector<std::string>*>(list)->emplace_back(name);
     return 0;
   };
-  if (H5Literate(owner, H5_INDEX_NAME, H5_ITER_INC, nullptr, collect, &names) < 0) impl_->fail(group, "cannot be read: damaged");
+  if (H5Literate(owner, H5_INDEX_NAME, H5_ITER_INC, nullptr, collect, &names) < 0)
+    impl_->fail(group, "cannot be read: damaged");
   return names;
 }
 
@@ -217,7 +241,8 @@ std::vector<std::string> Hdf5Reader::attributes(const std::string& object) const
     static_cast<std::vector<std::string>*>(list)->emplace_back(name);
     return 0;
   };
-  if (H5Aiterate2(owner, H5_INDEX_NAME, H5_ITER_INC, nullptr, collect, &names) < 0) impl_->fail(object, "cannot be read: damaged");
+  if (H5Aiterate2(owner, H5_INDEX_NAME, H5_ITER_INC, nullptr, collect, &names) < 0)
+    impl_->fail(object, "cannot be read: damaged");
   return names;
 }
 
@@ -251,7 +276,8 @@ Matrix Hdf5Reader::read_matrix(const std::string& dataset) const {
   const bool checked = Impl::has_checksum(opened);
   Checksum checksum;
   RowMatrix rows;
-  for (Index first = 0, step = hdf5::panel_rows(values.cols()); first < values.rows(); first += step) {
+  for (Index first = 0, step = hdf5::panel_rows(values.cols()); first < values.rows();
+       first += step) {
     rows.resize(std::min<Index>(step, values.rows() - first), values.cols());
     const auto [memory, file] = hdf5::panel(opened, first, rows.rows(), rows.cols());
     if (H5Dread(opened, H5T_NATIVE_DOUBLE, memory, file, H5P_DEFAULT, rows.data()) < 0) {
@@ -275,7 +301,8 @@ RowMatrix Hdf5Reader::read_row_matrix(const std::string& dataset) const {
 Points Hdf5Reader::read_points(const std::string& dataset) const {
   const Handle opened = impl_->open_dataset(dataset);
   const auto extent = impl_->expect(opened, dataset, H5T_FLOAT, 2);
-  if (extent[1] != 3) impl_->fail(dataset, "wrong shape (" + Impl::shape_text(extent) + "), expected 3 columns");
+  if (extent[1] != 3)
+    impl_->fail(dataset, "wrong shape (" + Impl::shape_text(extent) + "), expected 3 columns");
   Points values(extent[0], 3);
   impl_->read_whole(opened, dataset, H5T_NATIVE_DOUBLE, values.data(), values.size());
   return values;
@@ -283,8 +310,10 @@ Points Hdf5Reader::read_points(const std::string& dataset) const {
 
 std::vector<Index> Hdf5Reader::read_indices(const std::string& dataset) const {
   const Handle opened = impl_->open_dataset(dataset);
-  std::vector<Index> values(static_cast<std::size_t>(impl_->expect(opened, dataset, H5T_INTEGER, 1)[0]));
-  impl_->read_whole(opened, dataset, H5T_NATIVE_INT64, values.data(), static_cast<Index>(values.size()));
+  std::vector<Index> values(
+      static_cast<std::size_t>(impl_->expect(opened, dataset, H5T_INTEGER, 1)[0]));
+  impl_->read_whole(opened, dataset, H5T_NATIVE_INT64, values.data(),
+                    static_cast<Index>(values.size()));
   return values;
 }
 
@@ -308,27 +337,33 @@ bool Hdf5Reader::is_string(const std::string& object, const std::string& attribu
 std::string Hdf5Reader::read_string(const std::string& object, const std::string& attribute) const {
   const Handle opened = impl_->open_attribute(object, attribute);
   const Handle type(H5Aget_type(opened), H5Tclose);
-  if (H5Tget_class(type) != H5T_STRING) impl_->fail(object, "attribute '" + attribute + "' is not a string");
+  if (H5Tget_class(type) != H5T_STRING)
+    impl_->fail(object, "attribute '" + attribute + "' is not a string");
   if (H5Tis_variable_str(type) > 0) {
     char* text = nullptr;
-    if (H5Aread(opened, type, &text) < 0) impl_->fail(object, "attribute '" + attribute + "' cannot be read: damaged");
+    if (H5Aread(opened, type, &text) < 0)
+      impl_->fail(object, "attribute '" + attribute + "' cannot be read: damaged");
     const std::string value = text != nullptr ? text : "";
     H5free_memory(text);
     return value;
   }
   constexpr std::size_t longest = std::size_t{1} << 20;
-  if (H5Tget_size(type) > longest) impl_->fail(object, "attribute '" + attribute + "' is longer than any text should be: damaged");
+  if (H5Tget_size(type) > longest)
+    impl_->fail(object, "attribute '" + attribute + "' is longer than any text should be: damaged");
   std::string value(H5Tget_size(type), '\0');
-  if (H5Aread(opened, type, value.data()) < 0) impl_->fail(object, "attribute '" + attribute + "' cannot be read: damaged");
+  if (H5Aread(opened, type, value.data()) < 0)
+    impl_->fail(object, "attribute '" + attribute + "' cannot be read: damaged");
   return value.substr(0, value.find('\0'));
 }
 
 Index Hdf5Reader::read_index(const std::string& object, const std::string& attribute) const {
   const Handle opened = impl_->open_attribute(object, attribute);
   const Handle type(H5Aget_type(opened), H5Tclose);
-  if (H5Tget_class(type) != H5T_INTEGER) impl_->fail(object, "attribute '" + attribute + "' is not a whole number");
+  if (H5Tget_class(type) != H5T_INTEGER)
+    impl_->fail(object, "attribute '" + attribute + "' is not a whole number");
   Index value = 0;
-  if (H5Aread(opened, H5T_NATIVE_INT64, &value) < 0) impl_->fail(object, "attribute '" + attribute + "' cannot be read: damaged");
+  if (H5Aread(opened, H5T_NATIVE_INT64, &value) < 0)
+    impl_->fail(object, "attribute '" + attribute + "' cannot be read: damaged");
   return value;
 }
 

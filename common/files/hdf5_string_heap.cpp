@@ -15,12 +15,14 @@
 namespace cbr::hdf5 {
 namespace {
 
-constexpr std::uint64_t largest_whole = std::uint64_t{64} << 20, window_size = std::uint64_t{16} << 20, overlap = 1 << 16;
+constexpr std::uint64_t largest_whole = std::uint64_t{64} << 20,
+                        window_size = std::uint64_t{16} << 20, overlap = 1 << 16;
 constexpr std::string_view signature("GCOL\x01");  // and version 1
 constexpr std::uint64_t header = 16;               // of a collection and of an object in it
 constexpr std::uint64_t longest_string = std::uint64_t{1} << 20;
 
-// Part of the file from `begin`. Heaps that begin before `end` are looked at, and end within the bytes that follow.
+// Part of the file from `begin`. Heaps that begin before `end` are looked at, and end within the
+// bytes that follow.
 struct Window {
   std::uint64_t begin = 0, end = 0;
   std::string bytes;
@@ -29,14 +31,16 @@ struct Window {
 // Little-endian, as the format has it everywhere.
 std::uint64_t number(std::string_view bytes, std::uint64_t at, int size) {
   std::uint64_t value = 0;
-  for (int i = size; i-- > 0;) value = value << 8 | static_cast<unsigned char>(bytes[at + static_cast<std::uint64_t>(i)]);
+  for (int i = size; i-- > 0;)
+    value = value << 8 | static_cast<unsigned char>(bytes[at + static_cast<std::uint64_t>(i)]);
   return value;
 }
 
 using Sizes = std::map<std::uint64_t, std::uint64_t>;  // of the objects of a collection, by index
 
-// Three reserved bytes, the size, and objects that follow each other: index, reference count, reserved, size, data padded to 8
-// bytes. Index 0 is the free space at the end, its size counts the header. Empty when that is not what is found.
+// Three reserved bytes, the size, and objects that follow each other: index, reference count,
+// reserved, size, data padded to 8 bytes. Index 0 is the free space at the end, its size counts the
+// header. Empty when that is not what is found.
 Sizes read_collection(std::string_view bytes) {
   if (bytes.size() < header) return {};
   const std::uint64_t end = number(bytes, 8, 8);
@@ -51,20 +55,22 @@ Sizes read_collection(std::string_view bytes) {
   return sizes;
 }
 
-// In front of an attribute's value stands its dataspace; that of one value is {2, 0, 0, 0}, in older files {1, 0, 0, 0, 0, 0, 0,
-// 0}.
+// In front of an attribute's value stands its dataspace; that of one value is {2, 0, 0, 0}, in
+// older files {1, 0, 0, 0, 0, 0, 0, 0}.
 bool follows_scalar_space(std::string_view bytes, std::uint64_t at) {
   return (at >= 4 && number(bytes, at - 4, 4) == 2) || (at >= 8 && number(bytes, at - 8, 8) == 1);
 }
 
 // A heap that nothing points to does no harm, and may be other data that looks like one.
-// A string stands in the file as its length (4 bytes), the collection's address (8) and the object's index (4). The library
-// copies the object's size into a buffer of that length.
+// A string stands in the file as its length (4 bytes), the collection's address (8) and the
+// object's index (4). The library copies the object's size into a buffer of that length.
 bool references_are_sound(std::string_view bytes, std::uint64_t address, const Sizes& sizes) {
   std::string pattern(8, '\0');
   for (std::size_t i = 0; i < 8; ++i) pattern[i] = static_cast<char>(address >> 8 * i & 0xff);
-  for (auto at = bytes.find(pattern); at != std::string_view::npos; at = bytes.find(pattern, at + 1)) {
-    if (at < 4 || at + 12 > bytes.size() || !follows_scalar_space(bytes, at - 4)) continue;  // the address by chance
+  for (auto at = bytes.find(pattern); at != std::string_view::npos;
+       at = bytes.find(pattern, at + 1)) {
+    // the address by chance
+    if (at < 4 || at + 12 > bytes.size() || !follows_scalar_space(bytes, at - 4)) continue;
     const std::uint64_t length = number(bytes, at - 4, 4);
     if (length == 0 || length > longest_string) continue;
     const auto object = sizes.find(number(bytes, at + 8, 4));
@@ -75,7 +81,8 @@ bool references_are_sound(std::string_view bytes, std::uint64_t address, const S
 
 bool heaps_are_sound(const Window& window, const std::vector<Window>& windows) {
   const std::string_view bytes = window.bytes;
-  for (auto at = bytes.find(signature); at < window.end - window.begin; at = bytes.find(signature, at + 1)) {
+  for (auto at = bytes.find(signature); at < window.end - window.begin;
+       at = bytes.find(signature, at + 1)) {
     const Sizes sizes = read_collection(bytes.substr(at));
     for (const auto& other : windows) {
       if (!references_are_sound(other.bytes, window.begin + at, sizes)) return false;
@@ -116,20 +123,23 @@ bool look_through(const std::filesystem::path& file, std::uint64_t size) {
 }  // namespace
 
 bool is_sound(const std::filesystem::path& file, const std::function<void()>& visit) {
-  // A file is opened several times, for its hash, its light parts, its matrices: one look at its bytes is enough
+  // A file is opened several times, for its hash, its light parts, its matrices: one look at its
+  // bytes is enough
   using Seen = std::tuple<std::filesystem::path, std::uint64_t, std::filesystem::file_time_type>;
   static std::mutex mutex;
   static std::map<Seen, bool> known;
   std::error_code error;
   const std::uint64_t size = std::filesystem::file_size(file, error);
   if (error) return false;
-  const Seen seen{std::filesystem::absolute(file, error), size, std::filesystem::last_write_time(file, error)};
+  const Seen seen{std::filesystem::absolute(file, error), size,
+                  std::filesystem::last_write_time(file, error)};
   const std::scoped_lock lock(mutex);
   const auto it = known.find(seen);
   if (it != known.end() && !error) return it->second;
   constexpr std::size_t most = 10000;
   if (known.size() >= most) known.clear();
-  return known[seen] = look_through(file, size) && survives_in_child(file.string(), visit, seconds_to_read(size));
+  return known[seen] = look_through(file, size) &&
+                       survives_in_child(file.string(), visit, seconds_to_read(size));
 }
 
 }  // namespace cbr::hdf5

@@ -19,8 +19,9 @@ namespace {
 namespace fs = std::filesystem;
 using hdf5::Handle;
 
-// The library would close all files once more at the end of the program, those that could not be written included; ours are
-// closed long before. To be said before its first use, by whomever: netCDF uses it as well.
+// The library would close all files once more at the end of the program, those that could not be
+// written included; ours are closed long before. To be said before its first use, by whomever:
+// netCDF uses it as well.
 [[maybe_unused]] const bool no_exit_handler = H5dont_atexit() >= 0;
 
 // Checksums are of bytes in memory, which are those in the file
@@ -33,7 +34,8 @@ Handle string_type() {
   return type;
 }
 
-// Creation properties without time stamps, for what `make` makes (groups, datasets, the root group).
+// Creation properties without time stamps, for what `make` makes (groups, datasets, the root
+// group).
 Handle timeless(hid_t kind) {
   Handle properties(H5Pcreate(kind), H5Pclose);
   H5Pset_obj_track_times(properties, false);
@@ -49,7 +51,9 @@ struct Hdf5Writer::Impl {
 
   explicit Impl(const fs::path& target) : temporary(target) {
     hdf5::silence();
-    file = Handle(H5Fcreate(temporary.path().c_str(), H5F_ACC_TRUNC, timeless(H5P_FILE_CREATE), access()), H5Fclose);
+    file = Handle(
+        H5Fcreate(temporary.path().c_str(), H5F_ACC_TRUNC, timeless(H5P_FILE_CREATE), access()),
+        H5Fclose);
     if (!file.ok()) fail("", "cannot be created");
   }
 
@@ -63,11 +67,12 @@ struct Hdf5Writer::Impl {
   static Handle access() {
     Handle properties(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
     H5Pset_libver_bounds(properties, H5F_LIBVER_V18, H5F_LIBVER_V18);
-    // Small datasets would be held back until they are closed, where nobody hears of a write that fails: the file would be whole
-    // but for zeros.
+    // Small datasets would be held back until they are closed, where nobody hears of a write that
+    // fails: the file would be whole but for zeros.
     H5Pset_sieve_buf_size(properties, 0);
 #if H5_VERSION_GE(1, 10, 7)
-    H5Pset_file_locking(properties, false, true);  // the file is ours alone; locks only fail on network disks
+    // the file is ours alone; locks only fail on network disks
+    H5Pset_file_locking(properties, false, true);
 #endif
     return properties;
   }
@@ -79,16 +84,18 @@ struct Hdf5Writer::Impl {
   [[noreturn]] void fail(const std::string& object, const std::string& what) const {
     const int error = errno;
     const std::string reason = error != 0 ? std::string(": ") + std::strerror(error) : "";
-    throw RunError(temporary.target().string() + ": " + (object.empty() ? "" : object + ": ") + what + reason);
+    throw RunError(temporary.target().string() + ": " + (object.empty() ? "" : object + ": ") +
+                   what + reason);
   }
 
   void require(bool ok, const std::string& object) const {
     if (!ok) fail(object, "cannot be written");
   }
 
-  // Closing would write what the library still holds, and a close that fails (disk full) leaves it with a half-closed file:
-  // the next file or the end of the program is then a segmentation fault (1.10.8). So what failed is never closed. The
-  // descriptor stays open, too: the library knows files by their inode, which must not go to another file. Its space is freed.
+  // Closing would write what the library still holds, and a close that fails (disk full) leaves it
+  // with a half-closed file: the next file or the end of the program is then a segmentation fault
+  // (1.10.8). So what failed is never closed. The descriptor stays open, too: the library knows
+  // files by their inode, which must not go to another file. Its space is freed.
   void abandon() {
     void* driver = nullptr;
     if (H5Fget_vfd_handle(file, H5P_DEFAULT, &driver) >= 0 && driver != nullptr) {
@@ -99,22 +106,29 @@ struct Hdf5Writer::Impl {
 
   // Groups above `object`, each without time stamps.
   void make_groups(const std::string& object) const {
-    for (auto slash = object.find('/', 1); slash != std::string::npos; slash = object.find('/', slash + 1)) {
+    for (auto slash = object.find('/', 1); slash != std::string::npos;
+         slash = object.find('/', slash + 1)) {
       make_group(object.substr(0, slash));
     }
   }
 
   void make_group(const std::string& group) const {
     if (H5Lexists(file, group.c_str(), H5P_DEFAULT) > 0) return;
-    const Handle made(H5Gcreate2(file, group.c_str(), H5P_DEFAULT, timeless(H5P_GROUP_CREATE), H5P_DEFAULT), H5Gclose);
+    const Handle made(
+        H5Gcreate2(file, group.c_str(), H5P_DEFAULT, timeless(H5P_GROUP_CREATE), H5P_DEFAULT),
+        H5Gclose);
     require(made.ok(), group);
   }
 
-  Handle make_dataset(const std::string& name, hid_t type, const std::vector<hsize_t>& shape) const {
+  Handle make_dataset(const std::string& name, hid_t type,
+                      const std::vector<hsize_t>& shape) const {
     errno = 0;
     make_groups(name);
-    const Handle space(H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr), H5Sclose);
-    Handle dataset(H5Dcreate2(file, name.c_str(), type, space, H5P_DEFAULT, timeless(H5P_DATASET_CREATE), H5P_DEFAULT), H5Dclose);
+    const Handle space(H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr),
+                       H5Sclose);
+    Handle dataset(H5Dcreate2(file, name.c_str(), type, space, H5P_DEFAULT,
+                              timeless(H5P_DATASET_CREATE), H5P_DEFAULT),
+                   H5Dclose);
     require(dataset.ok(), name);
     return dataset;
   }
@@ -122,35 +136,43 @@ struct Hdf5Writer::Impl {
   void write_checksum(hid_t dataset, const std::string& name, const Checksum& checksum) const {
     const Index value = checksum.value();
     const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
-    const Handle attribute(H5Acreate2(dataset, checksum_attribute, H5T_STD_I64LE, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+    const Handle attribute(
+        H5Acreate2(dataset, checksum_attribute, H5T_STD_I64LE, space, H5P_DEFAULT, H5P_DEFAULT),
+        H5Aclose);
     require(attribute.ok() && H5Awrite(attribute, H5T_NATIVE_INT64, &value) >= 0, name);
   }
 
   // `data` is row-major, as in the file, of 8 bytes a number.
-  void write_whole(const std::string& name, hid_t file_type, hid_t memory_type, const std::vector<hsize_t>& shape,
-                   const void* data) const {
+  void write_whole(const std::string& name, hid_t file_type, hid_t memory_type,
+                   const std::vector<hsize_t>& shape, const void* data) const {
     const Handle dataset = make_dataset(name, file_type, shape);
     std::size_t size = 1;
     for (const hsize_t length : shape) size *= length;
-    require(size == 0 || H5Dwrite(dataset, memory_type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) >= 0, name);
+    require(size == 0 || H5Dwrite(dataset, memory_type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) >= 0,
+            name);
     if (!checksums) return;
     Checksum checksum;
     checksum.add(data, 8 * size);
     write_checksum(dataset, name, checksum);
   }
 
-  void write_attribute(const std::string& object, const std::string& name, hid_t type, hid_t memory_type, const void* value) const {
+  void write_attribute(const std::string& object, const std::string& name, hid_t type,
+                       hid_t memory_type, const void* value) const {
     errno = 0;
     make_groups(object);
     if (object != "/") make_group(object);
-    const Handle owner(H5Oopen(file, object.c_str(), H5P_DEFAULT), H5Oclose), space(H5Screate(H5S_SCALAR), H5Sclose);
-    const Handle attribute(H5Acreate2(owner, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
-    require(attribute.ok() && H5Awrite(attribute, memory_type, value) >= 0, object + ", attribute " + name);
+    const Handle owner(H5Oopen(file, object.c_str(), H5P_DEFAULT), H5Oclose),
+        space(H5Screate(H5S_SCALAR), H5Sclose);
+    const Handle attribute(H5Acreate2(owner, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT),
+                           H5Aclose);
+    require(attribute.ok() && H5Awrite(attribute, memory_type, value) >= 0,
+            object + ", attribute " + name);
   }
 };
 
 Hdf5Writer::Hdf5Writer(const fs::path& file) : impl_(std::make_unique<Impl>(file)) {}
-Hdf5Writer::Hdf5Writer(const fs::path& file, const fs::path& from) : impl_(std::make_unique<Impl>(file, from)) {}
+Hdf5Writer::Hdf5Writer(const fs::path& file, const fs::path& from)
+    : impl_(std::make_unique<Impl>(file, from)) {}
 Hdf5Writer::~Hdf5Writer() = default;
 
 void Hdf5Writer::write(const std::string& dataset, double value) {
@@ -158,7 +180,8 @@ void Hdf5Writer::write(const std::string& dataset, double value) {
 }
 
 void Hdf5Writer::write(const std::string& dataset, const Vector& values) {
-  impl_->write_whole(dataset, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, {static_cast<hsize_t>(values.size())}, values.data());
+  impl_->write_whole(dataset, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE,
+                     {static_cast<hsize_t>(values.size())}, values.data());
 }
 
 void Hdf5Writer::write(const std::string& dataset, const std::vector<double>& values) {
@@ -175,28 +198,35 @@ void Hdf5Writer::write(const std::string& dataset, const std::vector<int>& value
 
 void Hdf5Writer::write(const std::string& dataset, const IndexTable& values) {
   impl_->write_whole(dataset, H5T_STD_I64LE, H5T_NATIVE_INT64,
-                     {static_cast<hsize_t>(values.rows()), static_cast<hsize_t>(values.cols())}, values.data());
+                     {static_cast<hsize_t>(values.rows()), static_cast<hsize_t>(values.cols())},
+                     values.data());
 }
 
 void Hdf5Writer::write(const std::string& dataset, const Points& values) {
-  impl_->write_whole(dataset, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, {static_cast<hsize_t>(values.rows()), 3}, values.data());
+  impl_->write_whole(dataset, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE,
+                     {static_cast<hsize_t>(values.rows()), 3}, values.data());
 }
 
 void Hdf5Writer::write(const std::string& dataset, const RowMatrix& values) {
   impl_->write_whole(dataset, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE,
-                     {static_cast<hsize_t>(values.rows()), static_cast<hsize_t>(values.cols())}, values.data());
+                     {static_cast<hsize_t>(values.rows()), static_cast<hsize_t>(values.cols())},
+                     values.data());
 }
 
 void Hdf5Writer::write(const std::string& dataset, const Matrix& values) {
-  const Handle made =
-      impl_->make_dataset(dataset, H5T_IEEE_F64LE, {static_cast<hsize_t>(values.rows()), static_cast<hsize_t>(values.cols())});
+  const Handle made = impl_->make_dataset(
+      dataset, H5T_IEEE_F64LE,
+      {static_cast<hsize_t>(values.rows()), static_cast<hsize_t>(values.cols())});
   Checksum checksum;
   RowMatrix rows;
-  for (Index first = 0, step = hdf5::panel_rows(values.cols()); values.size() > 0 && first < values.rows(); first += step) {
+  for (Index first = 0, step = hdf5::panel_rows(values.cols());
+       values.size() > 0 && first < values.rows(); first += step) {
     rows = values.middleRows(first, std::min<Index>(step, values.rows() - first));
     const auto [memory, file] = hdf5::panel(made, first, rows.rows(), rows.cols());
-    impl_->require(H5Dwrite(made, H5T_NATIVE_DOUBLE, memory, file, H5P_DEFAULT, rows.data()) >= 0, dataset);
-    if (impl_->checksums) checksum.add(rows.data(), sizeof(double) * static_cast<std::size_t>(rows.size()));
+    impl_->require(H5Dwrite(made, H5T_NATIVE_DOUBLE, memory, file, H5P_DEFAULT, rows.data()) >= 0,
+                   dataset);
+    if (impl_->checksums)
+      checksum.add(rows.data(), sizeof(double) * static_cast<std::size_t>(rows.size()));
   }
   if (impl_->checksums) impl_->write_checksum(made, dataset, checksum);
 }
@@ -206,10 +236,13 @@ void Hdf5Writer::add_checksums() { impl_->checksums = true; }
 void Hdf5Writer::link(const std::string& dataset, const std::string& name) {
   errno = 0;
   impl_->make_groups(name);
-  impl_->require(H5Lcreate_hard(impl_->file, dataset.c_str(), impl_->file, name.c_str(), H5P_DEFAULT, H5P_DEFAULT) >= 0, name);
+  impl_->require(H5Lcreate_hard(impl_->file, dataset.c_str(), impl_->file, name.c_str(),
+                                H5P_DEFAULT, H5P_DEFAULT) >= 0,
+                 name);
 }
 
-void Hdf5Writer::attribute(const std::string& object, const std::string& name, const std::string& value) {
+void Hdf5Writer::attribute(const std::string& object, const std::string& name,
+                           const std::string& value) {
   const char* text = value.c_str();
   impl_->write_attribute(object, name, string_type(), string_type(), &text);
 }
@@ -236,7 +269,8 @@ void Hdf5Writer::save_copy(const fs::path& target) {
 
 void Hdf5Writer::close() {
   errno = 0;
-  // Flushed before it is closed: a flush that fails leaves the file in our hands, a close that fails does not.
+  // Flushed before it is closed: a flush that fails leaves the file in our hands, a close that
+  // fails does not.
   impl_->require(H5Fflush(impl_->file, H5F_SCOPE_GLOBAL) >= 0, "");
   impl_->require(H5Fclose(impl_->file.release()) >= 0, "");
 }

@@ -13,8 +13,8 @@
 namespace cbr {
 namespace {
 
-// Opens the file and reads all its numbers: the library, or that of HDF5 below it, crashes on some damaged files that are not
-// classic.
+// Opens the file and reads all its numbers: the library, or that of HDF5 below it, crashes on some
+// damaged files that are not classic.
 void visit_all(const std::filesystem::path& path) {
   int file = 0, n_variables = 0;
   if (nc_open(path.c_str(), NC_NOWRITE, &file) != NC_NOERR) return;
@@ -47,12 +47,15 @@ NetcdfReader::NetcdfReader(const std::filesystem::path& file) : where_(file.stri
   const bool classic = check_classic_netcdf(file);
   const std::uintmax_t size = std::filesystem::file_size(file, error);
   most_ = (classic ? 1 : 1e3) * static_cast<double>(size);
-  if (!classic && !survives_in_child(where_, [&] { visit_all(file); }, seconds_to_read(size)))
-    throw InputError(where_ + ": is a damaged netCDF file: the netCDF library fails on it, or reads for ever");
+  if (!classic && !survives_in_child(
+                      where_, [&] { visit_all(file); }, seconds_to_read(size)))
+    throw InputError(
+        where_ + ": is a damaged netCDF file: the netCDF library fails on it, or reads for ever");
   const int status = nc_open(file.c_str(), NC_NOWRITE, &file_);
   if (status != NC_NOERR) {
     file_ = -1;
-    throw InputError(where_ + ": is not an Exodus II (netCDF) file, or is damaged: " + nc_strerror(status));
+    throw InputError(where_ +
+                     ": is not an Exodus II (netCDF) file, or is damaged: " + nc_strerror(status));
   }
 }
 
@@ -61,7 +64,9 @@ NetcdfReader::~NetcdfReader() {
 }
 
 void NetcdfReader::check(int status, const std::string& what) const {
-  if (status != NC_NOERR) throw InputError(where_ + ": " + what + ": " + nc_strerror(status) + ": the file is damaged or no mesh");
+  if (status != NC_NOERR)
+    throw InputError(where_ + ": " + what + ": " + nc_strerror(status) +
+                     ": the file is damaged or no mesh");
 }
 
 bool NetcdfReader::has_dimension(const std::string& name) const {
@@ -75,7 +80,8 @@ Index NetcdfReader::dimension(const std::string& name) const {
   std::size_t length = 0;
   check(nc_inq_dimlen(file_, id, &length), name);
   if (static_cast<double>(length) > most_)
-    throw InputError(where_ + ": " + name + ": " + std::to_string(length) + " is more than a file of this size can hold: damaged");
+    throw InputError(where_ + ": " + name + ": " + std::to_string(length) +
+                     " is more than a file of this size can hold: damaged");
   return static_cast<Index>(length);
 }
 
@@ -88,7 +94,8 @@ int NetcdfReader::variable_id(const std::string& variable) const {
   if (variable.empty()) return NC_GLOBAL;
   int id = 0;
   if (nc_inq_varid(file_, variable.c_str(), &id) != NC_NOERR)
-    throw InputError(where_ + ": " + variable + ": there is no such variable: the file is no Exodus II mesh or is damaged");
+    throw InputError(where_ + ": " + variable +
+                     ": there is no such variable: the file is no Exodus II mesh or is damaged");
   return id;
 }
 
@@ -102,7 +109,8 @@ std::vector<Index> NetcdfReader::shape(const std::string& variable) const {
     std::size_t length = 0;
     check(nc_inq_dimlen(file_, dims[d], &length), variable);
     if (static_cast<double>(length) > most_)  // also where another dimension is 0
-      throw InputError(where_ + ": " + variable + ": is larger than a file of this size can hold: damaged");
+      throw InputError(where_ + ": " + variable +
+                       ": is larger than a file of this size can hold: damaged");
     sizes.push_back(static_cast<Index>(length));
   }
   return sizes;
@@ -111,32 +119,38 @@ std::vector<Index> NetcdfReader::shape(const std::string& variable) const {
 Index NetcdfReader::n_values(const std::string& variable) const {
   double n = 1;
   for (const Index size : shape(variable)) n *= static_cast<double>(size);
-  if (n > most_) throw InputError(where_ + ": " + variable + ": is larger than a file of this size can hold: damaged");
+  if (n > most_)
+    throw InputError(where_ + ": " + variable +
+                     ": is larger than a file of this size can hold: damaged");
   return static_cast<Index>(n);
 }
 
 std::vector<Index> NetcdfReader::integers(const std::string& variable) const {
   static_assert(sizeof(long long) == sizeof(Index));
   std::vector<long long> values(static_cast<std::size_t>(n_values(variable)));
-  if (!values.empty()) check(nc_get_var_longlong(file_, variable_id(variable), values.data()), variable);
+  if (!values.empty())
+    check(nc_get_var_longlong(file_, variable_id(variable), values.data()), variable);
   return {values.begin(), values.end()};
 }
 
 std::vector<double> NetcdfReader::reals(const std::string& variable) const {
   std::vector<double> values(static_cast<std::size_t>(n_values(variable)));
-  if (!values.empty()) check(nc_get_var_double(file_, variable_id(variable), values.data()), variable);
+  if (!values.empty())
+    check(nc_get_var_double(file_, variable_id(variable), values.data()), variable);
   return values;
 }
 
 std::vector<std::string> NetcdfReader::strings(const std::string& variable) const {
   const auto sizes = shape(variable);
   if (sizes.size() != 2)
-    throw InputError(where_ + ": " + variable + ": should have two dimensions, not " + std::to_string(sizes.size()));
+    throw InputError(where_ + ": " + variable + ": should have two dimensions, not " +
+                     std::to_string(sizes.size()));
   std::string all(static_cast<std::size_t>(n_values(variable)), '\0');
   if (!all.empty()) check(nc_get_var_text(file_, variable_id(variable), all.data()), variable);
   std::vector<std::string> rows;
   for (Index r = 0; r < sizes[0]; ++r) {
-    std::string row = all.substr(static_cast<std::size_t>(r * sizes[1]), static_cast<std::size_t>(sizes[1]));
+    std::string row =
+        all.substr(static_cast<std::size_t>(r * sizes[1]), static_cast<std::size_t>(sizes[1]));
     row = row.substr(0, row.find('\0'));
     row.erase(row.find_last_not_of(' ') + 1);
     rows.push_back(row);
@@ -148,13 +162,16 @@ std::string NetcdfReader::text(const std::string& variable, const std::string& a
   const int id = variable_id(variable);
   nc_type type = NC_NAT;
   std::size_t length = 0;
-  if (nc_inq_att(file_, id, attribute.c_str(), &type, &length) != NC_NOERR || type != NC_CHAR) return "";
+  if (nc_inq_att(file_, id, attribute.c_str(), &type, &length) != NC_NOERR || type != NC_CHAR)
+    return "";
   std::string value(length, '\0');
-  check(nc_get_att_text(file_, id, attribute.c_str(), value.data()), variable + " attribute " + attribute);
+  check(nc_get_att_text(file_, id, attribute.c_str(), value.data()),
+        variable + " attribute " + attribute);
   return value.substr(0, value.find('\0'));
 }
 
-NetcdfWriter::NetcdfWriter(const std::filesystem::path& file, std::string where) : where_(std::move(where)) {
+NetcdfWriter::NetcdfWriter(const std::filesystem::path& file, std::string where)
+    : where_(std::move(where)) {
   const int status = nc_create(file.c_str(), NC_CLOBBER | NC_64BIT_OFFSET, &file_);
   if (status != NC_NOERR) {
     file_ = -1;
@@ -169,7 +186,8 @@ NetcdfWriter::~NetcdfWriter() {
 }
 
 void NetcdfWriter::check(int status, const std::string& what) const {
-  if (status != NC_NOERR) throw RunError(where_ + ": " + what + " could not be written: " + nc_strerror(status));
+  if (status != NC_NOERR)
+    throw RunError(where_ + ": " + what + " could not be written: " + nc_strerror(status));
 }
 
 int NetcdfWriter::variable_id(const std::string& variable) const {
@@ -179,8 +197,10 @@ int NetcdfWriter::variable_id(const std::string& variable) const {
   return id;
 }
 
-void NetcdfWriter::attribute(const std::string& variable, const std::string& name, const std::string& value) {
-  check(nc_put_att_text(file_, variable_id(variable), name.c_str(), value.size(), value.c_str()), name);
+void NetcdfWriter::attribute(const std::string& variable, const std::string& name,
+                             const std::string& value) {
+  check(nc_put_att_text(file_, variable_id(variable), name.c_str(), value.size(), value.c_str()),
+        name);
 }
 
 void NetcdfWriter::attribute(const std::string& name, int value) {
@@ -193,26 +213,33 @@ void NetcdfWriter::attribute(const std::string& name, float value) {
 
 void NetcdfWriter::dimension(const std::string& name, Index size) {
   int id = 0;
-  check(nc_def_dim(file_, name.c_str(), size == 0 ? NC_UNLIMITED : static_cast<std::size_t>(size), &id), name);
+  check(nc_def_dim(file_, name.c_str(), size == 0 ? NC_UNLIMITED : static_cast<std::size_t>(size),
+                   &id),
+        name);
 }
 
-void NetcdfWriter::define(const std::string& variable, int type, const std::vector<std::string>& dimensions) {
+void NetcdfWriter::define(const std::string& variable, int type,
+                          const std::vector<std::string>& dimensions) {
   std::vector<int> ids;
   for (const auto& name : dimensions) {
     ids.emplace_back();
     check(nc_inq_dimid(file_, name.c_str(), &ids.back()), name);
   }
   int id = 0;
-  check(nc_def_var(file_, variable.c_str(), type, static_cast<int>(ids.size()), ids.data(), &id), variable);
+  check(nc_def_var(file_, variable.c_str(), type, static_cast<int>(ids.size()), ids.data(), &id),
+        variable);
 }
 
-void NetcdfWriter::define_integers(const std::string& variable, const std::vector<std::string>& dimensions) {
+void NetcdfWriter::define_integers(const std::string& variable,
+                                   const std::vector<std::string>& dimensions) {
   define(variable, NC_INT, dimensions);
 }
-void NetcdfWriter::define_reals(const std::string& variable, const std::vector<std::string>& dimensions) {
+void NetcdfWriter::define_reals(const std::string& variable,
+                                const std::vector<std::string>& dimensions) {
   define(variable, NC_DOUBLE, dimensions);
 }
-void NetcdfWriter::define_text(const std::string& variable, const std::vector<std::string>& dimensions) {
+void NetcdfWriter::define_text(const std::string& variable,
+                               const std::vector<std::string>& dimensions) {
   define(variable, NC_CHAR, dimensions);
 }
 
@@ -234,7 +261,8 @@ void NetcdfWriter::write(const std::string& variable, const std::vector<double>&
   check(nc_put_var_double(file_, variable_id(variable), values.data()), variable);
 }
 
-void NetcdfWriter::write(const std::string& variable, const std::vector<std::string>& values, Index width) {
+void NetcdfWriter::write(const std::string& variable, const std::vector<std::string>& values,
+                         Index width) {
   std::string all;
   for (auto value : values) {
     value.resize(static_cast<std::size_t>(width));
@@ -243,7 +271,8 @@ void NetcdfWriter::write(const std::string& variable, const std::vector<std::str
   check(nc_put_var_text(file_, variable_id(variable), all.data()), variable);
 }
 
-void NetcdfWriter::write_record(const std::string& variable, Index record, const std::vector<double>& values) {
+void NetcdfWriter::write_record(const std::string& variable, Index record,
+                                const std::vector<double>& values) {
   const std::size_t start[] = {static_cast<std::size_t>(record), 0}, count[] = {1, values.size()};
   check(nc_put_vara_double(file_, variable_id(variable), start, count, values.data()), variable);
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// RAII over the netCDF C library: classic, 64-bit offset and netCDF-4 files. The only code that includes netcdf.h is
-// netcdf_file.cpp.
+// RAII over the netCDF C library: classic, 64-bit offset and netCDF-4 files. The only code that
+// includes netcdf.h is netcdf_file.cpp.
 #pragma once
 
 #include <filesystem>
@@ -11,7 +11,8 @@
 
 namespace cbr {
 
-// InputError "FILE: variable: ..." for what is missing, of the wrong shape or type, or not readable (damaged, cut short).
+// InputError "FILE: variable: ..." for what is missing, of the wrong shape or type, or not readable
+// (damaged, cut short).
 class NetcdfReader {
  public:
   explicit NetcdfReader(const std::filesystem::path& file);
@@ -24,9 +25,10 @@ class NetcdfReader {
   Index dimension(const std::string& name) const;  // 0 when there is none, as Exodus II means it
   bool has(const std::string& variable) const;
   std::vector<Index> shape(const std::string& variable) const;
-  std::vector<Index> integers(const std::string& variable) const;       // row-major
-  std::vector<double> reals(const std::string& variable) const;         // row-major
-  std::vector<std::string> strings(const std::string& variable) const;  // rows of characters, without trailing blanks and zeros
+  std::vector<Index> integers(const std::string& variable) const;  // row-major
+  std::vector<double> reals(const std::string& variable) const;    // row-major
+  // rows of characters, without trailing blanks and zeros
+  std::vector<std::string> strings(const std::string& variable) const;
   // "" when there is none; variable "": of the file
   std::string text(const std::string& variable, const std::string& attribute) const;
 
@@ -39,8 +41,8 @@ class NetcdfReader {
   int file_ = -1;
 };
 
-// Writes the 64-bit offset format. Definitions first, then end_definitions(), then values, then close(). RunError when the disk
-// refuses. The same calls give the same bytes.
+// Writes the 64-bit offset format. Definitions first, then end_definitions(), then values, then
+// close(). RunError when the disk refuses. The same calls give the same bytes.
 class NetcdfWriter {
  public:
   NetcdfWriter(const std::filesystem::path& file, std::string where);
@@ -48,17 +50,22 @@ class NetcdfWriter {
   NetcdfWriter(const NetcdfWriter&) = delete;
   NetcdfWriter& operator=(const NetcdfWriter&) = delete;
 
-  void attribute(const std::string& variable, const std::string& name, const std::string& value);  // variable "": of the file
+  // variable "": of the file
+  void attribute(const std::string& variable, const std::string& name, const std::string& value);
   void attribute(const std::string& name, int value);
   void attribute(const std::string& name, float value);
-  void dimension(const std::string& name, Index size);                                            // 0: unlimited
-  void define_integers(const std::string& variable, const std::vector<std::string>& dimensions);  // 32 bits
+  // 0: unlimited
+  void dimension(const std::string& name, Index size);
+  // 32 bits
+  void define_integers(const std::string& variable, const std::vector<std::string>& dimensions);
   void define_reals(const std::string& variable, const std::vector<std::string>& dimensions);
   void define_text(const std::string& variable, const std::vector<std::string>& dimensions);
   void end_definitions();
-  void write(const std::string& variable, const std::vector<Index>& values);  // InputError when one does not fit 32 bits
+  // InputError when one does not fit 32 bits
+  void write(const std::string& variable, const std::vector<Index>& values);
   void write(const std::string& variable, const std::vector<double>& values);
-  void write(const std::string& variable, const std::vector<std::string>& values, Index width);  // padded with zeros
+  // padded with zeros
+  void write(const std::string& variable, const std::vector<std::string>& values, Index width);
   // At one place of the variable's first, unlimited dimension.
   void write_record(const std::string& variable, Index record, const std::vector<double>& values);
   void close();

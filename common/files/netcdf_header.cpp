@@ -17,7 +17,10 @@ namespace {
 class Header {
  public:
   Header(std::string bytes, double file_size, std::string where)
-      : bytes_(std::move(bytes)), where_(std::move(where)), file_size_(file_size), version_(bytes_[3]) {}
+      : bytes_(std::move(bytes)),
+        where_(std::move(where)),
+        file_size_(file_size),
+        version_(bytes_[3]) {}
 
   void check() {
     at_ = 4;
@@ -37,7 +40,8 @@ class Header {
       for (std::uint64_t d = 0; d < rank; ++d) {
         const std::uint64_t id = wide();
         if (id >= dimensions_.size()) fail(name + " refers to a dimension that does not exist");
-        if (dimensions_[id] == 0 && d > 0) fail(name + " has its unlimited dimension in the wrong place");
+        if (dimensions_[id] == 0 && d > 0)
+          fail(name + " has its unlimited dimension in the wrong place");
         record = record || dimensions_[id] == 0;
         size *= dimensions_[id] == 0 ? 1.0 : static_cast<double>(dimensions_[id]);
       }
@@ -46,12 +50,14 @@ class Header {
       wide();  // vsize: redundant, and wrong by design for large variables
       const auto begin = static_cast<double>(version_ == 1 ? narrow() : number(8));
       if (begin < 0 || (!record && begin + size > file_size_))
-        fail(name + " ends at byte " + std::to_string(static_cast<std::int64_t>(std::min(begin + size, 9e18))) + " of " +
+        fail(name + " ends at byte " +
+             std::to_string(static_cast<std::int64_t>(std::min(begin + size, 9e18))) + " of " +
              std::to_string(static_cast<std::int64_t>(file_size_)));
       if (record) record_bytes += size, record_end = std::max(record_end, begin + size);
     }
     // The last record begins (records - 1) strides after the first.
-    if (!streaming && record_bytes > 0 && records > 0 && record_end + static_cast<double>(records - 1) * record_bytes > file_size_)
+    if (!streaming && record_bytes > 0 && records > 0 &&
+        record_end + static_cast<double>(records - 1) * record_bytes > file_size_)
       fail("the records end beyond the file");
   }
 
@@ -63,7 +69,8 @@ class Header {
   std::uint64_t number(std::size_t bytes) {
     if (at_ + bytes > bytes_.size()) fail("the header is incomplete");
     std::uint64_t value = 0;
-    for (std::size_t i = 0; i < bytes; ++i) value = value << 8 | static_cast<unsigned char>(bytes_[at_ + i]);
+    for (std::size_t i = 0; i < bytes; ++i)
+      value = value << 8 | static_cast<unsigned char>(bytes_[at_ + i]);
     at_ += bytes;
     return value;
   }
@@ -78,7 +85,8 @@ class Header {
 
   std::uint64_t list(std::uint64_t tag, const std::string& what) {
     const std::uint64_t found = narrow(), n = wide();
-    if ((found != tag && (found != 0 || n != 0)) || n > bytes_.size()) fail("the list of " + what + " is unreadable");
+    if ((found != tag && (found != 0 || n != 0)) || n > bytes_.size())
+      fail("the list of " + what + " is unreadable");
     return n;
   }
 
@@ -88,7 +96,8 @@ class Header {
     skip(length);
     const std::string name = bytes_.substr(start, static_cast<std::size_t>(length));
     const bool legal = length > 0 && length <= 256 &&
-                       std::all_of(name.begin(), name.end(), [](char c) { return static_cast<unsigned char>(c) > 0x20; });
+                       std::all_of(name.begin(), name.end(),
+                                   [](char c) { return static_cast<unsigned char>(c) > 0x20; });
     if (!legal) fail("a name is unreadable");
     if (!names.insert(name).second) fail("two things are named " + name);
     return name;
@@ -108,7 +117,8 @@ class Header {
       read_name(names);
       dimensions_.push_back(wide());
     }
-    if (std::count(dimensions_.begin(), dimensions_.end(), 0U) > 1) fail("two dimensions are unlimited");
+    if (std::count(dimensions_.begin(), dimensions_.end(), 0U) > 1)
+      fail("two dimensions are unlimited");
   }
 
   void read_attributes() {
@@ -138,7 +148,9 @@ bool check_classic_netcdf(const std::filesystem::path& file) {
   const auto size = static_cast<double>(std::filesystem::file_size(file, error));
   std::ifstream stream(file, std::ios::binary);
   char magic[4] = "";
-  if (!stream.read(magic, 4) || std::string(magic, 3) != "CDF" || (magic[3] != 1 && magic[3] != 2 && magic[3] != 5)) return false;
+  if (!stream.read(magic, 4) || std::string(magic, 3) != "CDF" ||
+      (magic[3] != 1 && magic[3] != 2 && magic[3] != 5))
+    return false;
   std::string bytes(static_cast<std::size_t>(std::min(size, longest_header)), '\0');
   stream.seekg(0);
   if (!stream.read(bytes.data(), static_cast<std::streamsize>(bytes.size())))

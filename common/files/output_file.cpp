@@ -23,7 +23,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Paths to unlink when a signal ends the process. A handler may only touch lock-free atomics; a run has few files open.
+// Paths to unlink when a signal ends the process. A handler may only touch lock-free atomics; a run
+// has few files open.
 std::array<std::atomic<char*>, 256> alive{};
 
 int remember(const fs::path& path) {
@@ -44,17 +45,19 @@ void forget(int slot) {
 
 std::string system_text(int error) { return std::strerror(error); }
 
-// rename() asks for the folder's permissions alone; whoever has protected a file does not want it replaced. Root may do anything,
-// and is asked all the same.
+// rename() asks for the folder's permissions alone; whoever has protected a file does not want it
+// replaced. Root may do anything, and is asked all the same.
 void refuse_protected(const fs::path& target, const fs::path& resolved) {
   struct stat now = {};
   if (::stat(resolved.c_str(), &now) != 0) return;
   const bool protected_by_all = (now.st_mode & (S_IWUSR | S_IWGRP | S_IWOTH)) == 0;
   const bool refused = ::access(resolved.c_str(), W_OK) != 0;
-  if (refused && errno == EROFS) throw RunError(target.string() + ": cannot be written: " + std::strerror(EROFS));
+  if (refused && errno == EROFS)
+    throw RunError(target.string() + ": cannot be written: " + std::strerror(EROFS));
   if (protected_by_all || refused)
     throw RunError(target.string() +
-                   ": Permission denied: is there and write-protected: make it writable (chmod u+w) or give another name");
+                   ": Permission denied: is there and write-protected: make it writable (chmod "
+                   "u+w) or give another name");
 }
 
 // Of what is replaced: permissions, and the owner and group where the system lets us.
@@ -68,7 +71,8 @@ void keep_mode(const fs::path& target, int descriptor) {
     return;
   }
   mode_t mode = old.st_mode & (S_IRWXU | S_IRWXG | S_IRWXO);
-  const bool same_group = now.st_gid == old.st_gid || ::fchown(descriptor, static_cast<uid_t>(-1), old.st_gid) == 0;
+  const bool same_group =
+      now.st_gid == old.st_gid || ::fchown(descriptor, static_cast<uid_t>(-1), old.st_gid) == 0;
   if (now.st_uid != old.st_uid) {
     [[maybe_unused]] const int result = ::fchown(descriptor, old.st_uid, static_cast<gid_t>(-1));
   }
@@ -77,7 +81,8 @@ void keep_mode(const fs::path& target, int descriptor) {
   ::fchmod(descriptor, mode);
 }
 
-// rename() would put a regular file in the place of /dev/null, or of the link instead of what it points to.
+// rename() would put a regular file in the place of /dev/null, or of the link instead of what it
+// points to.
 fs::path resolved_target(const fs::path& target) {
   std::error_code error;
   fs::path resolved = target;
@@ -86,29 +91,37 @@ fs::path resolved_target(const fs::path& target) {
     if (!error) resolved = pointed;
   }
   const auto status = fs::status(resolved, error);
-  if (fs::is_directory(status)) throw InputError(target.string() + ": is a directory, give the name of a file to write");
+  if (fs::is_directory(status))
+    throw InputError(target.string() + ": is a directory, give the name of a file to write");
   if (fs::exists(status) && !fs::is_regular_file(status)) {
     throw InputError(target.string() + ": is not a regular file, give the name of a file to write");
   }
   refuse_protected(target, resolved);
-  if (target == "-") throw InputError("-: what is written here is a file: give it a name (./- for a file of that name)");
-  if (resolved.filename().empty()) throw InputError("'" + target.string() + "': no file name to write to");
+  if (target == "-")
+    throw InputError(
+        "-: what is written here is a file: give it a name (./- for a file of that name)");
+  if (resolved.filename().empty())
+    throw InputError("'" + target.string() + "': no file name to write to");
   const fs::path folder = resolved.has_parent_path() ? resolved.parent_path() : fs::path(".");
   if (!fs::is_directory(folder, error)) {
-    throw InputError(target.string() + ": cannot be written, there is no folder '" + folder.string() + "': make it first");
+    throw InputError(target.string() + ": cannot be written, there is no folder '" +
+                     folder.string() + "': make it first");
   }
   return resolved;
 }
 
-// A rename is on the disk when its folder is. Best effort: not every file system can do it, and the file itself is safe.
+// A rename is on the disk when its folder is. Best effort: not every file system can do it, and the
+// file itself is safe.
 void sync_folder(const fs::path& folder) {
-  const int descriptor = ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  const int descriptor =
+      ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (descriptor < 0) return;
   ::fsync(descriptor);
   ::close(descriptor);
 }
 
-// Of this machine and what it numbers its processes in (a container has numbers of its own): elsewhere ours mean nothing.
+// Of this machine and what it numbers its processes in (a container has numbers of its own):
+// elsewhere ours mean nothing.
 std::string place_of_processes() {
   char text[256] = {};
   ::gethostname(text, sizeof text - 1);
@@ -128,13 +141,16 @@ const std::string& name_prefix() {
   return prefix;
 }
 
-// A process that was killed outright has left its temporary file; once it is gone, nobody will rename it.
+// A process that was killed outright has left its temporary file; once it is gone, nobody will
+// rename it.
 bool is_left_behind(const std::string& name) {
   const std::string& prefix = name_prefix();
   if (!name.starts_with(prefix) || !name.ends_with(".tmp")) return false;
   int process = 0;
-  const auto [end, error] = std::from_chars(name.data() + prefix.size(), name.data() + name.size(), process);
-  return error == std::errc() && *end == '-' && process > 0 && ::kill(process, 0) != 0 && errno == ESRCH;
+  const auto [end, error] =
+      std::from_chars(name.data() + prefix.size(), name.data() + name.size(), process);
+  return error == std::errc() && *end == '-' && process > 0 && ::kill(process, 0) != 0 &&
+         errno == ESRCH;
 }
 
 // Once for each folder that the process writes to.
@@ -144,7 +160,8 @@ void remove_left_behind(const fs::path& folder) {
   const std::scoped_lock guard(lock);
   if (!done.insert(folder).second) return;
   std::error_code error;
-  for (fs::directory_iterator it(folder.empty() ? "." : folder, error), end; !error && it != end; it.increment(error))
+  for (fs::directory_iterator it(folder.empty() ? "." : folder, error), end; !error && it != end;
+       it.increment(error))
     if (is_left_behind(it->path().filename().string())) ::unlink(it->path().c_str());
 }
 
@@ -155,11 +172,13 @@ TemporaryFile::TemporaryFile(const fs::path& target) : target_(resolved_target(t
   remove_left_behind(target_.parent_path());
   for (;;) {
     // A short name of its own: the target's name may already be as long as names can be.
-    path_ = target_.parent_path() / (name_prefix() + std::to_string(::getpid()) + "-" + std::to_string(counter++) + ".tmp");
+    path_ = target_.parent_path() /
+            (name_prefix() + std::to_string(::getpid()) + "-" + std::to_string(counter++) + ".tmp");
     // Not to be read by more while it is written than in the end
     std::error_code error;
     const mode_t mode = fs::exists(target_, error) ? 0600 : 0666;
-    // Known before it is there: a signal that comes during open() is handled when open() returns. The name is ours alone.
+    // Known before it is there: a signal that comes during open() is handled when open() returns.
+    // The name is ours alone.
     slot_ = remember(path_);
     const int descriptor = ::open(path_.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, mode);
     if (descriptor >= 0) {
@@ -168,7 +187,8 @@ TemporaryFile::TemporaryFile(const fs::path& target) : target_(resolved_target(t
     }
     const int open_error = errno;
     forget(slot_);
-    if (open_error != EEXIST) throw RunError(target_.string() + ": cannot be written: " + system_text(open_error));
+    if (open_error != EEXIST)
+      throw RunError(target_.string() + ": cannot be written: " + system_text(open_error));
   }
 }
 
@@ -183,8 +203,10 @@ void TemporaryFile::commit() {
   const int sync_error = errno;
   if (descriptor >= 0) keep_mode(target_, descriptor);
   if (descriptor >= 0) ::close(descriptor);
-  // Some file systems cannot sync and say EINVAL; everything else means that the bytes are not there.
-  if (!synced && sync_error != EINVAL) throw RunError(target_.string() + ": cannot be written: " + system_text(sync_error));
+  // Some file systems cannot sync and say EINVAL; everything else means that the bytes are not
+  // there.
+  if (!synced && sync_error != EINVAL)
+    throw RunError(target_.string() + ": cannot be written: " + system_text(sync_error));
   if (::rename(path_.c_str(), target_.c_str()) != 0) {
     throw RunError(target_.string() + ": cannot be written: " + system_text(errno));
   }
@@ -208,7 +230,9 @@ bool is_same_file(const std::filesystem::path& a, const std::filesystem::path& b
   namespace fs = std::filesystem;
   std::error_code error;
   if (fs::equivalent(a, b, error)) return true;
-  const auto plain = [&](const fs::path& file) { return fs::weakly_canonical(fs::absolute(file), error); };
+  const auto plain = [&](const fs::path& file) {
+    return fs::weakly_canonical(fs::absolute(file), error);
+  };
   return plain(a) == plain(b);
 }
 

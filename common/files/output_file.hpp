@@ -1,21 +1,23 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Front door of common/files: files that are whole or not there; HDF5, netCDF, the state of a run.
 //
-// Files that are whole or not there: written under a temporary name in the same folder, renamed when whole.
+// Files that are whole or not there: written under a temporary name in the same folder, renamed
+// when whole.
 #pragma once
 
 #include <filesystem>
 
 namespace cbr {
 
-// An empty file of a name of its own beside `target`, to be filled by whatever library writes it. commit() puts it in the
-// target's place in one step; without commit() it is gone when this goes out of scope, and when a signal ends a program
-// that went through run_program(). A file that is replaced hands on its permissions. What a process that was killed outright left
-// in the folder is removed.
+// An empty file of a name of its own beside `target`, to be filled by whatever library writes it.
+// commit() puts it in the target's place in one step; without commit() it is gone when this goes
+// out of scope, and when a signal ends a program that went through run_program(). A file that is
+// replaced hands on its permissions. What a process that was killed outright left in the folder is
+// removed.
 class TemporaryFile {
  public:
-  // InputError: the target's folder is missing, or the target is there and is no regular file. RunError: it is write-protected; the
-  // system refuses.
+  // InputError: the target's folder is missing, or the target is there and is no regular file.
+  // RunError: it is write-protected; the system refuses.
   explicit TemporaryFile(const std::filesystem::path& target);
   ~TemporaryFile();
   TemporaryFile(const TemporaryFile&) = delete;
@@ -25,7 +27,8 @@ class TemporaryFile {
   const std::filesystem::path& target() const { return target_; }  // symbolic links followed
   // To the disk, then renamed. Whoever wrote path() has closed it. RunError names the target.
   void commit();
-  void fill_with(const std::filesystem::path& from);  // a copy of that file. RunError names the target.
+  // a copy of that file. RunError names the target.
+  void fill_with(const std::filesystem::path& from);
 
  private:
   std::filesystem::path target_, path_;

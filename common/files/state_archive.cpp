@@ -9,7 +9,8 @@ namespace cbr {
 namespace {
 
 [[noreturn]] void refuse(const std::string& name) {
-  throw InputError(name + ": the state in it is not that of this scene: start the run again, without --restart");
+  throw InputError(
+      name + ": the state in it is not that of this scene: start the run again, without --restart");
 }
 
 }  // namespace
@@ -51,7 +52,8 @@ void StateArchive::expect(Index value) {
 }
 
 void StateArchive::first_columns(Matrix& values, Index n) {
-  const Index rows = size(values.rows(), sizeof(double)), columns = size(values.cols(), sizeof(double));
+  const Index rows = size(values.rows(), sizeof(double)),
+              columns = size(values.cols(), sizeof(double));
   if (n > columns) refuse(name_);
   if (restores_) values.setZero(rows, columns);
   bytes(values.data(), sizeof(double) * static_cast<std::size_t>(rows * n));
@@ -80,7 +82,8 @@ void StateArchive::one(SparseMatrix& matrix) {
   if (static_cast<Index>(outer.size()) != columns + 1 || inner.size() != values.size() ||
       outer.back() != static_cast<Index>(inner.size()))
     refuse(name_);
-  matrix = Eigen::Map<const SparseMatrix>(rows, columns, outer.back(), outer.data(), inner.data(), values.data());
+  matrix = Eigen::Map<const SparseMatrix>(rows, columns, outer.back(), outer.data(), inner.data(),
+                                          values.data());
 }
 
 }  // namespace cbr

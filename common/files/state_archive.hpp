@@ -12,13 +12,15 @@
 
 namespace cbr {
 
-// What has a state has a member keep_state(StateArchive&), or a free function keep_state(StateArchive&, T&), that names what it
-// consists of: archive(a, b, c). Saving appends these, restoring fills them in the same order, so that the two cannot come apart.
-// Numbers, enums, strings, vectors, maps, Eigen's dense matrices and sparse ones are known.
+// What has a state has a member keep_state(StateArchive&), or a free function
+// keep_state(StateArchive&, T&), that names what it consists of: archive(a, b, c). Saving appends
+// these, restoring fills them in the same order, so that the two cannot come apart. Numbers, enums,
+// strings, vectors, maps, Eigen's dense matrices and sparse ones are known.
 class StateArchive {
  public:
   StateArchive() = default;  // saves
-  // Saves what is asked for twice: once to know how much room it takes, which may be most of the memory.
+  // Saves what is asked for twice: once to know how much room it takes, which may be most of the
+  // memory.
   template <typename Keep>
   static StateArchive saved(const Keep& keep) {
     StateArchive archive;
@@ -29,8 +31,10 @@ class StateArchive {
     keep(archive);
     return archive;
   }
-  // Restores; `name` is for messages. InputError, from any call, when the words are not those of such objects.
-  StateArchive(std::vector<Index> words, std::string name) : words_(std::move(words)), name_(std::move(name)), restores_(true) {}
+  // Restores; `name` is for messages. InputError, from any call, when the words are not those of
+  // such objects.
+  StateArchive(std::vector<Index> words, std::string name)
+      : words_(std::move(words)), name_(std::move(name)), restores_(true) {}
 
   bool restores() const { return restores_; }
   const std::vector<Index>& words() const { return words_; }
@@ -42,7 +46,8 @@ class StateArchive {
   }
   // What has to be the same when restoring as it was when saving. InputError when it is not.
   void expect(Index value);
-  // The first columns of a matrix whose others have no meaning: they are left as they are, 0 when the matrix is new.
+  // The first columns of a matrix whose others have no meaning: they are left as they are, 0 when
+  // the matrix is new.
   void first_columns(Matrix& values, Index n);
 
  private:
@@ -69,7 +74,8 @@ class StateArchive {
   void dense(T& values) {
     constexpr std::size_t each = sizeof(typename T::Scalar);
     if constexpr (T::SizeAtCompileTime == Eigen::Dynamic) {
-      const Index columns = size(values.cols(), 0), rows = size(values.rows(), each * static_cast<std::size_t>(columns));
+      const Index columns = size(values.cols(), 0),
+                  rows = size(values.rows(), each * static_cast<std::size_t>(columns));
       if (restores_) values.resize(rows, columns);
     }
     bytes(values.data(), each * static_cast<std::size_t>(values.size()));

@@ -13,10 +13,12 @@ void UnchangedFiles::add(const std::filesystem::path& file) {
 void UnchangedFiles::check() const {
   for (const auto& [file, before] : files_) {
     struct stat now = {};
-    const bool same = ::stat(file.c_str(), &now) == 0 && now.st_dev == before.st_dev && now.st_ino == before.st_ino &&
-                      now.st_size == before.st_size && now.st_mtim.tv_sec == before.st_mtim.tv_sec &&
+    const bool same = ::stat(file.c_str(), &now) == 0 && now.st_dev == before.st_dev &&
+                      now.st_ino == before.st_ino && now.st_size == before.st_size &&
+                      now.st_mtim.tv_sec == before.st_mtim.tv_sec &&
                       now.st_mtim.tv_nsec == before.st_mtim.tv_nsec;
-    if (!same) throw RunError(file.string() + ": was replaced or changed while it was read: run again");
+    if (!same)
+      throw RunError(file.string() + ": was replaced or changed while it was read: run again");
   }
 }
 

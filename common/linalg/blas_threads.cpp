@@ -32,7 +32,8 @@ int spared = 0, n_raised = 0;  // threads for large work alone; 0: BLAS has them
 // More than any machine of today gains from, fewer than a system refuses to start.
 constexpr int most_threads = 256;
 
-// What OpenBLAS found when the program started: the processors of this process, or OPENBLAS_NUM_THREADS.
+// What OpenBLAS found when the program started: the processors of this process, or
+// OPENBLAS_NUM_THREADS.
 int initial_threads() {
   static const int n = openblas_get_num_threads();
   return n;
@@ -64,11 +65,14 @@ std::string reserve_blas_memory() {
   rlimit limit{};
   if (blas_memory_alloc == nullptr || blas_memory_free == nullptr) return "";
   if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return "";
-  const auto bytes = static_cast<std::size_t>(buffer * (threads + std::max(threads, started)));  // ours and BLAS's own
-  void* const room = mmap(nullptr, bytes, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+  // ours and BLAS's own
+  const auto bytes = static_cast<std::size_t>(buffer * (threads + std::max(threads, started)));
+  void* const room =
+      mmap(nullptr, bytes, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
   if (room == MAP_FAILED)
     return format_text(
-        "the address space is limited to %.0f MB (ulimit -v), which leaves no %.0f MB for the threads of BLAS: raise the limit%s",
+        "the address space is limited to %.0f MB (ulimit -v), which leaves no %.0f MB for the "
+        "threads of BLAS: raise the limit%s",
         1e-6 * static_cast<double>(limit.rlim_cur), 1e-6 * static_cast<double>(bytes),
         std::max(threads, started) > 1 ? ", or take one thread (OPENBLAS_NUM_THREADS=1)" : "");
   munmap(room, bytes);
@@ -92,7 +96,8 @@ SingleThreadedBlas::~SingleThreadedBlas() {
 
 void spare_blas_threads(int threads) {
   const std::scoped_lock guard(lock);
-  if (n_alive == 0 && n_raised == 0) openblas_set_num_threads(threads > 0 ? 1 : std::max(spared, openblas_get_num_threads()));
+  if (n_alive == 0 && n_raised == 0)
+    openblas_set_num_threads(threads > 0 ? 1 : std::max(spared, openblas_get_num_threads()));
   spared = threads;
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// CBR_CLONES before a function: it is compiled for several instruction sets, of which the running machine's is taken.
+// CBR_CLONES before a function: it is compiled for several instruction sets, of which the running
+// machine's is taken.
 #pragma once
 
 #ifdef __has_feature
@@ -8,7 +9,8 @@
 #define CBR_CLANG_SANITIZES 0
 #endif
 
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__SANITIZE_ADDRESS__) && !CBR_CLANG_SANITIZES
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__SANITIZE_ADDRESS__) && \
+    !CBR_CLANG_SANITIZES
 #define CBR_CLONES __attribute__((target_clones("avx512f", "arch=haswell", "default")))
 #else
 #define CBR_CLONES

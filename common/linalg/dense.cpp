@@ -22,9 +22,12 @@ constexpr Index worth_lapack = 256;
 // Flops of a solution from which on our threads share its columns.
 constexpr double worth_sharing = 2e8;
 
-double product_of(Index a, Index b, Index c) { return static_cast<double>(a) * static_cast<double>(b) * static_cast<double>(c); }
+double product_of(Index a, Index b, Index c) {
+  return static_cast<double>(a) * static_cast<double>(b) * static_cast<double>(c);
+}
 
-// work(first, count) for parts of n columns or rows, on our threads with a BLAS of one thread each where that is worth it.
+// work(first, count) for parts of n columns or rows, on our threads with a BLAS of one thread each
+// where that is worth it.
 template <typename Work>
 void share_parts(Index n, double flops, const Work& work) {
   const Index parts = flops < worth_sharing ? 1 : std::min<Index>(n_threads(), n);
@@ -49,11 +52,12 @@ void Cholesky::solve_in_place(Vector& x) const {
 }
 
 void Cholesky::solve_in_place(Eigen::Ref<Matrix> X) const {
-  share_parts(X.cols(), 2 * product_of(L_.rows(), L_.rows(), X.cols()), [&](Index first, Index count) {
-    auto part = X.middleCols(first, count);
-    L_.triangularView<Eigen::Lower>().solveInPlace(part);
-    L_.adjoint().triangularView<Eigen::Upper>().solveInPlace(part);
-  });
+  share_parts(X.cols(), 2 * product_of(L_.rows(), L_.rows(), X.cols()),
+              [&](Index first, Index count) {
+                auto part = X.middleCols(first, count);
+                L_.triangularView<Eigen::Lower>().solveInPlace(part);
+                L_.adjoint().triangularView<Eigen::Upper>().solveInPlace(part);
+              });
 }
 
 void Cholesky::solve_lower_in_place(Eigen::Ref<Matrix> X) const {
@@ -71,12 +75,15 @@ void Cholesky::solve_upper_in_place(Eigen::Ref<Matrix> X) const {
 }
 
 void Cholesky::divide_by_upper(Eigen::Ref<Matrix> X) const { cbr::divide_by_upper(L_, X); }
-Matrix Cholesky::times_upper(const Matrix& B) const { return L_.adjoint().triangularView<Eigen::Upper>() * B; }
+Matrix Cholesky::times_upper(const Matrix& B) const {
+  return L_.adjoint().triangularView<Eigen::Upper>() * B;
+}
 
 bool cholesky_in_place(Eigen::Ref<Matrix> A) {
   if (A.rows() < worth_lapack) return Eigen::LLT<Eigen::Ref<Matrix>>(A).info() == Eigen::Success;
   const LargeBlasWork blas(product_of(A.rows(), A.rows(), A.rows()) / 3);
-  return LAPACKE_dpotrf_work(LAPACK_COL_MAJOR, 'L', static_cast<int>(A.rows()), A.data(), static_cast<int>(A.outerStride())) == 0;
+  return LAPACKE_dpotrf_work(LAPACK_COL_MAJOR, 'L', static_cast<int>(A.rows()), A.data(),
+                             static_cast<int>(A.outerStride())) == 0;
 }
 
 void divide_by_upper(const Matrix& L, Eigen::Ref<Matrix> X) {
@@ -132,7 +139,8 @@ Matrix orthonormal_basis(const Matrix& A) {
 
 Matrix3 orthonormal_axes(const Matrix& A) { return Eigen::HouseholderQR<Matrix>(A).householderQ(); }
 
-PivotedQr::PivotedQr(const Matrix& A) : factor_(std::make_shared<const Eigen::ColPivHouseholderQR<Matrix>>(A)) {}
+PivotedQr::PivotedQr(const Matrix& A)
+    : factor_(std::make_shared<const Eigen::ColPivHouseholderQR<Matrix>>(A)) {}
 
 PivotedQr::PivotedQr(const Matrix& A, double threshold) {
   auto factor = std::make_shared<Eigen::ColPivHouseholderQR<Matrix>>(A);

@@ -2,8 +2,9 @@
 // Front door of common/linalg: dense algebra and its threads. With sparse and eigen below it, the
 // only code that calls LAPACK, CHOLMOD and ARPACK.
 //
-// Factorisations and eigenpairs of dense matrices, compiled once. Eigen's decompositions stand behind this header and in no
-// other: a file that instantiates one takes the compiler five to ten seconds (CONTRIBUTING.md, "Build time").
+// Factorisations and eigenpairs of dense matrices, compiled once. Eigen's decompositions stand
+// behind this header and in no other: a file that instantiates one takes the compiler five to ten
+// seconds (CONTRIBUTING.md, "Build time").
 #pragma once
 
 #include "common/base/types.hpp"
@@ -52,14 +53,16 @@ class Cholesky {
   bool ok_ = false;
 };
 
-// A = L L^T within a matrix: the lower triangle is read and becomes L. False when A is not positive definite.
+// A = L L^T within a matrix: the lower triangle is read and becomes L. False when A is not positive
+// definite.
 bool cholesky_in_place(Eigen::Ref<Matrix> A);
 // X <- X L^-T   (m x n); of L (n x n) the lower triangle is read.
 void divide_by_upper(const Matrix& L, Eigen::Ref<Matrix> X);
 // L of a 6 x 6 matrix, zeros above; nothing when it is not positive definite.
 std::optional<Matrix6> small_cholesky(const Matrix6& A);
 
-// A = P^T L D L^T P of a symmetric matrix (n x n) without pivots of both signs; the lower triangle is read.
+// A = P^T L D L^T P of a symmetric matrix (n x n) without pivots of both signs; the lower triangle
+// is read.
 class Ldlt {
  public:
   explicit Ldlt(const Matrix& A);
@@ -106,7 +109,8 @@ class Lu {
   std::shared_ptr<const Eigen::PartialPivLU<Matrix>> factor_;
 };
 
-// A basis of what A (m x n) maps to zero: n x dimension. Pivots up to `threshold` times the largest count as zero.
+// A basis of what A (m x n) maps to zero: n x dimension. Pivots up to `threshold` times the largest
+// count as zero.
 Matrix null_space(const Matrix& A, double threshold);
 
 // A = Q R by Householder's reflections, without pivots.
@@ -115,7 +119,8 @@ struct Reflections {
   Vector tau;     // min(m, n)
 };
 Reflections householder_reflections(const Matrix& A);
-// The first n columns of Q for A of m x n: an orthonormal basis of its columns when they are independent.
+// The first n columns of Q for A of m x n: an orthonormal basis of its columns when they are
+// independent.
 Matrix orthonormal_basis(const Matrix& A);
 // All of Q for A of 3 x n: the first axis is that of the first column.
 Matrix3 orthonormal_axes(const Matrix& A);
@@ -130,7 +135,8 @@ class PivotedQr {
   Index column(Index j) const;  // which column of A has the j-th pivot
   Matrix Q() const;             // m x m
   Matrix3 axes() const;         // Q for m = 3
-  // The x of least |A x - b|, n x (columns of b), with zeros for columns without a pivot. Every pivot but 0 counts here.
+  // The x of least |A x - b|, n x (columns of b), with zeros for columns without a pivot. Every
+  // pivot but 0 counts here.
   Vector solve_vector(const Vector& b) const;
   Matrix solve_matrix(const Matrix& B) const;
 

@@ -12,10 +12,16 @@ SymmetricEigen taken(const Eigen::SelfAdjointEigenSolver<Matrix>& solver) {
 
 }  // namespace
 
-Matrix SymmetricEigen::root() const { return vectors * values.cwiseSqrt().asDiagonal() * vectors.adjoint(); }
-Matrix SymmetricEigen::inverse_root() const { return vectors * values.cwiseInverse().cwiseSqrt().asDiagonal() * vectors.adjoint(); }
+Matrix SymmetricEigen::root() const {
+  return vectors * values.cwiseSqrt().asDiagonal() * vectors.adjoint();
+}
+Matrix SymmetricEigen::inverse_root() const {
+  return vectors * values.cwiseInverse().cwiseSqrt().asDiagonal() * vectors.adjoint();
+}
 
-SymmetricEigen symmetric_eigen(const Matrix& A) { return taken(Eigen::SelfAdjointEigenSolver<Matrix>(A)); }
+SymmetricEigen symmetric_eigen(const Matrix& A) {
+  return taken(Eigen::SelfAdjointEigenSolver<Matrix>(A));
+}
 
 Vector symmetric_eigenvalues(const Matrix& A) {
   return Eigen::SelfAdjointEigenSolver<Matrix>(A, Eigen::EigenvaluesOnly).eigenvalues();
@@ -32,7 +38,8 @@ SymmetricEigen generalized_eigen(const Matrix& K, const Matrix& M) {
 }
 
 Vector generalized_eigenvalues(const Matrix& K, const Matrix& M) {
-  return Eigen::GeneralizedSelfAdjointEigenSolver<Matrix>(K, M, Eigen::EigenvaluesOnly).eigenvalues();
+  return Eigen::GeneralizedSelfAdjointEigenSolver<Matrix>(K, M, Eigen::EigenvaluesOnly)
+      .eigenvalues();
 }
 
 SymmetricEigen3 symmetric_eigen3(const Matrix3& A) {

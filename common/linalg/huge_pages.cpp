@@ -18,7 +18,8 @@ namespace {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr bool is_sanitized = true;
 #elif defined(__has_feature)
-constexpr bool is_sanitized = __has_feature(address_sanitizer) || __has_feature(thread_sanitizer) || __has_feature(memory_sanitizer);
+constexpr bool is_sanitized = __has_feature(address_sanitizer) || __has_feature(thread_sanitizer) ||
+                              __has_feature(memory_sanitizer);
 #else
 constexpr bool is_sanitized = false;
 #endif
@@ -38,7 +39,9 @@ void prefer_huge_pages(const Matrix& A) {
   advise(A.data(), sizeof(double) * static_cast<std::size_t>(A.size()));
 }
 
-void prefer_huge_pages(const void* start, double bytes) { advise(start, static_cast<std::size_t>(bytes)); }
+void prefer_huge_pages(const void* start, double bytes) {
+  advise(start, static_cast<std::size_t>(bytes));
+}
 
 void keep_heap_on_huge_pages(double ahead) {
   constexpr int most_mappings = 65536, never = -1;  // the first is the C library's own default
@@ -64,7 +67,8 @@ void return_unused_heap(double at_least) {
   double size = 0, resident = 0;
   std::ifstream("/proc/self/statm") >> size >> resident;
   const struct mallinfo2 used = mallinfo2();
-  const double unused = resident * static_cast<double>(::sysconf(_SC_PAGE_SIZE)) - static_cast<double>(used.uordblks + used.hblkhd);
+  const double unused = resident * static_cast<double>(::sysconf(_SC_PAGE_SIZE)) -
+                        static_cast<double>(used.uordblks + used.hblkhd);
   if (unused >= at_least) malloc_trim(0);
 }
 

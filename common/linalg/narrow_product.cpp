@@ -22,7 +22,8 @@ constexpr Index together = 8;
 
 // Y <- Y + L X of so many columns   (rows x width)
 template <Index columns>
-CBR_INLINE void add_columns(const double* L, Index stride, Index rows, const double* X_t, double* Y_t) {
+CBR_INLINE void add_columns(const double* L, Index stride, Index rows, const double* X_t,
+                            double* Y_t) {
   Lanes x[columns];
   std::memcpy(x, X_t, sizeof x);
   for (Index i = 0; i < rows; ++i) {
@@ -42,7 +43,8 @@ CBR_INLINE void add_columns(const double* L, Index stride, Index rows, const dou
 
 // X <- X - L^T Y of so many columns   (columns x width)
 template <Index columns>
-CBR_INLINE void subtract_columns(const double* L, Index stride, Index rows, const double* Y_t, double* X_t) {
+CBR_INLINE void subtract_columns(const double* L, Index stride, Index rows, const double* Y_t,
+                                 double* X_t) {
   Lanes sum[columns];
   std::memcpy(sum, X_t, sizeof sum);
   for (Index i = 0; i < rows; ++i) {
@@ -57,10 +59,12 @@ CBR_INLINE void subtract_columns(const double* L, Index stride, Index rows, cons
 
 }  // namespace
 
-CBR_CLONES void multiply(const double* L, Index stride, Index rows, Index columns, const double* X_t, double* Y_t) {
+CBR_CLONES void multiply(const double* L, Index stride, Index rows, Index columns,
+                         const double* X_t, double* Y_t) {
   std::fill_n(Y_t, width * rows, 0.0);
   Index j = 0;
-  for (; j + together <= columns; j += together) add_columns<together>(L + j * stride, stride, rows, X_t + width * j, Y_t);
+  for (; j + together <= columns; j += together)
+    add_columns<together>(L + j * stride, stride, rows, X_t + width * j, Y_t);
   const double *l = L + j * stride, *x = X_t + width * j;
   switch (columns - j) {
     case 7:
@@ -82,9 +86,11 @@ CBR_CLONES void multiply(const double* L, Index stride, Index rows, Index column
   }
 }
 
-CBR_CLONES void subtract_transposed(const double* L, Index stride, Index rows, Index columns, const double* Y_t, double* X_t) {
+CBR_CLONES void subtract_transposed(const double* L, Index stride, Index rows, Index columns,
+                                    const double* Y_t, double* X_t) {
   Index j = 0;
-  for (; j + together <= columns; j += together) subtract_columns<together>(L + j * stride, stride, rows, Y_t, X_t + width * j);
+  for (; j + together <= columns; j += together)
+    subtract_columns<together>(L + j * stride, stride, rows, Y_t, X_t + width * j);
   const double* l = L + j * stride;
   double* x = X_t + width * j;
   switch (columns - j) {

@@ -6,7 +6,8 @@
 
 namespace cbr {
 
-// Called with the share of the work that is done, 0 to 1, by the thread that asked for the work. May be empty.
+// Called with the share of the work that is done, 0 to 1, by the thread that asked for the work.
+// May be empty.
 using Progress = std::function<void(double)>;
 
 }  // namespace cbr

@@ -12,12 +12,14 @@
 namespace cbr {
 namespace {
 
-// Most rows of a block: of four columns of X and of Y they fit the second cache (256 kB) beside what streams through; longer pieces
-// of a column mean fewer pages. Two blocks or more for each part, so that the parts are of a size.
+// Most rows of a block: of four columns of X and of Y they fit the second cache (256 kB) beside
+// what streams through; longer pieces of a column mean fewer pages. Two blocks or more for each
+// part, so that the parts are of a size.
 constexpr Index most_block_rows = 4096;
 // Blocks are dealt to this many partial sums, whatever the number of threads.
 constexpr int n_parts = 4;
-// From this many entries on (4 MB of the half, a quarter of a millisecond) threads that are kept gain more than they cost.
+// From this many entries on (4 MB of the half, a quarter of a millisecond) threads that are kept
+// gain more than they cost.
 constexpr Index worth_a_thread = 1000000;
 
 constexpr int lanes = 8, strip = 4;
@@ -30,11 +32,16 @@ struct Strip {
   Index stride, rows;
 };
 
-inline double sum(const Lanes& a) { return ((a[0] + a[4]) + (a[2] + a[6])) + ((a[1] + a[5]) + (a[3] + a[7])); }
+inline double sum(const Lanes& a) {
+  return ((a[0] + a[4]) + (a[2] + a[6])) + ((a[1] + a[5]) + (a[3] + a[7]));
+}
 
-// y += S x_J and dot += S^T x over the strip's four columns J, for m right-hand sides in one pass over S.
+// y += S x_J and dot += S^T x over the strip's four columns J, for m right-hand sides in one pass
+// over S.
 template <int m>
-__attribute__((always_inline)) inline void strip_product(const Strip& a, const double (&x_J)[strip][m], double (&dot)[strip][m]) {
+__attribute__((always_inline)) inline void strip_product(const Strip& a,
+                                                         const double (&x_J)[strip][m],
+                                                         double (&dot)[strip][m]) {
   Lanes sums[strip][m] = {};
   Index i = 0;
   for (; i + lanes <= a.rows; i += lanes) {
@@ -63,22 +70,39 @@ __attribute__((always_inline)) inline void strip_product(const Strip& a, const d
   }
 }
 
-CBR_CLONES void product_1(const Strip& a, const double (&x)[strip][1], double (&dot)[strip][1]) { strip_product<1>(a, x, dot); }
-CBR_CLONES void product_2(const Strip& a, const double (&x)[strip][2], double (&dot)[strip][2]) { strip_product<2>(a, x, dot); }
-CBR_CLONES void product_3(const Strip& a, const double (&x)[strip][3], double (&dot)[strip][3]) { strip_product<3>(a, x, dot); }
-CBR_CLONES void product_4(const Strip& a, const double (&x)[strip][4], double (&dot)[strip][4]) { strip_product<4>(a, x, dot); }
+CBR_CLONES void product_1(const Strip& a, const double (&x)[strip][1], double (&dot)[strip][1]) {
+  strip_product<1>(a, x, dot);
+}
+CBR_CLONES void product_2(const Strip& a, const double (&x)[strip][2], double (&dot)[strip][2]) {
+  strip_product<2>(a, x, dot);
+}
+CBR_CLONES void product_3(const Strip& a, const double (&x)[strip][3], double (&dot)[strip][3]) {
+  strip_product<3>(a, x, dot);
+}
+CBR_CLONES void product_4(const Strip& a, const double (&x)[strip][4], double (&dot)[strip][4]) {
+  strip_product<4>(a, x, dot);
+}
 
-inline void product(const Strip& a, const double (&x)[strip][1], double (&dot)[strip][1]) { product_1(a, x, dot); }
-inline void product(const Strip& a, const double (&x)[strip][2], double (&dot)[strip][2]) { product_2(a, x, dot); }
-inline void product(const Strip& a, const double (&x)[strip][3], double (&dot)[strip][3]) { product_3(a, x, dot); }
-inline void product(const Strip& a, const double (&x)[strip][4], double (&dot)[strip][4]) { product_4(a, x, dot); }
+inline void product(const Strip& a, const double (&x)[strip][1], double (&dot)[strip][1]) {
+  product_1(a, x, dot);
+}
+inline void product(const Strip& a, const double (&x)[strip][2], double (&dot)[strip][2]) {
+  product_2(a, x, dot);
+}
+inline void product(const Strip& a, const double (&x)[strip][3], double (&dot)[strip][3]) {
+  product_3(a, x, dot);
+}
+inline void product(const Strip& a, const double (&x)[strip][4], double (&dot)[strip][4]) {
+  product_4(a, x, dot);
+}
 
 // The rows [first, last) of the lower triangle, and what they stand for above it.
 template <int m>
 void add_block(const Matrix& S, const double* X, Index first, Index last, double* Y) {
   const Index n = S.rows();
   for (Index j = 0; j < last; j += strip) {
-    const Index columns = std::min<Index>(strip, last - j), below = std::max(first, std::min(j + strip, last));
+    const Index columns = std::min<Index>(strip, last - j),
+                below = std::max(first, std::min(j + strip, last));
     // The triangle on the diagonal
     for (Index c = j; c < j + columns; ++c) {
       for (Index i = std::max(first, c); i < below; ++i) {
@@ -105,7 +129,8 @@ void add_block(const Matrix& S, const double* X, Index first, Index last, double
 template <int m>
 void add_product(const Matrix& S, const double* X, double* Y, int threads) {
   const Index n = S.rows();
-  const Index block_rows = std::clamp<Index>((n / (4 * n_parts) + 3) / 4 * 4, 64, most_block_rows);  // whole strips
+  // whole strips
+  const Index block_rows = std::clamp<Index>((n / (4 * n_parts) + 3) / 4 * 4, 64, most_block_rows);
   const Index n_blocks = (n + block_rows - 1) / block_rows;
   thread_local Matrix parts;  // kept from call to call; the workers have the caller's
   parts.setZero(n * m, n_parts);
@@ -115,8 +140,11 @@ void add_product(const Matrix& S, const double* X, double* Y, int threads) {
     for (int part = t; part < n_parts; part += used) {
       for (Index b = 0; b < n_blocks; ++b) {
         // Rows further down are longer: dealt out there and back
-        const Index turn = b % (2 * n_parts), owner = turn < n_parts ? turn : 2 * n_parts - 1 - turn;
-        if (owner == part) add_block<m>(S, X, b * block_rows, std::min(n, (b + 1) * block_rows), sums.col(part).data());
+        const Index turn = b % (2 * n_parts),
+                    owner = turn < n_parts ? turn : 2 * n_parts - 1 - turn;
+        if (owner == part)
+          add_block<m>(S, X, b * block_rows, std::min(n, (b + 1) * block_rows),
+                       sums.col(part).data());
       }
     }
   });
@@ -126,7 +154,8 @@ void add_product(const Matrix& S, const double* X, double* Y, int threads) {
 }  // namespace
 
 void add_symmetric_product(const Matrix& S, const Matrix& X, Matrix& Y, int threads) {
-  assert(S.rows() == S.cols() && X.rows() == S.rows() && Y.rows() == X.rows() && Y.cols() == X.cols());
+  assert(S.rows() == S.cols() && X.rows() == S.rows() && Y.rows() == X.rows() &&
+         Y.cols() == X.cols());
   for (Index first = 0; first < X.cols(); first += 4) {
     const double* x = X.col(first).data();
     double* y = Y.col(first).data();

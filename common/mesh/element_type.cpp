@@ -14,7 +14,8 @@ struct Topology {
   std::vector<std::vector<int>> sides;
 };
 
-// Node and side numbers as in the Exodus II manual (SAND92-2137), minus one; in the order of the enumeration.
+// Node and side numbers as in the Exodus II manual (SAND92-2137), minus one; in the order of the
+// enumeration.
 const std::array<Topology, 12>& topologies() {
   static const std::array<Topology, 12> table = {{
       {"tri3", 3, 2, {}},
@@ -23,10 +24,16 @@ const std::array<Topology, 12>& topologies() {
       {"quad8", 8, 2, {}},
       {"quad9", 9, 2, {}},
       {"tet4", 4, 3, {{0, 1, 3}, {1, 2, 3}, {0, 3, 2}, {0, 2, 1}}},
-      {"tet10", 10, 3, {{0, 1, 3, 4, 8, 7}, {1, 2, 3, 5, 9, 8}, {0, 3, 2, 7, 9, 6}, {0, 2, 1, 6, 5, 4}}},
+      {"tet10",
+       10,
+       3,
+       {{0, 1, 3, 4, 8, 7}, {1, 2, 3, 5, 9, 8}, {0, 3, 2, 7, 9, 6}, {0, 2, 1, 6, 5, 4}}},
       {"pyramid5", 5, 3, {{0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {0, 4, 3}, {0, 3, 2, 1}}},
       {"wedge6", 6, 3, {{0, 1, 4, 3}, {1, 2, 5, 4}, {0, 3, 5, 2}, {0, 2, 1}, {3, 4, 5}}},
-      {"hex8", 8, 3, {{0, 1, 5, 4}, {1, 2, 6, 5}, {2, 3, 7, 6}, {0, 4, 7, 3}, {0, 3, 2, 1}, {4, 5, 6, 7}}},
+      {"hex8",
+       8,
+       3,
+       {{0, 1, 5, 4}, {1, 2, 6, 5}, {2, 3, 7, 6}, {0, 4, 7, 3}, {0, 3, 2, 1}, {4, 5, 6, 7}}},
       {"hex20",
        20,
        3,
@@ -82,7 +89,9 @@ const std::vector<int>& side_nodes(ElementType type, int side) {
   return topology(type).sides[static_cast<std::size_t>(side - 1)];
 }
 
-FaceKind side_kind(ElementType type, int side) { return static_cast<FaceKind>(side_nodes(type, side).size()); }
+FaceKind side_kind(ElementType type, int side) {
+  return static_cast<FaceKind>(side_nodes(type, side).size());
+}
 
 int n_corners(ElementType type) {
   switch (type) {
@@ -111,7 +120,8 @@ int n_corners(ElementType type) {
 int n_corners(FaceKind kind) { return kind == FaceKind::tri3 || kind == FaceKind::tri6 ? 3 : 4; }
 
 const std::vector<int>& mirrored_order(ElementType type) {
-  // Reflected in its first reference coordinate (the triangle families: nodes 2 and 3 swapped): positive volume again.
+  // Reflected in its first reference coordinate (the triangle families: nodes 2 and 3 swapped):
+  // positive volume again.
   static const std::array<std::vector<int>, 12> table = {{
       {0, 2, 1},
       {0, 2, 1, 5, 4, 3},
@@ -124,8 +134,10 @@ const std::vector<int>& mirrored_order(ElementType type) {
       {0, 2, 1, 3, 5, 4},
       {0, 3, 2, 1, 4, 7, 6, 5},
       {0, 3, 2, 1, 4, 7, 6, 5, 11, 10, 9, 8, 12, 15, 14, 13, 19, 18, 17, 16},
-      // The transposition x <-> y of the reference element also exchanges the left and front, right and back face nodes.
-      {0, 3, 2, 1, 4, 7, 6, 5, 11, 10, 9, 8, 12, 15, 14, 13, 19, 18, 17, 16, 20, 21, 22, 25, 26, 23, 24},
+      // The transposition x <-> y of the reference element also exchanges the left and front, right
+      // and back face nodes.
+      {0,  3,  2,  1,  4,  7,  6,  5,  11, 10, 9,  8,  12, 15,
+       14, 13, 19, 18, 17, 16, 20, 21, 22, 25, 26, 23, 24},
   }};
   return table[static_cast<std::size_t>(type)];
 }
@@ -133,9 +145,12 @@ const std::vector<int>& mirrored_order(ElementType type) {
 int mirrored_side(ElementType type, int side) {
   const auto& order = mirrored_order(type);
   std::vector<int> nodes;
-  for (const int local : side_nodes(type, side)) nodes.push_back(order[static_cast<std::size_t>(local)]);
+  for (const int local : side_nodes(type, side))
+    nodes.push_back(order[static_cast<std::size_t>(local)]);
   for (int s = 1; s <= n_sides(type); ++s)
-    if (std::is_permutation(nodes.begin(), nodes.end(), side_nodes(type, s).begin(), side_nodes(type, s).end())) return s;
+    if (std::is_permutation(nodes.begin(), nodes.end(), side_nodes(type, s).begin(),
+                            side_nodes(type, s).end()))
+      return s;
   assert(false);
   return side;
 }

@@ -45,11 +45,14 @@ Shape quad_shape(int n, double r, double s) {
     }
   }
   for (int i = 0; n == 8 && i < 4; ++i) {
-    const double side = i == 0 || i == 3 ? -1 : 1;  // the coordinate that is constant on the side: s on 0 and 2, r on 1 and 3
+    // the coordinate that is constant on the side: s on 0 and 2, r on 1 and 3
+    const double side = i == 0 || i == 3 ? -1 : 1;
     if (i % 2 == 0) {
-      f.N[4 + i] = 0.5 * (1 - r * r) * (1 + side * s), f.d1[4 + i] = -r * (1 + side * s), f.d2[4 + i] = 0.5 * (1 - r * r) * side;
+      f.N[4 + i] = 0.5 * (1 - r * r) * (1 + side * s), f.d1[4 + i] = -r * (1 + side * s),
+              f.d2[4 + i] = 0.5 * (1 - r * r) * side;
     } else {
-      f.N[4 + i] = 0.5 * (1 + side * r) * (1 - s * s), f.d1[4 + i] = 0.5 * side * (1 - s * s), f.d2[4 + i] = -s * (1 + side * r);
+      f.N[4 + i] = 0.5 * (1 + side * r) * (1 - s * s), f.d1[4 + i] = 0.5 * side * (1 - s * s),
+              f.d2[4 + i] = -s * (1 + side * r);
     }
   }
   return f;
@@ -58,7 +61,9 @@ Shape quad_shape(int n, double r, double s) {
 // Nine nodes, biquadratic: corners, mid-sides, centre.
 Shape biquadratic_shape(double r, double s) {
   constexpr std::array<int, 9> column{0, 2, 2, 0, 1, 2, 1, 0, 1}, row{0, 0, 2, 2, 0, 1, 2, 1, 1};
-  const auto along = [](double t) { return std::array<double, 3>{0.5 * t * (t - 1), 1 - t * t, 0.5 * t * (t + 1)}; };
+  const auto along = [](double t) {
+    return std::array<double, 3>{0.5 * t * (t - 1), 1 - t * t, 0.5 * t * (t + 1)};
+  };
   const auto slope = [](double t) { return std::array<double, 3>{t - 0.5, -2 * t, t + 0.5}; };
   const auto a = along(r), b = along(s), da = slope(r), db = slope(s);
   Shape f;
@@ -75,9 +80,14 @@ template <typename Visit>
 void for_each_point(const Surface& surface, const Points& x, const Visit& visit) {
   const int n = n_nodes(surface.kind);
   // Six points, degree 4 (Dunavant 1985), for a triangle; three by three for a quad.
-  constexpr double a = 0.445948490915965, b = 0.091576213509771, wa = 0.223381589678011 / 2, wb = 0.109951743655322 / 2;
-  const std::array<std::array<double, 3>, 6> in_triangle{
-      {{a, a, wa}, {1 - 2 * a, a, wa}, {a, 1 - 2 * a, wa}, {b, b, wb}, {1 - 2 * b, b, wb}, {b, 1 - 2 * b, wb}}};
+  constexpr double a = 0.445948490915965, b = 0.091576213509771, wa = 0.223381589678011 / 2,
+                   wb = 0.109951743655322 / 2;
+  const std::array<std::array<double, 3>, 6> in_triangle{{{a, a, wa},
+                                                          {1 - 2 * a, a, wa},
+                                                          {a, 1 - 2 * a, wa},
+                                                          {b, b, wb},
+                                                          {1 - 2 * b, b, wb},
+                                                          {b, 1 - 2 * b, wb}}};
   const double g = std::sqrt(0.6);
   const std::array<double, 3> at{-g, 0, g}, weight{5.0 / 9, 8.0 / 9, 5.0 / 9};
   for (Index f = 0; f < surface.n_faces(); ++f) {
@@ -93,7 +103,8 @@ void for_each_point(const Surface& surface, const Points& x, const Visit& visit)
     const bool collapsed = n == 4 && nodes(2) == nodes(3);
     if (n == 3 || n == 6 || collapsed) {
       const int n_triangle = collapsed ? 3 : n;
-      for (const auto& p : in_triangle) point(triangle_shape(n_triangle, p[0], p[1]), n_triangle, p[2]);
+      for (const auto& p : in_triangle)
+        point(triangle_shape(n_triangle, p[0], p[1]), n_triangle, p[2]);
       continue;
     }
     for (int i = 0; i < 3; ++i)
@@ -108,17 +119,19 @@ void for_each_point(const Surface& surface, const Points& x, const Visit& visit)
 
 Vector face_weights(const Surface& surface, const Points& coordinates) {
   Vector sum = Vector::Zero(coordinates.rows());
-  for_each_point(surface, coordinates, [&](const Shape& shape, int n, const auto& nodes, const Vector3& area) {
-    for (int i = 0; i < n; ++i) sum[nodes(i)] += shape.N[i] * area.norm();
-  });
+  for_each_point(surface, coordinates,
+                 [&](const Shape& shape, int n, const auto& nodes, const Vector3& area) {
+                   for (int i = 0; i < n; ++i) sum[nodes(i)] += shape.N[i] * area.norm();
+                 });
   return sum;
 }
 
 Points face_normals(const Surface& surface, const Points& coordinates) {
   Points sum = Points::Zero(coordinates.rows(), 3);
-  for_each_point(surface, coordinates, [&](const Shape& shape, int n, const auto& nodes, const Vector3& area) {
-    for (int i = 0; i < n; ++i) sum.row(nodes(i)) += shape.N[i] * area.transpose();
-  });
+  for_each_point(surface, coordinates,
+                 [&](const Shape& shape, int n, const auto& nodes, const Vector3& area) {
+                   for (int i = 0; i < n; ++i) sum.row(nodes(i)) += shape.N[i] * area.transpose();
+                 });
   return sum;
 }
 

@@ -7,13 +7,13 @@
 
 namespace cbr {
 
-// Integral of each node's shape function over the surface (n_nodes, area units; sums to the area): a uniform traction t on the
-// faces is the nodal forces t x weights. Exact for flat parallelograms and triangles of both orders; 3 x 3 Gauss points on other
-// quads.
+// Integral of each node's shape function over the surface (n_nodes, area units; sums to the area):
+// a uniform traction t on the faces is the nodal forces t x weights. Exact for flat parallelograms
+// and triangles of both orders; 3 x 3 Gauss points on other quads.
 Vector face_weights(const Surface& surface, const Points& coordinates);
 
-// The same of shape functions times the outward normal (n_nodes x 3): a uniform pressure p on the faces is the nodal forces -p x
-// these.
+// The same of shape functions times the outward normal (n_nodes x 3): a uniform pressure p on the
+// faces is the nodal forces -p x these.
 Points face_normals(const Surface& surface, const Points& coordinates);
 
 }  // namespace cbr

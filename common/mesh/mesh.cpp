@@ -43,7 +43,8 @@ void check_names(const Sets& sets, const std::string& where, const std::string& 
   std::set<std::string> seen;
   for (const auto& set : sets)
     if (!seen.insert(set.name).second)
-      throw InputError(where + ": two " + what + "s are named '" + set.name + "': names must be unique, rename one of them");
+      throw InputError(where + ": two " + what + "s are named '" + set.name +
+                       "': names must be unique, rename one of them");
 }
 
 void check_nodes(const Mesh& mesh, const std::string& where) {
@@ -52,9 +53,12 @@ void check_nodes(const Mesh& mesh, const std::string& where) {
   ids.reserve(static_cast<std::size_t>(n));
   for (Index i = 0; i < n; ++i) {
     const Index id = mesh.node_ids[static_cast<std::size_t>(i)];
-    if (!ids.insert(id).second) throw InputError(where + ": node id " + std::to_string(id) + " is used twice: ids must be unique");
+    if (!ids.insert(id).second)
+      throw InputError(where + ": node id " + std::to_string(id) +
+                       " is used twice: ids must be unique");
     if (!mesh.coordinates.row(i).allFinite())
-      throw InputError(where + ": a coordinate of node " + std::to_string(id) + " is not a finite number");
+      throw InputError(where + ": a coordinate of node " + std::to_string(id) +
+                       " is not a finite number");
   }
 }
 
@@ -68,7 +72,8 @@ void check_blocks(const Mesh& mesh, const std::string& where) {
                          " is used twice: ids must be unique");
       for (Index i = 0; i < block.connectivity.cols(); ++i)
         if (block.connectivity(e, i) < 0 || block.connectivity(e, i) >= mesh.coordinates.rows())
-          throw InputError(where + ": block '" + block.name + "': element " + std::to_string(id) + " refers to node number " +
+          throw InputError(where + ": block '" + block.name + "': element " + std::to_string(id) +
+                           " refers to node number " +
                            std::to_string(block.connectivity(e, i) + 1) + ", but the mesh has " +
                            std::to_string(mesh.coordinates.rows()) + " nodes");
     }
@@ -79,24 +84,34 @@ bool is_side(const Mesh& mesh, const Side& side) {
   if (side.block < 0 || side.block >= static_cast<Index>(mesh.blocks.size())) return false;
   const Block& block = mesh.blocks[static_cast<std::size_t>(side.block)];
   const int allowed = dimension(block.type) == 3 ? n_sides(block.type) : 2 + n_corners(block.type);
-  return side.element >= 0 && side.element < block.connectivity.rows() && side.side >= 1 && side.side <= allowed;
+  return side.element >= 0 && side.element < block.connectivity.rows() && side.side >= 1 &&
+         side.side <= allowed;
 }
 
 }  // namespace
 
-Index find_block(const Mesh& mesh, const std::string& name) { return find_set(mesh.blocks, name, "block_"); }
-Index find_sideset(const Mesh& mesh, const std::string& name) { return find_set(mesh.sidesets, name, "surface_"); }
-Index find_nodeset(const Mesh& mesh, const std::string& name) { return find_set(mesh.nodesets, name, "nodelist_"); }
+Index find_block(const Mesh& mesh, const std::string& name) {
+  return find_set(mesh.blocks, name, "block_");
+}
+Index find_sideset(const Mesh& mesh, const std::string& name) {
+  return find_set(mesh.sidesets, name, "surface_");
+}
+Index find_nodeset(const Mesh& mesh, const std::string& name) {
+  return find_set(mesh.nodesets, name, "nodelist_");
+}
 
 std::string set_names(const Mesh& mesh) {
   std::vector<std::string> parts;
   if (!mesh.sidesets.empty()) parts.push_back(join(names_of(mesh.sidesets)) + " (sidesets)");
   if (!mesh.nodesets.empty()) parts.push_back(join(names_of(mesh.nodesets)) + " (nodesets)");
-  return parts.empty() ? "none; in gmsh a face gets its name by Physical Surface(\"NAME\") = {TAG}" : join(parts, "; ");
+  return parts.empty() ? "none; in gmsh a face gets its name by Physical Surface(\"NAME\") = {TAG}"
+                       : join(parts, "; ");
 }
 
 std::vector<Index> nodes_of_side(const Mesh& mesh, const Side& side) {
-  if (!is_side(mesh, side)) throw InputError("side " + std::to_string(side.side) + " is not a side of any element of the mesh");
+  if (!is_side(mesh, side))
+    throw InputError("side " + std::to_string(side.side) +
+                     " is not a side of any element of the mesh");
   const Block& block = mesh.blocks[static_cast<std::size_t>(side.block)];
   std::vector<Index> nodes;
   const auto add = [&](int local) { nodes.push_back(block.connectivity(side.element, local)); };
@@ -124,10 +139,11 @@ std::vector<Index> set_nodes(const Mesh& mesh, const std::string& name) {
     std::vector<std::string> names = names_of(mesh.sidesets);
     const auto others = names_of(mesh.nodesets);
     names.insert(names.end(), others.begin(), others.end());
-    throw InputError("the mesh has no sideset or nodeset '" + name + "'" + nearest_name(name, names) +
-                     " (available: " + set_names(mesh) + ")");
+    throw InputError("the mesh has no sideset or nodeset '" + name + "'" +
+                     nearest_name(name, names) + " (available: " + set_names(mesh) + ")");
   }
-  // A name that both kinds share means the sideset: its nodes are the ones of the faces, which contact and loads need.
+  // A name that both kinds share means the sideset: its nodes are the ones of the faces, which
+  // contact and loads need.
   if (s >= 0) {
     for (const Side& side : mesh.sidesets[static_cast<std::size_t>(s)].sides)
       for (const Index node : nodes_of_side(mesh, side)) nodes.push_back(node);
@@ -147,13 +163,15 @@ void check_mesh(const Mesh& mesh, const std::string& where) {
   for (const auto& set : mesh.sidesets)
     for (const Side& side : set.sides)
       if (!is_side(mesh, side))
-        throw InputError(where + ": sideset '" + set.name + "': side " + std::to_string(side.side) + " of element number " +
-                         std::to_string(side.element + 1) + " does not exist");
+        throw InputError(where + ": sideset '" + set.name + "': side " + std::to_string(side.side) +
+                         " of element number " + std::to_string(side.element + 1) +
+                         " does not exist");
   for (const auto& set : mesh.nodesets)
     for (const Index node : set.nodes)
       if (node < 0 || node >= mesh.coordinates.rows())
-        throw InputError(where + ": nodeset '" + set.name + "' refers to node number " + std::to_string(node + 1) +
-                         ", but the mesh has " + std::to_string(mesh.coordinates.rows()) + " nodes");
+        throw InputError(where + ": nodeset '" + set.name + "' refers to node number " +
+                         std::to_string(node + 1) + ", but the mesh has " +
+                         std::to_string(mesh.coordinates.rows()) + " nodes");
 }
 
 }  // namespace cbr

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Front door of common/mesh: the mesh and its surfaces.
 //
-// A finite element mesh: nodes, element blocks, sidesets, nodesets. Node order inside an element and side numbers are
-// those of Exodus II, whatever file the mesh came from.
+// A finite element mesh: nodes, element blocks, sidesets, nodesets. Node order inside an element
+// and side numbers are those of Exodus II, whatever file the mesh came from.
 #pragma once
 
 #include <filesystem>
@@ -58,41 +58,48 @@ struct Mesh {
   std::vector<Nodeset> nodesets;
 };
 
-// Reads, as docs/meshes.md says, .msh (gmsh 2.2, 4.1), .exo .e .g .ncf .nc4 (Exodus II), .inp (Abaqus, CalculiX), .bdf .nas
-// (Nastran), and through the program gmsh .unv and .vtk. InputError names the file and what is wrong in it: missing, truncated, an
-// element type that is not supported, a side of no element, a repeated id.
+// Reads, as docs/meshes.md says, .msh (gmsh 2.2, 4.1), .exo .e .g .ncf .nc4 (Exodus II), .inp
+// (Abaqus, CalculiX), .bdf .nas (Nastran), and through the program gmsh .unv and .vtk. InputError
+// names the file and what is wrong in it: missing, truncated, an element type that is not
+// supported, a side of no element, a repeated id.
 Mesh read_mesh(const std::filesystem::path& file);
 
-// Whether the suffix is one that read_mesh knows; one that write_mesh knows; one of a format that has materials.
+// Whether the suffix is one that read_mesh knows; one that write_mesh knows; one of a format that
+// has materials.
 bool is_mesh_name(const std::filesystem::path& file);
 bool is_written_mesh_name(const std::filesystem::path& file);
 bool may_hold_materials(const std::filesystem::path& file);
 
-// Writes by suffix: .msh (4.1, text) or .exo .e .g (Exodus II, netCDF 64-bit offset). The same mesh gives the same bytes. To a
-// temporary name, renamed when whole. A .msh file cannot hold sides of shells, and gives a block of shells that lies on solids
-// back as a sideset unless its name begins with "skin.".
+// Writes by suffix: .msh (4.1, text) or .exo .e .g (Exodus II, netCDF 64-bit offset). The same mesh
+// gives the same bytes. To a temporary name, renamed when whole. A .msh file cannot hold sides of
+// shells, and gives a block of shells that lies on solids back as a sideset unless its name begins
+// with "skin.".
 void write_mesh(const Mesh& mesh, const std::filesystem::path& file);
 
 // Index of the named block, or -1.
 Index find_block(const Mesh& mesh, const std::string& name);
 
-// Index of the named set or -1. An unnamed Exodus set is called surface_ID / nodelist_ID (as SEACAS does); its bare number is
-// accepted for it too.
+// Index of the named set or -1. An unnamed Exodus set is called surface_ID / nodelist_ID (as SEACAS
+// does); its bare number is accepted for it too.
 Index find_sideset(const Mesh& mesh, const std::string& name);
 Index find_nodeset(const Mesh& mesh, const std::string& name);
 
-// Nodes of one side of an element, as mesh node indices, in the order of side_nodes(). Sides of shells as in Exodus II: 1 and 2
-// are the two faces (the second one turned over), 3 and up the edges. InputError for a side that the element does not have.
+// Nodes of one side of an element, as mesh node indices, in the order of side_nodes(). Sides of
+// shells as in Exodus II: 1 and 2 are the two faces (the second one turned over), 3 and up the
+// edges. InputError for a side that the element does not have.
 std::vector<Index> nodes_of_side(const Mesh& mesh, const Side& side);
 
-// Names of the sidesets and nodesets that there are, for messages: "contact, tip (sidesets); clamp (nodesets)".
+// Names of the sidesets and nodesets that there are, for messages: "contact, tip (sidesets); clamp
+// (nodesets)".
 std::string set_names(const Mesh& mesh);
 
-// Throws InputError for what no reader may hand on: node indices out of range, a repeated node or element id, a non-finite
-// coordinate, a side of no element, two blocks or two sidesets of one name. `where` starts the message: the file.
+// Throws InputError for what no reader may hand on: node indices out of range, a repeated node or
+// element id, a non-finite coordinate, a side of no element, two blocks or two sidesets of one
+// name. `where` starts the message: the file.
 void check_mesh(const Mesh& mesh, const std::string& where);
 
-// Node indices of a set, ascending and unique; the name may be a sideset's or a nodeset's. InputError lists the names there are.
+// Node indices of a set, ascending and unique; the name may be a sideset's or a nodeset's.
+// InputError lists the names there are.
 std::vector<Index> set_nodes(const Mesh& mesh, const std::string& name);
 
 }  // namespace cbr

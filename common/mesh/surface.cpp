@@ -19,11 +19,13 @@ FaceKind common_kind(const Mesh& mesh, const Sideset& sideset) {
     const Block& block = mesh.blocks[static_cast<std::size_t>(side.block)];
     if (dimension(block.type) != 3)
       throw InputError("sideset '" + sideset.name + "': element " +
-                       std::to_string(block.element_ids[static_cast<std::size_t>(side.element)]) + " of block '" + block.name +
-                       "' is a " + std::string(name(block.type)) + ": only sides of volume elements make a surface");
+                       std::to_string(block.element_ids[static_cast<std::size_t>(side.element)]) +
+                       " of block '" + block.name + "' is a " + std::string(name(block.type)) +
+                       ": only sides of volume elements make a surface");
     const FaceKind found = side_kind(block.type, side.side);
     if (!first && found != kind && (is_quadratic(found) || is_quadratic(kind)))
-      throw InputError("sideset '" + sideset.name + "' mixes " + std::string(name(kind)) + " and " + std::string(name(found)) +
+      throw InputError("sideset '" + sideset.name + "' mixes " + std::string(name(kind)) + " and " +
+                       std::string(name(found)) +
                        " faces: only tri3 and quad4 may share a set, split it");
     kind = first || n_nodes(found) > n_nodes(kind) ? found : kind;
     first = false;
@@ -44,8 +46,8 @@ Surface extract_surface(const Mesh& mesh, const Sideset& sideset) {
     const auto nodes = nodes_of_side(mesh, side);
     for (Index j = 0; j < surface.faces.cols(); ++j)
       surface.faces(i, j) = nodes[std::min(static_cast<std::size_t>(j), nodes.size() - 1)];
-    surface.element.push_back(
-        mesh.blocks[static_cast<std::size_t>(side.block)].element_ids[static_cast<std::size_t>(side.element)]);
+    surface.element.push_back(mesh.blocks[static_cast<std::size_t>(side.block)]
+                                  .element_ids[static_cast<std::size_t>(side.element)]);
     surface.side.push_back(side.side);
   }
   return surface;
@@ -60,10 +62,11 @@ std::vector<Index> surface_nodes(const Surface& surface) {
 
 LinearFaces linear_faces(const Surface& surface) {
   // Local nodes of the pieces; all keep the face's sense of rotation.
-  static const std::vector<std::array<int, 4>> tri3 = {{0, 1, 2, 2}}, quad4 = {{0, 1, 2, 3}},
-                                               tri6 = {{0, 3, 5, 5}, {1, 4, 3, 3}, {2, 5, 4, 4}, {3, 4, 5, 5}},
-                                               quad8 = {{0, 4, 7, 7}, {1, 5, 4, 4}, {2, 6, 5, 5}, {3, 7, 6, 6}, {4, 5, 6, 7}},
-                                               quad9 = {{0, 4, 8, 7}, {4, 1, 5, 8}, {8, 5, 2, 6}, {7, 8, 6, 3}};
+  static const std::vector<std::array<int, 4>>
+      tri3 = {{0, 1, 2, 2}},
+      quad4 = {{0, 1, 2, 3}}, tri6 = {{0, 3, 5, 5}, {1, 4, 3, 3}, {2, 5, 4, 4}, {3, 4, 5, 5}},
+      quad8 = {{0, 4, 7, 7}, {1, 5, 4, 4}, {2, 6, 5, 5}, {3, 7, 6, 6}, {4, 5, 6, 7}},
+      quad9 = {{0, 4, 8, 7}, {4, 1, 5, 8}, {8, 5, 2, 6}, {7, 8, 6, 3}};
   const auto& pieces = surface.kind == FaceKind::tri3    ? tri3
                        : surface.kind == FaceKind::quad4 ? quad4
                        : surface.kind == FaceKind::tri6  ? tri6
@@ -74,7 +77,8 @@ LinearFaces linear_faces(const Surface& surface) {
   for (Index f = 0; f < surface.n_faces(); ++f)
     for (const auto& piece : pieces) {
       const auto row = static_cast<Index>(linear.parent.size());
-      for (Index j = 0; j < 4; ++j) linear.faces(row, j) = surface.faces(f, piece[static_cast<std::size_t>(j)]);
+      for (Index j = 0; j < 4; ++j)
+        linear.faces(row, j) = surface.faces(f, piece[static_cast<std::size_t>(j)]);
       linear.parent.push_back(f);
     }
   return linear;

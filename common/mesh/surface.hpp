@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A sideset as faces: what a superelement keeps of its interface, what the skinner turns to shells, what contact sees.
+// A sideset as faces: what a superelement keeps of its interface, what the skinner turns to shells,
+// what contact sees.
 #pragma once
 
 #include <string>
@@ -12,8 +13,9 @@ namespace cbr {
 struct Surface {
   std::string name;
   FaceKind kind = FaceKind::quad4;
-  IndexTable faces;            // f x n_nodes(kind), outward by the right-hand rule; indices into the owner's nodes.
-                               // A triangle in a set of quad4 repeats its last node.
+  // f x n_nodes(kind), outward by the right-hand rule; indices into the owner's nodes. A triangle
+  // in a set of quad4 repeats its last node.
+  IndexTable faces;
   std::vector<Index> element;  // f, element ids in the mesh
   std::vector<int> side;       // f, from 1, as Exodus II
 
@@ -27,8 +29,8 @@ Surface extract_surface(const Mesh& mesh, const Sideset& sideset);
 // The surface's nodes, ascending and unique.
 std::vector<Index> surface_nodes(const Surface& surface);
 
-// Faces cut into linear ones (quad8 -> 4 corner tri3 + 1 quad4; quad9 -> 4 quad4; tri6 -> 4 tri3): contact's view.
-// `parent` is the face's row.
+// Faces cut into linear ones (quad8 -> 4 corner tri3 + 1 quad4; quad9 -> 4 quad4; tri6 -> 4 tri3):
+// contact's view. `parent` is the face's row.
 struct LinearFaces {
   IndexTable faces;           // f' x 4; a triangle repeats its last node
   std::vector<Index> parent;  // f'

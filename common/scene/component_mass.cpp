@@ -5,15 +5,20 @@
 
 namespace cbr {
 
-MassKind mass_of_mesh(const Component& component) { return component.mass.value_or(MassKind::lumped); }
+MassKind mass_of_mesh(const Component& component) {
+  return component.mass.value_or(MassKind::lumped);
+}
 
 MassKind mass_of_superelement(const Component& component, const Mesh& mesh) {
   if (component.mass) return *component.mass;
-  const bool spoilt = std::any_of(mesh.blocks.begin(), mesh.blocks.end(),
-                                  [](const Block& block) { return is_spoilt_by_lumping(std::string(name(block.type))); });
+  const bool spoilt = std::any_of(mesh.blocks.begin(), mesh.blocks.end(), [](const Block& block) {
+    return is_spoilt_by_lumping(std::string(name(block.type)));
+  });
   return spoilt ? MassKind::consistent : MassKind::lumped;
 }
 
-bool is_spoilt_by_lumping(const std::string& element) { return element == "hex20" || element == "tet10"; }
+bool is_spoilt_by_lumping(const std::string& element) {
+  return element == "hex20" || element == "tet10";
+}
 
 }  // namespace cbr

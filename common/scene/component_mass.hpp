@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Which mass matrix a component has where the scene does not say: measured in docs/decisions/mass.md.
+// Which mass matrix a component has where the scene does not say: measured in
+// docs/decisions/mass.md.
 #pragma once
 
 #include <string>
@@ -12,7 +13,8 @@ namespace cbr {
 // Lumped unless the scene says otherwise: explicit steps divide by it.
 MassKind mass_of_mesh(const Component& component);
 
-// As the scene says; else consistent when the mesh has elements that lumping spoils, and lumped for all others.
+// As the scene says; else consistent when the mesh has elements that lumping spoils, and lumped for
+// all others.
 MassKind mass_of_superelement(const Component& component, const Mesh& mesh);
 
 // Whether lumped mass spoils frequencies and inertia of such elements ("hex20", "tet10").

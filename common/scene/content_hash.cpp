@@ -19,7 +19,8 @@
 namespace cbr {
 namespace {
 
-// To be raised when the same inputs no longer give the same superelement: files made before are then stale.
+// To be raised when the same inputs no longer give the same superelement: files made before are
+// then stale.
 constexpr int scheme = 1;
 
 std::string hexadecimal(XXH128_hash_t hash) {
@@ -27,7 +28,8 @@ std::string hexadecimal(XXH128_hash_t hash) {
   XXH128_canonicalFromHash(&canonical, hash);
   constexpr const char* digits = "0123456789abcdef";
   std::string text;
-  for (const unsigned char byte : canonical.digest) text += digits[byte >> 4], text += digits[byte & 15];
+  for (const unsigned char byte : canonical.digest)
+    text += digits[byte >> 4], text += digits[byte & 15];
   return text;
 }
 
@@ -40,10 +42,12 @@ std::string material_text(const Scene& scene, const std::string& material) {
     for (const auto& [what, value] : material_provenance(m)) text += what + " " + value + " ";
     return text;
   }
-  return number_text(m.youngs_modulus) + " " + number_text(m.poissons_ratio) + " " + number_text(m.density);
+  return number_text(m.youngs_modulus) + " " + number_text(m.poissons_ratio) + " " +
+         number_text(m.density);
 }
 
-std::string properties_text(const Scene& scene, const std::string& material, Hex8Formulation element) {
+std::string properties_text(const Scene& scene, const std::string& material,
+                            Hex8Formulation element) {
   return material_text(scene, material) + " " + word_of(hex8_words, element);
 }
 
@@ -54,12 +58,15 @@ std::string component_text(const Scene& scene, const Component& component) {
   const std::string all_blocks = properties_text(scene, component.material, component.element);
   std::string text = "default " + all_blocks + "\n";
   for (const auto& [block, options] : component.blocks) {
-    const std::string properties = properties_text(scene, options.material.empty() ? component.material : options.material,
-                                                   options.element.value_or(component.element));
+    const std::string properties =
+        properties_text(scene, options.material.empty() ? component.material : options.material,
+                        options.element.value_or(component.element));
     if (properties != all_blocks) text += "block " + counted(block) + " " + properties + "\n";
   }
-  // Files of before `auto` hold lumped mass: those that it does not suit are told by their provenance, is_of_other_mass().
-  return text + "mass " + word_of(mass_words, component.mass ? component.mass : MassKind::lumped) + "\n";
+  // Files of before `auto` hold lumped mass: those that it does not suit are told by their
+  // provenance, is_of_other_mass().
+  return text + "mass " + word_of(mass_words, component.mass ? component.mass : MassKind::lumped) +
+         "\n";
 }
 
 // Each name once, in any order.
@@ -81,13 +88,16 @@ std::string statics_text(const CharacteristicOptions& options, const InterfaceNe
     sets[set] = everywhere || (found != needs.touching.end() && found->second);
   }
   std::string text;
-  for (const auto& [set, directions] : sets) text += "statics " + counted(set) + (directions ? " all\n" : " normal\n");
-  if (options.statics.empty() && needs.all_touch) text += everywhere ? "statics of all, all\n" : "statics of all, normal\n";
+  for (const auto& [set, directions] : sets)
+    text += "statics " + counted(set) + (directions ? " all\n" : " normal\n");
+  if (options.statics.empty() && needs.all_touch)
+    text += everywhere ? "statics of all, all\n" : "statics of all, normal\n";
   return text;
 }
 
 std::string characteristic_text(const CharacteristicOptions& options, const InterfaceNeeds& needs) {
-  std::string text = "characteristic modes of the free component " + std::to_string(options.modes) + "\n";
+  std::string text =
+      "characteristic modes of the free component " + std::to_string(options.modes) + "\n";
   std::vector<std::string> keep = options.keep;
   keep.insert(keep.end(), needs.held.begin(), needs.held.end());
   for (const auto& set : as_set(keep)) text += "keep " + counted(set) + "\n";
@@ -106,9 +116,11 @@ std::string reduction_text(const ReductionOptions& reduction, const InterfaceNee
     if (const auto* some = std::get_if<NamesOrTrue>(&key.value)) {
       ReductionOptions copy = reduction;
       text += key.hash + (some->field(copy) ? " true\n" : " false\n");
-      for (const auto& set : as_set(some->names(copy))) text += key.hash + " of " + counted(set) + "\n";
+      for (const auto& set : as_set(some->names(copy)))
+        text += key.hash + " of " + counted(set) + "\n";
     } else if (std::holds_alternative<NameList>(key.value)) {
-      for (const auto& set : as_set(words_of(key, reduction))) text += key.hash + " " + counted(set) + "\n";
+      for (const auto& set : as_set(words_of(key, reduction)))
+        text += key.hash + " " + counted(set) + "\n";
     } else {
       for (const auto& word : words_of(key, reduction)) text += key.hash + " " + word + "\n";
     }
@@ -129,8 +141,10 @@ std::string file_hash(const std::filesystem::path& file) {
     throw InputError(file.string() + ": is not a regular file: give the path of a file on a disk");
   errno = 0;
   std::ifstream in(file, std::ios::binary);
-  if (!in.is_open()) throw InputError(file.string() + ": cannot be opened: " + std::strerror(errno));
-  const std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> state(XXH3_createState(), XXH3_freeState);
+  if (!in.is_open())
+    throw InputError(file.string() + ": cannot be opened: " + std::strerror(errno));
+  const std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> state(XXH3_createState(),
+                                                                              XXH3_freeState);
   XXH3_128bits_reset(state.get());
   std::vector<char> buffer(std::size_t{1} << 20);
   while (in.read(buffer.data(), static_cast<std::streamsize>(buffer.size())) || in.gcount() > 0) {
@@ -155,12 +169,16 @@ void Checksum::add(const void* data, std::size_t bytes) {
 }
 Index Checksum::value() const { return static_cast<Index>(XXH3_64bits_digest(state_->xxh3)); }
 
-std::string bytes_hash(std::string_view bytes) { return hexadecimal(XXH3_128bits(bytes.data(), bytes.size())); }
+std::string bytes_hash(std::string_view bytes) {
+  return hexadecimal(XXH3_128bits(bytes.data(), bytes.size()));
+}
 
 std::string content_hash(const Scene& scene, const Component& component) {
-  std::string text = "cbr content hash " + std::to_string(scheme) + "\nmesh " + file_hash(component.mesh) + "\n";
+  std::string text =
+      "cbr content hash " + std::to_string(scheme) + "\nmesh " + file_hash(component.mesh) + "\n";
   text += component_text(scene, component);
-  if (component.reduction) text += reduction_text(*component.reduction, interface_needs(scene, component));
+  if (component.reduction)
+    text += reduction_text(*component.reduction, interface_needs(scene, component));
   return bytes_hash(text);
 }
 

@@ -8,21 +8,24 @@
 namespace cbr {
 namespace {
 
-// Nodesets with nodes that no solid has, such as a beam's, of whose elements a gmsh file leaves a nodeset.
+// Nodesets with nodes that no solid has, such as a beam's, of whose elements a gmsh file leaves a
+// nodeset.
 std::vector<std::string> loose_nodesets(const Mesh& mesh) {
   std::vector<std::string> texts;
   if (mesh.nodesets.empty()) return texts;
   std::vector<char> is_of_solid(static_cast<std::size_t>(mesh.coordinates.rows()), 0);
   for (const Block& block : mesh.blocks) {
     if (dimension(block.type) != 3) continue;
-    for (const Index node : block.connectivity.reshaped()) is_of_solid[static_cast<std::size_t>(node)] = 1;
+    for (const Index node : block.connectivity.reshaped())
+      is_of_solid[static_cast<std::size_t>(node)] = 1;
   }
   for (const Nodeset& set : mesh.nodesets) {
-    const auto loose = std::count_if(set.nodes.begin(), set.nodes.end(),
-                                     [&](Index node) { return is_of_solid[static_cast<std::size_t>(node)] == 0; });
+    const auto loose = std::count_if(set.nodes.begin(), set.nodes.end(), [&](Index node) {
+      return is_of_solid[static_cast<std::size_t>(node)] == 0;
+    });
     if (loose > 0)
-      texts.push_back(set.name + " (" + std::to_string(loose) + " of its " + std::to_string(set.nodes.size()) +
-                      " nodes are of no solid)");
+      texts.push_back(set.name + " (" + std::to_string(loose) + " of its " +
+                      std::to_string(set.nodes.size()) + " nodes are of no solid)");
   }
   return texts;
 }
@@ -30,16 +33,19 @@ std::vector<std::string> loose_nodesets(const Mesh& mesh) {
 }  // namespace
 
 void refuse_left_out_blocks(const Component& component, const Mesh& mesh) {
-  const auto refuse = [&](const std::string& named, const Component::BlockOptions& options, Index n, const std::string& type) {
-    throw InputError(options.source.text() + ": components." + component.name + ".blocks." + named + ": the " + std::to_string(n) +
-                     " " + type + " elements of " + component.mesh.string() +
+  const auto refuse = [&](const std::string& named, const Component::BlockOptions& options, Index n,
+                          const std::string& type) {
+    throw InputError(options.source.text() + ": components." + component.name + ".blocks." + named +
+                     ": the " + std::to_string(n) + " " + type + " elements of " +
+                     component.mesh.string() +
                      " are not supported, only solids are: remove the block from the scene");
   };
   for (const auto& [named, options] : component.blocks) {
     const Index found = find_block(mesh, named);
     if (found >= 0) {
       const Block& block = mesh.blocks[static_cast<std::size_t>(found)];
-      if (dimension(block.type) != 3) refuse(named, options, block.connectivity.rows(), std::string(name(block.type)));
+      if (dimension(block.type) != 3)
+        refuse(named, options, block.connectivity.rows(), std::string(name(block.type)));
     }
   }
 }
@@ -48,22 +54,28 @@ std::string left_out_blocks(const Mesh& mesh) {
   std::vector<std::string> texts;
   for (const Block& block : mesh.blocks)
     if (dimension(block.type) != 3)
-      texts.push_back(block.name + " (" + std::to_string(block.connectivity.rows()) + " " + std::string(name(block.type)) + ")");
+      texts.push_back(block.name + " (" + std::to_string(block.connectivity.rows()) + " " +
+                      std::string(name(block.type)) + ")");
   for (const std::string& text : loose_nodesets(mesh)) texts.push_back(text);
   return join(texts);
 }
 
-void warn_of_left_out_blocks(const Component& component, const std::string& blocks, Report& report) {
+void warn_of_left_out_blocks(const Component& component, const std::string& blocks,
+                             Report& report) {
   if (blocks.empty()) return;
   for (const auto& [named, options] : component.blocks)
     if ((", " + blocks).find(", " + named + " (") != std::string::npos)
-      throw InputError(options.source.text() + ": components." + component.name + ".blocks." + named + ": not computed with are " +
-                       blocks + ": only solids are in this version; take the block out of the scene");
+      throw InputError(options.source.text() + ": components." + component.name + ".blocks." +
+                       named + ": not computed with are " + blocks +
+                       ": only solids are in this version; take the block out of the scene");
   const std::string before = report.about();
   report.about("");
-  report.warning("component '" + component.name +
-                 "': " + (component.has_mesh ? component.mesh : component.reduction->superelement).filename().string() +
-                 ": left out: " + blocks + ": only solid elements are used; these blocks have no stiffness and no mass");
+  report.warning("component '" + component.name + "': " +
+                 (component.has_mesh ? component.mesh : component.reduction->superelement)
+                     .filename()
+                     .string() +
+                 ": left out: " + blocks +
+                 ": only solid elements are used; these blocks have no stiffness and no mass");
   report.about(before);
 }
 

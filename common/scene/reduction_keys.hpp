@@ -47,13 +47,15 @@ struct NamesOrTrue {
   ReductionField<bool> field;
   ReductionField<std::vector<std::string>> names;  // of some alone
 };
-using ReductionValue = std::variant<OneWord<Basis>, OneWord<Pick>, OneWord<MasslessModes>, WholeNumber, WholeNumberOrNone,
-                                    NumberOrNone, TrueOrFalse, NameList, NamesOrTrue>;
+using ReductionValue =
+    std::variant<OneWord<Basis>, OneWord<Pick>, OneWord<MasslessModes>, WholeNumber,
+                 WholeNumberOrNone, NumberOrNone, TrueOrFalse, NameList, NamesOrTrue>;
 
 struct ReductionKey {
   std::string key;  // of `reduction` in the scene; of a map in it "characteristic.modes"
   ReductionValue value;
-  // How its line of the hash begins. Empty: the option does not change the superelement, or characteristic_text() tells it.
+  // How its line of the hash begins. Empty: the option does not change the superelement, or
+  // characteristic_text() tells it.
   std::string hash = {};
   // The attribute of /provenance; empty: none.
   std::string provenance = {};

@@ -15,13 +15,16 @@ Index preload_steps(const Scene& scene) {
   constexpr Index usual = 5;
   if (!scene.time) return 0;
   if (scene.time->preload) return *scene.time->preload;
-  const auto needs = [](const ContactOptions& c) { return c.pretension_force || c.shortening || c.resolves_overlap; };
+  const auto needs = [](const ContactOptions& c) {
+    return c.pretension_force || c.shortening || c.resolves_overlap;
+  };
   return std::any_of(scene.contact.begin(), scene.contact.end(), needs) ? usual : 0;
 }
 
 namespace {
 
-// Cosine and sine of an angle in degrees, exact at multiples of 90: an instance turned by a right angle lies on the axes.
+// Cosine and sine of an angle in degrees, exact at multiples of 90: an instance turned by a right
+// angle lies on the axes.
 std::pair<double, double> cosine_sine(double degrees) {
   const double turned = std::remainder(degrees, 360.0);  // [-180, 180], exact
   const double quarter = std::round(turned / 90.0);
@@ -53,12 +56,15 @@ Matrix3 axis_rotation(int a, double degrees) {
 Material material_of_file(const FileMaterial& m, const Component& component, const Block& block) {
   std::string problem = m.problem;
   if (problem.empty() && !(m.youngs_modulus > 0)) problem = "has no positive Young's modulus";
-  if (problem.empty() && !(m.poissons_ratio > -1 && m.poissons_ratio < 0.5)) problem = "has a Poisson's ratio that is not between -1 and 0.5";
+  if (problem.empty() && !(m.poissons_ratio > -1 && m.poissons_ratio < 0.5))
+    problem = "has a Poisson's ratio that is not between -1 and 0.5";
   if (problem.empty() && !(m.density > 0)) problem = "has no positive density";
   if (!problem.empty())
-    throw InputError(component.mesh.string() + ": material '" + m.name + "' of block '" + block.name + "' " + problem +
-                     ": give component '" + component.name + "' a material in the scene");
-  return {.youngs_modulus = m.youngs_modulus, .poissons_ratio = m.poissons_ratio, .density = m.density};
+    throw InputError(component.mesh.string() + ": material '" + m.name + "' of block '" +
+                     block.name + "' " + problem + ": give component '" + component.name +
+                     "' a material in the scene");
+  return {
+      .youngs_modulus = m.youngs_modulus, .poissons_ratio = m.poissons_ratio, .density = m.density};
 }
 
 }  // namespace
@@ -72,17 +78,19 @@ Matrix3 Instance::transformation() const {
     mirroring(axis, axis) = -1;
   }
   // T = R_z R_y R_x mirror
-  return axis_rotation(2, rotation_degrees(2)) * axis_rotation(1, rotation_degrees(1)) * axis_rotation(0, rotation_degrees(0)) *
-         mirroring;
+  return axis_rotation(2, rotation_degrees(2)) * axis_rotation(1, rotation_degrees(1)) *
+         axis_rotation(0, rotation_degrees(0)) * mirroring;
 }
 
 const Component& component_of(const Scene& scene, const Instance& instance) {
   const auto found = scene.components.find(instance.component);
   if (found != scene.components.end()) return found->second;
-  throw InputError(instance.source.text() + ": instances." + instance.name + ": unknown component '" + instance.component + "'");
+  throw InputError(instance.source.text() + ": instances." + instance.name +
+                   ": unknown component '" + instance.component + "'");
 }
 
-const Component::Point* point_of(const Scene& scene, const std::string& instance, const std::string& name) {
+const Component::Point* point_of(const Scene& scene, const std::string& instance,
+                                 const std::string& name) {
   for (const Instance& of : scene.instances) {
     if (of.name != instance) continue;
     const auto& points = component_of(scene, of).points;
@@ -94,12 +102,15 @@ const Component::Point* point_of(const Scene& scene, const std::string& instance
 
 std::vector<std::string> load_sets(const Scene& scene, const Component& component) {
   std::set<std::string> names;
-  if (component.reduction) names.insert(component.reduction->loads.begin(), component.reduction->loads.end());
+  if (component.reduction)
+    names.insert(component.reduction->loads.begin(), component.reduction->loads.end());
   std::set<std::string> reduced;
   for (const Instance& instance : scene.instances)
-    if (instance.as == InstanceKind::superelement && instance.component == component.name) reduced.insert(instance.name);
+    if (instance.as == InstanceKind::superelement && instance.component == component.name)
+      reduced.insert(instance.name);
   for (const Load& load : scene.loads)
-    if (load.kind != Load::Kind::gravity && !load.on_point && reduced.count(load.instance) > 0) names.insert(load.surface);
+    if (load.kind != Load::Kind::gravity && !load.on_point && reduced.count(load.instance) > 0)
+      names.insert(load.surface);
   return {names.begin(), names.end()};
 }
 
@@ -108,22 +119,26 @@ bool reads_diagonal_form(const Scene& scene, const Component& component) {
   std::set<std::string> held;
   for (const BoundaryCondition& condition : scene.boundary) held.insert(condition.instance);
   return std::any_of(scene.instances.begin(), scene.instances.end(), [&](const Instance& instance) {
-    return instance.as == InstanceKind::superelement && instance.component == component.name && held.count(instance.name) == 0;
+    return instance.as == InstanceKind::superelement && instance.component == component.name &&
+           held.count(instance.name) == 0;
   });
 }
 
 InterfaceNeeds interface_needs(const Scene& scene, const Component& component) {
   InterfaceNeeds needs;
   if (scene.file.empty() && component.reduction) {
-    for (const std::string& name : component.reduction->interface_sets) needs.touching[name] = false;
+    for (const std::string& name : component.reduction->interface_sets)
+      needs.touching[name] = false;
     return needs;
   }
   std::set<std::string> reduced, held;
   for (const Instance& instance : scene.instances)
-    if (instance.as == InstanceKind::superelement && instance.component == component.name) reduced.insert(instance.name);
+    if (instance.as == InstanceKind::superelement && instance.component == component.name)
+      reduced.insert(instance.name);
   for (const ContactOptions& contact : scene.contact) {
     const bool slides = contact.friction > 0;
-    if (contact.all && !reduced.empty()) needs.all_touch = needs.all_touch.value_or(false) || slides;
+    if (contact.all && !reduced.empty())
+      needs.all_touch = needs.all_touch.value_or(false) || slides;
     if (contact.all) continue;
     for (const SurfaceName* surface : {&contact.first, &contact.second}) {
       if (reduced.count(surface->instance) == 0) continue;
@@ -142,7 +157,8 @@ InterfaceNeeds interface_needs(const Scene& scene, const Component& component) {
   return needs;
 }
 
-std::vector<BlockProperties> block_properties(const Scene& scene, const Component& component, const Mesh& mesh) {
+std::vector<BlockProperties> block_properties(const Scene& scene, const Component& component,
+                                              const Mesh& mesh) {
   refuse_left_out_blocks(component, mesh);
   std::vector<std::string> names;
   for (const auto& block : mesh.blocks) names.push_back(block.name);
@@ -152,32 +168,36 @@ std::vector<BlockProperties> block_properties(const Scene& scene, const Componen
     if (found >= 0) {
       auto& its_options = options_of[static_cast<std::size_t>(found)];
       if (its_options != nullptr)
-        throw InputError(options.source.text() + ": components." + component.name + ".blocks." + block + ": block '" +
-                         names[static_cast<std::size_t>(found)] +
+        throw InputError(options.source.text() + ": components." + component.name + ".blocks." +
+                         block + ": block '" + names[static_cast<std::size_t>(found)] +
                          "' is listed twice under blocks, by name and by number: keep one");
       its_options = &options;
       continue;
     }
     const std::string hint = nearest_name(block, names);
-    throw InputError(options.source.text() + ": components." + component.name + ".blocks." + block + ": " +
-                     component.mesh.string() + " has no block '" + block + "'" + hint + (hint.empty() ? ", " : " ") +
-                     "it has: " + join(names));
+    throw InputError(options.source.text() + ": components." + component.name + ".blocks." + block +
+                     ": " + component.mesh.string() + " has no block '" + block + "'" + hint +
+                     (hint.empty() ? ", " : " ") + "it has: " + join(names));
   }
   std::vector<BlockProperties> properties;
   for (std::size_t b = 0; b < mesh.blocks.size(); ++b) {
     const Block& block = mesh.blocks[b];
     const Component::BlockOptions* options = options_of[b];
-    const std::string& material = options != nullptr && !options->material.empty() ? options->material : component.material;
+    const std::string& material =
+        options != nullptr && !options->material.empty() ? options->material : component.material;
     BlockProperties block_property;
-    block_property.hex8 = options != nullptr ? options->element.value_or(component.element) : component.element;
+    block_property.hex8 =
+        options != nullptr ? options->element.value_or(component.element) : component.element;
     const auto known = scene.materials.find(material);
     if (known != scene.materials.end()) {
       block_property.material = known->second;
     } else if (block.material && dimension(block.type) == 3) {
       block_property.material = material_of_file(*block.material, component, block);
-    } else if (dimension(block.type) == 3) {  // shells and skins have no volume and need no material
-      throw InputError(component.source.text() + ": components." + component.name + ": block '" + block.name + "' of " +
-                       component.mesh.string() + " has no material: add 'material', or name the block under 'blocks'");
+    } else if (dimension(block.type) ==
+               3) {  // shells and skins have no volume and need no material
+      throw InputError(component.source.text() + ": components." + component.name + ": block '" +
+                       block.name + "' of " + component.mesh.string() +
+                       " has no material: add 'material', or name the block under 'blocks'");
     }
     properties.push_back(block_property);
   }

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Front door of common/scene: the scene as structs, hashed, held against superelement files.
 //
-// The scene file as structs. Parsing is strict: an unknown key is an error with file, line, key, found, allowed.
+// The scene file as structs. Parsing is strict: an unknown key is an error with file, line, key,
+// found, allowed.
 #pragma once
 
-#include <array>
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <iosfwd>
 #include <map>
@@ -22,7 +23,8 @@ namespace cbr {
 // Of six motions: x, y, z, and rotations about them.
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
-// Where a value stood, for messages that are found out later (a surface that the mesh does not have).
+// Where a value stood, for messages that are found out later (a surface that the mesh does not
+// have).
 struct SourceLine {
   std::string file;
   int line = 0;              // from 1
@@ -38,28 +40,39 @@ struct InterfaceNeeds {
 
 // Basis characteristic: what stands for the interface's dofs.
 struct CharacteristicOptions {
-  Index modes = 10;                        // elastic characteristic constraint modes; rigid motions come on top
-  std::vector<std::string> keep = {};      // sets whose nodes keep a coordinate for each dof
-  std::vector<std::string> pressure = {};  // sidesets that get static responses to patterns of pressure; none: as statics
-  Index patterns = 1;                      // of each of them
-  bool shear = false;                      // patterns and statics in all directions, not only normal to the faces
-  std::vector<std::string> statics = {};   // sidesets that keep their statics; none named: those that touch
-  bool no_statics = false;                 // statics: none
-  InterfaceNeeds needs = {};               // of the scene, interface_needs(); no key of its own
-  bool is_default_modes = false;           // `modes` is default_shapes(), and as many as there is room for will do
+  // elastic characteristic constraint modes; rigid motions come on top
+  Index modes = 10;
+  std::vector<std::string> keep = {};  // sets whose nodes keep a coordinate for each dof
+  // sidesets that get static responses to patterns of pressure; none: as statics
+  std::vector<std::string> pressure = {};
+  Index patterns = 1;  // of each of them
+  // patterns and statics in all directions, not only normal to the faces
+  bool shear = false;
+  // sidesets that keep their statics; none named: those that touch
+  std::vector<std::string> statics = {};
+  bool no_statics = false;    // statics: none
+  InterfaceNeeds needs = {};  // of the scene, interface_needs(); no key of its own
+  // `modes` is default_shapes(), and as many as there is room for will do
+  bool is_default_modes = false;
 };
 // A uniform pressure, or uniform tractions along three axes.
-inline Index default_patterns(const CharacteristicOptions& options) { return options.shear ? 3 : 1; }
+inline Index default_patterns(const CharacteristicOptions& options) {
+  return options.shear ? 3 : 1;
+}
 // Of basis characteristic, where neither modes nor a cutoff is given.
 inline constexpr Index default_modes = 80;
-// A third as many as modes with the interface held, within 10 and 40: docs/decisions/characteristic.md.
-inline Index default_shapes(const std::optional<Index>& modes) { return std::clamp<Index>(modes.value_or(0) / 3, 10, 40); }
+// A third as many as modes with the interface held, within 10 and 40:
+// docs/decisions/characteristic.md.
+inline Index default_shapes(const std::optional<Index>& modes) {
+  return std::clamp<Index>(modes.value_or(0) / 3, 10, 40);
+}
 
 // What stands for the interior and for the interface: docs/formats.md, `reduction.basis`.
 enum class Basis { craig_bampton, massless, characteristic };
 // Which modes are kept: the lowest, or those that the interface excites most.
 enum class Pick { frequency, participation };
-// Basis massless: MacNeal's modes of the free body; the same with an interface part that falls off; modified Craig-Bampton.
+// Basis massless: MacNeal's modes of the free body; the same with an interface part that falls off;
+// modified Craig-Bampton.
 enum class MasslessModes { free, tapered, fixed };
 
 struct ReductionOptions {
@@ -67,17 +80,20 @@ struct ReductionOptions {
   std::vector<std::string> interface_sets;  // sidesets / nodesets; key `interface`
   std::optional<Index> modes;               // exactly one of modes, cutoff_hz, tolerance
   std::optional<double> cutoff_hz;
-  std::optional<double> tolerance;  // share of the interior's strain energy that modes may leave out (docs/theory.md)
+  // share of the interior's strain energy that modes may leave out (docs/theory.md)
+  std::optional<double> tolerance;
   Pick pick = Pick::frequency;
   MasslessModes massless_modes = MasslessModes::free;
   Index domains = 1;  // parts that are reduced each by itself and share nodes (METIS)
-  // Of the domains, put together: reduced again to the component's interface, and so to one superelement. At most one of the two.
+  // Of the domains, put together: reduced again to the component's interface, and so to one
+  // superelement. At most one of the two.
   std::optional<Index> second_modes;
   std::optional<double> second_cutoff_hz;
   bool recovery = false;
   // Not empty: recovery of the elements that meet these sets or element blocks alone.
   std::vector<std::string> recovery_sets;
-  // Sidesets that may lie inside the part, for loads on them; those of the scene's loads come on top (load_sets()).
+  // Sidesets that may lie inside the part, for loads on them; those of the scene's loads come on
+  // top (load_sets()).
   std::vector<std::string> loads;
   bool is_decomposed() const { return domains > 1; }
   bool has_second_reduction() const { return second_modes || second_cutoff_hz; }
@@ -101,10 +117,11 @@ struct Component {
   Hex8Formulation element = Hex8Formulation::incompatible;
   std::optional<MassKind> mass;  // not given: by use and element, common/scene/component_mass.hpp
   std::optional<ReductionOptions> reduction;
-  // False: key `superelement`, a file that is used as it is. There is no mesh, material or element then, and of `reduction`
-  // only the file's name; cbr-dyn takes the rest from the file.
+  // False: key `superelement`, a file that is used as it is. There is no mesh, material or element
+  // then, and of `reduction` only the file's name; cbr-dyn takes the rest from the file.
   bool has_mesh = true;
-  // Reference points that move as the nodes of a sideset or nodeset do in the mean; `rigid`: and make them move as a rigid body.
+  // Reference points that move as the nodes of a sideset or nodeset do in the mean; `rigid`: and
+  // make them move as a rigid body.
   struct Point {
     std::string nodes;          // the set
     std::optional<Vector3> at;  // component axes; not given: the set's centre
@@ -118,7 +135,8 @@ struct Component {
   SourceLine source;
 };
 
-// Damping of a material: C = alpha M + beta K, and a loss factor that each mode gets half of as its damping ratio.
+// Damping of a material: C = alpha M + beta K, and a loss factor that each mode gets half of as its
+// damping ratio.
 struct MaterialDamping {
   double alpha = 0;        // 1/s
   double beta = 0;         // s
@@ -126,7 +144,8 @@ struct MaterialDamping {
   bool operator==(const MaterialDamping&) const = default;
 };
 
-// Damping ratios of an instance's modes by frequency: linear in between, constant beyond. One entry: of all modes.
+// Damping ratios of an instance's modes by frequency: linear in between, constant beyond. One
+// entry: of all modes.
 struct ModalDamping {
   std::vector<double> frequency_hz, ratio;
   bool empty() const { return ratio.empty(); }
@@ -139,9 +158,10 @@ struct Instance {
   InstanceKind as = InstanceKind::superelement;
   Vector3 position = Vector3::Zero();
   Vector3 rotation_degrees = Vector3::Zero();  // about the fixed x, then y, then z axis
-  std::string mirror;                          // "", "x", "y" or "z": the coordinate that changes sign; before the rotation
+  // "", "x", "y" or "z": the coordinate that changes sign; before the rotation
+  std::string mirror;
   Vector3 velocity = Vector3::Zero();
-  ModalDamping damping;  // on top of what its materials have
+  ModalDamping damping;                        // on top of what its materials have
   Vector3 angular_velocity = Vector3::Zero();  // rad/s, scene axes, about the centre of mass
   SourceLine source;
   Matrix3 transformation() const;  // rotation * mirror: x_scene = T x_component + position
@@ -166,17 +186,20 @@ struct History {
   std::vector<double> time, value;
 };  // piecewise linear; constant before and after; empty: 1
 
-// How the nodes of a boundary condition, or a wall, move: not at all, or by what is given of their motion.
+// How the nodes of a boundary condition, or a wall, move: not at all, or by what is given of their
+// motion.
 enum class SupportMotion { none, displacement, velocity, acceleration };
 
 // A rigid wall, in the scene's axes.
 struct WallOptions {
   enum class Kind { plane, sphere, cylinder } kind = Kind::plane;
   std::string name;
-  Vector3 point = Vector3::Zero();       // of the plane or of the cylinder's axis; the sphere's centre
-  Vector3 direction = Vector3::UnitZ();  // unit: the plane's normal, towards the bodies; the cylinder's axis
-  double radius = 0;                     // of sphere and cylinder
-  bool inside = false;                   // bodies are inside the sphere or cylinder
+  // of the plane or of the cylinder's axis; the sphere's centre
+  Vector3 point = Vector3::Zero();
+  // unit: the plane's normal, towards the bodies; the cylinder's axis
+  Vector3 direction = Vector3::UnitZ();
+  double radius = 0;    // of sphere and cylinder
+  bool inside = false;  // bodies are inside the sphere or cylinder
   SupportMotion motion = SupportMotion::none;
   Vector3 value = Vector3::Zero();  // of the motion: what the history multiplies
   History history;
@@ -187,16 +210,18 @@ struct BoundaryCondition {
   std::string instance, nodes;  // a nodeset or sideset
   std::array<bool, 3> fix{};    // in the scene's axes
   SupportMotion motion = SupportMotion::none;
-  Vector3 value = Vector3::Zero();  // of the motion: what the history multiplies, 0 along axes that are not fixed
+  // of the motion: what the history multiplies, 0 along axes that are not fixed
+  Vector3 value = Vector3::Zero();
   History history;
   SourceLine source;
 };
 
 struct Load {
   enum class Kind { traction, force, gravity, pressure, moment } kind = Kind::traction;
-  std::string instance, surface;    // empty for gravity
-  bool on_point = false;            // `surface` is a point of the component: force and moment
-  Vector3 value = Vector3::Zero();  // scene axes; of a pressure, which pushes into the faces, the first alone
+  std::string instance, surface;  // empty for gravity
+  bool on_point = false;          // `surface` is a point of the component: force and moment
+  // scene axes; of a pressure, which pushes into the faces, the first alone
+  Vector3 value = Vector3::Zero();
   History history;
   SourceLine source;
 };
@@ -206,34 +231,42 @@ enum class Enforcement { impulse, penalty, nodal };
 // Which points of two surfaces are kept apart.
 enum class Formulation {
   node_face,  // nodes of the finer surface, faces of the other
-  two_way,    // nodes of each against the faces of the other (penalty only: hard constraints from both sides are too many)
+  two_way,    // nodes of each against the faces of the other (penalty only: hard constraints from
+              // both sides are too many)
   mortar      // gaps integrated over what the surfaces share
 };
 
 struct ContactOptions {
-  // `all`: every instance's surfaces against those of every other instance; first and second are not used then.
+  // `all`: every instance's surfaces against those of every other instance; first and second are
+  // not used then.
   bool all = false;
   SurfaceName first, second;  // `second` may be a wall
   Enforcement enforcement = Enforcement::impulse;
   Formulation formulation = Formulation::node_face;
-  double friction = 0;           // Coulomb's coefficient
-  double damping = 0;            // penalty: share of the critical damping of the contact spring and the mass that it feels
-  bool tied = false;             // joined at the start, for good
-  // Joined, and pulled together along the normal by statics, then locked: by a force, or by a length. At most one; tied then.
+  double friction = 0;  // Coulomb's coefficient
+  // penalty: share of the critical damping of the contact spring and the mass that it feels
+  double damping = 0;
+  bool tied = false;  // joined at the start, for good
+  // Joined, and pulled together along the normal by statics, then locked: by a force, or by a
+  // length. At most one; tied then.
   std::optional<double> pretension_force, shortening;
-  bool resolves_overlap = false;  // key `overlap: resolve`: statics press surfaces apart that overlap at the start
-  std::optional<double> adjust;  // length: gaps and overlaps up to this at the start count as closed. Not given: overlaps are kept
-                                 // as they are; tied takes in what is within 5 % of a face
+  // key `overlap: resolve`: statics press surfaces apart that overlap at the start
+  bool resolves_overlap = false;
+  // length: gaps and overlaps up to this at the start count as closed. Not given: overlaps are kept
+  // as they are; tied takes in what is within 5 % of a face
+  std::optional<double> adjust;
   SourceLine source;
 };
 
-// Two points of instances, or a point and the ground. Some of six relative motions (x, y, z, and rotations about them) are held, some
-// have springs and dashpots: force = -stiffness motion - damping rate.
+// Two points of instances, or a point and the ground. Some of six relative motions (x, y, z, and
+// rotations about them) are held, some have springs and dashpots: force = -stiffness motion -
+// damping rate.
 struct LinkOptions {
   SurfaceName first, second;  // a wall's name in `second` is the ground
   std::array<bool, 6> fix{true, true, true, true, true, true};
-  Matrix6 stiffness = Matrix6::Zero(), damping = Matrix6::Zero();  // symmetric, semi-definite; rows of motions that are free are 0
-  Matrix3 axes = Matrix3::Identity();                              // rows: x, y, z, scene axes
+  // symmetric, semi-definite; rows of motions that are free are 0
+  Matrix6 stiffness = Matrix6::Zero(), damping = Matrix6::Zero();
+  Matrix3 axes = Matrix3::Identity();  // rows: x, y, z, scene axes
   bool is_sprung(std::size_t motion) const {
     const auto m = static_cast<Index>(motion);
     return stiffness(m, m) > 0 || damping(m, m) > 0;
@@ -246,13 +279,18 @@ enum class Rotations { small, large };
 
 struct TimeOptions {
   double end = 0;
-  bool is_static = false;        // key `static`: equilibrium in load steps, `end` and `step` are of the loads' time
-  std::optional<Index> preload;  // load steps of statics before the time 0; not given: preload_steps()
+  // key `static`: equilibrium in load steps, `end` and `step` are of the loads' time
+  bool is_static = false;
+  // load steps of statics before the time 0; not given: preload_steps()
+  std::optional<Index> preload;
   std::optional<double> step;  // seconds; neither step nor cfl: auto
-  std::optional<double> cfl;   // of the critical step of central differences; above 1 with newmark and mass_scaling only
-  double alpha = 0;            // newmark: HHT's, in [-1/3, 0]
-  bool mass_scaling = false;   // exact: superelements' modes above 2 / step get that frequency and more modal mass (extension)
-  bool force_step = false;     // key `force: true`: a step above the critical one is run all the same (extension)
+  // of the critical step of central differences; above 1 with newmark and mass_scaling only
+  std::optional<double> cfl;
+  double alpha = 0;  // newmark: HHT's, in [-1/3, 0]
+  // exact: superelements' modes above 2 / step get that frequency and more modal mass (extension)
+  bool mass_scaling = false;
+  // key `force: true`: a step above the critical one is run all the same (extension)
+  bool force_step = false;
   Integrator integrator = Integrator::exact;
   Rotations rotations = Rotations::small;
   SourceLine source;
@@ -276,8 +314,9 @@ struct StressOptions {
   std::string instance;
   std::string set;              // a sideset or nodeset; empty: one of the following
   std::vector<Index> elements;  // ids of the mesh: stress at their centres
-  Index worst = 0;              // so many elements with the largest von Mises stress, at each output
-  bool envelope = false;        // extremes over the outputs, of all elements and nodes
+  // so many elements with the largest von Mises stress, at each output
+  Index worst = 0;
+  bool envelope = false;  // extremes over the outputs, of all elements and nodes
   SourceLine source;
 };
 
@@ -293,7 +332,8 @@ struct SweepOptions {
 struct OutputOptions {
   double every = 0;  // 0: every step
   std::vector<SurfaceName> history;
-  std::vector<std::string> fields;  // displacement | velocity | stress | nodal_stress | contact_pressure
+  // displacement | velocity | stress | nodal_stress | contact_pressure
+  std::vector<std::string> fields;
   std::vector<StressOptions> stress;
   FieldFormat format = FieldFormat::xdmf;
   std::optional<CheckpointOptions> checkpoint;
@@ -317,14 +357,16 @@ struct Scene {
   OutputOptions output;
 };
 
-// Reads a scene; "-" is stdin. Relative paths are resolved against the scene file's folder (stdin: the working directory).
-// InputError for everything that can be known without opening another file.
+// Reads a scene; "-" is stdin. Relative paths are resolved against the scene file's folder (stdin:
+// the working directory). InputError for everything that can be known without opening another file.
 Scene read_scene(const std::string& file_or_dash);
 
-// Load steps of statics before the time 0: as given, else some where the scene has a pretension or an overlap to resolve, else none.
+// Load steps of statics before the time 0: as given, else some where the scene has a pretension or
+// an overlap to resolve, else none.
 Index preload_steps(const Scene& scene);
 
-// InputError for an enforcement that the scene's integrator cannot do: asked before anything is reduced for a run that cannot be.
+// InputError for an enforcement that the scene's integrator cannot do: asked before anything is
+// reduced for a run that cannot be.
 void check_contact_with_time(const Scene& scene);
 
 // The scene as YAML with absolute paths: what a filter hands on. read_scene(write_scene(s)) == s.
@@ -332,32 +374,39 @@ void write_scene(const Scene& scene, std::ostream& out);
 
 const Component& component_of(const Scene& scene, const Instance& instance);
 // A reference point of the instance's component; nullptr: there is none of this name.
-const Component::Point* point_of(const Scene& scene, const std::string& instance, const std::string& name);
-// One per mesh block. InputError: a block named in the scene that the mesh does not have; a block without a material.
-std::vector<BlockProperties> block_properties(const Scene& scene, const Component& component, const Mesh& mesh);
+const Component::Point* point_of(const Scene& scene, const std::string& instance,
+                                 const std::string& name);
+// One per mesh block. InputError: a block named in the scene that the mesh does not have; a block
+// without a material.
+std::vector<BlockProperties> block_properties(const Scene& scene, const Component& component,
+                                              const Mesh& mesh);
 
-// Names, ascending, of the sets that loads act on: those of reduction.loads, and those of the scene's loads on instances of the
-// component that stand as superelements. Some of them may be on the interface.
+// Names, ascending, of the sets that loads act on: those of reduction.loads, and those of the
+// scene's loads on instances of the component that stand as superelements. Some of them may be on
+// the interface.
 std::vector<std::string> load_sets(const Scene& scene, const Component& component);
 
 // InputError "WHERE: ..." for options that basis massless cannot be had with.
 void check_massless(const ReductionOptions& reduction, const std::string& where);
-void check_characteristic(const ReductionOptions& reduction, const std::string& where);  // the same of basis characteristic
+// the same of basis characteristic
+void check_characteristic(const ReductionOptions& reduction, const std::string& where);
 
 // XXH3 (128 bit, hex) of a file's bytes. InputError when it cannot be read.
 std::string file_hash(const std::filesystem::path& file);
 std::string bytes_hash(std::string_view bytes);  // the same of what is in memory
 
-// What contact and boundary conditions ask of the component, over all instances that stand as its superelement. Of a mesh
-// without a scene (Scene::file is empty): all sets of its interface may touch, without friction.
+// What contact and boundary conditions ask of the component, over all instances that stand as its
+// superelement. Of a mesh without a scene (Scene::file is empty): all sets of its interface may
+// touch, without friction.
 InterfaceNeeds interface_needs(const Scene& scene, const Component& component);
 
-// Whether a run may read the diagonal form of the component's superelement: not where boundary conditions hold every
-// instance, as the form is that of the free component. True without a run (no `time`), whose scene is still to come.
+// Whether a run may read the diagonal form of the component's superelement: not where boundary
+// conditions hold every instance, as the form is that of the free component. True without a run (no
+// `time`), whose scene is still to come.
 bool reads_diagonal_form(const Scene& scene, const Component& component);
 
-// Hash (hex) of all that a component's superelement depends on: the mesh file's bytes, materials, elements, mass, reduction
-// options; no paths, no times. InputError when the mesh cannot be read.
+// Hash (hex) of all that a component's superelement depends on: the mesh file's bytes, materials,
+// elements, mass, reduction options; no paths, no times. InputError when the mesh cannot be read.
 std::string content_hash(const Scene& scene, const Component& component);
 
 }  // namespace cbr

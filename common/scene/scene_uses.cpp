@@ -12,24 +12,28 @@ std::vector<SetUse> set_uses(const Scene& scene, const Component& component, Ins
   for (const Instance& instance : scene.instances)
     if (instance.component == component.name && instance.as == as) instances.insert(instance.name);
   std::vector<SetUse> uses;
-  const auto add = [&](const std::string& key, const SurfaceName& name, bool needs_faces, bool may_be_inside = false,
-                       bool is_of_stress = false) {
+  const auto add = [&](const std::string& key, const SurfaceName& name, bool needs_faces,
+                       bool may_be_inside = false, bool is_of_stress = false) {
     if (instances.count(name.instance) > 0)
-      uses.push_back({key, name.instance, name.surface, name.source, needs_faces, may_be_inside, is_of_stress});
+      uses.push_back({key, name.instance, name.surface, name.source, needs_faces, may_be_inside,
+                      is_of_stress});
   };
-  for (const BoundaryCondition& held : scene.boundary) add("boundary", {held.instance, held.nodes, held.source}, false);
+  for (const BoundaryCondition& held : scene.boundary)
+    add("boundary", {held.instance, held.nodes, held.source}, false);
   for (const ContactOptions& contact : scene.contact) {
     if (contact.all) continue;
     add("contact", contact.first, true);
     add("contact", contact.second, true);
   }
   for (const SurfaceName& name : scene.output.history)
-    if (point_of(scene, name.instance, name.surface) == nullptr) add("output.history", name, false, true);
+    if (point_of(scene, name.instance, name.surface) == nullptr)
+      add("output.history", name, false, true);
   if (!instances.empty())
     for (const auto& [name, point] : component.points)
       uses.push_back({"points", *instances.begin(), point.nodes, point.source, false});
   for (const StressOptions& stress : scene.output.stress)
-    if (!stress.set.empty()) add("output.stress", {stress.instance, stress.set, stress.source}, false, true, true);
+    if (!stress.set.empty())
+      add("output.stress", {stress.instance, stress.set, stress.source}, false, true, true);
   return uses;
 }
 
@@ -39,7 +43,8 @@ std::string place_of(const SetUse& use) {
 
 void refuse_traction_on_nodes(const Load& load) {
   throw InputError(load.source.text() + ": loads: traction on '" + load.surface +
-                   "', a nodeset, which has no faces: give force, which is spread equally over its nodes, or name a sideset");
+                   "', a nodeset, which has no faces: give force, which is spread equally over its "
+                   "nodes, or name a sideset");
 }
 
 }  // namespace cbr

@@ -13,7 +13,7 @@ namespace cbr {
 struct SetUse {
   std::string key, instance, set;
   SourceLine source;
-  bool needs_faces = false;  // a sideset; else a nodeset will do
+  bool needs_faces = false;    // a sideset; else a nodeset will do
   bool may_be_inside = false;  // recovery data of a superelement will do
   bool is_of_stress = false;   // which they are needed for
 };

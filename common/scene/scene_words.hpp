@@ -15,30 +15,42 @@ namespace cbr {
 template <typename Value>
 using Words = std::vector<std::pair<std::string, Value>>;
 
-inline const Words<Hex8Formulation> hex8_words = {{"hex8", Hex8Formulation::full},
-                                                  {"hex8-incompatible", Hex8Formulation::incompatible},
-                                                  {"hex8-hourglass", Hex8Formulation::hourglass}};
+inline const Words<Hex8Formulation> hex8_words = {
+    {"hex8", Hex8Formulation::full},
+    {"hex8-incompatible", Hex8Formulation::incompatible},
+    {"hex8-hourglass", Hex8Formulation::hourglass}};
 inline const Words<std::optional<MassKind>> mass_words = {
     {"auto", std::nullopt}, {"lumped", MassKind::lumped}, {"consistent", MassKind::consistent}};
-inline const Words<Basis> basis_words = {
-    {"craig-bampton", Basis::craig_bampton}, {"massless", Basis::massless}, {"characteristic", Basis::characteristic}};
-inline const Words<Pick> pick_words = {{"frequency", Pick::frequency}, {"participation", Pick::participation}};
-inline const Words<MasslessModes> massless_words = {
-    {"free", MasslessModes::free}, {"tapered", MasslessModes::tapered}, {"fixed", MasslessModes::fixed}};
-inline const Words<InstanceKind> instance_words = {{"superelement", InstanceKind::superelement}, {"mesh", InstanceKind::mesh}};
-inline const Words<Enforcement> enforcement_words = {
-    {"impulse", Enforcement::impulse}, {"penalty", Enforcement::penalty}, {"nodal", Enforcement::nodal}};
-inline const Words<Formulation> formulation_words = {
-    {"node-face", Formulation::node_face}, {"two-way", Formulation::two_way}, {"mortar", Formulation::mortar}};
-inline const Words<WallOptions::Kind> wall_words = {
-    {"plane", WallOptions::Kind::plane}, {"sphere", WallOptions::Kind::sphere}, {"cylinder", WallOptions::Kind::cylinder}};
+inline const Words<Basis> basis_words = {{"craig-bampton", Basis::craig_bampton},
+                                         {"massless", Basis::massless},
+                                         {"characteristic", Basis::characteristic}};
+inline const Words<Pick> pick_words = {{"frequency", Pick::frequency},
+                                       {"participation", Pick::participation}};
+inline const Words<MasslessModes> massless_words = {{"free", MasslessModes::free},
+                                                    {"tapered", MasslessModes::tapered},
+                                                    {"fixed", MasslessModes::fixed}};
+inline const Words<InstanceKind> instance_words = {{"superelement", InstanceKind::superelement},
+                                                   {"mesh", InstanceKind::mesh}};
+inline const Words<Enforcement> enforcement_words = {{"impulse", Enforcement::impulse},
+                                                     {"penalty", Enforcement::penalty},
+                                                     {"nodal", Enforcement::nodal}};
+inline const Words<Formulation> formulation_words = {{"node-face", Formulation::node_face},
+                                                     {"two-way", Formulation::two_way},
+                                                     {"mortar", Formulation::mortar}};
+inline const Words<WallOptions::Kind> wall_words = {{"plane", WallOptions::Kind::plane},
+                                                    {"sphere", WallOptions::Kind::sphere},
+                                                    {"cylinder", WallOptions::Kind::cylinder}};
 inline const Words<SupportMotion> motion_words = {{"displacement", SupportMotion::displacement},
                                                   {"velocity", SupportMotion::velocity},
                                                   {"acceleration", SupportMotion::acceleration}};
-inline const Words<Rotations> rotations_words = {{"small", Rotations::small}, {"large", Rotations::large}};
-inline const Words<FieldFormat> field_format_words = {{"xdmf", FieldFormat::xdmf}, {"exodus", FieldFormat::exodus}};
+inline const Words<Rotations> rotations_words = {{"small", Rotations::small},
+                                                 {"large", Rotations::large}};
+inline const Words<FieldFormat> field_format_words = {{"xdmf", FieldFormat::xdmf},
+                                                      {"exodus", FieldFormat::exodus}};
 inline const Words<Integrator> integrator_words = {
-    {"exact", Integrator::exact}, {"central-difference", Integrator::central_difference}, {"newmark", Integrator::newmark}};
+    {"exact", Integrator::exact},
+    {"central-difference", Integrator::central_difference},
+    {"newmark", Integrator::newmark}};
 
 template <typename Value>
 std::string word_of(const Words<Value>& words, Value value) {

@@ -42,8 +42,8 @@ class Differences {
  public:
   void add(const std::string& key, const std::string& in_file, const std::string& in_scene) {
     if (sorted(in_file) == sorted(in_scene)) return;
-    add(key + ": " + (in_file.empty() ? "none" : in_file) + " in the file, " + (in_scene.empty() ? "none" : in_scene) +
-        " in the scene");
+    add(key + ": " + (in_file.empty() ? "none" : in_file) + " in the file, " +
+        (in_scene.empty() ? "none" : in_scene) + " in the scene");
   }
   void add(const std::string& text) { text_ += (text_.empty() ? "" : "; ") + text; }
   const std::string& text() const { return text_; }
@@ -57,27 +57,32 @@ std::string value(const Provenance& p, const std::string& key) {
   return found == p.end() ? "" : found->second;
 }
 
-// Options of a block by its name in the mesh, which an unnamed block of an Exodus file has from its number.
+// Options of a block by its name in the mesh, which an unnamed block of an Exodus file has from its
+// number.
 const Component::BlockOptions* options_of(const Component& component, const std::string& block) {
   for (const auto& [named, options] : component.blocks)
     if (named == block || "block_" + named == block) return &options;
   return nullptr;
 }
 
-void compare_blocks(const Scene& scene, const Component& component, const Provenance& file, Differences& differences) {
+void compare_blocks(const Scene& scene, const Component& component, const Provenance& file,
+                    Differences& differences) {
   for (const auto& [key, in_file] : file) {
     const auto end = key.rfind(": ");
     if (!key.starts_with("block ") || end == std::string::npos) continue;
     const std::string block = key.substr(6, end - 6), what = key.substr(end + 2);
     const Component::BlockOptions* own = options_of(component, block);
-    const auto material = scene.materials.find(own && !own->material.empty() ? own->material : component.material);
+    const auto material =
+        scene.materials.find(own && !own->material.empty() ? own->material : component.material);
     if (what == "element") {
-      const std::string word = word_of(hex8_words, own ? own->element.value_or(component.element) : component.element);
+      const std::string word =
+          word_of(hex8_words, own ? own->element.value_or(component.element) : component.element);
       if (in_file.starts_with("hex8")) differences.add("element of block " + block, in_file, word);
     } else if (material != scene.materials.end()) {
       const Provenance own_numbers = material_provenance(material->second);
       const auto number = own_numbers.find(what);
-      differences.add(what + " of block " + block, in_file, number != own_numbers.end() ? number->second : "none");
+      differences.add(what + " of block " + block, in_file,
+                      number != own_numbers.end() ? number->second : "none");
     }
   }
 }
@@ -86,7 +91,8 @@ void compare_blocks(const Scene& scene, const Component& component, const Proven
 MassKind wanted_mass(const Component& component, const Provenance& file) {
   if (component.mass) return *component.mass;
   const bool spoilt = std::any_of(file.begin(), file.end(), [](const auto& item) {
-    return item.first.starts_with("block ") && item.first.ends_with(": element") && is_spoilt_by_lumping(item.second);
+    return item.first.starts_with("block ") && item.first.ends_with(": element") &&
+           is_spoilt_by_lumping(item.second);
   });
   return spoilt ? MassKind::consistent : MassKind::lumped;
 }
@@ -94,7 +100,9 @@ MassKind wanted_mass(const Component& component, const Provenance& file) {
 }  // namespace
 
 Provenance material_provenance(const Material& m) {
-  const auto three = [](const Vector3& v) { return "[" + number_text(v[0]) + ", " + number_text(v[1]) + ", " + number_text(v[2]) + "]"; };
+  const auto three = [](const Vector3& v) {
+    return "[" + number_text(v[0]) + ", " + number_text(v[1]) + ", " + number_text(v[2]) + "]";
+  };
   Provenance p;
   p["density"] = number_text(m.density);
   if (!m.orthotropy) {
@@ -106,7 +114,8 @@ Provenance material_provenance(const Material& m) {
   p["youngs_modulus"] = three(of.youngs_moduli);
   p["poissons_ratio"] = three(of.poissons_ratios);
   p["shear_modulus"] = three(of.shear_moduli);
-  p["axes"] = "[" + three(of.axes.row(0).transpose()) + ", " + three(of.axes.row(1).transpose()) + "]";
+  p["axes"] =
+      "[" + three(of.axes.row(0).transpose()) + ", " + three(of.axes.row(1).transpose()) + "]";
   return p;
 }
 
@@ -125,18 +134,23 @@ Provenance option_provenance(const Component& component, MassKind mass) {
 
 std::string stale_text(const Scene& scene, const Component& component) try {
   const Hdf5Reader reader(component.reduction->superelement);
-  const Provenance file = provenance_of(reader), now = option_provenance(component, wanted_mass(component, file));
+  const Provenance file = provenance_of(reader),
+                   now = option_provenance(component, wanted_mass(component, file));
   if (file.empty()) return "the file does not tell what it was made from";
   Differences differences;
-  if (reader.has_attribute("/", "basis")) differences.add("basis", reader.read_string("/", "basis"), word_of(basis_words, component.reduction->basis));
+  if (reader.has_attribute("/", "basis"))
+    differences.add("basis", reader.read_string("/", "basis"),
+                    word_of(basis_words, component.reduction->basis));
   if (value(file, "mesh_hash") != file_hash(component.mesh))
-    differences.add("the mesh " + component.mesh.filename().string() + " is another than that of the file");
+    differences.add("the mesh " + component.mesh.filename().string() +
+                    " is another than that of the file");
   for (const auto& [key, in_file] : file)
     if (is_option(key)) differences.add(key, in_file, value(now, key));
   for (const auto& [key, in_scene] : now)
     if (file.count(key) == 0) differences.add(key, "", in_scene);
   compare_blocks(scene, component, file, differences);
-  return differences.text().empty() ? "what contact and supports ask of its interface has changed" : differences.text();
+  return differences.text().empty() ? "what contact and supports ask of its interface has changed"
+                                    : differences.text();
 } catch (const InputError&) {
   return "the file cannot be read";
 }
@@ -144,7 +158,8 @@ std::string stale_text(const Scene& scene, const Component& component) try {
 bool is_of_other_mass(const Component& component) try {
   const Provenance file = provenance_of(Hdf5Reader(component.reduction->superelement));
   const std::string found = value(file, "mass");
-  return !found.empty() && found != word_of(mass_words, std::optional(wanted_mass(component, file)));
+  return !found.empty() &&
+         found != word_of(mass_words, std::optional(wanted_mass(component, file)));
 } catch (const InputError&) {
   return false;
 }

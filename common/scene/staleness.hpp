@@ -16,17 +16,18 @@ std::map<std::string, std::string> option_provenance(const Component& component,
 // Constants of a material by the names that a scene has.
 std::map<std::string, std::string> material_provenance(const Material& material);
 
-// What /provenance of the component's superelement says otherwise than the scene, as "modes: 40 in the file, 41 in the scene";
-// differences are joined by "; ". When there is none: that what contact and supports ask of the interface has changed.
-// Precondition: the component has a reduction.
+// What /provenance of the component's superelement says otherwise than the scene, as "modes: 40 in
+// the file, 41 in the scene"; differences are joined by "; ". When there is none: that what contact
+// and supports ask of the interface has changed. Precondition: the component has a reduction.
 std::string stale_text(const Scene& scene, const Component& component);
 
-// Whether /provenance of the component's superelement names another mass than the scene wants of such elements. False for a file
-// that cannot be read, or tells nothing. Precondition: the component has a reduction.
+// Whether /provenance of the component's superelement names another mass than the scene wants of
+// such elements. False for a file that cannot be read, or tells nothing. Precondition: the
+// component has a reduction.
 bool is_of_other_mass(const Component& component);
 
-// Whether the file was written before 1.6 and is of hex27, whose faces have no centre nodes in such files. False for a file that
-// cannot be read.
+// Whether the file was written before 1.6 and is of hex27, whose faces have no centre nodes in such
+// files. False for a file that cannot be read.
 bool lacks_face_centres(const std::filesystem::path& superelement);
 
 }  // namespace cbr

@@ -9,15 +9,19 @@ namespace cbr {
 namespace {
 
 constexpr double same_direction = 0.9998;  // cosine, 1 degree
-constexpr double flat_enough = 0.1;        // length of an area vector over the area: below, a node has no normal
+// length of an area vector over the area: below, a node has no normal
+constexpr double flat_enough = 0.1;
 
-// A nodeset of the interface, or a set by its number, has no faces of its own: then all that is kept may touch.
+// A nodeset of the interface, or a set by its number, has no faces of its own: then all that is
+// kept may touch.
 bool all_may_touch(const InterfaceNeeds& needs, const Superelement& s) {
   if (needs.all_touch) return true;
   const auto is_surface = [&](const std::string& name) {
-    return std::any_of(s.surfaces.begin(), s.surfaces.end(), [&](const Surface& surface) { return surface.name == name; });
+    return std::any_of(s.surfaces.begin(), s.surfaces.end(),
+                       [&](const Surface& surface) { return surface.name == name; });
   };
-  return std::any_of(needs.touching.begin(), needs.touching.end(), [&](const auto& set) { return !is_surface(set.first); });
+  return std::any_of(needs.touching.begin(), needs.touching.end(),
+                     [&](const auto& set) { return !is_surface(set.first); });
 }
 
 struct NodeForces {
@@ -40,12 +44,14 @@ void add_normal(const Vector3& area_vector, double area, NodeForces& forces) {
 
 }  // namespace
 
-std::vector<TouchingSurface> touching_surfaces(const InterfaceNeeds& needs, const Superelement& s, bool everywhere) {
+std::vector<TouchingSurface> touching_surfaces(const InterfaceNeeds& needs, const Superelement& s,
+                                               bool everywhere) {
   std::vector<TouchingSurface> touching;
   const bool all = all_may_touch(needs, s);
   for (const Surface& surface : s.surfaces) {
     const auto found = needs.touching.find(surface.name);
-    const bool slides = needs.all_touch.value_or(false) || (found != needs.touching.end() && found->second);
+    const bool slides =
+        needs.all_touch.value_or(false) || (found != needs.touching.end() && found->second);
     if (all || found != needs.touching.end()) touching.push_back({&surface, everywhere || slides});
   }
   return touching;
@@ -55,7 +61,8 @@ NodeAreas node_areas(const Superelement& s, const Surface& surface) {
   NodeAreas areas;
   areas.node = surface_nodes(surface);
   std::vector<Index> place(s.node_ids.size(), -1);
-  for (std::size_t i = 0; i < areas.node.size(); ++i) place[static_cast<std::size_t>(areas.node[i])] = static_cast<Index>(i);
+  for (std::size_t i = 0; i < areas.node.size(); ++i)
+    place[static_cast<std::size_t>(areas.node[i])] = static_cast<Index>(i);
   areas.vector = Points::Zero(static_cast<Index>(areas.node.size()), 3);
   areas.area = Vector::Zero(areas.vector.rows());
   const IndexTable faces = linear_faces(surface).faces;
@@ -72,7 +79,8 @@ NodeAreas node_areas(const Superelement& s, const Surface& surface) {
   return areas;
 }
 
-StaticShare static_forces(const std::vector<TouchingSurface>& touching, const std::vector<char>& is_kept, const Superelement& s) {
+StaticShare static_forces(const std::vector<TouchingSurface>& touching,
+                          const std::vector<char>& is_kept, const Superelement& s) {
   std::map<Index, NodeForces> of_node;
   for (const auto& [surface, all_directions] : touching) {
     const NodeAreas areas = node_areas(s, *surface);
@@ -93,7 +101,8 @@ StaticShare static_forces(const std::vector<TouchingSurface>& touching, const st
     directions.insert(directions.end(), its.begin(), its.end());
   }
   forces.direction.resize(forces.size(), 3);
-  for (Index i = 0; i < forces.size(); ++i) forces.direction.row(i) = directions[static_cast<std::size_t>(i)];
+  for (Index i = 0; i < forces.size(); ++i)
+    forces.direction.row(i) = directions[static_cast<std::size_t>(i)];
   return forces;
 }
 

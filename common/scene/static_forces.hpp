@@ -15,11 +15,13 @@ struct TouchingSurface {
   bool all_directions = false;
 };
 
-// Of the superelement's surfaces those that a scene's contact names, or all of them where it names a set that is none. `everywhere`:
-// in all directions whatever the contact is.
-std::vector<TouchingSurface> touching_surfaces(const InterfaceNeeds& needs, const Superelement& s, bool everywhere = false);
+// Of the superelement's surfaces those that a scene's contact names, or all of them where it names
+// a set that is none. `everywhere`: in all directions whatever the contact is.
+std::vector<TouchingSurface> touching_surfaces(const InterfaceNeeds& needs, const Superelement& s,
+                                               bool everywhere = false);
 
-// Area vectors of a surface's nodes, outward: of each the shares of its faces' area vectors, by their corners.
+// Area vectors of a surface's nodes, outward: of each the shares of its faces' area vectors, by
+// their corners.
 struct NodeAreas {
   std::vector<Index> node;  // m, of the superelement
   Points vector;            // m x 3
@@ -27,7 +29,9 @@ struct NodeAreas {
 };
 NodeAreas node_areas(const Superelement& s, const Surface& surface);
 
-// Nodes and unit directions of the forces, by node; no F. is_kept: nodes without any, by node of s; empty: none.
-StaticShare static_forces(const std::vector<TouchingSurface>& touching, const std::vector<char>& is_kept, const Superelement& s);
+// Nodes and unit directions of the forces, by node; no F. is_kept: nodes without any, by node of s;
+// empty: none.
+StaticShare static_forces(const std::vector<TouchingSurface>& touching,
+                          const std::vector<char>& is_kept, const Superelement& s);
 
 }  // namespace cbr

@@ -20,7 +20,9 @@ class SierraFile {
  public:
   explicit SierraFile(const std::filesystem::path& file) : reader_(file) {}
 
-  [[noreturn]] void fail(const std::string& what) const { throw InputError(reader_.where() + ": " + what); }
+  [[noreturn]] void fail(const std::string& what) const {
+    throw InputError(reader_.where() + ": " + what);
+  }
   bool has(const std::string& variable) const { return reader_.has(variable); }
   Index dimension(const std::string& name) const { return reader_.dimension(name); }
   std::vector<Index> shape(const std::string& variable) const {
@@ -30,7 +32,9 @@ class SierraFile {
 
   RowMatrix matrix(const std::string& variable) const {
     const auto lengths = shape(variable);
-    if (lengths.size() != 2) fail("variable '" + variable + "' has " + std::to_string(lengths.size()) + " dimensions, not 2");
+    if (lengths.size() != 2)
+      fail("variable '" + variable + "' has " + std::to_string(lengths.size()) +
+           " dimensions, not 2");
     const auto values = doubles(variable);
     return Eigen::Map<const RowMatrix>(values.data(), lengths[0], lengths[1]);
   }
@@ -52,17 +56,21 @@ class SierraFile {
   NetcdfReader reader_;
 };
 
-// Older files: one row per interface dof; newer ones: one per reduced dof, (0, 0) for modes. Told by the shape.
+// Older files: one row per interface dof; newer ones: one per reduced dof, (0, 0) for modes. Told
+// by the shape.
 void read_dofs(const SierraFile& file, SierraSuperelement& s) {
   const auto map = file.matrix("cbmap");
   const Index n = s.Kr.rows(), n_interface = n - s.n_modes;
   if (map.cols() != 2 || (map.rows() != n && map.rows() != n_interface)) {
-    file.fail("variable 'cbmap' is " + std::to_string(map.rows()) + " x " + std::to_string(map.cols()) + ", expected " +
-              std::to_string(n) + " x 2 or " + std::to_string(n_interface) + " x 2");
+    file.fail("variable 'cbmap' is " + std::to_string(map.rows()) + " x " +
+              std::to_string(map.cols()) + ", expected " + std::to_string(n) + " x 2 or " +
+              std::to_string(n_interface) + " x 2");
   }
   for (Index i = map.rows() - n_interface; i < map.rows(); ++i) {
-    if (!(map(i, 1) >= 1 && map(i, 1) <= 6)) file.fail("cbmap: dof " + number_text(map(i, 1)) + " is none of 1 to 6");
-    if (!(std::abs(map(i, 0)) < 1e15)) file.fail("cbmap: node " + number_text(map(i, 0)) + " is no node's number");
+    if (!(map(i, 1) >= 1 && map(i, 1) <= 6))
+      file.fail("cbmap: dof " + number_text(map(i, 1)) + " is none of 1 to 6");
+    if (!(std::abs(map(i, 0)) < 1e15))
+      file.fail("cbmap: node " + number_text(map(i, 0)) + " is no node's number");
     s.dof_node.push_back(static_cast<Index>(map(i, 0)));
     s.dof_component.push_back(static_cast<int>(map(i, 1)) - 1);
   }
@@ -81,7 +89,8 @@ void read_nodes(const SierraFile& file, SierraSuperelement& s) {
   const char* names[] = {"coordx", "coordy", "coordz"};
   for (Index d = 0; d < 3; ++d) {
     const auto x = file.doubles(names[d]);
-    if (static_cast<Index>(x.size()) != n) file.fail(std::string("variable '") + names[d] + "' does not fit node_num_map");
+    if (static_cast<Index>(x.size()) != n)
+      file.fail(std::string("variable '") + names[d] + "' does not fit node_num_map");
     s.coordinates.col(d) = Eigen::Map<const Vector>(x.data(), n);
   }
 }
@@ -94,14 +103,16 @@ SierraSuperelement read_sierra_superelement(const std::filesystem::path& path) {
   s.Kr = file.matrix("Kr");
   s.Mr = file.matrix("Mr");
   const Index n = s.Kr.rows();
-  if (s.Kr.cols() != n || s.Mr.rows() != n || s.Mr.cols() != n) file.fail("Kr and Mr are not square matrices of one size");
+  if (s.Kr.cols() != n || s.Mr.rows() != n || s.Mr.cols() != n)
+    file.fail("Kr and Mr are not square matrices of one size");
   s.n_modes = std::max<Index>(0, file.dimension("NumEig"));
   if (s.n_modes > n) file.fail("NumEig is larger than Kr");
   read_dofs(file, s);
   read_nodes(file, s);
   if (file.has("Cr")) {
     const auto damping = file.doubles("Cr");
-    s.has_damping = std::any_of(damping.begin(), damping.end(), [](double value) { return value != 0; });
+    s.has_damping =
+        std::any_of(damping.begin(), damping.end(), [](double value) { return value != 0; });
   }
   if (file.has("OTM")) {
     s.output_map = file.matrix("OTM");
@@ -169,7 +180,8 @@ void write_matrix(NetcdfWriter& out, const std::string& name, const RowMatrix& A
 
 }  // namespace
 
-void write_sierra_superelement(const SierraSuperelement& s, const std::filesystem::path& file, const std::string& where) {
+void write_sierra_superelement(const SierraSuperelement& s, const std::filesystem::path& file,
+                               const std::string& where) {
   const Index n = s.Kr.rows(), n_nodes = static_cast<Index>(s.node_ids.size());
   NetcdfWriter out(file, where);
   define(out, n, s.n_modes, n_nodes);
@@ -183,15 +195,18 @@ void write_sierra_superelement(const SierraSuperelement& s, const std::filesyste
     out.write(std::string("coord") + "xyz"[d], std::vector<double>(x.begin(), x.end()));
   }
   out.write("coor_names", {"coordx", "coordy", "coordz"}, name_length);
-  std::vector<Index> nodes(static_cast<std::size_t>(n_nodes)), map(2 * static_cast<std::size_t>(s.n_modes), 0);
+  std::vector<Index> nodes(static_cast<std::size_t>(n_nodes)),
+      map(2 * static_cast<std::size_t>(s.n_modes), 0);
   std::iota(nodes.begin(), nodes.end(), Index{1});
   for (const char* name : {"connect1", "node_ns1"}) out.write(name, nodes);
   write_matrix(out, "Kr", s.Kr);
   write_matrix(out, "Mr", s.Mr);
   write_matrix(out, "Cr", Matrix::Zero(n, n));
-  for (std::size_t i = 0; i < s.dof_node.size(); ++i) map.insert(map.end(), {s.dof_node[i], Index{s.dof_component[i]} + 1});
+  for (std::size_t i = 0; i < s.dof_node.size(); ++i)
+    map.insert(map.end(), {s.dof_node[i], Index{s.dof_component[i]} + 1});
   out.write("cbmap", map);
-  out.write("qa_records", {"cbr-reduce", "", "", ""}, string_length);  // no date: the same superelement, the same bytes
+  // no date: the same superelement, the same bytes
+  out.write("qa_records", {"cbr-reduce", "", "", ""}, string_length);
   out.write("node_num_map", s.node_ids);
   out.write("dist_fact_ns1", std::vector<double>(static_cast<std::size_t>(n_nodes), 1.0));
   out.close();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Sierra/SD's superelement files (netCDF-3, whatever their suffix), read for comparison and import, and written for export. No face is stored in them.
+// Sierra/SD's superelement files (netCDF-3, whatever their suffix), read for comparison and import,
+// and written for export. No face is stored in them.
 #pragma once
 
 #include <filesystem>
@@ -11,7 +12,8 @@
 namespace cbr {
 
 struct SierraSuperelement {
-  Matrix Kr, Mr;                   // n x n in the file's order: first the modes, then the interface dofs
+  // n x n in the file's order: first the modes, then the interface dofs
+  Matrix Kr, Mr;
   Index n_modes = 0;               // NumEig
   std::vector<Index> dof_node;     // per interface dof (n - n_modes): the mesh's node id
   std::vector<int> dof_component;  // 0 1 2 = x y z, 3 4 5 = rotations
@@ -22,9 +24,10 @@ struct SierraSuperelement {
   bool has_damping = false;  // Cr of newer files has an entry that is not 0; it is not read
 };
 
-// The newer layout: modes with (0, 0) in cbmap, coordx, coordy, coordz, node set 1 of all nodes. RunError of the disk; InputError for
-// ids beyond 32 bits. `where` stands for the file in messages.
-void write_sierra_superelement(const SierraSuperelement& s, const std::filesystem::path& file, const std::string& where);
+// The newer layout: modes with (0, 0) in cbmap, coordx, coordy, coordz, node set 1 of all nodes.
+// RunError of the disk; InputError for ids beyond 32 bits. `where` stands for the file in messages.
+void write_sierra_superelement(const SierraSuperelement& s, const std::filesystem::path& file,
+                               const std::string& where);
 
 // InputError: no netCDF file, Kr, Mr or cbmap missing or of a shape that does not fit the others.
 SierraSuperelement read_sierra_superelement(const std::filesystem::path& file);

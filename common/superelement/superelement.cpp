@@ -27,7 +27,8 @@ Matrix reduced_rigid_modes(const Superelement& s, const Vector3& center) {
   // Translation e_a: u = e_a. Rotation about e_a: u = e_a x (x - center).   R = [0; R_c]   (n x 6)
   Matrix R = Matrix::Zero(s.n(), 6);
   for (Index i = 0; i < s.c(); ++i) {
-    const Vector3 arm = s.coordinates.row(s.dof_node[static_cast<std::size_t>(i)]).transpose() - center;
+    const Vector3 arm =
+        s.coordinates.row(s.dof_node[static_cast<std::size_t>(i)]).transpose() - center;
     const int component = s.dof_component[static_cast<std::size_t>(i)];
     for (int axis = 0; axis < 3; ++axis) {
       R(s.k() + i, axis) = component == axis ? 1.0 : 0.0;
@@ -41,7 +42,8 @@ Vector3 residual_mass_share(const Superelement& s) {
   Vector3 share = Vector3::Zero();
   for (int axis = 0; axis < 3; ++axis) {
     Vector r(s.c());  // rigid translation of the interface   (c)
-    for (Index i = 0; i < s.c(); ++i) r(i) = s.dof_component[static_cast<std::size_t>(i)] == axis ? 1.0 : 0.0;
+    for (Index i = 0; i < s.c(); ++i)
+      r(i) = s.dof_component[static_cast<std::size_t>(i)] == axis ? 1.0 : 0.0;
     // rho = r^T (M_cc - M_kc^T M_kc) r / r^T M_cc r
     const double whole = r.dot(s.M_cc * r);
     // BLAS complains, on stdout, about a matrix without rows.

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Front door of common/superelement: the superelement, its file, and what is checked of it.
 //
-// The superelement: the one contract between the programs. formats.md, "Superelement file", is its file.
+// The superelement: the one contract between the programs. formats.md, "Superelement file", is its
+// file.
 #pragma once
 
 #include <filesystem>
@@ -18,8 +19,9 @@
 
 namespace cbr {
 
-// What a few shapes leave of the static compliance of faces, without mass. Entry i is a force at a node along a direction: the
-// outward normal alone, or x, y and z in turn. A node that lies in two faces with normals has an entry for each.
+// What a few shapes leave of the static compliance of faces, without mass. Entry i is a force at a
+// node along a direction: the outward normal alone, or x, y and z in turn. A node that lies in two
+// faces with normals has an entry for each.
 struct StaticShare {
   std::vector<Index> node;          // s, index into node_ids
   Points direction = Points(0, 3);  // s x 3, unit vectors in the component's axes
@@ -29,29 +31,37 @@ struct StaticShare {
   bool empty() const { return node.empty(); }
 };
 
-// Coordinates q = [q_k; u_c]: k fixed-interface modal coordinates, then c interface dofs. K_kc = 0 and M_kk = I are implied.
+// Coordinates q = [q_k; u_c]: k fixed-interface modal coordinates, then c interface dofs. K_kc = 0
+// and M_kk = I are implied.
 struct Superelement {
   std::string basis = "craig-bampton";
   std::string content_hash;  // of the inputs: content_hash() of common/scene/scene.hpp
 
-  Vector eigenvalues;  // k, (rad/s)^2, ascending with pick: frequency; any order with pick: participation
-  Matrix K_cc, M_cc;   // c x c, symmetric
-  Matrix M_kc;         // k x c
+  // k, (rad/s)^2, ascending with pick: frequency; any order with pick: participation
+  Vector eigenvalues;
+  Matrix K_cc, M_cc;  // c x c, symmetric
+  Matrix M_kc;        // k x c
 
-  // Basis "massless" (docs/theory.md, "An interface without mass"): in place of K_cc, M_cc and M_kc, which are empty, and with eigenvalues of the free body.
+  // Basis "massless" (docs/theory.md, "An interface without mass"): in place of K_cc, M_cc and
+  // M_kc, which are empty, and with eigenvalues of the free body.
   //   u_c = V q_k + F f_c,   q_k'' + diag(eigenvalues) q_k = V^T f_c
   struct Massless {
-    Matrix V;                 // c x k, interface rows of the modes; rigid ones first, eigenvalue 0
-    Matrix F;                 // c x c, positive definite: compliance of the interface that is not in the modes
+    Matrix V;  // c x k, interface rows of the modes; rigid ones first, eigenvalue 0
+    // c x c, positive definite: compliance of the interface that is not in the modes
+    Matrix F;
     double omega_closed = 0;  // rad/s, highest frequency with the interface held: limits a step
-    // What half of the modes would be can be told with the following; files before 1.5 do not have them.
+    // What half of the modes would be can be told with the following; files before 1.5 do not have
+    // them.
     std::string modes;      // free, tapered or fixed; empty: not known
     double omega_fall = 0;  // rad/s, of tapered: where V falls to 0
     Matrix rigid_momentum;  // c x r, of fixed: M_cc R of the rigid motions R = V_r, R^T M_cc R = I
-    Matrix rigid_share;     // r x r, of fixed: A^1/2, A the rigid motions' mass in the modes before they were given the rest
+    // r x r, of fixed: A^1/2, A the rigid motions' mass in the modes before they were given the
+    // rest
+    Matrix rigid_share;
   } massless;
 
-  // Basis "characteristic" (docs/theory.md, "An interface of few shapes"): q_k are all coordinates there are, and K_cc, M_cc, M_kc are empty.
+  // Basis "characteristic" (docs/theory.md, "An interface of few shapes"): q_k are all coordinates
+  // there are, and K_cc, M_cc, M_kc are empty.
   //   u_c = V q_k + B F B^T f_c,   q_k'' + diag(eigenvalues) q_k = V^T f_c
   // Column i of B (c x s) holds direction i at the three dofs of node i.
   struct Characteristic {
@@ -62,14 +72,17 @@ struct Superelement {
   std::vector<Index> dof_node;     // c, index into node_ids
   std::vector<int> dof_component;  // c, 0 1 2 = x y z
 
-  std::vector<Index> node_ids;    // n, the mesh's
-  Points coordinates;             // n x 3
-  std::vector<Surface> surfaces;  // /interface/NAME; faces index node_ids. Empty for an interface given by nodesets only.
-  std::map<std::string, std::vector<Index>> nodesets;  // /nodesets/NAME (extension): indices into node_ids
+  std::vector<Index> node_ids;  // n, the mesh's
+  Points coordinates;           // n x 3
+  // /interface/NAME; faces index node_ids. Empty for an interface given by nodesets only.
+  std::vector<Surface> surfaces;
+  // /nodesets/NAME (extension): indices into node_ids
+  std::map<std::string, std::vector<Index>> nodesets;
 
   RigidBody rigid_body;  // of the full component
 
-  // Optional diagonal form: M = reduced mass, V^T M V = I, V^T K V = diag(omega^2). Rigid modes first, omega = 0 exactly.
+  // Optional diagonal form: M = reduced mass, V^T M V = I, V^T K V = diag(omega^2). Rigid modes
+  // first, omega = 0 exactly.
   Vector omega;  // n = k + c, rad/s, ascending; empty when not stored
   RowMatrix V;   // n x n; column j is mode j, rows in the order of q
 
@@ -81,33 +94,44 @@ struct Superelement {
     std::vector<Block> blocks;  // connectivity by position in [interface nodes; interior nodes]
   };
   std::vector<Recovery> recovery;  // none or one
-  // Of recovery data: nodes of the mesh's sets, by their position in [interface nodes; interior nodes]. Read without them, too.
+  // Of recovery data: nodes of the mesh's sets, by their position in [interface nodes; interior
+  // nodes]. Read without them, too.
   std::map<std::string, std::vector<Index>> recovered_sets;
 
-  // Optional: what the reduction knows of its own errors (docs/theory.md, "Errors known before the run"), /accuracy.
+  // Optional: what the reduction knows of its own errors (docs/theory.md, "Errors known before the
+  // run"), /accuracy.
   struct Accuracy {
-    Vector3 rho_res = Vector3::Zero();         // residual_mass_share()
-    std::optional<Vector3> rho_floor;          // what all modes would leave of it; lumped mass only
-    Vector strain_left_out = Vector::Zero(6);  // translations along, rotations about x, y, z through the centre of mass
-    double largest_left_out = 0;               // of all rigid motions
+    Vector3 rho_res = Vector3::Zero();  // residual_mass_share()
+    std::optional<Vector3> rho_floor;   // what all modes would leave of it; lumped mass only
+    // translations along, rotations about x, y, z through the centre of mass
+    Vector strain_left_out = Vector::Zero(6);
+    double largest_left_out = 0;  // of all rigid motions
     struct OfSurface {
-      double impact = 0;           // share of the energy that a flat impact of this face loses; 0 where it was not computed
+      // share of the energy that a flat impact of this face loses; 0 where it was not computed
+      double impact = 0;
       double strain_left_out = 0;  // of the motion that a uniform pressure on the face brings
     };
     std::map<std::string, OfSurface> surfaces;  // those that are nearly flat
-    Vector frequency_hz, eigenvalue_error;      // m, of the free component's lowest elastic modes: (lambda - exact) / lambda
-    std::optional<double> worst_of_ten;         // the largest eigenvalue_error of the ten lowest, of each part; listed or not
-    Vector interface_share;                     // m or none: share of a mode's compliance at the interface that moves with it
-    double covered_hz = 0;                      // up to here all of `frequency_hz` are right to 1 %; 0: none, or not estimated
-    double complete_hz = 0;                     // no fixed-interface mode (of modes of the free body: none) below this is missing
-    double tolerance = 0;                       // that picked the modes; 0: none did
+    // m, of the free component's lowest elastic modes: (lambda - exact) / lambda
+    Vector frequency_hz, eigenvalue_error;
+    // the largest eigenvalue_error of the ten lowest, of each part; listed or not
+    std::optional<double> worst_of_ten;
+    // m or none: share of a mode's compliance at the interface that moves with it
+    Vector interface_share;
+    // up to here all of `frequency_hz` are right to 1 %; 0: none, or not estimated
+    double covered_hz = 0;
+    // no fixed-interface mode (of modes of the free body: none) below this is missing
+    double complete_hz = 0;
+    double tolerance = 0;  // that picked the modes; 0: none did
   };
   std::optional<Accuracy> accuracy;
 
-  std::optional<Conditioning> conditioning;  // optional, /conditioning: of what was reduced, as it was reduced
+  // optional, /conditioning: of what was reduced, as it was reduced
+  std::optional<Conditioning> conditioning;
 
-  // Optional, /loads/NAME: faces that are not on the interface, and the forces on the coordinates that a unit traction along x, y,
-  // z on them makes. The last n_residual of the modes are residual vectors, which make statics under these loads exact.
+  // Optional, /loads/NAME: faces that are not on the interface, and the forces on the coordinates
+  // that a unit traction along x, y, z on them makes. The last n_residual of the modes are residual
+  // vectors, which make statics under these loads exact.
   struct InteriorLoad {
     double weight = 0;  // area of the faces
     Matrix force;       // n x 3
@@ -115,8 +139,9 @@ struct Superelement {
   std::map<std::string, InteriorLoad> loads;
   Index n_residual = 0;
 
-  // Optional, /spin_moments: sym of the integral of rho x u^T of each coordinate's displacement u, x from the centre of mass:
-  // xx, yy, zz, xy, yz, xz   (n x 6). How the inertia changes, and what a spin pulls with. Empty: not known.
+  // Optional, /spin_moments: sym of the integral of rho x u^T of each coordinate's displacement u,
+  // x from the centre of mass: xx, yy, zz, xy, yz, xz   (n x 6). How the inertia changes, and what
+  // a spin pulls with. Empty: not known.
   Matrix spin_moments;
 
   std::map<std::string, std::string> provenance;  // attributes of /provenance
@@ -124,7 +149,8 @@ struct Superelement {
   Index k() const { return eigenvalues.size(); }
   Index c() const { return static_cast<Index>(dof_node.size()); }
   Index n() const { return k() + c(); }
-  Index n_coordinates() const { return is_characteristic() ? k() : n(); }  // without dofs that follow from others
+  // without dofs that follow from others
+  Index n_coordinates() const { return is_characteristic() ? k() : n(); }
   bool has_diagonal_form() const { return omega.size() > 0; }
   bool is_massless() const { return basis == "massless"; }
   bool is_characteristic() const { return basis == "characteristic"; }
@@ -139,20 +165,25 @@ struct SuperelementParts {
   bool recovery = true;
 };
 
-// InputError naming the field: wrong shape, non-finite, non-symmetric (1e-10 of the scale), index out of range, negative mass, ...
+// InputError naming the field: wrong shape, non-finite, non-symmetric (1e-10 of the scale), index
+// out of range, negative mass, ...
 void check(const Superelement& superelement, const std::string& where);
 
-// InputError: missing file, not HDF5, truncated, wrong `format`, a higher major version, a missing or wrong dataset, each by name.
-Superelement read_superelement(const std::filesystem::path& file, const SuperelementParts& parts = {});
+// InputError: missing file, not HDF5, truncated, wrong `format`, a higher major version, a missing
+// or wrong dataset, each by name.
+Superelement read_superelement(const std::filesystem::path& file,
+                               const SuperelementParts& parts = {});
 
-// check()s, writes to a temporary name beside `file`, renames. Same contents, same bytes. RunError when the disk refuses.
+// check()s, writes to a temporary name beside `file`, renames. Same contents, same bytes. RunError
+// when the disk refuses.
 void write_superelement(const Superelement& superelement, const std::filesystem::path& file);
 
-// Root attribute only: cheap test whether a file is up to date. Of a superelement or a group of them; empty when the file is
-// neither.
+// Root attribute only: cheap test whether a file is up to date. Of a superelement or a group of
+// them; empty when the file is neither.
 std::string read_content_hash(const std::filesystem::path& file);
 
-// Whether a superelement's or group's file brings its diagonal form, which is not read for that. InputError: no such file.
+// Whether a superelement's or group's file brings its diagonal form, which is not read for that.
+// InputError: no such file.
 bool stores_diagonal_form(const std::filesystem::path& file);
 
 // Full reduced matrices in the order [k; c].
@@ -162,7 +193,8 @@ Matrix reduced_mass(const Superelement& superelement);
 // Rigid motions in reduced coordinates, n x 6 about `center`: [0; R_c].
 Matrix reduced_rigid_modes(const Superelement& superelement, const Vector3& center);
 
-// rho_res for x, y, z: the share of a rigid translation's kinetic energy that sits in M_cc - M_kc^T M_kc.
+// rho_res for x, y, z: the share of a rigid translation's kinetic energy that sits in M_cc - M_kc^T
+// M_kc.
 Vector3 residual_mass_share(const Superelement& superelement);
 
 }  // namespace cbr

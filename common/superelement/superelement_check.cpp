@@ -16,19 +16,24 @@ namespace cbr {
 namespace {
 
 constexpr double symmetry_tolerance = 1e-10;  // of the largest entry
-constexpr double diagonal_tolerance = 1e-6;   // of the probe: an eigensolver's residual on a stiff pencil, far below any wrong row
-constexpr double unit_tolerance = 1e-6;       // of the length of a direction
-constexpr double largest_length = 1e150;      // coordinates: their squares are still numbers
-constexpr double most_round_off = 0.1;        // of the probe, however large what is summed
-constexpr double round_off = 2e-14;  // of the magnitudes that are summed: what M itself lets V be, when it is ill-conditioned
+// of the probe: an eigensolver's residual on a stiff pencil, far below any wrong row
+constexpr double diagonal_tolerance = 1e-6;
+constexpr double unit_tolerance = 1e-6;   // of the length of a direction
+constexpr double largest_length = 1e150;  // coordinates: their squares are still numbers
+constexpr double most_round_off = 0.1;    // of the probe, however large what is summed
+// of the magnitudes that are summed: what M itself lets V be, when it is ill-conditioned
+constexpr double round_off = 2e-14;
 
 class Checker {
  public:
-  Checker(const Superelement& superelement, const std::string& where) : s_(superelement), where_(where) {}
+  Checker(const Superelement& superelement, const std::string& where)
+      : s_(superelement), where_(where) {}
 
   void check(const SuperelementParts& parts) const {
     if (s_.basis.empty()) fail("attribute 'basis'", "is empty");
-    if (s_.n() == 0) fail("attributes 'n_modes', 'n_interface'", "are both 0: the superelement has no coordinates");
+    if (s_.n() == 0)
+      fail("attributes 'n_modes', 'n_interface'",
+           "are both 0: the superelement has no coordinates");
     check_nodes();
     check_dofs();
     check_eigenvalues();
@@ -42,9 +47,12 @@ class Checker {
       fail("/diagonal", "is there: basis " + s_.basis + " has no such form");
     if (s_.has_diagonal_form() || s_.V.size() > 0) check_diagonal();
     if (s_.has_diagonal_form() && parts.matrices) probe_diagonal();
-    if (s_.recovery.size() > 1) fail("/recovery", "is there " + std::to_string(s_.recovery.size()) + " times, allowed: once");
+    if (s_.recovery.size() > 1)
+      fail("/recovery", "is there " + std::to_string(s_.recovery.size()) + " times, allowed: once");
     for (const auto& recovery : s_.recovery) check_recovery(recovery);
-    if (!s_.recovery.empty()) check_recovered_sets(static_cast<Index>(s_.node_ids.size() + s_.recovery.front().node_ids.size()));
+    if (!s_.recovery.empty())
+      check_recovered_sets(
+          static_cast<Index>(s_.node_ids.size() + s_.recovery.front().node_ids.size()));
   }
 
  private:
@@ -52,7 +60,9 @@ class Checker {
     throw InputError(where_ + ": " + field + ": " + what);
   }
 
-  static std::string shape(Index rows, Index columns) { return "(" + std::to_string(rows) + ", " + std::to_string(columns) + ")"; }
+  static std::string shape(Index rows, Index columns) {
+    return "(" + std::to_string(rows) + ", " + std::to_string(columns) + ")";
+  }
 
   template <typename Array>
   void require_shape(const std::string& field, const Array& a, Index rows, Index columns) const {
@@ -60,9 +70,11 @@ class Checker {
     fail(field, "wrong shape " + shape(a.rows(), a.cols()) + ", expected " + shape(rows, columns));
   }
 
-  void require_length(const std::string& field, std::size_t length, Index expected, const std::string& partner) const {
+  void require_length(const std::string& field, std::size_t length, Index expected,
+                      const std::string& partner) const {
     if (static_cast<Index>(length) == expected) return;
-    fail(field, "wrong length " + std::to_string(length) + ", expected " + std::to_string(expected) + " as " + partner + " has");
+    fail(field, "wrong length " + std::to_string(length) + ", expected " +
+                    std::to_string(expected) + " as " + partner + " has");
   }
 
   template <typename Array>
@@ -83,14 +95,16 @@ class Checker {
       const Index columns = std::min(tile, A.cols() - j);
       for (Index i = j; i < A.rows(); i += tile) {
         const Index rows = std::min(tile, A.rows() - i);
-        difference =
-            std::max(difference, (A.block(i, j, rows, columns) - A.block(j, i, columns, rows).transpose()).cwiseAbs().maxCoeff());
+        difference = std::max(
+            difference, (A.block(i, j, rows, columns) - A.block(j, i, columns, rows).transpose())
+                            .cwiseAbs()
+                            .maxCoeff());
       }
     }
     const double scale = A.size() > 0 ? A.cwiseAbs().maxCoeff() : 0.0;
     if (difference <= symmetry_tolerance * scale) return;
-    fail(field, "not symmetric: entries differ from their mirror images by " + number_text(difference / scale) +
-                    " of the largest, allowed 1e-10");
+    fail(field, "not symmetric: entries differ from their mirror images by " +
+                    number_text(difference / scale) + " of the largest, allowed 1e-10");
   }
 
   void require_square(const std::string& field, const Matrix& A, Index size) const {
@@ -103,7 +117,8 @@ class Checker {
 
   void require_in_range(const std::string& field, Index found, Index end) const {
     if (found >= 0 && found < end) return;
-    fail(field, "index " + std::to_string(found) + " out of range, there are " + std::to_string(end) + " nodes");
+    fail(field, "index " + std::to_string(found) + " out of range, there are " +
+                    std::to_string(end) + " nodes");
   }
 
   void require_unique(const std::string& field, const std::vector<Index>& ids) const {
@@ -123,7 +138,8 @@ class Checker {
   void require_length_scale(const std::string& field, const Array& a) const {
     require_finite(field, a);
     const double largest = a.size() > 0 ? a.cwiseAbs().maxCoeff() : 0.0;
-    if (largest > largest_length) fail(field, "has an entry of " + number_text(largest) + ", allowed up to 1e150");
+    if (largest > largest_length)
+      fail(field, "has an entry of " + number_text(largest) + ", allowed up to 1e150");
   }
 
   void check_dofs() const {
@@ -132,10 +148,11 @@ class Checker {
     for (std::size_t i = 0; i < s_.dof_node.size(); ++i) {
       const int component = s_.dof_component[i];
       require_in_range("/dofs/node", s_.dof_node[i], static_cast<Index>(s_.node_ids.size()));
-      if (component < 0 || component > 2) fail("/dofs/component", std::to_string(component) + " is none of 0, 1, 2 (x, y, z)");
+      if (component < 0 || component > 2)
+        fail("/dofs/component", std::to_string(component) + " is none of 0, 1, 2 (x, y, z)");
       if (!seen.emplace(s_.dof_node[i], component).second) {
-        fail("/dofs/node",
-             "component " + std::to_string(component) + " of node " + std::to_string(s_.dof_node[i]) + " appears twice");
+        fail("/dofs/node", "component " + std::to_string(component) + " of node " +
+                               std::to_string(s_.dof_node[i]) + " appears twice");
       }
     }
   }
@@ -154,20 +171,25 @@ class Checker {
 
   void check_massless() const {
     const auto& m = s_.massless;
-    if (s_.k() == 0) fail("attribute 'n_modes'", "is 0: basis massless has at least the rigid motions");
+    if (s_.k() == 0)
+      fail("attribute 'n_modes'", "is 0: basis massless has at least the rigid motions");
     require_shape("/massless/V", m.V, s_.c(), s_.k());
     require_finite("/massless/V", m.V);
     require_square("/massless/F", m.F, s_.c());
     for (Index i = 0; i < s_.c(); ++i)
-      if (!(m.F(i, i) > 0)) fail("/massless/F", "not positive on the diagonal at " + std::to_string(i));
+      if (!(m.F(i, i) > 0))
+        fail("/massless/F", "not positive on the diagonal at " + std::to_string(i));
     require_ascending();
     const double highest = std::sqrt(s_.eigenvalues.maxCoeff());
-    if (!std::isfinite(m.omega_closed) || m.omega_closed < highest * (1 - 1e-9) || !(m.omega_closed > 0))
-      fail("/massless/omega_closed",
-           number_text(m.omega_closed) + " is below the highest frequency of the modes, " + number_text(highest));
+    if (!std::isfinite(m.omega_closed) || m.omega_closed < highest * (1 - 1e-9) ||
+        !(m.omega_closed > 0))
+      fail("/massless/omega_closed", number_text(m.omega_closed) +
+                                         " is below the highest frequency of the modes, " +
+                                         number_text(highest));
     if (m.omega_fall != 0 && !(std::isfinite(m.omega_fall) && m.omega_fall > highest))
-      fail("/massless/omega_fall",
-           number_text(m.omega_fall) + " is not above the highest frequency of the modes, " + number_text(highest));
+      fail("/massless/omega_fall", number_text(m.omega_fall) +
+                                       " is not above the highest frequency of the modes, " +
+                                       number_text(highest));
     if (m.rigid_momentum.size() == 0 && m.rigid_share.size() == 0) return;
     const Index r = (s_.eigenvalues.array() == 0).count();
     require_shape("/massless/rigid_momentum", m.rigid_momentum, s_.c(), r);
@@ -176,7 +198,8 @@ class Checker {
   }
 
   void check_characteristic() const {
-    if (s_.k() == 0) fail("attribute 'n_modes'", "is 0: basis characteristic has at least the rigid motions");
+    if (s_.k() == 0)
+      fail("attribute 'n_modes'", "is 0: basis characteristic has at least the rigid motions");
     require_shape("/characteristic/V", s_.characteristic.V, s_.c(), s_.k());
     require_finite("/characteristic/V", s_.characteristic.V);
     require_ascending();
@@ -185,22 +208,26 @@ class Checker {
 
   void check_statics(const StaticShare& statics) const {
     const std::string group = "/characteristic/statics";
-    for (const Index node : statics.node) require_in_range(group + "/node", node, static_cast<Index>(s_.node_ids.size()));
+    for (const Index node : statics.node)
+      require_in_range(group + "/node", node, static_cast<Index>(s_.node_ids.size()));
     require_shape(group + "/direction", statics.direction, statics.size(), 3);
     require_finite(group + "/direction", statics.direction);
     for (Index i = 0; i < statics.size(); ++i) {
       const double length = statics.direction.row(i).norm();
       if (!(std::abs(length - 1) <= unit_tolerance))
-        fail(group + "/direction", "row " + std::to_string(i) + " has length " + number_text(length) + ", expected a unit vector");
+        fail(group + "/direction", "row " + std::to_string(i) + " has length " +
+                                       number_text(length) + ", expected a unit vector");
     }
     require_square(group + "/F", statics.F, statics.size());
     for (Index i = 0; i < statics.size(); ++i)
-      if (statics.F(i, i) < 0) fail(group + "/F", "negative on the diagonal at " + std::to_string(i));
+      if (statics.F(i, i) < 0)
+        fail(group + "/F", "negative on the diagonal at " + std::to_string(i));
   }
 
   void require_ascending() const {
     for (Index i = 1; i < s_.k(); ++i)
-      if (s_.eigenvalues(i) < s_.eigenvalues(i - 1)) fail("/matrices/eigenvalues", "not ascending at " + std::to_string(i));
+      if (s_.eigenvalues(i) < s_.eigenvalues(i - 1))
+        fail("/matrices/eigenvalues", "not ascending at " + std::to_string(i));
   }
 
   // The name becomes a group's name in the file and the second half of INSTANCE.SURFACE in a scene.
@@ -209,9 +236,10 @@ class Checker {
       fail(field, "'" + name + "' cannot be the name of a set: rename it in the mesh");
     for (const char character : name) {
       if (character == '/' || static_cast<unsigned char>(character) < 0x20) {
-        fail(field, "the set's name '" + name +
-                        "' holds a slash or a control character, which a superelement file cannot name: "
-                        "rename it in the mesh");
+        fail(field,
+             "the set's name '" + name +
+                 "' holds a slash or a control character, which a superelement file cannot name: "
+                 "rename it in the mesh");
       }
     }
   }
@@ -224,17 +252,20 @@ class Checker {
     }
     require_shape(group + "/faces", surface.faces, surface.n_faces(), n_nodes(surface.kind));
     for (Index i = 0; i < surface.faces.size(); ++i) {
-      require_in_range(group + "/faces", surface.faces.data()[i], static_cast<Index>(s_.node_ids.size()));
+      require_in_range(group + "/faces", surface.faces.data()[i],
+                       static_cast<Index>(s_.node_ids.size()));
     }
     for (Index f = 0; f < surface.n_faces(); ++f) check_face(group + "/faces", surface, f);
     require_length(group + "/element", surface.element.size(), surface.n_faces(), group + "/faces");
     require_length(group + "/side", surface.side.size(), surface.n_faces(), group + "/faces");
     for (const int side : surface.side) {
-      if (side < 1 || side > 6) fail(group + "/side", std::to_string(side) + " is no side number, allowed: 1 to 6");
+      if (side < 1 || side > 6)
+        fail(group + "/side", std::to_string(side) + " is no side number, allowed: 1 to 6");
     }
   }
 
-  // A face without an area is never touched. A triangle among quad4 (and quad8, quad9) repeats its last node.
+  // A face without an area is never touched. A triangle among quad4 (and quad8, quad9) repeats its
+  // last node.
   void check_face(const std::string& field, const Surface& surface, Index f) const {
     const bool is_triangle = surface.kind == FaceKind::tri3 || surface.kind == FaceKind::tri6;
     const Index n_corners = is_triangle ? 3 : 4;
@@ -246,27 +277,33 @@ class Checker {
       n_distinct += is_new;
     }
     const bool collapsed = n_distinct == 3 && !is_triangle && row[3] == row[2];
-    if (n_distinct < n_corners && !collapsed) fail(field, "face " + std::to_string(f) + " repeats a node");
+    if (n_distinct < n_corners && !collapsed)
+      fail(field, "face " + std::to_string(f) + " repeats a node");
     // Corners may be far from the origin: differences of them
     Vector3 area = Vector3::Zero();
     double longest = 0;
     for (Index a = 1; a < n_corners; ++a) {
       const Vector3 edge = (s_.coordinates.row(row[a]) - s_.coordinates.row(row[0])).transpose();
-      if (a > 1) area += edge.cross((s_.coordinates.row(row[a - 1]) - s_.coordinates.row(row[0])).transpose());
+      if (a > 1)
+        area +=
+            edge.cross((s_.coordinates.row(row[a - 1]) - s_.coordinates.row(row[0])).transpose());
       longest = std::max(longest, edge.squaredNorm());
     }
-    if (!(area.norm() > 1e-12 * longest)) fail(field, "face " + std::to_string(f) + " has no area by /nodes/coordinates");
+    if (!(area.norm() > 1e-12 * longest))
+      fail(field, "face " + std::to_string(f) + " has no area by /nodes/coordinates");
   }
 
   void check_nodeset(const std::string& name, const std::vector<Index>& nodes) const {
     require_name("/nodesets", name);
-    for (const Index node : nodes) require_in_range("/nodesets/" + name, node, static_cast<Index>(s_.node_ids.size()));
+    for (const Index node : nodes)
+      require_in_range("/nodesets/" + name, node, static_cast<Index>(s_.node_ids.size()));
     require_unique("/nodesets/" + name, nodes);
   }
 
   void check_rigid_body() const {
     const auto& body = s_.rigid_body;
-    if (!std::isfinite(body.mass) || body.mass <= 0) fail("/rigid_body/mass", number_text(body.mass) + " is not a positive number");
+    if (!std::isfinite(body.mass) || body.mass <= 0)
+      fail("/rigid_body/mass", number_text(body.mass) + " is not a positive number");
     require_length_scale("/rigid_body/center", body.center);
     require_finite("/rigid_body/inertia", body.inertia);
     require_symmetric("/rigid_body/inertia", body.inertia);
@@ -283,7 +320,8 @@ class Checker {
     require_finite("/diagonal/V", s_.V);
     if (s_.omega.minCoeff() < 0) fail("/diagonal/omega", "negative");
     for (Index i = 1; i < s_.omega.size(); ++i) {
-      if (s_.omega(i) < s_.omega(i - 1)) fail("/diagonal/omega", "not ascending at " + std::to_string(i));
+      if (s_.omega(i) < s_.omega(i - 1))
+        fail("/diagonal/omega", "not ascending at " + std::to_string(i));
     }
   }
 
@@ -304,17 +342,20 @@ class Checker {
     Vector My(s_.n());
     My << y_k, part(s_.M_cc) * y_c;
     // BLAS complains, on stdout, about a matrix without rows.
-    if (s_.k() > 0) My.head(s_.k()) += part(s_.M_kc) * y_c, My.tail(s_.c()) += part(s_.M_kc).transpose() * y_k;
+    if (s_.k() > 0)
+      My.head(s_.k()) += part(s_.M_kc) * y_c, My.tail(s_.c()) += part(s_.M_kc).transpose() * y_k;
     return My;
   }
   template <bool absolute>
   Vector times_stiffness(const Vector& y) const {
     Vector Ky(s_.n());
-    Ky << s_.eigenvalues.cwiseProduct(y.head(s_.k())), if_absolute<absolute>(s_.K_cc) * y.tail(s_.c());
+    Ky << s_.eigenvalues.cwiseProduct(y.head(s_.k())),
+        if_absolute<absolute>(s_.K_cc) * y.tail(s_.c());
     return Ky;
   }
-  // V^T M V = I and V^T K V = diag(omega^2) on one vector x with entries +-1: O(n^2), and a wrong row or column of V, M or K
-  // cannot hide from it except by chance. Allowed besides is the round-off of the sums, which counts when V is large against I.
+  // V^T M V = I and V^T K V = diag(omega^2) on one vector x with entries +-1: O(n^2), and a wrong
+  // row or column of V, M or K cannot hide from it except by chance. Allowed besides is the
+  // round-off of the sums, which counts when V is large against I.
   void probe_diagonal() const {
     Vector x(s_.n());
     std::uint64_t state = 1;
@@ -328,7 +369,8 @@ class Checker {
     const Vector wrong_K = s_.V.transpose() * times_stiffness<false>(y) - lambda.cwiseProduct(x);
     const auto allowed = [&](double scale, const Vector& sums) {
       return diagonal_tolerance * scale * x.norm() +
-             std::min(round_off * (s_.V.cwiseAbs().transpose() * sums).norm(), most_round_off * scale * x.norm());
+             std::min(round_off * (s_.V.cwiseAbs().transpose() * sums).norm(),
+                      most_round_off * scale * x.norm());
     };
     if (!(wrong_M.norm() <= allowed(1, times_mass<true>(size)))) {
       fail("/diagonal/V", "is not orthonormal with the reduced mass: V^T M V is not the identity");
@@ -349,10 +391,13 @@ class Checker {
     require_finite("/recovery/Phi", recovery.Phi);
     for (const auto& block : recovery.blocks) {
       const std::string group = "/recovery/blocks, block '" + block.name + "'";
-      require_length(group + ", element_id", block.element_ids.size(), block.connectivity.rows(), "connectivity");
-      require_shape(group + ", connectivity", block.connectivity, block.connectivity.rows(), n_nodes(block.type));
+      require_length(group + ", element_id", block.element_ids.size(), block.connectivity.rows(),
+                     "connectivity");
+      require_shape(group + ", connectivity", block.connectivity, block.connectivity.rows(),
+                    n_nodes(block.type));
       for (Index i = 0; i < block.connectivity.size(); ++i) {
-        require_in_range(group, block.connectivity.data()[i], static_cast<Index>(s_.node_ids.size()) + n_i);
+        require_in_range(group, block.connectivity.data()[i],
+                         static_cast<Index>(s_.node_ids.size()) + n_i);
       }
     }
   }
@@ -368,11 +413,14 @@ class Checker {
 
 }  // namespace
 
-void check_parts(const Superelement& superelement, const SuperelementParts& parts, const std::string& where) {
+void check_parts(const Superelement& superelement, const SuperelementParts& parts,
+                 const std::string& where) {
   Checker(superelement, where).check(parts);
   check_extras(superelement, where);
 }
 
-void check(const Superelement& superelement, const std::string& where) { check_parts(superelement, {}, where); }
+void check(const Superelement& superelement, const std::string& where) {
+  check_parts(superelement, {}, where);
+}
 
 }  // namespace cbr

@@ -32,7 +32,8 @@ void write_accuracy(Hdf5Writer& file, const std::string& group, const Supereleme
 Vector3 read_vector3(const Hdf5Reader& file, const std::string& dataset) {
   const Vector v = file.read_vector(dataset);
   if (v.size() != 3)
-    throw InputError(file.file().string() + ": " + dataset + ": wrong shape (" + std::to_string(v.size()) + "), expected (3)");
+    throw InputError(file.file().string() + ": " + dataset + ": wrong shape (" +
+                     std::to_string(v.size()) + "), expected (3)");
   return v;
 }
 
@@ -45,20 +46,23 @@ Superelement::Accuracy read_accuracy(const Hdf5Reader& file, const std::string& 
   if (file.has(group + "/surfaces")) {
     for (const auto& name : file.children(group + "/surfaces")) {
       const std::string of = group + "/surfaces/" + name;
-      a.surfaces[name] = {file.read_scalar(of + "/impact"), file.read_scalar(of + "/strain_left_out")};
+      a.surfaces[name] = {file.read_scalar(of + "/impact"),
+                          file.read_scalar(of + "/strain_left_out")};
     }
   }
   a.frequency_hz = file.read_vector(group + "/frequency_hz");
   a.eigenvalue_error = file.read_vector(group + "/eigenvalue_error");
   if (file.has(group + "/worst_of_ten")) a.worst_of_ten = file.read_scalar(group + "/worst_of_ten");
-  if (file.has(group + "/interface_share")) a.interface_share = file.read_vector(group + "/interface_share");
+  if (file.has(group + "/interface_share"))
+    a.interface_share = file.read_vector(group + "/interface_share");
   a.covered_hz = file.read_scalar(group + "/covered_hz");
   a.complete_hz = file.read_scalar(group + "/complete_hz");
   a.tolerance = file.read_scalar(group + "/tolerance");
   return a;
 }
 
-// Of one figure: what it is called in the file, where it is, and what it can be at least; condition numbers may be infinite.
+// Of one figure: what it is called in the file, where it is, and what it can be at least; condition
+// numbers may be infinite.
 template <typename Of, typename Action>
 void each_figure(Of& c, const Action& action) {
   action("K_II", c.K_II.plain, 1);
@@ -85,7 +89,9 @@ void each_word(Of& c, const Action& action) {
 }
 
 // Estimates are from below, and rounded
-bool is_possible(double value, double least) { return value >= least * (1 - 1e-6) && (least == 1 || std::isfinite(value)); }
+bool is_possible(double value, double least) {
+  return value >= least * (1 - 1e-6) && (least == 1 || std::isfinite(value));
+}
 
 }  // namespace
 
@@ -108,12 +114,15 @@ void read_extras(const Hdf5Reader& file, const std::string& prefix, Superelement
       s.loads[name] = {file.read_scalar(group + "/weight"), file.read_matrix(group + "/force")};
     }
   }
-  if (file.has_attribute(root(prefix), "n_residual")) s.n_residual = file.read_index(root(prefix), "n_residual");
-  if (file.has(prefix + "/spin_moments")) s.spin_moments = file.read_matrix(prefix + "/spin_moments");
+  if (file.has_attribute(root(prefix), "n_residual"))
+    s.n_residual = file.read_index(root(prefix), "n_residual");
+  if (file.has(prefix + "/spin_moments"))
+    s.spin_moments = file.read_matrix(prefix + "/spin_moments");
   s.conditioning = read_conditioning(file, prefix);
 }
 
-void write_conditioning(Hdf5Writer& file, const std::string& prefix, const std::optional<Conditioning>& c) {
+void write_conditioning(Hdf5Writer& file, const std::string& prefix,
+                        const std::optional<Conditioning>& c) {
   if (!c) return;
   const std::string group = prefix + "/conditioning";
   each_figure(*c, [&](const std::string& name, double value, double) {
@@ -136,7 +145,9 @@ std::optional<Conditioning> read_conditioning(const Hdf5Reader& file, const std:
     const std::string dataset = group + "/" + name;
     if (!file.has(dataset)) return;
     value = file.read_scalar(dataset);
-    if (std::isnan(value)) throw InputError(file.file().string() + ": " + dataset + ": is not a number");  // would be: not known
+    // would be: not known
+    if (std::isnan(value))
+      throw InputError(file.file().string() + ": " + dataset + ": is not a number");
   });
   each_word(c, [&](const std::string& name, std::string& text) {
     if (file.has_attribute(group, name)) text = file.read_string(group, name);
@@ -157,15 +168,16 @@ void check_conditioning(const std::optional<Conditioning>& c, Index n, const std
     require(std::isnan(value) || is_possible(value, least), name,
             number_text(value) + " found, expected at least " + number_text(least));
   });
-  require(!c->rho_res || (c->rho_res->array() > -0.01 && c->rho_res->array() < 1.01).all(), "rho_res",
-          "not shares between 0 and 1");
+  require(!c->rho_res || (c->rho_res->array() > -0.01 && c->rho_res->array() < 1.01).all(),
+          "rho_res", "not shares between 0 and 1");
   if (!c->knows_frequencies()) return;
   require(c->n_zero >= 0 && c->n_zero <= n, "attribute 'n_zero'",
           std::to_string(c->n_zero) + " found, there are " + std::to_string(n) + " coordinates");
   require(c->n_rigid >= 0 && c->n_rigid <= n, "attribute 'n_rigid'",
           std::to_string(c->n_rigid) + " found, there are " + std::to_string(n) + " coordinates");
-  require(std::isnan(c->lowest_omega) || c->lowest_omega <= c->largest_omega, "lowest_omega",
-          number_text(c->lowest_omega) + " is above largest_omega, " + number_text(c->largest_omega));
+  require(
+      std::isnan(c->lowest_omega) || c->lowest_omega <= c->largest_omega, "lowest_omega",
+      number_text(c->lowest_omega) + " is above largest_omega, " + number_text(c->largest_omega));
 }
 
 void check_extras(const Superelement& s, const std::string& where) {
@@ -173,35 +185,47 @@ void check_extras(const Superelement& s, const std::string& where) {
     if (!right) throw InputError(where + ": " + field + ": " + what);
   };
   require(s.n_residual >= 0 && s.n_residual <= s.k(), "attribute 'n_residual'",
-          std::to_string(s.n_residual) + " found, the superelement has " + std::to_string(s.k()) + " modes");
+          std::to_string(s.n_residual) + " found, the superelement has " + std::to_string(s.k()) +
+              " modes");
   for (const auto& [name, load] : s.loads) {
     const std::string group = "/loads/" + name;
     require(load.force.rows() == s.n() && load.force.cols() == 3, group + "/force",
-            "wrong shape (" + std::to_string(load.force.rows()) + ", " + std::to_string(load.force.cols()) + "), expected (" +
-                std::to_string(s.n()) + ", 3)");
+            "wrong shape (" + std::to_string(load.force.rows()) + ", " +
+                std::to_string(load.force.cols()) + "), expected (" + std::to_string(s.n()) +
+                ", 3)");
     require(load.force.allFinite(), group + "/force", "not finite");
-    require(std::isfinite(load.weight) && load.weight > 0, group + "/weight", "is not a positive number");
+    require(std::isfinite(load.weight) && load.weight > 0, group + "/weight",
+            "is not a positive number");
   }
-  require(s.spin_moments.size() == 0 || (s.spin_moments.rows() == s.n() && s.spin_moments.cols() == 6), "/spin_moments",
-          "wrong shape (" + std::to_string(s.spin_moments.rows()) + ", " + std::to_string(s.spin_moments.cols()) + "), expected (" +
-              std::to_string(s.n()) + ", 6)");
+  require(
+      s.spin_moments.size() == 0 || (s.spin_moments.rows() == s.n() && s.spin_moments.cols() == 6),
+      "/spin_moments",
+      "wrong shape (" + std::to_string(s.spin_moments.rows()) + ", " +
+          std::to_string(s.spin_moments.cols()) + "), expected (" + std::to_string(s.n()) + ", 6)");
   require(s.spin_moments.allFinite(), "/spin_moments", "not finite");
   check_conditioning(s.conditioning, s.n(), where);
   if (!s.accuracy) return;
   const Superelement::Accuracy& a = *s.accuracy;
   const std::string group = "/accuracy/";
-  require(a.rho_res.allFinite() && (!a.rho_floor || a.rho_floor->allFinite()), group + "rho_res", "not finite");
+  require(a.rho_res.allFinite() && (!a.rho_floor || a.rho_floor->allFinite()), group + "rho_res",
+          "not finite");
   require(a.strain_left_out.size() == 6, group + "strain_left_out",
           "wrong shape (" + std::to_string(a.strain_left_out.size()) + "), expected (6)");
   require(a.frequency_hz.size() == a.eigenvalue_error.size(), group + "eigenvalue_error",
-          "wrong length " + std::to_string(a.eigenvalue_error.size()) + ", expected " + std::to_string(a.frequency_hz.size()));
-  require(a.interface_share.size() == 0 || a.interface_share.size() == a.frequency_hz.size(), group + "interface_share",
-          "wrong length " + std::to_string(a.interface_share.size()) + ", expected " + std::to_string(a.frequency_hz.size()));
+          "wrong length " + std::to_string(a.eigenvalue_error.size()) + ", expected " +
+              std::to_string(a.frequency_hz.size()));
+  require(a.interface_share.size() == 0 || a.interface_share.size() == a.frequency_hz.size(),
+          group + "interface_share",
+          "wrong length " + std::to_string(a.interface_share.size()) + ", expected " +
+              std::to_string(a.frequency_hz.size()));
   require(a.interface_share.allFinite(), group + "interface_share", "not finite");
   require(!a.worst_of_ten || std::isfinite(*a.worst_of_ten), group + "worst_of_ten", "not finite");
-  require(a.strain_left_out.allFinite() && a.frequency_hz.allFinite() && a.eigenvalue_error.allFinite(), "/accuracy", "not finite");
+  require(
+      a.strain_left_out.allFinite() && a.frequency_hz.allFinite() && a.eigenvalue_error.allFinite(),
+      "/accuracy", "not finite");
   for (const auto& [name, of] : a.surfaces)
-    require(std::isfinite(of.impact) && std::isfinite(of.strain_left_out), group + "surfaces/" + name, "not finite");
+    require(std::isfinite(of.impact) && std::isfinite(of.strain_left_out),
+            group + "surfaces/" + name, "not finite");
   for (const double value : {a.largest_left_out, a.covered_hz, a.complete_hz, a.tolerance})
     require(std::isfinite(value), "/accuracy", "not finite");
 }

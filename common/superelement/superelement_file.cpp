@@ -33,10 +33,12 @@ void write_surface(Hdf5Writer& file, const std::string& prefix, const Surface& s
 std::string block_group(const std::string& prefix, std::size_t i) {
   char digits[32];
   std::snprintf(digits, sizeof digits, "%06zu", i);
-  return prefix + "/recovery/blocks/" + digits;  // block names are the user's: an attribute, not a group's name
+  // block names are the user's: an attribute, not a group's name
+  return prefix + "/recovery/blocks/" + digits;
 }
 
-void write_recovery(Hdf5Writer& file, const std::string& prefix, const Superelement::Recovery& recovery) {
+void write_recovery(Hdf5Writer& file, const std::string& prefix,
+                    const Superelement::Recovery& recovery) {
   file.write(prefix + "/recovery/nodes/id", recovery.node_ids);
   file.write(prefix + "/recovery/nodes/coordinates", recovery.coordinates);
   file.write(prefix + "/recovery/Psi", recovery.Psi);
@@ -52,7 +54,8 @@ void write_recovery(Hdf5Writer& file, const std::string& prefix, const Superelem
 }
 
 // What half of the modes takes.
-void write_half_of_massless(Hdf5Writer& file, const std::string& group, const Superelement::Massless& massless) {
+void write_half_of_massless(Hdf5Writer& file, const std::string& group,
+                            const Superelement::Massless& massless) {
   if (!massless.modes.empty()) file.attribute(group + "/V", "modes", massless.modes);
   if (massless.omega_fall > 0) file.write(group + "/omega_fall", massless.omega_fall);
   if (massless.rigid_share.size() == 0) return;
@@ -69,27 +72,34 @@ void write_statics(Hdf5Writer& file, const std::string& group, const StaticShare
 
 // --- reading ---
 
-[[noreturn]] void fail(const Hdf5Reader& file, const std::string& what) { throw InputError(file.file().string() + ": " + what); }
+[[noreturn]] void fail(const Hdf5Reader& file, const std::string& what) {
+  throw InputError(file.file().string() + ": " + what);
+}
 
-// Indices beyond int are wrong wherever an int is expected; kept out of range, so that check() names them.
+// Indices beyond int are wrong wherever an int is expected; kept out of range, so that check()
+// names them.
 std::vector<int> to_int(const std::vector<Index>& values) {
   std::vector<int> narrow;
   narrow.reserve(values.size());
   for (const Index value : values) {
-    narrow.push_back(static_cast<int>(std::clamp<Index>(value, std::numeric_limits<int>::min(), std::numeric_limits<int>::max())));
+    narrow.push_back(static_cast<int>(std::clamp<Index>(value, std::numeric_limits<int>::min(),
+                                                        std::numeric_limits<int>::max())));
   }
   return narrow;
 }
 
 FaceKind read_kind(const Hdf5Reader& file, const std::string& dataset) {
   const std::string text = file.read_string(dataset, "kind");
-  for (const FaceKind kind : {FaceKind::tri3, FaceKind::quad4, FaceKind::tri6, FaceKind::quad8, FaceKind::quad9}) {
+  for (const FaceKind kind :
+       {FaceKind::tri3, FaceKind::quad4, FaceKind::tri6, FaceKind::quad8, FaceKind::quad9}) {
     if (text == name(kind)) return kind;
   }
-  fail(file, dataset + ": attribute 'kind' is '" + text + "', allowed: tri3, quad4, tri6, quad8, quad9");
+  fail(file,
+       dataset + ": attribute 'kind' is '" + text + "', allowed: tri3, quad4, tri6, quad8, quad9");
 }
 
-Surface read_surface(const Hdf5Reader& file, const std::string& prefix, const std::string& surface_name) {
+Surface read_surface(const Hdf5Reader& file, const std::string& prefix,
+                     const std::string& surface_name) {
   const std::string group = prefix + "/interface/" + surface_name;
   Surface surface;
   surface.name = surface_name;
@@ -104,7 +114,8 @@ ElementType read_element_type(const Hdf5Reader& file, const std::string& group) 
   using enum ElementType;
   const std::string text = file.read_string(group, "type");
   std::vector<std::string> allowed;
-  for (const ElementType type : {tri3, tri6, quad4, quad8, quad9, tet4, tet10, pyramid5, wedge6, hex8, hex20, hex27}) {
+  for (const ElementType type :
+       {tri3, tri6, quad4, quad8, quad9, tet4, tet10, pyramid5, wedge6, hex8, hex20, hex27}) {
     if (text == name(type)) return type;
     allowed.emplace_back(name(type));
   }
@@ -131,11 +142,16 @@ Superelement::Recovery read_recovery(const Hdf5Reader& file, const std::string& 
   return recovery;
 }
 
-void read_half_of_massless(const Hdf5Reader& file, const std::string& group, Superelement::Massless& massless) {
-  if (file.has_attribute(group + "/V", "modes")) massless.modes = file.read_string(group + "/V", "modes");
-  if (file.has(group + "/omega_fall")) massless.omega_fall = file.read_scalar(group + "/omega_fall");
-  if (file.has(group + "/rigid_momentum")) massless.rigid_momentum = file.read_matrix(group + "/rigid_momentum");
-  if (file.has(group + "/rigid_share")) massless.rigid_share = file.read_matrix(group + "/rigid_share");
+void read_half_of_massless(const Hdf5Reader& file, const std::string& group,
+                           Superelement::Massless& massless) {
+  if (file.has_attribute(group + "/V", "modes"))
+    massless.modes = file.read_string(group + "/V", "modes");
+  if (file.has(group + "/omega_fall"))
+    massless.omega_fall = file.read_scalar(group + "/omega_fall");
+  if (file.has(group + "/rigid_momentum"))
+    massless.rigid_momentum = file.read_matrix(group + "/rigid_momentum");
+  if (file.has(group + "/rigid_share"))
+    massless.rigid_share = file.read_matrix(group + "/rigid_share");
 }
 
 void read_statics(const Hdf5Reader& file, const std::string& group, StaticShare& statics) {
@@ -151,7 +167,8 @@ void read_interface(const Hdf5Reader& file, const std::string& prefix, Superelem
   s.node_ids = file.read_indices(prefix + "/nodes/id");
   s.coordinates = file.read_points(prefix + "/nodes/coordinates");
   if (file.has(prefix + "/interface")) {
-    for (const auto& child : file.children(prefix + "/interface")) s.surfaces.push_back(read_surface(file, prefix, child));
+    for (const auto& child : file.children(prefix + "/interface"))
+      s.surfaces.push_back(read_surface(file, prefix, child));
   }
   if (file.has(prefix + "/nodesets")) {
     for (const auto& child : file.children(prefix + "/nodesets"))
@@ -161,7 +178,8 @@ void read_interface(const Hdf5Reader& file, const std::string& prefix, Superelem
 
 }  // namespace
 
-void write_format(Hdf5Writer& file, const std::string& prefix, const std::string& format, const std::string& format_version) {
+void write_format(Hdf5Writer& file, const std::string& prefix, const std::string& format,
+                  const std::string& format_version) {
   file.attribute(root(prefix), "format", format);
   file.attribute(root(prefix), "format_version", format_version);
   file.attribute(root(prefix), "generator", std::string("cbr ") + version());
@@ -169,24 +187,33 @@ void write_format(Hdf5Writer& file, const std::string& prefix, const std::string
 
 void check_format(const Hdf5Reader& file, const std::string& prefix, const std::string& expected) {
   const bool group = expected == superelement_group_format;
-  const std::string what = (prefix.empty() ? "is not a " : prefix + ": is not a ") +
-                           std::string(group ? "file of a group of superelements" : "superelement file") + ": ";
-  if (!file.has_attribute(root(prefix), "format")) fail(file, what + "the root attribute 'format' is missing");
+  const std::string what =
+      (prefix.empty() ? "is not a " : prefix + ": is not a ") +
+      std::string(group ? "file of a group of superelements" : "superelement file") + ": ";
+  if (!file.has_attribute(root(prefix), "format"))
+    fail(file, what + "the root attribute 'format' is missing");
   const std::string format = file.read_string(root(prefix), "format");
   if (format != expected) {
     std::string hint;
-    if (format == superelement_group_format) hint = ": it holds the domains of a decomposed component";
-    if (format == superelement_format) hint = ": it holds one superelement, of a component that is not decomposed";
+    if (format == superelement_group_format)
+      hint = ": it holds the domains of a decomposed component";
+    if (format == superelement_format)
+      hint = ": it holds one superelement, of a component that is not decomposed";
     fail(file, what + "attribute 'format' is '" + format + "', expected '" + expected + "'" + hint);
   }
   const std::string version = file.read_string(root(prefix), "format_version");
   int major = -1;
   const auto [end, error] = std::from_chars(version.data(), version.data() + version.size(), major);
-  const bool valid = error == std::errc() && (end == version.data() + version.size() || *end == '.');
-  if (!valid || major < 1) fail(file, "attribute 'format_version' is '" + version + "', expected MAJOR.MINOR such as '1.0'");
+  const bool valid =
+      error == std::errc() && (end == version.data() + version.size() || *end == '.');
+  if (!valid || major < 1)
+    fail(file,
+         "attribute 'format_version' is '" + version + "', expected MAJOR.MINOR such as '1.0'");
   if (major > format_major) {
-    fail(file, "format_version " + version + " is newer than the versions " + std::to_string(format_major) +
-                   ".x that this program reads: use a newer cbr, or reduce the component again with this one");
+    fail(file, "format_version " + version + " is newer than the versions " +
+                   std::to_string(format_major) +
+                   ".x that this program reads: use a newer cbr, or reduce the component again "
+                   "with this one");
   }
   file.read_string(root(prefix), "generator");
 }
@@ -202,35 +229,40 @@ RigidBody read_rigid_body(const Hdf5Reader& file, const std::string& prefix) {
   RigidBody body;
   body.mass = file.read_scalar(group + "mass");
   const Vector center = file.read_vector(group + "center");
-  if (center.size() != 3) fail(file, group + "center: wrong shape (" + std::to_string(center.size()) + "), expected (3)");
+  if (center.size() != 3)
+    fail(file, group + "center: wrong shape (" + std::to_string(center.size()) + "), expected (3)");
   const Points inertia = file.read_points(group + "inertia");
   if (inertia.rows() != 3) {
-    fail(file, group + "inertia: wrong shape (" + std::to_string(inertia.rows()) + ", 3), expected (3, 3)");
+    fail(file, group + "inertia: wrong shape (" + std::to_string(inertia.rows()) +
+                   ", 3), expected (3, 3)");
   }
   body.center = center;
   body.inertia = inertia;
   return body;
 }
 
-std::map<std::string, std::string> read_provenance(const Hdf5Reader& file, const std::string& prefix) {
+std::map<std::string, std::string> read_provenance(const Hdf5Reader& file,
+                                                   const std::string& prefix) {
   const std::string group = prefix + "/provenance";
   std::map<std::string, std::string> provenance;
   if (!file.has(group)) return provenance;
   for (const auto& attribute : file.attributes(group)) {
-    if (file.is_string(group, attribute)) provenance[attribute] = file.read_string(group, attribute);
+    if (file.is_string(group, attribute))
+      provenance[attribute] = file.read_string(group, attribute);
   }
   return provenance;
 }
 
-void check_count(const Hdf5Reader& file, const std::string& prefix, const std::string& attribute, Index found,
-                 const std::string& dataset) {
+void check_count(const Hdf5Reader& file, const std::string& prefix, const std::string& attribute,
+                 Index found, const std::string& dataset) {
   const Index claimed = file.read_index(root(prefix), attribute);
   if (claimed == found) return;
-  fail(file, prefix + dataset + ": length " + std::to_string(found) + " is not the attribute '" + attribute +
-                 "' = " + std::to_string(claimed));
+  fail(file, prefix + dataset + ": length " + std::to_string(found) + " is not the attribute '" +
+                 attribute + "' = " + std::to_string(claimed));
 }
 
-Superelement read_superelement_at(const Hdf5Reader& file, const std::string& prefix, const SuperelementParts& parts) {
+Superelement read_superelement_at(const Hdf5Reader& file, const std::string& prefix,
+                                  const SuperelementParts& parts) {
   check_format(file, prefix, superelement_format);
   Superelement s;
   s.basis = file.read_string(root(prefix), "basis");
@@ -257,14 +289,16 @@ Superelement read_superelement_at(const Hdf5Reader& file, const std::string& pre
     s.omega = file.read_vector(prefix + "/diagonal/omega");
     s.V = file.read_row_matrix(prefix + "/diagonal/V");
   }
-  if (parts.recovery && file.has(prefix + "/recovery")) s.recovery.push_back(read_recovery(file, prefix));
+  if (parts.recovery && file.has(prefix + "/recovery"))
+    s.recovery.push_back(read_recovery(file, prefix));
   if (file.has(prefix + "/recovery/sets"))
     for (const auto& set : file.children(prefix + "/recovery/sets"))
       s.recovered_sets[set] = file.read_indices(prefix + "/recovery/sets/" + set);
   read_extras(file, prefix, s);
   s.provenance = read_provenance(file, prefix);
   const auto modes = s.provenance.find("massless_modes");  // where files before 1.5 say it
-  if (s.is_massless() && s.massless.modes.empty() && modes != s.provenance.end()) s.massless.modes = modes->second;
+  if (s.is_massless() && s.massless.modes.empty() && modes != s.provenance.end())
+    s.massless.modes = modes->second;
   check_parts(s, parts, file.file().string() + (prefix.empty() ? "" : ": " + prefix));
   return s;
 }
@@ -297,14 +331,16 @@ void write_superelement_at(Hdf5Writer& file, const std::string& prefix, const Su
   std::map<std::string, const Surface*> by_name;
   for (const auto& surface : s.surfaces) by_name[surface.name] = &surface;
   for (const auto& [surface_name, surface] : by_name) write_surface(file, prefix, *surface);
-  for (const auto& [nodeset, nodes] : s.nodesets) file.write(prefix + "/nodesets/" + nodeset, nodes);
+  for (const auto& [nodeset, nodes] : s.nodesets)
+    file.write(prefix + "/nodesets/" + nodeset, nodes);
   write_rigid_body(file, prefix, s.rigid_body);
   if (s.has_diagonal_form()) {
     file.write(prefix + "/diagonal/omega", s.omega);
     file.write(prefix + "/diagonal/V", s.V);
   }
   for (const auto& recovery : s.recovery) write_recovery(file, prefix, recovery);
-  for (const auto& [set, nodes] : s.recovered_sets) file.write(prefix + "/recovery/sets/" + set, nodes);
+  for (const auto& [set, nodes] : s.recovered_sets)
+    file.write(prefix + "/recovery/sets/" + set, nodes);
   write_extras(file, prefix, s);
   for (const auto& [key, value] : s.provenance) file.attribute(prefix + "/provenance", key, value);
 }
@@ -321,12 +357,15 @@ void write_superelement(const Superelement& s, const std::filesystem::path& path
   file.commit();
 }
 
-bool stores_diagonal_form(const std::filesystem::path& path) { return Hdf5Reader(path).has("/diagonal"); }
+bool stores_diagonal_form(const std::filesystem::path& path) {
+  return Hdf5Reader(path).has("/diagonal");
+}
 
 std::string read_content_hash(const std::filesystem::path& path) {
   try {
     const Hdf5Reader file(path);
-    const bool group = file.has_attribute("/", "format") && file.read_string("/", "format") == superelement_group_format;
+    const bool group = file.has_attribute("/", "format") &&
+                       file.read_string("/", "format") == superelement_group_format;
     check_format(file, "", group ? superelement_group_format : superelement_format);
     return file.read_string("/", "content_hash");
   } catch (const InputError&) {

@@ -11,21 +11,27 @@ namespace cbr {
 
 inline constexpr const char* superelement_format = "cbr-superelement";
 inline constexpr const char* superelement_group_format = "cbr-superelement-group";
-// Of what is written: datasets have checksums. What older ones lack, and how they are told apart, is in docs/formats.md.
+// Of what is written: datasets have checksums. What older ones lack, and how they are told apart,
+// is in docs/formats.md.
 inline constexpr const char *superelement_version = "1.8", *superelement_group_version = "1.2";
 
-// `prefix`: "" for the root, or "/domains/1". Attributes, too, stand at the prefix. InputErrors as of read_superelement().
-void write_superelement_at(Hdf5Writer& file, const std::string& prefix, const Superelement& superelement);
-Superelement read_superelement_at(const Hdf5Reader& file, const std::string& prefix, const SuperelementParts& parts);
+// `prefix`: "" for the root, or "/domains/1". Attributes, too, stand at the prefix. InputErrors as
+// of read_superelement().
+void write_superelement_at(Hdf5Writer& file, const std::string& prefix,
+                           const Superelement& superelement);
+Superelement read_superelement_at(const Hdf5Reader& file, const std::string& prefix,
+                                  const SuperelementParts& parts);
 
 // What superelements and groups of them share.
-void write_format(Hdf5Writer& file, const std::string& prefix, const std::string& format, const std::string& format_version);
+void write_format(Hdf5Writer& file, const std::string& prefix, const std::string& format,
+                  const std::string& format_version);
 void check_format(const Hdf5Reader& file, const std::string& prefix, const std::string& format);
 void write_rigid_body(Hdf5Writer& file, const std::string& prefix, const RigidBody& body);
 RigidBody read_rigid_body(const Hdf5Reader& file, const std::string& prefix);
-std::map<std::string, std::string> read_provenance(const Hdf5Reader& file, const std::string& prefix);
+std::map<std::string, std::string> read_provenance(const Hdf5Reader& file,
+                                                   const std::string& prefix);
 // InputError unless the attribute has this value, which is the length of `dataset`.
-void check_count(const Hdf5Reader& file, const std::string& prefix, const std::string& attribute, Index found,
-                 const std::string& dataset);
+void check_count(const Hdf5Reader& file, const std::string& prefix, const std::string& attribute,
+                 Index found, const std::string& dataset);
 
 }  // namespace cbr

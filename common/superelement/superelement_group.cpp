@@ -26,8 +26,10 @@ bool is_linear(FaceKind kind) { return kind == FaceKind::tri3 || kind == FaceKin
 void append(Surface& surface, Surface more) {
   if (surface.kind != more.kind) {
     if (!is_linear(surface.kind) || !is_linear(more.kind)) {
-      throw InputError("/interface/" + surface.name + ": faces of kind " + std::string(name(more.kind)) + " in one domain, " +
-                       std::string(name(surface.kind)) + " in another: only tri3 and quad4 go together");
+      throw InputError("/interface/" + surface.name + ": faces of kind " +
+                       std::string(name(more.kind)) + " in one domain, " +
+                       std::string(name(surface.kind)) +
+                       " in another: only tri3 and quad4 go together");
     }
     widen_to_quads(surface);
     widen_to_quads(more);
@@ -43,7 +45,8 @@ void join_surfaces(const SuperelementGroup& group, JoinedNodes& joined) {
   std::map<std::string, Surface> by_name;
   for (std::size_t d = 0; d < group.domains.size(); ++d) {
     for (Surface surface : group.domains[d].surfaces) {
-      for (Index& node : surface.faces.reshaped()) node = joined.place[d][static_cast<std::size_t>(node)];
+      for (Index& node : surface.faces.reshaped())
+        node = joined.place[d][static_cast<std::size_t>(node)];
       const auto [place, is_new] = by_name.try_emplace(surface.name, surface);
       if (!is_new) append(place->second, std::move(surface));
     }
@@ -59,22 +62,25 @@ void join_nodesets(const SuperelementGroup& group, JoinedNodes& joined) {
       for (const Index node : nodes) all.insert(joined.place[d][static_cast<std::size_t>(node)]);
     }
   }
-  for (const auto& [name, nodes] : by_name) joined.nodesets[name].assign(nodes.begin(), nodes.end());
+  for (const auto& [name, nodes] : by_name)
+    joined.nodesets[name].assign(nodes.begin(), nodes.end());
 }
 
 // Per dof of the domain its number among the joined ones, 3 node + component.
 std::vector<Index> joined_dofs(const Superelement& domain, const std::vector<Index>& place) {
   std::vector<Index> dofs;
   for (std::size_t i = 0; i < domain.dof_node.size(); ++i) {
-    dofs.push_back(3 * place[static_cast<std::size_t>(domain.dof_node[i])] + domain.dof_component[i]);
+    dofs.push_back(3 * place[static_cast<std::size_t>(domain.dof_node[i])] +
+                   domain.dof_component[i]);
   }
   return dofs;
 }
 
 // Domains that were read without their matrices give a whole without them.
 bool has_matrices(const SuperelementGroup& group) {
-  return std::all_of(group.domains.begin(), group.domains.end(),
-                     [](const Superelement& s) { return s.K_cc.rows() == s.c() && s.M_kc.cols() == s.c(); });
+  return std::all_of(group.domains.begin(), group.domains.end(), [](const Superelement& s) {
+    return s.K_cc.rows() == s.c() && s.M_kc.cols() == s.c();
+  });
 }
 
 void join_matrices(const SuperelementGroup& group, const JoinedNodes& joined, Superelement& whole) {
@@ -135,7 +141,8 @@ Superelement join(const SuperelementGroup& group) {
   for (const auto& domain : group.domains) k += domain.k();
   whole.eigenvalues.resize(k);
   k = 0;
-  for (const auto& domain : group.domains) whole.eigenvalues.segment(k, domain.k()) = domain.eigenvalues, k += domain.k();
+  for (const auto& domain : group.domains)
+    whole.eigenvalues.segment(k, domain.k()) = domain.eigenvalues, k += domain.k();
   for (Index i = 0; i < 3 * static_cast<Index>(joined.node_ids.size()); ++i) {
     whole.dof_node.push_back(i / 3);
     whole.dof_component.push_back(static_cast<int>(i % 3));

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A decomposed component: superelements that share nodes. Equal node ids join them; nothing is tied.
+// A decomposed component: superelements that share nodes. Equal node ids join them; nothing is
+// tied.
 #pragma once
 
 #include <filesystem>
@@ -12,8 +13,9 @@
 
 namespace cbr {
 
-// Each domain is a whole superelement on the mesh's node ids; its interface is the component's interface inside it and the nodes
-// that it shares with other domains. Its surfaces and nodesets are those of the component's interface, as far as they lie in it.
+// Each domain is a whole superelement on the mesh's node ids; its interface is the component's
+// interface inside it and the nodes that it shares with other domains. Its surfaces and nodesets
+// are those of the component's interface, as far as they lie in it.
 struct SuperelementGroup {
   std::string content_hash;
   std::vector<Superelement> domains;
@@ -29,21 +31,25 @@ struct SuperelementGroup {
 
 // The nodes of all domains, each once, ascending by id, with what is on them.
 struct JoinedNodes {
-  std::vector<Index> node_ids;                         // n
-  Points coordinates;                                  // n x 3
-  std::vector<std::vector<Index>> place;               // per domain and node of it: its row above
-  std::vector<Surface> surfaces;                       // the domains' faces of one name, one after the other
+  std::vector<Index> node_ids;            // n
+  Points coordinates;                     // n x 3
+  std::vector<std::vector<Index>> place;  // per domain and node of it: its row above
+  // the domains' faces of one name, one after the other
+  std::vector<Surface> surfaces;
   std::map<std::string, std::vector<Index>> nodesets;  // ascending, unique
 };
 JoinedNodes join_nodes(const SuperelementGroup& group);
 
-// The group as one superelement, dense: k = the domains' modes one after the other, c = 3 n dofs of the joined nodes (x, y, z of
-// each). Exact: its K_kc is 0 and its M_kk I as every superelement's. With the group's diagonal form when it has one.
+// The group as one superelement, dense: k = the domains' modes one after the other, c = 3 n dofs of
+// the joined nodes (x, y, z of each). Exact: its K_kc is 0 and its M_kk I as every superelement's.
+// With the group's diagonal form when it has one.
 Superelement join(const SuperelementGroup& group);
 
-// File: format "cbr-superelement-group" (docs/formats.md). InputErrors as of read_superelement, naming the domain.
+// File: format "cbr-superelement-group" (docs/formats.md). InputErrors as of read_superelement,
+// naming the domain.
 bool is_superelement_group(const std::filesystem::path& file);
-SuperelementGroup read_superelement_group(const std::filesystem::path& file, const SuperelementParts& parts = {});
+SuperelementGroup read_superelement_group(const std::filesystem::path& file,
+                                          const SuperelementParts& parts = {});
 void write_superelement_group(const SuperelementGroup& group, const std::filesystem::path& file);
 
 }  // namespace cbr

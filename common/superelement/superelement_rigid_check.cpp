@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A superelement's parts against one another: what its coordinates and /rigid_body say of rigid motions, and what its matrices or
-// modes make of them.
+// A superelement's parts against one another: what its coordinates and /rigid_body say of rigid
+// motions, and what its matrices or modes make of them.
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -13,26 +13,31 @@
 namespace cbr {
 namespace {
 
-// Far above what reductions of thin parts leave, and the digits that another maker writes; far below a wrong file.
+// Far above what reductions of thin parts leave, and the digits that another maker writes; far
+// below a wrong file.
 constexpr double tolerance = 1e-2;
 constexpr double no_force = 1e-6;  // of |K_cc| |R|
 
 class RigidCheck {
  public:
-  RigidCheck(const Superelement& superelement, const std::string& where) : s_(superelement), where_(where) {
+  RigidCheck(const Superelement& superelement, const std::string& where)
+      : s_(superelement), where_(where) {
     if (s_.coordinates.rows() > 0)
-      size_ = (s_.coordinates.rowwise() - s_.rigid_body.center.transpose()).rowwise().norm().maxCoeff();
+      size_ =
+          (s_.coordinates.rowwise() - s_.rigid_body.center.transpose()).rowwise().norm().maxCoeff();
     R_ = reduced_rigid_modes(s_, s_.rigid_body.center).bottomRows(s_.c());
     // Rotations in units of length
     if (size_ > 0) R_.rightCols(3) /= size_;
     const PivotedQr qr(R_, 1e-6);
     // Few nodes, or nodes with some of their dofs, do not tell all rigid motions of the component
-    is_told_ = std::isfinite(size_) && size_ > 0 && s_.c() == 3 * s_.coordinates.rows() && qr.rank() == 6;
+    is_told_ =
+        std::isfinite(size_) && size_ > 0 && s_.c() == 3 * s_.coordinates.rows() && qr.rank() == 6;
   }
 
   void check() const {
     if (!is_told_) return;
-    if (s_.is_massless() && s_.massless.V.size() > 0) return check_modes("/massless/V", s_.massless.V, s_.eigenvalues);
+    if (s_.is_massless() && s_.massless.V.size() > 0)
+      return check_modes("/massless/V", s_.massless.V, s_.eigenvalues);
     if (s_.is_characteristic() && s_.characteristic.V.size() > 0)
       return check_modes("/characteristic/V", s_.characteristic.V, s_.eigenvalues);
     if (!s_.has_interface_matrices() || is_held_inside(s_)) return;
@@ -49,8 +54,9 @@ class RigidCheck {
 
  private:
   [[noreturn]] void fail(const std::string& field, const std::string& what) const {
-    throw InputError(where_ + ": " + field + ": " + what +
-                     ": the file has been changed, or was written wrongly (run cbr-reduce --force)");
+    throw InputError(
+        where_ + ": " + field + ": " + what +
+        ": the file has been changed, or was written wrongly (run cbr-reduce --force)");
   }
 
   void compare(const std::string& field, const Matrix6& found) const {
@@ -59,12 +65,17 @@ class RigidCheck {
     mass.bottomRightCorner<3, 3>() = s_.rigid_body.inertia / (size_ * size_);
     // Against the larger of the two that the farthest node and the radius of gyration make
     Vector scale = Vector::Constant(6, std::sqrt(s_.rigid_body.mass));
-    scale.tail(3).setConstant(std::sqrt(std::max(s_.rigid_body.mass, s_.rigid_body.inertia.trace() / (size_ * size_))));
+    scale.tail(3).setConstant(
+        std::sqrt(std::max(s_.rigid_body.mass, s_.rigid_body.inertia.trace() / (size_ * size_))));
     const Vector inverse = scale.cwiseInverse();
-    const double difference = (inverse.asDiagonal() * (found - mass) * inverse.asDiagonal()).cwiseAbs().maxCoeff();
+    const double difference =
+        (inverse.asDiagonal() * (found - mass) * inverse.asDiagonal()).cwiseAbs().maxCoeff();
     if (found.allFinite() && difference <= tolerance) return;  // not for a NaN
-    fail(field, "does not agree with /nodes/coordinates and /rigid_body: their rigid motions have another mass or inertia, by " +
-                    (std::isfinite(difference) ? number_text(difference) : "far more than 1") + " of the mass, allowed 0.01");
+    fail(field,
+         "does not agree with /nodes/coordinates and /rigid_body: their rigid motions have another "
+         "mass or inertia, by " +
+             (std::isfinite(difference) ? number_text(difference) : "far more than 1") +
+             " of the mass, allowed 0.01");
   }
 
   // Modes of frequency 0 are rigid motions of unit mass: V_r E = R_c, and E^T E is their mass.
@@ -76,7 +87,8 @@ class RigidCheck {
     if (r > 0 && V_r.cwiseAbs().maxCoeff() > 0) E = PivotedQr(V_r).solve(R_);
     const double left = (R_ - V_r * E).cwiseAbs().maxCoeff() / R_.cwiseAbs().maxCoeff();
     if (!E.allFinite() || !(left <= tolerance))
-      fail(field, "its " + std::to_string(r) + " modes of frequency 0 do not hold the rigid motions of /nodes/coordinates");
+      fail(field, "its " + std::to_string(r) +
+                      " modes of frequency 0 do not hold the rigid motions of /nodes/coordinates");
     compare(field, Matrix6(E.transpose() * E));
   }
 
@@ -85,7 +97,8 @@ class RigidCheck {
     const Matrix3 pull = R_.leftCols(3).transpose() * load.force.bottomRows(s_.c());
     const double difference = (pull / load.weight - Matrix3::Identity()).cwiseAbs().maxCoeff();
     if (pull.allFinite() && difference <= tolerance) return;
-    fail(field, "the forces of a unit traction do not add up to the area in /weight, " + number_text(load.weight));
+    fail(field, "the forces of a unit traction do not add up to the area in /weight, " +
+                    number_text(load.weight));
   }
 
   // Psi R_c = R_I: the inner nodes go along   (3 n_I x 6)
@@ -94,9 +107,12 @@ class RigidCheck {
     R_I.rightCols(3) /= size_;
     const Matrix difference = recovery.Psi * R_ - R_I;
     if (difference.size() == 0 ||
-        (difference.allFinite() && difference.cwiseAbs().maxCoeff() <= tolerance * R_I.cwiseAbs().maxCoeff()))
+        (difference.allFinite() &&
+         difference.cwiseAbs().maxCoeff() <= tolerance * R_I.cwiseAbs().maxCoeff()))
       return;
-    fail("/recovery/Psi", "the rigid motions that it makes of the interface's are not those of /recovery/nodes/coordinates");
+    fail("/recovery/Psi",
+         "the rigid motions that it makes of the interface's are not those of "
+         "/recovery/nodes/coordinates");
   }
 
   const Superelement& s_;
@@ -115,6 +131,8 @@ bool is_held_inside(const Superelement& s) {
   return (s.K_cc * T).norm() > no_force * s.K_cc.norm() * T.norm();
 }
 
-void check_rigid_motions(const Superelement& superelement, const std::string& where) { RigidCheck(superelement, where).check(); }
+void check_rigid_motions(const Superelement& superelement, const std::string& where) {
+  RigidCheck(superelement, where).check();
+}
 
 }  // namespace cbr

@@ -14,19 +14,23 @@ double history_value(const History& history, double t) {
   if (history.time.empty()) return 1;
   if (t <= history.time.front()) return history.value.front();
   if (t >= history.time.back()) return history.value.back();
-  const auto after = std::upper_bound(history.time.begin(), history.time.end(), t) - history.time.begin();
+  const auto after =
+      std::upper_bound(history.time.begin(), history.time.end(), t) - history.time.begin();
   const double t0 = history.time[after - 1], t1 = history.time[after];
-  return history.value[after - 1] + (history.value[after] - history.value[after - 1]) * (t - t0) / (t1 - t0);
+  return history.value[after - 1] +
+         (history.value[after] - history.value[after - 1]) * (t - t0) / (t1 - t0);
 }
 
-void Body::add_answered_impulses(Index set, const Points& contact, const Points& friction, const Points&, const Vector&) {
+void Body::add_answered_impulses(Index set, const Points& contact, const Points& friction,
+                                 const Points&, const Vector&) {
   if (!contact.isZero(0)) add_impulses(set, contact, ImpulseKind::contact);
   if (!friction.isZero(0)) add_impulses(set, friction, ImpulseKind::friction);
 }
 
 namespace {
 [[noreturn]] void refuse_statics(const std::string& name) {
-  throw InputError("instance '" + name + "': statics (time.static, time.preload) cannot be had of it");
+  throw InputError("instance '" + name +
+                   "': statics (time.static, time.preload) cannot be had of it");
 }
 }  // namespace
 
@@ -37,13 +41,15 @@ Settled Body::settle() { refuse_statics(name()); }
 void Body::end_load_step() { refuse_statics(name()); }
 void Body::start_motion(double) { refuse_statics(name()); }
 
-void Body::end_velocities(Index, Points&) { assert(false && "only bodies under newmark have them"); }
+void Body::end_velocities(Index, Points&) {
+  assert(false && "only bodies under newmark have them");
+}
 
 void Body::add_modal_force(const Vector&, const LoadHistory&) {
-  throw InputError(
-      "instance '" + name() +
-      "': a load on faces inside the part acts on superelements of basis craig-bampton without mass_scaling only: take "
-      "the faces into the interface");
+  throw InputError("instance '" + name() +
+                   "': a load on faces inside the part acts on superelements of basis "
+                   "craig-bampton without mass_scaling only: take "
+                   "the faces into the interface");
 }
 
 void Body::damp(const Damping&) {
@@ -60,10 +66,13 @@ NodeResponse Body::velocity_response(Index) const {
   return {};
 }
 
-void Body::add_end_impulses(Index, const Points&, ImpulseKind) { assert(false && "only bodies under newmark take them"); }
+void Body::add_end_impulses(Index, const Points&, ImpulseKind) {
+  assert(false && "only bodies under newmark take them");
+}
 
 void keep_state(StateArchive& archive, BodyState& state) {
-  archive(state.center_of_mass, state.momentum, state.angular_momentum, state.kinetic_energy, state.strain_energy);
+  archive(state.center_of_mass, state.momentum, state.angular_momentum, state.kinetic_energy,
+          state.strain_energy);
   archive(state.rotation, state.scaled_energy);
   bool turns = state.orientation.has_value();
   archive(turns);
@@ -73,6 +82,8 @@ void keep_state(StateArchive& archive, BodyState& state) {
   state.orientation = orientation;
 }
 
-void keep_state(StateArchive& archive, BodyWork& work) { archive(work.external, work.contact, work.friction, work.damping, work.numerical); }
+void keep_state(StateArchive& archive, BodyWork& work) {
+  archive(work.external, work.contact, work.friction, work.damping, work.numerical);
+}
 
 }  // namespace cbr

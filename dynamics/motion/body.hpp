@@ -21,20 +21,28 @@ class StateArchive;
 
 // What a body answers about itself, all in the scene's axes.
 struct BodyState {
-  // angular_momentum: about the scene's origin, of the linearised motion (arms of the undeformed body about its centre of mass).
-  Vector3 center_of_mass = Vector3::Zero(), momentum = Vector3::Zero(), angular_momentum = Vector3::Zero();
+  // angular_momentum: about the scene's origin, of the linearised motion (arms of the undeformed
+  // body about its centre of mass).
+  Vector3 center_of_mass = Vector3::Zero(), momentum = Vector3::Zero(),
+          angular_momentum = Vector3::Zero();
   double kinetic_energy = 0, strain_energy = 0;
-  double rotation = 0;       // mean rotation since the start, rad: the formulation is linear, so it should stay small
+  // mean rotation since the start, rad: the formulation is linear, so it should stay small
+  double rotation = 0;
   // Of a body that turns by any angle: unit quaternion w x y z since the start, scene axes.
   std::optional<Eigen::Vector4d> orientation = {};
-  double scaled_energy = 0;  // kinetic + strain, of what moves with scaled modal mass: what that costs in accuracy at most
+  // kinetic + strain, of what moves with scaled modal mass: what that costs in accuracy at most
+  double scaled_energy = 0;
 };
 
-// Work done on a body since the start of the run; kinetic + strain energy changes by their sum, to round-off.
+// Work done on a body since the start of the run; kinetic + strain energy changes by their sum, to
+// round-off.
 struct BodyWork {
   double external = 0, contact = 0, friction = 0;
-  double damping = 0;    // of the material's and the modes' damping: never above 0 but for changes of the step
-  double numerical = 0;  // what the integrator takes or gives by itself: HHT-alpha's damping, central differences' changes of step
+  // of the material's and the modes' damping: never above 0 but for changes of the step
+  double damping = 0;
+  // what the integrator takes or gives by itself: HHT-alpha's damping, central differences' changes
+  // of step
+  double numerical = 0;
 };
 
 // How a body is advanced.
@@ -46,7 +54,8 @@ enum class ImpulseKind : char { contact, friction };
 // What a body is to be in equilibrium with, and how fast it may follow.
 struct Rest {
   double t = 0, share = 1;  // the loads are those at time t, times share
-  double hold = 1;          // of the pull towards where the body is, a factor of the body's own choice
+  // of the pull towards where the body is, a factor of the body's own choice
+  double hold = 1;
 };
 
 // What an iteration towards equilibrium has changed.
@@ -56,9 +65,10 @@ struct Settled {
   double way = 0;     // the move, rms over the mass
 };
 
-// A step goes: predict(t, h) computes the end of the step without contact; contact asks positions and response at the
-// nodes it cares about and hands back impulses with add_impulses(); accept() makes the end the new state.
-// Nodes are indices 0 .. n_nodes() - 1. Sets of nodes that are asked for often are announced once with track().
+// A step goes: predict(t, h) computes the end of the step without contact; contact asks positions
+// and response at the nodes it cares about and hands back impulses with add_impulses(); accept()
+// makes the end the new state. Nodes are indices 0 .. n_nodes() - 1. Sets of nodes that are asked
+// for often are announced once with track().
 class Body {
  public:
   virtual ~Body() = default;
@@ -67,18 +77,22 @@ class Body {
   virtual Index n_dofs() const = 0;
   virtual double largest_frequency() const = 0;  // rad/s, of the body alone; sets the step
   virtual Scheme scheme() const = 0;
-  bool is_exact() const { return scheme() == Scheme::exact; }  // any step is allowed when no contact is near
+  // any step is allowed when no contact is near
+  bool is_exact() const { return scheme() == Scheme::exact; }
   // The share of the critical step that contact leaves of use; step: auto takes it.
   virtual double contact_share() const { return 1; }
-  // Before the first predict() and before scale(): the step at which contact will push, omega_max h < pi. Exact bodies then answer
-  // impulses with the compliance of a force that lasts (contact_gain.hpp). Not with add_velocities().
+  // Before the first predict() and before scale(): the step at which contact will push, omega_max h
+  // < pi. Exact bodies then answer impulses with the compliance of a force that lasts
+  // (contact_gain.hpp). Not with add_velocities().
   virtual void set_contact_step(double) {}
-  // Whether scale() has to be called: once, after all track() and add_...() calls and before the first predict(). It gives every
-  // mode above `clip` (rad/s) that frequency by scaling its modal mass; statics, rigid motion and all other modes stay as they are.
+  // Whether scale() has to be called: once, after all track() and add_...() calls and before the
+  // first predict(). It gives every mode above `clip` (rad/s) that frequency by scaling its modal
+  // mass; statics, rigid motion and all other modes stay as they are.
   virtual bool can_scale() const { return false; }
   virtual void scale(double clip);
 
-  // Once, before track(), loads and the first predict(). InputError: damping that this body does not have.
+  // Once, before track(), loads and the first predict(). InputError: damping that this body does
+  // not have.
   virtual void damp(const Damping& damping);
 
   virtual const Points& reference_positions() const = 0;  // n_nodes x 3, scene axes, undeformed
@@ -86,80 +100,100 @@ class Body {
 
   // Number of a node set, for the calls below. Only before the first predict().
   virtual Index track(const std::vector<Index>& nodes) = 0;
-  virtual void positions(Index set, Points& x) const = 0;            // now
-  virtual void predicted_positions(Index set, Points& x) const = 0;  // at the end of the step, with the impulses added so far
-  virtual MotionBound motion_bound(Index set) const = 0;             // precondition: is_exact()
-  virtual MotionBound quick_motion_bound(Index set) const { return motion_bound(set); }  // looser where that is cheaper
-  virtual bool at_rest() const { return false; }  // nothing moves it but impulses: a step leaves it as it is
-  // The same for sets of which only the plain mean is asked for; their numbers are of mean_motion() only.
+  virtual void positions(Index set, Points& x) const = 0;  // now
+  // at the end of the step, with the impulses added so far
+  virtual void predicted_positions(Index set, Points& x) const = 0;
+  virtual MotionBound motion_bound(Index set) const = 0;  // precondition: is_exact()
+  // looser where that is cheaper
+  virtual MotionBound quick_motion_bound(Index set) const { return motion_bound(set); }
+  // nothing moves it but impulses: a step leaves it as it is
+  virtual bool at_rest() const { return false; }
+  // The same for sets of which only the plain mean is asked for; their numbers are of mean_motion()
+  // only.
   virtual Index track_mean(const std::vector<Index>& nodes) = 0;
   virtual void mean_motion(Index set, Vector3& position, Vector3& velocity) const = 0;
 
   virtual void predict(double t, double h) = 0;
   // Impulses (force x time) on the set's nodes at the start of the step: n x 3, scene axes.
   virtual void add_impulses(Index set, const Points& impulses, ImpulseKind kind) = 0;
-  void add_impulses(Index set, const Points& impulses) { add_impulses(set, impulses, ImpulseKind::contact); }
-  // All impulses of a step on the set at once, from a caller that knows `move`, response() of the step times contact + friction,
-  // and of a thin response `still`, the share of its static rows: a body that needs that product is spared it.
-  virtual void add_answered_impulses(Index set, const Points& contact, const Points& friction, const Points& move,
-                                     const Vector& still);
-  // A moment (times time) on the body beside impulses on its nodes; of bodies that turn, which all others are not.
+  void add_impulses(Index set, const Points& impulses) {
+    add_impulses(set, impulses, ImpulseKind::contact);
+  }
+  // All impulses of a step on the set at once, from a caller that knows `move`, response() of the
+  // step times contact + friction, and of a thin response `still`, the share of its static rows: a
+  // body that needs that product is spared it.
+  virtual void add_answered_impulses(Index set, const Points& contact, const Points& friction,
+                                     const Points& move, const Vector& still);
+  // A moment (times time) on the body beside impulses on its nodes; of bodies that turn, which all
+  // others are not.
   virtual void add_moment(const Vector3&, ImpulseKind) {}
-  // Changes the velocities of the set's nodes (n x 3, scene axes), and of no other coordinate, such that the end moves by h times
-  // as much: what a nodal (kinematic) enforcement does. Row sums do not tell all of the momentum that this brings; what is missing
-  // from `momentum` is made up by a velocity that all nodes of the set get, which is returned.
+  // Changes the velocities of the set's nodes (n x 3, scene axes), and of no other coordinate, such
+  // that the end moves by h times as much: what a nodal (kinematic) enforcement does. Row sums do
+  // not tell all of the momentum that this brings; what is missing from `momentum` is made up by a
+  // velocity that all nodes of the set get, which is returned.
   virtual Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum) = 0;
   virtual void accept() = 0;
 
-  // Newmark, once all impulses of the step are in and until accept(): the velocities of the set's nodes at its end (scene axes),
-  // their change per unit impulse there, G M^-1 G^T, and such impulses, which leave positions alone.
+  // Newmark, once all impulses of the step are in and until accept(): the velocities of the set's
+  // nodes at its end (scene axes), their change per unit impulse there, G M^-1 G^T, and such
+  // impulses, which leave positions alone.
   virtual void end_velocities(Index set, Points& v);
   virtual NodeResponse velocity_response(Index set) const;
   virtual void add_end_impulses(Index set, const Points& impulses, ImpulseKind kind);
 
-  // Statics, without velocities: a load step is a number of iterations relax(), forces of contact, settle(), and end_load_step().
-  // (K + sigma M) d = f + contact - K u gives the move d of an iteration; its sum over the iterations is the solution of
-  // K u = f + contact (the proximal point method; Rockafellar 1976, doi 10.1137/0314056). sigma M keeps what nothing but contact
-  // holds in its place; sigma = 0 where supports hold the body. docs/theory.md, "Statics". Bodies without statics assert.
+  // Statics, without velocities: a load step is a number of iterations relax(), forces of contact,
+  // settle(), and end_load_step(). (K + sigma M) d = f + contact - K u gives the move d of an
+  // iteration; its sum over the iterations is the solution of K u = f + contact (the proximal point
+  // method; Rockafellar 1976, doi 10.1137/0314056). sigma M keeps what nothing but contact holds in
+  // its place; sigma = 0 where supports hold the body. docs/theory.md, "Statics". Bodies without
+  // statics assert.
   virtual bool has_statics() const { return false; }
-  virtual void relax(const Rest& rest);  // predicted_positions() are those of the equilibrium without contact
-  // Change of the predicted positions of the set's dofs per unit force on them, and such forces (n x 3, scene axes).
+  // predicted_positions() are those of the equilibrium without contact
+  virtual void relax(const Rest& rest);
+  // Change of the predicted positions of the set's dofs per unit force on them, and such forces (n
+  // x 3, scene axes).
   virtual NodeResponse static_response(Index set, double hold) const;
   virtual void add_static_forces(Index set, const Points& forces, ImpulseKind kind);
   virtual Settled settle();      // the predicted end becomes the state
   virtual void end_load_step();  // books the work since the last one
-  // Once statics are over, before the first predict(), with its h: motion begins in the state that they have left, under the same
-  // forces of contact.
+  // Once statics are over, before the first predict(), with its h: motion begins in the state that
+  // they have left, under the same forces of contact.
   virtual void start_motion(double h);
 
   // Change of the predicted positions of the set's dofs per unit impulse on them, for a step h.
   virtual NodeResponse response(Index set, double h) const = 0;
-  // The mass of each node and scene direction as a nodal enforcement sees it: row sums of the mass over the body's nodes, n x 3.
+  // The mass of each node and scene direction as a nodal enforcement sees it: row sums of the mass
+  // over the body's nodes, n x 3.
   virtual Points nodal_masses(Index set) const = 0;
 
-  // Nodal forces (n_nodes x 3, scene axes) times a history; the same for an acceleration of the whole body. Before the first
-  // predict().
+  // Nodal forces (n_nodes x 3, scene axes) times a history; the same for an acceleration of the
+  // whole body. Before the first predict().
   virtual void add_force(const Points& forces, const LoadHistory& history) = 0;
   virtual void add_gravity(const Vector3& acceleration, const LoadHistory& history) = 0;
-  // Forces on the modal coordinates, the first ones of coordinates(): what a load inside a superelement does to its modes. Before
-  // the first predict(). InputError: a body that has no such coordinates of its own.
+  // Forces on the modal coordinates, the first ones of coordinates(): what a load inside a
+  // superelement does to its modes. Before the first predict(). InputError: a body that has no such
+  // coordinates of its own.
   virtual void add_modal_force(const Vector& forces, const LoadHistory& history);
 
   virtual BodyState state() const = 0;
   virtual BodyWork work() const = 0;
-  virtual void displacements(Points& u, Points& v) const = 0;  // of all nodes, and their velocities; scene axes, n_nodes x 3
-  // All coordinates and their rates, component axes: modal ones (of the parts one after the other), then x, y, z of the nodes, then
-  // what others do not see: what a recovery of interiors starts from.
+  // of all nodes, and their velocities; scene axes, n_nodes x 3
+  virtual void displacements(Points& u, Points& v) const = 0;
+  // All coordinates and their rates, component axes: modal ones (of the parts one after the other),
+  // then x, y, z of the nodes, then what others do not see: what a recovery of interiors starts
+  // from.
   virtual void coordinates(Vector& q, Vector& rates) const = 0;
 
-  // Of a body that turns by any angle: the rotation since the start in which this step's response() is. Others: none.
+  // Of a body that turns by any angle: the rotation since the start in which this step's response()
+  // is. Others: none.
   virtual const Matrix3* turn_of_step() const { return nullptr; }
-  // What coordinates() does not show of a body that turns: u and v (n x 3, scene axes) of points X of it (n x 3, undeformed, scene
-  // axes) become the whole displacements and velocities.
+  // What coordinates() does not show of a body that turns: u and v (n x 3, scene axes) of points X
+  // of it (n x 3, undeformed, scene axes) become the whole displacements and velocities.
   virtual void turn(const Points& X, Points& u, Points& v) const;
 
-  // Between two steps: all that steps have made of the body, for a checkpoint (common/files/state_archive.hpp). A body that was built in
-  // the same way and gets this goes on bit for bit as this one.
+  // Between two steps: all that steps have made of the body, for a checkpoint
+  // (common/files/state_archive.hpp). A body that was built in the same way and gets this goes on
+  // bit for bit as this one.
   virtual void keep_state(StateArchive& archive) = 0;
 };
 

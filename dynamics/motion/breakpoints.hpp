@@ -17,8 +17,9 @@ class Breakpoints {
     if (history.has_points()) histories_.push_back(history);
   }
 
-  // piece(from, to, whole) for the parts of [t, t + h] in which all histories are linear, in order; `whole`: there is only one.
-  // Breakpoints that differ by round-off are one: no part is shorter than 1e-9 h.
+  // piece(from, to, whole) for the parts of [t, t + h] in which all histories are linear, in order;
+  // `whole`: there is only one. Breakpoints that differ by round-off are one: no part is shorter
+  // than 1e-9 h.
   template <class Piece>
   void cut(double t, double h, const Piece& piece) const {
     const double end = t + h, tolerance = 1e-9 * h;

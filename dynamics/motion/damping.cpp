@@ -32,7 +32,8 @@ ModalRates Damping::rates(const Vector& omega) const {
     rates.c[j] = material.alpha + material.beta * w * w + (2 * ratio + material.loss_factor) * w;
   }
   const auto bytes = static_cast<std::size_t>(rates.c.size()) * sizeof(double);
-  rates.hash = std::hash<std::string_view>()({reinterpret_cast<const char*>(rates.c.data()), bytes}) | 1;
+  rates.hash =
+      std::hash<std::string_view>()({reinterpret_cast<const char*>(rates.c.data()), bytes}) | 1;
   return rates;
 }
 

@@ -26,8 +26,9 @@ struct Damping {
   ModalRates rates(const Vector& omega) const;
 };
 
-// Central differences with the stiffness part of the damping taken half a step late are stable for h up to 2 over this, rad/s:
-// omega (sqrt(1 + zeta^2) + zeta), zeta = beta omega / 2 (Belytschko, Liu, Moran, Nonlinear Finite Elements, 6.2.13).
+// Central differences with the stiffness part of the damping taken half a step late are stable for
+// h up to 2 over this, rad/s: omega (sqrt(1 + zeta^2) + zeta), zeta = beta omega / 2 (Belytschko,
+// Liu, Moran, Nonlinear Finite Elements, 6.2.13).
 double critical_frequency(double omega, double beta);
 
 }  // namespace cbr

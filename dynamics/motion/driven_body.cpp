@@ -9,15 +9,21 @@
 
 namespace cbr {
 
-DrivenBody::DrivenBody(std::unique_ptr<Body> inner, DrivenMotion motion, double mass, bool has_inertia, bool waits)
-    : inner_(std::move(inner)), motion_(std::move(motion)), mass_(mass), has_inertia_(has_inertia), waits_(waits) {
+DrivenBody::DrivenBody(std::unique_ptr<Body> inner, DrivenMotion motion, double mass,
+                       bool has_inertia, bool waits)
+    : inner_(std::move(inner)),
+      motion_(std::move(motion)),
+      mass_(mass),
+      has_inertia_(has_inertia),
+      waits_(waits) {
   if (has_inertia_ && !waits_) add_inertia();
   energy_at_start_ = energy_of_motion();
 }
 
 void DrivenBody::add_inertia() {
   for (int c = 0; c < 3; ++c)
-    if (!motion_.axes[c].empty()) inner_->add_gravity(-Vector3::Unit(c), motion_.axes[c].front().acceleration());
+    if (!motion_.axes[c].empty())
+      inner_->add_gravity(-Vector3::Unit(c), motion_.axes[c].front().acceleration());
 }
 
 void DrivenBody::relax(const Rest& rest) {
@@ -102,8 +108,8 @@ void DrivenBody::add_impulses(Index set, const Points& impulses, ImpulseKind kin
   book(impulses.colwise().sum().transpose(), kind, t_);
 }
 
-void DrivenBody::add_answered_impulses(Index set, const Points& contact, const Points& friction, const Points& move,
-                                       const Vector& still) {
+void DrivenBody::add_answered_impulses(Index set, const Points& contact, const Points& friction,
+                                       const Points& move, const Vector& still) {
   inner_->add_answered_impulses(set, contact, friction, move, still);
   book(contact.colwise().sum().transpose(), ImpulseKind::contact, t_);
   book(friction.colwise().sum().transpose(), ImpulseKind::friction, t_);
@@ -128,7 +134,8 @@ BodyState DrivenBody::state() const {
   BodyState state = inner_->state();
   const Vector3 v = support_velocity(now_), s = motion_.displacement(now_), own = mass_ * v;
   state.kinetic_energy += v.dot(state.momentum) + 0.5 * mass_ * v.squaredNorm();
-  state.angular_momentum += state.center_of_mass.cross(own) + s.cross(Vector3(state.momentum + own));
+  state.angular_momentum +=
+      state.center_of_mass.cross(own) + s.cross(Vector3(state.momentum + own));
   state.momentum += own;
   state.center_of_mass += s;
   return state;

@@ -11,13 +11,15 @@
 
 namespace cbr {
 
-// x = X + u + s(t), s the translation of the supports; in the moving axes gravity -s'' acts. No approximation: a translation strains
-// nothing. docs/theory.md, "Supports that move".
+// x = X + u + s(t), s the translation of the supports; in the moving axes gravity -s'' acts. No
+// approximation: a translation strains nothing. docs/theory.md, "Supports that move".
 class DrivenBody final : public Body {
  public:
-  // inner: held, in the axes that move, with velocities from there; before any load. mass: of the whole body. has_inertia: false in
-  // statics, where supports have places and no velocities; `waits`: statics come first, see start_motion().
-  DrivenBody(std::unique_ptr<Body> inner, DrivenMotion motion, double mass, bool has_inertia = true, bool waits = false);
+  // inner: held, in the axes that move, with velocities from there; before any load. mass: of the
+  // whole body. has_inertia: false in statics, where supports have places and no velocities;
+  // `waits`: statics come first, see start_motion().
+  DrivenBody(std::unique_ptr<Body> inner, DrivenMotion motion, double mass, bool has_inertia = true,
+             bool waits = false);
 
   const std::string& name() const override { return inner_->name(); }
   Index n_dofs() const override { return inner_->n_dofs(); }
@@ -34,24 +36,30 @@ class DrivenBody final : public Body {
   void positions(Index set, Points& x) const override;
   void predicted_positions(Index set, Points& x) const override;
   MotionBound motion_bound(Index set) const override { return moved(inner_->motion_bound(set)); }
-  MotionBound quick_motion_bound(Index set) const override { return moved(inner_->quick_motion_bound(set)); }
+  MotionBound quick_motion_bound(Index set) const override {
+    return moved(inner_->quick_motion_bound(set));
+  }
   Index track_mean(const std::vector<Index>& nodes) override { return inner_->track_mean(nodes); }
   void mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
 
   void predict(double t, double h) override;
   using Body::add_impulses;
   void add_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
-  void add_answered_impulses(Index set, const Points& contact, const Points& friction, const Points& move,
-                             const Vector& still) override;
+  void add_answered_impulses(Index set, const Points& contact, const Points& friction,
+                             const Points& move, const Vector& still) override;
   Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum) override;
   void accept() override;
   void end_velocities(Index set, Points& v) override;
-  NodeResponse velocity_response(Index set) const override { return inner_->velocity_response(set); }
+  NodeResponse velocity_response(Index set) const override {
+    return inner_->velocity_response(set);
+  }
   void add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
 
   bool has_statics() const override { return inner_->has_statics(); }
   void relax(const Rest& rest) override;
-  NodeResponse static_response(Index set, double hold) const override { return inner_->static_response(set, hold); }
+  NodeResponse static_response(Index set, double hold) const override {
+    return inner_->static_response(set, hold);
+  }
   void add_static_forces(Index set, const Points& forces, ImpulseKind kind) override;
   Settled settle() override;
   void end_load_step() override;
@@ -59,9 +67,15 @@ class DrivenBody final : public Body {
 
   NodeResponse response(Index set, double h) const override { return inner_->response(set, h); }
   Points nodal_masses(Index set) const override { return inner_->nodal_masses(set); }
-  void add_force(const Points& forces, const LoadHistory& history) override { inner_->add_force(forces, history); }
-  void add_gravity(const Vector3& acceleration, const LoadHistory& history) override { inner_->add_gravity(acceleration, history); }
-  void add_modal_force(const Vector& forces, const LoadHistory& history) override { inner_->add_modal_force(forces, history); }
+  void add_force(const Points& forces, const LoadHistory& history) override {
+    inner_->add_force(forces, history);
+  }
+  void add_gravity(const Vector3& acceleration, const LoadHistory& history) override {
+    inner_->add_gravity(acceleration, history);
+  }
+  void add_modal_force(const Vector& forces, const LoadHistory& history) override {
+    inner_->add_modal_force(forces, history);
+  }
 
   BodyState state() const override;
   // The supports' work is external.
@@ -77,7 +91,9 @@ class DrivenBody final : public Body {
   void book(const Vector3& impulse, ImpulseKind kind, double t);
   double energy_of_motion() const;
   void add_inertia();
-  Vector3 support_velocity(double t) const { return has_inertia_ ? motion_.velocity(t) : Vector3::Zero(); }
+  Vector3 support_velocity(double t) const {
+    return has_inertia_ ? motion_.velocity(t) : Vector3::Zero();
+  }
 
   std::unique_ptr<Body> inner_;
   DrivenMotion motion_;
@@ -85,8 +101,10 @@ class DrivenBody final : public Body {
   double now_ = 0, t_ = 0, h_ = 0;
   double energy_at_start_ = 0;
   bool has_inertia_ = true, waits_ = false;
-  // Statics: resultants of contact and of friction, of this iteration and at the end of the last load step, and its time
-  Vector3 forces_[2] = {Vector3::Zero(), Vector3::Zero()}, forces_start_[2] = {Vector3::Zero(), Vector3::Zero()};
+  // Statics: resultants of contact and of friction, of this iteration and at the end of the last
+  // load step, and its time
+  Vector3 forces_[2] = {Vector3::Zero(), Vector3::Zero()},
+          forces_start_[2] = {Vector3::Zero(), Vector3::Zero()};
   double start_ = 0;
   double contact_ = 0, friction_ = 0;  // work of impulses on the supports' motion
 };

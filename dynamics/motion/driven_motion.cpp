@@ -11,7 +11,8 @@ namespace {
 // Of the shorter interval beside it, what a corner of the velocity is rounded over.
 constexpr double rounded_share = 1e-6;
 
-// The slope of a piecewise linear velocity, which changes within `rounded_share` of an interval at each of its points.
+// The slope of a piecewise linear velocity, which changes within `rounded_share` of an interval at
+// each of its points.
 History slopes(double value, const History& velocity) {
   const std::size_t n = velocity.time.size();
   History a;
@@ -19,8 +20,10 @@ History slopes(double value, const History& velocity) {
   for (std::size_t i = 0; i < n; ++i) {
     const double left = i > 0 ? velocity.time[i] - velocity.time[i - 1] : HUGE_VAL;
     const double right = i + 1 < n ? velocity.time[i + 1] - velocity.time[i] : HUGE_VAL;
-    const double after = i + 1 < n ? value * (velocity.value[i + 1] - velocity.value[i]) / right : 0;
-    const double half = std::isfinite(std::min(left, right)) ? 0.5 * rounded_share * std::min(left, right) : 0;
+    const double after =
+        i + 1 < n ? value * (velocity.value[i + 1] - velocity.value[i]) / right : 0;
+    const double half =
+        std::isfinite(std::min(left, right)) ? 0.5 * rounded_share * std::min(left, right) : 0;
     if (half > 0 && velocity.time[i] < half) {  // the run begins there
       a.time.push_back(velocity.time[i]);
       a.value.push_back(after);
@@ -33,9 +36,11 @@ History slopes(double value, const History& velocity) {
   return a;
 }
 
-// Second derivatives of the cubic spline through the points, with its first derivative given at the start, and at the end or, with
-// `ends_free`, no curvature there: Thomas's elimination of the tridiagonal system (de Boor, A Practical Guide to Splines, ch. IV).
-Vector spline_curvatures(const std::vector<double>& t, const std::vector<double>& y, double start_slope, bool ends_free) {
+// Second derivatives of the cubic spline through the points, with its first derivative given at the
+// start, and at the end or, with `ends_free`, no curvature there: Thomas's elimination of the
+// tridiagonal system (de Boor, A Practical Guide to Splines, ch. IV).
+Vector spline_curvatures(const std::vector<double>& t, const std::vector<double>& y,
+                         double start_slope, bool ends_free) {
   const auto n = static_cast<Index>(t.size());
   Vector diagonal(n), upper = Vector::Zero(n), right(n);
   const auto secant = [&](Index i) { return (y[i + 1] - y[i]) / (t[i + 1] - t[i]); };
@@ -67,7 +72,8 @@ History spline_accelerations(double value, const History& displacement, double s
   for (const double factor : displacement.value) y.push_back(value * factor);
   const std::vector<double>& t = displacement.time;
   const Vector a = spline_curvatures(t, y, speed, t.back() >= end);
-  // At rest before the first point and after the last one: jumps of the acceleration there are as steep as at corners of velocities.
+  // At rest before the first point and after the last one: jumps of the acceleration there are as
+  // steep as at corners of velocities.
   History history{t, {a.data(), a.data() + a.size()}};
   const auto n = static_cast<Index>(t.size());
   const double last = 0.5 * rounded_share, inner = 1 - last;
@@ -86,7 +92,8 @@ History spline_accelerations(double value, const History& displacement, double s
 
 }  // namespace
 
-DrivenAxis::DrivenAxis(SupportMotion motion, double value, const History& history, double speed, double end) {
+DrivenAxis::DrivenAxis(SupportMotion motion, double value, const History& history, double speed,
+                       double end) {
   if (motion == SupportMotion::displacement) {
     const double first = !history.time.empty() && history.time.front() > 0 ? 0 : speed;
     integrate(spline_accelerations(value, history, first, end), first, end);
@@ -110,13 +117,15 @@ void DrivenAxis::integrate(const History& acceleration, double speed, double end
   for (std::size_t i = 0; i < times.size(); ++i) {
     const bool is_last = i + 1 == times.size();
     const double h = is_last ? std::max(0.0, end - times[i]) : times[i + 1] - times[i];
-    const double a = acceleration_.value(times[i]), next = is_last ? a : acceleration_.value(times[i + 1]);
+    const double a = acceleration_.value(times[i]),
+                 next = is_last ? a : acceleration_.value(times[i + 1]);
     const double slope = is_last ? 0 : (next - a) / h;
     knots_.push_back({times[i], a, slope, v, s});
     if (times[i] <= end) {
       largest_speed_ = std::max(largest_speed_, std::abs(v));
       const double turn = slope != 0 ? -a / slope : -1;  // where the acceleration changes its sign
-      if (turn > 0 && turn < h) largest_speed_ = std::max(largest_speed_, std::abs(v + 0.5 * a * turn));
+      if (turn > 0 && turn < h)
+        largest_speed_ = std::max(largest_speed_, std::abs(v + 0.5 * a * turn));
     }
     s += h * (v + h * (a / 2 + h * slope / 6));
     v += h * (a + 0.5 * h * slope);
@@ -125,7 +134,8 @@ void DrivenAxis::integrate(const History& acceleration, double speed, double end
 }
 
 const DrivenAxis::Knot& DrivenAxis::knot_at(double t) const {
-  const auto after = std::upper_bound(knots_.begin(), knots_.end(), t, [](double time, const Knot& knot) { return time < knot.t; });
+  const auto after = std::upper_bound(knots_.begin(), knots_.end(), t,
+                                      [](double time, const Knot& knot) { return time < knot.t; });
   return after == knots_.begin() ? knots_.front() : *std::prev(after);
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How the supports of an instance move: a translation given by its displacement, velocity or acceleration.
+// How the supports of an instance move: a translation given by its displacement, velocity or
+// acceleration.
 #pragma once
 
 #include <array>
@@ -10,15 +11,16 @@
 
 namespace cbr {
 
-// Along one axis. The acceleration is piecewise linear, so that a body takes it as it takes any load; velocity and displacement are
-// its integrals in closed form.
+// Along one axis. The acceleration is piecewise linear, so that a body takes it as it takes any
+// load; velocity and displacement are its integrals in closed form.
 class DrivenAxis {
  public:
   // value: what the history multiplies, in m, m/s or m/s^2.
   //  acceleration: begins with `speed`.
-  //  velocity: piecewise linear; each corner is rounded over a millionth of the shorter interval beside it.
-  //  displacement: the cubic spline through value (history - its first value). It begins with `speed` where the table begins at
-  //  0, else at rest, and ends at rest where the table ends before `end`.
+  //  velocity: piecewise linear; each corner is rounded over a millionth of the shorter interval
+  //  beside it. displacement: the cubic spline through value (history - its first value). It begins
+  //  with `speed` where the table begins at 0, else at rest, and ends at rest where the table ends
+  //  before `end`.
   // Precondition: times from 0 on.
   DrivenAxis(SupportMotion motion, double value, const History& history, double speed, double end);
 

@@ -28,7 +28,8 @@ Matrix6 inverse_where_not_zero(const Matrix6& A) {
 
 }  // namespace
 
-JointBody::JointBody(Joint joint, Scheme scheme) : joint_(std::move(joint)), scheme_(scheme), X_(2, 3) {
+JointBody::JointBody(Joint joint, Scheme scheme)
+    : joint_(std::move(joint)), scheme_(scheme), X_(2, 3) {
   X_.rowwise() = joint_.at.transpose();
   if (!joint_.is_mass()) return;
   inverse_mass_ = inverse_where_not_zero(joint_.mass);
@@ -38,7 +39,8 @@ JointBody::JointBody(Joint joint, Scheme scheme) : joint_(std::move(joint)), sch
 Matrix6 JointBody::in_scene_axes(const Matrix6& A) const {
   Matrix6 turned;
   for (Index i = 0; i < 6; i += 3)
-    for (Index j = 0; j < 6; j += 3) turned.block<3, 3>(i, j) = joint_.axes.transpose() * A.block<3, 3>(i, j) * joint_.axes;
+    for (Index j = 0; j < 6; j += 3)
+      turned.block<3, 3>(i, j) = joint_.axes.transpose() * A.block<3, 3>(i, j) * joint_.axes;
   return turned;
 }
 
@@ -51,14 +53,17 @@ void JointBody::fill(const Vector6& r, Index set, Points& x) const {
   const std::vector<Index>& nodes = sets_[static_cast<std::size_t>(set)];
   x.resize(static_cast<Index>(nodes.size()), 3);
   for (Index i = 0; i < x.rows(); ++i)
-    x.row(i) = (joint_.at + joint_.axes.transpose() * r.segment<3>(3 * nodes[static_cast<std::size_t>(i)])).transpose();
+    x.row(i) =
+        (joint_.at + joint_.axes.transpose() * r.segment<3>(3 * nodes[static_cast<std::size_t>(i)]))
+            .transpose();
 }
 
 Vector6 JointBody::gathered(Index set, const Points& impulses) const {
   const std::vector<Index>& nodes = sets_[static_cast<std::size_t>(set)];
   Vector6 P = Vector6::Zero();
   for (Index i = 0; i < impulses.rows(); ++i)
-    P.segment<3>(3 * nodes[static_cast<std::size_t>(i)]) += joint_.axes * impulses.row(i).transpose();
+    P.segment<3>(3 * nodes[static_cast<std::size_t>(i)]) +=
+        joint_.axes * impulses.row(i).transpose();
   return P;
 }
 
@@ -73,7 +78,8 @@ Matrix6 JointBody::answer(double h) const {
   if (joint_.is_mass()) return (is_newmark() ? 0.5 * h : h) * inverse_mass_;
   const Matrix6 &K = joint_.stiffness, &C = joint_.damping;
   if (is_newmark()) return inverse_where_not_zero(0.5 * h * K + C);
-  return inverse_where_not_zero(joint_.is_late ? Matrix6(h * K + 1.5 * C) : Matrix6(0.25 * h * K + 0.5 * C));
+  return inverse_where_not_zero(joint_.is_late ? Matrix6(h * K + 1.5 * C)
+                                               : Matrix6(0.25 * h * K + 0.5 * C));
 }
 
 void JointBody::predict(double, double h) {
@@ -102,7 +108,8 @@ Vector3 JointBody::add_velocities(Index, const Points&, const Vector3&) {
   return Vector3::Zero();
 }
 
-// What springs store and dashpots take is what the bodies that they join have done on them, to the error of the step.
+// What springs store and dashpots take is what the bodies that they join have done on them, to the
+// error of the step.
 void JointBody::accept() {
   if (joint_.is_mass()) {
     work_.contact += 0.5 * (v_end_.dot(joint_.mass * v_end_) - v_.dot(joint_.mass * v_));
@@ -125,9 +132,13 @@ void JointBody::end_velocities(Index set, Points& v) {
   v.rowwise() -= joint_.at.transpose();
 }
 
-NodeResponse JointBody::velocity_response(Index set) const { return response_of(set, inverse_mass_); }
+NodeResponse JointBody::velocity_response(Index set) const {
+  return response_of(set, inverse_mass_);
+}
 
-void JointBody::add_end_impulses(Index set, const Points& impulses, ImpulseKind) { v_end_ += inverse_mass_ * gathered(set, impulses); }
+void JointBody::add_end_impulses(Index set, const Points& impulses, ImpulseKind) {
+  v_end_ += inverse_mass_ * gathered(set, impulses);
+}
 
 NodeResponse JointBody::response_of(Index set, const Matrix6& A) const {
   const std::vector<Index>& nodes = sets_[static_cast<std::size_t>(set)];
@@ -136,7 +147,8 @@ NodeResponse JointBody::response_of(Index set, const Matrix6& A) const {
   Matrix block(3 * n, 3 * n);
   for (Index i = 0; i < n; ++i)
     for (Index j = 0; j < n; ++j)
-      block.block<3, 3>(3 * i, 3 * j) = S.block<3, 3>(3 * nodes[static_cast<std::size_t>(i)], 3 * nodes[static_cast<std::size_t>(j)]);
+      block.block<3, 3>(3 * i, 3 * j) = S.block<3, 3>(3 * nodes[static_cast<std::size_t>(i)],
+                                                      3 * nodes[static_cast<std::size_t>(j)]);
   NodeResponse response;
   response.set_block(std::move(block));
   return response;
@@ -156,7 +168,9 @@ void JointBody::relax(const Rest& rest) {
   r_end_ = joint_.is_mass() ? r_ : Vector6(Vector6::Zero());
 }
 
-NodeResponse JointBody::static_response(Index set, double hold) const { return response_of(set, static_answer(hold)); }
+NodeResponse JointBody::static_response(Index set, double hold) const {
+  return response_of(set, static_answer(hold));
+}
 
 void JointBody::add_static_forces(Index set, const Points& forces, ImpulseKind) {
   r_end_ += static_answer(pull_) * gathered(set, forces);
@@ -191,7 +205,8 @@ BodyState JointBody::state() const {
   if (!joint_.is_mass()) return state;
   const Vector6 momenta = joint_.mass * v_;
   state.momentum = to_scene * momenta.head<3>();
-  state.angular_momentum = to_scene * momenta.tail<3>() + state.center_of_mass.cross(state.momentum);
+  state.angular_momentum =
+      to_scene * momenta.tail<3>() + state.center_of_mass.cross(state.momentum);
   state.kinetic_energy = 0.5 * v_.dot(momenta);
   return state;
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a link or a point has of its own: springs and dashpots, or mass and inertia. A body of six coordinates, tied to points of others.
+// What a link or a point has of its own: springs and dashpots, or mass and inertia. A body of six
+// coordinates, tied to points of others.
 #pragma once
 
 #include <string>
@@ -11,26 +12,31 @@ namespace cbr {
 
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
-// Translation and rotation at a place, in axes of the joint. Either mass, or springs and dashpots from `at` to the nodes; what has
-// neither does not answer. All three are symmetric and positive definite but for rows of zeros.
+// Translation and rotation at a place, in axes of the joint. Either mass, or springs and dashpots
+// from `at` to the nodes; what has neither does not answer. All three are symmetric and positive
+// definite but for rows of zeros.
 struct Joint {
   std::string name;
-  Vector3 at = Vector3::Zero();            // undeformed, scene axes
-  Matrix3 axes = Matrix3::Identity();      // rows: the joint's, scene axes
+  Vector3 at = Vector3::Zero();        // undeformed, scene axes
+  Matrix3 axes = Matrix3::Identity();  // rows: the joint's, scene axes
   Matrix6 mass = Matrix6::Zero(), stiffness = Matrix6::Zero(), damping = Matrix6::Zero();
-  Vector6 rates = Vector6::Zero();         // of a mass at the start, axes of the joint
-  double static_pull = 0;                  // 1/s^2: sigma of Body::relax() of a mass
-  bool is_late = false;                    // springs to bodies without mass at the interface, which take impulses at the ends of steps
+  Vector6 rates = Vector6::Zero();  // of a mass at the start, axes of the joint
+  double static_pull = 0;           // 1/s^2: sigma of Body::relax() of a mass
+  // springs to bodies without mass at the interface, which take impulses at the ends of steps
+  bool is_late = false;
   bool is_mass() const { return !mass.isZero(0); }
 };
 
-// Node 0 moves by the translation, node 1 by the rotation, both from `at`; impulses on node 1 are those of moments.
+// Node 0 moves by the translation, node 1 by the rotation, both from `at`; impulses on node 1 are
+// those of moments.
 //
-// Springs are implicit, so that they limit no step. With impulses at the start of steps h (exact, central differences), r the motion
-// and v = (r_{n+1} - r_n) / h,
+// Springs are implicit, so that they limit no step. With impulses at the start of steps h (exact,
+// central differences), r the motion and v = (r_{n+1} - r_n) / h,
 //   p_n = h K (r_n + h (v_n - v_{n-1}) / 4) + h C (v_n + v_{n-1}) / 2:
-// the mean force of two steps, which is Newmark's with beta = 1/4. They keep (rbar . K rbar) / 2, rbar the middle of a step, to
-// round-off with masses that move so. Late ones act at the end of a step: p_n = h K r_{n+1} + h C (3 v_n - v_{n-1}) / 2. Under Newmark impulses last, and p = h K (r_n + r_{n+1}) / 2 + C (r_{n+1} - r_n).
+// the mean force of two steps, which is Newmark's with beta = 1/4. They keep (rbar . K rbar) / 2,
+// rbar the middle of a step, to round-off with masses that move so. Late ones act at the end of a
+// step: p_n = h K r_{n+1} + h C (3 v_n - v_{n-1}) / 2. Under Newmark impulses last, and p = h K
+// (r_n + r_{n+1}) / 2 + C (r_{n+1} - r_n).
 class JointBody final : public Body {
  public:
   JointBody(Joint joint, Scheme scheme);
@@ -81,7 +87,7 @@ class JointBody final : public Body {
 
  private:
   bool is_newmark() const { return scheme_ == Scheme::newmark; }
-  Matrix6 answer(double h) const;         // of r_end_ to impulses, axes of the joint
+  Matrix6 answer(double h) const;  // of r_end_ to impulses, axes of the joint
   Matrix6 static_answer(double hold) const;
   NodeResponse response_of(Index set, const Matrix6& A) const;
   void fill(const Vector6& r, Index set, Points& x) const;
@@ -94,7 +100,8 @@ class JointBody final : public Body {
   std::vector<std::vector<Index>> sets_;
   Matrix6 inverse_mass_ = Matrix6::Zero();
   // Motion; rates: of a mass now, of springs over the last step, whose length is last_h_
-  Vector6 r_ = Vector6::Zero(), r_end_ = Vector6::Zero(), v_ = Vector6::Zero(), v_end_ = Vector6::Zero();
+  Vector6 r_ = Vector6::Zero(), r_end_ = Vector6::Zero(), v_ = Vector6::Zero(),
+          v_end_ = Vector6::Zero();
   double h_ = 0, last_h_ = 0, answer_h_ = 0, pull_ = 0;
   Matrix6 answer_ = Matrix6::Zero();  // answer(answer_h_)
   double energy_ = 0;                 // of the springs, as it is booked

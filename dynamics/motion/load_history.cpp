@@ -10,7 +10,8 @@ namespace cbr {
 namespace {
 
 std::size_t hash_of(const std::vector<double>& values) {
-  return std::hash<std::string_view>()({reinterpret_cast<const char*>(values.data()), values.size() * sizeof(double)});
+  return std::hash<std::string_view>()(
+      {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(double)});
 }
 
 }  // namespace
@@ -18,7 +19,8 @@ std::size_t hash_of(const std::vector<double>& values) {
 LoadHistory::LoadHistory(History history) {
   if (history.time.empty()) return;
   auto shared = std::make_shared<Shared>();
-  for (const double value : history.value) shared->largest = std::max(shared->largest, std::abs(value));
+  for (const double value : history.value)
+    shared->largest = std::max(shared->largest, std::abs(value));
   shared->hash = 31 * hash_of(history.time) + hash_of(history.value);
   shared->points = std::move(history);
   of_ = std::move(shared);

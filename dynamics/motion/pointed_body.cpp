@@ -28,7 +28,8 @@ constexpr double thin = 1e-10;
 
 }  // namespace
 
-AverageMaps average_maps(const AveragePoint& point, const Points& positions, const std::string& where) {
+AverageMaps average_maps(const AveragePoint& point, const Points& positions,
+                         const std::string& where) {
   const Vector w = point.weights / point.weights.sum();
   Vector3 center = Vector3::Zero();
   const Index n = w.size();
@@ -42,7 +43,8 @@ AverageMaps average_maps(const AveragePoint& point, const Points& positions, con
   const Matrix3 inverse = J.inverse();
   const double size = J.trace();
   if (!(size > 0) || !inverse.allFinite() || inverse.cwiseAbs().maxCoeff() * size > 1 / thin)
-    throw InputError(where + ": its nodes lie on a line, or are one, and determine no rotation: take a surface");
+    throw InputError(
+        where + ": its nodes lie on a line, or are one, and determine no rotation: take a surface");
   AverageMaps maps;
   const Matrix3 arm = cross(point.at - center);
   for (Index i = 0; i < n; ++i) {
@@ -56,15 +58,18 @@ Matrix deformation_rows(const AveragePoint& point, const Points& positions) {
   const auto k = static_cast<Index>(point.nodes.size());
   Matrix rigid = Matrix::Zero(6, 3 * k);
   double size = 0;
-  for (Index i = 0; i < k; ++i) size = std::max(size, (positions.row(point.nodes[i]).transpose() - point.at).norm());
+  for (Index i = 0; i < k; ++i)
+    size = std::max(size, (positions.row(point.nodes[i]).transpose() - point.at).norm());
   for (Index i = 0; i < k; ++i) {
     rigid.block<3, 3>(0, 3 * i).setIdentity();
-    rigid.block<3, 3>(3, 3 * i) = cross((positions.row(point.nodes[i]).transpose() - point.at) / size);
+    rigid.block<3, 3>(3, 3 * i) =
+        cross((positions.row(point.nodes[i]).transpose() - point.at) / size);
   }
   return null_space(rigid, thin).transpose();
 }
 
-PointedBody::PointedBody(std::unique_ptr<Body> inner, std::vector<AveragePoint> points, const std::string& where)
+PointedBody::PointedBody(std::unique_ptr<Body> inner, std::vector<AveragePoint> points,
+                         const std::string& where)
     : inner_(std::move(inner)), points_(std::move(points)) {
   const Points& X = inner_->reference_positions();
   n_ = X.rows();
@@ -77,7 +82,9 @@ PointedBody::PointedBody(std::unique_ptr<Body> inner, std::vector<AveragePoint> 
   X_.topRows(n_) = X;
   for (Index i = n_; i < X_.rows(); ++i) {
     const Index k = i - n_ - 2 * n_points;
-    X_.row(i) = points_[k < 0 ? static_cast<std::size_t>((i - n_) / 2) : deformations_[static_cast<std::size_t>(k)].point].at.transpose();
+    X_.row(i) = points_[k < 0 ? static_cast<std::size_t>((i - n_) / 2)
+                              : deformations_[static_cast<std::size_t>(k)].point]
+                    .at.transpose();
   }
 }
 
@@ -85,12 +92,14 @@ void PointedBody::add_deformations(std::size_t point, const std::string& where) 
   constexpr std::size_t most_nodes = 1000;  // every row is of all nodes
   const std::size_t k = points_[point].nodes.size();
   if (k > most_nodes)
-    throw InputError(where + ": coupling: rigid of " + std::to_string(k) + " nodes, at most " + std::to_string(most_nodes) +
+    throw InputError(where + ": coupling: rigid of " + std::to_string(k) + " nodes, at most " +
+                     std::to_string(most_nodes) +
                      " can be: take a smaller set, or coupling: average");
   const Matrix Z = deformation_rows(points_[point], inner_->reference_positions());
   for (Index i = 0; i + 3 <= Z.rows(); i += 3) {
     Extra extra{point, {}};
-    for (Index node = 0; node < static_cast<Index>(k); ++node) extra.maps.push_back(Z.block<3, 3>(i, 3 * node));
+    for (Index node = 0; node < static_cast<Index>(k); ++node)
+      extra.maps.push_back(Z.block<3, 3>(i, 3 * node));
     deformations_.push_back(std::move(extra));
   }
 }
@@ -188,12 +197,14 @@ void PointedBody::predicted_positions(Index set, Points& x) const {
 }
 
 void PointedBody::add_impulses(Index set, const Points& impulses, ImpulseKind kind) {
-  inner_->add_impulses(sets_[set].inner, is_plain(set) ? impulses : spread(sets_[set], impulses), kind);
+  inner_->add_impulses(sets_[set].inner, is_plain(set) ? impulses : spread(sets_[set], impulses),
+                       kind);
 }
 
-void PointedBody::add_answered_impulses(Index set, const Points& contact, const Points& friction, const Points& move,
-                                        const Vector& still) {
-  if (is_plain(set)) return inner_->add_answered_impulses(sets_[set].inner, contact, friction, move, still);
+void PointedBody::add_answered_impulses(Index set, const Points& contact, const Points& friction,
+                                        const Points& move, const Vector& still) {
+  if (is_plain(set))
+    return inner_->add_answered_impulses(sets_[set].inner, contact, friction, move, still);
   Body::add_answered_impulses(set, contact, friction, move, still);
 }
 
@@ -214,7 +225,8 @@ NodeResponse PointedBody::velocity_response(Index set) const {
 }
 
 void PointedBody::add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) {
-  inner_->add_end_impulses(sets_[set].inner, is_plain(set) ? impulses : spread(sets_[set], impulses), kind);
+  inner_->add_end_impulses(sets_[set].inner,
+                           is_plain(set) ? impulses : spread(sets_[set], impulses), kind);
 }
 
 NodeResponse PointedBody::static_response(Index set, double hold) const {
@@ -223,7 +235,8 @@ NodeResponse PointedBody::static_response(Index set, double hold) const {
 }
 
 void PointedBody::add_static_forces(Index set, const Points& forces, ImpulseKind kind) {
-  inner_->add_static_forces(sets_[set].inner, is_plain(set) ? forces : spread(sets_[set], forces), kind);
+  inner_->add_static_forces(sets_[set].inner, is_plain(set) ? forces : spread(sets_[set], forces),
+                            kind);
 }
 
 NodeResponse PointedBody::response(Index set, double h) const {
@@ -231,7 +244,8 @@ NodeResponse PointedBody::response(Index set, double h) const {
   return is_plain(set) ? inner : extended(sets_[set], inner);
 }
 
-void PointedBody::point_motion(Index point, Vector3& d, Vector3& theta, Vector3& velocity, Vector3& spin) const {
+void PointedBody::point_motion(Index point, Vector3& d, Vector3& theta, Vector3& velocity,
+                               Vector3& spin) const {
   Points u, v;
   inner_->displacements(u, v);
   for (Vector3* x : {&d, &theta, &velocity, &spin}) x->setZero();
@@ -244,21 +258,26 @@ void PointedBody::point_motion(Index point, Vector3& d, Vector3& theta, Vector3&
   }
 }
 
-void PointedBody::add_inner_terms(Index node, const Vector3& weight, std::vector<std::pair<Index, Vector3>>& terms) const {
+void PointedBody::add_inner_terms(Index node, const Vector3& weight,
+                                  std::vector<std::pair<Index, Vector3>>& terms) const {
   if (node < n_) {
     terms.emplace_back(node, weight);
     return;
   }
   std::size_t j = 0;
   const auto& maps = maps_of(node, j);
-  for (std::size_t i = 0; i < maps.size(); ++i) terms.emplace_back(points_[j].nodes[i], maps[i].transpose() * weight);
+  for (std::size_t i = 0; i < maps.size(); ++i)
+    terms.emplace_back(points_[j].nodes[i], maps[i].transpose() * weight);
 }
 
-void PointedBody::add_point_force(Index point, const Vector3& force, const Vector3& moment, const LoadHistory& history) {
+void PointedBody::add_point_force(Index point, const Vector3& force, const Vector3& moment,
+                                  const LoadHistory& history) {
   Points forces = Points::Zero(n_, 3);
   const auto& nodes = points_[point].nodes;
   for (std::size_t i = 0; i < nodes.size(); ++i)
-    forces.row(nodes[i]) += (maps_[point].d[i].transpose() * force + maps_[point].theta[i].transpose() * moment).transpose();
+    forces.row(nodes[i]) +=
+        (maps_[point].d[i].transpose() * force + maps_[point].theta[i].transpose() * moment)
+            .transpose();
   inner_->add_force(forces, history);
 }
 

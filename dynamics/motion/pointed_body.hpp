@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A body with reference points: weighted averages of the motion of some nodes, which others see as nodes of their own.
+// A body with reference points: weighted averages of the motion of some nodes, which others see as
+// nodes of their own.
 #pragma once
 
 #include <memory>
@@ -11,8 +12,8 @@
 
 namespace cbr {
 
-// A point whose translation and rotation are those of its nodes in the mean (RBE3). With weights w, sum 1, xbar = sum w x and
-// r = x - xbar:
+// A point whose translation and rotation are those of its nodes in the mean (RBE3). With weights w,
+// sum 1, xbar = sum w x and r = x - xbar:
 //   theta = J^-1 sum w r x u,   J = sum w (r . r I - r r^T),   d = sum w u + theta x (at - xbar).
 // Forces and moments on it are the nodes' by the same weights, so that they do the same work.
 struct AveragePoint {
@@ -22,39 +23,46 @@ struct AveragePoint {
   bool rigid = false;        // the nodes are to move as a rigid body
 };
 
-// The maps of u(nodes[i]) to d and theta, one of each for each node (3 x 3), scene axes. InputError, with `where`, if the nodes
-// lie on a line, or are one: they determine no rotation.
+// The maps of u(nodes[i]) to d and theta, one of each for each node (3 x 3), scene axes.
+// InputError, with `where`, if the nodes lie on a line, or are one: they determine no rotation.
 struct AverageMaps {
   std::vector<Matrix3> d, theta;
 };
-AverageMaps average_maps(const AveragePoint& point, const Points& positions, const std::string& where);
+AverageMaps average_maps(const AveragePoint& point, const Points& positions,
+                         const std::string& where);
 
-// Of k nodes, the k - 2 sums of three rows each that are 0 where and only where the nodes move as a rigid body: 3 (k - 2) x 3 k, an
-// orthonormal basis of what is orthogonal to rigid motions.
+// Of k nodes, the k - 2 sums of three rows each that are 0 where and only where the nodes move as a
+// rigid body: 3 (k - 2) x 3 k, an orthonormal basis of what is orthogonal to rigid motions.
 Matrix deformation_rows(const AveragePoint& point, const Points& positions);
 
-// Point j has two nodes behind those of the inner body: n + 2 j moves by d, n + 2 j + 1 by theta, both from `at`. Impulses on them
-// are impulses and impulses of moments. Behind those of all points a rigid one has nodes that move by deformation_rows(), three each,
-// from `at`: what holds them makes it rigid (RBE2).
+// Point j has two nodes behind those of the inner body: n + 2 j moves by d, n + 2 j + 1 by theta,
+// both from `at`. Impulses on them are impulses and impulses of moments. Behind those of all points
+// a rigid one has nodes that move by deformation_rows(), three each, from `at`: what holds them
+// makes it rigid (RBE2).
 class PointedBody final : public Body {
  public:
   // Before any set is tracked.
-  PointedBody(std::unique_ptr<Body> inner, std::vector<AveragePoint> points, const std::string& where);
+  PointedBody(std::unique_ptr<Body> inner, std::vector<AveragePoint> points,
+              const std::string& where);
 
   Index translation_node(Index point) const { return n_ + 2 * point; }
   Index rotation_node(Index point) const { return n_ + 2 * point + 1; }
   std::vector<Index> deformation_nodes(Index point) const;  // none where it is not rigid
   // Whether impulses on a node change the momentum: not those on rotations and deformations.
   bool takes_force(Index node) const {
-    return node < n_ || (node < n_ + 2 * static_cast<Index>(points_.size()) && (node - n_) % 2 == 0);
+    return node < n_ ||
+           (node < n_ + 2 * static_cast<Index>(points_.size()) && (node - n_) % 2 == 0);
   }
   // Translation and rotation now, and their rates, scene axes.
-  void point_motion(Index point, Vector3& d, Vector3& theta, Vector3& velocity, Vector3& spin) const;
+  void point_motion(Index point, Vector3& d, Vector3& theta, Vector3& velocity,
+                    Vector3& spin) const;
   Body& inner() { return *inner_; }
   // weight . u(node) of one of its nodes as a sum over those of the inner body.
-  void add_inner_terms(Index node, const Vector3& weight, std::vector<std::pair<Index, Vector3>>& terms) const;
+  void add_inner_terms(Index node, const Vector3& weight,
+                       std::vector<std::pair<Index, Vector3>>& terms) const;
   // A force and a moment on the point.
-  void add_point_force(Index point, const Vector3& force, const Vector3& moment, const LoadHistory& history);
+  void add_point_force(Index point, const Vector3& force, const Vector3& moment,
+                       const LoadHistory& history);
 
   const std::string& name() const override { return inner_->name(); }
   Index n_dofs() const override { return inner_->n_dofs(); }
@@ -71,16 +79,22 @@ class PointedBody final : public Body {
   Index track(const std::vector<Index>& nodes) override;
   void positions(Index set, Points& x) const override;
   void predicted_positions(Index set, Points& x) const override;
-  MotionBound motion_bound(Index set) const override { return inner_->motion_bound(sets_[set].inner); }
-  MotionBound quick_motion_bound(Index set) const override { return inner_->quick_motion_bound(sets_[set].inner); }
+  MotionBound motion_bound(Index set) const override {
+    return inner_->motion_bound(sets_[set].inner);
+  }
+  MotionBound quick_motion_bound(Index set) const override {
+    return inner_->quick_motion_bound(sets_[set].inner);
+  }
   Index track_mean(const std::vector<Index>& nodes) override { return inner_->track_mean(nodes); }
-  void mean_motion(Index set, Vector3& position, Vector3& velocity) const override { inner_->mean_motion(set, position, velocity); }
+  void mean_motion(Index set, Vector3& position, Vector3& velocity) const override {
+    inner_->mean_motion(set, position, velocity);
+  }
 
   void predict(double t, double h) override { inner_->predict(t, h); }
   using Body::add_impulses;
   void add_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
-  void add_answered_impulses(Index set, const Points& contact, const Points& friction, const Points& move,
-                             const Vector& still) override;
+  void add_answered_impulses(Index set, const Points& contact, const Points& friction,
+                             const Points& move, const Vector& still) override;
   Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum) override;
   void accept() override { inner_->accept(); }
   void end_velocities(Index set, Points& v) override;
@@ -97,9 +111,15 @@ class PointedBody final : public Body {
 
   NodeResponse response(Index set, double h) const override;
   Points nodal_masses(Index set) const override { return inner_->nodal_masses(sets_[set].inner); }
-  void add_force(const Points& forces, const LoadHistory& history) override { inner_->add_force(forces, history); }
-  void add_gravity(const Vector3& acceleration, const LoadHistory& history) override { inner_->add_gravity(acceleration, history); }
-  void add_modal_force(const Vector& forces, const LoadHistory& history) override { inner_->add_modal_force(forces, history); }
+  void add_force(const Points& forces, const LoadHistory& history) override {
+    inner_->add_force(forces, history);
+  }
+  void add_gravity(const Vector3& acceleration, const LoadHistory& history) override {
+    inner_->add_gravity(acceleration, history);
+  }
+  void add_modal_force(const Vector& forces, const LoadHistory& history) override {
+    inner_->add_modal_force(forces, history);
+  }
 
   BodyState state() const override { return inner_->state(); }
   BodyWork work() const override { return inner_->work(); }

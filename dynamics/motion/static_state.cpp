@@ -9,7 +9,8 @@ namespace cbr {
 
 void StaticState::begin(const Vector& u) {
   u_start = u;
-  for (Vector* force : {&loads, &contact, &friction, &loads_start, &contact_start, &friction_start}) force->setZero(u.size());
+  for (Vector* force : {&loads, &contact, &friction, &loads_start, &contact_start, &friction_start})
+    force->setZero(u.size());
 }
 
 void StaticState::begin_iteration(Vector loads_now) {

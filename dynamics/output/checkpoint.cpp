@@ -27,7 +27,8 @@ std::string hash_of(const Checkpoint& checkpoint, const std::vector<Index>& word
     return bytes_hash({reinterpret_cast<const char*>(values), n * sizeof *values});
   };
   const Index whole[] = {checkpoint.step, checkpoint.threads};
-  return bytes_hash(text(words.data(), words.size()) + text(checkpoint.field_times.data(), checkpoint.field_times.size()) +
+  return bytes_hash(text(words.data(), words.size()) +
+                    text(checkpoint.field_times.data(), checkpoint.field_times.size()) +
                     checkpoint.fields_hash + text(&checkpoint.time, 1) + text(whole, 2));
 }
 
@@ -55,7 +56,8 @@ auto from_checkpoint(const Read& read) {
     throw InputError(what.find("--restart") != std::string::npos
                          ? what
                          : what +
-                               ": give --restart a checkpoint of this run that is whole, or start the run again without --restart");
+                               ": give --restart a checkpoint of this run that is whole, or start "
+                               "the run again without --restart");
   }
 }
 
@@ -77,12 +79,14 @@ std::string run_hash(const Scene& scene, const BuildOptions& options) {
     superelement = "/" + (reduced.count(name) ? file_hash(superelement) : "");
   }
   std::ostringstream text;
-  text << "diagonal limit " << (options.diagonal_limit ? std::to_string(*options.diagonal_limit) : "") << "\n";
+  text << "diagonal limit "
+       << (options.diagonal_limit ? std::to_string(*options.diagonal_limit) : "") << "\n";
   write_scene(plain, text);
   return bytes_hash(text.str());
 }
 
-void write_checkpoint(const fs::path& file, const std::string& hash, const Checkpoint& checkpoint, const StateArchive& state) {
+void write_checkpoint(const fs::path& file, const std::string& hash, const Checkpoint& checkpoint,
+                      const StateArchive& state) {
   Hdf5Writer out(file);
   out.attribute("/", "format", std::string(format));
   out.attribute("/", "format_version", std::string(format_version));
@@ -106,18 +110,23 @@ int threads_of_checkpoint(const fs::path& file) {
   });
 }
 
-static std::pair<Checkpoint, StateArchive> read_whole(const fs::path& file, const std::string& hash) {
+static std::pair<Checkpoint, StateArchive> read_whole(const fs::path& file,
+                                                      const std::string& hash) {
   const Hdf5Reader in(file);
   require_checkpoint(in);
-  const std::string by = in.read_string("/", "generator"), version_of_file = in.read_string("/", "format_version");
+  const std::string by = in.read_string("/", "generator"),
+                    version_of_file = in.read_string("/", "format_version");
   if (by != generator() || version_of_file != format_version)
-    throw InputError(file.string() + ": was written by " + by + " (format " + version_of_file + "), this is " + generator() +
-                     " (format " + format_version +
-                     "), which may not go on with the same digits: start the run again, without --restart");
+    throw InputError(
+        file.string() + ": was written by " + by + " (format " + version_of_file + "), this is " +
+        generator() + " (format " + format_version +
+        "), which may not go on with the same digits: start the run again, without --restart");
   if (in.read_string("/", "run_hash") != hash)
-    throw InputError(file.string() +
-                     ": is of another scene, or the scene, its meshes, its superelements or --diagonal-limit have " +
-                     "changed since: give the checkpoint of this run, or start it again without --restart");
+    throw InputError(
+        file.string() +
+        ": is of another scene, or the scene, its meshes, its superelements or --diagonal-limit "
+        "have " +
+        "changed since: give the checkpoint of this run, or start it again without --restart");
   Checkpoint checkpoint;
   checkpoint.step = in.read_index("/", "step");
   checkpoint.threads = static_cast<int>(in.read_index("/", "threads"));
@@ -127,7 +136,8 @@ static std::pair<Checkpoint, StateArchive> read_whole(const fs::path& file, cons
   const Vector times = in.read_vector("/field_times");
   checkpoint.field_times.assign(times.begin(), times.end());
   if (hash_of(checkpoint, state) != in.read_string("/", "state_hash"))
-    throw InputError(file.string() + ": is damaged: the hash of its state is not the one that it names");
+    throw InputError(file.string() +
+                     ": is damaged: the hash of its state is not the one that it names");
   return {std::move(checkpoint), StateArchive(std::move(state), file.string())};
 }
 
@@ -140,21 +150,26 @@ fs::path fields_of_checkpoint(const fs::path& checkpoint) {
   return file.replace_extension(".fields.h5");
 }
 
-fs::path checkpoint_file(const CheckpointOptions& options, const fs::path& results, const fs::path& restart) {
+fs::path checkpoint_file(const CheckpointOptions& options, const fs::path& results,
+                         const fs::path& restart) {
   fs::path file = options.file;
   if (file.empty()) file = fs::path(results).replace_extension(".checkpoint.h5");
   std::error_code error;
   const bool same = is_same_file(file, results);
-  if (!same && !restart.empty() && is_same_file(file, restart)) return file;  // what is wrong with it is said by who reads it
+  // what is wrong with it is said by who reads it
+  if (!same && !restart.empty() && is_same_file(file, restart)) return file;
   if (same || (fs::exists(file, error) && !is_checkpoint(file)))
     throw InputError(options.source.text() + ": output.checkpoint: " + file.string() +
                      (same ? " is the results file" : " exists and is not a checkpoint") +
-                     ": give output.checkpoint.file another name" + (same ? "" : ", or remove it if it is a damaged one"));
+                     ": give output.checkpoint.file another name" +
+                     (same ? "" : ", or remove it if it is a damaged one"));
   return file;
 }
 
 // Whole intervals up to t; one that t misses by round-off counts.
-double CheckpointClock::passed(double t) const { return options_.every ? std::floor(t / *options_.every * (1 + 1e-12)) : 0; }
+double CheckpointClock::passed(double t) const {
+  return options_.every ? std::floor(t / *options_.every * (1 + 1e-12)) : 0;
+}
 
 void CheckpointClock::start_at(Index step, double t) {
   if (options_.every_steps) steps_passed_ = step / *options_.every_steps;
@@ -164,7 +179,8 @@ void CheckpointClock::start_at(Index step, double t) {
 bool CheckpointClock::is_due(Index step, double t) {
   bool due = passed(t) > times_passed_;
   if (options_.every_steps) due |= step / *options_.every_steps > steps_passed_;
-  if (options_.every_minutes) due |= Clock::now() - last_ >= std::chrono::duration<double>(60 * *options_.every_minutes);
+  if (options_.every_minutes)
+    due |= Clock::now() - last_ >= std::chrono::duration<double>(60 * *options_.every_minutes);
   if (!due) return false;
   start_at(step, t);
   last_ = Clock::now();

@@ -20,13 +20,15 @@ namespace {
 ElementType type_of(const std::string& topology) {
   using enum ElementType;
   static const std::map<std::string, ElementType> types = {
-      {"Tetrahedron", tet4},    {"Tetrahedron_10", tet10},  {"Pyramid", pyramid5},     {"Wedge", wedge6},
-      {"Hexahedron", hex8},     {"Hexahedron_20", hex20},   {"Triangle", tri3},        {"Triangle_6", tri6},
-      {"Quadrilateral", quad4}, {"Quadrilateral_8", quad8}, {"Quadrilateral_9", quad9}};
+      {"Tetrahedron", tet4},      {"Tetrahedron_10", tet10}, {"Pyramid", pyramid5},
+      {"Wedge", wedge6},          {"Hexahedron", hex8},      {"Hexahedron_20", hex20},
+      {"Triangle", tri3},         {"Triangle_6", tri6},      {"Quadrilateral", quad4},
+      {"Quadrilateral_8", quad8}, {"Quadrilateral_9", quad9}};
   return types.at(topology);
 }
 
-// From VTK's order of an element's nodes to that of Exodus: the upright mid-edges of a hex before the upper ones.
+// From VTK's order of an element's nodes to that of Exodus: the upright mid-edges of a hex before
+// the upper ones.
 IndexTable exodus_order(const IndexTable& cells, ElementType type) {
   if (type != ElementType::hex20) return cells;
   IndexTable out = cells;
@@ -35,12 +37,14 @@ IndexTable exodus_order(const IndexTable& cells, ElementType type) {
   return out;
 }
 
-// Each list's ids plus a multiple, of the list's place, of a power of ten above all of them: unlike each other, and still to be
-// read. A list with an id twice (an element with two faces), or of too large ones, is counted instead.
+// Each list's ids plus a multiple, of the list's place, of a power of ten above all of them: unlike
+// each other, and still to be read. A list with an id twice (an element with two faces), or of too
+// large ones, is counted instead.
 std::vector<std::vector<Index>> told_apart(std::vector<std::vector<Index>> lists) {
   Index highest = 0;
   for (auto& ids : lists) {
-    if (std::set<Index>(ids.begin(), ids.end()).size() < ids.size()) std::iota(ids.begin(), ids.end(), Index{1});
+    if (std::set<Index>(ids.begin(), ids.end()).size() < ids.size())
+      std::iota(ids.begin(), ids.end(), Index{1});
     for (const Index id : ids) highest = std::max(highest, id);
   }
   Index offset = 10;
@@ -75,7 +79,8 @@ class ExodusGrids {
       mesh.coordinates.middleRows(first_point_[s], grid.points.rows()) = grid.points;
       node_ids.push_back(grid.node_ids);
     }
-    for (const auto& ids : told_apart(node_ids)) mesh.node_ids.insert(mesh.node_ids.end(), ids.begin(), ids.end());
+    for (const auto& ids : told_apart(node_ids))
+      mesh.node_ids.insert(mesh.node_ids.end(), ids.begin(), ids.end());
     element_ids.resize(owner_.size());
     for (std::size_t g = 0; g < grids_.size(); ++g) {
       auto& ids = element_ids[set_of_[g]];
@@ -91,7 +96,8 @@ class ExodusGrids {
       block.id = static_cast<Index>(g) + 1;
       block.type = type_of(grid.topology);
       block.connectivity = exodus_order(grid.cells, block.type).array() + first_point_[set_of_[g]];
-      const auto first = element_ids[set_of_[g]].begin() + static_cast<std::ptrdiff_t>(used[set_of_[g]]);
+      const auto first =
+          element_ids[set_of_[g]].begin() + static_cast<std::ptrdiff_t>(used[set_of_[g]]);
       block.element_ids.assign(first, first + grid.cells.rows());
       used[set_of_[g]] += static_cast<std::size_t>(grid.cells.rows());
       mesh.blocks.push_back(std::move(block));
@@ -100,19 +106,24 @@ class ExodusGrids {
   }
 
   // All points at a step, one vector a component.
-  std::vector<std::vector<double>> nodal(const Hdf5Reader& heavy, std::size_t step, const std::string& field) const {
+  std::vector<std::vector<double>> nodal(const Hdf5Reader& heavy, std::size_t step,
+                                         const std::string& field) const {
     std::vector<std::vector<double>> columns;
     for (std::size_t s = 0; s < owner_.size(); ++s) {
-      const RowMatrix values = heavy.read_row_matrix(step_group(step) + std::to_string(owner_[s]) + "/" + field);
+      const RowMatrix values =
+          heavy.read_row_matrix(step_group(step) + std::to_string(owner_[s]) + "/" + field);
       columns.resize(static_cast<std::size_t>(values.cols()));
       for (Index c = 0; c < values.cols(); ++c)
-        for (Index i = 0; i < values.rows(); ++i) columns[static_cast<std::size_t>(c)].push_back(values(i, c));
+        for (Index i = 0; i < values.rows(); ++i)
+          columns[static_cast<std::size_t>(c)].push_back(values(i, c));
     }
     return columns;
   }
 
  private:
-  static bool has_points_of(const FieldGrid& a, const FieldGrid& b) { return a.instance == b.instance && a.part == b.part; }
+  static bool has_points_of(const FieldGrid& a, const FieldGrid& b) {
+    return a.instance == b.instance && a.part == b.part;
+  }
 
   const std::vector<FieldGrid>& grids_;
   Index n_points_ = 0;
@@ -120,7 +131,8 @@ class ExodusGrids {
   std::vector<std::size_t> owner_, set_of_;  // the set's first grid; the set of each grid
 };
 
-ExodusVariables variables_of(const std::vector<FieldGrid>& grids, const std::vector<std::string>& fields) {
+ExodusVariables variables_of(const std::vector<FieldGrid>& grids,
+                             const std::vector<std::string>& fields) {
   ExodusVariables variables;
   for (const std::string& field : fields) {
     if (field == "stress") variables.element = datasets_of(field);
@@ -128,12 +140,14 @@ ExodusVariables variables_of(const std::vector<FieldGrid>& grids, const std::vec
     if (field == "displacement" || field == "velocity")
       for (const char axis : {'x', 'y', 'z'}) variables.nodal.push_back(field + "_" + axis);
   }
-  for (const FieldGrid& grid : grids) variables.of_block.push_back(!variables.element.empty() && grid.block != nullptr);
+  for (const FieldGrid& grid : grids)
+    variables.of_block.push_back(!variables.element.empty() && grid.block != nullptr);
   return variables;
 }
 
-void write_step(const Hdf5Reader& heavy, std::size_t step, const ExodusGrids& exodus, const ExodusVariables& variables,
-                const std::vector<std::string>& fields, ExodusResults& out) {
+void write_step(const Hdf5Reader& heavy, std::size_t step, const ExodusGrids& exodus,
+                const ExodusVariables& variables, const std::vector<std::string>& fields,
+                ExodusResults& out) {
   std::size_t variable = 0;
   for (const std::string& field : fields) {
     if (field == "stress") continue;
@@ -142,7 +156,8 @@ void write_step(const Hdf5Reader& heavy, std::size_t step, const ExodusGrids& ex
   for (std::size_t g = 0; g < variables.of_block.size(); ++g) {
     if (!variables.of_block[g]) continue;
     for (std::size_t v = 0; v < variables.element.size(); ++v) {
-      const RowMatrix values = heavy.read_row_matrix(step_group(step) + std::to_string(g) + "/" + variables.element[v]);
+      const RowMatrix values =
+          heavy.read_row_matrix(step_group(step) + std::to_string(g) + "/" + variables.element[v]);
       out.write_element(v, g, {values.data(), values.data() + values.size()});
     }
   }
@@ -150,13 +165,16 @@ void write_step(const Hdf5Reader& heavy, std::size_t step, const ExodusGrids& ex
 
 }  // namespace
 
-void write_exodus_fields(const std::filesystem::path& heavy, const std::vector<double>& times, const std::vector<FieldGrid>& grids,
-                         const std::vector<std::string>& fields, const std::filesystem::path& target) {
+void write_exodus_fields(const std::filesystem::path& heavy, const std::vector<double>& times,
+                         const std::vector<FieldGrid>& grids,
+                         const std::vector<std::string>& fields,
+                         const std::filesystem::path& target) {
   const Hdf5Reader reader(heavy);
   const ExodusGrids exodus(grids);
   const ExodusVariables variables = variables_of(grids, fields);
   TemporaryFile temporary(target);
-  ExodusResults out(exodus.mesh(), variables, std::string(exodus_title) + " " + version(), temporary.path(), target.string());
+  ExodusResults out(exodus.mesh(), variables, std::string(exodus_title) + " " + version(),
+                    temporary.path(), target.string());
   for (std::size_t step = 0; step < times.size(); ++step) {
     out.begin_step(times[step]);
     write_step(reader, step, exodus, variables, fields, out);

@@ -29,7 +29,8 @@ struct Cell {
   std::vector<int> order;  // VTK's node i is our node order[i]
 };
 
-// Exodus numbers the upright mid-edges of a hex before the upper ones, VTK after them. A hex27 is shown by its first 20 nodes.
+// Exodus numbers the upright mid-edges of a hex before the upper ones, VTK after them. A hex27 is
+// shown by its first 20 nodes.
 Cell cell_of(ElementType type) {
   switch (type) {
     case ElementType::tet4:
@@ -44,7 +45,8 @@ Cell cell_of(ElementType type) {
       return {"Hexahedron", {0, 1, 2, 3, 4, 5, 6, 7}};
     case ElementType::hex20:
     case ElementType::hex27:
-      return {"Hexahedron_20", {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 16, 17, 18, 19, 12, 13, 14, 15}};
+      return {"Hexahedron_20",
+              {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 16, 17, 18, 19, 12, 13, 14, 15}};
     default:
       return {"", {}};
   }
@@ -73,7 +75,8 @@ IndexTable faces_of_kind(const Geometry& geometry, FaceKind kind, std::vector<In
   for (const auto& [name, surface] : geometry.surfaces) {
     if (surface.kind != kind) continue;
     for (Index f = 0; f < surface.n_faces(); ++f) {
-      std::vector<Index> nodes(surface.faces.row(f).begin(), surface.faces.row(f).end()), key = nodes;
+      std::vector<Index> nodes(surface.faces.row(f).begin(), surface.faces.row(f).end()),
+          key = nodes;
       std::sort(key.begin(), key.end());
       if (!seen.insert(key).second) continue;
       faces.push_back(std::move(nodes));
@@ -91,7 +94,8 @@ Points placed(const Points& X, const Placement& placement) {
 }
 
 template <typename Array>
-void require_finite(const Array& values, const std::string& field, const FieldGrid& grid, double t) {
+void require_finite(const Array& values, const std::string& field, const FieldGrid& grid,
+                    double t) {
   if (values.allFinite()) return;
   std::ostringstream message;
   message << "field '" << field << "' of " << grid.name << " is no longer finite at t = " << t
@@ -110,7 +114,8 @@ std::vector<std::string> datasets_of(const std::string& field) {
 
 bool is_stress(const std::string& field) { return field == "stress" || field == "nodal_stress"; }
 
-FieldWriter::FieldWriter(const Scene& scene, const BuiltScene& built, const std::filesystem::path& results, Report& report,
+FieldWriter::FieldWriter(const Scene& scene, const BuiltScene& built,
+                         const std::filesystem::path& results, Report& report,
                          const std::string& run_hash, const std::optional<Saved>& saved)
     : built_(built),
       fields_(scene.output.fields),
@@ -118,13 +123,17 @@ FieldWriter::FieldWriter(const Scene& scene, const BuiltScene& built, const std:
       shown_(format_ == FieldFormat::exodus ? exodus_file(results) : xdmf_file(results)),
       heavy_file_(fields_file(results)) {
   heavy_name_ = heavy_file_.filename();
-  for (Index i = 0; i < static_cast<Index>(built.instances.size()); ++i) add_instance_grids(scene, i, report);
+  for (Index i = 0; i < static_cast<Index>(built.instances.size()); ++i)
+    add_instance_grids(scene, i, report);
   if (format_ == FieldFormat::exodus && grids_.empty())
-    throw InputError(scene.output.source.text() + ": output.format: exodus needs an element or a face to show, and the scene has " +
-                     "none: leave output.fields out, or reduce with faces on the interface");
+    throw InputError(
+        scene.output.source.text() +
+        ": output.format: exodus needs an element or a face to show, and the scene has " +
+        "none: leave output.fields out, or reduce with faces on the interface");
   if (wanted("nodal_stress")) find_materials(scene);
   contact_of_.assign(built.instances.size(), nullptr);
-  for (const ContactNodes& contact : built.simulation.contact_nodes) contact_of_[contact.body] = &contact;
+  for (const ContactNodes& contact : built.simulation.contact_nodes)
+    contact_of_[contact.body] = &contact;
   saved ? go_on(*saved, run_hash) : start(run_hash);
 }
 
@@ -154,17 +163,20 @@ void FieldWriter::write_grids() {
     hash_.add_indices(group + "cells", grid.cells);
     const std::string object = group.substr(0, group.size() - 1);
     heavy_->attribute(object, "name", grid.name);
-    heavy_->attribute(object, "instance", built_.instances[static_cast<std::size_t>(grid.instance)].name);
+    heavy_->attribute(object, "instance",
+                      built_.instances[static_cast<std::size_t>(grid.instance)].name);
     heavy_->attribute(object, "topology", grid.topology);
   }
 }
 
-// The same chain as over what was written: of the grids, and of as many steps as the checkpoint knows.
+// The same chain as over what was written: of the grids, and of as many steps as the checkpoint
+// knows.
 FieldHash FieldWriter::hash_of(const Hdf5Reader& file, std::size_t n_steps) const {
   FieldHash hash;
   for (std::size_t g = 0; g < grids_.size(); ++g) {
     const std::string group = grid_group(g);
-    shares_points(g) ? require(file, group + "points") : hash.add(group + "points", file.read_row_matrix(group + "points"));
+    shares_points(g) ? require(file, group + "points")
+                     : hash.add(group + "points", file.read_row_matrix(group + "points"));
     hash.add_indices(group + "cells", file.read_index_table(group + "cells"));
   }
   for (std::size_t step = 0; step < n_steps; ++step) {
@@ -172,7 +184,8 @@ FieldHash FieldWriter::hash_of(const Hdf5Reader& file, std::size_t n_steps) cons
       const std::string group = step_group(step) + std::to_string(g) + "/";
       for (const std::string field : {"displacement", "velocity", "contact_pressure"}) {
         if (!wanted(field)) continue;
-        shares_points(g) ? require(file, group + field) : hash.add(group + field, file.read_row_matrix(group + field));
+        shares_points(g) ? require(file, group + field)
+                         : hash.add(group + field, file.read_row_matrix(group + field));
       }
       if (!grids_[g].block) continue;
       for (const std::string field : {"stress", "nodal_stress"})
@@ -187,16 +200,23 @@ FieldHash FieldWriter::hash_of(const Hdf5Reader& file, std::size_t n_steps) cons
 void FieldWriter::go_on(const Saved& saved, const std::string& run_hash) {
   times_ = saved.times;
   std::error_code error;
-  const std::string cure = ": put back the file that was written with the checkpoint, or start the run again, without --restart";
+  const std::string cure =
+      ": put back the file that was written with the checkpoint, or start the run again, without "
+      "--restart";
   if (!std::filesystem::exists(saved.file, error))
-    throw InputError(saved.file.string() + ": no such file: holds the fields (output.fields) of the checkpoint beside it" + cure);
+    throw InputError(
+        saved.file.string() +
+        ": no such file: holds the fields (output.fields) of the checkpoint beside it" + cure);
   try {
     const Hdf5Reader kept(saved.file);
-    const bool same = kept.has_attribute("/", "run_hash") && kept.read_string("/", "run_hash") == run_hash;
-    if (!same) throw InputError(saved.file.string() + ": is not of the run that the checkpoint is of");
+    const bool same =
+        kept.has_attribute("/", "run_hash") && kept.read_string("/", "run_hash") == run_hash;
+    if (!same)
+      throw InputError(saved.file.string() + ": is not of the run that the checkpoint is of");
     hash_ = hash_of(kept, times_.size());
     if (hash_.text() != saved.hash)
-      throw InputError(saved.file.string() + ": is damaged: its fields are not those of the checkpoint");
+      throw InputError(saved.file.string() +
+                       ": is damaged: its fields are not those of the checkpoint");
   } catch (const InputError& wrong) {
     throw InputError(wrong.what() + cure);
   }
@@ -219,7 +239,8 @@ bool FieldWriter::wanted(const std::string& field) const {
 
 void FieldWriter::add_interface_grids(const FieldGrid& empty) {
   const auto& of = built_.instances[empty.instance];
-  for (const FaceKind kind : {FaceKind::tri3, FaceKind::quad4, FaceKind::tri6, FaceKind::quad8, FaceKind::quad9}) {
+  for (const FaceKind kind :
+       {FaceKind::tri3, FaceKind::quad4, FaceKind::tri6, FaceKind::quad8, FaceKind::quad9}) {
     FieldGrid grid = empty;
     grid.cells = faces_of_kind(*of.geometry, kind, grid.element_ids);
     grid.name = of.name + ".interface";
@@ -231,7 +252,8 @@ void FieldWriter::add_interface_grids(const FieldGrid& empty) {
 void FieldWriter::add_block_grids(FieldGrid grid, const std::vector<Block>& blocks,
                                   const std::vector<BlockProperties>& properties) {
   const auto& of = built_.instances[grid.instance];
-  const std::string part = grid.part >= 0 && of.parts.size() > 1 ? ".domain" + std::to_string(grid.part + 1) : "";
+  const std::string part =
+      grid.part >= 0 && of.parts.size() > 1 ? ".domain" + std::to_string(grid.part + 1) : "";
   for (std::size_t b = 0; b < blocks.size(); ++b) {
     const Block& block = blocks[b];
     const Cell cell = cell_of(block.type);
@@ -257,7 +279,8 @@ void FieldWriter::add_recovered_grids(const Scene& scene, FieldGrid grid) {
   const auto& of = built_.instances[grid.instance];
   std::map<std::string, BlockProperties> of_blocks;  // only stress reads them
   const Component& component = scene.components.at(of.component);
-  if (wanted("stress") || wanted("nodal_stress")) of_blocks = recovered_properties(component, scene, of);
+  if (wanted("stress") || wanted("nodal_stress"))
+    of_blocks = recovered_properties(component, scene, of);
   for (std::size_t p = 0; p < of.parts.size(); ++p) {
     const Superelement& s = *of.parts[p].superelement;
     const Superelement::Recovery& recovery = s.recovery.front();
@@ -268,7 +291,8 @@ void FieldWriter::add_recovered_grids(const Scene& scene, FieldGrid grid) {
     grid.node_ids = s.node_ids;
     grid.node_ids.insert(grid.node_ids.end(), recovery.node_ids.begin(), recovery.node_ids.end());
     std::vector<BlockProperties> properties;
-    for (const Block& block : recovery.blocks) properties.push_back(of_blocks.empty() ? BlockProperties() : of_blocks.at(block.name));
+    for (const Block& block : recovery.blocks)
+      properties.push_back(of_blocks.empty() ? BlockProperties() : of_blocks.at(block.name));
     add_block_grids(grid, recovery.blocks, properties);
   }
 }
@@ -283,7 +307,8 @@ void FieldWriter::add_instance_grids(const Scene& scene, Index i, Report& report
   add_interface_grids(grid);
   if (!of.parts.front().superelement->recovery.empty()) return add_recovered_grids(scene, grid);
   if (wanted("stress") || wanted("nodal_stress"))
-    report.line("note: no stress of '" + of.name + "': its superelement has no recovery data (reduction.recovery: true)");
+    report.line("note: no stress of '" + of.name +
+                "': its superelement has no recovery data (reduction.recovery: true)");
 }
 
 // Of grids with elements: which of the instance's materials theirs is.
@@ -294,11 +319,13 @@ void FieldWriter::find_materials(const Scene& scene) {
     if (!grid.block) continue;
     const auto [found, is_new] = elements_.try_emplace(grid.instance);
     if (is_new) {
-      found->second = std::make_unique<InstanceElements>(scene, built_.instances[grid.instance], scene.output.source);
+      found->second = std::make_unique<InstanceElements>(scene, built_.instances[grid.instance],
+                                                         scene.output.source);
       group = 0;
     }
     const auto& groups = found->second->groups();
-    while (groups[group].element_ids != grid.element_ids) ++group;  // blocks without elements have no grid
+    // blocks without elements have no grid
+    while (groups[group].element_ids != grid.element_ids) ++group;
     grid.material = groups[group].material;
   }
 }
@@ -351,12 +378,15 @@ Matrix FieldWriter::stresses(const FieldGrid& grid, const Motion& motion) const 
       X.row(a) = (grid.points.row(node) - of.placement.position.transpose()) * T;
       u_e.row(a) = u.row(node) * T;
     }
-    out.row(e) = element_stress(grid.block->type, grid.properties.hex8, X, grid.properties.material, u_e).transpose();
+    out.row(e) =
+        element_stress(grid.block->type, grid.properties.hex8, X, grid.properties.material, u_e)
+            .transpose();
   }
   return stress_values(turned_stress(out, motion.turn ? Matrix3(*motion.turn * T) : T));
 }
 
-// stress_values() of each point of the grid in the material of its block, scene axes; 0 where no element of it is.
+// stress_values() of each point of the grid in the material of its block, scene axes; 0 where no
+// element of it is.
 Matrix FieldWriter::nodal_stresses(const FieldGrid& grid, const Motion& motion) {
   const auto& of = built_.instances[grid.instance];
   const Matrix3& T = of.placement.T;
@@ -364,14 +394,17 @@ Matrix FieldWriter::nodal_stresses(const FieldGrid& grid, const Motion& motion) 
     Vector q, rates;
     built_.simulation.bodies[grid.instance]->coordinates(q, rates);
     const InstanceElements& elements = *elements_.at(grid.instance);
-    nodal_ = stress_values(turned_stress(elements.nodal_stresses(elements.displacements(q)), motion.turn ? Matrix3(*motion.turn * T) : T));
+    nodal_ = stress_values(turned_stress(elements.nodal_stresses(elements.displacements(q)),
+                                         motion.turn ? Matrix3(*motion.turn * T) : T));
     nodal_of_ = grid.instance;
   }
   const InstanceElements& elements = *elements_.at(grid.instance);
   Matrix out = Matrix::Zero(grid.points.rows(), n_stress_values);
   for (Index i = 0; i < out.rows(); ++i) {
-    const Index node = grid.part < 0 ? i : elements.node_of_part(static_cast<std::size_t>(grid.part), i);
-    if (const Index place = elements.place(node, grid.material); place >= 0) out.row(i) = nodal_.row(place);
+    const Index node =
+        grid.part < 0 ? i : elements.node_of_part(static_cast<std::size_t>(grid.part), i);
+    if (const Index place = elements.place(node, grid.material); place >= 0)
+      out.row(i) = nodal_.row(place);
   }
   return out;
 }
@@ -380,7 +413,8 @@ Matrix FieldWriter::nodal_stresses(const FieldGrid& grid, const Motion& motion) 
 Matrix FieldWriter::pressures(const FieldGrid& grid) const {
   const auto& of = built_.instances[grid.instance];
   Vector of_body = Vector::Zero(built_.simulation.bodies[grid.instance]->n_nodes());
-  if (const ContactNodes* contact = contact_of_[grid.instance]) of_body(contact->nodes) = contact->pressure;
+  if (const ContactNodes* contact = contact_of_[grid.instance])
+    of_body(contact->nodes) = contact->pressure;
   if (grid.part < 0) return of_body;
   const std::vector<Index>& node = of.parts[grid.part].node;
   Matrix out = Matrix::Zero(grid.points.rows(), 1);
@@ -390,7 +424,8 @@ Matrix FieldWriter::pressures(const FieldGrid& grid) const {
 
 // The grids of a mesh's blocks have all of its points, and so the same fields on them.
 bool FieldWriter::shares_points(std::size_t g) const {
-  return g > 0 && grids_[g].instance == grids_[g - 1].instance && grids_[g].part == grids_[g - 1].part;
+  return g > 0 && grids_[g].instance == grids_[g - 1].instance &&
+         grids_[g].part == grids_[g - 1].part;
 }
 
 void FieldWriter::add(double t) {
@@ -400,7 +435,8 @@ void FieldWriter::add(double t) {
   for (std::size_t g = 0; g < grids_.size(); ++g) {
     const bool same = shares_points(g);
     if (!same) motion = motion_of(grids_[g]);
-    const std::string group = step + std::to_string(g) + "/", before = same ? step + std::to_string(g - 1) + "/" : "";
+    const std::string group = step + std::to_string(g) + "/",
+                      before = same ? step + std::to_string(g - 1) + "/" : "";
     const auto write = [&](const std::string& field, const auto& values) {
       if (!wanted(field)) return;
       if (same) return heavy_->link(before + field, group + field);
@@ -414,13 +450,14 @@ void FieldWriter::add(double t) {
     write("contact_pressure", [&] { return pressures(grids_[g]); });
     if (!grids_[g].block) continue;
     if (wanted("stress")) add_stresses(group, "stress", grids_[g], stresses(grids_[g], motion), t);
-    if (wanted("nodal_stress")) add_stresses(group, "nodal_stress", grids_[g], nodal_stresses(grids_[g], motion), t);
+    if (wanted("nodal_stress"))
+      add_stresses(group, "nodal_stress", grids_[g], nodal_stresses(grids_[g], motion), t);
   }
   times_.push_back(t);
 }
 
-void FieldWriter::add_stresses(const std::string& group, const std::string& field, const FieldGrid& grid, const Matrix& stress,
-                               double t) {
+void FieldWriter::add_stresses(const std::string& group, const std::string& field,
+                               const FieldGrid& grid, const Matrix& stress, double t) {
   require_finite(stress, field, grid, t);
   const std::vector<std::string> datasets = datasets_of(field);
   for (std::size_t i = 0; i < datasets.size(); ++i) {
@@ -432,7 +469,9 @@ void FieldWriter::add_stresses(const std::string& group, const std::string& fiel
 
 void FieldWriter::commit() {
   if (format_ == FieldFormat::xdmf) return commit_xdmf();
-  heavy_->use_and_remove([&](const std::filesystem::path& file) { write_exodus_fields(file, times_, grids_, fields_, shown_); });
+  heavy_->use_and_remove([&](const std::filesystem::path& file) {
+    write_exodus_fields(file, times_, grids_, fields_, shown_);
+  });
 }
 
 void FieldWriter::commit_xdmf() {
@@ -443,7 +482,9 @@ void FieldWriter::commit_xdmf() {
   std::ofstream file(temporary.path());
   write_xdmf(file, heavy_name_, times_, grids_, fields_);
   file.close();
-  if (!file) throw RunError(shown_.string() + ": cannot be written" + (errno != 0 ? ": " + std::string(std::strerror(errno)) : ""));
+  if (!file)
+    throw RunError(shown_.string() + ": cannot be written" +
+                   (errno != 0 ? ": " + std::string(std::strerror(errno)) : ""));
   temporary.commit();
 }
 

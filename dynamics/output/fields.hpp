@@ -18,8 +18,8 @@
 
 namespace cbr {
 
-// One grid of the file: part of an instance with one kind of cell. Points are the undeformed ones in the scene's axes; displacement
-// is relative to them.
+// One grid of the file: part of an instance with one kind of cell. Points are the undeformed ones
+// in the scene's axes; displacement is relative to them.
 struct FieldGrid {
   std::string name;
   std::string topology;  // XDMF's name: Hexahedron, Quadrilateral, ...
@@ -28,20 +28,21 @@ struct FieldGrid {
   Points points;                   // p x 3
   std::vector<Index> node_ids;     // p, of the mesh
   std::vector<Index> element_ids;  // e, of the mesh; of faces the element that each is a side of
-  Index part = -1;                 // with recovery data: points are [interface; interior] of this part of a superelement
+  // with recovery data: points are [interface; interior] of this part of a superelement
+  Index part = -1;
   // For stress, which needs the element: empty type list otherwise
   const Block* block = nullptr;
   BlockProperties properties;
   Index material = 0;  // of InstanceElements, for nodal stress
 };
 
-// Fields as the file has them, by the scene's name: a stress is the columns of stress_values(), each under a name of its own.
-// "stress" is of cells, the others of nodes.
+// Fields as the file has them, by the scene's name: a stress is the columns of stress_values(),
+// each under a name of its own. "stress" is of cells, the others of nodes.
 std::vector<std::string> datasets_of(const std::string& field);
 bool is_stress(const std::string& field);
 
-// Writes RESULTS.xdmf and RESULTS.fields.h5 beside the results file, or RESULTS.exo of the same contents. Nothing is left behind
-// without commit().
+// Writes RESULTS.xdmf and RESULTS.fields.h5 beside the results file, or RESULTS.exo of the same
+// contents. Nothing is left behind without commit().
 class FieldWriter {
  public:
   // Fields that a checkpoint has kept: save()'s file, of which so many times count.
@@ -50,11 +51,13 @@ class FieldWriter {
     std::vector<double> times;
     std::string hash;  // of the writer that saved them
   };
-  // `fields`: displacement, velocity, stress, nodal_stress, contact_pressure. Says on the report what cannot be shown. `saved`: goes on from
-  // there. `run_hash`: of the run that the fields are of, empty when there are no checkpoints. InputError: `saved` is of another
-  // one, or not what its hash says.
-  FieldWriter(const Scene& scene, const BuiltScene& built, const std::filesystem::path& results, Report& report,
-              const std::string& run_hash = "", const std::optional<Saved>& saved = {});
+  // `fields`: displacement, velocity, stress, nodal_stress, contact_pressure. Says on the report
+  // what cannot be shown. `saved`: goes on from there. `run_hash`: of the run that the fields are
+  // of, empty when there are no checkpoints. InputError: `saved` is of another one, or not what its
+  // hash says.
+  FieldWriter(const Scene& scene, const BuiltScene& built, const std::filesystem::path& results,
+              Report& report, const std::string& run_hash = "",
+              const std::optional<Saved>& saved = {});
   void add(double t);  // the state of the bodies now
   const std::vector<double>& times() const { return times_; }
   const std::string& hash() const { return hash_.text(); }  // of all that is written so far
@@ -76,13 +79,15 @@ class FieldWriter {
   Motion motion_of(const FieldGrid& grid) const;
   void add_instance_grids(const Scene& scene, Index instance, Report& report);
   void add_interface_grids(const FieldGrid& empty);
-  void add_block_grids(FieldGrid grid, const std::vector<Block>& blocks, const std::vector<BlockProperties>& properties);
+  void add_block_grids(FieldGrid grid, const std::vector<Block>& blocks,
+                       const std::vector<BlockProperties>& properties);
   void add_recovered_grids(const Scene& scene, FieldGrid grid);
   Matrix pressures(const FieldGrid& grid) const;
   Matrix stresses(const FieldGrid& grid, const Motion& motion) const;
   Matrix nodal_stresses(const FieldGrid& grid, const Motion& motion);
   void find_materials(const Scene& scene);
-  void add_stresses(const std::string& group, const std::string& field, const FieldGrid& grid, const Matrix& stress, double t);
+  void add_stresses(const std::string& group, const std::string& field, const FieldGrid& grid,
+                    const Matrix& stress, double t);
   void write_grids();
   void commit_xdmf();
   bool wanted(const std::string& field) const;
@@ -94,9 +99,10 @@ class FieldWriter {
   std::filesystem::path shown_, heavy_file_, heavy_name_;
   std::unique_ptr<Hdf5Writer> heavy_;
   std::vector<FieldGrid> grids_;
-  std::vector<const ContactNodes*> contact_of_;  // per instance, or null
+  std::vector<const ContactNodes*> contact_of_;                  // per instance, or null
   std::map<Index, std::unique_ptr<InstanceElements>> elements_;  // per instance with nodal stress
-  Matrix nodal_;                                                 // stress_values() of nodal_of_, this time
+  // stress_values() of nodal_of_, this time
+  Matrix nodal_;
   Index nodal_of_ = -1;
   std::vector<double> times_;
   FieldHash hash_;

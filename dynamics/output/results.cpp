@@ -28,7 +28,8 @@ std::string safe(std::string name) {
 void write_bodies(Hdf5Writer& file, const Simulation& simulation, const RunResult& result) {
   for (std::size_t b = 0; b < result.bodies.size(); ++b) {
     const bool is_joint = simulation.n_instances > 0 && b >= simulation.n_instances;
-    const std::string group = (is_joint ? "/joints/" : "/instances/") + safe(simulation.bodies[b]->name()) + "/";
+    const std::string group =
+        (is_joint ? "/joints/" : "/instances/") + safe(simulation.bodies[b]->name()) + "/";
     const RunResult::OfBody& of = result.bodies[b];
     file.write(group + "center_of_mass", points(of.center_of_mass));
     file.write(group + "momentum", points(of.momentum));
@@ -38,7 +39,8 @@ void write_bodies(Hdf5Writer& file, const Simulation& simulation, const RunResul
     if (!of.reaction.values.empty()) file.write(group + "reaction", points(of.reaction));
     if (of.orientation.empty()) continue;
     const auto n = static_cast<Index>(of.orientation.size()) / 4;
-    file.write(group + "orientation", Matrix(Eigen::Map<const RowMatrix>(of.orientation.data(), n, 4)));
+    file.write(group + "orientation",
+               Matrix(Eigen::Map<const RowMatrix>(of.orientation.data(), n, 4)));
   }
 }
 
@@ -49,7 +51,8 @@ void write_monitors(Hdf5Writer& file, const Simulation& simulation, const RunRes
     file.write(group + "mean_velocity", points(result.monitors[m].mean_velocity));
     file.write(group + "mean_acceleration", points(result.monitors[m].mean_acceleration));
     file.write(group + "force", points(result.monitors[m].force));
-    if (!result.monitors[m].rotation.values.empty()) file.write(group + "rotation", points(result.monitors[m].rotation));
+    if (!result.monitors[m].rotation.values.empty())
+      file.write(group + "rotation", points(result.monitors[m].rotation));
   }
 }
 
@@ -61,10 +64,12 @@ void write_watches(Hdf5Writer& file, const Simulation& simulation, const RunResu
     file.write(group + (watch.of_nodes ? "node_id" : "element_id"), watch.ids);
     if (watch.of_nodes) file.write(group + "block_id", watch.block_ids);
     const auto m = static_cast<Index>(watch.ids.size()), n = static_cast<Index>(result.time.size());
-    const Matrix values = stress_values(Eigen::Map<const RowMatrix>(result.watches[w].data(), n * m, 6));
+    const Matrix values =
+        stress_values(Eigen::Map<const RowMatrix>(result.watches[w].data(), n * m, 6));
     for (Index j = 0; j < n_stress_values; ++j) {
       const Vector column = values.col(j);
-      file.write(group + std::string(stress_names[static_cast<std::size_t>(j)]), Matrix(Eigen::Map<const RowMatrix>(column.data(), n, m)));
+      file.write(group + std::string(stress_names[static_cast<std::size_t>(j)]),
+                 Matrix(Eigen::Map<const RowMatrix>(column.data(), n, m)));
     }
   }
 }
@@ -85,9 +90,11 @@ void write_scans(Hdf5Writer& file, const Simulation& simulation, const RunResult
       const auto n = static_cast<Index>(result.time.size());
       IndexTable ids(n, scan.n_worst);
       for (Index k = 0; k < ids.size(); ++k)
-        ids(k / scan.n_worst, k % scan.n_worst) = scan.element_ids[static_cast<std::size_t>(of.worst[static_cast<std::size_t>(k)])];
+        ids(k / scan.n_worst, k % scan.n_worst) =
+            scan.element_ids[static_cast<std::size_t>(of.worst[static_cast<std::size_t>(k)])];
       file.write(group + "worst/element_id", ids);
-      file.write(group + "worst/von_mises", Matrix(Eigen::Map<const RowMatrix>(of.worst_stress.data(), n, scan.n_worst)));
+      file.write(group + "worst/von_mises",
+                 Matrix(Eigen::Map<const RowMatrix>(of.worst_stress.data(), n, scan.n_worst)));
     }
     if (!scan.envelope) continue;
     file.write(group + "envelope/elements/element_id", scan.element_ids);
@@ -115,8 +122,10 @@ void write_contact(Hdf5Writer& file, const Simulation& simulation, const RunResu
 // Numbers of one output, as RunResult keeps them.
 double values_per_output(const Simulation& simulation) {
   double values = 8;  // time, energies and works, active
-  values += 11 * static_cast<double>(simulation.bodies.size()) + 12 * static_cast<double>(simulation.monitors.size());
-  for (const StressWatch& watch : simulation.watches) values += 6 * static_cast<double>(watch.ids.size());
+  values += 11 * static_cast<double>(simulation.bodies.size()) +
+            12 * static_cast<double>(simulation.monitors.size());
+  for (const StressWatch& watch : simulation.watches)
+    values += 6 * static_cast<double>(watch.ids.size());
   for (const StressScan& scan : simulation.scans) values += 2 * static_cast<double>(scan.n_worst);
   for (const auto& supports : simulation.supports) values += supports ? 3 : 0;
   for (const ContactPair& pair : simulation.pairs) values += pair.of_all ? 0 : 10;
@@ -127,19 +136,22 @@ double values_per_output(const Simulation& simulation) {
 
 void require_memory_for_outputs(const Scene& scene, const Simulation& simulation, double memory) {
   const TimePlan& plan = simulation.plan;
-  const double outputs = static_cast<double>(plan.n_steps() / plan.steps_per_output) + 1, values = values_per_output(simulation);
+  const double outputs = static_cast<double>(plan.n_steps() / plan.steps_per_output) + 1,
+               values = values_per_output(simulation);
   const double bytes = 8 * outputs * values;
   if (bytes <= memory) return;
   const bool has_every = scene.output.every > 0;
   std::ostringstream text;
   text.precision(3);
-  text << (has_every ? scene.output.source : scene.time->source).text() << ": " << (has_every ? "output.every" : "time") << ": "
-       << outputs << " outputs of " << values << " numbers take " << human_bytes(bytes) << ", the machine has "
-       << human_bytes(memory) << ": give output.every " << 2 * plan.end * bytes / memory / outputs << " s or more";
+  text << (has_every ? scene.output.source : scene.time->source).text() << ": "
+       << (has_every ? "output.every" : "time") << ": " << outputs << " outputs of " << values
+       << " numbers take " << human_bytes(bytes) << ", the machine has " << human_bytes(memory)
+       << ": give output.every " << 2 * plan.end * bytes / memory / outputs << " s or more";
   throw InputError(text.str());
 }
 
-void write_results(const std::filesystem::path& path, const Simulation& simulation, const RunResult& result, const Report& report) {
+void write_results(const std::filesystem::path& path, const Simulation& simulation,
+                   const RunResult& result, const Report& report) {
   using Clock = std::chrono::steady_clock;
   const auto start = Clock::now();
   Hdf5Writer file(path);
@@ -166,7 +178,8 @@ void write_results(const std::filesystem::path& path, const Simulation& simulati
   file.write("/energy/work_numerical", result.work_numerical);
   write_contact(file, simulation, result);
   // The phase is not over yet: all but the closing of the file
-  file.attribute("/", "wall_seconds_write", std::chrono::duration<double>(Clock::now() - start).count());
+  file.attribute("/", "wall_seconds_write",
+                 std::chrono::duration<double>(Clock::now() - start).count());
   file.commit();
 }
 

@@ -12,12 +12,14 @@
 
 namespace cbr {
 
-// InputError, before the run, when the outputs that it is to keep until it ends would take more than `memory` bytes: how much, and
-// what output.every would do. Pairs that `contact: all` stands for count from when they meet, so not here.
+// InputError, before the run, when the outputs that it is to keep until it ends would take more
+// than `memory` bytes: how much, and what output.every would do. Pairs that `contact: all` stands
+// for count from when they meet, so not here.
 void require_memory_for_outputs(const Scene& scene, const Simulation& simulation, double memory);
 
-// Wall times are attributes, so the datasets are the same bytes from run to run. RunError when the disk refuses; nothing
-// half-written.
-void write_results(const std::filesystem::path& file, const Simulation& simulation, const RunResult& result, const Report& report);
+// Wall times are attributes, so the datasets are the same bytes from run to run. RunError when the
+// disk refuses; nothing half-written.
+void write_results(const std::filesystem::path& file, const Simulation& simulation,
+                   const RunResult& result, const Report& report);
 
 }  // namespace cbr

@@ -7,8 +7,8 @@ namespace cbr {
 namespace {
 
 // The pair's share of a search: resultants, extremes.
-void book_pair(const ContactGroup& group, const ContactSearch& of, const EnforcementResult& result, const ContactState& state,
-               const ContactPair& pair, PairState& now, Index& active) {
+void book_pair(const ContactGroup& group, const ContactSearch& of, const EnforcementResult& result,
+               const ContactState& state, const ContactPair& pair, PairState& now, Index& active) {
   const bool tied = pair.law.law == ContactLaw::tied;
   const double side = of.memory == &now.memory ? 1 : -1;
   const double share = pair.formulation == Formulation::two_way ? 0.5 : 1;  // seen from both sides
@@ -20,7 +20,9 @@ void book_pair(const ContactGroup& group, const ContactSearch& of, const Enforce
     const double normal = p[0];
     const bool acts = tied ? !p.isZero(0) : normal > 0;
     // A penalty looks at gaps at the start of a step
-    const double gap = pair.enforcement == Enforcement::penalty ? point.start_gap : result.gap(static_cast<Index>(i), 0);
+    const double gap = pair.enforcement == Enforcement::penalty
+                           ? point.start_gap
+                           : result.gap(static_cast<Index>(i), 0);
     if (!tied) now.recent_penetration = std::max(now.recent_penetration, -gap);
     if (!acts) continue;
     ++active;
@@ -35,7 +37,8 @@ void book_pair(const ContactGroup& group, const ContactSearch& of, const Enforce
 }
 
 // The normal impulses on the nodes, slave and master.
-void book_pressure(const ContactGroup& group, const ContactSearch& of, const EnforcementResult& result, ContactState& state) {
+void book_pressure(const ContactGroup& group, const ContactSearch& of,
+                   const EnforcementResult& result, ContactState& state) {
   for (auto i = of.first; i < of.last; ++i) {
     const ContactPoint& point = group.list.points[i];
     const Vector3 impulse = result.p(static_cast<Index>(i), 0) * point.normal();
@@ -49,8 +52,8 @@ void book_pressure(const ContactGroup& group, const ContactSearch& of, const Enf
 
 }  // namespace
 
-void book(Simulation& sim, const ContactGroup& group, const EnforcementResult& result, ContactState& state,
-          ContactOutcome& outcome) {
+void book(Simulation& sim, const ContactGroup& group, const EnforcementResult& result,
+          ContactState& state, ContactOutcome& outcome) {
   for (const ContactSearch& of : group.searches) sim.pairs[of.pair].state().area = 0;
   for (const ContactSearch& of : group.searches) {
     ContactPair& pair = sim.pairs[of.pair];
@@ -70,7 +73,8 @@ struct WallImpulse {
   Vector3 normal = Vector3::Zero(), friction = Vector3::Zero();  // scene axes
 };
 
-WallImpulse wall_impulse(const ContactGroup& group, const ContactSearch& of, const EnforcementResult& result) {
+WallImpulse wall_impulse(const ContactGroup& group, const ContactSearch& of,
+                         const EnforcementResult& result) {
   WallImpulse sum;
   for (auto i = of.first; i < of.last; ++i) {
     const ContactPoint& point = group.list.points[i];
@@ -88,7 +92,8 @@ void add_wall_work(const WallImpulse& impulse, const Vector3& way, PairState& st
 
 }  // namespace
 
-void book_walls(Simulation& sim, const ContactGroup& group, const EnforcementResult& result, double h) {
+void book_walls(Simulation& sim, const ContactGroup& group, const EnforcementResult& result,
+                double h) {
   for (const ContactSearch& of : group.searches) {
     ContactPair& pair = sim.pairs[of.pair];
     if (pair.wall && !pair.wall->shift().way().isZero(0))
@@ -96,7 +101,8 @@ void book_walls(Simulation& sim, const ContactGroup& group, const EnforcementRes
   }
 }
 
-// Of the mean force over a load step: half of the work of the one at its start, and of the one at its end.
+// Of the mean force over a load step: half of the work of the one at its start, and of the one at
+// its end.
 void book_last_forces_of_walls(Simulation& sim) {
   for (ContactPair& pair : sim.pairs) {
     if (!pair.wall) continue;
@@ -106,7 +112,8 @@ void book_last_forces_of_walls(Simulation& sim) {
   }
 }
 
-void book_walls_in_statics(Simulation& sim, const ContactGroup& group, const EnforcementResult& result) {
+void book_walls_in_statics(Simulation& sim, const ContactGroup& group,
+                           const EnforcementResult& result) {
   for (const ContactSearch& of : group.searches) {
     ContactPair& pair = sim.pairs[of.pair];
     if (!pair.wall) continue;
@@ -120,7 +127,8 @@ void remember(const Simulation& sim, const ContactGroup& group, const Enforcemen
   for (const ContactSearch& of : group.searches) {
     const ContactPair& pair = sim.pairs[of.pair];
     if (pair.law.law == ContactLaw::tied) continue;
-    remember(group.list, of.first, of.last, result.gap, result.p, 1e-6 * pair.master->size, *of.memory);
+    remember(group.list, of.first, of.last, result.gap, result.p, 1e-6 * pair.master->size,
+             *of.memory);
   }
 }
 

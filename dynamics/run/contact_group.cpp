@@ -27,18 +27,22 @@ void collect_ties(const PairState& pair, const ContactState& state, ContactList&
   }
 }
 
-void search(Simulation& sim, Index p, bool back, bool initial, const ContactState& state, ContactGroup& group) {
+void search(Simulation& sim, Index p, bool back, bool initial, const ContactState& state,
+            ContactGroup& group) {
   ContactPair& pair = sim.pairs[p];
   PairMemory& memory = back ? pair.state().back : pair.state().memory;
-  const ContactSurface &slave = *(back ? pair.master : pair.slave), &master = *(back ? pair.slave : pair.master);
-  const ContactBody &slave_body = state.bodies[slave.body], &master_body = state.bodies[master.body];
+  const ContactSurface &slave = *(back ? pair.master : pair.slave),
+                       &master = *(back ? pair.slave : pair.master);
+  const ContactBody &slave_body = state.bodies[slave.body],
+                    &master_body = state.bodies[master.body];
   const std::size_t first = group.list.points.size();
   if (pair.law.law == ContactLaw::tied) {
     collect_ties(pair.state(), state, group.list);
   } else if (pair.wall) {
     detect_wall(slave, slave_body, *pair.wall, initial, memory, group.list);
   } else if (pair.formulation == Formulation::mortar) {
-    detect_mortar(slave, slave_body, master, master_body, initial, sim.detection, memory, group.list);
+    detect_mortar(slave, slave_body, master, master_body, initial, sim.detection, memory,
+                  group.list);
   } else {
     detect(slave, slave_body, master, master_body, initial, sim.detection, memory, group.list);
   }
@@ -48,24 +52,28 @@ void search(Simulation& sim, Index p, bool back, bool initial, const ContactStat
   for (std::size_t i = first; i < group.list.points.size(); ++i) {
     ContactPoint& point = group.list.points[i];
     const Vector3 of_wall = pair.wall ? pair.wall->shift().way() : Vector3::Zero();
-    point.gap.tail<2>() = point.frame.bottomRows<2>() * (relative_motion(group.list, point, state.bodies) - of_wall);
+    point.gap.tail<2>() =
+        point.frame.bottomRows<2>() * (relative_motion(group.list, point, state.bodies) - of_wall);
   }
 }
 
 }  // namespace
 
-ContactGroup collect(Simulation& sim, const std::vector<Index>& pairs, bool initial, const ContactState& state) {
+ContactGroup collect(Simulation& sim, const std::vector<Index>& pairs, bool initial,
+                     const ContactState& state) {
   ContactGroup group;
   for (const Index p : pairs) {
     search(sim, p, false, initial, state, group);
-    if (sim.pairs[p].formulation == Formulation::two_way) search(sim, p, true, initial, state, group);
+    if (sim.pairs[p].formulation == Formulation::two_way)
+      search(sim, p, true, initial, state, group);
   }
   group.guess.setZero(static_cast<Index>(group.list.points.size()), 3);
   for (const ContactSearch& of : group.searches) {
     if (of.memory->impulse.rows() == 0) continue;
     for (auto i = of.first; i < of.last; ++i) {
       const ContactPoint& point = group.list.points[i];
-      group.guess.row(static_cast<Index>(i)) = of.memory->impulse.row(point.slot) * point.frame.transpose();
+      group.guess.row(static_cast<Index>(i)) =
+          of.memory->impulse.row(point.slot) * point.frame.transpose();
     }
   }
   for (const ContactTerm& term : group.list.terms)
@@ -75,7 +83,8 @@ ContactGroup collect(Simulation& sim, const std::vector<Index>& pairs, bool init
   return group;
 }
 
-std::vector<std::vector<Index>> islands(const Simulation& sim, const std::vector<Index>& due, Enforcement enforcement) {
+std::vector<std::vector<Index>> islands(const Simulation& sim, const std::vector<Index>& due,
+                                        Enforcement enforcement) {
   std::vector<Index> root(sim.contact_nodes.size());
   std::iota(root.begin(), root.end(), Index{0});
   const auto find = [&](Index b) {
@@ -83,10 +92,12 @@ std::vector<std::vector<Index>> islands(const Simulation& sim, const std::vector
     return b;
   };
   for (const Index p : due)
-    if (sim.pairs[p].enforcement == enforcement) root[find(sim.pairs[p].slave->body)] = find(sim.pairs[p].master->body);
+    if (sim.pairs[p].enforcement == enforcement)
+      root[find(sim.pairs[p].slave->body)] = find(sim.pairs[p].master->body);
   std::map<Index, std::vector<Index>> by_root;
   for (const Index p : due)
-    if (sim.pairs[p].enforcement == enforcement) by_root[find(sim.pairs[p].slave->body)].push_back(p);
+    if (sim.pairs[p].enforcement == enforcement)
+      by_root[find(sim.pairs[p].slave->body)].push_back(p);
   std::vector<std::vector<Index>> list;
   for (auto& [body, pairs] : by_root) list.push_back(std::move(pairs));
   return list;

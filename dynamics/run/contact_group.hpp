@@ -8,7 +8,8 @@
 
 namespace cbr {
 
-// The points that one search of a pair has found: its slave's nodes, or those of its master in a two-way contact.
+// The points that one search of a pair has found: its slave's nodes, or those of its master in a
+// two-way contact.
 struct ContactSearch {
   Index pair = 0;
   PairMemory* memory = nullptr;
@@ -24,10 +25,13 @@ struct ContactGroup {
   std::vector<Index> bodies;  // contact bodies that a point has terms on, ascending
 };
 
-// The points of `pairs` at the bodies' start and predicted end; slips of those with friction are filled.
-ContactGroup collect(Simulation& simulation, const std::vector<Index>& pairs, bool initial, const ContactState& state);
+// The points of `pairs` at the bodies' start and predicted end; slips of those with friction are
+// filled.
+ContactGroup collect(Simulation& simulation, const std::vector<Index>& pairs, bool initial,
+                     const ContactState& state);
 
 // Of the due pairs those of one enforcement, pairs that share a body together.
-std::vector<std::vector<Index>> islands(const Simulation& simulation, const std::vector<Index>& due, Enforcement enforcement);
+std::vector<std::vector<Index>> islands(const Simulation& simulation, const std::vector<Index>& due,
+                                        Enforcement enforcement);
 
 }  // namespace cbr

@@ -12,13 +12,15 @@
 namespace cbr {
 namespace {
 
-void add_and_move(Body& body, Index set, const Points& impulses, ImpulseKind kind, ContactBody& contact) {
+void add_and_move(Body& body, Index set, const Points& impulses, ImpulseKind kind,
+                  ContactBody& contact) {
   body.add_impulses(set, impulses, kind);
   contact.response.add_product(impulses, contact.end);
 }
 
-// Impulses act where the nodes are at the start of a step, which is not where its contact is: a point's two sides are some of the
-// step's slip apart. Each side of a point gets half of the moment that this leaves, so that the sum of all moments is 0.
+// Impulses act where the nodes are at the start of a step, which is not where its contact is: a
+// point's two sides are some of the step's slip apart. Each side of a point gets half of the moment
+// that this leaves, so that the sum of all moments is 0.
 void balance_moments(const ContactGroup& group, const Points& p, ContactState& state) {
   const auto turns = [&](Index b) { return state.bodies[b].turn.has_value(); };
   if (std::none_of(group.bodies.begin(), group.bodies.end(), turns)) return;
@@ -30,7 +32,8 @@ void balance_moments(const ContactGroup& group, const Points& p, ContactState& s
     if (of.isZero(0) || slave == master) continue;
     Vector3 apart = Vector3::Zero();
     for (Index t = 0; t < point.n_terms; ++t)
-      apart += terms[t].coefficient * state.bodies[terms[t].body].start.row(terms[t].node).transpose();
+      apart +=
+          terms[t].coefficient * state.bodies[terms[t].body].start.row(terms[t].node).transpose();
     const Vector3 normal = apart.cross(Vector3(of[0] * point.normal()));
     const Vector3 all = apart.cross(Vector3(point.frame.transpose() * of));
     for (const Index b : {slave, master}) {
@@ -41,7 +44,8 @@ void balance_moments(const ContactGroup& group, const Points& p, ContactState& s
 }
 
 // Hands the impulses of the group to the bodies; nodal: as velocities of the nodes alone.
-void deliver(Simulation& sim, const ContactGroup& group, bool nodal, double h, ContactState& state, ContactOutcome& outcome) {
+void deliver(Simulation& sim, const ContactGroup& group, bool nodal, double h, ContactState& state,
+             ContactOutcome& outcome) {
   for (const Index b : group.bodies) {
     ContactBody& contact = state.bodies[b];
     const ContactNodes& nodes = sim.contact_nodes[b];
@@ -54,7 +58,8 @@ void deliver(Simulation& sim, const ContactGroup& group, bool nodal, double h, C
       const Vector3 extra = body.add_velocities(nodes.set, velocities, momentum);
       contact.end += h * (velocities.rowwise() + extra.transpose());
     } else if (contact.has_move && (pushed || rubbed)) {
-      body.add_answered_impulses(nodes.set, contact.impulses, contact.friction, contact.move, contact.still);
+      body.add_answered_impulses(nodes.set, contact.impulses, contact.friction, contact.move,
+                                 contact.still);
       contact.end += contact.move;
     } else {
       if (pushed) add_and_move(body, nodes.set, contact.impulses, ImpulseKind::contact, contact);
@@ -84,7 +89,8 @@ void prepare(const Simulation& sim, const ContactGroup& group, double h, Contact
 
 double largest_frequency(const Simulation& sim, const ContactGroup& group) {
   double omega = 0;
-  for (const Index b : group.bodies) omega = std::max(omega, sim.bodies[sim.contact_nodes[b].body]->largest_frequency());
+  for (const Index b : group.bodies)
+    omega = std::max(omega, sim.bodies[sim.contact_nodes[b].body]->largest_frequency());
   return omega;
 }
 
@@ -100,50 +106,60 @@ Points elastic_slips(const ContactGroup& group) {
 }
 
 // Adds the step's motion to the stretch of the springs in contact; the others are let go.
-void stretch_springs(const Simulation& sim, const ContactGroup& group, const EnforcementResult& result, const Points& slip, const ContactState& state) {
+void stretch_springs(const Simulation& sim, const ContactGroup& group,
+                     const EnforcementResult& result, const Points& slip,
+                     const ContactState& state) {
   for (const ContactSearch& of : group.searches) {
     of.memory->elastic_slip.setZero(of.memory->offset.size(), 3);
     const auto& wall = sim.pairs[of.pair].wall;
     for (auto i = of.first; i < of.last; ++i) {
       const ContactPoint& point = group.list.points[i];
-      if (group.laws[i].law != ContactLaw::coulomb || !(result.p(static_cast<Index>(i), 0) > 0)) continue;
+      if (group.laws[i].law != ContactLaw::coulomb || !(result.p(static_cast<Index>(i), 0) > 0))
+        continue;
       Vector3 motion = relative_motion(group.list, point, state.bodies);
       if (wall) motion -= wall->shift().way();
       of.memory->elastic_slip.row(point.slot) =
-          slip.row(static_cast<Index>(i)) + (motion - point.normal() * point.normal().dot(motion)).transpose();
+          slip.row(static_cast<Index>(i)) +
+          (motion - point.normal() * point.normal().dot(motion)).transpose();
     }
   }
 }
 
-EnforcementResult enforce(Simulation& sim, const ContactGroup& group, double h, ContactState& state, ContactOutcome& outcome) {
+EnforcementResult enforce(Simulation& sim, const ContactGroup& group, double h, ContactState& state,
+                          ContactOutcome& outcome) {
   const Index p = group.searches.front().pair;
   const bool nodal = sim.pairs[p].enforcement == Enforcement::nodal;
-  EnforcementResult result = nodal ? enforce_nodal(group.list, group.guess, h, state.masses, state.bodies)
-                                   : enforce_impulse(group.list, group.laws, group.guess, h, state.bodies, state.islands[p]);
+  EnforcementResult result =
+      nodal
+          ? enforce_nodal(group.list, group.guess, h, state.masses, state.bodies)
+          : enforce_impulse(group.list, group.laws, group.guess, h, state.bodies, state.islands[p]);
   balance_moments(group, result.p, state);
   deliver(sim, group, nodal, h, state, outcome);
   return result;
 }
 
-// What statics do beside shapes with mass under the last step's forces, in scene axes: the predicted end is without it, and nearly
-// the same comes again. Empty: nothing.
+// What statics do beside shapes with mass under the last step's forces, in scene axes: the
+// predicted end is without it, and nearly the same comes again. Empty: nothing.
 Points last_statics(const ContactBody& body) {
   const auto& thin = body.response.thin;
   if (!thin || thin->A->rows() == 0 || body.still.size() != thin->rows->size()) return {};
   Matrix moved = Matrix::Zero(thin->n_dofs(), 1);
   thin->rows->add_spread(body.still, moved);
   Points statics(thin->n_dofs() / 3, 3);
-  for (Index i = 0; i < statics.rows(); ++i) statics.row(i) = (body.response.axes * moved.col(0).segment<3>(3 * i)).transpose();
+  for (Index i = 0; i < statics.rows(); ++i)
+    statics.row(i) = (body.response.axes * moved.col(0).segment<3>(3 * i)).transpose();
   return statics;
 }
 
-// Finds the points where bodies will about be with the last forces, as what these do has no share in a step's length; their gaps
-// are those without any.
-ContactGroup collect_with_statics(Simulation& sim, const std::vector<Index>& pairs, bool initial, ContactState& state) {
+// Finds the points where bodies will about be with the last forces, as what these do has no share
+// in a step's length; their gaps are those without any.
+ContactGroup collect_with_statics(Simulation& sim, const std::vector<Index>& pairs, bool initial,
+                                  ContactState& state) {
   std::map<Index, Points> statics;
   for (const Index p : pairs)
     for (const Index b : {sim.pairs[p].slave->body, sim.pairs[p].master->body})
-      if (const auto [at, is_new] = statics.try_emplace(b); is_new) at->second = last_statics(state.bodies[b]);
+      if (const auto [at, is_new] = statics.try_emplace(b); is_new)
+        at->second = last_statics(state.bodies[b]);
   std::erase_if(statics, [](const auto& of) { return of.second.rows() == 0; });
   for (const auto& [b, moved] : statics) {
     state.bodies[b].end += moved;
@@ -165,9 +181,10 @@ ContactGroup collect_with_statics(Simulation& sim, const std::vector<Index>& pai
   return group;
 }
 
-// The points of some pairs, ready to be solved; without points the pairs have forgotten what they knew.
-ContactGroup start_group(Simulation& sim, const std::vector<Index>& pairs, double h, bool initial, ContactState& state,
-                         StepSeconds& seconds) {
+// The points of some pairs, ready to be solved; without points the pairs have forgotten what they
+// knew.
+ContactGroup start_group(Simulation& sim, const std::vector<Index>& pairs, double h, bool initial,
+                         ContactState& state, StepSeconds& seconds) {
   ContactGroup group = [&] {
     const Stopwatch watch(seconds.search);
     return collect_with_statics(sim, pairs, initial, state);
@@ -181,8 +198,8 @@ ContactGroup start_group(Simulation& sim, const std::vector<Index>& pairs, doubl
   return group;
 }
 
-void solve_group(Simulation& sim, const std::vector<Index>& pairs, double h, bool initial, ContactState& state,
-                 ContactOutcome& outcome, StepSeconds& seconds) {
+void solve_group(Simulation& sim, const std::vector<Index>& pairs, double h, bool initial,
+                 ContactState& state, ContactOutcome& outcome, StepSeconds& seconds) {
   const ContactGroup group = start_group(sim, pairs, h, initial, state, seconds);
   if (group.list.empty()) return;
   const Stopwatch watch(seconds.contact);
@@ -211,8 +228,9 @@ struct PushedSprings {
   Vector motion;             // of the points along their normals, as the gaps know it
 };
 
-void push_springs(Simulation& sim, Index p, double h, bool initial, ContactState& state, ContactOutcome& outcome,
-                  StepSeconds& seconds, std::vector<PushedSprings>& pushed) {
+void push_springs(Simulation& sim, Index p, double h, bool initial, ContactState& state,
+                  ContactOutcome& outcome, StepSeconds& seconds,
+                  std::vector<PushedSprings>& pushed) {
   PushedSprings springs{start_group(sim, {p}, h, initial, state, seconds), {}, {}, {}};
   const ContactGroup& group = springs.group;
   if (group.list.empty()) return;
@@ -220,16 +238,17 @@ void push_springs(Simulation& sim, Index p, double h, bool initial, ContactState
   ContactPair& pair = sim.pairs[p];
   springs.slip = elastic_slips(group);
   springs.motion = normal_motions(group, state);
-  springs.result = enforce_penalty(group.list, group.laws, h, largest_frequency(sim, group) * h, pair.damping, state.bodies,
-                                   pair.state().penalty, springs.slip);
+  springs.result = enforce_penalty(group.list, group.laws, h, largest_frequency(sim, group) * h,
+                                   pair.damping, state.bodies, pair.state().penalty, springs.slip);
   deliver(sim, group, false, h, state, outcome);
   book(sim, group, springs.result, state, outcome);
   book_walls(sim, group, springs.result, h);
   pushed.push_back(std::move(springs));
 }
 
-// Once all that acts in the step is known: a node that is pressed into a face by what acts elsewhere touches it as well as one that
-// comes by itself. Else it would count as found behind the face, and be left there, deeper with every step.
+// Once all that acts in the step is known: a node that is pressed into a face by what acts
+// elsewhere touches it as well as one that comes by itself. Else it would count as found behind the
+// face, and be left there, deeper with every step.
 void finish_springs(const Simulation& sim, const ContactState& state, PushedSprings& springs) {
   springs.result.gap.col(0) += normal_motions(springs.group, state) - springs.motion;
   stretch_springs(sim, springs.group, springs.result, springs.slip, state);
@@ -242,7 +261,8 @@ void ContactOutcome::start(const Simulation& simulation) {
   touched.assign(simulation.contact_nodes.size(), 0);
   near.assign(simulation.pairs.size(), 0), has_met = near;
   active.assign(simulation.pairs.size(), 0);
-  for (std::size_t p = 0; p < simulation.pairs.size(); ++p) {  // what the scene names is written whether it meets or not
+  // what the scene names is written whether it meets or not
+  for (std::size_t p = 0; p < simulation.pairs.size(); ++p) {
     if (simulation.pairs[p].of_all) continue;
     has_met[p] = 1;
     met.push_back(static_cast<Index>(p));
@@ -255,16 +275,19 @@ void ContactOutcome::next_step() {
   searched.clear();
 }
 
-void contact_step(Simulation& sim, const std::vector<Index>& due, double h, bool initial, ContactState& state,
-                  ContactOutcome& outcome, StepSeconds& seconds) {
+void contact_step(Simulation& sim, const std::vector<Index>& due, double h, bool initial,
+                  ContactState& state, ContactOutcome& outcome, StepSeconds& seconds) {
   outcome.next_step();
   outcome.searched = due;
-  // Penalty knows the start only; impulses see its effect on the end; nodal changes what the others leave.
+  // Penalty knows the start only; impulses see its effect on the end; nodal changes what the others
+  // leave.
   std::vector<PushedSprings> pushed;
   for (const Index p : due)
-    if (sim.pairs[p].enforcement == Enforcement::penalty) push_springs(sim, p, h, initial, state, outcome, seconds, pushed);
+    if (sim.pairs[p].enforcement == Enforcement::penalty)
+      push_springs(sim, p, h, initial, state, outcome, seconds, pushed);
   for (const Enforcement enforcement : {Enforcement::impulse, Enforcement::nodal})
-    for (const auto& pairs : islands(sim, due, enforcement)) solve_group(sim, pairs, h, initial, state, outcome, seconds);
+    for (const auto& pairs : islands(sim, due, enforcement))
+      solve_group(sim, pairs, h, initial, state, outcome, seconds);
   for (PushedSprings& springs : pushed) finish_springs(sim, state, springs);
   for (std::size_t b = 0; b < state.bodies.size(); ++b)
     if (outcome.touched[b] == 0) state.bodies[b].still.resize(0);

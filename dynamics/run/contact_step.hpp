@@ -11,15 +11,17 @@ namespace cbr {
 
 // What contact keeps from step to step.
 struct ContactState {
-  std::vector<ContactBody> bodies;            // as Simulation::contact_nodes
-  std::vector<Points> masses;                 // row-sum masses, where a nodal pair needs them, else empty
+  std::vector<ContactBody> bodies;  // as Simulation::contact_nodes
+  // row-sum masses, where a nodal pair needs them, else empty
+  std::vector<Points> masses;
   std::map<Index, ImpulseMemory> islands;     // by the first pair of the island
   std::map<Index, ImpulseMemory> settled;     // likewise, of settle_velocities()
   std::vector<Points> impulses_since_output;  // per contact body
-  std::vector<Points> normal_since_output;    // likewise, without friction and ties, where nodal pressures are wanted, else empty
+  // likewise, without friction and ties, where nodal pressures are wanted, else empty
+  std::vector<Points> normal_since_output;
 
-  // Together with what the pairs and contact nodes of the simulation keep. Restores a state of start_contact(); the bodies are
-  // asked for their responses anew.
+  // Together with what the pairs and contact nodes of the simulation keep. Restores a state of
+  // start_contact(); the bodies are asked for their responses anew.
   void keep_state(StateArchive& archive, Simulation& simulation);
 };
 
@@ -36,12 +38,14 @@ struct ContactOutcome {
   void keep_state(StateArchive& archive);
 };
 
-// Finds what tied pairs join. InputError: a nodal mass that is not positive; surfaces that are tied and nowhere near each other.
+// Finds what tied pairs join. InputError: a nodal mass that is not positive; surfaces that are tied
+// and nowhere near each other.
 ContactState start_contact(Simulation& simulation);
 
-// The bodies of the `due` pairs have been predicted over h and their contact nodes' start and end are filled. Adds impulses to the
-// bodies and updates `end`. Adds to search, response and contact of `seconds`.
-void contact_step(Simulation& simulation, const std::vector<Index>& due, double h, bool initial, ContactState& state,
-                  ContactOutcome& outcome, StepSeconds& seconds);
+// The bodies of the `due` pairs have been predicted over h and their contact nodes' start and end
+// are filled. Adds impulses to the bodies and updates `end`. Adds to search, response and contact
+// of `seconds`.
+void contact_step(Simulation& simulation, const std::vector<Index>& due, double h, bool initial,
+                  ContactState& state, ContactOutcome& outcome, StepSeconds& seconds);
 
 }  // namespace cbr

@@ -13,15 +13,18 @@
 namespace cbr {
 namespace {
 
-// Of the energy norm of the displacements: what an iteration changes at the end of a load step; what is good enough when round-off
-// or a node at the edge of a face lets no iteration do better, and after how many of them.
+// Of the energy norm of the displacements: what an iteration changes at the end of a load step;
+// what is good enough when round-off or a node at the edge of a face lets no iteration do better,
+// and after how many of them.
 constexpr double aim = 1e-8, enough = 1e-5;
 constexpr Index patience = 40, most_iterations = 200;
 // Of the largest change in a load step: round-off where nothing is strained.
 constexpr double nothing = 1e-12;
-// A body that goes on by more than this share of its last move is let go faster, by this factor at a time.
+// A body that goes on by more than this share of its last move is let go faster, by this factor at
+// a time.
 constexpr double goes_on = 0.5, let_go = 0.1, least_hold = 1e-6;
-// Bodies on springs, which are far softer than they, would be slow to follow; without contact that opens nothing else has to be held.
+// Bodies on springs, which are far softer than they, would be slow to follow; without contact that
+// opens nothing else has to be held.
 constexpr double sprung_hold = 1e-3;
 // Of its own size, the way in one load step by which a body is not held.
 constexpr double lost = 10;
@@ -34,16 +37,25 @@ double extent_of(const Body& body) {
 }  // namespace
 
 Equilibrium::Equilibrium(Simulation& simulation, ContactState& state, ContactOutcome& outcome)
-    : sim_(simulation), state_(state), outcome_(outcome), pairs_(simulation.pairs.size()), known_(simulation.pairs.size()) {
+    : sim_(simulation),
+      state_(state),
+      outcome_(outcome),
+      pairs_(simulation.pairs.size()),
+      known_(simulation.pairs.size()) {
   std::iota(pairs_.begin(), pairs_.end(), Index{0});
   for (const auto& body : sim_.bodies) extent_.push_back(extent_of(*body));
-  for (const ContactNodes& nodes : sim_.contact_nodes) forces_.push_back(Points::Zero(static_cast<Index>(nodes.nodes.size()), 3));
+  for (const ContactNodes& nodes : sim_.contact_nodes)
+    forces_.push_back(Points::Zero(static_cast<Index>(nodes.nodes.size()), 3));
   moved_ = forces_;
   is_pushed_.assign(forces_.size(), 0);
   state_.islands.clear();
-  const auto any = [&](const auto& is) { return std::any_of(sim_.pairs.begin(), sim_.pairs.end(), is); };
+  const auto any = [&](const auto& is) {
+    return std::any_of(sim_.pairs.begin(), sim_.pairs.end(), is);
+  };
   if (any([](const ContactPair& pair) { return pair.yields; }))
-    full_hold_ = any([](const ContactPair& pair) { return pair.law.law != ContactLaw::tied; }) ? sprung_hold : least_hold;
+    full_hold_ = any([](const ContactPair& pair) { return pair.law.law != ContactLaw::tied; })
+                     ? sprung_hold
+                     : least_hold;
 }
 
 void Equilibrium::preload(Index steps) {
@@ -90,7 +102,9 @@ void Equilibrium::iterate(const Rest& loads) {
       change += settled.back().change, energy += settled.back().energy;
     }
     if (!std::isfinite(change + energy))
-      throw RunError("statics: the equilibrium is no longer finite: are loads or units beyond a double's reach?");
+      throw RunError(
+          "statics: the equilibrium is no longer finite: are loads or units beyond a double's "
+          "reach?");
     if (is_done(change, energy)) break;
     watch(settled, loads.t);
     recall();
@@ -103,25 +117,30 @@ void Equilibrium::iterate(const Rest& loads) {
 bool Equilibrium::is_done(double change, double energy) {
   most_change_ = std::max(most_change_, change);
   const double scale = energy + nothing * most_change_;
-  if (change <= aim * aim * scale && missing_pull_ <= aim && hold_ == full_hold_ && iteration_ > 1) return true;
+  if (change <= aim * aim * scale && missing_pull_ <= aim && hold_ == full_hold_ && iteration_ > 1)
+    return true;
   if (change == 0 && missing_pull_ == 0) return true;
   if (iteration_ >= patience && change <= enough * enough * scale) return true;
   if (iteration_ < most_iterations) return false;
   std::ostringstream text;
   text.precision(3);
-  text << "statics: no equilibrium was found in " << most_iterations << " iterations; the last one changed the displacements by "
-       << std::sqrt(change / std::max(scale, 1e-300)) << " of themselves (energy norm): take smaller load steps (time.step, "
+  text << "statics: no equilibrium was found in " << most_iterations
+       << " iterations; the last one changed the displacements by "
+       << std::sqrt(change / std::max(scale, 1e-300))
+       << " of themselves (energy norm): take smaller load steps (time.step, "
        << "time.preload), or hold what hardly anything holds";
   throw RunError(text.str());
 }
 
-// What contact is to stop and does not goes on and on: faster, so that it arrives, or is seen to be lost.
+// What contact is to stop and does not goes on and on: faster, so that it arrives, or is seen to be
+// lost.
 void Equilibrium::watch(const std::vector<Settled>& settled, double t) {
   bool any = false;
   for (std::size_t b = 0; b < settled.size(); ++b) {
     way_[b] += settled[b].way;
     if (way_[b] > lost * extent_[b]) refuse_unheld(static_cast<Index>(b), t);
-    any |= iteration_ > 3 && settled[b].way > goes_on * last_way_[b] && settled[b].change > 1e-6 * most_change_;
+    any |= iteration_ > 3 && settled[b].way > goes_on * last_way_[b] &&
+           settled[b].change > 1e-6 * most_change_;
     last_way_[b] = settled[b].way;
   }
   hold_ = any ? std::max(least_hold, let_go * hold_) : std::min(full_hold_, hold_ / let_go);
@@ -134,18 +153,21 @@ void Equilibrium::refuse_unheld(Index b, double t) const {
   const Vector3 mean = u.colwise().mean().transpose();
   std::ostringstream text;
   text.precision(3);
-  text << "statics: instance '" << body.name() << "' is not held: under its loads at t = " << t << " s it ";
+  text << "statics: instance '" << body.name() << "' is not held: under its loads at t = " << t
+       << " s it ";
   if (mean.norm() > 0.2 * u.rowwise().norm().mean()) {
     const Vector3 way = mean.normalized();
     text << "moves along [" << way[0] << ", " << way[1] << ", " << way[2] << "]";
   } else {
     text << "turns";
   }
-  text << " without end: hold it by boundary, tied surfaces, contact that it is pressed into, or friction";
+  text << " without end: hold it by boundary, tied surfaces, contact that it is pressed into, or "
+          "friction";
   throw InputError(text.str());
 }
 
-// Where the last forces of contact take the nodes; without them the ends are where contact is solved from.
+// Where the last forces of contact take the nodes; without them the ends are where contact is
+// solved from.
 void Equilibrium::locate(double hold) {
   for (std::size_t c = 0; c < sim_.contact_nodes.size(); ++c) {
     const ContactNodes& nodes = sim_.contact_nodes[c];
@@ -181,7 +203,8 @@ void Equilibrium::solve_group(const std::vector<Index>& pairs, double hold) {
     for (Index t = point.first_term; t < point.first_term + point.n_terms; ++t) {
       const ContactTerm& term = group.list.terms[t];
       if (term.body < static_cast<Index>(moved_.size()))
-        point.gap -= term.coefficient * (point.frame * moved_[term.body].row(term.node).transpose());
+        point.gap -=
+            term.coefficient * (point.frame * moved_[term.body].row(term.node).transpose());
     }
   }
   for (const Index b : group.bodies) {
@@ -208,8 +231,10 @@ void Equilibrium::give(Index b) {
   forces_[b] = contact.impulses + contact.friction;
   is_pushed_[b] = !forces_[b].isZero(0);
   outcome_.touched[b] |= is_pushed_[b];
-  if (!contact.impulses.isZero(0)) body.add_static_forces(nodes.set, contact.impulses, ImpulseKind::contact);
-  if (!contact.friction.isZero(0)) body.add_static_forces(nodes.set, contact.friction, ImpulseKind::friction);
+  if (!contact.impulses.isZero(0))
+    body.add_static_forces(nodes.set, contact.impulses, ImpulseKind::contact);
+  if (!contact.friction.isZero(0))
+    body.add_static_forces(nodes.set, contact.friction, ImpulseKind::friction);
 }
 
 // Forces of this load step stand for those since the last output.
@@ -242,11 +267,13 @@ void Equilibrium::keep_known() {
     PairState& pair = sim_.pairs[p].state();
     known_[p].clear();
     for (const PairMemory* memory : {&pair.memory, &pair.back})
-      known_[p].push_back({memory->face, memory->known_face, memory->further_faces, memory->offset, memory->has_points, memory->depth});
+      known_[p].push_back({memory->face, memory->known_face, memory->further_faces, memory->offset,
+                           memory->has_points, memory->depth});
   }
 }
 
-// What is searched for anew is searched from the start of the load step; forces to start the solution from stay.
+// What is searched for anew is searched from the start of the load step; forces to start the
+// solution from stay.
 void Equilibrium::recall() {
   for (const Index p : pairs_) {
     PairState& pair = sim_.pairs[p].state();
@@ -261,8 +288,10 @@ void Equilibrium::recall() {
         memory->has_points = false, memory->depth = 0;
         continue;
       }
-      memory->face = known.face, memory->known_face = known.known_face, memory->further_faces = known.further_faces;
-      memory->offset = known.offset, memory->has_points = known.has_points, memory->depth = known.depth;
+      memory->face = known.face, memory->known_face = known.known_face,
+      memory->further_faces = known.further_faces;
+      memory->offset = known.offset, memory->has_points = known.has_points,
+      memory->depth = known.depth;
     }
   }
 }

@@ -44,7 +44,8 @@ void Equilibrium::find_compliance(Bolt& bolt, double hold) {
     const auto n = static_cast<double>(side->nodes.size());
     for (const Index node : side->nodes) pull.row(node) = bolt.normal.transpose() / n;
     S.add_product(pull, moved);
-    for (const Index node : side->nodes) bolt.compliance += 100 / n * moved.row(node).dot(bolt.normal);
+    for (const Index node : side->nodes)
+      bolt.compliance += 100 / n * moved.row(node).dot(bolt.normal);
   }
 }
 
@@ -75,7 +76,8 @@ double Equilibrium::change_of_bolts() {
     if (bolt.compliance == 0) continue;
     bolt.length -= bolt.compliance * bolt.force;
     const double missing = std::abs(bolt.length - bolt.length_before) / bolt.compliance;
-    if (missing > 0) missing_pull_ = std::max(missing_pull_, missing / std::max(std::abs(bolt.force), missing));
+    if (missing > 0)
+      missing_pull_ = std::max(missing_pull_, missing / std::max(std::abs(bolt.force), missing));
     change += std::pow(bolt.length - bolt.length_before, 2) / bolt.compliance;
   }
   return change;

@@ -19,8 +19,10 @@ void keep_pair(StateArchive& archive, ContactPair& pair) {
   archive.expect(static_cast<Index>(state.ties.points.size()));
   archive(state.memory, state.back, state.penalty);
   if (pair.pretension) archive(state.tie_offset, pair.pretension->length);
-  archive(state.penetration, state.residual, state.recent_penetration, state.recent_residual, state.n_fallbacks);
-  if (pair.wall) archive(state.wall_work, state.wall_friction_work, state.wall_force, state.wall_friction);
+  archive(state.penetration, state.residual, state.recent_penetration, state.recent_residual,
+          state.n_fallbacks);
+  if (pair.wall)
+    archive(state.wall_work, state.wall_friction_work, state.wall_force, state.wall_friction);
   archive(state.area, state.largest_area, state.impulse, state.moment, state.normal_impulse);
 }
 
@@ -43,7 +45,9 @@ void ContactState::keep_state(StateArchive& archive, Simulation& sim) {
   archive(islands, settled, impulses_since_output, normal_since_output);
 }
 
-void ContactOutcome::keep_state(StateArchive& archive) { archive(touched, near, active, searched, met, has_met); }
+void ContactOutcome::keep_state(StateArchive& archive) {
+  archive(touched, near, active, searched, met, has_met);
+}
 
 void PairSchedule::Known::keep_state(StateArchive& archive) {
   archive(bound, step, fine, loose, can_settle, busy_at, box, box_step);
@@ -58,10 +62,13 @@ void PairSchedule::keep_state(StateArchive& archive) {
 
 static void keep_state(StateArchive& archive, Series3& series) { archive(series.values); }
 
-static void keep_state(StateArchive& archive, RunResult::OfMonitor& of) { archive(of.mean_position, of.mean_velocity, of.mean_acceleration, of.force, of.rotation); }
+static void keep_state(StateArchive& archive, RunResult::OfMonitor& of) {
+  archive(of.mean_position, of.mean_velocity, of.mean_acceleration, of.force, of.rotation);
+}
 
 static void keep_state(StateArchive& archive, RunResult::OfBody& of) {
-  archive(of.center_of_mass, of.momentum, of.angular_momentum, of.reaction, of.kinetic_energy, of.strain_energy);
+  archive(of.center_of_mass, of.momentum, of.angular_momentum, of.reaction, of.kinetic_energy,
+          of.strain_energy);
   double turned_at = of.turned_at.value_or(-1);
   archive(of.rotation, turned_at, of.orientation);
   if (turned_at >= 0) of.turned_at = turned_at;
@@ -85,14 +92,18 @@ static void keep_state(StateArchive& archive, WorkCounts& work) {
 static void keep_state(StateArchive& archive, RunResult& result) {
   archive.expect(static_cast<Index>(result.monitors.size()));
   archive(result.time, result.monitors, result.bodies, result.pairs);
-  archive(result.total, result.work_external, result.work_contact, result.work_friction, result.work_damping, result.work_numerical, result.active);
-  archive(result.steps, result.jumps, result.contact_steps, result.contact_rows, result.scaled_energy_share, result.work);
+  archive(result.total, result.work_external, result.work_contact, result.work_friction,
+          result.work_damping, result.work_numerical, result.active);
+  archive(result.steps, result.jumps, result.contact_steps, result.contact_rows,
+          result.scaled_energy_share, result.work);
   archive(result.largest_rotation);
   archive.expect(static_cast<Index>(result.watches.size()));
   archive(result.watches, result.scans);
 }
 
-void Equilibrium::keep_state(StateArchive& archive) { archive(forces_, is_pushed_, initial_, resolved_, last_t_, n_iterations_); }
+void Equilibrium::keep_state(StateArchive& archive) {
+  archive(forces_, is_pushed_, initial_, resolved_, last_t_, n_iterations_);
+}
 
 void Recorder::keep_state(StateArchive& archive) { archive(result_, last_, work_, before_); }
 

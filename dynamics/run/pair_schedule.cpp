@@ -12,7 +12,8 @@ constexpr Index longest_wait = 8;
 constexpr double many_steps = 8;  // apart: not worth a bound that says it better
 constexpr Index of_walls = -1;    // a partner's body
 
-// Of the largest face, that a search may reach: more at the start, where surfaces may overlap by as much as a face.
+// Of the largest face, that a search may reach: more at the start, where surfaces may overlap by as
+// much as a face.
 double face_share(Index step) { return step == 0 ? 1.5 : 0.5; }
 
 // First time at which g + w t - b t - a t^2 / 2 reaches 0, for g > 0.
@@ -27,10 +28,14 @@ double first_root(double gap, double speed, double growth, double acceleration) 
 double time_apart(const MotionBound& a, const MotionBound& b, const Vector3& margin) {
   double apart = 0;
   for (int c = 0; c < 3; ++c) {
-    const double growth = a.growth[c] + b.growth[c], acceleration = a.acceleration[c] + b.acceleration[c];
-    const double above = b.lower[c] - a.upper[c] - margin[c], below = a.lower[c] - b.upper[c] - margin[c];
-    apart = std::max(apart, first_root(above, b.lower_speed[c] - a.upper_speed[c], growth, acceleration));
-    apart = std::max(apart, first_root(below, a.lower_speed[c] - b.upper_speed[c], growth, acceleration));
+    const double growth = a.growth[c] + b.growth[c],
+                 acceleration = a.acceleration[c] + b.acceleration[c];
+    const double above = b.lower[c] - a.upper[c] - margin[c],
+                 below = a.lower[c] - b.upper[c] - margin[c];
+    apart = std::max(apart,
+                     first_root(above, b.lower_speed[c] - a.upper_speed[c], growth, acceleration));
+    apart = std::max(apart,
+                     first_root(below, a.lower_speed[c] - b.upper_speed[c], growth, acceleration));
   }
   return apart;
 }
@@ -46,7 +51,8 @@ MotionBound later(const MotionBound& bound, double t) {
 
 MotionBound standing(const Points& x) {
   MotionBound bound;
-  bound.lower = x.colwise().minCoeff().transpose(), bound.upper = x.colwise().maxCoeff().transpose();
+  bound.lower = x.colwise().minCoeff().transpose(),
+  bound.upper = x.colwise().maxCoeff().transpose();
   bound.lower_speed = bound.upper_speed = bound.growth = bound.acceleration = Vector3::Zero();
   return bound;
 }
@@ -55,7 +61,11 @@ MotionBound standing(const Points& x) {
 
 PairSchedule::PairSchedule(Simulation& simulation, bool jumps, const std::vector<char>& resting,
                            std::function<void(Index, Index)> bring, WorkCounts& counts)
-    : sim_(simulation), jumps_(jumps), resting_(resting), bring_(std::move(bring)), counts_(counts) {
+    : sim_(simulation),
+      jumps_(jumps),
+      resting_(resting),
+      bring_(std::move(bring)),
+      counts_(counts) {
   const std::size_t n = sim_.pairs.size();
   known_.resize(sim_.contact_nodes.size()), partners_.resize(sim_.contact_nodes.size());
   stamp_.assign(n, 0), taken_at_.assign(n, -1), wait_.assign(n, 1), backoff_.assign(n, 1);
@@ -68,24 +78,28 @@ PairSchedule::PairSchedule(Simulation& simulation, bool jumps, const std::vector
   for (std::size_t p = 0; p < n; ++p) {
     const ContactPair& pair = sim_.pairs[p];
     kind_.push_back(kind_of(pair));
-    largest_face_.push_back(pair.wall ? 0 : std::max(largest_face(*pair.slave), largest_face(*pair.master)));
+    largest_face_.push_back(
+        pair.wall ? 0 : std::max(largest_face(*pair.slave), largest_face(*pair.master)));
     if (kind_.back() == Kind::always) always_.push_back(static_cast<Index>(p));
     if (kind_.back() != Kind::timed) continue;
     const Index slave = pair.slave->body, master = pair.wall ? of_walls : pair.master->body;
     partners_[slave].push_back({master, static_cast<Index>(p)});
     if (pair.wall) continue;
     partners_[master].push_back({slave, static_cast<Index>(p)});
-    face_of_any_ = std::max(face_of_any_, largest_face_.back()), adjust_of_any_ = std::max(adjust_of_any_, pair.adjust.value_or(0));
+    face_of_any_ = std::max(face_of_any_, largest_face_.back()),
+    adjust_of_any_ = std::max(adjust_of_any_, pair.adjust.value_or(0));
   }
   for (std::size_t c = 0; c < partners_.size(); ++c) {
     std::sort(partners_[c].begin(), partners_[c].end());
-    if (!partners_[c].empty() && partners_[c].back().body != of_walls) meeting_.push_back(static_cast<Index>(c));
+    if (!partners_[c].empty() && partners_[c].back().body != of_walls)
+      meeting_.push_back(static_cast<Index>(c));
   }
 }
 
 // Tied surfaces that lie apart are one of all that have nothing to do with each other.
 PairSchedule::Kind PairSchedule::kind_of(const ContactPair& pair) const {
-  if (pair.law.law == ContactLaw::tied) return pair.seen().ties.empty() ? Kind::never : Kind::always;
+  if (pair.law.law == ContactLaw::tied)
+    return pair.seen().ties.empty() ? Kind::never : Kind::always;
   const bool itself = !pair.wall && pair.slave->body == pair.master->body;
   return jumps_ && !itself ? Kind::timed : Kind::always;
 }
@@ -109,8 +123,8 @@ void PairSchedule::start() {
     if (kind_[p] == Kind::timed && is_free(p)) first_look(p);
 }
 
-// Springs are made for the points within reach at the first step; whether there are any must not hang on boxes, which depend on the
-// axes.
+// Springs are made for the points within reach at the first step; whether there are any must not
+// hang on boxes, which depend on the axes.
 void PairSchedule::first_look(Index p) {
   if (sim_.pairs[p].enforcement == Enforcement::penalty) return enqueue(p, 0);
   schedule(p, 0);
@@ -146,7 +160,8 @@ void PairSchedule::due(Index step, std::vector<Index>& pairs) {
     if (entry.stamp == stamp_[entry.pair]) take(entry.pair, step, pairs);
   }
   for (const Index c : loose_)
-    for (auto partner = partners_[c].begin(); partner != partners_[c].end() && partner->body == of_walls; ++partner)
+    for (auto partner = partners_[c].begin();
+         partner != partners_[c].end() && partner->body == of_walls; ++partner)
       take(partner->pair, step, pairs);
   std::sort(pairs.begin(), pairs.end());
 }
@@ -155,9 +170,11 @@ bool PairSchedule::is_far(Index p, bool initial, const ContactState& state) cons
   const ContactPair& pair = sim_.pairs[p];
   if (pair.wall || kind_[p] == Kind::always) return false;
   const ContactBody &a = state.bodies[pair.slave->body], &b = state.bodies[pair.master->body];
-  // Above every reach of a search: contact_reach() of either side's faces, with motions relative to either
-  const Vector3 reach = Vector3::Constant(face_share(initial ? 0 : 1) * largest_face_[p] + 2 * (a.longest_way + b.longest_way) +
-                                          pair.adjust.value_or(0));
+  // Above every reach of a search: contact_reach() of either side's faces, with motions relative to
+  // either
+  const Vector3 reach =
+      Vector3::Constant(face_share(initial ? 0 : 1) * largest_face_[p] +
+                        2 * (a.longest_way + b.longest_way) + pair.adjust.value_or(0));
   return !Box{a.swept.lower - reach, a.swept.upper + reach}.meets(b.swept);
 }
 
@@ -170,26 +187,32 @@ const Box& PairSchedule::box_of(Index c, Index step) {
   return known.box;
 }
 
-// The longest way of a node in the step. A free body's box spans it, and its reach grows with it as is_far()'s does.
+// The longest way of a node in the step. A free body's box spans it, and its reach grows with it as
+// is_far()'s does.
 double PairSchedule::longest_way(Index c, Index step, const ContactState& state) const {
   if (known_[c].loose) return state.bodies[c].longest_way;
   const MotionBound& bound = known_[c].bound;
   const double since = plan().time(step + 1) - plan().time(std::max<Index>(known_[c].step, 0));
-  const Vector3 speed = bound.lower_speed.cwiseAbs().cwiseMax(bound.upper_speed.cwiseAbs()) + bound.growth;
+  const Vector3 speed =
+      bound.lower_speed.cwiseAbs().cwiseMax(bound.upper_speed.cwiseAbs()) + bound.growth;
   return (speed + bound.acceleration * since).norm() * plan().step_length(step);
 }
 
-// Boxes of the loose bodies against those of all, each grown by its share of the largest reach of a pair: what is left is compared
-// pair by pair.
+// Boxes of the loose bodies against those of all, each grown by its share of the largest reach of a
+// pair: what is left is compared pair by pair.
 void PairSchedule::find_near(Index step, const ContactState& state) {
-  const auto grown = [](const Box& box, double by) { return Box{box.lower.array() - by, box.upper.array() + by}; };
+  const auto grown = [](const Box& box, double by) {
+    return Box{box.lower.array() - by, box.upper.array() + by};
+  };
   const double reach = face_share(step) * face_of_any_ + adjust_of_any_;
   targets_.clear(), queries_.clear(), ways_.clear();
   for (const Index d : meeting_) {
     ways_.push_back(longest_way(d, step, state));
-    targets_.push_back(grown(known_[d].loose ? state.bodies[d].swept : box_of(d, step), 2 * ways_.back()));
+    targets_.push_back(
+        grown(known_[d].loose ? state.bodies[d].swept : box_of(d, step), 2 * ways_.back()));
   }
-  for (const Index c : loose_) queries_.push_back(grown(state.bodies[c].swept, reach + 2 * state.bodies[c].longest_way));
+  for (const Index c : loose_)
+    queries_.push_back(grown(state.bodies[c].swept, reach + 2 * state.bodies[c].longest_way));
   find_candidates(queries_, targets_, grid_);
 }
 
@@ -210,8 +233,10 @@ void PairSchedule::add_meetings(Index step, const ContactState& state, std::vect
         const Index p = partner->pair;
         if (taken_at_[p] == step) continue;
         ++counts_.pair_looks;
-        const Vector3 reach = Vector3::Constant(face_share(step) * largest_face_[p] + 2 * way + sim_.pairs[p].adjust.value_or(0));
-        if (Box{body.swept.lower - reach, body.swept.upper + reach}.meets(other)) take(p, step, pairs);
+        const Vector3 reach = Vector3::Constant(face_share(step) * largest_face_[p] + 2 * way +
+                                                sim_.pairs[p].adjust.value_or(0));
+        if (Box{body.swept.lower - reach, body.swept.upper + reach}.meets(other))
+          take(p, step, pairs);
       }
     }
   }
@@ -238,14 +263,16 @@ void PairSchedule::form(Index c, Index step, bool fine) {
 
 MotionBound PairSchedule::bound_at(Index c, Index step) const {
   const Known& known = known_[c];
-  return known.step == step ? known.bound : later(known.bound, plan().time(step) - plan().time(known.step));
+  return known.step == step ? known.bound
+                            : later(known.bound, plan().time(step) - plan().time(known.step));
 }
 
 // Of a wall that moves: as if it stood still, and the bodies as much faster as it may be.
 MotionBound PairSchedule::seen_from_wall(Index p, MotionBound bound, Index step) const {
   for (const MovingWall& moving : sim_.moving_walls) {
     if (moving.wall != sim_.pairs[p].wall) continue;
-    const Vector3 shift = moving.motion.displacement(plan().time(step)), speed = moving.motion.largest_speed();
+    const Vector3 shift = moving.motion.displacement(plan().time(step)),
+                  speed = moving.motion.largest_speed();
     bound.lower -= shift, bound.upper -= shift;
     bound.lower_speed -= speed, bound.upper_speed += speed;
   }
@@ -254,17 +281,22 @@ MotionBound PairSchedule::seen_from_wall(Index p, MotionBound bound, Index step)
 
 double PairSchedule::steps_apart(Index p, Index step) const {
   const ContactPair& pair = sim_.pairs[p];
-  // Surfaces may overlap from the start by as much as a face, which flat ones seem apart by; later by what was found then, or nodes
-  // are caught late. Adjusted gaps are closed at a distance
+  // Surfaces may overlap from the start by as much as a face, which flat ones seem apart by; later
+  // by what was found then, or nodes are caught late. Adjusted gaps are closed at a distance
   const PairState& state = pair.seen();
-  const double overlap = std::max({state.memory.initial_overlap, state.memory.depth, state.back.initial_overlap, state.back.depth});
-  const double margin =
-      (step == 0 ? face_share(0) * largest_face_[p] : sim_.detection.late_depth * pair.master->size + overlap) + pair.adjust.value_or(0);
+  const double overlap = std::max({state.memory.initial_overlap, state.memory.depth,
+                                   state.back.initial_overlap, state.back.depth});
+  const double margin = (step == 0 ? face_share(0) * largest_face_[p]
+                                   : sim_.detection.late_depth * pair.master->size + overlap) +
+                        pair.adjust.value_or(0);
   const MotionBound slave = bound_at(pair.slave->body, step);
-  if (pair.wall) return std::floor(pair.wall->time_apart(seen_from_wall(p, slave, step), margin) / plan().h);
+  if (pair.wall)
+    return std::floor(pair.wall->time_apart(seen_from_wall(p, slave, step), margin) / plan().h);
   // Nodes off the edges of faces may be held; two-way looks at those of either side
-  const Vector3 beside = sim_.detection.overhang() * pair.master->extent.cwiseMax(pair.slave->extent);
-  const double apart = time_apart(slave, bound_at(pair.master->body, step), beside.array() + margin);
+  const Vector3 beside =
+      sim_.detection.overhang() * pair.master->extent.cwiseMax(pair.slave->extent);
+  const double apart =
+      time_apart(slave, bound_at(pair.master->body, step), beside.array() + margin);
   return std::floor(apart / plan().h);
 }
 
@@ -278,7 +310,9 @@ void PairSchedule::schedule(Index p, Index step) {
     if (apart >= many_steps) break;
     bool formed = false;
     for (const Index c : bodies) {
-      if (resting_[sim_.contact_nodes[c].body] || (known_[c].step == step && (known_[c].fine || !fine))) continue;
+      if (resting_[sim_.contact_nodes[c].body] ||
+          (known_[c].step == step && (known_[c].fine || !fine)))
+        continue;
       form(c, step, fine);
       formed = true;
     }
@@ -294,7 +328,8 @@ void PairSchedule::loosen(Index c) {
   if (known.loose || partners_[c].empty()) return;
   known.loose = true, known.step = -1;
   loose_.push_back(c);
-  for (const Partner& partner : partners_[c]) ++stamp_[partner.pair];  // what its bound has said of them no longer holds
+  // what its bound has said of them no longer holds
+  for (const Partner& partner : partners_[c]) ++stamp_[partner.pair];
 }
 
 void PairSchedule::update(Index step, const ContactOutcome& outcome) {
@@ -323,7 +358,8 @@ void PairSchedule::update(Index step, const ContactOutcome& outcome) {
   }
   for (const Index c : settled_)
     for (const Partner& partner : partners_[c])
-      if (is_free(partner.pair) && taken_at_[partner.pair] != step - 1) schedule(partner.pair, step);
+      if (is_free(partner.pair) && taken_at_[partner.pair] != step - 1)
+        schedule(partner.pair, step);
   taken_.clear();
 }
 

@@ -12,15 +12,16 @@
 
 namespace cbr {
 
-// A body that no impulse has acted on since its motion bound was formed is free: two free bodies cannot meet before a time that
-// their bounds tell, and their pair waits for it in a queue. One that is pushed in contact, or does not move exactly, is loose: it
-// is stepped, and where it goes in the step is held against the bounds of its partners, one comparison each.
+// A body that no impulse has acted on since its motion bound was formed is free: two free bodies
+// cannot meet before a time that their bounds tell, and their pair waits for it in a queue. One
+// that is pushed in contact, or does not move exactly, is loose: it is stepped, and where it goes
+// in the step is held against the bounds of its partners, one comparison each.
 class PairSchedule {
  public:
-  // bring(body, step): takes an exact body there. resting, per body: does not move until it is pushed. jumps: false: every pair is
-  // due in every step.
-  PairSchedule(Simulation& simulation, bool jumps, const std::vector<char>& resting, std::function<void(Index, Index)> bring,
-               WorkCounts& counts);
+  // bring(body, step): takes an exact body there. resting, per body: does not move until it is
+  // pushed. jumps: false: every pair is due in every step.
+  PairSchedule(Simulation& simulation, bool jumps, const std::vector<char>& resting,
+               std::function<void(Index, Index)> bring, WorkCounts& counts);
 
   void start();
   // First step in which a pair is due by what is known now; `step` when a body is loose.
@@ -28,7 +29,8 @@ class PairSchedule {
   // The pairs due at the start of the step.
   void due(Index step, std::vector<Index>& pairs);
   const std::vector<Index>& loose() const { return loose_; }  // contact bodies
-  // Adds pairs of loose bodies, which are located (start, end and sweep over the step), that come near in it.
+  // Adds pairs of loose bodies, which are located (start, end and sweep over the step), that come
+  // near in it.
   void add_meetings(Index step, const ContactState& state, std::vector<Index>& pairs);
   // Bodies whose swept boxes stay well out of each other's reach in this step need no search.
   bool is_far(Index pair, bool initial, const ContactState& state) const;
@@ -82,12 +84,14 @@ class PairSchedule {
   WorkCounts& counts_;
   std::vector<Known> known_;                    // per contact body
   std::vector<std::vector<Partner>> partners_;  // per contact body, ascending: walls first
-  std::vector<Index> meeting_;                  // contact bodies with partners beside walls, ascending
+  // contact bodies with partners beside walls, ascending
+  std::vector<Index> meeting_;
   double face_of_any_ = 0, adjust_of_any_ = 0;  // largest of the pairs of bodies
   std::vector<Kind> kind_;                      // per pair, as the next five
   std::vector<Index> stamp_;                    // of the entry in the queue that counts
   std::vector<Index> taken_at_;
-  std::vector<Index> wait_, backoff_;  // a pair that stays close is asked ever more seldom when it can be met
+  // a pair that stays close is asked ever more seldom when it can be met
+  std::vector<Index> wait_, backoff_;
   std::vector<double> largest_face_;
   std::vector<Entry> queue_;  // a heap
   std::vector<Index> always_, taken_, loose_, settled_;

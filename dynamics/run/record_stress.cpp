@@ -32,7 +32,8 @@ void add_extremes(const Matrix& values, double t, Matrix& extremes) {
   const Index first = von_mises_column + 1, last = n_stress_values - 1;
   if (extremes.size() == 0) {
     extremes.resize(values.rows(), 4);
-    extremes << values.col(von_mises_column), Vector::Constant(values.rows(), t), values.col(first), values.col(last);
+    extremes << values.col(von_mises_column), Vector::Constant(values.rows(), t), values.col(first),
+        values.col(last);
     return;
   }
   for (Index i = 0; i < values.rows(); ++i) {
@@ -43,11 +44,13 @@ void add_extremes(const Matrix& values, double t, Matrix& extremes) {
   }
 }
 
-// Of a body that turns, whose stress comes in axes that go with it   (6 m, xx yy zz xy yz xz of each)
+// Of a body that turns, whose stress comes in axes that go with it   (6 m, xx yy zz xy yz xz of
+// each)
 Vector in_scene(Vector stress, const std::optional<Eigen::Vector4d>& orientation) {
   if (!orientation) return stress;
   const Eigen::Vector4d& q = *orientation;
-  Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor>> rows(stress.data(), stress.size() / 6, 6);
+  Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor>> rows(stress.data(),
+                                                                             stress.size() / 6, 6);
   rows = turned_stress(rows, Eigen::Quaterniond(q[0], q[1], q[2], q[3]).toRotationMatrix());
   return stress;
 }
@@ -56,14 +59,17 @@ Vector in_scene(Vector stress, const std::optional<Eigen::Vector4d>& orientation
 
 const std::pair<Vector, Vector>& Recorder::coordinates(Index body) {
   const auto [found, is_new] = coordinates_.try_emplace(body);
-  if (is_new) sim_.bodies[static_cast<std::size_t>(body)]->coordinates(found->second.first, found->second.second);
+  if (is_new)
+    sim_.bodies[static_cast<std::size_t>(body)]->coordinates(found->second.first,
+                                                             found->second.second);
   return found->second;
 }
 
 void Recorder::record_stress(double t) {
   for (std::size_t w = 0; w < sim_.watches.size(); ++w) {
     const Index body = sim_.watches[w].body;
-    const Vector stress = in_scene(sim_.watches[w].stress(coordinates(body).first), last_[static_cast<std::size_t>(body)].orientation);
+    const Vector stress = in_scene(sim_.watches[w].stress(coordinates(body).first),
+                                   last_[static_cast<std::size_t>(body)].orientation);
     result_.watches[w].insert(result_.watches[w].end(), stress.begin(), stress.end());
   }
   Matrix elements, nodes;

@@ -11,24 +11,28 @@ namespace cbr {
 
 namespace {
 
-bool ends_finite(const std::vector<double>& series) { return series.empty() || std::isfinite(series.back()); }
+bool ends_finite(const std::vector<double>& series) {
+  return series.empty() || std::isfinite(series.back());
+}
 bool ends_finite(const Series3& series) {
-  return series.values.empty() ||
-         std::all_of(series.values.end() - 3, series.values.end(), [](double v) { return std::isfinite(v); });
+  return series.values.empty() || std::all_of(series.values.end() - 3, series.values.end(),
+                                              [](double v) { return std::isfinite(v); });
 }
 
-// Of all that is to be written, not of the energies alone: an angular momentum overflows long before they do.
+// Of all that is to be written, not of the energies alone: an angular momentum overflows long
+// before they do.
 bool ends_finite(const RunResult::OfBody& of) {
-  return ends_finite(of.center_of_mass) && ends_finite(of.reaction) && ends_finite(of.momentum) && ends_finite(of.angular_momentum) &&
-         ends_finite(of.kinetic_energy) && ends_finite(of.strain_energy);
+  return ends_finite(of.center_of_mass) && ends_finite(of.reaction) && ends_finite(of.momentum) &&
+         ends_finite(of.angular_momentum) && ends_finite(of.kinetic_energy) &&
+         ends_finite(of.strain_energy);
 }
 bool ends_finite(const RunResult::OfMonitor& of) {
-  return ends_finite(of.mean_position) && ends_finite(of.mean_velocity) && ends_finite(of.mean_acceleration) &&
-         ends_finite(of.force);
+  return ends_finite(of.mean_position) && ends_finite(of.mean_velocity) &&
+         ends_finite(of.mean_acceleration) && ends_finite(of.force);
 }
 bool ends_finite(const RunResult::OfPair& of) {
-  return ends_finite(of.area) && ends_finite(of.penetration) && ends_finite(of.residual) && ends_finite(of.force) &&
-         ends_finite(of.center_of_pressure);
+  return ends_finite(of.area) && ends_finite(of.penetration) && ends_finite(of.residual) &&
+         ends_finite(of.force) && ends_finite(of.center_of_pressure);
 }
 
 // Sum of the impulses of contact since the last output, without those that are moments.
@@ -39,7 +43,8 @@ Vector3 force_on(const Simulation& sim, std::size_t c, const ContactState& state
   if (pointed == nullptr) return impulses.colwise().sum().transpose();
   Vector3 sum = Vector3::Zero();
   for (std::size_t i = 0; i < nodes.nodes.size(); ++i)
-    if (pointed->takes_force(nodes.nodes[i])) sum += impulses.row(static_cast<Index>(i)).transpose();
+    if (pointed->takes_force(nodes.nodes[i]))
+      sum += impulses.row(static_cast<Index>(i)).transpose();
   return sum;
 }
 
@@ -54,8 +59,8 @@ Recorder::Recorder(Simulation& simulation) : sim_(simulation) {
   last_.resize(sim_.bodies.size()), work_.resize(sim_.bodies.size());
 }
 
-void Recorder::record(double t, double interval, const std::vector<char>& resting, ContactState& state,
-                      const ContactOutcome& outcome) {
+void Recorder::record(double t, double interval, const std::vector<char>& resting,
+                      ContactState& state, const ContactOutcome& outcome) {
   result_.time.push_back(t);
   coordinates_.clear();
   record_energy(resting);
@@ -67,7 +72,8 @@ void Recorder::record(double t, double interval, const std::vector<char>& restin
   check_finite(t, outcome);
 }
 
-void Recorder::record_statics(double t, const std::vector<char>& resting, ContactState& state, const ContactOutcome& outcome) {
+void Recorder::record_statics(double t, const std::vector<char>& resting, ContactState& state,
+                              const ContactOutcome& outcome) {
   result_.time.push_back(t);
   record_energy(resting);
   record_static_reactions(t, state);
@@ -91,8 +97,11 @@ void Recorder::record_pairs(double interval, const ContactOutcome& outcome) {
     of.area.push_back(outcome.active[p] > 0 ? pair.area : 0);
     of.penetration.push_back(pair.recent_penetration);
     of.residual.push_back(pair.recent_residual);
-    of.force.add(interval > 0 ? Vector3((sim_.pairs[p].slave_is_first ? 1 : -1) * pair.impulse / interval) : Vector3::Zero());
-    of.center_of_pressure.add(pair.normal_impulse > 0 ? Vector3(pair.moment / pair.normal_impulse) : Vector3::Zero());
+    of.force.add(interval > 0
+                     ? Vector3((sim_.pairs[p].slave_is_first ? 1 : -1) * pair.impulse / interval)
+                     : Vector3::Zero());
+    of.center_of_pressure.add(pair.normal_impulse > 0 ? Vector3(pair.moment / pair.normal_impulse)
+                                                      : Vector3::Zero());
     active += static_cast<double>(outcome.active[p]);
     if (!sim_.pairs[p].has_state()) continue;
     PairState& next = sim_.pairs[p].state();
@@ -115,7 +124,8 @@ void Recorder::record_pressure(double interval, ContactState& state) {
       const double J = impulses.row(i).norm();
       if (J == 0) continue;
       const Vector3 normal = impulses.row(i).transpose() / J;
-      const double area = facing_area(nodes.areas[i], nodes.area_vectors.row(i), turn ? turn->transpose() * normal : normal);
+      const double area = facing_area(nodes.areas[i], nodes.area_vectors.row(i),
+                                      turn ? turn->transpose() * normal : normal);
       if (area > 0) nodes.pressure[i] = J / (area * interval);
     }
     impulses.setZero();
@@ -129,7 +139,9 @@ void Recorder::record_monitors(double interval, ContactState& state) {
     if (monitor.pointed != nullptr) {
       Vector3 theta, spin;
       monitor.pointed->point_motion(monitor.point, position, theta, velocity, spin);
-      position += monitor.pointed->reference_positions().row(monitor.pointed->translation_node(monitor.point)).transpose();
+      position += monitor.pointed->reference_positions()
+                      .row(monitor.pointed->translation_node(monitor.point))
+                      .transpose();
       result_.monitors[i].rotation.add(theta);
     } else if (monitor.is_inside()) {
       const auto& [q, rates] = coordinates(monitor.body);
@@ -142,11 +154,14 @@ void Recorder::record_monitors(double interval, ContactState& state) {
     } else {
       sim_.bodies[monitor.body]->mean_motion(monitor.mean_set, position, velocity);
     }
-    for (const Index slot : monitor.contact_slots) impulse += state.impulses_since_output[monitor.contact].row(slot).transpose();
+    for (const Index slot : monitor.contact_slots)
+      impulse += state.impulses_since_output[monitor.contact].row(slot).transpose();
     const std::vector<double>& velocities = result_.monitors[i].mean_velocity.values;
     Vector3 acceleration = Vector3::Zero();
     if (interval > 0 && velocities.size() >= 3)
-      acceleration = (velocity - Eigen::Map<const Vector3>(velocities.data() + velocities.size() - 3)) / interval;
+      acceleration =
+          (velocity - Eigen::Map<const Vector3>(velocities.data() + velocities.size() - 3)) /
+          interval;
     result_.monitors[i].mean_acceleration.add(acceleration);
     result_.monitors[i].mean_position.add(position);
     result_.monitors[i].mean_velocity.add(velocity);
@@ -158,7 +173,8 @@ void Recorder::record_monitors(double interval, ContactState& state) {
 void Recorder::record_energy(const std::vector<char>& resting) {
   double total = 0, scaled = 0, external = 0, contact = 0, friction = 0, damping = 0, numerical = 0;
   for (std::size_t b = 0; b < sim_.bodies.size(); ++b) {
-    if (!resting[b] || result_.time.size() == 1) last_[b] = sim_.bodies[b]->state(), work_[b] = sim_.bodies[b]->work();
+    if (!resting[b] || result_.time.size() == 1)
+      last_[b] = sim_.bodies[b]->state(), work_[b] = sim_.bodies[b]->work();
     const BodyState& now = last_[b];
     const BodyWork& work = work_[b];
     auto& series = result_.bodies[b];
@@ -168,10 +184,12 @@ void Recorder::record_energy(const std::vector<char>& resting) {
     series.kinetic_energy.push_back(now.kinetic_energy);
     series.strain_energy.push_back(now.strain_energy);
     if (now.orientation)
-      series.orientation.insert(series.orientation.end(), now.orientation->begin(), now.orientation->end());
+      series.orientation.insert(series.orientation.end(), now.orientation->begin(),
+                                now.orientation->end());
     total += now.kinetic_energy + now.strain_energy;
     scaled += now.scaled_energy;
-    external += work.external, contact += work.contact, friction += work.friction, damping += work.damping, numerical += work.numerical;
+    external += work.external, contact += work.contact, friction += work.friction,
+        damping += work.damping, numerical += work.numerical;
     result_.largest_rotation = std::max(result_.largest_rotation, now.rotation);
     series.rotation = std::max(series.rotation, now.rotation);
     if (now.rotation > small_rotation && !series.turned_at) series.turned_at = result_.time.back();
@@ -186,7 +204,8 @@ void Recorder::record_energy(const std::vector<char>& resting) {
   external -= before_.external, contact -= before_.contact, friction -= before_.friction;
   damping -= before_.damping, numerical -= before_.numerical;
   result_.total.push_back(total);
-  if (scaled > 0) result_.scaled_energy_share = std::max(result_.scaled_energy_share, scaled / total);
+  if (scaled > 0)
+    result_.scaled_energy_share = std::max(result_.scaled_energy_share, scaled / total);
   result_.work_external.push_back(external);
   result_.work_contact.push_back(contact);
   result_.work_friction.push_back(friction);
@@ -207,7 +226,8 @@ void Recorder::record_reactions(double t, double interval, const ContactState& s
       of.reaction.add(Vector3::Zero());
       continue;
     }
-    const Eigen::Map<const Vector3> now(momentum.data() + momentum.size() - 3), before(momentum.data() + momentum.size() - 6);
+    const Eigen::Map<const Vector3> now(momentum.data() + momentum.size() - 3),
+        before(momentum.data() + momentum.size() - 6);
     Vector3 impulse = now - before - of_contact[b];
     for (const Supports::Resultant& load : sim_.supports[b]->loads)
       impulse -= load.history.integral(t - interval, t) * load.force;
@@ -221,7 +241,8 @@ void Recorder::record_static_reactions(double t, const ContactState& state) {
     rest[sim_.contact_nodes[c].body] -= force_on(sim_, c, state);
   for (std::size_t b = 0; b < sim_.supports.size(); ++b) {
     if (!sim_.supports[b]) continue;
-    for (const Supports::Resultant& load : sim_.supports[b]->loads) rest[b] -= load.history.value(t) * load.force;
+    for (const Supports::Resultant& load : sim_.supports[b]->loads)
+      rest[b] -= load.history.value(t) * load.force;
     result_.bodies[b].reaction.add(rest[b]);
   }
 }
@@ -236,21 +257,24 @@ void Recorder::check_finite(double t, const ContactOutcome& outcome) const {
     if (!ends_finite(r.pairs[p])) where.push_back("contact " + sim_.pairs[p].name);
   for (std::size_t w = 0; w < r.watches.size(); ++w) {
     const auto n = static_cast<std::ptrdiff_t>(6 * sim_.watches[w].ids.size());
-    if (!std::all_of(r.watches[w].end() - n, r.watches[w].end(), [](double v) { return std::isfinite(v); }))
+    if (!std::all_of(r.watches[w].end() - n, r.watches[w].end(),
+                     [](double v) { return std::isfinite(v); }))
       where.push_back("stress of " + sim_.watches[w].name);
   }
   for (std::size_t m = 0; m < r.monitors.size(); ++m)
     if (!ends_finite(r.monitors[m])) where.push_back("surface " + sim_.monitors[m].name);
-  if (where.empty() && ends_finite(r.total) && ends_finite(r.work_external) && ends_finite(r.work_contact) &&
-      ends_finite(r.work_friction) && ends_finite(r.work_damping) &&
+  if (where.empty() && ends_finite(r.total) && ends_finite(r.work_external) &&
+      ends_finite(r.work_contact) && ends_finite(r.work_friction) && ends_finite(r.work_damping) &&
       ends_finite(r.work_numerical) && std::isfinite(r.largest_rotation) &&
       std::isfinite(r.scaled_energy_share))
     return;
   constexpr std::size_t most = 4;  // names
   if (where.size() > most) where.resize(most), where.emplace_back("...");
   std::ostringstream message;
-  message << "the motion is no longer finite at t = " << t << " s" << (where.empty() ? "" : ", ") << join(where)
-          << ": is the step above the critical one (time.force)? Or are loads, velocities or units beyond a double's reach?";
+  message << "the motion is no longer finite at t = " << t << " s" << (where.empty() ? "" : ", ")
+          << join(where)
+          << ": is the step above the critical one (time.force)? Or are loads, velocities or units "
+             "beyond a double's reach?";
   throw RunError(message.str());
 }
 

@@ -14,12 +14,15 @@ class Recorder {
  public:
   explicit Recorder(Simulation& simulation);
 
-  // All bodies are at time t, `interval` after the last record (0: the first). Sums of contact since then are taken and begin anew.
-  // RunError when anything that is recorded is no longer finite, by time and instance, pair or surface.
-  // resting, per body: has not moved since the last record.
-  void record(double t, double interval, const std::vector<char>& resting, ContactState& state, const ContactOutcome& outcome);
+  // All bodies are at time t, `interval` after the last record (0: the first). Sums of contact
+  // since then are taken and begin anew. RunError when anything that is recorded is no longer
+  // finite, by time and instance, pair or surface. resting, per body: has not moved since the last
+  // record.
+  void record(double t, double interval, const std::vector<char>& resting, ContactState& state,
+              const ContactOutcome& outcome);
   // In equilibrium: sums of contact are forces, and reactions what loads and contact leave.
-  void record_statics(double t, const std::vector<char>& resting, ContactState& state, const ContactOutcome& outcome);
+  void record_statics(double t, const std::vector<char>& resting, ContactState& state,
+                      const ContactOutcome& outcome);
   RunResult& result() { return result_; }
   void keep_state(StateArchive& archive);
 

@@ -19,12 +19,14 @@ struct Holding {
 Holding holding_points(const Simulation& sim, const ContactGroup& group, const Points& p) {
   Holding of;
   for (const ContactSearch& search : group.searches)
-    for (auto i = search.first; !sim.pairs[search.pair].yields && i < search.last; ++i) of.places.push_back(static_cast<Index>(i));
+    for (auto i = search.first; !sim.pairs[search.pair].yields && i < search.last; ++i)
+      of.places.push_back(static_cast<Index>(i));
   of.walls.setZero(static_cast<Index>(of.places.size()), 3);
   for (Index row = 0; const ContactSearch& search : group.searches) {
     if (sim.pairs[search.pair].yields) continue;
     const auto n = static_cast<Index>(search.last - search.first);
-    if (const auto& wall = sim.pairs[search.pair].wall) of.walls.middleRows(row, n).rowwise() = wall->shift().velocity.transpose();
+    if (const auto& wall = sim.pairs[search.pair].wall)
+      of.walls.middleRows(row, n).rowwise() = wall->shift().velocity.transpose();
     row += n;
   }
   if (of.places.size() == group.list.points.size()) {
@@ -32,13 +34,15 @@ Holding holding_points(const Simulation& sim, const ContactGroup& group, const P
     return of;
   }
   of.list.terms = group.list.terms;
-  for (const Index i : of.places) of.list.points.push_back(group.list.points[i]), of.laws.push_back(group.laws[i]);
+  for (const Index i : of.places)
+    of.list.points.push_back(group.list.points[i]), of.laws.push_back(group.laws[i]);
   of.p = p(of.places, Eigen::all);
   return of;
 }
 
 // Of the points, in their frames.
-Points relative_velocities(const ContactList& list, const std::vector<Points>& v, const Points& walls) {
+Points relative_velocities(const ContactList& list, const std::vector<Points>& v,
+                           const Points& walls) {
   Points relative(static_cast<Index>(list.points.size()), 3);
   for (Index i = 0; i < relative.rows(); ++i) {
     const ContactPoint& point = list.points[i];
@@ -55,10 +59,12 @@ Points relative_velocities(const ContactList& list, const std::vector<Points>& v
 }  // namespace
 
 bool is_newmark(const Simulation& sim, const ContactGroup& group) {
-  return !group.bodies.empty() && sim.bodies[sim.contact_nodes[group.bodies.front()].body]->scheme() == Scheme::newmark;
+  return !group.bodies.empty() &&
+         sim.bodies[sim.contact_nodes[group.bodies.front()].body]->scheme() == Scheme::newmark;
 }
 
-void settle(Simulation& sim, const ContactGroup& group, ContactState& state, EnforcementResult& result) {
+void settle(Simulation& sim, const ContactGroup& group, ContactState& state,
+            EnforcementResult& result) {
   const Holding holding = holding_points(sim, group, result.p);
   if (holding.p.isZero(0)) return;
   std::vector<Points> v(state.bodies.size());
@@ -66,11 +72,13 @@ void settle(Simulation& sim, const ContactGroup& group, ContactState& state, Enf
     const ContactNodes& nodes = sim.contact_nodes[b];
     ContactBody& contact = state.bodies[b];
     sim.bodies[nodes.body]->end_velocities(nodes.set, v[b]);
-    if (contact.velocity_response.empty()) contact.velocity_response = sim.bodies[nodes.body]->velocity_response(nodes.set);
+    if (contact.velocity_response.empty())
+      contact.velocity_response = sim.bodies[nodes.body]->velocity_response(nodes.set);
     contact.impulses.setZero(), contact.friction.setZero();
   }
-  const Points change = settle_velocities(holding.list, holding.laws, holding.p, relative_velocities(holding.list, v, holding.walls), state.bodies,
-                                          state.settled[group.searches.front().pair]);
+  const Points change = settle_velocities(holding.list, holding.laws, holding.p,
+                                          relative_velocities(holding.list, v, holding.walls),
+                                          state.bodies, state.settled[group.searches.front().pair]);
   if (!change.allFinite()) {
     result.residual = std::numeric_limits<double>::infinity();
     return;
@@ -80,8 +88,10 @@ void settle(Simulation& sim, const ContactGroup& group, ContactState& state, Enf
     ContactBody& contact = state.bodies[b];
     const ContactNodes& nodes = sim.contact_nodes[b];
     Body& body = *sim.bodies[nodes.body];
-    if (!contact.impulses.isZero(0)) body.add_end_impulses(nodes.set, contact.impulses, ImpulseKind::contact);
-    if (!contact.friction.isZero(0)) body.add_end_impulses(nodes.set, contact.friction, ImpulseKind::friction);
+    if (!contact.impulses.isZero(0))
+      body.add_end_impulses(nodes.set, contact.impulses, ImpulseKind::contact);
+    if (!contact.friction.isZero(0))
+      body.add_end_impulses(nodes.set, contact.friction, ImpulseKind::friction);
     state.impulses_since_output[b] += contact.impulses + contact.friction;
   }
   for (std::size_t i = 0; i < holding.places.size(); ++i)

@@ -11,8 +11,9 @@ namespace cbr {
 // Whether the group's bodies are stepped by Newmark, whose velocities are to be settled.
 bool is_newmark(const Simulation& simulation, const ContactGroup& group);
 
-// Impulses at the end of the step that stop what is closed from moving into or, tied, along its partner. `result` has the step's
-// impulses, and gets these on top.
-void settle(Simulation& simulation, const ContactGroup& group, ContactState& state, EnforcementResult& result);
+// Impulses at the end of the step that stop what is closed from moving into or, tied, along its
+// partner. `result` has the step's impulses, and gets these on top.
+void settle(Simulation& simulation, const ContactGroup& group, ContactState& state,
+            EnforcementResult& result);
 
 }  // namespace cbr

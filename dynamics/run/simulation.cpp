@@ -19,7 +19,8 @@ const PairState& ContactPair::seen() const {
 
 void Simulation::shift_walls(double from, double to) {
   for (const MovingWall& moving : moving_walls)
-    moving.wall->shift({moving.motion.displacement(from), moving.motion.displacement(to), moving.motion.velocity(to)});
+    moving.wall->shift({moving.motion.displacement(from), moving.motion.displacement(to),
+                        moving.motion.velocity(to)});
 }
 
 }  // namespace cbr

@@ -19,12 +19,15 @@ void tie_pair(Simulation& sim, ContactPair& pair, ContactState& state) {
     const ContactNodes& nodes = sim.contact_nodes[b];
     sim.bodies[nodes.body]->positions(nodes.set, state.bodies[b].start);
   }
-  const Points &slave = state.bodies[pair.slave->body].start, &master = state.bodies[pair.master->body].start;
+  const Points &slave = state.bodies[pair.slave->body].start,
+               &master = state.bodies[pair.master->body].start;
   ContactList ties;
   Points offset;
-  const TieReport report = pair.formulation == Formulation::mortar
-                               ? tie_mortar(*pair.slave, slave, *pair.master, master, sim.detection, pair.adjust, ties, offset)
-                               : tie_surfaces(*pair.slave, slave, *pair.master, master, pair.adjust, ties, offset);
+  const TieReport report =
+      pair.formulation == Formulation::mortar
+          ? tie_mortar(*pair.slave, slave, *pair.master, master, sim.detection, pair.adjust, ties,
+                       offset)
+          : tie_surfaces(*pair.slave, slave, *pair.master, master, pair.adjust, ties, offset);
   if (!ties.empty()) {
     PairState& now = pair.state();
     now.ties = std::move(ties), now.tie_offset = std::move(offset), now.tie_report = report;
@@ -38,7 +41,8 @@ void tie_pair(Simulation& sim, ContactPair& pair, ContactState& state) {
   } else {
     message << "5 % of a face";
   }
-  message << " of " << pair.master->name << " at the start: give adjust a length that spans what lies between";
+  message << " of " << pair.master->name
+          << " at the start: give adjust a length that spans what lies between";
   throw InputError(message.str());
 }
 
@@ -53,9 +57,10 @@ void tie_pairs(Simulation& sim, ContactState& state) {
     any |= !pair.seen().ties.empty();
   }
   if (of_all && !any)
-    throw InputError(of_all->source->text() +
-                     ": contact: all, tied: no two instances are close enough to each other at the start: " +
-                     "give adjust a length that spans what lies between");
+    throw InputError(
+        of_all->source->text() +
+        ": contact: all, tied: no two instances are close enough to each other at the start: " +
+        "give adjust a length that spans what lies between");
 }
 
 }  // namespace
@@ -63,11 +68,13 @@ void tie_pairs(Simulation& sim, ContactState& state) {
 ContactState start_contact(Simulation& sim) {
   ContactState state;
   const std::size_t n = sim.contact_nodes.size();
-  state.bodies.resize(n), state.masses.resize(n), state.impulses_since_output.resize(n), state.normal_since_output.resize(n);
+  state.bodies.resize(n), state.masses.resize(n), state.impulses_since_output.resize(n),
+      state.normal_since_output.resize(n);
   for (std::size_t b = 0; b < n; ++b) {
     state.bodies[b].impulses.setZero(static_cast<Index>(sim.contact_nodes[b].nodes.size()), 3);
     state.impulses_since_output[b] = state.bodies[b].friction = state.bodies[b].impulses;
-    if (sim.contact_nodes[b].areas.size() > 0) state.normal_since_output[b] = state.bodies[b].impulses;
+    if (sim.contact_nodes[b].areas.size() > 0)
+      state.normal_since_output[b] = state.bodies[b].impulses;
   }
   tie_pairs(sim, state);
   for (const ContactPair& pair : sim.pairs) {
@@ -76,9 +83,10 @@ ContactState start_contact(Simulation& sim) {
       const ContactNodes& nodes = sim.contact_nodes[b];
       state.masses[b] = sim.bodies[nodes.body]->nodal_masses(nodes.set);
       if (!(state.masses[b].minCoeff() > 0)) {
-        throw InputError(
-            where(pair) + "nodal enforcement: instance '" + sim.bodies[nodes.body]->name() +
-            "' has a row sum of its mass that is not positive, so its nodes cannot be weighed: use enforcement: impulse");
+        throw InputError(where(pair) + "nodal enforcement: instance '" +
+                         sim.bodies[nodes.body]->name() +
+                         "' has a row sum of its mass that is not positive, so its nodes cannot be "
+                         "weighed: use enforcement: impulse");
       }
     }
   }

@@ -69,7 +69,8 @@ class StaticLoop {
     const double t = sim_.plan.time(step_);
     const bool ends = options_.is_to_end && options_.is_to_end();
     if (options_.is_checkpoint && options_.is_checkpoint(step_, t))
-      options_.on_checkpoint(step_, t, StateArchive::saved([this](StateArchive& state) { keep_state(state); }));
+      options_.on_checkpoint(
+          step_, t, StateArchive::saved([this](StateArchive& state) { keep_state(state); }));
     if (ends) recorder_.result().ended_at = t;
     return ends;
   }
@@ -95,6 +96,8 @@ class StaticLoop {
 
 }  // namespace
 
-RunResult run_static(Simulation& simulation, const RunOptions& options) { return StaticLoop(simulation, options).run(); }
+RunResult run_static(Simulation& simulation, const RunOptions& options) {
+  return StaticLoop(simulation, options).run();
+}
 
 }  // namespace cbr

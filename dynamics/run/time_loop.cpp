@@ -22,16 +22,19 @@ class TimeLoop {
         recorder_(simulation),
         resting_(simulation.bodies.size(), 0),
         schedule_(
-            simulation, options.jumps, resting_, [this](Index body, Index step) { bring(body, step); }, recorder_.result().work) {
+            simulation, options.jumps, resting_,
+            [this](Index body, Index step) { bring(body, step); }, recorder_.result().work) {
     outcome_.start(sim_);
     at_.assign(sim_.bodies.size(), 0);
     is_moving_.assign(sim_.bodies.size(), 0);
     current_.assign(sim_.contact_nodes.size(), 0);
     located_ = current_;
     contact_of_.assign(sim_.bodies.size(), -1);
-    for (std::size_t c = 0; c < sim_.contact_nodes.size(); ++c) contact_of_[sim_.contact_nodes[c].body] = static_cast<Index>(c);
+    for (std::size_t c = 0; c < sim_.contact_nodes.size(); ++c)
+      contact_of_[sim_.contact_nodes[c].body] = static_cast<Index>(c);
     if (sim_.preload > 0) preload();
-    for (std::size_t b = 0; b < resting_.size(); ++b) resting_[b] = options_.jumps && sim_.bodies[b]->at_rest();
+    for (std::size_t b = 0; b < resting_.size(); ++b)
+      resting_[b] = options_.jumps && sim_.bodies[b]->at_rest();
   }
 
   RunResult run() {
@@ -46,7 +49,8 @@ class TimeLoop {
       go_on();
       const Index taken = ++recorder_.result().steps;
       if (plan().is_output(step_)) record();
-      if (taken % told_ == 0 && options_.on_progress) options_.on_progress(plan().time(step_) / plan().end);
+      if (taken % told_ == 0 && options_.on_progress)
+        options_.on_progress(plan().time(step_) / plan().end);
       if (step_ < plan().n_steps() && is_ended_here()) break;
     }
     recorder_.result().reached = step_;
@@ -73,7 +77,8 @@ class TimeLoop {
       return;
     }
     outcome_.next_step();
-    const Index next = std::min(plan().next_output(step_), std::max(schedule_.next(step_), step_ + 1));
+    const Index next =
+        std::min(plan().next_output(step_), std::max(schedule_.next(step_), step_ + 1));
     recorder_.result().jumps += next > step_ + 1;
     step_ = next;
   }
@@ -82,13 +87,15 @@ class TimeLoop {
     const double t = plan().time(step_);
     const bool ends = options_.is_to_end && options_.is_to_end();
     if (options_.is_checkpoint && options_.is_checkpoint(step_, t)) {
-      options_.on_checkpoint(step_, t, StateArchive::saved([this](StateArchive& state) { keep_state(state); }));
+      options_.on_checkpoint(
+          step_, t, StateArchive::saved([this](StateArchive& state) { keep_state(state); }));
     }
     if (ends) recorder_.result().ended_at = t;
     return ends;
   }
 
-  // Between two steps. Nothing is brought up to date for it: a run that is watched goes on as one that is not.
+  // Between two steps. Nothing is brought up to date for it: a run that is watched goes on as one
+  // that is not.
   void keep_state(StateArchive& archive) {
     archive.expect(plan().n_steps());
     archive.expect(static_cast<Index>(sim_.bodies.size()));
@@ -106,7 +113,8 @@ class TimeLoop {
     return false;
   }
 
-  // The same for as many steps of one length, wherever they start: what is kept by the length of a step serves again.
+  // The same for as many steps of one length, wherever they start: what is kept by the length of a
+  // step serves again.
   double length(Index from, Index to) const {
     if (to <= plan().n_whole) return static_cast<double>(to - from) * plan().h;
     return to == from + 1 ? plan().step_length(from) : plan().time(to) - plan().time(from);
@@ -178,7 +186,8 @@ class TimeLoop {
       set_out(step);
     }
     // A pair that had points in the last step is searched all the same, so that it forgets them
-    std::erase_if(due_, [&](Index p) { return !outcome_.near[p] && schedule_.is_far(p, initial, state_); });
+    std::erase_if(
+        due_, [&](Index p) { return !outcome_.near[p] && schedule_.is_far(p, initial, state_); });
     contact_step(sim_, due_, plan().step_length(step), initial, state_, outcome_, seconds);
     {
       const Stopwatch watch(seconds.bodies);

@@ -22,20 +22,24 @@ std::string text(double value) {
   return out.str();
 }
 
-Index ceil_count(double ratio) { return std::max<Index>(1, static_cast<Index>(std::ceil(ratio * (1 - fit_tolerance)))); }
+Index ceil_count(double ratio) {
+  return std::max<Index>(1, static_cast<Index>(std::ceil(ratio * (1 - fit_tolerance))));
+}
 
-// More steps than any run takes, and the most outputs that memory is asked to hold: beyond them a unit is wrong.
+// More steps than any run takes, and the most outputs that memory is asked to hold: beyond them a
+// unit is wrong.
 constexpr double most_steps = 1e13, most_outputs = 1e8;
 
 void require_countable(const TimeOptions& options, double h, double every) {
   // Without a limit of any body the outputs alone make steps
   const double step = h > 0 ? (every > 0 ? std::min(h, every) : h) : every;
-  const double steps = step > 0 ? options.end / step : 0, outputs = every > 0 ? options.end / every : steps;
+  const double steps = step > 0 ? options.end / step : 0,
+               outputs = every > 0 ? options.end / every : steps;
   if (steps <= most_steps && outputs <= most_outputs) return;
   const bool few_steps = steps <= most_steps;
   throw InputError(options.source.text() + ": time.end " + text(options.end) + " s would take " +
-                   text(few_steps ? outputs : steps) + (few_steps ? " outputs" : " steps") + ", at most " +
-                   text(few_steps ? most_outputs : most_steps) +
+                   text(few_steps ? outputs : steps) + (few_steps ? " outputs" : " steps") +
+                   ", at most " + text(few_steps ? most_outputs : most_steps) +
                    " are possible: look at the units of time.end, time.step and output.every");
 }
 
@@ -45,7 +49,8 @@ struct Limit {
   const Body* body = nullptr;
 };
 
-Limit smallest(const std::vector<std::unique_ptr<Body>>& bodies, const std::vector<ContactKind>& contact,
+Limit smallest(const std::vector<std::unique_ptr<Body>>& bodies,
+               const std::vector<ContactKind>& contact,
                const std::function<double(const Body&, ContactKind)>& share) {
   Limit limit;
   for (std::size_t b = 0; b < bodies.size(); ++b) {
@@ -56,7 +61,9 @@ Limit smallest(const std::vector<std::unique_ptr<Body>>& bodies, const std::vect
   return limit;
 }
 
-bool is_scaled(const TimeOptions& options, const Body& body) { return options.mass_scaling && body.can_scale(); }
+bool is_scaled(const TimeOptions& options, const Body& body) {
+  return options.mass_scaling && body.can_scale();
+}
 
 // The step to take as a share of the critical one.
 double share_of_critical(const TimeOptions& options, const Body& body, ContactKind contact) {
@@ -68,50 +75,62 @@ double share_of_critical(const TimeOptions& options, const Body& body, ContactKi
 }
 
 // 2 / step where that is below a frequency of a body that is scaled, else 0.
-double clip_of(const TimeOptions& options, const TimePlan& plan, const std::vector<std::unique_ptr<Body>>& bodies,
+double clip_of(const TimeOptions& options, const TimePlan& plan,
+               const std::vector<std::unique_ptr<Body>>& bodies,
                const std::vector<ContactKind>& contact) {
   double clip = 0;
   for (std::size_t b = 0; b < bodies.size(); ++b)
-    if (is_scaled(options, *bodies[b]) && contact[b] != ContactKind::none && bodies[b]->largest_frequency() * plan.h > 2)
+    if (is_scaled(options, *bodies[b]) && contact[b] != ContactKind::none &&
+        bodies[b]->largest_frequency() * plan.h > 2)
       clip = 2 / plan.h;
   return clip;
 }
 
-// Of the critical step: what springs are left of their stiffness, 4 - x^2 of 4, is 1 %; at the critical step they hold nothing.
+// Of the critical step: what springs are left of their stiffness, 4 - x^2 of 4, is 1 %; at the
+// critical step they hold nothing.
 constexpr double most_of_penalty = 0.995;
 
-void require_springs(const TimeOptions& options, double h, const std::vector<std::unique_ptr<Body>>& bodies,
+void require_springs(const TimeOptions& options, double h,
+                     const std::vector<std::unique_ptr<Body>>& bodies,
                      const std::vector<ContactKind>& contact) {
   for (std::size_t b = 0; b < bodies.size(); ++b) {
-    const double critical = contact[b] == ContactKind::penalty ? critical_step(*bodies[b], true) : 0;
+    const double critical =
+        contact[b] == ContactKind::penalty ? critical_step(*bodies[b], true) : 0;
     if (!(critical > 0) || h <= most_of_penalty * critical) continue;
-    throw InputError(options.source.text() + ": time: a step of " + text(h) + " s leaves the springs of enforcement: penalty on '" +
-                     bodies[b]->name() + "' no stiffness, expected at most " + text(most_of_penalty * critical) +
-                     " s (critical step " + text(critical) + " s): use step: auto or enforcement: impulse");
+    throw InputError(options.source.text() + ": time: a step of " + text(h) +
+                     " s leaves the springs of enforcement: penalty on '" + bodies[b]->name() +
+                     "' no stiffness, expected at most " + text(most_of_penalty * critical) +
+                     " s (critical step " + text(critical) +
+                     " s): use step: auto or enforcement: impulse");
   }
 }
 
 // Whether a step of h would have passed an output.
-bool cut_by_output(const TimePlan& plan, double h) { return plan.every > 0 && h > plan.every * (1 + fit_tolerance); }
+bool cut_by_output(const TimePlan& plan, double h) {
+  return plan.every > 0 && h > plan.every * (1 + fit_tolerance);
+}
 
 // Smallest 2 / highest frequency, whatever moves the bodies.
 Limit frequency_limit(const std::vector<std::unique_ptr<Body>>& bodies) {
   Limit limit;
   for (const auto& body : bodies) {
     const double omega = body->largest_frequency();
-    if (omega > 0 && (!limit.body || 2 / omega < limit.h)) limit = {2 / omega, 2 / omega, body.get()};
+    if (omega > 0 && (!limit.body || 2 / omega < limit.h))
+      limit = {2 / omega, 2 / omega, body.get()};
   }
   return limit;
 }
 
-TimePlan plan_newmark(const TimeOptions& options, double every, const std::vector<std::unique_ptr<Body>>& bodies) {
+TimePlan plan_newmark(const TimeOptions& options, double every,
+                      const std::vector<std::unique_ptr<Body>>& bodies) {
   const Limit critical = frequency_limit(bodies);
   // With nothing that swings there is no critical step to take a multiple of
   const double h = options.step ? *options.step : options.cfl ? *options.cfl * critical.h : 0;
   require_countable(options, h > 0 || every > 0 ? h : options.end / 1000, every);
   TimePlan plan = fit_steps(h, every, options.end);
   if (options.step) plan.limit = "time.step";
-  if (!options.step && h > 0) plan.limit = "time.step, a multiple of the critical step of '" + critical.body->name() + "'";
+  if (!options.step && h > 0)
+    plan.limit = "time.step, a multiple of the critical step of '" + critical.body->name() + "'";
   if (cut_by_output(plan, h)) plan.limit = "output.every";
   plan.newmark_alpha = options.alpha;
   plan.critical = critical.h;
@@ -123,12 +142,15 @@ TimePlan plan_newmark(const TimeOptions& options, double every, const std::vecto
 double TimePlan::time(Index step) const {
   if (step == n_steps()) return end;
   const Index whole = std::min(step, n_whole), outputs = whole / steps_per_output;
-  const double reached = every > 0 ? static_cast<double>(outputs) * every + static_cast<double>(whole % steps_per_output) * h
+  const double reached = every > 0 ? static_cast<double>(outputs) * every +
+                                         static_cast<double>(whole % steps_per_output) * h
                                    : static_cast<double>(whole) * h;
   return reached + static_cast<double>(step - whole) * h_rest;
 }
 
-Index TimePlan::next_output(Index step) const { return std::min(n_steps(), (step / steps_per_output + 1) * steps_per_output); }
+Index TimePlan::next_output(Index step) const {
+  return std::min(n_steps(), (step / steps_per_output + 1) * steps_per_output);
+}
 
 TimePlan fit_steps(double h_max, double every, double end) {
   TimePlan plan;
@@ -158,30 +180,37 @@ double critical_step(const Body& body, bool in_contact) {
   return omega > 0 && (in_contact || !body.is_exact()) ? 2 / omega : 0;
 }
 
-TimePlan plan_time(const TimeOptions& options, double every, const std::vector<std::unique_ptr<Body>>& bodies,
+TimePlan plan_time(const TimeOptions& options, double every,
+                   const std::vector<std::unique_ptr<Body>>& bodies,
                    const std::vector<ContactKind>& contact) {
-  const bool newmark = std::any_of(bodies.begin(), bodies.end(), [](const auto& b) { return b->scheme() == Scheme::newmark; });
+  const bool newmark = std::any_of(bodies.begin(), bodies.end(),
+                                   [](const auto& b) { return b->scheme() == Scheme::newmark; });
   if (newmark) return plan_newmark(options, every, bodies);
-  const Limit critical =
-      smallest(bodies, contact, [&](const Body& body, ContactKind) { return is_scaled(options, body) ? HUGE_VAL : 1.0; });
-  const Limit limit =
-      smallest(bodies, contact, [&](const Body& body, ContactKind kind) { return share_of_critical(options, body, kind); });
+  const Limit critical = smallest(bodies, contact, [&](const Body& body, ContactKind) {
+    return is_scaled(options, body) ? HUGE_VAL : 1.0;
+  });
+  const Limit limit = smallest(bodies, contact, [&](const Body& body, ContactKind kind) {
+    return share_of_critical(options, body, kind);
+  });
   double h = limit.h;
   std::string reason;
   if (options.step) {
     h = *options.step;
     reason = "time.step";
   } else if (limit.body) {
-    reason = "'" + limit.body->name() + "' (critical step " + text(limit.critical) + " s, highest frequency " +
-             text(limit.body->largest_frequency()) + " rad/s)";
-    if (is_scaled(options, *limit.body)) reason = text(limit.h / limit.critical) + " critical steps of " + reason;
+    reason = "'" + limit.body->name() + "' (critical step " + text(limit.critical) +
+             " s, highest frequency " + text(limit.body->largest_frequency()) + " rad/s)";
+    if (is_scaled(options, *limit.body))
+      reason = text(limit.h / limit.critical) + " critical steps of " + reason;
   }
   require_countable(options, h, every);
   TimePlan plan = fit_steps(h, every, options.end);
   if (critical.body && plan.h > critical.h * (1 + fit_tolerance) && !options.force_step) {
-    throw InputError(options.source.text() + ": time: a step of " + text(plan.h) + " s is above the critical step " +
-                     text(critical.h) + " s of instance '" + critical.body->name() +
-                     "' (2 / highest frequency): use step: auto, a smaller one, or force: true to run it all the same");
+    throw InputError(options.source.text() + ": time: a step of " + text(plan.h) +
+                     " s is above the critical step " + text(critical.h) + " s of instance '" +
+                     critical.body->name() +
+                     "' (2 / highest frequency): use step: auto, a smaller one, or force: true to "
+                     "run it all the same");
   }
   require_springs(options, plan.h, bodies, contact);
   plan.clip = clip_of(options, plan, bodies, contact);

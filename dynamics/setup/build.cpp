@@ -34,8 +34,10 @@ bool is_nodeset(const Geometry& geometry, const std::string& name) {
   return geometry.surfaces.count(name) == 0 && geometry.nodesets.count(name) > 0;
 }
 
-// A load on faces that a superelement has not kept but knows (its /loads); nullptr: there are none of this name.
-const Superelement::InteriorLoad* load_inside(const BuiltScene::OfInstance& of, const std::string& surface) {
+// A load on faces that a superelement has not kept but knows (its /loads); nullptr: there are none
+// of this name.
+const Superelement::InteriorLoad* load_inside(const BuiltScene::OfInstance& of,
+                                              const std::string& surface) {
   if (of.parts.size() != 1 || of.geometry->surfaces.count(surface) > 0) return nullptr;
   const auto& loads = of.parts[0].superelement->loads;
   const auto found = loads.find(surface);
@@ -43,24 +45,31 @@ const Superelement::InteriorLoad* load_inside(const BuiltScene::OfInstance& of, 
 }
 
 // Of a superelement that could have it: cbr-reduce takes in what the scene's loads act on.
-void require_load_inside(const Scene& scene, const Instance& instance, const Geometry& geometry, const Load& load) {
-  if (!geometry.reduced || geometry.surfaces.count(load.surface) > 0 || is_nodeset(geometry, load.surface)) return;
+void require_load_inside(const Scene& scene, const Instance& instance, const Geometry& geometry,
+                         const Load& load) {
+  if (!geometry.reduced || geometry.surfaces.count(load.surface) > 0 ||
+      is_nodeset(geometry, load.surface))
+    return;
   const Component& component = component_of(scene, instance);
   if (!component.has_mesh) return;  // nobody reduces it again
   const ReductionOptions& reduction = *component.reduction;
   if (reduction.is_decomposed() || reduction.basis != Basis::craig_bampton) return;
   std::vector<std::string> kept;
   for (const auto& [name, surface] : geometry.surfaces) kept.push_back(name);
-  throw InputError(load.source.text() + ": the superelement of instance '" + load.instance + "' has no surface '" + load.surface +
-                   "' (it keeps " + (kept.empty() ? "none" : join(kept)) +
-                   "), nor a load on it inside the part: run cbr-reduce on this scene again, which takes in a load on a sideset, "
+  throw InputError(load.source.text() + ": the superelement of instance '" + load.instance +
+                   "' has no surface '" + load.surface + "' (it keeps " +
+                   (kept.empty() ? "none" : join(kept)) +
+                   "), nor a load on it inside the part: run cbr-reduce on this scene again, which "
+                   "takes in a load on a sideset, "
                    "or add it to reduction.interface, where a nodeset has to be");
 }
 
 // Returns the resultant.
-Vector3 add_load_inside(const Superelement& s, const Superelement::InteriorLoad& inside, const Load& load, const Matrix3& T,
-                        const LoadHistory& history, Body& body) {
-  const Vector3 traction = load.kind == Load::Kind::force ? Vector3(load.value / inside.weight) : load.value;
+Vector3 add_load_inside(const Superelement& s, const Superelement::InteriorLoad& inside,
+                        const Load& load, const Matrix3& T, const LoadHistory& history,
+                        Body& body) {
+  const Vector3 traction =
+      load.kind == Load::Kind::force ? Vector3(load.value / inside.weight) : load.value;
   const Vector Q = inside.force * (T.transpose() * traction);  // on [q_k; u_c], component axes
   Points forces = Points::Zero(body.n_nodes(), 3);
   for (Index i = 0; i < s.c(); ++i) forces(s.dof_node[i], s.dof_component[i]) = Q(s.k() + i);
@@ -69,18 +78,22 @@ Vector3 add_load_inside(const Superelement& s, const Superelement::InteriorLoad&
   return inside.weight * traction;
 }
 
-// A pressure pushes into the faces: -p times the nodes' share of the area, as vectors along the outward normals. Returns the
-// resultant.
-Vector3 add_pressure(const Load& load, const BuiltScene::OfInstance& of, const LoadHistory& history, Body& body) {
+// A pressure pushes into the faces: -p times the nodes' share of the area, as vectors along the
+// outward normals. Returns the resultant.
+Vector3 add_pressure(const Load& load, const BuiltScene::OfInstance& of, const LoadHistory& history,
+                     Body& body) {
   const Geometry& geometry = *of.geometry;
   if (is_nodeset(geometry, load.surface))
-    throw InputError(load.source.text() + ": '" + load.surface + "' of instance '" + load.instance +
-                     "' is a nodeset, which has no normals: give force, or the pressure on a sideset");
+    throw InputError(
+        load.source.text() + ": '" + load.surface + "' of instance '" + load.instance +
+        "' is a nodeset, which has no normals: give force, or the pressure on a sideset");
   if (geometry.surfaces.count(load.surface) == 0 && load_inside(of, load.surface) != nullptr)
-    throw InputError(load.source.text() + ": a pressure on '" + load.surface + "' inside the superelement of instance '" +
-                     load.instance + "' is not known: add the sideset to reduction.interface, or give traction");
+    throw InputError(load.source.text() + ": a pressure on '" + load.surface +
+                     "' inside the superelement of instance '" + load.instance +
+                     "' is not known: add the sideset to reduction.interface, or give traction");
   const Surface& surface = find_surface(geometry, load.instance, load.surface, load.source);
-  const Points forces = -load.value[0] * face_normals(surface, geometry.coordinates) * of.placement.T.transpose();
+  const Points forces =
+      -load.value[0] * face_normals(surface, geometry.coordinates) * of.placement.T.transpose();
   body.add_force(forces, history);
   return forces.colwise().sum().transpose();
 }
@@ -88,14 +101,16 @@ Vector3 add_pressure(const Load& load, const BuiltScene::OfInstance& of, const L
 // What each node takes of a load, n: its share of the faces' area, or one, of a nodeset.
 Vector load_weights(const Geometry& geometry, const Load& load) {
   if (geometry.surfaces.count(load.surface) > 0 || load.kind == Load::Kind::traction)
-    return face_weights(find_surface(geometry, load.instance, load.surface, load.source), geometry.coordinates);
+    return face_weights(find_surface(geometry, load.instance, load.surface, load.source),
+                        geometry.coordinates);
   Vector weights = Vector::Zero(geometry.coordinates.rows());
   weights(find_nodes(geometry, load.instance, load.surface, load.source)).setOnes();
   return weights;
 }
 
 // For the reactions of supports.
-void add_resultant(Index body, const Vector3& force, const LoadHistory& history, Simulation& simulation) {
+void add_resultant(Index body, const Vector3& force, const LoadHistory& history,
+                   Simulation& simulation) {
   if (simulation.supports.empty() || !simulation.supports[body]) return;
   simulation.supports[body]->loads.push_back({force, history});
 }
@@ -110,7 +125,8 @@ void add_loads(const SceneIndex& index, BuiltScene& built) {
     if (load.kind == Load::Kind::gravity) {
       for (std::size_t b = 0; b < built.instances.size(); ++b) {
         built.simulation.bodies[b]->add_gravity(load.value, history);
-        add_resultant(static_cast<Index>(b), built.instances[b].mass * load.value, history, built.simulation);
+        add_resultant(static_cast<Index>(b), built.instances[b].mass * load.value, history,
+                      built.simulation);
       }
       for_each_point(index, [&](Index i, const std::string& name, const Component::Point& point) {
         if (!(point.mass > 0)) return;
@@ -125,29 +141,33 @@ void add_loads(const SceneIndex& index, BuiltScene& built) {
     const Geometry& geometry = *built.instances[i].geometry;
     if (load.on_point) {
       const bool is_force = load.kind == Load::Kind::force;
-      const Vector3 force = is_force ? load.value : Vector3::Zero(), moment = is_force ? Vector3::Zero() : load.value;
+      const Vector3 force = is_force ? load.value : Vector3::Zero(),
+                    moment = is_force ? Vector3::Zero() : load.value;
       static_cast<PointedBody&>(*built.simulation.bodies[i])
           .add_point_force(point_place(index, load.instance, load.surface), force, moment, history);
       add_resultant(i, force, history, built.simulation);
       continue;
     }
     if (load.kind == Load::Kind::pressure) {
-      const Vector3 force = add_pressure(load, built.instances[i], history, *built.simulation.bodies[i]);
+      const Vector3 force =
+          add_pressure(load, built.instances[i], history, *built.simulation.bodies[i]);
       add_resultant(i, force, history, built.simulation);
       continue;
     }
     if (const auto* inside = load_inside(built.instances[i], load.surface)) {
       const Superelement& s = *built.instances[i].parts[0].superelement;
-      const Vector3 force =
-          add_load_inside(s, *inside, load, built.instances[i].placement.T, history, *built.simulation.bodies[i]);
+      const Vector3 force = add_load_inside(s, *inside, load, built.instances[i].placement.T,
+                                            history, *built.simulation.bodies[i]);
       add_resultant(i, force, history, built.simulation);
       continue;
     }
     require_load_inside(index.scene(), index.scene().instances[i], geometry, load);
-    if (load.kind == Load::Kind::traction && is_nodeset(geometry, load.surface)) refuse_traction_on_nodes(load);
+    if (load.kind == Load::Kind::traction && is_nodeset(geometry, load.surface))
+      refuse_traction_on_nodes(load);
     const auto [of, is_new] = weights.try_emplace({&geometry, load.surface});
     if (is_new) of->second = load_weights(geometry, load);
-    const Vector3 traction = load.kind == Load::Kind::force ? Vector3(load.value / of->second.sum()) : load.value;
+    const Vector3 traction =
+        load.kind == Load::Kind::force ? Vector3(load.value / of->second.sum()) : load.value;
     built.simulation.bodies[i]->add_force(of->second * traction.transpose(), history);
     add_resultant(i, of->second.sum() * traction, history, built.simulation);
   }
@@ -156,7 +176,8 @@ void add_loads(const SceneIndex& index, BuiltScene& built) {
 void add_monitors(const SceneIndex& index, BuiltScene& built) {
   Simulation& sim = built.simulation;
   std::vector<Index> contact_of_body(sim.bodies.size(), -1);
-  for (std::size_t c = 0; c < sim.contact_nodes.size(); ++c) contact_of_body[sim.contact_nodes[c].body] = static_cast<Index>(c);
+  for (std::size_t c = 0; c < sim.contact_nodes.size(); ++c)
+    contact_of_body[sim.contact_nodes[c].body] = static_cast<Index>(c);
   for (const SurfaceName& surface : index.scene().output.history) {
     Monitor monitor;
     monitor.name = surface.text();
@@ -187,28 +208,38 @@ void add_monitors(const SceneIndex& index, BuiltScene& built) {
 }
 
 void refuse_what_cannot_be(const Scene& scene) {
-  if (!scene.time) throw InputError(scene.file.string() + ": the scene has no 'time' section: cbr-dyn needs time: {end: SECONDS}");
-  if (scene.instances.empty()) throw InputError(scene.file.string() + ": the scene has no instances");
+  if (!scene.time)
+    throw InputError(scene.file.string() +
+                     ": the scene has no 'time' section: cbr-dyn needs time: {end: SECONDS}");
+  if (scene.instances.empty())
+    throw InputError(scene.file.string() + ": the scene has no instances");
   check_contact_with_time(scene);
   check_statics(scene);
   for (const ContactOptions& contact : scene.contact) {
-    const std::string what = std::string("enforcement: ") + word_of(enforcement_words, contact.enforcement);
-    if (scene.time->integrator == Integrator::exact && contact.enforcement == Enforcement::nodal && skin_acts(scene))
-      throw InputError(contact.source.text() + ": contact: " + what + " with shells that act (skin) needs integrator: " +
-                       "central-difference: the diagonal form of superelements with shells has no nodal masses");
+    const std::string what =
+        std::string("enforcement: ") + word_of(enforcement_words, contact.enforcement);
+    if (scene.time->integrator == Integrator::exact && contact.enforcement == Enforcement::nodal &&
+        skin_acts(scene))
+      throw InputError(
+          contact.source.text() + ": contact: " + what +
+          " with shells that act (skin) needs integrator: " +
+          "central-difference: the diagonal form of superelements with shells has no nodal masses");
   }
 }
 
-// Exact bodies that only impulses meet answer as to forces that last. Penalty and nodal enforcement are kept as they are published.
+// Exact bodies that only impulses meet answer as to forces that last. Penalty and nodal enforcement
+// are kept as they are published.
 void set_contact_step(const std::vector<ContactKind>& contact, BuiltScene& built) {
   const Simulation& sim = built.simulation;
   std::vector<char> only_impulses(contact.size(), 1);
   for (const ContactPair& pair : sim.pairs) {
     if (pair.enforcement == Enforcement::impulse) continue;
-    for (const Index c : {pair.slave->body, pair.master->body}) only_impulses[sim.contact_nodes[c].body] = 0;
+    for (const Index c : {pair.slave->body, pair.master->body})
+      only_impulses[sim.contact_nodes[c].body] = 0;
   }
   for (std::size_t b = 0; b < contact.size(); ++b)
-    if (contact[b] != ContactKind::none && only_impulses[b]) sim.bodies[b]->set_contact_step(sim.plan.h);
+    if (contact[b] != ContactKind::none && only_impulses[b])
+      sim.bodies[b]->set_contact_step(sim.plan.h);
 }
 
 // Modal mass scaling of what touches: modes above 2 / step. What does not is as it was.
@@ -235,20 +266,24 @@ double shortest_pulse(const History& history) {
   return shortest;
 }
 
-// A pulse between two steps would leave no trace: only a body that moves exactly takes a load as it is between its steps.
+// A pulse between two steps would leave no trace: only a body that moves exactly takes a load as it
+// is between its steps.
 void warn_of_missed_loads(const SceneIndex& index, const BuiltScene& built, Report& report) {
   const auto& bodies = built.simulation.bodies;
   const double h = built.simulation.plan.h;
-  const bool any_sampled = std::any_of(bodies.begin(), bodies.end(), [](const auto& body) { return !body->is_exact(); });
+  const bool any_sampled =
+      std::any_of(bodies.begin(), bodies.end(), [](const auto& body) { return !body->is_exact(); });
   for (std::size_t i = 0; any_sampled && i < index.scene().loads.size(); ++i) {
     const Load& load = index.scene().loads[i];
-    const bool sampled = load.kind == Load::Kind::gravity || !bodies[index.place(load.instance)]->is_exact();
+    const bool sampled =
+        load.kind == Load::Kind::gravity || !bodies[index.place(load.instance)]->is_exact();
     const double pulse = shortest_pulse(load.history);
     if (!sampled || pulse >= 2 * h * (1 - 1e-9)) continue;
     std::ostringstream text;
     text.precision(4);
-    text << load.source.text() << ": loads[" << i << "].history rises and falls within " << pulse << " s, less than two steps of "
-         << h << " s, and is seen at the ends of steps only: take a smaller step";
+    text << load.source.text() << ": loads[" << i << "].history rises and falls within " << pulse
+         << " s, less than two steps of " << h
+         << " s, and is seen at the ends of steps only: take a smaller step";
     report.warning(text.str());
   }
 }
@@ -258,22 +293,25 @@ void require_skin(const Scene& scene, const BuiltScene& built) {
   if (!skin_acts(scene)) return;
   std::set<std::string> there_are;
   for (const auto& of : built.instances)
-    for (const auto& [name, surface] : of.geometry->surfaces) there_are.insert(name), there_are.insert(of.name + "." + name);
+    for (const auto& [name, surface] : of.geometry->surfaces)
+      there_are.insert(name), there_are.insert(of.name + "." + name);
   for (const std::string& name : scene.skin->surfaces)
     if (!there_are.count(name))
-      throw InputError(
-          scene.skin->source.text() + ": skin: surfaces: no instance has a surface '" + name + "'" +
-          nearest_name(name, {there_are.begin(), there_are.end()}) +
-          "; a superelement has those that its interface keeps (available: " + join({there_are.begin(), there_are.end()}) + ")");
+      throw InputError(scene.skin->source.text() + ": skin: surfaces: no instance has a surface '" +
+                       name + "'" + nearest_name(name, {there_are.begin(), there_are.end()}) +
+                       "; a superelement has those that its interface keeps (available: " +
+                       join({there_are.begin(), there_are.end()}) + ")");
 }
 
 void note_shells(const Scene& scene, BuiltScene& built) {
   for (const auto& of : built.instances)
     if (of.n_shell_faces > 0)
-      built.notes.push_back("skin: " + std::to_string(of.n_shell_faces) + " shells of stiffness and mass on instance '" + of.name +
-                            "'");
+      built.notes.push_back("skin: " + std::to_string(of.n_shell_faces) +
+                            " shells of stiffness and mass on instance '" + of.name + "'");
   if (scene.skin && !skin_acts(scene))
-    built.notes.push_back("skin: the shells have no thickness, or no modulus and density: they do nothing and cost nothing");
+    built.notes.push_back(
+        "skin: the shells have no thickness, or no modulus and density: they do nothing and cost "
+        "nothing");
 }
 
 // Components, each read once, and the instances made of them.
@@ -303,13 +341,15 @@ class Builder {
   void read(const Instance& instance) {
     const Component& component = component_of(scene_, instance);
     if (instance.as == InstanceKind::superelement) {
-      if (!reduced_.count(component.name)) reduced_[component.name] = read_reduced_component(index_, component, options_, report_);
+      if (!reduced_.count(component.name))
+        reduced_[component.name] = read_reduced_component(index_, component, options_, report_);
     } else if (!meshed_.count(component.name)) {
       meshed_[component.name] = read_meshed_component(index_, component, options_, report_);
     }
   }
 
-  // Threads pay when a product takes longer than bringing them together, and much longer than that when the machine has other work.
+  // Threads pay when a product takes longer than bringing them together, and much longer than that
+  // when the machine has other work.
   std::shared_ptr<RowThreads> threads() const {
     constexpr double worth_it = 1e-4;
     double longest = 0;
@@ -322,8 +362,9 @@ class Builder {
     const Instance& instance = scene_.instances[i];
     if (component_of(scene_, instance).points.empty()) return;
     auto& body = built_.simulation.bodies[i];
-    body = std::make_unique<PointedBody>(std::move(body), points_of(index_, built_, i),
-                                         instance.source.text() + ": points of instance '" + instance.name + "'");
+    body = std::make_unique<PointedBody>(
+        std::move(body), points_of(index_, built_, i),
+        instance.source.text() + ": points of instance '" + instance.name + "'");
   }
 
   void add(const Instance& instance, BodyMaker& maker) {
@@ -350,7 +391,8 @@ class Builder {
     }
     of.n_shell_faces = skin_faces(scene_, instance.name, *of.geometry).rows();
     built_.simulation.bodies.push_back(std::move(made.body));
-    built_.simulation.supports.push_back(index_.is_held(instance) ? std::optional<Supports>(Supports()) : std::nullopt);
+    built_.simulation.supports.push_back(
+        index_.is_held(instance) ? std::optional<Supports>(Supports()) : std::nullopt);
     built_.instances.push_back(std::move(of));
   }
 
@@ -373,7 +415,8 @@ BuiltScene build(const Scene& scene_of_run, Report& report, const BuildOptions& 
   built.momentum_is_kept = scene.boundary.empty();
   const SceneIndex index(scene);
   refuse_what_does_not_turn(index);
-  if (const std::string note = note_of_what_stays(index); !note.empty()) built.notes.push_back(note);
+  if (const std::string note = note_of_what_stays(index); !note.empty())
+    built.notes.push_back(note);
   Builder(index, options, report, built).add_instances();
   require_skin(scene, built);
   note_shells(scene, built);
@@ -388,7 +431,8 @@ BuiltScene build(const Scene& scene_of_run, Report& report, const BuildOptions& 
   if (scene.time->is_static) {
     built.simulation.plan = plan_statics(*scene.time, scene.output.every);
   } else {
-    built.simulation.plan = plan_time(*scene.time, scene.output.every, built.simulation.bodies, in_contact);
+    built.simulation.plan =
+        plan_time(*scene.time, scene.output.every, built.simulation.bodies, in_contact);
     set_contact_step(in_contact, built);
     scale_bodies(in_contact, built);
   }

@@ -10,8 +10,9 @@
 
 namespace cbr {
 
-// Reads superelements and meshes, in phases "read" and "setup" of the report. InputError: a missing or stale superelement (with the
-// command to run), surfaces that are not there, what this version cannot do.
+// Reads superelements and meshes, in phases "read" and "setup" of the report. InputError: a missing
+// or stale superelement (with the command to run), surfaces that are not there, what this version
+// cannot do.
 BuiltScene build(const Scene& scene, Report& report, const BuildOptions& options = {});
 
 }  // namespace cbr

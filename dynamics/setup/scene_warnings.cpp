@@ -37,14 +37,18 @@ Look look_at_faces(const ContactPair& pair, const Simulation& sim) {
   Look look;
   const auto n_faces = static_cast<std::size_t>(pair.master->faces.rows());
   for (std::size_t f = 0; f < n_faces && !look.in_front; f += stride_of(n_faces)) {
-    const auto corner = [&](Index k) { return Vector3(y.row(pair.master->faces(static_cast<Index>(f), k))); };
+    const auto corner = [&](Index k) {
+      return Vector3(y.row(pair.master->faces(static_cast<Index>(f), k)));
+    };
     const Vector3 normal = (corner(2) - corner(0)).cross(corner(3) - corner(1));
-    for (std::size_t i = 0; i < pair.slave->nodes.size(); i += stride_of(pair.slave->nodes.size())) {
+    for (std::size_t i = 0; i < pair.slave->nodes.size();
+         i += stride_of(pair.slave->nodes.size())) {
       const Vector3 outward = pair.slave->area_vectors.row(static_cast<Index>(i));
       if (outward.dot(normal) > opposed * outward.norm() * normal.norm()) continue;
       look.opposed = true;
       const double height = (Vector3(x.row(pair.slave->nodes[i])) - corner(0)).dot(normal);
-      look.in_front = look.in_front || height > -pair.master->sizes[static_cast<Index>(f)] * normal.norm();
+      look.in_front =
+          look.in_front || height > -pair.master->sizes[static_cast<Index>(f)] * normal.norm();
     }
   }
   return look;
@@ -61,8 +65,8 @@ Look look_at_wall(const ContactPair& pair, const Simulation& sim) {
   return look;
 }
 
-// Of the nodes; a superelement has those of its interface only, and its inertia tells how far it reaches beyond them: the edges of
-// a box with its mass and inertia.
+// Of the nodes; a superelement has those of its interface only, and its inertia tells how far it
+// reaches beyond them: the edges of a box with its mass and inertia.
 Box extents(const Body& body, const BuiltScene::OfInstance& instance) {
   const Points& x = body.reference_positions();
   Box box{x.colwise().minCoeff().transpose(), x.colwise().maxCoeff().transpose()};
@@ -70,25 +74,34 @@ Box extents(const Body& body, const BuiltScene::OfInstance& instance) {
   const RigidBody& rigid = instance.parts.front().superelement->rigid_body;
   if (!(rigid.mass > 0)) return box;
   const Matrix3& T = instance.placement.T;
-  // int x x^T dm / m = (trace(I) / 2 1 - I) / m; of a box the square of half an edge is three times that
-  const Matrix3 spread = T * (0.5 * rigid.inertia.trace() * Matrix3::Identity() - rigid.inertia) * T.transpose() / rigid.mass;
-  const Vector3 half = (3 * spread.diagonal()).cwiseMax(0).cwiseSqrt(), centre = T * rigid.center + instance.placement.position;
+  // int x x^T dm / m = (trace(I) / 2 1 - I) / m; of a box the square of half an edge is three times
+  // that
+  const Matrix3 spread = T * (0.5 * rigid.inertia.trace() * Matrix3::Identity() - rigid.inertia) *
+                         T.transpose() / rigid.mass;
+  const Vector3 half = (3 * spread.diagonal()).cwiseMax(0).cwiseSqrt(),
+                centre = T * rigid.center + instance.placement.position;
   box.lower = box.lower.cwiseMin(centre - half);
   box.upper = box.upper.cwiseMax(centre + half);
   return box;
 }
 
-void warn_of_backs(const ContactPair& pair, const Simulation& sim, const std::vector<Box>& boxes, Report& report) {
-  if (pair.law.law == ContactLaw::tied || pair.of_all || pair.slave->area_vectors.rows() == 0) return;
+void warn_of_backs(const ContactPair& pair, const Simulation& sim, const std::vector<Box>& boxes,
+                   Report& report) {
+  if (pair.law.law == ContactLaw::tied || pair.of_all || pair.slave->area_vectors.rows() == 0)
+    return;
   const Look look = pair.wall ? look_at_wall(pair, sim) : look_at_faces(pair, sim);
   if (look.in_front) return;
   if (look.opposed) {  // bodies inside each other are another matter, told by look_for_overlaps()
-    const auto box = [&](const ContactSurface& surface) { return boxes[sim.contact_nodes[surface.body].body]; };
+    const auto box = [&](const ContactSurface& surface) {
+      return boxes[sim.contact_nodes[surface.body].body];
+    };
     if (box(*pair.slave).meets(box(*pair.master))) return;
   }
-  report.warning(pair.source->text() + ": contact " + pair.name + ": the surfaces face away from each other at the start" +
-                 (look.opposed ? " (each is behind the other)" : "") +
-                 " and cannot touch: are they the right ones, or is an instance turned or mirrored?");
+  report.warning(
+      pair.source->text() + ": contact " + pair.name +
+      ": the surfaces face away from each other at the start" +
+      (look.opposed ? " (each is behind the other)" : "") +
+      " and cannot touch: are they the right ones, or is an instance turned or mirrored?");
 }
 
 double size_of(const Box& box) { return (box.upper - box.lower).maxCoeff(); }
@@ -109,25 +122,33 @@ bool share_most(const Box& a, const Box& b) {
 double way_of(const Scene& scene, const Instance& a, const Instance& b) {
   double way = (a.velocity - b.velocity).norm() * scene.time->end;
   for (const Load& load : scene.loads)
-    if (load.kind == Load::Kind::gravity) way += 0.5 * load.value.norm() * scene.time->end * scene.time->end;
+    if (load.kind == Load::Kind::gravity)
+      way += 0.5 * load.value.norm() * scene.time->end * scene.time->end;
   return way;
 }
 
 bool has_other_loads(const Scene& scene) {
-  return std::any_of(scene.loads.begin(), scene.loads.end(), [](const Load& load) { return load.kind != Load::Kind::gravity; });
+  return std::any_of(scene.loads.begin(), scene.loads.end(),
+                     [](const Load& load) { return load.kind != Load::Kind::gravity; });
 }
 
-void warn_of_unit(const Scene& scene, const std::vector<Box>& boxes, std::size_t i, std::size_t j, Report& report) {
+void warn_of_unit(const Scene& scene, const std::vector<Box>& boxes, std::size_t i, std::size_t j,
+                  Report& report) {
   constexpr double far = 100, near = 0.05;
   const Instance &a = scene.instances[i], &b = scene.instances[j];
-  const double size = std::max(size_of(boxes[i]), size_of(boxes[j])), gap = gap_between(boxes[i], boxes[j]);
-  const double offset = (boxes[i].lower + boxes[i].upper - boxes[j].lower - boxes[j].upper).norm() / 2;
-  const bool is_far = gap > far * size && way_of(scene, a, b) < 0.1 * gap && !has_other_loads(scene);
-  const bool is_inside = a.component == b.component && offset < near * size && share_most(boxes[i], boxes[j]);
+  const double size = std::max(size_of(boxes[i]), size_of(boxes[j])),
+               gap = gap_between(boxes[i], boxes[j]);
+  const double offset =
+      (boxes[i].lower + boxes[i].upper - boxes[j].lower - boxes[j].upper).norm() / 2;
+  const bool is_far =
+      gap > far * size && way_of(scene, a, b) < 0.1 * gap && !has_other_loads(scene);
+  const bool is_inside =
+      a.component == b.component && offset < near * size && share_most(boxes[i], boxes[j]);
   if (!is_far && !is_inside) return;
   std::ostringstream text;
   text.precision(3);
-  text << b.source.text() << ": instances '" << a.name << "' and '" << b.name << "', " << size << " across, ";
+  text << b.source.text() << ": instances '" << a.name << "' and '" << b.name << "', " << size
+       << " across, ";
   if (is_far) text << "start " << gap << " apart, and their speed does not bring them together";
   if (is_inside) text << "start inside each other, " << offset << " from one to the other";
   text << ": are their positions in the unit of the meshes' coordinates?";
@@ -140,18 +161,21 @@ void warn_of_odd_scenes(const Scene& scene, const BuiltScene& built, Report& rep
   constexpr std::size_t most_pairs = 1000;
   const Simulation& sim = built.simulation;
   std::vector<Box> boxes;
-  for (std::size_t b = 0; b < built.instances.size(); ++b) boxes.push_back(extents(*sim.bodies[b], built.instances[b]));
+  for (std::size_t b = 0; b < built.instances.size(); ++b)
+    boxes.push_back(extents(*sim.bodies[b], built.instances[b]));
   std::set<std::pair<Index, Index>> looked_at;
   for (std::size_t p = 0; p < std::min(sim.pairs.size(), most_pairs); ++p) {
     const ContactPair& pair = sim.pairs[p];
     warn_of_backs(pair, sim, boxes, report);
     if (pair.wall) continue;
-    const std::pair<Index, Index> two =
-        std::minmax(sim.contact_nodes[pair.slave->body].body, sim.contact_nodes[pair.master->body].body);
+    const std::pair<Index, Index> two = std::minmax(sim.contact_nodes[pair.slave->body].body,
+                                                    sim.contact_nodes[pair.master->body].body);
     // Of many instances most may be far from each other and near to others
     const bool is_alone = !pair.of_all || built.instances.size() == 2;
-    if (is_alone && two.first != two.second && two.second < static_cast<Index>(boxes.size()) && looked_at.insert(two).second)
-      warn_of_unit(scene, boxes, static_cast<std::size_t>(two.first), static_cast<std::size_t>(two.second), report);
+    if (is_alone && two.first != two.second && two.second < static_cast<Index>(boxes.size()) &&
+        looked_at.insert(two).second)
+      warn_of_unit(scene, boxes, static_cast<std::size_t>(two.first),
+                   static_cast<std::size_t>(two.second), report);
   }
 }
 

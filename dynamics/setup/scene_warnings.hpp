@@ -7,8 +7,9 @@
 
 namespace cbr {
 
-// Warns of pairs of contact surfaces that look away from each other, and of instances whose positions look like another unit of
-// length than their mesh: apart by hundreds of their size without the speed to meet, or one in the other. Where they start counts.
+// Warns of pairs of contact surfaces that look away from each other, and of instances whose
+// positions look like another unit of length than their mesh: apart by hundreds of their size
+// without the speed to meet, or one in the other. Where they start counts.
 void warn_of_odd_scenes(const Scene& scene, const BuiltScene& built, Report& report);
 
 }  // namespace cbr

@@ -22,16 +22,20 @@ void refuse_motion(const Scene& scene) {
 void refuse_enforcement(const Scene& scene) {
   for (const ContactOptions& contact : scene.contact)
     if (contact.enforcement != Enforcement::impulse)
-      throw InputError(contact.source.text() + ": contact: 'enforcement: " + word_of(enforcement_words, contact.enforcement) +
-                       "' is not available with statics (time.static, time.preload): use 'enforcement: impulse'");
+      throw InputError(contact.source.text() + ": contact: 'enforcement: " +
+                       word_of(enforcement_words, contact.enforcement) +
+                       "' is not available with statics (time.static, time.preload): use "
+                       "'enforcement: impulse'");
 }
 
 void refuse_without_statics(const Scene& scene) {
   for (const ContactOptions& contact : scene.contact) {
     const bool pulls = contact.pretension_force || contact.shortening;
     if (!pulls && !contact.resolves_overlap) continue;
-    throw InputError(contact.source.text() + ": contact: " + (pulls ? "pretension" : "overlap: resolve") +
-                     " needs load steps of statics: remove time.preload, whose default are five, or let it be 1 or more");
+    throw InputError(contact.source.text() +
+                     ": contact: " + (pulls ? "pretension" : "overlap: resolve") +
+                     " needs load steps of statics: remove time.preload, whose default are five, "
+                     "or let it be 1 or more");
   }
 }
 
@@ -54,8 +58,8 @@ TimePlan plan_statics(const TimeOptions& time, double every) {
   const double h = time.step ? *time.step : time.end / usual_steps;
   if (time.end / h > most_steps) {
     std::ostringstream text;
-    text << time.source.text() << ": time: " << time.end / h << " load steps, at most " << most_steps
-         << " are allowed: take a longer time.step";
+    text << time.source.text() << ": time: " << time.end / h << " load steps, at most "
+         << most_steps << " are allowed: take a longer time.step";
     throw InputError(text.str());
   }
   TimePlan plan = fit_steps(h, every, time.end);

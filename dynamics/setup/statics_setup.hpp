@@ -7,7 +7,8 @@
 
 namespace cbr {
 
-// InputError: what statics, of the run or before it, do not know; what only statics know in a scene without them.
+// InputError: what statics, of the run or before it, do not know; what only statics know in a scene
+// without them.
 void check_statics(const Scene& scene);
 
 // Loads without a history grow from 0 to what they are at the end.

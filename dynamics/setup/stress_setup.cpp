@@ -21,13 +21,16 @@ class StressRows {
  public:
   explicit StressRows(const InstanceElements& elements) : elements_(elements) {}
 
-  // Six rows a node and material that meets it, by ids of nodes and blocks: the mean of the elements' stresses there.
+  // Six rows a node and material that meets it, by ids of nodes and blocks: the mean of the
+  // elements' stresses there.
   void add_nodes(const std::vector<Index>& nodes, StressWatch& watch) {
     std::vector<std::array<Index, 3>> found;  // node id, block id, place
     for (const Index node : nodes)
       for (Index m = 0; m < elements_.n_materials(); ++m)
         if (const Index place = elements_.place(node, m); place >= 0)
-          found.push_back({elements_.node_id(node), elements_.nodal_places()[static_cast<std::size_t>(place)].block_id, place});
+          found.push_back({elements_.node_id(node),
+                           elements_.nodal_places()[static_cast<std::size_t>(place)].block_id,
+                           place});
     std::sort(found.begin(), found.end());
     std::map<Index, Index> row_of_place;
     for (const auto& [id, block, place] : found) {
@@ -38,7 +41,8 @@ class StressRows {
     std::map<Index, double> count;
     for (const auto& group : elements_.groups())
       for (Index e = 0; e < group.nodes.rows(); ++e) add_corners(group, e, row_of_place, count);
-    for (auto& entry : entries_) entry = {entry.row(), entry.col(), entry.value() / count.at(entry.row() / 6)};
+    for (auto& entry : entries_)
+      entry = {entry.row(), entry.col(), entry.value() / count.at(entry.row() / 6)};
     rows_ = 6 * static_cast<Index>(watch.ids.size());
   }
 
@@ -50,7 +54,8 @@ class StressRows {
       const Index e = found - group.element_ids.begin();
       const Points X = elements_.element_points(group, e);
       each_motion(group, e, [&](Index column, const Points& u) {
-        add(rows_, column, element_stress(group.type, group.properties.hex8, X, group.properties.material, u));
+        add(rows_, column,
+            element_stress(group.type, group.properties.hex8, X, group.properties.material, u));
       });
       watch.ids.push_back(id);
       rows_ += 6;
@@ -63,7 +68,8 @@ class StressRows {
   SparseMatrix matrix(const Matrix3& T) const {
     SparseMatrix S(rows_, 3 * elements_.n_nodes()), turn(rows_, rows_);
     S.setFromTriplets(entries_.begin(), entries_.end());
-    const Matrix of_one = turned_stress(Matrix::Identity(6, 6), T).transpose();  // column j: of a unit component j
+    // column j: of a unit component j
+    const Matrix of_one = turned_stress(Matrix::Identity(6, 6), T).transpose();
     Entries blocks;
     for (Index row = 0; row < rows_; row += 6)
       for (Index i = 0; i < 6; ++i)
@@ -91,8 +97,8 @@ class StressRows {
       if (stress[j] != 0) entries_.emplace_back(row + j, column, stress[j]);
   }
 
-  void add_corners(const InstanceElements::Group& group, Index e, const std::map<Index, Index>& row_of_place,
-                   std::map<Index, double>& count) {
+  void add_corners(const InstanceElements::Group& group, Index e,
+                   const std::map<Index, Index>& row_of_place, std::map<Index, double>& count) {
     std::vector<std::pair<Index, Index>> wanted;  // node of the element, row
     for (Index a = 0; a < group.nodes.cols(); ++a) {
       const auto found = row_of_place.find(elements_.place(group.nodes(e, a), group.material));
@@ -103,7 +109,8 @@ class StressRows {
     if (wanted.empty()) return;
     const Points X = elements_.element_points(group, e);
     each_motion(group, e, [&](Index column, const Points& u) {
-      const Matrix stress = element_nodal_stress(group.type, group.properties.hex8, X, group.properties.material, u);
+      const Matrix stress =
+          element_nodal_stress(group.type, group.properties.hex8, X, group.properties.material, u);
       for (const auto& [a, row] : wanted) add(row, column, stress.row(a));
     });
   }
@@ -135,7 +142,8 @@ void take_rows(const InstanceElements& elements, const SparseMatrix& S, StressWa
   watch.rows = compressed * elements.dense_rows(nodes);
 }
 
-StressWatch watch_of_set(const InstanceElements& elements, const StressOptions& stress, const Matrix3& T) {
+StressWatch watch_of_set(const InstanceElements& elements, const StressOptions& stress,
+                         const Matrix3& T) {
   StressWatch watch;
   watch.name = stress.instance + "." + stress.set;
   watch.of_nodes = true;
@@ -144,37 +152,43 @@ StressWatch watch_of_set(const InstanceElements& elements, const StressOptions& 
   rows.add_nodes(nodes, watch);
   if (watch.ids.empty()) {
     const std::vector<std::string> names = elements.set_names();
-    throw InputError(stress.source.text() + ": output.stress: '" + watch.name + "' has no node of a recovered element" +
-                     nearest_name(stress.set, names) + " (sets: " + (names.empty() ? "none" : join(names)) + ")");
+    throw InputError(stress.source.text() + ": output.stress: '" + watch.name +
+                     "' has no node of a recovered element" + nearest_name(stress.set, names) +
+                     " (sets: " + (names.empty() ? "none" : join(names)) + ")");
   }
   take_rows(elements, rows.matrix(T), watch);
   return watch;
 }
 
-StressWatch watch_of_elements(const InstanceElements& elements, const StressOptions& stress, const Matrix3& T) {
+StressWatch watch_of_elements(const InstanceElements& elements, const StressOptions& stress,
+                              const Matrix3& T) {
   StressWatch watch;
   watch.name = stress.instance;
   StressRows rows(elements);
   for (const Index id : stress.elements)
     if (!rows.add_element(id, watch))
-      throw InputError(stress.source.text() + ": output.stress: instance '" + stress.instance + "' has no element " +
-                       std::to_string(id) + (elements.is_mesh() ? "" : " among those of its recovery data"));
+      throw InputError(stress.source.text() + ": output.stress: instance '" + stress.instance +
+                       "' has no element " + std::to_string(id) +
+                       (elements.is_mesh() ? "" : " among those of its recovery data"));
   take_rows(elements, rows.matrix(T), watch);
   return watch;
 }
 
-StressScan scan_of(std::shared_ptr<const InstanceElements> elements, const StressOptions& stress, const Matrix3& T) {
+StressScan scan_of(std::shared_ptr<const InstanceElements> elements, const StressOptions& stress,
+                   const Matrix3& T) {
   StressScan scan;
   scan.name = stress.instance;
   scan.n_worst = std::min(stress.worst, elements->n_elements());
   scan.envelope = stress.envelope;
   for (const auto& group : elements->groups())
-    scan.element_ids.insert(scan.element_ids.end(), group.element_ids.begin(), group.element_ids.end());
+    scan.element_ids.insert(scan.element_ids.end(), group.element_ids.begin(),
+                            group.element_ids.end());
   for (const auto& place : elements->nodal_places()) {
     scan.node_ids.push_back(elements->node_id(place.node));
     scan.node_block_ids.push_back(place.block_id);
   }
-  scan.stresses = [elements, T, envelope = stress.envelope](const Vector& q, Matrix& of_elements, Matrix& of_nodes) {
+  scan.stresses = [elements, T, envelope = stress.envelope](const Vector& q, Matrix& of_elements,
+                                                            Matrix& of_nodes) {
     const Points u = elements->displacements(q);
     of_elements = stress_values(turned_stress(elements->element_stresses(u), T));
     if (envelope) of_nodes = stress_values(turned_stress(elements->nodal_stresses(u), T));
@@ -205,7 +219,8 @@ void add_stress(const SceneIndex& index, BuiltScene& built) {
   }
 }
 
-void watch_inside(const SceneIndex& index, const SurfaceName& set, const BuiltScene::OfInstance& of, Monitor& monitor) {
+void watch_inside(const SceneIndex& index, const SurfaceName& set, const BuiltScene::OfInstance& of,
+                  Monitor& monitor) {
   const InstanceElements elements(index.scene(), of, set.source);
   const std::vector<Index> nodes = elements.nodes_of_set(set.surface);
   const Matrix rows = elements.dense_rows(nodes);

@@ -8,10 +8,12 @@
 
 namespace cbr {
 
-// Fills simulation.watches and scans. InputError: no recovery data; a set or element that is not there; a body that turns.
+// Fills simulation.watches and scans. InputError: no recovery data; a set or element that is not
+// there; a body that turns.
 void add_stress(const SceneIndex& index, BuiltScene& built);
 
 // Of a set that the superelement recovers: rows and reference of the monitor. InputError as above.
-void watch_inside(const SceneIndex& index, const SurfaceName& set, const BuiltScene::OfInstance& of, Monitor& monitor);
+void watch_inside(const SceneIndex& index, const SurfaceName& set, const BuiltScene::OfInstance& of,
+                  Monitor& monitor);
 
 }  // namespace cbr

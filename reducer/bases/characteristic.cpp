@@ -17,17 +17,21 @@
 namespace cbr {
 namespace {
 
-constexpr double least_part = 1e-5;       // of a response's length, beside what is in the basis: below, it is in it
+// of a response's length, beside what is in the basis: below, it is in it
+constexpr double least_part = 1e-5;
 constexpr double rigid_tolerance = 1e-8;  // of rigid motions, in the span of the shapes
 constexpr const char* shapes = "the interface's shapes";
 
 [[noreturn]] void fail(const std::string& what) { throw InputError("characteristic." + what); }
 
 // Dofs of the kept nodes, and the others.
-std::pair<std::vector<Index>, std::vector<Index>> split(const Superelement& s, const std::vector<char>& is_kept) {
+std::pair<std::vector<Index>, std::vector<Index>> split(const Superelement& s,
+                                                        const std::vector<char>& is_kept) {
   std::pair<std::vector<Index>, std::vector<Index>> dofs;
   for (Index i = 0; i < s.c(); ++i)
-    (is_kept[static_cast<std::size_t>(s.dof_node[static_cast<std::size_t>(i)])] != 0 ? dofs.first : dofs.second).push_back(i);
+    (is_kept[static_cast<std::size_t>(s.dof_node[static_cast<std::size_t>(i)])] != 0 ? dofs.first
+                                                                                     : dofs.second)
+        .push_back(i);
   return dofs;
 }
 
@@ -37,8 +41,10 @@ void solve_cholesky(const Matrix& L, Matrix& B) {
   L.transpose().triangularView<Eigen::Upper>().solveInPlace(B);
 }
 
-// Of all of the interface: rigid motions R and the lowest elastic modes, K_cc X = M_cc X mu   (c x (r + modes))
-Matrix shapes_of_all(const Superelement& s, Index modes, const Matrix& R, CharacteristicFigures& figures) {
+// Of all of the interface: rigid motions R and the lowest elastic modes, K_cc X = M_cc X mu   (c x
+// (r + modes))
+Matrix shapes_of_all(const Superelement& s, Index modes, const Matrix& R,
+                     CharacteristicFigures& figures) {
   const Index r = R.cols();
   figures.n_rigid = r, figures.n_modes = modes;
   require_fewer(r + modes, s.c());
@@ -48,7 +54,9 @@ Matrix shapes_of_all(const Superelement& s, Index modes, const Matrix& R, Charac
   // Beside the rigid motions: a mechanism has their frequency, and would be cut in two with them
   const Eigenpairs pairs = dense_eigenpairs_beside(s.K_cc, s.M_cc, R, r + modes);
   if (!pairs.converged)
-    throw RunError("the characteristic constraint modes could not be found: is the mass of the interface definite?");
+    throw RunError(
+        "the characteristic constraint modes could not be found: is the mass of the interface "
+        "definite?");
   figures.highest = std::sqrt(std::max(pairs.lambda(r + modes - 1), 0.0));
   Matrix X = pairs.Phi.rightCols(modes);
   for (int pass = 0; pass < 2; ++pass) X -= R * ((s.M_cc * R).transpose() * X).eval();
@@ -57,7 +65,8 @@ Matrix shapes_of_all(const Superelement& s, Index modes, const Matrix& R, Charac
   return T;
 }
 
-// Psi + (R_b - Psi R_a) R_a^+: what K_bb^-1 makes of rigid motions R   (c x r) is right but for round-off.
+// Psi + (R_b - Psi R_a) R_a^+: what K_bb^-1 makes of rigid motions R   (c x r) is right but for
+// round-off.
 void follow_rigid_motions(const Matrix& R_a, const Matrix& R_b, Matrix& Psi) {
   const PivotedQr qr(R_a);
   if (qr.rank() < R_a.cols()) return;
@@ -65,18 +74,25 @@ void follow_rigid_motions(const Matrix& R_a, const Matrix& R_b, Matrix& Psi) {
   Psi.noalias() += missing * qr.solve(Matrix::Identity(R_a.rows(), R_a.rows()));
 }
 
-// Of what is not kept, as Craig-Bampton's interior of the interface: [I 0; -K_bb^-1 K_ba X], K_bb X = M_bb X mu   (c x (a + modes))
-Matrix shapes_beside_kept(const Superelement& s, Index modes, const std::vector<Index>& a, const std::vector<Index>& b,
-                          const Matrix& R, CharacteristicFigures& figures) {
+// Of what is not kept, as Craig-Bampton's interior of the interface: [I 0; -K_bb^-1 K_ba X], K_bb X
+// = M_bb X mu   (c x (a + modes))
+Matrix shapes_beside_kept(const Superelement& s, Index modes, const std::vector<Index>& a,
+                          const std::vector<Index>& b, const Matrix& R,
+                          CharacteristicFigures& figures) {
   const auto n_a = static_cast<Index>(a.size()), n_b = static_cast<Index>(b.size());
   figures.n_kept = n_a, figures.n_modes = modes;
-  if (n_b == 0) fail("keep: names all of the interface, so that nothing is left to reduce: use basis: craig-bampton");
+  if (n_b == 0)
+    fail(
+        "keep: names all of the interface, so that nothing is left to reduce: use basis: "
+        "craig-bampton");
   require_fewer(modes, n_b);
   Matrix K = s.K_cc(b, b);
   const Matrix K_bb = K;
   const double stiffest = K.diagonal().maxCoeff();
   if (!dense_cholesky(K) || K.diagonal().cwiseAbs2().minCoeff() < 1e-13 * stiffest)
-    fail("keep: the nodes that are kept do not hold the others: keep three or more that are not on one line, of each part");
+    fail(
+        "keep: the nodes that are kept do not hold the others: keep three or more that are not on "
+        "one line, of each part");
   Matrix Psi = -s.K_cc(b, a);
   solve_cholesky(K, Psi);
   follow_rigid_motions(R(a, Eigen::all), R(b, Eigen::all), Psi);
@@ -86,19 +102,24 @@ Matrix shapes_beside_kept(const Superelement& s, Index modes, const std::vector<
   if (modes == 0) return T;
   const Eigenpairs pairs = dense_eigenpairs(K_bb, Matrix(s.M_cc(b, b)), modes);
   if (!pairs.converged)
-    throw RunError("the characteristic constraint modes could not be found: is the mass of the interface definite?");
+    throw RunError(
+        "the characteristic constraint modes could not be found: is the mass of the interface "
+        "definite?");
   figures.highest = std::sqrt(std::max(pairs.lambda(modes - 1), 0.0));
   T(b, Eigen::lastN(modes)) = pairs.Phi;
   return T;
 }
 
-// Static responses of a free interface, loads being balanced by the inertia of its rigid motions R, R^T M_cc R = I.
+// Static responses of a free interface, loads being balanced by the inertia of its rigid motions R,
+// R^T M_cc R = I.
 class Statics {
  public:
-  Statics(const Superelement& s, const Matrix& R) : s_(s), R_(R), P_(s.M_cc * R), held_(hold_rigid_motions(s.K_cc, R)) {
+  Statics(const Superelement& s, const Matrix& R)
+      : s_(s), R_(R), P_(s.M_cc * R), held_(hold_rigid_motions(s.K_cc, R)) {
     if (!dense_cholesky(held_.K))
       fail(
-          "statics: the interface moves without strain in more ways than as a rigid body, or is too thin for a double: mend the "
+          "statics: the interface moves without strain in more ways than as a rigid body, or is "
+          "too thin for a double: mend the "
           "mesh, or use less flat elements, or leave both out (statics: none, patterns: 0)");
   }
 
@@ -109,7 +130,8 @@ class Statics {
     return B;
   }
 
-  // Of the component under forces B on its interface, inertia in balance with them, to which the interior gives way by Q:
+  // Of the component under forces B on its interface, inertia in balance with them, to which the
+  // interior gives way by Q:
   //   f^T K_cc^+ f + (R^T B)^T Q R^T B,   f = B - P R^T B   (m x m)
   Matrix compliance(const Matrix& B, const Matrix& Q) const {
     Matrix f = in_equilibrium(B);
@@ -122,7 +144,8 @@ class Statics {
     return C;
   }
 
-  // f^T T (T^T K_cc T)^+ T^T f: what of the compliance the shapes T have, which span the rigid motions
+  // f^T T (T^T K_cc T)^+ T^T f: what of the compliance the shapes T have, which span the rigid
+  // motions
   Matrix compliance_in(const Matrix& T, const Matrix& f) const {
     Matrix K = T.transpose() * (s_.K_cc * T);
     const Matrix NT = held_.N.transpose() * T;
@@ -137,7 +160,8 @@ class Statics {
   HeldStiffness held_;  // K: its Cholesky factor
 };
 
-// Makes U orthogonal to T and itself, in M's product, and appends what is left of it. T need not be orthonormal.
+// Makes U orthogonal to T and itself, in M's product, and appends what is left of it. T need not be
+// orthonormal.
 Index append(const Matrix& M, const Matrix& U, Matrix& T) {
   Matrix Q = T;
   orthonormalise(M, Q, shapes);
@@ -159,28 +183,34 @@ Index append(const Matrix& M, const Matrix& U, Matrix& T) {
 }
 
 // B^T P^T (F - T (T^T K_cc T)^+ T^T) P B, of the shapes T as they are now; f = P B.
-Matrix compliance_left(const Statics& statics, const Matrix& all, const Matrix& T, const Matrix& f) {
+Matrix compliance_left(const Statics& statics, const Matrix& all, const Matrix& T,
+                       const Matrix& f) {
   const Matrix left = all - statics.compliance_in(T, f);
   return 0.5 * (left + left.transpose());
 }
 
-// Responses U = F P B phi to the uniform pattern (with shear: in three directions), and then to the patterns of which the shapes T
-// lack most: S_left phi = A phi sigma, sigma the largest, A the areas.
-void add_patterns(const Surface& surface, const CharacteristicOptions& options, const Statics& statics, const Superelement& s,
-                  Matrix& T, CharacteristicFigures& figures) {
+// Responses U = F P B phi to the uniform pattern (with shear: in three directions), and then to the
+// patterns of which the shapes T lack most: S_left phi = A phi sigma, sigma the largest, A the
+// areas.
+void add_patterns(const Surface& surface, const CharacteristicOptions& options,
+                  const Statics& statics, const Superelement& s, Matrix& T,
+                  CharacteristicFigures& figures) {
   const PressureLoads loads = pressure_loads(s, surface, options.shear);
   const Index m = loads.B.cols();
   const Index wanted = options.patterns;
   if (wanted > m)
-    fail("patterns: " + std::to_string(options.patterns) + " requested on '" + surface.name + "', which has only " +
-         std::to_string(m) + (options.shear ? " loads: three a node" : " loads: one a node"));
+    fail("patterns: " + std::to_string(options.patterns) + " requested on '" + surface.name +
+         "', which has only " + std::to_string(m) +
+         (options.shear ? " loads: three a node" : " loads: one a node"));
   const Matrix f = statics.in_equilibrium(loads.B), Y = statics.solve(f), all = f.transpose() * Y;
-  const Index step = options.shear ? 3 : 1, n_uniform = std::min(step, wanted), others = wanted - n_uniform;
+  const Index step = options.shear ? 3 : 1, n_uniform = std::min(step, wanted),
+              others = wanted - n_uniform;
   Matrix uniform = Matrix::Zero(m, step);
   for (Index axis = 0; axis < step; ++axis)
     for (Index i = axis; i < m; i += step) uniform(i, axis) = 1;
   if (n_uniform < step) {
-    // The directions that the shapes lack most of, as those of the mesh's axes would make the basis depend on these
+    // The directions that the shapes lack most of, as those of the mesh's axes would make the basis
+    // depend on these
     const Matrix left = uniform.transpose() * compliance_left(statics, all, T, f) * uniform;
     const Matrix directions = symmetric_eigen(left).vectors;
     uniform = (uniform * directions.rightCols(n_uniform)).eval();
@@ -188,16 +218,21 @@ void add_patterns(const Surface& surface, const CharacteristicOptions& options, 
   Index kept = append(s.M_cc, Y * uniform, T);
   if (others > 0) {
     const Eigenpairs pairs = dense_eigenpairs(compliance_left(statics, all, T, f), loads.area, m);
-    if (!pairs.converged) throw RunError("the patterns of pressure on '" + surface.name + "' could not be found");
+    if (!pairs.converged)
+      throw RunError("the patterns of pressure on '" + surface.name + "' could not be found");
     kept += append(s.M_cc, Y * pairs.Phi.rightCols(others).rowwise().reverse(), T);
   }
   figures.n_patterns += kept, figures.n_dropped += wanted - kept;
   // Each load against its area: trace of A^-1/2 S A^-1/2
-  const auto weighed = [&](const Matrix& S) { return S.diagonal().cwiseQuotient(loads.area).sum(); };
-  figures.left = std::max(figures.left, weighed(compliance_left(statics, all, T, f)) / weighed(all));
+  const auto weighed = [&](const Matrix& S) {
+    return S.diagonal().cwiseQuotient(loads.area).sum();
+  };
+  figures.left =
+      std::max(figures.left, weighed(compliance_left(statics, all, T, f)) / weighed(all));
 }
 
-// Superelement in the coordinates [k; those of T], which stand in the place of the interface's dofs.
+// Superelement in the coordinates [k; those of T], which stand in the place of the interface's
+// dofs.
 Superelement in_shapes(const Superelement& s, const Matrix& T) {
   Superelement t;
   t.eigenvalues = s.eigenvalues;
@@ -214,20 +249,23 @@ Superelement in_shapes(const Superelement& s, const Matrix& T) {
 // Coordinates of the rigid motions R_c (c x r) in the shapes: T y = R_c
 Matrix in_span(const Matrix& T, const Matrix& R_c) {
   const Matrix y = PivotedQr(T).solve(R_c);
-  if ((T * y - R_c).norm() > rigid_tolerance * R_c.norm()) throw RunError("the interface's shapes do not hold its rigid motions");
+  if ((T * y - R_c).norm() > rigid_tolerance * R_c.norm())
+    throw RunError("the interface's shapes do not hold its rigid motions");
   return y;
 }
 
 }  // namespace
 
-std::vector<const Surface*> pressed_surfaces(const CharacteristicOptions& options, const std::vector<char>& is_kept,
+std::vector<const Surface*> pressed_surfaces(const CharacteristicOptions& options,
+                                             const std::vector<char>& is_kept,
                                              const Superelement& s) {
   std::vector<const Surface*> pressed;
   if (options.patterns == 0) return pressed;
   CharacteristicOptions of = options;
   of.statics = options.pressure;
   try {
-    for (const auto& touching : touching_surfaces(options.pressure.empty() ? options : of, s)) pressed.push_back(touching.surface);
+    for (const auto& touching : touching_surfaces(options.pressure.empty() ? options : of, s))
+      pressed.push_back(touching.surface);
   } catch (const InputError& error) {
     if (options.pressure.empty()) throw;
     std::string what = error.what();
@@ -237,7 +275,8 @@ std::vector<const Surface*> pressed_surfaces(const CharacteristicOptions& option
   if (options.pressure.empty()) {
     std::erase_if(pressed, [&](const Surface* surface) {
       const std::vector<Index> nodes = surface_nodes(*surface);
-      return std::all_of(nodes.begin(), nodes.end(), [&](Index node) { return is_kept[static_cast<std::size_t>(node)] != 0; });
+      return std::all_of(nodes.begin(), nodes.end(),
+                         [&](Index node) { return is_kept[static_cast<std::size_t>(node)] != 0; });
     });
   }
   return pressed;
@@ -256,7 +295,8 @@ void require_fewer(Index modes, Index dofs) {
 PressureLoads pressure_loads(const Superelement& s, const Surface& surface, bool shear) {
   const NodeAreas areas = node_areas(s, surface);
   std::vector<Index> place(s.node_ids.size(), -1);
-  for (std::size_t i = 0; i < areas.node.size(); ++i) place[static_cast<std::size_t>(areas.node[i])] = static_cast<Index>(i);
+  for (std::size_t i = 0; i < areas.node.size(); ++i)
+    place[static_cast<std::size_t>(areas.node[i])] = static_cast<Index>(i);
   PressureLoads loads;
   const Index per_node = shear ? 3 : 1;
   loads.B.setZero(s.c(), per_node * areas.area.size());
@@ -275,7 +315,8 @@ PressureLoads pressure_loads(const Superelement& s, const Surface& surface, bool
   return loads;
 }
 
-CharacteristicFigures make_characteristic(const CharacteristicOptions& options, const std::vector<Index>& part,
+CharacteristicFigures make_characteristic(const CharacteristicOptions& options,
+                                          const std::vector<Index>& part,
                                           const InteriorInertia& inertia, Superelement& s) {
   CharacteristicFigures figures;
   const LargeBlasWork blas(std::pow(static_cast<double>(s.c()), 3));
@@ -285,15 +326,18 @@ CharacteristicFigures make_characteristic(const CharacteristicOptions& options, 
   orthonormalise(s.M_cc, R, shapes);
   const std::vector<char> is_kept = kept_nodes(options, s);
   const auto [kept, others] = split(s, is_kept);
-  Matrix T = kept.empty() ? shapes_of_all(s, n_shapes(options, s.c() - R.cols()), R, figures)
-                          : shapes_beside_kept(s, n_shapes(options, static_cast<Index>(others.size())), kept, others, R, figures);
+  Matrix T = kept.empty()
+                 ? shapes_of_all(s, n_shapes(options, s.c() - R.cols()), R, figures)
+                 : shapes_beside_kept(s, n_shapes(options, static_cast<Index>(others.size())), kept,
+                                      others, R, figures);
   const std::vector<const Surface*> pressed = pressed_surfaces(options, is_kept, s);
   StaticShare& share = s.characteristic.statics = static_forces(options, s);
   Matrix compliance;
   if (!pressed.empty() || !share.empty()) {
     const Statics statics(s, R);
     for (const Surface* surface : pressed) add_patterns(*surface, options, statics, s, T, figures);
-    if (!share.empty()) compliance = statics.compliance(forces_on_dofs(share, s), inertia_of(inertia, R));
+    if (!share.empty())
+      compliance = statics.compliance(forces_on_dofs(share, s), inertia_of(inertia, R));
   }
   Superelement t = in_shapes(s, T);
   figures.mass = reduced_mass_condition(t);
@@ -317,8 +361,8 @@ CharacteristicFigures make_characteristic(const CharacteristicOptions& options, 
   return figures;
 }
 
-Index examine_characteristic(const Superelement& s, const CharacteristicFigures& figures, const std::vector<Index>& part,
-                             Conditioning& condition) {
+Index examine_characteristic(const Superelement& s, const CharacteristicFigures& figures,
+                             const std::vector<Index>& part, Conditioning& condition) {
   const Vector omega = s.eigenvalues.cwiseSqrt();
   condition.mass = figures.mass;
   condition.n_rigid = rigid_motions_of_parts(s, part).cols();
@@ -326,7 +370,8 @@ Index examine_characteristic(const Superelement& s, const CharacteristicFigures&
   if (omega.size() > 0) condition.largest_omega = omega(omega.size() - 1);
   if (condition.n_zero < omega.size()) condition.lowest_omega = omega(condition.n_zero);
   Index dof = -1;
-  if (condition.n_zero > condition.n_rigid) s.characteristic.V.col(condition.n_rigid).cwiseAbs().maxCoeff(&dof);
+  if (condition.n_zero > condition.n_rigid)
+    s.characteristic.V.col(condition.n_rigid).cwiseAbs().maxCoeff(&dof);
   return dof;
 }
 

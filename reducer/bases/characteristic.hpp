@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Basis characteristic: the interface moves in a few shapes of its own (Castanier, Tan, Pierre 2001, doi 10.2514/2.1445), with
-// static responses to patterns of pressure where it touches. docs/theory.md, "An interface of few shapes".
+// Basis characteristic: the interface moves in a few shapes of its own (Castanier, Tan, Pierre
+// 2001, doi 10.2514/2.1445), with static responses to patterns of pressure where it touches.
+// docs/theory.md, "An interface of few shapes".
 #pragma once
 
 #include <vector>
@@ -14,40 +15,48 @@ namespace cbr {
 
 // What the summary tells of it.
 struct CharacteristicFigures {
-  Index n_fixed = 0;                    // fixed-interface modes
-  Index n_rigid = 0;                    // 0 with kept nodes, whose coordinates have them
-  Index n_modes = 0;                    // characteristic constraint modes, or modes of the free component
-  bool free_modes = false;              // the latter
-  Index n_kept = 0;                     // dofs of kept nodes
-  Index n_patterns = 0, n_dropped = 0;  // responses to patterns, and those that the others span already
-  double highest = 0;                   // rad/s, of the last characteristic mode
-  double left =
-      0;  // share of a pressure surface's compliance, its trace, that the basis does not have; the largest of the surfaces
-  ConditionNumbers mass;          // of the shapes' reduced mass
-  Vector3 rho = Vector3::Zero();  // residual_mass_share() of Craig-Bampton's form, which rigid motions of the interface keep
+  Index n_fixed = 0;  // fixed-interface modes
+  Index n_rigid = 0;  // 0 with kept nodes, whose coordinates have them
+  // characteristic constraint modes, or modes of the free component
+  Index n_modes = 0;
+  bool free_modes = false;  // the latter
+  Index n_kept = 0;         // dofs of kept nodes
+  // responses to patterns, and those that the others span already
+  Index n_patterns = 0, n_dropped = 0;
+  double highest = 0;  // rad/s, of the last characteristic mode
+  double left = 0;  // share of a pressure surface's compliance, its trace, that the basis does not
+                    // have; the largest of the surfaces
+  ConditionNumbers mass;  // of the shapes' reduced mass
+  // residual_mass_share() of Craig-Bampton's form, which rigid motions of the interface keep
+  Vector3 rho = Vector3::Zero();
 };
 
-// s: a reduction to Craig-Bampton's form with its sets; K_cc, M_cc and M_kc are used up. part: of the component, per node of s.
-// Recovery data go along. InputError: a set that the interface does not keep; more modes than dofs; kept nodes that do not hold the
-// rest; nothing to reduce. RunError: of the eigensolver.
-CharacteristicFigures make_characteristic(const CharacteristicOptions& options, const std::vector<Index>& part,
+// s: a reduction to Craig-Bampton's form with its sets; K_cc, M_cc and M_kc are used up. part: of
+// the component, per node of s. Recovery data go along. InputError: a set that the interface does
+// not keep; more modes than dofs; kept nodes that do not hold the rest; nothing to reduce.
+// RunError: of the eigensolver.
+CharacteristicFigures make_characteristic(const CharacteristicOptions& options,
+                                          const std::vector<Index>& part,
                                           const InteriorInertia& inertia, Superelement& s);
 
-// Condition of its mass and frequencies. The interface dof that a motion without stiffness moves most; -1: there is none.
-Index examine_characteristic(const Superelement& s, const CharacteristicFigures& figures, const std::vector<Index>& part,
-                             Conditioning& condition);
+// Condition of its mass and frequencies. The interface dof that a motion without stiffness moves
+// most; -1: there is none.
+Index examine_characteristic(const Superelement& s, const CharacteristicFigures& figures,
+                             const std::vector<Index>& part, Conditioning& condition);
 
-// The surfaces that get responses to patterns of pressure: those of `pressure`, or those that touch. is_kept: kept_nodes().
-// InputError: one that the interface does not keep.
-std::vector<const Surface*> pressed_surfaces(const CharacteristicOptions& options, const std::vector<char>& is_kept,
+// The surfaces that get responses to patterns of pressure: those of `pressure`, or those that
+// touch. is_kept: kept_nodes(). InputError: one that the interface does not keep.
+std::vector<const Surface*> pressed_surfaces(const CharacteristicOptions& options,
+                                             const std::vector<char>& is_kept,
                                              const Superelement& s);
 // InputError: not fewer shapes than dofs.
-// Elastic shapes of an interface of which `dofs` are left to move: what was given, else the default, or all but one.
+// Elastic shapes of an interface of which `dofs` are left to move: what was given, else the
+// default, or all but one.
 Index n_shapes(const CharacteristicOptions& options, Index dofs);
 void require_fewer(Index modes, Index dofs);
 
-// Forces of unit pressures at the surface's nodes on the interface's dofs, c x m, or 3 m with shear (x, y, z of each node), and the
-// areas that they act on (m or 3 m): of node_areas().
+// Forces of unit pressures at the surface's nodes on the interface's dofs, c x m, or 3 m with shear
+// (x, y, z of each node), and the areas that they act on (m or 3 m): of node_areas().
 struct PressureLoads {
   Matrix B;
   Vector area;

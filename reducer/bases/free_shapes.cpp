@@ -22,14 +22,17 @@ constexpr Index large_interface = 1500;  // dofs: below, dense matrices of it co
 constexpr Index most_kept = 300;         // dofs with a coordinate each, of which each takes a solve
 constexpr double twin = 1e-6;            // relative distance of two equal eigenvalues
 constexpr double singular_pivot = 1e-13;
-constexpr double least_part = 1e-10;     // of a shape's mass, beside what others have of it: below, they have all
-constexpr double mode_tolerance = 1e-7;  // of residuals: of eigenvalues its square, and the shapes only span a space
+// of a shape's mass, beside what others have of it: below, they have all
+constexpr double least_part = 1e-10;
+// of residuals: of eigenvalues its square, and the shapes only span a space
+constexpr double mode_tolerance = 1e-7;
 constexpr Index largest_dense = 15000;
 
 // Solves of the free component, inertia in balance with the loads, no rigid motion in the answers.
 class FreeSolver {
  public:
-  FreeSolver(const SparseCholesky& factor, const Matrix& N, const Matrix& P) : factor_(factor), N_(N), P_(P) {}
+  FreeSolver(const SparseCholesky& factor, const Matrix& N, const Matrix& P)
+      : factor_(factor), N_(N), P_(P) {}
 
   // (1 - N P^T) K^-1 (1 - P N^T) B
   Matrix operator()(Matrix B) const {
@@ -59,7 +62,8 @@ class FreeSolver {
 
 // Dof of the component that an interface dof is.
 Index dof_in_component(const Partition& p, const Superelement& s, Index dof) {
-  const Index node = p.interface_nodes[static_cast<std::size_t>(s.dof_node[static_cast<std::size_t>(dof)])];
+  const Index node =
+      p.interface_nodes[static_cast<std::size_t>(s.dof_node[static_cast<std::size_t>(dof)])];
   return 3 * node + s.dof_component[static_cast<std::size_t>(dof)];
 }
 
@@ -67,9 +71,11 @@ Index dof_in_component(const Partition& p, const Superelement& s, Index dof) {
 SparseMatrix loads_of(const StaticShare& forces, const Partition& p, Index n_dofs) {
   std::vector<Eigen::Triplet<double, Index>> entries;
   for (Index i = 0; i < forces.size(); ++i) {
-    const Index node = p.interface_nodes[static_cast<std::size_t>(forces.node[static_cast<std::size_t>(i)])];
+    const Index node =
+        p.interface_nodes[static_cast<std::size_t>(forces.node[static_cast<std::size_t>(i)])];
     for (Index d = 0; d < 3; ++d)
-      if (forces.direction(i, d) != 0) entries.emplace_back(3 * node + d, i, forces.direction(i, d));
+      if (forces.direction(i, d) != 0)
+        entries.emplace_back(3 * node + d, i, forces.direction(i, d));
   }
   SparseMatrix B(n_dofs, forces.size());
   B.setFromTriplets(entries.begin(), entries.end());
@@ -80,19 +86,23 @@ std::vector<Index> kept_dofs(const CharacteristicOptions& options, const Superel
   const std::vector<char> is_kept = kept_nodes(options, s);
   std::vector<Index> dofs;
   for (Index i = 0; i < s.c(); ++i)
-    if (is_kept[static_cast<std::size_t>(s.dof_node[static_cast<std::size_t>(i)])] != 0) dofs.push_back(i);
+    if (is_kept[static_cast<std::size_t>(s.dof_node[static_cast<std::size_t>(i)])] != 0)
+      dofs.push_back(i);
   return dofs;
 }
 
-// Uniform pressures, or with shear tractions along three axes, on each of the surfaces   (N x patterns)
-Matrix uniform_loads(const CharacteristicOptions& options, const Partition& p, const Superelement& s, Index n_dofs) {
+// Uniform pressures, or with shear tractions along three axes, on each of the surfaces   (N x
+// patterns)
+Matrix uniform_loads(const CharacteristicOptions& options, const Partition& p,
+                     const Superelement& s, Index n_dofs) {
   const std::vector<const Surface*> surfaces = pressed_surfaces(options, kept_nodes(options, s), s);
   const Index of_each = options.shear ? 3 : 1;
   Matrix F = Matrix::Zero(n_dofs, of_each * static_cast<Index>(surfaces.size()));
   for (std::size_t f = 0; f < surfaces.size(); ++f) {
     const NodeAreas areas = node_areas(s, *surfaces[f]);
     for (std::size_t i = 0; i < areas.node.size(); ++i) {
-      const Index row = 3 * p.interface_nodes[static_cast<std::size_t>(areas.node[i])], a = static_cast<Index>(i);
+      const Index row = 3 * p.interface_nodes[static_cast<std::size_t>(areas.node[i])],
+                  a = static_cast<Index>(i);
       const Index column = of_each * static_cast<Index>(f);
       for (Index d = 0; d < 3; ++d) {
         if (options.shear) {
@@ -106,27 +116,32 @@ Matrix uniform_loads(const CharacteristicOptions& options, const Partition& p, c
   return F;
 }
 
-// The lowest elastic modes of the free component, of which the first `exact` become shapes; of the others the frequencies count.
-Eigenpairs free_modes(const FreeComponent& model, const SparseCholesky& factor, const Matrix& N, Index count, Index exact,
-                      Report& report) {
+// The lowest elastic modes of the free component, of which the first `exact` become shapes; of the
+// others the frequencies count.
+Eigenpairs free_modes(const FreeComponent& model, const SparseCholesky& factor, const Matrix& N,
+                      Index count, Index exact, Report& report) {
   const Index n = N.rows();
   Eigenpairs pairs;
   if (!dense_is_faster(n, count, factor.n_nonzeros())) {
     PairsWanted wanted;
     wanted.exact = exact;
-    pairs = sparse_eigenpairs_beyond(model.M, factor, N, count, mode_tolerance, wanted,
-                                     [&](double share) { report.progress("shapes of the interface", share); });
+    pairs = sparse_eigenpairs_beyond(
+        model.M, factor, N, count, mode_tolerance, wanted,
+        [&](double share) { report.progress("shapes of the interface", share); });
   }
   if (!pairs.converged && n <= largest_dense) {
     pairs = dense_eigenpairs_beside(Matrix(model.K), Matrix(model.M), N, N.cols() + count);
     pairs.lambda = Vector(pairs.lambda.tail(pairs.lambda.size() - N.cols()));
     pairs.Phi = Matrix(pairs.Phi.rightCols(pairs.lambda.size()));
   }
-  if (!pairs.converged) throw RunError("the elastic modes of the free component could not be found: ask for a few more or fewer");
+  if (!pairs.converged)
+    throw RunError(
+        "the elastic modes of the free component could not be found: ask for a few more or fewer");
   return pairs;
 }
 
-// Shapes of unit displacements at kept dofs: Y (e_a^T Y)^-1 of the answers Y to unit forces there   (N x a)
+// Shapes of unit displacements at kept dofs: Y (e_a^T Y)^-1 of the answers Y to unit forces there
+// (N x a)
 Matrix kept_shapes(const FreeSolver& solve, const std::vector<Index>& dofs, Index n_dofs) {
   Matrix E = Matrix::Zero(n_dofs, static_cast<Index>(dofs.size()));
   for (std::size_t i = 0; i < dofs.size(); ++i) E(dofs[i], static_cast<Index>(i)) = 1;
@@ -147,7 +162,9 @@ std::vector<Index> independent(const Matrix& G) {
     const double pivot = 1 - row.squaredNorm();
     if (!(pivot > least_part)) continue;
     const Vector scaled =
-        G.row(j).transpose().cwiseQuotient(size * size(j)).unaryExpr([](double v) { return std::isfinite(v) ? v : 0.0; });
+        G.row(j).transpose().cwiseQuotient(size * size(j)).unaryExpr([](double v) {
+          return std::isfinite(v) ? v : 0.0;
+        });
     L.row(m) = (scaled - L.topRows(m).transpose() * row).transpose() / std::sqrt(pivot);
     kept.push_back(j);
   }
@@ -171,15 +188,18 @@ ConditionNumbers condition_of(const Matrix& A) {
 
 }  // namespace
 
-bool few_enough(const CharacteristicOptions& options, bool one_part, Index n_interior, const Superelement& s) {
+bool few_enough(const CharacteristicOptions& options, bool one_part, Index n_interior,
+                const Superelement& s) {
   if (!one_part || n_interior == 0 || s.c() <= large_interface) return false;
   if (options.patterns != 0 && options.patterns != default_patterns(options)) return false;
   const auto n_kept = static_cast<Index>(kept_dofs(options, s).size());
   return n_kept <= most_kept && n_kept < s.c();
 }
 
-std::optional<FreeShapes> free_shapes(const CharacteristicOptions& options, const FreeComponent& model, const FreeFactor& factor,
-                                      const Partition& p, const StaticShare& forces, const Superelement& s, Report& report) {
+std::optional<FreeShapes> free_shapes(const CharacteristicOptions& options,
+                                      const FreeComponent& model, const FreeFactor& factor,
+                                      const Partition& p, const StaticShare& forces,
+                                      const Superelement& s, Report& report) {
   if (!factor.whole.ok() || factor.whole.smallest_pivot() < singular_pivot) return {};
   FreeShapes shapes;
   const Index n = model.K.rows();
@@ -197,8 +217,11 @@ std::optional<FreeShapes> free_shapes(const CharacteristicOptions& options, cons
   Eigenpairs modes = free_modes(model, factor.whole, shapes.N, looked_at, n_elastic + 1, report);
   shapes.lambda = std::move(modes.lambda);
   Index m = std::min(n_elastic, shapes.lambda.size());
-  while (m > 0 && m < shapes.lambda.size() && shapes.lambda(m) - shapes.lambda(m - 1) < twin * shapes.lambda(m)) ++m;
-  shapes.n_modes = m, shapes.n_kept = static_cast<Index>(kept.size()), shapes.n_patterns = uniform.cols();
+  while (m > 0 && m < shapes.lambda.size() &&
+         shapes.lambda(m) - shapes.lambda(m - 1) < twin * shapes.lambda(m))
+    ++m;
+  shapes.n_modes = m, shapes.n_kept = static_cast<Index>(kept.size()),
+  shapes.n_patterns = uniform.cols();
   shapes.U.resize(n, m + shapes.n_kept + shapes.n_patterns);
   shapes.U.leftCols(m) = modes.Phi.leftCols(m);
   if (shapes.n_kept > 0) shapes.U.middleCols(m, shapes.n_kept) = kept_shapes(solve, kept, n);
@@ -228,12 +251,14 @@ void follow_statically(const Partition& p, const SparseCholesky& factor, FreeSha
 
 Matrix coupling_of_eigenvectors(const Partition& p, const Vector& lambda, const Matrix& Phi) {
   Matrix coupling = product(SparseMatrix(p.M_IC.transpose()), Phi).transpose();
-  coupling -= lambda.cwiseInverse().asDiagonal() * product(SparseMatrix(p.K_IC.transpose()), Phi).transpose();
+  coupling -= lambda.cwiseInverse().asDiagonal() *
+              product(SparseMatrix(p.K_IC.transpose()), Phi).transpose();
   return coupling;
 }
 
-CharacteristicFigures take_free_shapes(const FreeShapes& shapes, const Vector& lambda, const Matrix& Phi, const Partition& p,
-                                       Superelement& s, Matrix* interior) {
+CharacteristicFigures take_free_shapes(const FreeShapes& shapes, const Vector& lambda,
+                                       const Matrix& Phi, const Partition& p, Superelement& s,
+                                       Matrix* interior) {
   const std::vector<Index> I = dofs_of(p.interior_nodes), C = dofs_of(p.interface_nodes);
   const Index r = shapes.U.cols(), k = lambda.size(), n_rigid = shapes.N.cols();
   // Phi - N c has no rigid motion in it, c = P_I^T Phi   (6 x k)
@@ -251,7 +276,8 @@ CharacteristicFigures take_free_shapes(const FreeShapes& shapes, const Vector& l
   const auto e = static_cast<Index>(kept.size());
   const Matrix M_kept = M(kept, kept);
   const Eigenpairs pairs = dense_eigenpairs(Matrix(K(kept, kept)), M_kept, e);
-  if (!pairs.converged) throw RunError("the interface's shapes and the fixed-interface modes are not independent");
+  if (!pairs.converged)
+    throw RunError("the interface's shapes and the fixed-interface modes are not independent");
   Matrix y = Matrix::Zero(r + k, e);
   y(kept, Eigen::all) = pairs.Phi;
   const Matrix rigid = c * y.bottomRows(k);
@@ -260,17 +286,20 @@ CharacteristicFigures take_free_shapes(const FreeShapes& shapes, const Vector& l
   Matrix& V = s.characteristic.V;
   V.resize(s.c(), n_rigid + e);
   V.leftCols(n_rigid) = shapes.N(C, Eigen::all);
-  V.rightCols(e) = Matrix(shapes.U(C, Eigen::all)) * y.topRows(r) - Matrix(shapes.N(C, Eigen::all)) * rigid;
+  V.rightCols(e) =
+      Matrix(shapes.U(C, Eigen::all)) * y.topRows(r) - Matrix(shapes.N(C, Eigen::all)) * rigid;
   if (interior != nullptr) {
     interior->resize(static_cast<Index>(I.size()), n_rigid + e);
     interior->leftCols(n_rigid) = shapes.N(I, Eigen::all);
-    interior->rightCols(e) = Matrix(shapes.U(I, Eigen::all)) * y.topRows(r) - Matrix(shapes.N(I, Eigen::all)) * rigid;
+    interior->rightCols(e) =
+        Matrix(shapes.U(I, Eigen::all)) * y.topRows(r) - Matrix(shapes.N(I, Eigen::all)) * rigid;
     interior->rightCols(e).noalias() += Phi * y.bottomRows(k);
   }
   StaticShare& share = s.characteristic.statics;
   if (!share.empty()) share.F = compliance_that_is_left(shapes.compliance, share, n_rigid, s);
   CharacteristicFigures figures;
-  figures.n_fixed = k, figures.n_rigid = n_rigid, figures.n_modes = shapes.n_modes, figures.n_kept = shapes.n_kept;
+  figures.n_fixed = k, figures.n_rigid = n_rigid, figures.n_modes = shapes.n_modes,
+  figures.n_kept = shapes.n_kept;
   figures.n_dropped = r + k - e, figures.n_patterns = shapes.n_patterns;
   figures.free_modes = true;
   if (shapes.n_modes > 0) figures.highest = std::sqrt(shapes.lambda(shapes.n_modes - 1));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Basis characteristic without dense matrices of the interface: shapes of the whole free component by sparse solves, beside the
-// fixed-interface modes. docs/theory.md, "An interface of few shapes".
+// Basis characteristic without dense matrices of the interface: shapes of the whole free component
+// by sparse solves, beside the fixed-interface modes. docs/theory.md, "An interface of few shapes".
 #pragma once
 
 #include <optional>
@@ -17,30 +17,41 @@ namespace cbr {
 struct FreeShapes {
   Matrix N, P;         // N x 6: rigid motions, N^T M N = 1, and P = M N
   Matrix U, K_U, M_U;  // N x r: shapes without rigid motions in them (P^T U = 0), and their forces
-  Vector lambda;       // ascending eigenvalues of the free component's elastic modes, some beyond those in U
-  Matrix compliance;   // s x s: B^T U_B of the static forces B, inertia in balance with them
+  // ascending eigenvalues of the free component's elastic modes, some beyond those in U
+  Vector lambda;
+  Matrix compliance;  // s x s: B^T U_B of the static forces B, inertia in balance with them
   Index n_modes = 0, n_kept = 0, n_patterns = 0;  // of the columns of U
 };
 
-// Whether free_shapes() serves: a large interface, one part with an interior, few kept dofs, no patterns but uniform ones.
-bool few_enough(const CharacteristicOptions& options, bool one_part, Index n_interior, const Superelement& s);
+// Whether free_shapes() serves: a large interface, one part with an interior, few kept dofs, no
+// patterns but uniform ones.
+bool few_enough(const CharacteristicOptions& options, bool one_part, Index n_interior,
+                const Superelement& s);
 
-// Shapes: the `modes` lowest elastic modes of the free component (one more where the last has a twin), unit displacements of kept
-// dofs, answers to uniform pressures. p: whose interface s describes; forces: of static_forces(). None when the stiffness lets
-// more than rigid motions go free. InputError: more modes than dofs. RunError: of the eigensolver.
-std::optional<FreeShapes> free_shapes(const CharacteristicOptions& options, const FreeComponent& model, const FreeFactor& factor,
-                                      const Partition& p, const StaticShare& forces, const Superelement& s, Report& report);
+// Shapes: the `modes` lowest elastic modes of the free component (one more where the last has a
+// twin), unit displacements of kept dofs, answers to uniform pressures. p: whose interface s
+// describes; forces: of static_forces(). None when the stiffness lets more than rigid motions go
+// free. InputError: more modes than dofs. RunError: of the eigensolver.
+std::optional<FreeShapes> free_shapes(const CharacteristicOptions& options,
+                                      const FreeComponent& model, const FreeFactor& factor,
+                                      const Partition& p, const StaticShare& forces,
+                                      const Superelement& s, Report& report);
 
-// The interior of the shapes follows their interface statically, U_I = -K_II^-1 K_IC U_C, so that the space is one inside Craig
-// and Bampton's; of what inertia does inside fixed-interface modes know. r solves.
-void follow_statically(const Partition& p, const SparseCholesky& factor_of_K_II, FreeShapes& shapes);
+// The interior of the shapes follows their interface statically, U_I = -K_II^-1 K_IC U_C, so that
+// the space is one inside Craig and Bampton's; of what inertia does inside fixed-interface modes
+// know. r solves.
+void follow_statically(const Partition& p, const SparseCholesky& factor_of_K_II,
+                       FreeShapes& shapes);
 
-// The component in the Ritz space of rigid motions, shapes and fixed-interface modes Phi (n_I x k, of eigenvalues lambda):
-// s.eigenvalues, s.characteristic.V and statics.F. Figures but rho. The interior's rows of all coordinates (n_I x n), if wanted.
-CharacteristicFigures take_free_shapes(const FreeShapes& shapes, const Vector& lambda, const Matrix& Phi, const Partition& p,
-                                       Superelement& s, Matrix* interior);
+// The component in the Ritz space of rigid motions, shapes and fixed-interface modes Phi (n_I x k,
+// of eigenvalues lambda): s.eigenvalues, s.characteristic.V and statics.F. Figures but rho. The
+// interior's rows of all coordinates (n_I x n), if wanted.
+CharacteristicFigures take_free_shapes(const FreeShapes& shapes, const Vector& lambda,
+                                       const Matrix& Phi, const Partition& p, Superelement& s,
+                                       Matrix* interior);
 
-// M_kc = Phi^T (M_IC + M_II Psi) of eigenvectors, without a solve: Phi^T M_IC - Lambda^-1 Phi^T K_IC   (k x c)
+// M_kc = Phi^T (M_IC + M_II Psi) of eigenvectors, without a solve: Phi^T M_IC - Lambda^-1 Phi^T
+// K_IC   (k x c)
 Matrix coupling_of_eigenvectors(const Partition& p, const Vector& lambda, const Matrix& Phi);
 
 }  // namespace cbr

@@ -19,9 +19,11 @@
 namespace cbr {
 namespace {
 
-constexpr double least_pivot = 1e-10;     // of F, as a share of the elastic compliance: below, it is round-off
-constexpr double no_strain = 1e-6;        // of the lowest elastic eigenvalue: a mechanism
-constexpr double rigid_tolerance = 1e-2;  // of it: rigid motions that cannot be told from the others
+// of F, as a share of the elastic compliance: below, it is round-off
+constexpr double least_pivot = 1e-10;
+constexpr double no_strain = 1e-6;  // of the lowest elastic eigenvalue: a mechanism
+// of it: rigid motions that cannot be told from the others
+constexpr double rigid_tolerance = 1e-2;
 
 // Six of each part, about its middle and of its size, N^T M N = I   (N x 6 parts)
 Matrix rigid_motions(const FreeModel& model) {
@@ -35,7 +37,8 @@ Matrix rigid_motions(const FreeModel& model) {
       lower = lower.cwiseMin(x), upper = upper.cwiseMax(x);
     }
     const double size = (upper - lower).norm();
-    const Points x = (model.x.rowwise() - 0.5 * (lower + upper).transpose()) / (size > 0 ? size : 1.0);
+    const Points x =
+        (model.x.rowwise() - 0.5 * (lower + upper).transpose()) / (size > 0 ? size : 1.0);
     const Matrix all = rigid_modes(x, Vector3::Zero());
     for (std::size_t i = 0; i < model.part.size(); ++i) {
       const auto row = 3 * static_cast<Index>(i);
@@ -51,17 +54,24 @@ Matrix compliance_of_interface(const Matrix& K_cc, const Matrix& N_c) {
   Matrix K = hold_rigid_motions(K_cc, N_c).K;
   if (!dense_cholesky(K))
     throw InputError(
-        "basis: massless: the reduced stiffness of the interface is lost in round-off, as that of very thin parts is: use "
+        "basis: massless: the reduced stiffness of the interface is lost in round-off, as that of "
+        "very thin parts is: use "
         "larger or less flat elements, or basis: craig-bampton");
   dense_inverse_of_cholesky(K);
   return K;
 }
 
-// What solves K u = f for loads f in equilibrium, from what a reduction has: (u_c; u_I) = G f, K G K = K.
+// What solves K u = f for loads f in equilibrium, from what a reduction has: (u_c; u_I) = G f, K G
+// K = K.
 class FreeSolver {
  public:
-  FreeSolver(const FreeModel& model, const Partition& p, const SparseCholesky& factor, const Superelement& s)
-      : model_(model), p_(p), factor_(factor), I_(dofs_of(p.interior_nodes)), C_(dofs_of(p.interface_nodes)) {
+  FreeSolver(const FreeModel& model, const Partition& p, const SparseCholesky& factor,
+             const Superelement& s)
+      : model_(model),
+        p_(p),
+        factor_(factor),
+        I_(dofs_of(p.interior_nodes)),
+        C_(dofs_of(p.interface_nodes)) {
     N_ = rigid_motions(model);
     P_ = model.M * N_;
     N_c_ = N_(C_, Eigen::all);
@@ -72,7 +82,8 @@ class FreeSolver {
   const Matrix& N_c() const { return N_c_; }
   const std::vector<Index>& interface_dofs() const { return C_; }
 
-  // (I - N P^T) G (I - P N^T) on the interface, P = M N. With T = [I; Psi], N = T N_c and a = K~ M_cc N_c:
+  // (I - N P^T) G (I - P N^T) on the interface, P = M N. With T = [I; Psi], N = T N_c and a = K~
+  // M_cc N_c:
   //   F = K~ - N_c a^T - a N_c^T + N_c (N_c^T M_cc a + P_I^T K_II^-1 P_I) N_c^T   (c x c)
   Matrix elastic_compliance(const Matrix& M_cc) const {
     const Matrix m = M_cc * N_c_, a = K_ * m;
@@ -88,7 +99,8 @@ class FreeSolver {
     return 0.5 * (F + F.transpose());
   }
 
-  // Of the size of the lowest elastic eigenvalue: Rayleigh's quotient of what a load of no symmetry does.
+  // Of the size of the lowest elastic eigenvalue: Rayleigh's quotient of what a load of no symmetry
+  // does.
   double low_eigenvalue() const {
     Vector y(model_.K.rows());
     for (Index i = 0; i < y.size(); ++i) y[i] = 1 + std::sin(1.0 + 2.7 * static_cast<double>(i));
@@ -125,10 +137,11 @@ class FreeSolver {
   Matrix N_, P_, N_c_, K_;
 };
 
-// Modes of K - sigma M, sigma < 0, as if all dofs were interior: what finds, counts and proves them is there. Of tapered ones those
-// ahead, too; n_kept: without them.
-FixedInterfaceModes free_modes(const FreeModel& model, const Partition& p, double sigma, Index n_rigid,
-                               const FreeModesWanted& wanted, Index& n_kept, MasslessFigures& figures, Report& report) {
+// Modes of K - sigma M, sigma < 0, as if all dofs were interior: what finds, counts and proves them
+// is there. Of tapered ones those ahead, too; n_kept: without them.
+FixedInterfaceModes free_modes(const FreeModel& model, const Partition& p, double sigma,
+                               Index n_rigid, const FreeModesWanted& wanted, Index& n_kept,
+                               MasslessFigures& figures, Report& report) {
   Partition all;
   all.K_II = model.K - SparseMatrix(sigma * model.M);
   all.M_II = model.M;
@@ -138,10 +151,13 @@ FixedInterfaceModes free_modes(const FreeModel& model, const Partition& p, doubl
   Index k = wanted.modes + n_rigid;
   if (wanted.cutoff_hz > 0) {
     const double omega = 2 * std::numbers::pi * wanted.cutoff_hz;
-    k = std::max(n_rigid, count_modes_below(all, factor, std::sqrt(omega * omega - sigma) / (2 * std::numbers::pi)));
+    k = std::max(
+        n_rigid,
+        count_modes_below(all, factor, std::sqrt(omega * omega - sigma) / (2 * std::numbers::pi)));
   }
   if (k > model.K.rows()) {
-    throw InputError("modes: " + std::to_string(wanted.modes) + " requested, but the component has only " +
+    throw InputError("modes: " + std::to_string(wanted.modes) +
+                     " requested, but the component has only " +
                      std::to_string(model.K.rows() - n_rigid) + " elastic modes");
   }
   n_kept = k;
@@ -149,7 +165,8 @@ FixedInterfaceModes free_modes(const FreeModel& model, const Partition& p, doubl
     k = std::min(k + modes_ahead(k - n_rigid) - 1, model.K.rows());  // and the next one's frequency
   const bool one_part = *std::max_element(model.part.begin(), model.part.end()) == 0;
   FixedInterfaceModes modes = one_part ? fixed_interface_modes(all, factor, k, report)
-                                       : fixed_interface_modes_by_part(split(all, model.part, {}), model.K.rows(), k, report);
+                                       : fixed_interface_modes_by_part(split(all, model.part, {}),
+                                                                       model.K.rows(), k, report);
   figures.modes = check_modes(all, modes.lambda, modes.Phi);
   require_independent(all, modes.Phi, figures.modes);
   modes.lambda.array() += sigma;
@@ -161,16 +178,20 @@ void require_only_rigid(const Vector& lambda, Index n_rigid, double low) {
   const double round_off = n_rigid > 0 ? lambda.head(n_rigid).cwiseAbs().maxCoeff() : 0;
   if (n_rigid < lambda.size() && lambda(n_rigid) <= std::max(no_strain * low, 10 * round_off))
     throw InputError(
-        "basis: massless: the component moves without strain in more ways than as a rigid body: a mechanism, a part that hangs by "
+        "basis: massless: the component moves without strain in more ways than as a rigid body: a "
+        "mechanism, a part that hangs by "
         "an edge, or one too thin for a double: correct the mesh, or use basis: craig-bampton");
   if (round_off > rigid_tolerance * low)
     throw InputError(
-        "basis: massless: by round-off the stiffness resists rigid motions, so that the free modes cannot be told from them: look "
-        "for parts of very unlike stiffness, very thin parts, slivers, Poisson's ratio near 0.5, or use massless_modes: fixed or "
+        "basis: massless: by round-off the stiffness resists rigid motions, so that the free modes "
+        "cannot be told from them: look "
+        "for parts of very unlike stiffness, very thin parts, slivers, Poisson's ratio near 0.5, "
+        "or use massless_modes: fixed or "
         "basis: craig-bampton");
 }
 
-// V of the first k modes, whose rows on the interface fall off towards the end that those beyond tell.
+// V of the first k modes, whose rows on the interface fall off towards the end that those beyond
+// tell.
 void taper(const FixedInterfaceModes& modes, Index k, Index n_rigid, Superelement& s) {
   auto& m = s.massless;
   Vector lambda = modes.lambda;
@@ -183,34 +204,43 @@ void taper(const FixedInterfaceModes& modes, Index k, Index n_rigid, Superelemen
 }
 
 // F's definiteness, and what is left of `elastic` in it; omega_closed.
-void finish(const Matrix& elastic, const std::string& what, MasslessFigures& figures, Superelement& s) {
+void finish(const Matrix& elastic, const std::string& what, MasslessFigures& figures,
+            Superelement& s) {
   auto& m = s.massless;
   Matrix L = m.F;
   const bool definite = dense_cholesky(L);
-  const double pivot = definite ? (L.diagonal().cwiseAbs2().cwiseQuotient(elastic.diagonal())).minCoeff() : 0;
+  const double pivot =
+      definite ? (L.diagonal().cwiseAbs2().cwiseQuotient(elastic.diagonal())).minCoeff() : 0;
   if (!(pivot > least_pivot)) {
-    throw InputError("modes: " + std::to_string(s.k() - figures.n_rigid) + " " + what + " leave the interface of " +
-                     std::to_string(s.c()) + " dofs no compliance of its own: keep fewer");
+    throw InputError("modes: " + std::to_string(s.k() - figures.n_rigid) + " " + what +
+                     " leave the interface of " + std::to_string(s.c()) +
+                     " dofs no compliance of its own: keep fewer");
   }
   figures.smallest_pivot = pivot;
   for (int axis = 0; axis < 3; ++axis) {
     Vector t(s.c());
-    for (Index i = 0; i < s.c(); ++i) t[i] = s.dof_component[static_cast<std::size_t>(i)] == axis ? 1 : 0;
+    for (Index i = 0; i < s.c(); ++i)
+      t[i] = s.dof_component[static_cast<std::size_t>(i)] == axis ? 1 : 0;
     const double whole = t.dot(elastic * t);
     figures.left[axis] = whole > 0 ? t.dot(m.F * t) / whole : 0;
   }
   // Interface held: diag(lambda) + V^T F^-1 V   (k x k)
   const Matrix W = L.triangularView<Eigen::Lower>().solve(m.V);
-  const auto times = [&](const Vector& q, Vector& y) { y = s.eigenvalues.cwiseProduct(q) + W.transpose() * (W * q); };
+  const auto times = [&](const Vector& q, Vector& y) {
+    y = s.eigenvalues.cwiseProduct(q) + W.transpose() * (W * q);
+  };
   const double lambda = largest_eigenvalue(s.k(), times, [](const Vector& q, Vector& y) { y = q; });
   m.omega_closed = std::sqrt(std::max(lambda, s.eigenvalues.maxCoeff()));
 }
 
-void forget_matrices(Superelement& s) { s.K_cc.resize(0, 0), s.M_cc.resize(0, 0), s.M_kc.resize(0, 0); }
+void forget_matrices(Superelement& s) {
+  s.K_cc.resize(0, 0), s.M_cc.resize(0, 0), s.M_kc.resize(0, 0);
+}
 
 }  // namespace
 
-MasslessFigures make_massless_free(const FreeModel& model, const Partition& p, const SparseCholesky& factor_of_K_II,
+MasslessFigures make_massless_free(const FreeModel& model, const Partition& p,
+                                   const SparseCholesky& factor_of_K_II,
                                    const FreeModesWanted& wanted, Superelement& s, Report& report) {
   MasslessFigures figures;
   const LargeBlasWork blas(std::pow(static_cast<double>(s.c()), 3));
@@ -238,17 +268,20 @@ MasslessFigures make_massless_free(const FreeModel& model, const Partition& p, c
     if (wanted.tapered && k > r) {
       const Vector whole = s.massless.V.middleCols(r, k - r).colwise().squaredNorm();
       taper(modes, k, r, s);
-      figures.share = s.massless.V.rightCols(k - r).colwise().squaredNorm().transpose().cwiseQuotient(whole);
+      figures.share =
+          s.massless.V.rightCols(k - r).colwise().squaredNorm().transpose().cwiseQuotient(whole);
     }
     if (modes.lambda.size() > k) modes.next = modes.lambda(k);
     s.eigenvalues = modes.lambda.head(k);
   }
-  figures.method = modes.method, figures.proven = modes.proven, figures.counts = modes.counts, figures.next = modes.next;
+  figures.method = modes.method, figures.proven = modes.proven, figures.counts = modes.counts,
+  figures.next = modes.next;
   // F = F_elastic - V_e diag(1 / lambda) V_e^T   (c x c)
   const Index e = s.k() - figures.n_rigid;
   s.massless.F = elastic;
   if (e > 0) {
-    const Matrix B = s.massless.V.rightCols(e) * s.eigenvalues.tail(e).cwiseSqrt().cwiseInverse().asDiagonal();
+    const Matrix B =
+        s.massless.V.rightCols(e) * s.eigenvalues.tail(e).cwiseSqrt().cwiseInverse().asDiagonal();
     s.massless.F.selfadjointView<Eigen::Lower>().rankUpdate(B, -1);
     mirror_lower(s.massless.F);
   }
@@ -271,7 +304,8 @@ MasslessFigures make_massless_fixed(const std::vector<Index>& part, Superelement
   Matrix elastic = s.massless.F;
   const Index e = k - r;
   if (e > 0) {
-    const Matrix V_e = s.massless.V.rightCols(e) * s.eigenvalues.tail(e).cwiseSqrt().cwiseInverse().asDiagonal();
+    const Matrix V_e =
+        s.massless.V.rightCols(e) * s.eigenvalues.tail(e).cwiseSqrt().cwiseInverse().asDiagonal();
     elastic.noalias() += V_e * V_e.transpose();
   }
   finish(elastic, "fixed modes", figures, s);
@@ -280,14 +314,20 @@ MasslessFigures make_massless_fixed(const std::vector<Index>& part, Superelement
 
 void refuse_mechanism(const SoftestMotion& softest, const std::string& node) {
   if (std::isnan(softest.stiffness))
-    throw InputError("basis: massless: the stiffness of the interface is lost in round-off, as that of very thin parts is" +
-                     (node.empty() ? "" : ", first at " + node) + ": use larger or less flat elements, or basis: craig-bampton");
+    throw InputError(
+        "basis: massless: the stiffness of the interface is lost in round-off, as that of very "
+        "thin parts is" +
+        (node.empty() ? "" : ", first at " + node) +
+        ": use larger or less flat elements, or basis: craig-bampton");
   if (is_without_stiffness(softest.stiffness))
-    throw InputError("basis: massless: the interface has a motion without stiffness that is not rigid, which moves most at " +
-                     node +
-                     ": a mechanism, as elements make that share only an edge or a node, or a part too thin for a double; mend the "
-                     "mesh there, or "
-                     "use basis: craig-bampton");
+    throw InputError(
+        "basis: massless: the interface has a motion without stiffness that is not rigid, which "
+        "moves most at " +
+        node +
+        ": a mechanism, as elements make that share only an edge or a node, or a part too thin for "
+        "a double; mend the "
+        "mesh there, or "
+        "use basis: craig-bampton");
 }
 
 }  // namespace cbr

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Basis massless: modes that carry all inertia, and an interface without any that answers forces by its compliance at once
-// (Monjaraz Tec, Gross, Krack 2022, doi 10.1016/j.compstruc.2021.106698). docs/theory.md, "An interface without mass".
+// Basis massless: modes that carry all inertia, and an interface without any that answers forces by
+// its compliance at once (Monjaraz Tec, Gross, Krack 2022, doi 10.1016/j.compstruc.2021.106698).
+// docs/theory.md, "An interface without mass".
 #pragma once
 
 #include <string>
@@ -22,12 +23,16 @@ struct MasslessFigures {
   bool proven = false;
   std::string counts;  // of the inertia
   ModeCheck modes;     // of the free modes
-  // What F has left of the elastic compliance: least pivot of its Cholesky factor, and under a uniform load along x, y, z
+  // What F has left of the elastic compliance: least pivot of its Cholesky factor, and under a
+  // uniform load along x, y, z
   double smallest_pivot = 1;
   Vector3 left = Vector3::Zero();
-  Vector share;          // tapered modes: of each elastic one's compliance at the interface, what moves with it
-  bool fixed = false;    // of fixed modes
-  double lost_mass = 0;  // fixed modes: largest share of a rigid motion's mass that was not in the modes, and was given to them
+  // tapered modes: of each elastic one's compliance at the interface, what moves with it
+  Vector share;
+  bool fixed = false;  // of fixed modes
+  // fixed modes: largest share of a rigid motion's mass that was not in the modes, and was given to
+  // them
+  double lost_mass = 0;
 };
 
 // The full model, as far as free modes need it.
@@ -38,27 +43,32 @@ struct FreeModel {
   const std::vector<Index>& part;  // per node: the connected part that it belongs to
 };
 
-// How many modes: elastic ones, the lowest `modes` or all below cutoff_hz; rigid motions come on top.
+// How many modes: elastic ones, the lowest `modes` or all below cutoff_hz; rigid motions come on
+// top.
 struct FreeModesWanted {
   Index modes = 0;
   double cutoff_hz = 0;  // 0: `modes` counts
-  // Interface rows that fall off towards the last mode, V_j <- V_j sqrt(1 - (omega_j / omega)^3) with omega of end_of_fall(), and
-  // F takes what that leaves of the compliance: docs/theory.md, "An interface without mass"; figures in docs/decisions/energy.md.
+  // Interface rows that fall off towards the last mode, V_j <- V_j sqrt(1 - (omega_j / omega)^3)
+  // with omega of end_of_fall(), and F takes what that leaves of the compliance: docs/theory.md,
+  // "An interface without mass"; figures in docs/decisions/energy.md.
   bool tapered = false;
 };
 
-// MacNeal 1971 (doi 10.1016/0045-7949(71)90031-9): lowest elastic modes of the free body, its rigid motions, and the compliance of
-// the interface that they leave. s: of a reduction without modes; its K_cc and M_cc are used up. InputError: a mechanism; more
-// modes than leave the interface compliance of its own. RunError: of the eigensolver.
-MasslessFigures make_massless_free(const FreeModel& model, const Partition& p, const SparseCholesky& factor_of_K_II,
+// MacNeal 1971 (doi 10.1016/0045-7949(71)90031-9): lowest elastic modes of the free body, its rigid
+// motions, and the compliance of the interface that they leave. s: of a reduction without modes;
+// its K_cc and M_cc are used up. InputError: a mechanism; more modes than leave the interface
+// compliance of its own. RunError: of the eigensolver.
+MasslessFigures make_massless_free(const FreeModel& model, const Partition& p,
+                                   const SparseCholesky& factor_of_K_II,
                                    const FreeModesWanted& wanted, Superelement& s, Report& report);
 
-// Craig-Bampton's modes, the rest of the mass taken off the interface, and what rigid motions lose by that given back to the modes.
-// s: its K_cc, M_cc, M_kc are used up; part: per node of it. InputError: modes that some rigid motion does not drive.
+// Craig-Bampton's modes, the rest of the mass taken off the interface, and what rigid motions lose
+// by that given back to the modes. s: its K_cc, M_cc, M_kc are used up; part: per node of it.
+// InputError: modes that some rigid motion does not drive.
 MasslessFigures make_massless_fixed(const std::vector<Index>& part, Superelement& s);
 
-// InputError naming the node where the interface, which has no mass here, moves without stiffness otherwise than as a rigid body,
-// or where round-off has left nothing of its stiffness.
+// InputError naming the node where the interface, which has no mass here, moves without stiffness
+// otherwise than as a rigid body, or where round-off has left nothing of its stiffness.
 void refuse_mechanism(const SoftestMotion& softest, const std::string& node);
 
 }  // namespace cbr

@@ -21,12 +21,16 @@
 namespace cbr {
 
 struct ReduceSettings {
-  double memory = 0;            // bytes that Psi and its companions may take, 0: half of this machine's
-  Index diagonal_limit = 6000;  // the diagonal form is stored, and frequencies are estimated, for n up to this
-  bool is_diagonal_read = true;  // false: nothing reads the diagonal form, so that it is neither computed nor stored
+  // bytes that Psi and its companions may take, 0: half of this machine's
+  double memory = 0;
+  // the diagonal form is stored, and frequencies are estimated, for n up to this
+  Index diagonal_limit = 6000;
+  // false: nothing reads the diagonal form, so that it is neither computed nor stored
+  bool is_diagonal_read = true;
   CondensationWay way = CondensationWay::automatic;
   Index panel = 0;
-  bool is_domain = false;  // of a component: what holds it beside its own elements is not known here
+  // of a component: what holds it beside its own elements is not known here
+  bool is_domain = false;
 };
 
 // What the summary tells beyond the superelement itself.
@@ -42,21 +46,24 @@ struct ReductionFigures {
   Index panel = 0;
   Conditioning condition;
   RigidFigures rigid;
-  double shapes_error = NAN;             // of basis characteristic: worst_of_ten beside Craig-Bampton's own; NaN: not known
+  // of basis characteristic: worst_of_ten beside Craig-Bampton's own; NaN: not known
+  double shapes_error = NAN;
   MasslessFigures massless;              // of basis massless
   CharacteristicFigures characteristic;  // of basis characteristic
 };
 
-// Fills all of the superelement but content_hash and provenance. `options`: modes or cutoff_hz, pick, interface_sets, recovery.
-// InputError: everything wrong with the mesh, the sets, the options; a singular K_II (floating or hinged interior, by node id).
+// Fills all of the superelement but content_hash and provenance. `options`: modes or cutoff_hz,
+// pick, interface_sets, recovery. InputError: everything wrong with the mesh, the sets, the
+// options; a singular K_II (floating or hinged interior, by node id).
 Superelement reduce(const Mesh& mesh, const std::vector<BlockProperties>& properties, MassKind mass,
                     const ReductionOptions& options, const ReduceSettings& settings, Report& report,
                     ReductionFigures* figures = nullptr);
 
-// The same, keeping these nodes of the mesh (ascending indices of nodes that volume elements use) whatever options.interface_sets
-// says.
+// The same, keeping these nodes of the mesh (ascending indices of nodes that volume elements use)
+// whatever options.interface_sets says.
 Superelement reduce(const Mesh& mesh, const std::vector<BlockProperties>& properties, MassKind mass,
-                    const ReductionOptions& options, const std::vector<Index>& interface, const ReduceSettings& settings,
-                    Report& report, ReductionFigures* figures = nullptr);
+                    const ReductionOptions& options, const std::vector<Index>& interface,
+                    const ReduceSettings& settings, Report& report,
+                    ReductionFigures* figures = nullptr);
 
 }  // namespace cbr

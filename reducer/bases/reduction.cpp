@@ -12,7 +12,9 @@ namespace {
 
 std::vector<Index> ids_of(const Reduction& r, const std::vector<Index>& nodes) {
   std::vector<Index> ids;
-  for (const Index i : nodes) ids.push_back(r.mesh.node_ids[static_cast<std::size_t>(r.model.nodes[static_cast<std::size_t>(i)])]);
+  for (const Index i : nodes)
+    ids.push_back(
+        r.mesh.node_ids[static_cast<std::size_t>(r.model.nodes[static_cast<std::size_t>(i)])]);
   return ids;
 }
 
@@ -21,18 +23,22 @@ std::vector<Index> places(const Reduction& r) {
   std::vector<Index> place(r.mesh.node_ids.size(), -1);
   Index next = 0;
   for (const auto* nodes : {&r.p.interface_nodes, &r.p.interior_nodes}) {
-    for (const Index i : *nodes) place[static_cast<std::size_t>(r.model.nodes[static_cast<std::size_t>(i)])] = next++;
+    for (const Index i : *nodes)
+      place[static_cast<std::size_t>(r.model.nodes[static_cast<std::size_t>(i)])] = next++;
   }
   return place;
 }
 
 }  // namespace
 
-Index mesh_node(const Reduction& r, Index model_node) { return r.model.nodes[static_cast<std::size_t>(model_node)]; }
+Index mesh_node(const Reduction& r, Index model_node) {
+  return r.model.nodes[static_cast<std::size_t>(model_node)];
+}
 
 std::string node_of_interior_dof(const Reduction& r, Index dof) {
   const Index node = r.p.interior_nodes[static_cast<std::size_t>(dof / 3)];
-  return name_of_node(r.mesh, r.model.nodes[static_cast<std::size_t>(node)]) + " in " + "xyz"[dof % 3];
+  return name_of_node(r.mesh, r.model.nodes[static_cast<std::size_t>(node)]) + " in " +
+         "xyz"[dof % 3];
 }
 
 std::vector<Index> parts_of_nodes(const Reduction& r, const std::vector<Index>& nodes) {
@@ -41,9 +47,13 @@ std::vector<Index> parts_of_nodes(const Reduction& r, const std::vector<Index>& 
   return part;
 }
 
-std::vector<Index> parts_of_interface(const Reduction& r) { return parts_of_nodes(r, r.p.interface_nodes); }
+std::vector<Index> parts_of_interface(const Reduction& r) {
+  return parts_of_nodes(r, r.p.interface_nodes);
+}
 
-bool has_parts(const Reduction& r) { return !r.part.empty() && *std::max_element(r.part.begin(), r.part.end()) > 0; }
+bool has_parts(const Reduction& r) {
+  return !r.part.empty() && *std::max_element(r.part.begin(), r.part.end()) > 0;
+}
 
 std::vector<ComponentPart> parts(const Reduction& r) {
   if (!has_parts(r)) return {};
@@ -57,7 +67,8 @@ std::string node_of_interface_dof(const Reduction& r, Index dof) {
 Points coordinates_of(const Reduction& r, const std::vector<Index>& nodes) {
   Points x(static_cast<Index>(nodes.size()), 3);
   for (Index i = 0; i < x.rows(); ++i) {
-    x.row(i) = r.mesh.coordinates.row(r.model.nodes[static_cast<std::size_t>(nodes[static_cast<std::size_t>(i)])]);
+    x.row(i) = r.mesh.coordinates.row(
+        r.model.nodes[static_cast<std::size_t>(nodes[static_cast<std::size_t>(i)])]);
   }
   return x;
 }
@@ -68,14 +79,17 @@ void add_recovery(const Reduction& r, Matrix&& Psi, Matrix&& Phi, Superelement& 
   recovery.coordinates = coordinates_of(r, r.p.interior_nodes);
   recovery.Psi = std::move(Psi);
   recovery.Phi = std::move(Phi);
-  if (r.p.n_interior() == 0) recovery.Psi.resize(0, r.p.n_interface()), recovery.Phi.resize(0, s.k());
+  if (r.p.n_interior() == 0)
+    recovery.Psi.resize(0, r.p.n_interface()), recovery.Phi.resize(0, s.k());
   const std::vector<Index> place = places(r);
   for (const auto& block : r.mesh.blocks) {
     if (dimension(block.type) != 3) continue;
     recovery.blocks.push_back(block);
-    for (Index& node : recovery.blocks.back().connectivity.reshaped()) node = place[static_cast<std::size_t>(node)];
+    for (Index& node : recovery.blocks.back().connectivity.reshaped())
+      node = place[static_cast<std::size_t>(node)];
   }
-  if (!r.options.recovery_sets.empty()) keep_elements_at(r.mesh, r.options.recovery_sets, place, recovery);
+  if (!r.options.recovery_sets.empty())
+    keep_elements_at(r.mesh, r.options.recovery_sets, place, recovery);
   s.recovery.push_back(std::move(recovery));
 }
 

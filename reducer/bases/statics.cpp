@@ -14,7 +14,8 @@ namespace cbr {
 namespace {
 
 const Surface* find_surface(const Superelement& s, const std::string& name) {
-  const auto found = std::find_if(s.surfaces.begin(), s.surfaces.end(), [&](const Surface& of) { return of.name == name; });
+  const auto found = std::find_if(s.surfaces.begin(), s.surfaces.end(),
+                                  [&](const Surface& of) { return of.name == name; });
   return found != s.surfaces.end() ? &*found : nullptr;
 }
 
@@ -26,11 +27,12 @@ std::vector<std::string> set_names(const Superelement& s, bool nodesets) {
   return names;
 }
 
-[[noreturn]] void refuse_set(const std::string& key, const std::string& kind, const std::string& name,
-                             const std::vector<std::string>& names) {
+[[noreturn]] void refuse_set(const std::string& key, const std::string& kind,
+                             const std::string& name, const std::vector<std::string>& names) {
   const std::string hint = nearest_name(name, names);
-  throw InputError("characteristic." + key + ": the interface keeps no " + kind + " '" + name + "'" + hint +
-                   (hint.empty() ? ", allowed: " : " allowed: ") + (names.empty() ? "none" : join(names)));
+  throw InputError("characteristic." + key + ": the interface keeps no " + kind + " '" + name +
+                   "'" + hint + (hint.empty() ? ", allowed: " : " allowed: ") +
+                   (names.empty() ? "none" : join(names)));
 }
 
 // Nodes of a kept set; whether there is one.
@@ -47,7 +49,8 @@ bool find_nodes(const Superelement& s, const std::string& name, std::vector<Inde
 
 }  // namespace
 
-std::vector<TouchingSurface> touching_surfaces(const CharacteristicOptions& options, const Superelement& s) {
+std::vector<TouchingSurface> touching_surfaces(const CharacteristicOptions& options,
+                                               const Superelement& s) {
   const InterfaceNeeds& needs = options.needs;
   if (options.statics.empty()) return touching_surfaces(needs, s, options.shear);
   const bool everywhere = options.shear || needs.all_touch.value_or(false);
@@ -76,7 +79,9 @@ std::vector<char> kept_nodes(const CharacteristicOptions& options, const Superel
 }
 
 StaticShare static_forces(const CharacteristicOptions& options, const Superelement& s) {
-  return options.no_statics ? StaticShare() : static_forces(touching_surfaces(options, s), kept_nodes(options, s), s);
+  return options.no_statics
+             ? StaticShare()
+             : static_forces(touching_surfaces(options, s), kept_nodes(options, s), s);
 }
 
 Matrix along_forces(const StaticShare& forces, const Superelement& s, const Matrix& V) {
@@ -88,7 +93,8 @@ Matrix along_forces(const StaticShare& forces, const Superelement& s, const Matr
   for (Index i = 0; i < forces.size(); ++i) {
     const auto& its = dofs[static_cast<std::size_t>(forces.node[static_cast<std::size_t>(i)])];
     for (Index d = 0; d < 3; ++d)
-      if (its[static_cast<std::size_t>(d)] >= 0) G.row(i) += forces.direction(i, d) * V.row(its[static_cast<std::size_t>(d)]);
+      if (its[static_cast<std::size_t>(d)] >= 0)
+        G.row(i) += forces.direction(i, d) * V.row(its[static_cast<std::size_t>(d)]);
   }
   return G;
 }
@@ -96,11 +102,13 @@ Matrix along_forces(const StaticShare& forces, const Superelement& s, const Matr
 Matrix forces_on_dofs(const StaticShare& forces, const Superelement& s) {
   Matrix B = Matrix::Zero(s.c(), forces.size());
   std::multimap<Index, Index> of_node;
-  for (Index i = 0; i < forces.size(); ++i) of_node.emplace(forces.node[static_cast<std::size_t>(i)], i);
+  for (Index i = 0; i < forces.size(); ++i)
+    of_node.emplace(forces.node[static_cast<std::size_t>(i)], i);
   for (Index dof = 0; dof < s.c(); ++dof) {
     const auto [first, end] = of_node.equal_range(s.dof_node[static_cast<std::size_t>(dof)]);
     for (auto entry = first; entry != end; ++entry)
-      B(dof, entry->second) = forces.direction(entry->second, s.dof_component[static_cast<std::size_t>(dof)]);
+      B(dof, entry->second) =
+          forces.direction(entry->second, s.dof_component[static_cast<std::size_t>(dof)]);
   }
   return B;
 }
@@ -120,7 +128,8 @@ Matrix inertia_of(const InteriorInertia& inertia, const Matrix& R) {
   return X.transpose() * inertia.Q * X;
 }
 
-Matrix compliance_that_is_left(Matrix C, const StaticShare& forces, Index n_rigid, const Superelement& s) {
+Matrix compliance_that_is_left(Matrix C, const StaticShare& forces, Index n_rigid,
+                               const Superelement& s) {
   const Index e = s.k() - n_rigid;
   const Matrix V = along_forces(forces, s, s.characteristic.V);
   const Matrix G = V.rightCols(e) * s.eigenvalues.tail(e).cwiseSqrt().cwiseInverse().asDiagonal();

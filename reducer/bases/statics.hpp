@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Basis characteristic: faces that touch keep the static compliance that a few shapes leave of theirs. docs/theory.md, "Statics in full".
+// Basis characteristic: faces that touch keep the static compliance that a few shapes leave of
+// theirs. docs/theory.md, "Statics in full".
 #pragma once
 
 #include <string>
@@ -13,14 +14,18 @@
 
 namespace cbr {
 
-// Those that `statics` names, or else those of options.needs that the interface keeps. InputError: statics names another.
-std::vector<TouchingSurface> touching_surfaces(const CharacteristicOptions& options, const Superelement& s);
+// Those that `statics` names, or else those of options.needs that the interface keeps. InputError:
+// statics names another.
+std::vector<TouchingSurface> touching_surfaces(const CharacteristicOptions& options,
+                                               const Superelement& s);
 
-// Per node of s: whether it is of a set of `keep`, or of one that the scene holds. InputError: keep names a set that the interface
-// does not keep. (A scene may hold more than the interface: those who run it tell.)
+// Per node of s: whether it is of a set of `keep`, or of one that the scene holds. InputError: keep
+// names a set that the interface does not keep. (A scene may hold more than the interface: those
+// who run it tell.)
 std::vector<char> kept_nodes(const CharacteristicOptions& options, const Superelement& s);
 
-// Nodes and directions of forces that statics are stored of: all but F. Kept nodes have no entry, as nothing is left of theirs.
+// Nodes and directions of forces that statics are stored of: all but F. Kept nodes have no entry,
+// as nothing is left of theirs.
 StaticShare static_forces(const CharacteristicOptions& options, const Superelement& s);
 
 // B (c x s): column i is force i on the interface's dofs.
@@ -28,8 +33,8 @@ Matrix forces_on_dofs(const StaticShare& forces, const Superelement& s);
 // B^T V for V (c x n)   (s x n)
 Matrix along_forces(const StaticShare& forces, const Superelement& s, const Matrix& V);
 
-// Strain of the held interior under its own inertia in rigid motions of the interface, twice its energy: of R_C (c x r)
-// Q = P_I^T K_II^-1 P_I, P = M R. Parts without an interior have no columns.
+// Strain of the held interior under its own inertia in rigid motions of the interface, twice its
+// energy: of R_C (c x r) Q = P_I^T K_II^-1 P_I, P = M R. Parts without an interior have no columns.
 struct InteriorInertia {
   Matrix R_C;
   Matrix Q;
@@ -38,8 +43,9 @@ InteriorInertia interior_inertia(const RigidMotions& rigid, const SparseCholesky
 // The same of other rigid motions, R = R_C X   (r x r)
 Matrix inertia_of(const InteriorInertia& inertia, const Matrix& R);
 
-// F = C - B^T V_e diag(1 / eigenvalues) V_e^T B: of the compliance C (s x s) what the elastic modes leave. The first n_rigid
-// columns of s.characteristic.V are rigid.
-Matrix compliance_that_is_left(Matrix C, const StaticShare& forces, Index n_rigid, const Superelement& s);
+// F = C - B^T V_e diag(1 / eigenvalues) V_e^T B: of the compliance C (s x s) what the elastic modes
+// leave. The first n_rigid columns of s.characteristic.V are rigid.
+Matrix compliance_that_is_left(Matrix C, const StaticShare& forces, Index n_rigid,
+                               const Superelement& s);
 
 }  // namespace cbr

@@ -21,7 +21,8 @@ constexpr double solve_penalty = 1.5;
 
 class Condenser {
  public:
-  Condenser(const Partition& p, const SparseCholesky& factor, const Matrix& Phi, const CondensationOptions& options, Report& report)
+  Condenser(const Partition& p, const SparseCholesky& factor, const Matrix& Phi,
+            const CondensationOptions& options, Report& report)
       : p_(p),
         factor_(factor),
         tree_(factor.tree()),
@@ -70,7 +71,9 @@ class Condenser {
     Workspace(const SupernodeTree& tree, Index width) : solver(tree, width) {}
   };
 
-  std::vector<Index> order() const { return {tree_.factor().order, tree_.factor().order + p_.n_interior()}; }
+  std::vector<Index> order() const {
+    return {tree_.factor().order, tree_.factor().order + p_.n_interior()};
+  }
 
   static std::vector<Index> first_numbers(Index n) {
     std::vector<Index> numbers(static_cast<std::size_t>(n));
@@ -79,7 +82,8 @@ class Condenser {
   }
 
   static std::vector<Index> rows_of(const SparseMatrix& A, Index first, Index count) {
-    const Index *begin = A.innerIndexPtr() + A.outerIndexPtr()[first], *end = A.innerIndexPtr() + A.outerIndexPtr()[first + count];
+    const Index *begin = A.innerIndexPtr() + A.outerIndexPtr()[first],
+                *end = A.innerIndexPtr() + A.outerIndexPtr()[first + count];
     std::vector<Index> rows(begin, end);
     std::sort(rows.begin(), rows.end());
     rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
@@ -87,23 +91,26 @@ class Condenser {
   }
 
   void choose() {
-    const auto n_I = static_cast<double>(p_.n_interior()), c = static_cast<double>(p_.n_interface());
+    const auto n_I = static_cast<double>(p_.n_interior()),
+               c = static_cast<double>(p_.n_interface());
     const double whole_bytes = 8 * n_I * c * (p_.lumped && !options_.keep_Psi ? 1 : 2);
     result_.way = options_.way;
     if (result_.way == CondensationWay::automatic || result_.way == CondensationWay::fronts) {
       const double second_flops = tree_.all().flops_per_column + wanted_.flops_per_column;
       const bool solve_is_cheaper = solve_penalty * second_flops < n_I * c;
       const bool fits = whole_bytes <= options_.memory;
-      result_.way = fits && !solve_is_cheaper ? CondensationWay::product : CondensationWay::second_solve;
+      result_.way =
+          fits && !solve_is_cheaper ? CondensationWay::product : CondensationWay::second_solve;
     }
     const double column_bytes = 8 * n_I * (p_.lumped ? 1 : 2) * n_threads();
-    const auto fitting = static_cast<Index>(std::min(options_.memory / std::max(column_bytes, 1.0), 1e9));
-    result_.panel = std::clamp(options_.panel > 0 ? options_.panel : std::min(good_panel, fitting), Index{1},
-                               std::max<Index>(p_.n_interface(), 1));
+    const auto fitting =
+        static_cast<Index>(std::min(options_.memory / std::max(column_bytes, 1.0), 1e9));
+    result_.panel = std::clamp(options_.panel > 0 ? options_.panel : std::min(good_panel, fitting),
+                               Index{1}, std::max<Index>(p_.n_interface(), 1));
   }
 
-  // M_kc = Phi^T M_IC + (M_II Phi)^T Psi   (k x c). The second term is -W^T K_IC, W = K_II^-1 M_II Phi: k right-hand sides more in
-  // the place of a product with all of Psi, where that is cheaper.
+  // M_kc = Phi^T M_IC + (M_II Phi)^T Psi   (k x c). The second term is -W^T K_IC, W = K_II^-1 M_II
+  // Phi: k right-hand sides more in the place of a product with all of Psi, where that is cheaper.
   void couple(const Matrix& Phi) {
     const Index k = Phi.cols(), n_I = p_.n_interior(), c = p_.n_interface();
     result_.M_kc = Matrix::Zero(k, c);
@@ -159,7 +166,8 @@ class Condenser {
     const std::vector<Index> rank = inverse(columns_);
     for (Index q = 0; q < A.cols(); ++q) {
       for (SparseMatrix::InnerIterator it(A, q); it; ++it) {
-        const Index i = rank[static_cast<std::size_t>(it.row())], j = rank[static_cast<std::size_t>(q)];
+        const Index i = rank[static_cast<std::size_t>(it.row())],
+                    j = rank[static_cast<std::size_t>(q)];
         if (i <= j) upper(i, j) += it.value();
       }
     }
@@ -168,7 +176,8 @@ class Condenser {
   void do_panel(Index first, Index width, Workspace& work) {
     constraint_modes(first, width, work);
     const Index left = p_.n_interface() - first;
-    // K_cc = K_CC + K_CI Psi: the columns from the panel's own on, as the rest is the other triangle
+    // K_cc = K_CC + K_CI Psi: the columns from the panel's own on, as the rest is the other
+    // triangle
     work.out.setZero(width, left);
     K_IC_.add(work.X, 1, work.out);
     result_.K_cc.block(first, first, width, left) = work.out;
@@ -187,26 +196,31 @@ class Condenser {
     work.X.setZero(width, p_.n_interior());
     const SparseMatrix& K = K_IC_.sparse();
     for (Index j = 0; j < width; ++j)
-      for (SparseMatrix::InnerIterator it(K, first + j); it; ++it) work.X(j, it.row()) = -it.value();
+      for (SparseMatrix::InnerIterator it(K, first + j); it; ++it)
+        work.X(j, it.row()) = -it.value();
     const SupernodeSet reached = tree_.reach(rows_of(K, first, width));
     work.solver.forward(work.X, reached);
     work.solver.backward(work.X, tree_.all());
     const std::scoped_lock lock(lock_);
-    result_.solve_flops += static_cast<double>(width) * (reached.flops_per_column + tree_.all().flops_per_column);
+    result_.solve_flops +=
+        static_cast<double>(width) * (reached.flops_per_column + tree_.all().flops_per_column);
     done_ += width;
-    report_.progress("constraint modes", static_cast<double>(done_) / static_cast<double>(p_.n_interface()));
+    report_.progress("constraint modes",
+                     static_cast<double>(done_) / static_cast<double>(p_.n_interface()));
   }
 
   void couple_panel(Index first, const Matrix& X) {
     const Matrix part = M_Phi_.transpose() * X.transpose();
-    for (Index j = 0; j < X.rows(); ++j) result_.M_kc.col(columns_[static_cast<std::size_t>(first + j)]) += part.col(j);
+    for (Index j = 0; j < X.rows(); ++j)
+      result_.M_kc.col(columns_[static_cast<std::size_t>(first + j)]) += part.col(j);
   }
 
   // Rows of m = T^T M R = Psi^T (M R)_I + (M R)_C
   void rigid_panel(Index first, const Matrix& X) {
     Matrix rows = Matrix::Zero(X.rows(), m_.cols());
     P_I_.add(X, 1, rows);
-    for (Index j = 0; j < X.rows(); ++j) m_.row(columns_[static_cast<std::size_t>(first + j)]) = rows.row(j);
+    for (Index j = 0; j < X.rows(); ++j)
+      m_.row(columns_[static_cast<std::size_t>(first + j)]) = rows.row(j);
   }
 
   // With Psi + (R_I - Psi R_C) G from here on
@@ -231,7 +245,8 @@ class Condenser {
           result_.Psi(order[i], columns_[static_cast<std::size_t>(first + l)]) = X(l, i);
   }
 
-  // M_cc = M_CC + Psi^T M_II Psi: S = M_II^1/2 Psi for the product, or -K_CI K_II^-1 (M_II Psi) at once
+  // M_cc = M_CC + Psi^T M_II Psi: S = M_II^1/2 Psi for the product, or -K_CI K_II^-1 (M_II Psi) at
+  // once
   void lumped_mass(Index first, Index left, Workspace& work) {
     if (result_.way == CondensationWay::product) {
       for (Index i = 0; i < work.X.cols(); ++i) work.X.col(i) *= std::sqrt(mass_(i));
@@ -248,7 +263,8 @@ class Condenser {
     work.Y.setZero(work.X.rows(), work.X.cols());
     M_II_.add(work.X, 1, work.Y);
     for (Index j = 0; j < work.X.rows(); ++j)
-      for (SparseMatrix::InnerIterator it(M_IC_.sparse(), first + j); it; ++it) work.Y(j, it.row()) += it.value();
+      for (SparseMatrix::InnerIterator it(M_IC_.sparse(), first + j); it; ++it)
+        work.Y(j, it.row()) += it.value();
     work.out.setZero(work.X.rows(), left);
     M_IC_.add(work.X, 1, work.out);
     if (result_.way == CondensationWay::product) {
@@ -260,20 +276,23 @@ class Condenser {
     second_solve(first, work.Y, work);
   }
 
-  // M_cc += out - (K_II^-1 Y)^T K_IC, of which only the rows of the solution are computed that K_IC has
+  // M_cc += out - (K_II^-1 Y)^T K_IC, of which only the rows of the solution are computed that K_IC
+  // has
   void second_solve(Index first, Matrix& Y, Workspace& work) {
     work.solver.forward(Y, tree_.all());
     work.solver.backward(Y, wanted_);
     K_IC_.add(Y, -1, work.out);
     result_.M_cc.block(first, first, Y.rows(), work.out.cols()) = work.out;
     const std::scoped_lock lock(lock_);
-    result_.solve_flops += static_cast<double>(Y.rows()) * (tree_.all().flops_per_column + wanted_.flops_per_column);
+    result_.solve_flops +=
+        static_cast<double>(Y.rows()) * (tree_.all().flops_per_column + wanted_.flops_per_column);
   }
 
   // M_cc += Y^T Psi, or S^T S, on one triangle   (c x c)
   void multiply() {
     const Index c = p_.n_interface();
-    const double flops = static_cast<double>(p_.n_interior()) * static_cast<double>(c) * static_cast<double>(c);
+    const double flops =
+        static_cast<double>(p_.n_interior()) * static_cast<double>(c) * static_cast<double>(c);
     const BlasForWork blas(flops);
     if (p_.lumped) {
       result_.M_cc.selfadjointView<Eigen::Upper>().rankUpdate(S_);
@@ -281,7 +300,8 @@ class Condenser {
       constexpr Index block = 512;
       for (Index j = 0; j < c; j += block) {
         const Index columns = std::min(block, c - j);
-        result_.M_cc.block(0, j, j + columns, columns).noalias() += Y_.topRows(j + columns) * S_.middleRows(j, columns).transpose();
+        result_.M_cc.block(0, j, j + columns, columns).noalias() +=
+            Y_.topRows(j + columns) * S_.middleRows(j, columns).transpose();
       }
     }
     result_.product_flops += flops;
@@ -294,15 +314,17 @@ class Condenser {
   const SupernodeTree& tree_;
   const CondensationOptions& options_;
   Report& report_;
-  std::vector<Index> place_, columns_;  // of the interior's rows in the order of elimination; the order of the panels' columns
-  PanelProduct K_IC_, M_IC_, M_II_;     // in these orders
-  PanelProduct P_I_;                    // (M R)_I, its rows in this order
+  // of the interior's rows in the order of elimination; the order of the panels' columns
+  std::vector<Index> place_, columns_;
+  PanelProduct K_IC_, M_IC_, M_II_;  // in these orders
+  PanelProduct P_I_;                 // (M R)_I, its rows in this order
   const Matrix& Phi_;
   SupernodeSet wanted_;  // what K_CI reads of a solution
   Vector mass_;          // lumped: the diagonal of M_II
-  Matrix M_Phi_;         // n_I x k, in the order of elimination; empty when M_kc has been found by a solve
-  Matrix S_, Y_;         // c x n_I, for the product
-  Matrix m_;             // c x r, T^T M R of the rigid motions
+  // n_I x k, in the order of elimination; empty when M_kc has been found by a solve
+  Matrix M_Phi_;
+  Matrix S_, Y_;  // c x n_I, for the product
+  Matrix m_;      // c x r, T^T M R of the rigid motions
   std::mutex lock_;
   Index done_ = 0;
   Condensation result_;
@@ -315,7 +337,8 @@ Condensation condense(const Partition& partition, const SparseCholesky& factor, 
   return Condenser(partition, factor, Phi, options, report).run();
 }
 
-Condensation complete(const Partition& p, const SparseCholesky& factor, const Matrix& Phi, Condensed&& condensed) {
+Condensation complete(const Partition& p, const SparseCholesky& factor, const Matrix& Phi,
+                      Condensed&& condensed) {
   Condensation result;
   result.way = CondensationWay::fronts;
   result.front_flops = condensed.flops;
@@ -330,22 +353,26 @@ Condensation complete(const Partition& p, const SparseCholesky& factor, const Ma
   const Matrix T = -product(SparseMatrix(p.K_IC.transpose()), W);
   result.solve_flops = 2 * factor.tree().all().flops_per_column * static_cast<double>(k + r);
   result.M_kc = T.leftCols(k).transpose();
-  if (p.M_IC.nonZeros() > 0) result.M_kc += product(SparseMatrix(p.M_IC.transpose()), Phi).transpose();
+  if (p.M_IC.nonZeros() > 0)
+    result.M_kc += product(SparseMatrix(p.M_IC.transpose()), Phi).transpose();
   const Matrix m = Matrix(p.rigid.P_C) + T.rightCols(r);
   result.rigid = follow_rigid_motions(p.rigid, m, result.K_cc, result.M_cc);
   follow_rigid_motions(p.rigid, rigid_content(p.rigid, result.M_cc), Phi, result.M_kc);
   return result;
 }
 
-Matrix mode_coupling_of_one_Psi(const Partition& p, const SparseCholesky& factor, const Matrix& Phi, const Matrix& M_cc,
-                                const CondensationOptions& options, Report& report) {
-  if (Phi.cols() == 0 || p.n_interface() == 0 || p.n_interior() == 0) return Matrix::Zero(Phi.cols(), p.n_interface());
+Matrix mode_coupling_of_one_Psi(const Partition& p, const SparseCholesky& factor, const Matrix& Phi,
+                                const Matrix& M_cc, const CondensationOptions& options,
+                                Report& report) {
+  if (Phi.cols() == 0 || p.n_interface() == 0 || p.n_interior() == 0)
+    return Matrix::Zero(Phi.cols(), p.n_interface());
   CondensationOptions one = options;
   one.one_Psi = true;
   return Condenser(p, factor, Phi, one, report).coupling(M_cc);
 }
 
-Matrix mode_coupling(const Partition& p, const SparseCholesky& factor, const Matrix& Phi, const Matrix& M_cc) {
+Matrix mode_coupling(const Partition& p, const SparseCholesky& factor, const Matrix& Phi,
+                     const Matrix& M_cc) {
   if (Phi.cols() == 0 || p.n_interface() == 0) return Matrix::Zero(Phi.cols(), p.n_interface());
   Matrix W = p.M_II * Phi;
   factor.solve_in_place(W);

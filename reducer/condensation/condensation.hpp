@@ -2,7 +2,8 @@
 // Front door of reducer/condensation: the interior condensed statically, and rigid motions kept
 // exact in it.
 //
-// K and M of the interface with the interior condensed statically, and its inertia coupling to the fixed-interface modes.
+// K and M of the interface with the interior condensed statically, and its inertia coupling to the
+// fixed-interface modes.
 #pragma once
 
 #include "common/app/report.hpp"
@@ -13,13 +14,15 @@
 namespace cbr {
 
 enum class CondensationWay {
-  automatic,     // the cheaper one in flops that fits the memory
-  product,       // Psi whole, Psi^T M_II Psi as one symmetric product: n_I c^2 flops and 8 n_I c bytes
-  fronts,        // with the factorisation, K and M front by front, no Psi: SparseCholesky::condensing()
-  second_solve,  // Psi in panels, Psi^T Y = -K_CI K_II^-1 Y by another solve: 4 nnz(L) c flops, 16 n_I bytes per column of a panel
+  automatic,  // the cheaper one in flops that fits the memory
+  product,    // Psi whole, Psi^T M_II Psi as one symmetric product: n_I c^2 flops and 8 n_I c bytes
+  fronts,  // with the factorisation, K and M front by front, no Psi: SparseCholesky::condensing()
+  second_solve,  // Psi in panels, Psi^T Y = -K_CI K_II^-1 Y by another solve: 4 nnz(L) c flops, 16
+                 // n_I bytes per column of a panel
 };
 
-// Columns of a panel where memory allows: enough for BLAS, few enough that what a supernode touches of a panel stays in the cache.
+// Columns of a panel where memory allows: enough for BLAS, few enough that what a supernode touches
+// of a panel stays in the cache.
 constexpr Index good_panel = 128;
 
 struct CondensationOptions {
@@ -27,7 +30,8 @@ struct CondensationOptions {
   CondensationWay way = CondensationWay::automatic;
   Index panel = 0;        // columns, 0: chosen from memory
   bool keep_Psi = false;  // for the recovery of the interior
-  bool one_Psi = false;   // M_kc by the very Psi that M_cc is made with, which an ill-conditioned K_II makes two of
+  // M_kc by the very Psi that M_cc is made with, which an ill-conditioned K_II makes two of
+  bool one_Psi = false;
 };
 
 // For CondensationOptions::one_Psi. condition: of K_II, scaled by its diagonal.
@@ -43,20 +47,26 @@ struct Condensation {
   RigidFigures rigid;
 };
 
-// Psi = -K_II^-1 K_IC; K_cc = K_CC + K_CI Psi; M_cc = M_CC + Psi^T M_IC + M_CI Psi + Psi^T M_II Psi;
-// M_kc = Phi^T (M_IC + M_II Psi)   (Craig, Bampton 1968, doi 10.2514/3.4741; the paper's Eqs 2-4). Phi: n_I x k, may have no
-// columns. Psi follows partition.rigid exactly, in all of them.
+// Psi = -K_II^-1 K_IC; K_cc = K_CC + K_CI Psi; M_cc = M_CC + Psi^T M_IC + M_CI Psi + Psi^T M_II
+// Psi; M_kc = Phi^T (M_IC + M_II Psi)   (Craig, Bampton 1968, doi 10.2514/3.4741; the paper's Eqs
+// 2-4). Phi: n_I x k, may have no columns. Psi follows partition.rigid exactly, in all of them.
 Condensation condense(const Partition& partition, const SparseCholesky& factor, const Matrix& Phi,
                       const CondensationOptions& options, Report& report);
 
-// The rest of it where K_cc and M_cc came with the factor: one solve of each of Phi's columns and of the rigid motions.
-Condensation complete(const Partition& partition, const SparseCholesky& factor, const Matrix& Phi, Condensed&& condensed);
+// The rest of it where K_cc and M_cc came with the factor: one solve of each of Phi's columns and
+// of the rigid motions.
+Condensation complete(const Partition& partition, const SparseCholesky& factor, const Matrix& Phi,
+                      Condensed&& condensed);
 
-// M_kc = Phi^T M_IC - (K_II^-1 M_II Phi)^T K_IC   (k x c): the same for vectors that come later. k solves. M_cc: condense()'s.
-Matrix mode_coupling(const Partition& partition, const SparseCholesky& factor, const Matrix& Phi, const Matrix& M_cc);
+// M_kc = Phi^T M_IC - (K_II^-1 M_II Phi)^T K_IC   (k x c): the same for vectors that come later. k
+// solves. M_cc: condense()'s.
+Matrix mode_coupling(const Partition& partition, const SparseCholesky& factor, const Matrix& Phi,
+                     const Matrix& M_cc);
 
-// The same by the very Psi of condense(), in panels that are for M_kc alone: without the products for K_cc and M_cc.
-Matrix mode_coupling_of_one_Psi(const Partition& partition, const SparseCholesky& factor, const Matrix& Phi, const Matrix& M_cc,
+// The same by the very Psi of condense(), in panels that are for M_kc alone: without the products
+// for K_cc and M_cc.
+Matrix mode_coupling_of_one_Psi(const Partition& partition, const SparseCholesky& factor,
+                                const Matrix& Phi, const Matrix& M_cc,
                                 const CondensationOptions& options, Report& report);
 
 }  // namespace cbr

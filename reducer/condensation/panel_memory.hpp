@@ -11,8 +11,10 @@ namespace cbr {
 double half_of_memory();
 // InputError when K_cc and M_cc of c interface dofs, dense, need more than `memory` bytes.
 void require_memory_for_interface(Index c, double memory);
-// Bytes for panels of constraint modes: what was `given`, or for 0 half of this machine's, less when the factor takes so much that
-// the rest would not do (a panel as wide as is useful takes 16 n_I bytes a column and thread).
-double panel_memory(double given, const Partition& p, const SparseCholesky& factor, const Matrix& Phi);
+// Bytes for panels of constraint modes: what was `given`, or for 0 half of this machine's, less
+// when the factor takes so much that the rest would not do (a panel as wide as is useful takes 16
+// n_I bytes a column and thread).
+double panel_memory(double given, const Partition& p, const SparseCholesky& factor,
+                    const Matrix& Phi);
 
 }  // namespace cbr

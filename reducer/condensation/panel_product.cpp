@@ -15,17 +15,21 @@ namespace {
 constexpr double dense_share = 0.03;
 
 bool is_dense(const SparseMatrix& A) {
-  return static_cast<double>(A.nonZeros()) > dense_share * static_cast<double>(A.rows()) * static_cast<double>(A.cols());
+  return static_cast<double>(A.nonZeros()) >
+         dense_share * static_cast<double>(A.rows()) * static_cast<double>(A.cols());
 }
 
-// out += alpha X^T a_j, three entries at a time, which are the dofs of a node more often than not: a third of the traffic of `out`.
-void add_column(const SparseMatrix& A, const Eigen::Ref<const Matrix>& X_t, double alpha, Index j, Eigen::Ref<Vector> out) {
+// out += alpha X^T a_j, three entries at a time, which are the dofs of a node more often than not:
+// a third of the traffic of `out`.
+void add_column(const SparseMatrix& A, const Eigen::Ref<const Matrix>& X_t, double alpha, Index j,
+                Eigen::Ref<Vector> out) {
   const Index end = A.outerIndexPtr()[j + 1];
   const Index* row = A.innerIndexPtr();
   const double* a = A.valuePtr();
   Index k = A.outerIndexPtr()[j];
   for (; k + 2 < end; k += 3)
-    out += (alpha * a[k]) * X_t.col(row[k]) + (alpha * a[k + 1]) * X_t.col(row[k + 1]) + (alpha * a[k + 2]) * X_t.col(row[k + 2]);
+    out += (alpha * a[k]) * X_t.col(row[k]) + (alpha * a[k + 1]) * X_t.col(row[k + 1]) +
+           (alpha * a[k + 2]) * X_t.col(row[k + 2]);
   for (; k < end; ++k) out += (alpha * a[k]) * X_t.col(row[k]);
 }
 
@@ -33,7 +37,8 @@ void mirror_upper(Matrix& A) {
   constexpr Index tile = 64;
   for (Index j = 0; j < A.cols(); j += tile) {
     const Index columns = std::min(tile, A.cols() - j);
-    for (Index i = 0; i < j; i += tile) A.block(j, i, columns, tile) = A.block(i, j, tile, columns).transpose();
+    for (Index i = 0; i < j; i += tile)
+      A.block(j, i, columns, tile) = A.block(i, j, tile, columns).transpose();
     for (Index l = j; l < j + columns; ++l)
       for (Index i = j; i < l; ++i) A(l, i) = A(i, l);
   }
@@ -50,7 +55,8 @@ PanelProduct::PanelProduct(SparseMatrix A) : sparse_(std::move(A)) {
   if (is_dense(sparse_)) dense_ = Matrix(sparse_);
 }
 
-void PanelProduct::add(const Eigen::Ref<const Matrix>& X_t, double alpha, Eigen::Ref<Matrix> out) const {
+void PanelProduct::add(const Eigen::Ref<const Matrix>& X_t, double alpha,
+                       Eigen::Ref<Matrix> out) const {
   if (dense_.size() > 0) {
     out.noalias() += alpha * X_t * dense_.rightCols(out.cols());
     return;
@@ -61,18 +67,21 @@ void PanelProduct::add(const Eigen::Ref<const Matrix>& X_t, double alpha, Eigen:
 
 std::vector<Index> inverse(const std::vector<Index>& order) {
   std::vector<Index> place(order.size());
-  for (std::size_t i = 0; i < order.size(); ++i) place[static_cast<std::size_t>(order[i])] = static_cast<Index>(i);
+  for (std::size_t i = 0; i < order.size(); ++i)
+    place[static_cast<std::size_t>(order[i])] = static_cast<Index>(i);
   return place;
 }
 
-SparseMatrix reordered(const SparseMatrix& A, const std::vector<Index>& place, const std::vector<Index>& order) {
+SparseMatrix reordered(const SparseMatrix& A, const std::vector<Index>& place,
+                       const std::vector<Index>& order) {
   SparseMatrix B(A.rows(), A.cols());
   B.reserve(A.nonZeros());
   std::vector<std::pair<Index, double>> column;
   for (Index j = 0; j < A.cols(); ++j) {
     column.clear();
     for (SparseMatrix::InnerIterator it(A, order[static_cast<std::size_t>(j)]); it; ++it)
-      if (it.value() != 0) column.emplace_back(place[static_cast<std::size_t>(it.row())], it.value());
+      if (it.value() != 0)
+        column.emplace_back(place[static_cast<std::size_t>(it.row())], it.value());
     std::sort(column.begin(), column.end());
     B.startVec(j);
     for (const auto& [row, value] : column) B.insertBack(row, j) = value;
@@ -85,11 +94,13 @@ std::vector<Index> by_first_row(const SparseMatrix& K_IC, const std::vector<Inde
   std::vector<Index> first(static_cast<std::size_t>(K_IC.cols()), K_IC.rows()), order(first.size());
   for (Index j = 0; j < K_IC.cols(); ++j) {
     for (SparseMatrix::InnerIterator it(K_IC, j); it; ++it)
-      first[static_cast<std::size_t>(j)] = std::min(first[static_cast<std::size_t>(j)], place[static_cast<std::size_t>(it.row())]);
+      first[static_cast<std::size_t>(j)] =
+          std::min(first[static_cast<std::size_t>(j)], place[static_cast<std::size_t>(it.row())]);
   }
   std::iota(order.begin(), order.end(), Index{0});
-  std::stable_sort(order.begin(), order.end(),
-                   [&](Index a, Index b) { return first[static_cast<std::size_t>(a)] < first[static_cast<std::size_t>(b)]; });
+  std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) {
+    return first[static_cast<std::size_t>(a)] < first[static_cast<std::size_t>(b)];
+  });
   return order;
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Panels of right-hand sides, stored by rows, times the blocks of a partition; rows and columns in another order.
+// Panels of right-hand sides, stored by rows, times the blocks of a partition; rows and columns in
+// another order.
 #pragma once
 
 #include <vector>
@@ -29,13 +30,15 @@ class PanelProduct {
 std::vector<Index> inverse(const std::vector<Index>& order);
 
 // B(place[i], j) = A(i, order[j])
-SparseMatrix reordered(const SparseMatrix& A, const std::vector<Index>& place, const std::vector<Index>& order);
+SparseMatrix reordered(const SparseMatrix& A, const std::vector<Index>& place,
+                       const std::vector<Index>& order);
 
-// Columns of K_IC by the first of their rows to be eliminated: neighbours in this order reach much the same supernodes.
+// Columns of K_IC by the first of their rows to be eliminated: neighbours in this order reach much
+// the same supernodes.
 std::vector<Index> by_first_row(const SparseMatrix& K_IC, const std::vector<Index>& place);
 
-// From the upper triangle of B, which is in this order, both triangles of A in its own, A(order[i], order[j]) = B(i, j), in the
-// same memory; A exactly symmetric.
+// From the upper triangle of B, which is in this order, both triangles of A in its own, A(order[i],
+// order[j]) = B(i, j), in the same memory; A exactly symmetric.
 void restore_order(const std::vector<Index>& order, Matrix& B);
 
 }  // namespace cbr

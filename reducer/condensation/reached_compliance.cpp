@@ -15,7 +15,8 @@ namespace {
 
 std::vector<Index> rows_of(const SparseMatrix& A, Index first, Index count) {
   const Index* indices = A.innerIndexPtr();
-  std::vector<Index> rows(indices + A.outerIndexPtr()[first], indices + A.outerIndexPtr()[first + count]);
+  std::vector<Index> rows(indices + A.outerIndexPtr()[first],
+                          indices + A.outerIndexPtr()[first + count]);
   std::sort(rows.begin(), rows.end());
   rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
   return rows;
@@ -34,7 +35,8 @@ Matrix reached_compliance(const SparseCholesky& factor, const SparseMatrix& B, d
   const SparseMatrix& L = loads.sparse();
   const SupernodeSet wanted = tree.reach(rows_of(L, 0, s));
   const double column_bytes = 8.0 * static_cast<double>(n) * n_threads();
-  const Index width = std::clamp<Index>(static_cast<Index>(bytes / column_bytes), 1, std::min(good_panel, s));
+  const Index width =
+      std::clamp<Index>(static_cast<Index>(bytes / column_bytes), 1, std::min(good_panel, s));
   const Index n_panels = (s + width - 1) / width;
   std::atomic<Index> next{0};
   const SingleThreadedBlas blas;

@@ -16,23 +16,28 @@ Matrix rigid_motions_of_parts(const Superelement& s, const std::vector<Index>& p
     Vector3 center = Vector3::Zero();
     double count = 0, size = 0;
     for (std::size_t i = 0; i < part.size(); ++i) {
-      if (part[i] == number) center += Vector3(s.coordinates.row(static_cast<Index>(i))), count += 1;
+      if (part[i] == number)
+        center += Vector3(s.coordinates.row(static_cast<Index>(i))), count += 1;
     }
     if (count == 0) continue;
     center /= count;
     for (std::size_t i = 0; i < part.size(); ++i) {
-      if (part[i] == number) size = std::max(size, (Vector3(s.coordinates.row(static_cast<Index>(i))) - center).norm());
+      if (part[i] == number)
+        size = std::max(size, (Vector3(s.coordinates.row(static_cast<Index>(i))) - center).norm());
     }
-    // Rotations about the part's centre, scaled by its size, so that all six are of the same magnitude.
+    // Rotations about the part's centre, scaled by its size, so that all six are of the same
+    // magnitude.
     const Points x = (s.coordinates.rowwise() - center.transpose()) / (size > 0 ? size : 1.0);
     const Matrix all = rigid_modes(x, Vector3::Zero());
     Matrix R = Matrix::Zero(s.n(), 6);
     for (Index i = 0; i < s.c(); ++i) {
       const auto node = static_cast<std::size_t>(s.dof_node[static_cast<std::size_t>(i)]);
       if (part[node] == number)
-        R.row(s.k() + i) = all.row(3 * s.dof_node[static_cast<std::size_t>(i)] + s.dof_component[static_cast<std::size_t>(i)]);
+        R.row(s.k() + i) = all.row(3 * s.dof_node[static_cast<std::size_t>(i)] +
+                                   s.dof_component[static_cast<std::size_t>(i)]);
     }
-    // A part that is all interface may be as small as one node of a mechanism: only independent motions count.
+    // A part that is all interface may be as small as one node of a mechanism: only independent
+    // motions count.
     const PivotedQr qr(R, 1e-10);
     for (Index j = 0; j < qr.rank(); ++j) columns.emplace_back(R.col(qr.column(j)));
   }
@@ -41,10 +46,12 @@ Matrix rigid_motions_of_parts(const Superelement& s, const std::vector<Index>& p
   return R;
 }
 
-void orthonormalise(const std::function<Matrix(const Matrix&)>& times_M, Matrix& X, const char* what) {
+void orthonormalise(const std::function<Matrix(const Matrix&)>& times_M, Matrix& X,
+                    const char* what) {
   for (int pass = 0; pass < 2; ++pass) {
     const Cholesky cholesky(X.transpose() * times_M(X));
-    if (!cholesky.ok()) throw RunError("the mass of " + std::string(what) + " is not positive definite");
+    if (!cholesky.ok())
+      throw RunError("the mass of " + std::string(what) + " is not positive definite");
     cholesky.divide_by_upper(X);
   }
 }

@@ -9,17 +9,20 @@
 
 namespace cbr {
 
-// Rigid motions of each part in reduced coordinates, n x 6 parts (fewer when a part's nodes are on one line). `part` (one per
-// superelement node): which connected part of the component the node belongs to.
+// Rigid motions of each part in reduced coordinates, n x 6 parts (fewer when a part's nodes are on
+// one line). `part` (one per superelement node): which connected part of the component the node
+// belongs to.
 Matrix rigid_motions_of_parts(const Superelement& superelement, const std::vector<Index>& part);
 
-// X <- X L^-T with X^T M X = L L^T; twice, as the first pass leaves cond(X) times round-off. RunError, naming `what`: M is not
-// positive definite on X.
-void orthonormalise(const std::function<Matrix(const Matrix&)>& times_M, Matrix& X, const char* what);
+// X <- X L^-T with X^T M X = L L^T; twice, as the first pass leaves cond(X) times round-off.
+// RunError, naming `what`: M is not positive definite on X.
+void orthonormalise(const std::function<Matrix(const Matrix&)>& times_M, Matrix& X,
+                    const char* what);
 void orthonormalise(const Matrix& M, Matrix& X, const char* what);
 
-// K = K_cc + scale N N^T, N an orthonormal basis of the rigid motions R (c x r), scale the mean of K_cc's diagonal: positive
-// definite where nothing else moves without strain, and its inverse is a generalised one of K_cc.
+// K = K_cc + scale N N^T, N an orthonormal basis of the rigid motions R (c x r), scale the mean of
+// K_cc's diagonal: positive definite where nothing else moves without strain, and its inverse is a
+// generalised one of K_cc.
 struct HeldStiffness {
   Matrix K, N;
   double scale = 1;

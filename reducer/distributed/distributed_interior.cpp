@@ -23,12 +23,15 @@ void orthonormalise(RigidRows& rigid) {
 }
 
 // M R of the own rows, and this process's part of that of the interface
-void times_mass(const DistributedInterior& interior, const Matrix& R_I, const Matrix& R_C, Matrix& P_I, Matrix& part_C) {
+void times_mass(const DistributedInterior& interior, const Matrix& R_I, const Matrix& R_C,
+                Matrix& P_I, Matrix& part_C) {
   P_I = interior.solver->times_mass(R_I) + interior.rows.M_IC * R_C;
   part_C = interior.rows.M_IC.transpose() * R_I + interior.rows.M_CC * R_C;
 }
 
-Matrix dense(const SparseMatrix& A, Index first, Index width) { return Matrix(A.middleCols(first, width)); }
+Matrix dense(const SparseMatrix& A, Index first, Index width) {
+  return Matrix(A.middleCols(first, width));
+}
 
 void make_symmetric(Matrix& A) {
   for (Index j = 0; j < A.cols(); ++j)
@@ -64,20 +67,24 @@ RigidRows rigid_rows(const DistributedInterior& interior) {
   const Vector3 middle = interior.x_C.colwise().mean().transpose();
   double size = 0;
   for (const Points* x : {&interior.x_I, &interior.x_C})
-    if (x->rows() > 0) size = std::max(size, (x->rowwise() - middle.transpose()).rowwise().norm().maxCoeff());
+    if (x->rows() > 0)
+      size = std::max(size, (x->rowwise() - middle.transpose()).rowwise().norm().maxCoeff());
   size = largest(size);
   RigidRows rigid;
-  rigid.R_I = rigid_modes(interior.x_I / size, middle / size), rigid.R_C = rigid_modes(interior.x_C / size, middle / size);
+  rigid.R_I = rigid_modes(interior.x_I / size, middle / size),
+  rigid.R_C = rigid_modes(interior.x_C / size, middle / size);
   Matrix part_C;
   times_mass(interior, rigid.R_I, rigid.R_C, rigid.P_I, part_C);
   rigid.P_C = sum(part_C);
-  for (int pass = 0; pass < 2; ++pass) orthonormalise(rigid);  // the first leaves cond(L) times round-off
+  // the first leaves cond(L) times round-off
+  for (int pass = 0; pass < 2; ++pass) orthonormalise(rigid);
   return rigid;
 }
 
 ConditionNumbers condition_numbers(const InteriorSolver& solver) {
   const Vector D = solver.diagonal().cwiseSqrt().cwiseInverse(), one = Vector::Ones(D.size());
-  const Index n = static_cast<Index>(sum(Matrix::Constant(1, 1, static_cast<double>(D.size())))(0, 0));
+  const Index n =
+      static_cast<Index>(sum(Matrix::Constant(1, 1, static_cast<double>(D.size())))(0, 0));
   std::array<double, 2> norms{};
   for (const bool scaled : {false, true}) {
     const Vector& scale = scaled ? D : one;
@@ -90,7 +97,8 @@ ConditionNumbers condition_numbers(const InteriorSolver& solver) {
       const Vector answer = gather_in_first(Vector(x.col(0)).cwiseQuotient(scale));
       if (here > 0) search.answer(answer);
     }
-    norms[scaled ? 1 : 0] = (scaled ? solver.scaled_norm() : solver.norm()) * largest(search.norm());
+    norms[scaled ? 1 : 0] =
+        (scaled ? solver.scaled_norm() : solver.norm()) * largest(search.norm());
   }
   return {norms[0], norms[1]};
 }
@@ -131,14 +139,17 @@ Condensation condense(const DistributedInterior& interior, const Matrix& Phi, Re
     // M_cc = M_CC + M_CI Psi - K_CI K_II^-1 (M_IC + M_II Psi)
     Matrix Y = M_IC + interior.solver->times_mass(X);
     interior.solver->solve_in_place(Y);
-    const Matrix M = sum_to_first(rows.M_IC.transpose() * X + dense(rows.M_CC, first, width) - rows.K_IC.transpose() * Y);
+    const Matrix M = sum_to_first(rows.M_IC.transpose() * X + dense(rows.M_CC, first, width) -
+                                  rows.K_IC.transpose() * Y);
     if (K.rows() == 0) continue;
     result.K_cc.middleCols(first, width) = K, result.M_cc.middleCols(first, width) = M;
     result.M_kc.middleCols(first, width) = coupling;
   }
   report.end_progress();
   make_symmetric(result.K_cc), make_symmetric(result.M_cc);
-  in_first([&] { result.rigid = follow_rigid_motions(interior.rigid.on_interface(), m, result.K_cc, result.M_cc); });
+  in_first([&] {
+    result.rigid = follow_rigid_motions(interior.rigid.on_interface(), m, result.K_cc, result.M_cc);
+  });
   follow(interior.rigid, result.M_cc, Phi, result.M_kc);
   return result;
 }
@@ -146,12 +157,14 @@ Condensation condense(const DistributedInterior& interior, const Matrix& Phi, Re
 Matrix mode_coupling(const DistributedInterior& interior, const Matrix& Phi, const Matrix& M_cc) {
   Matrix W = interior.solver->times_mass(Phi);
   interior.solver->solve_in_place(W);
-  Matrix M_kc = sum_to_first(Matrix(Phi.transpose() * interior.rows.M_IC - W.transpose() * interior.rows.K_IC));
+  Matrix M_kc = sum_to_first(
+      Matrix(Phi.transpose() * interior.rows.M_IC - W.transpose() * interior.rows.K_IC));
   follow(interior.rigid, M_cc, Phi, M_kc);
   return M_kc;
 }
 
-Index add_residual_vectors(const InteriorSolver& solver, const Matrix& F_I, FixedInterfaceModes& modes) {
+Index add_residual_vectors(const InteriorSolver& solver, const Matrix& F_I,
+                           FixedInterfaceModes& modes) {
   const Index k = modes.lambda.size();
   Matrix X = F_I, F = F_I;
   solver.solve_in_place(X);
@@ -172,19 +185,21 @@ Index add_residual_vectors(const InteriorSolver& solver, const Matrix& F_I, Fixe
     if (independent.values(j) > round_off) kept.push_back(j);
   if (kept.empty()) return 0;
   const Vector root = Vector(independent.values(kept)).cwiseSqrt().cwiseInverse();
-  X = X * Matrix(Matrix(independent.vectors(Eigen::all, kept)) * root.asDiagonal());  // X^T K_II X = 1
+  // X^T K_II X = 1
+  X = X * Matrix(Matrix(independent.vectors(Eigen::all, kept)) * root.asDiagonal());
   const SymmetricEigen ritz = symmetric_eigen(inner(X, solver.times_mass(X)));
   const Vector mu = ritz.values.reverse();  // 1 / lambda, lambda ascending
   const Index r = mu.size();
   modes.lambda.conservativeResize(k + r);
   modes.lambda.tail(r) = mu.cwiseInverse();
   modes.Phi.conservativeResize(Eigen::NoChange, k + r);
-  modes.Phi.rightCols(r) = X * Matrix(ritz.vectors.rowwise().reverse()) * Matrix(mu.cwiseSqrt().cwiseInverse().asDiagonal());
+  modes.Phi.rightCols(r) = X * Matrix(ritz.vectors.rowwise().reverse()) *
+                           Matrix(mu.cwiseSqrt().cwiseInverse().asDiagonal());
   return r;
 }
 
-Matrix generalised_forces(const DistributedInterior& interior, const Matrix& F_I, const Matrix& F_C, const Matrix& Phi,
-                          const Matrix& M_cc) {
+Matrix generalised_forces(const DistributedInterior& interior, const Matrix& F_I, const Matrix& F_C,
+                          const Matrix& Phi, const Matrix& M_cc) {
   Matrix X = F_I;
   interior.solver->solve_in_place(X);
   const Matrix F_c = F_C - sum(interior.rows.K_IC.transpose() * X);
@@ -198,15 +213,17 @@ Matrix generalised_forces(const DistributedInterior& interior, const Matrix& F_I
 
 Matrix inertia_forces(const DistributedInterior& interior, const Matrix& M_cc, const Matrix& U) {
   const RigidRows& rigid = interior.rigid;
-  const Matrix rigid_part = from_first(M_cc.rows() > 0 ? Matrix((M_cc * rigid.R_C).transpose() * U) : Matrix());
+  const Matrix rigid_part =
+      from_first(M_cc.rows() > 0 ? Matrix((M_cc * rigid.R_C).transpose() * U) : Matrix());
   const Matrix rest = U - rigid.R_C * rigid_part;
   Matrix X = interior.rows.K_IC * rest;
   interior.solver->solve_in_place(X);
   return rigid.P_I * rigid_part + interior.rows.M_IC * rest - interior.solver->times_mass(X);
 }
 
-LeftOfAnswer left_of_answer(const InteriorSolver& solver, const std::vector<Eigen::Ref<const Matrix>>& modes, const Vector& lambda,
-                            const Matrix& residual, Matrix Y) {
+LeftOfAnswer left_of_answer(const InteriorSolver& solver,
+                            const std::vector<Eigen::Ref<const Matrix>>& modes,
+                            const Vector& lambda, const Matrix& residual, Matrix Y) {
   constexpr int passes = 2;
   for (int pass = 0; pass < passes; ++pass)
     for (const auto& Phi : modes) Y -= solver.times_mass(Phi * inner(Phi, Y));
@@ -214,7 +231,8 @@ LeftOfAnswer left_of_answer(const InteriorSolver& solver, const std::vector<Eige
   solver.solve_in_place(X);
   for (int pass = 0; pass < passes; ++pass)
     for (const auto& Phi : modes) X -= Phi * inner(Phi, solver.times_mass(X));
-  if (residual.cols() > 0) X -= residual * Matrix(lambda.cwiseInverse().asDiagonal() * inner(residual, Y));
+  if (residual.cols() > 0)
+    X -= residual * Matrix(lambda.cwiseInverse().asDiagonal() * inner(residual, Y));
   LeftOfAnswer left{inner(Y, X), inner(X, solver.times_mass(X))};
   make_symmetric(left.D), make_symmetric(left.D_2);
   return left;

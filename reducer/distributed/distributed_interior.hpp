@@ -14,7 +14,8 @@
 
 namespace cbr {
 
-// As RigidMotions of one part: R_I, P_I of this process's rows (n_own x 6), R_C, P_C of the whole interface (c x 6).
+// As RigidMotions of one part: R_I, P_I of this process's rows (n_own x 6), R_C, P_C of the whole
+// interface (c x 6).
 struct RigidRows {
   Matrix R_I, R_C, P_I, P_C;
 
@@ -43,21 +44,25 @@ ConditionNumbers condition_numbers(const InteriorSolver& solver);
 // As check_modes().
 ModeCheck check_modes(const InteriorSolver& solver, const Vector& lambda, const Matrix& Phi);
 
-// As condense(), by a second solve of each column, so that no process has more of Psi than its rows of one panel. The matrices are
-// the first process's. Phi: n_own x k.
+// As condense(), by a second solve of each column, so that no process has more of Psi than its rows
+// of one panel. The matrices are the first process's. Phi: n_own x k.
 Condensation condense(const DistributedInterior& interior, const Matrix& Phi, Report& report);
 
-// Phi^T (M_IC + M_II Psi) of vectors that come later   (k x c, in the first process). M_cc: condense()'s, there.
+// Phi^T (M_IC + M_II Psi) of vectors that come later   (k x c, in the first process). M_cc:
+// condense()'s, there.
 Matrix mode_coupling(const DistributedInterior& interior, const Matrix& Phi, const Matrix& M_cc);
 
-// As add_residual_vectors() and generalised_forces(), of forces on the own rows and, the same in all processes, on the interface.
-Index add_residual_vectors(const InteriorSolver& solver, const Matrix& F_I, FixedInterfaceModes& modes);
-Matrix generalised_forces(const DistributedInterior& interior, const Matrix& F_I, const Matrix& F_C, const Matrix& Phi,
-                          const Matrix& M_cc);
+// As add_residual_vectors() and generalised_forces(), of forces on the own rows and, the same in
+// all processes, on the interface.
+Index add_residual_vectors(const InteriorSolver& solver, const Matrix& F_I,
+                           FixedInterfaceModes& modes);
+Matrix generalised_forces(const DistributedInterior& interior, const Matrix& F_I, const Matrix& F_C,
+                          const Matrix& Phi, const Matrix& M_cc);
 
 // As those of judgement/missing_modes.hpp, U (c x m) the same in all processes.
 Matrix inertia_forces(const DistributedInterior& interior, const Matrix& M_cc, const Matrix& U);
-LeftOfAnswer left_of_answer(const InteriorSolver& solver, const std::vector<Eigen::Ref<const Matrix>>& modes, const Vector& lambda,
-                            const Matrix& residual, Matrix Y);
+LeftOfAnswer left_of_answer(const InteriorSolver& solver,
+                            const std::vector<Eigen::Ref<const Matrix>>& modes,
+                            const Vector& lambda, const Matrix& residual, Matrix Y);
 
 }  // namespace cbr

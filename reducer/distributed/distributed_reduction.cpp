@@ -25,14 +25,18 @@
 namespace cbr {
 namespace {
 
-constexpr double relative_gap = 1e-7;  // two eigenvalues closer than this are one multiple one to a count
+// two eigenvalues closer than this are one multiple one to a count
+constexpr double relative_gap = 1e-7;
 
 void refuse(const std::string& what) {
-  throw InputError(what + " is not known to several processes and --engine petsc: reduce this component in one process without it");
+  throw InputError(what +
+                   " is not known to several processes and --engine petsc: reduce this component "
+                   "in one process without it");
 }
 
 void refuse_unknown(const ReductionOptions& options) {
-  if (options.basis != Basis::craig_bampton) refuse("basis: " + word_of(basis_words, options.basis));
+  if (options.basis != Basis::craig_bampton)
+    refuse("basis: " + word_of(basis_words, options.basis));
   if (options.tolerance) refuse("tolerance");
   if (options.recovery) refuse("recovery");
   if (options.pick == Pick::participation && options.cutoff_hz)
@@ -49,7 +53,8 @@ int own_rank() {
 // Per node of the mesh its place in a list of model nodes, or -1.
 std::vector<Index> places(const Reduction& r, const std::vector<Index>& nodes) {
   std::vector<Index> place(r.mesh.node_ids.size(), -1);
-  for (std::size_t i = 0; i < nodes.size(); ++i) place[mesh_node(r, nodes[i])] = static_cast<Index>(i);
+  for (std::size_t i = 0; i < nodes.size(); ++i)
+    place[mesh_node(r, nodes[i])] = static_cast<Index>(i);
   return place;
 }
 
@@ -62,7 +67,8 @@ void divide(Reduction& r) {
   for (const Index i : r.p.interface_nodes) kept[i] = true;
   for (Index i = 0; i < n; ++i)
     if (!kept[i]) r.p.interior_nodes.push_back(i);
-  const auto n_I = 3 * static_cast<Index>(r.p.interior_nodes.size()), c = 3 * static_cast<Index>(r.p.interface_nodes.size());
+  const auto n_I = 3 * static_cast<Index>(r.p.interior_nodes.size()),
+             c = 3 * static_cast<Index>(r.p.interface_nodes.size());
   r.p.K_II.resize(n_I, n_I), r.p.K_CC.resize(c, c);  // their sizes alone
   r.part = connected_parts(r.mesh, r.model);
   if (has_parts(r)) refuse("a component of several parts that share no node");
@@ -74,7 +80,8 @@ void divide(Reduction& r) {
 
 class DistributedReduction {
  public:
-  DistributedReduction(Reduction& reduction, const std::vector<BlockProperties>& properties, MassKind mass)
+  DistributedReduction(Reduction& reduction, const std::vector<BlockProperties>& properties,
+                       MassKind mass)
       : r_(reduction), properties_(properties), mass_(mass), rank_(own_rank()) {}
 
   Superelement run() {
@@ -87,7 +94,9 @@ class DistributedReduction {
       if (is_complete() || ncv > 0) break;
       r_.report.detail("the inertia count found a missed mode: again with a larger Krylov space");
     }
-    if (!is_proven_) throw RunError("fixed-interface modes: the eigensolver misses one below the last (inertia count)");
+    if (!is_proven_)
+      throw RunError(
+          "fixed-interface modes: the eigensolver misses one below the last (inertia count)");
     reduce_to_interface();
     keep_modes();
     add_loads();
@@ -104,20 +113,26 @@ class DistributedReduction {
   void assemble_own() {
     const auto phase = r_.report.phase("assembly");
     together([&] { divide(r_); });
-    const std::vector<Index> node = places(r_, r_.p.interior_nodes), place = places(r_, r_.p.interface_nodes);
-    const NodeShares shares = share_nodes(r_.mesh, node, static_cast<Index>(r_.p.interior_nodes.size()));
+    const std::vector<Index> node = places(r_, r_.p.interior_nodes),
+                             place = places(r_, r_.p.interface_nodes);
+    const NodeShares shares =
+        share_nodes(r_.mesh, node, static_cast<Index>(r_.p.interior_nodes.size()));
     together([&] {
-      interior_.rows = assemble_rows(r_.mesh, properties_, mass_, node, place, static_cast<Index>(r_.p.interface_nodes.size()), shares, rank_);
+      interior_.rows =
+          assemble_rows(r_.mesh, properties_, mass_, node, place,
+                        static_cast<Index>(r_.p.interface_nodes.size()), shares, rank_);
     });
     std::vector<Index> own;
     for (const Index i : interior_.rows.nodes) own.push_back(r_.p.interior_nodes[i]);
-    interior_.x_I = coordinates_of(r_, own), interior_.x_C = coordinates_of(r_, r_.p.interface_nodes);
+    interior_.x_I = coordinates_of(r_, own),
+    interior_.x_C = coordinates_of(r_, r_.p.interface_nodes);
     interior_.solver = std::make_unique<InteriorSolver>(interior_.rows);
     r_.figures.condition.rigid = largest(interior_.rows.rigid_residual);
     find_rigid_body();
   }
 
-  // As rigid_body(): first about the mean of the points, then about the centre of mass that this gives, where nothing cancels.
+  // As rigid_body(): first about the mean of the points, then about the centre of mass that this
+  // gives, where nothing cancels.
   void find_rigid_body() {
     RigidBody& body = s_.rigid_body;
     Points x(static_cast<Index>(r_.model.nodes.size()), 3);
@@ -138,10 +153,14 @@ class DistributedReduction {
     r_.report.end_progress();
     if (wrong > 0)
       throw InputError("the stiffness of the interior is singular (" + std::to_string(wrong) +
-                       " pivots are not positive): a part of it can move freely, as elements do that share only an edge or a node "
-                       "with the rest, or is held too weakly for a double; a reduction in one process names the node");
-    r_.figures.factor_nonzeros = interior_.solver->n_nonzeros(), r_.figures.factor_flops = interior_.solver->flops();
-    r_.report.detail(format_text("MUMPS: %.3g entries in the factor, %.3g flops", r_.figures.factor_nonzeros, r_.figures.factor_flops));
+                       " pivots are not positive): a part of it can move freely, as elements do "
+                       "that share only an edge or a node "
+                       "with the rest, or is held too weakly for a double; a reduction in one "
+                       "process names the node");
+    r_.figures.factor_nonzeros = interior_.solver->n_nonzeros(),
+    r_.figures.factor_flops = interior_.solver->flops();
+    r_.report.detail(format_text("MUMPS: %.3g entries in the factor, %.3g flops",
+                                 r_.figures.factor_nonzeros, r_.figures.factor_flops));
     r_.figures.condition.K_II = condition_numbers(*interior_.solver);
   }
 
@@ -159,16 +178,20 @@ class DistributedReduction {
   Index count_below(double sigma) {
     for (int attempt = 0; attempt < 5; ++attempt, sigma *= 1 + 1e-10)
       if (const Index count = interior_.solver->count_below(sigma); count >= 0) return count;
-    throw RunError("the eigenvalues below " + std::to_string(std::sqrt(sigma) / (2 * std::numbers::pi)) +
-                   " Hz cannot be counted: every shift nearby meets a vanishing pivot: ask for another cutoff, or other modes");
+    throw RunError("the eigenvalues below " +
+                   std::to_string(std::sqrt(sigma) / (2 * std::numbers::pi)) +
+                   " Hz cannot be counted: every shift nearby meets a vanishing pivot: ask for "
+                   "another cutoff, or other modes");
   }
 
   // And one more, which tells whether the last has a twin.
   void find_modes(Index ncv) {
     const Index n = interior_.rows.n, wanted = n_wanted();
     if (wanted > n)
-      throw InputError("modes: " + std::to_string(wanted) + " requested, but the interior has only " + std::to_string(n) +
-                       " dofs and so " + std::to_string(n) + " fixed-interface modes: ask for at most that many");
+      throw InputError("modes: " + std::to_string(wanted) +
+                       " requested, but the interior has only " + std::to_string(n) +
+                       " dofs and so " + std::to_string(n) +
+                       " fixed-interface modes: ask for at most that many");
     const auto phase = r_.report.phase("fixed-interface modes");
     r_.report.progress("fixed-interface modes", 0);
     const Index k = n_mode_candidates(r_.options.pick, wanted, n), asked = std::min(k + 1, n);
@@ -181,7 +204,8 @@ class DistributedReduction {
     r_.report.detail(format_text("SLEPc: %d restarts", all_.restarts));
   }
 
-  // By the inertia count between the last two that are apart. Its factor takes the place of the other, which is made again.
+  // By the inertia count between the last two that are apart. Its factor takes the place of the
+  // other, which is made again.
   bool is_complete() {
     const Vector& lambda = all_.lambda;
     is_proven_ = true;
@@ -192,9 +216,10 @@ class DistributedReduction {
     const double sigma = j > 0 ? 0.5 * (lambda(j) + lambda(j - 1)) : 0.5 * lambda(0);
     const Index below = count_below(sigma);
     interior_.solver->factorise();
-    modes_.counts += (modes_.counts.empty() ? "" : "; ") +
-                     format_text("%lld below %.6g Hz, %lld found", static_cast<long long>(below),
-                                 std::sqrt(sigma) / (2 * std::numbers::pi), static_cast<long long>(j));
+    modes_.counts +=
+        (modes_.counts.empty() ? "" : "; ") +
+        format_text("%lld below %.6g Hz, %lld found", static_cast<long long>(below),
+                    std::sqrt(sigma) / (2 * std::numbers::pi), static_cast<long long>(j));
     is_proven_ = below == j;
     return is_proven_;
   }
@@ -202,15 +227,23 @@ class DistributedReduction {
   void reduce_to_interface() {
     const auto phase = r_.report.phase("condensation");
     ReductionFigures& figures = r_.figures;
-    figures.mode_method = modes_.method, figures.modes_proven = is_proven_, figures.condition.counts = modes_.counts;
+    figures.mode_method = modes_.method, figures.modes_proven = is_proven_,
+    figures.condition.counts = modes_.counts;
     figures.condition.modes = check_modes(*interior_.solver, modes_.lambda, modes_.Phi);
     if (figures.condition.modes.worst >= 0 && is_dependent(figures.condition.modes.orthogonality))
-      throw RunError("fixed-interface modes: the eigensolver has found one twice; ask for a few more or fewer modes");
-    if (r_.options.modes && r_.options.pick == Pick::frequency) warn_of_cut_pair(modes_.lambda, modes_.next, r_.report);
+      throw RunError(
+          "fixed-interface modes: the eigensolver has found one twice; ask for a few more or fewer "
+          "modes");
+    if (r_.options.modes && r_.options.pick == Pick::frequency)
+      warn_of_cut_pair(modes_.lambda, modes_.next, r_.report);
     interior_.rigid = rigid_rows(interior_);
     condensed_ = condense(interior_, modes_.Phi, r_.report);
-    figures.way = condensed_.way, figures.panel = condensed_.panel, figures.rigid = condensed_.rigid;
-    in_first([&] { judge_rigid(condensed_.rigid, figures.condition.K_II.scaled, figures.condition.weakest, r_.report); });
+    figures.way = condensed_.way, figures.panel = condensed_.panel,
+    figures.rigid = condensed_.rigid;
+    in_first([&] {
+      judge_rigid(condensed_.rigid, figures.condition.K_II.scaled, figures.condition.weakest,
+                  r_.report);
+    });
     s_.K_cc = std::move(condensed_.K_cc), s_.M_cc = std::move(condensed_.M_cc);
   }
 
@@ -218,13 +251,16 @@ class DistributedReduction {
   void keep_modes() {
     const Index k = modes_.lambda.size();
     not_kept_.Phi.resize(interior_.n_own(), 0);
-    not_kept_.beyond = k < interior_.rows.n ? std::max(modes_.next, k > 0 ? modes_.lambda(k - 1) : 0.0) : 0;
+    not_kept_.beyond =
+        k < interior_.rows.n ? std::max(modes_.next, k > 0 ? modes_.lambda(k - 1) : 0.0) : 0;
     if (r_.options.pick != Pick::participation || k <= *r_.options.modes) return;
     Vector number;
     in_first([&] {
       const std::vector<Index> kept = modes_by_participation(condensed_.M_kc, *r_.options.modes);
       condensed_.M_kc = Matrix(condensed_.M_kc(kept, Eigen::all));
-      number = Eigen::Map<const Eigen::Matrix<Index, Eigen::Dynamic, 1>>(kept.data(), static_cast<Index>(kept.size())).cast<double>();
+      number = Eigen::Map<const Eigen::Matrix<Index, Eigen::Dynamic, 1>>(
+                   kept.data(), static_cast<Index>(kept.size()))
+                   .cast<double>();
     });
     Matrix kept = Matrix::Zero(*r_.options.modes, 1);
     if (rank_ == 0) kept.col(0) = number;
@@ -267,12 +303,15 @@ class DistributedReduction {
   void finish_matrices() {
     s_.eigenvalues = modes_.lambda, s_.M_kc = std::move(condensed_.M_kc);
     const Index own = s_.k() - s_.n_residual;
-    if (own > 0) r_.figures.highest_frequency = std::sqrt(s_.eigenvalues.head(own).maxCoeff()) / (2 * std::numbers::pi);
+    if (own > 0)
+      r_.figures.highest_frequency =
+          std::sqrt(s_.eigenvalues.head(own).maxCoeff()) / (2 * std::numbers::pi);
   }
 
   void add_spin_moments() {
     const Vector3& center = s_.rigid_body.center;
-    const Matrix D_I = unit_strains(interior_.x_I, center), D_C = unit_strains(interior_.x_C, center);
+    const Matrix D_I = unit_strains(interior_.x_I, center),
+                 D_C = unit_strains(interior_.x_C, center);
     const InteriorRows& rows = interior_.rows;
     const Matrix F_I = interior_.solver->times_mass(D_I) + rows.M_IC * D_C;
     const Matrix F_C = sum(rows.M_CC * D_C + rows.M_IC.transpose() * D_I);
@@ -283,11 +322,14 @@ class DistributedReduction {
   void judge() {
     const auto phase = r_.report.phase("diagonal form");
     Conditioning& condition = r_.figures.condition;
-    condition.reduced_rigid = rigid_residual(s_.K_cc, reduced_rigid_modes(s_, s_.rigid_body.center).bottomRows(s_.c())).value;
+    condition.reduced_rigid =
+        rigid_residual(s_.K_cc, reduced_rigid_modes(s_, s_.rigid_body.center).bottomRows(s_.c()))
+            .value;
     const std::vector<Index> part = parts_of_interface(r_);
     if (s_.n() <= r_.settings.diagonal_limit)
-      condition.n_rigid =
-          r_.settings.is_diagonal_read ? add_diagonal_form(s_, part) : add_lowest_modes(s_, part, n_estimated + n_beside);
+      condition.n_rigid = r_.settings.is_diagonal_read
+                              ? add_diagonal_form(s_, part)
+                              : add_lowest_modes(s_, part, n_estimated + n_beside);
     const Index loose = examine_reduced(s_, rigid_motions_of_parts(s_, part), condition);
     if (loose >= 0) condition.loose_node = node_of_interface_dof(r_, loose);
     report_conditioning(condition, r_.report);
@@ -328,11 +370,13 @@ class DistributedReduction {
   }
 
   // q: of the residual vectors in the same motions
-  MissingModes missing_modes(const Matrix& U, const Matrix& q, const Matrix& Phi, const Matrix& residual, const Vector& lambda) {
+  MissingModes missing_modes(const Matrix& U, const Matrix& q, const Matrix& Phi,
+                             const Matrix& residual, const Vector& lambda) {
     Matrix Y = inertia_forces(interior_, s_.M_cc, U);
     if (residual.cols() > 0) Y += interior_.solver->times_mass(residual * q);
     MissingModes missing{not_kept_.lambda, inner(not_kept_.Phi, Y), {}, {}, not_kept_.beyond};
-    LeftOfAnswer left = left_of_answer(*interior_.solver, {Phi, not_kept_.Phi}, lambda, residual, std::move(Y));
+    LeftOfAnswer left =
+        left_of_answer(*interior_.solver, {Phi, not_kept_.Phi}, lambda, residual, std::move(Y));
     missing.D = std::move(left.D), missing.D_2 = std::move(left.D_2);
     return missing;
   }
@@ -345,7 +389,8 @@ class DistributedReduction {
 
   void tell_memory() {
     const double own = peak_memory_bytes(), most = largest(own), least = -largest(-own);
-    r_.report.line("  processes    peak memory of one " + human_bytes(least) + " to " + human_bytes(most));
+    r_.report.line("  processes    peak memory of one " + human_bytes(least) + " to " +
+                   human_bytes(most));
   }
 
   Reduction& r_;
@@ -364,8 +409,9 @@ class DistributedReduction {
 
 }  // namespace
 
-Superelement reduce_in_processes(const Mesh& mesh, const std::vector<BlockProperties>& properties, MassKind mass,
-                                 const ReductionOptions& options, const ReduceSettings& settings, Report& report,
+Superelement reduce_in_processes(const Mesh& mesh, const std::vector<BlockProperties>& properties,
+                                 MassKind mass, const ReductionOptions& options,
+                                 const ReduceSettings& settings, Report& report,
                                  ReductionFigures* figures) {
   refuse_unknown(options);
   Reduction r{mesh, options, settings, report, {}, {}, {}, {}, {}, {}};

@@ -8,11 +8,13 @@
 
 namespace cbr {
 
-// Called in all processes (processes.hpp) with the same arguments; the superelement is the first's, others return an empty one. The
-// numbers are those of reduce(): matrices and frequencies to 1e-9, modes up to their signs. Basis craig-bampton; what it does not do
-// is an InputError by name. Errors, as those of reduce(), are thrown in all processes.
-Superelement reduce_in_processes(const Mesh& mesh, const std::vector<BlockProperties>& properties, MassKind mass,
-                                 const ReductionOptions& options, const ReduceSettings& settings, Report& report,
+// Called in all processes (processes.hpp) with the same arguments; the superelement is the first's,
+// others return an empty one. The numbers are those of reduce(): matrices and frequencies to 1e-9,
+// modes up to their signs. Basis craig-bampton; what it does not do is an InputError by name.
+// Errors, as those of reduce(), are thrown in all processes.
+Superelement reduce_in_processes(const Mesh& mesh, const std::vector<BlockProperties>& properties,
+                                 MassKind mass, const ReductionOptions& options,
+                                 const ReduceSettings& settings, Report& report,
                                  ReductionFigures* figures);
 
 }  // namespace cbr

@@ -32,7 +32,8 @@ Mesh elements_around(const Mesh& mesh, const Wanted& is_wanted, std::vector<Inde
     for (const Index a : own.connectivity.reshaped()) local[a] = 0;
   }
   for (std::size_t a = 0; a < local.size(); ++a)
-    if (local[a] == 0) local[a] = static_cast<Index>(origin.size()), origin.push_back(static_cast<Index>(a));
+    if (local[a] == 0)
+      local[a] = static_cast<Index>(origin.size()), origin.push_back(static_cast<Index>(a));
   for (Block& block : part.blocks)
     for (Index& a : block.connectivity.reshaped()) a = local[a];
   part.coordinates = mesh.coordinates(origin, Eigen::all);
@@ -42,11 +43,12 @@ Mesh elements_around(const Mesh& mesh, const Wanted& is_wanted, std::vector<Inde
 
 // Where a dof of a part of the mesh belongs.
 struct Dofs {
-  std::vector<Index> interior, interface;  // number over all processes, number among the interface's dofs; or -1
+  // number over all processes, number among the interface's dofs; or -1
+  std::vector<Index> interior, interface;
 };
 
-Dofs dofs_of_part(const std::vector<Index>& origin, const std::vector<Index>& node, const std::vector<Index>& place,
-                  const NodeShares& shares) {
+Dofs dofs_of_part(const std::vector<Index>& origin, const std::vector<Index>& node,
+                  const std::vector<Index>& place, const NodeShares& shares) {
   Dofs dofs;
   for (const Index a : origin)
     for (Index d = 0; d < 3; ++d) {
@@ -58,11 +60,15 @@ Dofs dofs_of_part(const std::vector<Index>& origin, const std::vector<Index>& no
 
 void require_small_indices(Index n) {
   if (n > std::numeric_limits<int>::max())
-    throw RunError("a process has more than 2^31 entries of the matrices, which Debian's PETSc cannot count: use more processes");
+    throw RunError(
+        "a process has more than 2^31 entries of the matrices, which Debian's PETSc cannot count: "
+        "use more processes");
 }
 
-// Rows `own` of A (symmetric: its columns) in the interior's columns and, by triplets, in the interface's.
-void take_rows(const SparseMatrix& A, const std::vector<Index>& own, const Dofs& dofs, Index c, DistributedRows& II, SparseMatrix& IC) {
+// Rows `own` of A (symmetric: its columns) in the interior's columns and, by triplets, in the
+// interface's.
+void take_rows(const SparseMatrix& A, const std::vector<Index>& own, const Dofs& dofs, Index c,
+               DistributedRows& II, SparseMatrix& IC) {
   Index entries = 0;
   for (const Index j : own) entries += A.col(j).nonZeros();
   require_small_indices(entries);
@@ -74,7 +80,8 @@ void take_rows(const SparseMatrix& A, const std::vector<Index>& own, const Dofs&
     for (SparseMatrix::InnerIterator it(A, own[i]); it; ++it) {
       const Index in = dofs.interior[it.row()];
       if (in >= 0) row.emplace_back(static_cast<int>(in), it.value());
-      if (in < 0) coupling.emplace_back(static_cast<Index>(i), dofs.interface[it.row()], it.value());
+      if (in < 0)
+        coupling.emplace_back(static_cast<Index>(i), dofs.interface[it.row()], it.value());
     }
     std::sort(row.begin(), row.end());
     for (const auto& [column, value] : row) II.column.push_back(column), II.value.push_back(value);
@@ -96,7 +103,8 @@ SparseMatrix on_interface(const SparseMatrix& A, const Dofs& dofs, Index c) {
 }
 
 // A model's dof is that of the part's node, as all of its nodes are used.
-FiniteElementModel model_around(const Mesh& mesh, const std::vector<BlockProperties>& properties, MassKind mass, const Wanted& is_wanted,
+FiniteElementModel model_around(const Mesh& mesh, const std::vector<BlockProperties>& properties,
+                                MassKind mass, const Wanted& is_wanted,
                                 std::vector<Index>& origin) {
   return assemble(elements_around(mesh, is_wanted, origin), properties, mass);
 }
@@ -107,8 +115,9 @@ double residual_of(const FiniteElementModel& model, const Points& x) {
 
 }  // namespace
 
-InteriorRows assemble_rows(const Mesh& mesh, const std::vector<BlockProperties>& properties, MassKind mass,
-                           const std::vector<Index>& node, const std::vector<Index>& place, Index n_interface_nodes,
+InteriorRows assemble_rows(const Mesh& mesh, const std::vector<BlockProperties>& properties,
+                           MassKind mass, const std::vector<Index>& node,
+                           const std::vector<Index>& place, Index n_interface_nodes,
                            const NodeShares& shares, int rank) {
   InteriorRows rows;
   const Index c = 3 * n_interface_nodes;
@@ -117,7 +126,8 @@ InteriorRows assemble_rows(const Mesh& mesh, const std::vector<BlockProperties>&
     if (shares.owner[i] == rank) rows.nodes.push_back(static_cast<Index>(i));
   rows.n_own = 3 * static_cast<Index>(rows.nodes.size());
   require_small_indices(rows.n);
-  rows.K_IC.resize(rows.n_own, c), rows.M_IC.resize(rows.n_own, c), rows.K_CC.resize(c, c), rows.M_CC.resize(c, c);
+  rows.K_IC.resize(rows.n_own, c), rows.M_IC.resize(rows.n_own, c), rows.K_CC.resize(c, c),
+      rows.M_CC.resize(c, c);
   const auto is_own = [&](Index a) { return node[a] >= 0 && shares.owner[node[a]] == rank; };
   if (rows.n_own > 0) {
     std::vector<Index> origin, own(rows.n_own);
@@ -133,7 +143,8 @@ InteriorRows assemble_rows(const Mesh& mesh, const std::vector<BlockProperties>&
   }
   if (rank == 0 && c > 0) {
     std::vector<Index> origin;
-    const FiniteElementModel model = model_around(mesh, properties, mass, [&](Index a) { return place[a] >= 0; }, origin);
+    const FiniteElementModel model = model_around(
+        mesh, properties, mass, [&](Index a) { return place[a] >= 0; }, origin);
     const Dofs dofs = dofs_of_part(origin, node, place, shares);
     rows.K_CC = on_interface(model.K, dofs, c), rows.M_CC = on_interface(model.M, dofs, c);
   }

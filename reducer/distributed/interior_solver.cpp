@@ -12,8 +12,9 @@
 namespace cbr {
 namespace {
 
-constexpr int pord = 4;                 // the ordering of Debian's MUMPS that suits meshes of solids: it has no METIS and no Scotch
-constexpr int good_block = 128;     // right-hand sides that MUMPS solves for at a time
+// the ordering of Debian's MUMPS that suits meshes of solids: it has no METIS and no Scotch
+constexpr int pord = 4;
+constexpr int good_block = 128;            // right-hand sides that MUMPS solves for at a time
 constexpr int room = 30, most_room = 500;  // per cent beyond what MUMPS expects a factor to take
 constexpr int no_room[] = {-8, -9, -14, -15, -17, -20};  // of INFOG(1): more room helps
 constexpr int out_of_memory[] = {-13, -19};
@@ -31,8 +32,10 @@ PetscErrorCode solve_with_factor(PC pc, Vec b, Vec x) {
 
 Mat matrix_of(DistributedRows& rows, Index n_own, Index n) {
   Mat A = nullptr;
-  petsc(MatCreateMPIAIJWithArrays(PETSC_COMM_WORLD, static_cast<PetscInt>(n_own), static_cast<PetscInt>(n_own), static_cast<PetscInt>(n),
-                                  static_cast<PetscInt>(n), rows.start.data(), rows.column.data(), rows.value.data(), &A));
+  petsc(MatCreateMPIAIJWithArrays(PETSC_COMM_WORLD, static_cast<PetscInt>(n_own),
+                                  static_cast<PetscInt>(n_own), static_cast<PetscInt>(n),
+                                  static_cast<PetscInt>(n), rows.start.data(), rows.column.data(),
+                                  rows.value.data(), &A));
   rows = {};
   petsc(MatSetOption(A, MAT_SYMMETRIC, PETSC_TRUE));
   petsc(MatSetOption(A, MAT_SYMMETRY_ETERNAL, PETSC_TRUE));
@@ -49,7 +52,11 @@ struct InteriorSolver::Impl {
   double norm = 0, scaled_norm = 0;
 
   explicit Impl(InteriorRows& rows)
-      : n(rows.n), n_own(rows.n_own), K(matrix_of(rows.K_II, n_own, n)), M(matrix_of(rows.M_II, n_own, n)), diagonal(n_own) {
+      : n(rows.n),
+        n_own(rows.n_own),
+        K(matrix_of(rows.K_II, n_own, n)),
+        M(matrix_of(rows.M_II, n_own, n)),
+        diagonal(n_own) {
     measure();
   }
 
@@ -114,8 +121,11 @@ struct InteriorSolver::Impl {
       return;
     }
     if (is_one_of(out_of_memory, code()) || is_one_of(no_room, code()))
-      throw RunError("the factor of the interior's stiffness finds no memory: use more processes on more machines, or domains");
-    throw RunError("MUMPS: error " + std::to_string(code()) + " (" + std::to_string(detail) + ") in the factorisation");
+      throw RunError(
+          "the factor of the interior's stiffness finds no memory: use more processes on more "
+          "machines, or domains");
+    throw RunError("MUMPS: error " + std::to_string(code()) + " (" + std::to_string(detail) +
+                   ") in the factorisation");
   }
 
   PetscInt infog(int i) const {
@@ -126,14 +136,16 @@ struct InteriorSolver::Impl {
 
   Mat view(const Matrix& X) const {
     Mat A = nullptr;
-    petsc(MatCreateDense(PETSC_COMM_WORLD, static_cast<PetscInt>(n_own), PETSC_DECIDE, static_cast<PetscInt>(n),
-                         static_cast<PetscInt>(X.cols()), const_cast<double*>(X.data()), &A));
+    petsc(MatCreateDense(PETSC_COMM_WORLD, static_cast<PetscInt>(n_own), PETSC_DECIDE,
+                         static_cast<PetscInt>(n), static_cast<PetscInt>(X.cols()),
+                         const_cast<double*>(X.data()), &A));
     return A;
   }
 
   Vec vector(const double* x) const {
     Vec v = nullptr;
-    petsc(VecCreateMPIWithArray(PETSC_COMM_WORLD, 1, static_cast<PetscInt>(n_own), static_cast<PetscInt>(n), x, &v));
+    petsc(VecCreateMPIWithArray(PETSC_COMM_WORLD, 1, static_cast<PetscInt>(n_own),
+                                static_cast<PetscInt>(n), x, &v));
     return v;
   }
 
@@ -172,7 +184,9 @@ const Vector& InteriorSolver::diagonal() const { return impl_->diagonal; }
 double InteriorSolver::norm() const { return impl_->norm; }
 double InteriorSolver::scaled_norm() const { return impl_->scaled_norm; }
 
-Matrix InteriorSolver::times_stiffness(const Matrix& X) const { return impl_->product(impl_->K, X); }
+Matrix InteriorSolver::times_stiffness(const Matrix& X) const {
+  return impl_->product(impl_->K, X);
+}
 
 Matrix InteriorSolver::times_mass(const Matrix& X) const { return impl_->product(impl_->M, X); }
 
@@ -196,7 +210,8 @@ InteriorSolver::Modes InteriorSolver::lowest_modes(Index k, Index ncv) const {
   petsc(EPSSetType(eps, EPSKRYLOVSCHUR));
   petsc(EPSSetWhichEigenpairs(eps, EPS_TARGET_MAGNITUDE));
   petsc(EPSSetTarget(eps, 0));
-  petsc(EPSSetDimensions(eps, static_cast<PetscInt>(k), ncv > 0 ? static_cast<PetscInt>(ncv) : PETSC_DEFAULT, PETSC_DEFAULT));
+  petsc(EPSSetDimensions(eps, static_cast<PetscInt>(k),
+                         ncv > 0 ? static_cast<PetscInt>(ncv) : PETSC_DEFAULT, PETSC_DEFAULT));
   petsc(EPSSetTolerances(eps, 1e-13, 500));
   petsc(EPSGetST(eps, &st));
   petsc(STSetType(st, STSINVERT));
@@ -212,8 +227,9 @@ InteriorSolver::Modes InteriorSolver::lowest_modes(Index k, Index ncv) const {
   petsc(EPSGetConverged(eps, &converged));
   petsc(EPSGetIterationNumber(eps, &restarts));
   if (converged < k)
-    throw RunError("fixed-interface modes: " + std::to_string(converged) + " of " + std::to_string(k) + " converged in " +
-                   std::to_string(restarts) + " restarts of the eigensolver: ask for a few more or fewer modes");
+    throw RunError("fixed-interface modes: " + std::to_string(converged) + " of " +
+                   std::to_string(k) + " converged in " + std::to_string(restarts) +
+                   " restarts of the eigensolver: ask for a few more or fewer modes");
   Modes modes{Vector(k), Matrix(impl_->n_own, k), static_cast<int>(restarts)};
   for (Index j = 0; j < k; ++j) {
     Vec x = impl_->vector(modes.Phi.col(j).data());

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// K_II, M_II and the factor of K_II over all processes: PETSc's matrices, MUMPS's L D L^T (Amestoy, Duff, L'Excellent, Koster 2001,
-// doi 10.1137/S0895479899358194), SLEPc's Krylov-Schur (Hernandez, Roman, Vidal 2005, doi 10.1145/1089014.1089019).
+// K_II, M_II and the factor of K_II over all processes: PETSc's matrices, MUMPS's L D L^T (Amestoy,
+// Duff, L'Excellent, Koster 2001, doi 10.1137/S0895479899358194), SLEPc's Krylov-Schur (Hernandez,
+// Roman, Vidal 2005, doi 10.1145/1089014.1089019).
 #pragma once
 
 #include <memory>
@@ -9,7 +10,8 @@
 
 namespace cbr {
 
-// Of all matrices of vectors each process has its own rows (n_own x m). To be called in all processes with as many columns.
+// Of all matrices of vectors each process has its own rows (n_own x m). To be called in all
+// processes with as many columns.
 class InteriorSolver {
  public:
   // Takes the rows of K_II and M_II.
@@ -18,7 +20,8 @@ class InteriorSolver {
   InteriorSolver(const InteriorSolver&) = delete;
   InteriorSolver& operator=(const InteriorSolver&) = delete;
 
-  // RunError when memory does not suffice. Returns how many pivots are not positive: any, and K_II is singular or indefinite.
+  // RunError when memory does not suffice. Returns how many pivots are not positive: any, and K_II
+  // is singular or indefinite.
   Index factorise();
   double n_nonzeros() const;  // of the factor, in all processes
   double flops() const;
@@ -31,8 +34,8 @@ class InteriorSolver {
   Matrix times_mass(const Matrix& X) const;
   void solve_in_place(Matrix& X) const;  // after factorise()
 
-  // The k lowest of K_II x = lambda M_II x, M-orthonormal; ncv: vectors of the Krylov space, 0: SLEPc's choice. RunError when they do
-  // not converge.
+  // The k lowest of K_II x = lambda M_II x, M-orthonormal; ncv: vectors of the Krylov space, 0:
+  // SLEPc's choice. RunError when they do not converge.
   struct Modes {
     Vector lambda;
     Matrix Phi;
@@ -40,8 +43,8 @@ class InteriorSolver {
   };
   Modes lowest_modes(Index k, Index ncv) const;
 
-  // How many eigenvalues are below sigma, by the inertia of K_II - sigma M_II; -1 when a pivot vanished. Its factor takes the place of
-  // K_II's: factorise() again before the next solve.
+  // How many eigenvalues are below sigma, by the inertia of K_II - sigma M_II; -1 when a pivot
+  // vanished. Its factor takes the place of K_II's: factorise() again before the next solve.
   Index count_below(double sigma);
 
  private:

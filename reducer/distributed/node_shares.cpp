@@ -17,7 +17,8 @@ constexpr Index worth_a_partition = 200;
 struct GraphRows {
   std::vector<std::vector<PetscInt>> rows;
 
-  GraphRows(const Mesh& mesh, const std::vector<Index>& node, Index begin, Index end) : rows(end - begin) {
+  GraphRows(const Mesh& mesh, const std::vector<Index>& node, Index begin, Index end)
+      : rows(end - begin) {
     for (const Block& block : mesh.blocks) {
       if (dimension(block.type) != 3) continue;
       for (Index e = 0; e < block.connectivity.rows(); ++e) add_element(block, e, node, begin, end);
@@ -26,7 +27,8 @@ struct GraphRows {
   }
 
  private:
-  void add_element(const Block& block, Index e, const std::vector<Index>& node, Index begin, Index end) {
+  void add_element(const Block& block, Index e, const std::vector<Index>& node, Index begin,
+                   Index end) {
     for (const Index a : block.connectivity.row(e)) {
       const Index i = node[a];
       if (i < begin || i >= end) continue;
@@ -55,12 +57,14 @@ Mat graph_of(const GraphRows& graph, Index n) {
     start[i + 1] = start[i] + static_cast<PetscInt>(graph.rows[i].size());
   }
   Mat A = nullptr;
-  petsc(MatCreateMPIAdj(PETSC_COMM_WORLD, static_cast<PetscInt>(graph.rows.size()), static_cast<PetscInt>(n), start, list, nullptr, &A));
+  petsc(MatCreateMPIAdj(PETSC_COMM_WORLD, static_cast<PetscInt>(graph.rows.size()),
+                        static_cast<PetscInt>(n), start, list, nullptr, &A));
   return A;
 }
 
 // Per node its process.
-std::vector<int> partition_of(const Mesh& mesh, const std::vector<Index>& node, Index n, int rank, int count) {
+std::vector<int> partition_of(const Mesh& mesh, const std::vector<Index>& node, Index n, int rank,
+                              int count) {
   Mat graph = graph_of(GraphRows(mesh, node, n * rank / count, n * (rank + 1) / count), n);
   MatPartitioning partitioning = nullptr;
   IS own = nullptr, all = nullptr;

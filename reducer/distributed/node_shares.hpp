@@ -8,7 +8,8 @@
 
 namespace cbr {
 
-// Of the interior's nodes, numbered as in Partition::interior_nodes. Each process's are numbered together, in the order of the whole.
+// Of the interior's nodes, numbered as in Partition::interior_nodes. Each process's are numbered
+// together, in the order of the whole.
 struct NodeShares {
   std::vector<int> owner;     // per node its process
   std::vector<Index> number;  // per node its number in the order of the processes

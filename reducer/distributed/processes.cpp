@@ -41,7 +41,8 @@ int keep_words() {
 
 // Its last line, on what was its stderr.
 void show_last_words(int voice, int rank) {
-  std::string text(static_cast<std::size_t>(std::max<off_t>(::lseek(STDERR_FILENO, 0, SEEK_END), 0)), '\0');
+  std::string text(
+      static_cast<std::size_t>(std::max<off_t>(::lseek(STDERR_FILENO, 0, SEEK_END), 0)), '\0');
   const auto got = ::pread(STDERR_FILENO, text.data(), text.size(), 0);
   text.resize(static_cast<std::size_t>(std::max<ssize_t>(got, 0)));
   while (!text.empty() && text.back() == '\n') text.pop_back();
@@ -76,7 +77,8 @@ Failure failure_of(const std::function<void()>& work) {
   } catch (const InputError& error) {
     return {Outcome::input_error, error.what()};
   } catch (const std::bad_alloc&) {
-    return {Outcome::run_error, "out of memory: use more processes on more machines, or ask for less"};
+    return {Outcome::run_error,
+            "out of memory: use more processes on more machines, or ask for less"};
   } catch (const std::exception& error) {
     return {Outcome::run_error, error.what()};
   }
@@ -94,7 +96,8 @@ Processes::~Processes() = default;
 
 void Processes::start(bool asked) {
   if (count_ == 1 && !asked) return;
-  PetscOptionsSetValue(nullptr, "-no_signal_handler", nullptr);  // the program's own handlers leave nothing half-written
+  // the program's own handlers leave nothing half-written
+  PetscOptionsSetValue(nullptr, "-no_signal_handler", nullptr);
   petsc(SlepcInitialize(nullptr, nullptr, nullptr, nullptr));
   petsc(PetscPushErrorHandler(PetscReturnErrorHandler, nullptr));
   is_started_ = true;
@@ -109,12 +112,15 @@ int Processes::threads() const {
   MPI_Comm_split_type(PETSC_COMM_WORLD, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &machine);
   MPI_Comm_size(machine, &here);
   MPI_Comm_free(&machine);
-  const int bound = static_cast<int>(std::thread::hardware_concurrency());  // mpirun may have bound the process to some
-  return std::clamp(static_cast<int>(::sysconf(_SC_NPROCESSORS_ONLN)) / here, 1, std::max(1, bound));
+  // mpirun may have bound the process to some
+  const int bound = static_cast<int>(std::thread::hardware_concurrency());
+  return std::clamp(static_cast<int>(::sysconf(_SC_NPROCESSORS_ONLN)) / here, 1,
+                    std::max(1, bound));
 }
 
 int Processes::end(int code) {
-  // mpirun takes a process that ends before MPI has begun for one that failed, which here it has or says what it is asked for
+  // mpirun takes a process that ends before MPI has begun for one that failed, which here it has or
+  // says what it is asked for
   if (!is_started_) return code;
   // Others may wait for this one for good: the first speaks and ends them
   const double patience = rank_ == 0 ? 2 : 5;
@@ -153,7 +159,8 @@ void in_first(const std::function<void()>& work) {
 
 Matrix sum(const Matrix& part) {
   Matrix whole = part;
-  MPI_Allreduce(MPI_IN_PLACE, whole.data(), static_cast<int>(whole.size()), MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
+  MPI_Allreduce(MPI_IN_PLACE, whole.data(), static_cast<int>(whole.size()), MPI_DOUBLE, MPI_SUM,
+                PETSC_COMM_WORLD);
   return whole;
 }
 
@@ -162,8 +169,8 @@ Matrix sum_to_first(const Matrix& part) {
   MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
   Matrix whole(rank == 0 ? part.rows() : 0, part.cols());
   for (Index j = 0; j < part.cols(); ++j)  // by columns, as MPI counts in 32 bits
-    MPI_Reduce(part.col(j).data(), rank == 0 ? whole.col(j).data() : nullptr, static_cast<int>(part.rows()), MPI_DOUBLE, MPI_SUM, 0,
-               PETSC_COMM_WORLD);
+    MPI_Reduce(part.col(j).data(), rank == 0 ? whole.col(j).data() : nullptr,
+               static_cast<int>(part.rows()), MPI_DOUBLE, MPI_SUM, 0, PETSC_COMM_WORLD);
   return whole;
 }
 
@@ -185,7 +192,8 @@ struct RowsOfAll {
 RowsOfAll rows_of_all(Index n_own) {
   int count = 1, own = static_cast<int>(n_own);
   MPI_Comm_size(PETSC_COMM_WORLD, &count);
-  RowsOfAll rows{std::vector<int>(static_cast<std::size_t>(count), 0), std::vector<int>(static_cast<std::size_t>(count), 0)};
+  RowsOfAll rows{std::vector<int>(static_cast<std::size_t>(count), 0),
+                 std::vector<int>(static_cast<std::size_t>(count), 0)};
   MPI_Allgather(&own, 1, MPI_INT, rows.count.data(), 1, MPI_INT, PETSC_COMM_WORLD);
   std::exclusive_scan(rows.count.begin(), rows.count.end(), rows.first.begin(), 0);
   return rows;
@@ -198,16 +206,16 @@ Vector gather_in_first(const Vector& own) {
   MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
   const RowsOfAll rows = rows_of_all(own.size());
   Vector all(rank == 0 ? rows.first.back() + rows.count.back() : 0);
-  MPI_Gatherv(own.data(), static_cast<int>(own.size()), MPI_DOUBLE, all.data(), rows.count.data(), rows.first.data(), MPI_DOUBLE, 0,
-              PETSC_COMM_WORLD);
+  MPI_Gatherv(own.data(), static_cast<int>(own.size()), MPI_DOUBLE, all.data(), rows.count.data(),
+              rows.first.data(), MPI_DOUBLE, 0, PETSC_COMM_WORLD);
   return all;
 }
 
 Vector scatter_from_first(const Vector& all, Index n_own) {
   const RowsOfAll rows = rows_of_all(n_own);
   Vector own(n_own);
-  MPI_Scatterv(all.data(), rows.count.data(), rows.first.data(), MPI_DOUBLE, own.data(), static_cast<int>(n_own), MPI_DOUBLE, 0,
-               PETSC_COMM_WORLD);
+  MPI_Scatterv(all.data(), rows.count.data(), rows.first.data(), MPI_DOUBLE, own.data(),
+               static_cast<int>(n_own), MPI_DOUBLE, 0, PETSC_COMM_WORLD);
   return own;
 }
 

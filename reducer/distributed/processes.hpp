@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Front door of reducer/distributed: one reduction in several processes, by PETSc, MUMPS and SLEPc.
 //
-// The processes that mpirun started, and how they speak and end as one. A build without MPI has one (without_mpi.cpp).
+// The processes that mpirun started, and how they speak and end as one. A build without MPI has one
+// (without_mpi.cpp).
 #pragma once
 
 #include <functional>
@@ -19,7 +20,8 @@ class Processes {
   Processes(const Processes&) = delete;
   Processes& operator=(const Processes&) = delete;
 
-  // MPI and PETSc, where mpirun started several processes or `asked`. InputError: this build has none of them.
+  // MPI and PETSc, where mpirun started several processes or `asked`. InputError: this build has
+  // none of them.
   void start(bool asked);
   bool is_started() const { return is_started_; }
   int count() const { return count_; }
@@ -42,12 +44,13 @@ void together(const std::function<void()>& work);
 // The same in the first process alone.
 void in_first(const std::function<void()>& work);
 
-Matrix sum(const Matrix& part);           // over the processes, to all of them
-Matrix sum_to_first(const Matrix& part);  // empty in the others
+Matrix sum(const Matrix& part);             // over the processes, to all of them
+Matrix sum_to_first(const Matrix& part);    // empty in the others
 Matrix from_first(const Matrix& of_first);  // the first process's, to all
 double largest(double value);
 bool any(bool value);
-// From the rows of each process to those of all, one process after another, in the first (empty in the others), and back.
+// From the rows of each process to those of all, one process after another, in the first (empty in
+// the others), and back.
 Vector gather_in_first(const Vector& own);
 Vector scatter_from_first(const Vector& all, Index n_own);
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// reducer/distributed of a build without MPI: one process, and a clear word to those who start several.
+// reducer/distributed of a build without MPI: one process, and a clear word to those who start
+// several.
 #include <cstdlib>
 
 #include "common/base/error.hpp"
@@ -17,10 +18,12 @@ Processes::Processes() = default;
 Processes::~Processes() = default;
 
 void Processes::start(bool asked) {
-  if (asked) throw InputError(std::string("--engine petsc: this cbr-reduce was built without MPI") + cure);
+  if (asked)
+    throw InputError(std::string("--engine petsc: this cbr-reduce was built without MPI") + cure);
   const char* size = std::getenv("OMPI_COMM_WORLD_SIZE");
   if (size != nullptr && std::atoi(size) > 1)
-    throw InputError("mpirun started " + std::string(size) + " processes, but this cbr-reduce was built without MPI" + cure +
+    throw InputError("mpirun started " + std::string(size) +
+                     " processes, but this cbr-reduce was built without MPI" + cure +
                      ", or start one");
 }
 
@@ -28,8 +31,9 @@ int Processes::threads() const { return 0; }
 
 int Processes::end(int code) { return code; }
 
-Superelement reduce_in_processes(const Mesh&, const std::vector<BlockProperties>&, MassKind, const ReductionOptions&,
-                                 const ReduceSettings&, Report&, ReductionFigures*) {
+Superelement reduce_in_processes(const Mesh&, const std::vector<BlockProperties>&, MassKind,
+                                 const ReductionOptions&, const ReduceSettings&, Report&,
+                                 ReductionFigures*) {
   throw RunError("this cbr-reduce was built without MPI");
 }
 

@@ -19,7 +19,8 @@ namespace {
 constexpr Index many_elements = 200000;
 constexpr std::array<int, 3> seeds = {1, 2, 3};
 
-// Pieces of each part that are connected by faces. `piece`: per vertex; numbered by their first vertex.
+// Pieces of each part that are connected by faces. `piece`: per vertex; numbered by their first
+// vertex.
 struct Pieces {
   std::vector<Index> piece, part, weight;  // per vertex; per piece
 };
@@ -51,12 +52,14 @@ Pieces pieces_of(const Graph& graph, const std::vector<Index>& part) {
 }
 
 // The part that has most faces in common with a piece, of equal ones the first.
-Index best_neighbour(const Graph& graph, const std::vector<Index>& part, const Pieces& pieces, Index piece) {
+Index best_neighbour(const Graph& graph, const std::vector<Index>& part, const Pieces& pieces,
+                     Index piece) {
   std::map<Index, Index> faces;
   for (std::size_t v = 0; v < part.size(); ++v) {
     if (pieces.piece[v] != piece) continue;
     for (Index i = graph.first[v]; i < graph.first[v + 1]; ++i) {
-      const Index other = part[static_cast<std::size_t>(graph.neighbours[static_cast<std::size_t>(i)])];
+      const Index other =
+          part[static_cast<std::size_t>(graph.neighbours[static_cast<std::size_t>(i)])];
       if (other != part[v]) ++faces[other];
     }
   }
@@ -67,8 +70,8 @@ Index best_neighbour(const Graph& graph, const std::vector<Index>& part, const P
   return best;
 }
 
-// Each part keeps its heaviest piece; of the others the lightest goes to a neighbour, which takes one piece away from the total,
-// until every part is one.
+// Each part keeps its heaviest piece; of the others the lightest goes to a neighbour, which takes
+// one piece away from the total, until every part is one.
 void move_strays(const Graph& graph, std::vector<Index>& part, Index n) {
   while (true) {
     const Pieces pieces = pieces_of(graph, part);
@@ -92,7 +95,8 @@ void move_strays(const Graph& graph, std::vector<Index>& part, Index n) {
 }
 
 // Vertices of a part in the order of a breadth-first walk from its first one's far end.
-std::vector<Index> walk(const Graph& graph, const std::vector<Index>& part, Index number, Index start) {
+std::vector<Index> walk(const Graph& graph, const std::vector<Index>& part, Index number,
+                        Index start) {
   std::vector<bool> seen(part.size(), false);
   std::vector<Index> order = {start};
   seen[static_cast<std::size_t>(start)] = true;
@@ -100,7 +104,8 @@ std::vector<Index> walk(const Graph& graph, const std::vector<Index>& part, Inde
     const auto v = static_cast<std::size_t>(order[i]);
     for (Index j = graph.first[v]; j < graph.first[v + 1]; ++j) {
       const Index w = graph.neighbours[static_cast<std::size_t>(j)];
-      if (seen[static_cast<std::size_t>(w)] || part[static_cast<std::size_t>(w)] != number) continue;
+      if (seen[static_cast<std::size_t>(w)] || part[static_cast<std::size_t>(w)] != number)
+        continue;
       seen[static_cast<std::size_t>(w)] = true;
       order.push_back(w);
     }
@@ -108,8 +113,8 @@ std::vector<Index> walk(const Graph& graph, const std::vector<Index>& part, Inde
   return order;
 }
 
-// Halves the largest part (one piece) for an empty one: the first half of a walk is connected, and what remains in pieces touches
-// it.
+// Halves the largest part (one piece) for an empty one: the first half of a walk is connected, and
+// what remains in pieces touches it.
 void fill_empty(const Graph& graph, std::vector<Index>& part, Index n) {
   for (Index empty = 0; empty < n; ++empty) {
     std::vector<Index> count(static_cast<std::size_t>(n), 0);
@@ -117,8 +122,10 @@ void fill_empty(const Graph& graph, std::vector<Index>& part, Index n) {
     if (count[static_cast<std::size_t>(empty)] > 0) continue;
     const Index largest = std::max_element(count.begin(), count.end()) - count.begin();
     const Index first = std::find(part.begin(), part.end(), largest) - part.begin();
-    const std::vector<Index> order = walk(graph, part, largest, walk(graph, part, largest, first).back());
-    for (std::size_t i = order.size() / 2; i < order.size(); ++i) part[static_cast<std::size_t>(order[i])] = empty;
+    const std::vector<Index> order =
+        walk(graph, part, largest, walk(graph, part, largest, first).back());
+    for (std::size_t i = order.size() / 2; i < order.size(); ++i)
+      part[static_cast<std::size_t>(order[i])] = empty;
     move_strays(graph, part, n);
   }
 }
@@ -131,8 +138,10 @@ std::vector<Index> connected_partition(const Graph& graph, Index n, GraphCut cut
   return part;
 }
 
-// How much a cut costs: nodes that are in several parts, once for each part beyond the first, times how uneven it is.
-double cost(const ElementNodes& elements, const std::vector<Index>& members, const std::vector<Index>& part, Index n) {
+// How much a cut costs: nodes that are in several parts, once for each part beyond the first, times
+// how uneven it is.
+double cost(const ElementNodes& elements, const std::vector<Index>& members,
+            const std::vector<Index>& part, Index n) {
   std::map<Index, std::vector<Index>> parts_of;
   std::vector<double> weight(static_cast<std::size_t>(n), 0);
   for (std::size_t i = 0; i < members.size(); ++i) {
@@ -148,7 +157,8 @@ double cost(const ElementNodes& elements, const std::vector<Index>& members, con
   return shared * *std::max_element(weight.begin(), weight.end()) * static_cast<double>(n) / sum;
 }
 
-std::vector<Index> best_partition(const ElementNodes& elements, const std::vector<Index>& members, const Graph& graph, Index n) {
+std::vector<Index> best_partition(const ElementNodes& elements, const std::vector<Index>& members,
+                                  const Graph& graph, Index n) {
   if (n == 1) return std::vector<Index>(members.size(), 0);
   std::vector<Index> best;
   double least = std::numeric_limits<double>::infinity();
@@ -169,7 +179,8 @@ Graph subgraph(const Graph& graph, const std::vector<Index>& members) {
   for (std::size_t i = 0; i < members.size(); ++i) local[members[i]] = static_cast<Index>(i);
   Graph sub;
   for (const Index v : members) {
-    for (Index i = graph.first[static_cast<std::size_t>(v)]; i < graph.first[static_cast<std::size_t>(v) + 1]; ++i) {
+    for (Index i = graph.first[static_cast<std::size_t>(v)];
+         i < graph.first[static_cast<std::size_t>(v) + 1]; ++i) {
       sub.neighbours.push_back(local.at(graph.neighbours[static_cast<std::size_t>(i)]));
     }
     sub.first.push_back(static_cast<Index>(sub.neighbours.size()));
@@ -200,7 +211,8 @@ void share_out(std::vector<ConnectedPart>& components, Index n) {
     ConnectedPart* neediest = nullptr;
     for (ConnectedPart& c : components) {
       if (c.n_domains >= static_cast<Index>(c.members.size())) continue;
-      if (neediest == nullptr || c.weight * neediest->n_domains > neediest->weight * c.n_domains) neediest = &c;
+      if (neediest == nullptr || c.weight * neediest->n_domains > neediest->weight * c.n_domains)
+        neediest = &c;
     }
     ++neediest->n_domains;
   }
@@ -210,13 +222,15 @@ void share_out(std::vector<ConnectedPart>& components, Index n) {
 void pack(const std::vector<ConnectedPart>& components, Index n, std::vector<Index>& domain) {
   std::vector<std::size_t> order(components.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return components[a].weight > components[b].weight; });
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return components[a].weight > components[b].weight;
+  });
   std::vector<Index> weight(static_cast<std::size_t>(n), 0);
   for (const std::size_t c : order) {
     const auto lightest = std::min_element(weight.begin(), weight.end());
     *lightest += components[c].weight;
-    for (const Index v : components[c].members) domain[static_cast<std::size_t>(v)] = lightest - weight.begin();
+    for (const Index v : components[c].members)
+      domain[static_cast<std::size_t>(v)] = lightest - weight.begin();
   }
 }
 
@@ -237,7 +251,8 @@ Decomposition decompose(const Mesh& mesh, Index n) {
   const ElementNodes elements = element_nodes(mesh);
   if (n < 1) throw InputError("domains: " + std::to_string(n) + " found, 1 or more allowed");
   if (n > elements.size()) {
-    throw InputError("domains: " + std::to_string(n) + " found, but the mesh has only " + std::to_string(elements.size()) +
+    throw InputError("domains: " + std::to_string(n) + " found, but the mesh has only " +
+                     std::to_string(elements.size()) +
                      " volume elements: ask for at most that many");
   }
   Decomposition decomposition{n, std::vector<Index>(static_cast<std::size_t>(elements.size()), 0)};
@@ -250,8 +265,8 @@ Decomposition decompose(const Mesh& mesh, Index n) {
     share_out(components, n);
     Index first = 0;
     for (const ConnectedPart& component : components) {
-      const std::vector<Index> part =
-          best_partition(elements, component.members, subgraph(graph, component.members), component.n_domains);
+      const std::vector<Index> part = best_partition(
+          elements, component.members, subgraph(graph, component.members), component.n_domains);
       for (std::size_t i = 0; i < part.size(); ++i)
         decomposition.domain[static_cast<std::size_t>(component.members[i])] = first + part[i];
       first += component.n_domains;

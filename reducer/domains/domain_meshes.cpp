@@ -9,7 +9,8 @@ namespace cbr {
 namespace {
 
 // Per mesh node the domains that use it, ascending.
-std::vector<std::vector<Index>> domains_of_nodes(const Mesh& mesh, const Decomposition& decomposition) {
+std::vector<std::vector<Index>> domains_of_nodes(const Mesh& mesh,
+                                                 const Decomposition& decomposition) {
   std::vector<std::vector<Index>> domains(mesh.node_ids.size());
   const ElementNodes elements = element_nodes(mesh);
   for (Index e = 0; e < elements.size(); ++e) {
@@ -28,8 +29,8 @@ struct Place {
   Index domain = -1, block = -1, row = -1;
 };
 
-void take_elements(const Mesh& mesh, const Decomposition& decomposition, std::vector<Domain>& domains,
-                   std::vector<std::vector<Place>>& places) {
+void take_elements(const Mesh& mesh, const Decomposition& decomposition,
+                   std::vector<Domain>& domains, std::vector<std::vector<Place>>& places) {
   Index element = 0;
   for (std::size_t b = 0; b < mesh.blocks.size(); ++b) {
     const Block& block = mesh.blocks[b];
@@ -39,14 +40,16 @@ void take_elements(const Mesh& mesh, const Decomposition& decomposition, std::ve
     for (Index e = 0; e < block.connectivity.rows(); ++e, ++element) {
       const Index d = decomposition.domain[static_cast<std::size_t>(element)];
       auto& of = rows[static_cast<std::size_t>(d)];
-      places[b][static_cast<std::size_t>(e)] = {d, static_cast<Index>(domains[static_cast<std::size_t>(d)].mesh.blocks.size()),
-                                                static_cast<Index>(of.size())};
+      places[b][static_cast<std::size_t>(e)] = {
+          d, static_cast<Index>(domains[static_cast<std::size_t>(d)].mesh.blocks.size()),
+          static_cast<Index>(of.size())};
       of.push_back(e);
     }
     for (std::size_t d = 0; d < domains.size(); ++d) {
       if (rows[d].empty()) continue;
       Block part{block.name, block.id, block.type, block.connectivity(rows[d], Eigen::all), {}};
-      for (const Index e : rows[d]) part.element_ids.push_back(block.element_ids[static_cast<std::size_t>(e)]);
+      for (const Index e : rows[d])
+        part.element_ids.push_back(block.element_ids[static_cast<std::size_t>(e)]);
       domains[d].mesh.blocks.push_back(std::move(part));
       domains[d].block.push_back(static_cast<Index>(b));
     }
@@ -54,8 +57,8 @@ void take_elements(const Mesh& mesh, const Decomposition& decomposition, std::ve
 }
 
 // Nodes in the order of the whole mesh; connectivity and interface in the domain's own numbers.
-void take_nodes(const Mesh& mesh, const std::vector<std::vector<Index>>& domains_of, const std::vector<Index>& interface,
-                std::vector<Domain>& domains) {
+void take_nodes(const Mesh& mesh, const std::vector<std::vector<Index>>& domains_of,
+                const std::vector<Index>& interface, std::vector<Domain>& domains) {
   std::vector<bool> kept(mesh.node_ids.size(), false);
   for (const Index node : interface) kept[static_cast<std::size_t>(node)] = true;
   for (std::size_t node = 0; node < domains_of.size(); ++node) {
@@ -70,9 +73,11 @@ void take_nodes(const Mesh& mesh, const std::vector<std::vector<Index>>& domains
   std::vector<Index> local(mesh.node_ids.size(), -1);  // of one domain after the other
   for (Domain& domain : domains) {
     domain.mesh.coordinates = mesh.coordinates(domain.node, Eigen::all);
-    for (std::size_t i = 0; i < domain.node.size(); ++i) local[static_cast<std::size_t>(domain.node[i])] = static_cast<Index>(i);
+    for (std::size_t i = 0; i < domain.node.size(); ++i)
+      local[static_cast<std::size_t>(domain.node[i])] = static_cast<Index>(i);
     for (Block& block : domain.mesh.blocks) {
-      for (Index& node : block.connectivity.reshaped()) node = local[static_cast<std::size_t>(node)];
+      for (Index& node : block.connectivity.reshaped())
+        node = local[static_cast<std::size_t>(node)];
     }
   }
 }
@@ -81,14 +86,17 @@ bool is_wanted(const std::vector<std::string>& sets, const std::string& name) {
   return std::find(sets.begin(), sets.end(), name) != sets.end();
 }
 
-void take_sidesets(const Mesh& mesh, const std::vector<std::vector<Place>>& places, const std::vector<std::string>& sets,
-                   std::vector<Domain>& domains) {
+void take_sidesets(const Mesh& mesh, const std::vector<std::vector<Place>>& places,
+                   const std::vector<std::string>& sets, std::vector<Domain>& domains) {
   for (const Sideset& sideset : mesh.sidesets) {
     if (!is_wanted(sets, sideset.name)) continue;
     std::vector<Sideset> parts(domains.size(), Sideset{sideset.name, sideset.id, {}});
     for (const Side& side : sideset.sides) {
-      const Place& place = places[static_cast<std::size_t>(side.block)][static_cast<std::size_t>(side.element)];
-      if (place.domain >= 0) parts[static_cast<std::size_t>(place.domain)].sides.push_back({place.block, place.row, side.side});
+      const Place& place =
+          places[static_cast<std::size_t>(side.block)][static_cast<std::size_t>(side.element)];
+      if (place.domain >= 0)
+        parts[static_cast<std::size_t>(place.domain)].sides.push_back(
+            {place.block, place.row, side.side});
     }
     for (std::size_t d = 0; d < domains.size(); ++d) {
       if (!parts[d].sides.empty()) domains[d].mesh.sidesets.push_back(std::move(parts[d]));
@@ -96,14 +104,16 @@ void take_sidesets(const Mesh& mesh, const std::vector<std::vector<Place>>& plac
   }
 }
 
-void take_nodesets(const Mesh& mesh, const std::vector<std::string>& sets, std::vector<Domain>& domains) {
+void take_nodesets(const Mesh& mesh, const std::vector<std::string>& sets,
+                   std::vector<Domain>& domains) {
   for (const Nodeset& nodeset : mesh.nodesets) {
     if (!is_wanted(sets, nodeset.name)) continue;
     for (Domain& domain : domains) {
       Nodeset part{nodeset.name, nodeset.id, {}};
       for (const Index node : nodeset.nodes) {
         const auto place = std::lower_bound(domain.node.begin(), domain.node.end(), node);
-        if (place != domain.node.end() && *place == node) part.nodes.push_back(place - domain.node.begin());
+        if (place != domain.node.end() && *place == node)
+          part.nodes.push_back(place - domain.node.begin());
       }
       if (!part.nodes.empty()) domain.mesh.nodesets.push_back(std::move(part));
     }
@@ -121,7 +131,8 @@ std::vector<Index> shared_nodes(const Mesh& mesh, const Decomposition& decomposi
   return shared;
 }
 
-std::vector<Domain> split(const Mesh& mesh, const Decomposition& decomposition, const std::vector<Index>& interface,
+std::vector<Domain> split(const Mesh& mesh, const Decomposition& decomposition,
+                          const std::vector<Index>& interface,
                           const std::vector<std::string>& sets) {
   std::vector<Domain> domains(static_cast<std::size_t>(decomposition.n_domains));
   std::vector<std::vector<Place>> places(mesh.blocks.size());

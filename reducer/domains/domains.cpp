@@ -36,16 +36,21 @@ class OneThreadEach {
 };
 
 // Mesh nodes of the component's interface.
-std::vector<Index> kept_nodes(const Mesh& mesh, const FiniteElementModel& model, const std::vector<std::string>& sets) {
+std::vector<Index> kept_nodes(const Mesh& mesh, const FiniteElementModel& model,
+                              const std::vector<std::string>& sets) {
   std::vector<Index> nodes;
-  for (const Index i : interface_nodes(mesh, model, sets)) nodes.push_back(model.nodes[static_cast<std::size_t>(i)]);
+  for (const Index i : interface_nodes(mesh, model, sets))
+    nodes.push_back(model.nodes[static_cast<std::size_t>(i)]);
   return nodes;
 }
 
-// Names of the sets that one superelement of the whole would keep: not those that happen to lie between two domains.
-std::vector<std::string> kept_sets(const Mesh& mesh, const std::vector<Index>& interface, const std::vector<std::string>& named) {
+// Names of the sets that one superelement of the whole would keep: not those that happen to lie
+// between two domains.
+std::vector<std::string> kept_sets(const Mesh& mesh, const std::vector<Index>& interface,
+                                   const std::vector<std::string>& named) {
   std::vector<Index> place(mesh.node_ids.size(), -1);
-  for (std::size_t i = 0; i < interface.size(); ++i) place[static_cast<std::size_t>(interface[i])] = static_cast<Index>(i);
+  for (std::size_t i = 0; i < interface.size(); ++i)
+    place[static_cast<std::size_t>(interface[i])] = static_cast<Index>(i);
   Superelement whole;
   add_interface_sets(mesh, place, named, whole);
   std::vector<std::string> names;
@@ -56,8 +61,9 @@ std::vector<std::string> kept_sets(const Mesh& mesh, const std::vector<Index>& i
 
 class DomainReducer {
  public:
-  DomainReducer(const std::vector<BlockProperties>& properties, MassKind mass, const ReductionOptions& options,
-                const ReduceSettings& settings, std::vector<Domain>&& domains)
+  DomainReducer(const std::vector<BlockProperties>& properties, MassKind mass,
+                const ReductionOptions& options, const ReduceSettings& settings,
+                std::vector<Domain>&& domains)
       : properties_(properties),
         mass_(mass),
         options_(options),
@@ -70,7 +76,8 @@ class DomainReducer {
   std::vector<Superelement> run(Report& report, GroupFigures& figures) {
     const auto n = static_cast<int>(domains_.size());
     figures.n_workers = std::clamp(n_threads(), 1, n);
-    settings_.memory = (settings_.memory > 0 ? settings_.memory : half_of_memory()) / figures.n_workers;
+    settings_.memory =
+        (settings_.memory > 0 ? settings_.memory : half_of_memory()) / figures.n_workers;
     settings_.diagonal_limit = 0;
     settings_.is_domain = true;
     about_ = report.about();
@@ -97,25 +104,28 @@ class DomainReducer {
 
  private:
   std::string about_of(std::size_t d) const {
-    return about_ + "domain " + std::to_string(d + 1) + " of " + std::to_string(superelements_.size()) + ": ";
+    return about_ + "domain " + std::to_string(d + 1) + " of " +
+           std::to_string(superelements_.size()) + ": ";
   }
 
   void reduce_domain(std::size_t d) {
     try {
       Domain domain = std::move(domains_[d]);  // freed when reduced
       std::vector<BlockProperties> properties;
-      for (const Index block : domain.block) properties.push_back(properties_[static_cast<std::size_t>(block)]);
+      for (const Index block : domain.block)
+        properties.push_back(properties_[static_cast<std::size_t>(block)]);
       ReductionOptions options = options_;
       const Index n_I = 3 * static_cast<Index>(domain.node.size() - domain.interface.size());
       if (options.modes && *options.modes > n_I) {
         figures_[d].modes_missing = *options.modes - n_I;
         options.modes = n_I;
       }
-      for (const Block& block : domain.mesh.blocks) figures_[d].n_elements += block.connectivity.rows();
+      for (const Block& block : domain.mesh.blocks)
+        figures_[d].n_elements += block.connectivity.rows();
       Report silent("cbr-reduce", Verbosity::quiet);  // but for warnings
       silent.about(about_of(d));
-      superelements_[d] =
-          reduce(domain.mesh, properties, mass_, options, domain.interface, settings_, silent, &figures_[d].reduction);
+      superelements_[d] = reduce(domain.mesh, properties, mass_, options, domain.interface,
+                                 settings_, silent, &figures_[d].reduction);
     } catch (...) {
       failures_[d] = std::current_exception();
     }
@@ -125,7 +135,8 @@ class DomainReducer {
   void rethrow() const {
     for (std::size_t d = 0; d < failures_.size(); ++d) {
       if (!failures_[d]) continue;
-      const std::string where = "domain " + std::to_string(d + 1) + " of " + std::to_string(failures_.size()) + ": ";
+      const std::string where =
+          "domain " + std::to_string(d + 1) + " of " + std::to_string(failures_.size()) + ": ";
       try {
         std::rethrow_exception(failures_[d]);
       } catch (const InputError& error) {
@@ -154,19 +165,23 @@ RigidBody together(const std::vector<Superelement>& parts) {
   for (const auto& s : parts) whole.center += s.rigid_body.mass / whole.mass * s.rigid_body.center;
   for (const auto& s : parts) {
     const Vector3 arm = s.rigid_body.center - whole.center;
-    whole.inertia += s.rigid_body.inertia + s.rigid_body.mass * (arm.squaredNorm() * Matrix3::Identity() - arm * arm.transpose());
+    whole.inertia +=
+        s.rigid_body.inertia +
+        s.rigid_body.mass * (arm.squaredNorm() * Matrix3::Identity() - arm * arm.transpose());
   }
   whole.inertia = (0.5 * (whole.inertia + whole.inertia.transpose())).eval();
   return whole;
 }
 
-void add_diagonal(const Mesh& mesh, const ReduceSettings& settings, Report& report, SuperelementGroup& group) {
+void add_diagonal(const Mesh& mesh, const ReduceSettings& settings, Report& report,
+                  SuperelementGroup& group) {
   const Index limit = settings.diagonal_limit;
   Index n = 0;
   for (const auto& s : group.domains) n += s.k();
   n += 3 * static_cast<Index>(join_nodes(group).node_ids.size());
   if (n > limit) {
-    report.detail("the domains together: more than " + std::to_string(limit) + " coordinates, whose matrices are not formed: " +
+    report.detail("the domains together: more than " + std::to_string(limit) +
+                  " coordinates, whose matrices are not formed: " +
                   "condition of the mass, frequencies and mechanisms not computed");
     return;
   }
@@ -174,11 +189,16 @@ void add_diagonal(const Mesh& mesh, const ReduceSettings& settings, Report& repo
   Superelement whole = join(group);
   const std::vector<Index> part = parts_of(mesh, whole.node_ids);
   Conditioning condition;
-  condition.n_rigid = settings.is_diagonal_read ? add_diagonal_form(whole, part) : add_lowest_modes(whole, part, n_beside);
+  condition.n_rigid = settings.is_diagonal_read ? add_diagonal_form(whole, part)
+                                                : add_lowest_modes(whole, part, n_beside);
   condition.reduced_rigid =
-      rigid_residual(whole.K_cc, reduced_rigid_modes(whole, group.rigid_body.center).bottomRows(whole.c())).value;
+      rigid_residual(whole.K_cc,
+                     reduced_rigid_modes(whole, group.rigid_body.center).bottomRows(whole.c()))
+          .value;
   const Index loose = examine_reduced(whole, rigid_motions_of_parts(whole, part), condition);
-  if (loose >= 0) condition.loose_node = name_of_node_id(mesh, whole.node_ids[static_cast<std::size_t>(loose / 3)]);
+  if (loose >= 0)
+    condition.loose_node =
+        name_of_node_id(mesh, whole.node_ids[static_cast<std::size_t>(loose / 3)]);
   const std::string about = report.about();
   report.about(about + "the domains together: ");
   report_conditioning(condition, report);
@@ -194,11 +214,13 @@ void add_diagonal(const Mesh& mesh, const ReduceSettings& settings, Report& repo
 
 std::vector<Index> component_interface(const Mesh& mesh, const std::vector<std::string>& sets) {
   std::vector<Index> ids;
-  for (const Index node : kept_nodes(mesh, number_nodes(mesh), sets)) ids.push_back(mesh.node_ids[static_cast<std::size_t>(node)]);
+  for (const Index node : kept_nodes(mesh, number_nodes(mesh), sets))
+    ids.push_back(mesh.node_ids[static_cast<std::size_t>(node)]);
   return ids;
 }
 
-std::optional<Vector3> residual_mass_share(const SuperelementGroup& group, const std::vector<Index>& interface_ids, Index most) {
+std::optional<Vector3> residual_mass_share(const SuperelementGroup& group,
+                                           const std::vector<Index>& interface_ids, Index most) {
   const JoinedNodes joined = join_nodes(group);
   const std::set<Index> kept(interface_ids.begin(), interface_ids.end());
   std::vector<Index> number(joined.node_ids.size(), -1);  // of nodes that are free to move
@@ -215,7 +237,8 @@ std::optional<Vector3> residual_mass_share(const SuperelementGroup& group, const
     std::vector<Index> rows, at;  // of S, of S_bb
     for (Index i = 0; i < s.c(); ++i) {
       const auto dof = static_cast<std::size_t>(i);
-      const Index free = number[static_cast<std::size_t>(joined.place[d][static_cast<std::size_t>(s.dof_node[dof])])];
+      const Index free = number[static_cast<std::size_t>(
+          joined.place[d][static_cast<std::size_t>(s.dof_node[dof])])];
       if (free < 0) {
         R(i, s.dof_component[dof]) = 1;
       } else {
@@ -247,8 +270,9 @@ std::vector<Index> parts_of(const Mesh& mesh, const std::vector<Index>& node_ids
   return parts;
 }
 
-SuperelementGroup reduce_domains(const Mesh& mesh, const std::vector<BlockProperties>& properties, MassKind mass,
-                                 const ReductionOptions& options, const ReduceSettings& settings, Report& report,
+SuperelementGroup reduce_domains(const Mesh& mesh, const std::vector<BlockProperties>& properties,
+                                 MassKind mass, const ReductionOptions& options,
+                                 const ReduceSettings& settings, Report& report,
                                  GroupFigures* figures) {
   GroupFigures own;
   GroupFigures& f = figures != nullptr ? *figures : own;
@@ -261,21 +285,24 @@ SuperelementGroup reduce_domains(const Mesh& mesh, const std::vector<BlockProper
     f.n_dofs = 3 * static_cast<Index>(model.nodes.size());
     tell_of_parts(mesh, model, connected_parts(mesh, model), report);
     f.n_shared_nodes = static_cast<Index>(shared_nodes(mesh, decomposition).size());
-    domains = split(mesh, decomposition, interface, kept_sets(mesh, interface, options.interface_sets));
+    domains =
+        split(mesh, decomposition, interface, kept_sets(mesh, interface, options.interface_sets));
   }
   SuperelementGroup group;
   {
     const double before = report.seconds("reduction of the domains");
     {
       const auto phase = report.phase("reduction of the domains");
-      group.domains = DomainReducer(properties, mass, options, settings, std::move(domains)).run(report, f);
+      group.domains =
+          DomainReducer(properties, mass, options, settings, std::move(domains)).run(report, f);
     }
     f.seconds = report.seconds("reduction of the domains") - before;
   }
   group.rigid_body = together(group.domains);
   if (options.tolerance)
     report.warning("the tolerance holds in each of the " + std::to_string(group.domains.size()) +
-                   " domains, and not of what they make together: its lowest frequencies may be several times farther off; "
+                   " domains, and not of what they make together: its lowest frequencies may be "
+                   "several times farther off; "
                    "take domains: 1 where it has to hold, or a smaller tolerance");
   if (!options.has_second_reduction()) add_diagonal(mesh, settings, report, group);
   return group;

@@ -27,24 +27,29 @@ struct GroupFigures {
   double seconds = 0;  // of the domains' reduction, all together
 };
 
-// Cuts the mesh into options.domains parts and reduces each with `modes` (all of its own when it has fewer) or `cutoff_hz`. Fills
-// all but content_hash and provenance. Workers: n_threads(), each with one thread of BLAS and its share of the memory; their number
-// does not change the domains' bytes. The diagonal form is that of the joined superelement, stored for n up to
+// Cuts the mesh into options.domains parts and reduces each with `modes` (all of its own when it
+// has fewer) or `cutoff_hz`. Fills all but content_hash and provenance. Workers: n_threads(), each
+// with one thread of BLAS and its share of the memory; their number does not change the domains'
+// bytes. The diagonal form is that of the joined superelement, stored for n up to
 // settings.diagonal_limit. InputErrors as of reduce(), with the domain's number.
-SuperelementGroup reduce_domains(const Mesh& mesh, const std::vector<BlockProperties>& properties, MassKind mass,
-                                 const ReductionOptions& options, const ReduceSettings& settings, Report& report,
+SuperelementGroup reduce_domains(const Mesh& mesh, const std::vector<BlockProperties>& properties,
+                                 MassKind mass, const ReductionOptions& options,
+                                 const ReduceSettings& settings, Report& report,
                                  GroupFigures* figures = nullptr);
 
 // Ids of the nodes that the component keeps, in the order of the mesh.
 std::vector<Index> component_interface(const Mesh& mesh, const std::vector<std::string>& sets);
 
-// rho_res along x, y, z of what the domains make together: r^T S r / m, r a translation of `interface_ids` (mesh ids), S the mass
-// that they are left with when modes and the domains' other nodes are free to move (a Schur complement of the joined mass). A dense
-// factor of these nodes' dofs: none above `most` of them.
-std::optional<Vector3> residual_mass_share(const SuperelementGroup& group, const std::vector<Index>& interface_ids,
+// rho_res along x, y, z of what the domains make together: r^T S r / m, r a translation of
+// `interface_ids` (mesh ids), S the mass that they are left with when modes and the domains' other
+// nodes are free to move (a Schur complement of the joined mass). A dense factor of these nodes'
+// dofs: none above `most` of them.
+std::optional<Vector3> residual_mass_share(const SuperelementGroup& group,
+                                           const std::vector<Index>& interface_ids,
                                            Index most = 6000);
 
-// Per node id the connected part of the mesh that it belongs to: connected_parts(), for add_diagonal_form().
+// Per node id the connected part of the mesh that it belongs to: connected_parts(), for
+// add_diagonal_form().
 std::vector<Index> parts_of(const Mesh& mesh, const std::vector<Index>& node_ids);
 
 }  // namespace cbr

@@ -7,7 +7,8 @@ namespace cbr {
 namespace {
 
 // A domain's coordinates [q_k; u_c] from the whole's [q_k; u_c]   (n_d x (k + c))
-Matrix coordinates_of_domain(const std::vector<Index>& places, const Matrix& Psi, const Matrix& Phi) {
+Matrix coordinates_of_domain(const std::vector<Index>& places, const Matrix& Psi,
+                             const Matrix& Phi) {
   const Index k = Phi.cols(), c = Psi.cols();
   Matrix T(static_cast<Index>(places.size()), k + c);
   for (Index i = 0; i < T.rows(); ++i) {
@@ -30,7 +31,8 @@ Block& block_like(const Block& part, std::vector<Block>& blocks) {
 }
 
 // Adds a domain's elements; `place`: of its nodes [interface; interior] among the whole's.
-void add_blocks(const std::vector<Block>& parts, const std::vector<Index>& place, std::vector<Block>& blocks) {
+void add_blocks(const std::vector<Block>& parts, const std::vector<Index>& place,
+                std::vector<Block>& blocks) {
   for (const Block& part : parts) {
     Block& block = block_like(part, blocks);
     const Index first = block.connectivity.rows();
@@ -39,19 +41,24 @@ void add_blocks(const std::vector<Block>& parts, const std::vector<Index>& place
       for (Index a = 0; a < part.connectivity.cols(); ++a)
         block.connectivity(first + e, a) = place[static_cast<std::size_t>(part.connectivity(e, a))];
     }
-    block.element_ids.insert(block.element_ids.end(), part.element_ids.begin(), part.element_ids.end());
+    block.element_ids.insert(block.element_ids.end(), part.element_ids.begin(),
+                             part.element_ids.end());
   }
 }
 
 }  // namespace
 
-Superelement::Recovery joined_recovery(const SuperelementGroup& group, const JoinedNodes& joined, const JoinedPlaces& places,
-                                       const Matrix& Psi, const Matrix& Phi) {
-  const auto n_kept = static_cast<Index>(places.interface_nodes.size()), n_shared = static_cast<Index>(places.shared_nodes.size());
+Superelement::Recovery joined_recovery(const SuperelementGroup& group, const JoinedNodes& joined,
+                                       const JoinedPlaces& places, const Matrix& Psi,
+                                       const Matrix& Phi) {
+  const auto n_kept = static_cast<Index>(places.interface_nodes.size()),
+             n_shared = static_cast<Index>(places.shared_nodes.size());
   Index n = n_shared;
   for (const auto& s : group.domains) {
     if (s.recovery.empty())
-      throw InputError("second_reduction: a domain has no recovery data: reduce the domains with recovery: true");
+      throw InputError(
+          "second_reduction: a domain has no recovery data: reduce the domains with recovery: "
+          "true");
     n += static_cast<Index>(s.recovery.front().node_ids.size());
   }
   Superelement::Recovery whole;
@@ -59,7 +66,8 @@ Superelement::Recovery joined_recovery(const SuperelementGroup& group, const Joi
   whole.Psi.resize(3 * n, Psi.cols());
   whole.Phi.resize(3 * n, Phi.cols());
   std::vector<Index> place(joined.node_ids.size());  // among [kept; shared; interiors]
-  for (Index i = 0; i < n_kept; ++i) place[static_cast<std::size_t>(places.interface_nodes[static_cast<std::size_t>(i)])] = i;
+  for (Index i = 0; i < n_kept; ++i)
+    place[static_cast<std::size_t>(places.interface_nodes[static_cast<std::size_t>(i)])] = i;
   for (Index i = 0; i < n_shared; ++i) {
     const auto node = static_cast<std::size_t>(places.shared_nodes[static_cast<std::size_t>(i)]);
     place[node] = n_kept + i;

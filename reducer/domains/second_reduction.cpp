@@ -18,10 +18,12 @@ namespace {
 
 constexpr double singular_pivot = 1e-14;
 
-JoinedPlaces places_of(const SuperelementGroup& group, const JoinedNodes& joined, const std::vector<Index>& interface_ids) {
+JoinedPlaces places_of(const SuperelementGroup& group, const JoinedNodes& joined,
+                       const std::vector<Index>& interface_ids) {
   const std::set<Index> kept(interface_ids.begin(), interface_ids.end());
   JoinedPlaces places;
-  std::vector<Index> dof(joined.node_ids.size());  // first of the node: from 0 in the interior, from -1 downwards on the interface
+  // first of the node: from 0 in the interior, from -1 downwards on the interface
+  std::vector<Index> dof(joined.node_ids.size());
   for (const auto& s : group.domains) places.n_interior += s.k();
   for (std::size_t i = 0; i < dof.size(); ++i) {
     const bool interface = kept.contains(joined.node_ids[i]);
@@ -36,7 +38,8 @@ JoinedPlaces places_of(const SuperelementGroup& group, const JoinedNodes& joined
     for (Index j = 0; j < s.k(); ++j) of.push_back(first++);
     for (Index i = 0; i < s.c(); ++i) {
       const auto at = static_cast<std::size_t>(i);
-      const Index node = dof[static_cast<std::size_t>(joined.place[d][static_cast<std::size_t>(s.dof_node[at])])];
+      const Index node =
+          dof[static_cast<std::size_t>(joined.place[d][static_cast<std::size_t>(s.dof_node[at])])];
       of.push_back(node >= 0 ? node + s.dof_component[at] : node - s.dof_component[at]);
     }
   }
@@ -66,8 +69,8 @@ void for_entries(const Superelement& s, Which which, Take take) {
 }
 
 // One block of the joined K or M: rows and columns of the interior or of the interface.
-SparseMatrix joined_block(const SuperelementGroup& group, const JoinedPlaces& places, Which which, bool rows_interior,
-                          bool columns_interior) {
+SparseMatrix joined_block(const SuperelementGroup& group, const JoinedPlaces& places, Which which,
+                          bool rows_interior, bool columns_interior) {
   Triplets triplets;
   for (std::size_t d = 0; d < group.domains.size(); ++d) {
     const auto& of = places.of_domain[d];
@@ -78,7 +81,8 @@ SparseMatrix joined_block(const SuperelementGroup& group, const JoinedPlaces& pl
                             column >= 0 ? column : JoinedPlaces::of_interface(column), value);
     });
   }
-  SparseMatrix A(rows_interior ? places.n_interior : places.n_interface, columns_interior ? places.n_interior : places.n_interface);
+  SparseMatrix A(rows_interior ? places.n_interior : places.n_interface,
+                 columns_interior ? places.n_interior : places.n_interface);
   A.setFromTriplets(triplets.begin(), triplets.end());
   return A;
 }
@@ -94,13 +98,15 @@ Partition partition_of(const SuperelementGroup& group, const JoinedPlaces& place
   return p;
 }
 
-// Numbers of the connected parts that the joined nodes belong to: those that a domain's stiffness connects.
+// Numbers of the connected parts that the joined nodes belong to: those that a domain's stiffness
+// connects.
 std::vector<Index> parts_of(const SuperelementGroup& group, const JoinedNodes& joined) {
   std::vector<Index> part(joined.node_ids.size());
   std::iota(part.begin(), part.end(), Index{0});
   const auto root = [&](Index i) {
     while (part[static_cast<std::size_t>(i)] != i)
-      i = part[static_cast<std::size_t>(i)] = part[static_cast<std::size_t>(part[static_cast<std::size_t>(i)])];
+      i = part[static_cast<std::size_t>(i)] =
+          part[static_cast<std::size_t>(part[static_cast<std::size_t>(i)])];
     return i;
   };
   for (std::size_t d = 0; d < group.domains.size(); ++d) {
@@ -112,12 +118,13 @@ std::vector<Index> parts_of(const SuperelementGroup& group, const JoinedNodes& j
       for (Index i = j + 1; i < s.c(); ++i)
         if (s.K_cc(i, j) != 0) part[static_cast<std::size_t>(root(node(i)))] = root(node(j));
   }
-  for (Index i = 0; i < static_cast<Index>(part.size()); ++i) part[static_cast<std::size_t>(i)] = root(i);
+  for (Index i = 0; i < static_cast<Index>(part.size()); ++i)
+    part[static_cast<std::size_t>(i)] = root(i);
   return part;
 }
 
-RigidMotions rigid_motions_of(const SuperelementGroup& group, const JoinedNodes& joined, const JoinedPlaces& places,
-                              const Partition& p) {
+RigidMotions rigid_motions_of(const SuperelementGroup& group, const JoinedNodes& joined,
+                              const JoinedPlaces& places, const Partition& p) {
   const std::vector<Index> part = parts_of(group, joined);
   const auto of = [&](const std::vector<Index>& nodes) {
     std::vector<Index> numbers;
@@ -125,8 +132,9 @@ RigidMotions rigid_motions_of(const SuperelementGroup& group, const JoinedNodes&
     return numbers;
   };
   const Index n_modal = places.n_interior - 3 * static_cast<Index>(places.shared_nodes.size());
-  return rigid_motions(p, joined.coordinates(places.shared_nodes, Eigen::all), of(places.shared_nodes), n_modal,
-                       joined.coordinates(places.interface_nodes, Eigen::all), of(places.interface_nodes));
+  return rigid_motions(
+      p, joined.coordinates(places.shared_nodes, Eigen::all), of(places.shared_nodes), n_modal,
+      joined.coordinates(places.interface_nodes, Eigen::all), of(places.interface_nodes));
 }
 
 // What the messages call a coordinate of the joined interior.
@@ -134,24 +142,30 @@ std::string name_of(const JoinedNodes& joined, const JoinedPlaces& places, Index
   const Index n_modal = places.n_interior - 3 * static_cast<Index>(places.shared_nodes.size());
   if (row < n_modal) return "a mode of a domain";
   const Index node = places.shared_nodes[static_cast<std::size_t>((row - n_modal) / 3)];
-  return "node id " + std::to_string(joined.node_ids[static_cast<std::size_t>(node)]) + " in " + "xyz"[(row - n_modal) % 3];
+  return "node id " + std::to_string(joined.node_ids[static_cast<std::size_t>(node)]) + " in " +
+         "xyz"[(row - n_modal) % 3];
 }
 
-SparseCholesky factorise(const Partition& p, const JoinedNodes& joined, const JoinedPlaces& places) {
+SparseCholesky factorise(const Partition& p, const JoinedNodes& joined,
+                         const JoinedPlaces& places) {
   SparseCholesky factor(p.K_II);
-  if (p.n_interior() == 0 || (factor.ok() && factor.smallest_pivot() >= singular_pivot)) return factor;
+  if (p.n_interior() == 0 || (factor.ok() && factor.smallest_pivot() >= singular_pivot))
+    return factor;
   throw InputError("second_reduction: the stiffness of the joined domains is singular at " +
                    name_of(joined, places, factor.weakest_column()) +
-                   ": a part of it could float or turn, or is held too weakly for a double, as very thin parts are; put nodes of "
+                   ": a part of it could float or turn, or is held too weakly for a double, as "
+                   "very thin parts are; put nodes of "
                    "that part into the "
                    "interface, or leave second_reduction out");
 }
 
-Index n_modes_wanted(const Partition& p, const SparseCholesky& factor, const ReductionOptions& options) {
+Index n_modes_wanted(const Partition& p, const SparseCholesky& factor,
+                     const ReductionOptions& options) {
   if (options.second_modes) {
     if (*options.second_modes > p.n_interior())
       throw InputError("second_reduction.modes: " + std::to_string(*options.second_modes) +
-                       " requested, but the domains put together have only " + std::to_string(p.n_interior()) +
+                       " requested, but the domains put together have only " +
+                       std::to_string(p.n_interior()) +
                        " coordinates off the interface: ask for at most that many");
     return *options.second_modes;
   }
@@ -182,8 +196,9 @@ void describe_interface(const JoinedNodes& joined, const JoinedPlaces& places, S
 
 }  // namespace
 
-Superelement reduce_again(const SuperelementGroup& group, const std::vector<Index>& interface_ids, const ReductionOptions& options,
-                          const ReduceSettings& settings, Report& report, ReductionFigures* figures) {
+Superelement reduce_again(const SuperelementGroup& group, const std::vector<Index>& interface_ids,
+                          const ReductionOptions& options, const ReduceSettings& settings,
+                          Report& report, ReductionFigures* figures) {
   ReductionFigures own;
   ReductionFigures& f = figures != nullptr ? *figures : own;
   const JoinedNodes joined = join_nodes(group);
@@ -197,7 +212,8 @@ Superelement reduce_again(const SuperelementGroup& group, const std::vector<Inde
     made.rigid = rigid_motions_of(group, joined, places, made);
     return made;
   });
-  const SparseCholesky factor = timed("factorisation", [&] { return factorise(p, joined, places); });
+  const SparseCholesky factor =
+      timed("factorisation", [&] { return factorise(p, joined, places); });
   FixedInterfaceModes modes = timed("modes", [&] {
     f.n_candidates = n_modes_wanted(p, factor, options);
     return fixed_interface_modes(p, factor, f.n_candidates, report);
@@ -214,9 +230,11 @@ Superelement reduce_again(const SuperelementGroup& group, const std::vector<Inde
   how.panel = settings.panel;
   how.keep_Psi = options.recovery;
   how.one_Psi = needs_one_Psi(f.condition.K_II.scaled);
-  Condensation condensed = timed("condensation", [&] { return condense(p, factor, modes.Phi, how, report); });
+  Condensation condensed =
+      timed("condensation", [&] { return condense(p, factor, modes.Phi, how, report); });
   f.rigid = condensed.rigid;
-  if (p.rigid.count() > 0) judge_rigid(f.rigid, f.condition.K_II.scaled, f.condition.weakest, report);
+  if (p.rigid.count() > 0)
+    judge_rigid(f.rigid, f.condition.K_II.scaled, f.condition.weakest, report);
   Superelement s;
   s.rigid_body = group.rigid_body;
   describe_interface(joined, places, s);
@@ -224,8 +242,10 @@ Superelement reduce_again(const SuperelementGroup& group, const std::vector<Inde
   s.K_cc = std::move(condensed.K_cc);
   s.M_cc = std::move(condensed.M_cc);
   s.M_kc = std::move(condensed.M_kc);
-  if (options.recovery) s.recovery.push_back(joined_recovery(group, joined, places, condensed.Psi, modes.Phi));
-  f.condition.reduced_rigid = rigid_residual(s.K_cc, reduced_rigid_modes(s, s.rigid_body.center).bottomRows(s.c())).value;
+  if (options.recovery)
+    s.recovery.push_back(joined_recovery(group, joined, places, condensed.Psi, modes.Phi));
+  f.condition.reduced_rigid =
+      rigid_residual(s.K_cc, reduced_rigid_modes(s, s.rigid_body.center).bottomRows(s.c())).value;
   f.n_interior = p.n_interior();
   f.mode_method = modes.method;
   f.modes_proven = modes.proven;

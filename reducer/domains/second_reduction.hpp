@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The domains of a component, put together and reduced once more to the component's own interface: one superelement.
+// The domains of a component, put together and reduced once more to the component's own interface:
+// one superelement.
 #pragma once
 
 #include <vector>
@@ -9,12 +10,14 @@
 
 namespace cbr {
 
-// Interior: the modal coordinates of all domains and the shared nodes that the component does not keep; interface: the joined nodes
-// with an id of `interface_ids`. Statically the same as one reduction of the whole; its modes are those that the domains' modes can
-// make. `options`: second_modes or second_cutoff_hz (lowest modes), recovery (the domains must have theirs). Everything but
-// content_hash and provenance is set; no diagonal form, which add_diagonal_form() adds.
-// InputError: more modes than there are, a part that the interface does not hold.
-Superelement reduce_again(const SuperelementGroup& group, const std::vector<Index>& interface_ids, const ReductionOptions& options,
-                          const ReduceSettings& settings, Report& report, ReductionFigures* figures = nullptr);
+// Interior: the modal coordinates of all domains and the shared nodes that the component does not
+// keep; interface: the joined nodes with an id of `interface_ids`. Statically the same as one
+// reduction of the whole; its modes are those that the domains' modes can make. `options`:
+// second_modes or second_cutoff_hz (lowest modes), recovery (the domains must have theirs).
+// Everything but content_hash and provenance is set; no diagonal form, which add_diagonal_form()
+// adds. InputError: more modes than there are, a part that the interface does not hold.
+Superelement reduce_again(const SuperelementGroup& group, const std::vector<Index>& interface_ids,
+                          const ReductionOptions& options, const ReduceSettings& settings,
+                          Report& report, ReductionFigures* figures = nullptr);
 
 }  // namespace cbr

@@ -23,8 +23,8 @@ namespace {
 
 constexpr double dofs_per_hex = 24;
 
-// Entries of a factor that c interface dofs add when they come last, over c^2: half for themselves, the others in the interior's
-// columns.
+// Entries of a factor that c interface dofs add when they come last, over c^2: half for themselves,
+// the others in the interior's columns.
 constexpr double nonzeros_with_interface = 1.5;
 
 bool is_volume(const Block& block) { return dimension(block.type) == 3; }
@@ -32,11 +32,12 @@ bool is_volume(const Block& block) { return dimension(block.type) == 3; }
 // Volume elements by their nodes (rows of the model), one after the other.
 struct Elements {
   std::vector<std::vector<Index>> nodes;
-  std::vector<double> modes_per_hz3;  // Weyl's law: those of each one's volume below f are this times f^3; empty without a cutoff
+  // Weyl's law: those of each one's volume below f are this times f^3; empty without a cutoff
+  std::vector<double> modes_per_hz3;
 };
 
-// N = V omega^3 / (6 pi^2) (1 / c_p^3 + 2 / c_s^3): modes of an elastic body of volume V below omega, to leading order. Of V = 1
-// and 1 Hz.
+// N = V omega^3 / (6 pi^2) (1 / c_p^3 + 2 / c_s^3): modes of an elastic body of volume V below
+// omega, to leading order. Of V = 1 and 1 Hz.
 double weyl_density(const Material& m) {
   const double shear = m.youngs_modulus / (2 * (1 + m.poissons_ratio));
   const double c_s = std::sqrt(shear / m.density);
@@ -44,18 +45,20 @@ double weyl_density(const Material& m) {
   return 4 * std::numbers::pi / 3 * (1 / std::pow(c_p, 3) + 2 / std::pow(c_s, 3));
 }
 
-Elements volume_elements(const Mesh& mesh, const FiniteElementModel& model, const std::vector<BlockProperties>& properties,
-                         bool with_modes) {
+Elements volume_elements(const Mesh& mesh, const FiniteElementModel& model,
+                         const std::vector<BlockProperties>& properties, bool with_modes) {
   Elements elements;
   for (std::size_t b = 0; b < mesh.blocks.size(); ++b) {
     const Block& block = mesh.blocks[b];
     if (!is_volume(block)) continue;
     for (Index e = 0; e < block.connectivity.rows(); ++e) {
       auto& nodes = elements.nodes.emplace_back();
-      for (const Index node : block.connectivity.row(e)) nodes.push_back(model.row[static_cast<std::size_t>(node)]);
+      for (const Index node : block.connectivity.row(e))
+        nodes.push_back(model.row[static_cast<std::size_t>(node)]);
       if (!with_modes) continue;
       Points X(block.connectivity.cols(), 3);
-      for (Index i = 0; i < X.rows(); ++i) X.row(i) = mesh.coordinates.row(block.connectivity(e, i));
+      for (Index i = 0; i < X.rows(); ++i)
+        X.row(i) = mesh.coordinates.row(block.connectivity(e, i));
       const double volume = element_lumped_mass(block.type, X, 1).sum();
       elements.modes_per_hz3.push_back(volume * weyl_density(properties[b].material));
     }
@@ -63,8 +66,10 @@ Elements volume_elements(const Mesh& mesh, const FiniteElementModel& model, cons
   return elements;
 }
 
-// Lower triangle of the pattern: an entry where two of the nodes (local numbers, -1: not taken) share an element of the list.
-SparseMatrix node_graph(const Elements& elements, const std::vector<Index>& list, const std::vector<Index>& local, Index n) {
+// Lower triangle of the pattern: an entry where two of the nodes (local numbers, -1: not taken)
+// share an element of the list.
+SparseMatrix node_graph(const Elements& elements, const std::vector<Index>& list,
+                        const std::vector<Index>& local, Index n) {
   std::vector<std::vector<Index>> around(static_cast<std::size_t>(n));  // elements of each node
   for (const Index e : list) {
     for (const Index node : elements.nodes[static_cast<std::size_t>(e)]) {
@@ -99,7 +104,8 @@ double nonzeros_of(const SparseMatrix& graph) {
   return 9 * (2 * static_cast<double>(graph.nonZeros()) - static_cast<double>(graph.rows()));
 }
 
-// Nodes that lie in the same domains are one weighted node here; those of one domain all meet. Eliminated by least degree.
+// Nodes that lie in the same domains are one weighted node here; those of one domain all meet.
+// Eliminated by least degree.
 FactorCost joined_factor_cost(const std::map<std::vector<Index>, Index>& nodes_by_domains) {
   std::vector<double> weight;  // dofs
   std::map<Index, std::vector<std::size_t>> of_domain;
@@ -112,13 +118,15 @@ FactorCost joined_factor_cost(const std::map<std::vector<Index>, Index>& nodes_b
     for (const std::size_t i : members) near[i].insert(members.begin(), members.end());
   }
   const auto degree = [&](std::size_t i) {
-    return std::accumulate(near[i].begin(), near[i].end(), 0.0, [&](double sum, std::size_t j) { return sum + weight[j]; });
+    return std::accumulate(near[i].begin(), near[i].end(), 0.0,
+                           [&](double sum, std::size_t j) { return sum + weight[j]; });
   };
   FactorCost cost;
   std::set<std::size_t> left;
   for (std::size_t i = 0; i < weight.size(); ++i) left.insert(i);
   while (!left.empty()) {
-    const std::size_t i = *std::min_element(left.begin(), left.end(), [&](auto a, auto b) { return degree(a) < degree(b); });
+    const std::size_t i = *std::min_element(left.begin(), left.end(),
+                                            [&](auto a, auto b) { return degree(a) < degree(b); });
     const double rows = degree(i), w = weight[i];
     // Columns of rows, rows - 1, ... rows - w + 1 entries.
     cost.n_nonzeros += w * rows - w * (w - 1) / 2;
@@ -134,7 +142,9 @@ FactorCost joined_factor_cost(const std::map<std::vector<Index>, Index>& nodes_b
 }
 
 // Sorted list of the domains that each node is in.
-std::vector<std::vector<Index>> domains_of_nodes(const Elements& elements, const std::vector<Index>& domain, std::size_t n_nodes) {
+std::vector<std::vector<Index>> domains_of_nodes(const Elements& elements,
+                                                 const std::vector<Index>& domain,
+                                                 std::size_t n_nodes) {
   std::vector<std::vector<Index>> in(n_nodes);
   for (std::size_t e = 0; e < elements.nodes.size(); ++e) {
     for (const Index node : elements.nodes[e]) {
@@ -146,11 +156,16 @@ std::vector<std::vector<Index>> domains_of_nodes(const Elements& elements, const
   return in;
 }
 
-// Of blocks, measured (docs/decisions/mode-tolerance.md): 47 at 1e-2, 297 at 1e-3. Slender parts need fewer.
-Index modes_of_tolerance_about(double tolerance) { return static_cast<Index>(std::min(1.2 * std::pow(tolerance, -0.8), 1e9)); }
+// Of blocks, measured (docs/decisions/mode-tolerance.md): 47 at 1e-2, 297 at 1e-3. Slender parts
+// need fewer.
+Index modes_of_tolerance_about(double tolerance) {
+  return static_cast<Index>(std::min(1.2 * std::pow(tolerance, -0.8), 1e9));
+}
 
-Index modes_of_domain(const Elements& elements, const std::vector<Index>& list, const ReductionOptions& options, Index n_interior) {
-  if (options.modes) return std::min(*options.modes, n_interior);  // a domain keeps all when it has fewer
+Index modes_of_domain(const Elements& elements, const std::vector<Index>& list,
+                      const ReductionOptions& options, Index n_interior) {
+  // a domain keeps all when it has fewer
+  if (options.modes) return std::min(*options.modes, n_interior);
   if (options.tolerance) return std::min(modes_of_tolerance_about(*options.tolerance), n_interior);
   double modes = 0;
   for (const Index e : list) modes += elements.modes_per_hz3[static_cast<std::size_t>(e)];
@@ -158,13 +173,14 @@ Index modes_of_domain(const Elements& elements, const std::vector<Index>& list, 
   return static_cast<Index>(std::min(std::round(modes), static_cast<double>(n_interior)));
 }
 
-DomainEstimate domain_estimate(const Elements& elements, const std::vector<Index>& list, const std::vector<bool>& kept,
-                               const ReductionOptions& options) {
+DomainEstimate domain_estimate(const Elements& elements, const std::vector<Index>& list,
+                               const std::vector<bool>& kept, const ReductionOptions& options) {
   DomainEstimate d;
   d.n_elements = static_cast<Index>(list.size());
   std::vector<Index> all(kept.size(), -1), interior(kept.size(), -1);
   for (const Index e : list) {
-    for (const Index node : elements.nodes[static_cast<std::size_t>(e)]) all[static_cast<std::size_t>(node)] = 0;
+    for (const Index node : elements.nodes[static_cast<std::size_t>(e)])
+      all[static_cast<std::size_t>(node)] = 0;
   }
   Index n_interior = 0;
   for (std::size_t i = 0; i < kept.size(); ++i) {
@@ -176,7 +192,8 @@ DomainEstimate domain_estimate(const Elements& elements, const std::vector<Index
   d.n_interior_dofs = 3 * n_interior;
   d.n_modes = modes_of_domain(elements, list, options, 3 * n_interior);
   d.n_candidates = n_mode_candidates(options.pick, d.n_modes, 3 * n_interior);
-  if (options.tolerance) d.n_candidates = std::min(std::max<Index>(2 * d.n_modes, 64), 3 * n_interior);
+  if (options.tolerance)
+    d.n_candidates = std::min(std::max<Index>(2 * d.n_modes, 64), 3 * n_interior);
   d.mesh_nonzeros = nonzeros_of(node_graph(elements, list, all, d.n_nodes));
   const FactorCost factor = factor_cost(node_graph(elements, list, interior, n_interior), 3);
   d.factor_nonzeros = factor.n_nonzeros;
@@ -184,7 +201,8 @@ DomainEstimate domain_estimate(const Elements& elements, const std::vector<Index
   return d;
 }
 
-DomainEstimate second_estimate(const Elements& elements, const std::map<std::vector<Index>, Index>& interior_by_domains,
+DomainEstimate second_estimate(const Elements& elements,
+                               const std::map<std::vector<Index>, Index>& interior_by_domains,
                                const ReductionOptions& options, const Estimate& e) {
   DomainEstimate second;
   second.n_interface_nodes = e.n_interface_nodes;
@@ -195,7 +213,8 @@ DomainEstimate second_estimate(const Elements& elements, const std::map<std::vec
   again.tolerance.reset();
   std::vector<Index> all(elements.nodes.size());
   std::iota(all.begin(), all.end(), Index{0});
-  second.n_modes = second.n_candidates = modes_of_domain(elements, all, again, second.n_interior_dofs);
+  second.n_modes = second.n_candidates =
+      modes_of_domain(elements, all, again, second.n_interior_dofs);
   const FactorCost factor = joined_factor_cost(interior_by_domains);
   second.factor_nonzeros = factor.n_nonzeros + e.total(&DomainEstimate::k);
   second.factor_flops = factor.flops;
@@ -204,14 +223,16 @@ DomainEstimate second_estimate(const Elements& elements, const std::map<std::vec
 
 bool is_cube_of_hexes(const Mesh& mesh, const Estimate& estimate) {
   const double N = std::round(std::cbrt(static_cast<double>(estimate.n_elements)));
-  const bool hexes = std::all_of(mesh.blocks.begin(), mesh.blocks.end(),
-                                 [](const Block& b) { return !is_volume(b) || b.type == ElementType::hex8; });
+  const bool hexes = std::all_of(mesh.blocks.begin(), mesh.blocks.end(), [](const Block& b) {
+    return !is_volume(b) || b.type == ElementType::hex8;
+  });
   return hexes && N * N * N == static_cast<double>(estimate.n_elements) &&
          (N + 1) * (N + 1) * (N + 1) == static_cast<double>(estimate.n_nodes);
 }
 
 // The interface's nodes and the sets on it, as the reduction describes them; no matrices.
-Superelement bare_interface(const Mesh& mesh, const FiniteElementModel& model, const std::vector<Index>& interface,
+Superelement bare_interface(const Mesh& mesh, const FiniteElementModel& model,
+                            const std::vector<Index>& interface,
                             const std::vector<std::string>& sets) {
   Superelement s;
   std::vector<Index> place(static_cast<std::size_t>(mesh.coordinates.rows()), -1);
@@ -230,7 +251,8 @@ Superelement bare_interface(const Mesh& mesh, const FiniteElementModel& model, c
   return s;
 }
 
-FewShapesEstimate few_shapes_estimate(const CharacteristicOptions& options, const Superelement& interface, const DomainEstimate& d,
+FewShapesEstimate few_shapes_estimate(const CharacteristicOptions& options,
+                                      const Superelement& interface, const DomainEstimate& d,
                                       bool one_part) {
   FewShapesEstimate few;
   const std::vector<char> is_kept = kept_nodes(options, interface);
@@ -242,25 +264,30 @@ FewShapesEstimate few_shapes_estimate(const CharacteristicOptions& options, cons
   few.is_sparse = few_enough(options, one_part, d.n_interior_dofs, interface);
   if (!few.is_sparse) return few;
   const double n_ratio = (d.n_interior() + d.c()) / d.n_interior();
-  const FreeFactorCost cost = free_factor_cost({d.factor_nonzeros, d.factor_flops}, n_ratio, c, few.n_static);
+  const FreeFactorCost cost =
+      free_factor_cost({d.factor_nonzeros, d.factor_flops}, n_ratio, c, few.n_static);
   few.whole_flops = cost.flops;
   few.forces_flops = cost.forces_flops;
-  few.whole_nonzeros = cost.is_one_factor ? d.factor_nonzeros + nonzeros_with_interface * d.c() * d.c() : n_ratio * d.factor_nonzeros;
+  few.whole_nonzeros = cost.is_one_factor
+                           ? d.factor_nonzeros + nonzeros_with_interface * d.c() * d.c()
+                           : n_ratio * d.factor_nonzeros;
   return few;
 }
 
-void check_options(const Mesh& mesh, const FiniteElementModel& model, const std::vector<Index>& interface,
-                   const ReductionOptions& options) {
+void check_options(const Mesh& mesh, const FiniteElementModel& model,
+                   const std::vector<Index>& interface, const ReductionOptions& options) {
   Partition p;
   p.interface_nodes = interface;
   std::vector<Index> all(model.nodes.size());
   std::iota(all.begin(), all.end(), Index{0});
-  std::set_difference(all.begin(), all.end(), interface.begin(), interface.end(), std::back_inserter(p.interior_nodes));
+  std::set_difference(all.begin(), all.end(), interface.begin(), interface.end(),
+                      std::back_inserter(p.interior_nodes));
   check_interface_holds(mesh, model, p, connected_parts(mesh, model));
   const auto n_interior = 3 * static_cast<Index>(p.interior_nodes.size());
   if (options.modes && *options.modes > n_interior && !options.is_decomposed()) {
-    throw InputError("modes: " + std::to_string(*options.modes) + " requested, but the interior has only " +
-                     std::to_string(n_interior) + " dofs: ask for at most that many");
+    throw InputError("modes: " + std::to_string(*options.modes) +
+                     " requested, but the interior has only " + std::to_string(n_interior) +
+                     " dofs: ask for at most that many");
   }
 }
 
@@ -268,7 +295,9 @@ void check_options(const Mesh& mesh, const FiniteElementModel& model, const std:
 
 double CubeFormulas::n_domains() const { return std::pow(n_cuts + 1, 3); }
 double CubeFormulas::n_nodes() const { return std::pow(n_elements_per_line + 1, 3); }
-double CubeFormulas::n_nodes_per_domain_line() const { return n_elements_per_line / (n_cuts + 1) + 1; }
+double CubeFormulas::n_nodes_per_domain_line() const {
+  return n_elements_per_line / (n_cuts + 1) + 1;
+}
 double CubeFormulas::interface_dofs_of_domain() const {
   const double n = n_nodes_per_domain_line();
   return 3 * (6 * n * n - 12 * n + 8);
@@ -276,16 +305,31 @@ double CubeFormulas::interface_dofs_of_domain() const {
 double CubeFormulas::interface_dofs_of_domain_by_N() const {
   return 18 * n_elements_per_line * n_elements_per_line / std::pow(n_domains(), 2.0 / 3);
 }
-double CubeFormulas::interface_dofs_of_domain_by_dofs() const { return 18 * std::pow(n_nodes() / n_domains(), 2.0 / 3); }
-double CubeFormulas::interface_dofs_in_all() const { return 18 * std::pow(n_nodes(), 2.0 / 3) * std::cbrt(n_domains()); }
-double CubeFormulas::nonzeros_of_domain(double factor) const { return factor * std::pow(n_nodes() / n_domains(), 4.0 / 3); }
-double CubeFormulas::nonzeros_in_all(double factor) const { return factor * std::cbrt(std::pow(n_nodes(), 4) / n_domains()); }
-double CubeFormulas::mesh_nonzeros_cube() const { return std::pow(n_elements_per_line, 3) * dofs_per_hex * dofs_per_hex; }
-double CubeFormulas::mesh_nonzeros_of_domain() const { return n_nodes() / n_domains() * dofs_per_hex * dofs_per_hex; }
-double CubeFormulas::mesh_nonzeros_in_all() const { return n_nodes() * dofs_per_hex * dofs_per_hex; }
+double CubeFormulas::interface_dofs_of_domain_by_dofs() const {
+  return 18 * std::pow(n_nodes() / n_domains(), 2.0 / 3);
+}
+double CubeFormulas::interface_dofs_in_all() const {
+  return 18 * std::pow(n_nodes(), 2.0 / 3) * std::cbrt(n_domains());
+}
+double CubeFormulas::nonzeros_of_domain(double factor) const {
+  return factor * std::pow(n_nodes() / n_domains(), 4.0 / 3);
+}
+double CubeFormulas::nonzeros_in_all(double factor) const {
+  return factor * std::cbrt(std::pow(n_nodes(), 4) / n_domains());
+}
+double CubeFormulas::mesh_nonzeros_cube() const {
+  return std::pow(n_elements_per_line, 3) * dofs_per_hex * dofs_per_hex;
+}
+double CubeFormulas::mesh_nonzeros_of_domain() const {
+  return n_nodes() / n_domains() * dofs_per_hex * dofs_per_hex;
+}
+double CubeFormulas::mesh_nonzeros_in_all() const {
+  return n_nodes() * dofs_per_hex * dofs_per_hex;
+}
 
 CubeFormulas equivalent_cube(Index n_nodes, Index n_domains) {
-  return {std::cbrt(static_cast<double>(n_nodes)) - 1, std::cbrt(static_cast<double>(n_domains)) - 1};
+  return {std::cbrt(static_cast<double>(n_nodes)) - 1,
+          std::cbrt(static_cast<double>(n_domains)) - 1};
 }
 
 double Estimate::total(double (DomainEstimate::*figure)() const) const {
@@ -300,12 +344,14 @@ double Estimate::largest(double (DomainEstimate::*figure)() const) const {
   return most;
 }
 
-Estimate estimate(const Mesh& mesh, const std::vector<BlockProperties>& properties, const ReductionOptions& options,
-                  const std::vector<Index>& domain, Index diagonal_limit) {
+Estimate estimate(const Mesh& mesh, const std::vector<BlockProperties>& properties,
+                  const ReductionOptions& options, const std::vector<Index>& domain,
+                  Index diagonal_limit) {
   const FiniteElementModel model = number_nodes(mesh);
   const std::vector<Index> interface = interface_nodes(mesh, model, options.interface_sets);
   check_options(mesh, model, interface, options);
-  const Elements elements = volume_elements(mesh, model, properties, options.cutoff_hz || options.second_cutoff_hz);
+  const Elements elements =
+      volume_elements(mesh, model, properties, options.cutoff_hz || options.second_cutoff_hz);
   const auto in = domains_of_nodes(elements, domain, model.nodes.size());
 
   Estimate result;
@@ -322,14 +368,19 @@ Estimate estimate(const Mesh& mesh, const std::vector<BlockProperties>& properti
     if (kept[i]) ++joined[in[i]], ++result.n_joined_nodes;
   }
   std::vector<std::vector<Index>> lists(
-      domain.empty() ? 0 : static_cast<std::size_t>(*std::max_element(domain.begin(), domain.end())) + 1);
-  for (std::size_t e = 0; e < domain.size(); ++e) lists[static_cast<std::size_t>(domain[e])].push_back(static_cast<Index>(e));
-  for (const auto& list : lists) result.domains.push_back(domain_estimate(elements, list, kept, options));
+      domain.empty()
+          ? 0
+          : static_cast<std::size_t>(*std::max_element(domain.begin(), domain.end())) + 1);
+  for (std::size_t e = 0; e < domain.size(); ++e)
+    lists[static_cast<std::size_t>(domain[e])].push_back(static_cast<Index>(e));
+  for (const auto& list : lists)
+    result.domains.push_back(domain_estimate(elements, list, kept, options));
   std::vector<Index> every(model.nodes.size()), all_elements(elements.nodes.size());
   std::iota(every.begin(), every.end(), Index{0});
   std::iota(all_elements.begin(), all_elements.end(), Index{0});
   result.mesh_nonzeros =
-      lists.size() == 1 ? result.domains[0].mesh_nonzeros : nonzeros_of(node_graph(elements, all_elements, every, result.n_nodes));
+      lists.size() == 1 ? result.domains[0].mesh_nonzeros
+                        : nonzeros_of(node_graph(elements, all_elements, every, result.n_nodes));
   const FactorCost joined_factor = joined_factor_cost(joined);
   result.joined_factor_nonzeros = joined_factor.n_nonzeros;
   result.joined_factor_flops = joined_factor.flops;
@@ -346,7 +397,8 @@ Estimate estimate(const Mesh& mesh, const std::vector<BlockProperties>& properti
     const std::vector<Index> part = connected_parts(mesh, model);
     const bool one_part = part.empty() || *std::max_element(part.begin(), part.end()) == 0;
     result.few_shapes = few_shapes_estimate(
-        options.characteristic, bare_interface(mesh, model, interface, options.interface_sets), result.domains.front(), one_part);
+        options.characteristic, bare_interface(mesh, model, interface, options.interface_sets),
+        result.domains.front(), one_part);
     return result;
   }
   result.has_diagonal_form = result.n_final() <= static_cast<double>(diagonal_limit);

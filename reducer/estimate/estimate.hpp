@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Front door of reducer/estimate: size, memory and time of a reduction before it is done.
 //
-// What a reduction would cost and give, from the mesh's connectivity alone: no element, no matrix, no factor is computed.
+// What a reduction would cost and give, from the mesh's connectivity alone: no element, no matrix,
+// no factor is computed.
 #pragma once
 
 #include <iosfwd>
@@ -15,24 +16,26 @@
 
 namespace cbr {
 
-// The paper's Eqs 6-17 for a cube of N^3 hexes whose whole surface is interface, cut n_cuts times in each direction. N and n_cuts
-// need not be whole: any mesh and number of domains has its equivalent ones.
+// The paper's Eqs 6-17 for a cube of N^3 hexes whose whole surface is interface, cut n_cuts times
+// in each direction. N and n_cuts need not be whole: any mesh and number of domains has its
+// equivalent ones.
 struct CubeFormulas {
   double n_elements_per_line = 0;  // N_EPL
   double n_cuts = 0;
 
-  double n_domains() const;                         // Eq 6
-  double n_nodes() const;                           // Eq 7, which calls them dofs
-  double n_nodes_per_domain_line() const;           // Eq 8
-  double interface_dofs_of_domain() const;          // Eq 9, exact when N_EPL / (n_cuts + 1) is whole
+  double n_domains() const;                // Eq 6
+  double n_nodes() const;                  // Eq 7, which calls them dofs
+  double n_nodes_per_domain_line() const;  // Eq 8
+  // Eq 9, exact when N_EPL / (n_cuts + 1) is whole
+  double interface_dofs_of_domain() const;
   double interface_dofs_of_domain_by_N() const;     // Eq 10
   double interface_dofs_of_domain_by_dofs() const;  // Eq 11
   double interface_dofs_in_all() const;             // Eq 12
   // Eqs 13 and 14 square Eq 11, so their factor is 18^2 = 324; the paper has 36.
   double nonzeros_of_domain(double factor) const;  // Eq 13
   double nonzeros_in_all(double factor) const;     // Eq 14
-  // Bounds on the non-zeros of the mesh's K from 24 x 24 entries of each hex. Eqs 16 and 17 have the number of nodes, not of
-  // elements.
+  // Bounds on the non-zeros of the mesh's K from 24 x 24 entries of each hex. Eqs 16 and 17 have
+  // the number of nodes, not of elements.
   double mesh_nonzeros_cube() const;       // Eq 15
   double mesh_nonzeros_of_domain() const;  // Eq 16
   double mesh_nonzeros_in_all() const;     // Eq 17
@@ -49,45 +52,54 @@ struct DomainEstimate {
   double n_interior() const { return static_cast<double>(n_interior_dofs); }
   double c() const { return 3 * static_cast<double>(n_interface_nodes); }
   double k() const { return static_cast<double>(n_modes); }
-  double block_nonzeros() const { return 2 * c() * c() + k() * c() + k(); }  // K_cc, M_cc, M_kc, eigenvalues: what the file holds
+  // K_cc, M_cc, M_kc, eigenvalues: what the file holds
+  double block_nonzeros() const { return 2 * c() * c() + k() * c() + k(); }
 };
 
 // What basis characteristic keeps of the interface.
 struct FewShapesEstimate {
-  Index n_shapes = 0;        // rigid motions, elastic shapes, kept dofs, patterns
-  Index n_static = 0;        // forces whose statics are kept
-  bool is_sparse = false;    // by sparse solves alone; else from Craig and Bampton's dense matrices
-  double whole_flops = 0, whole_nonzeros = 0;  // of all factorisations; of the free component's factor
-  double forces_flops = 0;   // of the statics
+  Index n_shapes = 0;      // rigid motions, elastic shapes, kept dofs, patterns
+  Index n_static = 0;      // forces whose statics are kept
+  bool is_sparse = false;  // by sparse solves alone; else from Craig and Bampton's dense matrices
+  // of all factorisations; of the free component's factor
+  double whole_flops = 0, whole_nonzeros = 0;
+  double forces_flops = 0;  // of the statics
 };
 
 struct Estimate {
   Index n_elements = 0, n_nodes = 0;  // that volume elements use
-  bool is_cube_of_hexes = false;      // as many hexes and nodes as a cube with whole N has; its shape is not looked at
-  Index n_interface_nodes = 0;        // of the component
-  Index n_joined_nodes = 0;           // interface nodes of all domains, each once
-  double mesh_nonzeros = 0;           // of K, both triangles
+  // as many hexes and nodes as a cube with whole N has; its shape is not looked at
+  bool is_cube_of_hexes = false;
+  Index n_interface_nodes = 0;  // of the component
+  Index n_joined_nodes = 0;     // interface nodes of all domains, each once
+  double mesh_nonzeros = 0;     // of K, both triangles
   std::vector<DomainEstimate> domains;
-  // Of a Cholesky factor of the domains' interface dofs put together, which a step of central differences or Newmark solves with.
+  // Of a Cholesky factor of the domains' interface dofs put together, which a step of central
+  // differences or Newmark solves with.
   double joined_factor_nonzeros = 0, joined_factor_flops = 0;
   bool has_diagonal_form = false;
   bool has_recovery = false;
   bool modes_are_estimated = false;     // by Weyl's law, from a cutoff; or
   bool modes_are_of_tolerance = false;  // as blocks have needed for it
 
-  // The joined domains reduced again: its interior are the domains' modes and the dofs that the component does not keep.
+  // The joined domains reduced again: its interior are the domains' modes and the dofs that the
+  // component does not keep.
   std::optional<DomainEstimate> second;
   std::optional<FewShapesEstimate> few_shapes;
 
   double total(double (DomainEstimate::*figure)() const) const;
   double largest(double (DomainEstimate::*figure)() const) const;
-  double n_joined() const { return total(&DomainEstimate::k) + 3 * static_cast<double>(n_joined_nodes); }  // coordinates
+  // coordinates
+  double n_joined() const {
+    return total(&DomainEstimate::k) + 3 * static_cast<double>(n_joined_nodes);
+  }
   // Coordinates of what the file holds
   double n_final() const {
     if (few_shapes) return total(&DomainEstimate::k) + static_cast<double>(few_shapes->n_shapes);
     return second ? second->k() + second->c() : n_joined();
   }
-  double diagonal_nonzeros() const { return has_diagonal_form ? n_final() * (n_final() + 1) : 0; }  // omega and V
+  // omega and V
+  double diagonal_nonzeros() const { return has_diagonal_form ? n_final() * (n_final() + 1) : 0; }
   // Of few shapes: eigenvalues, displacements of the interface, compliance of the static forces.
   double shapes_nonzeros() const {
     const auto s = static_cast<double>(few_shapes->n_static);
@@ -104,14 +116,18 @@ struct Estimate {
   }
   double file_nonzeros() const {
     if (few_shapes) return recovery_nonzeros() + shapes_nonzeros();
-    return recovery_nonzeros() + (second ? second->block_nonzeros() : total(&DomainEstimate::block_nonzeros)) + diagonal_nonzeros();
+    return recovery_nonzeros() +
+           (second ? second->block_nonzeros() : total(&DomainEstimate::block_nonzeros)) +
+           diagonal_nonzeros();
   }
 };
 
-// `domain`: per volume element, in the order of the mesh's blocks, the number of its domain from 0. InputErrors as of a reduction:
-// sets that are not there, more modes than interior dofs, an interface that does not hold the interior.
-Estimate estimate(const Mesh& mesh, const std::vector<BlockProperties>& properties, const ReductionOptions& options,
-                  const std::vector<Index>& domain, Index diagonal_limit);
+// `domain`: per volume element, in the order of the mesh's blocks, the number of its domain from 0.
+// InputErrors as of a reduction: sets that are not there, more modes than interior dofs, an
+// interface that does not hold the interior.
+Estimate estimate(const Mesh& mesh, const std::vector<BlockProperties>& properties,
+                  const ReductionOptions& options, const std::vector<Index>& domain,
+                  Index diagonal_limit);
 
 struct PredictedTimes {
   double factorisation = 0, modes = 0, condensation = 0, second = 0, diagonal_form = 0;  // s
@@ -124,11 +140,12 @@ struct PredictedTimes {
 };
 PredictedTimes predicted_times(const Estimate& estimate, const MachineRates& rates, double memory);
 
-// Bytes while reducing: the largest domain's matrices, factor, modes and constraint modes (or panels of them).
+// Bytes while reducing: the largest domain's matrices, factor, modes and constraint modes (or
+// panels of them).
 double reduction_memory(const Estimate& estimate, double memory);
 
 // The table, as Markdown: docs/formats.md. `title`: a line above it.
-void print_estimate(const Estimate& estimate, const MachineRates& rates, double memory, const std::string& title,
-                    std::ostream& out);
+void print_estimate(const Estimate& estimate, const MachineRates& rates, double memory,
+                    const std::string& title, std::ostream& out);
 
 }  // namespace cbr

@@ -14,14 +14,16 @@ namespace {
 
 constexpr int n_runs = 4;
 constexpr Index product_size = 1024;  // 2.1 GFlop
-constexpr Index sweep_size = 4096;    // 134 MB: beyond the private caches, not beyond every shared one
+// 134 MB: beyond the private caches, not beyond every shared one
+constexpr Index sweep_size = 4096;
 
 double best_seconds(const std::function<void()>& work) {
   double best = std::numeric_limits<double>::infinity();
   for (int run = 0; run < n_runs; ++run) {
     const auto start = std::chrono::steady_clock::now();
     work();
-    best = std::min(best, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+    best = std::min(
+        best, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
   }
   return std::max(best, 1e-9);
 }
@@ -29,7 +31,8 @@ double best_seconds(const std::function<void()>& work) {
 }  // namespace
 
 MachineRates machine_rates() {
-  const LargeBlasWork all_threads(BlasForWork::enough);  // as a reduction's large products have them
+  // as a reduction's large products have them
+  const LargeBlasWork all_threads(BlasForWork::enough);
   MachineRates rates;
   rates.threads = n_threads();
   const auto n = static_cast<double>(product_size), m = static_cast<double>(sweep_size);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How fast this machine is, measured in a fraction of a second: what the predicted times of an estimate rest on.
+// How fast this machine is, measured in a fraction of a second: what the predicted times of an
+// estimate rest on.
 #pragma once
 
 namespace cbr {

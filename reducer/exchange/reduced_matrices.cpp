@@ -10,7 +10,8 @@ namespace cbr {
 ReducedMatrices reduced_matrices(const Superelement& s) {
   if (s.basis != "craig-bampton") {
     throw InputError("basis " + s.basis +
-                     " found, but only craig-bampton has mass and stiffness matrices of the interface's dofs: reduce with "
+                     " found, but only craig-bampton has mass and stiffness matrices of the "
+                     "interface's dofs: reduce with "
                      "basis: craig-bampton");
   }
   ReducedMatrices reduced;
@@ -24,10 +25,12 @@ ReducedMatrices reduced_matrices(const Superelement& s) {
   reduced.M.topRightCorner(c, k) = s.M_kc.transpose();
   for (Index i = 0; i < c; ++i) {
     const Index node = s.dof_node[static_cast<std::size_t>(i)];
-    reduced.rows.push_back({s.node_ids[static_cast<std::size_t>(node)], s.dof_component[static_cast<std::size_t>(i)] + 1,
+    reduced.rows.push_back({s.node_ids[static_cast<std::size_t>(node)],
+                            s.dof_component[static_cast<std::size_t>(i)] + 1,
                             s.coordinates.row(node).transpose(), 0});
   }
-  const Index last = s.node_ids.empty() ? 0 : *std::max_element(s.node_ids.begin(), s.node_ids.end());
+  const Index last =
+      s.node_ids.empty() ? 0 : *std::max_element(s.node_ids.begin(), s.node_ids.end());
   for (Index j = 0; j < k; ++j) {
     reduced.rows.push_back({last + 1 + j, 0, Vector3::Zero(), s.eigenvalues(j)});
   }

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Front door of reducer/exchange: a superelement as two matrices, which other codes want.
 //
-// A superelement as two symmetric matrices with a list that says what each row is: what other codes want.
+// A superelement as two symmetric matrices with a list that says what each row is: what other codes
+// want.
 #pragma once
 
 #include <vector>
@@ -25,7 +26,8 @@ struct ReducedMatrices {
   bool has_damping = false;      // an import's files have a damping matrix, which is not read
 };
 
-// InputError: a basis without masses and stiffnesses of the interface's dofs (characteristic, massless).
+// InputError: a basis without masses and stiffnesses of the interface's dofs (characteristic,
+// massless).
 ReducedMatrices reduced_matrices(const Superelement& s);
 
 }  // namespace cbr

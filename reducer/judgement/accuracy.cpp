@@ -17,14 +17,20 @@
 namespace cbr {
 namespace {
 
-constexpr double nearly_flat = 0.9;    // |sum of area vectors| / area, from here on a surface has a normal
-constexpr double no_strain = 1e-12;    // of the largest: a rigid motion that does not bend the interior
-constexpr Index largest_dense = 6000;  // interface dofs up to which K_cc and M_res are factored for this
-constexpr double enough = 0.1;         // relative error of an eigenvalue: those above are of no interest
-// Of the first held mode's frequency that is missing: nearer to it errors were estimated at 0.4 to 2.5 of what they are, and above
-// it the full model has modes that the basis has not, so that there is nothing to compare.
+// |sum of area vectors| / area, from here on a surface has a normal
+constexpr double nearly_flat = 0.9;
+// of the largest: a rigid motion that does not bend the interior
+constexpr double no_strain = 1e-12;
+// interface dofs up to which K_cc and M_res are factored for this
+constexpr Index largest_dense = 6000;
+// relative error of an eigenvalue: those above are of no interest
+constexpr double enough = 0.1;
+// Of the first held mode's frequency that is missing: nearer to it errors were estimated at 0.4
+// to 2.5 of what they are, and above it the full model has modes that the basis has not, so that
+// there is nothing to compare.
 constexpr double trusted = 0.95;
-constexpr double good_eigenvalue = 0.95 * (1 - 0.99 * 0.99);  // 1 % of the frequency, for modes beyond those looked at
+// 1 % of the frequency, for modes beyond those looked at
+constexpr double good_eigenvalue = 0.95 * (1 - 0.99 * 0.99);
 
 // Area vectors of the surface at its nodes' dofs   (c)
 Vector normals_on_dofs(const Superelement& s, const Surface& surface) {
@@ -49,9 +55,11 @@ double complete_below(const ModesNotKept& m, const Superelement& s) {
   return std::sqrt(lowest) / (2 * std::numbers::pi);
 }
 
-// Statics of the free component under a uniform pressure on each of the surfaces, inertia of the rigid motion that they set going
-// in balance with them   (c x surfaces); without columns when K_cc does not let it.
-Matrix pressure_motions(const Superelement& s, const std::vector<const Surface*>& surfaces, const std::vector<Index>& part) {
+// Statics of the free component under a uniform pressure on each of the surfaces, inertia of the
+// rigid motion that they set going in balance with them   (c x surfaces); without columns when K_cc
+// does not let it.
+Matrix pressure_motions(const Superelement& s, const std::vector<const Surface*>& surfaces,
+                        const std::vector<Index>& part) {
   if (surfaces.empty() || s.c() > largest_dense) return Matrix(s.c(), 0);
   const Matrix R = rigid_motions_of_parts(s, part).bottomRows(s.c());
   Matrix F(s.c(), static_cast<Index>(surfaces.size()));
@@ -70,13 +78,16 @@ Matrix pressure_motions(const Superelement& s, const std::vector<const Surface*>
 
 }  // namespace
 
-ModesNotKept settled(ModesNotKept m, const Partition& p, const SparseCholesky& factor, const Superelement& s) {
+ModesNotKept settled(ModesNotKept m, const Partition& p, const SparseCholesky& factor,
+                     const Superelement& s) {
   const Index n_known = s.k() - s.n_residual + m.lambda.size();
   if (n_known >= p.n_interior()) {
     m.beyond = 0;
   } else if (m.beyond == 0) {
     const auto times_mass = [&](const Vector& x, Vector& y) { y = p.M_II * x; };
-    m.beyond = 1 / largest_eigenvalue(p.n_interior(), times_mass, [&](const Vector& x, Vector& y) { y = factor.solve(Matrix(x)); });
+    m.beyond = 1 / largest_eigenvalue(p.n_interior(), times_mass, [&](const Vector& x, Vector& y) {
+                 y = factor.solve(Matrix(x));
+               });
   }
   if (s.n_residual > 0 && m.lambda.size() > 0) {
     m.beyond = m.beyond > 0 ? std::min(m.beyond, m.lambda.minCoeff()) : m.lambda.minCoeff();
@@ -85,7 +96,8 @@ ModesNotKept settled(ModesNotKept m, const Partition& p, const SparseCholesky& f
   return m;
 }
 
-InterfaceMotions motions_of_interface(const Superelement& s, const std::vector<Index>& part, bool of_faces) {
+InterfaceMotions motions_of_interface(const Superelement& s, const std::vector<Index>& part,
+                                      bool of_faces) {
   InterfaceMotions motions;
   std::vector<const Surface*> flat;
   for (const Surface& surface : s.surfaces)
@@ -97,8 +109,9 @@ InterfaceMotions motions_of_interface(const Superelement& s, const std::vector<I
   return motions;
 }
 
-InterfaceMotions interface_motions(const Partition& p, const SparseCholesky& factor, const Superelement& s,
-                                   const std::vector<Index>& part, bool of_faces) {
+InterfaceMotions interface_motions(const Partition& p, const SparseCholesky& factor,
+                                   const Superelement& s, const std::vector<Index>& part,
+                                   bool of_faces) {
   InterfaceMotions motions = motions_of_interface(s, part, of_faces);
   if (p.n_interior() == 0) {
     motions.Y.resize(0, motions.size());
@@ -131,7 +144,8 @@ StrainLeftOut strain_left_out(const InterfaceMotions& motions, const Matrix& D) 
     if (e(j) > no_strain * e(r - 1) && e(j) > 0) kept.push_back(j);
   if (kept.empty()) return left;
   const Vector root = Vector(e(kept)).cwiseSqrt().cwiseInverse();
-  const Matrix T = inverse.asDiagonal() * Matrix(whole.vectors(Eigen::all, kept)) * root.asDiagonal();
+  const Matrix T =
+      inverse.asDiagonal() * Matrix(whole.vectors(Eigen::all, kept)) * root.asDiagonal();
   const Matrix share = T.transpose() * D.topLeftCorner(r, r) * T;
   const SymmetricEigen shares = symmetric_eigen(share);
   left.largest = std::max(0.0, shares.values(T.cols() - 1));
@@ -158,7 +172,8 @@ double impact_share(const Superelement& s, const Matrix& L, const Surface& surfa
   for (Index i = 0; i < s.c(); ++i) {
     const Index node = s.dof_node[i];
     r(i) = normal(s.dof_component[i]);
-    if (column[node] >= 0) G(i, column[node]) = at_node(node, s.dof_component[i]) / at_node.row(node).norm();
+    if (column[node] >= 0)
+      G(i, column[node]) = at_node(node, s.dof_component[i]) / at_node.row(node).norm();
   }
   if (n == 0 || L.rows() == 0) return 0;
   const Vector stopped = G.transpose() * r;
@@ -172,7 +187,8 @@ double impact_share(const Superelement& s, const Matrix& L, const Surface& surfa
 
 namespace {
 
-// Of the free component's lowest elastic modes: eigenvalues, and by what share of themselves they are too high.
+// Of the free component's lowest elastic modes: eigenvalues, and by what share of themselves they
+// are too high.
 struct Estimates {
   using List = std::vector<std::pair<double, double>>;
   List list, trusted_list;  // trusted: far enough below the part's first held mode that is missing
@@ -189,29 +205,35 @@ struct Estimates {
   }
 };
 
-Index n_free_motions(const Superelement& s, Index n_rigid) { return std::min(s.n(), n_rigid + n_estimated + n_beside); }
+Index n_free_motions(const Superelement& s, Index n_rigid) {
+  return std::min(s.n(), n_rigid + n_estimated + n_beside);
+}
 
-void estimate_eigenvalue_errors(const Superelement& s, Index n_rigid, const MissingModes& missing, Estimates& estimates) {
+void estimate_eigenvalue_errors(const Superelement& s, Index n_rigid, const MissingModes& missing,
+                                Estimates& estimates) {
   const Index count = std::min(s.n() - n_rigid, n_estimated), m = n_free_motions(s, n_rigid);
   const Vector lambda = s.omega.head(m).cwiseAbs2();
   const Vector full = full_eigenvalues(lambda, missing, n_rigid, count);
   Vector error = Vector::Zero(count);
   for (Index j = 0; j < count; ++j)
-    if (const double with_basis = lambda(n_rigid + j); with_basis > 0) error(j) = std::max(0.0, 1 - full(j) / with_basis);
+    if (const double with_basis = lambda(n_rigid + j); with_basis > 0)
+      error(j) = std::max(0.0, 1 - full(j) / with_basis);
   estimates.add(lambda.segment(n_rigid, count), error, missing.lowest());
 }
 
 // Of one connected part.
-void estimate_eigenvalue_errors(const Partition& p, const SparseCholesky& factor, const Superelement& s, const Matrix& Phi,
-                                Index n_rigid, const ModesNotKept& not_kept, Estimates& estimates) {
+void estimate_eigenvalue_errors(const Partition& p, const SparseCholesky& factor,
+                                const Superelement& s, const Matrix& Phi, Index n_rigid,
+                                const ModesNotKept& not_kept, Estimates& estimates) {
   const Index m = n_free_motions(s, n_rigid);
-  // What drives the modes that are missing: the interface, and residual vectors, as these are no eigenvectors
+  // What drives the modes that are missing: the interface, and residual vectors, as these are no
+  // eigenvectors
   Matrix Y = inertia_forces(p, factor, s.M_cc, free_motions(s, n_rigid));
   const Index own = s.k() - s.n_residual, r = s.n_residual;
   if (r > 0) Y += p.M_II * Matrix(Phi.rightCols(r) * s.V.block(own, 0, r, m));
   MissingModes missing{not_kept.lambda, not_kept.Phi.transpose() * Y, {}, {}, not_kept.beyond};
-  LeftOfAnswer left =
-      left_of_answer(p, factor, {Phi.leftCols(own), not_kept.Phi}, s.eigenvalues.tail(r), Phi.rightCols(r), std::move(Y));
+  LeftOfAnswer left = left_of_answer(p, factor, {Phi.leftCols(own), not_kept.Phi},
+                                     s.eigenvalues.tail(r), Phi.rightCols(r), std::move(Y));
   missing.D = std::move(left.D), missing.D_2 = std::move(left.D_2);
   estimate_eigenvalue_errors(s, n_rigid, missing, estimates);
 }
@@ -232,18 +254,26 @@ FreeEigenvalues eigenvalues_of(const Estimates& estimates) {
   return of;
 }
 
-// The lowest, up to the first that is of no interest or above end_hz, and up to where they are good.
-void take_estimates(std::vector<std::pair<double, double>> list, double end_hz, Superelement::Accuracy& accuracy) {
-  std::stable_sort(list.begin(), list.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+// The lowest, up to the first that is of no interest or above end_hz, and up to where they are
+// good.
+void take_estimates(std::vector<std::pair<double, double>> list, double end_hz,
+                    Superelement::Accuracy& accuracy) {
+  std::stable_sort(list.begin(), list.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
   if (list.size() > n_estimated) list.resize(n_estimated);
-  std::erase_if(list, [&](const auto& mode) { return std::sqrt(mode.first) > 2 * std::numbers::pi * end_hz; });
+  std::erase_if(list, [&](const auto& mode) {
+    return std::sqrt(mode.first) > 2 * std::numbers::pi * end_hz;
+  });
   const auto above = [&](double most_error) {
-    return std::find_if(list.begin(), list.end(), [&](const auto& mode) { return !(mode.second <= most_error); }) - list.begin();
+    return std::find_if(list.begin(), list.end(),
+                        [&](const auto& mode) { return !(mode.second <= most_error); }) -
+           list.begin();
   };
   const auto hz = [&](Index j) { return std::sqrt(list[j].first) / (2 * std::numbers::pi); };
   const Index n = std::min<Index>(list.size(), above(enough) + 1);
   accuracy.frequency_hz.resize(n), accuracy.eigenvalue_error.resize(n);
-  for (Index j = 0; j < n; ++j) accuracy.frequency_hz(j) = hz(j), accuracy.eigenvalue_error(j) = list[j].second;
+  for (Index j = 0; j < n; ++j)
+    accuracy.frequency_hz(j) = hz(j), accuracy.eigenvalue_error(j) = list[j].second;
   for (Index good = above(good_eigenvalue); good > 0; --good)
     if (hz(good - 1) <= accuracy.complete_hz || accuracy.complete_hz == 0) {
       accuracy.covered_hz = hz(good - 1);
@@ -252,9 +282,11 @@ void take_estimates(std::vector<std::pair<double, double>> list, double end_hz, 
 }
 
 // Strain left out and free modes of each part by itself.
-void look_at_parts(const std::vector<ComponentPart>& parts, const Superelement& s, const Matrix& Phi, const ModesNotKept& not_kept,
-                   Superelement::Accuracy& a, Estimates& estimates) {
-  const std::vector<std::size_t> owner = owners(parts, Phi), owner_of_others = owners(parts, not_kept.Phi);
+void look_at_parts(const std::vector<ComponentPart>& parts, const Superelement& s,
+                   const Matrix& Phi, const ModesNotKept& not_kept, Superelement::Accuracy& a,
+                   Estimates& estimates) {
+  const std::vector<std::size_t> owner = owners(parts, Phi),
+                                 owner_of_others = owners(parts, not_kept.Phi);
   a.largest_left_out = 0;
   for (std::size_t q = 0; q < parts.size(); ++q) {
     const ComponentPart& part = parts[q];
@@ -269,32 +301,35 @@ void look_at_parts(const std::vector<ComponentPart>& parts, const Superelement& 
       if (owner_of_others[j] == q) others.push_back(j);
     own.eigenvalues = s.eigenvalues(kept), own.M_kc = s.M_kc(kept, part.on_interface);
     const Matrix own_Phi = Phi(part.inside, kept);
-    ModesNotKept own_others{not_kept.lambda(others),
-                            not_kept.Phi(part.inside, others),
-                            not_kept.beyond_of_part.empty() ? not_kept.beyond : not_kept.beyond_of_part[q],
-                            {}};
+    ModesNotKept own_others{
+        not_kept.lambda(others),
+        not_kept.Phi(part.inside, others),
+        not_kept.beyond_of_part.empty() ? not_kept.beyond : not_kept.beyond_of_part[q],
+        {}};
     const SparseCholesky factor(part.p.K_II);
     const InterfaceMotions motions = interface_motions(part.p, factor, own, part.one());
     const Index k = own.k() - own.n_residual, r = own.n_residual;
     const LeftOfAnswer left =
-        left_of_answer(part.p, factor, {own_Phi.leftCols(k)}, own.eigenvalues.tail(r), own_Phi.rightCols(r), motions.Y);
+        left_of_answer(part.p, factor, {own_Phi.leftCols(k)}, own.eigenvalues.tail(r),
+                       own_Phi.rightCols(r), motions.Y);
     a.largest_left_out = std::max(a.largest_left_out, strain_left_out(motions, left.D).largest);
     if (!s.has_diagonal_form()) continue;
     const Index n_rigid = add_lowest_modes(own, part.one(), n_estimated + n_beside);
-    estimate_eigenvalue_errors(part.p, factor, own, own_Phi, n_rigid, settled(std::move(own_others), part.p, factor, own),
-                               estimates);
+    estimate_eigenvalue_errors(part.p, factor, own, own_Phi, n_rigid,
+                               settled(std::move(own_others), part.p, factor, own), estimates);
   }
 }
 
 // Of D, which left_of_answer() gives of motions.Y.
-Superelement::Accuracy accuracy_of_strain(const InterfaceMotions& motions, const Matrix& D, const Superelement& s,
-                                          const ModesNotKept& others) {
+Superelement::Accuracy accuracy_of_strain(const InterfaceMotions& motions, const Matrix& D,
+                                          const Superelement& s, const ModesNotKept& others) {
   Superelement::Accuracy a;
   const StrainLeftOut left = strain_left_out(motions, D);
   a.strain_left_out = left.of_motion.head(InterfaceMotions::n_rigid);
   a.largest_left_out = left.largest;
   for (std::size_t i = 0; i < motions.surfaces.size(); ++i)
-    a.surfaces[motions.surfaces[i]].strain_left_out = left.of_motion(InterfaceMotions::n_rigid + static_cast<Index>(i));
+    a.surfaces[motions.surfaces[i]].strain_left_out =
+        left.of_motion(InterfaceMotions::n_rigid + static_cast<Index>(i));
   a.complete_hz = complete_below(others, s);
   return a;
 }
@@ -303,18 +338,23 @@ Superelement::Accuracy accuracy_of_strain(const InterfaceMotions& motions, const
 void add_stops(const Superelement& s, bool of_faces, Superelement::Accuracy& a) {
   a.rho_res = residual_mass_share(s);
   const bool any_flat =
-      of_faces && std::any_of(s.surfaces.begin(), s.surfaces.end(), [&](const Surface& f) { return is_nearly_flat(s, f); });
+      of_faces && std::any_of(s.surfaces.begin(), s.surfaces.end(),
+                              [&](const Surface& f) { return is_nearly_flat(s, f); });
   const Matrix L = any_flat && s.c() <= largest_dense ? residual_mass_factor(s) : Matrix();
   for (const Surface& surface : s.surfaces)
-    if (L.rows() > 0 && is_nearly_flat(s, surface)) a.surfaces[surface.name].impact = impact_share(s, L, surface);
+    if (L.rows() > 0 && is_nearly_flat(s, surface))
+      a.surfaces[surface.name].impact = impact_share(s, L, surface);
 }
 
 }  // namespace
 
-Matrix free_motions(const Superelement& s, Index n_rigid) { return s.V.block(s.k(), 0, s.c(), n_free_motions(s, n_rigid)); }
+Matrix free_motions(const Superelement& s, Index n_rigid) {
+  return s.V.block(s.k(), 0, s.c(), n_free_motions(s, n_rigid));
+}
 
-Superelement::Accuracy accuracy_of(const InteriorAnswers& answers, const InterfaceMotions& motions, const Superelement& s,
-                                   Index n_rigid, const ModesNotKept& others) {
+Superelement::Accuracy accuracy_of(const InteriorAnswers& answers, const InterfaceMotions& motions,
+                                   const Superelement& s, Index n_rigid,
+                                   const ModesNotKept& others) {
   Superelement::Accuracy a = accuracy_of_strain(motions, answers.D, s, others);
   a.rho_floor = answers.rho_floor;
   add_stops(s, true, a);
@@ -326,10 +366,13 @@ Superelement::Accuracy accuracy_of(const InteriorAnswers& answers, const Interfa
   return a;
 }
 
-Superelement::Accuracy accuracy_of_fixed_modes(const Partition& p, const SparseCholesky& factor, const InterfaceMotions& motions,
-                                               const Superelement& s, const Matrix& Phi, const ModesNotKept& others) {
+Superelement::Accuracy accuracy_of_fixed_modes(const Partition& p, const SparseCholesky& factor,
+                                               const InterfaceMotions& motions,
+                                               const Superelement& s, const Matrix& Phi,
+                                               const ModesNotKept& others) {
   const Index own = s.k() - s.n_residual, r = s.n_residual;
-  const LeftOfAnswer unheld = left_of_answer(p, factor, {Phi.leftCols(own)}, s.eigenvalues.tail(r), Phi.rightCols(r), motions.Y);
+  const LeftOfAnswer unheld = left_of_answer(p, factor, {Phi.leftCols(own)}, s.eigenvalues.tail(r),
+                                             Phi.rightCols(r), motions.Y);
   Superelement::Accuracy a = accuracy_of_strain(motions, unheld.D, s, others);
   if (p.lumped) {
     Vector3 floor = Vector3::Zero();
@@ -339,9 +382,11 @@ Superelement::Accuracy accuracy_of_fixed_modes(const Partition& p, const SparseC
   return a;
 }
 
-Superelement::Accuracy accuracy_of(const Partition& p, const SparseCholesky& factor, const InterfaceMotions& motions,
-                                   const Superelement& s, const Matrix& Phi, Index n_rigid, const ModesNotKept& not_kept,
-                                   const std::vector<ComponentPart>& parts, bool of_faces, FreeEigenvalues* free) {
+Superelement::Accuracy accuracy_of(const Partition& p, const SparseCholesky& factor,
+                                   const InterfaceMotions& motions, const Superelement& s,
+                                   const Matrix& Phi, Index n_rigid, const ModesNotKept& not_kept,
+                                   const std::vector<ComponentPart>& parts, bool of_faces,
+                                   FreeEigenvalues* free) {
   const ModesNotKept others = settled(not_kept, p, factor, s);
   Superelement::Accuracy a = accuracy_of_fixed_modes(p, factor, motions, s, Phi, others);
   add_stops(s, of_faces, a);
@@ -358,14 +403,17 @@ Superelement::Accuracy accuracy_of(const Partition& p, const SparseCholesky& fac
   return a;
 }
 
-void judge_eigenvalues(const Vector& lambda, const FreeEigenvalues& estimates, Superelement::Accuracy& a) {
+void judge_eigenvalues(const Vector& lambda, const FreeEigenvalues& estimates,
+                       Superelement::Accuracy& a) {
   std::vector<std::pair<double, double>> list;
   const Index n = std::min(lambda.size(), estimates.full.size());
   double worst = 0;
   for (Index j = 0; j < n; ++j) {
-    const double above = 1 - estimates.full(j) / lambda(j), below = estimates.with_basis(j) / lambda(j) - 1;
+    const double above = 1 - estimates.full(j) / lambda(j),
+                 below = estimates.with_basis(j) / lambda(j) - 1;
     const double error = std::max({0.0, above, below});
-    if (!(lambda(j) > 0) || !std::isfinite(error)) {  // a mechanism, or round-off where something is very thin: nothing is known
+    // a mechanism, or round-off where something is very thin: nothing is known
+    if (!(lambda(j) > 0) || !std::isfinite(error)) {
       if (j < n_free_modes_of_tolerance) worst = HUGE_VAL;
       break;
     }
@@ -377,7 +425,8 @@ void judge_eigenvalues(const Vector& lambda, const FreeEigenvalues& estimates, S
   take_estimates(std::move(list), estimates.end_hz, a);
 }
 
-Superelement::Accuracy accuracy_of_free_modes(const Vector& lambda, double next, const Vector& share) {
+Superelement::Accuracy accuracy_of_free_modes(const Vector& lambda, double next,
+                                              const Vector& share) {
   Superelement::Accuracy a;
   const auto hz = [](double value) { return std::sqrt(value) / (2 * std::numbers::pi); };
   const Index n = lambda.size(), listed = std::min(n, n_estimated);

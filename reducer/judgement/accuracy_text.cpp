@@ -20,7 +20,8 @@ constexpr Index n_listed = 6;  // frequencies
 
 using Lines = std::vector<SummaryLine>;
 
-// Each face once, whatever the number of sets that it is: "contact", or "contact (also x_max)", by the name of the first.
+// Each face once, whatever the number of sets that it is: "contact", or "contact (also x_max)", by
+// the name of the first.
 std::map<std::string, std::string> named_once(const Superelement& s) {
   std::map<std::vector<Index>, std::string> first;
   std::map<std::string, std::string> text;
@@ -31,8 +32,9 @@ std::map<std::string, std::string> named_once(const Superelement& s) {
       text[surface.name] = surface.name;
     } else {
       std::string& of = text[known->second];
-      of = of.ends_with(')') && of != known->second ? of.substr(0, of.size() - 1) + ", " + surface.name + ")"
-                                                    : of + " (also " + surface.name + ")";
+      of = of.ends_with(')') && of != known->second
+               ? of.substr(0, of.size() - 1) + ", " + surface.name + ")"
+               : of + " (also " + surface.name + ")";
     }
   }
   return text;
@@ -43,8 +45,10 @@ template <typename Figure>
 std::string of_surfaces(const Superelement& s, const char* pattern, Figure figure) {
   constexpr std::size_t most_named = 4;
   std::vector<std::pair<double, std::string>> list;
-  for (const auto& [name, text] : named_once(s)) list.emplace_back(figure(s.accuracy->surfaces.at(name)), text);
-  std::stable_sort(list.begin(), list.end(), [](const auto& l, const auto& r) { return l.first > r.first; });
+  for (const auto& [name, text] : named_once(s))
+    list.emplace_back(figure(s.accuracy->surfaces.at(name)), text);
+  std::stable_sort(list.begin(), list.end(),
+                   [](const auto& l, const auto& r) { return l.first > r.first; });
   std::string text;
   for (std::size_t i = 0; i < std::min(list.size(), most_named); ++i)
     text += (text.empty() ? "" : ", ") + list[i].second + " " + format_text(pattern, list[i].first);
@@ -53,42 +57,58 @@ std::string of_surfaces(const Superelement& s, const char* pattern, Figure figur
 }
 
 // Hz, of a frequency whose square is off by `error` of itself: too high, or the other way round.
-double percent(double error) { return 100 * (error < 1 ? 1 - std::sqrt(1 - error) : std::sqrt(1 + error) - 1); }
+double percent(double error) {
+  return 100 * (error < 1 ? 1 - std::sqrt(1 - error) : std::sqrt(1 + error) - 1);
+}
 
 // "the lowest 8, up to 1234 Hz, are within 1 %": of this mesh's own, with this mass.
 void add_estimates(const Superelement& s, Lines& lines) {
   const Superelement::Accuracy& a = *s.accuracy;
   const Index m = a.frequency_hz.size();
   const auto add = [&](const std::string& text) { lines.push_back({"  free modes   " + text}); };
-  if (!s.has_interface_matrices() && !(s.eigenvalues.array() > 0).any()) return add("none but the rigid ones is kept");
+  if (!s.has_interface_matrices() && !(s.eigenvalues.array() > 0).any())
+    return add("none but the rigid ones is kept");
   if (!a.worst_of_ten)
-    return add("not estimated, as that takes the diagonal form (--diagonal-limit), and stiffness against all that is not rigid");
-  const std::string ten = format_text("; of the ten lowest the worst to %.2g %%", percent(*a.worst_of_ten));
-  if (m == 0) return add("not known: the lowest is above the first held mode that is missing" + ten + " (estimated)");
-  const auto good = std::count_if(a.frequency_hz.begin(), a.frequency_hz.end(), [&](double f) { return f <= a.covered_hz; });
+    return add(
+        "not estimated, as that takes the diagonal form (--diagonal-limit), and stiffness against "
+        "all that is not rigid");
+  const std::string ten =
+      format_text("; of the ten lowest the worst to %.2g %%", percent(*a.worst_of_ten));
+  if (m == 0)
+    return add("not known: the lowest is above the first held mode that is missing" + ten +
+               " (estimated)");
+  const auto good = std::count_if(a.frequency_hz.begin(), a.frequency_hz.end(),
+                                  [&](double f) { return f <= a.covered_hz; });
   std::string text;
   if (good > 0) {
-    text = format_text("the lowest %lld, up to %.6g Hz, are right to 1 %%", static_cast<long long>(good), a.covered_hz);
-    if (good < m) text += format_text(", the next at %.6g Hz to %.2g %%", a.frequency_hz(good), percent(a.eigenvalue_error(good)));
+    text = format_text("the lowest %lld, up to %.6g Hz, are right to 1 %%",
+                       static_cast<long long>(good), a.covered_hz);
+    if (good < m)
+      text += format_text(", the next at %.6g Hz to %.2g %%", a.frequency_hz(good),
+                          percent(a.eigenvalue_error(good)));
   } else {
-    text = format_text("even the lowest, at %.6g Hz, may be off by %.2g %%", a.frequency_hz(0), percent(a.eigenvalue_error(0)));
+    text = format_text("even the lowest, at %.6g Hz, may be off by %.2g %%", a.frequency_hz(0),
+                       percent(a.eigenvalue_error(0)));
   }
   add(text + (*a.worst_of_ten > much_left_out ? ten : "") +
       " (estimated, against this mesh with this mass; aim: 1 % of the ten lowest)");
   for (Index j = 0; j < m; ++j)
-    lines.push_back({format_text("free mode %lld: %.6g Hz, eigenvalue off by %.2e", static_cast<long long>(j + 1),
-                                 a.frequency_hz(j), a.eigenvalue_error(j)),
-                     true});
+    lines.push_back(
+        {format_text("free mode %lld: %.6g Hz, eigenvalue off by %.2e",
+                     static_cast<long long>(j + 1), a.frequency_hz(j), a.eigenvalue_error(j)),
+         true});
 }
 
 std::string left_out_text(const Superelement& s) {
   const Superelement::Accuracy& a = *s.accuracy;
-  std::string text =
-      format_text("  left out     modes miss %.2g %% of the interior's strain energy under acceleration (aim: below %g %%",
-                  100 * a.largest_left_out, 100 * (a.tolerance > 0 ? a.tolerance : much_left_out));
+  std::string text = format_text(
+      "  left out     modes miss %.2g %% of the interior's strain energy under acceleration (aim: "
+      "below %g %%",
+      100 * a.largest_left_out, 100 * (a.tolerance > 0 ? a.tolerance : much_left_out));
   text += a.tolerance > 0 ? ", the tolerance)" : ")";
   if (a.tolerance == 0 && a.largest_left_out > much_left_out)
-    text += std::string("; more modes lower it") + (s.has_interface_matrices() ? ", tolerance picks them" : "");
+    text += std::string("; more modes lower it") +
+            (s.has_interface_matrices() ? ", tolerance picks them" : "");
   return text;
 }
 
@@ -118,10 +138,13 @@ std::vector<SummaryLine> frequency_lines(const Superelement& s) {
     if (!list.empty()) lines.push_back({label + list});
   };
   if (s.has_interface_matrices()) {
-    add("  held         first frequencies with the interface held: ", listed(roots(s.eigenvalues.head(s.k() - s.n_residual))));
-    add("  free         first elastic frequencies of the free part: ", listed({s.omega.begin(), s.omega.end()}));
+    add("  held         first frequencies with the interface held: ",
+        listed(roots(s.eigenvalues.head(s.k() - s.n_residual))));
+    add("  free         first elastic frequencies of the free part: ",
+        listed({s.omega.begin(), s.omega.end()}));
   } else {
-    add("  free         first elastic frequencies of the free part: ", listed(roots(s.eigenvalues)));
+    add("  free         first elastic frequencies of the free part: ",
+        listed(roots(s.eigenvalues)));
   }
   return lines;
 }
@@ -129,7 +152,8 @@ std::vector<SummaryLine> frequency_lines(const Superelement& s) {
 std::string sets_text(const Superelement& s) {
   std::string text;
   for (const auto& surface : s.surfaces)
-    text += (text.empty() ? "" : ", ") + surface.name + " (" + std::to_string(surface.n_faces()) + " faces)";
+    text += (text.empty() ? "" : ", ") + surface.name + " (" + std::to_string(surface.n_faces()) +
+            " faces)";
   for (const auto& [name, nodes] : s.nodesets)
     text += (text.empty() ? "" : ", ") + name + " (" + std::to_string(nodes.size()) + " nodes)";
   return text.empty() ? "none" : text;
@@ -140,31 +164,39 @@ std::vector<SummaryLine> accuracy_lines(const Superelement& s) {
   if (!s.accuracy) return lines;
   const Superelement::Accuracy& a = *s.accuracy;
   if (a.rho_floor)
-    lines.push_back({format_text("rho_res with all modes: x %.4f  y %.4f  z %.4f, the mass of the interface's nodes",
-                                 (*a.rho_floor)(0), (*a.rho_floor)(1), (*a.rho_floor)(2)),
-                     true});
-  if (std::any_of(a.surfaces.begin(), a.surfaces.end(), [](const auto& of) { return of.second.impact > 0; }))
+    lines.push_back(
+        {format_text(
+             "rho_res with all modes: x %.4f  y %.4f  z %.4f, the mass of the interface's nodes",
+             (*a.rho_floor)(0), (*a.rho_floor)(1), (*a.rho_floor)(2)),
+         true});
+  if (std::any_of(a.surfaces.begin(), a.surfaces.end(),
+                  [](const auto& of) { return of.second.impact > 0; }))
     lines.push_back({"  flat impact  loses of its energy at " +
                      of_surfaces(s, "%.1f %%", [](const auto& of) { return 100 * of.impact; }) +
                      " (good: below 5 %; warned of above 20 %)"});
   lines.push_back({left_out_text(s)});
   if (!a.surfaces.empty())
-    lines.push_back({"left out of the motion that a pressure sets going: " +
-                         of_surfaces(s, "%.2g %%", [](const auto& of) { return 100 * of.strain_left_out; }),
-                     true});
+    lines.push_back(
+        {"left out of the motion that a pressure sets going: " +
+             of_surfaces(s, "%.2g %%", [](const auto& of) { return 100 * of.strain_left_out; }),
+         true});
   lines.push_back(
-      {format_text("left out along x %.2e  y %.2e  z %.2e, about x %.2e  y %.2e  z %.2e", a.strain_left_out(0),
-                   a.strain_left_out(1), a.strain_left_out(2), a.strain_left_out(3), a.strain_left_out(4), a.strain_left_out(5)),
+      {format_text("left out along x %.2e  y %.2e  z %.2e, about x %.2e  y %.2e  z %.2e",
+                   a.strain_left_out(0), a.strain_left_out(1), a.strain_left_out(2),
+                   a.strain_left_out(3), a.strain_left_out(4), a.strain_left_out(5)),
        true});
   add_estimates(s, lines);
   if (a.complete_hz > 0)
-    lines.push_back({format_text(
-        "  held modes   all below %.6g Hz are kept, the interface held (good: above what excites the part)", a.complete_hz)});
+    lines.push_back(
+        {format_text("  held modes   all below %.6g Hz are kept, the interface held (good: above "
+                     "what excites the part)",
+                     a.complete_hz)});
   return lines;
 }
 
 void say_accuracy(const Superelement& s, Report& report) {
-  for (const SummaryLine& line : accuracy_lines(s)) line.detail ? report.detail(line.text) : report.line(line.text);
+  for (const SummaryLine& line : accuracy_lines(s))
+    line.detail ? report.detail(line.text) : report.line(line.text);
 }
 
 }  // namespace cbr

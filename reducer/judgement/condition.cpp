@@ -48,7 +48,8 @@ double mass_norm(const Superelement& s, const Vector& D) {
     if (s.k() > 0) sum += s.M_kc.col(j).cwiseAbs().dot(D_k);
     largest = std::max(largest, sum * D_c(j));
   }
-  for (Index i = 0; i < s.k(); ++i) largest = std::max(largest, (D_k(i) + s.M_kc.row(i).transpose().cwiseAbs().dot(D_c)) * D_k(i));
+  for (Index i = 0; i < s.k(); ++i)
+    largest = std::max(largest, (D_k(i) + s.M_kc.row(i).transpose().cwiseAbs().dot(D_c)) * D_k(i));
   return largest;
 }
 
@@ -77,7 +78,8 @@ ConditionNumbers condition_numbers(const SparseMatrix& A, const SparseCholesky& 
   const SingleThreadedBlas blas;  // solves of few vectors: memory is the limit
   const Index n = A.rows();
   if (n == 0) return {};
-  const Vector diagonal = A.diagonal(), D = diagonal.cwiseSqrt().cwiseInverse(), one = Vector::Ones(n);
+  const Vector diagonal = A.diagonal(), D = diagonal.cwiseSqrt().cwiseInverse(),
+               one = Vector::Ones(n);
   // (D A D)^-1 = D^-1 A^-1 D^-1
   const std::array<const Vector*, 2> scale{&one, &D};
   std::array<InverseNorm, 2> search{InverseNorm(n), InverseNorm(n)};
@@ -132,10 +134,12 @@ void require_independent(const Partition& p, const Matrix& Phi, const ModeCheck&
   overlap(check.worst) = 0;
   Index other = 0;
   const double share = overlap.cwiseAbs().maxCoeff(&other);
-  throw RunError(format_text(
-      "fixed-interface modes %lld and %lld are not independent of each other (Phi^T M Phi is %.2g between them, not "
-      "0): the eigensolver has found one twice; ask for a few more or fewer modes",
-      static_cast<long long>(std::min(other, check.worst) + 1), static_cast<long long>(std::max(other, check.worst) + 1), share));
+  throw RunError(
+      format_text("fixed-interface modes %lld and %lld are not independent of each other (Phi^T M "
+                  "Phi is %.2g between them, not "
+                  "0): the eigensolver has found one twice; ask for a few more or fewer modes",
+                  static_cast<long long>(std::min(other, check.worst) + 1),
+                  static_cast<long long>(std::max(other, check.worst) + 1), share));
 }
 
 SoftestMotion softest_motion(Matrix K, const Matrix& R) {
@@ -144,9 +148,11 @@ SoftestMotion softest_motion(Matrix K, const Matrix& R) {
   // A row without any stiffness keeps its scale
   const double largest = K.diagonal().maxCoeff();
   if (!(largest > 0)) return {};
-  const Vector D = K.diagonal().unaryExpr([&](double d) { return 1 / std::sqrt(d > 0 ? d : largest); });
+  const Vector D =
+      K.diagonal().unaryExpr([&](double d) { return 1 / std::sqrt(d > 0 ? d : largest); });
   K = D.asDiagonal() * K * D.asDiagonal();
-  // The rigid motions held by springs of the size of its diagonal; what then is soft still is another motion
+  // The rigid motions held by springs of the size of its diagonal; what then is soft still is
+  // another motion
   const Matrix Q = orthonormal_basis(D.cwiseInverse().asDiagonal() * R);
   const Matrix scaled = K;
   K.noalias() += Q * Q.transpose();

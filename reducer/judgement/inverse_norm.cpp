@@ -20,7 +20,8 @@ double inverse_norm(Index n, const std::function<void(Vector&)>& solve) {
   return search.norm();
 }
 
-InverseNorm::InverseNorm(Index n) : x_(Vector::Constant(n, n > 0 ? 1.0 / static_cast<double>(n) : 0)), asked_(x_) {
+InverseNorm::InverseNorm(Index n)
+    : x_(Vector::Constant(n, n > 0 ? 1.0 / static_cast<double>(n) : 0)), asked_(x_) {
   if (n == 0) next_ = Next::nothing;
 }
 
@@ -62,7 +63,8 @@ void InverseNorm::climb(const Vector& z) {
 void InverseNorm::guess_again() {
   const Index n = x_.size();
   for (Index i = 0; i < n; ++i)
-    asked_(i) = (i % 2 == 0 ? 1 : -1) * (1 + static_cast<double>(i) / static_cast<double>(std::max<Index>(n - 1, 1)));
+    asked_(i) = (i % 2 == 0 ? 1 : -1) *
+                (1 + static_cast<double>(i) / static_cast<double>(std::max<Index>(n - 1, 1)));
   next_ = Next::second_guess;
 }
 

@@ -7,8 +7,8 @@
 
 namespace cbr {
 
-// |A^-1|_1 from below, mostly within a factor of 2, by a handful of solves (Hager 1984, doi 10.1137/0905023; Higham 1988, doi
-// 10.1145/50063.214386). solve: x <- A^-1 x (n).
+// |A^-1|_1 from below, mostly within a factor of 2, by a handful of solves (Hager 1984,
+// doi 10.1137/0905023; Higham 1988, doi 10.1145/50063.214386). solve: x <- A^-1 x (n).
 double inverse_norm(Index n, const std::function<void(Vector&)>& solve);
 
 // The same search as questions and answers, for those who have several at a time.

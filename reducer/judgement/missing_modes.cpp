@@ -10,7 +10,8 @@
 namespace cbr {
 namespace {
 
-constexpr double far = 30;          // times an eigenvalue: modes above are too far off to mix with it, and would cost it digits
+// times an eigenvalue: modes above are too far off to mix with it, and would cost it digits
+constexpr double far = 30;
 constexpr double short_of = 1e-9;   // of lowest(), where S has its pole
 constexpr double precision = 1e-3;  // of the error of an eigenvalue
 constexpr int most_steps = 60;
@@ -44,7 +45,8 @@ class Reduced {
   Index m_;
 };
 
-// f(sigma) = eigenvalue(sigma) - sigma falls as sigma grows, from lambda >= 0 at 0: its zero, or `top` where it has none below.
+// f(sigma) = eigenvalue(sigma) - sigma falls as sigma grows, from lambda >= 0 at 0: its zero, or
+// `top` where it has none below.
 double zero_of(const Reduced& reduced, double lambda, double top) {
   double high = std::min(lambda, top), f_high = reduced.eigenvalue(high) - high;
   if (!(f_high < 0)) return high;
@@ -70,7 +72,8 @@ double zero_of(const Reduced& reduced, double lambda, double top) {
 
 }  // namespace
 
-Matrix inertia_forces(const Partition& p, const SparseCholesky& factor, const Matrix& M_cc, const Matrix& U) {
+Matrix inertia_forces(const Partition& p, const SparseCholesky& factor, const Matrix& M_cc,
+                      const Matrix& U) {
   const RigidMotions& rigid = p.rigid;
   if (rigid.count() == 0) {
     Matrix X = p.K_IC * U;
@@ -83,8 +86,10 @@ Matrix inertia_forces(const Partition& p, const SparseCholesky& factor, const Ma
   return rigid.P_I * rigid_part + p.M_IC * rest - p.M_II * X;
 }
 
-LeftOfAnswer left_of_answer(const Partition& p, const SparseCholesky& factor, const std::vector<Eigen::Ref<const Matrix>>& modes,
-                            const Vector& lambda, const Eigen::Ref<const Matrix>& residual, Matrix Y) {
+LeftOfAnswer left_of_answer(const Partition& p, const SparseCholesky& factor,
+                            const std::vector<Eigen::Ref<const Matrix>>& modes,
+                            const Vector& lambda, const Eigen::Ref<const Matrix>& residual,
+                            Matrix Y) {
   const Index m = Y.cols();
   LeftOfAnswer left{Matrix::Zero(m, m), Matrix::Zero(m, m)};
   if (p.n_interior() == 0 || m == 0) return left;
@@ -95,7 +100,9 @@ LeftOfAnswer left_of_answer(const Partition& p, const SparseCholesky& factor, co
   factor.solve_in_place(X);
   for (int pass = 0; pass < passes; ++pass)
     for (const auto& Phi : modes) X.noalias() -= Phi * Matrix(Phi.transpose() * Matrix(p.M_II * X));
-  if (residual.cols() > 0) X.noalias() -= residual * Matrix(lambda.cwiseInverse().asDiagonal() * Matrix(residual.transpose() * Y));
+  if (residual.cols() > 0)
+    X.noalias() -=
+        residual * Matrix(lambda.cwiseInverse().asDiagonal() * Matrix(residual.transpose() * Y));
   left.D.noalias() = Y.transpose() * X;
   left.D_2.noalias() = X.transpose() * Matrix(p.M_II * X);
   left.D = (0.5 * (left.D + left.D.transpose())).eval();
@@ -110,15 +117,18 @@ double MissingModes::lowest() const {
 
 Matrix MissingModes::taken(double sigma, Index m) const {
   Matrix S = Matrix::Zero(m, m);
-  if (beyond > 0) S = D.topLeftCorner(m, m) + sigma / (1 - sigma / beyond) * D_2.topLeftCorner(m, m);
+  if (beyond > 0)
+    S = D.topLeftCorner(m, m) + sigma / (1 - sigma / beyond) * D_2.topLeftCorner(m, m);
   if (lambda.size() > 0) {
-    const Matrix B = (lambda.array() - sigma).sqrt().inverse().matrix().asDiagonal() * A.leftCols(m);
+    const Matrix B =
+        (lambda.array() - sigma).sqrt().inverse().matrix().asDiagonal() * A.leftCols(m);
     S.noalias() += B.transpose() * B;
   }
   return sigma * sigma * S;
 }
 
-Vector full_eigenvalues(const Vector& lambda, const MissingModes& missing, Index first, Index count, Matrix* z) {
+Vector full_eigenvalues(const Vector& lambda, const MissingModes& missing, Index first, Index count,
+                        Matrix* z) {
   const SingleThreadedBlas blas;  // thousands of small problems
   Vector sigma(count);
   if (z != nullptr) z->resize(lambda.size(), count);

@@ -20,9 +20,10 @@ namespace {
 constexpr Index first_candidates = 64, most_candidates = 5000;
 constexpr Index largest_dense = 6000;   // interface dofs up to which free modes are looked at
 constexpr double one_frequency = 1e-6;  // of eigenvalues: closer ones are taken together
-constexpr double near = 2;              // times a free mode's eigenvalue: held modes below are kept in any case
-// Of the tolerance. What is picked for is less than what is put up with, as the free modes that errors are estimated with are a
-// little off until they are computed again.
+// times a free mode's eigenvalue: held modes below are kept in any case
+constexpr double near = 2;
+// Of the tolerance. What is picked for is less than what is put up with, as the free modes that
+// errors are estimated with are a little off until they are computed again.
 constexpr double aim = 0.9, accepted = 0.98;
 constexpr Index beside = 16;  // free modes above the ten that these may mix with
 
@@ -30,23 +31,28 @@ constexpr Index beside = 16;  // free modes above the ten that these may mix wit
 Matrix coupling_of_modes(const Partition& p, const FixedInterfaceModes& modes) {
   if (modes.lambda.size() == 0) return Matrix(0, p.n_interface());
   return Matrix(p.M_IC.transpose() * modes.Phi).transpose() -
-         modes.lambda.cwiseInverse().asDiagonal() * Matrix(p.K_IC.transpose() * modes.Phi).transpose();
+         modes.lambda.cwiseInverse().asDiagonal() *
+             Matrix(p.K_IC.transpose() * modes.Phi).transpose();
 }
 
-// Eigenvalues and interface parts of the free component's lowest modes, rigid ones first, with the modes at hand.
+// Eigenvalues and interface parts of the free component's lowest modes, rigid ones first, with the
+// modes at hand.
 struct FreeModes {
-  Index n_rigid = 0, n_asked = 0;  // elastic ones whose error counts; those after them may mix with them
-  Vector lambda;                   // f
-  Matrix U;                        // c x f
-  double less = 0;                 // share of M_kc that was left out
+  // elastic ones whose error counts; those after them may mix with them
+  Index n_rigid = 0, n_asked = 0;
+  Vector lambda;    // f
+  Matrix U;         // c x f
+  double less = 0;  // share of M_kc that was left out
 
   double last_asked() const { return n_asked > 0 ? lambda(n_rigid + n_asked - 1) : 0; }
 };
 
-FreeModes free_modes(const Partition& p, const Superelement& s, const std::vector<Index>& part, const FixedInterfaceModes& modes) {
+FreeModes free_modes(const Partition& p, const Superelement& s, const std::vector<Index>& part,
+                     const FixedInterfaceModes& modes) {
   if (s.c() > largest_dense) return {0, 0, Vector(0), Matrix(s.c(), 0), 0};
   Superelement reduced;
-  reduced.node_ids = s.node_ids, reduced.coordinates = s.coordinates, reduced.rigid_body = s.rigid_body;
+  reduced.node_ids = s.node_ids, reduced.coordinates = s.coordinates,
+  reduced.rigid_body = s.rigid_body;
   reduced.dof_node = s.dof_node, reduced.dof_component = s.dof_component;
   reduced.eigenvalues = modes.lambda, reduced.K_cc = s.K_cc, reduced.M_cc = s.M_cc;
   reduced.M_kc = coupling_of_modes(p, modes);
@@ -56,7 +62,8 @@ FreeModes free_modes(const Partition& p, const Superelement& s, const std::vecto
   const Index count = std::min(reduced.n(), n_rigid + asked + beside);
   if (asked <= 0) return {0, 0, Vector(0), Matrix(s.c(), 0), 0};
   Eigenpairs pairs = dense_eigenpairs(reduced_stiffness(reduced), reduced_mass(reduced), count);
-  // An ill-conditioned K_II makes M_kc fit M_cc so badly that modes may couple more than there is mass: a little less will do here
+  // An ill-conditioned K_II makes M_kc fit M_cc so badly that modes may couple more than there is
+  // mass: a little less will do here
   double left = 1;
   for (double less = 1e-6; !pairs.converged && less < 0.1; less *= 30) {
     reduced.M_kc *= 1 - less, left *= 1 - less;
@@ -64,7 +71,8 @@ FreeModes free_modes(const Partition& p, const Superelement& s, const std::vecto
   }
   if (!pairs.converged)
     throw LostMass(
-        "tolerance: the mass that the modes leave on the interface is lost in round-off, as that of very thin parts is: use larger or "
+        "tolerance: the mass that the modes leave on the interface is lost in round-off, as that "
+        "of very thin parts is: use larger or "
         "less flat elements, or say how many modes are to be kept");
   return {n_rigid, asked, pairs.lambda.cwiseMax(0.0), pairs.Phi.bottomRows(s.c()), 1 - left};
 }
@@ -80,7 +88,8 @@ std::vector<Index> rows(const Taken& taken, char value) {
 
 class Picker {
  public:
-  Picker(const Partition& p, const SparseCholesky& factor, const Matrix& M_cc, const InterfaceMotions& motions, double tolerance)
+  Picker(const Partition& p, const SparseCholesky& factor, const Matrix& M_cc,
+         const InterfaceMotions& motions, double tolerance)
       : factor_(factor), M_cc_(M_cc), motions_(motions), tolerance_(tolerance), p_(p) {}
 
   void set_free_modes(FreeModes&& free) {
@@ -109,10 +118,12 @@ class Picker {
   bool suffices() const {
     if (beyond_.beyond == 0) return true;
     if (strain_left_out(motions_, rigid_beyond_).largest > tolerance_) return false;
-    return beyond_.beyond > near * free_.last_asked() && errors(beyond_).maxCoeff() <= aim * tolerance_;
+    return beyond_.beyond > near * free_.last_asked() &&
+           errors(beyond_).maxCoeff() <= aim * tolerance_;
   }
 
-  // Those given and as many more as the errors ask for. The free modes should be those of what is given: then the errors are right.
+  // Those given and as many more as the errors ask for. The free modes should be those of what is
+  // given: then the errors are right.
   Taken pick(Taken given) const {
     given.resize(lambda_.size(), 0);
     Taken taken = given;
@@ -138,16 +149,20 @@ class Picker {
     for (;;) {
       const std::vector<Index> others = rows(taken, 0);
       const Matrix not_taken = rigid_(others, Eigen::all);
-      const StrainLeftOut left = strain_left_out(motions_, rigid_beyond_ + not_taken.transpose() * not_taken);
+      const StrainLeftOut left =
+          strain_left_out(motions_, rigid_beyond_ + not_taken.transpose() * not_taken);
       if (left.largest <= tolerance_) return;
       const Vector part = (rigid_.leftCols(InterfaceMotions::n_rigid) * left.worst).cwiseAbs2();
       if (others.empty()) return;
-      take(*std::max_element(others.begin(), others.end(), [&](Index i, Index j) { return part(i) < part(j); }), taken);
+      take(*std::max_element(others.begin(), others.end(),
+                             [&](Index i, Index j) { return part(i) < part(j); }),
+           taken);
     }
   }
 
-  // Those that have most of a free mode's error, as many as bring it down to what is aimed at, or halve it. Not the error by number
-  // says which mode: where a poor one passes a good one on its way, the good one's place is as wrong and nothing of it is missing.
+  // Those that have most of a free mode's error, as many as bring it down to what is aimed at, or
+  // halve it. Not the error by number says which mode: where a poor one passes a good one on its
+  // way, the good one's place is as wrong and nothing of it is missing.
   void pick_for_free_modes(Taken& taken, double enough) const {
     for (;; enough = aim) {
       MissingModes missing = beyond_;
@@ -159,12 +174,14 @@ class Picker {
       if (most <= enough * tolerance_ || others.empty()) return;
       // z^T S z = sigma^2 sum (A_j z)^2 / (lambda_j - sigma) + ...   (others x n_asked)
       Matrix part = (missing.A * z).cwiseAbs2();
-      for (Index i = 0; i < part.cols(); ++i) part.col(i).array() *= sigma(i) / (missing.lambda.array() - sigma(i));
+      for (Index i = 0; i < part.cols(); ++i)
+        part.col(i).array() *= sigma(i) / (missing.lambda.array() - sigma(i));
       Index poorest = 0, first = 0;
       const double whole = part.colwise().sum().maxCoeff(&poorest);
       std::vector<Index> order(others.size());
       std::iota(order.begin(), order.end(), Index{0});
-      std::sort(order.begin(), order.end(), [&](Index i, Index j) { return part(i, poorest) > part(j, poorest); });
+      std::sort(order.begin(), order.end(),
+                [&](Index i, Index j) { return part(i, poorest) > part(j, poorest); });
       double excess = std::min(1 - aim * tolerance_ / most, 0.5) * whole;
       do {
         const Index j = order[static_cast<std::size_t>(first++)];
@@ -175,7 +192,9 @@ class Picker {
   }
 
   void take(Index row, Taken& taken) const {
-    const auto alike = [&](Index i, Index j) { return std::abs(lambda_(i) - lambda_(j)) <= one_frequency * lambda_(i); };
+    const auto alike = [&](Index i, Index j) {
+      return std::abs(lambda_(i) - lambda_(j)) <= one_frequency * lambda_(i);
+    };
     taken[row] = 1;
     for (Index j = row + 1; j < lambda_.size() && alike(j - 1, j); ++j) taken[j] = 1;
     for (Index j = row - 1; j >= 0 && alike(j + 1, j); --j) taken[j] = 1;
@@ -202,8 +221,10 @@ FixedInterfaceModes some_of(const FixedInterfaceModes& all, const Taken& taken, 
 
 }  // namespace
 
-ModesOfTolerance modes_of_tolerance(const Partition& p, const SparseCholesky& factor, const InterfaceMotions& motions,
-                                    const Superelement& s, const std::vector<Index>& part, double tolerance, Report& report) {
+ModesOfTolerance modes_of_tolerance(const Partition& p, const SparseCholesky& factor,
+                                    const InterfaceMotions& motions, const Superelement& s,
+                                    const std::vector<Index>& part, double tolerance,
+                                    Report& report) {
   ModesOfTolerance result;
   result.modes.Phi.resize(p.n_interior(), 0);
   result.modes.method = "none", result.modes.proven = true;
@@ -239,46 +260,58 @@ ModesOfTolerance modes_of_tolerance(const Partition& p, const SparseCholesky& fa
     picker.set_candidates(candidates);
   }
   if (less > 0)
-    report.warning(format_text("tolerance: by round-off the modes couple more mass than the interface has: the free modes that they were "
-                               "picked for have %.1e of the coupling less; the stiffness of the interior is ill-conditioned: use less flat "
-                               "elements, or say how many modes are to be kept",
-                               less));
+    report.warning(
+        format_text("tolerance: by round-off the modes couple more mass than the interface has: "
+                    "the free modes that they were "
+                    "picked for have %.1e of the coupling less; the stiffness of the interior is "
+                    "ill-conditioned: use less flat "
+                    "elements, or say how many modes are to be kept",
+                    less));
   result.n_candidates = candidates.lambda.size();
   FixedInterfaceModes others = some_of(candidates, taken, 0);
   result.not_kept.lambda = std::move(others.lambda), result.not_kept.Phi = std::move(others.Phi);
-  if (result.n_candidates < p.n_interior()) result.not_kept.beyond = candidates.lambda(result.n_candidates - 1);
+  if (result.n_candidates < p.n_interior())
+    result.not_kept.beyond = candidates.lambda(result.n_candidates - 1);
   return result;
 }
 
-void judge_tolerance(double tolerance, double left_out, double mode_error, double condition, Report& report) {
+void judge_tolerance(double tolerance, double left_out, double mode_error, double condition,
+                     Report& report) {
   constexpr double slack = 1e-6;
   const double most = (1 + slack) * tolerance;
   if (left_out <= most && mode_error <= most) return;
   std::string what;
-  if (!(left_out <= most)) what = format_text("the modes leave %.2g of the strain energy under a rigid acceleration out", left_out);
+  if (!(left_out <= most))
+    what = format_text("the modes leave %.2g of the strain energy under a rigid acceleration out",
+                       left_out);
   if (!(mode_error <= most))
-    what += (what.empty() ? "" : ", and ") + format_text("one of the ten lowest eigenvalues is too high by %.2g", mode_error);
+    what += (what.empty() ? "" : ", and ") +
+            format_text("one of the ten lowest eigenvalues is too high by %.2g", mode_error);
   report.warning(format_text("tolerance: %g is not met: ", tolerance) + what +
-                 format_text(" (estimated): by round-off of a stiffness that is conditioned %.0e; take a larger tolerance, use less flat "
+                 format_text(" (estimated): by round-off of a stiffness that is conditioned %.0e; "
+                             "take a larger tolerance, use less flat "
                              "elements, or say how many modes are to be kept",
                              condition));
 }
 
-ModesOfTolerance modes_of_tolerance(const Partition& p, const std::vector<ComponentPart>& parts, const Superelement& s, double tolerance,
-                                    Report& report) {
+ModesOfTolerance modes_of_tolerance(const Partition& p, const std::vector<ComponentPart>& parts,
+                                    const Superelement& s, double tolerance, Report& report) {
   ModesOfTolerance all;
   std::vector<FixedInterfaceModes> kept, others;
   for (const ComponentPart& part : parts) {
     const SparseCholesky factor(part.p.K_II);
     const Superelement own = part_of(s, part);
     const InterfaceMotions motions = interface_motions(part.p, factor, own, part.one());
-    ModesOfTolerance found = modes_of_tolerance(part.p, factor, motions, own, part.one(), tolerance, report);
+    ModesOfTolerance found =
+        modes_of_tolerance(part.p, factor, motions, own, part.one(), tolerance, report);
     all.n_candidates += found.n_candidates;
     all.not_kept.beyond_of_part.push_back(found.not_kept.beyond);
     if (const double beyond = found.not_kept.beyond; beyond > 0)
-      all.not_kept.beyond = all.not_kept.beyond > 0 ? std::min(all.not_kept.beyond, beyond) : beyond;
+      all.not_kept.beyond =
+          all.not_kept.beyond > 0 ? std::min(all.not_kept.beyond, beyond) : beyond;
     kept.push_back(std::move(found.modes));
-    others.push_back({std::move(found.not_kept.lambda), std::move(found.not_kept.Phi), "none", true});
+    others.push_back(
+        {std::move(found.not_kept.lambda), std::move(found.not_kept.Phi), "none", true});
   }
   all.modes = joined(parts, kept, p.n_interior());
   FixedInterfaceModes dropped = joined(parts, others, p.n_interior());

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// reduction: {tolerance: ...}: as few modes as keep the errors below it (docs/theory.md, "What a tolerance bounds").
+// reduction: {tolerance: ...}: as few modes as keep the errors below it (docs/theory.md, "What a
+// tolerance bounds").
 #pragma once
 
 #include <vector>
@@ -22,27 +23,35 @@ struct ModesOfTolerance {
   ModesNotKept not_kept;
 };
 
-// What an ill-conditioned interior makes of the tolerance; where in the mesh is for the caller to say.
+// What an ill-conditioned interior makes of the tolerance; where in the mesh is for the caller to
+// say.
 class LostMass : public InputError {
  public:
   using InputError::InputError;
 };
 
-// Modes such that both the share of strain energy that they leave out under any rigid acceleration of the interface, and the
-// relative errors of the eigenvalues of the free component's ten lowest elastic modes, are no more than the tolerance. The errors
-// are those of full_eigenvalues(), of the reduced component as it is with what was picked.
-// Candidates are computed, lowest first, until all of them suffice; nothing is solved for twice. Of them those that take most part
-// in the largest error are taken, again and again; modes of one frequency are taken together, as their shapes are arbitrary, and so
-// are all within sqrt(2) of the free modes' frequencies. s: K_cc, M_cc; part: per node of s. Above 6000 interface dofs rigid
-// motions alone count. InputError: more than 5000 would be needed and the interior has more. LostMass: no mass is left beside the modes.
-ModesOfTolerance modes_of_tolerance(const Partition& p, const SparseCholesky& factor, const InterfaceMotions& motions,
-                                    const Superelement& s, const std::vector<Index>& part, double tolerance, Report& report);
-
-// A warning where the figures of the reduction as it is in the end are above the tolerance. condition: of K_II, scaled.
-void judge_tolerance(double tolerance, double left_out, double mode_error, double condition, Report& report);
-
-// Of a component of several parts: of each by itself, its own rigid accelerations and its own ten modes.
-ModesOfTolerance modes_of_tolerance(const Partition& p, const std::vector<ComponentPart>& parts, const Superelement& s, double tolerance,
+// Modes such that both the share of strain energy that they leave out under any rigid acceleration
+// of the interface, and the relative errors of the eigenvalues of the free component's ten lowest
+// elastic modes, are no more than the tolerance. The errors are those of full_eigenvalues(), of the
+// reduced component as it is with what was picked. Candidates are computed, lowest first, until all
+// of them suffice; nothing is solved for twice. Of them those that take most part in the largest
+// error are taken, again and again; modes of one frequency are taken together, as their shapes are
+// arbitrary, and so are all within sqrt(2) of the free modes' frequencies. s: K_cc, M_cc; part: per
+// node of s. Above 6000 interface dofs rigid motions alone count. InputError: more than 5000 would
+// be needed and the interior has more. LostMass: no mass is left beside the modes.
+ModesOfTolerance modes_of_tolerance(const Partition& p, const SparseCholesky& factor,
+                                    const InterfaceMotions& motions, const Superelement& s,
+                                    const std::vector<Index>& part, double tolerance,
                                     Report& report);
+
+// A warning where the figures of the reduction as it is in the end are above the tolerance.
+// condition: of K_II, scaled.
+void judge_tolerance(double tolerance, double left_out, double mode_error, double condition,
+                     Report& report);
+
+// Of a component of several parts: of each by itself, its own rigid accelerations and its own ten
+// modes.
+ModesOfTolerance modes_of_tolerance(const Partition& p, const std::vector<ComponentPart>& parts,
+                                    const Superelement& s, double tolerance, Report& report);
 
 }  // namespace cbr

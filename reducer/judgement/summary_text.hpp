@@ -18,7 +18,8 @@ struct SummaryLine {
 // Errors that the reduction knows of, each with what is good; none without Superelement::accuracy.
 std::vector<SummaryLine> accuracy_lines(const Superelement& superelement);
 
-// The first six frequencies with the interface held and of the free part, in Hz, as far as the superelement knows them.
+// The first six frequencies with the interface held and of the free part, in Hz, as far as the
+// superelement knows them.
 std::vector<SummaryLine> frequency_lines(const Superelement& superelement);
 
 // "x_max (150 faces), corner (1 nodes)"; "none".

@@ -30,14 +30,16 @@ struct Local {
 };
 
 // Columns of A, whose rows are all of one part.
-SparseMatrix block(const SparseMatrix& A, const std::vector<Index>& local, Index n_rows, const std::vector<Index>& columns) {
+SparseMatrix block(const SparseMatrix& A, const std::vector<Index>& local, Index n_rows,
+                   const std::vector<Index>& columns) {
   SparseMatrix B(n_rows, static_cast<Index>(columns.size()));
   Index entries = 0;
   for (const Index j : columns) entries += A.col(j).nonZeros();
   B.reserve(entries);
   for (std::size_t j = 0; j < columns.size(); ++j) {
     B.startVec(static_cast<Index>(j));
-    for (SparseMatrix::InnerIterator it(A, columns[j]); it; ++it) B.insertBack(local[it.row()], static_cast<Index>(j)) = it.value();
+    for (SparseMatrix::InnerIterator it(A, columns[j]); it; ++it)
+      B.insertBack(local[it.row()], static_cast<Index>(j)) = it.value();
   }
   B.finalize();
   return B;
@@ -51,17 +53,18 @@ Index last_row(const SparseMatrix& A, Index first, Index count) {
 }
 
 // Each six of the motions to the part whose interface they move.
-void share_out(const RigidMotions& rigid, const Local& I, const Local& C, const std::vector<Index>& part_C,
-               std::vector<ComponentPart>& parts) {
+void share_out(const RigidMotions& rigid, const Local& I, const Local& C,
+               const std::vector<Index>& part_C, std::vector<ComponentPart>& parts) {
   for (Index first = 0; first < rigid.count(); first += 6) {
     const Index row = last_row(rigid.R_C, first, 6);
     if (row < 0) continue;
     std::vector<Index> six(6);
     std::iota(six.begin(), six.end(), first);
     ComponentPart& part = parts[part_C[row / 3]];
-    const auto n_I = static_cast<Index>(part.inside.size()), c = static_cast<Index>(part.on_interface.size());
-    part.p.rigid = {block(rigid.R_I, I.row, n_I, six), block(rigid.R_C, C.row, c, six), block(rigid.P_I, I.row, n_I, six),
-                    block(rigid.P_C, C.row, c, six)};
+    const auto n_I = static_cast<Index>(part.inside.size()),
+               c = static_cast<Index>(part.on_interface.size());
+    part.p.rigid = {block(rigid.R_I, I.row, n_I, six), block(rigid.R_C, C.row, c, six),
+                    block(rigid.P_I, I.row, n_I, six), block(rigid.P_C, C.row, c, six)};
   }
 }
 
@@ -74,7 +77,8 @@ void keep_lowest(FixedInterfaceModes& modes, Index k) {
 
 }  // namespace
 
-std::vector<ComponentPart> split(const Partition& p, const std::vector<Index>& part_I, const std::vector<Index>& part_C) {
+std::vector<ComponentPart> split(const Partition& p, const std::vector<Index>& part_I,
+                                 const std::vector<Index>& part_C) {
   Index n = 0;
   for (const auto* numbers : {&part_I, &part_C})
     for (const Index number : *numbers) n = std::max(n, number + 1);
@@ -83,17 +87,24 @@ std::vector<ComponentPart> split(const Partition& p, const std::vector<Index>& p
   for (Index q = 0; q < n; ++q) {
     ComponentPart& part = parts[q];
     part.inside = std::move(I.rows[q]), part.on_interface = std::move(C.rows[q]);
-    for (std::size_t i = 0; i < part.on_interface.size(); i += 3) part.interface_nodes.push_back(part.on_interface[i] / 3);
-    const auto n_I = static_cast<Index>(part.inside.size()), c = static_cast<Index>(part.on_interface.size());
-    part.p.K_II = block(p.K_II, I.row, n_I, part.inside), part.p.M_II = block(p.M_II, I.row, n_I, part.inside);
-    part.p.K_IC = block(p.K_IC, I.row, n_I, part.on_interface), part.p.M_IC = block(p.M_IC, I.row, n_I, part.on_interface);
-    part.p.K_CC = block(p.K_CC, C.row, c, part.on_interface), part.p.M_CC = block(p.M_CC, C.row, c, part.on_interface);
+    for (std::size_t i = 0; i < part.on_interface.size(); i += 3)
+      part.interface_nodes.push_back(part.on_interface[i] / 3);
+    const auto n_I = static_cast<Index>(part.inside.size()),
+               c = static_cast<Index>(part.on_interface.size());
+    part.p.K_II = block(p.K_II, I.row, n_I, part.inside),
+    part.p.M_II = block(p.M_II, I.row, n_I, part.inside);
+    part.p.K_IC = block(p.K_IC, I.row, n_I, part.on_interface),
+    part.p.M_IC = block(p.M_IC, I.row, n_I, part.on_interface);
+    part.p.K_CC = block(p.K_CC, C.row, c, part.on_interface),
+    part.p.M_CC = block(p.M_CC, C.row, c, part.on_interface);
     part.p.lumped = p.lumped;
     part.p.rigid.R_I.resize(n_I, 0), part.p.rigid.P_I.resize(n_I, 0);
     part.p.rigid.R_C.resize(c, 0), part.p.rigid.P_C.resize(c, 0);
   }
   share_out(p.rigid, I, C, part_C, parts);
-  std::erase_if(parts, [](const ComponentPart& part) { return part.inside.empty() && part.on_interface.empty(); });
+  std::erase_if(parts, [](const ComponentPart& part) {
+    return part.inside.empty() && part.on_interface.empty();
+  });
   return parts;
 }
 
@@ -125,7 +136,8 @@ std::vector<std::size_t> owners(const std::vector<ComponentPart>& parts, const M
   return owner;
 }
 
-FixedInterfaceModes joined(const std::vector<ComponentPart>& parts, const std::vector<FixedInterfaceModes>& modes, Index n_I) {
+FixedInterfaceModes joined(const std::vector<ComponentPart>& parts,
+                           const std::vector<FixedInterfaceModes>& modes, Index n_I) {
   struct Place {
     double lambda;
     std::size_t part;
@@ -139,7 +151,8 @@ FixedInterfaceModes joined(const std::vector<ComponentPart>& parts, const std::v
     all.proven = all.proven && modes[q].proven;
     if (all.method == "none") all.method = modes[q].method;
   }
-  std::stable_sort(order.begin(), order.end(), [](const Place& a, const Place& b) { return a.lambda < b.lambda; });
+  std::stable_sort(order.begin(), order.end(),
+                   [](const Place& a, const Place& b) { return a.lambda < b.lambda; });
   all.lambda.resize(static_cast<Index>(order.size()));
   all.Phi.setZero(n_I, all.lambda.size());
   for (Index j = 0; j < all.lambda.size(); ++j) {
@@ -150,7 +163,8 @@ FixedInterfaceModes joined(const std::vector<ComponentPart>& parts, const std::v
   return all;
 }
 
-FixedInterfaceModes fixed_interface_modes_by_part(const std::vector<ComponentPart>& parts, Index n_I, Index k, Report& report) {
+FixedInterfaceModes fixed_interface_modes_by_part(const std::vector<ComponentPart>& parts,
+                                                  Index n_I, Index k, Report& report) {
   std::vector<FixedInterfaceModes> found(parts.size());
   std::vector<Index> wanted(parts.size());
   for (std::size_t q = 0; q < parts.size(); ++q) {
@@ -170,7 +184,8 @@ FixedInterfaceModes fixed_interface_modes_by_part(const std::vector<ComponentPar
     }
     if (total >= k && k > 0) {
       std::vector<double> lambda;
-      for (const auto& modes : found) lambda.insert(lambda.end(), modes.lambda.begin(), modes.lambda.end());
+      for (const auto& modes : found)
+        lambda.insert(lambda.end(), modes.lambda.begin(), modes.lambda.end());
       std::nth_element(lambda.begin(), lambda.begin() + (k - 1), lambda.end());
       threshold = lambda[k - 1];
     }
@@ -182,12 +197,15 @@ FixedInterfaceModes fixed_interface_modes_by_part(const std::vector<ComponentPar
     }
     if (done) break;
   }
-  const bool counted = std::any_of(found.begin(), found.end(), [](const auto& modes) { return !modes.counts.empty(); });
+  const bool counted = std::any_of(found.begin(), found.end(),
+                                   [](const auto& modes) { return !modes.counts.empty(); });
   FixedInterfaceModes all = joined(parts, found, n_I);
   keep_lowest(all, k);
   if (counted && all.proven)
-    all.counts = format_text("%lld up to %.6g Hz, as many found, in %lld parts", static_cast<long long>(k),
-                             std::sqrt(all.lambda(k - 1)) / (2 * std::numbers::pi), static_cast<long long>(parts.size()));
+    all.counts =
+        format_text("%lld up to %.6g Hz, as many found, in %lld parts", static_cast<long long>(k),
+                    std::sqrt(all.lambda(k - 1)) / (2 * std::numbers::pi),
+                    static_cast<long long>(parts.size()));
   return all;
 }
 

@@ -25,11 +25,12 @@ Matrix times_mass(const Superelement& s, const Matrix& X) {
   return Y;
 }
 
-// K^ V = M^ V diag(lambda), V^T M^ V = I. With L L^T = M_cc - M_kc^T M_kc and B = M_kc L^-T, q = T z,
+// K^ V = M^ V diag(lambda), V^T M^ V = I. With L L^T = M_cc - M_kc^T M_kc and B = M_kc L^-T, q = T
+// z,
 //   T = [I  -B  ]    T^T M^ T = I    A = T^T K^ T = [ Lambda      -Lambda B                   ]
 //       [0  L^-T],                                  [ -B^T Lambda  B^T Lambda B + L^-1 K_cc L^-T ],
-// so nothing of the size n^3 is spent on making the problem a standard one, and neither K^ nor M^ is formed. R (n x r): the rigid
-// motions, R^T M^ R = I, no part along modes, which get lambda = 0.
+// so nothing of the size n^3 is spent on making the problem a standard one, and neither K^ nor M^
+// is formed. R (n x r): the rigid motions, R^T M^ R = I, no part along modes, which get lambda = 0.
 Eigenpairs reduced_eigenpairs(const Superelement& s, const Matrix& R) {
   const Index k = s.k(), c = s.c(), n = s.n();
   Matrix L = s.M_cc;
@@ -65,7 +66,8 @@ Eigenpairs reduced_eigenpairs(const Superelement& s, const Matrix& R) {
   return pairs;
 }
 
-// Sets omega and V of the rigid motions R, M^-orthonormal, and of elastic pairs, whose rigid motions are taken out once more.
+// Sets omega and V of the rigid motions R, M^-orthonormal, and of elastic pairs, whose rigid
+// motions are taken out once more.
 void take_modes(Superelement& s, Matrix R, const Eigenpairs& elastic) {
   const Index r = R.cols(), e = elastic.lambda.size();
   s.omega = Vector::Zero(r + e);
@@ -78,8 +80,8 @@ void take_modes(Superelement& s, Matrix R, const Eigenpairs& elastic) {
   s.V.rightCols(e) = elastic.Phi - R * overlap;
 }
 
-// Whether X (n x m, X^T M^ X = 1) has all eigenvectors of eigenvalues below the shift: K^ - shift M^ is positive definite once X
-// is lifted above it.
+// Whether X (n x m, X^T M^ X = 1) has all eigenvectors of eigenvalues below the shift: K^ - shift
+// M^ is positive definite once X is lifted above it.
 bool has_all_below(const Superelement& s, const Matrix& X, double shift) {
   const Index k = s.k(), c = s.c();
   const Matrix MX = std::sqrt(2 * shift) * times_mass(s, X);
@@ -97,21 +99,24 @@ Index last_wide_gap(const Vector& lambda) {
   constexpr Index looked_at = 6;
   Index best = lambda.size() - 1;
   for (Index j = std::max<Index>(1, lambda.size() - looked_at); j < lambda.size(); ++j)
-    if ((lambda(j) - lambda(j - 1)) * lambda(best) > (lambda(best) - lambda(best - 1)) * lambda(j)) best = j;
+    if ((lambda(j) - lambda(j - 1)) * lambda(best) > (lambda(best) - lambda(best - 1)) * lambda(j))
+      best = j;
   return best;
 }
 
-// Smaller problems are solved densely in no time; larger shares of all modes cost as much by Lanczos.
+// Smaller problems are solved densely in no time; larger shares of all modes cost as much by
+// Lanczos.
 constexpr Index worth_lanczos = 500, least_ratio = 6;
 // Of residuals: of eigenvalues its square.
 constexpr double lanczos_tolerance = 1e-11;
 // Beside the others an eigenvalue may be 0, of a mechanism: all eigenvalues together tell.
 constexpr double no_strain = 1e-10;
 
-// The lowest `count` elastic modes by block Lanczos with the flexibility (1 - R R^T M^) K~^-1 (1 - M^ R R^T), K~ being K^ with its
-// rigid motions held: K~_c is factored, c^3 / 3, where the dense way spends 4/3 n^3 at the memory's rate. R (n x r, R^T M^ R = 1)
-// has no part along modes. Not converged where K~ is not positive definite, or the count of modes below the last says that one is
-// missing.
+// The lowest `count` elastic modes by block Lanczos with the flexibility (1 - R R^T M^) K~^-1 (1 -
+// M^ R R^T), K~ being K^ with its rigid motions held: K~_c is factored, c^3 / 3, where the dense
+// way spends 4/3 n^3 at the memory's rate. R (n x r, R^T M^ R = 1) has no part along modes. Not
+// converged where K~ is not positive definite, or the count of modes below the last says that one
+// is missing.
 Eigenpairs lowest_by_lanczos(const Superelement& s, const Matrix& R, Index count) {
   const Index k = s.k(), c = s.c(), n = s.n();
   Eigenpairs none;
@@ -131,7 +136,8 @@ Eigenpairs lowest_by_lanczos(const Superelement& s, const Matrix& R, Index count
   options.count = count + 1;  // and one above the gap that they are counted at
   options.tolerance = lanczos_tolerance;
   Eigenpairs pairs = lanczos_below(
-      n, R.cols(), [&](const Eigen::Ref<const Matrix>& X) { return times_mass(s, X); }, solve, HUGE_VAL, options);
+      n, R.cols(), [&](const Eigen::Ref<const Matrix>& X) { return times_mass(s, X); }, solve,
+      HUGE_VAL, options);
   if (!pairs.converged || pairs.lambda(0) < no_strain * pairs.lambda(count)) return none;
   const Index below = last_wide_gap(pairs.lambda);
   Matrix X(n, R.cols() + below);
@@ -143,11 +149,12 @@ Eigenpairs lowest_by_lanczos(const Superelement& s, const Matrix& R, Index count
   return pairs;
 }
 
-// All modes, or rigid motions and elastic ones up to `count` in all: by Lanczos, or of all, as what is 0 shows beside the largest
-// alone.
+// All modes, or rigid motions and elastic ones up to `count` in all: by Lanczos, or of all, as what
+// is 0 shows beside the largest alone.
 void add_modes(Superelement& s, Matrix R, std::optional<Index> count) {
   const Index n = s.n(), n_rigid = R.cols();
-  if (n_rigid > 0) orthonormalise([&](const Matrix& X) { return times_mass(s, X); }, R, "the rigid motions");
+  if (n_rigid > 0)
+    orthonormalise([&](const Matrix& X) { return times_mass(s, X); }, R, "the rigid motions");
   if (count) {
     const Eigenpairs lowest = lowest_by_lanczos(s, R, *count - n_rigid);
     if (lowest.converged) return take_modes(s, std::move(R), lowest);
@@ -155,9 +162,11 @@ void add_modes(Superelement& s, Matrix R, std::optional<Index> count) {
   Eigenpairs pairs = reduced_eigenpairs(s, R);
   if (!pairs.converged) {
     throw InputError(
-        "the reduced mass matrix is not positive definite, so there is no diagonal form (no integrator can do without), as "
+        "the reduced mass matrix is not positive definite, so there is no diagonal form (no "
+        "integrator can do without), as "
         "round-off "
-        "makes that of very thin parts: use larger or less flat elements, keep fewer modes, or widen the interface");
+        "makes that of very thin parts: use larger or less flat elements, keep fewer modes, or "
+        "widen the interface");
   }
   fix_signs(R);
   auto elastic = pairs.Phi.rightCols(n - n_rigid);
@@ -166,10 +175,12 @@ void add_modes(Superelement& s, Matrix R, std::optional<Index> count) {
   elastic.noalias() -= R * overlap;
   pairs.Phi.leftCols(n_rigid) = R;
   // Below this the eigensolver cannot tell an eigenvalue from 0: a mechanism inside the interface.
-  const double noise = n > 0 ? 10 * std::numeric_limits<double>::epsilon() * std::abs(pairs.lambda(n - 1)) : 0.0;
+  const double noise =
+      n > 0 ? 10 * std::numeric_limits<double>::epsilon() * std::abs(pairs.lambda(n - 1)) : 0.0;
   const Index kept = count.value_or(n);
   s.omega = Vector::Zero(kept);
-  for (Index j = n_rigid; j < kept; ++j) s.omega(j) = pairs.lambda(j) > noise ? std::sqrt(pairs.lambda(j)) : 0.0;
+  for (Index j = n_rigid; j < kept; ++j)
+    s.omega(j) = pairs.lambda(j) > noise ? std::sqrt(pairs.lambda(j)) : 0.0;
   s.V = std::move(pairs.Phi);
   if (kept < n) s.V = RowMatrix(s.V.leftCols(kept));
 }

@@ -9,17 +9,19 @@
 
 namespace cbr {
 
-// Sets omega and V. `part` (one per superelement node): which connected part of the component the node belongs to; each part has
-// six rigid motions. Their omega is exactly 0 and their columns of V are the analytic motions [0; R_c], orthonormalised in M^,
-// so that a free body keeps its momentum to round-off; the elastic columns are re-orthogonalised against them. Signs fixed.
-// Returns the number of rigid motions. InputError when M^ is not positive definite.
+// Sets omega and V. `part` (one per superelement node): which connected part of the component the
+// node belongs to; each part has six rigid motions. Their omega is exactly 0 and their columns of V
+// are the analytic motions [0; R_c], orthonormalised in M^, so that a free body keeps its momentum
+// to round-off; the elastic columns are re-orthogonalised against them. Signs fixed. Returns the
+// number of rigid motions. InputError when M^ is not positive definite.
 Index add_diagonal_form(Superelement& superelement, const std::vector<Index>& part);
 // The same with rigid motions R (n x r, independent columns) as they are.
 void add_diagonal_form(Superelement& superelement, Matrix R);
 
-// Of the diagonal form only the rigid motions and the `count` lowest columns beyond them (all, where there are fewer): omega (m)
-// and V (n x m), for estimates. It is no diagonal form that others may see. By block Lanczos where that is cheaper; the count of
-// modes below is held against the definiteness of K^ - sigma M^, else all are computed.
+// Of the diagonal form only the rigid motions and the `count` lowest columns beyond them (all,
+// where there are fewer): omega (m) and V (n x m), for estimates. It is no diagonal form that
+// others may see. By block Lanczos where that is cheaper; the count of modes below is held against
+// the definiteness of K^ - sigma M^, else all are computed.
 Index add_lowest_modes(Superelement& superelement, const std::vector<Index>& part, Index count);
 
 }  // namespace cbr

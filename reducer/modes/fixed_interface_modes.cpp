@@ -21,7 +21,8 @@ namespace {
 
 // Two eigenvalues closer than this are one multiple eigenvalue to the inertia count.
 constexpr double relative_gap = 1e-7;
-// And so far apart they must be where eigenvectors are right in outline only (1e-4): eigenvalues to its square over their distance.
+// And so far apart they must be where eigenvectors are right in outline only (1e-4): eigenvalues to
+// its square over their distance.
 constexpr double gap_in_outline = 1e-5;
 // Candidates for pick: participation (docs/decisions/reduction.md).
 constexpr Index least_candidates = 200, candidates_per_mode = 4;
@@ -30,24 +31,28 @@ constexpr Index largest_dense = 15000;
 
 // Whether a count would fit this machine beside the matrices and the factor.
 bool count_fits(const Partition& p, const SparseCholesky& factor) {
-  return factor.bytes() + front_bytes(factor.tree()) + 16 * static_cast<double>(p.K_II.nonZeros()) < 0.9 * machine_memory_bytes();
+  return factor.bytes() + front_bytes(factor.tree()) + 16 * static_cast<double>(p.K_II.nonZeros()) <
+         0.9 * machine_memory_bytes();
 }
 
-// Number of eigenvalues of (K_II, M_II) below sigma; a shift that hits an eigenvalue is moved up by a hair.
+// Number of eigenvalues of (K_II, M_II) below sigma; a shift that hits an eigenvalue is moved up by
+// a hair.
 Index inertia_below(const Partition& p, const SparseCholesky& factor, double sigma) {
   for (int attempt = 0; attempt < 5; ++attempt) {
     const Index count = negative_inertia(p.K_II, sigma, p.M_II, factor);
     if (count >= 0) return count;
     sigma *= 1 + 1e-10;
   }
-  throw RunError(
-      "the eigenvalues below (" + std::to_string(std::sqrt(sigma)) +
-      " rad/s)^2 cannot be counted: every shift nearby meets a vanishing pivot: the stiffness is near singular, or a cutoff was "
-      "chosen among many equal frequencies; look at the conditioning (--verbose), or ask for another cutoff, or a few more or "
-      "fewer modes");
+  throw RunError("the eigenvalues below (" + std::to_string(std::sqrt(sigma)) +
+                 " rad/s)^2 cannot be counted: every shift nearby meets a vanishing pivot: the "
+                 "stiffness is near singular, or a cutoff was "
+                 "chosen among many equal frequencies; look at the conditioning (--verbose), or "
+                 "ask for another cutoff, or a few more or "
+                 "fewer modes");
 }
 
-// The highest gap in lambda that a shift fits into: index j with lambda(j) well above lambda(j - 1); 0 when there is none.
+// The highest gap in lambda that a shift fits into: index j with lambda(j) well above lambda(j -
+// 1); 0 when there is none.
 Index last_gap(const Vector& lambda, double relative) {
   Index j = lambda.size() - 1;
   while (j > 0 && lambda(j) - lambda(j - 1) < relative * lambda(j)) --j;
@@ -55,7 +60,8 @@ Index last_gap(const Vector& lambda, double relative) {
 }
 
 // Modes that the eigensolver missed below its last one; 0 when none is. `counts`: what was counted.
-Index n_missed(const Partition& p, const SparseCholesky& factor, const Vector& lambda, double gap, std::string& counts) {
+Index n_missed(const Partition& p, const SparseCholesky& factor, const Vector& lambda, double gap,
+               std::string& counts) {
   const Index j = last_gap(lambda, gap);
   const double sigma = j > 0 ? 0.5 * (lambda(j) + lambda(j - 1)) : 0.5 * lambda(0);
   const Index below = inertia_below(p, factor, sigma);
@@ -79,11 +85,13 @@ Matrix coupling_seen(const Vector& lambda, const Matrix& seen) {
   return (seen.topRows(c) - seen.bottomRows(c) * lambda.cwiseInverse().asDiagonal()).transpose();
 }
 
-// Of the k lowest, which are all found in outline, those with the largest participation to round-off.
+// Of the k lowest, which are all found in outline, those with the largest participation to
+// round-off.
 PairsWanted of_participation(const Partition& p, Index k, Index count) {
   PairsWanted wanted;
   if (count == 0) return wanted;
-  const auto M_CI = std::make_shared<SparseMatrix>(p.M_IC.transpose()), K_CI = std::make_shared<SparseMatrix>(p.K_IC.transpose());
+  const auto M_CI = std::make_shared<SparseMatrix>(p.M_IC.transpose()),
+             K_CI = std::make_shared<SparseMatrix>(p.K_IC.transpose());
   wanted.seen = [M_CI, K_CI](const Eigen::Ref<const Matrix>& V) {
     Matrix seen(2 * M_CI->rows(), V.cols());
     seen << *M_CI * V, *K_CI * V;
@@ -96,18 +104,21 @@ PairsWanted of_participation(const Partition& p, Index k, Index count) {
 }
 
 // `k` and one more. `picked`: see fixed_interface_modes.
-FixedInterfaceModes sparse_modes(const Partition& p, const SparseCholesky& factor, Index k, Index picked, Report& report) {
+FixedInterfaceModes sparse_modes(const Partition& p, const SparseCholesky& factor, Index k,
+                                 Index picked, Report& report) {
   const Index n = p.n_interior();
   Index ncv = 0;
   std::string counts;
   PairsWanted wanted = of_participation(p, k - 1, picked);
   for (int attempt = wanted.choose ? 0 : 1; attempt < 3; ++attempt) {
     Eigenpairs pairs = sparse_eigenpairs(
-        p.K_II, p.M_II, factor, 0, k, 1e-13, ncv, [&](double share) { report.progress("modes", share); }, wanted);
+        p.K_II, p.M_II, factor, 0, k, 1e-13, ncv,
+        [&](double share) { report.progress("modes", share); }, wanted);
     if (!pairs.converged && n <= largest_dense) return dense_modes(p, k);
     if (!pairs.converged) {
-      throw RunError("fixed-interface modes: " + std::to_string(pairs.n_converged) + " of " + std::to_string(k) + " converged in " +
-                     std::to_string(pairs.iterations) + " restarts of the eigensolver: ask for a few more or fewer modes");
+      throw RunError("fixed-interface modes: " + std::to_string(pairs.n_converged) + " of " +
+                     std::to_string(k) + " converged in " + std::to_string(pairs.iterations) +
+                     " restarts of the eigensolver: ask for a few more or fewer modes");
     }
     report.end_progress();
     report.detail(pairs.method + ": " + std::to_string(pairs.iterations) + " restarts");
@@ -115,23 +126,27 @@ FixedInterfaceModes sparse_modes(const Partition& p, const SparseCholesky& facto
     modes.picked = std::move(pairs.chosen);
     if (pairs.method != "lapack") modes.proven = count_fits(p, factor);
     const double gap = modes.picked.empty() ? relative_gap : gap_in_outline;
-    const bool is_all = pairs.method == "lapack" || !modes.proven || n_missed(p, factor, modes.lambda, gap, counts) == 0;
+    const bool is_all = pairs.method == "lapack" || !modes.proven ||
+                        n_missed(p, factor, modes.lambda, gap, counts) == 0;
     modes.counts = counts;
     if (is_all) return modes;
-    // First all to round-off; then a larger Krylov space, which gives the lost copy of a multiple eigenvalue the round-off to grow
-    // from.
+    // First all to round-off; then a larger Krylov space, which gives the lost copy of a multiple
+    // eigenvalue the round-off to grow from.
     if (!modes.picked.empty()) {
       wanted = {};
       report.detail("the inertia count found a missed mode: again, all of them to round-off");
       continue;
     }
     ncv = std::min(n, 3 * k + 40);
-    report.detail("the inertia count found a missed mode: again with " + std::to_string(ncv) + " Lanczos vectors");
+    report.detail("the inertia count found a missed mode: again with " + std::to_string(ncv) +
+                  " Lanczos vectors");
   }
-  // Many identical parts have eigenvalues of high multiplicity, which only the dense solver cannot miss.
+  // Many identical parts have eigenvalues of high multiplicity, which only the dense solver cannot
+  // miss.
   if (n <= largest_dense) return dense_modes(p, k);
   throw RunError(
-      "fixed-interface modes: the eigensolver misses one below the last (inertia count), as it may with many identical "
+      "fixed-interface modes: the eigensolver misses one below the last (inertia count), as it may "
+      "with many identical "
       "parts: reduce the parts on their own");
 }
 
@@ -142,7 +157,8 @@ FixedInterfaceModes merged(FixedInterfaceModes&& a, const Eigenpairs& b) {
   lambda << a.lambda, b.lambda;
   std::vector<Index> order(n);
   std::iota(order.begin(), order.end(), Index{0});
-  std::stable_sort(order.begin(), order.end(), [&](Index i, Index j) { return lambda(i) < lambda(j); });
+  std::stable_sort(order.begin(), order.end(),
+                   [&](Index i, Index j) { return lambda(i) < lambda(j); });
   a.Phi.conservativeResize(Eigen::NoChange, n);
   a.Phi.rightCols(b.lambda.size()) = b.Phi;
   a.lambda = lambda(order);
@@ -150,8 +166,8 @@ FixedInterfaceModes merged(FixedInterfaceModes&& a, const Eigenpairs& b) {
   return std::move(a);
 }
 
-// Non-zeros of a factor whose solves cost as much as the products with M_II, where these count: joined domains, whose M_II is a sum
-// of dense blocks.
+// Non-zeros of a factor whose solves cost as much as the products with M_II, where these count:
+// joined domains, whose M_II is a sum of dense blocks.
 double product_cost(const SparseMatrix& M_II) {
   const auto n = static_cast<double>(M_II.rows()), nonzeros = static_cast<double>(M_II.nonZeros());
   return nonzeros > 0.03 * n * n ? 20 * nonzeros : 0;
@@ -161,26 +177,29 @@ double product_cost(const SparseMatrix& M_II) {
 
 bool dense_is_faster(Index n, Index k, double factor_nonzeros) {
   const auto N = static_cast<double>(n), m = static_cast<double>(k);
-  // Seconds on the machine of the measurements; only their ratio counts. Dense: the reduction to tridiagonal form. Sparse: about
-  // five solves per mode, and the products that keep the basis orthonormal.
+  // Seconds on the machine of the measurements; only their ratio counts. Dense: the reduction to
+  // tridiagonal form. Sparse: about five solves per mode, and the products that keep the basis
+  // orthonormal.
   const double dense = 1.0e-10 * N * N * N;
   const double sparse = 1.1e-9 * m * factor_nonzeros + 5e-9 * N * m * m;
   return n <= 200 || 2 * k > n || dense < sparse;
 }
 
-FixedInterfaceModes fixed_interface_modes(const Partition& partition, const SparseCholesky& factor, Index k, Report& report,
-                                          Index picked) {
+FixedInterfaceModes fixed_interface_modes(const Partition& partition, const SparseCholesky& factor,
+                                          Index k, Report& report, Index picked) {
   const Index n = partition.n_interior();
   if (k > n) {
-    throw InputError("modes: " + std::to_string(k) + " requested, but the interior has only " + std::to_string(n) +
-                     " dofs and so " + std::to_string(n) + " fixed-interface modes: ask for at most that many");
+    throw InputError("modes: " + std::to_string(k) + " requested, but the interior has only " +
+                     std::to_string(n) + " dofs and so " + std::to_string(n) +
+                     " fixed-interface modes: ask for at most that many");
   }
   FixedInterfaceModes none{Vector(0), Matrix(n, 0), "none", true};
   if (k == 0) return none;
   const Index asked = std::min(k + 1, n);  // one more tells whether the last has a twin
-  FixedInterfaceModes modes = dense_is_faster(n, k, factor.n_nonzeros() + product_cost(partition.M_II))
-                                  ? dense_modes(partition, asked)
-                                  : sparse_modes(partition, factor, asked, asked > k && picked < k ? picked : 0, report);
+  FixedInterfaceModes modes =
+      dense_is_faster(n, k, factor.n_nonzeros() + product_cost(partition.M_II))
+          ? dense_modes(partition, asked)
+          : sparse_modes(partition, factor, asked, asked > k && picked < k ? picked : 0, report);
   if (asked == k) return modes;
   modes.next = modes.lambda(k);
   modes.lambda.conservativeResize(k);
@@ -188,28 +207,31 @@ FixedInterfaceModes fixed_interface_modes(const Partition& partition, const Spar
   return modes;
 }
 
-FixedInterfaceModes more_modes(const Partition& partition, const SparseCholesky& factor, FixedInterfaceModes known, Index k,
-                               Report& report) {
+FixedInterfaceModes more_modes(const Partition& partition, const SparseCholesky& factor,
+                               FixedInterfaceModes known, Index k, Report& report) {
   const Index n = partition.n_interior(), have = known.lambda.size();
   k = std::min(k, n);
   if (have >= k) return known;
   if (dense_is_faster(n, k, factor.n_nonzeros() + product_cost(partition.M_II)))
     return fixed_interface_modes(partition, factor, n, report);
   if (have == 0) return fixed_interface_modes(partition, factor, k, report);
-  const Eigenpairs beyond = sparse_eigenpairs_beyond(partition.M_II, factor, known.Phi, k - have, 1e-13, {},
-                                                     [&](double share) { report.progress("more modes", share); });
+  const Eigenpairs beyond =
+      sparse_eigenpairs_beyond(partition.M_II, factor, known.Phi, k - have, 1e-13, {},
+                               [&](double share) { report.progress("more modes", share); });
   if (beyond.converged) {
     FixedInterfaceModes all = merged(std::move(known), beyond);
     all.method = beyond.method, all.next = 0, all.counts.clear();
-    report.detail(beyond.method + ": " + std::to_string(k - have) + " modes more, " + std::to_string(beyond.iterations) +
-                  " restarts");
+    report.detail(beyond.method + ": " + std::to_string(k - have) + " modes more, " +
+                  std::to_string(beyond.iterations) + " restarts");
     all.proven = count_fits(partition, factor);
-    if (!all.proven || n_missed(partition, factor, all.lambda, relative_gap, all.counts) == 0) return all;
+    if (!all.proven || n_missed(partition, factor, all.lambda, relative_gap, all.counts) == 0)
+      return all;
   }
   return fixed_interface_modes(partition, factor, k, report);
 }
 
-Index count_modes_below(const Partition& partition, const SparseCholesky& factor, double frequency_hz) {
+Index count_modes_below(const Partition& partition, const SparseCholesky& factor,
+                        double frequency_hz) {
   const double omega = 2 * std::numbers::pi * frequency_hz;
   return inertia_below(partition, factor, omega * omega);
 }
@@ -223,22 +245,28 @@ std::vector<Index> modes_by_participation(const Matrix& M_kc, Index count) {
   const Vector participation = M_kc.rowwise().squaredNorm();
   std::vector<Index> order(static_cast<std::size_t>(M_kc.rows()));
   std::iota(order.begin(), order.end(), Index{0});
-  std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) { return participation(a) > participation(b); });
+  std::stable_sort(order.begin(), order.end(),
+                   [&](Index a, Index b) { return participation(a) > participation(b); });
   order.resize(static_cast<std::size_t>(std::min<Index>(count, M_kc.rows())));
   std::sort(order.begin(), order.end());
   return order;
 }
 
 void check_modes_wanted(const ReductionOptions& options) {
-  if (options.modes.has_value() + options.cutoff_hz.has_value() + options.tolerance.has_value() != 1) {
-    throw InputError(options.source.text() + ": exactly one of modes, cutoff_hz and tolerance says how many modes are kept");
+  if (options.modes.has_value() + options.cutoff_hz.has_value() + options.tolerance.has_value() !=
+      1) {
+    throw InputError(
+        options.source.text() +
+        ": exactly one of modes, cutoff_hz and tolerance says how many modes are kept");
   }
   if (options.tolerance) {
     if (*options.tolerance > 0 && *options.tolerance < 1) return;
-    throw InputError("tolerance: " + std::to_string(*options.tolerance) + " found, a share between 0 and 1 is allowed");
+    throw InputError("tolerance: " + std::to_string(*options.tolerance) +
+                     " found, a share between 0 and 1 is allowed");
   }
   if (options.modes) {
-    if (*options.modes < 0) throw InputError("modes: " + std::to_string(*options.modes) + " found, 0 or more allowed");
+    if (*options.modes < 0)
+      throw InputError("modes: " + std::to_string(*options.modes) + " found, 0 or more allowed");
     return;
   }
   if (!(*options.cutoff_hz > 0) || !(*options.cutoff_hz < 1e100)) {
@@ -252,11 +280,13 @@ void warn_of_cut_pair(const Vector& lambda, double next, Report& report) {
   const Index k = lambda.size();
   if (k == 0 || next == 0 || next - lambda(k - 1) > alike * next) return;
   char text[256];
-  std::snprintf(
-      text, sizeof text,
-      "modes: the last that is kept, number %lld, and the next have the same frequency (%.6g Hz, to %.0e): which of their "
-      "shapes is kept depends on round-off, and so on threads and machine: keep one more, or one fewer",
-      static_cast<long long>(k), std::sqrt(next) / (2 * std::numbers::pi), 1 - std::sqrt(std::max(lambda(k - 1), 0.0) / next));
+  std::snprintf(text, sizeof text,
+                "modes: the last that is kept, number %lld, and the next have the same frequency "
+                "(%.6g Hz, to %.0e): which of their "
+                "shapes is kept depends on round-off, and so on threads and machine: keep one "
+                "more, or one fewer",
+                static_cast<long long>(k), std::sqrt(next) / (2 * std::numbers::pi),
+                1 - std::sqrt(std::max(lambda(k - 1), 0.0) / next));
   report.warning(text);
 }
 

@@ -17,41 +17,48 @@
 namespace cbr {
 
 struct FixedInterfaceModes {
-  Vector lambda;            // k, (rad/s)^2, ascending
-  Matrix Phi;               // n_I x k
-  std::string method;       // none, arpack, block lanczos, lapack
-  bool proven = false;      // by an inertia count that no mode below the last one is missing; dense ones miss none
-  double next = 0;          // lambda of the next mode, which is not kept; 0: there is none, or none was computed
+  Vector lambda;       // k, (rad/s)^2, ascending
+  Matrix Phi;          // n_I x k
+  std::string method;  // none, arpack, block lanczos, lapack
+  // by an inertia count that no mode below the last one is missing; dense ones miss none
+  bool proven = false;
+  // lambda of the next mode, which is not kept; 0: there is none, or none was computed
+  double next = 0;
   std::string counts = {};  // of the inertia: "79 below 1.2e+06 Hz, 79 found"; empty: none was made
-  std::vector<Index> picked = {};  // those of the largest participation, if the others were computed in outline only
+  // those of the largest participation, if the others were computed in outline only
+  std::vector<Index> picked = {};
 };
 
 // What `method` to take for k of n_I modes. Measured: docs/decisions/eigen-crossover.md.
 bool dense_is_faster(Index n, Index k, double factor_nonzeros);
 
-// The k lowest. InputError when there are fewer than k; RunError when the eigensolver does not converge.
-// `picked` > 0: so many of them are to be kept, by participation. The others may come with residuals of 1e-4.
-FixedInterfaceModes fixed_interface_modes(const Partition& partition, const SparseCholesky& factor, Index k, Report& report,
-                                          Index picked = 0);
+// The k lowest. InputError when there are fewer than k; RunError when the eigensolver does not
+// converge. `picked` > 0: so many of them are to be kept, by participation. The others may come
+// with residuals of 1e-4.
+FixedInterfaceModes fixed_interface_modes(const Partition& partition, const SparseCholesky& factor,
+                                          Index k, Report& report, Index picked = 0);
 
-// The k lowest (all, where there are fewer) when some lowest ones are known already: these are not solved for again. Where the
-// dense solver is the faster one, all n_I come.
-FixedInterfaceModes more_modes(const Partition& partition, const SparseCholesky& factor, FixedInterfaceModes known, Index k,
-                               Report& report);
+// The k lowest (all, where there are fewer) when some lowest ones are known already: these are not
+// solved for again. Where the dense solver is the faster one, all n_I come.
+FixedInterfaceModes more_modes(const Partition& partition, const SparseCholesky& factor,
+                               FixedInterfaceModes known, Index k, Report& report);
 
 // How many there are below a frequency (Hz), by the inertia of K_II - (2 pi f)^2 M_II.
-Index count_modes_below(const Partition& partition, const SparseCholesky& factor, double frequency_hz);
+Index count_modes_below(const Partition& partition, const SparseCholesky& factor,
+                        double frequency_hz);
 
 // Modes that are computed so that `wanted` can be kept; more than wanted with pick: participation.
 Index n_mode_candidates(Pick pick, Index wanted, Index n_interior);
 
-// Indices (ascending) of the `count` rows of M_kc with the largest |alpha_j|^2: the modes that an interface motion drives most.
+// Indices (ascending) of the `count` rows of M_kc with the largest |alpha_j|^2: the modes that an
+// interface motion drives most.
 std::vector<Index> modes_by_participation(const Matrix& M_kc, Index count);
 
 // InputError unless exactly one of modes, cutoff_hz and tolerance is given, in range.
 void check_modes_wanted(const ReductionOptions& options);
 
-// Where the last mode that is kept and the next (0: not known) have one frequency, which of their shapes is kept is arbitrary.
+// Where the last mode that is kept and the next (0: not known) have one frequency, which of their
+// shapes is kept is arbitrary.
 void warn_of_cut_pair(const Vector& lambda, double next, Report& report);
 
 }  // namespace cbr

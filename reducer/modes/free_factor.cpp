@@ -23,8 +23,9 @@ Matrix rigid_motions_of(const FreeComponent& model) {
   return N;
 }
 
-// Springs at six dofs of the interface that hold the rigid motions, on the diagonal of K, for the life of the object. A load in
-// equilibrium leaves them without force, so that what K with springs answers is an answer of K.
+// Springs at six dofs of the interface that hold the rigid motions, on the diagonal of K, for the
+// life of the object. A load in equilibrium leaves them without force, so that what K with springs
+// answers is an answer of K.
 class Springs {
  public:
   Springs(SparseMatrix& K, const Matrix& N, const std::vector<Index>& interface) : K_(K) {
@@ -46,22 +47,27 @@ class Springs {
   std::vector<std::pair<Index, double>> before_;
 };
 
-// Of c interface dofs: what eliminating them last adds, c^3 / 3 for themselves and more than twice that for the rows that they
-// have in the interior's columns (measured: faces of solids).
+// Of c interface dofs: what eliminating them last adds, c^3 / 3 for themselves and more than twice
+// that for the rows that they have in the interior's columns (measured: faces of solids).
 constexpr double flops_of_interface = 1.1;
-// Share of a factor that a solve visits between forces on the interface and motions of it, both ways.
+// Share of a factor that a solve visits between forces on the interface and motions of it, both
+// ways.
 constexpr double visited = 0.8;
 
 }  // namespace
 
-FreeFactorCost free_factor_cost(const FactorCost& interior, double n_ratio, Index n_interface, Index n_forces) {
+FreeFactorCost free_factor_cost(const FactorCost& interior, double n_ratio, Index n_interface,
+                                Index n_forces) {
   const auto c = static_cast<double>(n_interface), forces = static_cast<double>(n_forces);
-  const FreeFactorCost one{interior.flops + flops_of_interface * c * c * c, 2 * c * c * forces, true};
-  const FreeFactorCost two{(1 + n_ratio) * interior.flops, 4 * visited * n_ratio * interior.n_nonzeros * forces, false};
+  const FreeFactorCost one{interior.flops + flops_of_interface * c * c * c, 2 * c * c * forces,
+                           true};
+  const FreeFactorCost two{(1 + n_ratio) * interior.flops,
+                           4 * visited * n_ratio * interior.n_nonzeros * forces, false};
   return one.all_flops() <= two.all_flops() ? one : two;
 }
 
-FreeFactor free_factor(const FreeComponent& model, const Partition& p, Index n_forces, const Progress& progress) {
+FreeFactor free_factor(const FreeComponent& model, const Partition& p, Index n_forces,
+                       const Progress& progress) {
   Matrix N = rigid_motions_of(model);
   Matrix P = model.M * N;
   const std::vector<Index> interface = dofs_of(p.interface_nodes);
@@ -70,8 +76,11 @@ FreeFactor free_factor(const FreeComponent& model, const Partition& p, Index n_f
   const bool last = free_factor_cost(interior, n_ratio, p.n_interface(), n_forces).is_one_factor;
   const Springs springs(model.K, N, interface);
   const std::vector<Index> none;
-  FreeFactor made{std::move(N), std::move(P),
-                  SparseCholesky(model.K, last ? interface : none, progress, last ? interior.order : none), {}};
+  FreeFactor made{
+      std::move(N),
+      std::move(P),
+      SparseCholesky(model.K, last ? interface : none, progress, last ? interior.order : none),
+      {}};
   if (last) made.interior = made.whole.leading();
   return made;
 }

@@ -9,7 +9,8 @@
 
 namespace cbr {
 
-// What a component's own matrices say; K is given springs for a while, and is back as it was in the end.
+// What a component's own matrices say; K is given springs for a while, and is back as it was in the
+// end.
 struct FreeComponent {
   SparseMatrix& K;        // N x N
   const SparseMatrix& M;  // N x N
@@ -17,22 +18,27 @@ struct FreeComponent {
 };
 
 struct FreeFactor {
-  Matrix N, P;                             // N x 6: rigid motions, N^T M N = 1, and P = M N
-  SparseCholesky whole;                    // of K with springs at six dofs of the interface, which hold the rigid motions
-  std::optional<SparseCholesky> interior;  // of K_II, in the memory of the other; none: the interface is not eliminated last
+  Matrix N, P;  // N x 6: rigid motions, N^T M N = 1, and P = M N
+  // of K with springs at six dofs of the interface, which hold the rigid motions
+  SparseCholesky whole;
+  // of K_II, in the memory of the other; none: the interface is not eliminated last
+  std::optional<SparseCholesky> interior;
 };
 
-// What that takes, from the factor of the interior's stiffness alone: of a component with n_ratio times the interior's dofs and c
-// interface dofs, n_forces forces on these.
+// What that takes, from the factor of the interior's stiffness alone: of a component with n_ratio
+// times the interior's dofs and c interface dofs, n_forces forces on these.
 struct FreeFactorCost {
   double flops = 0, forces_flops = 0;  // of the factorisations, of the answers to the forces
   bool is_one_factor = false;          // with the interface last; else two, of K and of K_II
   double all_flops() const { return flops + forces_flops; }
 };
-FreeFactorCost free_factor_cost(const FactorCost& interior, double n_ratio, Index c, Index n_forces);
+FreeFactorCost free_factor_cost(const FactorCost& interior, double n_ratio, Index c,
+                                Index n_forces);
 
-// The interface is eliminated last where that costs least, the answers to `n_forces` forces on it included: these need the last
-// columns of the factor alone. `whole` is not ok() where more than rigid motions are without stiffness.
-FreeFactor free_factor(const FreeComponent& model, const Partition& p, Index n_forces, const Progress& progress = {});
+// The interface is eliminated last where that costs least, the answers to `n_forces` forces on it
+// included: these need the last columns of the factor alone. `whole` is not ok() where more than
+// rigid motions are without stiffness.
+FreeFactor free_factor(const FreeComponent& model, const Partition& p, Index n_forces,
+                       const Progress& progress = {});
 
 }  // namespace cbr

@@ -14,45 +14,59 @@
 namespace cbr {
 namespace {
 
-// Of the strain energy of K_II^-1 F: what the modes leave of it, and what one vector has beside the others, to be worth one.
+// Of the strain energy of K_II^-1 F: what the modes leave of it, and what one vector has beside the
+// others, to be worth one.
 constexpr double round_off = 1e-10;
 
 // Place of each mesh node's first dof in u_I (>= 0) or, as -1 - place, in u_C.
 std::vector<Index> places(const Mesh& mesh, const FiniteElementModel& model, const Partition& p) {
   std::vector<Index> place(mesh.node_ids.size(), 0);
-  for (std::size_t i = 0; i < p.interior_nodes.size(); ++i) place[model.nodes[p.interior_nodes[i]]] = 3 * static_cast<Index>(i);
+  for (std::size_t i = 0; i < p.interior_nodes.size(); ++i)
+    place[model.nodes[p.interior_nodes[i]]] = 3 * static_cast<Index>(i);
   for (std::size_t i = 0; i < p.interface_nodes.size(); ++i)
     place[model.nodes[p.interface_nodes[i]]] = -1 - 3 * static_cast<Index>(i);
   return place;
 }
 
-bool is_nodeset(const Mesh& mesh, const std::string& name) { return find_sideset(mesh, name) < 0 && find_nodeset(mesh, name) >= 0; }
+bool is_nodeset(const Mesh& mesh, const std::string& name) {
+  return find_sideset(mesh, name) < 0 && find_nodeset(mesh, name) >= 0;
+}
 
 Surface surface_of_load(const Mesh& mesh, const std::string& name) {
   const Index set = find_sideset(mesh, name);
-  if (set < 0) throw InputError("loads: the mesh has no sideset '" + name + "' (available: " + set_names(mesh) + ")");
+  if (set < 0)
+    throw InputError("loads: the mesh has no sideset '" + name +
+                     "' (available: " + set_names(mesh) + ")");
   return extract_surface(mesh, mesh.sidesets[set]);
 }
 
 }  // namespace
 
-void refuse_loads_inside(const Mesh& mesh, const ReductionOptions& reduction, const std::vector<std::string>& sets,
-                         bool takes_faces_in) {
+void refuse_loads_inside(const Mesh& mesh, const ReductionOptions& reduction,
+                         const std::vector<std::string>& sets, bool takes_faces_in) {
   if (sets.empty()) return;
   const FiniteElementModel model = number_nodes(mesh);
   std::vector<char> is_kept(mesh.node_ids.size(), 0);
-  for (const Index i : interface_nodes(mesh, model, reduction.interface_sets)) is_kept[model.nodes[i]] = 1;
+  for (const Index i : interface_nodes(mesh, model, reduction.interface_sets))
+    is_kept[model.nodes[i]] = 1;
   for (const std::string& name : sets) {
     const bool of_nodes = is_nodeset(mesh, name);
-    const std::vector<Index> nodes = of_nodes ? set_nodes(mesh, name) : surface_nodes(surface_of_load(mesh, name));
-    if (std::all_of(nodes.begin(), nodes.end(), [&](Index node) { return is_kept[node] != 0; })) continue;
+    const std::vector<Index> nodes =
+        of_nodes ? set_nodes(mesh, name) : surface_nodes(surface_of_load(mesh, name));
+    if (std::all_of(nodes.begin(), nodes.end(), [&](Index node) { return is_kept[node] != 0; }))
+      continue;
     if (of_nodes)
-      throw InputError("loads: nodeset '" + name + "' lies inside the part, and forces on nodes act on nodes that are kept: add '" +
-                       name + "' to reduction.interface");
+      throw InputError(
+          "loads: nodeset '" + name +
+          "' lies inside the part, and forces on nodes act on nodes that are kept: add '" + name +
+          "' to reduction.interface");
     if (takes_faces_in) continue;
-    const std::string who = reduction.is_decomposed() ? "domains above 1 know" : "basis: " + word_of(basis_words, reduction.basis) + " knows";
+    const std::string who = reduction.is_decomposed()
+                                ? "domains above 1 know"
+                                : "basis: " + word_of(basis_words, reduction.basis) + " knows";
     throw InputError("loads: '" + name + "' lies inside the part, and " + who +
-                     " loads on the interface only: add it to reduction.interface, or use basis: craig-bampton with domains: 1");
+                     " loads on the interface only: add it to reduction.interface, or use basis: "
+                     "craig-bampton with domains: 1");
   }
 }
 
@@ -67,8 +81,11 @@ InteriorLoads interior_loads(const Mesh& mesh, const FiniteElementModel& model, 
     const Surface surface = surface_of_load(mesh, name);
     std::vector<Index> of_surface = surface_nodes(surface);
     for (const Index node : of_surface)
-      if (model.row[node] < 0) throw InputError("loads: sideset '" + name + "' has a node that no volume element uses");
-    if (std::all_of(of_surface.begin(), of_surface.end(), [&](Index node) { return place[node] < 0; })) continue;
+      if (model.row[node] < 0)
+        throw InputError("loads: sideset '" + name + "' has a node that no volume element uses");
+    if (std::all_of(of_surface.begin(), of_surface.end(),
+                    [&](Index node) { return place[node] < 0; }))
+      continue;
     loads.names.push_back(name);
     weights.push_back(face_weights(surface, mesh.coordinates));
     loads.areas.push_back(weights.back().sum());
@@ -81,12 +98,14 @@ InteriorLoads interior_loads(const Mesh& mesh, const FiniteElementModel& model, 
     for (const Index node : nodes[j])
       for (int d = 0; d < 3; ++d) {
         const Index at = place[node];
-        (at >= 0 ? loads.F_I(at + d, 3 * j + d) : loads.F_C(-1 - at + d, 3 * j + d)) = weights[j](node);
+        (at >= 0 ? loads.F_I(at + d, 3 * j + d) : loads.F_C(-1 - at + d, 3 * j + d)) =
+            weights[j](node);
       }
   return loads;
 }
 
-Index add_residual_vectors(const Partition& p, const SparseCholesky& factor, const Matrix& F_I, FixedInterfaceModes& modes) {
+Index add_residual_vectors(const Partition& p, const SparseCholesky& factor, const Matrix& F_I,
+                           FixedInterfaceModes& modes) {
   if (F_I.cols() == 0 || p.n_interior() == 0) return 0;
   const Index k = modes.lambda.size();
   Matrix X = F_I;
@@ -94,7 +113,8 @@ Index add_residual_vectors(const Partition& p, const SparseCholesky& factor, con
   const Vector energy = F_I.cwiseProduct(X).colwise().sum();  // F^T K_II^-1 F, diagonal
   Matrix F = F_I;                                             // K_II X
   if (k > 0) {
-    // X <- X - Phi (Phi^T M_II X) twice, so that round-off leaves nothing of the modes in it; K_II X goes along by M_II Phi Lambda
+    // X <- X - Phi (Phi^T M_II X) twice, so that round-off leaves nothing of the modes in it; K_II
+    // X goes along by M_II Phi Lambda
     for (int pass = 0; pass < 2; ++pass) {
       const Matrix overlap = modes.Phi.transpose() * Matrix(p.M_II * X);
       X.noalias() -= modes.Phi * overlap;
@@ -117,7 +137,8 @@ Index add_residual_vectors(const Partition& p, const SparseCholesky& factor, con
   const Matrix M = X.transpose() * Matrix(p.M_II * X);
   const SymmetricEigen ritz = symmetric_eigen(M);
   const Vector mu = ritz.values.reverse();  // 1 / lambda, lambda ascending
-  Matrix more = X * Matrix(ritz.vectors.rowwise().reverse()) * Matrix(mu.cwiseSqrt().cwiseInverse().asDiagonal());
+  Matrix more = X * Matrix(ritz.vectors.rowwise().reverse()) *
+                Matrix(mu.cwiseSqrt().cwiseInverse().asDiagonal());
   fix_signs(more);
   const Index r = more.cols();
   modes.lambda.conservativeResize(k + r);
@@ -127,7 +148,8 @@ Index add_residual_vectors(const Partition& p, const SparseCholesky& factor, con
   return r;
 }
 
-Index add_residual_vectors(const std::vector<ComponentPart>& parts, const Matrix& F_I, FixedInterfaceModes& modes) {
+Index add_residual_vectors(const std::vector<ComponentPart>& parts, const Matrix& F_I,
+                           FixedInterfaceModes& modes) {
   const std::vector<std::size_t> owner = owners(parts, modes.Phi);
   std::vector<FixedInterfaceModes> vectors(parts.size());
   const Index k = modes.lambda.size();
@@ -151,8 +173,8 @@ Index add_residual_vectors(const std::vector<ComponentPart>& parts, const Matrix
   return r;
 }
 
-Matrix generalised_forces(const Partition& p, const SparseCholesky& factor, const Matrix& F_I, const Matrix& F_C, const Matrix& Phi,
-                          const Matrix& M_cc) {
+Matrix generalised_forces(const Partition& p, const SparseCholesky& factor, const Matrix& F_I,
+                          const Matrix& F_C, const Matrix& Phi, const Matrix& M_cc) {
   Matrix X = F_I;
   factor.solve_in_place(X);
   Matrix Q(Phi.cols() + p.n_interface(), F_I.cols());
@@ -160,14 +182,17 @@ Matrix generalised_forces(const Partition& p, const SparseCholesky& factor, cons
   if (const RigidMotions& rigid = p.rigid; rigid.count() > 0) {
     // F_c <- F_c + G^T (R^T F - R_C^T F_c)
     auto F_c = Q.bottomRows(p.n_interface());
-    const Matrix missing = SparseMatrix(rigid.R_I.transpose()) * F_I + SparseMatrix(rigid.R_C.transpose()) * Matrix(F_C - F_c);
+    const Matrix missing = SparseMatrix(rigid.R_I.transpose()) * F_I +
+                           SparseMatrix(rigid.R_C.transpose()) * Matrix(F_C - F_c);
     F_c += SparseMatrix(rigid_content(rigid, M_cc).transpose()) * missing;
   }
   return Q;
 }
 
-std::map<std::string, Superelement::InteriorLoad> generalised_loads(const Partition& p, const SparseCholesky& factor,
-                                                                    const InteriorLoads& loads, const Matrix& Phi,
+std::map<std::string, Superelement::InteriorLoad> generalised_loads(const Partition& p,
+                                                                    const SparseCholesky& factor,
+                                                                    const InteriorLoads& loads,
+                                                                    const Matrix& Phi,
                                                                     const Matrix& M_cc) {
   const Matrix Q = generalised_forces(p, factor, loads.F_I, loads.F_C, Phi, M_cc);
   std::map<std::string, Superelement::InteriorLoad> result;

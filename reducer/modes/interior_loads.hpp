@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Loads on faces that a superelement does not keep, and residual vectors that make it right under them.
+// Loads on faces that a superelement does not keep, and residual vectors that make it right under
+// them.
 #pragma once
 
 #include <map>
@@ -25,30 +26,38 @@ struct InteriorLoads {
   bool any() const { return !names.empty(); }
 };
 
-// Of those sidesets of `sets` that have a node inside the part; nodesets are kept whole. InputError: a name that is no set of the
-// mesh.
+// Of those sidesets of `sets` that have a node inside the part; nodesets are kept whole.
+// InputError: a name that is no set of the mesh.
 InteriorLoads interior_loads(const Mesh& mesh, const FiniteElementModel& model, const Partition& p,
                              const std::vector<std::string>& sets);
 
-// InputError unless all of each of `sets` lies within the interface that the sets of the reduction make. `takes_faces_in`: it knows
-// loads inside, of sidesets; nodes that carry a load by themselves are kept in any case.
-void refuse_loads_inside(const Mesh& mesh, const ReductionOptions& reduction, const std::vector<std::string>& sets,
-                         bool takes_faces_in);
+// InputError unless all of each of `sets` lies within the interface that the sets of the reduction
+// make. `takes_faces_in`: it knows loads inside, of sidesets; nodes that carry a load by themselves
+// are kept in any case.
+void refuse_loads_inside(const Mesh& mesh, const ReductionOptions& reduction,
+                         const std::vector<std::string>& sets, bool takes_faces_in);
 
-// Residual vectors, as further columns of Phi with lambda of their own: what K_II^-1 F has that the modes do not,
-// X = K_II^-1 F - Phi Lambda^-1 Phi^T F, made orthonormal by the Ritz problem X^T K_II X, X^T M_II X (Rubin 1975; MacNeal 1971).
-// They are K- and M-orthogonal to the modes, so that K_kk stays diagonal, M_kk = I and K_kc = 0, and K_II^-1 F is in the span.
-// Parts of X that are round-off of it, and those that would be the same twice, are left out. Returns how many there are.
-Index add_residual_vectors(const Partition& p, const SparseCholesky& factor, const Matrix& F_I, FixedInterfaceModes& modes);
+// Residual vectors, as further columns of Phi with lambda of their own: what K_II^-1 F has that the
+// modes do not, X = K_II^-1 F - Phi Lambda^-1 Phi^T F, made orthonormal by the Ritz problem X^T
+// K_II X, X^T M_II X (Rubin 1975; MacNeal 1971). They are K- and M-orthogonal to the modes, so that
+// K_kk stays diagonal, M_kk = I and K_kc = 0, and K_II^-1 F is in the span. Parts of X that are
+// round-off of it, and those that would be the same twice, are left out. Returns how many there
+// are.
+Index add_residual_vectors(const Partition& p, const SparseCholesky& factor, const Matrix& F_I,
+                           FixedInterfaceModes& modes);
 // Of several parts, each of whose modes and vectors moves it alone.
-Index add_residual_vectors(const std::vector<ComponentPart>& parts, const Matrix& F_I, FixedInterfaceModes& modes);
+Index add_residual_vectors(const std::vector<ComponentPart>& parts, const Matrix& F_I,
+                           FixedInterfaceModes& modes);
 
-// Forces on the coordinates: [Phi^T F_I; F_C + Psi^T F_I], Psi^T F_I = -K_CI K_II^-1 F_I, of which rigid motions of the interface
-// (M_cc: condense()'s) feel exactly what they feel of F   (k + c x columns of F).
-Matrix generalised_forces(const Partition& p, const SparseCholesky& factor, const Matrix& F_I, const Matrix& F_C, const Matrix& Phi,
-                          const Matrix& M_cc);
-std::map<std::string, Superelement::InteriorLoad> generalised_loads(const Partition& p, const SparseCholesky& factor,
-                                                                    const InteriorLoads& loads, const Matrix& Phi,
+// Forces on the coordinates: [Phi^T F_I; F_C + Psi^T F_I], Psi^T F_I = -K_CI K_II^-1 F_I, of which
+// rigid motions of the interface (M_cc: condense()'s) feel exactly what they feel of F   (k + c x
+// columns of F).
+Matrix generalised_forces(const Partition& p, const SparseCholesky& factor, const Matrix& F_I,
+                          const Matrix& F_C, const Matrix& Phi, const Matrix& M_cc);
+std::map<std::string, Superelement::InteriorLoad> generalised_loads(const Partition& p,
+                                                                    const SparseCholesky& factor,
+                                                                    const InteriorLoads& loads,
+                                                                    const Matrix& Phi,
                                                                     const Matrix& M_cc);
 
 }  // namespace cbr

@@ -19,8 +19,9 @@ Matrix unit_strains(const Points& X, const Vector3& center) {
   return D;
 }
 
-Matrix spin_moments(const Partition& p, const SparseCholesky& factor, const Points& X_I, const Points& X_C, const Vector3& center,
-                    const Matrix& Phi, const Matrix& M_cc) {
+Matrix spin_moments(const Partition& p, const SparseCholesky& factor, const Points& X_I,
+                    const Points& X_C, const Vector3& center, const Matrix& Phi,
+                    const Matrix& M_cc) {
   const Matrix D_I = unit_strains(X_I, center), D_C = unit_strains(X_C, center);
   const Matrix F_I = p.M_II * D_I + p.M_IC * D_C;
   const Matrix F_C = p.M_CC * D_C + p.M_IC.transpose() * D_I;

@@ -10,11 +10,13 @@ namespace cbr {
 // Displacements of the six unit strains xx, yy, zz, xy, yz, xz about the center   (3 m x 6)
 Matrix unit_strains(const Points& X, const Vector3& center);
 
-// S_j = sym of the integral of rho x u_j^T, of each coordinate's displacement u_j, x from the centre of mass: xx, yy, zz, xy, yz, xz
-// as columns, kg m per unit of the coordinate   ((k + c) x 6). The inertia changes by 2 (tr S 1 - S), and a spin w pulls with
-// |w|^2 tr S - w . S w (Shabana, Dynamics of Multibody Systems, 2013, section 5.3).
-// X_I, X_C: places of the nodes inside and on the interface. M_cc: condense()'s.
-Matrix spin_moments(const Partition& p, const SparseCholesky& factor, const Points& X_I, const Points& X_C, const Vector3& center,
-                    const Matrix& Phi, const Matrix& M_cc);
+// S_j = sym of the integral of rho x u_j^T, of each coordinate's displacement u_j, x from the
+// centre of mass: xx, yy, zz, xy, yz, xz as columns, kg m per unit of the coordinate   ((k + c) x
+// 6). The inertia changes by 2 (tr S 1 - S), and a spin w pulls with |w|^2 tr S - w . S w (Shabana,
+// Dynamics of Multibody Systems, 2013, section 5.3). X_I, X_C: places of the nodes inside and on
+// the interface. M_cc: condense()'s.
+Matrix spin_moments(const Partition& p, const SparseCholesky& factor, const Points& X_I,
+                    const Points& X_C, const Vector3& center, const Matrix& Phi,
+                    const Matrix& M_cc);
 
 }  // namespace cbr

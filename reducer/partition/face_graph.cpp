@@ -30,8 +30,9 @@ std::vector<Face> sorted_faces(const Mesh& mesh) {
       }
     }
   }
-  std::sort(faces.begin(), faces.end(),
-            [](const Face& a, const Face& b) { return a.corners != b.corners ? a.corners < b.corners : a.element < b.element; });
+  std::sort(faces.begin(), faces.end(), [](const Face& a, const Face& b) {
+    return a.corners != b.corners ? a.corners < b.corners : a.element < b.element;
+  });
   return faces;
 }
 
@@ -42,7 +43,8 @@ ElementNodes element_nodes(const Mesh& mesh) {
   for (const Block& block : mesh.blocks) {
     if (dimension(block.type) != 3) continue;
     for (Index e = 0; e < block.connectivity.rows(); ++e) {
-      for (Index a = 0; a < block.connectivity.cols(); ++a) elements.nodes.push_back(block.connectivity(e, a));
+      for (Index a = 0; a < block.connectivity.cols(); ++a)
+        elements.nodes.push_back(block.connectivity(e, a));
       elements.first.push_back(static_cast<Index>(elements.nodes.size()));
     }
   }

@@ -21,8 +21,8 @@ struct ElementNodes {
 };
 ElementNodes element_nodes(const Mesh& mesh);
 
-// Elements as vertices, joined where two have the same corner nodes on a face: the same in a mesh of one type and of several.
-// Weight: the element's number of nodes.
+// Elements as vertices, joined where two have the same corner nodes on a face: the same in a mesh
+// of one type and of several. Weight: the element's number of nodes.
 Graph face_graph(const Mesh& mesh);
 
 }  // namespace cbr

@@ -12,7 +12,8 @@ Points points_of(const Mesh& mesh, const Block& block, Index e) {
 
 // visit(points about `origin`, n x n consistent mass) of every volume element.
 template <typename Visit>
-void for_each_element(const Mesh& mesh, const std::vector<BlockProperties>& properties, const Vector3& origin, const Visit& visit) {
+void for_each_element(const Mesh& mesh, const std::vector<BlockProperties>& properties,
+                      const Vector3& origin, const Visit& visit) {
   for (std::size_t b = 0; b < mesh.blocks.size(); ++b) {
     const Block& block = mesh.blocks[b];
     if (dimension(block.type) != 3) continue;

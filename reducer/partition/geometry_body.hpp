@@ -9,8 +9,9 @@
 
 namespace cbr {
 
-// Mass, centre and inertia about it, by the elements' quadrature of rho over their volume. `properties`: one per block. Elements
-// are not checked: to be asked of meshes that can be assembled, or for what is only told.
+// Mass, centre and inertia about it, by the elements' quadrature of rho over their volume.
+// `properties`: one per block. Elements are not checked: to be asked of meshes that can be
+// assembled, or for what is only told.
 RigidBody rigid_body_of_geometry(const Mesh& mesh, const std::vector<BlockProperties>& properties);
 
 }  // namespace cbr

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A graph cut into parts of about the same weight. The only code that includes metis.h is graph_partition.cpp.
+// A graph cut into parts of about the same weight. The only code that includes metis.h is
+// graph_partition.cpp.
 #pragma once
 
 #include <vector>
@@ -8,7 +9,8 @@
 
 namespace cbr {
 
-// Neighbours of vertex v: neighbours[first[v]] ... neighbours[first[v + 1] - 1], each pair of vertices in both directions.
+// Neighbours of vertex v: neighbours[first[v]] ... neighbours[first[v + 1] - 1], each pair of
+// vertices in both directions.
 struct Graph {
   std::vector<Index> first = {0}, neighbours;
   std::vector<Index> weight;  // of the vertices
@@ -18,9 +20,10 @@ struct Graph {
 // How METIS cuts: both ways are tried, as neither is always the better one.
 enum class GraphCut { bisections, k_way };
 
-// Per vertex its part, 0 .. n - 1 (METIS 5: Karypis, Kumar 1998, doi 10.1137/S1064827595287997). Small total of cut edges; parts
-// may be empty or consist of pieces. The same graph and seed give the same parts. Not from several threads at a time: METIS draws
-// from the C library's random numbers.
+// Per vertex its part, 0 .. n - 1 (METIS 5: Karypis, Kumar 1998, doi 10.1137/S1064827595287997).
+// Small total of cut edges; parts may be empty or consist of pieces. The same graph and seed give
+// the same parts. Not from several threads at a time: METIS draws from the C library's random
+// numbers.
 std::vector<Index> partition_graph(const Graph& graph, Index n, GraphCut cut, int seed);
 
 }  // namespace cbr

@@ -7,13 +7,15 @@ namespace cbr {
 namespace {
 
 bool all_kept(const std::vector<Index>& nodes, const std::vector<Index>& place) {
-  return !nodes.empty() &&
-         std::all_of(nodes.begin(), nodes.end(), [&](Index node) { return place[static_cast<std::size_t>(node)] >= 0; });
+  return !nodes.empty() && std::all_of(nodes.begin(), nodes.end(), [&](Index node) {
+    return place[static_cast<std::size_t>(node)] >= 0;
+  });
 }
 
 bool on_volumes(const Mesh& mesh, const Sideset& sideset) {
-  return std::all_of(sideset.sides.begin(), sideset.sides.end(),
-                     [&](const Side& side) { return dimension(mesh.blocks[static_cast<std::size_t>(side.block)].type) == 3; });
+  return std::all_of(sideset.sides.begin(), sideset.sides.end(), [&](const Side& side) {
+    return dimension(mesh.blocks[static_cast<std::size_t>(side.block)].type) == 3;
+  });
 }
 
 // A set is known by its own name and, in Exodus, by its bare number.
@@ -24,7 +26,8 @@ bool is_named(const std::vector<std::string>& named, const std::string& name, In
 
 }  // namespace
 
-void add_interface_sets(const Mesh& mesh, const std::vector<Index>& place, const std::vector<std::string>& named, Superelement& s) {
+void add_interface_sets(const Mesh& mesh, const std::vector<Index>& place,
+                        const std::vector<std::string>& named, Superelement& s) {
   for (const auto& sideset : mesh.sidesets) {
     if (!on_volumes(mesh, sideset) && !is_named(named, sideset.name, sideset.id)) continue;
     if (sideset.sides.empty()) continue;

@@ -13,7 +13,8 @@ namespace {
 // cbr-dyn takes the nodes of a sideset or a nodeset; contact needs faces.
 std::vector<Index> nodes_of(const SetUse& use, const Mesh& mesh) {
   if (use.needs_faces && find_sideset(mesh, use.set) < 0)
-    throw InputError(place_of(use) + "the mesh has no sideset of this name (available: " + set_names(mesh) + ")");
+    throw InputError(place_of(use) +
+                     "the mesh has no sideset of this name (available: " + set_names(mesh) + ")");
   try {
     return set_nodes(mesh, use.set);
   } catch (const InputError& error) {
@@ -24,10 +25,12 @@ std::vector<Index> nodes_of(const SetUse& use, const Mesh& mesh) {
 void refuse_tractions_on_nodes(const Scene& scene, const Component& component, const Mesh& mesh) {
   for (const Load& load : scene.loads) {
     if (load.kind != Load::Kind::traction) continue;
-    const bool is_of_component = std::any_of(scene.instances.begin(), scene.instances.end(), [&](const Instance& instance) {
-      return instance.name == load.instance && instance.component == component.name;
-    });
-    if (is_of_component && find_sideset(mesh, load.surface) < 0 && find_nodeset(mesh, load.surface) >= 0)
+    const bool is_of_component =
+        std::any_of(scene.instances.begin(), scene.instances.end(), [&](const Instance& instance) {
+          return instance.name == load.instance && instance.component == component.name;
+        });
+    if (is_of_component && find_sideset(mesh, load.surface) < 0 &&
+        find_nodeset(mesh, load.surface) >= 0)
       refuse_traction_on_nodes(load);
   }
 }
@@ -40,9 +43,10 @@ bool is_recovered(const SetUse& use, const ReductionOptions& reduction) {
 }
 
 [[noreturn]] void refuse_without_recovery(const SetUse& use, const Component& component) {
-  throw InputError(place_of(use) + "the superelement of component '" + component.name +
-                   "' has no recovery data there, from which stress follows: give reduction: {recovery: [" + use.set +
-                   "]}, or recovery: true");
+  throw InputError(
+      place_of(use) + "the superelement of component '" + component.name +
+      "' has no recovery data there, from which stress follows: give reduction: {recovery: [" +
+      use.set + "]}, or recovery: true");
 }
 
 }  // namespace
@@ -59,28 +63,35 @@ void check_kept_sets(const Scene& scene, const Component& component, const Mesh&
     const std::vector<Index> nodes = nodes_of(use, mesh);
     if (!nodes.empty() && is_recovered(use, *component.reduction)) continue;
     if (use.is_of_stress) refuse_without_recovery(use, component);
-    const auto n_kept =
-        std::count_if(nodes.begin(), nodes.end(), [&](Index node) { return is_kept[static_cast<std::size_t>(node)] != 0; });
+    const auto n_kept = std::count_if(nodes.begin(), nodes.end(), [&](Index node) {
+      return is_kept[static_cast<std::size_t>(node)] != 0;
+    });
     if (!nodes.empty() && n_kept == static_cast<std::ptrdiff_t>(nodes.size())) continue;
-    throw InputError(place_of(use) + "the superelement of component '" + component.name + "' keeps " + std::to_string(n_kept) +
-                     " of its " + std::to_string(nodes.size()) + " nodes, expected all: add '" + use.set +
-                     "' to reduction.interface (it has: " + join(component.reduction->interface_sets) + ")" +
-                     (use.may_be_inside ? ", or to reduction.recovery" : ""));
+    throw InputError(
+        place_of(use) + "the superelement of component '" + component.name + "' keeps " +
+        std::to_string(n_kept) + " of its " + std::to_string(nodes.size()) +
+        " nodes, expected all: add '" + use.set +
+        "' to reduction.interface (it has: " + join(component.reduction->interface_sets) + ")" +
+        (use.may_be_inside ? ", or to reduction.recovery" : ""));
   }
 }
 
 void check_kept_sets(const Scene& scene, const Component& component, const Superelement& file) {
   const auto has_faces = [&](const std::string& name) {
-    return std::any_of(file.surfaces.begin(), file.surfaces.end(), [&](const Surface& s) { return s.name == name; });
+    return std::any_of(file.surfaces.begin(), file.surfaces.end(),
+                       [&](const Surface& s) { return s.name == name; });
   };
   const std::vector<SetUse> uses = set_uses(scene, component, InstanceKind::superelement);
   const bool all_kept = std::all_of(uses.begin(), uses.end(), [&](const SetUse& use) {
     if (use.may_be_inside && file.recovered_sets.count(use.set) > 0) return true;
-    return !use.is_of_stress && (has_faces(use.set) || (!use.needs_faces && file.nodesets.count(use.set) > 0));
+    return !use.is_of_stress &&
+           (has_faces(use.set) || (!use.needs_faces && file.nodesets.count(use.set) > 0));
   });
-  const bool any_on_nodes = std::any_of(scene.loads.begin(), scene.loads.end(), [&](const Load& load) {
-    return load.kind == Load::Kind::traction && file.nodesets.count(load.surface) > 0 && !has_faces(load.surface);
-  });
+  const bool any_on_nodes =
+      std::any_of(scene.loads.begin(), scene.loads.end(), [&](const Load& load) {
+        return load.kind == Load::Kind::traction && file.nodesets.count(load.surface) > 0 &&
+               !has_faces(load.surface);
+      });
   if (!all_kept || any_on_nodes) check_kept_sets(scene, component, read_mesh(component.mesh));
 }
 

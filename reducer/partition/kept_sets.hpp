@@ -8,8 +8,9 @@
 
 namespace cbr {
 
-// InputError: a set that boundary, contact or output.history name of an instance that stands as the component's superelement, and
-// that the mesh does not have or whose nodes the interface does not all keep; a traction on a nodeset.
+// InputError: a set that boundary, contact or output.history name of an instance that stands as the
+// component's superelement, and that the mesh does not have or whose nodes the interface does not
+// all keep; a traction on a nodeset.
 void check_kept_sets(const Scene& scene, const Component& component, const Mesh& mesh);
 // The same for a superelement that need not be made: the mesh is read where a set is not in `file`.
 void check_kept_sets(const Scene& scene, const Component& component, const Superelement& file);

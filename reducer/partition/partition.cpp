@@ -12,19 +12,22 @@
 namespace cbr {
 namespace {
 
-// Relative to the part's size. Far above round-off, far below any interface that could hold a part in practice.
+// Relative to the part's size. Far above round-off, far below any interface that could hold a part
+// in practice.
 constexpr double collinear = 1e-10;
 
-// The block of A with these rows (`local`: their number in the block, -1 outside, ascending) and columns. Into an argument, because
-// Eigen 3.4 copies a sparse matrix that is returned and assigned.
-void take_block(const SparseMatrix& A, const std::vector<Index>& local, Index rows, const std::vector<Index>& columns,
-                SparseMatrix& B) {
+// The block of A with these rows (`local`: their number in the block, -1 outside, ascending) and
+// columns. Into an argument, because Eigen 3.4 copies a sparse matrix that is returned and
+// assigned.
+void take_block(const SparseMatrix& A, const std::vector<Index>& local, Index rows,
+                const std::vector<Index>& columns, SparseMatrix& B) {
   B.resize(rows, static_cast<Index>(columns.size()));
   Index* outer = B.outerIndexPtr();
   outer[0] = 0;
   for (std::size_t j = 0; j < columns.size(); ++j) {
     outer[j + 1] = outer[j];
-    for (SparseMatrix::InnerIterator it(A, columns[j]); it; ++it) outer[j + 1] += local[static_cast<std::size_t>(it.row())] >= 0;
+    for (SparseMatrix::InnerIterator it(A, columns[j]); it; ++it)
+      outer[j + 1] += local[static_cast<std::size_t>(it.row())] >= 0;
   }
   B.resizeNonZeros(outer[columns.size()]);
   Index* inner = B.innerIndexPtr();
@@ -41,7 +44,8 @@ void take_block(const SparseMatrix& A, const std::vector<Index>& local, Index ro
 
 std::vector<Index> numbering(const std::vector<Index>& dofs, Index n) {
   std::vector<Index> local(static_cast<std::size_t>(n), -1);
-  for (std::size_t i = 0; i < dofs.size(); ++i) local[static_cast<std::size_t>(dofs[i])] = static_cast<Index>(i);
+  for (std::size_t i = 0; i < dofs.size(); ++i)
+    local[static_cast<std::size_t>(dofs[i])] = static_cast<Index>(i);
   return local;
 }
 
@@ -60,27 +64,35 @@ struct Part {
 
 // Rank of the six rigid motions of the part on its interface nodes.
 Index rank_on_interface(const Mesh& mesh, const FiniteElementModel& model, const Part& part) {
-  const auto position = [&](Index i) { return Vector3(mesh.coordinates.row(model.nodes[static_cast<std::size_t>(i)])); };
+  const auto position = [&](Index i) {
+    return Vector3(mesh.coordinates.row(model.nodes[static_cast<std::size_t>(i)]));
+  };
   const Vector3 center = position(part.interface.front());
   double size = 0;
   for (const auto* nodes : {&part.interior, &part.interface}) {
     for (const Index i : *nodes) size = std::max(size, (position(i) - center).norm());
   }
   Points x(static_cast<Index>(part.interface.size()), 3);
-  for (Index i = 0; i < x.rows(); ++i) x.row(i) = (position(part.interface[static_cast<std::size_t>(i)]) - center) / size;
+  for (Index i = 0; i < x.rows(); ++i)
+    x.row(i) = (position(part.interface[static_cast<std::size_t>(i)]) - center) / size;
   return PivotedQr(rigid_modes(x, Vector3::Zero()), collinear).rank();
 }
 
-// "; node id 28 of block 'a' and node id 3 of block 'b' are at the same place: ...", or "": a node of the part and one of another
-// that the mesh generator should have made one.
-std::string coincidence(const Mesh& mesh, const FiniteElementModel& model, const std::vector<Index>& parts, Index part) {
+// "; node id 28 of block 'a' and node id 3 of block 'b' are at the same place: ...", or "": a node
+// of the part and one of another that the mesh generator should have made one.
+std::string coincidence(const Mesh& mesh, const FiniteElementModel& model,
+                        const std::vector<Index>& parts, Index part) {
   for (const NearNodes& pair : near_nodes(mesh, model, parts)) {
     const auto number = [&](Index node) { return parts[static_cast<std::size_t>(node)]; };
     if (number(pair.first) != part && number(pair.second) != part) continue;
     const bool own = number(pair.first) == part;
-    return "; " + name_of_node(mesh, model.nodes[static_cast<std::size_t>(own ? pair.first : pair.second)]) + " and " +
-           name_of_node(mesh, model.nodes[static_cast<std::size_t>(own ? pair.second : pair.first)]) + " are " +
-           how_near(pair.apart) + ": were nodes to be merged?";
+    return "; " +
+           name_of_node(mesh,
+                        model.nodes[static_cast<std::size_t>(own ? pair.first : pair.second)]) +
+           " and " +
+           name_of_node(mesh,
+                        model.nodes[static_cast<std::size_t>(own ? pair.second : pair.first)]) +
+           " are " + how_near(pair.apart) + ": were nodes to be merged?";
   }
   return "";
 }
@@ -90,14 +102,16 @@ std::string coincidence(const Mesh& mesh, const FiniteElementModel& model, const
 std::string name_of_node(const Mesh& mesh, Index node) {
   const std::string id = "node id " + std::to_string(mesh.node_ids[static_cast<std::size_t>(node)]);
   for (const auto& block : mesh.blocks) {
-    if (dimension(block.type) == 3 && (block.connectivity.array() == node).any()) return id + " of block '" + block.name + "'";
+    if (dimension(block.type) == 3 && (block.connectivity.array() == node).any())
+      return id + " of block '" + block.name + "'";
   }
   return id;
 }
 
 std::string name_of_node_id(const Mesh& mesh, Index id) {
   const auto found = std::find(mesh.node_ids.begin(), mesh.node_ids.end(), id);
-  return found == mesh.node_ids.end() ? "node id " + std::to_string(id) : name_of_node(mesh, found - mesh.node_ids.begin());
+  return found == mesh.node_ids.end() ? "node id " + std::to_string(id)
+                                      : name_of_node(mesh, found - mesh.node_ids.begin());
 }
 
 FiniteElementModel number_nodes(const Mesh& mesh) {
@@ -105,7 +119,8 @@ FiniteElementModel number_nodes(const Mesh& mesh) {
   model.row.assign(static_cast<std::size_t>(mesh.coordinates.rows()), -1);
   for (const Block& block : mesh.blocks) {
     if (dimension(block.type) != 3) continue;
-    for (const Index node : block.connectivity.reshaped()) model.row[static_cast<std::size_t>(node)] = 0;
+    for (const Index node : block.connectivity.reshaped())
+      model.row[static_cast<std::size_t>(node)] = 0;
   }
   for (std::size_t i = 0; i < model.row.size(); ++i) {
     if (model.row[i] < 0) continue;
@@ -123,18 +138,24 @@ std::vector<Index> dofs_of(const std::vector<Index>& nodes) {
   return dofs;
 }
 
-std::vector<Index> interface_nodes(const Mesh& mesh, const FiniteElementModel& model, const std::vector<std::string>& sets) {
+std::vector<Index> interface_nodes(const Mesh& mesh, const FiniteElementModel& model,
+                                   const std::vector<std::string>& sets) {
   if (sets.empty()) {
-    throw InputError("no interface: name at least one sideset or nodeset whose nodes are kept; the mesh has " + set_names(mesh));
+    throw InputError(
+        "no interface: name at least one sideset or nodeset whose nodes are kept; the mesh has " +
+        set_names(mesh));
   }
   std::vector<bool> kept(model.nodes.size(), false);
   for (const auto& name : sets) {
     const std::vector<Index> nodes = set_nodes(mesh, name);
-    if (nodes.empty()) throw InputError("interface '" + name + "' has no nodes: choose another set of " + set_names(mesh));
+    if (nodes.empty())
+      throw InputError("interface '" + name + "' has no nodes: choose another set of " +
+                       set_names(mesh));
     for (const Index node : nodes) {
       const Index i = model.row[static_cast<std::size_t>(node)];
       if (i < 0) {
-        throw InputError("interface '" + name + "': node id " + std::to_string(mesh.node_ids[static_cast<std::size_t>(node)]) +
+        throw InputError("interface '" + name + "': node id " +
+                         std::to_string(mesh.node_ids[static_cast<std::size_t>(node)]) +
                          " belongs to no volume element: take it out of the set");
       }
       kept[static_cast<std::size_t>(i)] = true;
@@ -147,14 +168,17 @@ std::vector<Index> interface_nodes(const Mesh& mesh, const FiniteElementModel& m
   return nodes;
 }
 
-void partition(const FiniteElementModel& model, const std::vector<Index>& interface_nodes, Partition& p) {
+void partition(const FiniteElementModel& model, const std::vector<Index>& interface_nodes,
+               Partition& p) {
   p.interface_nodes = interface_nodes;
   p.interior_nodes.clear();
   std::vector<Index> all(model.nodes.size());
   std::iota(all.begin(), all.end(), Index{0});
-  std::set_difference(all.begin(), all.end(), interface_nodes.begin(), interface_nodes.end(), std::back_inserter(p.interior_nodes));
+  std::set_difference(all.begin(), all.end(), interface_nodes.begin(), interface_nodes.end(),
+                      std::back_inserter(p.interior_nodes));
   const std::vector<Index> I = dofs_of(p.interior_nodes), C = dofs_of(p.interface_nodes);
-  const std::vector<Index> local_I = numbering(I, model.K.rows()), local_C = numbering(C, model.K.rows());
+  const std::vector<Index> local_I = numbering(I, model.K.rows()),
+                           local_C = numbering(C, model.K.rows());
   const auto n_I = static_cast<Index>(I.size()), c = static_cast<Index>(C.size());
   take_block(model.K, local_I, n_I, I, p.K_II);
   take_block(model.K, local_I, n_I, C, p.K_IC);
@@ -171,8 +195,8 @@ Partition partition(const FiniteElementModel& model, const std::vector<Index>& i
   return p;
 }
 
-void check_interface_holds(const Mesh& mesh, const FiniteElementModel& model, const Partition& partition,
-                           const std::vector<Index>& parts) {
+void check_interface_holds(const Mesh& mesh, const FiniteElementModel& model,
+                           const Partition& partition, const std::vector<Index>& parts) {
   const Index n_parts = parts.empty() ? 0 : *std::max_element(parts.begin(), parts.end()) + 1;
   std::vector<Part> found(static_cast<std::size_t>(n_parts));
   for (const Index i : partition.interior_nodes)
@@ -184,27 +208,34 @@ void check_interface_holds(const Mesh& mesh, const FiniteElementModel& model, co
     if (part.interior.empty()) continue;
     // Looked for only when there is something to say of it: the name takes a walk through the mesh
     const auto name = [&] {
-      return "the part of " + std::to_string(part.interior.size() + part.interface.size()) + " nodes with " +
+      return "the part of " + std::to_string(part.interior.size() + part.interface.size()) +
+             " nodes with " +
              name_of_node(mesh, model.nodes[static_cast<std::size_t>(part.interior.front())]) +
              (n_parts > 1 ? " (one of " + std::to_string(n_parts) + " parts of the mesh)" : "");
     };
     if (part.interface.empty()) {
       throw InputError(name() +
-                       " is not connected to the interface: its interior would float; join it to the rest, leave it out "
+                       " is not connected to the interface: its interior would float; join it to "
+                       "the rest, leave it out "
                        "of the mesh, or put some of its nodes into the interface" +
                        coincidence(mesh, model, parts, static_cast<Index>(number)));
     }
     const Index rank = rank_on_interface(mesh, model, part);
     if (rank == 6) continue;
-    throw InputError(
-        "the interface has " + std::to_string(part.interface.size()) + " node" + (part.interface.size() > 1 ? "s" : "") + " on " +
-        name() + ", not three that are off one line: the interior could turn freely about them; add nodes to " + "the interface");
+    throw InputError("the interface has " + std::to_string(part.interface.size()) + " node" +
+                     (part.interface.size() > 1 ? "s" : "") + " on " + name() +
+                     ", not three that are off one line: the interior could turn freely about "
+                     "them; add nodes to " +
+                     "the interface");
   }
 }
 
-void tell_of_parts(const Mesh& mesh, const FiniteElementModel& model, const std::vector<Index>& parts, Report& report) {
-  if (const std::string text = several_parts(mesh, model, parts); !text.empty()) report.line(report.about() + text);
-  if (const std::string text = unjoined_parts(mesh, model, parts); !text.empty()) report.warning(text);
+void tell_of_parts(const Mesh& mesh, const FiniteElementModel& model,
+                   const std::vector<Index>& parts, Report& report) {
+  if (const std::string text = several_parts(mesh, model, parts); !text.empty())
+    report.line(report.about() + text);
+  if (const std::string text = unjoined_parts(mesh, model, parts); !text.empty())
+    report.warning(text);
 }
 
 }  // namespace cbr

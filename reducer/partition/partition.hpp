@@ -17,8 +17,9 @@ namespace cbr {
 
 // I: interior, C: interface; both in the order of the model's nodes, each node's x, y, z together.
 struct Partition {
-  std::vector<Index> interior_nodes, interface_nodes;  // model nodes (rows of FiniteElementModel::nodes), ascending
-  SparseMatrix K_II, K_IC, K_CC;                       // n_I x n_I, n_I x c, c x c
+  // model nodes (rows of FiniteElementModel::nodes), ascending
+  std::vector<Index> interior_nodes, interface_nodes;
+  SparseMatrix K_II, K_IC, K_CC;  // n_I x n_I, n_I x c, c x c
   SparseMatrix M_II, M_IC, M_CC;
   bool lumped = false;  // M is diagonal: M_IC = 0
   RigidMotions rigid;   // what the condensation keeps exact; none unless set
@@ -27,29 +28,35 @@ struct Partition {
   Index n_interface() const { return K_CC.rows(); }
 };
 
-// The nodes that volume elements use, as assemble() numbers them, without K and M: what questions of connectivity need. InputError:
-// there are none.
+// The nodes that volume elements use, as assemble() numbers them, without K and M: what questions
+// of connectivity need. InputError: there are none.
 FiniteElementModel number_nodes(const Mesh& mesh);
 
-// The model nodes of the named sidesets and nodesets, ascending and unique. InputError: a name that the mesh does not have, a
-// set without nodes or with a node that no volume element uses, no name at all.
-std::vector<Index> interface_nodes(const Mesh& mesh, const FiniteElementModel& model, const std::vector<std::string>& sets);
+// The model nodes of the named sidesets and nodesets, ascending and unique. InputError: a name that
+// the mesh does not have, a set without nodes or with a node that no volume element uses, no name
+// at all.
+std::vector<Index> interface_nodes(const Mesh& mesh, const FiniteElementModel& model,
+                                   const std::vector<std::string>& sets);
 
 Partition partition(const FiniteElementModel& model, const std::vector<Index>& interface_nodes);
 // The same into one that exists, as Eigen 3.4 would copy its matrices.
-void partition(const FiniteElementModel& model, const std::vector<Index>& interface_nodes, Partition& p);
+void partition(const FiniteElementModel& model, const std::vector<Index>& interface_nodes,
+               Partition& p);
 
-// K_II is singular where a part's interior can move as a rigid body against its interface nodes. InputError naming the part by
-// a node id, what it lacks (no interface node; fewer than three that are not on one line) and the cure.
-void check_interface_holds(const Mesh& mesh, const FiniteElementModel& model, const Partition& partition,
-                           const std::vector<Index>& parts);
+// K_II is singular where a part's interior can move as a rigid body against its interface nodes.
+// InputError naming the part by a node id, what it lacks (no interface node; fewer than three that
+// are not on one line) and the cure.
+void check_interface_holds(const Mesh& mesh, const FiniteElementModel& model,
+                           const Partition& partition, const std::vector<Index>& parts);
 
 // "node id 28 of block 'flap'": how messages name a node of the mesh (an index).
 std::string name_of_node(const Mesh& mesh, Index node);
 std::string name_of_node_id(const Mesh& mesh, Index id);
 
-// A component of several parts says so, and warns where their nodes meet without being joined. `parts`: of connected_parts().
-void tell_of_parts(const Mesh& mesh, const FiniteElementModel& model, const std::vector<Index>& parts, Report& report);
+// A component of several parts says so, and warns where their nodes meet without being joined.
+// `parts`: of connected_parts().
+void tell_of_parts(const Mesh& mesh, const FiniteElementModel& model,
+                   const std::vector<Index>& parts, Report& report);
 
 // Dofs (n_I or c) of a list of model nodes.
 std::vector<Index> dofs_of(const std::vector<Index>& nodes);

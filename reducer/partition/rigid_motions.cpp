@@ -16,9 +16,11 @@ namespace cbr {
 namespace {
 
 constexpr double independent = 1e-10;  // of the rigid motions on the interface
-// Inertia that is put right is right to round-off. Of a soft block beside one 1e8 to 1e12 times as stiff a lag of 5e-6 to 5e-2 (forces of
-// 1e-7 to 1.5e-3) left the lowest eigenvalues within 4e-7 to 2e-3, against 64 bits of mantissa; of thin sheets about as far off as the lag.
-constexpr double poor_lag = 1e-6, lost_lag = 0.1, poor_force = 1e-8, lost_force = 1e-2, poor_mass = 1e-9, lost_mass = 1e-6;
+// Inertia that is put right is right to round-off. Of a soft block beside one 1e8 to 1e12 times as
+// stiff a lag of 5e-6 to 5e-2 (forces of 1e-7 to 1.5e-3) left the lowest eigenvalues within 4e-7 to
+// 2e-3, against 64 bits of mantissa; of thin sheets about as far off as the lag.
+constexpr double poor_lag = 1e-6, lost_lag = 0.1, poor_force = 1e-8, lost_force = 1e-2,
+                 poor_mass = 1e-9, lost_mass = 1e-6;
 
 using Triplets = std::vector<Eigen::Triplet<double, Index>>;
 
@@ -26,13 +28,16 @@ struct Part {
   std::vector<Index> interior, interface;  // nodes
 };
 
-std::vector<Part> parts_of_nodes(const std::vector<Index>& part_I, const std::vector<Index>& part_C) {
+std::vector<Part> parts_of_nodes(const std::vector<Index>& part_I,
+                                 const std::vector<Index>& part_C) {
   Index n = 0;
   for (const auto* part : {&part_I, &part_C})
     for (const Index number : *part) n = std::max(n, number + 1);
   std::vector<Part> parts(n);
-  for (std::size_t i = 0; i < part_I.size(); ++i) parts[part_I[i]].interior.push_back(static_cast<Index>(i));
-  for (std::size_t i = 0; i < part_C.size(); ++i) parts[part_C[i]].interface.push_back(static_cast<Index>(i));
+  for (std::size_t i = 0; i < part_I.size(); ++i)
+    parts[part_I[i]].interior.push_back(static_cast<Index>(i));
+  for (std::size_t i = 0; i < part_C.size(); ++i)
+    parts[part_C[i]].interface.push_back(static_cast<Index>(i));
   return parts;
 }
 
@@ -46,7 +51,8 @@ Matrix motions_of(const Part& part, const Points& x_I, const Points& x_C) {
   return rigid_modes(size > 0 ? Points(x / size) : x, Vector3::Zero());
 }
 
-void add_rows(const Matrix& R, const std::vector<Index>& nodes, Index first_dof, Index first_column, Triplets& triplets) {
+void add_rows(const Matrix& R, const std::vector<Index>& nodes, Index first_dof, Index first_column,
+              Triplets& triplets) {
   for (std::size_t i = 0; i < nodes.size(); ++i)
     for (Index d = 0; d < 3; ++d)
       for (Index j = 0; j < 6; ++j)
@@ -66,7 +72,8 @@ SparseMatrix block_diagonal(const std::vector<Matrix>& blocks) {
   for (std::size_t b = 0; b < blocks.size(); ++b)
     for (Index j = 0; j < 6; ++j)
       for (Index i = 0; i < 6; ++i)
-        triplets.emplace_back(6 * static_cast<Index>(b) + i, 6 * static_cast<Index>(b) + j, blocks[b](i, j));
+        triplets.emplace_back(6 * static_cast<Index>(b) + i, 6 * static_cast<Index>(b) + j,
+                              blocks[b](i, j));
   const auto n = 6 * static_cast<Index>(blocks.size());
   return sparse(n, n, triplets);
 }
@@ -88,7 +95,8 @@ RigidResidual worst_row(Index n, const Matrix& R, Rows absolute_sum, const Matri
 // R <- R L^-T with R^T M R = L L^T; twice, as the first pass leaves cond(L) times round-off.
 void orthonormalise(RigidMotions& rigid) {
   for (int pass = 0; pass < 2; ++pass) {
-    const SparseMatrix M = SparseMatrix(rigid.R_I.transpose()) * rigid.P_I + SparseMatrix(rigid.R_C.transpose()) * rigid.P_C;
+    const SparseMatrix M = SparseMatrix(rigid.R_I.transpose()) * rigid.P_I +
+                           SparseMatrix(rigid.R_C.transpose()) * rigid.P_C;
     std::vector<Matrix> blocks;
     for (Index first = 0; first < rigid.count(); first += 6) {
       const Cholesky cholesky(Matrix(M.middleCols(first, 6)).middleRows(first, 6));
@@ -97,7 +105,8 @@ void orthonormalise(RigidMotions& rigid) {
       cholesky.solve_upper_in_place(blocks.back());
     }
     const SparseMatrix T = block_diagonal(blocks);
-    for (SparseMatrix* A : {&rigid.R_I, &rigid.R_C, &rigid.P_I, &rigid.P_C}) *A = SparseMatrix(*A * T);
+    for (SparseMatrix* A : {&rigid.R_I, &rigid.R_C, &rigid.P_I, &rigid.P_C})
+      *A = SparseMatrix(*A * T);
   }
 }
 
@@ -109,7 +118,8 @@ void add_symmetric(const Matrix& H, const SparseMatrix& G, Matrix& A) {
     const Index width = std::min(block, c - j), rows = c - j;
     auto lower = A.block(j, j, rows, width);
     lower += H.bottomRows(rows) * G.middleCols(j, width);
-    lower += SparseMatrix(G.rightCols(rows).transpose()) * Matrix(H.middleRows(j, width).transpose());
+    lower +=
+        SparseMatrix(G.rightCols(rows).transpose()) * Matrix(H.middleRows(j, width).transpose());
   }
   mirror_lower(A);
 }
@@ -126,7 +136,8 @@ SparseMatrix orthonormal(const SparseMatrix& R_C) {
     const Matrix R = Matrix(R_C.middleCols(first, 6))(rows, Eigen::all);
     const Matrix N = orthonormal_basis(R);
     for (std::size_t i = 0; i < rows.size(); ++i)
-      for (Index j = 0; j < 6; ++j) triplets.emplace_back(first + j, rows[i], N(static_cast<Index>(i), j));
+      for (Index j = 0; j < 6; ++j)
+        triplets.emplace_back(first + j, rows[i], N(static_cast<Index>(i), j));
   }
   return sparse(R_C.cols(), R_C.rows(), triplets);
 }
@@ -135,7 +146,8 @@ SparseMatrix orthonormal(const SparseMatrix& R_C) {
 SparseMatrix content(const SparseMatrix& R_C, const Matrix& m, const Matrix& S) {
   Matrix G(m.cols(), m.rows());
   for (Index first = 0; first < R_C.cols(); first += 6)
-    G.middleRows(first, 6) = Lu(S.block(first, first, 6, 6)).solve(m.middleCols(first, 6).transpose());
+    G.middleRows(first, 6) =
+        Lu(S.block(first, first, 6, 6)).solve(m.middleCols(first, 6).transpose());
   return G.sparseView(0.0, 0.0);
 }
 
@@ -144,14 +156,15 @@ double from_identity(const Matrix& A) {
 }
 
 std::string cure(const std::string& where) {
-  return "; look for very thin parts, slivers, an interface nearly on one line, parts of very unlike stiffness" +
+  return "; look for very thin parts, slivers, an interface nearly on one line, parts of very "
+         "unlike stiffness" +
          (where.empty() ? "" : ", first at " + where);
 }
 
 }  // namespace
 
-RigidMotions rigid_motions(const Partition& p, const Points& x_I, const std::vector<Index>& part_I, Index first_I,
-                           const Points& x_C, const std::vector<Index>& part_C) {
+RigidMotions rigid_motions(const Partition& p, const Points& x_I, const std::vector<Index>& part_I,
+                           Index first_I, const Points& x_C, const std::vector<Index>& part_C) {
   Triplets inside, on_interface;
   Index r = 0;
   for (const Part& part : parts_of_nodes(part_I, part_C)) {
@@ -164,9 +177,11 @@ RigidMotions rigid_motions(const Partition& p, const Points& x_I, const std::vec
     r += 6;
   }
   RigidMotions rigid;
-  rigid.R_I = sparse(p.n_interior(), r, inside), rigid.R_C = sparse(p.n_interface(), r, on_interface);
+  rigid.R_I = sparse(p.n_interior(), r, inside),
+  rigid.R_C = sparse(p.n_interface(), r, on_interface);
   rigid.P_I = SparseMatrix(p.M_II * rigid.R_I) + SparseMatrix(p.M_IC * rigid.R_C);
-  rigid.P_C = SparseMatrix(SparseMatrix(p.M_IC.transpose()) * rigid.R_I) + SparseMatrix(p.M_CC * rigid.R_C);
+  rigid.P_C =
+      SparseMatrix(SparseMatrix(p.M_IC.transpose()) * rigid.R_I) + SparseMatrix(p.M_CC * rigid.R_C);
   orthonormalise(rigid);
   return rigid;
 }
@@ -186,7 +201,8 @@ RigidResidual rigid_residual(const Matrix& K, const Matrix& R) {
       K.rows(), R, [&](Index) { return largest; }, K * R);
 }
 
-RigidFigures follow_rigid_motions(const RigidMotions& rigid, const Matrix& m, Matrix& K_cc, Matrix& M_cc) {
+RigidFigures follow_rigid_motions(const RigidMotions& rigid, const Matrix& m, Matrix& K_cc,
+                                  Matrix& M_cc) {
   RigidFigures figures;
   if (rigid.count() == 0) return figures;
   const SparseMatrix& R_C = rigid.R_C;
@@ -217,41 +233,50 @@ SparseMatrix rigid_content(const RigidMotions& rigid, const Matrix& M_cc) {
   return Matrix(Matrix(M_cc * rigid.R_C).transpose()).sparseView(0.0, 0.0);
 }
 
-void follow_rigid_motions(const RigidMotions& rigid, const SparseMatrix& G, const Matrix& Phi, Matrix& M_kc) {
+void follow_rigid_motions(const RigidMotions& rigid, const SparseMatrix& G, const Matrix& Phi,
+                          Matrix& M_kc) {
   if (rigid.count() == 0 || M_kc.rows() == 0) return;
-  const Matrix missing = Matrix(SparseMatrix(rigid.P_I.transpose()) * Phi).transpose() - M_kc * rigid.R_C;
+  const Matrix missing =
+      Matrix(SparseMatrix(rigid.P_I.transpose()) * Phi).transpose() - M_kc * rigid.R_C;
   M_kc += missing * G;
 }
 
-void judge_rigid(const RigidFigures& f, double condition, const std::string& where, Report& report) {
-  report.detail(format_text("rigid motions of the interior: error %.1e (forces %.1e), of their mass once put right %.1e", f.lag,
-                            f.force, f.mass));
+void judge_rigid(const RigidFigures& f, double condition, const std::string& where,
+                 Report& report) {
+  report.detail(format_text(
+      "rigid motions of the interior: error %.1e (forces %.1e), of their mass once put right %.1e",
+      f.lag, f.force, f.mass));
   if (!(f.lag <= lost_lag) || !(f.mass <= lost_mass))
     throw InputError(
-        format_text(
-            "the stiffness of the interior is too ill-conditioned (%.0e, scaled by its diagonal) to be reduced: by round-off "
-            "it follows rigid motions of the interface with an error of %.0e",
-            condition, std::fmax(f.lag, f.mass)) +
-        cure(where) + "; use larger or less flat elements there, or keep more of the part in the interface");
+        format_text("the stiffness of the interior is too ill-conditioned (%.0e, scaled by its "
+                    "diagonal) to be reduced: by round-off "
+                    "it follows rigid motions of the interface with an error of %.0e",
+                    condition, std::fmax(f.lag, f.mass)) +
+        cure(where) +
+        "; use larger or less flat elements there, or keep more of the part in the interface");
   if (!(f.force <= lost_force))
     throw InputError(
-        format_text("the stiffness is too ill-conditioned (%.0e, scaled by its diagonal) to be reduced: by round-off the reduced one "
+        format_text("the stiffness is too ill-conditioned (%.0e, scaled by its diagonal) to be "
+                    "reduced: by round-off the reduced one "
                     "resists rigid motions by %.0e of its size",
                     condition, f.force) +
-        cure(where) + "; use larger or less flat elements there, or keep more of the part in the interface");
+        cure(where) +
+        "; use larger or less flat elements there, or keep more of the part in the interface");
   if (f.lag > poor_lag)
-    report.warning(
-        format_text("by round-off the interior follows rigid motions of the interface with an error of %.0e, which is put "
-                    "right; its lowest frequencies may be as far off",
-                    f.lag) +
-        cure(where));
+    report.warning(format_text("by round-off the interior follows rigid motions of the interface "
+                               "with an error of %.0e, which is put "
+                               "right; its lowest frequencies may be as far off",
+                               f.lag) +
+                   cure(where));
   if (f.force > poor_force)
-    report.warning(
-        format_text("by round-off the reduced stiffness resists rigid motions by %.0e of its size, which is put right; its "
-                    "lowest frequencies may be far off",
-                    f.force) +
-        cure(where));
-  if (f.mass > poor_mass) report.warning(format_text("the reduced mass of rigid motions is off by %.0e", f.mass) + cure(where));
+    report.warning(format_text("by round-off the reduced stiffness resists rigid motions by %.0e "
+                               "of its size, which is put right; its "
+                               "lowest frequencies may be far off",
+                               f.force) +
+                   cure(where));
+  if (f.mass > poor_mass)
+    report.warning(format_text("the reduced mass of rigid motions is off by %.0e", f.mass) +
+                   cure(where));
 }
 
 }  // namespace cbr

@@ -1,18 +1,22 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Bars that strike each other end to end, against one-dimensional wave theory, with the order of convergence.
+// Bars that strike each other end to end, against one-dimensional wave theory, with the order of
+// convergence.
 //
-// A bar of impedance Z1 = rho c A at speed v strikes one of impedance Z2 at rest. Waves leave the joint into both; velocity and
-// force are the same on both sides of it: F = Z1 (v - u) = Z2 u, so u = v Z1 / (Z1 + Z2). The wave in the first bar comes back from
-// its free end after T1 = 2 L1 / c1; behind it the bar is free of stress and moves at w = 2 u - v = v (Z1 - Z2) / (Z1 + Z2).
-// - Z1 <= Z2: w <= 0, so the bars part at T1, if T1 <= T2. The first moves on at w as a whole. The second has a pulse of length T1
-// in
+// A bar of impedance Z1 = rho c A at speed v strikes one of impedance Z2 at rest. Waves leave the
+// joint into both; velocity and force are the same on both sides of it: F = Z1 (v - u) = Z2 u, so u
+// = v Z1 / (Z1 + Z2). The wave in the first bar comes back from its free end after T1 = 2 L1 / c1;
+// behind it the bar is free of stress and moves at w = 2 u - v = v (Z1 - Z2) / (Z1 + Z2).
+// - Z1 <= Z2: w <= 0, so the bars part at T1, if T1 <= T2. The first moves on at w as a whole. The
+// second has a pulse of length T1 in
 //   it: its end rests, but for T1 from k T2 on (k = 1, 2, ...), when it moves at 2 u.
-// - Z1 > Z2: at T1 the same begins anew with w instead of v: u = u (Z1 - Z2) / (Z1 + Z2), and again at 2 T1, until the wave in the
+// - Z1 > Z2: at T1 the same begins anew with w instead of v: u = u (Z1 - Z2) / (Z1 + Z2), and again
+// at 2 T1, until the wave in the
 //   second bar is back at T2; its end then wants to move at 2 u0 > w, and they part.
 //
-// Orders: elements of second order spread a front over a time that grows as h^(2/3), and contact ends within it, so speeds and
-// positions after the impact converge with h^(2/3). Where the second bar's end comes to rest beside the first one (Z1 = Z2, L1 <
-// L2) contact sees only the pushing half of the ripples behind the front, which die out as t^(-3/4): their sum leaves h^(1/2).
+// Orders: elements of second order spread a front over a time that grows as h^(2/3), and contact
+// ends within it, so speeds and positions after the impact converge with h^(2/3). Where the second
+// bar's end comes to rest beside the first one (Z1 = Z2, L1 < L2) contact sees only the pushing
+// half of the ripples behind the front, which die out as t^(-3/4): their sum leaves h^(1/2).
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -44,7 +48,8 @@ Case strike(const char* name, Bar first, Bar second, double end) {
   Case c{name, first, second, 0, 0, 0, end, {}};
   c.first.velocity = v;
   c.second.start = first.length + start * v;
-  const double Z1 = first.impedance(), Z2 = second.impedance(), T1 = first.transit(), T2 = second.transit();
+  const double Z1 = first.impedance(), Z2 = second.impedance(), T1 = first.transit(),
+               T2 = second.transit();
   double w = v, impulse = 0;
   do {
     const double u = w * Z1 / (Z1 + Z2), until = std::min(c.contact + T1, T2);
@@ -66,7 +71,8 @@ struct Way {
 
 constexpr Way full{"mesh", true, true, "central-difference", "impulse"};
 constexpr Way reduced{"superelement", false, false, "exact", "impulse"};
-constexpr Way reduced_central{"superelement, central", false, false, "central-difference", "impulse"};
+constexpr Way reduced_central{"superelement, central", false, false, "central-difference",
+                              "impulse"};
 constexpr Way shapes{"few shapes", false, false, "exact", "impulse", true};
 constexpr Way mixed{"mesh on superelement", true, false, "exact", "impulse"};
 constexpr Way penalty{"mesh, penalty", true, true, "central-difference", "penalty"};
@@ -80,7 +86,8 @@ Errors measure(const Case& c, const Way& way, Index n) {
   BarScene scene;
   scene.bars = {c.first, c.second};
   // Elements of about one transit time in both
-  scene.bars[0].n = n, scene.bars[1].n = std::lround(double(n) * c.second.transit() / c.first.transit());
+  scene.bars[0].n = n,
+  scene.bars[1].n = std::lround(double(n) * c.second.transit() / c.first.transit());
   scene.bars[0].mesh = way.mesh1, scene.bars[1].mesh = way.mesh2;
   if (way.few_shapes)
     for (Bar& bar : scene.bars) bar.basis = "characteristic", bar.modes = bar.n;
@@ -89,36 +96,47 @@ Errors measure(const Case& c, const Way& way, Index n) {
   scene.end = c.end, scene.every = 0;
   const Ran ran = run(scene);
   EXPECT_LT(test::energy_residual(ran.result), 1e-10);
-  const Vector3 P =
-      test::at(ran.body("b0").momentum, ran.result.time.size() - 1) + test::at(ran.body("b1").momentum, ran.result.time.size() - 1);
+  const Vector3 P = test::at(ran.body("b0").momentum, ran.result.time.size() - 1) +
+                    test::at(ran.body("b1").momentum, ran.result.time.size() - 1);
   EXPECT_LT((P - Vector3(c.first.mass() * v, 0, 0)).norm(), 1e-10 * c.first.mass() * v);
   Errors e{};
-  e.speed = std::abs(test::speed_of(ran, 0) / v - c.after1) + std::abs(test::speed_of(ran, 1) / v - c.after2);
+  e.speed = std::abs(test::speed_of(ran, 0) / v - c.after1) +
+            std::abs(test::speed_of(ran, 1) / v - c.after2);
   const auto& exact = c.exact;
   const double scale = v * c.contact;
-  e.centres = test::error_of(ran.result, ran.body("b0").center_of_mass, exact.centre[0], exact.dt, scale) +
-              test::error_of(ran.result, ran.body("b1").center_of_mass, exact.centre[1], exact.dt, scale);
-  e.ends = test::error_of(ran.result, ran.monitor("b0.x_max").mean_position, exact.upper[0], exact.dt, scale) +
-           test::error_of(ran.result, ran.monitor("b1.x_min").mean_position, exact.lower[1], exact.dt, scale);
+  e.centres =
+      test::error_of(ran.result, ran.body("b0").center_of_mass, exact.centre[0], exact.dt, scale) +
+      test::error_of(ran.result, ran.body("b1").center_of_mass, exact.centre[1], exact.dt, scale);
+  e.ends = test::error_of(ran.result, ran.monitor("b0.x_max").mean_position, exact.upper[0],
+                          exact.dt, scale) +
+           test::error_of(ran.result, ran.monitor("b1.x_min").mean_position, exact.lower[1],
+                          exact.dt, scale);
   const auto& force = ran.monitor("b1.x_min").force;
-  const double F = v * c.first.impedance() * c.second.impedance() / (c.first.impedance() + c.second.impedance());
+  const double F =
+      v * c.first.impedance() * c.second.impedance() / (c.first.impedance() + c.second.impedance());
   e.duration = std::abs(test::contact_time(ran.result, force, 0.05 * F) / c.contact - 1);
   e.energy = 1 - ran.result.total.back() / ran.result.total.front();
   return e;
 }
 
-// `order`: of speeds, and of positions; 0: not asked for. `finest`: allowed error of each at the last of n.
-void expect_convergence(const Case& c, const Way& way, const std::vector<Index>& elements, double order, double finest) {
+// `order`: of speeds, and of positions; 0: not asked for. `finest`: allowed error of each at the
+// last of n.
+void expect_convergence(const Case& c, const Way& way, const std::vector<Index>& elements,
+                        double order, double finest) {
   std::vector<double> h, speed, centres, ends;
   Errors e{};
   for (const Index n : elements) {
     e = measure(c, way, n);
-    h.push_back(1.0 / double(n)), speed.push_back(e.speed), centres.push_back(e.centres), ends.push_back(e.ends);
+    h.push_back(1.0 / double(n)), speed.push_back(e.speed), centres.push_back(e.centres),
+        ends.push_back(e.ends);
   }
-  const double orders[] = {test::observed_order(h, speed), test::observed_order(h, centres), test::observed_order(h, ends)};
+  const double orders[] = {test::observed_order(h, speed), test::observed_order(h, centres),
+                           test::observed_order(h, ends)};
   std::printf(
-      "%-14s %-22s n %2ld: speeds %.1e (order %.2f)  centres %.1e (%.2f)  ends %.1e (%.2f)  duration %.1e  energy lost %.1e\n",
-      c.name, way.name, long(elements.back()), e.speed, orders[0], e.centres, orders[1], e.ends, orders[2], e.duration, e.energy);
+      "%-14s %-22s n %2ld: speeds %.1e (order %.2f)  centres %.1e (%.2f)  ends %.1e (%.2f)  "
+      "duration %.1e  energy lost %.1e\n",
+      c.name, way.name, long(elements.back()), e.speed, orders[0], e.centres, orders[1], e.ends,
+      orders[2], e.duration, e.energy);
   EXPECT_GT(std::min({orders[0], orders[1], orders[2]}), order) << c.name << ", " << way.name;
   EXPECT_LT(std::max({e.speed, e.centres, e.ends}), finest) << c.name << ", " << way.name;
   EXPECT_LT(e.duration, 2 * finest) << c.name << ", " << way.name;
@@ -127,7 +145,8 @@ void expect_convergence(const Case& c, const Way& way, const std::vector<Index>&
 // As many elements; superelements cost a square more.
 const std::vector<Index> many{20, 40, 80}, few{10, 20, 40};
 
-// Where ten elements of the unlike bars happen to be better than they should, `mixed_order` is less than theory's.
+// Where ten elements of the unlike bars happen to be better than they should, `mixed_order` is less
+// than theory's.
 void expect_all(const Case& c, double order, double finest, double mixed_order) {
   expect_convergence(c, full, many, order, finest);
   expect_convergence(c, reduced, few, order, 2 * finest);
@@ -178,14 +197,17 @@ TEST(BarImpact, StifferBarPushesASofterOneInSteps) {
   expect_all(c, 0.6, 0.02, 0.6);
 }
 
-// A bar that flies against a rigid wall presses on it with Z v for 2 L / c, its end at rest, and flies back as it came. On two
-// equal bars that meet at opposite speeds the middle is such a wall.
+// A bar that flies against a rigid wall presses on it with Z v for 2 L / c, its end at rest, and
+// flies back as it came. On two equal bars that meet at opposite speeds the middle is such a wall.
 Ran against_wall(bool mesh, Index n) {
   BarScene scene;
   scene.bars = {Bar{}};
-  scene.bars[0].start = start * v, scene.bars[0].velocity = -v, scene.bars[0].mesh = mesh, scene.bars[0].n = n;
+  scene.bars[0].start = start * v, scene.bars[0].velocity = -v, scene.bars[0].mesh = mesh,
+  scene.bars[0].n = n;
   scene.end = 0.3, scene.every = 0.3 / (8 * double(n));
-  scene.extra = "walls: {wall: {plane: {point: [0, 0, 0], normal: [1, 0, 0]}}}\ncontact: [{between: [b0.x_min, wall]}]\n";
+  scene.extra =
+      "walls: {wall: {plane: {point: [0, 0, 0], normal: [1, 0, 0]}}}\ncontact: [{between: "
+      "[b0.x_min, wall]}]\n";
   return run(scene);
 }
 
@@ -213,18 +235,24 @@ TEST(BarImpact, RigidWallSendsABarBack) {
       const Ran ran = against_wall(mesh, n);
       EXPECT_LT(test::energy_residual(ran.result), 1e-10);
       h.push_back(1 / double(n)), speeds.push_back(std::abs(test::speed_of(ran, 0) / v - 1));
-      ends.push_back(test::error_of(ran.result, ran.monitor("b0.x_min").mean_position, end, dt, v * T));
-      centres.push_back(test::error_of(ran.result, ran.body("b0").center_of_mass, centre, dt, v * T));
+      ends.push_back(
+          test::error_of(ran.result, ran.monitor("b0.x_min").mean_position, end, dt, v * T));
+      centres.push_back(
+          test::error_of(ran.result, ran.body("b0").center_of_mass, centre, dt, v * T));
       if (n < 40) continue;
       const Ran twin = against_twin(mesh, n);
       double difference = 0;
       for (std::size_t k = 0; k < ran.result.time.size(); ++k)
-        difference = std::max(difference, std::abs(test::at(ran.monitor("b0.x_min").mean_position, k)[0] -
-                                                   test::at(twin.monitor("b1.x_min").mean_position, k)[0]));
+        difference =
+            std::max(difference, std::abs(test::at(ran.monitor("b0.x_min").mean_position, k)[0] -
+                                          test::at(twin.monitor("b1.x_min").mean_position, k)[0]));
       EXPECT_LT(difference, 1e-9 * v * T);
-      std::printf("wall, %-14s n %ld: speeds %.1e (order %.2f) centres %.1e (%.2f) ends %.1e (%.2f), to the symmetric twin %.1e\n",
-                  mesh ? "mesh" : "superelement", long(n), speeds.back(), test::observed_order(h, speeds), centres.back(),
-                  test::observed_order(h, centres), ends.back(), test::observed_order(h, ends), difference / (v * T));
+      std::printf(
+          "wall, %-14s n %ld: speeds %.1e (order %.2f) centres %.1e (%.2f) ends %.1e (%.2f), to "
+          "the symmetric twin %.1e\n",
+          mesh ? "mesh" : "superelement", long(n), speeds.back(), test::observed_order(h, speeds),
+          centres.back(), test::observed_order(h, centres), ends.back(),
+          test::observed_order(h, ends), difference / (v * T));
     }
     EXPECT_GT(test::observed_order(h, speeds), 0.6);
     EXPECT_GT(test::observed_order(h, centres), 0.6);
@@ -243,8 +271,8 @@ TEST(BarImpact, MoreModesComeToTheFullMesh) {
     few_modes.first.modes = few_modes.second.modes = modes;
     const Errors e = measure(few_modes, reduced, 20);
     difference.push_back(std::abs(e.speed - all.speed) + std::abs(e.ends - all.ends));
-    std::printf("%3ld modes: speeds %.2e ends %.2e energy lost %.2e; all: %.2e %.2e %.2e\n", long(modes), e.speed, e.ends, e.energy,
-                all.speed, all.ends, all.energy);
+    std::printf("%3ld modes: speeds %.2e ends %.2e energy lost %.2e; all: %.2e %.2e %.2e\n",
+                long(modes), e.speed, e.ends, e.energy, all.speed, all.ends, all.energy);
   }
   EXPECT_LT(difference[1], difference[0]);
   EXPECT_LT(difference[2], difference[1]);

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Where the energy of an impact goes (docs/theory.md, (44)): a block meets a wall, as a full mesh and as superelements. What the mesh's
-// motion carries just after the contact is split into what a basis holds and what it does not: [u_I; u_C] = T q + rest, T = [Phi,
-// Psi; 0, I], with T^T K rest = 0 for strains and T^T M rest = 0 for velocities, so that the energies of both parts add up.
+// Where the energy of an impact goes (docs/theory.md, (44)): a block meets a wall, as a full mesh
+// and as superelements. What the mesh's motion carries just after the contact is split into what a
+// basis holds and what it does not: [u_I; u_C] = T q + rest, T = [Phi, Psi; 0, I], with T^T K rest
+// = 0 for strains and T^T M rest = 0 for velocities, so that the energies of both parts add up.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -24,11 +25,13 @@ Mesh block() { return test::block_mesh({{16, 5, 4}, Vector3(length, 1, 0.75)}); 
 
 std::string scene(const std::string& as, Index modes) {
   return "materials: {m: {youngs_modulus: 100, poissons_ratio: 0.3, density: 1}}\n"
-         "components: {c: {mesh: block.exo, material: m, reduction: {interface: [x_min], recovery: true, pick: participation, "
+         "components: {c: {mesh: block.exo, material: m, reduction: {interface: [x_min], recovery: "
+         "true, pick: participation, "
          "modes: " +
          std::to_string(modes) + ", superelement: k" + std::to_string(modes) +
          ".cbr.h5}}}\ninstances: {b: {component: c, as: " + as +
-         ", position: [0.01, 0, 0], velocity: [-1, 0, 0]}}\nwalls: {w: {plane: {point: [0, 0, 0], normal: [1, 0, 0]}}}\n"
+         ", position: [0.01, 0, 0], velocity: [-1, 0, 0]}}\nwalls: {w: {plane: {point: [0, 0, 0], "
+         "normal: [1, 0, 0]}}}\n"
          "contact: [{between: [b.x_min, w]}]\ntime: {end: " +
          test::text(separated) + "}\noutput: {every: 0.05}\n";
 }
@@ -46,20 +49,23 @@ Held held(const Superelement& s, const Vector& mass, const Motion& motion) {
   const Superelement::Recovery& inner = s.recovery[0];
   const auto rows = [](const std::vector<Index>& ids, const Points& x) {
     Vector of(3 * static_cast<Index>(ids.size()));
-    for (std::size_t i = 0; i < ids.size(); ++i) of.segment<3>(3 * static_cast<Index>(i)) = x.row(ids[i] - 1).transpose();
+    for (std::size_t i = 0; i < ids.size(); ++i)
+      of.segment<3>(3 * static_cast<Index>(i)) = x.row(ids[i] - 1).transpose();
     return of;
   };
   Points m(mass.size(), 3);
   m.colwise() = mass;
   const Vector m_I = rows(inner.node_ids, m), m_C = rows(s.node_ids, m);
-  const Vector u_I = rows(inner.node_ids, motion.u), u_C = rows(s.node_ids, motion.u), v_I = rows(inner.node_ids, motion.v),
-               v_C = rows(s.node_ids, motion.v);
-  // K: q_c = u_C, and Phi^T K_II (u_I - Psi u_C) = Lambda q_k, with K_II Phi = M_II Phi Lambda   (k)
+  const Vector u_I = rows(inner.node_ids, motion.u), u_C = rows(s.node_ids, motion.u),
+               v_I = rows(inner.node_ids, motion.v), v_C = rows(s.node_ids, motion.v);
+  // K: q_c = u_C, and Phi^T K_II (u_I - Psi u_C) = Lambda q_k, with K_II Phi = M_II Phi Lambda (k)
   const Vector q_k = inner.Phi.transpose() * m_I.cwiseProduct(u_I - inner.Psi * u_C);
   // M: M^ q' = T^T M v   (k + c)
   Vector p(s.n());
-  p << inner.Phi.transpose() * m_I.cwiseProduct(v_I), m_C.cwiseProduct(v_C) + inner.Psi.transpose() * m_I.cwiseProduct(v_I);
-  return {0.5 * (s.eigenvalues.dot(q_k.cwiseAbs2()) + u_C.dot(s.K_cc * u_C)), 0.5 * p.dot(Cholesky(reduced_mass(s)).solve(p))};
+  p << inner.Phi.transpose() * m_I.cwiseProduct(v_I),
+      m_C.cwiseProduct(v_C) + inner.Psi.transpose() * m_I.cwiseProduct(v_I);
+  return {0.5 * (s.eigenvalues.dot(q_k.cwiseAbs2()) + u_C.dot(s.K_cc * u_C)),
+          0.5 * p.dot(Cholesky(reduced_mass(s)).solve(p))};
 }
 
 TEST(BasisEnergy, WhatImpulsesLoseIsWhatTheBasisCannotHold) {
@@ -72,51 +78,63 @@ TEST(BasisEnergy, WhatImpulsesLoseIsWhatTheBasisCannotHold) {
   ASSERT_EQ(motion.u.rows(), mesh.coordinates.rows());
   ASSERT_EQ(full.result.active.back(), 0);
   const FiniteElementModel model = assemble(mesh, {{{100, 0.3, 1}}}, MassKind::lumped);
-  const Vector mass = Vector::NullaryExpr(mesh.coordinates.rows(), [&](Index i) { return model.M.coeff(3 * i, 3 * i); });
+  const Vector mass = Vector::NullaryExpr(mesh.coordinates.rows(),
+                                          [&](Index i) { return model.M.coeff(3 * i, 3 * i); });
   const double start = 0.5 * 0.75 * length * speed * speed;
   double last = 1;
   for (const Index modes : {5, 20, 60}) {
     const Ran reduced = folder.run(scene("superelement", modes));
     ASSERT_EQ(reduced.result.active.back(), 0);
-    const Superelement s = read_superelement(folder.folder() / ("k" + std::to_string(modes) + ".cbr.h5"));
+    const Superelement s =
+        read_superelement(folder.folder() / ("k" + std::to_string(modes) + ".cbr.h5"));
     const Held in = held(s, mass, motion);
-    const double lost = 1 - reduced.result.total.back() / start, missing = 1 - (in.strain + in.kinetic) / start;
-    std::printf("%2ld modes: the run lost %.4f of its energy; of the mesh's motion %.4f is not in the basis; rho_res %.4f\n",
-                long(modes), lost, missing, residual_mass_share(s)[0]);
+    const double lost = 1 - reduced.result.total.back() / start,
+                 missing = 1 - (in.strain + in.kinetic) / start;
+    std::printf(
+        "%2ld modes: the run lost %.4f of its energy; of the mesh's motion %.4f is not in the "
+        "basis; rho_res %.4f\n",
+        long(modes), lost, missing, residual_mass_share(s)[0]);
     const auto outside = energy_outside_basis(reduced.built, reduced.result);
     ASSERT_TRUE(outside && outside->has_modes && !outside->has_others);
     EXPECT_NEAR(outside->energy / outside->scale, lost, 1e-12);
     EXPECT_EQ(outside->friction, 0);
     EXPECT_NEAR(lost, missing, 0.15 * missing);
     EXPECT_LT(missing, 0.9 * last);
-    EXPECT_GT(missing, 1 - full.result.total.back() / start);  // the mesh cannot hold all either: the mass of its face stops
+    // the mesh cannot hold all either: the mass of its face stops
+    EXPECT_GT(missing, 1 - full.result.total.back() / start);
     last = missing;
   }
 }
 
-// Blocks that meet off their common centre of mass's rest: the share is of what a contact can take, and friction's is apart.
+// Blocks that meet off their common centre of mass's rest: the share is of what a contact can take,
+// and friction's is apart.
 TEST(BasisEnergy, IsToldApartFromFrictionAndCommonMotion) {
-  const auto meet = [](const std::string& as, const std::string& reduction, const std::string& contact) {
+  const auto meet = [](const std::string& as, const std::string& reduction,
+                       const std::string& contact) {
     SceneFolder folder;
     folder.add("block.exo", test::block_mesh({{6, 3, 3}, Vector3::Ones()}));
     const Ran ran = folder.run(
         "materials: {m: {youngs_modulus: 100, poissons_ratio: 0.3, density: 1}}\n"
         "components: {c: {mesh: block.exo, material: m, reduction: {interface: [x_max], modes: 20" +
-        reduction + "}}}\ninstances:\n  a: {component: c, as: " + as + ", velocity: [3, 0.2, 0]}\n  b: {component: c, as: " + as +
-        ", mirror: x, position: [2.01, 0, 0], velocity: [1, 0, 0]}\ncontact: [{between: [a.x_max, b.x_max]" + contact +
-        "}]\ntime: {end: 0.5}\noutput: {every: 0.05}\n");
+        reduction + "}}}\ninstances:\n  a: {component: c, as: " + as +
+        ", velocity: [3, 0.2, 0]}\n  b: {component: c, as: " + as +
+        ", mirror: x, position: [2.01, 0, 0], velocity: [1, 0, 0]}\ncontact: [{between: [a.x_max, "
+        "b.x_max]" +
+        contact + "}]\ntime: {end: 0.5}\noutput: {every: 0.05}\n");
     return std::make_pair(energy_outside_basis(ran.built, ran.result), ran.result);
   };
   const auto [rubbed, run] = meet("superelement", "", ", friction: 0.1");
   ASSERT_TRUE(rubbed);
-  EXPECT_NEAR(rubbed->scale, 0.5 * (1 + 0.1 * 0.1) * 2, 1e-9);  // two blocks of mass 1 at 1 and 0.1 either way
+  // two blocks of mass 1 at 1 and 0.1 either way
+  EXPECT_NEAR(rubbed->scale, 0.5 * (1 + 0.1 * 0.1) * 2, 1e-9);
   EXPECT_GT(rubbed->friction, 1e-3);
   EXPECT_NEAR(rubbed->energy + rubbed->friction, run.total.front() - run.total.back(), 1e-12);
   EXPECT_NE(text_of(*rubbed, true).find("energy outside the basis: "), std::string::npos);
   const auto mesh = meet("mesh", "", "").first;
   ASSERT_TRUE(mesh);
   EXPECT_FALSE(mesh->has_modes);
-  EXPECT_NEAR(mesh->energy / mesh->scale, 1.0 / 12, 0.02);  // the faces' own nodes: half a layer of elements of six
+  // the faces' own nodes: half a layer of elements of six
+  EXPECT_NEAR(mesh->energy / mesh->scale, 1.0 / 12, 0.02);
   EXPECT_FALSE(meet("mesh", "", ", enforcement: penalty").first);
   EXPECT_FALSE(meet("superelement", ", basis: massless", "").first);
 }

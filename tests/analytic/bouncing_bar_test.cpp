@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The bouncing bar of Doyen, Ern, Piperno (SIAM J. Sci. Comput. 33, 2011, doi 10.1137/100791440): an elastic bar of L = 10, E =
-// 900, rho = 1 falls by 5 under g = 10 onto a rigid wall, and its motion repeats itself after T = 16/3. With c = 30 and z = (c s /
-// L) mod 2 the end that touches is at (times within a period)
+// The bouncing bar of Doyen, Ern, Piperno (SIAM J. Sci. Comput. 33, 2011, doi 10.1137/100791440):
+// an elastic bar of L = 10, E = 900, rho = 1 falls by 5 under g = 10 onto a rigid wall, and its
+// motion repeats itself after T = 16/3. With c = 30 and z = (c s / L) mod 2 the end that touches is
+// at (times within a period)
 //   [0, 1]        5 - 5 t^2                                    falling, no strain
 //   [1, 5/3]      0                                            the wave goes up and comes back
-//   [5/3, 11/3]   5 - 5 (s - 1)^2 + (g L^2 / c^2) z (z - 2),   s = t - 5/3: flying, and swinging about what gravity bent it to
-//   [11/3, 13/3]  0                                            the first contact run backwards
-//   [13/3, 16/3]  5 - 5 (t - 16/3)^2
+//   [5/3, 11/3]   5 - 5 (s - 1)^2 + (g L^2 / c^2) z (z - 2),   s = t - 5/3: flying, and swinging
+//   about what gravity bent it to [11/3, 13/3]  0                                            the
+//   first contact run backwards [13/3, 16/3]  5 - 5 (t - 16/3)^2
 // The force in the first contact grows linearly from 300 to 500 per area: an impulse of 800 / 3.
 #include <gtest/gtest.h>
 
@@ -60,7 +61,8 @@ Outcome drop(const Way& way, Index n) {
   if (std::string(way.enforcement) == "penalty") scene.step = "{cfl: 0.5}";
   scene.end = 10 * period, scene.every = period / 160;
   scene.extra =
-      "walls: {floor: {plane: {point: [0, 0, 0], normal: [1, 0, 0]}}}\nloads: [{gravity: [-10, 0, 0]}]\n"
+      "walls: {floor: {plane: {point: [0, 0, 0], normal: [1, 0, 0]}}}\nloads: [{gravity: [-10, 0, "
+      "0]}]\n"
       "contact: [{between: [b0.x_min, floor], enforcement: " +
       std::string(way.enforcement) + "}]\n";
   const Ran ran = run(scene);
@@ -78,12 +80,14 @@ Outcome drop(const Way& way, Index n) {
     outcome.first = std::sqrt(sum / double(n_first));
     // Between the contacts momentum is the impulse less what gravity took
     if (std::abs(ran.result.time[i] - 8.0 / 3) < 1e-9)
-      outcome.impulse = (test::at(ran.body("b0").momentum, i) - P0)[0] / bar.area() + gravity * 10 * 8 / 3;
+      outcome.impulse =
+          (test::at(ran.body("b0").momentum, i) - P0)[0] / bar.area() + gravity * 10 * 8 / 3;
   }
   outcome.impulse = std::abs(outcome.impulse / (800.0 / 3) - 1);
   outcome.ten = std::sqrt(sum / double(n_all));
   outcome.energy_kept = 1 + ran.result.work_contact.back() / (bar.mass() * gravity * height);
-  for (const double p : ran.result.pairs[0].penetration) outcome.penetration = std::max(outcome.penetration, p / height);
+  for (const double p : ran.result.pairs[0].penetration)
+    outcome.penetration = std::max(outcome.penetration, p / height);
   return outcome;
 }
 
@@ -103,17 +107,21 @@ Series refine(const Way& way) {
     const Outcome o = drop(way, n);
     series.h.push_back(10.0 / double(n)), series.outcome.push_back(o);
     std::printf(
-        "%-12s %-8s n %2ld: end, one period %.2e, ten %.2e; impulse %.1e; energy lost in one period %.4f, kept after ten %.4f; "
+        "%-12s %-8s n %2ld: end, one period %.2e, ten %.2e; impulse %.1e; energy lost in one "
+        "period %.4f, kept after ten %.4f; "
         "penetration %.1e\n",
-        way.name, way.enforcement, long(n), o.first, o.ten, o.impulse, o.lost_first, o.energy_kept, o.penetration);
+        way.name, way.enforcement, long(n), o.first, o.ten, o.impulse, o.lost_first, o.energy_kept,
+        o.penetration);
   }
   return series;
 }
 
-// Whatever touches stops, and its mass with it: the end node's kinetic energy is lost whenever it lands, a share that falls with h.
-// Over ten periods of two landings each that is much: the bar with mass on its end comes to rest on coarse meshes.
+// Whatever touches stops, and its mass with it: the end node's kinetic energy is lost whenever it
+// lands, a share that falls with h. Over ten periods of two landings each that is much: the bar
+// with mass on its end comes to rest on coarse meshes.
 TEST(BouncingBar, ImpulseLosesTheEnergyOfTheEndAlone) {
-  for (const Way& way : {Way{"mesh", true, "central-difference", "impulse"}, Way{"superelement", false, "exact", "impulse"}}) {
+  for (const Way& way : {Way{"mesh", true, "central-difference", "impulse"},
+                         Way{"superelement", false, "exact", "impulse"}}) {
     const Series s = refine(way);
     EXPECT_GT(s.order(&Outcome::first), 0.6);  // fronts: 2/3, see the bars that strike each other
     EXPECT_GT(s.order(&Outcome::lost_first), 0.8);
@@ -131,7 +139,8 @@ TEST(BouncingBar, ImpulseLosesTheEnergyOfTheEndAlone) {
 
 // A spring loses nothing, but gives way.
 TEST(BouncingBar, PenaltyKeepsTheEnergyAndPenetrates) {
-  for (const Way& way : {Way{"mesh", true, "central-difference", "penalty"}, Way{"superelement", false, "exact", "penalty"}}) {
+  for (const Way& way : {Way{"mesh", true, "central-difference", "penalty"},
+                         Way{"superelement", false, "exact", "penalty"}}) {
     const Series s = refine(way);
     EXPECT_GT(s.order(&Outcome::first), 0.6);
     EXPECT_GT(s.order(&Outcome::penetration), 0.8);  // k grows as 1 / h
@@ -144,7 +153,8 @@ TEST(BouncingBar, MoreModesAreNearer) {
   double last = 1;
   for (const Index modes : {10, 30, 60, -1}) {
     const Outcome o = drop({"", false, "exact", "impulse", modes}, 40);
-    std::printf("%3ld modes: end, one period %.2e; energy lost in it %.4f\n", long(modes), o.first, o.lost_first);
+    std::printf("%3ld modes: end, one period %.2e; energy lost in it %.4f\n", long(modes), o.first,
+                o.lost_first);
     EXPECT_LT(o.first, last);
     last = o.first;
   }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Basis characteristic, from reduction to run: contact on more nodes than the interface has coordinates, so that the response of
-// the gaps is singular, must find the motion that there is to find, and the forces' sums.
+// Basis characteristic, from reduction to run: contact on more nodes than the interface has
+// coordinates, so that the response of the gaps is singular, must find the motion that there is to
+// find, and the forces' sums.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,11 +19,15 @@ using test::Ran;
 using test::SceneFolder;
 using test::text;
 
-// 6 rigid motions, two responses to pressure at each end (of them one twice) and 20 modes; 49 nodes at each end.
-const std::string few = "basis: characteristic, characteristic: {modes: 0, pressure: [x_min, x_max], patterns: 2}, modes: 20";
+// 6 rigid motions, two responses to pressure at each end (of them one twice) and 20 modes; 49 nodes
+// at each end.
+const std::string few =
+    "basis: characteristic, characteristic: {modes: 0, pressure: [x_min, x_max], patterns: 2}, "
+    "modes: 20";
 
 struct Bar {
-  std::string reduction = few, integrator = "exact", contact = "between: [b.x_min, floor]", instance, loads, time, more;
+  std::string reduction = few, integrator = "exact", contact = "between: [b.x_min, floor]",
+              instance, loads, time, more;
   std::string walls = "floor: {plane: {point: [0, 0, 0], normal: [1, 0, 0]}}";
   double end = 1, every = 0.01, nu = 0;
   std::array<Index, 3> n{16, 6, 6};
@@ -32,11 +37,13 @@ struct Bar {
 Ran run(const Bar& p) {
   SceneFolder folder;
   folder.add("bar.exo", test::block_mesh({p.n, p.size}));
-  return folder.run("materials: {m: {youngs_modulus: 1000, poissons_ratio: " + text(p.nu) +
-                    ", density: 1}}\ncomponents: {bar: {mesh: bar.exo, material: m, reduction: {" + p.reduction +
-                    ", interface: [x_min, x_max]}}}\ninstances: {b: {component: bar" + p.instance + "}}\nwalls: {" + p.walls +
-                    "}\nloads: [" + p.loads + "]\ncontact: [{" + p.contact + "}]\ntime: {end: " + text(p.end) + ", integrator: " +
-                    p.integrator + p.time + "}\noutput: {every: " + text(p.every) + ", history: [b.x_min, b.x_max]}\n" + p.more);
+  return folder.run(
+      "materials: {m: {youngs_modulus: 1000, poissons_ratio: " + text(p.nu) +
+      ", density: 1}}\ncomponents: {bar: {mesh: bar.exo, material: m, reduction: {" + p.reduction +
+      ", interface: [x_min, x_max]}}}\ninstances: {b: {component: bar" + p.instance +
+      "}}\nwalls: {" + p.walls + "}\nloads: [" + p.loads + "]\ncontact: [{" + p.contact +
+      "}]\ntime: {end: " + text(p.end) + ", integrator: " + p.integrator + p.time +
+      "}\noutput: {every: " + text(p.every) + ", history: [b.x_min, b.x_max]}\n" + p.more);
 }
 
 double worst_residual(const Ran& ran) {
@@ -50,21 +57,28 @@ TEST(CharacteristicContact, APressedBarHasTheForceAndTheCompressionOfStatics) {
   for (const char* integrator : {"exact", "central-difference", "newmark"}) {
     Bar p;
     p.integrator = integrator;
-    p.loads = "{instance: b, surface: x_max, traction: [-10, 0, 0], history: {time: [0, 2], value: [0, 1]}}";
+    p.loads =
+        "{instance: b, surface: x_max, traction: [-10, 0, 0], history: {time: [0, 2], value: [0, "
+        "1]}}";
     p.end = 3;
     const Ran ran = run(p);
     const std::size_t last = ran.result.time.size() - 1;
-    // Uniform pressure on one end or on the other, balanced by inertia, moves the ends alike: one shape
+    // Uniform pressure on one end or on the other, balanced by inertia, moves the ends alike: one
+    // shape
     EXPECT_EQ(ran.built.simulation.bodies[0]->n_dofs(), 20 + 6 + 3);
-    EXPECT_NEAR(test::at(ran.monitor("b.x_max").mean_position, last)[0], 1 - 0.01, 2e-4) << integrator;
-    EXPECT_NEAR(test::at(ran.monitor("b.x_min").force, last)[0], 10 * 0.0625, 0.05 * 10 * 0.0625) << integrator;
-    EXPECT_LT(std::abs(test::at(ran.monitor("b.x_min").mean_position, last)[0]), 1e-12) << integrator;
+    EXPECT_NEAR(test::at(ran.monitor("b.x_max").mean_position, last)[0], 1 - 0.01, 2e-4)
+        << integrator;
+    EXPECT_NEAR(test::at(ran.monitor("b.x_min").force, last)[0], 10 * 0.0625, 0.05 * 10 * 0.0625)
+        << integrator;
+    EXPECT_LT(std::abs(test::at(ran.monitor("b.x_min").mean_position, last)[0]), 1e-12)
+        << integrator;
     EXPECT_LT(test::energy_residual(ran.result), 1e-9) << integrator;
     EXPECT_LT(worst_residual(ran), 1e-9) << integrator;
   }
 }
 
-// Flat on a wall: what Craig and Bampton's interface of 294 dofs does, within what the modes leave open in it.
+// Flat on a wall: what Craig and Bampton's interface of 294 dofs does, within what the modes leave
+// open in it.
 TEST(CharacteristicContact, ReboundsAsTheFullInterfaceDoes) {
   const auto speed = [](const std::string& reduction) {
     Bar p;
@@ -79,9 +93,13 @@ TEST(CharacteristicContact, ReboundsAsTheFullInterfaceDoes) {
     return test::at(ran.body("b").momentum, last)[0] / ran.mass("b");
   };
   const double full = speed("modes: 60");
-  const double reduced = speed("basis: characteristic, characteristic: {modes: 6, pressure: [x_min], patterns: 10}, modes: 60");
-  const double kept = speed("basis: characteristic, characteristic: {modes: 6, keep: [x_min]}, modes: 60");
-  std::printf("rebound: full interface %.4f, reduced %.4f, contact kept %.4f\n", full, reduced, kept);
+  const double reduced = speed(
+      "basis: characteristic, characteristic: {modes: 6, pressure: [x_min], patterns: 10}, modes: "
+      "60");
+  const double kept =
+      speed("basis: characteristic, characteristic: {modes: 6, keep: [x_min]}, modes: 60");
+  std::printf("rebound: full interface %.4f, reduced %.4f, contact kept %.4f\n", full, reduced,
+              kept);
   EXPECT_NEAR(reduced, full, 0.02);
   EXPECT_NEAR(kept, full, 0.005);
 }
@@ -89,53 +107,60 @@ TEST(CharacteristicContact, ReboundsAsTheFullInterfaceDoes) {
 // Bars of other meshes and bases strike: momentum is kept, the laws hold at every node.
 TEST(CharacteristicContact, MeetsEveryKindOfBody) {
   const std::vector<std::string> kinds = {
-      "reduction: {basis: characteristic, characteristic: {modes: 2, pressure: [x_min, x_max], patterns: 3}, interface: [x_min, "
+      "reduction: {basis: characteristic, characteristic: {modes: 2, pressure: [x_min, x_max], "
+      "patterns: 3}, interface: [x_min, "
       "x_max], modes: 40}",
-      "reduction: {interface: [x_min, x_max], modes: 40}", "reduction: {basis: massless, interface: [x_min, x_max], modes: 40}",
-      ""};
+      "reduction: {interface: [x_min, x_max], modes: 40}",
+      "reduction: {basis: massless, interface: [x_min, x_max], modes: 40}", ""};
   for (const char* formulation : {"node-face", "mortar"}) {
     for (const std::string& kind : kinds) {
       SceneFolder folder;
       folder.add("a.exo", test::block_mesh({{20, 3, 3}, {1, 0.2, 0.2}}));
       folder.add("b.exo", test::block_mesh({{20, 4, 4}, {1, 0.2, 0.2}}));
       const Ran ran = folder.run(
-          "materials: {m: {youngs_modulus: 100, poissons_ratio: 0.2, density: 1}}\ncomponents:\n  a: {mesh: a.exo, material: m, " +
+          "materials: {m: {youngs_modulus: 100, poissons_ratio: 0.2, density: 1}}\ncomponents:\n  "
+          "a: {mesh: a.exo, material: m, " +
           kinds[0] + "}\n  b: {mesh: b.exo, material: m" + (kind.empty() ? "" : ", " + kind) +
-          "}\ninstances:\n  a: {component: a, velocity: [1, 0, 0]}\n  b: {component: b, position: [1.05, 0, 0]}\n"
+          "}\ninstances:\n  a: {component: a, velocity: [1, 0, 0]}\n  b: {component: b, position: "
+          "[1.05, 0, 0]}\n"
           "contact: [{between: [a.x_max, b.x_min], friction: 0.2, formulation: " +
-          formulation + "}]\ntime: {end: 0.5}\noutput: {every: 0.02, history: [a.x_max, b.x_min]}\n");
+          formulation +
+          "}]\ntime: {end: 0.5}\noutput: {every: 0.02, history: [a.x_max, b.x_min]}\n");
       const std::string name = std::string(formulation) + " " + kind;
       EXPECT_LT(test::energy_residual(ran.result), 1e-9) << name;
       EXPECT_LT(worst_residual(ran), 1e-6) << name;
       double drift = 0;
       for (std::size_t i = 0; i < ran.result.time.size(); ++i)
-        drift = std::max(drift,
-                         (test::at(ran.body("a").momentum, i) + test::at(ran.body("b").momentum, i) - Vector3(0.04, 0, 0)).norm());
+        drift = std::max(drift, (test::at(ran.body("a").momentum, i) +
+                                 test::at(ran.body("b").momentum, i) - Vector3(0.04, 0, 0))
+                                    .norm());
       EXPECT_LT(drift, 1e-13) << name;
       const double left = test::at(ran.body("a").momentum, ran.result.time.size() - 1)[0] / 0.04;
       const double energy = ran.result.total.back() / ran.result.total.front();
-      std::printf("speed of the striker afterwards %.4f, energy %.4f, residual %.1e: %s\n", left, energy, worst_residual(ran),
-                  name.c_str());
+      std::printf("speed of the striker afterwards %.4f, energy %.4f, residual %.1e: %s\n", left,
+                  energy, worst_residual(ran), name.c_str());
       EXPECT_NEAR(left, 0, 0.08) << name;
       EXPECT_LT(energy, 1.01) << name;
     }
   }
 }
 
-// Few shapes under 49 nodes with friction. It slides over all of the face: what a block loses along the wall is mu times what it
-// gets from it; and nothing happens across its plane of symmetry.
+// Few shapes under 49 nodes with friction. It slides over all of the face: what a block loses along
+// the wall is mu times what it gets from it; and nothing happens across its plane of symmetry.
 TEST(CharacteristicContact, SlidesAsCoulombSays) {
   for (const char* patterns : {"patterns: 1", "patterns: 9, shear: true"}) {
     for (const double along : {2.0, 0.05}) {
       Bar p;
-      p.reduction = "basis: characteristic, characteristic: {modes: 10, statics: none, pressure: [x_min], " +
-                    std::string(patterns) + "}, modes: 20";
+      p.reduction =
+          "basis: characteristic, characteristic: {modes: 10, statics: none, pressure: [x_min], " +
+          std::string(patterns) + "}, modes: 20";
       p.contact = "between: [b.x_min, floor], friction: 0.3", p.nu = 0.3;
       p.instance = ", position: [0.01, 0, 0], velocity: [-1, " + text(along) + ", 0]";
       p.end = 0.1, p.every = 0.002;
       const Ran ran = run(p);
       const std::size_t last = ran.result.time.size() - 1;
-      const Vector3 change = test::at(ran.body("b").momentum, last) - test::at(ran.body("b").momentum, 0);
+      const Vector3 change =
+          test::at(ran.body("b").momentum, last) - test::at(ran.body("b").momentum, 0);
       EXPECT_GT(change[0], 1.2 * ran.mass("b"));
       if (along > 1) {
         EXPECT_NEAR(change[1], -0.3 * change[0], 0.003 * change[0]) << patterns;
@@ -153,7 +178,9 @@ TEST(CharacteristicContact, SlidesAsCoulombSays) {
 // Modal mass scaling goes with it; statics stay.
 TEST(CharacteristicContact, TakesLongerStepsByMassScaling) {
   Bar p;
-  p.loads = "{instance: b, surface: x_max, traction: [-10, 0, 0], history: {time: [0, 2], value: [0, 1]}}";
+  p.loads =
+      "{instance: b, surface: x_max, traction: [-10, 0, 0], history: {time: [0, 2], value: [0, "
+      "1]}}";
   p.end = 3, p.time = ", mass_scaling: true, step: {cfl: 3}";
   const Ran ran = run(p);
   const std::size_t last = ran.result.time.size() - 1;
@@ -164,11 +191,14 @@ TEST(CharacteristicContact, TakesLongerStepsByMassScaling) {
 // Held nodes take a coordinate each: kept ones have it.
 TEST(CharacteristicContact, HeldNodesStayWhenTheyAreKept) {
   Bar p;
-  p.reduction = "basis: characteristic, characteristic: {modes: 4, keep: [x_min], pressure: [x_max], patterns: 2}, modes: 20";
+  p.reduction =
+      "basis: characteristic, characteristic: {modes: 4, keep: [x_min], pressure: [x_max], "
+      "patterns: 2}, modes: 20";
   p.contact = "between: [b.x_max, ceiling]";
   p.walls = "ceiling: {plane: {point: [1.005, 0, 0], normal: [-1, 0, 0]}}";
   p.more = "boundary: [{instance: b, nodes: x_min, fix: [x, y, z]}]\n";
-  p.loads = "{instance: b, surface: x_max, traction: [20, 0, 0], history: {time: [0, 2], value: [0, 1]}}";
+  p.loads =
+      "{instance: b, surface: x_max, traction: [20, 0, 0], history: {time: [0, 2], value: [0, 1]}}";
   p.end = 3;
   const Ran ran = run(p);
   const std::size_t last = ran.result.time.size() - 1;
@@ -202,7 +232,9 @@ TEST(CharacteristicContact, RefusesWhatItCannotDo) {
   p.reduction = "basis: characteristic, characteristic: {statics: [y_min]}, modes: 20";
   expect(p, "characteristic.statics: the interface keeps no sideset 'y_min'");
   p = {};
-  p.more = "skin: {surfaces: [x_max], youngs_modulus: 10, poissons_ratio: 0.3, density: 1, thickness: 0.01}\n";
+  p.more =
+      "skin: {surfaces: [x_max], youngs_modulus: 10, poissons_ratio: 0.3, density: 1, thickness: "
+      "0.01}\n";
   expect(p, "shells");
 }
 
@@ -211,12 +243,16 @@ TEST(CharacteristicContact, TiedFacesAndHeldNodesAreKept) {
   SceneFolder folder;
   folder.add("bar.exo", test::block_mesh({{4, 2, 2}, {1, 0.5, 0.5}}));
   const Ran ran = folder.run(
-      "materials: {m: {youngs_modulus: 100, poissons_ratio: 0, density: 1}}\ncomponents: {bar: {mesh: bar.exo, "
-      "material: m, reduction: {basis: characteristic, characteristic: {modes: 3}, interface: [x_min, x_max, y_min], modes: "
+      "materials: {m: {youngs_modulus: 100, poissons_ratio: 0, density: 1}}\ncomponents: {bar: "
+      "{mesh: bar.exo, "
+      "material: m, reduction: {basis: characteristic, characteristic: {modes: 3}, interface: "
+      "[x_min, x_max, y_min], modes: "
       "4}}}\ninstances: {a: {component: bar}, b: {component: bar, position: [1, 0, 0]}}\n"
       "boundary: [{instance: a, nodes: x_min, fix: [x, y, z]}]\n"
-      "loads: [{instance: b, surface: x_max, traction: [1, 0, 0], history: {time: [0, 4], value: [0, 1]}}]\n"
-      "contact: [{between: [a.x_max, b.x_min], tied: true}]\ntime: {end: 4}\noutput: {every: 0.1, history: [b.x_max]}\n");
+      "loads: [{instance: b, surface: x_max, traction: [1, 0, 0], history: {time: [0, 4], value: "
+      "[0, 1]}}]\n"
+      "contact: [{between: [a.x_max, b.x_min], tied: true}]\ntime: {end: 4}\noutput: {every: 0.1, "
+      "history: [b.x_max]}\n");
   const std::size_t last = ran.result.time.size() - 1;
   EXPECT_NEAR(test::at(ran.monitor("b.x_max").mean_position, last)[0], 2 + 2.0 / 100, 1e-3);
   EXPECT_LT(test::energy_residual(ran.result), 1e-9);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The contact patch test (Taylor and Papadopoulos 1991): two blocks with meshes that do not match, pressed together by a uniform
-// pressure, must be strained uniformly. Both stand on planes of symmetry without friction, so that each is free to grow sidewards.
+// The contact patch test (Taylor and Papadopoulos 1991): two blocks with meshes that do not match,
+// pressed together by a uniform pressure, must be strained uniformly. Both stand on planes of
+// symmetry without friction, so that each is free to grow sidewards.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -40,7 +41,8 @@ ContactSurface surface_at(const Mesh& mesh, double z, Index body, bool whole) {
   for (Index e = 0; e < block.connectivity.rows(); ++e) {
     for (int side = 1; side <= n_sides(block.type); ++side) {
       bool on = true;
-      for (const Index node : nodes_of_side(mesh, {0, e, side})) on = on && std::abs(mesh.coordinates(node, 2) - z) < 1e-9;
+      for (const Index node : nodes_of_side(mesh, {0, e, side}))
+        on = on && std::abs(mesh.coordinates(node, 2) - z) < 1e-9;
       if (on) sides.sides.push_back({0, e, side});
     }
   }
@@ -56,10 +58,12 @@ ContactSurface surface_at(const Mesh& mesh, double z, Index body, bool whole) {
 }
 
 // A unit cube from z = floor up.
-Half half(ElementType type, std::array<Index, 3> cells, double share, double floor, double E, double sunk, Index body, bool whole) {
+Half half(ElementType type, std::array<Index, 3> cells, double share, double floor, double E,
+          double sunk, Index body, bool whole) {
   const Material material{E, 0.3, 1};
   Half h;
-  h.mesh = box_mesh(type, cells, Vector3::Ones(), [&](const Vector3& x) { return distorted(x, share); });
+  h.mesh =
+      box_mesh(type, cells, Vector3::Ones(), [&](const Vector3& x) { return distorted(x, share); });
   h.mesh.coordinates.col(2).array() += floor;
   h.model = assemble(h.mesh, {{material, Hex8Formulation::incompatible}}, MassKind::lumped);
   h.dofs = free_dofs(h.mesh, h.model, [](const Vector3& x, int c) { return x[c] < 1e-9; });
@@ -86,13 +90,15 @@ Patch solve(Half& lower, Half& upper, bool slave_is_upper, Detect search) {
   PairMemory memory;
   ContactList list;
   search(slave.surface, slave.body, master.surface, master.body, false, {}, memory, list);
-  const Index n0 = static_cast<Index>(lower.dofs.size()), n1 = static_cast<Index>(upper.dofs.size()),
+  const Index n0 = static_cast<Index>(lower.dofs.size()),
+              n1 = static_cast<Index>(upper.dofs.size()),
               m = static_cast<Index>(list.points.size());
   Matrix A = Matrix::Zero(n0 + n1 + m, n0 + n1 + m);
   Vector b = Vector::Zero(A.rows()), exact(n0 + n1);
   std::array<std::vector<Index>, 2> column;  // of dof 3 i + c of a mesh's nodes; -1: held
   for (const Half* h : {&lower, &upper}) {
-    const Index body = h->surface.body, first = body == 0 ? 0 : n0, n = static_cast<Index>(h->dofs.size());
+    const Index body = h->surface.body, first = body == 0 ? 0 : n0,
+                n = static_cast<Index>(h->dofs.size());
     column[body].assign(3 * h->mesh.coordinates.rows(), -1);
     A.block(first, first, n, n) = Matrix(submatrix(h->model.K, h->dofs));
     // The pressure's nodal forces are what the exact field needs there
@@ -104,7 +110,8 @@ Patch solve(Half& lower, Half& upper, bool slave_is_upper, Detect search) {
       const Index node = h->model.nodes[h->dofs[k] / 3], c = h->dofs[k] % 3;
       column[body][3 * node + c] = first + k;
       exact[first + k] = u[h->dofs[k]];
-      if (body == 1 && c == 2 && h->mesh.coordinates(node, 2) > 2 - 1e-9) b[first + k] = f[h->dofs[k]];
+      if (body == 1 && c == 2 && h->mesh.coordinates(node, 2) > 2 - 1e-9)
+        b[first + k] = f[h->dofs[k]];
     }
   }
   for (Index i = 0; i < m; ++i) {
@@ -122,7 +129,8 @@ Patch solve(Half& lower, Half& upper, bool slave_is_upper, Detect search) {
   const Vector x = Lu(A).solve(b);
   Patch result;
   result.n_points = m;
-  result.displacement = (x.head(n0 + n1) - exact).cwiseAbs().maxCoeff() / exact.cwiseAbs().maxCoeff();
+  result.displacement =
+      (x.head(n0 + n1) - exact).cwiseAbs().maxCoeff() / exact.cwiseAbs().maxCoeff();
   result.least = HUGE_VAL;
   for (Index i = 0; i < m; ++i) {
     const double p = x[n0 + n1 + i] / list.points[i].area / pressure;
@@ -146,9 +154,10 @@ Patch solve(const Meshes& of, bool slave_is_upper, Detect search) {
 }
 
 using enum ElementType;
-const std::vector<Meshes> linear_meshes = {{hex8, hex8, {3, 3, 2}, {4, 5, 2}, 0},   {hex8, hex8, {3, 3, 2}, {4, 5, 2}, 0.2},
-                                           {hex8, tet4, {4, 3, 2}, {3, 3, 2}, 0.2}, {tet4, hex8, {4, 4, 1}, {3, 5, 2}, 0.2},
-                                           {tet4, tet4, {4, 4, 2}, {3, 3, 2}, 0.2}, {wedge6, hex8, {2, 3, 2}, {5, 2, 2}, 0.2}};
+const std::vector<Meshes> linear_meshes = {
+    {hex8, hex8, {3, 3, 2}, {4, 5, 2}, 0},   {hex8, hex8, {3, 3, 2}, {4, 5, 2}, 0.2},
+    {hex8, tet4, {4, 3, 2}, {3, 3, 2}, 0.2}, {tet4, hex8, {4, 4, 1}, {3, 5, 2}, 0.2},
+    {tet4, tet4, {4, 4, 2}, {3, 3, 2}, 0.2}, {wedge6, hex8, {2, 3, 2}, {5, 2, 2}, 0.2}};
 
 TEST(ContactPatch, MortarStrainsLinearElementsUniformly) {
   for (const Meshes& meshes : linear_meshes) {
@@ -164,15 +173,17 @@ TEST(ContactPatch, MortarStrainsLinearElementsUniformly) {
 // What the test is for: nodes against faces, one way, load a mesh that does not match unevenly.
 TEST(ContactPatch, NodesAgainstFacesDoNot) {
   for (const Meshes& meshes : linear_meshes)
-    for (const bool slave_is_upper : {false, true}) EXPECT_GT(solve(meshes, slave_is_upper, detect).displacement, 1e-3);
+    for (const bool slave_is_upper : {false, true})
+      EXPECT_GT(solve(meshes, slave_is_upper, detect).displacement, 1e-3);
 }
 
 // Faces of second order, whole: the multipliers are linear, what they act on is not.
 TEST(ContactPatch, MortarStrainsElementsOfSecondOrderUniformly) {
-  const std::vector<Meshes> quadratic = {{hex20, hex20, {2, 2, 1}, {3, 3, 1}, 0},   {hex20, hex20, {2, 2, 1}, {3, 3, 1}, 0.2},
-                                         {hex20, hex8, {2, 2, 1}, {3, 3, 1}, 0.2},  {tet10, tet10, {2, 2, 1}, {3, 3, 1}, 0.2},
-                                         {tet10, hex20, {2, 2, 2}, {3, 3, 1}, 0.2}, {tet10, hex8, {3, 2, 1}, {2, 4, 1}, 0.2},
-                                         {hex20, hex20, {2, 2, 1}, {2, 2, 1}, 0.2}};
+  const std::vector<Meshes> quadratic = {
+      {hex20, hex20, {2, 2, 1}, {3, 3, 1}, 0},   {hex20, hex20, {2, 2, 1}, {3, 3, 1}, 0.2},
+      {hex20, hex8, {2, 2, 1}, {3, 3, 1}, 0.2},  {tet10, tet10, {2, 2, 1}, {3, 3, 1}, 0.2},
+      {tet10, hex20, {2, 2, 2}, {3, 3, 1}, 0.2}, {tet10, hex8, {3, 2, 1}, {2, 4, 1}, 0.2},
+      {hex20, hex20, {2, 2, 1}, {2, 2, 1}, 0.2}};
   for (const Meshes& meshes : quadratic) {
     for (const bool slave_is_upper : {false, true}) {
       const Patch patch = solve(meshes, slave_is_upper, detect_mortar);
@@ -182,9 +193,10 @@ TEST(ContactPatch, MortarStrainsElementsOfSecondOrderUniformly) {
   }
 }
 
-// The patch test in motion: bars without lateral contraction whose ends are meshed differently strike each other as bars that are
-// one element thick do, wave by wave. So do few shapes, whose statics hold a uniform pressure. These are the same for all meshes
-// here, so that statics follow forces equally fast.
+// The patch test in motion: bars without lateral contraction whose ends are meshed differently
+// strike each other as bars that are one element thick do, wave by wave. So do few shapes, whose
+// statics hold a uniform pressure. These are the same for all meshes here, so that statics follow
+// forces equally fast.
 TEST(ContactPatch, WavesPassBetweenMeshesThatDoNotMatch) {
   struct Way {
     bool mesh;
@@ -195,27 +207,31 @@ TEST(ContactPatch, WavesPassBetweenMeshesThatDoNotMatch) {
     Bar first, second;
     first.velocity = 1e-3, first.n = 4, first.across = across1;
     second.start = 1 + 1e-5, second.n = 6, second.across = across2;
-    for (Bar* bar : {&first, &second}) bar->mesh = way.mesh, bar->basis = way.basis, bar->modes = way.modes;
+    for (Bar* bar : {&first, &second})
+      bar->mesh = way.mesh, bar->basis = way.basis, bar->modes = way.modes;
     BarScene scene;
     scene.bars = {first, second}, scene.step = "5e-4";
     scene.end = 0.3, scene.contact = contact;
     if (way.mesh) scene.integrator = "central-difference";
     return run(scene);
   };
-  for (const Way& way : {Way{true, "", 0}, Way{false, "craig-bampton", -1},
-                         Way{false, "characteristic, characteristic: {modes: 0, pressure: [x_min, x_max]}", 3}}) {
-    const Ran thin = strike(1, 1, "", way), mortar = strike(2, 3, ", formulation: mortar", way), node_face = strike(2, 3, "", way);
+  for (const Way& way :
+       {Way{true, "", 0}, Way{false, "craig-bampton", -1},
+        Way{false, "characteristic, characteristic: {modes: 0, pressure: [x_min, x_max]}", 3}}) {
+    const Ran thin = strike(1, 1, "", way), mortar = strike(2, 3, ", formulation: mortar", way),
+              node_face = strike(2, 3, "", way);
     const auto difference = [&](const Ran& ran) {
       double largest = 0;
       for (const char* name : {"b0", "b1"}) {
         const auto &a = ran.body(name).momentum.values, &b = thin.body(name).momentum.values;
         EXPECT_EQ(a.size(), b.size());
-        for (std::size_t k = 0; k < a.size(); ++k) largest = std::max(largest, std::abs(a[k] - b[k]));
+        for (std::size_t k = 0; k < a.size(); ++k)
+          largest = std::max(largest, std::abs(a[k] - b[k]));
       }
       return largest / (thin.mass("b0") * 1e-3);
     };
-    std::printf("%s %s: mortar %.1e, node on face %.1e\n", way.mesh ? "mesh" : "superelement", way.basis, difference(mortar),
-                difference(node_face));
+    std::printf("%s %s: mortar %.1e, node on face %.1e\n", way.mesh ? "mesh" : "superelement",
+                way.basis, difference(mortar), difference(node_face));
     EXPECT_LT(difference(mortar), 1e-9) << way.basis;
     EXPECT_GT(difference(node_face), 1e-4) << way.basis;
   }

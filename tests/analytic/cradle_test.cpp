@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Newton's cradle: a bar strikes a row of equal ones at rest. Waves go through joints that are closed and pressed as if they were
-// not there; each bar stops when the wave in it has come back, and the last leaves with the speed of the first.
+// Newton's cradle: a bar strikes a row of equal ones at rest. Waves go through joints that are
+// closed and pressed as if they were not there; each bar stops when the wave in it has come back,
+// and the last leaves with the speed of the first.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -17,7 +18,8 @@ using test::Ran;
 constexpr double v = 1e-3;
 
 struct Outcome {
-  double last, others, centres;  // errors of speeds as shares of v, of the centres of mass as a share of v 2 L / c
+  // errors of speeds as shares of v, of the centres of mass as a share of v 2 L / c
+  double last, others, centres;
 };
 
 Outcome strike(bool mesh, const std::string& enforcement, double gap, Index n) {
@@ -38,16 +40,21 @@ Outcome strike(bool mesh, const std::string& enforcement, double gap, Index n) {
   Outcome e{};
   double momentum = 0;
   for (std::size_t i = 0; i < 5; ++i) {
-    e.centres += test::error_of(ran.result, ran.body(test::name_of(i)).center_of_mass, exact.centre[i], exact.dt, v * 0.2) / 5;
-    (i < 4 ? e.others : e.last) = std::max(i < 4 ? e.others : 0, std::abs(test::speed_of(ran, i) / v - (i < 4 ? 0 : 1)));
+    e.centres += test::error_of(ran.result, ran.body(test::name_of(i)).center_of_mass,
+                                exact.centre[i], exact.dt, v * 0.2) /
+                 5;
+    (i < 4 ? e.others : e.last) =
+        std::max(i < 4 ? e.others : 0, std::abs(test::speed_of(ran, i) / v - (i < 4 ? 0 : 1)));
     momentum += test::speed_of(ran, i) / v;
   }
   EXPECT_NEAR(momentum, 1, 1e-10);
-  EXPECT_NEAR((exact.centre[4].back() - exact.centre[4][exact.centre[4].size() - 2]) / exact.dt, v, 1e-9 * v);
+  EXPECT_NEAR((exact.centre[4].back() - exact.centre[4][exact.centre[4].size() - 2]) / exact.dt, v,
+              1e-9 * v);
   return e;
 }
 
-void expect_convergence(const char* name, bool mesh, const std::string& enforcement, double gap, double order, double finest) {
+void expect_convergence(const char* name, bool mesh, const std::string& enforcement, double gap,
+                        double order, double finest) {
   std::vector<double> h, last, centres;
   Outcome e{};
   for (const Index n : {10, 20, 40}) {
@@ -55,8 +62,9 @@ void expect_convergence(const char* name, bool mesh, const std::string& enforcem
     h.push_back(1 / double(n)), last.push_back(e.last), centres.push_back(e.centres);
   }
   const double orders[] = {test::observed_order(h, last), test::observed_order(h, centres)};
-  std::printf("%-22s n 40: last bar's speed %.1e (order %.2f), the others' %.1e, centres %.1e (%.2f)\n", name, e.last, orders[0],
-              e.others, e.centres, orders[1]);
+  std::printf(
+      "%-22s n 40: last bar's speed %.1e (order %.2f), the others' %.1e, centres %.1e (%.2f)\n",
+      name, e.last, orders[0], e.others, e.centres, orders[1]);
   EXPECT_GT(std::min(orders[0], orders[1]), order) << name;
   EXPECT_LT(std::max({e.last, e.others, e.centres}), finest) << name;
 }

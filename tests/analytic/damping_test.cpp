@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Damping of materials and of modes: one oscillator in closed form in every integrator, stability at the limit, accounts of
-// energy, contact, restarts, refusals.
+// Damping of materials and of modes: one oscillator in closed form in every integrator, stability
+// at the limit, accounts of energy, contact, restarts, refusals.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -21,25 +21,28 @@ using test::Ran;
 using test::SceneFolder;
 using test::text;
 
-// A bar of one element between a wall and a face that swings along x: k = E A / L, m = rho A L / 2, omega = 20.
+// A bar of one element between a wall and a face that swings along x: k = E A / L, m = rho A L / 2,
+// omega = 20.
 constexpr double omega = 20, speed = 0.1;
 
 struct Way {
-  std::string as = "superelement", integrator = "exact", material = {}, instance = {}, basis = "craig-bampton, modes: 0",
-              step = "auto";
+  std::string as = "superelement", integrator = "exact", material = {}, instance = {},
+              basis = "craig-bampton, modes: 0", step = "auto";
   double end = 1, every = 0.01, alpha = 0;
   std::string mesh = "one.exo", loads = {}, mass = "lumped";
 };
 
 std::string scene(const Way& way) {
   return "materials:\n  soft: {youngs_modulus: 200, poissons_ratio: 0, density: 1" +
-         (way.material.empty() ? "" : ", damping: {" + way.material + "}") + "}\ncomponents:\n  bar: {mesh: " + way.mesh +
-         ", material: soft, mass: " + way.mass +
-         (way.as == "mesh" ? "" : ", reduction: {basis: " + way.basis + ", interface: [x_min, x_max]}") +
-         "}\ninstances:\n  bar: {component: bar, as: " + way.as + ", velocity: [" + text(speed) + ", 0, 0]" +
-         (way.instance.empty() ? "" : ", damping: {" + way.instance + "}") +
-         "}\nboundary:\n  - {instance: bar, nodes: x_min, fix: [x, y, z]}\n" + way.loads + "time: {end: " + text(way.end) +
-         ", step: " + way.step + ", integrator: " + way.integrator + (way.alpha != 0 ? ", alpha: " + text(way.alpha) : "") +
+         (way.material.empty() ? "" : ", damping: {" + way.material + "}") +
+         "}\ncomponents:\n  bar: {mesh: " + way.mesh + ", material: soft, mass: " + way.mass +
+         (way.as == "mesh" ? ""
+                           : ", reduction: {basis: " + way.basis + ", interface: [x_min, x_max]}") +
+         "}\ninstances:\n  bar: {component: bar, as: " + way.as + ", velocity: [" + text(speed) +
+         ", 0, 0]" + (way.instance.empty() ? "" : ", damping: {" + way.instance + "}") +
+         "}\nboundary:\n  - {instance: bar, nodes: x_min, fix: [x, y, z]}\n" + way.loads +
+         "time: {end: " + text(way.end) + ", step: " + way.step +
+         ", integrator: " + way.integrator + (way.alpha != 0 ? ", alpha: " + text(way.alpha) : "") +
          "}\noutput: {every: " + text(way.every) + ", history: [bar.x_max]}\n";
 }
 
@@ -69,13 +72,14 @@ struct Given {
   std::string material, instance;
   double zeta;
 };
-const std::vector<Given> all_kinds = {{"alpha: 2", "", 0.05},
-                                      {"beta: 0.004", "", 0.04},
-                                      {"alpha: 1, beta: 0.001", "", 0.035},
-                                      {"loss_factor: 0.06", "", 0.03},
-                                      {"", "ratio: 0.02", 0.02},
-                                      {"", "frequency_hz: [0, 10], ratio: [0, 0.1]", 0.1 * omega / (20 * std::numbers::pi)},
-                                      {"alpha: 0.4", "ratio: 0.02", 0.03}};
+const std::vector<Given> all_kinds = {
+    {"alpha: 2", "", 0.05},
+    {"beta: 0.004", "", 0.04},
+    {"alpha: 1, beta: 0.001", "", 0.035},
+    {"loss_factor: 0.06", "", 0.03},
+    {"", "ratio: 0.02", 0.02},
+    {"", "frequency_hz: [0, 10], ratio: [0, 0.1]", 0.1 * omega / (20 * std::numbers::pi)},
+    {"alpha: 0.4", "ratio: 0.02", 0.03}};
 
 TEST_F(OfDamping, ExactMotionIsTheClosedForm) {
   for (const Given& given : all_kinds) {
@@ -89,7 +93,8 @@ TEST_F(OfDamping, ExactMotionIsTheClosedForm) {
 
 // Outputs a period apart: ln of their ratio is 2 pi zeta / sqrt(1 - zeta^2).
 TEST_F(OfDamping, LogarithmicDecrement) {
-  const double zeta = 0.02, damped = omega * std::sqrt(1 - zeta * zeta), period = 2 * std::numbers::pi / damped;
+  const double zeta = 0.02, damped = omega * std::sqrt(1 - zeta * zeta),
+               period = 2 * std::numbers::pi / damped;
   const auto decrement = [&](Way way) {
     way.every = period / 4;
     way.end = 20.001 * way.every;
@@ -101,12 +106,21 @@ TEST_F(OfDamping, LogarithmicDecrement) {
   const double expected = 2 * std::numbers::pi * zeta / std::sqrt(1 - zeta * zeta);
   const std::string fine = text(period / 8000);
   EXPECT_NEAR(decrement({.instance = "ratio: 0.02"}), expected, 1e-11);
-  EXPECT_NEAR(decrement({.integrator = "central-difference", .instance = "ratio: 0.02", .step = fine}), expected, 1e-6);
-  EXPECT_NEAR(decrement({.integrator = "newmark", .instance = "ratio: 0.02", .step = fine}), expected, 1e-6);
-  EXPECT_NEAR(decrement({.as = "mesh", .integrator = "newmark", .material = "alpha: 0.4, beta: 0.001", .step = fine}), expected,
-              1e-6);
-  EXPECT_NEAR(decrement({.as = "mesh", .integrator = "central-difference", .material = "alpha: 0.8", .step = fine}), expected,
-              1e-6);
+  EXPECT_NEAR(
+      decrement({.integrator = "central-difference", .instance = "ratio: 0.02", .step = fine}),
+      expected, 1e-6);
+  EXPECT_NEAR(decrement({.integrator = "newmark", .instance = "ratio: 0.02", .step = fine}),
+              expected, 1e-6);
+  EXPECT_NEAR(decrement({.as = "mesh",
+                         .integrator = "newmark",
+                         .material = "alpha: 0.4, beta: 0.001",
+                         .step = fine}),
+              expected, 1e-6);
+  EXPECT_NEAR(decrement({.as = "mesh",
+                         .integrator = "central-difference",
+                         .material = "alpha: 0.8",
+                         .step = fine}),
+              expected, 1e-6);
 }
 
 std::vector<Way> other_ways() {
@@ -114,11 +128,15 @@ std::vector<Way> other_ways() {
   for (const char* as : {"superelement", "mesh"})
     for (const char* integrator : {"central-difference", "newmark"})
       for (const char* mass : {"lumped", "consistent"})
-        ways.push_back({.as = as, .integrator = integrator, .material = "alpha: 0.8, beta: 0.002", .mass = mass});
+        ways.push_back({.as = as,
+                        .integrator = integrator,
+                        .material = "alpha: 0.8, beta: 0.002",
+                        .mass = mass});
   return ways;
 }
 
-// Late damping of a mesh's stiffness under central differences is of first order, all else of second.
+// Late damping of a mesh's stiffness under central differences is of first order, all else of
+// second.
 TEST_F(OfDamping, OtherIntegratorsConverge) {
   for (Way way : other_ways()) {
     if (way.mass == "consistent") continue;
@@ -132,7 +150,8 @@ TEST_F(OfDamping, OtherIntegratorsConverge) {
       errors.push_back(largest_error(ran, 0.04));
       EXPECT_LT(test::energy_residual(ran.result), 1e-12) << way.as << way.integrator;
     }
-    EXPECT_NEAR(test::observed_order(steps, errors), late ? 1 : 2, 0.1) << way.as << " " << way.integrator;
+    EXPECT_NEAR(test::observed_order(steps, errors), late ? 1 : 2, 0.1)
+        << way.as << " " << way.integrator;
     EXPECT_LT(errors.back(), late ? 5e-3 : omega * omega * omega / (12 * 400 * 400));
   }
 }
@@ -140,14 +159,19 @@ TEST_F(OfDamping, OtherIntegratorsConverge) {
 // Superelements that are not diagonalised move as those that are.
 TEST_F(OfDamping, CoupledSuperelementsMoveAsModalOnes) {
   for (const char* integrator : {"central-difference", "newmark"}) {
-    const Way way{.integrator = integrator, .material = "alpha: 0.8, beta: 1e-4", .step = "0.0005", .mesh = "many.exo"};
+    const Way way{.integrator = integrator,
+                  .material = "alpha: 0.8, beta: 1e-4",
+                  .step = "0.0005",
+                  .mesh = "many.exo"};
     const Ran modal = folder.run(scene(way));
     folder.diagonal_limit = 0;
     const Ran coupled = folder.run(scene(way));
     folder.diagonal_limit.reset();
-    const auto &a = modal.monitor("bar.x_max").mean_position, &b = coupled.monitor("bar.x_max").mean_position;
+    const auto &a = modal.monitor("bar.x_max").mean_position,
+               &b = coupled.monitor("bar.x_max").mean_position;
     double worst = 0;
-    for (std::size_t i = 0; i < modal.result.time.size(); ++i) worst = std::max(worst, (at(a, i) - at(b, i)).norm());
+    for (std::size_t i = 0; i < modal.result.time.size(); ++i)
+      worst = std::max(worst, (at(a, i) - at(b, i)).norm());
     // Newmark has the same equations, central differences another damping of the stiffness
     EXPECT_LT(worst, std::string(integrator) == "newmark" ? 1e-12 : 1e-4) << integrator;
     EXPECT_LT(test::energy_residual(coupled.result), 1e-11) << integrator;
@@ -157,7 +181,8 @@ TEST_F(OfDamping, CoupledSuperelementsMoveAsModalOnes) {
 
 TEST_F(OfDamping, EnergyIsAccountedForInBodiesOfManyModes) {
   const std::string pull =
-      "loads:\n  - {instance: bar, surface: x_max, traction: [0.1, 0.2, 0], history: {time: [0, 0.3, 0.5], "
+      "loads:\n  - {instance: bar, surface: x_max, traction: [0.1, 0.2, 0], history: {time: [0, "
+      "0.3, 0.5], "
       "value: [0, 1, 0]}}\n";
   for (Way way : other_ways()) {
     way.mesh = "many.exo";
@@ -167,14 +192,16 @@ TEST_F(OfDamping, EnergyIsAccountedForInBodiesOfManyModes) {
       way.alpha = alpha;
       way.step = way.integrator == "newmark" ? "0.002" : "auto";
       const Ran ran = folder.run(scene(way));
-      EXPECT_LT(test::energy_residual(ran.result), 1e-10) << way.as << " " << way.integrator << " " << way.mass;
+      EXPECT_LT(test::energy_residual(ran.result), 1e-10)
+          << way.as << " " << way.integrator << " " << way.mass;
       for (std::size_t i = 1; i < ran.result.time.size(); ++i)
         EXPECT_LE(ran.result.work_damping[i], ran.result.work_damping[i - 1] + 1e-12);
       EXPECT_LT(ran.result.work_damping.back(), -1e-3 * ran.result.total.front());
     }
   }
   for (const char* basis : {"massless, modes: 8", "characteristic, modes: 8"}) {
-    const Ran ran = folder.run(scene({.instance = "ratio: 0.03", .basis = basis, .mesh = "many.exo", .loads = pull}));
+    const Ran ran = folder.run(
+        scene({.instance = "ratio: 0.03", .basis = basis, .mesh = "many.exo", .loads = pull}));
     EXPECT_LT(test::energy_residual(ran.result), 1e-10) << basis;
     EXPECT_LT(ran.result.work_damping.back(), 0);
   }
@@ -184,13 +211,19 @@ TEST_F(OfDamping, EnergyIsAccountedForInBodiesOfManyModes) {
 TEST_F(OfDamping, StableUpToTheLimitOfTheStep) {
   for (const char* damping : {"beta: 0.002", "alpha: 1, beta: 0.0003", "alpha: 50"})
     for (const char* mass : {"lumped", "consistent"}) {
-      Way way{.as = "mesh", .integrator = "central-difference", .material = damping, .end = 4, .every = 0};
+      Way way{.as = "mesh",
+              .integrator = "central-difference",
+              .material = damping,
+              .end = 4,
+              .every = 0};
       way.mesh = "many.exo";
       way.mass = mass;
-      const double limit = 2 / folder.prepare(scene(way)).built.simulation.bodies[0]->largest_frequency();
+      const double limit =
+          2 / folder.prepare(scene(way)).built.simulation.bodies[0]->largest_frequency();
       way.step = text(limit * (1 - 1e-9));
       const Ran at_limit = folder.run(scene(way));
-      EXPECT_LE(at_limit.result.total.back(), 1.001 * at_limit.result.total.front()) << damping << mass;
+      EXPECT_LE(at_limit.result.total.back(), 1.001 * at_limit.result.total.front())
+          << damping << mass;
       way.step = text(1.03 * limit) + ", force: true";
       double grown = HUGE_VAL;
       try {
@@ -206,12 +239,16 @@ std::string bouncing(const Way& way) {
   return "materials:\n  soft: {youngs_modulus: 200, poissons_ratio: 0.3, density: 1" +
          (way.material.empty() ? "" : ", damping: {" + way.material + "}") +
          "}\ncomponents:\n  bar: {mesh: many.exo, material: soft, mass: lumped" +
-         (way.as == "mesh" ? "" : ", reduction: {basis: " + way.basis + ", interface: [x_min, x_max]}") +
-         "}\ninstances:\n  bar: {component: bar, as: " + way.as + ", position: [0.02, 0, 0], velocity: [-1, 0.1, 0]" +
+         (way.as == "mesh" ? ""
+                           : ", reduction: {basis: " + way.basis + ", interface: [x_min, x_max]}") +
+         "}\ninstances:\n  bar: {component: bar, as: " + way.as +
+         ", position: [0.02, 0, 0], velocity: [-1, 0.1, 0]" +
          (way.instance.empty() ? "" : ", damping: {" + way.instance + "}") +
-         "}\nwalls:\n  wall: {plane: {point: [0, 0, 0], normal: [1, 0, 0]}}\ncontact:\n  - {between: [bar.x_min, wall], "
+         "}\nwalls:\n  wall: {plane: {point: [0, 0, 0], normal: [1, 0, 0]}}\ncontact:\n  - "
+         "{between: [bar.x_min, wall], "
          "friction: 0.2}\ntime: {end: 0.4, integrator: " +
-         way.integrator + ", step: " + way.step + "}\noutput: {every: 0.02, history: [bar.x_min]}\n";
+         way.integrator + ", step: " + way.step +
+         "}\noutput: {every: 0.02, history: [bar.x_min]}\n";
 }
 
 // A damped bar leaves a wall with less than an undamped one, and nothing brings energy.
@@ -222,7 +259,10 @@ TEST_F(OfDamping, ContactBringsNoEnergy) {
       {.instance = "ratio: 0.1", .basis = "characteristic, modes: 30"},
       {.as = "mesh", .integrator = "central-difference", .material = "beta: 0.002"},
       {.as = "mesh", .integrator = "newmark", .material = "beta: 0.002", .step = "0.001"},
-      {.integrator = "newmark", .material = "beta: 0.002", .basis = "craig-bampton, modes: 30", .step = "0.001"}};
+      {.integrator = "newmark",
+       .material = "beta: 0.002",
+       .basis = "craig-bampton, modes: 30",
+       .step = "0.001"}};
   for (Way way : ways) {
     const Ran damped = folder.run(bouncing(way));
     way.material = way.instance = "";
@@ -231,7 +271,8 @@ TEST_F(OfDamping, ContactBringsNoEnergy) {
     EXPECT_LT(test::energy_residual(damped.result), 1e-9) << way.as << way.integrator << way.basis;
     EXPECT_LE(E.back(), E.front());
     EXPECT_LE(E.back(), free.result.total.back());
-    EXPECT_LE(damped.result.work_damping.back(), -0.02 * E.front()) << way.as << way.integrator << way.basis;
+    EXPECT_LE(damped.result.work_damping.back(), -0.02 * E.front())
+        << way.as << way.integrator << way.basis;
     EXPECT_GT(v[v.size() - 3], 0.3 * damped.mass("bar")) << way.as << way.integrator << way.basis;
   }
 }
@@ -246,7 +287,9 @@ TEST_F(OfDamping, RestartsGoOnBitForBit) {
     std::optional<std::vector<Index>> saved;
     RunOptions watching;
     watching.is_checkpoint = [&](Index step, double) { return !saved && step >= 100; };
-    watching.on_checkpoint = [&](Index, double, const StateArchive& state) { saved = state.words(); };
+    watching.on_checkpoint = [&](Index, double, const StateArchive& state) {
+      saved = state.words();
+    };
     const Ran whole = folder.run(scene(way), watching);
     ASSERT_TRUE(saved.has_value());
     StateArchive from(*saved, "the state");
@@ -255,7 +298,8 @@ TEST_F(OfDamping, RestartsGoOnBitForBit) {
     const Ran again = folder.run(scene(way), going_on);
     EXPECT_EQ(whole.result.total, again.result.total) << way.as << way.integrator << way.mass;
     EXPECT_EQ(whole.result.work_damping, again.result.work_damping);
-    EXPECT_EQ(whole.monitor("bar.x_max").mean_position.values, again.monitor("bar.x_max").mean_position.values);
+    EXPECT_EQ(whole.monitor("bar.x_max").mean_position.values,
+              again.monitor("bar.x_max").mean_position.values);
   }
 }
 
@@ -268,28 +312,41 @@ TEST_F(OfDamping, WhatCannotBeIsRefusedByName) {
     }
     return std::string("not refused");
   };
-  EXPECT_NE(refusal(scene({.as = "mesh", .instance = "ratio: 0.02"})).find("a mesh has no modes"), std::string::npos);
-  EXPECT_NE(refusal(scene({.as = "mesh", .material = "loss_factor: 0.02"})).find("loss_factor"), std::string::npos);
-  EXPECT_NE(refusal(scene({.material = "alpha: -1"})).find("expected a number from 0"), std::string::npos)
+  EXPECT_NE(refusal(scene({.as = "mesh", .instance = "ratio: 0.02"})).find("a mesh has no modes"),
+            std::string::npos);
+  EXPECT_NE(refusal(scene({.as = "mesh", .material = "loss_factor: 0.02"})).find("loss_factor"),
+            std::string::npos);
+  EXPECT_NE(refusal(scene({.material = "alpha: -1"})).find("expected a number from 0"),
+            std::string::npos)
       << refusal(scene({.material = "alpha: -1"}));
-  EXPECT_NE(refusal(scene({.instance = "frequency_hz: [1, 1], ratio: [0, 0]"})).find("must ascend"), std::string::npos);
-  EXPECT_NE(refusal(scene({.instance = "frequency_hz: [1, 2], ratio: [0]"})).find("as many as"), std::string::npos);
+  EXPECT_NE(refusal(scene({.instance = "frequency_hz: [1, 1], ratio: [0, 0]"})).find("must ascend"),
+            std::string::npos);
+  EXPECT_NE(refusal(scene({.instance = "frequency_hz: [1, 2], ratio: [0]"})).find("as many as"),
+            std::string::npos);
   const auto changed = [&](const std::string& from, const std::string& to) {
     std::string yaml = scene({.material = "alpha: 1"});
     const std::size_t at = yaml.find(from);
     EXPECT_NE(at, std::string::npos) << from;
     return refusal(yaml.replace(at, from.size(), to));
   };
-  EXPECT_NE(changed("integrator: exact", "integrator: exact, mass_scaling: true").find("not refused"), std::string::npos);
+  EXPECT_NE(
+      changed("integrator: exact", "integrator: exact, mass_scaling: true").find("not refused"),
+      std::string::npos);
   const std::string touching =
-      "walls:\n  wall: {plane: {point: [2, 0, 0], normal: [-1, 0, 0]}}\ncontact:\n  - {between: [bar.x_max, wall]";
-  EXPECT_NE(changed("time: {", touching + "}\ntime: {mass_scaling: true, ").find("cannot be had with time.mass_scaling"),
+      "walls:\n  wall: {plane: {point: [2, 0, 0], normal: [-1, 0, 0]}}\ncontact:\n  - {between: "
+      "[bar.x_max, wall]";
+  EXPECT_NE(changed("time: {", touching + "}\ntime: {mass_scaling: true, ")
+                .find("cannot be had with time.mass_scaling"),
             std::string::npos);
-  EXPECT_NE(changed("time: {", touching + ", enforcement: nodal}\ntime: {").find("enforcement: nodal"), std::string::npos);
-  EXPECT_NE(changed("mass: lumped", "mass: lumped, blocks: {block: {material: other}}").find("unknown material"),
+  EXPECT_NE(
+      changed("time: {", touching + ", enforcement: nodal}\ntime: {").find("enforcement: nodal"),
+      std::string::npos);
+  EXPECT_NE(changed("mass: lumped", "mass: lumped, blocks: {block: {material: other}}")
+                .find("unknown material"),
             std::string::npos);
   EXPECT_NE(changed("components:\n  bar: {",
-                    "  other: {youngs_modulus: 1, poissons_ratio: 0, density: 1}\ncomponents:\n  bar: {blocks: "
+                    "  other: {youngs_modulus: 1, poissons_ratio: 0, density: 1}\ncomponents:\n  "
+                    "bar: {blocks: "
                     "{block: {material: other}}, ")
                 .find("'other' and 'soft' are damped differently"),
             std::string::npos);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A component cut into domains that keep all their modes is the component in one piece: held, loaded, struck, by every integrator.
+// A component cut into domains that keep all their modes is the component in one piece: held,
+// loaded, struck, by every integrator.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -35,10 +36,12 @@ Ran run(const Case& c) {
   const Index modes = c.domains > 1 ? 100000 : 3 * (all_nodes - interface_nodes);
   return folder.run(
       "materials: {m: {youngs_modulus: 100, poissons_ratio: 0.3, density: 1}}\n"
-      "components:\n  part: {mesh: part.exo, material: m, reduction: {interface: [x_min, x_max], modes: " +
+      "components:\n  part: {mesh: part.exo, material: m, reduction: {interface: [x_min, x_max], "
+      "modes: " +
       std::to_string(modes) + ", domains: " + std::to_string(c.domains) + c.second + "}}\n" +
       "instances:\n  a: {component: part, rotation: [0, 0, 30]}\n"
-      "  b: {component: part, position: [0.9, 0.52, 0.013], rotation: [0, 0, 30], velocity: [-0.3, -0.2, 0.05]}\n" +
+      "  b: {component: part, position: [0.9, 0.52, 0.013], rotation: [0, 0, 30], velocity: [-0.3, "
+      "-0.2, 0.05]}\n" +
       c.rest + "time: {end: 0.3, step: " + c.step + ", integrator: " + c.integrator +
       "}\noutput: {every: 0.01, history: [a.x_min, a.x_max, b.x_min]}\n");
 }
@@ -66,7 +69,8 @@ void expect_same(const Ran& one, const Ran& many, double tolerance) {
 const std::string held_and_pulled =
     "boundary: [{instance: a, nodes: x_min, fix: [x, z]}]\n"
     "loads:\n"
-    "  - {instance: a, surface: x_max, traction: [2, -1, 3], history: {time: [0, 0.1, 0.2], value: [0, 1, 0.5]}}\n"
+    "  - {instance: a, surface: x_max, traction: [2, -1, 3], history: {time: [0, 0.1, 0.2], value: "
+    "[0, 1, 0.5]}}\n"
     "  - {gravity: [0, 0, -1]}\n";
 const std::string struck = "contact: [{between: [a.x_max, b.x_min], friction: 0.3}]\n";
 
@@ -107,14 +111,16 @@ TEST_P(Decomposition, WithoutDiagonalFormOneSuperelementIsTheSame) {
 TEST_P(Decomposition, SecondReductionWithAllModesLosesNothing) {
   const Ran one = run(with(1, held_and_pulled + struck));
   Case c = with(4, held_and_pulled + struck);
-  c.second = ", second_reduction: {modes: " + std::to_string(3 * (all_nodes - interface_nodes)) + "}";
+  c.second =
+      ", second_reduction: {modes: " + std::to_string(3 * (all_nodes - interface_nodes)) + "}";
   c.diagonal_limit = 6000;
   const Ran twice = run(c);
   EXPECT_EQ(twice.built.instances[0].parts.size(), 1u);
   expect_same(one, twice, 1e-9);
 }
 
-INSTANTIATE_TEST_SUITE_P(Integrators, Decomposition, testing::Values("exact", "central-difference", "newmark"),
+INSTANTIATE_TEST_SUITE_P(Integrators, Decomposition,
+                         testing::Values("exact", "central-difference", "newmark"),
                          [](const auto& parameter) {
                            std::string name = parameter.param;
                            std::erase(name, '-');

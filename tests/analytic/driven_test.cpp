@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Supports that move: one oscillator on a moving base in closed form in every integrator, reactions, the supports' work, a press,
-// restarts, refusals.
+// Supports that move: one oscillator on a moving base in closed form in every integrator,
+// reactions, the supports' work, a press, restarts, refusals.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -21,23 +21,28 @@ using test::Ran;
 using test::SceneFolder;
 using test::text;
 
-// A bar of one element between a base and a face that swings along x: k = E A / L, m = rho A L / 2 at either end, omega = 20.
+// A bar of one element between a base and a face that swings along x: k = E A / L, m = rho A L / 2
+// at either end, omega = 20.
 constexpr double omega = 20, mass = 0.5;
 
 struct Way {
-  std::string motion = {}, as = "superelement", integrator = "exact", basis = "craig-bampton, modes: 0", step = "auto";
-  std::string mesh = "one.exo", loads = {}, velocity = "0, 0, 0", damping = {}, mass = "lumped", more_boundary = {};
+  std::string motion = {}, as = "superelement", integrator = "exact",
+              basis = "craig-bampton, modes: 0", step = "auto";
+  std::string mesh = "one.exo", loads = {}, velocity = "0, 0, 0", damping = {}, mass = "lumped",
+              more_boundary = {};
   double end = 1, every = 0.01;
 };
 
 std::string scene(const Way& way) {
   return "materials:\n  soft: {youngs_modulus: 200, poissons_ratio: 0, density: 1" + way.damping +
          "}\ncomponents:\n  bar: {mesh: " + way.mesh + ", material: soft, mass: " + way.mass +
-         (way.as == "mesh" ? "" : ", reduction: {basis: " + way.basis + ", interface: [x_min, x_max]}") +
+         (way.as == "mesh" ? ""
+                           : ", reduction: {basis: " + way.basis + ", interface: [x_min, x_max]}") +
          "}\ninstances:\n  bar: {component: bar, as: " + way.as + ", velocity: [" + way.velocity +
-         "]}\nboundary:\n  - {instance: bar, nodes: x_min, fix: [x, y, z], " + way.motion + "}\n" + way.more_boundary + way.loads +
-         "time: {end: " + text(way.end) + ", step: " + way.step + ", integrator: " + way.integrator + "}\noutput: {every: " +
-         text(way.every) + ", history: [bar.x_min, bar.x_max]}\n";
+         "]}\nboundary:\n  - {instance: bar, nodes: x_min, fix: [x, y, z], " + way.motion + "}\n" +
+         way.more_boundary + way.loads + "time: {end: " + text(way.end) + ", step: " + way.step +
+         ", integrator: " + way.integrator + "}\noutput: {every: " + text(way.every) +
+         ", history: [bar.x_min, bar.x_max]}\n";
 }
 
 class SupportsThatMove : public ::testing::Test {
@@ -46,7 +51,8 @@ class SupportsThatMove : public ::testing::Test {
     folder.add("one.exo", test::block_mesh({{1, 1, 1}, {1, 1, 1}}));
     folder.add("many.exo", test::block_mesh({{6, 2, 2}, {1, 0.3, 0.3}}));
   }
-  double largest_error(const Ran& ran, const std::function<double(double)>& expected, const std::string& surface = "bar.x_max") const {
+  double largest_error(const Ran& ran, const std::function<double(double)>& expected,
+                       const std::string& surface = "bar.x_max") const {
     double worst = 0;
     const auto& moved = ran.monitor(surface).mean_position;
     const double start = surface == "bar.x_max" ? 1 : 0;
@@ -71,12 +77,15 @@ double stretch(double a, double t) { return -a / (omega * omega) * (1 - std::cos
 TEST_F(SupportsThatMove, ConstantAccelerationInClosedForm) {
   const double a = 3;
   const Ran ran = folder.run(scene({.motion = "acceleration: [3, 0, 0]"}));
-  EXPECT_LT(largest_error(ran, [&](double t) { return 0.5 * a * t * t; }, "bar.x_min"), 1e-14);
+  EXPECT_LT(largest_error(
+                ran, [&](double t) { return 0.5 * a * t * t; }, "bar.x_min"),
+            1e-14);
   EXPECT_LT(largest_error(ran, [&](double t) { return 0.5 * a * t * t + stretch(a, t); }), 1e-14);
   EXPECT_LT(test::energy_residual(ran.result), 1e-14);
 }
 
-// The base's mass and the spring need the force m a (2 - cos omega t), and it does the work of that force.
+// The base's mass and the spring need the force m a (2 - cos omega t), and it does the work of that
+// force.
 TEST_F(SupportsThatMove, ReactionsAndTheirWork) {
   const double a = 3;
   const Ran ran = folder.run(scene({.motion = "acceleration: [3, 0, 0]"}));
@@ -85,7 +94,9 @@ TEST_F(SupportsThatMove, ReactionsAndTheirWork) {
   for (std::size_t i = 1; i < ran.result.time.size(); ++i) {
     const double t = ran.result.time[i], before = ran.result.time[i - 1];
     EXPECT_NEAR(at(reaction, i)[0], (impulse(t) - impulse(before)) / (t - before), 1e-13);
-    const double work = mass * a * a * (t * t - t * std::sin(omega * t) / omega - (std::cos(omega * t) - 1) / (omega * omega));
+    const double work =
+        mass * a * a *
+        (t * t - t * std::sin(omega * t) / omega - (std::cos(omega * t) - 1) / (omega * omega));
     EXPECT_NEAR(ran.result.work_external[i], work, 1e-13);
   }
 }
@@ -94,8 +105,11 @@ TEST_F(SupportsThatMove, ReactionsAndTheirWork) {
 TEST_F(SupportsThatMove, ReactionsOfSupportsAtRest) {
   for (const char* as : {"superelement", "mesh"}) {
     Way way{.motion = "acceleration: [0, 0, 0]", .as = as, .damping = ", damping: {beta: 0.02}"};
-    way.loads = "loads:\n  - {gravity: [0, 0, -2]}\n  - {instance: bar, surface: x_max, force: [5, 0, 0]}\n";
-    way.mesh = "many.exo", way.integrator = "newmark", way.step = "0.01", way.every = 0.5, way.end = 200;
+    way.loads =
+        "loads:\n  - {gravity: [0, 0, -2]}\n  - {instance: bar, surface: x_max, force: [5, 0, "
+        "0]}\n";
+    way.mesh = "many.exo", way.integrator = "newmark", way.step = "0.01", way.every = 0.5,
+    way.end = 200;
     const Ran ran = folder.run(scene(way));
     const auto& reaction = ran.body("bar").reaction;
     const Vector3 last = at(reaction, ran.result.time.size() - 1);
@@ -106,23 +120,36 @@ TEST_F(SupportsThatMove, ReactionsOfSupportsAtRest) {
 
 TEST_F(SupportsThatMove, VelocityRampInClosedForm) {
   const double a = 2 / 0.3;
-  const Ran ran = folder.run(scene({.motion = "velocity: [2, 0, 0], history: {time: [0, 0.3], value: [0, 1]}"}));
+  const Ran ran = folder.run(
+      scene({.motion = "velocity: [2, 0, 0], history: {time: [0, 0.3], value: [0, 1]}"}));
   const auto base = [&](double t) { return t < 0.3 ? 0.5 * a * t * t : 0.3 + 2 * (t - 0.3); };
-  const auto free_end = [&](double t) { return base(t) + stretch(a, t) - (t > 0.3 ? stretch(a, t - 0.3) : 0); };
+  const auto free_end = [&](double t) {
+    return base(t) + stretch(a, t) - (t > 0.3 ? stretch(a, t - 0.3) : 0);
+  };
   EXPECT_LT(largest_error(ran, base, "bar.x_min"), 1e-12);
   EXPECT_LT(largest_error(ran, free_end), 1e-12);
   EXPECT_LT(test::energy_residual(ran.result), 1e-14);
 }
 
-// From rest to rest by a cubic: s = D (3 x^2 - 2 x^3), x = t / T. After that nothing moves the base.
+// From rest to rest by a cubic: s = D (3 x^2 - 2 x^3), x = t / T. After that nothing moves the
+// base.
 TEST_F(SupportsThatMove, DisplacementInClosedForm) {
   const double D = 0.5, T = 0.4, a = 6 * D / (T * T), slope = -2 * a / T;
-  const Ran ran = folder.run(scene({.motion = "displacement: [0.5, 0, 0], history: {time: [0, 0.4], value: [1, 2]}"}));
-  const auto base = [&](double t) { return t < T ? D * (3 * t * t / (T * T) - 2 * t * t * t / (T * T * T)) : D; };
-  const auto swing = [&](double amplitude, double rate, double t) {  // w'' + omega^2 w = -(amplitude + rate t)
-    return t < 0 ? 0 : (amplitude * std::cos(omega * t) + rate / omega * std::sin(omega * t) - amplitude - rate * t) / (omega * omega);
+  const Ran ran = folder.run(
+      scene({.motion = "displacement: [0.5, 0, 0], history: {time: [0, 0.4], value: [1, 2]}"}));
+  const auto base = [&](double t) {
+    return t < T ? D * (3 * t * t / (T * T) - 2 * t * t * t / (T * T * T)) : D;
   };
-  const auto free_end = [&](double t) { return base(t) + swing(a, slope, t) + swing(a, -slope, t - T); };
+  // w'' + omega^2 w = -(amplitude + rate t)
+  const auto swing = [&](double amplitude, double rate, double t) {
+    return t < 0 ? 0
+                 : (amplitude * std::cos(omega * t) + rate / omega * std::sin(omega * t) -
+                    amplitude - rate * t) /
+                       (omega * omega);
+  };
+  const auto free_end = [&](double t) {
+    return base(t) + swing(a, slope, t) + swing(a, -slope, t - T);
+  };
   EXPECT_LT(largest_error(ran, base, "bar.x_min"), 1e-11);
   EXPECT_LT(largest_error(ran, free_end), 1e-11);
 }
@@ -137,7 +164,8 @@ TEST_F(SupportsThatMove, DisplacementTableOfManyPoints) {
       time += (i > 0 ? ", " : "") + text(1.0 * i / n);
       value += (i > 0 ? ", " : "") + text(curve(1.0 * i / n));
     }
-    const Ran ran = folder.run(scene({.motion = "displacement: [1, 0, 0], history: {time: [" + time + "], value: [" + value + "]}",
+    const Ran ran = folder.run(scene({.motion = "displacement: [1, 0, 0], history: {time: [" +
+                                                time + "], value: [" + value + "]}",
                                       .end = 0.7}));
     steps.push_back(1.0 / n);
     errors.push_back(largest_error(ran, curve, "bar.x_min"));
@@ -148,8 +176,10 @@ TEST_F(SupportsThatMove, DisplacementTableOfManyPoints) {
 
 // What moves with its supports from the start strains nothing.
 TEST_F(SupportsThatMove, BodiesThatBeginToMoveWithTheirSupports) {
-  for (const char* motion : {"velocity: [2, 0, 1]", "displacement: [2, 0, 1], history: {time: [0, 5], value: [0, 5]}"}) {
-    const Ran ran = folder.run(scene({.motion = motion, .mesh = "many.exo", .velocity = "2, 0, 1"}));
+  for (const char* motion :
+       {"velocity: [2, 0, 1]", "displacement: [2, 0, 1], history: {time: [0, 5], value: [0, 5]}"}) {
+    const Ran ran =
+        folder.run(scene({.motion = motion, .mesh = "many.exo", .velocity = "2, 0, 1"}));
     const auto& moved = ran.monitor("bar.x_max").mean_velocity;
     const bool is_steady = std::string(motion).find("velocity") == 0;
     EXPECT_NEAR(at(moved, 0)[0], 2, 1e-12) << motion;
@@ -162,7 +192,8 @@ TEST_F(SupportsThatMove, BodiesThatBeginToMoveWithTheirSupports) {
 std::vector<Way> all_ways() {
   std::vector<Way> ways = {{.as = "superelement", .integrator = "exact"}};
   for (const char* as : {"superelement", "mesh"})
-    for (const char* integrator : {"central-difference", "newmark"}) ways.push_back({.as = as, .integrator = integrator});
+    for (const char* integrator : {"central-difference", "newmark"})
+      ways.push_back({.as = as, .integrator = integrator});
   return ways;
 }
 
@@ -175,7 +206,9 @@ TEST_F(SupportsThatMove, OtherIntegratorsConverge) {
       way.step = text(1.0 / n);
       const Ran ran = folder.run(scene(way));
       const auto free_end = [](double t) {
-        return 1.5 * t * t + 0.5 * t * t * t + (3 * std::cos(omega * t) + 3 / omega * std::sin(omega * t) - 3 - 3 * t) / (omega * omega);
+        return 1.5 * t * t + 0.5 * t * t * t +
+               (3 * std::cos(omega * t) + 3 / omega * std::sin(omega * t) - 3 - 3 * t) /
+                   (omega * omega);
       };
       steps.push_back(1.0 / n);
       errors.push_back(largest_error(ran, free_end));
@@ -185,11 +218,18 @@ TEST_F(SupportsThatMove, OtherIntegratorsConverge) {
   }
 }
 
-// Superelements with all modes move as their mesh: other bases, bodies with mass in their interior, consistent mass.
+// Superelements with all modes move as their mesh: other bases, bodies with mass in their interior,
+// consistent mass.
 TEST_F(SupportsThatMove, EveryBodyMovesAlike) {
-  const std::string motion = "acceleration: [1, 2, 0], history: {time: [0, 0.2, 0.5], value: [0, 5, 0]}";
+  const std::string motion =
+      "acceleration: [1, 2, 0], history: {time: [0, 0.2, 0.5], value: [0, 5, 0]}";
   for (const char* kind : {"lumped", "consistent"}) {
-    Way way{.motion = motion, .as = "mesh", .integrator = "newmark", .step = "0.001", .mesh = "many.exo", .mass = kind};
+    Way way{.motion = motion,
+            .as = "mesh",
+            .integrator = "newmark",
+            .step = "0.001",
+            .mesh = "many.exo",
+            .mass = kind};
     const Ran mesh = folder.run(scene(way));
     way.as = "superelement";
     for (const char* basis : {"craig-bampton, modes: 135", "massless, modes: 12"}) {
@@ -198,8 +238,10 @@ TEST_F(SupportsThatMove, EveryBodyMovesAlike) {
       way.integrator = is_massless ? "exact" : "newmark", way.step = is_massless ? "auto" : "0.001";
       const Ran ran = folder.run(scene(way));
       double worst = 0;
-      const auto &a = mesh.monitor("bar.x_max").mean_position, &b = ran.monitor("bar.x_max").mean_position;
-      for (std::size_t i = 0; i < mesh.result.time.size(); ++i) worst = std::max(worst, (at(a, i) - at(b, i)).norm());
+      const auto &a = mesh.monitor("bar.x_max").mean_position,
+                 &b = ran.monitor("bar.x_max").mean_position;
+      for (std::size_t i = 0; i < mesh.result.time.size(); ++i)
+        worst = std::max(worst, (at(a, i) - at(b, i)).norm());
       EXPECT_LT(worst, is_massless ? 2e-3 : 1e-11) << basis << kind;
       EXPECT_LT(test::energy_residual(ran.result), 1e-13) << basis << kind;
     }
@@ -208,26 +250,35 @@ TEST_F(SupportsThatMove, EveryBodyMovesAlike) {
     const Ran coupled = folder.run(scene(way));
     folder.diagonal_limit.reset();
     EXPECT_LT(test::energy_residual(coupled.result), 1e-10) << kind;
-    EXPECT_NEAR(at(coupled.monitor("bar.x_max").mean_position, 100)[0], at(mesh.monitor("bar.x_max").mean_position, 100)[0], 2e-4);
+    EXPECT_NEAR(at(coupled.monitor("bar.x_max").mean_position, 100)[0],
+                at(mesh.monitor("bar.x_max").mean_position, 100)[0], 2e-4);
   }
 }
 
-// A platen closes on a bar that is clamped at its far end: at the end the force is k d, on the platen's supports as on the bar's.
+// A platen closes on a bar that is clamped at its far end: at the end the force is k d, on the
+// platen's supports as on the bar's.
 std::string press(const Way& way) {
-  const std::string body = "many.exo, material: soft, mass: lumped" +
-                           (way.as == "mesh" ? "" : ", reduction: {basis: " + way.basis + ", interface: [x_min, x_max]}");
-  return "materials:\n  soft: {youngs_modulus: 200, poissons_ratio: 0, density: 1, damping: {alpha: 20}}\ncomponents:\n  bar: {mesh: " +
-         body + "}\n  platen: {mesh: " + body + "}\ninstances:\n  bar: {component: bar, as: " + way.as +
+  const std::string body =
+      "many.exo, material: soft, mass: lumped" +
+      (way.as == "mesh" ? ""
+                        : ", reduction: {basis: " + way.basis + ", interface: [x_min, x_max]}");
+  return "materials:\n  soft: {youngs_modulus: 200, poissons_ratio: 0, density: 1, damping: "
+         "{alpha: 20}}\ncomponents:\n  bar: {mesh: " +
+         body + "}\n  platen: {mesh: " + body +
+         "}\ninstances:\n  bar: {component: bar, as: " + way.as +
          "}\n  platen: {component: platen, as: " + way.as +
-         ", position: [-1.01, 0, 0]}\nboundary:\n  - {instance: bar, nodes: x_max, fix: [x, y, z]}\n  - {instance: platen, nodes: "
-         "x_min, fix: [x, y, z], displacement: [0.03, 0, 0], history: {time: [0, 3], value: [0, 1]}}\ncontact:\n  - {between: "
+         ", position: [-1.01, 0, 0]}\nboundary:\n  - {instance: bar, nodes: x_max, fix: [x, y, "
+         "z]}\n  - {instance: platen, nodes: "
+         "x_min, fix: [x, y, z], displacement: [0.03, 0, 0], history: {time: [0, 3], value: [0, "
+         "1]}}\ncontact:\n  - {between: "
          "[platen.x_max, bar.x_min]}\ntime: {end: 5, integrator: " +
          way.integrator + ", step: " + way.step + "}\noutput: {every: 0.1, history: [bar.x_min]}\n";
 }
 
 TEST_F(SupportsThatMove, APressCloses) {
   for (Way way : all_ways()) {
-    for (const char* basis : {"craig-bampton, modes: 12", "massless, modes: 12", "characteristic, modes: 12"}) {
+    for (const char* basis :
+         {"craig-bampton, modes: 12", "massless, modes: 12", "characteristic, modes: 12"}) {
       way.basis = basis;
       way.step = way.integrator == "newmark" ? "0.002" : "auto";
       const bool is_plain = std::string(basis).find("craig") == 0;
@@ -235,11 +286,15 @@ TEST_F(SupportsThatMove, APressCloses) {
       const Ran ran = folder.run(press(way));
       const std::string name = way.as + " " + way.integrator + " " + basis;
       const std::size_t last = ran.result.time.size() - 1;
-      const bool is_stiffer = std::string(basis).find("characteristic") == 0;  // few shapes and 12 modes of its statics
+      // few shapes and 12 modes of its statics
+      const bool is_stiffer = std::string(basis).find("characteristic") == 0;
       // Two bars in a row take 0.02 between them
       const double force = 200 * 0.09 * 0.02 / 2;
-      EXPECT_NEAR(at(ran.body("platen").reaction, last)[0], force, (is_stiffer ? 2e-3 : 1e-8) * force) << name;
-      EXPECT_NEAR(at(ran.body("bar").reaction, last)[0], -force, (is_stiffer ? 2e-3 : 1e-8) * force) << name;
+      EXPECT_NEAR(at(ran.body("platen").reaction, last)[0], force,
+                  (is_stiffer ? 2e-3 : 1e-8) * force)
+          << name;
+      EXPECT_NEAR(at(ran.body("bar").reaction, last)[0], -force, (is_stiffer ? 2e-3 : 1e-8) * force)
+          << name;
       EXPECT_LT(test::energy_residual(ran.result), 1e-12) << name;
     }
   }
@@ -253,7 +308,9 @@ TEST_F(SupportsThatMove, RestartsGoOnBitForBit) {
     std::optional<std::vector<Index>> saved;
     RunOptions watching;
     watching.is_checkpoint = [&](Index, double t) { return !saved && t > 2.6; };
-    watching.on_checkpoint = [&](Index, double, const StateArchive& state) { saved = state.words(); };
+    watching.on_checkpoint = [&](Index, double, const StateArchive& state) {
+      saved = state.words();
+    };
     const Ran whole = folder.run(press(way), watching);
     ASSERT_TRUE(saved.has_value());
     StateArchive from(*saved, "the state");
@@ -267,7 +324,8 @@ TEST_F(SupportsThatMove, RestartsGoOnBitForBit) {
 }
 
 TEST_F(SupportsThatMove, WhatCannotBeIsRefusedByName) {
-  const auto expect = [&](const std::string& motion, const std::string& what, const std::string& more = {}) {
+  const auto expect = [&](const std::string& motion, const std::string& what,
+                          const std::string& more = {}) {
     const std::string said = refusal(scene({.motion = motion, .more_boundary = more}));
     EXPECT_NE(said.find(what), std::string::npos) << motion << ": " << said;
   };
@@ -275,13 +333,17 @@ TEST_F(SupportsThatMove, WhatCannotBeIsRefusedByName) {
   expect("displacement: [1, 0, 0], velocity: [1, 0, 0]", "remove the other");
   expect("history: {time: [0], value: [1]}", "needs one of displacement, velocity, acceleration");
   expect("displacement: [1, 0, 0], history: {sine: {frequency_hz: 2}}", "begins with a jump");
-  expect("velocity: [1, 0, 0], history: {sine: {frequency_hz: 2, phase: 90, cycles: 0.5}}", "jumps at the time");
+  expect("velocity: [1, 0, 0], history: {sine: {frequency_hz: 2, phase: 90, cycles: 0.5}}",
+         "jumps at the time");
   expect("velocity: [1, 0, 0], history: {time: [-1, 1], value: [0, 1]}", "times from 0 on");
-  expect("acceleration: [1, 0, 0]", "moves unlike 'x_min' along x", "  - {instance: bar, nodes: x_max, fix: [x]}\n");
+  expect("acceleration: [1, 0, 0]", "moves unlike 'x_min' along x",
+         "  - {instance: bar, nodes: x_max, fix: [x]}\n");
   expect("acceleration: [1, 0, 0]", "not refused", "  - {instance: bar, nodes: x_max, fix: [y]}\n");
   const std::string free = refusal(
-      "materials:\n  m: {youngs_modulus: 1, poissons_ratio: 0, density: 1}\ncomponents:\n  bar: {mesh: one.exo, material: "
-      "m}\ninstances:\n  bar: {component: bar, as: mesh}\nboundary:\n  - {instance: bar, nodes: x_min, fix: z, velocity: [1, 0, "
+      "materials:\n  m: {youngs_modulus: 1, poissons_ratio: 0, density: 1}\ncomponents:\n  bar: "
+      "{mesh: one.exo, material: "
+      "m}\ninstances:\n  bar: {component: bar, as: mesh}\nboundary:\n  - {instance: bar, nodes: "
+      "x_min, fix: z, velocity: [1, 0, "
       "0]}\ntime: {end: 1}\n");
   EXPECT_NE(free.find("which 'fix' leaves free"), std::string::npos) << free;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Statics against closed forms: a press, bodies that only contact holds, friction, an interference fit, a bolt; superelements of
-// every basis against meshes; preload and motion from there; restarts, refusals.
+// Statics against closed forms: a press, bodies that only contact holds, friction, an interference
+// fit, a bolt; superelements of every basis against meshes; preload and motion from there;
+// restarts, refusals.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -21,7 +22,8 @@ using test::SceneFolder;
 
 // Bars of nu = 0 along x: E A = 2, each of length 1. They are as stiff as one-dimensional ones.
 constexpr double EA = 2;
-const std::vector<std::string> kinds{"mesh", "craig-bampton, modes: 6", "massless, modes: 6", "characteristic, modes: 8"};
+const std::vector<std::string> kinds{"mesh", "craig-bampton, modes: 6", "massless, modes: 6",
+                                     "characteristic, modes: 8"};
 
 struct Bars {
   std::string kind = "mesh";
@@ -30,24 +32,32 @@ struct Bars {
   std::string history = "[a.x_max]", nu = "0";
 };
 
-std::string instance(const Bars& bars, const std::string& name, double x, const std::string& more = "") {
+std::string instance(const Bars& bars, const std::string& name, double x,
+                     const std::string& more = "") {
   const std::string as = bars.kind == "mesh" ? "mesh" : "superelement";
-  return "  " + name + ": {component: bar, as: " + as + ", position: [" + test::text(x) + ", 0, 0]" + more + "}\n";
+  return "  " + name + ": {component: bar, as: " + as + ", position: [" + test::text(x) +
+         ", 0, 0]" + more + "}\n";
 }
 
-std::string section(const std::string& name, const std::string& lines) { return lines.empty() ? "" : name + ":\n" + lines; }
+std::string section(const std::string& name, const std::string& lines) {
+  return lines.empty() ? "" : name + ":\n" + lines;
+}
 
-// Its faces answer with their statics; what forces on one face and weight do elsewhere is that of few shapes. y_max is there to be
-// reduced where the others are kept.
+// Its faces answer with their statics; what forces on one face and weight do elsewhere is that of
+// few shapes. y_max is there to be reduced where the others are kept.
 bool is_of_shapes(const std::string& kind) { return kind.starts_with("char"); }
 
 std::string yaml(const Bars& bars) {
   const std::string reduction =
-      bars.kind == "mesh" ? "" : ", reduction: {basis: " + bars.kind + ", interface: [x_min, x_max" + (is_of_shapes(bars.kind) ? ", y_max" : "") + "]}";
+      bars.kind == "mesh" ? ""
+                          : ", reduction: {basis: " + bars.kind + ", interface: [x_min, x_max" +
+                                (is_of_shapes(bars.kind) ? ", y_max" : "") + "]}";
   return "materials:\n  soft: {youngs_modulus: 2, poissons_ratio: " + bars.nu +
-         ", density: 1}\ncomponents:\n  bar: {mesh: bar.exo, material: soft" + reduction + "}\ninstances:\n" + bars.instances +
-         section("boundary", bars.boundary) + section("loads", bars.loads) + section("walls", bars.walls) +
-         section("contact", bars.contact) + "time: {" + bars.time + "}\noutput: {history: " + bars.history + bars.extra + "}\n";
+         ", density: 1}\ncomponents:\n  bar: {mesh: bar.exo, material: soft" + reduction +
+         "}\ninstances:\n" + bars.instances + section("boundary", bars.boundary) +
+         section("loads", bars.loads) + section("walls", bars.walls) +
+         section("contact", bars.contact) + "time: {" + bars.time +
+         "}\noutput: {history: " + bars.history + bars.extra + "}\n";
 }
 
 class Statics : public ::testing::TestWithParam<std::string> {
@@ -64,7 +74,9 @@ class Statics : public ::testing::TestWithParam<std::string> {
   SceneFolder folder;
 };
 
-double last(const Series3& series, int axis = 0) { return series.values[series.values.size() - 3 + static_cast<std::size_t>(axis)]; }
+double last(const Series3& series, int axis = 0) {
+  return series.values[series.values.size() - 3 + static_cast<std::size_t>(axis)];
+}
 
 TEST_P(Statics, AHeldBarStretches) {
   Bars bars{.kind = GetParam()};
@@ -76,7 +88,8 @@ TEST_P(Statics, AHeldBarStretches) {
   for (std::size_t i = 0; i < 3; ++i) {
     EXPECT_NEAR(at(ran.body("a").reaction, i)[0], -0.3 * ran.result.time[i], 1e-12);
     if (is_of_shapes(GetParam())) continue;
-    EXPECT_NEAR(at(ran.monitor("a.x_max").mean_position, i)[0], 1 + 0.3 * ran.result.time[i] / EA, 1e-10);
+    EXPECT_NEAR(at(ran.monitor("a.x_max").mean_position, i)[0], 1 + 0.3 * ran.result.time[i] / EA,
+                1e-10);
   }
   EXPECT_LT(test::energy_residual(ran.result), 1e-10);
   if (is_of_shapes(GetParam())) return;
@@ -88,10 +101,13 @@ TEST_P(Statics, FreeBarsPressEachOther) {
   for (const std::string formulation : {"node-face", "mortar"}) {
     Bars bars{.kind = GetParam(), .history = "[a.x_min, b.x_max]"};
     bars.instances = instance(bars, "a", 0) + instance(bars, "b", 1);
-    bars.loads = "  - {instance: a, surface: x_min, force: [0.2, 0, 0]}\n  - {instance: b, surface: x_max, force: [-0.2, 0, 0]}\n";
+    bars.loads =
+        "  - {instance: a, surface: x_min, force: [0.2, 0, 0]}\n  - {instance: b, surface: x_max, "
+        "force: [-0.2, 0, 0]}\n";
     bars.contact = "  - {between: [a.x_max, b.x_min], formulation: " + formulation + "}\n";
     const Ran ran = folder.run(yaml(bars));
-    const double length = last(ran.monitor("b.x_max").mean_position) - last(ran.monitor("a.x_min").mean_position);
+    const double length =
+        last(ran.monitor("b.x_max").mean_position) - last(ran.monitor("a.x_min").mean_position);
     EXPECT_NEAR(length, 2 - 2 * 0.2 / EA, 1e-8) << formulation;
     EXPECT_NEAR(last(ran.result.pairs[0].force), -0.2, 1e-9) << formulation;
     EXPECT_NEAR(ran.result.pairs[0].area.back(), 1, 1e-12);
@@ -130,8 +146,11 @@ TEST_P(Statics, AnInterferenceFitIsPressedTogether) {
   for (const std::string formulation : {"node-face", "mortar"}) {
     Bars bars{.kind = GetParam(), .history = "[a.x_max]"};
     bars.instances = instance(bars, "a", 0) + instance(bars, "b", 0.98);
-    bars.boundary = "  - {instance: a, nodes: x_min, fix: [x, y, z]}\n  - {instance: b, nodes: x_max, fix: [x, y, z]}\n";
-    bars.contact = "  - {between: [a.x_max, b.x_min], overlap: resolve, formulation: " + formulation + "}\n";
+    bars.boundary =
+        "  - {instance: a, nodes: x_min, fix: [x, y, z]}\n  - {instance: b, nodes: x_max, fix: [x, "
+        "y, z]}\n";
+    bars.contact =
+        "  - {between: [a.x_max, b.x_min], overlap: resolve, formulation: " + formulation + "}\n";
     const Ran ran = folder.run(yaml(bars));
     EXPECT_NEAR(at(ran.result.pairs[0].force, 0)[0], -0.02 * EA / 2, 1e-9) << formulation;
     EXPECT_NEAR(last(ran.result.pairs[0].force), -0.02 * EA / 2, 1e-9);
@@ -139,18 +158,22 @@ TEST_P(Statics, AnInterferenceFitIsPressedTogether) {
   }
 }
 
-// A bar that is cut and pulled together between fixed ends, then loaded at the cut: its length is locked.
+// A bar that is cut and pulled together between fixed ends, then loaded at the cut: its length is
+// locked.
 TEST_P(Statics, ABoltIsPulledTogetherAndLocked) {
   for (const std::string pretension : {"force: 0.1", "shortening: 0.1"}) {
     Bars bars{.kind = GetParam(), .history = "[a.x_max, b.x_min]"};
     bars.instances = instance(bars, "a", 0) + instance(bars, "b", 1);
-    bars.boundary = "  - {instance: a, nodes: x_min, fix: [x, y, z]}\n  - {instance: b, nodes: x_max, fix: [x, y, z]}\n";
+    bars.boundary =
+        "  - {instance: a, nodes: x_min, fix: [x, y, z]}\n  - {instance: b, nodes: x_max, fix: [x, "
+        "y, z]}\n";
     bars.loads = "  - {instance: a, surface: x_max, force: [0.04, 0, 0]}\n";
     bars.contact = "  - {between: [a.x_max, b.x_min], pretension: {" + pretension + "}}\n";
     const Ran ran = folder.run(yaml(bars));
     // On a: a pull along +x; of a shortening d the pull is d E A / 2
     EXPECT_NEAR(at(ran.result.pairs[0].force, 0)[0], 0.1, 1e-8) << pretension;
-    const double apart = last(ran.monitor("a.x_max").mean_position) - last(ran.monitor("b.x_min").mean_position);
+    const double apart =
+        last(ran.monitor("a.x_max").mean_position) - last(ran.monitor("b.x_min").mean_position);
     EXPECT_NEAR(apart, 0.1 * 2 / EA, 1e-8);  // pulled through each other
     // The load goes half into either bar
     EXPECT_NEAR(last(ran.result.pairs[0].force), 0.1 - 0.02, 1e-8);
@@ -162,7 +185,9 @@ TEST_P(Statics, ABoltIsPulledTogetherAndLocked) {
 TEST_P(Statics, RestartsGoOnBitForBit) {
   Bars bars{.kind = GetParam(), .history = "[a.x_max]"};
   bars.instances = instance(bars, "a", 0) + instance(bars, "b", 1);
-  bars.boundary = "  - {instance: a, nodes: x_min, fix: [x, y, z]}\n  - {instance: b, nodes: x_max, fix: [x, y, z]}\n";
+  bars.boundary =
+      "  - {instance: a, nodes: x_min, fix: [x, y, z]}\n  - {instance: b, nodes: x_max, fix: [x, "
+      "y, z]}\n";
   bars.loads = "  - {instance: a, surface: x_max, force: [0.04, 0.01, 0]}\n";
   bars.contact = "  - {between: [a.x_max, b.x_min], pretension: {force: 0.1}}\n";
   std::optional<std::vector<Index>> saved;
@@ -178,7 +203,8 @@ TEST_P(Statics, RestartsGoOnBitForBit) {
   EXPECT_EQ(whole.result.total, again.result.total);
   EXPECT_EQ(whole.result.work_external, again.result.work_external);
   EXPECT_EQ(whole.result.pairs[0].force.values, again.result.pairs[0].force.values);
-  EXPECT_EQ(whole.monitor("a.x_max").mean_position.values, again.monitor("a.x_max").mean_position.values);
+  EXPECT_EQ(whole.monitor("a.x_max").mean_position.values,
+            again.monitor("a.x_max").mean_position.values);
 }
 
 // A bar is pressed against a wall by a force, and stays as it is when time begins.
@@ -190,7 +216,8 @@ TEST_P(Statics, MotionBeginsInEquilibrium) {
     bars.loads = "  - {instance: a, surface: x_max, force: [-0.1, 0.01, 0]}\n";
     bars.walls = "  floor: {plane: {point: [0, 0, 0], normal: [1, 0, 0]}}\n";
     bars.contact = "  - {between: [a.x_min, floor], friction: 0.9}\n";
-    bars.time = "end: 2, preload: 2, integrator: " + integrator + (integrator == "newmark" ? ", step: 0.05" : "");
+    bars.time = "end: 2, preload: 2, integrator: " + integrator +
+                (integrator == "newmark" ? ", step: 0.05" : "");
     bars.extra = ", every: 0.25";
     const Ran ran = folder.run(yaml(bars));
     const auto& x = ran.monitor("a.x_max").mean_position;
@@ -205,8 +232,9 @@ TEST_P(Statics, MotionBeginsInEquilibrium) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Kinds, Statics, ::testing::ValuesIn(kinds),
-                         [](const auto& of) { return of.param.substr(0, of.param.find_first_of("-,")); });
+INSTANTIATE_TEST_SUITE_P(Kinds, Statics, ::testing::ValuesIn(kinds), [](const auto& of) {
+  return of.param.substr(0, of.param.find_first_of("-,"));
+});
 
 }  // namespace
 }  // namespace cbr

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Coulomb friction against closed forms: a block on a slope, a block that slides to rest, a ball that hits a wall obliquely.
+// Coulomb friction against closed forms: a block on a slope, a block that slides to rest, a ball
+// that hits a wall obliquely.
 #include <gtest/gtest.h>
 #include <Eigen/Geometry>
 
@@ -17,12 +18,14 @@
 namespace cbr::test {
 namespace {
 
-// A block of 1 x 0.5 x 0.25 m that is laid on a slope. No Poisson's ratio: it must not spread, so that all its nodes slip downhill.
+// A block of 1 x 0.5 x 0.25 m that is laid on a slope. No Poisson's ratio: it must not spread, so
+// that all its nodes slip downhill.
 constexpr double height = 0.25, density = 1000, modulus = 1e7, gravity = 10;
 
 struct SlopeScene {
   double degrees = 20, friction = 0.2, speed = 0;  // downhill, at the start
-  double ramp = 0;                                 // gravity grows over this time: the block stays near its static state
+  // gravity grows over this time: the block stays near its static state
+  double ramp = 0;
   double end = 1;
   std::string as = "superelement", slope = "wall", contact = "enforcement: impulse", step = "auto";
   Index refinement = 1;
@@ -35,21 +38,27 @@ std::string scene_of(const SlopeScene& slope) {
   const std::string turned = "rotation: [0, " + text(slope.degrees) + ", 0]";
   const Vector3 velocity = slope.speed * slope.downhill();
   std::ostringstream s;
-  s << "materials:\n  soft: {youngs_modulus: " << text(modulus) << ", poissons_ratio: 0, density: " << text(density) << "}\n"
-    << "  hard: {youngs_modulus: " << text(100 * modulus) << ", poissons_ratio: 0, density: " << text(density) << "}\n"
-    << "components:\n  block: {mesh: block.exo, material: soft, reduction: {interface: [z_min], modes: 12, pick: participation}}\n"
+  s << "materials:\n  soft: {youngs_modulus: " << text(modulus)
+    << ", poissons_ratio: 0, density: " << text(density) << "}\n"
+    << "  hard: {youngs_modulus: " << text(100 * modulus)
+    << ", poissons_ratio: 0, density: " << text(density) << "}\n"
+    << "components:\n  block: {mesh: block.exo, material: soft, reduction: {interface: [z_min], "
+       "modes: 12, pick: participation}}\n"
     << "  slope: {mesh: slope.exo, material: hard}\n"
-    << "instances:\n  block: {component: block, as: " << slope.as << ", " << turned << ", velocity: " << text(velocity) << "}\n";
+    << "instances:\n  block: {component: block, as: " << slope.as << ", " << turned
+    << ", velocity: " << text(velocity) << "}\n";
   if (slope.slope == "wall") {
-    s << "walls: {slope: {plane: {point: [0, 0, 0], normal: " << text(slope.uphill_normal()) << "}}}\n";
+    s << "walls: {slope: {plane: {point: [0, 0, 0], normal: " << text(slope.uphill_normal())
+      << "}}}\n";
   } else {
     s << "  slope: {component: slope, as: mesh, " << turned << "}\n"
       << "boundary:\n  - {instance: slope, nodes: z_min, fix: [x, y, z]}\n";
   }
   s << "loads:\n  - {gravity: [0, 0, " << text(-gravity) << "]";
   if (slope.ramp > 0) s << ", history: {time: [0, " << text(slope.ramp) << "], value: [0, 1]}";
-  s << "}\ncontact:\n  - {between: [block.z_min, " << (slope.slope == "wall" ? "slope" : "slope.z_max")
-    << "], friction: " << text(slope.friction) << ", " << slope.contact << "}\n"
+  s << "}\ncontact:\n  - {between: [block.z_min, "
+    << (slope.slope == "wall" ? "slope" : "slope.z_max") << "], friction: " << text(slope.friction)
+    << ", " << slope.contact << "}\n"
     << "time: {end: " << text(slope.end) << ", step: " << slope.step << "}\n"
     << "output: {every: " << text(slope.end / 100) << ", history: [block.z_min]}\n";
   return s.str();
@@ -57,8 +66,9 @@ std::string scene_of(const SlopeScene& slope) {
 
 struct SlopeRun {
   Ran ran;
-  std::vector<double> t, along, off, speed;  // of the centre of mass: distance downhill and off the slope since the start, speed
-  std::vector<double> foot;                  // of the block's lower face: mean distance downhill
+  // of the centre of mass: distance downhill and off the slope since the start, speed
+  std::vector<double> t, along, off, speed;
+  std::vector<double> foot;  // of the block's lower face: mean distance downhill
 };
 
 SlopeRun run_slope(const SlopeScene& slope) {
@@ -66,8 +76,9 @@ SlopeRun run_slope(const SlopeScene& slope) {
   const Index n = slope.refinement;
   folder.add("block.exo", block_mesh({{4 * n, 2 * n, n}, {1, 0.5, height}}));
   // Longer and wider than the block, its nodes beside the block's
-  folder.add("slope.exo",
-             block_mesh({{7, 3, 1}, {7, 1.1, 0.3}, [](const Vector3& x) { return Vector3(x - Vector3(0.73, 0.3, 0.3)); }}));
+  folder.add("slope.exo", block_mesh({{7, 3, 1}, {7, 1.1, 0.3}, [](const Vector3& x) {
+                                        return Vector3(x - Vector3(0.73, 0.3, 0.3));
+                                      }}));
   SlopeRun r;
   r.ran = folder.run(scene_of(slope));
   r.t = r.ran.result.time;
@@ -75,7 +86,8 @@ SlopeRun run_slope(const SlopeScene& slope) {
   const auto& foot = r.ran.monitor("block.z_min").mean_position;
   for (std::size_t i = 0; i < r.t.size(); ++i) {
     const Vector3 moved = at(body.center_of_mass, i) - at(body.center_of_mass, 0);
-    r.along.push_back(slope.downhill().dot(moved)), r.off.push_back(slope.uphill_normal().dot(moved));
+    r.along.push_back(slope.downhill().dot(moved)),
+        r.off.push_back(slope.uphill_normal().dot(moved));
     r.speed.push_back(slope.downhill().dot(at(body.momentum, i)) / r.ran.mass("block"));
     r.foot.push_back(slope.downhill().dot(at(foot, i) - at(foot, 0)));
   }
@@ -88,10 +100,12 @@ double largest(const std::vector<double>& values) {
   return value;
 }
 
-void print(const char* what, const SlopeScene& slope, const SlopeRun& r, double error, double other) {
-  std::printf("%-6s %-12s on %-5s %-21s mu %.3f: %.2e, %.2e; off %.2e, energy balance %.0e, %d steps\n", what, slope.as.c_str(),
-              slope.slope.c_str(), slope.contact.c_str(), slope.friction, error, other, largest(r.off),
-              energy_residual(r.ran.result), static_cast<int>(r.ran.result.steps));
+void print(const char* what, const SlopeScene& slope, const SlopeRun& r, double error,
+           double other) {
+  std::printf(
+      "%-6s %-12s on %-5s %-21s mu %.3f: %.2e, %.2e; off %.2e, energy balance %.0e, %d steps\n",
+      what, slope.as.c_str(), slope.slope.c_str(), slope.contact.c_str(), slope.friction, error,
+      other, largest(r.off), energy_residual(r.ran.result), static_cast<int>(r.ran.result.steps));
 }
 
 // All that a superelement or mesh on a wall or a held mesh can be, with both enforcements.
@@ -115,12 +129,13 @@ double fall(const SlopeScene& slope, double t) {
 
 struct SlipErrors {
   double position = 0;  // against x = v t + g (sin a - mu cos a) t^2 / 2
-  double momentum =
-      0;  // the same with mu times the motion off the slope taken in: exact for an elastic block, whatever its pressure
+  double momentum = 0;  // the same with mu times the motion off the slope taken in: exact for an
+                        // elastic block, whatever its pressure
 };
 
 SlipErrors slip_errors(const SlopeScene& slope, const SlopeRun& r) {
-  const double acceleration = gravity * (std::sin(slope.angle()) - slope.friction * std::cos(slope.angle()));
+  const double acceleration =
+      gravity * (std::sin(slope.angle()) - slope.friction * std::cos(slope.angle()));
   SlipErrors e;
   for (std::size_t i = 0; i < r.t.size(); ++i) {
     const double x = slope.speed * r.t[i] + acceleration * fall(slope, r.t[i]);
@@ -130,12 +145,16 @@ SlipErrors slip_errors(const SlopeScene& slope, const SlopeRun& r) {
   return e;
 }
 
-// How far the centre of mass sinks under gravity that is put on at once: twice the static rho g cos a H^2 / 3 E.
-double sag(const SlopeScene& slope) { return 2 * density * gravity * std::cos(slope.angle()) * height * height / (3 * modulus); }
+// How far the centre of mass sinks under gravity that is put on at once: twice the static rho g cos
+// a H^2 / 3 E.
+double sag(const SlopeScene& slope) {
+  return 2 * density * gravity * std::cos(slope.angle()) * height * height / (3 * modulus);
+}
 
-// Slides from the start, so that every node slips downhill all the time: p_t = mu p_n to the last digit, and what the position
-// misses is what the pressure of a block that sinks in and swings differs from its weight. The held mesh's faces tilt as they
-// give way; a penalty spring's give is softer than the block.
+// Slides from the start, so that every node slips downhill all the time: p_t = mu p_n to the last
+// digit, and what the position misses is what the pressure of a block that sinks in and swings
+// differs from its weight. The held mesh's faces tilt as they give way; a penalty spring's give is
+// softer than the block.
 TEST(Slope, SlidesAsTheClosedForm) {
   each_slope([](SlopeScene slope) {
     slope.speed = 1;
@@ -163,8 +182,8 @@ TEST(Slope, BeginsToSlide) {
   });
 }
 
-// Errors fall with the step: of central differences, that see a growing load at the steps only, and of the penalty, whose springs
-// get stiffer.
+// Errors fall with the step: of central differences, that see a growing load at the steps only, and
+// of the penalty, whose springs get stiffer.
 TEST(Slope, OrdersInTheStep) {
   SlopeScene slope;
   slope.end = 0.2;
@@ -184,19 +203,23 @@ TEST(Slope, OrdersInTheStep) {
   EXPECT_GT(order({0.8, 0.4, 0.2}), 1.8);
 }
 
-// mu above tan a: nothing slips, so the foot of the block is where it was, to round-off on a wall; on a held mesh it goes with the
-// slope's own shear rho g sin a (H_s^2 / 2 + H H_s) / G_s; a penalty has a spring to stretch, which does not creep.
+// mu above tan a: nothing slips, so the foot of the block is where it was, to round-off on a wall;
+// on a held mesh it goes with the slope's own shear rho g sin a (H_s^2 / 2 + H H_s) / G_s; a
+// penalty has a spring to stretch, which does not creep.
 TEST(Slope, SticksWithoutCreep) {
   each_slope([](SlopeScene slope) {
     slope.ramp = 0.1, slope.friction = 0.8;
     const SlopeRun r = run_slope(slope);
     const std::size_t half = r.t.size() / 2;
     double creep = 0;
-    for (std::size_t i = half; i < r.t.size(); ++i) creep = std::max(creep, std::abs(r.foot[i] - r.foot[half]));
+    for (std::size_t i = half; i < r.t.size(); ++i)
+      creep = std::max(creep, std::abs(r.foot[i] - r.foot[half]));
     print("stick", slope, r, largest(r.foot), creep);
-    const double shear = density * gravity * std::sin(slope.angle()) * (0.3 * 0.3 / 2 + height * 0.3) / (50 * modulus);
+    const double shear = density * gravity * std::sin(slope.angle()) *
+                         (0.3 * 0.3 / 2 + height * 0.3) / (50 * modulus);
     const bool impulse = slope.contact == "enforcement: impulse", wall = slope.slope == "wall";
-    EXPECT_LT(largest(r.foot), impulse ? (wall ? 1e-13 : 1.1 * shear) : (wall ? 0 : 1.1 * shear) + 1e-5);
+    EXPECT_LT(largest(r.foot),
+              impulse ? (wall ? 1e-13 : 1.1 * shear) : (wall ? 0 : 1.1 * shear) + 1e-5);
     EXPECT_LT(creep, impulse && wall ? 1e-13 : 1e-7);
   });
 }
@@ -218,20 +241,24 @@ TEST(Slope, Threshold) {
   EXPECT_GT(slips.along.back(), 0.1);
 }
 
-// On the level: v^2 / (2 mu g), less what it slides while gravity grows; all the energy goes into friction but for the shear that
-// swings on, mu rho g H^2 / 2 G at most, which is also all that the foot may still move.
+// On the level: v^2 / (2 mu g), less what it slides while gravity grows; all the energy goes into
+// friction but for the shear that swings on, mu rho g H^2 / 2 G at most, which is also all that the
+// foot may still move.
 TEST(Slope, SlidesToRest) {
   each_slope([](SlopeScene slope) {
     slope.degrees = 0, slope.speed = 1.5, slope.friction = 0.25, slope.ramp = 0.1;
     const SlopeRun r = run_slope(slope);
     const double a = slope.friction * gravity, T = slope.ramp, v = slope.speed - a * T / 2;
-    const double stop = slope.speed * T - a * T * T / 6 + v * v / (2 * a), shear = density * a * height * height / modulus;
+    const double stop = slope.speed * T - a * T * T / 6 + v * v / (2 * a),
+                 shear = density * a * height * height / modulus;
     const RunResult& result = r.ran.result;
     double creep = 0;
     const std::size_t late = 3 * r.t.size() / 4;  // stops at 0.65 s
-    for (std::size_t i = late; i < r.t.size(); ++i) creep = std::max(creep, std::abs(r.foot[i] - r.foot[late]));
+    for (std::size_t i = late; i < r.t.size(); ++i)
+      creep = std::max(creep, std::abs(r.foot[i] - r.foot[late]));
     print("rest", slope, r, std::abs(r.foot.back() - stop), creep);
-    const double lost = -result.work_friction.back() / result.total.front(), left = result.total.back() / result.total.front();
+    const double lost = -result.work_friction.back() / result.total.front(),
+                 left = result.total.back() / result.total.front();
     std::printf("  friction took %.7f of the energy, %.1e is left\n", lost, left);
     EXPECT_NEAR(r.foot.back(), stop, 10 * shear);  // 0.524 m; 1.6e-4
     EXPECT_NEAR(lost, 1, 5e-4);
@@ -241,13 +268,17 @@ TEST(Slope, SlidesToRest) {
   });
 }
 
-// A steel ball meets a wall at 1 m/s with 2 m/s along it, mu = 0.1: it slides through the whole impact.
+// A steel ball meets a wall at 1 m/s with 2 m/s along it, mu = 0.1: it slides through the whole
+// impact.
 struct BallRun {
-  Vector3 impulse = Vector3::Zero(), velocity = Vector3::Zero();  // on the ball; of its centre after
-  double spin = 0;                                                // about y through the centre, after: angular momentum over m R
-  double friction = 0;                                            // work, over m / 2 (2 m/s)^2 + ...: J / kg
-  double steepest = 0;                                            // largest |F_t| / (mu F_n)
-  double turning = 0;  // error of the angular momentum about the wall's origin, over m R v
+  // on the ball; of its centre after
+  Vector3 impulse = Vector3::Zero(), velocity = Vector3::Zero();
+  // about y through the centre, after: angular momentum over m R
+  double spin = 0;
+  // work, over m / 2 (2 m/s)^2 + ...: J / kg
+  double friction = 0;
+  double steepest = 0;  // largest |F_t| / (mu F_n)
+  double turning = 0;   // error of the angular momentum about the wall's origin, over m R v
   double balance = 0, energy_gain = 0;
 };
 
@@ -256,9 +287,10 @@ BallRun oblique(const std::string& as, double friction, double along, Index m) {
   folder.add("ball.msh", graded_ball({10e-3, 0.5e-3, m, 7 * m / 4, m / 4, false}));
   std::ostringstream s;
   s << "materials: {steel: {youngs_modulus: 210.0e9, poissons_ratio: 0.3, density: 7850}}\n"
-    << "components: {ball: {mesh: ball.msh, material: steel, reduction: {interface: [contact], modes: 11}}}\n"
-    << "instances: {ball: {component: ball, as: " << as << ", position: [0, 0, 1.0e-8], velocity: [" << text(along)
-    << ", 0, -1]}}\n"
+    << "components: {ball: {mesh: ball.msh, material: steel, reduction: {interface: [contact], "
+       "modes: 11}}}\n"
+    << "instances: {ball: {component: ball, as: " << as << ", position: [0, 0, 1.0e-8], velocity: ["
+    << text(along) << ", 0, -1]}}\n"
     << "walls: {floor: {plane: {point: [0, 0, 0], normal: [0, 0, 1]}}}\n"
     << "contact: [{between: [ball.contact, floor], friction: " << text(friction) << "}]\n"
     << "time: {end: 6.0e-5, step: {cfl: 0.45}}\noutput: {every: 5.0e-7, history: [ball.contact]}\n";
@@ -271,31 +303,36 @@ BallRun oblique(const std::string& as, double friction, double along, Index m) {
   r.impulse = integral(ran.result, pair.force) / mass;
   const std::size_t last = t.size() - 1;
   r.velocity = at(body.momentum, last) / mass;
-  const Vector3 spin = at(body.angular_momentum, last) - at(body.center_of_mass, last).cross(at(body.momentum, last));
+  const Vector3 spin = at(body.angular_momentum, last) -
+                       at(body.center_of_mass, last).cross(at(body.momentum, last));
   r.spin = spin.y() / (mass * R);
   r.friction = ran.result.work_friction.back() / mass;
   Vector3 turned = at(body.angular_momentum, 0);
   for (std::size_t i = 1; i < t.size(); ++i) {
     const Vector3 F = at(pair.force, i);
-    if (friction > 0 && F.z() > 0) r.steepest = std::max(r.steepest, F.head<2>().norm() / (friction * F.z()));
+    if (friction > 0 && F.z() > 0)
+      r.steepest = std::max(r.steepest, F.head<2>().norm() / (friction * F.z()));
     turned += at(pair.center_of_pressure, i).cross(F) * (t[i] - t[i - 1]);
     r.turning = std::max(r.turning, (at(body.angular_momentum, i) - turned).norm() / (mass * R));
   }
   r.balance = energy_residual(ran.result);
   r.energy_gain = ran.result.total.back() / ran.result.total.front() - 1;
   std::printf(
-      "%-12s mu %g: J / m %.5f %.1e %.5f, v after %.5f, spin %.5f, friction %.5f J/kg, cone %.9f, turning %.1e, balance %.0e\n",
-      as.c_str(), friction, r.impulse.x(), r.impulse.y(), r.impulse.z(), r.velocity.x(), r.spin, r.friction, r.steepest, r.turning,
-      r.balance);
+      "%-12s mu %g: J / m %.5f %.1e %.5f, v after %.5f, spin %.5f, friction %.5f J/kg, cone %.9f, "
+      "turning %.1e, balance %.0e\n",
+      as.c_str(), friction, r.impulse.x(), r.impulse.y(), r.impulse.z(), r.velocity.x(), r.spin,
+      r.friction, r.steepest, r.turning, r.balance);
   return r;
 }
 
-// 11 modes: 10 would keep one of a pair of equal frequency, and which one is up to round-off: a ball without its symmetry.
+// 11 modes: 10 would keep one of a pair of equal frequency, and which one is up to round-off: a
+// ball without its symmetry.
 TEST(ObliqueImpact, SlidingBall) {
   BallRun runs[2];
   for (const int full : {0, 1}) {
     const BallRun r = runs[full] = oblique(full ? "mesh" : "superelement", 0.1, 2, 6);
-    // Rigid: u = mu (1 + e) v_n off the speed along the wall, 5 u / 2 R of spin, m u (v - 7 u / 4) of work
+    // Rigid: u = mu (1 + e) v_n off the speed along the wall, 5 u / 2 R of spin, m u (v - 7 u / 4)
+    // of work
     const double u = 0.1 * r.impulse.z();
     EXPECT_NEAR(r.impulse.z(), 2, 1e-3);
     EXPECT_NEAR(-r.impulse.x(), u, 2e-3 * u);
@@ -312,7 +349,8 @@ TEST(ObliqueImpact, SlidingBall) {
   EXPECT_NEAR(runs[0].friction, runs[1].friction, 5e-3 * std::abs(runs[1].friction));
 }
 
-// Rough enough to stick: friction keeps to the cone and takes energy, and the ball comes off rolling but for its tangential give.
+// Rough enough to stick: friction keeps to the cone and takes energy, and the ball comes off
+// rolling but for its tangential give.
 TEST(ObliqueImpact, StickingBall) {
   for (const char* as : {"superelement", "mesh"}) {
     const BallRun r = oblique(as, 1, 0.3, 4);

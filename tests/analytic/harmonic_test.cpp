@@ -24,23 +24,29 @@ using Complex = std::complex<double>;
 
 constexpr double alpha = 0.3, beta = 2e-4;
 const std::string material =
-    "materials: {soft: {youngs_modulus: 200, poissons_ratio: 0.3, density: 1, damping: {alpha: 0.3, beta: 2.0e-4}}}\n";
+    "materials: {soft: {youngs_modulus: 200, poissons_ratio: 0.3, density: 1, damping: {alpha: "
+    "0.3, beta: 2.0e-4}}}\n";
 // The cantilever's first bending frequency is 0.23 Hz
-const std::string sweep = "time: {end: 1}\nsweep: {from_hz: 0.05, to_hz: 6, points: 10, spacing: log}\n";
+const std::string sweep =
+    "time: {end: 1}\nsweep: {from_hz: 0.05, to_hz: 6, points: 10, spacing: log}\n";
 
 // A cantilever along x from 0 to 1, of hex8; mean displacement of its end over frequencies.
 class Dense {
  public:
-  Dense() : mesh_(block_mesh({{12, 2, 2}, {1, 0.1, 0.1}})), model_(assemble(mesh_, {{Material{200, 0.3, 1}}}, MassKind::lumped)) {}
+  Dense()
+      : mesh_(block_mesh({{12, 2, 2}, {1, 0.1, 0.1}})),
+        model_(assemble(mesh_, {{Material{200, 0.3, 1}}}, MassKind::lumped)) {}
 
   // Under a force on the end, or an acceleration of the base.
   Eigen::Vector3cd tip(double hz, const Vector3& force, const Vector3& base) const {
     const double w = 2 * std::numbers::pi * hz;
-    const std::vector<Index> dofs = free_dofs(mesh_, model_, [](const Vector3& x, int) { return x[0] < 1e-9; });
+    const std::vector<Index> dofs =
+        free_dofs(mesh_, model_, [](const Vector3& x, int) { return x[0] < 1e-9; });
     const Matrix K = submatrix(model_.K, dofs), M = submatrix(model_.M, dofs);
     const auto n = static_cast<Index>(dofs.size());
     Vector f = Vector::Zero(n);
-    const Surface end = extract_surface(mesh_, mesh_.sidesets[static_cast<std::size_t>(find_sideset(mesh_, "x_max"))]);
+    const Surface end = extract_surface(
+        mesh_, mesh_.sidesets[static_cast<std::size_t>(find_sideset(mesh_, "x_max"))]);
     const Vector weight = face_weights(end, mesh_.coordinates);
     const std::vector<Index> nodes = surface_nodes(end);
     for (Index i = 0; i < n; ++i) {
@@ -83,13 +89,16 @@ class Harmonic : public testing::Test {
     double worst = 0;
     for (Index i = 0; i < response.frequency_hz.size(); ++i) {
       const Eigen::Vector3cd expected = dense.tip(response.frequency_hz[i], force, base);
-      worst = std::max(worst, (response.sets.at(0).displacement.row(i).transpose() - expected).norm() / expected.norm());
+      worst =
+          std::max(worst, (response.sets.at(0).displacement.row(i).transpose() - expected).norm() /
+                              expected.norm());
     }
     return worst;
   }
   static std::string beam(const std::string& component, const std::string& rest) {
-    return material + "components:\n  beam: {mesh: beam.exo, material: soft, mass: lumped" + component +
-           "}\ninstances: {b: {component: beam, rotation: [0, 0, 90]}}\n" + rest + sweep + "output: {history: [b.x_max]}\n";
+    return material + "components:\n  beam: {mesh: beam.exo, material: soft, mass: lumped" +
+           component + "}\ninstances: {b: {component: beam, rotation: [0, 0, 90]}}\n" + rest +
+           sweep + "output: {history: [b.x_max]}\n";
   }
 
   SceneFolder folder_;
@@ -97,15 +106,18 @@ class Harmonic : public testing::Test {
 
 // In the scene's axes the beam points along y.
 const std::string push =
-    "boundary: [{instance: b, nodes: x_min, fix: [x, y, z]}]\nloads: [{instance: b, surface: x_max, force: [-2, 1, 3]}, {gravity: "
+    "boundary: [{instance: b, nodes: x_min, fix: [x, y, z]}]\nloads: [{instance: b, surface: "
+    "x_max, force: [-2, 1, 3]}, {gravity: "
     "[0, 0, -9.81]}]\n";
 const Vector3 push_of_beam(1, 2, 3);
-const std::string shake = "boundary: [{instance: b, nodes: x_min, fix: [x, y, z], acceleration: [0, 5, 2]}]\n";
+const std::string shake =
+    "boundary: [{instance: b, nodes: x_min, fix: [x, y, z], acceleration: [0, 5, 2]}]\n";
 
 Eigen::Matrix3d turned() { return (Matrix3() << 0, -1, 0, 1, 0, 0, 0, 0, 1).finished(); }
 
 HarmonicResponse in_beam_axes(HarmonicResponse response) {
-  for (auto& set : response.sets) set.displacement = (set.displacement * turned().cast<Complex>()).eval();
+  for (auto& set : response.sets)
+    set.displacement = (set.displacement * turned().cast<Complex>()).eval();
   return response;
 }
 
@@ -115,9 +127,12 @@ TEST_F(Harmonic, IsThatOfADenseSolutionOfTheMesh) {
     double pushed, shaken;  // largest errors
   };
   // All modes there are; the mesh in its modes up to 12 Hz and two terms for the others
-  for (const Case& c : {Case{", reduction: {interface: [x_min, x_max], modes: 297}", 2e-10, 2e-10}, Case{"", 1e-3, 2e-4}}) {
-    const double pushed = error(in_beam_axes(respond(beam(c.component, push))), push_of_beam, Vector3::Zero());
-    const double shaken = error(in_beam_axes(respond(beam(c.component, shake))), Vector3::Zero(), Vector3(5, 0, 2));
+  for (const Case& c : {Case{", reduction: {interface: [x_min, x_max], modes: 297}", 2e-10, 2e-10},
+                        Case{"", 1e-3, 2e-4}}) {
+    const double pushed =
+        error(in_beam_axes(respond(beam(c.component, push))), push_of_beam, Vector3::Zero());
+    const double shaken =
+        error(in_beam_axes(respond(beam(c.component, shake))), Vector3::Zero(), Vector3(5, 0, 2));
     std::printf("%-70s pushed %.2g, shaken %.2g\n", c.component.c_str(), pushed, shaken);
     EXPECT_LT(pushed, c.pushed) << c.component;
     EXPECT_LT(shaken, c.shaken) << c.component;
@@ -126,26 +141,29 @@ TEST_F(Harmonic, IsThatOfADenseSolutionOfTheMesh) {
 
 // Two halves tied node by node are the whole.
 TEST_F(Harmonic, OfTiedHalvesIsThatOfTheWhole) {
-  const std::string yaml =
-      material +
-      "components:\n  half: {mesh: half.exo, material: soft, mass: lumped, reduction: {interface: [x_min, x_max], modes: 135}}\n"
-      "instances:\n  a: {component: half, as: superelement}\n"
-      "  b: {component: half, as: superelement, position: [0.5, 0, 0]}\n"
-      "contact: [{between: [a.x_max, b.x_min], tied: true}]\nboundary: [{instance: a, nodes: x_min, fix: [x, y, z]}]\n"
-      "loads: [{instance: b, surface: x_max, force: [1, 2, 3]}]\n" +
-      sweep + "output: {history: [b.x_max]}\n";
+  const std::string yaml = material +
+                           "components:\n  half: {mesh: half.exo, material: soft, mass: lumped, "
+                           "reduction: {interface: [x_min, x_max], modes: 135}}\n"
+                           "instances:\n  a: {component: half, as: superelement}\n"
+                           "  b: {component: half, as: superelement, position: [0.5, 0, 0]}\n"
+                           "contact: [{between: [a.x_max, b.x_min], tied: true}]\nboundary: "
+                           "[{instance: a, nodes: x_min, fix: [x, y, z]}]\n"
+                           "loads: [{instance: b, surface: x_max, force: [1, 2, 3]}]\n" +
+                           sweep + "output: {history: [b.x_max]}\n";
   const double found = error(respond(yaml), push_of_beam, Vector3::Zero());
   std::printf("tied superelements: %.2g\n", found);
   EXPECT_LT(found, 8e-11);
 }
 
 TEST_F(Harmonic, FilesHaveWhatWasComputed) {
-  const HarmonicResponse response = respond(beam(", reduction: {interface: [x_min, x_max], modes: 20}", push));
+  const HarmonicResponse response =
+      respond(beam(", reduction: {interface: [x_min, x_max], modes: 20}", push));
   write_sweep(folder_.folder() / "sweep.h5", response);
   const Hdf5Reader file(folder_.folder() / "sweep.h5");
   EXPECT_EQ(file.read_string("/", "format"), "cbr-sweep");
   EXPECT_EQ(file.read_vector("/frequency_hz"), response.frequency_hz);
-  EXPECT_EQ(file.read_points("/surfaces/b.x_max/displacement_imag"), Points(response.sets[0].displacement.imag()));
+  EXPECT_EQ(file.read_points("/surfaces/b.x_max/displacement_imag"),
+            Points(response.sets[0].displacement.imag()));
   std::ifstream table(folder_.folder() / "sweep.csv");
   std::string line;
   std::getline(table, line);
@@ -161,11 +179,13 @@ TEST_F(Harmonic, WhatCannotBeIsRefused) {
     const std::string message = refusal_of([&] { respond(yaml); });
     EXPECT_NE(message.find(words), std::string::npos) << message;
   };
-  expect(beam(reduction, "boundary: [{instance: b, nodes: x_min, fix: [x, y, z]}]\nloads: [{gravity: [0, 0, -9.81]}]\n"),
+  expect(beam(reduction,
+              "boundary: [{instance: b, nodes: x_min, fix: [x, y, z]}]\nloads: [{gravity: [0, 0, "
+              "-9.81]}]\n"),
          "nothing excites");
-  expect(
-      beam(reduction, push + "walls: {w: {plane: {point: [0, 0, -1], normal: [0, 0, 1]}}}\ncontact: [{between: [b.x_max, w]}]\n"),
-      "contact: --sweep is of a linear scene");
+  expect(beam(reduction, push + "walls: {w: {plane: {point: [0, 0, -1], normal: [0, 0, "
+                                "1]}}}\ncontact: [{between: [b.x_max, w]}]\n"),
+         "contact: --sweep is of a linear scene");
   std::string none = beam(reduction, push);
   none.replace(none.find("sweep:"), sweep.size() - sweep.find("sweep:"), "");
   expect(none, "needs sweep: {from_hz");

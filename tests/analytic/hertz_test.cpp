@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Two balls, and a ball on a plane: force, approach, duration and contact area of the impact against Hertz.
+// Two balls, and a ball on a plane: force, approach, duration and contact area of the impact
+// against Hertz.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -18,7 +19,8 @@ constexpr double start_gap = 1e-8, core = 0.5e-3;
 // Errors are shares of the reference's largest value; force: rms over the contact's duration.
 struct Errors {
   double approach = 0, duration = 0, force = 0, peak = 0, rebound = 0, area = 0, energy = 0;
-  double momentum = 0, angular_momentum = 0, energy_residual = 0;  // drift over the largest; see scene_run.hpp
+  // drift over the largest; see scene_run.hpp
+  double momentum = 0, angular_momentum = 0, energy_residual = 0;
   double largest_approach = 0;
 };
 
@@ -52,22 +54,25 @@ std::string scene_of(const BallScene& ball, const Mesh& mesh, double end) {
   const bool two = ball.partner == "ball";
   const double speed = two ? ball.impact.speed / 2 : ball.impact.speed;
   std::ostringstream s;
-  s << "materials: {steel: {youngs_modulus: 210.0e9, poissons_ratio: 0.3, density: " << text(density) << "}, "
+  s << "materials: {steel: {youngs_modulus: 210.0e9, poissons_ratio: 0.3, density: "
+    << text(density) << "}, "
     << "hard: {youngs_modulus: 210.0e13, poissons_ratio: 0.3, density: 7850.0e4}}\n"
     << "components:\n  ball: {mesh: ball.msh, material: steel" << ball.reduction << "}\n"
     << (ball.partner == "plate" ? "  plate: {mesh: plate.exo, material: hard}\n" : "")
-    << "instances:\n  a: {component: ball, as: " << ball.as << ", position: [0, 0, " << text(start_gap) << "], velocity: [0, 0, "
-    << text(-speed) << "]}\n";
+    << "instances:\n  a: {component: ball, as: " << ball.as << ", position: [0, 0, "
+    << text(start_gap) << "], velocity: [0, 0, " << text(-speed) << "]}\n";
   if (two)
-    s << "  b: {component: ball, as: " << ball.as << ", mirror: z, rotation: [0, 0, " << text(ball.turn) << "], velocity: [0, 0, "
-      << text(speed) << "]}\n";
+    s << "  b: {component: ball, as: " << ball.as << ", mirror: z, rotation: [0, 0, "
+      << text(ball.turn) << "], velocity: [0, 0, " << text(speed) << "]}\n";
   if (ball.partner == "plate") s << "  floor: {component: plate, as: mesh}\n";
-  if (ball.partner == "wall") s << "walls: {floor: {plane: {point: [0, 0, 0], normal: [0, 0, 1]}}}\n";
+  if (ball.partner == "wall")
+    s << "walls: {floor: {plane: {point: [0, 0, 0], normal: [0, 0, 1]}}}\n";
   if (ball.quarter) {
     s << "boundary:\n";
     for (const char* name : {"a", "b"}) {
       if (name[0] == 'b' && !two) continue;
-      s << "  - {instance: " << name << ", nodes: x_plane, fix: [x]}\n  - {instance: " << name << ", nodes: y_plane, fix: [y]}\n";
+      s << "  - {instance: " << name << ", nodes: x_plane, fix: [x]}\n  - {instance: " << name
+        << ", nodes: y_plane, fix: [y]}\n";
     }
   }
   if (ball.partner == "plate") s << "  - {instance: floor, nodes: z_min, fix: [x, y, z]}\n";
@@ -109,7 +114,8 @@ Errors errors_of(const BallScene& ball, const Ran& ran, const ImpactAnswer& refe
   const auto& pair = ran.result.pairs[0];
   double sum = 0, peak = 0;
   for (std::size_t i = 1; i < t.size(); ++i) {
-    const double F = at(pair.force, i).z() / share, wanted = reference.force_at((t[i] + t[i - 1]) / 2 - begin);
+    const double F = at(pair.force, i).z() / share,
+                 wanted = reference.force_at((t[i] + t[i - 1]) / 2 - begin);
     sum += (F - wanted) * (F - wanted) * (t[i] - t[i - 1]);
     peak = std::max(peak, F);
   }
@@ -117,9 +123,9 @@ Errors errors_of(const BallScene& ball, const Ran& ran, const ImpactAnswer& refe
   e.peak = peak / reference.force - 1;
   const auto& p = ran.body("a").momentum;
   e.rebound = -at(p, t.size() - 1).z() / at(p, 0).z();
-  e.area =
-      *std::max_element(pair.area.begin(), pair.area.end()) / share / (std::numbers::pi * std::pow(reference.contact_radius, 2)) -
-      1;
+  e.area = *std::max_element(pair.area.begin(), pair.area.end()) / share /
+               (std::numbers::pi * std::pow(reference.contact_radius, 2)) -
+           1;
   e.energy_residual = energy_residual(ran.result);
   const double p0 = at(p, 0).norm();
   for (std::size_t i = 0; two && i < t.size(); ++i) {
@@ -146,11 +152,12 @@ Errors run_ball(const BallScene& ball, const SceneFolder& folder, const Mesh& me
   const Ran ran = folder.run(scene_of(ball, mesh, 1.15 * reference.duration));
   const Errors e = errors_of(ball, ran, reference);
   std::printf(
-      "%-5s %-12s m %2d %-24s approach %+.5f duration %+.5f force rms %.5f peak %+.5f area %+.4f rebound %.6f energy %+.1e, ",
-      ball.partner.c_str(), ball.as.c_str(), static_cast<int>(ball.m), ball.contact.c_str(), e.approach, e.duration, e.force,
-      e.peak, e.area, e.rebound, e.energy);
-  std::printf("drifts %.0e %.0e %.0e, %d steps\n", e.momentum, e.angular_momentum, e.energy_residual,
-              static_cast<int>(ran.result.steps));
+      "%-5s %-12s m %2d %-24s approach %+.5f duration %+.5f force rms %.5f peak %+.5f area %+.4f "
+      "rebound %.6f energy %+.1e, ",
+      ball.partner.c_str(), ball.as.c_str(), static_cast<int>(ball.m), ball.contact.c_str(),
+      e.approach, e.duration, e.force, e.peak, e.area, e.rebound, e.energy);
+  std::printf("drifts %.0e %.0e %.0e, %d steps\n", e.momentum, e.angular_momentum,
+              e.energy_residual, static_cast<int>(ran.result.steps));
   return e;
 }
 
@@ -176,24 +183,27 @@ TEST(Hertz, FiniteBallTendsToHertz) {
     const ImpactAnswer exact = hertz(impact), finite = finite_ball(impact);
     size.push_back(exact.contact_radius / impact.radius);
     difference.push_back(std::abs(finite.force / exact.force - 1));
-    std::printf("speed %g: a / R %.4f, force %+.5f, approach %+.5f, duration %+.5f against Hertz\n", speed, size.back(),
-                finite.force / exact.force - 1, finite.approach / exact.approach - 1, finite.duration / exact.duration - 1);
+    std::printf("speed %g: a / R %.4f, force %+.5f, approach %+.5f, duration %+.5f against Hertz\n",
+                speed, size.back(), finite.force / exact.force - 1,
+                finite.approach / exact.approach - 1, finite.duration / exact.duration - 1);
   }
   EXPECT_GT(observed_order(size, difference), 0.8);
   EXPECT_LT(difference.back(), 2e-3);
 }
 
-// What every run has to keep. The facets of two balls touch off the line of centres, so that their momenta are not zero one by one.
-// Where a node passes from face to face its energy jumps by what the facets' angle makes of it.
+// What every run has to keep. The facets of two balls touch off the line of centres, so that their
+// momenta are not zero one by one. Where a node passes from face to face its energy jumps by what
+// the facets' angle makes of it.
 void expect_conserved(const Errors& e, Index m) {
   EXPECT_LT(std::abs(e.energy), 5e-5 * std::pow(8 / double(m), 2));
   EXPECT_LT(e.momentum, 1e-10);
-  EXPECT_LT(e.angular_momentum, 1e-4);  // of the undeformed shapes: docs/theory.md, "Angular momentum"; approach / radius is 2e-3
+  // of the undeformed shapes: docs/theory.md, "Angular momentum"; approach / radius is 2e-3
+  EXPECT_LT(e.angular_momentum, 1e-4);
   EXPECT_LT(e.energy_residual, 1e-9);
 }
 
-// Duration, approach and rebound are known better than the force at any time: they are means over the patch and the contact. The
-// area counts whole node areas: a ring of half an element too many.
+// Duration, approach and rebound are known better than the force at any time: they are means over
+// the patch and the contact. The area counts whole node areas: a ring of half an element too many.
 void expect_close(const Errors& e, const BallScene& ball, double force, double rest) {
   EXPECT_LT(e.force, force);
   EXPECT_LT(std::abs(e.approach), rest);
@@ -217,7 +227,8 @@ TEST(Hertz, BallOnBall) {
   }
   EXPECT_GT(observed_order(h, force), 1.8);
   expect_close(e, ball, 0.005, 0.002);
-  // Hertz himself: 1005.38 N, 60.163 us, 20.441 um, which a finite ball of this size misses by 1.4, 1.0 and 0.9 %
+  // Hertz himself: 1005.38 N, 60.163 us, 20.441 um, which a finite ball of this size misses
+  // by 1.4, 1.0 and 0.9 %
   const ImpactAnswer exact = hertz(ball.impact), finite = finite_ball(ball.impact);
   EXPECT_NEAR((1 + e.peak) * finite.force, exact.force, 0.018 * exact.force);
   EXPECT_NEAR((1 + e.duration) * finite.duration, exact.duration, 0.013 * exact.duration);
@@ -245,7 +256,8 @@ TEST(Hertz, BallOnPlane) {
   expect_close(e, ball, 0.005, 0.002);
 }
 
-// The spring of a penalty gets stiffer as the step gets shorter, as 1 / h^2, and what it gives way falls so.
+// The spring of a penalty gets stiffer as the step gets shorter, as 1 / h^2, and what it gives way
+// falls so.
 TEST(Hertz, PenaltyTendsToImpulse) {
   BallScene ball;
   ball.m = 6;
@@ -265,11 +277,13 @@ TEST(Hertz, PenaltyTendsToImpulse) {
   EXPECT_LT(difference.back(), 0.02);
 }
 
-// The reduced ball against the full one: in the number of modes, and at any step, as its impulses have the compliance of a force
-// that lasts (without: off by F h^2 / 12 m, which is 0.4 % at the critical step).
+// The reduced ball against the full one: in the number of modes, and at any step, as its impulses
+// have the compliance of a force that lasts (without: off by F h^2 / 12 m, which is 0.4 % at the
+// critical step).
 TEST(Hertz, SuperelementIsTheMesh) {
   BallScene ball;
-  ball.impact.on_plane = false, ball.partner = "ball", ball.m = 6, ball.quarter = false, ball.step = "{cfl: 0.45}";
+  ball.impact.on_plane = false, ball.partner = "ball", ball.m = 6, ball.quarter = false,
+  ball.step = "{cfl: 0.45}";
   SceneFolder folder;
   const Mesh mesh = ball_mesh(ball);
   add_meshes(ball, mesh, folder);
@@ -277,7 +291,8 @@ TEST(Hertz, SuperelementIsTheMesh) {
   ball.as = "superelement";
   const auto reduced = [&](int modes, double cfl) {
     const auto n = std::to_string(modes);
-    ball.reduction = ", reduction: {interface: [contact], modes: " + n + ", superelement: ball" + n + ".cbr.h5}";
+    ball.reduction =
+        ", reduction: {interface: [contact], modes: " + n + ", superelement: ball" + n + ".cbr.h5}";
     ball.step = "{cfl: " + text(cfl) + "}";
     const Errors e = run_ball(ball, folder, mesh);
     expect_conserved(e, ball.m);
@@ -289,7 +304,8 @@ TEST(Hertz, SuperelementIsTheMesh) {
     EXPECT_NEAR(approach[10], full.approach, 1e-4) << cfl;
   }
   for (const int modes : {0, 5, 20}) approach[modes] = reduced(modes, 0.5).approach;
-  EXPECT_GT(std::abs(approach[0] - approach[20]), 0.1);  // without modes most of the ball's mass hangs on the patch
+  // without modes most of the ball's mass hangs on the patch
+  EXPECT_GT(std::abs(approach[0] - approach[20]), 0.1);
   EXPECT_LT(std::abs(approach[5] - approach[20]), 2e-4);
   EXPECT_LT(std::abs(approach[10] - approach[20]), 1e-4);
 }
@@ -298,8 +314,10 @@ TEST(Hertz, SuperelementIsTheMesh) {
 void non_matching(const char* contact, const std::vector<Index>& refinements, double rest) {
   std::vector<double> h, force;
   BallScene ball;
-  ball.impact.on_plane = false, ball.partner = "ball", ball.quarter = false, ball.turn = 30, ball.step = "{cfl: 0.45}";
-  ball.as = "superelement", ball.reduction = ", reduction: {interface: [contact], modes: 10}", ball.contact = contact;
+  ball.impact.on_plane = false, ball.partner = "ball", ball.quarter = false, ball.turn = 30,
+  ball.step = "{cfl: 0.45}";
+  ball.as = "superelement", ball.reduction = ", reduction: {interface: [contact], modes: 10}",
+  ball.contact = contact;
   Errors e;
   for (const Index m : refinements) {
     ball.m = m;
@@ -313,7 +331,8 @@ void non_matching(const char* contact, const std::vector<Index>& refinements, do
 
 TEST(Hertz, NonMatchingNodeFace) { non_matching("formulation: node-face", {4, 6, 8}, 0.012); }
 
-// On the coarser mesh 1.3 % of the approach are missing, and were 1.1 while steps made the balls a little too stiff
+// On the coarser mesh 1.3 % of the approach are missing, and were 1.1 while steps made the balls a
+// little too stiff
 TEST(Hertz, NonMatchingMortar) { non_matching("formulation: mortar", {4, 6}, 0.015); }
 
 }  // namespace

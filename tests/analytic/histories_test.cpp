@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Loads as users write them: pressure, sine and CSV histories, against closed forms and against the same load written out.
+// Loads as users write them: pressure, sine and CSV histories, against closed forms and against the
+// same load written out.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -27,13 +28,18 @@ class OfHistories : public ::testing::Test {
  protected:
   OfHistories() { folder.add("one.exo", test::block_mesh({{1, 1, 1}, {1, 1, 1}})); }
 
-  std::string scene(const std::string& load, double end = 1, double every = 0.02, const std::string& placed = "",
-                    const std::string& as = "superelement") const {
-    return "materials:\n  soft: {youngs_modulus: 200, poissons_ratio: 0, density: 1, damping: {alpha: 2}}\ncomponents:\n"
-           "  bar: {mesh: one.exo, material: soft, mass: lumped, reduction: {interface: [x_min, x_max, y_max], modes: 0}}\n"
+  std::string scene(const std::string& load, double end = 1, double every = 0.02,
+                    const std::string& placed = "", const std::string& as = "superelement") const {
+    return "materials:\n  soft: {youngs_modulus: 200, poissons_ratio: 0, density: 1, damping: "
+           "{alpha: 2}}\ncomponents:\n"
+           "  bar: {mesh: one.exo, material: soft, mass: lumped, reduction: {interface: [x_min, "
+           "x_max, y_max], modes: 0}}\n"
            "instances:\n  bar: {component: bar, as: " +
-           as + placed + "}\nboundary:\n  - {instance: bar, nodes: x_min, fix: [x, y, z]}\nloads:\n  - {instance: bar, " + load +
-           "}\ntime: {end: " + text(end) + "}\noutput: {every: " + text(every) + ", history: [bar.x_max]}\n";
+           as + placed +
+           "}\nboundary:\n  - {instance: bar, nodes: x_min, fix: [x, y, z]}\nloads:\n  - "
+           "{instance: bar, " +
+           load + "}\ntime: {end: " + text(end) + "}\noutput: {every: " + text(every) +
+           ", history: [bar.x_max]}\n";
   }
 
   std::string refusal(const std::string& load) const {
@@ -45,28 +51,36 @@ class OfHistories : public ::testing::Test {
     return "not refused";
   }
 
-  void write(const std::string& file, const std::string& lines) const { std::ofstream(folder.folder().path() / file) << lines; }
+  void write(const std::string& file, const std::string& lines) const {
+    std::ofstream(folder.folder().path() / file) << lines;
+  }
 
   SceneFolder folder;
 };
 
-// Of the steady swing under a force of amplitude 1, from the last of 20 periods after all else has died away.
+// Of the steady swing under a force of amplitude 1, from the last of 20 periods after all else has
+// died away.
 double steady_amplitude(const SceneFolder& folder, const std::string& yaml, double frequency) {
   const Ran ran = folder.run(yaml);
   const auto& moved = ran.monitor("bar.x_max").mean_position;
   const std::size_t n = 40, last = ran.result.time.size() - 1;
   std::complex<double> sum = 0;
   for (std::size_t i = last - n + 1; i <= last; ++i)
-    sum += (at(moved, i)[0] - 1) * std::polar(1.0, -2 * std::numbers::pi * frequency * ran.result.time[i]);
+    sum += (at(moved, i)[0] - 1) *
+           std::polar(1.0, -2 * std::numbers::pi * frequency * ran.result.time[i]);
   return 2 * std::abs(sum) / n;
 }
 
-// The peak is at sqrt(1 - 2 zeta^2) omega, its half-power points at r^2 = 1 - 2 zeta^2 +- 2 zeta sqrt(1 - zeta^2).
+// The peak is at sqrt(1 - 2 zeta^2) omega, its half-power points at r^2 = 1 - 2 zeta^2 +- 2 zeta
+// sqrt(1 - zeta^2).
 TEST_F(OfHistories, HalfPowerWidthUnderASine) {
   const double width = 2 * zeta * std::sqrt(1 - zeta * zeta), peak = 1 / (stiffness * width);
   const auto amplitude = [&](double r2) {
-    const double frequency = std::sqrt(r2) * omega / (2 * std::numbers::pi), every = 1 / frequency / 40;
-    const std::string load = "surface: x_max, traction: [1, 0, 0], history: {sine: {frequency_hz: " + text(frequency) + "}}";
+    const double frequency = std::sqrt(r2) * omega / (2 * std::numbers::pi),
+                 every = 1 / frequency / 40;
+    const std::string load =
+        "surface: x_max, traction: [1, 0, 0], history: {sine: {frequency_hz: " + text(frequency) +
+        "}}";
     return steady_amplitude(folder, scene(load, 2400 * every, every), frequency);
   };
   const double r2 = 1 - 2 * zeta * zeta;
@@ -77,47 +91,60 @@ TEST_F(OfHistories, HalfPowerWidthUnderASine) {
 
 TEST_F(OfHistories, SineHasPhaseStartAndEnd) {
   folder.prepare(scene("surface: x_max, force: [1, 0, 0]"));
-  const Ran ran = folder.prepare(
-      scene("surface: x_max, force: [1, 0, 0], history: {sine: {frequency_hz: 5, phase: 90, start: 0.1, cycles: 1.5}}"));
+  const Ran ran =
+      folder.prepare(scene("surface: x_max, force: [1, 0, 0], history: {sine: {frequency_hz: 5, "
+                           "phase: 90, start: 0.1, cycles: 1.5}}"));
   const History& history = ran.scene.loads[0].history;
   EXPECT_EQ(history_value(history, 0.05), 0);
   EXPECT_EQ(history_value(history, 0.5), 0);
   for (const double t : {0.1, 0.17, 0.3, 0.4})
-    EXPECT_NEAR(history_value(history, t), std::cos(2 * std::numbers::pi * 5 * (t - 0.1)), 1.3e-4) << t;
+    EXPECT_NEAR(history_value(history, t), std::cos(2 * std::numbers::pi * 5 * (t - 0.1)), 1.3e-4)
+        << t;
 }
 
 TEST_F(OfHistories, CsvIsTheTableThatItHolds) {
   write("pulse.csv", "time, value\n# a comment\n0, 0\n\n0.1; 1.5\r\n0.25 -1\n");
   const Ran csv = folder.run(scene("surface: x_max, force: [1, 0, 0], history: {file: pulse.csv}"));
-  const Ran table = folder.run(scene("surface: x_max, force: [1, 0, 0], history: {time: [0, 0.1, 0.25], value: [0, 1.5, -1]}"));
-  EXPECT_EQ(csv.monitor("bar.x_max").mean_position.values, table.monitor("bar.x_max").mean_position.values);
+  const Ran table = folder.run(scene(
+      "surface: x_max, force: [1, 0, 0], history: {time: [0, 0.1, 0.25], value: [0, 1.5, -1]}"));
+  EXPECT_EQ(csv.monitor("bar.x_max").mean_position.values,
+            table.monitor("bar.x_max").mean_position.values);
 }
 
 // Into the face, however the instance is turned and mirrored.
 TEST_F(OfHistories, PressurePushesAgainstTheOutwardNormal) {
   for (const char* as : {"superelement", "mesh"})
-    for (const std::string placed : {"", ", rotation: [10, 20, 90]", ", mirror: x", ", mirror: y, rotation: [0, 35, 0]"}) {
+    for (const std::string placed :
+         {"", ", rotation: [10, 20, 90]", ", mirror: x", ", mirror: y, rotation: [0, 35, 0]"}) {
       const Ran pressure = folder.run(scene("surface: x_max, pressure: 3", 1, 0.02, placed, as));
       const Matrix3 T = pressure.scene.instances[0].transformation();
       const Ran traction =
-          folder.run(scene("surface: x_max, traction: " + text(Vector3(T * Vector3(-3, 0, 0))), 1, 0.02, placed, as));
-      const auto &a = pressure.monitor("bar.x_max").mean_position.values, &b = traction.monitor("bar.x_max").mean_position.values;
+          folder.run(scene("surface: x_max, traction: " + text(Vector3(T * Vector3(-3, 0, 0))), 1,
+                           0.02, placed, as));
+      const auto &a = pressure.monitor("bar.x_max").mean_position.values,
+                 &b = traction.monitor("bar.x_max").mean_position.values;
       ASSERT_EQ(a.size(), b.size());
       for (std::size_t i = 0; i < a.size(); ++i) EXPECT_NEAR(a[i], b[i], 1e-13);
-      EXPECT_GT((at(pressure.monitor("bar.x_max").mean_position, 5) - at(pressure.monitor("bar.x_max").mean_position, 0)).norm(),
+      EXPECT_GT((at(pressure.monitor("bar.x_max").mean_position, 5) -
+                 at(pressure.monitor("bar.x_max").mean_position, 0))
+                    .norm(),
                 1e-3);
     }
 }
 
-// A free body under gravity a sin(w t): the mean of its acceleration between outputs is a (cos(w t_1) - cos(w t_2)) / (w dt).
+// A free body under gravity a sin(w t): the mean of its acceleration between outputs is a (cos(w
+// t_1) - cos(w t_2)) / (w dt).
 TEST_F(OfHistories, AccelerationsAreMeansBetweenOutputs) {
   const double w = 2 * std::numbers::pi * 3, every = 0.01;
   for (const std::string as : {"superelement", "mesh"}) {
     const Ran ran = folder.run(
-        "materials:\n  soft: {youngs_modulus: 200, poissons_ratio: 0, density: 1}\ncomponents:\n  bar: {mesh: one.exo, material: "
-        "soft, mass: lumped, reduction: {interface: [x_min, x_max], modes: 0}}\ninstances:\n  bar: {component: bar, as: " +
+        "materials:\n  soft: {youngs_modulus: 200, poissons_ratio: 0, density: 1}\ncomponents:\n  "
+        "bar: {mesh: one.exo, material: "
+        "soft, mass: lumped, reduction: {interface: [x_min, x_max], modes: 0}}\ninstances:\n  bar: "
+        "{component: bar, as: " +
         as +
-        "}\nloads:\n  - {gravity: [0, 0, 2], history: {sine: {frequency_hz: 3}}}\ntime: {end: 1, step: 0.0005}\noutput: {every: " +
+        "}\nloads:\n  - {gravity: [0, 0, 2], history: {sine: {frequency_hz: 3}}}\ntime: {end: 1, "
+        "step: 0.0005}\noutput: {every: " +
         text(every) + ", history: [bar.x_max]}\n");
     const auto& found = ran.monitor("bar.x_max").mean_acceleration;
     ASSERT_EQ(found.values.size(), 3 * ran.result.time.size());
@@ -133,8 +160,9 @@ TEST_F(OfHistories, AccelerationsAreMeansBetweenOutputs) {
 // What a filter hands on is the same scene.
 TEST_F(OfHistories, ScenesAreWrittenAsTheyWereRead) {
   write("pulse.csv", "0 0\n0.1 1.5\n");
-  const Ran ran = folder.prepare(scene("surface: x_max, pressure: 2.5, history: {file: pulse.csv}", 1, 0.02,
-                                       ", damping: {frequency_hz: [1, 2], ratio: [0.25, 0.5]}"));
+  const Ran ran =
+      folder.prepare(scene("surface: x_max, pressure: 2.5, history: {file: pulse.csv}", 1, 0.02,
+                           ", damping: {frequency_hz: [1, 2], ratio: [0.25, 0.5]}"));
   std::ostringstream text;
   write_scene(ran.scene, text);
   const std::string file = (folder.folder().path() / "again.yaml").string();
@@ -157,7 +185,8 @@ TEST_F(OfHistories, WhatCannotBeIsRefusedByName) {
     EXPECT_NE(said.find(what), std::string::npos) << said;
   };
   names("surface: x_max, force: [1, 0, 0], history: {file: down.csv}", "down.csv:2: not above");
-  names("surface: x_max, force: [1, 0, 0], history: {file: words.csv}", "words.csv:2: found '0, none'");
+  names("surface: x_max, force: [1, 0, 0], history: {file: words.csv}",
+        "words.csv:2: found '0, none'");
   names("surface: x_max, force: [1, 0, 0], history: {file: empty.csv}", "has no line");
   names("surface: x_max, force: [1, 0, 0], history: {file: none.csv}", "cannot read");
   names("surface: x_max, force: [1, 0, 0], history: {file: a.csv, time: [0]}", "stands alone");

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Springs, dashpots and bushings between points, masses of points, rigid couplings: closed forms in every integrator and basis.
+// Springs, dashpots and bushings between points, masses of points, rigid couplings: closed forms in
+// every integrator and basis.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -23,28 +24,35 @@ using test::Ran;
 using test::SceneFolder;
 using test::text;
 
-// Bars of length 4 along x, 1 x 1, of mass 4, so stiff that they move as rigid bodies: a bar under a force at its end is longer by
-// F length / (3 E A) from its centre on.
+// Bars of length 4 along x, 1 x 1, of mass 4, so stiff that they move as rigid bodies: a bar under
+// a force at its end is longer by F length / (3 E A) from its centre on.
 constexpr double E = 1e5, length = 4, mass = 4;
-const std::vector<std::string> kinds{"mesh", "craig-bampton, modes: 8", "massless, modes: 20", "characteristic, modes: 20"};
+const std::vector<std::string> kinds{"mesh", "craig-bampton, modes: 8", "massless, modes: 20",
+                                     "characteristic, modes: 20"};
 
 struct Jointed {
   std::string kind = "mesh";
   int bars = 2;
-  std::string points = "base: {surface: x_min}, tip: {surface: x_max}", velocities[2] = {"[0, 0, 0]", "[0, 0, 0]"};
+  std::string points = "base: {surface: x_min}, tip: {surface: x_max}",
+              velocities[2] = {"[0, 0, 0]", "[0, 0, 0]"};
   std::string more = {}, time = "end: 4", output = "every: 0.1, history: [a.tip, b.base]";
 };
 
 std::string yaml(const Jointed& scene) {
   const std::string more = scene.kind.starts_with("char") ? ", y_max" : "";
   const std::string reduction =
-      scene.kind == "mesh" ? "" : ", reduction: {basis: " + scene.kind + ", interface: [x_min, x_max" + more + "]}";
+      scene.kind == "mesh"
+          ? ""
+          : ", reduction: {basis: " + scene.kind + ", interface: [x_min, x_max" + more + "]}";
   std::string text = "materials:\n  hard: {youngs_modulus: " + test::text(E) +
-                     ", poissons_ratio: 0, density: 1}\ncomponents:\n  bar: {mesh: bar.exo, material: hard, points: {" + scene.points +
-                     "}" + reduction + "}\ninstances:\n";
+                     ", poissons_ratio: 0, density: 1}\ncomponents:\n  bar: {mesh: bar.exo, "
+                     "material: hard, points: {" +
+                     scene.points + "}" + reduction + "}\ninstances:\n";
   for (int i = 0; i < scene.bars; ++i)
-    text += std::string("  ") + "ab"[i] + ": {component: bar, as: " + (scene.kind == "mesh" ? "mesh" : "superelement") +
-            ", position: [" + test::text(5.0 * i) + ", 0, 0], velocity: " + scene.velocities[i] + "}\n";
+    text += std::string("  ") + "ab"[i] +
+            ": {component: bar, as: " + (scene.kind == "mesh" ? "mesh" : "superelement") +
+            ", position: [" + test::text(5.0 * i) + ", 0, 0], velocity: " + scene.velocities[i] +
+            "}\n";
   return text + scene.more + "time: {" + scene.time + "}\noutput: {" + scene.output + "}\n";
 }
 
@@ -62,19 +70,24 @@ class Joints : public ::testing::TestWithParam<std::string> {
   SceneFolder folder;
 };
 
-double last(const Series3& series, int axis) { return series.values[series.values.size() - 3 + static_cast<std::size_t>(axis)]; }
+double last(const Series3& series, int axis) {
+  return series.values[series.values.size() - 3 + static_cast<std::size_t>(axis)];
+}
 
 // Largest difference of a component of a motion from what is expected, over the outputs.
-double worst(const Ran& ran, const std::function<double(std::size_t)>& found, const std::function<double(double)>& expected) {
+double worst(const Ran& ran, const std::function<double(std::size_t)>& found,
+             const std::function<double(double)>& expected) {
   double error = 0;
-  for (std::size_t i = 0; i < ran.result.time.size(); ++i) error = std::max(error, std::abs(found(i) - expected(ran.result.time[i])));
+  for (std::size_t i = 0; i < ran.result.time.size(); ++i)
+    error = std::max(error, std::abs(found(i) - expected(ran.result.time[i])));
   return error;
 }
 
 // The motion of a.tip along x since the start.
 std::function<double(std::size_t)> moved(const Ran& ran, const std::string& point, int axis) {
   return [&ran, point, axis](std::size_t i) {
-    return at(ran.monitor(point).mean_position, i)[axis] - at(ran.monitor(point).mean_position, 0)[axis];
+    return at(ran.monitor(point).mean_position, i)[axis] -
+           at(ran.monitor(point).mean_position, 0)[axis];
   };
 }
 
@@ -86,20 +99,30 @@ TEST_P(Joints, TwoMassesOnASpringAndADashpot) {
   for (const std::string& integrator : integrators())
     for (const double c : {0.0, 3.0}) {
       Jointed scene{.kind = GetParam(), .velocities = {"[0.01, 0, 0]", "[-0.01, 0, 0]"}};
-      const double k = 8, omega = std::sqrt(softened(k) / (mass / 2)), zeta = c / (2 * omega * mass / 2);
+      const double k = 8, omega = std::sqrt(softened(k) / (mass / 2)),
+                   zeta = c / (2 * omega * mass / 2);
       scene.more = "links:\n  - {between: [a.tip, b.base], stiffness: [8, 0, 0, 0, 0, 0]" +
                    (c > 0 ? ", damping: [" + text(c) + ", 0, 0, 0, 0, 0]" : std::string()) + "}\n";
       scene.time = "end: 4, " + integrator;
       const Ran ran = folder.run(yaml(scene));
       const double damped = omega * std::sqrt(1 - zeta * zeta), amplitude = 0.02 / damped;
-      const auto apart = [&](std::size_t i) { return moved(ran, "a.tip", 0)(i) - moved(ran, "b.base", 0)(i); };
-      const auto expected = [&](double t) { return amplitude * std::exp(-zeta * omega * t) * std::sin(damped * t); };
+      const auto apart = [&](std::size_t i) {
+        return moved(ran, "a.tip", 0)(i) - moved(ran, "b.base", 0)(i);
+      };
+      const auto expected = [&](double t) {
+        return amplitude * std::exp(-zeta * omega * t) * std::sin(damped * t);
+      };
       EXPECT_LT(worst(ran, apart, expected), 3e-4 * amplitude) << integrator << c;
       EXPECT_LT(test::energy_residual(ran.result), 1e-9) << integrator;
       const double energy = ran.result.total.front();
-      for (std::size_t i = 0; i < ran.result.time.size(); ++i) EXPECT_LT(std::abs(ran.result.work_contact[i]), (GetParam().starts_with("massless") ? 5e-3 : 2e-3) * energy) << integrator;
-      const double lost = 1 - std::exp(-2 * zeta * omega * 4);  // but for what swings at twice the frequency
-      EXPECT_NEAR(-ran.result.work_damping.back(), lost * energy, c > 0 ? 0.05 * energy : 0) << integrator;
+      for (std::size_t i = 0; i < ran.result.time.size(); ++i)
+        EXPECT_LT(std::abs(ran.result.work_contact[i]),
+                  (GetParam().starts_with("massless") ? 5e-3 : 2e-3) * energy)
+            << integrator;
+      // but for what swings at twice the frequency
+      const double lost = 1 - std::exp(-2 * zeta * omega * 4);
+      EXPECT_NEAR(-ran.result.work_damping.back(), lost * energy, c > 0 ? 0.05 * energy : 0)
+          << integrator;
       EXPECT_LT((at(ran.body("a").momentum, 20) + at(ran.body("b").momentum, 20)).norm(), 1e-12);
     }
 }
@@ -108,30 +131,43 @@ TEST_P(Joints, TwoMassesOnASpringAndADashpot) {
 TEST_P(Joints, AStiffBushingIsStable) {
   for (const std::string& integrator : integrators()) {
     Jointed scene{.kind = GetParam(), .velocities = {"[0.01, 0.01, 0]", "[-0.01, 0, 0.02]"}};
-    scene.more = "links:\n  - {between: [a.tip, b.base], stiffness: [1e9, 1e9, 1e9, 1e9, 1e9, 1e9], damping: [0, 1e3, 0, 0, 0, 1e3]}\n";
+    scene.more =
+        "links:\n  - {between: [a.tip, b.base], stiffness: [1e9, 1e9, 1e9, 1e9, 1e9, 1e9], "
+        "damping: [0, 1e3, 0, 0, 0, 1e3]}\n";
     scene.time = "end: 1, " + integrator;
     const Ran ran = folder.run(yaml(scene));
     EXPECT_LT(test::energy_residual(ran.result), 1e-8) << integrator;
-    for (const double total : ran.result.total) EXPECT_LT(total, 1.01 * ran.result.total.front()) << integrator;
+    for (const double total : ran.result.total)
+      EXPECT_LT(total, 1.01 * ran.result.total.front()) << integrator;
     // It acts where a.tip is, which lies before b.base by 1
     const double at_tip = moved(ran, "b.base", 1)(10) - at(ran.monitor("b.base").rotation, 10)[2];
     EXPECT_LT(std::abs(moved(ran, "a.tip", 1)(10) - at_tip), 1e-7) << integrator;
   }
 }
 
-// In equilibrium the point of a free body goes by K^-1 times the force and the moment on it: K full, and in axes of the link.
+// In equilibrium the point of a free body goes by K^-1 times the force and the moment on it: K
+// full, and in axes of the link.
 TEST_P(Joints, ABushingHoldsByItsMatrix) {
-  Jointed scene{.kind = GetParam(), .bars = 1, .time = "end: 1, step: 1, static: true", .output = "history: [a.tip]"};
-  const std::string rows = "[[9, 1, 0, 0, 0, 2], [1, 8, 0, 0, 1, 0], [0, 0, 7, -2, 0, 0], [0, 0, -2, 12, 0, 0], [0, 1, 0, 0, 11, 0], "
-                           "[2, 0, 0, 0, 0, 10]]";
-  scene.more = "loads:\n  - {instance: a, point: tip, force: [0.01, 0.02, -0.03]}\n"
-               "  - {instance: a, point: tip, moment: [0.02, 0.01, 0.03]}\n"
-               "links:\n  - {between: [a.tip, ground], stiffness: " + rows + ", axes: [[0, 1, 0], [0, 0, 1]]}\n";
+  Jointed scene{.kind = GetParam(),
+                .bars = 1,
+                .time = "end: 1, step: 1, static: true",
+                .output = "history: [a.tip]"};
+  const std::string rows =
+      "[[9, 1, 0, 0, 0, 2], [1, 8, 0, 0, 1, 0], [0, 0, 7, -2, 0, 0], [0, 0, -2, 12, 0, 0], [0, 1, "
+      "0, 0, 11, 0], "
+      "[2, 0, 0, 0, 0, 10]]";
+  scene.more =
+      "loads:\n  - {instance: a, point: tip, force: [0.01, 0.02, -0.03]}\n"
+      "  - {instance: a, point: tip, moment: [0.02, 0.01, 0.03]}\n"
+      "links:\n  - {between: [a.tip, ground], stiffness: " +
+      rows + ", axes: [[0, 1, 0], [0, 0, 1]]}\n";
   const Ran ran = folder.run(yaml(scene));
   Matrix6 K;
-  K << 9, 1, 0, 0, 0, 2, 1, 8, 0, 0, 1, 0, 0, 0, 7, -2, 0, 0, 0, 0, -2, 12, 0, 0, 0, 1, 0, 0, 11, 0, 2, 0, 0, 0, 0, 10;
+  K << 9, 1, 0, 0, 0, 2, 1, 8, 0, 0, 1, 0, 0, 0, 7, -2, 0, 0, 0, 0, -2, 12, 0, 0, 0, 1, 0, 0, 11, 0,
+      2, 0, 0, 0, 0, 10;
   const std::size_t n = ran.result.time.size() - 1;
-  const Vector3 d = at(ran.monitor("a.tip").mean_position, n) - Vector3(length, 0.5, 0.5), theta = at(ran.monitor("a.tip").rotation, n);
+  const Vector3 d = at(ran.monitor("a.tip").mean_position, n) - Vector3(length, 0.5, 0.5),
+                theta = at(ran.monitor("a.tip").rotation, n);
   Eigen::Matrix<double, 6, 1> r;
   r << d[1], d[2], d[0], theta[1], theta[2], theta[0];  // along the link's axes y, z, x
   Eigen::Matrix<double, 6, 1> expected;
@@ -145,14 +181,19 @@ TEST_P(Joints, ABushingHoldsByItsMatrix) {
 TEST_P(Joints, EquilibriumStays) {
   Jointed scene{.kind = GetParam(), .bars = 1, .output = "every: 0.05, history: [a.tip]"};
   scene.points = "base: {surface: x_min}, tip: {surface: x_max, mass: 3, inertia: [0.1, 0.2, 0.3]}";
-  scene.more = "loads:\n  - {gravity: [0, 0, -0.01]}\nlinks:\n  - {between: [a.base, ground], fix: [x, y, rx, rz], stiffness: [0, 0, 20, 0, 300, 0]}\n";
+  scene.more =
+      "loads:\n  - {gravity: [0, 0, -0.01]}\nlinks:\n  - {between: [a.base, ground], fix: [x, y, "
+      "rx, rz], stiffness: [0, 0, 20, 0, 300, 0]}\n";
   for (const std::string& integrator : integrators()) {
     scene.time = "end: 0.5, preload: 3, " + integrator;
     const Ran ran = folder.run(yaml(scene));
-    const double sag = -0.07 / 20;  // of the base; the moment about it is that of the bar and of the mass at its end
+    // of the base; the moment about it is that of the bar and of the mass at its end
+    const double sag = -0.07 / 20;
     const double turn = 0.01 * (mass * length / 2 + 3 * length) / 300;
     const double bent = 0.01 * std::pow(length, 3) * (3.0 / 3 + mass / 8) / (E / 12);
-    EXPECT_NEAR(at(ran.monitor("a.tip").mean_position, 0)[2] - 0.5, sag - length * turn - bent, 0.1 * bent) << integrator;
+    EXPECT_NEAR(at(ran.monitor("a.tip").mean_position, 0)[2] - 0.5, sag - length * turn - bent,
+                0.1 * bent)
+        << integrator;
     EXPECT_LT(worst(ran, moved(ran, "a.tip", 2), [](double) { return 0; }), 1e-7) << integrator;
     EXPECT_LT(test::energy_residual(ran.result), 1e-9) << integrator;
   }
@@ -160,25 +201,34 @@ TEST_P(Joints, EquilibriumStays) {
 
 // A bar and a mass on it on a spring to the ground: omega^2 = k / (m + M).
 TEST_P(Joints, APointCarriesItsMass) {
-  Jointed scene{.kind = GetParam(), .bars = 1, .velocities = {"[0.01, 0, 0]", ""}, .output = "every: 0.1, history: [a.base]"};
+  Jointed scene{.kind = GetParam(),
+                .bars = 1,
+                .velocities = {"[0.01, 0, 0]", ""},
+                .output = "every: 0.1, history: [a.base]"};
   scene.points = "base: {surface: x_min}, tip: {surface: x_max, mass: 6}";
   scene.more = "links:\n  - {between: [a.base, ground], stiffness: [10, 0, 0, 0, 0, 0]}\n";
   for (const std::string& integrator : integrators()) {
     scene.time = "end: 5, " + integrator;
     const Ran ran = folder.run(yaml(scene));
-    EXPECT_LT(worst(ran, moved(ran, "a.base", 0), [](double t) { return 0.01 * std::sin(t); }), 1e-5) << integrator;
+    EXPECT_LT(worst(ran, moved(ran, "a.base", 0), [](double t) { return 0.01 * std::sin(t); }),
+              1e-5)
+        << integrator;
     EXPECT_LT(test::energy_residual(ran.result), 1e-9) << integrator;
     EXPECT_NEAR(ran.result.total.front(), 0.5 * (mass + 6) * 1e-4, 1e-12);
   }
 }
 
-// A pendulum of a bar on a hinge with a spring that turns, and a flywheel at its end: I = m (L^2 / 3 + 1 / 12) + M L^2 + J.
+// A pendulum of a bar on a hinge with a spring that turns, and a flywheel at its end: I = m (L^2 /
+// 3 + 1 / 12) + M L^2 + J.
 TEST_P(Joints, AFlywheelOnAHinge) {
   Jointed scene{.kind = GetParam(), .bars = 1, .output = "every: 0.1, history: [a.base]"};
   scene.points = "base: {surface: x_min}, tip: {surface: x_max, mass: 2, inertia: [0, 5, 0]}";
-  scene.more = "loads:\n  - {instance: a, point: base, moment: [0, 0.01, 0]}\n"
-               "links:\n  - {between: [a.base, ground], fix: [x, y, z, rx, rz], stiffness: [0, 0, 0, 0, 10, 0]}\n";
-  const double inertia = mass * (length * length / 3 + 1.0 / 12) + 2 * length * length + 5, omega = std::sqrt(10 / inertia);
+  scene.more =
+      "loads:\n  - {instance: a, point: base, moment: [0, 0.01, 0]}\n"
+      "links:\n  - {between: [a.base, ground], fix: [x, y, z, rx, rz], stiffness: [0, 0, 0, 0, 10, "
+      "0]}\n";
+  const double inertia = mass * (length * length / 3 + 1.0 / 12) + 2 * length * length + 5,
+               omega = std::sqrt(10 / inertia);
   for (const std::string& integrator : integrators()) {
     scene.time = "end: 8, " + integrator;
     const Ran ran = folder.run(yaml(scene));
@@ -189,12 +239,18 @@ TEST_P(Joints, AFlywheelOnAHinge) {
   }
 }
 
-// A rigid end that is pulled is one whose nodes are all driven: the same displacement takes the same work. A bar that contracts is
-// softer where the force is spread instead.
+// A rigid end that is pulled is one whose nodes are all driven: the same displacement takes the
+// same work. A bar that contracts is softer where the force is spread instead.
 TEST_P(Joints, ARigidCouplingHoldsTheEnd) {
-  const auto pulled = [&](const std::string& coupling, const std::string& boundary, const std::string& loads) {
-    Jointed scene{.kind = GetParam(), .bars = 1, .time = "end: 1, step: 1, static: true", .output = "history: [a.tip]"};
-    scene.points = "base: {surface: x_min, coupling: rigid}, tip: {surface: x_max, coupling: " + coupling + "}";
+  const auto pulled = [&](const std::string& coupling, const std::string& boundary,
+                          const std::string& loads) {
+    Jointed scene{.kind = GetParam(),
+                  .bars = 1,
+                  .time = "end: 1, step: 1, static: true",
+                  .output = "history: [a.tip]"};
+    scene.points =
+        "base: {surface: x_min, coupling: rigid}, tip: {surface: x_max, coupling: " + coupling +
+        "}";
     scene.more = boundary + loads + "links:\n  - {between: [a.base, ground]}\n";
     std::string text = yaml(scene);
     return folder.run(text.replace(text.find("poissons_ratio: 0,"), 18, "poissons_ratio: 0.4,"));
@@ -202,8 +258,11 @@ TEST_P(Joints, ARigidCouplingHoldsTheEnd) {
   const std::string force = "loads:\n  - {instance: a, point: tip, force: [100, 0, 0]}\n";
   const Ran rigid = pulled("rigid", "", force), average = pulled("average", "", force);
   const double u = last(rigid.monitor("a.tip").mean_position, 0) - length;
-  const Ran driven = pulled("average", "boundary:\n  - {instance: a, nodes: x_max, fix: [x, y, z], displacement: [" + text(u) +
-                            ", 0, 0], history: {time: [0, 1], value: [0, 1]}}\n", "");
+  const Ran driven =
+      pulled("average",
+             "boundary:\n  - {instance: a, nodes: x_max, fix: [x, y, z], displacement: [" +
+                 text(u) + ", 0, 0], history: {time: [0, 1], value: [0, 1]}}\n",
+             "");
   EXPECT_GT(last(average.monitor("a.tip").mean_position, 0) - length, 1.001 * u);
   EXPECT_NEAR(2 * rigid.result.total.back(), 100 * u, 1e-8 * 100 * u);
   EXPECT_NEAR(2 * driven.result.total.back(), 100 * u, 1e-6 * 100 * u);
@@ -214,10 +273,13 @@ TEST_P(Joints, ARigidCouplingHoldsTheEnd) {
     if (X(i, 0) == length) EXPECT_LT((moves.row(i) - Eigen::RowVector3d(u, 0, 0)).norm(), 1e-9 * u);
 }
 
-// In motion too, with a mass on it: the end's nodes keep their distances, momentum and energy balance.
+// In motion too, with a mass on it: the end's nodes keep their distances, momentum and energy
+// balance.
 TEST_P(Joints, ARigidEndStaysRigidInMotion) {
   Jointed scene{.kind = GetParam(), .velocities = {"[0, 0, 0.01]", "[0.02, 0, 0]"}};
-  scene.points = "base: {surface: x_min}, tip: {surface: x_max, coupling: rigid, mass: 1, inertia: [1, 2, 3, 0.1, 0, 0]}";
+  scene.points =
+      "base: {surface: x_min}, tip: {surface: x_max, coupling: rigid, mass: 1, inertia: [1, 2, 3, "
+      "0.1, 0, 0]}";
   scene.more = "links:\n  - {between: [a.tip, b.base]}\n";
   for (const std::string& integrator : integrators()) {
     scene.time = "end: 0.5, " + integrator;
@@ -238,20 +300,26 @@ TEST_P(Joints, ARigidEndStaysRigidInMotion) {
       return sum;
     };
     EXPECT_LT((momentum(5) - momentum(0)).norm(), 1e-11) << integrator;
-    EXPECT_LT((momentum(0) - Vector3(0.02 * (mass + 1), 0, 0.01 * (mass + 1))).norm(), 1e-12) << integrator;
+    EXPECT_LT((momentum(0) - Vector3(0.02 * (mass + 1), 0, 0.01 * (mass + 1))).norm(), 1e-12)
+        << integrator;
   }
 }
 
 TEST_P(Joints, RestartsGoOnBitForBit) {
   Jointed scene{.kind = GetParam(), .velocities = {"[0.01, 0, 0]", "[-0.01, 0, 0.01]"}};
-  scene.points = "base: {surface: x_min}, tip: {surface: x_max, coupling: rigid, mass: 1, inertia: [1, 2, 3]}";
-  scene.more = "links:\n  - {between: [a.tip, b.base], stiffness: [8, 1e4, 1e4, 1e3, 1e3, 0], damping: [1, 0, 0, 0, 0, 2]}\n";
+  scene.points =
+      "base: {surface: x_min}, tip: {surface: x_max, coupling: rigid, mass: 1, inertia: [1, 2, 3]}";
+  scene.more =
+      "links:\n  - {between: [a.tip, b.base], stiffness: [8, 1e4, 1e4, 1e3, 1e3, 0], damping: [1, "
+      "0, 0, 0, 0, 2]}\n";
   for (const std::string& integrator : integrators()) {
     scene.time = "end: 0.5, " + integrator;
     std::optional<std::vector<Index>> saved;
     RunOptions watching;
     watching.is_checkpoint = [&](Index, double t) { return !saved && t > 0.22; };
-    watching.on_checkpoint = [&](Index, double, const StateArchive& state) { saved = state.words(); };
+    watching.on_checkpoint = [&](Index, double, const StateArchive& state) {
+      saved = state.words();
+    };
     const Ran whole = folder.run(yaml(scene), watching);
     ASSERT_TRUE(saved.has_value());
     StateArchive from(*saved, "the state");
@@ -260,7 +328,9 @@ TEST_P(Joints, RestartsGoOnBitForBit) {
     const Ran again = folder.run(yaml(scene), going_on);
     EXPECT_EQ(whole.result.total, again.result.total) << integrator;
     EXPECT_EQ(whole.result.work_damping, again.result.work_damping) << integrator;
-    EXPECT_EQ(whole.monitor("a.tip").mean_position.values, again.monitor("a.tip").mean_position.values) << integrator;
+    EXPECT_EQ(whole.monitor("a.tip").mean_position.values,
+              again.monitor("a.tip").mean_position.values)
+        << integrator;
   }
 }
 
@@ -268,14 +338,18 @@ TEST_P(Joints, RestartsGoOnBitForBit) {
 TEST_P(Joints, ModesAndSweepsHaveThem) {
   Report report("test", Verbosity::quiet);
   Jointed scene{.kind = GetParam(), .time = "end: 1"};
-  scene.more = "links:\n  - {between: [a.tip, b.base], stiffness: [8, 0, 0, 0, 0, 0], damping: [0.8, 0, 0.5, 0, 0, 0]}\n"
-               "loads:\n  - {instance: a, point: tip, force: [1, 0, 0]}\nsweep: {from_hz: 0.1, to_hz: 1, points: 5}\n";
+  scene.more =
+      "links:\n  - {between: [a.tip, b.base], stiffness: [8, 0, 0, 0, 0, 0], damping: [0.8, 0, "
+      "0.5, 0, 0, 0]}\n"
+      "loads:\n  - {instance: a, point: tip, force: [1, 0, 0]}\nsweep: {from_hz: 0.1, to_hz: 1, "
+      "points: 5}\n";
   if (GetParam() == "mesh") {
     try {
       scene_modes(folder.prepare(yaml(scene)).scene, 3, report);
       FAIL() << "not refused";
     } catch (const InputError& error) {
-      EXPECT_NE(std::string(error.what()).find("cannot be tied or linked"), std::string::npos) << error.what();
+      EXPECT_NE(std::string(error.what()).find("cannot be tied or linked"), std::string::npos)
+          << error.what();
     }
     return;
   }
@@ -290,36 +364,50 @@ TEST_P(Joints, ModesAndSweepsHaveThem) {
   EXPECT_NEAR(modes.damping_ratio[j], 0.8 / (2 * reduced * omega), 1e-3 * modes.damping_ratio[j]);
   const HarmonicResponse response = harmonic_response(prepared, report);
   for (Index i = 0; i < response.frequency_hz.size(); ++i) {
-    const std::complex<double> iw(0, 2 * std::numbers::pi * response.frequency_hz[i]), d = 8.0 + 0.8 * iw, m = mass * iw * iw;
+    const std::complex<double> iw(0, 2 * std::numbers::pi * response.frequency_hz[i]),
+        d = 8.0 + 0.8 * iw, m = mass * iw * iw;
     const std::complex<double> expected = (m + d) / (m * (m + 2.0 * d)) + length / (3 * E);
-    EXPECT_LT(std::abs(response.sets.at(0).displacement(i, 0) - expected), 2e-3 * std::abs(expected)) << i << expected;
+    EXPECT_LT(std::abs(response.sets.at(0).displacement(i, 0) - expected),
+              2e-3 * std::abs(expected))
+        << i << expected;
   }
 }
 
-// A bar that is held at one end and has a mass M at the other: lambda tan lambda = m / M, omega = lambda c / L.
+// A bar that is held at one end and has a mass M at the other: lambda tan lambda = m / M, omega =
+// lambda c / L.
 TEST_P(Joints, ABarWithAMassAtItsEnd) {
   if (!GetParam().starts_with("craig")) return;  // see APointCarriesItsMass
   Report report("test", Verbosity::quiet);
   const double M = 3, c = std::sqrt(E);
   double lambda = 1;
-  for (int i = 0; i < 50; ++i) lambda -= (lambda * std::tan(lambda) - mass / M) / (std::tan(lambda) + lambda / std::pow(std::cos(lambda), 2));
+  for (int i = 0; i < 50; ++i)
+    lambda -= (lambda * std::tan(lambda) - mass / M) /
+              (std::tan(lambda) + lambda / std::pow(std::cos(lambda), 2));
   std::vector<double> errors;
   for (const Index n : {8, 16}) {
     SceneFolder of;
     of.add("bar.exo", test::block_mesh({{n, 1, 1}, {length, 1, 1}}));
-    Jointed scene{.kind = "craig-bampton, modes: " + std::to_string(9 * n), .bars = 1, .time = "end: 1", .output = "history: [a.tip]"};
+    Jointed scene{.kind = "craig-bampton, modes: " + std::to_string(9 * n),
+                  .bars = 1,
+                  .time = "end: 1",
+                  .output = "history: [a.tip]"};
     scene.points = "tip: {surface: x_max, mass: 3}";
-    scene.more = "boundary:\n  - {instance: a, nodes: x_min, fix: [x, y, z]}\n  - {instance: a, nodes: x_max, fix: [y, z]}\n";
-    const InstanceModes modes = std::move(scene_modes(of.prepare(yaml(scene)).scene, 30, report).instances.at(0));
+    scene.more =
+        "boundary:\n  - {instance: a, nodes: x_min, fix: [x, y, z]}\n  - {instance: a, nodes: "
+        "x_max, fix: [y, z]}\n";
+    const InstanceModes modes =
+        std::move(scene_modes(of.prepare(yaml(scene)).scene, 30, report).instances.at(0));
     const double expected = lambda * c / length;
-    errors.push_back((2 * std::numbers::pi * modes.frequency_hz.array() / expected - 1).abs().minCoeff());
+    errors.push_back(
+        (2 * std::numbers::pi * modes.frequency_hz.array() / expected - 1).abs().minCoeff());
   }
   EXPECT_LT(errors[0], 1e-3);
   EXPECT_GT(errors[0] / errors[1], 3.5) << errors[0] << " " << errors[1];
 }
 
 TEST_P(Joints, WhatCannotBeIsRefusedByName) {
-  const auto refusal = [&](const std::string& points, const std::string& more, const std::string& time = "end: 1") {
+  const auto refusal = [&](const std::string& points, const std::string& more,
+                           const std::string& time = "end: 1") {
     Jointed scene{.kind = GetParam(), .time = time};
     scene.points = "base: {surface: x_min}, tip: {surface: x_max" + points + "}";
     scene.more = more;
@@ -336,23 +424,35 @@ TEST_P(Joints, WhatCannotBeIsRefusedByName) {
   EXPECT_NE(link("stiffness: [1, 2]").find("expected six numbers"), std::string::npos);
   EXPECT_NE(link("stiffness: [1, -1, 0, 0, 0, 0]").find("links[0].stiffness"), std::string::npos);
   EXPECT_NE(link("stiffness: [0, 0, 0, 0, 0, 0]").find("leave it out"), std::string::npos);
-  EXPECT_NE(link("stiffness: [1, 0, 0, 0, 0, 0], fix: [x]").find("holds x, which has a spring"), std::string::npos);
-  EXPECT_NE(link("damping: [1, 0, 0, 0, 0, 0]", "end: 1, static: true").find("damping without stiffness"), std::string::npos);
-  const std::string singular = "[[1, 1, 0, 0, 0, 0], [1, 1, 0, 0, 0, 0], [0, 0, 1, 0, 0, 0], [0, 0, 0, 1, 0, 0], [0, 0, 0, 0, 1, 0], "
-                               "[0, 0, 0, 0, 0, 1]]";
+  EXPECT_NE(link("stiffness: [1, 0, 0, 0, 0, 0], fix: [x]").find("holds x, which has a spring"),
+            std::string::npos);
+  EXPECT_NE(
+      link("damping: [1, 0, 0, 0, 0, 0]", "end: 1, static: true").find("damping without stiffness"),
+      std::string::npos);
+  const std::string singular =
+      "[[1, 1, 0, 0, 0, 0], [1, 1, 0, 0, 0, 0], [0, 0, 1, 0, 0, 0], [0, 0, 0, 1, 0, 0], [0, 0, 0, "
+      "0, 1, 0], "
+      "[0, 0, 0, 0, 0, 1]]";
   EXPECT_NE(link("stiffness: " + singular).find("not positive definite"), std::string::npos);
-  EXPECT_NE(refusal("", "links:\n  - {between: [a.tip, b.base]}\n  - {between: [a.tip, b.base], stiffness: [1, 0, 0, 0, 0, 0]}\n")
-                .find("put both into one entry"), std::string::npos);
+  EXPECT_NE(refusal("",
+                    "links:\n  - {between: [a.tip, b.base]}\n  - {between: [a.tip, b.base], "
+                    "stiffness: [1, 0, 0, 0, 0, 0]}\n")
+                .find("put both into one entry"),
+            std::string::npos);
   EXPECT_NE(refusal(", mass: 0", "").find("mass"), std::string::npos);
   EXPECT_NE(refusal(", inertia: [1, 2]", "").find("expected three"), std::string::npos);
   EXPECT_NE(refusal(", coupling: stiff", "").find("average, rigid"), std::string::npos);
-  EXPECT_NE(refusal(", coupling: rigid", "boundary:\n  - {instance: a, nodes: x_max, fix: [x]}\n").find("shares nodes with 'x_max'"),
+  EXPECT_NE(refusal(", coupling: rigid", "boundary:\n  - {instance: a, nodes: x_max, fix: [x]}\n")
+                .find("shares nodes with 'x_max'"),
             std::string::npos);
-  EXPECT_NE(refusal(", coupling: rigid}, z: {surface: x_max, coupling: rigid", "").find("the rigid point 'tip'"), std::string::npos);
+  EXPECT_NE(refusal(", coupling: rigid}, z: {surface: x_max, coupling: rigid", "")
+                .find("the rigid point 'tip'"),
+            std::string::npos);
 }
 
-INSTANTIATE_TEST_SUITE_P(Kinds, Joints, ::testing::ValuesIn(kinds),
-                         [](const auto& of) { return of.param.substr(0, of.param.find_first_of("-,")); });
+INSTANTIATE_TEST_SUITE_P(Kinds, Joints, ::testing::ValuesIn(kinds), [](const auto& of) {
+  return of.param.substr(0, of.param.find_first_of("-,"));
+});
 
 }  // namespace
 }  // namespace cbr

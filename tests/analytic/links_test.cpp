@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Reference points and links: forces and moments on points, welds, hinges and sliders between them, and to the ground.
+// Reference points and links: forces and moments on points, welds, hinges and sliders between them,
+// and to the ground.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -18,29 +19,38 @@ using test::SceneFolder;
 
 // Bars of length 4 along x, 1 x 1: E A = 2, E I = 1/6.
 constexpr double EA = 2, EI = 2.0 / 12, length = 4;
-const std::vector<std::string> kinds{"mesh", "craig-bampton, modes: 8", "massless, modes: 20", "characteristic, modes: 20"};
+const std::vector<std::string> kinds{"mesh", "craig-bampton, modes: 8", "massless, modes: 20",
+                                     "characteristic, modes: 20"};
 
 struct Joined {
   std::string kind = "mesh", instances = {}, boundary = {}, loads = {}, links = {};
   std::string time = "end: 1, step: 1, static: true", output = {};
 };
 
-std::string section(const std::string& name, const std::string& lines) { return lines.empty() ? "" : name + ":\n" + lines; }
+std::string section(const std::string& name, const std::string& lines) {
+  return lines.empty() ? "" : name + ":\n" + lines;
+}
 
-std::string bar(const Joined& scene, const std::string& name, double x, const std::string& more = "") {
-  return "  " + name + ": {component: bar, as: " + (scene.kind == "mesh" ? "mesh" : "superelement") + ", position: [" +
-         test::text(x) + ", 0, 0]" + more + "}\n";
+std::string bar(const Joined& scene, const std::string& name, double x,
+                const std::string& more = "") {
+  return "  " + name +
+         ": {component: bar, as: " + (scene.kind == "mesh" ? "mesh" : "superelement") +
+         ", position: [" + test::text(x) + ", 0, 0]" + more + "}\n";
 }
 
 std::string yaml(const Joined& scene) {
   // The faces of points are kept; one beside them is reduced
   const std::string more = scene.kind.starts_with("char") ? ", y_max" : "";
   const std::string reduction =
-      scene.kind == "mesh" ? "" : ", reduction: {basis: " + scene.kind + ", interface: [x_min, x_max" + more + "]}";
-  return "materials:\n  soft: {youngs_modulus: 2, poissons_ratio: 0, density: 1}\ncomponents:\n  bar: {mesh: bar.exo, material: "
+      scene.kind == "mesh"
+          ? ""
+          : ", reduction: {basis: " + scene.kind + ", interface: [x_min, x_max" + more + "]}";
+  return "materials:\n  soft: {youngs_modulus: 2, poissons_ratio: 0, density: 1}\ncomponents:\n  "
+         "bar: {mesh: bar.exo, material: "
          "soft, points: {base: {surface: x_min}, tip: {surface: x_max}}" +
-         reduction + "}\ninstances:\n" + scene.instances + section("boundary", scene.boundary) + section("loads", scene.loads) +
-         section("links", scene.links) + "time: {" + scene.time + "}\noutput: {" + scene.output + "}\n";
+         reduction + "}\ninstances:\n" + scene.instances + section("boundary", scene.boundary) +
+         section("loads", scene.loads) + section("links", scene.links) + "time: {" + scene.time +
+         "}\noutput: {" + scene.output + "}\n";
 }
 
 class Links : public ::testing::TestWithParam<std::string> {
@@ -49,7 +59,9 @@ class Links : public ::testing::TestWithParam<std::string> {
   SceneFolder folder;
 };
 
-double last(const Series3& series, int axis) { return series.values[series.values.size() - 3 + static_cast<std::size_t>(axis)]; }
+double last(const Series3& series, int axis) {
+  return series.values[series.values.size() - 3 + static_cast<std::size_t>(axis)];
+}
 
 // The work of a moment is that of its point's rotation, which beam theory has but for the ends.
 TEST_P(Links, AMomentTurnsItsPoint) {
@@ -62,7 +74,8 @@ TEST_P(Links, AMomentTurnsItsPoint) {
   EXPECT_NEAR(theta, 0.01 * length / EI, 0.02 * theta);
   EXPECT_NEAR(2 * ran.result.total.back(), 0.01 * theta, 1e-9 * theta);
   // A beam under a moment sags by M L^2 / (2 E I), downwards for +y
-  EXPECT_NEAR(last(ran.monitor("a.tip").mean_position, 2), 0.5 - 0.01 * length * length / (2 * EI), 0.02 * theta);
+  EXPECT_NEAR(last(ran.monitor("a.tip").mean_position, 2), 0.5 - 0.01 * length * length / (2 * EI),
+              0.02 * theta);
 }
 
 TEST_P(Links, AWeldStretchesAsOneBar) {
@@ -82,7 +95,9 @@ TEST_P(Links, AHingeCarriesHalfOfTheWeight) {
   scene.instances = bar(scene, "a", 0) + bar(scene, "b", length);
   scene.boundary = "  - {instance: a, nodes: x_min, fix: [x, y, z]}\n";
   scene.loads = "  - {gravity: [0, 0, -0.001]}\n";
-  scene.links = "  - {between: [a.tip, b.base], fix: [x, y, z, rx, rz]}\n  - {between: [b.tip, ground], fix: [z]}\n";
+  scene.links =
+      "  - {between: [a.tip, b.base], fix: [x, y, z, rx, rz]}\n  - {between: [b.tip, ground], fix: "
+      "[z]}\n";
   const Ran ran = folder.run(yaml(scene));
   const double weight = 0.001 * length;
   EXPECT_NEAR(last(ran.result.pairs[0].force, 2), -weight / 2, 1e-8 * weight);  // on a
@@ -103,7 +118,9 @@ TEST_P(Links, ReactionsHoldNoMoments) {
     const Ran ran = folder.run(yaml(scene));
     const double moment = last(ran.result.pairs[0].force, 1);
     EXPECT_NEAR(std::abs(moment), 0.01 * length / 2, 0.02 * 0.01 * length / 2);
-    EXPECT_LT((at(ran.body("a").reaction, ran.result.time.size() - 1) + Vector3(0, 0, 0.01)).norm(), 1e-8) << time;
+    EXPECT_LT((at(ran.body("a").reaction, ran.result.time.size() - 1) + Vector3(0, 0, 0.01)).norm(),
+              1e-8)
+        << time;
   }
 }
 
@@ -117,7 +134,8 @@ TEST_P(Links, AMechanismIsRefused) {
     folder.run(yaml(scene));
     FAIL() << "not refused";
   } catch (const InputError& error) {
-    EXPECT_NE(std::string(error.what()).find("instance 'b' is not held"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("instance 'b' is not held"), std::string::npos)
+        << error.what();
   }
 }
 
@@ -127,29 +145,37 @@ TEST_P(Links, LinkedBarsKeepMomentumAndEnergy) {
     if (integrator == "newmark" && GetParam().starts_with("massless")) continue;
     for (const std::string fix : {"", ", fix: [x, y, z, rx, rz]", ", fix: [y, z, rx, ry, rz]"}) {
       Joined scene{.kind = GetParam(), .output = "every: 0.5, history: [a.tip, b.base]"};
-      scene.instances = bar(scene, "a", 0, ", velocity: [0, 0, 0.01]") + bar(scene, "b", length, ", velocity: [0.02, 0, 0]");
+      scene.instances = bar(scene, "a", 0, ", velocity: [0, 0, 0.01]") +
+                        bar(scene, "b", length, ", velocity: [0.02, 0, 0]");
       scene.links = "  - {between: [a.tip, b.base]" + fix + "}\n";
-      scene.time = "end: 2, integrator: " + integrator + (integrator == "newmark" ? ", step: 0.05" : "");
+      scene.time =
+          "end: 2, integrator: " + integrator + (integrator == "newmark" ? ", step: 0.05" : "");
       const Ran ran = folder.run(yaml(scene));
       const Vector3 before = at(ran.body("a").momentum, 0) + at(ran.body("b").momentum, 0);
       for (std::size_t i = 1; i < ran.result.time.size(); ++i) {
-        const Vector3 apart = at(ran.monitor("a.tip").mean_position, i) - at(ran.monitor("b.base").mean_position, i);
-        const Vector3 turned = at(ran.monitor("a.tip").rotation, i) - at(ran.monitor("b.base").rotation, i);
+        const Vector3 apart =
+            at(ran.monitor("a.tip").mean_position, i) - at(ran.monitor("b.base").mean_position, i);
+        const Vector3 turned =
+            at(ran.monitor("a.tip").rotation, i) - at(ran.monitor("b.base").rotation, i);
         const bool slides = fix.find("[y") != std::string::npos, folds = !fix.empty() && !slides;
-        EXPECT_LT((slides ? Vector3(0, apart[1], apart[2]) : apart).norm(), 1e-10) << integrator << fix;
-        EXPECT_LT((folds ? Vector3(turned[0], 0, turned[2]) : turned).norm(), 1e-10) << integrator << fix;
+        EXPECT_LT((slides ? Vector3(0, apart[1], apart[2]) : apart).norm(), 1e-10)
+            << integrator << fix;
+        EXPECT_LT((folds ? Vector3(turned[0], 0, turned[2]) : turned).norm(), 1e-10)
+            << integrator << fix;
         if (slides) {
           EXPECT_GT(-apart[0], 0.009 * ran.result.time[i]) << integrator;
         }
-        EXPECT_LT((at(ran.body("a").momentum, i) + at(ran.body("b").momentum, i) - before).norm(), 1e-11);
+        EXPECT_LT((at(ran.body("a").momentum, i) + at(ran.body("b").momentum, i) - before).norm(),
+                  1e-11);
       }
       EXPECT_LT(test::energy_residual(ran.result), 1e-9) << integrator << fix;
     }
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Kinds, Links, ::testing::ValuesIn(kinds),
-                         [](const auto& of) { return of.param.substr(0, of.param.find_first_of("-,")); });
+INSTANTIATE_TEST_SUITE_P(Kinds, Links, ::testing::ValuesIn(kinds), [](const auto& of) {
+  return of.param.substr(0, of.param.find_first_of("-,"));
+});
 
 }  // namespace
 }  // namespace cbr

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Basis massless, from reduction to run: the bouncing bar of Doyen, Ern, Piperno 2011 (see bouncing_bar_test.cpp), bars that
-// strike, a block that is pressed and one that slides.
+// Basis massless, from reduction to run: the bouncing bar of Doyen, Ern, Piperno 2011 (see
+// bouncing_bar_test.cpp), bars that strike, a block that is pressed and one that slides.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -32,7 +32,8 @@ double end_position(double time) {
 
 // Axial modes: the rigid one and those below, f_j = j c / (2 L) = 1.5 j Hz.
 std::string reduction(const std::string& basis, Index axial) {
-  return "{" + basis + ", interface: [x_min], cutoff_hz: " + text(1.5 * (double(axial) - 0.5)) + "}";
+  return "{" + basis + ", interface: [x_min], cutoff_hz: " + text(1.5 * (double(axial) - 0.5)) +
+         "}";
 }
 
 struct Bounce {
@@ -40,8 +41,8 @@ struct Bounce {
   Index modes;
 };
 
-Bounce bounce(const std::string& basis, Index axial, double h, const std::string& integrator, Index n, double width,
-              double periods = 10) {
+Bounce bounce(const std::string& basis, Index axial, double h, const std::string& integrator,
+              Index n, double width, double periods = 10) {
   SceneFolder folder;
   folder.add("bar.exo", test::block_mesh({{n, 1, 1}, Vector3(length, width, width)}));
   const Ran ran = folder.run(
@@ -70,24 +71,28 @@ Bounce bounce(const std::string& basis, Index axial, double h, const std::string
     if (t <= 2 * period * (1 + 1e-12)) b.two = std::sqrt(e2 / s2);
     if (t > 9 * period) b.peak = std::max(b.peak, q / height);
     b.energy = std::max(b.energy, std::abs(ran.result.work_contact[i]) / scale);
-    if (std::abs(t - 8.0 / 3) < 1e-9) b.impulse = test::at(ran.body("b").momentum, i)[0] / (width * width) + gravity * length * t;
+    if (std::abs(t - 8.0 / 3) < 1e-9)
+      b.impulse = test::at(ran.body("b").momentum, i)[0] / (width * width) + gravity * length * t;
   }
   b.ten = std::sqrt(e2 / s2);
   b.impulse = std::abs(b.impulse / (800.0 / 3) - 1);
   std::printf(
-      "%-40s %2ld axial of %3ld, h %.1e %-18s n %4ld: L2 two periods %.2e, ten %.2e; last peak %.4f; impulse %.1e; energy %.1e\n",
-      basis.c_str(), long(axial), long(b.modes), h, integrator.c_str(), long(n), b.two, b.ten, b.peak, b.impulse, b.energy);
+      "%-40s %2ld axial of %3ld, h %.1e %-18s n %4ld: L2 two periods %.2e, ten %.2e; last peak "
+      "%.4f; impulse %.1e; energy %.1e\n",
+      basis.c_str(), long(axial), long(b.modes), h, integrator.c_str(), long(n), b.two, b.ten,
+      b.peak, b.impulse, b.energy);
   std::fflush(stdout);
   return b;
 }
 
-const std::string free_modes = "basis: massless", fixed_modes = "basis: massless, massless_modes: fixed",
+const std::string free_modes = "basis: massless",
+                  fixed_modes = "basis: massless, massless_modes: fixed",
                   tapered_modes = "basis: massless, massless_modes: tapered";
 
 // A bar along x from the origin with both ends kept, of the elements that `n` says.
 struct Press {
-  std::string basis = free_modes, integrator = "exact", step = "auto", more, contact = "between: [b.x_min, floor]", instance, walls,
-              loads;
+  std::string basis = free_modes, integrator = "exact", step = "auto", more,
+              contact = "between: [b.x_min, floor]", instance, walls, loads;
   double end = 1, every = 0.01;
   Index modes = 20;
   std::array<Index, 3> n{16, 2, 2};
@@ -98,10 +103,12 @@ struct Press {
 std::string yaml(const Press& p) {
   return "materials: {m: {youngs_modulus: 1000, poissons_ratio: " + text(p.nu) +
          ", density: 1}}\ncomponents: {bar: {mesh: bar.exo, material: m, reduction: {" + p.basis +
-         ", interface: [x_min, x_max], modes: " + std::to_string(p.modes) + "}}}\ninstances: {b: {component: bar" + p.instance +
-         "}}\nwalls: {" + (p.walls.empty() ? "floor: {plane: {point: [0, 0, 0], normal: [1, 0, 0]}}" : p.walls) + "}\nloads: [" +
-         p.loads + "]\ncontact: [{" + p.contact + "}]\ntime: {end: " + text(p.end) + ", step: " + p.step +
-         ", integrator: " + p.integrator + "}\noutput: {every: " + text(p.every) + ", history: [b.x_min, b.x_max]}\n" + p.more;
+         ", interface: [x_min, x_max], modes: " + std::to_string(p.modes) +
+         "}}}\ninstances: {b: {component: bar" + p.instance + "}}\nwalls: {" +
+         (p.walls.empty() ? "floor: {plane: {point: [0, 0, 0], normal: [1, 0, 0]}}" : p.walls) +
+         "}\nloads: [" + p.loads + "]\ncontact: [{" + p.contact + "}]\ntime: {end: " + text(p.end) +
+         ", step: " + p.step + ", integrator: " + p.integrator +
+         "}\noutput: {every: " + text(p.every) + ", history: [b.x_min, b.x_max]}\n" + p.more;
 }
 
 Ran run(const Press& p) {
@@ -112,8 +119,8 @@ Ran run(const Press& p) {
 
 // A pressure that grows over many periods and stays.
 std::string ramp(double traction, double time) {
-  return "{instance: b, surface: x_max, traction: [" + text(-traction) + ", 0, 0], history: {time: [0, " + text(time) +
-         "], value: [0, 1]}}";
+  return "{instance: b, surface: x_max, traction: [" + text(-traction) +
+         ", 0, 0], history: {time: [0, " + text(time) + "], value: [0, 1]}}";
 }
 
 TEST(MasslessContact, APressedBarHasTheForceAndTheCompressionOfStatics) {
@@ -125,8 +132,10 @@ TEST(MasslessContact, APressedBarHasTheForceAndTheCompressionOfStatics) {
       const Ran ran = run(p);
       const std::size_t last = ran.result.time.size() - 1;
       // sigma L / E = 0.01, less the swinging that the corner of the ramp leaves: c / L is 32 / s
-      EXPECT_NEAR(test::at(ran.monitor("b.x_max").mean_position, last)[0], 1 - 0.01, 1e-4) << basis << integrator;
-      EXPECT_NEAR(test::at(ran.monitor("b.x_min").force, last)[0], 10 * 0.0625, 0.02 * 10 * 0.0625) << basis << integrator;
+      EXPECT_NEAR(test::at(ran.monitor("b.x_max").mean_position, last)[0], 1 - 0.01, 1e-4)
+          << basis << integrator;
+      EXPECT_NEAR(test::at(ran.monitor("b.x_min").force, last)[0], 10 * 0.0625, 0.02 * 10 * 0.0625)
+          << basis << integrator;
       EXPECT_LT(std::abs(test::at(ran.monitor("b.x_min").mean_position, last)[0]), 1e-14);
       EXPECT_LT(std::abs(test::at(ran.monitor("b.x_min").mean_velocity, last)[0]), 1e-12);
       EXPECT_LT(test::energy_residual(ran.result), 1e-10);
@@ -154,12 +163,14 @@ TEST(MasslessContact, IsOfSecondOrderInTheStep) {
       h.push_back(step), error.push_back(e);
     }
     const double order = test::observed_order(h, error);
-    std::printf("%-18s closed contact: errors %.1e %.1e %.1e, order %.2f\n", integrator, error[0], error[1], error[2], order);
+    std::printf("%-18s closed contact: errors %.1e %.1e %.1e, order %.2f\n", integrator, error[0],
+                error[1], error[2], order);
     EXPECT_GT(order, 1.7);
   }
 }
 
-// Bars that strike each other, of every pair of kinds: momentum is kept at every output, the speeds swap.
+// Bars that strike each other, of every pair of kinds: momentum is kept at every output, the speeds
+// swap.
 TEST(MasslessContact, MeetsEveryKindOfBody) {
   const std::vector<std::string> kinds = {
       "reduction: {basis: massless, interface: [x_min, x_max], modes: 60}",
@@ -172,26 +183,31 @@ TEST(MasslessContact, MeetsEveryKindOfBody) {
         folder.add("a.exo", test::block_mesh({{20, 1, 1}, {1, 0.2, 0.2}}));
         folder.add("b.exo", test::block_mesh({{20, 2, 2}, {1, 0.2, 0.2}}));
         const auto component = [&](const char* name, const std::string& kind) {
-          return std::string("  ") + name + ": {mesh: " + name + ".exo, material: m" + (kind.empty() ? "" : ", " + kind) + "}\n";
+          return std::string("  ") + name + ": {mesh: " + name + ".exo, material: m" +
+                 (kind.empty() ? "" : ", " + kind) + "}\n";
         };
-        const Ran ran =
-            folder.run("materials: {m: {youngs_modulus: 100, poissons_ratio: 0, density: 1}}\ncomponents:\n" +
-                       component("a", kinds[a]) + component("b", kinds[b]) +
-                       "instances:\n  a: {component: a, velocity: [1, 0, 0]}\n  b: {component: b, position: [1.05, 0, 0]}\n"
-                       "contact: [{between: [a.x_max, b.x_min]}]\ntime: {end: 0.5, integrator: " +
-                       integrator + "}\noutput: {every: 0.01, history: [a.x_max, b.x_min]}\n");
-        const std::string name = std::string(integrator) + " " + std::to_string(a) + std::to_string(b);
+        const Ran ran = folder.run(
+            "materials: {m: {youngs_modulus: 100, poissons_ratio: 0, density: 1}}\ncomponents:\n" +
+            component("a", kinds[a]) + component("b", kinds[b]) +
+            "instances:\n  a: {component: a, velocity: [1, 0, 0]}\n  b: {component: b, position: "
+            "[1.05, 0, 0]}\n"
+            "contact: [{between: [a.x_max, b.x_min]}]\ntime: {end: 0.5, integrator: " +
+            integrator + "}\noutput: {every: 0.01, history: [a.x_max, b.x_min]}\n");
+        const std::string name =
+            std::string(integrator) + " " + std::to_string(a) + std::to_string(b);
         EXPECT_LT(test::energy_residual(ran.result), 1e-10) << name;
         double drift = 0;
         for (std::size_t i = 0; i < ran.result.time.size(); ++i)
-          drift = std::max(
-              drift, (test::at(ran.body("a").momentum, i) + test::at(ran.body("b").momentum, i) - Vector3(0.04, 0, 0)).norm());
+          drift = std::max(drift, (test::at(ran.body("a").momentum, i) +
+                                   test::at(ran.body("b").momentum, i) - Vector3(0.04, 0, 0))
+                                      .norm());
         EXPECT_LT(drift, 1e-13) << name;
         const std::size_t last = ran.result.time.size() - 1;
         const double left = test::at(ran.body("a").momentum, last)[0] / 0.04,
                      right = test::at(ran.body("b").momentum, last)[0] / 0.04;
         const double energy = ran.result.total.back() / ran.result.total.front();
-        std::printf("%-22s speeds after the impact %.4f %.4f, energy %.4f\n", name.c_str(), left, right, energy);
+        std::printf("%-22s speeds after the impact %.4f %.4f, energy %.4f\n", name.c_str(), left,
+                    right, energy);
         EXPECT_NEAR(left, 0, 0.06) << name;
         EXPECT_NEAR(right, 1, 0.06) << name;
         EXPECT_LT(energy, 1.01) << name;
@@ -200,7 +216,8 @@ TEST(MasslessContact, MeetsEveryKindOfBody) {
   }
 }
 
-// A block on a floor under gravity that leans: it slides by s = g (sin a - mu cos a) t^2 / 2, or stays.
+// A block on a floor under gravity that leans: it slides by s = g (sin a - mu cos a) t^2 / 2, or
+// stays.
 TEST(MasslessContact, SlidesAndSticks) {
   for (const char* integrator : {"exact", "central-difference"}) {
     for (const double mu : {0.2, 0.6}) {
@@ -208,20 +225,23 @@ TEST(MasslessContact, SlidesAndSticks) {
       p.integrator = integrator, p.size = {0.25, 1, 0.5}, p.n = {4, 4, 3}, p.modes = 30;
       p.contact = "between: [b.x_min, floor], friction: " + text(mu);
       const double lean = 0.4, g = 10;
-      p.loads =
-          "{gravity: " + text(Vector3(-g * std::cos(lean), g * std::sin(lean), 0)) + ", history: {time: [0, 0.5], value: [0, 1]}}";
+      p.loads = "{gravity: " + text(Vector3(-g * std::cos(lean), g * std::sin(lean), 0)) +
+                ", history: {time: [0, 0.5], value: [0, 1]}}";
       p.end = 1.5, p.every = 0.5;
       const Ran ran = run(p);
       const auto moved = [&](std::size_t i) {
-        return (test::at(ran.body("b").center_of_mass, i) - test::at(ran.body("b").center_of_mass, 0))[1];
+        return (test::at(ran.body("b").center_of_mass, i) -
+                test::at(ran.body("b").center_of_mass, 0))[1];
       };
       // From the second half on the acceleration is constant
       const double a = g * (std::sin(lean) - mu * std::cos(lean));
       const std::size_t last = ran.result.time.size() - 1;
       if (mu < std::tan(lean)) {
-        EXPECT_NEAR(moved(last) - 2 * moved(last - 1) + moved(last - 2), a * 0.25, 5e-3 * a * 0.25) << integrator;
+        EXPECT_NEAR(moved(last) - 2 * moved(last - 1) + moved(last - 2), a * 0.25, 5e-3 * a * 0.25)
+            << integrator;
         EXPECT_LT(ran.result.work_friction.back(), 0);
-        EXPECT_NEAR(ran.result.work_friction.back(), -mu * g * std::cos(lean) * ran.mass("b") * moved(last),
+        EXPECT_NEAR(ran.result.work_friction.back(),
+                    -mu * g * std::cos(lean) * ran.mass("b") * moved(last),
                     0.02 * std::abs(ran.result.work_friction.back()));
       } else {
         EXPECT_LT(std::abs(moved(last)), 5e-3);  // it shears, and stays
@@ -232,7 +252,8 @@ TEST(MasslessContact, SlidesAndSticks) {
   }
 }
 
-// Held at one end, as a bar of its own: the static compression, and the support's reaction is no contact.
+// Held at one end, as a bar of its own: the static compression, and the support's reaction is no
+// contact.
 TEST(MasslessContact, HeldNodesStayAndCarry) {
   for (const std::string& basis : {free_modes, fixed_modes}) {
     Press p;
@@ -240,24 +261,29 @@ TEST(MasslessContact, HeldNodesStayAndCarry) {
     p.contact = "between: [b.x_max, ceiling]";
     p.walls = "ceiling: {plane: {point: [1.005, 0, 0], normal: [-1, 0, 0]}}";
     p.more = "boundary: [{instance: b, nodes: x_min, fix: [x, y, z]}]\n";
-    p.loads = "{instance: b, surface: x_max, traction: [20, 0, 0], history: {time: [0, 2], value: [0, 1]}}";
+    p.loads =
+        "{instance: b, surface: x_max, traction: [20, 0, 0], history: {time: [0, 2], value: [0, "
+        "1]}}";
     p.end = 3;
     const Ran ran = run(p);
     const std::size_t last = ran.result.time.size() - 1;
     EXPECT_LT(test::at(ran.monitor("b.x_min").mean_position, last).cwiseAbs()[0], 1e-13);
     EXPECT_NEAR(test::at(ran.monitor("b.x_max").mean_position, last)[0], 1.005, 1e-13);
     // 20 of traction, of which E 0.005 / L = 5 strains the bar
-    EXPECT_NEAR(test::at(ran.monitor("b.x_max").force, last)[0], -15 * 0.0625, 0.02 * 15 * 0.0625) << basis;
+    EXPECT_NEAR(test::at(ran.monitor("b.x_max").force, last)[0], -15 * 0.0625, 0.02 * 15 * 0.0625)
+        << basis;
     EXPECT_LT(test::energy_residual(ran.result), 1e-10);
   }
 }
 
-// Turned, mirrored, in other units: the same to round-off, as long as round-off has no impacts to grow on.
+// Turned, mirrored, in other units: the same to round-off, as long as round-off has no impacts to
+// grow on.
 TEST(MasslessContact, DoesNotDependOnAxesAndUnits) {
   const auto fall = [](const Vector3& rotation, double metre, double kilogram) {
     SceneFolder folder;
     folder.add("block.exo", test::block_mesh({{4, 3, 2}, metre * Vector3(1, 0.7, 0.5)}));
-    // Rotations by multiples of 90 degrees about z are exact; others turn the gravity and the floor too
+    // Rotations by multiples of 90 degrees about z are exact; others turn the gravity and the floor
+    // too
     const Matrix3 T = [&] {
       Instance turned;
       turned.rotation_degrees = rotation;
@@ -266,20 +292,24 @@ TEST(MasslessContact, DoesNotDependOnAxesAndUnits) {
     const Ran ran = folder.run(
         "materials: {m: {youngs_modulus: " + text(1000 * kilogram / metre) +
         ", poissons_ratio: 0.3, density: " + text(kilogram / (metre * metre * metre)) +
-        "}}\ncomponents: {c: {mesh: block.exo, material: m, reduction: {basis: massless, interface: [z_min], modes: 25}}}\n"
+        "}}\ncomponents: {c: {mesh: block.exo, material: m, reduction: {basis: massless, "
+        "interface: [z_min], modes: 25}}}\n"
         "instances: {b: {component: c, rotation: " +
         text(rotation) + ", position: " + text(Vector3(T * Vector3(0, 0, 0.01 * metre))) +
         ", velocity: " + text(Vector3(T * Vector3(0.3, 0, -1) * metre)) +
         "}}\nwalls: {floor: {plane: {point: [0, 0, 0], normal: " + text(Vector3(T.col(2))) +
-        "}}}\ncontact: [{between: [b.z_min, floor], friction: 0.3}]\ntime: {end: 0.1, step: 1.0e-4}\n"
+        "}}}\ncontact: [{between: [b.z_min, floor], friction: 0.3}]\ntime: {end: 0.1, step: "
+        "1.0e-4}\n"
         "output: {every: 0.01, history: [b.z_min]}\n");
     EXPECT_LT(ran.result.work_friction.back(), 0);
     std::vector<Vector3> positions;
     for (std::size_t i = 0; i < ran.result.time.size(); ++i)
-      positions.push_back(T.transpose() * test::at(ran.monitor("b.z_min").mean_position, i) / metre);
+      positions.push_back(T.transpose() * test::at(ran.monitor("b.z_min").mean_position, i) /
+                          metre);
     return positions;
   };
-  const auto plain = fall(Vector3::Zero(), 1, 1), turned = fall({10, -35, 70}, 1, 1), units = fall(Vector3::Zero(), 1e3, 1e-3);
+  const auto plain = fall(Vector3::Zero(), 1, 1), turned = fall({10, -35, 70}, 1, 1),
+             units = fall(Vector3::Zero(), 1e3, 1e-3);
   for (std::size_t i = 0; i < plain.size(); ++i) {
     EXPECT_LT((turned[i] - plain[i]).norm(), 1e-9) << i;
     EXPECT_LT((units[i] - plain[i]).norm(), 1e-9) << i;
@@ -317,16 +347,19 @@ TEST(MasslessContact, RefusesWhatItCannotDo) {
   p.basis = "massless_modes: fixed";
   EXPECT_NE(message_of(p).find("requires basis: massless"), std::string::npos);
   p = {};
-  p.more = "skin: {surfaces: [x_max], youngs_modulus: 10, poissons_ratio: 0.3, density: 1, thickness: 0.01}\n";
+  p.more =
+      "skin: {surfaces: [x_max], youngs_modulus: 10, poissons_ratio: 0.3, density: 1, thickness: "
+      "0.01}\n";
   expect(p, "shells");
   p = {};
   p.step = "1";
   EXPECT_NE(message_of(p).find("above the critical step"), std::string::npos);
 }
 
-// The published figures after ten periods, the rigid mode counted: 2.30e-2 with 15 modes (here 2.33e-2) and 5.4e-3 with 30 (here
-// 5.0e-3), where an interface with mass has lost most of the bounce. Those numbers of modes suit this motion, as
-// docs/decisions/massless.md tells, and elements must be fine enough for the last mode's frequency.
+// The published figures after ten periods, the rigid mode counted: 2.30e-2 with 15 modes
+// (here 2.33e-2) and 5.4e-3 with 30 (here 5.0e-3), where an interface with mass has lost most of
+// the bounce. Those numbers of modes suit this motion, as docs/decisions/massless.md tells, and
+// elements must be fine enough for the last mode's frequency.
 TEST(BouncingBar, MasslessKeepsBouncing) {
   const Bounce leapfrog = bounce(free_modes, 15, 5e-4, "central-difference", 1000, 0.25);
   EXPECT_LT(leapfrog.two, 2.0e-2);
@@ -347,12 +380,13 @@ TEST(BouncingBar, MasslessKeepsBouncing) {
   EXPECT_GT(with_mass.ten, 0.3);
 }
 
-// With numbers of modes that do not suit the motion rows that end at once lose the next landing; here the mesh's own
-// frequencies, 1.2 % off at the 17th, are part of the errors.
+// With numbers of modes that do not suit the motion rows that end at once lose the next landing;
+// here the mesh's own frequencies, 1.2 % off at the 17th, are part of the errors.
 TEST(BouncingBar, TaperedModesDoNotAskForALuckyNumber) {
-  // 16 and 18: a bending mode follows, which takes no part in an axial impact and must not end the fall (0.044 and 0.037 where it
-  // did)
-  for (const Index axial : {16, 18}) EXPECT_LT(bounce(tapered_modes, axial, 2e-3, "exact", 1000, 0.25, 2).two, 0.01);
+  // 16 and 18: a bending mode follows, which takes no part in an axial impact and must not end the
+  // fall (0.044 and 0.037 where it did)
+  for (const Index axial : {16, 18})
+    EXPECT_LT(bounce(tapered_modes, axial, 2e-3, "exact", 1000, 0.25, 2).two, 0.01);
   double at_17 = 0;
   for (const Index axial : {15, 17, 18}) {
     const Bounce tapered = bounce(tapered_modes, axial, 2e-3, "exact", 100, 0.5, 2);

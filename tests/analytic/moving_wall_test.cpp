@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Walls that move: an impact seen from the wall and from the body, a press in motion and in statics, restarts, refusals.
+// Walls that move: an impact seen from the wall and from the body, a press in motion and in
+// statics, restarts, refusals.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -29,14 +30,20 @@ class MovingWall : public ::testing::Test {
   SceneFolder folder;
 };
 
-std::string scene(const Way& way, const std::string& wall, const std::string& velocity, const std::string& more = "",
-                  const std::string& friction = "0.3", const std::string& end = "0.3, ") {
-  const std::string reduction = way.kind == "mesh" ? "" : ", reduction: {basis: " + way.kind + ", interface: [x_min, x_max]}";
-  return "materials:\n  soft: {youngs_modulus: 200, poissons_ratio: 0, density: 1, damping: {alpha: " +
-         std::string(more.empty() ? "0" : "20") + "}}\ncomponents:\n  bar: {mesh: bar.exo, material: soft" + reduction +
-         "}\ninstances:\n  bar: {component: bar, as: " + (way.kind == "mesh" ? "mesh" : "superelement") +
-         ", position: [0.013, 0, 0], velocity: " + velocity + "}\nwalls:\n  w: {" + wall + "}\ncontact:\n  - {between: [bar.x_min, w], " +
-         "enforcement: " + way.enforcement + ", friction: " + friction + "}\n" + more + "time: {end: " + end + way.time +
+std::string scene(const Way& way, const std::string& wall, const std::string& velocity,
+                  const std::string& more = "", const std::string& friction = "0.3",
+                  const std::string& end = "0.3, ") {
+  const std::string reduction =
+      way.kind == "mesh" ? "" : ", reduction: {basis: " + way.kind + ", interface: [x_min, x_max]}";
+  return "materials:\n  soft: {youngs_modulus: 200, poissons_ratio: 0, density: 1, damping: "
+         "{alpha: " +
+         std::string(more.empty() ? "0" : "20") +
+         "}}\ncomponents:\n  bar: {mesh: bar.exo, material: soft" + reduction +
+         "}\ninstances:\n  bar: {component: bar, as: " +
+         (way.kind == "mesh" ? "mesh" : "superelement") +
+         ", position: [0.013, 0, 0], velocity: " + velocity + "}\nwalls:\n  w: {" + wall +
+         "}\ncontact:\n  - {between: [bar.x_min, w], " + "enforcement: " + way.enforcement +
+         ", friction: " + friction + "}\n" + more + "time: {end: " + end + way.time +
          "}\noutput: {every: 0.01, history: [bar.x_min, bar.x_max]}\n";
 }
 
@@ -44,12 +51,17 @@ const std::string plane = "plane: {point: [0, 0, 0], normal: [1, 0, 0]}";
 
 std::vector<Way> all_ways() {
   std::vector<Way> ways;
-  for (const std::string kind : {"mesh", "craig-bampton, modes: 20", "massless, modes: 40, massless_modes: tapered", "characteristic, modes: 20"}) {
+  for (const std::string kind :
+       {"mesh", "craig-bampton, modes: 20", "massless, modes: 40, massless_modes: tapered",
+        "characteristic, modes: 20"}) {
     const bool massless = kind.starts_with("massless");
-    for (const std::string time : {"integrator: exact", "integrator: central-difference", "integrator: newmark, step: 0.002"})
+    for (const std::string time : {"integrator: exact", "integrator: central-difference",
+                                   "integrator: newmark, step: 0.002"})
       for (const std::string enforcement : {"impulse", "penalty"}) {
         const bool newmark = time.find("newmark") != std::string::npos;
-        if ((massless && (newmark || enforcement == "penalty")) || (newmark && enforcement == "penalty")) continue;
+        if ((massless && (newmark || enforcement == "penalty")) ||
+            (newmark && enforcement == "penalty"))
+          continue;
         if (kind.starts_with("char") && enforcement == "penalty") continue;
         ways.push_back({kind, time, enforcement});
       }
@@ -57,8 +69,9 @@ std::vector<Way> all_ways() {
   return ways;
 }
 
-// Galilei: a bar that flies against a wall at rest, and a wall that comes to a bar at rest. Seen from the wall all is the same: forces,
-// and the work of contact and friction. The wall's work is its speed times the impulse.
+// Galilei: a bar that flies against a wall at rest, and a wall that comes to a bar at rest. Seen
+// from the wall all is the same: forces, and the work of contact and friction. The wall's work is
+// its speed times the impulse.
 TEST_F(MovingWall, TheFrameDoesNotMatter) {
   const Vector3 V(0.4, 0.1, -0.2);
   for (const Way& way : all_ways()) {
@@ -70,7 +83,8 @@ TEST_F(MovingWall, TheFrameDoesNotMatter) {
     for (std::size_t i = 0; i < flies.result.time.size(); ++i) {
       const double t = flies.result.time[i];
       for (const char* face : {"bar.x_min", "bar.x_max"}) {
-        const Vector3 a = at(flies.monitor(face).mean_position, i), b = at(rests.monitor(face).mean_position, i);
+        const Vector3 a = at(flies.monitor(face).mean_position, i),
+                      b = at(rests.monitor(face).mean_position, i);
         EXPECT_LT((a + t * V - b).norm(), 1e-11) << name << t;
       }
       const Vector3 force = at(rests.result.pairs[0].force, i);
@@ -91,14 +105,18 @@ TEST_F(MovingWall, TheFrameDoesNotMatter) {
   }
 }
 
-// A round wall that passes by a bar at rest touches it at the same time as one at rest that the bar passes.
+// A round wall that passes by a bar at rest touches it at the same time as one at rest that the bar
+// passes.
 TEST_F(MovingWall, ABallToo) {
   const std::string ball = "sphere: {center: [-0.6, 0.2, 0.3], radius: 0.5}";
   for (const std::string kind : {"mesh", "craig-bampton, modes: 20"}) {
     const Ran flies = folder.run(scene({kind}, ball, "[-1, 0, 0]"));
-    const Ran rests = folder.run(scene({kind}, ball + ", velocity: [2, 0, 0], history: {time: [0, 9], value: [0.5, 0.5]}", "[0, 0, 0]"));
+    const Ran rests = folder.run(
+        scene({kind}, ball + ", velocity: [2, 0, 0], history: {time: [0, 9], value: [0.5, 0.5]}",
+              "[0, 0, 0]"));
     for (std::size_t i = 0; i < flies.result.time.size(); ++i)
-      EXPECT_NEAR(at(flies.monitor("bar.x_max").mean_position, i)[0] + flies.result.time[i], at(rests.monitor("bar.x_max").mean_position, i)[0], 1e-11);
+      EXPECT_NEAR(at(flies.monitor("bar.x_max").mean_position, i)[0] + flies.result.time[i],
+                  at(rests.monitor("bar.x_max").mean_position, i)[0], 1e-11);
     EXPECT_GT(test::integral(rests.result, rests.result.pairs[0].force)[0], 0.05) << kind;
   }
 }
@@ -109,24 +127,31 @@ const std::string clamp = "boundary:\n  - {instance: bar, nodes: x_max, fix: [x,
 TEST_F(MovingWall, APressCloses) {
   const double k = 50, d = 0.02;
   for (Way way : all_ways()) {
-    const std::string wall = plane + ", displacement: [0.033, 0, 0], history: {time: [0, 1], value: [0, 1]}";
+    const std::string wall =
+        plane + ", displacement: [0.033, 0, 0], history: {time: [0, 1], value: [0, 1]}";
     const Ran ran = folder.run(scene(way, wall, "[0, 0, 0]", clamp, "0", "3, "));
     const std::string name = way.kind + way.time + way.enforcement;
     const std::size_t last = ran.result.time.size() - 1;
-    const double share = way.enforcement == "penalty" ? 0.15 : way.kind.starts_with("char") ? 2e-3 : 1e-6;
+    const double share = way.enforcement == "penalty"   ? 0.15
+                         : way.kind.starts_with("char") ? 2e-3
+                                                        : 1e-6;
     EXPECT_NEAR(at(ran.result.pairs[0].force, last)[0], k * d, share * k * d) << name;
     EXPECT_NEAR(at(ran.body("bar").reaction, last)[0], -k * d, share * k * d) << name;
     EXPECT_LT(test::energy_residual(ran.result), 1e-9) << name;
-    if (way.kind == "mesh" && way.enforcement == "impulse") EXPECT_LT(std::abs(ran.result.work_contact.back()), 0.05 * k * d * d / 2) << name;
+    if (way.kind == "mesh" && way.enforcement == "impulse")
+      EXPECT_LT(std::abs(ran.result.work_contact.back()), 0.05 * k * d * d / 2) << name;
   }
 }
 
 // From where the bar touches, the wall does all the work, which the bar stores.
 TEST_F(MovingWall, APressInStatics) {
   const double k = 50, d = 0.02;
-  for (const std::string kind : {"mesh", "craig-bampton, modes: 20", "massless, modes: 40", "characteristic, modes: 20"}) {
-    const std::string wall = plane + ", displacement: [0.02, 0, 0], history: {time: [0, 1], value: [0, 1]}";
-    std::string text = scene({kind, "static: true, step: 0.25"}, wall, "[0, 0, 0]", clamp, "0", "1, ");
+  for (const std::string kind :
+       {"mesh", "craig-bampton, modes: 20", "massless, modes: 40", "characteristic, modes: 20"}) {
+    const std::string wall =
+        plane + ", displacement: [0.02, 0, 0], history: {time: [0, 1], value: [0, 1]}";
+    std::string text =
+        scene({kind, "static: true, step: 0.25"}, wall, "[0, 0, 0]", clamp, "0", "1, ");
     text.replace(text.find("position: [0.013, 0, 0]"), 23, "position: [0, 0, 0]");
     text.replace(text.find("every: 0.01"), 11, "every: 0.25");
     const Ran ran = folder.run(text);
@@ -142,11 +167,15 @@ TEST_F(MovingWall, APressInStatics) {
 
 TEST_F(MovingWall, RestartsGoOnBitForBit) {
   for (Way way : all_ways()) {
-    const std::string text = scene(way, plane + ", velocity: [0.4, 0.1, 0], history: {time: [0, 0.2], value: [1, 0.5]}", "[0, 0, 0]");
+    const std::string text =
+        scene(way, plane + ", velocity: [0.4, 0.1, 0], history: {time: [0, 0.2], value: [1, 0.5]}",
+              "[0, 0, 0]");
     std::optional<std::vector<Index>> saved;
     RunOptions watching;
     watching.is_checkpoint = [&](Index, double t) { return !saved && t > 0.08; };
-    watching.on_checkpoint = [&](Index, double, const StateArchive& state) { saved = state.words(); };
+    watching.on_checkpoint = [&](Index, double, const StateArchive& state) {
+      saved = state.words();
+    };
     const Ran whole = folder.run(text, watching);
     ASSERT_TRUE(saved.has_value());
     StateArchive from(*saved, "the state");
@@ -155,7 +184,8 @@ TEST_F(MovingWall, RestartsGoOnBitForBit) {
     const Ran again = folder.run(text, going_on);
     EXPECT_EQ(whole.result.total, again.result.total) << way.kind << way.time;
     EXPECT_EQ(whole.result.work_external, again.result.work_external) << way.kind << way.time;
-    EXPECT_EQ(whole.result.pairs[0].force.values, again.result.pairs[0].force.values) << way.kind << way.time;
+    EXPECT_EQ(whole.result.pairs[0].force.values, again.result.pairs[0].force.values)
+        << way.kind << way.time;
   }
 }
 
@@ -169,8 +199,10 @@ TEST_F(MovingWall, WhatCannotBeIsRefusedByName) {
     return std::string("not refused");
   };
   EXPECT_NE(refusal(", displacement: [1, 0, 0]").find("needs a history"), std::string::npos);
-  EXPECT_NE(refusal(", velocity: [1, 0, 0], acceleration: [1, 0, 0]").find("remove the other"), std::string::npos);
-  EXPECT_NE(refusal(", history: {time: [0], value: [1]}").find("walls.w.history: needs one of"), std::string::npos);
+  EXPECT_NE(refusal(", velocity: [1, 0, 0], acceleration: [1, 0, 0]").find("remove the other"),
+            std::string::npos);
+  EXPECT_NE(refusal(", history: {time: [0], value: [1]}").find("walls.w.history: needs one of"),
+            std::string::npos);
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Newmark's method and HHT-alpha on bodies under a smooth load, against the exact motion of the same spatial model: order 2,
-// energy, damping of high frequencies alone, steps of any size.
+// Newmark's method and HHT-alpha on bodies under a smooth load, against the exact motion of the
+// same spatial model: order 2, energy, damping of high frequencies alone, steps of any size.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -21,7 +21,8 @@ using test::Ran;
 using test::SceneFolder;
 using test::text;
 
-// A free bar, 1 x 0.25 x 0.25, c = 10: its slowest swing takes 0.2, and so does the pull at its end; then it is left alone.
+// A free bar, 1 x 0.25 x 0.25, c = 10: its slowest swing takes 0.2, and so does the pull at its
+// end; then it is left alone.
 constexpr double pull_time = 0.2, end = 0.5;
 
 struct Way {
@@ -42,17 +43,25 @@ std::string scene(const Way& way) {
   }
   return "materials:\n  soft: {youngs_modulus: 100, poissons_ratio: 0.3, density: 1}\ncomponents:\n"
          "  bar: {mesh: bar.exo, material: soft, mass: " +
-         way.mass + (way.as == "mesh" ? "" : ", reduction: {interface: [x_min, x_max], " + way.reduction + "}") +
+         way.mass +
+         (way.as == "mesh" ? ""
+                           : ", reduction: {interface: [x_min, x_max], " + way.reduction + "}") +
          "}\ninstances:\n  bar: {component: bar, as: " + way.as +
-         "}\nloads:\n  - {instance: bar, surface: x_max, traction: [0.5, 0.1, 0.02], history: {time: [" + time + "], value: [" +
-         value + "]}}\ntime: {end: " + text(way.slower * end) + ", step: " + way.step + ", integrator: " + way.integrator +
-         (way.alpha != 0 ? ", alpha: " + text(way.alpha) : "") + "}\noutput: {every: " + text(way.slower * way.every) +
+         "}\nloads:\n  - {instance: bar, surface: x_max, traction: [0.5, 0.1, 0.02], history: "
+         "{time: [" +
+         time + "], value: [" + value + "]}}\ntime: {end: " + text(way.slower * end) +
+         ", step: " + way.step + ", integrator: " + way.integrator +
+         (way.alpha != 0 ? ", alpha: " + text(way.alpha) : "") +
+         "}\noutput: {every: " + text(way.slower * way.every) +
          ", history: [bar.x_min, bar.x_max]}\n";
 }
 
-void add_mesh(SceneFolder& folder) { folder.add("bar.exo", test::block_mesh({{8, 2, 2}, {1, 0.25, 0.25}})); }
+void add_mesh(SceneFolder& folder) {
+  folder.add("bar.exo", test::block_mesh({{8, 2, 2}, {1, 0.25, 0.25}}));
+}
 
-// Largest difference of the ends' positions and velocities over time, as shares of the largest displacement and velocity.
+// Largest difference of the ends' positions and velocities over time, as shares of the largest
+// displacement and velocity.
 struct Difference {
   double position = 0, velocity = 0;
 };
@@ -92,9 +101,11 @@ void expect_second_order(SceneFolder& folder, const Way& way, const Ran& exact) 
       const Difference d = difference(ran, exact);
       h.push_back(end / steps), x.push_back(d.position), v.push_back(d.velocity);
     }
-    std::printf("%-12s %-10s %-20s alpha %4.1f, h = T / 800: positions %.1e (order %.2f), velocities %.1e (%.2f)\n", way.as.c_str(),
-                way.mass.c_str(), way.reduction.c_str(), alpha, x.back(), test::observed_order(h, x), v.back(),
-                test::observed_order(h, v));
+    std::printf(
+        "%-12s %-10s %-20s alpha %4.1f, h = T / 800: positions %.1e (order %.2f), velocities %.1e "
+        "(%.2f)\n",
+        way.as.c_str(), way.mass.c_str(), way.reduction.c_str(), alpha, x.back(),
+        test::observed_order(h, x), v.back(), test::observed_order(h, v));
     EXPECT_GT(test::observed_order(h, x), 1.9);
     EXPECT_GT(test::observed_order(h, v), 1.9);
     EXPECT_LT(x.back(), 1e-3);
@@ -114,12 +125,14 @@ TEST(Newmark, SuperelementIsOfSecondOrder) {
   expect_second_order(folder, few, folder.run(scene(few)));
 }
 
-// A mesh, and domains that keep all their modes, are the superelement with all of its: under Newmark too.
+// A mesh, and domains that keep all their modes, are the superelement with all of its: under
+// Newmark too.
 TEST(Newmark, MeshesAndGroupsAreTheSuperelement) {
   for (const char* mass : {"consistent", "lumped"}) {
     SceneFolder folder, parts;
     add_mesh(folder), add_mesh(parts);
-    const Way whole{.mass = mass}, mesh{.as = "mesh", .mass = mass}, group{.mass = mass, .reduction = "domains: 3, modes: 500"};
+    const Way whole{.mass = mass}, mesh{.as = "mesh", .mass = mass},
+        group{.mass = mass, .reduction = "domains: 3, modes: 500"};
     const Ran exact = folder.run(scene(whole));
     expect_second_order(folder, mesh, exact);
     expect_second_order(parts, group, exact);
@@ -129,19 +142,22 @@ TEST(Newmark, MeshesAndGroupsAreTheSuperelement) {
         const Ran one = folder.run(scene(newmark(whole, alpha, h)));
         const Difference of_mesh = difference(folder.run(scene(newmark(mesh, alpha, h))), one),
                          of_group = difference(parts.run(scene(newmark(group, alpha, h))), one);
-        std::printf("%s, alpha %4.1f, %4.0f steps: mesh %.1e, %.1e; group %.1e, %.1e\n", mass, alpha, steps, of_mesh.position,
-                    of_mesh.velocity, of_group.position, of_group.velocity);
+        std::printf("%s, alpha %4.1f, %4.0f steps: mesh %.1e, %.1e; group %.1e, %.1e\n", mass,
+                    alpha, steps, of_mesh.position, of_mesh.velocity, of_group.position,
+                    of_group.velocity);
         EXPECT_LT(std::max(of_mesh.position, of_mesh.velocity), 1e-9);
         EXPECT_LT(std::max(of_group.position, of_group.velocity), 1e-9);
       }
   }
 }
 
-// After the pull nothing is done to the bar. Steps that a pull of 0.2 does not see are those of a slower one.
+// After the pull nothing is done to the bar. Steps that a pull of 0.2 does not see are those of a
+// slower one.
 TEST(Newmark, AverageAccelerationKeepsTheEnergyAtAnyStep) {
   SceneFolder folder;
   add_mesh(folder);
-  for (const auto& [step, slower] : {std::pair("{cfl: 0.5}", 1.0), {"{cfl: 3}", 1.0}, {"{cfl: 100}", 30.0}}) {
+  for (const auto& [step, slower] :
+       {std::pair("{cfl: 0.5}", 1.0), {"{cfl: 3}", 1.0}, {"{cfl: 100}", 30.0}}) {
     const Ran ran = folder.run(scene(newmark({.slower = slower, .every = 0}, 0, step)));
     const RunResult& r = ran.result;
     double least = 1e300, most = 0, scale = 0;
@@ -150,8 +166,10 @@ TEST(Newmark, AverageAccelerationKeepsTheEnergyAtAnyStep) {
       if (r.time[i] < slower * pull_time * (1 + 1e-9)) continue;
       least = std::min(least, r.total[i]), most = std::max(most, r.total[i]);
     }
-    std::printf("cfl %-10s: %4ld steps, %5.1f critical ones: energy kept to %.1e, balance %.1e\n", step, long(r.steps),
-                ran.built.simulation.plan.h / ran.built.simulation.plan.critical, (most - least) / scale, test::energy_residual(r));
+    std::printf("cfl %-10s: %4ld steps, %5.1f critical ones: energy kept to %.1e, balance %.1e\n",
+                step, long(r.steps),
+                ran.built.simulation.plan.h / ran.built.simulation.plan.critical,
+                (most - least) / scale, test::energy_residual(r));
     EXPECT_GT(most, 0);
     EXPECT_LT(most - least, 1e-12 * scale);
     EXPECT_LT(test::energy_residual(r), 1e-12);

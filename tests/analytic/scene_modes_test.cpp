@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// cbr-dyn --modes: frequencies and damping ratios of held and free instances, superelements against meshes and closed forms.
+// cbr-dyn --modes: frequencies and damping ratios of held and free instances, superelements against
+// meshes and closed forms.
 #include "dynamics/setup/modal/scene_modes.hpp"
 
 #include <gtest/gtest.h>
@@ -27,13 +28,15 @@ class OfScene : public ::testing::Test {
     folder.add("beam.exo", test::block_mesh({{12, 2, 2}, {1, 0.1, 0.1}}));
   }
 
-  std::string scene(const std::string& mesh, const std::string& reduction, const std::string& rest = "",
-                    const std::string& instance = "") const {
-    return "materials:\n  soft: {youngs_modulus: 200, poissons_ratio: 0, density: 1, damping: {alpha: 0.5, beta: 0.001}}\n"
+  std::string scene(const std::string& mesh, const std::string& reduction,
+                    const std::string& rest = "", const std::string& instance = "") const {
+    return "materials:\n  soft: {youngs_modulus: 200, poissons_ratio: 0, density: 1, damping: "
+           "{alpha: 0.5, beta: 0.001}}\n"
            "components:\n  bar: {mesh: " +
            mesh + ", material: soft, mass: lumped, reduction: {" + reduction +
            "}}\ninstances:\n  reduced: {component: bar, as: superelement" + instance +
-           "}\n  full: {component: bar, as: mesh, position: [0, 9, 0]" + instance + "}\n" + rest + "time: {end: 0.01}\n";
+           "}\n  full: {component: bar, as: mesh, position: [0, 9, 0]" + instance + "}\n" + rest +
+           "time: {end: 0.01}\n";
   }
 
   std::vector<InstanceModes> modes(const std::string& yaml, Index n) const {
@@ -48,26 +51,32 @@ const std::string held =
     "boundary:\n  - {instance: reduced, nodes: x_min, fix: [x, y, z]}\n"
     "  - {instance: full, nodes: x_min, fix: [x, y, z]}\n";
 
-// Along x: omega^2 = k / m = E A / L / (rho A L / 2) = 400. Rayleigh's ratio is alpha / (2 omega) + beta omega / 2.
+// Along x: omega^2 = k / m = E A / L / (rho A L / 2) = 400. Rayleigh's ratio is alpha / (2 omega) +
+// beta omega / 2.
 TEST_F(OfScene, OneElementIsAnOscillator) {
-  for (const InstanceModes& of : modes(scene("one.exo", "interface: [x_min, x_max], modes: 0", held), 100)) {
+  for (const InstanceModes& of :
+       modes(scene("one.exo", "interface: [x_min, x_max], modes: 0", held), 100)) {
     const Vector omega = 2 * std::numbers::pi * of.frequency_hz;
     EXPECT_EQ(omega.size(), 12) << of.instance;
     EXPECT_LT((omega.array() - 20).abs().minCoeff(), 1e-10) << of.instance;
-    for (Index j = 0; j < omega.size(); ++j) EXPECT_NEAR(of.damping_ratio[j], 0.25 / omega[j] + 0.0005 * omega[j], 1e-14);
+    for (Index j = 0; j < omega.size(); ++j)
+      EXPECT_NEAR(of.damping_ratio[j], 0.25 / omega[j] + 0.0005 * omega[j], 1e-14);
   }
 }
 
-// The lowest bending frequencies of a cantilever: 1.875^2 / (2 pi) sqrt(E I / (rho A)) and less, by shear.
+// The lowest bending frequencies of a cantilever: 1.875^2 / (2 pi) sqrt(E I / (rho A)) and less, by
+// shear.
 TEST_F(OfScene, HeldSuperelementsHaveTheFrequenciesOfTheirMesh) {
   for (const char* basis : {"basis: craig-bampton", "basis: massless", "basis: characteristic"}) {
-    const auto found = modes(scene("beam.exo", std::string(basis) + ", interface: [x_min, x_max], modes: 30", held), 6);
+    const auto found = modes(
+        scene("beam.exo", std::string(basis) + ", interface: [x_min, x_max], modes: 30", held), 6);
     ASSERT_EQ(found.size(), 2u);
     const Vector &reduced = found[0].frequency_hz, &full = found[1].frequency_hz;
     const double beam = 1.8751 * 1.8751 / (2 * std::numbers::pi) * std::sqrt(200 * 0.01 / 12);
     EXPECT_NEAR(full[0], beam, 0.03 * beam);
     EXPECT_NEAR(full[1], full[0], 1e-8 * beam);  // a square section
-    for (Index j = 0; j < 6; ++j) EXPECT_NEAR(reduced[j], full[j], 0.01 * full[j]) << basis << " " << j;
+    for (Index j = 0; j < 6; ++j)
+      EXPECT_NEAR(reduced[j], full[j], 0.01 * full[j]) << basis << " " << j;
   }
 }
 
@@ -78,12 +87,15 @@ TEST_F(OfScene, FreeInstancesHaveSixRigidMotions) {
     EXPECT_EQ(of.damping_ratio.head(6), Vector::Zero(6));
     EXPECT_GT(of.frequency_hz[6], 0.1);
   }
-  for (Index j = 6; j < 10; ++j) EXPECT_NEAR(found[0].frequency_hz[j], found[1].frequency_hz[j], 1e-8 * found[1].frequency_hz[j]);
+  for (Index j = 6; j < 10; ++j)
+    EXPECT_NEAR(found[0].frequency_hz[j], found[1].frequency_hz[j],
+                1e-8 * found[1].frequency_hz[j]);
 }
 
 TEST_F(OfScene, OpenContactIsLeftOut) {
   const std::string reduction = "interface: [x_min, x_max, y_min, y_max], modes: 0";
-  const auto with = modes(scene("one.exo", reduction, "contact:\n  - {between: [reduced.y_max, full.y_min]}\n"), 3);
+  const auto with = modes(
+      scene("one.exo", reduction, "contact:\n  - {between: [reduced.y_max, full.y_min]}\n"), 3);
   const auto without = modes(scene("one.exo", reduction), 3);
   ASSERT_EQ(with.size(), 2u);
   for (std::size_t i = 0; i < 2; ++i) EXPECT_EQ(with[i].frequency_hz, without[i].frequency_hz);
@@ -96,13 +108,18 @@ TEST_P(Halves, TiedTogetherAreTheWhole) {
   folder.add("half.exo", test::block_mesh({{6, 2, 2}, {0.5, 0.1, 0.1}}));
   const std::string& as = GetParam();
   const std::string &instance_as = as, basis = "modes: 135";  // all that there are
-  for (const std::string& boundary : {std::string(), std::string("boundary: [{instance: a, nodes: x_min, fix: [x, y, z]}, "
-                                                                 "{instance: whole, nodes: x_min, fix: [x, y, z]}]\n")}) {
+  for (const std::string& boundary :
+       {std::string(), std::string("boundary: [{instance: a, nodes: x_min, fix: [x, y, z]}, "
+                                   "{instance: whole, nodes: x_min, fix: [x, y, z]}]\n")}) {
     const auto found = modes(
-        "materials: {soft: {youngs_modulus: 200, poissons_ratio: 0.3, density: 1, damping: {alpha: 0.5, beta: 0.001}}}\n"
-        "components:\n  half: {mesh: half.exo, material: soft, mass: lumped, reduction: {interface: [x_min, x_max], " +
-            basis + "}}\n  whole: {mesh: beam.exo, material: soft, mass: lumped}\ninstances:\n  a: {component: half, as: " + instance_as +
-            "}\n  b: {component: half, as: " + instance_as +
+        "materials: {soft: {youngs_modulus: 200, poissons_ratio: 0.3, density: 1, damping: {alpha: "
+        "0.5, beta: 0.001}}}\n"
+        "components:\n  half: {mesh: half.exo, material: soft, mass: lumped, reduction: "
+        "{interface: [x_min, x_max], " +
+            basis +
+            "}}\n  whole: {mesh: beam.exo, material: soft, mass: lumped}\ninstances:\n  a: "
+            "{component: half, as: " +
+            instance_as + "}\n  b: {component: half, as: " + instance_as +
             ", position: [0.5, 0, 0]}\n  whole: {component: whole, as: mesh, position: [0, 9, 0]}\n"
             "contact: [{between: [a.x_max, b.x_min], tied: true}]\n" +
             boundary + "time: {end: 1}\n",
@@ -113,20 +130,27 @@ TEST_P(Halves, TiedTogetherAreTheWhole) {
     const double scale = found[1].frequency_hz[11], bound = 1e-8;
     double worst = 0;
     for (Index j = 0; j < 12; ++j) {
-      worst = std::max(worst, std::abs(found[0].frequency_hz[j] - found[1].frequency_hz[j]) / scale);
-      EXPECT_NEAR(found[0].frequency_hz[j], found[1].frequency_hz[j], bound * scale) << as << " " << j;
+      worst =
+          std::max(worst, std::abs(found[0].frequency_hz[j] - found[1].frequency_hz[j]) / scale);
+      EXPECT_NEAR(found[0].frequency_hz[j], found[1].frequency_hz[j], bound * scale)
+          << as << " " << j;
       EXPECT_NEAR(found[0].damping_ratio[j], found[1].damping_ratio[j], bound) << as << " " << j;
     }
-    std::printf("%s, %s: largest error %.2g of the highest frequency\n", as.c_str(), boundary.empty() ? "free" : "held", worst);
+    std::printf("%s, %s: largest error %.2g of the highest frequency\n", as.c_str(),
+                boundary.empty() ? "free" : "held", worst);
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Models, Halves, ::testing::Values("superelement"), [](const auto& of) { return of.param; });
+INSTANTIATE_TEST_SUITE_P(Models, Halves, ::testing::Values("superelement"),
+                         [](const auto& of) { return of.param; });
 
-// Shapes as fields: the first bending shape of a cantilever, whose tip moves most, and whose mass is 1.
+// Shapes as fields: the first bending shape of a cantilever, whose tip moves most, and whose mass
+// is 1.
 TEST_F(OfScene, ShapesAreFieldsOfModalMassOne) {
   Report report("test", Verbosity::quiet);
-  std::string yaml = scene("beam.exo", "interface: [x_min, x_max], modes: 297, recovery: true", held) + "output: {fields: [displacement, stress]}\n";
+  std::string yaml =
+      scene("beam.exo", "interface: [x_min, x_max], modes: 297, recovery: true", held) +
+      "output: {fields: [displacement, stress]}\n";
   test::Ran ran = folder.prepare(yaml);
   SceneModes modes = scene_modes(ran.scene, 2, report);
   write_modes(folder.folder() / "modes.h5", modes, report);
@@ -138,7 +162,8 @@ TEST_F(OfScene, ShapesAreFieldsOfModalMassOne) {
   ASSERT_EQ(step, (std::vector<Index>{2, 3}));
   for (const std::string& grid : fields.children("/grids")) {
     const std::string instance = fields.read_string("/grids/" + grid, "instance");
-    const Points u = fields.read_points("/steps/2/" + grid + "/displacement"), X = fields.read_points("/grids/" + grid + "/points");
+    const Points u = fields.read_points("/steps/2/" + grid + "/displacement"),
+                 X = fields.read_points("/grids/" + grid + "/points");
     if (instance != "full") {
       EXPECT_EQ(u, Points(Points::Zero(u.rows(), 3)));
       continue;
@@ -148,7 +173,8 @@ TEST_F(OfScene, ShapesAreFieldsOfModalMassOne) {
     for (Index i = 0; i < u.rows(); ++i) {
       const auto half = [](double x, double end) { return x < 1e-9 || x > end - 1e-9 ? 0.5 : 1.0; };
       const double y = X(i, 1) - 9;
-      mass += 0.01 / 48 * half(X(i, 0), 1) * half(y, 0.1) * half(X(i, 2), 0.1) * u.row(i).squaredNorm();
+      mass +=
+          0.01 / 48 * half(X(i, 0), 1) * half(y, 0.1) * half(X(i, 2), 0.1) * u.row(i).squaredNorm();
       if (X(i, 0) > 1 - 1e-9) tip = std::max(tip, u.row(i).norm());
     }
     EXPECT_NEAR(mass, 1, 1e-10);

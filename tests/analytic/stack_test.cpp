@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Ten blocks upon each other on a rigid floor. Gravity grows slowly from nothing, so that they come to rest in their own sag, and
-// stays for many steps: each joint bears the weight above it, nothing overlaps, drifts or gains energy.
+// Ten blocks upon each other on a rigid floor. Gravity grows slowly from nothing, so that they come
+// to rest in their own sag, and stays for many steps: each joint bears the weight above it, nothing
+// overlaps, drifts or gains energy.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -37,23 +38,32 @@ Ran stack(const Way& way) {
   test::SceneFolder folder;
   folder.add("even.exo", test::block_mesh({{way.even, way.even, 2}}));
   folder.add("odd.exo", test::block_mesh({{way.odd, way.odd, 2}}));
-  std::string scene = "materials: {m: {youngs_modulus: " + text(E) + ", poissons_ratio: 0.3, density: " + text(rho) +
-                      "}}\nwalls: {floor: {plane: {point: [0, 0, 0], normal: [0, 0, 1]}}}\ncomponents:\n";
+  std::string scene =
+      "materials: {m: {youngs_modulus: " + text(E) +
+      ", poissons_ratio: 0.3, density: " + text(rho) +
+      "}}\nwalls: {floor: {plane: {point: [0, 0, 0], normal: [0, 0, 1]}}}\ncomponents:\n";
   for (const char* name : {"even", "odd"})
-    scene += std::string("  ") + name + ": {mesh: " + name + ".exo, material: m" +
-             (way.mesh ? "" : ", reduction: {basis: craig-bampton, interface: [z_min, z_max], modes: 6}") + "}\n";
+    scene +=
+        std::string("  ") + name + ": {mesh: " + name + ".exo, material: m" +
+        (way.mesh ? ""
+                  : ", reduction: {basis: craig-bampton, interface: [z_min, z_max], modes: 6}") +
+        "}\n";
   std::string instances = "instances:\n", contact = "contact:\n", history;
   for (int i = 0; i < n_blocks; ++i) {
     const std::string name = "b" + std::to_string(i);
-    instances += "  " + name + ": {component: " + (i % 2 ? "odd" : "even") + ", as: " + (way.mesh ? "mesh" : "superelement") +
+    instances += "  " + name + ": {component: " + (i % 2 ? "odd" : "even") +
+                 ", as: " + (way.mesh ? "mesh" : "superelement") +
                  ", position: " + text(Vector3(0, 0, i - (i + 1) * way.overlap)) + "}\n";
-    contact += "  - {between: [" + name + ".z_min, " + (i == 0 ? "floor" : "b" + std::to_string(i - 1) + ".z_max") + "]" +
-               way.contact + "}\n";
+    contact += "  - {between: [" + name + ".z_min, " +
+               (i == 0 ? "floor" : "b" + std::to_string(i - 1) + ".z_max") + "]" + way.contact +
+               "}\n";
     history += (i > 0 ? ", " : "") + name + ".z_max";
   }
-  scene += instances + contact + "loads: [{gravity: [0, 0, " + text(-g) + "], history: {time: [0, " + text(ramp) +
-           "], value: [0, 1]}}]\ntime: {end: " + text(2 * ramp) + ", step: {cfl: 0.9}}\noutput: {every: " + text(swing / 80) +
-           ", history: [" + history + "]}\n";
+  scene += instances + contact + "loads: [{gravity: [0, 0, " + text(-g) +
+           "], history: {time: [0, " + text(ramp) +
+           "], value: [0, 1]}}]\ntime: {end: " + text(2 * ramp) +
+           ", step: {cfl: 0.9}}\noutput: {every: " + text(swing / 80) + ", history: [" + history +
+           "]}\n";
   return folder.run(scene);
 }
 
@@ -79,16 +89,23 @@ void expect_rest(const Way& way, const Limits& limits) {
       unrest = std::max(unrest, std::abs(at(r.pairs[i].force, k)[2] / weight - 1));
     }
     reactions = std::max(reactions, (force - Vector3(0, 0, weight)).norm() / weight);
-    overlap = std::max(overlap, *std::max_element(r.pairs[i].penetration.begin(), r.pairs[i].penetration.end()) / sag);
+    overlap = std::max(
+        overlap,
+        *std::max_element(r.pairs[i].penetration.begin(), r.pairs[i].penetration.end()) / sag);
     const auto& x = r.monitors[i].mean_position;
-    for (std::size_t k = 0; k < end; ++k) sideways = std::max(sideways, (at(x, k) - at(x, 0)).head<2>().norm() / sag);
+    for (std::size_t k = 0; k < end; ++k)
+      sideways = std::max(sideways, (at(x, k) - at(x, 0)).head<2>().norm() / sag);
   }
-  // Gain of energy, that of the weight included, from the first to the last quarter of the time of full gravity
+  // Gain of energy, that of the weight included, from the first to the last quarter of the time of
+  // full gravity
   const std::size_t quarter = (end - first) / 4;
   const double gain =
-      (mean(r.work_contact, end - quarter, end) - mean(r.work_contact, first, first + quarter)) / r.work_external.back();
-  std::printf("%-30s %5ld steps: reactions %.1e, unrest %.1e, sideways %.1e and overlap %.1e of the sag, energy gained %.1e\n",
-              way.name, long(r.steps), reactions, unrest, sideways, overlap, gain);
+      (mean(r.work_contact, end - quarter, end) - mean(r.work_contact, first, first + quarter)) /
+      r.work_external.back();
+  std::printf(
+      "%-30s %5ld steps: reactions %.1e, unrest %.1e, sideways %.1e and overlap %.1e of the sag, "
+      "energy gained %.1e\n",
+      way.name, long(r.steps), reactions, unrest, sideways, overlap, gain);
   EXPECT_LT(reactions, limits.reactions) << way.name;
   EXPECT_LT(unrest, limits.unrest) << way.name;
   EXPECT_LT(sideways, limits.sideways) << way.name;
@@ -96,24 +113,30 @@ void expect_rest(const Way& way, const Limits& limits) {
   EXPECT_LT(gain, limits.gain) << way.name;
 }
 
-// Without friction the least sideways push would make the stack slide: a node on the corner of four faces that lean by about the
-// strain must take no face's side.
+// Without friction the least sideways push would make the stack slide: a node on the corner of four
+// faces that lean by about the strain must take no face's side.
 TEST(Stack, TenBlocksRest) {
   expect_rest({"mesh", true, 2, 2, "", 12.5}, {3e-3, 0.07, 1e-8, 1e-12, 1e-9});
   expect_rest({"superelement", false, 2, 2, "", 12.5}, {3e-3, 0.07, 1e-8, 1e-12, 1e-3});
-  expect_rest({"superelement, non-matching", false, 2, 3, "", 12.5}, {3e-3, 0.07, 1e-8, 1e-12, 1e-3});
-  expect_rest({"mesh, penalty", true, 2, 2, ", enforcement: penalty", 12.5}, {3e-3, 0.07, 1e-5, 1, 0.02});
+  expect_rest({"superelement, non-matching", false, 2, 3, "", 12.5},
+              {3e-3, 0.07, 1e-8, 1e-12, 1e-3});
+  expect_rest({"mesh, penalty", true, 2, 2, ", enforcement: penalty", 12.5},
+              {3e-3, 0.07, 1e-5, 1, 0.02});
 }
 
 // Overlaps, and gaps, at the start that count as closed change nothing.
 TEST(Stack, AdjustedAtTheStart) {
-  expect_rest({"overlap, adjusted", true, 2, 2, ", adjust: 1.0e-3", 12.5, 5e-4}, {3e-3, 0.07, 1e-8, 1e-12, 1e-9});
-  expect_rest({"gap, adjusted", false, 2, 3, ", adjust: 1.0e-3", 12.5, -5e-4}, {3e-3, 0.07, 1e-8, 1e-12, 1e-3});
+  expect_rest({"overlap, adjusted", true, 2, 2, ", adjust: 1.0e-3", 12.5, 5e-4},
+              {3e-3, 0.07, 1e-8, 1e-12, 1e-9});
+  expect_rest({"gap, adjusted", false, 2, 3, ", adjust: 1.0e-3", 12.5, -5e-4},
+              {3e-3, 0.07, 1e-8, 1e-12, 1e-3});
 }
 
 TEST(Stack, TenBlocksRestWithFriction) {
-  expect_rest({"mesh, friction", true, 2, 2, ", friction: 0.3", 12.5}, {3e-3, 0.07, 1e-7, 1e-12, 1e-9});
-  expect_rest({"superelement, friction", false, 2, 2, ", friction: 0.3", 12.5}, {3e-3, 0.07, 1e-7, 1e-12, 1e-3});
+  expect_rest({"mesh, friction", true, 2, 2, ", friction: 0.3", 12.5},
+              {3e-3, 0.07, 1e-7, 1e-12, 1e-9});
+  expect_rest({"superelement, friction", false, 2, 2, ", friction: 0.3", 12.5},
+              {3e-3, 0.07, 1e-7, 1e-12, 1e-3});
 }
 
 }  // namespace

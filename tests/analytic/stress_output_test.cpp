@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// output.stress and histories inside superelements: those of the mesh with all modes, and those of the fields.
+// output.stress and histories inside superelements: those of the mesh with all modes, and those of
+// the fields.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -21,8 +22,10 @@ constexpr Index interior = 3 * 4 * 4 * 5;  // dofs between x_min and x_max
 
 // Two blocks of different materials, and sets inside.
 Mesh part() {
-  Mesh mesh = block_mesh({cells, Vector3(1, 0.6, 0.8),
-                          [](const Vector3& x) { return Vector3(x[0], x[1] * (1 + 0.1 * x[0]), x[2] + 0.05 * x[0] * x[1]); }});
+  Mesh mesh =
+      block_mesh({cells, Vector3(1, 0.6, 0.8), [](const Vector3& x) {
+                    return Vector3(x[0], x[1] * (1 + 0.1 * x[0]), x[2] + 0.05 * x[0] * x[1]);
+                  }});
   Nodeset middle{"middle", 1, {}}, point{"sensor", 2, {}};
   for (Index i = 0; i < mesh.coordinates.rows(); ++i) {
     const double x = mesh.coordinates(i, 0);
@@ -34,7 +37,8 @@ Mesh part() {
   Block& whole = mesh.blocks[0];
   Block stiff = whole, soft = whole;
   std::vector<Index> rows[2];
-  for (Index e = 0; e < whole.connectivity.rows(); ++e) rows[mesh.coordinates(whole.connectivity(e, 0), 0) > 0.3].push_back(e);
+  for (Index e = 0; e < whole.connectivity.rows(); ++e)
+    rows[mesh.coordinates(whole.connectivity(e, 0), 0) > 0.3].push_back(e);
   std::vector<Side> places(static_cast<std::size_t>(whole.connectivity.rows()));
   for (std::size_t b = 0; b < 2; ++b) {
     Block& block = b == 0 ? stiff : soft;
@@ -43,7 +47,8 @@ Mesh part() {
     block.element_ids.clear();
     for (std::size_t e = 0; e < rows[b].size(); ++e) {
       block.element_ids.push_back(whole.element_ids[static_cast<std::size_t>(rows[b][e])]);
-      places[static_cast<std::size_t>(rows[b][e])] = {static_cast<Index>(b), static_cast<Index>(e), 1};
+      places[static_cast<std::size_t>(rows[b][e])] = {static_cast<Index>(b), static_cast<Index>(e),
+                                                      1};
     }
   }
   for (Sideset& set : mesh.sidesets)
@@ -56,24 +61,29 @@ Mesh part() {
 }
 
 struct Options {
-  std::string as = "superelement", integrator = "central-difference", reduction = ", recovery: true";
+  std::string as = "superelement", integrator = "central-difference",
+              reduction = ", recovery: true";
   Index modes = interior;
-  std::string stress = "[a.middle, a.x_min, {instance: a, elements: [7, 31], worst: 3, envelope: true}]";
+  std::string stress =
+      "[a.middle, a.x_min, {instance: a, elements: [7, 31], worst: 3, envelope: true}]";
   std::string history = "[a.x_max, a.sensor]";
 };
 
 std::string yaml(const Options& o) {
-  return "materials: {m: {youngs_modulus: 100, poissons_ratio: 0.3, density: 1}, n: {youngs_modulus: 60, poissons_ratio: 0.2, "
+  return "materials: {m: {youngs_modulus: 100, poissons_ratio: 0.3, density: 1}, n: "
+         "{youngs_modulus: 60, poissons_ratio: 0.2, "
          "density: 2}}\n"
-         "components:\n  part:\n    mesh: part.exo\n    mass: lumped\n    blocks: {stiff: {material: m}, soft: {material: n}}\n"
+         "components:\n  part:\n    mesh: part.exo\n    mass: lumped\n    blocks: {stiff: "
+         "{material: m}, soft: {material: n}}\n"
          "    reduction: {interface: [x_min, x_max], modes: " +
-         std::to_string(o.modes) + o.reduction + "}\n" + "instances:\n  a: {component: part, as: " + o.as +
+         std::to_string(o.modes) + o.reduction + "}\n" +
+         "instances:\n  a: {component: part, as: " + o.as +
          ", mirror: y, position: [0.97, 2.61, 0.013], rotation: [10, 0, 30]}\n"
          "boundary: [{instance: a, nodes: x_min, fix: [x, y, z]}]\n"
          "loads: [{instance: a, surface: x_max, traction: [2, -1, 3]}]\n"
          "time: {end: 0.1, step: 1.0e-3, integrator: " +
-         o.integrator + "}\noutput: {every: 0.02, history: " + o.history + (o.stress.empty() ? "" : ", stress: " + o.stress) +
-         ", fields: [stress, nodal_stress]}\n";
+         o.integrator + "}\noutput: {every: 0.02, history: " + o.history +
+         (o.stress.empty() ? "" : ", stress: " + o.stress) + ", fields: [stress, nodal_stress]}\n";
 }
 
 class StressOutput : public testing::Test {
@@ -89,7 +99,8 @@ class StressOutput : public testing::Test {
     how.on_output = [&](Index, double t) { writer.add(t); };
     ran.result = cbr::run(ran.built.simulation, how);
     writer.commit();
-    write_results(folder_.folder() / "results.h5", ran.built.simulation, ran.result, Report("test", Verbosity::quiet));
+    write_results(folder_.folder() / "results.h5", ran.built.simulation, ran.result,
+                  Report("test", Verbosity::quiet));
     return ran;
   }
   void expect_refused(const Options& options, const std::string& word) {
@@ -116,20 +127,25 @@ void expect_same(const RunResult& a, const RunResult& b) {
   for (std::size_t m = 0; m < a.monitors.size(); ++m) {
     expect_same(a.monitors[m].mean_position.values, b.monitors[m].mean_position.values, 1e-9);
     expect_same(a.monitors[m].mean_velocity.values, b.monitors[m].mean_velocity.values, 1e-9);
-    expect_same(a.monitors[m].mean_acceleration.values, b.monitors[m].mean_acceleration.values, 1e-9);
+    expect_same(a.monitors[m].mean_acceleration.values, b.monitors[m].mean_acceleration.values,
+                1e-9);
   }
   expect_same(a.scans.at(0).worst_stress, b.scans.at(0).worst_stress, 1e-9);
 }
 
-// With all modes the superelement is the mesh, at nodes, in elements and inside; whatever recovers it and moves it.
+// With all modes the superelement is the mesh, at nodes, in elements and inside; whatever recovers
+// it and moves it.
 TEST_F(StressOutput, OfASuperelementWithAllModesIsThatOfTheMesh) {
   for (const char* integrator : {"central-difference", "newmark"}) {
     const Ran mesh = run({"mesh", integrator});
     const Ran reduced = run({"superelement", integrator});
     expect_same(mesh.result, reduced.result);
-    expect_same(mesh.result, run({"superelement", integrator, ", recovery: true, domains: 3", 100000}).result);
+    expect_same(mesh.result,
+                run({"superelement", integrator, ", recovery: true, domains: 3", 100000}).result);
     folder_.diagonal_limit = 0;
-    expect_same(mesh.result, run({"superelement", integrator, ", recovery: true, superelement: dense.h5"}).result);
+    expect_same(
+        mesh.result,
+        run({"superelement", integrator, ", recovery: true, superelement: dense.h5"}).result);
     folder_.diagonal_limit.reset();
   }
 }
@@ -144,11 +160,14 @@ TEST_F(StressOutput, OfSomeSetsIsThatOfAll) {
   for (const char* basis : {"", ", basis: characteristic"}) {
     Options all = some, few = some;
     all.reduction = std::string(basis) + ", recovery: true, superelement: all.h5";
-    few.reduction = std::string(basis) + ", recovery: [middle, x_min, sensor], superelement: few.h5";
+    few.reduction =
+        std::string(basis) + ", recovery: [middle, x_min, sensor], superelement: few.h5";
     const Ran a = run(all), b = run(few);
     ASSERT_EQ(a.result.watches.size(), 3u);
-    for (std::size_t w = 0; w < 3; ++w) expect_same(a.result.watches[w], b.result.watches[w], 1e-12);
-    expect_same(a.monitor("a.sensor").mean_velocity.values, b.monitor("a.sensor").mean_velocity.values, 1e-12);
+    for (std::size_t w = 0; w < 3; ++w)
+      expect_same(a.result.watches[w], b.result.watches[w], 1e-12);
+    expect_same(a.monitor("a.sensor").mean_velocity.values,
+                b.monitor("a.sensor").mean_velocity.values, 1e-12);
   }
   EXPECT_LT(std::filesystem::file_size(folder_.folder() / "few.h5"), size);
 }
@@ -174,7 +193,8 @@ TEST_F(StressOutput, IsThatOfTheFields) {
         const std::string step = "/steps/" + std::to_string(t) + "/" + grid;
         const Matrix nodal = fields.read_matrix(step + "/nodal_stress_principal_1"),
                      cell = fields.read_matrix(step + "/stress_von_mises");
-        for (std::size_t i = 0; i < ids.size(); ++i) at_nodes[{block->second, ids[i], t}] = nodal(static_cast<Index>(i), 0);
+        for (std::size_t i = 0; i < ids.size(); ++i)
+          at_nodes[{block->second, ids[i], t}] = nodal(static_cast<Index>(i), 0);
         for (std::size_t e = 0; e < elements.size(); ++e)
           of_elements[static_cast<std::size_t>(t)][elements[e]] = cell(static_cast<Index>(e), 0);
       }
@@ -185,7 +205,9 @@ TEST_F(StressOutput, IsThatOfTheFields) {
     ASSERT_EQ(nodes.size(), 10u) << "five nodes of two materials";
     for (Index t = 0; t < n; ++t)
       for (std::size_t i = 0; i < nodes.size(); ++i)
-        EXPECT_NEAR(principal(t, static_cast<Index>(i)), at_nodes.at({blocks[i], nodes[i], t}), 1e-10) << as;
+        EXPECT_NEAR(principal(t, static_cast<Index>(i)), at_nodes.at({blocks[i], nodes[i], t}),
+                    1e-10)
+            << as;
     // The worst, and the envelope
     const IndexTable worst = results.read_index_table("/stress/a/worst/element_id");
     const Matrix of_worst = results.read_matrix("/stress/a/worst/von_mises"),
@@ -199,13 +221,15 @@ TEST_F(StressOutput, IsThatOfTheFields) {
       EXPECT_NEAR(of_seven(t, 0), of_elements[static_cast<std::size_t>(t)].at(7), 1e-10);
       for (Index k = 0; k < 3; ++k) {
         EXPECT_NEAR(of_worst(t, k), sorted[static_cast<std::size_t>(k)], 1e-10);
-        EXPECT_NEAR(of_elements[static_cast<std::size_t>(t)].at(worst(t, k)), of_worst(t, k), 1e-10);
+        EXPECT_NEAR(of_elements[static_cast<std::size_t>(t)].at(worst(t, k)), of_worst(t, k),
+                    1e-10);
       }
     }
     const std::vector<Index> ids = results.read_indices("/stress/a/envelope/elements/element_id");
     const Vector envelope = results.read_vector("/stress/a/envelope/elements/von_mises");
     ASSERT_EQ(ids.size(), 60u);
-    for (std::size_t e = 0; e < ids.size(); ++e) EXPECT_NEAR(envelope[static_cast<Index>(e)], largest.at(ids[e]), 1e-10);
+    for (std::size_t e = 0; e < ids.size(); ++e)
+      EXPECT_NEAR(envelope[static_cast<Index>(e)], largest.at(ids[e]), 1e-10);
     std::map<std::array<Index, 2>, double> largest_nodal;
     for (const auto& [key, value] : at_nodes) {
       const auto [found, is_new] = largest_nodal.try_emplace({key[0], key[1]}, value);
@@ -216,7 +240,8 @@ TEST_F(StressOutput, IsThatOfTheFields) {
     const Vector nodal = results.read_vector("/stress/a/envelope/nodes/principal_1");
     ASSERT_EQ(node_ids.size(), static_cast<std::size_t>(6 * 4 * 5 + 4 * 5));
     for (std::size_t i = 0; i < node_ids.size(); ++i)
-      EXPECT_NEAR(nodal[static_cast<Index>(i)], largest_nodal.at({of_blocks[i], node_ids[i]}), 1e-10);
+      EXPECT_NEAR(nodal[static_cast<Index>(i)], largest_nodal.at({of_blocks[i], node_ids[i]}),
+                  1e-10);
   }
 }
 

@@ -15,8 +15,10 @@ using test::at;
 using test::Ran;
 using test::SceneFolder;
 
-// A bar of length 2, pulled at its free end by a ramp, with Poisson's ratio; `instances` and `contact` of the scene.
-std::string scene(const std::string& reduction, const std::string& instances, const std::string& contact, const std::string& tip) {
+// A bar of length 2, pulled at its free end by a ramp, with Poisson's ratio; `instances` and
+// `contact` of the scene.
+std::string scene(const std::string& reduction, const std::string& instances,
+                  const std::string& contact, const std::string& tip) {
   return "materials:\n  soft: {youngs_modulus: 100, poissons_ratio: 0.3, density: 1}\n"
          "components:\n"
          "  half: {mesh: half.exo, material: soft" +
@@ -26,7 +28,9 @@ std::string scene(const std::string& reduction, const std::string& instances, co
          "  bar: {mesh: bar.exo, material: soft}\n"
          "instances:\n" +
          instances + "loads:\n  - {instance: " + tip +
-         ", surface: x_max, traction: [0.5, 0.1, 0.02], history: {time: [0, 0.05, 0.1], value: [0, 1, 0.3]}}\n" + contact +
+         ", surface: x_max, traction: [0.5, 0.1, 0.02], history: {time: [0, 0.05, 0.1], value: [0, "
+         "1, 0.3]}}\n" +
+         contact +
          "time: {end: 1.0, step: 1.0e-3, integrator: central-difference}\n"
          "output: {every: 0.05, history: [" +
          tip + ".x_max]}\n";
@@ -38,7 +42,8 @@ void add_meshes(SceneFolder& folder, Index level = 1) {
   folder.add("bar.exo", test::block_mesh({{16 * level, 2 * level, 2 * level}, {2, 0.25, 0.25}}));
 }
 
-double difference(const Ran& a, const std::string& surface_a, const Ran& b, const std::string& surface_b) {
+double difference(const Ran& a, const std::string& surface_a, const Ran& b,
+                  const std::string& surface_b) {
   double worst = 0, scale = 0;
   const Series3 &x = a.monitor(surface_a).mean_velocity, &y = b.monitor(surface_b).mean_velocity;
   for (std::size_t i = 0; i < a.result.time.size(); ++i) {
@@ -50,8 +55,8 @@ double difference(const Ran& a, const std::string& surface_a, const Ran& b, cons
 
 const std::string whole = "  bar: {component: bar, as: mesh}\n";
 std::string halves(const std::string& kind, const std::string& right) {
-  return "  left: {component: half, as: " + kind + "}\n  right: {component: " + right + ", as: " + kind +
-         ", position: [1, 0, 0]}\n";
+  return "  left: {component: half, as: " + kind + "}\n  right: {component: " + right +
+         ", as: " + kind + ", position: [1, 0, 0]}\n";
 }
 
 TEST(Tied, MatchingHalvesAreTheBar) {
@@ -60,7 +65,8 @@ TEST(Tied, MatchingHalvesAreTheBar) {
   const Ran bar = folder.run(scene("", whole, "", "bar"));
   for (const std::string formulation : {"node-face", "mortar"}) {
     const std::string contact =
-        "contact:\n  - {between: [left.x_max, right.x_min], tied: true, formulation: " + formulation + "}\n";
+        "contact:\n  - {between: [left.x_max, right.x_min], tied: true, formulation: " +
+        formulation + "}\n";
     const Ran meshes = folder.run(scene("", halves("mesh", "half"), contact, "right"));
     EXPECT_LT(difference(meshes, "right.x_max", bar, "bar.x_max"), 1e-9) << formulation;
     EXPECT_LT(test::energy_residual(meshes.result), 1e-10);
@@ -74,11 +80,13 @@ TEST(Tied, SuperelementsWithAllModesAreTheBar) {
   const Ran bar = folder.run(scene("", whole, "", "bar"));
   const std::string all = ", reduction: {interface: [x_min, x_max], modes: 189}";
   const Ran tied = folder.run(
-      scene(all, halves("superelement", "half"), "contact:\n  - {between: [left.x_max, right.x_min], tied: true}\n", "right"));
+      scene(all, halves("superelement", "half"),
+            "contact:\n  - {between: [left.x_max, right.x_min], tied: true}\n", "right"));
   EXPECT_LT(difference(tied, "right.x_max", bar, "bar.x_max"), 1e-9);
 }
 
-// Meshes of two sizes carry waves differently, so the tie is judged by how the difference falls when both are refined.
+// Meshes of two sizes carry waves differently, so the tie is judged by how the difference falls
+// when both are refined.
 TEST(Tied, HalvesThatDoNotMatchTendToTheBar) {
   for (const std::string formulation : {"node-face", "mortar"}) {
     std::vector<double> error;
@@ -87,7 +95,8 @@ TEST(Tied, HalvesThatDoNotMatchTendToTheBar) {
       add_meshes(folder, level);
       const Ran bar = folder.run(scene("", whole, "", "bar"));
       const std::string contact =
-          "contact:\n  - {between: [left.x_max, right.x_min], tied: true, formulation: " + formulation + "}\n";
+          "contact:\n  - {between: [left.x_max, right.x_min], tied: true, formulation: " +
+          formulation + "}\n";
       const Ran tied = folder.run(scene("", halves("mesh", "fine"), contact, "right"));
       error.push_back(difference(tied, "right.x_max", bar, "bar.x_max"));
       EXPECT_LT(test::energy_residual(tied.result), 1e-10);
@@ -99,9 +108,13 @@ TEST(Tied, HalvesThatDoNotMatchTendToTheBar) {
 TEST(Tied, WhatLiesBetweenIsKeptAndTooFarIsRefused) {
   SceneFolder folder;
   add_meshes(folder);
-  const std::string apart = "  left: {component: half, as: mesh}\n  right: {component: half, as: mesh, position: [1.01, 0, 0]}\n";
+  const std::string apart =
+      "  left: {component: half, as: mesh}\n  right: {component: half, as: mesh, position: [1.01, "
+      "0, 0]}\n";
   const auto run = [&](const std::string& adjust) {
-    return folder.run(scene("", apart, "contact:\n  - {between: [left.x_max, right.x_min], tied: true" + adjust + "}\n", "right"));
+    return folder.run(scene(
+        "", apart, "contact:\n  - {between: [left.x_max, right.x_min], tied: true" + adjust + "}\n",
+        "right"));
   };
   const Ran bar = folder.run(scene("", whole, "", "bar"));
   EXPECT_LT(difference(run(", adjust: 0.02"), "right.x_max", bar, "bar.x_max"), 1e-9);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Superelements that turn by any angle and touch. Each impulse turns a body by its moment about the moving centre of mass, so that
-// two bodies keep their angular momentum to rounding; a plane wall without friction leaves that about its normal.
+// Superelements that turn by any angle and touch. Each impulse turns a body by its moment about the
+// moving centre of mass, so that two bodies keep their angular momentum to rounding; a plane wall
+// without friction leaves that about its normal.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -49,15 +50,18 @@ double largest_turn(const RunResult::OfBody& body) {
 
 const std::vector<std::string> all_faces{"x_min", "x_max", "y_min", "y_max", "z_min", "z_max"};
 
-// Two blocks askew, with faces that do not match; the first flies with spin into the second, which spins too. Waves go at about 10.
-ContactScene tumbling(const std::string& options, double speed, const std::string& basis = "craig-bampton") {
+// Two blocks askew, with faces that do not match; the first flies with spin into the second, which
+// spins too. Waves go at about 10.
+ContactScene tumbling(const std::string& options, double speed,
+                      const std::string& basis = "craig-bampton") {
   ContactScene scene;
   const bool massless = basis == "massless";  // needs an interior that is softer than its interface
   for (int i = 0; i < 2; ++i) {
     BodyPart b;
     b.name = i == 0 ? "a" : "b", b.full = false, b.basis = basis, b.modes = massless ? 8 : 3;
     if (!massless) b.interface_sets = all_faces;
-    b.mesh = i == 0 ? test::block_mesh({{massless ? 4 : 3, 2, 2}}) : test::block_mesh({{2, 3, 2}, Vector3(1, 0.8, 0.7)});
+    b.mesh = i == 0 ? test::block_mesh({{massless ? 4 : 3, 2, 2}})
+                    : test::block_mesh({{2, 3, 2}, Vector3(1, 0.8, 0.7)});
     b.position = i == 0 ? Vector3(0, 0, 0) : Vector3(1.3, 0.35, 0.25);
     const Vector3 axis = i == 0 ? Vector3(1, 2, -1.5) : Vector3(0.5, -1, 2);
     b.rotation = AngleAxisd(0.2, axis.normalized()).toRotationMatrix();
@@ -75,22 +79,27 @@ ContactScene tumbling(const std::string& options, double speed, const std::strin
 // They turn by a radian and more, hit each other, and go on.
 TEST(TurningContact, TwoBodiesKeepTheirMomenta) {
   for (const std::string basis : {"craig-bampton", "massless"}) {
-    for (const std::string options : {"", ", friction: 0.3", ", formulation: mortar", ", formulation: mortar, friction: 0.3"}) {
+    for (const std::string options :
+         {"", ", friction: 0.3", ", formulation: mortar", ", formulation: mortar, friction: 0.3"}) {
       if (basis == "massless" && options != ", friction: 0.3") continue;
       const Ran ran = run(tumbling(options, 0.8, basis));
       const RunResult& r = ran.result;
-      const double pushed = (at(r.bodies[1].momentum, r.time.size() - 1) - at(r.bodies[1].momentum, 0)).norm();
+      const double pushed =
+          (at(r.bodies[1].momentum, r.time.size() - 1) - at(r.bodies[1].momentum, 0)).norm();
       const double scale = total(r, &RunResult::OfBody::angular_momentum, 0).norm();
       const double momentum = largest_change(r, &RunResult::OfBody::momentum) / pushed;
       const double angular = largest_change(r, &RunResult::OfBody::angular_momentum) / scale;
       const double gained = *std::max_element(r.total.begin(), r.total.end()) / r.total[0] - 1;
-      std::printf("%-14s%-36s momentum %.0e, angular %.0e, balance %.0e, gained %.1e, left %.3f, turned %.2f %.2f\n", basis.c_str(),
-                  options.c_str(), momentum, angular, test::energy_residual(r), gained, r.total.back() / r.total[0],
-                  largest_turn(r.bodies[0]), largest_turn(r.bodies[1]));
+      std::printf(
+          "%-14s%-36s momentum %.0e, angular %.0e, balance %.0e, gained %.1e, left %.3f, turned "
+          "%.2f %.2f\n",
+          basis.c_str(), options.c_str(), momentum, angular, test::energy_residual(r), gained,
+          r.total.back() / r.total[0], largest_turn(r.bodies[0]), largest_turn(r.bodies[1]));
       EXPECT_GT(pushed, 0.1) << options;
       EXPECT_GT(largest_turn(r.bodies[0]), 0.8) << options;
       EXPECT_LT(momentum, 1e-13) << options;
-      EXPECT_LT(angular, basis == "massless" ? 3e-3 : 5e-15) << options;  // massless: of first order in the step
+      // massless: of first order in the step
+      EXPECT_LT(angular, basis == "massless" ? 3e-3 : 5e-15) << options;
       EXPECT_LT(test::energy_residual(r), 1e-14) << options;
       EXPECT_LT(gained, 1e-9) << options;
     }
@@ -106,7 +115,8 @@ TEST(TurningContact, ARotationOfTheSceneChangesNothing) {
     std::vector<Change> changes(2);
     changes[0].S = AngleAxisd(2.5, Vector3(0.3, -0.8, 0.5).normalized()).toRotationMatrix();
     changes[0].shift = Vector3(3, -2, 1), changes[0].boost = Vector3(0.4, -0.2, 0.3);
-    changes[1].S = AngleAxisd(0.7, Vector3(0.9, 0.1, -0.5).normalized()).toRotationMatrix() * Vector3(1, -1, 1).asDiagonal();
+    changes[1].S = AngleAxisd(0.7, Vector3(0.9, 0.1, -0.5).normalized()).toRotationMatrix() *
+                   Vector3(1, -1, 1).asDiagonal();
     for (const Change& change : changes) {
       const double d = difference(plain, run(scene, change), change).largest();
       std::printf("%s: %.1e\n", options.c_str(), d);
@@ -115,7 +125,8 @@ TEST(TurningContact, ARotationOfTheSceneChangesNothing) {
   }
 }
 
-// Bodies that hit each other as slowly as they turn little: small and large differ by the square of the speed.
+// Bodies that hit each other as slowly as they turn little: small and large differ by the square of
+// the speed.
 TEST(TurningContact, SmallRotationsAreThoseOfLinearBodies) {
   std::vector<double> speeds, differences;
   for (const double speed : {1e-2, 1e-3, 1e-4}) {
@@ -127,7 +138,8 @@ TEST(TurningContact, SmallRotationsAreThoseOfLinearBodies) {
     scene.large_rotations = false;
     const Ran small = run(scene);
     const auto last = small.result.time.size() - 1;
-    const Vector3 moved = at(large.monitor("b.x_min").mean_position, last) - at(small.monitor("b.x_min").mean_position, last);
+    const Vector3 moved = at(large.monitor("b.x_min").mean_position, last) -
+                          at(small.monitor("b.x_min").mean_position, last);
     speeds.push_back(speed), differences.push_back(moved.norm());
     std::printf("speed %.0e: %.2e\n", speed, moved.norm());
   }
@@ -148,22 +160,29 @@ struct Corner {
     at = Vector3(0, 0, -at.z());
   }
 
-  std::string scene(double youngs_modulus, const std::string& contact, const std::string& time) const {
+  std::string scene(double youngs_modulus, const std::string& contact,
+                    const std::string& time) const {
     return "materials: {m: {youngs_modulus: " + test::text(youngs_modulus) +
-           ", poissons_ratio: 0.3, density: 1}}\ncomponents: {block: {mesh: block.exo, material: m, reduction: {interface: [x_min, "
-           "x_max], modes: 4}}}\nwalls: {floor: {plane: {point: [0, 0, 0], normal: [0, 0, 1]}}}\ninstances: {b: {component: block, "
-           "rotation: " + test::text(test::degrees(R)) + ", position: " + test::text(at) +
-           ", velocity: [1.5, 0.5, -0.5], angular_velocity: [0.5, -0.3, 1]}}\ncontact: [{between: all" + contact + "}]\ntime: " +
-           time + "\noutput: {every: 0.001, history: [b.x_min]}\n";
+           ", poissons_ratio: 0.3, density: 1}}\ncomponents: {block: {mesh: block.exo, material: "
+           "m, reduction: {interface: [x_min, "
+           "x_max], modes: 4}}}\nwalls: {floor: {plane: {point: [0, 0, 0], normal: [0, 0, "
+           "1]}}}\ninstances: {b: {component: block, "
+           "rotation: " +
+           test::text(test::degrees(R)) + ", position: " + test::text(at) +
+           ", velocity: [1.5, 0.5, -0.5], angular_velocity: [0.5, -0.3, 1]}}\ncontact: [{between: "
+           "all" +
+           contact + "}]\ntime: " + time + "\noutput: {every: 0.001, history: [b.x_min]}\n";
   }
 };
 
 Vector3 spin_of(const RunResult::OfBody& body, std::size_t k) {
-  return at(body.angular_momentum, k) - at(body.center_of_mass, k).cross(Vector3(at(body.momentum, k)));
+  return at(body.angular_momentum, k) -
+         at(body.center_of_mass, k).cross(Vector3(at(body.momentum, k)));
 }
 
-// The limit of a rigid body: one impulse P at the corner, L changes by r x P, and friction is mu times what is normal. A stiff block
-// comes closer to it as its contact lasts shorter, with 1 / sqrt(E).
+// The limit of a rigid body: one impulse P at the corner, L changes by r x P, and friction is mu
+// times what is normal. A stiff block comes closer to it as its contact lasts shorter, with 1 /
+// sqrt(E).
 TEST(TurningContact, TheFirstBlowOfAStiffBlockIsThatOfARigidOne) {
   const Corner corner;
   test::SceneFolder folder;
@@ -175,12 +194,14 @@ TEST(TurningContact, TheFirstBlowOfAStiffBlockIsThatOfARigidOne) {
       const Ran ran = folder.run(corner.scene(E, mu > 0 ? ", friction: 0.3" : "", time));
       const RunResult::OfBody& body = ran.body("b");
       const std::size_t last = ran.result.time.size() - 1;
-      const Vector3 P = at(body.momentum, last) - at(body.momentum, 0), moment = corner.arm.cross(P);
+      const Vector3 P = at(body.momentum, last) - at(body.momentum, 0),
+                    moment = corner.arm.cross(P);
       const Vector3 L = spin_of(body, last) - spin_of(body, 0);
       softness.push_back(1 / std::sqrt(E)), errors.push_back((L - moment).norm() / moment.norm());
       const double tangential = P.head<2>().norm() / P.z();
-      std::printf("mu %.1f E %.0e: L off by %.2e, friction %.4f of the normal impulse, energy %.4f\n", mu, E, errors.back(),
-                  tangential, ran.result.total.back() / ran.result.total[0]);
+      std::printf(
+          "mu %.1f E %.0e: L off by %.2e, friction %.4f of the normal impulse, energy %.4f\n", mu,
+          E, errors.back(), tangential, ran.result.total.back() / ran.result.total[0]);
       EXPECT_GT(P.z(), 0.1);
       EXPECT_NEAR(tangential, mu, 5e-3 * mu + 1e-12);
       EXPECT_LT(test::energy_residual(ran.result), 1e-13);
@@ -191,20 +212,24 @@ TEST(TurningContact, TheFirstBlowOfAStiffBlockIsThatOfARigidOne) {
   }
 }
 
-// It tumbles on until it lies on the floor's side: the floor turns it about no vertical axis without friction.
+// It tumbles on until it lies on the floor's side: the floor turns it about no vertical axis
+// without friction.
 TEST(TurningContact, AFloorWithoutFrictionLeavesTheSpinAboutItsNormal) {
   const Corner corner;
   test::SceneFolder folder;
   folder.add("block.exo", test::block_mesh({{3, 2, 2}, corner.size}));
-  const Ran ran = folder.run(corner.scene(1e5, "", "{end: 1, rotations: large}") + "loads: [{gravity: [0, 0, -5]}]\n");
+  const Ran ran = folder.run(corner.scene(1e5, "", "{end: 1, rotations: large}") +
+                             "loads: [{gravity: [0, 0, -5]}]\n");
   const RunResult& r = ran.result;
   double change = 0, most = 0;
   for (std::size_t k = 0; k < r.time.size(); ++k) {
     change = std::max(change, std::abs((spin_of(r.bodies[0], k) - spin_of(r.bodies[0], 0)).z()));
-    // While it touches, energies at the ends of steps have what its impulses bring at the starts of the next ones
+    // While it touches, energies at the ends of steps have what its impulses bring at the starts of
+    // the next ones
     if (r.active[k] == 0) most = std::max(most, (r.total[k] - r.work_external[k]) / r.total[0] - 1);
   }
-  std::printf("turned %.2f, spin about the normal off by %.0e, gained %.1e\n", largest_turn(r.bodies[0]), change, most);
+  std::printf("turned %.2f, spin about the normal off by %.0e, gained %.1e\n",
+              largest_turn(r.bodies[0]), change, most);
   EXPECT_GT(largest_turn(r.bodies[0]), 0.8);
   EXPECT_LT(change, 1e-13);
   EXPECT_LT(most, 1e-9);
@@ -219,10 +244,12 @@ TEST(TurningContact, ARestartGoesOnBitForBit) {
   const auto [whole, rest] = test::restarted(folder, yaml, 0.012);
   EXPECT_EQ(whole.body("b").orientation, rest.body("b").orientation);
   EXPECT_EQ(whole.result.total, rest.result.total);
-  EXPECT_EQ(whole.monitor("b.x_min").mean_position.values, rest.monitor("b.x_min").mean_position.values);
+  EXPECT_EQ(whole.monitor("b.x_min").mean_position.values,
+            rest.monitor("b.x_min").mean_position.values);
 }
 
-// What turns hits what does not: a mesh, and a superelement that is held. They stay linear, and that is said.
+// What turns hits what does not: a mesh, and a superelement that is held. They stay linear, and
+// that is said.
 TEST(TurningContact, MeshesAndHeldSuperelementsAreHit) {
   for (const bool full : {true, false}) {
     ContactScene scene = tumbling(", friction: 0.3", 0.8);
@@ -230,13 +257,18 @@ TEST(TurningContact, MeshesAndHeldSuperelementsAreHit) {
     scene.bodies[1].angular_velocity.setZero();
     test::SceneFolder folder;
     for (const BodyPart& b : scene.bodies) folder.add(b.name + ".exo", b.mesh);
-    const std::string held = full ? "" : "boundary: [{instance: b, nodes: x_max, fix: [x, y, z]}]\n";
+    const std::string held =
+        full ? "" : "boundary: [{instance: b, nodes: x_max, fix: [x, y, z]}]\n";
     const Ran ran = folder.run(test::yaml(scene, {}) + held);
     EXPECT_EQ(ran.body("b").orientation.size(), 0u);
     EXPECT_GT(ran.body("a").orientation.size(), 0u);
-    EXPECT_GT((at(ran.body("a").momentum, ran.result.time.size() - 1) - at(ran.body("a").momentum, 0)).norm(), 0.1);
+    EXPECT_GT(
+        (at(ran.body("a").momentum, ran.result.time.size() - 1) - at(ran.body("a").momentum, 0))
+            .norm(),
+        0.1);
     EXPECT_LT(test::energy_residual(ran.result), 1e-13);
-    EXPECT_LT(*std::max_element(ran.result.total.begin(), ran.result.total.end()), (1 + 1e-9) * ran.result.total[0]);
+    EXPECT_LT(*std::max_element(ran.result.total.begin(), ran.result.total.end()),
+              (1 + 1e-9) * ran.result.total[0]);
     ASSERT_FALSE(ran.built.notes.empty());
     EXPECT_NE(ran.built.notes.front().find("linear as ever: b"), std::string::npos);
   }

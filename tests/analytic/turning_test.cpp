@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Free superelements that turn by any angle: symmetric tops, Euler's equations, gravity, restart, and what is refused.
+// Free superelements that turn by any angle: symmetric tops, Euler's equations, gravity, restart,
+// and what is refused.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -29,21 +30,22 @@ using test::Ran;
 using test::SceneFolder;
 using test::text;
 
-// A block of 0.4 x 0.1 x 0.1, density 2: centre of mass and moments of inertia are known. Basis massless turns as a rigid body:
-// its modes do not feel the spin (spin_test.cpp has those that do).
+// A block of 0.4 x 0.1 x 0.1, density 2: centre of mass and moments of inertia are known. Basis
+// massless turns as a rigid body: its modes do not feel the spin (spin_test.cpp has those that do).
 const Vector3 size(0.4, 0.1, 0.1);
 const double mass = 2 * 0.4 * 0.1 * 0.1;
 const double J_axis = mass / 12 * 0.02, J_across = mass / 12 * 0.17;
 
 const char* const plain = "{end: 2, step: 0.01, rotations: large}";
 
-std::string scene(const std::string& time, const std::string& instance, const std::string& more = "",
-                  const std::string& output = "") {
+std::string scene(const std::string& time, const std::string& instance,
+                  const std::string& more = "", const std::string& output = "") {
   return "materials: {m: {youngs_modulus: 1000, poissons_ratio: 0.3, density: 2}}\n"
          "components: {block: {mesh: block.exo, material: m, mass: consistent, reduction: "
          "{basis: massless, interface: [x_min, x_max], modes: 8}}}\n"
          "instances: {b: {component: block, " +
-         instance + "}}\n" + more + "time: " + time + "\noutput: {every: 0.1, history: [b.x_max]" + output + "}\n";
+         instance + "}}\n" + more + "time: " + time + "\noutput: {every: 0.1, history: [b.x_max]" +
+         output + "}\n";
 }
 
 struct FolderWithBlock : SceneFolder {
@@ -60,7 +62,8 @@ Matrix3 turn_about(const Vector3& rotation) {
   return angle > 0 ? AngleAxisd(angle, rotation / angle).toRotationMatrix() : Matrix3::Identity();
 }
 
-// w = L / J_across + (1 - J_axis / J_across) w_axis e: the body turns about its axis e, and that about L.
+// w = L / J_across + (1 - J_axis / J_across) w_axis e: the body turns about its axis e, and that
+// about L.
 Matrix3 top(const Vector3& axis, const Vector3& w, double t) {
   const double spin = axis.dot(w);
   const Vector3 L = J_across * (w - spin * axis) + J_axis * spin * axis;
@@ -73,7 +76,8 @@ TEST(Turning, ASymmetricTopFliesByItsClosedForm) {
   const Vector3 w(60, -70, 20), v(1, 2, 3), g(0, 0, -9.81);
   const Ran ran = folder.run(
       scene("{end: 2, rotations: large}",
-            "position: [5, 6, 7], rotation: [20, -50, 110], mirror: x, velocity: " + text(v) + ", angular_velocity: " + text(w),
+            "position: [5, 6, 7], rotation: [20, -50, 110], mirror: x, velocity: " + text(v) +
+                ", angular_velocity: " + text(w),
             "loads: [{gravity: " + text(g) + "}]\n", ", fields: [displacement]"));
   const Matrix3 T = ran.scene.instances[0].transformation();
   const Vector3 c_0 = T * (size / 2) + Vector3(5, 6, 7), axis = T.col(0);
@@ -89,11 +93,14 @@ TEST(Turning, ASymmetricTopFliesByItsClosedForm) {
     const Vector3 w_now = L / J_across + (1 - J_axis / J_across) * axis.dot(w) * (R * axis);
     turn = std::max(turn, (turn_of(body, i) - R).norm());
     place = std::max(place, (at(ran.monitor("b.x_max").mean_position, i) - c - arm).norm());
-    speed = std::max(speed, (at(ran.monitor("b.x_max").mean_velocity, i) - rate - w_now.cross(arm)).norm());
+    speed = std::max(
+        speed, (at(ran.monitor("b.x_max").mean_velocity, i) - rate - w_now.cross(arm)).norm());
     momentum = std::max(momentum, (at(body.angular_momentum, i) - L - mass * c.cross(rate)).norm());
-    energy = std::max(energy, std::abs(body.kinetic_energy[i] - 0.5 * mass * rate.squaredNorm() - 0.5 * L.dot(w_now)));
+    energy = std::max(energy, std::abs(body.kinetic_energy[i] - 0.5 * mass * rate.squaredNorm() -
+                                       0.5 * L.dot(w_now)));
   }
-  std::printf("turn %.0e place %.0e speed %.0e momentum %.0e energy %.0e\n", turn, place, speed, momentum, energy);
+  std::printf("turn %.0e place %.0e speed %.0e momentum %.0e energy %.0e\n", turn, place, speed,
+              momentum, energy);
   EXPECT_LT(turn, 1e-10);
   EXPECT_LT(place, 1e-10);
   EXPECT_LT(speed, 1e-9);
@@ -107,7 +114,8 @@ TEST(Turning, ASymmetricTopFliesByItsClosedForm) {
 TEST(Turning, DisplacementsAreThoseOfTheTurnedBody) {
   FolderWithBlock folder;
   const Vector3 w(3, -2, 1);
-  const Ran ran = folder.run(scene("{end: 1, rotations: large}", "velocity: [1, 0, 0], angular_velocity: " + text(w)));
+  const Ran ran = folder.run(
+      scene("{end: 1, rotations: large}", "velocity: [1, 0, 0], angular_velocity: " + text(w)));
   const Body& body = *ran.built.simulation.bodies[0];
   Points u, v;
   body.displacements(u, v);
@@ -151,10 +159,12 @@ TEST(Turning, ARestartGoesOnBitForBit) {
   const auto [whole, rest] = restarted(folder, yaml, 0.95);
   EXPECT_EQ(whole.body("b").orientation, rest.body("b").orientation);
   EXPECT_EQ(whole.body("b").kinetic_energy, rest.body("b").kinetic_energy);
-  EXPECT_EQ(whole.monitor("b.x_max").mean_position.values, rest.monitor("b.x_max").mean_position.values);
+  EXPECT_EQ(whole.monitor("b.x_max").mean_position.values,
+            rest.monitor("b.x_max").mean_position.values);
 }
 
-// sn, cn, dn of u for the parameter m = k^2, by the arithmetic-geometric mean (Abramowitz, Stegun 1964, 16.4).
+// sn, cn, dn of u for the parameter m = k^2, by the arithmetic-geometric mean (Abramowitz, Stegun
+// 1964, 16.4).
 std::array<double, 3> jacobi(double u, double m) {
   std::array<double, 12> a{1}, c{std::sqrt(m)};
   double b = std::sqrt(1 - m);
@@ -169,7 +179,8 @@ std::array<double, 3> jacobi(double u, double m) {
   return {std::sin(phi), std::cos(phi), std::sqrt(1 - m * std::sin(phi) * std::sin(phi))};
 }
 
-// Landau, Lifshitz 1976, section 37: for L^2 > 2 E J2 and w2 = 0 at t = 0. Close to the separatrix the body flips over.
+// Landau, Lifshitz 1976, section 37: for L^2 > 2 E J2 and w2 = 0 at t = 0. Close to the separatrix
+// the body flips over.
 TEST(FreeTurn, AsymmetricBodiesFlipByJacobisFunctions) {
   const Vector3 J(1, 2, 3);
   const FreeTurn free(J.asDiagonal());
@@ -187,7 +198,8 @@ TEST(FreeTurn, AsymmetricBodiesFlipByJacobisFunctions) {
     q = free.turned(q, L, h);
     const Vector3 w = q.conjugate() * free.angular_velocity(q, L);
     const auto [sn, cn, dn] = jacobi(rate * h * i, m);
-    const Vector3 expected(w_0[0] * cn, std::sqrt((E2 * J[2] - LL) / (J[1] * (J[2] - J[1]))) * sn, w_0[2] * dn);
+    const Vector3 expected(w_0[0] * cn, std::sqrt((E2 * J[2] - LL) / (J[1] * (J[2] - J[1]))) * sn,
+                           w_0[2] * dn);
     error = std::max(error, (w - expected).norm());
     least = std::min(least, w[1]);
     most = std::max(most, w[1]);
@@ -216,7 +228,9 @@ TEST(FreeTurn, EnergyAndMomentumStayOverManyTurns) {
 
 TEST(Turning, WhatDoesNotTurnIsRefusedByName) {
   FolderWithBlock folder;
-  const auto refusal = [&](const std::string& yaml) { return test::refusal_of([&] { (void)folder.prepare(yaml); }); };
+  const auto refusal = [&](const std::string& yaml) {
+    return test::refusal_of([&] { (void)folder.prepare(yaml); });
+  };
   const std::string massless = "basis: massless, ";
   const auto expect = [&](std::string yaml, const std::string& part) {
     yaml.erase(yaml.find(massless), massless.size());
@@ -224,16 +238,24 @@ TEST(Turning, WhatDoesNotTurnIsRefusedByName) {
     EXPECT_NE(said.find(part), std::string::npos) << said;
     EXPECT_EQ(said.find('\n'), std::string::npos);
   };
-  expect(scene("{end: 1}", "angular_velocity: [0, 0, 1]"), "'b': angular_velocity needs time: {rotations: large}");
+  expect(scene("{end: 1}", "angular_velocity: [0, 0, 1]"),
+         "'b': angular_velocity needs time: {rotations: large}");
   expect(scene("{end: 1, rotations: big}", "as: mesh"), "rotations");
-  expect(scene(plain, "as: mesh, angular_velocity: [0, 0, 1]"), "'b': angular_velocity needs a superelement without supports");
-  expect(scene("{end: 1, integrator: newmark, rotations: large}", "as: superelement"), "integrator: exact only");
-  expect(scene("{end: 1, mass_scaling: true, rotations: large}", "as: superelement"), "mass_scaling");
-  expect(scene(plain, "angular_velocity: [0, 0, 1]", "boundary: [{instance: b, nodes: x_min, fix: x}]\n"),
+  expect(scene(plain, "as: mesh, angular_velocity: [0, 0, 1]"),
          "'b': angular_velocity needs a superelement without supports");
-  expect(scene(plain, "as: superelement", "loads: [{instance: b, surface: x_max, force: [1, 0, 0]}]\n"), "gravity");
+  expect(scene("{end: 1, integrator: newmark, rotations: large}", "as: superelement"),
+         "integrator: exact only");
+  expect(scene("{end: 1, mass_scaling: true, rotations: large}", "as: superelement"),
+         "mass_scaling");
+  expect(scene(plain, "angular_velocity: [0, 0, 1]",
+               "boundary: [{instance: b, nodes: x_min, fix: x}]\n"),
+         "'b': angular_velocity needs a superelement without supports");
   expect(scene(plain, "as: superelement",
-               "walls: {w: {plane: {point: [-1, 0, 0], normal: [1, 0, 0]}}}\ncontact: [{between: [b.x_min, w], enforcement: penalty}]\n"),
+               "loads: [{instance: b, surface: x_max, force: [1, 0, 0]}]\n"),
+         "gravity");
+  expect(scene(plain, "as: superelement",
+               "walls: {w: {plane: {point: [-1, 0, 0], normal: [1, 0, 0]}}}\ncontact: [{between: "
+               "[b.x_min, w], enforcement: penalty}]\n"),
          "contact of instance 'b', which turns (time.rotations: large), is enforcement: impulse");
 }
 

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Candidates of node boxes against face boxes: the grid of cbr_dynamics and, as its rival, a bounding volume tree that is built
-// once in the undeformed state and refitted in every step. Two scenes: a sheet that lies on another (all nodes touch) and two
-// spheres (few do). Arguments: largest number of faces (default 100000). CSV to stdout: seconds a step, candidates; both must find
-// the same.
+// Candidates of node boxes against face boxes: the grid of cbr_dynamics and, as its rival, a
+// bounding volume tree that is built once in the undeformed state and refitted in every step. Two
+// scenes: a sheet that lies on another (all nodes touch) and two spheres (few do). Arguments:
+// largest number of faces (default 100000). CSV to stdout: seconds a step, candidates; both must
+// find the same.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -19,7 +20,8 @@ using cbr::Box;
 using cbr::Index;
 using cbr::Vector3;
 
-// Binary tree, split at the median of the longest side; nodes in the order of a depth-first walk, so that children follow parents.
+// Binary tree, split at the median of the longest side; nodes in the order of a depth-first walk,
+// so that children follow parents.
 class BoxTree {
  public:
   explicit BoxTree(const std::vector<Box>& boxes) : order_(boxes.size()) {
@@ -43,7 +45,8 @@ class BoxTree {
     }
   }
 
-  void find(const std::vector<Box>& queries, const std::vector<Box>& boxes, cbr::CandidateList& list) const {
+  void find(const std::vector<Box>& queries, const std::vector<Box>& boxes,
+            cbr::CandidateList& list) const {
     list.first.assign(1, 0), list.target.clear();
     std::vector<Index> stack;
     for (const Box& query : queries) {
@@ -78,7 +81,8 @@ class BoxTree {
     if (last - first <= 4) return;
     Vector3 lower = Vector3::Constant(HUGE_VAL), upper = -lower;
     const auto centre = [&](Index b) { return Vector3(0.5 * (boxes[b].lower + boxes[b].upper)); };
-    for (Index k = first; k < last; ++k) lower = lower.cwiseMin(centre(order_[k])), upper = upper.cwiseMax(centre(order_[k]));
+    for (Index k = first; k < last; ++k)
+      lower = lower.cwiseMin(centre(order_[k])), upper = upper.cwiseMax(centre(order_[k]));
     Index axis = 0;
     (upper - lower).maxCoeff(&axis);
     const Index middle = (first + last) / 2;
@@ -98,7 +102,8 @@ double seconds(int repeats, const auto& work) {
   for (int i = 0; i < repeats; ++i) {
     const auto start = std::chrono::steady_clock::now();
     work();
-    best = std::min(best, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+    best = std::min(
+        best, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
   }
   return best;
 }
@@ -114,7 +119,8 @@ Sides sheets(Index n, double shift) {
     for (Index j = 0; j <= n; ++j) {
       const Vector3 x(double(i) * size + shift, double(j) * size + 0.3 * shift, 0);
       s.nodes.push_back({x, x + Vector3(0, 0, 0.01 * size)});
-      const Vector3 margin = Vector3::Constant(0.12 * size), y(double(i) * size, double(j) * size, 0);
+      const Vector3 margin = Vector3::Constant(0.12 * size),
+                    y(double(i) * size, double(j) * size, 0);
       if (i < n && j < n) s.faces.push_back({y - margin, y + Vector3(size, size, 0) + margin});
     }
   return s;
@@ -139,7 +145,8 @@ Sides spheres(Index n, double shift) {
           const Vector3 y = point(side, at(i + c % 2), at(j + c / 2));
           box.lower = box.lower.cwiseMin(y), box.upper = box.upper.cwiseMax(y);
         }
-        s.faces.push_back({box.lower.array() - 0.2 / double(n), box.upper.array() + 0.2 / double(n)});
+        s.faces.push_back(
+            {box.lower.array() - 0.2 / double(n), box.upper.array() + 0.2 / double(n)});
       }
   return s;
 }
@@ -154,8 +161,11 @@ void row(const char* scene, Index n, Sides (*make)(Index, double)) {
   const double t_grid = seconds(repeats, [&] { cbr::find_candidates(now.nodes, now.faces, grid); });
   const double t_refit = seconds(repeats, [&] { tree.refit(now.faces); });
   const double t_find = seconds(repeats, [&] { tree.find(now.nodes, now.faces, found); });
-  std::printf("%s,%lld,%zu,%.3g,%.3g,%.3g,%s\n", scene, static_cast<long long>(faces), found.target.size(), t_grid, t_refit,
-              t_refit + t_find, found.first == grid.candidates.first && found.target == grid.candidates.target ? "yes" : "NO");
+  std::printf("%s,%lld,%zu,%.3g,%.3g,%.3g,%s\n", scene, static_cast<long long>(faces),
+              found.target.size(), t_grid, t_refit, t_refit + t_find,
+              found.first == grid.candidates.first && found.target == grid.candidates.target
+                  ? "yes"
+                  : "NO");
   std::fflush(stdout);
 }
 

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a step in contact costs, against the number of contact nodes: two plates of unlike meshes (n x n faces against 0.8 n x 0.8
-// n, four layers each), pressed together over all of their facing sides while the wave of their impact runs to the back and
-// returns, frictionless impulse. CSV to stdout, one row per model (mesh, superelement), formulation (node-face, mortar) and n:
-// seconds a step by phase, medians over the later half of the steps, and after each series the exponent of their growth. The
-// smallest of each series is checked against the program's own time loop. Of a dense response also what a step must read at least
-// (half of the block that the bodies share, or of each body's, once) over the rate of a triad in the same run, as a share of what
-// the impulses took. Arguments: largest number of contact nodes (of the slave
-// side; default 2100, 10000 takes minutes), the same for superelements (default 1100: their interface is dense).
+// What a step in contact costs, against the number of contact nodes: two plates of unlike meshes (n
+// x n faces against 0.8 n x 0.8 n, four layers each), pressed together over all of their facing
+// sides while the wave of their impact runs to the back and returns, frictionless impulse. CSV to
+// stdout, one row per model (mesh, superelement), formulation (node-face, mortar) and n: seconds a
+// step by phase, medians over the later half of the steps, and after each series the exponent of
+// their growth. The smallest of each series is checked against the program's own time loop. Of a
+// dense response also what a step must read at least (half of the block that the bodies share, or
+// of each body's, once) over the rate of a triad in the same run, as a share of what the impulses
+// took. Arguments: largest number of contact nodes (of the slave side; default 2100, 10000 takes
+// minutes), the same for superelements (default 1100: their interface is dense).
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -62,7 +64,9 @@ Phases medians(const std::vector<Phases>& steps) {
   for (double Phases::*phase : {&Phases::bodies, &Phases::detection, &Phases::impulses}) {
     std::vector<double> seconds;
     for (const Phases& of : steps) seconds.push_back(of.*phase);
-    std::nth_element(seconds.begin(), seconds.begin() + static_cast<std::ptrdiff_t>(seconds.size() / 2), seconds.end());
+    std::nth_element(seconds.begin(),
+                     seconds.begin() + static_cast<std::ptrdiff_t>(seconds.size() / 2),
+                     seconds.end());
     result.*phase = seconds[seconds.size() / 2];
   }
   return result;
@@ -71,16 +75,20 @@ Phases medians(const std::vector<Phases>& steps) {
 struct Measured {
   Index nodes = 0, points = 0, active = 0;
   Phases median;
-  Index timed = 0, formed = 0;        // steps that count; times that W was formed anew in them
-  Index products = 0;                 // with the bodies' responses, in the steps in which W was kept
-  double bytes = 0, least_bytes = 0;  // of dense responses: read by products in a step, and what one step must read
+  Index timed = 0, formed = 0;  // steps that count; times that W was formed anew in them
+  // with the bodies' responses, in the steps in which W was kept
+  Index products = 0;
+  // of dense responses: read by products in a step, and what one step must read
+  double bytes = 0, least_bytes = 0;
   double residual = 0;
 };
 
-// What contact_step() does for one frictionless pair with `impulse`, with a clock between its phases.
+// What contact_step() does for one frictionless pair with `impulse`, with a clock between its
+// phases.
 class Stepper {
  public:
-  explicit Stepper(cbr::Simulation& sim) : sim_(sim), pair_(sim.pairs.at(0)), state_(cbr::start_contact(sim)) {}
+  explicit Stepper(cbr::Simulation& sim)
+      : sim_(sim), pair_(sim.pairs.at(0)), state_(cbr::start_contact(sim)) {}
 
   Measured run() {
     Measured result;
@@ -90,7 +98,8 @@ class Stepper {
     for (Index step = 0; step < steps; ++step) {
       const Phases phases = advance(step);
       if (step < steps / 2) {
-        result.formed = -memory_.n_formed, result.products = -memory_.n_pushes, result.bytes = -memory_.moves.bytes();
+        result.formed = -memory_.n_formed, result.products = -memory_.n_pushes,
+        result.bytes = -memory_.moves.bytes();
         continue;
       }
       timed.push_back(phases);
@@ -134,9 +143,11 @@ class Stepper {
     list_ = ContactList();
     const auto &a = state_.bodies[pair_.slave->body], &b = state_.bodies[pair_.master->body];
     if (pair_.formulation == cbr::Formulation::mortar) {
-      cbr::detect_mortar(*pair_.slave, a, *pair_.master, b, initial, sim_.detection, pair_.state().memory, list_);
+      cbr::detect_mortar(*pair_.slave, a, *pair_.master, b, initial, sim_.detection,
+                         pair_.state().memory, list_);
     } else {
-      cbr::detect(*pair_.slave, a, *pair_.master, b, initial, sim_.detection, pair_.state().memory, list_);
+      cbr::detect(*pair_.slave, a, *pair_.master, b, initial, sim_.detection, pair_.state().memory,
+                  list_);
     }
   }
 
@@ -147,7 +158,8 @@ class Stepper {
       ContactBody& body = state_.bodies[b];
       body.impulses.setZero(), body.friction.setZero();
       if (body.response_h == h) continue;
-      body.response = sim_.bodies[sim_.contact_nodes[b].body]->response(sim_.contact_nodes[b].set, h);
+      body.response =
+          sim_.bodies[sim_.contact_nodes[b].body]->response(sim_.contact_nodes[b].set, h);
       body.response_h = h;
     }
     Points guess = Points::Zero(n, 3);
@@ -158,10 +170,12 @@ class Stepper {
     solution_ = cbr::enforce_impulse(list_, laws_, guess, h, state_.bodies, memory_);
     for (std::size_t b = 0; b < state_.bodies.size(); ++b) {
       ContactBody& body = state_.bodies[b];
-      sim_.bodies[sim_.contact_nodes[b].body]->add_impulses(sim_.contact_nodes[b].set, body.impulses);
+      sim_.bodies[sim_.contact_nodes[b].body]->add_impulses(sim_.contact_nodes[b].set,
+                                                            body.impulses);
       body.end += body.move;
     }
-    cbr::remember(list_, 0, list_.points.size(), solution_.gap, solution_.p, 1e-6 * pair_.master->size, pair_.state().memory);
+    cbr::remember(list_, 0, list_.points.size(), solution_.gap, solution_.p,
+                  1e-6 * pair_.master->size, pair_.state().memory);
   }
 
   // One triangle of each block, of one that is shared once.
@@ -184,8 +198,8 @@ class Stepper {
   cbr::EnforcementResult solution_;
 };
 
-// Bytes a second of a = b + s c over arrays that no cache holds (McCalpin 1995), both threads of the machine or as many as there
-// are.
+// Bytes a second of a = b + s c over arrays that no cache holds (McCalpin 1995), both threads of
+// the machine or as many as there are.
 double triad() {
   const Index n = 1 << 23;
   const Vector b = Vector::Constant(n, 1), c = Vector::Constant(n, 2);
@@ -210,30 +224,40 @@ cbr::Mesh plate(Index n, double thickness) {
   return cbr::test::block_mesh(shape);
 }
 
-std::string scene(const std::string& as, const std::string& formulation, double thickness, double h, double speed) {
-  const std::string t = cbr::test::text(thickness), end = cbr::test::text(n_steps * h), v = cbr::test::text(speed);
+std::string scene(const std::string& as, const std::string& formulation, double thickness, double h,
+                  double speed) {
+  const std::string t = cbr::test::text(thickness), end = cbr::test::text(n_steps * h),
+                    v = cbr::test::text(speed);
   const auto component = [&](const std::string& name, const std::string& face) {
-    return "  " + name + ": {mesh: " + name + ".exo, material: steel, reduction: {interface: [" + face + "], modes: 10}}\n";
+    return "  " + name + ": {mesh: " + name + ".exo, material: steel, reduction: {interface: [" +
+           face + "], modes: 10}}\n";
   };
   return "materials:\n  steel: {youngs_modulus: " + cbr::test::text(modulus) +
-         ", poissons_ratio: 0.3, density: " + cbr::test::text(density) + "}\ncomponents:\n" + component("fine", "x_max") +
-         component("coarse", "x_min") + "instances:\n  left: {component: fine, as: " + as + ", velocity: [" + v +
-         ", 0, 0]}\n  right: {component: coarse, as: " + as + ", position: [" + t + ", 0, 0], velocity: [-" + v + ", 0, 0]}\n" +
-         "contact:\n  - {between: [left.x_max, right.x_min], enforcement: impulse, formulation: " + formulation +
-         "}\ntime: {end: " + end + ", step: " + cbr::test::text(h) + "}\noutput: {every: " + end + "}\n";
+         ", poissons_ratio: 0.3, density: " + cbr::test::text(density) + "}\ncomponents:\n" +
+         component("fine", "x_max") + component("coarse", "x_min") +
+         "instances:\n  left: {component: fine, as: " + as + ", velocity: [" + v +
+         ", 0, 0]}\n  right: {component: coarse, as: " + as + ", position: [" + t +
+         ", 0, 0], velocity: [-" + v + ", 0, 0]}\n" +
+         "contact:\n  - {between: [left.x_max, right.x_min], enforcement: impulse, formulation: " +
+         formulation + "}\ntime: {end: " + end + ", step: " + cbr::test::text(h) +
+         "}\noutput: {every: " + end + "}\n";
 }
 
-void print(const std::string& as, const std::string& formulation, const Measured& m, double bandwidth) {
-  const double timed = static_cast<double>(m.timed), corrected = timed - static_cast<double>(m.formed);
-  std::printf("%s,%s,%td,%td,%td,%.3e,%.3e,%.3e,%.3e,%.2f,%.2f,%.3e,%.2f,%.1e\n", as.c_str(), formulation.c_str(), m.nodes,
-              m.points, m.active, m.median.bodies, m.median.detection, m.median.impulses, m.median.total(),
-              static_cast<double>(m.formed) / timed, corrected > 0 ? static_cast<double>(m.products) / corrected : 0.0, m.bytes,
+void print(const std::string& as, const std::string& formulation, const Measured& m,
+           double bandwidth) {
+  const double timed = static_cast<double>(m.timed),
+               corrected = timed - static_cast<double>(m.formed);
+  std::printf("%s,%s,%td,%td,%td,%.3e,%.3e,%.3e,%.3e,%.2f,%.2f,%.3e,%.2f,%.1e\n", as.c_str(),
+              formulation.c_str(), m.nodes, m.points, m.active, m.median.bodies, m.median.detection,
+              m.median.impulses, m.median.total(), static_cast<double>(m.formed) / timed,
+              corrected > 0 ? static_cast<double>(m.products) / corrected : 0.0, m.bytes,
               m.least_bytes / bandwidth / m.median.impulses, m.residual);
   std::fflush(stdout);
 }
 
 // Exponents of seconds ~ nodes^a, by least squares over a series from `first` on.
-void print_growth(const std::string& as, const std::string& formulation, const std::vector<Measured>& series, std::size_t first) {
+void print_growth(const std::string& as, const std::string& formulation,
+                  const std::vector<Measured>& series, std::size_t first) {
   std::vector<double> n;
   std::vector<std::vector<double>> seconds(4);
   for (std::size_t i = first; i < series.size(); ++i) {
@@ -251,11 +275,13 @@ void print_growth(const std::string& as, const std::string& formulation, const s
 }
 
 // The same scene through the program's own loop has the same motion: what was timed is what runs.
-bool same_motion(const cbr::Simulation& timed, const cbr::test::SceneFolder& folder, const std::string& yaml) {
+bool same_motion(const cbr::Simulation& timed, const cbr::test::SceneFolder& folder,
+                 const std::string& yaml) {
   const cbr::test::Ran ran = folder.run(yaml);
   double worst = 0;
   for (std::size_t b = 0; b < timed.bodies.size(); ++b) {
-    const cbr::BodyState a = timed.bodies[b]->state(), other = ran.built.simulation.bodies[b]->state();
+    const cbr::BodyState a = timed.bodies[b]->state(),
+                         other = ran.built.simulation.bodies[b]->state();
     worst = std::max({worst, (a.momentum - other.momentum).norm() / other.momentum.norm(),
                       std::abs(a.strain_energy - other.strain_energy) / other.strain_energy});
   }
@@ -266,19 +292,22 @@ bool same_motion(const cbr::Simulation& timed, const cbr::test::SceneFolder& fol
 
 int main(int argc, char** argv) {
   cbr::restart_with_better_kernels(argv);
-  const Index largest = argc > 1 ? std::atol(argv[1]) : 2100, largest_reduced = argc > 2 ? std::atol(argv[2]) : 1100;
+  const Index largest = argc > 1 ? std::atol(argv[1]) : 2100,
+              largest_reduced = argc > 2 ? std::atol(argv[2]) : 1100;
   const double wave = std::sqrt(modulus * 1.35 / density);  // longitudinal, nu = 0.3
   const double bandwidth = triad();
   bool same = true;
   std::printf(
-      "model,formulation,slave nodes,points,active,bodies s,detection s,impulses s,step s,W formed,products,bytes read,share of "
+      "model,formulation,slave nodes,points,active,bodies s,detection s,impulses s,step s,W "
+      "formed,products,bytes read,share of "
       "bandwidth,residual\n");
   for (const std::string as : {"mesh", "superelement"}) {
     for (const std::string formulation : {"node-face", "mortar"}) {
       std::vector<Measured> series;
       for (const Index n : {9, 16, 25, 31, 44, 70, 99}) {
         if ((n + 1) * (n + 1) > (as == "mesh" ? largest : largest_reduced)) break;
-        const double edge = side / static_cast<double>(n), thickness = n_layers * edge, h = 0.4 * edge / wave;
+        const double edge = side / static_cast<double>(n), thickness = n_layers * edge,
+                     h = 0.4 * edge / wave;
         cbr::test::SceneFolder folder;
         folder.add("fine.exo", plate(n, thickness));
         folder.add("coarse.exo", plate((4 * n) / 5, thickness));

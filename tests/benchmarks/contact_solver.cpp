@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Impulses of a ball pressed into n x n points: seconds of each method over the number of points. Arguments: largest number of
-// points (default 2500), largest dense response in MB (default 1500). docs/decisions/contact-solver.md holds a table of it. CSV to
-// stdout.
+// Impulses of a ball pressed into n x n points: seconds of each method over the number of points.
+// Arguments: largest number of points (default 2500), largest dense response in MB (default 1500).
+// docs/decisions/contact-solver.md holds a table of it. CSV to stdout.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -33,9 +33,11 @@ struct Case {
   Index points = 0;
 };
 
-void row(const Case& of, const char* method, double time, int iterations, double residual, const cbr::test::Verdict& v) {
-  std::printf("%s,%s,%lld,%s,%.4f,%d,%.1e,%lld,%lld,%lld\n", of.response.c_str(), of.law.c_str(), static_cast<long long>(of.points),
-              method, time, iterations, residual, static_cast<long long>(v.open), static_cast<long long>(v.stick),
+void row(const Case& of, const char* method, double time, int iterations, double residual,
+         const cbr::test::Verdict& v) {
+  std::printf("%s,%s,%lld,%s,%.4f,%d,%.1e,%lld,%lld,%lld\n", of.response.c_str(), of.law.c_str(),
+              static_cast<long long>(of.points), method, time, iterations, residual,
+              static_cast<long long>(v.open), static_cast<long long>(v.stick),
               static_cast<long long>(v.slide));
   std::fflush(stdout);
 }
@@ -44,9 +46,11 @@ void measure(const Case& of, const Press& press) {
   const cbr::ContactProblem problem = cbr::contact_problem(press.W, press.laws);
   const double scale = press.g.lpNorm<Eigen::Infinity>();
   const Vector zero = Vector::Zero(press.g.size());
-  const auto report = [&](const char* method, double time, int iterations, const Vector& p, const Vector& gap) {
+  const auto report = [&](const char* method, double time, int iterations, const Vector& p,
+                          const Vector& gap) {
     const double residual = cbr::law_violations(problem, p, gap).lpNorm<Eigen::Infinity>() / scale;
-    row(of, method, time, iterations, residual, cbr::test::judge(press.W, press.laws, press.g, {p, gap}));
+    row(of, method, time, iterations, residual,
+        cbr::test::judge(press.W, press.laws, press.g, {p, gap}));
   };
   const cbr::BlockGaussSeidel sweeps(problem);
   for (const auto linear : {cbr::LinearSolver::factor, cbr::LinearSolver::krylov}) {
@@ -57,7 +61,8 @@ void measure(const Case& of, const Press& press) {
       sweeps.sweep(problem, of.law == "coulomb" ? 5 : 1, 1e-12 * scale, p, gap);
       result = newton.solve(problem, press.g, p, gap, linear, 30, 1e-12 * scale);
     });
-    report(linear == cbr::LinearSolver::factor ? "newton-factor" : "newton-krylov", time, result.iterations, result.p, result.gap);
+    report(linear == cbr::LinearSolver::factor ? "newton-factor" : "newton-krylov", time,
+           result.iterations, result.p, result.gap);
   }
   Vector p = zero, gap = press.g;
   int n = 0;
@@ -65,7 +70,10 @@ void measure(const Case& of, const Press& press) {
   report("sweeps", time, n, p, gap);
   if (of.law == "coulomb") return;
   p = zero, gap = press.g;
-  time = seconds([&] { n = cbr::projected_gradients(problem, press.g, cbr::scaled_norm(problem), 2000, 1e-11 * scale, p, gap); });
+  time = seconds([&] {
+    n = cbr::projected_gradients(problem, press.g, cbr::scaled_norm(problem), 2000, 1e-11 * scale,
+                                 p, gap);
+  });
   report("gradients", time, n, p, gap);
 }
 
@@ -73,7 +81,8 @@ void measure(const Case& of, const Press& press) {
 
 int main(int argc, char** argv) {
   cbr::restart_with_better_kernels(argv);
-  const double largest = argc > 1 ? std::atof(argv[1]) : 2500, megabytes = argc > 2 ? std::atof(argv[2]) : 1500;
+  const double largest = argc > 1 ? std::atof(argv[1]) : 2500,
+               megabytes = argc > 2 ? std::atof(argv[2]) : 1500;
   std::printf("response,law,points,method,seconds,iterations,residual,open,stick,slide\n");
   for (const Index n : {10, 18, 32, 50, 71, 100}) {
     if (static_cast<double>(n * n) > largest) break;
@@ -82,7 +91,8 @@ int main(int argc, char** argv) {
       const double rows = static_cast<double>(n * n * cbr::n_rows(law));
       for (const bool soft : {false, true})
         if (rows * rows * 8e-6 <= megabytes)
-          measure({soft ? "dense-soft" : "dense-stiff", name, n * n}, cbr::test::dense_press(n, law, 0.3, soft));
+          measure({soft ? "dense-soft" : "dense-stiff", name, n * n},
+                  cbr::test::dense_press(n, law, 0.3, soft));
       measure({"sparse", name, n * n}, cbr::test::sparse_press(n, law, 0.3));
     }
   }

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Microseconds a node of one search (detect() and remember()) over the number of contact nodes, all in contact:
+// Microseconds a node of one search (detect() and remember()) over the number of contact nodes, all
+// in contact:
 //   still    a curved sheet on a curved sheet of other faces, the same step again and again
 //   slide    the same, by 3 % of a face in each step
-//   impact   flat sheets of the same faces, node on node; the prediction goes through by 1.2 faces, again and again
-// Seconds of one search of the curved sheets out of reach; and far away, with the sweep of both bodies (once for all their pairs)
-// beside.
-// Arguments: largest number of nodes (default 10000). CSV to stdout.
+//   impact   flat sheets of the same faces, node on node; the prediction goes through by 1.2 faces,
+//   again and again
+// Seconds of one search of the curved sheets out of reach; and far away, with the sweep of both
+// bodies (once for all their pairs) beside. Arguments: largest number of nodes (default 10000). CSV
+// to stdout.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -27,7 +29,8 @@ double seconds(int repeats, const auto& work) {
   for (int i = 0; i < repeats; ++i) {
     const auto start = std::chrono::steady_clock::now();
     work();
-    best = std::min(best, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+    best = std::min(
+        best, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
   }
   return best;
 }
@@ -47,14 +50,16 @@ struct Sheets {
   cbr::ContactList list;
 
   Sheets(int n_slave, int n_master, double master_size)
-      : slave(cbr::test::patch(n_slave, 0, false)), master(cbr::test::patch(n_master, 0, true, master_size)) {
+      : slave(cbr::test::patch(n_slave, 0, false)),
+        master(cbr::test::patch(n_master, 0, true, master_size)) {
     slave.surface.body = 0, master.surface.body = 1;
   }
   void search(bool initial = false) {
     list.points.clear(), list.terms.clear();
     cbr::detect(slave.surface, slave.body, master.surface, master.body, initial, {}, memory, list);
     const Index m = static_cast<Index>(list.points.size());
-    cbr::remember(list, 0, list.points.size(), cbr::Points::Zero(m, 3), cbr::Points::Ones(m, 3), 1e-6 * master.surface.size, memory);
+    cbr::remember(list, 0, list.points.size(), cbr::Points::Zero(m, 3), cbr::Points::Ones(m, 3),
+                  1e-6 * master.surface.size, memory);
   }
   Index n_nodes() const { return slave.body.start.rows(); }
 };
@@ -109,11 +114,12 @@ void row(int n) {
   s.slave.body.end = s.slave.body.start;
   const double t_near = seconds(repeats, [&] { s.search(); });
   s.slave.body.start.col(2).array() += 3, s.slave.body.end.col(2).array() += 3;
-  const double t_sweep = seconds(repeats, [&] { cbr::sweep(s.slave.body), cbr::sweep(s.master.body); });
+  const double t_sweep =
+      seconds(repeats, [&] { cbr::sweep(s.slave.body), cbr::sweep(s.master.body); });
   const double t_far = seconds(repeats, [&] { s.search(); });
   std::printf("%lld,%lld,%zu,%.3g,%.3g,%.3g,%.3g,%.3g,%.3g\n", static_cast<long long>(s.n_nodes()),
-              static_cast<long long>(s.master.surface.faces.rows()), points, t_still * per_node, t_slide * per_node,
-              t_impact * per_node, t_near, t_sweep, t_far);
+              static_cast<long long>(s.master.surface.faces.rows()), points, t_still * per_node,
+              t_slide * per_node, t_impact * per_node, t_near, t_sweep, t_far);
   std::fflush(stdout);
 }
 
@@ -122,6 +128,7 @@ void row(int n) {
 int main(int argc, char** argv) {
   const double largest = argc > 1 ? std::atof(argv[1]) : 10000;
   std::printf("nodes,faces,points,still_us,slide_us,impact_us,near,sweep,far\n");
-  for (double nodes = 100; nodes <= largest * 1.001; nodes *= std::sqrt(10.0)) row(static_cast<int>(std::lround(std::sqrt(nodes))));
+  for (double nodes = 100; nodes <= largest * 1.001; nodes *= std::sqrt(10.0))
+    row(static_cast<int>(std::lround(std::sqrt(nodes))));
   return 0;
 }

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Rates of this machine, beside which the benchmarks set theirs. CSV to stdout: name, threads, value, unit. Argument: matrix size
-// (default 2000; small for a smoke run, where vectors are small too).
+// Rates of this machine, beside which the benchmarks set theirs. CSV to stdout: name, threads,
+// value, unit. Argument: matrix size (default 2000; small for a smoke run, where vectors are small
+// too).
 //
-// dgemm, dsyrk: OpenBLAS on n x n. triad: a = b + s c as in STREAM (McCalpin 1995), 24 bytes an entry (what a write reads first is
-// not counted), on vectors far beyond the second cache and on vectors that stay in it; each thread has its own. gemv: a matrix that
-// stays in the second cache times a vector, and one far beyond it. Best of some repetitions.
+// dgemm, dsyrk: OpenBLAS on n x n. triad: a = b + s c as in STREAM (McCalpin 1995), 24 bytes an
+// entry (what a write reads first is not counted), on vectors far beyond the second cache and on
+// vectors that stay in it; each thread has its own. gemv: a matrix that stays in the second cache
+// times a vector, and one far beyond it. Best of some repetitions.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -30,7 +32,8 @@ double best_seconds(const Work& work, double least) {
   for (int i = 0; i < 3 || sum < least; ++i) {
     const auto start = std::chrono::steady_clock::now();
     work();
-    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    const double seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     best = std::min(best, seconds), sum += seconds;
   }
   return best;
@@ -48,7 +51,8 @@ void products(Index n, int threads, double least) {
   const double n3 = std::pow(static_cast<double>(n), 3);
   say("dgemm", threads, 2 * n3 / best_seconds([&] { C.noalias() = A * B; }, least), "flop/s");
   // C = A A^T, lower triangle: half the flops
-  say("dsyrk", threads, n3 / best_seconds([&] { C.selfadjointView<Eigen::Lower>().rankUpdate(A); }, least), "flop/s");
+  say("dsyrk", threads,
+      n3 / best_seconds([&] { C.selfadjointView<Eigen::Lower>().rankUpdate(A); }, least), "flop/s");
 }
 
 struct Vectors {

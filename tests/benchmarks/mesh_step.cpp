@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Milliseconds of one explicit step of the two blocks of T1 as full meshes (20 r x 10 r x 15 r hexes each, one model for both), for
-// each way to form K u and each number of threads, beside what the machine allows: bytes that have to be read and written over the
-// rate of a triad, or operations over the rate of dgemm, whichever is more. `tets`: each hex cut into six. `distorted`: no two
-// hexes alike. Arguments: values of r (default 1 2); --threads N (default 2); --short: a few steps only. CSV to stdout.
+// Milliseconds of one explicit step of the two blocks of T1 as full meshes (20 r x 10 r x 15 r
+// hexes each, one model for both), for each way to form K u and each number of threads, beside what
+// the machine allows: bytes that have to be read and written over the rate of a triad, or
+// operations over the rate of dgemm, whichever is more. `tets`: each hex cut into six. `distorted`:
+// no two hexes alike. Arguments: values of r (default 1 2); --threads N (default 2); --short: a few
+// steps only. CSV to stdout.
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -36,7 +38,8 @@ struct Rates {
   double bytes, operations;  // per second
 };
 
-// `bytes` of three arrays together: as large as what a step reads, so that both are in the same level of the memory.
+// `bytes` of three arrays together: as large as what a step reads, so that both are in the same
+// level of the memory.
 Rates machine(int n_threads, double bytes, double operations) {
   const Index n = static_cast<Index>(bytes / 24);
   std::vector<double> a(n, 1), b(n, 2), c(n, 3);
@@ -59,7 +62,8 @@ double dgemm_rate() {
 }
 
 cbr::Mesh cut_into_tets(const cbr::Mesh& hexes) {
-  constexpr int tets[6][4] = {{0, 1, 2, 6}, {0, 2, 3, 6}, {0, 3, 7, 6}, {0, 7, 4, 6}, {0, 4, 5, 6}, {0, 5, 1, 6}};
+  constexpr int tets[6][4] = {{0, 1, 2, 6}, {0, 2, 3, 6}, {0, 3, 7, 6},
+                              {0, 7, 4, 6}, {0, 4, 5, 6}, {0, 5, 1, 6}};
   cbr::Mesh mesh = hexes;
   cbr::Block& block = mesh.blocks[0];
   const cbr::IndexTable of_hexes = block.connectivity;
@@ -79,23 +83,27 @@ struct Options {
   bool is_short = false;
 };
 
-void row(int r, const char* mesh_name, const char* name, MeshForces::Variant variant, const cbr::Mesh& mesh,
-         const cbr::FiniteElementModel& fe, const std::vector<cbr::BlockProperties>& properties, int n_threads, double dgemm,
+void row(int r, const char* mesh_name, const char* name, MeshForces::Variant variant,
+         const cbr::Mesh& mesh, const cbr::FiniteElementModel& fe,
+         const std::vector<cbr::BlockProperties>& properties, int n_threads, double dgemm,
          const Options& options) {
   const cbr::Points X = mesh.coordinates(fe.nodes, Eigen::all);
   MeshForces forces;
   std::shared_ptr<const cbr::MeshModel> model;
-  const double forces_time = seconds_of([&] { forces = MeshForces(fe, mesh, properties, variant); });
+  const double forces_time =
+      seconds_of([&] { forces = MeshForces(fe, mesh, properties, variant); });
   const double bytes = forces.bytes(), operations = forces.operations();
-  const double model_time =
-      seconds_of([&] { model = std::make_shared<cbr::MeshModel>(cbr::mesh_model(fe, X, true, std::move(forces))); });
+  const double model_time = seconds_of([&] {
+    model = std::make_shared<cbr::MeshModel>(cbr::mesh_model(fe, X, true, std::move(forces)));
+  });
   const auto threads = std::make_shared<cbr::RowThreads>(n_threads);
   std::vector<std::unique_ptr<cbr::MeshBody>> bodies;
   const double h = 1.8 / model->largest_frequency;
   cbr::Placement flying;
   flying.velocity = cbr::Vector3(3810, 0, 0);
   for (const char* body : {"a", "b"}) {
-    bodies.push_back(std::make_unique<cbr::MeshBody>(body, model, flying, std::vector<cbr::HeldDirection>{}, threads));
+    bodies.push_back(std::make_unique<cbr::MeshBody>(body, model, flying,
+                                                     std::vector<cbr::HeldDirection>{}, threads));
     // A wave in a block that flies: as T1, and no subnormal numbers, which are slow
     const Index set = bodies.back()->track({0});
     bodies.back()->predict(0, h);
@@ -108,33 +116,42 @@ void row(int r, const char* mesh_name, const char* name, MeshForces::Variant var
   const double time = best_of(options.is_short ? 1 : 7,
                               [&] {
                                 for (int k = 0; k < steps; ++k, t += h)
-                                  for (const auto& body : bodies) body->predict(t, h), body->accept();
+                                  for (const auto& body : bodies)
+                                    body->predict(t, h), body->accept();
                               }) /
                       steps;
-  // Fields of a step: u, v and 1 / m are read, v and u_end written (each line is read before it is written)
-  const double all_bytes = 2 * (bytes + n * 8 * (3 + 3 + 1 + 3 + 6)), all_operations = 2 * (operations + 24 * n);
+  // Fields of a step: u, v and 1 / m are read, v and u_end written (each line is read before it is
+  // written)
+  const double all_bytes = 2 * (bytes + n * 8 * (3 + 3 + 1 + 3 + 6)),
+               all_operations = 2 * (operations + 24 * n);
   const Rates rates = machine(n_threads, all_bytes, dgemm * n_threads);
   const double limit = std::max(all_bytes / rates.bytes, all_operations / rates.operations);
-  std::printf("%d,%s,%s,%d,%lld,%.4f,%.3f,%.3f,%.2f,%.2f,%.1f,%.1f,%.3f,%.4f,%.4f,%.6g\n", r, mesh_name, name, n_threads,
-              static_cast<long long>(X.rows()), 1e3 * time, 1e-6 * all_bytes, 1e-6 * all_operations, 1e-9 * all_bytes / time,
-              1e-9 * all_operations / time, 1e-9 * rates.bytes, 1e-9 * rates.operations, limit / time, forces_time, model_time,
-              2 / model->largest_frequency);
+  std::printf("%d,%s,%s,%d,%lld,%.4f,%.3f,%.3f,%.2f,%.2f,%.1f,%.1f,%.3f,%.4f,%.4f,%.6g\n", r,
+              mesh_name, name, n_threads, static_cast<long long>(X.rows()), 1e3 * time,
+              1e-6 * all_bytes, 1e-6 * all_operations, 1e-9 * all_bytes / time,
+              1e-9 * all_operations / time, 1e-9 * rates.bytes, 1e-9 * rates.operations,
+              limit / time, forces_time, model_time, 2 / model->largest_frequency);
   std::fflush(stdout);
 }
 
 void rows(int r, const Options& options, double dgemm) {
   const cbr::Material steel{5.17e12, 0.3, 7836};
   const std::vector<cbr::BlockProperties> properties{{steel, cbr::Hex8Formulation::incompatible}};
-  const cbr::Mesh hexes = cbr::test::brick({20 * r, 10 * r, 15 * r}, cbr::Vector3(0.0508, 0.0254, 0.0381));
+  const cbr::Mesh hexes =
+      cbr::test::brick({20 * r, 10 * r, 15 * r}, cbr::Vector3(0.0508, 0.0254, 0.0381));
   cbr::Mesh distorted = hexes;
   std::mt19937 random(1);
   std::uniform_real_distribution<double> shift(-1e-4 / r, 1e-4 / r);
-  for (Index i = 0; i < distorted.coordinates.size(); ++i) distorted.coordinates.data()[i] += shift(random);
+  for (Index i = 0; i < distorted.coordinates.size(); ++i)
+    distorted.coordinates.data()[i] += shift(random);
   const auto variants = [&](const char* name, const cbr::Mesh& mesh, bool shared) {
     const cbr::FiniteElementModel fe = assemble(mesh, properties, cbr::MassKind::lumped);
     for (int n_threads = 1; n_threads <= options.threads; n_threads *= 2) {
-      row(r, name, "assembled", MeshForces::Variant::assembled, mesh, fe, properties, n_threads, dgemm, options);
-      if (shared) row(r, name, "shared", MeshForces::Variant::shared, mesh, fe, properties, n_threads, dgemm, options);
+      row(r, name, "assembled", MeshForces::Variant::assembled, mesh, fe, properties, n_threads,
+          dgemm, options);
+      if (shared)
+        row(r, name, "shared", MeshForces::Variant::shared, mesh, fe, properties, n_threads, dgemm,
+            options);
     }
   };
   variants("hexes", hexes, true);
@@ -159,7 +176,8 @@ int main(int argc, char** argv) {
   }
   if (sizes.empty()) sizes = {1, 2};
   std::printf(
-      "r,mesh,variant,threads,nodes,ms_per_step,mbytes,mflop,gbytes_per_s,gflop_per_s,triad_gbytes_per_s,dgemm_gflop_per_s,"
+      "r,mesh,variant,threads,nodes,ms_per_step,mbytes,mflop,gbytes_per_s,gflop_per_s,triad_gbytes_"
+      "per_s,dgemm_gflop_per_s,"
       "share_of_limit,forces_setup_s,model_setup_s,critical_step_s\n");
   const double dgemm = dgemm_rate();
   for (const int r : sizes) rows(r, options, dgemm);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// One mortar search of two sheets of n x n faces that do not match, against the node-face search of the same. Argument: largest n
-// (default 90). CSV to stdout: faces of a side, distortion, seconds a search (best of some), points, terms.
+// One mortar search of two sheets of n x n faces that do not match, against the node-face search of
+// the same. Argument: largest n (default 90). CSV to stdout: faces of a side, distortion, seconds a
+// search (best of some), points, terms.
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -16,7 +17,8 @@ double seconds(const Search& search) {
   for (int i = 0; i < 7; ++i) {
     const auto start = std::chrono::steady_clock::now();
     search();
-    best = std::min(best, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+    best = std::min(
+        best, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
   }
   return best;
 }
@@ -39,14 +41,18 @@ int main(int argc, char** argv) {
         cbr::ContactList list;
         const double mortar = seconds([&] {
           list = {};
-          cbr::detect_mortar(slave.surface, slave.body, master.surface, master.body, false, {}, memory, list);
+          cbr::detect_mortar(slave.surface, slave.body, master.surface, master.body, false, {},
+                             memory, list);
         });
-        std::printf("%d,%g,%g,mortar,%.6f,%zu,%zu\n", n * n, distortion, gap, mortar, list.points.size(), list.terms.size());
+        std::printf("%d,%g,%g,mortar,%.6f,%zu,%zu\n", n * n, distortion, gap, mortar,
+                    list.points.size(), list.terms.size());
         const double node_face = seconds([&] {
           list = {};
-          cbr::detect(slave.surface, slave.body, master.surface, master.body, false, {}, other, list);
+          cbr::detect(slave.surface, slave.body, master.surface, master.body, false, {}, other,
+                      list);
         });
-        std::printf("%d,%g,%g,node-face,%.6f,%zu,%zu\n", n * n, distortion, gap, node_face, list.points.size(), list.terms.size());
+        std::printf("%d,%g,%g,node-face,%.6f,%zu,%zu\n", n * n, distortion, gap, node_face,
+                    list.points.size(), list.terms.size());
       }
     }
   }

@@ -5,7 +5,8 @@
 #include "common/superelement/superelement.hpp"
 
 void print(const cbr::Superelement& s) {
-  std::printf("%ld modes, %ld interface dofs, mass %g\n", long{s.k()}, long{s.c()}, s.rigid_body.mass);
+  std::printf("%ld modes, %ld interface dofs, mass %g\n", long{s.k()}, long{s.c()},
+              s.rigid_body.mass);
 }
 
 // A rod of 1 m that moves along x: a mass at each end (kg) and a spring between them (N/m).
@@ -20,7 +21,8 @@ cbr::Superelement rod(double end_mass, double stiffness) {
   s.M_cc = end_mass * cbr::Matrix::Identity(2, 2);
   s.M_kc.resize(0, 2);  // no modes
   const double inertia = end_mass / 2;
-  s.rigid_body = {2 * end_mass, cbr::Vector3(0.5, 0, 0), cbr::Vector3(0, inertia, inertia).asDiagonal()};
+  s.rigid_body = {2 * end_mass, cbr::Vector3(0.5, 0, 0),
+                  cbr::Vector3(0, inertia, inertia).asDiagonal()};
   return s;
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Orders of convergence, as slopes between two meshes of smoothly warped elements: p + 1 for displacements, 2 p for frequencies.
+// Orders of convergence, as slopes between two meshes of smoothly warped elements: p + 1 for
+// displacements, 2 p for frequencies.
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
@@ -45,10 +46,12 @@ class Convergence : public testing::TestWithParam<Case> {
   Mesh mesh(Index n) const { return box_mesh(GetParam().type, {n, n, n}, box, warp); }
 };
 
-// A displacement in equilibrium without loads: the gradient of the harmonic function exp(sqrt(2) x) sin(y) cos(z).
+// A displacement in equilibrium without loads: the gradient of the harmonic function exp(sqrt(2) x)
+// sin(y) cos(z).
 Vector3 harmonic(const Vector3& x) {
   const double root = std::sqrt(2.0), e = std::exp(root * x(0));
-  return e * Vector3(root * std::sin(x(1)) * std::cos(x(2)), std::cos(x(1)) * std::cos(x(2)), -std::sin(x(1)) * std::sin(x(2)));
+  return e * Vector3(root * std::sin(x(1)) * std::cos(x(2)), std::cos(x(1)) * std::cos(x(2)),
+                     -std::sin(x(1)) * std::sin(x(2)));
 }
 
 // Root of the integral of |u_h - u|^2.
@@ -59,7 +62,8 @@ double displacement_error(const Mesh& mesh, const Vector& u) {
   for (Index e = 0; e < block.connectivity.rows(); ++e) {
     const Points X = points_of(mesh, block, e);
     Points u_e(X.rows(), 3);
-    for (Index i = 0; i < X.rows(); ++i) u_e.row(i) = u.segment<3>(3 * block.connectivity(e, i)).transpose();
+    for (Index i = 0; i < X.rows(); ++i)
+      u_e.row(i) = u.segment<3>(3 * block.connectivity(e, i)).transpose();
     for (Index q = 0; q < table.size(); ++q) {
       const auto p = static_cast<std::size_t>(q);
       const Vector3 x = X.transpose() * table.N.col(q), u_h = u_e.transpose() * table.N.col(q);
@@ -73,8 +77,11 @@ double displacement_error(const Mesh& mesh, const Vector& u) {
 double static_error(const Mesh& mesh, const BlockProperties& properties) {
   const auto model = assemble(mesh, {properties}, MassKind::lumped);
   Vector u(model.K.rows());
-  for (Index i = 0; i < mesh.coordinates.rows(); ++i) u.segment<3>(3 * i) = harmonic(mesh.coordinates.row(i).transpose());
-  const auto boundary = [](const Vector3& x, int) { return on_face(x, 0) || on_face(x, 1) || on_face(x, 2); };
+  for (Index i = 0; i < mesh.coordinates.rows(); ++i)
+    u.segment<3>(3 * i) = harmonic(mesh.coordinates.row(i).transpose());
+  const auto boundary = [](const Vector3& x, int) {
+    return on_face(x, 0) || on_face(x, 1) || on_face(x, 2);
+  };
   const auto I = free_dofs(mesh, model, boundary);
   // Entry by entry: at -O2 GCC 12 takes what u(I) = ... frees for memory that is not on the heap.
   for (const Index i : I) u(i) = 0;
@@ -93,12 +100,15 @@ TEST_P(Convergence, Displacements) {
   EXPECT_LE(slope, GetParam().degree + 1 + 0.6) << coarse << " to " << fine;
 }
 
-// A box whose faces slide on smooth rigid walls has shear and pressure waves for modes. The lowest one is a shear wave in the
-// plane of the two longest edges: omega = c_s pi sqrt(1/a^2 + 1/b^2), c_s^2 = mu / rho.
+// A box whose faces slide on smooth rigid walls has shear and pressure waves for modes. The lowest
+// one is a shear wave in the plane of the two longest edges: omega = c_s pi sqrt(1/a^2 + 1/b^2),
+// c_s^2 = mu / rho.
 TEST_P(Convergence, Frequencies) {
   const double c_s = std::sqrt(1 / 2.6);
   const double exact = c_s / 2 * std::sqrt(1 / (box(0) * box(0)) + 1 / (box(2) * box(2)));
-  const auto error = [&](Index n) { return frequencies(mesh(n), properties(), MassKind::consistent, on_face, 2)(0) / exact - 1; };
+  const auto error = [&](Index n) {
+    return frequencies(mesh(n), properties(), MassKind::consistent, on_face, 2)(0) / exact - 1;
+  };
   const double coarse = error(GetParam().coarse), fine = error(2 * GetParam().coarse);
   const double slope = std::log2(std::abs(coarse / fine));
   RecordProperty("slope", std::to_string(slope));
@@ -106,14 +116,17 @@ TEST_P(Convergence, Frequencies) {
   EXPECT_LE(slope, 2 * GetParam().degree + 0.8) << coarse << " to " << fine;
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Elements, Convergence,
-    testing::Values(Case{ElementType::tet4, Hex8Formulation::full, 1, 6}, Case{ElementType::pyramid5, Hex8Formulation::full, 1, 5},
-                    Case{ElementType::wedge6, Hex8Formulation::full, 1, 6}, Case{ElementType::hex8, Hex8Formulation::full, 1, 6},
-                    Case{ElementType::hex8, Hex8Formulation::incompatible, 1, 6},
-                    Case{ElementType::hex8, Hex8Formulation::hourglass, 1, 6},
-                    Case{ElementType::tet10, Hex8Formulation::full, 2, 4}, Case{ElementType::hex20, Hex8Formulation::full, 2, 3},
-                    Case{ElementType::hex27, Hex8Formulation::full, 2, 3}));
+INSTANTIATE_TEST_SUITE_P(Elements, Convergence,
+                         testing::Values(Case{ElementType::tet4, Hex8Formulation::full, 1, 6},
+                                         Case{ElementType::pyramid5, Hex8Formulation::full, 1, 5},
+                                         Case{ElementType::wedge6, Hex8Formulation::full, 1, 6},
+                                         Case{ElementType::hex8, Hex8Formulation::full, 1, 6},
+                                         Case{ElementType::hex8, Hex8Formulation::incompatible, 1,
+                                              6},
+                                         Case{ElementType::hex8, Hex8Formulation::hourglass, 1, 6},
+                                         Case{ElementType::tet10, Hex8Formulation::full, 2, 4},
+                                         Case{ElementType::hex20, Hex8Formulation::full, 2, 3},
+                                         Case{ElementType::hex27, Hex8Formulation::full, 2, 3}));
 
 }  // namespace
 }  // namespace cbr::test

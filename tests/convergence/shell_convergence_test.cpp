@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Plates, a strip, curved shells and a box against closed forms and the benchmarks of the literature, with orders of convergence.
+// Plates, a strip, curved shells and a box against closed forms and the benchmarks of the
+// literature, with orders of convergence.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -32,7 +33,8 @@ Prescribed plate_support(const ShellMesh& mesh, bool clamped) {
   const Index m = mesh.X.rows();
   for (Index i = 0; i < m; ++i) {
     for (const int c : {0, 1, 5}) fixed[shell_dof(m, i, c)] = 0;
-    const bool x_edge = at(mesh.X(i, 0), 0) || at(mesh.X(i, 0), 1), y_edge = at(mesh.X(i, 1), 0) || at(mesh.X(i, 1), 1);
+    const bool x_edge = at(mesh.X(i, 0), 0) || at(mesh.X(i, 0), 1),
+               y_edge = at(mesh.X(i, 1), 0) || at(mesh.X(i, 1), 1);
     if (x_edge || y_edge) fixed[shell_dof(m, i, 2)] = 0;
     if (x_edge || (clamped && y_edge)) fixed[shell_dof(m, i, 3)] = 0;  // theta_x = w,y
     if (y_edge || (clamped && x_edge)) fixed[shell_dof(m, i, 4)] = 0;
@@ -46,10 +48,12 @@ double rigidity(double t) { return E * t * t * t / (12 * (1 - nu * nu)); }
 // Deflection of the middle over q a^4 / D, or over P a^2 / D.
 double plate_coefficient(Faces kind, Index n, bool clamped, bool central_force) {
   const ShellMesh mesh = square(kind, n);
-  const ShellModel shells = assemble_shells(mesh.faces, mesh.X, {{E, nu, 1 / thin}, thin});  // mass: area shares
+  // mass: area shares
+  const ShellModel shells = assemble_shells(mesh.faces, mesh.X, {{E, nu, 1 / thin}, thin});
   const Index middle = (n / 2) * (n + 1) + n / 2;
   Vector f = Vector::Zero(shells.K.rows());
-  for (Index i = 0; i < mesh.X.rows(); ++i) f(3 * i + 2) = central_force ? (i == middle ? 1 : 0) : shells.mass(i);
+  for (Index i = 0; i < mesh.X.rows(); ++i)
+    f(3 * i + 2) = central_force ? (i == middle ? 1 : 0) : shells.mass(i);
   return solve_shells(shells.K, f, plate_support(mesh, clamped))(3 * middle + 2) * rigidity(thin);
 }
 
@@ -71,11 +75,14 @@ struct PlateCase {
 
 class Plate : public testing::TestWithParam<Faces> {};
 
-// Clamped: Taylor, Govindjee 2004 (doi 10.1002/cnm.652); to three digits these are Timoshenko's 0.00406, 0.0116, 0.00126, 0.0056.
+// Clamped: Taylor, Govindjee 2004 (doi 10.1002/cnm.652); to three digits these are Timoshenko's
+// 0.00406, 0.0116, 0.00126, 0.0056.
 TEST_P(Plate, MiddleDeflection) {
-  for (const PlateCase& c : {PlateCase{false, false, navier(false)}, PlateCase{false, true, navier(true)},
-                             PlateCase{true, false, 0.00126532}, PlateCase{true, true, 0.0056120}}) {
-    const double coarse = plate_coefficient(GetParam(), 12, c.clamped, c.central_force) / c.exact - 1;
+  for (const PlateCase& c :
+       {PlateCase{false, false, navier(false)}, PlateCase{false, true, navier(true)},
+        PlateCase{true, false, 0.00126532}, PlateCase{true, true, 0.0056120}}) {
+    const double coarse =
+        plate_coefficient(GetParam(), 12, c.clamped, c.central_force) / c.exact - 1;
     const double fine = plate_coefficient(GetParam(), 24, c.clamped, c.central_force) / c.exact - 1;
     RecordProperty("slope", std::to_string(slope(coarse, fine)));
     EXPECT_LE(std::abs(fine), 0.01);
@@ -96,7 +103,8 @@ TEST_P(Plate, SimplySupportedFrequencies) {
     std::vector<Eigen::Triplet<double, Index>> mass;
     for (std::size_t i = 0; i < free.size(); ++i) {
       const Index dof = free[i], half = shells.K.rows() / 2, row = static_cast<Index>(i);
-      mass.emplace_back(row, row, dof < half ? shells.mass(dof / 3) : shells.rotary((dof - half) / 3));
+      mass.emplace_back(row, row,
+                        dof < half ? shells.mass(dof / 3) : shells.rotary((dof - half) / 3));
     }
     const SparseMatrix K = submatrix(shells.K, free);
     SparseMatrix M(K.rows(), K.cols());
@@ -118,7 +126,8 @@ TEST_P(Plate, SimplySupportedFrequencies) {
 TEST_P(Plate, CantileverStrip) {
   const auto error = [&](Index n, double t) {
     const double L = 1, b = 0.1;
-    const ShellMesh mesh = shell_grid(GetParam(), n, 2, [&](double x, double y) { return Vector3(L * x, b * y, 0); });
+    const ShellMesh mesh =
+        shell_grid(GetParam(), n, 2, [&](double x, double y) { return Vector3(L * x, b * y, 0); });
     const ShellModel shells = assemble_shells(mesh.faces, mesh.X, {{E, 0, 1}, t});
     const Index m = mesh.X.rows();
     Prescribed fixed;
@@ -140,14 +149,17 @@ TEST_P(Plate, CantileverStrip) {
   }
 }
 
-// Scordelis and Lo's roof: vertical displacement of the middle of the free edge; 0.3024 is the usual reference (MacNeal, Harder
-// 1985, doi 10.1016/0168-874X(85)90003-4), flat and deep-shell elements tend to 0.3006.
+// Scordelis and Lo's roof: vertical displacement of the middle of the free edge; 0.3024 is the
+// usual reference (MacNeal, Harder 1985, doi 10.1016/0168-874X(85)90003-4), flat and deep-shell
+// elements tend to 0.3006.
 TEST_P(Plate, ScordelisLoRoof) {
   const auto deflection = [&](Index n) {
     const double R = 25, half = 25, angle = 40 * pi / 180;
-    const ShellMesh mesh = shell_grid(
-        GetParam(), n, n, [&](double x, double y) { return Vector3(R * std::sin(angle * x), half * y, R * std::cos(angle * x)); });
-    const ShellModel shells = assemble_shells(mesh.faces, mesh.X, {{4.32e8, 0, 4}, 0.25});  // mass: area shares
+    const ShellMesh mesh = shell_grid(GetParam(), n, n, [&](double x, double y) {
+      return Vector3(R * std::sin(angle * x), half * y, R * std::cos(angle * x));
+    });
+    // mass: area shares
+    const ShellModel shells = assemble_shells(mesh.faces, mesh.X, {{4.32e8, 0, 4}, 0.25});
     const Index m = mesh.X.rows();
     Prescribed fixed;
     Vector f = Vector::Zero(6 * m);
@@ -171,8 +183,8 @@ TEST_P(Plate, ScordelisLoRoof) {
   }
 }
 
-// MacNeal and Harder's twisted beam: every quad is warped. Tip displacement along the force, 5.424e-3 in the plane of the tip's
-// section, 1.754e-3 across.
+// MacNeal and Harder's twisted beam: every quad is warped. Tip displacement along the
+// force, 5.424e-3 in the plane of the tip's section, 1.754e-3 across.
 TEST_P(Plate, TwistedBeam) {
   const auto tip = [&](Index n, int component) {
     const double b = 1.1, L = 12;
@@ -239,7 +251,8 @@ TEST_P(Plate, SquareTubeInTorsion) {
   EXPECT_LE(std::abs(fine), 0.005);
 }
 
-INSTANTIATE_TEST_SUITE_P(Shells, Plate, testing::Values(Faces::quads, Faces::triangles, Faces::mixed));
+INSTANTIATE_TEST_SUITE_P(Shells, Plate,
+                         testing::Values(Faces::quads, Faces::triangles, Faces::mixed));
 
 }  // namespace
 }  // namespace cbr::test

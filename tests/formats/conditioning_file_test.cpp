@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// /conditioning of superelements and groups: what was known comes back, what was not is not there, what cannot be is refused.
+// /conditioning of superelements and groups: what was known comes back, what was not is not there,
+// what cannot be is refused.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -22,9 +23,11 @@ Conditioning all_known() {
   Conditioning c;
   c.K_II = {1e6, 2e3}, c.mass = {30, 20}, c.smallest_pivot = 0.125;
   c.modes.orthogonality = 1e-15, c.modes.residual = 2e-14;
-  c.rigid = 1e-16, c.reduced_rigid = 3e-16, c.softest = 0.5, c.lowest_omega = 3, c.largest_omega = 700;
+  c.rigid = 1e-16, c.reduced_rigid = 3e-16, c.softest = 0.5, c.lowest_omega = 3,
+  c.largest_omega = 700;
   c.n_zero = 7, c.n_rigid = 6;
-  c.counts = "4 below 12 Hz", c.weakest = "node 5 in x", c.rigid_node = "node 6", c.loose_node = "node 7";
+  c.counts = "4 below 12 Hz", c.weakest = "node 5 in x", c.rigid_node = "node 6",
+  c.loose_node = "node 7";
   return c;
 }
 
@@ -45,11 +48,14 @@ std::vector<double> figures(const Conditioning& c) {
           static_cast<double>(c.n_zero),
           static_cast<double>(c.n_rigid)};
 }
-std::vector<std::string> words(const Conditioning& c) { return {c.counts, c.weakest, c.rigid_node, c.loose_node}; }
+std::vector<std::string> words(const Conditioning& c) {
+  return {c.counts, c.weakest, c.rigid_node, c.loose_node};
+}
 
-constexpr const char* datasets[] = {
-    "K_II",          "K_II_scaled",  "smallest_pivot",       "reduced_mass", "reduced_mass_scaled", "mode_orthogonality",
-    "mode_residual", "rigid_forces", "reduced_rigid_forces", "softest",      "lowest_omega",        "largest_omega"};
+constexpr const char* datasets[] = {"K_II",          "K_II_scaled",         "smallest_pivot",
+                                    "reduced_mass",  "reduced_mass_scaled", "mode_orthogonality",
+                                    "mode_residual", "rigid_forces",        "reduced_rigid_forces",
+                                    "softest",       "lowest_omega",        "largest_omega"};
 
 TEST(ConditioningFile, whatIsKnownIsKept) {
   const TemporaryFolder folder;
@@ -58,7 +64,8 @@ TEST(ConditioningFile, whatIsKnownIsKept) {
   write_superelement(written, folder / "s.h5");
   const Hdf5Reader file(folder / "s.h5");
   EXPECT_EQ(file.read_string("/", "format_version"), "1.8");
-  for (const char* name : datasets) EXPECT_TRUE(file.has(std::string("/conditioning/") + name)) << name;
+  for (const char* name : datasets)
+    EXPECT_TRUE(file.has(std::string("/conditioning/") + name)) << name;
   for (const bool matrices : {true, false}) {
     const Superelement read = read_superelement(folder / "s.h5", {matrices, matrices, matrices});
     ASSERT_TRUE(read.conditioning);
@@ -71,7 +78,8 @@ TEST(ConditioningFile, whatIsNotKnownIsNotThere) {
   const TemporaryFolder folder;
   Superelement written = test::sample_superelement();
   written.conditioning.emplace();
-  written.conditioning->mass.scaled = std::numeric_limits<double>::infinity();  // not positive definite: known
+  // not positive definite: known
+  written.conditioning->mass.scaled = std::numeric_limits<double>::infinity();
   write_superelement(written, folder / "s.h5");
   const Hdf5Reader file(folder / "s.h5");
   EXPECT_EQ(file.children("/conditioning"), std::vector<std::string>{"reduced_mass_scaled"});
@@ -80,7 +88,8 @@ TEST(ConditioningFile, whatIsNotKnownIsNotThere) {
   ASSERT_TRUE(read.conditioning);
   const Conditioning& c = *read.conditioning;
   EXPECT_TRUE(std::isinf(c.mass.scaled));
-  for (const double value : {c.K_II.plain, c.K_II.scaled, c.smallest_pivot, c.mass.plain, c.rigid, c.reduced_rigid, c.softest})
+  for (const double value : {c.K_II.plain, c.K_II.scaled, c.smallest_pivot, c.mass.plain, c.rigid,
+                             c.reduced_rigid, c.softest})
     EXPECT_TRUE(std::isnan(value)) << value;
   EXPECT_FALSE(c.knows_modes() || c.knows_frequencies() || c.rho_res);
   EXPECT_EQ(words(c), std::vector<std::string>(4));
@@ -110,7 +119,8 @@ class DamagedConditioning : public testing::Test {
  protected:
   void SetUp() override {
     raw = test::raw_superelement(test::sample_superelement());
-    for (std::size_t i = 0; i < std::size(datasets); ++i) raw.datasets[group + datasets[i]] = figures(all_known())[i];
+    for (std::size_t i = 0; i < std::size(datasets); ++i)
+      raw.datasets[group + datasets[i]] = figures(all_known())[i];
     raw.attributes[{"/conditioning", "n_zero"}] = Index{7};
     raw.attributes[{"/conditioning", "n_rigid"}] = Index{6};
   }
@@ -129,7 +139,8 @@ class DamagedConditioning : public testing::Test {
     RawFile changed = raw;
     changed.datasets[group + name] = value;
     const std::string message = refusal(changed);
-    EXPECT_NE(message.find((folder / "s.h5").string() + ": /conditioning"), std::string::npos) << name << ": " << message;
+    EXPECT_NE(message.find((folder / "s.h5").string() + ": /conditioning"), std::string::npos)
+        << name << ": " << message;
     EXPECT_NE(message.find(name), std::string::npos) << name << ": " << message;
   }
 
@@ -148,7 +159,8 @@ TEST_F(DamagedConditioning, everyFigureMayBeMissing) {
 }
 
 TEST_F(DamagedConditioning, everyFigureIsRefusedByName) {
-  constexpr double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN(),
+                   inf = std::numeric_limits<double>::infinity();
   for (const std::string name : datasets) {
     for (const double value : {nan, -inf, -1.0}) expect_refused(name, value);
     expect_refused(name, Vector(Vector::Ones(2)));
@@ -171,7 +183,8 @@ TEST_F(DamagedConditioning, countsOfFrequenciesAreThoseOfTheCoordinates) {
     }
     RawFile changed = raw;
     changed.attributes.erase({"/conditioning", name});
-    EXPECT_NE(refusal(changed).find("'" + name + "' missing"), std::string::npos) << refusal(changed);
+    EXPECT_NE(refusal(changed).find("'" + name + "' missing"), std::string::npos)
+        << refusal(changed);
   }
 }
 

@@ -4,7 +4,8 @@
 namespace cbr::test {
 
 bool is_integer(const RawDataset& values) {
-  return std::holds_alternative<std::vector<Index>>(values) || std::holds_alternative<IndexTable>(values);
+  return std::holds_alternative<std::vector<Index>>(values) ||
+         std::holds_alternative<IndexTable>(values);
 }
 
 RawDataset with_first(RawDataset values, double entry) {
@@ -54,7 +55,8 @@ RawDataset of_other_rank(const RawDataset& values) {
         if constexpr (std::is_same_v<Array, Matrix>) return Vector(array.reshaped());
         if constexpr (std::is_same_v<Array, std::vector<Index>>)
           return IndexTable(IndexTable::Zero(static_cast<Index>(array.size()), 1));
-        if constexpr (std::is_same_v<Array, IndexTable>) return std::vector<Index>(array.data(), array.data() + array.size());
+        if constexpr (std::is_same_v<Array, IndexTable>)
+          return std::vector<Index>(array.data(), array.data() + array.size());
       },
       values);
 }
@@ -64,10 +66,14 @@ RawDataset of_other_type(const RawDataset& values) {
       [&](const auto& array) -> RawDataset {
         using Array = std::decay_t<decltype(array)>;
         if constexpr (std::is_same_v<Array, double>) return std::vector<Index>{1};
-        if constexpr (std::is_same_v<Array, Vector>) return std::vector<Index>(static_cast<std::size_t>(array.size()), 1);
-        if constexpr (std::is_same_v<Array, Matrix>) return IndexTable(array.template cast<Index>());
-        if constexpr (std::is_same_v<Array, std::vector<Index>>) return Vector(Vector::Zero(static_cast<Index>(array.size())));
-        if constexpr (std::is_same_v<Array, IndexTable>) return Matrix(array.template cast<double>());
+        if constexpr (std::is_same_v<Array, Vector>)
+          return std::vector<Index>(static_cast<std::size_t>(array.size()), 1);
+        if constexpr (std::is_same_v<Array, Matrix>)
+          return IndexTable(array.template cast<Index>());
+        if constexpr (std::is_same_v<Array, std::vector<Index>>)
+          return Vector(Vector::Zero(static_cast<Index>(array.size())));
+        if constexpr (std::is_same_v<Array, IndexTable>)
+          return Matrix(array.template cast<double>());
       },
       values);
 }

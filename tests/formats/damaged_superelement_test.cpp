@@ -28,7 +28,8 @@ using test::TemporaryFolder;
 using test::with_first;
 using test::wrong_lengths;
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
+constexpr double nan = std::numeric_limits<double>::quiet_NaN(),
+                 inf = std::numeric_limits<double>::infinity();
 
 // "" when the file is read.
 std::string refusal(const std::filesystem::path& file) {
@@ -47,11 +48,14 @@ class DamagedSuperelement : public testing::Test {
   void expect_refused(const RawFile& raw, const std::string& field, const std::string& damage) {
     test::write_raw(raw, file);
     const std::string message = refusal(file);
-    EXPECT_NE(message.find(file.string() + ": "), std::string::npos) << field << " " << damage << ": " << message;
-    EXPECT_NE(message.find(field), std::string::npos) << field << " " << damage << ": '" << message << "'";
+    EXPECT_NE(message.find(file.string() + ": "), std::string::npos)
+        << field << " " << damage << ": " << message;
+    EXPECT_NE(message.find(field), std::string::npos)
+        << field << " " << damage << ": '" << message << "'";
   }
 
-  void expect_refused(const std::string& field, const std::string& damage, const std::function<void(RawFile&)>& change) {
+  void expect_refused(const std::string& field, const std::string& damage,
+                      const std::function<void(RawFile&)>& change) {
     RawFile raw = sample();
     change(raw);
     expect_refused(raw, field, damage);
@@ -63,9 +67,11 @@ class DamagedSuperelement : public testing::Test {
 
 bool is_optional_group(const std::string& name) { return name.rfind("/nodesets/", 0) == 0; }
 
-// Of two fields that must fit each other either may be named; what they stand under is named for sure.
+// Of two fields that must fit each other either may be named; what they stand under is named for
+// sure.
 std::string named_for_length(const std::string& dataset) {
-  for (const char* group : {"/interface/contact", "/interface/other side", "/nodes", "/recovery/nodes", "/recovery/blocks"}) {
+  for (const char* group : {"/interface/contact", "/interface/other side", "/nodes",
+                            "/recovery/nodes", "/recovery/blocks"}) {
     if (dataset.rfind(group, 0) == 0) return group;
   }
   return dataset;
@@ -107,15 +113,18 @@ TEST_F(DamagedSuperelement, everyNumberNotFiniteOrOutOfRange) {
     if (is_integer(values)) {
       // Ids and element numbers are the mesh's: any whole number.
       if (name.ends_with("id") || name.ends_with("/element")) continue;
-      const std::string field = name == "/recovery/blocks/000000/connectivity" ? "/recovery/blocks" : name;
+      const std::string field =
+          name == "/recovery/blocks/000000/connectivity" ? "/recovery/blocks" : name;
       for (const double entry : {-1.0, 1e6, 1e18, -1e18}) {
-        expect_refused(field, "out of range",
-                       [&, dataset = name](RawFile& raw) { raw.datasets[dataset] = with_first(raw.datasets[dataset], entry); });
+        expect_refused(field, "out of range", [&, dataset = name](RawFile& raw) {
+          raw.datasets[dataset] = with_first(raw.datasets[dataset], entry);
+        });
       }
     } else {
       for (const double entry : {nan, inf, -inf}) {
-        expect_refused(name, "not finite",
-                       [&, dataset = name](RawFile& raw) { raw.datasets[dataset] = with_first(raw.datasets[dataset], entry); });
+        expect_refused(name, "not finite", [&, dataset = name](RawFile& raw) {
+          raw.datasets[dataset] = with_first(raw.datasets[dataset], entry);
+        });
       }
     }
   }
@@ -139,7 +148,8 @@ TEST_F(DamagedSuperelement, wrongFormatAndNewerMajorVersion) {
     raw.attributes[{"/", name}] = value;
     return raw;
   };
-  expect_refused(with("format", "cbr-results"), "'format' is 'cbr-results', expected 'cbr-superelement'", "");
+  expect_refused(with("format", "cbr-results"),
+                 "'format' is 'cbr-results', expected 'cbr-superelement'", "");
   expect_refused(with("format_version", "2.0"), "format_version 2.0 is newer", "");
   expect_refused(with("format_version", "10.3"), "format_version 10.3 is newer", "");
   for (const char* version : {"", "one", "0.9", "-1.0", "1x", "99999999999999.0"}) {
@@ -159,8 +169,10 @@ TEST_F(DamagedSuperelement, aNewerMinorVersionIsRead) {
 }
 
 TEST_F(DamagedSuperelement, matricesThatBreakARule) {
-  const auto change_matrix = [&](const std::string& name, const std::function<void(Matrix&)>& change) {
-    expect_refused(name, "changed", [&](RawFile& raw) { change(std::get<Matrix>(raw.datasets[name])); });
+  const auto change_matrix = [&](const std::string& name,
+                                 const std::function<void(Matrix&)>& change) {
+    expect_refused(name, "changed",
+                   [&](RawFile& raw) { change(std::get<Matrix>(raw.datasets[name])); });
   };
   for (const char* name : {"/matrices/K_cc", "/matrices/M_cc", "/rigid_body/inertia"}) {
     change_matrix(name, [](Matrix& A) { A(2, 1) += 1e-8 * A.cwiseAbs().maxCoeff(); });
@@ -187,25 +199,32 @@ TEST_F(DamagedSuperelement, vectorsThatBreakARule) {
   change("/diagonal/omega", [](RawDataset& values) { std::get<Vector>(values) *= 1.001; });
   change("/rigid_body/mass", [](RawDataset& values) { values = 0.0; });
   change("/rigid_body/mass", [](RawDataset& values) { values = -2.5; });
-  change("/dofs/node", [](RawDataset& values) { std::get<std::vector<Index>>(values)[3] = 0; });  // node 0, x twice
-  change("/dofs/component", [](RawDataset& values) { std::get<std::vector<Index>>(values)[3] = 3; });
+  // node 0, x twice
+  change("/dofs/node", [](RawDataset& values) { std::get<std::vector<Index>>(values)[3] = 0; });
+  change("/dofs/component",
+         [](RawDataset& values) { std::get<std::vector<Index>>(values)[3] = 3; });
   change("/nodes/id", [](RawDataset& values) { std::get<std::vector<Index>>(values)[3] = 11; });
-  change("/recovery/nodes/id", [](RawDataset& values) { std::get<std::vector<Index>>(values)[1] = 50; });
-  change("/nodesets/clamp", [](RawDataset& values) { std::get<std::vector<Index>>(values)[0] = 3; });
-  change("/interface/contact/side", [](RawDataset& values) { std::get<std::vector<Index>>(values)[0] = 7; });
-  change("/interface/contact/faces", [](RawDataset& values) { std::get<IndexTable>(values)(0, 0) = 4; });
+  change("/recovery/nodes/id",
+         [](RawDataset& values) { std::get<std::vector<Index>>(values)[1] = 50; });
+  change("/nodesets/clamp",
+         [](RawDataset& values) { std::get<std::vector<Index>>(values)[0] = 3; });
+  change("/interface/contact/side",
+         [](RawDataset& values) { std::get<std::vector<Index>>(values)[0] = 7; });
+  change("/interface/contact/faces",
+         [](RawDataset& values) { std::get<IndexTable>(values)(0, 0) = 4; });
 }
 
 TEST_F(DamagedSuperelement, attributesThatBreakARule) {
-  const auto with = [&](const std::string& object, const std::string& name, const test::RawAttribute& value) {
+  const auto with = [&](const std::string& object, const std::string& name,
+                        const test::RawAttribute& value) {
     RawFile raw = sample();
     raw.attributes[{object, name}] = value;
     return raw;
   };
-  expect_refused(with("/interface/contact/faces", "kind", "quad5"), "'kind' is 'quad5', allowed: tri3, quad4, tri6, quad8, quad9",
-                 "");
-  expect_refused(with("/interface/contact/faces", "kind", "tri3"), "/interface/contact/faces: wrong shape (1, 4), expected (1, 3)",
-                 "");
+  expect_refused(with("/interface/contact/faces", "kind", "quad5"),
+                 "'kind' is 'quad5', allowed: tri3, quad4, tri6, quad8, quad9", "");
+  expect_refused(with("/interface/contact/faces", "kind", "tri3"),
+                 "/interface/contact/faces: wrong shape (1, 4), expected (1, 3)", "");
   expect_refused(with("/recovery/blocks/000000", "type", "hex9"), "'type' is 'hex9'", "");
   expect_refused(with("/", "n_modes", Index{5}), "'n_modes' = 5", "");
   expect_refused(with("/", "n_interface", Index{-1}), "'n_interface' = -1", "");
@@ -249,7 +268,8 @@ TEST_F(DamagedSuperelement, cutAnywhere) {
   const std::string bytes = test::bytes_of(file);
   for (std::size_t length = 0; length < bytes.size(); length += 1 + bytes.size() / 100) {
     test::write_bytes(file, bytes.substr(0, length));
-    EXPECT_FALSE(refusal(file).empty()) << "cut after " << length << " of " << bytes.size() << " bytes";
+    EXPECT_FALSE(refusal(file).empty())
+        << "cut after " << length << " of " << bytes.size() << " bytes";
   }
 }
 
@@ -262,14 +282,18 @@ TEST_F(DamagedSuperelement, anyByteChanged) {
   int refused = 0;
   for (int trial = 0; trial < 200; ++trial) {
     std::string damaged = bytes;
-    // Every other time in the heap of strings: the one place without a checksum where the library follows what it finds.
-    const std::size_t begin = trial % 2 == 0 ? 0 : bytes.find("GCOL"), length = trial % 2 == 0 ? bytes.size() : 500;
-    for (int i = 0; i <= trial % 3; ++i) damaged[begin + random() % length] = static_cast<char>(random() % 256);
+    // Every other time in the heap of strings: the one place without a checksum where the library
+    // follows what it finds.
+    const std::size_t begin = trial % 2 == 0 ? 0 : bytes.find("GCOL"),
+                      length = trial % 2 == 0 ? bytes.size() : 500;
+    for (int i = 0; i <= trial % 3; ++i)
+      damaged[begin + random() % length] = static_cast<char>(random() % 256);
     test::write_bytes(file, damaged);
     if (!refusal(file).empty()) ++refused;
   }
   EXPECT_GT(refused, 60);
-  EXPECT_EQ(H5Fget_obj_count(H5F_OBJ_ALL, H5F_OBJ_ALL), 0);  // handles left open, which lsan.supp hides
+  // handles left open, which lsan.supp hides
+  EXPECT_EQ(H5Fget_obj_count(H5F_OBJ_ALL, H5F_OBJ_ALL), 0);
 }
 
 }  // namespace

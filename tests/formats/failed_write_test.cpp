@@ -26,11 +26,13 @@ class FailedWrite : public testing::Test {
     Hdf5Writer writer(file);
     writer.attribute("/", "text", std::string(300, 'x'));
     writer.write("/large/matrix", Matrix(Matrix::Random(700, 300)));
-    for (int i = 0; i < 50; ++i) writer.write("/small/" + std::to_string(i), Vector(Vector::Ones(10)));
+    for (int i = 0; i < 50; ++i)
+      writer.write("/small/" + std::to_string(i), Vector(Vector::Ones(10)));
     writer.commit();
   }
 
-  // In a process of its own: as on a disk with room for so many bytes. Exit code 0: refused as it should be.
+  // In a process of its own: as on a disk with room for so many bytes. Exit code 0: refused as it
+  // should be.
   [[noreturn]] static void write_with_room_for(rlim_t bytes, const std::filesystem::path& file) {
     std::signal(SIGXFSZ, SIG_IGN);
     const rlimit limit{bytes, bytes};
@@ -54,14 +56,16 @@ TEST_F(FailedWriteDeathTest, diskFullAtAnyPointLeavesTheOldFile) {
   write(file);
   const auto size = std::filesystem::file_size(file);
   test::write_bytes(file, "what was there before");
-  for (const auto room :
-       {std::uintmax_t{0}, std::uintmax_t{100}, std::uintmax_t{5000}, size / 4, size - 20000, size - 1000, size - 1}) {
-    EXPECT_EXIT(write_with_room_for(room, file), testing::ExitedWithCode(0), "") << room << " of " << size;
+  for (const auto room : {std::uintmax_t{0}, std::uintmax_t{100}, std::uintmax_t{5000}, size / 4,
+                          size - 20000, size - 1000, size - 1}) {
+    EXPECT_EXIT(write_with_room_for(room, file), testing::ExitedWithCode(0), "")
+        << room << " of " << size;
     EXPECT_EQ(test::bytes_of(file), "what was there before") << room;
     EXPECT_EQ(folder.n_entries(), 1u) << room;
   }
   // The library makes the file somewhat longer before it cuts it to its length.
-  EXPECT_EXIT(write_with_room_for(size + 10000, file), testing::ExitedWithCode(3), "");  // 3: written
+  // 3: written
+  EXPECT_EXIT(write_with_room_for(size + 10000, file), testing::ExitedWithCode(3), "");
   EXPECT_EQ(std::filesystem::file_size(file), size);
 }
 
@@ -116,13 +120,15 @@ TEST_F(FailedWrite, folderThatCannotBeWritten) {
   if (::geteuid() == 0) {
     closed = "/proc/self";  // root may write everywhere else
   } else {
-    std::filesystem::permissions(folder.path(), std::filesystem::perms::owner_read | std::filesystem::perms::owner_exec);
+    std::filesystem::permissions(
+        folder.path(), std::filesystem::perms::owner_read | std::filesystem::perms::owner_exec);
   }
   try {
     write(closed / "s.h5");
     FAIL() << "written to " << closed;
   } catch (const RunError& error) {
-    EXPECT_NE(std::string(error.what()).find((closed / "s.h5").string()), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find((closed / "s.h5").string()), std::string::npos)
+        << error.what();
   }
 }
 

@@ -56,7 +56,8 @@ TEST(Hdf5File, everyTypeComesBack) {
 // Larger than the panels in which a column-major matrix is turned into rows.
 TEST(Hdf5File, matricesOfEveryShapeComeBack) {
   const TemporaryFolder folder;
-  for (const auto& [rows, columns] : {std::pair<Index, Index>{1, 1}, {3, 5}, {5, 3}, {2100, 2003}, {4, 300000}, {1, 2500000}}) {
+  for (const auto& [rows, columns] :
+       {std::pair<Index, Index>{1, 1}, {3, 5}, {5, 3}, {2100, 2003}, {4, 300000}, {1, 2500000}}) {
     const Matrix A = Matrix::Random(rows, columns);
     Hdf5Writer writer(folder / "f.h5");
     writer.write("/A", A);
@@ -65,7 +66,8 @@ TEST(Hdf5File, matricesOfEveryShapeComeBack) {
   }
 }
 
-// One bit of one number changed in the file itself, behind the library's back; panels of large matrices as well.
+// One bit of one number changed in the file itself, behind the library's back; panels of large
+// matrices as well.
 TEST(Hdf5File, numbersThatAreNotThoseThatWereWrittenAreRefused) {
   const TemporaryFolder folder;
   const std::filesystem::path file = folder / "f.h5";
@@ -87,15 +89,21 @@ TEST(Hdf5File, numbersThatAreNotThoseThatWereWrittenAreRefused) {
   writer.commit();
   const auto read_all = [&] {
     const Hdf5Reader reader(file);
-    reader.read_scalar("/scalar"), reader.read_vector("/vector"), reader.read_matrix("/matrix"), reader.read_matrix("/rows");
-    reader.read_row_matrix("/matrix"), reader.read_row_matrix("/rows"), reader.read_points("/points");
-    reader.read_indices("/indices"), reader.read_indices("/ints"), reader.read_index_table("/table");
+    reader.read_scalar("/scalar"), reader.read_vector("/vector"), reader.read_matrix("/matrix"),
+        reader.read_matrix("/rows");
+    reader.read_row_matrix("/matrix"), reader.read_row_matrix("/rows"),
+        reader.read_points("/points");
+    reader.read_indices("/indices"), reader.read_indices("/ints"),
+        reader.read_index_table("/table");
     reader.read_vector("/none"), reader.read_matrix("/no rows");
   };
   EXPECT_NO_THROW(read_all());
-  EXPECT_EQ(Hdf5Reader(file).read_index("/matrix", "checksum"), Hdf5Reader(file).read_index("/rows", "checksum"));
+  EXPECT_EQ(Hdf5Reader(file).read_index("/matrix", "checksum"),
+            Hdf5Reader(file).read_index("/rows", "checksum"));
   const std::string bytes = test::bytes_of(file);
-  const auto bytes_of_value = [](const auto& value) { return std::string(reinterpret_cast<const char*>(&value), sizeof value); };
+  const auto bytes_of_value = [](const auto& value) {
+    return std::string(reinterpret_cast<const char*>(&value), sizeof value);
+  };
   const std::pair<std::string, std::string> numbers[] = {
       {"/scalar", bytes_of_value(0.123456789)},       {"/vector", bytes_of_value(vector(6))},
       {"/matrix", bytes_of_value(matrix(2, 699999))}, {"/points", bytes_of_value(0.987654321)},
@@ -111,13 +119,16 @@ TEST(Hdf5File, numbersThatAreNotThoseThatWereWrittenAreRefused) {
       read_all();
       ADD_FAILURE() << dataset;
     } catch (const InputError& error) {
-      EXPECT_NE(std::string(error.what()).find(file.string() + ": " + dataset + ": its numbers are not those"), std::string::npos)
+      EXPECT_NE(std::string(error.what())
+                    .find(file.string() + ": " + dataset + ": its numbers are not those"),
+                std::string::npos)
           << error.what();
     }
   }
 }
 
-// Larger than what is looked at whole for damaged strings; strings at the beginning, in the middle and at the end.
+// Larger than what is looked at whole for damaged strings; strings at the beginning, in the middle
+// and at the end.
 TEST(Hdf5File, stringsOfALargeFileComeBack) {
   const TemporaryFolder folder;
   Hdf5Writer writer(folder / "f.h5");
@@ -128,7 +139,8 @@ TEST(Hdf5File, stringsOfALargeFileComeBack) {
   }
   writer.commit();
   const Hdf5Reader reader(folder / "f.h5");
-  for (int i = 0; i < 12; ++i) EXPECT_EQ(reader.read_string("/group " + std::to_string(i), "text"), text);
+  for (int i = 0; i < 12; ++i)
+    EXPECT_EQ(reader.read_string("/group " + std::to_string(i), "text"), text);
 }
 
 TEST(Hdf5File, wrongQuestionsAreRefused) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Made the files of tests/formats/data, each once, by the program of its day: they are never made anew, they stand for all files that
-// users have. A later format version gets a file of its own beside it. usage: make_reference FILE
+// Made the files of tests/formats/data, each once, by the program of its day: they are never made
+// anew, they stand for all files that users have. A later format version gets a file of its own
+// beside it. usage: make_reference FILE
 #include "reducer/bases/reduce.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
 
@@ -12,11 +13,13 @@ int main(int argc, char** argv) {
   options.interface_sets = {"x_max"};
   options.modes = 6;
   options.recovery = true;
-  const BlockProperties steel{{.youngs_modulus = 2e11, .poissons_ratio = 0.3, .density = 7800}, Hex8Formulation::incompatible};
+  const BlockProperties steel{{.youngs_modulus = 2e11, .poissons_ratio = 0.3, .density = 7800},
+                              Hex8Formulation::incompatible};
   Report report("make_reference", Verbosity::normal);
   Superelement superelement = reduce(mesh, {steel}, MassKind::lumped, options, {}, report);
   superelement.content_hash = "00000000000000000000000000000001";
-  superelement.provenance = {{"mesh", "box 3 x 1 x 2"}, {"material", "E = 2e11, nu = 0.3, rho = 7800"}};
+  superelement.provenance = {{"mesh", "box 3 x 1 x 2"},
+                             {"material", "E = 2e11, nu = 0.3, rho = 7800"}};
   write_superelement(superelement, argv[1]);
   return 0;
 }

@@ -8,7 +8,9 @@
 namespace cbr::test {
 namespace {
 
-std::vector<Index> widened(const std::vector<int>& values) { return {values.begin(), values.end()}; }
+std::vector<Index> widened(const std::vector<int>& values) {
+  return {values.begin(), values.end()};
+}
 
 }  // namespace
 
@@ -38,7 +40,8 @@ RawFile raw_superelement(const Superelement& s, const std::string& prefix) {
     raw.datasets[group + "/faces"] = surface.faces;
     raw.datasets[group + "/element"] = surface.element;
     raw.datasets[group + "/side"] = widened(surface.side);
-    raw.attributes[{group + "/faces", "kind"}] = std::string(surface.kind == FaceKind::tri3 ? "tri3" : "quad4");
+    raw.attributes[{group + "/faces", "kind"}] =
+        std::string(surface.kind == FaceKind::tri3 ? "tri3" : "quad4");
   }
   for (const auto& [name, nodes] : s.nodesets) raw.datasets[prefix + "/nodesets/" + name] = nodes;
   if (s.has_diagonal_form()) {
@@ -58,7 +61,8 @@ RawFile raw_superelement(const Superelement& s, const std::string& prefix) {
     raw.attributes[{group, "id"}] = block.id;
     raw.attributes[{group, "type"}] = std::string(name(block.type));
   }
-  for (const auto& [key, value] : s.provenance) raw.attributes[{prefix + "/provenance", key}] = value;
+  for (const auto& [key, value] : s.provenance)
+    raw.attributes[{prefix + "/provenance", key}] = value;
   return raw;
 }
 
@@ -100,7 +104,8 @@ void write_raw(const RawFile& raw, const std::filesystem::path& file) {
     std::visit([&, dataset = name](const auto& array) { writer.write(dataset, array); }, values);
   }
   for (const auto& [where, value] : raw.attributes) {
-    std::visit([&, object = where.first, name = where.second](const auto& single) { writer.attribute(object, name, single); },
+    std::visit([&, object = where.first, name = where.second](
+                   const auto& single) { writer.attribute(object, name, single); },
                value);
   }
   writer.commit();

@@ -10,10 +10,12 @@
 namespace cbr {
 namespace {
 
-// A box of 3 x 1 x 2 m in 3 x 1 x 2 hexes, steel of 7800 kg/m^3, its face at x = 3 kept, 6 modes: make_reference.cpp.
+// A box of 3 x 1 x 2 m in 3 x 1 x 2 hexes, steel of 7800 kg/m^3, its face at x = 3 kept, 6 modes:
+// make_reference.cpp.
 class ReferenceFile : public testing::TestWithParam<const char*> {
  protected:
-  const Superelement s = read_superelement(std::string(CBR_SOURCE_DIR "/tests/formats/data/") + GetParam());
+  const Superelement s =
+      read_superelement(std::string(CBR_SOURCE_DIR "/tests/formats/data/") + GetParam());
   static constexpr double mass = 3 * 1 * 2 * 7800.0;
 };
 
@@ -30,9 +32,11 @@ TEST_P(ReferenceFile, isWhatItWasMadeFrom) {
 }
 
 TEST_P(ReferenceFile, rigidMotionsAreFreeOfForceAndCarryTheMass) {
-  const Matrix R = reduced_rigid_modes(s, s.rigid_body.center), K = reduced_stiffness(s), M = reduced_mass(s);
+  const Matrix R = reduced_rigid_modes(s, s.rigid_body.center), K = reduced_stiffness(s),
+               M = reduced_mass(s);
   EXPECT_LT((K * R).cwiseAbs().maxCoeff(), 1e-10 * K.cwiseAbs().maxCoeff());
-  const Matrix rigid_mass = R.transpose() * M * R;  // diag(m, m, m) and the inertia about the centre   (6 x 6)
+  // diag(m, m, m) and the inertia about the centre   (6 x 6)
+  const Matrix rigid_mass = R.transpose() * M * R;
   Matrix expected = Matrix::Zero(6, 6);
   expected.topLeftCorner(3, 3).diagonal().setConstant(mass);
   expected.bottomRightCorner(3, 3) = s.rigid_body.inertia;
@@ -50,13 +54,15 @@ TEST_P(ReferenceFile, modesAreThoseKnown) {
 }
 
 TEST_P(ReferenceFile, facesLookOutwards) {
-  const auto contact =
-      std::find_if(s.surfaces.begin(), s.surfaces.end(), [](const Surface& surface) { return surface.name == "x_max"; });
+  const auto contact = std::find_if(s.surfaces.begin(), s.surfaces.end(),
+                                    [](const Surface& surface) { return surface.name == "x_max"; });
   ASSERT_NE(contact, s.surfaces.end());
   EXPECT_EQ(contact->kind, FaceKind::quad4);
   Vector3 area = Vector3::Zero();
   for (Index i = 0; i < contact->n_faces(); ++i) {
-    const auto corner = [&](Index j) { return Vector3(s.coordinates.row(contact->faces(i, j)).transpose()); };
+    const auto corner = [&](Index j) {
+      return Vector3(s.coordinates.row(contact->faces(i, j)).transpose());
+    };
     area += 0.5 * (corner(2) - corner(0)).cross(corner(3) - corner(1));
     EXPECT_EQ(contact->side[static_cast<std::size_t>(i)], 2);
   }
@@ -70,15 +76,20 @@ TEST_P(ReferenceFile, interiorFollowsRigidMotions) {
   ASSERT_EQ(recovery.blocks.size(), 1u);
   EXPECT_EQ(recovery.blocks[0].connectivity.rows(), 6);
   const Matrix R_c = reduced_rigid_modes(s, Vector3::Zero()).bottomRows(s.c());
-  EXPECT_LT((recovery.Psi * R_c - rigid_modes(recovery.coordinates, Vector3::Zero())).cwiseAbs().maxCoeff(), 1e-10);
+  EXPECT_LT((recovery.Psi * R_c - rigid_modes(recovery.coordinates, Vector3::Zero()))
+                .cwiseAbs()
+                .maxCoeff(),
+            1e-10);
 }
 
 INSTANTIATE_TEST_SUITE_P(Version, ReferenceFile,
-                         testing::Values("superelement-1.0.cbr.h5", "superelement-1.4.cbr.h5", "superelement-1.5.cbr.h5", "superelement-1.6.cbr.h5"));
+                         testing::Values("superelement-1.0.cbr.h5", "superelement-1.4.cbr.h5",
+                                         "superelement-1.5.cbr.h5", "superelement-1.6.cbr.h5"));
 
 // What 1.4 has beyond 1.0: checksums, errors, conditioning.
 TEST(ReferenceFiles, ErrorsAndConditioningAreRead) {
-  const Superelement s = read_superelement(CBR_SOURCE_DIR "/tests/formats/data/superelement-1.4.cbr.h5");
+  const Superelement s =
+      read_superelement(CBR_SOURCE_DIR "/tests/formats/data/superelement-1.4.cbr.h5");
   ASSERT_TRUE(s.accuracy.has_value());
   ASSERT_EQ(s.accuracy->eigenvalue_error.size(), 1);
   EXPECT_NEAR(s.accuracy->eigenvalue_error(0), 0.11556431, 1e-8);

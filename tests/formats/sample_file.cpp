@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// For readers and writers of other languages. usage: sample_file write FILE   writes the sample superelement
-//                                                    sample_file read FILE    exit 0 when FILE holds the same, number by number
+// For readers and writers of other languages. usage: sample_file write FILE   writes the sample
+// superelement
+//                                                    sample_file read FILE    exit 0 when FILE
+//                                                    holds the same, number by number
 #include <iostream>
 #include <string>
 

@@ -20,11 +20,13 @@ void add_diagonal_form(Superelement& s) {
 }
 
 bool identical(const Surface& a, const Surface& b) {
-  return a.name == b.name && a.kind == b.kind && a.faces == b.faces && a.element == b.element && a.side == b.side;
+  return a.name == b.name && a.kind == b.kind && a.faces == b.faces && a.element == b.element &&
+         a.side == b.side;
 }
 
 bool identical(const Block& a, const Block& b) {
-  return a.name == b.name && a.id == b.id && a.type == b.type && a.connectivity == b.connectivity && a.element_ids == b.element_ids;
+  return a.name == b.name && a.id == b.id && a.type == b.type && a.connectivity == b.connectivity &&
+         a.element_ids == b.element_ids;
 }
 
 template <typename Array>
@@ -33,8 +35,8 @@ bool same(const Array& a, const Array& b) {
 }
 
 bool identical(const Superelement::Recovery& a, const Superelement::Recovery& b) {
-  return a.node_ids == b.node_ids && same(a.coordinates, b.coordinates) && same(a.Psi, b.Psi) && same(a.Phi, b.Phi) &&
-         a.blocks.size() == b.blocks.size() &&
+  return a.node_ids == b.node_ids && same(a.coordinates, b.coordinates) && same(a.Psi, b.Psi) &&
+         same(a.Phi, b.Phi) && a.blocks.size() == b.blocks.size() &&
          std::equal(a.blocks.begin(), a.blocks.end(), b.blocks.begin(),
                     [](const Block& x, const Block& y) { return identical(x, y); });
 }
@@ -51,7 +53,8 @@ Superelement sample_superelement(unsigned seed) {
   s.K_cc = A.transpose() * A;
   s.M_kc = random_matrix(random, k, c);
   s.M_cc = s.M_kc.transpose() * s.M_kc + B.transpose() * B + Matrix::Identity(c, c);
-  for (Matrix* symmetric : {&s.K_cc, &s.M_cc}) *symmetric = (0.5 * (*symmetric + symmetric->transpose())).eval();
+  for (Matrix* symmetric : {&s.K_cc, &s.M_cc})
+    *symmetric = (0.5 * (*symmetric + symmetric->transpose())).eval();
   for (Index i = 0; i < c; ++i) {
     s.dof_node.push_back(i / 3);
     s.dof_component.push_back(static_cast<int>(i % 3));
@@ -77,19 +80,25 @@ Superelement sample_superelement(unsigned seed) {
   block.connectivity << 0, 1, 2, 4, 1, 2, 3, 5;
   recovery.blocks = {block};
   s.recovery = {recovery};
-  s.provenance = {{"mesh", "block.msh"}, {"material", "E = 1, nu = 0.3, rho = 1 (\xc3\xa9preuve)"}, {"options", ""}};
+  s.provenance = {{"mesh", "block.msh"},
+                  {"material", "E = 1, nu = 0.3, rho = 1 (\xc3\xa9preuve)"},
+                  {"options", ""}};
   return s;
 }
 
 bool identical(const Superelement& a, const Superelement& b) {
-  return a.basis == b.basis && a.content_hash == b.content_hash && same(a.eigenvalues, b.eigenvalues) && same(a.K_cc, b.K_cc) &&
-         same(a.M_cc, b.M_cc) && same(a.M_kc, b.M_kc) && a.dof_node == b.dof_node && a.dof_component == b.dof_component &&
-         a.node_ids == b.node_ids && same(a.coordinates, b.coordinates) && a.surfaces.size() == b.surfaces.size() &&
+  return a.basis == b.basis && a.content_hash == b.content_hash &&
+         same(a.eigenvalues, b.eigenvalues) && same(a.K_cc, b.K_cc) && same(a.M_cc, b.M_cc) &&
+         same(a.M_kc, b.M_kc) && a.dof_node == b.dof_node && a.dof_component == b.dof_component &&
+         a.node_ids == b.node_ids && same(a.coordinates, b.coordinates) &&
+         a.surfaces.size() == b.surfaces.size() &&
          std::equal(a.surfaces.begin(), a.surfaces.end(), b.surfaces.begin(),
                     [](const Surface& x, const Surface& y) { return identical(x, y); }) &&
-         a.nodesets == b.nodesets && a.rigid_body.mass == b.rigid_body.mass && same(a.rigid_body.center, b.rigid_body.center) &&
-         same(a.rigid_body.inertia, b.rigid_body.inertia) && same(a.omega, b.omega) && same(a.V, b.V) &&
-         a.recovery.size() == b.recovery.size() && (a.recovery.empty() || identical(a.recovery[0], b.recovery[0])) &&
+         a.nodesets == b.nodesets && a.rigid_body.mass == b.rigid_body.mass &&
+         same(a.rigid_body.center, b.rigid_body.center) &&
+         same(a.rigid_body.inertia, b.rigid_body.inertia) && same(a.omega, b.omega) &&
+         same(a.V, b.V) && a.recovery.size() == b.recovery.size() &&
+         (a.recovery.empty() || identical(a.recovery[0], b.recovery[0])) &&
          a.provenance == b.provenance;
 }
 
@@ -127,8 +136,8 @@ bool identical(const SuperelementGroup& a, const SuperelementGroup& b) {
          std::equal(a.domains.begin(), a.domains.end(), b.domains.begin(),
                     [](const Superelement& x, const Superelement& y) { return identical(x, y); }) &&
          a.rigid_body.mass == b.rigid_body.mass && same(a.rigid_body.center, b.rigid_body.center) &&
-         same(a.rigid_body.inertia, b.rigid_body.inertia) && same(a.omega, b.omega) && same(a.V, b.V) &&
-         a.provenance == b.provenance;
+         same(a.rigid_body.inertia, b.rigid_body.inertia) && same(a.omega, b.omega) &&
+         same(a.V, b.V) && a.provenance == b.provenance;
 }
 
 }  // namespace cbr::test

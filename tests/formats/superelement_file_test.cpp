@@ -21,7 +21,9 @@ TEST(SuperelementFile, readsBackWhatWasWritten) {
   const TemporaryFolder folder;
   for (const bool optional_parts : {true, false}) {
     Superelement written = sample_superelement();
-    if (!optional_parts) written.omega.resize(0), written.V.resize(0, 0), written.recovery.clear(), written.nodesets.clear();
+    if (!optional_parts)
+      written.omega.resize(0), written.V.resize(0, 0), written.recovery.clear(),
+          written.nodesets.clear();
     write_superelement(written, folder / "s.h5");
     EXPECT_TRUE(test::identical(read_superelement(folder / "s.h5"), written)) << optional_parts;
     EXPECT_EQ(read_content_hash(folder / "s.h5"), written.content_hash);
@@ -45,12 +47,14 @@ TEST(SuperelementFile, partsThatAreNotAskedForAreNotRead) {
   const TemporaryFolder folder;
   const Superelement written = sample_superelement();
   write_superelement(written, folder / "s.h5");
-  const auto nothing = read_superelement(folder / "s.h5", {.matrices = false, .diagonal = false, .recovery = false});
+  const auto nothing =
+      read_superelement(folder / "s.h5", {.matrices = false, .diagonal = false, .recovery = false});
   EXPECT_EQ(nothing.K_cc.size() + nothing.M_cc.size() + nothing.M_kc.size() + nothing.V.size(), 0);
   EXPECT_TRUE(nothing.recovery.empty());
   EXPECT_EQ(nothing.k(), 4);
   EXPECT_EQ(nothing.c(), 12);
-  const auto diagonal = read_superelement(folder / "s.h5", {.matrices = false, .diagonal = true, .recovery = false});
+  const auto diagonal =
+      read_superelement(folder / "s.h5", {.matrices = false, .diagonal = true, .recovery = false});
   EXPECT_EQ(diagonal.V, written.V);
 }
 
@@ -77,7 +81,8 @@ TEST(SuperelementFile, basisMasslessHasMatricesOfItsOwn) {
   EXPECT_EQ(read_superelement(folder / "s.h5", {false, false, false}).massless.F.size(), 0);
 }
 
-// What half of its modes would be; files before 1.5 say which modes they are in /provenance, or not at all.
+// What half of its modes would be; files before 1.5 say which modes they are in /provenance, or not
+// at all.
 TEST(SuperelementFile, basisMasslessTellsWhatItsHalfIsMadeOf) {
   const TemporaryFolder folder;
   const auto again = [&](const Superelement& s) {
@@ -96,7 +101,8 @@ TEST(SuperelementFile, basisMasslessTellsWhatItsHalfIsMadeOf) {
   EXPECT_EQ(again(s).rigid_share.size(), 0);
   s.eigenvalues(0) = 0;
   s.massless.modes = "fixed", s.massless.omega_fall = 0;
-  s.massless.rigid_momentum = s.massless.V.col(1), s.massless.rigid_share = Matrix::Constant(1, 1, 0.75);
+  s.massless.rigid_momentum = s.massless.V.col(1),
+  s.massless.rigid_share = Matrix::Constant(1, 1, 0.75);
   EXPECT_EQ(again(s).modes, "fixed");
   EXPECT_EQ(again(s).rigid_momentum, s.massless.rigid_momentum);
   EXPECT_EQ(again(s).rigid_share, s.massless.rigid_share);
@@ -151,20 +157,26 @@ TEST(SuperelementFile, accuracyAndLoadsAreChecked) {
       check(s, "s.h5");
       ADD_FAILURE() << field;
     } catch (const InputError& error) {
-      EXPECT_NE(std::string(error.what()).find("s.h5: " + field), std::string::npos) << error.what();
+      EXPECT_NE(std::string(error.what()).find("s.h5: " + field), std::string::npos)
+          << error.what();
     }
   };
   expect("attribute 'n_residual'", [](Superelement& s) { s.n_residual = s.k() + 1; });
-  expect("/loads/inside/force", [](Superelement& s) { s.loads["inside"].force.conservativeResize(5, 3); });
+  expect("/loads/inside/force",
+         [](Superelement& s) { s.loads["inside"].force.conservativeResize(5, 3); });
   expect("/loads/inside/force", [](Superelement& s) { s.loads["inside"].force(2, 1) = NAN; });
   expect("/loads/inside/weight", [](Superelement& s) { s.loads["inside"].weight = 0; });
   expect("/accuracy/rho_res", [](Superelement& s) { s.accuracy->rho_res(1) = NAN; });
-  expect("/accuracy/strain_left_out", [](Superelement& s) { s.accuracy->strain_left_out.resize(4); });
-  expect("/accuracy/eigenvalue_error", [](Superelement& s) { s.accuracy->eigenvalue_error.resize(2); });
-  expect("/accuracy/interface_share", [](Superelement& s) { s.accuracy->interface_share.resize(2); });
+  expect("/accuracy/strain_left_out",
+         [](Superelement& s) { s.accuracy->strain_left_out.resize(4); });
+  expect("/accuracy/eigenvalue_error",
+         [](Superelement& s) { s.accuracy->eigenvalue_error.resize(2); });
+  expect("/accuracy/interface_share",
+         [](Superelement& s) { s.accuracy->interface_share.resize(2); });
   expect("/accuracy/worst_of_ten", [](Superelement& s) { s.accuracy->worst_of_ten = NAN; });
   expect("/accuracy", [](Superelement& s) { s.accuracy->covered_hz = INFINITY; });
-  expect("/accuracy/surfaces/contact", [](Superelement& s) { s.accuracy->surfaces["contact"].impact = NAN; });
+  expect("/accuracy/surfaces/contact",
+         [](Superelement& s) { s.accuracy->surfaces["contact"].impact = NAN; });
 }
 
 TEST(SuperelementFile, basisMasslessIsChecked) {
@@ -187,16 +199,23 @@ TEST(SuperelementFile, basisMasslessIsChecked) {
   expect("/massless/V", [](Superelement& s) { s.massless.V(3, 2) = NAN; });
   expect("/massless/F", [](Superelement& s) { s.massless.F.conservativeResize(11, 11); });
   expect("/massless/F", [](Superelement& s) { s.massless.F(3, 2) *= 1.1; });
-  expect("/massless/F", [](Superelement& s) { s.massless.F.row(5).setZero(), s.massless.F.col(5).setZero(); });
+  expect("/massless/F",
+         [](Superelement& s) { s.massless.F.row(5).setZero(), s.massless.F.col(5).setZero(); });
   expect("/massless/omega_closed", [](Superelement& s) { s.massless.omega_closed = 31; });
   expect("/massless/omega_closed", [](Superelement& s) { s.massless.omega_closed = INFINITY; });
   expect("/massless/omega_fall", [](Superelement& s) { s.massless.omega_fall = 31; });
   expect("/massless/omega_fall", [](Superelement& s) { s.massless.omega_fall = INFINITY; });
-  expect("/massless/rigid_momentum", [](Superelement& s) { s.massless.rigid_share = Matrix::Ones(1, 1); });
-  expect("/massless/rigid_share", [](Superelement& s) { s.eigenvalues(0) = 0, s.massless.rigid_momentum = s.massless.V.col(0); });
-  expect("/matrices/eigenvalues", [](Superelement& s) { std::swap(s.eigenvalues(0), s.eigenvalues(3)); });
-  expect("/diagonal", [](Superelement& s) { s.omega = Vector::Ones(16), s.V = RowMatrix::Identity(16, 16); });
-  expect("attribute 'n_modes'", [](Superelement& s) { s.eigenvalues.resize(0), s.massless.V.resize(12, 0); });
+  expect("/massless/rigid_momentum",
+         [](Superelement& s) { s.massless.rigid_share = Matrix::Ones(1, 1); });
+  expect("/massless/rigid_share", [](Superelement& s) {
+    s.eigenvalues(0) = 0, s.massless.rigid_momentum = s.massless.V.col(0);
+  });
+  expect("/matrices/eigenvalues",
+         [](Superelement& s) { std::swap(s.eigenvalues(0), s.eigenvalues(3)); });
+  expect("/diagonal",
+         [](Superelement& s) { s.omega = Vector::Ones(16), s.V = RowMatrix::Identity(16, 16); });
+  expect("attribute 'n_modes'",
+         [](Superelement& s) { s.eigenvalues.resize(0), s.massless.V.resize(12, 0); });
 }
 
 Superelement characteristic_sample() {
@@ -241,20 +260,25 @@ TEST(SuperelementFile, basisCharacteristicIsChecked) {
     EXPECT_NE(message.find("s.h5: " + field), std::string::npos) << field << ": " << message;
   };
   check(characteristic_sample(), "s.h5");
-  expect("/characteristic/V", [](Superelement& s) { s.characteristic.V.conservativeResize(11, 4); });
+  expect("/characteristic/V",
+         [](Superelement& s) { s.characteristic.V.conservativeResize(11, 4); });
   expect("/characteristic/V", [](Superelement& s) { s.characteristic.V(3, 2) = NAN; });
   const auto expect_statics = [&](const std::string& field, auto&& damage) {
-    expect("/characteristic/statics/" + field, [&](Superelement& s) { damage(s.characteristic.statics); });
+    expect("/characteristic/statics/" + field,
+           [&](Superelement& s) { damage(s.characteristic.statics); });
   };
   expect_statics("node", [](StaticShare& statics) { statics.node[3] = 100; });
   expect_statics("direction", [](StaticShare& statics) { statics.direction(3, 1) = 0.61; });
   expect_statics("direction", [](StaticShare& statics) { statics.direction(3, 1) = NAN; });
-  expect_statics("direction", [](StaticShare& statics) { statics.direction.conservativeResize(3, 3); });
+  expect_statics("direction",
+                 [](StaticShare& statics) { statics.direction.conservativeResize(3, 3); });
   expect_statics("F", [](StaticShare& statics) { statics.F.conservativeResize(4, 3); });
   expect_statics("F", [](StaticShare& statics) { statics.F(1, 2) += 0.1 * statics.F.maxCoeff(); });
   expect_statics("F", [](StaticShare& statics) { statics.F(1, 1) = -1e-20; });
-  expect("/matrices/eigenvalues", [](Superelement& s) { std::swap(s.eigenvalues(0), s.eigenvalues(3)); });
-  expect("/diagonal", [](Superelement& s) { s.omega = Vector::Ones(16), s.V = RowMatrix::Identity(16, 16); });
+  expect("/matrices/eigenvalues",
+         [](Superelement& s) { std::swap(s.eigenvalues(0), s.eigenvalues(3)); });
+  expect("/diagonal",
+         [](Superelement& s) { s.omega = Vector::Ones(16), s.V = RowMatrix::Identity(16, 16); });
   expect("attribute 'n_modes'", [](Superelement& s) {
     s.eigenvalues.resize(0), s.characteristic.V.resize(12, 0);
     for (auto& recovery : s.recovery) recovery.Phi.resize(recovery.Phi.rows(), 0);
@@ -271,7 +295,8 @@ TEST(SuperelementFile, noModesAndNoInterfaceAreRead) {
   EXPECT_TRUE(test::identical(read_superelement(folder / "k0.h5"), no_modes));
   Superelement no_interface = s;
   no_interface.dof_node.clear(), no_interface.dof_component.clear(), no_interface.node_ids.clear();
-  no_interface.coordinates.resize(0, 3), no_interface.surfaces.clear(), no_interface.nodesets.clear();
+  no_interface.coordinates.resize(0, 3), no_interface.surfaces.clear(),
+      no_interface.nodesets.clear();
   no_interface.K_cc.resize(0, 0), no_interface.M_cc.resize(0, 0), no_interface.M_kc.resize(4, 0);
   write_superelement(no_interface, folder / "c0.h5");
   EXPECT_TRUE(test::identical(read_superelement(folder / "c0.h5"), no_interface));
@@ -281,7 +306,8 @@ TEST(SuperelementFile, sameContentsSameBytesWheneverAndWhereverWritten) {
   const TemporaryFolder folder;
   const Superelement s = sample_superelement();
   write_superelement(s, folder / "a.h5");
-  std::this_thread::sleep_for(std::chrono::milliseconds(1100));  // time stamps of HDF5 count seconds
+  // time stamps of HDF5 count seconds
+  std::this_thread::sleep_for(std::chrono::milliseconds(1100));
   std::thread([&] { write_superelement(s, folder / "a longer name.h5"); }).join();
   Superelement reordered = s;
   std::reverse(reordered.surfaces.begin(), reordered.surfaces.end());
@@ -294,7 +320,8 @@ TEST(ReducedMatrices, areThoseOfTheDiagonalForm) {
   const Superelement s = sample_superelement();
   const Matrix K = reduced_stiffness(s), M = reduced_mass(s);
   EXPECT_LT((s.V.transpose() * M * s.V - Matrix::Identity(16, 16)).norm(), 1e-11);
-  EXPECT_LT((s.V.transpose() * K * s.V - Matrix(s.omega.cwiseAbs2().asDiagonal())).norm(), 1e-11 * K.norm());
+  EXPECT_LT((s.V.transpose() * K * s.V - Matrix(s.omega.cwiseAbs2().asDiagonal())).norm(),
+            1e-11 * K.norm());
 }
 
 TEST(ReducedRigidModes, areTheMotionsOfTheInterfacesPoints) {
@@ -305,7 +332,8 @@ TEST(ReducedRigidModes, areTheMotionsOfTheInterfacesPoints) {
   const Vector u = reduced_rigid_modes(s, center) * motion;
   EXPECT_EQ(u.head(s.k()).norm(), 0);
   for (Index node = 0; node < 4; ++node) {
-    const Vector3 expected = shift + turn.cross(Vector3(s.coordinates.row(node).transpose()) - center);
+    const Vector3 expected =
+        shift + turn.cross(Vector3(s.coordinates.row(node).transpose()) - center);
     EXPECT_LT((u.segment<3>(s.k() + 3 * node) - expected).norm(), 1e-14);
   }
 }

@@ -33,11 +33,14 @@ class SuperelementGroupFile : public testing::Test {
   void expect_refused(const RawFile& raw, const std::string& field, const std::string& damage) {
     test::write_raw(raw, file);
     const std::string message = refusal(file);
-    EXPECT_NE(message.find(file.string() + ": "), std::string::npos) << field << " " << damage << ": " << message;
-    EXPECT_NE(message.find(field), std::string::npos) << field << " " << damage << ": '" << message << "'";
+    EXPECT_NE(message.find(file.string() + ": "), std::string::npos)
+        << field << " " << damage << ": " << message;
+    EXPECT_NE(message.find(field), std::string::npos)
+        << field << " " << damage << ": '" << message << "'";
   }
 
-  void expect_refused(const std::string& field, const std::function<void(SuperelementGroup&)>& change) {
+  void expect_refused(const std::string& field,
+                      const std::function<void(SuperelementGroup&)>& change) {
     SuperelementGroup group = sample_group();
     change(group);
     expect_refused(test::raw_group(group), field, "changed");
@@ -72,13 +75,16 @@ TEST_F(SuperelementGroupFile, thatAnotherWriterSpeltOutIsRead) {
 
 TEST_F(SuperelementGroupFile, partsThatAreNotAskedForAreNotRead) {
   write_superelement_group(sample_group(), file);
-  const SuperelementGroup bare = read_superelement_group(file, {.matrices = false, .diagonal = false, .recovery = false});
+  const SuperelementGroup bare =
+      read_superelement_group(file, {.matrices = false, .diagonal = false, .recovery = false});
   EXPECT_FALSE(bare.has_diagonal_form());
-  for (const auto& s : bare.domains) EXPECT_EQ(s.K_cc.size() + s.M_cc.size() + s.M_kc.size() + std::ssize(s.recovery), 0);
+  for (const auto& s : bare.domains)
+    EXPECT_EQ(s.K_cc.size() + s.M_cc.size() + s.M_kc.size() + std::ssize(s.recovery), 0);
   const Superelement whole = join(bare);
   EXPECT_EQ(whole.n(), join(sample_group()).n());
   EXPECT_EQ(whole.K_cc.size(), 0);
-  const Superelement diagonal = join(read_superelement_group(file, {.matrices = false, .diagonal = true, .recovery = false}));
+  const Superelement diagonal =
+      join(read_superelement_group(file, {.matrices = false, .diagonal = true, .recovery = false}));
   EXPECT_EQ(diagonal.V, sample_group().V);
 }
 
@@ -94,7 +100,9 @@ TEST_F(SuperelementGroupFile, eachReaderNamesTheOthersFile) {
     read_superelement(file);
     FAIL() << "a group was read as one superelement";
   } catch (const InputError& error) {
-    EXPECT_NE(std::string(error.what()).find("domains of a decomposed component"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("domains of a decomposed component"),
+              std::string::npos)
+        << error.what();
   }
   write_superelement(test::sample_superelement(), file);
   EXPECT_NE(refusal(file).find("it holds one superelement"), std::string::npos) << refusal(file);
@@ -131,7 +139,8 @@ TEST_F(SuperelementGroupFile, everyAttributeMissingOrOfAnotherType) {
 
 TEST_F(SuperelementGroupFile, numbersThatAreNotOfTheDomains) {
   RawFile raw = test::raw_group(sample_group());
-  for (const auto& [name, wrong] : std::map<std::string, Index>{{"n_domains", 2}, {"n_modes", 4}, {"n_interface", 36}}) {
+  for (const auto& [name, wrong] :
+       std::map<std::string, Index>{{"n_domains", 2}, {"n_modes", 4}, {"n_interface", 36}}) {
     RawFile damaged = raw;
     damaged.attributes[{"/", name}] = wrong;
     expect_refused(damaged, "'" + name + "' = " + std::to_string(wrong), "");
@@ -140,8 +149,10 @@ TEST_F(SuperelementGroupFile, numbersThatAreNotOfTheDomains) {
   newer.attributes[{"/", "format_version"}] = std::string("2.0");
   expect_refused(newer, "format_version 2.0 is newer", "");
   RawFile no_domains = raw;
-  std::erase_if(no_domains.datasets, [](const auto& item) { return item.first.starts_with("/domains/"); });
-  std::erase_if(no_domains.attributes, [](const auto& item) { return item.first.first.starts_with("/domains/"); });
+  std::erase_if(no_domains.datasets,
+                [](const auto& item) { return item.first.starts_with("/domains/"); });
+  std::erase_if(no_domains.attributes,
+                [](const auto& item) { return item.first.first.starts_with("/domains/"); });
   expect_refused(no_domains, "'n_domains' = 3", "");
   no_domains.attributes[{"/", "n_domains"}] = Index{0};
   expect_refused(no_domains, "'n_domains'", "");
@@ -150,7 +161,8 @@ TEST_F(SuperelementGroupFile, numbersThatAreNotOfTheDomains) {
 TEST_F(SuperelementGroupFile, domainsThatDoNotFitEachOther) {
   expect_refused("/domains/3/nodes/coordinates: node id 1 is elsewhere in /domains/1",
                  [](SuperelementGroup& group) { group.domains[2].coordinates(1, 0) += 1e-3; });
-  expect_refused("/rigid_body/mass", [](SuperelementGroup& group) { group.rigid_body.mass *= 1.001; });
+  expect_refused("/rigid_body/mass",
+                 [](SuperelementGroup& group) { group.rigid_body.mass *= 1.001; });
   expect_refused("'basis'", [](SuperelementGroup& group) { group.domains[1].basis = "rubin"; });
   expect_refused("/interface/contact", [](SuperelementGroup& group) {
     Surface& surface = group.domains[1].surfaces[0];
@@ -164,7 +176,8 @@ TEST_F(SuperelementGroupFile, domainsThatDoNotFitEachOther) {
     s.M_kc = Matrix(s.M_kc.leftCols(11)), s.recovery.clear();
   });
   expect_refused("/diagonal/omega", [](SuperelementGroup& group) { group.omega *= 1.001; });
-  expect_refused("/diagonal/V", [](SuperelementGroup& group) { group.V.row(14).swap(group.V.row(20)); });
+  expect_refused("/diagonal/V",
+                 [](SuperelementGroup& group) { group.V.row(14).swap(group.V.row(20)); });
   expect_refused("/diagonal", [](SuperelementGroup& group) { group.domains[1].K_cc *= 2; });
 }
 
@@ -175,18 +188,21 @@ TEST_F(SuperelementGroupFile, anyByteChanged) {
   int refused = 0;
   for (int trial = 0; trial < 75; ++trial) {
     std::string damaged = bytes;
-    for (int i = 0; i <= trial % 3; ++i) damaged[random() % bytes.size()] = static_cast<char>(random() % 256);
+    for (int i = 0; i <= trial % 3; ++i)
+      damaged[random() % bytes.size()] = static_cast<char>(random() % 256);
     test::write_bytes(file, damaged);
     if (!refusal(file).empty()) ++refused;
   }
   EXPECT_GT(refused, 12);
   for (std::size_t length = 0; length < bytes.size(); length += 1 + bytes.size() / 50) {
     test::write_bytes(file, bytes.substr(0, length));
-    EXPECT_FALSE(refusal(file).empty()) << "cut after " << length << " of " << bytes.size() << " bytes";
+    EXPECT_FALSE(refusal(file).empty())
+        << "cut after " << length << " of " << bytes.size() << " bytes";
   }
 }
 
-// The whole by its definition: x^T K x and x^T M x are the sums over the domains, each with its share of x.
+// The whole by its definition: x^T K x and x^T M x are the sums over the domains, each with its
+// share of x.
 TEST(Join, isTheSumOfTheDomains) {
   const SuperelementGroup group = sample_group();
   const JoinedNodes nodes = join_nodes(group);
@@ -205,7 +221,8 @@ TEST(Join, isTheSumOfTheDomains) {
       y.head(4) = x.segment(4 * static_cast<Index>(d), 4);
       for (Index i = 0; i < s.c(); ++i) {
         const Index id = s.node_ids[static_cast<std::size_t>(i / 3)];
-        const auto at = std::find(whole.node_ids.begin(), whole.node_ids.end(), id) - whole.node_ids.begin();
+        const auto at =
+            std::find(whole.node_ids.begin(), whole.node_ids.end(), id) - whole.node_ids.begin();
         y(4 + i) = x(12 + 3 * at + i % 3);
       }
       stiffness += y.dot(reduced_stiffness(s) * y);

@@ -23,7 +23,9 @@ namespace fs = std::filesystem;
 struct Ran {
   Vector total;
   Points momentum;
-  bool operator==(const Ran& other) const { return total == other.total && momentum == other.momentum; }
+  bool operator==(const Ran& other) const {
+    return total == other.total && momentum == other.momentum;
+  }
 };
 
 Ran read_results(const fs::path& file) {
@@ -31,7 +33,8 @@ Ran read_results(const fs::path& file) {
   return {reader.read_vector("/energy/total"), reader.read_points("/instances/b/momentum")};
 }
 
-// A folder with a scene, which goes on from `checkpoint` and its fields; what they were after step 10 of 13.
+// A folder with a scene, which goes on from `checkpoint` and its fields; what they were after step
+// 10 of 13.
 struct Base {
   fs::path scene, results, checkpoint, fields;
   std::string checkpoint_bytes, fields_bytes;
@@ -47,9 +50,16 @@ Base make_base() {
   set_threads(1);
   const fs::path folder = scratch().path() / "checkpoint";
   fs::create_directories(folder);
-  Base base{folder / "scene.yaml", folder / "run.h5", folder / "kept.h5", folder / "kept.fields.h5", "", "", {}};
+  Base base{folder / "scene.yaml",
+            folder / "run.h5",
+            folder / "kept.h5",
+            folder / "kept.fields.h5",
+            "",
+            "",
+            {}};
   write_mesh(test::block_mesh({{1, 1, 2}}), folder / "block.exo");
-  const std::string text = R"(materials: {rubber: {youngs_modulus: 100, poissons_ratio: 0.3, density: 1}}
+  const std::string text =
+      R"(materials: {rubber: {youngs_modulus: 100, poissons_ratio: 0.3, density: 1}}
 components:
   block: {mesh: block.exo, material: rubber, reduction: {interface: [z_min, z_max], modes: 5}}
 instances:
@@ -64,9 +74,11 @@ output: {every: 0.02, fields: [displacement])";
   reduced_scene(base.scene.string());
   run(base, keeps, {});
   base.whole = read_results(base.results);
-  base.checkpoint_bytes = test::bytes_of(base.checkpoint), base.fields_bytes = test::bytes_of(base.fields);
+  base.checkpoint_bytes = test::bytes_of(base.checkpoint),
+  base.fields_bytes = test::bytes_of(base.fields);
   run(base, base.scene, base.checkpoint);
-  require(read_results(base.results) == base.whole, "a run that goes on differs from one that was not interrupted");
+  require(read_results(base.results) == base.whole,
+          "a run that goes on differs from one that was not interrupted");
   return base;
 }
 
@@ -101,7 +113,8 @@ void checkpoint(Bytes bytes) {
   } catch (const RunError&) {
     return;
   }
-  require(read_results(base.results) == base.whole, "a run goes on from a damaged checkpoint as another");
+  require(read_results(base.results) == base.whole,
+          "a run goes on from a damaged checkpoint as another");
 }
 
 }  // namespace cbr::fuzz

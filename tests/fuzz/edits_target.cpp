@@ -23,11 +23,12 @@ Base make_base(const std::string& name, const std::string& reduction) {
   Mesh mesh = test::block_mesh({{1, 1, 2}});
   mesh.nodesets.push_back({"clamp", 1, {0, 3}});
   write_mesh(mesh, folder / "block.exo");
-  test::write_bytes(folder / "scene.yaml", R"(materials: {rubber: {youngs_modulus: 100, poissons_ratio: 0.3, density: 1}}
+  test::write_bytes(folder / "scene.yaml",
+                    R"(materials: {rubber: {youngs_modulus: 100, poissons_ratio: 0.3, density: 1}}
 components:
   block: {mesh: block.exo, material: rubber, reduction: {interface: [z_min, z_max, clamp], )" +
-                                               reduction +
-                                               R"(, recovery: true}}
+                        reduction +
+                        R"(, recovery: true}}
 instances:
   a: {component: block, velocity: [0.1, 0, -1]}
   b: {component: block, position: [0.3, 0.2, 1.001], rotation: [10, 0, 0], mirror: x}
@@ -41,7 +42,8 @@ output: {history: [a.z_min]}
 }
 
 const std::vector<Base>& bases() {
-  static const std::vector<Base> list = {make_base("one", "modes: 5"), make_base("group", "modes: 3, domains: 2")};
+  static const std::vector<Base> list = {make_base("one", "modes: 5"),
+                                         make_base("group", "modes: 3, domains: 2")};
   return list;
 }
 
@@ -50,7 +52,8 @@ const std::vector<Base>& bases() {
 void edits(Bytes bytes) {
   ByteSource source(bytes);
   const Base& base = bases()[source.below(2)];
-  const ScratchFile file(".cbr.h5", Bytes(reinterpret_cast<const std::uint8_t*>(base.bytes.data()), base.bytes.size()));
+  const ScratchFile file(".cbr.h5", Bytes(reinterpret_cast<const std::uint8_t*>(base.bytes.data()),
+                                          base.bytes.size()));
   edit_hdf5(file.path(), source);
   read_any_superelement(file.path());
   Scene scene = base.scene;

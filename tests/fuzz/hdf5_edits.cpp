@@ -17,8 +17,10 @@ namespace {
 using hdf5::Handle;
 
 constexpr double special_reals[] = {
-    0,   -1,   1,    std::numeric_limits<double>::quiet_NaN(), HUGE_VAL, -HUGE_VAL, 1e308, -1e308, 1e-308, 5e-324, 1e-200, 1e200,
-    0.5, 1e16, -1e-9};
+    0,        -1,        1,      std::numeric_limits<double>::quiet_NaN(),
+    HUGE_VAL, -HUGE_VAL, 1e308,  -1e308,
+    1e-308,   5e-324,    1e-200, 1e200,
+    0.5,      1e16,      -1e-9};
 constexpr std::int64_t special_integers[] = {0,
                                              -1,
                                              1,
@@ -32,9 +34,10 @@ constexpr std::int64_t special_integers[] = {0,
                                              std::int64_t{1} << 40,
                                              std::numeric_limits<std::int64_t>::max(),
                                              std::numeric_limits<std::int64_t>::min()};
-const char* const words[] = {"",     "1.0",   "2.0",   "1.",   "cbr-superelement", "cbr-superelement-group",
-                             "tri3", "quad4", "quad8", "hex8", "craig-bampton",    "characteristic",
-                             "/",    "..",    "nan",   "x\ny", "\xff\xfe\x80"};
+const char* const words[] = {
+    "",     "1.0",   "2.0",   "1.",   "cbr-superelement", "cbr-superelement-group",
+    "tri3", "quad4", "quad8", "hex8", "craig-bampton",    "characteristic",
+    "/",    "..",    "nan",   "x\ny", "\xff\xfe\x80"};
 
 struct Listed {
   std::vector<std::string> datasets, groups;
@@ -42,15 +45,18 @@ struct Listed {
 };
 
 herr_t list_attribute(hid_t object, const char* name, const H5A_info_t*, void* list) {
-  if (std::string(name) == "checksum") return 0;  // would tell of every edit before anything else is looked at
+  // would tell of every edit before anything else is looked at
+  if (std::string(name) == "checksum") return 0;
   char path[1024] = "/";
-  if (H5Iget_name(object, path, sizeof path) > 0) static_cast<Listed*>(list)->attributes.emplace_back(path, name);
+  if (H5Iget_name(object, path, sizeof path) > 0)
+    static_cast<Listed*>(list)->attributes.emplace_back(path, name);
   return 0;
 }
 
 herr_t list_object(hid_t file, const char* name, const H5O_info_t* info, void* list) {
   const std::string path = std::string(name) == "." ? "/" : "/" + std::string(name);
-  auto& names = info->type == H5O_TYPE_DATASET ? static_cast<Listed*>(list)->datasets : static_cast<Listed*>(list)->groups;
+  auto& names = info->type == H5O_TYPE_DATASET ? static_cast<Listed*>(list)->datasets
+                                               : static_cast<Listed*>(list)->groups;
   names.push_back(path);
   const Handle object(H5Oopen(file, path.c_str(), H5P_DEFAULT), H5Oclose);
   if (object.ok()) H5Aiterate2(object, H5_INDEX_NAME, H5_ITER_INC, nullptr, list_attribute, list);
@@ -61,7 +67,8 @@ class Editor {
  public:
   Editor(hid_t file, ByteSource& bytes) : file_(file), bytes_(bytes) {
     H5Ovisit(file, H5_INDEX_NAME, H5_ITER_INC, list_object, &listed_);
-    for (const std::string& name : listed_.datasets) H5Adelete_by_name(file, name.c_str(), "checksum", H5P_DEFAULT);
+    for (const std::string& name : listed_.datasets)
+      H5Adelete_by_name(file, name.c_str(), "checksum", H5P_DEFAULT);
   }
 
   void edit() {
@@ -120,8 +127,10 @@ class Editor {
     hsize_t extent[H5S_MAX_RANK] = {1, 1};
     H5Sget_simple_extent_dims(space, extent, nullptr);
     const auto size = static_cast<std::size_t>(n), at = bytes_.take<std::uint32_t>() % size;
-    const std::size_t columns = extent[1] > 0 ? extent[1] : 1, mirror = at % columns * columns + at / columns;
-    const bool both = bytes_.below(2) == 0 && H5Sget_simple_extent_ndims(space) == 2 && mirror < size;
+    const std::size_t columns = extent[1] > 0 ? extent[1] : 1,
+                      mirror = at % columns * columns + at / columns;
+    const bool both =
+        bytes_.below(2) == 0 && H5Sget_simple_extent_ndims(space) == 2 && mirror < size;
     if (H5Tget_class(type) == H5T_FLOAT) {
       std::vector<double> values(size);
       H5Dread(dataset, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data());
@@ -141,9 +150,10 @@ class Editor {
   }
 
   Handle type() {
-    static const hid_t plain[] = {H5T_IEEE_F64LE, H5T_IEEE_F64BE, H5T_IEEE_F32LE, H5T_STD_I64LE,   H5T_STD_I64BE,
-                                  H5T_STD_I8LE,   H5T_STD_U64LE,  H5T_STD_U8BE,   H5T_STD_REF_OBJ, H5T_STD_B8LE,
-                                  H5T_UNIX_D32LE, H5T_C_S1,       H5T_IEEE_F64LE, H5T_STD_I64LE};
+    static const hid_t plain[] = {H5T_IEEE_F64LE,  H5T_IEEE_F64BE, H5T_IEEE_F32LE, H5T_STD_I64LE,
+                                  H5T_STD_I64BE,   H5T_STD_I8LE,   H5T_STD_U64LE,  H5T_STD_U8BE,
+                                  H5T_STD_REF_OBJ, H5T_STD_B8LE,   H5T_UNIX_D32LE, H5T_C_S1,
+                                  H5T_IEEE_F64LE,  H5T_STD_I64LE};
     const std::size_t i = bytes_.below(std::size(plain) + 6);
     if (i < std::size(plain)) return {H5Tcopy(plain[i]), H5Tclose};
     const hsize_t three = 3;
@@ -186,15 +196,31 @@ class Editor {
     if (kind == 1) return {H5Screate(H5S_SCALAR), H5Sclose};
     const std::size_t rank = kind < 5 ? 1 : kind < 9 ? 2 : 1 + bytes_.below(6);
     for (std::size_t d = 0; d < rank; ++d) {
-      static const hsize_t sizes[] = {0, 1, 2, 3, 4, 8, 12, 24, 27, 36, 1000, hsize_t{1} << 31, hsize_t{1} << 40, hsize_t{1} << 62};
+      static const hsize_t sizes[] = {0,
+                                      1,
+                                      2,
+                                      3,
+                                      4,
+                                      8,
+                                      12,
+                                      24,
+                                      27,
+                                      36,
+                                      1000,
+                                      hsize_t{1} << 31,
+                                      hsize_t{1} << 40,
+                                      hsize_t{1} << 62};
       extent.push_back(sizes[bytes_.below(std::size(sizes))]);
     }
     resizable = bytes_.below(2) == 0;
     const std::vector<hsize_t> most(rank, H5S_UNLIMITED);
-    return {H5Screate_simple(static_cast<int>(rank), extent.data(), resizable ? most.data() : nullptr), H5Sclose};
+    return {
+        H5Screate_simple(static_cast<int>(rank), extent.data(), resizable ? most.data() : nullptr),
+        H5Sclose};
   }
 
-  // How a dataset is stored: in its header, in one piece, in chunks through filters, in another file, as a view of others.
+  // How a dataset is stored: in its header, in one piece, in chunks through filters, in another
+  // file, as a view of others.
   Handle storage(const std::vector<hsize_t>& extent, bool resizable, hid_t space) {
     Handle list(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
     const double fill = real();
@@ -206,7 +232,8 @@ class Editor {
     if (kind == 2) H5Pset_virtual(list, space, "/dev/null", "/x", space);
     if (kind >= 5 || resizable) {
       std::vector<hsize_t> chunk;
-      for (const hsize_t size : extent) chunk.push_back(std::max<hsize_t>(1, std::min<hsize_t>(size, 1 + bytes_.below(32))));
+      for (const hsize_t size : extent)
+        chunk.push_back(std::max<hsize_t>(1, std::min<hsize_t>(size, 1 + bytes_.below(32))));
       H5Pset_chunk(list, static_cast<int>(chunk.size()), chunk.data());
       if (kind == 5) H5Pset_deflate(list, 9);
       if (kind == 6) H5Pset_shuffle(list), H5Pset_fletcher32(list);
@@ -222,13 +249,18 @@ class Editor {
     if (!its_space.ok() || !its_type.ok()) return;
     const Handle list = storage(extent, resizable, its_space);
     remove(name);
-    Handle dataset(H5Dcreate2(file_, name.c_str(), its_type, its_space, H5P_DEFAULT, list, H5P_DEFAULT), H5Dclose);
+    Handle dataset(
+        H5Dcreate2(file_, name.c_str(), its_type, its_space, H5P_DEFAULT, list, H5P_DEFAULT),
+        H5Dclose);
     double n = 1;
     for (const hsize_t size : extent) n *= static_cast<double>(size);
     const auto kind = H5Tget_class(its_type);
-    if (!dataset.ok() || n > 10000 || bytes_.below(4) == 0 || (kind != H5T_FLOAT && kind != H5T_INTEGER)) return;
+    if (!dataset.ok() || n > 10000 || bytes_.below(4) == 0 ||
+        (kind != H5T_FLOAT && kind != H5T_INTEGER))
+      return;
     const Handle layout(H5Dget_create_plist(dataset), H5Pclose);
-    if (H5Pget_layout(layout) == H5D_VIRTUAL || H5Pget_external_count(layout) > 0) return;  // nothing is written elsewhere
+    // nothing is written elsewhere
+    if (H5Pget_layout(layout) == H5D_VIRTUAL || H5Pget_external_count(layout) > 0) return;
     const std::vector<double> values(static_cast<std::size_t>(n) + 1, real());
     H5Dwrite(dataset, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data());
   }
@@ -243,10 +275,13 @@ class Editor {
       return;
     }
     remove(name);
-    if (kind == 1) H5Lcreate_hard(file_, target.c_str(), file_, name.c_str(), H5P_DEFAULT, H5P_DEFAULT);
+    if (kind == 1)
+      H5Lcreate_hard(file_, target.c_str(), file_, name.c_str(), H5P_DEFAULT, H5P_DEFAULT);
     if (kind == 2)
-      H5Lcreate_soft(bytes_.below(2) == 0 ? name.c_str() : target.c_str(), file_, name.c_str(), H5P_DEFAULT, H5P_DEFAULT);
-    if (kind == 3) H5Lcreate_external("/dev/zero", "/x", file_, name.c_str(), H5P_DEFAULT, H5P_DEFAULT);
+      H5Lcreate_soft(bytes_.below(2) == 0 ? name.c_str() : target.c_str(), file_, name.c_str(),
+                     H5P_DEFAULT, H5P_DEFAULT);
+    if (kind == 3)
+      H5Lcreate_external("/dev/zero", "/x", file_, name.c_str(), H5P_DEFAULT, H5P_DEFAULT);
   }
 
   void write_value(hid_t object, const std::string& name) {
@@ -258,7 +293,8 @@ class Editor {
                                     : H5Screate(H5S_SCALAR),
                         H5Sclose);
     const auto create = [&](hid_t its_type) {
-      return Handle(H5Acreate2(object, name.c_str(), its_type, scalar, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+      return Handle(H5Acreate2(object, name.c_str(), its_type, scalar, H5P_DEFAULT, H5P_DEFAULT),
+                    H5Aclose);
     };
     if (kind < 3) {
       const std::string text = word();
@@ -274,7 +310,8 @@ class Editor {
       }
     } else if (kind < 5) {
       const std::int64_t value[4] = {integer(), 1, 2, 3};
-      H5Awrite(create(bytes_.below(2) == 0 ? H5T_STD_I64LE : H5T_STD_U8LE), H5T_NATIVE_INT64, value);
+      H5Awrite(create(bytes_.below(2) == 0 ? H5T_STD_I64LE : H5T_STD_U8LE), H5T_NATIVE_INT64,
+               value);
     } else {
       create(type());  // left as the library leaves it
     }
@@ -293,7 +330,8 @@ class Editor {
   }
 
   void add_child(const std::string& group) {
-    const std::string child = (group == "/" ? "" : group) + "/" + (bytes_.below(2) == 0 ? "another" : "000007");
+    const std::string child =
+        (group == "/" ? "" : group) + "/" + (bytes_.below(2) == 0 ? "another" : "000007");
     switch (bytes_.below(3)) {
       case 0:
         Handle(H5Gcreate2(file_, child.c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Gclose);

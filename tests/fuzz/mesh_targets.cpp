@@ -9,7 +9,9 @@
 namespace cbr::fuzz {
 namespace {
 
-bool finite(const SparseMatrix& A) { return Eigen::Map<const Vector>(A.valuePtr(), A.nonZeros()).allFinite(); }
+bool finite(const SparseMatrix& A) {
+  return Eigen::Map<const Vector>(A.valuePtr(), A.nonZeros()).allFinite();
+}
 
 void use_sets(const Mesh& mesh) {
   for (const Sideset& set : mesh.sidesets) set_nodes(mesh, set.name);
@@ -21,7 +23,8 @@ void use_elements(const Mesh& mesh) {
   if (mesh.coordinates.rows() > 2000) return;
   for (const MassKind mass : {MassKind::lumped, MassKind::consistent}) {
     try {
-      const auto model = assemble(mesh, std::vector<BlockProperties>(mesh.blocks.size(), {{1, 0.3, 1}}), mass);
+      const auto model =
+          assemble(mesh, std::vector<BlockProperties>(mesh.blocks.size(), {{1, 0.3, 1}}), mass);
       require(finite(model.K), "a stiffness that is not finite");
       require(finite(model.M), "a mass that is not finite");
       require(model.M.diagonal().minCoeff() > 0, "a node without mass");
@@ -39,8 +42,11 @@ void write_and_read(const Mesh& mesh) {
     return;
   }
   const Mesh again = read_mesh(copy.path());
-  require(again.coordinates == mesh.coordinates && again.node_ids == mesh.node_ids, "nodes change when written and read");
-  require(again.sidesets.size() == mesh.sidesets.size() && again.nodesets.size() == mesh.nodesets.size(), "sets get lost");
+  require(again.coordinates == mesh.coordinates && again.node_ids == mesh.node_ids,
+          "nodes change when written and read");
+  require(again.sidesets.size() == mesh.sidesets.size() &&
+              again.nodesets.size() == mesh.nodesets.size(),
+          "sets get lost");
 }
 
 void read(const std::filesystem::path& file) {
@@ -66,7 +72,8 @@ void exodus(Bytes bytes) {
   read(file.path());
   try {
     const SierraSuperelement s = read_sierra_superelement(file.path());
-    require(s.Kr.allFinite() && s.Mr.allFinite() && s.coordinates.allFinite(), "a matrix that is not finite");
+    require(s.Kr.allFinite() && s.Mr.allFinite() && s.coordinates.allFinite(),
+            "a matrix that is not finite");
   } catch (const InputError&) {
   }
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A scene through the three programs, in this process, on the small meshes of its folder and nothing else of the file system.
+// A scene through the three programs, in this process, on the small meshes of its folder and
+// nothing else of the file system.
 #include <algorithm>
 #include <cmath>
 #include <sstream>
@@ -18,14 +19,16 @@ namespace {
 constexpr Index most_steps = 20;
 
 bool finite(const std::vector<double>& values) {
-  return std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
+  return std::all_of(values.begin(), values.end(),
+                     [](double value) { return std::isfinite(value); });
 }
 
 void check_result(const RunResult& result) {
   for (const auto& body : result.bodies) {
     for (const Series3* series : {&body.center_of_mass, &body.momentum, &body.angular_momentum})
       require(finite(series->values), "a body's motion is not finite");
-    require(finite(body.kinetic_energy) && finite(body.strain_energy), "a body's energy is not finite");
+    require(finite(body.kinetic_energy) && finite(body.strain_energy),
+            "a body's energy is not finite");
   }
   for (const auto& monitor : result.monitors)
     for (const Series3* series : {&monitor.mean_position, &monitor.mean_velocity, &monitor.force})
@@ -33,10 +36,12 @@ void check_result(const RunResult& result) {
   for (const auto& pair : result.pairs) {
     for (const auto* values : {&pair.active, &pair.penetration, &pair.residual, &pair.area})
       require(finite(*values), "a pair's figures are not finite");
-    require(finite(pair.force.values) && finite(pair.center_of_pressure.values), "a pair's force is not finite");
+    require(finite(pair.force.values) && finite(pair.center_of_pressure.values),
+            "a pair's force is not finite");
   }
-  for (const auto* values : {&result.time, &result.total, &result.work_external, &result.work_contact, &result.work_friction,
-                             &result.work_damping, &result.work_numerical, &result.active})
+  for (const auto* values :
+       {&result.time, &result.total, &result.work_external, &result.work_contact,
+        &result.work_friction, &result.work_damping, &result.work_numerical, &result.active})
     require(finite(*values), "an energy is not finite");
 }
 
@@ -59,7 +64,8 @@ void confine(Scene& scene) {
   int n = 0;
   for (auto& [name, component] : scene.components) {
     if (component.mesh != folder() / "cell.exo") component.mesh = folder() / "block.exo";
-    if (component.reduction) component.reduction->superelement = folder() / (std::to_string(++n) + ".cbr.h5");
+    if (component.reduction)
+      component.reduction->superelement = folder() / (std::to_string(++n) + ".cbr.h5");
   }
   if (scene.skin) scene.skin.reset();  // cbr-skin's part
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// fuzz_replay TARGET FILE-OR-FOLDER...: the target's inputs one after the other, with any compiler. What once was found stays
-// mended: an input that crashes, hangs (20 s) or asks for more than 4 GB of memory ends the program.
+// fuzz_replay TARGET FILE-OR-FOLDER...: the target's inputs one after the other, with any compiler.
+// What once was found stays mended: an input that crashes, hangs (20 s) or asks for more than 4 GB
+// of memory ends the program.
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -38,7 +39,8 @@ std::vector<std::filesystem::path> inputs(int argc, char** argv) {
       files.emplace_back(argv[i]);
       continue;
     }
-    for (const auto& entry : std::filesystem::directory_iterator(argv[i])) files.push_back(entry.path());
+    for (const auto& entry : std::filesystem::directory_iterator(argv[i]))
+      files.push_back(entry.path());
   }
   std::sort(files.begin(), files.end());
   return files;

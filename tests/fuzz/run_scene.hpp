@@ -7,7 +7,8 @@
 
 namespace cbr::fuzz {
 
-// What cbr-reduce does with a scene, and the scene that it hands on. InputErrors and RunErrors as of run_reduce.
+// What cbr-reduce does with a scene, and the scene that it hands on. InputErrors and RunErrors as
+// of run_reduce.
 Scene reduced_scene(const std::string& file);
 
 // What cbr-dyn does with a scene, for a few steps: whatever comes out of a run is finite.

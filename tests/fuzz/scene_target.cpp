@@ -23,9 +23,11 @@ void scene(Bytes bytes) {
   try {
     const Scene first = read_scene(file.path().string());
     for (const auto& [name, material] : first.materials)
-      require(std::isfinite(material.youngs_modulus + material.poissons_ratio + material.density), "a material is not finite");
+      require(std::isfinite(material.youngs_modulus + material.poissons_ratio + material.density),
+              "a material is not finite");
     for (const Instance& instance : first.instances) {
-      require(instance.position.allFinite() && instance.velocity.allFinite(), "an instance is not finite");
+      require(instance.position.allFinite() && instance.velocity.allFinite(),
+              "an instance is not finite");
       require(instance.transformation().allFinite(), "an instance's rotation is not finite");
       component_of(first, instance);
     }
@@ -33,7 +35,8 @@ void scene(Bytes bytes) {
   } catch (const InputError&) {
     return;
   }
-  const ScratchFile again(".yaml", Bytes(reinterpret_cast<const std::uint8_t*>(text.data()), text.size()));
+  const ScratchFile again(".yaml",
+                          Bytes(reinterpret_cast<const std::uint8_t*>(text.data()), text.size()));
   const Scene second = read_scene(again.path().string());  // what a filter hands on is always read
   require(written(second) == text, "a scene changes when it is written and read");
 }

@@ -11,14 +11,17 @@
 
 namespace cbr::fuzz {
 
-// A folder of this process, in memory where the system has such a place. The readers take names of files.
+// A folder of this process, in memory where the system has such a place. The readers take names of
+// files.
 class ScratchFolder {
  public:
   ScratchFolder() {
     const std::filesystem::path memory = "/dev/shm";
     std::error_code error;
-    path_ = (std::filesystem::is_directory(memory, error) ? memory : std::filesystem::temp_directory_path()) /
-            ("cbr-fuzz-" + std::to_string(::getpid()));
+    path_ =
+        (std::filesystem::is_directory(memory, error) ? memory
+                                                      : std::filesystem::temp_directory_path()) /
+        ("cbr-fuzz-" + std::to_string(::getpid()));
     std::filesystem::create_directories(path_);
   }
   ~ScratchFolder() {
@@ -30,7 +33,9 @@ class ScratchFolder {
 
   const std::filesystem::path& path() const { return path_; }
   // A name that was not used before: what is remembered of a file goes by its name.
-  std::filesystem::path fresh(const std::string& suffix) { return path_ / (std::to_string(++count_) + suffix); }
+  std::filesystem::path fresh(const std::string& suffix) {
+    return path_ / (std::to_string(++count_) + suffix);
+  }
 
  private:
   std::filesystem::path path_;
@@ -47,7 +52,8 @@ class ScratchFile {
  public:
   ScratchFile(const std::string& suffix, Bytes bytes) : path_(scratch().fresh(suffix)) {
     std::ofstream(path_, std::ios::binary)
-        .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+        .write(reinterpret_cast<const char*>(bytes.data()),
+               static_cast<std::streamsize>(bytes.size()));
   }
   explicit ScratchFile(const std::string& suffix) : path_(scratch().fresh(suffix)) {}
   ~ScratchFile() { ::unlink(path_.c_str()); }

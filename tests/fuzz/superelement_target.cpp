@@ -18,7 +18,8 @@ bool survives(const std::filesystem::path& file, Read read, Write write) {
   }
   const ScratchFile copy(".cbr.h5");
   write(first, copy.path());  // what was read obeys every rule
-  require(test::identical(first, read(copy.path())), "a superelement changes when written and read");
+  require(test::identical(first, read(copy.path())),
+          "a superelement changes when written and read");
   return true;
 }
 
@@ -29,8 +30,10 @@ bool read_any_superelement(const std::filesystem::path& file) {
   read_content_hash(file);
   const auto one = [](const auto& name) { return read_superelement(name); };
   const auto group = [](const auto& name) { return read_superelement_group(name); };
-  return survives(file, one, [](const auto& s, const auto& name) { write_superelement(s, name); }) ||
-         survives(file, group, [](const auto& g, const auto& name) { write_superelement_group(g, name); });
+  return survives(file, one,
+                  [](const auto& s, const auto& name) { write_superelement(s, name); }) ||
+         survives(file, group,
+                  [](const auto& g, const auto& name) { write_superelement_group(g, name); });
 }
 
 void superelement(Bytes bytes) { read_any_superelement(ScratchFile(".cbr.h5", bytes).path()); }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the fuzzers drive: each target takes any bytes as a file of one kind, and aborts when a reader accepts what it must not, or
-// when what was accepted does harm further on. InputError and RunError are the right answers. CONTRIBUTING.md says how to run them.
+// What the fuzzers drive: each target takes any bytes as a file of one kind, and aborts when a
+// reader accepts what it must not, or when what was accepted does harm further on. InputError and
+// RunError are the right answers. CONTRIBUTING.md says how to run them.
 #pragma once
 
 #include <cstdint>
@@ -16,17 +17,20 @@ void scene(Bytes bytes);         // YAML: parsed, written, parsed again
 void gmsh(Bytes bytes);          // .msh: read, assembled, written, read again
 void exodus(Bytes bytes);        // Exodus II and Sierra's superelements: likewise
 void superelement(Bytes bytes);  // HDF5: read, checked, written, read again
-void edits(Bytes bytes);         // bytes are a list of edits of a whole superelement file, which is then read and run
-void program(Bytes bytes);       // YAML: reduced, built and run on small meshes
-void checkpoint(Bytes bytes);    // bytes are damage to a checkpoint or its fields, from which a run then goes on
+// bytes are a list of edits of a whole superelement file, which is then read and run
+void edits(Bytes bytes);
+void program(Bytes bytes);  // YAML: reduced, built and run on small meshes
+// bytes are damage to a checkpoint or its fields, from which a run then goes on
+void checkpoint(Bytes bytes);
 
 struct Target {
   const char* name;
   void (*run)(Bytes);
 };
-inline constexpr Target targets[] = {
-    {"scene", scene}, {"gmsh", gmsh},       {"exodus", exodus},        {"superelement", superelement},
-    {"edits", edits}, {"program", program}, {"checkpoint", checkpoint}};
+inline constexpr Target targets[] = {{"scene", scene},          {"gmsh", gmsh},
+                                     {"exodus", exodus},        {"superelement", superelement},
+                                     {"edits", edits},          {"program", program},
+                                     {"checkpoint", checkpoint}};
 
 // What must hold for every input.
 inline void require(bool holds, const char* what) {

@@ -19,7 +19,8 @@ void swing(double omega, double f0, double f1, double s, double& eta, double& v)
     v = v0 + s * (f0 + s * f1 / 2);
     return;
   }
-  const double w2 = omega * omega, c = std::cos(omega * s), sn = std::sin(omega * s), a = eta0 - f0 / w2, b = v0 - f1 / w2;
+  const double w2 = omega * omega, c = std::cos(omega * s), sn = std::sin(omega * s),
+               a = eta0 - f0 / w2, b = v0 - f1 / w2;
   eta = (f0 + f1 * s) / w2 + a * c + b * sn / omega;
   v = f1 / w2 - omega * a * sn + b * c;
 }
@@ -38,7 +39,8 @@ double value(const History& history, double t) {
 DenseMotionModes dense_motion_modes(const DenseBody& body) {
   const DenseModes modes = dense_modes(body.K, body.M);
   const Vector omega = modes.lambda.cwiseSqrt();
-  // A modal mass (omega / clip)^2 times as large, of coordinates that are omega / clip times as large
+  // A modal mass (omega / clip)^2 times as large, of coordinates that are omega / clip times as
+  // large
   const Vector scale = (omega / body.clip).cwiseMax(1);
   return {omega.cwiseMin(body.clip), modes.V * scale.cwiseInverse().asDiagonal(),
           scale.asDiagonal() * modes.V.transpose() * body.M};
@@ -49,7 +51,9 @@ Matrix dense_response(const DenseBody& body, double h) {
   if (body.scheme == Scheme::central) {
     S = h * Cholesky(body.M).solve(Matrix::Identity(body.M.rows(), body.M.rows()));
   } else if (body.scheme == Scheme::newmark) {
-    S = 0.5 * h * Cholesky(body.M + 0.25 * h * h * body.K).solve(Matrix::Identity(body.M.rows(), body.M.rows()));
+    S = 0.5 * h *
+        Cholesky(body.M + 0.25 * h * h * body.K)
+            .solve(Matrix::Identity(body.M.rows(), body.M.rows()));
   } else {
     const DenseMotionModes modes = dense_motion_modes(body);
     Vector s(modes.omega.size());
@@ -79,7 +83,8 @@ DenseStepper::DenseStepper(const DenseBody& body, double h)
 
 Vector DenseStepper::force(double t) const {
   Vector f = Vector::Zero(body_.K.rows());
-  for (std::size_t i = 0; i < body_.load.size(); ++i) f += value(body_.history[i], t) * body_.load[i];
+  for (std::size_t i = 0; i < body_.load.size(); ++i)
+    f += value(body_.history[i], t) * body_.load[i];
   return f;
 }
 
@@ -95,7 +100,9 @@ void DenseStepper::push(const Vector& impulse) {
   advance();
 }
 
-void DenseStepper::push_velocities(const Vector& impulse) { v_ += inverse_.solve(Vector(body_.B.transpose() * impulse)); }
+void DenseStepper::push_velocities(const Vector& impulse) {
+  v_ += inverse_.solve(Vector(body_.B.transpose() * impulse));
+}
 
 void DenseStepper::accept() {
   t_ += h_;
@@ -113,7 +120,8 @@ void DenseStepper::advance() {
       break;
     case Scheme::newmark: {  // average acceleration; the impulse is no part of the accelerations
       const Vector guess = q0_ + h_ * v0_ + 0.25 * h_ * h_ * a0_;
-      q_ = guess + inverse_A_.solve(Vector(0.25 * h_ * h_ * (force(t_ + h_) - body_.K * guess) + 0.5 * h_ * impulse_));
+      q_ = guess + inverse_A_.solve(Vector(0.25 * h_ * h_ * (force(t_ + h_) - body_.K * guess) +
+                                           0.5 * h_ * impulse_));
       a_ = inverse_.solve(Vector(force(t_ + h_) - body_.K * q_));
       v_ = 2 / h_ * (q_ - q0_) - v0_;
     }
@@ -137,7 +145,8 @@ void DenseStepper::advance_exactly(const Vector& impulse) {
     const double s = cuts[i] - cuts[i - 1];
     if (s <= 0) continue;
     // Just inside, where histories have corners
-    const Vector f0 = modes_.V.transpose() * force(cuts[i - 1]), f1 = (modes_.V.transpose() * force(cuts[i]) - f0) / s;
+    const Vector f0 = modes_.V.transpose() * force(cuts[i - 1]),
+                 f1 = (modes_.V.transpose() * force(cuts[i]) - f0) / s;
     for (Index j = 0; j < eta.size(); ++j) swing(modes_.omega[j], f0[j], f1[j], s, eta[j], v[j]);
   }
   q_ = modes_.V * eta, v_ = modes_.V * v;

@@ -19,8 +19,10 @@ struct DenseBody {
   std::vector<Vector> load;  // amplitude of each load on q
   std::vector<History> history;
   enum class Scheme { exact, central, newmark } scheme = Scheme::exact;
-  bool lasting = false;    // impulses of contact have the compliance of a force that lasts (docs/theory.md, (35))
-  double clip = HUGE_VAL;  // exact: modes above this frequency have it, by their modal mass: docs/theory.md, (28)
+  // impulses of contact have the compliance of a force that lasts (docs/theory.md, (35))
+  bool lasting = false;
+  // exact: modes above this frequency have it, by their modal mass: docs/theory.md, (28)
+  double clip = HUGE_VAL;
 };
 
 // Modes as the body moves in them; `inverse`: V^-1.
@@ -30,16 +32,19 @@ struct DenseMotionModes {
 };
 DenseMotionModes dense_motion_modes(const DenseBody& body);
 
-// B S(h) B^T of all visible dofs: what impulses at the start of a step do to its end (docs/theory.md, (34), (36), (37)).
+// B S(h) B^T of all visible dofs: what impulses at the start of a step do to its end
+// (docs/theory.md, (34), (36), (37)).
 Matrix dense_response(const DenseBody& body, double h);
 
-// A step: predict(), then push() any number of times, accept(). Impulses are of the visible dofs, 3 n.
+// A step: predict(), then push() any number of times, accept(). Impulses are of the visible dofs, 3
+// n.
 class DenseStepper {
  public:
   DenseStepper(const DenseBody& body, double h);
   void predict();
   void push(const Vector& impulse);
-  void push_velocities(const Vector& impulse);  // at the end of the step: positions stay (docs/theory.md, (38))
+  // at the end of the step: positions stay (docs/theory.md, (38))
+  void push_velocities(const Vector& impulse);
   void accept();
 
   const Points& start() const { return start_; }  // n x 3
@@ -54,7 +59,9 @@ class DenseStepper {
   Vector force(double t) const;
   void advance();  // from the start of the step by q and the impulse on it
   void advance_exactly(const Vector& impulse);
-  Points positions(const Vector& q) const { return body_.X + (body_.B * q).reshaped<Eigen::RowMajor>(body_.X.rows(), 3); }
+  Points positions(const Vector& q) const {
+    return body_.X + (body_.B * q).reshaped<Eigen::RowMajor>(body_.X.rows(), 3);
+  }
 
   const DenseBody& body_;
   double h_, t_ = 0;

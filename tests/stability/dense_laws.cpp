@@ -13,8 +13,8 @@ namespace {
 
 using Vector2 = Eigen::Vector2d;
 
-// Murty's principal pivoting: 0 <= p, 0 <= g + W p, p . (g + W p) = 0. One choice at a time, the first that is wrong; finite when W
-// is positive definite. Empty where it ends nowhere.
+// Murty's principal pivoting: 0 <= p, 0 <= g + W p, p . (g + W p) = 0. One choice at a time, the
+// first that is wrong; finite when W is positive definite. Empty where it ends nowhere.
 Vector complementary(const Matrix& W, const Vector& g) {
   const Index n = g.size();
   const double tolerance = 1e-14 * g.cwiseAbs().maxCoeff();
@@ -45,8 +45,9 @@ bool is_definite(const Matrix& W, const Vector& p) {
   return lambda.minCoeff() > 1e-10 * lambda.maxCoeff();
 }
 
-// A point that slides, for a direction of its tangential impulse at the angle `at`: p = p_n (1, mu cos, mu sin) with gap_n = 0.
-// `cross`: 0 where the slip is along the direction; `along`: below 0 where it is against it.
+// A point that slides, for a direction of its tangential impulse at the angle `at`: p = p_n (1, mu
+// cos, mu sin) with gap_n = 0. `cross`: 0 where the slip is along the direction; `along`: below 0
+// where it is against it.
 struct Slide {
   Vector3 p;
   double cross, along;
@@ -59,7 +60,8 @@ Slide slide(const Matrix3& W, const Vector3& g, double mu, double at) {
   return {p, d[0] * slip[1] - d[1] * slip[0], d.dot(slip)};
 }
 
-// One point with three rows: open, sticking, or sliding in the direction that a scan of all of them finds.
+// One point with three rows: open, sticking, or sliding in the direction that a scan of all of them
+// finds.
 Vector3 impulse_of_point(const Matrix3& W, const Vector3& g, double mu) {
   if (g[0] >= 0) return Vector3::Zero();
   const Vector3 stuck = -solve_symmetric(W, g);
@@ -88,7 +90,8 @@ std::vector<Index> first_rows(const std::vector<double>& mu) {
 
 }  // namespace
 
-double law_violation(const Matrix& W, const Vector& g, const std::vector<double>& mu, const Vector& p) {
+double law_violation(const Matrix& W, const Vector& g, const std::vector<double>& mu,
+                     const Vector& p) {
   const std::vector<Index> first = first_rows(mu);
   const Vector gap = g + W * p;
   double worst = 0;
@@ -134,17 +137,22 @@ Vector point_by_point(const Matrix& W, const Vector& g, const std::vector<double
 }  // namespace
 
 DenseImpulses dense_impulses(const Matrix& W, const Vector& g, const std::vector<double>& mu) {
-  const auto is_solved = [&](const Vector& p) { return law_violation(W, g, mu, p) <= 1e-13 * g.cwiseAbs().maxCoeff(); };
+  const auto is_solved = [&](const Vector& p) {
+    return law_violation(W, g, mu, p) <= 1e-13 * g.cwiseAbs().maxCoeff();
+  };
   const bool friction = std::any_of(mu.begin(), mu.end(), [](double m) { return m > 0; });
   if (!friction) {
     Vector p = complementary(W, g);
     if (p.size() == 0) p = point_by_point(W, g, mu, Vector::Zero(g.size()));
     if (is_solved(p)) return {p, !is_definite(W, p), false};
-    if (is_definite(W, Vector::Ones(g.size()))) throw std::runtime_error("the oracle's complementarity problem is not solved");
-    return {p, true, true};  // pivots and sweeps may go round where a node touches more faces than it has ways to go
+    if (is_definite(W, Vector::Ones(g.size())))
+      throw std::runtime_error("the oracle's complementarity problem is not solved");
+    // pivots and sweeps may go round where a node touches more faces than it has ways to go
+    return {p, true, true};
   }
   const Vector p = point_by_point(W, g, mu, Vector::Zero(g.size()));
-  const Vector other = point_by_point(W, g, mu, Vector::Constant(g.size(), 3 * p.cwiseAbs().maxCoeff()));
+  const Vector other =
+      point_by_point(W, g, mu, Vector::Constant(g.size(), 3 * p.cwiseAbs().maxCoeff()));
   if (!is_solved(p) || !is_solved(other)) return {p, true, true};
   const auto differ = [](const Vector& a, const Vector& b) {
     return (a - b).cwiseAbs().maxCoeff() > 1e-9 * b.cwiseAbs().maxCoeff();

@@ -12,31 +12,41 @@ namespace {
 
 using Dense = Eigen::MatrixXd;
 
-Matrix chosen(const Matrix& A, const std::vector<Index>& rows, const std::vector<Index>& columns) { return A(rows, columns); }
+Matrix chosen(const Matrix& A, const std::vector<Index>& rows, const std::vector<Index>& columns) {
+  return A(rows, columns);
+}
 
 }  // namespace
 
-DenseModel dense_model(const Mesh& mesh, const std::vector<BlockProperties>& properties, MassKind mass) {
+DenseModel dense_model(const Mesh& mesh, const std::vector<BlockProperties>& properties,
+                       MassKind mass) {
   DenseModel model;
   std::vector<Index> place(static_cast<std::size_t>(mesh.coordinates.rows()), -1);
   for (const Block& block : mesh.blocks)
-    for (Index i = 0; i < block.connectivity.size(); ++i) place[static_cast<std::size_t>(block.connectivity.data()[i])] = 0;
+    for (Index i = 0; i < block.connectivity.size(); ++i)
+      place[static_cast<std::size_t>(block.connectivity.data()[i])] = 0;
   for (std::size_t i = 0; i < place.size(); ++i)
-    if (place[i] == 0) place[i] = static_cast<Index>(model.nodes.size()), model.nodes.push_back(static_cast<Index>(i));
+    if (place[i] == 0)
+      place[i] = static_cast<Index>(model.nodes.size()),
+      model.nodes.push_back(static_cast<Index>(i));
   const Index n = 3 * static_cast<Index>(model.nodes.size());
   model.K = model.M = Matrix::Zero(n, n);
   for (std::size_t b = 0; b < mesh.blocks.size(); ++b) {
     const Block& block = mesh.blocks[b];
     for (Index e = 0; e < block.connectivity.rows(); ++e) {
-      const std::vector<Index> nodes(block.connectivity.row(e).begin(), block.connectivity.row(e).end());
+      const std::vector<Index> nodes(block.connectivity.row(e).begin(),
+                                     block.connectivity.row(e).end());
       const Points X = mesh.coordinates(nodes, Eigen::all);
       const Matrix K = element_stiffness(block.type, properties[b].hex8, X, properties[b].material);
-      const Matrix M = mass == MassKind::lumped
-                           ? Matrix(element_lumped_mass(block.type, X, properties[b].material.density).asDiagonal())
-                           : element_mass(block.type, X, properties[b].material.density);
+      const Matrix M =
+          mass == MassKind::lumped
+              ? Matrix(
+                    element_lumped_mass(block.type, X, properties[b].material.density).asDiagonal())
+              : element_mass(block.type, X, properties[b].material.density);
       for (Index i = 0; i < X.rows(); ++i)
         for (Index j = 0; j < X.rows(); ++j) {
-          const Index row = 3 * place[static_cast<std::size_t>(nodes[i])], column = 3 * place[static_cast<std::size_t>(nodes[j])];
+          const Index row = 3 * place[static_cast<std::size_t>(nodes[i])],
+                      column = 3 * place[static_cast<std::size_t>(nodes[j])];
           model.K.block<3, 3>(row, column) += K.block<3, 3>(3 * i, 3 * j);
           model.M.block<3, 3>(row, column) += M(i, j) * Matrix3::Identity();
         }
@@ -73,20 +83,22 @@ Matrix DenseReduction::M() const {
   return A;
 }
 
-DenseReduction dense_reduction(const DenseModel& model, const std::vector<Index>& interface, Index k, const std::string& pick) {
+DenseReduction dense_reduction(const DenseModel& model, const std::vector<Index>& interface,
+                               Index k, const std::string& pick) {
   std::vector<char> kept(static_cast<std::size_t>(model.K.rows()), 0);
   for (const Index dof : interface) kept[static_cast<std::size_t>(dof)] = 1;
   std::vector<Index> interior;
   for (Index i = 0; i < model.K.rows(); ++i)
     if (!kept[static_cast<std::size_t>(i)]) interior.push_back(i);
   const Index n_I = static_cast<Index>(interior.size()), c = static_cast<Index>(interface.size());
-  const DenseModes modes = dense_modes(chosen(model.K, interior, interior), chosen(model.M, interior, interior));
+  const DenseModes modes =
+      dense_modes(chosen(model.K, interior, interior), chosen(model.M, interior, interior));
   // T = [Phi Psi; 0 I] over all fixed-interface modes, then those that are kept
   Matrix T = Matrix::Zero(model.K.rows(), n_I + c);
   if (n_I > 0) {
     T(interior, Eigen::seqN(0, n_I)) = modes.V;
-    T(interior, Eigen::seqN(n_I, c)) =
-        -Ldlt(chosen(model.K, interior, interior)).solve(Dense(chosen(model.K, interior, interface)));
+    T(interior, Eigen::seqN(n_I, c)) = -Ldlt(chosen(model.K, interior, interior))
+                                            .solve(Dense(chosen(model.K, interior, interface)));
   }
   for (Index i = 0; i < c; ++i) T(interface[static_cast<std::size_t>(i)], n_I + i) = 1;
   const Matrix K = T.transpose() * model.K * T, M = T.transpose() * model.M * T;
@@ -101,8 +113,10 @@ DenseReduction dense_reduction(const DenseModel& model, const std::vector<Index>
       reduced.gap = (next - last) / next;
     }
     const Vector share = M.topRightCorner(n_I, c).rowwise().squaredNorm();
-    std::sort(order.begin(), order.begin() + candidates, [&](Index i, Index j) { return share[i] > share[j]; });
-    if (k > 0 && k < candidates) reduced.gap = std::min(reduced.gap, 1 - share[order[k]] / share[order[k - 1]]);
+    std::sort(order.begin(), order.begin() + candidates,
+              [&](Index i, Index j) { return share[i] > share[j]; });
+    if (k > 0 && k < candidates)
+      reduced.gap = std::min(reduced.gap, 1 - share[order[k]] / share[order[k - 1]]);
     std::sort(order.begin(), order.begin() + k);
   } else if (k > 0 && k < n_I) {
     reduced.gap = (modes.lambda[k] - modes.lambda[k - 1]) / modes.lambda[k];

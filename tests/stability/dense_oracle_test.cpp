@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Random scenes against dense arithmetic: reduction matrices, frequencies, responses to impulses, motion under loads and supports,
-// in contact with walls and with each other. Seeds as in invariance_test.cpp.
+// Random scenes against dense arithmetic: reduction matrices, frequencies, responses to impulses,
+// motion under loads and supports, in contact with walls and with each other. Seeds as in
+// invariance_test.cpp.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -24,10 +25,12 @@ using test::RandomScene;
 
 // In corners: twice the worst of 1000 seeds, 1.5e-9, of springs in 200 steps
 constexpr double allowed = 1e-9, allowed_in_corners = 3e-9;
-constexpr double clear_gap = 1e-5;  // between the last mode that is kept and the next: below it either is right
+// between the last mode that is kept and the next: below it either is right
+constexpr double clear_gap = 1e-5;
 
 // Bodies whose motion is compared, and those where more than one answer is right
-constexpr const char *compared = "bodies: compared", *left_out_modes = "bodies: left out, modes tie",
+constexpr const char *compared = "bodies: compared",
+                     *left_out_modes = "bodies: left out, modes tie",
                      *left_out_friction = "bodies: left out, impulses not unique";
 constexpr double most_left_out = 0.03, most_left_out_in_corners = 0.06;
 
@@ -73,7 +76,8 @@ class Oracle {
  private:
   void expect(const std::string& what, double found, double tolerance = allowed) {
     worst_.add(what, found / tolerance, found, scene_.seed);
-    EXPECT_LT(found, tolerance) << what << "; " << scene_.text() << "\n  " << test::command(scene_.seed);
+    EXPECT_LT(found, tolerance) << what << "; " << scene_.text() << "\n  "
+                                << test::command(scene_.seed);
   }
 
   void compare_reduction(const Superelement& s, const DenseReduction& reduced) {
@@ -84,10 +88,12 @@ class Oracle {
       // Modes have no sign, and equal ones no direction: sums over them do not know
       const Matrix& A = s.M_kc;
       const Matrix& B = reduced.M_kc;
-      expect("reduction: eigenvalues", difference(sorted(s.eigenvalues), sorted(reduced.eigenvalues)));
+      expect("reduction: eigenvalues",
+             difference(sorted(s.eigenvalues), sorted(reduced.eigenvalues)));
       expect("reduction: M_ck M_kc", difference(A.transpose() * A, B.transpose() * B));
       expect("reduction: M_ck L M_kc",
-             difference(A.transpose() * s.eigenvalues.asDiagonal() * A, B.transpose() * reduced.eigenvalues.asDiagonal() * B));
+             difference(A.transpose() * s.eigenvalues.asDiagonal() * A,
+                        B.transpose() * reduced.eigenvalues.asDiagonal() * B));
       const Vector lambda = test::dense_modes(reduced.K(), reduced.M()).lambda;
       expect("frequencies", difference(test::dense_modes(K, M).lambda, lambda));
       if (s.has_diagonal_form()) {
@@ -98,8 +104,10 @@ class Oracle {
     if (!s.has_diagonal_form()) {
       return;
     }
-    expect("diagonal form: V^T M V", difference(s.V.transpose() * M * s.V, Matrix::Identity(s.n(), s.n())));
-    expect("diagonal form: V^T K V", difference(s.V.transpose() * K * s.V, s.omega.cwiseAbs2().asDiagonal().toDenseMatrix()));
+    expect("diagonal form: V^T M V",
+           difference(s.V.transpose() * M * s.V, Matrix::Identity(s.n(), s.n())));
+    expect("diagonal form: V^T K V",
+           difference(s.V.transpose() * K * s.V, s.omega.cwiseAbs2().asDiagonal().toDenseMatrix()));
   }
 
   static Vector sorted(Vector v) {
@@ -115,16 +123,24 @@ class Oracle {
       for (std::size_t i = 0; pair.second != "wall" && i < is_clear_.size(); ++i)
         is_clear_[i] = is_clear_.front() && is_clear_.back();
     const auto n_outputs = static_cast<Index>(ran_.result.time.size());
-    const test::DenseMotion motion = test::dense_motion(bodies_, pairs, plan.h, n_outputs, plan.steps_per_output);
-    // What curved faces and turning normals leave: twice the worst of 300 seeds, 3.7e-3, and 9e-3 in long steps
-    if (motion.depth > 0) expect("depth of nodes in faces", motion.depth, scene_.mass_scaling ? 2e-2 : 7e-3);
+    const test::DenseMotion motion =
+        test::dense_motion(bodies_, pairs, plan.h, n_outputs, plan.steps_per_output);
+    // What curved faces and turning normals leave: twice the worst of 300 seeds, 3.7e-3, and 9e-3
+    // in long steps
+    if (motion.depth > 0)
+      expect("depth of nodes in faces", motion.depth, scene_.mass_scaling ? 2e-2 : 7e-3);
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
-      worst_.add(!is_clear_[i] ? left_out_modes : !motion.is_unique ? left_out_friction : compared, 0, 0, scene_.seed);
+      worst_.add(!is_clear_[i]       ? left_out_modes
+                 : !motion.is_unique ? left_out_friction
+                                     : compared,
+                 0, 0, scene_.seed);
       if (!is_clear_[i]) continue;
       compare_response(i, plan.h);
-      const double omega = std::sqrt(test::dense_modes(bodies_[i].K, bodies_[i].M).lambda.maxCoeff());
+      const double omega =
+          std::sqrt(test::dense_modes(bodies_[i].K, bodies_[i].M).lambda.maxCoeff());
       if (!scene_.mass_scaling)
-        expect("highest frequency", std::abs(ran_.built.simulation.bodies[i]->largest_frequency() / omega - 1));
+        expect("highest frequency",
+               std::abs(ran_.built.simulation.bodies[i]->largest_frequency() / omega - 1));
       if (motion.is_unique) compare_motion_of(i, motion);
     }
   }
@@ -138,7 +154,8 @@ class Oracle {
       if (!what.empty()) return "of two pairs";
       what = pair.second == "wall" ? scene_.walls.front().kind : "bodies";
       for (const char* word : {"newmark", "penalty", "two-way", "friction"})
-        if ((pair.options + scene_.integrator).find(word) != std::string::npos) what += std::string(", ") + word;
+        if ((pair.options + scene_.integrator).find(word) != std::string::npos)
+          what += std::string(", ") + word;
       if (scene_.mass_scaling) what += ", mass scaling";
       if (motion.n_pushes[p] == 0) what = "not touched";
     }
@@ -158,7 +175,8 @@ class Oracle {
         way = std::max(way, (mean - test::at(monitor.mean_position, 0)).norm());
         if (k == 0) continue;
         const double time = ran_.result.time[k] - ran_.result.time[k - 1];
-        const Vector3 mean_force = of.impulse[k](nodes, Eigen::all).colwise().sum().transpose() / time;
+        const Vector3 mean_force =
+            of.impulse[k](nodes, Eigen::all).colwise().sum().transpose() / time;
         force = std::max(force, (mean_force - test::at(monitor.force, k)).norm());
         largest = std::max(largest, mean_force.norm());
       }
@@ -166,10 +184,12 @@ class Oracle {
     const bool shells = scene_.skin && scene_.skin->rfind(b.name + ".", 0) == 0;
     const std::string met = meets(i, motion);
     if (shells)
-      expect(met.empty() || met == "not touched" ? "motion with shells" : "motion with shells, in contact",
+      expect(met.empty() || met == "not touched" ? "motion with shells"
+                                                 : "motion with shells, in contact",
              worst / std::max(way, 1e-3));
     const std::string what = met;
-    expect(what.empty() ? "motion" : "motion: " + what, worst / std::max(way, 1e-3), motion_allowed_);
+    expect(what.empty() ? "motion" : "motion: " + what, worst / std::max(way, 1e-3),
+           motion_allowed_);
     if (largest > 0) expect("force: " + what, force / largest, motion_allowed_);
   }
 
@@ -197,12 +217,14 @@ class Oracle {
 };
 
 // `change`: what is done to a scene, false where it does not apply.
-void compare_all(const test::Seeds& seeds, bool (*change)(RandomScene&), double most = most_left_out,
-                 double motion_allowed = allowed) {
+void compare_all(const test::Seeds& seeds, bool (*change)(RandomScene&),
+                 double most = most_left_out, double motion_allowed = allowed) {
   test::Worst worst;
   std::vector<unsigned> numbers;
-  for (unsigned seed = seeds.first; seed < seeds.first + seeds.count; ++seed) numbers.push_back(seed);
-  // Once wrong: springs of a held mesh; a node in a valley between faces, come off for a step; hollow edges that are bent flat
+  for (unsigned seed = seeds.first; seed < seeds.first + seeds.count; ++seed)
+    numbers.push_back(seed);
+  // Once wrong: springs of a held mesh; a node in a valley between faces, come off for a step;
+  // hollow edges that are bent flat
   if (!seeds.thorough) numbers.insert(numbers.end(), {1005, 1132, 3141547, 3141552});
   for (const unsigned seed : numbers) {
     RandomScene scene = test::random_scene(seed);
@@ -235,7 +257,8 @@ TEST(RandomScenes, OfScaledModesAgreeWithDenseArithmetic) {
     scene.mass_scaling = true, scene.cfl = 0.9 + 0.1 * (scene.seed % 32);
     scene.skin.reset();
     return scene.integrator == "exact" && !scene.has("penalty") &&
-           std::any_of(scene.bodies.begin(), scene.bodies.end(), [](const RandomBody& b) { return b.reduced; });
+           std::any_of(scene.bodies.begin(), scene.bodies.end(),
+                       [](const RandomBody& b) { return b.reduced; });
   });
 }
 

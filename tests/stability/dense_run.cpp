@@ -19,7 +19,8 @@ struct Search {
   std::size_t first = 0, last = 0;
 };
 
-// Points that are solved together. Rows of all, one after the other: one a point where mu is 0, else three.
+// Points that are solved together. Rows of all, one after the other: one a point where mu is 0,
+// else three.
 struct Group {
   std::vector<Search> searches;
   std::vector<DensePoint> points;
@@ -28,7 +29,8 @@ struct Group {
 
 class Run {
  public:
-  Run(const std::vector<DenseBody>& bodies, const std::vector<DensePair>& pairs, double h) : pairs_(pairs), h_(h) {
+  Run(const std::vector<DenseBody>& bodies, const std::vector<DensePair>& pairs, double h)
+      : pairs_(pairs), h_(h) {
     for (const DenseBody& body : bodies) steppers_.emplace_back(body, h);
     memory_.resize(pairs.size()), back_.resize(pairs.size()), springs_.resize(pairs.size());
     motion_.bodies.resize(bodies.size()), motion_.n_pushes.assign(pairs.size(), 0);
@@ -47,13 +49,15 @@ class Run {
     initial_ = false;
     for (const DensePair& pair : pairs_) {
       if (pair.penalty || !pair.master) continue;
-      motion_.depth = std::max(motion_.depth, dense_depth(pair.slave, path(pair.slave), *pair.master, path(*pair.master)));
+      motion_.depth = std::max(motion_.depth, dense_depth(pair.slave, path(pair.slave),
+                                                          *pair.master, path(*pair.master)));
     }
   }
 
   void begin_output() {
     impulse_.clear();
-    for (const DenseStepper& body : steppers_) impulse_.push_back(Points::Zero(body.end().rows(), 3));
+    for (const DenseStepper& body : steppers_)
+      impulse_.push_back(Points::Zero(body.end().rows(), 3));
   }
   void record() {
     for (std::size_t b = 0; b < steppers_.size(); ++b) {
@@ -83,11 +87,15 @@ class Run {
   void search(std::size_t p, Group& group) {
     const DensePair& pair = pairs_[p];
     if (!pair.master) {
-      const auto points = dense_wall_points(pair.slave, pair.wall, path(pair.slave), initial_, memory_[p]);
-      return add(group, {p, &pair.slave, pair.slave.size, &memory_[p], 0, 0}, points, pair.friction);
+      const auto points =
+          dense_wall_points(pair.slave, pair.wall, path(pair.slave), initial_, memory_[p]);
+      return add(group, {p, &pair.slave, pair.slave.size, &memory_[p], 0, 0}, points,
+                 pair.friction);
     }
-    const auto add_nodes_of = [&](const DenseSurface& slave, const DenseSurface& master, DenseMemory& memory) {
-      const auto points = dense_face_points(slave, path(slave), master, path(master), initial_, memory);
+    const auto add_nodes_of = [&](const DenseSurface& slave, const DenseSurface& master,
+                                  DenseMemory& memory) {
+      const auto points =
+          dense_face_points(slave, path(slave), master, path(master), initial_, memory);
       add(group, {p, &slave, pair.master->size, &memory, 0, 0}, points, pair.friction);
     };
     add_nodes_of(pair.slave, *pair.master, memory_[p]);
@@ -110,7 +118,8 @@ class Run {
     for (std::size_t i = 0; i < group.points.size(); ++i) {
       const Index n_of = group.mu[i] > 0 ? 3 : 1;
       for (const DensePoint::Term& term : group.points[i].terms)
-        if (term.body == body) G.block(row, 3 * term.node, n_of, 3) += term.weight * group.points[i].frame.topRows(n_of);
+        if (term.body == body)
+          G.block(row, 3 * term.node, n_of, 3) += term.weight * group.points[i].frame.topRows(n_of);
       row += n_of;
     }
     return G;
@@ -153,14 +162,17 @@ class Run {
   void remember(const Group& group, const Vector& gap, const Vector& p) {
     std::vector<double> gaps, pushes;
     Index row = 0;
-    for (const double mu : group.mu) gaps.push_back(gap[row]), pushes.push_back(p[row]), row += mu > 0 ? 3 : 1;
+    for (const double mu : group.mu)
+      gaps.push_back(gap[row]), pushes.push_back(p[row]), row += mu > 0 ? 3 : 1;
     for (const Search& s : group.searches) {
       const auto part = [&](const auto& all) {
-        return std::vector(all.begin() + static_cast<std::ptrdiff_t>(s.first), all.begin() + static_cast<std::ptrdiff_t>(s.last));
+        return std::vector(all.begin() + static_cast<std::ptrdiff_t>(s.first),
+                           all.begin() + static_cast<std::ptrdiff_t>(s.last));
       };
       const std::vector<double> p_n = part(pushes);
       dense_remember(*s.slave, part(group.points), part(gaps), p_n, s.master_size, *s.memory);
-      motion_.n_pushes[s.pair] += std::count_if(p_n.begin(), p_n.end(), [](double of) { return of > 0; });
+      motion_.n_pushes[s.pair] +=
+          std::count_if(p_n.begin(), p_n.end(), [](double of) { return of > 0; });
     }
   }
 
@@ -181,7 +193,8 @@ class Run {
   Vector solve(const Matrix& W, const Vector& g, const std::vector<double>& mu) {
     const DenseImpulses found = dense_impulses(W, g, mu);
     // Newmark settles the velocities of those points that press, and no others
-    const bool newmark = std::any_of(steppers_.begin(), steppers_.end(), [](const DenseStepper& b) { return b.is_newmark(); });
+    const bool newmark = std::any_of(steppers_.begin(), steppers_.end(),
+                                     [](const DenseStepper& b) { return b.is_newmark(); });
     motion_.is_unique = motion_.is_unique && !(newmark ? found.several : found.several_motions);
     return found.p;
   }
@@ -199,9 +212,12 @@ class Run {
     remember(group, g + W * p, settled);
   }
 
-  // Newmark: of the points with an impulse, the total one for which the laws hold with velocities in the place of gaps: docs/theory.md, (38).
+  // Newmark: of the points with an impulse, the total one for which the laws hold with velocities
+  // in the place of gaps: docs/theory.md, (38).
   Vector settle(const Group& group, const Vector& p) {
-    if (!std::any_of(steppers_.begin(), steppers_.end(), [](const DenseStepper& b) { return b.is_newmark(); })) return p;
+    if (!std::any_of(steppers_.begin(), steppers_.end(),
+                     [](const DenseStepper& b) { return b.is_newmark(); }))
+      return p;
     Group closed;
     std::vector<Index> rows;
     Index row = 0;
@@ -251,13 +267,15 @@ class Run {
     fit_springs(group, pairs_[pair].damping, springs);
     const Vector g = free_gaps(group);
     Vector p = Vector::Zero(g.size());
-    std::vector<Vector3> kept;  // stretch of the tangential springs, without what this step adds to it
+    // stretch of the tangential springs, without what this step adds to it
+    std::vector<Vector3> kept;
     Index row = 0;
     for (const Search& s : group.searches)
       for (std::size_t i = s.first; i < s.last; ++i) {
         const DensePoint& point = group.points[i];
         if (point.start_gap < 0)
-          p[row] = h_ * std::max(0.0, -springs.k * point.start_gap - springs.c * (point.gap - point.start_gap) / h_);
+          p[row] = h_ * std::max(0.0, -springs.k * point.start_gap -
+                                          springs.c * (point.gap - point.start_gap) / h_);
         kept.push_back(Vector3::Zero());
         if (group.mu[i] == 0) {
           ++row;
@@ -286,9 +304,11 @@ class Run {
       for (const Search& s : group.searches) {
         s.memory->stretch.setZero();
         for (std::size_t i = s.first; i < s.last; ++i) {
-          const Vector3 n = group.points[i].frame.row(0).transpose(), motion = slip(group.points[i]);
+          const Vector3 n = group.points[i].frame.row(0).transpose(),
+                        motion = slip(group.points[i]);
           if (group.mu[i] > 0 && springs.p[row] > 0)
-            s.memory->stretch.row(group.points[i].slot) = (springs.kept[i] + motion - n.dot(motion) * n).transpose();
+            s.memory->stretch.row(group.points[i].slot) =
+                (springs.kept[i] + motion - n.dot(motion) * n).transpose();
           row += group.mu[i] > 0 ? 3 : 1;
         }
       }
@@ -320,14 +340,15 @@ class Run {
 
 }  // namespace
 
-DenseMotion dense_motion(const std::vector<DenseBody>& bodies, const std::vector<DensePair>& pairs, double h, Index n_outputs,
-                         Index steps_per_output) {
+DenseMotion dense_motion(const std::vector<DenseBody>& bodies, const std::vector<DensePair>& pairs,
+                         double h, Index n_outputs, Index steps_per_output) {
   Run run(bodies, pairs, h);
   for (Index output = 1; output < n_outputs; ++output) {
     run.begin_output();
     for (Index i = 0; i < steps_per_output; ++i) {
       run.step();
-      if (!run.motion().is_unique) return std::move(run.motion());  // what follows is one of several
+      // what follows is one of several
+      if (!run.motion().is_unique) return std::move(run.motion());
     }
     run.record();
   }

@@ -25,11 +25,12 @@ struct DenseMotion {
   };
   std::vector<OfBody> bodies;
   std::vector<Index> n_pushes;  // of each pair: points with an impulse, summed over the steps
-  double depth = 0;             // see dense_depth(): the largest at the end of a step, of impulses between bodies
-  bool is_unique = true;        // no step had two solutions of Coulomb's law
+  // see dense_depth(): the largest at the end of a step, of impulses between bodies
+  double depth = 0;
+  bool is_unique = true;  // no step had two solutions of Coulomb's law
 };
 
-DenseMotion dense_motion(const std::vector<DenseBody>& bodies, const std::vector<DensePair>& pairs, double h, Index n_outputs,
-                         Index steps_per_output);
+DenseMotion dense_motion(const std::vector<DenseBody>& bodies, const std::vector<DensePair>& pairs,
+                         double h, Index n_outputs, Index steps_per_output);
 
 }  // namespace cbr::test

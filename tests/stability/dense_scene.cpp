@@ -15,7 +15,8 @@ namespace {
 std::vector<BlockProperties> properties(const RandomBody& b) {
   std::vector<BlockProperties> list;
   for (const Block& block : b.mesh.blocks)
-    list.push_back({block.name.rfind("low", 0) == 0 ? b.low : b.high, parse_hex8_formulation(b.element)});
+    list.push_back(
+        {block.name.rfind("low", 0) == 0 ? b.low : b.high, parse_hex8_formulation(b.element)});
   return list;
 }
 
@@ -27,9 +28,12 @@ double number(const std::string& options, const std::string& key) {
   const auto at = options.find(key + ": ");
   return at == std::string::npos ? 0 : std::atof(options.c_str() + at + key.size() + 2);
 }
-bool has(const std::string& options, const std::string& words) { return options.find(words) != std::string::npos; }
+bool has(const std::string& options, const std::string& words) {
+  return options.find(words) != std::string::npos;
+}
 
-std::vector<Index> free_coordinates(const RandomScene& scene, const Geometry& geometry, std::size_t i, const Matrix& B) {
+std::vector<Index> free_coordinates(const RandomScene& scene, const Geometry& geometry,
+                                    std::size_t i, const Matrix& B) {
   std::vector<char> held(static_cast<std::size_t>(B.cols()), 0);
   for (const std::string& name : scene.held) {
     if (before_dot(name) != scene.bodies[i].name) continue;
@@ -43,7 +47,8 @@ std::vector<Index> free_coordinates(const RandomScene& scene, const Geometry& ge
   return free;
 }
 
-// Matrices over all coordinates, component axes. B: to displacements of the visible nodes; `rigid`: coordinates x 3, translations.
+// Matrices over all coordinates, component axes. B: to displacements of the visible nodes; `rigid`:
+// coordinates x 3, translations.
 struct Coordinates {
   Matrix K, M, B, rigid;
 };
@@ -56,11 +61,14 @@ Matrix grown(const Matrix& A, Index rows, Index columns) {
 }
 
 // Shells share the nodes' displacements; their rotations are coordinates of their own.
-void add_shells(const RandomScene& scene, const Geometry& geometry, const RandomBody& b, Coordinates& all) {
+void add_shells(const RandomScene& scene, const Geometry& geometry, const RandomBody& b,
+                Coordinates& all) {
   if (!scene.skin || before_dot(*scene.skin) != b.name) return;
-  const DenseSurface surface = dense_surface(0, geometry.surfaces.at(after_dot(*scene.skin)).faces, geometry.coordinates);
+  const DenseSurface surface =
+      dense_surface(0, geometry.surfaces.at(after_dot(*scene.skin)).faces, geometry.coordinates);
   const Index first = all.K.rows(), n = 3 * static_cast<Index>(surface.nodes.size());
-  all.K = grown(all.K, n, n), all.M = grown(all.M, n, n), all.B = grown(all.B, 0, n), all.rigid = grown(all.rigid, n, 0);
+  all.K = grown(all.K, n, n), all.M = grown(all.M, n, n), all.B = grown(all.B, 0, n),
+  all.rigid = grown(all.rigid, n, 0);
   for (const auto& face : surface.faces) {
     const bool triangle = face[2] == face[3];
     std::vector<Index> nodes(face.begin(), face.end());
@@ -72,7 +80,8 @@ void add_shells(const RandomScene& scene, const Geometry& geometry, const Random
         all.B.row(3 * node + c).cwiseAbs().maxCoeff(&column);
         at.push_back(column);
       }
-      const Index place = std::lower_bound(surface.nodes.begin(), surface.nodes.end(), node) - surface.nodes.begin();
+      const Index place = std::lower_bound(surface.nodes.begin(), surface.nodes.end(), node) -
+                          surface.nodes.begin();
       for (Index c = 0; c < 3; ++c) at.push_back(first + 3 * place + c);
     }
     const ElementType type = triangle ? ElementType::tri3 : ElementType::quad4;
@@ -108,7 +117,9 @@ DenseBody placed(const RandomScene& scene, const Ran& ran, std::size_t i, Coordi
       f = Vector(M * (rigid * (T.transpose() * load.value)))(free);
     } else if (load.instance == b.name) {
       const Vector weights = face_weights(geometry.surfaces.at(load.surface), geometry.coordinates);
-      const RowMatrix forces = weights * (load.kind == "force" ? Vector3(load.value / weights.sum()) : load.value).transpose();
+      const RowMatrix forces =
+          weights *
+          (load.kind == "force" ? Vector3(load.value / weights.sum()) : load.value).transpose();
       f = body.B.transpose() * forces.reshaped<Eigen::RowMajor>();
     } else {
       continue;
@@ -124,7 +135,8 @@ DenseSurface surface_of(const RandomScene& scene, const Ran& ran, const std::str
     const RandomBody& b = scene.bodies[i];
     if (b.name != before_dot(name)) continue;
     const Geometry& geometry = *ran.built.instances[i].geometry;
-    const Points X = (geometry.coordinates * b.rotation.transpose()).rowwise() + b.position.transpose();
+    const Points X =
+        (geometry.coordinates * b.rotation.transpose()).rowwise() + b.position.transpose();
     return dense_surface(static_cast<Index>(i), geometry.surfaces.at(after_dot(name)).faces, X);
   }
   throw std::runtime_error("no body of " + name);
@@ -132,21 +144,28 @@ DenseSurface surface_of(const RandomScene& scene, const Ran& ran, const std::str
 
 DenseWall wall_of(const RandomWall& w) {
   using Kind = DenseWall::Kind;
-  return {w.kind == "plane" ? Kind::plane : w.kind == "sphere" ? Kind::sphere : Kind::cylinder, w.point, w.direction, w.radius};
+  return {w.kind == "plane"    ? Kind::plane
+          : w.kind == "sphere" ? Kind::sphere
+                               : Kind::cylinder,
+          w.point, w.direction, w.radius};
 }
 
 }  // namespace
 
 DenseModel dense_model(const RandomBody& body) {
-  return dense_model(body.mesh, properties(body), body.mass == "lumped" ? MassKind::lumped : MassKind::consistent);
+  return dense_model(body.mesh, properties(body),
+                     body.mass == "lumped" ? MassKind::lumped : MassKind::consistent);
 }
 
-DenseReduction dense_reduction(const RandomBody& body, const DenseModel& model, const Superelement& s) {
+DenseReduction dense_reduction(const RandomBody& body, const DenseModel& model,
+                               const Superelement& s) {
   std::vector<Index> dofs;
   for (std::size_t i = 0; i < s.dof_node.size(); ++i) {
     const Index id = s.node_ids[static_cast<std::size_t>(s.dof_node[i])];
-    const auto node = std::find(body.mesh.node_ids.begin(), body.mesh.node_ids.end(), id) - body.mesh.node_ids.begin();
-    const auto place = std::lower_bound(model.nodes.begin(), model.nodes.end(), node) - model.nodes.begin();
+    const auto node = std::find(body.mesh.node_ids.begin(), body.mesh.node_ids.end(), id) -
+                      body.mesh.node_ids.begin();
+    const auto place =
+        std::lower_bound(model.nodes.begin(), model.nodes.end(), node) - model.nodes.begin();
     dofs.push_back(3 * place + s.dof_component[i]);
   }
   return dense_reduction(model, dofs, body.modes, body.pick);
@@ -156,10 +175,14 @@ bool is_of(const RandomPair& pair, const RandomBody& body) {
   return before_dot(pair.first) == body.name || before_dot(pair.second) == body.name;
 }
 
-DenseBody dense_body(const RandomScene& scene, const Ran& ran, std::size_t i, const DenseModel& model) {
+DenseBody dense_body(const RandomScene& scene, const Ran& ran, std::size_t i,
+                     const DenseModel& model) {
   const Index n = model.K.rows();
-  DenseBody body = placed(scene, ran, i, {model.K, model.M, Matrix::Identity(n, n), Matrix3::Identity().replicate(n / 3, 1)});
-  body.scheme = scene.integrator == "newmark" ? DenseBody::Scheme::newmark : DenseBody::Scheme::central;
+  DenseBody body =
+      placed(scene, ran, i,
+             {model.K, model.M, Matrix::Identity(n, n), Matrix3::Identity().replicate(n / 3, 1)});
+  body.scheme =
+      scene.integrator == "newmark" ? DenseBody::Scheme::newmark : DenseBody::Scheme::central;
   return body;
 }
 
@@ -168,7 +191,8 @@ DenseBody dense_body(const RandomScene& scene, const Ran& ran, std::size_t i, co
   const Index n_nodes = static_cast<Index>(s.node_ids.size());
   Matrix B = Matrix::Zero(3 * n_nodes, s.n()), rigid = Matrix::Zero(s.n(), 3);
   for (Index j = 0; j < s.c(); ++j) {
-    B(3 * s.dof_node[static_cast<std::size_t>(j)] + s.dof_component[static_cast<std::size_t>(j)], s.k() + j) = 1;
+    B(3 * s.dof_node[static_cast<std::size_t>(j)] + s.dof_component[static_cast<std::size_t>(j)],
+      s.k() + j) = 1;
     rigid(s.k() + j, s.dof_component[static_cast<std::size_t>(j)]) = 1;
   }
   DenseBody body = placed(scene, ran, i, {reduced.K(), reduced.M(), B, rigid});
@@ -177,9 +201,11 @@ DenseBody dense_body(const RandomScene& scene, const Ran& ran, std::size_t i, co
                                                 : DenseBody::Scheme::central;
   // Those that only impulses meet
   const auto its = [&](const RandomPair& pair) { return is_of(pair, scene.bodies[i]); };
-  body.lasting = body.scheme == DenseBody::Scheme::exact && std::any_of(scene.pairs.begin(), scene.pairs.end(), its) &&
-                 std::none_of(scene.pairs.begin(), scene.pairs.end(),
-                              [&](const RandomPair& pair) { return its(pair) && has(pair.options, "penalty"); });
+  body.lasting = body.scheme == DenseBody::Scheme::exact &&
+                 std::any_of(scene.pairs.begin(), scene.pairs.end(), its) &&
+                 std::none_of(scene.pairs.begin(), scene.pairs.end(), [&](const RandomPair& pair) {
+                   return its(pair) && has(pair.options, "penalty");
+                 });
   if (scene.mass_scaling && body.lasting) body.clip = 2 / ran.built.simulation.plan.h;
   return body;
 }

@@ -10,11 +10,15 @@ namespace cbr::test {
 DenseModel dense_model(const RandomBody& body);
 
 // Craig-Bampton; dofs are those of the superelement, in its order.
-DenseReduction dense_reduction(const RandomBody& body, const DenseModel& model, const Superelement& s);
+DenseReduction dense_reduction(const RandomBody& body, const DenseModel& model,
+                               const Superelement& s);
 
-// Of the scene's body i, whose nodes, faces and sets are those of `ran`. The first as a mesh, the second reduced.
-DenseBody dense_body(const RandomScene& scene, const Ran& ran, std::size_t i, const DenseModel& model);
-DenseBody dense_body(const RandomScene& scene, const Ran& ran, std::size_t i, const Superelement& s, const DenseReduction& reduced);
+// Of the scene's body i, whose nodes, faces and sets are those of `ran`. The first as a mesh, the
+// second reduced.
+DenseBody dense_body(const RandomScene& scene, const Ran& ran, std::size_t i,
+                     const DenseModel& model);
+DenseBody dense_body(const RandomScene& scene, const Ran& ran, std::size_t i, const Superelement& s,
+                     const DenseReduction& reduced);
 
 // The scene's pairs; those that `of` a body.
 std::vector<DensePair> dense_pairs(const RandomScene& scene, const Ran& ran);

@@ -40,7 +40,9 @@ void fill_rising(DenseSurface& surface, const Points& X) {
   for (std::size_t f = 0; f < surface.faces.size(); ++f)
     for (std::size_t g = 0; g < surface.faces.size(); ++g) {
       const auto &at = surface.faces[f], &other = surface.faces[g];
-      if (f == g || std::find_first_of(at.begin(), at.end(), other.begin(), other.end()) == at.end()) continue;
+      if (f == g ||
+          std::find_first_of(at.begin(), at.end(), other.begin(), other.end()) == at.end())
+        continue;
       const auto [n_f, x_f] = normal_and_middle(at);
       const auto [n_g, x_g] = normal_and_middle(other);
       if (n_f.dot(n_g) < 0.966 && n_f.dot(x_g - x_f) > 0 && n_g.dot(x_g - x_f) < 0)
@@ -77,12 +79,15 @@ double DenseWall::distance(const Vector3& x) const {
   return kind == Kind::plane ? direction.dot(x - point) : from_middle(*this, x).norm() - radius;
 }
 
-Vector3 DenseWall::normal(const Vector3& x) const { return kind == Kind::plane ? direction : from_middle(*this, x).normalized(); }
+Vector3 DenseWall::normal(const Vector3& x) const {
+  return kind == Kind::plane ? direction : from_middle(*this, x).normalized();
+}
 
 Matrix3 dense_frame(const Vector3& normal) {
   Matrix3 frame;
   const Vector3 t = normal.unitOrthogonal();
-  frame.row(0) = normal.transpose(), frame.row(1) = t.transpose(), frame.row(2) = normal.cross(t).transpose();
+  frame.row(0) = normal.transpose(), frame.row(1) = t.transpose(),
+  frame.row(2) = normal.cross(t).transpose();
   return frame;
 }
 
@@ -99,14 +104,17 @@ void start(const DenseSurface& slave, DenseMemory& memory) {
   memory.stretch = Points::Zero(static_cast<Index>(n), 3);
 }
 
-std::vector<DensePoint> dense_wall_points(const DenseSurface& slave, const DenseWall& wall, const DensePath& path, bool initial,
+std::vector<DensePoint> dense_wall_points(const DenseSurface& slave, const DenseWall& wall,
+                                          const DensePath& path, bool initial,
                                           DenseMemory& memory) {
   start(slave, memory);
   double way = 0;
-  for (const Index node : slave.nodes) way = std::max(way, (path.end.row(node) - path.start.row(node)).norm());
+  for (const Index node : slave.nodes)
+    way = std::max(way, (path.end.row(node) - path.start.row(node)).norm());
   std::vector<DensePoint> points;
   for (std::size_t i = 0; i < slave.nodes.size(); ++i) {
-    const Vector3 x0 = path.start.row(slave.nodes[i]).transpose(), x1 = path.end.row(slave.nodes[i]).transpose();
+    const Vector3 x0 = path.start.row(slave.nodes[i]).transpose(),
+                  x1 = path.end.row(slave.nodes[i]).transpose();
     const bool touches = memory.face[i] >= 0;
     const double gap_0 = wall.distance(x0);
     // What touches is held along the normal of the start
@@ -125,8 +133,9 @@ std::vector<DensePoint> dense_wall_points(const DenseSurface& slave, const Dense
   return points;
 }
 
-void dense_remember(const DenseSurface& slave, const std::vector<DensePoint>& points, const std::vector<double>& end_gap,
-                    const std::vector<double>& p_n, double master_size, DenseMemory& memory) {
+void dense_remember(const DenseSurface& slave, const std::vector<DensePoint>& points,
+                    const std::vector<double>& end_gap, const std::vector<double>& p_n,
+                    double master_size, DenseMemory& memory) {
   start(slave, memory);
   std::fill(memory.face.begin(), memory.face.end(), -1);
   for (auto& faces : memory.touched) faces.clear();
@@ -139,7 +148,8 @@ void dense_remember(const DenseSurface& slave, const std::vector<DensePoint>& po
   for (std::size_t k = 0; k < points.size(); ++k) {
     const auto slot = static_cast<std::size_t>(points[k].slot);
     const bool touches = p_n[k] > 0 || end_gap[k] < 1e-6 * master_size;
-    if (memory.face[slot] < 0 && touches) memory.face[slot] = memory.known_face[slot] = points[k].face;
+    if (memory.face[slot] < 0 && touches)
+      memory.face[slot] = memory.known_face[slot] = points[k].face;
     if (touches) memory.touched[slot].push_back(points[k].face);
     const bool is_first = k == 0 || points[k - 1].slot != points[k].slot;
     // What has opened of an overlap stays open

@@ -15,14 +15,20 @@ using Point = std::array<Index, 3>;  // in half cells
 using Cell = std::vector<Point>;
 
 Point operator+(const Point& a, const Point& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
-Point middle(const Point& a, const Point& b) { return {(a[0] + b[0]) / 2, (a[1] + b[1]) / 2, (a[2] + b[2]) / 2}; }
+Point middle(const Point& a, const Point& b) {
+  return {(a[0] + b[0]) / 2, (a[1] + b[1]) / 2, (a[2] + b[2]) / 2};
+}
 
 // Corners of a cell in the order of a hex8
-constexpr std::array<Point, 8> cube = {{{0, 0, 0}, {2, 0, 0}, {2, 2, 0}, {0, 2, 0}, {0, 0, 2}, {2, 0, 2}, {2, 2, 2}, {0, 2, 2}}};
+constexpr std::array<Point, 8> cube = {
+    {{0, 0, 0}, {2, 0, 0}, {2, 2, 0}, {0, 2, 0}, {0, 0, 2}, {2, 0, 2}, {2, 2, 2}, {0, 2, 2}}};
 
-// Exodus: edges of the base, upright ones, edges of the top; then of a hex27 its centre, and faces -z, +z, -x, +x, -y, +y.
-constexpr int hex_edges[12][2] = {{0, 1}, {1, 2}, {2, 3}, {3, 0}, {0, 4}, {1, 5}, {2, 6}, {3, 7}, {4, 5}, {5, 6}, {6, 7}, {7, 4}};
-constexpr Point hex_centres[7] = {{1, 1, 1}, {1, 1, 0}, {1, 1, 2}, {0, 1, 1}, {2, 1, 1}, {1, 0, 1}, {1, 2, 1}};
+// Exodus: edges of the base, upright ones, edges of the top; then of a hex27 its centre, and faces
+// -z, +z, -x, +x, -y, +y.
+constexpr int hex_edges[12][2] = {{0, 1}, {1, 2}, {2, 3}, {3, 0}, {0, 4}, {1, 5},
+                                  {2, 6}, {3, 7}, {4, 5}, {5, 6}, {6, 7}, {7, 4}};
+constexpr Point hex_centres[7] = {{1, 1, 1}, {1, 1, 0}, {1, 1, 2}, {0, 1, 1},
+                                  {2, 1, 1}, {1, 0, 1}, {1, 2, 1}};
 constexpr int tet_edges[6][2] = {{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}};
 
 using Elements = std::vector<std::pair<ElementType, Cell>>;
@@ -37,7 +43,8 @@ void add_hex(const Point& at, ElementType type, Elements& elements) {
   elements.emplace_back(type, nodes);
 }
 
-// Six tets around the diagonal from the first corner to the last, one for each order of the axes (Kuhn): cells fit each other.
+// Six tets around the diagonal from the first corner to the last, one for each order of the axes
+// (Kuhn): cells fit each other.
 void add_tets(const Point& at, ElementType type, Elements& elements) {
   std::array<int, 3> axes = {0, 1, 2};
   do {
@@ -63,7 +70,8 @@ void add_wedges(const Point& at, Elements& elements) {
 }
 
 void add_pyramids(const Point& at, Elements& elements) {
-  static constexpr int bases[6][4] = {{0, 1, 2, 3}, {4, 7, 6, 5}, {0, 4, 5, 1}, {1, 5, 6, 2}, {2, 6, 7, 3}, {3, 7, 4, 0}};
+  static constexpr int bases[6][4] = {{0, 1, 2, 3}, {4, 7, 6, 5}, {0, 4, 5, 1},
+                                      {1, 5, 6, 2}, {2, 6, 7, 3}, {3, 7, 4, 0}};
   for (const auto& base : bases) {
     Cell nodes;
     for (const int corner : base) nodes.push_back(at + cube[corner]);
@@ -73,7 +81,8 @@ void add_pyramids(const Point& at, Elements& elements) {
 }
 
 void add_cell(const Point& at, CellKind kind, Elements& elements) {
-  const bool odd = (at[0] + at[1]) % 4 == 0;  // whole columns: triangles of wedges lie on those of wedges
+  // whole columns: triangles of wedges lie on those of wedges
+  const bool odd = (at[0] + at[1]) % 4 == 0;
   switch (kind) {
     case CellKind::hex8:
       return add_hex(at, ElementType::hex8, elements);
@@ -112,7 +121,8 @@ class Nodes {
     Points X(static_cast<Index>(points_.size()), 3);
     for (Index i = 0; i < X.rows(); ++i) {
       Vector3 x;
-      for (int c = 0; c < 3; ++c) x[c] = 0.5 * double(at(i)[c]) / double(shape_.n[c]) * shape_.size[c];
+      for (int c = 0; c < 3; ++c)
+        x[c] = 0.5 * double(at(i)[c]) / double(shape_.n[c]) * shape_.size[c];
       X.row(i) = (shape_.map ? shape_.map(x) : x).transpose();
     }
     return X;
@@ -134,7 +144,9 @@ void add_sidesets(const LatticeShape& shape, const Nodes& nodes, Mesh& mesh) {
       for (Index e = 0; e < block.connectivity.rows(); ++e)
         for (int s = 1; s <= n_sides(block.type); ++s) {
           const auto& local = side_nodes(block.type, s);
-          if (std::all_of(local.begin(), local.end(), [&](int i) { return nodes.at(block.connectivity(e, i))[f / 2] == level; }))
+          if (std::all_of(local.begin(), local.end(), [&](int i) {
+                return nodes.at(block.connectivity(e, i))[f / 2] == level;
+              }))
             set.sides.push_back({b, e, s});
         }
     }
@@ -153,15 +165,18 @@ void add_nodesets(const LatticeShape& shape, Nodes& nodes, Mesh& mesh) {
 
 using Permutation = std::vector<int>;
 
-// Nodes of a side as a cycle that begins with its smallest corner, mid-side nodes after the corners.
+// Nodes of a side as a cycle that begins with its smallest corner, mid-side nodes after the
+// corners.
 std::vector<int> cycle(ElementType type, int side, const Permutation& p) {
   const auto& local = side_nodes(type, side);
   const auto n = static_cast<std::size_t>(n_corners(side_kind(type, side)));
   std::vector<int> corners, all;
   for (std::size_t i = 0; i < n; ++i) corners.push_back(p[local[i]]);
-  const auto first = static_cast<std::size_t>(std::min_element(corners.begin(), corners.end()) - corners.begin());
+  const auto first =
+      static_cast<std::size_t>(std::min_element(corners.begin(), corners.end()) - corners.begin());
   for (std::size_t i = 0; i < n; ++i) all.push_back(corners[(first + i) % n]);
-  for (std::size_t i = 0; local.size() >= 2 * n && i < n; ++i) all.push_back(p[local[n + (first + i) % n]]);
+  for (std::size_t i = 0; local.size() >= 2 * n && i < n; ++i)
+    all.push_back(p[local[n + (first + i) % n]]);
   return all;
 }
 
@@ -171,8 +186,9 @@ std::set<std::vector<int>> cycles(ElementType type, const Permutation& p) {
   return found;
 }
 
-// All turns of an element onto itself: node i of the turned one is node p[i]. Found from its sides alone: corners by trial, what
-// lies amid edges from the corners. A hex27 is left as it is: its sides do not tell of their centres.
+// All turns of an element onto itself: node i of the turned one is node p[i]. Found from its sides
+// alone: corners by trial, what lies amid edges from the corners. A hex27 is left as it is: its
+// sides do not tell of their centres.
 std::vector<Permutation> turns_of(ElementType type) {
   Permutation identity(static_cast<std::size_t>(n_nodes(type)));
   std::iota(identity.begin(), identity.end(), 0);
@@ -181,7 +197,8 @@ std::vector<Permutation> turns_of(ElementType type) {
   for (int s = 1; s <= n_sides(type); ++s) {
     const auto& local = side_nodes(type, s);
     const auto n = static_cast<std::size_t>(n_corners(side_kind(type, s)));
-    for (std::size_t i = 0; local.size() > n && i < n; ++i) amid[std::minmax(local[i], local[(i + 1) % n])] = local[n + i];
+    for (std::size_t i = 0; local.size() > n && i < n; ++i)
+      amid[std::minmax(local[i], local[(i + 1) % n])] = local[n + i];
   }
   const auto wanted = cycles(type, identity);
   std::vector<Permutation> turns;
@@ -222,7 +239,8 @@ int turned_side(ElementType type, int side, const Permutation& p) {
 Mesh lattice_mesh(const LatticeShape& shape) {
   const auto& n = shape.n;
   Nodes nodes(shape);
-  std::map<std::pair<bool, ElementType>, std::vector<Index>> lists;  // (high, type) -> nodes of its elements
+  // (high, type) -> nodes of its elements
+  std::map<std::pair<bool, ElementType>, std::vector<Index>> lists;
   for (Index i = 0; i < n[0]; ++i)
     for (Index j = 0; j < n[1]; ++j)
       for (Index k = 0; k < n[2]; ++k) {
@@ -238,7 +256,8 @@ Mesh lattice_mesh(const LatticeShape& shape) {
     Block block;
     block.name = std::string(high ? "high" : "low") + "_" + std::string(name(type));
     block.id = static_cast<Index>(mesh.blocks.size()) + 1, block.type = type;
-    block.connectivity = Eigen::Map<const IndexTable>(list.data(), static_cast<Index>(list.size()) / n_nodes(type), n_nodes(type));
+    block.connectivity = Eigen::Map<const IndexTable>(
+        list.data(), static_cast<Index>(list.size()) / n_nodes(type), n_nodes(type));
     for (Index e = 0; e < block.connectivity.rows(); ++e) block.element_ids.push_back(next_id++);
     mesh.blocks.push_back(std::move(block));
   }
@@ -252,7 +271,8 @@ Mesh lattice_mesh(const LatticeShape& shape) {
 Mesh renumbered_any(const Mesh& mesh, unsigned seed) {
   std::mt19937 random(seed);
   Mesh result = mesh;
-  const std::vector<Index> nodes = random_order(mesh.coordinates.rows(), random), new_node = inverse(nodes);
+  const std::vector<Index> nodes = random_order(mesh.coordinates.rows(), random),
+                           new_node = inverse(nodes);
   for (Index i = 0; i < mesh.coordinates.rows(); ++i) {
     result.coordinates.row(i) = mesh.coordinates.row(nodes[i]);
     result.node_ids[i] = 3 * i + 7;
@@ -265,7 +285,8 @@ Mesh renumbered_any(const Mesh& mesh, unsigned seed) {
   for (std::size_t b = 0; b < mesh.blocks.size(); ++b) {
     Block& block = result.blocks[b];
     const Block& old = mesh.blocks[b];
-    const std::vector<Index> elements = random_order(old.connectivity.rows(), random), new_element = inverse(elements);
+    const std::vector<Index> elements = random_order(old.connectivity.rows(), random),
+                             new_element = inverse(elements);
     std::vector<const Permutation*> turn;
     for (Index e = 0; e < old.connectivity.rows(); ++e) {
       turn.push_back(&turns(block.type)[random() % turns(block.type).size()]);

@@ -9,23 +9,35 @@
 
 namespace cbr::test {
 
-enum class CellKind { hex8, hex20, hex27, tet4, tet10, wedge6, pyramid5, hex8_and_pyramid5, hex8_and_wedge6 };
+enum class CellKind {
+  hex8,
+  hex20,
+  hex27,
+  tet4,
+  tet10,
+  wedge6,
+  pyramid5,
+  hex8_and_pyramid5,
+  hex8_and_wedge6
+};
 constexpr int n_cell_kinds = 9;
 
 struct LatticeShape {
   CellKind kind = CellKind::hex8;
   std::array<Index, 3> n{1, 1, 1};
   Vector3 size = Vector3::Ones();
-  std::function<Vector3(const Vector3&)> map = {};  // of all nodes, those amid edges too: edges are curved
+  // of all nodes, those amid edges too: edges are curved
+  std::function<Vector3(const Vector3&)> map = {};
 };
 
-// A box from the origin: each of its n cells a hex, six tets, two wedges or six pyramids. Blocks "low" and "high" by halves along
-// x, one for each type of element ("low_hex8", ... where there are two). Sidesets x_min, ..., z_max; nodesets end (the nodes of
-// x_max), three (three nodes of x_max that hold a body) and one (a corner).
+// A box from the origin: each of its n cells a hex, six tets, two wedges or six pyramids. Blocks
+// "low" and "high" by halves along x, one for each type of element ("low_hex8", ... where there are
+// two). Sidesets x_min, ..., z_max; nodesets end (the nodes of x_max), three (three nodes of x_max
+// that hold a body) and one (a corner).
 Mesh lattice_mesh(const LatticeShape& shape);
 
-// The same body: nodes, elements, blocks of one kind, sides in random order, with other ids, and each element begun at another of
-// its corners.
+// The same body: nodes, elements, blocks of one kind, sides in random order, with other ids, and
+// each element begun at another of its corners.
 Mesh renumbered_any(const Mesh& mesh, unsigned seed);
 
 }  // namespace cbr::test

@@ -8,26 +8,32 @@
 namespace cbr::test {
 namespace {
 
-bool is_of(const RandomBody& body, const std::string& name) { return name.substr(0, name.find('.')) == body.name; }
+bool is_of(const RandomBody& body, const std::string& name) {
+  return name.substr(0, name.find('.')) == body.name;
+}
 
 bool is_held(const RandomScene& scene, const RandomBody& body) {
-  return std::any_of(scene.held.begin(), scene.held.end(), [&](const auto& name) { return is_of(body, name); });
+  return std::any_of(scene.held.begin(), scene.held.end(),
+                     [&](const auto& name) { return is_of(body, name); });
 }
 
 void erase_all(std::string& text, const std::string& words) {
-  for (auto at = text.find(words); at != std::string::npos; at = text.find(words)) text.erase(at, words.size());
+  for (auto at = text.find(words); at != std::string::npos; at = text.find(words))
+    text.erase(at, words.size());
 }
 
 // Of pairs that `body` is in, of all without one: no springs.
 void take_impulses(RandomScene& scene, const RandomBody* body) {
   for (RandomPair& pair : scene.pairs) {
     if (body != nullptr && !is_of(*body, pair.first) && !is_of(*body, pair.second)) continue;
-    for (const char* words : {", enforcement: penalty", ", damping: 0.1", ", formulation: two-way"}) erase_all(pair.options, words);
+    for (const char* words : {", enforcement: penalty", ", damping: 0.1", ", formulation: two-way"})
+      erase_all(pair.options, words);
   }
 }
 
-// Free modes leave the interface of c dofs a compliance of its own while they and the 6 rigid motions are no more than the
-// interior's dofs, and a compliance far above round-off while they are far fewer. Fixed ones must carry all rigid motions.
+// Free modes leave the interface of c dofs a compliance of its own while they and the 6 rigid
+// motions are no more than the interior's dofs, and a compliance far above round-off while they are
+// far fewer. Fixed ones must carry all rigid motions.
 void make_massless(Dice& dice, RandomScene& scene, RandomBody& b) {
   const Index n = interior_dofs(b);
   if (n < 24) return;  // as it was
@@ -37,7 +43,8 @@ void make_massless(Dice& dice, RandomScene& scene, RandomBody& b) {
   b.modes = way == 2 ? n - dice.below(n / 3) : dice.below(std::min<Index>(16, n / 2 - 6) + 1);
   if (way != 2) b.pick = "frequency";
   // No force but impulses, and no step but an explicit one, finds an interface without mass
-  if (scene.integrator == "newmark") scene.integrator = dice.once_in(2) ? "exact" : "central-difference";
+  if (scene.integrator == "newmark")
+    scene.integrator = dice.once_in(2) ? "exact" : "central-difference";
   take_impulses(scene, &b);
 }
 
@@ -47,7 +54,8 @@ std::string listed(const std::vector<std::string>& names) {
   return "[" + text + "]";
 }
 
-// Fewer of the interface's own modes than there are dofs to reduce, with or without patterns of pressure on its two faces.
+// Fewer of the interface's own modes than there are dofs to reduce, with or without patterns of
+// pressure on its two faces.
 void make_characteristic(Dice& dice, const RandomScene& scene, RandomBody& b) {
   const Index n_interface = 3 * b.mesh.coordinates.rows() - interior_dofs(b);
   std::vector<std::string> keep;
@@ -56,10 +64,12 @@ void make_characteristic(Dice& dice, const RandomScene& scene, RandomBody& b) {
   if (dice.once_in(2)) keep.push_back(dice.once_in(2) ? "x_min" : "x_max");
   RandomBody kept = b;
   kept.interface_sets = keep;
-  const Index left = n_interface - (keep.empty() ? 6 : 3 * b.mesh.coordinates.rows() - interior_dofs(kept));
+  const Index left =
+      n_interface - (keep.empty() ? 6 : 3 * b.mesh.coordinates.rows() - interior_dofs(kept));
   if (left < 3) return;  // all of it is kept
   b.basis = "characteristic";
-  b.reduction = "characteristic: {modes: " + std::to_string(dice.below(std::min<Index>(left - 1, 15)));
+  b.reduction =
+      "characteristic: {modes: " + std::to_string(dice.below(std::min<Index>(left - 1, 15)));
   if (!keep.empty()) b.reduction += ", keep: " + listed(keep);
   if (dice.once_in(2)) {
     b.reduction += ", pressure: [x_min, x_max], patterns: " + std::to_string(1 + dice.below(3));
@@ -68,7 +78,8 @@ void make_characteristic(Dice& dice, const RandomScene& scene, RandomBody& b) {
   b.reduction += "}";
 }
 
-// The domains depend on the order of the elements: only of all their modes, however many, the answer does not.
+// The domains depend on the order of the elements: only of all their modes, however many, the
+// answer does not.
 void make_domains(Dice& dice, RandomScene& scene, RandomBody& b) {
   b.domains = 2 + dice.below(2);
   if (b.shape.n[0] * b.shape.n[1] * b.shape.n[2] < 3) b.domains = 2;
@@ -87,12 +98,15 @@ void load_inside(Dice& dice, RandomScene& scene, RandomBody& b) {
   load.instance = b.name;
   constexpr const char* sides[] = {"y_min", "z_min", "z_max"};
   load.surface = sides[dice.below(3)];
-  if (dice.once_in(2)) load.time = {0, 0.3 * scene.end, 0.6 * scene.end}, load.factor = {0, 1, dice.uniform(-1, 1)};
+  if (dice.once_in(2))
+    load.time = {0, 0.3 * scene.end, 0.6 * scene.end}, load.factor = {0, 1, dice.uniform(-1, 1)};
   scene.loads.push_back(load);
   scene.loads_inside = true;
 }
 
-bool has_shells(const RandomScene& scene, const RandomBody& b) { return scene.skin && is_of(b, *scene.skin); }
+bool has_shells(const RandomScene& scene, const RandomBody& b) {
+  return scene.skin && is_of(b, *scene.skin);
+}
 
 }  // namespace
 
@@ -102,7 +116,8 @@ RandomScene random_scene_of_bases(unsigned seed) {
   for (RandomBody& b : scene.bodies) {
     b.reduced = b.reduced || !dice.once_in(3);
     if (!b.reduced) continue;
-    const bool is_kept = std::find(b.interface_sets.begin(), b.interface_sets.end(), "three") != b.interface_sets.end();
+    const bool is_kept = std::find(b.interface_sets.begin(), b.interface_sets.end(), "three") !=
+                         b.interface_sets.end();
     if (is_held(scene, b) && !is_kept) b.interface_sets.push_back("three");
     b.modes = std::min(b.modes, interior_dofs(b));
     switch (dice.below(5)) {

@@ -13,7 +13,9 @@ namespace cbr::test {
 class Dice {
  public:
   explicit Dice(unsigned seed) : random_(seed) {}
-  double uniform(double low, double high) { return low + (high - low) * static_cast<double>(random_() >> 1) / 2147483648.0; }
+  double uniform(double low, double high) {
+    return low + (high - low) * static_cast<double>(random_() >> 1) / 2147483648.0;
+  }
   Index below(Index n) { return static_cast<Index>(random_() % static_cast<unsigned long>(n)); }
   bool once_in(Index n) { return below(n) == 0; }
   Vector3 vector(double s) {

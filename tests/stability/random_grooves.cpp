@@ -9,10 +9,13 @@
 namespace cbr::test {
 namespace {
 
-// How far out of the plane x = 1 a groove along z is, or a pit of four faces (slope_z > 0); the nose is the same upside down.
+// How far out of the plane x = 1 a groove along z is, or a pit of four faces (slope_z > 0); the
+// nose is the same upside down.
 struct Hollow {
   double slope_y = 0, slope_z = 0;
-  double operator()(const Vector3& p) const { return slope_y * std::abs(p[1] - 0.5) + slope_z * std::abs(p[2] - 0.5); }
+  double operator()(const Vector3& p) const {
+    return slope_y * std::abs(p[1] - 0.5) + slope_z * std::abs(p[2] - 0.5);
+  }
 };
 
 // Moves what is at x = end (0 or 1) by `hollow`, what is at the other end not at all.
@@ -36,7 +39,8 @@ bool make_groove(RandomScene& scene) {
   constexpr double slopes[] = {0.2, 0.4, 0.7, 1};
   const Hollow hollow{slopes[dice.below(4)], pit ? slopes[dice.below(3)] : 0};
   // Not so sharp that elements of the nose turn over
-  const double deepest = 0.5 * (hollow.slope_y + hollow.slope_z), sharper = std::min(dice.uniform(0.8, 1.5), 0.7 / deepest);
+  const double deepest = 0.5 * (hollow.slope_y + hollow.slope_z),
+               sharper = std::min(dice.uniform(0.8, 1.5), 0.7 / deepest);
   bend(a, hollow, 1);
   bend(b, {sharper * hollow.slope_y, sharper * hollow.slope_z}, 0);
   b.position.tail<2>() *= 0.5;
@@ -47,7 +51,9 @@ bool make_groove(RandomScene& scene) {
   for (int iteration = 0; iteration < 3; ++iteration) {
     double nearest = HUGE_VAL;
     for (const Index node : set_nodes(b.mesh, "x_min")) {
-      const Vector3 x = a.rotation.transpose() * (b.rotation * b.mesh.coordinates.row(node).transpose() + b.position - a.position);
+      const Vector3 x =
+          a.rotation.transpose() *
+          (b.rotation * b.mesh.coordinates.row(node).transpose() + b.position - a.position);
       nearest = std::min(nearest, x[0] - 1 - hollow(x));
     }
     b.position[0] += gap - nearest;

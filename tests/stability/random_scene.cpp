@@ -9,19 +9,23 @@
 namespace cbr::test {
 namespace {
 
-constexpr const char* kind_names[n_cell_kinds] = {"hex8",   "hex20",    "hex27",         "tet4",       "tet10",
-                                                  "wedge6", "pyramid5", "hex8+pyramid5", "hex8+wedge6"};
+constexpr const char* kind_names[n_cell_kinds] = {"hex8",     "hex20",         "hex27",
+                                                  "tet4",     "tet10",         "wedge6",
+                                                  "pyramid5", "hex8+pyramid5", "hex8+wedge6"};
 
 std::function<Vector3(const Vector3&)> warp(Dice& dice, double amount) {
   const Vector3 wave = dice.vector(2), phase = dice.vector(3), tilt = dice.vector(0.1);
   return [=](const Vector3& p) {
-    const Vector3 wiggle(std::sin(wave[0] * p[1] + wave[1] * p[2] + phase[0]), std::sin(wave[1] * p[2] + 2 * p[0] + phase[1]),
+    const Vector3 wiggle(std::sin(wave[0] * p[1] + wave[1] * p[2] + phase[0]),
+                         std::sin(wave[1] * p[2] + 2 * p[0] + phase[1]),
                          std::sin(wave[2] * p[0] + 2 * p[1] + phase[2]));
     return Vector3(p + amount * wiggle + Vector3(0, tilt[0] * p[0], tilt[1] * p[1]));
   };
 }
 
-Material material(Dice& dice) { return {100 * dice.uniform(0.6, 1.4), dice.uniform(0, 0.4), dice.uniform(0.7, 1.3)}; }
+Material material(Dice& dice) {
+  return {100 * dice.uniform(0.6, 1.4), dice.uniform(0, 0.4), dice.uniform(0.7, 1.3)};
+}
 
 RandomBody random_body(Dice& dice, const std::string& name) {
   RandomBody b;
@@ -41,7 +45,9 @@ RandomBody random_body(Dice& dice, const std::string& name) {
   if (dice.once_in(3)) b.interface_sets.push_back("y_max");
   if (dice.once_in(4)) b.interface_sets.push_back("three");
   const Index n_interior = interior_dofs(b);
-  b.modes = dice.once_in(4) ? 0 : dice.once_in(3) ? n_interior : std::min(n_interior, 1 + dice.below(12));
+  b.modes = dice.once_in(4)   ? 0
+            : dice.once_in(3) ? n_interior
+                              : std::min(n_interior, 1 + dice.below(12));
   b.pick = dice.once_in(3) ? "participation" : "frequency";
   return b;
 }
@@ -49,7 +55,8 @@ RandomBody random_body(Dice& dice, const std::string& name) {
 std::string options(Dice& dice, const std::string& integrator, bool wall) {
   std::string text;
   const bool penalty = integrator != "newmark" && dice.once_in(3);
-  if (penalty) text += ", enforcement: penalty" + std::string(dice.once_in(2) ? ", damping: 0.1" : "");
+  if (penalty)
+    text += ", enforcement: penalty" + std::string(dice.once_in(2) ? ", damping: 0.1" : "");
   if (!wall && penalty && dice.once_in(2)) text += ", formulation: two-way";
   if (!wall && !penalty && dice.once_in(3)) text += ", formulation: mortar";
   if (dice.once_in(3)) text += ", friction: " + test::text(dice.uniform(0.1, 0.5));
@@ -87,7 +94,8 @@ void add_second(Dice& dice, RandomScene& scene) {
     high = std::max(high, (a.rotation * a.mesh.coordinates.row(node).transpose() + a.position)[0]);
   for (const Index node : set_nodes(b.mesh, "x_min"))
     low = std::min(low, (b.rotation * b.mesh.coordinates.row(node).transpose())[0]);
-  b.position = Vector3(high - low + dice.uniform(0.003, 0.02), dice.uniform(-0.3, 0.3), dice.uniform(-0.3, 0.3));
+  b.position = Vector3(high - low + dice.uniform(0.003, 0.02), dice.uniform(-0.3, 0.3),
+                       dice.uniform(-0.3, 0.3));
   b.velocity = Vector3(-1, 0, 0) + dice.vector(0.2);
   scene.bodies.push_back(std::move(b));
   scene.pairs.push_back({"a.x_max", "b.x_min", options(dice, scene.integrator, false)});
@@ -117,13 +125,15 @@ std::string list(const std::vector<double>& values, double unit) {
 }
 
 std::string material_text(const std::string& name, const Material& m, const Change& change) {
-  return "  " + name + ": {youngs_modulus: " + text(m.youngs_modulus * change.force() / std::pow(change.length, 2)) +
+  return "  " + name + ": {youngs_modulus: " +
+         text(m.youngs_modulus * change.force() / std::pow(change.length, 2)) +
          ", poissons_ratio: " + text(m.poissons_ratio) +
          ", density: " + text(m.density * change.mass / std::pow(change.length, 3)) + "}\n";
 }
 
 std::string component_text(const RandomBody& b) {
-  std::string text = "  c_" + b.name + ": {mesh: " + b.name + ".exo, material: m_" + b.name + "_low, blocks: {";
+  std::string text =
+      "  c_" + b.name + ": {mesh: " + b.name + ".exo, material: m_" + b.name + "_low, blocks: {";
   std::string blocks;
   for (const Block& block : b.mesh.blocks)
     blocks += (blocks.empty() ? "" : ", ") + block.name + ": {material: m_" + b.name + "_" +
@@ -132,26 +142,31 @@ std::string component_text(const RandomBody& b) {
   if (!b.reduced) return text + "}\n";
   text += ", reduction: {basis: " + b.basis + (b.reduction.empty() ? "" : ", " + b.reduction) +
           ", modes: " + std::to_string(b.modes) + ", pick: " + b.pick + ", interface: [";
-  for (const auto& set : b.interface_sets) text += set + (&set == &b.interface_sets.back() ? "]" : ", ");
+  for (const auto& set : b.interface_sets)
+    text += set + (&set == &b.interface_sets.back() ? "]" : ", ");
   if (b.domains > 1) text += ", domains: " + std::to_string(b.domains);
-  if (b.second_modes) text += ", second_reduction: {modes: " + std::to_string(*b.second_modes) + "}";
+  if (b.second_modes)
+    text += ", second_reduction: {modes: " + std::to_string(*b.second_modes) + "}";
   return text + "}}\n";
 }
 
 std::string instance_text(const RandomBody& b, const Change& change, bool in_place) {
   const bool mirrored = change.S.determinant() < 0;
   const Matrix3 M = mirrored ? Matrix3(Vector3(-1, 1, 1).asDiagonal()) : Matrix3::Identity();
-  std::string text = "  " + b.name + ": {component: c_" + b.name + ", as: " + (b.reduced ? "superelement" : "mesh") +
+  std::string text = "  " + b.name + ": {component: c_" + b.name +
+                     ", as: " + (b.reduced ? "superelement" : "mesh") +
                      ", velocity: " + test::text(change.velocity(b.velocity));
   if (!in_place)
     text += ", position: " + test::text(change.point(b.position)) +
-            ", rotation: " + test::text(degrees(change.S * b.rotation * M)) + (mirrored ? ", mirror: x" : "");
+            ", rotation: " + test::text(degrees(change.S * b.rotation * M)) +
+            (mirrored ? ", mirror: x" : "");
   return text + "}\n";
 }
 
 std::string wall_text(const RandomWall& w, const Change& change) {
-  std::string text =
-      "  " + w.name + ": {" + w.kind + ": {" + (w.kind == "sphere" ? "center: " : "point: ") + test::text(change.point(w.point));
+  std::string text = "  " + w.name + ": {" + w.kind + ": {" +
+                     (w.kind == "sphere" ? "center: " : "point: ") +
+                     test::text(change.point(w.point));
   if (w.kind == "plane") text += ", normal: " + test::text(change.direction(w.direction));
   if (w.kind == "cylinder") text += ", axis: " + test::text(change.direction(w.direction));
   if (w.kind != "plane") text += ", radius: " + test::text(change.length * w.radius);
@@ -163,9 +178,12 @@ std::string load_text(const RandomLoad& load, const Change& change) {
                       : load.kind == "force"  ? change.force()
                                               : change.speed() / change.time;
   std::string text = "  - {";
-  if (load.kind != "gravity") text += "instance: " + load.instance + ", surface: " + load.surface + ", ";
+  if (load.kind != "gravity")
+    text += "instance: " + load.instance + ", surface: " + load.surface + ", ";
   text += load.kind + ": " + test::text(Vector3(unit * change.direction(load.value)));
-  if (!load.time.empty()) text += ", history: {time: " + list(load.time, change.time) + ", value: " + list(load.factor, 1) + "}";
+  if (!load.time.empty())
+    text += ", history: {time: " + list(load.time, change.time) +
+            ", value: " + list(load.factor, 1) + "}";
   return text + "}\n";
 }
 
@@ -179,22 +197,26 @@ Index interior_dofs(const RandomBody& body) {
 }
 
 bool RandomScene::has(const std::string& option) const {
-  return std::any_of(pairs.begin(), pairs.end(),
-                     [&](const RandomPair& pair) { return pair.options.find(option) != std::string::npos; });
+  return std::any_of(pairs.begin(), pairs.end(), [&](const RandomPair& pair) {
+    return pair.options.find(option) != std::string::npos;
+  });
 }
 
 std::string RandomScene::text() const {
   std::string words = integrator;
   for (const RandomBody& b : bodies)
-    words += "; " + b.name + ": " + kind_names[static_cast<int>(b.shape.kind)] + " " + b.mass +
-             (b.reduced ? " " + b.basis + " " + b.reduction + " " + std::to_string(b.modes) + " modes" +
-                              (b.domains > 1 ? " of " + std::to_string(b.domains) + " domains" : "") +
-                              (b.second_modes ? " and again " + std::to_string(*b.second_modes) : "")
-                        : " full");
+    words +=
+        "; " + b.name + ": " + kind_names[static_cast<int>(b.shape.kind)] + " " + b.mass +
+        (b.reduced ? " " + b.basis + " " + b.reduction + " " + std::to_string(b.modes) + " modes" +
+                         (b.domains > 1 ? " of " + std::to_string(b.domains) + " domains" : "") +
+                         (b.second_modes ? " and again " + std::to_string(*b.second_modes) : "")
+                   : " full");
   for (const RandomWall& wall : walls) words += "; " + wall.kind;
-  for (const RandomPair& pair : pairs) words += "; " + pair.first + " - " + pair.second + pair.options;
+  for (const RandomPair& pair : pairs)
+    words += "; " + pair.first + " - " + pair.second + pair.options;
   for (const RandomLoad& load : loads)
-    words += "; " + load.kind + (load.surface.empty() ? "" : " on " + load.instance + "." + load.surface);
+    words += "; " + load.kind +
+             (load.surface.empty() ? "" : " on " + load.instance + "." + load.surface);
   if (mass_scaling) words += "; mass scaling, " + test::text(cfl) + " of the critical step";
   for (const auto& name : held) words += "; held " + name;
   return words + (skin ? "; skin" : "");
@@ -216,21 +238,25 @@ RandomScene random_scene(unsigned seed) {
   RandomBody& last = scene.bodies.back();
   if (dice.once_in(4)) {
     scene.held.push_back(last.name + ".three");
-    if (last.reduced && std::find(last.interface_sets.begin(), last.interface_sets.end(), "three") == last.interface_sets.end())
+    if (last.reduced && std::find(last.interface_sets.begin(), last.interface_sets.end(),
+                                  "three") == last.interface_sets.end())
       last.interface_sets.push_back("three");
     last.modes = std::min(last.modes, interior_dofs(last));
     last.velocity.setZero();
-    if (scene.bodies.size() == 1) scene.loads.push_back({"", "", "gravity", Vector3(-8, 1, 2), {}, {}});  // or nothing would move
+    // or nothing would move
+    if (scene.bodies.size() == 1)
+      scene.loads.push_back({"", "", "gravity", Vector3(-8, 1, 2), {}, {}});
   }
   if (dice.once_in(6)) scene.skin = last.name + ".x_max";
   return scene;
 }
 
 std::string yaml(const RandomScene& scene, const Change& change) {
-  std::string materials = "materials:\n", components = "components:\n", instances = "instances:\n", walls, contact, loads, held,
-              history;
+  std::string materials = "materials:\n", components = "components:\n", instances = "instances:\n",
+              walls, contact, loads, held, history;
   for (const RandomBody& b : scene.bodies) {
-    materials += material_text("m_" + b.name + "_low", b.low, change) + material_text("m_" + b.name + "_high", b.high, change);
+    materials += material_text("m_" + b.name + "_low", b.low, change) +
+                 material_text("m_" + b.name + "_high", b.high, change);
     components += component_text(b);
     instances += instance_text(b, change, scene.in_place);
     history += (history.empty() ? "" : ", ") + b.name + ".x_min, " + b.name + ".x_max";
@@ -240,22 +266,25 @@ std::string yaml(const RandomScene& scene, const Change& change) {
     contact += "  - {between: [" + pair.first + ", " + pair.second + "]" + pair.options + "}\n";
   for (const RandomLoad& load : scene.loads) loads += load_text(load, change);
   for (const std::string& name : scene.held)
-    held +=
-        "  - {instance: " + name.substr(0, name.find('.')) + ", nodes: " + name.substr(name.find('.') + 1) + ", fix: [x, y, z]}\n";
+    held += "  - {instance: " + name.substr(0, name.find('.')) +
+            ", nodes: " + name.substr(name.find('.') + 1) + ", fix: [x, y, z]}\n";
   std::string text = materials + components + instances;
   if (!walls.empty()) text += "walls:\n" + walls;
   if (!held.empty()) text += "boundary:\n" + held;
   if (!loads.empty()) text += "loads:\n" + loads;
   if (!contact.empty()) text += "contact:\n" + contact;
   if (scene.skin)
-    text += "skin: {surfaces: [" + *scene.skin +
-            "], youngs_modulus: " + test::text(random_skin.material.youngs_modulus * change.force() / std::pow(change.length, 2)) +
-            ", poissons_ratio: " + test::text(random_skin.material.poissons_ratio) +
-            ", density: " + test::text(random_skin.material.density * change.mass / std::pow(change.length, 3)) +
+    text += "skin: {surfaces: [" + *scene.skin + "], youngs_modulus: " +
+            test::text(random_skin.material.youngs_modulus * change.force() /
+                       std::pow(change.length, 2)) +
+            ", poissons_ratio: " + test::text(random_skin.material.poissons_ratio) + ", density: " +
+            test::text(random_skin.material.density * change.mass / std::pow(change.length, 3)) +
             ", thickness: " + test::text(random_skin.thickness * change.length) + "}\n";
-  return text + "time: {end: " + test::text(change.time * scene.end) + ", step: {cfl: " + test::text(scene.cfl) +
-         "}, integrator: " + scene.integrator + (scene.mass_scaling ? ", mass_scaling: true" : "") +
-         "}\noutput: {every: " + test::text(change.time * scene.every) + ", history: [" + history + "]}\n";
+  return text + "time: {end: " + test::text(change.time * scene.end) +
+         ", step: {cfl: " + test::text(scene.cfl) + "}, integrator: " + scene.integrator +
+         (scene.mass_scaling ? ", mass_scaling: true" : "") +
+         "}\noutput: {every: " + test::text(change.time * scene.every) + ", history: [" + history +
+         "]}\n";
 }
 
 Ran run_in(SceneFolder& folder, const RandomScene& scene, const Change& change) {
@@ -263,8 +292,9 @@ Ran run_in(SceneFolder& folder, const RandomScene& scene, const Change& change) 
     Mesh mesh = b.mesh;
     mesh.coordinates *= change.length;
     if (scene.in_place)
-      mesh.coordinates =
-          ((mesh.coordinates * (change.S * b.rotation).transpose()).rowwise() + change.point(b.position).transpose()).eval();
+      mesh.coordinates = ((mesh.coordinates * (change.S * b.rotation).transpose()).rowwise() +
+                          change.point(b.position).transpose())
+                             .eval();
     folder.add(b.name + ".exo", mesh);
   }
   set_threads(scene.threads);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Random scenes by seed: bodies of all kinds of elements, reduced or not, held, loaded, in contact with walls and with each other.
+// Random scenes by seed: bodies of all kinds of elements, reduced or not, held, loaded, in contact
+// with walls and with each other.
 #pragma once
 
 #include <optional>
@@ -21,8 +22,8 @@ struct RandomBody {
   bool reduced = false;
   Index modes = 0, domains = 1;
   std::vector<std::string> interface_sets;
-  // Other than Craig-Bampton: `reduction` is what a scene says of it, "massless_modes: free"; domains reduced again to so many
-  // modes
+  // Other than Craig-Bampton: `reduction` is what a scene says of it, "massless_modes: free";
+  // domains reduced again to so many modes
   std::string basis = "craig-bampton", reduction;
   std::optional<Index> second_modes;
   Matrix3 rotation = Matrix3::Identity();
@@ -68,16 +69,17 @@ struct RandomScene {
   std::string text() const;                   // for a person: what is in it
 };
 
-// The same seed gives the same scene. Surfaces that are to meet stand close and move towards each other, in no special position, so
-// that which nodes touch which faces does not hang on rounding.
+// The same seed gives the same scene. Surfaces that are to meet stand close and move towards each
+// other, in no special position, so that which nodes touch which faces does not hang on rounding.
 RandomScene random_scene(unsigned seed);
 
-// The same with bodies of other bases, domains, second reductions, loads inside reduced parts, and steps above the critical one:
-// drawn from a stream of its own, so that random_scene() gives what it gave.
+// The same with bodies of other bases, domains, second reductions, loads inside reduced parts, and
+// steps above the critical one: drawn from a stream of its own, so that random_scene() gives what
+// it gave.
 RandomScene random_scene_of_bases(unsigned seed);
 
-// Makes x_max of the first body a groove or a pit that a nose of the second comes into, from whatever side; false for a scene of
-// one body, which is left.
+// Makes x_max of the first body a groove or a pit that a nose of the second comes into, from
+// whatever side; false for a scene of one body, which is left.
 bool make_groove(RandomScene& scene);
 
 // 3 for each node that no set of the interface has.

@@ -17,7 +17,8 @@ struct Seeds {
 // CBR_SEEDS=FIRST:COUNT, then every change is tried on every scene. Without it 1 to `count`.
 inline Seeds seeds(unsigned count = 40) {
   Seeds seeds{1, count};
-  if (const char* text = std::getenv("CBR_SEEDS")) seeds.thorough = std::sscanf(text, "%u:%u", &seeds.first, &seeds.count) == 2;
+  if (const char* text = std::getenv("CBR_SEEDS"))
+    seeds.thorough = std::sscanf(text, "%u:%u", &seeds.first, &seeds.count) == 2;
   return seeds;
 }
 
@@ -39,8 +40,8 @@ class Worst {
   }
   void print() const {
     for (const auto& [what, entry] : entries_)
-      std::printf("%-40s %6d scenes, worst %.1e (seed %u, %.2g of what is allowed)\n", what.c_str(), entry.n, entry.value,
-                  entry.seed, entry.share);
+      std::printf("%-40s %6d scenes, worst %.1e (seed %u, %.2g of what is allowed)\n", what.c_str(),
+                  entry.n, entry.value, entry.seed, entry.share);
   }
 
  private:

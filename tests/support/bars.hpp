@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Scenes of bars along x that meet end to end, with nu = 0: one-dimensional elasticity, which has closed forms.
+// Scenes of bars along x that meet end to end, with nu = 0: one-dimensional elasticity, which has
+// closed forms.
 #pragma once
 
 #include <cmath>
@@ -42,18 +43,23 @@ std::string yaml(const BarScene& scene);
 
 Ran run(const BarScene& scene, const RunOptions& options = {});
 
-// What wave theory says of bars that touch end to end, at the times i dt: exact when the transit times of all bars and what starts
-// the waves fall on multiples of dt. A wave runs through a bar unchanged and comes back from a free end as it came. With a what
-// arrives at an end and b what it sends, the end moves at a + b and is pressed by Z (a - b). At a joint that is closed and pressed
-// both ends move alike: Z1 (2 a1 - u) = Z2 (u - 2 a2) = F; else F = 0. Bars are at uniform speed at first, and gaps may be open.
+// What wave theory says of bars that touch end to end, at the times i dt: exact when the transit
+// times of all bars and what starts the waves fall on multiples of dt. A wave runs through a bar
+// unchanged and comes back from a free end as it came. With a what arrives at an end and b what it
+// sends, the end moves at a + b and is pressed by Z (a - b). At a joint that is closed and pressed
+// both ends move alike: Z1 (2 a1 - u) = Z2 (u - 2 a2) = F; else F = 0. Bars are at uniform speed at
+// first, and gaps may be open.
 struct Waves {
   double dt = 0;
-  std::vector<std::vector<double>> lower, upper, centre, force;  // [bar][i]: displacements of its ends and centre; [joint][i]
+  // [bar][i]: displacements of its ends and centre; [joint][i]
+  std::vector<std::vector<double>> lower, upper, centre, force;
 };
 Waves waves(const std::vector<Bar>& bars, double dt, double end);
 
-// Rms over time of the x of a series of positions against displacements at multiples of dt, as a share of `scale`.
-double error_of(const RunResult& result, const Series3& positions, const std::vector<double>& u, double dt, double scale);
+// Rms over time of the x of a series of positions against displacements at multiples of dt, as a
+// share of `scale`.
+double error_of(const RunResult& result, const Series3& positions, const std::vector<double>& u,
+                double dt, double scale);
 
 double speed_of(const Ran& ran, std::size_t bar);
 

@@ -17,25 +17,32 @@ Vector3 degrees(const Matrix3& R) {
 }
 
 std::string yaml(const ContactScene& scene, const Change& change) {
-  std::string materials = "materials:\n", components = "components:\n", instances = "instances:\n", contact = "contact:\n", walls;
+  std::string materials = "materials:\n", components = "components:\n", instances = "instances:\n",
+              contact = "contact:\n", walls;
   const bool mirrored = change.S.determinant() < 0;
   const Matrix3 M = mirrored ? Matrix3(Vector3(-1, 1, 1).asDiagonal()) : Matrix3::Identity();
   for (const BodyPart& b : scene.bodies) {
-    materials += "  m_" + b.name + ": {youngs_modulus: " + text(b.youngs_modulus * change.force() / std::pow(change.length, 2)) +
+    materials += "  m_" + b.name + ": {youngs_modulus: " +
+                 text(b.youngs_modulus * change.force() / std::pow(change.length, 2)) +
                  ", poissons_ratio: " + text(b.poissons_ratio) +
                  ", density: " + text(b.density * change.mass / std::pow(change.length, 3)) + "}\n";
     components += "  c_" + b.name + ": {mesh: " + b.name + ".exo, material: m_" + b.name;
     if (!b.full) {
-      components += ", reduction: {basis: " + b.basis + ", modes: " + std::to_string(b.modes) + ", interface: [";
-      for (const auto& set : b.interface_sets) components += set + (&set == &b.interface_sets.back() ? "]}" : ", ");
+      components += ", reduction: {basis: " + b.basis + ", modes: " + std::to_string(b.modes) +
+                    ", interface: [";
+      for (const auto& set : b.interface_sets)
+        components += set + (&set == &b.interface_sets.back() ? "]}" : ", ");
     }
     components += "}\n  ";
-    instances += "  " + b.name + ": {component: c_" + b.name + ", as: " + (b.full ? "mesh" : "superelement") +
+    instances += "  " + b.name + ": {component: c_" + b.name +
+                 ", as: " + (b.full ? "mesh" : "superelement") +
                  ", velocity: " + text(change.velocity(b.velocity));
     if (!scene.in_place)
-      instances += ", position: " + text(change.point(b.position)) + ", rotation: " + text(degrees(change.S * b.rotation * M)) +
+      instances += ", position: " + text(change.point(b.position)) +
+                   ", rotation: " + text(degrees(change.S * b.rotation * M)) +
                    (mirrored ? ", mirror: x" : "");
-    if (!b.angular_velocity.isZero()) instances += ", angular_velocity: " + text(change.spin(b.angular_velocity));
+    if (!b.angular_velocity.isZero())
+      instances += ", angular_velocity: " + text(change.spin(b.angular_velocity));
     instances += "}\n";
     components.resize(components.size() - 2);
   }
@@ -48,11 +55,14 @@ std::string yaml(const ContactScene& scene, const Change& change) {
   for (const auto& surface : scene.history) history += (history.empty() ? "" : ", ") + surface;
   std::string loads;
   if (!scene.gravity.isZero())
-    loads = "loads: [{gravity: " + text(Vector3(change.S * scene.gravity * change.speed() / change.time)) + "}]\n";
+    loads = "loads: [{gravity: " +
+            text(Vector3(change.S * scene.gravity * change.speed() / change.time)) + "}]\n";
   const double h = change.time * scene.step * (1 + 1e-10);
-  return materials + components + instances + walls + contact + loads + "time: {end: " + text(change.time * scene.end) +
-         ", step: " + text(h) + ", integrator: " + scene.integrator + (scene.large_rotations ? ", rotations: large" : "") + "}\noutput: {every: " + text(change.time * scene.every) +
-         ", history: [" + history + "]}\n";
+  return materials + components + instances + walls + contact + loads +
+         "time: {end: " + text(change.time * scene.end) + ", step: " + text(h) +
+         ", integrator: " + scene.integrator + (scene.large_rotations ? ", rotations: large" : "") +
+         "}\noutput: {every: " + text(change.time * scene.every) + ", history: [" + history +
+         "]}\n";
 }
 
 Ran run(const ContactScene& scene, const Change& change, const RunOptions& options) {
@@ -61,8 +71,9 @@ Ran run(const ContactScene& scene, const Change& change, const RunOptions& optio
     Mesh mesh = b.mesh;
     mesh.coordinates *= change.length;
     if (scene.in_place)
-      mesh.coordinates =
-          ((mesh.coordinates * (change.S * b.rotation).transpose()).rowwise() + change.point(b.position).transpose()).eval();
+      mesh.coordinates = ((mesh.coordinates * (change.S * b.rotation).transpose()).rowwise() +
+                          change.point(b.position).transpose())
+                             .eval();
     folder.add(b.name + ".exo", mesh);
   }
   set_threads(scene.threads);
@@ -78,44 +89,62 @@ Difference difference(const Ran& plain, const Ran& changed, const Change& change
   const double det = change.S.determinant();
   for (std::size_t k = 0; k < a.time.size(); ++k) {
     const Vector3 drift = change.shift + b.time[k] * change.boost;
-    const auto back = [&](const Vector3& y, double unit) { return Vector3(change.S.transpose() * y / unit); };
+    const auto back = [&](const Vector3& y, double unit) {
+      return Vector3(change.S.transpose() * y / unit);
+    };
     for (std::size_t i = 0; i < a.bodies.size(); ++i) {
       const RunResult::OfBody& other = changed.body(plain.built.instances[i].name);
-      const double m = plain.built.instances[i].mass, mb = changed.mass(plain.built.instances[i].name);
+      const double m = plain.built.instances[i].mass,
+                   mb = changed.mass(plain.built.instances[i].name);
       const Vector3 P = at(a.bodies[i].momentum, k), C = at(a.bodies[i].center_of_mass, k);
-      p = std::max(p, (back(at(other.momentum, k) - mb * change.boost, change.mass * change.speed()) - P).norm());
+      p = std::max(
+          p, (back(at(other.momentum, k) - mb * change.boost, change.mass * change.speed()) - P)
+                 .norm());
       x = std::max(x, (back(at(other.center_of_mass, k) - drift, change.length) - C).norm());
       // About the body's own centre of mass, so that neither shift nor boost is in it
       const Vector3 La = at(a.bodies[i].angular_momentum, k) - C.cross(P);
-      const Vector3 Lb = at(other.angular_momentum, k) - at(other.center_of_mass, k).cross(Vector3(at(other.momentum, k)));
+      const Vector3 Lb = at(other.angular_momentum, k) -
+                         at(other.center_of_mass, k).cross(Vector3(at(other.momentum, k)));
       l = std::max(l, (det * back(Lb, change.mass * change.speed() * change.length) - La).norm());
-      ls = std::max(ls, La.norm()), ps = std::max(ps, P.norm()), xs = std::max(xs, (C - at(a.bodies[i].center_of_mass, 0)).norm());
+      ls = std::max(ls, La.norm()), ps = std::max(ps, P.norm()),
+      xs = std::max(xs, (C - at(a.bodies[i].center_of_mass, 0)).norm());
       ps = std::max(ps, m * 1e-12);
       if (change.boost.isZero())
-        e = std::max(e, std::abs(other.kinetic_energy[k] / change.energy() - a.bodies[i].kinetic_energy[k]));
-      e = std::max(e, std::abs(other.strain_energy[k] / change.energy() - a.bodies[i].strain_energy[k]));
+        e = std::max(
+            e, std::abs(other.kinetic_energy[k] / change.energy() - a.bodies[i].kinetic_energy[k]));
+      e = std::max(
+          e, std::abs(other.strain_energy[k] / change.energy() - a.bodies[i].strain_energy[k]));
       es = std::max(es, a.bodies[i].kinetic_energy[k]);
     }
     for (std::size_t i = 0; i < a.monitors.size(); ++i) {
       const RunResult::OfMonitor& other = changed.monitor(plain.built.simulation.monitors[i].name);
-      x = std::max(x, (back(at(other.mean_position, k) - drift, change.length) - at(a.monitors[i].mean_position, k)).norm());
-      f = std::max(f, (back(at(other.force, k), change.force()) - at(a.monitors[i].force, k)).norm());
+      x = std::max(x, (back(at(other.mean_position, k) - drift, change.length) -
+                       at(a.monitors[i].mean_position, k))
+                          .norm());
+      f = std::max(f,
+                   (back(at(other.force, k), change.force()) - at(a.monitors[i].force, k)).norm());
       fs = std::max(fs, at(a.monitors[i].force, k).norm());
     }
     for (std::size_t i = 0; i < a.pairs.size(); ++i) {
-      if (a.pairs[i].active.empty() && b.pairs[i].active.empty()) continue;  // one of all that never met
+      // one of all that never met
+      if (a.pairs[i].active.empty() && b.pairs[i].active.empty()) continue;
       if (a.pairs[i].active.empty() != b.pairs[i].active.empty()) return {1, 1, 1, 1, 1, 1};
       d.pairs = std::max(d.pairs, std::abs(a.pairs[i].active[k] - b.pairs[i].active[k]));
-      d.pairs = std::max(d.pairs, std::abs(a.pairs[i].penetration[k] - b.pairs[i].penetration[k] / change.length));
-      d.pairs = std::max(d.pairs, std::abs(a.pairs[i].area[k] - b.pairs[i].area[k] / std::pow(change.length, 2)));
+      d.pairs = std::max(
+          d.pairs, std::abs(a.pairs[i].penetration[k] - b.pairs[i].penetration[k] / change.length));
+      d.pairs = std::max(
+          d.pairs, std::abs(a.pairs[i].area[k] - b.pairs[i].area[k] / std::pow(change.length, 2)));
       // The force is that on the surface named first
-      const double sign = plain.built.simulation.pairs[i].name == changed.built.simulation.pairs[i].name ? 1 : -1;
-      f = std::max(f, (sign * back(at(b.pairs[i].force, k), change.force()) - at(a.pairs[i].force, k)).norm());
+      const double sign =
+          plain.built.simulation.pairs[i].name == changed.built.simulation.pairs[i].name ? 1 : -1;
+      f = std::max(
+          f,
+          (sign * back(at(b.pairs[i].force, k), change.force()) - at(a.pairs[i].force, k)).norm());
     }
   }
   // Bodies are about a unit long: what turns little is measured by what it could
-  d.positions = x / xs, d.momenta = p / ps, d.angular = l / std::max(ls, 0.1 * ps), d.forces = fs > 0 ? f / fs : f,
-  d.energies = e / es;
+  d.positions = x / xs, d.momenta = p / ps, d.angular = l / std::max(ls, 0.1 * ps),
+  d.forces = fs > 0 ? f / fs : f, d.energies = e / es;
   return d;
 }
 

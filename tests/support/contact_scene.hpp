@@ -9,7 +9,8 @@
 
 namespace cbr::test {
 
-// x' = length * (S x) + shift, S orthogonal with determinant 1 or -1; velocities get a boost. Units of the other kinds follow.
+// x' = length * (S x) + shift, S orthogonal with determinant 1 or -1; velocities get a boost. Units
+// of the other kinds follow.
 struct Change {
   Matrix3 S = Matrix3::Identity();
   Vector3 shift = Vector3::Zero(), boost = Vector3::Zero();
@@ -61,11 +62,14 @@ std::string yaml(const ContactScene& scene, const Change& change);
 
 Ran run(const ContactScene& scene, const Change& change = {}, const RunOptions& options = {});
 
-// How far two runs of one scene are from each other when the change of the second is undone: the largest difference in each kind of
-// quantity as a share of its largest value in the run. Bodies and surfaces are matched by name, pairs by their place.
+// How far two runs of one scene are from each other when the change of the second is undone: the
+// largest difference in each kind of quantity as a share of its largest value in the run. Bodies
+// and surfaces are matched by name, pairs by their place.
 struct Difference {
   double positions = 0, momenta = 0, angular = 0, forces = 0, energies = 0, pairs = 0;
-  double largest() const { return std::max({positions, momenta, angular, forces, energies, pairs}); }
+  double largest() const {
+    return std::max({positions, momenta, angular, forces, energies, pairs});
+  }
 };
 
 Difference difference(const Ran& plain, const Ran& changed, const Change& change);

@@ -17,8 +17,11 @@ namespace cbr::test {
 
 struct BallOptions {
   double radius = 10;
-  double core = 0.5;     // half width of the evenly meshed patch about the contact point; the elements there are 2 core / m wide
-  Index m = 8;           // elements across the patch (even); a quarter of the azimuth is m elements wide everywhere
+  // half width of the evenly meshed patch about the contact point; the elements there are 2 core /
+  // m wide
+  double core = 0.5;
+  // elements across the patch (even); a quarter of the azimuth is m elements wide everywhere
+  Index m = 8;
   Index shells = 14;     // between the patch and the far side
   Index cap_shells = 2;  // so many rings about the patch belong to sideset `contact`
   bool quarter = false;  // x >= 0 and y >= 0 only, with nodesets `x_plane` and `y_plane`
@@ -31,8 +34,8 @@ constexpr double bulge = 0.35;  // 0: the core is a half cube, 1: a half ball wi
 // A point of the half cube's surface, moved outwards: its factor.
 inline double outward(const Vector3& p) { return (1 - bulge) * 0.85 + bulge / p.norm(); }
 
-// The half space Z > 0 on the ball of radius R with its lowest point at the origin: an inversion, so angles are kept, and lengths
-// near the origin too. Infinity is the far pole.
+// The half space Z > 0 on the ball of radius R with its lowest point at the origin: an inversion,
+// so angles are kept, and lengths near the origin too. Infinity is the far pole.
 inline Vector3 half_space_to_ball(const Vector3& x, double R) {
   const Vector3 centre(0, 0, -2 * R), d = x - centre;
   Vector3 y = centre + 4 * R * R * d / d.squaredNorm();
@@ -40,15 +43,18 @@ inline Vector3 half_space_to_ball(const Vector3& x, double R) {
   return y;
 }
 
-// One lattice point of the half cube [-1, 1]^2 x [0, 1], at equal angles, and its layer: -1 inside the near core or on it, s its
-// copy on shell s, L + 1 in the far core.
+// One lattice point of the half cube [-1, 1]^2 x [0, 1], at equal angles, and its layer: -1 inside
+// the near core or on it, s its copy on shell s, L + 1 in the far core.
 struct Lattice {
   BallOptions o;
   double rho0, rho1;
-  explicit Lattice(const BallOptions& options) : o(options), rho0(options.core), rho1(5 * options.radius) {}
+  explicit Lattice(const BallOptions& options)
+      : o(options), rho0(options.core), rho1(5 * options.radius) {}
 
   Vector3 point(Index i, Index j, Index k) const {
-    const auto at = [&](Index a) { return std::tan(std::numbers::pi / 4 * (2 * double(a) / double(o.m) - 1)); };
+    const auto at = [&](Index a) {
+      return std::tan(std::numbers::pi / 4 * (2 * double(a) / double(o.m) - 1));
+    };
     return {at(i), at(j), std::tan(std::numbers::pi / 4 * 2 * double(k) / double(o.m))};
   }
   Vector3 in_core(const Vector3& p, double rho) const {
@@ -61,9 +67,12 @@ struct Lattice {
     const double t = double(s) / double(o.shells);
     const auto fade = [](double a) { return a > 0.5 ? 0.0 : (1 - 2 * a) * (1 - 2 * a); };
     const double box = std::log(outward(p) * p.norm());
-    return p.normalized() * std::exp(std::log(rho0) + t * std::log(rho1 / rho0) + (fade(t) - fade(1 - t)) * box);
+    return p.normalized() *
+           std::exp(std::log(rho0) + t * std::log(rho1 / rho0) + (fade(t) - fade(1 - t)) * box);
   }
-  Vector3 near_core_node(const Vector3& p) const { return half_space_to_ball(in_core(p, rho0), o.radius); }
+  Vector3 near_core_node(const Vector3& p) const {
+    return half_space_to_ball(in_core(p, rho0), o.radius);
+  }
   Vector3 far_core_node(const Vector3& p) const {
     Vector3 y = half_space_to_ball(in_core(p, 4 * o.radius * o.radius / rho1), o.radius);
     y.z() = 2 * o.radius - y.z();
@@ -76,17 +85,23 @@ struct Builder {
   std::vector<Vector3> x;
   std::vector<char> outer, x_plane, y_plane;
   std::vector<std::array<Index, 8>> hexes;
-  std::vector<Index> layer;  // of each hex: 0 the near core, s the shell below s, shells + 1 the far core
-  Index lo, m, n_k;          // lattice points lo .. m, lo .. m, 0 .. n_k
-  explicit Builder(const BallOptions& o) : lattice(o), lo(o.quarter ? o.m / 2 : 0), m(o.m), n_k(o.m / 2) {}
+  // of each hex: 0 the near core, s the shell below s, shells + 1 the far core
+  std::vector<Index> layer;
+  Index lo, m, n_k;  // lattice points lo .. m, lo .. m, 0 .. n_k
+  explicit Builder(const BallOptions& o)
+      : lattice(o), lo(o.quarter ? o.m / 2 : 0), m(o.m), n_k(o.m / 2) {}
 
   Index add(const Vector3& place, Index i, Index j, Index k) {
     x.push_back(place);
     outer.push_back(k == 0), x_plane.push_back(2 * i == m), y_plane.push_back(2 * j == m);
     return static_cast<Index>(x.size()) - 1;
   }
-  bool on_box(Index i, Index j, Index k) const { return (lo == 0 && (i == 0 || j == 0)) || i == m || j == m || k == n_k; }
-  std::size_t key(Index i, Index j, Index k) const { return static_cast<std::size_t>((i * (m + 1) + j) * (n_k + 1) + k); }
+  bool on_box(Index i, Index j, Index k) const {
+    return (lo == 0 && (i == 0 || j == 0)) || i == m || j == m || k == n_k;
+  }
+  std::size_t key(Index i, Index j, Index k) const {
+    return static_cast<std::size_t>((i * (m + 1) + j) * (n_k + 1) + k);
+  }
   template <class F>
   void each_point(F f) const {
     for (Index i = lo; i <= m; ++i)
@@ -98,7 +113,8 @@ struct Builder {
       for (Index j = lo; j < m; ++j)
         for (Index k = 0; k < n_k; ++k) {
           const auto n = [&](Index a, Index b, Index c) { return node[key(i + a, j + b, k + c)]; };
-          hexes.push_back({n(0, 0, 0), n(1, 0, 0), n(1, 1, 0), n(0, 1, 0), n(0, 0, 1), n(1, 0, 1), n(1, 1, 1), n(0, 1, 1)});
+          hexes.push_back({n(0, 0, 0), n(1, 0, 0), n(1, 1, 0), n(0, 1, 0), n(0, 0, 1), n(1, 0, 1),
+                           n(1, 1, 1), n(0, 1, 1)});
           layer.push_back(of_layer);
         }
   }
@@ -108,7 +124,8 @@ struct Builder {
       layer.push_back(s);
     };
     for (Index i = lo; i < m; ++i) {
-      for (Index j = lo; j < m; ++j) quad({key(i, j, n_k), key(i + 1, j, n_k), key(i + 1, j + 1, n_k), key(i, j + 1, n_k)});
+      for (Index j = lo; j < m; ++j)
+        quad({key(i, j, n_k), key(i + 1, j, n_k), key(i + 1, j + 1, n_k), key(i, j + 1, n_k)});
       for (Index k = 0; k < n_k; ++k) {
         for (const Index end : lo == 0 ? std::vector<Index>{0, m} : std::vector<Index>{m}) {
           quad({key(end, i, k), key(end, i + 1, k), key(end, i + 1, k + 1), key(end, i, k + 1)});
@@ -118,21 +135,25 @@ struct Builder {
     }
   }
   void build() {
-    std::vector<Index> below(static_cast<std::size_t>((m + 1) * (m + 1) * (n_k + 1)), -1), above = below;
-    each_point(
-        [&](Index i, Index j, Index k) { below[key(i, j, k)] = add(lattice.near_core_node(lattice.point(i, j, k)), i, j, k); });
+    std::vector<Index> below(static_cast<std::size_t>((m + 1) * (m + 1) * (n_k + 1)), -1),
+        above = below;
+    each_point([&](Index i, Index j, Index k) {
+      below[key(i, j, k)] = add(lattice.near_core_node(lattice.point(i, j, k)), i, j, k);
+    });
     add_cells(below, 0);
     for (Index s = 1; s <= lattice.o.shells; ++s) {
       each_point([&](Index i, Index j, Index k) {
         if (!on_box(i, j, k)) return;
-        const Vector3 place = half_space_to_ball(lattice.on_shell(lattice.point(i, j, k), s), lattice.o.radius);
+        const Vector3 place =
+            half_space_to_ball(lattice.on_shell(lattice.point(i, j, k), s), lattice.o.radius);
         above[key(i, j, k)] = add(place, i, j, k);
       });
       add_shell(below, above, s);
       below = above;
     }
     each_point([&](Index i, Index j, Index k) {
-      if (!on_box(i, j, k)) below[key(i, j, k)] = add(lattice.far_core_node(lattice.point(i, j, k)), i, j, k);
+      if (!on_box(i, j, k))
+        below[key(i, j, k)] = add(lattice.far_core_node(lattice.point(i, j, k)), i, j, k);
     });
     add_cells(below, lattice.o.shells + 1);
   }
@@ -140,7 +161,8 @@ struct Builder {
 
 }  // namespace ball_detail
 
-// The ball z >= 0 that touches the plane z = 0 at the origin. Sidesets `contact` (the patch about the origin) and `surface` (all).
+// The ball z >= 0 that touches the plane z = 0 at the origin. Sidesets `contact` (the patch about
+// the origin) and `surface` (all).
 inline Mesh graded_ball(const BallOptions& options) {
   ball_detail::Builder ball(options);
   ball.build();
@@ -169,11 +191,13 @@ inline Mesh graded_ball(const BallOptions& options) {
     block.element_ids.push_back(e + 1);
     for (int side = 1; side <= 6; ++side) {
       const auto& nodes = side_nodes(ElementType::hex8, side);
-      if (!std::all_of(nodes.begin(), nodes.end(),
-                       [&](int a) { return ball.outer[static_cast<std::size_t>(hex[std::size_t(a)])]; }))
+      if (!std::all_of(nodes.begin(), nodes.end(), [&](int a) {
+            return ball.outer[static_cast<std::size_t>(hex[std::size_t(a)])];
+          }))
         continue;
       surface.sides.push_back({0, e, side});
-      if (ball.layer[static_cast<std::size_t>(e)] <= options.cap_shells) contact.sides.push_back({0, e, side});
+      if (ball.layer[static_cast<std::size_t>(e)] <= options.cap_shells)
+        contact.sides.push_back({0, e, side});
     }
   }
   mesh.blocks.push_back(std::move(block));

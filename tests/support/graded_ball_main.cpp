@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// graded-ball FILE [RADIUS CORE M SHELLS CAP_SHELLS QUARTER]: writes the mesh of graded_ball.hpp, and its volume to stdout.
+// graded-ball FILE [RADIUS CORE M SHELLS CAP_SHELLS QUARTER]: writes the mesh of graded_ball.hpp,
+// and its volume to stdout.
 #include <cstdlib>
 #include <iostream>
 
@@ -29,6 +30,7 @@ int main(int argc, char** argv) {
   cbr::write_mesh(mesh, argv[1]);
   std::cout.precision(17);
   std::cout << volume << "\n";
-  std::cerr << mesh.coordinates.rows() << " nodes, " << mesh.blocks[0].connectivity.rows() << " hexes, "
-            << mesh.sidesets[0].sides.size() << " faces in contact, smallest quality " << quality << "\n";
+  std::cerr << mesh.coordinates.rows() << " nodes, " << mesh.blocks[0].connectivity.rows()
+            << " hexes, " << mesh.sidesets[0].sides.size() << " faces in contact, smallest quality "
+            << quality << "\n";
 }

@@ -30,13 +30,15 @@ std::vector<T> permuted(const std::vector<T>& values, const std::vector<Index>& 
   return result;
 }
 
-// A quarter turn of a hex about its third axis: node a of the turned one is node (a + 1) % 4 of the old; sides follow.
+// A quarter turn of a hex about its third axis: node a of the turned one is node (a + 1) % 4 of the
+// old; sides follow.
 void turn(Block& block, Index element, std::vector<Sideset>& sidesets, Index block_index) {
   Eigen::Matrix<Index, 1, 8> old = block.connectivity.row(element);
   for (int a = 0; a < 8; ++a) block.connectivity(element, a) = old[4 * (a / 4) + (a + 1) % 4];
   for (Sideset& set : sidesets)
     for (Side& side : set.sides)
-      if (side.block == block_index && side.element == element && side.side <= 4) side.side = 1 + (side.side + 2) % 4;
+      if (side.block == block_index && side.element == element && side.side <= 4)
+        side.side = 1 + (side.side + 2) % 4;
 }
 
 Report quiet(const std::string& program) { return Report(program, Verbosity::quiet); }
@@ -54,22 +56,26 @@ Mesh block_mesh(const BlockShape& shape) {
   const auto& n = shape.n;
   Mesh mesh;
   mesh.coordinates.resize((n[0] + 1) * (n[1] + 1) * (n[2] + 1), 3);
-  const auto node = [&](Index i, Index j, Index k) { return i + (n[0] + 1) * (j + (n[1] + 1) * k); };
+  const auto node = [&](Index i, Index j, Index k) {
+    return i + (n[0] + 1) * (j + (n[1] + 1) * k);
+  };
   Block block;
   block.name = "block", block.id = 1, block.type = ElementType::hex8;
   block.connectivity.resize(n[0] * n[1] * n[2], 8);
-  for (const Face& face : faces) mesh.sidesets.push_back({face.name, static_cast<Index>(mesh.sidesets.size()) + 1, {}});
+  for (const Face& face : faces)
+    mesh.sidesets.push_back({face.name, static_cast<Index>(mesh.sidesets.size()) + 1, {}});
   Index e = 0;
   for (Index k = 0; k <= n[2]; ++k) {
     for (Index j = 0; j <= n[1]; ++j) {
       for (Index i = 0; i <= n[0]; ++i) {
-        const Vector3 x =
-            shape.size.cwiseProduct(Vector3(double(i) / double(n[0]), double(j) / double(n[1]), double(k) / double(n[2])));
+        const Vector3 x = shape.size.cwiseProduct(
+            Vector3(double(i) / double(n[0]), double(j) / double(n[1]), double(k) / double(n[2])));
         mesh.coordinates.row(node(i, j, k)) = (shape.map ? shape.map(x) : x).transpose();
         mesh.node_ids.push_back(node(i, j, k) + 1);
         if (i == n[0] || j == n[1] || k == n[2]) continue;
-        block.connectivity.row(e) << node(i, j, k), node(i + 1, j, k), node(i + 1, j + 1, k), node(i, j + 1, k), node(i, j, k + 1),
-            node(i + 1, j, k + 1), node(i + 1, j + 1, k + 1), node(i, j + 1, k + 1);
+        block.connectivity.row(e) << node(i, j, k), node(i + 1, j, k), node(i + 1, j + 1, k),
+            node(i, j + 1, k), node(i, j, k + 1), node(i + 1, j, k + 1), node(i + 1, j + 1, k + 1),
+            node(i, j + 1, k + 1);
         block.element_ids.push_back(e + 1);
         const Index at[] = {i, j, k};
         for (std::size_t f = 0; f < std::size(faces); ++f)
@@ -86,7 +92,8 @@ Mesh block_mesh(const BlockShape& shape) {
 Mesh renumbered(const Mesh& mesh, unsigned seed) {
   std::mt19937 random(seed);
   Mesh result = mesh;
-  const std::vector<Index> nodes = random_order(mesh.coordinates.rows(), random), new_node = inverse(nodes);
+  const std::vector<Index> nodes = random_order(mesh.coordinates.rows(), random),
+                           new_node = inverse(nodes);
   for (Index i = 0; i < mesh.coordinates.rows(); ++i) {
     result.coordinates.row(i) = mesh.coordinates.row(nodes[static_cast<std::size_t>(i)]);
     result.node_ids[static_cast<std::size_t>(i)] = 3 * i + 7;
@@ -98,7 +105,8 @@ Mesh renumbered(const Mesh& mesh, unsigned seed) {
   Index next_id = 11;
   for (std::size_t b = 0; b < mesh.blocks.size(); ++b) {
     Block& block = result.blocks[b];
-    const std::vector<Index> elements = random_order(block.connectivity.rows(), random), new_element = inverse(elements);
+    const std::vector<Index> elements = random_order(block.connectivity.rows(), random),
+                             new_element = inverse(elements);
     for (Index e = 0; e < block.connectivity.rows(); ++e) {
       for (int a = 0; a < 8; ++a) {
         const Index old = mesh.blocks[b].connectivity(elements[static_cast<std::size_t>(e)], a);
@@ -108,11 +116,14 @@ Mesh renumbered(const Mesh& mesh, unsigned seed) {
     }
     for (Sideset& set : result.sidesets)
       for (Side& side : set.sides)
-        if (side.block == static_cast<Index>(b)) side.element = new_element[static_cast<std::size_t>(side.element)];
+        if (side.block == static_cast<Index>(b))
+          side.element = new_element[static_cast<std::size_t>(side.element)];
     for (Index e = 0; e < block.connectivity.rows(); ++e)
-      for (auto turns = random() % 4; turns > 0; --turns) turn(block, e, result.sidesets, static_cast<Index>(b));
+      for (auto turns = random() % 4; turns > 0; --turns)
+        turn(block, e, result.sidesets, static_cast<Index>(b));
   }
-  for (Sideset& set : result.sidesets) set.sides = permuted(set.sides, random_order(static_cast<Index>(set.sides.size()), random));
+  for (Sideset& set : result.sidesets)
+    set.sides = permuted(set.sides, random_order(static_cast<Index>(set.sides.size()), random));
   return result;
 }
 
@@ -122,13 +133,19 @@ std::string text(double value) {
   return buffer;
 }
 
-std::string text(const Vector3& value) { return "[" + text(value[0]) + ", " + text(value[1]) + ", " + text(value[2]) + "]"; }
+std::string text(const Vector3& value) {
+  return "[" + text(value[0]) + ", " + text(value[1]) + ", " + text(value[2]) + "]";
+}
 
 const RunResult::OfMonitor& Ran::monitor(const std::string& surface) const {
   return result.monitors[index_of(built.simulation.monitors, surface)];
 }
-const RunResult::OfBody& Ran::body(const std::string& instance) const { return result.bodies[index_of(built.instances, instance)]; }
-double Ran::mass(const std::string& instance) const { return built.instances[index_of(built.instances, instance)].mass; }
+const RunResult::OfBody& Ran::body(const std::string& instance) const {
+  return result.bodies[index_of(built.instances, instance)];
+}
+double Ran::mass(const std::string& instance) const {
+  return built.instances[index_of(built.instances, instance)].mass;
+}
 
 Ran SceneFolder::prepare(const std::string& yaml) const {
   const std::filesystem::path file = folder_ / "scene.yaml";
@@ -152,13 +169,16 @@ Ran SceneFolder::run(const std::string& yaml, const RunOptions& options) const {
 
 Vector3 integral(const RunResult& result, const Series3& series) {
   Vector3 sum = Vector3::Zero();
-  for (std::size_t i = 1; i < result.time.size(); ++i) sum += (result.time[i] - result.time[i - 1]) * at(series, i);
+  for (std::size_t i = 1; i < result.time.size(); ++i)
+    sum += (result.time[i] - result.time[i - 1]) * at(series, i);
   return sum;
 }
 
-double rms(const RunResult& result, const Series3& series, const std::function<Vector3(double)>& expected) {
+double rms(const RunResult& result, const Series3& series,
+           const std::function<Vector3(double)>& expected) {
   double sum = 0;
-  for (std::size_t i = 0; i < result.time.size(); ++i) sum += (at(series, i) - expected(result.time[i])).squaredNorm();
+  for (std::size_t i = 0; i < result.time.size(); ++i)
+    sum += (at(series, i) - expected(result.time[i])).squaredNorm();
   return std::sqrt(sum / static_cast<double>(result.time.size()));
 }
 

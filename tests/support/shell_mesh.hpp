@@ -26,14 +26,17 @@ struct ShellMesh {
   IndexTable faces;  // f x 4
 };
 
-// n_x x n_y cells of [0, 1]^2, mapped to space. Node j (n_x + 1) + i is at (i / n_x, j / n_y). Diagonals of triangles alternate.
-inline ShellMesh shell_grid(Faces kind, Index n_x, Index n_y, const std::function<Vector3(double, double)>& map) {
+// n_x x n_y cells of [0, 1]^2, mapped to space. Node j (n_x + 1) + i is at (i / n_x, j / n_y).
+// Diagonals of triangles alternate.
+inline ShellMesh shell_grid(Faces kind, Index n_x, Index n_y,
+                            const std::function<Vector3(double, double)>& map) {
   ShellMesh mesh;
   mesh.X.resize((n_x + 1) * (n_y + 1), 3);
   for (Index j = 0; j <= n_y; ++j)
     for (Index i = 0; i <= n_x; ++i)
-      mesh.X.row(j * (n_x + 1) + i) =
-          map(static_cast<double>(i) / static_cast<double>(n_x), static_cast<double>(j) / static_cast<double>(n_y)).transpose();
+      mesh.X.row(j * (n_x + 1) + i) = map(static_cast<double>(i) / static_cast<double>(n_x),
+                                          static_cast<double>(j) / static_cast<double>(n_y))
+                                          .transpose();
   std::vector<std::array<Index, 4>> faces;
   for (Index j = 0; j < n_y; ++j)
     for (Index i = 0; i < n_x; ++i) {
@@ -50,15 +53,19 @@ inline ShellMesh shell_grid(Faces kind, Index n_x, Index n_y, const std::functio
     }
   mesh.faces.resize(static_cast<Index>(faces.size()), 4);
   for (std::size_t f = 0; f < faces.size(); ++f)
-    for (Index i = 0; i < 4; ++i) mesh.faces(static_cast<Index>(f), i) = faces[f][static_cast<std::size_t>(i)];
+    for (Index i = 0; i < 4; ++i)
+      mesh.faces(static_cast<Index>(f), i) = faces[f][static_cast<std::size_t>(i)];
   return mesh;
 }
 
 // Dofs of node i of m: 0 1 2 translations, 3 4 5 rotations.
-inline Index shell_dof(Index m, Index i, int c) { return c < 3 ? 3 * i + c : 3 * m + 3 * i + c - 3; }
+inline Index shell_dof(Index m, Index i, int c) {
+  return c < 3 ? 3 * i + c : 3 * m + 3 * i + c - 3;
+}
 
 // K u = f with u prescribed at some dofs (f there is ignored).
-inline Vector solve_shells(const SparseMatrix& K, Vector f, const std::map<Index, double>& prescribed) {
+inline Vector solve_shells(const SparseMatrix& K, Vector f,
+                           const std::map<Index, double>& prescribed) {
   Vector u = Vector::Zero(K.rows());
   for (const auto& [dof, value] : prescribed) u(dof) = value;
   f -= K * u;

@@ -17,38 +17,46 @@ namespace cbr::test {
 // fixed(x, c): is component c of a node at x held?
 using Support = std::function<bool(const Vector3&, int)>;
 
-inline std::vector<Index> free_dofs(const Mesh& mesh, const FiniteElementModel& model, const Support& fixed) {
+inline std::vector<Index> free_dofs(const Mesh& mesh, const FiniteElementModel& model,
+                                    const Support& fixed) {
   std::vector<Index> dofs;
   for (std::size_t i = 0; i < model.nodes.size(); ++i)
     for (int c = 0; c < 3; ++c)
-      if (!fixed(mesh.coordinates.row(model.nodes[i]).transpose(), c)) dofs.push_back(3 * static_cast<Index>(i) + c);
+      if (!fixed(mesh.coordinates.row(model.nodes[i]).transpose(), c))
+        dofs.push_back(3 * static_cast<Index>(i) + c);
   return dofs;
 }
 
 // A(dofs, dofs), dofs ascending.
 inline SparseMatrix submatrix(const SparseMatrix& A, const std::vector<Index>& dofs) {
   std::vector<Index> place(static_cast<std::size_t>(A.rows()), -1);
-  for (std::size_t i = 0; i < dofs.size(); ++i) place[static_cast<std::size_t>(dofs[i])] = static_cast<Index>(i);
+  for (std::size_t i = 0; i < dofs.size(); ++i)
+    place[static_cast<std::size_t>(dofs[i])] = static_cast<Index>(i);
   SparseMatrix B(static_cast<Index>(dofs.size()), static_cast<Index>(dofs.size()));
   B.reserve(A.nonZeros());
   for (Index j = 0; j < B.cols(); ++j) {
     B.startVec(j);
     for (SparseMatrix::InnerIterator entry(A, dofs[static_cast<std::size_t>(j)]); entry; ++entry)
-      if (const Index row = place[static_cast<std::size_t>(entry.row())]; row >= 0) B.insertBack(row, j) = entry.value();
+      if (const Index row = place[static_cast<std::size_t>(entry.row())]; row >= 0)
+        B.insertBack(row, j) = entry.value();
   }
   B.finalize();
   return B;
 }
 
 // The lowest k frequencies in Hz, rigid motions (as zeros) among them.
-inline Vector frequencies(const Mesh& mesh, const BlockProperties& properties, MassKind mass, const Support& fixed, Index k) {
-  const auto model = assemble(mesh, std::vector<BlockProperties>(mesh.blocks.size(), properties), mass);
+inline Vector frequencies(const Mesh& mesh, const BlockProperties& properties, MassKind mass,
+                          const Support& fixed, Index k) {
+  const auto model =
+      assemble(mesh, std::vector<BlockProperties>(mesh.blocks.size(), properties), mass);
   const auto dofs = free_dofs(mesh, model, fixed);
   const SparseMatrix K = submatrix(model.K, dofs), M = submatrix(model.M, dofs);
-  // A shift far below the first elastic eigenvalue of any of these meshes, far above the rounding of a zero one.
+  // A shift far below the first elastic eigenvalue of any of these meshes, far above the rounding
+  // of a zero one.
   const double sigma = -1e-6 * K.diagonal().sum() / M.diagonal().sum();
   const SparseMatrix shifted = K - sigma * M;
-  // Some more than asked for: a Lanczos process from one vector may give only one of an equal pair among its last ones.
+  // Some more than asked for: a Lanczos process from one vector may give only one of an equal pair
+  // among its last ones.
   const auto pairs = sparse_eigenpairs(K, M, SparseCholesky(shifted), sigma, k + 6);
   EXPECT_TRUE(pairs.converged);
   return pairs.lambda.head(k).cwiseMax(0).cwiseSqrt() / (2 * std::numbers::pi);

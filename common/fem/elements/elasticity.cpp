@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Stress from strain: isotropic by Lame's constants, orthotropic by a tensor in the component's axes.
+// Stress from strain: isotropic by Lame's constants, orthotropic by a tensor in the component's
+// axes.
 #include <algorithm>
 #include <array>
 
@@ -22,7 +23,9 @@ using Tensor = std::array<double, 81>;  // entry 27 i + 9 j + 3 k + l
 
 Tensor in_own_axes(const Orthotropy& of) {
   Tensor C{};
-  const auto at = [&](int i, int j, int k, int l) -> double& { return C[static_cast<std::size_t>(27 * i + 9 * j + 3 * k + l)]; };
+  const auto at = [&](int i, int j, int k, int l) -> double& {
+    return C[static_cast<std::size_t>(27 * i + 9 * j + 3 * k + l)];
+  };
   const Matrix3 normal = normal_stiffness(of);
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) at(i, i, j, j) = 0.5 * (normal(i, j) + normal(j, i));
@@ -34,7 +37,8 @@ Tensor in_own_axes(const Orthotropy& of) {
   return C;
 }
 
-// C_ijkl = Q_pi Q_qj Q_rk Q_sl C_pqrs, Q the rows of the material's axes: four times over the first index, which becomes the last.
+// C_ijkl = Q_pi Q_qj Q_rk Q_sl C_pqrs, Q the rows of the material's axes: four times over the first
+// index, which becomes the last.
 Tensor in_component_axes(const Orthotropy& of) {
   Tensor C = in_own_axes(of);
   for (int turn = 0; turn < 4; ++turn) {
@@ -42,7 +46,8 @@ Tensor in_component_axes(const Orthotropy& of) {
     for (int rest = 0; rest < 27; ++rest)
       for (int i = 0; i < 3; ++i)
         for (int p = 0; p < 3; ++p)
-          next[static_cast<std::size_t>(3 * rest + i)] += of.axes(p, i) * C[static_cast<std::size_t>(27 * p + rest)];
+          next[static_cast<std::size_t>(3 * rest + i)] +=
+              of.axes(p, i) * C[static_cast<std::size_t>(27 * p + rest)];
     C = next;
   }
   return C;
@@ -52,7 +57,8 @@ Tensor in_component_axes(const Orthotropy& of) {
 
 Elasticity::Elasticity(const Material& m) : is_isotropic_(!m.orthotropy) {
   if (is_isotropic_) {
-    lambda_ = m.youngs_modulus * m.poissons_ratio / ((1 + m.poissons_ratio) * (1 - 2 * m.poissons_ratio));
+    lambda_ =
+        m.youngs_modulus * m.poissons_ratio / ((1 + m.poissons_ratio) * (1 - 2 * m.poissons_ratio));
     mu_ = m.youngs_modulus / (2 * (1 + m.poissons_ratio));
     return;
   }
@@ -61,7 +67,8 @@ Elasticity::Elasticity(const Material& m) : is_isotropic_(!m.orthotropy) {
     for (int b = 0; b < 3; ++b)
       for (int c = 0; c < 3; ++c)
         for (int d = 0; d < 3; ++d)
-          C_[static_cast<std::size_t>(3 * a + b)](c, d) = C[static_cast<std::size_t>(27 * a + 9 * c + 3 * b + d)];
+          C_[static_cast<std::size_t>(3 * a + b)](c, d) =
+              C[static_cast<std::size_t>(27 * a + 9 * c + 3 * b + d)];
 }
 
 Matrix3 Elasticity::stress(const Matrix3& strain) const {
@@ -70,7 +77,8 @@ Matrix3 Elasticity::stress(const Matrix3& strain) const {
   for (int a = 0; a < 3; ++a)
     for (int b = 0; b < 3; ++b)
       for (int c = 0; c < 3; ++c)
-        for (int d = 0; d < 3; ++d) stress(a, c) += C_[static_cast<std::size_t>(3 * a + b)](c, d) * strain(b, d);
+        for (int d = 0; d < 3; ++d)
+          stress(a, c) += C_[static_cast<std::size_t>(3 * a + b)](c, d) * strain(b, d);
   return 0.5 * (stress + stress.transpose());
 }
 
@@ -80,8 +88,10 @@ double Elasticity::wave_modulus() const {
   for (int axis = 0; axis < 3; ++axis) {
     Matrix3 acoustic;  // C_aibj of i = j = axis
     for (int a = 0; a < 3; ++a)
-      for (int b = 0; b < 3; ++b) acoustic(a, b) = C_[static_cast<std::size_t>(3 * a + b)](axis, axis);
-    largest = std::max(largest, acoustic.cwiseAbs().rowwise().sum().maxCoeff());  // no eigenvalue is above it
+      for (int b = 0; b < 3; ++b)
+        acoustic(a, b) = C_[static_cast<std::size_t>(3 * a + b)](axis, axis);
+    // no eigenvalue is above it
+    largest = std::max(largest, acoustic.cwiseAbs().rowwise().sum().maxCoeff());
   }
   return largest;
 }

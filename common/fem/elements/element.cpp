@@ -14,7 +14,8 @@ namespace {
 
 using isoparametric::Nodes;
 
-constexpr std::array<std::string_view, 3> formulation_names = {"hex8", "hex8-incompatible", "hex8-hourglass"};
+constexpr std::array<std::string_view, 3> formulation_names = {"hex8", "hex8-incompatible",
+                                                               "hex8-hourglass"};
 
 // Calls f with the element's number of nodes as a constant.
 template <class F>
@@ -68,13 +69,17 @@ Hex8Formulation parse_hex8_formulation(std::string_view text) {
   for (std::size_t i = 0; i < formulation_names.size(); ++i)
     if (formulation_names[i] == text) return static_cast<Hex8Formulation>(i);
   const std::vector<std::string> allowed(formulation_names.begin(), formulation_names.end());
-  throw InputError("element: '" + std::string(text) + "' is not a formulation of 8-node hexes: use one of " + join(allowed) +
+  throw InputError("element: '" + std::string(text) +
+                   "' is not a formulation of 8-node hexes: use one of " + join(allowed) +
                    nearest_name(std::string(text), allowed));
 }
 
-std::string_view name(Hex8Formulation formulation) { return formulation_names[static_cast<std::size_t>(formulation)]; }
+std::string_view name(Hex8Formulation formulation) {
+  return formulation_names[static_cast<std::size_t>(formulation)];
+}
 
-Matrix element_stiffness(ElementType type, Hex8Formulation hex8, const Points& X, const Material& material) {
+Matrix element_stiffness(ElementType type, Hex8Formulation hex8, const Points& X,
+                         const Material& material) {
   if (type == ElementType::hex8 && hex8 != Hex8Formulation::full) {
     const auto local = isoparametric::local_coordinates<8>(X);
     return hex8 == Hex8Formulation::incompatible ? hex8_incompatible_stiffness(local, material)
@@ -105,7 +110,8 @@ Vector element_lumped_mass(ElementType type, const Points& X, double density) {
   const Matrix& N = reference_element(type).mass.N;
   const Vector volume = mass_volumes(type, X);
   Vector m = Vector::Zero(N.rows());
-  // Row sums are sum_q w det J N_i; those of quadratic elements may be negative, the diagonal sum_q w det J N_i^2 cannot.
+  // Row sums are sum_q w det J N_i; those of quadratic elements may be negative, the diagonal sum_q
+  // w det J N_i^2 cannot.
   for (Index q = 0; q < N.cols(); ++q) {
     if (is_quadratic(type))
       m += volume(q) * N.col(q).cwiseAbs2();
@@ -116,8 +122,8 @@ Vector element_lumped_mass(ElementType type, const Points& X, double density) {
 }
 
 double element_quality(ElementType type, const Points& X) {
-  // Below this share of the product of the three edge vectors' lengths a determinant is rounding error, and below this share of the
-  // element's size an edge vector is.
+  // Below this share of the product of the three edge vectors' lengths a determinant is rounding
+  // error, and below this share of the element's size an edge vector is.
   constexpr double degenerate = 1e-12;
   const ReferenceElement& reference = reference_element(type);
   return with_node_count(type, [&](auto n) -> double {
@@ -132,7 +138,8 @@ double element_quality(ElementType type, const Points& X) {
         const Matrix3 J = isoparametric::jacobian<n()>(scaled, table->dN[q]);
         const double det = J.determinant();
         const Vector3 edge = J.rowwise().norm();
-        if (det >= 0 && (det <= degenerate * edge.prod() || edge.minCoeff() <= degenerate)) return 0;
+        if (det >= 0 && (det <= degenerate * edge.prod() || edge.minCoeff() <= degenerate))
+          return 0;
         smallest = std::min(smallest, det);
         volume += table->weight[q] * det;
       }
@@ -141,8 +148,8 @@ double element_quality(ElementType type, const Points& X) {
   });
 }
 
-Eigen::Matrix<double, 6, 1> element_stress(ElementType type, Hex8Formulation hex8, const Points& X, const Material& material,
-                                           const Points& u) {
+Eigen::Matrix<double, 6, 1> element_stress(ElementType type, Hex8Formulation hex8, const Points& X,
+                                           const Material& material, const Points& u) {
   // The incompatible modes have no gradient at the centre: only the hourglass formulation differs.
   const Matrix3 H = with_node_count(type, [&](auto n) -> Matrix3 {
     const auto local = isoparametric::local_coordinates<n()>(X);

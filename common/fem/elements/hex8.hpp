@@ -9,7 +9,8 @@
 
 namespace cbr {
 
-// Hourglass stiffness relative to a bound of the uniform-strain stiffness's largest eigenvalue: the customary value.
+// Hourglass stiffness relative to a bound of the uniform-strain stiffness's largest eigenvalue: the
+// customary value.
 inline constexpr double hourglass_coefficient = 0.05;
 
 using Hex8Nodes = isoparametric::Nodes<8>;
@@ -17,17 +18,22 @@ using Hex8Matrix = isoparametric::DofMatrix<8>;
 
 Hex8Matrix hex8_stiffness(const Hex8Nodes& X, const Material& material);
 
-// Nine internal displacements, (1 - xi_k^2) times each direction, condensed: K = K_uu - K_ua K_aa^-1 K_au. Their gradients are
-// mapped with J_0 = J(0) and scaled by det J_0 / det J (Taylor, Beresford, Wilson 1976, doi 10.1002/nme.1620100602), so they
-// integrate to zero and the patch test holds on distorted elements.
+// Nine internal displacements, (1 - xi_k^2) times each direction, condensed: K = K_uu - K_ua
+// K_aa^-1 K_au. Their gradients are mapped with J_0 = J(0) and scaled by det J_0 / det J (Taylor,
+// Beresford, Wilson 1976, doi 10.1002/nme.1620100602), so they integrate to zero and the patch test
+// holds on distorted elements.
 Hex8Matrix hex8_incompatible_stiffness(const Hex8Nodes& X, const Material& material);
-// Gradients du_a/dx_b at the 2 x 2 x 2 points of nodal displacements u, with the internal ones a = -K_aa^-1 K_au u that go along.
-std::array<Matrix3, 8> hex8_incompatible_gradients(const Hex8Nodes& X, const Material& material, const Hex8Nodes& u);
+// Gradients du_a/dx_b at the 2 x 2 x 2 points of nodal displacements u, with the internal ones a =
+// -K_aa^-1 K_au u that go along.
+std::array<Matrix3, 8> hex8_incompatible_gradients(const Hex8Nodes& X, const Material& material,
+                                                   const Hex8Nodes& u);
 
-// Mean gradients b_a = (1/V) integral dN/dx_a (8 x 3) and four hourglass shapes gamma = (h - sum_a (h . x_a) b_a) / sqrt 8
-// orthogonal to every linear field (Flanagan, Belytschko 1981, doi 10.1002/nme.1620170504), in stiffness form:
+// Mean gradients b_a = (1/V) integral dN/dx_a (8 x 3) and four hourglass shapes gamma = (h - sum_a
+// (h . x_a) b_a) / sqrt 8 orthogonal to every linear field (Flanagan, Belytschko 1981,
+// doi 10.1002/nme.1620170504), in stiffness form:
 //   K = V B^T D B + kappa (lambda + 2 mu) V (b : b) sum_alpha gamma_alpha gamma_alpha^T (x) I_3
-// (lambda + 2 mu) V (b : b) bounds the largest eigenvalue of the first term; kappa = hourglass_coefficient. Rank 6 + 12.
+// (lambda + 2 mu) V (b : b) bounds the largest eigenvalue of the first term; kappa =
+// hourglass_coefficient. Rank 6 + 12.
 Hex8Matrix hex8_hourglass_stiffness(const Hex8Nodes& X, const Material& material);
 
 // b (8 x 3) and V.

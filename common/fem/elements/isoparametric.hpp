@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Element integrals for a fixed number of nodes n, so that the compiler sees every size. For the .cpp of this folder.
+// Element integrals for a fixed number of nodes n, so that the compiler sees every size. For the
+// .cpp of this folder.
 #pragma once
 
 #include <Eigen/LU>
@@ -35,7 +36,8 @@ class Elasticity {
       return k;
     }
     for (int a = 0; a < 3; ++a)
-      for (int b = 0; b < 3; ++b) k(a, b) = C_[static_cast<std::size_t>(3 * a + b)].cwiseProduct(s).sum();
+      for (int b = 0; b < 3; ++b)
+        k(a, b) = C_[static_cast<std::size_t>(3 * a + b)].cwiseProduct(s).sum();
     return k;
   }
   Matrix3 stress(const Matrix3& strain) const;
@@ -84,14 +86,16 @@ Gradients<n> gradients(const Nodes<n>& X, const ShapeTable& table) {
 }
 
 // From S = A A^T (3 n x 3 n), S_(ia)(jb) = integral of dN_i/dx_a dN_j/dx_b:
-//   K_(ia)(jb) = C_acbd S_(ic)(jd), of an isotropic material lambda S_(ia)(jb) + mu S_(ib)(ja) + mu delta_ab sum_c S_(ic)(jc)
+//   K_(ia)(jb) = C_acbd S_(ic)(jd), of an isotropic material lambda S_(ia)(jb) + mu S_(ib)(ja) + mu
+//   delta_ab sum_c S_(ic)(jc)
 // Each entry and its mirror come from the same operations: K == K^T to the last bit.
 template <int n>
 DofMatrix<n> elastic_stiffness(const Gradients<n>& A, const Elasticity& material) {
   DofMatrix<n> S = DofMatrix<n>::Zero();
   for (Index q = 0; q < A.cols(); ++q)
     for (int j = 0; j < 3 * n; ++j) S.col(j).tail(3 * n - j) += A(j, q) * A.col(q).tail(3 * n - j);
-  for (int j = 0; j < 3 * n; ++j) S.row(j).tail(3 * n - j - 1) = S.col(j).tail(3 * n - j - 1).transpose();
+  for (int j = 0; j < 3 * n; ++j)
+    S.row(j).tail(3 * n - j - 1) = S.col(j).tail(3 * n - j - 1).transpose();
   DofMatrix<n> K;
   for (int j = 0; j < n; ++j)
     for (int i = j; i < n; ++i) {

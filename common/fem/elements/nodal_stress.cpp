@@ -19,8 +19,8 @@ struct Sampling {
   Matrix at_nodes;         // points x n: column a are the weights of the points at node a
 };
 
-// Reference coordinates of node a: where its shape function is 1 and all others are 0. Of the apex of a pyramid, where the first
-// two coordinates mean nothing, those in the middle.
+// Reference coordinates of node a: where its shape function is 1 and all others are 0. Of the apex
+// of a pyramid, where the first two coordinates mean nothing, those in the middle.
 Vector3 place_of_node(ElementType type, Index a) {
   constexpr std::array<double, 5> values = {0, 0.5, -0.5, 1, -1};
   for (const double z : values)
@@ -36,8 +36,9 @@ Vector3 place_of_node(ElementType type, Index a) {
 // Lagrange's polynomial of two points at +-1/sqrt 3, of the one at p
 double of_line(double p, double x) { return 0.5 * (1 + 3 * p * x); }
 
-// The linear function that is 1 at the point q of a rule of corner points and 0 at the others; d = 2: triangle, 3: tetrahedron.
-// With barycentric coordinates L the points are (1 - d a, a, .., a) permuted.
+// The linear function that is 1 at the point q of a rule of corner points and 0 at the others; d =
+// 2: triangle, 3: tetrahedron. With barycentric coordinates L the points are (1 - d a, a, .., a)
+// permuted.
 double of_simplex(int d, const Vector3& q, const Vector3& x) {
   const auto barycentric = [d](const Vector3& xi) {
     Vector L(d + 1);
@@ -86,10 +87,12 @@ Sampling sample(ElementType type) {
   const QuadratureRule rule = points_of(type);
   Sampling sampling;
   sampling.at_nodes.resize(static_cast<Index>(rule.size()), n_nodes(type));
-  for (const QuadraturePoint& point : rule) sampling.dN.push_back(shape_functions(type, point.xi).dN);
+  for (const QuadraturePoint& point : rule)
+    sampling.dN.push_back(shape_functions(type, point.xi).dN);
   for (Index a = 0; a < n_nodes(type); ++a) {
     const Vector3 x = place_of_node(type, a);
-    for (std::size_t q = 0; q < rule.size(); ++q) sampling.at_nodes(static_cast<Index>(q), a) = weight(type, rule[q].xi, x);
+    for (std::size_t q = 0; q < rule.size(); ++q)
+      sampling.at_nodes(static_cast<Index>(q), a) = weight(type, rule[q].xi, x);
   }
   return sampling;
 }
@@ -110,8 +113,10 @@ Eigen::Matrix<double, 6, 1> stress_of(const Elasticity& material, const Matrix3&
 }
 
 template <int n>
-Matrix nodal_stress(const Sampling& sampling, const Points& X, const Elasticity& material, const Points& u) {
-  const Nodes<n> local = isoparametric::local_coordinates<n>(X), motion = isoparametric::local_coordinates<n>(u);
+Matrix nodal_stress(const Sampling& sampling, const Points& X, const Elasticity& material,
+                    const Points& u) {
+  const Nodes<n> local = isoparametric::local_coordinates<n>(X),
+                 motion = isoparametric::local_coordinates<n>(u);
   Matrix at_points(6, sampling.at_nodes.rows());
   for (Index q = 0; q < at_points.cols(); ++q) {
     const Points& dN = sampling.dN[static_cast<std::size_t>(q)];
@@ -122,21 +127,26 @@ Matrix nodal_stress(const Sampling& sampling, const Points& X, const Elasticity&
   return (at_points * sampling.at_nodes).transpose();
 }
 
-Matrix incompatible_stress(const Sampling& sampling, const Points& X, const Material& material, const Points& u) {
-  const auto H = hex8_incompatible_gradients(isoparametric::local_coordinates<8>(X), material, isoparametric::local_coordinates<8>(u));
+Matrix incompatible_stress(const Sampling& sampling, const Points& X, const Material& material,
+                           const Points& u) {
+  const auto H = hex8_incompatible_gradients(isoparametric::local_coordinates<8>(X), material,
+                                             isoparametric::local_coordinates<8>(u));
   const Elasticity elasticity(material);
   Matrix at_points(6, 8);
-  for (Index q = 0; q < 8; ++q) at_points.col(q) = stress_of(elasticity, H[static_cast<std::size_t>(q)]);
+  for (Index q = 0; q < 8; ++q)
+    at_points.col(q) = stress_of(elasticity, H[static_cast<std::size_t>(q)]);
   return (at_points * sampling.at_nodes).transpose();
 }
 
 }  // namespace
 
-Matrix element_nodal_stress(ElementType type, Hex8Formulation hex8, const Points& X, const Material& material, const Points& u) {
+Matrix element_nodal_stress(ElementType type, Hex8Formulation hex8, const Points& X,
+                            const Material& material, const Points& u) {
   const Sampling& sampling = sampling_of(type);
   if (type == ElementType::hex8 && hex8 == Hex8Formulation::hourglass)
     return element_stress(type, hex8, X, material, u).transpose().replicate(8, 1);
-  if (type == ElementType::hex8 && hex8 == Hex8Formulation::incompatible) return incompatible_stress(sampling, X, material, u);
+  if (type == ElementType::hex8 && hex8 == Hex8Formulation::incompatible)
+    return incompatible_stress(sampling, X, material, u);
   const Elasticity elasticity(material);
   switch (n_nodes(type)) {
     case 4:

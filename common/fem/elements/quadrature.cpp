@@ -50,7 +50,8 @@ QuadratureRule gauss_hex(int n) {
   QuadratureRule rule;
   for (const auto& z : line)
     for (const auto& y : line)
-      for (const auto& x : line) rule.push_back({Vector3(x.xi, y.xi, z.xi), x.weight * y.weight * z.weight});
+      for (const auto& x : line)
+        rule.push_back({Vector3(x.xi, y.xi, z.xi), x.weight * y.weight * z.weight});
   return rule;
 }
 
@@ -60,7 +61,8 @@ QuadratureRule triangle_rule(int n_points) {
     add_corner_orbit(rule, 2, 1.0 / 6, 1.0 / 6);
   } else {
     assert(n_points == 6);
-    const double root = std::sqrt(38 - 44 * std::sqrt(0.4)), weight_root = std::sqrt(213125 - 53320 * std::sqrt(10.0));
+    const double root = std::sqrt(38 - 44 * std::sqrt(0.4)),
+                 weight_root = std::sqrt(213125 - 53320 * std::sqrt(10.0));
     add_corner_orbit(rule, 2, (8 - std::sqrt(10.0) + root) / 18, (620 + weight_root) / 7440);
     add_corner_orbit(rule, 2, (8 - std::sqrt(10.0) - root) / 18, (620 - weight_root) / 7440);
   }
@@ -84,7 +86,8 @@ QuadratureRule tetrahedron_rule(int n_points) {
 QuadratureRule wedge_rule(int n_triangle, int n_line) {
   QuadratureRule rule;
   for (const auto& z : gauss_line(n_line))
-    for (const auto& p : triangle_rule(n_triangle)) rule.push_back({Vector3(p.xi(0), p.xi(1), z.xi), p.weight * z.weight});
+    for (const auto& p : triangle_rule(n_triangle))
+      rule.push_back({Vector3(p.xi(0), p.xi(1), z.xi), p.weight * z.weight});
   return rule;
 }
 
@@ -94,13 +97,15 @@ QuadratureRule pyramid_rule(int n, int n_zeta) {
   if (n_zeta == 2) {
     const double half = std::sqrt(2.0 / 45);
     const double lower = 2.0 / 3 - half, upper = 2.0 / 3 + half;
-    heights = {{1 - lower, (upper / 3 - 0.25) / (2 * half)}, {1 - upper, (0.25 - lower / 3) / (2 * half)}};
+    heights = {{1 - lower, (upper / 3 - 0.25) / (2 * half)},
+               {1 - upper, (0.25 - lower / 3) / (2 * half)}};
   }
   const auto line = gauss_line(n);
   QuadratureRule rule;
   for (const auto& z : heights)
     for (const auto& b : line)
-      for (const auto& a : line) rule.push_back({Vector3(a.xi, b.xi, z.xi), a.weight * b.weight * z.weight});
+      for (const auto& a : line)
+        rule.push_back({Vector3(a.xi, b.xi, z.xi), a.weight * b.weight * z.weight});
   return rule;
 }
 

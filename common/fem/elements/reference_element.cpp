@@ -41,7 +41,8 @@ QuadratureRule tet_corners() {
 QuadratureRule wedge_corners() {
   QuadratureRule rule;
   for (const int z : {-1, 1})
-    for (const auto& [r, s] : {std::pair{0, 0}, {1, 0}, {0, 1}}) rule.push_back({Vector3(r, s, z), 0});
+    for (const auto& [r, s] : {std::pair{0, 0}, {1, 0}, {0, 1}})
+      rule.push_back({Vector3(r, s, z), 0});
   return rule;
 }
 
@@ -77,8 +78,8 @@ Rules rules(ElementType type) {
 ReferenceElement make(ElementType type) {
   if (dimension(type) != 3) return {};
   const Rules rule = rules(type);
-  ReferenceElement element{0, tabulate(type, rule.stiffness), tabulate(type, rule.mass), tabulate(type, rule.corners),
-                           tabulate(type, {{rule.center, 0}})};
+  ReferenceElement element{0, tabulate(type, rule.stiffness), tabulate(type, rule.mass),
+                           tabulate(type, rule.corners), tabulate(type, {{rule.center, 0}})};
   for (const double weight : element.stiffness.weight) element.volume += weight;
   return element;
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Shape functions of the volume elements, tabulated at their quadrature points. For the .cpp of this folder and its tests.
+// Shape functions of the volume elements, tabulated at their quadrature points. For the .cpp of
+// this folder and its tests.
 #pragma once
 
 #include <vector>
@@ -24,9 +25,10 @@ ShapeFunctions tet4_shape(const Vector3& xi);
 ShapeFunctions tet10_shape(const Vector3& xi);
 // Two barycentric coordinates of the triangle, zeta in [-1, 1].
 ShapeFunctions wedge6_shape(const Vector3& xi);
-// The rational functions (Bedrosian 1992), in the coordinates (a, b, zeta) of pyramid_rule(), where they are the polynomials
-// N_i = (1 - zeta) n_i(a, b), N_5 = zeta. dN are the derivatives by a and b divided by (1 - zeta), and by zeta: what is left out
-// of the Jacobian determinant, (1 - zeta)^2, is in the weights of pyramid_rule(). So nothing is singular, not even at the apex.
+// The rational functions (Bedrosian 1992), in the coordinates (a, b, zeta) of pyramid_rule(), where
+// they are the polynomials N_i = (1 - zeta) n_i(a, b), N_5 = zeta. dN are the derivatives by a and
+// b divided by (1 - zeta), and by zeta: what is left out of the Jacobian determinant, (1 - zeta)^2,
+// is in the weights of pyramid_rule(). So nothing is singular, not even at the apex.
 ShapeFunctions pyramid5_shape(const Vector3& xi);
 
 ShapeFunctions shape_functions(ElementType type, const Vector3& xi);
@@ -49,10 +51,12 @@ struct ReferenceElement {
 //  hex8      2 x 2 x 2           2 x 2 x 2
 //  hex20/27  3 x 3 x 3           3 x 3 x 3
 //  tet4      1                   4
-//  tet10     14                  14: exact for straight edges; 14 points also in the stiffness because the usual 4 are exact
+//  tet10     14                  14: exact for straight edges; 14 points also in the stiffness
+//  because the usual 4 are exact
 //                                for straight edges only and fail the patch test on curved ones
 //  wedge6    3 x 2               6 x 3
-//  pyramid5  2 x 2 x 1           3 x 3 x 2: the gradients do not depend on zeta, and their integrals are exact with 2 x 2 points
+//  pyramid5  2 x 2 x 1           3 x 3 x 2: the gradients do not depend on zeta, and their
+//  integrals are exact with 2 x 2 points
 const ReferenceElement& reference_element(ElementType type);
 
 }  // namespace cbr

@@ -17,11 +17,13 @@ void add(const Matrix& part, const std::array<Index, 3>& dofs, Matrix& k) {
   const Index n = part.rows() / 3;
   for (Index j = 0; j < 3 * n; ++j)
     for (Index i = 0; i < 3 * n; ++i)
-      k(6 * (i / 3) + dofs[static_cast<std::size_t>(i % 3)], 6 * (j / 3) + dofs[static_cast<std::size_t>(j % 3)]) += part(i, j);
+      k(6 * (i / 3) + dofs[static_cast<std::size_t>(i % 3)],
+        6 * (j / 3) + dofs[static_cast<std::size_t>(j % 3)]) += part(i, j);
 }
 
-// 6 n x 6 n: the local dofs of the flat element from those of the nodes in the points' axes. A node off the mean plane is tied to
-// its projection by a rigid link: u = u_i - z theta_y, v = v_i + z theta_x. Rigid motions pass exactly.
+// 6 n x 6 n: the local dofs of the flat element from those of the nodes in the points' axes. A node
+// off the mean plane is tied to its projection by a rigid link: u = u_i - z theta_y, v = v_i + z
+// theta_x. Rigid motions pass exactly.
 Matrix to_plane(const Plane& plane) {
   const Index n = plane.x.rows();
   Matrix T = Matrix::Zero(6 * n, 6 * n);
@@ -39,7 +41,8 @@ Matrix to_plane(const Plane& plane) {
 Matrix shell_stiffness(ElementType type, const Points& X, const ShellProperties& shell) {
   const Plane plane = shell::flatten(type, X);
   const Index n = X.rows();
-  const double nu = shell.material.poissons_ratio, E_t = shell.material.youngs_modulus * shell.thickness;
+  const double nu = shell.material.poissons_ratio,
+               E_t = shell.material.youngs_modulus * shell.thickness;
   if (E_t == 0) return Matrix::Zero(6 * n, 6 * n);
   Matrix k = Matrix::Zero(6 * n, 6 * n);
   add(shell::membrane_stiffness(plane, nu), {0, 1, 5}, k);
@@ -63,7 +66,9 @@ ShellMass shell_lumped_mass(ElementType type, const Points& X, const ShellProper
   share *= plane.length * plane.length;
   ShellMass lumped;
   lumped.mass = shell.material.density * shell.thickness * share;
-  lumped.rotary = std::max(shell.thickness * shell.thickness / 12, shell::rotary_area_factor * share.sum()) * lumped.mass;
+  lumped.rotary =
+      std::max(shell.thickness * shell.thickness / 12, shell::rotary_area_factor * share.sum()) *
+      lumped.mass;
   return lumped;
 }
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Discrete Kirchhoff-Mindlin: DKMT and DKMQ (Katili 1993, doi 10.1002/nme.1620361106 and 10.1002/nme.1620361107), which are DKT
-// (Batoz, Bathe, Ho 1980, doi 10.1002/nme.1620151205) and DKQ (Batoz, Tahar 1982, doi 10.1002/nme.1620181205) for t -> 0 and keep
-// the frequencies of thick shells bounded.
+// Discrete Kirchhoff-Mindlin: DKMT and DKMQ (Katili 1993, doi 10.1002/nme.1620361106
+// and 10.1002/nme.1620361107), which are DKT (Batoz, Bathe, Ho 1980, doi 10.1002/nme.1620151205)
+// and DKQ (Batoz, Tahar 1982, doi 10.1002/nme.1620181205) for t -> 0 and keep the frequencies of
+// thick shells bounded.
 #include <cmath>
 
 #include "common/fem/elements/shell_plane.hpp"
@@ -9,8 +10,9 @@
 namespace cbr::shell {
 namespace {
 
-// Rotations beta_x = theta_y, beta_y = -theta_x carry the fibre (u = z beta_x, v = z beta_y). Along side k they are linear plus
-// 4 s (1 - s) dbeta_k in the side's direction, and the shear strain gamma_k is constant:
+// Rotations beta_x = theta_y, beta_y = -theta_x carry the fibre (u = z beta_x, v = z beta_y). Along
+// side k they are linear plus 4 s (1 - s) dbeta_k in the side's direction, and the shear strain
+// gamma_k is constant:
 //   gamma_k = g_k + 2/3 dbeta_k,  g_k = (w_j - w_i) / l + (beta_i + beta_j) / 2,
 //   and by the side's equilibrium gamma_k = -2/3 phi_k dbeta_k,  phi_k = 12 D / (kappa G t l^2).
 struct Sides {
@@ -57,12 +59,14 @@ Matrix bending_stiffness(const Plane& plane, double nu, double thickness) {
       B.col(3 * i + 1) << 0, -dy, -dx;
       B.col(3 * i + 2) << dx, 0, dy;
       const double c = s.along(i, 0), d = s.along(i, 1);
-      side_curvature.col(i) << point.dP(i, 0) * c, point.dP(i, 1) * d, point.dP(i, 1) * c + point.dP(i, 0) * d;
+      side_curvature.col(i) << point.dP(i, 0) * c, point.dP(i, 1) * d,
+          point.dP(i, 1) * c + point.dP(i, 0) * d;
     }
     B += side_curvature * s.dbeta;
     // gamma_x, gamma_y   (2 x 3 n)
     const Matrix B_s = point.edge.transpose() * s.length.asDiagonal() * s.gamma;
-    K += (point.weight * bending) * B.transpose() * C * B + (point.weight * shear) * B_s.transpose() * B_s;
+    K += (point.weight * bending) * B.transpose() * C * B +
+         (point.weight * shear) * B_s.transpose() * B_s;
   }
   return K;
 }

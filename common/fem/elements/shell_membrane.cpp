@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Linear triangle; bilinear quad with Wilson's incompatible modes in Taylor's corrected form (Taylor, Beresford, Wilson 1976, doi
-// 10.1002/nme.1620100602). Both with rotations tied to those of the continuum (Hughes, Brezzi 1989, doi
-// 10.1016/0045-7825(89)90124-2).
+// Linear triangle; bilinear quad with Wilson's incompatible modes in Taylor's corrected form
+// (Taylor, Beresford, Wilson 1976, doi 10.1002/nme.1620100602). Both with rotations tied to those
+// of the continuum (Hughes, Brezzi 1989, doi 10.1016/0045-7825(89)90124-2).
 
 #include "common/fem/elements/shell_plane.hpp"
 #include "common/linalg/dense.hpp"
@@ -30,7 +30,8 @@ Matrix membrane_stiffness(const Plane& plane, double nu) {
       B(3, 3 * i + 2) = point.N(i);
     }
     // The rotation of the incompatible modes counts too: pure bending of a rectangle stays exact.
-    for (Index k = 0; k < n_incompatible / 2; ++k) displace(3 * n + 2 * k, point.dI(k, 0), point.dI(k, 1));
+    for (Index k = 0; k < n_incompatible / 2; ++k)
+      displace(3 * n + 2 * k, point.dI(k, 0), point.dI(k, 1));
     K += point.weight * B.transpose() * D * B;
   }
   if (n_incompatible == 0) return K;

@@ -33,7 +33,9 @@ Vector3 area_vector(const Corners& x) {
   return a.cross(b);
 }
 
-Vector2d side(const Plane& plane, Index k) { return (plane.x.row((k + 1) % plane.x.rows()) - plane.x.row(k)).transpose(); }
+Vector2d side(const Plane& plane, Index k) {
+  return (plane.x.row((k + 1) % plane.x.rows()) - plane.x.row(k)).transpose();
+}
 
 std::vector<PlanePoint> triangle_points(const Plane& plane) {
   const Vector2d a = side(plane, 0), b = -side(plane, 2);
@@ -68,12 +70,15 @@ constexpr std::array<double, 4> corner_xi = {-1, 1, 1, -1}, corner_eta = {-1, -1
 PlanePoint::Slopes bilinear_slopes(double xi, double eta) {
   PlanePoint::Slopes d(4, 2);
   for (std::size_t i = 0; i < 4; ++i)
-    d.row(static_cast<Index>(i)) << corner_xi[i] * (1 + eta * corner_eta[i]) / 4, corner_eta[i] * (1 + xi * corner_xi[i]) / 4;
+    d.row(static_cast<Index>(i)) << corner_xi[i] * (1 + eta * corner_eta[i]) / 4,
+        corner_eta[i] * (1 + xi * corner_xi[i]) / 4;
   return d;
 }
 
 // J(k, c) = dx_c / dxi_k
-Matrix2d quad_jacobian(const Plane& plane, double xi, double eta) { return bilinear_slopes(xi, eta).transpose() * plane.x; }
+Matrix2d quad_jacobian(const Plane& plane, double xi, double eta) {
+  return bilinear_slopes(xi, eta).transpose() * plane.x;
+}
 
 PlanePoint quad_point(const Plane& plane, double xi, double eta) {
   const Matrix2d J = quad_jacobian(plane, xi, eta), J_0 = quad_jacobian(plane, 0, 0);
@@ -82,11 +87,12 @@ PlanePoint quad_point(const Plane& plane, double xi, double eta) {
   point.weight = J.determinant();
   assert(point.weight > 0);
   point.N.resize(4);
-  for (std::size_t i = 0; i < 4; ++i) point.N(static_cast<Index>(i)) = (1 + xi * corner_xi[i]) * (1 + eta * corner_eta[i]) / 4;
+  for (std::size_t i = 0; i < 4; ++i)
+    point.N(static_cast<Index>(i)) = (1 + xi * corner_xi[i]) * (1 + eta * corner_eta[i]) / 4;
   point.dN = bilinear_slopes(xi, eta) * to_x;
   PlanePoint::Slopes dP(4, 2), edge(4, 2), dI(2, 2);
-  dP << -xi * (1 - eta), (xi * xi - 1) / 2, (1 - eta * eta) / 2, -eta * (1 + xi), -xi * (1 + eta), (1 - xi * xi) / 2,
-      (eta * eta - 1) / 2, -eta * (1 - xi);
+  dP << -xi * (1 - eta), (xi * xi - 1) / 2, (1 - eta * eta) / 2, -eta * (1 + xi), -xi * (1 + eta),
+      (1 - xi * xi) / 2, (eta * eta - 1) / 2, -eta * (1 - xi);
   edge << (1 - eta) / 4, 0, 0, (1 + xi) / 4, -(1 + eta) / 4, 0, 0, -(1 - xi) / 4;
   dI << -2 * xi, 0, 0, -2 * eta;
   point.dP = dP * to_x;
@@ -104,14 +110,16 @@ Plane flatten(ElementType type, const Points& X) {
   plane.length = extent(X);
   const Corners x = dimensionless(X, plane.length);
   const Vector3 normal = area_vector(x).normalized();
-  // Towards the middle of the side opposite to node 0: any direction in the plane would do, all is isotropic.
+  // Towards the middle of the side opposite to node 0: any direction in the plane would do, all is
+  // isotropic.
   Vector3 along = x.row(1) - x.row(0);
   if (x.rows() == 4) along += (x.row(2) - x.row(3)).transpose();
   along = (along - normal.dot(along) * normal).normalized();
   plane.axes << along.transpose(), normal.cross(along).transpose(), normal.transpose();
   const Corners local = x * plane.axes.transpose();
   plane.x = local.leftCols(2);
-  plane.z = local.rows() == 4 ? Vector(local.col(2).array() - local.col(2).mean()) : Vector::Zero(3);
+  plane.z =
+      local.rows() == 4 ? Vector(local.col(2).array() - local.col(2).mean()) : Vector::Zero(3);
   return plane;
 }
 
@@ -123,7 +131,8 @@ double corner_jacobian(ElementType type, const Points& X) {
   const Plane plane = flatten(type, X);
   double smallest = twice_area;
   for (std::size_t i = 0; i < 4; ++i)
-    smallest = std::min(smallest, 4 * quad_jacobian(plane, corner_xi[i], corner_eta[i]).determinant());
+    smallest =
+        std::min(smallest, 4 * quad_jacobian(plane, corner_xi[i], corner_eta[i]).determinant());
   return smallest;
 }
 
@@ -131,7 +140,8 @@ std::vector<PlanePoint> plane_points(const Plane& plane) {
   if (plane.x.rows() == 3) return triangle_points(plane);
   const double a = 1 / std::sqrt(3.0);
   std::vector<PlanePoint> points;
-  for (std::size_t q = 0; q < 4; ++q) points.push_back(quad_point(plane, a * corner_xi[q], a * corner_eta[q]));
+  for (std::size_t q = 0; q < 4; ++q)
+    points.push_back(quad_point(plane, a * corner_xi[q], a * corner_eta[q]));
   return points;
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A shell element laid flat and made dimensionless, and its integrals there. For the .cpp of this folder.
+// A shell element laid flat and made dimensionless, and its integrals there. For the .cpp of this
+// folder.
 #pragma once
 
 #include <vector>
@@ -8,14 +9,16 @@
 
 namespace cbr::shell {
 
-// Of the tie between a node's drilling rotation and the continuum's, over the shear modulus: any value above 0 converges.
+// Of the tie between a node's drilling rotation and the continuum's, over the shear modulus: any
+// value above 0 converges.
 constexpr double drilling_modulus = 1;
-// Rotary inertia is mass times max(t^2 / 12, this times the element's area): docs/theory.md, "Shells".
+// Rotary inertia is mass times max(t^2 / 12, this times the element's area): docs/theory.md,
+// "Shells".
 constexpr double rotary_area_factor = 0.125;
 
-// Lengths in units of `length`, so that nothing depends on the element's size: x, y in the mean plane, z the height of a node
-// above it (0 for a triangle). Stiffnesses of this folder are in units of E t: the energy is E t length^2 q^T k q / 2 for
-// q = (displacements / length, rotations).
+// Lengths in units of `length`, so that nothing depends on the element's size: x, y in the mean
+// plane, z the height of a node above it (0 for a triangle). Stiffnesses of this folder are in
+// units of E t: the energy is E t length^2 q^T k q / 2 for q = (displacements / length, rotations).
 struct Plane {
   Eigen::Matrix<double, Eigen::Dynamic, 2> x;  // n
   Vector z;                                    // n
@@ -24,12 +27,13 @@ struct Plane {
 };
 Plane flatten(ElementType type, const Points& X);
 
-// Smallest Jacobian at a corner (quad4), or twice the area (tri3), of the dimensionless element: at most about 1; <= 0 is inverted.
-// 0 when the points are not finite or coincide.
+// Smallest Jacobian at a corner (quad4), or twice the area (tri3), of the dimensionless element: at
+// most about 1; <= 0 is inverted. 0 when the points are not finite or coincide.
 double corner_jacobian(ElementType type, const Points& X);
 
-// At one quadrature point: functions of the corners, of the sides (side k joins nodes k and k + 1), and vector functions of the
-// sides whose component along a side is constant, with integral 1 along their own side and 0 along the others.
+// At one quadrature point: functions of the corners, of the sides (side k joins nodes k and k + 1),
+// and vector functions of the sides whose component along a side is constant, with integral 1 along
+// their own side and 0 along the others.
 struct PlanePoint {
   double weight = 0;  // times det J
   Vector N;           // n
@@ -37,7 +41,9 @@ struct PlanePoint {
   Slopes dN;    // n, d/dx d/dy
   Slopes dP;    // n: of P_k, quadratic along side k, 1 at its middle
   Slopes edge;  // n
-  Slopes dI;    // quad4: 2, of 1 - xi^2 and 1 - eta^2 in Taylor's corrected form, whose mean over the element vanishes
+  // quad4: 2, of 1 - xi^2 and 1 - eta^2 in Taylor's corrected form, whose mean over the element
+  // vanishes
+  Slopes dI;
 };
 // tri3: 3 points, quad4: 2 x 2.
 std::vector<PlanePoint> plane_points(const Plane& plane);

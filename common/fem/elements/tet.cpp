@@ -15,7 +15,8 @@ ShapeFunctions tet4_shape(const Vector3& xi) {
 }
 
 ShapeFunctions tet10_shape(const Vector3& xi) {
-  constexpr std::array<std::array<int, 2>, 6> edges = {{{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}}};
+  constexpr std::array<std::array<int, 2>, 6> edges = {
+      {{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}}};
   const auto [L, dL] = tet4_shape(xi);
   ShapeFunctions shape{Vector(10), Points(10, 3)};
   for (int i = 0; i < 4; ++i) {

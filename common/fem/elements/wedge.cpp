@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Shape functions of the wedge, nodes in Exodus II's order: the triangle at zeta = -1, then the one at zeta = 1.
+// Shape functions of the wedge, nodes in Exodus II's order: the triangle at zeta = -1, then the one
+// at zeta = 1.
 #include "common/fem/elements/reference_element.hpp"
 
 namespace cbr {

@@ -82,20 +82,23 @@ class BlockLanczos {
   Index largest_basis() const {
     Index most = options_.basis;
     if (most == 0) {
-      const auto in_memory = static_cast<Index>(options_.bytes / (8 * static_cast<double>(std::max<Index>(n_, 1))));
+      const auto in_memory =
+          static_cast<Index>(options_.bytes / (8 * static_cast<double>(std::max<Index>(n_, 1))));
       most = std::clamp(in_memory, std::max(2 * k_, k_ + 6 * b_), 4 * k_ + 24 * b_);
     }
     return whole_blocks(std::min(most, n_ - b_));
   }
 
-  // A step takes half a digit to a whole one from the residuals, once the space holds the wanted vectors in outline.
+  // A step takes half a digit to a whole one from the residuals, once the space holds the wanted
+  // vectors in outline.
   Index first_look() const {
     if (options_.wanted.exact > 0) return std::min(m_, whole_blocks(2 * k_ + 5 * b_));
     if (options_.wanted.choose) return std::min(m_, whole_blocks(5 * k_ / 2 + 5 * b_));
     return std::min(m_, whole_blocks(5 * k_ / 2 + (k_ < 64 ? 12 : 24) * b_));
   }
 
-  // Ritz pairs converge at about the rate at which they did so far; looks cost an eigenvalue problem each.
+  // Ritz pairs converge at about the rate at which they did so far; looks cost an eigenvalue
+  // problem each.
   Index next_look(Index converged) const {
     const Index missing = 2 * (k_ - converged);
     return std::min(m_, size_ + std::max(2 * b_, whole_blocks(std::min(missing, size_ / 6))));
@@ -176,7 +179,8 @@ class BlockLanczos {
     return true;
   }
 
-  // U <- U - V_j (V_j^T M U) - V_j-1 (V_j-1^T M U) of the last two blocks: what it has of others is round-off. P_: M V_j, then M U.
+  // U <- U - V_j (V_j^T M U) - V_j-1 (V_j-1^T M U) of the last two blocks: what it has of others is
+  // round-off. P_: M V_j, then M U.
   Matrix three_terms(Eigen::Ref<Matrix> U) {
     Matrix h = Matrix::Zero(size_ + b_, b_);
     const Matrix own = tall_product(P_, U);
@@ -197,7 +201,8 @@ class BlockLanczos {
     // A restart keeps a third of what is beyond k
     const Index wanted = size_ < m_ ? k_ : kept();
     const BlasForWork blas(4.0 * static_cast<double>(size_ * size_ * size_));
-    const Eigenpairs pairs = dense_eigenpairs(-0.5 * (H + H.transpose()), Vector(Vector::Ones(size_)), wanted);
+    const Eigenpairs pairs =
+        dense_eigenpairs(-0.5 * (H + H.transpose()), Vector(Vector::Ones(size_)), wanted);
     assert(pairs.converged);
     theta_ = -pairs.lambda;
     S_ = pairs.Phi;
@@ -213,13 +218,15 @@ class BlockLanczos {
   // The residual of a Ritz pair is what the last block adds: R times the last rows of its vector.
   Index n_converged() {
     const Vector residual = (last_ * S_.bottomRows(b_)).colwise().norm();
-    const double round_off = std::numeric_limits<double>::epsilon() * std::max(options_.largest, std::abs(theta_(0)));
+    const double round_off =
+        std::numeric_limits<double>::epsilon() * std::max(options_.largest, std::abs(theta_(0)));
     const auto is_within = [&](Index pair, double tolerance) {
       return residual(pair) <= std::max(tolerance * std::abs(theta_(pair)), round_off);
     };
     const bool chooses = static_cast<bool>(options_.wanted.choose);
     Index count = 0;
-    while (count < k_ && is_within(count, chooses ? options_.wanted.others : tolerance_of(count))) ++count;
+    while (count < k_ && is_within(count, chooses ? options_.wanted.others : tolerance_of(count)))
+      ++count;
     if (!chooses || count < k_) return count;
     see();
     chosen_ = options_.wanted.choose(lambda(), seen_.leftCols(size_) * S_.leftCols(k_));
@@ -267,8 +274,9 @@ class BlockLanczos {
 
 }  // namespace
 
-Eigenpairs block_lanczos(const SparseMatrix& M, const std::function<void(Eigen::Ref<Matrix>)>& solve, double sigma, Index k,
-                         const BlockLanczosOptions& options) {
+Eigenpairs block_lanczos(const SparseMatrix& M,
+                         const std::function<void(Eigen::Ref<Matrix>)>& solve, double sigma,
+                         Index k, const BlockLanczosOptions& options) {
   return BlockLanczos(M, solve, k, options).run(sigma);
 }
 

@@ -10,23 +10,30 @@ namespace cbr {
 
 struct BlockLanczosOptions {
   Index block = 0;  // 0: chosen from k
-  Index basis = 0;    // vectors before a restart, 0: chosen from k and `bytes`
-  double bytes = 1e9;  // that the basis may take before its size has a restart, which takes more solves
-  // Residual in the M-norm of a Ritz pair (theta, x) of (K - sigma M)^-1 M, relative to theta; of pairs far below the largest theta
-  // (slender parts: 1e5 times) no more is asked than that one's round-off, which is in all of them.
+  Index basis = 0;  // vectors before a restart, 0: chosen from k and `bytes`
+  // that the basis may take before its size has a restart, which takes more solves
+  double bytes = 1e9;
+  // Residual in the M-norm of a Ritz pair (theta, x) of (K - sigma M)^-1 M, relative to theta; of
+  // pairs far below the largest theta (slender parts: 1e5 times) no more is asked than that one's
+  // round-off, which is in all of them.
   double tolerance = 1e-13;
   PairsWanted wanted;
   Index max_restarts = 200;
-  double largest = 0;                          // theta of `solve` itself, where the largest are taken out of it
-  std::function<void(Index, Index)> progress;  // vectors of the basis, and of the basis that is next looked at; may be empty
+  // theta of `solve` itself, where the largest are taken out of it
+  double largest = 0;
+  // vectors of the basis, and of the basis that is next looked at; may be empty
+  std::function<void(Index, Index)> progress;
 };
 
-// The k eigenvalues of K x = lambda M x nearest above sigma; `solve` overwrites B (n x m) by (K - sigma M)^-1 B. Everything costly
-// is a product of matrices, and a block finds as many copies of a multiple eigenvalue as it has columns (Grimes, Lewis, Simon 1994,
-// doi 10.1137/S0895479888151111; restarts: Wu, Simon 2000, doi 10.1137/S0895479898334605). The basis is kept M-orthonormal in full.
-// converged is false when restarts ran out or a block became dependent (an invariant subspace, as in a matrix with few distinct
-// eigenvalues): then another method must answer. Phi comes without fixed signs.
-Eigenpairs block_lanczos(const SparseMatrix& M, const std::function<void(Eigen::Ref<Matrix>)>& solve, double sigma, Index k,
-                         const BlockLanczosOptions& options = {});
+// The k eigenvalues of K x = lambda M x nearest above sigma; `solve` overwrites B (n x m) by (K -
+// sigma M)^-1 B. Everything costly is a product of matrices, and a block finds as many copies of a
+// multiple eigenvalue as it has columns (Grimes, Lewis, Simon 1994, doi 10.1137/S0895479888151111;
+// restarts: Wu, Simon 2000, doi 10.1137/S0895479898334605). The basis is kept M-orthonormal in
+// full. converged is false when restarts ran out or a block became dependent (an invariant
+// subspace, as in a matrix with few distinct eigenvalues): then another method must answer. Phi
+// comes without fixed signs.
+Eigenpairs block_lanczos(const SparseMatrix& M,
+                         const std::function<void(Eigen::Ref<Matrix>)>& solve, double sigma,
+                         Index k, const BlockLanczosOptions& options = {});
 
 }  // namespace cbr

@@ -17,8 +17,9 @@
 namespace cbr {
 namespace {
 
-// Rows up to which BLAS has one thread: most of the work are products of a matrix with a vector, at which its threads gain little
-// and wait for each other (beside three other programs 8 s in the place of 1.5 s for 2481 rows). Ours share what is left.
+// Rows up to which BLAS has one thread: most of the work are products of a matrix with a vector, at
+// which its threads gain little and wait for each other (beside three other programs 8 s in the
+// place of 1.5 s for 2481 rows). Ours share what is left.
 constexpr Index one_thread_is_enough = 4000;
 // Columns that are worth a thread.
 constexpr Index least_columns = 128;
@@ -42,11 +43,13 @@ struct Tridiagonal {
 
 lapack_int as_int(Index n) { return static_cast<lapack_int>(n); }
 
-// All pairs by divide and conquer; Z n x n. Why not the first few by dstemr: docs/decisions/dense-eigenpairs.md.
+// All pairs by divide and conquer; Z n x n. Why not the first few by dstemr:
+// docs/decisions/dense-eigenpairs.md.
 bool divide_and_conquer(Tridiagonal T, Vector& lambda, Matrix& Z) {
   const Index n = T.d.size();
   Z.resize(n, n);
-  const auto info = LAPACKE_dstedc(LAPACK_COL_MAJOR, 'I', as_int(n), T.d.data(), T.e.data(), Z.data(), as_int(n));
+  const auto info =
+      LAPACKE_dstedc(LAPACK_COL_MAJOR, 'I', as_int(n), T.d.data(), T.e.data(), Z.data(), as_int(n));
   lambda = T.d;
   return info == 0;
 }
@@ -54,15 +57,17 @@ bool divide_and_conquer(Tridiagonal T, Vector& lambda, Matrix& Z) {
 // Phi <- Q Phi, each of our threads some columns   (n x k)
 bool apply_reflectors(const Matrix& A, const Tridiagonal& T, Matrix& Phi) {
   const Index n = Phi.rows(), k = Phi.cols();
-  const Index parts = n <= one_thread_is_enough ? std::clamp<Index>(k / least_columns, 1, n_threads()) : 1;
-  // LAPACK writes ones onto A's diagonal and takes them back: each thread but the first has reflectors of its own
+  const Index parts =
+      n <= one_thread_is_enough ? std::clamp<Index>(k / least_columns, 1, n_threads()) : 1;
+  // LAPACK writes ones onto A's diagonal and takes them back: each thread but the first has
+  // reflectors of its own
   const std::vector<Matrix> copies(static_cast<std::size_t>(parts - 1), A);
   std::atomic<bool> ok{true};
   run_kept_threads(static_cast<int>(parts), [&](int part) {
     const Index first = k * part / parts, columns = k * (part + 1) / parts - first;
     const Matrix& own = part == 0 ? A : copies[static_cast<std::size_t>(part - 1)];
-    if (LAPACKE_dormtr(LAPACK_COL_MAJOR, 'L', 'L', 'N', as_int(n), as_int(columns), own.data(), as_int(n), T.tau.data(),
-                       Phi.col(first).data(), as_int(n)) != 0)
+    if (LAPACKE_dormtr(LAPACK_COL_MAJOR, 'L', 'L', 'N', as_int(n), as_int(columns), own.data(),
+                       as_int(n), T.tau.data(), Phi.col(first).data(), as_int(n)) != 0)
       ok = false;
   });
   return ok;
@@ -79,7 +84,8 @@ Eigenpairs standard_eigenpairs(Matrix& A, Index k) {
   pairs.Phi.resize(n, k);
   if (k == 0) return pairs;
   Tridiagonal T{Vector(n), Vector::Zero(n), Vector::Zero(n)};
-  bool ok = LAPACKE_dsytrd(LAPACK_COL_MAJOR, 'L', as_int(n), A.data(), as_int(n), T.d.data(), T.e.data(), T.tau.data()) == 0;
+  bool ok = LAPACKE_dsytrd(LAPACK_COL_MAJOR, 'L', as_int(n), A.data(), as_int(n), T.d.data(),
+                           T.e.data(), T.tau.data()) == 0;
   ok = ok && divide_and_conquer(T, pairs.lambda, pairs.Phi);
   if (ok && k < n) {
     pairs.lambda.conservativeResize(k);
@@ -90,8 +96,8 @@ Eigenpairs standard_eigenpairs(Matrix& A, Index k) {
   return pairs;
 }
 
-// H = I - Y T Y^T, orthogonal, whose first r columns span those of Q (n x r): Householder's, in the compact form of Schreiber and
-// Van Loan (1989, doi 10.1137/0910005).
+// H = I - Y T Y^T, orthogonal, whose first r columns span those of Q (n x r): Householder's, in the
+// compact form of Schreiber and Van Loan (1989, doi 10.1137/0910005).
 struct Reflectors {
   Matrix Y, T;  // n x r, r x r upper
 
@@ -104,7 +110,8 @@ struct Reflectors {
     T = Matrix::Zero(r, r);
     for (Index j = 0; j < r; ++j) {
       T(j, j) = reflections.tau(j);
-      T.col(j).head(j) = -T(j, j) * (T.topLeftCorner(j, j) * (Y.leftCols(j).transpose() * Y.col(j)));
+      T.col(j).head(j) =
+          -T(j, j) * (T.topLeftCorner(j, j) * (Y.leftCols(j).transpose() * Y.col(j)));
     }
   }
 
@@ -124,9 +131,12 @@ struct Reflectors {
   }
 };
 
-double cube(Index n) { return static_cast<double>(n) * static_cast<double>(n) * static_cast<double>(n); }
+double cube(Index n) {
+  return static_cast<double>(n) * static_cast<double>(n) * static_cast<double>(n);
+}
 double flops_of_cholesky(Index n) { return cube(n) / 3; }
-double flops_of_eigenpairs(Index n) { return 9 * cube(n); }  // reduction to three diagonals, and all vectors back
+// reduction to three diagonals, and all vectors back
+double flops_of_eigenpairs(Index n) { return 9 * cube(n); }
 
 Eigenpairs failed() {
   Eigenpairs pairs;
@@ -143,7 +153,9 @@ Eigenpairs dense_eigenpairs(Matrix A, Matrix B, Index k) {
   if (n > 0) {
     // B = L L^T, A <- L^-1 A L^-T   (n x n)
     if (LAPACKE_dpotrf(LAPACK_COL_MAJOR, 'L', as_int(n), B.data(), as_int(n)) != 0) return failed();
-    if (LAPACKE_dsygst(LAPACK_COL_MAJOR, 1, 'L', as_int(n), A.data(), as_int(n), B.data(), as_int(n)) != 0) return failed();
+    if (LAPACKE_dsygst(LAPACK_COL_MAJOR, 1, 'L', as_int(n), A.data(), as_int(n), B.data(),
+                       as_int(n)) != 0)
+      return failed();
   }
   Eigenpairs pairs = standard_eigenpairs(A, k);
   if (!pairs.converged) return pairs;
@@ -183,12 +195,14 @@ Eigenpairs dense_eigenpairs_beside(Matrix A, const Matrix& Q, std::optional<Inde
   const BlasForRows blas(n, flops_of_eigenpairs(n));
   const Reflectors H(Q);
   H.transform(A);
-  // Rows and columns 0 .. r - 1 are 0 but for round-off. They become a block of their own that the solver cannot mix with the rest,
-  // below all other eigenvalues.
+  // Rows and columns 0 .. r - 1 are 0 but for round-off. They become a block of their own that the
+  // solver cannot mix with the rest, below all other eigenvalues.
   double largest = 0;
-  for (Index j = 0; j < n; ++j) largest = std::max(largest, A.col(j).tail(n - j).cwiseAbs().maxCoeff());
+  for (Index j = 0; j < n; ++j)
+    largest = std::max(largest, A.col(j).tail(n - j).cwiseAbs().maxCoeff());
   A.leftCols(r).setZero();
-  A.diagonal().head(r).setConstant(largest > 0 ? -2 * static_cast<double>(n) * largest : -1);  // in A's own unit
+  // in A's own unit
+  A.diagonal().head(r).setConstant(largest > 0 ? -2 * static_cast<double>(n) * largest : -1);
   Eigenpairs pairs = standard_eigenpairs(A, count.value_or(n));
   if (!pairs.converged) return pairs;
   H.apply(pairs.Phi);
@@ -198,13 +212,17 @@ Eigenpairs dense_eigenpairs_beside(Matrix A, const Matrix& Q, std::optional<Inde
   return pairs;
 }
 
-Eigenpairs dense_eigenpairs_beside(Matrix A, Matrix B, const Matrix& R, std::optional<Index> count) {
+Eigenpairs dense_eigenpairs_beside(Matrix A, Matrix B, const Matrix& R,
+                                   std::optional<Index> count) {
   const Index n = A.rows();
   assert(A.cols() == n && B.rows() == n && B.cols() == n && R.rows() == n && R.cols() <= n);
-  if (n == 0 || R.cols() == 0) return dense_eigenpairs(std::move(A), std::move(B), count.value_or(n));
+  if (n == 0 || R.cols() == 0)
+    return dense_eigenpairs(std::move(A), std::move(B), count.value_or(n));
   const BlasForRows blas(n, flops_of_eigenpairs(n));
   if (LAPACKE_dpotrf(LAPACK_COL_MAJOR, 'L', as_int(n), B.data(), as_int(n)) != 0) return failed();
-  if (LAPACKE_dsygst(LAPACK_COL_MAJOR, 1, 'L', as_int(n), A.data(), as_int(n), B.data(), as_int(n)) != 0) return failed();
+  if (LAPACKE_dsygst(LAPACK_COL_MAJOR, 1, 'L', as_int(n), A.data(), as_int(n), B.data(),
+                     as_int(n)) != 0)
+    return failed();
   auto L = B.triangularView<Eigen::Lower>();
   // Q: orthonormal basis of L^T R   (n x r)
   const Matrix Q = orthonormal_basis(L.transpose() * R);

@@ -22,65 +22,78 @@ struct Eigenpairs {
   Index n_converged = 0;
   Index iterations = 0;  // restarts
   std::string method;    // "arpack", "lapack", ... for the summary
-  std::vector<Index> chosen{};  // of PairsWanted::choose; empty where all pairs are to the tolerance
+  // of PairsWanted::choose; empty where all pairs are to the tolerance
+  std::vector<Index> chosen{};
 };
 
-// Of k pairs those that a solver need not find to its tolerance: an eigenvalue is right to the square of its pair's residual.
+// Of k pairs those that a solver need not find to its tolerance: an eigenvalue is right to the
+// square of its pair's residual.
 struct PairsWanted {
   Index exact = 0;       // the first so many to the tolerance, others to this residual; 0: all
   double others = 1e-4;  // relative
-  // Or those that are chosen, once all are right to `others`, by what a linear map `seen` makes of their vectors (n x b -> q x b).
-  // choose: the k eigenvalues and what is seen of their vectors (q x k) -> numbers of pairs. Both or none.
+  // Or those that are chosen, once all are right to `others`, by what a linear map `seen` makes of
+  // their vectors (n x b -> q x b). choose: the k eigenvalues and what is seen of their vectors (q
+  // x k) -> numbers of pairs. Both or none.
   std::function<Matrix(const Eigen::Ref<const Matrix>&)> seen{};
   std::function<std::vector<Index>(const Vector& lambda, const Matrix& seen)> choose{};
 };
 
-// The k eigenvalues nearest to sigma, all of them above it: shift-invert Lanczos about sigma with `factor` = Cholesky of
-// K - sigma M (sigma <= 0 for a semi-definite K). M symmetric positive definite. A few modes by ARPACK (dsaupd, mode 3: Lehoucq,
-// Sorensen, Yang 1998, doi 10.1137/1.9780898719628), more by our block_lanczos, whose work is products of matrices. A fixed
-// start: the same input gives the same bytes. An eigenvalue of a higher multiplicity than the Krylov space can tell apart (many
-// identical parts) may come with copies missing: negative_inertia() proves that none is. Where neither can go (k > n / 2, tiny n)
-// the dense solver answers. `ncv`: size of ARPACK's Krylov space, which then is the method whatever k; 0: chosen. `wanted` is for
-// block_lanczos; others find all pairs to the tolerance.
-Eigenpairs sparse_eigenpairs(const SparseMatrix& K, const SparseMatrix& M, const SparseCholesky& factor, double sigma, Index k,
+// The k eigenvalues nearest to sigma, all of them above it: shift-invert Lanczos about sigma with
+// `factor` = Cholesky of K - sigma M (sigma <= 0 for a semi-definite K). M symmetric positive
+// definite. A few modes by ARPACK (dsaupd, mode 3: Lehoucq, Sorensen, Yang 1998,
+// doi 10.1137/1.9780898719628), more by our block_lanczos, whose work is products of matrices. A
+// fixed start: the same input gives the same bytes. An eigenvalue of a higher multiplicity than the
+// Krylov space can tell apart (many identical parts) may come with copies missing:
+// negative_inertia() proves that none is. Where neither can go (k > n / 2, tiny n) the dense solver
+// answers. `ncv`: size of ARPACK's Krylov space, which then is the method whatever k; 0: chosen.
+// `wanted` is for block_lanczos; others find all pairs to the tolerance.
+Eigenpairs sparse_eigenpairs(const SparseMatrix& K, const SparseMatrix& M,
+                             const SparseCholesky& factor, double sigma, Index k,
                              double tolerance = 1e-13, Index ncv = 0, const Progress& progress = {},
                              const PairsWanted& wanted = {});
 
-// The k lowest of what is M-orthogonal to Phi (n x m, Phi^T M Phi = I, eigenvectors that are known), by block_lanczos about 0 with
-// `factor` = Cholesky of K: nothing is solved for twice. converged is false where block_lanczos gives up.
-Eigenpairs sparse_eigenpairs_beyond(const SparseMatrix& M, const SparseCholesky& factor, const Matrix& Phi, Index k,
-                                    double tolerance = 1e-13, const PairsWanted& wanted = {}, const Progress& progress = {});
+// The k lowest of what is M-orthogonal to Phi (n x m, Phi^T M Phi = I, eigenvectors that are
+// known), by block_lanczos about 0 with `factor` = Cholesky of K: nothing is solved for twice.
+// converged is false where block_lanczos gives up.
+Eigenpairs sparse_eigenpairs_beyond(const SparseMatrix& M, const SparseCholesky& factor,
+                                    const Matrix& Phi, Index k, double tolerance = 1e-13,
+                                    const PairsWanted& wanted = {}, const Progress& progress = {});
 
-// LAPACK on the dense generalised problem A x = lambda B x (n x n, symmetric, lower triangles read, B positive definite): the
-// first k pairs (k = n: all). A and B are overwritten. converged is false when B is not positive definite or LAPACK gave up.
+// LAPACK on the dense generalised problem A x = lambda B x (n x n, symmetric, lower triangles read,
+// B positive definite): the first k pairs (k = n: all). A and B are overwritten. converged is false
+// when B is not positive definite or LAPACK gave up.
 Eigenpairs dense_eigenpairs(Matrix A, Matrix B, Index k);
 // The same with B = I, and with diagonal B (n, > 0), by scaling.
 Eigenpairs dense_eigenpairs(Matrix A, Index k);
 Eigenpairs dense_eigenpairs(Matrix A, const Vector& B, Index k);
 
-// All pairs, or the lowest `count` (from r on), where null vectors are known: the first r have lambda = 0 exactly and span them,
-// the others are orthogonal to them to round-off (in B's product), also those whose lambda is no larger than A's own round-off. Q
-// (n x r, orthonormal): of A.
+// All pairs, or the lowest `count` (from r on), where null vectors are known: the first r have
+// lambda = 0 exactly and span them, the others are orthogonal to them to round-off (in B's
+// product), also those whose lambda is no larger than A's own round-off. Q (n x r, orthonormal): of
+// A.
 Eigenpairs dense_eigenpairs_beside(Matrix A, const Matrix& Q, std::optional<Index> count = {});
 // R (n x r, independent columns): of A x = lambda B x.
-Eigenpairs dense_eigenpairs_beside(Matrix A, Matrix B, const Matrix& R, std::optional<Index> count = {});
+Eigenpairs dense_eigenpairs_beside(Matrix A, Matrix B, const Matrix& R,
+                                   std::optional<Index> count = {});
 
 // Columns of Phi get the sign that makes the first of their largest entries positive.
 void fix_signs(Matrix& Phi);
 
 // y = A x, n-vectors.
 using LinearMap = std::function<void(const Vector& x, Vector& y)>;
-// Largest eigenvalue of M^-1 K, symmetric K and positive definite M (n x n), from above by the residual of Lanczos in the inner
-// product of M (Parlett 1980, 13-2): the critical step of central differences is 2 / sqrt of it. solve_M: y = M^-1 x. Of a
-// held problem x are coordinates of the free directions alone, or both maps drop what is held: parts of x that neither sees grow
-// from product to product (twice the right answer, of a mesh of few nodes).
+// Largest eigenvalue of M^-1 K, symmetric K and positive definite M (n x n), from above by the
+// residual of Lanczos in the inner product of M (Parlett 1980, 13-2): the critical step of central
+// differences is 2 / sqrt of it. solve_M: y = M^-1 x. Of a held problem x are coordinates of the
+// free directions alone, or both maps drop what is held: parts of x that neither sees grow from
+// product to product (twice the right answer, of a mesh of few nodes).
 double largest_eigenvalue(Index n, const LinearMap& multiply_K, const LinearMap& solve_M);
 
 struct RitzValue {
   double value = 0, residual = 0;
 };
-// Largest eigenvalue of the tridiagonal matrix of n Lanczos steps (diagonal alpha, beside it beta_0 .. beta_n-2), and the residual
-// of its Ritz vector, |beta_n-1 s_n-1| (Parlett 1980, 13-2). In any unit. NaN where entries are not finite.
+// Largest eigenvalue of the tridiagonal matrix of n Lanczos steps (diagonal alpha, beside it beta_0
+// .. beta_n-2), and the residual of its Ritz vector, |beta_n-1 s_n-1| (Parlett 1980, 13-2). In any
+// unit. NaN where entries are not finite.
 RitzValue largest_ritz_value(const Vector& alpha, const Vector& beta, Index n);
 
 }  // namespace cbr

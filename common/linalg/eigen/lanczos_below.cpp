@@ -22,8 +22,8 @@ Matrix starting_block(Index n, Index columns) {
   return X;
 }
 
-// U <- U L^-T, P <- P L^-T with U^T P = L L^T (P = M U), twice; R = the product of the factors' transposes. False when U is
-// dependent.
+// U <- U L^-T, P <- P L^-T with U^T P = L L^T (P = M U), twice; R = the product of the factors'
+// transposes. False when U is dependent.
 bool orthonormalise(Matrix& U, Matrix& P, Matrix& R) {
   R = Matrix::Identity(U.cols(), U.cols());
   for (int pass = 0; pass < 2; ++pass) {
@@ -41,8 +41,9 @@ bool orthonormalise(Matrix& U, Matrix& P, Matrix& R) {
 
 // V^T M V = I and P = M V of the basis, H = V^T M K^-1 M V
 struct Basis {
-  Matrix V, P, H, last;  // last: what couples the newest block, which H does not have yet, to the one before
-  Index size = 0;        // columns of V in H
+  // last: what couples the newest block, which H does not have yet, to the one before
+  Matrix V, P, H, last;
+  Index size = 0;  // columns of V in H
 
   void reserve(Index n, Index columns) {
     V.conservativeResize(n, columns), P.conservativeResize(n, columns);
@@ -52,8 +53,10 @@ struct Basis {
 
 }  // namespace
 
-Eigenpairs lanczos_below(Index n, Index n_rigid, const std::function<Matrix(const Eigen::Ref<const Matrix>&)>& multiply_M,
-                         const std::function<void(Eigen::Ref<Matrix>)>& solve, double bound, const LanczosBelowOptions& options) {
+Eigenpairs lanczos_below(Index n, Index n_rigid,
+                         const std::function<Matrix(const Eigen::Ref<const Matrix>&)>& multiply_M,
+                         const std::function<void(Eigen::Ref<Matrix>)>& solve, double bound,
+                         const LanczosBelowOptions& options) {
   const Index b = options.block > 0 ? options.block : std::clamp<Index>(n / 60, 4, 16);
   const Index rank = n - n_rigid, whole = rank - 2 * b;
   const Index most = std::min(whole, options.most > 0 ? options.most : std::max<Index>(n / 4, 500));
@@ -86,10 +89,12 @@ Eigenpairs lanczos_below(Index n, Index n_rigid, const std::function<Matrix(cons
       if (!orthonormalise(U, P, R_again)) return pairs;
       B.last = R_again * R;
       B.H.block(0, B.size, columns, b) = h, B.H.block(B.size, 0, b, columns) = h.transpose();
-      B.H.block(columns, B.size, b, b) = B.last, B.H.block(B.size, columns, b, b) = B.last.transpose();
+      B.H.block(columns, B.size, b, b) = B.last,
+                                    B.H.block(B.size, columns, b, b) = B.last.transpose();
       B.size = columns;
     }
-    // H S = S diag(theta), theta descending; the residual of a Ritz pair is what the last block adds
+    // H S = S diag(theta), theta descending; the residual of a Ritz pair is what the last block
+    // adds
     const Index m = B.size;
     const Matrix H = 0.5 * (B.H.topLeftCorner(m, m) + B.H.topLeftCorner(m, m).transpose());
     const Eigenpairs ritz = dense_eigenpairs(-H, Vector(Vector::Ones(m)), m);
@@ -97,7 +102,9 @@ Eigenpairs lanczos_below(Index n, Index n_rigid, const std::function<Matrix(cons
     const Vector residual = (B.last * ritz.Phi.bottomRows(b)).colwise().norm();
     const double round_off = std::numeric_limits<double>::epsilon() * std::abs(ritz.lambda(0));
     Index k = 0;
-    while (k < m && residual(k) <= std::max(options.tolerance * std::abs(ritz.lambda(k)), round_off)) ++k;
+    while (k < m &&
+           residual(k) <= std::max(options.tolerance * std::abs(ritz.lambda(k)), round_off))
+      ++k;
     pairs.n_converged = k;
     const bool enough = options.count > 0 && k >= options.count;
     if (enough || (k > 0 && -1 / ritz.lambda(k - 1) > bound)) {

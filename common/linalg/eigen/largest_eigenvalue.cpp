@@ -11,8 +11,8 @@
 namespace cbr {
 namespace {
 
-// From p and q = M^-1 p: p_i ~ M_ii^1/2, as far as q tells, where masses differ so much that some coordinates (the rotations of a
-// faint shell) would drown the others in round-off.
+// From p and q = M^-1 p: p_i ~ M_ii^1/2, as far as q tells, where masses differ so much that some
+// coordinates (the rotations of a faint shell) would drown the others in round-off.
 void balance(const LinearMap& solve_M, Vector& p, Vector& q) {
   constexpr double alike = 1e10;
   double least = HUGE_VAL, most = 0;
@@ -35,25 +35,29 @@ void balance(const LinearMap& solve_M, Vector& p, Vector& q) {
 }  // namespace
 
 RitzValue largest_ritz_value(const Vector& alpha, const Vector& beta, Index n) {
-  // Eigen's QR of tridiagonal matrices compares squares of what is beside the diagonal with the diagonal (3.4): only entries near 1
-  // are judged right, at 1e3 it may not converge, and then its values are in no order.
+  // Eigen's QR of tridiagonal matrices compares squares of what is beside the diagonal with the
+  // diagonal (3.4): only entries near 1 are judged right, at 1e3 it may not converge, and then its
+  // values are in no order.
   double unit = alpha.head(n).cwiseAbs().maxCoeff();
   if (n > 1) unit = std::max(unit, beta.head(n - 1).cwiseAbs().maxCoeff());
   if (!alpha.head(n).allFinite() || !beta.head(n - 1).allFinite()) return {NAN, NAN};
   if (unit == 0) return {};
   const SymmetricEigen eigen = tridiagonal_eigen(alpha.head(n) / unit, beta.head(n - 1) / unit);
-  if (!eigen.converged) throw RunError("the largest eigenvalue of a body or a contact was not found");
+  if (!eigen.converged)
+    throw RunError("the largest eigenvalue of a body or a contact was not found");
   return {unit * eigen.values[n - 1], std::abs(beta[n - 1] * eigen.vectors(n - 1, n - 1))};
 }
 
 double largest_eigenvalue(Index n, const LinearMap& multiply_K, const LinearMap& solve_M) {
-  // To round-off's reach, so that neither the critical step nor a penalty depends on how nodes are numbered
+  // To round-off's reach, so that neither the critical step nor a penalty depends on how nodes are
+  // numbered
   const Index steps = std::min<Index>(500, std::max<Index>(n, 2));
   constexpr double enough = 1e-10;
   Index look = 10;
   std::mt19937_64 random(1);
   // q and p = M q, normalised by q . p: M itself is never asked for.
-  Vector p = Vector::NullaryExpr(n, [&] { return static_cast<double>(random() >> 11) * 0x1p-53 - 0.5; });
+  Vector p =
+      Vector::NullaryExpr(n, [&] { return static_cast<double>(random() >> 11) * 0x1p-53 - 0.5; });
   Vector q(n), Kq(n), w(n), p_before(n);
   solve_M(p, q);
   balance(solve_M, p, q);
@@ -63,8 +67,8 @@ double largest_eigenvalue(Index n, const LinearMap& multiply_K, const LinearMap&
   q /= norm, p /= norm;
   RitzValue bound;
   for (Index j = 0; j < steps; ++j) {
-    // p_j+1 = K q_j - alpha_j p_j - beta_j-1 p_j-1, and q_j+1 solved from it: were both continued by recurrences they would drift
-    // apart, and Ritz values rise above the spectrum.
+    // p_j+1 = K q_j - alpha_j p_j - beta_j-1 p_j-1, and q_j+1 solved from it: were both continued
+    // by recurrences they would drift apart, and Ritz values rise above the spectrum.
     multiply_K(q, Kq);
     if (j > 0) Kq -= beta[j - 1] * p_before;
     alpha[j] = q.dot(Kq);

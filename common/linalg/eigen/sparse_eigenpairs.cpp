@@ -33,7 +33,8 @@ struct Operator {
   const char* bmat = "I";
   const char* which = "LA";
   double sigma = 0;
-  std::function<void(const double* x, double* y)> solve;     // y = (K - sigma M)^-1 x, or y = A x in mode 1
+  // y = (K - sigma M)^-1 x, or y = A x in mode 1
+  std::function<void(const double* x, double* y)> solve;
   std::function<void(const double* x, double* y)> multiply;  // y = M x; mode 3 only
 };
 
@@ -83,13 +84,15 @@ class Arpack {
     a_int ido = 0, info = 1;
     const auto lworkl = static_cast<a_int>(workl_.size());
     while (true) {
-      dsaupd_c(&ido, op_.bmat, n_, op_.which, k_, tolerance_, residual_.data(), ncv_, V_.data(), n_, iparam_.data(), ipntr_.data(),
-               workd_.data(), workl_.data(), lworkl, &info);
+      dsaupd_c(&ido, op_.bmat, n_, op_.which, k_, tolerance_, residual_.data(), ncv_, V_.data(), n_,
+               iparam_.data(), ipntr_.data(), workd_.data(), workl_.data(), lworkl, &info);
       if (ido == 99) break;
       answer(ido);
     }
-    // 1: too many restarts, 3: no shifts could be applied; what has converged by then is handed over.
-    if (info < 0) throw RunError("eigensolver ARPACK dsaupd failed with code " + std::to_string(info));
+    // 1: too many restarts, 3: no shifts could be applied; what has converged by then is handed
+    // over.
+    if (info < 0)
+      throw RunError("eigensolver ARPACK dsaupd failed with code " + std::to_string(info));
     return extract();
   }
 
@@ -118,10 +121,11 @@ class Arpack {
     ritz.value.resize(k_);
     a_int info = 0;
     // The vectors take the place of the first columns of V.
-    dseupd_c(1, "A", select.data(), ritz.value.data(), V_.data(), n_, op_.sigma, op_.bmat, n_, op_.which, k_, tolerance_,
-             residual_.data(), ncv_, V_.data(), n_, iparam_.data(), ipntr_.data(), workd_.data(), workl_.data(),
-             static_cast<a_int>(workl_.size()), &info);
-    if (info != 0) throw RunError("eigensolver ARPACK dseupd failed with code " + std::to_string(info));
+    dseupd_c(1, "A", select.data(), ritz.value.data(), V_.data(), n_, op_.sigma, op_.bmat, n_,
+             op_.which, k_, tolerance_, residual_.data(), ncv_, V_.data(), n_, iparam_.data(),
+             ipntr_.data(), workd_.data(), workl_.data(), static_cast<a_int>(workl_.size()), &info);
+    if (info != 0)
+      throw RunError("eigensolver ARPACK dseupd failed with code " + std::to_string(info));
     ritz.n_converged = std::min<Index>(iparam_[4], k_);
     ritz.value.conservativeResize(ritz.n_converged);
     V_.conservativeResize(Eigen::NoChange, ritz.n_converged);
@@ -141,14 +145,16 @@ class Arpack {
 Eigenpairs ascending(Ritz&& ritz) {
   std::vector<Index> order(static_cast<std::size_t>(ritz.value.size()));
   std::iota(order.begin(), order.end(), Index{0});
-  std::sort(order.begin(), order.end(), [&](Index a, Index b) { return ritz.value(a) < ritz.value(b); });
+  std::sort(order.begin(), order.end(),
+            [&](Index a, Index b) { return ritz.value(a) < ritz.value(b); });
   Eigenpairs pairs;
   pairs.lambda = ritz.value(order);
   pairs.Phi = ritz.vectors(Eigen::all, order);
   return pairs;
 }
 
-// Gram matrix G = Phi^T M Phi = L L^T, Phi <- Phi L^-T: keeps the order, because L is the identity to ARPACK's accuracy.
+// Gram matrix G = Phi^T M Phi = L L^T, Phi <- Phi L^-T: keeps the order, because L is the identity
+// to ARPACK's accuracy.
 void orthonormalise(const SparseMatrix& M, Matrix& Phi) {
   for (int pass = 0; pass < 3; ++pass) {
     Matrix M_Phi;
@@ -158,7 +164,8 @@ void orthonormalise(const SparseMatrix& M, Matrix& Phi) {
     const double error = (G - Matrix::Identity(G.rows(), G.cols())).cwiseAbs().maxCoeff();
     if (error < orthonormality) return;
     const Cholesky cholesky(G);
-    if (!cholesky.ok()) return;  // seen by the caller's own check; cannot happen with converged vectors
+    // seen by the caller's own check; cannot happen with converged vectors
+    if (!cholesky.ok()) return;
     cholesky.divide_by_upper(Phi);
   }
 }
@@ -172,22 +179,25 @@ Eigenpairs finished(const SparseMatrix& M, Eigenpairs&& pairs) {
 // Columns that a product with K takes together: more would not stay in the cache.
 constexpr std::ptrdiff_t at_a_time = 32;
 
-// Where the spectrum is wide, 1 / theta has more of the largest theta's round-off than Rayleigh's quotient has of K's. Not of vectors
-// that are right in outline only, whose quotient is far above.
+// Where the spectrum is wide, 1 / theta has more of the largest theta's round-off than Rayleigh's
+// quotient has of K's. Not of vectors that are right in outline only, whose quotient is far above.
 void sharpen(const SparseMatrix& K, const SparseMatrix& M, Eigenpairs& pairs) {
-  const double scale = (K.diagonal().array() / M.diagonal().array()).maxCoeff(), lowest = pairs.lambda(0);
+  const double scale = (K.diagonal().array() / M.diagonal().array()).maxCoeff(),
+               lowest = pairs.lambda(0);
   std::vector<Index> blurred;
   const auto is_exact = [&](Index j) {
     return pairs.chosen.empty() || std::binary_search(pairs.chosen.begin(), pairs.chosen.end(), j);
   };
   for (Index j = 0; j < pairs.lambda.size(); ++j)
-    if (is_exact(j) && pairs.lambda(j) * pairs.lambda(j) / lowest > 10 * scale) blurred.push_back(j);
+    if (is_exact(j) && pairs.lambda(j) * pairs.lambda(j) / lowest > 10 * scale)
+      blurred.push_back(j);
   const auto quotients = [&](const std::vector<Index>& columns) {
     const Matrix Phi = pairs.Phi(Eigen::all, columns);
     Matrix K_Phi;
     multiply_symmetric(K, Phi, K_Phi);
     for (std::size_t i = 0; i < columns.size(); ++i)
-      pairs.lambda(columns[i]) = Phi.col(static_cast<Index>(i)).dot(K_Phi.col(static_cast<Index>(i)));
+      pairs.lambda(columns[i]) =
+          Phi.col(static_cast<Index>(i)).dot(K_Phi.col(static_cast<Index>(i)));
   };
   for (auto first = blurred.begin(); first < blurred.end();) {
     const auto end = std::min(first + at_a_time, blurred.end());
@@ -198,7 +208,8 @@ void sharpen(const SparseMatrix& K, const SparseMatrix& M, Eigenpairs& pairs) {
   if (std::is_sorted(pairs.lambda.begin(), pairs.lambda.end())) return;
   std::vector<Index> order(pairs.lambda.size());
   std::iota(order.begin(), order.end(), Index(0));
-  std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) { return pairs.lambda(a) < pairs.lambda(b); });
+  std::stable_sort(order.begin(), order.end(),
+                   [&](Index a, Index b) { return pairs.lambda(a) < pairs.lambda(b); });
   pairs.lambda = Vector(pairs.lambda(order));
   pairs.Phi = Matrix(pairs.Phi(Eigen::all, order));
   std::vector<Index> chosen;
@@ -210,21 +221,27 @@ void sharpen(const SparseMatrix& K, const SparseMatrix& M, Eigenpairs& pairs) {
 Eigenpairs dense_answer(const SparseMatrix& K, const SparseMatrix& M, Index k) {
   bool diagonal = true;
   for (Index j = 0; diagonal && j < M.cols(); ++j) {
-    for (SparseMatrix::InnerIterator it(M, j); it; ++it) diagonal = diagonal && (it.row() == j || it.value() == 0);
+    for (SparseMatrix::InnerIterator it(M, j); it; ++it)
+      diagonal = diagonal && (it.row() == j || it.value() == 0);
   }
   if (diagonal) return dense_eigenpairs(Matrix(K), Vector(M.diagonal()), k);
   return dense_eigenpairs(Matrix(K), Matrix(M), k);
 }
 
-// Half of what the factor takes, as a solve reads all of that, but no more than a quarter of what it leaves of the memory.
+// Half of what the factor takes, as a solve reads all of that, but no more than a quarter of what
+// it leaves of the memory.
 double bytes_of_basis(const SparseCholesky& factor) {
-  return std::max(1e9, std::min(0.5 * factor.bytes(), 0.25 * (machine_memory_bytes() - factor.bytes())));
+  return std::max(1e9,
+                  std::min(0.5 * factor.bytes(), 0.25 * (machine_memory_bytes() - factor.bytes())));
 }
 
-// Of vectors made so far, and of those after which the space is next looked at, which is mostly the last time or the last but one.
+// Of vectors made so far, and of those after which the space is next looked at, which is mostly the
+// last time or the last but one.
 std::function<void(Index, Index)> share_of(const Progress& progress) {
   if (!progress) return {};
-  return [&progress](Index vectors, Index look) { progress(0.95 * static_cast<double>(vectors) / static_cast<double>(look)); };
+  return [&progress](Index vectors, Index look) {
+    progress(0.95 * static_cast<double>(vectors) / static_cast<double>(look));
+  };
 }
 
 }  // namespace
@@ -233,7 +250,8 @@ void fix_signs(Matrix& Phi) {
   for (Index j = 0; j < Phi.cols(); ++j) {
     auto column = Phi.col(j);
     if (column.size() == 0) continue;
-    // Symmetric shapes have several largest entries that differ by round-off: the first of them decides.
+    // Symmetric shapes have several largest entries that differ by round-off: the first of them
+    // decides.
     const double limit = (1 - 1e-6) * column.cwiseAbs().maxCoeff();
     for (const double entry : column) {
       if (std::abs(entry) < limit) continue;
@@ -243,8 +261,9 @@ void fix_signs(Matrix& Phi) {
   }
 }
 
-Eigenpairs sparse_eigenpairs(const SparseMatrix& K, const SparseMatrix& M, const SparseCholesky& factor, double sigma, Index k,
-                             double tolerance, Index ncv, const Progress& progress, const PairsWanted& wanted) {
+Eigenpairs sparse_eigenpairs(const SparseMatrix& K, const SparseMatrix& M,
+                             const SparseCholesky& factor, double sigma, Index k, double tolerance,
+                             Index ncv, const Progress& progress, const PairsWanted& wanted) {
   const Index n = K.rows();
   assert(k >= 0 && k <= n && M.rows() == n);
   Eigenpairs pairs;
@@ -281,7 +300,8 @@ Eigenpairs sparse_eigenpairs(const SparseMatrix& K, const SparseMatrix& M, const
   op.sigma = sigma;
   op.solve = [&](const double* x, double* y) { factor.solve(x, y); };
   op.multiply = [&](const double* x, double* y) {
-    Eigen::Map<Vector>(y, n).noalias() = M.selfadjointView<Eigen::Lower>() * Eigen::Map<const Vector>(x, n);
+    Eigen::Map<Vector>(y, n).noalias() =
+        M.selfadjointView<Eigen::Lower>() * Eigen::Map<const Vector>(x, n);
   };
   const std::scoped_lock lock(arpack_lock());
   const SingleThreadedBlas blas;  // vectors and triangular solves: memory is the limit
@@ -295,8 +315,9 @@ Eigenpairs sparse_eigenpairs(const SparseMatrix& K, const SparseMatrix& M, const
   return finished(M, std::move(pairs));
 }
 
-Eigenpairs sparse_eigenpairs_beyond(const SparseMatrix& M, const SparseCholesky& factor, const Matrix& Phi, Index k,
-                                    double tolerance, const PairsWanted& wanted, const Progress& progress) {
+Eigenpairs sparse_eigenpairs_beyond(const SparseMatrix& M, const SparseCholesky& factor,
+                                    const Matrix& Phi, Index k, double tolerance,
+                                    const PairsWanted& wanted, const Progress& progress) {
   assert(Phi.rows() == M.rows() && k > 0);
   const auto project = [&](Eigen::Ref<Matrix> B) {
     const Matrix M_B = M * B;
@@ -313,7 +334,8 @@ Eigenpairs sparse_eigenpairs_beyond(const SparseMatrix& M, const SparseCholesky&
     factor.solve(M_phi.data(), x.data());
     options.largest = M_phi.dot(x);  // 1 / lambda_1
   }
-  // P K^-1 with P = I - Phi Phi^T M: what is known has the eigenvalue 0 there, the farthest from those that are looked for
+  // P K^-1 with P = I - Phi Phi^T M: what is known has the eigenvalue 0 there, the farthest from
+  // those that are looked for
   Eigenpairs pairs = block_lanczos(
       M, [&](Eigen::Ref<Matrix> B) { factor.solve_in_place(B), project(B); }, 0, k, options);
   if (!pairs.converged) return pairs;

@@ -14,7 +14,8 @@
 namespace cbr {
 namespace {
 
-// Rows of a slab: with a panel of 128 columns half of the second cache. Sums are taken of at most so many parts.
+// Rows of a slab: with a panel of 128 columns half of the second cache. Sums are taken of at most
+// so many parts.
 constexpr Index slab_rows = 512, most_parts = 16;
 constexpr Index panel_columns = 128;
 // Fused multiplications below which waking a thread costs more than it brings.
@@ -22,14 +23,17 @@ constexpr double worth_a_thread = 2e6;
 
 // work(i) for i < n on as many threads as the work is worth.
 void share(Index n, double multiplications, const std::function<void(Index)>& work) {
-  const int threads = multiplications < worth_a_thread ? 1 : static_cast<int>(std::min<Index>(n_threads(), n));
+  const int threads =
+      multiplications < worth_a_thread ? 1 : static_cast<int>(std::min<Index>(n_threads(), n));
   std::atomic<Index> next{0};
   run_kept_threads(threads, [&](int) {
     for (Index i = next++; i < n; i = next++) work(i);
   });
 }
 
-double product_of(Index a, Index b, Index c) { return static_cast<double>(a) * static_cast<double>(b) * static_cast<double>(c); }
+double product_of(Index a, Index b, Index c) {
+  return static_cast<double>(a) * static_cast<double>(b) * static_cast<double>(c);
+}
 
 struct Rows {
   Index first, count;
@@ -49,7 +53,8 @@ bool is_diagonal(const SparseMatrix& M) {
 
 Index n_parts(Index n) { return std::clamp<Index>(n / slab_rows, 1, most_parts); }
 
-// Transposed, in groups of as many columns as the narrow products take, filled up with zeros   (width x rows of each group)
+// Transposed, in groups of as many columns as the narrow products take, filled up with zeros (width
+// x rows of each group)
 Matrix in_groups(const Eigen::Ref<const Matrix>& P) {
   const Index groups = (P.cols() + narrow::width - 1) / narrow::width;
   Matrix groups_of_P = Matrix::Zero(narrow::width, P.rows() * groups);
@@ -60,14 +65,18 @@ Matrix in_groups(const Eigen::Ref<const Matrix>& P) {
   return groups_of_P;
 }
 
-// The negative of U^T P in groups: V is read once from memory, nothing is packed   (width x columns of U, of each group of P)
-void subtract_transposed(const Eigen::Ref<const Matrix>& U, const Eigen::Ref<const Matrix>& P, Matrix& sums, Index first_column) {
-  const Index groups = (P.cols() + narrow::width - 1) / narrow::width, columns = sums.cols() / groups;
+// The negative of U^T P in groups: V is read once from memory, nothing is packed   (width x columns
+// of U, of each group of P)
+void subtract_transposed(const Eigen::Ref<const Matrix>& U, const Eigen::Ref<const Matrix>& P,
+                         Matrix& sums, Index first_column) {
+  const Index groups = (P.cols() + narrow::width - 1) / narrow::width,
+              columns = sums.cols() / groups;
   for (Index first = 0; first < U.rows(); first += slab_rows) {
     const Index count = std::min(slab_rows, U.rows() - first);
     const Matrix P_t = in_groups(P.middleRows(first, count));
     for (Index g = 0; g < groups; ++g)
-      narrow::subtract_transposed(U.data() + first, U.outerStride(), count, U.cols(), P_t.col(g * count).data(),
+      narrow::subtract_transposed(U.data() + first, U.outerStride(), count, U.cols(),
+                                  P_t.col(g * count).data(),
                                   sums.col(g * columns + first_column).data());
   }
 }
@@ -78,7 +87,8 @@ Matrix added_up(const std::vector<Matrix>& parts, Index columns, Index p) {
   for (std::size_t i = 1; i < parts.size(); ++i) sum += parts[i];
   Matrix product(columns, p);
   for (Index j = 0; j < p; ++j)
-    product.col(j) = -sum.row(j % narrow::width).segment(j / narrow::width * columns, columns).transpose();
+    product.col(j) =
+        -sum.row(j % narrow::width).segment(j / narrow::width * columns, columns).transpose();
   return product;
 }
 
@@ -87,11 +97,13 @@ Matrix empty_groups(Index columns, Index p) {
 }
 
 // U <- U - V h of a slab; h_t: h in groups.
-void subtract_slab(const Eigen::Ref<const Matrix>& V, const Matrix& h_t, Index h_rows, Index first_row, Eigen::Ref<Matrix> U) {
+void subtract_slab(const Eigen::Ref<const Matrix>& V, const Matrix& h_t, Index h_rows,
+                   Index first_row, Eigen::Ref<Matrix> U) {
   Matrix Y_t(narrow::width, U.rows());
   for (Index first = 0; first < U.cols(); first += narrow::width) {
     const Index g = first / narrow::width, count = std::min(narrow::width, U.cols() - first);
-    narrow::multiply(V.data(), V.outerStride(), V.rows(), V.cols(), h_t.col(g * h_rows + first_row).data(), Y_t.data());
+    narrow::multiply(V.data(), V.outerStride(), V.rows(), V.cols(),
+                     h_t.col(g * h_rows + first_row).data(), Y_t.data());
     U.middleCols(first, count) -= Y_t.topRows(count).transpose();
   }
 }
@@ -121,7 +133,8 @@ Matrix TallBasis::transposed_product(Index columns, const Eigen::Ref<const Matri
     sum = empty_groups(columns, P.cols());
     for (Index first = 0; first < columns; first += panel_) {
       const Index count = std::min(panel_, columns - first);
-      const auto V = panels_[static_cast<std::size_t>(first / panel_)].block(rows.first, 0, rows.count, count);
+      const auto V =
+          panels_[static_cast<std::size_t>(first / panel_)].block(rows.first, 0, rows.count, count);
       subtract_transposed(V, P.middleRows(rows.first, rows.count), sum, first);
     }
   });
@@ -134,7 +147,8 @@ void TallBasis::subtract(const Matrix& h, Eigen::Ref<Matrix> U) const {
     const Index row = i * slab_rows, count = std::min(slab_rows, n_ - row);
     for (Index first = 0; first < h.rows(); first += panel_) {
       const Index columns = std::min(panel_, h.rows() - first);
-      const auto V = panels_[static_cast<std::size_t>(first / panel_)].block(row, 0, count, columns);
+      const auto V =
+          panels_[static_cast<std::size_t>(first / panel_)].block(row, 0, count, columns);
       subtract_slab(V, h_t, h.rows(), first, U.middleRows(row, count));
     }
   });
@@ -145,7 +159,8 @@ Matrix TallBasis::gathered(Index first_row, Index n_rows, Index columns) const {
   Matrix V(n_rows, columns);
   for (Index first = 0; first < columns; first += panel_) {
     const Index count = std::min(panel_, columns - first);
-    V.middleCols(first, count) = panels_[static_cast<std::size_t>(first / panel_)].block(first_row, 0, n_rows, count);
+    V.middleCols(first, count) =
+        panels_[static_cast<std::size_t>(first / panel_)].block(first_row, 0, n_rows, count);
   }
   return V;
 }
@@ -166,7 +181,8 @@ void TallBasis::rotate(const Eigen::Ref<const Matrix>& S) {
     const Matrix X = gathered(row, count, S.rows()) * S;
     for (Index first = 0; first < S.cols(); first += panel_) {
       const Index columns = std::min(panel_, S.cols() - first);
-      panels_[static_cast<std::size_t>(first / panel_)].block(row, 0, count, columns) = X.middleCols(first, columns);
+      panels_[static_cast<std::size_t>(first / panel_)].block(row, 0, count, columns) =
+          X.middleCols(first, columns);
     }
   });
 }
@@ -178,12 +194,14 @@ Matrix tall_product(const Eigen::Ref<const Matrix>& U, const Eigen::Ref<const Ma
     const Rows rows = part_of(n, parts, i);
     Matrix& sum = sums[static_cast<std::size_t>(i)];
     sum = empty_groups(U.cols(), P.cols());
-    subtract_transposed(U.middleRows(rows.first, rows.count), P.middleRows(rows.first, rows.count), sum, 0);
+    subtract_transposed(U.middleRows(rows.first, rows.count), P.middleRows(rows.first, rows.count),
+                        sum, 0);
   });
   return added_up(sums, U.cols(), P.cols());
 }
 
-void subtract_product(const Eigen::Ref<const Matrix>& V, const Eigen::Ref<const Matrix>& h, Eigen::Ref<Matrix> U) {
+void subtract_product(const Eigen::Ref<const Matrix>& V, const Eigen::Ref<const Matrix>& h,
+                      Eigen::Ref<Matrix> U) {
   const Index n = U.rows(), slabs = (n + slab_rows - 1) / slab_rows;
   const Matrix h_t = in_groups(h);
   share(slabs, product_of(n, h.rows(), h.cols()), [&](Index i) {

@@ -8,15 +8,17 @@
 
 namespace cbr {
 
-// Columns of length n, kept in panels: more of them move none. Products go by slabs of rows on our own threads, and their sums
-// are those of fixed parts, so that the bytes do not depend on how many threads there are. BLAS must have one thread meanwhile.
+// Columns of length n, kept in panels: more of them move none. Products go by slabs of rows on our
+// own threads, and their sums are those of fixed parts, so that the bytes do not depend on how many
+// threads there are. BLAS must have one thread meanwhile.
 class TallBasis {
  public:
   // Columns come in blocks of `block`, at most `most` of them.
   TallBasis(Index n, Index block, Index most);
 
   Index rows() const { return n_; }
-  // Columns first ... first + block - 1, where first is a whole number of blocks; made when there are none.
+  // Columns first ... first + block - 1, where first is a whole number of blocks; made when there
+  // are none.
   Eigen::Ref<Matrix> block(Index first);
 
   // V^T P of the first columns, V: n x columns   (columns x p)
@@ -25,7 +27,8 @@ class TallBasis {
   void subtract(const Matrix& h, Eigen::Ref<Matrix> U) const;
   // V S of the first columns, S: columns x p   (n x p)
   Matrix combined(const Eigen::Ref<const Matrix>& S) const;
-  // The first p columns of V become V S, p at most columns and a whole number of blocks. Other columns stay.
+  // The first p columns of V become V S, p at most columns and a whole number of blocks. Other
+  // columns stay.
   void rotate(const Eigen::Ref<const Matrix>& S);
 
  private:
@@ -39,7 +42,8 @@ class TallBasis {
 // U^T P by slabs, as above   (u x p)
 Matrix tall_product(const Eigen::Ref<const Matrix>& U, const Eigen::Ref<const Matrix>& P);
 // U <- U - V h
-void subtract_product(const Eigen::Ref<const Matrix>& V, const Eigen::Ref<const Matrix>& h, Eigen::Ref<Matrix> U);
+void subtract_product(const Eigen::Ref<const Matrix>& V, const Eigen::Ref<const Matrix>& h,
+                      Eigen::Ref<Matrix> U);
 
 // M U of a symmetric sparse M with both triangles stored, on our threads   (n x p)
 void multiply_symmetric(const SparseMatrix& M, const Eigen::Ref<const Matrix>& U, Matrix& P);

@@ -13,7 +13,8 @@ SupernodePattern cut_supernodes(const SupernodalFactor& factor, Index widest, In
     const auto cut = [&](Index begin, Index count) {
       const Index pieces = (count + widest - 1) / widest;
       for (Index piece = 0; piece < pieces; ++piece) {
-        const Index first = begin + count * piece / pieces, last = begin + count * (piece + 1) / pieces;
+        const Index first = begin + count * piece / pieces,
+                    last = begin + count * (piece + 1) / pieces;
         made.rows.insert(made.rows.end(), rows + first, end);
         made.super.push_back(factor.first(s) + last);
         made.pi.push_back(static_cast<Index>(made.rows.size()));
@@ -40,7 +41,8 @@ SupernodePattern leading_pattern(const SupernodalFactor& factor, Index n) {
 
 SupernodeWorkspace find_workspace(const SupernodalFactor& factor) {
   std::vector<Index> owner(static_cast<std::size_t>(factor.n));
-  for (Index s = 0; s < factor.n_super; ++s) std::fill(owner.begin() + factor.super[s], owner.begin() + factor.super[s + 1], s);
+  for (Index s = 0; s < factor.n_super; ++s)
+    std::fill(owner.begin() + factor.super[s], owner.begin() + factor.super[s + 1], s);
   SupernodeWorkspace workspace;
   for (Index s = 0; s < factor.n_super; ++s) {
     const Index end = factor.pi[s + 1];

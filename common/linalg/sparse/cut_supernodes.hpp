@@ -8,23 +8,28 @@
 
 namespace cbr {
 
-// The arrays of a SupernodalFactor (n_super + 1 entries each, `rows` as many as pi says), without values.
+// The arrays of a SupernodalFactor (n_super + 1 entries each, `rows` as many as pi says), without
+// values.
 struct SupernodePattern {
   std::vector<Index> super, pi, px, rows;
 };
 
-// A supernode is stored as a rectangle, with the unused half of its diagonal block: for the wide separators of solids a third more
-// memory than the factor's entries. Those of more than `widest` columns become pieces of nearly the same width, each a supernode
-// that begins with its own rows of the list that they share. The factor that the pattern holds is the same. `boundary`: a column
-// at which a supernode begins, whatever its width.
+// A supernode is stored as a rectangle, with the unused half of its diagonal block: for the wide
+// separators of solids a third more memory than the factor's entries. Those of more than `widest`
+// columns become pieces of nearly the same width, each a supernode that begins with its own rows of
+// the list that they share. The factor that the pattern holds is the same. `boundary`: a column at
+// which a supernode begins, whatever its width.
 SupernodePattern cut_supernodes(const SupernodalFactor& factor, Index widest, Index boundary = 0);
 
-// The supernodes of the first n columns alone, where one ends there: without px, as their values stay where they are.
+// The supernodes of the first n columns alone, where one ends there: without px, as their values
+// stay where they are.
 SupernodePattern leading_pattern(const SupernodalFactor& factor, Index n);
 
-// What a factorisation and a solve allocate for a pattern, as entries of a matrix and of a vector; at least 1.
+// What a factorisation and a solve allocate for a pattern, as entries of a matrix and of a vector;
+// at least 1.
 struct SupernodeWorkspace {
-  Index largest_update = 1;   // of one supernode by another: rows from the first they share on, times the rows they share
+  // of one supernode by another: rows from the first they share on, times the rows they share
+  Index largest_update = 1;
   Index most_rows_below = 1;  // of a supernode's diagonal block
 };
 SupernodeWorkspace find_workspace(const SupernodalFactor& factor);

@@ -7,11 +7,13 @@ namespace cbr {
 namespace {
 
 constexpr Index dofs_of_a_node = 3;
-// Of the entries that whole blocks would have. One triangle of the blocks on the diagonal may be missing.
+// Of the entries that whole blocks would have. One triangle of the blocks on the diagonal may be
+// missing.
 constexpr double full_enough = 0.8;
 
 // Numbers of the nodes that are not in `last`, in their order; -1: of `last`.
-std::vector<Index> numbers(Index n_nodes, Index dofs, const std::vector<Index>& last, Index& count) {
+std::vector<Index> numbers(Index n_nodes, Index dofs, const std::vector<Index>& last,
+                           Index& count) {
   std::vector<Index> number(static_cast<std::size_t>(n_nodes), 0);
   for (const Index row : last) number[static_cast<std::size_t>(row / dofs)] = -1;
   count = 0;
@@ -51,7 +53,8 @@ SparseMatrix node_graph(const SparseMatrix& A, Index dofs, const std::vector<Ind
   const std::vector<Index> number = numbers(A.cols() / dofs, dofs, last, count);
   std::vector<std::vector<Index>> below(static_cast<std::size_t>(count));
   for_pairs(A, dofs, [&](Index node, Index other) {
-    const Index i = number[static_cast<std::size_t>(node)], j = number[static_cast<std::size_t>(other)];
+    const Index i = number[static_cast<std::size_t>(node)],
+                j = number[static_cast<std::size_t>(other)];
     // Either triangle may be stored; the lower one of a node's pairs is enough where both are
     if (i >= 0 && j >= i) below[static_cast<std::size_t>(i)].push_back(j);
   });
@@ -69,16 +72,19 @@ SparseMatrix node_graph(const SparseMatrix& A, Index dofs, const std::vector<Ind
   return graph;
 }
 
-std::vector<Index> order_of_rows(const std::vector<Index>& nodes, Index dofs, Index n, const std::vector<Index>& last) {
+std::vector<Index> order_of_rows(const std::vector<Index>& nodes, Index dofs, Index n,
+                                 const std::vector<Index>& last) {
   Index count = 0;
   const std::vector<Index> number = numbers(n / dofs, dofs, last, count);
   std::vector<Index> node_of(static_cast<std::size_t>(count));
   for (std::size_t node = 0; node < number.size(); ++node)
-    if (number[node] >= 0) node_of[static_cast<std::size_t>(number[node])] = static_cast<Index>(node);
+    if (number[node] >= 0)
+      node_of[static_cast<std::size_t>(number[node])] = static_cast<Index>(node);
   std::vector<Index> order;
   order.reserve(static_cast<std::size_t>(n));
   for (const Index i : nodes)
-    for (Index d = 0; d < dofs; ++d) order.push_back(dofs * node_of[static_cast<std::size_t>(i)] + d);
+    for (Index d = 0; d < dofs; ++d)
+      order.push_back(dofs * node_of[static_cast<std::size_t>(i)] + d);
   order.insert(order.end(), last.begin(), last.end());
   return order;
 }

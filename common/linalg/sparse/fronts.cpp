@@ -15,20 +15,23 @@ namespace {
 // Flops of a front from which on several threads have enough to do.
 constexpr double worth_threads = 2e7;
 
-// Supernodes whose rows are those of the next one and their own columns are one front: the pieces of a wide one among them.
+// Supernodes whose rows are those of the next one and their own columns are one front: the pieces
+// of a wide one among them.
 std::vector<Front> fronts_of(const SupernodeTree& tree, Index n_pivots) {
   const SupernodalFactor& f = tree.factor();
   std::vector<Front> fronts;
   std::vector<Index> front_of(static_cast<std::size_t>(f.n_super)), above;
   for (Index s = 0; s < f.n_super; ++s) {
-    const bool goes_on =
-        s > 0 && tree.parent(s - 1) == s && f.height(s) == f.height(s - 1) - f.columns(s - 1) && f.first(s) != n_pivots;
+    const bool goes_on = s > 0 && tree.parent(s - 1) == s &&
+                         f.height(s) == f.height(s - 1) - f.columns(s - 1) &&
+                         f.first(s) != n_pivots;
     if (goes_on) {
       fronts.back().columns += f.columns(s);
       ++fronts.back().n_supernodes;
       above.back() = tree.parent(s);
     } else {
-      fronts.push_back({f.first(s), f.columns(s), f.height(s), f.rows + f.pi[s], -1, s, 1, f.first(s) >= n_pivots});
+      fronts.push_back({f.first(s), f.columns(s), f.height(s), f.rows + f.pi[s], -1, s, 1,
+                        f.first(s) >= n_pivots});
       above.push_back(tree.parent(s));
     }
     front_of[static_cast<std::size_t>(s)] = static_cast<Index>(fronts.size()) - 1;
@@ -46,7 +49,8 @@ double flops_of(const Front& front) {
 
 }  // namespace
 
-Fronts::Fronts(const SupernodeTree& tree, std::vector<ShiftedMatrix> matrices, Index n_pivots, const Progress& progress)
+Fronts::Fronts(const SupernodeTree& tree, std::vector<ShiftedMatrix> matrices, Index n_pivots,
+               const Progress& progress)
     : f_(tree.factor()),
       fronts_(fronts_of(tree, n_pivots)),
       matrices_(std::move(matrices)),
@@ -85,11 +89,13 @@ Fronts::Outcome Fronts::run() {
 void Fronts::eliminate_subtrees(std::size_t first, std::size_t last) {
   if (first == last) return;
   std::atomic<std::size_t> next{first};
-  const std::size_t threads = std::min<std::size_t>(static_cast<std::size_t>(n_threads()), last - first);
+  const std::size_t threads =
+      std::min<std::size_t>(static_cast<std::size_t>(n_threads()), last - first);
   run_threads(static_cast<int>(threads), [&](int) {
     std::vector<Index> position(static_cast<std::size_t>(f_.n), -1);
     for (std::size_t i = next++; i < last && fine(); i = next++)
-      for (Index s = subtrees_[i].first; s <= subtrees_[i].last && fine(); ++s) front(s, position, false);
+      for (Index s = subtrees_[i].first; s <= subtrees_[i].last && fine(); ++s)
+        front(s, position, false);
   });
 }
 
@@ -134,11 +140,14 @@ void Fronts::front(Index s, std::vector<Index>& position, bool alone) {
   std::vector<FrontMatrix> of;
   for (const ShiftedMatrix& A : matrices_) {
     of.push_back({on_huge_pages(own.height, own.columns), on_huge_pages(own.below(), own.below())});
-    share_columns(own.columns, alone, [&](Index j) { of.back().F.col(j).tail(own.height - j).setZero(); });
-    share_columns(own.below(), alone, [&](Index j) { of.back().rest.col(j).tail(own.below() - j).setZero(); });
+    share_columns(own.columns, alone,
+                  [&](Index j) { of.back().F.col(j).tail(own.height - j).setZero(); });
+    share_columns(own.below(), alone,
+                  [&](Index j) { of.back().rest.col(j).tail(own.below() - j).setZero(); });
     assemble(A, own.first, position, of.back().F);
   }
-  for (const Index child : children_[static_cast<std::size_t>(s)]) extend_add(child, position, alone, of);
+  for (const Index child : children_[static_cast<std::size_t>(s)])
+    extend_add(child, position, alone, of);
   for (Index i = 0; i < own.height; ++i) position[static_cast<std::size_t>(own.rows[i])] = -1;
   if (!fine()) return;
   if (!eliminate(own, of, alone)) {
@@ -151,7 +160,8 @@ void Fronts::front(Index s, std::vector<Index>& position, bool alone) {
   if (progress_ && std::this_thread::get_id() == runs_) progress_(done / all_flops_);
 }
 
-void Fronts::assemble(const ShiftedMatrix& A, Index first, const std::vector<Index>& position, Matrix& F) {
+void Fronts::assemble(const ShiftedMatrix& A, Index first, const std::vector<Index>& position,
+                      Matrix& F) {
   for (Index j = 0; j < F.cols(); ++j) {
     const Index column = first + j;
     A.each(f_.order[column], [&](Index row, double value) {
@@ -167,19 +177,22 @@ void Fronts::assemble(const ShiftedMatrix& A, Index first, const std::vector<Ind
   }
 }
 
-void Fronts::extend_add(Index child, const std::vector<Index>& position, bool alone, std::vector<FrontMatrix>& of) {
+void Fronts::extend_add(Index child, const std::vector<Index>& position, bool alone,
+                        std::vector<FrontMatrix>& of) {
   const std::vector<Matrix> updates = std::move(updates_[static_cast<std::size_t>(child)]);
   updates_[static_cast<std::size_t>(child)].clear();
   const Front& from = fronts_[static_cast<std::size_t>(child)];
   const Index* rows = from.rows + from.columns;
   const Index columns = of.front().F.cols(), m = from.below();
   std::vector<Index> to(static_cast<std::size_t>(m));
-  for (Index i = 0; i < m; ++i) to[static_cast<std::size_t>(i)] = position[static_cast<std::size_t>(rows[i])];
+  for (Index i = 0; i < m; ++i)
+    to[static_cast<std::size_t>(i)] = position[static_cast<std::size_t>(rows[i])];
   for (std::size_t a = 0; a < updates.size(); ++a) {
     const Matrix& U = updates[a];
     share_columns(m, alone, [&](Index j) {
       const Index column = to[static_cast<std::size_t>(j)];
-      double* into = column < columns ? of[a].F.col(column).data() : of[a].rest.col(column - columns).data() - columns;
+      double* into = column < columns ? of[a].F.col(column).data()
+                                      : of[a].rest.col(column - columns).data() - columns;
       for (Index i = j; i < m; ++i) into[to[static_cast<std::size_t>(i)]] += U(i, j);
     });
   }
@@ -192,7 +205,8 @@ double front_bytes(const SupernodeTree& tree) {
   std::vector<double> waiting(fronts.size(), 0.0);  // updates of the children
   double held = 0, most = 0;
   for (std::size_t s = 0; s < fronts.size(); ++s) {
-    const auto columns = static_cast<double>(fronts[s].columns), below = static_cast<double>(fronts[s].below());
+    const auto columns = static_cast<double>(fronts[s].columns),
+               below = static_cast<double>(fronts[s].below());
     const double update = 8 * below * below;
     most = std::max(most, held + update + 8 * (columns + below + update_block) * columns);
     held += update - waiting[s];

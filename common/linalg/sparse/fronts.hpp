@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Elimination of a sparse symmetric matrix front by front: multifrontal (Duff, Reid 1983, doi 10.1145/356044.356047), dense
-// products throughout.
+// Elimination of a sparse symmetric matrix front by front: multifrontal (Duff, Reid 1983,
+// doi 10.1145/356044.356047), dense products throughout.
 #pragma once
 
 #include <atomic>
@@ -28,7 +28,8 @@ struct ShiftedMatrix {
   }
 };
 
-// Columns that are eliminated together, and the rows that they share: whole supernodes, of which the first is `supernode`.
+// Columns that are eliminated together, and the rows that they share: whole supernodes, of which
+// the first is `supernode`.
 struct Front {
   Index first = 0, columns = 0, height = 0;
   const Index* rows = nullptr;
@@ -38,32 +39,36 @@ struct Front {
   Index below() const { return height - columns; }
 };
 
-// What a front has of one matrix. F (height x columns, lower): columns of the matrix with all that was eliminated before taken
-// off. `rest` (below x below, lower triangle): what goes on to the parent.
+// What a front has of one matrix. F (height x columns, lower): columns of the matrix with all that
+// was eliminated before taken off. `rest` (below x below, lower triangle): what goes on to the
+// parent.
 struct FrontMatrix {
   Matrix F, rest;
 };
 
-// Fronts in the order of the tree. Subtrees go side by side, each on one thread; the fronts above them follow one by one with
-// BLAS's threads. Neither the work nor its order depends on the number of threads. What is done with a front's pivots is the
-// heir's.
+// Fronts in the order of the tree. Subtrees go side by side, each on one thread; the fronts above
+// them follow one by one with BLAS's threads. Neither the work nor its order depends on the number
+// of threads. What is done with a front's pivots is the heir's.
 class Fronts {
  public:
-  // All must outlive the object; the matrices are permuted as the tree's factor is. From column n_pivots on (the first of a
-  // supernode) columns are kept: only collected.
-  Fronts(const SupernodeTree& tree, std::vector<ShiftedMatrix> matrices, Index n_pivots, const Progress& progress = {});
+  // All must outlive the object; the matrices are permuted as the tree's factor is. From column
+  // n_pivots on (the first of a supernode) columns are kept: only collected.
+  Fronts(const SupernodeTree& tree, std::vector<ShiftedMatrix> matrices, Index n_pivots,
+         const Progress& progress = {});
   virtual ~Fronts() = default;
   Fronts(const Fronts&) = delete;
   Fronts& operator=(const Fronts&) = delete;
 
  protected:
-  enum class Outcome { done, stopped, foreign };  // stopped: eliminate() said no; foreign: A has an entry where the tree has none
+  // stopped: eliminate() said no; foreign: A has an entry where the tree has none
+  enum class Outcome { done, stopped, foreign };
   Outcome run();
 
   const SupernodalFactor& factor() const { return f_; }
   const ShiftedMatrix& matrix() const { return matrices_.front(); }
-  // Takes from each matrix' `rest` what these pivots take, or collects columns that are kept. False stops the whole. Called by
-  // several threads, but for a front that is `alone`: it is large, and all threads are free.
+  // Takes from each matrix' `rest` what these pivots take, or collects columns that are kept. False
+  // stops the whole. Called by several threads, but for a front that is `alone`: it is large, and
+  // all threads are free.
   virtual bool eliminate(const Front& front, std::vector<FrontMatrix>& of, bool alone) = 0;
 
  private:
@@ -77,7 +82,8 @@ class Fronts {
   void plan();
   void front(Index s, std::vector<Index>& position, bool alone);
   void assemble(const ShiftedMatrix& A, Index first, const std::vector<Index>& position, Matrix& F);
-  void extend_add(Index child, const std::vector<Index>& position, bool alone, std::vector<FrontMatrix>& of);
+  void extend_add(Index child, const std::vector<Index>& position, bool alone,
+                  std::vector<FrontMatrix>& of);
 
   const SupernodalFactor& f_;
   std::vector<Front> fronts_;  // children before their parents

@@ -19,15 +19,16 @@ void for_tiles(Index m, const Work& work) {
   const Index n = update_tiles(m);
   share_tasks(n * n, true, [&](Index i) {
     const Index column = i / n * update_tile, row = i % n * update_tile;
-    if (row >= column) work(row, std::min(update_tile, m - row), column, std::min(update_tile, m - column));
+    if (row >= column)
+      work(row, std::min(update_tile, m - row), column, std::min(update_tile, m - column));
   });
 }
 
 // C <- C - A B^T   (m x n, k columns of A and B)
-void subtract_product(Index m, Index n, Index k, const double* A, Index A_stride, const double* B, Index B_stride, double* C,
-                      Index C_stride) {
-  cblas_dgemm(CblasColMajor, CblasNoTrans, CblasTrans, as_int(m), as_int(n), as_int(k), -1.0, A, as_int(A_stride), B,
-              as_int(B_stride), 1.0, C, as_int(C_stride));
+void subtract_product(Index m, Index n, Index k, const double* A, Index A_stride, const double* B,
+                      Index B_stride, double* C, Index C_stride) {
+  cblas_dgemm(CblasColMajor, CblasNoTrans, CblasTrans, as_int(m), as_int(n), as_int(k), -1.0, A,
+              as_int(A_stride), B, as_int(B_stride), 1.0, C, as_int(C_stride));
 }
 
 }  // namespace
@@ -35,27 +36,33 @@ void subtract_product(Index m, Index n, Index k, const double* A, Index A_stride
 void subtract_square(const Eigen::Ref<const Matrix>& L, bool share, Eigen::Ref<Matrix> A) {
   const Index stride = L.outerStride(), k = L.cols();
   const auto on_diagonal = [&](Index row, Index rows) {
-    cblas_dsyrk(CblasColMajor, CblasLower, CblasNoTrans, as_int(rows), as_int(k), -1.0, L.data() + row, as_int(stride), 1.0,
-                A.data() + row * (A.outerStride() + 1), as_int(A.outerStride()));
+    cblas_dsyrk(CblasColMajor, CblasLower, CblasNoTrans, as_int(rows), as_int(k), -1.0,
+                L.data() + row, as_int(stride), 1.0, A.data() + row * (A.outerStride() + 1),
+                as_int(A.outerStride()));
   };
   if (!share) return on_diagonal(0, A.rows());
   for_tiles(A.rows(), [&](Index row, Index rows, Index column, Index columns) {
     if (row == column) return on_diagonal(row, rows);
-    subtract_product(rows, columns, k, L.data() + row, stride, L.data() + column, stride, &A(row, column), A.outerStride());
+    subtract_product(rows, columns, k, L.data() + row, stride, L.data() + column, stride,
+                     &A(row, column), A.outerStride());
   });
 }
 
-void subtract_pair(const Eigen::Ref<const Matrix>& W, const Eigen::Ref<const Matrix>& Y, bool share, Eigen::Ref<Matrix> A) {
+void subtract_pair(const Eigen::Ref<const Matrix>& W, const Eigen::Ref<const Matrix>& Y, bool share,
+                   Eigen::Ref<Matrix> A) {
   const Index w = W.outerStride(), y = Y.outerStride(), k = W.cols();
   const auto on_diagonal = [&](Index row, Index rows) {
-    cblas_dsyr2k(CblasColMajor, CblasLower, CblasNoTrans, as_int(rows), as_int(k), -1.0, W.data() + row, as_int(w),
-                 Y.data() + row, as_int(y), 1.0, A.data() + row * (A.outerStride() + 1), as_int(A.outerStride()));
+    cblas_dsyr2k(CblasColMajor, CblasLower, CblasNoTrans, as_int(rows), as_int(k), -1.0,
+                 W.data() + row, as_int(w), Y.data() + row, as_int(y), 1.0,
+                 A.data() + row * (A.outerStride() + 1), as_int(A.outerStride()));
   };
   if (!share) return on_diagonal(0, A.rows());
   for_tiles(A.rows(), [&](Index row, Index rows, Index column, Index columns) {
     if (row == column) return on_diagonal(row, rows);
-    subtract_product(rows, columns, k, W.data() + row, w, Y.data() + column, y, &A(row, column), A.outerStride());
-    subtract_product(rows, columns, k, Y.data() + row, y, W.data() + column, w, &A(row, column), A.outerStride());
+    subtract_product(rows, columns, k, W.data() + row, w, Y.data() + column, y, &A(row, column),
+                     A.outerStride());
+    subtract_product(rows, columns, k, Y.data() + row, y, W.data() + column, w, &A(row, column),
+                     A.outerStride());
   });
 }
 

@@ -13,15 +13,18 @@ namespace cbr {
 constexpr Index update_tile = 256;
 constexpr Index update_tiles(Index n) { return (n + update_tile - 1) / update_tile; }
 
-// A - L L^T on the lower triangle   (A: m x m, L: m x k). `share`: by all threads, each with a BLAS of one.
+// A - L L^T on the lower triangle   (A: m x m, L: m x k). `share`: by all threads, each with a BLAS
+// of one.
 void subtract_square(const Eigen::Ref<const Matrix>& L, bool share, Eigen::Ref<Matrix> A);
 // A - W Y^T - Y W^T on the lower triangle   (A: m x m; W, Y: m x k)
-void subtract_pair(const Eigen::Ref<const Matrix>& W, const Eigen::Ref<const Matrix>& Y, bool share, Eigen::Ref<Matrix> A);
+void subtract_pair(const Eigen::Ref<const Matrix>& W, const Eigen::Ref<const Matrix>& Y, bool share,
+                   Eigen::Ref<Matrix> A);
 
 // task(i) for i < n: on all threads where they share, else in order on this one.
 void share_tasks(Index n, bool share, const std::function<void(Index)>& task);
 
-// use(column) for each of n columns: runs of them on all threads where they share, else in order on this one.
+// use(column) for each of n columns: runs of them on all threads where they share, else in order on
+// this one.
 template <typename Use>
 void share_columns(Index n, bool share, const Use& use) {
   constexpr Index run = 32;

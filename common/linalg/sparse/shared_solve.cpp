@@ -10,17 +10,20 @@
 namespace cbr {
 namespace {
 
-// Shares are even enough when the largest exceeds their mean by this; no more than this part of the work is left to one thread.
+// Shares are even enough when the largest exceeds their mean by this; no more than this part of the
+// work is left to one thread.
 constexpr double even_enough = 1.1, most_at_top = 0.3;
 constexpr std::size_t most_subtrees = 256;
 
 // The largest to whoever has least; loads: of each thread. Who gets which.
-std::vector<int> dealt(const std::vector<Index>& subtrees, const std::vector<double>& work, std::vector<double>& loads) {
+std::vector<int> dealt(const std::vector<Index>& subtrees, const std::vector<double>& work,
+                       std::vector<double>& loads) {
   std::fill(loads.begin(), loads.end(), 0.0);
   std::vector<std::size_t> order(subtrees.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   const auto work_of = [&](std::size_t i) { return work[static_cast<std::size_t>(subtrees[i])]; };
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return work_of(a) > work_of(b); });
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return work_of(a) > work_of(b); });
   std::vector<int> owner(subtrees.size());
   for (const std::size_t i : order) {
     const auto least = std::min_element(loads.begin(), loads.end());
@@ -78,7 +81,8 @@ void SharedSolve::share_out() {
     given = dealt(subtrees, work, loads);
   }
   std::vector<int> owner(n, -1);
-  for (std::size_t i = 0; i < subtrees.size(); ++i) owner[static_cast<std::size_t>(subtrees[i])] = given[i];
+  for (std::size_t i = 0; i < subtrees.size(); ++i)
+    owner[static_cast<std::size_t>(subtrees[i])] = given[i];
   // Parents come after their children
   for (std::size_t i = n; i-- > 0;)
     for (const Index child : children[i])
@@ -94,7 +98,8 @@ void SharedSolve::collect(const std::vector<int>& owner) {
   }
 }
 
-void SharedSolve::load(const SupernodeSet& set, const Eigen::Ref<const Matrix>& B, Matrix& X_t, bool add) const {
+void SharedSolve::load(const SupernodeSet& set, const Eigen::Ref<const Matrix>& B, Matrix& X_t,
+                       bool add) const {
   const SupernodalFactor& f = tree_.factor();
   for (const Index s : set.supernodes) {
     for (Index j = f.first(s); j < f.first(s) + f.columns(s); ++j) {
@@ -126,7 +131,9 @@ void SharedSolve::operator()(Eigen::Ref<Matrix> B) {
   });
   // What the subtrees take from the rows above them, in the threads' order
   for (std::size_t t = 1; t < panels_.size(); ++t)
-    for_top([&](Index first, Index columns) { main.middleCols(first, columns) += panels_[t].middleCols(first, columns); });
+    for_top([&](Index first, Index columns) {
+      main.middleCols(first, columns) += panels_[t].middleCols(first, columns);
+    });
   load(top_, B, main, true);
   solvers_[0].forward(main, top_);
   solvers_[0].backward(main, top_);
@@ -134,7 +141,10 @@ void SharedSolve::operator()(Eigen::Ref<Matrix> B) {
   run_kept_threads(threads_, [&](int thread) {
     const auto t = static_cast<std::size_t>(thread);
     Matrix& X_t = panels_[t];
-    if (t > 0) for_top([&](Index first, Index columns) { X_t.middleCols(first, columns) = main.middleCols(first, columns); });
+    if (t > 0)
+      for_top([&](Index first, Index columns) {
+        X_t.middleCols(first, columns) = main.middleCols(first, columns);
+      });
     solvers_[t].backward(X_t, own_[t]);
     store(own_[t], X_t, B);
   });

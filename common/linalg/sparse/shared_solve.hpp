@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A few right-hand sides at a time, solved for by several threads, each of which takes subtrees of the elimination tree.
+// A few right-hand sides at a time, solved for by several threads, each of which takes subtrees of
+// the elimination tree.
 #pragma once
 
 #include <vector>
@@ -8,7 +9,8 @@
 
 namespace cbr {
 
-// Keeps its workspace, and so is for one caller at a time. The same number of threads gives the same bytes.
+// Keeps its workspace, and so is for one caller at a time. The same number of threads gives the
+// same bytes.
 class SharedSolve {
  public:
   SharedSolve(const SupernodeTree& tree, int threads);
@@ -19,7 +21,8 @@ class SharedSolve {
  private:
   void share_out();
   void collect(const std::vector<int>& owner);
-  void load(const SupernodeSet& set, const Eigen::Ref<const Matrix>& B, Matrix& X_t, bool add) const;
+  void load(const SupernodeSet& set, const Eigen::Ref<const Matrix>& B, Matrix& X_t,
+            bool add) const;
   void store(const SupernodeSet& set, const Matrix& X_t, Eigen::Ref<Matrix> B) const;
 
   const SupernodeTree& tree_;

@@ -31,17 +31,20 @@ namespace {
 
 static_assert(sizeof(SuiteSparse_long) == sizeof(Index));
 
-// Enough columns for BLAS to run near its own speed, few enough that a panel (block x n) stays small beside the factor.
+// Enough columns for BLAS to run near its own speed, few enough that a panel (block x n) stays
+// small beside the factor.
 constexpr Index solve_block = 128;
 // Fewer columns than this are not worth a thread.
 constexpr Index least_block = 8;
-// Columns of a supernode: narrower ones waste less memory (half of their square), wider ones have longer products.
+// Columns of a supernode: narrower ones waste less memory (half of their square), wider ones have
+// longer products.
 constexpr Index widest_supernode = 512;
 constexpr double vanishing_pivot = 1e-13;
 // Non-zeros of a factor from which on threads share the solution of a few right-hand sides.
 constexpr double worth_sharing = 1e6;
 
-// A flop of a solve of many right-hand sides costs as much as this many of a front's products; share of L that it visits.
+// A flop of a solve of many right-hand sides costs as much as this many of a front's products;
+// share of L that it visits.
 constexpr double solve_penalty = 1.5, visited = 0.8;
 
 // Flops of a factorisation from which on it is done front by front on all threads.
@@ -50,7 +53,8 @@ constexpr double worth_fronts = 1e8;
 bool has_both_triangles(const SparseMatrix& A) {
   Index balance = 0;
   for (Index j = 0; j < A.cols(); ++j)
-    for (SparseMatrix::InnerIterator it(A, j); it; ++it) balance += it.row() > j ? 1 : it.row() < j ? -1 : 0;
+    for (SparseMatrix::InnerIterator it(A, j); it; ++it)
+      balance += it.row() > j ? 1 : it.row() < j ? -1 : 0;
   return balance == 0;
 }
 
@@ -109,7 +113,8 @@ struct Solver {
   Solver(const Solver&) = delete;
   Solver& operator=(const Solver&) = delete;
 
-  // X and B may share their memory: CHOLMOD permutes B to its own workspace first. False when memory ran out.
+  // X and B may share their memory: CHOLMOD permutes B to its own workspace first. False when
+  // memory ran out.
   bool solve(cholmod_factor* L, double* b, Index stride, double* x, Index rows, Index columns) {
     cholmod_dense B = dense_view(b, rows, columns, stride), X = dense_view(x, rows, columns, rows);
     cholmod_dense* X_handle = &X;
@@ -118,8 +123,9 @@ struct Solver {
 };
 
 [[noreturn]] void fail_to_solve(Index rows, Index columns) {
-  throw RunError("not enough memory to solve for " + std::to_string(columns) + " right-hand sides of " + std::to_string(rows) +
-                 " dofs (" + gigabytes(16.0 * static_cast<double>(rows * columns)) + " of workspace)");
+  throw RunError("not enough memory to solve for " + std::to_string(columns) +
+                 " right-hand sides of " + std::to_string(rows) + " dofs (" +
+                 gigabytes(16.0 * static_cast<double>(rows * columns)) + " of workspace)");
 }
 
 // The factor and its common block, freed together.
@@ -134,7 +140,8 @@ struct Cholmod {
     common.quick_return_if_not_posdef = true;
     common.print = 0;
     common.error_handler = nullptr;
-    // Nested dissection wins on solids, minimum degree on thin parts: both are tried, the sparser factor is taken.
+    // Nested dissection wins on solids, minimum degree on thin parts: both are tried, the sparser
+    // factor is taken.
     common.nmethods = 2;
     common.method[0].ordering = CHOLMOD_METIS;
     common.method[1].ordering = CHOLMOD_AMD;
@@ -147,10 +154,13 @@ struct Cholmod {
   Cholmod(const Cholmod&) = delete;
   Cholmod& operator=(const Cholmod&) = delete;
 
-  // The order of elimination that costs least on the graph of nodes (or of rows), and what follows from it for A.
-  void analyze(const SparseMatrix& A, const std::vector<Index>& last = {}, std::vector<Index> nodes = {}) {
+  // The order of elimination that costs least on the graph of nodes (or of rows), and what follows
+  // from it for A.
+  void analyze(const SparseMatrix& A, const std::vector<Index>& last = {},
+               std::vector<Index> nodes = {}) {
     const Index dofs = dofs_per_node(A), n_leading = A.rows() - static_cast<Index>(last.size());
-    if (common.supernodal == CHOLMOD_SIMPLICIAL || (dofs == 1 && last.empty())) return analyze_rows(A);
+    if (common.supernodal == CHOLMOD_SIMPLICIAL || (dofs == 1 && last.empty()))
+      return analyze_rows(A);
     if (n_leading > 0 && static_cast<Index>(nodes.size()) * dofs != n_leading) {
       Cholmod graph(CHOLMOD_SIMPLICIAL);
       graph.analyze_rows(node_graph(A, dofs, last));
@@ -168,8 +178,8 @@ struct Cholmod {
 
   void analyze_rows(const SparseMatrix& A) {
     cholmod_sparse view = lower_view(A);
-    // METIS draws from the C library's random numbers, which it seeds itself: one ordering at a time, so that the same matrix gives
-    // the same factor whatever other threads do.
+    // METIS draws from the C library's random numbers, which it seeds itself: one ordering at a
+    // time, so that the same matrix gives the same factor whatever other threads do.
     static std::mutex one_at_a_time;
     const std::lock_guard lock(one_at_a_time);
     L = cholmod_l_analyze(&view, &common);
@@ -200,7 +210,8 @@ struct Cholmod {
     return true;
   }
 
-  void factorize(const SparseMatrix& A, const std::vector<Index>& last, const Progress& progress, const std::vector<Index>& nodes) {
+  void factorize(const SparseMatrix& A, const std::vector<Index>& last, const Progress& progress,
+                 const std::vector<Index>& nodes) {
     analyze(A, last, nodes);
     if (L->is_super != 0 && common.fl > worth_fronts && factorize_by_fronts(A, progress)) return;
     // Also where it is not positive definite: CHOLMOD tells the first column that fails
@@ -212,22 +223,26 @@ struct Cholmod {
 
   // For the numbers of L, which nothing has written yet.
   void make_room(const SparseMatrix& A) {
-    if (cholmod_l_change_factor(CHOLMOD_REAL, 1, 1, 1, 1, L, &common) == 0) check("factorisation", A);
+    if (cholmod_l_change_factor(CHOLMOD_REAL, 1, 1, 1, 1, L, &common) == 0)
+      check("factorisation", A);
     prefer_huge_pages(L->x, 8 * static_cast<double>(L->xsize));
   }
 
-  // On all threads, subtree by subtree, where its fronts fit the machine beside the factor. False: not done.
+  // On all threads, subtree by subtree, where its fronts fit the machine beside the factor. False:
+  // not done.
   bool factorize_by_fronts(const SparseMatrix& A, const Progress& progress) {
     const SupernodeTree tree(view());
     const double entries = static_cast<double>(L->xsize) + 2 * static_cast<double>(A.nonZeros());
-    if (!has_both_triangles(A) || 8 * entries + front_bytes(tree) > 0.9 * machine_memory_bytes()) return false;
+    if (!has_both_triangles(A) || 8 * entries + front_bytes(tree) > 0.9 * machine_memory_bytes())
+      return false;
     make_room(A);
     return factor_supernodes(tree, {A}, static_cast<double*>(L->x), progress) == Factored::done;
   }
 
-  // The columns before `last`, and K and M condensed to `last`. False: not done, for one of the reasons of condensing().
-  bool condense(const SparseMatrix& K, const SparseMatrix& M, const std::vector<Index>& last, Condensed& condensed, bool always,
-                const Progress& progress) {
+  // The columns before `last`, and K and M condensed to `last`. False: not done, for one of the
+  // reasons of condensing().
+  bool condense(const SparseMatrix& K, const SparseMatrix& M, const std::vector<Index>& last,
+                Condensed& condensed, bool always, const Progress& progress) {
     analyze(K, last);
     if (L->is_super == 0 || (common.fl < worth_fronts && !always)) return false;
     const SupernodeTree tree(view());
@@ -237,25 +252,28 @@ struct Cholmod {
     const double entries = static_cast<double>(L->xsize) + 4 * static_cast<double>(K.nonZeros());
     if (8 * entries + 2 * (front_bytes(tree) + square) > 0.9 * machine_memory_bytes()) return false;
     make_room(K);
-    if (factor_and_condense(tree, n_I, K, M, static_cast<double*>(L->x), condensed.K, condensed.M, progress) != Factored::done)
+    if (factor_and_condense(tree, n_I, K, M, static_cast<double*>(L->x), condensed.K, condensed.M,
+                            progress) != Factored::done)
       return false;
     mirror_lower(condensed.K);
     mirror_lower(condensed.M);
     return true;
   }
 
-  // Whether elimination with `last` in its rows, of K and M, takes less time than the factor of K_II alone and two solves of each
-  // constraint mode, or one and the product of all.
+  // Whether elimination with `last` in its rows, of K and M, takes less time than the factor of
+  // K_II alone and two solves of each constraint mode, or one and the product of all.
   bool is_cheaper(Index n_I, double& more_flops) const {
     const SupernodalFactor f = view();
     const auto c = static_cast<double>(f.n - n_I);
     double own = 0, with_last = 0, n_nonzeros = 0;
     for (Index s = 0; s < f.n_super && f.first(s) < n_I; ++s) {
       const Index *rows = f.rows + f.pi[s], *end = rows + f.height(s);
-      const auto columns = static_cast<double>(f.columns(s)), below = static_cast<double>(f.height(s)) - columns,
+      const auto columns = static_cast<double>(f.columns(s)),
+                 below = static_cast<double>(f.height(s)) - columns,
                  inside = static_cast<double>(std::lower_bound(rows, end, n_I) - rows) - columns;
       own += columns * (columns * columns / 3 + columns * inside + inside * inside);
-      with_last += columns * (columns * columns / 3 + columns * below + below * below) + condensing_flops(columns, below);
+      with_last += columns * (columns * columns / 3 + columns * below + below * below) +
+                   condensing_flops(columns, below);
       n_nonzeros += columns * (columns / 2 + inside);
     }
     more_flops = with_last - own;
@@ -264,15 +282,16 @@ struct Cholmod {
   }
 
   void check(const char* phase, const SparseMatrix& A) const {
-    if (common.status >= CHOLMOD_OK) return;  // not positive definite is a warning to CHOLMOD, and a result to us
+    // not positive definite is a warning to CHOLMOD, and a result to us
+    if (common.status >= CHOLMOD_OK) return;
     const std::string size = std::to_string(A.rows()) + " dofs";
     if (common.status == CHOLMOD_OUT_OF_MEMORY || common.status == CHOLMOD_TOO_LARGE) {
       throw RunError("not enough memory for the sparse " + std::string(phase) + " of " + size +
                      (common.lnz > 0 ? ", whose factor takes " + gigabytes(8 * common.lnz) : "") +
                      ": use a coarser mesh or a machine with more memory");
     }
-    throw RunError("sparse " + std::string(phase) + " of " + size + " failed (CHOLMOD status " + std::to_string(common.status) +
-                   ")");
+    throw RunError("sparse " + std::string(phase) + " of " + size + " failed (CHOLMOD status " +
+                   std::to_string(common.status) + ")");
   }
 
   SupernodalFactor view() const {
@@ -294,9 +313,12 @@ struct Cholmod {
 }  // namespace
 
 struct SparseCholesky::Impl {
-  std::shared_ptr<Cholmod> cholmod = std::make_shared<Cholmod>(CHOLMOD_SUPERNODAL);  // a leading factor shares it
-  Solver single;                                                                     // for one right-hand side after another
-  std::unique_ptr<SharedSolve> shared;                                               // for a few at a time; made when first wanted
+  // a leading factor shares it
+  std::shared_ptr<Cholmod> cholmod = std::make_shared<Cholmod>(CHOLMOD_SUPERNODAL);
+  // for one right-hand side after another
+  Solver single;
+  // for a few at a time; made when first wanted
+  std::unique_ptr<SharedSolve> shared;
   SupernodeTree tree;
   SupernodalFactor factor;
   SupernodePattern leading;  // of a leading factor, to which `factor` points
@@ -344,8 +366,8 @@ struct SparseCholesky::Impl {
   }
 };
 
-SparseCholesky::SparseCholesky(const SparseMatrix& A, const std::vector<Index>& last, const Progress& progress,
-                               const std::vector<Index>& nodes)
+SparseCholesky::SparseCholesky(const SparseMatrix& A, const std::vector<Index>& last,
+                               const Progress& progress, const std::vector<Index>& nodes)
     : impl_(std::make_unique<Impl>()) {
   impl_->n = A.rows();
   if (A.rows() == 0) return;
@@ -379,7 +401,8 @@ SparseCholesky SparseCholesky::leading() const {
   own.cholmod = impl_->cholmod;
   own.is_whole = false;
   own.leading = leading_pattern(impl_->factor, own.n);
-  std::vector<Index> number(static_cast<std::size_t>(impl_->n), 0);  // of A's rows in the leading matrix
+  // of A's rows in the leading matrix
+  std::vector<Index> number(static_cast<std::size_t>(impl_->n), 0);
   for (const Index row : last) number[static_cast<std::size_t>(row)] = -1;
   own.diagonal.resize(own.n);
   Index count = 0;
@@ -407,11 +430,14 @@ SparseCholesky SparseCholesky::leading() const {
   return made;
 }
 
-std::optional<SparseCholesky> SparseCholesky::condensing(const SparseMatrix& K, const SparseMatrix& M,
-                                                         const std::vector<Index>& last, Condensed& condensed, bool always,
+std::optional<SparseCholesky> SparseCholesky::condensing(const SparseMatrix& K,
+                                                         const SparseMatrix& M,
+                                                         const std::vector<Index>& last,
+                                                         Condensed& condensed, bool always,
                                                          const Progress& progress) {
   assert(K.isCompressed() && M.isCompressed());
-  if (last.empty() || static_cast<Index>(last.size()) == K.rows() || !has_both_triangles(K)) return {};
+  if (last.empty() || static_cast<Index>(last.size()) == K.rows() || !has_both_triangles(K))
+    return {};
   SparseCholesky whole{SparseMatrix(0, 0)};
   Impl& impl = *whole.impl_;
   if (!impl.cholmod->condense(K, M, last, condensed, always, progress)) return {};
@@ -431,7 +457,9 @@ Index SparseCholesky::failed_column() const { return impl_->failed; }
 double SparseCholesky::smallest_pivot() const { return impl_->smallest_pivot; }
 Index SparseCholesky::weakest_column() const { return impl_->weakest; }
 Index SparseCholesky::n_rows() const { return impl_->n; }
-double SparseCholesky::bytes() const { return impl_->n == 0 ? 0 : 8 * static_cast<double>(impl_->cholmod->L->xsize); }
+double SparseCholesky::bytes() const {
+  return impl_->n == 0 ? 0 : 8 * static_cast<double>(impl_->cholmod->L->xsize);
+}
 double SparseCholesky::n_nonzeros() const { return impl_->n_nonzeros; }
 double SparseCholesky::flops() const { return impl_->flops; }
 
@@ -449,7 +477,8 @@ void SparseCholesky::solve_in_place(Eigen::Ref<Matrix> B) const {
     if (!impl_->shared) impl_->shared = std::make_unique<SharedSolve>(tree(), n_threads());
     return (*impl_->shared)(B);
   }
-  // The supernodes are too small for BLAS's own threads: each of ours takes panels of right-hand sides instead.
+  // The supernodes are too small for BLAS's own threads: each of ours takes panels of right-hand
+  // sides instead.
   const Index wanted = std::max<Index>(1, std::min<Index>(n_threads(), B.cols() / least_block));
   const Index rounds = (B.cols() + wanted * solve_block - 1) / (wanted * solve_block);
   const Index block = (B.cols() + rounds * wanted - 1) / (rounds * wanted);
@@ -493,7 +522,8 @@ void SparseCholesky::solve(const double* b, double* x) const {
     if (x != b) std::copy_n(b, n_rows(), x);
     return solve_in_place(Eigen::Map<Matrix>(x, n_rows(), 1));
   }
-  if (!impl_->single.solve(impl_->cholmod->L, const_cast<double*>(b), n_rows(), x, n_rows(), 1)) fail_to_solve(n_rows(), 1);
+  if (!impl_->single.solve(impl_->cholmod->L, const_cast<double*>(b), n_rows(), x, n_rows(), 1))
+    fail_to_solve(n_rows(), 1);
 }
 
 SparseMatrix SparseCholesky::solve(const SparseMatrix& B) const {
@@ -509,7 +539,8 @@ SparseMatrix SparseCholesky::solve(const SparseMatrix& B) const {
     const Index columns = std::min<Index>(solve_block, static_cast<Index>(used.size() - first));
     block.setZero(B.rows(), columns);
     for (Index j = 0; j < columns; ++j) {
-      for (SparseMatrix::InnerIterator it(B, used[first + j]); it; ++it) block(it.row(), j) = it.value();
+      for (SparseMatrix::InnerIterator it(B, used[first + j]); it; ++it)
+        block(it.row(), j) = it.value();
     }
     solve_in_place(block);
     for (Index j = 0; j < columns; ++j) {
@@ -558,7 +589,8 @@ Index negative_inertia(const SparseMatrix& A, const SparseCholesky* like) {
   return *count;
 }
 
-Index negative_inertia(const SparseMatrix& K, double sigma, const SparseMatrix& M, const SparseCholesky& like) {
+Index negative_inertia(const SparseMatrix& K, double sigma, const SparseMatrix& M,
+                       const SparseCholesky& like) {
   if (K.rows() == 0) return 0;
   if (like.ok()) {
     const auto count = count_negative_pivots(like.tree(), {K, sigma, &M}, vanishing_pivot);

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Front door of common/linalg/sparse: sparse factorisations.
 //
-// One sparse factorisation, used for everything. The only code that includes cholmod.h is sparse_cholesky.cpp.
+// One sparse factorisation, used for everything. The only code that includes cholmod.h is
+// sparse_cholesky.cpp.
 #pragma once
 
 #include <memory>
@@ -15,31 +16,36 @@
 
 namespace cbr {
 
-// K and M of what is eliminated last, all else condensed statically   (c x c); flops beyond those of the factor.
+// K and M of what is eliminated last, all else condensed statically   (c x c); flops beyond those
+// of the factor.
 struct Condensed {
   Matrix K, M;
   double flops = 0;
 };
 
-// A = P^T L L^T P of a symmetric positive definite matrix: CHOLMOD (Chen, Davis, Hager, Rajamanickam 2008, doi
-// 10.1145/1391989.1391995), supernodal, nested dissection (METIS) or minimum degree, on the graph of nodes. The same matrix gives the same factor.
-// One object is for one thread at a time.
+// A = P^T L L^T P of a symmetric positive definite matrix: CHOLMOD (Chen, Davis, Hager,
+// Rajamanickam 2008, doi 10.1145/1391989.1391995), supernodal, nested dissection (METIS) or minimum
+// degree, on the graph of nodes. The same matrix gives the same factor. One object is for one
+// thread at a time.
 class SparseCholesky {
  public:
-  // Only the lower triangle of A (n x n) is read. Not positive definite is a result, not an exception: ask ok().
-  // RunError when memory does not suffice, with the size of the factor.
-  // The rows `last` (ascending, whole nodes) are eliminated after all others, so that leading() is a factor of these.
-  // `nodes`: an order of the nodes outside `last` that is known (factor_cost), or none.
-  explicit SparseCholesky(const SparseMatrix& A, const std::vector<Index>& last = {}, const Progress& progress = {},
-                          const std::vector<Index>& nodes = {});
-  // The factor of A without the rows `last`: the first columns of this one, of which it takes the memory, not a copy. It may be
-  // fine where this one is not, as rows outside `last` come first.
+  // Only the lower triangle of A (n x n) is read. Not positive definite is a result, not an
+  // exception: ask ok(). RunError when memory does not suffice, with the size of the factor. The
+  // rows `last` (ascending, whole nodes) are eliminated after all others, so that leading() is a
+  // factor of these. `nodes`: an order of the nodes outside `last` that is known (factor_cost), or
+  // none.
+  explicit SparseCholesky(const SparseMatrix& A, const std::vector<Index>& last = {},
+                          const Progress& progress = {}, const std::vector<Index>& nodes = {});
+  // The factor of A without the rows `last`: the first columns of this one, of which it takes the
+  // memory, not a copy. It may be fine where this one is not, as rows outside `last` come first.
   SparseCholesky leading() const;
-  // leading() of K, whose rows `last` are not factored. What it does to them comes with it: K and M (both n x n, both triangles
-  // stored) condensed to `last`, T^T K T and T^T M T with T = [-K_II^-1 K_IC; 1]   (c x c, symmetric; Guyan 1965, doi
-  // 10.2514/3.2874). None: solves of the constraint modes cost less (by flops, unless `always`), or there is no memory for the
-  // fronts, or K_II is not positive definite, or M has an entry where K has none.
-  static std::optional<SparseCholesky> condensing(const SparseMatrix& K, const SparseMatrix& M, const std::vector<Index>& last,
+  // leading() of K, whose rows `last` are not factored. What it does to them comes with it: K and M
+  // (both n x n, both triangles stored) condensed to `last`, T^T K T and T^T M T with T = [-K_II^-1
+  // K_IC; 1]   (c x c, symmetric; Guyan 1965, doi 10.2514/3.2874). None: solves of the constraint
+  // modes cost less (by flops, unless `always`), or there is no memory for the fronts, or K_II is
+  // not positive definite, or M has an entry where K has none.
+  static std::optional<SparseCholesky> condensing(const SparseMatrix& K, const SparseMatrix& M,
+                                                  const std::vector<Index>& last,
                                                   Condensed& condensed, bool always = false,
                                                   const Progress& progress = {});
   ~SparseCholesky();
@@ -49,8 +55,9 @@ class SparseCholesky {
   bool ok() const;
   Index failed_column() const;          // column of A where a pivot was not positive; -1 when ok
   double reciprocal_condition() const;  // an estimate from the diagonal of L
-  // min over the columns of L_jj^2 / A_jj, and the column of A where it is: what elimination left of the diagonal. Independent
-  // of units and of stiffness ratios between parts, so it is the test for a singular A that round-off let pass (below 1e-13).
+  // min over the columns of L_jj^2 / A_jj, and the column of A where it is: what elimination left
+  // of the diagonal. Independent of units and of stiffness ratios between parts, so it is the test
+  // for a singular A that round-off let pass (below 1e-13).
   double smallest_pivot() const;
   Index weakest_column() const;
   Index n_rows() const;
@@ -61,7 +68,8 @@ class SparseCholesky {
   Matrix solve(const Matrix& B) const;              // A X = B, n x m
   SparseMatrix solve(const SparseMatrix& B) const;  // exploits empty columns of B
   void solve_in_place(Eigen::Ref<Matrix> B) const;  // in blocks of right-hand sides
-  // Workspace kept between calls: for ARPACK's many single right-hand sides. b and x may be the same.
+  // Workspace kept between calls: for ARPACK's many single right-hand sides. b and x may be the
+  // same.
   void solve(const double* b, double* x) const;
 
   // For those who keep their right-hand sides as panels of the factor's order: constraint modes.
@@ -72,21 +80,25 @@ class SparseCholesky {
   std::unique_ptr<Impl> impl_;
 };
 
-// What SparseCholesky would take, found from the pattern alone. `nodes` (n x n, lower triangle with its diagonal, values ignored)
-// has an entry where two nodes share an element; each node stands for `dofs` columns that all meet. The order of elimination is
-// that of the nodes, so that the figures may differ by some percent from those of a factorisation.
+// What SparseCholesky would take, found from the pattern alone. `nodes` (n x n, lower triangle with
+// its diagonal, values ignored) has an entry where two nodes share an element; each node stands for
+// `dofs` columns that all meet. The order of elimination is that of the nodes, so that the figures
+// may differ by some percent from those of a factorisation.
 struct FactorCost {
   double n_nonzeros = 0, flops = 0;
   std::vector<Index> order{};  // of the nodes, by which it was counted
 };
 FactorCost factor_cost(const SparseMatrix& nodes, Index dofs);
 
-// Number of negative pivots of L D L^T = A, by Sylvester the number of eigenvalues below zero; -1 when a pivot vanished, which
-// for A = K - sigma M means that sigma is an eigenvalue (to round-off) or that the order of elimination met a singular leading
-// part: move sigma a little. Costs about as much as a factorisation. Both triangles are stored. `like`: the factor of a matrix with
-// (at least) the pattern of A, whose order of elimination then serves; where A has an entry that it lacks a new order is found.
+// Number of negative pivots of L D L^T = A, by Sylvester the number of eigenvalues below zero; -1
+// when a pivot vanished, which for A = K - sigma M means that sigma is an eigenvalue (to round-off)
+// or that the order of elimination met a singular leading part: move sigma a little. Costs about as
+// much as a factorisation. Both triangles are stored. `like`: the factor of a matrix with (at
+// least) the pattern of A, whose order of elimination then serves; where A has an entry that it
+// lacks a new order is found.
 Index negative_inertia(const SparseMatrix& A, const SparseCholesky* like = nullptr);
 // Of K - sigma M, which is not formed with a `like` that serves.
-Index negative_inertia(const SparseMatrix& K, double sigma, const SparseMatrix& M, const SparseCholesky& like);
+Index negative_inertia(const SparseMatrix& K, double sigma, const SparseMatrix& M,
+                       const SparseCholesky& like);
 
 }  // namespace cbr

@@ -9,7 +9,9 @@ struct SparseLu::Impl {
   Eigen::SparseLU<SparseMatrix> factor;
 };
 
-SparseLu::SparseLu(const SparseMatrix& A) : impl_(std::make_unique<Impl>()) { impl_->factor.compute(A); }
+SparseLu::SparseLu(const SparseMatrix& A) : impl_(std::make_unique<Impl>()) {
+  impl_->factor.compute(A);
+}
 SparseLu::~SparseLu() = default;
 SparseLu::SparseLu(SparseLu&&) noexcept = default;
 SparseLu& SparseLu::operator=(SparseLu&&) noexcept = default;

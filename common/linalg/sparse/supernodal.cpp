@@ -15,15 +15,17 @@ namespace {
 // Columns of a panel that are moved at a time: a line of the cache.
 constexpr Index line = 8;
 
-// OpenBLAS has a kernel for small products that packs nothing, up to this many multiplications. Where few columns of L meet a panel
-// it is the faster one, and its slab of the panel is still in the cache when it is scattered.
+// OpenBLAS has a kernel for small products that packs nothing, up to this many multiplications.
+// Where few columns of L meet a panel it is the faster one, and its slab of the panel is still in
+// the cache when it is scattered.
 constexpr Index small_product = 1000000, most_small_columns = 200;
 constexpr Index forward_slab = 64, backward_slab = 16;
 
 int as_int(Index n) { return static_cast<int>(n); }
 
 double flops(const SupernodalFactor& factor, Index s) {
-  const auto columns = static_cast<double>(factor.columns(s)), height = static_cast<double>(factor.height(s));
+  const auto columns = static_cast<double>(factor.columns(s)),
+             height = static_cast<double>(factor.height(s));
   return columns * columns + 2 * columns * (height - columns);
 }
 
@@ -31,7 +33,8 @@ double flops(const SupernodalFactor& factor, Index s) {
 struct Slabs {
   Index rows, columns;  // of X^T
 
-  Slabs(Index width, Index supernode_columns, Index below, Index slab) : rows(width), columns(below) {
+  Slabs(Index width, Index supernode_columns, Index below, Index slab)
+      : rows(width), columns(below) {
     if (supernode_columns > most_small_columns) return;
     rows = std::min(slab, width);
     columns = std::max<Index>(1, small_product / (rows * supernode_columns));
@@ -41,7 +44,9 @@ struct Slabs {
 }  // namespace
 
 SupernodeTree::SupernodeTree(const SupernodalFactor& factor)
-    : factor_(factor), supernode_of_(static_cast<std::size_t>(factor.n)), parent_(static_cast<std::size_t>(factor.n_super), -1) {
+    : factor_(factor),
+      supernode_of_(static_cast<std::size_t>(factor.n)),
+      parent_(static_cast<std::size_t>(factor.n_super), -1) {
   for (Index s = 0; s < factor.n_super; ++s) {
     std::fill_n(supernode_of_.begin() + factor.first(s), factor.columns(s), s);
     all_.supernodes.push_back(s);
@@ -64,8 +69,9 @@ void SupernodeTree::invert_tiles() {
       const Index size = std::min(tile, factor_.columns(s) - j);
       auto inverse = inverse_.block(0, factor_.first(s) + j, size, size);
       inverse.setIdentity();
-      cblas_dtrsm(CblasColMajor, CblasLeft, CblasLower, CblasNoTrans, CblasNonUnit, as_int(size), as_int(size), 1.0,
-                  factor_.x + factor_.px[s] + j * (stride + 1), as_int(stride), inverse.data(), as_int(tile));
+      cblas_dtrsm(CblasColMajor, CblasLeft, CblasLower, CblasNoTrans, CblasNonUnit, as_int(size),
+                  as_int(size), 1.0, factor_.x + factor_.px[s] + j * (stride + 1), as_int(stride),
+                  inverse.data(), as_int(tile));
     }
   }
 }
@@ -75,7 +81,8 @@ SupernodeSet SupernodeTree::reach(const std::vector<Index>& rows) const {
   SupernodeSet set;
   for (const Index row : rows) {
     Index s = supernode_of_[static_cast<std::size_t>(row)];
-    for (; s >= 0 && !reached[static_cast<std::size_t>(s)]; s = parent_[static_cast<std::size_t>(s)]) {
+    for (; s >= 0 && !reached[static_cast<std::size_t>(s)];
+         s = parent_[static_cast<std::size_t>(s)]) {
       reached[static_cast<std::size_t>(s)] = 1;
       set.supernodes.push_back(s);
       set.flops_per_column += flops(factor_, s);
@@ -85,25 +92,29 @@ SupernodeSet SupernodeTree::reach(const std::vector<Index>& rows) const {
   return set;
 }
 
-PanelSolver::PanelSolver(const SupernodeTree& tree, Index width) : tree_(tree), factor_(tree.factor()) {
+PanelSolver::PanelSolver(const SupernodeTree& tree, Index width)
+    : tree_(tree), factor_(tree.factor()) {
   Index longest = SupernodeTree::tile;
-  for (Index s = 0; s < factor_.n_super; ++s) longest = std::max(longest, factor_.height(s) - factor_.columns(s));
+  for (Index s = 0; s < factor_.n_super; ++s)
+    longest = std::max(longest, factor_.height(s) - factor_.columns(s));
   work_.resize(width, longest);
 }
 
 // X_1^T <- X_1^T L_1^-T   (w x columns)
 void PanelSolver::solve_diagonal(Index s, Eigen::Ref<Matrix> X_t) {
   const Index w = X_t.rows(), columns = factor_.columns(s), first = factor_.first(s);
-  const int L_stride = as_int(factor_.stride(s)), stride = as_int(X_t.outerStride()), work_stride = as_int(work_.outerStride());
+  const int L_stride = as_int(factor_.stride(s)), stride = as_int(X_t.outerStride()),
+            work_stride = as_int(work_.outerStride());
   const double* L = factor_.x + factor_.px[s];
   for (Index j = 0; j < columns; j += SupernodeTree::tile) {
     const Index size = std::min(SupernodeTree::tile, columns - j);
     auto X_j = X_t.middleCols(first + j, size);
     if (j > 0)
-      cblas_dgemm(CblasColMajor, CblasNoTrans, CblasTrans, as_int(w), as_int(size), as_int(j), -1.0, X_t.col(first).data(), stride,
-                  L + j, L_stride, 1.0, X_j.data(), stride);
-    cblas_dgemm(CblasColMajor, CblasNoTrans, CblasTrans, as_int(w), as_int(size), as_int(size), 1.0, X_j.data(), stride,
-                tree_.inverse(first + j), as_int(SupernodeTree::tile), 0.0, work_.data(), work_stride);
+      cblas_dgemm(CblasColMajor, CblasNoTrans, CblasTrans, as_int(w), as_int(size), as_int(j), -1.0,
+                  X_t.col(first).data(), stride, L + j, L_stride, 1.0, X_j.data(), stride);
+    cblas_dgemm(CblasColMajor, CblasNoTrans, CblasTrans, as_int(w), as_int(size), as_int(size), 1.0,
+                X_j.data(), stride, tree_.inverse(first + j), as_int(SupernodeTree::tile), 0.0,
+                work_.data(), work_stride);
     X_j = work_.topLeftCorner(w, size);
   }
 }
@@ -111,23 +122,28 @@ void PanelSolver::solve_diagonal(Index s, Eigen::Ref<Matrix> X_t) {
 // X_1^T <- X_1^T L_1^-1   (w x columns)
 void PanelSolver::solve_diagonal_transposed(Index s, Eigen::Ref<Matrix> X_t) {
   const Index w = X_t.rows(), columns = factor_.columns(s), first = factor_.first(s);
-  const int L_stride = as_int(factor_.stride(s)), stride = as_int(X_t.outerStride()), work_stride = as_int(work_.outerStride());
+  const int L_stride = as_int(factor_.stride(s)), stride = as_int(X_t.outerStride()),
+            work_stride = as_int(work_.outerStride());
   const double* L = factor_.x + factor_.px[s];
-  for (Index j = (columns - 1) / SupernodeTree::tile * SupernodeTree::tile; j >= 0; j -= SupernodeTree::tile) {
+  for (Index j = (columns - 1) / SupernodeTree::tile * SupernodeTree::tile; j >= 0;
+       j -= SupernodeTree::tile) {
     const Index size = std::min(SupernodeTree::tile, columns - j), after = columns - j - size;
     auto X_j = X_t.middleCols(first + j, size);
     if (after > 0)
-      cblas_dgemm(CblasColMajor, CblasNoTrans, CblasNoTrans, as_int(w), as_int(size), as_int(after), -1.0,
-                  X_t.col(first + j + size).data(), stride, L + j * L_stride + j + size, L_stride, 1.0, X_j.data(), stride);
-    cblas_dgemm(CblasColMajor, CblasNoTrans, CblasNoTrans, as_int(w), as_int(size), as_int(size), 1.0, X_j.data(), stride,
-                tree_.inverse(first + j), as_int(SupernodeTree::tile), 0.0, work_.data(), work_stride);
+      cblas_dgemm(CblasColMajor, CblasNoTrans, CblasNoTrans, as_int(w), as_int(size), as_int(after),
+                  -1.0, X_t.col(first + j + size).data(), stride, L + j * L_stride + j + size,
+                  L_stride, 1.0, X_j.data(), stride);
+    cblas_dgemm(CblasColMajor, CblasNoTrans, CblasNoTrans, as_int(w), as_int(size), as_int(size),
+                1.0, X_j.data(), stride, tree_.inverse(first + j), as_int(SupernodeTree::tile), 0.0,
+                work_.data(), work_stride);
     X_j = work_.topLeftCorner(w, size);
   }
 }
 
 void PanelSolver::narrow_forward(Index s, double* X_t) {
   constexpr Index w = narrow::width, tile = SupernodeTree::tile;
-  const Index columns = factor_.columns(s), first = factor_.first(s), below = factor_.height(s) - columns;
+  const Index columns = factor_.columns(s), first = factor_.first(s),
+              below = factor_.height(s) - columns;
   const Index stride = factor_.stride(s);
   const double* L = factor_.x + factor_.px[s];
   double *X_1 = X_t + w * first, *work = work_.data();
@@ -150,7 +166,8 @@ void PanelSolver::narrow_forward(Index s, double* X_t) {
 
 void PanelSolver::narrow_backward(Index s, double* X_t) {
   constexpr Index w = narrow::width, tile = SupernodeTree::tile;
-  const Index columns = factor_.columns(s), first = factor_.first(s), below = factor_.height(s) - columns;
+  const Index columns = factor_.columns(s), first = factor_.first(s),
+              below = factor_.height(s) - columns;
   const Index stride = factor_.stride(s);
   const double* L = factor_.x + factor_.px[s];
   double *X_1 = X_t + w * first, *work = work_.data();
@@ -161,7 +178,8 @@ void PanelSolver::narrow_backward(Index s, double* X_t) {
   for (Index j = (columns - 1) / tile * tile; j >= 0; j -= tile) {
     const Index size = std::min(tile, columns - j), after = columns - j - size;
     double* X_j = X_1 + w * j;
-    narrow::subtract_transposed(L + j * stride + j + size, stride, after, size, X_j + w * size, X_j);
+    narrow::subtract_transposed(L + j * stride + j + size, stride, after, size, X_j + w * size,
+                                X_j);
     // X_j^T <- X_j^T L_jj^-1 = -(0 - X_j^T L_jj^-1)
     std::fill_n(work, w * size, 0.0);
     narrow::subtract_transposed(tree_.inverse(first + j), tile, size, size, X_j, work);
@@ -189,9 +207,11 @@ void PanelSolver::forward(Eigen::Ref<Matrix> X_t, const SupernodeSet& set) {
       for (Index i = 0; i < below; i += slabs.columns) {
         const Index count = std::min(slabs.columns, below - i);
         // X_2^T -= X_1^T L_2^T   (w x below)
-        cblas_dgemm(CblasColMajor, CblasNoTrans, CblasTrans, as_int(m), as_int(count), as_int(columns), 1.0, X_1, stride,
-                    factor_.x + factor_.px[s] + columns + i, as_int(factor_.stride(s)), 0.0, work_.data(), as_int(m));
-        for (Index j = 0; j < count; ++j) cblas_daxpy(as_int(m), -1.0, work_.data() + j * m, 1, X_t.col(rows[i + j]).data() + r, 1);
+        cblas_dgemm(CblasColMajor, CblasNoTrans, CblasTrans, as_int(m), as_int(count),
+                    as_int(columns), 1.0, X_1, stride, factor_.x + factor_.px[s] + columns + i,
+                    as_int(factor_.stride(s)), 0.0, work_.data(), as_int(m));
+        for (Index j = 0; j < count; ++j)
+          cblas_daxpy(as_int(m), -1.0, work_.data() + j * m, 1, X_t.col(rows[i + j]).data() + r, 1);
       }
     }
   }
@@ -202,7 +222,8 @@ void PanelSolver::backward(Eigen::Ref<Matrix> X_t, const SupernodeSet& set) {
   assert(X_t.cols() == factor_.n && w <= work_.rows() && X_t.innerStride() == 1);
   const int stride = as_int(X_t.outerStride());
   for (auto it = set.supernodes.rbegin(); it != set.supernodes.rend(); ++it) {
-    const Index s = *it, columns = factor_.columns(s), height = factor_.height(s), below = height - columns;
+    const Index s = *it, columns = factor_.columns(s), height = factor_.height(s),
+                below = height - columns;
     if (w == narrow::width && stride == w && work_.rows() == w) {
       narrow_backward(s, X_t.data());
       continue;
@@ -214,17 +235,21 @@ void PanelSolver::backward(Eigen::Ref<Matrix> X_t, const SupernodeSet& set) {
       double* X_1 = X_t.col(factor_.first(s)).data() + r;
       for (Index i = 0; i < below; i += slabs.columns) {
         const Index count = std::min(slabs.columns, below - i);
-        for (Index j = 0; j < count; ++j) std::copy_n(X_t.col(rows[i + j]).data() + r, m, work_.data() + j * m);
+        for (Index j = 0; j < count; ++j)
+          std::copy_n(X_t.col(rows[i + j]).data() + r, m, work_.data() + j * m);
         // X_1^T -= X_2^T L_2   (w x columns)
-        cblas_dgemm(CblasColMajor, CblasNoTrans, CblasNoTrans, as_int(m), as_int(columns), as_int(count), -1.0, work_.data(),
-                    as_int(m), factor_.x + factor_.px[s] + columns + i, as_int(factor_.stride(s)), 1.0, X_1, stride);
+        cblas_dgemm(CblasColMajor, CblasNoTrans, CblasNoTrans, as_int(m), as_int(columns),
+                    as_int(count), -1.0, work_.data(), as_int(m),
+                    factor_.x + factor_.px[s] + columns + i, as_int(factor_.stride(s)), 1.0, X_1,
+                    stride);
       }
     }
     solve_diagonal_transposed(s, X_t);
   }
 }
 
-void load_panel(const SupernodalFactor& factor, const Eigen::Ref<const Matrix>& B, Eigen::Ref<Matrix> X_t) {
+void load_panel(const SupernodalFactor& factor, const Eigen::Ref<const Matrix>& B,
+                Eigen::Ref<Matrix> X_t) {
   const Index w = X_t.rows();
   for (Index first = 0; first < w; first += line) {
     const Index count = std::min(line, w - first);
@@ -238,7 +263,8 @@ void load_panel(const SupernodalFactor& factor, const Eigen::Ref<const Matrix>& 
   }
 }
 
-void store_panel(const SupernodalFactor& factor, const Eigen::Ref<const Matrix>& X_t, Eigen::Ref<Matrix> B) {
+void store_panel(const SupernodalFactor& factor, const Eigen::Ref<const Matrix>& X_t,
+                 Eigen::Ref<Matrix> B) {
   const Index w = X_t.rows();
   for (Index first = 0; first < w; first += line) {
     const Index count = std::min(line, w - first);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Triangular solves with a supernodal Cholesky factor, on panels of right-hand sides that are stored by rows.
+// Triangular solves with a supernodal Cholesky factor, on panels of right-hand sides that are
+// stored by rows.
 #pragma once
 
 #include <vector>
@@ -8,9 +9,10 @@
 
 namespace cbr {
 
-// P A P^T = L L^T by supernodes, in postorder: columns super[s] .. super[s + 1] - 1 of L share the rows rows[pi[s]] .. rows[pi[s +
-// 1] - 1], of which the first are these columns themselves; their values stand column by column from x[px[s]] on (x is null: the
-// pattern alone). A view: whoever made it owns it.
+// P A P^T = L L^T by supernodes, in postorder: columns super[s] .. super[s + 1] - 1 of L share the
+// rows rows[pi[s]] .. rows[pi[s + 1] - 1], of which the first are these columns themselves; their
+// values stand column by column from x[px[s]] on (x is null: the pattern alone). A view: whoever
+// made it owns it.
 struct SupernodalFactor {
   Index n = 0, n_super = 0;
   const Index *super = nullptr, *pi = nullptr, *px = nullptr, *rows = nullptr;
@@ -20,7 +22,8 @@ struct SupernodalFactor {
   Index first(Index s) const { return super[s]; }
   Index columns(Index s) const { return super[s + 1] - super[s]; }
   Index height(Index s) const { return pi[s + 1] - pi[s]; }
-  // From one column's values to the next's: the height, or more where rows at the end belong to no view.
+  // From one column's values to the next's: the height, or more where rows at the end belong to no
+  // view.
   Index stride(Index s) const { return (px[s + 1] - px[s]) / columns(s); }
 };
 
@@ -37,16 +40,19 @@ class SupernodeTree {
   explicit SupernodeTree(const SupernodalFactor& factor);
 
   const SupernodalFactor& factor() const { return factor_; }
-  // Rows in the order of elimination -> the supernodes that hold them and all their ancestors: where L^-1 b is not zero when b is
-  // zero elsewhere, and all that L^-T y needs where only these rows of it are wanted (Gilbert, Liu 1993, doi 10.1137/0614019).
+  // Rows in the order of elimination -> the supernodes that hold them and all their ancestors:
+  // where L^-1 b is not zero when b is zero elsewhere, and all that L^-T y needs where only these
+  // rows of it are wanted (Gilbert, Liu 1993, doi 10.1137/0614019).
   SupernodeSet reach(const std::vector<Index>& rows) const;
   const SupernodeSet& all() const { return all_; }
   Index parent(Index s) const { return parent_[static_cast<std::size_t>(s)]; }  // -1: a root
 
-  // The diagonal blocks of L are solved with through the inverses of their own diagonal tiles, as products run at three times the
-  // rate of dtrsm on few columns. A triangular inverse leaves a residual as small as substitution does (Higham 2002, 14.2).
+  // The diagonal blocks of L are solved with through the inverses of their own diagonal tiles, as
+  // products run at three times the rate of dtrsm on few columns. A triangular inverse leaves a
+  // residual as small as substitution does (Higham 2002, 14.2).
   static constexpr Index tile = 32;
-  // L_tt^-1 of the tile that begins with this column of L, `tile` apart from the supernode's first   (leading dimension tile)
+  // L_tt^-1 of the tile that begins with this column of L, `tile` apart from the supernode's first
+  // (leading dimension tile)
   const double* inverse(Index column) const { return inverse_.col(column).data(); }
 
  private:
@@ -59,18 +65,19 @@ class SupernodeTree {
   SupernodeSet all_;
 };
 
-// Solves of one thread; keeps its workspace. Panels are transposed, X^T (width x n), and their columns in the order of elimination,
-// so that a row of X is contiguous: gathers and scatters move whole lines, and every supernode is a few products of tiles and one
-// dgemm.
+// Solves of one thread; keeps its workspace. Panels are transposed, X^T (width x n), and their
+// columns in the order of elimination, so that a row of X is contiguous: gathers and scatters move
+// whole lines, and every supernode is a few products of tiles and one dgemm.
 class PanelSolver {
  public:
   PanelSolver(const SupernodeTree& tree, Index width);
 
-  // Panels of exactly narrow::width rows with that stride, which need not all be wanted, go without BLAS when the solver's width is
-  // narrow::width too.
-  // X <- L^-1 X; supernodes that are not in the set are neither read nor written, and X must be zero there.
+  // Panels of exactly narrow::width rows with that stride, which need not all be wanted, go without
+  // BLAS when the solver's width is narrow::width too. X <- L^-1 X; supernodes that are not in the
+  // set are neither read nor written, and X must be zero there.
   void forward(Eigen::Ref<Matrix> X_t, const SupernodeSet& set);
-  // X <- L^-T X on the supernodes of the set, which must hold the ancestors of each; X is not touched elsewhere.
+  // X <- L^-T X on the supernodes of the set, which must hold the ancestors of each; X is not
+  // touched elsewhere.
   void backward(Eigen::Ref<Matrix> X_t, const SupernodeSet& set);
 
  private:
@@ -85,7 +92,9 @@ class PanelSolver {
 };
 
 // X^T <- B permuted, and back: column i of X^T is row order[i] of B   (n x w)
-void load_panel(const SupernodalFactor& factor, const Eigen::Ref<const Matrix>& B, Eigen::Ref<Matrix> X_t);
-void store_panel(const SupernodalFactor& factor, const Eigen::Ref<const Matrix>& X_t, Eigen::Ref<Matrix> B);
+void load_panel(const SupernodalFactor& factor, const Eigen::Ref<const Matrix>& B,
+                Eigen::Ref<Matrix> X_t);
+void store_panel(const SupernodalFactor& factor, const Eigen::Ref<const Matrix>& X_t,
+                 Eigen::Ref<Matrix> B);
 
 }  // namespace cbr

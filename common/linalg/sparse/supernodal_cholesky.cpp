@@ -22,9 +22,13 @@ class Factoriser final : public Fronts {
  public:
   Factoriser(const SupernodeTree& tree, const ShiftedMatrix& A, double* x, const Progress& progress)
       : Fronts(tree, {A}, tree.factor().n, progress), n_pivots_(tree.factor().n), x_(x) {}
-  Factoriser(const SupernodeTree& tree, Index n_pivots, const SparseMatrix& K, const SparseMatrix& M, double* x,
-             std::vector<Matrix*> condensed, const Progress& progress)
-      : Fronts(tree, {{K}, {M}}, n_pivots, progress), n_pivots_(n_pivots), x_(x), condensed_(std::move(condensed)) {}
+  Factoriser(const SupernodeTree& tree, Index n_pivots, const SparseMatrix& K,
+             const SparseMatrix& M, double* x, std::vector<Matrix*> condensed,
+             const Progress& progress)
+      : Fronts(tree, {{K}, {M}}, n_pivots, progress),
+        n_pivots_(n_pivots),
+        x_(x),
+        condensed_(std::move(condensed)) {}
 
   Factored factor_all() {
     switch (run()) {
@@ -62,18 +66,19 @@ class Factoriser final : public Fronts {
     }
   }
 
-  // With F = [L_1; L_2] and the mass [E; G]: W = L_2 L_1^-1 is minus what the rows below move the pivots by, transposed. T^T M T
-  // takes W Y^T + Y W^T from the mass of these rows, Y = G - W E / 2   (below x columns). W takes the place of L_2.
+  // With F = [L_1; L_2] and the mass [E; G]: W = L_2 L_1^-1 is minus what the rows below move the
+  // pivots by, transposed. T^T M T takes W Y^T + Y W^T from the mass of these rows, Y = G - W E / 2
+  // (below x columns). W takes the place of L_2.
   static void condense_mass(const Front& front, Matrix& F, bool alone, FrontMatrix& mass) {
     const Index columns = front.columns, below = front.below();
     const int p = as_int(columns), height = as_int(front.height), m = as_int(below);
     share_tasks(alone ? update_tiles(below) : 1, alone, [&](Index i) {
       const Index row = columns + i * update_tile;
       const int rows = alone ? as_int(std::min(update_tile, front.height - row)) : m;
-      cblas_dtrsm(CblasColMajor, CblasRight, CblasLower, CblasNoTrans, CblasNonUnit, rows, p, 1.0, F.data(), height, &F(row, 0),
-                  height);
-      cblas_dsymm(CblasColMajor, CblasRight, CblasLower, rows, p, -0.5, mass.F.data(), height, &F(row, 0), height, 1.0,
-                  &mass.F(row, 0), height);
+      cblas_dtrsm(CblasColMajor, CblasRight, CblasLower, CblasNoTrans, CblasNonUnit, rows, p, 1.0,
+                  F.data(), height, &F(row, 0), height);
+      cblas_dsymm(CblasColMajor, CblasRight, CblasLower, rows, p, -0.5, mass.F.data(), height,
+                  &F(row, 0), height, 1.0, &mass.F(row, 0), height);
     });
     subtract_pair(F.bottomRows(below), mass.F.bottomRows(below), alone, mass.rest);
   }
@@ -81,18 +86,21 @@ class Factoriser final : public Fronts {
   // F_1 = L_1 L_1^T, L_2 = F_2 L_1^-T
   static bool own_columns(Matrix& F) {
     const Index height = F.rows(), columns = F.cols();
-    if (LAPACKE_dpotrf_work(LAPACK_COL_MAJOR, 'L', as_int(columns), F.data(), as_int(height)) != 0) return false;
+    if (LAPACKE_dpotrf_work(LAPACK_COL_MAJOR, 'L', as_int(columns), F.data(), as_int(height)) != 0)
+      return false;
     divide(F, 0, columns, columns, height - columns);
     return true;
   }
 
-  // The same, block of columns by block: the rows below one are divided, and the columns after it updated, on all threads.
+  // The same, block of columns by block: the rows below one are divided, and the columns after it
+  // updated, on all threads.
   static bool shared_columns(Matrix& F) {
     const Index height = F.rows(), columns = F.cols();
     const int stride = as_int(height);
     for (Index j = 0; j < columns; j += block) {
       const Index size = std::min(block, columns - j), after = j + size;
-      if (LAPACKE_dpotrf_work(LAPACK_COL_MAJOR, 'L', as_int(size), &F(j, j), stride) != 0) return false;
+      if (LAPACKE_dpotrf_work(LAPACK_COL_MAJOR, 'L', as_int(size), &F(j, j), stride) != 0)
+        return false;
       share_tasks(update_tiles(height - after), true, [&](Index i) {
         const Index row = after + i * update_tile;
         divide(F, j, size, row, std::min(update_tile, height - row));
@@ -101,9 +109,10 @@ class Factoriser final : public Fronts {
       share_tasks(wide * high, true, [&](Index i) {
         const Index column = after + i / high * update_tile, row = after + i % high * update_tile;
         if (row + update_tile <= column) return;
-        const Index m = std::min(update_tile, height - row), n = std::min(update_tile, columns - column);
-        cblas_dgemm(CblasColMajor, CblasNoTrans, CblasTrans, as_int(m), as_int(n), as_int(size), -1.0, &F(row, j), stride,
-                    &F(column, j), stride, 1.0, &F(row, column), stride);
+        const Index m = std::min(update_tile, height - row),
+                    n = std::min(update_tile, columns - column);
+        cblas_dgemm(CblasColMajor, CblasNoTrans, CblasTrans, as_int(m), as_int(n), as_int(size),
+                    -1.0, &F(row, j), stride, &F(column, j), stride, 1.0, &F(row, column), stride);
       });
     }
     return true;
@@ -112,8 +121,9 @@ class Factoriser final : public Fronts {
   // Some rows of F's columns by L_1^-T of these
   static void divide(Matrix& F, Index column, Index columns, Index row, Index rows) {
     if (rows == 0) return;
-    cblas_dtrsm(CblasColMajor, CblasRight, CblasLower, CblasTrans, CblasNonUnit, as_int(rows), as_int(columns), 1.0,
-                &F(column, column), as_int(F.rows()), &F(row, column), as_int(F.rows()));
+    cblas_dtrsm(CblasColMajor, CblasRight, CblasLower, CblasTrans, CblasNonUnit, as_int(rows),
+                as_int(columns), 1.0, &F(column, column), as_int(F.rows()), &F(row, column),
+                as_int(F.rows()));
   }
 
   // A supernode's part is a rectangle that begins on the diagonal.
@@ -138,17 +148,21 @@ class Factoriser final : public Fronts {
 
 }  // namespace
 
-Factored factor_supernodes(const SupernodeTree& tree, const ShiftedMatrix& A, double* x, const Progress& progress) {
+Factored factor_supernodes(const SupernodeTree& tree, const ShiftedMatrix& A, double* x,
+                           const Progress& progress) {
   return Factoriser(tree, A, x, progress).factor_all();
 }
 
-Factored factor_and_condense(const SupernodeTree& tree, Index n_I, const SparseMatrix& K, const SparseMatrix& M, double* x,
-                             Matrix& K_cc, Matrix& M_cc, const Progress& progress) {
+Factored factor_and_condense(const SupernodeTree& tree, Index n_I, const SparseMatrix& K,
+                             const SparseMatrix& M, double* x, Matrix& K_cc, Matrix& M_cc,
+                             const Progress& progress) {
   const Index c = tree.factor().n - n_I;
   K_cc = zeros_on_huge_pages(c, c), M_cc = zeros_on_huge_pages(c, c);
   return Factoriser(tree, n_I, K, M, x, {&K_cc, &M_cc}, progress).factor_all();
 }
 
-double condensing_flops(double columns, double below) { return 3 * columns * columns * below + 2 * columns * below * below; }
+double condensing_flops(double columns, double below) {
+  return 3 * columns * columns * below + 2 * columns * below * below;
+}
 
 }  // namespace cbr

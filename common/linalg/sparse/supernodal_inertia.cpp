@@ -10,8 +10,8 @@
 namespace cbr {
 namespace {
 
-// Pivots eliminated one by one before a product takes over; columns of a front before those after them are looked at; columns of
-// a product with one triangle of its result.
+// Pivots eliminated one by one before a product takes over; columns of a front before those after
+// them are looked at; columns of a product with one triangle of its result.
 constexpr Index pivot_block = 32, front_block = 128, update_block = 192;
 
 // A - L D L^T on the lower triangle of A (m x m), in blocks of columns, which threads share.
@@ -24,7 +24,8 @@ void subtract_lower(const Eigen::Ref<const Matrix>& L, const Vector& D, bool sha
   });
 }
 
-// A = L D L^T of a small block, in place: D on the diagonal, L below it. False at a pivot below its limit.
+// A = L D L^T of a small block, in place: D on the diagonal, L below it. False at a pivot below its
+// limit.
 bool eliminate_block(Eigen::Ref<Matrix> A, const double* limit) {
   const Index n = A.rows();
   for (Index k = 0; k < n; ++k) {
@@ -75,7 +76,8 @@ class Counter final : public Fronts {
       limit_[static_cast<std::size_t>(j)] = std::abs(diagonal);
       scale = std::max(scale, std::abs(diagonal));
     }
-    for (double& limit : limit_) limit = vanishing * std::max(limit, std::numeric_limits<double>::epsilon() * scale);
+    for (double& limit : limit_)
+      limit = vanishing * std::max(limit, std::numeric_limits<double>::epsilon() * scale);
   }
 
   std::optional<Index> count() {
@@ -88,11 +90,13 @@ class Counter final : public Fronts {
   bool eliminate(const Front& front, std::vector<FrontMatrix>& of, bool alone) override {
     Matrix& F = of.front().F;
     if (!eliminate_columns(front.first, F, alone)) return false;
-    if (front.below() > 0) subtract_lower(F.bottomRows(front.below()), F.diagonal(), alone, of.front().rest);
+    if (front.below() > 0)
+      subtract_lower(F.bottomRows(front.below()), F.diagonal(), alone, of.front().rest);
     return true;
   }
 
-  // F = L D over the pivots, block by block: D on the diagonal, L below it, rows on all threads where they share.
+  // F = L D over the pivots, block by block: D on the diagonal, L below it, rows on all threads
+  // where they share.
   bool eliminate_columns(Index first, Matrix& F, bool share) {
     const Index height = F.rows(), columns = F.cols();
     for (Index j = 0; j < columns; j += front_block) {
@@ -100,7 +104,8 @@ class Counter final : public Fronts {
       // What the pivots before have left: A - L (L D)^T
       const Matrix LD = F.block(j, 0, size, j) * F.diagonal().head(j).asDiagonal();
       const auto subtract = [&](Index row, Index rows) {
-        if (j > 0) F.block(row, j, rows, size).noalias() -= F.block(row, 0, rows, j) * LD.transpose();
+        if (j > 0)
+          F.block(row, j, rows, size).noalias() -= F.block(row, 0, rows, j) * LD.transpose();
       };
       subtract(j, size);
       auto pivots = F.block(j, j, size, size);
@@ -121,7 +126,8 @@ class Counter final : public Fronts {
 
 }  // namespace
 
-std::optional<Index> count_negative_pivots(const SupernodeTree& tree, const ShiftedMatrix& A, double vanishing) {
+std::optional<Index> count_negative_pivots(const SupernodeTree& tree, const ShiftedMatrix& A,
+                                           double vanishing) {
   assert(A.K.rows() == tree.factor().n);
   return Counter(tree, A, vanishing).count();
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What an input file of Abaqus or CalculiX means as a mesh. Sections become blocks, surfaces and sets of face elements sidesets,
-// node sets nodesets.
+// What an input file of Abaqus or CalculiX means as a mesh. Sections become blocks, surfaces and
+// sets of face elements sidesets, node sets nodesets.
 #include <algorithm>
 #include <array>
 #include <set>
@@ -14,12 +14,12 @@ namespace {
 
 // Corners of the faces S1, S2, ... of a solid, local numbers from 0.
 const std::vector<std::vector<int>>& faces_of(ElementType type) {
-  static const std::vector<std::vector<int>> tet = {{0, 1, 2}, {0, 3, 1}, {1, 3, 2}, {2, 3, 0}},
-                                             pyramid = {{0, 1, 2, 3}, {0, 4, 1}, {1, 4, 2}, {2, 4, 3}, {3, 4, 0}},
-                                             wedge = {{0, 1, 2}, {3, 5, 4}, {0, 3, 4, 1}, {1, 4, 5, 2}, {2, 5, 3, 0}},
-                                             hex = {{0, 1, 2, 3}, {4, 7, 6, 5}, {0, 4, 5, 1},
-                                                    {1, 5, 6, 2}, {2, 6, 7, 3}, {3, 7, 4, 0}},
-                                             none;
+  static const std::vector<std::vector<int>>
+      tet = {{0, 1, 2}, {0, 3, 1}, {1, 3, 2}, {2, 3, 0}},
+      pyramid = {{0, 1, 2, 3}, {0, 4, 1}, {1, 4, 2}, {2, 4, 3}, {3, 4, 0}},
+      wedge = {{0, 1, 2}, {3, 5, 4}, {0, 3, 4, 1}, {1, 4, 5, 2}, {2, 5, 3, 0}},
+      hex = {{0, 1, 2, 3}, {4, 7, 6, 5}, {0, 4, 5, 1}, {1, 5, 6, 2}, {2, 6, 7, 3}, {3, 7, 4, 0}},
+      none;
   switch (n_corners(type)) {
     case 4:
       return dimension(type) == 3 ? tet : none;
@@ -42,17 +42,20 @@ int exodus_side(ElementType type, int label) {
   const std::set<int> wanted(corners.begin(), corners.end());
   for (int side = 1; side <= n_sides(type); ++side) {
     const auto& nodes = side_nodes(type, side);
-    if (std::set<int>(nodes.begin(), nodes.begin() + n_corners(side_kind(type, side))) == wanted) return side;
+    if (std::set<int>(nodes.begin(), nodes.begin() + n_corners(side_kind(type, side))) == wanted)
+      return side;
   }
   return 0;
 }
 
 class AbaqusMesh {
  public:
-  explicit AbaqusMesh(const std::filesystem::path& file) : where_(file.string()), file_(read_inp(file)) {}
+  explicit AbaqusMesh(const std::filesystem::path& file)
+      : where_(file.string()), file_(read_inp(file)) {}
 
   Mesh run() {
-    for (std::size_t e = 0; e < file_.mesh.elements.size(); ++e) place_.emplace(file_.mesh.elements[e].id, e);
+    for (std::size_t e = 0; e < file_.mesh.elements.size(); ++e)
+      place_.emplace(file_.mesh.elements[e].id, e);
     for (const InpSection& section : file_.sections) add_section(section);
     for (FileElement& element : file_.mesh.elements)
       if (element.block.empty()) element.block = dimension(element.type) == 3 ? "solid" : "shell";
@@ -60,7 +63,8 @@ class AbaqusMesh {
     const MeshIds ids(mesh_);
     for (const std::string& name : file_.nset_order) add_nodes(file_.nsets.at(name), ids);
     for (const std::string& name : file_.elset_order) add_lines(file_.elsets.at(name), ids);
-    for (const InpSurface& surface : file_.surfaces) surface.of_nodes ? add_node_surface(surface, ids) : add_surface(surface, ids);
+    for (const InpSurface& surface : file_.surfaces)
+      surface.of_nodes ? add_node_surface(surface, ids) : add_surface(surface, ids);
     return std::move(mesh_);
   }
 
@@ -80,21 +84,27 @@ class AbaqusMesh {
     for (const Index id : set.ids) {
       if (file_.lines.count(id) > 0)
         fail(section.line,
-             "element " + std::to_string(id) + " is a beam or truss, which are not supported: take them out of the mesh");
+             "element " + std::to_string(id) +
+                 " is a beam or truss, which are not supported: take them out of the mesh");
       const auto found = place_.find(id);
-      if (found == place_.end()) fail(section.line, "element " + std::to_string(id) + " of set '" + set.name + "' does not exist");
-      if (!has_section_.insert(id).second) fail(section.line, "element " + std::to_string(id) + " has two sections");
+      if (found == place_.end())
+        fail(section.line,
+             "element " + std::to_string(id) + " of set '" + set.name + "' does not exist");
+      if (!has_section_.insert(id).second)
+        fail(section.line, "element " + std::to_string(id) + " has two sections");
       file_.mesh.elements[found->second].block = set.name;
     }
     const auto material = file_.materials.find(section.material);
-    file_.mesh.materials[set.name] = material != file_.materials.end()
-                                         ? material->second
-                                         : FileMaterial{.name = section.material, .problem = "is not defined in the file"};
+    file_.mesh.materials[set.name] =
+        material != file_.materials.end()
+            ? material->second
+            : FileMaterial{.name = section.material, .problem = "is not defined in the file"};
   }
 
   bool is_name_of_surface(const std::string& name) const {
-    return std::any_of(file_.surfaces.begin(), file_.surfaces.end(),
-                       [&](const InpSurface& surface) { return in_capitals(surface.name) == in_capitals(name); });
+    return std::any_of(
+        file_.surfaces.begin(), file_.surfaces.end(),
+        [&](const InpSurface& surface) { return in_capitals(surface.name) == in_capitals(name); });
   }
 
   // Element sets of faces alone, and surfaces of them.
@@ -103,7 +113,9 @@ class AbaqusMesh {
     for (const std::string& name : file_.elset_order) {
       const InpSet& set = file_.elsets.at(name);
       FaceSet faces{set.name, faces_in(set.ids)};
-      if (!faces.elements.empty() && faces.elements.size() == set.ids.size() && !is_name_of_surface(name)) sets.push_back(faces);
+      if (!faces.elements.empty() && faces.elements.size() == set.ids.size() &&
+          !is_name_of_surface(name))
+        sets.push_back(faces);
     }
     for (const InpSurface& surface : file_.surfaces) {
       FaceSet faces{surface.name, {}};
@@ -121,7 +133,8 @@ class AbaqusMesh {
     std::vector<std::size_t> places;
     for (const Index id : ids) {
       const auto found = place_.find(id);
-      if (found != place_.end() && dimension(file_.mesh.elements[found->second].type) == 2) places.push_back(found->second);
+      if (found != place_.end() && dimension(file_.mesh.elements[found->second].type) == 2)
+        places.push_back(found->second);
     }
     return places;
   }
@@ -132,7 +145,9 @@ class AbaqusMesh {
 
   Index node(Index id, const std::string& set, const MeshIds& ids) const {
     const Index found = ids.node(id);
-    if (found < 0) throw InputError(where_ + ": node " + std::to_string(id) + " of set '" + set + "' does not exist");
+    if (found < 0)
+      throw InputError(where_ + ": node " + std::to_string(id) + " of set '" + set +
+                       "' does not exist");
     return found;
   }
 
@@ -143,7 +158,8 @@ class AbaqusMesh {
       for (const Index id : elset(name, 0).ids) {
         const Side element = ids.element(id);
         if (element.element < 0) continue;
-        const auto row = mesh_.blocks[static_cast<std::size_t>(element.block)].connectivity.row(element.element);
+        const auto row =
+            mesh_.blocks[static_cast<std::size_t>(element.block)].connectivity.row(element.element);
         nodes.insert(nodes.end(), row.begin(), row.end());
       }
     }
@@ -165,8 +181,10 @@ class AbaqusMesh {
     std::vector<Index> nodes;
     for (const auto& entry : surface.entries) {
       const auto set = file_.nsets.find(entry.set);
-      if (!entry.set.empty() && set == file_.nsets.end()) fail(entry.line, "there is no node set '" + entry.set + "'");
-      const std::vector<Index> members = entry.set.empty() ? std::vector<Index>{entry.id} : set->second.ids;
+      if (!entry.set.empty() && set == file_.nsets.end())
+        fail(entry.line, "there is no node set '" + entry.set + "'");
+      const std::vector<Index> members =
+          entry.set.empty() ? std::vector<Index>{entry.id} : set->second.ids;
       for (const Index id : members) nodes.push_back(node(id, surface.name, ids));
     }
     add_nodeset(mesh_, surface.name, nodes);
@@ -179,7 +197,8 @@ class AbaqusMesh {
       for (const Index id : ids_of(entry)) {
         const Side element = ids.element(id);
         if (element.element < 0)
-          fail(entry.line, "element " + std::to_string(id) + " of surface '" + surface.name + "' does not exist");
+          fail(entry.line, "element " + std::to_string(id) + " of surface '" + surface.name +
+                               "' does not exist");
         entry.label.empty() ? add_outer_sides(element, set) : add_side(element, entry, set);
       }
     }
@@ -190,14 +209,17 @@ class AbaqusMesh {
     const ElementType type = mesh_.blocks[static_cast<std::size_t>(element.block)].type;
     const bool is_face = entry.label.size() == 2 && entry.label[0] == 'S';
     element.side = is_face ? exodus_side(type, entry.label[1] - '0') : 0;
-    if (element.side == 0) fail(entry.line, "face '" + entry.label + "' found, expected S1, S2, ... of a solid element");
+    if (element.side == 0)
+      fail(entry.line, "face '" + entry.label + "' found, expected S1, S2, ... of a solid element");
     set.sides.push_back(element);
   }
 
   // Sides that no other solid shares.
   void add_outer_sides(Side element, Sideset& set) {
     if (n_shared_.empty()) count_sides();
-    for (element.side = 1; element.side <= n_sides(mesh_.blocks[static_cast<std::size_t>(element.block)].type); ++element.side)
+    for (element.side = 1;
+         element.side <= n_sides(mesh_.blocks[static_cast<std::size_t>(element.block)].type);
+         ++element.side)
       if (n_shared_.at(key_of(element)) == 1) set.sides.push_back(element);
   }
 
@@ -212,7 +234,8 @@ class AbaqusMesh {
       const Block& block = mesh_.blocks[b];
       if (dimension(block.type) != 3) continue;
       for (Index e = 0; e < block.connectivity.rows(); ++e)
-        for (int side = 1; side <= n_sides(block.type); ++side) ++n_shared_[key_of({static_cast<Index>(b), e, side})];
+        for (int side = 1; side <= n_sides(block.type); ++side)
+          ++n_shared_[key_of({static_cast<Index>(b), e, side})];
     }
   }
 

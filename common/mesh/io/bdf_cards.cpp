@@ -12,12 +12,14 @@ constexpr std::size_t small = 8, large = 16, last_column = 72;
 
 std::string capitals(std::string_view text) {
   std::string out(text);
-  std::transform(out.begin(), out.end(), out.begin(), [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+  std::transform(out.begin(), out.end(), out.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
   return out;
 }
 
 std::string_view columns(const std::string& line, std::size_t first, std::size_t width) {
-  return first < line.size() ? trimmed(std::string_view(line).substr(first, width)) : std::string_view();
+  return first < line.size() ? trimmed(std::string_view(line).substr(first, width))
+                             : std::string_view();
 }
 
 // Without the comment, with tabs as blanks up to the next field.
@@ -33,7 +35,8 @@ std::string plain(const std::string& line) {
 
 std::string name_of(const std::string& line) {
   const auto comma = line.find(',');
-  return capitals(trimmed(comma == std::string::npos ? columns(line, 0, small) : std::string_view(line).substr(0, comma)));
+  return capitals(trimmed(comma == std::string::npos ? columns(line, 0, small)
+                                                     : std::string_view(line).substr(0, comma)));
 }
 
 }  // namespace
@@ -43,7 +46,8 @@ BdfCards::BdfCards(const std::filesystem::path& file) : lines_(file, true) {
   TextLines all(file, true);
   is_bulk_ = true;
   while (all.next()) {
-    if (all.line().find('\0') != std::string::npos) all.fail("is no text: expected bulk data of Nastran");
+    if (all.line().find('\0') != std::string::npos)
+      all.fail("is no text: expected bulk data of Nastran");
     const std::string start = capitals(trimmed(plain(all.line()).substr(0, 40)));
     if (start.starts_with("BEGIN") && start.find("BULK") != std::string::npos) is_bulk_ = false;
   }
@@ -72,14 +76,16 @@ bool BdfCards::is_continuation() const {
 void BdfCards::add_fields(BdfCard& card) const {
   if (line_.find(',') != std::string::npos) {
     const auto fields = fields_of(line_, ',');
-    const std::size_t wanted = std::min<std::size_t>(fields.size(), 9);  // the tenth marks the continuation
+    // the tenth marks the continuation
+    const std::size_t wanted = std::min<std::size_t>(fields.size(), 9);
     for (std::size_t i = 1; i < wanted; ++i) card.fields.emplace_back(fields[i]);
     if (wanted < 9) card.fields.resize(card.fields.size() + 9 - wanted);
     return;
   }
   const bool is_large = columns(line_, 0, small).find('*') != std::string_view::npos;
   const std::size_t width = is_large ? large : small;
-  for (std::size_t first = small; first < last_column; first += width) card.fields.emplace_back(columns(line_, first, width));
+  for (std::size_t first = small; first < last_column; first += width)
+    card.fields.emplace_back(columns(line_, first, width));
 }
 
 std::optional<BdfCard> BdfCards::next() {
@@ -96,12 +102,17 @@ std::optional<BdfCard> BdfCards::next() {
   return card;
 }
 
-std::string BdfCards::text(const BdfCard& card, std::size_t i) const { return i < card.fields.size() ? card.fields[i] : ""; }
+std::string BdfCards::text(const BdfCard& card, std::size_t i) const {
+  return i < card.fields.size() ? card.fields[i] : "";
+}
 
 Index BdfCards::whole(const BdfCard& card, std::size_t i) const {
   const std::string field = text(card, i);
-  if (field.empty() || field.find_first_not_of("0123456789", field[0] == '+' ? 1 : 0) != std::string::npos || field.size() > 15)
-    fail(card, "'" + field + "' found in field " + std::to_string(i + 2) + ", expected a whole number");
+  if (field.empty() ||
+      field.find_first_not_of("0123456789", field[0] == '+' ? 1 : 0) != std::string::npos ||
+      field.size() > 15)
+    fail(card,
+         "'" + field + "' found in field " + std::to_string(i + 2) + ", expected a whole number");
   return std::stoll(field);
 }
 
@@ -110,10 +121,12 @@ double BdfCards::real(const BdfCard& card, std::size_t i, double blank) const {
   if (field.empty()) return blank;
   // An exponent may stand without a letter
   const auto sign = field.find_last_of("+-");
-  if (sign != std::string::npos && sign > 0 && std::string_view("0123456789.").find(field[sign - 1]) != std::string_view::npos)
+  if (sign != std::string::npos && sign > 0 &&
+      std::string_view("0123456789.").find(field[sign - 1]) != std::string_view::npos)
     field.insert(sign, "E");
   const auto exponent = field.find_first_of("eEdD");
-  if (exponent != std::string::npos && exponent + 1 < field.size() && field[exponent + 1] == '+') field.erase(exponent + 1, 1);
+  if (exponent != std::string::npos && exponent + 1 < field.size() && field[exponent + 1] == '+')
+    field.erase(exponent + 1, 1);
   return lines_.number(field);
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Cards of Nastran's bulk data: small fields (8 columns), large ones (16), or between commas, over as many lines as they take.
+// Cards of Nastran's bulk data: small fields (8 columns), large ones (16), or between commas, over
+// as many lines as they take.
 #pragma once
 
 #include <filesystem>
@@ -12,8 +13,9 @@
 namespace cbr {
 
 struct BdfCard {
-  std::string name;                 // in capitals, without an asterisk
-  std::vector<std::string> fields;  // those after the name, trimmed; continuations follow one another
+  std::string name;  // in capitals, without an asterisk
+  // those after the name, trimmed; continuations follow one another
+  std::vector<std::string> fields;
   Index line = 0;
 };
 
@@ -24,12 +26,16 @@ class BdfCards {
   // The next card of the bulk data; none after ENDDATA or the last line.
   std::optional<BdfCard> next();
   // InputError "FILE:LINE: what", with the card's line.
-  [[noreturn]] void fail(const BdfCard& card, const std::string& what) const { lines_.fail(card.name + ": " + what, card.line); }
+  [[noreturn]] void fail(const BdfCard& card, const std::string& what) const {
+    lines_.fail(card.name + ": " + what, card.line);
+  }
 
   // Field i, from 0. Empty: none, or blank.
   std::string text(const BdfCard& card, std::size_t i) const;
-  Index whole(const BdfCard& card, std::size_t i) const;                // InputError unless a whole number
-  double real(const BdfCard& card, std::size_t i, double blank) const;  // "1.5", "1.5E3", "1.5D3" and "1.5+3"
+  // InputError unless a whole number
+  Index whole(const BdfCard& card, std::size_t i) const;
+  // "1.5", "1.5E3", "1.5D3" and "1.5+3"
+  double real(const BdfCard& card, std::size_t i, double blank) const;
 
  private:
   bool next_line();

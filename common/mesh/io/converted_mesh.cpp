@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Formats that the program gmsh converts. It runs as a process of its own: the library crashes on damaged files
-// (docs/decisions/msh-reader.md), and programs that read .msh alone would load it for nothing.
-// (docs/decisions/msh-reader.md), and programs that read .msh would load it for nothing.
+// Formats that the program gmsh converts. It runs as a process of its own: the library crashes on
+// damaged files (docs/decisions/msh-reader.md), and programs that read .msh alone would load it for
+// nothing. (docs/decisions/msh-reader.md), and programs that read .msh would load it for nothing.
 #include <fcntl.h>
 #include <signal.h>
 #include <sys/prctl.h>
@@ -32,11 +32,13 @@ constexpr int no_program = 127;
   const rlimit none{0, 0}, time{seconds, seconds + 1};
   setrlimit(RLIMIT_CORE, &none);
   setrlimit(RLIMIT_CPU, &time);
-  if (const int nowhere = open("/dev/null", O_RDWR); nowhere >= 0) dup2(nowhere, 0), dup2(nowhere, 1), dup2(nowhere, 2);
+  if (const int nowhere = open("/dev/null", O_RDWR); nowhere >= 0)
+    dup2(nowhere, 0), dup2(nowhere, 1), dup2(nowhere, 2);
   sigset_t empty;
   sigemptyset(&empty);
   sigprocmask(SIG_SETMASK, &empty, nullptr);
-  execlp("gmsh", "gmsh", in.c_str(), "-save", "-save_all", "-format", "msh41", "-o", out.c_str(), static_cast<char*>(nullptr));
+  execlp("gmsh", "gmsh", in.c_str(), "-save", "-save_all", "-format", "msh41", "-o", out.c_str(),
+         static_cast<char*>(nullptr));
   _exit(no_program);
 }
 
@@ -58,17 +60,22 @@ Mesh read_with_gmsh(const fs::path& file) {
   const fs::path& out = converted.path();
   const int status = run_gmsh(fs::absolute(file), out, seconds_to_read(fs::file_size(file, error)));
   if (WIFEXITED(status) && WEXITSTATUS(status) == no_program)
-    throw RunError(file.string() + ": the program gmsh reads this format, and it is not there: install gmsh");
+    throw RunError(file.string() +
+                   ": the program gmsh reads this format, and it is not there: install gmsh");
   const std::string cure =
-      ": the program gmsh cannot read it: is it damaged, or of another format? (try: gmsh " + file.string() + ")";
-  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0 || fs::file_size(out, error) == 0) throw InputError(file.string() + cure);
+      ": the program gmsh cannot read it: is it damaged, or of another format? (try: gmsh " +
+      file.string() + ")";
+  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0 || fs::file_size(out, error) == 0)
+    throw InputError(file.string() + cure);
   try {
     Mesh mesh = read_gmsh(out);
-    if (mesh.blocks.empty()) throw InputError(file.string() + ": has no elements that gmsh reads: is it damaged?");
+    if (mesh.blocks.empty())
+      throw InputError(file.string() + ": has no elements that gmsh reads: is it damaged?");
     return mesh;
   } catch (const InputError& wrong) {
     std::string text = wrong.what();
-    for (std::size_t at; (at = text.find(out.string())) != std::string::npos;) text.replace(at, out.string().size(), file.string());
+    for (std::size_t at; (at = text.find(out.string())) != std::string::npos;)
+      text.replace(at, out.string().size(), file.string());
     throw InputError(text);
   }
 }

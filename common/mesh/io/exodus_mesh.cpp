@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Reads Exodus II. Names of dimensions and variables: Schoof and Yarberry, EXODUS II: A Finite Element Data Model, SAND92-2137.
+// Reads Exodus II. Names of dimensions and variables: Schoof and Yarberry, EXODUS II: A Finite
+// Element Data Model, SAND92-2137.
 #include <algorithm>
 #include <cctype>
 
@@ -11,26 +12,32 @@ namespace cbr {
 namespace {
 
 // The usual spellings differ in what follows the family's name; the number of nodes decides.
-ElementType element_type(const NetcdfReader& file, const std::string& block, const std::string& text, Index n_nodes_found) {
+ElementType element_type(const NetcdfReader& file, const std::string& block,
+                         const std::string& text, Index n_nodes_found) {
   std::string upper = text;
-  std::transform(upper.begin(), upper.end(), upper.begin(), [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+  std::transform(upper.begin(), upper.end(), upper.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
   struct Family {
     const char* prefix;
     std::vector<ElementType> types;
   };
   using enum ElementType;
-  static const std::vector<Family> families = {
-      {"HEX", {hex8, hex20, hex27}}, {"TET", {tet4, tet10}},         {"WED", {wedge6}},
-      {"PYR", {pyramid5}},           {"QUA", {quad4, quad8, quad9}}, {"SHE", {tri3, tri6, quad4, quad8, quad9}},
-      {"TRI", {tri3, tri6}}};
+  static const std::vector<Family> families = {{"HEX", {hex8, hex20, hex27}},
+                                               {"TET", {tet4, tet10}},
+                                               {"WED", {wedge6}},
+                                               {"PYR", {pyramid5}},
+                                               {"QUA", {quad4, quad8, quad9}},
+                                               {"SHE", {tri3, tri6, quad4, quad8, quad9}},
+                                               {"TRI", {tri3, tri6}}};
   for (const auto& family : families)
     if (upper.rfind(family.prefix, 0) == 0)
       for (const auto type : family.types)
         if (n_nodes(type) == n_nodes_found) return type;
-  throw InputError(
-      file.where() + ": block '" + block + "': element type '" + text + "' with " + std::to_string(n_nodes_found) +
-      " nodes is not supported: use HEX 8 20 27, TETRA 4 10, WEDGE 6, PYRAMID 5, SHELL or QUAD 4 8 9, TRI 3 6, and take "
-      "beams, trusses and points out of the mesh");
+  throw InputError(file.where() + ": block '" + block + "': element type '" + text + "' with " +
+                   std::to_string(n_nodes_found) +
+                   " nodes is not supported: use HEX 8 20 27, TETRA 4 10, WEDGE 6, PYRAMID 5, "
+                   "SHELL or QUAD 4 8 9, TRI 3 6, and take "
+                   "beams, trusses and points out of the mesh");
 }
 
 struct SetHeader {
@@ -39,8 +46,8 @@ struct SetHeader {
 };
 
 // Ids and names of blocks or sets; an unnamed one is called after its id, as SEACAS's programs do.
-std::vector<SetHeader> headers(const NetcdfReader& file, const std::string& dimension, const std::string& prefix,
-                               const std::string& word) {
+std::vector<SetHeader> headers(const NetcdfReader& file, const std::string& dimension,
+                               const std::string& prefix, const std::string& word) {
   const Index n = file.dimension(dimension);
   const std::string prop = prefix + "_prop1", names = prefix + "_names";
   std::vector<SetHeader> found(static_cast<std::size_t>(n));
@@ -50,7 +57,8 @@ std::vector<SetHeader> headers(const NetcdfReader& file, const std::string& dime
   if (n > 0 && file.has(names)) texts = file.strings(names);
   for (std::size_t i = 0; i < found.size(); ++i) {
     found[i].id = i < ids.size() ? ids[i] : static_cast<Index>(i) + 1;
-    found[i].name = i < texts.size() && !texts[i].empty() ? texts[i] : word + "_" + std::to_string(found[i].id);
+    found[i].name =
+        i < texts.size() && !texts[i].empty() ? texts[i] : word + "_" + std::to_string(found[i].id);
   }
   return found;
 }
@@ -60,10 +68,12 @@ std::vector<Index> id_map(const NetcdfReader& file, const std::string& name, Ind
   if (file.has(name)) {
     ids = file.integers(name);
     if (static_cast<Index>(ids.size()) != n)
-      throw InputError(file.where() + ": " + name + ": has " + std::to_string(ids.size()) + " entries for " + std::to_string(n));
+      throw InputError(file.where() + ": " + name + ": has " + std::to_string(ids.size()) +
+                       " entries for " + std::to_string(n));
     for (const Index id : ids)
       if (id < 1)
-        throw InputError(file.where() + ": " + name + ": id " + std::to_string(id) + " found, ids are at least 1: damaged");
+        throw InputError(file.where() + ": " + name + ": id " + std::to_string(id) +
+                         " found, ids are at least 1: damaged");
   } else {
     for (Index i = 1; i <= n; ++i) ids.push_back(i);
   }
@@ -72,18 +82,21 @@ std::vector<Index> id_map(const NetcdfReader& file, const std::string& name, Ind
 
 void read_nodes(const NetcdfReader& file, Mesh& mesh) {
   const Index n = file.dimension("num_nodes"), dim = file.dimension("num_dim");
-  if (n < 1) throw InputError(file.where() + ": num_nodes: there are no nodes: not an Exodus II mesh");
-  if (dim != 2 && dim != 3) throw InputError(file.where() + ": num_dim: 2 or 3 are allowed, not " + std::to_string(dim));
+  if (n < 1)
+    throw InputError(file.where() + ": num_nodes: there are no nodes: not an Exodus II mesh");
+  if (dim != 2 && dim != 3)
+    throw InputError(file.where() + ": num_dim: 2 or 3 are allowed, not " + std::to_string(dim));
   const bool joint = file.has("coord");
   for (Index c = 0; c < dim; ++c) {
     const std::string name = joint ? "coord" : std::string("coord") + "xyz"[c];
     const auto values = file.reals(name);
     const Index wanted = joint ? dim * n : n;
     if (static_cast<Index>(values.size()) != wanted)
-      throw InputError(file.where() + ": " + name + ": has " + std::to_string(values.size()) + " values, not " +
-                       std::to_string(wanted));
+      throw InputError(file.where() + ": " + name + ": has " + std::to_string(values.size()) +
+                       " values, not " + std::to_string(wanted));
     if (c == 0) mesh.coordinates = Points::Zero(n, 3);
-    for (Index i = 0; i < n; ++i) mesh.coordinates(i, c) = values[static_cast<std::size_t>(joint ? c * n + i : i)];
+    for (Index i = 0; i < n; ++i)
+      mesh.coordinates(i, c) = values[static_cast<std::size_t>(joint ? c * n + i : i)];
   }
   mesh.node_ids = id_map(file, "node_num_map", n);
 }
@@ -98,7 +111,8 @@ void read_blocks(const NetcdfReader& file, Mesh& mesh) {
     // A null block has an id, and neither elements nor a type.
     if (!file.has(connect) && file.dimension("num_el_in_blk" + number) == 0) continue;
     const auto shape = file.shape(connect);
-    if (shape.size() != 2) throw InputError(file.where() + ": " + connect + ": should have two dimensions");
+    if (shape.size() != 2)
+      throw InputError(file.where() + ": " + connect + ": should have two dimensions");
     Block block;
     block.name = blocks[b].name;
     block.id = blocks[b].id;
@@ -106,13 +120,14 @@ void read_blocks(const NetcdfReader& file, Mesh& mesh) {
     auto nodes = file.integers(connect);
     for (auto& node : nodes) {
       if (node < 1 || node > mesh.coordinates.rows())
-        throw InputError(file.where() + ": " + connect + ": node number " + std::to_string(node) + " found, allowed are 1 to " +
-                         std::to_string(mesh.coordinates.rows()));
+        throw InputError(file.where() + ": " + connect + ": node number " + std::to_string(node) +
+                         " found, allowed are 1 to " + std::to_string(mesh.coordinates.rows()));
       --node;
     }
     block.connectivity = Eigen::Map<const IndexTable>(nodes.data(), shape[0], shape[1]);
     if (next + static_cast<std::size_t>(shape[0]) > ids.size())
-      throw InputError(file.where() + ": " + connect + ": the blocks hold more elements than num_elem, " +
+      throw InputError(file.where() + ": " + connect +
+                       ": the blocks hold more elements than num_elem, " +
                        std::to_string(n_elements));
     const auto first = ids.begin() + static_cast<std::ptrdiff_t>(next);
     block.element_ids.assign(first, first + shape[0]);
@@ -120,29 +135,33 @@ void read_blocks(const NetcdfReader& file, Mesh& mesh) {
     mesh.blocks.push_back(std::move(block));
   }
   if (next != ids.size())
-    throw InputError(file.where() + ": num_elem: announces " + std::to_string(n_elements) + " elements, the blocks hold " +
-                     std::to_string(next));
+    throw InputError(file.where() + ": num_elem: announces " + std::to_string(n_elements) +
+                     " elements, the blocks hold " + std::to_string(next));
 }
 
 void read_sidesets(const NetcdfReader& file, Mesh& mesh) {
   std::vector<Side> elements;  // by the number in the file
   for (Index b = 0; b < static_cast<Index>(mesh.blocks.size()); ++b)
-    for (Index e = 0; e < mesh.blocks[static_cast<std::size_t>(b)].connectivity.rows(); ++e) elements.push_back({b, e, 0});
+    for (Index e = 0; e < mesh.blocks[static_cast<std::size_t>(b)].connectivity.rows(); ++e)
+      elements.push_back({b, e, 0});
   const auto sets = headers(file, "num_side_sets", "ss", "surface");
   for (std::size_t s = 0; s < sets.size(); ++s) {
-    const std::string element_name = "elem_ss" + std::to_string(s + 1), side_name = "side_ss" + std::to_string(s + 1);
+    const std::string element_name = "elem_ss" + std::to_string(s + 1),
+                      side_name = "side_ss" + std::to_string(s + 1);
     Sideset set{sets[s].name, sets[s].id, {}};
     if (file.has(element_name)) {
       const auto element = file.integers(element_name), side = file.integers(side_name);
       if (element.size() != side.size())
-        throw InputError(file.where() + ": " + side_name + ": has " + std::to_string(side.size()) + " entries, " + element_name +
-                         " " + std::to_string(element.size()));
+        throw InputError(file.where() + ": " + side_name + ": has " + std::to_string(side.size()) +
+                         " entries, " + element_name + " " + std::to_string(element.size()));
       for (std::size_t i = 0; i < element.size(); ++i) {
         if (element[i] < 1 || element[i] > static_cast<Index>(elements.size()))
-          throw InputError(file.where() + ": " + element_name + ": element number " + std::to_string(element[i]) +
-                           " found, allowed are 1 to " + std::to_string(elements.size()));
+          throw InputError(file.where() + ": " + element_name + ": element number " +
+                           std::to_string(element[i]) + " found, allowed are 1 to " +
+                           std::to_string(elements.size()));
         Side found = elements[static_cast<std::size_t>(element[i] - 1)];
-        found.side = static_cast<int>(std::clamp<Index>(side[i], -1, 1000));  // check_mesh refuses what is no side
+        // check_mesh refuses what is no side
+        found.side = static_cast<int>(std::clamp<Index>(side[i], -1, 1000));
         set.sides.push_back(found);
       }
     } else if (file.dimension("num_side_ss" + std::to_string(s + 1)) > 0) {
@@ -164,8 +183,8 @@ void read_nodesets(const NetcdfReader& file, Mesh& mesh) {
     }
     for (auto& node : set.nodes) {
       if (node < 1 || node > mesh.coordinates.rows())
-        throw InputError(file.where() + ": " + name + ": node number " + std::to_string(node) + " found, allowed are 1 to " +
-                         std::to_string(mesh.coordinates.rows()));
+        throw InputError(file.where() + ": " + name + ": node number " + std::to_string(node) +
+                         " found, allowed are 1 to " + std::to_string(mesh.coordinates.rows()));
       --node;
     }
     std::sort(set.nodes.begin(), set.nodes.end());

@@ -11,22 +11,28 @@
 
 namespace cbr {
 
-// Names of the values; components of a vector are scalars called NAME_x, NAME_y, NAME_z, which readers join.
+// Names of the values; components of a vector are scalars called NAME_x, NAME_y, NAME_z, which
+// readers join.
 struct ExodusVariables {
   std::vector<std::string> nodal, element;
-  std::vector<bool> of_block;  // per block of the mesh: whether its elements have the values `element`
+  // per block of the mesh: whether its elements have the values `element`
+  std::vector<bool> of_block;
 };
 
-// Writes the mesh, then one step after the other, then close(). Every step has every value once. The same calls give the same
-// bytes. InputError: a mesh without elements. RunError when the disk refuses. `where` stands for the file in messages.
+// Writes the mesh, then one step after the other, then close(). Every step has every value once.
+// The same calls give the same bytes. InputError: a mesh without elements. RunError when the disk
+// refuses. `where` stands for the file in messages.
 class ExodusResults {
  public:
-  ExodusResults(const Mesh& mesh, const ExodusVariables& variables, const std::string& title, const std::filesystem::path& file,
-                const std::string& where);
+  ExodusResults(const Mesh& mesh, const ExodusVariables& variables, const std::string& title,
+                const std::filesystem::path& file, const std::string& where);
   ~ExodusResults();
-  void begin_step(double t);                                                                       // seconds
-  void write_nodal(std::size_t variable, const std::vector<double>& values);                       // nodes of the mesh
-  void write_element(std::size_t variable, std::size_t block, const std::vector<double>& values);  // elements of the block
+  // seconds
+  void begin_step(double t);
+  // nodes of the mesh
+  void write_nodal(std::size_t variable, const std::vector<double>& values);
+  // elements of the block
+  void write_element(std::size_t variable, std::size_t block, const std::vector<double>& values);
   void close();
 
  private:

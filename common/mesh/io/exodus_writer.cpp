@@ -41,7 +41,8 @@ const char* element_word(ElementType type) {
   return "";
 }
 
-// Ids in Exodus are positive and unique among blocks, among sidesets, among nodesets: the own one where it is free.
+// Ids in Exodus are positive and unique among blocks, among sidesets, among nodesets: the own one
+// where it is free.
 template <class Sets>
 std::vector<Index> free_ids(const Sets& sets) {
   Index highest = 0;
@@ -60,7 +61,8 @@ Index size_of(const Sideset& set) { return static_cast<Index>(set.sides.size());
 Index size_of(const Nodeset& set) { return static_cast<Index>(set.nodes.size()); }
 
 template <class Sets>
-void define_headers(NetcdfWriter& file, const Sets& sets, const std::string& dimension, const std::string& prefix) {
+void define_headers(NetcdfWriter& file, const Sets& sets, const std::string& dimension,
+                    const std::string& prefix) {
   if (sets.empty()) return;
   file.dimension(dimension, static_cast<Index>(sets.size()));
   file.define_integers(prefix + "_status", {dimension});
@@ -91,7 +93,8 @@ Index name_width(const Mesh& mesh, const ExodusVariables& variables = {}) {
     for (const auto& set : sets) {
       if (set.name.find('\0') != std::string::npos)
         throw InputError("'" + std::string(set.name.c_str()) +
-                         "...': Exodus ends a name at its first character of value 0: rename it, or write a .msh");
+                         "...': Exodus ends a name at its first character of value 0: rename it, "
+                         "or write a .msh");
       longest = std::max(longest, set.name.size());
     }
   };
@@ -109,14 +112,17 @@ void define(NetcdfWriter& file, const ExodusVariables& variables) {
     file.dimension("num_nod_var", static_cast<Index>(variables.nodal.size()));
     file.define_text("name_nod_var", {"num_nod_var", "len_name"});
   }
-  for (std::size_t v = 0; v < variables.nodal.size(); ++v) file.define_reals(nodal_variable(v), {"time_step", "num_nodes"});
+  for (std::size_t v = 0; v < variables.nodal.size(); ++v)
+    file.define_reals(nodal_variable(v), {"time_step", "num_nodes"});
   if (variables.element.empty()) return;
   file.dimension("num_elem_var", static_cast<Index>(variables.element.size()));
   file.define_text("name_elem_var", {"num_elem_var", "len_name"});
   file.define_integers("elem_var_tab", {"num_el_blk", "num_elem_var"});
   for (std::size_t v = 0; v < variables.element.size(); ++v)
     for (std::size_t b = 0; b < variables.of_block.size(); ++b)
-      if (variables.of_block[b]) file.define_reals(element_variable(v, b), {"time_step", "num_el_in_blk" + std::to_string(b + 1)});
+      if (variables.of_block[b])
+        file.define_reals(element_variable(v, b),
+                          {"time_step", "num_el_in_blk" + std::to_string(b + 1)});
 }
 
 void write_values(NetcdfWriter& file, const ExodusVariables& variables, Index width) {
@@ -124,7 +130,8 @@ void write_values(NetcdfWriter& file, const ExodusVariables& variables, Index wi
   if (variables.element.empty()) return;
   file.write("name_elem_var", variables.element, width);
   std::vector<Index> table;
-  for (const bool has : variables.of_block) table.insert(table.end(), variables.element.size(), has ? 1 : 0);
+  for (const bool has : variables.of_block)
+    table.insert(table.end(), variables.element.size(), has ? 1 : 0);
   file.write("elem_var_tab", table);
 }
 
@@ -160,7 +167,8 @@ void define(NetcdfWriter& file, const Mesh& mesh, const Head& head) {
   file.define_integers("node_num_map", {"num_nodes"});
   file.define_integers("elem_num_map", {"num_elem"});
   for (std::size_t b = 0; b < mesh.blocks.size(); ++b) {
-    const std::string number = std::to_string(b + 1), rows = "num_el_in_blk" + number, columns = "num_nod_per_el" + number;
+    const std::string number = std::to_string(b + 1), rows = "num_el_in_blk" + number,
+                      columns = "num_nod_per_el" + number;
     if (size_of(mesh.blocks[b]) == 0) continue;
     file.dimension(rows, size_of(mesh.blocks[b]));
     file.dimension(columns, mesh.blocks[b].connectivity.cols());
@@ -199,7 +207,8 @@ void write_values(NetcdfWriter& file, const Mesh& mesh, Index width) {
     const Block& block = mesh.blocks[b];
     first_of_block.push_back(static_cast<Index>(elements.size()) + 1);
     elements.insert(elements.end(), block.element_ids.begin(), block.element_ids.end());
-    std::vector<Index> nodes(block.connectivity.data(), block.connectivity.data() + block.connectivity.size());
+    std::vector<Index> nodes(block.connectivity.data(),
+                             block.connectivity.data() + block.connectivity.size());
     for (auto& node : nodes) ++node;
     if (!nodes.empty()) file.write("connect" + std::to_string(b + 1), nodes);
   }
@@ -224,7 +233,8 @@ void write_values(NetcdfWriter& file, const Mesh& mesh, Index width) {
 Index count_elements(const Mesh& mesh, const std::string& where) {
   Index n = 0;
   for (const auto& block : mesh.blocks) n += size_of(block);
-  if (n == 0 || mesh.coordinates.rows() == 0) throw InputError(where + ": a mesh without elements cannot be written");
+  if (n == 0 || mesh.coordinates.rows() == 0)
+    throw InputError(where + ": a mesh without elements cannot be written");
   return n;
 }
 
@@ -232,7 +242,8 @@ Index count_elements(const Mesh& mesh, const std::string& where) {
 
 void write_exodus(const Mesh& mesh, const std::filesystem::path& file, const std::string& where) {
   const ExodusVariables none;
-  const Head head{.n_elements = count_elements(mesh, where), .width = name_width(mesh), .variables = none};
+  const Head head{
+      .n_elements = count_elements(mesh, where), .width = name_width(mesh), .variables = none};
   NetcdfWriter writer(file, where);
   define(writer, mesh, head);
   write_values(writer, mesh, head.width);
@@ -244,8 +255,9 @@ struct ExodusResults::State {
   Index n_steps = 0;
 };
 
-ExodusResults::ExodusResults(const Mesh& mesh, const ExodusVariables& variables, const std::string& title,
-                             const std::filesystem::path& file, const std::string& where)
+ExodusResults::ExodusResults(const Mesh& mesh, const ExodusVariables& variables,
+                             const std::string& title, const std::filesystem::path& file,
+                             const std::string& where)
     : state_(new State{{file, where}}) {
   const Head head{title, count_elements(mesh, where), name_width(mesh, variables), variables};
   define(state_->file, mesh, head);
@@ -255,13 +267,16 @@ ExodusResults::ExodusResults(const Mesh& mesh, const ExodusVariables& variables,
 
 ExodusResults::~ExodusResults() = default;
 
-void ExodusResults::begin_step(double t) { state_->file.write_record("time_whole", state_->n_steps++, {t}); }
+void ExodusResults::begin_step(double t) {
+  state_->file.write_record("time_whole", state_->n_steps++, {t});
+}
 
 void ExodusResults::write_nodal(std::size_t variable, const std::vector<double>& values) {
   state_->file.write_record(nodal_variable(variable), state_->n_steps - 1, values);
 }
 
-void ExodusResults::write_element(std::size_t variable, std::size_t block, const std::vector<double>& values) {
+void ExodusResults::write_element(std::size_t variable, std::size_t block,
+                                  const std::vector<double>& values) {
   state_->file.write_record(element_variable(variable, block), state_->n_steps - 1, values);
 }
 

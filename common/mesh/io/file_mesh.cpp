@@ -43,7 +43,8 @@ class MeshMaker {
       const Index id = file_.element_nodes[element.first + a];
       const auto found = index_.find(id);
       if (found == index_.end())
-        throw InputError(file_.where + ": element " + std::to_string(element.id) + " refers to node " + std::to_string(id) +
+        throw InputError(file_.where + ": element " + std::to_string(element.id) +
+                         " refers to node " + std::to_string(id) +
                          ", which the file does not define");
       nodes.push_back(found->second);
     }
@@ -62,10 +63,12 @@ class MeshMaker {
       if (is_new) groups.push_back({key, {}}), ++n_types[key.first];
       groups[found->second].second.push_back(e);
     }
-    for (const auto& [key, members] : groups) add_block(key.first, key.second, n_types[key.first] > 1, members);
+    for (const auto& [key, members] : groups)
+      add_block(key.first, key.second, n_types[key.first] > 1, members);
   }
 
-  void add_block(const std::string& group, ElementType type, bool is_one_of_many, const std::vector<std::size_t>& members) {
+  void add_block(const std::string& group, ElementType type, bool is_one_of_many,
+                 const std::vector<std::size_t>& members) {
     Block block;
     block.name = is_one_of_many ? group + "_" + std::string(name(type)) : group;
     block.id = static_cast<Index>(mesh_.blocks.size()) + 1;
@@ -74,10 +77,12 @@ class MeshMaker {
     for (std::size_t row = 0; row < members.size(); ++row) {
       const FileElement& element = file_.elements[members[row]];
       const std::vector<Index> nodes = nodes_of(element);
-      std::copy(nodes.begin(), nodes.end(), block.connectivity.row(static_cast<Index>(row)).begin());
+      std::copy(nodes.begin(), nodes.end(),
+                block.connectivity.row(static_cast<Index>(row)).begin());
       block.element_ids.push_back(element.id);
     }
-    if (const auto material = file_.materials.find(group); material != file_.materials.end()) block.material = material->second;
+    if (const auto material = file_.materials.find(group); material != file_.materials.end())
+      block.material = material->second;
     mesh_.blocks.push_back(std::move(block));
   }
 
@@ -85,7 +90,8 @@ class MeshMaker {
     std::vector<bool> wanted(mesh_.node_ids.size(), false);
     for (const FaceSet& set : faces_)
       for (const std::size_t e : set.elements)
-        for (const Index node : nodes_of(file_.elements[e])) wanted[static_cast<std::size_t>(node)] = true;
+        for (const Index node : nodes_of(file_.elements[e]))
+          wanted[static_cast<std::size_t>(node)] = true;
     const SideLookup lookup(mesh_, wanted);
     for (const FaceSet& set : faces_) add_sideset(set, lookup);
   }
@@ -114,13 +120,17 @@ class MeshMaker {
 
 }  // namespace
 
-Mesh mesh_of(const FileMesh& file, const std::vector<FaceSet>& faces) { return MeshMaker(file, faces).run(); }
+Mesh mesh_of(const FileMesh& file, const std::vector<FaceSet>& faces) {
+  return MeshMaker(file, faces).run();
+}
 
 MeshIds::MeshIds(const Mesh& mesh) {
-  for (std::size_t i = 0; i < mesh.node_ids.size(); ++i) nodes_.emplace(mesh.node_ids[i], static_cast<Index>(i));
+  for (std::size_t i = 0; i < mesh.node_ids.size(); ++i)
+    nodes_.emplace(mesh.node_ids[i], static_cast<Index>(i));
   for (std::size_t b = 0; b < mesh.blocks.size(); ++b) {
     const auto& ids = mesh.blocks[b].element_ids;
-    for (std::size_t e = 0; e < ids.size(); ++e) elements_.emplace(ids[e], Side{static_cast<Index>(b), static_cast<Index>(e), 0});
+    for (std::size_t e = 0; e < ids.size(); ++e)
+      elements_.emplace(ids[e], Side{static_cast<Index>(b), static_cast<Index>(e), 0});
   }
 }
 
@@ -136,7 +146,8 @@ Side MeshIds::element(Index id) const {
 
 void add_nodeset(Mesh& mesh, const std::string& name, std::vector<Index> nodes) {
   Index n = find_nodeset(mesh, name);
-  if (n < 0) n = static_cast<Index>(mesh.nodesets.size()), mesh.nodesets.push_back({name, n + 1, {}});
+  if (n < 0)
+    n = static_cast<Index>(mesh.nodesets.size()), mesh.nodesets.push_back({name, n + 1, {}});
   auto& all = mesh.nodesets[static_cast<std::size_t>(n)].nodes;
   all.insert(all.end(), nodes.begin(), nodes.end());
   std::sort(all.begin(), all.end());

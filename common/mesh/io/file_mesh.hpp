@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What readers of text files collect, node by node and element by element, and the mesh that it makes. For the .cpp of this folder.
+// What readers of text files collect, node by node and element by element, and the mesh that it
+// makes. For the .cpp of this folder.
 #pragma once
 
 #include <map>
@@ -33,8 +34,9 @@ struct FaceSet {
   std::vector<std::size_t> elements;
 };
 
-// Blocks by FileElement::block, one for each type (NAME_hex8, NAME_wedge6 where there are several). A set of faces is a sideset if
-// all of them are sides of solids; faces of no sideset are blocks of shells. InputError: an element of a node that is not there.
+// Blocks by FileElement::block, one for each type (NAME_hex8, NAME_wedge6 where there are several).
+// A set of faces is a sideset if all of them are sides of solids; faces of no sideset are blocks of
+// shells. InputError: an element of a node that is not there.
 Mesh mesh_of(const FileMesh& file, const std::vector<FaceSet>& faces);
 
 // Nodes and elements of a mesh by their ids.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a .msh file means as a mesh. Physical volumes become blocks, physical surfaces sidesets, physical curves and points
-// nodesets.
+// What a .msh file means as a mesh. Physical volumes become blocks, physical surfaces sidesets,
+// physical curves and points nodesets.
 #include <algorithm>
 #include <map>
 #include <numeric>
@@ -48,14 +48,16 @@ std::vector<Group> groups_of(const MshFile& msh) {
     if (found == msh.groups_of_entity.end() || found->second.empty()) {
       add(false, element.entity);
     } else {
-      for (const Index tag : std::set<Index>(found->second.begin(), found->second.end())) add(true, tag);
+      for (const Index tag : std::set<Index>(found->second.begin(), found->second.end()))
+        add(true, tag);
     }
   }
   std::vector<Group> list;
   for (auto& [key, group] : groups) {
     const auto named = msh.group_names.find({group.dimension, group.tag});
     if (group.physical && named != msh.group_names.end()) group.name = named->second;
-    if (group.name.empty()) group.name = std::string(entity_word(group.dimension)) + "_" + std::to_string(group.tag);
+    if (group.name.empty())
+      group.name = std::string(entity_word(group.dimension)) + "_" + std::to_string(group.tag);
     list.push_back(std::move(group));
   }
   return list;
@@ -67,13 +69,15 @@ using NodeIndex = std::unordered_map<Index, Index>;
 NodeIndex load_nodes(const std::string& where, const MshFile& msh, Mesh& mesh) {
   std::vector<std::size_t> order(msh.node_ids.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return msh.node_ids[a] < msh.node_ids[b]; });
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t a, std::size_t b) { return msh.node_ids[a] < msh.node_ids[b]; });
   NodeIndex index;
   index.reserve(order.size());
   mesh.coordinates.resize(static_cast<Index>(order.size()), 3);
   for (std::size_t i = 0; i < order.size(); ++i) {
     const auto row = static_cast<Index>(i);
-    for (Index c = 0; c < 3; ++c) mesh.coordinates(row, c) = msh.coordinates[3 * order[i] + static_cast<std::size_t>(c)];
+    for (Index c = 0; c < 3; ++c)
+      mesh.coordinates(row, c) = msh.coordinates[3 * order[i] + static_cast<std::size_t>(c)];
     mesh.node_ids.push_back(msh.node_ids[order[i]]);
     if (!index.emplace(msh.node_ids[order[i]], row).second)
       throw InputError(where + ": node " + std::to_string(msh.node_ids[order[i]]) +
@@ -93,18 +97,21 @@ struct Source {
     const GmshType& type = *find_gmsh_type(element.type);
     std::vector<Index> nodes(static_cast<std::size_t>(type.n_nodes));
     for (std::size_t i = 0; i < nodes.size(); ++i) {
-      const Index id = msh.element_nodes[element.first + (type.order.empty() ? i : static_cast<std::size_t>(type.order[i]))];
+      const Index id =
+          msh.element_nodes[element.first +
+                            (type.order.empty() ? i : static_cast<std::size_t>(type.order[i]))];
       const auto found = index.find(id);
       if (found == index.end())
-        throw InputError(where + ": element " + std::to_string(element.id) + " refers to node " + std::to_string(id) +
-                         ", which the file does not define");
+        throw InputError(where + ": element " + std::to_string(element.id) + " refers to node " +
+                         std::to_string(id) + ", which the file does not define");
       nodes[i] = found->second;
     }
     return nodes;
   }
 };
 
-// Volume elements that are in a block already. Format 4 gives an element of two groups one number; format 2 repeats it.
+// Volume elements that are in a block already. Format 4 gives an element of two groups one number;
+// format 2 repeats it.
 struct Taken {
   bool by_nodes = false;
   std::set<std::vector<Index>> nodes;
@@ -133,12 +140,14 @@ void add_blocks(const Group& group, const Source& source, Taken* taken, Mesh& me
     block.id = group.tag;
     block.type = type;
     block.element_ids = lists.first;
-    block.connectivity = Eigen::Map<const IndexTable>(lists.second.data(), static_cast<Index>(lists.first.size()), n_nodes(type));
+    block.connectivity = Eigen::Map<const IndexTable>(
+        lists.second.data(), static_cast<Index>(lists.first.size()), n_nodes(type));
     mesh.blocks.push_back(std::move(block));
   }
 }
 
-// A physical surface: a sideset when its faces are sides of volumes, else (and for a skin) a block of shells.
+// A physical surface: a sideset when its faces are sides of volumes, else (and for a skin) a block
+// of shells.
 void add_surface(const Group& group, const Source& source, const SideLookup& lookup, Mesh& mesh) {
   Sideset set{group.name, group.tag, {}};
   std::optional<Index> first_loose;
@@ -159,9 +168,11 @@ void add_surface(const Group& group, const Source& source, const SideLookup& loo
   if (skin || n_loose == group.elements.size()) {
     add_blocks(group, source, nullptr, mesh);
   } else if (n_loose > 0) {
-    throw InputError(source.where + ": physical surface '" + group.name + "': " + std::to_string(n_loose) + " of its " +
-                     std::to_string(group.elements.size()) + " faces are sides of no volume element (the first is element " +
-                     std::to_string(*first_loose) + "): put shells in a physical surface of their own");
+    throw InputError(
+        source.where + ": physical surface '" + group.name + "': " + std::to_string(n_loose) +
+        " of its " + std::to_string(group.elements.size()) +
+        " faces are sides of no volume element (the first is element " +
+        std::to_string(*first_loose) + "): put shells in a physical surface of their own");
   } else {
     mesh.sidesets.push_back(std::move(set));
   }
@@ -169,7 +180,9 @@ void add_surface(const Group& group, const Source& source, const SideLookup& loo
 
 void add_nodes(const Group& group, const Source& source, Mesh& mesh) {
   Index n = find_nodeset(mesh, group.name);
-  if (n < 0) n = static_cast<Index>(mesh.nodesets.size()), mesh.nodesets.push_back({group.name, group.tag, {}});
+  if (n < 0)
+    n = static_cast<Index>(mesh.nodesets.size()),
+    mesh.nodesets.push_back({group.name, group.tag, {}});
   auto& nodes = mesh.nodesets[static_cast<std::size_t>(n)].nodes;
   for (const MshElement* element : group.elements)
     for (const Index node : source.nodes_of(*element)) nodes.push_back(node);
@@ -183,7 +196,8 @@ std::vector<bool> face_nodes(const std::vector<Group>& groups, const Source& sou
   for (const auto& group : groups)
     if (group.dimension == 2 && group.physical)
       for (const MshElement* element : group.elements)
-        for (const Index node : source.nodes_of(*element)) flags[static_cast<std::size_t>(node)] = true;
+        for (const Index node : source.nodes_of(*element))
+          flags[static_cast<std::size_t>(node)] = true;
   return flags;
 }
 
@@ -196,15 +210,18 @@ Mesh read_gmsh(const std::filesystem::path& file) {
   const NodeIndex index = load_nodes(where, msh, mesh);
   const Source source{msh, where, index};
   const std::vector<Group> groups = groups_of(msh);
-  // An element of several physical volumes goes to the block of the lowest tag: an element has one material.
-  const auto n_volumes = std::count_if(groups.begin(), groups.end(), [](const Group& g) { return g.dimension == 3; });
+  // An element of several physical volumes goes to the block of the lowest tag: an element has one
+  // material.
+  const auto n_volumes =
+      std::count_if(groups.begin(), groups.end(), [](const Group& g) { return g.dimension == 3; });
   Taken taken{msh.version < 4, {}, {}};
   for (const auto& group : groups)
     if (group.dimension == 3) add_blocks(group, source, n_volumes > 1 ? &taken : nullptr, mesh);
   const bool solid = !mesh.blocks.empty();
   const SideLookup lookup(mesh, face_nodes(groups, source));
   for (const auto& group : groups) {
-    // Faces, lines and points in no physical group are only the geometry's; without solids the faces are the mesh.
+    // Faces, lines and points in no physical group are only the geometry's; without solids the
+    // faces are the mesh.
     if (group.dimension == 2 && group.physical) add_surface(group, source, lookup, mesh);
     if (group.dimension == 2 && !group.physical && !solid) add_blocks(group, source, nullptr, mesh);
     if (group.dimension < 2 && group.physical) add_nodes(group, source, mesh);

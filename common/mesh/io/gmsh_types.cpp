@@ -26,8 +26,10 @@ const std::vector<GmshType>& table() {
       {7, 3, 5, ElementType::pyramid5, {}},
       {6, 3, 6, ElementType::wedge6, {}},
       {5, 3, 8, ElementType::hex8, {}},
-      // gmsh's edges: 01 03 04 12 15 23 26 37 45 47 56 67; then its faces: bottom, front, left, right, back, top; the centre.
-      {17, 3, 20, ElementType::hex20, {0, 1, 2, 3, 4, 5, 6, 7, 8, 11, 13, 9, 10, 12, 14, 15, 16, 18, 19, 17}},
+      // gmsh's edges: 01 03 04 12 15 23 26 37 45 47 56 67; then its faces: bottom, front, left,
+      // right, back, top; the centre.
+      {17, 3, 20, ElementType::hex20, {0,  1, 2,  3,  4,  5,  6,  7,  8,  11,
+                                       13, 9, 10, 12, 14, 15, 16, 18, 19, 17}},
       {12, 3, 27, ElementType::hex27, {0,  1,  2,  3,  4,  5,  6,  7,  8,  11, 13, 9,  10, 12,
                                        14, 15, 16, 18, 19, 17, 26, 20, 25, 22, 23, 21, 24}},
   };
@@ -43,10 +45,10 @@ const GmshType* find_gmsh_type(int number) {
 }
 
 std::string gmsh_type_name(int number) {
-  static const std::map<int, std::string> others = {{13, "Prism 18"},   {14, "Pyramid 14"},     {18, "Prism 15"},
-                                                    {19, "Pyramid 13"}, {20, "Triangle 9"},     {21, "Triangle 10"},
-                                                    {26, "Line 4"},     {29, "Tetrahedron 20"}, {36, "Quadrilateral 16"},
-                                                    {90, "Prism 40"},   {92, "Hexahedron 64"}};
+  static const std::map<int, std::string> others = {
+      {13, "Prism 18"},         {14, "Pyramid 14"},  {18, "Prism 15"},     {19, "Pyramid 13"},
+      {20, "Triangle 9"},       {21, "Triangle 10"}, {26, "Line 4"},       {29, "Tetrahedron 20"},
+      {36, "Quadrilateral 16"}, {90, "Prism 40"},    {92, "Hexahedron 64"}};
   const auto found = others.find(number);
   const std::string text = "number " + std::to_string(number);
   return found == others.end() ? text : "'" + found->second + "' (" + text + ")";

@@ -14,7 +14,8 @@ struct GmshType {
   int number = 0;  // gmsh's
   int dimension = 0, n_nodes = 0;
   std::optional<ElementType> type;  // none: points and lines
-  std::vector<int> order;           // node i in Exodus order is gmsh's node order[i]; empty: the same
+  // node i in Exodus order is gmsh's node order[i]; empty: the same
+  std::vector<int> order;
 };
 
 const GmshType* find_gmsh_type(int number);  // nullptr when it is not supported

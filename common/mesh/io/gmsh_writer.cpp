@@ -23,7 +23,8 @@ struct Row {
 struct Entity {
   int dimension = 0;
   std::vector<Index> physical;
-  int type = 0;  // gmsh's; one for all elements, as libgmsh loses elements of mixed order in one entity
+  // gmsh's; one for all elements, as libgmsh loses elements of mixed order in one entity
+  int type = 0;
   std::vector<Row> elements;
 };
 
@@ -35,7 +36,8 @@ struct Physical {
 
 struct Model {
   std::vector<Physical> physical;
-  std::vector<Entity> entities;  // by dimension; the tag is the position among those of its dimension, from 1
+  // by dimension; the tag is the position among those of its dimension, from 1
+  std::vector<Entity> entities;
 };
 
 class Text {
@@ -66,7 +68,9 @@ Index add_physical(Model& model, int dimension, Index wanted, const std::string&
     taken = taken || p.tag == wanted;
   }
   if (name.find_first_of("\"\n\r") != std::string::npos)
-    throw InputError("the name '" + name + "' has a quote or a line break, which a .msh file cannot hold: rename the set");
+    throw InputError(
+        "the name '" + name +
+        "' has a quote or a line break, which a .msh file cannot hold: rename the set");
   model.physical.push_back({dimension, taken ? highest + 1 : wanted, name});
   return model.physical.back().tag;
 }
@@ -86,7 +90,8 @@ int face_type(std::size_t n_nodes) {
   }
 }
 
-// A thing that is in several sets needs an entity that carries all of them: entities by combination of groups.
+// A thing that is in several sets needs an entity that carries all of them: entities by combination
+// of groups.
 template <class Key>
 using Membership = std::map<Key, std::vector<Index>>;
 using EntityKey = std::pair<std::vector<Index>, int>;  // groups, gmsh's element type
@@ -110,10 +115,14 @@ class Builder {
  private:
   void add_block(const Block& block) {
     const GmshType& type = gmsh_type(block.type);
-    Entity entity{dimension(block.type), {add_physical(model_, dimension(block.type), block.id, block.name)}, type.number, {}};
+    Entity entity{dimension(block.type),
+                  {add_physical(model_, dimension(block.type), block.id, block.name)},
+                  type.number,
+                  {}};
     auto& rows = entity.elements;
     for (Index e = 0; e < block.connectivity.rows(); ++e) {
-      Row row{block.element_ids[static_cast<std::size_t>(e)], std::vector<Index>(static_cast<std::size_t>(type.n_nodes))};
+      Row row{block.element_ids[static_cast<std::size_t>(e)],
+              std::vector<Index>(static_cast<std::size_t>(type.n_nodes))};
       for (Index i = 0; i < type.n_nodes; ++i) {
         const Index local = type.order.empty() ? i : type.order[static_cast<std::size_t>(i)];
         row.nodes[static_cast<std::size_t>(local)] = node_id(block.connectivity(e, i));
@@ -130,8 +139,9 @@ class Builder {
       for (const Side& side : set.sides) {
         const Block& block = mesh_.blocks[static_cast<std::size_t>(side.block)];
         if (dimension(block.type) != 3)
-          throw InputError("sideset '" + set.name +
-                           "' has sides of shells, which a .msh file cannot hold: write Exodus II instead");
+          throw InputError(
+              "sideset '" + set.name +
+              "' has sides of shells, which a .msh file cannot hold: write Exodus II instead");
         auto& tags = groups[{side.block, side.element, side.side}];
         if (std::find(tags.begin(), tags.end(), tag) == tags.end()) tags.push_back(tag);
       }
@@ -141,7 +151,8 @@ class Builder {
       const auto& [b, e, s] = key;
       const Block& block = mesh_.blocks[static_cast<std::size_t>(b)];
       Row row{next_element_++, {}};
-      for (const int local : side_nodes(block.type, s)) row.nodes.push_back(node_id(block.connectivity(e, local)));
+      for (const int local : side_nodes(block.type, s))
+        row.nodes.push_back(node_id(block.connectivity(e, local)));
       const int type = face_type(row.nodes.size());
       entities[{tags, type}].elements.push_back(std::move(row));
     }
@@ -155,7 +166,8 @@ class Builder {
       for (const Index node : set.nodes) groups[node].push_back(tag);
     }
     std::map<EntityKey, Entity> entities;
-    for (const auto& [node, tags] : groups) entities[{tags, 15}].elements.push_back({next_element_++, {node_id(node)}});
+    for (const auto& [node, tags] : groups)
+      entities[{tags, 15}].elements.push_back({next_element_++, {node_id(node)}});
     add_entities(0, entities);
   }
 
@@ -199,13 +211,17 @@ void write_entities(const Mesh& mesh, const Model& model, Text& out) {
 void write_nodes(const Mesh& mesh, const Model& model, Text& out) {
   const Index n = mesh.coordinates.rows();
   const auto [low, high] = std::minmax_element(mesh.node_ids.begin(), mesh.node_ids.end());
-  // All on the last entity, which has the highest dimension: who the owner is says nothing about the mesh.
+  // All on the last entity, which has the highest dimension: who the owner is says nothing about
+  // the mesh.
   const int dim = model.entities.back().dimension;
-  const auto tag = std::count_if(model.entities.begin(), model.entities.end(), [&](const Entity& e) { return e.dimension == dim; });
-  out << "$Nodes\n1 " << n << " " << *low << " " << *high << "\n" << dim << " " << static_cast<Index>(tag) << " 0 " << n << "\n";
+  const auto tag = std::count_if(model.entities.begin(), model.entities.end(),
+                                 [&](const Entity& e) { return e.dimension == dim; });
+  out << "$Nodes\n1 " << n << " " << *low << " " << *high << "\n"
+      << dim << " " << static_cast<Index>(tag) << " 0 " << n << "\n";
   for (const Index id : mesh.node_ids) out << id << "\n";
   for (Index i = 0; i < n; ++i)
-    out << mesh.coordinates(i, 0) << " " << mesh.coordinates(i, 1) << " " << mesh.coordinates(i, 2) << "\n";
+    out << mesh.coordinates(i, 0) << " " << mesh.coordinates(i, 1) << " " << mesh.coordinates(i, 2)
+        << "\n";
   out << "$EndNodes\n";
 }
 
@@ -214,13 +230,14 @@ void write_elements(const Model& model, Text& out) {
   Index low = 0, high = 0;
   for (const auto& entity : model.entities) {
     n += entity.elements.size();
-    for (const auto& row : entity.elements) low = low == 0 ? row.id : std::min(low, row.id), high = std::max(high, row.id);
+    for (const auto& row : entity.elements)
+      low = low == 0 ? row.id : std::min(low, row.id), high = std::max(high, row.id);
   }
   out << "$Elements\n" << model.entities.size() << " " << n << " " << low << " " << high << "\n";
   std::array<Index, 4> tag{};
   for (const auto& entity : model.entities) {
-    out << entity.dimension << " " << ++tag[static_cast<std::size_t>(entity.dimension)] << " " << entity.type << " "
-        << entity.elements.size() << "\n";
+    out << entity.dimension << " " << ++tag[static_cast<std::size_t>(entity.dimension)] << " "
+        << entity.type << " " << entity.elements.size() << "\n";
     for (const auto& row : entity.elements) {
       out << row.id;
       for (const Index node : row.nodes) out << " " << node;
@@ -234,18 +251,22 @@ void write_elements(const Model& model, Text& out) {
 
 void write_gmsh(const Mesh& mesh, const std::filesystem::path& file, const std::string& where) {
   const Model model = Builder(mesh).build();
-  if (model.entities.empty() || mesh.node_ids.empty()) throw InputError(where + ": a mesh without elements cannot be written");
+  if (model.entities.empty() || mesh.node_ids.empty())
+    throw InputError(where + ": a mesh without elements cannot be written");
   if (*std::min_element(mesh.node_ids.begin(), mesh.node_ids.end()) < 1)
     throw InputError(where + ": a .msh file needs node ids from 1");
   errno = 0;  // of the first write that fails: none follows it
   Text out(file);
   out << "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$PhysicalNames\n" << model.physical.size() << "\n";
-  for (const auto& p : model.physical) out << p.dimension << " " << p.tag << " \"" << p.name << "\"\n";
+  for (const auto& p : model.physical)
+    out << p.dimension << " " << p.tag << " \"" << p.name << "\"\n";
   out << "$EndPhysicalNames\n";
   write_entities(mesh, model, out);
   write_nodes(mesh, model, out);
   write_elements(model, out);
-  if (!out.finish()) throw RunError(where + ": cannot be written" + (errno != 0 ? ": " + std::string(std::strerror(errno)) : ""));
+  if (!out.finish())
+    throw RunError(where + ": cannot be written" +
+                   (errno != 0 ? ": " + std::string(std::strerror(errno)) : ""));
 }
 
 }  // namespace cbr

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Keywords: Abaqus Keywords Reference Guide; Dhondt, CalculiX CrunchiX User's Manual, "Input deck format".
+// Keywords: Abaqus Keywords Reference Guide; Dhondt, CalculiX CrunchiX User's Manual, "Input deck
+// format".
 #include "common/mesh/io/inp_file.hpp"
 
 #include <algorithm>
@@ -13,8 +14,9 @@ namespace cbr {
 namespace {
 
 struct Keyword {
-  std::string name;                           // in capitals, without the asterisk
-  std::map<std::string, std::string> values;  // parameter in capitals -> value as spelled, "" when it has none
+  std::string name;  // in capitals, without the asterisk
+  // parameter in capitals -> value as spelled, "" when it has none
+  std::map<std::string, std::string> values;
 
   bool has(const std::string& parameter) const { return values.count(parameter) > 0; }
   std::string value(const std::string& parameter) const {
@@ -25,7 +27,8 @@ struct Keyword {
 
 std::string unquoted(std::string_view text) {
   text = trimmed(text);
-  if (text.size() >= 2 && text.front() == '"' && text.back() == '"') text = text.substr(1, text.size() - 2);
+  if (text.size() >= 2 && text.front() == '"' && text.back() == '"')
+    text = text.substr(1, text.size() - 2);
   return std::string(text);
 }
 
@@ -34,7 +37,8 @@ struct InpType {
   int n_nodes = 0;
 };
 
-// The number after a prefix tells the nodes; letters after it (R, I, H, M, T) the integration or more unknowns.
+// The number after a prefix tells the nodes; letters after it (R, I, H, M, T) the integration or
+// more unknowns.
 std::optional<InpType> inp_type(const std::string& word) {
   using enum ElementType;
   struct Family {
@@ -42,17 +46,20 @@ std::optional<InpType> inp_type(const std::string& word) {
     std::vector<ElementType> types;
   };
   static const std::vector<ElementType> faces = {tri3, quad4, tri6, quad8, quad9};
-  static const std::vector<Family> families = {{"C3D", {tet4, pyramid5, wedge6, hex8, tet10, hex20}},
-                                               {"CPS", faces},
-                                               {"CPE", faces},
-                                               {"STRI", faces},
-                                               {"SFM3D", faces},
-                                               {"M3D", faces},
-                                               {"R3D", faces},
-                                               {"S", faces}};
-  static const std::map<std::string, int> lines = {{"T3D2", 2}, {"T3D3", 3}, {"T2D2", 2}, {"T2D3", 3}, {"B31", 2}, {"B31R", 2},
-                                                   {"B32", 3},  {"B32R", 3}, {"B33", 2},  {"B21", 2},  {"B22", 3}};
-  if (const auto line = lines.find(word); line != lines.end()) return InpType{std::nullopt, line->second};
+  static const std::vector<Family> families = {
+      {"C3D", {tet4, pyramid5, wedge6, hex8, tet10, hex20}},
+      {"CPS", faces},
+      {"CPE", faces},
+      {"STRI", faces},
+      {"SFM3D", faces},
+      {"M3D", faces},
+      {"R3D", faces},
+      {"S", faces}};
+  static const std::map<std::string, int> lines = {
+      {"T3D2", 2}, {"T3D3", 3}, {"T2D2", 2}, {"T2D3", 3}, {"B31", 2}, {"B31R", 2},
+      {"B32", 3},  {"B32R", 3}, {"B33", 2},  {"B21", 2},  {"B22", 3}};
+  if (const auto line = lines.find(word); line != lines.end())
+    return InpType{std::nullopt, line->second};
   for (const Family& family : families) {
     const std::string prefix = family.prefix;
     if (!word.starts_with(prefix)) continue;
@@ -67,13 +74,16 @@ std::optional<InpType> inp_type(const std::string& word) {
 
 class InpReader {
  public:
-  explicit InpReader(const std::filesystem::path& file) : lines_(file, true) { file_.mesh.where = file.string(); }
+  explicit InpReader(const std::filesystem::path& file) : lines_(file, true) {
+    file_.mesh.where = file.string();
+  }
 
   InpFile run() {
     while (lines_.next()) {
       const std::string_view line = trimmed(lines_.line());
       if (line.empty() || line.starts_with("**")) continue;
-      if (line.find('\0') != std::string_view::npos) lines_.fail("is no text: expected an input file of Abaqus or CalculiX");
+      if (line.find('\0') != std::string_view::npos)
+        lines_.fail("is no text: expected an input file of Abaqus or CalculiX");
       if (line.front() != '*') {
         take(fields_of(line, ','));
         continue;
@@ -84,7 +94,8 @@ class InpReader {
       begin(keyword);
     }
     require_whole_element();
-    if (file_.mesh.node_ids.empty()) lines_.fail("holds no *NODE: not a mesh of Abaqus or CalculiX, or a damaged one");
+    if (file_.mesh.node_ids.empty())
+      lines_.fail("holds no *NODE: not a mesh of Abaqus or CalculiX, or a damaged one");
     return std::move(file_);
   }
 
@@ -102,7 +113,8 @@ class InpReader {
     for (std::size_t i = 1; i < fields.size(); ++i) {
       const auto equals = fields[i].find('=');
       const std::string parameter = in_capitals(std::string(trimmed(fields[i].substr(0, equals))));
-      keyword.values[parameter] = equals == std::string_view::npos ? "" : unquoted(fields[i].substr(equals + 1));
+      keyword.values[parameter] =
+          equals == std::string_view::npos ? "" : unquoted(fields[i].substr(equals + 1));
     }
     return keyword;
   }
@@ -113,9 +125,12 @@ class InpReader {
     const std::string& name = keyword.name;
     if (name == "ASSEMBLY") in_assembly_ = true;
     if (name == "END ASSEMBLY") in_assembly_ = false;
-    if (name == "PART" && ++n_parts_ > 1) lines_.fail("a second *PART: a component is one part, give each a file of its own");
+    if (name == "PART" && ++n_parts_ > 1)
+      lines_.fail("a second *PART: a component is one part, give each a file of its own");
     if (name == "INSTANCE") {
-      if (++n_instances_ > 1) lines_.fail("a second *INSTANCE: a component is one part; instances are those of the scene");
+      if (++n_instances_ > 1)
+        lines_.fail(
+            "a second *INSTANCE: a component is one part; instances are those of the scene");
       data_ = Data::placement;
     }
     if (name == "NODE") begin_nodes(keyword);
@@ -123,8 +138,10 @@ class InpReader {
     if (name == "NSET") begin_set(keyword, "NSET", file_.nsets, file_.nset_order, Data::nset);
     if (name == "ELSET") begin_set(keyword, "ELSET", file_.elsets, file_.elset_order, Data::elset);
     if (name == "SURFACE") begin_surface(keyword);
-    if (name == "SOLID SECTION" || name == "SHELL SECTION" || name == "BEAM SECTION" || name == "MEMBRANE SECTION") {
-      file_.sections.push_back({in_capitals(keyword.value("ELSET")), in_capitals(keyword.value("MATERIAL")), lines_.count()});
+    if (name == "SOLID SECTION" || name == "SHELL SECTION" || name == "BEAM SECTION" ||
+        name == "MEMBRANE SECTION") {
+      file_.sections.push_back({in_capitals(keyword.value("ELSET")),
+                                in_capitals(keyword.value("MATERIAL")), lines_.count()});
     }
     if (name == "MATERIAL") {
       material_ = &file_.materials[in_capitals(keyword.value("NAME"))];
@@ -137,52 +154,63 @@ class InpReader {
 
   // What changes the part, and would be missed without a word.
   void refuse(const Keyword& keyword) const {
-    for (const char* name :
-         {"MPC", "EQUATION", "TIE", "COUPLING", "KINEMATIC COUPLING", "DISTRIBUTING COUPLING", "RIGID BODY", "EMBEDDED ELEMENT"})
+    for (const char* name : {"MPC", "EQUATION", "TIE", "COUPLING", "KINEMATIC COUPLING",
+                             "DISTRIBUTING COUPLING", "RIGID BODY", "EMBEDDED ELEMENT"})
       if (keyword.name == name)
-        lines_.fail("*" + keyword.name + " found: constraints are not supported: take it out, or join the parts in the mesh");
-    for (const char* name : {"NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM", "INCLUDE"})
+        lines_.fail(
+            "*" + keyword.name +
+            " found: constraints are not supported: take it out, or join the parts in the mesh");
+    for (const char* name :
+         {"NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM", "INCLUDE"})
       if (keyword.name == name)
         lines_.fail("*" + keyword.name +
-                    " found: a mesh is one file that lists its nodes and elements: write it out, or name the " +
+                    " found: a mesh is one file that lists its nodes and elements: write it out, "
+                    "or name the " +
                     "file that holds the mesh");
   }
 
   void begin_nodes(const Keyword& keyword) {
     if (in_assembly_) return;  // reference points
-    if (const std::string system = in_capitals(keyword.value("SYSTEM")); !system.empty() && system != "R")
+    if (const std::string system = in_capitals(keyword.value("SYSTEM"));
+        !system.empty() && system != "R")
       lines_.fail("SYSTEM=" + system + " found, expected rectangular coordinates (R)");
     data_ = Data::nodes;
-    set_ = keyword.has("NSET") ? &set_named(keyword.value("NSET"), file_.nsets, file_.nset_order) : nullptr;
+    set_ = keyword.has("NSET") ? &set_named(keyword.value("NSET"), file_.nsets, file_.nset_order)
+                               : nullptr;
   }
 
   void begin_elements(const Keyword& keyword) {
     const std::string word = in_capitals(keyword.value("TYPE"));
     const auto type = inp_type(word);
     if (!type)
-      lines_.fail("element type '" + word + "' is not supported: use C3D4, C3D5, C3D6, C3D8, C3D10 or C3D20 (with any letters " +
-                  "after them), shells for faces, and take the others out of the mesh");
+      lines_.fail(
+          "element type '" + word +
+          "' is not supported: use C3D4, C3D5, C3D6, C3D8, C3D10 or C3D20 (with any letters " +
+          "after them), shells for faces, and take the others out of the mesh");
     type_ = *type;
     data_ = Data::elements;
     elset_ = keyword.value("ELSET");
     set_ = elset_.empty() ? nullptr : &set_named(elset_, file_.elsets, file_.elset_order);
   }
 
-  void begin_set(const Keyword& keyword, const std::string& parameter, std::map<std::string, InpSet>& sets,
-                 std::vector<std::string>& order, Data data) {
+  void begin_set(const Keyword& keyword, const std::string& parameter,
+                 std::map<std::string, InpSet>& sets, std::vector<std::string>& order, Data data) {
     if (in_assembly_ && !keyword.has("INSTANCE")) return;  // of reference points
-    if (keyword.value(parameter).empty()) lines_.fail("*" + keyword.name + " without " + parameter + "=NAME");
+    if (keyword.value(parameter).empty())
+      lines_.fail("*" + keyword.name + " without " + parameter + "=NAME");
     data_ = data;
     set_ = &set_named(keyword.value(parameter), sets, order);
     set_->internal = keyword.has("INTERNAL");
     generates_ = keyword.has("GENERATE");
-    if (data == Data::nset && keyword.has("ELSET")) set_->elsets.push_back(in_capitals(keyword.value("ELSET")));
+    if (data == Data::nset && keyword.has("ELSET"))
+      set_->elsets.push_back(in_capitals(keyword.value("ELSET")));
   }
 
   void begin_surface(const Keyword& keyword) {
     const std::string type = in_capitals(keyword.value("TYPE"));
     if ((!type.empty() && type != "ELEMENT" && type != "NODE") || keyword.has("COMBINE"))
-      lines_.fail("a surface of elements' faces (TYPE=ELEMENT) or of nodes (TYPE=NODE) is expected");
+      lines_.fail(
+          "a surface of elements' faces (TYPE=ELEMENT) or of nodes (TYPE=NODE) is expected");
     data_ = Data::surface;
     file_.surfaces.push_back({keyword.value("NAME"), type == "NODE", {}});
   }
@@ -197,7 +225,8 @@ class InpReader {
     }
   }
 
-  InpSet& set_named(const std::string& name, std::map<std::string, InpSet>& sets, std::vector<std::string>& order) {
+  InpSet& set_named(const std::string& name, std::map<std::string, InpSet>& sets,
+                    std::vector<std::string>& order) {
     const auto [found, is_new] = sets.try_emplace(in_capitals(name));
     if (is_new) found->second.name = name, order.push_back(found->first);
     return found->second;
@@ -209,12 +238,17 @@ class InpReader {
     if (data_ == Data::nset) take_ids(fields, file_.nsets);
     if (data_ == Data::elset) take_ids(fields, file_.elsets);
     if (data_ == Data::surface) take_face(fields);
-    if (data_ == Data::elastic) take_constants(fields, has_elastic_, {&material_->youngs_modulus, &material_->poissons_ratio});
-    if (data_ == Data::density) take_constants(fields, has_density_, {&material_->density, nullptr});
+    if (data_ == Data::elastic)
+      take_constants(fields, has_elastic_,
+                     {&material_->youngs_modulus, &material_->poissons_ratio});
+    if (data_ == Data::density)
+      take_constants(fields, has_density_, {&material_->density, nullptr});
     if (data_ != Data::placement) return;
     for (const std::string_view field : fields)
       if (!field.empty() && lines_.number(field) != 0)
-        lines_.fail("an *INSTANCE that is moved: give the instance of the scene its position, and none here");
+        lines_.fail(
+            "an *INSTANCE that is moved: give the instance of the scene its position, and none "
+            "here");
   }
 
   void take_node(const Fields& fields) {
@@ -222,7 +256,8 @@ class InpReader {
     const Index id = lines_.whole(fields[0]);
     file_.mesh.node_ids.push_back(id);
     for (std::size_t c = 1; c <= 3; ++c)
-      file_.mesh.coordinates.push_back(c < fields.size() && !fields[c].empty() ? lines_.number(fields[c]) : 0);
+      file_.mesh.coordinates.push_back(
+          c < fields.size() && !fields[c].empty() ? lines_.number(fields[c]) : 0);
     if (set_ != nullptr) set_->ids.push_back(id);
   }
 
@@ -233,7 +268,8 @@ class InpReader {
     const std::size_t wanted = 1 + static_cast<std::size_t>(type_.n_nodes);
     if (pending_.size() < wanted) return;
     if (pending_.size() > wanted)
-      lines_.fail(std::to_string(pending_.size() - 1) + " nodes found, expected " + std::to_string(type_.n_nodes));
+      lines_.fail(std::to_string(pending_.size() - 1) + " nodes found, expected " +
+                  std::to_string(type_.n_nodes));
     const Index id = pending_.front();
     pending_.erase(pending_.begin());
     if (set_ != nullptr) set_->ids.push_back(id);
@@ -242,14 +278,17 @@ class InpReader {
       return;
     }
     // Abaqus numbers the upper mid-edges of a hex before the upright ones, Exodus after them
-    if (*type_.type == ElementType::hex20) std::swap_ranges(pending_.begin() + 12, pending_.begin() + 16, pending_.begin() + 16);
+    if (*type_.type == ElementType::hex20)
+      std::swap_ranges(pending_.begin() + 12, pending_.begin() + 16, pending_.begin() + 16);
     file_.mesh.elements.push_back({id, *type_.type, file_.mesh.element_nodes.size(), elset_});
-    file_.mesh.element_nodes.insert(file_.mesh.element_nodes.end(), pending_.begin(), pending_.end());
+    file_.mesh.element_nodes.insert(file_.mesh.element_nodes.end(), pending_.begin(),
+                                    pending_.end());
     pending_.clear();
   }
 
   void require_whole_element() const {
-    if (!pending_.empty()) lines_.fail("element " + std::to_string(pending_.front()) + " before has too few nodes");
+    if (!pending_.empty())
+      lines_.fail("element " + std::to_string(pending_.front()) + " before has too few nodes");
   }
 
   static bool is_number(std::string_view field) {
@@ -276,14 +315,18 @@ class InpReader {
     const Index first = lines_.whole(fields[0]), last = lines_.whole(fields[1]);
     const Index step = fields.size() > 2 && !fields[2].empty() ? lines_.whole(fields[2]) : 1;
     if (step < 1 || last < first || (last - first) / step > most_generated)
-      lines_.fail("first, last and step of GENERATE expected, the last not below the first and the step from 1");
+      lines_.fail(
+          "first, last and step of GENERATE expected, the last not below the first and the step "
+          "from 1");
     for (Index id = first; id <= last; id += step) set_->ids.push_back(id);
   }
 
   void take_face(const Fields& fields) {
     std::string set = unquoted(fields[0]);
     if (n_instances_ > 0 && set.find('.') != std::string::npos) set = set.substr(set.find('.') + 1);
-    InpSurface::Entry entry{in_capitals(set), 0, fields.size() > 1 ? in_capitals(std::string(fields[1])) : "", lines_.count()};
+    InpSurface::Entry entry{in_capitals(set), 0,
+                            fields.size() > 1 ? in_capitals(std::string(fields[1])) : "",
+                            lines_.count()};
     if (is_number(set) && file_.elsets.count(entry.set) == 0 && file_.nsets.count(entry.set) == 0)
       entry.id = lines_.whole(set), entry.set.clear();
     file_.surfaces.back().entries.push_back(entry);
@@ -296,7 +339,8 @@ class InpReader {
     }
     is_known = true;
     for (std::size_t i = 0; i < targets.size(); ++i)
-      if (targets[i] != nullptr && i < fields.size() && !fields[i].empty()) *targets[i] = lines_.number(fields[i]);
+      if (targets[i] != nullptr && i < fields.size() && !fields[i].empty())
+        *targets[i] = lines_.number(fields[i]);
   }
 
   static constexpr Index most_generated = 100'000'000;
@@ -316,7 +360,8 @@ class InpReader {
 }  // namespace
 
 std::string in_capitals(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
   return text;
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// An input file of Abaqus or CalculiX as it stands: its nodes, elements, sets, surfaces, sections and materials. What a run would
-// do (steps, supports, loads, output) is skipped.
+// An input file of Abaqus or CalculiX as it stands: its nodes, elements, sets, surfaces, sections
+// and materials. What a run would do (steps, supports, loads, output) is skipped.
 #pragma once
 
 #include <filesystem>
@@ -50,7 +50,8 @@ struct InpFile {
 
 std::string in_capitals(std::string text);
 
-// InputError with file and line: an element type, a keyword that would change the part and is not supported, a malformed line.
+// InputError with file and line: an element type, a keyword that would change the part and is not
+// supported, a malformed line.
 InpFile read_inp(const std::filesystem::path& file);
 
 }  // namespace cbr

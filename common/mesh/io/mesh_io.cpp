@@ -12,11 +12,13 @@
 namespace cbr {
 namespace {
 
-enum class Format { none, gmsh, exodus, abaqus, nastran, other };  // other: what the program gmsh converts
+// other: what the program gmsh converts
+enum class Format { none, gmsh, exodus, abaqus, nastran, other };
 
 std::string suffix_of(const std::filesystem::path& file) {
   std::string suffix = file.extension().string();
-  std::transform(suffix.begin(), suffix.end(), suffix.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::transform(suffix.begin(), suffix.end(), suffix.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return suffix;
 }
 
@@ -37,17 +39,23 @@ bool is_among(const std::string& suffix, const std::vector<std::string>& list) {
 
 Format known_format(const std::filesystem::path& file) {
   const Format format = format_of(file);
-  if (const std::string cure = foreign_mesh_cure(file); !cure.empty()) throw InputError(file.string() + ": " + cure);
+  if (const std::string cure = foreign_mesh_cure(file); !cure.empty())
+    throw InputError(file.string() + ": " + cure);
   if (format == Format::none)
-    throw InputError(file.string() + ": a mesh's name ends in .msh (gmsh), .exo .e .g .ncf .nc4 (Exodus II), .inp (Abaqus, CalculiX), " +
-                     ".bdf .nas (Nastran), .unv or .vtk, not in '" + file.extension().string() + "'");
+    throw InputError(file.string() +
+                     ": a mesh's name ends in .msh (gmsh), .exo .e .g .ncf .nc4 (Exodus II), .inp "
+                     "(Abaqus, CalculiX), " +
+                     ".bdf .nas (Nastran), .unv or .vtk, not in '" + file.extension().string() +
+                     "'");
   return format;
 }
 
 Format written_format(const std::filesystem::path& file) {
   const Format format = known_format(file);
   if (!is_written_mesh_name(file))
-    throw InputError(file.string() + ": meshes are written as .msh (gmsh) or .exo (Exodus II): give it another suffix");
+    throw InputError(
+        file.string() +
+        ": meshes are written as .msh (gmsh) or .exo (Exodus II): give it another suffix");
   return format;
 }
 
@@ -89,18 +97,23 @@ std::vector<Index> corners_of(const Mesh& mesh, const Side& side) {
 }  // namespace
 
 std::string foreign_mesh_cure(const std::filesystem::path& file) {
-  static const std::vector<std::string> meshes = {".vtu", ".cdb", ".med", ".fem", ".xdmf", ".mesh", ".dat"},
-                                        geometries = {".geo", ".step", ".stp", ".iges", ".igs", ".brep", ".stl"};
+  static const std::vector<std::string> meshes = {".vtu",  ".cdb",  ".med", ".fem",
+                                                  ".xdmf", ".mesh", ".dat"},
+                                        geometries = {".geo", ".step", ".stp", ".iges",
+                                                      ".igs", ".brep", ".stl"};
   const std::string suffix = suffix_of(file), name = file.stem().string();
   if (suffix == ".med")
-    return "is not of a format that is read: export it from Salome as .unv with its groups, or convert it (meshio convert " +
+    return "is not of a format that is read: export it from Salome as .unv with its groups, or "
+           "convert it (meshio convert " +
            file.filename().string() + " " + name + ".exo)";
   if (is_among(suffix, meshes))
-    return "is not of a format that is read: convert it to gmsh's .msh or to Exodus II with names for the faces; meshio knows most "
+    return "is not of a format that is read: convert it to gmsh's .msh or to Exodus II with names "
+           "for the faces; meshio knows most "
            "formats (meshio convert " +
            file.filename().string() + " " + name + ".exo)";
   if (is_among(suffix, geometries))
-    return "is a geometry and no mesh: mesh it first (gmsh -3 " + file.filename().string() + " -o " + name +
+    return "is a geometry and no mesh: mesh it first (gmsh -3 " + file.filename().string() +
+           " -o " + name +
            ".msh), with a Physical Volume for the part and a Physical Surface for each face";
   return "";
 }
@@ -123,10 +136,12 @@ Mesh read_mesh(const std::filesystem::path& file) {
   const auto status = std::filesystem::status(file, error);
   if (status.type() == std::filesystem::file_type::not_found)
     throw InputError(file.string() + ": no such file: give the path of a mesh");
-  if (!std::filesystem::exists(status)) throw InputError(file.string() + ": cannot be opened: " + error.message());
+  if (!std::filesystem::exists(status))
+    throw InputError(file.string() + ": cannot be opened: " + error.message());
   if (!std::filesystem::is_regular_file(status))
     throw InputError(file.string() + ": is not a regular file: give the path of a mesh");
-  if (access(file.c_str(), R_OK) != 0) throw InputError(file.string() + ": is not readable: check its permissions");
+  if (access(file.c_str(), R_OK) != 0)
+    throw InputError(file.string() + ": is not readable: check its permissions");
   Mesh mesh = read(file, format);
   check_mesh(mesh, file.string());
   return mesh;
@@ -136,7 +151,8 @@ void write_mesh(const Mesh& mesh, const std::filesystem::path& file) {
   const Format format = written_format(file);
   check_mesh(mesh, file.string());
   TemporaryFile temporary(file);
-  format == Format::gmsh ? write_gmsh(mesh, temporary.path(), file.string()) : write_exodus(mesh, temporary.path(), file.string());
+  format == Format::gmsh ? write_gmsh(mesh, temporary.path(), file.string())
+                         : write_exodus(mesh, temporary.path(), file.string());
   temporary.commit();
 }
 
@@ -146,18 +162,21 @@ SideLookup::SideLookup(const Mesh& mesh, const std::vector<bool>& wanted) : mesh
     for (Index e = 0; e < block.connectivity.rows(); ++e)
       for (int s = 1; s <= n_sides(block.type); ++s) {
         const auto& local = side_nodes(block.type, s);
-        const bool all = std::all_of(local.begin(), local.begin() + n_corners(side_kind(block.type, s)),
-                                     [&](int i) { return wanted[static_cast<std::size_t>(block.connectivity(e, i))]; });
+        const bool all = std::all_of(
+            local.begin(), local.begin() + n_corners(side_kind(block.type, s)),
+            [&](int i) { return wanted[static_cast<std::size_t>(block.connectivity(e, i))]; });
         if (all) entries_.push_back({key_of(corners_of(mesh, {b, e, s})), {b, e, s}});
       }
   }
-  std::stable_sort(entries_.begin(), entries_.end(), [](const Entry& a, const Entry& b) { return a.key < b.key; });
+  std::stable_sort(entries_.begin(), entries_.end(),
+                   [](const Entry& a, const Entry& b) { return a.key < b.key; });
 }
 
 Side SideLookup::find(const std::vector<Index>& corners) const {
   const auto key = key_of(corners);
   const auto first =
-      std::lower_bound(entries_.begin(), entries_.end(), key, [](const Entry& a, const auto& wanted) { return a.key < wanted; });
+      std::lower_bound(entries_.begin(), entries_.end(), key,
+                       [](const Entry& a, const auto& wanted) { return a.key < wanted; });
   if (first == entries_.end() || first->key != key) return {-1, -1, 0};
   for (auto entry = first; entry != entries_.end() && entry->key == key; ++entry)
     if (same_sense(corners, corners_of(mesh_, entry->side))) return entry->side;

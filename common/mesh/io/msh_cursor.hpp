@@ -43,9 +43,12 @@ struct MshCursor {
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     const auto length = static_cast<std::size_t>(end - text.data());
     if (error == std::errc::result_out_of_range)
-      fail("the number '" + std::string(text.substr(0, std::min<std::size_t>(length, 30))) + "' is out of range");
-    if (error != std::errc() || (length < text.size() && blanks.find(text[length]) == std::string_view::npos))
-      fail("a number should stand where '" + std::string(text.substr(0, std::min<std::size_t>(text.find_first_of(blanks), 20))) +
+      fail("the number '" + std::string(text.substr(0, std::min<std::size_t>(length, 30))) +
+           "' is out of range");
+    if (error != std::errc() ||
+        (length < text.size() && blanks.find(text[length]) == std::string_view::npos))
+      fail("a number should stand where '" +
+           std::string(text.substr(0, std::min<std::size_t>(text.find_first_of(blanks), 20))) +
            "' stands");
     text.remove_prefix(length);
     return value;
@@ -55,7 +58,9 @@ struct MshCursor {
   std::size_t count() { return bounded(number<std::uint64_t>()); }
   std::size_t text_count() { return bounded(text_number<std::uint64_t>()); }
   std::size_t bounded(std::uint64_t n) const {
-    if (n > text.size()) fail("announces " + std::to_string(n) + " entries, more than it can hold: damaged or cut short");
+    if (n > text.size())
+      fail("announces " + std::to_string(n) +
+           " entries, more than it can hold: damaged or cut short");
     return static_cast<std::size_t>(n);
   }
 
@@ -72,7 +77,8 @@ struct MshCursor {
   }
 
   void expect_end() const {
-    if (!binary && text.find_first_not_of(" \t\r\n") != std::string_view::npos) fail("holds more than it announces: damaged");
+    if (!binary && text.find_first_not_of(" \t\r\n") != std::string_view::npos)
+      fail("holds more than it announces: damaged");
   }
 };
 

@@ -24,7 +24,8 @@ std::string printable(std::string_view text) {
 
 // Others may be there any number of times: data of several fields and times.
 bool is_read(const std::string& section) {
-  for (const char* read : {"$MeshFormat", "$PhysicalNames", "$Entities", "$PartitionedEntities", "$Nodes", "$Elements"})
+  for (const char* read : {"$MeshFormat", "$PhysicalNames", "$Entities", "$PartitionedEntities",
+                           "$Nodes", "$Elements"})
     if (section == read) return true;
   return false;
 }
@@ -37,17 +38,22 @@ Sections sections_of(std::string_view text, const std::string& where) {
     auto name = std::string(text.substr(at, line_end - at));
     name.erase(name.find_last_not_of(" \t\r") + 1);
     if (name.size() < 2 || name[0] != '$')
-      throw InputError(where + ": '" + printable(name) +
-                       "' found where a section ($...) should begin: the .msh file is damaged or incomplete");
+      throw InputError(
+          where + ": '" + printable(name) +
+          "' found where a section ($...) should begin: the .msh file is damaged or incomplete");
     if (name == "$NOD")
-      throw InputError(where + ": is of MSH format 1; formats 2.2 and 4.1 can be read: convert it with gmsh -save -format msh41");
+      throw InputError(where +
+                       ": is of MSH format 1; formats 2.2 and 4.1 can be read: convert it with "
+                       "gmsh -save -format msh41");
     const auto body = std::min(line_end + 1, text.size());
     const auto end = text.find("$End" + name.substr(1), body);
     if (end == std::string_view::npos)
-      throw InputError(where + ": is cut short: section " + printable(name) + " has no $End" + printable(name.substr(1)));
+      throw InputError(where + ": is cut short: section " + printable(name) + " has no $End" +
+                       printable(name.substr(1)));
     const bool is_new = sections.emplace(name, text.substr(body, end - body)).second;
     if (!is_new && is_read(name))
-      throw InputError(where + ": section " + name + " appears twice: the file holds two meshes or is damaged");
+      throw InputError(where + ": section " + name +
+                       " appears twice: the file holds two meshes or is damaged");
     at = text.find_first_not_of(" \t\r\n", end + name.size() + 3);
   }
   return sections;
@@ -55,7 +61,8 @@ Sections sections_of(std::string_view text, const std::string& where) {
 
 class Reader {
  public:
-  Reader(const Sections& sections, std::string where) : sections_(sections), where_(std::move(where)) {}
+  Reader(const Sections& sections, std::string where)
+      : sections_(sections), where_(std::move(where)) {}
 
   MshFile run() {
     read_format();
@@ -65,7 +72,8 @@ class Reader {
       read_old_elements();
     } else {
       for (const bool partitioned : {false, true})
-        if (sections_.count(partitioned ? "$PartitionedEntities" : "$Entities")) read_entities(partitioned);
+        if (sections_.count(partitioned ? "$PartitionedEntities" : "$Entities"))
+          read_entities(partitioned);
       read_nodes();
       read_elements();
     }
@@ -75,7 +83,8 @@ class Reader {
  private:
   MshCursor open(const char* name) const {
     const auto section = sections_.find(name);
-    if (section == sections_.end()) throw InputError(where_ + ": has no section " + name + ": not a mesh, or cut short");
+    if (section == sections_.end())
+      throw InputError(where_ + ": has no section " + name + ": not a mesh, or cut short");
     return {where_ + ": section " + name, section->second, msh_.binary};
   }
 
@@ -84,15 +93,18 @@ class Reader {
     msh_.version = cursor.number<double>();
     const int kind = cursor.number<int>(), bytes = cursor.number<int>();
     if (!(msh_.version >= 2 && msh_.version < 3) && msh_.version != 4.1)
-      throw InputError(where_ + ": is of MSH format " + std::to_string(msh_.version).substr(0, 3) +
-                       "; formats 2.2 and 4.1 can be read: convert it with gmsh -save -format msh41");
+      throw InputError(
+          where_ + ": is of MSH format " + std::to_string(msh_.version).substr(0, 3) +
+          "; formats 2.2 and 4.1 can be read: convert it with gmsh -save -format msh41");
     if ((kind != 0 && kind != 1) || bytes != 8)
-      cursor.fail("file type 0 or 1 and data size 8 are allowed, not " + std::to_string(kind) + " and " + std::to_string(bytes));
+      cursor.fail("file type 0 or 1 and data size 8 are allowed, not " + std::to_string(kind) +
+                  " and " + std::to_string(bytes));
     msh_.binary = kind == 1;
     if (!msh_.binary) return;
     cursor.line();
     cursor.binary = true;
-    if (cursor.number<int>() != 1) cursor.fail("written in binary on a machine of the other byte order: save it as text there");
+    if (cursor.number<int>() != 1)
+      cursor.fail("written in binary on a machine of the other byte order: save it as text there");
   }
 
   void read_names() {
@@ -103,8 +115,10 @@ class Reader {
       const Index tag = cursor.text_number<int>();
       const auto line = cursor.line();
       const auto open_quote = line.find('"'), close_quote = line.rfind('"');
-      if (open_quote == close_quote) cursor.fail("the name of group " + std::to_string(tag) + " is not in quotes");
-      msh_.group_names[{dimension, std::abs(tag)}] = std::string(line.substr(open_quote + 1, close_quote - open_quote - 1));
+      if (open_quote == close_quote)
+        cursor.fail("the name of group " + std::to_string(tag) + " is not in quotes");
+      msh_.group_names[{dimension, std::abs(tag)}] =
+          std::string(line.substr(open_quote + 1, close_quote - open_quote - 1));
     }
   }
 
@@ -131,7 +145,8 @@ class Reader {
         cursor.skip_doubles(d == 0 ? 3 : 6);
         auto& groups = msh_.groups_of_entity[{d, tag}];
         const auto length = cursor.count();
-        for (std::size_t i = 0; i < length; ++i) groups.push_back(std::abs(Index{cursor.number<int>()}));
+        for (std::size_t i = 0; i < length; ++i)
+          groups.push_back(std::abs(Index{cursor.number<int>()}));
         if (d > 0) skip_list();  // its boundary
       }
     cursor.expect_end();
@@ -161,31 +176,38 @@ class Reader {
       const int dimension = cursor.number<int>();
       cursor.number<int>();  // the entity
       const int parametric = cursor.number<int>();
-      if (dimension < 0 || dimension > 3) cursor.fail("dimension " + std::to_string(dimension) + " found, allowed are 0 to 3");
+      if (dimension < 0 || dimension > 3)
+        cursor.fail("dimension " + std::to_string(dimension) + " found, allowed are 0 to 3");
       const auto rows = cursor.count();
-      for (std::size_t i = 0; i < rows; ++i) add_node(static_cast<Index>(cursor.number<std::uint64_t>()), cursor);
+      for (std::size_t i = 0; i < rows; ++i)
+        add_node(static_cast<Index>(cursor.number<std::uint64_t>()), cursor);
       for (std::size_t i = 0; i < rows; ++i) {
         for (int c = 0; c < 3; ++c) msh_.coordinates.push_back(cursor.number<double>());
         if (parametric != 0) cursor.skip_doubles(static_cast<std::size_t>(dimension));
       }
     }
     if (msh_.node_ids.size() != n)
-      cursor.fail("announces " + std::to_string(n) + " nodes and holds " + std::to_string(msh_.node_ids.size()) + ": damaged");
+      cursor.fail("announces " + std::to_string(n) + " nodes and holds " +
+                  std::to_string(msh_.node_ids.size()) + ": damaged");
     cursor.expect_end();
   }
 
   const GmshType& known_type(int type, const MshCursor& cursor) const {
     const GmshType* known = find_gmsh_type(type);
     if (known == nullptr)
-      cursor.fail("element type " + gmsh_type_name(type) + " is not supported: mesh with " + supported_gmsh_types());
+      cursor.fail("element type " + gmsh_type_name(type) + " is not supported: mesh with " +
+                  supported_gmsh_types());
     return *known;
   }
 
   template <class T>
   void add_element(MshElement element, int n_nodes, MshCursor& cursor) {
-    if (element.id < 1) cursor.fail("element number " + std::to_string(element.id) + " found, numbers are at least 1");
+    if (element.id < 1)
+      cursor.fail("element number " + std::to_string(element.id) +
+                  " found, numbers are at least 1");
     element.first = msh_.element_nodes.size();
-    for (int i = 0; i < n_nodes; ++i) msh_.element_nodes.push_back(static_cast<Index>(cursor.number<T>()));
+    for (int i = 0; i < n_nodes; ++i)
+      msh_.element_nodes.push_back(static_cast<Index>(cursor.number<T>()));
     msh_.elements.push_back(element);
   }
 
@@ -228,8 +250,9 @@ class Reader {
       element.type = cursor.number<int>();
       const GmshType& type = known_type(element.type, cursor);
       if (element.dimension != type.dimension)
-        cursor.fail("elements of dimension " + std::to_string(type.dimension) + " in an entity of dimension " +
-                    std::to_string(element.dimension) + ": damaged");
+        cursor.fail("elements of dimension " + std::to_string(type.dimension) +
+                    " in an entity of dimension " + std::to_string(element.dimension) +
+                    ": damaged");
       const auto rows = cursor.count();
       for (std::size_t r = 0; r < rows; ++r) {
         element.id = static_cast<Index>(cursor.number<std::uint64_t>());
@@ -237,7 +260,8 @@ class Reader {
       }
     }
     if (msh_.elements.size() != n)
-      cursor.fail("announces " + std::to_string(n) + " elements and holds " + std::to_string(msh_.elements.size()) + ": damaged");
+      cursor.fail("announces " + std::to_string(n) + " elements and holds " +
+                  std::to_string(msh_.elements.size()) + ": damaged");
     cursor.expect_end();
   }
 
@@ -251,7 +275,8 @@ class Reader {
 MshFile read_msh(const std::filesystem::path& file) {
   const std::string where = file.string();
   std::ifstream stream(file, std::ios::binary);
-  const std::string bytes((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
+  const std::string bytes((std::istreambuf_iterator<char>(stream)),
+                          std::istreambuf_iterator<char>());
   if (!stream) throw InputError(where + ": could not be read");
   constexpr std::string_view mark = "\xEF\xBB\xBF";  // UTF-8, as some editors begin a text
   std::string_view contents = bytes;
@@ -259,8 +284,8 @@ MshFile read_msh(const std::filesystem::path& file) {
   const auto start = contents.find_first_not_of(" \t\r\n");
   if (start == std::string_view::npos) throw InputError(where + ": is empty");
   if (contents[start] != '$')
-    throw InputError(where + ": is not a gmsh mesh: it begins with '" + printable(contents.substr(start)) +
-                     "', not with $MeshFormat");
+    throw InputError(where + ": is not a gmsh mesh: it begins with '" +
+                     printable(contents.substr(start)) + "', not with $MeshFormat");
   const Sections sections = sections_of(contents, where);
   return Reader(sections, where).run();
 }

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A .msh file's contents as they stand in it: formats 2.2 and 4.1, text and binary. Read here and not by libgmsh, which crashes on
-// damaged files of format 4.1, takes some that are cut short without a word, runs other text files as scripts of its own, and
-// forgets which physical group an element of format 2 was in. The tests hold this reader to libgmsh's meaning of its files.
+// A .msh file's contents as they stand in it: formats 2.2 and 4.1, text and binary. Read here and
+// not by libgmsh, which crashes on damaged files of format 4.1, takes some that are cut short
+// without a word, runs other text files as scripts of its own, and forgets which physical group an
+// element of format 2 was in. The tests hold this reader to libgmsh's meaning of its files.
 #pragma once
 
 #include <filesystem>
@@ -29,13 +30,16 @@ struct MshFile {
   std::vector<Index> node_ids;
   std::vector<double> coordinates;  // 3 a node
   std::vector<MshElement> elements;
-  std::vector<Index> element_nodes;                                      // ids, gmsh's order
-  std::map<std::pair<int, Index>, std::vector<Index>> groups_of_entity;  // format 4: (dimension, tag) -> physical groups
-  std::map<std::pair<int, Index>, std::string> group_names;              // (dimension, physical tag)
+  std::vector<Index> element_nodes;  // ids, gmsh's order
+  // format 4: (dimension, tag) -> physical groups
+  std::map<std::pair<int, Index>, std::vector<Index>> groups_of_entity;
+  // (dimension, physical tag)
+  std::map<std::pair<int, Index>, std::string> group_names;
 };
 
-// InputError: not a .msh file, a format other than 2.x and 4.1, sections that are missing, cut short or unreadable, element types
-// that are not supported, by name. Node ids that are not defined are left to the caller.
+// InputError: not a .msh file, a format other than 2.x and 4.1, sections that are missing, cut
+// short or unreadable, element types that are not supported, by name. Node ids that are not defined
+// are left to the caller.
 MshFile read_msh(const std::filesystem::path& file);
 
 }  // namespace cbr

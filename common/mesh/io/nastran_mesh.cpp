@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What bulk data of Nastran means as a mesh. Properties of solids become blocks, those of faces on them sidesets; sets of points
-// nodesets. Cards: MSC Nastran Quick Reference Guide.
+// What bulk data of Nastran means as a mesh. Properties of solids become blocks, those of faces on
+// them sidesets; sets of points nodesets. Cards: MSC Nastran Quick Reference Guide.
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -22,9 +22,11 @@ struct Family {
 
 const Family* family_of(const std::string& card) {
   using enum ElementType;
-  static const std::vector<Family> families = {
-      {"CTETRA", {tet4, tet10}}, {"CPYRAM", {pyramid5}}, {"CPENTA", {wedge6}}, {"CHEXA", {hex8, hex20}}, {"CTRIA3", {tri3}},
-      {"CTRIAR", {tri3}},        {"CTRIA6", {tri6}},     {"CQUAD4", {quad4}},  {"CQUADR", {quad4}},      {"CQUAD8", {quad8}}};
+  static const std::vector<Family> families = {{"CTETRA", {tet4, tet10}}, {"CPYRAM", {pyramid5}},
+                                               {"CPENTA", {wedge6}},      {"CHEXA", {hex8, hex20}},
+                                               {"CTRIA3", {tri3}},        {"CTRIAR", {tri3}},
+                                               {"CTRIA6", {tri6}},        {"CQUAD4", {quad4}},
+                                               {"CQUADR", {quad4}},       {"CQUAD8", {quad8}}};
   for (const Family& family : families)
     if (card == family.card) return &family;
   return nullptr;
@@ -32,14 +34,18 @@ const Family* family_of(const std::string& card) {
 
 class NastranMesh {
  public:
-  explicit NastranMesh(const std::filesystem::path& file) : cards_(file) { file_.where = file.string(); }
+  explicit NastranMesh(const std::filesystem::path& file) : cards_(file) {
+    file_.where = file.string();
+  }
 
   Mesh run() {
     while (const auto card = cards_.next()) take(*card);
-    if (file_.node_ids.empty()) throw InputError(file_.where + ": holds no GRID: not bulk data of Nastran, or damaged");
+    if (file_.node_ids.empty())
+      throw InputError(file_.where + ": holds no GRID: not bulk data of Nastran, or damaged");
     for (const auto& [property, material] : material_of_) add_material(property, material);
     std::vector<FaceSet> faces;
-    for (const auto& [property, elements] : faces_) faces.push_back({face_name(property), elements});
+    for (const auto& [property, elements] : faces_)
+      faces.push_back({face_name(property), elements});
     Mesh mesh = mesh_of(file_, faces);
     const MeshIds ids(mesh);
     for (const auto& [name, points] : points_) {
@@ -60,8 +66,10 @@ class NastranMesh {
     if (card.name == "PSOLID") material_of_[cards_.whole(card, 0)] = cards_.whole(card, 1);
     if (card.name == "MAT1") take_material(card);
     if (card.name.starts_with("MAT") && card.name != "MAT1" && card.name.size() == 4)
-      materials_[cards_.whole(card, 0)] = {.name = cards_.text(card, 0), .problem = "is a " + card.name};
-    if (card.name == "PARAM" && cards_.text(card, 0) == "WTMASS") weight_to_mass_ = cards_.real(card, 1, 1);
+      materials_[cards_.whole(card, 0)] = {.name = cards_.text(card, 0),
+                                           .problem = "is a " + card.name};
+    if (card.name == "PARAM" && cards_.text(card, 0) == "WTMASS")
+      weight_to_mass_ = cards_.real(card, 1, 1);
     if (card.name == "SET1") take_points(card, "set_" + cards_.text(card, 0), 1);
     if (card.name == "SPC1") take_points(card, "spc_" + cards_.text(card, 0), 2);
     if (card.name == "ASET1") take_points(card, "aset", 1);
@@ -69,40 +77,50 @@ class NastranMesh {
     refuse(card);
   }
 
-  // What changes the part, and would be missed without a word. Bars without a property are the curves of a mesh.
+  // What changes the part, and would be missed without a word. Bars without a property are the
+  // curves of a mesh.
   void refuse(const BdfCard& card) const {
     for (const char* name :
-         {"RBE1",   "RBE2", "RBE3",  "RBAR",  "RROD",   "MPC",   "MPCADD", "CONM1",   "CONM2",  "CELAS1", "CELAS2", "CBUSH", "CROD",
-          "CONROD", "PBAR", "PBARL", "PBEAM", "PBEAML", "CWELD", "CFAST",  "INCLUDE", "CORD2R", "CORD1R", "CORD2C", "CORD2S"}) {
+         {"RBE1",   "RBE2",   "RBE3",    "RBAR",   "RROD",   "MPC",    "MPCADD", "CONM1", "CONM2",
+          "CELAS1", "CELAS2", "CBUSH",   "CROD",   "CONROD", "PBAR",   "PBARL",  "PBEAM", "PBEAML",
+          "CWELD",  "CFAST",  "INCLUDE", "CORD2R", "CORD1R", "CORD2C", "CORD2S"}) {
       if (card.name == name)
-        cards_.fail(card, "not supported: a part is solids, in basic coordinates, in one file: take it out of the mesh");
+        cards_.fail(card,
+                    "not supported: a part is solids, in basic coordinates, in one file: take it "
+                    "out of the mesh");
     }
   }
 
   void take_point(const BdfCard& card) {
     const std::string system = cards_.text(card, 1);
-    if (!system.empty() && system != "0") cards_.fail(card, "coordinate system " + system + " found, expected 0 (basic)");
+    if (!system.empty() && system != "0")
+      cards_.fail(card, "coordinate system " + system + " found, expected 0 (basic)");
     file_.node_ids.push_back(cards_.whole(card, 0));
     for (std::size_t c = 2; c < 5; ++c) file_.coordinates.push_back(cards_.real(card, c, 0));
   }
 
   void take_element(const BdfCard& card, const Family& family) {
-    const Index id = cards_.whole(card, 0), property = cards_.text(card, 1).empty() ? id : cards_.whole(card, 1);
+    const Index id = cards_.whole(card, 0),
+                property = cards_.text(card, 1).empty() ? id : cards_.whole(card, 1);
     std::vector<Index> nodes;
     const auto most = static_cast<std::size_t>(n_nodes(family.types.back()));
-    for (std::size_t i = 2; i < 2 + most && !cards_.text(card, i).empty(); ++i) nodes.push_back(cards_.whole(card, i));
-    const auto type = std::find_if(family.types.begin(), family.types.end(),
-                                   [&](ElementType one) { return static_cast<std::size_t>(n_nodes(one)) == nodes.size(); });
+    for (std::size_t i = 2; i < 2 + most && !cards_.text(card, i).empty(); ++i)
+      nodes.push_back(cards_.whole(card, i));
+    const auto type = std::find_if(family.types.begin(), family.types.end(), [&](ElementType one) {
+      return static_cast<std::size_t>(n_nodes(one)) == nodes.size();
+    });
     if (type == family.types.end() || has_more(card, 2 + most))
       cards_.fail(card, "element " + std::to_string(id) + " has " + std::to_string(nodes.size()) +
                             " points, expected " + counts_text(family));
     const bool is_face = dimension(*type) == 2;
     if (is_face) faces_[property].push_back(file_.elements.size());
-    file_.elements.push_back({id, *type, file_.element_nodes.size(), is_face ? face_name(property) : solid_name(property)});
+    file_.elements.push_back({id, *type, file_.element_nodes.size(),
+                              is_face ? face_name(property) : solid_name(property)});
     file_.element_nodes.insert(file_.element_nodes.end(), nodes.begin(), nodes.end());
   }
 
-  // Points of mid-edges that a type of ours does not have (CPENTA of 15). Faces have angles and thicknesses there.
+  // Points of mid-edges that a type of ours does not have (CPENTA of 15). Faces have angles and
+  // thicknesses there.
   bool has_more(const BdfCard& card, std::size_t first) const {
     if (card.name != "CPENTA" && card.name != "CPYRAM") return false;
     for (std::size_t i = first; i < card.fields.size(); ++i)
@@ -135,12 +153,14 @@ class NastranMesh {
   void take_material(const BdfCard& card) {
     FileMaterial material{.name = "MAT1 " + cards_.text(card, 0)};
     const double none = std::nan("");
-    double E = cards_.real(card, 1, none), G = cards_.real(card, 2, none), nu = cards_.real(card, 3, none);
+    double E = cards_.real(card, 1, none), G = cards_.real(card, 2, none),
+           nu = cards_.real(card, 3, none);
     if (std::isnan(nu)) nu = std::isnan(G) ? 0 : E / (2 * G) - 1;
     if (std::isnan(E)) E = 2 * (1 + nu) * G;
     if (std::isnan(E)) material.problem = "has neither E nor G";
     // All three may be given; G is then another material than an isotropic one
-    if (!std::isnan(G) && std::abs(E - 2 * (1 + nu) * G) > 0.01 * std::abs(E)) material.problem = "has E, G and NU that do not fit";
+    if (!std::isnan(G) && std::abs(E - 2 * (1 + nu) * G) > 0.01 * std::abs(E))
+      material.problem = "has E, G and NU that do not fit";
     material.youngs_modulus = E, material.poissons_ratio = nu;
     material.density = cards_.real(card, 4, 0);
     materials_[cards_.whole(card, 0)] = material;
@@ -149,7 +169,9 @@ class NastranMesh {
   void add_material(Index property, Index id) {
     const auto found = materials_.find(id);
     FileMaterial material =
-        found != materials_.end() ? found->second : FileMaterial{.name = std::to_string(id), .problem = "is not in the file"};
+        found != materials_.end()
+            ? found->second
+            : FileMaterial{.name = std::to_string(id), .problem = "is not in the file"};
     material.density *= weight_to_mass_;
     file_.materials[solid_name(property)] = material;
   }

@@ -54,7 +54,8 @@ std::string SceneNode::found() const {
 
 void SceneNode::fail_choice(const std::vector<std::string>& allowed) const {
   const std::string hint = nearest_name(std::string(word()), allowed);
-  fail("unknown value " + found() + hint + (hint.empty() ? ", " : " ") + "allowed: " + join(allowed));
+  fail("unknown value " + found() + hint + (hint.empty() ? ", " : " ") +
+       "allowed: " + join(allowed));
 }
 
 std::string SceneNode::text() const {
@@ -64,10 +65,12 @@ std::string SceneNode::text() const {
 }
 
 void SceneNode::fail_number(std::errc error, bool whole) const {
-  const bool infinite =
-      is_any_of(word(), {".nan", ".NaN", ".NAN", ".inf", ".Inf", ".INF", "-.inf", "-.Inf", "-.INF", "+.inf", "+.Inf", "+.INF"});
-  if (infinite || (error == std::errc() && whole)) fail("found " + found() + ", expected a finite number");
-  if (error == std::errc::result_out_of_range && whole) fail("found " + found() + ", which no double can hold");
+  const bool infinite = is_any_of(word(), {".nan", ".NaN", ".NAN", ".inf", ".Inf", ".INF", "-.inf",
+                                           "-.Inf", "-.INF", "+.inf", "+.Inf", "+.INF"});
+  if (infinite || (error == std::errc() && whole))
+    fail("found " + found() + ", expected a finite number");
+  if (error == std::errc::result_out_of_range && whole)
+    fail("found " + found() + ", which no double can hold");
   fail("found " + found() + ", expected a number");
 }
 
@@ -99,21 +102,24 @@ double SceneNode::in_open_range(double low, double high) const {
     digits.erase(digits.find_last_not_of('0') + 1);
     return digits.back() == '.' ? digits.substr(0, digits.size() - 1) : digits;
   };
-  fail("found " + found() + ", expected a number between " + number_text(low) + " and " + number_text(high) + ", both excluded");
+  fail("found " + found() + ", expected a number between " + number_text(low) + " and " +
+       number_text(high) + ", both excluded");
 }
 
 Index SceneNode::index(Index least) const {
   const std::string expected = ", expected a whole number from " + std::to_string(least);
   Index value = 0;
   const auto [end, error] = parse(word(), value);
-  if (error != std::errc() || end != word().data() + word().size() || value < least) fail("found " + found() + expected);
+  if (error != std::errc() || end != word().data() + word().size() || value < least)
+    fail("found " + found() + expected);
   return value;
 }
 
 bool SceneNode::boolean() const {
   if (!is_scalar()) fail("found " + found() + ", expected true or false");
   std::string lower(word());
-  std::transform(lower.begin(), lower.end(), lower.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::transform(lower.begin(), lower.end(), lower.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   if (is_any_of(lower, {"true", "yes", "on"})) return true;
   if (is_any_of(lower, {"false", "no", "off"})) return false;
   fail("found " + found() + ", expected true or false");
@@ -136,7 +142,9 @@ std::vector<SceneNode> SceneNode::list() const {
   return items;
 }
 
-std::vector<SceneNode> SceneNode::list_or_one() const { return is_scalar() ? std::vector<SceneNode>{*this} : list(); }
+std::vector<SceneNode> SceneNode::list_or_one() const {
+  return is_scalar() ? std::vector<SceneNode>{*this} : list();
+}
 
 // Long tables: a path is made only for what is no number.
 std::vector<double> SceneNode::numbers() const {
@@ -144,14 +152,16 @@ std::vector<double> SceneNode::numbers() const {
   for (std::size_t i = 0; i < values.size(); ++i) {
     const std::string_view digits = tree_->text(tree_->item(id_, i));
     const auto [end, error] = parse(digits, values[i]);
-    if (error != std::errc() || end != digits.data() + digits.size() || !std::isfinite(values[i])) values[i] = item(i).number();
+    if (error != std::errc() || end != digits.data() + digits.size() || !std::isfinite(values[i]))
+      values[i] = item(i).number();
   }
   return values;
 }
 
 Vector3 SceneNode::vector3() const {
   if (!is_list() || tree_->size(id_) != 3) {
-    fail("found " + (is_list() ? "a list of " + std::to_string(tree_->size(id_)) : found()) + ", expected a list of three numbers");
+    fail("found " + (is_list() ? "a list of " + std::to_string(tree_->size(id_)) : found()) +
+         ", expected a list of three numbers");
   }
   const auto values = numbers();
   return {values[0], values[1], values[2]};
@@ -162,12 +172,15 @@ std::vector<std::string> SceneNode::names() const {
   std::set<std::string> seen;
   for (const auto& item : list_or_one()) {
     words.push_back(item.text());
-    if (!seen.insert(words.back()).second) item.fail("'" + words.back() + "' is listed twice: remove one");
+    if (!seen.insert(words.back()).second)
+      item.fail("'" + words.back() + "' is listed twice: remove one");
   }
   return words;
 }
 
-SceneMap SceneNode::map(std::vector<std::string> allowed) const { return {*this, std::move(allowed)}; }
+SceneMap SceneNode::map(std::vector<std::string> allowed) const {
+  return {*this, std::move(allowed)};
+}
 
 SceneMap SceneNode::map_of_any() const {
   SceneMap any(*this, {});
@@ -175,16 +188,19 @@ SceneMap SceneNode::map_of_any() const {
   return any;
 }
 
-SceneMap::SceneMap(const SceneNode& node, std::vector<std::string> allowed) : node_(node), allowed_(std::move(allowed)) {
+SceneMap::SceneMap(const SceneNode& node, std::vector<std::string> allowed)
+    : node_(node), allowed_(std::move(allowed)) {
   if (!node.is_map()) {
-    node.fail("found " + node.found() + ", expected a map" + (allowed_.empty() ? "" : " with the keys " + join(allowed_)));
+    node.fail("found " + node.found() + ", expected a map" +
+              (allowed_.empty() ? "" : " with the keys " + join(allowed_)));
   }
   add(node.id_, false, 0);
 }
 
 SceneNode SceneMap::value_of(YamlTree::Id map, std::size_t i, const std::string& key) const {
   const YamlTree& tree = *node_.tree_;
-  return {tree, tree.value_of_key(map, i), (node_.path_.empty() ? "" : node_.path_ + ".") + key, tree.line(tree.key(map, i))};
+  return {tree, tree.value_of_key(map, i), (node_.path_.empty() ? "" : node_.path_ + ".") + key,
+          tree.line(tree.key(map, i))};
 }
 
 void SceneMap::add(YamlTree::Id map, bool merged, int depth) {
@@ -194,7 +210,8 @@ void SceneMap::add(YamlTree::Id map, bool merged, int depth) {
   std::vector<YamlTree::Id> merge;
   for (std::size_t i = 0; i < tree.size(map); ++i) {
     const YamlTree::Id id = tree.key(map, i);
-    if (tree.kind(id) != YamlTree::Kind::scalar) SceneNode(tree, id, node_.path_, tree.line(id)).fail("a key is not a plain word");
+    if (tree.kind(id) != YamlTree::Kind::scalar)
+      SceneNode(tree, id, node_.path_, tree.line(id)).fail("a key is not a plain word");
     const std::string key(tree.text(id));
     if (key == "<<" && !tree.is_quoted(id)) {
       merge.push_back(tree.value_of_key(map, i));
@@ -205,7 +222,8 @@ void SceneMap::add(YamlTree::Id map, bool merged, int depth) {
     if (is_twice) value().fail("duplicate key '" + key + "': remove one");
     if (!allowed_.empty() && std::find(allowed_.begin(), allowed_.end(), key) == allowed_.end()) {
       const std::string hint = nearest_name(key, allowed_);
-      value().fail("unknown key '" + key + "'" + hint + (hint.empty() ? ", " : " ") + "allowed: " + join(allowed_));
+      value().fail("unknown key '" + key + "'" + hint + (hint.empty() ? ", " : " ") +
+                   "allowed: " + join(allowed_));
     }
     if (key.empty()) value().fail("a key is empty");
     if (place_.try_emplace(key, entries_.size()).second) entries_.emplace_back(key, value());
@@ -215,12 +233,15 @@ void SceneMap::add(YamlTree::Id map, bool merged, int depth) {
 
 // What is merged in gives way to what is there: https://yaml.org/type/merge.html
 void SceneMap::add_merged(YamlTree::Id value, int depth) {
-  if (depth > deepest_merge) node_.fail("merge keys (<<) are nested too deeply, or one holds itself");
+  if (depth > deepest_merge)
+    node_.fail("merge keys (<<) are nested too deeply, or one holds itself");
   const YamlTree& tree = *node_.tree_;
   if (tree.kind(value) == YamlTree::Kind::map) return add(value, true, depth);
-  if (tree.kind(value) != YamlTree::Kind::sequence) node_.fail("merge key (<<): expected a map or a list of maps");
+  if (tree.kind(value) != YamlTree::Kind::sequence)
+    node_.fail("merge key (<<): expected a map or a list of maps");
   for (std::size_t i = 0; i < tree.size(value); ++i) {
-    if (tree.kind(tree.item(value, i)) != YamlTree::Kind::map) node_.fail("merge key (<<): expected a map or a list of maps");
+    if (tree.kind(tree.item(value, i)) != YamlTree::Kind::map)
+      node_.fail("merge key (<<): expected a map or a list of maps");
     add(tree.item(value, i), true, depth);
   }
 }
@@ -241,10 +262,12 @@ std::string SceneMap::exactly_one(const std::vector<std::string>& keys) const {
     if (find(key) != nullptr) given.push_back(key);
   }
   if (given.size() == 1) return given[0];
-  node_.fail((given.empty() ? "none of " : "more than one of ") + join(keys) + " is given, expected exactly one");
+  node_.fail((given.empty() ? "none of " : "more than one of ") + join(keys) +
+             " is given, expected exactly one");
 }
 
-void require_known(const SceneNode& node, const std::string& kind, const std::string& name, const std::vector<std::string>& known) {
+void require_known(const SceneNode& node, const std::string& kind, const std::string& name,
+                   const std::vector<std::string>& known) {
   if (std::find(known.begin(), known.end(), name) != known.end()) return;
   const std::string hint = nearest_name(name, known);
   node.fail("unknown " + kind + " '" + name + "'" + hint + (hint.empty() ? ", " : " ") +

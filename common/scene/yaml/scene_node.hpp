@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A strict view of a YAML tree: every question about a value knows its file, line and key, and answers with an InputError
-// when the value is not what was asked for.
+// A strict view of a YAML tree: every question about a value knows its file, line and key, and
+// answers with an InputError when the value is not what was asked for.
 #pragma once
 
 #include <string>
@@ -72,7 +72,8 @@ class SceneNode {
   std::string path_;
 };
 
-// A map whose keys are known: unknown keys, keys that are given twice and missing keys are errors. Merge keys (<<) are followed.
+// A map whose keys are known: unknown keys, keys that are given twice and missing keys are errors.
+// Merge keys (<<) are followed.
 class SceneMap {
  public:
   // `allowed` empty: any key.
@@ -108,7 +109,9 @@ Value SceneNode::one_of(const std::vector<std::pair<std::string, Value>>& table)
   fail_choice(allowed);
 }
 
-// InputError unless `name` is among `known`: "unknown component 'blok', did you mean 'block'? known: ..."
-void require_known(const SceneNode& node, const std::string& kind, const std::string& name, const std::vector<std::string>& known);
+// InputError unless `name` is among `known`: "unknown component 'blok', did you mean 'block'?
+// known: ..."
+void require_known(const SceneNode& node, const std::string& kind, const std::string& name,
+                   const std::vector<std::string>& known);
 
 }  // namespace cbr

@@ -12,7 +12,8 @@
 
 namespace cbr {
 
-// What later sections refer to, to be looked up: a scene may have thousands of them, and name each many times.
+// What later sections refer to, to be looked up: a scene may have thousands of them, and name each
+// many times.
 struct SceneNames {
   std::unordered_set<std::string> instances, walls;
 };
@@ -21,15 +22,18 @@ struct SceneNames {
 std::filesystem::path resolve_path(const SceneNode& node, const std::filesystem::path& folder);
 
 // `name`, of an instance. InputError at `node` when there is none of that name.
-std::string parse_instance_name(const SceneNode& node, const std::string& name, const Scene& scene, const SceneNames& names);
-std::string parse_instance_name(const SceneNode& node, const Scene& scene, const SceneNames& names);  // the node's text
+std::string parse_instance_name(const SceneNode& node, const std::string& name, const Scene& scene,
+                                const SceneNames& names);
+// the node's text
+std::string parse_instance_name(const SceneNode& node, const Scene& scene, const SceneNames& names);
 // INSTANCE.SURFACE: the first dot is the cut, for instance names have none and surface names may.
 SurfaceName parse_surface_name(const SceneNode& node, const Scene& scene, const SceneNames& names);
-// Names of components, instances and walls become parts of file and dataset names, and INSTANCE.SURFACE is cut at a dot.
+// Names of components, instances and walls become parts of file and dataset names, and
+// INSTANCE.SURFACE is cut at a dot.
 void require_plain_name(const SceneNode& node, const std::string& kind, const std::string& name);
 
-// Whether every entry under `components` is a superelement file alone, or has the materials of its mesh file: then the scene needs
-// none.
+// Whether every entry under `components` is a superelement file alone, or has the materials of its
+// mesh file: then the scene needs none.
 bool needs_no_materials(const SceneNode& node);
 void parse_materials(const SceneNode& node, Scene& scene);
 void parse_components(const SceneNode& node, const std::filesystem::path& folder, Scene& scene);
@@ -37,24 +41,31 @@ void parse_instances(const SceneNode& node, Scene& scene, SceneNames& names);
 
 void parse_skin(const SceneNode& node, const std::filesystem::path& folder, Scene& scene);
 // After parse_time(): a sine lasts until the run's end.
-void parse_boundary(const SceneNode& node, const std::filesystem::path& folder, const SceneNames& names, Scene& scene);
-void parse_loads(const SceneNode& node, const std::filesystem::path& folder, const SceneNames& names, Scene& scene);
+void parse_boundary(const SceneNode& node, const std::filesystem::path& folder,
+                    const SceneNames& names, Scene& scene);
+void parse_loads(const SceneNode& node, const std::filesystem::path& folder,
+                 const SceneNames& names, Scene& scene);
 // {time: [...], value: [...]}, {file: CSV} or {sine: {...}}: a table in each case.
-History parse_history(const SceneNode& node, const std::filesystem::path& folder, const Scene& scene);
+History parse_history(const SceneNode& node, const std::filesystem::path& folder,
+                      const Scene& scene);
 // At most one of displacement, velocity and acceleration, and its history.
 struct GivenMotion {
   SupportMotion motion = SupportMotion::none;
   Vector3 value = Vector3::Zero();
   History history = {};
 };
-GivenMotion parse_motion(const SceneMap& map, const std::filesystem::path& folder, const Scene& scene);
+GivenMotion parse_motion(const SceneMap& map, const std::filesystem::path& folder,
+                         const Scene& scene);
 void parse_points(const SceneNode& node, Component& component);
 // After parse_instances().
 void parse_links(const SceneNode& node, const SceneNames& names, Scene& scene);
-void parse_walls(const SceneNode& node, const std::filesystem::path& folder, Scene& scene, SceneNames& names);  // after parse_time()
+// after parse_time()
+void parse_walls(const SceneNode& node, const std::filesystem::path& folder, Scene& scene,
+                 SceneNames& names);
 void parse_contact(const SceneNode& node, const SceneNames& names, Scene& scene);
 void parse_time(const SceneNode& node, Scene& scene);
-void parse_output(const SceneNode& node, const std::filesystem::path& folder, const SceneNames& names, Scene& scene);
+void parse_output(const SceneNode& node, const std::filesystem::path& folder,
+                  const SceneNames& names, Scene& scene);
 void parse_sweep(const SceneNode& node, Scene& scene);
 
 }  // namespace cbr

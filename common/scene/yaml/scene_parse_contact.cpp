@@ -13,7 +13,8 @@
 namespace cbr {
 namespace {
 
-// Of length 1. One that has it already, to rounding, is left alone: what is written is read back to the last digit.
+// Of length 1. One that has it already, to rounding, is left alone: what is written is read back to
+// the last digit.
 Vector3 parse_direction(const SceneNode& node) {
   Vector3 v = node.vector3();
   if (std::abs(v.squaredNorm() - 1) <= 8 * std::numeric_limits<double>::epsilon()) return v;
@@ -23,8 +24,10 @@ Vector3 parse_direction(const SceneNode& node) {
   return v / v.norm();
 }
 
-WallOptions parse_wall(const SceneNode& node, const std::filesystem::path& folder, const Scene& scene, const std::string& name) {
-  const SceneMap map = node.map({"plane", "sphere", "cylinder", "displacement", "velocity", "acceleration", "history"});
+WallOptions parse_wall(const SceneNode& node, const std::filesystem::path& folder,
+                       const Scene& scene, const std::string& name) {
+  const SceneMap map = node.map(
+      {"plane", "sphere", "cylinder", "displacement", "velocity", "acceleration", "history"});
   WallOptions wall;
   wall.name = name;
   wall.source = node.source();
@@ -41,7 +44,8 @@ WallOptions parse_wall(const SceneNode& node, const std::filesystem::path& folde
   }
   const bool is_sphere = shape == "sphere";
   wall.kind = is_sphere ? WallOptions::Kind::sphere : WallOptions::Kind::cylinder;
-  const SceneMap round = is_sphere ? body.map({"center", "radius", "inside"}) : body.map({"point", "axis", "radius", "inside"});
+  const SceneMap round = is_sphere ? body.map({"center", "radius", "inside"})
+                                   : body.map({"point", "axis", "radius", "inside"});
   wall.point = round.at(is_sphere ? "center" : "point").vector3();
   if (!is_sphere) wall.direction = parse_direction(round.at("axis"));
   wall.radius = round.at("radius").positive();
@@ -60,26 +64,33 @@ SurfaceName parse_partner(const SceneNode& node, const Scene& scene, const Scene
   const std::string text = node.text();
   const std::size_t dot = text.find('.');
   if (dot != std::string::npos && known.walls.contains(text.substr(0, dot)))
-    node.fail("found '" + text + "': '" + text.substr(0, dot) + "' is a rigid wall, which has no surfaces: name it alone");
+    node.fail("found '" + text + "': '" + text.substr(0, dot) +
+              "' is a rigid wall, which has no surfaces: name it alone");
   if (dot != std::string::npos) return parse_surface_name(node, scene, known);
   if (known.walls.contains(text)) return {"", text, node.source()};
   const auto names = wall_names(scene);
   const std::string hint = nearest_name(text, names);
-  node.fail("found '" + text + "', expected INSTANCE.SURFACE or the name of a wall" + hint + (hint.empty() ? ", " : " ") +
-            "walls: " + (names.empty() ? "none" : join(names)));
+  node.fail("found '" + text + "', expected INSTANCE.SURFACE or the name of a wall" + hint +
+            (hint.empty() ? ", " : " ") + "walls: " + (names.empty() ? "none" : join(names)));
 }
 
-void parse_between(const SceneNode& node, const Scene& scene, const SceneNames& names, ContactOptions& contact) {
+void parse_between(const SceneNode& node, const Scene& scene, const SceneNames& names,
+                   ContactOptions& contact) {
   if (node.is_scalar()) {
-    if (node.text() != "all") node.fail("found '" + node.text() + "', expected all, or two surfaces: [a.SURFACE, b.SURFACE]");
+    if (node.text() != "all")
+      node.fail("found '" + node.text() +
+                "', expected all, or two surfaces: [a.SURFACE, b.SURFACE]");
     contact.all = true;
     return;
   }
   const auto surfaces = node.list();
-  if (surfaces.size() != 2) node.fail("has " + std::to_string(surfaces.size()) + " surfaces, expected two: [a.SURFACE, b.SURFACE]");
+  if (surfaces.size() != 2)
+    node.fail("has " + std::to_string(surfaces.size()) +
+              " surfaces, expected two: [a.SURFACE, b.SURFACE]");
   contact.first = parse_partner(surfaces[0], scene, names);
   contact.second = parse_partner(surfaces[1], scene, names);
-  if (contact.first.text() == contact.second.text()) node.fail("'" + contact.first.text() + "' cannot be in contact with itself");
+  if (contact.first.text() == contact.second.text())
+    node.fail("'" + contact.first.text() + "' cannot be in contact with itself");
   if (contact.first.is_wall() && contact.second.is_wall())
     node.fail("'" + contact.first.text() + "' and '" + contact.second.text() +
               "' are both rigid walls, expected one surface of an instance");
@@ -88,44 +99,58 @@ void parse_between(const SceneNode& node, const Scene& scene, const SceneNames& 
 
 // What a key asks for and the enforcement or the formulation cannot do.
 void check_enforcement(const SceneMap& map, const ContactOptions& contact) {
-  const bool is_nodal = contact.enforcement == Enforcement::nodal, is_penalty = contact.enforcement == Enforcement::penalty;
+  const bool is_nodal = contact.enforcement == Enforcement::nodal,
+             is_penalty = contact.enforcement == Enforcement::penalty;
   if (contact.friction > 0 && is_nodal) {
     map.at("friction").fail("'enforcement: nodal' knows no friction, use impulse or penalty");
   }
   if (contact.damping > 0 && !is_penalty) {
-    map.at("damping").fail("damping is that of the springs of 'enforcement: penalty': use it, or remove 'damping'");
+    map.at("damping").fail(
+        "damping is that of the springs of 'enforcement: penalty': use it, or remove 'damping'");
   }
   if (contact.formulation == Formulation::two_way && !is_penalty) {
     map.at("formulation")
-        .fail("two-way needs 'enforcement: penalty' (hard contact of both sides' nodes is too much): use it, or " +
-              std::string("'node-face' or 'mortar'"));
+        .fail(
+            "two-way needs 'enforcement: penalty' (hard contact of both sides' nodes is too much): "
+            "use it, or " +
+            std::string("'node-face' or 'mortar'"));
   }
   if (contact.formulation == Formulation::mortar && is_nodal) {
-    map.at("formulation").fail("mortar is not available with 'enforcement: nodal': use impulse or penalty, or 'node-face'");
+    map.at("formulation")
+        .fail(
+            "mortar is not available with 'enforcement: nodal': use impulse or penalty, or "
+            "'node-face'");
   }
 }
 
 void check_tied(const SceneMap& map, const ContactOptions& contact) {
   if (!contact.tied) return;
-  if (contact.friction > 0) map.at("friction").fail("tied surfaces do not slide, remove 'friction' or 'tied'");
+  if (contact.friction > 0)
+    map.at("friction").fail("tied surfaces do not slide, remove 'friction' or 'tied'");
   if (contact.enforcement != Enforcement::impulse) {
-    map.at("enforcement").fail("tied surfaces are held by 'enforcement: impulse' only, remove 'enforcement' or 'tied'");
+    map.at("enforcement")
+        .fail(
+            "tied surfaces are held by 'enforcement: impulse' only, remove 'enforcement' or "
+            "'tied'");
   }
 }
 
 void check_wall(const SceneMap& map, const ContactOptions& contact) {
   if (contact.all || !contact.second.is_wall()) return;
   const std::string wall = "'" + contact.second.text() + "' is a rigid wall";
-  if (contact.tied) map.at("tied").fail(wall + ": nothing can be tied to it, use 'boundary' to hold nodes");
+  if (contact.tied)
+    map.at("tied").fail(wall + ": nothing can be tied to it, use 'boundary' to hold nodes");
   if (contact.formulation != Formulation::node_face) {
-    map.at("formulation").fail(wall + ", which has no nodes and no faces: only 'node-face' goes with it");
+    map.at("formulation")
+        .fail(wall + ", which has no nodes and no faces: only 'node-face' goes with it");
   }
 }
 
 // What only statics do: a pretension, and overlaps that are pressed apart.
 void parse_statics(const SceneMap& map, ContactOptions& contact) {
   if (const auto* pretension = map.find("pretension")) {
-    if (contact.all || contact.second.is_wall()) pretension->fail("pulls two surfaces together: name both in 'between'");
+    if (contact.all || contact.second.is_wall())
+      pretension->fail("pulls two surfaces together: name both in 'between'");
     if (const auto* tied = map.find("tied"); tied != nullptr && !contact.tied)
       tied->fail("surfaces with a pretension are tied: remove 'tied', or 'pretension'");
     const SceneMap of = pretension->map({"force", "shortening"});
@@ -136,17 +161,21 @@ void parse_statics(const SceneMap& map, ContactOptions& contact) {
   const auto* overlap = map.find("overlap");
   if (overlap == nullptr) return;
   contact.resolves_overlap = overlap->one_of<bool>({{"keep", false}, {"resolve", true}});
-  if (contact.resolves_overlap && contact.tied) overlap->fail("tied surfaces keep their distance, remove 'tied' or 'overlap'");
+  if (contact.resolves_overlap && contact.tied)
+    overlap->fail("tied surfaces keep their distance, remove 'tied' or 'overlap'");
 }
 
-ContactOptions parse_one_contact(const SceneNode& node, const Scene& scene, const SceneNames& names) {
-  const SceneMap map = node.map(
-      {"between", "formulation", "enforcement", "friction", "damping", "tied", "adjust", "pretension", "overlap"});
+ContactOptions parse_one_contact(const SceneNode& node, const Scene& scene,
+                                 const SceneNames& names) {
+  const SceneMap map = node.map({"between", "formulation", "enforcement", "friction", "damping",
+                                 "tied", "adjust", "pretension", "overlap"});
   ContactOptions contact;
   contact.source = node.source();
   parse_between(map.at("between"), scene, names, contact);
-  if (const auto* formulation = map.find("formulation")) contact.formulation = formulation->one_of(formulation_words);
-  if (const auto* enforcement = map.find("enforcement")) contact.enforcement = enforcement->one_of(enforcement_words);
+  if (const auto* formulation = map.find("formulation"))
+    contact.formulation = formulation->one_of(formulation_words);
+  if (const auto* enforcement = map.find("enforcement"))
+    contact.enforcement = enforcement->one_of(enforcement_words);
   if (const auto* friction = map.find("friction")) contact.friction = friction->not_negative();
   if (const auto* damping = map.find("damping")) contact.damping = damping->not_negative();
   if (const auto* tied = map.find("tied")) contact.tied = tied->boolean();
@@ -171,19 +200,23 @@ std::pair<std::string, std::string> pair_key(const ContactOptions& contact) {
 SurfaceName parse_surface_name(const SceneNode& node, const Scene& scene, const SceneNames& names) {
   const std::string text = node.text();
   const auto dot = text.find('.');
-  if (dot == std::string::npos || dot == 0 || dot + 1 == text.size()) node.fail("found '" + text + "', expected INSTANCE.SURFACE");
-  return {parse_instance_name(node, text.substr(0, dot), scene, names), text.substr(dot + 1), node.source()};
+  if (dot == std::string::npos || dot == 0 || dot + 1 == text.size())
+    node.fail("found '" + text + "', expected INSTANCE.SURFACE");
+  return {parse_instance_name(node, text.substr(0, dot), scene, names), text.substr(dot + 1),
+          node.source()};
 }
 
-void parse_walls(const SceneNode& node, const std::filesystem::path& folder, Scene& scene, SceneNames& names) {
+void parse_walls(const SceneNode& node, const std::filesystem::path& folder, Scene& scene,
+                 SceneNames& names) {
   const SceneMap map = node.map_of_any();
   for (const auto& [name, value] : map.entries()) {
     require_plain_name(value, "a wall", name);
     if (names.instances.contains(name)) {
-      const auto instance = std::find_if(scene.instances.begin(), scene.instances.end(),
-                                         [&, wall = name](const Instance& i) { return i.name == wall; });
-      value.fail("an instance has the name '" + name + "' too (line " + std::to_string(instance->source.line) +
-                 "): give the wall another one");
+      const auto instance =
+          std::find_if(scene.instances.begin(), scene.instances.end(),
+                       [&, wall = name](const Instance& i) { return i.name == wall; });
+      value.fail("an instance has the name '" + name + "' too (line " +
+                 std::to_string(instance->source.line) + "): give the wall another one");
     }
     scene.walls.push_back(parse_wall(value, folder, scene, name));
     names.walls.insert(name);
@@ -192,7 +225,8 @@ void parse_walls(const SceneNode& node, const std::filesystem::path& folder, Sce
 
 void parse_contact(const SceneNode& node, const SceneNames& names, Scene& scene) {
   if (node.is_scalar()) {
-    if (node.text() != "all") node.fail("found '" + node.text() + "', expected all, or a list of {between: ...}");
+    if (node.text() != "all")
+      node.fail("found '" + node.text() + "', expected all, or a list of {between: ...}");
     ContactOptions contact;
     contact.all = true;
     contact.source = node.source();
@@ -204,8 +238,9 @@ void parse_contact(const SceneNode& node, const SceneNames& names, Scene& scene)
     ContactOptions contact = parse_one_contact(item, scene, names);
     const auto [earlier, is_new] = line_of.try_emplace(pair_key(contact), contact.source.line);
     if (!is_new)
-      item.fail((contact.all ? "all" : "[" + contact.first.text() + ", " + contact.second.text() + "]") +
-                " is listed twice (line " + std::to_string(earlier->second) + " too), remove one");
+      item.fail(
+          (contact.all ? "all" : "[" + contact.first.text() + ", " + contact.second.text() + "]") +
+          " is listed twice (line " + std::to_string(earlier->second) + " too), remove one");
     scene.contact.push_back(std::move(contact));
   });
 }
@@ -215,26 +250,33 @@ namespace {
 // What an interface without a coordinate for each dof cannot do.
 void refuse_characteristic(const Scene& scene, const Instance& instance) {
   for (const ContactOptions& contact : scene.contact) {
-    const bool is_named = contact.all || contact.first.instance == instance.name || contact.second.instance == instance.name;
+    const bool is_named = contact.all || contact.first.instance == instance.name ||
+                          contact.second.instance == instance.name;
     if (!is_named) continue;
     if (contact.enforcement != Enforcement::nodal) continue;
     throw InputError(contact.source.text() + ": contact: instance '" + instance.name +
-                     "' (basis: characteristic) has no nodal masses, which 'enforcement: nodal' needs: use 'enforcement: "
+                     "' (basis: characteristic) has no nodal masses, which 'enforcement: nodal' "
+                     "needs: use 'enforcement: "
                      "impulse', or basis: craig-bampton");
   }
 }
 
 // What an interface without mass cannot do.
 void refuse_massless(const Scene& scene, const Instance& instance) {
-  const std::string its = "instance '" + instance.name + "' (basis: massless) ", cure = ", or reduce it with basis: craig-bampton";
+  const std::string its = "instance '" + instance.name + "' (basis: massless) ",
+                    cure = ", or reduce it with basis: craig-bampton";
   if (scene.time->integrator == Integrator::newmark)
     throw InputError(scene.time->source.text() + ": time: " + its +
-                     "is not available with integrator: newmark: use exact or central-difference" + cure);
+                     "is not available with integrator: newmark: use exact or central-difference" +
+                     cure);
   for (const ContactOptions& contact : scene.contact) {
-    const bool is_named = contact.all || contact.first.instance == instance.name || contact.second.instance == instance.name;
+    const bool is_named = contact.all || contact.first.instance == instance.name ||
+                          contact.second.instance == instance.name;
     if (!is_named || contact.enforcement == Enforcement::impulse) continue;
-    throw InputError(contact.source.text() + ": contact: " + its + "has no mass where it touches, which 'enforcement: " +
-                     word_of(enforcement_words, contact.enforcement) + "' needs: use 'enforcement: impulse'" + cure);
+    throw InputError(contact.source.text() + ": contact: " + its +
+                     "has no mass where it touches, which 'enforcement: " +
+                     word_of(enforcement_words, contact.enforcement) +
+                     "' needs: use 'enforcement: impulse'" + cure);
   }
 }
 
@@ -244,7 +286,8 @@ void check_contact_with_time(const Scene& scene) {
   if (!scene.time) return;
   for (const Instance& instance : scene.instances) {
     const auto component = scene.components.find(instance.component);
-    const bool is_reduced = instance.as == InstanceKind::superelement && component != scene.components.end();
+    const bool is_reduced =
+        instance.as == InstanceKind::superelement && component != scene.components.end();
     if (!is_reduced || !component->second.reduction) continue;
     const ReductionOptions& reduction = *component->second.reduction;
     if (reduction.is_massless()) refuse_massless(scene, instance);
@@ -253,11 +296,14 @@ void check_contact_with_time(const Scene& scene) {
   for (const ContactOptions& contact : scene.contact) {
     if (contact.enforcement == Enforcement::impulse) continue;
     if (scene.time->mass_scaling)
-      throw InputError(contact.source.text() + ": contact: 'enforcement: " + word_of(enforcement_words, contact.enforcement) +
+      throw InputError(contact.source.text() + ": contact: 'enforcement: " +
+                       word_of(enforcement_words, contact.enforcement) +
                        "' is not available with time.mass_scaling: use 'enforcement: impulse'");
     if (scene.time->integrator != Integrator::newmark) continue;
-    throw InputError(contact.source.text() + ": contact: 'enforcement: " + word_of(enforcement_words, contact.enforcement) +
-                     "' requires an explicit integrator: with 'integrator: newmark' use 'enforcement: impulse', which closes " +
+    throw InputError(contact.source.text() +
+                     ": contact: 'enforcement: " + word_of(enforcement_words, contact.enforcement) +
+                     "' requires an explicit integrator: with 'integrator: newmark' use "
+                     "'enforcement: impulse', which closes " +
                      "the gaps at the end of each step");
   }
 }

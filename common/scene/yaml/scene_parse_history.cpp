@@ -12,7 +12,8 @@
 namespace cbr {
 namespace {
 
-// Straight lines between so many points of a period are off by 1 - cos(pi / n), 1.2e-4, of the amplitude at most.
+// Straight lines between so many points of a period are off by 1 - cos(pi / n), 1.2e-4, of the
+// amplitude at most.
 constexpr double points_per_period = 200;
 constexpr double most_points = 1e6;
 
@@ -20,16 +21,19 @@ History parse_table(const SceneMap& map) {
   History history{map.at("time").numbers(), map.at("value").numbers()};
   if (history.time.empty()) map.at("time").fail("is empty, expected at least one time");
   if (history.time.size() != history.value.size()) {
-    map.at("value").fail("has " + std::to_string(history.value.size()) +
-                         " entries, expected as many as 'time' has: " + std::to_string(history.time.size()));
+    map.at("value").fail(
+        "has " + std::to_string(history.value.size()) +
+        " entries, expected as many as 'time' has: " + std::to_string(history.time.size()));
   }
   for (std::size_t i = 1; i < history.time.size(); ++i) {
-    if (history.time[i] <= history.time[i - 1]) map.at("time").list()[i].fail("not above the time before it, times must ascend");
+    if (history.time[i] <= history.time[i - 1])
+      map.at("time").list()[i].fail("not above the time before it, times must ascend");
   }
   return history;
 }
 
-// The first two numbers of a line, between commas, semicolons or spaces; whether there are two and nothing else.
+// The first two numbers of a line, between commas, semicolons or spaces; whether there are two and
+// nothing else.
 bool two_numbers(std::string_view line, double (&value)[2]) {
   constexpr std::string_view between = ",; \t\r";
   for (double& number : value) {
@@ -45,7 +49,8 @@ bool two_numbers(std::string_view line, double (&value)[2]) {
   return line.find_first_not_of(between) == std::string_view::npos;
 }
 
-// Lines of time and value. A first line of names, empty lines, and lines that begin with # are passed over.
+// Lines of time and value. A first line of names, empty lines, and lines that begin with # are
+// passed over.
 History read_csv(const std::filesystem::path& file, const SceneNode& node) {
   std::ifstream in(file);
   if (!in) node.fail("cannot read the file '" + file.string() + "'");
@@ -60,23 +65,28 @@ History read_csv(const std::filesystem::path& file, const SceneNode& node) {
     if (first == std::string::npos || line[first] == '#') continue;
     double value[2];
     const bool is_row = two_numbers(line, value);
-    const bool is_header = is_first && !is_row && std::isalpha(static_cast<unsigned char>(line[first])) != 0;
+    const bool is_header =
+        is_first && !is_row && std::isalpha(static_cast<unsigned char>(line[first])) != 0;
     is_first = false;
     if (is_header) continue;
     if (!is_row) refuse(number, "found '" + line.substr(0, 60) + "', expected a time and a value");
-    if (!history.time.empty() && value[0] <= history.time.back()) refuse(number, "not above the time before it, times must ascend");
+    if (!history.time.empty() && value[0] <= history.time.back())
+      refuse(number, "not above the time before it, times must ascend");
     history.time.push_back(value[0]);
     history.value.push_back(value[1]);
   }
-  if (history.time.empty()) node.fail("the file '" + file.string() + "' has no line of a time and a value");
+  if (history.time.empty())
+    node.fail("the file '" + file.string() + "' has no line of a time and a value");
   return history;
 }
 
-// sin(2 pi f (t - start) + phase) from `start` for so many cycles, or to the end of the run; 0 before and after.
+// sin(2 pi f (t - start) + phase) from `start` for so many cycles, or to the end of the run; 0
+// before and after.
 History sample_sine(const SceneNode& node, const Scene& scene) {
   const SceneMap map = node.map({"frequency_hz", "phase", "start", "cycles"});
   const double frequency = map.at("frequency_hz").positive();
-  const double phase = map.find("phase") != nullptr ? map.at("phase").number() * std::numbers::pi / 180 : 0;
+  const double phase =
+      map.find("phase") != nullptr ? map.at("phase").number() * std::numbers::pi / 180 : 0;
   const double start = map.find("start") != nullptr ? map.at("start").not_negative() : 0;
   double cycles = 0;
   if (const auto* given = map.find("cycles")) {
@@ -87,7 +97,8 @@ History sample_sine(const SceneNode& node, const Scene& scene) {
     node.fail("needs 'cycles' in a scene that has no 'time'");
   }
   const double n = std::ceil(cycles * points_per_period);
-  if (n > most_points) node.fail("is of more than 5000 cycles: give 'cycles', a shorter run, or a lower frequency");
+  if (n > most_points)
+    node.fail("is of more than 5000 cycles: give 'cycles', a shorter run, or a lower frequency");
   History history;
   const auto add = [&](double time, double value) {
     if (!history.time.empty() && time <= history.time.back()) return;
@@ -107,13 +118,16 @@ History sample_sine(const SceneNode& node, const Scene& scene) {
 
 }  // namespace
 
-History parse_history(const SceneNode& node, const std::filesystem::path& folder, const Scene& scene) {
+History parse_history(const SceneNode& node, const std::filesystem::path& folder,
+                      const Scene& scene) {
   const SceneMap map = node.map({"time", "value", "file", "sine"});
   for (const char* key : {"file", "sine"}) {
     const SceneNode* other = map.find(key);
     if (other == nullptr) continue;
-    if (map.entries().size() > 1) node.fail(std::string("'") + key + "' stands alone: remove the other keys");
-    return std::string_view(key) == "file" ? read_csv(resolve_path(*other, folder), *other) : sample_sine(*other, scene);
+    if (map.entries().size() > 1)
+      node.fail(std::string("'") + key + "' stands alone: remove the other keys");
+    return std::string_view(key) == "file" ? read_csv(resolve_path(*other, folder), *other)
+                                           : sample_sine(*other, scene);
   }
   return parse_table(map);
 }

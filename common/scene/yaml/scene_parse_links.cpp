@@ -8,7 +8,8 @@
 namespace cbr {
 namespace {
 
-const std::vector<std::pair<std::string, std::size_t>> motions{{"x", 0}, {"y", 1}, {"z", 2}, {"rx", 3}, {"ry", 4}, {"rz", 5}};
+const std::vector<std::pair<std::string, std::size_t>> motions{{"x", 0},  {"y", 1},  {"z", 2},
+                                                               {"rx", 3}, {"ry", 4}, {"rz", 5}};
 
 std::array<bool, 6> parse_motions(const SceneNode& node) {
   std::array<bool, 6> fix{};
@@ -24,7 +25,9 @@ std::array<bool, 6> parse_motions(const SceneNode& node) {
 // [x axis, y axis]: of any length, at right angles.
 Matrix3 parse_link_axes(const SceneNode& node) {
   const auto vectors = node.list();
-  if (vectors.size() != 2) node.fail("has " + std::to_string(vectors.size()) + " vectors, expected two: [[x, y, z], [x, y, z]]");
+  if (vectors.size() != 2)
+    node.fail("has " + std::to_string(vectors.size()) +
+              " vectors, expected two: [[x, y, z], [x, y, z]]");
   const Vector3 x = vectors[0].vector3(), y = vectors[1].vector3();
   if (!(x.norm() > 0) || !(y.norm() > 0) || std::abs(x.normalized().dot(y.normalized())) > 1e-9)
     node.fail("are not at right angles, or zero");
@@ -51,13 +54,17 @@ bool is_definite_where_not_zero(Matrix A) {
 void require_definite(const SceneNode& node, const Matrix& A) {
   if (!A.isApprox(A.transpose(), 1e-9)) node.fail("is not symmetric");
   if (!is_definite_where_not_zero(A))
-    node.fail("is not positive definite, expected a matrix that resists every motion on whose diagonal it is not 0");
+    node.fail(
+        "is not positive definite, expected a matrix that resists every motion on whose diagonal "
+        "it is not 0");
 }
 
 // Six numbers, of x, y, z, rx, ry, rz, or six rows of six.
 Matrix6 parse_six(const SceneNode& node) {
   const auto rows = node.list();
-  if (rows.size() != 6) node.fail("has " + std::to_string(rows.size()) + " entries, expected six numbers, or six rows of six numbers");
+  if (rows.size() != 6)
+    node.fail("has " + std::to_string(rows.size()) +
+              " entries, expected six numbers, or six rows of six numbers");
   Matrix6 A = Matrix6::Zero();
   for (Index i = 0; i < 6; ++i) {
     const SceneNode& row = rows[static_cast<std::size_t>(i)];
@@ -66,7 +73,8 @@ Matrix6 parse_six(const SceneNode& node) {
       continue;
     }
     const std::vector<double> values = row.numbers();
-    if (values.size() != 6) row.fail("has " + std::to_string(values.size()) + " numbers, expected six");
+    if (values.size() != 6)
+      row.fail("has " + std::to_string(values.size()) + " numbers, expected six");
     for (Index j = 0; j < 6; ++j) A(i, j) = values[static_cast<std::size_t>(j)];
   }
   require_definite(node, A);
@@ -78,7 +86,8 @@ Matrix6 parse_six(const SceneNode& node) {
 Matrix3 parse_inertia(const SceneNode& node) {
   const std::vector<double> v = node.numbers();
   if (v.size() != 3 && v.size() != 6)
-    node.fail("has " + std::to_string(v.size()) + " numbers, expected three: [xx, yy, zz], or six: [xx, yy, zz, xy, yz, xz]");
+    node.fail("has " + std::to_string(v.size()) +
+              " numbers, expected three: [xx, yy, zz], or six: [xx, yy, zz, xy, yz, xz]");
   Matrix3 inertia = Vector3(v[0], v[1], v[2]).asDiagonal();
   if (v.size() == 6) {
     inertia(0, 1) = inertia(1, 0) = v[3];
@@ -91,7 +100,8 @@ Matrix3 parse_inertia(const SceneNode& node) {
 
 // A motion is held or sprung, not both. With springs nothing is held unless it is named.
 void parse_springs(const SceneMap& map, LinkOptions& link) {
-  const SceneNode *stiffness = map.find("stiffness"), *damping = map.find("damping"), *fix = map.find("fix");
+  const SceneNode *stiffness = map.find("stiffness"), *damping = map.find("damping"),
+                  *fix = map.find("fix");
   if (stiffness != nullptr) link.stiffness = parse_six(*stiffness);
   if (damping != nullptr) link.damping = parse_six(*damping);
   if (stiffness == nullptr && damping == nullptr) return;
@@ -104,8 +114,8 @@ void parse_springs(const SceneMap& map, LinkOptions& link) {
 void refuse_twice(const SceneNode& node, const LinkOptions& link, const Scene& scene) {
   for (const LinkOptions& other : scene.links)
     if (other.first.text() == link.first.text() && other.second.text() == link.second.text())
-      node.fail("links '" + link.first.text() + "' and '" + link.second.text() + "' as line " + std::to_string(other.source.line) +
-                " does: put both into one entry");
+      node.fail("links '" + link.first.text() + "' and '" + link.second.text() + "' as line " +
+                std::to_string(other.source.line) + " does: put both into one entry");
 }
 
 SurfaceName parse_point_name(const SceneNode& node, const Scene& scene, const SceneNames& names) {
@@ -125,7 +135,8 @@ void parse_points(const SceneNode& node, Component& component) {
     point.source = value.source();
     point.nodes = of.at("surface").text();
     if (const auto* at = of.find("at")) point.at = at->vector3();
-    if (const auto* coupling = of.find("coupling")) point.rigid = coupling->one_of<bool>({{"average", false}, {"rigid", true}});
+    if (const auto* coupling = of.find("coupling"))
+      point.rigid = coupling->one_of<bool>({{"average", false}, {"rigid", true}});
     if (const auto* mass = of.find("mass")) point.mass = mass->positive();
     if (const auto* inertia = of.find("inertia")) point.inertia = parse_inertia(*inertia);
     component.points.emplace(name, point);
@@ -138,14 +149,17 @@ void parse_links(const SceneNode& node, const SceneNames& names, Scene& scene) {
     LinkOptions link;
     link.source = item.source();
     const auto ends = map.at("between").list();
-    if (ends.size() != 2) map.at("between").fail("has " + std::to_string(ends.size()) + " ends, expected two: [a.POINT, b.POINT], or ground");
+    if (ends.size() != 2)
+      map.at("between").fail("has " + std::to_string(ends.size()) +
+                             " ends, expected two: [a.POINT, b.POINT], or ground");
     link.first = parse_point_name(ends[0], scene, names);
     if (ends[1].text() == "ground") {
       link.second = {"", "ground", ends[1].source()};
     } else {
       link.second = parse_point_name(ends[1], scene, names);
     }
-    if (link.first.text() == link.second.text()) map.at("between").fail("'" + link.first.text() + "' cannot be linked to itself");
+    if (link.first.text() == link.second.text())
+      map.at("between").fail("'" + link.first.text() + "' cannot be linked to itself");
     if (const auto* fix = map.find("fix")) link.fix = parse_motions(*fix);
     if (const auto* axes = map.find("axes")) link.axes = parse_link_axes(*axes);
     parse_springs(map, link);

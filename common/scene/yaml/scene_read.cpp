@@ -29,22 +29,27 @@ std::string read_to_end(std::istream& in, const std::string& name) {
     text.resize(before + chunk);
     in.read(text.data() + before, static_cast<std::streamsize>(chunk));
     text.resize(before + static_cast<std::size_t>(in.gcount()));
-    if (text.find('\0', before) != std::string::npos) throw InputError(name + ": is not a text file, expected a scene file (YAML)");
+    if (text.find('\0', before) != std::string::npos)
+      throw InputError(name + ": is not a text file, expected a scene file (YAML)");
     if (!in) return text;
   }
 }
 
 std::string read_text(const std::string& file_or_dash) {
   if (file_or_dash == "-") return read_to_end(std::cin, "<stdin>");
-  if (file_or_dash.empty()) throw InputError("'': an empty name, expected that of a scene file, or - for standard input");
+  if (file_or_dash.empty())
+    throw InputError("'': an empty name, expected that of a scene file, or - for standard input");
   std::error_code error;
   const auto status = fs::status(file_or_dash, error);
   if (status.type() == fs::file_type::not_found) throw InputError(file_or_dash + ": no such file");
-  if (!fs::exists(status)) throw InputError(file_or_dash + ": cannot be opened: " + error.message());
-  if (fs::is_directory(status)) throw InputError(file_or_dash + ": is a directory, expected a scene file");
+  if (!fs::exists(status))
+    throw InputError(file_or_dash + ": cannot be opened: " + error.message());
+  if (fs::is_directory(status))
+    throw InputError(file_or_dash + ": is a directory, expected a scene file");
   if (fs::is_regular_file(status)) {
     const auto size = fs::file_size(file_or_dash, error);
-    if (!error && size > most_bytes) refuse_size(file_or_dash, "of " + std::to_string(size) + " bytes");
+    if (!error && size > most_bytes)
+      refuse_size(file_or_dash, "of " + std::to_string(size) + " bytes");
   }
   errno = 0;
   std::ifstream in(file_or_dash, std::ios::binary);
@@ -57,7 +62,8 @@ std::string read_text(const std::string& file_or_dash) {
 void parse_sections(const SceneMap& map, const fs::path& folder, Scene& scene) {
   const auto* components = map.find("components");
   const bool has_materials = map.find("materials") != nullptr;
-  if (has_materials || components == nullptr || !needs_no_materials(*components)) parse_materials(map.at("materials"), scene);
+  if (has_materials || components == nullptr || !needs_no_materials(*components))
+    parse_materials(map.at("materials"), scene);
   parse_components(map.at("components"), folder, scene);
   SceneNames names;
   // The order is that of the references, not of the file.
@@ -78,21 +84,22 @@ void parse_sections(const SceneMap& map, const fs::path& folder, Scene& scene) {
 Scene read_scene(const std::string& file_or_dash) {
   const bool is_stdin = file_or_dash == "-";
   const std::string name = is_stdin ? "<stdin>" : file_or_dash;
-  if (const std::string cure = foreign_mesh_cure(file_or_dash); !cure.empty()) throw InputError(name + ": " + cure);
+  if (const std::string cure = foreign_mesh_cure(file_or_dash); !cure.empty())
+    throw InputError(name + ": " + cure);
   std::string text = read_text(file_or_dash);
   const YamlTree tree(text, name);
   std::string().swap(text);  // may be large
   if (tree.empty() || tree.kind(tree.root()) == YamlTree::Kind::null) {
-    throw InputError(name + ": is empty, expected a scene" + (is_stdin ? " (did the command before this one fail?)" : ""));
+    throw InputError(name + ": is empty, expected a scene" +
+                     (is_stdin ? " (did the command before this one fail?)" : ""));
   }
   const fs::path folder = is_stdin ? fs::current_path() : fs::absolute(file_or_dash).parent_path();
   const SceneNode root(tree, tree.root(), "", 1);
   Scene scene;
   scene.file = file_or_dash;
-  parse_sections(
-      root.map({"materials", "components", "instances", "skin", "boundary", "loads", "walls", "contact", "links", "time", "output",
-                "sweep"}),
-      folder, scene);
+  parse_sections(root.map({"materials", "components", "instances", "skin", "boundary", "loads",
+                           "walls", "contact", "links", "time", "output", "sweep"}),
+                 folder, scene);
   return scene;
 }
 

@@ -14,7 +14,8 @@ namespace {
 
 // Words that YAML readers, ours and others, take for something else than text.
 bool is_reserved(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   for (const char* word : {"true", "false", "yes", "no", "on", "off", "null", "n"}) {
     if (text == word) return true;
   }
@@ -22,10 +23,13 @@ bool is_reserved(std::string text) {
 }
 
 bool is_plain(const std::string& text) {
-  const auto is_letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; };
+  const auto is_letter = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_';
+  };
   if (text.empty() || is_reserved(text) || !(is_letter(text[0]) || text[0] == '/')) return false;
-  return std::all_of(text.begin(), text.end(),
-                     [&](char c) { return is_letter(c) || (c >= '0' && c <= '9') || c == '/' || c == '.' || c == '-'; });
+  return std::all_of(text.begin(), text.end(), [&](char c) {
+    return is_letter(c) || (c >= '0' && c <= '9') || c == '/' || c == '.' || c == '-';
+  });
 }
 
 std::string word(const std::string& text) {
@@ -68,17 +72,21 @@ class FlowMap {
     items_.push_back(key + ": " + value);
     return *this;
   }
-  FlowMap& add_if(bool condition, const std::string& key, const std::string& value) { return condition ? add(key, value) : *this; }
+  FlowMap& add_if(bool condition, const std::string& key, const std::string& value) {
+    return condition ? add(key, value) : *this;
+  }
   std::string text() const { return "{" + join(items_) + "}"; }
 
  private:
   std::vector<std::string> items_;
 };
 
-std::string path(const std::filesystem::path& file) { return word(std::filesystem::absolute(file).lexically_normal().string()); }
+std::string path(const std::filesystem::path& file) {
+  return word(std::filesystem::absolute(file).lexically_normal().string());
+}
 
-// What the table says of the options, a map of their own on one line. Patterns, pick, domains and recovery always, so that the
-// scene says what is done.
+// What the table says of the options, a map of their own on one line. Patterns, pick, domains and
+// recovery always, so that the scene says what is done.
 bool is_written(const ReductionKey& key, const ReductionOptions& reduction) {
   if (!key.goes_with(reduction.basis)) return false;
   if (key.key == "characteristic.modes") return !reduction.characteristic.is_default_modes;
@@ -139,7 +147,8 @@ void write_component(const Component& component, std::ostream& out) {
     map.add_if(point.rigid, "coupling", "rigid");
     if (point.mass > 0) map.add("mass", number_text(point.mass));
     const Matrix3& J = point.inertia;
-    if (!J.isZero(0)) map.add("inertia", numbers({J(0, 0), J(1, 1), J(2, 2), J(0, 1), J(1, 2), J(0, 2)}));
+    if (!J.isZero(0))
+      map.add("inertia", numbers({J(0, 0), J(1, 1), J(2, 2), J(0, 1), J(1, 2), J(0, 2)}));
     out << "      " << word(name) << ": " << map.text() << "\n";
   }
   if (component.reduction) write_reduction(*component.reduction, out);
@@ -149,27 +158,33 @@ void write_instance(const Instance& instance, std::ostream& out) {
   FlowMap map;
   map.add("component", word(instance.component)).add("as", word_of(instance_words, instance.as));
   map.add("position", vector(instance.position)).add("rotation", vector(instance.rotation_degrees));
-  map.add_if(!instance.mirror.empty(), "mirror", instance.mirror).add("velocity", vector(instance.velocity));
+  map.add_if(!instance.mirror.empty(), "mirror", instance.mirror)
+      .add("velocity", vector(instance.velocity));
   if (!instance.damping.empty()) {
     FlowMap damping;
-    damping.add("frequency_hz", numbers(instance.damping.frequency_hz)).add("ratio", numbers(instance.damping.ratio));
+    damping.add("frequency_hz", numbers(instance.damping.frequency_hz))
+        .add("ratio", numbers(instance.damping.ratio));
     map.add("damping", damping.text());
   }
-  map.add_if(!instance.angular_velocity.isZero(0), "angular_velocity", vector(instance.angular_velocity));
+  map.add_if(!instance.angular_velocity.isZero(0), "angular_velocity",
+             vector(instance.angular_velocity));
   out << "  " << word(instance.name) << ": " << map.text() << "\n";
 }
 
 void write_skin(const SkinOptions& skin, std::ostream& out) {
   FlowMap map;
   map.add("surfaces", words(skin.surfaces)).add("youngs_modulus", number_text(skin.youngs_modulus));
-  map.add("poissons_ratio", number_text(skin.poissons_ratio)).add("density", number_text(skin.density));
+  map.add("poissons_ratio", number_text(skin.poissons_ratio))
+      .add("density", number_text(skin.density));
   map.add("thickness", number_text(skin.thickness)).add("mesh", path(skin.mesh));
   out << "skin: " << map.text() << "\n";
 }
 
 FlowMap& add_history(const History& history, FlowMap& map) {
   if (history.time.empty()) return map;
-  return map.add("history", FlowMap().add("time", numbers(history.time)).add("value", numbers(history.value)).text());
+  return map.add(
+      "history",
+      FlowMap().add("time", numbers(history.time)).add("value", numbers(history.value)).text());
 }
 
 std::string boundary_text(const BoundaryCondition& condition) {
@@ -178,7 +193,9 @@ std::string boundary_text(const BoundaryCondition& condition) {
     if (condition.fix[axis]) axes.push_back(std::string(1, "xyz"[axis]));
   }
   FlowMap map;
-  map.add("instance", word(condition.instance)).add("nodes", word(condition.nodes)).add("fix", list(axes));
+  map.add("instance", word(condition.instance))
+      .add("nodes", word(condition.nodes))
+      .add("fix", list(axes));
   if (condition.motion == SupportMotion::none) return map.text();
   map.add(word_of(motion_words, condition.motion), vector(condition.value));
   return add_history(condition.history, map).text();
@@ -187,13 +204,17 @@ std::string boundary_text(const BoundaryCondition& condition) {
 std::string load_text(const Load& load) {
   FlowMap map;
   const bool is_gravity = load.kind == Load::Kind::gravity;
-  if (!is_gravity) map.add("instance", word(load.instance)).add(load.on_point ? "point" : "surface", word(load.surface));
+  if (!is_gravity)
+    map.add("instance", word(load.instance))
+        .add(load.on_point ? "point" : "surface", word(load.surface));
   if (load.kind == Load::Kind::pressure) {
     map.add("pressure", number_text(load.value[0]));
   } else {
-    map.add(is_gravity                              ? "gravity"
+    map.add(is_gravity                        ? "gravity"
             : load.kind == Load::Kind::moment ? "moment"
-            : load.kind == Load::Kind::force ? "force" : "traction", vector(load.value));
+            : load.kind == Load::Kind::force  ? "force"
+                                              : "traction",
+            vector(load.value));
   }
   return add_history(load.history, map).text();
 }
@@ -221,15 +242,18 @@ std::string contact_text(const ContactOptions& contact) {
   map.add("friction", number_text(contact.friction)).add("damping", number_text(contact.damping));
   map.add("tied", contact.tied ? "true" : "false");
   if (contact.adjust) map.add("adjust", number_text(*contact.adjust));
-  if (contact.pretension_force) map.add("pretension", FlowMap().add("force", number_text(*contact.pretension_force)).text());
-  if (contact.shortening) map.add("pretension", FlowMap().add("shortening", number_text(*contact.shortening)).text());
+  if (contact.pretension_force)
+    map.add("pretension", FlowMap().add("force", number_text(*contact.pretension_force)).text());
+  if (contact.shortening)
+    map.add("pretension", FlowMap().add("shortening", number_text(*contact.shortening)).text());
   map.add_if(contact.resolves_overlap, "overlap", "resolve");
   return map.text();
 }
 
 std::string six_text(const Matrix6& A) {
   std::vector<std::string> rows;
-  for (Index i = 0; i < 6; ++i) rows.push_back(numbers(std::vector<double>(A.row(i).begin(), A.row(i).end())));
+  for (Index i = 0; i < 6; ++i)
+    rows.push_back(numbers(std::vector<double>(A.row(i).begin(), A.row(i).end())));
   return list(rows);
 }
 
@@ -239,11 +263,13 @@ std::string link_text(const LinkOptions& link) {
   for (std::size_t m = 0; m < 6; ++m)
     if (link.fix[m]) fix.emplace_back(motions[m]);
   FlowMap map;
-  map.add("between", words({link.first.text(), link.second.text()})).add_if(!fix.empty(), "fix", list(fix));
+  map.add("between", words({link.first.text(), link.second.text()}))
+      .add_if(!fix.empty(), "fix", list(fix));
   if (!link.stiffness.isZero(0)) map.add("stiffness", six_text(link.stiffness));
   if (!link.damping.isZero(0)) map.add("damping", six_text(link.damping));
   if (!link.axes.isIdentity(0))
-    map.add("axes", list({vector(link.axes.row(0).transpose()), vector(link.axes.row(1).transpose())}));
+    map.add("axes",
+            list({vector(link.axes.row(0).transpose()), vector(link.axes.row(1).transpose())}));
   return map.text();
 }
 
@@ -261,7 +287,8 @@ std::string time_text(const TimeOptions& time) {
   if (time.preload) map.add("preload", std::to_string(*time.preload));
   if (time.alpha != 0) map.add("alpha", number_text(time.alpha));
   if (time.mass_scaling) map.add("mass_scaling", "true");
-  map.add_if(time.rotations == Rotations::large, "rotations", word_of(rotations_words, time.rotations));
+  map.add_if(time.rotations == Rotations::large, "rotations",
+             word_of(rotations_words, time.rotations));
   return map.add_if(time.force_step, "force", "true").text();
 }
 
@@ -288,13 +315,15 @@ std::string stress_text(const StressOptions& stress) {
 std::string sweep_text(const SweepOptions& sweep) {
   FlowMap map;
   map.add("from_hz", number_text(sweep.from_hz)).add("to_hz", number_text(sweep.to_hz));
-  map.add("points", std::to_string(sweep.points)).add("spacing", sweep.is_logarithmic ? "log" : "linear");
+  map.add("points", std::to_string(sweep.points))
+      .add("spacing", sweep.is_logarithmic ? "log" : "linear");
   if (sweep.modes) map.add("modes", std::to_string(*sweep.modes));
   return map.text();
 }
 
 template <typename Item, typename Text>
-void write_list(const std::string& section, const std::vector<Item>& items, const Text& text, std::ostream& out) {
+void write_list(const std::string& section, const std::vector<Item>& items, const Text& text,
+                std::ostream& out) {
   if (!items.empty()) out << section << ":\n";
   for (const auto& item : items) out << "  - " << text(item) << "\n";
 }
@@ -306,16 +335,20 @@ void write_scene(const Scene& scene, std::ostream& out) {
   for (const auto& [material_name, material] : scene.materials) {
     FlowMap map;
     if (const auto& of = material.orthotropy) {
-      map.add("youngs_modulus", vector(of->youngs_moduli)).add("poissons_ratio", vector(of->poissons_ratios));
+      map.add("youngs_modulus", vector(of->youngs_moduli))
+          .add("poissons_ratio", vector(of->poissons_ratios));
       map.add("shear_modulus", vector(of->shear_moduli));
-      map.add("axes", list({vector(of->axes.row(0).transpose()), vector(of->axes.row(1).transpose())}));
+      map.add("axes",
+              list({vector(of->axes.row(0).transpose()), vector(of->axes.row(1).transpose())}));
     } else {
-      map.add("youngs_modulus", number_text(material.youngs_modulus)).add("poissons_ratio", number_text(material.poissons_ratio));
+      map.add("youngs_modulus", number_text(material.youngs_modulus))
+          .add("poissons_ratio", number_text(material.poissons_ratio));
     }
     map.add("density", number_text(material.density));
     if (const auto damping = scene.damping.find(material_name); damping != scene.damping.end()) {
       FlowMap of;
-      of.add("alpha", number_text(damping->second.alpha)).add("beta", number_text(damping->second.beta));
+      of.add("alpha", number_text(damping->second.alpha))
+          .add("beta", number_text(damping->second.beta));
       map.add("damping", of.add("loss_factor", number_text(damping->second.loss_factor)).text());
     }
     out << "  " << word(material_name) << ": " << map.text() << "\n";
@@ -328,7 +361,8 @@ void write_scene(const Scene& scene, std::ostream& out) {
   write_list("boundary", scene.boundary, boundary_text, out);
   write_list("loads", scene.loads, load_text, out);
   if (!scene.walls.empty()) out << "walls:\n";
-  for (const auto& wall : scene.walls) out << "  " << word(wall.name) << ": " << wall_text(wall) << "\n";
+  for (const auto& wall : scene.walls)
+    out << "  " << word(wall.name) << ": " << wall_text(wall) << "\n";
   write_list("contact", scene.contact, contact_text, out);
   write_list("links", scene.links, link_text, out);
   if (scene.time) out << "time: " << time_text(*scene.time) << "\n";
@@ -336,8 +370,11 @@ void write_scene(const Scene& scene, std::ostream& out) {
   std::vector<std::string> history;
   for (const auto& surface : scene.output.history) history.push_back(surface.text());
   FlowMap output;
-  output.add("every", number_text(scene.output.every)).add("history", words(history)).add("fields", words(scene.output.fields));
-  if (scene.output.format != FieldFormat::xdmf) output.add("format", word_of(field_format_words, scene.output.format));
+  output.add("every", number_text(scene.output.every))
+      .add("history", words(history))
+      .add("fields", words(scene.output.fields));
+  if (scene.output.format != FieldFormat::xdmf)
+    output.add("format", word_of(field_format_words, scene.output.format));
   std::vector<std::string> stress;
   for (const auto& of : scene.output.stress) stress.push_back(stress_text(of));
   if (!stress.empty()) output.add("stress", list(stress));

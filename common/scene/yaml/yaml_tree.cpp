@@ -24,24 +24,30 @@ class YamlTreeBuilder final : public YAML::EventHandler {
   void OnDocumentStart(const YAML::Mark& mark) override {
     if (is_second_) {
       throw InputError(tree_.name_ + ":" + std::to_string(mark.line + 1) +
-                       ": a second YAML document begins here, or what stands here belongs to none: expected one document");
+                       ": a second YAML document begins here, or what stands here belongs to none: "
+                       "expected one document");
     }
     is_second_ = true;
   }
   void OnDocumentEnd() override {}
-  void OnNull(const YAML::Mark& mark, YAML::anchor_t anchor) override { add(YamlTree::Kind::null, mark, anchor); }
+  void OnNull(const YAML::Mark& mark, YAML::anchor_t anchor) override {
+    add(YamlTree::Kind::null, mark, anchor);
+  }
   void OnAlias(const YAML::Mark&, YAML::anchor_t anchor) override { hand_on(anchors_.at(anchor)); }
-  void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor, const std::string& value) override {
+  void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
+                const std::string& value) override {
     YamlTree::Value& scalar = add(YamlTree::Kind::scalar, mark, anchor);
     scalar.quoted = tag == "!";
     scalar.first = tree_.text_.size(), scalar.count = static_cast<std::uint32_t>(value.size());
     tree_.text_ += value;
   }
-  void OnSequenceStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t anchor, YAML::EmitterStyle::value) override {
+  void OnSequenceStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t anchor,
+                       YAML::EmitterStyle::value) override {
     open(YamlTree::Kind::sequence, mark, anchor);
   }
   void OnSequenceEnd() override { close(); }
-  void OnMapStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t anchor, YAML::EmitterStyle::value) override {
+  void OnMapStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t anchor,
+                  YAML::EmitterStyle::value) override {
     open(YamlTree::Kind::map, mark, anchor);
   }
   void OnMapEnd() override { close(); }
@@ -68,8 +74,9 @@ class YamlTreeBuilder final : public YAML::EventHandler {
     // The parser's own limit knows no line
     constexpr std::size_t deepest = 100;
     if (open_.size() >= deepest)
-      throw InputError(tree_.name_ + ":" + std::to_string(mark.line + 1) + ": lists and maps stand in each other more than " +
-                       std::to_string(deepest) + " deep: no part of a scene does, is a bracket not closed?");
+      throw InputError(tree_.name_ + ":" + std::to_string(mark.line + 1) +
+                       ": lists and maps stand in each other more than " + std::to_string(deepest) +
+                       " deep: no part of a scene does, is a bracket not closed?");
     add(kind, mark, anchor);
     open_.emplace_back(static_cast<YamlTree::Id>(tree_.values_.size() - 1), waiting_.size());
   }
@@ -79,15 +86,18 @@ class YamlTreeBuilder final : public YAML::EventHandler {
     const auto [id, first] = open_.back();
     open_.pop_back();
     YamlTree::Value& value = tree_.values_[id];
-    value.first = tree_.children_.size(), value.count = static_cast<std::uint32_t>(waiting_.size() - first);
-    tree_.children_.insert(tree_.children_.end(), waiting_.begin() + static_cast<std::ptrdiff_t>(first), waiting_.end());
+    value.first = tree_.children_.size(),
+    value.count = static_cast<std::uint32_t>(waiting_.size() - first);
+    tree_.children_.insert(tree_.children_.end(),
+                           waiting_.begin() + static_cast<std::ptrdiff_t>(first), waiting_.end());
     waiting_.resize(first);
   }
 
   YamlTree& tree_;
   bool is_second_ = false;
-  std::vector<YamlTree::Id> anchors_;                       // by number, from 1
-  std::vector<std::pair<YamlTree::Id, std::size_t>> open_;  // and where their children begin among those that wait
+  std::vector<YamlTree::Id> anchors_;  // by number, from 1
+  // and where their children begin among those that wait
+  std::vector<std::pair<YamlTree::Id, std::size_t>> open_;
   std::vector<YamlTree::Id> waiting_;
 };
 
@@ -111,7 +121,8 @@ std::string_view line_of(std::string_view text, int line) {
   return begin == std::string_view::npos ? "" : text.substr(begin, text.find('\n', begin) - begin);
 }
 
-// What the parser's words do not say: it takes a tab, or a key that is too long, for a value in a wrong place.
+// What the parser's words do not say: it takes a tab, or a key that is too long, for a value in a
+// wrong place.
 std::string cure_of(const YAML::Exception& error, std::string_view text) {
   const std::string_view line = line_of(text, error.mark.line);
   const std::string_view before = error.mark.line > 0 ? line_of(text, error.mark.line - 1) : "";
@@ -127,7 +138,8 @@ std::string cure_of(const YAML::Exception& error, std::string_view text) {
     if (key.size() - (start == std::string_view::npos ? 0 : start + 1) > longest_key)
       return ": a key has at most 1024 characters: give it a shorter name";
   }
-  if (line.find('\t') != std::string_view::npos) return ": the line holds a tab: replace it by spaces";
+  if (line.find('\t') != std::string_view::npos)
+    return ": the line holds a tab: replace it by spaces";
   return "";
 }
 
@@ -136,7 +148,8 @@ std::string cure_of(const YAML::Exception& error, std::string_view text) {
 YamlTree::YamlTree(std::string_view text, std::string name) : name_(std::move(name)) {
   // The parser lets a null character end the file or become part of a word.
   if (text.find('\0') != std::string_view::npos) throw InputError(name_ + ": is not a text file");
-  if (text.size() > std::numeric_limits<std::uint32_t>::max()) throw InputError(name_ + ": is larger than 4 GB");
+  if (text.size() > std::numeric_limits<std::uint32_t>::max())
+    throw InputError(name_ + ": is larger than 4 GB");
   TextBuffer buffer(text);
   std::istream stream(&buffer);
   try {
@@ -146,13 +159,15 @@ YamlTree::YamlTree(std::string_view text, std::string name) : name_(std::move(na
     }
   } catch (const YAML::Exception& error) {
     const std::string line = error.mark.is_null() ? "" : ":" + std::to_string(error.mark.line + 1);
-    throw InputError(name_ + line + ": is not valid YAML: " + error.msg + (error.mark.is_null() ? "" : cure_of(error, text)));
+    throw InputError(name_ + line + ": is not valid YAML: " + error.msg +
+                     (error.mark.is_null() ? "" : cure_of(error, text)));
   }
 }
 
 std::string_view YamlTree::text(Id id) const {
   const Value& value = values_[id];
-  return value.kind == Kind::scalar ? std::string_view(text_).substr(value.first, value.count) : std::string_view();
+  return value.kind == Kind::scalar ? std::string_view(text_).substr(value.first, value.count)
+                                    : std::string_view();
 }
 
 std::size_t YamlTree::size(Id id) const {
@@ -162,7 +177,11 @@ std::size_t YamlTree::size(Id id) const {
 }
 
 YamlTree::Id YamlTree::item(Id id, std::size_t i) const { return children_[values_[id].first + i]; }
-YamlTree::Id YamlTree::key(Id id, std::size_t i) const { return children_[values_[id].first + 2 * i]; }
-YamlTree::Id YamlTree::value_of_key(Id id, std::size_t i) const { return children_[values_[id].first + 2 * i + 1]; }
+YamlTree::Id YamlTree::key(Id id, std::size_t i) const {
+  return children_[values_[id].first + 2 * i];
+}
+YamlTree::Id YamlTree::value_of_key(Id id, std::size_t i) const {
+  return children_[values_[id].first + 2 * i + 1];
+}
 
 }  // namespace cbr

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A YAML document as a few arrays: some 30 bytes a value beside its text, where a tree of objects takes ten times that.
+// A YAML document as a few arrays: some 30 bytes a value beside its text, where a tree of objects
+// takes ten times that.
 #pragma once
 
 #include <cstdint>
@@ -14,8 +15,8 @@ class YamlTree {
   using Id = std::uint32_t;
   enum class Kind : char { null, scalar, sequence, map };
 
-  // `name` is for messages. InputError "NAME:LINE: ...": not YAML, more than one document, a null character. Aliases are followed;
-  // an anchor may hold itself.
+  // `name` is for messages. InputError "NAME:LINE: ...": not YAML, more than one document, a null
+  // character. Aliases are followed; an anchor may hold itself.
   YamlTree(std::string_view text, std::string name);
 
   const std::string& name() const { return name_; }
@@ -34,7 +35,8 @@ class YamlTree {
  private:
   friend class YamlTreeBuilder;
   struct Value {
-    std::uint64_t first = 0;  // in text_, of a scalar; in children_, of a sequence or a map: keys and values in turn
+    // in text_, of a scalar; in children_, of a sequence or a map: keys and values in turn
+    std::uint64_t first = 0;
     std::uint32_t count = 0;
     int line = 0;
     Kind kind = Kind::null;

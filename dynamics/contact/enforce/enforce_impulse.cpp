@@ -13,7 +13,8 @@ namespace {
 // A defect that shrinks by less from product to product, or takes more of them, calls for a new W.
 constexpr double slowest_rate = 0.5;
 constexpr int most_pushes = 15;
-// A new W costs about this many products, and its factor one more for each so many rows: docs/decisions/contact-cost.md.
+// A new W costs about this many products, and its factor one more for each so many rows:
+// docs/decisions/contact-cost.md.
 constexpr double products_of_W = 4, rows_of_a_product = 400;
 constexpr Index longest_wait = 64;
 // Points that come are added while they are fewer than this share.
@@ -21,12 +22,15 @@ constexpr double most_new = 0.25;
 // Solutions between products, until what the model says of their impulses is what was taken for it.
 constexpr int most_solutions = 4;
 
-void fill_keys(const ContactList& list, const std::vector<PointLaw>& laws, std::vector<PointKey>& keys) {
+void fill_keys(const ContactList& list, const std::vector<PointLaw>& laws,
+               std::vector<PointKey>& keys) {
   keys.clear();
   for (std::size_t i = 0; i < list.points.size(); ++i) {
     const ContactPoint& point = list.points[i];
-    const ContactTerm &first = list.terms[point.first_term], &last = list.terms[point.first_term + point.n_terms - 1];
-    PointKey key{first.body, last.body, point.slot, point.n_slave_terms == 1 ? first.node : -1, 0, laws[i].law};
+    const ContactTerm &first = list.terms[point.first_term],
+                      &last = list.terms[point.first_term + point.n_terms - 1];
+    PointKey key{first.body, last.body,  point.slot, point.n_slave_terms == 1 ? first.node : -1,
+                 0,          laws[i].law};
     if (!keys.empty()) {
       PointKey before = keys.back();
       before.ordinal = 0;
@@ -46,7 +50,8 @@ struct ImpulseStep {
   bool fallback = false, moved = false;  // moved: the memory's moves are those of p
 };
 
-void form(const ImpulseStep& step, double h, const std::vector<ContactBody>& bodies, ImpulseMemory& memory) {
+void form(const ImpulseStep& step, double h, const std::vector<ContactBody>& bodies,
+          ImpulseMemory& memory) {
   memory.rows = step.list, memory.laws = step.laws, memory.h = h;
   ContactSolver solver(gap_response(step.list, step.laws, bodies), step.laws);
   if (memory.solver) solver.begin_as(*memory.solver);
@@ -63,14 +68,17 @@ void solve_exactly(ImpulseStep& step, ImpulseMemory& memory) {
   step.residual = solution.residual, step.fallback = solution.fallback;
 }
 
-// While the rows and what is closed stand, the bodies' own products, which are wanted in any case, tell the gaps: W is not read.
-bool solve_by_moves(ImpulseStep& step, const std::vector<ContactBody>& bodies, ImpulseMemory& memory) {
+// While the rows and what is closed stand, the bodies' own products, which are wanted in any case,
+// tell the gaps: W is not read.
+bool solve_by_moves(ImpulseStep& step, const std::vector<ContactBody>& bodies,
+                    ImpulseMemory& memory) {
   Vector p;
   if (!memory.solver->standing_impulses(step.g, p)) return false;
   memory.moves.push(step.list, step.laws, p, bodies);
   step.gap = step.g;
   memory.moves.add_to_gaps(step.list, step.laws, step.gap);
-  const double scale = step.g.lpNorm<Eigen::Infinity>(), violation = memory.solver->largest_violation(p, step.gap);
+  const double scale = step.g.lpNorm<Eigen::Infinity>(),
+               violation = memory.solver->largest_violation(p, step.gap);
   if (!(violation <= memory.options.tolerance * scale)) return false;
   step.p = std::move(p);
   step.residual = violation > 0 ? violation / scale : 0;
@@ -78,7 +86,8 @@ bool solve_by_moves(ImpulseStep& step, const std::vector<ContactBody>& bodies, I
   return true;
 }
 
-// For each point the old one with its key, or -1. Both lists are searched in the same order, so that most follow each other.
+// For each point the old one with its key, or -1. Both lists are searched in the same order, so
+// that most follow each other.
 std::vector<Index> match(const std::vector<PointKey>& keys, const std::vector<PointKey>& old) {
   std::vector<Index> from(keys.size(), -1);
   std::size_t next = 0;
@@ -92,14 +101,16 @@ std::vector<Index> match(const std::vector<PointKey>& keys, const std::vector<Po
   return from;
 }
 
-// W_0 over the points of this step: rows of those that stay are kept, others formed, column by column.
-void change_points(const ImpulseStep& step, const std::vector<Index>& from, const std::vector<ContactBody>& bodies,
-                   ImpulseMemory& memory) {
+// W_0 over the points of this step: rows of those that stay are kept, others formed, column by
+// column.
+void change_points(const ImpulseStep& step, const std::vector<Index>& from,
+                   const std::vector<ContactBody>& bodies, ImpulseMemory& memory) {
   const Matrix& old = memory.solver->W().dense;
   const std::vector<Index> old_first = first_rows(memory.laws), first = first_rows(step.laws);
   std::vector<Index> rows(static_cast<std::size_t>(first.back()), -1);
   for (std::size_t i = 0; i < from.size(); ++i)
-    for (Index d = 0; from[i] >= 0 && d < n_rows(step.laws[i].law); ++d) rows[first[i] + d] = old_first[from[i]] + d;
+    for (Index d = 0; from[i] >= 0 && d < n_rows(step.laws[i].law); ++d)
+      rows[first[i] + d] = old_first[from[i]] + d;
   const Index m = first.back();
   GapResponse W;
   W.dense.resize(m, m);
@@ -124,11 +135,14 @@ void change_points(const ImpulseStep& step, const std::vector<Index>& from, cons
   ++memory.n_changed;
 }
 
-// Whether W_0 may serve: dense, regular, large enough, of about the same points; they are those of the step then.
+// Whether W_0 may serve: dense, regular, large enough, of about the same points; they are those of
+// the step then.
 bool keep(const ImpulseStep& step, const std::vector<ContactBody>& bodies, ImpulseMemory& memory) {
-  if (memory.solver->W().is_sparse || step.g.size() < memory.options.least_rows || !step.g.allFinite()) return false;
-  // A solution is dearer than W then, with friction it ends short of what a correction needs, and rows of two geometries beside
-  // each other make no semi-definite W where it has no rank to spare
+  if (memory.solver->W().is_sparse || step.g.size() < memory.options.least_rows ||
+      !step.g.allFinite())
+    return false;
+  // A solution is dearer than W then, with friction it ends short of what a correction needs, and
+  // rows of two geometries beside each other make no semi-definite W where it has no rank to spare
   if (memory.solver->W_is_singular()) return false;
   if (memory.wait > 0) {
     --memory.wait;
@@ -148,19 +162,21 @@ bool keep(const ImpulseStep& step, const std::vector<ContactBody>& bodies, Impul
 }
 
 bool has_friction(const std::vector<PointLaw>& laws) {
-  return std::any_of(laws.begin(), laws.end(), [](const PointLaw& law) { return law.law == ContactLaw::coulomb; });
+  return std::any_of(laws.begin(), laws.end(),
+                     [](const PointLaw& law) { return law.law == ContactLaw::coulomb; });
 }
 
 // Impulses of W_0 with the defect that the model expects of them; `taken`: what was taken for it.
-ContactSolution solve_with_model(const ImpulseStep& step, const Vector& guess, double enough, ImpulseMemory& memory,
-                                 Vector& taken) {
+ContactSolution solve_with_model(const ImpulseStep& step, const Vector& guess, double enough,
+                                 ImpulseMemory& memory, Vector& taken) {
   ContactSolution solution;
   memory.defects.predict(guess, taken);
   Vector expected;
   // With friction a solution is dearer than a product
   const int most = memory.defects.empty() || has_friction(step.laws) ? 1 : most_solutions;
   for (int i = 0; i < most; ++i) {
-    solution = memory.solver->solve(step.g + taken, i == 0 ? guess : solution.p, Effort::first_methods);
+    solution =
+        memory.solver->solve(step.g + taken, i == 0 ? guess : solution.p, Effort::first_methods);
     if (i + 1 == most || solution.fallback) break;
     memory.defects.predict(solution.p, expected);
     if ((expected - taken).lpNorm<Eigen::Infinity>() <= enough) break;
@@ -169,7 +185,8 @@ ContactSolution solve_with_model(const ImpulseStep& step, const Vector& guess, d
   return solution;
 }
 
-// With g + defect the laws hold for W_0, with what p does to the bodies for W: until both are the same. False when that takes long.
+// With g + defect the laws hold for W_0, with what p does to the bodies for W: until both are the
+// same. False when that takes long.
 bool correct(ImpulseStep& step, const std::vector<ContactBody>& bodies, ImpulseMemory& memory) {
   const double scale = step.g.size() > 0 ? step.g.lpNorm<Eigen::Infinity>() : 0;
   const double aim = memory.options.tolerance * scale;
@@ -183,7 +200,8 @@ bool correct(ImpulseStep& step, const std::vector<ContactBody>& bodies, ImpulseM
     step.gap = step.g;
     memory.moves.add_to_gaps(step.list, step.laws, step.gap);
     const Vector error = step.gap - solution.gap;  // (W - W_0) p - what was taken for it
-    const double violation = memory.solver->largest_violation(solution.p, step.gap), size = error.lpNorm<Eigen::Infinity>();
+    const double violation = memory.solver->largest_violation(solution.p, step.gap),
+                 size = error.lpNorm<Eigen::Infinity>();
     if (push == 1) memory.first_error = scale > 0 ? size / scale : 0;
     const bool done = violation <= aim;
     if (!done || push > 1 || size > aim) memory.defects.add(solution.p, taken + error);
@@ -214,20 +232,23 @@ bool stays_apart(const ContactList& list, const std::vector<PointLaw>& laws) {
 
 // A body that turns has a new response in each step.
 bool any_turns(const ContactList& list, const std::vector<ContactBody>& bodies) {
-  return std::any_of(list.terms.begin(), list.terms.end(), [&](const ContactTerm& term) { return bodies[term.body].turn.has_value(); });
+  return std::any_of(list.terms.begin(), list.terms.end(),
+                     [&](const ContactTerm& term) { return bodies[term.body].turn.has_value(); });
 }
 
 }  // namespace
 
-EnforcementResult enforce_impulse(const ContactList& list, const std::vector<PointLaw>& laws, const Points& guess, double h,
-                                  std::vector<ContactBody>& bodies, ImpulseMemory& memory) {
+EnforcementResult enforce_impulse(const ContactList& list, const std::vector<PointLaw>& laws,
+                                  const Points& guess, double h, std::vector<ContactBody>& bodies,
+                                  ImpulseMemory& memory) {
   if (stays_apart(list, laws)) {
     const Points none = Points::Zero(static_cast<Index>(laws.size()), 3);
     return {none, unpack(pack(gaps(list), laws), laws), 0, false};
   }
   ImpulseStep step{list, laws, pack(gaps(list), laws), pack(guess, laws), {}, {}, 0, false, false};
   const bool stands = memory.solver && memory.h == h;
-  if (stands && !any_turns(list, bodies) && same_laws(laws, memory.laws) && same_rows(list, memory.rows, laws, same_row_tolerance)) {
+  if (stands && !any_turns(list, bodies) && same_laws(laws, memory.laws) &&
+      same_rows(list, memory.rows, laws, same_row_tolerance)) {
     if (!solve_by_moves(step, bodies, memory)) solve_exactly(step, memory);
   } else if (!stands || !keep(step, bodies, memory) || !correct(step, bodies, memory)) {
     form(step, h, bodies, memory);
@@ -235,7 +256,8 @@ EnforcementResult enforce_impulse(const ContactList& list, const std::vector<Poi
   }
   if (!step.moved) memory.moves.push(list, laws, step.p, bodies);
   memory.moves.give(bodies);
-  EnforcementResult result{unpack(step.p, laws), unpack(step.gap, laws), step.residual, step.fallback};
+  EnforcementResult result{unpack(step.p, laws), unpack(step.gap, laws), step.residual,
+                           step.fallback};
   spread_impulses(list, laws, result.p, bodies);
   return result;
 }

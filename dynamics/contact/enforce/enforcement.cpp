@@ -11,12 +11,15 @@
 namespace cbr {
 namespace {
 
-EnforcementResult solve(ContactSolver& solver, const ContactList& list, const std::vector<PointLaw>& laws, const Points& guess) {
+EnforcementResult solve(ContactSolver& solver, const ContactList& list,
+                        const std::vector<PointLaw>& laws, const Points& guess) {
   const ContactSolution solution = solver.solve(pack(gaps(list), laws), pack(guess, laws));
-  return {unpack(solution.p, laws), unpack(solution.gap, laws), solution.residual, solution.fallback};
+  return {unpack(solution.p, laws), unpack(solution.gap, laws), solution.residual,
+          solution.fallback};
 }
 
-// Largest eigenvalue by Lanczos, reorthogonalised; converged to round-off, so that it does not depend on the order of the points.
+// Largest eigenvalue by Lanczos, reorthogonalised; converged to round-off, so that it does not
+// depend on the order of the points.
 double largest_eigenvalue(const GapResponse& W) {
   const Index n = W.size(), most = std::min<Index>(n, 300);
   Matrix Q(n, most);
@@ -28,7 +31,8 @@ double largest_eigenvalue(const GapResponse& W) {
     Q.col(j) = q;
     Vector w = apply(W, q);
     alpha[j] = q.dot(w);
-    for (int pass = 0; pass < 2; ++pass) w -= Q.leftCols(j + 1) * (Q.leftCols(j + 1).transpose() * w);
+    for (int pass = 0; pass < 2; ++pass)
+      w -= Q.leftCols(j + 1) * (Q.leftCols(j + 1).transpose() * w);
     beta[j] = w.norm();
     const bool exhausted = !(beta[j] > 1e-14 * std::abs(alpha[0])) || j + 1 == most;
     if (exhausted || j % 8 == 7) {
@@ -41,25 +45,30 @@ double largest_eigenvalue(const GapResponse& W) {
   return 0;  // no rows
 }
 
-// s of s + 4 zeta sqrt(s) = share (4 - x^2), and from it spring and dashpot. What no impulse moves needs none.
+// s of s + 4 zeta sqrt(s) = share (4 - x^2), and from it spring and dashpot. What no impulse moves
+// needs none.
 void fit_spring(double lambda, double h, double x, double damping, PenaltyMemory& memory) {
   if (!(lambda > 0)) return;
-  const double root = std::sqrt(4 * damping * damping + penalty_share * (4 - x * x)) - 2 * damping, s = root * root;
+  const double root = std::sqrt(4 * damping * damping + penalty_share * (4 - x * x)) - 2 * damping,
+               s = root * root;
   const double k = s / (h * lambda);
   memory.stiffness = memory.stiffness > 0 ? std::min(memory.stiffness, k) : k;
   memory.dashpot = 2 * damping * std::sqrt(memory.stiffness * h / lambda);
 }
 
-// Of a node that answers forces at once: its velocity follows from them, and no impulse changes it by itself.
-bool is_static(const ContactList& list, const ContactPoint& point, const std::vector<ContactBody>& bodies) {
+// Of a node that answers forces at once: its velocity follows from them, and no impulse changes it
+// by itself.
+bool is_static(const ContactList& list, const ContactPoint& point,
+               const std::vector<ContactBody>& bodies) {
   const auto first = list.terms.begin() + point.first_term;
-  return std::any_of(first, first + point.n_terms,
-                     [&](const ContactTerm& term) { return bodies[term.body].response.is_static(term.node); });
+  return std::any_of(first, first + point.n_terms, [&](const ContactTerm& term) {
+    return bodies[term.body].response.is_static(term.node);
+  });
 }
 
 // Points that are closed or tied, between nodes with mass: those that got an impulse.
-std::vector<Index> points_to_settle(const ContactList& list, const std::vector<PointLaw>& laws, const Points& p,
-                                    const std::vector<ContactBody>& bodies) {
+std::vector<Index> points_to_settle(const ContactList& list, const std::vector<PointLaw>& laws,
+                                    const Points& p, const std::vector<ContactBody>& bodies) {
   std::vector<Index> rows;
   for (Index i = 0; i < p.rows(); ++i) {
     const bool acts = laws[i].law == ContactLaw::tied ? !p.row(i).isZero(0) : p(i, 0) > 0;
@@ -68,7 +77,8 @@ std::vector<Index> points_to_settle(const ContactList& list, const std::vector<P
   return rows;
 }
 
-// Some of the points, with their own terms and no others, so that lists of unlike points are unlike.
+// Some of the points, with their own terms and no others, so that lists of unlike points are
+// unlike.
 ContactList points_of(const ContactList& list, const std::vector<Index>& rows) {
   ContactList some;
   for (const Index i : rows) {
@@ -83,7 +93,8 @@ ContactList points_of(const ContactList& list, const std::vector<Index>& rows) {
 
 }  // namespace
 
-Points settle_velocities(const ContactList& list, const std::vector<PointLaw>& laws, const Points& p, const Points& velocities,
+Points settle_velocities(const ContactList& list, const std::vector<PointLaw>& laws,
+                         const Points& p, const Points& velocities,
                          const std::vector<ContactBody>& bodies, ImpulseMemory& memory) {
   Points change = Points::Zero(p.rows(), 3);
   const std::vector<Index> rows = points_to_settle(list, laws, p, bodies);
@@ -91,20 +102,25 @@ Points settle_velocities(const ContactList& list, const std::vector<PointLaw>& l
   ContactList closed = points_of(list, rows);
   std::vector<PointLaw> closed_laws;
   for (const Index i : rows) closed_laws.push_back(laws[i]);
-  if (!memory.solver || !same_laws(closed_laws, memory.laws) || !same_rows(closed, memory.rows, closed_laws, same_row_tolerance)) {
-    memory.solver.emplace(gap_response(closed, closed_laws, bodies, &ContactBody::velocity_response), closed_laws);
+  if (!memory.solver || !same_laws(closed_laws, memory.laws) ||
+      !same_rows(closed, memory.rows, closed_laws, same_row_tolerance)) {
+    memory.solver.emplace(
+        gap_response(closed, closed_laws, bodies, &ContactBody::velocity_response), closed_laws);
     memory.rows = std::move(closed), memory.laws = std::move(closed_laws);
   }
   const Vector packed_p = pack(p(rows, Eigen::all), memory.laws);
-  const Vector without = pack(velocities(rows, Eigen::all), memory.laws) - apply(memory.solver->W(), packed_p);
+  const Vector without =
+      pack(velocities(rows, Eigen::all), memory.laws) - apply(memory.solver->W(), packed_p);
   const ContactSolution solution = memory.solver->solve(without, packed_p);
   if (!std::isfinite(solution.residual)) return Points::Constant(p.rows(), 3, solution.residual);
   change(rows, Eigen::all) = unpack(solution.p - packed_p, memory.laws);
   return change;
 }
 
-EnforcementResult enforce_penalty(const ContactList& list, const std::vector<PointLaw>& laws, double h, double x, double damping,
-                                  std::vector<ContactBody>& bodies, PenaltyMemory& memory, Points& elastic_slip) {
+EnforcementResult enforce_penalty(const ContactList& list, const std::vector<PointLaw>& laws,
+                                  double h, double x, double damping,
+                                  std::vector<ContactBody>& bodies, PenaltyMemory& memory,
+                                  Points& elastic_slip) {
   const Index m = static_cast<Index>(list.points.size());
   if (m > memory.n_seen) {
     const GapResponse W = gap_response(list, laws, bodies);
@@ -113,14 +129,18 @@ EnforcementResult enforce_penalty(const ContactList& list, const std::vector<Poi
     fit_spring(lambda, h, x, damping, memory);
     memory.n_seen = m;
   }
-  EnforcementResult result{Points::Zero(m, 3),
-                           gaps(list)};  // gaps without this step's impulses: what may be behind a face at the end
+  EnforcementResult result{
+      Points::Zero(m, 3),
+      gaps(list)};  // gaps without this step's impulses: what may be behind a face at the end
   const double k = memory.stiffness, c = memory.dashpot;
   for (Index i = 0; i < m; ++i) {
     const ContactPoint& point = list.points[i];
-    if (point.start_gap < 0) result.p(i, 0) = h * std::max(0.0, -k * point.start_gap - c * (point.gap[0] - point.start_gap) / h);
+    if (point.start_gap < 0)
+      result.p(i, 0) =
+          h * std::max(0.0, -k * point.start_gap - c * (point.gap[0] - point.start_gap) / h);
     if (laws[i].law != ContactLaw::coulomb) continue;
-    // The spring with the slip of this step, as far as it is in the tangent plane, given way to the cone
+    // The spring with the slip of this step, as far as it is in the tangent plane, given way to the
+    // cone
     Vector3 stretch = point.frame * elastic_slip.row(i).transpose();
     stretch.tail<2>() += point.gap.tail<2>();
     stretch[0] = 0;
@@ -135,7 +155,8 @@ EnforcementResult enforce_penalty(const ContactList& list, const std::vector<Poi
   return result;
 }
 
-EnforcementResult enforce_nodal(const ContactList& list, const Points& guess, double h, const std::vector<Points>& masses,
+EnforcementResult enforce_nodal(const ContactList& list, const Points& guess, double h,
+                                const std::vector<Points>& masses,
                                 std::vector<ContactBody>& bodies) {
   // S = h / m of each node and direction: the mass matrix by its row sums
   std::vector<ContactBody> weighed(bodies.size());

@@ -21,8 +21,9 @@ struct Foot {
 };
 
 // The boxes of single points; of the faces, each grown by what a node may be away from it.
-void fill_boxes(const ContactSurface& slave, const Points& slave_positions, const ContactSurface& master,
-                const Points& master_positions, const Vector& reach, std::vector<Box>& nodes, std::vector<Box>& faces) {
+void fill_boxes(const ContactSurface& slave, const Points& slave_positions,
+                const ContactSurface& master, const Points& master_positions, const Vector& reach,
+                std::vector<Box>& nodes, std::vector<Box>& faces) {
   for (const Index node : slave.nodes) {
     const Vector3 x = slave_positions.row(node).transpose();
     nodes.push_back({x, x});
@@ -46,14 +47,16 @@ Foot foot_on(const ContactSurface& master, Index face, const Points& positions, 
   return foot;
 }
 
-void add_tie(const ContactSurface& slave, Index slot, const ContactSurface& master, const Foot& foot, ContactList& ties) {
+void add_tie(const ContactSurface& slave, Index slot, const ContactSurface& master,
+             const Foot& foot, ContactList& ties) {
   ContactPoint point;
   point.area = slave.areas[slot];
   point.slot = slot, point.face = foot.face;
   point.first_term = static_cast<Index>(ties.terms.size());
   ties.terms.push_back({slave.body, slave.nodes[slot], 1});
   for (int a = 0; a < 4; ++a)
-    if (foot.weights[a] != 0) ties.terms.push_back({master.body, master.faces(foot.face, a), -foot.weights[a]});
+    if (foot.weights[a] != 0)
+      ties.terms.push_back({master.body, master.faces(foot.face, a), -foot.weights[a]});
   point.n_terms = static_cast<Index>(ties.terms.size()) - point.first_term;
   ties.points.push_back(point);
 }
@@ -61,14 +64,17 @@ void add_tie(const ContactSurface& slave, Index slot, const ContactSurface& mast
 void append(const std::vector<Vector3>& found, Points& offsets) {
   const Index before = offsets.rows();
   offsets.conservativeResize(before + static_cast<Index>(found.size()), 3);
-  for (std::size_t i = 0; i < found.size(); ++i) offsets.row(before + static_cast<Index>(i)) = found[i].transpose();
+  for (std::size_t i = 0; i < found.size(); ++i)
+    offsets.row(before + static_cast<Index>(i)) = found[i].transpose();
 }
 
 }  // namespace
 
-TieReport tie_surfaces(const ContactSurface& slave, const Points& slave_positions, const ContactSurface& master,
-                       const Points& master_positions, std::optional<double> tolerance, ContactList& ties, Points& offsets) {
-  const Vector reach = tolerance ? Vector::Constant(master.faces.rows(), *tolerance) : Vector(default_share * master.sizes);
+TieReport tie_surfaces(const ContactSurface& slave, const Points& slave_positions,
+                       const ContactSurface& master, const Points& master_positions,
+                       std::optional<double> tolerance, ContactList& ties, Points& offsets) {
+  const Vector reach = tolerance ? Vector::Constant(master.faces.rows(), *tolerance)
+                                 : Vector(default_share * master.sizes);
   std::vector<Box> nodes, faces;
   fill_boxes(slave, slave_positions, master, master_positions, reach, nodes, faces);
   BroadPhase grid;
@@ -94,8 +100,9 @@ TieReport tie_surfaces(const ContactSurface& slave, const Points& slave_position
   return report;
 }
 
-TieReport tie_mortar(const ContactSurface& slave, const Points& slave_positions, const ContactSurface& master,
-                     const Points& master_positions, const DetectionOptions& options, std::optional<double> tolerance,
+TieReport tie_mortar(const ContactSurface& slave, const Points& slave_positions,
+                     const ContactSurface& master, const Points& master_positions,
+                     const DetectionOptions& options, std::optional<double> tolerance,
                      ContactList& ties, Points& offsets) {
   ContactBody a, b;
   a.start = a.end = slave_positions, b.start = b.end = master_positions;
@@ -124,7 +131,8 @@ TieReport tie_mortar(const ContactSurface& slave, const Points& slave_positions,
   std::set<Index> held;
   for (const ContactTerm& term : ties.terms)
     if (term.body == slave.body) held.insert(term.node);
-  report.without_partner = std::count_if(slave.nodes.begin(), slave.nodes.end(), [&](Index node) { return !held.count(node); });
+  report.without_partner = std::count_if(slave.nodes.begin(), slave.nodes.end(),
+                                         [&](Index node) { return !held.count(node); });
   append(found, offsets);
   return report;
 }

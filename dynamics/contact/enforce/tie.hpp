@@ -11,20 +11,26 @@
 namespace cbr {
 
 struct TieReport {
-  Index without_partner = 0;  // slave nodes that no tie holds, none of the master being within the tolerance
+  // slave nodes that no tie holds, none of the master being within the tolerance
+  Index without_partner = 0;
   double largest_offset = 0;  // of those that are tied: length from the face
 };
 
-// Ties each slave node to the closest point of the master's faces at these positions (rows: the contact nodes of either body), when
-// it is within `tolerance` (length; not given: 5 % of the face's size). Appends to `ties` points of identity frame and weights that
-// stay, and to `offsets` (points x 3, scene axes) the relative position sum coefficient x position that each of them keeps. The
-// master's side of the offset does not turn with the body, so a couple of offset x force is lost: it is as small as the offset.
-TieReport tie_surfaces(const ContactSurface& slave, const Points& slave_positions, const ContactSurface& master,
-                       const Points& master_positions, std::optional<double> tolerance, ContactList& ties, Points& offsets);
+// Ties each slave node to the closest point of the master's faces at these positions (rows: the
+// contact nodes of either body), when it is within `tolerance` (length; not given: 5 % of the
+// face's size). Appends to `ties` points of identity frame and weights that stay, and to `offsets`
+// (points x 3, scene axes) the relative position sum coefficient x position that each of them
+// keeps. The master's side of the offset does not turn with the body, so a couple of offset x force
+// is lost: it is as small as the offset.
+TieReport tie_surfaces(const ContactSurface& slave, const Points& slave_positions,
+                       const ContactSurface& master, const Points& master_positions,
+                       std::optional<double> tolerance, ContactList& ties, Points& offsets);
 
-// The same with the points of detect_mortar(): slave nodes whose averaged distance from the master is within `tolerance`.
-TieReport tie_mortar(const ContactSurface& slave, const Points& slave_positions, const ContactSurface& master,
-                     const Points& master_positions, const DetectionOptions& options, std::optional<double> tolerance,
+// The same with the points of detect_mortar(): slave nodes whose averaged distance from the master
+// is within `tolerance`.
+TieReport tie_mortar(const ContactSurface& slave, const Points& slave_positions,
+                     const ContactSurface& master, const Points& master_positions,
+                     const DetectionOptions& options, std::optional<double> tolerance,
                      ContactList& ties, Points& offsets);
 
 }  // namespace cbr

@@ -14,10 +14,12 @@ ContactProblem contact_problem(GapResponse W, std::vector<PointLaw> laws) {
   problem.W = std::move(W);
   problem.laws = std::move(laws);
   problem.first = first_rows(problem.laws);
-  problem.diagonal = problem.W.is_sparse ? Vector(problem.W.sparse.diagonal()) : Vector(problem.W.dense.diagonal());
+  problem.diagonal = problem.W.is_sparse ? Vector(problem.W.sparse.diagonal())
+                                         : Vector(problem.W.dense.diagonal());
   problem.w.resize(problem.n_points());
   for (Index i = 0; i < problem.n_points(); ++i)
-    problem.w[i] = std::max(0.0, problem.diagonal.segment(problem.first[i], n_rows(problem.laws[i].law)).maxCoeff());
+    problem.w[i] = std::max(
+        0.0, problem.diagonal.segment(problem.first[i], n_rows(problem.laws[i].law)).maxCoeff());
   return problem;
 }
 
@@ -39,7 +41,8 @@ Vector respond(const ContactProblem& problem, const Vector& p) {
   std::vector<Index> pushed;
   for (Index j = 0; j < p.size(); ++j)
     if (p[j] != 0) pushed.push_back(j);
-  if (2 * static_cast<Index>(pushed.size()) > p.size()) return symmetric_product(problem.W.dense, p);
+  if (2 * static_cast<Index>(pushed.size()) > p.size())
+    return symmetric_product(problem.W.dense, p);
   Matrix y = Matrix::Zero(p.size(), 1);
   add_columns(problem.W.dense, pushed, p, y, 1);
   return y.col(0);
@@ -48,7 +51,8 @@ Vector respond(const ContactProblem& problem, const Vector& p) {
 void add_response(const ContactProblem& problem, Index point, const double* change, Vector& y) {
   const Index row = problem.first[point], n = n_rows(problem.laws[point].law);
   if (!problem.W.is_sparse && n == 3) {
-    y += problem.W.dense.col(row) * change[0] + problem.W.dense.col(row + 1) * change[1] + problem.W.dense.col(row + 2) * change[2];
+    y += problem.W.dense.col(row) * change[0] + problem.W.dense.col(row + 1) * change[1] +
+         problem.W.dense.col(row + 2) * change[2];
     return;
   }
   for (Index d = 0; d < n; ++d) {
@@ -84,12 +88,14 @@ Vector law_violations(const ContactProblem& problem, const Vector& p, const Vect
     }
     violation[i] = w > 0 ? std::abs(std::min(w * p[row], gap[row])) : std::max(0.0, -gap[row]);
     if (law.law != ContactLaw::coulomb || !(w > 0)) continue;
-    if (p[row] <= 0 && p[row + 1] == 0 && p[row + 2] == 0) continue;  // open: no friction, whatever the slip
+    // open: no friction, whatever the slip
+    if (p[row] <= 0 && p[row + 1] == 0 && p[row + 2] == 0) continue;
     const double limit = law.friction * std::max(0.0, p[row]);
     Eigen::Vector2d target = p.segment<2>(row + 1) - gap.segment<2>(row + 1) / w;
     const double length = std::hypot(target[0], target[1]);
     if (length > limit) target *= limit / length;
-    violation[i] = std::hypot(violation[i], w * (p[row + 1] - target[0]), w * (p[row + 2] - target[1]));
+    violation[i] =
+        std::hypot(violation[i], w * (p[row + 1] - target[0]), w * (p[row + 2] - target[1]));
   }
   for (double& of : violation)
     if (std::isnan(of)) of = HUGE_VAL;  // beyond a double's reach; norms may leave a NaN out
@@ -99,7 +105,8 @@ Vector law_violations(const ContactProblem& problem, const Vector& p, const Vect
 double gap_round_off(const ContactProblem& problem, const Vector& p) {
   // |W_ij| <= sqrt(W_ii W_jj)
   const Vector root = problem.diagonal.cwiseMax(0).cwiseSqrt();
-  return root.size() > 0 ? 1e-15 * root.maxCoeff() * root.cwiseProduct(p).lpNorm<Eigen::Infinity>() : 0.0;
+  return root.size() > 0 ? 1e-15 * root.maxCoeff() * root.cwiseProduct(p).lpNorm<Eigen::Infinity>()
+                         : 0.0;
 }
 
 }  // namespace cbr

@@ -24,8 +24,9 @@ struct ContactSet {
 // What the natural map says about p and gap = g + W p: the argument of each projection decides.
 ContactSet contact_set(const ContactProblem& problem, const Vector& p, const Vector& gap);
 
-// Unknowns x of a set. `rows`: the k rows of points that are not open, those that no impulse moves left out. Over these rows
-// p = C x (k x n); equations R^T gap + alpha x = 0 (n), R with orthonormal columns. C = R when nothing slides.
+// Unknowns x of a set. `rows`: the k rows of points that are not open, those that no impulse moves
+// left out. Over these rows p = C x (k x n); equations R^T gap + alpha x = 0 (n), R with
+// orthonormal columns. C = R when nothing slides.
 struct SetBases {
   std::vector<Index> rows;
   SparseMatrix R, C;

@@ -10,7 +10,8 @@ namespace cbr {
 
 CoulombPoint::CoulombPoint(const Matrix3& B, double friction) : B_(B), friction_(friction) {
   // S = B_tt - B_tn B_nt / B_nn   (2 x 2)
-  const Matrix2 S = B.bottomRightCorner<2, 2>() - B.block<2, 1>(1, 0) * B.block<1, 2>(0, 1) / B(0, 0);
+  const Matrix2 S =
+      B.bottomRightCorner<2, 2>() - B.block<2, 1>(1, 0) * B.block<1, 2>(0, 1) / B(0, 0);
   const SymmetricEigen2 eigen = symmetric_eigen2(0.5 * (S + S.transpose()));
   axes_ = eigen.vectors;
   s_ = eigen.values.cwiseMax(0);
@@ -23,7 +24,8 @@ double CoulombPoint::normal(const Vector3& q, const Eigen::Vector2d& tangential)
 Vector3 CoulombPoint::solve(const Vector3& q) const {
   if (q[0] >= 0) return Vector3::Zero();
   // b = q_t - B_tn q_n / B_nn, in the axes of S
-  const Eigen::Vector2d b = axes_.transpose() * (q.tail<2>() - B_.block<2, 1>(1, 0) * (q[0] / B_(0, 0)));
+  const Eigen::Vector2d b =
+      axes_.transpose() * (q.tail<2>() - B_.block<2, 1>(1, 0) * (q[0] / B_(0, 0)));
   const double size = std::max({B_(0, 0), B_(1, 1), B_(2, 2)});
   const auto tangential = [&](double alpha) -> Eigen::Vector2d {
     Eigen::Vector2d x;
@@ -31,14 +33,17 @@ Vector3 CoulombPoint::solve(const Vector3& q) const {
     return axes_ * x;
   };
   // > 0: the cone is left
-  const auto excess = [&](const Eigen::Vector2d& t) { return std::hypot(t[0], t[1]) - friction_ * normal(q, t); };
+  const auto excess = [&](const Eigen::Vector2d& t) {
+    return std::hypot(t[0], t[1]) - friction_ * normal(q, t);
+  };
   double low = 1e-15 * size;
   Eigen::Vector2d t = tangential(low);
   if (excess(t) > 0) {
     double high = size;
     for (int i = 0; i < 1000 && excess(tangential(high)) > 0; ++i) low = high, high *= 8;
     while (low < high / 16) {
-      const double middle = std::sqrt(low) * std::sqrt(high);  // their product may be beyond a double's reach
+      // their product may be beyond a double's reach
+      const double middle = std::sqrt(low) * std::sqrt(high);
       const double f = excess(tangential(middle));
       if (f == 0 || !(middle > low && middle < high)) break;
       (f > 0 ? low : high) = middle;

@@ -6,9 +6,10 @@
 
 namespace cbr {
 
-// gap = q + B p with B (3 x 3) the point's block of W: symmetric, positive semi-definite, B_nn > 0; normal first.
-// When it slips, the slip is -alpha p_t with alpha > 0, so that p_t(alpha) = -(S + alpha I)^-1 b with S the Schur complement of the
-// normal row, and |p_t(alpha)| = mu p_n(alpha). A root exists: sticking (alpha = 0) leaves the cone, p_t = 0 (infinity) is inside.
+// gap = q + B p with B (3 x 3) the point's block of W: symmetric, positive semi-definite, B_nn > 0;
+// normal first. When it slips, the slip is -alpha p_t with alpha > 0, so that p_t(alpha) = -(S +
+// alpha I)^-1 b with S the Schur complement of the normal row, and |p_t(alpha)| = mu p_n(alpha). A
+// root exists: sticking (alpha = 0) leaves the cone, p_t = 0 (infinity) is inside.
 class CoulombPoint {
  public:
   CoulombPoint() = default;

@@ -6,10 +6,13 @@ namespace cbr {
 void keep_state(StateArchive& archive, Box& box) { archive(box.lower, box.upper); }
 
 void keep_state(StateArchive& archive, MotionBound& bound) {
-  archive(bound.lower, bound.upper, bound.lower_speed, bound.upper_speed, bound.growth, bound.acceleration);
+  archive(bound.lower, bound.upper, bound.lower_speed, bound.upper_speed, bound.growth,
+          bound.acceleration);
 }
 
-void keep_state(StateArchive& archive, ContactTerm& term) { archive(term.body, term.node, term.coefficient); }
+void keep_state(StateArchive& archive, ContactTerm& term) {
+  archive(term.body, term.node, term.coefficient);
+}
 
 void keep_state(StateArchive& archive, ContactPoint& point) {
   archive(point.frame, point.gap, point.start_gap, point.area, point.slot, point.face);
@@ -23,8 +26,10 @@ void keep_state(StateArchive& archive, PointLaw& law) { archive(law.law, law.fri
 void keep_state(StateArchive& archive, GapResponse& W) { archive(W.is_sparse, W.dense, W.sparse); }
 
 void keep_state(StateArchive& archive, PairMemory& memory) {
-  archive(memory.face, memory.known_face, memory.further_faces, memory.offset, memory.impulse, memory.elastic_slip, memory.near);
-  archive(memory.has_points, memory.adjust, memory.initial_overlap, memory.initial_gap, memory.depth, memory.drift_taken);
+  archive(memory.face, memory.known_face, memory.further_faces, memory.offset, memory.impulse,
+          memory.elastic_slip, memory.near);
+  archive(memory.has_points, memory.adjust, memory.initial_overlap, memory.initial_gap,
+          memory.depth, memory.drift_taken);
 }
 
 }  // namespace cbr

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What points, pairs and W keep from step to step, for checkpoints (common/files/state_archive.hpp).
+// What points, pairs and W keep from step to step, for checkpoints
+// (common/files/state_archive.hpp).
 #pragma once
 
 #include "common/files/state_archive.hpp"

@@ -29,7 +29,8 @@ using Columns = std::array<const double*, P>;
 
 // y_k += columns x factor_k over the rows [begin, end)
 template <int P, int K>
-void add_panel(const Columns<P>& column, Index begin, Index end, const double (&factor)[K][P], const std::array<double*, K>& y) {
+void add_panel(const Columns<P>& column, Index begin, Index end, const double (&factor)[K][P],
+               const std::array<double*, K>& y) {
   Index i = begin;
   for (; i + lanes <= end; i += lanes) {
     Lanes sum[K];
@@ -92,7 +93,8 @@ void transposed_panel(const Matrix& L, Index first, Index n, double* y) {
 }
 
 template <int P, int K>
-void add_some(const Matrix& S, const Index* columns, const Matrix& X, Index begin, Index end, Matrix& Y) {
+void add_some(const Matrix& S, const Index* columns, const Matrix& X, Index begin, Index end,
+              Matrix& Y) {
   Columns<P> column;
   double factor[K][P];
   std::array<double*, K> y;
@@ -105,7 +107,8 @@ void add_some(const Matrix& S, const Index* columns, const Matrix& X, Index begi
 }
 
 template <int K>
-void add_rows(const Matrix& S, const std::vector<Index>& columns, const Matrix& X, Index begin, Index end, Matrix& Y) {
+void add_rows(const Matrix& S, const std::vector<Index>& columns, const Matrix& X, Index begin,
+              Index end, Matrix& Y) {
   const Index n = static_cast<Index>(columns.size());
   Index j = 0;
   for (; j + width <= n; j += width) add_some<width, K>(S, columns.data() + j, X, begin, end, Y);
@@ -114,15 +117,20 @@ void add_rows(const Matrix& S, const std::vector<Index>& columns, const Matrix& 
 
 }  // namespace
 
-void add_columns(const Matrix& S, const std::vector<Index>& columns, const Matrix& X, Matrix& Y, int threads) {
+void add_columns(const Matrix& S, const std::vector<Index>& columns, const Matrix& X, Matrix& Y,
+                 int threads) {
   assert(X.cols() == 1 || X.cols() == 2);
   const auto rows = [&](Index begin, Index end) {
-    X.cols() == 2 ? add_rows<2>(S, columns, X, begin, end, Y) : add_rows<1>(S, columns, X, begin, end, Y);
+    X.cols() == 2 ? add_rows<2>(S, columns, X, begin, end, Y)
+                  : add_rows<1>(S, columns, X, begin, end, Y);
   };
   const Index n = S.rows();
-  if (threads <= 1 || 8.0 * static_cast<double>(n) * static_cast<double>(columns.size()) < threaded_bytes) return rows(0, n);
+  if (threads <= 1 ||
+      8.0 * static_cast<double>(n) * static_cast<double>(columns.size()) < threaded_bytes)
+    return rows(0, n);
   run_kept_threads(threads, [&](int t) {
-    const auto part = [&](int i) { return i == threads ? n : n * i / threads / lanes * lanes; };  // the same sums for any number
+    // the same sums for any number
+    const auto part = [&](int i) { return i == threads ? n : n * i / threads / lanes * lanes; };
     rows(part(t), part(t + 1));
   });
 }

@@ -12,7 +12,8 @@ namespace {
 // Of each node's dofs   (3 m)
 Matrix in_axes(const Points& p, const Matrix3& axes) {
   Matrix local(p.size(), 1);
-  for (Index i = 0; i < p.rows(); ++i) local.col(0).segment<3>(3 * i) = axes.transpose() * p.row(i).transpose();
+  for (Index i = 0; i < p.rows(); ++i)
+    local.col(0).segment<3>(3 * i) = axes.transpose() * p.row(i).transpose();
   return local;
 }
 
@@ -33,13 +34,15 @@ Matrix NodeResponse::dense() const {
   const Matrix& of_axes = block ? *block : thick;
   Matrix S(n, n);
   for (Index j = 0; j < n; j += 3)
-    for (Index i = 0; i < n; i += 3) S.block<3, 3>(i, j) = axes * of_axes.block<3, 3>(i, j) * axes.transpose();
+    for (Index i = 0; i < n; i += 3)
+      S.block<3, 3>(i, j) = axes * of_axes.block<3, 3>(i, j) * axes.transpose();
   return S;
 }
 
 void NodeResponse::add_product(const Points& p, Points& x) const {
   if (is_diagonal()) {
-    Eigen::Map<Vector>(x.data(), x.size()) += diagonal.cwiseProduct(Eigen::Map<const Vector>(p.data(), p.size()));
+    Eigen::Map<Vector>(x.data(), x.size()) +=
+        diagonal.cwiseProduct(Eigen::Map<const Vector>(p.data(), p.size()));
     return;
   }
   const Matrix local = in_axes(p, axes);
@@ -54,7 +57,8 @@ void NodeResponse::add_product(const Points& p, Points& x) const {
       for (int c = 0; c < 3 && !p.row(i).isZero(0); ++c) columns.push_back(3 * i + c);
     add_columns(*block, columns, local, moved, n_threads());
   }
-  for (Index i = 0; i < x.rows(); ++i) x.row(i) += (axes * moved.col(0).segment<3>(3 * i)).transpose();
+  for (Index i = 0; i < x.rows(); ++i)
+    x.row(i) += (axes * moved.col(0).segment<3>(3 * i)).transpose();
 }
 
 }  // namespace cbr

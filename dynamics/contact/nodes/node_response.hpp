@@ -12,12 +12,13 @@
 
 namespace cbr {
 
-// S: change of end-of-step position (dof 3 i + c) per unit impulse at the start of the step, symmetric, 3 m x 3 m.
-// One of three is filled. A lumped mesh answers node by node: `diagonal` (3 m, scene axes).
+// S: change of end-of-step position (dof 3 i + c) per unit impulse at the start of the step,
+// symmetric, 3 m x 3 m. One of three is filled. A lumped mesh answers node by node: `diagonal` (3
+// m, scene axes).
 struct NodeResponse {
   Vector diagonal;
-  // In axes that instances of one component can share: S = (I x T) block (I x T)^T, T = axes, on each node's three dofs; the same
-  // of `thin`.
+  // In axes that instances of one component can share: S = (I x T) block (I x T)^T, T = axes, on
+  // each node's three dofs; the same of `thin`.
   std::shared_ptr<const Matrix> block;
   std::shared_ptr<const ThinResponse> thin;
   Matrix3 axes = Matrix3::Identity();
@@ -26,10 +27,13 @@ struct NodeResponse {
   bool empty() const { return is_diagonal() && diagonal.size() == 0; }
   Index n_dofs() const { return block ? block->rows() : thin ? thin->n_dofs() : diagonal.size(); }
   // Whether forces move some direction of the node at once.
-  bool is_static(Index node) const { return thin && thin->rows->first[node] < thin->rows->first[node + 1]; }
+  bool is_static(Index node) const {
+    return thin && thin->rows->first[node] < thin->rows->first[node + 1];
+  }
   void set_block(Matrix S) { block = std::make_shared<const Matrix>(std::move(S)); }
-  Matrix dense() const;                                // S in scene axes, a copy
-  void add_product(const Points& p, Points& x) const;  // x += S p   (m x 3 both), over the nodes whose p is not 0
+  Matrix dense() const;  // S in scene axes, a copy
+  // x += S p   (m x 3 both), over the nodes whose p is not 0
+  void add_product(const Points& p, Points& x) const;
 };
 
 }  // namespace cbr

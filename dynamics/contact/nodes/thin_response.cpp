@@ -10,16 +10,19 @@ namespace cbr {
 void StaticRows::gather(const Matrix& f, Matrix& rows) const {
   rows.resize(size(), f.cols());
   for (Index q = 0; q < f.cols(); ++q)
-    for (Index i = 0; i < size(); ++i) rows(i, q) = direction.row(i).dot(f.col(q).segment<3>(3 * node[i]).transpose());
+    for (Index i = 0; i < size(); ++i)
+      rows(i, q) = direction.row(i).dot(f.col(q).segment<3>(3 * node[i]).transpose());
 }
 
 void StaticRows::add_spread(const Matrix& w, Matrix& u) const {
   for (Index q = 0; q < w.cols(); ++q)
-    for (Index i = 0; i < size(); ++i) u.col(q).segment<3>(3 * node[i]) += w(i, q) * direction.row(i).transpose();
+    for (Index i = 0; i < size(); ++i)
+      u.col(q).segment<3>(3 * node[i]) += w(i, q) * direction.row(i).transpose();
 }
 
 // Where most rows are pressed half of F is read for all, else the columns of those that are.
-double press(const StaticRows& rows, const Matrix& pressed, Matrix& still, std::vector<Index>& columns) {
+double press(const StaticRows& rows, const Matrix& pressed, Matrix& still,
+             std::vector<Index>& columns) {
   still.setZero(pressed.rows(), pressed.cols());
   columns.clear();
   for (Index i = 0; i < pressed.rows(); ++i)
@@ -33,7 +36,8 @@ double press(const StaticRows& rows, const Matrix& pressed, Matrix& still, std::
   return 8 * s * loaded;
 }
 
-double respond(const ThinResponse& S, const Matrix& p, Matrix& move, Matrix& still, ThinWork& work) {
+double respond(const ThinResponse& S, const Matrix& p, Matrix& move, Matrix& still,
+               ThinWork& work) {
   const Matrix& A = *S.A;
   move.setZero(p.rows(), p.cols());
   if (A.rows() > 0) {

@@ -9,8 +9,8 @@
 
 namespace cbr {
 
-// Directions of a body's contact nodes that answer forces without inertia: u = B F B^T f, column i of B (3 m x s) with direction i
-// on the three dofs of node i.
+// Directions of a body's contact nodes that answer forces without inertia: u = B F B^T f, column i
+// of B (3 m x s) with direction i on the three dofs of node i.
 struct StaticRows {
   std::vector<Index> node;          // s, ascending
   Points direction;                 // s x 3, unit, in the axes of the response
@@ -24,7 +24,8 @@ struct StaticRows {
   void add_spread(const Matrix& w, Matrix& u) const;
 };
 
-// S = A^T C A + B F B^T / h   (3 m x 3 m), which is never formed. Instances of a component share it.
+// S = A^T C A + B F B^T / h   (3 m x 3 m), which is never formed. Instances of a component share
+// it.
 struct ThinResponse {
   std::shared_ptr<const Matrix> A;  // r x 3 m, the shapes that the nodes move in; r may be 0
   Matrix C;                         // r x r, symmetric: how the shapes answer forces on them
@@ -41,10 +42,11 @@ struct ThinWork {
   std::vector<Index> columns;
 };
 
-// move = S p and its static share: still = F B^T p / h   (s x q), for q = 1 or 2 columns of impulses p (3 m x q). Returns the bytes
-// of the response that were read.
+// move = S p and its static share: still = F B^T p / h   (s x q), for q = 1 or 2 columns of
+// impulses p (3 m x q). Returns the bytes of the response that were read.
 double respond(const ThinResponse& S, const Matrix& p, Matrix& move, Matrix& still, ThinWork& work);
 // still (s x q) = F rows, of rows (s x q); the same choice of what is read.
-double press(const StaticRows& rows, const Matrix& pressed, Matrix& still, std::vector<Index>& columns);
+double press(const StaticRows& rows, const Matrix& pressed, Matrix& still,
+             std::vector<Index>& columns);
 
 }  // namespace cbr

@@ -82,7 +82,8 @@ void BodyMoves::respond_together(OfBody& a, OfBody* b, const std::vector<Contact
   given_.resize(n, b ? 2 : 1);
   for (Index k = 0; k < given_.cols(); ++k) {
     const Matrix3& axes = bodies[parts[k]->body].response.axes;
-    for (Index i = 0; i < n / 3; ++i) given_.col(k).segment<3>(3 * i) = axes.transpose() * parts[k]->force.row(i).transpose();
+    for (Index i = 0; i < n / 3; ++i)
+      given_.col(k).segment<3>(3 * i) = axes.transpose() * parts[k]->force.row(i).transpose();
   }
   if (S.thin) {
     bytes_ += cbr::respond(*S.thin, given_, answer_, still_, work_);
@@ -93,21 +94,25 @@ void BodyMoves::respond_together(OfBody& a, OfBody* b, const std::vector<Contact
     OfBody& part = *parts[k];
     const Matrix3& axes = bodies[part.body].response.axes;
     part.move.resize(n / 3, 3);
-    for (Index i = 0; i < n / 3; ++i) part.move.row(i) = (axes * answer_.col(k).segment<3>(3 * i)).transpose();
+    for (Index i = 0; i < n / 3; ++i)
+      part.move.row(i) = (axes * answer_.col(k).segment<3>(3 * i)).transpose();
     if (S.thin) part.still = still_.col(k);
     part.answered = true;
   }
 }
 
-// Over the columns on which either body has a force. Where these are most, half of the block is read for all.
+// Over the columns on which either body has a force. Where these are most, half of the block is
+// read for all.
 void BodyMoves::multiply_block(const Matrix& S) {
   const Index n = S.rows();
   columns_.clear();
   for (Index i = 0; i < n / 3; ++i)
-    for (int c = 0; c < 3 && !given_.middleRows(3 * i, 3).isZero(0); ++c) columns_.push_back(3 * i + c);
+    for (int c = 0; c < 3 && !given_.middleRows(3 * i, 3).isZero(0); ++c)
+      columns_.push_back(3 * i + c);
   const Index loaded = static_cast<Index>(columns_.size());
   const bool half = 2 * loaded > n;
-  bytes_ += 8 * static_cast<double>(n) * (half ? 0.5 * static_cast<double>(n + 1) : static_cast<double>(loaded));
+  bytes_ += 8 * static_cast<double>(n) *
+            (half ? 0.5 * static_cast<double>(n + 1) : static_cast<double>(loaded));
   answer_.setZero(n, given_.cols());
   if (half) {
     add_symmetric_product(S, given_, answer_, n_threads());
@@ -116,7 +121,8 @@ void BodyMoves::multiply_block(const Matrix& S) {
   }
 }
 
-void BodyMoves::add_to_gaps(const ContactList& list, const std::vector<PointLaw>& laws, Vector& gap) const {
+void BodyMoves::add_to_gaps(const ContactList& list, const std::vector<PointLaw>& laws,
+                            Vector& gap) const {
   Index row = 0;
   for (std::size_t i = 0; i < list.points.size(); ++i) {
     const ContactPoint& point = list.points[i];
@@ -125,7 +131,8 @@ void BodyMoves::add_to_gaps(const ContactList& list, const std::vector<PointLaw>
       const ContactTerm& term = list.terms[t];
       moved += term.coefficient * parts_[position_[term.body]].move.row(term.node).transpose();
     }
-    for (Index d = 0; d < n_rows(laws[i].law); ++d, ++row) gap[row] += point.frame.row(d).dot(moved);
+    for (Index d = 0; d < n_rows(laws[i].law); ++d, ++row)
+      gap[row] += point.frame.row(d).dot(moved);
   }
 }
 

@@ -12,9 +12,10 @@ namespace cbr {
 
 class BodyMoves {
  public:
-  // move(b) = S_b f_b of all bodies that the list has terms on, f = G^T p (`p`: rows of W, see first_rows). Bodies that share a
-  // response are answered in one pass over it.
-  void push(const ContactList& list, const std::vector<PointLaw>& laws, const Vector& p, const std::vector<ContactBody>& bodies);
+  // move(b) = S_b f_b of all bodies that the list has terms on, f = G^T p (`p`: rows of W, see
+  // first_rows). Bodies that share a response are answered in one pass over it.
+  void push(const ContactList& list, const std::vector<PointLaw>& laws, const Vector& p,
+            const std::vector<ContactBody>& bodies);
   // gap += G move, as rows of W.
   void add_to_gaps(const ContactList& list, const std::vector<PointLaw>& laws, Vector& gap) const;
   // Hands the moves to the bodies.
@@ -39,7 +40,8 @@ class BodyMoves {
   std::size_t n_parts_ = 0;
   std::vector<std::size_t> position_;  // per contact body: in parts_
   std::vector<Index> columns_;
-  Matrix given_, answer_, still_;  // in the axes of a response, a column for each body that shares it
+  // in the axes of a response, a column for each body that shares it
+  Matrix given_, answer_, still_;
   ThinWork work_;
   double bytes_ = 0;
 };

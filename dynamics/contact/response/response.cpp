@@ -16,8 +16,8 @@ namespace {
 // The columns of G that belong to a body, in the axes of its response: G_b   (m x 3 m_b)
 using RowMajorSparse = Eigen::SparseMatrix<double, Eigen::RowMajor, Index>;
 
-RowMajorSparse rows_of_body(const ContactList& list, const std::vector<PointLaw>& laws, Index m, Index body,
-                            const NodeResponse& S) {
+RowMajorSparse rows_of_body(const ContactList& list, const std::vector<PointLaw>& laws, Index m,
+                            Index body, const NodeResponse& S) {
   std::vector<Eigen::Triplet<double, Index>> entries;
   Index row = 0;
   for (std::size_t i = 0; i < list.points.size(); ++i) {
@@ -28,7 +28,8 @@ RowMajorSparse rows_of_body(const ContactList& list, const std::vector<PointLaw>
         const ContactTerm& term = list.terms[t];
         if (term.body != body) continue;
         for (int c = 0; c < 3; ++c)
-          if (frame(d, c) != 0) entries.emplace_back(row, 3 * term.node + c, term.coefficient * frame(d, c));
+          if (frame(d, c) != 0)
+            entries.emplace_back(row, 3 * term.node + c, term.coefficient * frame(d, c));
       }
     }
   }
@@ -40,10 +41,10 @@ RowMajorSparse rows_of_body(const ContactList& list, const std::vector<PointLaw>
 // From so many entries on a second thread gains more than it costs.
 constexpr Index threaded_entries = 200 * 200;
 
-// The lower triangle of W(at, at) += share G_b S_b G_b^T, over the `rows` of G_b that are not empty; `at` ascends. Threads take
-// columns in turn.
-void add_dense_block(const RowMajorSparse& G, const std::vector<Index>& rows, const Matrix& S, double share,
-                     const std::vector<Index>& at, Matrix& W) {
+// The lower triangle of W(at, at) += share G_b S_b G_b^T, over the `rows` of G_b that are not
+// empty; `at` ascends. Threads take columns in turn.
+void add_dense_block(const RowMajorSparse& G, const std::vector<Index>& rows, const Matrix& S,
+                     double share, const std::vector<Index>& at, Matrix& W) {
   const Index r = static_cast<Index>(rows.size());
   const int used = r * r < threaded_entries ? 1 : n_threads();
   run_kept_threads(used, [&](int thread) {
@@ -51,21 +52,24 @@ void add_dense_block(const RowMajorSparse& G, const std::vector<Index>& rows, co
     for (Index j = thread; j < r; j += used) {
       // A column of S_b G_b^T   (3 m_b x r), by whole columns of S, while it is in the cache
       t.setZero();
-      for (RowMajorSparse::InnerIterator it(G, rows[j]); it; ++it) t += share * it.value() * S.col(it.col());
+      for (RowMajorSparse::InnerIterator it(G, rows[j]); it; ++it)
+        t += share * it.value() * S.col(it.col());
       double* column = W.col(at[j]).data();
       for (Index i = j; i < r; ++i) {
         double sum = 0;
-        for (RowMajorSparse::InnerIterator it(G, rows[i]); it; ++it) sum += it.value() * t[it.col()];
+        for (RowMajorSparse::InnerIterator it(G, rows[i]); it; ++it)
+          sum += it.value() * t[it.col()];
         column[at[i]] += sum;
       }
     }
   });
 }
 
-// The same of modes and static rows. X = A G_b^T (n x r), H = G_b B (r x s), of a few entries in each row:
+// The same of modes and static rows. X = A G_b^T (n x r), H = G_b B (r x s), of a few entries in
+// each row:
 //   X^T C X + H F H^T / h   (r x r)
-void add_thin_block(const RowMajorSparse& G, const std::vector<Index>& rows, const ThinResponse& S, const std::vector<Index>& at,
-                    Matrix& W) {
+void add_thin_block(const RowMajorSparse& G, const std::vector<Index>& rows, const ThinResponse& S,
+                    const std::vector<Index>& at, Matrix& W) {
   const Index r = static_cast<Index>(rows.size());
   Matrix X = Matrix::Zero(S.A->rows(), r);
   std::vector<Eigen::Triplet<double, Index>> entries;
@@ -74,7 +78,8 @@ void add_thin_block(const RowMajorSparse& G, const std::vector<Index>& rows, con
       X.col(j) += it.value() * S.A->col(it.col());
       const Index node = it.col() / 3, c = it.col() % 3;
       for (Index i = S.rows->first[node]; i < S.rows->first[node + 1]; ++i)
-        if (S.rows->direction(i, c) != 0) entries.emplace_back(rows[j], i, it.value() * S.rows->direction(i, c));
+        if (S.rows->direction(i, c) != 0)
+          entries.emplace_back(rows[j], i, it.value() * S.rows->direction(i, c));
     }
   }
   RowMajorSparse H(G.rows(), S.rows->size());
@@ -107,7 +112,8 @@ struct BodyRows {
   std::vector<Index> rows;
 };
 
-// The lower triangle of W(at, at) += G_b S_b G_b^T of a body that does not answer node by node, over its rows.
+// The lower triangle of W(at, at) += G_b S_b G_b^T of a body that does not answer node by node,
+// over its rows.
 void add_block(const BodyRows& part, const std::vector<Index>& at, Matrix& W) {
   if (part.response->thin) {
     add_thin_block(part.G, part.rows, *part.response->thin, at, W);
@@ -141,7 +147,8 @@ SparseMatrix sparse_block(const BodyRows& part) {
 bool is_sparse(const std::vector<BodyRows>& bodies, Index m) {
   double filled = 0;
   for (const BodyRows& body : bodies)
-    if (!body.response->is_diagonal()) filled += static_cast<double>(body.rows.size()) * static_cast<double>(body.rows.size());
+    if (!body.response->is_diagonal())
+      filled += static_cast<double>(body.rows.size()) * static_cast<double>(body.rows.size());
   return m > 300 && filled < 0.25 * static_cast<double>(m) * static_cast<double>(m);
 }
 
@@ -163,8 +170,8 @@ std::vector<Index> first_rows(const std::vector<PointLaw>& laws) {
   return first;
 }
 
-GapResponse gap_response(const ContactList& list, const std::vector<PointLaw>& laws, const std::vector<ContactBody>& bodies,
-                         NodeResponse ContactBody::* of) {
+GapResponse gap_response(const ContactList& list, const std::vector<PointLaw>& laws,
+                         const std::vector<ContactBody>& bodies, NodeResponse ContactBody::*of) {
   const Index m = first_rows(laws).back();
   std::vector<Index> used;
   for (const ContactTerm& term : list.terms)
@@ -204,7 +211,8 @@ void spread_impulses(const ContactList& list, const std::vector<PointLaw>& laws,
     const auto of = p.row(static_cast<Index>(i));
     if (of.isZero(0)) continue;
     const bool tied = laws[i].law == ContactLaw::tied;
-    const Vector3 normal = tied ? Vector3(point.frame.transpose() * of.transpose()) : Vector3(of[0] * point.normal());
+    const Vector3 normal =
+        tied ? Vector3(point.frame.transpose() * of.transpose()) : Vector3(of[0] * point.normal());
     const Vector3 tangential = point.frame.bottomRows<2>().transpose() * of.tail<2>().transpose();
     for (Index t = point.first_term; t < point.first_term + point.n_terms; ++t) {
       const ContactTerm& term = list.terms[t];
@@ -215,16 +223,19 @@ void spread_impulses(const ContactList& list, const std::vector<PointLaw>& laws,
   }
 }
 
-bool same_rows(const ContactList& a, const ContactList& b, const std::vector<PointLaw>& laws, double tolerance) {
+bool same_rows(const ContactList& a, const ContactList& b, const std::vector<PointLaw>& laws,
+               double tolerance) {
   if (a.points.size() != b.points.size() || a.terms.size() != b.terms.size()) return false;
   for (std::size_t t = 0; t < a.terms.size(); ++t) {
     const ContactTerm &x = a.terms[t], &y = b.terms[t];
-    if (x.body != y.body || x.node != y.node || std::abs(x.coefficient - y.coefficient) > tolerance) return false;
+    if (x.body != y.body || x.node != y.node || std::abs(x.coefficient - y.coefficient) > tolerance)
+      return false;
   }
   for (std::size_t i = 0; i < a.points.size(); ++i) {
     const ContactPoint &x = a.points[i], &y = b.points[i];
     const Index n = n_rows(laws[i].law);
-    if (x.n_terms != y.n_terms || (x.frame - y.frame).topRows(n).cwiseAbs().maxCoeff() > tolerance) return false;
+    if (x.n_terms != y.n_terms || (x.frame - y.frame).topRows(n).cwiseAbs().maxCoeff() > tolerance)
+      return false;
   }
   return true;
 }

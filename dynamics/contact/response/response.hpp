@@ -11,7 +11,8 @@
 
 namespace cbr {
 
-// One of the two is filled: `sparse` when every body answers node by node and there are many rows, else `dense`.
+// One of the two is filled: `sparse` when every body answers node by node and there are many rows,
+// else `dense`.
 struct GapResponse {
   Matrix dense;         // m x m
   SparseMatrix sparse;  // m x m, both triangles
@@ -27,18 +28,23 @@ Vector apply(const GapResponse& W, const Vector& p);
 // Number of the first row of each point, and the number of all rows at the end.
 std::vector<Index> first_rows(const std::vector<PointLaw>& laws);
 
-// W = G S G^T (m x m): change of the gaps at the end of the step per unit impulse; S of all bodies' contact nodes.
-// A row of G: coefficient x direction on the nodes of the point's terms, directions being the rows of its frame. `of`: whose S, of
-// positions or of velocities (&ContactBody::velocity_response).
-GapResponse gap_response(const ContactList& list, const std::vector<PointLaw>& laws, const std::vector<ContactBody>& bodies,
-                         NodeResponse ContactBody::* of = &ContactBody::response);
+// W = G S G^T (m x m): change of the gaps at the end of the step per unit impulse; S of all bodies'
+// contact nodes. A row of G: coefficient x direction on the nodes of the point's terms, directions
+// being the rows of its frame. `of`: whose S, of positions or of velocities
+// (&ContactBody::velocity_response).
+GapResponse gap_response(const ContactList& list, const std::vector<PointLaw>& laws,
+                         const std::vector<ContactBody>& bodies,
+                         NodeResponse ContactBody::*of = &ContactBody::response);
 
-// Adds impulses (points x 3, in the points' frames) to the bodies': normal ones, those of tied points as they are, to `impulses`,
-// tangential ones to `friction`.
-void spread_impulses(const ContactList& list, const std::vector<PointLaw>& laws, const Points& p, std::vector<ContactBody>& bodies);
+// Adds impulses (points x 3, in the points' frames) to the bodies': normal ones, those of tied
+// points as they are, to `impulses`, tangential ones to `friction`.
+void spread_impulses(const ContactList& list, const std::vector<PointLaw>& laws, const Points& p,
+                     std::vector<ContactBody>& bodies);
 
-// Whether two lists have the same terms and directions, so that W and its factor can be kept (`tolerance` absolute, on numbers of
-// the order of one). Tangents count where `laws` (of both) have rows for them.
-bool same_rows(const ContactList& a, const ContactList& b, const std::vector<PointLaw>& laws, double tolerance);
+// Whether two lists have the same terms and directions, so that W and its factor can be kept
+// (`tolerance` absolute, on numbers of the order of one). Tangents count where `laws` (of both)
+// have rows for them.
+bool same_rows(const ContactList& a, const ContactList& b, const std::vector<PointLaw>& laws,
+               double tolerance);
 
 }  // namespace cbr

@@ -24,9 +24,11 @@ struct Step : DetectionStep {
   CandidateSearch search;
 };
 
-// Whether a node that is behind a face at the start of the step is to be held by it. Beside an edge of a body a node is behind the
-// faces of both sides: the one that it neither touched nor lies under is not to push it out.
-bool held_from_behind(const Step& step, const Projection& before, const FaceHit& hit, double size, double edge) {
+// Whether a node that is behind a face at the start of the step is to be held by it. Beside an edge
+// of a body a node is behind the faces of both sides: the one that it neither touched nor lies
+// under is not to push it out.
+bool held_from_behind(const Step& step, const Projection& before, const FaceHit& hit, double size,
+                      double edge) {
   const double depth = -hit.start_gap;
   if (hit.follows) return depth <= size && (before.outside <= edge || hit.over_at_end);
   if (step.initial) return depth <= size && before.outside <= edge;
@@ -34,10 +36,10 @@ bool held_from_behind(const Step& step, const Projection& before, const FaceHit&
   return depth <= step.options.late_depth * size && before.outside <= 1e-9;
 }
 
-// Whether it is over the moving face when it goes through; the time of that is found by regula falsi, so that a ridge between two
-// faces has no gap.
-bool passes_through(const FaceCorners& start, const FaceCorners& end, bool triangle, const SlaveNode& node, FaceHit& hit,
-                    double size, double edge) {
+// Whether it is over the moving face when it goes through; the time of that is found by regula
+// falsi, so that a ridge between two faces has no gap.
+bool passes_through(const FaceCorners& start, const FaceCorners& end, bool triangle,
+                    const SlaveNode& node, FaceHit& hit, double size, double edge) {
   double t0 = 0, t1 = 1, d0 = hit.start_gap, d1 = hit.end_gap, outside = 0;
   for (int iteration = 0; iteration < 8; ++iteration) {
     const double t = t0 + (t1 - t0) * d0 / (d0 - d1);
@@ -58,13 +60,16 @@ bool stays_beside(const PairProjection& found, double edge) {
   const FacePlace &from = found.before.place, &to = found.end.place;
   const double way = std::abs(to.xi - from.xi) + std::abs(to.eta - from.eta);
   const double most = 1 + 2 * edge + 0.1 * way;
-  const auto is_beyond = [&](double a, double b) { return std::max(a, b) < -most || std::min(a, b) > most; };
+  const auto is_beyond = [&](double a, double b) {
+    return std::max(a, b) < -most || std::min(a, b) > most;
+  };
   return way < 0.5 && (is_beyond(from.xi, to.xi) || is_beyond(from.eta, to.eta));
 }
 
-// Of a node that starts on the face but for round-off: it goes through at once, or all of its way is
-// so short. Whether it is over the face then; unknown near the edge.
-std::optional<bool> passes_from_face(const PairProjection& found, double size, double edge, FaceHit& hit) {
+// Of a node that starts on the face but for round-off: it goes through at once, or all of its way
+// is so short. Whether it is over the face then; unknown near the edge.
+std::optional<bool> passes_from_face(const PairProjection& found, double size, double edge,
+                                     FaceHit& hit) {
   constexpr double unsure = 0.01;
   if (hit.start_gap > 1e-9 * size) return std::nullopt;
   hit.entry = hit.start_gap / (hit.start_gap - hit.end_gap);
@@ -86,7 +91,8 @@ bool is_near(const Step& step, const SlaveNode& node, const PairProjection& foun
 }
 
 // Whether the node came through the face during the step, or touches or nears it; fills `hit`.
-bool meets(const Step& step, const SlaveNode& node, Index face, const PairProjection& found, FaceHit& hit) {
+bool meets(const Step& step, const SlaveNode& node, Index face, const PairProjection& found,
+           FaceHit& hit) {
   if (!(found.end.distance <= step.reach)) return false;
   const double size = step.master.sizes[face];
   if (!(size > 0) || found.end.normal.isZero()) return false;
@@ -114,27 +120,31 @@ bool meets(const Step& step, const SlaveNode& node, Index face, const PairProjec
   hit.entry = 1;
   if (hit.end_gap >= 0) return hit.over_at_end && is_near(step, node, found, face);
   if (stays_beside(found, edge)) return false;
-  if (const auto passes = passes_from_face(found, size, edge, hit)) return *passes && is_near(step, node, found, face);
+  if (const auto passes = passes_from_face(found, size, edge, hit))
+    return *passes && is_near(step, node, found, face);
   const FaceCorners start = corners(step.master, face, step.master_body.start);
-  return passes_through(start, end, is_triangle(step.master, face), node, hit, size, edge) && is_near(step, node, found, face);
+  return passes_through(start, end, is_triangle(step.master, face), node, hit, size, edge) &&
+         is_near(step, node, found, face);
 }
 
-// Which face holds a node first: the one that it touches, until it is off its edge and over the next one. Entries are rounded, so
-// that faces of one plane are told apart by what they are at the end.
+// Which face holds a node first: the one that it touches, until it is off its edge and over the
+// next one. Entries are rounded, so that faces of one plane are told apart by what they are at the
+// end.
 bool better(const FaceHit& a, const FaceHit& b) {
   if (a.over_at_end != b.over_at_end) return a.over_at_end;
   if (a.follows != b.follows) return a.follows;
   if (a.follows && a.over_now != b.over_now) return a.over_now;
   if (a.same != b.same) return a.same;
-  // In a valley the face beside it is gone through last: a node that has come off for a step would sink into the one that it is
-  // over
+  // In a valley the face beside it is gone through last: a node that has come off for a step would
+  // sink into the one that it is over
   if (!a.follows && a.right_over_at_end != b.right_over_at_end) return a.right_over_at_end;
   const double entry_a = std::round(1e10 * a.entry), entry_b = std::round(1e10 * b.entry);
   return entry_a != entry_b ? entry_a > entry_b : std::abs(a.end_gap) < std::abs(b.end_gap);
 }
 
-// Near an edge between faces that look nearly the same way a node that touches is held along a mean of their normals, which goes
-// over from the one to the other as the node slides across: no jump, and no side is taken by a node on the edge itself.
+// Near an edge between faces that look nearly the same way a node that touches is held along a mean
+// of their normals, which goes over from the one to the other as the node slides across: no jump,
+// and no side is taken by a node on the edge itself.
 void blend_normals(const Step& step, const SlaveNode& node, std::vector<FaceHit>& hits) {
   constexpr double nearly_same_way = 0.866;  // 30 degrees
   FaceHit& first = hits.front();
@@ -147,12 +157,15 @@ void blend_normals(const Step& step, const SlaveNode& node, std::vector<FaceHit>
   }
   first.end.normal = sum.normalized();
   Vector3 foot = Vector3::Zero();
-  for (int a = 0; a < 4; ++a) foot += first.end.weights[a] * step.master_body.end.row(step.master.faces(first.face, a)).transpose();
+  for (int a = 0; a < 4; ++a)
+    foot += first.end.weights[a] *
+            step.master_body.end.row(step.master.faces(first.face, a)).transpose();
   first.end.distance = first.end.normal.dot(node.end - foot);
   first.end_gap = first.end.distance - node.lift;
 }
 
-void add_point(const Step& step, const SlaveNode& node, const FaceHit& hit, double offset, ContactList& list) {
+void add_point(const Step& step, const SlaveNode& node, const FaceHit& hit, double offset,
+               ContactList& list) {
   ContactPoint point;
   point.frame = contact_frame(hit.end.normal);
   point.gap[0] = hit.end_gap + node.lift - offset;
@@ -162,7 +175,8 @@ void add_point(const Step& step, const SlaveNode& node, const FaceHit& hit, doub
   point.first_term = static_cast<Index>(list.terms.size());
   list.terms.push_back({step.slave.body, step.slave.nodes[node.slot], 1});
   for (int a = 0; a < 4; ++a)
-    if (hit.end.weights[a] != 0) list.terms.push_back({step.master.body, step.master.faces(hit.face, a), -hit.end.weights[a]});
+    if (hit.end.weights[a] != 0)
+      list.terms.push_back({step.master.body, step.master.faces(hit.face, a), -hit.end.weights[a]});
   point.n_terms = static_cast<Index>(list.terms.size()) - point.first_term;
   list.points.push_back(point);
 }
@@ -171,28 +185,34 @@ SlaveNode node_of(const Step& step, Index slot, const PairMemory& memory) {
   const Index i = step.slave.nodes[slot];
   SlaveNode node;
   node.slot = slot;
-  node.start = step.slave_body.start.row(i).transpose(), node.end = step.slave_body.end.row(i).transpose();
+  node.start = step.slave_body.start.row(i).transpose(),
+  node.end = step.slave_body.end.row(i).transpose();
   node.face = memory.face[slot];
   const Index known = memory.known_face[slot];
-  if (known >= 0) node.known_normal = mean_normal(corners(step.master, known, step.master_body.start));
+  if (known >= 0)
+    node.known_normal = mean_normal(corners(step.master, known, step.master_body.start));
   if (node.face >= 0)
-    node.normal = node.face == known ? node.known_normal : mean_normal(corners(step.master, node.face, step.master_body.start));
+    node.normal = node.face == known
+                      ? node.known_normal
+                      : mean_normal(corners(step.master, node.face, step.master_body.start));
   node.lift = std::max(0.0, memory.offset[slot]);
   if (!memory.further_faces.empty())
     node.further =
-        std::span(memory.further_faces).subspan(static_cast<std::size_t>(slot) * PairMemory::n_further, PairMemory::n_further);
+        std::span(memory.further_faces)
+            .subspan(static_cast<std::size_t>(slot) * PairMemory::n_further, PairMemory::n_further);
   return node;
 }
 
 // Best first; those that are equal stay in their order. Most nodes have one hit.
 void sort(std::vector<FaceHit>& hits) {
   for (std::size_t i = 1; i < hits.size(); ++i)
-    for (std::size_t k = i; k > 0 && better(hits[k], hits[k - 1]); --k) std::swap(hits[k], hits[k - 1]);
+    for (std::size_t k = i; k > 0 && better(hits[k], hits[k - 1]); --k)
+      std::swap(hits[k], hits[k - 1]);
 }
 
 // The pairs are those of one node.
-void detect_node(const Step& step, Index slot, std::span<const NodeAndFace> pairs, std::span<const PairProjection> found,
-                 PairMemory& memory, ContactList& points) {
+void detect_node(const Step& step, Index slot, std::span<const NodeAndFace> pairs,
+                 std::span<const PairProjection> found, PairMemory& memory, ContactList& points) {
   thread_local std::vector<FaceHit> hits;
   const SlaveNode node = node_of(step, slot, memory);
   hits.clear();
@@ -203,10 +223,12 @@ void detect_node(const Step& step, Index slot, std::span<const NodeAndFace> pair
   sort(hits);
   const double start_gap = hits.front().start_gap;
   // Found behind a face that it has not come through: left where it is, not thrown out
-  if (step.initial || (node.face < 0 && start_gap < 0)) keep_overlap(slot, start_gap + node.lift, step.initial, memory);
+  if (step.initial || (node.face < 0 && start_gap < 0))
+    keep_overlap(slot, start_gap + node.lift, step.initial, memory);
   if (hits.front().follows && hits.size() > 1) blend_normals(step, node, hits);
   const std::size_t n_held = choose_holding(step, node, hits);
-  for (std::size_t i = 0; i < n_held; ++i) add_point(step, node, hits[i], memory.offset[slot], points);
+  for (std::size_t i = 0; i < n_held; ++i)
+    add_point(step, node, hits[i], memory.offset[slot], points);
 }
 
 // Nodes are taken by so many pairs or a few more: what is found of them stays in the first cache.
@@ -219,24 +241,28 @@ void detect_nodes(const Step& step, PairMemory& memory, ContactList& points) {
   for (Index begin = 0, end = 0; begin < n; begin = end) {
     pairs.clear();
     for (; end < n && pairs.size() < at_once; ++end)
-      for (Index k = list.first[end]; k < list.first[end + 1]; ++k) pairs.push_back({step.slave.nodes[end], list.target[k]});
+      for (Index k = list.first[end]; k < list.first[end + 1]; ++k)
+        pairs.push_back({step.slave.nodes[end], list.target[k]});
     project_pairs(step.master, step.master_body, step.slave_body, pairs, step.reach, found);
     std::size_t at = 0;
     for (Index slot = begin; slot < end; ++slot) {
       const auto count = static_cast<std::size_t>(list.first[slot + 1] - list.first[slot]);
       if (count > 0)
-        detect_node(step, slot, std::span(pairs).subspan(at, count), std::span(found).subspan(at, count), memory, points);
+        detect_node(step, slot, std::span(pairs).subspan(at, count),
+                    std::span(found).subspan(at, count), memory, points);
       at += count;
     }
   }
 }
 
-// Whether nothing of the two bodies can be within reach of each other; costs nothing that grows with them.
-bool are_apart(const ContactBody& slave, const ContactBody& master, const ContactSurface& faces, bool initial,
-               const DetectionOptions& options, const PairMemory& memory) {
+// Whether nothing of the two bodies can be within reach of each other; costs nothing that grows
+// with them.
+bool are_apart(const ContactBody& slave, const ContactBody& master, const ContactSurface& faces,
+               bool initial, const DetectionOptions& options, const PairMemory& memory) {
   if (!std::isfinite(slave.longest_way) || !std::isfinite(master.longest_way)) return false;
   // The drift of the master is one of its nodes' ways at most
-  const double reach = contact_reach(faces.size, slave.longest_way + 3 * master.longest_way, initial, memory);
+  const double reach =
+      contact_reach(faces.size, slave.longest_way + 3 * master.longest_way, initial, memory);
   const double depth = std::max(memory.depth, options.late_depth * faces.extent.norm());
   const Vector3 beside = options.overhang() * (faces.extent.array() + master.longest_way);
   const Vector3 margin = beside.array() + std::max(reach, depth);
@@ -246,8 +272,9 @@ bool are_apart(const ContactBody& slave, const ContactBody& master, const Contac
 
 }  // namespace
 
-void detect(const ContactSurface& slave, const ContactBody& slave_body, const ContactSurface& master,
-            const ContactBody& master_body, bool initial, const DetectionOptions& options, PairMemory& memory, ContactList& list) {
+void detect(const ContactSurface& slave, const ContactBody& slave_body,
+            const ContactSurface& master, const ContactBody& master_body, bool initial,
+            const DetectionOptions& options, PairMemory& memory, ContactList& list) {
   const Index n = static_cast<Index>(slave.nodes.size());
   start_memory(n, memory);
   if (!master.rising.empty() && memory.further_faces.empty())
@@ -257,11 +284,20 @@ void detect(const ContactSurface& slave, const ContactBody& slave_body, const Co
     return;
   }
   const Vector3 drift = mean_motion(master, master_body);
-  const double motion = largest_motion(slave, slave_body, drift) + largest_motion(master, master_body, drift);
+  const double motion =
+      largest_motion(slave, slave_body, drift) + largest_motion(master, master_body, drift);
   const double reach = contact_reach(master.size, motion, initial, memory);
-  // A node off the edge of a long face, or beyond a sharp corner, by a share of the face may be far from it beside its size
-  const CandidateSearch search{
-      slave, master, slave_body, master_body, drift, motion, std::max(reach, memory.depth), options.late_depth, options.overhang()};
+  // A node off the edge of a long face, or beyond a sharp corner, by a share of the face may be far
+  // from it beside its size
+  const CandidateSearch search{slave,
+                               master,
+                               slave_body,
+                               master_body,
+                               drift,
+                               motion,
+                               std::max(reach, memory.depth),
+                               options.late_depth,
+                               options.overhang()};
   const Step step{{master, master_body, options, reach}, slave, slave_body, initial, search};
   update_candidates(search, memory);
   const std::size_t before = list.points.size();

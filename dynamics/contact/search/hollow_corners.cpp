@@ -10,18 +10,23 @@
 namespace cbr {
 namespace {
 
-// Whether a node that `first` holds is to be held by `second` too: in a concave corner. At a convex edge a node that is behind both
-// faces came in by one of them; the other then holds it only when the first does nothing against what this step does to it.
+// Whether a node that `first` holds is to be held by `second` too: in a concave corner. At a convex
+// edge a node that is behind both faces came in by one of them; the other then holds it only when
+// the first does nothing against what this step does to it.
 bool holds_too(const DetectionStep& step, const FaceHit& first, const FaceHit& second) {
-  if (!second.nearly_over || second.end_gap >= 0 || second.end.normal.dot(first.end.normal) >= same_side) return false;
+  if (!second.nearly_over || second.end_gap >= 0 ||
+      second.end.normal.dot(first.end.normal) >= same_side)
+    return false;
   const Vector3 between = centre(corners(step.master, second.face, step.master_body.end)) -
                           centre(corners(step.master, first.face, step.master_body.end));
   if (first.end.normal.dot(between) > 0 && second.end.normal.dot(between) < 0)
     return second.start_gap >= -step.options.kept_depth * step.master.sizes[second.face];
-  return first.end_gap >= -1e-6 * step.master.sizes[first.face] && second.start_gap >= 0.5 * second.end_gap;
+  return first.end_gap >= -1e-6 * step.master.sizes[first.face] &&
+         second.start_gap >= 0.5 * second.end_gap;
 }
 
-// Where the faces that hold a node so far put it back, and what of them it stands on: orthonormal directions, in front.
+// Where the faces that hold a node so far put it back, and what of them it stands on: orthonormal
+// directions, in front.
 struct Foothold {
   Vector3 at;
   std::array<Vector3, 3> directions;
@@ -46,14 +51,17 @@ void put_back(const SlaveNode& node, std::span<const FaceHit> holding, Foothold&
     if (!(push[i] > 0)) continue;
     Vector3 direction = holding[i].end.normal;
     for (const Vector3& of : foothold.all()) direction -= of.dot(direction) * of;
-    if (direction.norm() > 0.1) foothold.directions[foothold.n_directions++] = direction.normalized();
+    if (direction.norm() > 0.1)
+      foothold.directions[foothold.n_directions++] = direction.normalized();
   }
 }
 
-// Whether a face that rises from those that hold the node is to hold it too; fills `hit`. Where they let the node go is in front of
-// the face or behind it whatever the node came through on its way: all hold it from when it is near all, and as long as it is
-// behind all, so that nothing jumps while it goes over from one to another.
-bool holds_from_foot(const DetectionStep& step, const SlaveNode& node, const Foothold& foothold, Index face, FaceHit& hit) {
+// Whether a face that rises from those that hold the node is to hold it too; fills `hit`. Where
+// they let the node go is in front of the face or behind it whatever the node came through on its
+// way: all hold it from when it is near all, and as long as it is behind all, so that nothing jumps
+// while it goes over from one to another.
+bool holds_from_foot(const DetectionStep& step, const SlaveNode& node, const Foothold& foothold,
+                     Index face, FaceHit& hit) {
   const bool triangle = is_triangle(step.master, face);
   const double size = step.master.sizes[face];
   const FaceCorners end = corners(step.master, face, step.master_body.end);
@@ -68,17 +76,21 @@ bool holds_from_foot(const DetectionStep& step, const SlaveNode& node, const Foo
   hit.start_gap = before.distance - node.lift;
   // A face that it rises from is another one, however flat the two are bent
   const auto is_this = [&](Index f) {
-    return f == face || (f >= 0 && !rises_from(step.master, face, f) && !rises_from(step.master, f, face) &&
-                         before.normal.dot(mean_normal(corners(step.master, f, step.master_body.start))) >= nearly_flat);
+    return f == face ||
+           (f >= 0 && !rises_from(step.master, face, f) && !rises_from(step.master, f, face) &&
+            before.normal.dot(mean_normal(corners(step.master, f, step.master_body.start))) >=
+                nearly_flat);
   };
-  const bool touched = is_this(node.face) || std::any_of(node.further.begin(), node.further.end(), is_this);
+  const bool touched =
+      is_this(node.face) || std::any_of(node.further.begin(), node.further.end(), is_this);
   if (-hit.start_gap > (touched ? 1 : step.options.kept_depth) * size) return false;
-  // The foot of the slope beside the node, or the corner that it makes with two others: what lies beyond the slope's ends does not
-  // hold it
+  // The foot of the slope beside the node, or the corner that it makes with two others: what lies
+  // beyond the slope's ends does not hold it
   Vector3 along = ahead.normal;
   for (const Vector3& direction : foothold.all()) along -= direction.dot(along) * direction;
   const double slope = along.squaredNorm();
-  const Vector3 foot = slope > 1e-3 ? Vector3(foothold.at - (ahead.distance / slope) * along) : foothold.at;
+  const Vector3 foot =
+      slope > 1e-3 ? Vector3(foothold.at - (ahead.distance / slope) * along) : foothold.at;
   const double edge = touched ? step.options.edge_tolerance : step.options.new_edge_tolerance;
   hit.outside = project(end, triangle, foot).outside;
   if (!(hit.outside <= edge)) return false;
@@ -90,12 +102,14 @@ bool holds_from_foot(const DetectionStep& step, const SlaveNode& node, const Foo
 
 // Of a slope of several faces the one that the foot is at comes first.
 bool nearer_the_foot(const FaceHit& a, const FaceHit& b) {
-  const double off_a = std::round(1e6 * std::max(0.0, a.outside)), off_b = std::round(1e6 * std::max(0.0, b.outside));
+  const double off_a = std::round(1e6 * std::max(0.0, a.outside)),
+               off_b = std::round(1e6 * std::max(0.0, b.outside));
   return off_a != off_b ? off_a < off_b : a.end_gap < b.end_gap;
 }
 
-// The faces that rise from the node's first one, and hold it, come next to it in `hits`. Each is asked with those that hold
-// already: what is pressed into one wall is still to be seen by the next.
+// The faces that rise from the node's first one, and hold it, come next to it in `hits`. Each is
+// asked with those that hold already: what is pressed into one wall is still to be seen by the
+// next.
 class RisingFaces {
  public:
   RisingFaces(const DetectionStep& step, const SlaveNode& node, std::vector<FaceHit>& hits)
@@ -119,7 +133,8 @@ class RisingFaces {
  private:
   bool fits_those_that_hold(const FaceHit& hit) const {
     const auto fits = [&](const FaceHit& other) {
-      return other.face != hit.face && (rises_from(step_.master, hit.face, other.face) || holds_too(step_, other, hit));
+      return other.face != hit.face &&
+             (rises_from(step_.master, hit.face, other.face) || holds_too(step_, other, hit));
     };
     return std::all_of(hits_.begin(), hits_.begin() + static_cast<std::ptrdiff_t>(n_held_), fits);
   }
@@ -129,14 +144,15 @@ class RisingFaces {
     put_back(node_, std::span(hits_).first(n_held_), foothold_);
     bool any = false;
     for (const Index face : faces_) {
-      if (!holds_from_foot(step_, node_, foothold_, face, hit_) || !fits_those_that_hold(hit_)) continue;
+      if (!holds_from_foot(step_, node_, foothold_, face, hit_) || !fits_those_that_hold(hit_))
+        continue;
       if (!any || nearer_the_foot(hit_, best)) best = hit_, any = true;
     }
     return any;
   }
 
-  // Of two walls that it comes through in one step each lets it pass by the end of the other: where one puts it back, the other
-  // holds it, and the other way round. The best of such.
+  // Of two walls that it comes through in one step each lets it pass by the end of the other: where
+  // one puts it back, the other holds it, and the other way round. The best of such.
   bool next_of_two(FaceHit& best) {
     thread_local std::vector<FaceHit> behind, holding;
     find_behind(behind);
@@ -152,7 +168,8 @@ class RisingFaces {
     bool any = false;
     for (const FaceHit& one : behind)
       for (const FaceHit& other : behind) {
-        if (!rises_from(step_.master, other.face, one.face) || !holds_beside(other, one.face, hit_)) continue;
+        if (!rises_from(step_.master, other.face, one.face) || !holds_beside(other, one.face, hit_))
+          continue;
         if (!fits_those_that_hold(hit_) || !holds_beside(one, other.face, other_hit_)) continue;
         if (!any || nearer_the_foot(hit_, best)) best = hit_, any = true;
       }
@@ -164,10 +181,12 @@ class RisingFaces {
     behind.clear();
     for (const Index face : faces_) {
       const auto is_this = [&](const FaceHit& of) { return of.face == face; };
-      if (std::any_of(hits_.begin(), hits_.begin() + static_cast<std::ptrdiff_t>(n_held_), is_this)) continue;
+      if (std::any_of(hits_.begin(), hits_.begin() + static_cast<std::ptrdiff_t>(n_held_), is_this))
+        continue;
       FaceHit hit;
       hit.face = face;
-      hit.end = project(corners(step_.master, face, step_.master_body.end), is_triangle(step_.master, face), node_.end);
+      hit.end = project(corners(step_.master, face, step_.master_body.end),
+                        is_triangle(step_.master, face), node_.end);
       hit.end_gap = hit.end.distance - node_.lift;
       if (hit.end_gap < 0) behind.push_back(hit);
     }
@@ -184,7 +203,8 @@ class RisingFaces {
 
 }  // namespace
 
-void touch_where_it_is(const Projection& now, const FaceCorners& end, const Vector3& x_end, Projection& point) {
+void touch_where_it_is(const Projection& now, const FaceCorners& end, const Vector3& x_end,
+                       Projection& point) {
   point.normal = now.normal, point.weights = now.weights;
   Vector3 foot = Vector3::Zero();
   for (int a = 0; a < 4; ++a) foot += now.weights[a] * end[a];
@@ -198,11 +218,13 @@ bool rises_from(const ContactSurface& master, Index face, Index from) {
   return std::find(begin + master.rising_begin[from], last, face) != last;
 }
 
-std::size_t choose_holding(const DetectionStep& step, const SlaveNode& node, std::vector<FaceHit>& hits) {
+std::size_t choose_holding(const DetectionStep& step, const SlaveNode& node,
+                           std::vector<FaceHit>& hits) {
   std::size_t n_held = step.master.rising.empty() ? 1 : RisingFaces(step, node, hits).choose();
   for (std::size_t i = n_held; i < hits.size(); ++i) {
     const auto also = [&](const FaceHit& other) { return holds_too(step, other, hits[i]); };
-    if (std::all_of(hits.begin(), hits.begin() + static_cast<std::ptrdiff_t>(n_held), also)) std::swap(hits[n_held++], hits[i]);
+    if (std::all_of(hits.begin(), hits.begin() + static_cast<std::ptrdiff_t>(n_held), also))
+      std::swap(hits[n_held++], hits[i]);
   }
   return n_held;
 }

@@ -17,7 +17,8 @@ constexpr int lanes = 8;
 typedef double Lanes __attribute__((vector_size(lanes * sizeof(double))));
 
 // Largest |x - ref - shift| of n rows of three, by components; not a number counts as infinite.
-CBR_CLONES double largest_difference(const double* x, const double* ref, Index n, const double (&shift)[3]) {
+CBR_CLONES double largest_difference(const double* x, const double* ref, Index n,
+                                     const double (&shift)[3]) {
   Lanes pattern[3], most[3] = {};
   for (int k = 0; k < 3; ++k)
     for (int i = 0; i < lanes; ++i) pattern[k][i] = shift[(k * lanes + i) % 3];
@@ -32,7 +33,9 @@ CBR_CLONES double largest_difference(const double* x, const double* ref, Index n
     }
   }
   double largest = 0;
-  const auto take = [&](double d) { largest = d <= largest ? largest : std::isnan(d) ? HUGE_VAL : d; };
+  const auto take = [&](double d) {
+    largest = d <= largest ? largest : std::isnan(d) ? HUGE_VAL : d;
+  };
   for (const Lanes& of : most)
     for (int i = 0; i < lanes; ++i) take(of[i]);
   for (; at < 3 * n; ++at) take(std::abs(x[at] - ref[at] - shift[at % 3]));
@@ -40,11 +43,13 @@ CBR_CLONES double largest_difference(const double* x, const double* ref, Index n
 }
 
 // Rows `nodes` of x; they follow each other where a body has no other contact nodes among them.
-double largest_difference(const std::vector<Index>& nodes, const Points& x, const Points& ref, const Vector3& shift) {
+double largest_difference(const std::vector<Index>& nodes, const Points& x, const Points& ref,
+                          const Vector3& shift) {
   const Index n = static_cast<Index>(nodes.size());
   const double s[3] = {shift[0], shift[1], shift[2]};
   if (n == 0) return 0;
-  if (nodes.back() - nodes.front() + 1 == n) return largest_difference(x.row(nodes.front()).data(), ref.data(), n, s);
+  if (nodes.back() - nodes.front() + 1 == n)
+    return largest_difference(x.row(nodes.front()).data(), ref.data(), n, s);
   double largest = 0;
   for (Index i = 0; i < n; ++i) {
     const double d = largest_difference(x.row(nodes[i]).data(), ref.row(i).data(), 1, s);
@@ -72,7 +77,8 @@ double moved(const CandidateSearch& search, const KeptCandidates& kept, double& 
   const Index first = search.master.nodes.front();
   const Vector3 shift = (search.master_body.end.row(first) - kept.master_at.row(0)).transpose();
   const Vector3 before = shift - search.drift;
-  const auto largest = [&](const ContactSurface& surface, const ContactBody& body, const Points& ref) {
+  const auto largest = [&](const ContactSurface& surface, const ContactBody& body,
+                           const Points& ref) {
     return std::max(largest_difference(surface.nodes, body.end, ref, shift),
                     largest_difference(surface.nodes, body.start, ref, before));
   };
@@ -103,7 +109,8 @@ void keep(const CandidateSearch& search, PairMemory& memory) {
   memory.face_boxes.resize(static_cast<std::size_t>(search.master.faces.rows()));
   for (Index f = 0; f < search.master.faces.rows(); ++f) {
     const FaceCorners x = corners(search.master, f, search.master_body.end);
-    const Box box{x[0].cwiseMin(x[1]).cwiseMin(x[2]).cwiseMin(x[3]), x[0].cwiseMax(x[1]).cwiseMax(x[2]).cwiseMax(x[3])};
+    const Box box{x[0].cwiseMin(x[1]).cwiseMin(x[2]).cwiseMin(x[3]),
+                  x[0].cwiseMax(x[1]).cwiseMax(x[2]).cwiseMax(x[3])};
     memory.face_boxes[static_cast<std::size_t>(f)] = grown(box, search, f, kept.skin);
   }
 }
@@ -111,23 +118,26 @@ void keep(const CandidateSearch& search, PairMemory& memory) {
 void sweep_boxes(const CandidateSearch& search, PairMemory& memory) {
   memory.kept.is_known = false;
   memory.node_boxes.resize(search.slave.nodes.size());
-  for (std::size_t i = 0; i < memory.node_boxes.size(); ++i) memory.node_boxes[i] = node_box(search, search.slave.nodes[i]);
+  for (std::size_t i = 0; i < memory.node_boxes.size(); ++i)
+    memory.node_boxes[i] = node_box(search, search.slave.nodes[i]);
   memory.face_boxes.resize(static_cast<std::size_t>(search.master.faces.rows()));
-  for (Index f = 0; f < search.master.faces.rows(); ++f) memory.face_boxes[static_cast<std::size_t>(f)] = face_box(search, f);
+  for (Index f = 0; f < search.master.faces.rows(); ++f)
+    memory.face_boxes[static_cast<std::size_t>(f)] = face_box(search, f);
 }
 
 }  // namespace
 
 Box node_box(const CandidateSearch& search, Index node) {
-  return box_of(search.slave_body.start.row(node).transpose() + search.drift, search.slave_body.end.row(node).transpose());
+  return box_of(search.slave_body.start.row(node).transpose() + search.drift,
+                search.slave_body.end.row(node).transpose());
 }
 
 Box face_box(const CandidateSearch& search, Index face) {
   Box box{Vector3::Constant(HUGE_VAL), Vector3::Constant(-HUGE_VAL)};
   for (int a = 0; a < 4; ++a) {
     const Index node = search.master.faces(face, a);
-    const Box corner =
-        box_of(search.master_body.start.row(node).transpose() + search.drift, search.master_body.end.row(node).transpose());
+    const Box corner = box_of(search.master_body.start.row(node).transpose() + search.drift,
+                              search.master_body.end.row(node).transpose());
     box.lower = box.lower.cwiseMin(corner.lower);
     box.upper = box.upper.cwiseMax(corner.upper);
   }

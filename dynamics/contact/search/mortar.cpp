@@ -11,9 +11,10 @@
 namespace cbr {
 namespace {
 
-// A slave node with less than this share of its part of the faces has no multiplier of its own: beyond the master's rim there are
-// more slave nodes than motions of the strip that is shared. Its shape function goes to its neighbours in the face, so that the
-// multipliers still sum to one everywhere.
+// A slave node with less than this share of its part of the faces has no multiplier of its own:
+// beyond the master's rim there are more slave nodes than motions of the strip that is shared. Its
+// shape function goes to its neighbours in the face, so that the multipliers still sum to one
+// everywhere.
 constexpr double least_share = 0.05;
 
 // Corner j of the slave face of a segment.
@@ -36,7 +37,8 @@ class TermSums {
   explicit TermSums(Index n_nodes) : sums_(n_nodes, 0.0), seen_(n_nodes, 0) {}
   // Values of a face's corners and mid-side nodes.
   void add(const ContactSurface& surface, Index face, const Eigen::Matrix<double, 1, 8>& values) {
-    for (int a = 0; a < (is_triangle(surface, face) ? 3 : 4); ++a) add(surface.faces(face, a), values[a]);
+    for (int a = 0; a < (is_triangle(surface, face) ? 3 : 4); ++a)
+      add(surface.faces(face, a), values[a]);
     if (!is_quadratic(surface, face)) return;
     for (int a = 0; a < 4; ++a)
       if (surface.middle(face, a) >= 0) add(surface.middle(face, a), values[4 + a]);
@@ -64,9 +66,11 @@ class TermSums {
   std::vector<Index> nodes_;
 };
 
-// Corners of all segments, ascending by slot. Those of one slot from the largest face to the smallest: which look the same way
-// hangs on which comes first, and is not to hang on how the faces are numbered.
-std::vector<Corner> corners_by_slot(const ContactSurface& slave, const std::vector<FacePair>& pairs) {
+// Corners of all segments, ascending by slot. Those of one slot from the largest face to the
+// smallest: which look the same way hangs on which comes first, and is not to hang on how the faces
+// are numbered.
+std::vector<Corner> corners_by_slot(const ContactSurface& slave,
+                                    const std::vector<FacePair>& pairs) {
   std::vector<Corner> corners;
   corners.reserve(4 * pairs.size());
   Index before = -1;
@@ -79,15 +83,18 @@ std::vector<Corner> corners_by_slot(const ContactSurface& slave, const std::vect
     for (int j = 0; j < n; ++j) corners.push_back({static_cast<Index>(i), slot[j], -1, j});
   }
   const auto size = [&](const Corner& corner) {  // rounded: equal sizes stay equal
-    return std::round(1e9 * slave.sizes[pairs[static_cast<std::size_t>(corner.segment)].slave_face] / slave.size);
+    return std::round(
+        1e9 * slave.sizes[pairs[static_cast<std::size_t>(corner.segment)].slave_face] / slave.size);
   };
-  std::stable_sort(corners.begin(), corners.end(),
-                   [&](const Corner& a, const Corner& b) { return a.slot != b.slot ? a.slot < b.slot : size(a) > size(b); });
+  std::stable_sort(corners.begin(), corners.end(), [&](const Corner& a, const Corner& b) {
+    return a.slot != b.slot ? a.slot < b.slot : size(a) > size(b);
+  });
   return corners;
 }
 
 // Fills Corner::group; the groups of a slot follow each other.
-std::vector<Group> make_groups(const ContactSurface& slave, const std::vector<FacePair>& pairs, std::vector<Corner>& corners) {
+std::vector<Group> make_groups(const ContactSurface& slave, const std::vector<FacePair>& pairs,
+                               std::vector<Corner>& corners) {
   std::vector<Group> groups;
   std::size_t first = 0;  // group of the slot
   Index face_before = -1;
@@ -101,16 +108,19 @@ std::vector<Group> make_groups(const ContactSurface& slave, const std::vector<Fa
     corner.group = static_cast<Index>(g);
     groups[g].D += pair.segment.D.row(corner.j).sum();
     const double size = slave.sizes[pair.slave_face];
-    if (pair.slave_face != face_before) groups[g].share += size * size / n_corners(slave, pair.slave_face);
+    if (pair.slave_face != face_before)
+      groups[g].share += size * size / n_corners(slave, pair.slave_face);
     face_before = pair.slave_face;
   }
   return groups;
 }
 
-using FaceGroups = std::vector<std::array<Index, 4>>;  // per segment, those of its corners; -1 beyond a triangle's third
+// per segment, those of its corners; -1 beyond a triangle's third
+using FaceGroups = std::vector<std::array<Index, 4>>;
 
 // Groups with enough area, and of each face at least one.
-void choose_kept(const std::vector<FacePair>& pairs, const FaceGroups& of, std::vector<Group>& groups) {
+void choose_kept(const std::vector<FacePair>& pairs, const FaceGroups& of,
+                 std::vector<Group>& groups) {
   for (Group& group : groups) group.kept = group.D >= least_share * group.share;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     Index largest = of[i][0];
@@ -125,7 +135,8 @@ void choose_kept(const std::vector<FacePair>& pairs, const FaceGroups& of, std::
 }
 
 // Multipliers of groups that are not kept go to the others of the face in equal parts.
-void merge_rows(const FaceGroups& of, const std::vector<Group>& groups, std::vector<FacePair>& pairs) {
+void merge_rows(const FaceGroups& of, const std::vector<Group>& groups,
+                std::vector<FacePair>& pairs) {
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     Segment& segment = pairs[i].segment;
     int n_kept = 0;
@@ -134,7 +145,8 @@ void merge_rows(const FaceGroups& of, const std::vector<Group>& groups, std::vec
       if (of[i][j] < 0 || groups[of[i][j]].kept) continue;
       for (int k = 0; k < 4; ++k) {
         if (of[i][k] < 0 || !groups[of[i][k]].kept) continue;
-        segment.D.row(k) += segment.D.row(j) / n_kept, segment.M.row(k) += segment.M.row(j) / n_kept;
+        segment.D.row(k) += segment.D.row(j) / n_kept,
+            segment.M.row(k) += segment.M.row(j) / n_kept;
       }
       segment.D.row(j).setZero(), segment.M.row(j).setZero();
     }
@@ -155,11 +167,12 @@ struct Jump {
   double drift = 0, impulse = 0;  // of the last step
 };
 
-// Points that are found deeper than contact left them are not thrown out in one step. Found behind faces that it has not come
-// through, a node keeps all as overlap. A node on an edge has one overlap for all its sides; `first` is the largest of them. False:
-// another side is behind by so much that it is not to count. What changed weights have done goes to `jumps`.
-bool keep_overlaps(const MortarStep& step, const ContactPoint& point, double start, bool first, std::size_t place,
-                   PairMemory& memory, std::vector<Jump>& jumps) {
+// Points that are found deeper than contact left them are not thrown out in one step. Found behind
+// faces that it has not come through, a node keeps all as overlap. A node on an edge has one
+// overlap for all its sides; `first` is the largest of them. False: another side is behind by so
+// much that it is not to count. What changed weights have done goes to `jumps`.
+bool keep_overlaps(const MortarStep& step, const ContactPoint& point, double start, bool first,
+                   std::size_t place, PairMemory& memory, std::vector<Jump>& jumps) {
   if (first && (step.initial || (memory.face[point.slot] < 0 && start < 0))) {
     keep_overlap(point.slot, start, step.initial, memory);
     return true;
@@ -171,11 +184,12 @@ bool keep_overlaps(const MortarStep& step, const ContactPoint& point, double sta
   return true;
 }
 
-// As the faces slide, the weights of the points change, and gaps with them. Impulses push out no more of that than brings back the
-// energy that such changes have taken, judged by the impulses of the last step, each point its share; the rest stays as overlap.
-// Gaps count from the overlaps then.
-void settle_overlaps(const MortarStep& step, const std::vector<Jump>& jumps, std::size_t first, PairMemory& memory,
-                     ContactList& list) {
+// As the faces slide, the weights of the points change, and gaps with them. Impulses push out no
+// more of that than brings back the energy that such changes have taken, judged by the impulses of
+// the last step, each point its share; the rest stays as overlap. Gaps count from the overlaps
+// then.
+void settle_overlaps(const MortarStep& step, const std::vector<Jump>& jumps, std::size_t first,
+                     PairMemory& memory, ContactList& list) {
   const double most = step.options.drift_share * step.motion;
   double asked = 0;
   for (const Jump& jump : jumps) asked += jump.impulse * std::min(jump.drift, most);
@@ -184,7 +198,8 @@ void settle_overlaps(const MortarStep& step, const std::vector<Jump>& jumps, std
     const ContactPoint& point = list.points[jump.point];
     const double given = jump.impulse > 0 ? share * std::min(jump.drift, most) : 0.0;
     const double left = point.start_gap + given;
-    if (left < 0) memory.offset[point.slot] = std::min(memory.offset[point.slot], left);  // an adjusted gap stays closed
+    // an adjusted gap stays closed
+    if (left < 0) memory.offset[point.slot] = std::min(memory.offset[point.slot], left);
   }
   for (std::size_t i = first; i < list.points.size(); ++i) {
     ContactPoint& point = list.points[i];
@@ -192,10 +207,12 @@ void settle_overlaps(const MortarStep& step, const std::vector<Jump>& jumps, std
   }
 }
 
-// Appends the point of corners [first, last), its gaps without overlaps yet, or nothing if it is out of reach.
-void add_point(const MortarStep& step, const std::vector<FacePair>& pairs, const std::vector<const Corner*>& of, Index slot,
-               bool is_first, TermSums& slave_sums, TermSums& master_sums, PairMemory& memory, std::vector<Jump>& jumps,
-               ContactList& list) {
+// Appends the point of corners [first, last), its gaps without overlaps yet, or nothing if it is
+// out of reach.
+void add_point(const MortarStep& step, const std::vector<FacePair>& pairs,
+               const std::vector<const Corner*>& of, Index slot, bool is_first,
+               TermSums& slave_sums, TermSums& master_sums, PairMemory& memory,
+               std::vector<Jump>& jumps, ContactList& list) {
   ContactPoint point;
   point.slot = slot;
   point.first_term = static_cast<Index>(list.terms.size());
@@ -218,7 +235,8 @@ void add_point(const MortarStep& step, const std::vector<FacePair>& pairs, const
     Vector3 r = Vector3::Zero();
     for (Index t = point.first_term; t < static_cast<Index>(list.terms.size()); ++t) {
       const ContactTerm& term = list.terms[t];
-      r += term.coefficient * (t < point.first_term + point.n_slave_terms ? slave : master).row(term.node).transpose();
+      r += term.coefficient *
+           (t < point.first_term + point.n_slave_terms ? slave : master).row(term.node).transpose();
     }
     return normal.dot(r);
   };
@@ -240,11 +258,12 @@ void add_point(const MortarStep& step, const std::vector<FacePair>& pairs, const
 
 }  // namespace
 
-void detect_mortar(const ContactSurface& slave, const ContactBody& slave_body, const ContactSurface& master,
-                   const ContactBody& master_body, bool initial, const DetectionOptions& options, PairMemory& memory,
-                   ContactList& list) {
+void detect_mortar(const ContactSurface& slave, const ContactBody& slave_body,
+                   const ContactSurface& master, const ContactBody& master_body, bool initial,
+                   const DetectionOptions& options, PairMemory& memory, ContactList& list) {
   start_memory(static_cast<Index>(slave.nodes.size()), memory);
-  const MortarStep step = mortar_step(slave, slave_body, master, master_body, initial, options, memory);
+  const MortarStep step =
+      mortar_step(slave, slave_body, master, master_body, initial, options, memory);
   std::vector<FacePair> pairs = find_face_pairs(step, memory);
   std::vector<Corner> corners = corners_by_slot(slave, pairs);
   std::vector<Group> groups = make_groups(slave, pairs, corners);
@@ -265,9 +284,11 @@ void detect_mortar(const ContactSurface& slave, const ContactBody& slave_body, c
       if (of[g].empty() && groups[corners[last].group].kept) order.push_back(static_cast<Index>(g));
       of[g].push_back(&corners[last]);
     }
-    std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) { return groups[g0 + a].D > groups[g0 + b].D; });
+    std::stable_sort(order.begin(), order.end(),
+                     [&](Index a, Index b) { return groups[g0 + a].D > groups[g0 + b].D; });
     for (const Index g : order)
-      add_point(step, pairs, of[g], slot, g == order.front(), slave_sums, master_sums, memory, jumps, list);
+      add_point(step, pairs, of[g], slot, g == order.front(), slave_sums, master_sums, memory,
+                jumps, list);
     for (auto& group : of) group.clear();
   }
   if (list.points.size() == before) return forget(memory);

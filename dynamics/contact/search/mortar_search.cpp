@@ -13,15 +13,16 @@ namespace {
 
 constexpr double facing = -0.3;  // cosine between normals up to which faces look at each other
 
-void fill_boxes(const ContactSurface& surface, const ContactBody& body, const Vector3& drift, double margin,
-                std::vector<Box>& boxes) {
+void fill_boxes(const ContactSurface& surface, const ContactBody& body, const Vector3& drift,
+                double margin, std::vector<Box>& boxes) {
   boxes.resize(surface.faces.rows());
   for (Index f = 0; f < surface.faces.rows(); ++f) {
     Box box{Vector3::Constant(HUGE_VAL), Vector3::Constant(-HUGE_VAL)};
     for (int a = 0; a < 4; ++a) {
       const Vector3 start = body.start.row(surface.faces(f, a)).transpose() + drift,
                     end = body.end.row(surface.faces(f, a)).transpose();
-      box.lower = box.lower.cwiseMin(start.cwiseMin(end)), box.upper = box.upper.cwiseMax(start.cwiseMax(end));
+      box.lower = box.lower.cwiseMin(start.cwiseMin(end)),
+      box.upper = box.upper.cwiseMax(start.cwiseMax(end));
     }
     boxes[f] = {box.lower.array() - margin, box.upper.array() + margin};
   }
@@ -31,20 +32,26 @@ void fill_boxes(const ContactSurface& surface, const ContactBody& body, const Ve
 struct SlaveFace {
   Index face = 0;
   bool triangle = false;
-  bool at_start = false;  // it touched in the last step, or the run begins: it is looked at where it is at the start of the step
+  // it touched in the last step, or the run begins: it is looked at where it is at the start of the
+  // step
+  bool at_start = false;
   FaceCorners start, end;
   Matrix3 frame;  // rows: outward normal, two tangents
   Vector3 origin;
   FlatFace flat;
   Vector3 normal() const { return frame.row(0).transpose(); }
-  const FaceCorners& seen(const FaceCorners& first, const FaceCorners& last) const { return at_start ? first : last; }
+  const FaceCorners& seen(const FaceCorners& first, const FaceCorners& last) const {
+    return at_start ? first : last;
+  }
 };
 
 SlaveFace slave_face(const MortarStep& step, const PairMemory& memory, Index face) {
   SlaveFace s;
   s.face = face, s.triangle = is_triangle(step.slave, face), s.at_start = step.initial;
-  for (int a = 0; a < 4; ++a) s.at_start = s.at_start || memory.face[slot_of(step.slave, face, a)] >= 0;
-  s.start = corners(step.slave, face, step.slave_body.start), s.end = corners(step.slave, face, step.slave_body.end);
+  for (int a = 0; a < 4; ++a)
+    s.at_start = s.at_start || memory.face[slot_of(step.slave, face, a)] >= 0;
+  s.start = corners(step.slave, face, step.slave_body.start),
+  s.end = corners(step.slave, face, step.slave_body.end);
   const FaceCorners& seen = s.seen(s.start, s.end);
   s.frame = contact_frame(mean_normal(seen));
   s.origin = centre(seen);
@@ -67,35 +74,42 @@ Segment segment_at(const MortarStep& step, const SlaveFace& s, Index face, doubl
   const Matrix3 frame = contact_frame(mean_normal(slave));
   const Vector3 origin = centre(slave);
   FlatFace of_slave = flatten(slave, s.triangle, frame, origin, true),
-           of_master = flatten(between(start, end, t), is_triangle(step.master, face), frame, origin, false);
-  of_slave.quadratic = is_quadratic(step.slave, s.face), of_master.quadratic = is_quadratic(step.master, face);
+           of_master = flatten(between(start, end, t), is_triangle(step.master, face), frame,
+                               origin, false);
+  of_slave.quadratic = is_quadratic(step.slave, s.face),
+  of_master.quadratic = is_quadratic(step.master, face);
   return integrate(of_slave, of_master);
 }
 
 // sum of the face's nodes weighed by columns of D or M.
-Vector3 weighted_sum(const CornerByNode& weights, const ContactSurface& surface, Index face, const Points& points) {
+Vector3 weighted_sum(const CornerByNode& weights, const ContactSurface& surface, Index face,
+                     const Points& points) {
   const Eigen::Matrix<double, 1, 8> w = weights.colwise().sum();
   Vector3 r = Vector3::Zero();
   for (int a = 0; a < 4; ++a) r += w[a] * points.row(surface.faces(face, a)).transpose();
   if (!is_quadratic(surface, face)) return r;
   for (int a = 0; a < 4; ++a)
-    if (surface.middle(face, a) >= 0) r += w[4 + a] * points.row(surface.middle(face, a)).transpose();
+    if (surface.middle(face, a) >= 0)
+      r += w[4 + a] * points.row(surface.middle(face, a)).transpose();
   return r;
 }
 
 // Mean over what they share, with the bodies' points at one time.
-double mean_gap(const MortarStep& step, const FacePair& pair, const Points& slave, const Points& master) {
+double mean_gap(const MortarStep& step, const FacePair& pair, const Points& slave,
+                const Points& master) {
   const Vector3 r = weighted_sum(pair.segment.M, step.master, pair.master_face, master) -
                     weighted_sum(pair.segment.D, step.slave, pair.slave_face, slave);
   return pair.normal.dot(r) / pair.segment.area;
 }
 
 // Least and largest gap that the corners allow, along the slave's normal.
-std::array<double, 2> gap_range(const Vector3& normal, const FaceCorners& slave, const FaceCorners& master) {
+std::array<double, 2> gap_range(const Vector3& normal, const FaceCorners& slave,
+                                const FaceCorners& master) {
   double least = HUGE_VAL, most = -HUGE_VAL, lower = HUGE_VAL, upper = -HUGE_VAL;
   for (int a = 0; a < 4; ++a) {
     const double m = normal.dot(master[a]), s = normal.dot(slave[a]);
-    least = std::min(least, m), most = std::max(most, m), lower = std::min(lower, s), upper = std::max(upper, s);
+    least = std::min(least, m), most = std::max(most, m), lower = std::min(lower, s),
+    upper = std::max(upper, s);
   }
   return {least - upper, most - lower};
 }
@@ -107,57 +121,68 @@ bool share_a_node(const IndexTable& faces, Index f, Index g) {
   return false;
 }
 
-// Whether the last search saw the faces, or the slave face and a neighbour of the master face that looks the same way: they have
-// come together from the front, however deep they are now. A coarse face beside one that bends away is deep in parts long before
-// the mean over a node's faces closes; left out until then, it would be pushed out in one step.
-bool were_near(const MortarStep& step, const PairMemory& memory, Index slave_face, Index master_face,
-               const Vector3& master_normal) {
+// Whether the last search saw the faces, or the slave face and a neighbour of the master face that
+// looks the same way: they have come together from the front, however deep they are now. A coarse
+// face beside one that bends away is deep in parts long before the mean over a node's faces closes;
+// left out until then, it would be pushed out in one step.
+bool were_near(const MortarStep& step, const PairMemory& memory, Index slave_face,
+               Index master_face, const Vector3& master_normal) {
   const auto n = static_cast<Index>(memory.near.size() / 2);
   Index first = 0, last = n;
   while (first < last) {
     const Index middle = (first + last) / 2;
-    (memory.near[2 * middle] < slave_face ? first : last) = memory.near[2 * middle] < slave_face ? middle + 1 : middle;
+    (memory.near[2 * middle] < slave_face ? first : last) =
+        memory.near[2 * middle] < slave_face ? middle + 1 : middle;
   }
   for (Index i = first; i < n && memory.near[2 * i] == slave_face; ++i) {
     const Index other = memory.near[2 * i + 1];
     if (other == master_face) return true;
     if (share_a_node(step.master.faces, master_face, other) &&
-        mean_normal(corners(step.master, other, step.master_body.start)).dot(master_normal) >= same_side)
+        mean_normal(corners(step.master, other, step.master_body.start)).dot(master_normal) >=
+            same_side)
       return true;
   }
   return false;
 }
 
-// How deep a master face may be in the slave face at the start of the step: deeper, it is that of the other side of a thin body.
-double allowed_depth(const MortarStep& step, const PairMemory& memory, const SlaveFace& s, Index master_face,
-                     const Vector3& master_normal) {
+// How deep a master face may be in the slave face at the start of the step: deeper, it is that of
+// the other side of a thin body.
+double allowed_depth(const MortarStep& step, const PairMemory& memory, const SlaveFace& s,
+                     Index master_face, const Vector3& master_normal) {
   const double size = std::max(step.master.sizes[master_face], step.slave.sizes[s.face]);
   if (step.initial || were_near(step, memory, s.face, master_face, master_normal)) return size;
   for (int a = 0; a < 4; ++a) {
     const Index touched = memory.face[slot_of(step.slave, s.face, a)];
     if (touched < 0) continue;
-    if (mean_normal(corners(step.master, touched, step.master_body.start)).dot(master_normal) >= same_side) return size;
+    if (mean_normal(corners(step.master, touched, step.master_body.start)).dot(master_normal) >=
+        same_side)
+      return size;
   }
   return step.options.late_depth * size;
 }
 
 // Whether the faces share some area and can touch in the step; fills `pair`.
-bool meets(const MortarStep& step, const PairMemory& memory, const SlaveFace& s, Index face, FacePair& pair) {
+bool meets(const MortarStep& step, const PairMemory& memory, const SlaveFace& s, Index face,
+           FacePair& pair) {
   const FaceCorners start = corners(step.master, face, step.master_body.start),
                     end = corners(step.master, face, step.master_body.end);
   const FaceCorners& seen = s.seen(start, end);
   const Vector3 master_normal = mean_normal(seen), normal = s.normal();
   if (!(master_normal.dot(normal) < facing)) return false;
   if (gap_range(normal, s.end, end)[0] > step.far) return false;
-  if (gap_range(normal, s.start, start)[1] < -std::max(step.master.sizes[face], step.slave.sizes[s.face])) return false;
+  if (gap_range(normal, s.start, start)[1] <
+      -std::max(step.master.sizes[face], step.slave.sizes[s.face]))
+    return false;
   const bool triangle = is_triangle(step.master, face);
-  pair.slave_face = s.face, pair.master_face = face, pair.normal = normal, pair.master_normal = master_normal;
+  pair.slave_face = s.face, pair.master_face = face, pair.normal = normal,
+  pair.master_normal = master_normal;
   FlatFace flat = flatten(seen, triangle, s.frame, s.origin, false);
   flat.quadratic = is_quadratic(step.master, face);
   pair.segment = integrate(s.flat, flat);
   pair.on_the_way = !(pair.segment.area > 0);
   if (pair.on_the_way) {
-    const double g0 = normal.dot(centre(start) - centre(s.start)), g1 = normal.dot(centre(end) - centre(s.end));
+    const double g0 = normal.dot(centre(start) - centre(s.start)),
+                 g1 = normal.dot(centre(end) - centre(s.end));
     if (!(g0 > 0 && g1 < 0)) return false;
     pair.segment = segment_at(step, s, face, g0 / (g0 - g1));
     if (!(pair.segment.area > 0)) return false;
@@ -173,14 +198,16 @@ bool meets(const MortarStep& step, const PairMemory& memory, const SlaveFace& s,
   if (pair.on_the_way || pair.start_gap <= 0) return true;
   // It may have come around the rim
   const double depth = step.options.late_depth * step.master.sizes[face];
-  return pair.end_gap >= -depth || segment_at(step, s, face, pair.start_gap / (pair.start_gap - pair.end_gap)).area > 0;
+  return pair.end_gap >= -depth ||
+         segment_at(step, s, face, pair.start_gap / (pair.start_gap - pair.end_gap)).area > 0;
 }
 
 // The area that two master faces and the slave face share.
 double common_area(const MortarStep& step, const SlaveFace& s, Index face, Index other) {
   const auto flat = [&](Index f) {
-    return flatten(corners(step.master, f, s.at_start ? step.master_body.start : step.master_body.end), is_triangle(step.master, f),
-                   s.frame, s.origin, false);
+    return flatten(
+        corners(step.master, f, s.at_start ? step.master_body.start : step.master_body.end),
+        is_triangle(step.master, f), s.frame, s.origin, false);
   };
   const FlatFace a = flat(face), b = flat(other);
   double sum = 0;
@@ -193,11 +220,15 @@ double common_area(const MortarStep& step, const SlaveFace& s, Index face, Index
   return sum;
 }
 
-// Of master faces that lie over each other only the one counts that the slave face meets first. pairs[first] .. are those of `s`.
-void keep_first_layer(const MortarStep& step, const SlaveFace& s, std::size_t first, std::vector<FacePair>& pairs) {
+// Of master faces that lie over each other only the one counts that the slave face meets first.
+// pairs[first] .. are those of `s`.
+void keep_first_layer(const MortarStep& step, const SlaveFace& s, std::size_t first,
+                      std::vector<FacePair>& pairs) {
   const auto begin = pairs.begin() + static_cast<std::ptrdiff_t>(first);
   if (std::any_of(begin, pairs.end(), [](const FacePair& pair) { return !pair.on_the_way; }))
-    pairs.erase(std::remove_if(begin, pairs.end(), [](const FacePair& pair) { return pair.on_the_way; }), pairs.end());
+    pairs.erase(
+        std::remove_if(begin, pairs.end(), [](const FacePair& pair) { return pair.on_the_way; }),
+        pairs.end());
   double sum = 0, whole = 0, nearest = HUGE_VAL, farthest = -HUGE_VAL;
   for (auto pair = begin; pair != pairs.end(); ++pair) {
     sum += pair->segment.area;
@@ -206,22 +237,26 @@ void keep_first_layer(const MortarStep& step, const SlaveFace& s, std::size_t fi
   for (int k = 0; k < s.flat.n_pieces; ++k) whole += s.flat.pieces[k].area;
   const bool more_than_whole = sum > whole * (1 + 1e-6);
   if (!more_than_whole && !(farthest - nearest > 1e-9 * step.slave.sizes[s.face])) return;
-  std::stable_sort(begin, pairs.end(),
-                   [](const FacePair& a, const FacePair& b) { return std::abs(a.start_gap) < std::abs(b.start_gap); });
+  std::stable_sort(begin, pairs.end(), [](const FacePair& a, const FacePair& b) {
+    return std::abs(a.start_gap) < std::abs(b.start_gap);
+  });
   auto last = begin;
   for (auto pair = begin; pair != pairs.end(); ++pair) {
     const auto hides = [&](const FacePair& other) {
       // Neighbours lie beside each other
-      if (!more_than_whole && share_a_node(step.master.faces, pair->master_face, other.master_face)) return false;
+      if (!more_than_whole && share_a_node(step.master.faces, pair->master_face, other.master_face))
+        return false;
       return common_area(step, s, pair->master_face, other.master_face) > 1e-3 * pair->segment.area;
     };
     if (std::none_of(begin, last, hides)) *last++ = *pair;
   }
   pairs.erase(last, pairs.end());
-  std::sort(begin, last, [](const FacePair& a, const FacePair& b) { return a.master_face < b.master_face; });
+  std::sort(begin, last,
+            [](const FacePair& a, const FacePair& b) { return a.master_face < b.master_face; });
 }
 
-// Per slave node: whether a point of it can be within reach. What is only near costs nothing but this.
+// Per slave node: whether a point of it can be within reach. What is only near costs nothing but
+// this.
 std::vector<char> nodes_in_reach(const MortarStep& step, const CandidateList& list) {
   std::vector<char> in_reach(step.slave_body.end.rows(), 0);
   for (Index f = 0; f < step.slave.faces.rows(); ++f) {
@@ -230,9 +265,12 @@ std::vector<char> nodes_in_reach(const MortarStep& step, const CandidateList& li
     const Vector3 normal = mean_normal(x);
     const auto reaches = [&](Index face) {
       // A point's normal leans by up to 45 degrees
-      return same_side * gap_range(normal, x, corners(step.master, face, step.master_body.end))[0] <= step.reach;
+      return same_side *
+                 gap_range(normal, x, corners(step.master, face, step.master_body.end))[0] <=
+             step.reach;
     };
-    if (std::any_of(list.target.begin() + list.first[f], list.target.begin() + list.first[f + 1], reaches))
+    if (std::any_of(list.target.begin() + list.first[f], list.target.begin() + list.first[f + 1],
+                    reaches))
       for (int a = 0; a < 4; ++a) in_reach[step.slave.faces(f, a)] = 1;
   }
   return in_reach;
@@ -240,10 +278,13 @@ std::vector<char> nodes_in_reach(const MortarStep& step, const CandidateList& li
 
 }  // namespace
 
-MortarStep mortar_step(const ContactSurface& slave, const ContactBody& slave_body, const ContactSurface& master,
-                       const ContactBody& master_body, bool initial, const DetectionOptions& options, const PairMemory& memory) {
-  MortarStep step{slave, slave_body, master, master_body, options, initial, 0, 0, 0, mean_motion(master, master_body)};
-  step.motion = largest_motion(slave, slave_body, step.drift) + largest_motion(master, master_body, step.drift);
+MortarStep mortar_step(const ContactSurface& slave, const ContactBody& slave_body,
+                       const ContactSurface& master, const ContactBody& master_body, bool initial,
+                       const DetectionOptions& options, const PairMemory& memory) {
+  MortarStep step{slave,   slave_body, master, master_body, options,
+                  initial, 0,          0,      0,           mean_motion(master, master_body)};
+  step.motion = largest_motion(slave, slave_body, step.drift) +
+                largest_motion(master, master_body, step.drift);
   step.reach = contact_reach(master.size, step.motion, initial, memory);
   step.far = step.reach + 0.5 * std::max(slave.size, master.size);
   return step;
@@ -251,7 +292,8 @@ MortarStep mortar_step(const ContactSurface& slave, const ContactBody& slave_bod
 
 std::vector<FacePair> find_face_pairs(const MortarStep& step, PairMemory& memory) {
   fill_boxes(step.slave, step.slave_body, step.drift, 0, memory.node_boxes);
-  fill_boxes(step.master, step.master_body, step.drift, std::max(step.far, memory.depth), memory.face_boxes);
+  fill_boxes(step.master, step.master_body, step.drift, std::max(step.far, memory.depth),
+             memory.face_boxes);
   find_candidates(memory.node_boxes, memory.face_boxes, memory.grid);
   const CandidateList& list = memory.grid.candidates;
   const std::vector<char> in_reach = nodes_in_reach(step, list);
@@ -268,7 +310,8 @@ std::vector<FacePair> find_face_pairs(const MortarStep& step, PairMemory& memory
     for (Index k = list.first[f]; k < list.first[f + 1]; ++k)
       if (meets(step, memory, s, list.target[k], pair)) pairs.push_back(pair);
     keep_first_layer(step, s, first, pairs);
-    for (std::size_t i = first; i < pairs.size(); ++i) near.insert(near.end(), {f, pairs[i].master_face});
+    for (std::size_t i = first; i < pairs.size(); ++i)
+      near.insert(near.end(), {f, pairs[i].master_face});
   }
   memory.near = std::move(near);
   return pairs;

@@ -39,13 +39,15 @@ double time_beyond(const MotionBound& b, const Vector3& direction, double level)
   double gap = -level, speed = 0, growth = 0, acceleration = 0;
   for (int c = 0; c < 3; ++c) {
     const double d = direction[c];
-    gap += d * (d > 0 ? b.lower[c] : b.upper[c]), speed += d * (d > 0 ? b.lower_speed[c] : b.upper_speed[c]);
+    gap += d * (d > 0 ? b.lower[c] : b.upper[c]),
+        speed += d * (d > 0 ? b.lower_speed[c] : b.upper_speed[c]);
     growth += std::abs(d) * b.growth[c], acceleration += std::abs(d) * b.acceleration[c];
   }
   return first_root(gap, speed, growth, acceleration);
 }
 
-// The shortest radial vector within the box: a convex problem, by coordinates (one sweep for a sphere).
+// The shortest radial vector within the box: a convex problem, by coordinates (one sweep for a
+// sphere).
 Vector3 nearest_radial(const WallOptions& wall, const Vector3& lower, const Vector3& upper) {
   Vector3 x = 0.5 * (lower + upper);
   for (int sweep = 0; sweep < 20; ++sweep) {
@@ -62,7 +64,8 @@ Vector3 nearest_radial(const WallOptions& wall, const Vector3& lower, const Vect
 double farthest_radius(const WallOptions& wall, const Vector3& lower, const Vector3& upper) {
   double farthest = 0;
   for (int corner = 0; corner < 8; ++corner) {
-    const Vector3 x(corner & 1 ? upper[0] : lower[0], corner & 2 ? upper[1] : lower[1], corner & 4 ? upper[2] : lower[2]);
+    const Vector3 x(corner & 1 ? upper[0] : lower[0], corner & 2 ? upper[1] : lower[1],
+                    corner & 4 ? upper[2] : lower[2]);
     farthest = std::max(farthest, radial(wall, x).norm());
   }
   return farthest;
@@ -77,18 +80,23 @@ double time_outside(const WallOptions& wall, const MotionBound& b, double margin
   return time_beyond(b, direction, direction.dot(wall.point) + wall.radius + margin);
 }
 
-// As long as the box that the nodes sweep is inside; it is bounded by its two ends, as the bounds are convex in time.
+// As long as the box that the nodes sweep is inside; it is bounded by its two ends, as the bounds
+// are convex in time.
 double time_inside(const WallOptions& wall, const MotionBound& b, double margin) {
   const auto is_free = [&](double t) {
     const MotionBound end = later(b, t);
-    return farthest_radius(wall, b.lower.cwiseMin(end.lower), b.upper.cwiseMax(end.upper)) < wall.radius - margin;
+    return farthest_radius(wall, b.lower.cwiseMin(end.lower), b.upper.cwiseMax(end.upper)) <
+           wall.radius - margin;
   };
   if (!is_free(0)) return 0;
-  const double speed = std::max(b.lower_speed.cwiseAbs().maxCoeff(), b.upper_speed.cwiseAbs().maxCoeff()) + b.growth.maxCoeff();
+  const double speed =
+      std::max(b.lower_speed.cwiseAbs().maxCoeff(), b.upper_speed.cwiseAbs().maxCoeff()) +
+      b.growth.maxCoeff();
   double low = 0, high = HUGE_VAL;  // the nodes cannot be farther from each other than this
   const double way = 2 * wall.radius + margin;
   if (speed > 0) high = way / speed;
-  if (b.acceleration.maxCoeff() > 0) high = std::min(high, std::sqrt(2 * way / b.acceleration.maxCoeff()));
+  if (b.acceleration.maxCoeff() > 0)
+    high = std::min(high, std::sqrt(2 * way / b.acceleration.maxCoeff()));
   if (!std::isfinite(high) || is_free(high)) return high;
   for (int halving = 0; halving < 20; ++halving) {
     const double middle = 0.5 * (low + high);
@@ -99,7 +107,9 @@ double time_inside(const WallOptions& wall, const MotionBound& b, double margin)
 
 }  // namespace
 
-RigidWall::RigidWall(const WallOptions& options) : options_(options) { options_.direction = options.direction.stableNormalized(); }
+RigidWall::RigidWall(const WallOptions& options) : options_(options) {
+  options_.direction = options.direction.stableNormalized();
+}
 
 double RigidWall::distance(const Vector3& x) const {
   if (options_.kind == Kind::plane) return options_.direction.dot(x - options_.point);
@@ -111,17 +121,20 @@ Vector3 RigidWall::normal(const Vector3& x) const {
   if (options_.kind == Kind::plane) return options_.direction;
   Vector3 r = radial(options_, x);
   if (!(r.norm() > 1e-14 * options_.radius))
-    r = options_.kind == Kind::cylinder ? options_.direction.unitOrthogonal() : Vector3(Vector3::UnitZ());
+    r = options_.kind == Kind::cylinder ? options_.direction.unitOrthogonal()
+                                        : Vector3(Vector3::UnitZ());
   return (options_.inside ? -1.0 : 1.0) * r.normalized();
 }
 
 double RigidWall::time_apart(const MotionBound& bound, double margin) const {
-  if (options_.kind == Kind::plane) return time_beyond(bound, options_.direction, options_.direction.dot(options_.point) + margin);
+  if (options_.kind == Kind::plane)
+    return time_beyond(bound, options_.direction, options_.direction.dot(options_.point) + margin);
   double t = 0;
   // What holds for a while is looked at anew from there
   for (int advance = 0; advance < 12; ++advance) {
     const MotionBound b = later(bound, t);
-    const double more = options_.inside ? time_inside(options_, b, margin) : time_outside(options_, b, margin);
+    const double more =
+        options_.inside ? time_inside(options_, b, margin) : time_outside(options_, b, margin);
     t += more;
     if (!std::isfinite(t) || more <= 1e-3 * t) break;
   }
@@ -133,27 +146,36 @@ Vector3 RigidWall::entry(const Vector3& x0, const Vector3& x1) const {
   if (distance(x0) <= 0) return x0;
   // |r0 + t d| = R
   const Vector3 r0 = radial(options_, x0), d = radial(options_, x1) - r0;
-  const double a = d.squaredNorm(), b = r0.dot(d), c = r0.squaredNorm() - options_.radius * options_.radius;
+  const double a = d.squaredNorm(), b = r0.dot(d),
+               c = r0.squaredNorm() - options_.radius * options_.radius;
   const double discriminant = b * b - a * c;
   if (b >= 0 || discriminant < 0) return x1;
   const double t = c / (-b + std::sqrt(discriminant));
   return t < 1 ? Vector3(x0 + t * (x1 - x0)) : x1;
 }
 
-void detect_wall(const ContactSurface& slave, const ContactBody& slave_body, const RigidWall& wall, bool initial,
-                 PairMemory& memory, ContactList& list) {
+void detect_wall(const ContactSurface& slave, const ContactBody& slave_body, const RigidWall& wall,
+                 bool initial, PairMemory& memory, ContactList& list) {
   const Index n = static_cast<Index>(slave.nodes.size());
   start_memory(n, memory);
   const Vector3 &from = wall.shift().start, &to = wall.shift().end;
   if (std::isfinite(slave_body.longest_way)) {
     const Vector3 still = Vector3::Zero();
-    const MotionBound swept{slave_body.swept.lower - from.cwiseMax(to), slave_body.swept.upper - from.cwiseMin(to), still, still, still, still};
+    const MotionBound swept{slave_body.swept.lower - from.cwiseMax(to),
+                            slave_body.swept.upper - from.cwiseMin(to),
+                            still,
+                            still,
+                            still,
+                            still};
     const double way = slave_body.longest_way + (to - from).norm();
-    if (wall.time_apart(swept, contact_reach(slave.size, way, initial, memory)) > 0) return forget(memory);
+    if (wall.time_apart(swept, contact_reach(slave.size, way, initial, memory)) > 0)
+      return forget(memory);
   }
   double way2 = 0;
   for (const Index node : slave.nodes)
-    way2 = std::max(way2, ((slave_body.end.row(node) - slave_body.start.row(node)).transpose() - (to - from)).squaredNorm());
+    way2 = std::max(
+        way2, ((slave_body.end.row(node) - slave_body.start.row(node)).transpose() - (to - from))
+                  .squaredNorm());
   const double reach = contact_reach(slave.size, std::sqrt(way2), initial, memory);
   for (Index slot = 0; slot < n; ++slot) {
     const Vector3 x0 = slave_body.start.row(slave.nodes[slot]).transpose() - from;
@@ -161,7 +183,8 @@ void detect_wall(const ContactSurface& slave, const ContactBody& slave_body, con
     const double start = wall.distance(x0);
     double end = wall.distance(x1);
     Vector3 normal = wall.normal(x1);
-    const Vector3 entry = wall.entry(x0, x1), entry_normal = wall.normal(entry), start_normal = wall.normal(x0);
+    const Vector3 entry = wall.entry(x0, x1), entry_normal = wall.normal(entry),
+                  start_normal = wall.normal(x0);
     if (entry_normal.dot(normal) < same_side) {
       normal = entry_normal;
       end = wall.distance(entry) + normal.dot(x1 - entry);

@@ -12,8 +12,9 @@
 namespace cbr {
 namespace {
 
-constexpr double weakest_pivot = 1e-10;  // of W scaled to a unit diagonal: below, a row depends on the others
-constexpr double shift = 1e-8;           // stands in for what is singular; taken back by refinement
+// of W scaled to a unit diagonal: below, a row depends on the others
+constexpr double weakest_pivot = 1e-10;
+constexpr double shift = 1e-8;  // stands in for what is singular; taken back by refinement
 constexpr int spreads = 20;
 constexpr Index most_pushed = 500;  // each costs what the others are squared
 
@@ -45,7 +46,8 @@ class Pushed {
   }
   bool singular() const { return singular_; }
 
-  // All rows again, without those of `gone` (by position); a row that now depends on the others goes too.
+  // All rows again, without those of `gone` (by position); a row that now depends on the others
+  // goes too.
   void remove(const std::vector<char>& gone) {
     const std::vector<Index> before = rows_;
     rows_.clear();
@@ -75,7 +77,12 @@ class Pushed {
 class ActiveSet {
  public:
   ActiveSet(const ContactProblem& problem, const Vector& g)
-      : W_(problem.W.dense), g_(g), scale_(scale_of(problem)), x_(Vector::Zero(g.size())), gap_(g), pushed_(W_, scale_) {}
+      : W_(problem.W.dense),
+        g_(g),
+        scale_(scale_of(problem)),
+        x_(Vector::Zero(g.size())),
+        gap_(g),
+        pushed_(W_, scale_) {}
 
   const Vector& gap() const { return gap_; }
   Vector impulses() const { return scale_.cwiseProduct(x_); }
@@ -97,7 +104,8 @@ class ActiveSet {
   }
 
  private:
-  // All that are closed by then, as far as they are independent: settle() lets go those that would pull.
+  // All that are closed by then, as far as they are independent: settle() lets go those that would
+  // pull.
   void start(double tolerance) {
     std::vector<Index> order;
     for (Index i = 0; i < g_.size(); ++i)
@@ -127,13 +135,15 @@ class ActiveSet {
     std::vector<char> is_pushed(static_cast<std::size_t>(g_.size()), 0);
     for (const Index i : pushed_.rows()) is_pushed[static_cast<std::size_t>(i)] = 1;
     for (Index i = 0; i < g_.size(); ++i) {
-      if (is_pushed[static_cast<std::size_t>(i)] != 0 || !(scale_[i] > 0) || gap_[i] >= -tolerance) continue;
+      if (is_pushed[static_cast<std::size_t>(i)] != 0 || !(scale_[i] > 0) || gap_[i] >= -tolerance)
+        continue;
       if (scale_[i] * gap_[i] < least) least = scale_[i] * gap_[i], j = i;
     }
     return j;
   }
 
-  // Row j is that of y pushed ones together: pushing j more and them y less moves nothing, until one of them pushes no more.
+  // Row j is that of y pushed ones together: pushing j more and them y less moves nothing, until
+  // one of them pushes no more.
   bool exchange(Index j, const Vector& y) {
     double step = std::numeric_limits<double>::infinity();
     Index leaves = -1;
@@ -171,7 +181,8 @@ class ActiveSet {
       bool any = false;
       Vector x = Vector::Zero(x_.size());
       for (Index i = 0; i < n; ++i) {
-        const double now = x_[rows[static_cast<std::size_t>(i)]], next = now + step * (target[i] - now);
+        const double now = x_[rows[static_cast<std::size_t>(i)]],
+                     next = now + step * (target[i] - now);
         const bool stays = step == 1 || target[i] > 0 || next > 1e-14 * now;
         gone[static_cast<std::size_t>(i)] = stays ? 0 : 1;
         any = any || !stays;
@@ -190,7 +201,8 @@ class ActiveSet {
 };
 
 // Least impulses that close `rows`; empty when they do not.
-Vector least_impulses(const ContactProblem& problem, const Vector& g, const std::vector<Index>& rows, double tolerance) {
+Vector least_impulses(const ContactProblem& problem, const Vector& g,
+                      const std::vector<Index>& rows, double tolerance) {
   const Matrix W = problem.W.dense(rows, rows);
   const Vector s = W.diagonal().cwiseSqrt().cwiseInverse(), b = -s.cwiseProduct(Vector(g(rows)));
   Matrix K = s.asDiagonal() * W * s.asDiagonal();
@@ -207,7 +219,8 @@ Vector least_impulses(const ContactProblem& problem, const Vector& g, const std:
 }
 
 // From the set of closed gaps, without those that would pull.
-bool spread(const ContactProblem& problem, const Vector& g, double tolerance, Vector& p, Vector& gap) {
+bool spread(const ContactProblem& problem, const Vector& g, double tolerance, Vector& p,
+            Vector& gap) {
   std::vector<Index> rows;
   for (Index i = 0; i < g.size(); ++i)
     if (problem.diagonal[i] > 0 && (p[i] > 0 || gap[i] <= 10 * tolerance)) rows.push_back(i);
@@ -219,7 +232,8 @@ bool spread(const ContactProblem& problem, const Vector& g, double tolerance, Ve
       if (least[row] > 0) pushing.push_back(row);
     if (pushing.size() == rows.size()) {
       const Vector new_gap = g + respond(problem, least);
-      if (law_violations(problem, least, new_gap).lpNorm<Eigen::Infinity>() > 10 * tolerance) return false;
+      if (law_violations(problem, least, new_gap).lpNorm<Eigen::Infinity>() > 10 * tolerance)
+        return false;
       p = std::move(least), gap = new_gap;
       return true;
     }

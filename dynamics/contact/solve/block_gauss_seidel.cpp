@@ -31,7 +31,8 @@ BlockGaussSeidel::BlockGaussSeidel(const ContactProblem& problem)
   }
 }
 
-double BlockGaussSeidel::relax(const ContactProblem& problem, Index point, Vector& p, Vector& gap) const {
+double BlockGaussSeidel::relax(const ContactProblem& problem, Index point, Vector& p,
+                               Vector& gap) const {
   const Index row = problem.first[point];
   const Matrix3& B = blocks_[point];
   Vector3 change = Vector3::Zero();
@@ -56,11 +57,13 @@ double BlockGaussSeidel::relax(const ContactProblem& problem, Index point, Vecto
   return problem.w[point] * change.norm();
 }
 
-int BlockGaussSeidel::sweep(const ContactProblem& problem, int max_sweeps, double tolerance, Vector& p, Vector& gap) const {
+int BlockGaussSeidel::sweep(const ContactProblem& problem, int max_sweeps, double tolerance,
+                            Vector& p, Vector& gap) const {
   const Index n = problem.n_points();
   for (int sweep = 0; sweep < max_sweeps; ++sweep) {
     double moved = 0;
-    for (Index k = 0; k < n; ++k) moved = std::max(moved, relax(problem, sweep % 2 ? n - 1 - k : k, p, gap));
+    for (Index k = 0; k < n; ++k)
+      moved = std::max(moved, relax(problem, sweep % 2 ? n - 1 - k : k, p, gap));
     if (moved <= tolerance) return sweep + 1;
   }
   return max_sweeps;

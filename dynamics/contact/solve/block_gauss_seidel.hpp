@@ -13,9 +13,11 @@ namespace cbr {
 class BlockGaussSeidel {
  public:
   explicit BlockGaussSeidel(const ContactProblem& problem);
-  // Up to max_sweeps over all points, forward and backward in turn; stops when no point's gap was moved by more than `tolerance` (a
-  // length). p (m) and gap = g + W p are updated. Returns the number of sweeps.
-  int sweep(const ContactProblem& problem, int max_sweeps, double tolerance, Vector& p, Vector& gap) const;
+  // Up to max_sweeps over all points, forward and backward in turn; stops when no point's gap was
+  // moved by more than `tolerance` (a length). p (m) and gap = g + W p are updated. Returns the
+  // number of sweeps.
+  int sweep(const ContactProblem& problem, int max_sweeps, double tolerance, Vector& p,
+            Vector& gap) const;
 
  private:
   double relax(const ContactProblem& problem, Index point, Vector& p, Vector& gap) const;

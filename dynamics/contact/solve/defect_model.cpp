@@ -7,13 +7,15 @@ namespace cbr {
 namespace {
 
 constexpr Index most_pairs = 8;
-// Of a pair's p, what is left over when the newer ones are taken out; less is round-off of the defects.
+// Of a pair's p, what is left over when the newer ones are taken out; less is round-off of the
+// defects.
 constexpr double least_share = 1e-6;
 
 }  // namespace
 
 void DefectModel::add(const Vector& p, const Vector& defect) {
-  if (p_.rows() != p.size()) p_.resize(p.size(), most_pairs), defect_.resize(p.size(), most_pairs), n_ = 0;
+  if (p_.rows() != p.size())
+    p_.resize(p.size(), most_pairs), defect_.resize(p.size(), most_pairs), n_ = 0;
   newest_ = n_ == 0 ? 0 : (newest_ + 1) % most_pairs;
   n_ = std::min(n_ + 1, most_pairs);
   p_.col(newest_) = p, defect_.col(newest_) = defect;

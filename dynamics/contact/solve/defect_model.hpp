@@ -10,8 +10,8 @@ namespace cbr {
 
 class StateArchive;
 
-// Pairs (p, (W - W_0) p) of some products tell of W - W_0 over their span; of the rest it is taken for 0. The newest pairs count,
-// and what they span already tells nothing new.
+// Pairs (p, (W - W_0) p) of some products tell of W - W_0 over their span; of the rest it is taken
+// for 0. The newest pairs count, and what they span already tells nothing new.
 class DefectModel {
  public:
   void add(const Vector& p, const Vector& defect);
@@ -25,7 +25,8 @@ class DefectModel {
  private:
   Index n_ = 0, newest_ = -1;  // pairs; column of the last
   Matrix p_, defect_;          // a ring of columns
-  Matrix Q_, E_;               // columns of p made orthonormal, newest first, and the defects of these
+  // columns of p made orthonormal, newest first, and the defects of these
+  Matrix Q_, E_;
   Index rank_ = 0;
   void orthonormalise();
   Vector rest_;

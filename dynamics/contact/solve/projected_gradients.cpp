@@ -18,7 +18,8 @@ Vector unit_scale(const ContactProblem& problem) {
 
 std::vector<char> bounded_rows(const ContactProblem& problem) {
   std::vector<char> bounded(problem.n_rows(), 0);
-  for (Index i = 0; i < problem.n_points(); ++i) bounded[problem.first[i]] = problem.laws[i].law == ContactLaw::frictionless;
+  for (Index i = 0; i < problem.n_points(); ++i)
+    bounded[problem.first[i]] = problem.laws[i].law == ContactLaw::frictionless;
   return bounded;
 }
 
@@ -53,7 +54,8 @@ double feasible_step(const Vector& x, const Vector& direction, const std::vector
 double scaled_norm(const ContactProblem& problem) {
   const Vector scale = unit_scale(problem);
   Vector x(problem.n_rows());
-  for (Index i = 0; i < x.size(); ++i) x[i] = scale[i] > 0 ? 1 + 0.3 * std::sin(static_cast<double>(i)) : 0.0;
+  for (Index i = 0; i < x.size(); ++i)
+    x[i] = scale[i] > 0 ? 1 + 0.3 * std::sin(static_cast<double>(i)) : 0.0;
   double largest = 1;
   for (int i = 0; i < 12 && x.norm() > 0; ++i) {
     x /= x.norm();
@@ -63,11 +65,13 @@ double scaled_norm(const ContactProblem& problem) {
   return largest;
 }
 
-int projected_gradients(const ContactProblem& problem, const Vector& g, double largest, int max_products, double tolerance,
-                        Vector& p, Vector& gap) {
+int projected_gradients(const ContactProblem& problem, const Vector& g, double largest,
+                        int max_products, double tolerance, Vector& p, Vector& gap) {
   const Vector scale = unit_scale(problem);
   const std::vector<char> bounded = bounded_rows(problem);
-  const auto product = [&](const Vector& y) -> Vector { return scale.cwiseProduct(respond(problem, scale.cwiseProduct(y))); };
+  const auto product = [&](const Vector& y) -> Vector {
+    return scale.cwiseProduct(respond(problem, scale.cwiseProduct(y)));
+  };
   const double expansion = 1.5 / largest;
   // p = scale x, r = scale gap
   Vector x = p, r = scale.cwiseProduct(gap);
@@ -76,7 +80,8 @@ int projected_gradients(const ContactProblem& problem, const Vector& g, double l
     double violation = 0;
     for (Index i = 0; i < x.size(); ++i) {
       if (!(scale[i] > 0)) continue;
-      violation = std::max(violation, std::abs(bounded[i] ? std::min(x[i], r[i]) : r[i]) / scale[i]);
+      violation =
+          std::max(violation, std::abs(bounded[i] ? std::min(x[i], r[i]) : r[i]) / scale[i]);
     }
     return violation;
   };
@@ -87,9 +92,11 @@ int projected_gradients(const ContactProblem& problem, const Vector& g, double l
     if (d.chopped.squaredNorm() <= d.reduced) {
       const Vector Ad = product(direction);
       ++products;
-      const double curvature = direction.dot(Ad), step = curvature > 0 ? r.dot(direction) / curvature : 0.0;
+      const double curvature = direction.dot(Ad),
+                   step = curvature > 0 ? r.dot(direction) / curvature : 0.0;
       const double longest = feasible_step(x, direction, bounded);
-      if (!(curvature > 0) && std::isinf(longest)) break;  // no bottom: no impulse closes these gaps
+      // no bottom: no impulse closes these gaps
+      if (!(curvature > 0) && std::isinf(longest)) break;
       if (curvature > 0 && step <= longest) {
         x -= step * direction;
         r -= step * Ad;

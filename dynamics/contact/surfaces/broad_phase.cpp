@@ -10,7 +10,8 @@ namespace {
 
 Box union_of(const std::vector<Box>& boxes) {
   Box all{Vector3::Constant(HUGE_VAL), Vector3::Constant(-HUGE_VAL)};
-  for (const Box& box : boxes) all.lower = all.lower.cwiseMin(box.lower), all.upper = all.upper.cwiseMax(box.upper);
+  for (const Box& box : boxes)
+    all.lower = all.lower.cwiseMin(box.lower), all.upper = all.upper.cwiseMax(box.upper);
   return all;
 }
 
@@ -24,8 +25,10 @@ struct Grid {
     for (int c = 0; c < 3; ++c) {
       const auto cell = [&](double x) {
         const double position = (x - region.lower[c]) * inverse_cell[c];
-        // Not a number, where a motion that grows without bound has made boxes infinite: any cell will do
-        return position > 0 ? static_cast<Index>(std::min(position, static_cast<double>(n[c] - 1))) : Index{0};
+        // Not a number, where a motion that grows without bound has made boxes infinite: any cell
+        // will do
+        return position > 0 ? static_cast<Index>(std::min(position, static_cast<double>(n[c] - 1)))
+                            : Index{0};
       };
       r[c] = cell(box.lower[c]), r[c + 3] = cell(box.upper[c]);
     }
@@ -61,19 +64,23 @@ Grid make_grid(const Box& region, const std::vector<Box>& targets, const std::ve
   while (static_cast<double>(grid.size()) > 4 * n_targets + 64) {
     const auto widest = std::max_element(grid.n.begin(), grid.n.end()) - grid.n.begin();
     grid.n[widest] /= 2;
-    grid.inverse_cell[widest] = extent[widest] > 0 ? static_cast<double>(grid.n[widest]) / extent[widest] : 0.0;
+    grid.inverse_cell[widest] =
+        extent[widest] > 0 ? static_cast<double>(grid.n[widest]) / extent[widest] : 0.0;
   }
   return grid;
 }
 
 void fill_cells(const Grid& grid, const std::vector<Box>& targets, BroadPhase& work) {
   work.cell_first.assign(grid.size() + 1, 0);
-  for (const Index t : work.near_targets) for_cells(grid, targets[t], [&](Index cell) { ++work.cell_first[cell + 1]; });
-  for (Index cell = 0; cell < grid.size(); ++cell) work.cell_first[cell + 1] += work.cell_first[cell];
+  for (const Index t : work.near_targets)
+    for_cells(grid, targets[t], [&](Index cell) { ++work.cell_first[cell + 1]; });
+  for (Index cell = 0; cell < grid.size(); ++cell)
+    work.cell_first[cell + 1] += work.cell_first[cell];
   work.cell_target.resize(work.cell_first.back());
   std::vector<Index>& next = work.stamp;
   next.assign(work.cell_first.begin(), work.cell_first.end() - 1);
-  for (const Index t : work.near_targets) for_cells(grid, targets[t], [&](Index cell) { work.cell_target[next[cell]++] = t; });
+  for (const Index t : work.near_targets)
+    for_cells(grid, targets[t], [&](Index cell) { work.cell_target[next[cell]++] = t; });
 }
 
 // Those that meet the region; what they span.
@@ -83,16 +90,20 @@ Box select(const std::vector<Box>& boxes, const Box& region, std::vector<Index>&
   for (Index i = 0; i < static_cast<Index>(boxes.size()); ++i) {
     if (!boxes[i].meets(region)) continue;
     near.push_back(i);
-    span.lower = span.lower.cwiseMin(boxes[i].lower), span.upper = span.upper.cwiseMax(boxes[i].upper);
+    span.lower = span.lower.cwiseMin(boxes[i].lower),
+    span.upper = span.upper.cwiseMax(boxes[i].upper);
   }
   return span;
 }
 
-Box intersection(const Box& a, const Box& b) { return {a.lower.cwiseMax(b.lower), a.upper.cwiseMin(b.upper)}; }
+Box intersection(const Box& a, const Box& b) {
+  return {a.lower.cwiseMax(b.lower), a.upper.cwiseMin(b.upper)};
+}
 
 }  // namespace
 
-void find_candidates(const std::vector<Box>& queries, const std::vector<Box>& targets, BroadPhase& work) {
+void find_candidates(const std::vector<Box>& queries, const std::vector<Box>& targets,
+                     BroadPhase& work) {
   auto &first = work.candidates.first, &target = work.candidates.target;
   first.assign(queries.size() + 1, 0);
   target.clear();
@@ -122,7 +133,8 @@ void find_candidates(const std::vector<Box>& queries, const std::vector<Box>& ta
     });
     std::sort(target.begin() + first[i], target.end());
   }
-  for (; filled < static_cast<Index>(queries.size()); ++filled) first[filled + 1] = static_cast<Index>(target.size());
+  for (; filled < static_cast<Index>(queries.size()); ++filled)
+    first[filled + 1] = static_cast<Index>(target.size());
 }
 
 }  // namespace cbr

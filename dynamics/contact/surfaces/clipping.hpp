@@ -19,8 +19,9 @@ struct Polygon {
 // > 0 counter-clockwise.
 double area(const Polygon& polygon);
 
-// What two convex counter-clockwise polygons share (Sutherland and Hodgman 1974, doi 10.1145/360767.360802); n < 3: nothing. Where
-// they touch in an edge or a point the result may have no area. The corners of `a` and `b` together must not be more than twelve.
+// What two convex counter-clockwise polygons share (Sutherland and Hodgman 1974,
+// doi 10.1145/360767.360802); n < 3: nothing. Where they touch in an edge or a point the result may
+// have no area. The corners of `a` and `b` together must not be more than twelve.
 Polygon clip(const Polygon& a, const Polygon& b);
 
 }  // namespace cbr

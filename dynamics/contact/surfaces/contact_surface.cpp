@@ -15,7 +15,8 @@ void sweep(ContactBody& body) {
   double way2 = 0;
   for (Index i = 0; i < body.end.rows(); ++i) {
     const Vector3 x0 = body.start.row(i).transpose(), x1 = body.end.row(i).transpose();
-    body.swept.lower = body.swept.lower.cwiseMin(x0).cwiseMin(x1), body.swept.upper = body.swept.upper.cwiseMax(x0).cwiseMax(x1);
+    body.swept.lower = body.swept.lower.cwiseMin(x0).cwiseMin(x1),
+    body.swept.upper = body.swept.upper.cwiseMax(x0).cwiseMax(x1);
     way2 = std::max(way2, (x1 - x0).squaredNorm());
   }
   body.longest_way = std::sqrt(way2);
@@ -28,7 +29,8 @@ FaceCorners corners(const ContactSurface& surface, Index face, const Points& poi
 }
 
 Index slot_of(const ContactSurface& surface, Index face, int corner) {
-  return std::lower_bound(surface.nodes.begin(), surface.nodes.end(), surface.faces(face, corner)) - surface.nodes.begin();
+  return std::lower_bound(surface.nodes.begin(), surface.nodes.end(), surface.faces(face, corner)) -
+         surface.nodes.begin();
 }
 
 double facing_area(double area, const Vector3& area_vector, const Vector3& normal) {
@@ -36,16 +38,19 @@ double facing_area(double area, const Vector3& area_vector, const Vector3& norma
   return std::max(-area_vector.dot(normal), least_share * area);
 }
 
-double facing_area(const ContactSurface& surface, Index slot, const ContactBody& body, const Vector3& normal) {
+double facing_area(const ContactSurface& surface, Index slot, const ContactBody& body,
+                   const Vector3& normal) {
   if (surface.area_vectors.rows() == 0) return surface.areas[slot];
-  return facing_area(surface.areas[slot], surface.area_vectors.row(slot), body.turn ? body.turn->transpose() * normal : normal);
+  return facing_area(surface.areas[slot], surface.area_vectors.row(slot),
+                     body.turn ? body.turn->transpose() * normal : normal);
 }
 
 double bend(const ContactSurface& surface) {
   if (surface.area_vectors.rows() == 0) return 0;
   std::vector<double> of_nodes;  // nodes amid the sides of faces of second order carry no area
   for (Index i = 0; i < surface.areas.size(); ++i)
-    if (surface.areas[i] > 0) of_nodes.push_back(1 - surface.area_vectors.row(i).norm() / surface.areas[i]);
+    if (surface.areas[i] > 0)
+      of_nodes.push_back(1 - surface.area_vectors.row(i).norm() / surface.areas[i]);
   if (of_nodes.empty()) return 0;
   const auto middle = of_nodes.begin() + static_cast<std::ptrdiff_t>(of_nodes.size() / 2);
   std::nth_element(of_nodes.begin(), middle, of_nodes.end());
@@ -73,7 +78,8 @@ void fill_rising(ContactSurface& surface, const Points& points) {
   for (Index f = 0; f < n; ++f) {
     const FaceCorners x = corners(surface, f, points);
     planes[static_cast<std::size_t>(f)] = {centre(x), mean_normal(x)};
-    for (int a = 0; a < n_corners(surface, f); ++a) faces_of[static_cast<std::size_t>(slot_of(surface, f, a))].push_back(f);
+    for (int a = 0; a < n_corners(surface, f); ++a)
+      faces_of[static_cast<std::size_t>(slot_of(surface, f, a))].push_back(f);
   }
   surface.rising.clear();
   surface.rising_begin.assign(1, 0);
@@ -81,8 +87,11 @@ void fill_rising(ContactSurface& surface, const Points& points) {
     const std::ptrdiff_t first = surface.rising_begin.back();
     for (int a = 0; a < n_corners(surface, f); ++a)
       for (const Index other : faces_of[static_cast<std::size_t>(slot_of(surface, f, a))])
-        if (other != f && make_a_corner(planes[static_cast<std::size_t>(f)], planes[static_cast<std::size_t>(other)]) &&
-            std::find(surface.rising.begin() + first, surface.rising.end(), other) == surface.rising.end())
+        if (other != f &&
+            make_a_corner(planes[static_cast<std::size_t>(f)],
+                          planes[static_cast<std::size_t>(other)]) &&
+            std::find(surface.rising.begin() + first, surface.rising.end(), other) ==
+                surface.rising.end())
           surface.rising.push_back(other);
     surface.rising_begin.push_back(static_cast<Index>(surface.rising.size()));
   }
@@ -96,10 +105,12 @@ void fill_sizes(ContactSurface& surface, const Points& points) {
   surface.extent.setZero();
   for (Index f = 0; f < surface.faces.rows(); ++f) {
     const FaceCorners x = corners(surface, f, points);
-    // Half the cross product of the diagonals, for a quad and for a triangle with a repeated corner alike
+    // Half the cross product of the diagonals, for a quad and for a triangle with a repeated corner
+    // alike
     surface.sizes[f] = std::sqrt(0.5 * (x[2] - x[0]).cross(x[3] - x[1]).norm());
     for (int a = 1; a < 4; ++a)
-      for (int b = 0; b < a; ++b) surface.extent = surface.extent.cwiseMax((x[a] - x[b]).cwiseAbs());
+      for (int b = 0; b < a; ++b)
+        surface.extent = surface.extent.cwiseMax((x[a] - x[b]).cwiseAbs());
   }
   fill_rising(surface, points);
   surface.size = surface.sizes.size() ? surface.sizes.mean() : 0;

@@ -13,20 +13,23 @@ namespace {
 
 constexpr int capacity = 128;  // of a batch of quadrature points
 using Batch = Eigen::Array<double, Eigen::Dynamic, 1, Eigen::ColMajor, capacity, 1>;
-using Shapes = Eigen::Array<double, Eigen::Dynamic, 4, Eigen::ColMajor, capacity, 4>;      // columns: corners of the face
-using NodeShapes = Eigen::Array<double, Eigen::Dynamic, 8, Eigen::ColMajor, capacity, 8>;  // and its mid-side nodes
+// columns: corners of the face
+using Shapes = Eigen::Array<double, Eigen::Dynamic, 4, Eigen::ColMajor, capacity, 4>;
+// and its mid-side nodes
+using NodeShapes = Eigen::Array<double, Eigen::Dynamic, 8, Eigen::ColMajor, capacity, 8>;
 
 struct TrianglePoint {
   double s, t, weight;  // weights sum to 1
 };
 
-// Gauss points on [0, 1] for the weight 1, or 1 - x (`jacobi`), from the eigenvalues of the recurrence (Golub and Welsch 1969,
-// doi 10.1090/S0025-5718-69-99647-1); weights sum to 1.
+// Gauss points on [0, 1] for the weight 1, or 1 - x (`jacobi`), from the eigenvalues of the
+// recurrence (Golub and Welsch 1969, doi 10.1090/S0025-5718-69-99647-1); weights sum to 1.
 std::vector<LinePoint> gauss_unit_line(int n, bool jacobi) {
   Vector diagonal = Vector::Zero(n), beside(n - 1);
   for (int k = 0; k < n && jacobi; ++k) diagonal[k] = -1.0 / ((2 * k + 1) * (2 * k + 3));
   for (int k = 1; k < n; ++k)
-    beside[k - 1] = jacobi ? std::sqrt(double(k) * (k + 1)) / (2 * k + 1) : k / std::sqrt(4.0 * k * k - 1);
+    beside[k - 1] =
+        jacobi ? std::sqrt(double(k) * (k + 1)) / (2 * k + 1) : k / std::sqrt(4.0 * k * k - 1);
   const SymmetricEigen eigen = tridiagonal_eigen(diagonal, beside);
   std::vector<LinePoint> rule;
   for (int k = 0; k < n; ++k) {
@@ -38,14 +41,17 @@ std::vector<LinePoint> gauss_unit_line(int n, bool jacobi) {
 
 constexpr int max_line = 11;
 
-// n < 3: six points of degree 4. Else a square of n x n Gauss points drawn together into a triangle: degree 2 n - 1.
+// n < 3: six points of degree 4. Else a square of n x n Gauss points drawn together into a
+// triangle: degree 2 n - 1.
 const std::vector<TrianglePoint>& triangle_points(int n) {
   static const std::array<std::vector<TrianglePoint>, max_line + 1> rules = [] {
     std::array<std::vector<TrianglePoint>, max_line + 1> all;
-    for (const QuadraturePoint& q : triangle_rule(6)) all[0].push_back({q.xi[0], q.xi[1], 2 * q.weight});
+    for (const QuadraturePoint& q : triangle_rule(6))
+      all[0].push_back({q.xi[0], q.xi[1], 2 * q.weight});
     for (int k = 3; k <= max_line; ++k)
       for (const LinePoint& u : gauss_unit_line(k, true))
-        for (const LinePoint& v : gauss_unit_line(k, false)) all[k].push_back({u.xi, v.xi * (1 - u.xi), u.weight * v.weight});
+        for (const LinePoint& v : gauss_unit_line(k, false))
+          all[k].push_back({u.xi, v.xi * (1 - u.xi), u.weight * v.weight});
     return all;
   }();
   return rules[n < 3 ? 0 : n];
@@ -76,12 +82,15 @@ bool complete(const std::array<Vector2, 4>& x, bool counter_clockwise, FacePiece
   piece.area = piece.n == 3 ? 0.5 * std::abs(J0) : 4 * std::abs(J0);
   const double scale = piece.a.squaredNorm() + piece.b.squaredNorm() + piece.w.squaredNorm();
   if (!(std::abs(J0) > 1e-12 * scale) || (J0 > 0) != counter_clockwise) return false;
-  if (piece.n == 4) piece.distortion = (std::abs(cross(piece.a, piece.w)) + std::abs(cross(piece.w, piece.b))) / std::abs(J0);
+  if (piece.n == 4)
+    piece.distortion =
+        (std::abs(cross(piece.a, piece.w)) + std::abs(cross(piece.w, piece.b))) / std::abs(J0);
   if (piece.distortion < 1e-12) piece.distortion = 0;
   piece.inverse << piece.b[1], -piece.b[0], -piece.a[1], piece.a[0];
   piece.inverse /= J0;
   piece.outline.n = piece.n;
-  for (int a = 0; a < piece.n; ++a) piece.outline.x[counter_clockwise ? a : piece.n - 1 - a] = x[piece.corner[a]];
+  for (int a = 0; a < piece.n; ++a)
+    piece.outline.x[counter_clockwise ? a : piece.n - 1 - a] = x[piece.corner[a]];
   return true;
 }
 
@@ -115,41 +124,51 @@ void shape_functions(const FacePiece& piece, const Batch& x, const Batch& y, Sha
   N.col(2) = 0.25 * (1 + s) * (1 + t), N.col(3) = 0.25 * (1 - s) * (1 + t);
 }
 
-// How fast Gauss points converge for functions of the inverse map of a quad over a polygon: its square root vanishes where the
-// square of the Jacobian, linear along any line, goes through 0, so that the error falls with (r + sqrt(r^2 - 1))^(-2 n), r the
-// distance of that point from the middle in half lengths.
+// How fast Gauss points converge for functions of the inverse map of a quad over a polygon: its
+// square root vanishes where the square of the Jacobian, linear along any line, goes through 0, so
+// that the error falls with (r + sqrt(r^2 - 1))^(-2 n), r the distance of that point from the
+// middle in half lengths.
 double convergence(const FacePiece& piece, const Batch& x, const Batch& y) {
   if (piece.distortion == 0) return HUGE_VAL;
   Batch s, t;
   inverse_map(piece, x, y, s, t);
-  const Batch J2 = (cross(piece.a, piece.b) + s * cross(piece.a, piece.w) + t * cross(piece.w, piece.b)).square();
-  const double least = J2.minCoeff(), most = J2.maxCoeff(), r = (most + least) / std::max(most - least, 1e-12 * most);
+  const Batch J2 =
+      (cross(piece.a, piece.b) + s * cross(piece.a, piece.w) + t * cross(piece.w, piece.b))
+          .square();
+  const double least = J2.minCoeff(), most = J2.maxCoeff(),
+               r = (most + least) / std::max(most - least, 1e-12 * most);
   return r + std::sqrt(r * r - 1);
 }
 
-// Points on a line for an error of about 1e-10: the first term that degree 2 n - 1 misses is rate^(-2 n + degree), `degree` that of
-// the product of shape functions along it: 3, with those of second order 5. 0: the six points of degree 4 are as good.
+// Points on a line for an error of about 1e-10: the first term that degree 2 n - 1 misses is
+// rate^(-2 n + degree), `degree` that of the product of shape functions along it: 3, with those of
+// second order 5. 0: the six points of degree 4 are as good.
 int line_points(double rate, int degree) {
   if (degree == 3 && rate > 1e4) return 0;
   if (!(rate > 1)) return max_line;
-  return std::clamp(static_cast<int>(std::ceil(0.5 * (degree + 10 * std::numbers::ln10 / std::log(rate)))), 3, max_line);
+  return std::clamp(
+      static_cast<int>(std::ceil(0.5 * (degree + 10 * std::numbers::ln10 / std::log(rate)))), 3,
+      max_line);
 }
 
 // The face's own shape functions, of second order, from those of its corners.
 NodeShapes quadratic_shapes(bool triangle, const Shapes& N) {
   NodeShapes Q = NodeShapes::Zero(N.rows(), 8);
   if (triangle) {
-    for (int a = 0; a < 3; ++a) Q.col(a) = N.col(a) * (2 * N.col(a) - 1), Q.col(4 + a) = 4 * N.col(a) * N.col((a + 1) % 3);
+    for (int a = 0; a < 3; ++a)
+      Q.col(a) = N.col(a) * (2 * N.col(a) - 1), Q.col(4 + a) = 4 * N.col(a) * N.col((a + 1) % 3);
     return Q;
   }
-  const Batch s = N.col(1) + N.col(2) - N.col(0) - N.col(3), t = N.col(2) + N.col(3) - N.col(0) - N.col(1);
+  const Batch s = N.col(1) + N.col(2) - N.col(0) - N.col(3),
+              t = N.col(2) + N.col(3) - N.col(0) - N.col(1);
   Q.col(4) = 0.5 * (1 - s * s) * (1 - t), Q.col(5) = 0.5 * (1 + s) * (1 - t * t);
   Q.col(6) = 0.5 * (1 - s * s) * (1 + t), Q.col(7) = 0.5 * (1 - s) * (1 - t * t);
   for (int a = 0; a < 4; ++a) Q.col(a) = N.col(a) - 0.5 * (Q.col(4 + a) + Q.col(4 + (a + 3) % 4));
   return Q;
 }
 
-void add_products(const Shapes& weighted, const Shapes& corners, bool quadratic, bool triangle, CornerByNode& sum) {
+void add_products(const Shapes& weighted, const Shapes& corners, bool quadratic, bool triangle,
+                  CornerByNode& sum) {
   if (quadratic) {
     sum += weighted.matrix().transpose().lazyProduct(quadratic_shapes(triangle, corners).matrix());
   } else {
@@ -165,7 +184,8 @@ struct Overlap {
 };
 
 // Adds the integrals over a batch of points with weights w.
-void add_batch(const Overlap& of, const Batch& x, const Batch& y, const Batch& w, Segment& segment) {
+void add_batch(const Overlap& of, const Batch& x, const Batch& y, const Batch& w,
+               Segment& segment) {
   Shapes of_slave, of_master;
   shape_functions(of.slave, x, y, of_slave), shape_functions(of.master, x, y, of_master);
   const Shapes weighted = of_slave.colwise() * w;
@@ -205,7 +225,8 @@ void add_polygon(const Overlap& of, double sliver, Segment& segment) {
 
 }  // namespace
 
-FlatFace flatten(const FaceCorners& corners, bool triangle, const Matrix3& frame, const Vector3& origin, bool counter_clockwise) {
+FlatFace flatten(const FaceCorners& corners, bool triangle, const Matrix3& frame,
+                 const Vector3& origin, bool counter_clockwise) {
   std::array<Vector2, 4> x;
   for (int a = 0; a < 4; ++a) x[a] = frame.bottomRows<2>() * (corners[a] - origin);
   FlatFace face;
@@ -219,13 +240,17 @@ FlatFace flatten(const FaceCorners& corners, bool triangle, const Matrix3& frame
   }
   const FacePiece quad = quad_piece(x);
   // Near the border of convexity the inverse map loses its digits
-  const double J0 = std::abs(cross(quad.a, quad.b)), J1 = std::abs(cross(quad.a, quad.w)) + std::abs(cross(quad.w, quad.b));
+  const double J0 = std::abs(cross(quad.a, quad.b)),
+               J1 = std::abs(cross(quad.a, quad.w)) + std::abs(cross(quad.w, quad.b));
   if (J1 < 0.95 * J0) {
     add(quad);
     return face;
   }
-  // The diagonal whose triangles are more alike: at a concave corner it is the one that stays inside
-  const auto signed_area = [&](int i, int j, int k) { return cross(x[j] - x[i], x[k] - x[i]) * (counter_clockwise ? 1 : -1); };
+  // The diagonal whose triangles are more alike: at a concave corner it is the one that stays
+  // inside
+  const auto signed_area = [&](int i, int j, int k) {
+    return cross(x[j] - x[i], x[k] - x[i]) * (counter_clockwise ? 1 : -1);
+  };
   const double first = std::min(signed_area(0, 1, 2), signed_area(0, 2, 3));
   const double second = std::min(signed_area(0, 1, 3), signed_area(1, 2, 3));
   if (first >= second) {
@@ -243,7 +268,8 @@ Segment integrate(const FlatFace& slave, const FlatFace& master, double sliver) 
       const FacePiece &s = slave.pieces[i], &m = master.pieces[j];
       const double smallest = sliver * std::min(s.area, m.area);
       const Polygon shared = clip(s.outline, m.outline);
-      if (shared.n >= 3 && area(shared) > smallest) add_polygon({slave, master, s, m, shared}, 1e-3 * smallest, segment);
+      if (shared.n >= 3 && area(shared) > smallest)
+        add_polygon({slave, master, s, m, shared}, 1e-3 * smallest, segment);
     }
   }
   return segment;

@@ -6,8 +6,9 @@
 
 namespace cbr {
 
-// Where a set of nodes can be a time t >= 0 from now, without contact: for each axis between lower + lower_speed t - spread
-// and upper + upper_speed t + spread, spread = growth t + acceleration t^2 / 2.
+// Where a set of nodes can be a time t >= 0 from now, without contact: for each axis between lower
+// + lower_speed t - spread and upper + upper_speed t + spread, spread = growth t + acceleration t^2
+// / 2.
 struct MotionBound {
   Vector3 lower, upper, lower_speed, upper_speed, growth, acceleration;
 };

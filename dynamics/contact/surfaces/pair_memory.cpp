@@ -12,7 +12,8 @@ void touch(Index slot, Index face, PairMemory& memory) {
     return;
   }
   if (memory.further_faces.empty()) return;
-  const auto first = memory.further_faces.begin() + slot * static_cast<Index>(PairMemory::n_further);
+  const auto first =
+      memory.further_faces.begin() + slot * static_cast<Index>(PairMemory::n_further);
   const auto place = std::find(first, first + PairMemory::n_further, -1);
   if (place != first + PairMemory::n_further) *place = face;
 }
@@ -20,7 +21,8 @@ void touch(Index slot, Index face, PairMemory& memory) {
 }  // namespace
 
 void start_memory(Index n, PairMemory& memory) {
-  if (memory.offset.size() != n) memory.offset.setZero(n), memory.face.assign(n, -1), memory.known_face.assign(n, -1);
+  if (memory.offset.size() != n)
+    memory.offset.setZero(n), memory.face.assign(n, -1), memory.known_face.assign(n, -1);
 }
 
 double contact_reach(double size, double motion, bool initial, const PairMemory& memory) {
@@ -33,8 +35,10 @@ void keep_overlap(Index slot, double distance, bool initial, PairMemory& memory)
     memory.initial_overlap = std::max(memory.initial_overlap, -distance);
     if (distance >= 0) memory.initial_gap = std::min(memory.initial_gap, distance);
   }
-  const double closed = initial ? (distance <= memory.adjust ? memory.adjust : 0.0) : std::max(0.0, memory.offset[slot]);
-  memory.offset[slot] = distance < 0 ? std::min(memory.kept_share * distance, closed) : std::min(distance, closed);
+  const double closed = initial ? (distance <= memory.adjust ? memory.adjust : 0.0)
+                                : std::max(0.0, memory.offset[slot]);
+  memory.offset[slot] =
+      distance < 0 ? std::min(memory.kept_share * distance, closed) : std::min(distance, closed);
 }
 
 void forget(PairMemory& memory) {
@@ -48,12 +52,13 @@ void forget(PairMemory& memory) {
   memory.depth = 0;
 }
 
-void remember(const ContactList& list, std::size_t first, std::size_t last, const Points& end_gap, const Points& impulse,
-              double closed, PairMemory& memory) {
+void remember(const ContactList& list, std::size_t first, std::size_t last, const Points& end_gap,
+              const Points& impulse, double closed, PairMemory& memory) {
   if (first == last) return forget(memory);
   memory.has_points = true;
   for (std::size_t i = first; i < last && memory.impulse.rows() > 0; ++i) {
-    const ContactPoint& point = list.points[i];  // what was closed, and is not now although nothing has moved yet
+    // what was closed, and is not now although nothing has moved yet
+    const ContactPoint& point = list.points[i];
     if (memory.impulse.row(point.slot).dot(point.normal()) > 0)
       memory.drift_taken += impulse(static_cast<Index>(i), 0) * point.start_gap;
   }
@@ -65,9 +70,11 @@ void remember(const ContactList& list, std::size_t first, std::size_t last, cons
     const ContactPoint& point = list.points[i];
     const Index row = static_cast<Index>(i);
     const double gap = end_gap(row, 0);
-    if (impulse(row, 0) > 0 || gap < closed) touch(point.slot, std::max<Index>(point.face, 0), memory);
+    if (impulse(row, 0) > 0 || gap < closed)
+      touch(point.slot, std::max<Index>(point.face, 0), memory);
     memory.impulse.row(point.slot) += impulse.row(row) * point.frame;
-    // The gap counts from the offset: what has opened stays open. The offset is that of the node's first face
+    // The gap counts from the offset: what has opened stays open. The offset is that of the node's
+    // first face
     double& offset = memory.offset[point.slot];
     memory.depth = std::max(memory.depth, -gap - offset);
     const bool is_first = i == first || list.points[i - 1].slot != point.slot;

@@ -17,53 +17,61 @@ struct KeptCandidates {
   Points slave_at, master_at;  // of the surfaces' nodes, at the end of the step
 };
 
-// What a pair remembers from step to step, per slave node (in the order of the slave surface's nodes).
+// What a pair remembers from step to step, per slave node (in the order of the slave surface's
+// nodes).
 struct PairMemory {
   std::vector<Index> face;        // master face it touched in the last step, or -1
   std::vector<Index> known_face;  // the one that it touched last since the bodies were apart, or -1
-  // Further faces that it touched in the last step, so many places per node, -1 behind the last; empty where no faces rise from
-  // others.
+  // Further faces that it touched in the last step, so many places per node, -1 behind the last;
+  // empty where no faces rise from others.
   static constexpr std::size_t n_further = 7;
   std::vector<Index> further_faces;
-  // Distance that counts as closed: < 0: overlap that is left as it is; > 0: an initial gap that was adjusted.
+  // Distance that counts as closed: < 0: overlap that is left as it is; > 0: an initial gap that
+  // was adjusted.
   Vector offset;
-  Points impulse;           // of the last step, scene axes: where the solver starts from
-  Points elastic_slip;      // penalty with friction: tangential stretch of the springs, scene axes
-  std::vector<Index> near;  // mortar: slave and master face of each pair of faces that the last search found, ascending
+  Points impulse;       // of the last step, scene axes: where the solver starts from
+  Points elastic_slip;  // penalty with friction: tangential stretch of the springs, scene axes
+  // mortar: slave and master face of each pair of faces that the last search found, ascending
+  std::vector<Index> near;
   std::vector<Box> node_boxes, face_boxes;
   BroadPhase grid;
   KeptCandidates kept;  // node-face
-  // Mortar: as faces slide, the weights of a point change and its gap with them. What impulses have taken over such changes
-  // (impulse x length: energy x step) and may give back.
+  // Mortar: as faces slide, the weights of a point change and its gap with them. What impulses have
+  // taken over such changes (impulse x length: energy x step) and may give back.
   double drift_taken = 0;
   bool has_points = false;  // in the last step
-  double adjust = 0;        // given before the first step: initial gaps and overlaps up to this length count as closed
-  // Given before the first step: mortar's points found deeper than they were left count so at once: springs push them out softly,
-  // ties join them where they are.
+  // given before the first step: initial gaps and overlaps up to this length count as closed
+  double adjust = 0;
+  // Given before the first step: mortar's points found deeper than they were left count so at once:
+  // springs push them out softly, ties join them where they are.
   bool lets_jump = false;
-  double kept_share = 1;  // statics: of an overlap that is found, what is left as it is
+  double kept_share = 1;          // statics: of an overlap that is found, what is left as it is
   double initial_overlap = 0;     // largest depth found by the initial detection
   double initial_gap = HUGE_VAL;  // smallest gap from 0 that it found within reach
-  double depth = 0;               // largest depth at the end of the last step: what is behind a face is still looked for
+  // largest depth at the end of the last step: what is behind a face is still looked for
+  double depth = 0;
 };
 
 // Sizes memory for n slave nodes at the first call.
 void start_memory(Index n, PairMemory& memory);
 
-// Gaps up to this are looked at, for a side of face size `size` and a largest (relative) motion in this step: neighbours of a node
-// in contact may be drawn in by its impulse, about as far as anything moves in the step.
+// Gaps up to this are looked at, for a side of face size `size` and a largest (relative) motion in
+// this step: neighbours of a node in contact may be drawn in by its impulse, about as far as
+// anything moves in the step.
 double contact_reach(double size, double motion, bool initial, const PairMemory& memory);
 
-// A slave node that has not touched before starts the step at this distance: overlaps are left as they are, and with `initial` gaps
-// within `adjust` are closed; reported with `initial`.
+// A slave node that has not touched before starts the step at this distance: overlaps are left as
+// they are, and with `initial` gaps within `adjust` are closed; reported with `initial`.
 void keep_overlap(Index slot, double distance, bool initial, PairMemory& memory);
 
-// The bodies are apart: nothing touches, no overlap is left; an adjusted gap stays closed. Costs nothing when that is so already.
+// The bodies are apart: nothing touches, no overlap is left; an adjusted gap stays closed. Costs
+// nothing when that is so already.
 void forget(PairMemory& memory);
 
-// After the step: who touches (impulse or closed gap), and overlaps that have opened; forget() without points. [first, last) are
-// the points of this search; rows of `end_gap` and `impulse` (n x 3, in the points' frames) go with list.points.
-void remember(const ContactList& list, std::size_t first, std::size_t last, const Points& end_gap, const Points& impulse,
-              double closed, PairMemory& memory);
+// After the step: who touches (impulse or closed gap), and overlaps that have opened; forget()
+// without points. [first, last) are the points of this search; rows of `end_gap` and `impulse` (n x
+// 3, in the points' frames) go with list.points.
+void remember(const ContactList& list, std::size_t first, std::size_t last, const Points& end_gap,
+              const Points& impulse, double closed, PairMemory& memory);
 
 }  // namespace cbr

@@ -34,7 +34,9 @@ struct Block {
 
 #define CBR_INLINE __attribute__((always_inline)) inline
 
-CBR_INLINE double dot(const Three& a, const Three& b, int i) { return a[0][i] * b[0][i] + a[1][i] * b[1][i] + a[2][i] * b[2][i]; }
+CBR_INLINE double dot(const Three& a, const Three& b, int i) {
+  return a[0][i] * b[0][i] + a[1][i] * b[1][i] + a[2][i] * b[2][i];
+}
 // Loops with one choice each: the compiler makes vectors of those.
 CBR_INLINE void limit(Lanes& x, double most) {
   for (int i = 0; i < lanes; ++i) x[i] = x[i] < most ? x[i] : most;
@@ -115,18 +117,20 @@ CBR_INLINE void find_step(const Block& p, NewtonStep& to) {
   }
   limit(to.xi, farthest);
   limit(to.eta, farthest);
-  for (int i = 0; i < lanes; ++i) to.change[i] = std::abs(to.xi[i] - p.xi[i]) + std::abs(to.eta[i] - p.eta[i]);
+  for (int i = 0; i < lanes; ++i)
+    to.change[i] = std::abs(to.xi[i] - p.xi[i]) + std::abs(to.eta[i] - p.eta[i]);
 }
 
-// One of closest_point()'s steps in projection.cpp, where it is Newton's and whole. Neighbours of the
-// face that a node is over often have it where coordinates are cut off. A face that is nearly a
+// One of closest_point()'s steps in projection.cpp, where it is Newton's and whole. Neighbours of
+// the face that a node is over often have it where coordinates are cut off. A face that is nearly a
 // parallelogram has its minimum there then.
 CBR_INLINE void step(Block& p) {
   NewtonStep to;
   find_step(p, to);
   Lanes bad{}, goes_on, beside;
   for (int i = 0; i < lanes; ++i) beside[i] = std::abs(to.xi[i]);
-  for (int i = 0; i < lanes; ++i) beside[i] = beside[i] > std::abs(to.eta[i]) ? beside[i] : std::abs(to.eta[i]);
+  for (int i = 0; i < lanes; ++i)
+    beside[i] = beside[i] > std::abs(to.eta[i]) ? beside[i] : std::abs(to.eta[i]);
   // A node on the face has a value of round-off, which may grow
   for (int i = 0; i < lanes; ++i) bad[i] = to.value[i] <= p.value[i] + to.round_off[i] ? bad[i] : 1;
   for (int i = 0; i < lanes; ++i) goes_on[i] = bad[i] > 0 ? 0 : 1;
@@ -166,7 +170,8 @@ CBR_INLINE void finish(Block& p) {
       v[k] = p.b[k][i] + s[i] * p.w[k][i];
       r[k] = p.x[k][i] - p.c[k][i] - s[i] * p.a[k][i] - t[i] * v[k];
     }
-    const double n[3] = {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
+    const double n[3] = {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2],
+                         u[0] * v[1] - u[1] * v[0]};
     length[i] = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
     const double inverse = 1 / length[i];
     p.distance[i] = (n[0] * r[0] + n[1] * r[1] + n[2] * r[2]) * inverse;
@@ -220,7 +225,8 @@ class Projector {
     }
   }
 
-  void project(const Points& faces, const Points& nodes, AtTime PairProjection::*to, PairProjection* results) {
+  void project(const Points& faces, const Points& nodes, AtTime PairProjection::*to,
+               PairProjection* results) {
     thread_local Block block;
     block.failed = is_triangle_;
     if (any_quad_) {
@@ -256,8 +262,9 @@ class Projector {
 
 }  // namespace
 
-void project_pairs(const ContactSurface& master, const ContactBody& master_body, const ContactBody& slave_body,
-                   std::span<const NodeAndFace> pairs, double reach, std::vector<PairProjection>& results) {
+void project_pairs(const ContactSurface& master, const ContactBody& master_body,
+                   const ContactBody& slave_body, std::span<const NodeAndFace> pairs, double reach,
+                   std::vector<PairProjection>& results) {
   results.resize(pairs.size());
   for (std::size_t first = 0; first < pairs.size(); first += lanes) {
     const std::size_t n = std::min<std::size_t>(lanes, pairs.size() - first);

@@ -15,8 +15,8 @@ struct NodeAndFace {
   Index node = 0, face = 0;
 };
 
-// The face's coordinates of the nearest point of the face and of what lies beyond its edges, from -1
-// to 1 on the face; not a number for triangles.
+// The face's coordinates of the nearest point of the face and of what lies beyond its edges, from
+// -1 to 1 on the face; not a number for triangles.
 struct FacePlace {
   double xi = std::numeric_limits<double>::quiet_NaN();
   double eta = std::numeric_limits<double>::quiet_NaN();
@@ -33,7 +33,8 @@ struct PairProjection {
 // Fills results[i] for pairs[i], as project() does but for round-off. What is found of a pair does
 // not depend on the others. Where the node ends farther in front of the face than `reach`,
 // `before` may be missing.
-void project_pairs(const ContactSurface& master, const ContactBody& master_body, const ContactBody& slave_body,
-                   std::span<const NodeAndFace> pairs, double reach, std::vector<PairProjection>& results);
+void project_pairs(const ContactSurface& master, const ContactBody& master_body,
+                   const ContactBody& slave_body, std::span<const NodeAndFace> pairs, double reach,
+                   std::vector<PairProjection>& results);
 
 }  // namespace cbr

@@ -11,8 +11,8 @@
 namespace cbr {
 namespace {
 
-Projection finish(const FaceCorners& corners, const std::array<double, 4>& weights, const Vector3& area_vector, double outside,
-                  const Vector3& x) {
+Projection finish(const FaceCorners& corners, const std::array<double, 4>& weights,
+                  const Vector3& area_vector, double outside, const Vector3& x) {
   Projection result;
   result.weights = weights;
   result.outside = outside;
@@ -58,14 +58,18 @@ double within_reach(double xi) { return std::clamp(xi, -3.0, 3.0); }
 
 // Where the minimum is for a face that is nearly a parallelogram: linear in w.
 void guess(const BilinearFace& p, const Vector3& x, double& xi, double& eta) {
-  const double h11 = p.a.squaredNorm(), h22 = p.b.squaredNorm(), h12 = p.a.dot(p.b), determinant = h11 * h22 - h12 * h12;
+  const double h11 = p.a.squaredNorm(), h22 = p.b.squaredNorm(), h12 = p.a.dot(p.b),
+               determinant = h11 * h22 - h12 * h12;
   xi = eta = 0;
   if (!(determinant > 1e-10 * h11 * h22)) return;
   const Vector3 d = x - p.c;
-  const double inverse = 1 / determinant, da = d.dot(p.a), db = d.dot(p.b), wa = p.w.dot(p.a), wb = p.w.dot(p.b);
-  xi = within_reach((h22 * da - h12 * db) * inverse), eta = within_reach((h11 * db - h12 * da) * inverse);
+  const double inverse = 1 / determinant, da = d.dot(p.a), db = d.dot(p.b), wa = p.w.dot(p.a),
+               wb = p.w.dot(p.b);
+  xi = within_reach((h22 * da - h12 * db) * inverse),
+  eta = within_reach((h11 * db - h12 * da) * inverse);
   const double twist = xi * eta, ea = da - twist * wa, eb = db - twist * wb;
-  xi = within_reach((h22 * ea - h12 * eb) * inverse), eta = within_reach((h11 * eb - h12 * ea) * inverse);
+  xi = within_reach((h22 * ea - h12 * eb) * inverse),
+  eta = within_reach((h11 * eb - h12 * ea) * inverse);
 }
 
 // Minimises |x - p(xi, eta)|^2 in the square |xi|, |eta| <= 3.
@@ -74,13 +78,16 @@ void closest_point(const BilinearFace& p, const Vector3& x, double& xi, double& 
   double value = r.squaredNorm();
   for (int iteration = 0; iteration < 30; ++iteration) {
     const Vector3 u = p.d_xi(eta), v = p.d_eta(xi);
-    const double g1 = -r.dot(u), g2 = -r.dot(v), h11 = u.squaredNorm(), h22 = v.squaredNorm(), gauss = u.dot(v);
+    const double g1 = -r.dot(u), g2 = -r.dot(v), h11 = u.squaredNorm(), h22 = v.squaredNorm(),
+                 gauss = u.dot(v);
     double h12 = gauss - r.dot(p.w), determinant = h11 * h22 - h12 * h12;
     const bool newton = determinant > 1e-10 * h11 * h22;
     if (!newton) h12 = gauss, determinant = h11 * h22 - h12 * h12;
     if (!(determinant > 1e-14 * h11 * h22)) return;  // a face without area
-    const double s1 = -(h22 * g1 - h12 * g2) / determinant, s2 = -(h11 * g2 - h12 * g1) / determinant;
-    // What is left after such a step of Newton's is of the order of its square; the value could not tell it from its round-off
+    const double s1 = -(h22 * g1 - h12 * g2) / determinant,
+                 s2 = -(h11 * g2 - h12 * g1) / determinant;
+    // What is left after such a step of Newton's is of the order of its square; the value could not
+    // tell it from its round-off
     if (newton && std::max(std::abs(s1), std::abs(s2)) < 1e-8) {
       xi = within_reach(xi + s1), eta = within_reach(eta + s2);
       return;
@@ -111,8 +118,8 @@ Projection project(const FaceCorners& corners, bool triangle, const Vector3& x) 
   // xi runs over a length of two: half of what it is beyond 1 is the share of the size.
   const double outside = 0.5 * (std::max(std::abs(xi), std::abs(eta)) - 1);
   const double s = std::clamp(xi, -1.0, 1.0), t = std::clamp(eta, -1.0, 1.0);
-  const std::array<double, 4> weights{0.25 * (1 - s) * (1 - t), 0.25 * (1 + s) * (1 - t), 0.25 * (1 + s) * (1 + t),
-                                      0.25 * (1 - s) * (1 + t)};
+  const std::array<double, 4> weights{0.25 * (1 - s) * (1 - t), 0.25 * (1 + s) * (1 - t),
+                                      0.25 * (1 + s) * (1 + t), 0.25 * (1 - s) * (1 + t)};
   return finish(corners, weights, p.d_xi(t).cross(p.d_eta(s)), outside, x);
 }
 

@@ -17,19 +17,23 @@ Vector3 mean_normal(const FaceCorners& x) {
 }
 
 Vector3 centre(const FaceCorners& x) {
-  return x[2] == x[3] ? Vector3((x[0] + x[1] + x[2]) / 3) : Vector3((x[0] + x[1] + x[2] + x[3]) / 4);
+  return x[2] == x[3] ? Vector3((x[0] + x[1] + x[2]) / 3)
+                      : Vector3((x[0] + x[1] + x[2] + x[3]) / 4);
 }
 
 Vector3 mean_motion(const ContactSurface& surface, const ContactBody& body) {
   Vector3 sum = Vector3::Zero();
-  for (const Index node : surface.nodes) sum += (body.end.row(node) - body.start.row(node)).transpose();
+  for (const Index node : surface.nodes)
+    sum += (body.end.row(node) - body.start.row(node)).transpose();
   return sum / static_cast<double>(surface.nodes.size());
 }
 
-double largest_motion(const ContactSurface& surface, const ContactBody& body, const Vector3& drift) {
+double largest_motion(const ContactSurface& surface, const ContactBody& body,
+                      const Vector3& drift) {
   double largest = 0;
   for (const Index node : surface.nodes)
-    largest = std::max(largest, (body.end.row(node) - body.start.row(node) - drift.transpose()).norm());
+    largest =
+        std::max(largest, (body.end.row(node) - body.start.row(node) - drift.transpose()).norm());
   return largest;
 }
 

@@ -9,14 +9,21 @@
 
 namespace cbr {
 
-CoupledBody::CoupledBody(std::string name, std::shared_ptr<CoupledSystem> system, const Placement& placement, Scheme scheme,
-                         const NewmarkOptions& newmark)
-    : name_(std::move(name)), system_(std::move(system)), placement_(placement), scheme_(scheme), newmark_(newmark) {
+CoupledBody::CoupledBody(std::string name, std::shared_ptr<CoupledSystem> system,
+                         const Placement& placement, Scheme scheme, const NewmarkOptions& newmark)
+    : name_(std::move(name)),
+      system_(std::move(system)),
+      placement_(placement),
+      scheme_(scheme),
+      newmark_(newmark) {
   assert(scheme_ != Scheme::exact);
-  X_ = (system_->model().coordinates * placement_.T.transpose()).rowwise() + placement_.position.transpose();
-  for (Vector* x : {&u_, &u_end_, &p_end_, &kick_, &work_vector_, &Ku_, &v_now_}) x->setZero(system_->n());
+  X_ = (system_->model().coordinates * placement_.T.transpose()).rowwise() +
+       placement_.position.transpose();
+  for (Vector* x : {&u_, &u_end_, &p_end_, &kick_, &work_vector_, &Ku_, &v_now_})
+    x->setZero(system_->n());
   // The rigid motion, or its projection when directions are held.
-  p_.noalias() = system_->rigid_momentum().leftCols(3) * (placement_.T.transpose() * placement_.velocity);
+  p_.noalias() =
+      system_->rigid_momentum().leftCols(3) * (placement_.T.transpose() * placement_.velocity);
   system_->drop_held(p_);
   if (scheme_ == Scheme::central_difference) {
     v_ = p_;
@@ -54,7 +61,8 @@ void CoupledBody::predict(double t, double h) {
   }
 }
 
-// Leapfrog: p+ = p- + (h- + h)/2 (f - K u), u+ = u + h M^-1 p+. At the start p- is half a step before t = 0.
+// Leapfrog: p+ = p- + (h- + h)/2 (f - K u), u+ = u + h M^-1 p+. At the start p- is half a step
+// before t = 0.
 void CoupledBody::predict_central(double h) {
   Vector& F = work_vector_;
   if (loads_.empty()) {
@@ -64,7 +72,8 @@ void CoupledBody::predict_central(double h) {
     F -= stiffness_force();
   }
   if (last_h_ == 0 && !is_damped()) {
-    // The half kick back is booked as work of the loads, so that the energy balance starts from the given velocity.
+    // The half kick back is booked as work of the loads, so that the energy balance starts from the
+    // given velocity.
     v_end_ = F;
     system_->factor(0).solve(v_end_);
     work_.external += 0.5 * h * F.dot(0.25 * h * v_end_ - v_);
@@ -79,7 +88,8 @@ void CoupledBody::predict_central(double h) {
   u_end_ = u_ + h * v_end_;
 }
 
-// Of the move d = u_1 - u_0, with M a_1 = e - (1 + alpha) K d and e = (1 + alpha) f_1 - alpha f_0 - K u_0:
+// Of the move d = u_1 - u_0, with M a_1 = e - (1 + alpha) K d and e = (1 + alpha) f_1 - alpha f_0 -
+// K u_0:
 //   (M + theta K) d = h p_0 + h^2 ((1/2 - beta) M a_0 + beta e).
 // The small move, not the end, is solved for: stiff modes then lose no digits.
 void CoupledBody::predict_newmark(double h) {
@@ -138,15 +148,18 @@ Vector3 CoupledBody::add_velocities(Index set, const Points& velocities, const V
   const auto& nodes = sets_[set];
   const Index n_modal = system_->n_modal();
   const auto MR = system_->rigid_momentum().leftCols(3);
-  // Momentum of the velocities, and of a uniform velocity of the set's nodes: T MR_i^T P_i T^T of each node   (3 x 3)
+  // Momentum of the velocities, and of a uniform velocity of the set's nodes: T MR_i^T P_i T^T of
+  // each node   (3 x 3)
   Vector dv = Vector::Zero(system_->n()), uniform = dv;
   for (Index i = 0; i < velocities.rows(); ++i)
-    dv.segment<3>(n_modal + 3 * nodes[i]) = placement_.T.transpose() * velocities.row(i).transpose();
+    dv.segment<3>(n_modal + 3 * nodes[i]) =
+        placement_.T.transpose() * velocities.row(i).transpose();
   system_->drop_held(dv);
   Matrix all = Matrix::Zero(system_->n(), 3);
   for (int a = 0; a < 3; ++a) {
     uniform.setZero();
-    for (const Index node : nodes) uniform.segment<3>(n_modal + 3 * node) = placement_.T.row(a).transpose();
+    for (const Index node : nodes)
+      uniform.segment<3>(n_modal + 3 * node) = placement_.T.row(a).transpose();
     system_->drop_held(uniform);
     all.col(a) = uniform;
   }
@@ -194,8 +207,9 @@ void CoupledBody::accept_central() {
   v_.swap(v_end_);
 }
 
-// What belongs to the end follows from the move that contact has left: F_1 = f_1 - K u_1, M a_1 = (1 + alpha) F_1 - alpha F_0 and
-// p_1 = p_0 + h ((1 - gamma) M a_0 + gamma M a_1) + the impulses, which are no part of a (newmark.hpp).
+// What belongs to the end follows from the move that contact has left: F_1 = f_1 - K u_1, M a_1 =
+// (1 + alpha) F_1 - alpha F_0 and p_1 = p_0 + h ((1 - gamma) M a_0 + gamma M a_1) + the impulses,
+// which are no part of a (newmark.hpp).
 void CoupledBody::accept_newmark() {
   if (is_damped()) return accept_newmark_damped();
   const double alpha = newmark_.alpha, gamma = newmark_.gamma();
@@ -224,11 +238,14 @@ void CoupledBody::accept_newmark() {
   if (!loads_.empty()) f0_.swap(f1_);
 }
 
-// With [.] the change over a step and [.]' that over the step before, the energy changes beyond the loads' [u] . (f_0 + f_1) / 2 by
+// With [.] the change over a step and [.]' that over the step before, the energy changes beyond the
+// loads' [u] . (f_0 + f_1) / 2 by
 //   loads:   -k [u] . ([f] - [f]'),   k = alpha (1/2 + alpha)
-//   scheme:  k [u] . ([K u] - [K u]') - alpha^2 h^2 / 4 (1/2 [a . M a] - alpha [a] . M [a]) - alpha^2 h / 4 impulses . [a].
+//   scheme:  k [u] . ([K u] - [K u]') - alpha^2 h^2 / 4 (1/2 [a . M a] - alpha [a] . M [a]) -
+//   alpha^2 h / 4 impulses . [a].
 void CoupledBody::book_scheme(const Vector& change_of_Ku) {
-  const double alpha = newmark_.alpha, k = alpha * (0.5 + alpha), quarter = 0.25 * alpha * alpha * h_ * h_;
+  const double alpha = newmark_.alpha, k = alpha * (0.5 + alpha),
+               quarter = 0.25 * alpha * alpha * h_ * h_;
   if (!loads_.empty()) {
     work_.external -= k * (move_.dot(f1_) - move_.dot(f0_) - move_.dot(last_change_of_f_));
     last_change_of_f_ = f1_ - f0_;
@@ -269,7 +286,8 @@ void CoupledBody::end_velocities(Index set, Points& v) {
   system_->factor(0).solve(v_now_);
   const auto& nodes = sets_[set];
   v.resize(static_cast<Index>(nodes.size()), 3);
-  for (Index i = 0; i < v.rows(); ++i) v.row(i) = (placement_.T * displacement(v_now_, nodes[i])).transpose();
+  for (Index i = 0; i < v.rows(); ++i)
+    v.row(i) = (placement_.T * displacement(v_now_, nodes[i])).transpose();
 }
 
 // Precondition: end_velocities() has been asked for in this step.
@@ -278,7 +296,8 @@ void CoupledBody::add_end_impulses(Index set, const Points& impulses, ImpulseKin
   Vector& dv = work_vector_;
   dv.setZero();
   for (Index i = 0; i < impulses.rows(); ++i)
-    dv.segment<3>(system_->n_modal() + 3 * nodes[i]) += placement_.T.transpose() * impulses.row(i).transpose();
+    dv.segment<3>(system_->n_modal() + 3 * nodes[i]) +=
+        placement_.T.transpose() * impulses.row(i).transpose();
   system_->drop_held(dv);
   p_ += dv;
   double work = v_now_.dot(dv);
@@ -295,11 +314,14 @@ void CoupledBody::add_end_impulses(Index set, const Points& impulses, ImpulseKin
   }
 }
 
-std::unique_ptr<Body> coupled_body(std::string name, std::shared_ptr<const CoupledModel> model, const Placement& placement,
-                                   const std::vector<HeldDirection>& held, Scheme scheme, const NewmarkOptions& newmark) {
+std::unique_ptr<Body> coupled_body(std::string name, std::shared_ptr<const CoupledModel> model,
+                                   const Placement& placement,
+                                   const std::vector<HeldDirection>& held, Scheme scheme,
+                                   const NewmarkOptions& newmark) {
   const std::string where = "instance '" + name + "'";
   auto system = std::make_shared<CoupledSystem>(std::move(model), held, where);
-  return std::make_unique<CoupledBody>(std::move(name), std::move(system), placement, scheme, newmark);
+  return std::make_unique<CoupledBody>(std::move(name), std::move(system), placement, scheme,
+                                       newmark);
 }
 
 }  // namespace cbr

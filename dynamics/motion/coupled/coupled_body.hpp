@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A coupled model that moves, by central differences or Newmark: its matrices are factored once, before the first step.
+// A coupled model that moves, by central differences or Newmark: its matrices are factored once,
+// before the first step.
 #pragma once
 
 #include <memory>
@@ -15,21 +16,23 @@
 
 namespace cbr {
 
-// What moves are the displacements u and the momenta p = M v of all coordinates; velocities are M^-1 p when someone asks, so that
-// impulses change the momentum by exactly their sum. A step of central differences solves with M once and multiplies with K once;
-// one of Newmark solves with A = M + theta K instead; HHT-alpha solves with M too, to account for its damping. Nothing is
+// What moves are the displacements u and the momenta p = M v of all coordinates; velocities are
+// M^-1 p when someone asks, so that impulses change the momentum by exactly their sum. A step of
+// central differences solves with M once and multiplies with K once; one of Newmark solves with A =
+// M + theta K instead; HHT-alpha solves with M too, to account for its damping. Nothing is
 // allocated.
 class CoupledBody final : public Body {
  public:
   // `scheme` is not exact. add_velocities() is not for Scheme::newmark.
-  CoupledBody(std::string name, std::shared_ptr<CoupledSystem> system, const Placement& placement, Scheme scheme,
-              const NewmarkOptions& newmark);
+  CoupledBody(std::string name, std::shared_ptr<CoupledSystem> system, const Placement& placement,
+              Scheme scheme, const NewmarkOptions& newmark);
 
   const std::string& name() const override { return name_; }
   Index n_dofs() const override { return system_->n_free(); }
   // Under newmark, where no step depends on it, without damping.
   double largest_frequency() const override {
-    return critical_frequency(system_->largest_frequency(), scheme_ == Scheme::newmark ? 0 : damping_.beta);
+    return critical_frequency(system_->largest_frequency(),
+                              scheme_ == Scheme::newmark ? 0 : damping_.beta);
   }
   Scheme scheme() const override { return scheme_; }
   const Points& reference_positions() const override { return X_; }
@@ -85,7 +88,8 @@ class CoupledBody final : public Body {
   };
 
   bool is_damped() const { return damping_ != MaterialDamping(); }
-  // Of the matrix whose inverse answers impulses, mass_factor (M + theta K): of damped bodies C adds to both.
+  // Of the matrix whose inverse answers impulses, mass_factor (M + theta K): of damped bodies C
+  // adds to both.
   double theta(double h) const {
     if (scheme_ != Scheme::newmark) return 0;
     const double theta = newmark_.stiffness_factor(h);
@@ -100,9 +104,12 @@ class CoupledBody final : public Body {
   void predict_newmark_damped(double h);
   void accept_newmark_damped();
   void book_central_damping();
-  auto displacement(const Vector& u, Index node) const { return u.segment<3>(system_->n_modal() + 3 * node); }
+  auto displacement(const Vector& u, Index node) const {
+    return u.segment<3>(system_->n_modal() + 3 * node);
+  }
   void gather(const Vector& u, const std::vector<Index>& nodes, Points& x) const;
-  NodeResponse mass_response(const std::vector<Index>& nodes, double weight) const;  // weight G M^-1 G^T
+  // weight G M^-1 G^T
+  NodeResponse mass_response(const std::vector<Index>& nodes, double weight) const;
   void append_load(Vector force, const LoadHistory& history);
   void load(double t, Vector& f) const;
   const Vector& stiffness_force() const;  // K u, formed once for each u
@@ -131,7 +138,8 @@ class CoupledBody final : public Body {
   // Velocities that add_velocities() brought: M times their sum, and whether there are any
   Vector velocity_kick_;
   bool kicked_ = false, velocity_kicked_ = false;
-  // Newmark: the move u_end - u, forces F = f - K u and M a at the start of the step; loads at both its ends
+  // Newmark: the move u_end - u, forces F = f - K u and M a at the start of the step; loads at both
+  // its ends
   Vector move_, F_, Ma_, f0_, f1_;
   // HHT-alpha: what its accounts need of the step before
   Vector a_, last_change_of_Ku_, last_change_of_f_;
@@ -139,18 +147,22 @@ class CoupledBody final : public Body {
   StaticState statics_;  // empty before the first relax()
   double pull_ = 0;      // sigma of the last one
   MaterialDamping damping_;
-  // Damped: C v at the start of the step (newmark), beta K v- (central differences), and a workspace
+  // Damped: C v at the start of the step (newmark), beta K v- (central differences), and a
+  // workspace
   Vector Cv_;
   mutable Vector damping_room_;
   mutable Vector work_vector_, Ku_, v_now_;
   mutable bool Ku_is_current_ = false, v_now_is_current_ = false;
-  bool started_ = false, arrived_ = false;  // arrived_: the end of the step is known, impulses included
+  // arrived_: the end of the step is known, impulses included
+  bool started_ = false, arrived_ = false;
   double t_ = 0, h_ = 0, last_h_ = 0;
   BodyWork work_;
 };
 
 // `held`: ascending by node, component axes. RunError when the mass is not positive definite.
-std::unique_ptr<Body> coupled_body(std::string name, std::shared_ptr<const CoupledModel> model, const Placement& placement,
-                                   const std::vector<HeldDirection>& held, Scheme scheme, const NewmarkOptions& newmark);
+std::unique_ptr<Body> coupled_body(std::string name, std::shared_ptr<const CoupledModel> model,
+                                   const Placement& placement,
+                                   const std::vector<HeldDirection>& held, Scheme scheme,
+                                   const NewmarkOptions& newmark);
 
 }  // namespace cbr

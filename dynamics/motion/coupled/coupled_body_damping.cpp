@@ -11,8 +11,10 @@ void CoupledBody::damp(const Damping& damping) {
   assert(loads_.empty() && !started_ && last_h_ == 0);
   if (damping.needs_modes())
     throw InputError("instance '" + name_ +
-                     "': loss_factor and damping of modes need modal coordinates, which a mesh, and here this superelement, does "
-                     "not have: give its material damping: {alpha, beta}, use integrator: exact, or a larger --diagonal-limit");
+                     "': loss_factor and damping of modes need modal coordinates, which a mesh, "
+                     "and here this superelement, does "
+                     "not have: give its material damping: {alpha, beta}, use integrator: exact, "
+                     "or a larger --diagonal-limit");
   damping_ = damping.material;
   damping_room_.setZero(system_->n());
   Cv_.setZero(system_->n());
@@ -34,7 +36,8 @@ void CoupledBody::damping_force(const Vector& p, const Vector& v, Vector& f) con
   f = damping_.alpha * p + damping_.beta * f;
 }
 
-// Leapfrog: (1 + alpha h / 2) p+ = (1 - alpha h- / 2) p- + (h- + h)/2 (f - K u - beta K v-); F = f - K u in the workspace.
+// Leapfrog: (1 + alpha h / 2) p+ = (1 - alpha h- / 2) p- + (h- + h)/2 (f - K u - beta K v-); F = f
+// - K u in the workspace.
 void CoupledBody::predict_central_damped() {
   Vector& F = work_vector_;
   if (last_h_ == 0) {
@@ -62,10 +65,12 @@ void CoupledBody::predict_central_damped() {
 void CoupledBody::book_central_damping() {
   const double alpha = damping_.alpha;
   const Vector p_end = kicked_ ? Vector(p_end_ + kick_ / mass_factor(h_)) : p_end_;
-  work_.damping -= 0.5 * alpha * v_now_.dot(last_h_ * p_ + h_ * p_end) + 0.5 * (last_h_ + h_) * v_now_.dot(Cv_);
+  work_.damping -=
+      0.5 * alpha * v_now_.dot(last_h_ * p_ + h_ * p_end) + 0.5 * (last_h_ + h_) * v_now_.dot(Cv_);
 }
 
-// As without damping, the velocity at the end being taken from the move d: 2 d / h - v_0. So C is a stiffness 2 C / h more:
+// As without damping, the velocity at the end being taken from the move d: 2 d / h - v_0. So C is a
+// stiffness 2 C / h more:
 //   (M + theta (K + 2 C / h)) d = h p_0 + h^2 ((1/2 - beta) M a_0 + beta e),
 //   e = (1 + alpha) f_1 - alpha f_0 - K u_0 + (1 + 2 alpha) C v_0.
 void CoupledBody::predict_newmark_damped(double h) {
@@ -76,7 +81,8 @@ void CoupledBody::predict_newmark_damped(double h) {
     Ma_ = F_;
     started_ = true;
   }
-  move_ = h * p_ + h * h * ((0.5 - beta) * Ma_ + beta * ((1 + 2 * alpha) * Cv_ - stiffness_force()));
+  move_ =
+      h * p_ + h * h * ((0.5 - beta) * Ma_ + beta * ((1 + 2 * alpha) * Cv_ - stiffness_force()));
   if (!loads_.empty()) {
     load(t_ + h, f1_);
     move_ += (h * h * beta) * ((1 + alpha) * f1_ - alpha * f0_);
@@ -86,8 +92,9 @@ void CoupledBody::predict_newmark_damped(double h) {
   u_end_ = u_ + move_;
 }
 
-// M a_1 = (1 + alpha) (f_1 - K u_1 - C (2 d / h - v_0)) - alpha (f_0 - K u_0 - C v_0). Damping takes d . C d / h; with another
-// alpha than 0 what is left of the change of energy is the scheme's own.
+// M a_1 = (1 + alpha) (f_1 - K u_1 - C (2 d / h - v_0)) - alpha (f_0 - K u_0 - C v_0). Damping
+// takes d . C d / h; with another alpha than 0 what is left of the change of energy is the scheme's
+// own.
 void CoupledBody::accept_newmark_damped() {
   const double alpha = newmark_.alpha, gamma = newmark_.gamma();
   BodyWork step;
@@ -120,7 +127,8 @@ void CoupledBody::accept_newmark_damped() {
   work_.damping += step.damping;
   work_.external += step.external;
   if (alpha != 0) {
-    const double contact = work_.contact + work_.friction - before_step.contact - before_step.friction;
+    const double contact =
+        work_.contact + work_.friction - before_step.contact - before_step.friction;
     const double after = 0.5 * (p_.dot(v_) + u_.dot(stiffness_force()));
     work_.numerical += after - before - contact - step.external - step.damping;
   }

@@ -25,7 +25,8 @@ Index CoupledBody::track_mean(const std::vector<Index>& nodes) {
 
 void CoupledBody::gather(const Vector& u, const std::vector<Index>& nodes, Points& x) const {
   x.resize(static_cast<Index>(nodes.size()), 3);
-  for (Index i = 0; i < x.rows(); ++i) x.row(i) = X_.row(nodes[i]) + (placement_.T * displacement(u, nodes[i])).transpose();
+  for (Index i = 0; i < x.rows(); ++i)
+    x.row(i) = X_.row(nodes[i]) + (placement_.T * displacement(u, nodes[i])).transpose();
 }
 
 void CoupledBody::positions(Index set, Points& x) const { gather(u_, sets_[set], x); }
@@ -47,8 +48,8 @@ void CoupledBody::mean_motion(Index set, Vector3& position, Vector3& velocity) c
   position /= n, velocity /= n;
 }
 
-// Newmark: at the end of the last step. Central differences: the mid-step momentum, half a step on under the internal forces and
-// loads: second order at t_.
+// Newmark: at the end of the last step. Central differences: the mid-step momentum, half a step on
+// under the internal forces and loads: second order at t_.
 const Vector& CoupledBody::present_velocities() const {
   if (v_now_is_current_) return v_now_;
   if (scheme_ == Scheme::central_difference && last_h_ == 0) {
@@ -69,11 +70,13 @@ const Vector& CoupledBody::present_velocities() const {
   return v_now_;
 }
 
-// A lumped mesh answers node by node: the mass of a node is the same in all directions, and its row of M R is that mass.
+// A lumped mesh answers node by node: the mass of a node is the same in all directions, and its row
+// of M R is that mass.
 NodeResponse CoupledBody::mass_response(const std::vector<Index>& nodes, double weight) const {
   NodeResponse response;
   bool node_by_node = system_->factor(0).diagonal().size() > 0;
-  for (std::size_t i = 0; node_by_node && i < nodes.size(); ++i) node_by_node = !system_->is_held(nodes[i]);
+  for (std::size_t i = 0; node_by_node && i < nodes.size(); ++i)
+    node_by_node = !system_->is_held(nodes[i]);
   if (!node_by_node) {
     response.set_block(weight * system_->nodal_inverse(0, nodes, placement_.T));
     return response;
@@ -90,17 +93,21 @@ NodeResponse CoupledBody::mass_response(const std::vector<Index>& nodes, double 
 NodeResponse CoupledBody::response(Index set, double h) const {
   if (scheme_ == Scheme::central_difference) return mass_response(sets_[set], h / mass_factor(h));
   NodeResponse response;
-  response.set_block(0.5 * h / mass_factor(h) * system_->nodal_inverse(theta(h), sets_[set], placement_.T));
+  response.set_block(0.5 * h / mass_factor(h) *
+                     system_->nodal_inverse(theta(h), sets_[set], placement_.T));
   return response;
 }
 
-NodeResponse CoupledBody::velocity_response(Index set) const { return mass_response(sets_[set], 1); }
+NodeResponse CoupledBody::velocity_response(Index set) const {
+  return mass_response(sets_[set], 1);
+}
 
 Points CoupledBody::nodal_masses(Index set) const {
   const auto& nodes = sets_[set];
   Points masses(static_cast<Index>(nodes.size()), 3);
   for (Index i = 0; i < masses.rows(); ++i) {
-    const Vector3 of_node = system_->rigid_momentum().block<3, 3>(system_->n_modal() + 3 * nodes[i], 0).diagonal();
+    const Vector3 of_node =
+        system_->rigid_momentum().block<3, 3>(system_->n_modal() + 3 * nodes[i], 0).diagonal();
     masses.row(i) = (placement_.T.cwiseAbs2() * of_node).transpose();
   }
   return masses;
@@ -145,11 +152,13 @@ BodyState CoupledBody::state() const {
   state.center_of_mass = T * (rigid.center + moment.head<3>() / rigid.mass) + placement_.position;
   state.momentum = T * rate.head<3>();
   // A rotation is a pseudo-vector: a mirror changes its sign.
-  state.angular_momentum = T.determinant() * (T * rate.tail<3>()) + state.center_of_mass.cross(state.momentum);
+  state.angular_momentum =
+      T.determinant() * (T * rate.tail<3>()) + state.center_of_mass.cross(state.momentum);
   state.rotation = solve_symmetric(rigid.inertia, moment.tail<3>()).norm();
   if (!std::isfinite(state.rotation)) state.rotation = 0;
   if (scheme_ == Scheme::central_difference) {
-    // 1/2 v- M v+ with v+ of the internal forces alone: what leapfrog conserves together with the strain energy
+    // 1/2 v- M v+ with v+ of the internal forces alone: what leapfrog conserves together with the
+    // strain energy
     state.kinetic_energy = 0.5 * v_.dot(p_) - 0.5 * last_h_ * v_.dot(Ku);
   } else {
     state.kinetic_energy = 0.5 * present.dot(p_);
@@ -158,12 +167,15 @@ BodyState CoupledBody::state() const {
   return state;
 }
 
-void CoupledBody::coordinates(Vector& q, Vector& rates) const { q = u_, rates = present_velocities(); }
+void CoupledBody::coordinates(Vector& q, Vector& rates) const {
+  q = u_, rates = present_velocities();
+}
 
 void CoupledBody::displacements(Points& u, Points& v) const {
   const Index n_modal = system_->n_modal(), n = X_.rows();
   u = Eigen::Map<const Points>(u_.data() + n_modal, n, 3) * placement_.T.transpose();
-  v = Eigen::Map<const Points>(present_velocities().data() + n_modal, n, 3) * placement_.T.transpose();
+  v = Eigen::Map<const Points>(present_velocities().data() + n_modal, n, 3) *
+      placement_.T.transpose();
 }
 
 void CoupledBody::keep_state(StateArchive& archive) {

@@ -13,7 +13,8 @@ namespace {
 
 void add_sparse(const SparseMatrix& A, Index shift, Matrix& to) {
   for (Index j = 0; j < A.cols(); ++j)
-    for (SparseMatrix::InnerIterator it(A, j); it; ++it) to(shift + it.row(), shift + j) += it.value();
+    for (SparseMatrix::InnerIterator it(A, j); it; ++it)
+      to(shift + it.row(), shift + j) += it.value();
 }
 
 // Of all coordinates, n x n.
@@ -25,7 +26,8 @@ Matrix dense_stiffness(const CoupledModel& model) {
     const Superelement& s = *part.superelement;
     for (Index j = 0; j < s.k(); ++j) K(first + j, first + j) = s.eigenvalues[j];
     for (Index j = 0; j < s.c(); ++j)
-      for (Index i = 0; i < s.c(); ++i) K(n_modal + part.dof[i], n_modal + part.dof[j]) += s.K_cc(i, j);
+      for (Index i = 0; i < s.c(); ++i)
+        K(n_modal + part.dof[i], n_modal + part.dof[j]) += s.K_cc(i, j);
     first += s.k();
   }
   add_sparse(model.K, n_modal, K);
@@ -47,7 +49,8 @@ Matrix dense_mass(const CoupledModel& model) {
     first += s.k();
   }
   add_sparse(model.M, n_modal, M);
-  M.bottomLeftCorner(model.n_nodal(), n_modal) = M.topRightCorner(n_modal, model.n_nodal()).transpose();
+  M.bottomLeftCorner(model.n_nodal(), n_modal) =
+      M.topRightCorner(n_modal, model.n_nodal()).transpose();
   return M;
 }
 
@@ -65,12 +68,14 @@ Matrix on_free(const Matrix& A, const FreeDofs& free, Index n_modal) {
 
 }  // namespace
 
-DiagonalForm diagonal_form(const CoupledModel& model, const std::vector<HeldDirection>& held, const std::string& where) {
+DiagonalForm diagonal_form(const CoupledModel& model, const std::vector<HeldDirection>& held,
+                           const std::string& where) {
   const Index n_modal = model.n_modal();
   const FreeDofs free = free_dofs(model, held);
   const Matrix R = rigid_motions(model);
   Matrix K = dense_stiffness(model), M = dense_mass(model);
-  const Matrix resisted = resisted_rigid_motions(K, R * rigid_scales(model.rigid_body).asDiagonal());
+  const Matrix resisted =
+      resisted_rigid_motions(K, R * rigid_scales(model.rigid_body).asDiagonal());
   const bool is_free = held.empty() && resisted.rows() == 0;
   const Matrix MR = M * R;
   if (!free.is_all) K = on_free(K, free, n_modal), M = on_free(M, free, n_modal);
@@ -85,9 +90,11 @@ DiagonalForm diagonal_form(const CoupledModel& model, const std::vector<HeldDire
     R_f.topRows(n_modal).setZero();
     R_f.bottomRows(free.Z.cols()) = free.Z.transpose() * (R.bottomRows(model.n_nodal()) * N);
   }
-  Eigenpairs pairs = dense_eigenpairs_beside(std::move(K), std::move(M), free.is_all || N.cols() > 0 ? R_f : Matrix(n, 0));
+  Eigenpairs pairs = dense_eigenpairs_beside(std::move(K), std::move(M),
+                                             free.is_all || N.cols() > 0 ? R_f : Matrix(n, 0));
   if (!pairs.converged || pairs.n_converged < n)
-    throw RunError(where + ": the diagonal form cannot be computed: the mass is not positive definite");
+    throw RunError(where +
+                   ": the diagonal form cannot be computed: the mass is not positive definite");
   DiagonalForm form;
   take_frequencies(pairs.lambda, N.cols(), form);
   if (free.is_all) {

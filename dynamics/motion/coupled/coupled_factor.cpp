@@ -22,7 +22,8 @@ struct FreeBlock {
 };
 
 // Rows `dof` of Z without its empty columns, which are listed in `columns`.
-SparseMatrix rows_of(const SparseMatrix& Z, const std::vector<Index>& dof, std::vector<Index>& columns) {
+SparseMatrix rows_of(const SparseMatrix& Z, const std::vector<Index>& dof,
+                     std::vector<Index>& columns) {
   const SparseMatrix Zt = Z.transpose();
   std::vector<Eigen::Triplet<double, Index>> entries;
   columns.clear();
@@ -32,7 +33,8 @@ SparseMatrix rows_of(const SparseMatrix& Z, const std::vector<Index>& dof, std::
   columns.erase(std::unique(columns.begin(), columns.end()), columns.end());
   for (std::size_t i = 0; i < dof.size(); ++i) {
     for (SparseMatrix::InnerIterator it(Zt, dof[i]); it; ++it) {
-      const auto column = std::lower_bound(columns.begin(), columns.end(), it.row()) - columns.begin();
+      const auto column =
+          std::lower_bound(columns.begin(), columns.end(), it.row()) - columns.begin();
       entries.emplace_back(static_cast<Index>(i), column, it.value());
     }
   }
@@ -59,8 +61,8 @@ FreeBlock condensed(const CoupledPart& part, const FreeDofs& free, double theta)
   return block;
 }
 
-// The lower triangle of a sum of dense blocks and one sparse matrix. The pattern is laid out first and then filled in place:
-// triplets would take three times the memory of the blocks.
+// The lower triangle of a sum of dense blocks and one sparse matrix. The pattern is laid out first
+// and then filled in place: triplets would take three times the memory of the blocks.
 class LowerSum {
  public:
   explicit LowerSum(Index n) : A_(n, n), blocks_of_(n), position_(n, -1) {}
@@ -88,7 +90,8 @@ class LowerSum {
     }
     A_.resizeNonZeros(start[n]);
     std::copy(start.begin(), start.end(), A_.outerIndexPtr());
-    for (Index j = 0; j < n; ++j) std::copy(columns[j].begin(), columns[j].end(), A_.innerIndexPtr() + start[j]);
+    for (Index j = 0; j < n; ++j)
+      std::copy(columns[j].begin(), columns[j].end(), A_.innerIndexPtr() + start[j]);
     std::fill_n(A_.valuePtr(), start[n], 0.0);
   }
 
@@ -99,7 +102,9 @@ class LowerSum {
       for (std::size_t a = 0; a < block.dof.size(); ++a) {
         const Index i = block.dof[a];
         // The lower triangle of the block, whichever way its dofs are numbered
-        if (i >= j) A_.valuePtr()[position_[i]] += block.S(static_cast<Index>(std::max(a, b)), static_cast<Index>(std::min(a, b)));
+        if (i >= j)
+          A_.valuePtr()[position_[i]] +=
+              block.S(static_cast<Index>(std::max(a, b)), static_cast<Index>(std::min(a, b)));
       }
     }
   }
@@ -116,7 +121,8 @@ class LowerSum {
 
  private:
   void locate(Index j) {
-    for (Index p = A_.outerIndexPtr()[j]; p < A_.outerIndexPtr()[j + 1]; ++p) position_[A_.innerIndexPtr()[p]] = p;
+    for (Index p = A_.outerIndexPtr()[j]; p < A_.outerIndexPtr()[j + 1]; ++p)
+      position_[A_.innerIndexPtr()[p]] = p;
   }
 
   SparseMatrix A_;
@@ -144,7 +150,9 @@ bool is_diagonal(const SparseMatrix& A) {
   const Vector diagonal = A.diagonal().cwiseAbs();
   for (Index j = 0; j < A.cols(); ++j)
     for (SparseMatrix::InnerIterator it(A, j); it; ++it)
-      if (it.row() != j && !(std::abs(it.value()) <= 1e-15 * std::min(diagonal[j], diagonal[it.row()]))) return false;
+      if (it.row() != j &&
+          !(std::abs(it.value()) <= 1e-15 * std::min(diagonal[j], diagonal[it.row()])))
+        return false;
   return true;
 }
 
@@ -204,7 +212,8 @@ struct CoupledFactor::Impl {
   }
 };
 
-CoupledFactor::CoupledFactor(const CoupledModel& model, const FreeDofs& free, double theta, const std::string& where)
+CoupledFactor::CoupledFactor(const CoupledModel& model, const FreeDofs& free, double theta,
+                             const std::string& where)
     : impl_(std::make_unique<Impl>(Impl{model, free, theta, {}, {}, {}, {}, {}, {}, {}})) {
   for (const CoupledPart& part : model.parts) {
     impl_->weights.push_back((1 + theta * part.superelement->eigenvalues.array()).inverse());
@@ -213,8 +222,10 @@ CoupledFactor::CoupledFactor(const CoupledModel& model, const FreeDofs& free, do
   }
   impl_->y.setZero(free.Z.cols());
   if (!impl_->factor()) {
-    throw RunError(where + (theta == 0 ? ": the mass is not positive definite"
-                                       : ": mass and stiffness of an implicit step are not positive definite"));
+    throw RunError(where +
+                   (theta == 0
+                        ? ": the mass is not positive definite"
+                        : ": mass and stiffness of an implicit step are not positive definite"));
   }
 }
 CoupledFactor::~CoupledFactor() = default;

@@ -9,23 +9,26 @@
 
 namespace cbr {
 
-// The modal coordinates q_k of the parts are eliminated exactly, D = I + theta diag(lambda) being diagonal:
-// S = sum over parts (M_cc + theta K_cc - M_kc^T D^-1 M_kc) + M + theta K of meshes and shells, on the free nodal dofs. S is dense
-// for one superelement alone, sparse by dense blocks (CHOLMOD, supernodal) otherwise; a diagonal S (lumped masses) is divided by.
-// One object is for one thread at a time; `model` and `free` must outlive it.
+// The modal coordinates q_k of the parts are eliminated exactly, D = I + theta diag(lambda) being
+// diagonal: S = sum over parts (M_cc + theta K_cc - M_kc^T D^-1 M_kc) + M + theta K of meshes and
+// shells, on the free nodal dofs. S is dense for one superelement alone, sparse by dense blocks
+// (CHOLMOD, supernodal) otherwise; a diagonal S (lumped masses) is divided by. One object is for
+// one thread at a time; `model` and `free` must outlive it.
 class CoupledFactor {
  public:
   // RunError when A is not positive definite, named by `where`.
-  CoupledFactor(const CoupledModel& model, const FreeDofs& free, double theta, const std::string& where);
+  CoupledFactor(const CoupledModel& model, const FreeDofs& free, double theta,
+                const std::string& where);
   ~CoupledFactor();
   CoupledFactor(CoupledFactor&&) noexcept;
   CoupledFactor& operator=(CoupledFactor&&) noexcept;
 
   double theta() const;
-  // x (n coordinates of the model) = Z A_free^-1 Z^T f, in place: the answer to forces f when held directions are held. No
-  // allocation.
+  // x (n coordinates of the model) = Z A_free^-1 Z^T f, in place: the answer to forces f when held
+  // directions are held. No allocation.
   void solve(Vector& f) const;
-  // The block of A_free^-1 on the free nodal dofs, S^-1, in place: free x m. What forces on nodes do to nodes.
+  // The block of A_free^-1 on the free nodal dofs, S^-1, in place: free x m. What forces on nodes
+  // do to nodes.
   void solve_free(Eigen::Ref<Matrix> Y) const;
   // S when it is diagonal, else empty.
   const Vector& diagonal() const;

@@ -20,7 +20,8 @@ SparseMatrix from_triplets(Index n, const Triplets& entries) {
 
 void append(const SparseMatrix& A, const std::vector<Index>& dof, Triplets& entries) {
   for (Index j = 0; j < A.cols(); ++j)
-    for (SparseMatrix::InnerIterator it(A, j); it; ++it) entries.emplace_back(dof[it.row()], dof[j], it.value());
+    for (SparseMatrix::InnerIterator it(A, j); it; ++it)
+      entries.emplace_back(dof[it.row()], dof[j], it.value());
 }
 
 std::vector<Index> shifted(Index n, Index by) {
@@ -30,7 +31,8 @@ std::vector<Index> shifted(Index n, Index by) {
 }
 
 // A of a larger model, whose first dofs are those of A, plus B on the dofs `dof`.
-SparseMatrix extended(const SparseMatrix& A, const SparseMatrix& B, const std::vector<Index>& dof, Index n) {
+SparseMatrix extended(const SparseMatrix& A, const SparseMatrix& B, const std::vector<Index>& dof,
+                      Index n) {
   Triplets entries;
   append(A, shifted(A.cols(), 0), entries);
   append(B, dof, entries);
@@ -46,7 +48,8 @@ void add_points(const Points& points, const Vector& mass, const Vector& rotary, 
   if (!(total > 0)) return;
   const Vector3 center = (body.mass * body.center + points.transpose() * mass) / total;
   body.inertia += about(body.mass, body.center - center) + rotary.sum() * Matrix3::Identity();
-  for (Index i = 0; i < mass.size(); ++i) body.inertia += about(mass[i], points.row(i).transpose() - center);
+  for (Index i = 0; i < mass.size(); ++i)
+    body.inertia += about(mass[i], points.row(i).transpose() - center);
   body.mass = total;
   body.center = center;
 }
@@ -72,7 +75,8 @@ Matrix free_basis(const char* present, const std::vector<Vector3>& directions) {
   // Dofs that are not there are held too; directions may become dependent.
   Matrix H = Matrix::Zero(3, 3 + static_cast<Index>(directions.size()));
   for (int c = 0; c < 3; ++c) H(c, c) = present[c] ? 0 : 1;
-  for (std::size_t i = 0; i < directions.size(); ++i) H.col(3 + static_cast<Index>(i)) = directions[i];
+  for (std::size_t i = 0; i < directions.size(); ++i)
+    H.col(3 + static_cast<Index>(i)) = directions[i];
   if (directions.empty()) {
     Matrix basis(3, present[0] + present[1] + present[2]);
     for (Index c = 0, column = 0; c < 3; ++c)
@@ -108,8 +112,9 @@ CoupledModel coupled_model(const FiniteElementModel& fe, const Points& coordinat
   return model;
 }
 
-CoupledModel coupled_model(const std::vector<std::shared_ptr<const Superelement>>& domains, const Points& coordinates,
-                           const std::vector<std::vector<Index>>& place, const RigidBody& body) {
+CoupledModel coupled_model(const std::vector<std::shared_ptr<const Superelement>>& domains,
+                           const Points& coordinates, const std::vector<std::vector<Index>>& place,
+                           const RigidBody& body) {
   CoupledModel model;
   model.coordinates = coordinates;
   model.rigid_body = body;
@@ -117,7 +122,8 @@ CoupledModel coupled_model(const std::vector<std::shared_ptr<const Superelement>
     const Superelement& s = *domains[d];
     assert(s.K_cc.rows() == s.c() && s.M_cc.rows() == s.c());
     CoupledPart part{domains[d], std::vector<Index>(s.c())};
-    for (Index i = 0; i < s.c(); ++i) part.dof[i] = 3 * place[d][s.dof_node[i]] + s.dof_component[i];
+    for (Index i = 0; i < s.c(); ++i)
+      part.dof[i] = 3 * place[d][s.dof_node[i]] + s.dof_component[i];
     model.parts.push_back(std::move(part));
   }
   return model;
@@ -125,20 +131,25 @@ CoupledModel coupled_model(const std::vector<std::shared_ptr<const Superelement>
 
 void add_shells(const ShellModel& shells, CoupledModel& model) {
   if (shells.empty()) return;
-  const Index m = static_cast<Index>(shells.nodes.size()), first = 3 * (model.coordinates.rows() + model.n_rotations);
+  const Index m = static_cast<Index>(shells.nodes.size()),
+              first = 3 * (model.coordinates.rows() + model.n_rotations);
   std::vector<Index> dof(6 * m);
   for (Index i = 0; i < m; ++i)
-    for (int c = 0; c < 3; ++c) dof[3 * i + c] = 3 * shells.nodes[i] + c, dof[3 * (m + i) + c] = first + 3 * i + c;
+    for (int c = 0; c < 3; ++c)
+      dof[3 * i + c] = 3 * shells.nodes[i] + c, dof[3 * (m + i) + c] = first + 3 * i + c;
   if (shells.has_rotations()) model.n_rotations += m;
   const Index n = model.n_nodal();
   Triplets mass;
   for (Index i = 0; i < shells.mass.size(); ++i)
     for (int c = 0; c < 3; ++c) mass.emplace_back(3 * i + c, 3 * i + c, shells.mass[i]);
   for (Index i = 0; i < shells.rotary.size(); ++i)
-    for (int c = 0; c < 3; ++c) mass.emplace_back(3 * (m + i) + c, 3 * (m + i) + c, shells.rotary[i]);
+    for (int c = 0; c < 3; ++c)
+      mass.emplace_back(3 * (m + i) + c, 3 * (m + i) + c, shells.rotary[i]);
   model.K = extended(model.K, shells.K, dof, n);
   model.M = extended(model.M, from_triplets(6 * m, mass), dof, n);
-  if (shells.mass.size() > 0) add_points(model.coordinates(shells.nodes, Eigen::all), shells.mass, shells.rotary, model.rigid_body);
+  if (shells.mass.size() > 0)
+    add_points(model.coordinates(shells.nodes, Eigen::all), shells.mass, shells.rotary,
+               model.rigid_body);
 }
 
 Matrix rigid_motions(const CoupledModel& model) {

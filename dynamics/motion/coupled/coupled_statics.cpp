@@ -22,8 +22,9 @@ constexpr int sweeps = 4;
 
 }  // namespace
 
-// About the lowest eigenvalues of K x = lambda M x, from above: subspace iteration with K + shift M. Rigid motions grow by far more
-// than elastic ones, so that Gram and Schmidt's steps are done twice.
+// About the lowest eigenvalues of K x = lambda M x, from above: subspace iteration with K + shift
+// M. Rigid motions grow by far more than elastic ones, so that Gram and Schmidt's steps are done
+// twice.
 Vector CoupledSystem::lowest_eigenvalues(double shift, Index n) {
   Matrix X(n_, n), MX(n_, n), KX(n_, n);
   unsigned seed = 1;
@@ -95,7 +96,8 @@ void CoupledBody::add_static_forces(Index set, const Points& forces, ImpulseKind
   Vector& f = work_vector_;
   f.setZero();
   for (Index i = 0; i < forces.rows(); ++i)
-    f.segment<3>(system_->n_modal() + 3 * nodes[i]) += placement_.T.transpose() * forces.row(i).transpose();
+    f.segment<3>(system_->n_modal() + 3 * nodes[i]) +=
+        placement_.T.transpose() * forces.row(i).transpose();
   system_->drop_held(f);
   statics_.add(f, kind);
   system_->factor(1 / pull_).solve(f);
@@ -105,7 +107,8 @@ void CoupledBody::add_static_forces(Index set, const Points& forces, ImpulseKind
 Settled CoupledBody::settle() {
   const Vector move = u_end_ - u_;
   Settled settled;
-  settled.change = move.dot(statics_.loads + statics_.contact + statics_.friction - stiffness_force());
+  settled.change =
+      move.dot(statics_.loads + statics_.contact + statics_.friction - stiffness_force());
   system_->multiply_mass(move, work_vector_);
   settled.way = std::sqrt(std::max(0.0, move.dot(work_vector_)) / system_->model().rigid_body.mass);
   u_ = u_end_;

@@ -27,7 +27,8 @@ void scatter_add(const Vector& y_c, Index n_modal, const CoupledPart& part, Vect
 
 }  // namespace
 
-CoupledSystem::CoupledSystem(std::shared_ptr<const CoupledModel> model, std::vector<HeldDirection> held, std::string where)
+CoupledSystem::CoupledSystem(std::shared_ptr<const CoupledModel> model,
+                             std::vector<HeldDirection> held, std::string where)
     : model_(std::move(model)),
       held_(std::move(held)),
       where_(std::move(where)),
@@ -130,7 +131,8 @@ void CoupledSystem::drop_held(Vector& f) const {
 }
 
 bool CoupledSystem::is_held(Index node) const {
-  const auto at = std::lower_bound(held_.begin(), held_.end(), node, [](const HeldDirection& h, Index i) { return h.node < i; });
+  const auto at = std::lower_bound(held_.begin(), held_.end(), node,
+                                   [](const HeldDirection& h, Index i) { return h.node < i; });
   return at != held_.end() && at->node == node;
 }
 
@@ -159,13 +161,15 @@ double CoupledSystem::largest_frequency() {
       });
   if (!(lambda >= 0) || !std::isfinite(lambda))
     throw RunError(where_ +
-                   ": the highest frequency cannot be computed: its stiffness is too large, or its mass too small, for a double: "
+                   ": the highest frequency cannot be computed: its stiffness is too large, or its "
+                   "mass too small, for a double: "
                    "look at the units of youngs_modulus and density, and of a skin's thickness");
   largest_frequency_ = std::sqrt(lambda);
   return largest_frequency_;
 }
 
-Matrix CoupledSystem::nodal_inverse(double theta, const std::vector<Index>& nodes, const Matrix3& T) {
+Matrix CoupledSystem::nodal_inverse(double theta, const std::vector<Index>& nodes,
+                                    const Matrix3& T) {
   const CoupledFactor& A = factor(theta);
   const Index m = static_cast<Index>(nodes.size());
   Matrix answer(3 * m, 3 * m), Y;
@@ -183,7 +187,8 @@ Matrix CoupledSystem::nodal_inverse(double theta, const std::vector<Index>& node
     for (Index i = 0; i < m; ++i) {
       Matrix local = Matrix::Zero(3, columns);
       for (int d = 0; d < 3; ++d)
-        for (SparseMatrix::InnerIterator it(free_rows_, 3 * nodes[i] + d); it; ++it) local.row(d) += it.value() * Y.row(it.row());
+        for (SparseMatrix::InnerIterator it(free_rows_, 3 * nodes[i] + d); it; ++it)
+          local.row(d) += it.value() * Y.row(it.row());
       answer.block(3 * i, first, 3, columns).noalias() = T * local;
     }
   }

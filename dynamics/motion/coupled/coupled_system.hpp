@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A coupled model with held directions, ready to move: its products and factors, shared by the instances that are held alike.
+// A coupled model with held directions, ready to move: its products and factors, shared by the
+// instances that are held alike.
 #pragma once
 
 #include <memory>
@@ -15,8 +16,10 @@ namespace cbr {
 // For one thread at a time; products and solves allocate nothing.
 class CoupledSystem {
  public:
-  // `held`: ascending by node, component axes. Factors the mass: RunError when it is not positive definite, named by `where`.
-  CoupledSystem(std::shared_ptr<const CoupledModel> model, std::vector<HeldDirection> held, std::string where);
+  // `held`: ascending by node, component axes. Factors the mass: RunError when it is not positive
+  // definite, named by `where`.
+  CoupledSystem(std::shared_ptr<const CoupledModel> model, std::vector<HeldDirection> held,
+                std::string where);
 
   const CoupledModel& model() const { return *model_; }
   Index n() const { return n_; }
@@ -24,21 +27,25 @@ class CoupledSystem {
   Index n_free() const { return n_modal_ + free_.Z.cols(); }
   const Matrix& rigid_momentum() const { return MR_; }  // M R, n x 6
 
-  // y = K x, n. The mean translation of x, which has no stiffness, is taken out first: a body that flies far keeps its digits.
+  // y = K x, n. The mean translation of x, which has no stiffness, is taken out first: a body that
+  // flies far keeps its digits.
   void multiply_stiffness(const Vector& x, Vector& y);
   void multiply_mass(const Vector& x, Vector& y);
-  void drop_held(Vector& f) const;  // the part of nodal forces or displacements along held directions := 0
+  // the part of nodal forces or displacements along held directions := 0
+  void drop_held(Vector& f) const;
   bool is_held(Index node) const;
   // A = M + theta K on the free directions; the mass and the last two others are kept.
   const CoupledFactor& factor(double theta);
   // rad/s, of the model as it is held; computed when first asked for.
   double largest_frequency();
 
-  // sigma (1/s^2) of statics: a share of the lowest elastic eigenvalue of the model as it is held, which is found when first asked
-  // for. Where supports hold all of it, next to nothing: K is regular then.
+  // sigma (1/s^2) of statics: a share of the lowest elastic eigenvalue of the model as it is held,
+  // which is found when first asked for. Where supports hold all of it, next to nothing: K is
+  // regular then.
   double static_pull();
 
-  // G A^-1 G^T of the displacements of nodes in axes turned by T: rows 3 i + a of G are T_a . u(nodes[i])   (3m x 3m).
+  // G A^-1 G^T of the displacements of nodes in axes turned by T: rows 3 i + a of G are T_a .
+  // u(nodes[i])   (3m x 3m).
   Matrix nodal_inverse(double theta, const std::vector<Index>& nodes, const Matrix3& T);
 
  private:

@@ -15,7 +15,9 @@ constexpr int order = 14;
 }  // namespace
 
 FreeTurn::FreeTurn(const Matrix3& inertia)
-    : J(0.5 * (inertia + inertia.transpose())), J_inverse(J.inverse()), rate_per_momentum(J_inverse.norm()) {}
+    : J(0.5 * (inertia + inertia.transpose())),
+      J_inverse(J.inverse()),
+      rate_per_momentum(J_inverse.norm()) {}
 
 Vector3 FreeTurn::angular_velocity(const Eigen::Quaterniond& q, const Vector3& L) const {
   return q * Vector3(J_inverse * (q.conjugate() * L));

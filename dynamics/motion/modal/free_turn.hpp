@@ -20,7 +20,8 @@ struct FreeTurn {
   Vector3 angular_velocity(const Eigen::Quaterniond& q, const Vector3& L) const;
 
   // q a time h later. L: angular momentum about the centre of mass, scene axes, which stays.
-  // Taylor series of Euler's equations and of q' = q w / 2, in parts of at most a tenth of a radian: errors are round-off.
+  // Taylor series of Euler's equations and of q' = q w / 2, in parts of at most a tenth of a
+  // radian: errors are round-off.
   Eigen::Quaterniond turned(const Eigen::Quaterniond& q, const Vector3& L, double h) const;
 };
 

@@ -9,18 +9,21 @@
 namespace cbr {
 namespace {
 
-std::shared_ptr<const DiagonalForm> modal_of(const std::shared_ptr<const StaticsForm>& form) { return {form, &form->modal}; }
+std::shared_ptr<const DiagonalForm> modal_of(const std::shared_ptr<const StaticsForm>& form) {
+  return {form, &form->modal};
+}
 
 // w(rows)
 void take_rows(const Vector& of_all, const std::vector<Index>& rows, double factor, Vector& w) {
-  for (std::size_t i = 0; i < rows.size(); ++i) w[static_cast<Index>(i)] += factor * of_all[rows[i]];
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    w[static_cast<Index>(i)] += factor * of_all[rows[i]];
 }
 
 }  // namespace
 
 StaticsBody::StaticsBody(std::string name, std::shared_ptr<const Superelement> superelement,
-                         std::shared_ptr<const StaticsForm> form, const Placement& placement, Scheme scheme,
-                         const NewmarkOptions& newmark)
+                         std::shared_ptr<const StaticsForm> form, const Placement& placement,
+                         Scheme scheme, const NewmarkOptions& newmark)
     : modal_(std::move(name), superelement, modal_of(form), placement, scheme, newmark),
       superelement_(std::move(superelement)),
       form_(std::move(form)),
@@ -35,7 +38,8 @@ Index StaticsBody::track(const std::vector<Index>& nodes) {
   NodeSet set;
   set.modal = modal_.track(nodes);
   set.of = form_->of_nodes(modal_.node_rows(set.modal));
-  for (Vector* x : {&set.w, &set.w_end, &set.force, &set.force_end, &set.friction, &set.friction_end})
+  for (Vector* x :
+       {&set.w, &set.w_end, &set.force, &set.force_end, &set.friction, &set.friction_end})
     x->setZero(set.of->rows->size());
   sets_.push_back(std::move(set));
   return static_cast<Index>(sets_.size()) - 1;
@@ -45,7 +49,8 @@ Index StaticsBody::track_mean(const std::vector<Index>& nodes) {
   MeanSet set;
   set.modal = modal_.track_mean(nodes);
   const StaticRows& rows = form_->rows;
-  set.Vt = form_->modal.shared.mean_rows(form_->modal.V, *form_->modal.shared.row_table(*superelement_), nodes);
+  set.Vt = form_->modal.shared.mean_rows(form_->modal.V,
+                                         *form_->modal.shared.row_table(*superelement_), nodes);
   set.F.setZero(rows.size(), 3);
   for (const Index node : nodes)
     for (Index j = rows.first[node]; j < rows.first[node + 1]; ++j)
@@ -57,7 +62,8 @@ Index StaticsBody::track_mean(const std::vector<Index>& nodes) {
 // x += T B w of the set's nodes
 void StaticsBody::add_rows(const NodeSet& set, const Vector& w, Points& x) const {
   const StaticRows& rows = *set.of->rows;
-  for (Index i = 0; i < rows.size(); ++i) x.row(rows.node[i]) += (T_ * (w[i] * rows.direction.row(i).transpose())).transpose();
+  for (Index i = 0; i < rows.size(); ++i)
+    x.row(rows.node[i]) += (T_ * (w[i] * rows.direction.row(i).transpose())).transpose();
 }
 
 void StaticsBody::positions(Index set, Points& x) const {
@@ -104,7 +110,9 @@ void StaticsBody::pressed_by(const NodeSet& set, const Points& impulses, Vector&
   const StaticRows& rows = *set.of->rows;
   pressed.resize(rows.size());
   for (Index i = 0; i < rows.size(); ++i)
-    pressed[i] = rows.direction.row(i).dot((T_.transpose() * impulses.row(rows.node[i]).transpose()).transpose()) / following_;
+    pressed[i] = rows.direction.row(i).dot(
+                     (T_.transpose() * impulses.row(rows.node[i]).transpose()).transpose()) /
+                 following_;
 }
 
 // g += pressed, in all that is kept of it; still: F pressed of the set's rows.
@@ -120,7 +128,8 @@ void StaticsBody::push(Index set, const Vector& pressed, const Vector& still) {
   for (Index i = 0; i < pressed.size(); ++i) change[its.of->row[i]] = pressed[i];
   const Vector moved = *form_->rows.F * change;
   for (std::size_t other = 0; other < sets_.size(); ++other)
-    if (static_cast<Index>(other) != set) take_rows(moved, sets_[other].of->row, 1, sets_[other].w_end);
+    if (static_cast<Index>(other) != set)
+      take_rows(moved, sets_[other].of->row, 1, sets_[other].w_end);
 }
 
 void StaticsBody::kick(Index set, const Points& impulses, ImpulseKind kind) {
@@ -141,8 +150,8 @@ void StaticsBody::add_impulses(Index set, const Points& impulses, ImpulseKind ki
   kick(set, impulses, kind);
 }
 
-void StaticsBody::add_answered_impulses(Index set, const Points& contact, const Points& friction, const Points&,
-                                        const Vector& still) {
+void StaticsBody::add_answered_impulses(Index set, const Points& contact, const Points& friction,
+                                        const Points&, const Vector& still) {
   NodeSet& its = sets_[set];
   pressed_by(its, contact, pressed_);
   const bool rubs = !friction.isZero(0);
@@ -161,10 +170,12 @@ Vector3 StaticsBody::add_velocities(Index, const Points&, const Vector3&) {
   return Vector3::Zero();
 }
 
-Points StaticsBody::nodal_masses(Index set) const { return Points::Zero(static_cast<Index>(sets_[set].of->nodes.size()), 3); }
+Points StaticsBody::nodal_masses(Index set) const {
+  return Points::Zero(static_cast<Index>(sets_[set].of->nodes.size()), 3);
+}
 
-// The statics' energy 1/2 g . F g changes by exactly what mean forces do on its displacements. What lambda does beyond that is
-// lost.
+// The statics' energy 1/2 g . F g changes by exactly what mean forces do on its displacements. What
+// lambda does beyond that is lost.
 void StaticsBody::accept() {
   for (NodeSet& set : sets_) {
     if (is_pushed_ || has_force_) {
@@ -203,7 +214,8 @@ NodeResponse StaticsBody::response(Index set, double h) const {
 
 NodeResponse StaticsBody::velocity_response(Index set) const {
   NodeResponse response;
-  response.thin = form_->response(sets_[set].of, {ResponseOf::Weight::velocity}, Vector::Ones(n_dofs()));
+  response.thin =
+      form_->response(sets_[set].of, {ResponseOf::Weight::velocity}, Vector::Ones(n_dofs()));
   response.axes = T_;
   return response;
 }
@@ -213,7 +225,8 @@ void StaticsBody::add_force(const Points& forces, const LoadHistory& history) {
   const StaticRows& rows = form_->rows;
   StaticLoad load{Vector::Zero(g_.size()), {}, history};
   for (Index i = 0; i < rows.size(); ++i)
-    load.f[i] = rows.direction.row(i).dot((T_.transpose() * forces.row(rows.node[i]).transpose()).transpose());
+    load.f[i] = rows.direction.row(i).dot(
+        (T_.transpose() * forces.row(rows.node[i]).transpose()).transpose());
   if (load.f.isZero(0)) return;
   load.Ff = *rows.F * load.f;
   const double now = history.value(t_);
@@ -230,7 +243,9 @@ Vector StaticsBody::static_load() const {
   return sum;
 }
 
-MotionBound StaticsBody::motion_bound(Index set) const { return with_statics(modal_.motion_bound(sets_[set].modal), set); }
+MotionBound StaticsBody::motion_bound(Index set) const {
+  return with_statics(modal_.motion_bound(sets_[set].modal), set);
+}
 MotionBound StaticsBody::quick_motion_bound(Index set) const {
   return with_statics(modal_.quick_motion_bound(sets_[set].modal), set);
 }
@@ -256,7 +271,8 @@ MotionBound StaticsBody::with_statics(MotionBound bound, Index set) const {
   return bound;
 }
 
-// What contact holds follows what it meets: without mass its velocity is that of the last step, not of the modes.
+// What contact holds follows what it meets: without mass its velocity is that of the last step, not
+// of the modes.
 void StaticsBody::mean_motion(Index set, Vector3& position, Vector3& velocity) const {
   const MeanSet& its = means_[set];
   modal_.mean_motion(its.modal, position, velocity);
@@ -264,7 +280,8 @@ void StaticsBody::mean_motion(Index set, Vector3& position, Vector3& velocity) c
   if (!was_in_contact_) return;
   const Vector3 still = its.F.transpose() * (g_ - g_before_) / h_;
   if (form_->is_massless) {
-    velocity = T_ * Vector3(its.Vt->transpose() * (modal_.modal_coordinates() - eta_before_) / h_ + still);
+    velocity =
+        T_ * Vector3(its.Vt->transpose() * (modal_.modal_coordinates() - eta_before_) / h_ + still);
   } else {
     velocity += T_ * still;
   }
@@ -274,7 +291,8 @@ BodyState StaticsBody::state() const {
   BodyState state = modal_.state();
   // 1/2 g . F g
   for (const NodeSet& set : sets_) state.strain_energy += 0.5 * set.force.dot(set.w);
-  for (std::size_t l = 0; l < loads_.size(); ++l) state.strain_energy += 0.5 * loads_now_[l] * loads_[l].Ff.dot(g_);
+  for (std::size_t l = 0; l < loads_.size(); ++l)
+    state.strain_energy += 0.5 * loads_now_[l] * loads_[l].Ff.dot(g_);
   return state;
 }
 
@@ -300,7 +318,8 @@ void StaticsBody::coordinates(Vector& q, Vector& rates) const {
   const StaticRows& rows = form_->rows;
   const auto spread = [&](const Vector& g, double factor, Vector& x) {
     const Vector w = factor * (*rows.F * g);
-    for (Index i = 0; i < rows.size(); ++i) x.segment<3>(k_ + 3 * rows.node[i]) += w[i] * rows.direction.row(i).transpose();
+    for (Index i = 0; i < rows.size(); ++i)
+      x.segment<3>(k_ + 3 * rows.node[i]) += w[i] * rows.direction.row(i).transpose();
   };
   if (!g_.isZero(0)) spread(g_, 1, q);
   if (was_in_contact_) spread(g_ - g_before_, 1 / h_, rates);

@@ -11,18 +11,21 @@
 
 namespace cbr {
 
-// u_c = V_c eta + B F B^T (f + g). Contact at the end of a step finds the force lambda there, given as impulse / h. Statics follow
-// it: g_end = (1 - theta) g + theta lambda, theta = h / StaticsForm::following(h), 1 at the critical step and above. The interface
-// moves by theta B F B^T lambda, which is in its response.
-// Massless: the modes feel lambda from then on as half a kick before and half a kick after that moment. With Scheme::exact that is
-// Gautschi's trigonometric scheme, by the gain of set_contact_step(); with central differences leapfrog. docs/theory.md, (39), (40). Not
-// with Scheme::newmark. Shapes with mass: the modes get the impulse at the start of the step, as those of SuperelementBody. The
-// force that ends a step acted in all of it, so that what springs without mass do is of first order in the step, and loses energy
-// and never brings any. Neither with add_velocities() or nodal_masses().
+// u_c = V_c eta + B F B^T (f + g). Contact at the end of a step finds the force lambda there, given
+// as impulse / h. Statics follow it: g_end = (1 - theta) g + theta lambda, theta = h /
+// StaticsForm::following(h), 1 at the critical step and above. The interface moves by theta B F B^T
+// lambda, which is in its response. Massless: the modes feel lambda from then on as half a kick
+// before and half a kick after that moment. With Scheme::exact that is Gautschi's trigonometric
+// scheme, by the gain of set_contact_step(); with central differences leapfrog. docs/theory.md,
+// (39), (40). Not with Scheme::newmark. Shapes with mass: the modes get the impulse at the start of
+// the step, as those of SuperelementBody. The force that ends a step acted in all of it, so that
+// what springs without mass do is of first order in the step, and loses energy and never brings
+// any. Neither with add_velocities() or nodal_masses().
 class StaticsBody final : public Body {
  public:
-  StaticsBody(std::string name, std::shared_ptr<const Superelement> superelement, std::shared_ptr<const StaticsForm> form,
-              const Placement& placement, Scheme scheme, const NewmarkOptions& newmark = {});
+  StaticsBody(std::string name, std::shared_ptr<const Superelement> superelement,
+              std::shared_ptr<const StaticsForm> form, const Placement& placement, Scheme scheme,
+              const NewmarkOptions& newmark = {});
 
   const std::string& name() const override { return modal_.name(); }
   Index n_dofs() const override { return modal_.n_dofs(); }
@@ -47,8 +50,8 @@ class StaticsBody final : public Body {
   void predict(double t, double h) override;
   using Body::add_impulses;
   void add_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
-  void add_answered_impulses(Index set, const Points& contact, const Points& friction, const Points& move,
-                             const Vector& still) override;
+  void add_answered_impulses(Index set, const Points& contact, const Points& friction,
+                             const Points& move, const Vector& still) override;
   Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum) override;
   void accept() override;
   // Of the modes: what statics do to velocities is over at the end of a step.
@@ -68,13 +71,18 @@ class StaticsBody final : public Body {
   const SuperelementBody& modal() const { return modal_; }
   SuperelementBody& modal() { return modal_; }
   const StaticRows& static_rows() const { return form_->rows; }  // of all nodes, component axes
-  Vector static_load() const;                                    // of all loads with a factor of 1, s
+  // of all loads with a factor of 1, s
+  Vector static_load() const;
 
   NodeResponse response(Index set, double h) const override;
   Points nodal_masses(Index set) const override;
   void add_force(const Points& forces, const LoadHistory& history) override;
-  void add_gravity(const Vector3& acceleration, const LoadHistory& history) override { modal_.add_gravity(acceleration, history); }
-  void add_modal_force(const Vector& forces, const LoadHistory& history) override { modal_.add_modal_force(forces, history); }
+  void add_gravity(const Vector3& acceleration, const LoadHistory& history) override {
+    modal_.add_gravity(acceleration, history);
+  }
+  void add_modal_force(const Vector& forces, const LoadHistory& history) override {
+    modal_.add_modal_force(forces, history);
+  }
 
   BodyState state() const override;
   BodyWork work() const override;
@@ -83,7 +91,8 @@ class StaticsBody final : public Body {
   void keep_state(StateArchive& archive) override;
 
  private:
-  // Of the set's static rows (s'), now and at the end of the step. w: F (f + g); force, friction: g, of all and of friction.
+  // Of the set's static rows (s'), now and at the end of the step. w: F (f + g); force, friction:
+  // g, of all and of friction.
   struct NodeSet {
     Index modal = 0;
     std::shared_ptr<const StaticsForm::OfNodes> of;
@@ -100,7 +109,8 @@ class StaticsBody final : public Body {
   };
 
   void keep_load_step();
-  NodeResponse massless_static_response(const NodeSet& set, const ResponseOf& of, const Vector& weight) const;
+  NodeResponse massless_static_response(const NodeSet& set, const ResponseOf& of,
+                                        const Vector& weight) const;
   double follow_on(double share);
   void add_rows(const NodeSet& set, const Vector& w, Points& x) const;
   void pressed_by(const NodeSet& set, const Points& impulses, Vector& rows) const;
@@ -130,10 +140,11 @@ class StaticsBody final : public Body {
   Matrix rows_, still_;
   std::vector<Index> columns_;
   double t_ = 0, h_ = 0, following_ = 0;
-  bool is_pushed_ = false, was_in_contact_ = false;  // has g at the end of this step; at the start or the end of the last one
-  bool has_force_ = false;                           // has g now
-  double still_left_ = 0;                            // of g since contact last pushed, a share
-  BodyWork work_;                                    // of the statics
+  // has g at the end of this step; at the start or the end of the last one
+  bool is_pushed_ = false, was_in_contact_ = false;
+  bool has_force_ = false;  // has g now
+  double still_left_ = 0;   // of g since contact last pushed, a share
+  BodyWork work_;           // of the statics
 };
 
 }  // namespace cbr

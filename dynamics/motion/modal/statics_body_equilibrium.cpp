@@ -53,7 +53,8 @@ void StaticsBody::relax(const Rest& rest) {
   is_pushed_ = true;
 }
 
-NodeResponse StaticsBody::massless_static_response(const NodeSet& set, const ResponseOf& of, const Vector& weight) const {
+NodeResponse StaticsBody::massless_static_response(const NodeSet& set, const ResponseOf& of,
+                                                   const Vector& weight) const {
   NodeResponse response;
   response.set_block(*modal_.node_rows(set.modal).response(of, weight) +
                      formed(*set.of->rows, static_cast<Index>(set.of->nodes.size())));
@@ -106,7 +107,8 @@ void StaticsBody::end_load_step() {
     work_.contact += 0.5 * move.dot(load_step_.force[s] + sets_[s].force) - friction;
   }
   for (std::size_t l = 0; l < loads_.size(); ++l)
-    work_.external += 0.5 * (load_step_.loads[l] + loads_now_[l]) * loads_[l].Ff.dot(g_ - load_step_.g);
+    work_.external +=
+        0.5 * (load_step_.loads[l] + loads_now_[l]) * loads_[l].Ff.dot(g_ - load_step_.g);
   keep_load_step();
 }
 
@@ -129,7 +131,8 @@ void StaticsBody::start_motion(double h) {
 void StaticsBody::keep_state(StateArchive& archive) {
   modal_.keep_state(archive);
   archive.expect(static_cast<Index>(sets_.size()));
-  archive(g_, g_before_, eta_before_, loads_now_, t_, h_, work_, was_in_contact_, has_force_, still_left_);
+  archive(g_, g_before_, eta_before_, loads_now_, t_, h_, work_, was_in_contact_, has_force_,
+          still_left_);
   for (NodeSet& set : sets_) archive(set.w, set.force, set.friction);
   bool is_still = load_step_.g.size() > 0;
   archive(is_still);

@@ -16,8 +16,10 @@ Eigen::Map<Vector> flat(Points& p) { return {p.data(), p.size()}; }
 
 }  // namespace
 
-SuperelementBody::SuperelementBody(std::string name, std::shared_ptr<const Superelement> superelement,
-                                   std::shared_ptr<const DiagonalForm> form, const Placement& placement, Scheme scheme,
+SuperelementBody::SuperelementBody(std::string name,
+                                   std::shared_ptr<const Superelement> superelement,
+                                   std::shared_ptr<const DiagonalForm> form,
+                                   const Placement& placement, Scheme scheme,
                                    const NewmarkOptions& newmark)
     : name_(std::move(name)),
       superelement_(std::move(superelement)),
@@ -26,15 +28,19 @@ SuperelementBody::SuperelementBody(std::string name, std::shared_ptr<const Super
       scheme_(scheme),
       newmark_(newmark),
       rows_(form_->shared.row_table(*superelement_)) {
-  X_ = (superelement_->coordinates * placement_.T.transpose()).rowwise() + placement_.position.transpose();
+  X_ = (superelement_->coordinates * placement_.T.transpose()).rowwise() +
+       placement_.position.transpose();
   const Index n = form_->omega.size();
-  for (Vector* x : {&eta_, &v_, &eta_end_, &v_end_, &kick_, &friction_kick_, &end_kick_, &f_, &f0_, &f1_, &work_eta_, &work_v_})
+  for (Vector* x : {&eta_, &v_, &eta_end_, &v_end_, &kick_, &friction_kick_, &end_kick_, &f_, &f0_,
+                    &f1_, &work_eta_, &work_v_})
     x->setZero(n);
   // v = V^T M^ R_t v0: the rigid motion, or its projection when directions are held.
   v_.noalias() = form_->E.leftCols(3) * (placement_.T.transpose() * placement_.velocity);
 }
 
-double SuperelementBody::largest_frequency() const { return form_->omega.size() ? form_->omega.maxCoeff() : 0; }
+double SuperelementBody::largest_frequency() const {
+  return form_->omega.size() ? form_->omega.maxCoeff() : 0;
+}
 
 Index SuperelementBody::track(const std::vector<Index>& nodes) {
   sets_.push_back({form_->shared.rows(form_->V, *rows_, nodes), X_(nodes, Eigen::all)});
@@ -43,7 +49,8 @@ Index SuperelementBody::track(const std::vector<Index>& nodes) {
 }
 
 Index SuperelementBody::track_mean(const std::vector<Index>& nodes) {
-  means_.push_back({form_->shared.mean_rows(form_->V, *rows_, nodes), X_(nodes, Eigen::all).colwise().mean().transpose()});
+  means_.push_back({form_->shared.mean_rows(form_->V, *rows_, nodes),
+                    X_(nodes, Eigen::all).colwise().mean().transpose()});
   return static_cast<Index>(means_.size()) - 1;
 }
 
@@ -77,28 +84,35 @@ const ModalPropagator& SuperelementBody::propagator(double h) const {
   return *regular_;
 }
 
-// From t_ to t_ + h_ with loads, cut at the histories' breakpoints, and where the spin's forces bend, so that each part is linear in
-// time.
-void SuperelementBody::propagate(const Vector& eta, const Vector& v, Vector& eta_end, Vector& v_end, FlowWork* work) {
+// From t_ to t_ + h_ with loads, cut at the histories' breakpoints, and where the spin's forces
+// bend, so that each part is linear in time.
+void SuperelementBody::propagate(const Vector& eta, const Vector& v, Vector& eta_end, Vector& v_end,
+                                 FlowWork* work) {
   if (!is_driven()) return propagate_free(propagator(h_), eta, v, eta_end, v_end);
   eta_end = eta, v_end = v;
   const Index n = std::max<Index>(1, spin_g_.cols() - 1);
   breakpoints_.cut(t_, h_, [&](double from, double to, bool whole) {
     for (Index i = 0; i < n; ++i) {
-      const double start = std::max(from, t_ + h_ * static_cast<double>(i) / static_cast<double>(n));
-      const double end = i + 1 == n ? to : std::min(to, t_ + h_ * static_cast<double>(i + 1) / static_cast<double>(n));
-      if (n == 1 || end > start) propagate_driven(start, end, whole && n == 1, eta_end, v_end, work);
+      const double start =
+          std::max(from, t_ + h_ * static_cast<double>(i) / static_cast<double>(n));
+      const double end =
+          i + 1 == n ? to
+                     : std::min(to, t_ + h_ * static_cast<double>(i + 1) / static_cast<double>(n));
+      if (n == 1 || end > start)
+        propagate_driven(start, end, whole && n == 1, eta_end, v_end, work);
     }
   });
 }
 
-// Leapfrog: v+ = v- + (h- + h)/2 (f - omega^2 eta), eta+ = eta + h v+. At the start v- is half a step before t = 0.
+// Leapfrog: v+ = v- + (h- + h)/2 (f - omega^2 eta), eta+ = eta + h v+. At the start v- is half a
+// step before t = 0.
 void SuperelementBody::predict_central(double h) {
   load_amplitudes(t_, f_);
   if (is_damped()) return predict_central_damped();
   v_end_ = f_ - form_->omega.cwiseAbs2().cwiseProduct(eta_);
   if (last_h_ == 0) {
-    // The half kick back is booked as work of the loads, so that the energy balance starts from the given velocity.
+    // The half kick back is booked as work of the loads, so that the energy balance starts from the
+    // given velocity.
     work_.external += 0.5 * h * v_end_.dot(0.25 * h * v_end_ - v_);
     v_ -= 0.5 * h * v_end_;
     last_h_ = h;
@@ -110,7 +124,8 @@ void SuperelementBody::predict_central(double h) {
 void SuperelementBody::set_contact_step(double h) {
   if (!is_exact() || largest_frequency() * h > 2.1) return;  // above: forced steps
   contact_step_ = h;
-  gain_ = is_damped() ? contact_gain(form_->omega, damping_.c, form_->n_rigid, h) : contact_gain(form_->omega, h);
+  gain_ = is_damped() ? contact_gain(form_->omega, damping_.c, form_->n_rigid, h)
+                      : contact_gain(form_->omega, h);
   weight_ = gain_.cwiseInverse();
 }
 
@@ -142,7 +157,8 @@ void SuperelementBody::take_kick(Index set, const Points& impulses) {
   if (gain_.size() > 0) f_.array() *= gain_.array();
   if (!carried_) return;
   const auto E = form_->E.topLeftCorner(form_->n_rigid, 3);
-  const Vector3 momentum = placement_.T.transpose() * (*carried_ * impulses.colwise().sum().transpose());
+  const Vector3 momentum =
+      placement_.T.transpose() * (*carried_ * impulses.colwise().sum().transpose());
   f_.head(form_->n_rigid).noalias() = E * (momentum / E.col(0).squaredNorm());
 }
 
@@ -174,21 +190,24 @@ void SuperelementBody::add_impulses(Index set, const Points& impulses, ImpulseKi
 
 void SuperelementBody::add_late(Index set, const Points& impulses, ImpulseKind kind) {
   if (late_kick_.size() == 0)
-    for (Vector* kick : {&late_kick_, &late_friction_, &late_end_kick_, &late_end_friction_}) kick->setZero(eta_.size());
+    for (Vector* kick : {&late_kick_, &late_friction_, &late_end_kick_, &late_end_friction_})
+      kick->setZero(eta_.size());
   take_kick(set, impulses);
   late_end_kick_ += f_;
   if (kind == ImpulseKind::friction) late_end_friction_ += f_;
   v_end_ += f_;
 }
 
-Vector3 SuperelementBody::add_velocities(Index set, const Points& velocities, const Vector3& momentum) {
+Vector3 SuperelementBody::add_velocities(Index set, const Points& velocities,
+                                         const Vector3& momentum) {
   assert(scheme_ != Scheme::newmark && gain_.size() == 0 && !is_damped());
   const Matrix3& T = placement_.T;
   const Matrix& B = velocity_map(*sets_[set].rows);
   // change = V^T M^ [0; dv]: V^-1 of a velocity of the interface dofs alone
   Points local = velocities * T;
   f_.noalias() = B * flat(local);
-  // Uniform velocity of the set's nodes for the rest of the momentum: T E^T B [I; I; ...] T^T extra = momentum - T E^T f   (3 x 3)
+  // Uniform velocity of the set's nodes for the rest of the momentum: T E^T B [I; I; ...] T^T extra
+  // = momentum - T E^T f   (3 x 3)
   Matrix uniform = Matrix::Zero(f_.size(), 3);
   for (Index i = 0; i < B.cols(); ++i) uniform.col(i % 3) += B.col(i);
   const auto to_momentum = form_->E.leftCols(3).transpose();
@@ -219,8 +238,8 @@ void SuperelementBody::book_friction(double work) {
 // Work of forces from the middle of the kick at the start to that of the kick at the end.
 void SuperelementBody::book_late_exact() {
   const auto work = [&](const Vector& start, const Vector& end) {
-    return 0.5 * energy_product(start, v_) - 0.125 * energy_product(start, late_kick_) + 0.5 * energy_product(end, v_end_) -
-           0.375 * energy_product(end, late_end_kick_);
+    return 0.5 * energy_product(start, v_) - 0.125 * energy_product(start, late_kick_) +
+           0.5 * energy_product(end, v_end_) - 0.375 * energy_product(end, late_end_kick_);
   };
   work_.contact += work(late_kick_, late_end_kick_);
   book_friction(work(late_friction_, late_end_friction_));
@@ -229,7 +248,8 @@ void SuperelementBody::book_late_exact() {
 void SuperelementBody::accept_exact() {
   spin_work_ = 0;
   if (kicked_) work_.contact += energy_product(kick_, v_) + 0.5 * energy_product(kick_, kick_);
-  if (rubbed_) book_friction(energy_product(friction_kick_, v_) + 0.5 * energy_product(friction_kick_, kick_));
+  if (rubbed_)
+    book_friction(energy_product(friction_kick_, v_) + 0.5 * energy_product(friction_kick_, kick_));
   if (is_damped() || is_driven()) {
     // Between the kicks energy changes by the work of loads and spin, and by what damping takes
     if (kicked_) v_ += kick_;
@@ -237,16 +257,20 @@ void SuperelementBody::accept_exact() {
     propagate(eta_, v_, eta_end_, v_end_, &flow);
     work_.external = is_damped() ? work_.external + flow.external : flow.external;
     spin_work_ = flow.spin;
-    if (is_damped()) work_.damping += flow_energy(eta_end_, v_end_) - flow_energy(eta_, v_) - flow.external - flow.spin;
+    if (is_damped())
+      work_.damping +=
+          flow_energy(eta_end_, v_end_) - flow_energy(eta_, v_) - flow.external - flow.spin;
     if (late_end_kick_.size() > 0) v_end_ += late_end_kick_;
   }
   if (late_kick_.size() > 0) book_late_exact();
   if (!end_kicked_) return;
   if (!loads_.empty()) eta_end_ += h_ * end_kick_, v_end_ += end_kick_;
-  // Energy that the change at the end of the step brought: of (eta + h d, v + d) less that of (eta, v)
+  // Energy that the change at the end of the step brought: of (eta + h d, v + d) less that of (eta,
+  // v)
   const auto omega2 = form_->omega.cwiseAbs2().array();
-  work_.contact += end_kick_.dot(v_end_) - 0.5 * end_kick_.squaredNorm() +
-                   h_ * (omega2 * end_kick_.array() * (eta_end_ - 0.5 * h_ * end_kick_).array()).sum();
+  work_.contact +=
+      end_kick_.dot(v_end_) - 0.5 * end_kick_.squaredNorm() +
+      h_ * (omega2 * end_kick_.array() * (eta_end_ - 0.5 * h_ * end_kick_).array()).sum();
 }
 
 void SuperelementBody::accept_central() {
@@ -258,8 +282,12 @@ void SuperelementBody::accept_central() {
     work_.contact += 0.5 * (late_kick_ + late_end_kick_).dot(v_end_);
     book_friction(0.5 * (late_friction_ + late_end_friction_).dot(v_end_));
   }
-  if (is_damped()) work_.damping -= 0.25 * (damping_.c.array() * (last_h_ * v_ + h_ * v_end_).array()).matrix().dot(v_ + v_end_);
-  // v- and v+ average: the work of the kick and of the load that the leapfrog's own energy answers to
+  if (is_damped())
+    work_.damping -=
+        0.25 *
+        (damping_.c.array() * (last_h_ * v_ + h_ * v_end_).array()).matrix().dot(v_ + v_end_);
+  // v- and v+ average: the work of the kick and of the load that the leapfrog's own energy answers
+  // to
   const double mean_h = 0.5 * (last_h_ + h_);
   if (kicked_) work_.contact += 0.5 * kick_.dot(v_ + v_end_);
   if (rubbed_) book_friction(0.5 * friction_kick_.dot(v_ + v_end_));
@@ -267,8 +295,11 @@ void SuperelementBody::accept_central() {
     load_amplitudes(t_, f_);
     work_.external += 0.5 * mean_h * f_.dot(v_ + v_end_);
   }
-  // Its energy holds a term -h/2 v . omega^2 eta: a change of h brings (h - h-)/4 omega^2 eta . (v+ - v-).
-  if (h_ != last_h_) work_.numerical += 0.25 * (h_ - last_h_) * form_->omega.cwiseAbs2().cwiseProduct(eta_).dot(v_end_ - v_);
+  // Its energy holds a term -h/2 v . omega^2 eta: a change of h brings (h - h-)/4 omega^2 eta . (v+
+  // - v-).
+  if (h_ != last_h_)
+    work_.numerical +=
+        0.25 * (h_ - last_h_) * form_->omega.cwiseAbs2().cwiseProduct(eta_).dot(v_end_ - v_);
   last_h_ = h_;
   if (late) v_end_ += late_end_kick_;
 }

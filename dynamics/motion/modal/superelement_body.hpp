@@ -2,7 +2,8 @@
 // Front door of dynamics/motion/modal: superelements in modal coordinates, advanced exactly; large
 // rotations.
 //
-// A superelement that moves: modal coordinates of the diagonal form, advanced exactly, by central differences or by Newmark.
+// A superelement that moves: modal coordinates of the diagonal form, advanced exactly, by central
+// differences or by Newmark.
 #pragma once
 
 #include <memory>
@@ -28,14 +29,17 @@ struct Placement {
   Vector3 velocity = Vector3::Zero();  // of the whole body at the start, scene axes
 };
 
-// Assumes small displacements and rotations relative to the placed component (state().rotation says how far that is stretched).
+// Assumes small displacements and rotations relative to the placed component (state().rotation says
+// how far that is stretched).
 class SuperelementBody final : public Body {
  public:
-  // `form` belongs to `superelement`; both are shared by the instances of a component (a held instance has its own form).
-  // add_velocities() and nodal_masses() need the superelement's matrices. Not with Scheme::newmark: add_velocities(),
-  // motion_bound(). `newmark` is looked at with Scheme::newmark only.
-  SuperelementBody(std::string name, std::shared_ptr<const Superelement> superelement, std::shared_ptr<const DiagonalForm> form,
-                   const Placement& placement, Scheme scheme, const NewmarkOptions& newmark = {});
+  // `form` belongs to `superelement`; both are shared by the instances of a component (a held
+  // instance has its own form). add_velocities() and nodal_masses() need the superelement's
+  // matrices. Not with Scheme::newmark: add_velocities(), motion_bound(). `newmark` is looked at
+  // with Scheme::newmark only.
+  SuperelementBody(std::string name, std::shared_ptr<const Superelement> superelement,
+                   std::shared_ptr<const DiagonalForm> form, const Placement& placement,
+                   Scheme scheme, const NewmarkOptions& newmark = {});
 
   const std::string& name() const override { return name_; }
   Index n_dofs() const override { return form_->omega.size(); }
@@ -63,8 +67,9 @@ class SuperelementBody final : public Body {
   void accept() override;
   void end_velocities(Index set, Points& v) override;
   NodeResponse velocity_response(Index set) const override;
-  // Without Newmark: forces at the end of the step, which StaticsBody knows then, times the step. Energies are of the middle of
-  // such a kick, momentum is of its end; with central differences it is half of what the rates of the next step get.
+  // Without Newmark: forces at the end of the step, which StaticsBody knows then, times the step.
+  // Energies are of the middle of such a kick, momentum is of its end; with central differences it
+  // is half of what the rates of the next step get.
   void add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
   bool has_statics() const override { return true; }
   void relax(const Rest& rest) override;
@@ -78,31 +83,39 @@ class SuperelementBody final : public Body {
   ResponseOf static_response_of(double hold, Vector& weight) const;  // as response_of()
   double mass() const { return superelement_->rigid_body.mass; }
   Vector3 center_of_mass() const { return center_at(eta_); }
-  Vector3 predicted_center_of_mass() const { return center_at(eta_end_); }  // as predicted_positions()
+  // as predicted_positions()
+  Vector3 predicted_center_of_mass() const { return center_at(eta_end_); }
   Vector3 center_velocity() const;
-  // From here on another carries the rotation of this free body, which stays as it is: impulses come in axes that R turns into the
-  // scene's, and their sum moves the centre of mass in the scene's axes.
+  // From here on another carries the rotation of this free body, which stays as it is: impulses
+  // come in axes that R turns into the scene's, and their sum moves the centre of mass in the
+  // scene's axes.
   void carry(const Matrix3& R) { carried_ = R; }
-  // Before the first predict(): forces of a spin on the elastic modes, H g, H = V^T spin_moments (n x 6). False: the superelement has
-  // none. Before each predict() then spin(): g at equal times from the start of the step to its end, linear in between (6 x m, m > 1).
+  // Before the first predict(): forces of a spin on the elastic modes, H g, H = V^T spin_moments (n
+  // x 6). False: the superelement has none. Before each predict() then spin(): g at equal times
+  // from the start of the step to its end, linear in between (6 x m, m > 1).
   bool feel_spin();
   void spin(Matrix g) { spin_g_ = std::move(g); }
-  void expect_spin(double square) { spin_square_ = square; }  // of |w|, at most, until the next call: for motion bounds
-  Vector spin_shape() const { return spin_H_.transpose() * eta_; }                // H^T eta, 6
-  Vector predicted_spin_shape() const { return spin_H_.transpose() * eta_end_; }  // as predicted_positions()
-  double spin_work() const { return spin_work_; }                                 // on the modes, of the last accepted step
+  // of |w|, at most, until the next call: for motion bounds
+  void expect_spin(double square) { spin_square_ = square; }
+  Vector spin_shape() const { return spin_H_.transpose() * eta_; }  // H^T eta, 6
+  // as predicted_positions()
+  Vector predicted_spin_shape() const { return spin_H_.transpose() * eta_end_; }
+  // on the modes, of the last accepted step
+  double spin_work() const { return spin_work_; }
   const Vector& modal_coordinates() const { return eta_; }
   // What a harmonic response and mode shapes are made of.
   const DiagonalForm& form() const { return *form_; }
   const Vector& damping_rates() const { return damping_.c; }  // empty: none
   const Matrix3& axes() const { return placement_.T; }
-  const IndexTable& rows() const { return *rows_; }  // of form().V, for each node and component; -1: none
-  Vector load_amplitude() const;                     // of all loads with a factor of 1, n
-  void take_shape(const Vector& eta);                // at rest there, until the next predict()
+  // of form().V, for each node and component; -1: none
+  const IndexTable& rows() const { return *rows_; }
+  Vector load_amplitude() const;       // of all loads with a factor of 1, n
+  void take_shape(const Vector& eta);  // at rest there, until the next predict()
   // From here on forces on nodes are also summed, with a factor of 1 (N x 3, component axes).
   void sum_forces() { forces_ = Points::Zero(X_.rows(), 3); }
   const Points& forces() const { return forces_; }
-  // What response(set, h) is V_c diag(weight) V_c^T of, for those that do not want it formed; the rows V_c of a set.
+  // What response(set, h) is V_c diag(weight) V_c^T of, for those that do not want it formed; the
+  // rows V_c of a set.
   ResponseOf response_of(double h, Vector& weight) const;
   const NodeRows& node_rows(Index set) const { return *sets_[set].rows; }
 
@@ -141,8 +154,10 @@ class SuperelementBody final : public Body {
   struct FlowWork {
     double external = 0, spin = 0;
   };
-  void propagate(const Vector& eta, const Vector& v, Vector& eta_end, Vector& v_end, FlowWork* work);
-  void propagate_driven(double from, double to, bool whole, Vector& eta_end, Vector& v_end, FlowWork* work);
+  void propagate(const Vector& eta, const Vector& v, Vector& eta_end, Vector& v_end,
+                 FlowWork* work);
+  void propagate_driven(double from, double to, bool whole, Vector& eta_end, Vector& v_end,
+                        FlowWork* work);
   bool is_driven() const { return !loads_.empty() || spin_g_.cols() > 0; }
   bool may_be_driven() const { return !loads_.empty() || spin_H_.size() > 0; }
   Vector spin_force(double t) const;
@@ -192,25 +207,27 @@ class SuperelementBody final : public Body {
   Vector gain_, weight_;
   double contact_step_ = 0;
   Vector eta_, v_, eta_end_, v_end_;  // central differences: v_ is half a step behind eta_
-  // Modal impulses at the start of the step, and those of friction among them; modal velocities added at its end
+  // Modal impulses at the start of the step, and those of friction among them; modal velocities
+  // added at its end
   Vector kick_, friction_kick_, end_kick_;
   bool kicked_ = false, rubbed_ = false, end_kicked_ = false;
-  // Kicks of forces at the start of the step, which v_ has, and at its end; of friction among them. Empty before the
-  // first one
+  // Kicks of forces at the start of the step, which v_ has, and at its end; of friction among them.
+  // Empty before the first one
   Vector late_kick_, late_friction_, late_end_kick_, late_end_friction_;
   Vector f_, f0_, f1_, work_eta_, work_v_;
-  Points local_;          // impulses in component axes
+  Points local_;                    // impulses in component axes
   std::optional<Matrix3> carried_;  // see carry()
-  mutable Vector rates_;  // central differences: eta' at the time of eta
+  mutable Vector rates_;            // central differences: eta' at the time of eta
   double t_ = 0, h_ = 0, last_h_ = 0;
   mutable std::shared_ptr<const ModalPropagator> regular_, other_;  // of the last two step lengths
-  // Newmark: the step's move; modal accelerations at its start, and at its end before what the move takes from them; of HHT-alpha
-  // the last step's move and change of load
+  // Newmark: the step's move; modal accelerations at its start, and at its end before what the move
+  // takes from them; of HHT-alpha the last step's move and change of load
   Vector d_, a_, e_, move_, load_change_;
   mutable Vector newmark_weight_;
   mutable double newmark_h_ = 0;
-  mutable Index n_soft_ = 0;                // modes whose omega h is not large
-  bool started_ = false, arrived_ = false;  // arrived_: the end of the step is known, impulses included
+  mutable Index n_soft_ = 0;  // modes whose omega h is not large
+  // arrived_: the end of the step is known, impulses included
+  bool started_ = false, arrived_ = false;
   BodyWork work_;
   Matrix spin_H_, spin_g_;  // see feel_spin()
   double spin_square_ = 0, spin_work_ = 0;

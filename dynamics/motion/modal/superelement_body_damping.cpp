@@ -24,7 +24,9 @@ double SuperelementBody::flow_energy(const Vector& eta, const Vector& v) const {
 }
 
 // Central differences: what a kick at the start of the step leaves in the rates at its middle.
-Vector SuperelementBody::kicked_by(const Vector& kick) const { return kick.array() / (1 + 0.5 * h_ * damping_.c.array()); }
+Vector SuperelementBody::kicked_by(const Vector& kick) const {
+  return kick.array() / (1 + 0.5 * h_ * damping_.c.array());
+}
 
 // Leapfrog with the damping of half a step on each side of t, so that the critical step stays:
 //   (1 + c h / 2) v+ = (1 - c h- / 2) v- + (h- + h)/2 (f - omega^2 eta).
@@ -33,7 +35,8 @@ void SuperelementBody::predict_central_damped() {
   f_ -= form_->omega.cwiseAbs2().cwiseProduct(eta_);
   const auto c = damping_.c.array();
   if (last_h_ == 0) {
-    // The half kick back is booked as work of the loads and of damping: the energy balance starts from the given velocity.
+    // The half kick back is booked as work of the loads and of damping: the energy balance starts
+    // from the given velocity.
     const Vector all = f_.array() - c * v_.array();
     const double of_loads = 0.5 * h_ * f_.dot(0.25 * h_ * f_ - v_);
     work_.external += of_loads;
@@ -53,9 +56,10 @@ void SuperelementBody::predict_central_damped() {
   eta_end_ = eta_ + h_ * v_end_;
 }
 
-// As without damping (superelement_body_newmark.cpp), the rate at the end being taken from the move d: v_1 = 2 d / h - v_0. So
-// damping is a stiffness 2 c / h more and a force:
-//   a_1 = e - (1 + alpha) (omega^2 + 2 c / h) d,   e = (1 + alpha) (f_1 + 2 c v_0) - alpha f_0 - omega^2 eta_0 - c v_0.
+// As without damping (superelement_body_newmark.cpp), the rate at the end being taken from the move
+// d: v_1 = 2 d / h - v_0. So damping is a stiffness 2 c / h more and a force:
+//   a_1 = e - (1 + alpha) (omega^2 + 2 c / h) d,   e = (1 + alpha) (f_1 + 2 c v_0) - alpha f_0 -
+//   omega^2 eta_0 - c v_0.
 void SuperelementBody::predict_newmark_damped(double h) {
   const auto omega2 = form_->omega.array().square();
   const auto c = damping_.c.array();
@@ -68,13 +72,14 @@ void SuperelementBody::predict_newmark_damped(double h) {
     started_ = true;
   }
   load_amplitudes(t_ + h, f1_);
-  e_ = (1 + alpha) * f1_.array() - alpha * f0_.array() - omega2 * eta_.array() + (1 + 2 * alpha) * c * v_.array();
+  e_ = (1 + alpha) * f1_.array() - alpha * f0_.array() - omega2 * eta_.array() +
+       (1 + 2 * alpha) * c * v_.array();
   d_ = newmark_weight(h).array() * (v_ + h * ((0.5 - beta) * a_ + beta * e_)).array();
   eta_end_ = eta_ + d_;
 }
 
-// With alpha = 0 the energy changes by the loads' and impulses' work along the move and by -c d^2 / h of each mode. With another
-// alpha what is left is the scheme's own.
+// With alpha = 0 the energy changes by the loads' and impulses' work along the move and by -c d^2 /
+// h of each mode. With another alpha what is left is the scheme's own.
 void SuperelementBody::accept_newmark_damped() {
   const auto omega2 = form_->omega.array().square();
   const auto c = damping_.c.array();
@@ -94,7 +99,9 @@ void SuperelementBody::accept_newmark_damped() {
   if (kicked_) step.contact = kick_.dot(d_) / h_;
   if (!loads_.empty()) step.external = 0.5 * d_.dot(f0_ + f1_);
   step.damping = -(c * d_.array().square()).sum() / h_;
-  if (alpha != 0) step.numerical = flow_energy(eta_end_, v_end_) - before - step.contact - step.external - step.damping;
+  if (alpha != 0)
+    step.numerical =
+        flow_energy(eta_end_, v_end_) - before - step.contact - step.external - step.damping;
   work_.contact += step.contact;
   work_.external += step.external;
   work_.damping += step.damping;

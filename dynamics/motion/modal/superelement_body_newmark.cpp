@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A superelement under Newmark's method (HHT-alpha): its modes are uncoupled, so a step solves nothing.
+// A superelement under Newmark's method (HHT-alpha): its modes are uncoupled, so a step solves
+// nothing.
 
 #include <algorithm>
 #include <cassert>
@@ -18,15 +19,17 @@ const Vector& SuperelementBody::newmark_weight(double h) const {
   if (newmark_h_ != h || newmark_weight_.size() != form_->omega.size()) {
     newmark_weight_ = h / (1 + newmark_.stiffness_factor(h) * form_->omega.array().square());
     if (is_damped())
-      newmark_weight_ = h / (1 + newmark_.stiffness_factor(h) * (form_->omega.array().square() + 2 / h * damping_.c.array()));
+      newmark_weight_ = h / (1 + newmark_.stiffness_factor(h) *
+                                     (form_->omega.array().square() + 2 / h * damping_.c.array()));
     newmark_h_ = h;
-    n_soft_ = std::upper_bound(form_->omega.begin(), form_->omega.end(), stiff / h) - form_->omega.begin();
+    n_soft_ = std::upper_bound(form_->omega.begin(), form_->omega.end(), stiff / h) -
+              form_->omega.begin();
   }
   return newmark_weight_;
 }
 
-// Of the move d = eta_1 - eta_0, which is kept by itself as it may be small beside both, with a_1 = e - (1 + alpha) omega^2 d and e
-// = (1 + alpha) f_1 - alpha f_0 - omega^2 eta_0:
+// Of the move d = eta_1 - eta_0, which is kept by itself as it may be small beside both, with a_1 =
+// e - (1 + alpha) omega^2 d and e = (1 + alpha) f_1 - alpha f_0 - omega^2 eta_0:
 //   (1 + theta omega^2) d = h v_0 + h^2 ((1/2 - beta) a_0 + beta e).
 void SuperelementBody::predict_newmark(double h) {
   if (is_damped()) return predict_newmark_damped(h);
@@ -49,17 +52,19 @@ void SuperelementBody::push_newmark(const Vector& kick) {
   eta_end_ = eta_ + d_;
 }
 
-// The rates of the end belong to the move that contact has left. With [.] the change over a step and the mean of both its ends, of
-// the velocity and of any load, written with a bar,
+// The rates of the end belong to the move that contact has left. With [.] the change over a step
+// and the mean of both its ends, of the velocity and of any load, written with a bar,
 //   [eta] = h vbar + h^2 (beta - gamma / 2) [a],   beta - gamma / 2 = alpha^2 / 4,
 // and the energy changes by
 //   contact: p . [eta] / h
 //   loads:   [eta] . (fbar - k ([f] - [f]_before)),   k = alpha (1/2 + alpha)
-//   scheme:  k omega^2 [eta] . ([eta] - [eta]_before) - alpha^2 h^2 / 4 (1/2 [a . a] - alpha [a] . [a]) - alpha^2 h / 4 p . [a].
+//   scheme:  k omega^2 [eta] . ([eta] - [eta]_before) - alpha^2 h^2 / 4 (1/2 [a . a] - alpha [a] .
+//   [a]) - alpha^2 h / 4 p . [a].
 void SuperelementBody::accept_newmark() {
   if (is_damped()) return accept_newmark_damped();
   const auto omega2 = form_->omega.array().square();
-  const double alpha = newmark_.alpha, quarter = 0.25 * alpha * alpha * h_, k = alpha * (0.5 + alpha);
+  const double alpha = newmark_.alpha, quarter = 0.25 * alpha * alpha * h_,
+               k = alpha * (0.5 + alpha);
   if (kicked_) work_.contact += kick_.dot(d_) / h_;
   if (rubbed_) book_friction(friction_kick_.dot(d_) / h_);
   e_.array() -= (1 + alpha) * omega2 * d_.array();  // a_1
@@ -69,8 +74,9 @@ void SuperelementBody::accept_newmark() {
     if (alpha != 0) work_.external -= k * d_.dot(f1_ - f0_ - load_change_);
   }
   if (alpha != 0) {
-    work_.numerical += k * (omega2 * d_.array() * (d_ - move_).array()).sum() -
-                       quarter * h_ * (0.5 * (e_ - a_).dot(e_ + a_) - alpha * (e_ - a_).squaredNorm());
+    work_.numerical +=
+        k * (omega2 * d_.array() * (d_ - move_).array()).sum() -
+        quarter * h_ * (0.5 * (e_ - a_).dot(e_ + a_) - alpha * (e_ - a_).squaredNorm());
     if (kicked_) work_.numerical -= quarter * kick_.dot(e_ - a_);
     load_change_ = f1_ - f0_;
     move_.swap(d_);
@@ -79,12 +85,15 @@ void SuperelementBody::accept_newmark() {
   f0_.swap(f1_);
 }
 
-// v_1 of the move and of a_0, a_1 (in e). With alpha = 0 a step is a map (eta, v)_0 -> (eta, v)_1 of determinant 1, which keeps the
-// energy. Written with coefficients that are rounded it has to be so too, or else the energy grows or decays by some 1e-16 in every
-// step: as three shears, each of which has determinant 1 whatever its coefficient. Up to omega h = 20 these are
+// v_1 of the move and of a_0, a_1 (in e). With alpha = 0 a step is a map (eta, v)_0 -> (eta, v)_1
+// of determinant 1, which keeps the energy. Written with coefficients that are rounded it has to be
+// so too, or else the energy grows or decays by some 1e-16 in every step: as three shears, each of
+// which has determinant 1 whatever its coefficient. Up to omega h = 20 these are
 //   v* = v_0 + h/2 a_0,   eta_1 = eta_0 + d(v*),   v_1 = v* + h/2 a_1,
-// which at larger omega h takes v_1 as a small difference of large numbers; there the roles of eta and v are exchanged, nearly:
-//   v_1 = 2/h d - v_0,   eta_1 = (f_0 + f_1 - 2/h (v_1 - v_0 - p)) / omega^2 - eta_0,   a_1 = f_1 - omega^2 eta_1.
+// which at larger omega h takes v_1 as a small difference of large numbers; there the roles of eta
+// and v are exchanged, nearly:
+//   v_1 = 2/h d - v_0,   eta_1 = (f_0 + f_1 - 2/h (v_1 - v_0 - p)) / omega^2 - eta_0,   a_1 = f_1 -
+//   omega^2 eta_1.
 void SuperelementBody::newmark_rates() {
   const double alpha = newmark_.alpha, gamma = newmark_.gamma();
   const Index m = n_soft_, n = eta_.size() - n_soft_;
@@ -99,7 +108,8 @@ void SuperelementBody::newmark_rates() {
   f_.tail(n) = v_end_.tail(n) - v_.tail(n);
   if (kicked_) f_.tail(n) -= kick_.tail(n);
   const auto omega2 = form_->omega.tail(n).array().square();
-  eta_end_.tail(n) = (f0_.tail(n) + f1_.tail(n) - (2 / h_) * f_.tail(n)).array() / omega2 - eta_.tail(n).array();
+  eta_end_.tail(n) =
+      (f0_.tail(n) + f1_.tail(n) - (2 / h_) * f_.tail(n)).array() / omega2 - eta_.tail(n).array();
   e_.tail(n) = f1_.tail(n).array() - omega2 * eta_end_.tail(n).array();
 }
 
@@ -115,7 +125,8 @@ void SuperelementBody::end_velocities(Index set, Points& v) {
 
 NodeResponse SuperelementBody::velocity_response(Index set) const {
   NodeResponse response;
-  response.block = sets_[set].rows->response({ResponseOf::Weight::velocity}, Vector::Ones(form_->omega.size()));
+  response.block =
+      sets_[set].rows->response({ResponseOf::Weight::velocity}, Vector::Ones(form_->omega.size()));
   response.axes = placement_.T;
   return response;
 }

@@ -17,7 +17,8 @@ namespace cbr {
 MotionBound SuperelementBody::motion_bound(Index set) const { return bound(set, false); }
 MotionBound SuperelementBody::quick_motion_bound(Index set) const { return bound(set, true); }
 
-// quick: of elastic motion the same spread for all nodes, from the largest that each mode moves one.
+// quick: of elastic motion the same spread for all nodes, from the largest that each mode moves
+// one.
 MotionBound SuperelementBody::bound(Index set, bool quick) const {
   assert(is_exact());
   const NodeSet& s = sets_[set];
@@ -30,7 +31,8 @@ MotionBound SuperelementBody::bound(Index set, bool quick) const {
   // |g_i| <= |w|^2, however the axes of the spin lie
   if (spin_H_.size() > 0) force += spin_square_ * spin_H_.cwiseAbs().rowwise().sum();
   // Amplitude sqrt(eta^2 + (v / omega)^2); a force adds at most its impulse / omega.
-  const Vector amplitude = (eta_.tail(e).array().square() + (v_.tail(e).array() / omega).square()).sqrt();
+  const Vector amplitude =
+      (eta_.tail(e).array().square() + (v_.tail(e).array() / omega).square()).sqrt();
   const Vector rate = force.tail(e).array() / omega;
   Vector3 spread = Vector3::Zero(), growth = spread, acceleration = spread;
   if (quick && e > 0) {
@@ -38,7 +40,8 @@ MotionBound SuperelementBody::bound(Index set, bool quick) const {
     spread = envelope.transpose() * amplitude;
     if (may_be_driven()) growth = envelope.transpose() * rate;
   }
-  const bool slows = is_damped() && r > 0 && damping_.c.head(r).maxCoeff() > 0;  // between here and x + t v
+  // between here and x + t v
+  const bool slows = is_damped() && r > 0 && damping_.c.head(r).maxCoeff() > 0;
   const bool swings = !quick && !amplitude.isZero(0);
   MotionBound bound;
   bound.lower = bound.lower_speed = Vector3::Constant(HUGE_VAL);
@@ -57,8 +60,11 @@ MotionBound SuperelementBody::bound(Index set, bool quick) const {
     }
     const Vector3 x = T * u + s.X.row(i).transpose(), v = T * speed, w = T.cwiseAbs() * spread;
     bound.lower = bound.lower.cwiseMin(x - w), bound.upper = bound.upper.cwiseMax(x + w);
-    bound.lower_speed = bound.lower_speed.cwiseMin(v), bound.upper_speed = bound.upper_speed.cwiseMax(v);
-    if (slows) bound.lower_speed = bound.lower_speed.cwiseMin(0), bound.upper_speed = bound.upper_speed.cwiseMax(0);
+    bound.lower_speed = bound.lower_speed.cwiseMin(v),
+    bound.upper_speed = bound.upper_speed.cwiseMax(v);
+    if (slows)
+      bound.lower_speed = bound.lower_speed.cwiseMin(0),
+      bound.upper_speed = bound.upper_speed.cwiseMax(0);
     bound.growth = bound.growth.cwiseMax(T.cwiseAbs() * growth);
     bound.acceleration = bound.acceleration.cwiseMax(T.cwiseAbs() * acceleration);
   }
@@ -157,7 +163,8 @@ void SuperelementBody::add_force(const Points& forces, const LoadHistory& histor
     if (forces.row(i).isZero(0)) continue;
     const Vector3 local = placement_.T.transpose() * forces.row(i).transpose();
     for (int d = 0; d < 3; ++d)
-      if (const Index row = (*rows_)(i, d); row >= 0 && local[d] != 0) amplitude += local[d] * form_->V.row(row).transpose();
+      if (const Index row = (*rows_)(i, d); row >= 0 && local[d] != 0)
+        amplitude += local[d] * form_->V.row(row).transpose();
   }
   append_load(amplitude, history);
 }
@@ -170,7 +177,8 @@ void SuperelementBody::add_modal_force(const Vector& forces, const LoadHistory& 
   append_load(form_->V.topRows(forces.size()).transpose() * forces, history);
 }
 
-// Central differences: the mid-step velocity, half a step on under the internal forces and loads, second order at t_.
+// Central differences: the mid-step velocity, half a step on under the internal forces and loads,
+// second order at t_.
 const Vector& SuperelementBody::present_rates() const {
   if (scheme_ != Scheme::central_difference) return v_;
   load_amplitudes(t_, rates_);
@@ -187,34 +195,44 @@ Vector3 SuperelementBody::center_at(const Vector& eta) const {
 }
 
 Vector3 SuperelementBody::center_velocity() const {
-  return placement_.T * Vector3(form_->E.leftCols(3).transpose() * present_rates() / superelement_->rigid_body.mass);
+  return placement_.T * Vector3(form_->E.leftCols(3).transpose() * present_rates() /
+                                superelement_->rigid_body.mass);
 }
 
 BodyState SuperelementBody::state() const {
   const RigidBody& rigid = superelement_->rigid_body;
   const Matrix3& T = placement_.T;
   BodyState state;
-  // The first three columns of E^T eta are mass times displacement of the centre of mass, the last three inertia times rotation.
+  // The first three columns of E^T eta are mass times displacement of the centre of mass, the last
+  // three inertia times rotation.
   Vector moment = Vector::Zero(6), rate = moment;
-  if (eta_.size() > 0) moment = form_->E.transpose() * eta_, rate = form_->E.transpose() * present_rates();
+  if (eta_.size() > 0)
+    moment = form_->E.transpose() * eta_, rate = form_->E.transpose() * present_rates();
   state.center_of_mass = T * (rigid.center + moment.head<3>() / rigid.mass) + placement_.position;
   state.momentum = T * rate.head<3>();
   // A rotation is a pseudo-vector: a mirror changes its sign.
-  state.angular_momentum = T.determinant() * (T * rate.tail<3>()) + state.center_of_mass.cross(state.momentum);
+  state.angular_momentum =
+      T.determinant() * (T * rate.tail<3>()) + state.center_of_mass.cross(state.momentum);
   state.rotation = solve_symmetric(rigid.inertia, moment.tail<3>()).norm();
   if (!std::isfinite(state.rotation)) state.rotation = 0;
   const auto omega = form_->omega.array();
-  const double strain = weight_.size() > 0 ? 0.5 * ((omega * eta_.array()).square() * weight_.array()).sum()
-                                           : 0.5 * (omega * eta_.array()).square().sum();
+  const double strain = weight_.size() > 0
+                            ? 0.5 * ((omega * eta_.array()).square() * weight_.array()).sum()
+                            : 0.5 * (omega * eta_.array()).square().sum();
   if (scheme_ != Scheme::central_difference) {
     // In the middle of a kick of forces
     state.kinetic_energy = 0.5 * energy_product(v_, v_);
     if (late_kick_.size() > 0)
-      state.kinetic_energy -= 0.5 * energy_product(late_kick_, v_) - 0.125 * energy_product(late_kick_, late_kick_);
+      state.kinetic_energy -=
+          0.5 * energy_product(late_kick_, v_) - 0.125 * energy_product(late_kick_, late_kick_);
   } else {
-    // 1/2 v- . v+ with v+ of the forces of strain and contact alone: what leapfrog conserves together with the strain energy
-    const auto before = [&](const Vector& v) { return late_kick_.size() > 0 ? v.dot(v_ - late_kick_) : v.dot(v_); };
-    state.kinetic_energy = 0.5 * before(v_) - 0.5 * last_h_ * before((omega.square() * eta_.array()).matrix());
+    // 1/2 v- . v+ with v+ of the forces of strain and contact alone: what leapfrog conserves
+    // together with the strain energy
+    const auto before = [&](const Vector& v) {
+      return late_kick_.size() > 0 ? v.dot(v_ - late_kick_) : v.dot(v_);
+    };
+    state.kinetic_energy =
+        0.5 * before(v_) - 0.5 * last_h_ * before((omega.square() * eta_.array()).matrix());
   }
   state.strain_energy = strain;
   return state;
@@ -228,7 +246,8 @@ void SuperelementBody::coordinates(Vector& q, Vector& rates) const {
   q.head(k) = all.head(k), rates.head(k) = all_rates.head(k);
   for (Index i = 0; i < n; ++i) {
     for (int d = 0; d < 3; ++d) {
-      if ((*rows_)(i, d) >= 0) q[k + 3 * i + d] = all[(*rows_)(i, d)], rates[k + 3 * i + d] = all_rates[(*rows_)(i, d)];
+      if ((*rows_)(i, d) >= 0)
+        q[k + 3 * i + d] = all[(*rows_)(i, d)], rates[k + 3 * i + d] = all_rates[(*rows_)(i, d)];
     }
   }
 }
@@ -244,7 +263,8 @@ void SuperelementBody::displacements(Points& u, Points& v) const {
 void SuperelementBody::keep_state(StateArchive& archive) {
   archive.expect(eta_.size());
   archive(eta_, v_, t_, last_h_, work_);
-  // Newmark: the end of a step gives the next one its accelerations and loads; HHT-alpha looks back one step more
+  // Newmark: the end of a step gives the next one its accelerations and loads; HHT-alpha looks back
+  // one step more
   archive(started_, arrived_, a_, f0_, move_, load_change_);
   archive(late_kick_, late_friction_);
   if (late_end_kick_.size() != late_kick_.size())

@@ -6,10 +6,12 @@
 
 namespace cbr {
 
-void SuperelementBody::propagate_driven(double from, double to, bool whole, Vector& eta_end, Vector& v_end, FlowWork* work) {
-  const ModalPropagator shorter = whole         ? ModalPropagator{}
-                                  : is_damped() ? damped_propagator(form_->omega, damping_.c, to - from, true)
-                                                : modal_propagator(form_->omega, to - from, true);
+void SuperelementBody::propagate_driven(double from, double to, bool whole, Vector& eta_end,
+                                        Vector& v_end, FlowWork* work) {
+  const ModalPropagator shorter = whole ? ModalPropagator{}
+                                  : is_damped()
+                                      ? damped_propagator(form_->omega, damping_.c, to - from, true)
+                                      : modal_propagator(form_->omega, to - from, true);
   const ModalPropagator& step = whole ? propagator(h_) : shorter;
   work_eta_ = eta_end, work_v_ = v_end;
   load_amplitudes(from, f0_);
@@ -17,10 +19,13 @@ void SuperelementBody::propagate_driven(double from, double to, bool whole, Vect
   propagate_free(step, work_eta_, work_v_, eta_end, v_end);
   add_load(step, f0_, f1_, eta_end, v_end);
   const bool spins = spin_g_.cols() > 0;
-  const Vector spin0 = spins ? spin_force(from) : Vector(), spin1 = spins ? spin_force(to) : Vector();
+  const Vector spin0 = spins ? spin_force(from) : Vector(),
+               spin1 = spins ? spin_force(to) : Vector();
   if (spins) add_load(step, spin0, spin1, eta_end, v_end);
-  if (work && !loads_.empty()) work->external += load_work(step, work_eta_, work_v_, eta_end, f0_, f1_, weight_);
-  if (work && spins) work->spin += load_work(step, work_eta_, work_v_, eta_end, spin0, spin1, weight_);
+  if (work && !loads_.empty())
+    work->external += load_work(step, work_eta_, work_v_, eta_end, f0_, f1_, weight_);
+  if (work && spins)
+    work->spin += load_work(step, work_eta_, work_v_, eta_end, spin0, spin1, weight_);
 }
 
 bool SuperelementBody::feel_spin() {

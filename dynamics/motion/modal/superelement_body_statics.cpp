@@ -69,8 +69,9 @@ Vector SuperelementBody::contact_kick(double h, const Vector& force) const {
   return kick;
 }
 
-// Impulses at the start of steps hold the body where it is at their ends, where it has half of a kick less than in the mean. With
-// central differences its rates are those half a step before, of a body at rest under all forces.
+// Impulses at the start of steps hold the body where it is at their ends, where it has half of a
+// kick less than in the mean. With central differences its rates are those half a step before, of a
+// body at rest under all forces.
 void SuperelementBody::start_motion(double h) {
   if (statics_.empty()) return;
   const Vector kick = contact_kick(h, statics_.contact + statics_.friction);

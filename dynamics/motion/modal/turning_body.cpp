@@ -27,7 +27,8 @@ void turn_about(const Vector3& c, const Eigen::Quaterniond& q, Points& x) {
 
 Vector3 moment_about(const Vector3& c, const Points& x, const Points& impulses) {
   Vector3 sum = Vector3::Zero();
-  for (Index i = 0; i < x.rows(); ++i) sum += (x.row(i).transpose() - c).cross(Vector3(impulses.row(i).transpose()));
+  for (Index i = 0; i < x.rows(); ++i)
+    sum += (x.row(i).transpose() - c).cross(Vector3(impulses.row(i).transpose()));
   return sum;
 }
 
@@ -35,7 +36,8 @@ Vector3 moment_about(const Vector3& c, const Points& x, const Points& impulses) 
 Vector centrifugal(const Vector3& w) {
   const double ww = w.squaredNorm();
   Vector g(6);
-  g << ww - w[0] * w[0], ww - w[1] * w[1], ww - w[2] * w[2], -2 * w[0] * w[1], -2 * w[1] * w[2], -2 * w[0] * w[2];
+  g << ww - w[0] * w[0], ww - w[1] * w[1], ww - w[2] * w[2], -2 * w[0] * w[1], -2 * w[1] * w[2],
+      -2 * w[0] * w[2];
   return g;
 }
 
@@ -43,7 +45,8 @@ constexpr double largest_bend = 0.1;  // rad, in which the spin's forces are tak
 
 }  // namespace
 
-TurningBody::TurningBody(std::unique_ptr<Body> inner, SuperelementBody& modal, bool late, const Vector3& angular_velocity)
+TurningBody::TurningBody(std::unique_ptr<Body> inner, SuperelementBody& modal, bool late,
+                         const Vector3& angular_velocity)
     : inner_(std::move(inner)),
       modal_(modal),
       late_(late),
@@ -66,7 +69,8 @@ void TurningBody::expect_spin() {
 void TurningBody::damp(const Damping& damping) {
   if (damping.material.alpha != 0)
     throw InputError("instance '" + name() +
-                     "': damping alpha, which brakes rigid motions, does not go with time.rotations: large: take beta, loss_factor "
+                     "': damping alpha, which brakes rigid motions, does not go with "
+                     "time.rotations: large: take beta, loss_factor "
                      "or ratios of modes");
   inner_->damp(damping);
 }
@@ -112,26 +116,30 @@ void TurningBody::mean_motion(Index set, Vector3& position, Vector3& velocity) c
   velocity = v_c + now_.angular_velocity(q_, L_).cross(arm) + q_ * (velocity - v_c);
 }
 
-// Impulses come in the axes of the middle of the step: so the inner body's symmetric answer is that of the turned one to second
-// order in the angle of a step.
+// Impulses come in the axes of the middle of the step: so the inner body's symmetric answer is that
+// of the turned one to second order in the angle of a step.
 void TurningBody::take_axes() {
   Eigen::Quaterniond middle;
   middle.coeffs() = q_.coeffs() + q_end_.coeffs();  // of parts of a turn; opposite signs cannot be
   if (middle.coeffs().isZero(1e-3)) middle = q_;
-  R_ = q_.vec().isZero(0) && q_end_.vec().isZero(0) ? Matrix3::Identity() : middle.normalized().toRotationMatrix();
+  R_ = q_.vec().isZero(0) && q_end_.vec().isZero(0) ? Matrix3::Identity()
+                                                    : middle.normalized().toRotationMatrix();
   modal_.carry(R_);
 }
 
-// J_0 + 2 (tr S 1 - S): what the modes make of the inertia, first order; shape: S, component axes, as xx, yy, zz, xy, yz, xz.
+// J_0 + 2 (tr S 1 - S): what the modes make of the inertia, first order; shape: S, component axes,
+// as xx, yy, zz, xy, yz, xz.
 Matrix3 TurningBody::inertia(const Vector& shape) const {
   Matrix3 S;
   S << shape[0], shape[3], shape[5], shape[3], shape[1], shape[4], shape[5], shape[4], shape[2];
-  return J_0_ + 2 * (S.trace() * Matrix3::Identity() - modal_.axes() * S * modal_.axes().transpose());
+  return J_0_ +
+         2 * (S.trace() * Matrix3::Identity() - modal_.axes() * S * modal_.axes().transpose());
 }
 
 // The forces of the spin on the modes in a step in which the inertia goes from what it is to J_end.
 void TurningBody::spin_inner(const Matrix3& J_end) {
-  const auto n = std::max<Index>(1, static_cast<Index>(std::ceil(now_.rate_per_momentum * L_.norm() * h_ / largest_bend)));
+  const auto n = std::max<Index>(
+      1, static_cast<Index>(std::ceil(now_.rate_per_momentum * L_.norm() * h_ / largest_bend)));
   const auto part = 1 / static_cast<double>(n);
   const auto at = [&](double share) { return FreeTurn((1 - share) * now_.J + share * J_end); };
   Matrix g(6, n + 1);
@@ -139,7 +147,8 @@ void TurningBody::spin_inner(const Matrix3& J_end) {
   for (Index i = 0; i <= n; ++i) {
     const double share = static_cast<double>(i) * part;
     if (i > 0) q = at(share - 0.5 * part).turned(q, L_, h_ * part);
-    g.col(i) = centrifugal(modal_.axes().transpose() * (q.conjugate() * at(share).angular_velocity(q, L_)));
+    g.col(i) = centrifugal(modal_.axes().transpose() *
+                           (q.conjugate() * at(share).angular_velocity(q, L_)));
   }
   modal_.spin(std::move(g));
 }
@@ -160,7 +169,9 @@ void TurningBody::predict(double t, double h) {
   take_axes();
 }
 
-double TurningBody::spin_energy(const FreeTurn& of) const { return 0.5 * L_.dot(of.angular_velocity(q_, L_)); }
+double TurningBody::spin_energy(const FreeTurn& of) const {
+  return 0.5 * L_.dot(of.angular_velocity(q_, L_));
+}
 
 void TurningBody::add_moment(const Vector3& moment, ImpulseKind kind) {
   kick_.all += moment;
@@ -181,8 +192,8 @@ void TurningBody::add_impulses(Index set, const Points& impulses, ImpulseKind ki
   inner_->add_impulses(set, impulses * R_, kind);
 }
 
-void TurningBody::add_answered_impulses(Index set, const Points& contact, const Points& friction, const Points& move,
-                                        const Vector& still) {
+void TurningBody::add_answered_impulses(Index set, const Points& contact, const Points& friction,
+                                        const Points& move, const Vector& still) {
   add_moments(set, contact, ImpulseKind::contact);
   if (!friction.isZero(0)) add_moments(set, friction, ImpulseKind::friction);
   inner_->add_answered_impulses(set, contact * R_, friction * R_, move, still);
@@ -247,7 +258,9 @@ Points TurningBody::nodal_masses(Index) const {
   return {};
 }
 
-void TurningBody::add_force(const Points&, const LoadHistory&) { assert(false && "no loads but gravity"); }
+void TurningBody::add_force(const Points&, const LoadHistory&) {
+  assert(false && "no loads but gravity");
+}
 
 // Energy in the middle of a late kick, momentum at its end, as of the inner body.
 BodyState TurningBody::state() const {
@@ -270,7 +283,8 @@ BodyWork TurningBody::work() const {
 
 // X: n x 3, scene axes, undeformed; u, v: as they would be without the turn, and then as they are.
 void TurningBody::turn(const Points& X, Points& u, Points& v) const {
-  const Vector3 c = modal_.center_of_mass(), v_c = modal_.center_velocity(), w = now_.angular_velocity(q_, L_);
+  const Vector3 c = modal_.center_of_mass(), v_c = modal_.center_velocity(),
+                w = now_.angular_velocity(q_, L_);
   const Matrix3 R = q_.toRotationMatrix();
   for (Index i = 0; i < X.rows(); ++i) {
     const Vector3 arm = R * (X.row(i) + u.row(i) - c.transpose()).transpose();

@@ -11,16 +11,18 @@
 
 namespace cbr {
 
-// x = c + R (X + u - c_0), docs/theory.md, "Bodies that turn". The inner body gives the centre of mass c and what is measured from
-// it without the turn, X + u - c_0. It gets impulses in its own axes, and never turns (SuperelementBody::carry). R comes from the
-// angular momentum L about c, which impulses change by their moments about c, with the arms of the deformed body.
-// Takes no load but gravity, and no add_velocities(): whoever builds it sees to that.
+// x = c + R (X + u - c_0), docs/theory.md, "Bodies that turn". The inner body gives the centre of
+// mass c and what is measured from it without the turn, X + u - c_0. It gets impulses in its own
+// axes, and never turns (SuperelementBody::carry). R comes from the angular momentum L about c,
+// which impulses change by their moments about c, with the arms of the deformed body. Takes no load
+// but gravity, and no add_velocities(): whoever builds it sees to that.
 class TurningBody final : public Body {
  public:
-  // inner: free, with Scheme::exact, before any set is tracked. modal: its modes, or itself; six of them are rigid.
-  // late: impulses of contact act at the end of a step, not at its start (StaticsBody without mass).
-  // angular_velocity: rad/s, scene axes, at the start.
-  TurningBody(std::unique_ptr<Body> inner, SuperelementBody& modal, bool late, const Vector3& angular_velocity);
+  // inner: free, with Scheme::exact, before any set is tracked. modal: its modes, or itself; six of
+  // them are rigid. late: impulses of contact act at the end of a step, not at its start
+  // (StaticsBody without mass). angular_velocity: rad/s, scene axes, at the start.
+  TurningBody(std::unique_ptr<Body> inner, SuperelementBody& modal, bool late,
+              const Vector3& angular_velocity);
 
   const std::string& name() const override { return inner_->name(); }
   Index n_dofs() const override { return inner_->n_dofs(); }
@@ -38,8 +40,12 @@ class TurningBody final : public Body {
   Index track(const std::vector<Index>& nodes) override;
   void positions(Index set, Points& x) const override;
   void predicted_positions(Index set, Points& x) const override;
-  MotionBound motion_bound(Index set) const override { return in_any_position(inner_->motion_bound(set)); }
-  MotionBound quick_motion_bound(Index set) const override { return in_any_position(inner_->quick_motion_bound(set)); }
+  MotionBound motion_bound(Index set) const override {
+    return in_any_position(inner_->motion_bound(set));
+  }
+  MotionBound quick_motion_bound(Index set) const override {
+    return in_any_position(inner_->quick_motion_bound(set));
+  }
   bool at_rest() const override { return L_.isZero(0) && inner_->at_rest(); }
   Index track_mean(const std::vector<Index>& nodes) override { return inner_->track_mean(nodes); }
   void mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
@@ -48,15 +54,17 @@ class TurningBody final : public Body {
   void accept() override;
   using Body::add_impulses;
   void add_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
-  void add_answered_impulses(Index set, const Points& contact, const Points& friction, const Points& move,
-                             const Vector& still) override;
+  void add_answered_impulses(Index set, const Points& contact, const Points& friction,
+                             const Points& move, const Vector& still) override;
   void add_moment(const Vector3& moment, ImpulseKind kind) override;
   Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum) override;
   const Matrix3* turn_of_step() const override { return &R_; }
   NodeResponse response(Index set, double h) const override;
   Points nodal_masses(Index set) const override;
   void add_force(const Points& forces, const LoadHistory& history) override;
-  void add_gravity(const Vector3& acceleration, const LoadHistory& history) override { inner_->add_gravity(acceleration, history); }
+  void add_gravity(const Vector3& acceleration, const LoadHistory& history) override {
+    inner_->add_gravity(acceleration, history);
+  }
 
   BodyState state() const override;
   BodyWork work() const override;
@@ -91,8 +99,8 @@ class TurningBody final : public Body {
   SuperelementBody& modal_;
   const bool late_;
   const bool feels_;
-  Matrix3 J_0_;           // undeformed, placed, scene axes
-  FreeTurn now_, step_;   // of the body as it is, and as it is in the middle of the step
+  Matrix3 J_0_;          // undeformed, placed, scene axes
+  FreeTurn now_, step_;  // of the body as it is, and as it is in the middle of the step
   Eigen::Quaterniond q_ = Eigen::Quaterniond::Identity();
   mutable Eigen::Quaterniond q_end_ = q_;
   mutable bool ends_there_ = true;   // q_end_ is that of all moments so far

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A sparse matrix of 3 x 3 blocks by rows: the product with a vector is what a full mesh spends its time on.
+// A sparse matrix of 3 x 3 blocks by rows: the product with a vector is what a full mesh spends its
+// time on.
 #pragma once
 
 #include <cstdint>
@@ -10,8 +11,8 @@
 
 namespace cbr {
 
-// n x n blocks; block b of row i is values[9 b .. 9 b + 8], by columns, in column column[b]. One index a block, of 32 bits, instead
-// of nine of 64: the product is bound by memory.
+// n x n blocks; block b of row i is values[9 b .. 9 b + 8], by columns, in column column[b]. One
+// index a block, of 32 bits, instead of nine of 64: the product is bound by memory.
 struct BlockMatrix {
   std::vector<std::int64_t> first;  // n + 1
   std::vector<std::int32_t> column;
@@ -28,12 +29,13 @@ inline void multiply(const BlockMatrix& A, const Points& x, Points& y, RowThread
   multiply(A, x.data(), y.data(), threads);
 }
 
-// Rows begin .. end - 1 of A x added to f, component c of row i at f[c * stride + i - begin]; x by planes: component c of row j at
-// x[c * x_stride + j].
-void add_rows(const BlockMatrix& A, const double* x, Index x_stride, Index begin, Index end, double* f, Index stride);
+// Rows begin .. end - 1 of A x added to f, component c of row i at f[c * stride + i - begin]; x by
+// planes: component c of row j at x[c * x_stride + j].
+void add_rows(const BlockMatrix& A, const double* x, Index x_stride, Index begin, Index end,
+              double* f, Index stride);
 
-// A symmetric matrix by the blocks on and above its diagonal: half of the bytes. Block b is values[9 b .. 9 b + 8], by rows; the
-// first of each row is the diagonal one.
+// A symmetric matrix by the blocks on and above its diagonal: half of the bytes. Block b is
+// values[9 b .. 9 b + 8], by rows; the first of each row is the diagonal one.
 struct SymmetricBlockMatrix {
   std::vector<std::int64_t> first;  // n + 1
   std::vector<std::int32_t> column;

@@ -32,7 +32,8 @@ SparseMatrix free_basis(Index n_nodes, const std::vector<HeldDirection>& held) {
   return Z;
 }
 
-// Nodes that are held whole are held along the axes: then it does not matter how an instance is turned, and hold() leaves nothing.
+// Nodes that are held whole are held along the axes: then it does not matter how an instance is
+// turned, and hold() leaves nothing.
 void take_axes(std::vector<HeldDirection>& held) {
   for (std::size_t i = 0; i + 2 < held.size(); ++i) {
     if (held[i + 2].node != held[i].node) continue;
@@ -43,20 +44,27 @@ void take_axes(std::vector<HeldDirection>& held) {
 
 }  // namespace
 
-MeshBody::MeshBody(std::string name, std::shared_ptr<const MeshModel> model, const Placement& placement,
-                   const std::vector<HeldDirection>& held, std::shared_ptr<RowThreads> threads)
-    : name_(std::move(name)), model_(std::move(model)), placement_(placement), held_(held), threads_(std::move(threads)) {
+MeshBody::MeshBody(std::string name, std::shared_ptr<const MeshModel> model,
+                   const Placement& placement, const std::vector<HeldDirection>& held,
+                   std::shared_ptr<RowThreads> threads)
+    : name_(std::move(name)),
+      model_(std::move(model)),
+      placement_(placement),
+      held_(held),
+      threads_(std::move(threads)) {
   const Index n = model_->mass.size();
   X_ = (model_->coordinates * placement_.T.transpose()).rowwise() + placement_.position.transpose();
   for (Field* p : {&u_, &v_, &u_end_}) p->setZero(n, 3);
   for (Field* p : {&load_, &Ku_, &v_now_}) p->resize(n, 3);
   for (HeldDirection& h : held_) h.node = model_->row_of_node[h.node];
-  std::stable_sort(held_.begin(), held_.end(), [](const HeldDirection& a, const HeldDirection& b) { return a.node < b.node; });
+  std::stable_sort(held_.begin(), held_.end(),
+                   [](const HeldDirection& a, const HeldDirection& b) { return a.node < b.node; });
   take_axes(held_);
   if (consistent()) {
     Z_ = free_basis(n, held_);
     factor_ = std::make_shared<SparseCholesky>(SparseMatrix(Z_.transpose() * model_->M * Z_));
-    if (!factor_->ok()) throw RunError("instance '" + name_ + "': the consistent mass is not positive definite");
+    if (!factor_->ok())
+      throw RunError("instance '" + name_ + "': the consistent mass is not positive definite");
   }
   v_.rowwise() = (placement_.T.transpose() * placement_.velocity).transpose();
   hold_velocity();
@@ -90,7 +98,8 @@ Index MeshBody::track_mean(const std::vector<Index>& nodes) {
 void MeshBody::gather(const Field& u, const std::vector<Index>& rows, Points& x) const {
   x.resize(static_cast<Index>(rows.size()), 3);
   const auto& node = model_->forces.order();
-  for (Index i = 0; i < x.rows(); ++i) x.row(i) = X_.row(node[rows[i]]) + (placement_.T * u.row(rows[i]).transpose()).transpose();
+  for (Index i = 0; i < x.rows(); ++i)
+    x.row(i) = X_.row(node[rows[i]]) + (placement_.T * u.row(rows[i]).transpose()).transpose();
 }
 
 void MeshBody::positions(Index set, Points& x) const {
@@ -125,16 +134,18 @@ void MeshBody::load(double t, Field& f) const {
   f.setZero();
   for (const NodalLoad& load : loads_) {
     const double factor = load.history.value(t);
-    for (std::size_t i = 0; i < load.rows.size(); ++i) f.row(load.rows[i]) += factor * load.forces.row(static_cast<Index>(i));
+    for (std::size_t i = 0; i < load.rows.size(); ++i)
+      f.row(load.rows[i]) += factor * load.forces.row(static_cast<Index>(i));
   }
 }
 
 void MeshBody::hold(Field& v) const {
-  for (const HeldDirection& h : held_) v.row(h.node) -= v.row(h.node).dot(h.direction.transpose()) * h.direction.transpose();
+  for (const HeldDirection& h : held_)
+    v.row(h.node) -= v.row(h.node).dot(h.direction.transpose()) * h.direction.transpose();
 }
 
-// As supports that take hold at once would leave it, like that of all other bodies: of a consistent mass the nodes beside the held
-// ones change theirs too.
+// As supports that take hold at once would leave it, like that of all other bodies: of a consistent
+// mass the nodes beside the held ones change theirs too.
 void MeshBody::hold_velocity() {
   if (held_.empty() || !consistent()) return hold(v_);
   const Points v = v_;
@@ -157,9 +168,11 @@ void MeshBody::accelerations(const Field& force, Field& a) const {
 }
 
 void MeshBody::internal_forces(const Field& u, Field& Ku) const {
-  model_->forces.each(u, *threads_, room_, [&](Index begin, Index end, const double* f, Index stride) {
-    for (int c = 0; c < 3; ++c) std::copy(f + c * stride, f + c * stride + end - begin, Ku.col(c).data() + begin);
-  });
+  model_->forces.each(
+      u, *threads_, room_, [&](Index begin, Index end, const double* f, Index stride) {
+        for (int c = 0; c < 3; ++c)
+          std::copy(f + c * stride, f + c * stride + end - begin, Ku.col(c).data() + begin);
+      });
 }
 
 double MeshBody::held_frequency() const {
@@ -169,7 +182,8 @@ double MeshBody::held_frequency() const {
   return model_->of_held->known.emplace_back(held_, find_held_frequency()).second;
 }
 
-// In coordinates of the free directions alone: parts of a vector that nothing sees would grow from product to product.
+// In coordinates of the free directions alone: parts of a vector that nothing sees would grow from
+// product to product.
 double MeshBody::find_held_frequency() const {
   const Index n = model_->mass.size();
   const SparseMatrix Z = consistent() ? Z_ : free_basis(n, held_);  // 3 n x free, rows of the nodes
@@ -208,7 +222,9 @@ const Field& MeshBody::internal_forces() const {
 }
 
 // K u . v
-double MeshBody::scalar_product_of_forces(const Field& v) const { return flat(internal_forces()).dot(flat(v)); }
+double MeshBody::scalar_product_of_forces(const Field& v) const {
+  return flat(internal_forces()).dot(flat(v));
+}
 
 void MeshBody::total_accelerations(Field& a) const {
   if (loads_.empty()) return accelerations(-internal_forces(), a);
@@ -229,12 +245,14 @@ const Field& MeshBody::present_velocities() const {
 }
 
 std::span<const HeldDirection> MeshBody::held_of(Index row) const {
-  const auto [first, last] = std::equal_range(held_.begin(), held_.end(), HeldDirection{row, {}},
-                                              [](const HeldDirection& a, const HeldDirection& b) { return a.node < b.node; });
+  const auto [first, last] = std::equal_range(
+      held_.begin(), held_.end(), HeldDirection{row, {}},
+      [](const HeldDirection& a, const HeldDirection& b) { return a.node < b.node; });
   return {first, last};
 }
 
-// v- half a step before t = 0; booked as work of the loads, so that the energy balance starts from the given velocity.
+// v- half a step before t = 0; booked as work of the loads, so that the energy balance starts from
+// the given velocity.
 void MeshBody::start(double h) {
   Field back(v_.rows(), 3);
   total_accelerations(back);
@@ -254,24 +272,29 @@ void MeshBody::start(double h) {
 void MeshBody::leap(double s, double h) {
   const auto on_rows = [&](Index begin, Index end, const double* f, Index stride) {
     for (int c = 0; c < 3; ++c)
-      leapfrog({f + c * stride, loads_.empty() ? nullptr : load_.col(c).data() + begin, model_->inverse_mass.data() + begin,
-                u_.col(c).data() + begin, v_.col(c).data() + begin, u_end_.col(c).data() + begin},
+      leapfrog({f + c * stride, loads_.empty() ? nullptr : load_.col(c).data() + begin,
+                model_->inverse_mass.data() + begin, u_.col(c).data() + begin,
+                v_.col(c).data() + begin, u_end_.col(c).data() + begin},
                end - begin, s, h);
   };
   if (Ku_is_current_) {
-    threads_->for_rows(u_.rows(), [&](Index begin, Index end) { on_rows(begin, end, Ku_.data() + begin, Ku_.rows()); });
+    threads_->for_rows(u_.rows(), [&](Index begin, Index end) {
+      on_rows(begin, end, Ku_.data() + begin, Ku_.rows());
+    });
   } else {
     model_->forces.each(u_, *threads_, room_, on_rows);
   }
   if (held_.empty()) return;
   hold(v_);
-  for (const HeldDirection& held : held_) u_end_.row(held.node) = u_.row(held.node) + h * v_.row(held.node);
+  for (const HeldDirection& held : held_)
+    u_end_.row(held.node) = u_.row(held.node) + h * v_.row(held.node);
 }
 
 void MeshBody::damp(const Damping& damping) {
   if (damping.needs_modes())
     throw InputError("instance '" + name_ +
-                     "': loss_factor and damping of modes cannot be had with as: mesh: give its material damping: {alpha, beta}, or "
+                     "': loss_factor and damping of modes cannot be had with as: mesh: give its "
+                     "material damping: {alpha, beta}, or "
                      "use as: superelement");
   damping_ = damping.material;
 }
@@ -332,7 +355,8 @@ void MeshBody::add_impulses(Index set, const Points& impulses, ImpulseKind kind)
   const auto& rows = sets_[set];
   if (consistent()) {
     Field change = Field::Zero(u_.rows(), 3);
-    for (Index i = 0; i < impulses.rows(); ++i) change.row(rows[i]) += impulses.row(i) * placement_.T;
+    for (Index i = 0; i < impulses.rows(); ++i)
+      change.row(rows[i]) += impulses.row(i) * placement_.T;
     accelerations(Field(change), change);
     if (is_damped()) change *= kick_share(h_);
     v_ += change;
@@ -353,7 +377,8 @@ void MeshBody::add_impulses(Index set, const Points& impulses, ImpulseKind kind)
 }
 
 Vector3 MeshBody::add_velocities(Index set, const Points& velocities, const Vector3&) {
-  // With nodal masses impulses do just this; a consistent mass is weighed by its row sums, as a nodal enforcement would have it.
+  // With nodal masses impulses do just this; a consistent mass is weighed by its row sums, as a
+  // nodal enforcement would have it.
   Points impulses = velocities;
   for (Index i = 0; i < impulses.rows(); ++i) impulses.row(i) *= model_->mass[sets_[set][i]];
   add_impulses(set, impulses, ImpulseKind::contact);
@@ -369,7 +394,8 @@ void MeshBody::accept() {
   if (!loads_.empty()) work_.external += 0.25 * (last_h_ + h_) * flat(load_).dot(flat(v_));
   if (is_damped()) work_.damping += damping_work();
   // Its energy holds a term -h/2 v . K u: a change of h brings (h - h-)/4 K u . (v+ - v-).
-  if (h_ != last_h_) work_.numerical += 0.25 * (h_ - last_h_) * (scalar_product_of_forces(v_) - Ku_v_before_);
+  if (h_ != last_h_)
+    work_.numerical += 0.25 * (h_ - last_h_) * (scalar_product_of_forces(v_) - Ku_v_before_);
   last_h_ = h_;
   Ku_is_current_ = v_now_is_current_ = false;
   u_.swap(u_end_);

@@ -19,16 +19,21 @@
 
 namespace cbr {
 
-// What the instances of a component share; component axes, node i is FiniteElementModel::nodes[i]. Rows are those of `forces`.
+// What the instances of a component share; component axes, node i is FiniteElementModel::nodes[i].
+// Rows are those of `forces`.
 struct MeshModel {
   Points coordinates;  // n x 3
   MeshForces forces;
   std::vector<Index> row_of_node;
-  Vector mass;  // n, by rows, row sums: the lumped mass, or what a nodal enforcement and the momentum need of a consistent one
+  // n, by rows, row sums: the lumped mass, or what a nodal enforcement and the momentum need of a
+  // consistent one
+  Vector mass;
   Vector inverse_mass;  // n, by rows, lumped mass only
-  Field arms;           // n, by rows, lumped mass only: mass times the place from the centre of mass
-  SparseMatrix M;       // 3 n x 3 n, consistent mass only; its rows are the nodes
-  Matrix MR;            // 3 n x 6, consistent mass only: M times the rigid motions about the centre of mass
+  // n, by rows, lumped mass only: mass times the place from the centre of mass
+  Field arms;
+  SparseMatrix M;  // 3 n x 3 n, consistent mass only; its rows are the nodes
+  // 3 n x 6, consistent mass only: M times the rigid motions about the centre of mass
+  Matrix MR;
   RigidBody rigid_body;
   double largest_frequency = 0;  // of the free model
   // And of instances that are held, which mostly are held alike
@@ -39,10 +44,12 @@ struct MeshModel {
   std::shared_ptr<HeldFrequencies> of_held = std::make_shared<HeldFrequencies>();
 };
 
-// `lumped`: M is diagonal. RunError when the highest frequency is not found or M is not positive definite. K assembled.
+// `lumped`: M is diagonal. RunError when the highest frequency is not found or M is not positive
+// definite. K assembled.
 MeshModel mesh_model(const FiniteElementModel& model, const Points& coordinates, bool lumped);
 // `forces` of the same model; of an assembled K when the mass is consistent.
-MeshModel mesh_model(const FiniteElementModel& model, const Points& coordinates, bool lumped, MeshForces forces);
+MeshModel mesh_model(const FiniteElementModel& model, const Points& coordinates, bool lumped,
+                     MeshForces forces);
 
 // `held`: ascending by node, component axes.
 class MeshBody final : public Body {
@@ -51,8 +58,12 @@ class MeshBody final : public Body {
            const std::vector<HeldDirection>& held, std::shared_ptr<RowThreads> threads);
 
   const std::string& name() const override { return name_; }
-  Index n_dofs() const override { return 3 * model_->mass.size() - static_cast<Index>(held_.size()); }
-  double largest_frequency() const override { return critical_frequency(largest_frequency_, damping_.beta); }
+  Index n_dofs() const override {
+    return 3 * model_->mass.size() - static_cast<Index>(held_.size());
+  }
+  double largest_frequency() const override {
+    return critical_frequency(largest_frequency_, damping_.beta);
+  }
   Scheme scheme() const override { return Scheme::central_difference; }
   const Points& reference_positions() const override { return X_; }
 
@@ -66,12 +77,17 @@ class MeshBody final : public Body {
   Index track_mean(const std::vector<Index>& nodes) override;
   void mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
 
-  // Before track() and loads: a body of the same nodes, held alike, that does statics for this one until start_motion().
+  // Before track() and loads: a body of the same nodes, held alike, that does statics for this one
+  // until start_motion().
   void do_statics_with(std::unique_ptr<Body> still) { still_ = std::move(still); }
   bool has_statics() const override { return still_ != nullptr; }
   void relax(const Rest& rest) override { still_->relax(rest); }
-  NodeResponse static_response(Index set, double hold) const override { return still_->static_response(set, hold); }
-  void add_static_forces(Index set, const Points& forces, ImpulseKind kind) override { still_->add_static_forces(set, forces, kind); }
+  NodeResponse static_response(Index set, double hold) const override {
+    return still_->static_response(set, hold);
+  }
+  void add_static_forces(Index set, const Points& forces, ImpulseKind kind) override {
+    still_->add_static_forces(set, forces, kind);
+  }
   Settled settle() override { return still_->settle(); }
   void end_load_step() override { still_->end_load_step(); }
   void start_motion(double h) override;
@@ -131,7 +147,8 @@ class MeshBody final : public Body {
   std::span<const HeldDirection> held_of(Index row) const;
   void gather(const Field& u, const std::vector<Index>& rows, Points& x) const;
   double scalar_product(const Field& v, const Field& w) const;  // v . M w
-  Eigen::Matrix<double, 6, 1> momenta(const Field& v) const;    // of translation and rotation, component axes
+  // of translation and rotation, component axes
+  Eigen::Matrix<double, 6, 1> momenta(const Field& v) const;
 
   std::unique_ptr<Body> still_;  // none: motion has begun
   std::string name_;
@@ -144,7 +161,8 @@ class MeshBody final : public Body {
   std::shared_ptr<SparseCholesky> factor_;  // of Z^T M Z
   Points X_;
   std::vector<std::vector<Index>> sets_, means_;  // rows
-  std::vector<Points> v_before_;                  // of each set, before the step that predict() has begun
+  // of each set, before the step that predict() has begun
+  std::vector<Points> v_before_;
   std::vector<NodalLoad> loads_;
   LoadNumbers load_of_;
   Field u_, u_end_;  // component axes, by rows

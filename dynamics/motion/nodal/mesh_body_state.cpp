@@ -17,7 +17,8 @@ void MeshBody::start_motion(double h) {
   still_.reset();
 }
 
-// K u is formed anew where it was known: from it and in the pass that forms it velocities are the same, but not when it is formed.
+// K u is formed anew where it was known: from it and in the pass that forms it velocities are the
+// same, but not when it is formed.
 void MeshBody::keep_state(StateArchive& archive) {
   archive.expect(u_.rows());
   archive(u_, v_, t_, last_h_, work_);

@@ -21,10 +21,11 @@ class MeshForces {
   enum class Variant : char { automatic, assembled, shared };
 
   MeshForces() = default;
-  // Elements that are translates of each other work by their one stiffness, the rest (and all when `variant` or the counts of bytes
-  // and operations say so: docs/decisions/full-mesh.md) by an assembled matrix. model.K must be that of the mesh.
-  MeshForces(const FiniteElementModel& model, const Mesh& mesh, const std::vector<BlockProperties>& properties,
-             Variant variant = Variant::automatic);
+  // Elements that are translates of each other work by their one stiffness, the rest (and all when
+  // `variant` or the counts of bytes and operations say so: docs/decisions/full-mesh.md) by an
+  // assembled matrix. model.K must be that of the mesh.
+  MeshForces(const FiniteElementModel& model, const Mesh& mesh,
+             const std::vector<BlockProperties>& properties, Variant variant = Variant::automatic);
   // Assembled, rows in the order of the model's nodes.
   explicit MeshForces(const SparseMatrix& K);
 
@@ -45,20 +46,23 @@ class MeshForces {
   };
   // Component c of the force on row i, begin <= i < end, is f[c * stride + i - begin].
   using Use = std::function<void(Index begin, Index end, const double* f, Index stride)>;
-  // Each row comes once, in parts, from several threads at a time; u must not change until it returns.
-  // The same bits for any number of threads.
+  // Each row comes once, in parts, from several threads at a time; u must not change until it
+  // returns. The same bits for any number of threads.
   void each(const Field& u, RowThreads& threads, Work& work, const Use& use) const;
 
  private:
   void each_shared(const Field& u, RowThreads& threads, Work& work, const Use& use) const;
-  void shared_part(const Field& u, Index begin, Index end, std::vector<double>& window, const Use& use) const;
+  void shared_part(const Field& u, Index begin, Index end, std::vector<double>& window,
+                   const Use& use) const;
   void each_assembled(const Field& u, RowThreads& threads, Work& work, const Use& use) const;
-  void assembled_part(const std::vector<double>& x, Index begin, Index end, std::vector<double>& window, const Use& use) const;
+  void assembled_part(const std::vector<double>& x, Index begin, Index end,
+                      std::vector<double>& window, const Use& use) const;
 
   Index n_ = 0;
   std::vector<Index> order_;
   SharedElements shared_;
-  BlockMatrix rest_;        // beside shared elements, of those that are not; no rows when there are none
+  // beside shared elements, of those that are not; no rows when there are none
+  BlockMatrix rest_;
   SymmetricBlockMatrix K_;  // without shared elements, of all
 };
 

@@ -7,7 +7,8 @@
 namespace cbr {
 namespace {
 
-// GCC's and Clang's vectors: wide enough for the widest set, split by the compiler where registers are narrower.
+// GCC's and Clang's vectors: wide enough for the widest set, split by the compiler where registers
+// are narrower.
 using Lanes = double __attribute__((vector_size(64)));
 // Packed: of a vector type that is only said to be unaligned Clang forgets it on the way.
 struct __attribute__((packed, aligned(8), may_alias)) StoredLanes {
@@ -28,8 +29,9 @@ CBR_INLINE void walsh(Lanes (&x)[8]) {
   }
 }
 
-CBR_INLINE void add_boxes(const SharedElements& shared, std::size_t first, std::size_t last, const double* u, Index u_stride,
-                          double* f, Index f_stride, Index f_begin) {
+CBR_INLINE void add_boxes(const SharedElements& shared, std::size_t first, std::size_t last,
+                          const double* u, Index u_stride, double* f, Index f_stride,
+                          Index f_begin) {
   for (std::size_t k = first; k < last; ++k) {
     const SharedElements::Batch& batch = shared.batches[k];
     const SharedElements::Pattern& pattern = shared.patterns[batch.pattern];
@@ -39,7 +41,8 @@ CBR_INLINE void add_boxes(const SharedElements& shared, std::size_t first, std::
     for (int c = 0; c < 3; ++c) {
       const double* from = u + c * u_stride + batch.base;
 #pragma GCC unroll 8
-      for (int b = 0; b < 8; ++b) x[c][b] = reinterpret_cast<const StoredLanes*>(from + pattern.offset[b])->v;
+      for (int b = 0; b < 8; ++b)
+        x[c][b] = reinterpret_cast<const StoredLanes*>(from + pattern.offset[b])->v;
       walsh(x[c]);
     }
 #pragma GCC unroll 8
@@ -53,7 +56,8 @@ CBR_INLINE void add_boxes(const SharedElements& shared, std::size_t first, std::
     }
     if (batch.used != 0xff) {
       Lanes is_used{};
-      for (int lane = 0; lane < SharedElements::lanes; ++lane) is_used[lane] = batch.used >> lane & 1u;
+      for (int lane = 0; lane < SharedElements::lanes; ++lane)
+        is_used[lane] = batch.used >> lane & 1u;
       for (auto& of_component : x)
         for (Lanes& value : of_component) value *= is_used;
     }
@@ -94,13 +98,17 @@ struct __attribute__((packed, aligned(8), may_alias)) StoredFour {
   Four v;
 };
 
-CBR_INLINE const StoredFour* four(const double* at) { return reinterpret_cast<const StoredFour*>(at); }
+CBR_INLINE const StoredFour* four(const double* at) {
+  return reinterpret_cast<const StoredFour*>(at);
+}
 
-CBR_INLINE void block_rows(const BlockMatrix& A, const double* x, Index begin, Index end, double* y) {
+CBR_INLINE void block_rows(const BlockMatrix& A, const double* x, Index begin, Index end,
+                           double* y) {
   const double* values = A.values.data();
   const std::int32_t* column = A.column.data();
   for (Index i = begin; i < end; ++i, y += 3) {
-    Four y0{}, y1{}, y2{};  // of the three columns of the blocks; the fourth entry is the next column's
+    // of the three columns of the blocks; the fourth entry is the next column's
+    Four y0{}, y1{}, y2{};
     for (std::int64_t b = A.first[i]; b < A.first[i + 1]; ++b) {
       const double* block = values + 9 * b;
       const double* u = x + 3 * static_cast<Index>(column[b]);
@@ -119,16 +127,18 @@ CBR_INLINE void add_transposed(const double* block, const double* u, double* y) 
   to.v = to.v + (four(block)->v * u[0] + four(block + 3)->v * u[1] + four(block + 6)->v * u[2]);
 }
 
-CBR_INLINE void symmetric_rows(const SymmetricBlockMatrix& A, const double* x, Index begin, Index end, double* y, Index y_begin,
-                               double* f, Index stride) {
+CBR_INLINE void symmetric_rows(const SymmetricBlockMatrix& A, const double* x, Index begin,
+                               Index end, double* y, Index y_begin, double* f, Index stride) {
   const double* values = A.values.data();
   const std::int32_t* column = A.column.data();
   for (Index i = begin; i < end; ++i) {
     std::int64_t b = A.first[i];
     const double own[3] = {x[4 * i], x[4 * i + 1], x[4 * i + 2]};
-    // Sums over the three rows of the blocks, of four columns each; the fourth is the next row's, times zero
+    // Sums over the three rows of the blocks, of four columns each; the fourth is the next row's,
+    // times zero
     Four u = four(x + 4 * i)->v;
-    Four s0 = four(values + 9 * b)->v * u, s1 = four(values + 9 * b + 3)->v * u, s2 = four(values + 9 * b + 6)->v * u;
+    Four s0 = four(values + 9 * b)->v * u, s1 = four(values + 9 * b + 3)->v * u,
+         s2 = four(values + 9 * b + 6)->v * u;
     for (++b; b < A.first[i + 1]; ++b) {
       const double* block = values + 9 * b;
       const Index j = column[b];
@@ -147,11 +157,13 @@ CBR_INLINE void symmetric_rows(const SymmetricBlockMatrix& A, const double* x, I
   }
 }
 
-CBR_INLINE void carry(const SymmetricBlockMatrix& A, const double* x, Index begin, Index end, double* y) {
+CBR_INLINE void carry(const SymmetricBlockMatrix& A, const double* x, Index begin, Index end,
+                      double* y) {
   const auto column = A.column.begin();
   for (Index i = begin; i < end; ++i) {
     const double own[3] = {x[4 * i], x[4 * i + 1], x[4 * i + 2]};
-    const auto from = std::lower_bound(column + A.first[i], column + A.first[i + 1], static_cast<std::int32_t>(end));
+    const auto from = std::lower_bound(column + A.first[i], column + A.first[i + 1],
+                                       static_cast<std::int32_t>(end));
     for (auto at = from; at < column + A.first[i + 1]; ++at)
       add_transposed(A.values.data() + 9 * (at - column), own, y + 4 * (*at - end));
   }
@@ -172,22 +184,27 @@ struct Kernels {
 #define CBR_V4 CBR_V3 ",avx512f,avx512bw,avx512cd,avx512dq,avx512vl"
 #endif
 
-#define CBR_KERNELS(NAME, TARGET)                                                                                                \
-  TARGET void products_##NAME(const BlockMatrix& A, const double* x, Index begin, Index end, double* y) {                        \
-    block_rows(A, x, begin, end, y);                                                                                             \
-  }                                                                                                                              \
-  TARGET void symmetric_##NAME(const SymmetricBlockMatrix& A, const double* x, Index begin, Index end, double* y, Index y_begin, \
-                               double* f, Index stride) {                                                                        \
-    symmetric_rows(A, x, begin, end, y, y_begin, f, stride);                                                                     \
-  }                                                                                                                              \
-  TARGET void carry_##NAME(const SymmetricBlockMatrix& A, const double* x, Index begin, Index end, double* y) {                  \
-    carry(A, x, begin, end, y);                                                                                                  \
-  }                                                                                                                              \
-  TARGET void boxes_##NAME(const SharedElements& shared, std::size_t first, std::size_t last, const double* u, Index u_stride,   \
-                           double* f, Index f_stride, Index f_begin) {                                                           \
-    add_boxes(shared, first, last, u, u_stride, f, f_stride, f_begin);                                                           \
-  }                                                                                                                              \
-  TARGET void leap_##NAME(const LeapfrogSpan& span, Index n, double s, double h) { leap(span, n, s, h); }
+#define CBR_KERNELS(NAME, TARGET)                                                                  \
+  TARGET void products_##NAME(const BlockMatrix& A, const double* x, Index begin, Index end,       \
+                              double* y) {                                                         \
+    block_rows(A, x, begin, end, y);                                                               \
+  }                                                                                                \
+  TARGET void symmetric_##NAME(const SymmetricBlockMatrix& A, const double* x, Index begin,        \
+                               Index end, double* y, Index y_begin, double* f, Index stride) {     \
+    symmetric_rows(A, x, begin, end, y, y_begin, f, stride);                                       \
+  }                                                                                                \
+  TARGET void carry_##NAME(const SymmetricBlockMatrix& A, const double* x, Index begin, Index end, \
+                           double* y) {                                                            \
+    carry(A, x, begin, end, y);                                                                    \
+  }                                                                                                \
+  TARGET void boxes_##NAME(const SharedElements& shared, std::size_t first, std::size_t last,      \
+                           const double* u, Index u_stride, double* f, Index f_stride,             \
+                           Index f_begin) {                                                        \
+    add_boxes(shared, first, last, u, u_stride, f, f_stride, f_begin);                             \
+  }                                                                                                \
+  TARGET void leap_##NAME(const LeapfrogSpan& span, Index n, double s, double h) {                 \
+    leap(span, n, s, h);                                                                           \
+  }
 
 CBR_KERNELS(plain, )
 #ifdef CBR_HAS_LEVELS
@@ -198,8 +215,10 @@ CBR_KERNELS(v4, __attribute__((target(CBR_V4))))
 Kernels best() {
 #ifdef CBR_HAS_LEVELS
   __builtin_cpu_init();
-  const bool v3 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi2");
-  const bool v4 = v3 && __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl");
+  const bool v3 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") &&
+                  __builtin_cpu_supports("bmi2");
+  const bool v4 = v3 && __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512dq") &&
+                  __builtin_cpu_supports("avx512vl");
   if (v4) return {products_v4, symmetric_v4, carry_v4, boxes_v4, leap_v4};
   if (v3) return {products_v3, symmetric_v3, carry_v3, boxes_v3, leap_v3};
 #endif
@@ -210,8 +229,8 @@ const Kernels kernels = best();
 
 }  // namespace
 
-void add_box_forces(const SharedElements& shared, std::size_t first, std::size_t last, const double* u, Index u_stride, double* f,
-                    Index f_stride, Index f_begin) {
+void add_box_forces(const SharedElements& shared, std::size_t first, std::size_t last,
+                    const double* u, Index u_stride, double* f, Index f_stride, Index f_begin) {
   kernels.boxes(shared, first, last, u, u_stride, f, f_stride, f_begin);
 }
 
@@ -219,15 +238,18 @@ void block_products(const BlockMatrix& A, const double* x, Index begin, Index en
   kernels.products(A, x, begin, end, y);
 }
 
-void symmetric_block_products(const SymmetricBlockMatrix& A, const double* x, Index begin, Index end, double* y, Index y_begin,
-                              double* f, Index stride) {
+void symmetric_block_products(const SymmetricBlockMatrix& A, const double* x, Index begin,
+                              Index end, double* y, Index y_begin, double* f, Index stride) {
   kernels.symmetric(A, x, begin, end, y, y_begin, f, stride);
 }
 
-void symmetric_block_carry(const SymmetricBlockMatrix& A, const double* x, Index begin, Index end, double* y) {
+void symmetric_block_carry(const SymmetricBlockMatrix& A, const double* x, Index begin, Index end,
+                           double* y) {
   kernels.carry(A, x, begin, end, y);
 }
 
-void leapfrog(const LeapfrogSpan& span, Index n, double s, double h) { kernels.leap(span, n, s, h); }
+void leapfrog(const LeapfrogSpan& span, Index n, double s, double h) {
+  kernels.leap(span, n, s, h);
+}
 
 }  // namespace cbr

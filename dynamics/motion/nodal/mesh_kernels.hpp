@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The inner loops of a full mesh's step, compiled for the instruction sets of x86-64-v4, -v3 and the plain one; which of them runs
-// is found out once. Fields are three planes: component c of node i is at field[c * stride + i].
+// The inner loops of a full mesh's step, compiled for the instruction sets of x86-64-v4, -v3 and
+// the plain one; which of them runs is found out once. Fields are three planes: component c of node
+// i is at field[c * stride + i].
 #pragma once
 
 #include <cstddef>
@@ -10,22 +11,26 @@
 
 namespace cbr {
 
-// f += K_e u of batches first .. last - 1. f: planes of their own stride, whose entry 0 is node `f_begin`.
-void add_box_forces(const SharedElements& shared, std::size_t first, std::size_t last, const double* u, Index u_stride, double* f,
-                    Index f_stride, Index f_begin);
+// f += K_e u of batches first .. last - 1. f: planes of their own stride, whose entry 0 is node
+// `f_begin`.
+void add_box_forces(const SharedElements& shared, std::size_t first, std::size_t last,
+                    const double* u, Index u_stride, double* f, Index f_stride, Index f_begin);
 
 // Rows begin .. end - 1 of A x to y; x and y: three numbers a row.
 void block_products(const BlockMatrix& A, const double* x, Index begin, Index end, double* y);
 
-// Rows begin .. end - 1 of A x, when rows below begin have left in y what they add to them: component c of row i to
-// f[c * stride + i - begin]. y: four numbers a row, row y_begin first; of these rows it is cleared, and what they add to rows above
-// is left there. x: four numbers a row, the last of them zero.
-void symmetric_block_products(const SymmetricBlockMatrix& A, const double* x, Index begin, Index end, double* y, Index y_begin,
-                              double* f, Index stride);
+// Rows begin .. end - 1 of A x, when rows below begin have left in y what they add to them:
+// component c of row i to f[c * stride + i - begin]. y: four numbers a row, row y_begin first; of
+// these rows it is cleared, and what they add to rows above is left there. x: four numbers a row,
+// the last of them zero.
+void symmetric_block_products(const SymmetricBlockMatrix& A, const double* x, Index begin,
+                              Index end, double* y, Index y_begin, double* f, Index stride);
 // What rows begin .. end - 1 add to rows from `end` on, left in y, whose first row is `end`.
-void symmetric_block_carry(const SymmetricBlockMatrix& A, const double* x, Index begin, Index end, double* y);
+void symmetric_block_carry(const SymmetricBlockMatrix& A, const double* x, Index begin, Index end,
+                           double* y);
 
-// One component of nodes 0 .. n - 1:  v += s (load - f) / m,  u_end = u + h v.  load may be null: zero.
+// One component of nodes 0 .. n - 1:  v += s (load - f) / m,  u_end = u + h v.  load may be null:
+// zero.
 struct LeapfrogSpan {
   const double *f, *load, *inverse_mass, *u;
   double *v, *u_end;

@@ -30,7 +30,8 @@ double largest_eigenvalue_lumped(const MeshForces& forces, const Vector& inverse
       [&](const Vector& x, Vector& y) {
         u = Eigen::Map<const Field>(x.data(), n, 3);
         forces.each(u, threads, room, [&](Index begin, Index end, const double* f, Index stride) {
-          for (int c = 0; c < 3; ++c) std::copy(f + c * stride, f + c * stride + end - begin, y.data() + c * n + begin);
+          for (int c = 0; c < 3; ++c)
+            std::copy(f + c * stride, f + c * stride + end - begin, y.data() + c * n + begin);
         });
       },
       [&](const Vector& x, Vector& y) {
@@ -45,7 +46,8 @@ MeshModel mesh_model(const FiniteElementModel& model, const Points& coordinates,
   return mesh_model(model, coordinates, lumped, MeshForces(model.K));
 }
 
-MeshModel mesh_model(const FiniteElementModel& model, const Points& coordinates, bool lumped, MeshForces forces) {
+MeshModel mesh_model(const FiniteElementModel& model, const Points& coordinates, bool lumped,
+                     MeshForces forces) {
   MeshModel mesh;
   const Index n = coordinates.rows();
   mesh.coordinates = coordinates;
@@ -58,15 +60,18 @@ MeshModel mesh_model(const FiniteElementModel& model, const Points& coordinates,
   const Vector sums = model.M * ones;
   mesh.mass.resize(n);
   for (Index i = 0; i < n; ++i) mesh.mass[i] = sums[3 * order[i]];
-  // Row sums of a consistent mass may be negative (corners of hex20 and tet10): only a nodal enforcement minds, and looks itself.
-  if (lumped && !(mesh.mass.minCoeff() > 0)) throw RunError("a node of the mesh has a lumped mass that is not positive");
+  // Row sums of a consistent mass may be negative (corners of hex20 and tet10): only a nodal
+  // enforcement minds, and looks itself.
+  if (lumped && !(mesh.mass.minCoeff() > 0))
+    throw RunError("a node of the mesh has a lumped mass that is not positive");
   mesh.rigid_body = rigid_body(model.M, coordinates);
   double lambda = 0;
   if (lumped) {
     mesh.inverse_mass = mesh.mass.cwiseInverse();
     mesh.arms.resize(n, 3);
     for (Index i = 0; i < n; ++i)
-      mesh.arms.row(i) = mesh.mass[i] * (coordinates.row(order[i]) - mesh.rigid_body.center.transpose());
+      mesh.arms.row(i) =
+          mesh.mass[i] * (coordinates.row(order[i]) - mesh.rigid_body.center.transpose());
     lambda = largest_eigenvalue_lumped(mesh.forces, mesh.inverse_mass);
   } else {
     assert(std::is_sorted(order.begin(), order.end()));
@@ -80,7 +85,8 @@ MeshModel mesh_model(const FiniteElementModel& model, const Points& coordinates,
   }
   if (!(lambda > 0) || !std::isfinite(lambda))
     throw RunError(
-        "the highest frequency of the mesh cannot be computed: its stiffness is too large, or its mass too small, for a double: "
+        "the highest frequency of the mesh cannot be computed: its stiffness is too large, or its "
+        "mass too small, for a double: "
         "look at the units of youngs_modulus and density");
   mesh.largest_frequency = std::sqrt(lambda);
   return mesh;
@@ -107,10 +113,12 @@ NodeResponse MeshBody::response(Index set, double h) const {
     force.row(nodes[j / 3]) = placement_.T.row(j % 3);
     if (consistent()) {
       accelerations(force, a);
-      for (Index i = 0; i < m; ++i) S.col(j).segment<3>(3 * i) = push * (placement_.T * a.row(nodes[i]).transpose());
+      for (Index i = 0; i < m; ++i)
+        S.col(j).segment<3>(3 * i) = push * (placement_.T * a.row(nodes[i]).transpose());
     } else {
       Vector3 local = force.row(nodes[j / 3]).transpose() / model_->mass[nodes[j / 3]];
-      for (const HeldDirection& held : held_of(nodes[j / 3])) local -= local.dot(held.direction) * held.direction;
+      for (const HeldDirection& held : held_of(nodes[j / 3]))
+        local -= local.dot(held.direction) * held.direction;
       S.col(j).segment<3>(3 * (j / 3)) = push * (placement_.T * local);
     }
     force.row(nodes[j / 3]).setZero();
@@ -137,10 +145,12 @@ void MeshBody::append_load(const Points& forces, const LoadHistory& history) {
   NodalLoad& other = loads_[place];
   if (other.rows != load.rows) {
     std::vector<Index> rows;
-    std::set_union(other.rows.begin(), other.rows.end(), load.rows.begin(), load.rows.end(), std::back_inserter(rows));
+    std::set_union(other.rows.begin(), other.rows.end(), load.rows.begin(), load.rows.end(),
+                   std::back_inserter(rows));
     Points wider = Points::Zero(static_cast<Index>(rows.size()), 3);
     for (std::size_t i = 0, k = 0; k < other.rows.size(); ++i)
-      if (rows[i] == other.rows[k]) wider.row(static_cast<Index>(i)) = other.forces.row(static_cast<Index>(k++));
+      if (rows[i] == other.rows[k])
+        wider.row(static_cast<Index>(i)) = other.forces.row(static_cast<Index>(k++));
     other.rows = std::move(rows), other.forces = std::move(wider);
   }
   other.forces += forces(other.rows, Eigen::all);
@@ -148,7 +158,8 @@ void MeshBody::append_load(const Points& forces, const LoadHistory& history) {
 
 void MeshBody::add_force(const Points& forces, const LoadHistory& history) {
   Points by_rows(forces.rows(), 3);
-  for (Index i = 0; i < by_rows.rows(); ++i) by_rows.row(i) = forces.row(model_->forces.order()[i]) * placement_.T;
+  for (Index i = 0; i < by_rows.rows(); ++i)
+    by_rows.row(i) = forces.row(model_->forces.order()[i]) * placement_.T;
   append_load(by_rows, history);
   if (still_) still_->add_force(forces, history);
 }
@@ -162,10 +173,12 @@ void MeshBody::add_gravity(const Vector3& acceleration, const LoadHistory& histo
 double MeshBody::scalar_product(const Field& v, const Field& w) const {
   if (consistent()) {
     const Points a = v, b = w;
-    return Eigen::Map<const Vector>(a.data(), a.size()).dot(model_->M * Eigen::Map<const Vector>(b.data(), b.size()));
+    return Eigen::Map<const Vector>(a.data(), a.size())
+        .dot(model_->M * Eigen::Map<const Vector>(b.data(), b.size()));
   }
   double sum = 0;
-  for (int c = 0; c < 3; ++c) sum += (v.col(c).array() * w.col(c).array() * model_->mass.array()).sum();
+  for (int c = 0; c < 3; ++c)
+    sum += (v.col(c).array() * w.col(c).array() * model_->mass.array()).sum();
   return sum;
 }
 
@@ -181,7 +194,8 @@ Eigen::Matrix<double, 6, 1> MeshBody::momenta(const Field& v) const {
     p[c] = model_->mass.dot(v.col(c));
     for (int r = 0; r < 3; ++r) moment(r, c) = r == c ? 0 : model_->arms.col(r).dot(v.col(c));
   }
-  p.tail<3>() << moment(1, 2) - moment(2, 1), moment(2, 0) - moment(0, 2), moment(0, 1) - moment(1, 0);
+  p.tail<3>() << moment(1, 2) - moment(2, 1), moment(2, 0) - moment(0, 2),
+      moment(0, 1) - moment(1, 0);
   return p;
 }
 
@@ -193,10 +207,12 @@ BodyState MeshBody::state() const {
   BodyState state;
   state.center_of_mass = T * (rigid.center + moment.head<3>() / rigid.mass) + placement_.position;
   state.momentum = T * rate.head<3>();
-  state.angular_momentum = T.determinant() * (T * rate.tail<3>()) + state.center_of_mass.cross(state.momentum);
+  state.angular_momentum =
+      T.determinant() * (T * rate.tail<3>()) + state.center_of_mass.cross(state.momentum);
   state.rotation = solve_symmetric(rigid.inertia, moment.tail<3>()).norm();
   if (!std::isfinite(state.rotation)) state.rotation = 0;
-  // 1/2 v- M v+ with v+ of the internal forces alone: what leapfrog conserves together with the strain energy
+  // 1/2 v- M v+ with v+ of the internal forces alone: what leapfrog conserves together with the
+  // strain energy
   state.kinetic_energy = 0.5 * scalar_product(v_, v_) - 0.5 * last_h_ * v_.cwiseProduct(Ku).sum();
   state.strain_energy = 0.5 * u_.cwiseProduct(Ku).sum();
   return state;

@@ -15,13 +15,15 @@ constexpr Index large_product = 1 << 20;
 
 [[noreturn]] void refuse_masses(const std::string& name) {
   throw RunError("instance '" + name +
-                 "': modal mass scaling has no nodal masses: take contact.enforcement impulse or penalty, or " +
+                 "': modal mass scaling has no nodal masses: take contact.enforcement impulse or "
+                 "penalty, or " +
                  "leave out time.mass_scaling");
 }
 
 }  // namespace
 
-ScaledBody::ScaledBody(std::string name, std::shared_ptr<ScaledModel> model, const Placement& placement)
+ScaledBody::ScaledBody(std::string name, std::shared_ptr<ScaledModel> model,
+                       const Placement& placement)
     : name_(std::move(name)), model_(std::move(model)), placement_(placement) {
   const Superelement& s = model_->superelement();
   X_ = (s.coordinates * placement_.T.transpose()).rowwise() + placement_.position.transpose();
@@ -34,7 +36,9 @@ ScaledBody::ScaledBody(std::string name, std::shared_ptr<ScaledModel> model, con
   loads_.push_back(std::move(start));
 }
 
-double ScaledBody::largest_frequency() const { return modes_ ? modes_->largest_frequency() : model_->largest_frequency(); }
+double ScaledBody::largest_frequency() const {
+  return modes_ ? modes_->largest_frequency() : model_->largest_frequency();
+}
 
 Index ScaledBody::track(const std::vector<Index>& nodes) {
   assert(!modes_);
@@ -78,7 +82,9 @@ void ScaledBody::write_positions(const NodeSet& set, const ScaledState& state, P
 }
 
 void ScaledBody::positions(Index set, Points& x) const { write_positions(sets_[set], now_, x); }
-void ScaledBody::predicted_positions(Index set, Points& x) const { write_positions(sets_[set], end_, x); }
+void ScaledBody::predicted_positions(Index set, Points& x) const {
+  write_positions(sets_[set], end_, x);
+}
 
 void ScaledBody::mean_motion(Index set, Vector3& position, Vector3& velocity) const {
   const MeanSet& s = means_[set];
@@ -93,7 +99,8 @@ void ScaledBody::mean_motion(Index set, Vector3& position, Vector3& velocity) co
 }
 
 void ScaledBody::load_amplitudes(double t, ScaledLoad& load) const {
-  for (std::size_t l = 0; l < loads_.size(); ++l) load.a[l] = loads_[l].is_load ? loads_[l].history.value(t) : 0;
+  for (std::size_t l = 0; l < loads_.size(); ++l)
+    load.a[l] = loads_[l].is_load ? loads_[l].history.value(t) : 0;
   load.f.setZero(), load.Sa.setZero();
   for (Index l = 0; l < load.a.size(); ++l) {
     load.f += load.a[l] * load_modal_.col(l);
@@ -108,13 +115,15 @@ const ScaledStep& ScaledBody::step_of(double h) const {
   return regular_;
 }
 
-// From t_ to t_ + h_ with loads, cut at the histories' breakpoints so that each part is linear in time.
+// From t_ to t_ + h_ with loads, cut at the histories' breakpoints so that each part is linear in
+// time.
 void ScaledBody::propagate(const ScaledState& start, ScaledState& end, double& external_work) {
   external_work = 0;
   if (!loaded_) return propagate_free(step_of(h_), start, end);
   end = start;
   breakpoints_.cut(t_, h_, [&](double from, double to, bool whole) {
-    const ScaledStep shorter = whole ? ScaledStep{} : scaled_step(modes_->omega, modes_->clip, to - from, true);
+    const ScaledStep shorter =
+        whole ? ScaledStep{} : scaled_step(modes_->omega, modes_->clip, to - from, true);
     const ScaledStep& step = whole ? step_of(h_) : shorter;
     part_ = end;
     load_amplitudes(from, f0_);
@@ -154,7 +163,8 @@ void ScaledBody::local_kick(const NodeSet& set, const Points& impulses) {
     const Vector3 p = placement_.T.transpose() * impulses.row(i).transpose();
     const Index at = 3 * set.slot[i];
     local_.segment<3>(at) += p;
-    if (!modal_by_blas && Vt.size() > 0) fresh_.f += p[0] * Vt.col(at) + p[1] * Vt.col(at + 1) + p[2] * Vt.col(at + 2);
+    if (!modal_by_blas && Vt.size() > 0)
+      fresh_.f += p[0] * Vt.col(at) + p[1] * Vt.col(at + 1) + p[2] * Vt.col(at + 2);
     if (!scaled || large) continue;
     const Matrix& S = *rows_->S;
     fresh_.Sp.head(n) += p[0] * S.col(at) + p[1] * S.col(at + 1) + p[2] * S.col(at + 2);
@@ -176,9 +186,10 @@ void ScaledBody::add_impulses(Index set, const Points& impulses, ImpulseKind kin
   add_kick(step_of(h_), fresh_, end_);
 }
 
-// y takes what the move has beyond the kept modes: S p = (move - V diag(sin(omega h)/omega) V^T p) clip / sin(clip h)
-void ScaledBody::add_answered_impulses(Index set, const Points& contact, const Points& friction, const Points& move,
-                                       const Vector& still) {
+// y takes what the move has beyond the kept modes: S p = (move - V diag(sin(omega h)/omega) V^T p)
+// clip / sin(clip h)
+void ScaledBody::add_answered_impulses(Index set, const Points& contact, const Points& friction,
+                                       const Points& move, const Vector& still) {
   const NodeSet& s = sets_[set];
   const ScaledStep& step = step_of(h_);
   const double clip_h = modes_->clip * h_, weight = step.scaled.s[0];
@@ -197,7 +208,8 @@ void ScaledBody::add_answered_impulses(Index set, const Points& contact, const P
       const Vector3 local = placement_.T.transpose() * p.row(i).transpose();
       kick.p.segment<3>(3 * i) = local;
       if (!by_blas && Vt.size() > 0)
-        kick.f += local[0] * Vt.col(3 * i) + local[1] * Vt.col(3 * i + 1) + local[2] * Vt.col(3 * i + 2);
+        kick.f +=
+            local[0] * Vt.col(3 * i) + local[1] * Vt.col(3 * i + 1) + local[2] * Vt.col(3 * i + 2);
     }
     if (by_blas) kick.f.noalias() = Vt * kick.p.head(n);
     apply_gain(kick);
@@ -215,11 +227,14 @@ void ScaledBody::add_answered_impulses(Index set, const Points& contact, const P
     if (by_blas) {
       kept = local_.segment<3>(3 * i);
     } else if (Vt.size() > 0) {
-      kept << Vt.col(3 * i).dot(weighted_), Vt.col(3 * i + 1).dot(weighted_), Vt.col(3 * i + 2).dot(weighted_);
+      kept << Vt.col(3 * i).dot(weighted_), Vt.col(3 * i + 1).dot(weighted_),
+          Vt.col(3 * i + 2).dot(weighted_);
     }
-    kick_.Sp.segment<3>(3 * i) = (placement_.T.transpose() * move.row(i).transpose() - kept) / weight;
+    kick_.Sp.segment<3>(3 * i) =
+        (placement_.T.transpose() * move.row(i).transpose() - kept) / weight;
   }
-  for (Index l = 0; l < loads; ++l) kick_.Sp[n + l] = load_scaled_.col(l).head(n).dot(kick_.p.head(n));
+  for (Index l = 0; l < loads; ++l)
+    kick_.Sp[n + l] = load_scaled_.col(l).head(n).dot(kick_.p.head(n));
   add_kick(step, kick_, end_);
 }
 
@@ -228,7 +243,8 @@ Points ScaledBody::nodal_masses(Index) const { refuse_masses(name_); }
 
 void ScaledBody::accept() {
   if (kick_.any) {
-    const double all = kick_.work(kick_, now_, gain_), rubbed = friction_.any ? kick_.work(friction_, now_, gain_) : 0;
+    const double all = kick_.work(kick_, now_, gain_),
+                 rubbed = friction_.any ? kick_.work(friction_, now_, gain_) : 0;
     work_.contact += all - rubbed, work_.friction += rubbed;
     if (loaded_) {
       add_kick(kick_, now_);

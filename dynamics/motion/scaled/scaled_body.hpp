@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Front door of dynamics/motion/scaled: superelements with modal mass scaling.
 //
-// A superelement whose modes above a clip frequency are slowed down to it, and advanced exactly: longer steps in contact.
+// A superelement whose modes above a clip frequency are slowed down to it, and advanced exactly:
+// longer steps in contact.
 #pragma once
 
 #include <memory>
@@ -16,26 +17,30 @@
 
 namespace cbr {
 
-// Statics, rigid motion and the modes below the clip are those of the superelement; a step costs O(n_kept + 3 m) and one product
-// with a shared 3 m x 3 m matrix, m the tracked nodes. Assumes small displacements and rotations as SuperelementBody does.
+// Statics, rigid motion and the modes below the clip are those of the superelement; a step costs
+// O(n_kept + 3 m) and one product with a shared 3 m x 3 m matrix, m the tracked nodes. Assumes
+// small displacements and rotations as SuperelementBody does.
 class ScaledBody final : public Body {
  public:
   // `model` is shared by the instances of a component (a held instance has its own).
   ScaledBody(std::string name, std::shared_ptr<ScaledModel> model, const Placement& placement);
 
-  // Once, after all track(), track_mean(), add_force() and add_gravity(), before the first predict(), state(), ... Nothing is
-  // scaled when `clip` is not below the highest frequency or no node is tracked. RunError: ScaledModel::clipped().
+  // Once, after all track(), track_mean(), add_force() and add_gravity(), before the first
+  // predict(), state(), ... Nothing is scaled when `clip` is not below the highest frequency or no
+  // node is tracked. RunError: ScaledModel::clipped().
   bool can_scale() const override { return true; }
   void scale(double clip) override;
   bool is_scaled() const { return modes_ && modes_->part; }
   Index n_kept() const { return modes_ ? modes_->n_kept() : 0; }
   Index n_scaled() const { return modes_ ? modes_->n_scaled : 0; }
-  // Kinetic + strain energy that sits in scaled modes now: its share of all energy says how much the scaling matters.
+  // Kinetic + strain energy that sits in scaled modes now: its share of all energy says how much
+  // the scaling matters.
   double scaled_energy() const;
 
   const std::string& name() const override { return name_; }
   Index n_dofs() const override { return model_->n_modes(); }
-  double largest_frequency() const override;  // of the superelement before scale(), of what it has become after
+  // of the superelement before scale(), of what it has become after
+  double largest_frequency() const override;
   Scheme scheme() const override { return Scheme::exact; }
   const Points& reference_positions() const override { return X_; }
 
@@ -50,9 +55,10 @@ class ScaledBody final : public Body {
   void predict(double t, double h) override;
   using Body::add_impulses;
   void add_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
-  void add_answered_impulses(Index set, const Points& contact, const Points& friction, const Points& move,
-                             const Vector& still) override;
-  Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum) override;  // RunError: has no masses
+  void add_answered_impulses(Index set, const Points& contact, const Points& friction,
+                             const Points& move, const Vector& still) override;
+  // RunError: has no masses
+  Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum) override;
   void accept() override;
 
   NodeResponse response(Index set, double h) const override;  // shared between the instances
@@ -116,8 +122,9 @@ class ScaledBody final : public Body {
   Breakpoints breakpoints_;  // of all histories
   Matrix load_modal_;        // n_kept x loads, V^T f
   Matrix load_scaled_;       // (3 m + loads) x loads, S f at the tracked dofs and along the loads
-  Matrix rigid_scaled_;      // 6 x (3 m + loads), R^T M^ S; empty when the scaled part has no momentum
-  bool loaded_ = false;      // some load has a history, not only the velocity at the start
+  // 6 x (3 m + loads), R^T M^ S; empty when the scaled part has no momentum
+  Matrix rigid_scaled_;
+  bool loaded_ = false;  // some load has a history, not only the velocity at the start
 
   ScaledState now_, end_, part_;
   ScaledGain gain_;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a scaled body answers about itself: response, bounds of its motion, momentum, energy, displacements.
+// What a scaled body answers about itself: response, bounds of its motion, momentum, energy,
+// displacements.
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
@@ -25,7 +26,8 @@ NodeResponse ScaledBody::response(Index set, double h) const {
 
 double ScaledBody::scaled_energy() const {
   if (!is_scaled()) return 0;
-  return std::max(0.0, scaled_kinetic_energy(now_, gain_) + scaled_strain_energy(now_, modes_->clip, gain_));
+  return std::max(
+      0.0, scaled_kinetic_energy(now_, gain_) + scaled_strain_energy(now_, modes_->clip, gain_));
 }
 
 BodyState ScaledBody::state() const {
@@ -35,14 +37,17 @@ BodyState ScaledBody::state() const {
   // Mass times displacement of the centre of mass, inertia times rotation; and their rates
   Eigen::Matrix<double, 6, 1> moment = Eigen::Matrix<double, 6, 1>::Zero(), rate = moment;
   for (int c = 0; c < 6; ++c) {
-    if (now_.eta.size() > 0) moment[c] = modes_->E.col(c).dot(now_.eta), rate[c] = modes_->E.col(c).dot(now_.v);
-    if (rigid_scaled_.size() > 0) moment[c] += rigid_scaled_.row(c).dot(now_.r), rate[c] += rigid_scaled_.row(c).dot(now_.dr);
+    if (now_.eta.size() > 0)
+      moment[c] = modes_->E.col(c).dot(now_.eta), rate[c] = modes_->E.col(c).dot(now_.v);
+    if (rigid_scaled_.size() > 0)
+      moment[c] += rigid_scaled_.row(c).dot(now_.r), rate[c] += rigid_scaled_.row(c).dot(now_.dr);
   }
   BodyState state;
   state.center_of_mass = T * (body.center + moment.head<3>() / body.mass) + placement_.position;
   state.momentum = T * rate.head<3>();
   // A rotation is a pseudo-vector: a mirror changes its sign.
-  state.angular_momentum = T.determinant() * (T * rate.tail<3>()) + state.center_of_mass.cross(state.momentum);
+  state.angular_momentum =
+      T.determinant() * (T * rate.tail<3>()) + state.center_of_mass.cross(state.momentum);
   state.rotation = solve_symmetric(body.inertia, moment.tail<3>()).norm();
   if (!std::isfinite(state.rotation)) state.rotation = 0;
   state.kinetic_energy = kept_energy(now_.v, gain_);
@@ -77,7 +82,8 @@ MotionBound ScaledBody::motion_bound(Index set) const {
   bound.growth = bound.acceleration = Vector3::Zero();
   for (std::size_t i = 0; i < s.slot.size(); ++i) {
     const Index at = 3 * s.slot[i];
-    Vector3 x = s.X.row(static_cast<Index>(i)), speed = Vector3::Zero(), spread = speed, grown = speed, pushed = speed;
+    Vector3 x = s.X.row(static_cast<Index>(i)), speed = Vector3::Zero(), spread = speed,
+            grown = speed, pushed = speed;
     for (Index j = 0; j < n_kept; ++j) {
       const Vector3 row = T * Vector3(rows_->Vt(j, at), rows_->Vt(j, at + 1), rows_->Vt(j, at + 2));
       if (j < n_rigid) {
@@ -90,11 +96,14 @@ MotionBound ScaledBody::motion_bound(Index set) const {
       // All of one frequency: each displacement is an oscillator by itself
       const Vector3 y = T * now_.y.segment<3>(at), dy = T * now_.dy.segment<3>(at);
       spread += (y.array().square() + (dy / clip).array().square()).sqrt().matrix();
-      for (Index l = 0; l < loads; ++l) grown += (T * load_scaled_.col(l).segment<3>(at)).cwiseAbs() * (largest[l] / clip);
+      for (Index l = 0; l < loads; ++l)
+        grown += (T * load_scaled_.col(l).segment<3>(at)).cwiseAbs() * (largest[l] / clip);
     }
     bound.lower = bound.lower.cwiseMin(x - spread), bound.upper = bound.upper.cwiseMax(x + spread);
-    bound.lower_speed = bound.lower_speed.cwiseMin(speed), bound.upper_speed = bound.upper_speed.cwiseMax(speed);
-    bound.growth = bound.growth.cwiseMax(grown), bound.acceleration = bound.acceleration.cwiseMax(pushed);
+    bound.lower_speed = bound.lower_speed.cwiseMin(speed),
+    bound.upper_speed = bound.upper_speed.cwiseMax(speed);
+    bound.growth = bound.growth.cwiseMax(grown),
+    bound.acceleration = bound.acceleration.cwiseMax(pushed);
   }
   return bound;
 }
@@ -126,7 +135,8 @@ void ScaledBody::coordinates(Vector& q, Vector& rates) const {
   q.head(k) = all.col(0).head(k), rates.head(k) = all.col(1).head(k);
   for (Index i = 0; i < n; ++i)
     for (int d = 0; d < 3; ++d)
-      if (const Index row = modes_->rows(i, d); row >= 0) q[k + 3 * i + d] = all(row, 0), rates[k + 3 * i + d] = all(row, 1);
+      if (const Index row = modes_->rows(i, d); row >= 0)
+        q[k + 3 * i + d] = all(row, 0), rates[k + 3 * i + d] = all(row, 1);
 }
 
 void ScaledBody::displacements(Points& u, Points& v) const {
@@ -136,7 +146,8 @@ void ScaledBody::displacements(Points& u, Points& v) const {
       const Index at = 3 * slot_of_[i];
       Vector3 of_node = Vector3::Zero(), rate = of_node;
       for (int c = 0; c < 3 && now_.eta.size() > 0; ++c)
-        of_node[c] = rows_->Vt.col(at + c).dot(now_.eta), rate[c] = rows_->Vt.col(at + c).dot(now_.v);
+        of_node[c] = rows_->Vt.col(at + c).dot(now_.eta),
+        rate[c] = rows_->Vt.col(at + c).dot(now_.v);
       if (is_scaled()) of_node += now_.y.segment<3>(at), rate += now_.dy.segment<3>(at);
       u.row(i) = (placement_.T * of_node).transpose(), v.row(i) = (placement_.T * rate).transpose();
     }

@@ -66,7 +66,8 @@ void ScaledBody::fill_loads() {
   load_modal_ += modes.E.lazyProduct(rigid);
   if (!modes.part) return;
   const bool held = modes.rigid_gram.size() > 0;
-  Matrix U = loads > 0 ? modes.part->times(F) : Matrix(F.rows(), 0);  // S (F + M^ R rigid)   (n x loads)
+  // S (F + M^ R rigid)   (n x loads)
+  Matrix U = loads > 0 ? modes.part->times(F) : Matrix(F.rows(), 0);
   if (held) U += modes.rigid_response.lazyProduct(rigid);
   load_scaled_ = Matrix::Zero(n + loads, loads);
   const auto row = [&](Index i) { return modes.rows(tracked_[i / 3], i % 3); };
@@ -75,7 +76,8 @@ void ScaledBody::fill_loads() {
   load_scaled_.bottomRows(loads) = F.transpose().lazyProduct(U);
   if (!held) return;
   // R^T M^ S of the loads   (6 x loads)
-  const Matrix momentum = modes.rigid_response.transpose().lazyProduct(F) + modes.rigid_gram.lazyProduct(rigid);
+  const Matrix momentum =
+      modes.rigid_response.transpose().lazyProduct(F) + modes.rigid_gram.lazyProduct(rigid);
   load_scaled_.bottomRows(loads) += rigid.transpose().lazyProduct(momentum);
   rigid_scaled_ = Matrix::Zero(6, n + loads);
   for (Index i = 0; i < n; ++i)
@@ -100,32 +102,40 @@ void ScaledBody::fill_mean(MeanSet& set) const {
   if (loads == 0) return;
   set.St.bottomRows(loads) = force_columns().transpose().lazyProduct(U);
   for (Index l = 0; l < loads && modes.rigid_gram.size() > 0; ++l)
-    set.St.row(n + l) += loads_[l].rigid.transpose() * modes.rigid_response.transpose().lazyProduct(F);
+    set.St.row(n + l) +=
+        loads_[l].rigid.transpose() * modes.rigid_response.transpose().lazyProduct(F);
 }
 
 void ScaledBody::scale(double clip) {
   assert(!modes_);
   modes_ = model_->clipped(tracked_.empty() ? HUGE_VAL : clip);
   if (modes_->largest_frequency() * contact_step_ > 2.1) contact_step_ = 0;  // forced steps
-  if (contact_step_ > 0) gain_ = ScaledGain(modes_->omega, modes_->part ? modes_->clip : HUGE_VAL, contact_step_);
-  // Free bodies move rigidly by kept modes alone: then the velocity at the start is no load on the scaled part
-  if (modes_->rigid_gram.size() == 0 && !loads_.empty() && !loads_.front().is_load) loads_.erase(loads_.begin());
+  if (contact_step_ > 0)
+    gain_ = ScaledGain(modes_->omega, modes_->part ? modes_->clip : HUGE_VAL, contact_step_);
+  // Free bodies move rigidly by kept modes alone: then the velocity at the start is no load on the
+  // scaled part
+  if (modes_->rigid_gram.size() == 0 && !loads_.empty() && !loads_.front().is_load)
+    loads_.erase(loads_.begin());
   rows_ = modes_->node_rows(tracked_);
   for (NodeSet& set : sets_) {
     set.whole = set.slot.size() == tracked_.size();
-    for (std::size_t i = 0; set.whole && i < set.slot.size(); ++i) set.whole = set.slot[i] == static_cast<Index>(i);
+    for (std::size_t i = 0; set.whole && i < set.slot.size(); ++i)
+      set.whole = set.slot[i] == static_cast<Index>(i);
     if (set.whole) set.rows = rows_;
   }
   fill_loads();
   for (MeanSet& set : means_) fill_mean(set);
-  const Index kept = modes_->n_kept(), loads = load_modal_.cols(), scaled = modes_->part ? n_tracked() + loads : 0;
+  const Index kept = modes_->n_kept(), loads = load_modal_.cols(),
+              scaled = modes_->part ? n_tracked() + loads : 0;
   for (ScaledState* state : {&now_, &end_, &part_}) state->set_zero(kept, scaled);
   for (ScaledKick* kick : {&kick_, &friction_, &fresh_}) kick->set_zero(kept, scaled);
   for (ScaledLoad* load : {&f0_, &f1_}) load->set_zero(kept, scaled, loads);
   local_.setZero(n_tracked()), weighted_.setZero(kept);
-  // v = V^T M^ R v0: the rigid motion, or its projection when directions are held; then S takes its share as of an impulse M^ R v0
+  // v = V^T M^ R v0: the rigid motion, or its projection when directions are held; then S takes its
+  // share as of an impulse M^ R v0
   now_.v = modes_->E.leftCols(3) * (placement_.T.transpose() * placement_.velocity);
-  if (loads > 0 && !loads_.front().is_load) now_.dr[scaled - loads] = 1, now_.dy = load_scaled_.col(0);
+  if (loads > 0 && !loads_.front().is_load)
+    now_.dr[scaled - loads] = 1, now_.dy = load_scaled_.col(0);
 }
 
 }  // namespace cbr

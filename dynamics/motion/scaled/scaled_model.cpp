@@ -13,7 +13,8 @@ namespace {
 // The modes of a diagonal form from number `first` on.
 class HighModes final : public ScaledPart {
  public:
-  HighModes(std::shared_ptr<const DiagonalForm> form, Index first, double clip) : form_(std::move(form)) {
+  HighModes(std::shared_ptr<const DiagonalForm> form, Index first, double clip)
+      : form_(std::move(form)) {
     scale_ = clip * form_->omega.tail(form_->omega.size() - first).cwiseInverse();
   }
 
@@ -30,7 +31,9 @@ class HighModes final : public ScaledPart {
     // G = diag(clip / omega) V^T, S = G^T G on the coordinates' columns   (n_scaled x n, n x n)
     Matrix G = zeros_on_huge_pages(scale_.size(), n), S = zeros_on_huge_pages(n, n);
     for (Index i = 0; i < n; ++i)
-      if (coordinates[i] >= 0) G.col(i) = form_->V.row(coordinates[i]).tail(scale_.size()).transpose().cwiseProduct(scale_);
+      if (coordinates[i] >= 0)
+        G.col(i) =
+            form_->V.row(coordinates[i]).tail(scale_.size()).transpose().cwiseProduct(scale_);
     S.selfadjointView<Eigen::Lower>().rankUpdate(G.transpose());
     mirror_lower(S);
     return S;
@@ -45,18 +48,23 @@ class HighModes final : public ScaledPart {
 
 class ModelOfForm final : public ScaledModel {
  public:
-  ModelOfForm(std::shared_ptr<const Superelement> superelement, std::shared_ptr<const DiagonalForm> form)
+  ModelOfForm(std::shared_ptr<const Superelement> superelement,
+              std::shared_ptr<const DiagonalForm> form)
       : ScaledModel(std::move(superelement)), form_(std::move(form)) {}
 
   Index n_modes() const override { return form_->omega.size(); }
-  double largest_frequency() override { return form_->omega.size() > 0 ? form_->omega.maxCoeff() : 0; }
+  double largest_frequency() override {
+    return form_->omega.size() > 0 ? form_->omega.maxCoeff() : 0;
+  }
 
  private:
   std::shared_ptr<ScaledModes> make(double clip) override {
     const Vector& omega = form_->omega;
-    const Index kept = std::upper_bound(omega.begin(), omega.end(), clip) - omega.begin(), high = omega.size() - kept;
+    const Index kept = std::upper_bound(omega.begin(), omega.end(), clip) - omega.begin(),
+                high = omega.size() - kept;
     auto modes = std::make_shared<ScaledModes>();
-    modes->omega = omega.head(kept), modes->V = form_->V.leftCols(kept), modes->E = form_->E.topRows(kept);
+    modes->omega = omega.head(kept), modes->V = form_->V.leftCols(kept),
+    modes->E = form_->E.topRows(kept);
     modes->n_rigid = std::min(form_->n_rigid, kept);
     modes->n_scaled = high;
     modes->method = "all modes";

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Modal mass scaling where all modes would cost too much: those below the clip, and the flexibility of the rest.
+// Modal mass scaling where all modes would cost too much: those below the clip, and the flexibility
+// of the rest.
 
 #include <algorithm>
 #include <cmath>
@@ -21,9 +22,13 @@ constexpr Index small_enough_for_all_modes = 2000;
 // S = clip^2 (F - Phi diag(1/omega^2) Phi^T), Phi the kept elastic modes in free coordinates.
 class FlexibilityPart final : public ScaledPart {
  public:
-  FlexibilityPart(std::shared_ptr<const ScaledSystem> system, std::shared_ptr<const ElasticFlexibility> flexibility, Matrix Phi,
+  FlexibilityPart(std::shared_ptr<const ScaledSystem> system,
+                  std::shared_ptr<const ElasticFlexibility> flexibility, Matrix Phi,
                   const Vector& omega, double clip)
-      : system_(std::move(system)), flexibility_(std::move(flexibility)), clip2_(clip * clip), B_(std::move(Phi)) {
+      : system_(std::move(system)),
+        flexibility_(std::move(flexibility)),
+        clip2_(clip * clip),
+        B_(std::move(Phi)) {
     B_.array().rowwise() /= omega.array().transpose();
   }
 
@@ -57,8 +62,8 @@ class FlexibilityPart final : public ScaledPart {
   Matrix B_;  // Phi diag(1/omega), n x kept elastic
 };
 
-// Whether K^ - shift M^ is positive definite once `X` (M-orthonormal eigenvectors, n x p, of eigenvalues >= 0) is lifted above it:
-// then X has all eigenvectors below the shift.
+// Whether K^ - shift M^ is positive definite once `X` (M-orthonormal eigenvectors, n x p, of
+// eigenvalues >= 0) is lifted above it: then X has all eigenvectors below the shift.
 bool has_all_below(const ScaledSystem& s, const Matrix& X, double shift) {
   const Index k = s.k();
   // D = K^ - shift M^ + 2 shift (M^ X) (M^ X)^T, its modal coordinates eliminated first
@@ -80,8 +85,12 @@ bool has_all_below(const ScaledSystem& s, const Matrix& X, double shift) {
 
 class ModelOfMatrices final : public ScaledModel {
  public:
-  ModelOfMatrices(std::shared_ptr<const Superelement> superelement, std::vector<HeldDirection> held, std::string where)
-      : ScaledModel(superelement), shared_(superelement), held_(std::move(held)), where_(std::move(where)) {
+  ModelOfMatrices(std::shared_ptr<const Superelement> superelement, std::vector<HeldDirection> held,
+                  std::string where)
+      : ScaledModel(superelement),
+        shared_(superelement),
+        held_(std::move(held)),
+        where_(std::move(where)) {
     system_ = std::make_shared<ScaledSystem>(std::move(superelement), held_, where_);
   }
 
@@ -94,14 +103,17 @@ class ModelOfMatrices final : public ScaledModel {
 
  private:
   std::shared_ptr<ScaledModes> make(double clip) override {
-    if (all_ || !(clip < largest_frequency())) return of_all_modes(clip, "the clip frequency is above all modes");
+    if (all_ || !(clip < largest_frequency()))
+      return of_all_modes(clip, "the clip frequency is above all modes");
     if (!flexibility_) flexibility_ = std::make_shared<ElasticFlexibility>(system_);
     const Eigenpairs pairs = modes_up_to(clip);
-    if (!pairs.converged) return of_all_modes(clip, "a large part of all modes is below the clip frequency");
+    if (!pairs.converged)
+      return of_all_modes(clip, "a large part of all modes is below the clip frequency");
     return make_from(pairs, clip);
   }
 
-  // Elastic modes, all up to the clip and at least one above it; not converged where that takes too many.
+  // Elastic modes, all up to the clip and at least one above it; not converged where that takes too
+  // many.
   Eigenpairs modes_up_to(double clip) const {
     const ScaledSystem& s = *system_;
     const auto times_mass = [&](const Eigen::Ref<const Matrix>& X) { return s.times_mass(X); };
@@ -114,7 +126,8 @@ class ModelOfMatrices final : public ScaledModel {
       Eigenpairs pairs = lanczos_below(s.n(), s.n_rigid(), times_mass, solve, shift, options);
       if (!pairs.converged) continue;
       Matrix X(s.n(), s.n_rigid() + pairs.lambda.size());
-      X << Matrix::Zero(s.k(), s.n_rigid()), pairs.Phi.topRows(s.k()), s.rigid_modes(), pairs.Phi.bottomRows(s.f());
+      X << Matrix::Zero(s.k(), s.n_rigid()), pairs.Phi.topRows(s.k()), s.rigid_modes(),
+          pairs.Phi.bottomRows(s.f());
       if (has_all_below(s, X, shift)) return pairs;
     }
     return {};
@@ -136,7 +149,8 @@ class ModelOfMatrices final : public ScaledModel {
     modes->E = modes->V.transpose() * s.momentum();
     const bool free = !s.is_held() && r == 6;
     if (free) use_exact_rigid_modes(*modes);
-    modes->part = std::make_shared<FlexibilityPart>(system_, flexibility_, std::move(Phi), modes->omega.tail(e), clip);
+    modes->part = std::make_shared<FlexibilityPart>(system_, flexibility_, std::move(Phi),
+                                                    modes->omega.tail(e), clip);
     if (!free) {
       modes->rigid_response = modes->part->times(s.momentum());
       modes->rigid_gram = s.momentum().transpose() * modes->rigid_response;
@@ -144,8 +158,9 @@ class ModelOfMatrices final : public ScaledModel {
     return modes;
   }
 
-  // V_r = R L^-T, L L^T = R^T M^ R of the full component when the matrices agree with it, and E = L^T for the rigid modes, 0 for
-  // all others: impulses then change the momentum by exactly their sum.
+  // V_r = R L^-T, L L^T = R^T M^ R of the full component when the matrices agree with it, and E =
+  // L^T for the rigid modes, 0 for all others: impulses then change the momentum by exactly their
+  // sum.
   void use_exact_rigid_modes(ScaledModes& modes) const {
     const RigidBody& body = shared_->rigid_body;
     const Matrix R = reduced_rigid_modes(*shared_, body.center);
@@ -154,7 +169,9 @@ class ModelOfMatrices final : public ScaledModel {
     mass.diagonal().head(3).setConstant(body.mass);
     mass.bottomRightCorner(3, 3) = body.inertia;
     const Cholesky whole(mass);
-    const auto differ = [&](auto block) { return (block(mass) - block(own)).norm() > 1e-6 * block(own).norm(); };
+    const auto differ = [&](auto block) {
+      return (block(mass) - block(own)).norm() > 1e-6 * block(own).norm();
+    };
     if (!whole.ok() || differ([](const Matrix& A) { return Matrix(A.topLeftCorner(3, 3)); }) ||
         differ([](const Matrix& A) { return Matrix(A.bottomRightCorner(3, 3)); }))
       refuse_rigid_modes(where_);
@@ -166,8 +183,10 @@ class ModelOfMatrices final : public ScaledModel {
 
   std::shared_ptr<ScaledModes> of_all_modes(double clip, const std::string& reason) {
     if (system_->n() > small_enough_for_all_modes)
-      throw RunError(where_ + ": time.mass_scaling: " + reason + ", and all " + std::to_string(system_->n()) +
-                     " of them would have to be computed: leave out time.mass_scaling, take a larger step, or run cbr-reduce " +
+      throw RunError(where_ + ": time.mass_scaling: " + reason + ", and all " +
+                     std::to_string(system_->n()) +
+                     " of them would have to be computed: leave out time.mass_scaling, take a "
+                     "larger step, or run cbr-reduce " +
                      "--diagonal-limit " + std::to_string(shared_->n()));
     if (!all_) {
       auto form = std::make_shared<DiagonalForm>();
@@ -194,9 +213,10 @@ class ModelOfMatrices final : public ScaledModel {
 
 }  // namespace
 
-std::shared_ptr<ScaledModel> scaled_model(std::shared_ptr<const Superelement> superelement, std::vector<HeldDirection> held,
-                                          std::string where) {
-  return std::make_shared<ModelOfMatrices>(std::move(superelement), std::move(held), std::move(where));
+std::shared_ptr<ScaledModel> scaled_model(std::shared_ptr<const Superelement> superelement,
+                                          std::vector<HeldDirection> held, std::string where) {
+  return std::make_shared<ModelOfMatrices>(std::move(superelement), std::move(held),
+                                           std::move(where));
 }
 
 }  // namespace cbr

@@ -10,14 +10,16 @@
 
 namespace cbr {
 
-std::shared_ptr<const Matrix> ScaledRows::response(double h, double contact_step, const ScaledGain& gain) const {
+std::shared_ptr<const Matrix> ScaledRows::response(double h, double contact_step,
+                                                   const ScaledGain& gain) const {
   if (last_.block && last_.h == h && last_.contact_step == contact_step) return last_.block;
   if (other_.block && other_.h == h && other_.contact_step == contact_step) {
     std::swap(last_, other_);
     return last_.block;
   }
   Vector weight(omega.size());  // sin(omega h) / omega, positive below omega h = pi
-  for (Index j = 0; j < omega.size(); ++j) weight[j] = omega[j] == 0 ? h : std::sin(omega[j] * h) / omega[j];
+  for (Index j = 0; j < omega.size(); ++j)
+    weight[j] = omega[j] == 0 ? h : std::sin(omega[j] * h) / omega[j];
   if (contact_step > 0) weight.array() *= gain.kept.array();
   Matrix B = zeros_on_huge_pages(Vt.cols(), Vt.cols());
   if (weight.size() == 0 || Vt.cols() == 0) {  // BLAS minds a product over nothing
@@ -28,7 +30,8 @@ std::shared_ptr<const Matrix> ScaledRows::response(double h, double contact_step
     B.triangularView<Eigen::Lower>() = Vt.transpose() * (weight.asDiagonal() * Vt);
   }
   const double scale = gain.scaled * std::sin(clip * h) / clip;
-  for (Index j = 0; S && j < B.cols(); ++j) B.col(j).tail(B.rows() - j) += scale * S->col(j).tail(B.rows() - j);
+  for (Index j = 0; S && j < B.cols(); ++j)
+    B.col(j).tail(B.rows() - j) += scale * S->col(j).tail(B.rows() - j);
   mirror_lower(B);
   other_ = std::move(last_);
   last_ = {h, contact_step, std::make_shared<const Matrix>(std::move(B))};

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A component's modes below a clip frequency, and all modes above it as one (docs/theory.md, "Modal mass scaling").
+// A component's modes below a clip frequency, and all modes above it as one (docs/theory.md, "Modal
+// mass scaling").
 #pragma once
 
 #include <map>
@@ -12,25 +13,29 @@
 
 namespace cbr {
 
-// What the modes above the clip do together, S = clip^2 sum of V_j V_j^T / omega_j^2 over them (n x n, component axes).
+// What the modes above the clip do together, S = clip^2 sum of V_j V_j^T / omega_j^2 over them (n x
+// n, component axes).
 class ScaledPart {
  public:
   virtual ~ScaledPart() = default;
-  virtual Matrix times(const Matrix& F) const = 0;                        // S F, n x q
-  virtual Matrix block(const std::vector<Index>& coordinates) const = 0;  // rows and columns of S; those of -1 are 0
+  virtual Matrix times(const Matrix& F) const = 0;  // S F, n x q
+  // rows and columns of S; those of -1 are 0
+  virtual Matrix block(const std::vector<Index>& coordinates) const = 0;
 };
 
 // The rows of a node set, shared by the instances of a component: dof 3 i + c, component axes.
 class ScaledRows {
  public:
-  Matrix Vt;                        // n_kept x 3 m, column 3 i + c is the modal row of the dof, contiguous
+  // n_kept x 3 m, column 3 i + c is the modal row of the dof, contiguous
+  Matrix Vt;
   std::shared_ptr<const Matrix> S;  // 3 m x 3 m, null when nothing is scaled
   Vector omega;                     // n_kept
   double clip = 0;
 
-  // Vt^T diag(sin(omega h)/omega) Vt + sin(clip h)/clip S, with the gains of `contact_step`: how a step of h answers impulses. Kept
-  // for the last two of them.
-  std::shared_ptr<const Matrix> response(double h, double contact_step, const ScaledGain& gain) const;
+  // Vt^T diag(sin(omega h)/omega) Vt + sin(clip h)/clip S, with the gains of `contact_step`: how a
+  // step of h answers impulses. Kept for the last two of them.
+  std::shared_ptr<const Matrix> response(double h, double contact_step,
+                                         const ScaledGain& gain) const;
 
  private:
   struct Response {
@@ -40,7 +45,8 @@ class ScaledRows {
   mutable Response last_, other_;
 };
 
-// Coordinates: kept modes eta (omega, V), and r with r'' + clip^2 r = f, displacement V eta + S r. Not for several threads at once.
+// Coordinates: kept modes eta (omega, V), and r with r'' + clip^2 r = f, displacement V eta + S r.
+// Not for several threads at once.
 class ScaledModes {
  public:
   double clip = 0;           // rad/s
@@ -50,9 +56,11 @@ class ScaledModes {
   Matrix E;                  // n_kept x 6, V^T M^ R: rigid motions about the centre of mass
   Index n_scaled = 0;        // modes above the clip
   double lowest_scaled = 0;  // frequency of the first of them, rad/s; 0: none
-  // S M^ R (n x 6) and (M^ R)^T S M^ R (6 x 6): what is left of rigid motions above the clip. Empty for a free body, where it is 0.
+  // S M^ R (n x 6) and (M^ R)^T S M^ R (6 x 6): what is left of rigid motions above the clip. Empty
+  // for a free body, where it is 0.
   Matrix rigid_response, rigid_gram;
-  std::string method;                      // how the kept ones were found: "all modes", "block lanczos"
+  // how the kept ones were found: "all modes", "block lanczos"
+  std::string method;
   std::shared_ptr<const ScaledPart> part;  // null when nothing is scaled
   IndexTable rows;                         // of V, n_nodes x 3, -1 for none
 

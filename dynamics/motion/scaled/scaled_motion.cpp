@@ -31,7 +31,8 @@ ScaledGain::ScaledGain(const Vector& omega, double clip, double h)
       weight(kept.cwiseInverse()),
       scaled(clip < HUGE_VAL ? contact_gain(Vector::Constant(1, clip), h)[0] : 1) {}
 
-double ScaledKick::work(const ScaledKick& of, const ScaledState& start, const ScaledGain& gain) const {
+double ScaledKick::work(const ScaledKick& of, const ScaledState& start,
+                        const ScaledGain& gain) const {
   const auto modal = of.f.array() * (start.v.array() + 0.5 * f.array());
   return (gain.weight.size() > 0 ? (modal * gain.weight.array()).sum() : modal.sum()) +
          (of.p.dot(start.dy) + 0.5 * of.p.dot(Sp)) / gain.scaled;
@@ -42,7 +43,8 @@ void ScaledLoad::set_zero(Index n_kept, Index n_scaled, Index n_loads) {
 }
 
 ScaledStep scaled_step(const Vector& omega, double clip, double h, bool with_loads) {
-  return {h, modal_propagator(omega, h, with_loads), modal_propagator(Vector::Constant(1, clip), h, with_loads)};
+  return {h, modal_propagator(omega, h, with_loads),
+          modal_propagator(Vector::Constant(1, clip), h, with_loads)};
 }
 
 void propagate_free(const ScaledStep& step, const ScaledState& start, ScaledState& end) {
@@ -53,7 +55,8 @@ void propagate_free(const ScaledStep& step, const ScaledState& start, ScaledStat
   end.dr = sign * end.dr - t * end.r, end.dy = sign * end.dy - t * end.y;
 }
 
-void add_load(const ScaledStep& step, const ScaledLoad& f0, const ScaledLoad& f1, ScaledState& end) {
+void add_load(const ScaledStep& step, const ScaledLoad& f0, const ScaledLoad& f1,
+              ScaledState& end) {
   add_load(step.kept, f0.f, f1.f, end.eta, end.v);
   if (end.r.size() == 0) return;
   const ModalPropagator& s = step.scaled;
@@ -63,19 +66,21 @@ void add_load(const ScaledStep& step, const ScaledLoad& f0, const ScaledLoad& f1
   end.dy += s.b0[0] * f0.Sa + s.b1[0] * f1.Sa;
 }
 
-double load_work(const ScaledStep& step, const ScaledState& start, const ScaledState& end, const ScaledLoad& f0,
-                 const ScaledLoad& f1, const ScaledGain& gain) {
+double load_work(const ScaledStep& step, const ScaledState& start, const ScaledState& end,
+                 const ScaledLoad& f0, const ScaledLoad& f1, const ScaledGain& gain) {
   const double kept = load_work(step.kept, start.eta, start.v, end.eta, f0.f, f1.f, gain.weight);
   const Index n = f0.a.size();
   if (end.r.size() == 0) return kept;
-  // By parts as in modal_propagator.cpp, of the displacement y along each load: a0 (y1 - y0) + (a1 - a0) (y1 - (int y dt) / h)
+  // By parts as in modal_propagator.cpp, of the displacement y along each load: a0 (y1 - y0) + (a1
+  // - a0) (y1 - (int y dt) / h)
   const ModalPropagator& s = step.scaled;
-  const auto integral = s.s[0] * start.y.tail(n).array() + s.b1[0] * step.h * start.dy.tail(n).array() +
+  const auto integral = s.s[0] * start.y.tail(n).array() +
+                        s.b1[0] * step.h * start.dy.tail(n).array() +
                         s.i0[0] * f0.Sa.tail(n).array() + s.i1[0] * f1.Sa.tail(n).array();
-  return kept +
-         (f0.a.array() * (end.y - start.y).tail(n).array() + (f1.a - f0.a).array() * (end.y.tail(n).array() - integral / step.h))
-                 .sum() /
-             gain.scaled;
+  return kept + (f0.a.array() * (end.y - start.y).tail(n).array() +
+                 (f1.a - f0.a).array() * (end.y.tail(n).array() - integral / step.h))
+                        .sum() /
+                    gain.scaled;
 }
 
 void add_kick(const ScaledStep& step, const ScaledKick& kick, ScaledState& end) {
@@ -101,7 +106,8 @@ double scaled_strain_energy(const ScaledState& state, double clip, const ScaledG
 }
 
 double kept_energy(const Vector& a, const ScaledGain& gain) {
-  return gain.weight.size() > 0 ? 0.5 * (a.array().square() * gain.weight.array()).sum() : 0.5 * a.squaredNorm();
+  return gain.weight.size() > 0 ? 0.5 * (a.array().square() * gain.weight.array()).sum()
+                                : 0.5 * a.squaredNorm();
 }
 
 }  // namespace cbr

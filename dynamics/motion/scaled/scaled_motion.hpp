@@ -6,7 +6,8 @@
 
 namespace cbr {
 
-// Kept: eta'' + omega^2 eta = f. Scaled, all at the clip: r'' + clip^2 r = p and y = S r; the last entries are of the loads.
+// Kept: eta'' + omega^2 eta = f. Scaled, all at the clip: r'' + clip^2 r = p and y = S r; the last
+// entries are of the loads.
 struct ScaledState {
   Vector eta, v;        // n_kept
   Vector r, dr, y, dy;  // 3 m + loads
@@ -14,7 +15,8 @@ struct ScaledState {
   void set_zero(Index n_kept, Index n_scaled);
 };
 
-// What contact_gain() gives to modal impulses: of the kept modes, and the one of the clip. Energies are weighed by the inverse.
+// What contact_gain() gives to modal impulses: of the kept modes, and the one of the clip. Energies
+// are weighed by the inverse.
 struct ScaledGain {
   Vector kept, weight;  // n_kept; empty: 1
   double scaled = 1;
@@ -53,8 +55,8 @@ ScaledStep scaled_step(const Vector& omega, double clip, double h, bool with_loa
 // None of these may alias.
 void propagate_free(const ScaledStep& step, const ScaledState& start, ScaledState& end);
 void add_load(const ScaledStep& step, const ScaledLoad& f0, const ScaledLoad& f1, ScaledState& end);
-double load_work(const ScaledStep& step, const ScaledState& start, const ScaledState& end, const ScaledLoad& f0,
-                 const ScaledLoad& f1, const ScaledGain& gain);
+double load_work(const ScaledStep& step, const ScaledState& start, const ScaledState& end,
+                 const ScaledLoad& f0, const ScaledLoad& f1, const ScaledGain& gain);
 // Impulses at the start of the step, seen at its end; and at the start itself.
 void add_kick(const ScaledStep& step, const ScaledKick& kick, ScaledState& end);
 void add_kick(const ScaledKick& kick, ScaledState& start);

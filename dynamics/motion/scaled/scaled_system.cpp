@@ -23,13 +23,17 @@ Matrix mass_times(const Superelement& s, const Matrix& R) {
 
 }  // namespace
 
-ScaledSystem::ScaledSystem(std::shared_ptr<const Superelement> superelement, const std::vector<HeldDirection>& held,
-                           std::string where)
-    : superelement_(std::move(superelement)), where_(std::move(where)), held_(!held.empty()), lambda_(superelement_->eigenvalues) {
+ScaledSystem::ScaledSystem(std::shared_ptr<const Superelement> superelement,
+                           const std::vector<HeldDirection>& held, std::string where)
+    : superelement_(std::move(superelement)),
+      where_(std::move(where)),
+      held_(!held.empty()),
+      lambda_(superelement_->eigenvalues) {
   const Superelement& s = *superelement_;
   if (k() > 0 && !(lambda_.minCoeff() > 1e-12 * lambda_.maxCoeff()))
     throw RunError(where_ +
-                   ": time.mass_scaling: a fixed-interface mode has no stiffness: store the diagonal form with the "
+                   ": time.mass_scaling: a fixed-interface mode has no stiffness: store the "
+                   "diagonal form with the "
                    "superelement, or leave out time.mass_scaling");
   if (held_) {
     // K = Z^T K_cc Z, M = Z^T M_cc Z, A = M_kc Z
@@ -41,7 +45,9 @@ ScaledSystem::ScaledSystem(std::shared_ptr<const Superelement> superelement, con
     M_held_ = Zt * half;
     A_held_ = s.M_kc * Z_;
   }
-  if (f() == 0) throw RunError(where_ + ": time.mass_scaling: no interface dof is free: leave out time.mass_scaling");
+  if (f() == 0)
+    throw RunError(where_ +
+                   ": time.mass_scaling: no interface dof is free: leave out time.mass_scaling");
   find_rigid_modes(held);
 }
 
@@ -52,12 +58,15 @@ void ScaledSystem::find_rigid_modes(const std::vector<HeldDirection>& held) {
   MR_ = mass_times(s, R);
   Matrix R_f = gather(R).bottomRows(f());
   if (held_) {
-    // What Z cannot follow, in units of length: its square is a 6 x 6 matrix whose kernel are the free motions
-    const double size = std::sqrt(std::max(s.rigid_body.inertia.trace() / std::max(s.rigid_body.mass, 1e-300), 1e-300));
+    // What Z cannot follow, in units of length: its square is a 6 x 6 matrix whose kernel are the
+    // free motions
+    const double size = std::sqrt(
+        std::max(s.rigid_body.inertia.trace() / std::max(s.rigid_body.mass, 1e-300), 1e-300));
     Matrix blocked = R.bottomRows(s.c()) - Z_ * R_f;
     blocked.rightCols(3) /= size, R_f.rightCols(3) /= size;
     const Matrix resisted = resisted_rigid_motions(s);
-    const SymmetricEigen motions = symmetric_eigen(blocked.transpose() * blocked + resisted.transpose() * resisted);
+    const SymmetricEigen motions =
+        symmetric_eigen(blocked.transpose() * blocked + resisted.transpose() * resisted);
     const Index free = n_free_rigid_motions(R, s.rigid_body, displacement_rows(s), held, resisted);
     R_f = (R_f * motions.vectors.leftCols(free)).eval();
   } else if ((K() * R_f).norm() > 1e-8 * K().norm() * R_f.norm()) {
@@ -67,7 +76,9 @@ void ScaledSystem::find_rigid_modes(const std::vector<HeldDirection>& held) {
   if (N_.cols() > 0) {
     const Cholesky mass(N_.transpose() * (M() * N_));
     if (!mass.ok())
-      throw RunError(where_ + ": time.mass_scaling: the interface does not tell all rigid motions apart: store the diagonal form " +
+      throw RunError(where_ +
+                     ": time.mass_scaling: the interface does not tell all rigid motions apart: "
+                     "store the diagonal form " +
                      "with the superelement, or leave out time.mass_scaling");
     mass.divide_by_upper(N_);
   }
@@ -150,24 +161,27 @@ double ScaledSystem::largest_frequency() const {
   return std::sqrt(largest_eigenvalue(n(), multiply_K, solve_M));
 }
 
-ElasticFlexibility::ElasticFlexibility(std::shared_ptr<const ScaledSystem> system) : system_(std::move(system)), G_(system_->K()) {
+ElasticFlexibility::ElasticFlexibility(std::shared_ptr<const ScaledSystem> system)
+    : system_(std::move(system)), G_(system_->K()) {
   const ScaledSystem& s = *system_;
   const Index r = s.n_rigid();
   const Vector diagonal = G_.diagonal();
   if (r > 0) {
-    // Stiffness of its own for the rigid motions makes K definite; where they are taken out, its size does not matter
+    // Stiffness of its own for the rigid motions makes K definite; where they are taken out, its
+    // size does not matter
     const Matrix N = orthonormal_basis(s.rigid_modes());
     G_.selfadjointView<Eigen::Lower>().rankUpdate(N, diagonal.mean());
   }
   const Vector before = G_.diagonal();
   if (!dense_cholesky(G_) || !(G_.diagonal().cwiseAbs2().cwiseQuotient(before).minCoeff() > 1e-13))
     throw RunError(s.where() +
-                   ": time.mass_scaling: a part of the component moves without stiffness: store the diagonal form with " +
+                   ": time.mass_scaling: a part of the component moves without stiffness: store "
+                   "the diagonal form with " +
                    "the superelement, or leave out time.mass_scaling");
   dense_inverse_of_cholesky(G_);
   if (r == 0) return;
-  // (I - N P^T) G^ (I - N P^T)^T with P = M^ N = [P_k; P_f], G^ = [1/Lambda, 0; 0, G]: at the interface
-  // G - N X^T - X N^T,  X = G P_f - N (P_k^T 1/Lambda P_k + P_f^T G P_f) / 2   (f x r)
+  // (I - N P^T) G^ (I - N P^T)^T with P = M^ N = [P_k; P_f], G^ = [1/Lambda, 0; 0, G]: at the
+  // interface G - N X^T - X N^T,  X = G P_f - N (P_k^T 1/Lambda P_k + P_f^T G P_f) / 2   (f x r)
   const auto P_k = s.rigid_momentum().topRows(s.k()), P_f = s.rigid_momentum().bottomRows(s.f());
   X_.noalias() = G_ * P_f;
   Matrix twice = P_f.transpose() * X_;
@@ -201,7 +215,8 @@ Matrix ElasticFlexibility::interface_block(const std::vector<Index>& coordinates
   const Matrix N_all = s.spread(N), X_all = s.spread(X);
   Matrix N_m = Matrix::Zero(S.rows(), N.cols()), X_m = N_m;
   for (Index i = 0; i < S.rows(); ++i)
-    if (coordinates[i] >= 0) N_m.row(i) = N_all.row(coordinates[i]), X_m.row(i) = X_all.row(coordinates[i]);
+    if (coordinates[i] >= 0)
+      N_m.row(i) = N_all.row(coordinates[i]), X_m.row(i) = X_all.row(coordinates[i]);
   S.noalias() -= N_m * X_m.transpose();
   S.noalias() -= X_m * N_m.transpose();
   return S;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The reduced matrices of a component with some thousand interface dofs, and its elastic flexibility: what modal mass scaling needs
-// when all modes would cost too much.
+// The reduced matrices of a component with some thousand interface dofs, and its elastic
+// flexibility: what modal mass scaling needs when all modes would cost too much.
 #pragma once
 
 #include <memory>
@@ -15,8 +15,10 @@ namespace cbr {
 // Free coordinates [q_k; u_f], u_c = Z u_f: K^ = [Lambda, 0; 0, K], M^ = [I, A; A^T, M].
 class ScaledSystem {
  public:
-  // RunError, named by `where`: fixed-interface modes or the interface that move without stiffness; no mass.
-  ScaledSystem(std::shared_ptr<const Superelement> superelement, const std::vector<HeldDirection>& held, std::string where);
+  // RunError, named by `where`: fixed-interface modes or the interface that move without stiffness;
+  // no mass.
+  ScaledSystem(std::shared_ptr<const Superelement> superelement,
+               const std::vector<HeldDirection>& held, std::string where);
 
   Index k() const { return lambda_.size(); }
   Index f() const { return K().rows(); }
@@ -26,9 +28,11 @@ class ScaledSystem {
   const Matrix& K() const { return held_ ? K_held_ : superelement_->K_cc; }
   const Matrix& M() const { return held_ ? M_held_ : superelement_->M_cc; }
   const Matrix& A() const { return held_ ? A_held_ : superelement_->M_kc; }
-  const Matrix& rigid_modes() const { return N_; }      // rows of u_f, f x n_rigid: N^T M N = I; those of q_k are 0
+  // rows of u_f, f x n_rigid: N^T M N = I; those of q_k are 0
+  const Matrix& rigid_modes() const { return N_; }
   const Matrix& rigid_momentum() const { return MN_; }  // M^ [0; N], n x n_rigid
-  const Matrix& momentum() const { return MR_; }        // M^ R, (k + c) x 6, R about the centre of mass
+  // M^ R, (k + c) x 6, R about the centre of mass
+  const Matrix& momentum() const { return MR_; }
   bool is_held() const { return held_; }
   const std::string& where() const { return where_; }
 

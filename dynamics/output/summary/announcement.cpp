@@ -15,22 +15,25 @@ Integrator integrator_of(Scheme scheme) {
 
 std::string kind_of(const BuiltScene::OfInstance& of) {
   if (of.mesh) return "mesh";
-  return of.parts.size() == 1 ? "superelement" : "superelement of " + std::to_string(of.parts.size()) + " domains";
+  return of.parts.size() == 1 ? "superelement"
+                              : "superelement of " + std::to_string(of.parts.size()) + " domains";
 }
 
 void instance_lines(const BuiltScene& built, Report& report) {
   for (std::size_t b = 0; b < built.instances.size(); ++b) {
     const Body& body = *built.simulation.bodies[b];
     std::ostringstream line;
-    line << "instance " << body.name() << ": component " << built.instances[b].component << ", " << kind_of(built.instances[b])
-         << ", " << body.n_dofs() << " dofs, "
-         << (built.simulation.is_static ? "statics" : word_of(integrator_words, integrator_of(body.scheme())));
+    line << "instance " << body.name() << ": component " << built.instances[b].component << ", "
+         << kind_of(built.instances[b]) << ", " << body.n_dofs() << " dofs, "
+         << (built.simulation.is_static ? "statics"
+                                        : word_of(integrator_words, integrator_of(body.scheme())));
     report.line(line.str());
     if (built.simulation.is_static) continue;  // no step depends on it
     const double omega = body.largest_frequency();
     std::ostringstream detail;
     detail.precision(6);
-    detail << "instance " << body.name() << ": highest frequency " << omega / (2 * std::numbers::pi) << " Hz";
+    detail << "instance " << body.name() << ": highest frequency " << omega / (2 * std::numbers::pi)
+           << " Hz";
     if (omega > 0) detail << ", critical step of central differences " << 2 / omega << " s";
     report.detail(detail.str());
   }
@@ -42,12 +45,14 @@ void step_line(const BuiltScene& built, Report& report) {
   for (const auto& body : built.simulation.bodies) n_dofs += body->n_dofs();
   std::ostringstream line;
   line.precision(5);
-  line << "steps: " << plan.n_steps() << " of " << plan.h << " s to t = " << plan.end << " s, " << n_dofs << " dofs in "
-       << built.instances.size() << (built.instances.size() == 1 ? " instance" : " instances");
+  line << "steps: " << plan.n_steps() << " of " << plan.h << " s to t = " << plan.end << " s, "
+       << n_dofs << " dofs in " << built.instances.size()
+       << (built.instances.size() == 1 ? " instance" : " instances");
   if (plan.newmark_alpha) {
     line.precision(3);
     line << "; newmark, alpha " << *plan.newmark_alpha;
-    if (plan.critical > 0) line << ", " << plan.h / plan.critical << " times the critical step of central differences";
+    if (plan.critical > 0)
+      line << ", " << plan.h / plan.critical << " times the critical step of central differences";
     if (!plan.limit.empty()) line << " (set by " << plan.limit << ")";
   } else if (!plan.limit.empty()) {
     line << "; step limited by " << plan.limit;

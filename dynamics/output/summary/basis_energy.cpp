@@ -46,11 +46,14 @@ std::optional<OutsideBasis> energy_outside_basis(const BuiltScene& built, const 
   std::size_t at = result.time.size() - 1;
   for (std::size_t i = 0; i < result.time.size(); ++i)
     if (result.active[i] == 0) at = i;
-  if (result.work_contact[at] == 0 && result.active.back() > 0) at = result.time.size() - 1;  // it has not been apart since it met
+  // it has not been apart since it met
+  if (result.work_contact[at] == 0 && result.active.back() > 0) at = result.time.size() - 1;
   outside.energy = 0 - result.work_contact[at];
   outside.friction = 0 - result.work_friction.back();
-  outside.scale = *std::max_element(result.total.begin(), result.total.end()) - common_motion(built, result);
-  if (!built.momentum_is_kept) outside.scale = std::max(outside.scale, std::abs(result.work_external.back()));
+  outside.scale =
+      *std::max_element(result.total.begin(), result.total.end()) - common_motion(built, result);
+  if (!built.momentum_is_kept)
+    outside.scale = std::max(outside.scale, std::abs(result.work_external.back()));
   return outside;
 }
 
@@ -60,11 +63,14 @@ std::string text_of(const OutsideBasis& outside, bool momentum_is_kept) {
   text << "energy outside the " << (outside.has_modes ? "basis: " : "mesh: ") << outside.energy;
   if (outside.scale > 0)
     text << ", " << 100 * outside.energy / outside.scale << " % of "
-         << (momentum_is_kept ? "the energy against the common centre of mass" : "the largest energy or work of loads")
-         << " (good: a few per cent; " << (outside.has_modes ? "more modes and " : "") << "a finer mesh at the face lower it)";
+         << (momentum_is_kept ? "the energy against the common centre of mass"
+                              : "the largest energy or work of loads")
+         << " (good: a few per cent; " << (outside.has_modes ? "more modes and " : "")
+         << "a finer mesh at the face lower it)";
   text << ", taken by impulses" << (outside.has_others ? ", springs and node-lumped contact" : "")
-       << (outside.has_modes ? ": waves that the modes cannot hold" : ": the mass of the faces' own nodes") << "; friction took "
-       << outside.friction;
+       << (outside.has_modes ? ": waves that the modes cannot hold"
+                             : ": the mass of the faces' own nodes")
+       << "; friction took " << outside.friction;
   return text.str();
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The energy that contact has taken because modes, or a mesh, cannot hold the waves that it sets off (docs/theory.md, (44)).
+// The energy that contact has taken because modes, or a mesh, cannot hold the waves that it sets
+// off (docs/theory.md, (44)).
 #pragma once
 
 #include <optional>
@@ -11,18 +12,24 @@
 namespace cbr {
 
 struct OutsideBasis {
-  // Units of energy: what normal contact has taken, up to the last output at which nothing touched (the last of all when something
-  // always does; then what swings between the ends of steps is in it); what friction took in the whole run.
+  // Units of energy: what normal contact has taken, up to the last output at which nothing touched
+  // (the last of all when something always does; then what swings between the ends of steps is in
+  // it); what friction took in the whole run.
   double energy = 0, friction = 0;
-  double scale = 0;         // largest energy against the common centre of mass (with supports or loads: energy or work at all)
-  bool has_modes = false;   // a superelement with mass on its interface has been struck; else meshes alone
-  bool has_others = false;  // springs or node-lumped contact have been at work too: theirs is in `energy`
+  // largest energy against the common centre of mass (with supports or loads: energy or work at
+  // all)
+  double scale = 0;
+  // a superelement with mass on its interface has been struck; else meshes alone
+  bool has_modes = false;
+  // springs or node-lumped contact have been at work too: theirs is in `energy`
+  bool has_others = false;
 };
 
 // None where no impulses have acted on a body with mass on its surface.
 std::optional<OutsideBasis> energy_outside_basis(const BuiltScene& built, const RunResult& result);
 
-// "energy outside the basis: 1.2e+06, 10.8 % of the energy against the common centre of mass, taken by impulses; by friction 0"
+// "energy outside the basis: 1.2e+06, 10.8 % of the energy against the common centre of mass, taken
+// by impulses; by friction 0"
 std::string text_of(const OutsideBasis& outside, bool momentum_is_kept);
 
 }  // namespace cbr

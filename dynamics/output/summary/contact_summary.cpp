@@ -13,11 +13,14 @@ namespace cbr {
 namespace {
 
 // "1 step", "2 steps"
-std::string counted(Index n, const std::string& noun) { return std::to_string(n) + " " + noun + (n == 1 ? "" : "s"); }
+std::string counted(Index n, const std::string& noun) {
+  return std::to_string(n) + " " + noun + (n == 1 ? "" : "s");
+}
 
 // 0 where it is round-off.
 double initial_overlap(const ContactPair& pair) {
-  const double overlap = std::max(pair.seen().memory.initial_overlap, pair.seen().back.initial_overlap);
+  const double overlap =
+      std::max(pair.seen().memory.initial_overlap, pair.seen().back.initial_overlap);
   return overlap > 1e-10 * pair.master->size ? overlap : 0;
 }
 
@@ -28,7 +31,9 @@ double initial_gap(const BuiltScene& built, Index p) {
   return std::isfinite(seen) ? seen : built.gaps.initial(built.simulation, p).value_or(HUGE_VAL);
 }
 
-bool has_touched(const ContactPair& pair) { return pair.seen().largest_area > 0 || initial_overlap(pair) > 0; }
+bool has_touched(const ContactPair& pair) {
+  return pair.seen().largest_area > 0 || initial_overlap(pair) > 0;
+}
 
 // What is good stands behind each figure.
 std::string penetration_text(const ContactPair& pair) {
@@ -41,8 +46,10 @@ std::string penetration_text(const ContactPair& pair) {
 
 // "contact a - b: never touched; the nearest gap at an output was 0.2; initial gap 0.3"
 std::string apart_line(const BuiltScene& built, Index p, bool is_restarted) {
-  std::string text = "contact " + built.simulation.pairs[static_cast<std::size_t>(p)].name + ": never touched";
-  const auto nearest = built.gaps.nearest(built.simulation, p), initial = built.gaps.initial(built.simulation, p);
+  std::string text =
+      "contact " + built.simulation.pairs[static_cast<std::size_t>(p)].name + ": never touched";
+  const auto nearest = built.gaps.nearest(built.simulation, p),
+             initial = built.gaps.initial(built.simulation, p);
   if (!nearest || !initial) return text;
   text += format_text("; the nearest gap at an output was %.3g", *nearest);
   if (is_restarted) text += " (since the restart)";
@@ -57,20 +64,24 @@ std::string contact_line(const BuiltScene& built, Index p) {
     line << "link " << pair.name << ": residual " << pair.seen().residual << " (good: below 1e-6)";
     return line.str();
   }
-  line << "contact " << pair.name << ": " << counted(static_cast<Index>(pair.slave->nodes.size()), "slave node") << " of "
+  line << "contact " << pair.name << ": "
+       << counted(static_cast<Index>(pair.slave->nodes.size()), "slave node") << " of "
        << pair.slave->name;
   if (pair.law.law == ContactLaw::tied) {
     const Index n = static_cast<Index>(pair.slave->nodes.size()),
                 free = pair.has_state() ? pair.seen().tie_report.without_partner : n;
-    line << ", " << counted(static_cast<Index>(pair.seen().ties.points.size()), "point") << " tied, largest offset "
-         << pair.seen().tie_report.largest_offset << ", " << counted(free, "node") << " left free";
+    line << ", " << counted(static_cast<Index>(pair.seen().ties.points.size()), "point")
+         << " tied, largest offset " << pair.seen().tie_report.largest_offset << ", "
+         << counted(free, "node") << " left free";
   }
-  line << ", " << word_of(formulation_words, pair.formulation) << ", " << word_of(enforcement_words, pair.enforcement);
+  line << ", " << word_of(formulation_words, pair.formulation) << ", "
+       << word_of(enforcement_words, pair.enforcement);
   if (pair.law.law == ContactLaw::coulomb) line << ", friction " << pair.law.friction;
   if (pair.damping > 0) line << ", damping " << pair.damping;
   line << "; largest area in contact " << pair.seen().largest_area;
   if (pair.law.law != ContactLaw::tied) line << penetration_text(pair);
-  if (pair.enforcement == Enforcement::impulse) line << ", residual " << pair.seen().residual << " (good: below 1e-6)";
+  if (pair.enforcement == Enforcement::impulse)
+    line << ", residual " << pair.seen().residual << " (good: below 1e-6)";
   if (initial_overlap(pair) > 0) line << "; initial overlap " << initial_overlap(pair);
   // Surfaces that touch or overlap somewhere have no gap, however far their other nodes are.
   if (initial_overlap(pair) > 0) return line.str();
@@ -81,7 +92,9 @@ std::string contact_line(const BuiltScene& built, Index p) {
 
 void residual_warning(const ContactPair& pair, Report& report) {
   if (pair.enforcement != Enforcement::penalty && pair.seen().residual > 1e-6)
-    report.warning("contact " + pair.name + ": not all gaps could be closed or opened (complementarity residual above 1e-6)");
+    report.warning(
+        "contact " + pair.name +
+        ": not all gaps could be closed or opened (complementarity residual above 1e-6)");
 }
 
 }  // namespace
@@ -109,9 +122,11 @@ void contact_lines(const BuiltScene& built, bool is_restarted, Report& report) {
     if (pairs.size() > many && !has_touched(pair) && (pair.of_all || ++n_named > most_named)) {
       ++n_apart;
     } else {
-      report.line(apart ? apart_line(built, static_cast<Index>(p), is_restarted) : contact_line(built, static_cast<Index>(p)));
+      report.line(apart ? apart_line(built, static_cast<Index>(p), is_restarted)
+                        : contact_line(built, static_cast<Index>(p)));
       if (pair.seen().n_fallbacks > 0)
-        report.detail("contact " + pair.name + ": Newton's method needed help in " + counted(pair.seen().n_fallbacks, "step"));
+        report.detail("contact " + pair.name + ": Newton's method needed help in " +
+                      counted(pair.seen().n_fallbacks, "step"));
     }
     residual_warning(pair, report);
   }

@@ -7,10 +7,12 @@
 
 namespace cbr {
 
-// Pairs that overlap at the start, by more than round-off and `adjust`. After the first step: contact has looked at them then.
+// Pairs that overlap at the start, by more than round-off and `adjust`. After the first step:
+// contact has looked at them then.
 void warn_of_initial_overlaps(const BuiltScene& built, Report& report);
 
-// A line for each pair, and warnings; of many pairs of `all` only those that met. `is_restarted`: gaps were watched from there.
+// A line for each pair, and warnings; of many pairs of `all` only those that met. `is_restarted`:
+// gaps were watched from there.
 void contact_lines(const BuiltScene& built, bool is_restarted, Report& report);
 
 }  // namespace cbr

@@ -19,10 +19,13 @@ double share(double part, double whole) {
 }
 
 using Rows = Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>>;
-Rows rows(const Series3& series) { return {series.values.data(), static_cast<Index>(series.values.size()) / 3, 3}; }
+Rows rows(const Series3& series) {
+  return {series.values.data(), static_cast<Index>(series.values.size()) / 3, 3};
+}
 
 double rms(const Points& values) {
-  return values.rows() > 0 ? std::sqrt(values.squaredNorm() / static_cast<double>(values.rows())) : 0;
+  return values.rows() > 0 ? std::sqrt(values.squaredNorm() / static_cast<double>(values.rows()))
+                           : 0;
 }
 
 // Of what has changed since the first output.
@@ -54,7 +57,8 @@ HalfDifference half_difference(const RunResult& whole, const RunResult& half) {
     HalfDifference::OfMonitor of;
     of.length = rms_difference(a.mean_position, b.mean_position);
     of.position = share(of.length, rms_motion(a.mean_position));
-    of.velocity = share(rms_difference(a.mean_velocity, b.mean_velocity), rms(rows(a.mean_velocity)));
+    of.velocity =
+        share(rms_difference(a.mean_velocity, b.mean_velocity), rms(rows(a.mean_velocity)));
     d.position = std::max(d.position, of.position), d.velocity = std::max(d.velocity, of.velocity);
     d.monitors.push_back(of);
   }
@@ -67,14 +71,15 @@ HalfDifference half_difference(const RunResult& whole, const RunResult& half) {
   for (std::size_t i = 0; i < whole.bodies.size(); ++i) {
     const auto &a = whole.bodies[i], &b = half.bodies[i];
     HalfDifference::OfBody of;
-    of.center = share(rms_difference(a.center_of_mass, b.center_of_mass), rms_motion(a.center_of_mass));
+    of.center =
+        share(rms_difference(a.center_of_mass, b.center_of_mass), rms_motion(a.center_of_mass));
     const Index last = static_cast<Index>(whole.time.size()) - 1;
     if (last >= 0)
-      of.momentum =
-          share((rows(a.momentum).row(last) - rows(b.momentum).row(last)).norm(), rows(a.momentum).rowwise().norm().maxCoeff());
+      of.momentum = share((rows(a.momentum).row(last) - rows(b.momentum).row(last)).norm(),
+                          rows(a.momentum).rowwise().norm().maxCoeff());
     for (std::size_t t = 0; t < whole.time.size(); ++t)
-      of.energy = std::max(
-          {of.energy, std::abs(a.kinetic_energy[t] - b.kinetic_energy[t]), std::abs(a.strain_energy[t] - b.strain_energy[t])});
+      of.energy = std::max({of.energy, std::abs(a.kinetic_energy[t] - b.kinetic_energy[t]),
+                            std::abs(a.strain_energy[t] - b.strain_energy[t])});
     of.energy = share(of.energy, largest);
     d.energy = std::max(d.energy, of.energy);
     d.bodies.push_back(of);
@@ -82,21 +87,28 @@ HalfDifference half_difference(const RunResult& whole, const RunResult& half) {
   return d;
 }
 
-void say_half_difference(const Simulation& simulation, const HalfDifference& d, Index modes_whole, Index modes_half,
-                         Report& report) {
-  report.line("check: the same steps with " + std::to_string(modes_half) + " of the " + std::to_string(modes_whole) +
-              " modes differ by");
+void say_half_difference(const Simulation& simulation, const HalfDifference& d, Index modes_whole,
+                         Index modes_half, Report& report) {
+  report.line("check: the same steps with " + std::to_string(modes_half) + " of the " +
+              std::to_string(modes_whole) + " modes differ by");
   for (std::size_t i = 0; i < d.monitors.size(); ++i)
-    report.line("  " + simulation.monitors[i].name + ": position " + format_text("%.3g", d.monitors[i].length) + " (rms), " +
-                percent(d.monitors[i].position) + " of its motion; velocity " + percent(d.monitors[i].velocity));
+    report.line("  " + simulation.monitors[i].name + ": position " +
+                format_text("%.3g", d.monitors[i].length) + " (rms), " +
+                percent(d.monitors[i].position) + " of its motion; velocity " +
+                percent(d.monitors[i].velocity));
   for (std::size_t i = 0; i < d.bodies.size(); ++i)
-    report.line("  instance " + simulation.bodies[i]->name() + ": centre of mass " + percent(d.bodies[i].center) +
-                " of its motion; momentum at the end " + percent(d.bodies[i].momentum) + "; kinetic and strain energy up to " +
+    report.line("  instance " + simulation.bodies[i]->name() + ": centre of mass " +
+                percent(d.bodies[i].center) + " of its motion; momentum at the end " +
+                percent(d.bodies[i].momentum) + "; kinetic and strain energy up to " +
                 percent(d.bodies[i].energy) + " of the largest total");
   if (d.largest() < nothing) {
-    report.line("  the modes left out take no part in this motion: nothing is shown of the run's own errors");
+    report.line(
+        "  the modes left out take no part in this motion: nothing is shown of the run's own "
+        "errors");
   } else {
-    report.line("  a difference and no bound: the run's own errors are below it where twice the modes at least halve them");
+    report.line(
+        "  a difference and no bound: the run's own errors are below it where twice the modes at "
+        "least halve them");
   }
   report.count("check_modes", static_cast<double>(modes_half));
   report.count("check_position_share", d.position);

@@ -28,7 +28,7 @@ struct HalfDifference {
 HalfDifference half_difference(const RunResult& whole, const RunResult& half);
 
 // On the summary, and counts for --timings.
-void say_half_difference(const Simulation& simulation, const HalfDifference& difference, Index modes_whole, Index modes_half,
-                         Report& report);
+void say_half_difference(const Simulation& simulation, const HalfDifference& difference,
+                         Index modes_whole, Index modes_half, Report& report);
 
 }  // namespace cbr

@@ -14,11 +14,14 @@ namespace {
 
 constexpr double between_drawings = 0.1, first_line = 1;  // seconds
 
-double steady_seconds() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+double steady_seconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
 
 }  // namespace
 
-RunProgress::RunProgress(Report& report, std::string what, double end, double from, bool is_terminal, Seconds clock)
+RunProgress::RunProgress(Report& report, std::string what, double end, double from,
+                         bool is_terminal, Seconds clock)
     : report_(report),
       what_(std::move(what)),
       end_(end),
@@ -29,7 +32,8 @@ RunProgress::RunProgress(Report& report, std::string what, double end, double fr
       told_(static_cast<int>(10 * from)) {}
 
 RunProgress::RunProgress(Report& report, std::string what, double end, double from)
-    : RunProgress(report, std::move(what), end, from, ::isatty(STDERR_FILENO) == 1, steady_seconds) {}
+    : RunProgress(report, std::move(what), end, from, ::isatty(STDERR_FILENO) == 1,
+                  steady_seconds) {}
 
 // What is left takes as long as what is done did, share for share.
 std::string RunProgress::left(double fraction, double elapsed) const {
@@ -43,7 +47,9 @@ void RunProgress::at(double fraction) {
   if (is_terminal_) {
     if (drawn_ >= 0 && elapsed - drawn_ < between_drawings) return;
     drawn_ = elapsed;
-    report_.draw(what_ + format_text(": %.0f %%, t = %.4g s of %.4g s", std::floor(100 * fraction), fraction * end_, end_) +
+    report_.draw(what_ +
+                 format_text(": %.0f %%, t = %.4g s of %.4g s", std::floor(100 * fraction),
+                             fraction * end_, end_) +
                  left(fraction, elapsed));
     return;
   }
@@ -51,7 +57,9 @@ void RunProgress::at(double fraction) {
   if (tenths <= told_ || tenths >= 10) return;
   told_ = tenths;
   if (elapsed < first_line) return;
-  report_.line(what_ + format_text(": %d %%, t = %.4g s of %.4g s", 10 * tenths, fraction * end_, end_) + left(fraction, elapsed));
+  report_.line(what_ +
+               format_text(": %d %%, t = %.4g s of %.4g s", 10 * tenths, fraction * end_, end_) +
+               left(fraction, elapsed));
 }
 
 }  // namespace cbr

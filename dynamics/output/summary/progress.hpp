@@ -10,13 +10,15 @@
 
 namespace cbr {
 
-// On a terminal a line that is redrawn: time reached, per cent, time left. In a log a line at every tenth of the run, of runs that
-// take longer than a second to the first of them.
+// On a terminal a line that is redrawn: time reached, per cent, time left. In a log a line at every
+// tenth of the run, of runs that take longer than a second to the first of them.
 class RunProgress {
  public:
   using Seconds = std::function<double()>;  // wall time since any moment
-  // `what`: "stepping"; `end`: the run's time, s. `from`: the share of it that a run that goes on has behind it.
-  RunProgress(Report& report, std::string what, double end, double from, bool is_terminal, Seconds clock);
+  // `what`: "stepping"; `end`: the run's time, s. `from`: the share of it that a run that goes on
+  // has behind it.
+  RunProgress(Report& report, std::string what, double end, double from, bool is_terminal,
+              Seconds clock);
   RunProgress(Report& report, std::string what, double end, double from = 0);
 
   void at(double fraction);  // of the run's time

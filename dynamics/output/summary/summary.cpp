@@ -13,12 +13,15 @@
 namespace cbr {
 namespace {
 
-Vector3 at(const Series3& series, std::size_t i) { return Eigen::Map<const Vector3>(series.values.data() + 3 * i); }
+Vector3 at(const Series3& series, std::size_t i) {
+  return Eigen::Map<const Vector3>(series.values.data() + 3 * i);
+}
 
 // Largest norm of a series.
 double largest(const Series3& series) {
   double norm = 0;
-  for (std::size_t i = 0; 3 * i < series.values.size(); ++i) norm = std::max(norm, at(series, i).norm());
+  for (std::size_t i = 0; 3 * i < series.values.size(); ++i)
+    norm = std::max(norm, at(series, i).norm());
   return norm;
 }
 
@@ -39,8 +42,8 @@ void reached_lines(const BuiltScene& built, const RunResult& result, Report& rep
   std::ostringstream line;
   line.precision(5);
   if (result.ended_at)
-    line << "ended early: " << result.reached << " of " << plan.n_steps() << " steps, t = " << *result.ended_at << " s of "
-         << plan.end << " s";
+    line << "ended early: " << result.reached << " of " << plan.n_steps()
+         << " steps, t = " << *result.ended_at << " s of " << plan.end << " s";
   if (result.jumps > 0)
     line << (result.ended_at ? "; " : "steps: ") << result.steps << " of " << result.reached
          << " computed (the others were skipped: exact motion, no contact near)";
@@ -51,14 +54,19 @@ void scaling_lines(const BuiltScene& built, const RunResult& result, Report& rep
   const TimePlan& plan = built.simulation.plan;
   if (plan.clip == 0) {
     if (plan.is_scaling_asked)
-      report.line("mass scaling: nothing is scaled, as the step is not above the critical one of any superelement that touches" +
-                  std::string(plan.limit == "output.every" ? ": a longer output.every would allow longer steps" : ""));
+      report.line(
+          "mass scaling: nothing is scaled, as the step is not above the critical one of any "
+          "superelement that touches" +
+          std::string(plan.limit == "output.every"
+                          ? ": a longer output.every would allow longer steps"
+                          : ""));
     return;
   }
   std::ostringstream scaling;
   scaling.precision(3);
-  scaling << "mass scaling: in superelements that touch, all modes above " << plan.clip / (2 * std::numbers::pi)
-          << " Hz have that frequency; they held at most " << 100 * result.scaled_energy_share << " % of the energy at an output";
+  scaling << "mass scaling: in superelements that touch, all modes above "
+          << plan.clip / (2 * std::numbers::pi) << " Hz have that frequency; they held at most "
+          << 100 * result.scaled_energy_share << " % of the energy at an output";
   report.line(scaling.str());
   constexpr double too_much = 0.1;
   if (result.scaled_energy_share > too_much) {
@@ -70,24 +78,30 @@ void scaling_lines(const BuiltScene& built, const RunResult& result, Report& rep
   }
 }
 
-// Energy that round-off brings: gaps are closed to the last digits of positions, some eps of the reach in a step h, and so are
-// velocities to some eps of reach / h. That times the mass, squared, half of it.
+// Energy that round-off brings: gaps are closed to the last digits of positions, some eps of the
+// reach in a step h, and so are velocities to some eps of reach / h. That times the mass, squared,
+// half of it.
 double round_off_energy(const BuiltScene& built) {
   double reach = 0, mass = 0;
-  for (const auto& body : built.simulation.bodies) reach = std::max(reach, body->reference_positions().cwiseAbs().maxCoeff());
+  for (const auto& body : built.simulation.bodies)
+    reach = std::max(reach, body->reference_positions().cwiseAbs().maxCoeff());
   for (const auto& instance : built.instances) mass += instance.mass;
-  const double speed = 64 * std::numeric_limits<double>::epsilon() * reach / built.simulation.plan.h;
+  const double speed =
+      64 * std::numeric_limits<double>::epsilon() * reach / built.simulation.plan.h;
   return 0.5 * mass * speed * speed;
 }
 
-// Gaps and strains are differences of positions: far from the origin these keep too few digits of them.
+// Gaps and strains are differences of positions: far from the origin these keep too few digits of
+// them.
 void distance_warning(const BuiltScene& built, Report& report) {
   for (std::size_t i = 0; i < built.instances.size(); ++i) {
     const Points& x = built.simulation.bodies[i]->reference_positions();
-    const double size = (x.colwise().maxCoeff() - x.colwise().minCoeff()).maxCoeff(), reach = x.cwiseAbs().maxCoeff();
+    const double size = (x.colwise().maxCoeff() - x.colwise().minCoeff()).maxCoeff(),
+                 reach = x.cwiseAbs().maxCoeff();
     const double digit = std::numeric_limits<double>::epsilon() * reach;
     if (!(size > 0) || digit < 1e-6 * size) continue;
-    report.warning(format_text("instance '%s' is %.2g across and lies %.2g from the origin, where positions are known to %.1g: ",
+    report.warning(format_text("instance '%s' is %.2g across and lies %.2g from the origin, where "
+                               "positions are known to %.1g: ",
                                built.instances[i].name.c_str(), size, reach, digit) +
                    "contact and energy there are round-off: move the scene nearer to the origin");
     return;
@@ -97,24 +111,27 @@ void distance_warning(const BuiltScene& built, Report& report) {
 // What contact has given beyond what it had taken, where that is an error.
 void energy_warning(const BuiltScene& built, const RunResult& result, Report& report) {
   // Frictionless contact can take energy, and give back what it took, but bring none.
-  // While nodes are held, they swing between the ends of exact steps, which counts as energy until they are let go.
+  // While nodes are held, they swing between the ends of exact steps, which counts as energy until
+  // they are let go.
   double brought = result.work_contact.back();
   for (std::size_t i = 0; i < result.time.size(); ++i)
     if (result.active[i] == 0) brought = std::max(brought, result.work_contact[i]);
-  const double scale = std::max(*std::max_element(result.total.begin(), result.total.end()), std::abs(result.work_external.back()));
+  const double scale = std::max(*std::max_element(result.total.begin(), result.total.end()),
+                                std::abs(result.work_external.back()));
   if (!(brought > std::max(0.01 * scale, round_off_energy(built)))) return;
   std::ostringstream warning;
   warning.precision(3);
-  warning
-      << "contact brought energy: up to " << brought << " of " << scale
-      << ": try a smaller step; where it does not bring less, nodes were pushed out of faces that they were deep in: look at the "
-         "surfaces";
+  warning << "contact brought energy: up to " << brought << " of " << scale
+          << ": try a smaller step; where it does not bring less, nodes were pushed out of faces "
+             "that they were deep in: look at the "
+             "surfaces";
   const auto& pairs = built.simulation.pairs;
   const auto is_mortar = [](const ContactPair& pair) {
     return pair.formulation == Formulation::mortar && pair.law.law != ContactLaw::tied;
   };
   if (std::any_of(pairs.begin(), pairs.end(), is_mortar))
-    warning << "; mortar is for faces that look at each other: for bodies that go over convex edges take formulation: node-face";
+    warning << "; mortar is for faces that look at each other: for bodies that go over convex "
+               "edges take formulation: node-face";
   report.warning(warning.str());
 }
 
@@ -134,10 +151,13 @@ void work_line(const BuiltScene& built, const RunResult& result, Report& report)
   const Simulation& sim = built.simulation;
   const Index steps = sim.plan.n_steps();
   std::ostringstream line;
-  line << "work: " << result.work.body_steps << " of " << steps * static_cast<Index>(sim.bodies.size()) << " body steps";
+  line << "work: " << result.work.body_steps << " of "
+       << steps * static_cast<Index>(sim.bodies.size()) << " body steps";
   if (!sim.pairs.empty())
-    line << ", " << result.work.pair_searches << " of " << steps * static_cast<Index>(sim.pairs.size()) << " searches of pairs, "
-         << result.work.pair_looks << " comparisons and " << result.work.bounds << " motion bounds to know which";
+    line << ", " << result.work.pair_searches << " of "
+         << steps * static_cast<Index>(sim.pairs.size()) << " searches of pairs, "
+         << result.work.pair_looks << " comparisons and " << result.work.bounds
+         << " motion bounds to know which";
   report.detail(line.str());
 }
 
@@ -147,7 +167,8 @@ Balance balance(const RunResult& result) {
   Balance b;
   double scale = 0;
   for (std::size_t i = 0; i < result.time.size(); ++i) {
-    scale = std::max({scale, std::abs(result.total[i]), std::abs(result.work_external[i]), std::abs(result.work_contact[i])});
+    scale = std::max({scale, std::abs(result.total[i]), std::abs(result.work_external[i]),
+                      std::abs(result.work_contact[i])});
     const double work = result.work_external[i] + result.work_contact[i] + result.work_friction[i] +
                         result.work_damping[i] + result.work_numerical[i];
     b.energy = std::max(b.energy, std::abs(result.total[i] - result.total[0] - work));
@@ -157,7 +178,8 @@ Balance balance(const RunResult& result) {
   for (const auto& body : result.bodies) {
     momentum += largest(body.momentum);
     // An angular momentum that should be nil is measured by momentum times distance.
-    angular += std::max(largest(body.angular_momentum), largest(body.momentum) * largest(body.center_of_mass));
+    angular += std::max(largest(body.angular_momentum),
+                        largest(body.momentum) * largest(body.center_of_mass));
   }
   b.momentum = drift(result, &RunResult::OfBody::momentum, momentum);
   b.angular_momentum = drift(result, &RunResult::OfBody::angular_momentum, angular);
@@ -166,18 +188,20 @@ Balance balance(const RunResult& result) {
 
 namespace {
 
-void balance_lines(const BuiltScene& built, const RunResult& result, const Balance& b, Report& report) {
+void balance_lines(const BuiltScene& built, const RunResult& result, const Balance& b,
+                   Report& report) {
   std::ostringstream line;
   line.precision(3);
-  line << "energy: " << result.total.front() << " -> " << result.total.back() << ", work of loads " << result.work_external.back()
-       << ", of contact " << result.work_contact.back();
+  line << "energy: " << result.total.front() << " -> " << result.total.back() << ", work of loads "
+       << result.work_external.back() << ", of contact " << result.work_contact.back();
   if (result.work_damping.back() != 0) line << ", of damping " << result.work_damping.back();
   if (built.simulation.plan.newmark_alpha.value_or(0) != 0) line << numerical_loss(result);
   line << "; the balance closes to " << b.energy << " (good: below 1e-8)";
   report.line(line.str());
   if (!built.momentum_is_kept) return;
   report.line(
-      format_text("momentum: drift %.3g (good: below 1e-10), of angular momentum %.3g (good: below 1e-2; it grows with "
+      format_text("momentum: drift %.3g (good: below 1e-10), of angular momentum %.3g (good: below "
+                  "1e-2; it grows with "
                   "rotations, which bodies take as small)",
                   b.momentum, b.angular_momentum));
 }
@@ -185,9 +209,11 @@ void balance_lines(const BuiltScene& built, const RunResult& result, const Balan
 // What makes an instance turn by any angle.
 std::string cure_of_rotation(const BuiltScene& built, std::size_t i) {
   const Simulation& sim = built.simulation;
-  if (i < sim.supports.size() && sim.supports[i]) return "; time: {rotations: large} turns bodies without supports only";
+  if (i < sim.supports.size() && sim.supports[i])
+    return "; time: {rotations: large} turns bodies without supports only";
   return std::string("; ") + (built.instances[i].mesh ? "as: superelement, " : "") +
-         (sim.bodies[i]->is_exact() ? "" : "integrator: exact, ") + "time: {rotations: large} turns it by any angle";
+         (sim.bodies[i]->is_exact() ? "" : "integrator: exact, ") +
+         "time: {rotations: large} turns it by any angle";
 }
 
 // Bodies are linear: strains of a rotated one are wrong.
@@ -197,30 +223,37 @@ void rotation_warnings(const BuiltScene& built, const RunResult& result, Report&
   for (std::size_t i = 0; i < result.bodies.size(); ++i) {
     const RunResult::OfBody& of = result.bodies[i];
     if (!of.turned_at || ++n > most) continue;
-    report.warning(
-        format_text("instance '%s' rotates by %.3g degrees, beyond 5 from t = %.4g s on: bodies are linear (small "
-                    "rotations), so its motion is no longer right",
-                    built.simulation.bodies[i]->name().c_str(), of.rotation * 180 / std::numbers::pi, *of.turned_at) +
-        cure_of_rotation(built, i));
+    report.warning(format_text("instance '%s' rotates by %.3g degrees, beyond 5 from t = %.4g s "
+                               "on: bodies are linear (small "
+                               "rotations), so its motion is no longer right",
+                               built.simulation.bodies[i]->name().c_str(),
+                               of.rotation * 180 / std::numbers::pi, *of.turned_at) +
+                   cure_of_rotation(built, i));
   }
-  if (n > most) report.warning("and " + std::to_string(n - most) + " more instances rotate by more than 5 degrees");
+  if (n > most)
+    report.warning("and " + std::to_string(n - most) +
+                   " more instances rotate by more than 5 degrees");
 }
 
 }  // namespace
 
-void summarise(const BuiltScene& built, const RunResult& result, bool is_restarted, Report& report) {
+void summarise(const BuiltScene& built, const RunResult& result, bool is_restarted,
+               Report& report) {
   reached_lines(built, result, report);
   scaling_lines(built, result, report);
   work_line(built, result, report);
   const Balance b = balance(result);
   balance_lines(built, result, b, report);
-  if (const auto outside = built.simulation.is_static ? std::nullopt : energy_outside_basis(built, result)) report.line(text_of(*outside, built.momentum_is_kept));
+  if (const auto outside =
+          built.simulation.is_static ? std::nullopt : energy_outside_basis(built, result))
+    report.line(text_of(*outside, built.momentum_is_kept));
   contact_lines(built, is_restarted, report);
   for (const std::string& note : built.notes) report.line("note: " + note);
   if (!(b.energy <= 1e-8))
-    report.warning(built.simulation.plan.newmark_alpha
-                       ? "the energy balance does not close"
-                       : "the energy balance does not close: the step may be above the critical one");
+    report.warning(
+        built.simulation.plan.newmark_alpha
+            ? "the energy balance does not close"
+            : "the energy balance does not close: the step may be above the critical one");
   distance_warning(built, report);
   energy_warning(built, result, report);
   rotation_warnings(built, result, report);

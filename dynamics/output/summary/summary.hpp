@@ -11,7 +11,8 @@ namespace cbr {
 
 // Largest errors of the run's balances.
 struct Balance {
-  double energy = 0;            // |E(t) - E(0) - work of loads, contact and friction| / largest energy or work
+  // |E(t) - E(0) - work of loads, contact and friction| / largest energy or work
+  double energy = 0;
   double momentum = 0;          // |p(t) - p(0)| / sum over bodies of the largest |p|
   double angular_momentum = 0;  // likewise, but at least momentum x distance as the scale
 };
@@ -20,7 +21,8 @@ Balance balance(const RunResult& result);
 // Before the first step: instances, dofs, steps and what limits them.
 void announce(const BuiltScene& built, Report& report);
 
-// Balances and contact, each figure with what is good, and warnings for what looks wrong. Counters with --verbose alone.
+// Balances and contact, each figure with what is good, and warnings for what looks wrong. Counters
+// with --verbose alone.
 void summarise(const BuiltScene& built, const RunResult& result, bool is_restarted, Report& report);
 
 }  // namespace cbr

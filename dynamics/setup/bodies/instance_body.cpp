@@ -37,22 +37,27 @@ Scheme scheme_of(const TimeOptions& time) {
 
 std::string where(const Instance& instance) { return "instance '" + instance.name + "'"; }
 
-CoupledModel model_of(const MeshedComponent& component) { return coupled_model(*component.fe, component.geometry->coordinates); }
+CoupledModel model_of(const MeshedComponent& component) {
+  return coupled_model(*component.fe, component.geometry->coordinates);
+}
 
 CoupledModel model_of(const ReducedComponent& component) {
   if (component.parts.size() == 1) return coupled_model(component.parts.front().superelement);
   std::vector<std::shared_ptr<const Superelement>> domains;
   std::vector<std::vector<Index>> place;
-  for (const ReducedPart& part : component.parts) domains.push_back(part.superelement), place.push_back(part.node);
+  for (const ReducedPart& part : component.parts)
+    domains.push_back(part.superelement), place.push_back(part.node);
   return coupled_model(domains, component.geometry->coordinates, place, component.rigid_body);
 }
 
 }  // namespace
 
-std::vector<HeldDirection> held_directions(const SceneIndex& index, const Instance& instance, const Geometry& geometry) {
+std::vector<HeldDirection> held_directions(const SceneIndex& index, const Instance& instance,
+                                           const Geometry& geometry) {
   std::map<std::pair<Index, int>, bool> held;
   for (const BoundaryCondition* condition : index.boundary(instance))
-    for (const Index node : find_nodes(geometry, instance.name, condition->nodes, condition->source))
+    for (const Index node :
+         find_nodes(geometry, instance.name, condition->nodes, condition->source))
       for (int c = 0; c < 3; ++c)
         if (condition->fix[c]) held[{node, c}] = true;
   const Matrix3 T = instance.transformation();
@@ -65,7 +70,8 @@ std::vector<HeldDirection> held_directions(const SceneIndex& index, const Instan
 template <typename Component>
 BodyMaker::Shelled& BodyMaker::shelled(const Instance& instance, const Component& component) {
   // Of one component, instances differ in which of their surfaces the skin names.
-  std::string key = instance.component + (instance.as == InstanceKind::mesh ? " mesh" : " superelement");
+  std::string key =
+      instance.component + (instance.as == InstanceKind::mesh ? " mesh" : " superelement");
   if (skin_acts(scene_))
     for (const auto& [name, surface] : component.geometry->surfaces)
       for (const std::string& skinned : scene_.skin->surfaces)
@@ -73,15 +79,18 @@ BodyMaker::Shelled& BodyMaker::shelled(const Instance& instance, const Component
   Shelled& shelled = shelled_[key];
   if (!shelled.model) {
     CoupledModel model = model_of(component);
-    if (skin_acts(scene_)) add_shells(skin_shells(scene_, instance.name, *component.geometry), model);
+    if (skin_acts(scene_))
+      add_shells(skin_shells(scene_, instance.name, *component.geometry), model);
     shelled.model = std::make_shared<CoupledModel>(std::move(model));
   }
   return shelled;
 }
 
-InstanceBody BodyMaker::make_coupled(const Instance& instance, const Geometry& geometry, Shelled& shelled) {
+InstanceBody BodyMaker::make_coupled(const Instance& instance, const Geometry& geometry,
+                                     Shelled& shelled) {
   // Meshes under `exact` move by central differences.
-  const Scheme scheme = scene_.time->integrator == Integrator::newmark ? Scheme::newmark : Scheme::central_difference;
+  const Scheme scheme =
+      scene_.time->integrator == Integrator::newmark ? Scheme::newmark : Scheme::central_difference;
   std::vector<HeldDirection> held = held_directions(index_, instance, geometry);
   std::shared_ptr<CoupledSystem> system = held.empty() ? shelled.system : nullptr;
   if (!system) {
@@ -89,45 +98,57 @@ InstanceBody BodyMaker::make_coupled(const Instance& instance, const Geometry& g
     system = std::make_shared<CoupledSystem>(shelled.model, std::move(held), where(instance));
     if (free) shelled.system = system;
   }
-  return {std::make_unique<CoupledBody>(instance.name, system, placement_of(index_, instance), scheme, NewmarkOptions{scene_.time->alpha}),
+  return {std::make_unique<CoupledBody>(instance.name, system, placement_of(index_, instance),
+                                        scheme, NewmarkOptions{scene_.time->alpha}),
           shelled.model->rigid_body.mass};
 }
 
-InstanceBody BodyMaker::make_scaled_from_matrices(const Instance& instance, const ReducedComponent& component) {
+InstanceBody BodyMaker::make_scaled_from_matrices(const Instance& instance,
+                                                  const ReducedComponent& component) {
   std::vector<HeldDirection> held = held_directions(index_, instance, *component.geometry);
   std::shared_ptr<ScaledModel> of_instance;
-  std::shared_ptr<ScaledModel>& model = held.empty() ? scaled_[component.superelement.get()] : of_instance;
+  std::shared_ptr<ScaledModel>& model =
+      held.empty() ? scaled_[component.superelement.get()] : of_instance;
   if (!model) model = scaled_model(component.superelement, std::move(held), where(instance));
-  return {std::make_unique<ScaledBody>(instance.name, model, placement_of(index_, instance)), component.rigid_body.mass};
+  return {std::make_unique<ScaledBody>(instance.name, model, placement_of(index_, instance)),
+          component.rigid_body.mass};
 }
 
-std::shared_ptr<const DiagonalForm> BodyMaker::held_form(const Instance& instance, const ReducedComponent& component) {
+std::shared_ptr<const DiagonalForm> BodyMaker::held_form(const Instance& instance,
+                                                         const ReducedComponent& component) {
   std::vector<HeldDirection> held = held_directions(index_, instance, *component.geometry);
   auto& forms = held_forms_[component.superelement.get()];
   for (const auto& [known, form] : forms)
     if (known == held) return form;
   const Superelement& s = *component.superelement;
-  auto form = std::make_shared<const DiagonalForm>(s.is_characteristic() ? held_characteristic_form(s, held, where(instance))
-                                                                         : held_diagonal_form(s, held, where(instance)));
+  auto form = std::make_shared<const DiagonalForm>(
+      s.is_characteristic() ? held_characteristic_form(s, held, where(instance))
+                            : held_diagonal_form(s, held, where(instance)));
   forms.emplace_back(std::move(held), form);
   return form;
 }
 
-InstanceBody BodyMaker::make_with_statics(const Instance& instance, const ReducedComponent& component) {
+InstanceBody BodyMaker::make_with_statics(const Instance& instance,
+                                          const ReducedComponent& component) {
   std::shared_ptr<const StaticsForm> form = component.statics;
   std::vector<HeldDirection> held = held_directions(index_, instance, *component.geometry);
   if (!held.empty()) {
     auto& forms = held_statics_[component.superelement.get()];
-    const auto known = std::find_if(forms.begin(), forms.end(), [&](const auto& other) { return other.first == held; });
-    form = known != forms.end() ? known->second : held_statics_form(*component.superelement, *form, held, where(instance));
+    const auto known = std::find_if(forms.begin(), forms.end(),
+                                    [&](const auto& other) { return other.first == held; });
+    form = known != forms.end()
+               ? known->second
+               : held_statics_form(*component.superelement, *form, held, where(instance));
     if (known == forms.end()) forms.emplace_back(std::move(held), form);
   }
-  return {std::make_unique<StaticsBody>(instance.name, component.superelement, form, placement_of(index_, instance),
-                                        scheme_of(*scene_.time), NewmarkOptions{scene_.time->alpha}),
+  return {std::make_unique<StaticsBody>(instance.name, component.superelement, form,
+                                        placement_of(index_, instance), scheme_of(*scene_.time),
+                                        NewmarkOptions{scene_.time->alpha}),
           component.rigid_body.mass};
 }
 
-std::shared_ptr<const StaticsForm> BodyMaker::truncated(const Instance& instance, const ReducedComponent& component,
+std::shared_ptr<const StaticsForm> BodyMaker::truncated(const Instance& instance,
+                                                        const ReducedComponent& component,
                                                         const DiagonalForm& form) {
   const TimeOptions& time = *scene_.time;
   // What acts on nodes beside the contact faces would find no statics there
@@ -141,7 +162,8 @@ std::shared_ptr<const StaticsForm> BodyMaker::truncated(const Instance& instance
   const Superelement& s = *component.superelement;
   const double highest = dynamic_limit(s.eigenvalues);
   if (!may_truncate(highest, form)) return nullptr;
-  const StaticShare forces = static_forces(touching_surfaces(interface_needs(scene_, component_of(scene_, instance)), s), {}, s);
+  const StaticShare forces = static_forces(
+      touching_surfaces(interface_needs(scene_, component_of(scene_, instance)), s), {}, s);
   if (is_large_face(forces)) at->second = truncated_form(highest, form, forces, s);
   return at->second;
 }
@@ -149,33 +171,41 @@ std::shared_ptr<const StaticsForm> BodyMaker::truncated(const Instance& instance
 InstanceBody BodyMaker::make_modal(const Instance& instance, const ReducedComponent& component) {
   const MotionPlan& plan = component.plans.at(instance.name);
   if (plan.from_matrices) return make_scaled_from_matrices(instance, component);
-  const std::shared_ptr<const DiagonalForm> form = plan.is_held ? held_form(instance, component) : component.form;
+  const std::shared_ptr<const DiagonalForm> form =
+      plan.is_held ? held_form(instance, component) : component.form;
   if (scene_.time->mass_scaling && index_.may_touch(instance)) {
     std::shared_ptr<ScaledModel>& model = scaled_[form.get()];
     if (!model) model = scaled_model(component.superelement, form);
-    return {std::make_unique<ScaledBody>(instance.name, model, placement_of(index_, instance)), component.rigid_body.mass};
+    return {std::make_unique<ScaledBody>(instance.name, model, placement_of(index_, instance)),
+            component.rigid_body.mass};
   }
   if (const std::shared_ptr<const StaticsForm> part = truncated(instance, component, *form))
-    return {std::make_unique<StaticsBody>(instance.name, component.superelement, part, placement_of(index_, instance), Scheme::exact),
+    return {std::make_unique<StaticsBody>(instance.name, component.superelement, part,
+                                          placement_of(index_, instance), Scheme::exact),
             component.rigid_body.mass};
-  return {std::make_unique<SuperelementBody>(instance.name, component.superelement, form, placement_of(index_, instance),
-                                             scheme_of(*scene_.time), NewmarkOptions{scene_.time->alpha}),
+  return {std::make_unique<SuperelementBody>(
+              instance.name, component.superelement, form, placement_of(index_, instance),
+              scheme_of(*scene_.time), NewmarkOptions{scene_.time->alpha}),
           component.rigid_body.mass};
 }
 
 InstanceBody BodyMaker::make_turning(const Instance& instance, const ReducedComponent& component) {
   require_turning(instance, component);
-  InstanceBody made = component.statics ? make_with_statics(instance, component) : make_modal(instance, component);
+  InstanceBody made =
+      component.statics ? make_with_statics(instance, component) : make_modal(instance, component);
   auto* statics = dynamic_cast<StaticsBody*>(made.body.get());
-  SuperelementBody& modal = statics ? statics->modal() : dynamic_cast<SuperelementBody&>(*made.body);
+  SuperelementBody& modal =
+      statics ? statics->modal() : dynamic_cast<SuperelementBody&>(*made.body);
   const bool late = component.statics && component.statics->is_massless;
-  auto body = std::make_unique<TurningBody>(std::move(made.body), modal, late, instance.angular_velocity);
+  auto body =
+      std::make_unique<TurningBody>(std::move(made.body), modal, late, instance.angular_velocity);
   made.notes = notes_of_spin(instance, *component.superelement, body->feels_spin(), modal);
   made.body = std::move(body);
   return made;
 }
 
-InstanceBody BodyMaker::make_modal_with_shells(const Instance& instance, const ReducedComponent& component) {
+InstanceBody BodyMaker::make_modal_with_shells(const Instance& instance,
+                                               const ReducedComponent& component) {
   Shelled& with = shelled(instance, component);
   if (!with.nodes) with.nodes = std::make_shared<Superelement>(nodes_only(*with.model));
   const auto form_of = [&](const std::vector<HeldDirection>& held) {
@@ -188,7 +218,8 @@ InstanceBody BodyMaker::make_modal_with_shells(const Instance& instance, const R
     if (!with.form) with.form = form_of({});
     form = with.form;
   }
-  return {std::make_unique<SuperelementBody>(instance.name, with.nodes, form, placement_of(index_, instance), Scheme::exact),
+  return {std::make_unique<SuperelementBody>(instance.name, with.nodes, form,
+                                             placement_of(index_, instance), Scheme::exact),
           with.model->rigid_body.mass};
 }
 
@@ -202,8 +233,9 @@ InstanceBody BodyMaker::make(const Instance& instance, const MeshedComponent& co
 
 InstanceBody BodyMaker::driven(const Instance& instance, InstanceBody held) const {
   DrivenMotion motion = support_motion(index_, instance);
-  if (!motion.empty()) held.body = std::make_unique<DrivenBody>(std::move(held.body), std::move(motion), held.mass, !scene_.time->is_static,
-                                             preload_steps(scene_) > 0);
+  if (!motion.empty())
+    held.body = std::make_unique<DrivenBody>(std::move(held.body), std::move(motion), held.mass,
+                                             !scene_.time->is_static, preload_steps(scene_) > 0);
   return held;
 }
 
@@ -211,17 +243,23 @@ InstanceBody BodyMaker::make_held(const Instance& instance, const ReducedCompone
   if (turns(index_, instance)) return make_turning(instance, component);
   if (component.statics) return make_with_statics(instance, component);
   const MotionPlan& plan = component.plans.at(instance.name);
-  if (!plan.is_modal()) return make_coupled(instance, *component.geometry, shelled(instance, component));
-  return plan.has_shells ? make_modal_with_shells(instance, component) : make_modal(instance, component);
+  if (!plan.is_modal())
+    return make_coupled(instance, *component.geometry, shelled(instance, component));
+  return plan.has_shells ? make_modal_with_shells(instance, component)
+                         : make_modal(instance, component);
 }
 
-InstanceBody BodyMaker::make_mesh_modes(const Instance& instance, const MeshedComponent& component) const {
+InstanceBody BodyMaker::make_mesh_modes(const Instance& instance,
+                                        const MeshedComponent& component) const {
   if (component.plans.at(instance.name).has_shells)
-    throw InputError(scene_.skin->source.text() + ": skin: instance '" + instance.name +
-                     "' (as: mesh) cannot carry shells that act with --modes or --sweep: use as: superelement");
+    throw InputError(
+        scene_.skin->source.text() + ": skin: instance '" + instance.name +
+        "' (as: mesh) cannot carry shells that act with --modes or --sweep: use as: superelement");
   auto modes = std::make_shared<MeshModes>(
-      mesh_modes(component, held_directions(index_, instance, *component.geometry), *component.modes, where(instance)));
-  auto body = std::make_unique<SuperelementBody>(instance.name, modes->nodes, modes->form, placement_of(index_, instance), Scheme::exact);
+      mesh_modes(component, held_directions(index_, instance, *component.geometry),
+                 *component.modes, where(instance)));
+  auto body = std::make_unique<SuperelementBody>(instance.name, modes->nodes, modes->form,
+                                                 placement_of(index_, instance), Scheme::exact);
   body->sum_forces();
   return {std::move(body), modes->nodes->rigid_body.mass, modes};
 }
@@ -230,10 +268,12 @@ InstanceBody BodyMaker::make_held(const Instance& instance, const MeshedComponen
   if (component.modes) return make_mesh_modes(instance, component);
   if (component.plans.at(instance.name).coordinates == Coordinates::coupled)
     return make_coupled(instance, *component.geometry, shelled(instance, component));
-  auto body = std::make_unique<MeshBody>(instance.name, component.model, placement_of(index_, instance),
-                                         held_directions(index_, instance, *component.geometry), threads_);
+  auto body =
+      std::make_unique<MeshBody>(instance.name, component.model, placement_of(index_, instance),
+                                 held_directions(index_, instance, *component.geometry), threads_);
   if (preload_steps(scene_) > 0)
-    body->do_statics_with(make_coupled(instance, *component.geometry, shelled(instance, component)).body);
+    body->do_statics_with(
+        make_coupled(instance, *component.geometry, shelled(instance, component)).body);
   return {std::move(body), component.model->rigid_body.mass};
 }
 

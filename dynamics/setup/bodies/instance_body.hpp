@@ -17,7 +17,8 @@
 namespace cbr {
 
 // The held directions of an instance in component axes; several conditions on one node are joined.
-std::vector<HeldDirection> held_directions(const SceneIndex& index, const Instance& instance, const Geometry& geometry);
+std::vector<HeldDirection> held_directions(const SceneIndex& index, const Instance& instance,
+                                           const Geometry& geometry);
 
 struct MeshModes;
 
@@ -33,8 +34,8 @@ class BodyMaker {
   BodyMaker(const SceneIndex& index, std::shared_ptr<RowThreads> threads)
       : index_(index), scene_(index.scene()), threads_(std::move(threads)) {}
 
-  // InputError: boundary conditions on nodes that are not there, or that move unlike each other; shells that cannot be. RunError: a mass that is not positive
-  // definite.
+  // InputError: boundary conditions on nodes that are not there, or that move unlike each other;
+  // shells that cannot be. RunError: a mass that is not positive definite.
   InstanceBody make(const Instance& instance, const ReducedComponent& component);
   InstanceBody make(const Instance& instance, const MeshedComponent& component);
 
@@ -53,28 +54,36 @@ class BodyMaker {
   template <typename Component>
   Shelled& shelled(const Instance& instance, const Component& component);
   InstanceBody make_coupled(const Instance& instance, const Geometry& geometry, Shelled& shelled);
-  InstanceBody make_scaled_from_matrices(const Instance& instance, const ReducedComponent& component);
+  InstanceBody make_scaled_from_matrices(const Instance& instance,
+                                         const ReducedComponent& component);
   // One for all instances of a component that are held in the same way, in its own axes.
-  std::shared_ptr<const DiagonalForm> held_form(const Instance& instance, const ReducedComponent& component);
+  std::shared_ptr<const DiagonalForm> held_form(const Instance& instance,
+                                                const ReducedComponent& component);
   InstanceBody make_with_statics(const Instance& instance, const ReducedComponent& component);
   InstanceBody make_modal(const Instance& instance, const ReducedComponent& component);
   // Either of the two, free, in axes that turn with it.
   InstanceBody make_turning(const Instance& instance, const ReducedComponent& component);
-  // With step: auto, of a free superelement with a large face that touches: its highest modes answer at once. Else nothing.
-  std::shared_ptr<const StaticsForm> truncated(const Instance& instance, const ReducedComponent& component,
+  // With step: auto, of a free superelement with a large face that touches: its highest modes
+  // answer at once. Else nothing.
+  std::shared_ptr<const StaticsForm> truncated(const Instance& instance,
+                                               const ReducedComponent& component,
                                                const DiagonalForm& form);
   InstanceBody make_modal_with_shells(const Instance& instance, const ReducedComponent& component);
 
   const SceneIndex& index_;
   const Scene& scene_;
   std::shared_ptr<RowThreads> threads_;
-  std::map<const Superelement*, std::vector<std::pair<std::vector<HeldDirection>, std::shared_ptr<const DiagonalForm>>>>
+  std::map<const Superelement*,
+           std::vector<std::pair<std::vector<HeldDirection>, std::shared_ptr<const DiagonalForm>>>>
       held_forms_;
-  std::map<const Superelement*, std::vector<std::pair<std::vector<HeldDirection>, std::shared_ptr<const StaticsForm>>>>
+  std::map<const Superelement*,
+           std::vector<std::pair<std::vector<HeldDirection>, std::shared_ptr<const StaticsForm>>>>
       held_statics_;
   std::map<const DiagonalForm*, std::shared_ptr<const StaticsForm>> truncated_;
-  std::map<const void*, std::shared_ptr<ScaledModel>> scaled_;  // by what they were made from: a form or a superelement
-  std::map<std::string, Shelled> shelled_;                      // by component, kind and skinned surfaces
+  // by what they were made from: a form or a superelement
+  std::map<const void*, std::shared_ptr<ScaledModel>> scaled_;
+  // by component, kind and skinned surfaces
+  std::map<std::string, Shelled> shelled_;
 };
 
 }  // namespace cbr

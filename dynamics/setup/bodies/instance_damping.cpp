@@ -33,13 +33,17 @@ Damping damping_of(const SceneIndex& index, const Instance& instance) {
   for (const std::string& other : materials) {
     if (damping_of_material(index.scene(), other) == damping.material) continue;
     throw InputError(
-        component.source.text() + ": components." + component.name + ": its materials '" + *materials.begin() + "' and '" + other +
+        component.source.text() + ": components." + component.name + ": its materials '" +
+        *materials.begin() + "' and '" + other +
         "' are damped differently: give all materials of a component the same damping" +
-        (instance.as == InstanceKind::superelement ? ", or none and instances." + instance.name + ".damping: {ratio: ...}" : ""));
+        (instance.as == InstanceKind::superelement
+             ? ", or none and instances." + instance.name + ".damping: {ratio: ...}"
+             : ""));
   }
   if (!damping.none() && index.is_nodal(instance))
     throw InputError(instance.source.text() + ": instance '" + instance.name +
-                     "': damping cannot be had with contact of enforcement: nodal: use enforcement: impulse or penalty");
+                     "': damping cannot be had with contact of enforcement: nodal: use "
+                     "enforcement: impulse or penalty");
   return damping;
 }
 

@@ -7,9 +7,11 @@
 
 namespace cbr {
 
-// Of its materials and its own. InputError: blocks of materials that are damped differently, contact with enforcement: nodal.
+// Of its materials and its own. InputError: blocks of materials that are damped differently,
+// contact with enforcement: nodal.
 Damping damping_of(const SceneIndex& index, const Instance& instance);
-// Gives it to the instance's body. InputError, with the instance's line: damping that such a body cannot have.
+// Gives it to the instance's body. InputError, with the instance's line: damping that such a body
+// cannot have.
 void damp(const Instance& instance, const Damping& damping, Body& body);
 
 }  // namespace cbr

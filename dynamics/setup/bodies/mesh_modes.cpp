@@ -11,7 +11,8 @@
 namespace cbr {
 namespace {
 
-// The shift of free meshes, of their mean stiffness over mass: far below elastic modes, far above round-off.
+// The shift of free meshes, of their mean stiffness over mass: far below elastic modes, far above
+// round-off.
 constexpr double shift = 1e-9;
 // Rigid motions come out at some round-off of that.
 constexpr double rigid_share = 1e-3;
@@ -19,7 +20,8 @@ constexpr double rigid_share = 1e-3;
 // Orthonormal basis of what the held directions leave free   (3 n x free).
 SparseMatrix free_basis(Index n, const std::vector<HeldDirection>& held) {
   std::vector<std::vector<Vector3>> of_node(static_cast<std::size_t>(n));
-  for (const HeldDirection& direction : held) of_node[static_cast<std::size_t>(direction.node)].push_back(direction.direction);
+  for (const HeldDirection& direction : held)
+    of_node[static_cast<std::size_t>(direction.node)].push_back(direction.direction);
   std::vector<Eigen::Triplet<double, Index>> entries;
   Index column = 0;
   for (Index node = 0; node < n; ++node) {
@@ -35,8 +37,8 @@ SparseMatrix free_basis(Index n, const std::vector<HeldDirection>& held) {
 }
 
 // The lowest so many, or more and more until one is above the frequency.
-Eigenpairs lowest_pairs(const SparseMatrix& K, const SparseMatrix& M, const SparseCholesky& factor, double sigma,
-                        const MeshModesWanted& wanted, const std::string& where) {
+Eigenpairs lowest_pairs(const SparseMatrix& K, const SparseMatrix& M, const SparseCholesky& factor,
+                        double sigma, const MeshModesWanted& wanted, const std::string& where) {
   const Index n = static_cast<Index>(K.rows());
   const double highest = std::pow(2 * std::numbers::pi * wanted.up_to_hz, 2);
   for (Index k = wanted.count.value_or(32);; k *= 2) {
@@ -63,18 +65,20 @@ std::shared_ptr<Superelement> nodes_of(const MeshedComponent& component) {
 
 }  // namespace
 
-MeshModes mesh_modes(const MeshedComponent& component, const std::vector<HeldDirection>& held, const MeshModesWanted& wanted,
-                     const std::string& where) {
+MeshModes mesh_modes(const MeshedComponent& component, const std::vector<HeldDirection>& held,
+                     const MeshModesWanted& wanted, const std::string& where) {
   MeshModes modes;
   auto nodes = nodes_of(component);
   auto form = std::make_shared<DiagonalForm>();
   const SparseMatrix Z = free_basis(nodes->coordinates.rows(), held);
-  const SparseMatrix K = Z.transpose() * component.fe->K * Z, M = Z.transpose() * component.fe->M * Z;
+  const SparseMatrix K = Z.transpose() * component.fe->K * Z,
+                     M = Z.transpose() * component.fe->M * Z;
   Matrix Phi(3 * nodes->coordinates.rows(), 0);
   if (K.rows() > 0) {
     const double sigma = -shift * K.diagonal().sum() / M.diagonal().sum();
     auto factor = std::make_shared<SparseCholesky>(SparseMatrix(K - sigma * M));
-    if (!factor->ok()) throw RunError(where + ": the stiffness of the mesh is not positive semidefinite");
+    if (!factor->ok())
+      throw RunError(where + ": the stiffness of the mesh is not positive semidefinite");
     const Eigenpairs pairs = lowest_pairs(K, M, *factor, sigma, wanted, where);
     form->omega.resize(pairs.lambda.size());
     for (Index j = 0; j < form->omega.size(); ++j)
@@ -85,7 +89,8 @@ MeshModes mesh_modes(const MeshedComponent& component, const std::vector<HeldDir
     modes.sigma_ = sigma;
   }
   form->V = Phi;
-  const Matrix momenta = component.fe->M * rigid_modes(nodes->coordinates, nodes->rigid_body.center);
+  const Matrix momenta =
+      component.fe->M * rigid_modes(nodes->coordinates, nodes->rigid_body.center);
   form->E = Phi.transpose() * momenta;
   modes.inertia_ = momenta.leftCols(3);
   modes.Z_ = Z;

@@ -14,19 +14,21 @@
 namespace cbr {
 
 struct MeshModes {
-  std::shared_ptr<const Superelement> nodes;  // of the mesh, without modes of its own: what SuperelementBody needs beside the form
-  std::shared_ptr<const DiagonalForm> form;   // V: 3 N x n, held directions do not move
+  // of the mesh, without modes of its own: what SuperelementBody needs beside the form
+  std::shared_ptr<const Superelement> nodes;
+  std::shared_ptr<const DiagonalForm> form;  // V: 3 N x n, held directions do not move
 
-  // What the modes that are left out add to the motion under forces (3 N x p, component axes) at omega (rad/s), as a series in
-  // omega^2: (K - omega^2 M)^-1 = sum of modes + R_0 + (omega^2 - sigma) R_1 + ..., R_i = sum over the others of phi phi^T /
-  // (lambda - sigma)^(i + 1).   3 N x p
+  // What the modes that are left out add to the motion under forces (3 N x p, component axes) at
+  // omega (rad/s), as a series in omega^2: (K - omega^2 M)^-1 = sum of modes + R_0 + (omega^2 -
+  // sigma) R_1 + ..., R_i = sum over the others of phi phi^T / (lambda - sigma)^(i + 1).   3 N x p
   Matrix left_out(const Matrix& forces, int order) const;  // R_order forces, order 0 or 1
   double sigma() const { return sigma_; }
-  const Matrix& inertia() const { return inertia_; }  // forces of unit accelerations along x, y, z   (3 N x 3)
+  // forces of unit accelerations along x, y, z   (3 N x 3)
+  const Matrix& inertia() const { return inertia_; }
 
  private:
-  friend MeshModes mesh_modes(const MeshedComponent&, const std::vector<HeldDirection>&, const MeshModesWanted&,
-                              const std::string&);
+  friend MeshModes mesh_modes(const MeshedComponent&, const std::vector<HeldDirection>&,
+                              const MeshModesWanted&, const std::string&);
   SparseMatrix Z_, M_;  // free directions (3 N x free), their mass
   std::shared_ptr<const SparseCholesky> factor_;
   Matrix inertia_;
@@ -34,7 +36,7 @@ struct MeshModes {
 };
 
 // RunError, named by `where`: no convergence, a stiffness that is not positive semidefinite.
-MeshModes mesh_modes(const MeshedComponent& component, const std::vector<HeldDirection>& held, const MeshModesWanted& wanted,
-                     const std::string& where);
+MeshModes mesh_modes(const MeshedComponent& component, const std::vector<HeldDirection>& held,
+                     const MeshModesWanted& wanted, const std::string& where);
 
 }  // namespace cbr

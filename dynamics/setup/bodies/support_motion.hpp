@@ -7,7 +7,8 @@
 
 namespace cbr {
 
-// Empty: supports at rest, or none. InputError: sets that are held along one axis and move unlike each other along it.
+// Empty: supports at rest, or none. InputError: sets that are held along one axis and move unlike
+// each other along it.
 DrivenMotion support_motion(const SceneIndex& index, const Instance& instance);
 
 }  // namespace cbr

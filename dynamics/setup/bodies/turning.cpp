@@ -23,36 +23,44 @@ constexpr const char* cure = "; take rotations: small, or leave it out";
 
 void refuse_spin(const Instance& instance, const std::string& why) {
   if (instance.angular_velocity.isZero(0)) return;
-  throw InputError(instance.source.text() + ": instance '" + instance.name + "': angular_velocity needs " + why);
+  throw InputError(instance.source.text() + ": instance '" + instance.name +
+                   "': angular_velocity needs " + why);
 }
 
 // What the whole run does.
 void refuse_ways(const Scene& scene) {
   const TimeOptions& time = *scene.time;
-  if (time.integrator != Integrator::exact) refuse(time.source, "time.rotations: large goes with integrator: exact only");
-  if (time.mass_scaling) refuse(time.source, "time.rotations: large does not go with mass_scaling: true");
-  if (skin_acts(scene)) refuse(scene.skin->source, "time.rotations: large does not go with shells that act (skin)");
+  if (time.integrator != Integrator::exact)
+    refuse(time.source, "time.rotations: large goes with integrator: exact only");
+  if (time.mass_scaling)
+    refuse(time.source, "time.rotations: large does not go with mass_scaling: true");
+  if (skin_acts(scene))
+    refuse(scene.skin->source, "time.rotations: large does not go with shells that act (skin)");
 }
 
 void refuse_contact(const SceneIndex& index, const ContactOptions& contact) {
   const Scene& scene = index.scene();
   if (contact.enforcement == Enforcement::impulse && !contact.tied) return;
   const auto touches = [&](const Instance& instance) {
-    return turns(index, instance) &&
-           (contact.all || contact.first.instance == instance.name || contact.second.instance == instance.name);
+    return turns(index, instance) && (contact.all || contact.first.instance == instance.name ||
+                                      contact.second.instance == instance.name);
   };
   const auto found = std::find_if(scene.instances.begin(), scene.instances.end(), touches);
   if (found == scene.instances.end()) return;
-  refuse(contact.source, "contact of instance '" + found->name + "', which turns (time.rotations: large), is enforcement: impulse " +
-                             "without tied only, found " + (contact.tied ? "tied" : "another enforcement"));
+  refuse(contact.source, "contact of instance '" + found->name +
+                             "', which turns (time.rotations: large), is enforcement: impulse " +
+                             "without tied only, found " +
+                             (contact.tied ? "tied" : "another enforcement"));
 }
 
 void refuse_what_acts(const SceneIndex& index) {
   const Scene& scene = index.scene();
   for (const ContactOptions& contact : scene.contact) refuse_contact(index, contact);
   for (const Load& load : scene.loads)
-    if (load.kind != Load::Kind::gravity && turns(index, scene.instances[index.place(load.instance)]))
-      refuse(load.source, "instance '" + load.instance + "', which turns (time.rotations: large), takes no load but gravity");
+    if (load.kind != Load::Kind::gravity &&
+        turns(index, scene.instances[index.place(load.instance)]))
+      refuse(load.source, "instance '" + load.instance +
+                              "', which turns (time.rotations: large), takes no load but gravity");
   for (const Instance& instance : scene.instances)
     if (turns(index, instance) && !component_of(scene, instance).points.empty())
       refuse(instance, "time.rotations: large does not turn components with points");
@@ -61,46 +69,53 @@ void refuse_what_acts(const SceneIndex& index) {
 }  // namespace
 
 bool turns(const SceneIndex& index, const Instance& instance) {
-  return index.scene().time->rotations == Rotations::large && instance.as == InstanceKind::superelement && !index.is_held(instance);
+  return index.scene().time->rotations == Rotations::large &&
+         instance.as == InstanceKind::superelement && !index.is_held(instance);
 }
 
 void refuse_what_does_not_turn(const SceneIndex& index) {
   const Scene& scene = index.scene();
   if (scene.time->rotations == Rotations::small) {
-    for (const Instance& instance : scene.instances) refuse_spin(instance, "time: {rotations: large}");
+    for (const Instance& instance : scene.instances)
+      refuse_spin(instance, "time: {rotations: large}");
     return;
   }
   refuse_ways(scene);
   for (const Instance& instance : scene.instances)
-    if (!turns(index, instance)) refuse_spin(instance, "a superelement without supports: as: mesh and held ones do not turn");
+    if (!turns(index, instance))
+      refuse_spin(instance, "a superelement without supports: as: mesh and held ones do not turn");
   refuse_what_acts(index);
 }
 
 void require_turning(const Instance& instance, const ReducedComponent& component) {
-  if (component.parts.size() != 1) refuse(instance, "time.rotations: large does not turn superelements of several domains");
+  if (component.parts.size() != 1)
+    refuse(instance, "time.rotations: large does not turn superelements of several domains");
   if (!component.statics && !component.plans.at(instance.name).is_modal())
     refuse(instance, "time.rotations: large needs a superelement with its diagonal form");
-  const Index n_rigid = component.statics ? component.statics->modal.n_rigid : component.form->n_rigid;
+  const Index n_rigid =
+      component.statics ? component.statics->modal.n_rigid : component.form->n_rigid;
   if (n_rigid != 6)
-    refuse(instance, "time.rotations: large turns free bodies of one part only, found " + std::to_string(n_rigid) +
-                         " rigid motions where 6 are allowed");
+    refuse(instance, "time.rotations: large turns free bodies of one part only, found " +
+                         std::to_string(n_rigid) + " rigid motions where 6 are allowed");
 }
 
-std::vector<std::string> notes_of_spin(const Instance& instance, const Superelement& superelement, bool feels_spin,
-                                       const SuperelementBody& modal) {
+std::vector<std::string> notes_of_spin(const Instance& instance, const Superelement& superelement,
+                                       bool feels_spin, const SuperelementBody& modal) {
   std::vector<std::string> notes;
   const std::string name = "instance '" + instance.name + "'";
   if (!feels_spin) {
     notes.push_back(name + " turns without the forces of its spin on its modes: " +
-                    (superelement.has_interface_matrices() ? "its superelement file is older than 1.8 (cbr-reduce --force)"
-                                                           : "basis " + superelement.basis + " does not know them"));
+                    (superelement.has_interface_matrices()
+                         ? "its superelement file is older than 1.8 (cbr-reduce --force)"
+                         : "basis " + superelement.basis + " does not know them"));
   }
   const DiagonalForm& form = modal.form();
   const double lowest = form.omega.size() > form.n_rigid ? form.omega[form.n_rigid] : HUGE_VAL;
   const double spin = instance.angular_velocity.norm();
   if (spin > 0.1 * lowest)
-    notes.push_back(name + " spins at " + number_text(spin) + " rad/s, more than a tenth of its lowest frequency of " +
-                    number_text(lowest) + " rad/s: Coriolis forces and stiffening by the spin are left out");
+    notes.push_back(name + " spins at " + number_text(spin) +
+                    " rad/s, more than a tenth of its lowest frequency of " + number_text(lowest) +
+                    " rad/s: Coriolis forces and stiffening by the spin are left out");
   return notes;
 }
 
@@ -110,7 +125,9 @@ std::string note_of_what_stays(const SceneIndex& index) {
   if (scene.time->rotations == Rotations::small) return names;
   for (const Instance& instance : scene.instances)
     if (!turns(index, instance)) names += (names.empty() ? "" : ", ") + instance.name;
-  return names.empty() ? names : "rotations: large turns superelements without supports; linear as ever: " + names;
+  return names.empty()
+             ? names
+             : "rotations: large turns superelements without supports; linear as ever: " + names;
 }
 
 }  // namespace cbr

@@ -10,15 +10,16 @@
 
 namespace cbr {
 
-// Whether an instance turns by any angle: with `large` superelements that nothing holds. All others are linear.
+// Whether an instance turns by any angle: with `large` superelements that nothing holds. All others
+// are linear.
 bool turns(const SceneIndex& index, const Instance& instance);
-// InputError, one line that names what does not turn: before any file is read; of an instance that turns, and what it is made of.
-// `rotations: small` refuses angular velocities alone.
+// InputError, one line that names what does not turn: before any file is read; of an instance that
+// turns, and what it is made of. `rotations: small` refuses angular velocities alone.
 void refuse_what_does_not_turn(const SceneIndex& index);
 void require_turning(const Instance& instance, const ReducedComponent& component);
 // What of its spin an instance that turns does not feel; empty: nothing worth a word.
-std::vector<std::string> notes_of_spin(const Instance& instance, const Superelement& superelement, bool feels_spin,
-                                       const SuperelementBody& modal);
+std::vector<std::string> notes_of_spin(const Instance& instance, const Superelement& superelement,
+                                       bool feels_spin, const SuperelementBody& modal);
 // With `large`, one line that names those that stay linear; empty: all turn.
 std::string note_of_what_stays(const SceneIndex& index);
 

@@ -25,16 +25,16 @@ struct BuiltScene {
     Index n_modal = 0;               // of all parts
     std::shared_ptr<const Mesh> mesh;
     std::vector<BlockProperties> properties;
-    std::vector<Index> body_node;  // of each node of the mesh
+    std::vector<Index> body_node;            // of each node of the mesh
     std::shared_ptr<const MeshModes> modes;  // BuildOptions::mesh_modes
-    Index n_shell_faces = 0;       // of the skin, that act
+    Index n_shell_faces = 0;                 // of the skin, that act
     Placement placement;
     double mass = 0;
   };
   std::vector<OfInstance> instances;  // as simulation.bodies
   GapWatch gaps;
-  std::vector<std::string> notes;     // for the summary
-  bool momentum_is_kept = true;       // no boundary conditions, loads, or rigid walls that are met
+  std::vector<std::string> notes;  // for the summary
+  bool momentum_is_kept = true;    // no boundary conditions, loads, or rigid walls that are met
 };
 
 }  // namespace cbr

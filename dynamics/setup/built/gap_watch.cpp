@@ -23,7 +23,8 @@ GapWatch::Side GapWatch::side_of(Simulation& simulation, const ContactSurface& s
   const ContactNodes& contact = simulation.contact_nodes[surface.body];
   side.body = contact.body;
   std::vector<Index> nodes, sample;
-  for (const Index slot : surface.nodes) nodes.push_back(contact.nodes[static_cast<std::size_t>(slot)]);
+  for (const Index slot : surface.nodes)
+    nodes.push_back(contact.nodes[static_cast<std::size_t>(slot)]);
   const std::size_t stride = (nodes.size() + most_samples - 1) / most_samples;
   for (std::size_t i = 0; i < nodes.size(); i += stride) sample.push_back(nodes[i]);
   Body& body = *simulation.bodies[static_cast<std::size_t>(side.body)];
@@ -50,11 +51,13 @@ void GapWatch::start(Simulation& simulation) {
 void GapWatch::look(const Simulation& simulation) {
   for (Watched& watched : watched_) {
     if (simulation.pairs[static_cast<std::size_t>(watched.pair)].seen().largest_area > 0) continue;
-    if (const auto& wall = simulation.pairs[static_cast<std::size_t>(watched.pair)].wall) watched.master.shift = wall->shift().end;
+    if (const auto& wall = simulation.pairs[static_cast<std::size_t>(watched.pair)].wall)
+      watched.master.shift = wall->shift().end;
     for (Side* side : {&watched.slave, &watched.master}) {
       if (side->body < 0) continue;
       Vector3 position, velocity;
-      simulation.bodies[static_cast<std::size_t>(side->body)]->mean_motion(side->mean_set, position, velocity);
+      simulation.bodies[static_cast<std::size_t>(side->body)]->mean_motion(side->mean_set, position,
+                                                                           velocity);
       side->shift = position - side->start;
     }
     const double least = sampled(simulation, watched);
@@ -75,27 +78,31 @@ double GapWatch::sampled(const Simulation& simulation, const Watched& watched) {
       continue;
     }
     const Eigen::RowVector3d at = x.row(i) - watched.master.shift.transpose();
-    least = std::min(least, (watched.master.sample.rowwise() - at).rowwise().squaredNorm().minCoeff());
+    least =
+        std::min(least, (watched.master.sample.rowwise() - at).rowwise().squaredNorm().minCoeff());
   }
   return least;
 }
 
-double GapWatch::distance(const Simulation& simulation, const Watched& watched, const Vector3& slave_shift,
-                          const Vector3& master_shift) {
+double GapWatch::distance(const Simulation& simulation, const Watched& watched,
+                          const Vector3& slave_shift, const Vector3& master_shift) {
   const ContactPair& pair = simulation.pairs[static_cast<std::size_t>(watched.pair)];
   const Points slave = contact_points(simulation, *pair.slave);
   if (!pair.wall) {
     const Points master = contact_points(simulation, *pair.master);
-    return distance_between({*pair.slave, slave, slave_shift}, {*pair.master, master, master_shift});
+    return distance_between({*pair.slave, slave, slave_shift},
+                            {*pair.master, master, master_shift});
   }
   double least = HUGE_VAL;
   for (const Index node : pair.slave->nodes)
-    least = std::min(least, pair.wall->distance(slave.row(node).transpose() + slave_shift - master_shift));
+    least = std::min(least,
+                     pair.wall->distance(slave.row(node).transpose() + slave_shift - master_shift));
   return std::max(least, 0.0);
 }
 
 const GapWatch::Watched* GapWatch::find(Index pair) const {
-  const auto found = std::find_if(watched_.begin(), watched_.end(), [&](const Watched& watched) { return watched.pair == pair; });
+  const auto found = std::find_if(watched_.begin(), watched_.end(),
+                                  [&](const Watched& watched) { return watched.pair == pair; });
   return found != watched_.end() ? &*found : nullptr;
 }
 

@@ -9,8 +9,9 @@
 
 namespace cbr {
 
-// Watches the pairs that are not tied, where there are few. Of each surface the mean motion is asked for at outputs, and nothing
-// else, until the pair has touched; distances are computed when they are asked for.
+// Watches the pairs that are not tied, where there are few. Of each surface the mean motion is
+// asked for at outputs, and nothing else, until the pair has touched; distances are computed when
+// they are asked for.
 class GapWatch {
  public:
   // Of pairs, once they are there and before the first step and scale().
@@ -19,7 +20,8 @@ class GapWatch {
   void look(const Simulation& simulation);
   // Least distance at the start. None of a pair that is not watched.
   std::optional<double> initial(const Simulation& simulation, Index pair) const;
-  // At an output, of the surfaces moved with their mean displacement, without rotation. After the run.
+  // At an output, of the surfaces moved with their mean displacement, without rotation. After the
+  // run.
   std::optional<double> nearest(const Simulation& simulation, Index pair) const;
 
  private:
@@ -37,8 +39,8 @@ class GapWatch {
   Side side_of(Simulation& simulation, const ContactSurface& surface) const;
   const Watched* find(Index pair) const;
   static double sampled(const Simulation& simulation, const Watched& watched);
-  static double distance(const Simulation& simulation, const Watched& watched, const Vector3& slave_shift,
-                         const Vector3& master_shift);
+  static double distance(const Simulation& simulation, const Watched& watched,
+                         const Vector3& slave_shift, const Vector3& master_shift);
 
   std::vector<Watched> watched_;
 };

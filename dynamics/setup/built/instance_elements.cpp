@@ -16,34 +16,41 @@ bool is_same(const Material& a, const Material& b) {
   if (a.orthotropy.has_value() != b.orthotropy.has_value()) return false;
   if (!a.orthotropy) return true;
   const Orthotropy &s = *a.orthotropy, &t = *b.orthotropy;
-  return s.youngs_moduli == t.youngs_moduli && s.poissons_ratios == t.poissons_ratios && s.shear_moduli == t.shear_moduli &&
-         s.axes == t.axes;
+  return s.youngs_moduli == t.youngs_moduli && s.poissons_ratios == t.poissons_ratios &&
+         s.shear_moduli == t.shear_moduli && s.axes == t.axes;
 }
 
 }  // namespace
 
-std::map<std::string, BlockProperties> recovered_properties(const Component& component, const Scene& scene,
+std::map<std::string, BlockProperties> recovered_properties(const Component& component,
+                                                            const Scene& scene,
                                                             const BuiltScene::OfInstance& of) {
   Mesh names;  // only names and types of blocks are asked for; a domain may lack some
   for (const ReducedPart& part : of.parts)
     for (const Block& block : part.superelement->recovery.front().blocks)
       if (find_block(names, block.name) < 0) names.blocks.push_back(block);
-  const bool in_scene = component.has_mesh && (!component.material.empty() || !may_hold_materials(component.mesh));
+  const bool in_scene =
+      component.has_mesh && (!component.material.empty() || !may_hold_materials(component.mesh));
   const std::vector<BlockProperties> properties =
-      in_scene ? block_properties(scene, component, names)
-                         : properties_in_file(component, of.parts.front().superelement->provenance, names.blocks);
+      in_scene
+          ? block_properties(scene, component, names)
+          : properties_in_file(component, of.parts.front().superelement->provenance, names.blocks);
   std::map<std::string, BlockProperties> by_name;
-  for (std::size_t b = 0; b < names.blocks.size(); ++b) by_name[names.blocks[b].name] = properties[b];
+  for (std::size_t b = 0; b < names.blocks.size(); ++b)
+    by_name[names.blocks[b].name] = properties[b];
   return by_name;
 }
 
-InstanceElements::InstanceElements(const Scene& scene, const BuiltScene::OfInstance& of, const SourceLine& source)
+InstanceElements::InstanceElements(const Scene& scene, const BuiltScene::OfInstance& of,
+                                   const SourceLine& source)
     : of_(of), n_modal_(of.n_modal), n_body_(of.geometry->coordinates.rows()) {
   for (const ReducedPart& part : of.parts)
     if (part.superelement->recovery.empty())
-      throw InputError(source.text() + ": instance '" + of.name +
-                       "': its superelement has no recovery data, from which stress and interior points follow: give its "
-                       "component reduction: {recovery: true}, or recovery: [SET, ...], and run cbr-reduce");
+      throw InputError(
+          source.text() + ": instance '" + of.name +
+          "': its superelement has no recovery data, from which stress and interior points follow: "
+          "give its "
+          "component reduction: {recovery: true}, or recovery: [SET, ...], and run cbr-reduce");
   add_nodes();
   of.mesh ? add_mesh() : add_parts(scene);
   find_materials();
@@ -76,7 +83,8 @@ void InstanceElements::add_mesh() {
   for (std::size_t b = 0; b < of_.mesh->blocks.size(); ++b) {
     const Block& block = of_.mesh->blocks[b];
     if (dimension(block.type) != 3) continue;
-    Group group{block.name, block.id, block.type, of_.properties[b], block.connectivity, block.element_ids, 0};
+    Group group{block.name,         block.id,          block.type, of_.properties[b],
+                block.connectivity, block.element_ids, 0};
     for (Index& node : group.nodes.reshaped()) node = of_.body_node[static_cast<std::size_t>(node)];
     groups_.push_back(std::move(group));
   }
@@ -84,11 +92,13 @@ void InstanceElements::add_mesh() {
 
 void InstanceElements::add_parts(const Scene& scene) {
   const Component& component = scene.components.at(of_.component);
-  const std::map<std::string, BlockProperties> properties = recovered_properties(component, scene, of_);
+  const std::map<std::string, BlockProperties> properties =
+      recovered_properties(component, scene, of_);
   for (std::size_t p = 0; p < of_.parts.size(); ++p) {
     for (const Block& block : of_.parts[p].superelement->recovery.front().blocks) {
       if (dimension(block.type) != 3) continue;
-      Group group{block.name, block.id, block.type, properties.at(block.name), block.connectivity, block.element_ids, 0};
+      Group group{block.name,         block.id,          block.type, properties.at(block.name),
+                  block.connectivity, block.element_ids, 0};
       for (Index& node : group.nodes.reshaped()) node = node_of_part(p, node);
       groups_.push_back(std::move(group));
     }
@@ -98,8 +108,9 @@ void InstanceElements::add_parts(const Scene& scene) {
 void InstanceElements::find_materials() {
   std::vector<const Material*> known;
   for (Group& group : groups_) {
-    const auto found =
-        std::find_if(known.begin(), known.end(), [&](const Material* m) { return is_same(*m, group.properties.material); });
+    const auto found = std::find_if(known.begin(), known.end(), [&](const Material* m) {
+      return is_same(*m, group.properties.material);
+    });
     group.material = found - known.begin();
     if (found == known.end()) known.push_back(&group.properties.material);
   }
@@ -122,7 +133,8 @@ void InstanceElements::find_places() {
       counts[static_cast<std::size_t>(place)] += 1;
     }
   }
-  shares_ = Eigen::Map<const Vector>(counts.data(), static_cast<Index>(counts.size())).cwiseInverse();
+  shares_ =
+      Eigen::Map<const Vector>(counts.data(), static_cast<Index>(counts.size())).cwiseInverse();
 }
 
 Index InstanceElements::n_elements() const {
@@ -134,8 +146,10 @@ Index InstanceElements::n_elements() const {
 std::vector<Index> InstanceElements::nodes_of_set(const std::string& name) const {
   std::vector<Index> nodes;
   const Geometry& geometry = *of_.geometry;
-  if (const auto surface = geometry.surfaces.find(name); surface != geometry.surfaces.end()) return surface_nodes(surface->second);
-  if (const auto set = geometry.nodesets.find(name); set != geometry.nodesets.end()) nodes = set->second;
+  if (const auto surface = geometry.surfaces.find(name); surface != geometry.surfaces.end())
+    return surface_nodes(surface->second);
+  if (const auto set = geometry.nodesets.find(name); set != geometry.nodesets.end())
+    nodes = set->second;
   for (std::size_t p = 0; p < of_.parts.size(); ++p) {
     const auto& sets = of_.parts[p].superelement->recovered_sets;
     const auto found = sets.find(name);
@@ -164,7 +178,8 @@ Vector interface_motion(const ReducedPart& part, Index n_modal, const Vector& q)
   Vector u_c(s.c());
   for (Index i = 0; i < s.c(); ++i) {
     const auto dof = static_cast<std::size_t>(i);
-    u_c[i] = q[n_modal + 3 * part.node[static_cast<std::size_t>(s.dof_node[dof])] + s.dof_component[dof]];
+    u_c[i] = q[n_modal + 3 * part.node[static_cast<std::size_t>(s.dof_node[dof])] +
+               s.dof_component[dof]];
   }
   return u_c;
 }
@@ -178,9 +193,10 @@ Points InstanceElements::displacements(const Vector& q) const {
     const ReducedPart& part = of_.parts[p];
     const Superelement::Recovery& recovery = part.superelement->recovery.front();
     // u_I = Psi u_c + Phi q_k
-    const Vector u_I =
-        recovery.Psi * interface_motion(part, n_modal_, q) + recovery.Phi * q.segment(part.first_mode, part.superelement->k());
-    u.middleRows(first_interior_[p], u_I.size() / 3) = Eigen::Map<const Points>(u_I.data(), u_I.size() / 3, 3);
+    const Vector u_I = recovery.Psi * interface_motion(part, n_modal_, q) +
+                       recovery.Phi * q.segment(part.first_mode, part.superelement->k());
+    u.middleRows(first_interior_[p], u_I.size() / 3) =
+        Eigen::Map<const Points>(u_I.data(), u_I.size() / 3, 3);
   }
   return u;
 }
@@ -193,8 +209,9 @@ Matrix InstanceElements::dense_rows(const std::vector<Index>& nodes) const {
       for (int d = 0; d < 3; ++d) rows(3 * i + d, dof(node) + d) = 1;
       continue;
     }
-    const auto p = static_cast<std::size_t>(std::upper_bound(first_interior_.begin(), first_interior_.end(), node) -
-                                            first_interior_.begin() - 1);
+    const auto p = static_cast<std::size_t>(
+        std::upper_bound(first_interior_.begin(), first_interior_.end(), node) -
+        first_interior_.begin() - 1);
     const ReducedPart& part = of_.parts[p];
     const Superelement& s = *part.superelement;
     const Superelement::Recovery& recovery = s.recovery.front();
@@ -202,14 +219,17 @@ Matrix InstanceElements::dense_rows(const std::vector<Index>& nodes) const {
     rows.block(3 * i, part.first_mode, 3, s.k()) = recovery.Phi.middleRows(local, 3);
     for (Index c = 0; c < s.c(); ++c) {
       const auto j = static_cast<std::size_t>(c);
-      const Index column = dof(part.node[static_cast<std::size_t>(s.dof_node[j])]) + s.dof_component[j];
+      const Index column =
+          dof(part.node[static_cast<std::size_t>(s.dof_node[j])]) + s.dof_component[j];
       rows.block(3 * i, column, 3, 1) = recovery.Psi.block(local, c, 3, 1);
     }
   }
   return rows;
 }
 
-Points InstanceElements::element_points(const Group& group, Index e) const { return element_motion(group, e, X_); }
+Points InstanceElements::element_points(const Group& group, Index e) const {
+  return element_motion(group, e, X_);
+}
 
 Points InstanceElements::element_motion(const Group& group, Index e, const Points& u) const {
   Points of_element(group.nodes.cols(), 3);
@@ -222,9 +242,10 @@ Matrix InstanceElements::element_stresses(const Points& u) const {
   Index row = 0;
   for (const Group& group : groups_)
     for (Index e = 0; e < group.nodes.rows(); ++e)
-      stress.row(row++) = element_stress(group.type, group.properties.hex8, element_points(group, e), group.properties.material,
-                                         element_motion(group, e, u))
-                              .transpose();
+      stress.row(row++) =
+          element_stress(group.type, group.properties.hex8, element_points(group, e),
+                         group.properties.material, element_motion(group, e, u))
+              .transpose();
   return stress;
 }
 
@@ -232,9 +253,11 @@ Matrix InstanceElements::nodal_stresses(const Points& u) const {
   Matrix stress = Matrix::Zero(static_cast<Index>(places_.size()), 6);
   for (const Group& group : groups_) {
     for (Index e = 0; e < group.nodes.rows(); ++e) {
-      const Matrix of_element = element_nodal_stress(group.type, group.properties.hex8, element_points(group, e),
-                                                     group.properties.material, element_motion(group, e, u));
-      for (Index a = 0; a < of_element.rows(); ++a) stress.row(place_(group.nodes(e, a), group.material)) += of_element.row(a);
+      const Matrix of_element =
+          element_nodal_stress(group.type, group.properties.hex8, element_points(group, e),
+                               group.properties.material, element_motion(group, e, u));
+      for (Index a = 0; a < of_element.rows(); ++a)
+        stress.row(place_(group.nodes(e, a), group.material)) += of_element.row(a);
     }
   }
   return shares_.asDiagonal() * stress;

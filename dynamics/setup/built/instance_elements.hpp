@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The elements of an instance, whatever it moves as, and how the motion of their nodes follows from the body's coordinates.
+// The elements of an instance, whatever it moves as, and how the motion of their nodes follows from
+// the body's coordinates.
 #pragma once
 
 #include <map>
@@ -12,12 +13,14 @@
 
 namespace cbr {
 
-// Of the blocks that a superelement with recovery data, or its domains together, recover, by name. InputError: a file alone that
-// does not tell its materials.
-std::map<std::string, BlockProperties> recovered_properties(const Component& component, const Scene& scene,
+// Of the blocks that a superelement with recovery data, or its domains together, recover, by name.
+// InputError: a file alone that does not tell its materials.
+std::map<std::string, BlockProperties> recovered_properties(const Component& component,
+                                                            const Scene& scene,
                                                             const BuiltScene::OfInstance& of);
 
-// Nodes: those of the body, then the interior ones of each part of a superelement with recovery data. Component axes.
+// Nodes: those of the body, then the interior ones of each part of a superelement with recovery
+// data. Component axes.
 class InstanceElements {
  public:
   struct Group {
@@ -30,8 +33,8 @@ class InstanceElements {
     Index material = 0;              // equal for blocks of equal materials
   };
 
-  // `of` must outlive it. InputError: a superelement without recovery data, at `source`; a file alone that does not tell its
-  // materials.
+  // `of` must outlive it. InputError: a superelement without recovery data, at `source`; a file
+  // alone that does not tell its materials.
   InstanceElements(const Scene& scene, const BuiltScene::OfInstance& of, const SourceLine& source);
 
   const std::vector<Group>& groups() const { return groups_; }
@@ -42,13 +45,15 @@ class InstanceElements {
   Vector3 position(Index node) const { return X_.row(node).transpose(); }  // undeformed
   // Of node `local` of [interface; interior] of a part.
   Index node_of_part(std::size_t part, Index local) const;
-  // Nodes of a set of the mesh, body's or recovered ones, in ascending order; empty: there is none of this name.
+  // Nodes of a set of the mesh, body's or recovered ones, in ascending order; empty: there is none
+  // of this name.
   std::vector<Index> nodes_of_set(const std::string& name) const;
   std::vector<std::string> set_names() const;
 
   // N x 3 from the body's coordinates (Body::coordinates).
   Points displacements(const Vector& q) const;
-  // Rows of the nodes' displacements over the body's coordinates, 3 m x n_q: row 3 i + d is component d of node i.
+  // Rows of the nodes' displacements over the body's coordinates, 3 m x n_q: row 3 i + d is
+  // component d of node i.
   Matrix dense_rows(const std::vector<Index>& nodes) const;
   Index n_coordinates() const { return n_modal_ + 3 * n_body_; }
   // Whether every node is one of the body's, whose dofs are coordinates.

@@ -30,7 +30,8 @@ double from_nodes_to_faces(const PlacedSurface& a, const PlacedSurface& b, doubl
       if ((centres.row(f).transpose() - x).squaredNorm() > reach * reach) continue;
       const auto corner = [&](Index k) { return Vector3(b.points.row(b.surface.faces(f, k))); };
       for (Index half = 0; half < (is_triangle(b.surface, f) ? 1 : 2); ++half)
-        least = std::min(least, (x - nearest_point({corner(0), corner(1 + half), corner(2 + half)}, x)).norm());
+        least = std::min(
+            least, (x - nearest_point({corner(0), corner(1 + half), corner(2 + half)}, x)).norm());
     }
   }
   return least;
@@ -40,7 +41,8 @@ double from_nodes_to_faces(const PlacedSurface& a, const PlacedSurface& b, doubl
 
 Vector3 nearest_point(const Triangle& t, const Vector3& x) {
   const Vector3 a = t[1] - t[0], b = t[2] - t[0], r = x - t[0];
-  const double aa = a.dot(a), ab = a.dot(b), bb = b.dot(b), ra = r.dot(a), rb = r.dot(b), det = aa * bb - ab * ab;
+  const double aa = a.dot(a), ab = a.dot(b), bb = b.dot(b), ra = r.dot(a), rb = r.dot(b),
+               det = aa * bb - ab * ab;
   if (det > 0) {
     const double u = (bb * ra - ab * rb) / det, v = (aa * rb - ab * ra) / det;
     if (u >= 0 && v >= 0 && u + v <= 1) return t[0] + u * a + v * b;
@@ -49,7 +51,8 @@ Vector3 nearest_point(const Triangle& t, const Vector3& x) {
   for (std::size_t i = 0; i < 3; ++i) {
     const Vector3 edge = t[(i + 1) % 3] - t[i];
     const double length = edge.squaredNorm();
-    const Vector3 p = t[i] + (length > 0 ? std::clamp((x - t[i]).dot(edge) / length, 0.0, 1.0) : 0.0) * edge;
+    const Vector3 p =
+        t[i] + (length > 0 ? std::clamp((x - t[i]).dot(edge) / length, 0.0, 1.0) : 0.0) * edge;
     if ((p - x).squaredNorm() < (nearest - x).squaredNorm()) nearest = p;
   }
   return nearest;

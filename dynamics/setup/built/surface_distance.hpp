@@ -10,17 +10,20 @@ namespace cbr {
 
 using Triangle = std::array<Vector3, 3>;
 
-// Nearest point of a triangle (Ericson 2005, Real-Time Collision Detection, 5.1.5, by way of the edges).
+// Nearest point of a triangle (Ericson 2005, Real-Time Collision Detection, 5.1.5, by way of the
+// edges).
 Vector3 nearest_point(const Triangle& t, const Vector3& x);
 
-// The surface's contact points where they are: `points` of all contact nodes of its body, shifted as a whole.
+// The surface's contact points where they are: `points` of all contact nodes of its body, shifted
+// as a whole.
 struct PlacedSurface {
   const ContactSurface& surface;
   const Points& points;  // m x 3
   Vector3 shift = Vector3::Zero();
 };
 
-// Least distance of the nodes of each from the faces of the other, never below 0. Of large surfaces every k-th node is looked at.
+// Least distance of the nodes of each from the faces of the other, never below 0. Of large surfaces
+// every k-th node is looked at.
 double distance_between(const PlacedSurface& a, const PlacedSurface& b);
 
 }  // namespace cbr

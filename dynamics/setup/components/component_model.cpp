@@ -18,24 +18,34 @@
 namespace cbr {
 namespace {
 
-std::string scene_argument(const Scene& scene) { return scene.file == "-" ? "SCENE" : scene.file.string(); }
-
-void require_current(const Scene& scene, const Component& component, const ReductionOptions& reduction) {
-  const std::string& file = reduction.superelement.string();
-  const std::string where = component.source.text() + ": component '" + component.name + "': the superelement " + file;
-  const std::string cure = ": run cbr-reduce " + scene_argument(scene);
-  if (!std::filesystem::exists(reduction.superelement)) throw InputError(where + " does not exist" + cure);
-  const std::string hash = read_content_hash(reduction.superelement);
-  if (hash.empty()) read_superelement(reduction.superelement);  // says what is wrong with a damaged or foreign file
-  if (hash != content_hash(scene, component) || is_of_other_mass(component))
-    throw InputError(where + " was not made from the present mesh, materials and reduction options (" +
-                     stale_text(scene, component) + ")" + cure);
-  if (lacks_face_centres(reduction.superelement))
-    throw InputError(where + " is of hex27 and lacks the centre nodes of its faces, which versions before 0.2 lost" + cure);
+std::string scene_argument(const Scene& scene) {
+  return scene.file == "-" ? "SCENE" : scene.file.string();
 }
 
-// What is wrong with a mesh or a superelement is found where nobody knows who names it: the scene's line and the component come
-// first.
+void require_current(const Scene& scene, const Component& component,
+                     const ReductionOptions& reduction) {
+  const std::string& file = reduction.superelement.string();
+  const std::string where =
+      component.source.text() + ": component '" + component.name + "': the superelement " + file;
+  const std::string cure = ": run cbr-reduce " + scene_argument(scene);
+  if (!std::filesystem::exists(reduction.superelement))
+    throw InputError(where + " does not exist" + cure);
+  const std::string hash = read_content_hash(reduction.superelement);
+  // says what is wrong with a damaged or foreign file
+  if (hash.empty()) read_superelement(reduction.superelement);
+  if (hash != content_hash(scene, component) || is_of_other_mass(component))
+    throw InputError(where +
+                     " was not made from the present mesh, materials and reduction options (" +
+                     stale_text(scene, component) + ")" + cure);
+  if (lacks_face_centres(reduction.superelement))
+    throw InputError(
+        where +
+        " is of hex27 and lacks the centre nodes of its faces, which versions before 0.2 lost" +
+        cure);
+}
+
+// What is wrong with a mesh or a superelement is found where nobody knows who names it: the scene's
+// line and the component come first.
 template <typename Action>
 auto naming(const Component& component, const Action& action) {
   const auto named = [&](const std::string& what) {
@@ -64,7 +74,8 @@ auto naming(const std::filesystem::path& file, const Action& action) {
   }
 }
 
-std::vector<const Instance*> instances_of(const Scene& scene, const Component& component, InstanceKind as) {
+std::vector<const Instance*> instances_of(const Scene& scene, const Component& component,
+                                          InstanceKind as) {
   std::vector<const Instance*> list;
   for (const Instance& instance : scene.instances)
     if (instance.component == component.name && instance.as == as) list.push_back(&instance);
@@ -88,13 +99,16 @@ Needs needs_of(const SceneIndex& index, const MotionPlans& plans) {
   return needs;
 }
 
-SuperelementParts parts_to_read(const Needs& needs, bool recovery) { return {needs.matrices, needs.diagonal, recovery}; }
+SuperelementParts parts_to_read(const Needs& needs, bool recovery) {
+  return {needs.matrices, needs.diagonal, recovery};
+}
 
 constexpr SuperelementParts light = {false, false, false};  // enough to tell the needs by
 
 Geometry geometry_of(const JoinedNodes& nodes, const SuperelementGroup& group) {
   Geometry geometry;
-  geometry.node_ids = nodes.node_ids, geometry.coordinates = nodes.coordinates, geometry.nodesets = nodes.nodesets;
+  geometry.node_ids = nodes.node_ids, geometry.coordinates = nodes.coordinates,
+  geometry.nodesets = nodes.nodesets;
   for (const Surface& surface : nodes.surfaces) geometry.surfaces[surface.name] = surface;
   geometry.reduced = true;
   for (const Superelement& domain : group.domains)
@@ -102,7 +116,9 @@ Geometry geometry_of(const JoinedNodes& nodes, const SuperelementGroup& group) {
   return geometry;
 }
 
-Geometry geometry_of_group(const SuperelementGroup& group) { return geometry_of(join_nodes(group), group); }
+Geometry geometry_of_group(const SuperelementGroup& group) {
+  return geometry_of(join_nodes(group), group);
+}
 
 // Fields, stress, and histories of sets inside.
 bool needs_recovery(const Scene& scene, const Component& component, const Geometry& geometry) {
@@ -121,7 +137,8 @@ std::shared_ptr<const Geometry> geometry_in(const Component& component, Geometry
   return std::make_shared<const Geometry>(std::move(geometry));
 }
 
-void add_part(std::shared_ptr<const Superelement> superelement, std::vector<Index> node, ReducedComponent& reduced) {
+void add_part(std::shared_ptr<const Superelement> superelement, std::vector<Index> node,
+              ReducedComponent& reduced) {
   const Index k = superelement->k();
   reduced.parts.push_back({std::move(superelement), std::move(node), reduced.n_modal});
   reduced.n_modal += k;
@@ -130,7 +147,8 @@ void add_part(std::shared_ptr<const Superelement> superelement, std::vector<Inde
 
 // As the modes were picked.
 HalfBy half_by(const ReductionOptions& reduction) {
-  const bool by_frequency = reduction.has_second_reduction() || (reduction.pick == Pick::frequency && !reduction.tolerance);
+  const bool by_frequency = reduction.has_second_reduction() ||
+                            (reduction.pick == Pick::frequency && !reduction.tolerance);
   return by_frequency ? HalfBy::frequency : HalfBy::participation;
 }
 
@@ -140,7 +158,8 @@ std::string left_out_in(const std::map<std::string, std::string>& provenance) {
   return found == provenance.end() ? "" : found->second;
 }
 
-ReducedComponent of_one(const SceneIndex& index, const Component& component, const BuildOptions& options) {
+ReducedComponent of_one(const SceneIndex& index, const Component& component,
+                        const BuildOptions& options) {
   const std::filesystem::path& file = component.reduction->superelement;
   auto superelement = std::make_shared<Superelement>(read_superelement(file, light));
   ReducedComponent reduced;
@@ -155,10 +174,11 @@ ReducedComponent of_one(const SceneIndex& index, const Component& component, con
   const bool stored = !options.half_modes && stores_diagonal_form(file);
   const bool recovery = needs_recovery(index.scene(), component, *reduced.geometry);
   SuperelementParts parts{true, false, superelement->is_characteristic() && recovery};
-  reduced.plans = plan_superelements(
-      index, component.name,
-      {*reduced.geometry, reduced.n_dofs, stored, superelement->is_characteristic(), options.diagonal_limit});
-  if (superelement->has_interface_matrices()) parts = parts_to_read(needs_of(index, reduced.plans), recovery);
+  reduced.plans = plan_superelements(index, component.name,
+                                     {*reduced.geometry, reduced.n_dofs, stored,
+                                      superelement->is_characteristic(), options.diagonal_limit});
+  if (superelement->has_interface_matrices())
+    parts = parts_to_read(needs_of(index, reduced.plans), recovery);
   *superelement = read_superelement(file, parts);
   check_rigid_motions(*superelement, file.string());
   if (options.half_modes) {
@@ -169,7 +189,8 @@ ReducedComponent of_one(const SceneIndex& index, const Component& component, con
   return reduced;
 }
 
-ReducedComponent of_group(const SceneIndex& index, const Component& component, const BuildOptions& options) {
+ReducedComponent of_group(const SceneIndex& index, const Component& component,
+                          const BuildOptions& options) {
   const std::filesystem::path& file = component.reduction->superelement;
   SuperelementGroup group = read_superelement_group(file, light);
   const JoinedNodes nodes = join_nodes(group);
@@ -182,10 +203,12 @@ ReducedComponent of_group(const SceneIndex& index, const Component& component, c
   for (const Superelement& domain : group.domains) reduced.n_modal += domain.k();
   reduced.n_dofs = reduced.n_modal + 3 * nodes.coordinates.rows();
   const bool stored = !options.half_modes && stores_diagonal_form(file);
-  reduced.plans =
-      plan_superelements(index, component.name, {*reduced.geometry, reduced.n_dofs, stored, false, options.diagonal_limit});
+  reduced.plans = plan_superelements(
+      index, component.name,
+      {*reduced.geometry, reduced.n_dofs, stored, false, options.diagonal_limit});
   const Needs needs = needs_of(index, reduced.plans);
-  group = read_superelement_group(file, parts_to_read(needs, needs_recovery(index.scene(), component, *reduced.geometry)));
+  group = read_superelement_group(
+      file, parts_to_read(needs, needs_recovery(index.scene(), component, *reduced.geometry)));
   for (std::size_t d = 0; d < group.domains.size(); ++d)
     check_rigid_motions(group.domains[d], file.string() + ": /domains/" + std::to_string(d + 1));
   if (options.half_modes) {
@@ -199,7 +222,8 @@ ReducedComponent of_group(const SceneIndex& index, const Component& component, c
     reduced.superelement->omega = std::move(omega), reduced.superelement->V = std::move(V);
   }
   reduced.n_modal = 0;
-  for (Superelement& domain : group.domains) domain.provenance = group.provenance;  // which the group has for all
+  // which the group has for all
+  for (Superelement& domain : group.domains) domain.provenance = group.provenance;
   for (std::size_t d = 0; d < group.domains.size(); ++d)
     add_part(std::make_shared<Superelement>(std::move(group.domains[d])), nodes.place[d], reduced);
   return reduced;
@@ -209,18 +233,24 @@ void tell_accuracy(const Superelement& s, Report& report) {
   const Superelement::Accuracy& a = *s.accuracy;
   const bool fixed = s.massless.modes == "fixed", exact = s.is_massless() && !fixed;
   std::string text = exact ? "rho_res 0, the interface has no mass"
-                           : format_text("rho_res x %.4f  y %.4f  z %.4f", a.rho_res(0), a.rho_res(1), a.rho_res(2));
+                           : format_text("rho_res x %.4f  y %.4f  z %.4f", a.rho_res(0),
+                                         a.rho_res(1), a.rho_res(2));
   if (fixed) text += ", given to the modes";
   if (a.covered_hz > 0)
-    text += format_text("; free modes up to %.6g Hz are ", a.covered_hz) + (exact ? "exact" : "right to 1 % (estimated)");
+    text += format_text("; free modes up to %.6g Hz are ", a.covered_hz) +
+            (exact ? "exact" : "right to 1 % (estimated)");
   report.detail(text);
 }
 
-// What the reduction knew of its conditioning and errors holds for every run: as cbr-reduce told it.
-void tell_conditioning(const Component& component, const ReducedComponent& reduced, Report& report) {
-  const std::string before = report.about(), about = before + "component '" + component.name + "': ";
+// What the reduction knew of its conditioning and errors holds for every run: as cbr-reduce told
+// it.
+void tell_conditioning(const Component& component, const ReducedComponent& reduced,
+                       Report& report) {
+  const std::string before = report.about(),
+                    about = before + "component '" + component.name + "': ";
   const std::size_t n = reduced.parts.size();
-  const auto tell = [&](const std::optional<Conditioning>& conditioning, const std::string& of, bool is_domain) {
+  const auto tell = [&](const std::optional<Conditioning>& conditioning, const std::string& of,
+                        bool is_domain) {
     if (!conditioning) return;
     report.about(about + of);
     report_conditioning(*conditioning, report, is_domain);
@@ -228,7 +258,8 @@ void tell_conditioning(const Component& component, const ReducedComponent& reduc
   };
   for (std::size_t d = 0; d < n; ++d) {
     const Superelement& s = *reduced.parts[d].superelement;
-    tell(s.conditioning, n > 1 ? "domain " + std::to_string(d + 1) + " of " + std::to_string(n) + ": " : "", n > 1);
+    tell(s.conditioning,
+         n > 1 ? "domain " + std::to_string(d + 1) + " of " + std::to_string(n) + ": " : "", n > 1);
     report.about(about);
     if (n == 1 && s.accuracy) tell_accuracy(s, report);
   }
@@ -237,17 +268,20 @@ void tell_conditioning(const Component& component, const ReducedComponent& reduc
 }
 
 // Shells are put beside K_cc and M_cc.
-void refuse_shells(const Scene& scene, const Instance& instance, const std::string& basis, const MotionPlans& plans) {
+void refuse_shells(const Scene& scene, const Instance& instance, const std::string& basis,
+                   const MotionPlans& plans) {
   if (!plans.at(instance.name).has_shells) return;
-  throw InputError(scene.skin->source.text() + ": skin: instance '" + instance.name + "' (basis: " + basis +
-                   ") cannot carry shells that act: leave it out of skin.surfaces, or reduce it with basis: "
-                   "craig-bampton");
+  throw InputError(
+      scene.skin->source.text() + ": skin: instance '" + instance.name + "' (basis: " + basis +
+      ") cannot carry shells that act: leave it out of skin.surfaces, or reduce it with basis: "
+      "craig-bampton");
 }
 
 void check_reduced(const Scene& scene, const Component& component, Report& report) {
   if (!component.reduction) {
     throw InputError(component.source.text() + ": component '" + component.name +
-                     "' is used as: superelement but has no 'reduction': add one and run cbr-reduce, or use as: mesh");
+                     "' is used as: superelement but has no 'reduction': add one and run "
+                     "cbr-reduce, or use as: mesh");
   }
   const auto phase = report.phase("read");
   if (component.has_mesh) require_current(scene, component, *component.reduction);
@@ -256,16 +290,19 @@ void check_reduced(const Scene& scene, const Component& component, Report& repor
   if (uses.empty()) return;
   const std::filesystem::path& file = component.reduction->superelement;
   check_uses(uses,
-             *geometry_in(component, is_superelement_group(file) ? geometry_of_group(read_superelement_group(file, light))
-                                                                 : geometry_of(read_superelement(file, light))));
+             *geometry_in(component, is_superelement_group(file)
+                                         ? geometry_of_group(read_superelement_group(file, light))
+                                         : geometry_of(read_superelement(file, light))));
 }
 
-ReducedComponent read_reduced(const SceneIndex& index, const Component& component, const BuildOptions& options, Report& report) {
+ReducedComponent read_reduced(const SceneIndex& index, const Component& component,
+                              const BuildOptions& options, Report& report) {
   ReducedComponent reduced;
   {
     const auto phase = report.phase("read");
-    reduced = is_superelement_group(component.reduction->superelement) ? of_group(index, component, options)
-                                                                       : of_one(index, component, options);
+    reduced = is_superelement_group(component.reduction->superelement)
+                  ? of_group(index, component, options)
+                  : of_one(index, component, options);
   }
   if (!options.half_modes) {
     warn_of_left_out_blocks(component, reduced.left_out, report);
@@ -274,35 +311,42 @@ ReducedComponent read_reduced(const SceneIndex& index, const Component& componen
   const std::string file = component.reduction->superelement.string();
   if (reduced.superelement && is_held_inside(*reduced.superelement))
     report.warning("component '" + component.name + "': the stiffness in " + file +
-                   " resists rigid translations: the part is taken as held to the ground inside, its instances cannot fly");
+                   " resists rigid translations: the part is taken as held to the ground inside, "
+                   "its instances cannot fly");
   if (reduced.superelement && !reduced.superelement->has_interface_matrices()) {
     const auto phase = report.phase("setup");
-    for (const Instance* instance : instances_of(index.scene(), component, InstanceKind::superelement))
+    for (const Instance* instance :
+         instances_of(index.scene(), component, InstanceKind::superelement))
       refuse_shells(index.scene(), *instance, reduced.superelement->basis, reduced.plans);
     const bool has_statics = !reduced.superelement->characteristic.statics.node.empty();
     if (reduced.superelement->is_massless() || has_statics) {
       reduced.statics = free_statics_form(reduced.superelement, file);
     } else {
-      reduced.form = std::make_shared<DiagonalForm>(free_characteristic_form(*reduced.superelement, file));
+      reduced.form =
+          std::make_shared<DiagonalForm>(free_characteristic_form(*reduced.superelement, file));
     }
-  } else if (std::any_of(reduced.plans.begin(), reduced.plans.end(), [](const auto& p) { return p.second.moves_freely_in_form(); })) {
+  } else if (std::any_of(reduced.plans.begin(), reduced.plans.end(),
+                         [](const auto& p) { return p.second.moves_freely_in_form(); })) {
     const auto phase = report.phase("setup");
-    reduced.form =
-        std::make_shared<DiagonalForm>(free_diagonal_form(*reduced.superelement, component.reduction->superelement.string()));
+    reduced.form = std::make_shared<DiagonalForm>(
+        free_diagonal_form(*reduced.superelement, component.reduction->superelement.string()));
   }
   return reduced;
 }
 
 // Of one component, by default.
-void warn_of_two_masses(const Scene& scene, const Component& component, const Mesh& mesh, Report& report) {
+void warn_of_two_masses(const Scene& scene, const Component& component, const Mesh& mesh,
+                        Report& report) {
   if (instances_of(scene, component, InstanceKind::superelement).empty()) return;
   if (mass_of_mesh(component) == mass_of_superelement(component, mesh)) return;
   report.warning("component '" + component.name +
-                 "': the mass of its mesh is lumped and that of its superelement consistent, as is the default: give the component "
+                 "': the mass of its mesh is lumped and that of its superelement consistent, as is "
+                 "the default: give the component "
                  "mass: lumped, or consistent, to compare the two");
 }
 
-MeshedComponent read_meshed(const SceneIndex& index, const Component& component, const BuildOptions& options, Report& report) {
+MeshedComponent read_meshed(const SceneIndex& index, const Component& component,
+                            const BuildOptions& options, Report& report) {
   const Scene& scene = index.scene();
   MeshedComponent meshed;
   meshed.modes = options.mesh_modes;
@@ -315,19 +359,25 @@ MeshedComponent read_meshed(const SceneIndex& index, const Component& component,
   meshed.properties = block_properties(scene, component, *meshed.mesh);
   warn_of_left_out_blocks(component, left_out_blocks(*meshed.mesh), report);
   warn_of_two_masses(scene, component, *meshed.mesh, report);
-  const auto fe = std::make_shared<FiniteElementModel>(
-      naming(component.mesh, [&] { return assemble(*meshed.mesh, meshed.properties, mass_of_mesh(component)); }));
+  const auto fe = std::make_shared<FiniteElementModel>(naming(component.mesh, [&] {
+    return assemble(*meshed.mesh, meshed.properties, mass_of_mesh(component));
+  }));
   meshed.fe = fe;
-  if (const std::string text = unjoined_parts(*meshed.mesh, *fe, connected_parts(*meshed.mesh, *fe)); !text.empty())
+  if (const std::string text =
+          unjoined_parts(*meshed.mesh, *fe, connected_parts(*meshed.mesh, *fe));
+      !text.empty())
     report.warning("component '" + component.name + "': " + text);
   meshed.body_node = fe->row;
   meshed.geometry = std::make_shared<Geometry>(cbr::geometry_of(*meshed.mesh, *fe));
   meshed.plans = plan_meshes(index, component.name, *meshed.geometry);
-  const auto is_nodal = [](const auto& plan) { return plan.second.coordinates == Coordinates::nodal; };
+  const auto is_nodal = [](const auto& plan) {
+    return plan.second.coordinates == Coordinates::nodal;
+  };
   if (!meshed.modes && std::any_of(meshed.plans.begin(), meshed.plans.end(), is_nodal))
     meshed.model = std::make_shared<MeshModel>(naming(component.mesh, [&] {
       return mass_of_mesh(component) == MassKind::lumped
-                 ? mesh_model(*fe, meshed.geometry->coordinates, true, MeshForces(*fe, *meshed.mesh, meshed.properties))
+                 ? mesh_model(*fe, meshed.geometry->coordinates, true,
+                              MeshForces(*fe, *meshed.mesh, meshed.properties))
                  : mesh_model(*fe, meshed.geometry->coordinates, false);
     }));
   return meshed;
@@ -339,13 +389,13 @@ void check_reduced_component(const Scene& scene, const Component& component, Rep
   naming(component, [&] { check_reduced(scene, component, report); });
 }
 
-ReducedComponent read_reduced_component(const SceneIndex& index, const Component& component, const BuildOptions& options,
-                                        Report& report) {
+ReducedComponent read_reduced_component(const SceneIndex& index, const Component& component,
+                                        const BuildOptions& options, Report& report) {
   return naming(component, [&] { return read_reduced(index, component, options, report); });
 }
 
-MeshedComponent read_meshed_component(const SceneIndex& index, const Component& component, const BuildOptions& options,
-                                      Report& report) {
+MeshedComponent read_meshed_component(const SceneIndex& index, const Component& component,
+                                      const BuildOptions& options, Report& report) {
   return naming(component, [&] { return read_meshed(index, component, options, report); });
 }
 

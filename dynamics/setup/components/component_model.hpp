@@ -32,30 +32,38 @@ struct ReducedPart {
 
 // Which modes of a mesh.
 struct MeshModesWanted {
-  std::optional<Index> count;  // the lowest so many; not given: as many as there are up to a frequency, and the next
+  // the lowest so many; not given: as many as there are up to a frequency, and the next
+  std::optional<Index> count;
   double up_to_hz = 0;
 };
 
 // What the command line of cbr-dyn says.
 struct BuildOptions {
-  // With central differences and newmark, superelements up to this many coordinates move in their diagonal form. Not given: those
-  // whose file has it, and small ones.
+  // With central differences and newmark, superelements up to this many coordinates move in their
+  // diagonal form. Not given: those whose file has it, and small ones.
   std::optional<Index> diagonal_limit;
-  std::optional<MeshModesWanted> mesh_modes = {};  // meshes move in these modes: frequencies and harmonic response
-  bool half_modes = false;  // every superelement with half of its modes: of the run that --check-error compares with
+  // meshes move in these modes: frequencies and harmonic response
+  std::optional<MeshModesWanted> mesh_modes = {};
+  // every superelement with half of its modes: of the run that --check-error compares with
+  bool half_modes = false;
 };
 
 struct ReducedComponent {
   std::shared_ptr<const Geometry> geometry;
   std::vector<ReducedPart> parts;
-  // The only part, or the domains joined; of a group only when an instance moves in its diagonal form.
+  // The only part, or the domains joined; of a group only when an instance moves in its diagonal
+  // form.
   std::shared_ptr<Superelement> superelement;
-  std::shared_ptr<const DiagonalForm> form;  // of the free superelement, when an instance moves in it
-  // Of the free superelement, of basis massless or characteristic with statics; then there is no `form`.
+  // of the free superelement, when an instance moves in it
+  std::shared_ptr<const DiagonalForm> form;
+  // Of the free superelement, of basis massless or characteristic with statics; then there is no
+  // `form`.
   std::shared_ptr<const StaticsForm> statics;
   RigidBody rigid_body;
-  std::string left_out;                      // blocks of the mesh that cbr-reduce did not compute with
-  std::optional<Conditioning> conditioning;  // of the domains together; that of a superelement, or a domain, is in `parts`
+  // blocks of the mesh that cbr-reduce did not compute with
+  std::string left_out;
+  // of the domains together; that of a superelement, or a domain, is in `parts`
+  std::optional<Conditioning> conditioning;
   Index n_modal = 0, n_dofs = 0;
   MotionPlans plans;
   BuildOptions options;
@@ -72,15 +80,15 @@ struct MeshedComponent {
   MotionPlans plans;
 };
 
-// Reads of the component's superelement what tells its sets. InputError: it is missing or stale (with the command to run), or does
-// not keep a set that the scene names of an instance of it.
+// Reads of the component's superelement what tells its sets. InputError: it is missing or stale
+// (with the command to run), or does not keep a set that the scene names of an instance of it.
 void check_reduced_component(const Scene& scene, const Component& component, Report& report);
 
-// In phases "read" and "setup" of the report. The superelement has been checked. InputError: a file that is damaged, and of a mesh
-// also a set that the scene names and that it does not have.
-ReducedComponent read_reduced_component(const SceneIndex& index, const Component& component, const BuildOptions& options,
-                                        Report& report);
-MeshedComponent read_meshed_component(const SceneIndex& index, const Component& component, const BuildOptions& options,
-                                      Report& report);
+// In phases "read" and "setup" of the report. The superelement has been checked. InputError: a file
+// that is damaged, and of a mesh also a set that the scene names and that it does not have.
+ReducedComponent read_reduced_component(const SceneIndex& index, const Component& component,
+                                        const BuildOptions& options, Report& report);
+MeshedComponent read_meshed_component(const SceneIndex& index, const Component& component,
+                                      const BuildOptions& options, Report& report);
 
 }  // namespace cbr

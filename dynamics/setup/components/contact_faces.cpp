@@ -18,14 +18,16 @@ Surface unseen(const Surface& surface, Seen& seen) {
   for (Index f = 0; f < surface.n_faces(); ++f) {
     std::vector<Index> nodes(surface.faces.row(f).begin(), surface.faces.row(f).end());
     std::sort(nodes.begin(), nodes.end());
-    nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());  // a triangle among quads is that of a surface of triangles
+    // a triangle among quads is that of a surface of triangles
+    nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
     if (seen.insert(std::move(nodes)).second) rows.push_back(f);
   }
   fresh.faces = surface.faces(rows, Eigen::all);
   return fresh;
 }
 
-// 4 f x 8: mortar's shape functions know no centre node, so a nine-node face is four bilinear ones to it.
+// 4 f x 8: mortar's shape functions know no centre node, so a nine-node face is four bilinear ones
+// to it.
 IndexTable quarters(const Surface& surface) {
   const IndexTable linear = linear_faces(surface).faces;
   IndexTable faces = IndexTable::Constant(linear.rows(), 8, -1);
@@ -83,7 +85,8 @@ IndexTable all_faces(const Geometry& geometry) {
 IndexTable all_whole_faces(const Geometry& geometry) { return join(geometry, whole); }
 
 bool has_faces(const Geometry& geometry) {
-  return std::any_of(geometry.surfaces.begin(), geometry.surfaces.end(), [](const auto& s) { return s.second.n_faces() > 0; });
+  return std::any_of(geometry.surfaces.begin(), geometry.surfaces.end(),
+                     [](const auto& s) { return s.second.n_faces() > 0; });
 }
 
 void turn_over(IndexTable& faces) {

@@ -8,23 +8,25 @@
 
 namespace cbr {
 
-// f x 4, a triangle repeats its last node; faces of second order cut into linear ones. A face that is in the surface twice is kept
-// once.
+// f x 4, a triangle repeats its last node; faces of second order cut into linear ones. A face that
+// is in the surface twice is kept once.
 IndexTable contact_faces(const Surface& surface);
 
 // The faces of all surfaces, those in several of them once.
 IndexTable all_faces(const Geometry& geometry);
 bool has_faces(const Geometry& geometry);
 
-// The same as they are, for mortar, f x 8: corners as above, then the nodes between corner a and the next (a triangle has three);
-// -1 where there is none.
+// The same as they are, for mortar, f x 8: corners as above, then the nodes between corner a and
+// the next (a triangle has three); -1 where there is none.
 IndexTable whole_faces(const Surface& surface);
 IndexTable all_whole_faces(const Geometry& geometry);
 
-// A mirror turns faces inside out: (a b c d) -> (a d c b), a triangle (a b c c) -> (a c b b). f x 4 or f x 8.
+// A mirror turns faces inside out: (a b c d) -> (a d c b), a triangle (a b c c) -> (a c b b). f x 4
+// or f x 8.
 void turn_over(IndexTable& faces);
 
-// Those of `faces` that are not in `all` yet are added to it; a face is its nodes, whichever way it is turned.
+// Those of `faces` that are not in `all` yet are added to it; a face is its nodes, whichever way it
+// is turned.
 void join_faces(const IndexTable& faces, IndexTable& all);
 
 // Ascending, each once.

@@ -14,22 +14,31 @@ std::string names(const Geometry& geometry, bool with_nodesets) {
   return list.empty() ? "none" : join(list);
 }
 
-[[noreturn]] void missing(const Geometry& geometry, const std::string& instance, const std::string& name, const SourceLine& source,
-                          bool with_nodesets) {
+[[noreturn]] void missing(const Geometry& geometry, const std::string& instance,
+                          const std::string& name, const SourceLine& source, bool with_nodesets) {
   std::vector<std::string> list;
   for (const auto& [known, surface] : geometry.surfaces) list.push_back(known);
   std::string message = source.text() + ": instance '" + instance + "' has no " +
                         (with_nodesets ? "surface or node set" : "surface") + " '" + name +
-                        "' (available: " + names(geometry, with_nodesets) + ")" + nearest_name(name, list);
+                        "' (available: " + names(geometry, with_nodesets) + ")" +
+                        nearest_name(name, list);
   if (geometry.reduced && geometry.has_mesh)
-    message += ": if the mesh has it, add it to the component's reduction.interface and run cbr-reduce again";
+    message +=
+        ": if the mesh has it, add it to the component's reduction.interface and run cbr-reduce "
+        "again";
   throw InputError(message);
 }
 
 [[noreturn]] void refuse_without_recovery(const SetUse& use, const Geometry& geometry) {
-  throw InputError(place_of(use) + "the superelement has no recovery data of this set, from which stress follows (it has: " +
-                   (geometry.recovered.empty() ? "none" : join({geometry.recovered.begin(), geometry.recovered.end()})) +
-                   ")" + (geometry.has_mesh ? ": give reduction: {recovery: [" + use.set + "]}, or recovery: true, and run cbr-reduce --force" : ""));
+  throw InputError(
+      place_of(use) +
+      "the superelement has no recovery data of this set, from which stress follows (it has: " +
+      (geometry.recovered.empty() ? "none"
+                                  : join({geometry.recovered.begin(), geometry.recovered.end()})) +
+      ")" +
+      (geometry.has_mesh ? ": give reduction: {recovery: [" + use.set +
+                               "]}, or recovery: true, and run cbr-reduce --force"
+                         : ""));
 }
 
 }  // namespace
@@ -51,7 +60,8 @@ Geometry geometry_of(const Mesh& mesh, const FiniteElementModel& model) {
   for (const Index node : model.nodes) geometry.node_ids.push_back(mesh.node_ids[node]);
   for (const Sideset& sideset : mesh.sidesets) {
     Surface surface = extract_surface(mesh, sideset);
-    for (Index i = 0; i < surface.faces.size(); ++i) surface.faces.data()[i] = model.row[surface.faces.data()[i]];
+    for (Index i = 0; i < surface.faces.size(); ++i)
+      surface.faces.data()[i] = model.row[surface.faces.data()[i]];
     geometry.surfaces[sideset.name] = std::move(surface);
   }
   for (const Nodeset& nodeset : mesh.nodesets) {
@@ -63,13 +73,15 @@ Geometry geometry_of(const Mesh& mesh, const FiniteElementModel& model) {
 }
 
 bool is_inside(const Geometry& geometry, const std::string& set) {
-  return geometry.surfaces.count(set) == 0 && geometry.nodesets.count(set) == 0 && geometry.recovered.count(set) > 0;
+  return geometry.surfaces.count(set) == 0 && geometry.nodesets.count(set) == 0 &&
+         geometry.recovered.count(set) > 0;
 }
 
-const Surface& find_surface(const Geometry& geometry, const std::string& instance, const std::string& name,
-                            const SourceLine& source) {
+const Surface& find_surface(const Geometry& geometry, const std::string& instance,
+                            const std::string& name, const SourceLine& source) {
   const auto it = geometry.surfaces.find(name);
-  if (it == geometry.surfaces.end() || it->second.n_faces() == 0) missing(geometry, instance, name, source, false);
+  if (it == geometry.surfaces.end() || it->second.n_faces() == 0)
+    missing(geometry, instance, name, source, false);
   return it->second;
 }
 
@@ -87,16 +99,19 @@ void check_uses(const std::vector<SetUse>& uses, const Mesh& mesh) {
   for (const Sideset& sideset : mesh.sidesets) names.surfaces[sideset.name];
   for (const Nodeset& nodeset : mesh.nodesets) names.nodesets[nodeset.name];
   for (const SetUse& use : uses) {
-    const bool is_there = names.surfaces.count(use.set) > 0 || (!use.needs_faces && names.nodesets.count(use.set) > 0);
+    const bool is_there = names.surfaces.count(use.set) > 0 ||
+                          (!use.needs_faces && names.nodesets.count(use.set) > 0);
     if (!is_there) missing(names, use.instance, use.set, use.source, !use.needs_faces);
   }
 }
 
-std::vector<Index> find_nodes(const Geometry& geometry, const std::string& instance, const std::string& name,
-                              const SourceLine& source) {
-  if (const auto it = geometry.surfaces.find(name); it != geometry.surfaces.end()) return surface_nodes(it->second);
+std::vector<Index> find_nodes(const Geometry& geometry, const std::string& instance,
+                              const std::string& name, const SourceLine& source) {
+  if (const auto it = geometry.surfaces.find(name); it != geometry.surfaces.end())
+    return surface_nodes(it->second);
   const auto it = geometry.nodesets.find(name);
-  if (it == geometry.nodesets.end() || it->second.empty()) missing(geometry, instance, name, source, true);
+  if (it == geometry.nodesets.end() || it->second.empty())
+    missing(geometry, instance, name, source, true);
   return it->second;
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Nodes, surfaces and node sets of a component by name, whatever it is advanced as; and what follows from faces alone.
+// Nodes, surfaces and node sets of a component by name, whatever it is advanced as; and what
+// follows from faces alone.
 #pragma once
 
 #include <map>
@@ -23,7 +24,7 @@ struct Geometry {
   std::map<std::string, Surface> surfaces;
   std::map<std::string, std::vector<Index>> nodesets;
   std::set<std::string> recovered;  // sets that recovery data of a superelement know, inside too
-  bool reduced = false;  // a superelement: what it does not keep is not there
+  bool reduced = false;             // a superelement: what it does not keep is not there
   bool has_mesh = true;  // false: a superelement file alone, which nobody can reduce again
 };
 
@@ -33,15 +34,16 @@ Geometry geometry_of(const Mesh& mesh, const FiniteElementModel& model);
 // Whether the set is one of recovery data alone, not of the body's nodes.
 bool is_inside(const Geometry& geometry, const std::string& set);
 
-// InputError at `source`, with the names there are and the cure: for a superelement, to keep the surface and reduce again.
-const Surface& find_surface(const Geometry& geometry, const std::string& instance, const std::string& name,
-                            const SourceLine& source);
+// InputError at `source`, with the names there are and the cure: for a superelement, to keep the
+// surface and reduce again.
+const Surface& find_surface(const Geometry& geometry, const std::string& instance,
+                            const std::string& name, const SourceLine& source);
 // InputError, as below: a use that does not find its surface or nodes.
 void check_uses(const std::vector<SetUse>& uses, const Geometry& geometry);
 void check_uses(const std::vector<SetUse>& uses, const Mesh& mesh);
 
 // Of a surface or a nodeset.
-std::vector<Index> find_nodes(const Geometry& geometry, const std::string& instance, const std::string& name,
-                              const SourceLine& source);
+std::vector<Index> find_nodes(const Geometry& geometry, const std::string& instance,
+                              const std::string& name, const SourceLine& source);
 
 }  // namespace cbr

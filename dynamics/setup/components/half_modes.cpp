@@ -19,21 +19,26 @@ namespace {
 std::vector<Index> better_half(const Vector& lambda, const Matrix& alpha, Index count, HalfBy by) {
   std::vector<Index> modes(count);
   std::iota(modes.begin(), modes.end(), Index{0});
-  const auto worth = [&](Index j) { return by == HalfBy::frequency ? -lambda(j) : alpha.row(j).squaredNorm(); };
-  std::stable_sort(modes.begin(), modes.end(), [&](Index i, Index j) { return worth(i) > worth(j); });
+  const auto worth = [&](Index j) {
+    return by == HalfBy::frequency ? -lambda(j) : alpha.row(j).squaredNorm();
+  };
+  std::stable_sort(modes.begin(), modes.end(),
+                   [&](Index i, Index j) { return worth(i) > worth(j); });
   modes.resize(modes.size() / 2);
   std::sort(modes.begin(), modes.end());
   return modes;
 }
 
-// Of massless_modes: free and tapered. u_c = V q_k + F f_c: statics stay as they were, F + V_e Lambda_e^-1 V_e^T of the elastic
-// modes.
+// Of massless_modes: free and tapered. u_c = V q_k + F f_c: statics stay as they were, F + V_e
+// Lambda_e^-1 V_e^T of the elastic modes.
 void keep_half_of_free(Superelement& s) {
   auto& m = s.massless;
-  const Index n_rigid = (s.eigenvalues.array() == 0).count(), e = s.k() - n_rigid, kept = n_rigid + e / 2;
+  const Index n_rigid = (s.eigenvalues.array() == 0).count(), e = s.k() - n_rigid,
+              kept = n_rigid + e / 2;
   const auto statics = [&] {
     const Index elastic = m.V.cols() - n_rigid;
-    const Matrix B = m.V.rightCols(elastic) * s.eigenvalues.tail(elastic).cwiseSqrt().cwiseInverse().asDiagonal();
+    const Matrix B = m.V.rightCols(elastic) *
+                     s.eigenvalues.tail(elastic).cwiseSqrt().cwiseInverse().asDiagonal();
     return Matrix(B * B.transpose());
   };
   m.F += statics();
@@ -58,11 +63,13 @@ void keep_half_of_fixed(Superelement& s, HalfBy by) {
   const std::vector<Index> kept = better_half(modes.lambda, modes.alpha, s.k(), by);
   modes.lambda = Vector(modes.lambda(kept));
   modes.alpha = Matrix(modes.alpha(kept, Eigen::all));
-  const Matrix R = s.massless.V.leftCols(s.massless.rigid_share.cols()), momentum = s.massless.rigid_momentum;
+  const Matrix R = s.massless.V.leftCols(s.massless.rigid_share.cols()),
+               momentum = s.massless.rigid_momentum;
   try {
     take_fixed_modes(std::move(modes), R, momentum, s);
   } catch (const InputError& error) {
-    throw InputError(std::string("--check-error: half of massless_modes: fixed is no basis: ") + error.what());
+    throw InputError(std::string("--check-error: half of massless_modes: fixed is no basis: ") +
+                     error.what());
   }
 }
 
@@ -71,16 +78,19 @@ void keep_half_of_fixed(Superelement& s, HalfBy by) {
 void require_half(const Superelement& s) {
   if (s.is_characteristic())
     throw InputError(
-        "--check-error is not available with basis: characteristic, whose coordinates mix modes and statics: "
+        "--check-error is not available with basis: characteristic, whose coordinates mix modes "
+        "and statics: "
         "reduce with fewer modes and compare");
   const auto& m = s.massless;
   if ((m.modes == "tapered" && m.omega_fall == 0 && (s.eigenvalues.array() > 0).any()) ||
       (m.modes == "fixed" && m.rigid_share.size() == 0))
-    throw InputError("--check-error: a file before version 1.5 does not tell what half of massless_modes: " + m.modes +
-                     " is: reduce again (cbr-reduce --force)");
+    throw InputError(
+        "--check-error: a file before version 1.5 does not tell what half of massless_modes: " +
+        m.modes + " is: reduce again (cbr-reduce --force)");
   const Index r = m.rigid_share.cols();
   if (s.k() / 2 < r)
-    throw InputError("--check-error: half of the " + std::to_string(s.k()) + " fixed modes cannot carry the " + std::to_string(r) +
+    throw InputError("--check-error: half of the " + std::to_string(s.k()) +
+                     " fixed modes cannot carry the " + std::to_string(r) +
                      " rigid motions: reduce with at least " + std::to_string(2 * r));
 }
 

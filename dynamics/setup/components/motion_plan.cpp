@@ -8,10 +8,12 @@
 namespace cbr {
 namespace {
 
-// Up to here a diagonal form that is not stored is made for a run that could do without: seconds, and every step gains.
+// Up to here a diagonal form that is not stored is made for a run that could do without: seconds,
+// and every step gains.
 constexpr Index small_enough_to_diagonalise = 1500;
 
-Coordinates coordinates_of(const TimeOptions& time, const MotionPlan& plan, const PlannedSuperelement& of) {
+Coordinates coordinates_of(const TimeOptions& time, const MotionPlan& plan,
+                           const PlannedSuperelement& of) {
   if (time.integrator == Integrator::exact || of.has_only_modes) return Coordinates::modal;
   if (plan.has_shells) return Coordinates::coupled;
   const bool stored = of.has_form && !plan.is_held && !of.diagonal_limit;
@@ -20,13 +22,15 @@ Coordinates coordinates_of(const TimeOptions& time, const MotionPlan& plan, cons
 }
 
 // Of a component so large that the modes above the clip are not worth computing.
-bool scales_from_matrices(const SceneIndex& index, const Instance& instance, const MotionPlan& plan, const PlannedSuperelement& of) {
+bool scales_from_matrices(const SceneIndex& index, const Instance& instance, const MotionPlan& plan,
+                          const PlannedSuperelement& of) {
   const bool stored = of.has_form && !plan.is_held;
-  return index.scene().time->mass_scaling && index.may_touch(instance) && !stored && !plan.has_shells && !of.has_only_modes &&
-         of.n_dofs > small_enough_to_diagonalise;
+  return index.scene().time->mass_scaling && index.may_touch(instance) && !stored &&
+         !plan.has_shells && !of.has_only_modes && of.n_dofs > small_enough_to_diagonalise;
 }
 
-MotionPlan plan_of(const SceneIndex& index, const Instance& instance, const PlannedSuperelement& of) {
+MotionPlan plan_of(const SceneIndex& index, const Instance& instance,
+                   const PlannedSuperelement& of) {
   MotionPlan plan;
   plan.has_shells = has_shells(index.scene(), instance, of.geometry);
   plan.is_held = index.is_held(instance);
@@ -42,19 +46,23 @@ bool has_shells(const Scene& scene, const Instance& instance, const Geometry& ge
   return skin_acts(scene) && skin_faces(scene, instance.name, geometry).rows() > 0;
 }
 
-MotionPlans plan_superelements(const SceneIndex& index, const std::string& component, const PlannedSuperelement& of) {
+MotionPlans plan_superelements(const SceneIndex& index, const std::string& component,
+                               const PlannedSuperelement& of) {
   MotionPlans plans;
   for (const Instance& instance : index.scene().instances)
     if (instance.component == component && instance.as == InstanceKind::superelement)
       plans[instance.name] = plan_of(index, instance, of);
   // A form that one instance needs is there for all that are free.
-  const bool makes_form = std::any_of(plans.begin(), plans.end(), [](const auto& plan) { return plan.second.moves_freely_in_form(); });
+  const bool makes_form = std::any_of(plans.begin(), plans.end(), [](const auto& plan) {
+    return plan.second.moves_freely_in_form();
+  });
   for (auto& [name, plan] : plans)
     if (makes_form && !plan.is_held) plan.from_matrices = false;
   return plans;
 }
 
-MotionPlans plan_meshes(const SceneIndex& index, const std::string& component, const Geometry& geometry) {
+MotionPlans plan_meshes(const SceneIndex& index, const std::string& component,
+                        const Geometry& geometry) {
   const TimeOptions& time = *index.scene().time;
   MotionPlans plans;
   for (const Instance& instance : index.scene().instances) {
@@ -62,7 +70,8 @@ MotionPlans plan_meshes(const SceneIndex& index, const std::string& component, c
     MotionPlan& plan = plans[instance.name];
     plan.has_shells = has_shells(index.scene(), instance, geometry);
     plan.is_held = index.is_held(instance);
-    const bool is_coupled = time.integrator == Integrator::newmark || time.is_static || plan.has_shells;
+    const bool is_coupled =
+        time.integrator == Integrator::newmark || time.is_static || plan.has_shells;
     plan.coordinates = is_coupled ? Coordinates::coupled : Coordinates::nodal;
   }
   return plans;

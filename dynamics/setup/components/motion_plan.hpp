@@ -16,13 +16,16 @@ enum class Coordinates { modal, coupled, nodal };  // SuperelementBody, CoupledB
 
 struct MotionPlan {
   Coordinates coordinates = Coordinates::modal;
-  bool has_shells = false;     // that act
-  bool is_held = false;        // by boundary conditions
-  bool as_stored = false;      // in the diagonal form of the superelement's file
-  bool from_matrices = false;  // modal mass scaling without a diagonal form: ScaledModel of the matrices
+  bool has_shells = false;  // that act
+  bool is_held = false;     // by boundary conditions
+  bool as_stored = false;   // in the diagonal form of the superelement's file
+  // modal mass scaling without a diagonal form: ScaledModel of the matrices
+  bool from_matrices = false;
 
   bool is_modal() const { return coordinates == Coordinates::modal; }
-  bool moves_freely_in_form() const { return is_modal() && !is_held && !has_shells && !from_matrices; }
+  bool moves_freely_in_form() const {
+    return is_modal() && !is_held && !has_shells && !from_matrices;
+  }
 };
 
 using MotionPlans = std::map<std::string, MotionPlan>;  // by instance
@@ -31,15 +34,18 @@ using MotionPlans = std::map<std::string, MotionPlan>;  // by instance
 struct PlannedSuperelement {
   const Geometry& geometry;
   Index n_dofs = 0;
-  bool has_form = false;        // the file stores the diagonal form
-  bool has_only_modes = false;  // basis characteristic: the form is all that there is
+  bool has_form = false;                     // the file stores the diagonal form
+  bool has_only_modes = false;               // basis characteristic: the form is all that there is
   std::optional<Index> diagonal_limit = {};  // of the command line
 };
 
 bool has_shells(const Scene& scene, const Instance& instance, const Geometry& geometry);
 
-// Shells or newmark on a mesh, and superelements whose diagonal form is neither stored nor small, are coupled; `exact` is modal.
-MotionPlans plan_superelements(const SceneIndex& index, const std::string& component, const PlannedSuperelement& of);
-MotionPlans plan_meshes(const SceneIndex& index, const std::string& component, const Geometry& geometry);
+// Shells or newmark on a mesh, and superelements whose diagonal form is neither stored nor small,
+// are coupled; `exact` is modal.
+MotionPlans plan_superelements(const SceneIndex& index, const std::string& component,
+                               const PlannedSuperelement& of);
+MotionPlans plan_meshes(const SceneIndex& index, const std::string& component,
+                        const Geometry& geometry);
 
 }  // namespace cbr

@@ -4,9 +4,13 @@
 namespace cbr {
 
 SceneIndex::SceneIndex(const Scene& scene) : scene_(scene), of_(scene.instances.size()) {
-  for (std::size_t i = 0; i < scene.instances.size(); ++i) places_.try_emplace(scene.instances[i].name, static_cast<Index>(i));
-  const auto find = [&](const std::string& name) { return &of_[static_cast<std::size_t>(place(name))]; };
-  for (const BoundaryCondition& condition : scene.boundary) find(condition.instance)->boundary.push_back(&condition);
+  for (std::size_t i = 0; i < scene.instances.size(); ++i)
+    places_.try_emplace(scene.instances[i].name, static_cast<Index>(i));
+  const auto find = [&](const std::string& name) {
+    return &of_[static_cast<std::size_t>(place(name))];
+  };
+  for (const BoundaryCondition& condition : scene.boundary)
+    find(condition.instance)->boundary.push_back(&condition);
   for (const Load& load : scene.loads)
     if (load.kind != Load::Kind::gravity) find(load.instance)->loaded = true;
   for (const ContactOptions& contact : scene.contact) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a scene says of each instance, by name: it may have thousands of instances, and hundreds of thousands of lines that name
-// one.
+// What a scene says of each instance, by name: it may have thousands of instances, and hundreds of
+// thousands of lines that name one.
 #pragma once
 
 #include <string>
@@ -20,13 +20,17 @@ class SceneIndex {
   // Place in scene.instances; precondition: there is one (read_scene has seen to it).
   Index place(const std::string& instance) const { return places_.at(instance); }
   // Those of the instance, in the scene's order.
-  const std::vector<const BoundaryCondition*>& boundary(const Instance& instance) const { return of(instance).boundary; }
+  const std::vector<const BoundaryCondition*>& boundary(const Instance& instance) const {
+    return of(instance).boundary;
+  }
   bool is_held(const Instance& instance) const { return !of(instance).boundary.empty(); }
   // Whether a contact names the instance, and one that needs nodal masses.
   bool may_touch(const Instance& instance) const { return all_touch_ || of(instance).touches; }
   bool is_nodal(const Instance& instance) const { return all_nodal_ || of(instance).nodal; }
   // Whether contact meets it by `enforcement: impulse` alone, without ties.
-  bool has_only_impulses(const Instance& instance) const { return !all_other_ && !of(instance).other; }
+  bool has_only_impulses(const Instance& instance) const {
+    return !all_other_ && !of(instance).other;
+  }
   bool has_loads(const Instance& instance) const { return of(instance).loaded; }  // but gravity
 
  private:
@@ -34,7 +38,9 @@ class SceneIndex {
     std::vector<const BoundaryCondition*> boundary;
     bool touches = false, nodal = false, other = false, loaded = false;
   };
-  const Of& of(const Instance& instance) const { return of_[static_cast<std::size_t>(place(instance.name))]; }
+  const Of& of(const Instance& instance) const {
+    return of_[static_cast<std::size_t>(place(instance.name))];
+  }
 
   const Scene& scene_;
   std::unordered_map<std::string, Index> places_;

@@ -9,16 +9,18 @@
 namespace cbr {
 
 bool skin_acts(const Scene& scene) {
-  return scene.skin && scene.skin->thickness > 0 && (scene.skin->youngs_modulus > 0 || scene.skin->density > 0);
+  return scene.skin && scene.skin->thickness > 0 &&
+         (scene.skin->youngs_modulus > 0 || scene.skin->density > 0);
 }
 
 IndexTable skin_faces(const Scene& scene, const std::string& instance, const Geometry& geometry) {
   IndexTable faces(0, 4);
   if (!skin_acts(scene)) return faces;
   for (const auto& [name, surface] : geometry.surfaces) {
-    const bool named = std::any_of(scene.skin->surfaces.begin(), scene.skin->surfaces.end(), [&, &its_name = name](const auto& s) {
-      return s == its_name || s == instance + "." + its_name;
-    });
+    const bool named = std::any_of(scene.skin->surfaces.begin(), scene.skin->surfaces.end(),
+                                   [&, &its_name = name](const auto& s) {
+                                     return s == its_name || s == instance + "." + its_name;
+                                   });
     if (named) join_faces(contact_faces(surface), faces);
   }
   return faces;
@@ -28,7 +30,8 @@ ShellModel skin_shells(const Scene& scene, const std::string& instance, const Ge
   const SkinOptions& skin = *scene.skin;
   const Material material{skin.youngs_modulus, skin.poissons_ratio, skin.density};
   try {
-    return assemble_shells(skin_faces(scene, instance, geometry), geometry.coordinates, {material, skin.thickness});
+    return assemble_shells(skin_faces(scene, instance, geometry), geometry.coordinates,
+                           {material, skin.thickness});
   } catch (const InputError& error) {
     throw InputError(skin.source.text() + ": skin: instance '" + instance + "': " + error.what());
   }

@@ -14,8 +14,8 @@ namespace cbr {
 // Shells without thickness, or with neither modulus nor density, do nothing and cost nothing.
 bool skin_acts(const Scene& scene);
 
-// Faces of the instance that the skin names, as SURFACE or INSTANCE.SURFACE, linear, each once: f x 4, none when the skin does not
-// act.
+// Faces of the instance that the skin names, as SURFACE or INSTANCE.SURFACE, linear, each once: f x
+// 4, none when the skin does not act.
 IndexTable skin_faces(const Scene& scene, const std::string& instance, const Geometry& geometry);
 
 // The shells on them, on the nodes of `geometry`; component axes. InputError at the skin's line.

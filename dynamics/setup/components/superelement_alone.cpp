@@ -14,14 +14,20 @@ namespace {
 
 void take_options(ReductionOptions& reduction) {
   const Hdf5Reader file(reduction.superelement);
-  if (file.has_attribute("/", "basis"))  // A basis of other programs has the matrices of Craig-Bampton.
-    reduction.basis = value_of(basis_words, file.read_string("/", "basis")).value_or(Basis::craig_bampton);
-  if (is_superelement_group(reduction.superelement)) reduction.domains = file.read_index("/", "n_domains");
-  const auto tells = [&](const char* option) { return file.has("/provenance") && file.has_attribute("/provenance", option); };
+  // A basis of other programs has the matrices of Craig-Bampton.
+  if (file.has_attribute("/", "basis"))
+    reduction.basis =
+        value_of(basis_words, file.read_string("/", "basis")).value_or(Basis::craig_bampton);
+  if (is_superelement_group(reduction.superelement))
+    reduction.domains = file.read_index("/", "n_domains");
+  const auto tells = [&](const char* option) {
+    return file.has("/provenance") && file.has_attribute("/provenance", option);
+  };
   // Which modes are the better half: --check-error
   if (tells("second_modes")) reduction.second_modes = 0;
   if (tells("second_cutoff_hz")) reduction.second_cutoff_hz = 0;
-  if (tells("pick") && file.read_string("/provenance", "pick") != "frequency") reduction.pick = Pick::participation;
+  if (tells("pick") && file.read_string("/provenance", "pick") != "frequency")
+    reduction.pick = Pick::participation;
 }
 
 }  // namespace
@@ -40,8 +46,9 @@ Scene with_options_of_files(const Scene& scene) {
   return known;
 }
 
-std::vector<BlockProperties> properties_in_file(const Component& component, const std::map<std::string, std::string>& provenance,
-                                                const std::vector<Block>& blocks) {
+std::vector<BlockProperties> properties_in_file(
+    const Component& component, const std::map<std::string, std::string>& provenance,
+    const std::vector<Block>& blocks) {
   std::vector<BlockProperties> properties;
   for (const Block& block : blocks) {
     const auto told = [&](const char* what) {
@@ -54,8 +61,10 @@ std::vector<BlockProperties> properties_in_file(const Component& component, cons
       const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
       if (error == std::errc() && end == text.data() + text.size()) return value;
       throw InputError(component.source.text() + ": component '" + component.name +
-                       "': " + component.reduction->superelement.string() + " tells no single " + what + " of block '" +
-                       block.name + "' (none, or an orthotropic material), which stress needs: leave stress out of output.fields");
+                       "': " + component.reduction->superelement.string() + " tells no single " +
+                       what + " of block '" + block.name +
+                       "' (none, or an orthotropic material), which stress needs: leave stress out "
+                       "of output.fields");
     };
     BlockProperties of;
     of.material = {number("youngs_modulus"), number("poissons_ratio"), number("density")};
@@ -69,10 +78,14 @@ std::vector<BlockProperties> properties_in_file(const Component& component, cons
 
 void require_superelement(const Component& component) {
   const std::filesystem::path& file = component.reduction->superelement;
-  const std::string where = component.source.text() + ": component '" + component.name + "': the superelement " + file.string();
-  if (!std::filesystem::exists(file)) throw InputError(where + " does not exist: give the path of a superelement (.cbr.h5)");
+  const std::string where = component.source.text() + ": component '" + component.name +
+                            "': the superelement " + file.string();
+  if (!std::filesystem::exists(file))
+    throw InputError(where + " does not exist: give the path of a superelement (.cbr.h5)");
   if (lacks_face_centres(file))
-    throw InputError(where + " is of hex27 and lacks the centre nodes of its faces, which versions before 0.2 lost: reduce its " +
+    throw InputError(where +
+                     " is of hex27 and lacks the centre nodes of its faces, which versions before "
+                     "0.2 lost: reduce its " +
                      "component again");
 }
 

@@ -22,14 +22,16 @@
 namespace cbr {
 namespace {
 
-// A surface of an instance that takes part, by the instance's index and the surface's name; "all" with `whole`: all of them joined.
+// A surface of an instance that takes part, by the instance's index and the surface's name; "all"
+// with `whole`: all of them joined.
 struct SideName {
   Index instance = 0;
   std::string surface;
   bool whole = false;
   bool operator==(const SideName& other) const = default;
   bool operator<(const SideName& other) const {
-    return std::tie(instance, whole, surface) < std::tie(other.instance, other.whole, other.surface);
+    return std::tie(instance, whole, surface) <
+           std::tie(other.instance, other.whole, other.surface);
   }
 };
 
@@ -50,7 +52,8 @@ Named named_by(const std::vector<Entry>& entries) {
   Named named;
   for (const Entry& entry : entries) {
     if (entry.wall) named.walls.emplace(entry.first.instance, entry.wall);
-    if (!entry.wall) named.instances.insert(std::minmax(entry.first.instance, entry.second.instance));
+    if (!entry.wall)
+      named.instances.insert(std::minmax(entry.first.instance, entry.second.instance));
   }
   return named;
 }
@@ -75,14 +78,15 @@ std::vector<Entry> explicit_entries(const SceneIndex& index) {
 }
 
 // Every two instances, and every instance with every wall, that no explicit entry names.
-void add_all(const Scene& scene, const BuiltScene& built, const ContactOptions& options, const Named& named, Report& report,
-             std::vector<Entry>& entries) {
+void add_all(const Scene& scene, const BuiltScene& built, const ContactOptions& options,
+             const Named& named, Report& report, std::vector<Entry>& entries) {
   std::vector<SideName> sides;
   for (Index i = 0; i < static_cast<Index>(built.instances.size()); ++i) {
     if (has_faces(*built.instances[i].geometry)) {
       sides.push_back({i, "all", true});
     } else {
-      report.line("note: contact: all leaves out instance '" + built.instances[i].name + "', which has no surfaces");
+      report.line("note: contact: all leaves out instance '" + built.instances[i].name +
+                  "', which has no surfaces");
     }
   }
   const auto n = static_cast<double>(sides.size());
@@ -97,13 +101,15 @@ void add_all(const Scene& scene, const BuiltScene& built, const ContactOptions& 
     for (const WallOptions& wall : scene.walls) {
       if (options.tied) continue;
       any = true;
-      if (!named.walls.count({sides[a].instance, &wall})) entries.push_back({&options, sides[a], {}, &wall});
+      if (!named.walls.count({sides[a].instance, &wall}))
+        entries.push_back({&options, sides[a], {}, &wall});
     }
   }
   if (any) return;
-  throw InputError(options.source.text() + ": contact: all finds no pair: " + std::to_string(sides.size()) +
-                   " instances with surfaces and " + std::to_string(options.tied ? 0 : scene.walls.size()) +
-                   " rigid walls, expected two instances" + (options.tied ? "" : ", or one and a wall"));
+  throw InputError(
+      options.source.text() + ": contact: all finds no pair: " + std::to_string(sides.size()) +
+      " instances with surfaces and " + std::to_string(options.tied ? 0 : scene.walls.size()) +
+      " rigid walls, expected two instances" + (options.tied ? "" : ", or one and a wall"));
 }
 
 std::vector<Entry> entries_of(const SceneIndex& index, const BuiltScene& built, Report& report) {
@@ -128,13 +134,17 @@ class Sides {
     const auto [at, is_new] = faces_.try_emplace(name);
     if (!is_new) return at->second;
     const auto& of = built_.instances[name.instance];
-    at->second = name.whole ? all_faces(*of.geometry) : contact_faces(find_surface(*of.geometry, of.name, name.surface, source));
+    at->second = name.whole
+                     ? all_faces(*of.geometry)
+                     : contact_faces(find_surface(*of.geometry, of.name, name.surface, source));
     if (of.placement.T.determinant() < 0) turn_over(at->second);
     return at->second;
   }
 
-  // In the contact nodes of its body, which are known by now. `whole`: faces of second order are not cut into linear ones.
-  std::shared_ptr<const ContactSurface> surface(const SideName& name, bool whole, const ContactNumbers& contact_of_instance) {
+  // In the contact nodes of its body, which are known by now. `whole`: faces of second order are
+  // not cut into linear ones.
+  std::shared_ptr<const ContactSurface> surface(const SideName& name, bool whole,
+                                                const ContactNumbers& contact_of_instance) {
     const auto [at, is_new] = surfaces_.try_emplace({name, whole});
     if (!is_new) return at->second;
     ContactSurface surface;
@@ -142,7 +152,9 @@ class Sides {
     surface.body = contact_of_instance.at(name.instance);
     const ContactNodes& contact = built_.simulation.contact_nodes[surface.body];
     const auto local = [&](Index node) {
-      return node < 0 ? node : std::lower_bound(contact.nodes.begin(), contact.nodes.end(), node) - contact.nodes.begin();
+      return node < 0 ? node
+                      : std::lower_bound(contact.nodes.begin(), contact.nodes.end(), node) -
+                            contact.nodes.begin();
     };
     const IndexTable faces = (whole ? whole_faces_of(name) : faces_.at(name)).unaryExpr(local);
     surface.nodes = nodes_of(faces);
@@ -158,8 +170,9 @@ class Sides {
  private:
   IndexTable whole_faces_of(const SideName& name) const {
     const auto& of = built_.instances[name.instance];
-    IndexTable faces =
-        name.whole ? all_whole_faces(*of.geometry) : whole_faces(find_surface(*of.geometry, of.name, name.surface, {}));
+    IndexTable faces = name.whole
+                           ? all_whole_faces(*of.geometry)
+                           : whole_faces(find_surface(*of.geometry, of.name, name.surface, {}));
     if (of.placement.T.determinant() < 0) turn_over(faces);
     return faces;
   }
@@ -176,11 +189,13 @@ void refuse_shared_nodes(const Entry& entry, Sides& sides) {
   const auto first = nodes_of(sides.faces(entry.first, options.first.source));
   const auto second = nodes_of(sides.faces(entry.second, options.second.source));
   std::vector<Index> shared;
-  std::set_intersection(first.begin(), first.end(), second.begin(), second.end(), std::back_inserter(shared));
+  std::set_intersection(first.begin(), first.end(), second.begin(), second.end(),
+                        std::back_inserter(shared));
   if (shared.empty()) return;
-  throw InputError(options.source.text() + ": contact between " + options.first.text() + " and " + options.second.text() +
-                   ": the surfaces share " + std::to_string(shared.size()) +
-                   " nodes of one instance, and a surface cannot be in contact with itself: name surfaces without common nodes");
+  throw InputError(options.source.text() + ": contact between " + options.first.text() + " and " +
+                   options.second.text() + ": the surfaces share " + std::to_string(shared.size()) +
+                   " nodes of one instance, and a surface cannot be in contact with itself: name "
+                   "surfaces without common nodes");
 }
 
 // Which instances take part, with which sides: few each, however many pairs they are in.
@@ -200,7 +215,8 @@ SidesOfInstances sides_of_instances(const std::vector<Entry>& entries) {
 }
 
 // The nodes with which instances take part.
-ContactNumbers add_contact_nodes(SidesOfInstances names, const std::map<Index, std::set<Index>>& linked, Sides& sides,
+ContactNumbers add_contact_nodes(SidesOfInstances names,
+                                 const std::map<Index, std::set<Index>>& linked, Sides& sides,
                                  Simulation& sim) {
   ContactNumbers contact_of_instance;
   for (const auto& [instance, nodes] : linked) names.try_emplace(instance);
@@ -222,7 +238,8 @@ ContactNumbers add_contact_nodes(SidesOfInstances names, const std::map<Index, s
 }
 
 // What nodal pressures are measured by.
-void fill_areas(const SidesOfInstances& names, const ContactNumbers& contact_of_instance, Sides& sides, Simulation& sim) {
+void fill_areas(const SidesOfInstances& names, const ContactNumbers& contact_of_instance,
+                Sides& sides, Simulation& sim) {
   for (const auto& [instance, of_instance] : names) {
     IndexTable table;
     for (const SideName& name : of_instance) join_faces(sides.faces(name, {}), table);
@@ -232,10 +249,13 @@ void fill_areas(const SidesOfInstances& names, const ContactNumbers& contact_of_
     contact.areas.setZero(contact.area_vectors.rows());
     for (Index f = 0; f < table.rows(); ++f) {
       const int n = table(f, 2) == table(f, 3) ? 3 : 4;
-      const Vector3 d1 = X.row(table(f, 2)) - X.row(table(f, 0)), d2 = X.row(table(f, 3)) - X.row(table(f, 1));
+      const Vector3 d1 = X.row(table(f, 2)) - X.row(table(f, 0)),
+                    d2 = X.row(table(f, 3)) - X.row(table(f, 1));
       const Vector3 share = d1.cross(d2) / (2 * n);
       for (int a = 0; a < n; ++a) {
-        const Index slot = std::lower_bound(contact.nodes.begin(), contact.nodes.end(), table(f, a)) - contact.nodes.begin();
+        const Index slot =
+            std::lower_bound(contact.nodes.begin(), contact.nodes.end(), table(f, a)) -
+            contact.nodes.begin();
         contact.area_vectors.row(slot) += share.transpose();
         contact.areas[slot] += share.norm();
       }
@@ -263,7 +283,8 @@ class SharedByPairs {
     auto& wall = walls_[&options];
     if (wall) return wall;
     wall = std::make_shared<RigidWall>(options);
-    if (options.motion != SupportMotion::none) sim_.moving_walls.push_back({wall, motion_of(options)});
+    if (options.motion != SupportMotion::none)
+      sim_.moving_walls.push_back({wall, motion_of(options)});
     return wall;
   }
 
@@ -272,7 +293,8 @@ class SharedByPairs {
     DrivenMotion motion;
     for (int axis = 0; axis < 3; ++axis)
       if (options.value[axis] != 0)
-        motion.axes[static_cast<std::size_t>(axis)].emplace_back(options.motion, options.value[axis], options.history, 0, end_);
+        motion.axes[static_cast<std::size_t>(axis)].emplace_back(
+            options.motion, options.value[axis], options.history, 0, end_);
     return motion;
   }
 
@@ -282,8 +304,9 @@ class SharedByPairs {
   std::unordered_map<const WallOptions*, std::shared_ptr<RigidWall>> walls_;
 };
 
-// Whose nodes are looked at: those of the finer surface; of equal ones the first. Mortar pushes along the master's normals: of a
-// coarse ball's faces they would send it sideways off a plate, so that the flatter surface is the master where one clearly is.
+// Whose nodes are looked at: those of the finer surface; of equal ones the first. Mortar pushes
+// along the master's normals: of a coarse ball's faces they would send it sideways off a plate, so
+// that the flatter surface is the master where one clearly is.
 bool first_is_slave(const ContactSurface& first, const ContactSurface& second, bool by_bend) {
   constexpr double flat = 1e-3;  // 5 degrees from face to face
   const double a = bend(first), b = bend(second);
@@ -291,7 +314,8 @@ bool first_is_slave(const ContactSurface& first, const ContactSurface& second, b
   return !(second.size < first.size * (1 - 1e-6));
 }
 
-ContactPair pair_of(const Entry& entry, const ContactNumbers& contact_of_instance, SharedByPairs& shared, Sides& sides) {
+ContactPair pair_of(const Entry& entry, const ContactNumbers& contact_of_instance,
+                    SharedByPairs& shared, Sides& sides) {
   const ContactOptions& options = *entry.options;
   ContactPair pair;
   pair.source = shared.source(options), pair.of_all = options.all;
@@ -301,7 +325,8 @@ ContactPair pair_of(const Entry& entry, const ContactNumbers& contact_of_instanc
   pair.damping = options.damping;
   pair.adjust = options.adjust;
   pair.resolves_overlap = options.resolves_overlap;
-  if (options.pretension_force || options.shortening) pair.pretension = Pretension{options.pretension_force, options.shortening};
+  if (options.pretension_force || options.shortening)
+    pair.pretension = Pretension{options.pretension_force, options.shortening};
   const bool whole = pair.formulation == Formulation::mortar && pair.law.law != ContactLaw::tied;
   const auto first = sides.surface(entry.first, whole, contact_of_instance);
   if (entry.wall) {
@@ -320,12 +345,14 @@ ContactPair pair_of(const Entry& entry, const ContactNumbers& contact_of_instanc
   return pair;
 }
 
-// Whether the body starts deeper in the wall than a face of its surface: on the wrong side, which no contact can mend.
+// Whether the body starts deeper in the wall than a face of its surface: on the wrong side, which
+// no contact can mend.
 bool starts_in_wall(const ContactPair& pair, const Simulation& sim, double& depth) {
   const ContactNodes& contact = sim.contact_nodes[pair.slave->body];
   const Points& x = sim.bodies[contact.body]->reference_positions();
   depth = 0;
-  for (const Index node : pair.slave->nodes) depth = std::max(depth, -pair.wall->distance(x.row(contact.nodes[node]).transpose()));
+  for (const Index node : pair.slave->nodes)
+    depth = std::max(depth, -pair.wall->distance(x.row(contact.nodes[node]).transpose()));
   return depth > pair.slave->sizes.maxCoeff();
 }
 
@@ -337,11 +364,13 @@ void refuse_in_wall(const ContactPair& pair, double depth) {
   throw InputError(message.str());
 }
 
-void warn_nodal(const ContactOptions& options, const BuiltScene& built, const ContactPair& pair, Report& report) {
+void warn_nodal(const ContactOptions& options, const BuiltScene& built, const ContactPair& pair,
+                Report& report) {
   std::ostringstream text;
   text.precision(4);
   text << options.source.text() << ": contact " << pair.name
-       << ": enforcement: nodal weighs each contact node by the row sum of its body's mass, which is not what the node weighs "
+       << ": enforcement: nodal weighs each contact node by the row sum of its body's mass, which "
+          "is not what the node weighs "
           "against an impulse; the contact surfaces stand for";
   for (const ContactSurface* surface : {pair.slave.get(), pair.master.get()}) {
     if (surface->nodes.empty()) continue;  // a wall
@@ -351,21 +380,25 @@ void warn_nodal(const ContactOptions& options, const BuiltScene& built, const Co
     double sum = 0;  // mean over the three directions
     for (const Index node : surface->nodes) sum += masses.row(node).mean();
     const double total = built.instances[contact.body].mass;
-    text << (surface == pair.slave.get() ? " " : " and ") << sum / total << " of the mass of '" << body.name() << "'";
+    text << (surface == pair.slave.get() ? " " : " and ") << sum / total << " of the mass of '"
+         << body.name() << "'";
   }
-  text << " (1: a perfectly plastic impact of whole bodies): use enforcement: impulse for a right answer";
+  text << " (1: a perfectly plastic impact of whole bodies): use enforcement: impulse for a right "
+          "answer";
   report.warning(text.str());
 }
 
 }  // namespace
 
 void require_memory_for_pairs(double n_pairs, double memory, const ContactOptions& all) {
-  constexpr double bytes_of_pair = 300;  // measured with 3000 instances that never meet: docs/stability-load.md
+  // measured with 3000 instances that never meet: docs/stability-load.md
+  constexpr double bytes_of_pair = 300;
   if (n_pairs * bytes_of_pair <= memory) return;
   std::ostringstream text;
   text.precision(3);
-  text << all.source.text() << ": contact: all makes " << n_pairs << " pairs, which take " << human_bytes(n_pairs * bytes_of_pair)
-       << " or more, the machine has " << human_bytes(memory) << ": name the pairs that can meet";
+  text << all.source.text() << ": contact: all makes " << n_pairs << " pairs, which take "
+       << human_bytes(n_pairs * bytes_of_pair) << " or more, the machine has "
+       << human_bytes(memory) << ": name the pairs that can meet";
   throw InputError(text.str());
 }
 
@@ -380,12 +413,15 @@ std::vector<ContactKind> add_contact(const SceneIndex& index, BuiltScene& built,
     if (!entry.wall) sides.faces(entry.second, options.second.source);
     refuse_shared_nodes(entry, sides);
     if (entry.wall) built.momentum_is_kept = false;
-    const ContactKind its = options.enforcement == Enforcement::penalty ? ContactKind::penalty : ContactKind::hard;
-    for (const Index i : {entry.first.instance, entry.wall ? entry.first.instance : entry.second.instance})
+    const ContactKind its =
+        options.enforcement == Enforcement::penalty ? ContactKind::penalty : ContactKind::hard;
+    for (const Index i :
+         {entry.first.instance, entry.wall ? entry.first.instance : entry.second.instance})
       in_contact[i] = std::max(in_contact[i], its);
   }
   const SidesOfInstances names = sides_of_instances(entries);
-  const ContactNumbers contact_of_instance = add_contact_nodes(names, linked_nodes(index, built), sides, sim);
+  const ContactNumbers contact_of_instance =
+      add_contact_nodes(names, linked_nodes(index, built), sides, sim);
   const auto& fields = index.scene().output.fields;
   if (std::find(fields.begin(), fields.end(), "contact_pressure") != fields.end())
     fill_areas(names, contact_of_instance, sides, sim);
@@ -397,14 +433,16 @@ std::vector<ContactKind> add_contact(const SceneIndex& index, BuiltScene& built,
     double depth = 0;
     if (pair.wall && starts_in_wall(pair, sim, depth)) {
       if (!pair.of_all) refuse_in_wall(pair, depth);
-      built.notes.push_back("contact " + pair.name + ": left out of all, as the surface starts deep in the wall");
+      built.notes.push_back("contact " + pair.name +
+                            ": left out of all, as the surface starts deep in the wall");
       continue;
     }
     sim.pairs.push_back(std::move(pair));
     if (entry.options == warned) continue;
     warned = entry.options;
     look_for_friction_shapes(sim.pairs.back(), built, index.scene(), report);
-    if (warned->enforcement == Enforcement::nodal) warn_nodal(*entry.options, built, sim.pairs.back(), report);
+    if (warned->enforcement == Enforcement::nodal)
+      warn_nodal(*entry.options, built, sim.pairs.back(), report);
   }
   sim.n_instances = sim.bodies.size();
   add_links(index, contact_of_instance, built);

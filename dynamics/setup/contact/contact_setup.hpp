@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Front door of dynamics/setup/contact: pairs, ties and links; where they start.
 //
-// Contact pairs of a scene: which side is the slave, which nodes take part, and what a nodal enforcement weighs.
+// Contact pairs of a scene: which side is the slave, which nodes take part, and what a nodal
+// enforcement weighs.
 #pragma once
 
 #include <vector>
@@ -10,11 +11,13 @@
 
 namespace cbr {
 
-// InputError when `contact: all` makes so many pairs that `memory` bytes cannot hold what each keeps from step to step.
+// InputError when `contact: all` makes so many pairs that `memory` bytes cannot hold what each
+// keeps from step to step.
 void require_memory_for_pairs(double n_pairs, double memory, const ContactOptions& all);
 
-// Fills contact_nodes and pairs. The finer surface (smaller mean face) gives the slave nodes; of equal ones the first named.
-// Adds links, and joints behind the bodies. Returns per body how it is in a pair. Warns of `nodal` enforcement with the weights that it uses.
+// Fills contact_nodes and pairs. The finer surface (smaller mean face) gives the slave nodes; of
+// equal ones the first named. Adds links, and joints behind the bodies. Returns per body how it is
+// in a pair. Warns of `nodal` enforcement with the weights that it uses.
 std::vector<ContactKind> add_contact(const SceneIndex& index, BuiltScene& built, Report& report);
 
 }  // namespace cbr

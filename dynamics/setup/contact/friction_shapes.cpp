@@ -21,7 +21,8 @@ struct Shapes {
   Index found = 0, wanted = 0;
 };
 
-// Rank of the interface's rows of a face, and how many rows these are; nothing for bodies of other bases.
+// Rank of the interface's rows of a face, and how many rows these are; nothing for bodies of other
+// bases.
 Shapes shapes_of(const ReducedPart& part, const std::vector<char>& on_face) {
   const Superelement& s = *part.superelement;
   std::vector<Index> rows;
@@ -32,8 +33,8 @@ Shapes shapes_of(const ReducedPart& part, const std::vector<char>& on_face) {
   return {qr.rank(), static_cast<Index>(rows.size())};
 }
 
-// What is known of the statics of a face: of none of its nodes; of some, or in fewer than three directions; of all that there is.
-// Kept nodes have none, as none of theirs is left.
+// What is known of the statics of a face: of none of its nodes; of some, or in fewer than three
+// directions; of all that there is. Kept nodes have none, as none of theirs is left.
 enum class Statics : char { none, normal, all };
 
 Statics statics_of(const ReducedPart& part, const std::vector<char>& on_face) {
@@ -47,39 +48,48 @@ Statics statics_of(const ReducedPart& part, const std::vector<char>& on_face) {
     spanned[node] += statics.direction.row(i).transpose() * statics.direction.row(i);
   }
   if (!any) return Statics::none;
-  const auto is_part = [](const Matrix3& of) { return !of.isZero(0) && !(of.determinant() > weakest_shape); };
+  const auto is_part = [](const Matrix3& of) {
+    return !of.isZero(0) && !(of.determinant() > weakest_shape);
+  };
   return std::any_of(spanned.begin(), spanned.end(), is_part) ? Statics::normal : Statics::all;
 }
 
-[[noreturn]] void refuse_normals_alone(const ContactPair& pair, const ContactSurface& surface, const Scene& scene) {
-  throw InputError(pair.source->text() + ": contact " + pair.name + ": friction on " + surface.name +
-                   " needs its statics in all directions, and its superelement (basis: characteristic) has them along the normals "
+[[noreturn]] void refuse_normals_alone(const ContactPair& pair, const ContactSurface& surface,
+                                       const Scene& scene) {
+  throw InputError(pair.source->text() + ": contact " + pair.name + ": friction on " +
+                   surface.name +
+                   " needs its statics in all directions, and its superelement (basis: "
+                   "characteristic) has them along the normals "
                    "alone: run cbr-reduce " +
                    (scene.file == "-" ? "SCENE" : scene.file.string()) + " --force");
 }
 
 }  // namespace
 
-void look_for_friction_shapes(const ContactPair& pair, const BuiltScene& built, const Scene& scene, Report& report) {
+void look_for_friction_shapes(const ContactPair& pair, const BuiltScene& built, const Scene& scene,
+                              Report& report) {
   if (pair.law.law != ContactLaw::coulomb) return;
   for (const ContactSurface* surface : {pair.slave.get(), pair.master.get()}) {
     if (surface->nodes.empty()) continue;  // a wall
     const ContactNodes& contact = built.simulation.contact_nodes[surface->body];
     const BuiltScene::OfInstance& instance = built.instances[contact.body];
-    if (instance.parts.size() != 1 || !instance.parts[0].superelement->is_characteristic()) continue;
+    if (instance.parts.size() != 1 || !instance.parts[0].superelement->is_characteristic())
+      continue;
     const ReducedPart& part = instance.parts[0];
     const Index n_nodes = built.simulation.bodies[contact.body]->n_nodes();
     std::vector<char> on_face(static_cast<std::size_t>(n_nodes), 0);
-    for (const Index node : surface->nodes) on_face[static_cast<std::size_t>(contact.nodes[node])] = 1;
+    for (const Index node : surface->nodes)
+      on_face[static_cast<std::size_t>(contact.nodes[node])] = 1;
     const Statics statics = statics_of(part, on_face);
     if (statics == Statics::normal) refuse_normals_alone(pair, *surface, scene);
     if (statics == Statics::all) continue;
     const Shapes shapes = shapes_of(part, on_face);
     if (shapes.found == shapes.wanted) continue;
     std::ostringstream text;
-    text << pair.source->text() << ": contact " << pair.name << ": friction on " << surface->name << ", whose " << shapes.wanted
-         << " directions move in " << shapes.found
-         << " shapes only (basis: characteristic), takes up to several times the energy that it should: keep the face's statics "
+    text << pair.source->text() << ": contact " << pair.name << ": friction on " << surface->name
+         << ", whose " << shapes.wanted << " directions move in " << shapes.found
+         << " shapes only (basis: characteristic), takes up to several times the energy that it "
+            "should: keep the face's statics "
             "(characteristic.statics), or take it without friction";
     report.warning(text.str());
   }

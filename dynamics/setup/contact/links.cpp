@@ -13,35 +13,43 @@ namespace cbr {
 namespace {
 
 // Shares of the faces' area, or one for each node of a nodeset.
-Vector weights_of(const Geometry& geometry, const std::string& instance, const Component::Point& point,
-                  const std::vector<Index>& nodes) {
-  if (geometry.surfaces.count(point.nodes) == 0) return Vector::Ones(static_cast<Index>(nodes.size()));
-  const Vector all = face_weights(find_surface(geometry, instance, point.nodes, point.source), geometry.coordinates);
+Vector weights_of(const Geometry& geometry, const std::string& instance,
+                  const Component::Point& point, const std::vector<Index>& nodes) {
+  if (geometry.surfaces.count(point.nodes) == 0)
+    return Vector::Ones(static_cast<Index>(nodes.size()));
+  const Vector all = face_weights(find_surface(geometry, instance, point.nodes, point.source),
+                                  geometry.coordinates);
   return all(nodes);
 }
 
-AveragePoint average_point(const Instance& instance, const Geometry& geometry, const Component::Point& point) {
+AveragePoint average_point(const Instance& instance, const Geometry& geometry,
+                           const Component::Point& point) {
   AveragePoint average;
   average.nodes = find_nodes(geometry, instance.name, point.nodes, point.source);
   average.weights = weights_of(geometry, instance.name, point, average.nodes);
   Vector3 at = Vector3::Zero();
   for (std::size_t i = 0; i < average.nodes.size(); ++i)
-    at += average.weights[static_cast<Index>(i)] * geometry.coordinates.row(average.nodes[i]).transpose();
+    at += average.weights[static_cast<Index>(i)] *
+          geometry.coordinates.row(average.nodes[i]).transpose();
   at = point.at.value_or(at / average.weights.sum());
   average.at = instance.transformation() * at + instance.position;
   average.rigid = point.rigid;
   return average;
 }
 
-const Instance& instance_named(const SceneIndex& index, const std::string& name) { return index.scene().instances[index.place(name)]; }
+const Instance& instance_named(const SceneIndex& index, const std::string& name) {
+  return index.scene().instances[index.place(name)];
+}
 
 const Component::Point& named_point(const SceneIndex& index, const SurfaceName& name) {
   return *point_of(index.scene(), name.instance, name.surface);
 }
 
-// The place of the link among those whose second end is this instance, behind the instance's own points.
+// The place of the link among those whose second end is this instance, behind the instance's own
+// points.
 Index second_place(const SceneIndex& index, const LinkOptions& link) {
-  Index place = static_cast<Index>(component_of(index.scene(), instance_named(index, link.second.instance)).points.size());
+  Index place = static_cast<Index>(
+      component_of(index.scene(), instance_named(index, link.second.instance)).points.size());
   for (const LinkOptions& other : index.scene().links) {
     if (&other == &link) break;
     place += other.second.instance == link.second.instance;
@@ -54,7 +62,8 @@ struct Slot {
   Index contact = 0, node = -1;  // -1: there is none
 };
 
-// A pair without faces: a point of three rows, each of them axis d of the frame where `is_on`. None where no row is.
+// A pair without faces: a point of three rows, each of them axis d of the frame where `is_on`. None
+// where no row is.
 struct PairOptions {
   std::string name;
   SourceLine source;
@@ -82,7 +91,8 @@ ContactPair pair_of(const PairOptions& options, Index contact_a, Index contact_b
   return pair;
 }
 
-void add_pair(const PairOptions& options, const Slot& a, const Slot& b, const Slot& joint, Simulation& sim) {
+void add_pair(const PairOptions& options, const Slot& a, const Slot& b, const Slot& joint,
+              Simulation& sim) {
   ContactPoint point;
   point.frame = options.axes;
   bool any = false;
@@ -99,7 +109,8 @@ void add_pair(const PairOptions& options, const Slot& a, const Slot& b, const Sl
     if (slot.node < 0) return;
     state.ties.terms.push_back({slot.contact, slot.node, coefficient});
     const ContactNodes& nodes = sim.contact_nodes[slot.contact];
-    state.tie_offset += coefficient * sim.bodies[nodes.body]->reference_positions().row(nodes.nodes[slot.node]);
+    state.tie_offset +=
+        coefficient * sim.bodies[nodes.body]->reference_positions().row(nodes.nodes[slot.node]);
   };
   add(a, 1), add(b, -1), add(joint, -1);
   if (joint.node >= 0) pair.joint = joint.contact;
@@ -111,7 +122,8 @@ void add_pair(const PairOptions& options, const Slot& a, const Slot& b, const Sl
 
 // Its contact body.
 Index add_joint(Joint joint, const Scene& scene, Simulation& sim) {
-  const Scheme scheme = scene.time->integrator == Integrator::newmark ? Scheme::newmark : Scheme::exact;
+  const Scheme scheme =
+      scene.time->integrator == Integrator::newmark ? Scheme::newmark : Scheme::exact;
   sim.bodies.push_back(std::make_unique<JointBody>(std::move(joint), scheme));
   ContactNodes contact;
   contact.body = static_cast<Index>(sim.bodies.size()) - 1;
@@ -128,11 +140,16 @@ struct PointSlots {
 
 class LinkMaker {
  public:
-  LinkMaker(const SceneIndex& index, const std::map<Index, Index>& contact_of_instance, BuiltScene& built)
-      : index_(index), contact_of_instance_(contact_of_instance), built_(built), sim_(built.simulation) {}
+  LinkMaker(const SceneIndex& index, const std::map<Index, Index>& contact_of_instance,
+            BuiltScene& built)
+      : index_(index),
+        contact_of_instance_(contact_of_instance),
+        built_(built),
+        sim_(built.simulation) {}
 
   void add(const LinkOptions& link) {
-    const PointSlots a = slots(link.first.instance, point_place(index_, link.first.instance, link.first.surface));
+    const PointSlots a =
+        slots(link.first.instance, point_place(index_, link.first.instance, link.first.surface));
     PointSlots b{{a.translation.contact, -1}, {a.rotation.contact, -1}};
     if (link.second.is_wall()) {
       built_.momentum_is_kept = false;
@@ -148,12 +165,15 @@ class LinkMaker {
     refuse_dashpots_in_statics(link);
     Joint joint;
     joint.name = name;
-    joint.at = sim_.bodies[sim_.contact_nodes[a.translation.contact].body]->reference_positions().row(
-        sim_.contact_nodes[a.translation.contact].nodes[a.translation.node]).transpose();
+    joint.at = sim_.bodies[sim_.contact_nodes[a.translation.contact].body]
+                   ->reference_positions()
+                   .row(sim_.contact_nodes[a.translation.contact].nodes[a.translation.node])
+                   .transpose();
     joint.axes = link.axes, joint.stiffness = link.stiffness, joint.damping = link.damping;
     joint.is_late = is_massless(link.first) || is_massless(link.second);
     const Index contact = add_joint(std::move(joint), index_.scene(), sim_);
-    add_two(link, name + ", spring", name + ", spring moment", sprung, a, b, {{contact, 0}, {contact, 1}});
+    add_two(link, name + ", spring", name + ", spring moment", sprung, a, b,
+            {{contact, 0}, {contact, 1}});
   }
 
   // The mass of a point, which its point carries along.
@@ -212,7 +232,8 @@ class LinkMaker {
 
  private:
   std::set<Index> nodes_of(Index i, const std::string& set, const SourceLine& source) const {
-    const std::vector<Index> nodes = find_nodes(*built_.instances[i].geometry, index_.scene().instances[i].name, set, source);
+    const std::vector<Index> nodes =
+        find_nodes(*built_.instances[i].geometry, index_.scene().instances[i].name, set, source);
     return {nodes.begin(), nodes.end()};
   }
 
@@ -221,14 +242,19 @@ class LinkMaker {
     const Instance& instance = index_.scene().instances[i];
     const std::set<Index> rigid = nodes_of(i, point.nodes, point.source);
     const auto refuse = [&](const std::set<Index>& held, const std::string& by) {
-      if (std::none_of(held.begin(), held.end(), [&](Index node) { return rigid.count(node) > 0; })) return;
-      throw InputError(point.source.text() + ": coupling: rigid of '" + instance.name + "." + name + "' shares nodes with " + by +
-                       ", which is over-determined: take sets without common nodes, coupling: average, or a link to the ground");
+      if (std::none_of(held.begin(), held.end(), [&](Index node) { return rigid.count(node) > 0; }))
+        return;
+      throw InputError(point.source.text() + ": coupling: rigid of '" + instance.name + "." + name +
+                       "' shares nodes with " + by +
+                       ", which is over-determined: take sets without common nodes, coupling: "
+                       "average, or a link to the ground");
     };
     for (const BoundaryCondition* condition : index_.boundary(instance))
-      refuse(nodes_of(i, condition->nodes, condition->source), "'" + condition->nodes + "' under 'boundary'");
+      refuse(nodes_of(i, condition->nodes, condition->source),
+             "'" + condition->nodes + "' under 'boundary'");
     for (const auto& [other, of] : component_of(index_.scene(), instance).points)
-      if (of.rigid && other < name) refuse(nodes_of(i, of.nodes, of.source), "the rigid point '" + other + "'");
+      if (of.rigid && other < name)
+        refuse(nodes_of(i, of.nodes, of.source), "the rigid point '" + other + "'");
   }
 
   // Of the square of the highest frequency: without a share in equilibrium.
@@ -236,7 +262,8 @@ class LinkMaker {
 
   Slot slot(Index contact, Index node) const {
     const auto& nodes = sim_.contact_nodes[contact].nodes;
-    return {contact, static_cast<Index>(std::lower_bound(nodes.begin(), nodes.end(), node) - nodes.begin())};
+    return {contact,
+            static_cast<Index>(std::lower_bound(nodes.begin(), nodes.end(), node) - nodes.begin())};
   }
 
   PointSlots slots(const std::string& instance, Index place) const {
@@ -249,13 +276,16 @@ class LinkMaker {
     if (end.is_wall()) return false;
     const Instance& instance = instance_named(index_, end.instance);
     const Component& component = component_of(index_.scene(), instance);
-    return instance.as == InstanceKind::superelement && component.reduction && component.reduction->is_massless();
+    return instance.as == InstanceKind::superelement && component.reduction &&
+           component.reduction->is_massless();
   }
 
   // Forces along `axes`, and moments about them.
-  void add_two(const LinkOptions& link, const std::string& force, const std::string& moment, const std::array<bool, 6>& is_on,
-               const PointSlots& a, const PointSlots& b, const PointSlots& joint) {
-    PairOptions options{force, link.source, link.first, link.second, link.axes, {is_on[0], is_on[1], is_on[2]}};
+  void add_two(const LinkOptions& link, const std::string& force, const std::string& moment,
+               const std::array<bool, 6>& is_on, const PointSlots& a, const PointSlots& b,
+               const PointSlots& joint) {
+    PairOptions options{force,       link.source, link.first,
+                        link.second, link.axes,   {is_on[0], is_on[1], is_on[2]}};
     add_pair(options, a.translation, b.translation, joint.translation, sim_);
     options.name = moment, options.is_on = {is_on[3], is_on[4], is_on[5]};
     add_pair(options, a.rotation, b.rotation, joint.rotation, sim_);
@@ -265,8 +295,10 @@ class LinkMaker {
     if (!index_.scene().time->is_static && preload_steps(index_.scene()) == 0) return;
     for (Index m = 0; m < 6; ++m)
       if (link.damping(m, m) > 0 && !(link.stiffness(m, m) > 0))
-        throw InputError(link.source.text() + ": links: damping without stiffness holds nothing in statics (time.static, "
-                         "time.preload): give the motion a stiffness, or leave its damping out");
+        throw InputError(
+            link.source.text() +
+            ": links: damping without stiffness holds nothing in statics (time.static, "
+            "time.preload): give the motion a stiffness, or leave its damping out");
   }
 
   const SceneIndex& index_;
@@ -284,7 +316,8 @@ std::vector<AveragePoint> points_of(const SceneIndex& index, const BuiltScene& b
     return average_point(scene.instances[of], *built.instances[of].geometry, point);
   };
   std::vector<AveragePoint> points;
-  for (const auto& [name, point] : component_of(scene, instance).points) points.push_back(average(i, point));
+  for (const auto& [name, point] : component_of(scene, instance).points)
+    points.push_back(average(i, point));
   for (const LinkOptions& link : scene.links) {
     if (link.second.instance != instance.name) continue;
     AveragePoint second = average(i, named_point(index, link.second));
@@ -314,13 +347,15 @@ std::map<Index, std::set<Index>> linked_nodes(const SceneIndex& index, const Bui
     for (const Index node : body.deformation_nodes(place)) nodes[i].insert(node);
   });
   for (const LinkOptions& link : index.scene().links) {
-    add(index.place(link.first.instance), point_place(index, link.first.instance, link.first.surface));
+    add(index.place(link.first.instance),
+        point_place(index, link.first.instance, link.first.surface));
     if (!link.second.is_wall()) add(index.place(link.second.instance), second_place(index, link));
   }
   return nodes;
 }
 
-void add_links(const SceneIndex& index, const std::map<Index, Index>& contact_of_instance, BuiltScene& built) {
+void add_links(const SceneIndex& index, const std::map<Index, Index>& contact_of_instance,
+               BuiltScene& built) {
   LinkMaker maker(index, contact_of_instance, built);
   for (const LinkOptions& link : index.scene().links) maker.add(link);
   for_each_point(index, [&](Index i, const std::string& name, const Component::Point& point) {
@@ -332,7 +367,8 @@ void add_links(const SceneIndex& index, const std::map<Index, Index>& contact_of
 void for_each_point(const SceneIndex& index, const PointVisit& visit) {
   const Scene& scene = index.scene();
   for (Index i = 0; i < static_cast<Index>(scene.instances.size()); ++i)
-    for (const auto& [name, point] : component_of(scene, scene.instances[i]).points) visit(i, name, point);
+    for (const auto& [name, point] : component_of(scene, scene.instances[i]).points)
+      visit(i, name, point);
 }
 
 }  // namespace cbr

@@ -25,7 +25,8 @@ std::vector<Face> faces_of(const Mesh& mesh) {
         const int n = n_corners(side_kind(block.type, side));
         Face face;
         for (int i = 0; i < 4; ++i)
-          face.corners[static_cast<std::size_t>(i)] = block.connectivity(e, local[static_cast<std::size_t>(std::min(i, n - 1))]);
+          face.corners[static_cast<std::size_t>(i)] =
+              block.connectivity(e, local[static_cast<std::size_t>(std::min(i, n - 1))]);
         face.key = face.corners;
         std::sort(face.key.begin(), face.key.end());
         faces.push_back(face);
@@ -41,13 +42,17 @@ Solid::Solid(const Mesh& mesh) {
   std::vector<Face> faces = faces_of(mesh);
   std::sort(faces.begin(), faces.end(), [](const Face& a, const Face& b) { return a.key < b.key; });
   const auto is_inner = [&](std::size_t f) {
-    return (f > 0 && faces[f - 1].key == faces[f].key) || (f + 1 < faces.size() && faces[f + 1].key == faces[f].key);
+    return (f > 0 && faces[f - 1].key == faces[f].key) ||
+           (f + 1 < faces.size() && faces[f + 1].key == faces[f].key);
   };
   for (std::size_t f = 0; f < faces.size(); ++f) {
     if (is_inner(f)) continue;
-    const auto corner = [&](std::size_t i) { return Vector3(mesh.coordinates.row(faces[f].corners[i])); };
+    const auto corner = [&](std::size_t i) {
+      return Vector3(mesh.coordinates.row(faces[f].corners[i]));
+    };
     triangles_.push_back({corner(0), corner(1), corner(2)});
-    if (faces[f].corners[2] != faces[f].corners[3]) triangles_.push_back({corner(0), corner(2), corner(3)});
+    if (faces[f].corners[2] != faces[f].corners[3])
+      triangles_.push_back({corner(0), corner(2), corner(3)});
   }
 }
 
@@ -56,7 +61,8 @@ bool Solid::holds(const Vector3& x) const {
   for (const auto& triangle : triangles_) {
     const Vector3 a = triangle[0] - x, b = triangle[1] - x, c = triangle[2] - x;
     const double A = a.norm(), B = b.norm(), C = c.norm();
-    half_angles += std::atan2(a.dot(b.cross(c)), A * B * C + a.dot(b) * C + b.dot(c) * A + c.dot(a) * B);
+    half_angles +=
+        std::atan2(a.dot(b.cross(c)), A * B * C + a.dot(b) * C + b.dot(c) * A + c.dot(a) * B);
   }
   return std::abs(half_angles) > std::numbers::pi;
 }

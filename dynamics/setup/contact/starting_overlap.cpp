@@ -17,7 +17,8 @@
 namespace cbr {
 namespace {
 
-// Comparisons of a node and a face for one pair, and of a node and a triangle of a boundary: a tenth of a second each.
+// Comparisons of a node and a face for one pair, and of a node and a triangle of a boundary: a
+// tenth of a second each.
 constexpr double most_comparisons = 5e6, most_angles = 1e6;
 // Of a face: less is round-off.
 constexpr double least_depth = 1e-6;
@@ -56,11 +57,12 @@ Box extents(const Body& body) {
 
 bool is_within(const Box& box, const Vector3& x) {
   const Vector3 margin = 1e-9 * (box.upper - box.lower);
-  return ((x - box.lower + margin).array() >= 0).all() && ((box.upper + margin - x).array() >= 0).all();
+  return ((x - box.lower + margin).array() >= 0).all() &&
+         ((box.upper + margin - x).array() >= 0).all();
 }
 
-// The space that the master's body fills, from its mesh: faces of a surface alone do not tell whether what is behind them is in the
-// body or, with a notch or a thin wall, on its other side.
+// The space that the master's body fills, from its mesh: faces of a surface alone do not tell
+// whether what is behind them is in the body or, with a notch or a thin wall, on its other side.
 class Solids {
  public:
   explicit Solids(const Scene& scene) : scene_(scene) {}
@@ -71,7 +73,8 @@ class Solids {
     if (!is_new) return at->second ? &*at->second : nullptr;
     if (!scene_.components.at(instance.component).has_mesh) return nullptr;
     try {
-      at->second.emplace(instance.mesh ? *instance.mesh : read_mesh(scene_.components.at(instance.component).mesh));
+      at->second.emplace(instance.mesh ? *instance.mesh
+                                       : read_mesh(scene_.components.at(instance.component).mesh));
     } catch (const InputError&) {
     }
     return at->second ? &*at->second : nullptr;
@@ -84,14 +87,18 @@ class Solids {
 
 // A point that belongs to the slave just inside its node, on no boundary that both share.
 Vector3 beneath(const ContactPair& pair, const Points& points, const Vector3& centre, Index slot) {
-  const auto at = std::lower_bound(pair.slave->nodes.begin(), pair.slave->nodes.end(), slot) - pair.slave->nodes.begin();
+  const auto at = std::lower_bound(pair.slave->nodes.begin(), pair.slave->nodes.end(), slot) -
+                  pair.slave->nodes.begin();
   const Vector3 x = points.row(slot), outward = pair.slave->area_vectors.row(at).transpose();
   return x + 1e-3 * (centre - x) - 1e-3 * pair.slave->size * outward.normalized();
 }
 
-// Nodes of the pair straight behind a face of the master, the deepest first. Of large surfaces every k-th node is looked at.
-std::vector<Found> behind_faces(const ContactPair& pair, const Simulation& sim, const std::vector<Box>& boxes) {
-  const ContactNodes &slave = sim.contact_nodes[pair.slave->body], &master = sim.contact_nodes[pair.master->body];
+// Nodes of the pair straight behind a face of the master, the deepest first. Of large surfaces
+// every k-th node is looked at.
+std::vector<Found> behind_faces(const ContactPair& pair, const Simulation& sim,
+                                const std::vector<Box>& boxes) {
+  const ContactNodes &slave = sim.contact_nodes[pair.slave->body],
+                     &master = sim.contact_nodes[pair.master->body];
   const Points& x = sim.bodies[slave.body]->reference_positions();
   std::vector<Index> inside;
   for (const Index slot : pair.slave->nodes)
@@ -99,19 +106,22 @@ std::vector<Found> behind_faces(const ContactPair& pair, const Simulation& sim, 
   std::vector<Found> list;
   if (inside.empty()) return list;
   const Points points = sim.bodies[master.body]->reference_positions()(master.nodes, Eigen::all);
-  const double all = static_cast<double>(inside.size()) * static_cast<double>(pair.master->faces.rows());
+  const double all =
+      static_cast<double>(inside.size()) * static_cast<double>(pair.master->faces.rows());
   const auto stride = static_cast<std::size_t>(std::max(1.0, std::ceil(all / most_comparisons)));
   for (std::size_t i = 0; i < inside.size(); i += stride) {
     Found found = depth_of(x.row(slave.nodes[inside[i]]).transpose(), *pair.master, points);
     found.slot = inside[i];
     if (found.depth > 0) list.push_back(found);
   }
-  std::stable_sort(list.begin(), list.end(), [](const Found& a, const Found& b) { return a.depth > b.depth; });
+  std::stable_sort(list.begin(), list.end(),
+                   [](const Found& a, const Found& b) { return a.depth > b.depth; });
   return list;
 }
 
 // The deepest of the list that is in the master's body. Of many every k-th is looked at.
-const Found* deepest_inside(const std::vector<Found>& list, const ContactPair& pair, const BuiltScene& built, Solids& solids) {
+const Found* deepest_inside(const std::vector<Found>& list, const ContactPair& pair,
+                            const BuiltScene& built, Solids& solids) {
   if (list.empty()) return nullptr;
   const Simulation& sim = built.simulation;
   const ContactNodes& slave = sim.contact_nodes[pair.slave->body];
@@ -135,9 +145,11 @@ void warn(const ContactPair& pair, const Found& found, const BuiltScene& built, 
   std::ostringstream text;
   text.precision(3);
   text << pair.source->text() << ": contact " << pair.name << ": node id "
-       << geometry.node_ids[static_cast<std::size_t>(slave.nodes[found.slot])] << " of " << pair.slave->name << " starts "
-       << found.depth << " behind the faces of " << pair.master->name << ", more than a face (" << found.size
-       << "): contact takes it for one on the other side and will not push it out; look at the positions of the instances";
+       << geometry.node_ids[static_cast<std::size_t>(slave.nodes[found.slot])] << " of "
+       << pair.slave->name << " starts " << found.depth << " behind the faces of "
+       << pair.master->name << ", more than a face (" << found.size
+       << "): contact takes it for one on the other side and will not push it out; look at the "
+          "positions of the instances";
   report.warning(text.str());
 }
 
@@ -150,16 +162,20 @@ void look_for_overlaps(const Scene& scene, BuiltScene& built, Report& report) {
   for (const auto& body : sim.bodies) boxes.push_back(extents(*body));
   for (ContactPair& pair : sim.pairs) {
     if (pair.wall || pair.law.law == ContactLaw::tied) continue;
-    const Index a = sim.contact_nodes[pair.slave->body].body, b = sim.contact_nodes[pair.master->body].body;
+    const Index a = sim.contact_nodes[pair.slave->body].body,
+                b = sim.contact_nodes[pair.master->body].body;
     if (a == b || !boxes[a].meets(boxes[b])) continue;
     std::vector<Found> deep = behind_faces(pair, sim, boxes);
-    const auto rest = std::stable_partition(deep.begin(), deep.end(), [](const Found& found) { return found.depth > found.size; });
+    const auto rest = std::stable_partition(
+        deep.begin(), deep.end(), [](const Found& found) { return found.depth > found.size; });
     const Found shallow = rest != deep.end() ? *rest : Found();
     deep.erase(rest, deep.end());
     if (const Found* found = deepest_inside(deep, pair, built, solids)) {
       warn(pair, *found, built, report);
-    } else if (shallow.depth > least_depth * shallow.size && sim.bodies[a]->at_rest() && sim.bodies[b]->at_rest()) {
-      pair.state().memory.initial_overlap = std::max(pair.seen().memory.initial_overlap, shallow.depth);
+    } else if (shallow.depth > least_depth * shallow.size && sim.bodies[a]->at_rest() &&
+               sim.bodies[b]->at_rest()) {
+      pair.state().memory.initial_overlap =
+          std::max(pair.seen().memory.initial_overlap, shallow.depth);
     }
   }
 }

@@ -19,7 +19,8 @@ namespace {
 using Complex = std::complex<double>;
 using ComplexVector = Eigen::Matrix<Complex, Eigen::Dynamic, 1>;
 
-// Meshes have modes up to this multiple of the sweep's end; the rest answers by two terms of its series in (w / omega)^2.
+// Meshes have modes up to this multiple of the sweep's end; the rest answers by two terms of its
+// series in (w / omega)^2.
 constexpr double modes_beyond = 2;
 // |omega^2 - w^2| of an undamped mode below this share of omega^2: on the resonance, to round-off.
 constexpr double on_resonance = 1e-9;
@@ -35,7 +36,8 @@ struct Drive {
     for (std::size_t c = 0; c < 3; ++c) {
       const double amplitude = value[static_cast<Index>(c)];
       if (motion[c] == SupportMotion::displacement) s[static_cast<Index>(c)] = amplitude;
-      if (motion[c] == SupportMotion::velocity) s[static_cast<Index>(c)] = amplitude / Complex(0, w);
+      if (motion[c] == SupportMotion::velocity)
+        s[static_cast<Index>(c)] = amplitude / Complex(0, w);
       if (motion[c] == SupportMotion::acceleration) s[static_cast<Index>(c)] = -amplitude / (w * w);
     }
     return s;
@@ -77,7 +79,8 @@ struct Asked {
 
 class Sweep {
  public:
-  Sweep(const Scene& scene, const ModalScene& modal) : modal_(modal), drives_(drives_of(scene)), asked_(modal.bodies.size()) {
+  Sweep(const Scene& scene, const ModalScene& modal)
+      : modal_(modal), drives_(drives_of(scene)), asked_(modal.bodies.size()) {
     drives_.resize(modal.bodies.size());
     for (std::size_t t = 0; t < modal.ties.size(); ++t)
       for (const auto& [body, sum] : modal.ties[t].of_bodies) {
@@ -120,14 +123,16 @@ class Sweep {
       throw InputError(name.source.text() + ": output.history: '" + name.text() +
                        "' is inside a superelement: a sweep knows nodes of the interface only");
     const auto& of = modal_.built.instances[static_cast<std::size_t>(monitor.body)];
-    const std::vector<Index> nodes = monitor.pointed != nullptr
-                                         ? std::vector<Index>{monitor.pointed->translation_node(monitor.point)}
-                                         : find_nodes(*of.geometry, name.instance, name.surface, name.source);
+    const std::vector<Index> nodes =
+        monitor.pointed != nullptr
+            ? std::vector<Index>{monitor.pointed->translation_node(monitor.point)}
+            : find_nodes(*of.geometry, name.instance, name.surface, name.source);
     Asked& asked = asked_[static_cast<std::size_t>(monitor.body)];
     asked.set.push_back(set);
     for (int axis = 0; axis < 3; ++axis) {
       NodalSum sum;
-      for (const Index node : nodes) sum.terms.emplace_back(node, Vector3::Unit(axis) / static_cast<double>(nodes.size()));
+      for (const Index node : nodes)
+        sum.terms.emplace_back(node, Vector3::Unit(axis) / static_cast<double>(nodes.size()));
       asked.sums.push_back(std::move(sum));
     }
   }
@@ -139,9 +144,10 @@ class Sweep {
     for (Index j = 0; j < omega.size(); ++j) {
       const Complex d(omega[j] * omega[j] - w * w, w * asked_[b].c[j]);
       if (std::abs(d) <= on_resonance * omega[j] * omega[j])
-        throw InputError("sweep: instance '" + modal_.built.instances[b].name + "' has a mode without damping at " +
-                         std::to_string(w / (2 * std::numbers::pi)) +
-                         " Hz, where its response has no bound: give it damping, or sweep other frequencies");
+        throw InputError(
+            "sweep: instance '" + modal_.built.instances[b].name +
+            "' has a mode without damping at " + std::to_string(w / (2 * std::numbers::pi)) +
+            " Hz, where its response has no bound: give it damping, or sweep other frequencies");
       inverse[j] = 1.0 / d;
     }
     return inverse;
@@ -155,13 +161,16 @@ class Sweep {
     const Matrix inertia = of.I_0 + (w * w - of.sigma) * of.I_1;
     ComplexVector left_out = (of.r_0 + (w * w - of.sigma) * of.r_1).cast<Complex>();
     for (int axis = 0; axis < 3 && drives_[b].any(); ++axis)
-      left_out += (w * w * s[axis]) * (inertia * modal_.bodies[b].local(Vector3::Unit(axis))).cast<Complex>();
+      left_out += (w * w * s[axis]) *
+                  (inertia * modal_.bodies[b].local(Vector3::Unit(axis))).cast<Complex>();
     if (drives_[b].any())
-      for (int axis = 0; axis < 3; ++axis) g += (w * w * s[axis]) * modal_.bodies[b].gravity(Vector3::Unit(axis)).cast<Complex>();
+      for (int axis = 0; axis < 3; ++axis)
+        g += (w * w * s[axis]) * modal_.bodies[b].gravity(Vector3::Unit(axis)).cast<Complex>();
     ComplexVector y = of.A.cast<Complex>() * inverse.cwiseProduct(g) + left_out;
     if (drives_[b].any())
       for (Index i = 0; i < y.size(); ++i)
-        for (const auto& [node, weight] : asked_[b].sums[static_cast<std::size_t>(i)].terms) y[i] += weight.cast<Complex>().dot(s);
+        for (const auto& [node, weight] : asked_[b].sums[static_cast<std::size_t>(i)].terms)
+          y[i] += weight.cast<Complex>().dot(s);
     return y;
   }
 
@@ -169,27 +178,31 @@ class Sweep {
     const ModalAnswer& of = asked_[b].answer;
     if (of.B.size() > 0) return springs(of, w);
     if (of.S_0.size() == 0) return ComplexMatrix::Zero(of.A.rows(), of.A.rows());
-    return (of.S_1.size() == 0 ? of.S_0 : Matrix(of.S_0 + (w * w - of.sigma) * of.S_1)).cast<Complex>();
+    return (of.S_1.size() == 0 ? of.S_0 : Matrix(of.S_0 + (w * w - of.sigma) * of.S_1))
+        .cast<Complex>();
   }
 
   // B (K + i w C)^-1 B^T, a column at a time.
   static ComplexMatrix springs(const ModalAnswer& of, double w) {
     const ComplexMatrix D = of.K.cast<Complex>() + Complex(0, w) * of.C.cast<Complex>();
     ComplexMatrix S(of.B.rows(), of.B.rows());
-    for (Index i = 0; i < S.cols(); ++i) S.col(i) = of.B.cast<Complex>() * solve(D, of.B.row(i).transpose().cast<Complex>());
+    for (Index i = 0; i < S.cols(); ++i)
+      S.col(i) = of.B.cast<Complex>() * solve(D, of.B.row(i).transpose().cast<Complex>());
     return S;
   }
 
-  void add_ties(std::size_t b, const ComplexVector& inverse, const ComplexVector& y, double w, ComplexMatrix& W,
-                ComplexVector& apart) const {
+  void add_ties(std::size_t b, const ComplexVector& inverse, const ComplexVector& y, double w,
+                ComplexMatrix& W, ComplexVector& apart) const {
     const std::vector<Index>& tie = asked_[b].tie;
     const auto m = static_cast<Index>(tie.size());
     if (m == 0) return;
     const ComplexMatrix A = asked_[b].answer.A.topRows(m).cast<Complex>();
-    const ComplexMatrix of_body = A * inverse.asDiagonal() * A.transpose() + statics(b, w).topLeftCorner(m, m);
+    const ComplexMatrix of_body =
+        A * inverse.asDiagonal() * A.transpose() + statics(b, w).topLeftCorner(m, m);
     for (Index i = 0; i < m; ++i) {
       apart[tie[static_cast<std::size_t>(i)]] += y[i];
-      for (Index j = 0; j < m; ++j) W(tie[static_cast<std::size_t>(i)], tie[static_cast<std::size_t>(j)]) += of_body(i, j);
+      for (Index j = 0; j < m; ++j)
+        W(tie[static_cast<std::size_t>(i)], tie[static_cast<std::size_t>(j)]) += of_body(i, j);
     }
   }
 
@@ -210,15 +223,16 @@ class Sweep {
     return out;
   }
 
-  void take_sets(std::size_t b, const ComplexVector& inverse, const ComplexVector& alone, const ComplexVector& force, double w,
-                 ComplexVector& out) const {
+  void take_sets(std::size_t b, const ComplexVector& inverse, const ComplexVector& alone,
+                 const ComplexVector& force, double w, ComplexVector& out) const {
     const Asked& of = asked_[b];
     const auto m = static_cast<Index>(of.tie.size()), n = static_cast<Index>(3 * of.set.size());
     if (n == 0) return;
     ComplexVector y = alone.tail(n);
     if (m > 0) {
       const ComplexVector p = force(of.tie);
-      y += of.answer.A.bottomRows(n).cast<Complex>() * inverse.cwiseProduct(of.answer.A.topRows(m).transpose().cast<Complex>() * p);
+      y += of.answer.A.bottomRows(n).cast<Complex>() *
+           inverse.cwiseProduct(of.answer.A.topRows(m).transpose().cast<Complex>() * p);
       y += statics(b, w).bottomLeftCorner(n, m) * p;
     }
     for (std::size_t i = 0; i < of.set.size(); ++i)
@@ -234,8 +248,10 @@ class Sweep {
 void refuse_open_contact(const Scene& scene) {
   for (const ContactOptions& contact : scene.contact)
     if (!contact.tied)
-      throw InputError(contact.source.text() + ": contact: --sweep is of a linear scene, in which nothing opens: give the entry " +
-                       "tied: true, or leave it out");
+      throw InputError(
+          contact.source.text() +
+          ": contact: --sweep is of a linear scene, in which nothing opens: give the entry " +
+          "tied: true, or leave it out");
 }
 
 Vector frequencies(const SweepOptions& sweep) {
@@ -252,10 +268,14 @@ Vector frequencies(const SweepOptions& sweep) {
 
 HarmonicResponse harmonic_response(const Scene& scene_of_run, Report& report) {
   Scene scene = with_options_of_files(scene_of_run);
-  if (!scene.sweep) throw InputError(scene.file.string() + ": --sweep needs sweep: {from_hz: F, to_hz: F} in the scene");
+  if (!scene.sweep)
+    throw InputError(scene.file.string() +
+                     ": --sweep needs sweep: {from_hz: F, to_hz: F} in the scene");
   if (scene.output.history.empty())
-    throw InputError(scene.sweep->source.text() + ": sweep: needs output.history: the sets whose motion is written");
-  if (std::erase_if(scene.loads, [](const Load& load) { return load.kind == Load::Kind::gravity; }) > 0)
+    throw InputError(scene.sweep->source.text() +
+                     ": sweep: needs output.history: the sets whose motion is written");
+  if (std::erase_if(scene.loads,
+                    [](const Load& load) { return load.kind == Load::Kind::gravity; }) > 0)
     report.line("note: a sweep leaves out gravity, which does not swing");
   refuse_open_contact(scene);
   const MeshModesWanted wanted{scene.sweep->modes, modes_beyond * scene.sweep->to_hz};
@@ -267,7 +287,8 @@ HarmonicResponse harmonic_response(const Scene& scene_of_run, Report& report) {
                        "' (as: mesh) has rigid motions: hold it, or use as: superelement");
   const Sweep sweep(scene, *modal);
   if (!sweep.excites())
-    throw InputError(scene.sweep->source.text() + ": sweep: nothing excites the scene: give loads, or supports that move");
+    throw InputError(scene.sweep->source.text() +
+                     ": sweep: nothing excites the scene: give loads, or supports that move");
   HarmonicResponse response;
   response.frequency_hz = frequencies(*scene.sweep);
   for (const Monitor& monitor : modal->built.simulation.monitors)
@@ -276,7 +297,8 @@ HarmonicResponse harmonic_response(const Scene& scene_of_run, Report& report) {
     const ComplexVector u = sweep.at(2 * std::numbers::pi * response.frequency_hz[i]);
     for (std::size_t s = 0; s < response.sets.size(); ++s)
       response.sets[s].displacement.row(i) = u.segment<3>(3 * static_cast<Index>(s)).transpose();
-    report.progress("sweeping", static_cast<double>(i + 1) / static_cast<double>(response.frequency_hz.size()));
+    report.progress("sweeping",
+                    static_cast<double>(i + 1) / static_cast<double>(response.frequency_hz.size()));
   }
   report.end_progress();
   return response;

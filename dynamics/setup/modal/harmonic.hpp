@@ -16,15 +16,16 @@ using ComplexMatrix = Eigen::Matrix<std::complex<double>, Eigen::Dynamic, Eigen:
 struct HarmonicResponse {
   Vector frequency_hz;
   struct OfSet {
-    std::string name;            // INSTANCE.SET, of output.history
-    ComplexMatrix displacement;  // frequencies x 3, scene axes: u(t) = Re(displacement e^(i omega t)), mean over the set's nodes
+    std::string name;  // INSTANCE.SET, of output.history
+    // frequencies x 3, scene axes: u(t) = Re(displacement e^(i omega t)), mean over the set's nodes
+    ComplexMatrix displacement;
   };
   std::vector<OfSet> sets;
 };
 
-// Loads are sines in phase, with the amplitude of their value; so is the motion of supports. Histories and gravity are left out.
-// InputError: no sweep, no output.history, contact that is not tied, nothing that excites, a frequency at which an undamped scene
-// answers without bounds.
+// Loads are sines in phase, with the amplitude of their value; so is the motion of supports.
+// Histories and gravity are left out. InputError: no sweep, no output.history, contact that is not
+// tied, nothing that excites, a frequency at which an undamped scene answers without bounds.
 HarmonicResponse harmonic_response(const Scene& scene, Report& report);
 
 }  // namespace cbr

@@ -28,9 +28,11 @@ void add_rows(const Simulation& sim, const ContactList& list, std::vector<TieRow
       for (Index t = point.first_term; t < point.first_term + point.n_terms; ++t) {
         const ContactTerm& term = list.terms[static_cast<std::size_t>(t)];
         const ContactNodes& contact = sim.contact_nodes[static_cast<std::size_t>(term.body)];
-        const auto of =
-            std::find_if(row.of_bodies.begin(), row.of_bodies.end(), [&](const auto& one) { return one.first == contact.body; });
-        NodalSum& sum = of == row.of_bodies.end() ? row.of_bodies.emplace_back(contact.body, NodalSum()).second : of->second;
+        const auto of = std::find_if(row.of_bodies.begin(), row.of_bodies.end(),
+                                     [&](const auto& one) { return one.first == contact.body; });
+        NodalSum& sum = of == row.of_bodies.end()
+                            ? row.of_bodies.emplace_back(contact.body, NodalSum()).second
+                            : of->second;
         const Index node = contact.nodes[static_cast<std::size_t>(term.node)];
         sum.terms.emplace_back(node, term.coefficient * direction);
         if (const auto* joint = dynamic_cast<const JointBody*>(sim.bodies[contact.body].get()))
@@ -71,7 +73,8 @@ ModalBody::ModalBody(Body& body_of_scene, const MeshModes* mesh) : mesh_(mesh) {
   } else {
     modal_ = dynamic_cast<SuperelementBody*>(&body);
   }
-  if (modal_ == nullptr) throw InputError("instance '" + body.name() + "' does not move in modal coordinates");
+  if (modal_ == nullptr)
+    throw InputError("instance '" + body.name() + "' does not move in modal coordinates");
   omega_ = modal_->form().omega;
 }
 
@@ -80,7 +83,9 @@ Vector ModalBody::damping_rates() const {
   return modal_->damping_rates();
 }
 
-Vector ModalBody::loads() const { return is_joint() ? Vector(Vector::Zero(omega().size())) : modal_->load_amplitude(); }
+Vector ModalBody::loads() const {
+  return is_joint() ? Vector(Vector::Zero(omega().size())) : modal_->load_amplitude();
+}
 
 Vector ModalBody::gravity(const Vector3& acceleration) const {
   if (is_joint()) return Vector::Zero(omega().size());
@@ -94,7 +99,8 @@ Matrix ModalBody::modal_rows(const std::vector<NodalSum>& sums) const {
     for (const auto& [node, weight] : sums[static_cast<std::size_t>(i)].terms) {
       const Vector3 local = modal_->axes().transpose() * weight;
       for (int d = 0; d < 3; ++d)
-        if (const Index row = modal_->rows()(node, d); row >= 0 && local[d] != 0) A.row(i) += local[d] * form.V.row(row);
+        if (const Index row = modal_->rows()(node, d); row >= 0 && local[d] != 0)
+          A.row(i) += local[d] * form.V.row(row);
     }
   }
   return A;
@@ -105,7 +111,8 @@ ModalAnswer ModalBody::answer(const std::vector<NodalSum>& sums) const {
   if (pointed_ == nullptr) return answer_of_modes(sums);
   std::vector<NodalSum> inner(sums.size());
   for (std::size_t i = 0; i < sums.size(); ++i)
-    for (const auto& [node, weight] : sums[i].terms) pointed_->add_inner_terms(node, weight, inner[i].terms);
+    for (const auto& [node, weight] : sums[i].terms)
+      pointed_->add_inner_terms(node, weight, inner[i].terms);
   return answer_of_modes(inner);
 }
 
@@ -139,7 +146,8 @@ ModalAnswer ModalBody::answer_of_modes(const std::vector<NodalSum>& sums) const 
     for (Index i = 0; i < m; ++i)
       for (const auto& [node, weight] : sums[static_cast<std::size_t>(i)].terms)
         for (Index s = 0; s < rows.size(); ++s)
-          if (rows.node[static_cast<std::size_t>(s)] == node) B(i, s) += rows.direction.row(s) * (T.transpose() * weight);
+          if (rows.node[static_cast<std::size_t>(s)] == node)
+            B(i, s) += rows.direction.row(s) * (T.transpose() * weight);
     const Matrix FB = *rows.F * B.transpose();
     answer.S_0 = B * FB;
     answer.r_0 = FB.transpose() * statics_->static_load();
@@ -152,7 +160,8 @@ ModalAnswer ModalBody::answer_of_modes(const std::vector<NodalSum>& sums) const 
     const Points& forces = modal_->forces();
     P.col(m) = Eigen::Map<const Vector>(forces.data(), forces.size());
     P.rightCols(3) = mesh_->inertia();
-    const Matrix R_0 = P.leftCols(m).transpose() * mesh_->left_out(P, 0), R_1 = P.leftCols(m).transpose() * mesh_->left_out(P, 1);
+    const Matrix R_0 = P.leftCols(m).transpose() * mesh_->left_out(P, 0),
+                 R_1 = P.leftCols(m).transpose() * mesh_->left_out(P, 1);
     answer.S_0 = R_0.leftCols(m);
     answer.S_1 = R_1.leftCols(m);
     answer.r_0 = R_0.col(m);
@@ -164,8 +173,10 @@ ModalAnswer ModalBody::answer_of_modes(const std::vector<NodalSum>& sums) const 
   return answer;
 }
 
-std::unique_ptr<ModalScene> modal_scene(const Scene& scene, const MeshModesWanted& wanted, bool loads, Report& report) {
-  if (scene.instances.empty()) throw InputError(scene.file.string() + ": the scene has no instances");
+std::unique_ptr<ModalScene> modal_scene(const Scene& scene, const MeshModesWanted& wanted,
+                                        bool loads, Report& report) {
+  if (scene.instances.empty())
+    throw InputError(scene.file.string() + ": the scene has no instances");
   auto modal = std::make_unique<ModalScene>();
   modal->scene = scene;
   TimeOptions time;  // every superelement in its diagonal form; there are no steps
@@ -184,17 +195,23 @@ std::unique_ptr<ModalScene> modal_scene(const Scene& scene, const MeshModesWante
   modal->built = build(modal->scene, report, options);
   Simulation& sim = modal->built.simulation;
   for (std::size_t b = 0; b < sim.bodies.size(); ++b)
-    modal->bodies.emplace_back(*sim.bodies[b], b < modal->built.instances.size() ? modal->built.instances[b].modes.get() : nullptr);
+    modal->bodies.emplace_back(*sim.bodies[b], b < modal->built.instances.size()
+                                                   ? modal->built.instances[b].modes.get()
+                                                   : nullptr);
   start_contact(sim);
   for (const ContactPair& pair : sim.pairs)
     if (pair.has_state() && !pair.seen().ties.empty())
       for (const Index c : {pair.slave->body, pair.master->body}) {
-        const auto b = static_cast<std::size_t>(sim.contact_nodes[static_cast<std::size_t>(c)].body);
+        const auto b =
+            static_cast<std::size_t>(sim.contact_nodes[static_cast<std::size_t>(c)].body);
         if (b >= modal->built.instances.size()) continue;
         const BuiltScene::OfInstance& of = modal->built.instances[b];
         if (of.modes)
-          throw InputError(pair.source->text() + (pair.is_link ? ": links: instance '" : ": contact: tied: instance '") + of.name +
-                           "' (as: mesh) cannot be tied or linked, nor have masses of points, with --modes or --sweep: use as: superelement");
+          throw InputError(pair.source->text() +
+                           (pair.is_link ? ": links: instance '" : ": contact: tied: instance '") +
+                           of.name +
+                           "' (as: mesh) cannot be tied or linked, nor have masses of points, with "
+                           "--modes or --sweep: use as: superelement");
       }
   for (const ContactPair& pair : sim.pairs)
     if (pair.has_state()) add_rows(sim, pair.seen().ties, modal->ties);

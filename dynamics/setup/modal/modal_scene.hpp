@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Front door of dynamics/setup/modal: modes and harmonic response of a scene.
 //
-// A linear scene: instances in modal coordinates, each free or held, and what ties join. For frequencies and harmonic response.
+// A linear scene: instances in modal coordinates, each free or held, and what ties join. For
+// frequencies and harmonic response.
 #pragma once
 
 #include <memory>
@@ -24,17 +25,20 @@ struct NodalSum {
   std::vector<std::pair<Index, Vector3>> terms;
 };
 
-// How a body answers: of m sums y and forces p on them, with eta'' + c eta' + omega^2 eta = g + A^T p,
+// How a body answers: of m sums y and forces p on them, with eta'' + c eta' + omega^2 eta = g + A^T
+// p,
 //   y = A eta + S_0 p + r_0 + (w^2 - sigma) (S_1 p + r_1)
-// and of springs and dashpots y = B (K + i w C)^-1 B^T p, whose S_0 is that without C; and, of an acceleration a of the whole body (component axes), (I_0 + (w^2 - sigma) I_1) a.
-// S, r and I: statics of what is not in the modes (bases massless and characteristic; meshes in their lowest modes, w: rad/s).
+// and of springs and dashpots y = B (K + i w C)^-1 B^T p, whose S_0 is that without C; and, of an
+// acceleration a of the whole body (component axes), (I_0 + (w^2 - sigma) I_1) a. S, r and I:
+// statics of what is not in the modes (bases massless and characteristic; meshes in their lowest
+// modes, w: rad/s).
 struct ModalAnswer {
   Matrix A;         // m x n
   Matrix S_0, S_1;  // m x m, or 0 x 0: none
   Vector r_0, r_1;  // m, of the body's own loads
   Matrix I_0, I_1;  // m x 3
   double sigma = 0;
-  Matrix B;              // m x 6, of springs, else 0 x 0
+  Matrix B;  // m x 6, of springs, else 0 x 0
   Matrix6 K, C;
 };
 
@@ -49,7 +53,9 @@ class ModalBody {
   // Forces of an acceleration of the whole body, scene axes (n): what modal coordinates feel of it.
   Vector gravity(const Vector3& acceleration) const;
   ModalAnswer answer(const std::vector<NodalSum>& sums) const;
-  Vector3 local(const Vector3& v) const { return modal_ != nullptr ? Vector3(modal_->axes().transpose() * v) : v; }
+  Vector3 local(const Vector3& v) const {
+    return modal_ != nullptr ? Vector3(modal_->axes().transpose() * v) : v;
+  }
   void take_shape(const Vector& eta) {
     if (modal_ != nullptr) modal_->take_shape(eta);
   }
@@ -79,8 +85,9 @@ struct ModalScene {
   std::vector<TieRow> ties;
 };
 
-// The scene without `time`, with supports at rest, and `loads` or none. Precondition: its contact is tied. InputError: as of
-// build().
-std::unique_ptr<ModalScene> modal_scene(const Scene& scene, const MeshModesWanted& wanted, bool loads, Report& report);
+// The scene without `time`, with supports at rest, and `loads` or none. Precondition: its contact
+// is tied. InputError: as of build().
+std::unique_ptr<ModalScene> modal_scene(const Scene& scene, const MeshModesWanted& wanted,
+                                        bool loads, Report& report);
 
 }  // namespace cbr

@@ -14,9 +14,11 @@
 namespace cbr {
 namespace {
 
-// Meshes that are tied: so many modes of each for one that is asked for, and no fewer than some; statics of the others come on top.
+// Meshes that are tied: so many modes of each for one that is asked for, and no fewer than some;
+// statics of the others come on top.
 constexpr Index modes_for_one = 10, fewest_modes = 100;
-// Compliance of ties below this share of the softest mode's counts as none: the tie holds the modes themselves.
+// Compliance of ties below this share of the softest mode's counts as none: the tie holds the modes
+// themselves.
 constexpr double no_compliance = 1e-9;
 // Squared frequencies up to this share of the lowest elastic one of the parts are rigid motions.
 constexpr double rigid_share = 1e-8;
@@ -47,29 +49,33 @@ std::vector<std::vector<Index>> groups_of(const ModalScene& scene) {
   return groups;
 }
 
-// Springs and dashpots of a joint: what they join moves by -B^T y, y the rows of ties that they are in.
+// Springs and dashpots of a joint: what they join moves by -B^T y, y the rows of ties that they are
+// in.
 struct Dashpots {
   std::vector<Index> rows;
   Matrix B;  // rows x 6
   Matrix6 C;
 };
 
-// Coordinates of several bodies one after the other, and the rows that ties keep at zero: A eta + S p = 0, p what the ties carry.
-// Without joints a row is A eta + S_bodies p.
+// Coordinates of several bodies one after the other, and the rows that ties keep at zero: A eta + S
+// p = 0, p what the ties carry. Without joints a row is A eta + S_bodies p.
 struct Joined {
-  Vector lambda, c;             // n, of the bodies' own modes
-  Matrix A, S, S_bodies;        // m x n, m x m
+  Vector lambda, c;       // n, of the bodies' own modes
+  Matrix A, S, S_bodies;  // m x n, m x m
   std::vector<Index> first;
-  std::vector<Index> stiff;     // rows that carry a force: all but those of dashpots without springs
+  // rows that carry a force: all but those of dashpots without springs
+  std::vector<Index> stiff;
   std::vector<Dashpots> dashpots;
 };
 
-void join_body(const ModalBody& body, const std::vector<NodalSum>& sums, const std::vector<Index>& rows, Index first, Joined& joined) {
+void join_body(const ModalBody& body, const std::vector<NodalSum>& sums,
+               const std::vector<Index>& rows, Index first, Joined& joined) {
   const ModalAnswer answer = body.answer(sums);
   joined.A(rows, Eigen::seqN(first, answer.A.cols())) += answer.A;
   if (answer.S_0.size() > 0) joined.S(rows, rows) += answer.S_0;
   if (answer.S_0.size() > 0 && !body.is_joint()) joined.S_bodies(rows, rows) += answer.S_0;
-  if (answer.B.size() > 0 && !answer.C.isZero(0)) joined.dashpots.push_back({rows, answer.B, answer.C});
+  if (answer.B.size() > 0 && !answer.C.isZero(0))
+    joined.dashpots.push_back({rows, answer.B, answer.C});
 }
 
 Joined join(const ModalScene& scene, const std::vector<Index>& bodies) {
@@ -82,7 +88,8 @@ Joined join(const ModalScene& scene, const std::vector<Index>& bodies) {
   joined.lambda.resize(n), joined.c.resize(n);
   std::vector<const TieRow*> ties;
   for (const TieRow& tie : scene.ties) {
-    if (std::find(bodies.begin(), bodies.end(), tie.of_bodies.front().first) == bodies.end()) continue;
+    if (std::find(bodies.begin(), bodies.end(), tie.of_bodies.front().first) == bodies.end())
+      continue;
     if (!tie.is_dashpot) joined.stiff.push_back(static_cast<Index>(ties.size()));
     ties.push_back(&tie);
   }
@@ -116,7 +123,8 @@ struct Modes {
   Matrix forces;  // m x modes, of ties with compliance
 };
 
-// Where ties have compliance of their own they are springs, p = -S^-1 A eta; where they have none they hold: A eta = 0.
+// Where ties have compliance of their own they are springs, p = -S^-1 A eta; where they have none
+// they hold: A eta = 0.
 Modes modes_of(const Joined& joined, Index count) {
   const Index n = joined.lambda.size();
   const double lowest = lowest_elastic(joined.lambda);
@@ -124,7 +132,8 @@ Modes modes_of(const Joined& joined, Index count) {
   const Matrix A = compliance.vectors.transpose() * joined.A(joined.stiff, Eigen::all);
   const double softest = A.squaredNorm() / (std::isfinite(lowest) ? lowest : 1);
   std::vector<Index> held, springs;
-  for (Index i = 0; i < A.rows(); ++i) (compliance.values[i] > no_compliance * softest ? springs : held).push_back(i);
+  for (Index i = 0; i < A.rows(); ++i)
+    (compliance.values[i] > no_compliance * softest ? springs : held).push_back(i);
   Matrix K = joined.lambda.asDiagonal();
   const Vector stiffness = Vector(compliance.values(springs)).cwiseInverse();
   const Matrix B = A(springs, Eigen::all);
@@ -155,9 +164,11 @@ Modes modes_of_one(const ModalBody& body, Index count) {
   const Vector lambda = body.omega().cwiseAbs2();
   std::vector<Index> order(static_cast<std::size_t>(lambda.size()));
   std::iota(order.begin(), order.end(), Index{0});
-  std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) { return lambda[a] < lambda[b]; });
+  std::stable_sort(order.begin(), order.end(),
+                   [&](Index a, Index b) { return lambda[a] < lambda[b]; });
   order.resize(static_cast<std::size_t>(std::min(count, static_cast<Index>(lambda.size()))));
-  Modes modes{lambda(order), Matrix::Zero(lambda.size(), static_cast<Index>(order.size())), Matrix()};
+  Modes modes{lambda(order), Matrix::Zero(lambda.size(), static_cast<Index>(order.size())),
+              Matrix()};
   for (std::size_t j = 0; j < order.size(); ++j) modes.shapes(order[j], static_cast<Index>(j)) = 1;
   return modes;
 }
@@ -186,7 +197,9 @@ InstanceModes of_group(const ModalScene& scene, const std::vector<Index>& bodies
   for (std::size_t i = 1; i < names.size(); ++i) of.instance += "+" + names[i];
   const Joined joined = join(scene, bodies);
   const Modes modes =
-      bodies.size() == 1 ? modes_of_one(scene.bodies[static_cast<std::size_t>(bodies.front())], count) : modes_of(joined, count);
+      bodies.size() == 1
+          ? modes_of_one(scene.bodies[static_cast<std::size_t>(bodies.front())], count)
+          : modes_of(joined, count);
   const Vector omega = modes.lambda.cwiseSqrt();
   of.frequency_hz = omega / (2 * std::numbers::pi);
   of.damping_ratio = Vector::Zero(omega.size());
@@ -194,7 +207,8 @@ InstanceModes of_group(const ModalScene& scene, const std::vector<Index>& bodies
   for (Index j = 0; j < omega.size(); ++j)
     if (omega[j] > 0) of.damping_ratio[j] = c[j] / (2 * omega[j]);
   for (std::size_t i = 0; i < of.bodies.size(); ++i)  // joints come last
-    of.shapes.push_back(modes.shapes.middleRows(joined.first[i], scene.bodies[static_cast<std::size_t>(bodies[i])].omega().size()));
+    of.shapes.push_back(modes.shapes.middleRows(
+        joined.first[i], scene.bodies[static_cast<std::size_t>(bodies[i])].omega().size()));
   return of;
 }
 
@@ -205,8 +219,10 @@ SceneModes scene_modes(const Scene& scene_of_run, Index n, Report& report) {
   std::erase_if(scene.contact, [](const ContactOptions& contact) { return !contact.tied; });
   const bool is_tied = !scene.contact.empty() || !scene.links.empty();
   SceneModes modes;
-  modes.scene = modal_scene(scene, {is_tied ? std::max(modes_for_one * n, fewest_modes) : n, 0}, false, report);
-  for (const std::vector<Index>& bodies : groups_of(*modes.scene)) modes.instances.push_back(of_group(*modes.scene, bodies, n));
+  modes.scene = modal_scene(scene, {is_tied ? std::max(modes_for_one * n, fewest_modes) : n, 0},
+                            false, report);
+  for (const std::vector<Index>& bodies : groups_of(*modes.scene))
+    modes.instances.push_back(of_group(*modes.scene, bodies, n));
   return modes;
 }
 

@@ -15,16 +15,20 @@ void write(const Matrix& A, const std::vector<ReducedRow>& rows, std::ostream& o
     for (Index i = j; i < A.rows(); ++i) {
       if (A(i, j) == 0) continue;
       const ReducedRow& row = rows[static_cast<std::size_t>(i)];
-      out << row.node << ", " << std::max(row.dof, 1) << ", " << column.node << ", " << std::max(column.dof, 1) << ", "
-          << format_text("%.17g", A(i, j)) << '\n';
+      out << row.node << ", " << std::max(row.dof, 1) << ", " << column.node << ", "
+          << std::max(column.dof, 1) << ", " << format_text("%.17g", A(i, j)) << '\n';
     }
   }
 }
 
 }  // namespace
 
-void write_abaqus_K(const ReducedMatrices& reduced, std::ostream& out) { write(reduced.K, reduced.rows, out); }
+void write_abaqus_K(const ReducedMatrices& reduced, std::ostream& out) {
+  write(reduced.K, reduced.rows, out);
+}
 
-void write_abaqus_M(const ReducedMatrices& reduced, std::ostream& out) { write(reduced.M, reduced.rows, out); }
+void write_abaqus_M(const ReducedMatrices& reduced, std::ostream& out) {
+  write(reduced.M, reduced.rows, out);
+}
 
 }  // namespace cbr

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Nastran's direct matrix input at points. Fields of 16 columns, so that an entry has 10 digits, 9 with an exponent of three.
+// Nastran's direct matrix input at points. Fields of 16 columns, so that an entry has 10 digits, 9
+// with an exponent of three.
 #include <cmath>
 #include <ostream>
 #include <string>
@@ -20,8 +21,10 @@ std::string field(double value) {
 
 std::string field(Index value) { return format_text("%16lld", static_cast<long long>(value)); }
 
-// One column after the other; of each the entries on the diagonal and below, as the matrix is symmetric (IFO 6).
-void write_matrix(const char* name, const Matrix& A, const std::vector<ReducedRow>& rows, std::ostream& out) {
+// One column after the other; of each the entries on the diagonal and below, as the matrix is
+// symmetric (IFO 6).
+void write_matrix(const char* name, const Matrix& A, const std::vector<ReducedRow>& rows,
+                  std::ostream& out) {
   out << format_text("DMIG    %-8s       0       6       2       0\n", name);
   for (Index j = 0; j < A.cols(); ++j) {
     const ReducedRow& column = rows[static_cast<std::size_t>(j)];
@@ -29,7 +32,8 @@ void write_matrix(const char* name, const Matrix& A, const std::vector<ReducedRo
     for (Index i = j; i < A.rows(); ++i) {
       if (A(i, j) == 0) continue;
       if (!has_entry) {
-        out << format_text("DMIG*   %-16s", name) << field(column.node) << field(Index{column.dof}) << '\n';
+        out << format_text("DMIG*   %-16s", name) << field(column.node) << field(Index{column.dof})
+            << '\n';
         has_entry = true;
       }
       const ReducedRow& row = rows[static_cast<std::size_t>(i)];
@@ -42,7 +46,8 @@ void write_matrix(const char* name, const Matrix& A, const std::vector<ReducedRo
 
 void write_dmig(const ReducedMatrices& reduced, std::ostream& out) {
   out << "$ A Craig-Bampton superelement: K2GG = KAAX, M2GG = MAAX in the case control section.\n"
-      << "$ Grid points and their coordinates, and the modal coordinates: the table beside this file.\n";
+      << "$ Grid points and their coordinates, and the modal coordinates: the table beside this "
+         "file.\n";
   for (const ReducedRow& row : reduced.rows) {
     if (row.dof == 0) out << format_text("SPOINT  %8lld\n", static_cast<long long>(row.node));
   }

@@ -17,8 +17,11 @@ namespace cbr {
 // One file of a format: what follows the name that the user gave, and what writes it.
 struct ExportFile {
   std::string suffix;  // ".K.mtx"
-  // To `file`, which is put in place of NAME.suffix when all are whole. `name`: NAME without its folder.
-  std::function<void(const ReducedMatrices& reduced, const std::filesystem::path& file, const std::string& name)> write;
+  // To `file`, which is put in place of NAME.suffix when all are whole. `name`: NAME without its
+  // folder.
+  std::function<void(const ReducedMatrices& reduced, const std::filesystem::path& file,
+                     const std::string& name)>
+      write;
 };
 
 struct ExportFormat {
@@ -34,20 +37,25 @@ void write_matrix_market_M(const ReducedMatrices& reduced, std::ostream& out);
 // Nastran bulk data: KAAX and MAAX in large fields (9 to 10 digits), SPOINTs for modal coordinates.
 void write_dmig(const ReducedMatrices& reduced, std::ostream& out);
 
-// Abaqus *MATRIX INPUT text, "row node, dof, column node, dof, entry", 17 digits; modal coordinates are dof 1 of nodes of their
-// own.
+// Abaqus *MATRIX INPUT text, "row node, dof, column node, dof, entry", 17 digits; modal coordinates
+// are dof 1 of nodes of their own.
 void write_abaqus_K(const ReducedMatrices& reduced, std::ostream& out);
 void write_abaqus_M(const ReducedMatrices& reduced, std::ostream& out);
 
-// CalculiX's *MATRIX ASSEMBLE, with the nodes, for files NAME.K.ccx.mtx and NAME.M.ccx.mtx of Abaqus's lines.
+// CalculiX's *MATRIX ASSEMBLE, with the nodes, for files NAME.K.ccx.mtx and NAME.M.ccx.mtx of
+// Abaqus's lines.
 inline constexpr const char *calculix_K = ".K.ccx.mtx", *calculix_M = ".M.ccx.mtx";
-void write_calculix_input(const ReducedMatrices& reduced, const std::string& name, std::ostream& out);
+void write_calculix_input(const ReducedMatrices& reduced, const std::string& name,
+                          std::ostream& out);
 
-// Nastran's OUTPUT4, dense, real double precision: KAAX and MAAX; text with 17 digits, or little-endian records of Fortran.
+// Nastran's OUTPUT4, dense, real double precision: KAAX and MAAX; text with 17 digits, or
+// little-endian records of Fortran.
 void write_op4(const ReducedMatrices& reduced, std::ostream& out);
 void write_op4_binary(const ReducedMatrices& reduced, std::ostream& out);
 
-// A superelement of Sierra/SD, netCDF, in the newer layout: modes first. `where` stands for the file in messages.
-void write_sierra(const ReducedMatrices& reduced, const std::filesystem::path& file, const std::string& where);
+// A superelement of Sierra/SD, netCDF, in the newer layout: modes first. `where` stands for the
+// file in messages.
+void write_sierra(const ReducedMatrices& reduced, const std::filesystem::path& file,
+                  const std::string& where);
 
 }  // namespace cbr

@@ -21,7 +21,8 @@ namespace {
 
 using WriteText = void (*)(const ReducedMatrices& reduced, std::ostream& out);
 
-void write_through(const std::filesystem::path& file, const std::function<void(std::ostream&)>& write) {
+void write_through(const std::filesystem::path& file,
+                   const std::function<void(std::ostream&)>& write) {
   std::ofstream out(file);
   write(out);
   out.close();
@@ -29,21 +30,23 @@ void write_through(const std::filesystem::path& file, const std::function<void(s
 }
 
 ExportFile stream_file(const std::string& suffix, WriteText write) {
-  return {suffix, [write](const ReducedMatrices& reduced, const std::filesystem::path& file, const std::string&) {
+  return {suffix, [write](const ReducedMatrices& reduced, const std::filesystem::path& file,
+                          const std::string&) {
             write_through(file, [&](std::ostream& out) { write(reduced, out); });
           }};
 }
 
 ExportFile calculix_input_file() {
-  return {".ccx.inp", [](const ReducedMatrices& reduced, const std::filesystem::path& file, const std::string& name) {
-            write_through(file, [&](std::ostream& out) { write_calculix_input(reduced, name, out); });
+  return {".ccx.inp", [](const ReducedMatrices& reduced, const std::filesystem::path& file,
+                         const std::string& name) {
+            write_through(file,
+                          [&](std::ostream& out) { write_calculix_input(reduced, name, out); });
           }};
 }
 
 ExportFile sierra_file() {
-  return {".nc", [](const ReducedMatrices& reduced, const std::filesystem::path& file, const std::string& name) {
-            write_sierra(reduced, file, name + ".nc");
-          }};
+  return {".nc", [](const ReducedMatrices& reduced, const std::filesystem::path& file,
+                    const std::string& name) { write_sierra(reduced, file, name + ".nc"); }};
 }
 
 // A new format is one entry here and a file of its own.
@@ -51,16 +54,19 @@ const std::vector<ExportFormat>& formats() {
   static const std::vector<ExportFormat> all = {
       {"matrix-market",
        "SciPy, MATLAB, Julia",
-       {stream_file(".K.mtx", write_matrix_market_K), stream_file(".M.mtx", write_matrix_market_M)}},
+       {stream_file(".K.mtx", write_matrix_market_K),
+        stream_file(".M.mtx", write_matrix_market_M)}},
       {"dmig", "Nastran, MYSTRAN, OpenRadioss", {stream_file(".dmig", write_dmig)}},
       {"op4", "Nastran (OUTPUT4, text)", {stream_file(".op4", write_op4)}},
       {"op4-binary", "Nastran (OUTPUT4, binary)", {stream_file(".op4", write_op4_binary)}},
       {"abaqus",
        "Abaqus *MATRIX INPUT",
-       {stream_file(".K.abaqus.mtx", write_abaqus_K), stream_file(".M.abaqus.mtx", write_abaqus_M)}},
+       {stream_file(".K.abaqus.mtx", write_abaqus_K),
+        stream_file(".M.abaqus.mtx", write_abaqus_M)}},
       {"mtx",
        "CalculiX *MATRIX ASSEMBLE",
-       {stream_file(calculix_K, write_abaqus_K), stream_file(calculix_M, write_abaqus_M), calculix_input_file()}},
+       {stream_file(calculix_K, write_abaqus_K), stream_file(calculix_M, write_abaqus_M),
+        calculix_input_file()}},
       {"sierra", "Sierra/SD", {sierra_file()}},
   };
   return all;
@@ -81,7 +87,8 @@ void write_table(const ReducedMatrices& reduced, std::ostream& out) {
     if (row.dof > 0) {
       out << format_text("%.17g,%.17g,%.17g,\n", row.position(0), row.position(1), row.position(2));
     } else {
-      out << format_text(",,,%.17g\n", std::sqrt(std::max(row.eigenvalue, 0.0)) / (2 * std::numbers::pi));
+      out << format_text(",,,%.17g\n",
+                         std::sqrt(std::max(row.eigenvalue, 0.0)) / (2 * std::numbers::pi));
     }
   }
 }
@@ -113,8 +120,8 @@ std::vector<std::string> export_format_names() {
   return names;
 }
 
-void export_superelement(const std::string& name, const std::filesystem::path& file, const std::filesystem::path& target,
-                         Report& report) {
+void export_superelement(const std::string& name, const std::filesystem::path& file,
+                         const std::filesystem::path& target, Report& report) {
   const ExportFormat& format = format_named(name);
   const Superelement s = read_superelement(file);
   const ReducedMatrices reduced = [&] {
@@ -126,17 +133,20 @@ void export_superelement(const std::string& name, const std::filesystem::path& f
   }();
   std::vector<Output> outputs;
   for (const ExportFile& part : format.files)
-    outputs.push_back({target.string() + part.suffix,
-                       [&](const std::filesystem::path& out) { part.write(reduced, out, target.filename().string()); }});
+    outputs.push_back({target.string() + part.suffix, [&](const std::filesystem::path& out) {
+                         part.write(reduced, out, target.filename().string());
+                       }});
   outputs.push_back({target.string() + ".dofs.csv", [&](const std::filesystem::path& out) {
                        write_through(out, [&](std::ostream& text) { write_table(reduced, text); });
                      }});
   for (const Output& output : outputs) {
-    if (is_same_file(output.path, file)) throw InputError(file.string() + ": --export would replace it: name another file with -o");
+    if (is_same_file(output.path, file))
+      throw InputError(file.string() + ": --export would replace it: name another file with -o");
   }
   write_all(outputs);
-  report.line("exported " + file.string() + " for " + format.users + ": " + std::to_string(reduced.K.rows()) + " rows, " +
-              std::to_string(s.c()) + " of the interface first, then " + std::to_string(s.k()) + " modal coordinates");
+  report.line("exported " + file.string() + " for " + format.users + ": " +
+              std::to_string(reduced.K.rows()) + " rows, " + std::to_string(s.c()) +
+              " of the interface first, then " + std::to_string(s.k()) + " modal coordinates");
   for (const Output& output : outputs) report.line("  file         " + output.path.string());
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Boisvert, Pozo, Remington 1996, NISTIR 5935: the coordinate form of a symmetric matrix is its lower triangle.
+// Boisvert, Pozo, Remington 1996, NISTIR 5935: the coordinate form of a symmetric matrix is its
+// lower triangle.
 #include <ostream>
 
 #include "common/base/format_text.hpp"
@@ -16,15 +17,20 @@ void write(const Matrix& A, const char* what, std::ostream& out) {
       << A.rows() << ' ' << A.cols() << ' ' << count << '\n';
   for (Index j = 0; j < A.cols(); ++j) {
     for (Index i = j; i < A.rows(); ++i) {
-      if (A(i, j) != 0) out << i + 1 << ' ' << j + 1 << ' ' << format_text("%.17g", A(i, j)) << '\n';
+      if (A(i, j) != 0)
+        out << i + 1 << ' ' << j + 1 << ' ' << format_text("%.17g", A(i, j)) << '\n';
     }
   }
 }
 
 }  // namespace
 
-void write_matrix_market_K(const ReducedMatrices& reduced, std::ostream& out) { write(reduced.K, "stiffness", out); }
+void write_matrix_market_K(const ReducedMatrices& reduced, std::ostream& out) {
+  write(reduced.K, "stiffness", out);
+}
 
-void write_matrix_market_M(const ReducedMatrices& reduced, std::ostream& out) { write(reduced.M, "mass", out); }
+void write_matrix_market_M(const ReducedMatrices& reduced, std::ostream& out) {
+  write(reduced.M, "mass", out);
+}
 
 }  // namespace cbr

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Nastran's OUTPUT4 format, dense: MSC Nastran DMAP Programmer's Guide, OUTPUT4. Of each column the entries from the first to the
-// last that is not 0.
+// Nastran's OUTPUT4 format, dense: MSC Nastran DMAP Programmer's Guide, OUTPUT4. Of each column the
+// entries from the first to the last that is not 0.
 #include <cmath>
 #include <cstdint>
 #include <ostream>
@@ -26,7 +26,8 @@ Column column_of(const Matrix& A, Index j) {
 }
 
 std::string head(Index a, Index b, Index c) {
-  return format_text("%8lld%8lld%8lld\n", static_cast<long long>(a), static_cast<long long>(b), static_cast<long long>(c));
+  return format_text("%8lld%8lld%8lld\n", static_cast<long long>(a), static_cast<long long>(b),
+                     static_cast<long long>(c));
 }
 
 void write_text(const char* name, const Matrix& A, std::ostream& out) {
@@ -38,7 +39,8 @@ void write_text(const char* name, const Matrix& A, std::ostream& out) {
     if (column.count == 0) continue;
     out << head(j + 1, column.first + 1, column.count);
     for (Index i = 0; i < column.count; ++i)
-      out << format_text("%24.16E", A(column.first + i, j)) << (i % in_line == in_line - 1 || i + 1 == column.count ? "\n" : "");
+      out << format_text("%24.16E", A(column.first + i, j))
+          << (i % in_line == in_line - 1 || i + 1 == column.count ? "\n" : "");
   }
   // A column too many, of one number that nobody reads, ends a matrix
   out << head(A.cols() + 1, 1, 1) << format_text("%24.16E\n", 1.0);
@@ -57,7 +59,9 @@ class Records {
   }
 
  private:
-  void put(const void* data, std::size_t bytes) { out_.write(static_cast<const char*>(data), static_cast<std::streamsize>(bytes)); }
+  void put(const void* data, std::size_t bytes) {
+    out_.write(static_cast<const char*>(data), static_cast<std::streamsize>(bytes));
+  }
   std::ostream& out_;
 };
 

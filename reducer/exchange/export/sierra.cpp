@@ -12,13 +12,15 @@ namespace {
 Matrix modes_first(const Matrix& A, Index k) {
   const Index c = A.rows() - k;
   Matrix out(A.rows(), A.cols());
-  out << A.bottomRightCorner(k, k), A.bottomLeftCorner(k, c), A.topRightCorner(c, k), A.topLeftCorner(c, c);
+  out << A.bottomRightCorner(k, k), A.bottomLeftCorner(k, c), A.topRightCorner(c, k),
+      A.topLeftCorner(c, c);
   return out;
 }
 
 }  // namespace
 
-void write_sierra(const ReducedMatrices& reduced, const std::filesystem::path& file, const std::string& where) {
+void write_sierra(const ReducedMatrices& reduced, const std::filesystem::path& file,
+                  const std::string& where) {
   SierraSuperelement s;
   std::map<Index, Vector3> position;
   for (const ReducedRow& row : reduced.rows) {

@@ -25,11 +25,14 @@ std::string hash_of(const std::string& format, const std::vector<std::filesystem
   return bytes_hash(text);
 }
 
-void refuse_to_replace(const std::filesystem::path& target, const std::vector<std::filesystem::path>& inputs) {
+void refuse_to_replace(const std::filesystem::path& target,
+                       const std::vector<std::filesystem::path>& inputs) {
   for (const auto& input : inputs) {
-    if (is_same_file(target, input)) throw InputError(input.string() + ": --import would replace it: name another file with -o");
+    if (is_same_file(target, input))
+      throw InputError(input.string() + ": --import would replace it: name another file with -o");
   }
-  refuse_other_file(target, {"cbr-superelement", "cbr-superelement-group"}, "the superelement", "give -o another name");
+  refuse_other_file(target, {"cbr-superelement", "cbr-superelement-group"}, "the superelement",
+                    "give -o another name");
 }
 
 void add_mesh(const ImportOptions& options, Superelement& s, Report& report) {
@@ -48,13 +51,15 @@ void add_mesh(const ImportOptions& options, Superelement& s, Report& report) {
   }
 }
 
-void summarise(const Superelement& s, const ImportOptions& options, const std::string& users, Report& report) {
-  report.line("imported " + options.file.string() + " (" + users + "): " + std::to_string(s.n()) + " coordinates, " +
-              std::to_string(s.c()) + " of the interface (" + std::to_string(s.node_ids.size()) + " nodes), " +
-              std::to_string(s.k()) + " modes");
+void summarise(const Superelement& s, const ImportOptions& options, const std::string& users,
+               Report& report) {
+  report.line("imported " + options.file.string() + " (" + users + "): " + std::to_string(s.n()) +
+              " coordinates, " + std::to_string(s.c()) + " of the interface (" +
+              std::to_string(s.node_ids.size()) + " nodes), " + std::to_string(s.k()) + " modes");
   const RigidBody& body = s.rigid_body;
-  report.line("  mass         " + number_text(body.mass) + ", centre (" + number_text(body.center(0)) + ", " +
-              number_text(body.center(1)) + ", " + number_text(body.center(2)) + "), by the rigid motions of the interface");
+  report.line("  mass         " + number_text(body.mass) + ", centre (" +
+              number_text(body.center(0)) + ", " + number_text(body.center(1)) + ", " +
+              number_text(body.center(2)) + "), by the rigid motions of the interface");
   report.line("  sets         " + sets_text(s));
   report.line("  file         " + options.target.string());
 }
@@ -70,7 +75,8 @@ void import_superelement(const ImportOptions& options, Report& report) {
   }
   if (imported.reduced.has_damping)
     report.warning(options.file.string() +
-                   ": its damping matrix Cr is left out, as superelements have none: give the instance damping");
+                   ": its damping matrix Cr is left out, as superelements have none: give the "
+                   "instance damping");
   std::vector<std::filesystem::path> files = imported.files;
   if (!options.faces.empty()) files.push_back(options.faces);
   refuse_to_replace(options.target, files);
@@ -89,8 +95,10 @@ void import_superelement(const ImportOptions& options, Report& report) {
     write_superelement(s, options.target);
   }
   if (options.faces.empty())
-    report.warning(options.file.string() + ": a file of matrices names no faces and no sets, so that contact, supports and loads " +
-                   "cannot find any in the superelement: give --faces MESH");
+    report.warning(
+        options.file.string() +
+        ": a file of matrices names no faces and no sets, so that contact, supports and loads " +
+        "cannot find any in the superelement: give --faces MESH");
   summarise(s, options, imported.users, report);
 }
 

@@ -18,12 +18,13 @@ struct ImportOptions {
   std::filesystem::path file;   // see import_matrices()
   std::filesystem::path faces;  // a mesh that has the interface's nodes and faces; empty: none
   std::filesystem::path target;
-  Index diagonal_limit = 0;  // with `faces`: the diagonal form is stored for up to this many coordinates
+  // with `faces`: the diagonal form is stored for up to this many coordinates
+  Index diagonal_limit = 0;
 };
 
-// Writes `target`, whole or not at all. Without `faces` a warning says what the file cannot do. InputErrors: those of
-// import_matrices(), superelement_of() and add_faces(); `target` is one of the files that are read, or a file of another kind.
-// RunError: of the disk.
+// Writes `target`, whole or not at all. Without `faces` a warning says what the file cannot do.
+// InputErrors: those of import_matrices(), superelement_of() and add_faces(); `target` is one of
+// the files that are read, or a file of another kind. RunError: of the disk.
 void import_superelement(const ImportOptions& options, Report& report);
 
 }  // namespace cbr

@@ -9,19 +9,20 @@
 
 namespace cbr {
 
-// The table beside exported files, NAME.dofs.csv: what each row of the matrices is. Rows of modal coordinates have eigenvalue 0,
-// which the matrices tell. InputError with file and line.
+// The table beside exported files, NAME.dofs.csv: what each row of the matrices is. Rows of modal
+// coordinates have eigenvalue 0, which the matrices tell. InputError with file and line.
 std::vector<ReducedRow> read_rows(const std::filesystem::path& file);
 
-// The matrices in the order of their rows, n x n, from what --export wrote. `stem`: the files' names up to their suffixes.
-// InputError with file and line: a missing or damaged file, an entry of no row or twice, another kind of matrix.
+// The matrices in the order of their rows, n x n, from what --export wrote. `stem`: the files'
+// names up to their suffixes. InputError with file and line: a missing or damaged file, an entry of
+// no row or twice, another kind of matrix.
 ReducedMatrices read_matrix_market(const std::filesystem::path& stem);
 ReducedMatrices read_dmig(const std::filesystem::path& stem);
 ReducedMatrices read_abaqus(const std::filesystem::path& stem);
 ReducedMatrices read_op4(const std::filesystem::path& stem);  // text or binary, by its first bytes
 
-// A superelement of Sierra/SD, netCDF: modes first. InputError: those of read_sierra_superelement(); a rotational dof; an interface
-// node without coordinates.
+// A superelement of Sierra/SD, netCDF: modes first. InputError: those of
+// read_sierra_superelement(); a rotational dof; an interface node without coordinates.
 ReducedMatrices read_sierra(const std::filesystem::path& file);
 
 }  // namespace cbr

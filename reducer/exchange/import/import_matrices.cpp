@@ -21,7 +21,10 @@ const std::vector<ImportFormat>& formats() {
       {"matrix-market", "Matrix Market", {".K.mtx", ".M.mtx", ".dofs.csv"}, read_matrix_market},
       {"dmig", "Nastran DMIG", {".dmig", ".dofs.csv"}, read_dmig},
       {"op4", "Nastran OUTPUT4", {".op4", ".dofs.csv"}, read_op4},
-      {"abaqus", "Abaqus *MATRIX INPUT", {".K.abaqus.mtx", ".M.abaqus.mtx", ".dofs.csv"}, read_abaqus},
+      {"abaqus",
+       "Abaqus *MATRIX INPUT",
+       {".K.abaqus.mtx", ".M.abaqus.mtx", ".dofs.csv"},
+       read_abaqus},
   };
   return all;
 }
@@ -57,8 +60,8 @@ ImportedMatrices import_matrices(const std::string& name, const std::filesystem:
   for (const std::string& suffix : format.suffixes) {
     imported.files.emplace_back(stem + suffix);
     if (!std::filesystem::exists(imported.files.back()))
-      throw InputError(imported.files.back().string() + ": no such file: --import " + name + " reads " + join(format.suffixes) +
-                       " of one name, as --export writes them");
+      throw InputError(imported.files.back().string() + ": no such file: --import " + name +
+                       " reads " + join(format.suffixes) + " of one name, as --export writes them");
   }
   if (format.suffixes.empty()) imported.files.push_back(file);
   imported.reduced = format.read(stem);

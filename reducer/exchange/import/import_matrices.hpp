@@ -18,8 +18,9 @@ struct ImportedMatrices {
   std::string users;                         // for messages: the codes that write them
 };
 
-// `file`: the superelement of Sierra/SD; of other formats one of the files that --export wrote, or their names' common beginning.
-// InputError: another format; a file that is missing, damaged or of another kind, with its line.
+// `file`: the superelement of Sierra/SD; of other formats one of the files that --export wrote, or
+// their names' common beginning. InputError: another format; a file that is missing, damaged or of
+// another kind, with its line.
 ImportedMatrices import_matrices(const std::string& format, const std::filesystem::path& file);
 
 }  // namespace cbr

@@ -13,7 +13,8 @@
 namespace cbr {
 namespace {
 
-constexpr double coupling = 1e-6;    // of the diagonals: far above the digits that codes write, far below another kind of reduction
+// of the diagonals: far above the digits that codes write, far below another kind of reduction
+constexpr double coupling = 1e-6;
 constexpr double asymmetry = 1e-8;   // of the largest entry
 constexpr double no_force = 1e-6;    // of |K_cc| |R|, as in superelement_rigid_check.cpp
 constexpr double same_place = 1e-6;  // of the mesh's size: nine digits would do
@@ -84,10 +85,11 @@ class Importer {
   }
 
   void require_symmetric(const char* name, const Matrix& A) const {
-    const double scale = A.cwiseAbs().maxCoeff(), difference = (A - A.transpose()).cwiseAbs().maxCoeff();
+    const double scale = A.cwiseAbs().maxCoeff(),
+                 difference = (A - A.transpose()).cwiseAbs().maxCoeff();
     if (!(difference <= asymmetry * scale))
-      fail(std::string(name) + " is not symmetric: entries differ from their mirror images by " + number_text(difference / scale) +
-           " of the largest, allowed 1e-8");
+      fail(std::string(name) + " is not symmetric: entries differ from their mirror images by " +
+           number_text(difference / scale) + " of the largest, allowed 1e-8");
   }
 
   // K_kc = 0, K_kk diagonal, M_kk = I: a Craig-Bampton superelement with modes of unit mass.
@@ -100,8 +102,9 @@ class Importer {
                ": not a Craig-Bampton superelement of fixed-interface modes");
         if (row(i).dof != 0) continue;
         if (!(std::abs(r_.M(i, j) - (i == j ? 1.0 : 0.0)) <= coupling))
-          fail("M has " + number_text(r_.M(i, j)) + " at " + row_name(row(j)) + " and " + row_name(row(i)) + ", expected " +
-               (i == j ? "1" : "0") + ": scale modes to unit mass, or export again if the file is damaged");
+          fail("M has " + number_text(r_.M(i, j)) + " at " + row_name(row(j)) + " and " +
+               row_name(row(i)) + ", expected " + (i == j ? "1" : "0") +
+               ": scale modes to unit mass, or export again if the file is damaged");
       }
     }
   }
@@ -110,23 +113,28 @@ class Importer {
     for (Index i = 0; i < r_.K.rows(); ++i)
       for (const auto& [name, A] : {std::pair("K", &r_.K), std::pair("M", &r_.M)})
         if (!((*A)(i, i) > 0))
-          fail(std::string(name) + " has " + number_text((*A)(i, i)) + " on the diagonal at " + row_name(row(i)) +
+          fail(std::string(name) + " has " + number_text((*A)(i, i)) + " on the diagonal at " +
+               row_name(row(i)) +
                ", expected a positive number: export again if the file is damaged");
   }
 
-  // Twice: about the mean of the nodes, then about the centre of mass that this gives, where nothing cancels.
+  // Twice: about the mean of the nodes, then about the centre of mass that this gives, where
+  // nothing cancels.
   void add_rigid_body() {
     RigidBody& body = s_.rigid_body;
     body.center = s_.coordinates.colwise().mean().transpose();
     for (const bool about_center : {false, true}) {
       const Matrix R = reduced_rigid_modes(s_, body.center).bottomRows(s_.c());
       if (!about_center) require_rigid(R);
-      const Eigen::Matrix<double, 6, 6> r = R.transpose() * (s_.M_cc * R);  // R_c^T M_cc R_c   (6 x 6)
+      // R_c^T M_cc R_c   (6 x 6)
+      const Eigen::Matrix<double, 6, 6> r = R.transpose() * (s_.M_cc * R);
       body.mass = r.diagonal().head<3>().mean();
       if (!(body.mass > 0))
-        fail("the mass of its rigid translations is " + number_text(body.mass) + ", expected a positive number");
+        fail("the mass of its rigid translations is " + number_text(body.mass) +
+             ", expected a positive number");
       if (about_center) {
-        body.inertia = 0.5 * (r.bottomRightCorner<3, 3>() + r.bottomRightCorner<3, 3>().transpose());
+        body.inertia =
+            0.5 * (r.bottomRightCorner<3, 3>() + r.bottomRightCorner<3, 3>().transpose());
       } else {
         // t_i^T M (e_k x x) = m (e_k x c)_i: each component of c twice, in two translations.
         const Vector3 moment(r(1, 5) - r(2, 4), r(2, 3) - r(0, 5), r(0, 4) - r(1, 3));
@@ -137,21 +145,26 @@ class Importer {
 
   // R   (c x 6)
   void require_rigid(Matrix R) const {
-    const double size = (s_.coordinates.rowwise() - s_.coordinates.colwise().mean()).rowwise().norm().maxCoeff();
+    const double size =
+        (s_.coordinates.rowwise() - s_.coordinates.colwise().mean()).rowwise().norm().maxCoeff();
     if (!(size > 0) || !std::isfinite(size))
       fail("all interface nodes are at one place: they do not determine the mass of the part");
     R.rightCols(3) /= size;
     if (PivotedQr(R, 1e-6).rank() < 6)
-      fail("the interface's dofs do not determine the six rigid motions, which tell the mass of the part");
+      fail(
+          "the interface's dofs do not determine the six rigid motions, which tell the mass of the "
+          "part");
     const Matrix force = s_.K_cc * R;
     const double translation = force.leftCols(3).norm() / (s_.K_cc.norm() * R.leftCols(3).norm());
     const double rotation = force.rightCols(3).norm() / (s_.K_cc.norm() * R.rightCols(3).norm());
     if (!(translation <= no_force))
       fail("K resists rigid translations, by " + number_text(translation) +
-           " of its size: the part is held inside, so that its mass is unknown: import the part without supports");
+           " of its size: the part is held inside, so that its mass is unknown: import the part "
+           "without supports");
     if (!(rotation <= no_force))
       fail("K resists rigid rotations about the nodes' coordinates, by " + number_text(rotation) +
-           " of its size: the coordinates do not belong to the matrices, or the part is held inside");
+           " of its size: the coordinates do not belong to the matrices, or the part is held "
+           "inside");
   }
 
   const ReducedMatrices& r_;
@@ -170,7 +183,8 @@ Sideset outer_sides(const Mesh& mesh, const std::vector<char>& is_in, const std:
       for (int side = 1; side <= n_sides(block.type); ++side) {
         const Side one{static_cast<Index>(b), e, side};
         std::vector<Index> nodes = nodes_of_side(mesh, one);
-        if (!std::all_of(nodes.begin(), nodes.end(), [&](Index node) { return is_in[static_cast<std::size_t>(node)] != 0; }))
+        if (!std::all_of(nodes.begin(), nodes.end(),
+                         [&](Index node) { return is_in[static_cast<std::size_t>(node)] != 0; }))
           continue;
         std::sort(nodes.begin(), nodes.end());
         sides[nodes].push_back(one);
@@ -181,25 +195,32 @@ Sideset outer_sides(const Mesh& mesh, const std::vector<char>& is_in, const std:
   for (const auto& [nodes, same] : sides)
     if (same.size() == 1) set.sides.push_back(same.front());
   const auto key = [](const Side& side) { return std::tuple(side.block, side.element, side.side); };
-  std::sort(set.sides.begin(), set.sides.end(), [&](const Side& a, const Side& b) { return key(a) < key(b); });
+  std::sort(set.sides.begin(), set.sides.end(),
+            [&](const Side& a, const Side& b) { return key(a) < key(b); });
   return set;
 }
 
 // Interface node of each mesh node, or -1.
-std::vector<Index> places_in(const Mesh& mesh, const std::string& mesh_file, const std::string& where, const Superelement& s) {
+std::vector<Index> places_in(const Mesh& mesh, const std::string& mesh_file,
+                             const std::string& where, const Superelement& s) {
   std::map<Index, Index> row_of_id;
-  for (std::size_t i = 0; i < mesh.node_ids.size(); ++i) row_of_id.emplace(mesh.node_ids[i], static_cast<Index>(i));
-  const double size = (mesh.coordinates.colwise().maxCoeff() - mesh.coordinates.colwise().minCoeff()).norm();
+  for (std::size_t i = 0; i < mesh.node_ids.size(); ++i)
+    row_of_id.emplace(mesh.node_ids[i], static_cast<Index>(i));
+  const double size =
+      (mesh.coordinates.colwise().maxCoeff() - mesh.coordinates.colwise().minCoeff()).norm();
   std::vector<Index> place(mesh.node_ids.size(), -1);
   for (std::size_t i = 0; i < s.node_ids.size(); ++i) {
     const std::string node = "interface node " + std::to_string(s.node_ids[i]) + " of " + where;
     const auto found = row_of_id.find(s.node_ids[i]);
     if (found == row_of_id.end())
-      throw InputError(mesh_file + ": has no " + node + ": give --faces the mesh that it was made from");
-    const double apart = (mesh.coordinates.row(found->second) - s.coordinates.row(static_cast<Index>(i))).norm();
+      throw InputError(mesh_file + ": has no " + node +
+                       ": give --faces the mesh that it was made from");
+    const double apart =
+        (mesh.coordinates.row(found->second) - s.coordinates.row(static_cast<Index>(i))).norm();
     if (!(apart <= same_place * size))
       throw InputError(mesh_file + ": " + node + " is " + number_text(apart) +
-                       " away from its place in the mesh: give --faces the mesh that it was made from, in the same unit");
+                       " away from its place in the mesh: give --faces the mesh that it was made "
+                       "from, in the same unit");
     place[static_cast<std::size_t>(found->second)] = static_cast<Index>(i);
   }
   return place;
@@ -207,9 +228,12 @@ std::vector<Index> places_in(const Mesh& mesh, const std::string& mesh_file, con
 
 }  // namespace
 
-Superelement superelement_of(const ReducedMatrices& reduced, const std::string& where) { return Importer(reduced, where).run(); }
+Superelement superelement_of(const ReducedMatrices& reduced, const std::string& where) {
+  return Importer(reduced, where).run();
+}
 
-void add_faces(const Mesh& mesh, const std::string& mesh_file, const std::string& where, Superelement& s) {
+void add_faces(const Mesh& mesh, const std::string& mesh_file, const std::string& where,
+               Superelement& s) {
   const std::vector<Index> place = places_in(mesh, mesh_file, where, s);
   add_interface_sets(mesh, place, {}, s);
   if (!s.surfaces.empty()) return;
@@ -234,10 +258,13 @@ void add_faces(const Mesh& mesh, const std::string& mesh_file, const std::string
   // A scene finds the surface first, whose nodes these are unless a node of the set is on no face.
   for (const Surface& surface : s.surfaces) {
     const auto found = s.nodesets.find(surface.name);
-    if (found != s.nodesets.end() && found->second.size() == surface_nodes(surface).size()) s.nodesets.erase(found);
+    if (found != s.nodesets.end() && found->second.size() == surface_nodes(surface).size())
+      s.nodesets.erase(found);
   }
   if (s.surfaces.empty() && s.nodesets.empty())
-    throw InputError(mesh_file + ": no set, and no outer side of an element, lies within the interface of " + where);
+    throw InputError(mesh_file +
+                     ": no set, and no outer side of an element, lies within the interface of " +
+                     where);
 }
 
 }  // namespace cbr

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Lines "row node, dof, column node, dof, entry" of *MATRIX INPUT; comments begin with two asterisks.
+// Lines "row node, dof, column node, dof, entry" of *MATRIX INPUT; comments begin with two
+// asterisks.
 #include "reducer/exchange/import/import_formats.hpp"
 #include "reducer/exchange/import/row_places.hpp"
 #include "reducer/exchange/import/symmetric_entries.hpp"
@@ -14,7 +15,8 @@ Matrix read_matrix(const std::filesystem::path& file, const std::vector<ReducedR
   while (lines.next()) {
     if (lines.line().empty() || lines.line().starts_with("**")) continue;
     const auto fields = fields_of(lines.line(), ',');
-    if (fields.size() != 5) lines.fail("expected five fields: row node, dof, column node, dof, entry");
+    if (fields.size() != 5)
+      lines.fail("expected five fields: row node, dof, column node, dof, entry");
     const Index i = places.place(lines, lines.whole(fields[0]), lines.whole(fields[1]));
     const Index j = places.place(lines, lines.whole(fields[2]), lines.whole(fields[3]));
     entries.set(lines, i, j, lines.number(fields[4]));

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Nastran's DMIG as --export writes it: a header in fields of 8 columns, then columns of the matrix in fields of 16.
+// Nastran's DMIG as --export writes it: a header in fields of 8 columns, then columns of the matrix
+// in fields of 16.
 #include <optional>
 
 #include "reducer/exchange/import/import_formats.hpp"
@@ -10,7 +11,8 @@ namespace cbr {
 namespace {
 
 std::string_view field(const std::string& line, std::size_t first, std::size_t width) {
-  return first < line.size() ? trimmed(std::string_view(line).substr(first, width)) : std::string_view();
+  return first < line.size() ? trimmed(std::string_view(line).substr(first, width))
+                             : std::string_view();
 }
 
 class DmigReader {
@@ -37,10 +39,13 @@ class DmigReader {
       column_ = place(field(line, 24, 16), field(line, 40, 16));
     } else if (card == "*") {
       if (column_ < 0) lines_.fail("an entry before its column");
-      if (!field(line, 56, 16).empty()) lines_.fail("a fourth field found, expected node, dof and a real entry");
-      (*matrix_)->set(lines_, place(field(line, 8, 16), field(line, 24, 16)), column_, lines_.number(field(line, 40, 16)));
+      if (!field(line, 56, 16).empty())
+        lines_.fail("a fourth field found, expected node, dof and a real entry");
+      (*matrix_)->set(lines_, place(field(line, 8, 16), field(line, 24, 16)), column_,
+                      lines_.number(field(line, 40, 16)));
     } else {
-      lines_.fail("'" + std::string(card) + "' found, expected DMIG in large fields (DMIG*, *), SPOINT or a comment ($)");
+      lines_.fail("'" + std::string(card) +
+                  "' found, expected DMIG in large fields (DMIG*, *), SPOINT or a comment ($)");
     }
   }
 
@@ -49,14 +54,16 @@ class DmigReader {
     auto& matrix = matrix_named(field(line, 8, 8));
     if (matrix) lines_.fail("a second header of " + std::string(field(line, 8, 8)));
     if (field(line, 24, 8) != "6" || field(line, 32, 8) != "2")
-      lines_.fail("form " + std::string(field(line, 24, 8)) + " and type " + std::string(field(line, 32, 8)) +
+      lines_.fail("form " + std::string(field(line, 24, 8)) + " and type " +
+                  std::string(field(line, 32, 8)) +
                   " found, expected 6 (symmetric) and 2 (real, double)");
     matrix.emplace(n_);
     column_ = -1;
   }
 
   std::optional<SymmetricEntries>& matrix_named(std::string_view name) {
-    if (name != "KAAX" && name != "MAAX") lines_.fail("matrix '" + std::string(name) + "' found, expected KAAX or MAAX");
+    if (name != "KAAX" && name != "MAAX")
+      lines_.fail("matrix '" + std::string(name) + "' found, expected KAAX or MAAX");
     return name == "KAAX" ? K_ : M_;
   }
 

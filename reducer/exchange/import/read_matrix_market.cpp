@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Boisvert, Pozo, Remington 1996, NISTIR 5935: a header, comments, the size line, then an entry a line.
+// Boisvert, Pozo, Remington 1996, NISTIR 5935: a header, comments, the size line, then an entry a
+// line.
 #include "reducer/exchange/import/import_formats.hpp"
 #include "reducer/exchange/import/symmetric_entries.hpp"
 
@@ -16,8 +17,9 @@ Matrix read_matrix(const std::filesystem::path& file, Index n) {
   const auto sizes = fields_of(lines.line(), ' ');
   if (sizes.size() != 3) lines.fail("expected three numbers: rows, columns, entries");
   if (lines.whole(sizes[0]) != n || lines.whole(sizes[1]) != n)
-    lines.fail("a matrix of " + std::string(sizes[0]) + " x " + std::string(sizes[1]) + " found, expected " + std::to_string(n) +
-               " x " + std::to_string(n) + ", as the table beside it has " + std::to_string(n) + " rows");
+    lines.fail("a matrix of " + std::string(sizes[0]) + " x " + std::string(sizes[1]) +
+               " found, expected " + std::to_string(n) + " x " + std::to_string(n) +
+               ", as the table beside it has " + std::to_string(n) + " rows");
   const Index n_entries = lines.whole(sizes[2]);
   SymmetricEntries entries(n);
   Index count = 0;
@@ -25,13 +27,14 @@ Matrix read_matrix(const std::filesystem::path& file, Index n) {
     const auto fields = fields_of(lines.line(), ' ');
     if (fields.size() != 3) lines.fail("expected three numbers: row, column, entry");
     const Index i = lines.whole(fields[0]), j = lines.whole(fields[1]);
-    if (i < 1 || i > n || j < 1 || j > n) lines.fail("rows and columns are 1 to " + std::to_string(n));
+    if (i < 1 || i > n || j < 1 || j > n)
+      lines.fail("rows and columns are 1 to " + std::to_string(n));
     entries.set(lines, i - 1, j - 1, lines.number(fields[2]));
     ++count;
   }
   if (count != n_entries)
-    lines.fail(std::to_string(count) + " entries found, expected " + std::to_string(n_entries) + " by the size line: the file is " +
-               "damaged, export it again");
+    lines.fail(std::to_string(count) + " entries found, expected " + std::to_string(n_entries) +
+               " by the size line: the file is " + "damaged, export it again");
   return entries.take();
 }
 

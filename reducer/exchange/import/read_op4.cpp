@@ -18,23 +18,29 @@ using Matrices = std::map<std::string, Matrix>;
 
 // What a matrix may be called, be and how large it is; both kinds of file tell it.
 template <typename Fail>
-Matrix empty_matrix(const std::string& name, const Matrices& found, Index columns, Index rows, Index type, Index n,
-                    const Fail& fail) {
-  if (name != "KAAX" && name != "MAAX") fail("matrix '" + name.substr(0, 8) + "' found, expected KAAX or MAAX");
+Matrix empty_matrix(const std::string& name, const Matrices& found, Index columns, Index rows,
+                    Index type, Index n, const Fail& fail) {
+  if (name != "KAAX" && name != "MAAX")
+    fail("matrix '" + name.substr(0, 8) + "' found, expected KAAX or MAAX");
   if (found.count(name) > 0) fail("a second matrix " + name);
-  if (type != real_double) fail("type " + std::to_string(type) + " found, expected 2 (real, double precision)");
+  if (type != real_double)
+    fail("type " + std::to_string(type) + " found, expected 2 (real, double precision)");
   if (columns != n || rows != n)
-    fail("a matrix of " + std::to_string(rows) + " x " + std::to_string(columns) + " found, expected " + std::to_string(n) + " x " +
-         std::to_string(n) + ", as the table beside it has " + std::to_string(n) + " rows");
+    fail("a matrix of " + std::to_string(rows) + " x " + std::to_string(columns) +
+         " found, expected " + std::to_string(n) + " x " + std::to_string(n) +
+         ", as the table beside it has " + std::to_string(n) + " rows");
   return Matrix::Zero(n, n);
 }
 
 template <typename Fail>
 void check_column(Index column, Index before, Index first, Index count, Index n, const Fail& fail) {
-  if (first == 0) fail("a sparse column found, expected dense ones: write the file without SPARSE and BIGMAT");
-  if (column <= before || column > n || first < 1 || count < 1 || count > n || first + count - 1 > n)
-    fail("column " + std::to_string(column) + ", rows from " + std::to_string(first) + ", " + std::to_string(count) +
-         " entries found: columns ascend, and columns and rows are 1 to " + std::to_string(n));
+  if (first == 0)
+    fail("a sparse column found, expected dense ones: write the file without SPARSE and BIGMAT");
+  if (column <= before || column > n || first < 1 || count < 1 || count > n ||
+      first + count - 1 > n)
+    fail("column " + std::to_string(column) + ", rows from " + std::to_string(first) + ", " +
+         std::to_string(count) + " entries found: columns ascend, and columns and rows are 1 to " +
+         std::to_string(n));
 }
 
 class TextOp4 {
@@ -48,24 +54,29 @@ class TextOp4 {
 
  private:
   std::string_view field(std::size_t i) const {
-    return 8 * i < lines_.line().size() ? trimmed(std::string_view(lines_.line()).substr(8 * i, 8)) : std::string_view();
+    return 8 * i < lines_.line().size() ? trimmed(std::string_view(lines_.line()).substr(8 * i, 8))
+                                        : std::string_view();
   }
 
   void read_matrix() {
     const auto fail = [&](const std::string& what) { lines_.fail(what); };
     const std::string name(field(4));
-    Matrix A = empty_matrix(name, found_, lines_.whole(field(0)), lines_.whole(field(1)), lines_.whole(field(3)), n_, fail);
+    Matrix A = empty_matrix(name, found_, lines_.whole(field(0)), lines_.whole(field(1)),
+                            lines_.whole(field(3)), n_, fail);
     read_format(lines_.line());
     Index before = 0;
     while (true) {
-      if (!lines_.next()) lines_.fail("ends inside of matrix " + name + ": the file is damaged, export it again");
-      const Index column = lines_.whole(field(0)), first = lines_.whole(field(1)), count = lines_.whole(field(2));
+      if (!lines_.next())
+        lines_.fail("ends inside of matrix " + name + ": the file is damaged, export it again");
+      const Index column = lines_.whole(field(0)), first = lines_.whole(field(1)),
+                  count = lines_.whole(field(2));
       if (column == n_ + 1) break;
       check_column(column, before, first, count, n_, fail);
       read_column(A, column - 1, first - 1, count, name);
       before = column;
     }
-    if (!lines_.next()) lines_.fail("ends inside of matrix " + name + ": the file is damaged, export it again");
+    if (!lines_.next())
+      lines_.fail("ends inside of matrix " + name + ": the file is damaged, export it again");
     lines_.number(lines_.line());  // a damaged one is still found
     found_.emplace(name, std::move(A));
   }
@@ -87,7 +98,8 @@ class TextOp4 {
         lines_.fail("ends inside of matrix " + name + ": the file is damaged, export it again");
       const auto start = static_cast<std::size_t>(i % in_line_ * width_);
       if (start >= lines_.line().size()) lines_.fail("too few numbers in the line");
-      A(first + i, j) = lines_.number(std::string_view(lines_.line()).substr(start, static_cast<std::size_t>(width_)));
+      A(first + i, j) = lines_.number(
+          std::string_view(lines_.line()).substr(start, static_cast<std::size_t>(width_)));
     }
   }
 
@@ -99,7 +111,8 @@ class TextOp4 {
 
 class BinaryOp4 {
  public:
-  BinaryOp4(const std::filesystem::path& file, Index n) : file_(file), in_(file, std::ios::binary), n_(n) {}
+  BinaryOp4(const std::filesystem::path& file, Index n)
+      : file_(file), in_(file, std::ios::binary), n_(n) {}
 
   Matrices run() {
     while (in_.peek() != std::ifstream::traits_type::eof()) read_matrix();
@@ -107,10 +120,13 @@ class BinaryOp4 {
   }
 
  private:
-  [[noreturn]] void fail(const std::string& what) const { throw InputError(file_.string() + ": " + what); }
+  [[noreturn]] void fail(const std::string& what) const {
+    throw InputError(file_.string() + ": " + what);
+  }
 
   void get(void* data, std::size_t bytes) {
-    if (!in_.read(static_cast<char*>(data), static_cast<std::streamsize>(bytes))) fail("is cut off: export it again");
+    if (!in_.read(static_cast<char*>(data), static_cast<std::streamsize>(bytes)))
+      fail("is cut off: export it again");
   }
   Index word() {
     std::int32_t value = 0;
@@ -118,12 +134,14 @@ class BinaryOp4 {
     return value;
   }
   void end_record(Index length) {
-    if (word() != length) fail("the lengths before and after a record differ: the file is damaged, export it again");
+    if (word() != length)
+      fail("the lengths before and after a record differ: the file is damaged, export it again");
   }
 
   void read_matrix() {
     const auto fails = [&](const std::string& what) { fail(what); };
-    if (word() != 24) fail("a header of another length than 24 bytes: damaged, or written with words of 8 bytes");
+    if (word() != 24)
+      fail("a header of another length than 24 bytes: damaged, or written with words of 8 bytes");
     const Index columns = word(), rows = word();
     word();  // the form
     const Index type = word();
@@ -145,7 +163,8 @@ class BinaryOp4 {
     if (column == n_ + 1) {
       in_.ignore(4 * words);
     } else {
-      check_column(column, before, first, words / 2, n_, [&](const std::string& what) { fail(what); });
+      check_column(column, before, first, words / 2, n_,
+                   [&](const std::string& what) { fail(what); });
       get(&A(first - 1, column - 1), sizeof(double) * static_cast<std::size_t>(words / 2));
     }
     end_record(length);

@@ -17,14 +17,16 @@ class RowPlaces {
   // modal_dof: what the format calls the dof of a modal coordinate.
   RowPlaces(const std::vector<ReducedRow>& rows, int modal_dof) {
     for (const ReducedRow& row : rows)
-      places_.emplace(std::pair(row.node, Index{row.dof == 0 ? modal_dof : row.dof}), static_cast<Index>(places_.size()));
+      places_.emplace(std::pair(row.node, Index{row.dof == 0 ? modal_dof : row.dof}),
+                      static_cast<Index>(places_.size()));
   }
 
   // InputError at the line: no row of this node and dof.
   Index place(const TextLines& lines, Index node, Index dof) const {
     const auto found = places_.find({node, dof});
     if (found == places_.end())
-      lines.fail("dof " + std::to_string(dof) + " of node " + std::to_string(node) + " is not in the table beside the file");
+      lines.fail("dof " + std::to_string(dof) + " of node " + std::to_string(node) +
+                 " is not in the table beside the file");
     return found->second;
   }
 

@@ -37,7 +37,8 @@ extern "C" ssize_t pwrite64(int descriptor, const void* data, size_t size, off64
   return write_at(descriptor, data, size, place);
 }
 
-// In the place of libc's: as a signal that comes while the system makes the file, on a busy disk, and is handled as open() returns.
+// In the place of libc's: as a signal that comes while the system makes the file, on a busy disk,
+// and is handled as open() returns.
 extern "C" int open(const char* path, int flags, ...) {
   va_list more;
   va_start(more, flags);
@@ -72,7 +73,8 @@ TEST(UnchangedFiles, WhatIsReplacedOrWrittenToIsNamed) {
     return std::string();
   };
   EXPECT_EQ(after([] {}), "");
-  // The same bytes under the same name, but another file: whatever was read of the first may not be of the second
+  // The same bytes under the same name, but another file: whatever was read of the first may not be
+  // of the second
   const auto replace = [&] {
     TemporaryFile made(file);
     test::write_bytes(made.path(), "one");
@@ -81,7 +83,8 @@ TEST(UnchangedFiles, WhatIsReplacedOrWrittenToIsNamed) {
   const auto grow = [&] { test::write_bytes(file, "one and more"); };
   const auto remove = [&] { fs::remove(file); };
   for (const std::function<void()>& change :
-       {std::function<void()>(replace), std::function<void()>(grow), std::function<void()>(remove)}) {
+       {std::function<void()>(replace), std::function<void()>(grow),
+        std::function<void()>(remove)}) {
     const std::string message = after(change);
     EXPECT_NE(message.find(file.string()), std::string::npos) << message;
     EXPECT_NE(message.find("run again"), std::string::npos) << message;
@@ -136,7 +139,8 @@ TEST_F(KilledProcess, NextRunRemovesWhatItLeft) {
   // Not ours: of a process that lives, of another machine, of another program
   const TemporaryFolder elsewhere;
   const std::string alive = TemporaryFile(elsewhere / "b.h5").path().filename().string();
-  const fs::path of_alive = folder_ / alive, foreign = folder_ / ".cbr-00000000-999999999-0.tmp", other = folder_ / ".cbr-mine.tmp";
+  const fs::path of_alive = folder_ / alive, foreign = folder_ / ".cbr-00000000-999999999-0.tmp",
+                 other = folder_ / ".cbr-mine.tmp";
   for (const fs::path& file : {of_alive, foreign, other}) test::write_bytes(file, "");
   const pid_t next = ::fork();
   if (next == 0) {
@@ -178,7 +182,8 @@ TEST(FullForAMoment, IsToldOrDoesNoHarm) {
     n_told += told;
     if (told) continue;
     const Hdf5Reader reader(file);
-    for (int i = 0; i < 5; ++i) EXPECT_EQ(reader.read_vector("/steps/" + std::to_string(i) + "/u"), values) << n_writes;
+    for (int i = 0; i < 5; ++i)
+      EXPECT_EQ(reader.read_vector("/steps/" + std::to_string(i) + "/u"), values) << n_writes;
     EXPECT_EQ(reader.read_matrix("/K"), matrix) << n_writes;
     EXPECT_EQ(reader.read_string("/", "name"), "x");
   }
@@ -196,7 +201,8 @@ TEST(TemporaryFile, HasTheModeOfANewFileWhereTheOldOneHasGone) {
   EXPECT_EQ(fs::status(folder / "a.h5").permissions(), usual);
 }
 
-// What a checkpoint keeps of fields that are still being written: a whole file, and the next writer goes on with it.
+// What a checkpoint keeps of fields that are still being written: a whole file, and the next writer
+// goes on with it.
 TEST(SavedCopy, IsWholeAndGoesOn) {
   const TemporaryFolder folder;
   const fs::path file = folder / "a.h5", saved = folder / "saved.h5";
@@ -204,7 +210,8 @@ TEST(SavedCopy, IsWholeAndGoesOn) {
   {
     Hdf5Writer writer(file);
     writer.attribute("/", "name", std::string("x"));
-    for (int i = 0; i < 3; ++i) writer.write("/steps/" + std::to_string(i) + "/u", Vector(values * i));
+    for (int i = 0; i < 3; ++i)
+      writer.write("/steps/" + std::to_string(i) + "/u", Vector(values * i));
     writer.save_copy(saved);
     writer.write("/steps/3/u", values);
   }  // ended here, not committed

@@ -26,8 +26,8 @@ TEST(ChildProcess, TellsWhatCameBack) {
       "a.exo", [] { std::_Exit(3); }, 10));
 }
 
-// A hangup that nohup ignores, Ctrl-C that the parent notes: not the child's to heed. What kills it outright says nothing of the
-// file.
+// A hangup that nohup ignores, Ctrl-C that the parent notes: not the child's to heed. What kills it
+// outright says nothing of the file.
 TEST(ChildProcess, SignalsFromOutsideSayNothingOfTheFile) {
   for (const int number : {SIGTERM, SIGINT, SIGHUP})
     EXPECT_TRUE(survives_in_child(
@@ -37,7 +37,9 @@ TEST(ChildProcess, SignalsFromOutsideSayNothingOfTheFile) {
         "a.exo", [] { std::raise(SIGKILL); }, 10);
     ADD_FAILURE();
   } catch (const RunError& error) {
-    EXPECT_NE(std::string(error.what()).find("a.exo: reading it was stopped by signal 9"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("a.exo: reading it was stopped by signal 9"),
+              std::string::npos)
+        << error.what();
   }
 }
 

@@ -39,18 +39,22 @@ TEST(ContentHash, isTheSameForWhatDoesNotMatter) {
       {"block.msh", "renamed.msh"},
       {"block.h5", "elsewhere.h5"},
       {"[a, b]", "[b, a]"},
-      {"youngs_modulus: 1e9", "youngs_modulus: 2e9"},                                        // a material that is not used
-      {"youngs_modulus: 2e11", "youngs_modulus: 200000000000"},                              // the same number
-      {"    reduction", "    element: hex8-incompatible\n    mass: lumped\n    reduction"},  // the defaults
-      {"modes: 10", "modes: 10, pick: frequency, domains: 1, recovery: false, basis: craig-bampton"},
+      {"youngs_modulus: 1e9", "youngs_modulus: 2e9"},            // a material that is not used
+      {"youngs_modulus: 2e11", "youngs_modulus: 200000000000"},  // the same number
+      {"    reduction",
+       "    element: hex8-incompatible\n    mass: lumped\n    reduction"},  // the defaults
+      {"modes: 10",
+       "modes: 10, pick: frequency, domains: 1, recovery: false, basis: craig-bampton"},
       {"  block:\n", "  brick:\n"}};
-  for (const auto& [old, with] : same) EXPECT_EQ(hash_of(replaced(scene_text, old, with)), hash) << with;
+  for (const auto& [old, with] : same)
+    EXPECT_EQ(hash_of(replaced(scene_text, old, with)), hash) << with;
   std::string renamed = replaced(scene_text, "  steel:", "  iron:");
   EXPECT_EQ(hash_of(replaced(renamed, "material: steel", "material: iron")), hash);
 }
 
 TEST(ContentHash, differsForWhatMatters) {
-  std::set<std::string> hashes = {hash_of(scene_text), hash_of(scene_text, "mesh!"), hash_of(scene_text, "")};
+  std::set<std::string> hashes = {hash_of(scene_text), hash_of(scene_text, "mesh!"),
+                                  hash_of(scene_text, "")};
   const std::vector<std::pair<std::string, std::string>> different = {
       {"youngs_modulus: 2e11", "youngs_modulus: 200000000000.00003"},
       {"poissons_ratio: 0.3", "poissons_ratio: 0.29"},
@@ -89,21 +93,25 @@ TEST(ContentHash, needsTheMesh) {
 // The basis alone is enough, and means the same as its default written out.
 TEST(ContentHash, CharacteristicAloneKeepsEightyModes) {
   const std::string alone = replaced(scene_text, "modes: 10, ", "basis: characteristic, ");
-  EXPECT_EQ(hash_of(alone), hash_of(replaced(scene_text, "modes: 10, ", "basis: characteristic, modes: 80, ")));
+  EXPECT_EQ(hash_of(alone),
+            hash_of(replaced(scene_text, "modes: 10, ", "basis: characteristic, modes: 80, ")));
 }
 
-// A scene that is passed on means the same material to the last bit, whatever its axes were given as.
+// A scene that is passed on means the same material to the last bit, whatever its axes were given
+// as.
 TEST(ContentHash, OrthotropicMaterialsSurviveTheWayThroughAPipe) {
-  const std::string ply = replaced(scene_text, "youngs_modulus: 2e11, poissons_ratio: 0.3,",
-                                   "youngs_modulus: [14e10, 1e10, 9e9], poissons_ratio: [0.3, 0.4, 0.25], shear_modulus: [5e9, "
-                                   "3.5e9, 4.5e9], axes: [[1, 2, 0.3], [0.2, 1, 5]],");
+  const std::string ply = replaced(
+      scene_text, "youngs_modulus: 2e11, poissons_ratio: 0.3,",
+      "youngs_modulus: [14e10, 1e10, 9e9], poissons_ratio: [0.3, 0.4, 0.25], shear_modulus: [5e9, "
+      "3.5e9, 4.5e9], axes: [[1, 2, 0.3], [0.2, 1, 5]],");
   const TemporaryFolder folder;
   test::write_bytes(folder / "block.msh", "mesh");
   const Scene scene = test::read_text(folder, ply);
   std::ostringstream out;
   write_scene(scene, out);
   const Scene again = test::read_text(folder, out.str());
-  EXPECT_EQ(content_hash(scene, scene.components.at("block")), content_hash(again, again.components.at("block")));
+  EXPECT_EQ(content_hash(scene, scene.components.at("block")),
+            content_hash(again, again.components.at("block")));
   EXPECT_NE(hash_of(ply), hash_of(scene_text));
   EXPECT_NE(hash_of(ply), hash_of(replaced(ply, "4.5e9]", "4.4e9]")));
   EXPECT_NE(hash_of(ply), hash_of(replaced(ply, "[0.2, 1, 5]", "[0.2, 1, 4]")));
@@ -122,13 +130,17 @@ TEST(ContentHash, OrthotropicConstantsThatCannotBeAreRefused) {
     return std::string("not refused");
   };
   const std::string rest = ", shear_modulus: [5, 4, 5]";
-  EXPECT_NE(refusal("youngs_modulus: [9, 10, 140], poissons_ratio: [0.3, 0.4, 1.2]" + rest + ",").find("would give energy"),
+  EXPECT_NE(refusal("youngs_modulus: [9, 10, 140], poissons_ratio: [0.3, 0.4, 1.2]" + rest + ",")
+                .find("would give energy"),
             std::string::npos);
-  EXPECT_NE(refusal("youngs_modulus: [9, 10, -1], poissons_ratio: [0.3, 0.4, 0.2]" + rest + ",").find("not positive"),
+  EXPECT_NE(refusal("youngs_modulus: [9, 10, -1], poissons_ratio: [0.3, 0.4, 0.2]" + rest + ",")
+                .find("not positive"),
             std::string::npos);
   const std::string good = "youngs_modulus: [9, 10, 14], poissons_ratio: [0.3, 0.4, 0.2]";
-  EXPECT_NE(refusal(good + rest + ", axes: [[1, 0, 0], [2, 0, 0]],").find("zero or parallel"), std::string::npos);
-  EXPECT_NE(refusal(good + ", axes: [[1, 0, 0], [2, 0, 0]],").find("needs shear_modulus"), std::string::npos);
+  EXPECT_NE(refusal(good + rest + ", axes: [[1, 0, 0], [2, 0, 0]],").find("zero or parallel"),
+            std::string::npos);
+  EXPECT_NE(refusal(good + ", axes: [[1, 0, 0], [2, 0, 0]],").find("needs shear_modulus"),
+            std::string::npos);
   EXPECT_NE(refusal(good + rest + ",").find("not refused"), std::string::npos);
   EXPECT_NE(refusal(good + ",").find("need shear_modulus"), std::string::npos);
 }

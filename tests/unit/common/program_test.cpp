@@ -43,15 +43,24 @@ TEST(ProgramDeathTest, outcomeIsTheExitCode) {
   EXPECT_EXIT(run({}, nothing), ExitedWithCode(0), "^$");
   EXPECT_EXIT(run({}, [] { throw InputError("a.yaml:3: x: wrong"); }), ExitedWithCode(2),
               "^cbr-test: error: a.yaml:3: x: wrong\n$");
-  EXPECT_EXIT(run({}, [] { throw RunError("disk full"); }), ExitedWithCode(1), "^cbr-test: error: disk full\n$");
-  EXPECT_EXIT(run({}, [] { throw std::bad_alloc(); }), ExitedWithCode(1), "^cbr-test: error: out of memory");
-  EXPECT_EXIT(run({}, [] { throw std::logic_error("bug"); }), ExitedWithCode(1), "^cbr-test: error: unexpected: bug\n$");
+  EXPECT_EXIT(run({}, [] { throw RunError("disk full"); }), ExitedWithCode(1),
+              "^cbr-test: error: disk full\n$");
+  EXPECT_EXIT(run({}, [] { throw std::bad_alloc(); }), ExitedWithCode(1),
+              "^cbr-test: error: out of memory");
+  EXPECT_EXIT(run({}, [] { throw std::logic_error("bug"); }), ExitedWithCode(1),
+              "^cbr-test: error: unexpected: bug\n$");
   EXPECT_EXIT(run({}, [] { throw 5; }), ExitedWithCode(1), "^cbr-test: error: unexpected");
   // However long the value is that is wrong
-  EXPECT_EXIT(run({}, [] { throw InputError("a.yaml:3: '" + std::string(70000, 'y') + "' found: give a number"); }),
-              ExitedWithCode(2),
-              "^cbr-test: error: a.yaml:3: 'y{780,800} ... .68[0-9]+ bytes. ... y{700,800}' found: give a number\n$");
-  EXPECT_EXIT(run({}, [] { throw InputError("two\nlines\x1b[31m"); }), ExitedWithCode(2), "^cbr-test: error: two lines.\\[31m\n$");
+  EXPECT_EXIT(
+      run({},
+          [] {
+            throw InputError("a.yaml:3: '" + std::string(70000, 'y') + "' found: give a number");
+          }),
+      ExitedWithCode(2),
+      "^cbr-test: error: a.yaml:3: 'y{780,800} ... .68[0-9]+ bytes. ... y{700,800}' found: give a "
+      "number\n$");
+  EXPECT_EXIT(run({}, [] { throw InputError("two\nlines\x1b[31m"); }), ExitedWithCode(2),
+              "^cbr-test: error: two lines.\\[31m\n$");
 }
 
 TEST(ProgramDeathTest, usage) {
@@ -61,21 +70,27 @@ TEST(ProgramDeathTest, usage) {
   EXPECT_EXIT(run({"--mode", "3"}, must_not_run), ExitedWithCode(2),
               "unknown option '--mode', did you mean '--modes'\\?; cbr-test --help");
   EXPECT_EXIT(run({"--modes", ""}, must_not_run), ExitedWithCode(2),
-              "the argument after '--modes' is empty: is a variable of the shell not set\\? cbr-test --help");
-  EXPECT_EXIT(run({"--modes="}, must_not_run), ExitedWithCode(2), "what should follow '--modes=' is empty");
+              "the argument after '--modes' is empty: is a variable of the shell not set\\? "
+              "cbr-test --help");
+  EXPECT_EXIT(run({"--modes="}, must_not_run), ExitedWithCode(2),
+              "what should follow '--modes=' is empty");
   EXPECT_EXIT(run({""}, must_not_run), ExitedWithCode(2), "the first argument is empty");
-  EXPECT_EXIT(run({"--dept=3"}, must_not_run), ExitedWithCode(2), "unknown option '--dept', did you mean '--depth'\\?");
+  EXPECT_EXIT(run({"--dept=3"}, must_not_run), ExitedWithCode(2),
+              "unknown option '--dept', did you mean '--depth'\\?");
   EXPECT_EXIT(run({"word"}, must_not_run), ExitedWithCode(2), "not expected: word");
   EXPECT_EXIT(run({"--modes", "many"}, must_not_run), ExitedWithCode(2), "--modes");
   EXPECT_EXIT(run({"--modes"}, must_not_run), ExitedWithCode(2), "--modes");
   EXPECT_EXIT(run({"--quiet", "--verbose"}, must_not_run), ExitedWithCode(2), "--quiet");
   for (const char* threads : {"0", "-1", "two", "1.5", "99999999999"}) {
-    EXPECT_EXIT(run({"--threads", threads}, must_not_run), ExitedWithCode(2), "--threads.*whole number from 1") << threads;
+    EXPECT_EXIT(run({"--threads", threads}, must_not_run), ExitedWithCode(2),
+                "--threads.*whole number from 1")
+        << threads;
   }
 }
 
 TEST(ProgramDeathTest, threadsAreBounded) {
-  EXPECT_EXIT(run({"--threads", "1"}, [] { throw RunError("n = " + std::to_string(n_threads())); }), ExitedWithCode(1), "n = 1\n");
+  EXPECT_EXIT(run({"--threads", "1"}, [] { throw RunError("n = " + std::to_string(n_threads())); }),
+              ExitedWithCode(1), "n = 1\n");
   // More threads than a system starts ended the program without a message.
   set_threads(2000000000);
   EXPECT_LE(n_threads(), 1000);
@@ -88,7 +103,8 @@ TEST(ProgramDeathTest, standardOutputThatCannotBeWritten) {
     ::dup2(::open(file, O_WRONLY), STDOUT_FILENO);
     run({}, [] { std::cout << "a scene\n"; });
   };
-  EXPECT_EXIT(print_to("/dev/full"), ExitedWithCode(1), "standard output cannot be written: No space left");
+  EXPECT_EXIT(print_to("/dev/full"), ExitedWithCode(1),
+              "standard output cannot be written: No space left");
   EXPECT_EXIT(print_to("/dev/null"), ExitedWithCode(0), "^$");
   const auto print_to_nobody = [] {
     int ends[2];

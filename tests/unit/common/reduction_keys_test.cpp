@@ -20,7 +20,8 @@ TEST(ReductionKeys, AreAllInTheContract) {
   const std::string text = formats();
   ASSERT_FALSE(text.empty());
   for (const ReductionKey& key : reduction_keys()) {
-    const bool is_inside = key.key.starts_with("second_reduction.");  // {modes: N} or {cutoff_hz: F} of one row
+    // {modes: N} or {cutoff_hz: F} of one row
+    const bool is_inside = key.key.starts_with("second_reduction.");
     const std::string row = is_inside ? "second_reduction" : key.key;
     EXPECT_NE(text.find("`reduction." + row + "`"), std::string::npos) << key.key;
     if (!key.option.empty()) EXPECT_FALSE(key.help.empty()) << key.key;
@@ -48,7 +49,8 @@ TEST(ReductionKeys, EachHasAFieldOfItsOwn) {
           using Field = std::decay_t<decltype(field)>;
           if constexpr (std::is_same_v<Field, std::vector<std::string>>) {
             field = {"some"};
-          } else if constexpr (std::is_same_v<Field, std::optional<Index>> || std::is_same_v<Field, std::optional<double>>) {
+          } else if constexpr (std::is_same_v<Field, std::optional<Index>> ||
+                               std::is_same_v<Field, std::optional<double>>) {
             field = 7;
           } else if constexpr (std::is_same_v<Field, Index>) {
             field += 7;
@@ -60,7 +62,8 @@ TEST(ReductionKeys, EachHasAFieldOfItsOwn) {
         },
         changed.value);
     for (const ReductionKey& key : reduction_keys())
-      EXPECT_EQ(words_of(key, options) == words_of(key, plain), key.key != changed.key) << key.key << " by " << changed.key;
+      EXPECT_EQ(words_of(key, options) == words_of(key, plain), key.key != changed.key)
+          << key.key << " by " << changed.key;
   }
 }
 

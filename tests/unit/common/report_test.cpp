@@ -57,7 +57,8 @@ std::map<std::string, double> read_table(const std::filesystem::path& file) {
   std::map<std::string, double> table;
   while (std::getline(in, line)) {
     const auto comma = line.rfind(',');
-    EXPECT_TRUE(table.emplace(line.substr(0, comma), std::stod(line.substr(comma + 1))).second) << line;
+    EXPECT_TRUE(table.emplace(line.substr(0, comma), std::stod(line.substr(comma + 1))).second)
+        << line;
   }
   return table;
 }
@@ -88,7 +89,8 @@ TEST(Report, timingsGoToAFile) {
 
 TEST(Report, timingsThatCannotBeWrittenAreSaidAtTheStart) {
   const test::TemporaryFolder folder;
-  EXPECT_THROW(Report("cbr-test", Verbosity::quiet, folder / "missing" / "timings.csv"), InputError);
+  EXPECT_THROW(Report("cbr-test", Verbosity::quiet, folder / "missing" / "timings.csv"),
+               InputError);
 }
 
 TEST(Report, timingsReplaceNothingButTimings) {
@@ -100,7 +102,8 @@ TEST(Report, timingsReplaceNothingButTimings) {
   Report report("cbr-test", Verbosity::quiet, folder / "results.h5");
   test::write_bytes(folder / "results.h5", "results\n");  // of the run itself
   EXPECT_THROW(report.write_timings(), InputError);
-  EXPECT_EQ(test::bytes_of(folder / "results.h5") + test::bytes_of(scene), "results\nmaterials: {}\n");
+  EXPECT_EQ(test::bytes_of(folder / "results.h5") + test::bytes_of(scene),
+            "results\nmaterials: {}\n");
 }
 
 TEST(Report, timingsGoToNoPipeAndToNoDevice) {

@@ -105,7 +105,8 @@ TEST(Scene, everyKeyOfARunArrives) {
   EXPECT_TRUE(scene.output.stress[1].envelope);
   EXPECT_EQ(scene.sweep->to_hz, 2125);
   EXPECT_TRUE(scene.sweep->is_logarithmic);
-  EXPECT_EQ(scene.output.fields, (std::vector<std::string>{"displacement", "stress", "contact_pressure"}));
+  EXPECT_EQ(scene.output.fields,
+            (std::vector<std::string>{"displacement", "stress", "contact_pressure"}));
   EXPECT_EQ(scene.output.format, FieldFormat::exodus);
   EXPECT_EQ(scene.output.checkpoint->every, 2.5e-7);
   EXPECT_FALSE(scene.output.checkpoint->every_steps || scene.output.checkpoint->every_minutes);
@@ -114,10 +115,13 @@ TEST(Scene, everyKeyOfARunArrives) {
 
 TEST(Scene, checkpointsArrive) {
   const TemporaryFolder folder;
-  for (const std::string given : {"{every_steps: 500}", "{every_minutes: 0.5}", "{every: 1.0e-6}"}) {
-    const Scene scene = read_text(folder, replaced(full_scene, "{every: 2.5e-7, file: keep/impact.h5}", given));
+  for (const std::string given :
+       {"{every_steps: 500}", "{every_minutes: 0.5}", "{every: 1.0e-6}"}) {
+    const Scene scene =
+        read_text(folder, replaced(full_scene, "{every: 2.5e-7, file: keep/impact.h5}", given));
     EXPECT_EQ(scene.output.checkpoint->every_steps.value_or(0), given[7] == 's' ? 500 : 0) << given;
-    EXPECT_EQ(scene.output.checkpoint->every_minutes.value_or(0), given[7] == 'm' ? 0.5 : 0) << given;
+    EXPECT_EQ(scene.output.checkpoint->every_minutes.value_or(0), given[7] == 'm' ? 0.5 : 0)
+        << given;
     EXPECT_TRUE(scene.output.checkpoint->file.empty());
     EXPECT_EQ(written(read_text(folder, written(scene))), written(scene));
   }
@@ -143,7 +147,8 @@ TEST(Scene, wallsAndContactArrive) {
   EXPECT_TRUE(scene.walls[2].inside);
   EXPECT_EQ(scene.contact[0].formulation, Formulation::two_way);
   EXPECT_EQ(scene.contact[0].damping, 0.125);
-  EXPECT_EQ(scene.contact[2].first.text(), "left.contact");  // a wall is the second, wherever it stood
+  // a wall is the second, wherever it stood
+  EXPECT_EQ(scene.contact[2].first.text(), "left.contact");
   EXPECT_EQ(scene.contact[2].second.text(), "floor");
   EXPECT_TRUE(scene.contact[2].second.is_wall());
   EXPECT_EQ(scene.contact[2].friction, 0.375);
@@ -167,28 +172,32 @@ TEST(Scene, contactAllIsShortForAListOfIt) {
 TEST(Scene, directionsAreMadeUnitWhateverTheirLength) {
   const TemporaryFolder folder;
   for (const char* normal : {"[0, 0, 1e-320]", "[0, 0, 1e300]", "[0, 0, 1]"}) {
-    EXPECT_EQ(read_text(folder, replaced(full_scene, "[0, 3, 4]", normal)).walls[0].direction, Vector3(0, 0, 1)) << normal;
+    EXPECT_EQ(read_text(folder, replaced(full_scene, "[0, 3, 4]", normal)).walls[0].direction,
+              Vector3(0, 0, 1))
+        << normal;
   }
   std::mt19937_64 random(11);
   std::uniform_real_distribution<double> sign(-1, 1), exponent(-300, 300);
   for (int trial = 0; trial < 100; ++trial) {
     std::ostringstream normal;
-    normal << "[" << sign(random) << ", " << sign(random) << ", " << sign(random) * std::pow(10, trial % 2 ? exponent(random) : 0)
-           << "]";
+    normal << "[" << sign(random) << ", " << sign(random) << ", "
+           << sign(random) * std::pow(10, trial % 2 ? exponent(random) : 0) << "]";
     const Scene scene = read_text(folder, replaced(full_scene, "[0, 3, 4]", normal.str()));
     EXPECT_NEAR(scene.walls[0].direction.norm(), 1, 1e-15) << normal.str();
-    EXPECT_EQ(read_text(folder, written(scene)).walls[0].direction, scene.walls[0].direction) << normal.str();
+    EXPECT_EQ(read_text(folder, written(scene)).walls[0].direction, scene.walls[0].direction)
+        << normal.str();
   }
 }
 
 TEST(Scene, defaultsAreThoseOfTheContract) {
   const TemporaryFolder folder;
-  const Scene scene = read_text(folder,
-                                "materials: {m: {youngs_modulus: 1, poissons_ratio: 0, density: 1}}\n"
-                                "components: {a: {mesh: a.msh, material: m, reduction: {interface: [], modes: 0}}}\n"
-                                "instances: {i: {component: a}, j: {component: a, as: mesh}}\n"
-                                "contact: [{between: [i.s, j.s]}]\n"
-                                "time: {end: 1}\n");
+  const Scene scene = read_text(
+      folder,
+      "materials: {m: {youngs_modulus: 1, poissons_ratio: 0, density: 1}}\n"
+      "components: {a: {mesh: a.msh, material: m, reduction: {interface: [], modes: 0}}}\n"
+      "instances: {i: {component: a}, j: {component: a, as: mesh}}\n"
+      "contact: [{between: [i.s, j.s]}]\n"
+      "time: {end: 1}\n");
   EXPECT_EQ(scene.instances[0].as, InstanceKind::superelement);
   EXPECT_EQ(scene.contact[0].enforcement, Enforcement::impulse);
   EXPECT_EQ(scene.contact[0].friction, 0);
@@ -214,10 +223,12 @@ TEST(Scene, aThirdAsManyShapesAsModesWithinBounds) {
 
 TEST(Scene, anchorsAndMergeKeysAreFollowed) {
   const TemporaryFolder folder;
-  const Scene scene = read_text(folder,
-                                "materials:\n  m: &base {youngs_modulus: 1, poissons_ratio: 0, density: 1}\n"
-                                "  n: {<<: *base, density: 2}\n  o: {density: 3, <<: [{youngs_modulus: 7}, *base]}\n  p: *base\n"
-                                "components: {a: {mesh: a.msh, material: m}}\n");
+  const Scene scene =
+      read_text(folder,
+                "materials:\n  m: &base {youngs_modulus: 1, poissons_ratio: 0, density: 1}\n"
+                "  n: {<<: *base, density: 2}\n  o: {density: 3, <<: [{youngs_modulus: 7}, "
+                "*base]}\n  p: *base\n"
+                "components: {a: {mesh: a.msh, material: m}}\n");
   EXPECT_EQ(scene.materials.at("n").density, 2);
   EXPECT_EQ(scene.materials.at("n").youngs_modulus, 1);
   EXPECT_EQ(scene.materials.at("o").density, 3);
@@ -227,24 +238,63 @@ TEST(Scene, anchorsAndMergeKeysAreFollowed) {
 
 TEST(Scene, writtenAndReadIsTheSameScene) {
   const TemporaryFolder folder, elsewhere;
-  for (const auto& text :
-       {full_scene, replaced(full_scene, "step: 1.0e-8", "step: {cfl: 0.9}"), replaced(full_scene, "step: 1.0e-8, ", "")}) {
+  for (const auto& text : {full_scene, replaced(full_scene, "step: 1.0e-8", "step: {cfl: 0.9}"),
+                           replaced(full_scene, "step: 1.0e-8, ", "")}) {
     const std::string once = written(read_text(folder, text));
     EXPECT_EQ(written(read_text(elsewhere, once)), once);
   }
-  // What is written is what was read, too: the full scene says nothing by default, so every value stands in the text.
-  const std::string modes = replaced(full_scene, "second_reduction: {cutoff_hz: 1.5e6}", "second_reduction: {modes: 40}");
-  EXPECT_EQ(read_text(elsewhere, written(read_text(folder, modes))).components.at("plate").reduction->second_modes, 40);
+  // What is written is what was read, too: the full scene says nothing by default, so every value
+  // stands in the text.
+  const std::string modes =
+      replaced(full_scene, "second_reduction: {cutoff_hz: 1.5e6}", "second_reduction: {modes: 40}");
+  EXPECT_EQ(read_text(elsewhere, written(read_text(folder, modes)))
+                .components.at("plate")
+                .reduction->second_modes,
+            40);
   const std::string once = written(read_text(folder, full_scene));
-  for (const char* value :
-       {"5.17e+12",      "-0.25",          "hex8-hourglass", "consistent",       "\"two words\"",   "modes: 80",
-        "participation", "domains: 3",     "recovery: true", "cutoff_hz: 2e+06", "-20.5",           "mirror: x",
-        "3810",          "2.5e-10",        "[x, z]",         "6.9e+08",          "-9.81",           "penalty",
-        "nodal",         "friction: 0.25", "newmark",        "force: true",      "right.contact",   "stress",
-        "\"true\"",      "two-way",        "mortar",         "damping: 0.125",   "adjust: 1e-05",   "tied: true",
-        "inside: true",  "radius: 0.0015", "between: all",   "\"the ball\"",     "axis: [0, -1, 0]",
-        "left.root",     "elements: [3, 17]", "worst: 5",    "envelope: true",   "from_hz: 12.5",   "points: 57",
-        "spacing: log",  "modes: 43"}) {
+  for (const char* value : {"5.17e+12",
+                            "-0.25",
+                            "hex8-hourglass",
+                            "consistent",
+                            "\"two words\"",
+                            "modes: 80",
+                            "participation",
+                            "domains: 3",
+                            "recovery: true",
+                            "cutoff_hz: 2e+06",
+                            "-20.5",
+                            "mirror: x",
+                            "3810",
+                            "2.5e-10",
+                            "[x, z]",
+                            "6.9e+08",
+                            "-9.81",
+                            "penalty",
+                            "nodal",
+                            "friction: 0.25",
+                            "newmark",
+                            "force: true",
+                            "right.contact",
+                            "stress",
+                            "\"true\"",
+                            "two-way",
+                            "mortar",
+                            "damping: 0.125",
+                            "adjust: 1e-05",
+                            "tied: true",
+                            "inside: true",
+                            "radius: 0.0015",
+                            "between: all",
+                            "\"the ball\"",
+                            "axis: [0, -1, 0]",
+                            "left.root",
+                            "elements: [3, 17]",
+                            "worst: 5",
+                            "envelope: true",
+                            "from_hz: 12.5",
+                            "points: 57",
+                            "spacing: log",
+                            "modes: 43"}) {
     EXPECT_NE(once.find(value), std::string::npos) << value;
   }
 }
@@ -253,30 +303,39 @@ TEST(Scene, staticsPointsAndLinksArrive) {
   const TemporaryFolder folder, elsewhere;
   const std::string text =
       "materials: {m: {youngs_modulus: 1, poissons_ratio: 0, density: 1}}\n"
-      "components: {p: {mesh: p.msh, material: m, points: {tip: {surface: x_max, at: [1, 2, 3]}, base: {surface: x_min, "
+      "components: {p: {mesh: p.msh, material: m, points: {tip: {surface: x_max, at: [1, 2, 3]}, "
+      "base: {surface: x_min, "
       "coupling: rigid, mass: 2.5, inertia: [4, 5, 6, 1, 0, 0.5]}}}}\n"
       "instances: {a: {component: p}, b: {component: p}}\n"
-      "loads:\n  - {instance: a, point: tip, moment: [1, 0, 0]}\n  - {instance: a, point: base, force: [2, 0, 0]}\n"
-      "contact:\n  - {between: [a.u, b.u], pretension: {force: 7}}\n  - {between: [a.v, b.v], pretension: {shortening: 0.5}}\n"
+      "loads:\n  - {instance: a, point: tip, moment: [1, 0, 0]}\n  - {instance: a, point: base, "
+      "force: [2, 0, 0]}\n"
+      "contact:\n  - {between: [a.u, b.u], pretension: {force: 7}}\n  - {between: [a.v, b.v], "
+      "pretension: {shortening: 0.5}}\n"
       "  - {between: [a.w, b.w], overlap: resolve}\n"
-      "links:\n  - {between: [a.tip, b.base], fix: [x, rz], axes: [[0, 1, 0], [0, 0, 1]]}\n  - {between: [a.tip, ground]}\n"
-      "  - {between: [a.base, ground], stiffness: [7, 0, 0, 0, 0, 8], damping: [[0, 0, 0, 0, 0, 0], [0, 3, 0, 0, 1, 0], [0, 0, 0, "
+      "links:\n  - {between: [a.tip, b.base], fix: [x, rz], axes: [[0, 1, 0], [0, 0, 1]]}\n  - "
+      "{between: [a.tip, ground]}\n"
+      "  - {between: [a.base, ground], stiffness: [7, 0, 0, 0, 0, 8], damping: [[0, 0, 0, 0, 0, "
+      "0], [0, 3, 0, 0, 1, 0], [0, 0, 0, "
       "0, 0, 0], [0, 0, 0, 0, 0, 0], [0, 1, 0, 0, 4, 0], [0, 0, 0, 0, 0, 0]]}\n"
-      "walls:\n  w: {plane: {point: [0, 0, 0], normal: [0, 0, 1]}, velocity: [1, 2, 3], history: {time: [0, 5], value: [1, 0]}}\n"
+      "walls:\n  w: {plane: {point: [0, 0, 0], normal: [0, 0, 1]}, velocity: [1, 2, 3], history: "
+      "{time: [0, 5], value: [1, 0]}}\n"
       "time: {end: 1, static: true, preload: 3}\n";
   const Scene scene = read_text(folder, text);
   EXPECT_EQ(scene.components.at("p").points.at("tip").at, Vector3(1, 2, 3));
   EXPECT_TRUE(scene.loads[0].on_point && scene.loads[0].kind == Load::Kind::moment);
-  EXPECT_TRUE(scene.contact[0].tied && scene.contact[0].pretension_force == 7.0 && scene.contact[1].shortening == 0.5);
+  EXPECT_TRUE(scene.contact[0].tied && scene.contact[0].pretension_force == 7.0 &&
+              scene.contact[1].shortening == 0.5);
   EXPECT_TRUE(scene.contact[2].resolves_overlap);
   EXPECT_EQ(scene.links[0].fix, (std::array<bool, 6>{true, false, false, false, false, true}));
   EXPECT_EQ(scene.links[0].axes.row(2).transpose(), Vector3(1, 0, 0));
   EXPECT_TRUE(scene.links[1].second.is_wall() && scene.time->is_static);
   const Component::Point& base = scene.components.at("p").points.at("base");
-  EXPECT_TRUE(base.rigid && base.mass == 2.5 && base.inertia(0, 1) == 1 && base.inertia(1, 2) == 0 && base.inertia(2, 0) == 0.5);
+  EXPECT_TRUE(base.rigid && base.mass == 2.5 && base.inertia(0, 1) == 1 &&
+              base.inertia(1, 2) == 0 && base.inertia(2, 0) == 0.5);
   EXPECT_EQ(scene.links[2].fix, (std::array<bool, 6>{}));
   EXPECT_TRUE(scene.links[2].stiffness(5, 5) == 8 && scene.links[2].damping(4, 1) == 1);
-  EXPECT_TRUE(scene.walls[0].motion == SupportMotion::velocity && scene.walls[0].value == Vector3(1, 2, 3));
+  EXPECT_TRUE(scene.walls[0].motion == SupportMotion::velocity &&
+              scene.walls[0].value == Vector3(1, 2, 3));
   EXPECT_EQ(scene.walls[0].history.value, (std::vector<double>{1, 0}));
   EXPECT_EQ(preload_steps(scene), 3);
   EXPECT_EQ(written(read_text(elsewhere, written(scene))), written(scene));
@@ -288,7 +347,8 @@ TEST(Scene, staticsPointsAndLinksArrive) {
   refused("point: tip, moment", "surface: x_max, moment", "a moment acts on a point");
   refused("[a.tip, ground]", "[a.top, ground]", "which is no point");
   refused("at: [1, 2, 3]", "coupling: stiff", "average, rigid");
-  refused("pretension: {force: 7}", "pretension: {force: 7}, friction: 0.1", "tied surfaces do not slide");
+  refused("pretension: {force: 7}", "pretension: {force: 7}, friction: 0.1",
+          "tied surfaces do not slide");
 }
 
 TEST(Scene, aSuperelementAloneArrives) {
@@ -305,10 +365,13 @@ TEST(Scene, aSuperelementAloneArrives) {
   EXPECT_EQ(written(again), text);
   EXPECT_FALSE(again.components.at("part").has_mesh);
   // Two components may use one file, and stand beside others
-  EXPECT_EQ(refusal(folder, replaced(test::alone_scene, "instances:", "  twin: {superelement: parts/given.cbr.h5}\ninstances:")),
+  EXPECT_EQ(refusal(folder, replaced(test::alone_scene, "instances:",
+                                     "  twin: {superelement: parts/given.cbr.h5}\ninstances:")),
             "");
-  const std::string beside = replaced(full_scene, "  bare:", "  part: {superelement: given.cbr.h5}\n  bare:");
-  EXPECT_EQ(written(read_text(folder, written(read_text(folder, beside)))), written(read_text(folder, beside)));
+  const std::string beside =
+      replaced(full_scene, "  bare:", "  part: {superelement: given.cbr.h5}\n  bare:");
+  EXPECT_EQ(written(read_text(folder, written(read_text(folder, beside)))),
+            written(read_text(folder, beside)));
 }
 
 TEST(Scene, nothingStandsBesideASuperelementAlone) {
@@ -316,23 +379,29 @@ TEST(Scene, nothingStandsBesideASuperelementAlone) {
   const auto with = [&](const std::string& old, const std::string& text) {
     return refusal(folder, replaced(test::alone_scene, old, text));
   };
-  for (const std::string key : {"mesh: a.msh", "material: steel", "reduction: {interface: a, modes: 1}", "element: hex8",
-                                 "mass: lumped", "blocks: {a: {material: steel}}"}) {
+  for (const std::string key :
+       {"mesh: a.msh", "material: steel", "reduction: {interface: a, modes: 1}", "element: hex8",
+        "mass: lumped", "blocks: {a: {material: steel}}"}) {
     const std::string message = with("{superelement:", "{" + key + ", superelement:");
-    EXPECT_TRUE(message.starts_with("impact.yaml:2: components.part." + key.substr(0, key.find(':')) +
+    EXPECT_TRUE(message.starts_with("impact.yaml:2: components.part." +
+                                    key.substr(0, key.find(':')) +
                                     ": not allowed beside 'superelement'"))
         << message;
     EXPECT_NE(message.find("remove one of the two"), std::string::npos) << message;
     EXPECT_EQ(message.find('\n'), std::string::npos) << message;
   }
   const std::string as_mesh = with("component: part,", "component: part, as: mesh,");
-  EXPECT_TRUE(as_mesh.starts_with("impact.yaml:4: instances.left.as: component 'part' is a superelement file without a mesh"))
+  EXPECT_TRUE(as_mesh.starts_with(
+      "impact.yaml:4: instances.left.as: component 'part' is a superelement file without a mesh"))
       << as_mesh;
   EXPECT_NE(as_mesh.find("use as: superelement"), std::string::npos) << as_mesh;
-  const std::string replacing =
-      refusal(folder, replaced(full_scene, "  bare:", "  part: {superelement: ../out/block.h5}\n  bare:"));
-  EXPECT_NE(replacing.find("is also that of component 'block': give each a file of its own"), std::string::npos) << replacing;
-  const std::string no_materials = with("instances:", "  bare: {mesh: a.msh, material: steel}\ninstances:");
+  const std::string replacing = refusal(
+      folder, replaced(full_scene, "  bare:", "  part: {superelement: ../out/block.h5}\n  bare:"));
+  EXPECT_NE(replacing.find("is also that of component 'block': give each a file of its own"),
+            std::string::npos)
+      << replacing;
+  const std::string no_materials =
+      with("instances:", "  bare: {mesh: a.msh, material: steel}\ninstances:");
   EXPECT_NE(no_materials.find("missing key 'materials'"), std::string::npos) << no_materials;
 }
 
@@ -341,16 +410,22 @@ TEST(Scene, anyDoubleAndAnyNameSurviveWriting) {
   std::mt19937_64 random(7);
   std::uniform_real_distribution<double> exponent(-300, 300), sign(-1, 1);
   const std::vector<std::string> names = {
-      "null", "~",  "1e5", "a: b", "- x", "#c", "\"q\" \\ '", "\xc3\xa9l\xc3\xa9ment", " lead", "tab\there", "[x]", "{y}",
-      "*z",   "&z", "!t",  "%d",   "@e",  "`f", "on",         "multi\nline",           "a, b",  "|",         ">",   "?"};
+      "null",  "~",         "1e5",        "a: b",
+      "- x",   "#c",        "\"q\" \\ '", "\xc3\xa9l\xc3\xa9ment",
+      " lead", "tab\there", "[x]",        "{y}",
+      "*z",    "&z",        "!t",         "%d",
+      "@e",    "`f",        "on",         "multi\nline",
+      "a, b",  "|",         ">",          "?"};
   for (const auto& name : names) {
     Scene scene = read_text(folder, full_scene);
     scene.materials[name] = {std::pow(10, exponent(random)), 0.3, std::pow(10, exponent(random))};
     scene.components.at("block").blocks[name].material = name;
     scene.components.at("block").mesh = folder / name;
-    scene.instances[0].position = Vector3(sign(random), sign(random) * std::pow(10, exponent(random)), -0.0);
+    scene.instances[0].position =
+        Vector3(sign(random), sign(random) * std::pow(10, exponent(random)), -0.0);
     const Scene again = read_text(elsewhere, written(scene));
-    EXPECT_EQ(again.materials.at(name).youngs_modulus, scene.materials.at(name).youngs_modulus) << name;
+    EXPECT_EQ(again.materials.at(name).youngs_modulus, scene.materials.at(name).youngs_modulus)
+        << name;
     EXPECT_EQ(again.components.at("block").mesh, scene.components.at("block").mesh) << name;
     EXPECT_EQ(again.instances[0].position, scene.instances[0].position);
     EXPECT_EQ(written(again), written(scene));
@@ -366,7 +441,8 @@ TEST(Transformation, isMirrorThenRotationsAboutTheFixedAxes) {
     Vector3 scale = Vector3::Ones();
     if (*mirror) scale(*mirror - 'x') = -1;
     const Matrix3 expected = (Eigen::AngleAxisd(112 * degree, Vector3::UnitZ()) *
-                              Eigen::AngleAxisd(-47 * degree, Vector3::UnitY()) * Eigen::AngleAxisd(31 * degree, Vector3::UnitX()))
+                              Eigen::AngleAxisd(-47 * degree, Vector3::UnitY()) *
+                              Eigen::AngleAxisd(31 * degree, Vector3::UnitX()))
                                  .toRotationMatrix() *
                              scale.asDiagonal();
     const Matrix3 T = instance.transformation();
@@ -389,7 +465,8 @@ TEST(Transformation, isExactForRightAngles) {
 
 TEST(BlockProperties, followTheBlocksOfTheMesh) {
   const TemporaryFolder folder;
-  const Scene scene = read_text(folder, replaced(full_scene, "      \"true\": {element: hex8-hourglass}\n", ""));
+  const Scene scene =
+      read_text(folder, replaced(full_scene, "      \"true\": {element: hex8-hourglass}\n", ""));
   Mesh mesh;
   mesh.blocks.resize(3);
   mesh.blocks[0].name = "other", mesh.blocks[1].name = "core", mesh.blocks[2].name = "skin",
@@ -401,11 +478,14 @@ TEST(BlockProperties, followTheBlocksOfTheMesh) {
   EXPECT_EQ(properties[1].material.density, 0.1);
   EXPECT_EQ(properties[1].hex8, Hex8Formulation::full);
   // 'bare' gives a material to block 'all' only.
-  EXPECT_THROW(block_properties(scene, scene.components.at("bare"), mesh), InputError);  // the mesh has no block 'all'
+  // the mesh has no block 'all'
+  EXPECT_THROW(block_properties(scene, scene.components.at("bare"), mesh), InputError);
   mesh.blocks[0].name = "all";
-  EXPECT_THROW(block_properties(scene, scene.components.at("bare"), mesh), InputError);  // 'core' is a volume without a material
+  // 'core' is a volume without a material
+  EXPECT_THROW(block_properties(scene, scene.components.at("bare"), mesh), InputError);
   mesh.blocks.erase(mesh.blocks.begin() + 1);
-  EXPECT_EQ(block_properties(scene, scene.components.at("bare"), mesh).size(), 2u);  // 'skin' needs none
+  // 'skin' needs none
+  EXPECT_EQ(block_properties(scene, scene.components.at("bare"), mesh).size(), 2u);
 }
 
 // As in Exodus meshes without names.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A step of a superelement that stands takes no memory, and instances share what does not depend on where they are.
+// A step of a superelement that stands takes no memory, and instances share what does not depend on
+// where they are.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -19,7 +20,8 @@ std::atomic<long> n_allocations{0};
 
 }  // namespace
 
-// Eigen takes memory by malloc(), the library's containers by operator new: the linker sends both here (--wrap=malloc).
+// Eigen takes memory by malloc(), the library's containers by operator new: the linker sends both
+// here (--wrap=malloc).
 extern "C" {
 void* __real_malloc(std::size_t size);
 void* __wrap_malloc(std::size_t size) {
@@ -45,7 +47,8 @@ namespace {
 
 const test::Model& block() {
   static const test::Lattice body = test::lattice({4, 3, 3}, 0.1, 2e3, 0.5);
-  static const test::Model model = test::model(test::reduce(body, test::x_nodes(body, true, true), 12));
+  static const test::Model model =
+      test::model(test::reduce(body, test::x_nodes(body, true, true), 12));
   return model;
 }
 
@@ -61,7 +64,8 @@ struct Steps {
   Index whole, some;
   Points p, q, x, y;
 
-  Steps(Scheme scheme, bool loaded) : body("body", block().superelement, block().form, placed(0.7), scheme) {
+  Steps(Scheme scheme, bool loaded)
+      : body("body", block().superelement, block().form, placed(0.7), scheme) {
     std::vector<Index> nodes(static_cast<std::size_t>(body.n_nodes()));
     std::iota(nodes.begin(), nodes.end(), Index{0});
     whole = body.track(nodes);
@@ -126,7 +130,8 @@ TEST(SharedRows, InstancesOfAFormShareResponsesAndRows) {
   }
   // Schemes do not mix
   SuperelementBody exact("e", model.superelement, model.form, placed(0), Scheme::exact);
-  SuperelementBody central("c", model.superelement, model.form, placed(0), Scheme::central_difference);
+  SuperelementBody central("c", model.superelement, model.form, placed(0),
+                           Scheme::central_difference);
   const Index of_exact = exact.track(nodes), of_central = central.track(nodes);
   const double h = 1.2 / exact.largest_frequency();
   EXPECT_NE(exact.response(of_exact, h).block.get(), central.response(of_central, h).block.get());
@@ -142,7 +147,8 @@ TEST(SharedRows, ACopyOfAFormHasItsOwn) {
   EXPECT_EQ(of_copy->Vt(), 2 * of_original->Vt());
 }
 
-// Rows that follow each other in V are used where they are; others are copied. Both are the same rows.
+// Rows that follow each other in V are used where they are; others are copied. Both are the same
+// rows.
 TEST(SharedRows, AreThoseOfV) {
   const RowMatrix& V = block().form->V;
   const IndexTable row = displacement_rows(*block().superelement);
@@ -151,7 +157,9 @@ TEST(SharedRows, AreThoseOfV) {
     const bool in_place = rows.Vt().data() == V.row(row(nodes[0], 0)).data();
     EXPECT_EQ(in_place, nodes.size() == 3);
     for (std::size_t i = 0; i < nodes.size(); ++i)
-      for (int d = 0; d < 3; ++d) EXPECT_EQ(rows.Vt().col(3 * static_cast<Index>(i) + d), V.row(row(nodes[i], d)).transpose());
+      for (int d = 0; d < 3; ++d)
+        EXPECT_EQ(rows.Vt().col(3 * static_cast<Index>(i) + d),
+                  V.row(row(nodes[i], d)).transpose());
   }
 }
 

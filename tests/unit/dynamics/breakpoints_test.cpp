@@ -13,7 +13,8 @@ using Pieces = std::vector<std::tuple<double, double, bool>>;
 
 Pieces cut(const Breakpoints& breakpoints, double t, double h) {
   Pieces pieces;
-  breakpoints.cut(t, h, [&](double from, double to, bool whole) { pieces.emplace_back(from, to, whole); });
+  breakpoints.cut(
+      t, h, [&](double from, double to, bool whole) { pieces.emplace_back(from, to, whole); });
   return pieces;
 }
 

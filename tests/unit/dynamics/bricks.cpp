@@ -10,12 +10,14 @@ namespace cbr::test {
 Mesh brick(std::array<Index, 3> n, const Vector3& size) {
   Mesh mesh;
   mesh.coordinates.resize((n[0] + 1) * (n[1] + 1) * (n[2] + 1), 3);
-  const auto node = [&](Index i, Index j, Index k) { return i + (n[0] + 1) * (j + (n[1] + 1) * k); };
+  const auto node = [&](Index i, Index j, Index k) {
+    return i + (n[0] + 1) * (j + (n[1] + 1) * k);
+  };
   for (Index k = 0; k <= n[2]; ++k)
     for (Index j = 0; j <= n[1]; ++j)
       for (Index i = 0; i <= n[0]; ++i)
-        mesh.coordinates.row(node(i, j, k)) << size[0] * double(i) / double(n[0]), size[1] * double(j) / double(n[1]),
-            size[2] * double(k) / double(n[2]);
+        mesh.coordinates.row(node(i, j, k)) << size[0] * double(i) / double(n[0]),
+            size[1] * double(j) / double(n[1]), size[2] * double(k) / double(n[2]);
   for (Index i = 0; i < mesh.coordinates.rows(); ++i) mesh.node_ids.push_back(i + 1);
   Block block;
   block.name = "block", block.id = 1, block.type = ElementType::hex8;
@@ -25,12 +27,14 @@ Mesh brick(std::array<Index, 3> n, const Vector3& size) {
   for (Index k = 0; k < n[2]; ++k) {
     for (Index j = 0; j < n[1]; ++j) {
       for (Index i = 0; i < n[0]; ++i, ++e) {
-        block.connectivity.row(e) << node(i, j, k), node(i + 1, j, k), node(i + 1, j + 1, k), node(i, j + 1, k), node(i, j, k + 1),
-            node(i + 1, j, k + 1), node(i + 1, j + 1, k + 1), node(i, j + 1, k + 1);
+        block.connectivity.row(e) << node(i, j, k), node(i + 1, j, k), node(i + 1, j + 1, k),
+            node(i, j + 1, k), node(i, j, k + 1), node(i + 1, j, k + 1), node(i + 1, j + 1, k + 1),
+            node(i, j + 1, k + 1);
         block.element_ids.push_back(e + 1);
         if (i == 0) minimum.sides.push_back({0, e, 4});         // Exodus: side 4 is nodes 1 5 8 4
         if (i == n[0] - 1) maximum.sides.push_back({0, e, 2});  // side 2 is nodes 2 3 7 6
-        const std::array<bool, 6> outer{j == 0, i == n[0] - 1, j == n[1] - 1, i == 0, k == 0, k == n[2] - 1};
+        const std::array<bool, 6> outer{j == 0, i == n[0] - 1, j == n[1] - 1,
+                                        i == 0, k == 0,        k == n[2] - 1};
         for (int side = 1; side <= 6; ++side)
           if (outer[side - 1]) all.sides.push_back({0, e, side});
       }
@@ -41,7 +45,8 @@ Mesh brick(std::array<Index, 3> n, const Vector3& size) {
   return mesh;
 }
 
-Brick make_brick(std::array<Index, 3> n, const Vector3& size, const Material& material, MassKind mass) {
+Brick make_brick(std::array<Index, 3> n, const Vector3& size, const Material& material,
+                 MassKind mass) {
   Brick b;
   b.mesh = brick(n, size);
   b.fe = assemble(b.mesh, {{material, Hex8Formulation::incompatible}}, mass);
@@ -64,18 +69,23 @@ std::unique_ptr<Body> make_body(const std::string& name, const Part& part, Geome
   if (part.mesh) {
     geometry = b.geometry;
     return std::make_unique<MeshBody>(
-        name, std::make_shared<MeshModel>(mesh_model(b.fe, b.geometry.coordinates, part.mass == MassKind::lumped)), part.placement,
-        std::vector<HeldDirection>{}, std::make_shared<RowThreads>(1));
+        name,
+        std::make_shared<MeshModel>(
+            mesh_model(b.fe, b.geometry.coordinates, part.mass == MassKind::lumped)),
+        part.placement, std::vector<HeldDirection>{}, std::make_shared<RowThreads>(1));
   }
   const Lattice full = as_lattice(b, part.n);
-  const auto nodes = x_nodes(full, part.both_faces || part.face == "x_min", part.both_faces || part.face == "x_max");
+  const auto nodes = x_nodes(full, part.both_faces || part.face == "x_min",
+                             part.both_faces || part.face == "x_max");
   const Index interior = 3 * (full.mass.size() - static_cast<Index>(nodes.size()));
   const Model m = model(reduce(full, nodes, std::min(part.modes, interior)));
   geometry = geometry_of(*m.superelement);
-  return std::make_unique<SuperelementBody>(name, m.superelement, m.form, part.placement, part.scheme);
+  return std::make_unique<SuperelementBody>(name, m.superelement, m.form, part.placement,
+                                            part.scheme);
 }
 
-Simulation two_bodies(const Part& a, const Part& b, Enforcement enforcement, double end, double every, double share) {
+Simulation two_bodies(const Part& a, const Part& b, Enforcement enforcement, double end,
+                      double every, double share) {
   Simulation sim;
   sim.pairs.resize(1);
   sim.pairs[0].name = "a - b";
@@ -96,11 +106,14 @@ Simulation two_bodies(const Part& a, const Part& b, Enforcement enforcement, dou
     surface.faces = linear_faces(face).faces;
     for (Index k = 0; k < surface.faces.size(); ++k) {
       Index& node = surface.faces.data()[k];
-      node = std::lower_bound(contact.nodes.begin(), contact.nodes.end(), node) - contact.nodes.begin();
+      node = std::lower_bound(contact.nodes.begin(), contact.nodes.end(), node) -
+             contact.nodes.begin();
     }
     if (parts[i]->placement.T.determinant() < 0)
-      for (Index f = 0; f < surface.faces.rows(); ++f) std::swap(surface.faces(f, 1), surface.faces(f, 3));
-    for (std::size_t k = 0; k < contact.nodes.size(); ++k) surface.nodes.push_back(static_cast<Index>(k));
+      for (Index f = 0; f < surface.faces.rows(); ++f)
+        std::swap(surface.faces(f, 1), surface.faces(f, 3));
+    for (std::size_t k = 0; k < contact.nodes.size(); ++k)
+      surface.nodes.push_back(static_cast<Index>(k));
     fill_sizes(surface, sim.bodies[i]->reference_positions()(contact.nodes, Eigen::all));
     Monitor monitor;
     monitor.name = surface.name;
@@ -109,7 +122,8 @@ Simulation two_bodies(const Part& a, const Part& b, Enforcement enforcement, dou
     monitor.contact_slots = surface.nodes;
     sim.monitors.push_back(monitor);
     sim.contact_nodes.push_back(contact);
-    (i == 0 ? sim.pairs[0].slave : sim.pairs[0].master) = std::make_shared<const ContactSurface>(std::move(surface));
+    (i == 0 ? sim.pairs[0].slave : sim.pairs[0].master) =
+        std::make_shared<const ContactSurface>(std::move(surface));
     h = std::min(h, share * critical_step(*sim.bodies[i], true));
   }
   sim.plan = fit_steps(h, every, end);

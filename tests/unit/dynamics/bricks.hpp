@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Small hex meshes made by hand, their superelements, and simulations of two bodies that meet face to face.
+// Small hex meshes made by hand, their superelements, and simulations of two bodies that meet face
+// to face.
 #pragma once
 
 #include <array>
@@ -26,7 +27,8 @@ struct Brick {
   Geometry geometry;
 };
 
-Brick make_brick(std::array<Index, 3> n, const Vector3& size, const Material& material, MassKind mass = MassKind::lumped);
+Brick make_brick(std::array<Index, 3> n, const Vector3& size, const Material& material,
+                 MassKind mass = MassKind::lumped);
 
 Lattice as_lattice(const Brick& b, std::array<Index, 3> n);
 
@@ -46,9 +48,13 @@ struct Part {
 
 std::unique_ptr<Body> make_body(const std::string& name, const Part& part, Geometry& geometry);
 
-// Bodies a and b, their faces facing each other; the first is the slave. `h` of 0: the smaller critical step times `share`.
-Simulation two_bodies(const Part& a, const Part& b, Enforcement enforcement, double end, double every, double share = 0.9);
+// Bodies a and b, their faces facing each other; the first is the slave. `h` of 0: the smaller
+// critical step times `share`.
+Simulation two_bodies(const Part& a, const Part& b, Enforcement enforcement, double end,
+                      double every, double share = 0.9);
 
-inline Vector3 row(const Series3& series, std::size_t i) { return Eigen::Map<const Vector3>(series.values.data() + 3 * i); }
+inline Vector3 row(const Series3& series, std::size_t i) {
+  return Eigen::Map<const Vector3>(series.values.data() + 3 * i);
+}
 
 }  // namespace cbr::test

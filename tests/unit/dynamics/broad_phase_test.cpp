@@ -29,16 +29,20 @@ void expect_as_brute_force(const std::vector<Box>& queries, const std::vector<Bo
       for (std::size_t t = 0; t < targets.size(); ++t)
         if (queries[i].meets(targets[t])) expected.push_back(static_cast<Index>(t));
       const auto begin = grid.candidates.target.begin();
-      EXPECT_EQ(std::vector<Index>(begin + grid.candidates.first[i], begin + grid.candidates.first[i + 1]), expected);
+      EXPECT_EQ(std::vector<Index>(begin + grid.candidates.first[i],
+                                   begin + grid.candidates.first[i + 1]),
+                expected);
     }
   }
 }
 
 TEST(BroadPhase, FindsWhatBruteForceFinds) {
   std::mt19937 random(1);
-  for (const Vector3& spread : {Vector3(1, 1, 1), Vector3(1, 1, 0), Vector3(10, 0.1, 0), Vector3(0, 0, 0)}) {
+  for (const Vector3& spread :
+       {Vector3(1, 1, 1), Vector3(1, 1, 0), Vector3(10, 0.1, 0), Vector3(0, 0, 0)}) {
     for (const double size : {0.0, 0.05, 0.5, 3.0})
-      expect_as_brute_force(random_boxes(random, 80, spread, size), random_boxes(random, 120, spread, size));
+      expect_as_brute_force(random_boxes(random, 80, spread, size),
+                            random_boxes(random, 120, spread, size));
   }
 }
 
@@ -67,10 +71,12 @@ TEST(BroadPhase, NothingNearNothingFound) {
   expect_as_brute_force(far, {});
 }
 
-// What a run above the critical step makes of boxes before the loop sees that its energy is infinite
+// What a run above the critical step makes of boxes before the loop sees that its energy is
+// infinite
 TEST(BroadPhase, InfiniteBoxesAreNoCrash) {
   std::mt19937 random(5);
-  auto queries = random_boxes(random, 20, Vector3(1, 1, 1), 0.1), targets = random_boxes(random, 30, Vector3(1, 1, 1), 0.1);
+  auto queries = random_boxes(random, 20, Vector3(1, 1, 1), 0.1),
+       targets = random_boxes(random, 30, Vector3(1, 1, 1), 0.1);
   for (const double huge : {1.7e308, HUGE_VAL}) {
     queries[3] = targets[7] = {Vector3::Constant(-huge), Vector3::Constant(huge)};
     expect_as_brute_force(queries, targets);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Impulses of contact on a body that moves exactly: with the gain, what is pressed for long compresses as it should, at any step.
+// Impulses of contact on a body that moves exactly: with the gain, what is pressed for long
+// compresses as it should, at any step.
 #include "dynamics/motion/modal/contact_gain.hpp"
 
 #include <gtest/gtest.h>
@@ -19,7 +20,8 @@ const std::vector<Index>& pressed() {
 // Rows of the pressed nodes' dofs in V   (9 x n)
 Matrix rows_of(const Model& m) {
   Matrix V(9, m.form->omega.size());
-  for (Index i = 0; i < 9; ++i) V.row(i) = m.form->V.row(displacement_rows(*m.superelement)(pressed()[i / 3], i % 3));
+  for (Index i = 0; i < 9; ++i)
+    V.row(i) = m.form->V.row(displacement_rows(*m.superelement)(pressed()[i / 3], i % 3));
   return V;
 }
 
@@ -31,11 +33,13 @@ Points some_force() {
 // Displacements of the pressed nodes of a held body under a force that stays.
 Vector statics(const Model& m, const Points& force) {
   const Matrix V = rows_of(m);
-  return V * m.form->omega.cwiseAbs2().cwiseInverse().asDiagonal() * V.transpose() * Eigen::Map<const Vector>(force.data(), 9);
+  return V * m.form->omega.cwiseAbs2().cwiseInverse().asDiagonal() * V.transpose() *
+         Eigen::Map<const Vector>(force.data(), 9);
 }
 
-// Displacements of the pressed nodes at the end of steps in each of which `force` h acts as one impulse at its start, the force
-// raised so slowly (six times differentiable ramp over `steps`) that nothing swings.
+// Displacements of the pressed nodes at the end of steps in each of which `force` h acts as one
+// impulse at its start, the force raised so slowly (six times differentiable ramp over `steps`)
+// that nothing swings.
 Vector pressed_down(Body& body, Index set, const Points& force, double h, int steps) {
   for (int step = 0; step < steps; ++step) {
     const double s = double(step + 1) / steps, ramp = s * s * s * (10 - 15 * s + 6 * s * s);
@@ -91,7 +95,8 @@ TEST(ContactGain, OfScaledModesToo) {
   }
 }
 
-// W's block: V diag(2 (1 - cos omega h) / (omega^2 h)) V^T, what a constant force h does in one step.
+// W's block: V diag(2 (1 - cos omega h) / (omega^2 h)) V^T, what a constant force h does in one
+// step.
 TEST(ContactGain, ResponseIsThatOfAForceOverTheStep) {
   const Model m = model_of({});
   const Matrix V = rows_of(m);
@@ -104,7 +109,8 @@ TEST(ContactGain, ResponseIsThatOfAForceOverTheStep) {
   SuperelementBody body("body", m.superelement, m.form, Placement{}, Scheme::exact);
   const Index set = body.track(pressed());
   body.set_contact_step(h);
-  const Matrix expected = V * weight.asDiagonal() * V.transpose(), S = body.response(set, h).dense();
+  const Matrix expected = V * weight.asDiagonal() * V.transpose(),
+               S = body.response(set, h).dense();
   EXPECT_LT((S - expected).norm(), 1e-12 * expected.norm());
   // and it is what impulses do
   Points before, after;

@@ -28,10 +28,13 @@ TEST(ContactMethods, SweepsAndGradientsFindTheSameImpulses) {
     const Vector zero = Vector::Zero(press.g.size());
     for (const auto linear : {LinearSolver::factor, LinearSolver::krylov}) {
       ContactNewton newton;
-      const NewtonResult expected = newton.solve(problem, press.g, zero, press.g, linear, 30, 1e-12 * scale);
+      const NewtonResult expected =
+          newton.solve(problem, press.g, zero, press.g, linear, 30, 1e-12 * scale);
       ASSERT_TRUE(expected.converged);
       Vector p = zero, gap = press.g;
-      EXPECT_LT(projected_gradients(problem, press.g, scaled_norm(problem), 500, 1e-12 * scale, p, gap), 200);
+      EXPECT_LT(
+          projected_gradients(problem, press.g, scaled_norm(problem), 500, 1e-12 * scale, p, gap),
+          200);
       EXPECT_LT((p - expected.p).norm(), 1e-9 * expected.p.norm());
       p = zero, gap = press.g;
       BlockGaussSeidel(problem).sweep(problem, 5000, 1e-13 * scale, p, gap);
@@ -40,7 +43,8 @@ TEST(ContactMethods, SweepsAndGradientsFindTheSameImpulses) {
   }
 }
 
-// Points on a face that moves in polynomials, the higher the lighter: as singular as the response of an interface of few shapes.
+// Points on a face that moves in polynomials, the higher the lighter: as singular as the response
+// of an interface of few shapes.
 Matrix smooth_response(Index side, Index degree) {
   const Index m = side * side;
   Matrix G(m, (degree + 1) * (degree + 1));
@@ -50,7 +54,8 @@ Matrix smooth_response(Index side, Index degree) {
         const double x = 2.0 * static_cast<double>(i % side) / static_cast<double>(side - 1) - 1,
                      y = 2.0 * static_cast<double>(i / side) / static_cast<double>(side - 1) - 1;
         G(i, a * (degree + 1) + b) = std::cos(static_cast<double>(a) * std::acos(x)) *
-                                     std::cos(static_cast<double>(b) * std::acos(y)) / static_cast<double>(1 + a * a + b * b);
+                                     std::cos(static_cast<double>(b) * std::acos(y)) /
+                                     static_cast<double>(1 + a * a + b * b);
       }
   return G;
 }
@@ -61,9 +66,11 @@ TEST(ContactMethods, BasicImpulsesEndOnAnyResponse) {
   for (int trial = 0; trial < 40; ++trial) {
     const Index side = 5 + trial % 8, m = side * side;
     const Matrix G = smooth_response(side, trial % 5);
-    // A wall that is rough, over a face that comes closer by 1 on average; a constant motion opens all
+    // A wall that is rough, over a face that comes closer by 1 on average; a constant motion opens
+    // all
     Vector g = 0.1 * random_matrix(random, m, 1).array() - 1;
-    for (Index i = 0; trial % 2 == 1 && i < m; ++i) g[i] += 2 * G(i, std::min<Index>(1, G.cols() - 1));
+    for (Index i = 0; trial % 2 == 1 && i < m; ++i)
+      g[i] += 2 * G(i, std::min<Index>(1, G.cols() - 1));
     const GapResponse W = dense(G * G.transpose());
     const auto laws = all(m, ContactLaw::frictionless);
     const ContactProblem problem = contact_problem(W, laws);
@@ -71,13 +78,15 @@ TEST(ContactMethods, BasicImpulsesEndOnAnyResponse) {
     const BasicImpulses basic = basic_impulses(problem, g, 1e-11 * scale);
     EXPECT_TRUE(basic.found) << trial;
     n_singular += basic.singular;
-    EXPECT_LT(law_violations(problem, basic.p, basic.gap).lpNorm<Eigen::Infinity>(), 2e-10 * scale) << trial;
+    EXPECT_LT(law_violations(problem, basic.p, basic.gap).lpNorm<Eigen::Infinity>(), 2e-10 * scale)
+        << trial;
     EXPECT_LT(basic.steps, 3 * m);
     EXPECT_GE(basic.p.minCoeff(), 0);
     ContactSolver solver(W, laws);
     const ContactSolution solution = solver.solve(g, Vector());
     EXPECT_LT(solution.residual, 1e-9) << trial;
-    EXPECT_LT((solution.gap - basic.gap).lpNorm<Eigen::Infinity>(), 1e-8 * scale) << trial;  // the motion is unique
+    // the motion is unique
+    EXPECT_LT((solution.gap - basic.gap).lpNorm<Eigen::Infinity>(), 1e-8 * scale) << trial;
   }
   EXPECT_GE(n_singular, 30);  // but where the wall is out of reach, or no coarser than the motions
 }
@@ -96,8 +105,10 @@ TEST(ContactMethods, GradientsDescendOnASingularResponse) {
   for (int trial = 0; trial < 50; ++trial) {
     const Index m = 60, rank = 10 + trial % 20;
     const Matrix G = random_matrix(random, m, rank);
-    const Vector y = random_matrix(random, rank, 1), g = Vector(random_matrix(random, m, 1)).cwiseAbs() - G * y;
-    const ContactProblem problem = contact_problem(dense(G * G.transpose()), all(m, ContactLaw::frictionless));
+    const Vector y = random_matrix(random, rank, 1),
+                 g = Vector(random_matrix(random, m, 1)).cwiseAbs() - G * y;
+    const ContactProblem problem =
+        contact_problem(dense(G * G.transpose()), all(m, ContactLaw::frictionless));
     Vector p = Vector::Zero(m), gap = g;
     const double scale = g.lpNorm<Eigen::Infinity>();
     projected_gradients(problem, g, scaled_norm(problem), 3000, 1e-11 * scale, p, gap);

@@ -24,17 +24,25 @@ GapResponse sparse(SparseMatrix W) {
   return response;
 }
 
-std::vector<PointLaw> all(Index n, ContactLaw law, double friction) { return std::vector<PointLaw>(n, PointLaw{law, friction}); }
+std::vector<PointLaw> all(Index n, ContactLaw law, double friction) {
+  return std::vector<PointLaw>(n, PointLaw{law, friction});
+}
 
-Verdict judge(const GapResponse& W, const std::vector<PointLaw>& laws, const Vector& g, const ContactSolution& s) {
+Verdict judge(const GapResponse& W, const std::vector<PointLaw>& laws, const Vector& g,
+              const ContactSolution& s) {
   Verdict v;
-  const double length = std::max(1e-300, g.lpNorm<Eigen::Infinity>()), force = std::max(1e-300, s.p.lpNorm<Eigen::Infinity>());
-  const auto blame = [&](double violation) { v.law = std::max(v.law, std::isfinite(violation) ? violation : 1e300); };
+  const double length = std::max(1e-300, g.lpNorm<Eigen::Infinity>()),
+               force = std::max(1e-300, s.p.lpNorm<Eigen::Infinity>());
+  const auto blame = [&](double violation) {
+    v.law = std::max(v.law, std::isfinite(violation) ? violation : 1e300);
+  };
   v.gap = (s.gap - g - apply(W, s.p)).lpNorm<Eigen::Infinity>() / length;
   Index row = 0;
   for (const PointLaw& law : laws) {
-    const Vector3 p = law.law == ContactLaw::frictionless ? Vector3(s.p[row], 0, 0) : Vector3(s.p.segment<3>(row));
-    const Vector3 gap = law.law == ContactLaw::frictionless ? Vector3(s.gap[row], 0, 0) : Vector3(s.gap.segment<3>(row));
+    const Vector3 p = law.law == ContactLaw::frictionless ? Vector3(s.p[row], 0, 0)
+                                                          : Vector3(s.p.segment<3>(row));
+    const Vector3 gap = law.law == ContactLaw::frictionless ? Vector3(s.gap[row], 0, 0)
+                                                            : Vector3(s.gap.segment<3>(row));
     row += n_rows(law.law);
     if (law.law == ContactLaw::tied) {
       blame(gap.norm() / length);
@@ -43,7 +51,8 @@ Verdict judge(const GapResponse& W, const std::vector<PointLaw>& laws, const Vec
     blame(-gap[0] / length), blame(-p[0] / force);
     blame(std::min(std::abs(gap[0]) / length, std::abs(p[0]) / force));
     if (law.law == ContactLaw::frictionless) continue;
-    const double limit = law.friction * std::max(0.0, p[0]), pull = p.tail<2>().norm(), slip = gap.tail<2>().norm();
+    const double limit = law.friction * std::max(0.0, p[0]), pull = p.tail<2>().norm(),
+                 slip = gap.tail<2>().norm();
     blame((pull - limit) / force);
     if (p[0] <= 1e-9 * force) {
       ++v.open;
@@ -61,7 +70,8 @@ Verdict judge(const GapResponse& W, const std::vector<PointLaw>& laws, const Vec
 
 Matrix3 mixing(double x, double y) {
   Matrix3 T = Matrix3::Identity();
-  T(0, 1) = 0.2 * std::sin(0.3 * x), T(1, 2) = 0.2 * std::cos(0.4 * y), T(2, 0) = 0.15 * std::sin(0.2 * (x + y));
+  T(0, 1) = 0.2 * std::sin(0.3 * x), T(1, 2) = 0.2 * std::cos(0.4 * y),
+       T(2, 0) = 0.15 * std::sin(0.2 * (x + y));
   return T;
 }
 
@@ -84,7 +94,8 @@ Press dense_press(Index n, ContactLaw law, double friction, bool soft, double ra
   for (Index j = 0; j < n * n; ++j) {
     const double xj = static_cast<double>(j % n), yj = static_cast<double>(j / n);
     for (Index i = 0; i < n * n; ++i) {
-      const double xi = static_cast<double>(i % n), yi = static_cast<double>(i / n), distance = std::hypot(xi - xj, yi - yj);
+      const double xi = static_cast<double>(i % n), yi = static_cast<double>(i / n),
+                   distance = std::hypot(xi - xj, yi - yj);
       const double k = soft ? 1 / std::sqrt(distance * distance + 0.3) : std::exp(-distance);
       press.W.dense.block(i * rows, j * rows, rows, rows) =
           k * (mixing(xi, yi) * mixing(xj, yj).transpose()).topLeftCorner(rows, rows);

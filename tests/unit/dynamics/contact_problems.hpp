@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Problems of contact impulses for tests and benchmarks, and a judge of their solutions that shares no code with the solver.
+// Problems of contact impulses for tests and benchmarks, and a judge of their solutions that shares
+// no code with the solver.
 #pragma once
 
 #include <random>
@@ -18,33 +19,38 @@ GapResponse sparse(SparseMatrix W);
 std::vector<PointLaw> all(Index n, ContactLaw law, double friction = 0);
 
 struct Verdict {
-  double law = 0;  // largest violation, lengths as a share of |g|, impulses as a share of the largest
+  // largest violation, lengths as a share of |g|, impulses as a share of the largest
+  double law = 0;
   double gap = 0;  // |gap - (g + W p)| as a share of |g|
   Index open = 0, stick = 0, slide = 0;
 };
 
-// Each law in its own words; a point slides when its tangential impulse is within 1e-9 of the cone's edge.
-Verdict judge(const GapResponse& W, const std::vector<PointLaw>& laws, const Vector& g, const ContactSolution& s);
+// Each law in its own words; a point slides when its tangential impulse is within 1e-9 of the
+// cone's edge.
+Verdict judge(const GapResponse& W, const std::vector<PointLaw>& laws, const Vector& g,
+              const ContactSolution& s);
 
-// A press of n x n points, spacing 1, of one law: W, and the gaps of a ball that a uniform and a turning slip drags along.
+// A press of n x n points, spacing 1, of one law: W, and the gaps of a ball that a uniform and a
+// turning slip drags along.
 struct Press {
   GapResponse W;
   std::vector<PointLaw> laws;
   Vector g;
 };
 
-// Blocks T_i T_j^T k(distance), T_i = I + a small smooth part: positive definite, normal and tangential rows coupled.
+// Blocks T_i T_j^T k(distance), T_i = I + a small smooth part: positive definite, normal and
+// tangential rows coupled.
 Matrix3 mixing(double x, double y);
 
 // Gaps of a ball; `radius`: of the circle where it is under the surface, as a share of the side.
 Vector ball_gaps(Index n, ContactLaw law, double radius);
 
-// Every point answers to every other: `soft` as the half-space under a static load (condition of the order of n), else as one under
-// a short step, exp(-distance).
+// Every point answers to every other: `soft` as the half-space under a static load (condition of
+// the order of n), else as one under a short step, exp(-distance).
 Press dense_press(Index n, ContactLaw law, double friction, bool soft, double radius = 0.6);
 
-// Lumped meshes: each point lies in a face of a master grid of n + 1 x n + 1 nodes. W = 1/m_s I + N M^-1 N^T, N bilinear, three
-// directions mixed by T_i.
+// Lumped meshes: each point lies in a face of a master grid of n + 1 x n + 1 nodes. W = 1/m_s I + N
+// M^-1 N^T, N bilinear, three directions mixed by T_i.
 Press sparse_press(Index n, ContactLaw law, double friction, double radius = 0.6);
 
 }  // namespace cbr::test

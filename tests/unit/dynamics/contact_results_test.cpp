@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a run says of contact: resultant, area, centre and nodal pressure against each other and against the bodies' motion.
+// What a run says of contact: resultant, area, centre and nodal pressure against each other and
+// against the bodies' motion.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -20,33 +21,41 @@ class ContactResults : public ::testing::Test {
     folder_.add("finer.msh", test::block_mesh({.n = {4, 5, 4}, .size = Vector3(1, 0.5, 0.75)}));
   }
 
-  static std::string scene(const std::string& kind, const std::string& instances, const std::string& contact, double nu = 0) {
+  static std::string scene(const std::string& kind, const std::string& instances,
+                           const std::string& contact, double nu = 0) {
     return "materials: {m: {youngs_modulus: 100, poissons_ratio: " + test::text(nu) +
            ", density: 1}}\n"
            "components:\n  bar: {mesh: bar.msh, material: m" +
-           (kind == "superelement" ? ", reduction: {interface: [x_min, x_max], modes: 20}" : std::string()) +
+           (kind == "superelement" ? ", reduction: {interface: [x_min, x_max], modes: 20}"
+                                   : std::string()) +
            "}\n"
            "  finer: {mesh: finer.msh, material: m}\n"
            "instances: {" +
-           instances + "}\nwalls: {end: {plane: {point: [2.001, 0, 0], normal: [-1, 0, 0]}}}\ncontact: " + contact +
-           "\ntime: {end: 0.5}\noutput: {every: 0.02, history: [a.x_max], fields: [contact_pressure]}\n";
+           instances +
+           "}\nwalls: {end: {plane: {point: [2.001, 0, 0], normal: [-1, 0, 0]}}}\ncontact: " +
+           contact +
+           "\ntime: {end: 0.5}\noutput: {every: 0.02, history: [a.x_max], fields: "
+           "[contact_pressure]}\n";
   }
 
   test::SceneFolder folder_;
 };
 
-const std::string head_on = "a: {component: bar, velocity: [0.01, 0, 0]}, b: {component: bar, position: [1.001, 0, 0]}";
+const std::string head_on =
+    "a: {component: bar, velocity: [0.01, 0, 0]}, b: {component: bar, position: [1.001, 0, 0]}";
 
-// nu = 0: the bars' faces stay plane, and their pressure is the same all over, on edges and corners too. Not with penalty, whose
-// springs are alike on edges and within: there, pressure times area adds up to the force.
+// nu = 0: the bars' faces stay plane, and their pressure is the same all over, on edges and corners
+// too. Not with penalty, whose springs are alike on edges and within: there, pressure times area
+// adds up to the force.
 TEST_F(ContactResults, PressureIsForceOverAreaWhereBarsMeet) {
   struct Case {
     const char *kind, *contact;
   };
-  for (const Case& its : {Case{"mesh", "[{between: [a.x_max, b.x_min]}]"}, Case{"mesh", "all"},
-                          Case{"superelement", "[{between: [b.x_min, a.x_max]}]"}, Case{"superelement", "all"},
-                          Case{"mesh", "[{between: [a.x_max, b.x_min], enforcement: penalty}]"},
-                          Case{"mesh", "[{between: [end, b.x_max], adjust: 0.01}, {between: [a.x_max, b.x_min]}]"}}) {
+  for (const Case& its :
+       {Case{"mesh", "[{between: [a.x_max, b.x_min]}]"}, Case{"mesh", "all"},
+        Case{"superelement", "[{between: [b.x_min, a.x_max]}]"}, Case{"superelement", "all"},
+        Case{"mesh", "[{between: [a.x_max, b.x_min], enforcement: penalty}]"},
+        Case{"mesh", "[{between: [end, b.x_max], adjust: 0.01}, {between: [a.x_max, b.x_min]}]"}}) {
     SCOPED_TRACE(std::string(its.kind) + " " + its.contact);
     const bool is_penalty = std::string(its.contact).find("penalty") != std::string::npos;
     test::Ran ran = folder_.prepare(scene(its.kind, head_on, its.contact));
@@ -68,8 +77,10 @@ TEST_F(ContactResults, PressureIsForceOverAreaWhereBarsMeet) {
           double expected = 0;
           for (std::size_t p = 0; p < result.pairs.size(); ++p) {
             const double met = sim.pairs[p].wall ? 2.001 : c == 0 ? 1 : 1.001;
-            const bool takes_part = !sim.pairs[p].wall || sim.pairs[p].slave->body == static_cast<Index>(c);
-            if (takes_part && std::abs(x - met) < 1e-9) expected += std::abs(at(result.pairs[p].force, i)[0]) / area;
+            const bool takes_part =
+                !sim.pairs[p].wall || sim.pairs[p].slave->body == static_cast<Index>(c);
+            if (takes_part && std::abs(x - met) < 1e-9)
+              expected += std::abs(at(result.pairs[p].force, i)[0]) / area;
           }
           largest = std::max(largest, expected);
           if (!is_penalty) {
@@ -83,7 +94,8 @@ TEST_F(ContactResults, PressureIsForceOverAreaWhereBarsMeet) {
     }
     // rho c v / 2 when a bar hits a bar, rho c v when the second hits the wall
     for (const ContactPair& pair : sim.pairs)
-      EXPECT_NEAR(pair.seen().largest_area, pair.name == "a.all - end" ? 0 : area, 1e-6) << pair.name;  // of joined surfaces too
+      EXPECT_NEAR(pair.seen().largest_area, pair.name == "a.all - end" ? 0 : area, 1e-6)
+          << pair.name;  // of joined surfaces too
     EXPECT_NEAR(largest, (sim.pairs.size() > 1 ? 1 : 0.5) * 10 * 0.01, 0.02);
   }
 }
@@ -93,14 +105,18 @@ TEST_F(ContactResults, ResultantsChangeTheMotion) {
       "a: {component: bar, velocity: [0.01, 0, 0]}, "
       "b: {component: finer, as: mesh, position: [1.0002, 0.2, 0.3]}";
   for (const std::string kind : {"mesh", "superelement"}) {
-    for (const char* contact : {"[{between: [a.x_max, b.x_min]}]", "[{between: [b.x_min, a.x_max]}]", "all"}) {
+    for (const char* contact :
+         {"[{between: [a.x_max, b.x_min]}]", "[{between: [b.x_min, a.x_max]}]", "all"}) {
       SCOPED_TRACE(kind + " " + contact);
       const test::Ran ran = folder_.run(scene(kind, apart, contact, 0.3));
       const RunResult::OfPair& pair = ran.result.pairs.at(0);
-      const double side = ran.built.simulation.pairs[0].name.front() == 'a' ? 1 : -1;  // force is that on the first named
-      const Vector3 change = at(ran.body("a").momentum, ran.result.time.size() - 1) - at(ran.body("a").momentum, 0);
+      // force is that on the first named
+      const double side = ran.built.simulation.pairs[0].name.front() == 'a' ? 1 : -1;
+      const Vector3 change =
+          at(ran.body("a").momentum, ran.result.time.size() - 1) - at(ran.body("a").momentum, 0);
       EXPECT_LT(change[0], -1e-4);
-      EXPECT_LT((side * test::integral(ran.result, pair.force) - change).norm(), 1e-12 * change.norm());
+      EXPECT_LT((side * test::integral(ran.result, pair.force) - change).norm(),
+                1e-12 * change.norm());
       Vector3 twist = Vector3::Zero();
       for (std::size_t i = 1; i < ran.result.time.size(); ++i) {
         const double dt = ran.result.time[i] - ran.result.time[i - 1];
@@ -110,10 +126,12 @@ TEST_F(ContactResults, ResultantsChangeTheMotion) {
           EXPECT_EQ(x.norm(), 0);
           continue;
         }
-        EXPECT_TRUE(x[1] > 0.19 && x[1] < 0.51 && x[2] > 0.29 && x[2] < 0.76) << x.transpose();  // where the faces overlap
+        // where the faces overlap
+        EXPECT_TRUE(x[1] > 0.19 && x[1] < 0.51 && x[2] > 0.29 && x[2] < 0.76) << x.transpose();
       }
       // Equal but for the tilt of the faces' normals
-      const Vector3 turned = at(ran.body("a").angular_momentum, ran.result.time.size() - 1) - at(ran.body("a").angular_momentum, 0);
+      const Vector3 turned = at(ran.body("a").angular_momentum, ran.result.time.size() - 1) -
+                             at(ran.body("a").angular_momentum, 0);
       EXPECT_LT((twist - turned).norm(), 0.01 * turned.norm());
       EXPECT_GT(*std::max_element(pair.area.begin(), pair.area.end()), 0.5 * 0.3 * 0.45);
       EXPECT_LE(ran.built.simulation.pairs[0].seen().largest_area, area);
@@ -123,10 +141,13 @@ TEST_F(ContactResults, ResultantsChangeTheMotion) {
 
 TEST_F(ContactResults, AWallTakesWhatTheBodyLoses) {
   const test::Ran ran = folder_.run(
-      scene("superelement", "a: {component: bar, position: [1, 0, 0], velocity: [0.01, 0, 0]}", "[{between: [end, a.x_max]}]"));
-  const Vector3 change = at(ran.body("a").momentum, ran.result.time.size() - 1) - at(ran.body("a").momentum, 0);
+      scene("superelement", "a: {component: bar, position: [1, 0, 0], velocity: [0.01, 0, 0]}",
+            "[{between: [end, a.x_max]}]"));
+  const Vector3 change =
+      at(ran.body("a").momentum, ran.result.time.size() - 1) - at(ran.body("a").momentum, 0);
   EXPECT_LT(change[0], -1.8 * area * 0.01);  // it comes back
-  EXPECT_LT((test::integral(ran.result, ran.result.pairs[0].force) - change).norm(), 1e-12 * change.norm());
+  EXPECT_LT((test::integral(ran.result, ran.result.pairs[0].force) - change).norm(),
+            1e-12 * change.norm());
   EXPECT_EQ(ran.built.simulation.pairs[0].name, "a.x_max - end");
 }
 

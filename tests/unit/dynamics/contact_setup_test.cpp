@@ -44,7 +44,8 @@ Mesh boxed_brick(std::array<Index, 3> n, const Vector3& size) {
 class ContactSetup : public ::testing::Test {
  protected:
   void SetUp() override {
-    folder_ = std::filesystem::temp_directory_path() / ("cbr-contact-test-" + std::to_string(::getpid()));
+    folder_ =
+        std::filesystem::temp_directory_path() / ("cbr-contact-test-" + std::to_string(::getpid()));
     std::filesystem::create_directories(folder_);
     write_mesh(boxed_brick({3, 2, 2}, Vector3(1.5, 1, 1)), folder_ / "coarse.msh");
     write_mesh(boxed_brick({4, 4, 4}, Vector3(1, 1, 1)), folder_ / "fine.msh");
@@ -54,29 +55,34 @@ class ContactSetup : public ::testing::Test {
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
 
-  std::string scene(const std::string& contact, const std::string& instances, const std::string& walls = "") const {
+  std::string scene(const std::string& contact, const std::string& instances,
+                    const std::string& walls = "") const {
     const std::filesystem::path file = folder_ / "scene.yaml";
-    std::ofstream(file) << "materials: {m: {youngs_modulus: 100, poissons_ratio: 0.25, density: 1}}\n"
-                           "components:\n"
-                        << "  coarse: {mesh: coarse.msh, material: m}\n  fine: {mesh: fine.msh, material: m}\n"
-                        << "  bare: {mesh: bare.msh, material: m}\n"
-                        << "instances: {" << instances << "}\n"
-                        << walls << "contact: " << contact << "\ntime: {end: 1}\n";
+    std::ofstream(file)
+        << "materials: {m: {youngs_modulus: 100, poissons_ratio: 0.25, density: 1}}\n"
+           "components:\n"
+        << "  coarse: {mesh: coarse.msh, material: m}\n  fine: {mesh: fine.msh, material: m}\n"
+        << "  bare: {mesh: bare.msh, material: m}\n"
+        << "instances: {" << instances << "}\n"
+        << walls << "contact: " << contact << "\ntime: {end: 1}\n";
     return file.string();
   }
 
-  BuiltScene built(const std::string& contact, const std::string& instances, const std::string& walls = "") const {
+  BuiltScene built(const std::string& contact, const std::string& instances,
+                   const std::string& walls = "") const {
     Report report("test", Verbosity::quiet);
     return build(read_scene(scene(contact, instances, walls)), report);
   }
 
-  void expect_refused(const std::string& contact, const std::string& instances, const std::string& part) const {
+  void expect_refused(const std::string& contact, const std::string& instances,
+                      const std::string& part) const {
     try {
       built(contact, instances);
       ADD_FAILURE() << "accepted: " << contact;
     } catch (const InputError& error) {
       EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
-      EXPECT_NE(std::string(error.what()).find("scene.yaml:7: "), std::string::npos) << error.what();
+      EXPECT_NE(std::string(error.what()).find("scene.yaml:7: "), std::string::npos)
+          << error.what();
     }
   }
 
@@ -99,7 +105,8 @@ const std::string two_walls =
 // Sum of area vectors, and volume by the divergence theorem.
 std::pair<Vector3, double> area_and_volume(const BuiltScene& built, const ContactSurface& surface) {
   const ContactNodes& contact = built.simulation.contact_nodes[surface.body];
-  const Points X = built.simulation.bodies[contact.body]->reference_positions()(contact.nodes, Eigen::all);
+  const Points X =
+      built.simulation.bodies[contact.body]->reference_positions()(contact.nodes, Eigen::all);
   Vector3 area = Vector3::Zero();
   double volume = 0;
   for (Index f = 0; f < surface.faces.rows(); ++f) {
@@ -113,7 +120,8 @@ std::pair<Vector3, double> area_and_volume(const BuiltScene& built, const Contac
 
 TEST_F(ContactSetup, allJoinsTheSurfacesOfEveryInstanceAndMeetsEveryOther) {
   const BuiltScene scene = built("all", three);
-  EXPECT_EQ(names(scene), (std::vector<std::string>{"a.all - b.all", "a.all - c.all", "b.all - c.all"}));
+  EXPECT_EQ(names(scene),
+            (std::vector<std::string>{"a.all - b.all", "a.all - c.all", "b.all - c.all"}));
   // What is not a pair's own is there once
   EXPECT_EQ(scene.simulation.pairs[0].master, scene.simulation.pairs[1].slave);
   EXPECT_EQ(scene.simulation.pairs[0].source, scene.simulation.pairs[2].source);
@@ -137,7 +145,8 @@ TEST_F(ContactSetup, optionsHoldForAllAndGiveWayToAnExplicitEntry) {
       "[{between: [b.x_min, a.ends], enforcement: penalty, formulation: two-way, damping: 0.5}, "
       "{between: all, enforcement: penalty, damping: 0.25, adjust: 0.125}]",
       three);
-  EXPECT_EQ(names(scene), (std::vector<std::string>{"b.x_min - a.ends", "a.all - c.all", "b.all - c.all"}));
+  EXPECT_EQ(names(scene),
+            (std::vector<std::string>{"b.x_min - a.ends", "a.all - c.all", "b.all - c.all"}));
   for (const ContactPair& pair : scene.simulation.pairs) {
     const bool is_explicit = &pair == &scene.simulation.pairs[0];
     EXPECT_EQ(pair.enforcement, Enforcement::penalty);
@@ -156,7 +165,8 @@ TEST_F(ContactSetup, optionsHoldForAllAndGiveWayToAnExplicitEntry) {
 TEST_F(ContactSetup, bodiesOnTheWrongSideOfAWallAreRefusedOrLeftOut) {
   const std::string wrong = "walls: {floor: {plane: {point: [0, 0, 50], normal: [0, 0, 1]}}}\n";
   const BuiltScene all = built("all", three, wrong);
-  for (const ContactPair& pair : all.simulation.pairs) EXPECT_FALSE(pair.wall != nullptr) << pair.name;
+  for (const ContactPair& pair : all.simulation.pairs)
+    EXPECT_FALSE(pair.wall != nullptr) << pair.name;
   ASSERT_FALSE(all.notes.empty());
   EXPECT_NE(all.notes.front().find("deep in the wall"), std::string::npos) << all.notes.front();
   try {
@@ -169,13 +179,16 @@ TEST_F(ContactSetup, bodiesOnTheWrongSideOfAWallAreRefusedOrLeftOut) {
 }
 
 TEST_F(ContactSetup, wallsArePartnersAndMeetAllInstances) {
-  const BuiltScene scene = built("[{between: [floor, b.z_min], friction: 0}, {between: all, adjust: 0.25}]", three, two_walls);
+  const BuiltScene scene = built(
+      "[{between: [floor, b.z_min], friction: 0}, {between: all, adjust: 0.25}]", three, two_walls);
   EXPECT_EQ(names(scene),
-            (std::vector<std::string>{"b.z_min - floor", "a.all - b.all", "a.all - c.all", "a.all - floor", "a.all - ball",
-                                      "b.all - c.all", "b.all - ball", "c.all - floor", "c.all - ball"}));
+            (std::vector<std::string>{"b.z_min - floor", "a.all - b.all", "a.all - c.all",
+                                      "a.all - floor", "a.all - ball", "b.all - c.all",
+                                      "b.all - ball", "c.all - floor", "c.all - ball"}));
   for (const ContactPair& pair : scene.simulation.pairs) {
     const bool is_explicit = &pair == &scene.simulation.pairs[0];
-    EXPECT_EQ(pair.wall != nullptr, pair.name.ends_with("floor") || pair.name.ends_with("ball")) << pair.name;
+    EXPECT_EQ(pair.wall != nullptr, pair.name.ends_with("floor") || pair.name.ends_with("ball"))
+        << pair.name;
     EXPECT_EQ(pair.adjust.value_or(0), is_explicit ? 0 : 0.25);
     if (!pair.wall) continue;
     EXPECT_EQ(pair.wall->name(), pair.master->name);
@@ -187,7 +200,8 @@ TEST_F(ContactSetup, wallsArePartnersAndMeetAllInstances) {
   EXPECT_EQ(names(built("all", "a: {component: fine}", two_walls)).size(), 2u);
 }
 
-// Of three blocks two touch: those are tied, the third flies by itself, and no two of it is an error.
+// Of three blocks two touch: those are tied, the third flies by itself, and no two of it is an
+// error.
 TEST_F(ContactSetup, allTiesWhatLiesTogether) {
   const std::string pair = "a: {component: coarse}, b: {component: fine, position: [1.5, 0, 0]}",
                     far =
@@ -197,17 +211,21 @@ TEST_F(ContactSetup, allTiesWhatLiesTogether) {
   EXPECT_EQ(scene.simulation.pairs.size(), 3u);
   RunOptions options;
   const RunResult result = run(scene.simulation, options);
-  EXPECT_EQ(scene.simulation.pairs[0].seen().ties.points.size(), 25u);  // the finer side's nodes on the face
+  // the finer side's nodes on the face
+  EXPECT_EQ(scene.simulation.pairs[0].seen().ties.points.size(), 25u);
   EXPECT_FALSE(scene.simulation.pairs[1].has_state() || scene.simulation.pairs[2].has_state());
   EXPECT_NEAR(test::row(result.bodies[2].center_of_mass, result.time.size() - 1)[0], 10.5, 1e-9);
-  for (const char* tied : {"[{between: all, tied: true}]", "[{between: [b.x_min, c.x_max], tied: true}]"}) {
+  for (const char* tied :
+       {"[{between: all, tied: true}]", "[{between: [b.x_min, c.x_max], tied: true}]"}) {
     BuiltScene none = built(tied, "b: {component: fine}" + far);
     try {
       run(none.simulation);
       ADD_FAILURE() << tied;
     } catch (const InputError& error) {
-      EXPECT_NE(std::string(error.what()).find("scene.yaml:7: contact"), std::string::npos) << error.what();
-      EXPECT_NE(std::string(error.what()).find("give adjust a length"), std::string::npos) << error.what();
+      EXPECT_NE(std::string(error.what()).find("scene.yaml:7: contact"), std::string::npos)
+          << error.what();
+      EXPECT_NE(std::string(error.what()).find("give adjust a length"), std::string::npos)
+          << error.what();
     }
   }
 }
@@ -222,12 +240,14 @@ TEST_F(ContactSetup, surfacesOfOneInstanceMayMeetUnlessTheyShareNodes) {
   const BuiltScene scene = built("[{between: [a.x_min, a.x_max]}]", three);
   EXPECT_EQ(scene.simulation.contact_nodes.size(), 1u);
   EXPECT_EQ(scene.simulation.pairs[0].slave->body, scene.simulation.pairs[0].master->body);
-  expect_refused("[{between: [a.x_min, a.y_max]}]", three, "a.x_min and a.y_max: the surfaces share 3 nodes of one instance");
+  expect_refused("[{between: [a.x_min, a.y_max]}]", three,
+                 "a.x_min and a.y_max: the surfaces share 3 nodes of one instance");
   expect_refused("[{between: [a.x_min, a.ends]}]", three, "share 9 nodes");
 }
 
 TEST_F(ContactSetup, whatAllCannotPairIsRefused) {
-  expect_refused("all", "a: {component: fine}", "contact: all finds no pair: 1 instances with surfaces and 0 rigid walls");
+  expect_refused("all", "a: {component: fine}",
+                 "contact: all finds no pair: 1 instances with surfaces and 0 rigid walls");
   expect_refused("all", "a: {component: fine}, b: {component: bare}", "1 instances with surfaces");
   expect_refused("[{between: [a.x_mix, b.x_min]}]", three, "instance 'a' has no surface 'x_mix'");
   EXPECT_EQ(built("all", three + ", d: {component: bare}").simulation.pairs.size(), 3u);

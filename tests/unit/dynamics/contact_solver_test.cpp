@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "common/linalg/dense.hpp"
 #include "dynamics/contact/solve/contact_solver.hpp"
+#include "common/linalg/dense.hpp"
 
 #include <gtest/gtest.h>
 
@@ -40,8 +40,8 @@ Vector enumerate(const Matrix& W, const Vector& g) {
   return {};
 }
 
-void expect_solved(const GapResponse& W, const std::vector<PointLaw>& laws, const Vector& g, const ContactSolution& solution,
-                   double tolerance) {
+void expect_solved(const GapResponse& W, const std::vector<PointLaw>& laws, const Vector& g,
+                   const ContactSolution& solution, double tolerance) {
   const Verdict v = judge(W, laws, g, solution);
   EXPECT_LT(v.law, tolerance);
   EXPECT_LT(v.gap, tolerance);
@@ -92,7 +92,8 @@ TEST(ContactSolver, OnePointObeysCoulombExactlyForAnyFriction) {
   std::mt19937 random(3);
   Verdict seen;
   for (int trial = 0; trial < 3000; ++trial) {
-    const std::vector<PointLaw> laws{{ContactLaw::coulomb, std::vector{0.01, 0.3, 1.0, 5.0, 100.0}[trial % 5]}};
+    const std::vector<PointLaw> laws{
+        {ContactLaw::coulomb, std::vector{0.01, 0.3, 1.0, 5.0, 100.0}[trial % 5]}};
     const GapResponse W = dense(random_response(random, 3, 6));
     const Vector g = random_matrix(random, 3, 1);
     ContactSolver solver(W, laws);
@@ -117,17 +118,20 @@ TEST(ContactSolver, MoreContactsThanCoordinates) {
     ASSERT_TRUE(result.p.allFinite());
     EXPECT_GE(result.p.minCoeff(), 0);
     EXPECT_LT(result.residual, 1e-9) << "trial " << trial;
-    // The motion that they cause is unique though they are not: the least one that opens the gaps, so no longer than y
+    // The motion that they cause is unique though they are not: the least one that opens the gaps,
+    // so no longer than y
     EXPECT_LE((G.transpose() * result.p).norm(), y.norm() * (1 + 1e-8));
   }
 }
 
 TEST(ContactSolver, DuplicatesShareTheImpulse) {
-  for (const auto& laws : {all(2, ContactLaw::frictionless), all(2, ContactLaw::tied), all(2, ContactLaw::coulomb, 0.2)}) {
+  for (const auto& laws : {all(2, ContactLaw::frictionless), all(2, ContactLaw::tied),
+                           all(2, ContactLaw::coulomb, 0.2)}) {
     // One mass between two identical contacts: W = [w w; w w]
     const Index n = n_rows(laws[0].law);
     Matrix W(2 * n, 2 * n);
-    W << 4 * Matrix::Identity(n, n), 4 * Matrix::Identity(n, n), 4 * Matrix::Identity(n, n), 4 * Matrix::Identity(n, n);
+    W << 4 * Matrix::Identity(n, n), 4 * Matrix::Identity(n, n), 4 * Matrix::Identity(n, n),
+        4 * Matrix::Identity(n, n);
     Vector g = Vector::Zero(2 * n);
     g[0] = g[n] = -8;
     if (n == 3) g[1] = g[4] = 5;
@@ -179,7 +183,8 @@ TEST(ContactSolver, PointsThatNothingMovesAreReported) {
 
 TEST(ContactSolver, NoUnitsMatter) {
   std::mt19937 random(6);
-  const std::vector<PointLaw> laws{{ContactLaw::coulomb, 0.4}, {}, {ContactLaw::tied, 0}, {ContactLaw::coulomb, 0.4}};
+  const std::vector<PointLaw> laws{
+      {ContactLaw::coulomb, 0.4}, {}, {ContactLaw::tied, 0}, {ContactLaw::coulomb, 0.4}};
   const Index m = first_rows(laws).back();
   for (int trial = 0; trial < 30; ++trial) {
     const Matrix W = random_response(random, m, m + 2);
@@ -201,7 +206,8 @@ TEST(ContactSolver, LightAndHeavyPointsTogether) {
   for (int trial = 0; trial < 60; ++trial) {
     const auto laws = all(10, ContactLaw::coulomb, 0.3);
     Matrix B = random_matrix(random, 30, 32);
-    for (Index i = 0; i < 10; ++i) B.middleRows<3>(3 * i) *= std::pow(10.0, static_cast<double>(i % 4) - 1.5);
+    for (Index i = 0; i < 10; ++i)
+      B.middleRows<3>(3 * i) *= std::pow(10.0, static_cast<double>(i % 4) - 1.5);
     const GapResponse W = dense(B * B.transpose());
     const Vector g = random_matrix(random, 30, 1);
     ContactSolver solver(W, laws);
@@ -219,7 +225,8 @@ TEST(ContactSolver, NothingToDo) {
 
 TEST(ContactSolver, GapsThatAreNotFiniteGetNoImpulse) {
   for (const ContactLaw law : {ContactLaw::frictionless, ContactLaw::coulomb}) {
-    ContactSolver solver(dense(Matrix::Identity(6, 6)), all(law == ContactLaw::coulomb ? 2 : 6, law, 0.3));
+    ContactSolver solver(dense(Matrix::Identity(6, 6)),
+                         all(law == ContactLaw::coulomb ? 2 : 6, law, 0.3));
     for (const double bad : {std::numeric_limits<double>::quiet_NaN(), -HUGE_VAL, HUGE_VAL}) {
       Vector g = Vector::Constant(6, -1);
       g[3] = bad;
@@ -268,7 +275,8 @@ TEST(ContactSolver, StrongFriction) {
   }
 }
 
-// Random responses that couple pressing and slipping as no body does: most are solved, and those that are not are reported.
+// Random responses that couple pressing and slipping as no body does: most are solved, and those
+// that are not are reported.
 TEST(ContactSolver, StrongFrictionOnWildResponsesEndsAndIsHonest) {
   std::mt19937 random(9);
   int solved = 0;

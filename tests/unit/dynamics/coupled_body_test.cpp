@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Coupled bodies against dense algebra and against what must be conserved.
-#include "common/linalg/dense.hpp"
 #include "dynamics/motion/coupled/coupled_body.hpp"
+#include "common/linalg/dense.hpp"
 
 #include <gtest/gtest.h>
 
@@ -21,19 +21,21 @@ using test::chain;
 using test::chain_with_shells;
 using test::Method;
 using test::methods;
+using test::oblique;
 using test::ramp;
 using test::random_points;
 using test::shared;
 using test::some_held;
-using test::oblique;
 
 constexpr double alphas[] = {0.0, -0.1, -1.0 / 3};
 
 std::vector<std::shared_ptr<const CoupledModel>> all_models() {
   const test::Brick lumped = test::make_brick({3, 2, 2}, Vector3(1, 0.6, 0.5), {100, 0.3, 2});
-  const test::Brick full = test::make_brick({3, 2, 2}, Vector3(1, 0.6, 0.5), {100, 0.3, 2}, MassKind::consistent);
+  const test::Brick full =
+      test::make_brick({3, 2, 2}, Vector3(1, 0.6, 0.5), {100, 0.3, 2}, MassKind::consistent);
   return {shared(chain(1, 5).model()), shared(chain(3, 4).model()), shared(chain_with_shells(3)),
-          shared(coupled_model(lumped.fe, lumped.geometry.coordinates)), shared(coupled_model(full.fe, full.geometry.coordinates))};
+          shared(coupled_model(lumped.fe, lumped.geometry.coordinates)),
+          shared(coupled_model(full.fe, full.geometry.coordinates))};
 }
 
 double energy(const Body& body) { return body.state().kinetic_energy + body.state().strain_energy; }
@@ -105,7 +107,8 @@ TEST(CoupledBody, IsTheSchemeOfTheDenseMatrices) {
         const Points force = random_points(random, n, 1), impulse = random_points(random, 3, 1);
         body->add_force(force, ramp);
         dense.f = local(force, all_nodes(*body)), dense.p = local(impulse, {2, 5, 7});
-        const Vector rigid = rigid_motions(*model).leftCols(3) * (placement.T.transpose() * placement.velocity);
+        const Vector rigid =
+            rigid_motions(*model).leftCols(3) * (placement.T.transpose() * placement.velocity);
         dense.v = dense.mass->solve(dense.Z.transpose() * Vector(test::whole_mass(*model) * rigid));
         const double share = method.scheme == Scheme::newmark ? 6 : 1.5;
         double t = 0, last_h = 0;
@@ -114,7 +117,8 @@ TEST(CoupledBody, IsTheSchemeOfTheDenseMatrices) {
           dense.step(h, last_h, history_value(ramp, t), history_value(ramp, t + h), step % 9 == 3);
           body->predict(t, h);
           if (step % 9 == 3)
-            body->add_impulses(set, 0.25 * impulse), body->add_impulses(set, 0.75 * impulse, ImpulseKind::friction);
+            body->add_impulses(set, 0.25 * impulse),
+                body->add_impulses(set, 0.75 * impulse, ImpulseKind::friction);
           body->accept();
           t += h, last_h = h;
         }
@@ -125,7 +129,8 @@ TEST(CoupledBody, IsTheSchemeOfTheDenseMatrices) {
           EXPECT_LT((rates - dense.Z * dense.v).norm(), 1e-10 * rates.norm());
         }
         for (const HeldDirection& h : held)
-          EXPECT_LT(std::abs(h.direction.dot(q.segment<3>(n_modal + 3 * h.node))), 1e-13 * q.norm());
+          EXPECT_LT(std::abs(h.direction.dot(q.segment<3>(n_modal + 3 * h.node))),
+                    1e-13 * q.norm());
       }
     }
   }
@@ -136,8 +141,9 @@ TEST(CoupledBody, EnergyBalanceClosesToRoundOff) {
   for (const auto& model : all_models()) {
     for (const bool hold : {false, true}) {
       for (const Method& method : methods) {
-        const auto body =
-            coupled_body("b", model, oblique(true), hold ? some_held() : std::vector<HeldDirection>{}, method.scheme, {method.alpha});
+        const auto body = coupled_body("b", model, oblique(true),
+                                       hold ? some_held() : std::vector<HeldDirection>{},
+                                       method.scheme, {method.alpha});
         const Index set = body->track({1, 4, 7});
         body->add_force(random_points(random, body->n_nodes(), 1), ramp);
         body->add_gravity(Vector3(0, 0, -9.81), {});
@@ -147,13 +153,15 @@ TEST(CoupledBody, EnergyBalanceClosesToRoundOff) {
           const double h = (step < 120 ? share : 0.5 * share) / body->largest_frequency();
           body->predict(t, h);
           if (step % 7 == 0) body->add_impulses(set, random_points(random, 3, 0.1));
-          if (step % 11 == 0) body->add_impulses(set, random_points(random, 3, 0.1), ImpulseKind::friction);
+          if (step % 11 == 0)
+            body->add_impulses(set, random_points(random, 3, 0.1), ImpulseKind::friction);
           if (step % 13 == 0 && method.scheme == Scheme::central_difference)
             body->add_velocities(set, random_points(random, 3, 0.05), Vector3(0.1, 0, -0.1));
           body->accept();
           t += h;
           largest = std::max(largest, energy(*body));
-          EXPECT_LT(std::abs(energy(*body) - start - booked(*body)), 2e-11 * largest) << step << " " << method.alpha;
+          EXPECT_LT(std::abs(energy(*body) - start - booked(*body)), 2e-11 * largest)
+              << step << " " << method.alpha;
         }
         EXPECT_GT(std::abs(body->work().contact), 1e-6 * largest);
         if (method.scheme == Scheme::newmark && method.alpha == 0) {
@@ -179,8 +187,8 @@ TEST(CoupledBody, OnlyHhtTakesEnergy) {
     const BodyState state = body->state();
     const RigidBody& rigid = model->rigid_body;
     const Vector3 spin = state.angular_momentum - state.center_of_mass.cross(state.momentum);
-    const double elastic =
-        start - 0.5 * state.momentum.squaredNorm() / rigid.mass - 0.5 * spin.dot(solve_symmetric(rigid.inertia, spin));
+    const double elastic = start - 0.5 * state.momentum.squaredNorm() / rigid.mass -
+                           0.5 * spin.dot(solve_symmetric(rigid.inertia, spin));
     for (int step = 1; step < 300; ++step) body->predict(step * h, h), body->accept();
     EXPECT_NEAR(energy(*body), start + body->work().numerical, 1e-11 * start);
     if (alpha == 0) {
@@ -210,8 +218,10 @@ TEST(CoupledBody, ResponseIsWhatImpulsesDoAndMomentumIsTheirs) {
       body->add_impulses(set, p);
       body->predicted_positions(set, after);
       const Points moved = after - before;
-      const Vector expected = S.is_diagonal() ? Vector(S.diagonal.cwiseProduct(p_flat)) : Vector(S.dense() * p_flat);
-      EXPECT_LT((Eigen::Map<const Vector>(moved.data(), moved.size()) - expected).norm(), 1e-11 * expected.norm());
+      const Vector expected =
+          S.is_diagonal() ? Vector(S.diagonal.cwiseProduct(p_flat)) : Vector(S.dense() * p_flat);
+      EXPECT_LT((Eigen::Map<const Vector>(moved.data(), moved.size()) - expected).norm(),
+                1e-11 * expected.norm());
       if (!S.is_diagonal()) {
         EXPECT_GT(symmetric_eigenvalues(S.dense()).minCoeff(), 0);
       }
@@ -219,8 +229,8 @@ TEST(CoupledBody, ResponseIsWhatImpulsesDoAndMomentumIsTheirs) {
 
       const BodyState start = body->state();
       Vector3 momentum = start.momentum, angular = start.angular_momentum;
-      const Vector3 center =
-          body->reference_positions().colwise().mean().transpose() * 0 + oblique(true).T * model->rigid_body.center + oblique(true).position;
+      const Vector3 center = body->reference_positions().colwise().mean().transpose() * 0 +
+                             oblique(true).T * model->rigid_body.center + oblique(true).position;
       double scale = momentum.norm(), angular_scale = angular.norm();
       for (int step = 1; step < 100; ++step) {
         const Points q = random_points(random, body->n_nodes(), step % 10 == 0 ? 0.3 : 0.0);
@@ -230,11 +240,14 @@ TEST(CoupledBody, ResponseIsWhatImpulsesDoAndMomentumIsTheirs) {
         body->add_impulses(set, q);
         body->accept();
         Vector3 drift = before_step - center;
-        if (method.scheme == Scheme::newmark) drift = 0.5 * (before_step + body->state().center_of_mass) - center;
+        if (method.scheme == Scheme::newmark)
+          drift = 0.5 * (before_step + body->state().center_of_mass) - center;
         for (Index i = 0; i < q.rows(); ++i)
-          angular += Vector3(body->reference_positions().row(i).transpose() + drift).cross(Vector3(q.row(i).transpose()));
+          angular += Vector3(body->reference_positions().row(i).transpose() + drift)
+                         .cross(Vector3(q.row(i).transpose()));
         momentum += q.colwise().sum().transpose();
-        scale = std::max(scale, momentum.norm()), angular_scale = std::max(angular_scale, angular.norm());
+        scale = std::max(scale, momentum.norm()),
+        angular_scale = std::max(angular_scale, angular.norm());
       }
       EXPECT_LT((body->state().momentum - momentum).norm(), 1e-10 * scale);
       EXPECT_LT((body->state().angular_momentum - angular).norm(), 1e-10 * angular_scale);
@@ -245,7 +258,8 @@ TEST(CoupledBody, ResponseIsWhatImpulsesDoAndMomentumIsTheirs) {
 // Against the exact motion of the diagonal form, smooth loads: errors fall with h^2.
 TEST(CoupledBody, ConvergesWithTheSquareOfTheStep) {
   const auto model = shared(chain_with_shells(2));
-  const auto form = std::make_shared<const DiagonalForm>(diagonal_form(*model, some_held(), "test"));
+  const auto form =
+      std::make_shared<const DiagonalForm>(diagonal_form(*model, some_held(), "test"));
   const auto nodes = std::make_shared<const Superelement>(nodes_only(*model));
   SuperelementBody exact("b", nodes, form, oblique(true), Scheme::exact);
   const double end = 4.0 / exact.largest_frequency();
@@ -258,14 +272,16 @@ TEST(CoupledBody, ConvergesWithTheSquareOfTheStep) {
   for (const Method& method : methods) {
     double error[2] = {};
     for (const int level : {0, 1}) {
-      const auto body = coupled_body("b", model, oblique(true), some_held(), method.scheme, {method.alpha});
+      const auto body =
+          coupled_body("b", model, oblique(true), some_held(), method.scheme, {method.alpha});
       body->add_force(force, {{0.0, end}, {0.0, 2.0}});
       const int steps = 40 << level;
       for (int i = 0; i < steps; ++i) body->predict(i * end / steps, end / steps), body->accept();
       body->displacements(u, v);
       error[level] = (u - u_exact).norm() / u_exact.norm() + (v - v_exact).norm() / v_exact.norm();
     }
-    EXPECT_GT(std::log2(error[0] / error[1]), 1.85) << method.alpha << " " << error[0] << " " << error[1];
+    EXPECT_GT(std::log2(error[0] / error[1]), 1.85)
+        << method.alpha << " " << error[0] << " " << error[1];
     EXPECT_LT(error[1], 0.01);
   }
 }
@@ -276,10 +292,13 @@ TEST(CoupledBody, ABodyThatIsHeldWhollyStays) {
   for (Index i = 0; i < 8; ++i)
     for (int c = 0; c < 3; ++c) held.push_back({i, Vector3::Unit(c)});
   const test::Lattice block = test::lattice({3, 2, 2}, 0.1, 2e3, 0.5);
-  const auto superelement = std::make_shared<Superelement>(test::reduce(block, test::x_nodes(block, true, true), 0));
-  for (const auto& model : {shared(coupled_model(b.fe, b.geometry.coordinates)), shared(coupled_model(superelement))}) {
+  const auto superelement =
+      std::make_shared<Superelement>(test::reduce(block, test::x_nodes(block, true, true), 0));
+  for (const auto& model :
+       {shared(coupled_model(b.fe, b.geometry.coordinates)), shared(coupled_model(superelement))}) {
     for (const Method& method : methods) {
-      const auto body = coupled_body("b", model, oblique(true), held, method.scheme, {method.alpha});
+      const auto body =
+          coupled_body("b", model, oblique(true), held, method.scheme, {method.alpha});
       EXPECT_EQ(body->n_dofs(), 0);
       EXPECT_EQ(body->largest_frequency(), 0);
       const Index set = body->track({0, 1});

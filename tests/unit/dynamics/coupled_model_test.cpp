@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Coupled models and their factor against dense algebra on the whole matrices.
-#include "common/linalg/dense.hpp"
 #include "dynamics/motion/coupled/coupled_model.hpp"
+#include "common/linalg/dense.hpp"
 
 #include <gtest/gtest.h>
 
@@ -33,14 +33,16 @@ CoupledModel lumped_mesh(MassKind mass = MassKind::lumped) {
 }
 
 std::vector<CoupledModel> all_models() {
-  std::vector<CoupledModel> models{chain(1, 5).model(),  chain(3, 4).model(), chain(2, 0).model(),
-                                   chain_with_shells(3), lumped_mesh(),       lumped_mesh(MassKind::consistent)};
+  std::vector<CoupledModel> models{chain(1, 5).model(), chain(3, 4).model(),
+                                   chain(2, 0).model(), chain_with_shells(3),
+                                   lumped_mesh(),       lumped_mesh(MassKind::consistent)};
   return models;
 }
 
 TEST(CoupledModel, RigidMotionsAreFreeAndHaveTheRigidBodysMass) {
   for (const CoupledModel& model : all_models()) {
-    const Matrix R = rigid_motions(model), K = test::whole_stiffness(model), M = test::whole_mass(model);
+    const Matrix R = rigid_motions(model), K = test::whole_stiffness(model),
+                 M = test::whole_mass(model);
     EXPECT_LT((K - K.transpose()).norm() + (M - M.transpose()).norm(), 1e-13 * K.norm());
     EXPECT_LT((K * R).norm(), 1e-12 * K.norm() * R.norm());
     Matrix expected = Matrix::Zero(6, 6);
@@ -51,16 +53,19 @@ TEST(CoupledModel, RigidMotionsAreFreeAndHaveTheRigidBodysMass) {
 }
 
 TEST(CoupledModel, AllModesOfTheDomainsAreTheWholeBody) {
-  // Three nodes a side less the interface leave 6 interior nodes: 18 modes. The joined lattices, unreduced:
+  // Three nodes a side less the interface leave 6 interior nodes: 18 modes. The joined lattices,
+  // unreduced:
   const test::Chain c = chain(2, 18);
   const CoupledModel model = c.model();
   const DiagonalForm form = diagonal_form(model, {}, "test");
-  const test::Lattice a = test::lattice({3, 2, 3}, 0.1, 2e3, 0.3), b = test::lattice({3, 2, 3}, 0.1, 4e3, 0.5);
+  const test::Lattice a = test::lattice({3, 2, 3}, 0.1, 2e3, 0.3),
+                      b = test::lattice({3, 2, 3}, 0.1, 4e3, 0.5);
   // Nodes of a at x plane 2 are those of b at plane 0: number the planes 0 .. 4
   const auto dofs = [](Index first_plane) {
     std::vector<Index> dof;
     for (Index node = 0; node < 18; ++node)
-      for (Index d = 0; d < 3; ++d) dof.push_back(3 * (6 * (first_plane + node % 3) + node / 3) + d);
+      for (Index d = 0; d < 3; ++d)
+        dof.push_back(3 * (6 * (first_plane + node % 3) + node / 3) + d);
     return dof;
   };
   Matrix K = Matrix::Zero(90, 90), M = K;
@@ -86,7 +91,8 @@ TEST(CoupledModel, DiagonalFormDiagonalises) {
       EXPECT_EQ(form.n_rigid, hold ? 0 : 6);
       EXPECT_LT((form.E - V.transpose() * M * rigid_motions(model)).norm(), 1e-11 * form.E.norm());
       for (const HeldDirection& h : held)
-        EXPECT_LT((h.direction.transpose() * V.middleRows(model.n_modal() + 3 * h.node, 3)).norm(), 1e-12 * V.norm());
+        EXPECT_LT((h.direction.transpose() * V.middleRows(model.n_modal() + 3 * h.node, 3)).norm(),
+                  1e-12 * V.norm());
     }
   }
 }
@@ -100,7 +106,8 @@ TEST(CoupledModel, FactorSolvesTheWholeSystem) {
         EXPECT_EQ(free.is_all, !hold);
         const CoupledFactor factor(model, free, theta, "test");
         const Matrix Z = whole_free_basis(model, held);
-        const Matrix A = Z.transpose() * (test::whole_mass(model) + theta * test::whole_stiffness(model)) * Z;
+        const Matrix A =
+            Z.transpose() * (test::whole_mass(model) + theta * test::whole_stiffness(model)) * Z;
         const Vector f = random_vector(model.n());
         Vector x = f;
         factor.solve(x);
@@ -130,7 +137,8 @@ TEST(CoupledModel, DofsThatASuperelementHasNotAreLeftOut) {
   std::vector<Index> keep;
   for (Index i = 0; i < s.c(); ++i)
     if (s.dof_node[i] != 5 || s.dof_component[i] != 2) keep.push_back(i);
-  s.K_cc = Matrix(s.K_cc(keep, keep)), s.M_cc = Matrix(s.M_cc(keep, keep)), s.M_kc = Matrix(s.M_kc(Eigen::all, keep));
+  s.K_cc = Matrix(s.K_cc(keep, keep)), s.M_cc = Matrix(s.M_cc(keep, keep)),
+  s.M_kc = Matrix(s.M_kc(Eigen::all, keep));
   std::vector<Index> node;
   std::vector<int> component;
   for (const Index i : keep) node.push_back(s.dof_node[i]), component.push_back(s.dof_component[i]);
@@ -155,7 +163,8 @@ TEST(CoupledModel, SuperelementBodyTakesItsDiagonalForm) {
   placement.velocity = Vector3(1, -2, 0.5);
   SuperelementBody body("b", nodes, form, placement, Scheme::exact);
   ASSERT_EQ(body.n_nodes(), model.coordinates.rows());
-  EXPECT_LT((body.state().momentum - model.rigid_body.mass * placement.velocity).norm(), 1e-12 * body.state().momentum.norm());
+  EXPECT_LT((body.state().momentum - model.rigid_body.mass * placement.velocity).norm(),
+            1e-12 * body.state().momentum.norm());
   const Index set = body.track({1, 9});
   const NodeResponse response = body.response(set, 1e-7);
   // A short step: the response is h M^-1
@@ -163,7 +172,8 @@ TEST(CoupledModel, SuperelementBodyTakesItsDiagonalForm) {
   std::vector<Index> rows;
   for (const Index node : {1, 9})
     for (Index c = 0; c < 3; ++c) rows.push_back(model.n_modal() + 3 * node + c);
-  EXPECT_LT((response.dense() / 1e-7 - M_inverse(rows, rows)).norm(), 1e-8 * response.dense().norm() / 1e-7);
+  EXPECT_LT((response.dense() / 1e-7 - M_inverse(rows, rows)).norm(),
+            1e-8 * response.dense().norm() / 1e-7);
   Points p = Points::Zero(2, 3);
   p.row(0) << 1, 2, 3;
   const Vector3 before = body.state().momentum;

@@ -30,9 +30,11 @@ Chain chain(Index n_domains, Index k) {
     }
     c.place.push_back(place);
     c.domains.push_back(s);
-    for (Index i = 0; i < part.points.rows(); ++i) at.push_back(part.points.row(i).transpose()), mass.push_back(part.mass[i]);
+    for (Index i = 0; i < part.points.rows(); ++i)
+      at.push_back(part.points.row(i).transpose()), mass.push_back(part.mass[i]);
   }
-  for (std::size_t i = 0; i < at.size(); ++i) c.body.mass += mass[i], c.body.center += mass[i] * at[i];
+  for (std::size_t i = 0; i < at.size(); ++i)
+    c.body.mass += mass[i], c.body.center += mass[i] * at[i];
   c.body.center /= c.body.mass;
   for (std::size_t i = 0; i < at.size(); ++i) {
     const Vector3 r = at[i] - c.body.center;
@@ -41,7 +43,8 @@ Chain chain(Index n_domains, Index k) {
   return c;
 }
 
-ShellModel random_shells(const Points& points, const std::vector<Index>& nodes, double stiffness, double mass) {
+ShellModel random_shells(const Points& points, const std::vector<Index>& nodes, double stiffness,
+                         double mass) {
   const Index m = static_cast<Index>(nodes.size());
   Matrix R(6 * m, 6);
   R.topRows(3 * m) = rigid_modes(points(nodes, Eigen::all), Vector3::Zero());
@@ -76,7 +79,8 @@ Matrix whole_stiffness(const CoupledModel& model) {
     const Superelement& s = *part.superelement;
     K.diagonal().segment(first, s.k()) = s.eigenvalues;
     for (Index j = 0; j < s.c(); ++j)
-      for (Index i = 0; i < s.c(); ++i) K(model.n_modal() + part.dof[i], model.n_modal() + part.dof[j]) += s.K_cc(i, j);
+      for (Index i = 0; i < s.c(); ++i)
+        K(model.n_modal() + part.dof[i], model.n_modal() + part.dof[j]) += s.K_cc(i, j);
     first += s.k();
   }
   return K;
@@ -101,7 +105,8 @@ Matrix whole_mass(const CoupledModel& model) {
 
 std::vector<HeldDirection> some_held() {
   const Vector3 a = Vector3(1, 2, -0.5).normalized(), b = a.cross(Vector3(0, 0, 1)).normalized();
-  return {{3, a}, {7, a}, {7, b}, {8, Vector3::UnitX()}, {8, Vector3::UnitY()}, {8, Vector3::UnitZ()}};
+  return {
+      {3, a}, {7, a}, {7, b}, {8, Vector3::UnitX()}, {8, Vector3::UnitY()}, {8, Vector3::UnitZ()}};
 }
 
 Matrix whole_free_basis(const CoupledModel& model, const std::vector<HeldDirection>& held) {
@@ -112,11 +117,15 @@ Matrix whole_free_basis(const CoupledModel& model, const std::vector<HeldDirecti
   return whole;
 }
 
-const std::vector<Method> methods{
-    {Scheme::central_difference, 0}, {Scheme::newmark, 0}, {Scheme::newmark, -0.1}, {Scheme::newmark, -1.0 / 3}};
+const std::vector<Method> methods{{Scheme::central_difference, 0},
+                                  {Scheme::newmark, 0},
+                                  {Scheme::newmark, -0.1},
+                                  {Scheme::newmark, -1.0 / 3}};
 
 const History ramp{{0.0, 0.013, 0.041, 0.3}, {1.0, 3.0, -2.0, 0.5}};
 
-std::shared_ptr<const CoupledModel> shared(CoupledModel model) { return std::make_shared<const CoupledModel>(std::move(model)); }
+std::shared_ptr<const CoupledModel> shared(CoupledModel model) {
+  return std::make_shared<const CoupledModel>(std::move(model));
+}
 
 }  // namespace cbr::test

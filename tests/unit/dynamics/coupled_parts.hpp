@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Small coupled models: superelements in a row that share a plane of nodes, and shells made of random numbers on some of them;
-// and what moves them.
+// Small coupled models: superelements in a row that share a plane of nodes, and shells made of
+// random numbers on some of them; and what moves them.
 #pragma once
 
 #include <memory>
@@ -21,16 +21,20 @@ struct Chain {
   CoupledModel model() const { return coupled_model(domains, coordinates, place, body); }
 };
 
-// Lattices of 3 x 2 x 3 nodes that meet at planes of constant x; the interface are all these planes. k modes each.
+// Lattices of 3 x 2 x 3 nodes that meet at planes of constant x; the interface are all these
+// planes. k modes each.
 Chain chain(Index n_domains, Index k);
 
-// A stiffness of random numbers with the six rigid motions of nodes with rotations as its kernel, and lumped masses.
-ShellModel random_shells(const Points& points, const std::vector<Index>& nodes, double stiffness, double mass);
+// A stiffness of random numbers with the six rigid motions of nodes with rotations as its kernel,
+// and lumped masses.
+ShellModel random_shells(const Points& points, const std::vector<Index>& nodes, double stiffness,
+                         double mass);
 
 // Two domains with shells on the first plane.
 CoupledModel chain_with_shells(Index k);
 
-// K and M of all coordinates, dense (n x n), put together as the header of coupled_model.hpp has them.
+// K and M of all coordinates, dense (n x n), put together as the header of coupled_model.hpp has
+// them.
 Matrix whole_stiffness(const CoupledModel& model);
 
 Matrix whole_mass(const CoupledModel& model);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A damped step in closed form against many small steps of a Taylor series in long double; rates; the gain of contact.
+// A damped step in closed form against many small steps of a Taylor series in long double; rates;
+// the gain of contact.
 #include "dynamics/motion/damping.hpp"
 
 #include <gtest/gtest.h>
@@ -17,7 +18,9 @@ namespace {
 // eta, v, f, f', integral of eta.
 using State = std::array<long double, 5>;
 
-State rate(const State& y, long double x, long double d) { return {y[1], y[2] - x * x * y[0] - d * y[1], y[3], 0, y[0]}; }
+State rate(const State& y, long double x, long double d) {
+  return {y[1], y[2] - x * x * y[0] - d * y[1], y[3], 0, y[0]};
+}
 
 // Over the time 1, by Taylor series of order 12 in steps of at most 0.02 of the fastest rate.
 State flow(State y, long double x, long double d) {
@@ -40,12 +43,14 @@ State flow(State y, long double x, long double d) {
 TEST(Damping, StepIsThatOfManySmallOnes) {
   for (const double x : {0.0, 1e-4, 0.3, 0.999, 1.0, 2.0, 7.0, 40.0})
     for (const double d : {0.0, 1e-7, 0.1, 1.9, 2.0, 3.99, 4.1, 14.0, 90.0}) {
-      const ModalPropagator step = damped_propagator(Vector::Constant(1, x), Vector::Constant(1, d), 1, true);
+      const ModalPropagator step =
+          damped_propagator(Vector::Constant(1, x), Vector::Constant(1, d), 1, true);
       const State u = flow({1, 0, 0, 0, 0}, x, d), v = flow({0, 1, 0, 0, 0}, x, d);
       const State f0 = flow({0, 0, 1, -1, 0}, x, d), f1 = flow({0, 0, 0, 1, 0}, x, d);
       const double tolerance = 2e-14 * (1 + x + d);
       const auto near = [&](const Vector& found, long double expected, const char* what) {
-        EXPECT_NEAR(found[0], static_cast<double>(expected), tolerance * (1 + std::abs(static_cast<double>(expected))))
+        EXPECT_NEAR(found[0], static_cast<double>(expected),
+                    tolerance * (1 + std::abs(static_cast<double>(expected))))
             << what << " x " << x << " d " << d;
       };
       near(step.c, u[0], "c");
@@ -71,7 +76,9 @@ TEST(Damping, RatesAddUp) {
   const Vector omega = (Vector(4) << 0, 5 * at, 15 * at, 40 * at).finished();
   const Vector ratio = (Vector(4) << 0.02, 0.02, 0.03, 0.04).finished();
   const ModalRates rates = damping.rates(omega);
-  for (Index j = 0; j < 4; ++j) EXPECT_DOUBLE_EQ(rates.c[j], 0.5 + 1e-3 * omega[j] * omega[j] + (2 * ratio[j] + 0.01) * omega[j]);
+  for (Index j = 0; j < 4; ++j)
+    EXPECT_DOUBLE_EQ(rates.c[j],
+                     0.5 + 1e-3 * omega[j] * omega[j] + (2 * ratio[j] + 0.01) * omega[j]);
   EXPECT_NE(rates.hash, 0u);
   EXPECT_EQ(Damping().rates(omega).hash, 0u);
 }
@@ -94,7 +101,8 @@ TEST(Damping, GainMakesALastingForceDeflectAsItShould) {
   EXPECT_EQ(contact_gain(Vector::Constant(1, 0.0), Vector::Constant(1, 3.0), 1, 1)[0], 1);
 }
 
-// z^2 - (2 - g - d) z + (1 - d) = 0 of u+ - 2 u + u- = -g u - d (u - u-): at the limit one root is -1.
+// z^2 - (2 - g - d) z + (1 - d) = 0 of u+ - 2 u + u- = -g u - d (u - u-): at the limit one root is
+// -1.
 TEST(Damping, CriticalFrequencyIsTheLimitOfLateDamping) {
   for (const double zeta : {0.0, 0.01, 0.3, 2.0}) {
     const double omega = 7, beta = 2 * zeta / omega, h = 2 / critical_frequency(omega, beta);

@@ -27,7 +27,9 @@ Patch groove(double slope) {
   return p;
 }
 
-Vector3 normal(double slope, Index face) { return Vector3(face == 0 ? slope : -slope, 0, 1).normalized(); }
+Vector3 normal(double slope, Index face) {
+  return Vector3(face == 0 ? slope : -slope, 0, 1).normalized();
+}
 
 // One node, in a step from one place to another.
 Patch node(const Vector3& from, const Vector3& to) {
@@ -68,15 +70,18 @@ TEST(HollowCorner, WhatTheFirstFaceWouldLetIntoTheOtherIsHeldByBoth) {
   for (const double slope : {0.2, 0.5, 1.0, 3.0}) {
     for (const double way : {0.01, 0.1, 0.4}) {
       for (const double down : {0.1, 1.0, 3.0}) {
-        const Vector3 from(0.6 * way, 0.4, slope * 0.6 * way + 1e-6), to = from + way * Vector3(-1, 0.1, -down);
+        const Vector3 from(0.6 * way, 0.4, slope * 0.6 * way + 1e-6),
+            to = from + way * Vector3(-1, 0.1, -down);
         const Patch n = node(from, to), g = groove(slope);
-        // Behind the right face, and still behind the left one when the right one has put it back; or the other way round
+        // Behind the right face, and still behind the left one when the right one has put it back;
+        // or the other way round
         const Vector3 right = normal(slope, 1), left = normal(slope, 0);
         const bool goes_on = right.dot(to) < 0 && left.dot(to - right.dot(to) * right) < 0;
         if (!goes_on && !(left.dot(to) < 0 && right.dot(to - left.dot(to) * left) < 0)) continue;
         ++n_tried;
         PairMemory memory;
-        SCOPED_TRACE(testing::Message() << "slope " << slope << ", way " << way << ", down " << down);
+        SCOPED_TRACE(testing::Message()
+                     << "slope " << slope << ", way " << way << ", down " << down);
         expect_both(run(n, g, memory), n, slope);
       }
     }
@@ -84,7 +89,8 @@ TEST(HollowCorner, WhatTheFirstFaceWouldLetIntoTheOtherIsHeldByBoth) {
   EXPECT_GE(n_tried, 15);
 }
 
-// Springs let it sink: it stays with both, whichever of the two it has touched longer, until it is out of one.
+// Springs let it sink: it stays with both, whichever of the two it has touched longer, until it is
+// out of one.
 TEST(HollowCorner, WhatHasTouchedBothStaysWithBothHoweverDeep) {
   for (const double slope : {0.2, 0.5, 1.0, 3.0}) {
     const Patch g = groove(slope);
@@ -99,8 +105,10 @@ TEST(HollowCorner, WhatHasTouchedBothStaysWithBothHoweverDeep) {
           memory.further_faces.assign(PairMemory::n_further, -1);
           memory.further_faces[0] = 1 - first;
           const ContactList list = run(n, g, memory);
-          const bool behind_both = slope * std::abs(x) < depth / 2;  // of both planes: slope |x| - depth < - slope |x|
-          SCOPED_TRACE(testing::Message() << "slope " << slope << ", depth " << depth << ", x " << x << ", first " << first);
+          // of both planes: slope |x| - depth < - slope |x|
+          const bool behind_both = slope * std::abs(x) < depth / 2;
+          SCOPED_TRACE(testing::Message() << "slope " << slope << ", depth " << depth << ", x " << x
+                                          << ", first " << first);
           if (behind_both) expect_both(list, n, slope);
           EXPECT_EQ(memory.offset[0], 0);  // nothing is left where it is
         }
@@ -109,8 +117,8 @@ TEST(HollowCorner, WhatHasTouchedBothStaysWithBothHoweverDeep) {
   }
 }
 
-// An overlap from the start, deeper than what a node may be beside a face, is left, in the face that holds it first; the other one
-// does not throw it out.
+// An overlap from the start, deeper than what a node may be beside a face, is left, in the face
+// that holds it first; the other one does not throw it out.
 TEST(HollowCorner, AnOverlapFromTheStartIsNotThrownOutByTheOtherFace) {
   const Patch g = groove(0.5);
   const Vector3 at(0.02, 0.4, -0.03);  // 0.036 behind the right face, 0.018 behind the left
@@ -124,7 +132,8 @@ TEST(HollowCorner, AnOverlapFromTheStartIsNotThrownOutByTheOtherFace) {
   }
 }
 
-// Floor and two walls of a box, 2 x 2 faces each: x = 0, y = 0 and z = 0, inside where all three are above 0.
+// Floor and two walls of a box, 2 x 2 faces each: x = 0, y = 0 and z = 0, inside where all three
+// are above 0.
 Patch room() {
   Patch p = patch(1, 0, true);
   Points x(19, 3);
@@ -140,9 +149,12 @@ Patch room() {
   Index f = 0;
   for (Index a = 0; a < 2; ++a)
     for (Index b = 0; b < 2; ++b) {
-      p.surface.faces.row(f++) << number[a][b][0], number[a + 1][b][0], number[a + 1][b + 1][0], number[a][b + 1][0];
-      p.surface.faces.row(f++) << number[0][a][b], number[0][a + 1][b], number[0][a + 1][b + 1], number[0][a][b + 1];
-      p.surface.faces.row(f++) << number[a][0][b], number[a][0][b + 1], number[a + 1][0][b + 1], number[a + 1][0][b];
+      p.surface.faces.row(f++) << number[a][b][0], number[a + 1][b][0], number[a + 1][b + 1][0],
+          number[a][b + 1][0];
+      p.surface.faces.row(f++) << number[0][a][b], number[0][a + 1][b], number[0][a + 1][b + 1],
+          number[0][a][b + 1];
+      p.surface.faces.row(f++) << number[a][0][b], number[a][0][b + 1], number[a + 1][0][b + 1],
+          number[a + 1][0][b];
     }
   p.surface.nodes.clear();
   for (Index i = 0; i < n; ++i) p.surface.nodes.push_back(i);
@@ -175,7 +187,8 @@ TEST(HollowCorner, WhatIsPressedIntoTwoWallsIsHeldByTheThird) {
       Vector3 along = 0.5 * press * Vector3::Unit(axis);
       const auto face_at = [&](int of) {  // the one with this normal at the corner
         for (Index f = 0; f < 3; ++f)
-          if (std::abs(mean_normal(corners(walls.surface, f, walls.body.start))[of]) > 0.9) return f;
+          if (std::abs(mean_normal(corners(walls.surface, f, walls.body.start))[of]) > 0.9)
+            return f;
         return Index{-1};
       };
       memory.has_points = true;

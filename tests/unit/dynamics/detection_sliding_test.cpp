@@ -18,8 +18,8 @@ namespace {
 
 using test::box, test::move, test::patch, test::Patch, test::run;
 
-// A roof of two faces that tilt by 0.1 either way, and a node that touches it and slides across the ridge: the normal turns without
-// a jump, and on the ridge it is the mean of both.
+// A roof of two faces that tilt by 0.1 either way, and a node that touches it and slides across the
+// ridge: the normal turns without a jump, and on the ridge it is the mean of both.
 TEST(Detection, NormalsGoOverAcrossAnEdge) {
   Patch roof = patch(1, 0, true);
   Points x(6, 3);
@@ -81,7 +81,8 @@ TEST(Detection, SlidingOverFaceBoundariesOfAFlatMeshIsSmooth) {
         at -= list.terms[t].coefficient * bottom.body.start.row(list.terms[t].node).transpose();
       const Vector3 now = top.body.start.row(point.slot).transpose();
       EXPECT_LT((at - now).head<2>().norm(), (k == 0 ? 1.01 : 0.1) * step.head<2>().norm()) << k;
-      if (point.slot == 4 && (faces.empty() || faces.back() != point.face)) faces.push_back(point.face);
+      if (point.slot == 4 && (faces.empty() || faces.back() != point.face))
+        faces.push_back(point.face);
     }
     remember(list, 0, list.points.size(), Points::Zero(m, 3), Points::Ones(m, 3), 1e-6, memory);
     top.body.start = top.body.end, top.body.start.col(2).setZero();
@@ -89,7 +90,8 @@ TEST(Detection, SlidingOverFaceBoundariesOfAFlatMeshIsSmooth) {
   EXPECT_GE(faces.size(), 4u);
 }
 
-// Off the rim of a box: held while it is on, then let go, and not pushed from then on although it sinks beside the box.
+// Off the rim of a box: held while it is on, then let go, and not pushed from then on although it
+// sinks beside the box.
 TEST(Detection, SlidingOffTheRimEndsTheContact) {
   const Patch plate = box(3, 3, 1.0);
   Patch node = patch(1, 0, false, 0.1);
@@ -100,7 +102,8 @@ TEST(Detection, SlidingOffTheRimEndsTheContact) {
     move(node, Vector3(0.01, 0, -2e-3));
     const ContactList list = run(node, plate, memory, k == 0);
     std::vector<char> held(4, 0);
-    Points end_gap(static_cast<Index>(list.points.size()), 3), impulse = Points::Zero(static_cast<Index>(list.points.size()), 3);
+    Points end_gap(static_cast<Index>(list.points.size()), 3),
+        impulse = Points::Zero(static_cast<Index>(list.points.size()), 3);
     for (std::size_t i = 0; i < list.points.size(); ++i) {
       const ContactPoint& point = list.points[i];
       const bool is_top = point.normal()[2] > 0.99;
@@ -124,8 +127,8 @@ TEST(Detection, SlidingOffTheRimEndsTheContact) {
   EXPECT_LT(node.body.start.col(2).maxCoeff(), -0.01);
 }
 
-// Within the edge tolerance of a long face, or beyond its sharp corner, a node may be far from it beside the face's size: whether it
-// is still held is no matter of the axes.
+// Within the edge tolerance of a long face, or beyond its sharp corner, a node may be far from it
+// beside the face's size: whether it is still held is no matter of the axes.
 TEST(Detection, LongFacesHoldWhatIsOffTheirEdgesInAllDirections) {
   Patch sharp = patch(1, 0, true), strip = sharp;
   sharp.body.start.resize(3, 3);
@@ -137,10 +140,13 @@ TEST(Detection, LongFacesHoldWhatIsOffTheirEdgesInAllDirections) {
     fill_sizes(face->surface, face->body.start);
     const Points flat = face->body.start;
     for (int i = 0; i < 12; ++i) {
-      const Matrix3 turn = Eigen::AngleAxisd(i * std::numbers::pi / 6, Vector3(1, 2, i - 6).normalized()).toRotationMatrix();
+      const Matrix3 turn =
+          Eigen::AngleAxisd(i * std::numbers::pi / 6, Vector3(1, 2, i - 6).normalized())
+              .toRotationMatrix();
       face->body.start = face->body.end = flat * turn.transpose();
       Patch node = patch(1, 0, false, 1e-4);
-      node.body.start.rowwise() = Eigen::RowVector3d(-1.8, face == &sharp ? 0 : 0.5, 0) * turn.transpose();
+      node.body.start.rowwise() =
+          Eigen::RowVector3d(-1.8, face == &sharp ? 0 : 0.5, 0) * turn.transpose();
       node.body.end = node.body.start;
       PairMemory memory;
       start_memory(4, memory);

@@ -45,7 +45,8 @@ TEST(Detection, MatchingFacesKeepTheirEdgeNodes) {
   }
 }
 
-// A gap that counts as closed, and a node that is found nearer than that without having touched: it stays where it is.
+// A gap that counts as closed, and a node that is found nearer than that without having touched: it
+// stays where it is.
 TEST(Detection, ANodeInsideAnAdjustedGapIsLeftWhereItIs) {
   Patch top = patch(4, 0.004, false), bottom = patch(4, 0, true);
   PairMemory memory;
@@ -66,7 +67,8 @@ TEST(Detection, ANodeInsideAnAdjustedGapIsLeftWhereItIs) {
   }
 }
 
-// Beside the rim by 0.4 % of a face: a body that has not touched flies past, one that slides there is still held.
+// Beside the rim by 0.4 % of a face: a body that has not touched flies past, one that slides there
+// is still held.
 TEST(Detection, WhatPassesCloseByIsNotCaught) {
   Patch top = patch(2, 0.01, false), bottom = patch(2, 0, true);
   top.body.start.col(0).array() += 1.002;
@@ -100,7 +102,8 @@ TEST(Detection, CommonMotionChangesNothing) {
 }
 
 TEST(Detection, TheFarSideOfAThinPlateDoesNotCatch) {
-  // A plate of 7 % of the face size, both faces in one surface: a node above it is not "deep inside" the bottom face.
+  // A plate of 7 % of the face size, both faces in one surface: a node above it is not "deep
+  // inside" the bottom face.
   Patch node = patch(1, 0.005, false, 0.1);
   Patch plate = patch(2, 0, true);
   const Patch under = patch(2, -0.035, false);
@@ -142,7 +145,8 @@ TEST(Detection, InitialOverlapIsKeptAndReported) {
   EXPECT_NEAR(memory.initial_overlap, 0.05, 1e-12);
   for (const auto& c : list.points) EXPECT_NEAR(c.gap[0], 0, 1e-12);
   // Half of it opens: that half is not given up again.
-  remember(list, 0, list.points.size(), Points::Constant(16, 3, 0.02), Points::Zero(16, 3), 0.03, memory);
+  remember(list, 0, list.points.size(), Points::Constant(16, 3, 0.02), Points::Zero(16, 3), 0.03,
+           memory);
   EXPECT_NEAR(memory.offset.minCoeff(), -0.03, 1e-12);
 }
 
@@ -167,7 +171,8 @@ TEST(Detection, ACornerHoldsFromBothSides) {
   EXPECT_EQ(wall, 2);
 }
 
-// Nodes that lie on a box near its rim are behind its sides, and behind the bottom of a thin one: only the top holds them.
+// Nodes that lie on a box near its rim are behind its sides, and behind the bottom of a thin one:
+// only the top holds them.
 TEST(Detection, OnlyTheFaceThatANodeCameThroughHoldsIt) {
   for (const double height : {0.1, 1.0}) {
     const Patch plate = box(3, 3, height);
@@ -180,7 +185,8 @@ TEST(Detection, OnlyTheFaceThatANodeCameThroughHoldsIt) {
           // Down and a little sidewards; then the node is put on the top, as a contact would do
           move(node, Vector3(1e-9, -1e-9, -gap - 1e-3));
           auto list = run(node, plate, memory, step == 0);
-          Points end_gap = Points::Zero(static_cast<Index>(list.points.size()), 3), impulse = end_gap;
+          Points end_gap = Points::Zero(static_cast<Index>(list.points.size()), 3),
+                 impulse = end_gap;
           std::array<int, 4> held{};
           for (std::size_t i = 0; i < list.points.size(); ++i) {
             const ContactPoint& c = list.points[i];
@@ -188,12 +194,14 @@ TEST(Detection, OnlyTheFaceThatANodeCameThroughHoldsIt) {
               ++held[c.slot];
               EXPECT_LT(c.gap[0], -9e-4);
             } else {
-              EXPECT_GT(c.gap[0], -1e-8) << "pushed sidewards or through: inside " << inside << ", height " << height;
+              EXPECT_GT(c.gap[0], -1e-8)
+                  << "pushed sidewards or through: inside " << inside << ", height " << height;
             }
             end_gap(static_cast<Index>(i), 0) = c.normal()[2] > 0.99 ? 0 : c.gap[0];
             impulse(static_cast<Index>(i), 0) = c.normal()[2] > 0.99;
           }
-          EXPECT_EQ(held, (std::array<int, 4>{1, 1, 1, 1})) << "inside " << inside << ", gap " << gap << ", step " << step;
+          EXPECT_EQ(held, (std::array<int, 4>{1, 1, 1, 1}))
+              << "inside " << inside << ", gap " << gap << ", step " << step;
           remember(list, 0, list.points.size(), end_gap, impulse, 1e-6, memory);
           node.body.start.col(2).setConstant(step % 2 ? 1e-13 : -1e-13);
         }
@@ -209,7 +217,8 @@ TEST(Detection, AgreesWithBruteForceOnRoughSurfaces) {
   for (int trial = 0; trial < 20; ++trial) {
     Patch top = patch(7, 0.03, false), bottom = patch(5, 0, true);
     for (Index i = 0; i < top.body.start.rows(); ++i) top.body.start(i, 2) += 0.02 * unit(random);
-    for (Index i = 0; i < bottom.body.start.rows(); ++i) bottom.body.start(i, 2) += 0.02 * unit(random);
+    for (Index i = 0; i < bottom.body.start.rows(); ++i)
+      bottom.body.start(i, 2) += 0.02 * unit(random);
     bottom.body.end = bottom.body.start;
     move(top, Vector3(0.05 * unit(random), 0.05 * unit(random), -0.05));
     PairMemory memory;
@@ -217,7 +226,8 @@ TEST(Detection, AgreesWithBruteForceOnRoughSurfaces) {
     for (Index i = 0; i < top.body.end.rows(); ++i) {
       double nearest = 1e300;
       for (Index f = 0; f < bottom.surface.faces.rows(); ++f) {
-        const Projection p = project(corners(bottom.surface, f, bottom.body.end), false, top.body.end.row(i).transpose());
+        const Projection p = project(corners(bottom.surface, f, bottom.body.end), false,
+                                     top.body.end.row(i).transpose());
         if (p.outside <= 0) nearest = std::min(nearest, p.distance);
       }
       double found = 1e300;
@@ -226,7 +236,8 @@ TEST(Detection, AgreesWithBruteForceOnRoughSurfaces) {
       // A node that comes in beside the sheet has not come through it
       const Vector3 start = top.body.start.row(i).transpose();
       const bool beside = start.head<2>().minCoeff() < 0.002 || start.head<2>().maxCoeff() > 0.998;
-      // At a ridge the face that it came through and the one that it is nearest to may differ by the roughness.
+      // At a ridge the face that it came through and the one that it is nearest to may differ by
+      // the roughness.
       if (nearest < 0 && !beside) {
         EXPECT_NEAR(found, nearest, 0.01);
       }
@@ -234,14 +245,17 @@ TEST(Detection, AgreesWithBruteForceOnRoughSurfaces) {
   }
 }
 
-// Two boxes somewhere near each other, each deformed and moved on its own, one of them turned; thin ones among them, and steps
-// longer than they are.
+// Two boxes somewhere near each other, each deformed and moved on its own, one of them turned; thin
+// ones among them, and steps longer than they are.
 void disturb(Patch& p, std::mt19937& random, const Vector3& shift, const Vector3& way) {
   std::uniform_real_distribution<double> unit(-1, 1);
-  const Matrix3 R = Eigen::AngleAxisd(unit(random), Vector3(1, 2, -1).normalized()).toRotationMatrix();
-  const Matrix3 turn = Eigen::AngleAxisd(0.2 * unit(random), Vector3(-1, 1, 3).normalized()).toRotationMatrix() * R;
+  const Matrix3 R =
+      Eigen::AngleAxisd(unit(random), Vector3(1, 2, -1).normalized()).toRotationMatrix();
+  const Matrix3 turn =
+      Eigen::AngleAxisd(0.2 * unit(random), Vector3(-1, 1, 3).normalized()).toRotationMatrix() * R;
   for (Index i = 0; i < p.body.start.rows(); ++i) {
-    const Vector3 x = p.body.start.row(i).transpose(), rough = 0.03 * Vector3::NullaryExpr([&](Index) { return unit(random); });
+    const Vector3 x = p.body.start.row(i).transpose(),
+                  rough = 0.03 * Vector3::NullaryExpr([&](Index) { return unit(random); });
     p.body.start.row(i) = (R * x + shift + rough).transpose();
     p.body.end.row(i) = (turn * x + shift + way + 0.5 * rough).transpose();
   }
@@ -252,7 +266,8 @@ TEST(Detection, TheGridLosesNothing) {
   std::uniform_real_distribution<double> unit(-1, 1);
   int near = 0, points = 0;
   for (int trial = 0; trial < 150; ++trial) {
-    Patch slave = box(3, 1, trial % 3 == 0 ? 0.05 : 0.8), master = box(4, 1.2, trial % 4 == 0 ? 0.03 : 0.7);
+    Patch slave = box(3, 1, trial % 3 == 0 ? 0.05 : 0.8),
+          master = box(4, 1.2, trial % 4 == 0 ? 0.03 : 0.7);
     slave.surface.body = 0, master.surface.body = 1;
     const double far = trial % 2 ? 0.3 : 3;  // steps up to three times the body's size
     const auto any = [&](double size) {
@@ -260,7 +275,8 @@ TEST(Detection, TheGridLosesNothing) {
       for (int c = 0; c < 3; ++c) x[c] = size * unit(random);
       return x;
     };
-    const Vector3 slave_step = any(far), slave_place = any(1.2);  // one by one: compilers differ in the order of arguments
+    // one by one: compilers differ in the order of arguments
+    const Vector3 slave_step = any(far), slave_place = any(1.2);
     disturb(slave, random, slave_place, slave_step);
     const Vector3 master_step = any(far), master_place = any(0.2);
     disturb(master, random, master_place, master_step);
@@ -269,7 +285,8 @@ TEST(Detection, TheGridLosesNothing) {
     ContactList found, expected;
     detect(slave.surface, slave.body, master.surface, master.body, false, {}, memory, found);
     detect(slave.surface, slave.body, master.surface, master.body, false, {}, brute, expected);
-    ASSERT_EQ(brute.grid.candidates.target.size(), slave.surface.nodes.size() * master.surface.faces.rows());
+    ASSERT_EQ(brute.grid.candidates.target.size(),
+              slave.surface.nodes.size() * master.surface.faces.rows());
     ASSERT_EQ(found.points.size(), expected.points.size()) << trial;
     for (std::size_t i = 0; i < found.points.size(); ++i) {
       EXPECT_EQ(found.points[i].slot, expected.points[i].slot);
@@ -294,7 +311,8 @@ TEST(Detection, TheGridLosesNothing) {
           FaceCorners at;
           for (int a = 0; a < 4; ++a) at[a] = (1 - t) * start[a] + t * end[a];
           const Index node = slave.surface.nodes[slot];
-          Vector3 d = ((1 - t) * slave.body.start.row(node) + t * slave.body.end.row(node)).transpose();
+          Vector3 d =
+              ((1 - t) * slave.body.start.row(node) + t * slave.body.end.row(node)).transpose();
           const Projection p = project(at, false, d);
           for (int a = 0; a < 4; ++a) d -= p.weights[a] * at[a];
           nearest = std::min(nearest, d.norm());
@@ -302,7 +320,9 @@ TEST(Detection, TheGridLosesNothing) {
         if (nearest > 0.02 * master.surface.size) continue;
         ++near;
         const auto& [first, target] = memory.grid.candidates;
-        EXPECT_TRUE(std::binary_search(target.begin() + first[slot], target.begin() + first[slot + 1], f)) << trial;
+        EXPECT_TRUE(
+            std::binary_search(target.begin() + first[slot], target.begin() + first[slot + 1], f))
+            << trial;
       }
     }
   }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Bodies at each other's edges and corners: no contact where they pass, no energy from where they meet.
+// Bodies at each other's edges and corners: no contact where they pass, no energy from where they
+// meet.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -29,11 +30,13 @@ const Vector3 centre(0.5, 0.5, 0.5);
 
 // Turned about its centre, which is put at `at`.
 void place(Part& part, const Matrix3& R, const Vector3& at, const Vector3& velocity) {
-  part.placement.T = R, part.placement.position = at - R * centre, part.placement.velocity = velocity;
+  part.placement.T = R, part.placement.position = at - R * centre,
+  part.placement.velocity = velocity;
 }
 
 struct Outcome {
-  double gain = 0, loss = 0;             // of energy, as shares of the kinetic energy at the start: largest of the run
+  // of energy, as shares of the kinetic energy at the start: largest of the run
+  double gain = 0, loss = 0;
   Vector3 momentum_b = Vector3::Zero();  // of b at the end
   double largest_sideways = 0;           // of |momentum of b across z|
   double touched_until = 0;              // last output with an impulse
@@ -45,7 +48,8 @@ Outcome run_scene(Simulation& sim) {
   for (std::size_t i = 0; i < r.time.size(); ++i) {
     const double work = r.work_contact[i] / r.total[0];
     o.gain = std::max(o.gain, work), o.loss = std::max(o.loss, -work);
-    o.largest_sideways = std::max(o.largest_sideways, row(r.bodies[1].momentum, i).head<2>().norm());
+    o.largest_sideways =
+        std::max(o.largest_sideways, row(r.bodies[1].momentum, i).head<2>().norm());
     if (r.active[i] > 0) o.touched_until = r.time[i];
   }
   o.momentum_b = row(r.bodies[1].momentum, r.time.size() - 1);
@@ -73,16 +77,19 @@ TEST(Edges, WhatPassesAnEdgeClosebyIsNotTouched) {
   }
 }
 
-// Not all hits keep below 0.1 %: with other random numbers one of forty hard ones (3 % strain, 3 x 3 x 3 elements) brought 0.4 %.
+// Not all hits keep below 0.1 %: with other random numbers one of forty hard ones (3 % strain, 3 x
+// 3 x 3 elements) brought 0.4 %.
 TEST(Edges, ConvexCornersBringHardlyAnyEnergy) {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> unit(-1, 1);
   int hits = 0, too_much = 0;
   for (int trial = 0; trial < 40; ++trial) {
-    Part a = cube({3, 3, 3}), b = cube(trial % 3 ? std::array<Index, 3>{3, 3, 3} : std::array<Index, 3>{2, 2, 2});
+    Part a = cube({3, 3, 3}),
+         b = cube(trial % 3 ? std::array<Index, 3>{3, 3, 3} : std::array<Index, 3>{2, 2, 2});
     Eigen::Matrix<double, 6, 1> any;  // axis, angle, two offsets
     for (double& x : any) x = unit(random);
-    const Matrix3 R = Eigen::AngleAxisd(std::numbers::pi * any[3], any.head<3>().normalized()).toRotationMatrix();
+    const Matrix3 R =
+        Eigen::AngleAxisd(std::numbers::pi * any[3], any.head<3>().normalized()).toRotationMatrix();
     const double speed = trial % 2 ? 0.05 : 0.3;
     place(a, R, centre + Vector3(-1.8, 0.8 * any[4], 0.8 * any[5]), Vector3(speed, 0, 0));
     const Outcome o = meet(a, b, 2 / speed);
@@ -125,7 +132,8 @@ Mesh l_shape() {
   Block& block = mesh.blocks[0];
   block.connectivity = block.connectivity(kept, Eigen::all).eval();
   block.element_ids.resize(kept.size());
-  std::vector<Index> used(block.connectivity.data(), block.connectivity.data() + block.connectivity.size());
+  std::vector<Index> used(block.connectivity.data(),
+                          block.connectivity.data() + block.connectivity.size());
   std::sort(used.begin(), used.end());
   used.erase(std::unique(used.begin(), used.end()), used.end());
   for (Index i = 0; i < block.connectivity.size(); ++i) {
@@ -137,8 +145,9 @@ Mesh l_shape() {
   Sideset all{"surface", 3, {}};
   for (Index e = 0; e < static_cast<Index>(kept.size()); ++e) {
     const Index i = kept[e] % 4, j = (kept[e] / 4) % 4, k = kept[e] / 16;
-    const std::array<bool, 6> inner{is_solid(i, j - 1, k), is_solid(i + 1, j, k), is_solid(i, j + 1, k),
-                                    is_solid(i - 1, j, k), is_solid(i, j, k - 1), is_solid(i, j, k + 1)};
+    const std::array<bool, 6> inner{is_solid(i, j - 1, k), is_solid(i + 1, j, k),
+                                    is_solid(i, j + 1, k), is_solid(i - 1, j, k),
+                                    is_solid(i, j, k - 1), is_solid(i, j, k + 1)};
     for (int side = 1; side <= 6; ++side)
       if (!inner[side - 1]) all.sides.push_back({0, e, side});
   }
@@ -159,8 +168,9 @@ TEST(Edges, AConcaveCornerHoldsWithoutBringingEnergy) {
       l.mesh = l_shape();
       l.fe = assemble(l.mesh, {{shape.material, Hex8Formulation::incompatible}}, MassKind::lumped);
       l.geometry = geometry_of(l.mesh, l.fe);
-      sim.bodies[1] = std::make_unique<MeshBody>("l", std::make_shared<MeshModel>(mesh_model(l.fe, l.geometry.coordinates, true)),
-                                                 Placement{}, std::vector<HeldDirection>{}, std::make_shared<RowThreads>(1));
+      sim.bodies[1] = std::make_unique<MeshBody>(
+          "l", std::make_shared<MeshModel>(mesh_model(l.fe, l.geometry.coordinates, true)),
+          Placement{}, std::vector<HeldDirection>{}, std::make_shared<RowThreads>(1));
       const Surface& skin = l.geometry.surfaces.at("surface");
       ContactNodes& contact = sim.contact_nodes[1];
       contact.nodes = surface_nodes(skin);
@@ -170,14 +180,17 @@ TEST(Edges, AConcaveCornerHoldsWithoutBringingEnergy) {
       master.nodes.clear();
       for (Index k = 0; k < master.faces.size(); ++k) {
         Index& node = master.faces.data()[k];
-        node = std::lower_bound(contact.nodes.begin(), contact.nodes.end(), node) - contact.nodes.begin();
+        node = std::lower_bound(contact.nodes.begin(), contact.nodes.end(), node) -
+               contact.nodes.begin();
       }
-      for (std::size_t k = 0; k < contact.nodes.size(); ++k) master.nodes.push_back(static_cast<Index>(k));
+      for (std::size_t k = 0; k < contact.nodes.size(); ++k)
+        master.nodes.push_back(static_cast<Index>(k));
       fill_sizes(master, sim.bodies[1]->reference_positions()(contact.nodes, Eigen::all));
       sim.monitors[1].mean_set = sim.bodies[1]->track_mean(contact.nodes);
       sim.monitors[1].contact_slots = master.nodes;
       sim.pairs[0].master = std::make_shared<const ContactSurface>(std::move(master));
-      const double h = 0.9 * std::min(critical_step(*sim.bodies[0], true), critical_step(*sim.bodies[1], true));
+      const double h =
+          0.9 * std::min(critical_step(*sim.bodies[0], true), critical_step(*sim.bodies[1], true));
       sim.plan = fit_steps(h, 0.06, 6);
       const Outcome o = run_scene(sim);
       EXPECT_LT(o.gain, 1e-3) << turn << ' ' << aside;
@@ -189,9 +202,11 @@ TEST(Edges, AConcaveCornerHoldsWithoutBringingEnergy) {
   }
 }
 
-// Pressed on by a light gravity, a cube slides over another and off its edge: pushed down only, let go when it is off.
+// Pressed on by a light gravity, a cube slides over another and off its edge: pushed down only, let
+// go when it is off.
 TEST(Edges, SlidingOffAnEdgeGivesNoKick) {
-  for (const std::array<Index, 3> n : {std::array<Index, 3>{3, 3, 3}, std::array<Index, 3>{4, 3, 2}}) {
+  for (const std::array<Index, 3> n :
+       {std::array<Index, 3>{3, 3, 3}, std::array<Index, 3>{4, 3, 2}}) {
     Part a = cube({3, 3, 3}), b = cube(n);
     const double speed = 0.4;
     place(a, Matrix3::Identity(), centre + Vector3(0.1, 0.013, 1 + 1e-6), Vector3(speed, 0, 0));

@@ -15,7 +15,8 @@ FaceGrid face_grid(int nx, int ny, bool up, GridFaces kind, double distortion, u
   for (int j = 0; j <= ny; ++j) {
     for (int i = 0; i <= nx; ++i) {
       const double dx = distortion * unit(random) / nx, dy = distortion * unit(random) / ny;
-      x.row(j * (nx + 1) + i) << double(i) / nx + (i > 0 && i < nx ? dx : 0), double(j) / ny + (j > 0 && j < ny ? dy : 0), 0;
+      x.row(j * (nx + 1) + i) << double(i) / nx + (i > 0 && i < nx ? dx : 0),
+          double(j) / ny + (j > 0 && j < ny ? dy : 0), 0;
     }
   }
   std::vector<std::array<Index, 4>> faces;
@@ -50,6 +51,8 @@ void transform(FaceGrid& grid, const Matrix3& R, const Vector3& d) {
   fill_sizes(grid.surface, grid.body.end);
 }
 
-Matrix3 turn(double angle, const Vector3& axis) { return Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix(); }
+Matrix3 turn(double angle, const Vector3& axis) {
+  return Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix();
+}
 
 }  // namespace cbr::test

@@ -13,9 +13,10 @@ struct FaceGrid {
 
 enum class GridFaces { quads, triangles, mixed };
 
-// nx x ny faces over [0, 1]^2 in the plane z = 0, normal up or down. `distortion`: nodes are moved in the plane by up to this share
-// of a face, those of the rim along the rim.
-FaceGrid face_grid(int nx, int ny, bool up, GridFaces kind = GridFaces::quads, double distortion = 0, unsigned seed = 1);
+// nx x ny faces over [0, 1]^2 in the plane z = 0, normal up or down. `distortion`: nodes are moved
+// in the plane by up to this share of a face, those of the rim along the rim.
+FaceGrid face_grid(int nx, int ny, bool up, GridFaces kind = GridFaces::quads,
+                   double distortion = 0, unsigned seed = 1);
 
 // x -> R x + d, all of it.
 void transform(FaceGrid& grid, const Matrix3& R, const Vector3& d);
@@ -25,6 +26,8 @@ inline void shift(FaceGrid& grid, const Vector3& d) { transform(grid, Matrix3::I
 Matrix3 turn(double angle, const Vector3& axis = Vector3::UnitZ());
 
 // The predicted motion of the step.
-inline void move(FaceGrid& grid, const Vector3& d) { grid.body.end = grid.body.start.rowwise() + d.transpose(); }
+inline void move(FaceGrid& grid, const Vector3& d) {
+  grid.body.end = grid.body.start.rowwise() + d.transpose();
+}
 
 }  // namespace cbr::test

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The file of fields as docs/formats.md describes it: what a script or a viewer takes from it by name.
+// The file of fields as docs/formats.md describes it: what a script or a viewer takes from it by
+// name.
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
@@ -22,12 +23,13 @@ class Fields : public ::testing::Test {
  protected:
   Fields() {
     write_mesh(test::brick({4, 2, 3}, Vector3(1, 0.5, 0.6)), folder_ / "brick.msh");
-    std::ofstream(folder_ / "scene.yaml") << "materials: {soft: {youngs_modulus: 100, poissons_ratio: 0.25, density: 1}}\n"
-                                             "components: {brick: {mesh: brick.msh, material: soft, element: hex8}}\n"
-                                             "instances: {a: {component: brick, as: mesh, rotation: [10, 20, 30]}}\n"
-                                             "boundary: [{instance: a, nodes: x_min, fix: [x, y, z]}]\n"
-                                             "loads: [{instance: a, surface: x_max, traction: [1, 2, -3]}]\n"
-                                             "time: {end: 0.1}\noutput: {every: 0.05, fields: [displacement, stress]}\n";
+    std::ofstream(folder_ / "scene.yaml")
+        << "materials: {soft: {youngs_modulus: 100, poissons_ratio: 0.25, density: 1}}\n"
+           "components: {brick: {mesh: brick.msh, material: soft, element: hex8}}\n"
+           "instances: {a: {component: brick, as: mesh, rotation: [10, 20, 30]}}\n"
+           "boundary: [{instance: a, nodes: x_min, fix: [x, y, z]}]\n"
+           "loads: [{instance: a, surface: x_max, traction: [1, 2, -3]}]\n"
+           "time: {end: 0.1}\noutput: {every: 0.05, fields: [displacement, stress]}\n";
     Report report("test", Verbosity::quiet);
     run_scene((folder_ / "scene.yaml").string(), folder_ / "r.h5", report);
   }
@@ -35,7 +37,8 @@ class Fields : public ::testing::Test {
   test::TemporaryFolder folder_;
 };
 
-// Gradient of a trilinear field at the centre of a hex8, du_i / dx_j: corner a has the reference position xi_a = +-1.
+// Gradient of a trilinear field at the centre of a hex8, du_i / dx_j: corner a has the reference
+// position xi_a = +-1.
 Matrix3 gradient_at_centre(const Points& X, const Points& u) {
   Points dN(8, 3);
   dN << -1, -1, -1, 1, -1, -1, 1, 1, -1, -1, 1, -1, -1, -1, 1, 1, -1, 1, 1, 1, 1, -1, 1, 1;
@@ -45,16 +48,21 @@ Matrix3 gradient_at_centre(const Points& X, const Points& u) {
 
 TEST_F(Fields, EachStressHasItsNameAndIsHookesLawOfTheDisplacementsAtTheCentre) {
   const Hdf5Reader file(folder_ / "r.fields.h5");
-  const Points X = file.read_points("/grids/0/points"), u = file.read_points("/steps/2/0/displacement");
+  const Points X = file.read_points("/grids/0/points"),
+               u = file.read_points("/steps/2/0/displacement");
   const IndexTable cells = file.read_index_table("/grids/0/cells");
-  const auto stress = [&](const std::string& name) { return file.read_matrix("/steps/2/0/stress_" + name); };
-  const Matrix xx = stress("xx"), yy = stress("yy"), zz = stress("zz"), xy = stress("xy"), yz = stress("yz"), xz = stress("xz"),
-               von_mises = stress("von_mises");
+  const auto stress = [&](const std::string& name) {
+    return file.read_matrix("/steps/2/0/stress_" + name);
+  };
+  const Matrix xx = stress("xx"), yy = stress("yy"), zz = stress("zz"), xy = stress("xy"),
+               yz = stress("yz"), xz = stress("xz"), von_mises = stress("von_mises");
   ASSERT_EQ(xx.rows(), cells.rows());
   for (Index e = 0; e < cells.rows(); ++e) {
-    const Matrix3 grad = gradient_at_centre(X(cells.row(e), Eigen::all), u(cells.row(e), Eigen::all));
+    const Matrix3 grad =
+        gradient_at_centre(X(cells.row(e), Eigen::all), u(cells.row(e), Eigen::all));
     const Matrix3 strain = 0.5 * (grad + grad.transpose());
-    const Matrix3 sigma = E / (1 + nu) * (strain + nu / (1 - 2 * nu) * strain.trace() * Matrix3::Identity());
+    const Matrix3 sigma =
+        E / (1 + nu) * (strain + nu / (1 - 2 * nu) * strain.trace() * Matrix3::Identity());
     const Matrix3 deviator = sigma - sigma.trace() / 3 * Matrix3::Identity();
     const double bound = 1e-12 * sigma.norm();
     EXPECT_NEAR(xx(e, 0), sigma(0, 0), bound);
@@ -91,7 +99,9 @@ TEST_F(Fields, TextNamesScalarsOnly) {
   const std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
   EXPECT_EQ(text.find("Tensor"), std::string::npos);
   for (const std::string name : {"xx", "yy", "zz", "xy", "yz", "xz", "von_mises"})
-    EXPECT_NE(text.find("Name=\"stress_" + name + "\" AttributeType=\"Scalar\" Center=\"Cell\""), std::string::npos) << name;
+    EXPECT_NE(text.find("Name=\"stress_" + name + "\" AttributeType=\"Scalar\" Center=\"Cell\""),
+              std::string::npos)
+        << name;
 }
 
 }  // namespace

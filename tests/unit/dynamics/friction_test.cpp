@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Blocks that strike each other obliquely: Coulomb's law, friction's work, conservation; and contact damping.
+// Blocks that strike each other obliquely: Coulomb's law, friction's work, conservation; and
+// contact damping.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -55,7 +56,8 @@ TEST(Friction, SlidingForceIsMuTimesTheNormalForceAgainstTheSlip) {
       ASSERT_LT(total[0], 0);
       // The slip's direction is (0, 3, 4) / 5 but for what the faces do themselves
       // The springs of a penalty stretch a little before they give way
-      EXPECT_NEAR(total.tail<2>().norm() / -total[0], mu, (enforcement == Enforcement::penalty ? 0.05 : 2e-3) * mu);
+      EXPECT_NEAR(total.tail<2>().norm() / -total[0], mu,
+                  (enforcement == Enforcement::penalty ? 0.05 : 2e-3) * mu);
       EXPECT_NEAR(total[1] / total.tail<2>().norm(), -0.6, 0.03);
       EXPECT_NEAR(total[2] / total.tail<2>().norm(), -0.8, 0.03);
       EXPECT_LT(result.work_friction.back(), 0);
@@ -67,14 +69,19 @@ TEST(Friction, SlidingForceIsMuTimesTheNormalForceAgainstTheSlip) {
 
 TEST(Friction, NoneIsTheLimitOfLittle) {
   const Strike s = strike(false, true, Vector3(1e-3, 1e-3, 0));
-  Simulation rough = with_friction(s, Enforcement::impulse, 1e-9), smooth = with_friction(s, Enforcement::impulse, 0);
+  Simulation rough = with_friction(s, Enforcement::impulse, 1e-9),
+             smooth = with_friction(s, Enforcement::impulse, 0);
   smooth.pairs[0].law = {};
   const RunResult r = run(rough), f = run(smooth);
-  EXPECT_LT((row(r.bodies[1].momentum, r.time.size() - 1) - row(f.bodies[1].momentum, f.time.size() - 1)).norm(), 1e-10);
+  EXPECT_LT(
+      (row(r.bodies[1].momentum, r.time.size() - 1) - row(f.bodies[1].momentum, f.time.size() - 1))
+          .norm(),
+      1e-10);
 }
 
-// With much friction and little tangential speed the faces stick: both bodies leave turned by the same tangential impulse, and
-// friction takes no energy (impulse: no slip at all; penalty: what the springs still hold).
+// With much friction and little tangential speed the faces stick: both bodies leave turned by the
+// same tangential impulse, and friction takes no energy (impulse: no slip at all; penalty: what the
+// springs still hold).
 TEST(Friction, StickingTakesNoEnergy) {
   const Strike s = strike(false, false, Vector3(1e-3, 1e-5, 0));
   Simulation sim = with_friction(s, Enforcement::impulse, 20);

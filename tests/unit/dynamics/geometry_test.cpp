@@ -28,7 +28,8 @@ Surface face(FaceKind kind, Points& x) {
 
 TEST(FaceWeights, SumToTheAreaAndKeepTheMoment) {
   const double square = 3 * std::sqrt(5.0);
-  for (const FaceKind kind : {FaceKind::tri3, FaceKind::quad4, FaceKind::tri6, FaceKind::quad8, FaceKind::quad9}) {
+  for (const FaceKind kind :
+       {FaceKind::tri3, FaceKind::quad4, FaceKind::tri6, FaceKind::quad8, FaceKind::quad9}) {
     Points x;
     const Surface s = face(kind, x);
     const Vector w = face_weights(s, x);
@@ -82,7 +83,8 @@ TEST(GeometryNames, WhatIsNotThereIsNamedWithTheCure) {
     FAIL();
   } catch (const InputError& error) {
     const std::string text = error.what();
-    for (const char* part : {"scene.yaml:12", "left", "x_mx", "x_max", "did you mean", "cbr-reduce"})
+    for (const char* part :
+         {"scene.yaml:12", "left", "x_mx", "x_max", "did you mean", "cbr-reduce"})
       EXPECT_NE(text.find(part), std::string::npos) << part;
   }
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/setup/components/half_modes.hpp"
 #include "common/linalg/dense.hpp"
 #include "common/scene/scene_words.hpp"
-#include "dynamics/setup/components/half_modes.hpp"
 
 #include <gtest/gtest.h>
 
@@ -15,13 +15,16 @@
 namespace cbr {
 namespace {
 
-Superelement reduced(Index modes, Basis basis, Pick pick = Pick::frequency, MasslessModes massless = MasslessModes::free) {
+Superelement reduced(Index modes, Basis basis, Pick pick = Pick::frequency,
+                     MasslessModes massless = MasslessModes::free) {
   const Mesh mesh = test::block_mesh({{4, 3, 2}, Vector3(1, 0.8, 0.7)});
   ReductionOptions options;
   options.interface_sets = {"x_max"};
-  options.modes = modes, options.basis = basis, options.pick = pick, options.massless_modes = massless;
+  options.modes = modes, options.basis = basis, options.pick = pick,
+  options.massless_modes = massless;
   Report report("test", Verbosity::quiet);
-  return reduce(mesh, {BlockProperties{{100, 0.3, 1}, Hex8Formulation::incompatible}}, MassKind::lumped, options, {}, report);
+  return reduce(mesh, {BlockProperties{{100, 0.3, 1}, Hex8Formulation::incompatible}},
+                MassKind::lumped, options, {}, report);
 }
 
 double relative(const Matrix& a, const Matrix& b) { return (a - b).norm() / b.norm(); }
@@ -76,10 +79,12 @@ TEST(HalfDifference, OfABodyThatOnlyTheSecondRunMoves) {
   EXPECT_TRUE(std::isinf(half_difference(whole, half).largest()));
 }
 
-// As a run sees it: the answer of the interface to a load that swings, whatever the signs of the modes.
+// As a run sees it: the answer of the interface to a load that swings, whatever the signs of the
+// modes.
 Matrix compliance(const Superelement& s, double omega2) {
   const Matrix& V = s.massless.V;
-  return s.massless.F + V * (s.eigenvalues.array() - omega2).inverse().matrix().asDiagonal() * V.transpose();
+  return s.massless.F +
+         V * (s.eigenvalues.array() - omega2).inverse().matrix().asDiagonal() * V.transpose();
 }
 
 void expect_same(const Superelement& s, const Superelement& half, double tolerance) {
@@ -88,14 +93,16 @@ void expect_same(const Superelement& s, const Superelement& half, double toleran
   EXPECT_LT((s.eigenvalues - half.eigenvalues).norm(), tolerance * highest);
   EXPECT_LT(relative(s.massless.F, half.massless.F), tolerance);
   EXPECT_LT(relative(s.massless.V.cwiseAbs(), half.massless.V.cwiseAbs()), 10 * tolerance);
-  EXPECT_NEAR(s.massless.omega_closed, half.massless.omega_closed, tolerance * half.massless.omega_closed);
+  EXPECT_NEAR(s.massless.omega_closed, half.massless.omega_closed,
+              tolerance * half.massless.omega_closed);
   const double omega2 = -0.1 * highest;
   EXPECT_LT(relative(compliance(s, omega2), compliance(half, omega2)), tolerance);
 }
 
 // Halved more than once, from a file and back.
 TEST(KeepHalf, OfBasisMasslessIsTheReductionWithHalfOfTheModes) {
-  for (const MasslessModes kind : {MasslessModes::free, MasslessModes::tapered, MasslessModes::fixed}) {
+  for (const MasslessModes kind :
+       {MasslessModes::free, MasslessModes::tapered, MasslessModes::fixed}) {
     SCOPED_TRACE(word_of(massless_words, kind));
     for (const Index modes : {Index{13}, Index{24}, Index{40}}) {
       Superelement s = reduced(modes, Basis::massless, Pick::frequency, kind);
@@ -117,7 +124,8 @@ TEST(KeepHalf, OfFixedModesPickedByParticipationTakesTheBestOfThem) {
   const std::vector<Index> best = modes_by_participation(craig_bampton.M_kc, 15);
   keep_half(s, HalfBy::participation);
   // With the interface held its squared frequencies are those of the modes that stay
-  const Matrix held = s.massless.V.transpose() * Cholesky(s.massless.F).solve(s.massless.V) + Matrix(s.eigenvalues.asDiagonal());
+  const Matrix held = s.massless.V.transpose() * Cholesky(s.massless.F).solve(s.massless.V) +
+                      Matrix(s.eigenvalues.asDiagonal());
   const Vector found = symmetric_eigenvalues(held), expected = craig_bampton.eigenvalues(best);
   EXPECT_LT(relative(found, expected), 1e-8);
 }
@@ -130,8 +138,10 @@ TEST(KeepHalf, OfBasisMasslessIsRefusedWhereItIsNotKnownOrNone) {
     EXPECT_THROW(require_half(s), InputError) << word_of(massless_words, kind);
     EXPECT_THROW(keep_half(s, HalfBy::frequency), InputError) << word_of(massless_words, kind);
   }
-  EXPECT_THROW(require_half(reduced(11, Basis::massless, Pick::frequency, MasslessModes::fixed)), InputError);
-  EXPECT_NO_THROW(require_half(reduced(0, Basis::massless, Pick::frequency, MasslessModes::tapered)));
+  EXPECT_THROW(require_half(reduced(11, Basis::massless, Pick::frequency, MasslessModes::fixed)),
+               InputError);
+  EXPECT_NO_THROW(
+      require_half(reduced(0, Basis::massless, Pick::frequency, MasslessModes::tapered)));
 }
 
 TEST(KeepHalf, TakesWhatWasPickedByParticipation) {
@@ -147,7 +157,8 @@ TEST(KeepHalf, OfDomainsIsThatOfEach) {
   folder.add("part.exo", test::block_mesh({{6, 3, 2}, Vector3(1, 0.6, 0.8)}));
   const test::Ran ran = folder.prepare(
       "materials: {m: {youngs_modulus: 100, poissons_ratio: 0.3, density: 1}}\n"
-      "components:\n  part: {mesh: part.exo, material: m, reduction: {interface: [x_max], modes: 7, domains: 2}}\n"
+      "components:\n  part: {mesh: part.exo, material: m, reduction: {interface: [x_max], modes: "
+      "7, domains: 2}}\n"
       "instances:\n  a: {component: part}\ntime: {end: 0.1, step: 1.0e-3}\n");
   Report report("test", Verbosity::quiet);
   BuildOptions options;
@@ -155,7 +166,8 @@ TEST(KeepHalf, OfDomainsIsThatOfEach) {
   const BuiltScene half = build(ran.scene, report, options);
   EXPECT_EQ(ran.built.instances.at(0).n_modal, 14);
   EXPECT_EQ(half.instances.at(0).n_modal, 6);
-  EXPECT_EQ(half.simulation.bodies.at(0)->n_dofs(), ran.built.simulation.bodies.at(0)->n_dofs() - 8);
+  EXPECT_EQ(half.simulation.bodies.at(0)->n_dofs(),
+            ran.built.simulation.bodies.at(0)->n_dofs() - 8);
 }
 
 }  // namespace

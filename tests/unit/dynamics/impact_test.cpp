@@ -18,7 +18,8 @@ using test::two_bodies;
 
 constexpr double speed = 1e-3;  // strain of 5e-5
 
-// Two equal bars of wave speed 10 and length 1 (nu = 0: one-dimensional), a gap of one step's way apart; a flies into b.
+// Two equal bars of wave speed 10 and length 1 (nu = 0: one-dimensional), a gap of one step's way
+// apart; a flies into b.
 struct Bars {
   Part a, b;
   double contact = 2 * 1.0 / 10, start = 0.02, end = 0.6;
@@ -74,7 +75,8 @@ TEST(Impact, EqualBarsSwapTheirVelocities) {
         expect_balanced(result, 1e-12, 1e-12);
         const double mass = 0.01;
         error[level] = std::abs(final_speed(result, 1, mass) / speed - 1);
-        EXPECT_NEAR(final_speed(result, 0, mass), speed - final_speed(result, 1, mass), 1e-12 * speed);
+        EXPECT_NEAR(final_speed(result, 0, mass), speed - final_speed(result, 1, mass),
+                    1e-12 * speed);
         // In contact from `start` for 2 L / c; half the speed and force E A v / (2 c) meanwhile
         double impulse = 0, first = 0, last = 0;
         for (std::size_t i = 1; i < result.time.size(); ++i) {
@@ -177,17 +179,20 @@ void place(Part& part, const Matrix3& R, const Vector3& shift, const Vector3& bo
   part.placement.velocity = R * part.placement.velocity + boost;
 }
 
-// Largest difference of momenta and mean face positions after undoing the placement, relative to the largest.
-double difference(const RunResult& plain, const RunResult& moved, const Matrix3& R, const Vector3& shift, const Vector3& boost,
-                  const std::array<double, 2>& mass) {
+// Largest difference of momenta and mean face positions after undoing the placement, relative to
+// the largest.
+double difference(const RunResult& plain, const RunResult& moved, const Matrix3& R,
+                  const Vector3& shift, const Vector3& boost, const std::array<double, 2>& mass) {
   double worst = 0, momentum_scale = 0;
   for (std::size_t i = 0; i < plain.time.size(); ++i)
-    for (int b : {0, 1}) momentum_scale = std::max(momentum_scale, row(plain.bodies[b].momentum, i).norm());
+    for (int b : {0, 1})
+      momentum_scale = std::max(momentum_scale, row(plain.bodies[b].momentum, i).norm());
   for (std::size_t i = 0; i < plain.time.size(); ++i) {
     for (int b : {0, 1}) {
       const Vector3 p = R.transpose() * (row(moved.bodies[b].momentum, i) - mass[b] * boost);
       worst = std::max(worst, (p - row(plain.bodies[b].momentum, i)).norm() / momentum_scale);
-      const Vector3 x = R.transpose() * (row(moved.monitors[b].mean_position, i) - shift - plain.time[i] * boost);
+      const Vector3 x =
+          R.transpose() * (row(moved.monitors[b].mean_position, i) - shift - plain.time[i] * boost);
       worst = std::max(worst, (x - row(plain.monitors[b].mean_position, i)).norm());
     }
   }
@@ -197,12 +202,14 @@ double difference(const RunResult& plain, const RunResult& moved, const Matrix3&
 TEST(Impact, RotatedMirroredAndMovingScenesGiveTheSameAnswer) {
   const Matrix3 R = Eigen::AngleAxisd(0.83, Vector3(1, -2, 0.7).normalized()).toRotationMatrix();
   const Matrix3 mirror = R * Vector3(1, 1, -1).asDiagonal();
-  for (const auto& [mesh_a, mesh_b] : {std::pair{false, false}, std::pair{true, false}, std::pair{true, true}}) {
+  for (const auto& [mesh_a, mesh_b] :
+       {std::pair{false, false}, std::pair{true, false}, std::pair{true, true}}) {
     const Blocks plain = blocks(mesh_a, mesh_b);
     Simulation reference = two_bodies(plain.a, plain.b, Enforcement::impulse, 0.6, 0.02);
     const RunResult expected = run(reference);
     expect_balanced(expected, 1e-11, 1e-12);
-    EXPECT_GT(row(expected.bodies[1].momentum, expected.time.size() - 1)[0], 0.01);  // they did meet
+    // they did meet
+    EXPECT_GT(row(expected.bodies[1].momentum, expected.time.size() - 1)[0], 0.01);
     const std::array<double, 2> mass{0.25, 0.25};
     const auto moved = [&](const Matrix3& T, const Vector3& shift, const Vector3& boost) {
       Blocks s = plain;
@@ -220,10 +227,14 @@ TEST(Impact, MeshAndSuperelementWithAllModesAgree) {
   Blocks s = blocks(true, true), t = blocks(false, false);
   t.a.modes = t.b.modes = 100000;
   t.a.scheme = t.b.scheme = Scheme::central_difference;
-  Simulation a = two_bodies(s.a, s.b, Enforcement::impulse, 0.6, 0.02), b = two_bodies(t.a, t.b, Enforcement::impulse, 0.6, 0.02);
+  Simulation a = two_bodies(s.a, s.b, Enforcement::impulse, 0.6, 0.02),
+             b = two_bodies(t.a, t.b, Enforcement::impulse, 0.6, 0.02);
   b.plan = a.plan;
-  // The same model, the same scheme, the same step: full mesh and superelement agree to round-off of the eigenvectors.
-  EXPECT_LT(difference(run(a), run(b), Matrix3::Identity(), Vector3::Zero(), Vector3::Zero(), {0.25, 0.25}), 1e-8);
+  // The same model, the same scheme, the same step: full mesh and superelement agree to round-off
+  // of the eigenvectors.
+  EXPECT_LT(difference(run(a), run(b), Matrix3::Identity(), Vector3::Zero(), Vector3::Zero(),
+                       {0.25, 0.25}),
+            1e-8);
 }
 
 TEST(Impact, JumpsChangeNothing) {
@@ -241,7 +252,8 @@ TEST(Impact, JumpsChangeNothing) {
     Index with = 0, without = 0;
     const RunResult a = simulate(true, with), b = simulate(false, without);
     EXPECT_LT(with, (3 * without) / 4);
-    EXPECT_LT(difference(b, a, Matrix3::Identity(), Vector3::Zero(), Vector3::Zero(), {0.25, 0.25}), 1e-10);
+    EXPECT_LT(difference(b, a, Matrix3::Identity(), Vector3::Zero(), Vector3::Zero(), {0.25, 0.25}),
+              1e-10);
   }
 }
 
@@ -268,7 +280,8 @@ INSTANTIATE_TEST_SUITE_P(Lengths, InitialOverlap, testing::Values(0.001, 0.02, 0
 TEST(Impact, MomentumUnderLoadsIsOfTheTimeWritten) {
   for (const MassKind mass : {MassKind::lumped, MassKind::consistent}) {
     const test::Brick b = test::make_brick({4, 2, 2}, Vector3(1, 0.5, 0.5), {100, 0.25, 1}, mass);
-    const auto model = std::make_shared<MeshModel>(mesh_model(b.fe, b.geometry.coordinates, mass == MassKind::lumped));
+    const auto model = std::make_shared<MeshModel>(
+        mesh_model(b.fe, b.geometry.coordinates, mass == MassKind::lumped));
     MeshBody body("b", model, {}, {}, std::make_shared<RowThreads>(1));
     body.add_gravity(Vector3(0, 0, -2), {});
     const double h = 1 / body.largest_frequency();
@@ -306,12 +319,14 @@ TEST(Impact, HangingOnAFixedEndUnderGravity) {
     mean += (position[0] - 0.3) / steps;
   }
   const BodyState state = body.state();
-  EXPECT_NEAR(state.kinetic_energy + state.strain_energy, body.work().external, 1e-9 * body.work().external);
+  EXPECT_NEAR(state.kinetic_energy + state.strain_energy, body.work().external,
+              1e-9 * body.work().external);
   // Static sag from the reduced stiffness: K_f q = M_f r g
-  EXPECT_NEAR(mean,
-              (form->V.bottomRows(s.c()) * (form->E.col(0) * 9.81).cwiseQuotient(form->omega.cwiseAbs2()))(
-                  displacement_rows(s)(surface_nodes(s.surfaces[1])[4], 0) - s.k()),
-              0.02 * mean);
+  EXPECT_NEAR(
+      mean,
+      (form->V.bottomRows(s.c()) * (form->E.col(0) * 9.81).cwiseQuotient(form->omega.cwiseAbs2()))(
+          displacement_rows(s)(surface_nodes(s.surfaces[1])[4], 0) - s.k()),
+      0.02 * mean);
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Impulses with a W that is kept from step to step and corrected, against a W that is formed anew in each: long slides, points that
-// come and go, laws mixed, singular responses, bodies that share a block in different axes.
+// Impulses with a W that is kept from step to step and corrected, against a W that is formed anew
+// in each: long slides, points that come and go, laws mixed, singular responses, bodies that share
+// a block in different axes.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -18,7 +19,8 @@
 namespace cbr {
 namespace {
 
-// Two square faces of n x n nodes, spacing 1, one over the other; the upper one (slave) has slid by (x, y). A ball's gap.
+// Two square faces of n x n nodes, spacing 1, one over the other; the upper one (slave) has slid by
+// (x, y). A ball's gap.
 struct Slide {
   Index n = 9;
   std::vector<PointLaw> laws_of_slots;
@@ -27,7 +29,9 @@ struct Slide {
   std::vector<PointLaw> laws;
   double reach = HUGE_VAL;  // only nodes within this distance of the ball's centre have a point
 
-  Index master(Index i, Index j) const { return std::clamp<Index>(j, 0, n - 1) * n + std::clamp<Index>(i, 0, n - 1); }
+  Index master(Index i, Index j) const {
+    return std::clamp<Index>(j, 0, n - 1) * n + std::clamp<Index>(i, 0, n - 1);
+  }
 
   void start(const Matrix& S, bool shared) {
     bodies.assign(2, ContactBody());
@@ -37,7 +41,8 @@ struct Slide {
       body.impulses.setZero(n * n, 3), body.friction.setZero(n * n, 3);
       body.response.block = shared ? block : std::make_shared<const Matrix>((1 + b) * S);
     }
-    bodies[0].response.axes = Eigen::AngleAxisd(0.7, Vector3(1, 2, -1).normalized()).toRotationMatrix();
+    bodies[0].response.axes =
+        Eigen::AngleAxisd(0.7, Vector3(1, 2, -1).normalized()).toRotationMatrix();
     bodies[1].response.axes = bodies[0].response.axes * Vector3(-1, 1, 1).asDiagonal();
   }
 
@@ -51,12 +56,17 @@ struct Slide {
       const Index i = static_cast<Index>(std::floor(px)), j = static_cast<Index>(std::floor(py));
       const double u = px - std::floor(px), v = py - std::floor(py);
       ContactPoint point;
-      point.frame = contact_frame(Vector3(0.1 * std::sin(px + x), 0.1 * std::cos(py), 1).normalized());
-      point.gap = 1e-3 * Vector3(r * r / (0.4 * static_cast<double>(n * n)) - 1, 0.3 - 0.05 * py, 0.05 * px);
-      point.slot = slot, point.first_term = static_cast<Index>(list.terms.size()), point.n_terms = 5;
+      point.frame =
+          contact_frame(Vector3(0.1 * std::sin(px + x), 0.1 * std::cos(py), 1).normalized());
+      point.gap = 1e-3 * Vector3(r * r / (0.4 * static_cast<double>(n * n)) - 1, 0.3 - 0.05 * py,
+                                 0.05 * px);
+      point.slot = slot, point.first_term = static_cast<Index>(list.terms.size()),
+      point.n_terms = 5;
       list.terms.push_back({0, slot, 1});
-      list.terms.push_back({1, master(i, j), -(1 - u) * (1 - v)}), list.terms.push_back({1, master(i + 1, j), -u * (1 - v)});
-      list.terms.push_back({1, master(i + 1, j + 1), -u * v}), list.terms.push_back({1, master(i, j + 1), -(1 - u) * v});
+      list.terms.push_back({1, master(i, j), -(1 - u) * (1 - v)}),
+          list.terms.push_back({1, master(i + 1, j), -u * (1 - v)});
+      list.terms.push_back({1, master(i + 1, j + 1), -u * v}),
+          list.terms.push_back({1, master(i, j + 1), -(1 - u) * v});
       list.points.push_back(point);
       laws.push_back(laws_of_slots[slot]);
     }
@@ -77,7 +87,8 @@ Matrix response_of_face(Index n) {
 }
 
 struct Compared {
-  double impulse = 0, gap = 0, move = 0;  // largest differences, as shares of the largest impulse, gap and move
+  // largest differences, as shares of the largest impulse, gap and move
+  double impulse = 0, gap = 0, move = 0;
   Index steps = 0, products = 0, formed = 0, changed = 0;
 };
 
@@ -101,7 +112,8 @@ Compared compare(Slide& slide, int n_steps, double stride, double unique_impulse
     const EnforcementResult found = enforce(kept);
     EXPECT_LT(std::max(expected.residual, found.residual), 1e-9);
     const double force = expected.p.cwiseAbs().maxCoeff(), length = 1e-3;  // of g
-    result.impulse = std::max(result.impulse, unique_impulses * (found.p - expected.p).cwiseAbs().maxCoeff() / force);
+    result.impulse = std::max(
+        result.impulse, unique_impulses * (found.p - expected.p).cwiseAbs().maxCoeff() / force);
     result.gap = std::max(result.gap, (found.gap - expected.gap).cwiseAbs().maxCoeff() / length);
     for (int b = 0; b < 2; ++b) {
       const Points &a = slide.bodies[b].move, &c = truth[b].move;
@@ -109,7 +121,8 @@ Compared compare(Slide& slide, int n_steps, double stride, double unique_impulse
       result.move = std::max(result.move, (a - c).cwiseAbs().maxCoeff() / c.cwiseAbs().maxCoeff());
       // The move is what the impulses do
       Points product = Points::Zero(c.rows(), 3);
-      slide.bodies[b].response.add_product(slide.bodies[b].impulses + slide.bodies[b].friction, product);
+      slide.bodies[b].response.add_product(slide.bodies[b].impulses + slide.bodies[b].friction,
+                                           product);
       EXPECT_LT((product - a).cwiseAbs().maxCoeff(), 1e-13 * a.cwiseAbs().maxCoeff());
     }
     guess = found.p;
@@ -120,7 +133,9 @@ Compared compare(Slide& slide, int n_steps, double stride, double unique_impulse
   return result;
 }
 
-std::vector<PointLaw> same_law(Index n, ContactLaw law, double friction = 0) { return std::vector<PointLaw>(n, {law, friction}); }
+std::vector<PointLaw> same_law(Index n, ContactLaw law, double friction = 0) {
+  return std::vector<PointLaw>(n, {law, friction});
+}
 
 TEST(ImpulseCorrection, NothingIsFormedWhereNoPointCloses) {
   for (const ContactLaw law : {ContactLaw::frictionless, ContactLaw::coulomb, ContactLaw::tied}) {
@@ -131,15 +146,18 @@ TEST(ImpulseCorrection, NothingIsFormedWhereNoPointCloses) {
     for (ContactPoint& point : slide.list.points) point.gap[0] = std::abs(point.gap[0]);
     ImpulseMemory memory;
     const Points none = Points::Zero(static_cast<Index>(slide.list.points.size()), 3);
-    const EnforcementResult found = enforce_impulse(slide.list, slide.laws, none, 1e-3, slide.bodies, memory);
+    const EnforcementResult found =
+        enforce_impulse(slide.list, slide.laws, none, 1e-3, slide.bodies, memory);
     const bool tied = law == ContactLaw::tied;
     EXPECT_EQ(memory.n_formed, tied ? 1 : 0);
     EXPECT_EQ(found.p.isZero(0), !tied);
     EXPECT_EQ(slide.bodies[0].impulses.isZero(0), !tied);
-    for (Index i = 0; i < none.rows() && !tied; ++i) EXPECT_EQ(found.gap(i, 0), slide.list.points[i].gap[0]);
+    for (Index i = 0; i < none.rows() && !tied; ++i)
+      EXPECT_EQ(found.gap(i, 0), slide.list.points[i].gap[0]);
     // One point that closes is enough
     slide.list.points[40].gap[0] = -1e-6;
-    EXPECT_FALSE(enforce_impulse(slide.list, slide.laws, none, 1e-3, slide.bodies, memory).p.isZero(0));
+    EXPECT_FALSE(
+        enforce_impulse(slide.list, slide.laws, none, 1e-3, slide.bodies, memory).p.isZero(0));
   }
 }
 
@@ -161,7 +179,8 @@ TEST(ImpulseCorrection, LongSlideWithFrictionAndTies) {
   Slide slide;
   slide.laws_of_slots = same_law(81, ContactLaw::coulomb, 0.3);
   for (Index slot = 0; slot < 81; slot += 20) slide.laws_of_slots[slot] = {ContactLaw::tied, 0};
-  for (Index slot = 5; slot < 81; slot += 11) slide.laws_of_slots[slot] = {ContactLaw::frictionless, 0};
+  for (Index slot = 5; slot < 81; slot += 11)
+    slide.laws_of_slots[slot] = {ContactLaw::frictionless, 0};
   slide.start(response_of_face(9), true);
   const Compared c = compare(slide, 60, 0.004);
   EXPECT_LT(c.impulse, 1e-9);
@@ -199,8 +218,9 @@ TEST(ImpulseCorrection, SingularResponses) {
   EXPECT_LT(c.move, 1e-7);
 }
 
-// Points that come would be patched into a W of another geometry, which is not semi-definite then: with friction a W is formed anew
-// from the first that needed more than Newton's method; without it what Newton solves may be patched.
+// Points that come would be patched into a W of another geometry, which is not semi-definite then:
+// with friction a W is formed anew from the first that needed more than Newton's method; without it
+// what Newton solves may be patched.
 TEST(ImpulseCorrection, SingularResponsesWherePointsComeAndGo) {
   for (const ContactLaw law : {ContactLaw::frictionless, ContactLaw::coulomb}) {
     Slide slide;
@@ -225,7 +245,9 @@ TEST(DensePanels, ColumnsAndTriangles) {
       std::vector<Index> columns;
       Matrix X = Matrix::Zero(n, k), Y = Matrix::Constant(n, k, 0.5);
       for (Index j = 0; j < n; ++j)
-        if (n > 1000 || j % 5 == 0) columns.push_back(j), X.row(j) = Matrix::NullaryExpr(1, k, [&] { return normal(random); });
+        if (n > 1000 || j % 5 == 0)
+          columns.push_back(j),
+              X.row(j) = Matrix::NullaryExpr(1, k, [&] { return normal(random); });
       const Matrix expected = Y + S * X;
       Matrix two = Y;
       add_columns(S, columns, X, Y, 1);
@@ -244,7 +266,8 @@ TEST(DensePanels, ColumnsAndTriangles) {
   }
 }
 
-// Sets that change by a few rows, some coming back, W getting other rows in between: always the solution over the set.
+// Sets that change by a few rows, some coming back, W getting other rows in between: always the
+// solution over the set.
 TEST(KeptFactor, FollowsTheSet) {
   std::mt19937 random(5);
   std::normal_distribution<double> normal;
@@ -262,7 +285,8 @@ TEST(KeptFactor, FollowsTheSet) {
     for (int k = 0; k < 2; ++k) closed[static_cast<std::size_t>(unit(random) * n)] ^= 1;
     if (step % 10 == 9) {  // a row leaves, another comes
       std::vector<Index> next = ids;
-      next.erase(next.begin() + static_cast<std::ptrdiff_t>(unit(random) * static_cast<double>(next.size())));
+      next.erase(next.begin() +
+                 static_cast<std::ptrdiff_t>(unit(random) * static_cast<double>(next.size())));
       for (Index i = 0; i < n; ++i)
         if (std::find(ids.begin(), ids.end(), i) == ids.end()) {
           next.insert(std::upper_bound(next.begin(), next.end(), i), i);
@@ -282,7 +306,8 @@ TEST(KeptFactor, FollowsTheSet) {
       if (closed[ids[i]]) rows.push_back(static_cast<Index>(i));
     changes += factor.is_near(rows);
     ASSERT_TRUE(factor.adapt(W, rows));
-    const Vector b = Vector::NullaryExpr(static_cast<Index>(rows.size()), [&] { return normal(random); });
+    const Vector b =
+        Vector::NullaryExpr(static_cast<Index>(rows.size()), [&] { return normal(random); });
     Vector p;
     factor.solve(b, p);
     EXPECT_LT((W(rows, rows) * p - b).cwiseAbs().maxCoeff(), 1e-11) << step;

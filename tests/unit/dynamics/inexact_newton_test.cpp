@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Friction on a dense static compliance: Newton's inexact steps against sweeps, and its parts against dense arithmetic.
+// Friction on a dense static compliance: Newton's inexact steps against sweeps, and its parts
+// against dense arithmetic.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -21,17 +22,19 @@ using cbr::Vector;
 using cbr::test::Press;
 using FloatVector = Eigen::VectorXf;
 
-// A face of n x n points: 1 / distance, and some shapes that move all of it, as a superelement with statics answers.
+// A face of n x n points: 1 / distance, and some shapes that move all of it, as a superelement with
+// statics answers.
 Press face(Index n, double friction) {
   Press press = cbr::test::dense_press(n, ContactLaw::coulomb, friction, true);
   std::mt19937 random(7);
   Matrix shapes(3 * n * n, 12);
   for (Index k = 0; k < n * n; ++k) {
-    const double x = static_cast<double>(k % n) / static_cast<double>(n), y = static_cast<double>(k / n) / static_cast<double>(n);
+    const double x = static_cast<double>(k % n) / static_cast<double>(n),
+                 y = static_cast<double>(k / n) / static_cast<double>(n);
     for (Index d = 0; d < 3; ++d)
       for (Index s = 0; s < 12; ++s)
-        shapes(3 * k + d, s) =
-            s / 4 == d ? std::pow(x, s % 2) * std::pow(y, s % 4 / 2) : 0.1 * std::sin(3 * x + 2 * y + static_cast<double>(s));
+        shapes(3 * k + d, s) = s / 4 == d ? std::pow(x, s % 2) * std::pow(y, s % 4 / 2)
+                                          : 0.1 * std::sin(3 * x + 2 * y + static_cast<double>(s));
   }
   press.W.dense += 2 * shapes * shapes.transpose();
   return press;
@@ -42,7 +45,8 @@ Vector gaps_at(Index n, double time) {
   Vector g(3 * n * n);
   const double half = 0.5 * static_cast<double>(n - 1);
   for (Index k = 0; k < n * n; ++k) {
-    const double x = (static_cast<double>(k % n) - half) / half - 0.3 * time, y = (static_cast<double>(k / n) - half) / half;
+    const double x = (static_cast<double>(k % n) - half) / half - 0.3 * time,
+                 y = (static_cast<double>(k / n) - half) / half;
     g[3 * k] = 1e-3 * (x * x + y * y - 0.8 * std::sin(3 * time));
     g[3 * k + 1] = 6e-5 * time * time, g[3 * k + 2] = 2e-5 * (x - y);
   }
@@ -51,7 +55,8 @@ Vector gaps_at(Index n, double time) {
 
 cbr::ContactSet set_of(const cbr::ContactProblem& problem) {
   const Vector p = Vector::Zero(problem.n_rows());
-  Vector gap = gaps_at(static_cast<Index>(std::lround(std::sqrt(static_cast<double>(problem.n_points())))), 0.6);
+  Vector gap = gaps_at(
+      static_cast<Index>(std::lround(std::sqrt(static_cast<double>(problem.n_points())))), 0.6);
   return contact_set(problem, p, gap);
 }
 
@@ -80,7 +85,8 @@ TEST(InexactNewton, FollowsAPressAsSweepsDo) {
       Vector p = found.p, gap = found.gap;
       p *= 0.9, gap = g + press.W.dense * p;
       sweeps.sweep(problem, 20000, 1e-13 * scale, p, gap);
-      EXPECT_LE((p - found.p).lpNorm<Eigen::Infinity>(), 1e-8 * found.p.lpNorm<Eigen::Infinity>()) << friction << " " << step;
+      EXPECT_LE((p - found.p).lpNorm<Eigen::Infinity>(), 1e-8 * found.p.lpNorm<Eigen::Infinity>())
+          << friction << " " << step;
     }
   }
   EXPECT_GT(slid, 20);
@@ -94,7 +100,9 @@ TEST(InexactNewton, MixedLaws) {
   std::vector<Index> rows;
   std::vector<cbr::PointLaw> laws;
   for (Index k = 0; k < n * n; ++k) {
-    const ContactLaw law = k % 7 == 3 ? ContactLaw::frictionless : k % 11 == 5 ? ContactLaw::tied : ContactLaw::coulomb;
+    const ContactLaw law = k % 7 == 3    ? ContactLaw::frictionless
+                           : k % 11 == 5 ? ContactLaw::tied
+                                         : ContactLaw::coulomb;
     laws.push_back({law, law == ContactLaw::coulomb ? 0.4 : 0});
     for (Index d = 0; d < n_rows(law); ++d) rows.push_back(3 * k + d);
     if (k != 40) continue;
@@ -119,7 +127,8 @@ TEST(InexactNewton, RestoredItGoesOnWithTheSameBits) {
   cbr::ContactSolver solver(press.W, press.laws);
   Vector guess;
   for (int step = 1; step <= 4; ++step) guess = solver.solve(gaps_at(n, 0.15 * step), guess).p;
-  const auto archive = cbr::StateArchive::saved([&](cbr::StateArchive& to) { solver.keep_state(to); });
+  const auto archive =
+      cbr::StateArchive::saved([&](cbr::StateArchive& to) { solver.keep_state(to); });
   cbr::StateArchive from(archive.words(), "state");
   cbr::ContactSolver other(cbr::test::dense(Matrix::Identity(3, 3)), {{ContactLaw::coulomb, 0.1}});
   other.keep_state(from);
@@ -144,7 +153,8 @@ TEST(ClosedResponse, ProductsAreThoseOfW) {
     FloatVector x = FloatVector::Random(n), y, normal;
     std::vector<char> serves(static_cast<std::size_t>(n), 0);
     for (const Index point : closed.points())
-      for (Index d = 0; closed.first_row(point) >= 0 && d < 3; ++d) serves[closed.first_row(point) + d] = 1;
+      for (Index d = 0; closed.first_row(point) >= 0 && d < 3; ++d)
+        serves[closed.first_row(point) + d] = 1;
     for (Index i = 0; i < n; ++i)
       if (!serves[i]) x[i] = 0;
     closed.product(x, y), closed.normal_product(x, normal);
@@ -154,20 +164,24 @@ TEST(ClosedResponse, ProductsAreThoseOfW) {
     const double size = gap.lpNorm<Eigen::Infinity>() * closed.scale(0);
     for (Index i = 0; i < n; ++i)
       if (serves[i]) EXPECT_NEAR(y[i], closed.scale(i) * gap[closed.rows()[i]], 1e-6 * size);
-    for (Index i = 0; i < 49; ++i) EXPECT_NEAR(normal[i], closed.point_scale(i) * gap[3 * i], 1e-6 * size);
+    for (Index i = 0; i < 49; ++i)
+      EXPECT_NEAR(normal[i], closed.point_scale(i) * gap[3 * i], 1e-6 * size);
     for (Index k = 0; k < 49; ++k) kept[k] = (k + pass) % 3 != 0;
     closed.keep(kept);
     for (Index k = 0; k < 49; ++k) EXPECT_TRUE(kept[k] || closed.first_row(k) < 0);
-    if (pass == 0) closed.add(problem, {closed.first_row(0) < 0 ? Index{0} : Index{3}});  // it rested, or is new
+    // it rested, or is new
+    if (pass == 0) closed.add(problem, {closed.first_row(0) < 0 ? Index{0} : Index{3}});
   }
 }
 
-// With so few points all are neighbours, and G^T G is the inverse of the normals' block and of the tangential block.
+// With so few points all are neighbours, and G^T G is the inverse of the normals' block and of the
+// tangential block.
 TEST(LocalInverse, IsTheInverseWhereAllAreNeighbours) {
   const Press press = face(2, 0.3);
   const cbr::ContactProblem problem = contact_problem(press.W, press.laws);
   cbr::ContactSet set = set_of(problem);
-  set.states = {cbr::PointState::stick, cbr::PointState::slide, cbr::PointState::open, cbr::PointState::stick};
+  set.states = {cbr::PointState::stick, cbr::PointState::slide, cbr::PointState::open,
+                cbr::PointState::stick};
   set.slides.row(1) << 0.6, 0.8, 2 * problem.w[1];
   cbr::ClosedResponse closed;
   closed.begin(problem);
@@ -183,7 +197,8 @@ TEST(LocalInverse, IsTheInverseWhereAllAreNeighbours) {
   Vector alpha(8);
   for (Index i = 0; i < 8; ++i) {
     alpha[i] = unknowns[i].alpha;
-    for (Index d = 0; d < 3; ++d) R(3 * unknowns.point(i) + d, i) = unknowns[i].c[d] * closed.point_scale(unknowns.point(i));
+    for (Index d = 0; d < 3; ++d)
+      R(3 * unknowns.point(i) + d, i) = unknowns[i].c[d] * closed.point_scale(unknowns.point(i));
   }
   EXPECT_NEAR(alpha.sum(), 2, 1e-15);
   Matrix A = R.transpose() * press.W.dense * R + Matrix(alpha.asDiagonal());
@@ -204,12 +219,15 @@ TEST(FloatGmres, SolvesAndKeepsToItsReduction) {
   cbr::FloatGmres gmres;
   for (const float reduction : {1e-1F, 1e-3F, 1e-5F}) {
     FloatVector x;
-    const int products = gmres.solve([&](const FloatVector& in, FloatVector& out) { out = A * in; }, b, reduction, 50, x);
+    const int products = gmres.solve([&](const FloatVector& in, FloatVector& out) { out = A * in; },
+                                     b, reduction, 50, x);
     EXPECT_LE((b - A * x).norm(), 1.1F * reduction * b.norm());
     EXPECT_LT(products, 30);
     EXPECT_GT(products, 1);
   }
   FloatVector x;
-  EXPECT_EQ(gmres.solve([&](const FloatVector& in, FloatVector& out) { out = A * in; }, FloatVector::Zero(n), 1e-3F, 50, x), 0);
+  EXPECT_EQ(gmres.solve([&](const FloatVector& in, FloatVector& out) { out = A * in; },
+                        FloatVector::Zero(n), 1e-3F, 50, x),
+            0);
   EXPECT_TRUE(x.isZero(0));
 }

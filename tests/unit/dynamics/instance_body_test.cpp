@@ -13,8 +13,12 @@
 namespace cbr {
 namespace {
 
-const std::string skin = "skin: {surfaces: [x_max], youngs_modulus: 10, poissons_ratio: 0.3, density: 2, thickness: 0.1}\n";
-const std::string idle_skin = "skin: {surfaces: [x_max], youngs_modulus: 0, poissons_ratio: 0.3, density: 0, thickness: 0.1}\n";
+const std::string skin =
+    "skin: {surfaces: [x_max], youngs_modulus: 10, poissons_ratio: 0.3, density: 2, thickness: "
+    "0.1}\n";
+const std::string idle_skin =
+    "skin: {surfaces: [x_max], youngs_modulus: 0, poissons_ratio: 0.3, density: 0, thickness: "
+    "0.1}\n";
 const std::string held = "boundary: [{instance: a, nodes: x_min, fix: [x]}]\n";
 
 struct Case {
@@ -28,14 +32,17 @@ test::Ran prepare(const Case& c) {
   folder.add("part.exo", test::block_mesh({{4, 2, 2}, Vector3(1, 0.6, 0.8)}));
   return folder.prepare(
       "materials: {m: {youngs_modulus: 100, poissons_ratio: 0.3, density: 1}}\n"
-      "components:\n  part: {mesh: part.exo, material: m, reduction: {interface: [x_min, x_max], modes: 5" +
-      c.reduction + "}}\ninstances:\n  a: {component: part, as: " + c.as + "}\n  b: {component: part, as: " + c.as +
-      ", position: [3, 0, 0]}\n" + c.more + "time: {end: 0.1, step: 1.0e-3, integrator: " + c.integrator +
-      "}\noutput: {every: 0.05}\n");
+      "components:\n  part: {mesh: part.exo, material: m, reduction: {interface: [x_min, x_max], "
+      "modes: 5" +
+      c.reduction + "}}\ninstances:\n  a: {component: part, as: " + c.as +
+      "}\n  b: {component: part, as: " + c.as + ", position: [3, 0, 0]}\n" + c.more +
+      "time: {end: 0.1, step: 1.0e-3, integrator: " + c.integrator + "}\noutput: {every: 0.05}\n");
 }
 
 std::string kind(const Body& body) {
-  const std::string scheme = body.scheme() == Scheme::exact ? "exact" : body.scheme() == Scheme::newmark ? "newmark" : "central";
+  const std::string scheme = body.scheme() == Scheme::exact     ? "exact"
+                             : body.scheme() == Scheme::newmark ? "newmark"
+                                                                : "central";
   if (dynamic_cast<const SuperelementBody*>(&body)) return "superelement " + scheme;
   if (dynamic_cast<const CoupledBody*>(&body)) return "coupled " + scheme;
   return dynamic_cast<const MeshBody*>(&body) ? "mesh " + scheme : "?";
@@ -68,7 +75,9 @@ TEST(InstanceBody, IsWhatTheIntegratorAndWhatIsOnItAskFor) {
   for (const auto& [of, body] : cases) {
     const test::Ran ran = prepare(of);
     for (const auto& is : ran.built.simulation.bodies)
-      EXPECT_EQ(kind(*is), body) << is->name() << " as " << of.as << ", " << of.integrator << of.reduction << "\n" << of.more;
+      EXPECT_EQ(kind(*is), body) << is->name() << " as " << of.as << ", " << of.integrator
+                                 << of.reduction << "\n"
+                                 << of.more;
   }
 }
 
@@ -99,7 +108,8 @@ TEST(InstanceBody, WhatCannotBeIsRefusedWithItsPlace) {
   };
   const auto expect = [&](const Case& c, const std::vector<std::string>& words) {
     const std::string text = message(c);
-    for (const std::string& word : words) EXPECT_NE(text.find(word), std::string::npos) << word << " in: " << text;
+    for (const std::string& word : words)
+      EXPECT_NE(text.find(word), std::string::npos) << word << " in: " << text;
   };
   const auto contact = [](const std::string& enforcement) {
     return "contact: [{between: [a.x_max, b.x_min], enforcement: " + enforcement + "}]\n";
@@ -107,7 +117,8 @@ TEST(InstanceBody, WhatCannotBeIsRefusedWithItsPlace) {
   expect({"superelement", "newmark", contact("penalty"), "", {}},
          {"yaml:7: contact", "penalty", "newmark", "enforcement: impulse"});
   expect({"mesh", "newmark", contact("nodal"), "", {}}, {"yaml:7: contact", "nodal", "newmark"});
-  expect({"superelement", "exact", skin + contact("nodal"), "", {}}, {"yaml:8: contact", "nodal", "skin", "central-difference"});
+  expect({"superelement", "exact", skin + contact("nodal"), "", {}},
+         {"yaml:8: contact", "nodal", "skin", "central-difference"});
   std::string elsewhere = skin;
   elsewhere.replace(elsewhere.find("[x_max]"), 7, "[z_max]");
   expect({"superelement", "exact", elsewhere, "", {}}, {"yaml:7: skin", "z_max", "interface"});

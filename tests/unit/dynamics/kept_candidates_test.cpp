@@ -29,7 +29,8 @@ void expect_same(const ContactList& found, const ContactList& expected, int step
     EXPECT_EQ(a.start_gap, b.start_gap) << step;
     EXPECT_EQ(a.frame, b.frame) << step;
   }
-  for (std::size_t i = 0; i < found.terms.size(); ++i) EXPECT_EQ(found.terms[i].coefficient, expected.terms[i].coefficient) << step;
+  for (std::size_t i = 0; i < found.terms.size(); ++i)
+    EXPECT_EQ(found.terms[i].coefficient, expected.terms[i].coefficient) << step;
 }
 
 // A sheet slides over the edges of another's faces while both drift; all faces of all nodes are
@@ -127,7 +128,8 @@ TEST(PairProjection, IsThatOfOnePairAtATime) {
   project_pairs(bottom.surface, bottom.body, top.body, pairs, HUGE_VAL, found);
   ASSERT_EQ(found.size(), pairs.size());
   int n_near = 0;
-  const auto compare = [&](const Projection& p, const NodeAndFace& pair, const Points& faces, const Points& nodes) {
+  const auto compare = [&](const Projection& p, const NodeAndFace& pair, const Points& faces,
+                           const Points& nodes) {
     const Vector3 x = nodes.row(pair.node).transpose();
     const bool triangle = is_triangle(bottom.surface, pair.face);
     const Projection q = project(corners(bottom.surface, pair.face, faces), triangle, x);

@@ -16,7 +16,8 @@ Lattice lattice(std::array<Index, 3> n, double spacing, double stiffness, double
   body.K = Matrix::Zero(3 * N, 3 * N);
   for (Index k = 0; k < n[2]; ++k)
     for (Index j = 0; j < n[1]; ++j)
-      for (Index i = 0; i < n[0]; ++i) body.points.row(body.node(i, j, k)) = spacing * Vector3(double(i), double(j), double(k));
+      for (Index i = 0; i < n[0]; ++i)
+        body.points.row(body.node(i, j, k)) = spacing * Vector3(double(i), double(j), double(k));
   for (Index a = 0; a < N; ++a) {
     for (Index b = a + 1; b < N; ++b) {
       const Vector3 d = (body.points.row(b) - body.points.row(a)).transpose();

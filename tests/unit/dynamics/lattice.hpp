@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A block of springs and point masses: the smallest three-dimensional elastic body, for tests that need no elements.
+// A block of springs and point masses: the smallest three-dimensional elastic body, for tests that
+// need no elements.
 #pragma once
 
 #include <memory>

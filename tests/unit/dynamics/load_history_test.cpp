@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Loads that share a history are one load, whatever the body; many histories cut a step where any of them bends.
+// Loads that share a history are one load, whatever the body; many histories cut a step where any
+// of them bends.
 #include "dynamics/motion/load_history.hpp"
 
 #include <gtest/gtest.h>
@@ -14,11 +15,14 @@ namespace {
 
 TEST(LoadHistory, isThatOfItsPointsWhereverTheyStand) {
   const History points{{0, 1, 3}, {0, -4, 2}};
-  const LoadHistory one = points, other = points, copy = one, longer = History{{0, 1, 4}, {0, -4, 2}}, none;
-  EXPECT_TRUE(one == other && one == copy && LoadHistory::Hash()(one) == LoadHistory::Hash()(other));
+  const LoadHistory one = points, other = points, copy = one,
+                    longer = History{{0, 1, 4}, {0, -4, 2}}, none;
+  EXPECT_TRUE(one == other && one == copy &&
+              LoadHistory::Hash()(one) == LoadHistory::Hash()(other));
   EXPECT_FALSE(one == longer || one == none || none == one);
   EXPECT_TRUE(none == LoadHistory(History{}));
-  for (const double t : {-1.0, 0.0, 0.25, 1.0, 2.5, 7.0}) EXPECT_EQ(one.value(t), history_value(points, t));
+  for (const double t : {-1.0, 0.0, 0.25, 1.0, 2.5, 7.0})
+    EXPECT_EQ(one.value(t), history_value(points, t));
   EXPECT_EQ(none.value(3), 1);
   EXPECT_EQ(one.largest(), 4);
   EXPECT_EQ(none.largest(), 1);
@@ -35,7 +39,8 @@ TEST(LoadHistory, manyCutAStepWhereAnyBends) {
   std::vector<double> all;
   for (int i = 0; i < 40; ++i) {
     History history;
-    for (double t = uniform(random); t < 3; t += 0.1 + uniform(random)) history.time.push_back(t), history.value.push_back(i);
+    for (double t = uniform(random); t < 3; t += 0.1 + uniform(random))
+      history.time.push_back(t), history.value.push_back(i);
     all.insert(all.end(), history.time.begin(), history.time.end());
     breakpoints.add(history);
   }
@@ -47,13 +52,15 @@ TEST(LoadHistory, manyCutAStepWhereAnyBends) {
       EXPECT_EQ(from, at);
       ends.push_back(at = to);
     });
-    std::vector<double> expected(std::upper_bound(all.begin(), all.end(), t), std::lower_bound(all.begin(), all.end(), t + h));
+    std::vector<double> expected(std::upper_bound(all.begin(), all.end(), t),
+                                 std::lower_bound(all.begin(), all.end(), t + h));
     expected.push_back(t + h);
     EXPECT_EQ(ends, expected);
   }
 }
 
-// Forces on two faces, overlapping and one after the other, and gravity: the same motion as under their sum.
+// Forces on two faces, overlapping and one after the other, and gravity: the same motion as under
+// their sum.
 TEST(LoadHistory, loadsThatShareOneAreOneLoad) {
   std::mt19937 random(2);
   std::uniform_real_distribution<double> uniform(-1, 1);
@@ -71,7 +78,8 @@ TEST(LoadHistory, loadsThatShareOneAreOneLoad) {
       for (int load = 0; load < 12; ++load) {
         Points forces = Points::Zero(body->n_nodes(), 3);
         for (Index i = 0; i < 5; ++i)
-          forces.row((7 * load + i * i) % body->n_nodes()) << uniform(same), uniform(same), uniform(same);
+          forces.row((7 * load + i * i) % body->n_nodes()) << uniform(same), uniform(same),
+              uniform(same);
         if (way == 0) body->add_force(forces, ramp);
         sum += forces;
       }

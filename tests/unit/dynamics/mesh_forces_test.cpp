@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// K u by shared element matrices, by an assembled matrix and by threads: one answer; and the body that moves by it.
+// K u by shared element matrices, by an assembled matrix and by threads: one answer; and the body
+// that moves by it.
 #include "dynamics/motion/nodal/mesh_forces.hpp"
 
 #include <gtest/gtest.h>
@@ -26,7 +27,8 @@ Points product(const MeshForces& forces, const Points& u, int n_threads) {
   for (Index i = 0; i < u.rows(); ++i) x.row(i) = u.row(forces.order()[i]);
   RowThreads threads(n_threads);
   MeshForces::Work work;
-  for (int repeat = 0; repeat < 2; ++repeat)  // the second time on rooms that the first one has used
+  // the second time on rooms that the first one has used
+  for (int repeat = 0; repeat < 2; ++repeat)
     forces.each(x, threads, work, [&](Index begin, Index end, const double* f, Index stride) {
       for (int c = 0; c < 3; ++c)
         for (Index i = begin; i < end; ++i) y(i, c) = f[c * stride + i - begin];
@@ -49,13 +51,16 @@ void expect_product(const FiniteElementModel& fe, const MeshForces& forces) {
 TEST(MeshForces, SharedAndAssembledAreTheProductOfK) {
   for (const auto& n : {std::array<Index, 3>{20, 10, 15}, {3, 9, 4}, {8, 1, 1}, {4, 7, 2}}) {
     const test::Brick b = test::make_brick(n, Vector3(1, 0.7, 0.9), steel);
-    for (const auto variant : {MeshForces::Variant::assembled, MeshForces::Variant::shared, MeshForces::Variant::automatic})
-      expect_product(b.fe, MeshForces(b.fe, b.mesh, {{steel, Hex8Formulation::incompatible}}, variant));
+    for (const auto variant : {MeshForces::Variant::assembled, MeshForces::Variant::shared,
+                               MeshForces::Variant::automatic})
+      expect_product(b.fe,
+                     MeshForces(b.fe, b.mesh, {{steel, Hex8Formulation::incompatible}}, variant));
   }
 }
 
 TEST(MeshForces, AllElementsOfABlockAreShared) {
-  for (const auto formulation : {Hex8Formulation::full, Hex8Formulation::incompatible, Hex8Formulation::hourglass}) {
+  for (const auto formulation :
+       {Hex8Formulation::full, Hex8Formulation::incompatible, Hex8Formulation::hourglass}) {
     const Mesh mesh = test::brick({20, 10, 15}, Vector3(0.0381, 0.0254, 0.0381));
     const FiniteElementModel fe = assemble(mesh, {{steel, formulation}}, MassKind::lumped);
     const MeshForces forces(fe, mesh, {{steel, formulation}});
@@ -75,11 +80,13 @@ TEST(MeshForces, WhatIsNotSharedIsAssembled) {
   const Index n_other = 2 * 12 * 6;
   other.connectivity = IndexTable(block.connectivity.topRows(n_other));
   other.element_ids.resize(n_other);
-  block.connectivity = IndexTable(block.connectivity.bottomRows(block.connectivity.rows() - n_other));
+  block.connectivity =
+      IndexTable(block.connectivity.bottomRows(block.connectivity.rows() - n_other));
   block.element_ids.erase(block.element_ids.begin(), block.element_ids.begin() + n_other);
   mesh.blocks.push_back(other);
   mesh.sidesets.clear();
-  const std::vector<BlockProperties> properties{{steel, Hex8Formulation::incompatible}, {{70, 0.2, 1}, Hex8Formulation::full}};
+  const std::vector<BlockProperties> properties{{steel, Hex8Formulation::incompatible},
+                                                {{70, 0.2, 1}, Hex8Formulation::full}};
   const FiniteElementModel fe = assemble(mesh, properties, MassKind::lumped);
   const MeshForces forces(fe, mesh, properties);
   EXPECT_EQ(forces.n_shared_elements(), 11 * 6 * 8);
@@ -97,8 +104,9 @@ TEST(MeshForces, NothingIsSharedOfADistortedMesh) {
   expect_product(fe, forces);
 }
 
-// The half of the matrix that is stored, with numbers of nodes that have nothing to do with their places: rows reach over several
-// threads' parts, and with 7 threads parts are shorter than the reach.
+// The half of the matrix that is stored, with numbers of nodes that have nothing to do with their
+// places: rows reach over several threads' parts, and with 7 threads parts are shorter than the
+// reach.
 TEST(MeshForces, HalfOfTheMatrixServesAnyNumbering) {
   Mesh mesh = test::brick({9, 5, 4}, Vector3(1, 0.7, 0.9));
   std::mt19937 random(4);
@@ -107,7 +115,8 @@ TEST(MeshForces, HalfOfTheMatrixServesAnyNumbering) {
   std::iota(place.begin(), place.end(), Index{0});
   std::shuffle(place.begin(), place.end(), random);
   const Points X = mesh.coordinates;
-  for (std::size_t i = 0; i < place.size(); ++i) mesh.coordinates.row(place[i]) = X.row(static_cast<Index>(i));
+  for (std::size_t i = 0; i < place.size(); ++i)
+    mesh.coordinates.row(place[i]) = X.row(static_cast<Index>(i));
   for (Index& node : mesh.blocks[0].connectivity.reshaped()) node = place[node];
   mesh.sidesets.clear();
   const std::vector<BlockProperties> properties{{steel, Hex8Formulation::incompatible}};
@@ -129,10 +138,11 @@ TEST(MeshForces, BodiesMoveAlike) {
   const test::Brick b = test::make_brick({20, 10, 15}, Vector3(1, 0.7, 0.9), steel);
   const std::vector<BlockProperties> properties{{steel, Hex8Formulation::incompatible}};
   const auto model = [&](MeshForces::Variant variant) {
-    return std::make_shared<MeshModel>(
-        mesh_model(b.fe, b.geometry.coordinates, true, MeshForces(b.fe, b.mesh, properties, variant)));
+    return std::make_shared<MeshModel>(mesh_model(b.fe, b.geometry.coordinates, true,
+                                                  MeshForces(b.fe, b.mesh, properties, variant)));
   };
-  const auto shared = model(MeshForces::Variant::shared), assembled = model(MeshForces::Variant::assembled);
+  const auto shared = model(MeshForces::Variant::shared),
+             assembled = model(MeshForces::Variant::assembled);
   EXPECT_NEAR(shared->largest_frequency / assembled->largest_frequency, 1, 1e-6);
   std::vector<HeldDirection> held;
   for (Index i = 0; i < b.geometry.coordinates.rows(); ++i)
@@ -154,7 +164,8 @@ TEST(MeshForces, BodiesMoveAlike) {
     const Index set = body->track(nodes);
     for (int step = 0; step < 60; ++step) {
       body->predict(step * h, h);
-      if (step % 7 == 3) body->add_impulses(set, random_points(random, 3, 1e-3), ImpulseKind::friction);
+      if (step % 7 == 3)
+        body->add_impulses(set, random_points(random, 3, 1e-3), ImpulseKind::friction);
       body->accept();
       if (step % 10 == 4) body->state();
     }
@@ -169,8 +180,10 @@ TEST(MeshForces, BodiesMoveAlike) {
   EXPECT_NEAR(a.kinetic_energy, c.kinetic_energy, 1e-12 * a.kinetic_energy);
   EXPECT_LT((a.momentum - c.momentum).norm(), 1e-12 * a.momentum.norm());
   EXPECT_LT((a.angular_momentum - c.angular_momentum).norm(), 1e-12 * a.angular_momentum.norm());
-  EXPECT_NEAR(first.work().external, third.work().external, 1e-11 * std::abs(first.work().external));
-  EXPECT_NEAR(first.work().friction, third.work().friction, 1e-11 * std::abs(first.work().friction));
+  EXPECT_NEAR(first.work().external, third.work().external,
+              1e-11 * std::abs(first.work().external));
+  EXPECT_NEAR(first.work().friction, third.work().friction,
+              1e-11 * std::abs(first.work().friction));
 }
 
 }  // namespace

@@ -15,7 +15,8 @@ ContactList run(FaceGrid& slave, FaceGrid& master) {
   return run(slave, master, memory);
 }
 
-Vector3 apply(const ContactList& list, const ContactPoint& point, const Points& slave, const Points& master) {
+Vector3 apply(const ContactList& list, const ContactPoint& point, const Points& slave,
+              const Points& master) {
   Vector3 sum = Vector3::Zero();
   for (Index t = point.first_term; t < point.first_term + point.n_terms; ++t) {
     const ContactTerm& term = list.terms[t];
@@ -34,7 +35,8 @@ Vector pressure_forces(const ContactList& list, Index body, Index n_nodes) {
   Vector force = Vector::Zero(n_nodes);
   for (const auto& point : list.points)
     for (Index t = point.first_term; t < point.first_term + point.n_terms; ++t)
-      if (list.terms[t].body == body) force[list.terms[t].node] += point.area * list.terms[t].coefficient;
+      if (list.terms[t].body == body)
+        force[list.terms[t].node] += point.area * list.terms[t].coefficient;
   return force;
 }
 

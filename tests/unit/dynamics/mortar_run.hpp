@@ -12,7 +12,8 @@ ContactList run(FaceGrid& slave, FaceGrid& master, PairMemory& memory, bool init
 ContactList run(FaceGrid& slave, FaceGrid& master);
 
 // sum of coefficient x field over the terms of one body, or of both
-Vector3 apply(const ContactList& list, const ContactPoint& point, const Points& slave, const Points& master);
+Vector3 apply(const ContactList& list, const ContactPoint& point, const Points& slave,
+              const Points& master);
 
 double shared_area(const ContactList& list);
 

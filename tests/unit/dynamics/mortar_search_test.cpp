@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Which faces meet, from which side and in what order, and that the answer does not hang on numbering or axes.
+// Which faces meet, from which side and in what order, and that the answer does not hang on
+// numbering or axes.
 #include "dynamics/contact/search/mortar.hpp"
 
 #include <gtest/gtest.h>
@@ -39,12 +40,14 @@ struct CurvedPair {
 
 // Surfaces that are neither flat nor aligned, for invariance.
 CurvedPair curved_pair() {
-  CurvedPair pair{face_grid(7, 6, false, GridFaces::mixed, 0.2, 3), face_grid(5, 6, true, GridFaces::mixed, 0.2, 5)};
+  CurvedPair pair{face_grid(7, 6, false, GridFaces::mixed, 0.2, 3),
+                  face_grid(5, 6, true, GridFaces::mixed, 0.2, 5)};
   transform(pair.master, 1.5 * turn(0.4), Vector3(-0.2, -0.4, 0));
   for (FaceGrid* grid : {&pair.slave, &pair.master}) {
     for (Index i = 0; i < grid->body.start.rows(); ++i) {
       const double x = grid->body.start(i, 0) - 0.5, y = grid->body.start(i, 1) - 0.4;
-      grid->body.start(i, 2) = (grid == &pair.slave ? 0.3 : 0.2) * (x * x + y * y) + (grid == &pair.slave ? 2e-3 : 0);
+      grid->body.start(i, 2) =
+          (grid == &pair.slave ? 0.3 : 0.2) * (x * x + y * y) + (grid == &pair.slave ? 2e-3 : 0);
     }
     fill_sizes(grid->surface, grid->body.start);
   }
@@ -99,8 +102,8 @@ TEST(Mortar, NumberingDoesNotMatter) {
   const ContactList after = run(pair.slave, pair.master);
   ASSERT_EQ(after.points.size(), before.points.size());
   for (const ContactPoint& b : before.points) {
-    const auto at =
-        std::find_if(after.points.begin(), after.points.end(), [&](const ContactPoint& a) { return a.slot == place[0][b.slot]; });
+    const auto at = std::find_if(after.points.begin(), after.points.end(),
+                                 [&](const ContactPoint& a) { return a.slot == place[0][b.slot]; });
     ASSERT_NE(at, after.points.end());
     // The first corner of a face sets the tangents of its plane, and the start of the triangles
     EXPECT_NEAR(at->gap[0], b.gap[0], 1e-10);
@@ -120,10 +123,12 @@ TEST(Mortar, SameInputSamePoints) {
 }
 
 // Which side is the slave changes the points, not what a uniform pressure does.
-// What the step is told of a motion is what the next search finds, however the faces are inclined: else contact brings energy.
+// What the step is told of a motion is what the next search finds, however the faces are inclined:
+// else contact brings energy.
 TEST(Mortar, GapsCloseAsTheStepIsTold) {
   for (const double lean : {0.0, 0.3, 0.9}) {
-    FaceGrid slave = face_grid(3, 2, false), master = face_grid(6, 5, true, GridFaces::mixed, 0.2, 4);
+    FaceGrid slave = face_grid(3, 2, false),
+             master = face_grid(6, 5, true, GridFaces::mixed, 0.2, 4);
     transform(slave, turn(lean, Vector3(1, 2, 0.5)), Vector3(0, 0, 0.01));
     transform(master, 8 * Matrix3::Identity(), Vector3(-4, -4, 0));
     PairMemory memory;
@@ -135,8 +140,8 @@ TEST(Mortar, GapsCloseAsTheStepIsTold) {
       PairMemory again;
       const ContactList after = run(moved, master, again, true);
       for (const ContactPoint& a : before.points) {
-        const auto b =
-            std::find_if(after.points.begin(), after.points.end(), [&](const ContactPoint& p) { return p.slot == a.slot; });
+        const auto b = std::find_if(after.points.begin(), after.points.end(),
+                                    [&](const ContactPoint& p) { return p.slot == a.slot; });
         ASSERT_NE(b, after.points.end());
         const double predicted = a.normal().dot(apply(before, a, moved.body.end, master.body.end));
         const double found = b->normal().dot(apply(after, *b, moved.body.end, master.body.end));
@@ -148,11 +153,14 @@ TEST(Mortar, GapsCloseAsTheStepIsTold) {
 
 TEST(Mortar, SidesCanBeExchanged) {
   CurvedPair pair = curved_pair();
-  for (FaceGrid* grid : {&pair.slave, &pair.master}) grid->body.start.col(2).setZero(), grid->body.end = grid->body.start;
+  for (FaceGrid* grid : {&pair.slave, &pair.master})
+    grid->body.start.col(2).setZero(), grid->body.end = grid->body.start;
   const ContactList one = run(pair.slave, pair.master), other = run(pair.master, pair.slave);
   const Index n_s = pair.slave.body.end.rows(), n_m = pair.master.body.end.rows();
-  EXPECT_LT((pressure_forces(one, 0, n_s) + pressure_forces(other, 1, n_s)).cwiseAbs().maxCoeff(), 1e-9);
-  EXPECT_LT((pressure_forces(one, 1, n_m) + pressure_forces(other, 0, n_m)).cwiseAbs().maxCoeff(), 1e-9);
+  EXPECT_LT((pressure_forces(one, 0, n_s) + pressure_forces(other, 1, n_s)).cwiseAbs().maxCoeff(),
+            1e-9);
+  EXPECT_LT((pressure_forces(one, 1, n_m) + pressure_forces(other, 0, n_m)).cwiseAbs().maxCoeff(),
+            1e-9);
 }
 
 TEST(Mortar, FacesThatLookAwayDoNotMeet) {
@@ -163,7 +171,8 @@ TEST(Mortar, FacesThatLookAwayDoNotMeet) {
   EXPECT_TRUE(run(wall, master).empty());
 }
 
-// A common edge, a common corner, a sliver of round-off: nothing. A strip: all of it, whatever share of a face it is.
+// A common edge, a common corner, a sliver of round-off: nothing. A strip: all of it, whatever
+// share of a face it is.
 TEST(Mortar, StripsCountAndEdgesDoNot) {
   for (const double strip : {0.0, 1e-15, 1e-9, 1e-6, 1e-3, 0.1, 0.24, 0.3, 0.49, 0.9}) {
     for (const double other : {0.0, strip, 1.0}) {
@@ -204,14 +213,16 @@ TEST(Mortar, FastBodiesAreCaught) {
   }
 }
 
-// A plate thinner than its faces, top and bottom: what comes from above meets the top only, what is below and looks down nothing.
+// A plate thinner than its faces, top and bottom: what comes from above meets the top only, what is
+// below and looks down nothing.
 TEST(Mortar, ThinBodiesHoldFromTheirOwnSide) {
   const double thickness = 0.06;
   FaceGrid plate = face_grid(3, 3, true), bottom = face_grid(3, 3, false);
   const Index n = plate.body.start.rows(), f = plate.surface.faces.rows();
   shift(bottom, Vector3(0, 0, -thickness));
   plate.body.start.conservativeResize(2 * n, 3), plate.surface.faces.conservativeResize(2 * f, 4);
-  plate.body.start.bottomRows(n) = bottom.body.start, plate.surface.faces.bottomRows(f) = bottom.surface.faces.array() + n;
+  plate.body.start.bottomRows(n) = bottom.body.start,
+  plate.surface.faces.bottomRows(f) = bottom.surface.faces.array() + n;
   plate.body.end = plate.body.start;
   for (Index i = n; i < 2 * n; ++i) plate.surface.nodes.push_back(i);
   fill_sizes(plate.surface, plate.body.start);
@@ -240,7 +251,8 @@ TEST(Mortar, TheNearerOfTwoLayersIsMet) {
     FaceGrid layers = face_grid(3, 3, true), lower = face_grid(3, 3, true, GridFaces::triangles);
     const Index n = layers.body.start.rows(), f = layers.surface.faces.rows();
     shift(lower, Vector3(0, 0, -distance));
-    layers.body.start.conservativeResize(2 * n, 3), layers.surface.faces.conservativeResize(f + lower.surface.faces.rows(), 4);
+    layers.body.start.conservativeResize(2 * n, 3),
+        layers.surface.faces.conservativeResize(f + lower.surface.faces.rows(), 4);
     layers.body.start.bottomRows(n) = lower.body.start;
     layers.surface.faces.bottomRows(lower.surface.faces.rows()) = lower.surface.faces.array() + n;
     layers.body.end = layers.body.start;
@@ -275,7 +287,8 @@ TEST(Mortar, InitialOverlapIsKept) {
   for (const auto& point : list.points) EXPECT_NEAR(point.gap[0], -1e-3, 1e-14);
 }
 
-// Nodes that were closed are found 0.01 deep before anything has moved, as their weights have changed.
+// Nodes that were closed are found 0.01 deep before anything has moved, as their weights have
+// changed.
 TEST(Mortar, ImpulsesGiveBackOverDriftsWhatTheyHaveTaken) {
   FaceGrid slave = face_grid(4, 3, false), master = face_grid(3, 3, true);
   PairMemory touched;
@@ -315,23 +328,28 @@ TEST(Mortar, ImpulsesGiveBackOverDriftsWhatTheyHaveTaken) {
   EXPECT_GT(memory.drift_taken, 100);
 }
 
-// What rests on a plate and hangs over its rim is not held by the plate's side, nor is the side of what rests.
+// What rests on a plate and hangs over its rim is not held by the plate's side, nor is the side of
+// what rests.
 TEST(Mortar, OnlyTheFaceThatHoldsHolds) {
   for (const double inside : {1e-7, 0.01, 0.2}) {
-    FaceGrid cube = face_grid(2, 2, false), side = face_grid(2, 2, true), plate = face_grid(3, 3, true);
+    FaceGrid cube = face_grid(2, 2, false), side = face_grid(2, 2, true),
+             plate = face_grid(3, 3, true);
     // A side of the cube at x = 1, outward, with the nodes of its lower edge
     transform(side, turn(std::numbers::pi / 2, Vector3::UnitY()), Vector3(1, 0, 1));
     const Index n = cube.body.start.rows(), f = cube.surface.faces.rows();
     cube.body.start.conservativeResize(2 * n, 3), cube.surface.faces.conservativeResize(2 * f, 4);
-    cube.body.start.bottomRows(n) = side.body.start, cube.surface.faces.bottomRows(f) = side.surface.faces.array() + n;
+    cube.body.start.bottomRows(n) = side.body.start,
+    cube.surface.faces.bottomRows(f) = side.surface.faces.array() + n;
     for (Index i = n; i < 2 * n; ++i) cube.surface.nodes.push_back(i);
     cube.body.end = cube.body.start;
     fill_sizes(cube.surface, cube.body.start);
     // The plate's own side at x = 0 looks at it from behind by `inside`
     FaceGrid rim = face_grid(2, 2, true);
     transform(rim, turn(-std::numbers::pi / 2, Vector3::UnitY()), Vector3(0, 0, -1));
-    plate.body.start.conservativeResize(16 + n, 3), plate.surface.faces.conservativeResize(9 + f, 4);
-    plate.body.start.bottomRows(n) = rim.body.start, plate.surface.faces.bottomRows(f) = rim.surface.faces.array() + 16;
+    plate.body.start.conservativeResize(16 + n, 3),
+        plate.surface.faces.conservativeResize(9 + f, 4);
+    plate.body.start.bottomRows(n) = rim.body.start,
+    plate.surface.faces.bottomRows(f) = rim.surface.faces.array() + 16;
     for (Index i = 16; i < 16 + n; ++i) plate.surface.nodes.push_back(i);
     plate.body.end = plate.body.start;
     fill_sizes(plate.surface, plate.body.start);
@@ -353,14 +371,17 @@ TEST(Mortar, OnlyTheFaceThatHoldsHolds) {
   }
 }
 
-// Faces of second order for mortar: mid-side nodes lie between their corners, also when a mirror has turned the faces over.
+// Faces of second order for mortar: mid-side nodes lie between their corners, also when a mirror
+// has turned the faces over.
 TEST(Mortar, WholeFacesKeepTheirMiddles) {
-  for (const ElementType type : {ElementType::hex8, ElementType::hex20, ElementType::tet4, ElementType::tet10}) {
+  for (const ElementType type :
+       {ElementType::hex8, ElementType::hex20, ElementType::tet4, ElementType::tet10}) {
     const Mesh mesh = test::box_mesh(type, {2, 1, 1}, Vector3(2, 1, 1));
     Sideset top{"top", 1, {}};
     for (Index e = 0; e < mesh.blocks[0].connectivity.rows(); ++e)
       for (int side = 1; side <= n_sides(type); ++side)
-        if (mesh.coordinates(nodes_of_side(mesh, {0, e, side}), 2).minCoeff() == 1) top.sides.push_back({0, e, side});
+        if (mesh.coordinates(nodes_of_side(mesh, {0, e, side}), 2).minCoeff() == 1)
+          top.sides.push_back({0, e, side});
     const Surface surface = extract_surface(mesh, top);
     IndexTable faces = whole_faces(surface), linear = contact_faces(surface);
     const bool quadratic = type == ElementType::hex20 || type == ElementType::tet10;
@@ -369,7 +390,9 @@ TEST(Mortar, WholeFacesKeepTheirMiddles) {
       for (Index f = 0; f < table.rows(); ++f)
         sum += (mesh.coordinates.row(table(f, 2)) - mesh.coordinates.row(table(f, 0)))
                    .transpose()
-                   .cross((mesh.coordinates.row(table(f, 3)) - mesh.coordinates.row(table(f, 1))).transpose().eval());
+                   .cross((mesh.coordinates.row(table(f, 3)) - mesh.coordinates.row(table(f, 1)))
+                              .transpose()
+                              .eval());
       return sum;
     };
     const Vector3 outward = area_vectors(linear);
@@ -386,7 +409,8 @@ TEST(Mortar, WholeFacesKeepTheirMiddles) {
             continue;
           }
           ASSERT_GE(middle, 0);
-          const auto x = 0.5 * (mesh.coordinates.row(faces(f, a)) + mesh.coordinates.row(faces(f, (a + 1) % n)));
+          const auto x = 0.5 * (mesh.coordinates.row(faces(f, a)) +
+                                mesh.coordinates.row(faces(f, (a + 1) % n)));
           EXPECT_LT((mesh.coordinates.row(middle) - x).norm(), 1e-14);
         }
       }

@@ -39,16 +39,20 @@ Vector consistent_forces(const FaceGrid& grid) {
   for (Index f = 0; f < grid.surface.faces.rows(); ++f) {
     const FaceCorners x = corners(grid.surface, f, grid.body.end);
     if (is_triangle(grid.surface, f)) {
-      for (int a = 0; a < 3; ++a) force[grid.surface.faces(f, a)] += (x[1] - x[0]).cross(x[2] - x[0]).norm() / 6;
+      for (int a = 0; a < 3; ++a)
+        force[grid.surface.faces(f, a)] += (x[1] - x[0]).cross(x[2] - x[0]).norm() / 6;
       continue;
     }
     const double p = std::sqrt(0.6);
-    for (const auto& [s, ws] : {std::pair{-p, 5.0 / 9}, std::pair{0.0, 8.0 / 9}, std::pair{p, 5.0 / 9}}) {
-      for (const auto& [t, wt] : {std::pair{-p, 5.0 / 9}, std::pair{0.0, 8.0 / 9}, std::pair{p, 5.0 / 9}}) {
+    for (const auto& [s, ws] :
+         {std::pair{-p, 5.0 / 9}, std::pair{0.0, 8.0 / 9}, std::pair{p, 5.0 / 9}}) {
+      for (const auto& [t, wt] :
+           {std::pair{-p, 5.0 / 9}, std::pair{0.0, 8.0 / 9}, std::pair{p, 5.0 / 9}}) {
         const Vector3 u = ((1 - t) * (x[1] - x[0]) + (1 + t) * (x[2] - x[3])) / 4,
                       v = ((1 - s) * (x[3] - x[0]) + (1 + s) * (x[2] - x[1])) / 4;
         const double dA = ws * wt * u.cross(v).norm() / 4;
-        const std::array<double, 4> N{(1 - s) * (1 - t), (1 + s) * (1 - t), (1 + s) * (1 + t), (1 - s) * (1 + t)};
+        const std::array<double, 4> N{(1 - s) * (1 - t), (1 + s) * (1 - t), (1 + s) * (1 + t),
+                                      (1 - s) * (1 + t)};
         for (int a = 0; a < 4; ++a) force[grid.surface.faces(f, a)] += dA * N[a];
       }
     }
@@ -64,9 +68,11 @@ void for_flat_pairs(const std::function<void(FlatPair&)>& visit) {
   for (const GridFaces of_slave : {GridFaces::quads, GridFaces::triangles, GridFaces::mixed}) {
     for (const GridFaces of_master : {GridFaces::quads, GridFaces::triangles, GridFaces::mixed}) {
       for (const double distortion : {0.0, 0.25}) {
-        FlatPair pair{face_grid(5, 4, false, of_slave, distortion, 3), face_grid(4, 3, true, of_master, distortion, 5)};
+        FlatPair pair{face_grid(5, 4, false, of_slave, distortion, 3),
+                      face_grid(4, 3, true, of_master, distortion, 5)};
         transform(pair.master, turn(0.5), Vector3(0.2, 0.1, 0));
-        SCOPED_TRACE(testing::Message() << "faces " << int(of_slave) << " on " << int(of_master) << ", distortion " << distortion);
+        SCOPED_TRACE(testing::Message() << "faces " << int(of_slave) << " on " << int(of_master)
+                                        << ", distortion " << distortion);
         visit(pair);
       }
     }
@@ -115,16 +121,21 @@ TEST(Mortar, GapOfParallelSurfacesIsTheirDistance) {
   });
 }
 
-// A uniform pressure loads both sides as their own elements' faces would be loaded: the contact patch test's condition.
+// A uniform pressure loads both sides as their own elements' faces would be loaded: the contact
+// patch test's condition.
 TEST(Mortar, UniformPressureGivesConsistentForcesOnBothSides) {
   for (const GridFaces of_slave : {GridFaces::quads, GridFaces::triangles, GridFaces::mixed}) {
     for (const GridFaces of_master : {GridFaces::quads, GridFaces::triangles, GridFaces::mixed}) {
       for (const double distortion : {0.0, 0.15, 0.3}) {
-        FaceGrid slave = face_grid(5, 4, false, of_slave, distortion, 3), master = face_grid(3, 7, true, of_master, distortion, 5);
+        FaceGrid slave = face_grid(5, 4, false, of_slave, distortion, 3),
+                 master = face_grid(3, 7, true, of_master, distortion, 5);
         const ContactList list = run(slave, master);
-        const Vector of_s = pressure_forces(list, 0, slave.body.end.rows()) - consistent_forces(slave),
-                     of_m = pressure_forces(list, 1, master.body.end.rows()) + consistent_forces(master);
-        // Quadrature over quads that are no parallelograms; at 0.3 some have nearly a corner of 180 degrees
+        const Vector of_s =
+                         pressure_forces(list, 0, slave.body.end.rows()) - consistent_forces(slave),
+                     of_m = pressure_forces(list, 1, master.body.end.rows()) +
+                            consistent_forces(master);
+        // Quadrature over quads that are no parallelograms; at 0.3 some have nearly a corner of 180
+        // degrees
         const double tolerance = distortion == 0 ? 1e-15 : distortion < 0.2 ? 1e-11 : 1e-9;
         EXPECT_LT(of_s.cwiseAbs().maxCoeff(), tolerance) << distortion;
         EXPECT_LT(of_m.cwiseAbs().maxCoeff(), tolerance) << distortion;
@@ -147,7 +158,8 @@ TEST(Mortar, ClosedFlatSurfacesExchangeNoMoment) {
       const Vector3 p = point.frame.transpose() * Vector3(unit(random), unit(random), unit(random));
       for (Index t = point.first_term; t < point.first_term + point.n_terms; ++t) {
         const ContactTerm& term = list.terms[t];
-        const Vector3 x = (term.body == 0 ? pair.slave : pair.master).body.end.row(term.node).transpose();
+        const Vector3 x =
+            (term.body == 0 ? pair.slave : pair.master).body.end.row(term.node).transpose();
         force += term.coefficient * p, moment += term.coefficient * x.cross(p);
       }
     }
@@ -156,18 +168,21 @@ TEST(Mortar, ClosedFlatSurfacesExchangeNoMoment) {
   });
 }
 
-// Squares of side 1 and 2, one turned by 45 degrees and moved: what they share is cut off by one straight line each.
+// Squares of side 1 and 2, one turned by 45 degrees and moved: what they share is cut off by one
+// straight line each.
 TEST(Mortar, AreaIsThatOfTheSharedPolygon) {
   for (const GridFaces kind : {GridFaces::quads, GridFaces::triangles, GridFaces::mixed}) {
     for (const double distortion : {0.0, 0.25}) {
       // |x| + |y| <= sqrt(2) holds the square [0, 1]^2 but for the corner beyond x + y = sqrt(2)
-      FaceGrid slave = face_grid(4, 3, false, kind, distortion, 1), master = face_grid(5, 5, true, kind, distortion, 2);
+      FaceGrid slave = face_grid(4, 3, false, kind, distortion, 1),
+               master = face_grid(5, 5, true, kind, distortion, 2);
       transform(master, 2 * Matrix3::Identity(), Vector3(-1, -1, 0));
       transform(master, turn(std::numbers::pi / 4), Vector3::Zero());
       const double corner = 2 - std::sqrt(2.0);
       EXPECT_NEAR(shared_area(run(slave, master)), 1 - corner * corner / 2, 1e-13);
       // The same from the other side: less than all of the large square has a point
-      FaceGrid large = face_grid(5, 5, false, kind, distortion, 2), small = face_grid(4, 3, true, kind, distortion, 1);
+      FaceGrid large = face_grid(5, 5, false, kind, distortion, 2),
+               small = face_grid(4, 3, true, kind, distortion, 1);
       transform(large, 2 * Matrix3::Identity(), Vector3(-1, -1, 0));
       transform(large, turn(std::numbers::pi / 4), Vector3::Zero());
       EXPECT_NEAR(shared_area(run(large, small)), 1 - corner * corner / 2, 1e-13);
@@ -175,7 +190,8 @@ TEST(Mortar, AreaIsThatOfTheSharedPolygon) {
   }
 }
 
-// Rows against sums over many points of a face: where each lies is found by closest points in space, not by clipping.
+// Rows against sums over many points of a face: where each lies is found by closest points in
+// space, not by clipping.
 TEST(Mortar, AgreesWithFineSamplingOnRandomFaces) {
   std::mt19937 random(11);
   std::uniform_real_distribution<double> unit(-1, 1);
@@ -183,7 +199,8 @@ TEST(Mortar, AgreesWithFineSamplingOnRandomFaces) {
     FaceGrid slave = face_grid(1, 1, false, trial % 3 ? GridFaces::quads : GridFaces::triangles),
              master = face_grid(1, 1, true, trial % 2 ? GridFaces::quads : GridFaces::triangles);
     for (FaceGrid* grid : {&slave, &master}) {
-      for (Index i = 0; i < 4; ++i) grid->body.end.row(i).head<2>() += 0.15 * Eigen::RowVector2d(unit(random), unit(random));
+      for (Index i = 0; i < 4; ++i)
+        grid->body.end.row(i).head<2>() += 0.15 * Eigen::RowVector2d(unit(random), unit(random));
       transform(*grid, turn(3 * unit(random)), 0.3 * Vector3(unit(random), unit(random), 0));
       grid->body.start = grid->body.end;
     }
@@ -199,32 +216,39 @@ TEST(Mortar, AgreesWithFineSamplingOnRandomFaces) {
           const double s = (i + 0.5) / n, t = (j + 0.5) / n;
           if (triangle && s + t > 1) continue;
           const Eigen::Vector4d N =
-              triangle ? Eigen::Vector4d(1 - s - t, s, t, 0) : Eigen::Vector4d((1 - s) * (1 - t), s * (1 - t), s * t, (1 - s) * t);
-          const Vector3 u = triangle ? Vector3(x[1] - x[0]) : Vector3((1 - t) * (x[1] - x[0]) + t * (x[2] - x[3])),
-                        v = triangle ? Vector3(x[2] - x[0]) : Vector3((1 - s) * (x[3] - x[0]) + s * (x[2] - x[1]));
+              triangle ? Eigen::Vector4d(1 - s - t, s, t, 0)
+                       : Eigen::Vector4d((1 - s) * (1 - t), s * (1 - t), s * t, (1 - s) * t);
+          const Vector3 u = triangle ? Vector3(x[1] - x[0])
+                                     : Vector3((1 - t) * (x[1] - x[0]) + t * (x[2] - x[3])),
+                        v = triangle ? Vector3(x[2] - x[0])
+                                     : Vector3((1 - s) * (x[3] - x[0]) + s * (x[2] - x[1]));
           const double dA = u.cross(v).norm() / (double(n) * n);
           const Vector3 place = N[0] * x[0] + N[1] * x[1] + N[2] * x[2] + N[3] * x[3];
           for (Index m = 0; m < master.surface.faces.rows(); ++m) {
-            const Projection foot = project(corners(master.surface, m, master.body.end), is_triangle(master.surface, m), place);
+            const Projection foot = project(corners(master.surface, m, master.body.end),
+                                            is_triangle(master.surface, m), place);
             if (foot.outside > 0) continue;
             for (int a = 0; a < (triangle ? 3 : 4); ++a) {
               for (int b = 0; b < (triangle ? 3 : 4); ++b)
                 D(slave.surface.faces(f, a), slave.surface.faces(f, b)) += N[a] * N[b] * dA;
               for (int l = 0; l < (is_triangle(master.surface, m) ? 3 : 4); ++l)
-                M(slave.surface.faces(f, a), master.surface.faces(m, l)) += N[a] * foot.weights[l] * dA;
+                M(slave.surface.faces(f, a), master.surface.faces(m, l)) +=
+                    N[a] * foot.weights[l] * dA;
             }
             break;
           }
         }
       }
     }
-    if (list.points.size() < 4) continue;  // rows of nodes without area of their own are part of others
+    // rows of nodes without area of their own are part of others
+    if (list.points.size() < 4) continue;
     for (const auto& point : list.points) {
       const Index j = slave.surface.nodes[point.slot];
       EXPECT_NEAR(point.area, D.row(j).sum(), 2e-3) << trial;
       Vector d = Vector::Zero(4), m = Vector::Zero(4);
       for (Index t = point.first_term; t < point.first_term + point.n_terms; ++t)
-        (list.terms[t].body == 0 ? d : m)[list.terms[t].node] += list.terms[t].coefficient * point.area;
+        (list.terms[t].body == 0 ? d : m)[list.terms[t].node] +=
+            list.terms[t].coefficient * point.area;
       EXPECT_LT((d - D.row(j).transpose()).cwiseAbs().maxCoeff(), 2e-3) << trial;
       EXPECT_LT((m + M.row(j).transpose()).cwiseAbs().maxCoeff(), 2e-3) << trial;
     }
@@ -233,7 +257,8 @@ TEST(Mortar, AgreesWithFineSamplingOnRandomFaces) {
 
 TEST(Mortar, EqualMeshesTieEachNodeToItsTwin) {
   for (const GridFaces kind : {GridFaces::quads, GridFaces::triangles, GridFaces::mixed}) {
-    FaceGrid slave = face_grid(4, 3, false, kind, 0.2, 1), master = face_grid(4, 3, true, kind, 0.2, 1);
+    FaceGrid slave = face_grid(4, 3, false, kind, 0.2, 1),
+             master = face_grid(4, 3, true, kind, 0.2, 1);
     const ContactList list = run(slave, master);
     EXPECT_EQ(list.points.size(), 20u);
     for (const auto& point : list.points) {

@@ -45,14 +45,16 @@ double energy(const Body& body) { return body.state().kinetic_energy + body.stat
 
 const History ramp{{0.0, 0.013, 0.041, 0.3}, {1.0, 3.0, -2.0, 0.5}};
 
-// The equations as they stand, with dense matrices: accelerations from M a_1 + (1 + alpha) (K u_1 - f_1) - alpha (K u_0 - f_0) = 0.
+// The equations as they stand, with dense matrices: accelerations from M a_1 + (1 + alpha) (K u_1 -
+// f_1) - alpha (K u_0 - f_0) = 0.
 TEST(Newmark, IsTheSchemeOfTheDenseMatrices) {
   for (const double alpha : alphas) {
     const Superelement s = reduced(6);
     const Matrix K = reduced_stiffness(s), M = reduced_mass(s);
     const double beta = 0.25 * (1 - alpha) * (1 - alpha), gamma = 0.5 - alpha;
     const auto model = test::model(s);
-    SuperelementBody body("body", model.superelement, model.form, Placement{}, Scheme::newmark, NewmarkOptions{alpha});
+    SuperelementBody body("body", model.superelement, model.form, Placement{}, Scheme::newmark,
+                          NewmarkOptions{alpha});
     const Index set = body.track({2, 5});
     Points force = Points::Zero(body.n_nodes(), 3), impulse(2, 3);
     force.row(7) << 3, -1, 2;
@@ -65,12 +67,12 @@ TEST(Newmark, IsTheSchemeOfTheDenseMatrices) {
     Vector a = Ldlt(M).solve(f);
     double t = 0;
     for (int step = 0; step < 60; ++step) {
-      const double h = (step < 40 ? 3.0 : 0.7) / body.largest_frequency(), f0 = history_value(ramp, t),
-                   f1 = history_value(ramp, t + h);
+      const double h = (step < 40 ? 3.0 : 0.7) / body.largest_frequency(),
+                   f0 = history_value(ramp, t), f1 = history_value(ramp, t + h);
       const Vector push = Ldlt(M).solve(step % 9 == 3 ? p : Vector(Vector::Zero(s.n())));
       const Vector start = q + h * v + h * h * (0.5 - beta) * a + 0.5 * h * push;
-      const Vector a1 =
-          Ldlt(M + (1 + alpha) * beta * h * h * K).solve((1 + alpha) * (f1 * f - K * start) - alpha * (f0 * f - K * q));
+      const Vector a1 = Ldlt(M + (1 + alpha) * beta * h * h * K)
+                            .solve((1 + alpha) * (f1 * f - K * start) - alpha * (f0 * f - K * q));
       v += h * ((1 - gamma) * a + gamma * a1) + push;
       q = start + h * h * beta * a1;
       a = a1;
@@ -102,7 +104,8 @@ TEST(Newmark, ResponseIsWhatImpulsesDoAndTheInverseOfTheSystemMatrix) {
       body.predicted_positions(set, after);
       const Points moved = after - before;
       const Vector expected = S.dense() * Eigen::Map<const Vector>(p.data(), p.size());
-      EXPECT_LT((Eigen::Map<const Vector>(moved.data(), 12) - expected).norm(), 1e-10 * expected.norm());
+      EXPECT_LT((Eigen::Map<const Vector>(moved.data(), 12) - expected).norm(),
+                1e-10 * expected.norm());
     }
     // h / 2 A^-1 at the dofs of an upright body
     const Superelement s = reduced(8);
@@ -136,9 +139,11 @@ TEST(Newmark, MomentumIsThatOfTheImpulses) {
       // Arms are those of the undeformed body, as far on as it is on average
       const Vector3 drift = 0.5 * (before + body.state().center_of_mass) - center;
       for (Index i = 0; i < p.rows(); ++i)
-        angular += Vector3(body.reference_positions().row(i).transpose() + drift).cross(Vector3(p.row(i).transpose()));
+        angular += Vector3(body.reference_positions().row(i).transpose() + drift)
+                       .cross(Vector3(p.row(i).transpose()));
       momentum += p.colwise().sum().transpose();
-      scale = std::max(scale, momentum.norm()), angular_scale = std::max(angular_scale, angular.norm());
+      scale = std::max(scale, momentum.norm()),
+      angular_scale = std::max(angular_scale, angular.norm());
     }
     EXPECT_LT((body.state().momentum - momentum).norm(), 1e-13 * scale);
     EXPECT_LT((body.state().angular_momentum - angular).norm(), 1e-12 * angular_scale);
@@ -159,12 +164,15 @@ TEST(Newmark, EnergyBalanceClosesToRoundOff) {
         const double h = (step < 200 ? 1 : 0.37) * share / body.largest_frequency();
         body.predict(t, h);
         if (step % 7 == 0)
-          body.add_impulses(set, random_points(random, 3, 0.4), step % 2 ? ImpulseKind::contact : ImpulseKind::friction);
+          body.add_impulses(set, random_points(random, 3, 0.4),
+                            step % 2 ? ImpulseKind::contact : ImpulseKind::friction);
         body.accept();
         t += h;
         largest = std::max(largest, energy(body));
         const BodyWork work = body.work();
-        EXPECT_LT(std::abs(energy(body) - start - work.external - work.contact - work.friction - work.numerical), 2e-12 * largest)
+        EXPECT_LT(std::abs(energy(body) - start - work.external - work.contact - work.friction -
+                           work.numerical),
+                  2e-12 * largest)
             << alpha << " " << step;
         if (alpha == 0) {
           EXPECT_EQ(work.numerical, 0);
@@ -203,7 +211,8 @@ TEST(Newmark, AverageAccelerationKeepsAllEnergyAndHhtTakesIt) {
   }
 }
 
-// Coefficients that are rounded must not make modes gain or lose by some 1e-16 in every step: it adds up.
+// Coefficients that are rounded must not make modes gain or lose by some 1e-16 in every step: it
+// adds up.
 TEST(Newmark, EachModeKeepsItsEnergyInManySteps) {
   const auto s = std::make_shared<Superelement>(reduced(20));
   std::vector<HeldDirection> held;
@@ -224,19 +233,23 @@ TEST(Newmark, EachModeKeepsItsEnergyInManySteps) {
       const auto [q, rate] = coordinates(body);
       return Vector(form->omega.cwiseProduct(VtM * q).cwiseAbs2() + (VtM * rate).cwiseAbs2());
     };
-    body.predict(0, h), body.add_impulses(set, random_points(random, body.n_nodes(), 1)), body.accept();
+    body.predict(0, h), body.add_impulses(set, random_points(random, body.n_nodes(), 1)),
+        body.accept();
     const Vector before = energies();
     for (int step = 1; step < n; ++step) body.predict(step * h, h), body.accept();
     const Vector after = energies();
     double worst = 0;
     for (Index j = 0; j < before.size(); ++j)
-      if (before[j] > 1e-4 * before.maxCoeff()) worst = std::max(worst, std::abs(after[j] / before[j] - 1));
-    std::printf("omega_max h %g: a mode's energy drifts by up to %.1e in %d steps\n", share, worst, n);
+      if (before[j] > 1e-4 * before.maxCoeff())
+        worst = std::max(worst, std::abs(after[j] / before[j] - 1));
+    std::printf("omega_max h %g: a mode's energy drifts by up to %.1e in %d steps\n", share, worst,
+                n);
     EXPECT_LT(worst, 2e-12) << share;
   }
 }
 
-// One mode by itself: the logarithmic decrement of HHT-alpha grows with omega h, and the period is longer by (omega h)^2 / 12.
+// One mode by itself: the logarithmic decrement of HHT-alpha grows with omega h, and the period is
+// longer by (omega h)^2 / 12.
 TEST(Newmark, HhtDampsHighFrequenciesAndSparesLowOnes) {
   const auto left_after = [](double x, double alpha) {
     SuperelementBody body = make_body(20, Scheme::newmark, alpha);
@@ -249,7 +262,8 @@ TEST(Newmark, HhtDampsHighFrequenciesAndSparesLowOnes) {
     for (int step = 1; step < 100; ++step) body.predict(step * h, h), body.accept();
     return (energy(body) - 0.5 * body.state().momentum.squaredNorm() / 18) / start;
   };
-  const double slow = left_after(0.02, -0.1), fast = left_after(2, -0.1), faster = left_after(20, -0.1);
+  const double slow = left_after(0.02, -0.1), fast = left_after(2, -0.1),
+               faster = left_after(20, -0.1);
   EXPECT_GT(slow, 0.999);
   EXPECT_LT(fast, 0.9 * slow);
   EXPECT_LT(faster, 0.9 * slow);

@@ -7,7 +7,8 @@ Patch patch(int n, double z, bool up, double size) {
   Patch p;
   Points x((n + 1) * (n + 1), 3);
   for (Index j = 0; j <= n; ++j)
-    for (Index i = 0; i <= n; ++i) x.row(j * (n + 1) + i) << size * double(i) / n, size * double(j) / n, z;
+    for (Index i = 0; i <= n; ++i)
+      x.row(j * (n + 1) + i) << size * double(i) / n, size * double(j) / n, z;
   p.surface.faces.resize(n * n, 4);
   for (Index j = 0, f = 0; j < n; ++j) {
     for (Index i = 0; i < n; ++i, ++f) {
@@ -32,7 +33,8 @@ Patch box(int n, double size, double height) {
   for (Index k = 0; k < 2; ++k)
     for (Index j = 0; j < m; ++j)
       for (Index i = 0; i < m; ++i)
-        x.row((k * m + j) * m + i) << size * double(i) / n, size * double(j) / n, k == 0 ? -height : 0.0;
+        x.row((k * m + j) * m + i) << size * double(i) / n, size * double(j) / n,
+            k == 0 ? -height : 0.0;
   const auto node = [&](Index i, Index j, Index k) { return (k * m + j) * m + i; };
   std::vector<std::array<Index, 4>> faces;
   for (Index j = 0; j < n; ++j) {

@@ -15,7 +15,9 @@ struct Patch {
 // n x n quads on the square from the origin in the plane z, normal up or down.
 Patch patch(int n, double z, bool up, double size = 1);
 
-inline void move(Patch& p, const Vector3& d) { p.body.end = p.body.start.rowwise() + d.transpose(); }
+inline void move(Patch& p, const Vector3& d) {
+  p.body.end = p.body.start.rowwise() + d.transpose();
+}
 
 // A box with the top in the plane z = 0, all six faces outward, n x n on each: one surface.
 Patch box(int n, double size, double height);

@@ -20,34 +20,42 @@ namespace {
 
 class ProgramFiles : public ::testing::Test {
  protected:
-  ProgramFiles() { write_mesh(test::brick({2, 1, 1}, Vector3(1, 0.5, 0.5)), folder_ / "block.msh"); }
+  ProgramFiles() {
+    write_mesh(test::brick({2, 1, 1}, Vector3(1, 0.5, 0.5)), folder_ / "block.msh");
+  }
 
   std::string scene(const std::string& output) {
-    std::ofstream(folder_ / "scene.yaml") << "materials:\n  soft: {youngs_modulus: 100, poissons_ratio: 0.25, density: 1}\n"
-                                             "components:\n  block: {mesh: block.msh, material: soft}\n"
-                                             "instances:\n  a: {component: block, as: mesh, velocity: [0.3, 0, 0]}\n"
-                                             "time: {end: 0.02, step: 1.0e-3}\noutput: {every: 2.0e-3"
-                                          << output << "}\n";
+    std::ofstream(folder_ / "scene.yaml")
+        << "materials:\n  soft: {youngs_modulus: 100, poissons_ratio: 0.25, density: 1}\n"
+           "components:\n  block: {mesh: block.msh, material: soft}\n"
+           "instances:\n  a: {component: block, as: mesh, velocity: [0.3, 0, 0]}\n"
+           "time: {end: 0.02, step: 1.0e-3}\noutput: {every: 2.0e-3"
+        << output << "}\n";
     return (folder_ / "scene.yaml").string();
   }
   std::filesystem::path in(const std::string& name) const { return folder_ / name; }
 
-  void run(const std::string& output, const std::string& restart = "", const std::string& timings = "",
-           const std::string& results = "r.h5") {
+  void run(const std::string& output, const std::string& restart = "",
+           const std::string& timings = "", const std::string& results = "r.h5") {
     Report report("test", Verbosity::quiet);
-    const auto at = [&](const std::string& name) { return name.empty() ? std::filesystem::path() : folder_ / name; };
+    const auto at = [&](const std::string& name) {
+      return name.empty() ? std::filesystem::path() : folder_ / name;
+    };
     run_scene(scene(output), folder_ / results, report, {}, at(restart), false, at(timings));
   }
 
   // What is refused, and that it is so before the first step.
-  std::string refused(const std::string& output, const std::string& restart = "", const std::string& timings = "") {
-    const auto before =
-        std::filesystem::exists(in("r.h5")) ? std::filesystem::last_write_time(in("r.h5")) : std::filesystem::file_time_type::min();
+  std::string refused(const std::string& output, const std::string& restart = "",
+                      const std::string& timings = "") {
+    const auto before = std::filesystem::exists(in("r.h5"))
+                            ? std::filesystem::last_write_time(in("r.h5"))
+                            : std::filesystem::file_time_type::min();
     try {
       run(output, restart, timings);
     } catch (const InputError& error) {
-      const auto after = std::filesystem::exists(in("r.h5")) ? std::filesystem::last_write_time(in("r.h5"))
-                                                             : std::filesystem::file_time_type::min();
+      const auto after = std::filesystem::exists(in("r.h5"))
+                             ? std::filesystem::last_write_time(in("r.h5"))
+                             : std::filesystem::file_time_type::min();
       EXPECT_EQ(before, after);
       return error.what();
     }
@@ -65,17 +73,22 @@ class ProgramFiles : public ::testing::Test {
 };
 
 void expect_in(const std::string& text, const std::vector<std::string>& words) {
-  for (const auto& word : words) EXPECT_NE(text.find(word), std::string::npos) << word << " in: " << text;
+  for (const auto& word : words)
+    EXPECT_NE(text.find(word), std::string::npos) << word << " in: " << text;
 }
 
 TEST_F(ProgramFiles, OutputsOfOneNameAreRefused) {
   const std::string fields = ", fields: [displacement]";
   expect_in(refused("", "", "r.h5"), {"r.h5", "timings", "results", "--timings"});
   expect_in(refused(fields, "", "r.xdmf"), {"r.xdmf", "timings", "fields"});
-  expect_in(refused(", checkpoint: {every_steps: 5, file: c.h5}", "", "c.h5"), {"c.h5", "timings", "checkpoint"});
-  for (const std::string name : {"r.fields.h5", "r.xdmf", "r.cp"})  // the last one's fields are r.fields.h5
-    expect_in(refused(fields + ", checkpoint: {every_steps: 5, file: " + name + "}"), {"fields", "output.checkpoint.file"});
-  expect_in(refused(", checkpoint: {every_steps: 5, file: r.h5}"), {"results", "output.checkpoint.file"});
+  expect_in(refused(", checkpoint: {every_steps: 5, file: c.h5}", "", "c.h5"),
+            {"c.h5", "timings", "checkpoint"});
+  // the last one's fields are r.fields.h5
+  for (const std::string name : {"r.fields.h5", "r.xdmf", "r.cp"})
+    expect_in(refused(fields + ", checkpoint: {every_steps: 5, file: " + name + "}"),
+              {"fields", "output.checkpoint.file"});
+  expect_in(refused(", checkpoint: {every_steps: 5, file: r.h5}"),
+            {"results", "output.checkpoint.file"});
   run(", checkpoint: {every_steps: 5, file: r.xdmf}");  // no fields, no collision
 }
 
@@ -96,7 +109,8 @@ TEST(ContactSetup, PairsThatMemoryCannotHoldAreRefused) {
     FAIL() << "no error";
   } catch (const InputError& error) {
     EXPECT_NE(std::string(error.what())
-                  .find("a.yaml:7: contact: all makes 2e+08 pairs, which take 60.0 GB or more, the machine has 24.0 GB"),
+                  .find("a.yaml:7: contact: all makes 2e+08 pairs, which take 60.0 GB or more, the "
+                        "machine has 24.0 GB"),
               std::string::npos)
         << error.what();
   }
@@ -106,7 +120,8 @@ TEST_F(ProgramFiles, SaysWhenPositionsAreTooFarOutToTellGaps) {
   const auto said = [&](const std::string& distance) {
     std::string text = test::bytes_of(scene(""));
     const std::string velocity = "velocity: [0.3, 0, 0]";
-    text.replace(text.find(velocity), velocity.size(), velocity + ", position: [0, " + distance + ", 0]");
+    text.replace(text.find(velocity), velocity.size(),
+                 velocity + ", position: [0, " + distance + ", 0]");
     std::ofstream(in("far.yaml")) << text;
     testing::internal::CaptureStderr();
     Report report("test", Verbosity::quiet);
@@ -114,11 +129,13 @@ TEST_F(ProgramFiles, SaysWhenPositionsAreTooFarOutToTellGaps) {
     return testing::internal::GetCapturedStderr();
   };
   EXPECT_EQ(said("1.0e6").find("from the origin"), std::string::npos);
-  EXPECT_NE(said("1.0e12").find("instance 'a' is 1 across and lies 1e+12 from the origin"), std::string::npos);
+  EXPECT_NE(said("1.0e12").find("instance 'a' is 1 across and lies 1e+12 from the origin"),
+            std::string::npos);
 }
 
 TEST_F(ProgramFiles, FieldsReplaceFieldsAlone) {
-  const std::string fields = ", fields: [displacement]", both = fields + ", checkpoint: {every_steps: 5, file: c.h5}";
+  const std::string fields = ", fields: [displacement]",
+                    both = fields + ", checkpoint: {every_steps: 5, file: c.h5}";
   for (const std::string name : {"r.fields.h5", "c.fields.h5"}) {
     make_foreign(name);
     expect_in(refused(both), {name, "another kind of HDF5 file", "another name"});
@@ -140,11 +157,13 @@ TEST_F(ProgramFiles, FieldsReplaceFieldsAlone) {
 }
 
 TEST_F(ProgramFiles, FieldsThatAreNotTheCheckpointsAreRefused) {
-  const std::string both = ", fields: [displacement, velocity], checkpoint: {every_steps: 8, file: c.h5}";
+  const std::string both =
+      ", fields: [displacement, velocity], checkpoint: {every_steps: 8, file: c.h5}";
   run(both);
   const auto whole = in("whole.h5");
   std::filesystem::copy_file(in("c.fields.h5"), whole);
-  const std::size_t kept = static_cast<std::size_t>(Hdf5Reader(in("c.h5")).shape("/field_times")[0]);
+  const std::size_t kept =
+      static_cast<std::size_t>(Hdf5Reader(in("c.h5")).shape("/field_times")[0]);
   ASSERT_GT(kept, 3u);
   const auto damaged = [&](const std::function<void(Hdf5Writer&)>& change) {
     Hdf5Writer file(in("c.fields.h5"), whole);
@@ -156,18 +175,23 @@ TEST_F(ProgramFiles, FieldsThatAreNotTheCheckpointsAreRefused) {
     EXPECT_TRUE(file.remove(name));
     file.write(name, values);
   };
-  const Matrix u = Hdf5Reader(whole).read_matrix("/steps/1/0/displacement"), X = Hdf5Reader(whole).read_matrix("/grids/0/points");
+  const Matrix u = Hdf5Reader(whole).read_matrix("/steps/1/0/displacement"),
+               X = Hdf5Reader(whole).read_matrix("/grids/0/points");
   Matrix other = u;
   other(0, 0) = std::nan("");
-  expect_in(damaged([&](Hdf5Writer& file) { replace(file, "/steps/1/0/displacement", other); }), {"c.fields.h5", "damaged"});
+  expect_in(damaged([&](Hdf5Writer& file) { replace(file, "/steps/1/0/displacement", other); }),
+            {"c.fields.h5", "damaged"});
   other(0, 0) = std::nextafter(u(0, 0), 1);
-  expect_in(damaged([&](Hdf5Writer& file) { replace(file, "/steps/1/0/displacement", other); }), {"c.fields.h5", "damaged"});
-  expect_in(damaged([&](Hdf5Writer& file) { replace(file, "/grids/0/points", 2 * X); }), {"c.fields.h5", "damaged"});
+  expect_in(damaged([&](Hdf5Writer& file) { replace(file, "/steps/1/0/displacement", other); }),
+            {"c.fields.h5", "damaged"});
+  expect_in(damaged([&](Hdf5Writer& file) { replace(file, "/grids/0/points", 2 * X); }),
+            {"c.fields.h5", "damaged"});
   expect_in(damaged([&](Hdf5Writer& file) { file.remove("/steps/1/0/velocity"); }),
             {"/steps/1/0/velocity", "missing", "--restart"});
   expect_in(damaged([&](Hdf5Writer& file) { file.remove("/steps/1"); }), {"/steps/1", "missing"});
   std::filesystem::remove(in("c.fields.h5"));
-  expect_in(refused(both, "c.h5"), {"c.fields.h5", "no such file", "output.fields", "without --restart"});
+  expect_in(refused(both, "c.h5"),
+            {"c.fields.h5", "no such file", "output.fields", "without --restart"});
   // Steps that the checkpoint does not know are left out
   {
     Hdf5Writer file(in("c.fields.h5"), whole);
@@ -186,7 +210,8 @@ TEST_F(ProgramFiles, ADamagedCheckpointOfItsOwnNameIsCalledSo) {
   const std::string said = refused(output, "c.h5");
   expect_in(said, {"c.h5", "damaged", "without --restart"});
   EXPECT_EQ(said.find("output.checkpoint.file"), std::string::npos) << said;
-  expect_in(refused(output), {"c.h5", "is not a checkpoint", "remove it"});  // and anew: what is to be done with it
+  // and anew: what is to be done with it
+  expect_in(refused(output), {"c.h5", "is not a checkpoint", "remove it"});
 }
 
 }  // namespace

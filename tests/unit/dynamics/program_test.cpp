@@ -22,35 +22,42 @@
 namespace cbr {
 namespace {
 
-// A folder with a mesh, a scene of two blocks, and the block's superelement, made anew for each test.
+// A folder with a mesh, a scene of two blocks, and the block's superelement, made anew for each
+// test.
 class Program : public ::testing::Test {
  protected:
   void SetUp() override {
-    folder_ = std::filesystem::temp_directory_path() / ("cbr-dyn-test-" + std::to_string(::getpid()));
+    folder_ =
+        std::filesystem::temp_directory_path() / ("cbr-dyn-test-" + std::to_string(::getpid()));
     std::filesystem::create_directories(folder_);
     write_mesh(test::brick({4, 2, 2}, Vector3(1, 0.5, 0.5)), folder_ / "block.msh");
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
 
-  std::string scene(const std::string& kind, const std::string& contact = "", const std::string& time = "",
-                    const std::string& more = "") {
+  std::string scene(const std::string& kind, const std::string& contact = "",
+                    const std::string& time = "", const std::string& more = "") {
     const std::filesystem::path file = folder_ / "scene.yaml";
     std::ofstream(file)
         << "materials:\n  soft: {youngs_modulus: 100, poissons_ratio: 0.25, density: 1}\n"
-           "components:\n  block:\n    mesh: block.msh\n    material: soft\n    reduction: {interface: [x_max], modes: 12}\n"
+           "components:\n  block:\n    mesh: block.msh\n    material: soft\n    reduction: "
+           "{interface: [x_max], modes: 12}\n"
            "instances:\n  left: {component: block, as: "
-        << kind << ", velocity: [0.3, 0, 0]}\n  right: {component: block, as: " << kind << ", position: [2.01, 0, 0], mirror: x}\n"
+        << kind << ", velocity: [0.3, 0, 0]}\n  right: {component: block, as: " << kind
+        << ", position: [2.01, 0, 0], mirror: x}\n"
         << "contact:\n  - {between: [left.x_max, right.x_max]" << contact << "}\n"
         << "time: {end: 0.6" << time << "}\n"
-        << more << (more.find("output") == std::string::npos ? "output: {every: 0.05, history: [left.x_max, right.x_max]}\n" : "");
+        << more
+        << (more.find("output") == std::string::npos
+                ? "output: {every: 0.05, history: [left.x_max, right.x_max]}\n"
+                : "");
     return file.string();
   }
 
   void make_superelement(const std::string& scene_file, Index modes = 12) {
     const Scene scene = read_scene(scene_file);
     const Component& component = scene.components.at("block");
-    const test::Lattice full =
-        test::as_lattice(test::make_brick({4, 2, 2}, Vector3(1, 0.5, 0.5), scene.materials.at("soft")), {4, 2, 2});
+    const test::Lattice full = test::as_lattice(
+        test::make_brick({4, 2, 2}, Vector3(1, 0.5, 0.5), scene.materials.at("soft")), {4, 2, 2});
     Superelement s = test::reduce(full, test::x_nodes(full, false, true), modes);
     s.content_hash = content_hash(scene, component);
     write_superelement(s, component.reduction->superelement);
@@ -66,7 +73,8 @@ class Program : public ::testing::Test {
       run(scene_file);
       FAIL() << "no error";
     } catch (const InputError& error) {
-      for (const auto& part : parts) EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
+      for (const auto& part : parts)
+        EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
     }
     EXPECT_FALSE(std::filesystem::exists(folder_ / "results.h5"));
   }
@@ -91,17 +99,19 @@ TEST_F(Program, ResultsHoldWhatTheFormatSays) {
     const Points left = results.read_points("/surfaces/left.x_max/mean_position");
     EXPECT_NEAR(left(0, 0), 1, 1e-12);
     EXPECT_NEAR(results.read_points("/surfaces/right.x_max/mean_position")(0, 0), 1.01, 1e-12);
-    const Points a = results.read_points("/surfaces/left.x_max/force"), b = results.read_points("/surfaces/right.x_max/force");
+    const Points a = results.read_points("/surfaces/left.x_max/force"),
+                 b = results.read_points("/surfaces/right.x_max/force");
     EXPECT_LT((a + b).norm(), 1e-12 * a.norm());
     EXPECT_LT(a.col(0).minCoeff(), 0);
     // The impulse of the contact force is the change of momentum.
     const Points p = results.read_points("/instances/left/momentum");
     EXPECT_NEAR(0.05 * a.col(0).sum(), p(12, 0) - p(0, 0), 1e-12 * p(0, 0));
-    const Vector total = results.read_vector("/energy/total"), work = results.read_vector("/energy/work_contact");
+    const Vector total = results.read_vector("/energy/total"),
+                 work = results.read_vector("/energy/work_contact");
     EXPECT_LT(((total - work).array() - total[0]).abs().maxCoeff(), 1e-12 * total[0]);
-    for (const char* name :
-         {"/instances/left/center_of_mass", "/instances/right/angular_momentum", "/instances/left/kinetic_energy",
-          "/instances/left/strain_energy", "/energy/work_external", "/energy/work_friction", "/contact/active"})
+    for (const char* name : {"/instances/left/center_of_mass", "/instances/right/angular_momentum",
+                             "/instances/left/kinetic_energy", "/instances/left/strain_energy",
+                             "/energy/work_external", "/energy/work_friction", "/contact/active"})
       EXPECT_EQ(results.shape(name)[0], 13) << name;
   }
 }
@@ -109,15 +119,18 @@ TEST_F(Program, ResultsHoldWhatTheFormatSays) {
 TEST_F(Program, SameInputSameDatasets) {
   const std::string file = scene("mesh");
   run(file);
-  const Matrix first = Hdf5Reader(folder_ / "results.h5").read_matrix("/surfaces/right.x_max/mean_velocity");
+  const Matrix first =
+      Hdf5Reader(folder_ / "results.h5").read_matrix("/surfaces/right.x_max/mean_velocity");
   run(file);
-  EXPECT_EQ(first, Hdf5Reader(folder_ / "results.h5").read_matrix("/surfaces/right.x_max/mean_velocity"));
+  EXPECT_EQ(first,
+            Hdf5Reader(folder_ / "results.h5").read_matrix("/surfaces/right.x_max/mean_velocity"));
 }
 
 double count_of(const std::filesystem::path& timings, const std::string& name) {
   std::ifstream in(timings);
   for (std::string line; std::getline(in, line);)
-    if (line.rfind("count," + name + ",", 0) == 0) return std::stod(line.substr(line.rfind(',') + 1));
+    if (line.rfind("count," + name + ",", 0) == 0)
+      return std::stod(line.substr(line.rfind(',') + 1));
   ADD_FAILURE() << "no count " << name;
   return 0;
 }
@@ -126,8 +139,12 @@ TEST_F(Program, CheckErrorComparesWithHalfOfTheModes) {
   const std::string file = scene("superelement", "", ", step: 0.005");
   make_superelement(file, 40);
   run(file);
-  const auto positions = [&] { return Hdf5Reader(folder_ / "results.h5").read_points("/surfaces/left.x_max/mean_position"); };
-  const auto energy = [&] { return Hdf5Reader(folder_ / "results.h5").read_vector("/instances/right/kinetic_energy"); };
+  const auto positions = [&] {
+    return Hdf5Reader(folder_ / "results.h5").read_points("/surfaces/left.x_max/mean_position");
+  };
+  const auto energy = [&] {
+    return Hdf5Reader(folder_ / "results.h5").read_vector("/instances/right/kinetic_energy");
+  };
   const Points whole = positions();
   const Vector whole_energy = energy();
   std::string said;
@@ -149,10 +166,13 @@ TEST_F(Program, CheckErrorComparesWithHalfOfTheModes) {
   const Points half = positions();
   const double motion = (whole.rowwise() - whole.row(0)).norm();
   EXPECT_GT((whole - half).norm(), 1e-6 * motion);
-  EXPECT_GE(count_of(folder_ / "timings.csv", "check_position_share"), (whole - half).norm() / motion * (1 - 1e-6));
-  EXPECT_LT(count_of(folder_ / "timings.csv", "check_position_share"), 10 * (whole - half).norm() / motion);
-  EXPECT_GE(count_of(folder_ / "timings.csv", "check_energy_share") * 0.5 * 0.25 * 0.09 * (1 + 1e-6),
-            (whole_energy - energy()).cwiseAbs().maxCoeff());
+  EXPECT_GE(count_of(folder_ / "timings.csv", "check_position_share"),
+            (whole - half).norm() / motion * (1 - 1e-6));
+  EXPECT_LT(count_of(folder_ / "timings.csv", "check_position_share"),
+            10 * (whole - half).norm() / motion);
+  EXPECT_GE(
+      count_of(folder_ / "timings.csv", "check_energy_share") * 0.5 * 0.25 * 0.09 * (1 + 1e-6),
+      (whole_energy - energy()).cwiseAbs().maxCoeff());
   EXPECT_EQ(count_of(folder_ / "timings.csv", "check_modes"), 40);
 }
 
@@ -193,13 +213,15 @@ TEST_F(Program, ASuperelementAtOddsWithItselfNamesItsFile) {
   add_diagonal_form(s, std::vector<Index>(s.node_ids.size(), 0));
   s.rigid_body.mass *= 2;
   write_superelement(s, folder_ / "block.cbr.h5");
-  expect_refused(file, {"scene.yaml:4: component 'block': ", "block.cbr.h5: ", "/rigid_body", "cbr-reduce --force"});
+  expect_refused(file, {"scene.yaml:4: component 'block': ", "block.cbr.h5: ", "/rigid_body",
+                        "cbr-reduce --force"});
 }
 
 TEST_F(Program, TellsTheConditioningThatTheReductionKnew) {
   const std::string file = scene("superelement", "", ", integrator: exact");
   make_superelement(file);
-  const auto told = [&](const std::optional<Conditioning>& conditioning, Verbosity verbosity, int warnings) {
+  const auto told = [&](const std::optional<Conditioning>& conditioning, Verbosity verbosity,
+                        int warnings) {
     Superelement s = read_superelement(folder_ / "block.cbr.h5");
     s.conditioning = conditioning;
     write_superelement(s, folder_ / "block.cbr.h5");
@@ -213,14 +235,18 @@ TEST_F(Program, TellsTheConditioningThatTheReductionKnew) {
   Conditioning c;
   c.mass = {1e5, 200};
   const std::string figures = told(c, Verbosity::verbose, 0);
-  EXPECT_NE(figures.find("component 'block': condition of the reduced mass: 1.0e+05, scaled by its diagonal 2.0e+02"),
+  EXPECT_NE(figures.find("component 'block': condition of the reduced mass: 1.0e+05, scaled by its "
+                         "diagonal 2.0e+02"),
             std::string::npos)
       << figures;
-  EXPECT_NE(figures.find("component 'block': condition of K_II: not computed"), std::string::npos) << figures;
+  EXPECT_NE(figures.find("component 'block': condition of K_II: not computed"), std::string::npos)
+      << figures;
   EXPECT_EQ(told(c, Verbosity::normal, 0).find("condition of"), std::string::npos);
   c.mass.scaled = 1e13;  // once, though two instances stand on it
   const std::string warning = told(c, Verbosity::quiet, 1);
-  EXPECT_NE(warning.find("component 'block': the reduced mass is ill-conditioned (1e+13)"), std::string::npos) << warning;
+  EXPECT_NE(warning.find("component 'block': the reduced mass is ill-conditioned (1e+13)"),
+            std::string::npos)
+      << warning;
 }
 
 TEST_F(Program, OutputsThatMemoryCannotHoldAreRefusedBeforeTheRun) {
@@ -234,7 +260,8 @@ TEST_F(Program, OutputsThatMemoryCannotHoldAreRefusedBeforeTheRun) {
     require_memory_for_outputs(read, built.simulation, bytes / 10);
     FAIL() << "no error";
   } catch (const InputError& error) {
-    for (const char* part : {"scene.yaml:", "output.every: 13 outputs of 64 numbers", "6.7 kB", "666 B", "give output.every"})
+    for (const char* part : {"scene.yaml:", "output.every: 13 outputs of 64 numbers", "6.7 kB",
+                             "666 B", "give output.every"})
       EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
   }
 }
@@ -247,38 +274,43 @@ TEST_F(Program, RefusesWhatCannotBe) {
 }
 
 TEST_F(Program, ASurfaceThatWasNotKeptNamesTheCure) {
-  const std::string file = scene("superelement", "", "", "loads:\n  - {instance: left, surface: x_min, force: [1, 0, 0]}\n");
+  const std::string file = scene(
+      "superelement", "", "", "loads:\n  - {instance: left, surface: x_min, force: [1, 0, 0]}\n");
   make_superelement(file);
   expect_refused(file, {"x_min", "x_max", "reduction.interface", "cbr-reduce", "scene.yaml:"});
 }
 
 TEST_F(Program, APulseThatStepsMayMissIsWarnedOf) {
-  // Steps of 0.05 miss it, but for a body that moves exactly; a load that is switched on is no pulse.
+  // Steps of 0.05 miss it, but for a body that moves exactly; a load that is switched on is no
+  // pulse.
   std::string load =
       "loads:\n"
-      "  - {instance: right, surface: x_max, force: [0, 1, 0], history: {time: [0.011, 0.012, 0.014, 0.015], value: [0, 1, 1, "
+      "  - {instance: right, surface: x_max, force: [0, 1, 0], history: {time: [0.011, 0.012, "
+      "0.014, 0.015], value: [0, 1, 1, "
       "0]}}\n";
   const auto warned = [&](const std::string& kind, const std::string& time) {
     const std::string file = scene(kind, "", time, load);
     if (kind == "superelement") make_superelement(file);
     testing::internal::CaptureStderr();
     run(file);
-    return testing::internal::GetCapturedStderr().find("loads[0].history rises and falls within 0.004 s") != std::string::npos;
+    return testing::internal::GetCapturedStderr().find(
+               "loads[0].history rises and falls within 0.004 s") != std::string::npos;
   };
   EXPECT_TRUE(warned("mesh", ", integrator: newmark"));
   EXPECT_FALSE(warned("mesh", ", integrator: newmark, step: 0.001"));
   EXPECT_TRUE(warned("superelement", ", integrator: newmark"));
   EXPECT_FALSE(warned("superelement", ", integrator: exact"));
   load =
-      "loads:\n  - {instance: right, surface: x_max, force: [0, 1, 0], history: {time: [0.011, 0.012, 0.014], value: [0, 1, 1]}}\n";
+      "loads:\n  - {instance: right, surface: x_max, force: [0, 1, 0], history: {time: [0.011, "
+      "0.012, 0.014], value: [0, 1, 1]}}\n";
   EXPECT_FALSE(warned("mesh", ", integrator: newmark"));
 }
 
 TEST_F(Program, LoadsBoundariesAndGravity) {
-  const std::string file =
-      scene("mesh", "", "",
-            "loads:\n  - {instance: right, surface: x_max, force: [0, 0.005, 0]}\n  - {gravity: [0, 0, -0.02]}\n"
-            "boundary:\n  - {instance: left, nodes: x_min, fix: [x, y, z]}\n");
+  const std::string file = scene("mesh", "", "",
+                                 "loads:\n  - {instance: right, surface: x_max, force: [0, 0.005, "
+                                 "0]}\n  - {gravity: [0, 0, -0.02]}\n"
+                                 "boundary:\n  - {instance: left, nodes: x_min, fix: [x, y, z]}\n");
   run(file);
   const Hdf5Reader results(folder_ / "results.h5");
   const Points p = results.read_points("/instances/right/momentum");
@@ -287,7 +319,8 @@ TEST_F(Program, LoadsBoundariesAndGravity) {
   EXPECT_NEAR(p(last, 1), 0.005 * 0.6, 0.005 * 0.003);
   EXPECT_NEAR(p(last, 2), -0.25 * 0.02 * 0.6, 0.005 * 0.003);
   const Vector total = results.read_vector("/energy/total"),
-               work = results.read_vector("/energy/work_contact") + results.read_vector("/energy/work_external");
+               work = results.read_vector("/energy/work_contact") +
+                      results.read_vector("/energy/work_external");
   EXPECT_LT(((total - work).array() - total[0]).abs().maxCoeff(), 1e-11 * total.maxCoeff());
 }
 
@@ -303,7 +336,8 @@ TEST_F(Program, ADamagedSuperelementIsCalledSo) {
   } catch (const InputError& error) {
     EXPECT_NE(std::string(error.what()).find("block.cbr.h5"), std::string::npos) << error.what();
     EXPECT_NE(std::string(error.what()).find("damaged"), std::string::npos) << error.what();
-    EXPECT_EQ(std::string(error.what()).find("was not made from"), std::string::npos) << error.what();
+    EXPECT_EQ(std::string(error.what()).find("was not made from"), std::string::npos)
+        << error.what();
   }
 }
 
@@ -340,13 +374,16 @@ TEST_F(Program, ResultsReplaceResultsAlone) {
 // Not the user's mistake: exit code 1.
 TEST_F(Program, AFolderThatGoesAwayDuringTheRunIsNoInputError) {
   const std::string file =
-      scene("mesh", "", ", step: 3.0e-5", "output: {every: 0.05, checkpoint: {every_steps: 50, file: results/c.h5}}\n");
+      scene("mesh", "", ", step: 3.0e-5",
+            "output: {every: 0.05, checkpoint: {every_steps: 50, file: results/c.h5}}\n");
   const auto folder = folder_ / "results";
   std::filesystem::create_directory(folder);
   std::thread other([&] {
     std::error_code busy;
-    while (!std::filesystem::exists(folder / "c.h5")) std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    while (std::filesystem::exists(folder)) std::filesystem::remove_all(folder, busy);  // a checkpoint may come in between
+    while (!std::filesystem::exists(folder / "c.h5"))
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    // a checkpoint may come in between
+    while (std::filesystem::exists(folder)) std::filesystem::remove_all(folder, busy);
   });
   Report report("test", Verbosity::quiet);
   EXPECT_THROW(run_scene(file, folder / "results.h5", report), RunError);
@@ -354,7 +391,8 @@ TEST_F(Program, AFolderThatGoesAwayDuringTheRunIsNoInputError) {
 }
 
 TEST_F(Program, EveryDofHeld) {
-  const std::string file = scene("mesh", "", "", "boundary:\n  - {instance: right, nodes: x_max, fix: [x, y, z]}\n");
+  const std::string file =
+      scene("mesh", "", "", "boundary:\n  - {instance: right, nodes: x_max, fix: [x, y, z]}\n");
   std::ifstream in(file);
   std::string text{std::istreambuf_iterator<char>(in), {}};
   in.close();
@@ -363,8 +401,8 @@ TEST_F(Program, EveryDofHeld) {
   text.replace(text.find(right), right.size(), "right: {component: block, as: superelement");
   std::ofstream(file) << text;
   const Scene read = read_scene(file);
-  const test::Lattice full =
-      test::as_lattice(test::make_brick({4, 2, 2}, Vector3(1, 0.5, 0.5), read.materials.at("soft")), {4, 2, 2});
+  const test::Lattice full = test::as_lattice(
+      test::make_brick({4, 2, 2}, Vector3(1, 0.5, 0.5), read.materials.at("soft")), {4, 2, 2});
   Superelement s = test::reduce(full, test::x_nodes(full, false, true), 0);
   s.content_hash = content_hash(read, read.components.at("block"));
   write_superelement(s, folder_ / "block.cbr.h5");
@@ -374,7 +412,8 @@ TEST_F(Program, EveryDofHeld) {
 }
 
 TEST_F(Program, FieldsReferToDatasetsThatAreThere) {
-  const std::string file = scene("mesh", "", "", "output: {every: 0.2, fields: [displacement, velocity, stress]}\n");
+  const std::string file =
+      scene("mesh", "", "", "output: {every: 0.2, fields: [displacement, velocity, stress]}\n");
   run(file);
   std::ifstream in(folder_ / "results.xdmf");
   const std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
@@ -387,7 +426,8 @@ TEST_F(Program, FieldsReferToDatasetsThatAreThere) {
     EXPECT_EQ(shape[0], std::stol((*it)[1]));
     EXPECT_EQ(shape[1], std::stol((*it)[2]));
   }
-  EXPECT_EQ(found, 4 * 2 * 14);  // 4 times, 2 instances: cells, points, two fields, stress under ten names
+  // 4 times, 2 instances: cells, points, two fields, stress under ten names
+  EXPECT_EQ(found, 4 * 2 * 14);
   // Before they meet, the left block moves as a whole and has no stress.
   EXPECT_LT(heavy.read_matrix("/steps/0/0/stress_xx").norm(), 1e-12);
   EXPECT_NEAR(heavy.read_points("/steps/0/0/velocity")(7, 0), 0.3, 1e-12);

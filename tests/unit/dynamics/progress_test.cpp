@@ -11,7 +11,8 @@ namespace cbr {
 namespace {
 
 // What is printed by a run whose share f of the time takes f * seconds.
-std::string printed(bool is_terminal, double seconds, double from = 0, Verbosity verbosity = Verbosity::normal) {
+std::string printed(bool is_terminal, double seconds, double from = 0,
+                    Verbosity verbosity = Verbosity::normal) {
   testing::internal::CaptureStderr();
   double now = 5;
   Report report("cbr-test", verbosity);
@@ -24,13 +25,18 @@ std::string printed(bool is_terminal, double seconds, double from = 0, Verbosity
   return testing::internal::GetCapturedStderr();
 }
 
-int lines(const std::string& text) { return static_cast<int>(std::count(text.begin(), text.end(), '\n')); }
+int lines(const std::string& text) {
+  return static_cast<int>(std::count(text.begin(), text.end(), '\n'));
+}
 
 TEST(RunProgress, ALogGetsALineAtEveryTenth) {
   const std::string text = printed(false, 100);
   EXPECT_EQ(lines(text), 9) << text;
-  EXPECT_NE(text.find("stepping: 10 %, t = 0.0002 s of 0.002 s, 1 min 30 s left\n"), std::string::npos) << text;
-  EXPECT_NE(text.find("stepping: 90 %, t = 0.0018 s of 0.002 s, 10.00 s left\n"), std::string::npos) << text;
+  EXPECT_NE(text.find("stepping: 10 %, t = 0.0002 s of 0.002 s, 1 min 30 s left\n"),
+            std::string::npos)
+      << text;
+  EXPECT_NE(text.find("stepping: 90 %, t = 0.0018 s of 0.002 s, 10.00 s left\n"), std::string::npos)
+      << text;
 }
 
 TEST(RunProgress, ShortRunsAndQuietOnesSayNothing) {
@@ -41,7 +47,9 @@ TEST(RunProgress, ShortRunsAndQuietOnesSayNothing) {
 TEST(RunProgress, ARunThatGoesOnCountsWhatItHasDone) {
   const std::string text = printed(false, 200, 0.5);
   EXPECT_EQ(lines(text), 4) << text;
-  EXPECT_NE(text.find("stepping: 60 %, t = 0.0012 s of 0.002 s, 1 min 20 s left\n"), std::string::npos) << text;
+  EXPECT_NE(text.find("stepping: 60 %, t = 0.0012 s of 0.002 s, 1 min 20 s left\n"),
+            std::string::npos)
+      << text;
 }
 
 }  // namespace

@@ -35,9 +35,10 @@ double sampled_distance(const FaceCorners& x, const Vector3& point, bool triangl
     const double s0 = best_s, t0 = best_t;
     for (int i = -10; i <= 10; ++i) {
       for (int j = -10; j <= 10; ++j) {
-        const double s = std::clamp(s0 + range * i / 10, -1.0, 1.0), t = std::clamp(t0 + range * j / 10, -1.0, 1.0);
-        Vector3 p =
-            0.25 * ((1 - s) * (1 - t) * x[0] + (1 + s) * (1 - t) * x[1] + (1 + s) * (1 + t) * x[2] + (1 - s) * (1 + t) * x[3]);
+        const double s = std::clamp(s0 + range * i / 10, -1.0, 1.0),
+                     t = std::clamp(t0 + range * j / 10, -1.0, 1.0);
+        Vector3 p = 0.25 * ((1 - s) * (1 - t) * x[0] + (1 + s) * (1 - t) * x[1] +
+                            (1 + s) * (1 + t) * x[2] + (1 - s) * (1 + t) * x[3]);
         if (triangle) {
           const double u = 0.5 * (1 + s), v = 0.5 * (1 + t) * (1 - u);
           p = (1 - u - v) * x[0] + u * x[1] + v * x[2];
@@ -91,7 +92,8 @@ TEST(Projection, OutsideIsAShareOfTheFace) {
   EXPECT_NEAR(project(x, false, Vector3(2.1, 1, 5)).outside, 0.05, 1e-12);
   EXPECT_NEAR(project(x, false, Vector3(1, 1, -3)).outside, -0.5, 1e-12);
   EXPECT_NEAR(project(x, false, Vector3(1, 1, -3)).distance, -3, 1e-12);
-  EXPECT_NEAR(project(x, false, Vector3(50, 1, 0)).outside, 1, 1e-12);  // far off is cut off at a whole face
+  // far off is cut off at a whole face
+  EXPECT_NEAR(project(x, false, Vector3(50, 1, 0)).outside, 1, 1e-12);
 }
 
 TEST(Projection, SignAndNormalFollowTheRightHandRule) {
@@ -108,8 +110,9 @@ TEST(Projection, SignAndNormalFollowTheRightHandRule) {
 
 TEST(Projection, DegenerateFacesGiveNoNormalAndNoNaN) {
   const Vector3 point(0.3, 0.4, 0.5);
-  for (const FaceCorners& x : {FaceCorners{Vector3(1, 1, 1), Vector3(1, 1, 1), Vector3(1, 1, 1), Vector3(1, 1, 1)},
-                               FaceCorners{Vector3(0, 0, 0), Vector3(1, 0, 0), Vector3(2, 0, 0), Vector3(2, 0, 0)}}) {
+  for (const FaceCorners& x :
+       {FaceCorners{Vector3(1, 1, 1), Vector3(1, 1, 1), Vector3(1, 1, 1), Vector3(1, 1, 1)},
+        FaceCorners{Vector3(0, 0, 0), Vector3(1, 0, 0), Vector3(2, 0, 0), Vector3(2, 0, 0)}}) {
     for (const bool triangle : {false, true}) {
       const Projection p = project(x, triangle, point);
       EXPECT_TRUE(std::isfinite(p.distance));

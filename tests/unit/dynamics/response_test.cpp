@@ -41,8 +41,8 @@ std::shared_ptr<const ThinResponse> random_thin(Index n_nodes, std::mt19937& ran
   return S;
 }
 
-// `n_bodies` in a chain, m points between neighbours, every third body lumped or all of them dense; laws mixed. `thin`: so are
-// the first and every third after it, and share what they answer with.
+// `n_bodies` in a chain, m points between neighbours, every third body lumped or all of them dense;
+// laws mixed. `thin`: so are the first and every third after it, and share what they answer with.
 Scene random_scene(Index n_bodies, Index m, bool any_lumped, unsigned seed, bool thin = false) {
   std::mt19937 random(seed);
   std::normal_distribution<double> normal;
@@ -54,23 +54,31 @@ Scene random_scene(Index n_bodies, Index m, bool any_lumped, unsigned seed, bool
     ContactBody& body = s.bodies[b];
     body.impulses.setZero(n_nodes, 3), body.friction.setZero(n_nodes, 3);
     if (any_lumped && b % 3 == 1) {
-      body.response.diagonal = Vector::NullaryExpr(3 * n_nodes, [&] { return 0.5 + std::abs(normal(random)); });
+      body.response.diagonal =
+          Vector::NullaryExpr(3 * n_nodes, [&] { return 0.5 + std::abs(normal(random)); });
     } else if (thin && b % 3 == 0) {
       body.response.thin = shared;
-      body.response.axes = Eigen::AngleAxisd(0.3 * static_cast<double>(b), Vector3(1, 2, -1).normalized()).toRotationMatrix();
+      body.response.axes =
+          Eigen::AngleAxisd(0.3 * static_cast<double>(b), Vector3(1, 2, -1).normalized())
+              .toRotationMatrix();
     } else {
-      const Matrix A = Matrix::NullaryExpr(3 * n_nodes, 3 * n_nodes, [&] { return normal(random); });
+      const Matrix A =
+          Matrix::NullaryExpr(3 * n_nodes, 3 * n_nodes, [&] { return normal(random); });
       body.response.set_block(A * A.transpose());
-      body.response.axes = Eigen::AngleAxisd(0.3 * static_cast<double>(b), Vector3(1, 2, -1).normalized()).toRotationMatrix();
+      body.response.axes =
+          Eigen::AngleAxisd(0.3 * static_cast<double>(b), Vector3(1, 2, -1).normalized())
+              .toRotationMatrix();
     }
   }
   for (Index b = 0; b + 1 < n_bodies; ++b) {
     for (Index k = 0; k < m; ++k) {
       ContactPoint point;
-      point.frame = contact_frame(Vector3(normal(random), normal(random), normal(random)).normalized());
+      point.frame =
+          contact_frame(Vector3(normal(random), normal(random), normal(random)).normalized());
       point.first_term = static_cast<Index>(s.list.terms.size());
       s.list.terms.push_back({b, static_cast<Index>(random() % n_nodes), 1});
-      for (int a = 0; a < 3; ++a) s.list.terms.push_back({b + 1, static_cast<Index>(random() % n_nodes), -1.0 / 3});
+      for (int a = 0; a < 3; ++a)
+        s.list.terms.push_back({b + 1, static_cast<Index>(random() % n_nodes), -1.0 / 3});
       point.n_terms = 4;
       s.list.points.push_back(point);
       const auto law = static_cast<ContactLaw>(random() % 3);
@@ -81,12 +89,13 @@ Scene random_scene(Index n_bodies, Index m, bool any_lumped, unsigned seed, bool
 }
 
 TEST(Response, IsWhatImpulsesDoToGaps) {
-  for (const auto& [n_bodies, m, lumped, thin] : {std::tuple<Index, Index, bool, bool>{2, 5, false, false},
-                                                  {2, 9, true, false},
-                                                  {40, 6, true, false},
-                                                  {2, 7, false, true},
-                                                  {4, 8, true, true},
-                                                  {40, 8, true, true}}) {
+  for (const auto& [n_bodies, m, lumped, thin] :
+       {std::tuple<Index, Index, bool, bool>{2, 5, false, false},
+        {2, 9, true, false},
+        {40, 6, true, false},
+        {2, 7, false, true},
+        {4, 8, true, true},
+        {40, 8, true, true}}) {
     const Scene s = random_scene(n_bodies, m, lumped, static_cast<unsigned>(7 + m), thin);
     const GapResponse W = gap_response(s.list, s.laws, s.bodies);
     EXPECT_EQ(W.is_sparse, n_bodies == 40);
@@ -97,7 +106,8 @@ TEST(Response, IsWhatImpulsesDoToGaps) {
     Points p = Points::Zero(static_cast<Index>(s.laws.size()), 3);
     Vector packed(first.back());
     for (Index i = 0; i < p.rows(); ++i)
-      for (Index d = 0; d < n_rows(s.laws[i].law); ++d) packed[first[i] + d] = p(i, d) = unit(random);
+      for (Index d = 0; d < n_rows(s.laws[i].law); ++d)
+        packed[first[i] + d] = p(i, d) = unit(random);
     const Vector gap = apply(W, packed);
     std::vector<ContactBody> bodies = s.bodies;
     spread_impulses(s.list, s.laws, p, bodies);
@@ -108,12 +118,15 @@ TEST(Response, IsWhatImpulsesDoToGaps) {
       Eigen::Map<Vector>(body.end.data(), f.size()) = body.response.dense() * f;
     }
     for (Index i = 0; i < p.rows(); ++i) {
-      const Vector3 moved = s.list.points[i].frame * relative_motion(s.list, s.list.points[i], bodies);
+      const Vector3 moved =
+          s.list.points[i].frame * relative_motion(s.list, s.list.points[i], bodies);
       for (Index d = 0; d < n_rows(s.laws[i].law); ++d)
-        EXPECT_NEAR(gap[first[i] + d], moved[d], 1e-12 * gap.cwiseAbs().maxCoeff()) << n_bodies << " bodies, point " << i;
+        EXPECT_NEAR(gap[first[i] + d], moved[d], 1e-12 * gap.cwiseAbs().maxCoeff())
+            << n_bodies << " bodies, point " << i;
     }
     Vector3 sum = Vector3::Zero();
-    for (const ContactBody& body : bodies) sum += (body.impulses + body.friction).colwise().sum().transpose();
+    for (const ContactBody& body : bodies)
+      sum += (body.impulses + body.friction).colwise().sum().transpose();
     EXPECT_LT(sum.norm(), 1e-12 * p.norm());
   }
 }
@@ -124,8 +137,10 @@ TEST(Response, OfThinBodiesIsTheSumOfModesAndStatics) {
   const auto thin = random_thin(7, random);
   const StaticRows& rows = *thin->rows;
   Matrix B = Matrix::Zero(21, rows.size());
-  for (Index i = 0; i < rows.size(); ++i) B.col(i).segment<3>(3 * rows.node[i]) = rows.direction.row(i).transpose();
-  const Matrix modes = thin->A->transpose() * thin->C * *thin->A, S = modes + B * *rows.F * B.transpose() / 0.25;
+  for (Index i = 0; i < rows.size(); ++i)
+    B.col(i).segment<3>(3 * rows.node[i]) = rows.direction.row(i).transpose();
+  const Matrix modes = thin->A->transpose() * thin->C * *thin->A,
+               S = modes + B * *rows.F * B.transpose() / 0.25;
   NodeResponse response;
   response.thin = thin;
   EXPECT_EQ(response.n_dofs(), 21);
@@ -145,7 +160,8 @@ TEST(Response, OfThinBodiesIsTheSumOfModesAndStatics) {
   }
 }
 
-// What the impulses do to the bodies by products is what they do to gaps by W, whoever shares a response.
+// What the impulses do to the bodies by products is what they do to gaps by W, whoever shares a
+// response.
 TEST(BodyMoves, AgreeWithW) {
   for (const bool lumped : {false, true}) {
     const Scene s = random_scene(7, 6, lumped, 5, true);
@@ -179,7 +195,10 @@ TEST(ContactFrame, IsRightHandedAndTurnsWithTheNormal) {
     EXPECT_GT(frame.determinant(), 0);
     EXPECT_LT((frame.row(0).transpose() - n).norm(), 1e-15);
   }
-  EXPECT_LT((contact_frame(-Vector3::UnitZ()) * contact_frame(-Vector3::UnitZ()).transpose() - Matrix3::Identity()).norm(), 1e-15);
+  EXPECT_LT((contact_frame(-Vector3::UnitZ()) * contact_frame(-Vector3::UnitZ()).transpose() -
+             Matrix3::Identity())
+                .norm(),
+            1e-15);
   EXPECT_GT(contact_frame(-Vector3::UnitZ()).determinant(), 0);
 }
 

@@ -29,8 +29,9 @@ WallOptions wall(WallOptions::Kind kind, bool inside, std::mt19937& random) {
 
 std::vector<WallOptions> all_kinds(std::mt19937& random) {
   using Kind = WallOptions::Kind;
-  return {wall(Kind::plane, false, random), wall(Kind::sphere, false, random), wall(Kind::sphere, true, random),
-          wall(Kind::cylinder, false, random), wall(Kind::cylinder, true, random)};
+  return {wall(Kind::plane, false, random), wall(Kind::sphere, false, random),
+          wall(Kind::sphere, true, random), wall(Kind::cylinder, false, random),
+          wall(Kind::cylinder, true, random)};
 }
 
 TEST(RigidWall, NormalIsTheGradientOfTheDistance) {
@@ -80,11 +81,14 @@ TEST(RigidWall, OnTheAxisTheNormalIsFinite) {
 // A bound and motions that keep to it: each coordinate anywhere between its limits.
 MotionBound random_bound(std::mt19937& random, bool still) {
   MotionBound b;
-  const Vector3 at = random_vector(random, 4), size = random_vector(random, 0.4).cwiseAbs(), v = random_vector(random, 1);
+  const Vector3 at = random_vector(random, 4), size = random_vector(random, 0.4).cwiseAbs(),
+                v = random_vector(random, 1);
   b.lower = at - size, b.upper = at + size;
-  b.lower_speed = v - random_vector(random, 0.1).cwiseAbs(), b.upper_speed = v + random_vector(random, 0.1).cwiseAbs();
+  b.lower_speed = v - random_vector(random, 0.1).cwiseAbs(),
+  b.upper_speed = v + random_vector(random, 0.1).cwiseAbs();
   b.growth = still ? Vector3(Vector3::Zero()) : Vector3(random_vector(random, 0.1).cwiseAbs());
-  b.acceleration = still ? Vector3(Vector3::Zero()) : Vector3(random_vector(random, 0.2).cwiseAbs());
+  b.acceleration =
+      still ? Vector3(Vector3::Zero()) : Vector3(random_vector(random, 0.2).cwiseAbs());
   return b;
 }
 
@@ -106,7 +110,8 @@ TEST(RigidWall, NothingReachesItBeforeItsTime) {
         const Vector3 spread = b.growth * t + 0.5 * t * t * b.acceleration;
         Vector3 x;
         for (int c = 0; c < 3; ++c) {
-          const double share = sample % 3 ? std::round(unit(random)) : unit(random);  // corners, and anywhere
+          // corners, and anywhere
+          const double share = sample % 3 ? std::round(unit(random)) : unit(random);
           x[c] = (1 - share) * (b.lower[c] + b.lower_speed[c] * t - spread[c]) +
                  share * (b.upper[c] + b.upper_speed[c] * t + spread[c]);
         }
@@ -115,10 +120,12 @@ TEST(RigidWall, NothingReachesItBeforeItsTime) {
         }
         nearest = std::min(nearest, w.distance(x));
       }
-      apart += found > 0 && std::isfinite(found), never += !std::isfinite(found), close += found > 0 && nearest < margin + 0.1;
+      apart += found > 0 && std::isfinite(found), never += !std::isfinite(found),
+          close += found > 0 && nearest < margin + 0.1;
     }
   }
-  // It is no empty statement: many are apart for a time, some for ever, and most of the others do come near
+  // It is no empty statement: many are apart for a time, some for ever, and most of the others do
+  // come near
   EXPECT_GT(apart, 2000);
   EXPECT_GT(never, 500);
   EXPECT_GT(close, apart / 2);
@@ -163,7 +170,8 @@ Nodes nodes(const Points& start, const Points& end) {
   return s;
 }
 
-ContactList detect_once(const Nodes& s, const WallOptions& options, bool initial, PairMemory& memory) {
+ContactList detect_once(const Nodes& s, const WallOptions& options, bool initial,
+                        PairMemory& memory) {
   ContactList list;
   detect_wall(s.surface, s.body, RigidWall(options), initial, memory, list);
   return list;
@@ -175,7 +183,8 @@ WallOptions ball(double radius, bool inside) {
   return options;
 }
 
-// However far a node would go in a step: with its gap closed along the normal it is not behind the wall.
+// However far a node would go in a step: with its gap closed along the normal it is not behind the
+// wall.
 TEST(RigidWallDetection, EveryNodeThatGetsThroughIsHeld) {
   std::mt19937 random(4);
   int through = 0, held = 0;
@@ -187,7 +196,8 @@ TEST(RigidWallDetection, EveryNodeThatGetsThroughIsHeld) {
         Vector3 x;
         do x = random_vector(random, 3);
         while (w.distance(x) < 0.01);
-        start.row(i) = x.transpose(), end.row(i) = (x + random_vector(random, trial % 2 ? 0.2 : 4)).transpose();
+        start.row(i) = x.transpose(),
+        end.row(i) = (x + random_vector(random, trial % 2 ? 0.2 : 4)).transpose();
       }
       const Nodes s = nodes(start, end);
       PairMemory memory;
@@ -211,7 +221,9 @@ TEST(RigidWallDetection, EveryNodeThatGetsThroughIsHeld) {
       for (Index i = 0; i < 20; ++i) {
         bool behind = false;
         for (int k = 1; k <= 200; ++k)
-          behind |= w.distance((start.row(i) + 0.005 * k * (end.row(i) - start.row(i))).transpose()) < -1e-6;
+          behind |=
+              w.distance((start.row(i) + 0.005 * k * (end.row(i) - start.row(i))).transpose()) <
+              -1e-6;
         through += behind && w.distance(end.row(i).transpose()) > 0;
         if (w.distance(end.row(i).transpose()) < 0) {
           ASSERT_GE(point_of[i], 0);
@@ -225,7 +237,8 @@ TEST(RigidWallDetection, EveryNodeThatGetsThroughIsHeld) {
 }
 
 TEST(RigidWallDetection, AFastNodeDoesNotPassThroughABall) {
-  const Nodes s = nodes((Points(2, 3) << -5, 0.1, 0, -5, 0.1, 0).finished(), (Points(2, 3) << 7, 0.1, 0, 0.4, 0.1, 0).finished());
+  const Nodes s = nodes((Points(2, 3) << -5, 0.1, 0, -5, 0.1, 0).finished(),
+                        (Points(2, 3) << 7, 0.1, 0, 0.4, 0.1, 0).finished());
   PairMemory memory;
   const ContactList list = detect_once(s, ball(1, false), false, memory);
   ASSERT_EQ(list.points.size(), 2u);
@@ -245,7 +258,8 @@ TEST(RigidWallDetection, ABodyThatStandsOnAWallHasNoInitialGap) {
 
 TEST(RigidWallDetection, InitialOverlapsAreKeptAndGapsAdjustedWhenAsked) {
   WallOptions floor;
-  const Points start = (Points(4, 3) << 0, 0, -0.01, 1, 0, 0.002, 2, 0, 0.02, 3, 0, -1e-9).finished();
+  const Points start =
+      (Points(4, 3) << 0, 0, -0.01, 1, 0, 0.002, 2, 0, 0.02, 3, 0, -1e-9).finished();
   for (const double adjust : {0.0, 0.005}) {
     PairMemory memory;
     memory.adjust = adjust;

@@ -30,7 +30,8 @@ std::vector<HeldDirection> held_directions(Shape shape) {
 Model model_of(const Case& c) {
   Model m = model(reduce(block(), x_nodes(block(), true, true), c.k));
   if (c.shape != Shape::free)
-    m.form = std::make_shared<DiagonalForm>(held_diagonal_form(*m.superelement, held_directions(c.shape), "test"));
+    m.form = std::make_shared<DiagonalForm>(
+        held_diagonal_form(*m.superelement, held_directions(c.shape), "test"));
   return m;
 }
 
@@ -43,7 +44,8 @@ std::shared_ptr<const DiagonalForm> slowed(const DiagonalForm& form, double clip
   return slow;
 }
 
-void expect_equal_motion(Body& body, Body& reference, double h, int steps, double tolerance, double contact_step) {
+void expect_equal_motion(Body& body, Body& reference, double h, int steps, double tolerance,
+                         double contact_step) {
   std::mt19937 random(7);
   const std::vector<Index> some{3, 0, 7, 12}, others{12, 5};
   Index sets[2][2], means[2];
@@ -58,7 +60,8 @@ void expect_equal_motion(Body& body, Body& reference, double h, int steps, doubl
   }
   if (auto* scaled = dynamic_cast<ScaledBody*>(&body)) scaled->scale(reference.largest_frequency());
   for (const int set : {0, 1}) {
-    const Matrix S = body.response(sets[0][set], h).dense(), S_all = reference.response(sets[1][set], h).dense();
+    const Matrix S = body.response(sets[0][set], h).dense(),
+                 S_all = reference.response(sets[1][set], h).dense();
     EXPECT_LT((S - S_all).norm(), tolerance * S_all.norm());
   }
   Points x, x_all, v, v_all, u, u_all;
@@ -77,21 +80,25 @@ void expect_equal_motion(Body& body, Body& reference, double h, int steps, doubl
     body.positions(sets[0][1], x), reference.positions(sets[1][1], x_all);
     ASSERT_LT(difference(x, x_all), tolerance * std::max(1.0, x_all.cwiseAbs().maxCoeff())) << step;
     largest = std::max(largest, energy(reference));
-    const double work[2] = {body.work().external + body.work().contact + body.work().friction,
-                            reference.work().external + reference.work().contact + reference.work().friction};
+    const double work[2] = {
+        body.work().external + body.work().contact + body.work().friction,
+        reference.work().external + reference.work().contact + reference.work().friction};
     ASSERT_LT(std::abs(energy(body) - start[0] - work[0]), 1e-12 * largest) << step;
   }
   EXPECT_NEAR(energy(body), energy(reference), tolerance * largest);
   EXPECT_NEAR(body.work().contact, reference.work().contact, tolerance * largest);
   EXPECT_NEAR(body.work().friction, reference.work().friction, tolerance * largest);
   const BodyState state = body.state(), all = reference.state();
-  EXPECT_LT((state.momentum - all.momentum).norm(), tolerance * std::max(50.0, all.momentum.norm()));
+  EXPECT_LT((state.momentum - all.momentum).norm(),
+            tolerance * std::max(50.0, all.momentum.norm()));
   EXPECT_LT((state.angular_momentum - all.angular_momentum).norm(),
             tolerance * std::max(100.0, all.center_of_mass.norm() * all.momentum.norm()));
-  EXPECT_LT((state.center_of_mass - all.center_of_mass).norm(), tolerance * std::max(1.0, all.center_of_mass.norm()));
+  EXPECT_LT((state.center_of_mass - all.center_of_mass).norm(),
+            tolerance * std::max(1.0, all.center_of_mass.norm()));
   EXPECT_NEAR(state.rotation, all.rotation, tolerance * 10 * std::max(1.0, all.rotation));
   Vector3 position, velocity, position_all, velocity_all;
-  body.mean_motion(means[0], position, velocity), reference.mean_motion(means[1], position_all, velocity_all);
+  body.mean_motion(means[0], position, velocity),
+      reference.mean_motion(means[1], position_all, velocity_all);
   EXPECT_LT((position - position_all).norm(), tolerance * std::max(1.0, position_all.norm()));
   EXPECT_LT((velocity - velocity_all).norm(), tolerance * velocity_all.norm() * 10);
   body.displacements(u, v), reference.displacements(u_all, v_all);

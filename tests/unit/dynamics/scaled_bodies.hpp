@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A block that is free or held, its bodies with and without modal mass scaling, and what two bodies that should move alike do.
+// A block that is free or held, its bodies with and without modal mass scaling, and what two bodies
+// that should move alike do.
 #pragma once
 
 #include <memory>
@@ -29,11 +30,14 @@ Model model_of(const Case& c);
 // All modes, those above the clip slowed down one by one.
 std::shared_ptr<const DiagonalForm> slowed(const DiagonalForm& form, double clip);
 
-inline double energy(const Body& body) { return body.state().kinetic_energy + body.state().strain_energy; }
+inline double energy(const Body& body) {
+  return body.state().kinetic_energy + body.state().strain_energy;
+}
 
 inline double difference(const Points& a, const Points& b) { return (a - b).cwiseAbs().maxCoeff(); }
 
 // The same loads, impulses and steps for both; what they answer is equal.
-void expect_equal_motion(Body& body, Body& reference, double h, int steps, double tolerance, double contact_step = 0);
+void expect_equal_motion(Body& body, Body& reference, double h, int steps, double tolerance,
+                         double contact_step = 0);
 
 }  // namespace cbr::test

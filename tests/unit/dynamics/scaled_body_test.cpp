@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Modal mass scaling against all modes, one by one: frequencies above the clip set to it, their rows scaled by clip / omega.
-#include "common/linalg/dense.hpp"
+// Modal mass scaling against all modes, one by one: frequencies above the clip set to it, their
+// rows scaled by clip / omega.
 #include "dynamics/motion/scaled/scaled_body.hpp"
+#include "common/linalg/dense.hpp"
 
 #include <gtest/gtest.h>
 
@@ -20,7 +21,8 @@ void compare(const Case& c) {
   const Model m = model_of(c);
   const double clip = c.clip * m.form->omega.maxCoeff();
   ScaledBody body("body", scaled_model(m.superelement, m.form), oblique(c.mirrored));
-  SuperelementBody reference("body", m.superelement, slowed(*m.form, clip), oblique(c.mirrored), Scheme::exact);
+  SuperelementBody reference("body", m.superelement, slowed(*m.form, clip), oblique(c.mirrored),
+                             Scheme::exact);
   expect_equal_motion(body, reference, 1.9 / clip, 150, 1e-11);
 }
 
@@ -36,11 +38,13 @@ TEST(ScaledBody, HingedMovesAsAllModesSlowedOneByOne) { compare({Shape::hinged, 
 
 // With the gain of impulses too, which is taken of the frequencies as they are after scaling.
 TEST(ScaledBody, MovesAsAllModesSlowedOneByOneWithContactGain) {
-  for (const Case& c : {Case{Shape::free, true}, Case{Shape::held, false}, Case{Shape::held, true, 10, 1e-3}}) {
+  for (const Case& c :
+       {Case{Shape::free, true}, Case{Shape::held, false}, Case{Shape::held, true, 10, 1e-3}}) {
     const Model m = model_of(c);
     const double clip = c.clip * m.form->omega.maxCoeff(), h = 1.9 / clip;
     ScaledBody body("body", scaled_model(m.superelement, m.form), oblique(c.mirrored));
-    SuperelementBody reference("body", m.superelement, slowed(*m.form, clip), oblique(c.mirrored), Scheme::exact);
+    SuperelementBody reference("body", m.superelement, slowed(*m.form, clip), oblique(c.mirrored),
+                               Scheme::exact);
     expect_equal_motion(body, reference, h, 150, 1e-11, h);
   }
 }
@@ -86,8 +90,8 @@ TEST(ScaledBody, BodyThatNothingTouchesIsExact) {
   body.scale(0.2 * body.largest_frequency());
   EXPECT_FALSE(body.is_scaled());
   body.predict(0, 3), body.accept();
-  EXPECT_LT((body.state().center_of_mass - oblique(false).T * m.superelement->rigid_body.center - oblique(false).position -
-             3 * oblique(false).velocity)
+  EXPECT_LT((body.state().center_of_mass - oblique(false).T * m.superelement->rigid_body.center -
+             oblique(false).position - 3 * oblique(false).velocity)
                 .norm(),
             1e-12);
 }
@@ -100,13 +104,16 @@ TEST(ScaledBody, StaticsAreThoseOfAllModes) {
   const auto shared = model->clipped(0.1 * m.form->omega.maxCoeff());
   const ScaledModes& modes = *shared;
   ASSERT_GT(modes.n_scaled, 20);
-  // u(t) = int_0^t S(t - s) ds f of a constant force: its static part is V_lo omega^-2 V_lo^T + S / clip^2
+  // u(t) = int_0^t S(t - s) ds f of a constant force: its static part is V_lo omega^-2 V_lo^T + S /
+  // clip^2
   const auto rows = modes.node_rows(nodes);
   const Matrix statics =
-      rows->Vt.transpose() * modes.omega.cwiseAbs2().cwiseInverse().asDiagonal() * rows->Vt + *rows->S / (modes.clip * modes.clip);
+      rows->Vt.transpose() * modes.omega.cwiseAbs2().cwiseInverse().asDiagonal() * rows->Vt +
+      *rows->S / (modes.clip * modes.clip);
   Matrix all = Matrix::Zero(9, 9);
   Matrix V(9, m.form->omega.size());
-  for (Index i = 0; i < 9; ++i) V.row(i) = m.form->V.row(displacement_rows(*m.superelement)(nodes[i / 3], i % 3));
+  for (Index i = 0; i < 9; ++i)
+    V.row(i) = m.form->V.row(displacement_rows(*m.superelement)(nodes[i / 3], i % 3));
   all = V * m.form->omega.cwiseAbs2().cwiseInverse().asDiagonal() * V.transpose();
   EXPECT_LT((statics - all).norm(), 1e-12 * all.norm());
   // A force that grows so slowly that nothing swings
@@ -140,12 +147,14 @@ TEST(ScaledBody, ImpulsesChangeMomentumByTheirSum) {
     for (int step = 0; step < 200; ++step) {
       const Points p = random_points(random, 6, step % 10 == 0 ? 0.3 : 0.0);
       const Vector3 drift = body.state().center_of_mass - center;
-      for (Index i = 0; i < 6; ++i) angular += Vector3(X.row(i).transpose() + drift).cross(Vector3(p.row(i).transpose()));
+      for (Index i = 0; i < 6; ++i)
+        angular += Vector3(X.row(i).transpose() + drift).cross(Vector3(p.row(i).transpose()));
       momentum += p.colwise().sum().transpose();
       body.predict(step * h, h);
       body.add_impulses(set, p);
       body.accept();
-      scale = std::max(scale, momentum.norm()), angular_scale = std::max(angular_scale, angular.norm());
+      scale = std::max(scale, momentum.norm()),
+      angular_scale = std::max(angular_scale, angular.norm());
     }
     EXPECT_LT((body.state().momentum - momentum).norm(), 1e-13 * scale);
     EXPECT_LT((body.state().angular_momentum - angular).norm(), 1e-12 * angular_scale);
@@ -173,7 +182,8 @@ TEST(ScaledBody, ResponseIsWhatImpulsesDoAndIsShared) {
     body->predicted_positions(0, after);
     const Points moved = after - before;
     const Vector expected = S.dense() * Eigen::Map<const Vector>(p.data(), p.size());
-    EXPECT_LT((Eigen::Map<const Vector>(moved.data(), 12) - expected).norm(), 1e-12 * expected.norm());
+    EXPECT_LT((Eigen::Map<const Vector>(moved.data(), 12) - expected).norm(),
+              1e-12 * expected.norm());
   }
   const double h = 1.9 / one.largest_frequency();
   EXPECT_EQ(one.response(0, h).block.get(), two.response(0, h).block.get());
@@ -206,7 +216,9 @@ TEST(ScaledBody, MovesThatAreKnownNeedNoProduct) {
       known.accept(), plain.accept();
       largest = std::max(largest, energy(known));
       const BodyWork work = known.work();
-      EXPECT_LT(std::abs(energy(known) - start - work.external - work.contact - work.friction), 1e-12 * largest) << step;
+      EXPECT_LT(std::abs(energy(known) - start - work.external - work.contact - work.friction),
+                1e-12 * largest)
+          << step;
     }
     EXPECT_NEAR(known.work().friction, plain.work().friction, 1e-12 * largest);
     EXPECT_NEAR(known.scaled_energy(), plain.scaled_energy(), 1e-12 * largest);
@@ -219,7 +231,8 @@ TEST(ScaledBody, MotionBoundHoldsTheMotion) {
     const Model m = model_of({loaded ? Shape::hinged : Shape::free});
     ScaledBody body("body", scaled_model(m.superelement, m.form), oblique(loaded));
     const Index set = body.track({0, 2, 6, 9});
-    if (loaded) body.add_force(random_points(random, body.n_nodes(), 5.0), {{0, 0.2, 0.4}, {0, 1, -1}});
+    if (loaded)
+      body.add_force(random_points(random, body.n_nodes(), 5.0), {{0, 0.2, 0.4}, {0, 1, -1}});
     body.scale(0.2 * body.largest_frequency());
     body.predict(0, 0.01);
     body.add_impulses(set, random_points(random, 4, 0.2));
@@ -233,8 +246,12 @@ TEST(ScaledBody, MotionBoundHoldsTheMotion) {
       body.positions(set, x);
       const Vector3 spread = bound.growth * t + 0.5 * t * t * bound.acceleration;
       for (Index i = 0; i < 4; ++i) {
-        EXPECT_TRUE((x.row(i).transpose().array() <= (bound.upper + t * bound.upper_speed + spread).array() + 1e-12).all());
-        EXPECT_TRUE((x.row(i).transpose().array() >= (bound.lower + t * bound.lower_speed - spread).array() - 1e-12).all());
+        EXPECT_TRUE((x.row(i).transpose().array() <=
+                     (bound.upper + t * bound.upper_speed + spread).array() + 1e-12)
+                        .all());
+        EXPECT_TRUE((x.row(i).transpose().array() >=
+                     (bound.lower + t * bound.lower_speed - spread).array() - 1e-12)
+                        .all());
       }
     }
   }
@@ -265,7 +282,8 @@ TEST(ScaledBody, OneNodeIsTouched) {
   const Model m = model_of({});
   const double clip = 0.3 * m.form->omega.maxCoeff();
   ScaledBody body("body", scaled_model(m.superelement, m.form), Placement{});
-  SuperelementBody reference("body", m.superelement, slowed(*m.form, clip), Placement{}, Scheme::exact);
+  SuperelementBody reference("body", m.superelement, slowed(*m.form, clip), Placement{},
+                             Scheme::exact);
   body.track({6}), reference.track({6});
   body.scale(clip);
   Points p(1, 3), x, x_all;

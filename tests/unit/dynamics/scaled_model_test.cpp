@@ -17,11 +17,13 @@ void compare_ways(Shape shape, Index k, double share, bool mirrored) {
   const Lattice large = lattice({5, 6, 7}, 0.1, 2e3, 0.5);
   Model m = model(reduce(large, x_nodes(large, true, true), k));
   const auto held = held_directions(shape);
-  if (shape != Shape::free) m.form = std::make_shared<DiagonalForm>(held_diagonal_form(*m.superelement, held, "test"));
+  if (shape != Shape::free)
+    m.form = std::make_shared<DiagonalForm>(held_diagonal_form(*m.superelement, held, "test"));
   const auto from_matrices = scaled_model(m.superelement, held, "test");
   const double highest = m.form->omega.maxCoeff(), clip = share * highest;
   EXPECT_NEAR(from_matrices->largest_frequency(), highest, 2e-6 * highest);
-  const auto modes = from_matrices->clipped(clip), all = scaled_model(m.superelement, m.form)->clipped(clip);
+  const auto modes = from_matrices->clipped(clip),
+             all = scaled_model(m.superelement, m.form)->clipped(clip);
   EXPECT_EQ(modes->method, "block lanczos");
   ASSERT_EQ(modes->n_kept(), all->n_kept());
   EXPECT_EQ(modes->n_rigid, all->n_rigid);
@@ -33,11 +35,13 @@ void compare_ways(Shape shape, Index k, double share, bool mirrored) {
   const Matrix &S = *modes->node_rows(nodes)->S, &S_all = *all->node_rows(nodes)->S;
   EXPECT_LT((S - S_all).norm(), 1e-11 * S_all.norm());
   EXPECT_EQ((S - S.transpose()).norm(), 0);
-  const Matrix F =
-      Matrix::NullaryExpr(m.superelement->n(), 3, [](Index i, Index j) { return std::cos(double(3 * i * i + 5 * j)); });
-  EXPECT_LT((modes->part->times(F) - all->part->times(F)).norm(), 1e-11 * all->part->times(F).norm());
+  const Matrix F = Matrix::NullaryExpr(
+      m.superelement->n(), 3, [](Index i, Index j) { return std::cos(double(3 * i * i + 5 * j)); });
+  EXPECT_LT((modes->part->times(F) - all->part->times(F)).norm(),
+            1e-11 * all->part->times(F).norm());
   ScaledBody body("body", from_matrices, oblique(mirrored));
-  SuperelementBody reference("body", m.superelement, slowed(*m.form, clip), oblique(mirrored), Scheme::exact);
+  SuperelementBody reference("body", m.superelement, slowed(*m.form, clip), oblique(mirrored),
+                             Scheme::exact);
   expect_equal_motion(body, reference, 1.9 / clip, 100, 1e-9);
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Sets that a scene names: loads on nodesets, and names that are refused before the work of either program.
+// Sets that a scene names: loads on nodesets, and names that are refused before the work of either
+// program.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -40,7 +41,9 @@ class SceneSets : public ::testing::Test {
  protected:
   SceneSets() { folder_.add("part.exo", bar()); }
 
-  void write(const std::string& yaml) const { std::ofstream(folder_.folder() / "scene.yaml") << yaml; }
+  void write(const std::string& yaml) const {
+    std::ofstream(folder_.folder() / "scene.yaml") << yaml;
+  }
   std::string refused_by_reduce(const std::string& yaml) const {
     write(yaml);
     ReduceCommand command;
@@ -51,27 +54,32 @@ class SceneSets : public ::testing::Test {
   std::string refused_by_dyn(const std::string& yaml) const {
     write(yaml);
     Report report("cbr-dyn", Verbosity::quiet);
-    return refusal_of([&] { build(read_scene((folder_.folder() / "scene.yaml").string()), report); });
+    return refusal_of(
+        [&] { build(read_scene((folder_.folder() / "scene.yaml").string()), report); });
   }
-  bool has_superelement() const { return std::filesystem::exists(folder_.folder() / "part.cbr.h5"); }
+  bool has_superelement() const {
+    return std::filesystem::exists(folder_.folder() / "part.cbr.h5");
+  }
 
   SceneFolder folder_;
 };
 
 void expect_in(const std::string& text, const std::vector<std::string>& words) {
-  for (const auto& word : words) EXPECT_NE(text.find(word), std::string::npos) << word << " in: " << text;
+  for (const auto& word : words)
+    EXPECT_NE(text.find(word), std::string::npos) << word << " in: " << text;
 }
 
-// Momentum and angular momentum that the free part has from the force: F t, and sum over the nodes of x_i cross F / n times t.
+// Momentum and angular momentum that the free part has from the force: F t, and sum over the nodes
+// of x_i cross F / n times t.
 TEST_F(SceneSets, AForceOnANodesetIsSpreadEquallyOverItsNodes) {
   const Mesh mesh = bar();
   const std::vector<Index>& nodes = mesh.nodesets[0].nodes;
   ASSERT_EQ(nodes.size(), 3u);
   const Vector3 F(0.3, -0.2, 0.5), centre = mesh.coordinates(nodes, Eigen::all).colwise().mean();
   for (const std::string as : {"mesh", "superelement"}) {
-    const Ran ran =
-        folder_.run(scene("interface: [x_min, tip]", as,
-                          "loads: [{instance: a, surface: tip, force: " + text(F) + "}]\n" + run_time + "output: {every: 0.01}\n"));
+    const Ran ran = folder_.run(scene("interface: [x_min, tip]", as,
+                                      "loads: [{instance: a, surface: tip, force: " + text(F) +
+                                          "}]\n" + run_time + "output: {every: 0.01}\n"));
     const std::size_t last = ran.result.time.size() - 1;
     EXPECT_LT((at(ran.body("a").momentum, last) - 0.02 * F).norm(), 1e-10 * 0.02 * F.norm()) << as;
     const Vector3 L = 0.02 * centre.cross(F);
@@ -81,19 +89,22 @@ TEST_F(SceneSets, AForceOnANodesetIsSpreadEquallyOverItsNodes) {
 }
 
 TEST_F(SceneSets, AForceOnNodesThatAreNotKeptIsRefusedWithOneCureByBothPrograms) {
-  const std::string load = "loads: [{instance: a, surface: middle, force: [0, 0, 1]}]\n", good = "interface: [x_min, tip]";
+  const std::string load = "loads: [{instance: a, surface: middle, force: [0, 0, 1]}]\n",
+                    good = "interface: [x_min, tip]";
   const std::string reduce = refused_by_reduce(scene(good, "superelement", load + run_time));
   expect_in(reduce, {"nodeset 'middle'", "reduction.interface"});
   EXPECT_FALSE(has_superelement());
   folder_.prepare(scene(good, "superelement", run_time));
-  expect_in(refused_by_dyn(scene(good, "superelement", load + run_time)), {"'middle'", "reduction.interface", "nodeset"});
+  expect_in(refused_by_dyn(scene(good, "superelement", load + run_time)),
+            {"'middle'", "reduction.interface", "nodeset"});
   // What they say to do does it
   const Ran ran = folder_.run(scene("interface: [x_min, middle]", "superelement", load + run_time));
   EXPECT_GT(at(ran.body("a").momentum, 1)[2], 0);
 }
 
 TEST_F(SceneSets, ATractionOnANodesetIsRefusedWithOneMessage) {
-  const std::string load = "loads: [{instance: a, surface: tip, traction: [0, 0, 1]}]\n", interface = "interface: [x_min, tip]";
+  const std::string load = "loads: [{instance: a, surface: tip, traction: [0, 0, 1]}]\n",
+                    interface = "interface: [x_min, tip]";
   const std::string reduce = refused_by_reduce(scene(interface, "superelement", load + run_time));
   expect_in(reduce, {"scene.yaml:", "traction on 'tip', a nodeset", "give force"});
   folder_.prepare(scene(interface, "superelement", run_time));
@@ -102,16 +113,20 @@ TEST_F(SceneSets, ATractionOnANodesetIsRefusedWithOneMessage) {
 }
 
 TEST_F(SceneSets, SetsThatNoInterfaceKeepsAreRefusedBeforeTheReduction) {
-  const std::string interface = "interface: [x_min]", yaml = scene(interface, "superelement", run_time);
-  const std::vector<std::string> uses = {"output: {every: 0.01, history: [a.y_max]}\n",
-                                         "boundary: [{instance: a, nodes: y_max, fix: [x]}]\n",
-                                         "walls: {w: {plane: {point: [0, 2, 0], normal: [0, -1, 0]}}}\n"
-                                         "contact: [{between: [a.y_max, w]}]\n"};
+  const std::string interface = "interface: [x_min]",
+                    yaml = scene(interface, "superelement", run_time);
+  const std::vector<std::string> uses = {
+      "output: {every: 0.01, history: [a.y_max]}\n",
+      "boundary: [{instance: a, nodes: y_max, fix: [x]}]\n",
+      "walls: {w: {plane: {point: [0, 2, 0], normal: [0, -1, 0]}}}\n"
+      "contact: [{between: [a.y_max, w]}]\n"};
   for (const std::string& use : uses) {
-    expect_in(refused_by_reduce(yaml + use), {"scene.yaml:", "'a.y_max'", "keeps 3 of its 15 nodes", "reduction.interface"});
+    expect_in(refused_by_reduce(yaml + use),
+              {"scene.yaml:", "'a.y_max'", "keeps 3 of its 15 nodes", "reduction.interface"});
     EXPECT_FALSE(has_superelement());
   }
-  expect_in(refused_by_reduce(yaml + "output: {every: 0.01, history: [a.y_mex]}\n"), {"scene.yaml:5", "y_mex", "y_max"});
+  expect_in(refused_by_reduce(yaml + "output: {every: 0.01, history: [a.y_mex]}\n"),
+            {"scene.yaml:5", "y_mex", "y_max"});
 }
 
 TEST_F(SceneSets, SetsThatAreNotThereAreRefusedBeforeMatricesAreRead) {
@@ -150,7 +165,9 @@ TEST_F(SceneSets, AComponentOfTwoMassesIsTold) {
     EXPECT_EQ(refused_by_dyn(yaml + run_time), "no InputError");
     return testing::internal::GetCapturedStderr();
   };
-  expect_in(told(""), {"component 'part'", "its mesh is lumped and that of its superelement consistent", "mass: lumped"});
+  expect_in(told(""),
+            {"component 'part'", "its mesh is lumped and that of its superelement consistent",
+             "mass: lumped"});
   EXPECT_EQ(told("mass: lumped, ").find("its mesh is lumped"), std::string::npos);
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The law of velocities under Newmark: of points with impulses, for bodies made of random masses; and what the bodies do with it.
+// The law of velocities under Newmark: of points with impulses, for bodies made of random masses;
+// and what the bodies do with it.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -26,7 +27,8 @@ Points random_points(std::mt19937& random, Index n, double size) {
 
 Eigen::Map<const Vector> flat(const Points& p) { return {p.data(), p.size()}; }
 
-// Slave nodes of body 0 against two nodes of body 1 each, or a wall, in random directions; impulses within the cones.
+// Slave nodes of body 0 against two nodes of body 1 each, or a wall, in random directions; impulses
+// within the cones.
 struct Problem {
   std::vector<Matrix> mass;
   std::vector<ContactBody> bodies;
@@ -38,11 +40,13 @@ struct Problem {
   Problem(std::mt19937& random, const std::vector<PointLaw>& the_laws) : laws(the_laws) {
     for (int b = 0; b < 2; ++b) {
       const Matrix A = test::random_matrix(random, 3 * nodes_of_body, 3 * nodes_of_body);
-      mass.push_back(A * A.transpose() + 2 * Matrix::Identity(3 * nodes_of_body, 3 * nodes_of_body));
+      mass.push_back(A * A.transpose() +
+                     2 * Matrix::Identity(3 * nodes_of_body, 3 * nodes_of_body));
       ContactBody body;
       body.impulses.setZero(nodes_of_body, 3), body.friction.setZero(nodes_of_body, 3);
       body.velocity_response.set_block(Lu(mass.back()).inverse());
-      body.response.set_block(17 * Matrix::Identity(3 * nodes_of_body, 3 * nodes_of_body));  // must not be looked at
+      // must not be looked at
+      body.response.set_block(17 * Matrix::Identity(3 * nodes_of_body, 3 * nodes_of_body));
       bodies.push_back(body);
       v.push_back(random_points(random, nodes_of_body, 1));
     }
@@ -60,14 +64,17 @@ struct Problem {
     const double at = share(random);
     list.terms.push_back({0, i % nodes_of_body, 1});
     if (i % 4 != 3)
-      list.terms.push_back({1, (2 * i) % nodes_of_body, -at}), list.terms.push_back({1, (2 * i + 1) % nodes_of_body, at - 1});
+      list.terms.push_back({1, (2 * i) % nodes_of_body, -at}),
+          list.terms.push_back({1, (2 * i + 1) % nodes_of_body, at - 1});
     point.n_terms = static_cast<Index>(list.terms.size()) - point.first_term;
     list.points.push_back(point);
     if (i % 3 == 2) return;  // open
     p.row(i) = 3 * random_points(random, 1, 1);
     if (laws[i].law == ContactLaw::tied) return;
     p(i, 0) = std::abs(p(i, 0));
-    p.row(i).tail<2>() *= laws[i].law == ContactLaw::coulomb ? laws[i].friction * p(i, 0) / p.row(i).tail<2>().norm() : 0.0;
+    p.row(i).tail<2>() *= laws[i].law == ContactLaw::coulomb
+                              ? laws[i].friction * p(i, 0) / p.row(i).tail<2>().norm()
+                              : 0.0;
   }
 
   void measure() {
@@ -98,7 +105,9 @@ struct Problem {
     measure();
   }
 
-  bool acts(Index i) const { return laws[i].law == ContactLaw::tied ? !p.row(i).isZero(0) : p(i, 0) > 0; }
+  bool acts(Index i) const {
+    return laws[i].law == ContactLaw::tied ? !p.row(i).isZero(0) : p(i, 0) > 0;
+  }
 };
 
 std::vector<PointLaw> random_laws(std::mt19937& random, bool friction) {
@@ -123,7 +132,8 @@ TEST(SettleVelocities, LawsHoldForTheVelocitiesOfWhatIsClosed) {
   for (int run = 0; run < 60; ++run) {
     Problem problem(random, random_laws(random, true));
     ImpulseMemory memory;
-    const Points change = settle_velocities(problem.list, problem.laws, problem.p, problem.velocities, problem.bodies, memory);
+    const Points change = settle_velocities(problem.list, problem.laws, problem.p,
+                                            problem.velocities, problem.bodies, memory);
     const Points P = problem.p + change;
     problem.push(change);
     for (Index i = 0; i < P.rows(); ++i) {
@@ -140,14 +150,16 @@ TEST(SettleVelocities, LawsHoldForTheVelocitiesOfWhatIsClosed) {
       EXPECT_GE(end[0], -1e-10) << "nothing moves into what it touches";
       EXPECT_LT(std::min(P(i, 0), end[0]), 1e-10) << "what leaves is not held";
       ++(P(i, 0) > 1e-8 ? still : leaving);
-      const double pull = P.row(i).tail<2>().norm(), limit = problem.laws[i].friction * P(i, 0), slip = end.tail<2>().norm();
+      const double pull = P.row(i).tail<2>().norm(), limit = problem.laws[i].friction * P(i, 0),
+                   slip = end.tail<2>().norm();
       EXPECT_LE(pull, limit + 1e-10) << "the total impulse is within the cone";
       if (problem.laws[i].law != ContactLaw::coulomb || limit < 1e-8) continue;
       if (pull < limit - 1e-8) {
         EXPECT_LT(slip, 1e-9);
         ++sticking;
       } else {
-        EXPECT_LT((P.row(i).tail<2>().transpose() * slip + limit * end.tail<2>()).norm(), 1e-8 * (1 + limit * slip));
+        EXPECT_LT((P.row(i).tail<2>().transpose() * slip + limit * end.tail<2>()).norm(),
+                  1e-8 * (1 + limit * slip));
         ++sliding;
       }
     }
@@ -162,7 +174,8 @@ TEST(SettleVelocities, WithoutFrictionTheLeastEnergyIsLeft) {
     const Problem before(random, random_laws(random, false));
     Problem settled = before;
     ImpulseMemory memory;
-    const Points change = settle_velocities(before.list, before.laws, before.p, before.velocities, settled.bodies, memory);
+    const Points change = settle_velocities(before.list, before.laws, before.p, before.velocities,
+                                            settled.bodies, memory);
     settled.push(change);
     EXPECT_LE(settled.energy(), before.energy() * (1 + 1e-12));
     for (int other = 0; other < 20; ++other) {
@@ -187,13 +200,16 @@ TEST(SettleVelocities, MomentumIsKept) {
   std::mt19937 random(13);
   Problem problem(random, random_laws(random, true));
   ImpulseMemory memory;
-  const Points change = settle_velocities(problem.list, problem.laws, problem.p, problem.velocities, problem.bodies, memory);
+  const Points change = settle_velocities(problem.list, problem.laws, problem.p, problem.velocities,
+                                          problem.bodies, memory);
   EXPECT_GT(change.norm(), 0.1);
   Vector3 of_walls = Vector3::Zero();
-  for (Index i = 3; i < change.rows(); i += 4) of_walls += problem.list.points[i].frame.transpose() * change.row(i).transpose();
+  for (Index i = 3; i < change.rows(); i += 4)
+    of_walls += problem.list.points[i].frame.transpose() * change.row(i).transpose();
   problem.push(change);
   Vector3 sum = Vector3::Zero();
-  for (const ContactBody& body : problem.bodies) sum += (body.impulses + body.friction).colwise().sum().transpose();
+  for (const ContactBody& body : problem.bodies)
+    sum += (body.impulses + body.friction).colwise().sum().transpose();
   EXPECT_LT((sum - of_walls).norm(), 1e-12 * change.norm());
 }
 
@@ -201,15 +217,18 @@ TEST(SettleVelocities, MomentumIsKept) {
 TEST(SettleVelocities, KeepsWhatStandsAndNothingElse) {
   std::mt19937 random(14);
   Problem problem(random, std::vector<PointLaw>(9));
-  for (ContactPoint& point : problem.list.points) point.frame = Matrix3::Identity();  // as faces of one plane have it
+  // as faces of one plane have it
+  for (ContactPoint& point : problem.list.points) point.frame = Matrix3::Identity();
   problem.measure();
   ImpulseMemory kept;
   for (const Index closed : {0, 1, 2, 4, 4}) {
     problem.p.setZero();
     problem.p(closed, 0) = problem.p(closed + 1, 0) = 1.5;
     ImpulseMemory fresh;
-    const Points with = settle_velocities(problem.list, problem.laws, problem.p, problem.velocities, problem.bodies, kept);
-    const Points without = settle_velocities(problem.list, problem.laws, problem.p, problem.velocities, problem.bodies, fresh);
+    const Points with = settle_velocities(problem.list, problem.laws, problem.p, problem.velocities,
+                                          problem.bodies, kept);
+    const Points without = settle_velocities(problem.list, problem.laws, problem.p,
+                                             problem.velocities, problem.bodies, fresh);
     EXPECT_LT((with - without).norm(), 1e-12 * (1 + without.norm())) << closed;
   }
 }
@@ -231,7 +250,8 @@ void expect_end_impulses(Body& body, Body& twin, bool is_free) {
   const double h = 3 / body.largest_frequency(), start = energy(body);
   double t = 0;
   for (int step = 0; step < 6; ++step, t += h) {
-    const Points p = random_points(random, 3, 0.3), q = random_points(random, 3, 0.2), r = random_points(random, 3, 0.1);
+    const Points p = random_points(random, 3, 0.3), q = random_points(random, 3, 0.2),
+                 r = random_points(random, 3, 0.1);
     Points before, after, x, y;
     for (Body* b : {&body, &twin}) {
       b->predict(t, h);
@@ -249,12 +269,14 @@ void expect_end_impulses(Body& body, Body& twin, bool is_free) {
     if (step > 0) continue;  // from here on the two are not in the same state
     body.positions(set, x), twin.positions(same, y);
     EXPECT_LT((x - y).norm(), 1e-13 * x.norm()) << "positions are left alone";
-    const Vector3 gained = body.state().momentum - twin.state().momentum, brought = sum.colwise().sum().transpose();
+    const Vector3 gained = body.state().momentum - twin.state().momentum,
+                  brought = sum.colwise().sum().transpose();
     if (is_free) {
       EXPECT_LT((gained - brought).norm(), 1e-10 * (brought.norm() + momentum.norm()));
     }
-    EXPECT_NEAR(body.work().contact + body.work().friction - twin.work().contact - twin.work().friction,
-                energy(body) - energy(twin), 1e-11 * energy(body));
+    EXPECT_NEAR(
+        body.work().contact + body.work().friction - twin.work().contact - twin.work().friction,
+        energy(body) - energy(twin), 1e-11 * energy(body));
     EXPECT_NE(body.work().friction, twin.work().friction);
   }
   EXPECT_NEAR(energy(body) - start, booked(body), 1e-10 * energy(body));
@@ -265,7 +287,8 @@ TEST(SettleVelocities, SuperelementsTakeImpulsesAtTheEnd) {
   const auto model = test::model(test::reduce(block, test::x_nodes(block, true, true), 6));
   for (const double alpha : {0.0, -0.1, -1.0 / 3}) {
     const auto make = [&] {
-      return SuperelementBody("body", model.superelement, model.form, test::oblique(true), Scheme::newmark, NewmarkOptions{alpha});
+      return SuperelementBody("body", model.superelement, model.form, test::oblique(true),
+                              Scheme::newmark, NewmarkOptions{alpha});
     };
     SuperelementBody body = make(), twin = make();
     expect_end_impulses(body, twin, true);
@@ -274,15 +297,20 @@ TEST(SettleVelocities, SuperelementsTakeImpulsesAtTheEnd) {
 
 TEST(SettleVelocities, CoupledBodiesTakeImpulsesAtTheEnd) {
   const test::Brick lumped = test::make_brick({3, 2, 2}, Vector3(1, 0.6, 0.5), {100, 0.3, 2});
-  const test::Brick full = test::make_brick({3, 2, 2}, Vector3(1, 0.6, 0.5), {100, 0.3, 2}, MassKind::consistent);
+  const test::Brick full =
+      test::make_brick({3, 2, 2}, Vector3(1, 0.6, 0.5), {100, 0.3, 2}, MassKind::consistent);
   const CoupledModel models[] = {test::chain(2, 4).model(), test::chain_with_shells(3),
                                  coupled_model(lumped.fe, lumped.geometry.coordinates),
                                  coupled_model(full.fe, full.geometry.coordinates)};
   for (const CoupledModel& of : models) {
     const auto model = std::make_shared<const CoupledModel>(of);
-    for (const std::vector<HeldDirection>& held : {std::vector<HeldDirection>{}, test::some_held()}) {
+    for (const std::vector<HeldDirection>& held :
+         {std::vector<HeldDirection>{}, test::some_held()}) {
       for (const double alpha : {0.0, -0.1, -1.0 / 3}) {
-        const auto make = [&] { return coupled_body("body", model, test::oblique(true), held, Scheme::newmark, NewmarkOptions{alpha}); };
+        const auto make = [&] {
+          return coupled_body("body", model, test::oblique(true), held, Scheme::newmark,
+                              NewmarkOptions{alpha});
+        };
         expect_end_impulses(*make(), *make(), held.empty());
       }
     }
@@ -292,7 +320,8 @@ TEST(SettleVelocities, CoupledBodiesTakeImpulsesAtTheEnd) {
 // A lumped mesh answers node by node, without a matrix of all its contact nodes.
 TEST(SettleVelocities, LumpedMeshesAnswerNodeByNode) {
   const test::Brick brick = test::make_brick({3, 2, 2}, Vector3(1, 0.6, 0.5), {100, 0.3, 2});
-  const auto model = std::make_shared<const CoupledModel>(coupled_model(brick.fe, brick.geometry.coordinates));
+  const auto model =
+      std::make_shared<const CoupledModel>(coupled_model(brick.fe, brick.geometry.coordinates));
   const auto body = coupled_body("body", model, test::oblique(true), {}, Scheme::newmark, {});
   EXPECT_TRUE(body->velocity_response(body->track({0, 5, 7})).is_diagonal());
 }

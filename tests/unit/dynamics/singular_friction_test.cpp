@@ -18,7 +18,8 @@ using test::judge;
 using test::random_matrix;
 using test::Verdict;
 
-// 3 m rows of a rank far below: rigid motions, among them one that opens all gaps, and a few shapes. All laws together.
+// 3 m rows of a rank far below: rigid motions, among them one that opens all gaps, and a few
+// shapes. All laws together.
 struct FewShapes {
   GapResponse W;
   std::vector<PointLaw> laws;
@@ -32,7 +33,8 @@ FewShapes few_shapes(std::mt19937& random, Index n, Index shapes, Index n_tied, 
                            : i % 5 == 4 ? PointLaw{}
                                         : PointLaw{ContactLaw::coulomb, friction});
   const Index m = first_rows(problem.laws).back();
-  const Matrix points = random_matrix(random, n, 2), bent = 0.3 * random_matrix(random, 3 * n, shapes);
+  const Matrix points = random_matrix(random, n, 2),
+               bent = 0.3 * random_matrix(random, 3 * n, shapes);
   Matrix G(m, 6 + shapes);
   Index row = 0;
   for (Index i = 0; i < n; ++i) {
@@ -45,8 +47,8 @@ FewShapes few_shapes(std::mt19937& random, Index n, Index shapes, Index n_tied, 
     row += n_rows(problem.laws[i].law);
   }
   problem.W = dense(G * G.transpose());
-  // A motion closes the tied rows and opens all others by more than mu times the slip that goes with it, so that impulses exist
-  // (Acary and others 2011); without tied rows a translation does
+  // A motion closes the tied rows and opens all others by more than mu times the slip that goes
+  // with it, so that impulses exist (Acary and others 2011); without tied rows a translation does
   problem.g = 0.3 * random_matrix(random, m, 1);
   Vector opening = Vector::Zero(m);  // by that motion
   if (n_tied > 0) {
@@ -60,7 +62,8 @@ FewShapes few_shapes(std::mt19937& random, Index n, Index shapes, Index n_tied, 
   for (const PointLaw& law : problem.laws) {
     if (law.law != ContactLaw::tied && n_tied == 0) problem.g[row] -= 0.5;
     if (law.law != ContactLaw::tied && n_tied > 0) {
-      const double slip = law.law == ContactLaw::coulomb ? (problem.g + opening).segment<2>(row + 1).norm() : 0;
+      const double slip =
+          law.law == ContactLaw::coulomb ? (problem.g + opening).segment<2>(row + 1).norm() : 0;
       problem.g[row] = std::max(0.4, friction * slip + 0.1) - opening[row];
     }
     row += n_rows(law.law);
@@ -91,7 +94,8 @@ TEST(SingularFriction, FrictionOnMorePointsThanShapes) {
 TEST(SingularFriction, BesideATiedPoint) {
   std::mt19937 random(15);
   for (int trial = 0; trial < 100; ++trial) {
-    const FewShapes problem = few_shapes(random, 8 + trial % 23, trial % 7, 1, trial % 2 ? 0.3 : 0.1);
+    const FewShapes problem =
+        few_shapes(random, 8 + trial % 23, trial % 7, 1, trial % 2 ? 0.3 : 0.1);
     ContactSolver solver(problem.W, problem.laws);
     const auto result = solver.solve(problem.g, Vector());
     EXPECT_LT(result.residual, 1e-9) << "trial " << trial;
@@ -99,8 +103,8 @@ TEST(SingularFriction, BesideATiedPoint) {
   }
 }
 
-// Rows of two geometries beside each other, each of a rank below its size: some eigenvalues of that are negative, and what stops at
-// the first pivot that is not positive would solve another problem.
+// Rows of two geometries beside each other, each of a rank below its size: some eigenvalues of that
+// are negative, and what stops at the first pivot that is not positive would solve another problem.
 TEST(SingularFriction, AnIndefiniteResponseHasNoFactor) {
   std::mt19937 random(16);
   const Index n = 20, m = 3 * n;
@@ -117,7 +121,8 @@ TEST(SingularFriction, AnIndefiniteResponseHasNoFactor) {
   }
 }
 
-// No friction but for the name, and more than there is a solution for: bounded work, and a residual that says how good it is.
+// No friction but for the name, and more than there is a solution for: bounded work, and a residual
+// that says how good it is.
 TEST(SingularFriction, VeryLittleAndVeryMuch) {
   for (const double friction : {1e-12, 1e-9, 1e-7, 1.0, 3.0, 1e6}) {
     std::mt19937 random(17);
@@ -171,7 +176,8 @@ TEST(SingularFriction, ARigidFaceIsOneBlock) {
     const Index n = 30;
     Matrix G = Matrix::Zero(3 * n, 3);
     Vector g(3 * n);
-    for (Index i = 0; i < n; ++i) G.middleRows<3>(3 * i).setIdentity(), g.segment<3>(3 * i) << -1, drag, 0;
+    for (Index i = 0; i < n; ++i)
+      G.middleRows<3>(3 * i).setIdentity(), g.segment<3>(3 * i) << -1, drag, 0;
     ContactSolver solver(dense(G * G.transpose()), all(n, ContactLaw::coulomb, 0.3));
     const auto result = solver.solve(g, Vector());
     const Vector force = G.transpose() * result.p;

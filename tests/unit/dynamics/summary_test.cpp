@@ -21,10 +21,12 @@ class Summary : public ::testing::Test {
   // All that cbr-dyn prints.
   std::string said(const std::string& scene, Verbosity verbosity = Verbosity::normal) {
     const auto file = folder_.folder() / "scene.yaml";
-    std::ofstream(file) << "materials: {soft: {youngs_modulus: 1.0e4, poissons_ratio: 0.25, density: 1}}\n"
-                           "components: {block: {mesh: block.exo, material: soft, mass: consistent, reduction: {interface: [x_min, "
-                           "x_max], modes: 6}}}\n"
-                        << scene;
+    std::ofstream(file)
+        << "materials: {soft: {youngs_modulus: 1.0e4, poissons_ratio: 0.25, density: 1}}\n"
+           "components: {block: {mesh: block.exo, material: soft, mass: consistent, reduction: "
+           "{interface: [x_min, "
+           "x_max], modes: 6}}}\n"
+        << scene;
     ReduceCommand command;
     command.input = file.string();
     Report quiet("cbr-reduce", Verbosity::quiet);
@@ -42,25 +44,29 @@ class Summary : public ::testing::Test {
   }
 
   static std::string instances(const std::string& as, const std::string& right) {
-    return "instances:\n  left: {component: block, as: " + as + "}\n  right: {component: block, as: " + as + ", " + right + "}\n";
+    return "instances:\n  left: {component: block, as: " + as +
+           "}\n  right: {component: block, as: " + as + ", " + right + "}\n";
   }
 
   SceneFolder folder_;
 };
 
-bool has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+bool has(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
 
 TEST_F(Summary, SaysBeforeTheStepsWhatIsToBeDone) {
-  const std::string text =
-      said(instances("mesh", "position: [1.5, 0, 0]") + "time: {end: 0.01, step: 1.0e-4}\noutput: {every: 0.001}\n");
+  const std::string text = said(instances("mesh", "position: [1.5, 0, 0]") +
+                                "time: {end: 0.01, step: 1.0e-4}\noutput: {every: 0.001}\n");
   EXPECT_TRUE(has(text, "steps: 100 of 0.0001 s to t = 0.01 s, 216 dofs in 2 instances")) << text;
   EXPECT_LT(text.find("steps: 100"), text.find("energy: ")) << text;
   EXPECT_LT(text.find("instance left"), text.find("steps: 100")) << text;
 }
 
 TEST_F(Summary, CountersAreDetailsAndFiguresSayWhatIsGood) {
-  const std::string scene = instances("mesh", "position: [1.01, 0, 0], velocity: [-0.3, 0, 0]") +
-                            "contact: [{between: [left.x_max, right.x_min]}]\ntime: {end: 0.1}\noutput: {every: 0.01}\n";
+  const std::string scene =
+      instances("mesh", "position: [1.01, 0, 0], velocity: [-0.3, 0, 0]") +
+      "contact: [{between: [left.x_max, right.x_min]}]\ntime: {end: 0.1}\noutput: {every: 0.01}\n";
   const std::string text = said(scene), all = said(scene, Verbosity::verbose);
   EXPECT_FALSE(has(text, "body steps")) << text;
   EXPECT_TRUE(has(all, "body steps")) << all;
@@ -74,31 +80,37 @@ TEST_F(Summary, CountersAreDetailsAndFiguresSayWhatIsGood) {
 
 TEST_F(Summary, TellsTheNearestGapOfSurfacesThatNeverTouched) {
   for (const std::string as : {"mesh", "superelement"}) {
-    const std::string text = said(instances(as, "position: [1.5, 0.1, 0], velocity: [-1, 0, 0]") +
-                                  "walls: {w: {plane: {point: [-0.7, 0, 0], normal: [1, 0, 0]}}}\n"
-                                  "contact: [{between: [left.x_max, right.x_min]}, {between: [left.x_min, w]}]\n"
-                                  "time: {end: 0.3}\noutput: {every: 0.01}\n");
-    EXPECT_TRUE(
-        has(text, "contact left.x_max - right.x_min: never touched; the nearest gap at an output was 0.2; initial gap 0.5\n"))
+    const std::string text =
+        said(instances(as, "position: [1.5, 0.1, 0], velocity: [-1, 0, 0]") +
+             "walls: {w: {plane: {point: [-0.7, 0, 0], normal: [1, 0, 0]}}}\n"
+             "contact: [{between: [left.x_max, right.x_min]}, {between: [left.x_min, w]}]\n"
+             "time: {end: 0.3}\noutput: {every: 0.01}\n");
+    EXPECT_TRUE(has(text,
+                    "contact left.x_max - right.x_min: never touched; the nearest gap at an output "
+                    "was 0.2; initial gap 0.5\n"))
         << text;
-    EXPECT_TRUE(has(text, "contact left.x_min - w: never touched; the nearest gap at an output was 0.7; initial gap 0.7\n"))
+    EXPECT_TRUE(has(text,
+                    "contact left.x_min - w: never touched; the nearest gap at an output was 0.7; "
+                    "initial gap 0.7\n"))
         << text;
   }
 }
 
 TEST_F(Summary, TellsTheInitialGapToAWallOfSuperelementsToo) {
   for (const std::string as : {"mesh", "superelement"}) {
-    const std::string text = said("instances: {left: {component: block, as: " + as + ", velocity: [1, 0, 0]}}\n" +
-                                  "walls: {w: {plane: {point: [1.25, 0, 0], normal: [-1, 0, 0]}}}\n"
-                                  "contact: [{between: [left.x_max, w]}]\ntime: {end: 0.4}\noutput: {every: 0.01}\n");
+    const std::string text =
+        said("instances: {left: {component: block, as: " + as + ", velocity: [1, 0, 0]}}\n" +
+             "walls: {w: {plane: {point: [1.25, 0, 0], normal: [-1, 0, 0]}}}\n"
+             "contact: [{between: [left.x_max, w]}]\ntime: {end: 0.4}\noutput: {every: 0.01}\n");
     EXPECT_TRUE(has(text, "; initial gap 0.25\n")) << text;
     EXPECT_FALSE(has(text, "never touched")) << text;
   }
 }
 
 TEST_F(Summary, TellsOverlapBeforeTheRunIsOver) {
-  const std::string scene = instances("mesh", "position: [0.9, 0, 0]") +
-                            "contact: [{between: [left.x_max, right.x_min]}]\ntime: {end: 0.1}\noutput: {every: 0.01}\n";
+  const std::string scene =
+      instances("mesh", "position: [0.9, 0, 0]") +
+      "contact: [{between: [left.x_max, right.x_min]}]\ntime: {end: 0.1}\noutput: {every: 0.01}\n";
   const std::string text = said(scene);
   EXPECT_TRUE(has(text, "the surfaces overlap by 0.1 at the start")) << text;
   EXPECT_EQ(text.find("overlap by"), text.rfind("overlap by")) << text;
@@ -106,10 +118,13 @@ TEST_F(Summary, TellsOverlapBeforeTheRunIsOver) {
 }
 
 TEST_F(Summary, WarnsOfSurfacesThatFaceAway) {
-  const auto warned = [&](const std::string& first, const std::string& second, const std::string& as) {
-    const std::string text = said(instances(as, "position: [1.2, 0, 0]") + "contact: [{between: [left." + first + ", right." +
-                                  second + "]}]\ntime: {end: 0.01}\noutput: {every: 0.01}\n");
-    return has(text, "contact left." + first + " - right." + second + ": the surfaces face away from each other");
+  const auto warned = [&](const std::string& first, const std::string& second,
+                          const std::string& as) {
+    const std::string text =
+        said(instances(as, "position: [1.2, 0, 0]") + "contact: [{between: [left." + first +
+             ", right." + second + "]}]\ntime: {end: 0.01}\noutput: {every: 0.01}\n");
+    return has(text, "contact left." + first + " - right." + second +
+                         ": the surfaces face away from each other");
   };
   for (const std::string as : {"mesh", "superelement"}) {
     EXPECT_FALSE(warned("x_max", "x_min", as)) << as;
@@ -120,20 +135,25 @@ TEST_F(Summary, WarnsOfSurfacesThatFaceAway) {
       "instances: {left: {component: block, as: mesh}}\n"
       "walls: {w: {plane: {point: [-0.1, 0, 0], normal: [1, 0, 0]}}}\n"
       "contact: [{between: [left.x_max, w]}]\ntime: {end: 0.01}\n");
-  EXPECT_TRUE(has(floor, "contact left.x_max - w: the surfaces face away from each other")) << floor;
+  EXPECT_TRUE(has(floor, "contact left.x_max - w: the surfaces face away from each other"))
+      << floor;
 }
 
 TEST_F(Summary, WarnsOfPositionsInAnotherUnit) {
-  const auto text = [&](const std::string& position, const std::string& velocity, const std::string& as) {
-    return said(instances(as, "mirror: x, position: [" + position + ", 0, 0], velocity: [" + velocity + ", 0, 0]") +
-                "contact: [{between: [left.x_max, right.x_max]}]\ntime: {end: 0.01}\noutput: {every: 0.01}\n");
+  const auto text = [&](const std::string& position, const std::string& velocity,
+                        const std::string& as) {
+    return said(instances(as, "mirror: x, position: [" + position + ", 0, 0], velocity: [" +
+                                  velocity + ", 0, 0]") +
+                "contact: [{between: [left.x_max, right.x_max]}]\ntime: {end: 0.01}\noutput: "
+                "{every: 0.01}\n");
   };
   const std::string question = "are their positions in the unit of the meshes' coordinates?";
   for (const std::string as : {"mesh", "superelement"}) {
     EXPECT_FALSE(has(text("2.1", "0", as), question)) << as;
     EXPECT_TRUE(has(text("2100", "-3", as), question)) << as;
     EXPECT_FALSE(has(text("2100", "-1.0e5", as), question)) << as;  // fast enough to come near
-    const std::string inside = text("1.0021", "0", as);             // 2.1 mm in metres, mirrored: on one another
+    // 2.1 mm in metres, mirrored: on one another
+    const std::string inside = text("1.0021", "0", as);
     EXPECT_TRUE(has(inside, question)) << inside;
   }
 }
@@ -148,11 +168,14 @@ TEST_F(Summary, NamesEveryBodyThatTurnsAndWhen) {
     const std::size_t at = text.find("instance '" + name + "' rotates by ");
     EXPECT_NE(at, std::string::npos) << text;
     const std::string since = "beyond 5 from t = ";
-    return at == std::string::npos ? 0.0 : std::stod(text.substr(text.find(since, at) + since.size()));
+    return at == std::string::npos ? 0.0
+                                   : std::stod(text.substr(text.find(since, at) + since.size()));
   };
   // phi = F (L / 2) t^2 / (2 I), I = m (L^2 + b^2) / 12, m = 0.25
   const double inertia = 0.25 * 1.25 / 12;
-  const auto expected = [&](double F) { return std::sqrt(2 * 5 * 3.14159265 / 180 * inertia / (F / 2)); };
+  const auto expected = [&](double F) {
+    return std::sqrt(2 * 5 * 3.14159265 / 180 * inertia / (F / 2));
+  };
   EXPECT_NEAR(when("left"), expected(0.5), 0.02);
   EXPECT_NEAR(when("right"), expected(0.1), 0.02);
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "common/linalg/dense.hpp"
 #include "dynamics/motion/modal/superelement_body.hpp"
+#include "common/linalg/dense.hpp"
 
 #include <gtest/gtest.h>
 
@@ -44,7 +44,8 @@ TEST(SuperelementBody, RigidFlightIsExact) {
   body.predict(0, 3.0);
   body.accept();
   body.positions(set, end);
-  EXPECT_LT(((end - start).rowwise() - 3 * Vector3(2, -1, 0.5).transpose()).cwiseAbs().maxCoeff(), 1e-12);
+  EXPECT_LT(((end - start).rowwise() - 3 * Vector3(2, -1, 0.5).transpose()).cwiseAbs().maxCoeff(),
+            1e-12);
   EXPECT_LT(body.state().strain_energy, 1e-20);
 }
 
@@ -59,18 +60,21 @@ TEST(SuperelementBody, ImpulsesChangeMomentumByTheirSum) {
       body.accept();
       Vector3 momentum = body.state().momentum, angular = body.state().angular_momentum;
       double scale = momentum.norm(), angular_scale = angular.norm();
-      const Vector3 center = body.state().center_of_mass - h * body.state().momentum / 18;  // undeformed
+      // undeformed
+      const Vector3 center = body.state().center_of_mass - h * body.state().momentum / 18;
       for (int step = 1; step <= 200; ++step) {
         const Points p = random_points(random, body.n_nodes(), step % 10 == 0 ? 0.3 : 0.0);
         // Arms are those of the undeformed body about its centre of mass.
         const Vector3 drift = body.state().center_of_mass - center;
         for (Index i = 0; i < p.rows(); ++i)
-          angular += Vector3(body.reference_positions().row(i).transpose() + drift).cross(Vector3(p.row(i).transpose()));
+          angular += Vector3(body.reference_positions().row(i).transpose() + drift)
+                         .cross(Vector3(p.row(i).transpose()));
         momentum += p.colwise().sum().transpose();
         body.predict(step * h, h);
         body.add_impulses(set, p);
         body.accept();
-        scale = std::max(scale, momentum.norm()), angular_scale = std::max(angular_scale, angular.norm());
+        scale = std::max(scale, momentum.norm()),
+        angular_scale = std::max(angular_scale, angular.norm());
       }
       EXPECT_LT((body.state().momentum - momentum).norm(), 1e-13 * scale);
       EXPECT_LT((body.state().angular_momentum - angular).norm(), 1e-12 * angular_scale);
@@ -95,7 +99,8 @@ TEST(SuperelementBody, ResponseIsWhatImpulsesDo) {
     body.predicted_positions(set, after);
     const Points moved = after - before;
     const Vector expected = S.dense() * Eigen::Map<const Vector>(p.data(), p.size());
-    EXPECT_LT((Eigen::Map<const Vector>(moved.data(), 12) - expected).norm(), 1e-12 * expected.norm());
+    EXPECT_LT((Eigen::Map<const Vector>(moved.data(), 12) - expected).norm(),
+              1e-12 * expected.norm());
   }
 }
 
@@ -104,7 +109,8 @@ TEST(SuperelementBody, EnergyBalanceClosesToRoundOff) {
   for (const Scheme scheme : {Scheme::exact, Scheme::central_difference}) {
     SuperelementBody body = make_body(12, scheme);
     const Index set = body.track({1, 4, 7});
-    body.add_force(random_points(random, body.n_nodes(), 4.0), {{0.0, 0.013, 0.041, 0.3}, {1.0, 3.0, -2.0, 0.5}});
+    body.add_force(random_points(random, body.n_nodes(), 4.0),
+                   {{0.0, 0.013, 0.041, 0.3}, {1.0, 3.0, -2.0, 0.5}});
     body.add_gravity(Vector3(0, 0, -9.81), {});
     const double start = energy(body);
     double largest = start, t = 0;
@@ -114,11 +120,14 @@ TEST(SuperelementBody, EnergyBalanceClosesToRoundOff) {
       body.predict(t, h);
       t += h;
       if (step % 7 == 0) body.add_impulses(set, random_points(random, 3, 0.4));
-      if (step % 11 == 0) body.add_velocities(set, random_points(random, 3, 0.05), Vector3(0.1, 0, -0.1));
+      if (step % 11 == 0)
+        body.add_velocities(set, random_points(random, 3, 0.05), Vector3(0.1, 0, -0.1));
       body.accept();
       largest = std::max(largest, energy(body));
       const BodyWork work = body.work();
-      EXPECT_LT(std::abs(energy(body) - start - work.external - work.contact - work.numerical), 2e-12 * largest) << step;
+      EXPECT_LT(std::abs(energy(body) - start - work.external - work.contact - work.numerical),
+                2e-12 * largest)
+          << step;
     }
     EXPECT_GT(largest, 2 * start);
   }
@@ -127,12 +136,14 @@ TEST(SuperelementBody, EnergyBalanceClosesToRoundOff) {
 TEST(SuperelementBody, AllModesAreTheFullModel) {
   const Lattice& full = block();
   const Index N = full.mass.size();
-  // Exact motion of the full model from its own eigenvectors, against the superelement with every mode kept.
+  // Exact motion of the full model from its own eigenvectors, against the superelement with every
+  // mode kept.
   Vector m(3 * N);
   for (Index i = 0; i < 3 * N; ++i) m[i] = full.mass[i / 3];
   const SymmetricEigen modes = generalized_eigen(full.K, Matrix(m.asDiagonal()));
   const auto nodes = test::x_nodes(full, true, true);
-  const auto model = test::model(test::reduce(full, nodes, 3 * (N - static_cast<Index>(nodes.size()))));
+  const auto model =
+      test::model(test::reduce(full, nodes, 3 * (N - static_cast<Index>(nodes.size()))));
   SuperelementBody body("body", model.superelement, model.form, Placement{}, Scheme::exact);
   const Index set = body.track(all_nodes(body));
   Points p = Points::Zero(body.n_nodes(), 3);
@@ -145,12 +156,16 @@ TEST(SuperelementBody, AllModesAreTheFullModel) {
   body.accept();
   const Vector lambda = modes.values;
   Vector eta = modes.vectors.transpose() * impulse;
-  for (Index j = 0; j < eta.size(); ++j) eta[j] *= j < 6 ? t : std::sin(std::sqrt(lambda[j]) * t) / std::sqrt(lambda[j]);
+  for (Index j = 0; j < eta.size(); ++j)
+    eta[j] *= j < 6 ? t : std::sin(std::sqrt(lambda[j]) * t) / std::sqrt(lambda[j]);
   const Vector u = modes.vectors * eta;
   Points x;
   body.positions(set, x);
   for (Index i = 0; i < p.rows(); ++i)
-    EXPECT_LT((x.row(i) - body.reference_positions().row(i) - u.segment<3>(3 * nodes[i]).transpose()).norm(), 1e-9 * u.norm());
+    EXPECT_LT(
+        (x.row(i) - body.reference_positions().row(i) - u.segment<3>(3 * nodes[i]).transpose())
+            .norm(),
+        1e-9 * u.norm());
 }
 
 TEST(SuperelementBody, LoadsWithBreakpointsInsideAStepAreExact) {
@@ -168,7 +183,8 @@ TEST(SuperelementBody, LoadsWithBreakpointsInsideAStepAreExact) {
     return x;
   };
   const Points one = final_positions(1);
-  for (const int steps : {2, 7, 600}) EXPECT_LT((final_positions(steps) - one).cwiseAbs().maxCoeff(), 1e-11) << steps;
+  for (const int steps : {2, 7, 600})
+    EXPECT_LT((final_positions(steps) - one).cwiseAbs().maxCoeff(), 1e-11) << steps;
 }
 
 TEST(SuperelementBody, LoadsThatShareBreakpointsBringTheirWork) {
@@ -178,7 +194,8 @@ TEST(SuperelementBody, LoadsThatShareBreakpointsBringTheirWork) {
   History shifted = history;
   for (double& t : shifted.time) t *= 1 + 1e-15;
   SuperelementBody body = make_body(5, Scheme::exact);
-  body.add_force(force, history), body.add_force(force, history), body.add_gravity(Vector3(0, 1, 2), shifted);
+  body.add_force(force, history), body.add_force(force, history),
+      body.add_gravity(Vector3(0, 1, 2), shifted);
   const auto energy = [&] { return body.state().kinetic_energy + body.state().strain_energy; };
   const double before = energy();
   for (int i = 0; i < 7; ++i) body.predict(i * 0.09, 0.09), body.accept();
@@ -204,7 +221,8 @@ TEST(SuperelementBody, CentralDifferencesAreThoseOfTheDenseMass) {
   const Superelement s = test::reduce(block(), test::x_nodes(block(), true, true), 6);
   const Matrix K = reduced_stiffness(s), M = reduced_mass(s);
   const auto model = test::model(s);
-  SuperelementBody body("body", model.superelement, model.form, Placement{}, Scheme::central_difference);
+  SuperelementBody body("body", model.superelement, model.form, Placement{},
+                        Scheme::central_difference);
   const Index set = body.track({2});
   const double h = 0.8 * 2 / body.largest_frequency();
   Vector q = Vector::Zero(s.n()), v = q, p = q;
@@ -230,7 +248,8 @@ TEST(SuperelementBody, MotionBoundHoldsTheMotion) {
   for (const bool loaded : {false, true}) {
     SuperelementBody body = make_body(10, Scheme::exact);
     const Index set = body.track({0, 2, 6, 9});
-    if (loaded) body.add_force(random_points(random, body.n_nodes(), 5.0), {{0, 0.2, 0.4}, {0, 1, -1}});
+    if (loaded)
+      body.add_force(random_points(random, body.n_nodes(), 5.0), {{0, 0.2, 0.4}, {0, 1, -1}});
     body.predict(0, 0.01);
     body.add_impulses(set, random_points(random, 4, 0.2));
     body.accept();
@@ -243,8 +262,12 @@ TEST(SuperelementBody, MotionBoundHoldsTheMotion) {
       body.positions(set, x);
       const Vector3 spread = bound.growth * t + 0.5 * t * t * bound.acceleration;
       for (Index i = 0; i < 4; ++i) {
-        EXPECT_TRUE((x.row(i).transpose().array() <= (bound.upper + t * bound.upper_speed + spread).array() + 1e-12).all());
-        EXPECT_TRUE((x.row(i).transpose().array() >= (bound.lower + t * bound.lower_speed - spread).array() - 1e-12).all());
+        EXPECT_TRUE((x.row(i).transpose().array() <=
+                     (bound.upper + t * bound.upper_speed + spread).array() + 1e-12)
+                        .all());
+        EXPECT_TRUE((x.row(i).transpose().array() >=
+                     (bound.lower + t * bound.lower_speed - spread).array() - 1e-12)
+                        .all());
       }
     }
   }
@@ -264,7 +287,8 @@ TEST(SuperelementBody, NodalVelocitiesLeaveModalCoordinatesAlone) {
   EXPECT_LT((body.state().momentum - momentum - wanted).norm(), 1e-10);
   body.coordinates(q, after);
   const Vector change = after - before;
-  EXPECT_LT(change.head(9).norm(), 1e-6);  // the start of the step is not its end: 1e-9 s of motion in between
+  // the start of the step is not its end: 1e-9 s of motion in between
+  EXPECT_LT(change.head(9).norm(), 1e-6);
   dv.rowwise() += extra.transpose();
   EXPECT_NEAR(change.norm(), dv.norm(), 1e-6);
 }
@@ -308,8 +332,9 @@ Superelement two_parts() {
   s.coordinates << one.coordinates, one.coordinates.rowwise() + apart.transpose();
   s.rigid_body.mass = 2 * one.rigid_body.mass;
   s.rigid_body.center = one.rigid_body.center + 0.5 * apart;
-  s.rigid_body.inertia =
-      2 * one.rigid_body.inertia + 0.25 * s.rigid_body.mass * apart.squaredNorm() * Matrix3(Vector3(1, 0, 1).asDiagonal());
+  s.rigid_body.inertia = 2 * one.rigid_body.inertia + 0.25 * s.rigid_body.mass *
+                                                          apart.squaredNorm() *
+                                                          Matrix3(Vector3(1, 0, 1).asDiagonal());
   return s;
 }
 

@@ -23,13 +23,15 @@ struct Ties {
 Ties tied(Patch slave, Patch master, std::optional<double> tolerance = {}) {
   slave.surface.body = 0, master.surface.body = 1;
   Ties t;
-  t.report = tie_surfaces(slave.surface, slave.body.start, master.surface, master.body.start, tolerance, t.list, t.offsets);
+  t.report = tie_surfaces(slave.surface, slave.body.start, master.surface, master.body.start,
+                          tolerance, t.list, t.offsets);
   return t;
 }
 
 // sum of coefficient x f(position) over a point's terms
 template <typename Field>
-Vector3 sum(const Ties& t, const ContactPoint& point, const Patch& slave, const Patch& master, const Field& field) {
+Vector3 sum(const Ties& t, const ContactPoint& point, const Patch& slave, const Patch& master,
+            const Field& field) {
   Vector3 r = Vector3::Zero();
   for (Index k = point.first_term; k < point.first_term + point.n_terms; ++k) {
     const ContactTerm& term = t.list.terms[k];
@@ -50,8 +52,12 @@ TEST(Tie, EveryNodeIsTiedToWhatItLiesOn) {
   for (std::size_t i = 0; i < t.list.points.size(); ++i) {
     const ContactPoint& point = t.list.points[i];
     EXPECT_EQ(point.frame, Matrix3::Identity());
-    EXPECT_NEAR((sum(t, point, slave, master, [](const Vector3& x) { return x; }) - Vector3(0, 0, 0.003)).norm(), 0, 1e-14);
-    EXPECT_NEAR((t.offsets.row(static_cast<Index>(i)) - Vector3(0, 0, 0.003).transpose()).norm(), 0, 1e-14);
+    EXPECT_NEAR(
+        (sum(t, point, slave, master, [](const Vector3& x) { return x; }) - Vector3(0, 0, 0.003))
+            .norm(),
+        0, 1e-14);
+    EXPECT_NEAR((t.offsets.row(static_cast<Index>(i)) - Vector3(0, 0, 0.003).transpose()).norm(), 0,
+                1e-14);
     // A linear field that does not see the offset is taken over exactly; so is any translation
     const auto linear = [&](const Vector3& x) { return Vector3(A * Vector3(x[0], x[1], 1)); };
     EXPECT_NEAR(sum(t, point, slave, master, linear).norm(), 0, 1e-13);
@@ -65,11 +71,13 @@ TEST(Tie, TheClosestFaceWithinTheTolerance) {
   std::uniform_real_distribution<double> unit(-1, 1);
   Patch slave = patch(9, 0.01, false, 1.3), master = patch(6, 0, true);
   for (Index i = 0; i < slave.body.start.rows(); ++i) slave.body.start(i, 2) += 0.03 * unit(random);
-  for (Index i = 0; i < master.body.start.rows(); ++i) master.body.start(i, 2) += 0.03 * unit(random);
+  for (Index i = 0; i < master.body.start.rows(); ++i)
+    master.body.start(i, 2) += 0.03 * unit(random);
   const double tolerance = 0.02;
   const Ties t = tied(slave, master, tolerance);
   std::vector<double> found(100, HUGE_VAL);
-  for (std::size_t i = 0; i < t.list.points.size(); ++i) found[t.list.points[i].slot] = t.offsets.row(static_cast<Index>(i)).norm();
+  for (std::size_t i = 0; i < t.list.points.size(); ++i)
+    found[t.list.points[i].slot] = t.offsets.row(static_cast<Index>(i)).norm();
   Index without = 0;
   for (Index i = 0; i < 100; ++i) {
     double nearest = HUGE_VAL;
@@ -94,7 +102,8 @@ TEST(Tie, MortarCountsTheNodesThatNothingHolds) {
   slave.surface.body = 0, master.surface.body = 1;
   slave.body.start.col(0).array() += 0.7475;
   Ties t;
-  t.report = tie_mortar(slave.surface, slave.body.start, master.surface, master.body.start, {}, {}, t.list, t.offsets);
+  t.report = tie_mortar(slave.surface, slave.body.start, master.surface, master.body.start, {}, {},
+                        t.list, t.offsets);
   std::vector<char> held(25, 0);
   for (const ContactTerm& term : t.list.terms)
     if (term.body == 0) held[term.node] = 1;

@@ -54,18 +54,30 @@ class Scalable final : public Body {
   const Points& reference_positions() const override { return body_->reference_positions(); }
   Index track(const std::vector<Index>& nodes) override { return body_->track(nodes); }
   void positions(Index set, Points& x) const override { body_->positions(set, x); }
-  void predicted_positions(Index set, Points& x) const override { body_->predicted_positions(set, x); }
+  void predicted_positions(Index set, Points& x) const override {
+    body_->predicted_positions(set, x);
+  }
   MotionBound motion_bound(Index set) const override { return body_->motion_bound(set); }
   Index track_mean(const std::vector<Index>& nodes) override { return body_->track_mean(nodes); }
-  void mean_motion(Index set, Vector3& x, Vector3& v) const override { body_->mean_motion(set, x, v); }
+  void mean_motion(Index set, Vector3& x, Vector3& v) const override {
+    body_->mean_motion(set, x, v);
+  }
   void predict(double t, double h) override { body_->predict(t, h); }
-  void add_impulses(Index set, const Points& p, ImpulseKind kind) override { body_->add_impulses(set, p, kind); }
-  Vector3 add_velocities(Index set, const Points& v, const Vector3& p) override { return body_->add_velocities(set, v, p); }
+  void add_impulses(Index set, const Points& p, ImpulseKind kind) override {
+    body_->add_impulses(set, p, kind);
+  }
+  Vector3 add_velocities(Index set, const Points& v, const Vector3& p) override {
+    return body_->add_velocities(set, v, p);
+  }
   void accept() override { body_->accept(); }
   NodeResponse response(Index set, double h) const override { return body_->response(set, h); }
   Points nodal_masses(Index set) const override { return body_->nodal_masses(set); }
-  void add_force(const Points& f, const LoadHistory& history) override { body_->add_force(f, history); }
-  void add_gravity(const Vector3& a, const LoadHistory& history) override { body_->add_gravity(a, history); }
+  void add_force(const Points& f, const LoadHistory& history) override {
+    body_->add_force(f, history);
+  }
+  void add_gravity(const Vector3& a, const LoadHistory& history) override {
+    body_->add_gravity(a, history);
+  }
   BodyState state() const override { return body_->state(); }
   BodyWork work() const override { return body_->work(); }
   void displacements(Points& u, Points& v) const override { body_->displacements(u, v); }
@@ -102,7 +114,8 @@ TEST(TimePlan, MassScalingTakesLongStepsAndClipsAtTheirs) {
   bodies.push_back(test::make_body("mesh", mesh, mesh_geometry));
   EXPECT_THROW(plan_time(options, 0, bodies, {ContactKind::hard, ContactKind::hard}), InputError);
   options.step.reset();
-  EXPECT_LE(plan_time(options, 0, bodies, {ContactKind::hard, ContactKind::hard}).h, 1.8 / bodies[1]->largest_frequency());
+  EXPECT_LE(plan_time(options, 0, bodies, {ContactKind::hard, ContactKind::hard}).h,
+            1.8 / bodies[1]->largest_frequency());
 }
 
 TEST(TimePlan, AutomaticStepsAndTheCriticalOne) {
@@ -123,15 +136,18 @@ TEST(TimePlan, AutomaticStepsAndTheCriticalOne) {
     EXPECT_NO_THROW(plan_time(options, 0, bodies, {ContactKind::penalty}));
     options.step = critical, options.end = 100 * critical;
     EXPECT_NO_THROW(plan_time(options, 0, bodies, {ContactKind::hard}));
-    EXPECT_THROW(plan_time(options, 0, bodies, {ContactKind::penalty}), InputError);  // springs of no stiffness
+    // springs of no stiffness
+    EXPECT_THROW(plan_time(options, 0, bodies, {ContactKind::penalty}), InputError);
     options.step = 1.05 * critical;
     options.end = 100 * 1.05 * critical;
     EXPECT_THROW(plan_time(options, 0, bodies, {ContactKind::hard}), InputError);
     options.force_step = true;
-    EXPECT_NEAR(plan_time(options, 0, bodies, {ContactKind::hard}).h, 1.05 * critical, 1e-9 * critical);
+    EXPECT_NEAR(plan_time(options, 0, bodies, {ContactKind::hard}).h, 1.05 * critical,
+                1e-9 * critical);
     options.force_step = false;
     if (!mesh) {
-      EXPECT_NO_THROW(plan_time(options, 0, bodies, {ContactKind::none}));  // exact and in no contact: any step
+      // exact and in no contact: any step
+      EXPECT_NO_THROW(plan_time(options, 0, bodies, {ContactKind::none}));
     }
   }
 }
@@ -150,7 +166,8 @@ TEST(TimePlan, NewmarkTakesAnyStep) {
   options.end = 1000 * critical;
   options.alpha = -0.1;
   EXPECT_EQ(critical_step(*bodies[1], true), 0);
-  EXPECT_NEAR(plan_time(options, 0, bodies, hard).h, critical, 1e-9 * critical);  // auto: a thousandth of the end
+  // auto: a thousandth of the end
+  EXPECT_NEAR(plan_time(options, 0, bodies, hard).h, critical, 1e-9 * critical);
   EXPECT_NEAR(plan_time(options, 40 * critical, bodies, hard).h, 40 * critical, 1e-9 * critical);
   for (const double x : {0.01, 0.5, 10.0, 100.0}) {
     options.cfl = x;
@@ -161,9 +178,12 @@ TEST(TimePlan, NewmarkTakesAnyStep) {
     EXPECT_NE(plan.limit.find("stiff"), std::string::npos);
   }
   options.cfl = 10;
-  EXPECT_NEAR(plan_time(options, 25 * critical, bodies, hard).h, 25.0 / 3 * critical, 1e-9 * critical);  // fits the outputs
+  // fits the outputs
+  EXPECT_NEAR(plan_time(options, 25 * critical, bodies, hard).h, 25.0 / 3 * critical,
+              1e-9 * critical);
   EXPECT_NE(plan_time(options, 25 * critical, bodies, hard).limit.find("stiff"), std::string::npos);
-  EXPECT_EQ(plan_time(options, 5 * critical, bodies, hard).limit, "output.every");  // a step passes no output
+  // a step passes no output
+  EXPECT_EQ(plan_time(options, 5 * critical, bodies, hard).limit, "output.every");
   options.cfl.reset();
   options.step = 123 * critical;
   EXPECT_EQ(plan_time(options, 0, bodies, hard).limit, "time.step");
@@ -218,11 +238,14 @@ TEST(TimePlan, CentralDifferencesAreBoundedJustBelowTheCriticalStep) {
         body->accept();
       }
       const BodyState state = body->state();
-      const double change = std::abs(state.kinetic_energy + state.strain_energy - body->work().contact) / body->work().contact;
+      const double change =
+          std::abs(state.kinetic_energy + state.strain_energy - body->work().contact) /
+          body->work().contact;
       if (share < 1) {
         EXPECT_LT(change, 1e-10);
       } else {
-        EXPECT_FALSE(change < 1e3);  // the critical step is not underestimated by as much as a percent
+        // the critical step is not underestimated by as much as a percent
+        EXPECT_FALSE(change < 1e3);
       }
     }
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Modes that answer at once: whose they are, and that their statics are kept. What such a body does is
-// compared with its full mesh in tests/cases/ordinary-part.
+// Modes that answer at once: whose they are, and that their statics are kept. What such a body does
+// is compared with its full mesh in tests/cases/ordinary-part.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -18,18 +18,25 @@ struct Fall {
 
 std::string scene_of(const Fall& of) {
   return "materials: {m: {youngs_modulus: 100, poissons_ratio: 0.25, density: 1}}\n"
-         "components:\n  block: {mesh: block.exo, material: m, mass: lumped, reduction: {interface: [x_max], modes: 6}}\n"
-         "instances:\n  block: {component: block, as: " + of.as + ", velocity: [0.05, 0.02, 0]}\n" + of.more +
+         "components:\n  block: {mesh: block.exo, material: m, mass: lumped, reduction: "
+         "{interface: [x_max], modes: 6}}\n"
+         "instances:\n  block: {component: block, as: " +
+         of.as + ", velocity: [0.05, 0.02, 0]}\n" + of.more +
          "walls: {wall: {plane: {point: [0.6001, 0, 0], normal: [-1, 0, 0]}}}\n"
-         "contact: [{between: [block.x_max, wall]" + of.contact + "}]\n"
-         "time: {end: 0.2" + of.time + "}\noutput: {every: 0.01}\n";
+         "contact: [{between: [block.x_max, wall]" +
+         of.contact +
+         "}]\n"
+         "time: {end: 0.2" +
+         of.time + "}\noutput: {every: 0.01}\n";
 }
 
 class LargeFace : public ::testing::Test {
  protected:
   LargeFace() { folder_.add("block.exo", test::block_mesh({{5, 11, 11}, Vector3(0.6, 1, 1)})); }
 
-  Index coordinates(const Fall& of) const { return folder_.prepare(scene_of(of)).built.simulation.bodies[0]->n_dofs(); }
+  Index coordinates(const Fall& of) const {
+    return folder_.prepare(scene_of(of)).built.simulation.bodies[0]->n_dofs();
+  }
 
   test::SceneFolder folder_;
 };
@@ -46,12 +53,14 @@ TEST_F(LargeFace, LosesTheMassOfItsHighestModesWithAnAutomaticStep) {
   EXPECT_EQ(coordinates({.more = load}), all);
 }
 
-// Of any modes: those that move and the statics of the others comply under forces as all of them together.
+// Of any modes: those that move and the statics of the others comply under forces as all of them
+// together.
 TEST(TruncatedForm, CompliesAsAllModesDo) {
   Superelement s;
   s.node_ids = {1, 2};
   s.coordinates = Points::Random(2, 3);
-  for (Index i = 0; i < 6; ++i) s.dof_node.push_back(i / 3), s.dof_component.push_back(static_cast<int>(i % 3));
+  for (Index i = 0; i < 6; ++i)
+    s.dof_node.push_back(i / 3), s.dof_component.push_back(static_cast<int>(i % 3));
   s.eigenvalues = Vector::Constant(2, 1.0);
   DiagonalForm all;
   all.omega = Vector::LinSpaced(8, 0, 7);
@@ -63,15 +72,18 @@ TEST(TruncatedForm, CompliesAsAllModesDo) {
   forces.direction.resize(3, 3);
   forces.direction << 1, 0, 0, 0, 0.6, 0.8, 0, 0.8, -0.6;
   Matrix B = Matrix::Zero(8, 3);
-  for (Index i = 0; i < 3; ++i) B.col(i).segment<3>(2 + 3 * forces.node[i]) = forces.direction.row(i).transpose();
+  for (Index i = 0; i < 3; ++i)
+    B.col(i).segment<3>(2 + 3 * forces.node[i]) = forces.direction.row(i).transpose();
   const auto compliance = [&](const RowMatrix& V, const Vector& omega) {
-    const Matrix G = omega.tail(omega.size() - 1).cwiseInverse().asDiagonal() * V.rightCols(omega.size() - 1).transpose() * B;
+    const Matrix G = omega.tail(omega.size() - 1).cwiseInverse().asDiagonal() *
+                     V.rightCols(omega.size() - 1).transpose() * B;
     return Matrix(G.transpose() * G);
   };
   const auto form = truncated_form(3.5, all, forces, s);
   EXPECT_EQ(form->modal.omega.size(), 4);
   EXPECT_EQ(form->omega_limit, 3);
-  const Matrix both = compliance(form->modal.V, form->modal.omega) + *form->rows.F, whole = compliance(all.V, all.omega);
+  const Matrix both = compliance(form->modal.V, form->modal.omega) + *form->rows.F,
+               whole = compliance(all.V, all.omega);
   EXPECT_LT((both - whole).norm(), 1e-13 * whole.norm());
 }
 

@@ -16,10 +16,12 @@ struct BoxSides {
   std::array<Index, 3> n = {4, 3, 2};  // elements
   std::array<double, 3> size = {4, 3, 2};
   std::array<double, 3> origin = {0, 0, 0};  // of the corner
-  double skew = 0;                           // interior and surface nodes are moved by about this share of an element
+  // interior and surface nodes are moved by about this share of an element
+  double skew = 0;
 };
 
-// Sidesets x_min, x_max, y_min, ..., surface (all six); nodesets corner (1 node), edge (the nodes on the z edge at the origin).
+// Sidesets x_min, x_max, y_min, ..., surface (all six); nodesets corner (1 node), edge (the nodes
+// on the z edge at the origin).
 inline Mesh box_mesh(const BoxSides& box) {
   const Index nx = box.n[0], ny = box.n[1], nz = box.n[2];
   Mesh mesh;
@@ -31,7 +33,8 @@ inline Mesh box_mesh(const BoxSides& box) {
         const std::array<Index, 3> at = {i, j, k};
         for (std::size_t d = 0; d < 3; ++d) {
           const double h = box.size[d] / static_cast<double>(box.n[d]);
-          const double wave = std::sin(static_cast<double>(3 * i + 5 * j + 7 * k) + static_cast<double>(d));
+          const double wave =
+              std::sin(static_cast<double>(3 * i + 5 * j + 7 * k) + static_cast<double>(d));
           mesh.coordinates(node(i, j, k), static_cast<Index>(d)) =
               box.origin[d] + h * (static_cast<double>(at[d]) + box.skew * wave);
         }
@@ -51,10 +54,12 @@ inline Mesh box_mesh(const BoxSides& box) {
     for (Index j = 0; j < ny; ++j) {
       for (Index i = 0; i < nx; ++i) {
         const auto e = static_cast<Index>(block.element_ids.size());
-        block.connectivity.row(e) << node(i, j, k), node(i + 1, j, k), node(i + 1, j + 1, k), node(i, j + 1, k), node(i, j, k + 1),
-            node(i + 1, j, k + 1), node(i + 1, j + 1, k + 1), node(i, j + 1, k + 1);
+        block.connectivity.row(e) << node(i, j, k), node(i + 1, j, k), node(i + 1, j + 1, k),
+            node(i, j + 1, k), node(i, j, k + 1), node(i + 1, j, k + 1), node(i + 1, j + 1, k + 1),
+            node(i, j + 1, k + 1);
         block.element_ids.push_back(e + 1);
-        const std::array<bool, 6> on = {i == 0, i == nx - 1, j == 0, j == ny - 1, k == 0, k == nz - 1};
+        const std::array<bool, 6> on = {i == 0,      i == nx - 1, j == 0,
+                                        j == ny - 1, k == 0,      k == nz - 1};
         for (std::size_t f = 0; f < 6; ++f) {
           if (!on[f]) continue;
           faces[f].sides.push_back({0, e, sides[f]});
@@ -106,7 +111,8 @@ inline BoxSides paper_block(Index nx = 20, Index ny = 10, Index nz = 15) {
 inline Material paper_steel() { return {5.17e12, 0.3, 7836}; }
 
 inline std::vector<BlockProperties> properties(const Mesh& mesh, const Material& material) {
-  return std::vector<BlockProperties>(mesh.blocks.size(), BlockProperties{material, Hex8Formulation::incompatible});
+  return std::vector<BlockProperties>(mesh.blocks.size(),
+                                      BlockProperties{material, Hex8Formulation::incompatible});
 }
 
 }  // namespace cbr::test

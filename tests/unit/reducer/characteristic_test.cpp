@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "common/linalg/dense.hpp"
 #include "reducer/bases/characteristic.hpp"
+#include "common/linalg/dense.hpp"
 
 #include <gtest/gtest.h>
 
@@ -18,7 +18,8 @@ namespace {
 
 const Material soft = {1000, 0.3, 2};
 
-ReductionOptions characteristic(std::vector<std::string> sets, Index fixed, CharacteristicOptions of) {
+ReductionOptions characteristic(std::vector<std::string> sets, Index fixed,
+                                CharacteristicOptions of) {
   ReductionOptions options;
   options.basis = Basis::characteristic;
   options.interface_sets = std::move(sets);
@@ -27,8 +28,8 @@ ReductionOptions characteristic(std::vector<std::string> sets, Index fixed, Char
   return options;
 }
 
-Superelement reduced(const Mesh& mesh, const ReductionOptions& options, ReductionFigures* figures = nullptr,
-                     MassKind mass = MassKind::lumped) {
+Superelement reduced(const Mesh& mesh, const ReductionOptions& options,
+                     ReductionFigures* figures = nullptr, MassKind mass = MassKind::lumped) {
   Report report("test", Verbosity::quiet);
   Superelement s = reduce(mesh, properties(mesh, soft), mass, options, {}, report, figures);
   check(s, "test");
@@ -42,9 +43,12 @@ Superelement craig_bampton(const Mesh& mesh, const std::vector<std::string>& set
   return reduced(mesh, options);
 }
 
-Mesh skewed(std::array<Index, 3> n = {5, 4, 3}) { return box_mesh({n, {5, 4, 3}, {1, 2, 3}, 0.08}); }
+Mesh skewed(std::array<Index, 3> n = {5, 4, 3}) {
+  return box_mesh({n, {5, 4, 3}, {1, 2, 3}, 0.08});
+}
 
-// Elastic compliance of the interface, n x n of its dofs: of the diagonal form's rows, without rigid motions.
+// Elastic compliance of the interface, n x n of its dofs: of the diagonal form's rows, without
+// rigid motions.
 Matrix compliance(const Matrix& V, const Vector& lambda) {
   const Index r = (lambda.array() == 0).count(), e = lambda.size() - r;
   return V.rightCols(e) * lambda.tail(e).cwiseInverse().asDiagonal() * V.rightCols(e).transpose();
@@ -55,7 +59,8 @@ Matrix compliance(const Superelement& s) {
 }
 
 const Surface& surface_of(const Superelement& s, const std::string& name) {
-  return *std::find_if(s.surfaces.begin(), s.surfaces.end(), [&](const Surface& of) { return of.name == name; });
+  return *std::find_if(s.surfaces.begin(), s.surfaces.end(),
+                       [&](const Surface& of) { return of.name == name; });
 }
 
 double relative(const Matrix& A, const Matrix& B) { return (A - B).norm() / B.norm(); }
@@ -82,12 +87,14 @@ TEST(Characteristic, IsARitzSpaceThatGrowsInto_Craig_Bamptons) {
 TEST(Characteristic, RigidMotionsCarryAllMassWhateverIsKept) {
   const Mesh mesh = skewed();
   for (const CharacteristicOptions& of :
-       {CharacteristicOptions{3}, CharacteristicOptions{3, {"x_max"}}, CharacteristicOptions{0, {}, {"x_max"}, 5, false}}) {
+       {CharacteristicOptions{3}, CharacteristicOptions{3, {"x_max"}},
+        CharacteristicOptions{0, {}, {"x_max"}, 5, false}}) {
     for (const MassKind kind : {MassKind::lumped, MassKind::consistent}) {
       ReductionFigures figures;
       const Superelement s = reduced(mesh, characteristic({"surface"}, 8, of), &figures, kind);
       const Matrix R = reduced_rigid_modes(s, s.rigid_body.center).bottomRows(s.c());
-      const Matrix V_r = s.characteristic.V.leftCols(6), E = PivotedQr(V_r).solve(R), mass = E.transpose() * E;
+      const Matrix V_r = s.characteristic.V.leftCols(6), E = PivotedQr(V_r).solve(R),
+                   mass = E.transpose() * E;
       EXPECT_LT((V_r * E - R).norm(), 1e-11 * R.norm());
       EXPECT_LT(relative(mass.topLeftCorner(3, 3), s.rigid_body.mass * Matrix3::Identity()), 1e-10);
       EXPECT_LT(relative(mass.bottomRightCorner(3, 3), s.rigid_body.inertia), 1e-10);
@@ -100,14 +107,17 @@ TEST(Characteristic, StaticsOfKeptNodesAreExact) {
   const Mesh mesh = skewed();
   const Matrix exact = compliance(craig_bampton(mesh, {"surface"}, 0));
   ReductionFigures figures;
-  const Superelement s = reduced(mesh, characteristic({"surface"}, 0, {2, {"x_max", "corner"}}), &figures);
+  const Superelement s =
+      reduced(mesh, characteristic({"surface"}, 0, {2, {"x_max", "corner"}}), &figures);
   std::vector<Index> kept;
   const auto nodes = surface_nodes(surface_of(s, "x_max"));
   for (Index i = 0; i < s.c(); ++i)
-    if (std::binary_search(nodes.begin(), nodes.end(), s.dof_node[static_cast<std::size_t>(i)])) kept.push_back(i);
+    if (std::binary_search(nodes.begin(), nodes.end(), s.dof_node[static_cast<std::size_t>(i)]))
+      kept.push_back(i);
   EXPECT_EQ(figures.characteristic.n_kept, 3 * (20 + 1));
   EXPECT_EQ(figures.characteristic.n_rigid, 0);
-  // Forces in equilibrium on the kept dofs, as the inertia that balances others is on all nodes: K_cc C K_cc-like projection
+  // Forces in equilibrium on the kept dofs, as the inertia that balances others is on all nodes:
+  // K_cc C K_cc-like projection
   const Matrix R = reduced_rigid_modes(s, s.rigid_body.center).bottomRows(s.c())(kept, Eigen::all);
   const Matrix Q = orthonormal_basis(R);
   const Matrix P = Matrix::Identity(R.rows(), R.rows()) - Q * Q.transpose();
@@ -115,10 +125,12 @@ TEST(Characteristic, StaticsOfKeptNodesAreExact) {
   EXPECT_LT(relative(P * found * P, P * exact(kept, kept) * P), 1e-9);
 }
 
-// All patterns of a surface: the compliance under any pressure on it; fewer: what the figures say is missing.
+// All patterns of a surface: the compliance under any pressure on it; fewer: what the figures say
+// is missing.
 TEST(Characteristic, ResponsesToPatternsHaveTheCompliance) {
   const Mesh mesh = skewed();
-  // Without fixed-interface modes, which the figure does not count: inertia that balances a load moves them a little too
+  // Without fixed-interface modes, which the figure does not count: inertia that balances a load
+  // moves them a little too
   const Superelement whole = craig_bampton(mesh, {"surface"}, 0);
   const Matrix exact = compliance(whole);
   for (const bool shear : {false, true}) {
@@ -127,9 +139,12 @@ TEST(Characteristic, ResponsesToPatternsHaveTheCompliance) {
     double before = 1;
     for (const Index patterns : {Index{1}, Index{6}, loads.B.cols()}) {
       ReductionFigures figures;
-      const Superelement s = reduced(mesh, characteristic({"surface"}, 0, {4, {}, {"x_max"}, patterns, shear}), &figures);
+      const Superelement s = reduced(
+          mesh, characteristic({"surface"}, 0, {4, {}, {"x_max"}, patterns, shear}), &figures);
       const Matrix left = C - loads.B.transpose() * compliance(s) * loads.B;
-      const auto weighed = [&](const Matrix& A) { return A.diagonal().cwiseQuotient(loads.area).sum(); };
+      const auto weighed = [&](const Matrix& A) {
+        return A.diagonal().cwiseQuotient(loads.area).sum();
+      };
       const double share = weighed(left) / weighed(C);
       EXPECT_NEAR(share, figures.characteristic.left, 1e-9);
       EXPECT_LT(share, patterns == loads.B.cols() ? 1e-8 : 0.99 * before);
@@ -147,7 +162,8 @@ TEST(Characteristic, PressureActsInwardsOnTheWholeArea) {
   for (Index i = 0; i < s.c(); ++i) {
     const double f = loads.B.row(i).sum();
     sum[s.dof_component[static_cast<std::size_t>(i)]] += f;
-    outwards += f * (s.coordinates(s.dof_node[static_cast<std::size_t>(i)], s.dof_component[static_cast<std::size_t>(i)]));
+    outwards += f * (s.coordinates(s.dof_node[static_cast<std::size_t>(i)],
+                                   s.dof_component[static_cast<std::size_t>(i)]));
   }
   EXPECT_LT(sum.norm(), 1e-12 * loads.area.sum());  // of a closed surface
   EXPECT_LT(outwards, -3 * 0.9 * 60);               // - integral of x . n = -3 V
@@ -186,16 +202,26 @@ TEST(Characteristic, ByDefaultASmallInterfaceHasWhatShapesThereIsRoomFor) {
 
 TEST(Characteristic, RefusesByName) {
   const Mesh mesh = skewed({3, 2, 2});
-  const auto message = [&](const CharacteristicOptions& of) { return message_of(mesh, characteristic({"x_max"}, 3, of)); };
-  EXPECT_NE(message({21}).find("characteristic.modes: 27 requested, but only 27 dofs"), std::string::npos) << message({21});
-  EXPECT_EQ(message({20}), "no InputError");
-  EXPECT_NE(message({3, {"x_mx"}}).find("characteristic.keep: the interface keeps no set 'x_mx', did you mean 'x_max'"),
+  const auto message = [&](const CharacteristicOptions& of) {
+    return message_of(mesh, characteristic({"x_max"}, 3, of));
+  };
+  EXPECT_NE(message({21}).find("characteristic.modes: 27 requested, but only 27 dofs"),
             std::string::npos)
+      << message({21});
+  EXPECT_EQ(message({20}), "no InputError");
+  EXPECT_NE(
+      message({3, {"x_mx"}})
+          .find("characteristic.keep: the interface keeps no set 'x_mx', did you mean 'x_max'"),
+      std::string::npos)
       << message({3, {"x_mx"}});
   EXPECT_NE(message({3, {"x_max"}}).find("nothing is left to reduce"), std::string::npos);
-  EXPECT_NE(message({3, {}, {"y_max"}}).find("characteristic.pressure: the interface keeps no sideset 'y_max'"), std::string::npos);
+  EXPECT_NE(message({3, {}, {"y_max"}})
+                .find("characteristic.pressure: the interface keeps no sideset 'y_max'"),
+            std::string::npos);
   EXPECT_EQ(message({3, {}, {"x_max"}}), "no InputError");
-  EXPECT_NE(message({3, {}, {"x_max"}, 10}).find("patterns: 10 requested on 'x_max', which has only 9 loads"), std::string::npos);
+  EXPECT_NE(message({3, {}, {"x_max"}, 10})
+                .find("patterns: 10 requested on 'x_max', which has only 9 loads"),
+            std::string::npos);
   const std::string loose = message_of(mesh, characteristic({"surface"}, 0, {3, {"corner"}}));
   EXPECT_NE(loose.find("do not hold the others"), std::string::npos) << loose;
 }

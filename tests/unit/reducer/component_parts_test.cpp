@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A component of several parts that share no node: each has its modes, its errors and its tolerance.
-#include "common/linalg/dense.hpp"
+// A component of several parts that share no node: each has its modes, its errors and its
+// tolerance.
 #include "reducer/modes/component_parts.hpp"
+#include "common/linalg/dense.hpp"
 
 #include <gtest/gtest.h>
 
@@ -41,8 +42,8 @@ Mesh together(const std::vector<BoxSides>& boxes) {
     }
     for (Sideset& set : mesh.sidesets) {
       for (Side& side : set.sides) side.block += blocks;
-      const auto same =
-          std::find_if(all.sidesets.begin(), all.sidesets.end(), [&](const Sideset& s) { return s.name == set.name; });
+      const auto same = std::find_if(all.sidesets.begin(), all.sidesets.end(),
+                                     [&](const Sideset& s) { return s.name == set.name; });
       if (same == all.sidesets.end()) {
         all.sidesets.push_back(set);
       } else {
@@ -53,7 +54,8 @@ Mesh together(const std::vector<BoxSides>& boxes) {
   return all;
 }
 
-Superelement reduced(const Mesh& mesh, const ReductionOptions& options, ReductionFigures* figures = nullptr) {
+Superelement reduced(const Mesh& mesh, const ReductionOptions& options,
+                     ReductionFigures* figures = nullptr) {
   set_threads(1);  // small matrices, and other tests run beside this one
   Report report("test", Verbosity::quiet);
   return reduce(mesh, properties(mesh, soft), MassKind::lumped, options, {}, report, figures);
@@ -66,10 +68,12 @@ ReductionOptions of(std::optional<Index> modes, std::optional<double> tolerance 
   return options;
 }
 
-const BoxSides large = {{4, 4, 4}, {1, 1, 1}, {0, 0, 0}, 0}, small = {{4, 4, 4}, {0.3, 0.3, 0.3}, {3, 0, 0}, 0};
+const BoxSides large = {{4, 4, 4}, {1, 1, 1}, {0, 0, 0}, 0},
+               small = {{4, 4, 4}, {0.3, 0.3, 0.3}, {3, 0, 0}, 0};
 constexpr Index all_inside = 3 * 4 * 25;
 
-// E of the interior's strain energy under rigid accelerations of these interface nodes that modes hold   (6 x 6)
+// E of the interior's strain energy under rigid accelerations of these interface nodes that modes
+// hold   (6 x 6)
 Matrix energy_held(const Superelement& s, const std::vector<Index>& nodes) {
   Points x = s.coordinates(nodes, Eigen::all);
   x.rowwise() -= Eigen::RowVector3d(3.15, 0.15, 0.15);
@@ -79,7 +83,8 @@ Matrix energy_held(const Superelement& s, const std::vector<Index>& nodes) {
   return B.transpose() * B;
 }
 
-// The small cube's modes are far above those of the large one, which six whole-body motions and ten modes of both are all of.
+// The small cube's modes are far above those of the large one, which six whole-body motions and ten
+// modes of both are all of.
 TEST(ComponentParts, AToleranceBoundsTheErrorsOfEachPart) {
   const Mesh mesh = together({large, small});
   const Superelement alone = reduced(box_mesh(small), of(all_inside));
@@ -93,14 +98,16 @@ TEST(ComponentParts, AToleranceBoundsTheErrorsOfEachPart) {
       if (s.coordinates(i, 0) > 2) nodes.push_back(i);
     const SymmetricEigen left = generalized_eigen(Matrix(E - energy_held(s, nodes)), E);
     EXPECT_LE(left.values(5), tolerance * (1 + 1e-6));
-    EXPECT_NEAR(s.accuracy->largest_left_out, left.values(5), 0.5 * tolerance);  // or the large cube's
+    // or the large cube's
+    EXPECT_NEAR(s.accuracy->largest_left_out, left.values(5), 0.5 * tolerance);
     EXPECT_LE(s.accuracy->largest_left_out, tolerance * (1 + 1e-6));
     // Elastic modes that move the small cube
     Index found = 0;
     for (Index j = 12; j < s.n() && found < 10; ++j) {
       const Vector u = s.V.col(j).tail(s.c());
       if (Vector(u(dofs_of(nodes))).squaredNorm() < 0.5 * u.squaredNorm()) continue;
-      EXPECT_LE(1 - std::pow(alone.omega(6 + found) / s.omega(j), 2), tolerance * (1 + 1e-6)) << found;
+      EXPECT_LE(1 - std::pow(alone.omega(6 + found) / s.omega(j), 2), tolerance * (1 + 1e-6))
+          << found;
       ++found;
     }
     EXPECT_EQ(found, 10);
@@ -115,8 +122,9 @@ TEST(ComponentParts, EstimatedErrorsAreTheTrueOnes) {
     options.pick = pick;
     const Superelement s = reduced(mesh, options);
     const Superelement::Accuracy& a = *s.accuracy;
-    ASSERT_GE(a.eigenvalue_error.size(),
-              pick == Pick::frequency ? 6 : 2);  // the others are not below the first that was dropped
+    ASSERT_GE(
+        a.eigenvalue_error.size(),
+        pick == Pick::frequency ? 6 : 2);  // the others are not below the first that was dropped
     for (Index j = 0; j < std::min<Index>(10, a.eigenvalue_error.size()); ++j) {
       EXPECT_NEAR(a.frequency_hz(j), s.omega(12 + j) / (2 * M_PI), 1e-8 * a.frequency_hz(j));
       const double truth = 1 - std::pow(all.omega(12 + j) / s.omega(12 + j), 2);
@@ -127,7 +135,8 @@ TEST(ComponentParts, EstimatedErrorsAreTheTrueOnes) {
   }
 }
 
-// Six times each eigenvalue of one part: a solver of all parts at once would have to find six-fold ones.
+// Six times each eigenvalue of one part: a solver of all parts at once would have to find six-fold
+// ones.
 TEST(ComponentParts, EqualPartsHaveTheModesOfOne) {
   std::vector<BoxSides> boxes;
   for (int i = 0; i < 6; ++i) boxes.push_back({{5, 5, 5}, {1, 0.9, 0.8}, {2.0 * i, 0, 0}, 0});
@@ -140,7 +149,8 @@ TEST(ComponentParts, EqualPartsHaveTheModesOfOne) {
     const Superelement s = reduced(mesh, options, &figures);
     ASSERT_EQ(s.k(), modes);
     EXPECT_TRUE(figures.modes_proven);
-    for (Index j = 0; j < modes; ++j) EXPECT_NEAR(s.eigenvalues(j), one.eigenvalues(j / 6), 1e-9 * one.eigenvalues(j / 6)) << j;
+    for (Index j = 0; j < modes; ++j)
+      EXPECT_NEAR(s.eigenvalues(j), one.eigenvalues(j / 6), 1e-9 * one.eigenvalues(j / 6)) << j;
   }
   ReductionOptions massless = of(7);
   massless.basis = Basis::massless;
@@ -149,7 +159,9 @@ TEST(ComponentParts, EqualPartsHaveTheModesOfOne) {
   const Superelement s = reduced(mesh, massless);
   ASSERT_EQ(s.k(), 36 + 42);
   for (Index j = 0; j < 42; ++j)
-    EXPECT_NEAR(s.eigenvalues(36 + j), lone.eigenvalues(6 + j / 6), 1e-8 * lone.eigenvalues(6 + j / 6)) << j;
+    EXPECT_NEAR(s.eigenvalues(36 + j), lone.eigenvalues(6 + j / 6),
+                1e-8 * lone.eigenvalues(6 + j / 6))
+        << j;
 }
 
 TEST(ComponentParts, ResidualVectorsMoveOnePartEach) {
@@ -161,15 +173,18 @@ TEST(ComponentParts, ResidualVectorsMoveOnePartEach) {
   const FiniteElementModel model = assemble(mesh, properties(mesh, soft), MassKind::lumped);
   const Partition p = partition(model, interface_nodes(mesh, model, {"x_min"}));
   const Matrix& Phi = s.recovery.at(0).Phi;
-  EXPECT_LT((Phi.transpose() * p.M_II * Phi - Matrix::Identity(16, 16)).cwiseAbs().maxCoeff(), 1e-9);
+  EXPECT_LT((Phi.transpose() * p.M_II * Phi - Matrix::Identity(16, 16)).cwiseAbs().maxCoeff(),
+            1e-9);
   const Vector root = s.eigenvalues.cwiseSqrt().cwiseInverse();
   const Matrix K = root.asDiagonal() * Matrix(Phi.transpose() * p.K_II * Phi) * root.asDiagonal();
   EXPECT_LT((K - Matrix::Identity(16, 16)).cwiseAbs().maxCoeff(), 1e-9);
   // Statics under the load are exact: F^T K_II^-1 F
-  const Matrix F = interior_loads(mesh, model, p, {"x_max"}).F_I, u = SparseCholesky(p.K_II).solve(F);
+  const Matrix F = interior_loads(mesh, model, p, {"x_max"}).F_I,
+               u = SparseCholesky(p.K_II).solve(F);
   const Matrix held = s.loads.at("x_max").force.topRows(16);
   const Matrix compliance = held.transpose() * s.eigenvalues.cwiseInverse().asDiagonal() * held;
-  EXPECT_LT((compliance - F.transpose() * u).cwiseAbs().maxCoeff(), 1e-9 * compliance.cwiseAbs().maxCoeff());
+  EXPECT_LT((compliance - F.transpose() * u).cwiseAbs().maxCoeff(),
+            1e-9 * compliance.cwiseAbs().maxCoeff());
 }
 
 TEST(ComponentParts, TheCouplingByOnePsiIsThatOfTheCondensation) {
@@ -194,7 +209,8 @@ TEST(ModeTolerance, TellsWhereItIsNotMet) {
   };
   EXPECT_EQ(said(1e-3, 9e-4), "");
   EXPECT_NE(said(2e-3, 9e-4).find("leave 0.002 of the strain energy"), std::string::npos);
-  EXPECT_NE(said(1e-4, 5e-3).find("ten lowest eigenvalues is too high by 0.005"), std::string::npos);
+  EXPECT_NE(said(1e-4, 5e-3).find("ten lowest eigenvalues is too high by 0.005"),
+            std::string::npos);
   EXPECT_NE(said(NAN, 0).find("tolerance: 0.001 is not met"), std::string::npos);
 }
 
@@ -205,7 +221,8 @@ TEST(Domains, HaveNoErrorsOfTheirOwn) {
   for (const bool by_tolerance : {false, true}) {
     ReductionOptions options = by_tolerance ? of({}, 0.1) : of(5);
     options.domains = 2;
-    const SuperelementGroup group = reduce_domains(mesh, properties(mesh, soft), MassKind::lumped, options, {}, report, nullptr);
+    const SuperelementGroup group = reduce_domains(mesh, properties(mesh, soft), MassKind::lumped,
+                                                   options, {}, report, nullptr);
     ASSERT_EQ(group.domains.size(), 2U);
     for (const Superelement& domain : group.domains) {
       EXPECT_FALSE(domain.accuracy);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "reducer/judgement/condition.hpp"
 #include "common/linalg/dense.hpp"
 #include "common/scene/scene_words.hpp"
-#include "reducer/judgement/condition.hpp"
 
 #include <gtest/gtest.h>
 
@@ -30,7 +30,8 @@ struct Held {
   Eigenpairs modes = dense_eigenpairs(Matrix(p.K_II), Matrix(p.M_II), 12);
 };
 
-Superelement reduced(const Mesh& mesh, std::vector<std::string> sets, Index k, ReductionFigures& figures, Report& report) {
+Superelement reduced(const Mesh& mesh, std::vector<std::string> sets, Index k,
+                     ReductionFigures& figures, Report& report) {
   ReductionOptions options;
   options.interface_sets = std::move(sets);
   options.modes = k;
@@ -44,9 +45,11 @@ TEST(InverseNorm, IsALowerBoundWithinAFactorOfThree) {
     for (int round = 0; round < 20; ++round) {
       const Matrix B = Matrix::NullaryExpr(n, n, [&] { return normal(random); });
       const Vector D = Vector::NullaryExpr(n, [&] { return std::pow(10, 3 * normal(random)); });
-      const Matrix A = D.asDiagonal() * (B * B.transpose() + 0.01 * Matrix::Identity(n, n)) * D.asDiagonal();
+      const Matrix A =
+          D.asDiagonal() * (B * B.transpose() + 0.01 * Matrix::Identity(n, n)) * D.asDiagonal();
       const Cholesky cholesky(A);
-      const double truth = norm_1(Lu(A).inverse()), found = inverse_norm(n, [&](Vector&x) { cholesky.solve_in_place(x); });
+      const double truth = norm_1(Lu(A).inverse()),
+                   found = inverse_norm(n, [&](Vector&x) { cholesky.solve_in_place(x); });
       EXPECT_LE(found, truth * (1 + 1e-6));
       EXPECT_GE(found, truth / 3);
     }
@@ -75,7 +78,8 @@ TEST(ReducedMassCondition, IsThatOfTheDenseMatrix) {
   for (const Index k : {Index{0}, Index{6}}) {
     const Superelement s = reduced(held.mesh, {"x_min", "z_max"}, k, figures, report);
     const Matrix M = reduced_mass(s);
-    const double truth = norm_1(M) * norm_1(Lu(M).inverse()), found = reduced_mass_condition(s).plain;
+    const double truth = norm_1(M) * norm_1(Lu(M).inverse()),
+                 found = reduced_mass_condition(s).plain;
     EXPECT_LE(found, truth * (1 + 1e-9));
     EXPECT_GE(found, truth / 3);
   }
@@ -142,7 +146,8 @@ TEST(Conditioning, IsFilledAndQuietWhereAllIsWell) {
 
 // A second block on an edge of the first: it turns about that edge.
 Mesh hinged() {
-  Mesh mesh = both(box_mesh({{2, 2, 2}, {2, 2, 2}, {0, 0, 0}, 0}), box_mesh({{2, 2, 2}, {2, 2, 2}, {2, 2, 0}, 0}));
+  Mesh mesh = both(box_mesh({{2, 2, 2}, {2, 2, 2}, {0, 0, 0}, 0}),
+                   box_mesh({{2, 2, 2}, {2, 2, 2}, {2, 2, 0}, 0}));
   for (Index& node : mesh.blocks[1].connectivity.reshaped()) {
     const Vector3 x = mesh.coordinates.row(node);
     if (x(0) == 2 && x(1) == 2) node = 2 + 3 * (2 + 3 * static_cast<Index>(x(2)));
@@ -158,7 +163,8 @@ TEST(Conditioning, AMechanismAmongTheKeptNodesIsNamed) {
   reduced(hinged(), {"all"}, 0, figures, report);
   EXPECT_EQ(figures.condition.n_rigid, 6);
   EXPECT_EQ(figures.condition.n_zero, 7);
-  EXPECT_NE(figures.condition.loose_node.find("of block '"), std::string::npos) << figures.condition.loose_node;
+  EXPECT_NE(figures.condition.loose_node.find("of block '"), std::string::npos)
+      << figures.condition.loose_node;
   EXPECT_GE(report.n_warnings(), 1);
 }
 
@@ -174,23 +180,28 @@ TEST(Conditioning, OfTheCharacteristicBasisIsItsOwn) {
   options.interface_sets = {"all"};
   options.modes = 0;
   options.basis = Basis::characteristic;
-  for (const auto& [is_hinged, n_modes] : {std::pair(true, 12), std::pair(true, 1), std::pair(false, 12)}) {
-    options.characteristic.modes = n_modes;  // one is enough for the mechanism, which has the frequency of the rigid motions
+  for (const auto& [is_hinged, n_modes] :
+       {std::pair(true, 12), std::pair(true, 1), std::pair(false, 12)}) {
+    // one is enough for the mechanism, which has the frequency of the rigid motions
+    options.characteristic.modes = n_modes;
     const Mesh mesh = is_hinged ? hinged() : all_of_a_box();
     ReductionFigures figures;
     Report report("test", Verbosity::quiet);
     testing::internal::CaptureStderr();
-    const Superelement s = reduce(mesh, properties(mesh, paper_steel()), MassKind::lumped, options, {}, report, &figures);
+    const Superelement s = reduce(mesh, properties(mesh, paper_steel()), MassKind::lumped, options,
+                                  {}, report, &figures);
     const std::string text = testing::internal::GetCapturedStderr();
     const Conditioning& c = figures.condition;
     EXPECT_EQ(c.n_rigid, 6);
     EXPECT_EQ(c.n_zero, is_hinged ? 7 : 6);
     EXPECT_EQ(c.loose_node.find("of block '") != std::string::npos, is_hinged) << c.loose_node;
-    EXPECT_EQ(text.find("beside its 6 rigid ones: a mechanism") != std::string::npos, is_hinged) << text;
+    EXPECT_EQ(text.find("beside its 6 rigid ones: a mechanism") != std::string::npos, is_hinged)
+        << text;
     EXPECT_EQ(c.largest_omega * c.largest_omega, s.eigenvalues.maxCoeff());
     EXPECT_GE(c.mass.scaled, 1);
     // Rigid motions are in the shapes to the last digit: V_r X = R, X^-T X^-1 their inertia
-    const Matrix R = reduced_rigid_modes(s, s.rigid_body.center).bottomRows(s.c()), V_r = s.characteristic.V.leftCols(c.n_zero);
+    const Matrix R = reduced_rigid_modes(s, s.rigid_body.center).bottomRows(s.c()),
+                 V_r = s.characteristic.V.leftCols(c.n_zero);
     const Matrix X = PivotedQr(V_r).solve(R);
     EXPECT_LT((V_r * X - R).cwiseAbs().maxCoeff(), 1e-14 * R.cwiseAbs().maxCoeff());
     EXPECT_NEAR((X.transpose() * X)(2, 2), s.rigid_body.mass, 1e-13 * s.rigid_body.mass);
@@ -208,7 +219,8 @@ TEST(Conditioning, AMechanismIsFoundWithoutTheDiagonalForm) {
     ReductionFigures figures;
     Report report("test", Verbosity::quiet);
     testing::internal::CaptureStderr();
-    reduce(mesh, properties(mesh, paper_steel()), MassKind::lumped, options, settings, report, &figures);
+    reduce(mesh, properties(mesh, paper_steel()), MassKind::lumped, options, settings, report,
+           &figures);
     const std::string text = testing::internal::GetCapturedStderr();
     const Conditioning& c = figures.condition;
     EXPECT_EQ(text.find("a mechanism") != std::string::npos, is_hinged) << text;
@@ -221,10 +233,12 @@ TEST(Conditioning, AMechanismIsFoundWithoutTheDiagonalForm) {
     options.massless_modes = MasslessModes::free, options.modes = 12;
     if (is_hinged) {
       try {
-        reduce(mesh, properties(mesh, paper_steel()), MassKind::lumped, options, settings, report, &figures);
+        reduce(mesh, properties(mesh, paper_steel()), MassKind::lumped, options, settings, report,
+               &figures);
         ADD_FAILURE() << "no error";
       } catch (const InputError& error) {
-        EXPECT_NE(std::string(error.what()).find("moves most at node"), std::string::npos) << error.what();
+        EXPECT_NE(std::string(error.what()).find("moves most at node"), std::string::npos)
+            << error.what();
       }
     }
     options.basis = Basis::craig_bampton, options.modes = 0;
@@ -258,13 +272,14 @@ TEST(Conditioning, WhatIsNotComputedIsNotTold) {
   warn_of_conditioning(nothing, report);
   const std::string text = testing::internal::GetCapturedStderr();
   EXPECT_EQ(report.n_warnings(), 0);
-  for (const char* line : {"condition of K_II: not computed", "condition of the reduced mass: not computed", "modes: not checked",
-                           "forces of K not computed", "reduced frequencies: not computed"})
+  for (const char* line :
+       {"condition of K_II: not computed", "condition of the reduced mass: not computed",
+        "modes: not checked", "forces of K not computed", "reduced frequencies: not computed"})
     EXPECT_NE(text.find(line), std::string::npos) << line;
 }
 
-// A soft half, held by the interface at x_min, and a stiff one: by round-off of the stiff one the interior lags behind, by 5e-4 at a
-// ratio of 1e10 and more than the body itself at 1e14.
+// A soft half, held by the interface at x_min, and a stiff one: by round-off of the stiff one the
+// interior lags behind, by 5e-4 at a ratio of 1e10 and more than the body itself at 1e14.
 Superelement soft_and_stiff(double ratio, Basis basis, Report& report) {
   Mesh mesh = box_mesh({{8, 3, 3}, {2, 1, 1}, {0, 0, 0}, 0});
   Block& first = mesh.blocks[0];
@@ -279,7 +294,8 @@ Superelement soft_and_stiff(double ratio, Basis basis, Report& report) {
   second.connectivity = IndexTable(first.connectivity(rows[1], Eigen::all));
   first.connectivity = IndexTable(first.connectivity(rows[0], Eigen::all));
   second.element_ids.resize(rows[1].size());
-  for (std::size_t i = 0; i < rows[1].size(); ++i) second.element_ids[i] = first.element_ids[rows[1][i]];
+  for (std::size_t i = 0; i < rows[1].size(); ++i)
+    second.element_ids[i] = first.element_ids[rows[1][i]];
   first.element_ids.resize(rows[0].size());
   for (std::size_t i = 0; i < rows[0].size(); ++i) first.element_ids[i] = rows[0][i] + 1;
   mesh.blocks.push_back(second);
@@ -296,19 +312,22 @@ Superelement soft_and_stiff(double ratio, Basis basis, Report& report) {
   return reduce(mesh, {a, b}, MassKind::lumped, options, {}, report);
 }
 
-// One criterion for all forms. The lowest frequencies, whose soft half alone is bent, do not depend on the ratio beyond 1e6 but for
-// 1e-6 of them.
+// One criterion for all forms. The lowest frequencies, whose soft half alone is bent, do not depend
+// on the ratio beyond 1e6 but for 1e-6 of them.
 TEST(Conditioning, StiffPartsAreRefusedWhereAllIsLostAndByAllFormsAlike) {
   Report report("test", Verbosity::quiet);
   for (const auto& [word, basis] : basis_words) {
     const auto lowest = [&, basis = basis](double ratio) {
       const Superelement s = soft_and_stiff(ratio, basis, report);
-      return s.has_diagonal_form() ? Vector(s.omega.segment(6, 3)) : Vector(s.eigenvalues.segment(6, 3).cwiseSqrt());
+      return s.has_diagonal_form() ? Vector(s.omega.segment(6, 3))
+                                   : Vector(s.eigenvalues.segment(6, 3).cwiseSqrt());
     };
     testing::internal::CaptureStderr();
     const Vector known = lowest(1e6), found = lowest(1e10);
-    EXPECT_NE(testing::internal::GetCapturedStderr().find("which is put right"), std::string::npos) << word;
-    EXPECT_LT((found - known).cwiseQuotient(known).cwiseAbs().maxCoeff(), 6e-5) << word;  // 1.5e-5 is measured
+    EXPECT_NE(testing::internal::GetCapturedStderr().find("which is put right"), std::string::npos)
+        << word;
+    // 1.5e-5 is measured
+    EXPECT_LT((found - known).cwiseQuotient(known).cwiseAbs().maxCoeff(), 6e-5) << word;
     testing::internal::CaptureStderr();
     EXPECT_THROW(soft_and_stiff(1e14, basis, report), InputError) << word;
     EXPECT_EQ(testing::internal::GetCapturedStderr().find("put right"), std::string::npos) << word;
@@ -324,7 +343,8 @@ TEST(UnjoinedParts, NodesOfTwoPartsAtOnePlaceAreTold) {
   EXPECT_EQ(told(first), "");
   EXPECT_EQ(told(both(first, box_mesh({{2, 2, 2}, {2, 2, 2}, {2.5, 0, 0}, 0}))), "");  // apart
   const std::string text = told(both(first, box_mesh({{2, 2, 2}, {2, 2, 2}, {2, 0, 0}, 0})));
-  EXPECT_NE(text.find("2 parts that share no node, and 9 pairs of nodes"), std::string::npos) << text;
+  EXPECT_NE(text.find("2 parts that share no node, and 9 pairs of nodes"), std::string::npos)
+      << text;
 }
 
 TEST(UnjoinedParts, RoundedCoordinatesAreOnePlaceByTheElementsThere) {
@@ -348,7 +368,8 @@ TEST(UnjoinedParts, RoundedCoordinatesAreOnePlaceByTheElementsThere) {
   const std::vector<Index> part = connected_parts(mesh, model);
   EXPECT_NE(unjoined_parts(mesh, model, part).find("only 3e-07 apart"), std::string::npos);
   EXPECT_NE(several_parts(mesh, model, part).find("2 parts that share no node"), std::string::npos);
-  EXPECT_EQ(several_parts(first, number_nodes(first), connected_parts(first, number_nodes(first))), "");
+  EXPECT_EQ(several_parts(first, number_nodes(first), connected_parts(first, number_nodes(first))),
+            "");
 }
 
 TEST(UnjoinedParts, PairsAreThoseOfAllPairsLookedAt) {
@@ -363,17 +384,21 @@ TEST(UnjoinedParts, PairsAreThoseOfAllPairsLookedAt) {
       double shortest = 1e9;
       for (Index a = 0; a < 8; ++a)
         for (Index b = 0; b < a; ++b)
-          shortest = std::min(
-              shortest, (mesh.coordinates.row(block.connectivity(e, a)) - mesh.coordinates.row(block.connectivity(e, b))).norm());
-      for (const Index node : block.connectivity.row(e)) edge[model.row[node]] = std::min(edge[model.row[node]], shortest);
+          shortest = std::min(shortest, (mesh.coordinates.row(block.connectivity(e, a)) -
+                                         mesh.coordinates.row(block.connectivity(e, b)))
+                                            .norm());
+      for (const Index node : block.connectivity.row(e))
+        edge[model.row[node]] = std::min(edge[model.row[node]], shortest);
     }
   std::set<std::pair<Index, Index>> expected, found;
   for (Index i = 0; i < std::ssize(part); ++i)
     for (Index j = i + 1; j < std::ssize(part); ++j)
       if (part[i] != part[j] &&
-          (mesh.coordinates.row(model.nodes[i]) - mesh.coordinates.row(model.nodes[j])).norm() <= 1e-3 * std::min(edge[i], edge[j]))
+          (mesh.coordinates.row(model.nodes[i]) - mesh.coordinates.row(model.nodes[j])).norm() <=
+              1e-3 * std::min(edge[i], edge[j]))
         expected.insert({i, j});
-  for (const NearNodes& pair : near_nodes(mesh, model, part)) found.insert({pair.first, pair.second});
+  for (const NearNodes& pair : near_nodes(mesh, model, part))
+    found.insert({pair.first, pair.second});
   EXPECT_EQ(found, expected);
 }
 

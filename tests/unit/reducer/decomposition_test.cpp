@@ -24,8 +24,8 @@ std::vector<std::set<Index>> corners_of(const Mesh& mesh) {
   return corners;
 }
 
-// Pieces joined by faces, by comparing all pairs: a face of these meshes is where three or more corners are the same, none of
-// their edges has more than two.
+// Pieces joined by faces, by comparing all pairs: a face of these meshes is where three or more
+// corners are the same, none of their edges has more than two.
 Index n_pieces(const std::vector<std::set<Index>>& corners, const std::vector<Index>& members) {
   std::vector<bool> seen(members.size(), false);
   Index pieces = 0;
@@ -39,8 +39,10 @@ Index n_pieces(const std::vector<std::set<Index>>& corners, const std::vector<In
       stack.pop_back();
       for (std::size_t w = 0; w < members.size(); ++w) {
         if (seen[w]) continue;
-        const auto &a = corners[static_cast<std::size_t>(members[v])], &b = corners[static_cast<std::size_t>(members[w])];
-        if (std::count_if(a.begin(), a.end(), [&](Index node) { return b.contains(node); }) < 3) continue;
+        const auto &a = corners[static_cast<std::size_t>(members[v])],
+                   &b = corners[static_cast<std::size_t>(members[w])];
+        if (std::count_if(a.begin(), a.end(), [&](Index node) { return b.contains(node); }) < 3)
+          continue;
         seen[w] = true;
         stack.push_back(w);
       }
@@ -68,7 +70,8 @@ std::vector<Case> cases() {
           {"joined at an edge", blocks_joined_at_an_edge(3)},
           {"tet10", tet10_mesh({3, 2, 2}, 0.02)},
           {"mixed", mixed_mesh({4, 3, 3}, 0.05)},
-          {"two parts", both(box_mesh({{3, 3, 3}, {3, 3, 3}, {0, 0, 0}, 0}), box_mesh({{2, 2, 2}, {2, 2, 2}, {9, 0, 0}, 0}))}};
+          {"two parts", both(box_mesh({{3, 3, 3}, {3, 3, 3}, {0, 0, 0}, 0}),
+                             box_mesh({{2, 2, 2}, {2, 2, 2}, {9, 0, 0}, 0}))}};
 }
 
 TEST(Decompose, EveryDomainIsOnePieceAndNoneIsEmpty) {
@@ -115,7 +118,8 @@ TEST(Decompose, TheSameMeshIsCutTheSameWay) {
 }
 
 TEST(Decompose, MorePartsThanDomainsStayWhole) {
-  Mesh mesh = both(box_mesh({{3, 1, 1}, {3, 1, 1}, {20, 0, 0}, 0}), box_mesh({{2, 2, 2}, {2, 2, 2}, {0, 0, 0}, 0}));
+  Mesh mesh = both(box_mesh({{3, 1, 1}, {3, 1, 1}, {20, 0, 0}, 0}),
+                   box_mesh({{2, 2, 2}, {2, 2, 2}, {0, 0, 0}, 0}));
   Block third = mesh.blocks[1];
   const Mesh single = box_mesh({{1, 1, 1}, {1, 1, 1}, {40, 0, 0}, 0});
   third.connectivity = single.blocks[0].connectivity.array() + mesh.coordinates.rows();
@@ -138,7 +142,9 @@ TEST(FaceGraph, IsThatOfAllPairs) {
       const auto& a = corners[static_cast<std::size_t>(v)];
       for (Index w = 0; w < graph.n_vertices(); ++w) {
         const auto& b = corners[static_cast<std::size_t>(w)];
-        if (v != w && std::count_if(a.begin(), a.end(), [&](Index node) { return b.contains(node); }) >= 3) neighbours.push_back(w);
+        if (v != w &&
+            std::count_if(a.begin(), a.end(), [&](Index node) { return b.contains(node); }) >= 3)
+          neighbours.push_back(w);
       }
       const auto first = graph.neighbours.begin();
       EXPECT_EQ(std::vector<Index>(first + graph.first[static_cast<std::size_t>(v)],
@@ -152,7 +158,8 @@ TEST(FaceGraph, IsThatOfAllPairs) {
 TEST(Split, GivesEveryElementSideAndNodeOnce) {
   const Mesh mesh = mixed_mesh({4, 3, 3}, 0.05);
   const Decomposition decomposition = decompose(mesh, 4);
-  const std::vector<Index> interface = set_nodes(mesh, "x_min"), shared = shared_nodes(mesh, decomposition);
+  const std::vector<Index> interface = set_nodes(mesh, "x_min"),
+                           shared = shared_nodes(mesh, decomposition);
   const std::vector<Domain> domains = split(mesh, decomposition, interface, {"x_min"});
   std::set<Index> elements, nodes, kept(interface.begin(), interface.end());
   kept.insert(shared.begin(), shared.end());
@@ -163,16 +170,20 @@ TEST(Split, GivesEveryElementSideAndNodeOnce) {
     nodes.insert(domain.node.begin(), domain.node.end());
     for (std::size_t i = 0; i < domain.node.size(); ++i) {
       EXPECT_EQ(domain.mesh.node_ids[i], mesh.node_ids[static_cast<std::size_t>(domain.node[i])]);
-      EXPECT_EQ(std::binary_search(domain.interface.begin(), domain.interface.end(), static_cast<Index>(i)),
+      EXPECT_EQ(std::binary_search(domain.interface.begin(), domain.interface.end(),
+                                   static_cast<Index>(i)),
                 kept.contains(domain.node[i]));
     }
     for (std::size_t b = 0; b < domain.mesh.blocks.size(); ++b) {
-      const Block &part = domain.mesh.blocks[b], &whole = mesh.blocks[static_cast<std::size_t>(domain.block[b])];
+      const Block &part = domain.mesh.blocks[b],
+                  &whole = mesh.blocks[static_cast<std::size_t>(domain.block[b])];
       for (Index e = 0; e < part.connectivity.rows(); ++e) {
         const Index id = part.element_ids[static_cast<std::size_t>(e)];
-        const auto row = std::find(whole.element_ids.begin(), whole.element_ids.end(), id) - whole.element_ids.begin();
+        const auto row = std::find(whole.element_ids.begin(), whole.element_ids.end(), id) -
+                         whole.element_ids.begin();
         for (Index a = 0; a < part.connectivity.cols(); ++a)
-          EXPECT_EQ(domain.node[static_cast<std::size_t>(part.connectivity(e, a))], whole.connectivity(row, a));
+          EXPECT_EQ(domain.node[static_cast<std::size_t>(part.connectivity(e, a))],
+                    whole.connectivity(row, a));
         elements.insert(id);
         ++n_elements;
       }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Which mass a superelement has where the scene does not say, and that it is the nearer one: docs/decisions/mass.md.
+// Which mass a superelement has where the scene does not say, and that it is the nearer one:
+// docs/decisions/mass.md.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -42,7 +43,8 @@ const Material steel = {.youngs_modulus = 2.1e11, .poissons_ratio = 0.3, .densit
 
 class DefaultMass : public testing::Test {
  protected:
-  DefaultMass() : folder_(fs::temp_directory_path() / ("cbr-default-mass-" + std::to_string(::getpid()))) {
+  DefaultMass()
+      : folder_(fs::temp_directory_path() / ("cbr-default-mass-" + std::to_string(::getpid()))) {
     fs::create_directories(folder_);
   }
   ~DefaultMass() override { fs::remove_all(folder_); }
@@ -50,14 +52,17 @@ class DefaultMass : public testing::Test {
   fs::path file(const std::string& name) const { return folder_ / name; }
 
   // Of components by name, each with options such as "mass: lumped, ".
-  std::string scene(const std::string& mesh, const std::map<std::string, std::string>& components) const {
+  std::string scene(const std::string& mesh,
+                    const std::map<std::string, std::string>& components) const {
     std::ofstream out(file("scene.yaml"));
-    out << "materials: {steel: {youngs_modulus: 2.1e11, poissons_ratio: 0.3, density: 7850}}\ncomponents:\n";
+    out << "materials: {steel: {youngs_modulus: 2.1e11, poissons_ratio: 0.3, density: "
+           "7850}}\ncomponents:\n";
     for (const auto& [name, options] : components)
       out << "  " << name << ": {mesh: " << mesh << ", material: steel, " << options
           << "reduction: {interface: [x_max], modes: 4}}\n";
     out << "instances:\n";
-    for (const auto& [name, options] : components) out << "  of_" << name << ": {component: " << name << ", as: superelement}\n";
+    for (const auto& [name, options] : components)
+      out << "  of_" << name << ": {component: " << name << ", as: superelement}\n";
     out << "time: {end: 1.0e-5}\n";
     return file("scene.yaml").string();
   }
@@ -91,7 +96,8 @@ TEST_F(DefaultMass, IsConsistentOfTheElementsThatLumpingSpoils) {
     if (spoilt) {
       EXPECT_LT((own - geometry).norm(), 1e-10 * geometry.norm()) << name(type);
     }
-    EXPECT_EQ(mass_of_mesh(read_scene(file("scene.yaml").string()).components.at("bar")), MassKind::lumped);
+    EXPECT_EQ(mass_of_mesh(read_scene(file("scene.yaml").string()).components.at("bar")),
+              MassKind::lumped);
   }
 }
 
@@ -103,13 +109,15 @@ TEST_F(DefaultMass, GivesWayToTheScenes) {
   EXPECT_EQ(mass_of("same"), "consistent");
 }
 
-// A file of the other mass, as of before there was a default by element, is made anew, and the difference is told.
+// A file of the other mass, as of before there was a default by element, is made anew, and the
+// difference is told.
 TEST_F(DefaultMass, OfAnOlderFileIsNoticed) {
   write_mesh(bar(ElementType::tet10, {3, 1, 1}), file("bar.exo"));
   reduce(scene("bar.exo", {{"bar", "mass: lumped, "}}));
   const Scene now = read_scene(scene("bar.exo", {{"bar", ""}}));
   EXPECT_TRUE(is_of_other_mass(now.components.at("bar")));
-  EXPECT_EQ(stale_text(now, now.components.at("bar")), "mass: lumped in the file, consistent in the scene");
+  EXPECT_EQ(stale_text(now, now.components.at("bar")),
+            "mass: lumped in the file, consistent in the scene");
   reduce(file("scene.yaml").string());
   EXPECT_EQ(mass_of("bar"), "consistent");
   EXPECT_FALSE(is_of_other_mass(now.components.at("bar")));
@@ -139,10 +147,12 @@ TEST(MassOfElements, ConsistentIsAtLeastTwiceAsNearWhereItIsTheDefault) {
     ElementType type;
     std::array<Index, 3> cells;
   };
-  for (const auto& [type, cells] : {Case{ElementType::hex20, {8, 2, 1}}, Case{ElementType::tet10, {10, 2, 2}}}) {
-    const double lumped = error(type, cells, MassKind::lumped), consistent = error(type, cells, MassKind::consistent);
-    std::printf("%s: six lowest frequencies, lumped off by %.4f, consistent by %.4f\n", std::string(name(type)).c_str(), lumped,
-                consistent);
+  for (const auto& [type, cells] :
+       {Case{ElementType::hex20, {8, 2, 1}}, Case{ElementType::tet10, {10, 2, 2}}}) {
+    const double lumped = error(type, cells, MassKind::lumped),
+                 consistent = error(type, cells, MassKind::consistent);
+    std::printf("%s: six lowest frequencies, lumped off by %.4f, consistent by %.4f\n",
+                std::string(name(type)).c_str(), lumped, consistent);
     EXPECT_LT(2 * consistent, lumped) << name(type);
   }
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // All modes kept, a component in several domains is the component.
-#include "common/linalg/dense.hpp"
 #include "reducer/domains/domains.hpp"
+#include "common/linalg/dense.hpp"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -32,20 +32,24 @@ ReductionOptions in_domains(Index domains, Index modes, std::vector<std::string>
   return options;
 }
 
-SuperelementGroup reduced(const Mesh& mesh, const ReductionOptions& options, MassKind mass = MassKind::lumped,
-                          GroupFigures* figures = nullptr) {
+SuperelementGroup reduced(const Mesh& mesh, const ReductionOptions& options,
+                          MassKind mass = MassKind::lumped, GroupFigures* figures = nullptr) {
   Report report("test", Verbosity::quiet);
   return reduce_domains(mesh, properties(mesh, soft), mass, options, {}, report, figures);
 }
 
-double relative(const Matrix& A, const Matrix& B) { return (A - B).cwiseAbs().maxCoeff() / B.cwiseAbs().maxCoeff(); }
+double relative(const Matrix& A, const Matrix& B) {
+  return (A - B).cwiseAbs().maxCoeff() / B.cwiseAbs().maxCoeff();
+}
 
 // Rows of the joined superelement that hold the dofs of these mesh nodes.
-std::vector<Index> rows_of(const Superelement& whole, const Mesh& mesh, const std::vector<Index>& nodes) {
+std::vector<Index> rows_of(const Superelement& whole, const Mesh& mesh,
+                           const std::vector<Index>& nodes) {
   std::vector<Index> rows;
   for (const Index node : nodes) {
     const Index id = mesh.node_ids[static_cast<std::size_t>(node)];
-    const Index at = std::find(whole.node_ids.begin(), whole.node_ids.end(), id) - whole.node_ids.begin();
+    const Index at =
+        std::find(whole.node_ids.begin(), whole.node_ids.end(), id) - whole.node_ids.begin();
     for (Index i = 0; i < 3; ++i) rows.push_back(whole.k() + 3 * at + i);
   }
   return rows;
@@ -71,8 +75,11 @@ class WholeComponent : public testing::TestWithParam<MassKind> {
             {"comb", comb_mesh(4, 4)}};
   }
 };
-INSTANTIATE_TEST_SUITE_P(Domains, WholeComponent, testing::Values(MassKind::lumped, MassKind::consistent),
-                         [](const auto& mass) { return mass.param == MassKind::lumped ? "lumped" : "consistent"; });
+INSTANTIATE_TEST_SUITE_P(Domains, WholeComponent,
+                         testing::Values(MassKind::lumped, MassKind::consistent),
+                         [](const auto& mass) {
+                           return mass.param == MassKind::lumped ? "lumped" : "consistent";
+                         });
 
 TEST_P(WholeComponent, LeavesTheMassOnItsInterfaceThatTheJoinedMassDoes) {
   for (const auto& [name, mesh] : cases()) {
@@ -81,7 +88,8 @@ TEST_P(WholeComponent, LeavesTheMassOnItsInterfaceThatTheJoinedMassDoes) {
       const Superelement whole = join(group);
       const std::vector<Index> dofs = rows_of(whole, mesh, set_nodes(mesh, "x_min"));
       const Matrix left = Lu(Matrix(Lu(reduced_mass(whole)).inverse()(dofs, dofs))).inverse();
-      const std::optional<Vector3> rho = residual_mass_share(group, component_interface(mesh, {"x_min"}));
+      const std::optional<Vector3> rho =
+          residual_mass_share(group, component_interface(mesh, {"x_min"}));
       ASSERT_TRUE(rho) << name;
       for (Index axis = 0; axis < 3; ++axis) {
         const auto r = Eigen::seq(axis, Eigen::last, 3);
@@ -100,23 +108,27 @@ TEST_P(WholeComponent, HasTheFullModelsFrequenciesAndCompliances) {
     const std::vector<Index> tip = set_nodes(mesh, "x_min");
     std::vector<Index> dofs;
     for (const Index node : tip) {
-      for (Index i = 0; i < 3; ++i) dofs.push_back(3 * model.row[static_cast<std::size_t>(node)] + i);
+      for (Index i = 0; i < 3; ++i)
+        dofs.push_back(3 * model.row[static_cast<std::size_t>(node)] + i);
     }
     for (const Index n : {2, 3, 5, 8}) {
       const Superelement whole = join(reduced(mesh, in_domains(n, all_modes), GetParam()));
       ASSERT_EQ(whole.n(), K.rows()) << name << " " << n;
       const Matrix K_hat = reduced_stiffness(whole), M_hat = reduced_mass(whole);
       const Vector lambda = dense_eigenpairs(K_hat, M_hat, whole.n()).lambda;
-      for (Index j = 6; j < lambda.size(); ++j) EXPECT_NEAR(lambda(j), full(j), 1e-9 * full(j)) << name << " " << n << " " << j;
+      for (Index j = 6; j < lambda.size(); ++j)
+        EXPECT_NEAR(lambda(j), full(j), 1e-9 * full(j)) << name << " " << n << " " << j;
       EXPECT_LT(lambda.head(6).cwiseAbs().maxCoeff(), 1e-12 * full(full.size() - 1));
       const std::vector<Index> rows = rows_of(whole, mesh, tip);
       // An imaginary frequency for the static end of it, and two between resonances.
-      EXPECT_LT(
-          relative(compliance(K_hat, -M_hat, std::sqrt(0.1 * full(6)), rows), compliance(K, -M, std::sqrt(0.1 * full(6)), dofs)),
-          1e-9);
+      EXPECT_LT(relative(compliance(K_hat, -M_hat, std::sqrt(0.1 * full(6)), rows),
+                         compliance(K, -M, std::sqrt(0.1 * full(6)), dofs)),
+                1e-9);
       for (const Index j : {6, 20}) {
         const double omega = std::sqrt(0.5 * (full(j) + full(j + 1)));
-        EXPECT_LT(relative(compliance(K_hat, M_hat, omega, rows), compliance(K, M, omega, dofs)), 1e-8) << name << " " << n;
+        EXPECT_LT(relative(compliance(K_hat, M_hat, omega, rows), compliance(K, M, omega, dofs)),
+                  1e-8)
+            << name << " " << n;
       }
     }
   }
@@ -125,7 +137,8 @@ TEST_P(WholeComponent, HasTheFullModelsFrequenciesAndCompliances) {
 TEST_P(WholeComponent, MovesAsARigidBodyWithoutForceAndWithItsMass) {
   for (const auto& [name, mesh] : cases()) {
     Report report("test", Verbosity::quiet);
-    const Superelement one = reduce(mesh, properties(mesh, soft), GetParam(), in_domains(1, 3), {}, report);
+    const Superelement one =
+        reduce(mesh, properties(mesh, soft), GetParam(), in_domains(1, 3), {}, report);
     for (const Index modes : {Index{0}, Index{4}, all_modes}) {
       const SuperelementGroup group = reduced(mesh, in_domains(4, modes), GetParam());
       const Superelement whole = join(group);
@@ -134,9 +147,11 @@ TEST_P(WholeComponent, MovesAsARigidBodyWithoutForceAndWithItsMass) {
                 1e-11 * whole.K_cc.cwiseAbs().maxCoeff() * R.cwiseAbs().maxCoeff());
       const Matrix inertia = R.transpose() * reduced_mass(whole) * R;
       EXPECT_NEAR(group.rigid_body.mass, one.rigid_body.mass, 1e-12 * one.rigid_body.mass);
-      EXPECT_LT((group.rigid_body.center - one.rigid_body.center).norm(), 1e-12 * one.rigid_body.center.norm());
+      EXPECT_LT((group.rigid_body.center - one.rigid_body.center).norm(),
+                1e-12 * one.rigid_body.center.norm());
       EXPECT_LT(relative(group.rigid_body.inertia, one.rigid_body.inertia), 1e-11);
-      EXPECT_LT(relative(inertia.topLeftCorner(3, 3), one.rigid_body.mass * Matrix3::Identity()), 1e-11);
+      EXPECT_LT(relative(inertia.topLeftCorner(3, 3), one.rigid_body.mass * Matrix3::Identity()),
+                1e-11);
       EXPECT_LT(relative(inertia.bottomRightCorner(3, 3), one.rigid_body.inertia), 1e-10);
     }
   }
@@ -147,15 +162,21 @@ TEST(Domains, DiagonalFormIsThatOfTheWhole) {
   const SuperelementGroup group = reduced(mesh, in_domains(3, 10));
   ASSERT_TRUE(group.has_diagonal_form());
   const Matrix M = reduced_mass(join(group)), K = reduced_stiffness(join(group));
-  EXPECT_LT((group.V.transpose() * M * group.V - Matrix::Identity(M.rows(), M.cols())).cwiseAbs().maxCoeff(), 1e-11);
+  EXPECT_LT((group.V.transpose() * M * group.V - Matrix::Identity(M.rows(), M.cols()))
+                .cwiseAbs()
+                .maxCoeff(),
+            1e-11);
   const Vector lambda = group.omega.cwiseAbs2();
-  EXPECT_LT((group.V.transpose() * K * group.V - Matrix(lambda.asDiagonal())).cwiseAbs().maxCoeff(), 1e-11 * lambda.maxCoeff());
+  EXPECT_LT((group.V.transpose() * K * group.V - Matrix(lambda.asDiagonal())).cwiseAbs().maxCoeff(),
+            1e-11 * lambda.maxCoeff());
   EXPECT_EQ(group.omega.head(6), Vector::Zero(6));
   EXPECT_GT(group.omega(6), 0);
   Report report("test", Verbosity::quiet);
   ReduceSettings none;
   none.diagonal_limit = M.rows() - 1;
-  EXPECT_FALSE(reduce_domains(mesh, properties(mesh, soft), MassKind::lumped, in_domains(3, 10), none, report).has_diagonal_form());
+  EXPECT_FALSE(reduce_domains(mesh, properties(mesh, soft), MassKind::lumped, in_domains(3, 10),
+                              none, report)
+                   .has_diagonal_form());
 }
 
 // Ritz values in a subspace are not below those of the whole, and fall with the number of modes.
@@ -218,7 +239,8 @@ TEST(Domains, OnlySetsOfTheComponentsInterfaceAreKept) {
   for (const Index id : first.domains[0].node_ids) {
     const auto& other = first.domains[1].node_ids;
     if (std::find(other.begin(), other.end(), id) == other.end()) continue;
-    shared.push_back(std::find(mesh.node_ids.begin(), mesh.node_ids.end(), id) - mesh.node_ids.begin());
+    shared.push_back(std::find(mesh.node_ids.begin(), mesh.node_ids.end(), id) -
+                     mesh.node_ids.begin());
   }
   ASSERT_FALSE(shared.empty());
   mesh.nodesets.push_back({"inside", 9, shared});
@@ -231,7 +253,8 @@ TEST(Domains, OnlySetsOfTheComponentsInterfaceAreKept) {
 }
 
 std::string bytes_of_group(const SuperelementGroup& group) {
-  const auto file = std::filesystem::temp_directory_path() / ("cbr-group-" + std::to_string(::getpid()) + ".cbr.h5");
+  const auto file = std::filesystem::temp_directory_path() /
+                    ("cbr-group-" + std::to_string(::getpid()) + ".cbr.h5");
   write_superelement_group(group, file);
   std::ifstream stream(file, std::ios::binary);
   const std::string bytes(std::istreambuf_iterator<char>(stream), {});
@@ -251,8 +274,8 @@ TEST(Domains, TheNumberOfThreadsDoesNotChangeAByte) {
     settings.diagonal_limit = 0;
     ReductionOptions options = in_domains(4, 15);
     options.recovery = true;
-    const SuperelementGroup group =
-        reduce_domains(mesh, properties(mesh, soft), MassKind::lumped, options, settings, report, &figures);
+    const SuperelementGroup group = reduce_domains(mesh, properties(mesh, soft), MassKind::lumped,
+                                                   options, settings, report, &figures);
     EXPECT_EQ(n_threads(), threads);
     bytes.push_back(bytes_of_group(group));
   }
@@ -275,7 +298,8 @@ TEST(Domains, ErrorsNameTheDomain) {
   EXPECT_NE(message(box, in_domains(2, -1)).find("domain 1 of 2: modes: -1"), std::string::npos);
   // A part that nothing holds, and that is a domain of its own.
   const Mesh two = both(box, box_mesh({{4, 3, 2}, {4, 3, 2}, {50, 0, 0}, 0}));
-  EXPECT_NE(message(two, in_domains(2, 1)).find("domain 2 of 2: the part of 60 nodes"), std::string::npos)
+  EXPECT_NE(message(two, in_domains(2, 1)).find("domain 2 of 2: the part of 60 nodes"),
+            std::string::npos)
       << message(two, in_domains(2, 1));
 }
 

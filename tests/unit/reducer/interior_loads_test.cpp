@@ -32,7 +32,8 @@ Mesh loaded() {
   return mesh;
 }
 
-Superelement reduced(const std::vector<std::string>& loads, Index modes = 8, MassKind mass = MassKind::lumped) {
+Superelement reduced(const std::vector<std::string>& loads, Index modes = 8,
+                     MassKind mass = MassKind::lumped) {
   set_threads(1);  // small matrices, and other tests run beside this one
   const Mesh mesh = loaded();
   ReductionOptions options;
@@ -59,7 +60,8 @@ Full full(MassKind mass = MassKind::lumped) {
 }
 
 class InteriorLoad : public testing::TestWithParam<MassKind> {};
-INSTANTIATE_TEST_SUITE_P(Masses, InteriorLoad, testing::Values(MassKind::lumped, MassKind::consistent));
+INSTANTIATE_TEST_SUITE_P(Masses, InteriorLoad,
+                         testing::Values(MassKind::lumped, MassKind::consistent));
 
 TEST_P(InteriorLoad, ResidualVectorsAreModalCoordinatesLikeOthers) {
   const Superelement s = reduced({"patch"}, 8, GetParam()), plain = reduced({}, 8, GetParam());
@@ -69,9 +71,11 @@ TEST_P(InteriorLoad, ResidualVectorsAreModalCoordinatesLikeOthers) {
   EXPECT_TRUE(plain.loads.empty());
   EXPECT_EQ(Vector(s.eigenvalues.head(8)), plain.eigenvalues);
   const Matrix &Phi = s.recovery.at(0).Phi, &Psi = s.recovery.at(0).Psi;
-  EXPECT_LT((Phi.transpose() * f.p.M_II * Phi - Matrix::Identity(11, 11)).cwiseAbs().maxCoeff(), 1e-10);
+  EXPECT_LT((Phi.transpose() * f.p.M_II * Phi - Matrix::Identity(11, 11)).cwiseAbs().maxCoeff(),
+            1e-10);
   const Matrix K = Phi.transpose() * f.p.K_II * Phi;
-  EXPECT_LT((K - Matrix(s.eigenvalues.asDiagonal())).cwiseAbs().maxCoeff(), 1e-10 * K.cwiseAbs().maxCoeff());
+  EXPECT_LT((K - Matrix(s.eigenvalues.asDiagonal())).cwiseAbs().maxCoeff(),
+            1e-10 * K.cwiseAbs().maxCoeff());
   const Matrix M_kc = Phi.transpose() * (f.p.M_IC + f.p.M_II * Psi);
   EXPECT_LT((M_kc - s.M_kc).cwiseAbs().maxCoeff(), 1e-10 * M_kc.cwiseAbs().maxCoeff());
 }
@@ -96,8 +100,8 @@ TEST_P(InteriorLoad, DisplacementUnderTheLoadIsRightWithThemAndWrongWithout) {
   }
 }
 
-// The load rises within a period of the first mode and stays, the interface held: the displacement under it, against all modes of
-// the full model.
+// The load rises within a period of the first mode and stays, the interface held: the displacement
+// under it, against all modes of the full model.
 TEST_P(InteriorLoad, ARisingLoadIsFollowed) {
   const Superelement s = reduced({"patch"}, 8, GetParam());
   const Full f = full(GetParam());
@@ -111,7 +115,8 @@ TEST_P(InteriorLoad, ARisingLoadIsFollowed) {
     // q'' + lambda q = min(t, rise) / rise
     const auto swing = [&](double lambda) {
       const double omega = std::sqrt(lambda);
-      return ((t - held) - (std::sin(omega * t) - std::sin(omega * held)) / omega) / (rise * lambda);
+      return ((t - held) - (std::sin(omega * t) - std::sin(omega * held)) / omega) /
+             (rise * lambda);
     };
     const double right = a.dot(all.lambda.unaryExpr(swing));
     const Vector parts = b.cwiseProduct(s.eigenvalues.unaryExpr(swing));
@@ -153,7 +158,8 @@ TEST(InteriorLoads, AnUnknownSetIsNamed) {
     reduced({"patsch"});
     FAIL();
   } catch (const InputError& error) {
-    EXPECT_NE(std::string(error.what()).find("no sideset 'patsch'"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("no sideset 'patsch'"), std::string::npos)
+        << error.what();
   }
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "reducer/bases/massless.hpp"
 #include "common/linalg/dense.hpp"
 #include "common/scene/scene_words.hpp"
-#include "reducer/bases/massless.hpp"
 
 #include <gtest/gtest.h>
 
@@ -17,7 +17,8 @@ namespace {
 
 const Material soft = {1000, 0.3, 2};
 
-ReductionOptions massless(std::vector<std::string> sets, Index modes, MasslessModes of = MasslessModes::free) {
+ReductionOptions massless(std::vector<std::string> sets, Index modes,
+                          MasslessModes of = MasslessModes::free) {
   ReductionOptions options;
   options.basis = Basis::massless, options.massless_modes = of;
   options.interface_sets = std::move(sets);
@@ -25,17 +26,21 @@ ReductionOptions massless(std::vector<std::string> sets, Index modes, MasslessMo
   return options;
 }
 
-Superelement reduced(const Mesh& mesh, const ReductionOptions& options, MassKind mass = MassKind::lumped,
-                     ReductionFigures* figures = nullptr) {
+Superelement reduced(const Mesh& mesh, const ReductionOptions& options,
+                     MassKind mass = MassKind::lumped, ReductionFigures* figures = nullptr) {
   Report report("test", Verbosity::quiet);
   Superelement s = reduce(mesh, properties(mesh, soft), mass, options, {}, report, figures);
   check(s, "test");
   return s;
 }
 
-Mesh skewed(std::array<Index, 3> n = {5, 4, 3}) { return box_mesh({n, {5, 4, 3}, {1, 2, 3}, 0.08}); }
+Mesh skewed(std::array<Index, 3> n = {5, 4, 3}) {
+  return box_mesh({n, {5, 4, 3}, {1, 2, 3}, 0.08});
+}
 
-double relative(const Matrix& A, const Matrix& B) { return (A - B).cwiseAbs().maxCoeff() / B.cwiseAbs().maxCoeff(); }
+double relative(const Matrix& A, const Matrix& B) {
+  return (A - B).cwiseAbs().maxCoeff() / B.cwiseAbs().maxCoeff();
+}
 
 // The full model's modes, all of them, and their rows on the superelement's interface.
 struct Full {
@@ -48,7 +53,8 @@ Full full_model(const Mesh& mesh, MassKind mass, const Superelement& s) {
   Full full{pairs.lambda, Matrix(s.c(), model.K.rows())};
   for (Index i = 0; i < s.c(); ++i) {
     const auto at = static_cast<std::size_t>(i);
-    const auto node = std::find(mesh.node_ids.begin(), mesh.node_ids.end(), s.node_ids[static_cast<std::size_t>(s.dof_node[at])]);
+    const auto node = std::find(mesh.node_ids.begin(), mesh.node_ids.end(),
+                                s.node_ids[static_cast<std::size_t>(s.dof_node[at])]);
     const Index row = model.row[static_cast<std::size_t>(node - mesh.node_ids.begin())];
     full.V.row(i) = pairs.Phi.row(3 * row + s.dof_component[at]);
   }
@@ -65,7 +71,8 @@ Matrix compliance(const Superelement& s, double omega2, Index n_rigid = 6) {
 }
 
 class MasslessReduction : public testing::TestWithParam<MassKind> {};
-INSTANTIATE_TEST_SUITE_P(Massless, MasslessReduction, testing::Values(MassKind::lumped, MassKind::consistent));
+INSTANTIATE_TEST_SUITE_P(Massless, MasslessReduction,
+                         testing::Values(MassKind::lumped, MassKind::consistent));
 
 TEST_P(MasslessReduction, FreeModesAndStaticsAreThoseOfTheFullModel) {
   const Mesh mesh = skewed({4, 3, 2});
@@ -75,7 +82,8 @@ TEST_P(MasslessReduction, FreeModesAndStaticsAreThoseOfTheFullModel) {
       const Full full = full_model(mesh, GetParam(), s);
       const Index e = full.lambda.size() - 6;
       EXPECT_EQ(s.k(), modes + 6);
-      EXPECT_LT((s.eigenvalues - full.lambda.head(s.k())).cwiseAbs().maxCoeff(), 1e-10 * full.lambda[s.k() - 1] + 1e-9);
+      EXPECT_LT((s.eigenvalues - full.lambda.head(s.k())).cwiseAbs().maxCoeff(),
+                1e-10 * full.lambda[s.k() - 1] + 1e-9);
       const Matrix expected = compliance(full.V.rightCols(e), full.lambda.tail(e), 0);
       EXPECT_LT(relative(compliance(s, 0), expected), 1e-9) << set << " " << modes;
       // Rigid part: impulses move the body as they should
@@ -89,23 +97,27 @@ TEST_P(MasslessReduction, FreeModesAndStaticsAreThoseOfTheFullModel) {
 TEST_P(MasslessReduction, TaperedModesKeepStatics) {
   const Mesh mesh = skewed({4, 3, 2});
   for (const Index modes : {Index{0}, Index{12}}) {
-    const Superelement s = reduced(mesh, massless({"x_max"}, modes, MasslessModes::tapered), GetParam());
+    const Superelement s =
+        reduced(mesh, massless({"x_max"}, modes, MasslessModes::tapered), GetParam());
     const Full full = full_model(mesh, GetParam(), s);
     const Index e = full.lambda.size() - 6;
-    EXPECT_LT(relative(compliance(s, 0), compliance(full.V.rightCols(e), full.lambda.tail(e), 0)), 1e-9);
-    EXPECT_LT((s.eigenvalues - full.lambda.head(s.k())).cwiseAbs().maxCoeff(), 1e-10 * full.lambda[s.k() - 1] + 1e-9);
+    EXPECT_LT(relative(compliance(s, 0), compliance(full.V.rightCols(e), full.lambda.tail(e), 0)),
+              1e-9);
+    EXPECT_LT((s.eigenvalues - full.lambda.head(s.k())).cwiseAbs().maxCoeff(),
+              1e-10 * full.lambda[s.k() - 1] + 1e-9);
     EXPECT_LT(relative(s.massless.V.leftCols(6) * s.massless.V.leftCols(6).transpose(),
                        full.V.leftCols(6) * full.V.leftCols(6).transpose()),
               1e-8);
     for (Index j = 6; j < s.k(); ++j) {
       const double share = 1 - std::pow(std::sqrt(full.lambda[j]) / s.massless.omega_fall, 3);
-      EXPECT_NEAR(s.massless.V.col(j).squaredNorm() / full.V.col(j).squaredNorm(), share, 1e-5) << j;
+      EXPECT_NEAR(s.massless.V.col(j).squaredNorm() / full.V.col(j).squaredNorm(), share, 1e-5)
+          << j;
     }
   }
 }
 
-// The fall ends at the next axial mode of a bar whose end is kept, whatever bending and torsion lies between, at the latest at the
-// last mode that is looked at.
+// The fall ends at the next axial mode of a bar whose end is kept, whatever bending and torsion
+// lies between, at the latest at the last mode that is looked at.
 TEST(MasslessFall, EndsAtTheNextModeThatAPressureMoves) {
   const Mesh mesh = box_mesh({{12, 1, 1}, {12, 1.3, 1}});
   int beyond_others = 0;
@@ -120,7 +132,8 @@ TEST(MasslessFall, EndsAtTheNextModeThatAPressureMoves) {
     };
     Index end = s.k();
     while (end < s.k() + (modes + 1) / 2 - 1 && !is_axial(end)) ++end;
-    EXPECT_NEAR(s.massless.omega_fall, std::sqrt(full.lambda[end]), 1e-7 * s.massless.omega_fall) << modes;
+    EXPECT_NEAR(s.massless.omega_fall, std::sqrt(full.lambda[end]), 1e-7 * s.massless.omega_fall)
+        << modes;
     beyond_others += end > s.k();
   }
   EXPECT_GT(beyond_others, 1);
@@ -133,7 +146,8 @@ TEST_P(MasslessReduction, ComplianceInMotionConverges) {
   const Full full = full_model(mesh, GetParam(), s);
   const Index e = full.lambda.size() - 6;
   const auto error = [&](double omega2) {
-    return relative(compliance(s, omega2), compliance(full.V.rightCols(e), full.lambda.tail(e), omega2));
+    return relative(compliance(s, omega2),
+                    compliance(full.V.rightCols(e), full.lambda.tail(e), omega2));
   };
   const double omega2 = 0.1 * full.lambda[6];
   EXPECT_NEAR(error(omega2) / error(omega2 / 4), 4, 0.4);
@@ -153,11 +167,13 @@ TEST_P(MasslessReduction, FixedModesKeepStaticsMassAndHeldFrequencies) {
   craig.basis = Basis::craig_bampton;
   const Superelement cb = reduced(mesh, craig, GetParam());
   ReductionFigures figures;
-  const Superelement s = reduced(mesh, massless({"x_max", "y_min"}, 20, MasslessModes::fixed), GetParam(), &figures);
+  const Superelement s =
+      reduced(mesh, massless({"x_max", "y_min"}, 20, MasslessModes::fixed), GetParam(), &figures);
   EXPECT_EQ(s.k(), 20);
   EXPECT_GT(figures.massless.lost_mass, 0.05);
   EXPECT_LT(relative(held(s), cb.eigenvalues), 1e-9);
-  EXPECT_NEAR(s.massless.omega_closed, std::sqrt(cb.eigenvalues(19)), 1e-8 * s.massless.omega_closed);
+  EXPECT_NEAR(s.massless.omega_closed, std::sqrt(cb.eigenvalues(19)),
+              1e-8 * s.massless.omega_closed);
   // K_cc C K_cc = K_cc of the elastic compliance C
   EXPECT_LT(relative(cb.K_cc * compliance(s, 0) * cb.K_cc, cb.K_cc), 1e-9);
   // R^T M R = B with R = V_r B_r: B^T B is the rigid mass
@@ -171,7 +187,8 @@ TEST_P(MasslessReduction, FixedModesKeepStaticsMassAndHeldFrequencies) {
 TEST(Massless, TheHighestHeldFrequencyOfFreeModesIsTold) {
   const Superelement s = reduced(skewed(), massless({"x_max"}, 15));
   const Vector lambda = held(s);
-  EXPECT_NEAR(s.massless.omega_closed, std::sqrt(lambda(lambda.size() - 1)), 1e-6 * s.massless.omega_closed);
+  EXPECT_NEAR(s.massless.omega_closed, std::sqrt(lambda(lambda.size() - 1)),
+              1e-6 * s.massless.omega_closed);
   EXPECT_GT(s.massless.omega_closed, 1.05 * std::sqrt(s.eigenvalues.maxCoeff()));
 }
 
@@ -179,7 +196,8 @@ TEST(Massless, ACutoffKeepsAllBelow) {
   ReductionOptions options = massless({"x_max"}, 0);
   const Superelement all = reduced(skewed(), massless({"x_max"}, 30));
   options.modes.reset();
-  options.cutoff_hz = std::sqrt(0.5 * (all.eigenvalues(20) + all.eigenvalues(21))) / (2 * 3.141592653589793);
+  options.cutoff_hz =
+      std::sqrt(0.5 * (all.eigenvalues(20) + all.eigenvalues(21))) / (2 * 3.141592653589793);
   const Superelement s = reduced(skewed(), options);
   EXPECT_EQ(s.k(), 21);
   EXPECT_LT(relative(s.eigenvalues, all.eigenvalues.head(21)), 1e-10);
@@ -198,14 +216,17 @@ TEST(Massless, TwoPartsHaveTwelveRigidMotions) {
   mesh.blocks[0].connectivity = joined;
   for (Index i = e; i < joined.rows(); ++i) mesh.blocks[0].element_ids.push_back(i + 1);
   for (std::size_t set = 0; set < mesh.sidesets.size(); ++set)
-    for (auto side : other.sidesets[set].sides) side.element += e, mesh.sidesets[set].sides.push_back(side);
+    for (auto side : other.sidesets[set].sides)
+      side.element += e, mesh.sidesets[set].sides.push_back(side);
   for (const MasslessModes of : {MasslessModes::free, MasslessModes::fixed}) {
     const Superelement s = reduced(mesh, massless({"x_max"}, 30, of));
     EXPECT_EQ((s.eigenvalues.array() == 0).count(), 12) << word_of(massless_words, of);
     const Full full = full_model(mesh, MassKind::lumped, s);
     const Index elastic = full.lambda.size() - 12;
     if (of == MasslessModes::free) {
-      EXPECT_LT(relative(compliance(s, 0, 12), compliance(full.V.rightCols(elastic), full.lambda.tail(elastic), 0)), 1e-9);
+      EXPECT_LT(relative(compliance(s, 0, 12),
+                         compliance(full.V.rightCols(elastic), full.lambda.tail(elastic), 0)),
+                1e-9);
     }
   }
 }
@@ -216,11 +237,16 @@ std::string message_of(const Mesh& mesh, const ReductionOptions& options) {
 
 TEST(Massless, RefusesWhatLeavesNothing) {
   const Mesh mesh = skewed({2, 2, 2});  // 81 dofs, 27 of them on x_max
-  EXPECT_NE(message_of(mesh, massless({"x_max"}, 75)).find("no compliance of its own"), std::string::npos);
-  EXPECT_NE(message_of(mesh, massless({"x_max"}, 60)).find("no compliance of its own"), std::string::npos);
+  EXPECT_NE(message_of(mesh, massless({"x_max"}, 75)).find("no compliance of its own"),
+            std::string::npos);
+  EXPECT_NE(message_of(mesh, massless({"x_max"}, 60)).find("no compliance of its own"),
+            std::string::npos);
   EXPECT_EQ(reduced(mesh, massless({"x_max"}, 40)).k(), 46);
-  EXPECT_NE(message_of(mesh, massless({"x_max"}, 100)).find("only 75 elastic modes"), std::string::npos);
-  EXPECT_NE(message_of(mesh, massless({"x_max"}, 5, MasslessModes::fixed)).find("cannot carry the 6 rigid motions"), std::string::npos);
+  EXPECT_NE(message_of(mesh, massless({"x_max"}, 100)).find("only 75 elastic modes"),
+            std::string::npos);
+  EXPECT_NE(message_of(mesh, massless({"x_max"}, 5, MasslessModes::fixed))
+                .find("cannot carry the 6 rigid motions"),
+            std::string::npos);
 }
 
 }  // namespace

@@ -23,7 +23,8 @@ namespace fs = std::filesystem;
 
 class Program : public testing::Test {
  protected:
-  Program() : folder_(fs::temp_directory_path() / ("cbr-reduce-test-" + std::to_string(::getpid()))) {
+  Program()
+      : folder_(fs::temp_directory_path() / ("cbr-reduce-test-" + std::to_string(::getpid()))) {
     fs::create_directories(folder_);
     write_mesh(box_mesh({{3, 2, 2}, {3, 2, 2}, {0, 0, 0}, 0}), folder_ / "box.msh");
   }
@@ -44,7 +45,8 @@ class Program : public testing::Test {
     return scene.str();
   }
 
-  std::string message_of(const std::vector<std::string>& arguments, const std::string& timings = "") const {
+  std::string message_of(const std::vector<std::string>& arguments,
+                         const std::string& timings = "") const {
     try {
       run(arguments, timings);
     } catch (const InputError& error) {
@@ -54,11 +56,13 @@ class Program : public testing::Test {
   }
 
   std::vector<std::string> mesh_arguments(const std::vector<std::string>& more = {},
-                                          const std::vector<std::string>& modes = {"--modes", "4"}) const {
+                                          const std::vector<std::string>& modes = {"--modes",
+                                                                                   "4"}) const {
     std::vector<std::string> all = {path("box.msh"), "--interface", "x_max"};
     all.insert(all.end(), modes.begin(), modes.end());
-    const std::vector<std::string> rest = {"--youngs-modulus", "1000", "--poissons-ratio", "0.3", "--density", "2", "-o",
-                                           path("box.cbr.h5")};
+    const std::vector<std::string> rest = {
+        "--youngs-modulus", "1000", "--poissons-ratio", "0.3", "--density", "2", "-o",
+        path("box.cbr.h5")};
     all.insert(all.end(), rest.begin(), rest.end());
     all.insert(all.end(), more.begin(), more.end());
     return all;
@@ -72,7 +76,8 @@ class Program : public testing::Test {
            "  box: {mesh: box.msh, material: soft, reduction: "
         << reduction << "}\n"
         << "  twin: {mesh: box.msh, material: soft, reduction: " << reduction << "}\n"
-        << "instances:\n  a: {component: box, as: superelement}\n  b: {component: box, as: superelement, position: [9, 0, 0]}\n"
+        << "instances:\n  a: {component: box, as: superelement}\n  b: {component: box, as: "
+           "superelement, position: [9, 0, 0]}\n"
            "  c: {component: twin, as: superelement, position: [19, 0, 0]}\n"
         << more << "time: {end: 1.0}\n";
     return file;
@@ -136,23 +141,30 @@ TEST_F(Program, AToleranceIsReducedOnce) {
   EXPECT_EQ(fs::last_write_time(path("box.cbr.h5")), written);
   run({scene("{interface: [x_max], tolerance: 0.3}")});
   EXPECT_LT(read_superelement(path("box.cbr.h5")).k(), s.k());
-  EXPECT_NE(message_of({scene("{interface: [x_max], tolerance: 0.3, pick: participation}")}).find("requires modes"),
+  EXPECT_NE(message_of({scene("{interface: [x_max], tolerance: 0.3, pick: participation}")})
+                .find("requires modes"),
             std::string::npos);
-  EXPECT_NE(
-      message_of({scene("{interface: [x_max], tolerance: 0.3, basis: massless}")}).find("is not available with basis: massless"),
-      std::string::npos);
-  EXPECT_NE(message_of({scene("{interface: [x_max], tolerance: 0.3, basis: characteristic, characteristic: {modes: 4}}")})
+  EXPECT_NE(message_of({scene("{interface: [x_max], tolerance: 0.3, basis: massless}")})
+                .find("is not available with basis: massless"),
+            std::string::npos);
+  EXPECT_NE(message_of({scene("{interface: [x_max], tolerance: 0.3, basis: characteristic, "
+                              "characteristic: {modes: 4}}")})
                 .find("is not available with basis: characteristic: take modes or cutoff_hz"),
             std::string::npos);
-  EXPECT_NE(message_of(mesh_arguments({"--basis", "characteristic", "--characteristic-modes", "4"}, {"--tolerance", "0.3"}))
+  EXPECT_NE(message_of(mesh_arguments({"--basis", "characteristic", "--characteristic-modes", "4"},
+                                      {"--tolerance", "0.3"}))
                 .find("is not available with basis: characteristic"),
             std::string::npos);
 }
 
 TEST_F(Program, TheDiagonalFormIsMadeWhereARunMayReadIt) {
   const std::string reduction = "{interface: [x_max], modes: 4}";
-  const std::string held = "boundary:\n  - {instance: a, nodes: x_max, fix: [x]}\n  - {instance: b, nodes: x_max, fix: [x]}\n";
-  const auto form = [&](const char* file) { return read_superelement(path(file)).has_diagonal_form(); };
+  const std::string held =
+      "boundary:\n  - {instance: a, nodes: x_max, fix: [x]}\n  - {instance: b, nodes: x_max, fix: "
+      "[x]}\n";
+  const auto form = [&](const char* file) {
+    return read_superelement(path(file)).has_diagonal_form();
+  };
   run({scene(reduction, held)});
   EXPECT_FALSE(form("box.cbr.h5"));
   EXPECT_TRUE(form("twin.cbr.h5"));
@@ -160,7 +172,8 @@ TEST_F(Program, TheDiagonalFormIsMadeWhereARunMayReadIt) {
   // Another scene reads it: it is added, and all else stays
   run({scene(reduction)});
   EXPECT_TRUE(form("box.cbr.h5"));
-  const Superelement with = read_superelement(path("box.cbr.h5")), twin = read_superelement(path("twin.cbr.h5"));
+  const Superelement with = read_superelement(path("box.cbr.h5")),
+                     twin = read_superelement(path("twin.cbr.h5"));
   EXPECT_EQ(with.V, twin.V);
   EXPECT_EQ(with.omega, twin.omega);
   EXPECT_EQ(with.M_cc, without.M_cc);
@@ -178,12 +191,15 @@ TEST_F(Program, SetsThatAreNotKeptAreRefusedThoughTheFileIsUpToDate) {
   run({scene(reduction)});
   const std::string history = "output: {history: [a.x_min]}\n";
   EXPECT_NE(message_of({scene(reduction, history)}).find("keeps 0 of its"), std::string::npos);
-  EXPECT_NE(message_of({scene(reduction, "output: {history: [a.x_mni]}\n")}).find("x_mni"), std::string::npos);
+  EXPECT_NE(message_of({scene(reduction, "output: {history: [a.x_mni]}\n")}).find("x_mni"),
+            std::string::npos);
   EXPECT_EQ(message_of({scene(reduction, "output: {history: [a.x_max]}\n")}), "no InputError");
 }
 
 TEST_F(Program, LoadsInsideAreTakenInByThemselves) {
-  const auto load = [](const std::string& set) { return "loads: [{instance: a, surface: " + set + ", force: [1, 0, 0]}]\n"; };
+  const auto load = [](const std::string& set) {
+    return "loads: [{instance: a, surface: " + set + ", force: [1, 0, 0]}]\n";
+  };
   const auto written = [&] { return fs::last_write_time(path("box.cbr.h5")); };
   const std::string reduction = "{interface: [x_max], modes: 4}";
   run({scene(reduction, load("x_min"))});
@@ -205,21 +221,28 @@ TEST_F(Program, LoadsInsideAreTakenInByThemselves) {
   EXPECT_EQ(written(), before);
   run({scene("{interface: [x_max], modes: 4, loads: [z_min]}")});
   EXPECT_EQ(read_superelement(path("twin.cbr.h5")).loads.count("z_min"), 1U);
-  EXPECT_NE(message_of({scene(reduction, load("x_mni"))}).find("no sideset 'x_mni'"), std::string::npos);
+  EXPECT_NE(message_of({scene(reduction, load("x_mni"))}).find("no sideset 'x_mni'"),
+            std::string::npos);
 }
 
 TEST_F(Program, LoadsInsideAreRefusedByWhatKnowsThoseOnTheInterfaceOnly) {
-  const auto load = [](const std::string& set) { return "loads: [{instance: a, surface: " + set + ", force: [1, 0, 0]}]\n"; };
+  const auto load = [](const std::string& set) {
+    return "loads: [{instance: a, surface: " + set + ", force: [1, 0, 0]}]\n";
+  };
   const auto find = [&](const std::string& reduction, const std::string& set, const char* words) {
     return message_of({scene(reduction, load(set))}).find(words) != std::string::npos;
   };
   const std::string massless = "{interface: [x_max], modes: 8, basis: massless}",
                     domains = "{interface: [x_max], modes: 4, domains: 2}";
+  EXPECT_TRUE(find(massless, "x_min",
+                   "'x_min' lies inside the part, and basis: massless knows loads on the interface "
+                   "only: add it to "));
   EXPECT_TRUE(
-      find(massless, "x_min", "'x_min' lies inside the part, and basis: massless knows loads on the interface only: add it to "));
-  EXPECT_TRUE(find("{interface: [x_max], modes: 4, basis: characteristic, characteristic: {modes: 4}}", "x_min", "lies inside"));
-  EXPECT_TRUE(
-      find(domains, "x_min", "domains above 1 know loads on the interface only: add it to reduction.interface, or use basis: "));
+      find("{interface: [x_max], modes: 4, basis: characteristic, characteristic: {modes: 4}}",
+           "x_min", "lies inside"));
+  EXPECT_TRUE(find(domains, "x_min",
+                   "domains above 1 know loads on the interface only: add it to "
+                   "reduction.interface, or use basis: "));
   EXPECT_TRUE(find(massless, "x_mni", "no sideset 'x_mni'"));
   for (const std::string& reduction : {massless, domains}) {
     run({scene(reduction, load("x_max"))});
@@ -265,7 +288,8 @@ TEST_F(Program, OverwritesNoMeshAndNoScene) {
 
 TEST_F(Program, TimingsInThePlaceOfASuperelementAreRefusedBeforeTheWork) {
   EXPECT_NE(message_of({scene("{interface: [x_max], modes: 4}")}, path("twin.cbr.h5"))
-                .find("twin.cbr.h5: is the file of both the superelement of component 'twin' and the timings"),
+                .find("twin.cbr.h5: is the file of both the superelement of component 'twin' and "
+                      "the timings"),
             std::string::npos);
   EXPECT_FALSE(fs::exists(path("box.cbr.h5")));
   EXPECT_FALSE(fs::exists(path("twin.cbr.h5")));
@@ -278,10 +302,12 @@ TEST_F(Program, OverwritesNoHdf5FileOfAnotherKind) {
     results.commit();
   }
   const std::string before = bytes(path("box.cbr.h5"));
-  EXPECT_NE(message_of(mesh_arguments()).find("cbr-results"), std::string::npos) << message_of(mesh_arguments());
+  EXPECT_NE(message_of(mesh_arguments()).find("cbr-results"), std::string::npos)
+      << message_of(mesh_arguments());
   EXPECT_EQ(bytes(path("box.cbr.h5")), before);
   std::ofstream(path("box.cbr.h5")) << "my notes\n";
-  EXPECT_NE(message_of(mesh_arguments()).find("box.cbr.h5: exists and is not an HDF5 file"), std::string::npos);
+  EXPECT_NE(message_of(mesh_arguments()).find("box.cbr.h5: exists and is not an HDF5 file"),
+            std::string::npos);
   EXPECT_EQ(bytes(path("box.cbr.h5")), "my notes\n");
   std::ofstream(path("box.cbr.h5"), std::ios::trunc).flush();
   EXPECT_EQ(run(mesh_arguments()), "");  // over an empty one, as mktemp makes it
@@ -293,8 +319,11 @@ TEST(PanelMemory, AnInterfaceThatMemoryCannotHoldIsRefused) {
     require_memory_for_interface(1000, 15e6);
     FAIL() << "no error";
   } catch (const InputError& error) {
-    EXPECT_NE(std::string(error.what()).find("1000 dofs, whose dense mass and stiffness take 16.0 MB, the machine has 15.0 MB"),
-              std::string::npos)
+    EXPECT_NE(
+        std::string(error.what())
+            .find(
+                "1000 dofs, whose dense mass and stiffness take 16.0 MB, the machine has 15.0 MB"),
+        std::string::npos)
         << error.what();
   }
 }
@@ -302,11 +331,14 @@ TEST(PanelMemory, AnInterfaceThatMemoryCannotHoldIsRefused) {
 TEST_F(Program, AMeshWithoutEndIsRefused) {
   fs::remove(path("box.msh"));
   fs::create_symlink("/dev/zero", path("box.msh"));
-  const std::string from_mesh = message_of(mesh_arguments()), path_twice = "box.msh: " + path("box.msh");
+  const std::string from_mesh = message_of(mesh_arguments()),
+                    path_twice = "box.msh: " + path("box.msh");
   EXPECT_NE(from_mesh.find("box.msh: is not a regular file"), std::string::npos) << from_mesh;
   EXPECT_EQ(from_mesh.find(path_twice), std::string::npos) << from_mesh;
   const std::string from_scene = message_of({scene("{interface: [x_max], modes: 4}")});
-  EXPECT_NE(from_scene.find("scene.yaml:3: component 'box': " + path("box.msh") + ": is not a regular file"), std::string::npos)
+  EXPECT_NE(from_scene.find("scene.yaml:3: component 'box': " + path("box.msh") +
+                            ": is not a regular file"),
+            std::string::npos)
       << from_scene;
 }
 
@@ -381,7 +413,8 @@ TEST_F(Program, DomainsMakeAGroup) {
 }
 
 TEST_F(Program, ASecondReductionMakesOneSuperelement) {
-  const std::string file = scene("{interface: [x_max], modes: 6, domains: 3, second_reduction: {modes: 8}}");
+  const std::string file =
+      scene("{interface: [x_max], modes: 6, domains: 3, second_reduction: {modes: 8}}");
   run({file});
   const Superelement s = read_superelement(path("box.cbr.h5"));
   EXPECT_EQ(s.k(), 8);
@@ -397,23 +430,34 @@ TEST_F(Program, ASecondReductionMakesOneSuperelement) {
 TEST_F(Program, RefusesWithTheCure) {
   EXPECT_NE(message_of({path("box.msh")}).find("--youngs-modulus is missing"), std::string::npos);
   EXPECT_NE(message_of(mesh_arguments({"--basis", "massles"})).find("massless"), std::string::npos);
-  EXPECT_NE(message_of(mesh_arguments({"--basis", "characteristic", "--statics", "x_mx"})).find("did you mean 'x_max'"),
+  EXPECT_NE(message_of(mesh_arguments({"--basis", "characteristic", "--statics", "x_mx"}))
+                .find("did you mean 'x_max'"),
             std::string::npos);
-  EXPECT_NE(message_of(mesh_arguments({"--keep", "x_max"})).find("--keep requires --basis characteristic"), std::string::npos);
+  EXPECT_NE(message_of(mesh_arguments({"--keep", "x_max"}))
+                .find("--keep requires --basis characteristic"),
+            std::string::npos);
   EXPECT_NE(message_of(mesh_arguments({"--domains", "0"})).find("1 or more"), std::string::npos);
-  EXPECT_NE(message_of(mesh_arguments({"--domains", "1000"})).find("at most that many"), std::string::npos);
+  EXPECT_NE(message_of(mesh_arguments({"--domains", "1000"})).find("at most that many"),
+            std::string::npos);
   EXPECT_NE(message_of(mesh_arguments({"--interface", "x_mx"})).find("x_max"), std::string::npos);
   const std::string file = scene("{interface: [x_max], modes: 400}");
   EXPECT_NE(message_of({file, "--modes", "3"}).find("requires a mesh"), std::string::npos);
-  EXPECT_NE(message_of({file}).find("scene.yaml:3: component 'box'"), std::string::npos) << message_of({file});
-  const std::string again = message_of({scene("{interface: [x_max], modes: 6, domains: 3, second_reduction: {modes: 400}}")});
-  EXPECT_NE(again.find("scene.yaml:3: component 'box': second_reduction.modes: 400"), std::string::npos) << again;
+  EXPECT_NE(message_of({file}).find("scene.yaml:3: component 'box'"), std::string::npos)
+      << message_of({file});
+  const std::string again = message_of(
+      {scene("{interface: [x_max], modes: 6, domains: 3, second_reduction: {modes: 400}}")});
+  EXPECT_NE(again.find("scene.yaml:3: component 'box': second_reduction.modes: 400"),
+            std::string::npos)
+      << again;
   // What cannot run is not reduced.
   const std::string cannot =
-      scene("{interface: [x_max], modes: 4}", "contact: [{between: [a.x_max, b.x_max], enforcement: nodal}]\n");
+      scene("{interface: [x_max], modes: 4}",
+            "contact: [{between: [a.x_max, b.x_max], enforcement: nodal}]\n");
   const std::string text = bytes(cannot);
-  std::ofstream(cannot) << text.substr(0, text.find("{end: 1.0}")) << "{end: 1.0, integrator: newmark}\n";
-  EXPECT_NE(message_of({cannot}).find("use 'enforcement: impulse'"), std::string::npos) << message_of({cannot});
+  std::ofstream(cannot) << text.substr(0, text.find("{end: 1.0}"))
+                        << "{end: 1.0, integrator: newmark}\n";
+  EXPECT_NE(message_of({cannot}).find("use 'enforcement: impulse'"), std::string::npos)
+      << message_of({cannot});
   EXPECT_FALSE(fs::exists(path("box.cbr.h5")));
   EXPECT_THROW(run(mesh_arguments({"--cutoff-hz", "3"})), CLI::Error);
   EXPECT_THROW(run(mesh_arguments({"--memory", "much"})), CLI::Error);

@@ -26,12 +26,14 @@ ReductionOptions options_of(Index domains, Index modes, Index second) {
   return options;
 }
 
-Superelement again(const Mesh& mesh, const ReductionOptions& options, MassKind mass = MassKind::lumped,
-                   ReductionFigures* figures = nullptr) {
+Superelement again(const Mesh& mesh, const ReductionOptions& options,
+                   MassKind mass = MassKind::lumped, ReductionFigures* figures = nullptr) {
   Report report("test", Verbosity::quiet);
-  const SuperelementGroup group = reduce_domains(mesh, properties(mesh, soft), mass, options, {}, report);
+  const SuperelementGroup group =
+      reduce_domains(mesh, properties(mesh, soft), mass, options, {}, report);
   EXPECT_FALSE(group.has_diagonal_form());
-  return reduce_again(group, component_interface(mesh, options.interface_sets), options, {}, report, figures);
+  return reduce_again(group, component_interface(mesh, options.interface_sets), options, {}, report,
+                      figures);
 }
 
 Superelement once(const Mesh& mesh, Index modes, MassKind mass = MassKind::lumped) {
@@ -39,23 +41,30 @@ Superelement once(const Mesh& mesh, Index modes, MassKind mass = MassKind::lumpe
   return reduce(mesh, properties(mesh, soft), mass, options_of(1, modes, 0), {}, report);
 }
 
-double relative(const Matrix& A, const Matrix& B) { return (A - B).cwiseAbs().maxCoeff() / B.cwiseAbs().maxCoeff(); }
+double relative(const Matrix& A, const Matrix& B) {
+  return (A - B).cwiseAbs().maxCoeff() / B.cwiseAbs().maxCoeff();
+}
 
 // Rows of a recovery by node id.
-Matrix rows_in_order(const Superelement::Recovery& of, const std::vector<Index>& ids, const Matrix& values) {
+Matrix rows_in_order(const Superelement::Recovery& of, const std::vector<Index>& ids,
+                     const Matrix& values) {
   Matrix rows(3 * std::ssize(ids), values.cols());
   for (Index i = 0; i < std::ssize(ids); ++i) {
-    const Index at = std::find(of.node_ids.begin(), of.node_ids.end(), ids[static_cast<std::size_t>(i)]) - of.node_ids.begin();
+    const Index at =
+        std::find(of.node_ids.begin(), of.node_ids.end(), ids[static_cast<std::size_t>(i)]) -
+        of.node_ids.begin();
     rows.middleRows(3 * i, 3) = values.middleRows(3 * at, 3);
   }
   return rows;
 }
 
 class SecondReduction : public testing::TestWithParam<MassKind> {};
-INSTANTIATE_TEST_SUITE_P(Masses, SecondReduction, testing::Values(MassKind::lumped, MassKind::consistent));
+INSTANTIATE_TEST_SUITE_P(Masses, SecondReduction,
+                         testing::Values(MassKind::lumped, MassKind::consistent));
 
 TEST_P(SecondReduction, OfAllModesIsOneReductionOfTheWhole) {
-  for (const Mesh& mesh : {box_mesh({{5, 4, 3}, {5, 4, 3}, {1, 2, 3}, 0.1}), mixed_mesh({4, 3, 2}, 0.06), comb_mesh(3, 4)}) {
+  for (const Mesh& mesh : {box_mesh({{5, 4, 3}, {5, 4, 3}, {1, 2, 3}, 0.1}),
+                           mixed_mesh({4, 3, 2}, 0.06), comb_mesh(3, 4)}) {
     const Superelement one = once(mesh, 12, GetParam());
     for (const Index n : {2, 5}) {
       const Superelement s = again(mesh, options_of(n, all_modes, 12), GetParam());
@@ -63,7 +72,9 @@ TEST_P(SecondReduction, OfAllModesIsOneReductionOfTheWhole) {
       ASSERT_EQ(s.node_ids, one.node_ids);
       EXPECT_LT(relative(s.K_cc, one.K_cc), 1e-9);
       EXPECT_LT(relative(s.M_cc, one.M_cc), 1e-9);
-      EXPECT_LT((s.eigenvalues - one.eigenvalues).cwiseQuotient(one.eigenvalues).cwiseAbs().maxCoeff(), 1e-9);
+      EXPECT_LT(
+          (s.eigenvalues - one.eigenvalues).cwiseQuotient(one.eigenvalues).cwiseAbs().maxCoeff(),
+          1e-9);
       EXPECT_LT(relative(s.M_kc.rowwise().norm(), one.M_kc.rowwise().norm()), 1e-7);
       // The interior moves as it does in one reduction: Psi is unique, Phi up to its sign.
       const auto &a = s.recovery.front(), &b = one.recovery.front();
@@ -78,7 +89,8 @@ TEST_P(SecondReduction, OfAllModesIsOneReductionOfTheWhole) {
 
 TEST_P(SecondReduction, StaticallyIsExactWhateverTheModes) {
   const Mesh mesh = box_mesh({{5, 4, 3}, {5, 4, 3}, {1, 2, 3}, 0.1});
-  const Superelement one = once(mesh, 0, GetParam()), s = again(mesh, options_of(4, 0, 0), GetParam());
+  const Superelement one = once(mesh, 0, GetParam()),
+                     s = again(mesh, options_of(4, 0, 0), GetParam());
   EXPECT_LT(relative(s.K_cc, one.K_cc), 1e-11);
   EXPECT_LT(relative(s.M_cc, one.M_cc), 1e-11);
   EXPECT_EQ(s.k(), 0);
@@ -104,9 +116,9 @@ TEST(SecondReduction, RecoversElementsOfTheWholeMesh) {
     const Block& whole = mesh.blocks[static_cast<std::size_t>(find_block(mesh, block.name))];
     ASSERT_EQ(block.connectivity.rows(), whole.connectivity.rows());
     for (Index e = 0; e < block.connectivity.rows(); ++e) {
-      const auto row =
-          std::find(whole.element_ids.begin(), whole.element_ids.end(), block.element_ids[static_cast<std::size_t>(e)]) -
-          whole.element_ids.begin();
+      const auto row = std::find(whole.element_ids.begin(), whole.element_ids.end(),
+                                 block.element_ids[static_cast<std::size_t>(e)]) -
+                       whole.element_ids.begin();
       for (Index a = 0; a < block.connectivity.cols(); ++a)
         EXPECT_EQ(ids[static_cast<std::size_t>(block.connectivity(e, a))],
                   mesh.node_ids[static_cast<std::size_t>(whole.connectivity(row, a))]);
@@ -125,18 +137,21 @@ TEST(SecondReduction, CutoffKeepsEveryModeBelowIt) {
   options.second_cutoff_hz = std::sqrt(0.5 * (all(16) + all(17))) / (2 * M_PI);
   ReductionFigures figures;
   EXPECT_EQ(again(mesh, options, MassKind::lumped, &figures).k(), 17);
-  EXPECT_NEAR(figures.highest_frequency, std::sqrt(all(16)) / (2 * M_PI), 1e-9 * std::sqrt(all(16)));
+  EXPECT_NEAR(figures.highest_frequency, std::sqrt(all(16)) / (2 * M_PI),
+              1e-9 * std::sqrt(all(16)));
 }
 
 TEST(SecondReduction, RefusesMoreModesThanThereAreAndWhatFloats) {
   const Mesh box = box_mesh({{4, 3, 2}, {4, 3, 2}, {0, 0, 0}, 0});
   EXPECT_THROW(again(box, options_of(2, 2, 1000)), InputError);
-  // A part that is two domains holds itself together, but the component's interface does not hold it.
+  // A part that is two domains holds itself together, but the component's interface does not hold
+  // it.
   const Mesh two = both(box, box_mesh({{8, 4, 4}, {4, 3, 2}, {50, 0, 0}, 0}));
   EXPECT_NO_THROW({
     Report report("test", Verbosity::quiet);
     ReductionOptions options = options_of(4, 2, 2);
-    const Superelement one = join(reduce_domains(two, properties(two, soft), MassKind::lumped, options, {}, report));
+    const Superelement one =
+        join(reduce_domains(two, properties(two, soft), MassKind::lumped, options, {}, report));
   });
   EXPECT_THROW(again(two, options_of(4, 2, 2)), InputError);
 }

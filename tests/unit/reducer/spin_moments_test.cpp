@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Moments of the coordinates: of strains that the interface has, and of rigid motions, from the inertia alone.
+// Moments of the coordinates: of strains that the interface has, and of rigid motions, from the
+// inertia alone.
 #include "reducer/modes/spin_moments.hpp"
 
 #include <gtest/gtest.h>
@@ -53,7 +54,8 @@ TEST_P(SpinMoments, OfLinearMotionsAreThoseOfTheInertia) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Masses, SpinMoments, testing::Values(MassKind::lumped, MassKind::consistent));
+INSTANTIATE_TEST_SUITE_P(Masses, SpinMoments,
+                         testing::Values(MassKind::lumped, MassKind::consistent));
 
 }  // namespace
 }  // namespace cbr::test

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Statics that basis characteristic keeps, against dense matrices of the whole component.
-#include "common/linalg/dense.hpp"
 #include "reducer/bases/statics.hpp"
+#include "common/linalg/dense.hpp"
 
 #include <gtest/gtest.h>
 
@@ -18,9 +18,12 @@ namespace {
 
 const Material soft = {1000, 0.3, 2};
 
-Mesh skewed(std::array<Index, 3> n = {5, 4, 3}) { return box_mesh({n, {5, 4, 3}, {1, 2, 3}, 0.08}); }
+Mesh skewed(std::array<Index, 3> n = {5, 4, 3}) {
+  return box_mesh({n, {5, 4, 3}, {1, 2, 3}, 0.08});
+}
 
-ReductionOptions touching(const std::vector<std::string>& sets, std::map<std::string, bool> slides, Index fixed = 8) {
+ReductionOptions touching(const std::vector<std::string>& sets, std::map<std::string, bool> slides,
+                          Index fixed = 8) {
   ReductionOptions options;
   options.basis = Basis::characteristic;
   options.interface_sets = sets;
@@ -30,20 +33,23 @@ ReductionOptions touching(const std::vector<std::string>& sets, std::map<std::st
   return options;
 }
 
-Superelement reduced(const Mesh& mesh, const ReductionOptions& options, MassKind mass = MassKind::lumped) {
+Superelement reduced(const Mesh& mesh, const ReductionOptions& options,
+                     MassKind mass = MassKind::lumped) {
   Report report("test", Verbosity::quiet);
   Superelement s = reduce(mesh, properties(mesh, soft), mass, options, {}, report);
   check(s, "test");
   return s;
 }
 
-// Answers of the free component to forces (N x s), the inertia of its rigid motions in balance with them, dense and whole:
+// Answers of the free component to forces (N x s), the inertia of its rigid motions in balance with
+// them, dense and whole:
 //   U = (1 - N N^T M) G (1 - M N N^T) B,   G = (K + scale M N N^T M)^-1,   N^T M N = 1
 Matrix dense_answers(const Mesh& mesh, MassKind mass, const Matrix& B) {
   const FiniteElementModel model = assemble(mesh, properties(mesh, soft), mass);
   const Matrix K(model.K), M(model.M);
   Points x(static_cast<Index>(model.nodes.size()), 3);
-  for (Index i = 0; i < x.rows(); ++i) x.row(i) = mesh.coordinates.row(model.nodes[static_cast<std::size_t>(i)]);
+  for (Index i = 0; i < x.rows(); ++i)
+    x.row(i) = mesh.coordinates.row(model.nodes[static_cast<std::size_t>(i)]);
   const Matrix R = rigid_modes(x, rigid_body(model.M, x).center);
   Matrix N = R;
   Cholesky(R.transpose() * M * R).divide_by_upper(N);
@@ -60,7 +66,8 @@ Matrix forces_on_component(const Mesh& mesh, const Superelement& s) {
   const StaticShare& statics = s.characteristic.statics;
   Matrix B = Matrix::Zero(3 * static_cast<Index>(model.nodes.size()), statics.size());
   for (Index i = 0; i < statics.size(); ++i) {
-    const Index id = s.node_ids[static_cast<std::size_t>(statics.node[static_cast<std::size_t>(i)])];
+    const Index id =
+        s.node_ids[static_cast<std::size_t>(statics.node[static_cast<std::size_t>(i)])];
     const auto found = std::find(mesh.node_ids.begin(), mesh.node_ids.end(), id);
     const Index row = model.row[static_cast<std::size_t>(found - mesh.node_ids.begin())];
     B.block(3 * row, i, 3, 1) = statics.direction.row(i).transpose();
@@ -69,7 +76,8 @@ Matrix forces_on_component(const Mesh& mesh, const Superelement& s) {
 }
 
 Matrix of_modes(const Superelement& s) {
-  const Matrix G = along_forces(s.characteristic.statics, s, s.characteristic.V).rightCols(s.k() - 6);
+  const Matrix G =
+      along_forces(s.characteristic.statics, s, s.characteristic.V).rightCols(s.k() - 6);
   return G * s.eigenvalues.tail(s.k() - 6).cwiseInverse().asDiagonal() * G.transpose();
 }
 
@@ -78,12 +86,15 @@ TEST(Statics, OfAnyForceOnAFaceAreExact) {
   for (const MassKind mass : {MassKind::lumped, MassKind::consistent}) {
     for (const bool slides : {false, true}) {
       for (const Index fixed : {Index{0}, Index{8}}) {
-        const Superelement s = reduced(mesh, touching({"x_max", "y_max"}, {{"x_max", slides}}, fixed), mass);
+        const Superelement s =
+            reduced(mesh, touching({"x_max", "y_max"}, {{"x_max", slides}}, fixed), mass);
         const StaticShare& statics = s.characteristic.statics;
         ASSERT_EQ(statics.size(), (slides ? 3 : 1) * 20);
-        const Matrix B = forces_on_component(mesh, s), exact = B.transpose() * dense_answers(mesh, mass, B);
+        const Matrix B = forces_on_component(mesh, s),
+                     exact = B.transpose() * dense_answers(mesh, mass, B);
         const double largest = exact.cwiseAbs().maxCoeff();
-        EXPECT_LT((of_modes(s) + statics.F - exact).cwiseAbs().maxCoeff(), 1e-9 * largest) << slides << fixed;
+        EXPECT_LT((of_modes(s) + statics.F - exact).cwiseAbs().maxCoeff(), 1e-9 * largest)
+            << slides << fixed;
         // Shapes are a part of what the component can do, so that nothing negative is left
         const Vector left = symmetric_eigenvalues(statics.F);
         EXPECT_GT(left.minCoeff(), -1e-11 * largest) << slides << fixed;
@@ -103,15 +114,18 @@ TEST(Statics, OfSparseSolvesAreExactToo) {
     FiniteElementModel model = assemble(mesh, properties(mesh, soft), MassKind::lumped);
     const Partition p = partition(model, interface_nodes(mesh, model, {"x_max", "y_max"}));
     Points x(static_cast<Index>(model.nodes.size()), 3);
-    for (Index i = 0; i < x.rows(); ++i) x.row(i) = mesh.coordinates.row(model.nodes[static_cast<std::size_t>(i)]);
+    for (Index i = 0; i < x.rows(); ++i)
+      x.row(i) = mesh.coordinates.row(model.nodes[static_cast<std::size_t>(i)]);
     Report report("test", Verbosity::quiet);
     const FreeComponent component{model.K, model.M, x};
     // Many forces make one factor with the interface last the cheaper way
     const FreeFactor factor = free_factor(component, p, one_factor ? 1'000'000 : 0);
     ASSERT_EQ(factor.interior.has_value(), one_factor);
-    auto shapes = free_shapes(options.characteristic, component, factor, p, s.characteristic.statics, s, report);
+    auto shapes = free_shapes(options.characteristic, component, factor, p,
+                              s.characteristic.statics, s, report);
     ASSERT_TRUE(shapes);
-    const Matrix B = forces_on_component(mesh, s), exact = B.transpose() * dense_answers(mesh, MassKind::lumped, B);
+    const Matrix B = forces_on_component(mesh, s),
+                 exact = B.transpose() * dense_answers(mesh, MassKind::lumped, B);
     const double largest = exact.cwiseAbs().maxCoeff();
     EXPECT_LT((shapes->compliance - exact).cwiseAbs().maxCoeff(), 1e-9 * largest);
     const SparseCholesky own(p.K_II);
@@ -120,20 +134,25 @@ TEST(Statics, OfSparseSolvesAreExactToo) {
     take_free_shapes(*shapes, Vector(0), none, p, s, nullptr);
     check(s, "test");
     EXPECT_EQ(s.k(), 6 + 4 + 1);
-    EXPECT_LT((of_modes(s) + s.characteristic.statics.F - exact).cwiseAbs().maxCoeff(), 1e-9 * largest);
+    EXPECT_LT((of_modes(s) + s.characteristic.statics.F - exact).cwiseAbs().maxCoeff(),
+              1e-9 * largest);
     EXPECT_GT(symmetric_eigenvalues(s.characteristic.statics.F).minCoeff(), -1e-11 * largest);
   }
 }
 
 TEST(Statics, NodesOfTwoFacesHaveBothDirections) {
   const Mesh mesh = skewed();
-  const Superelement s = reduced(mesh, touching({"x_max", "y_max"}, {{"x_max", false}, {"y_max", false}}));
+  const Superelement s =
+      reduced(mesh, touching({"x_max", "y_max"}, {{"x_max", false}, {"y_max", false}}));
   const StaticShare& statics = s.characteristic.statics;
   ASSERT_EQ(statics.size(), 20 + 24);
-  const Matrix B = forces_on_component(mesh, s), exact = B.transpose() * dense_answers(mesh, MassKind::lumped, B);
-  EXPECT_LT((of_modes(s) + statics.F - exact).cwiseAbs().maxCoeff(), 1e-9 * exact.cwiseAbs().maxCoeff());
+  const Matrix B = forces_on_component(mesh, s),
+               exact = B.transpose() * dense_answers(mesh, MassKind::lumped, B);
+  EXPECT_LT((of_modes(s) + statics.F - exact).cwiseAbs().maxCoeff(),
+            1e-9 * exact.cwiseAbs().maxCoeff());
   // One of them with friction: all directions, once
-  EXPECT_EQ(reduced(mesh, touching({"x_max", "y_max"}, {{"x_max", true}, {"y_max", false}})).characteristic.statics.size(),
+  EXPECT_EQ(reduced(mesh, touching({"x_max", "y_max"}, {{"x_max", true}, {"y_max", false}}))
+                .characteristic.statics.size(),
             3 * 20 + 24 - 4);
 }
 
@@ -167,7 +186,8 @@ TEST(Statics, AreOfWhatIsAskedFor) {
   EXPECT_EQ(size(), 3 * (20 + 24 - 4));
   options.characteristic.statics = {"y_mx"};
   EXPECT_EQ(refusal_of([&] { reduced(mesh, options); }),
-            "characteristic.statics: the interface keeps no sideset 'y_mx', did you mean 'y_max'? allowed: x_max, y_max");
+            "characteristic.statics: the interface keeps no sideset 'y_mx', did you mean 'y_max'? "
+            "allowed: x_max, y_max");
 }
 
 }  // namespace

@@ -35,19 +35,22 @@ class Words : public testing::Test {
     Mesh mesh = box_mesh({{3, 2, 2}, {3, 2, 2}, {0, 0, 0}, 0});
     write_mesh(mesh, folder_ / "box.msh");
     const Block& solid = mesh.blocks.front();
-    mesh.blocks.push_back({"fin", 2, ElementType::quad4, solid.connectivity.leftCols(4).topRows(2), {101, 102}});
+    mesh.blocks.push_back(
+        {"fin", 2, ElementType::quad4, solid.connectivity.leftCols(4).topRows(2), {101, 102}});
     write_mesh(mesh, folder_ / "fin.exo");
   }
   ~Words() override { fs::remove_all(folder_); }
 
   std::string path(const std::string& name) const { return (folder_ / name).string(); }
 
-  std::string scene(const std::string& mesh, const std::string& modes, const std::string& blocks = "") const {
-    std::ofstream(path("scene.yaml")) << "materials: {soft: {youngs_modulus: 1000, poissons_ratio: 0.3, density: 2}}\n"
-                                         "components:\n  box: {mesh: "
-                                      << mesh << ", material: soft, " << blocks
-                                      << "reduction: {interface: [x_max], modes: " << modes
-                                      << "}}\ninstances:\n  a: {component: box, as: superelement}\ntime: {end: 1.0}\n";
+  std::string scene(const std::string& mesh, const std::string& modes,
+                    const std::string& blocks = "") const {
+    std::ofstream(path("scene.yaml"))
+        << "materials: {soft: {youngs_modulus: 1000, poissons_ratio: 0.3, density: 2}}\n"
+           "components:\n  box: {mesh: "
+        << mesh << ", material: soft, " << blocks
+        << "reduction: {interface: [x_max], modes: " << modes
+        << "}}\ninstances:\n  a: {component: box, as: superelement}\ntime: {end: 1.0}\n";
     return path("scene.yaml");
   }
 
@@ -97,27 +100,31 @@ TEST_F(Words, AStaleFileTellsWhichOptionDiffers) {
   const Scene now = read_scene(scene("box.msh", "5"));
   EXPECT_EQ(stale_text(now, now.components.at("box")), "modes: 4 in the file, 5 in the scene");
   const Scene other = read_scene(scene("box.msh", "4", "mass: consistent, "));
-  EXPECT_EQ(stale_text(other, other.components.at("box")), "mass: lumped in the file, consistent in the scene");
+  EXPECT_EQ(stale_text(other, other.components.at("box")),
+            "mass: lumped in the file, consistent in the scene");
 }
 
 TEST_F(Words, FilesOfOtherProgramsAreToldWhatToDoWith) {
   std::ofstream(path("x.cdb")) << "*NODE\n";
   for (const std::string& input : {path("x.cdb"), scene("x.cdb", "4")})
-    EXPECT_NE(refusal(input).find("convert it to gmsh's .msh or to Exodus II"), std::string::npos) << refusal(input);
+    EXPECT_NE(refusal(input).find("convert it to gmsh's .msh or to Exodus II"), std::string::npos)
+        << refusal(input);
   EXPECT_NE(refusal(path("x.step")).find("mesh it first (gmsh -3 x.step"), std::string::npos);
   Mesh shells = read_mesh(path("fin.exo"));
   shells.blocks.erase(shells.blocks.begin());
   shells.sidesets.clear();
   write_mesh(shells, folder_ / "shells.exo");
-  EXPECT_NE(refusal(scene("shells.exo", "4")).find("Physical Volume"), std::string::npos) << refusal(path("scene.yaml"));
+  EXPECT_NE(refusal(scene("shells.exo", "4")).find("Physical Volume"), std::string::npos)
+      << refusal(path("scene.yaml"));
 }
 
 TEST_F(Words, InfoTellsWhatASuperelementIs) {
   reduce(scene("box.msh", "4"));
   std::ostringstream out;
   print_info(path("box.cbr.h5"), out);
-  for (const char* part : {"a superelement", "modes: 4", "block solid: density 2", "27 of the interface", "first frequencies with",
-                           "first elastic frequencies", "x_max (4 faces)", "aim: below 1 %"})
+  for (const char* part :
+       {"a superelement", "modes: 4", "block solid: density 2", "27 of the interface",
+        "first frequencies with", "first elastic frequencies", "x_max (4 faces)", "aim: below 1 %"})
     EXPECT_NE(out.str().find(part), std::string::npos) << part << "\n" << out.str();
   EXPECT_THROW(print_info(path("box.msh"), out), InputError);
 }
@@ -143,7 +150,8 @@ TEST_F(Words, InfoTellsWhatResultsAndCheckpointsAre) {
     file.write("/time", Vector(Vector::LinSpaced(3, 0, 0.5)));
     file.write("/instances/left/kinetic_energy", Vector(Vector::Zero(3)));
   });
-  for (const char* part : {"results of a run", "3, from t = 0 to 0.5 s", "120 steps, 77 dofs; stopped by a signal", "left"})
+  for (const char* part : {"results of a run", "3, from t = 0 to 0.5 s",
+                           "120 steps, 77 dofs; stopped by a signal", "left"})
     EXPECT_NE(results.find(part), std::string::npos) << part << "\n" << results;
   const std::string checkpoint = told("cbr-checkpoint", [](Hdf5Writer& file) {
     file.attribute("/", "step", Index{9});
@@ -173,7 +181,8 @@ TEST_F(Words, ReadmesFirstSceneRunsAsItIsPrinted) {
 
 TEST(EstimateOfRecovery, IsWhatTheFileHolds) {
   const Mesh mesh = box_mesh({{3, 2, 2}, {3, 2, 2}, {0, 0, 0}, 0});
-  const std::vector<BlockProperties> soft = {{{.youngs_modulus = 1000, .poissons_ratio = 0.3, .density = 2}, {}}};
+  const std::vector<BlockProperties> soft = {
+      {{.youngs_modulus = 1000, .poissons_ratio = 0.3, .density = 2}, {}}};
   ReductionOptions options;
   options.interface_sets = {"x_max"};
   options.modes = 4;
@@ -183,11 +192,14 @@ TEST(EstimateOfRecovery, IsWhatTheFileHolds) {
   const Superelement s = cbr::reduce(mesh, soft, MassKind::lumped, options, {}, report);
   const auto& r = s.recovery.front();
   EXPECT_EQ(e.recovery_nonzeros(), static_cast<double>(r.Psi.size() + r.Phi.size()));
-  EXPECT_EQ(e.file_nonzeros(), static_cast<double>(r.Psi.size() + r.Phi.size() + s.K_cc.size() + s.M_cc.size() + s.M_kc.size() +
-                                                   s.eigenvalues.size() + s.V.size() + s.omega.size()));
+  EXPECT_EQ(
+      e.file_nonzeros(),
+      static_cast<double>(r.Psi.size() + r.Phi.size() + s.K_cc.size() + s.M_cc.size() +
+                          s.M_kc.size() + s.eigenvalues.size() + s.V.size() + s.omega.size()));
   std::ostringstream out;
   print_estimate(e, {50e9, 10e9, 2}, 4e9, "# title", out);
-  const auto first = out.str().find("- dofs: 31 (27 of nodes, 4 modes) for 108 of the mesh\n- file: ");
+  const auto first =
+      out.str().find("- dofs: 31 (27 of nodes, 4 modes) for 108 of the mesh\n- file: ");
   ASSERT_NE(first, std::string::npos) << out.str();
   EXPECT_LT(first, out.str().find("| 5 "));
   EXPECT_NE(out.str().find("of which recovery"), std::string::npos);
@@ -199,13 +211,16 @@ TEST(FrequencyLines, AreTheLowestSixInHertz) {
   s.eigenvalues = Vector::LinSpaced(9, 1, 9).array().square();
   const auto lines = frequency_lines(s);
   ASSERT_EQ(lines.size(), 1u);
-  EXPECT_NE(lines[0].text.find(": 0.159155, 0.31831, 0.477465, 0.63662, 0.795775, 0.95493 Hz"), std::string::npos) << lines[0].text;
+  EXPECT_NE(lines[0].text.find(": 0.159155, 0.31831, 0.477465, 0.63662, 0.795775, 0.95493 Hz"),
+            std::string::npos)
+      << lines[0].text;
 }
 
 // A box's own: m (b^2 + c^2) / 12; of nodes with lumped mass it is more.
 TEST(GeometryBody, IsTheBoxs) {
   const Mesh mesh = box_mesh({.n = {4, 1, 1}, .size = {4, 1, 2}});
-  const RigidBody body = rigid_body_of_geometry(mesh, {{{.youngs_modulus = 1, .poissons_ratio = 0, .density = 3}, {}}});
+  const RigidBody body = rigid_body_of_geometry(
+      mesh, {{{.youngs_modulus = 1, .poissons_ratio = 0, .density = 3}, {}}});
   EXPECT_NEAR(body.mass, 24, 1e-12);
   EXPECT_LT((body.center - Vector3(2, 0.5, 1)).norm(), 1e-12);
   const Matrix3 expected = (Vector3(5, 20, 17) * 2).asDiagonal();

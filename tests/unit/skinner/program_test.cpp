@@ -20,10 +20,12 @@ struct Outcome {
 
 const char* scene_text =
     "materials:\n  steel: {youngs_modulus: 5.17e12, poissons_ratio: 0.3, density: 7836}\n"
-    "components:\n  brick: {mesh: brick.msh, material: steel, reduction: {interface: [x_max], modes: 2}}\n"
+    "components:\n  brick: {mesh: brick.msh, material: steel, reduction: {interface: [x_max], "
+    "modes: 2}}\n"
     "instances:\n  left: {component: brick, as: superelement, position: [-3, 0, 0]}\n"
     "  right: {component: brick, as: mesh, position: [3, 0, 0], mirror: x}\n"
-    "skin: {surfaces: [x_max], youngs_modulus: 6.9e3, poissons_ratio: 0.3, density: 0.11, thickness: 2.5e-10, mesh: s.msh}\n"
+    "skin: {surfaces: [x_max], youngs_modulus: 6.9e3, poissons_ratio: 0.3, density: 0.11, "
+    "thickness: 2.5e-10, mesh: s.msh}\n"
     "time: {end: 1}\n";
 
 // A folder `work` with a mesh and a scene; what the program prints goes beside it.
@@ -36,15 +38,19 @@ struct Here {
   }
   Outcome skin(const std::string& arguments) { return run(CBR_SKIN, arguments); }
   Outcome run(const std::string& program, const std::string& arguments) {
-    const std::string work = (folder / "here").string(), out = (folder / "out").string(), err = (folder / "err").string();
-    const int status =
-        std::system(("cd '" + work + "' && " + program + " " + arguments + " > '" + out + "' 2> '" + err + "'").c_str());
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, test::read_text(out), test::read_text(err)};
+    const std::string work = (folder / "here").string(), out = (folder / "out").string(),
+                      err = (folder / "err").string();
+    const int status = std::system(
+        ("cd '" + work + "' && " + program + " " + arguments + " > '" + out + "' 2> '" + err + "'")
+            .c_str());
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, test::read_text(out),
+            test::read_text(err)};
   }
   std::filesystem::path operator/(const std::string& name) const { return folder / "here" / name; }
   std::size_t n_files() const {
     return static_cast<std::size_t>(
-        std::distance(std::filesystem::directory_iterator(folder / "here"), std::filesystem::directory_iterator()));
+        std::distance(std::filesystem::directory_iterator(folder / "here"),
+                      std::filesystem::directory_iterator()));
   }
 };
 
@@ -52,9 +58,13 @@ struct Here {
 TEST(SkinProgram, runsWithKernelsOfThisProcessorUnlessToldOtherwise) {
   Here here;
   const auto last_core = [&](const std::string& variables) {
-    const std::string said = here.run("env " + variables + " OPENBLAS_VERBOSE=2 " + std::string(CBR_SKIN), "--version").err;
+    const std::string said =
+        here.run("env " + variables + " OPENBLAS_VERBOSE=2 " + std::string(CBR_SKIN), "--version")
+            .err;
     const std::size_t at = said.rfind("Core: ");
-    return at == std::string::npos ? said : said.substr(at + 6, said.find_first_of(" \n", at + 6) - at - 6);
+    return at == std::string::npos
+               ? said
+               : said.substr(at + 6, said.find_first_of(" \n", at + 6) - at - 6);
   };
   EXPECT_EQ(last_core("OPENBLAS_CORETYPE=Prescott"), "Prescott");
 #ifdef __x86_64__
@@ -78,8 +88,8 @@ TEST(SkinProgram, overwritesNoMeshOfAComponent) {
 
 TEST(SkinProgram, skinsAMesh) {
   Here here;
-  for (const char* arguments :
-       {"brick.msh --sideset x_max --sideset x_min -o s.exo", "--sideset x_max brick.msh --sideset x_min -o s.exo"}) {
+  for (const char* arguments : {"brick.msh --sideset x_max --sideset x_min -o s.exo",
+                                "--sideset x_max brick.msh --sideset x_min -o s.exo"}) {
     const Outcome outcome = here.skin(arguments);
     EXPECT_EQ(outcome.code, 0) << outcome.err;
     EXPECT_EQ(outcome.out, "");
@@ -95,7 +105,8 @@ TEST(SkinProgram, isAFilterOfScenes) {
   Here here;
   const Outcome from_file = here.skin("a.yaml");
   EXPECT_EQ(from_file.code, 0) << from_file.err;
-  EXPECT_NE(from_file.err.find("skin.right.x_max: 1 shells (quad4) on 4 nodes"), std::string::npos) << from_file.err;
+  EXPECT_NE(from_file.err.find("skin.right.x_max: 1 shells (quad4) on 4 nodes"), std::string::npos)
+      << from_file.err;
   const std::string mesh = test::read_text(here / "s.msh");
   const Outcome from_stdin = here.skin("- < a.yaml");
   EXPECT_EQ(from_stdin.code, 0) << from_stdin.err;
@@ -105,7 +116,8 @@ TEST(SkinProgram, isAFilterOfScenes) {
   test::write_text(here.folder / "moved.yaml", from_file.out);
   const Scene scene = read_scene((here.folder / "moved.yaml").string());
   ASSERT_TRUE(scene.skin.has_value());
-  EXPECT_EQ(std::filesystem::weakly_canonical(scene.skin->mesh), std::filesystem::weakly_canonical(here / "s.msh"));
+  EXPECT_EQ(std::filesystem::weakly_canonical(scene.skin->mesh),
+            std::filesystem::weakly_canonical(here / "s.msh"));
   EXPECT_TRUE(std::filesystem::exists(scene.components.at("brick").mesh));
   EXPECT_EQ(here.skin("../moved.yaml").out, from_file.out);
 }
@@ -123,7 +135,8 @@ TEST(SkinProgram, aSceneWithoutSkinPassesThroughAndNoMeshIsRead) {
   EXPECT_EQ(here.n_files(), 1U);
 }
 
-// The mesh replaced between cbr-reduce and cbr-skin: the skin is of another mesh than the superelement.
+// The mesh replaced between cbr-reduce and cbr-skin: the skin is of another mesh than the
+// superelement.
 TEST(SkinProgram, warnsOfASuperelementThatIsNotOfThePresentMesh) {
   Here here;
   EXPECT_EQ(here.skin("a.yaml -q").err, "");  // none there yet
@@ -160,7 +173,8 @@ TEST(SkinProgram, badInputIsOneLineAndLeavesNothing) {
   refused("brick.msh", "--sideset");
   refused("brick.msh --sideset x_max", "-o");
   refused("brick.msh --sideset x_max -o ./brick.msh", "would be overwritten");
-  refused("brick.msh --sideset x_max -o s.msh --timings ./s.msh", "is the file of both the skinned mesh and the timings");
+  refused("brick.msh --sideset x_max -o s.msh --timings ./s.msh",
+          "is the file of both the skinned mesh and the timings");
   refused("brick.msh --sideset top -o s.msh", "x_min, x_max");
   refused("brick.msh --sideset x_max -o s.stl", ".stl");
   refused("brick.msh --sideset x_max -o no/such/folder/s.msh", "folder");

@@ -25,7 +25,8 @@ Vector3 vector_area(const Points& X, const IndexTable& faces, Index f, int corne
 
 Vector3 vector_area(const Points& X, const Block& shells) {
   Vector3 area = Vector3::Zero();
-  for (Index f = 0; f < shells.connectivity.rows(); ++f) area += vector_area(X, shells.connectivity, f, n_corners(shells.type));
+  for (Index f = 0; f < shells.connectivity.rows(); ++f)
+    area += vector_area(X, shells.connectivity, f, n_corners(shells.type));
   return area;
 }
 
@@ -100,10 +101,12 @@ TEST(Skin, shellsShareTheNodesOfTheSidesAndLookOutwards) {
       n += skin.connectivity.rows();
       Vector3 center = Vector3::Zero();
       for (const Index node : mesh.blocks[b].connectivity.reshaped())
-        center += mesh.coordinates.row(node).transpose() / static_cast<double>(mesh.blocks[b].connectivity.cols());
+        center += mesh.coordinates.row(node).transpose() /
+                  static_cast<double>(mesh.blocks[b].connectivity.cols());
       for (Index f = 0; f < skin.connectivity.rows(); ++f) {
         const Vector3 out = mesh.coordinates.row(skin.connectivity(f, 0)).transpose() - center;
-        EXPECT_GT(vector_area(mesh.coordinates, skin.connectivity, f, n_corners(skin.type)).dot(out), 0);
+        EXPECT_GT(
+            vector_area(mesh.coordinates, skin.connectivity, f, n_corners(skin.type)).dot(out), 0);
       }
     }
     EXPECT_EQ(n, n_sides(type));
@@ -128,7 +131,8 @@ TEST(Skin, refusesWhatIsNotThereAndWhatIsTwice) {
   const auto fault = [](const std::vector<std::string>& names) {
     return message_of([&] { skin_mesh(test::brick(1, 1, 1), names); });
   };
-  EXPECT_NE(fault({"x_mx"}).find("did you mean 'x_max'? (available: x_min, x_max)"), std::string::npos);
+  EXPECT_NE(fault({"x_mx"}).find("did you mean 'x_max'? (available: x_min, x_max)"),
+            std::string::npos);
   EXPECT_NE(fault({"x_max", "x_max"}).find("twice"), std::string::npos);
   Mesh once = skin_mesh(test::brick(1, 1, 1), {"x_max"}).mesh;
   EXPECT_NE(message_of([&] { skin_mesh(once, {"x_max"}); }).find("already"), std::string::npos);
@@ -149,7 +153,8 @@ TEST(Place, mirroredElementsKeepPositiveVolumeAndSidesTheirFaces) {
     for (Index b = 0; b < static_cast<Index>(zoo.blocks.size()); ++b) {
       if (dimension(zoo.blocks[b].type) != 3) continue;
       SCOPED_TRACE(mirror + " " + zoo.blocks[b].name);
-      // Each face goes where the map takes it, with its outward area vector: T a, whatever the handedness.
+      // Each face goes where the map takes it, with its outward area vector: T a, whatever the
+      // handedness.
       const Surface before = extract_surface(zoo, {"f", 1, {{b, 0, 1}}});
       Mesh moved = zoo;
       moved.sidesets = {{"f", 1, {{b, 0, 1}}}};
@@ -157,15 +162,17 @@ TEST(Place, mirroredElementsKeepPositiveVolumeAndSidesTheirFaces) {
       const Surface after = extract_surface(moved, moved.sidesets[0]);
       const int corners = n_corners(before.kind);
       EXPECT_EQ(surface_nodes(before), surface_nodes(after));
-      EXPECT_LT(
-          (T * vector_area(zoo.coordinates, before.faces, 0, corners) - vector_area(moved.coordinates, after.faces, 0, corners))
-              .norm(),
-          1e-13);
+      EXPECT_LT((T * vector_area(zoo.coordinates, before.faces, 0, corners) -
+                 vector_area(moved.coordinates, after.faces, 0, corners))
+                    .norm(),
+                1e-13);
       // Positive volume: the outward faces of the reordered element enclose its centre.
       const Block& element = placed.blocks[b];
       Points X(element.connectivity.cols(), 3);
-      for (Index i = 0; i < X.rows(); ++i) X.row(i) = placed.coordinates.row(element.connectivity(0, i));
-      EXPECT_LT((test::element_points(element.type, X.topRows(n_corners(element.type))) - X).norm(), 1e-12);
+      for (Index i = 0; i < X.rows(); ++i)
+        X.row(i) = placed.coordinates.row(element.connectivity(0, i));
+      EXPECT_LT((test::element_points(element.type, X.topRows(n_corners(element.type))) - X).norm(),
+                1e-12);
       const Vector3 center = X.colwise().mean().transpose();
       for (int s = 1; s <= n_sides(element.type); ++s) {
         const Surface side = extract_surface(placed, {"s", 1, {{b, 0, s}}});
@@ -194,23 +201,28 @@ TEST(SkinScene, putsEveryInstanceInItsPlace) {
   const Block& right_skin = block(mesh, "skin.right.x_max");
   EXPECT_LT((vector_area(mesh.coordinates, left_skin) - Vector3(1, 0, 0)).norm(), 1e-15);
   EXPECT_LT((vector_area(mesh.coordinates, right_skin) - Vector3(-1, 0, 0)).norm(), 1e-15);
-  for (const Index node : left_skin.connectivity.reshaped()) EXPECT_EQ(mesh.coordinates(node, 0), -3);
-  for (const Index node : right_skin.connectivity.reshaped()) EXPECT_EQ(mesh.coordinates(node, 0), 3);
+  for (const Index node : left_skin.connectivity.reshaped())
+    EXPECT_EQ(mesh.coordinates(node, 0), -3);
+  for (const Index node : right_skin.connectivity.reshaped())
+    EXPECT_EQ(mesh.coordinates(node, 0), 3);
   // The right one's shells are on its solid's own nodes.
   const auto right_nodes = set_nodes(mesh, "right.x_max");
   EXPECT_EQ(std::set<Index>(right_nodes.begin(), right_nodes.end()),
-            std::set<Index>(right_skin.connectivity.data(), right_skin.connectivity.data() + right_skin.connectivity.size()));
+            std::set<Index>(right_skin.connectivity.data(),
+                            right_skin.connectivity.data() + right_skin.connectivity.size()));
   ASSERT_EQ(result.notes.size(), 1U);
   EXPECT_EQ(result.notes[0], "instance right: node ids raised by 100");
 }
 
 TEST(SkinScene, idsStayReadableAndUnique) {
   World world;
-  for (const char* name : {"a", "b", "c"}) world.add(name, InstanceKind::mesh).position = {0, 0, static_cast<double>(name[0])};
+  for (const char* name : {"a", "b", "c"})
+    world.add(name, InstanceKind::mesh).position = {0, 0, static_cast<double>(name[0])};
   const SkinnedMesh result = skin_scene(world.scene);
   EXPECT_NO_THROW(check_mesh(result.mesh, "system"));
   for (Index i = 0; i < 12; ++i)
-    for (Index copy = 0; copy < 3; ++copy) EXPECT_EQ(result.mesh.node_ids[copy * 12 + i], 100 * copy + i + 1);
+    for (Index copy = 0; copy < 3; ++copy)
+      EXPECT_EQ(result.mesh.node_ids[copy * 12 + i], 100 * copy + i + 1);
   EXPECT_EQ(block(result.mesh, "c.solid").element_ids, (std::vector<Index>{21, 22}));
   EXPECT_EQ(result.blocks.size(), 3U);
 }
@@ -225,7 +237,8 @@ TEST(SkinScene, skinsOnlyWhatTheInterfaceKeepsAndSaysSo) {
   EXPECT_EQ(find_block(result.mesh, "skin.part.x_min"), -1);
   EXPECT_GE(find_block(result.mesh, "skin.whole.x_min"), 0);
   bool said = false;
-  for (const auto& note : result.notes) said = said || note.find("part: surface x_min is left out") != std::string::npos;
+  for (const auto& note : result.notes)
+    said = said || note.find("part: surface x_min is left out") != std::string::npos;
   EXPECT_TRUE(said);
   world.scene.skin->surfaces = {"part.x_max"};
   EXPECT_EQ(skin_scene(world.scene).blocks.size(), 1U);
@@ -239,7 +252,8 @@ TEST(SkinScene, refusesByFileLineAndName) {
   for (const char* piece : {"world.yaml:9", "'x_mux'", "did you mean 'x_max'", "x_max, x_min"})
     EXPECT_NE(message.find(piece), std::string::npos) << message;
   world.scene.skin->surfaces = {"x_min"};
-  EXPECT_NE(message_of([&] { skin_scene(world.scene); }).find("reduction: interface"), std::string::npos);
+  EXPECT_NE(message_of([&] { skin_scene(world.scene); }).find("reduction: interface"),
+            std::string::npos);
   world.scene.skin->surfaces = {"x_max"};
   world.scene.components["brick"].reduction->interface_sets = {"tip"};
   EXPECT_NE(message_of([&] { skin_scene(world.scene); }).find("'tip'"), std::string::npos);

@@ -58,7 +58,9 @@ class Dual {
     Eigen::Map<Vector>(result.data(), result.size()).noalias() = cones_.L * y;
     return result;
   }
-  double floor(const Vector& y) const { return std::max(1e-13, round_off * sigma_ * (1 + y.norm())); }
+  double floor(const Vector& y) const {
+    return std::max(1e-13, round_off * sigma_ * (1 + y.norm()));
+  }
 
   double evaluate(const Vector& y, const Points& Ly) {
     tau_ = shifted_ - sigma_ * Ly;
@@ -85,14 +87,15 @@ class Dual {
 
 }  // namespace
 
-AugmentedLagrangian augmented_lagrangian(const ConeProblem& cones, const ConeGaps& gaps, Points p, double sigma, int most_steps,
-                                         double tolerance) {
+AugmentedLagrangian augmented_lagrangian(const ConeProblem& cones, const ConeGaps& gaps, Points p,
+                                         double sigma, int most_steps, double tolerance) {
   project(cones, p);
   AugmentedLagrangian result{p, violation(cones, gaps, p), 0};
   Vector y = cones.L.transpose() * flat(p);
   double now = result.violation, last = now;  // last: of the best when it was halved last
   int idle = 0;
-  while (result.steps < most_steps && result.violation > tolerance && sigma > least_sigma && idle < most_idle) {
+  while (result.steps < most_steps && result.violation > tolerance && sigma > least_sigma &&
+         idle < most_idle) {
     Dual problem(cones, gaps.g, p, sigma);
     int steps = 0;
     const bool ok = problem.solve(p, y, std::min(inner_steps, most_steps - result.steps), steps);

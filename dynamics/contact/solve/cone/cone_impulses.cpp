@@ -11,7 +11,8 @@
 namespace cbr {
 namespace {
 
-constexpr double path_tolerance = 1e-8, newton_tolerance = 1e-11, first_epsilon = 1e-7, first_sigma = 1;
+constexpr double path_tolerance = 1e-8, newton_tolerance = 1e-11, first_epsilon = 1e-7,
+                 first_sigma = 1;
 constexpr int newton_steps = 30, warm_steps = 8, last_steps = 150;
 constexpr double relaxed = 5;  // not worth another attempt
 
@@ -26,7 +27,8 @@ struct Attempts {
 
   // True when that is enough.
   bool finish(const Points& start, NewtonStart kind, int most_steps) {
-    const ProximalNewton end = proximal_newton(cones, gaps, start, first_epsilon, most_steps, newton_tolerance, kind);
+    const ProximalNewton end =
+        proximal_newton(cones, gaps, start, first_epsilon, most_steps, newton_tolerance, kind);
     best.steps += end.steps;
     return offer(end.p);
   }
@@ -46,8 +48,8 @@ struct Attempts {
 
 }  // namespace
 
-ConeImpulses cone_impulses(const ContactProblem& problem, const ConeProblem& cones, const Vector& g, const Vector& guess,
-                           double tolerance) {
+ConeImpulses cone_impulses(const ContactProblem& problem, const ConeProblem& cones, const Vector& g,
+                           const Vector& guess, double tolerance) {
   const ConeGaps gaps = cone_gaps(problem, cones, g);
   ConeImpulses best;
   Attempts attempts{problem, cones, gaps, g, tolerance, best, Points::Zero(cones.n_points(), 3)};
@@ -60,8 +62,8 @@ ConeImpulses cone_impulses(const ContactProblem& problem, const ConeProblem& con
   const InteriorPoint path = interior_point(cones, gaps, path_tolerance);
   best.steps += path.steps;
   if (attempts.finish(path.p, NewtonStart::near, newton_steps)) return best;
-  const AugmentedLagrangian end =
-      augmented_lagrangian(cones, gaps, attempts.best_scaled, first_sigma, last_steps, newton_tolerance);
+  const AugmentedLagrangian end = augmented_lagrangian(cones, gaps, attempts.best_scaled,
+                                                       first_sigma, last_steps, newton_tolerance);
   best.steps += end.steps;
   attempts.offer(end.p);
   return best;

@@ -14,10 +14,12 @@ namespace {
 constexpr double weakest_pivot = 1e-13;  // of a unit diagonal
 // What may be left of A beyond it, in a product with ones of either sign: round-off leaves 1e-12.
 constexpr double most_left = 1e-9;
-// Of H: beside the identity in the system the point takes no part in it; in the step itself it does.
+// Of H: beside the identity in the system the point takes no part in it; in the step itself it
+// does.
 constexpr double no_part = 1e-12;
 
-// Whether A = L L^T: a negative eigenvalue shows in what is left beside the diagonal, on which it ends the pivots like a zero.
+// Whether A = L L^T: a negative eigenvalue shows in what is left beside the diagonal, on which it
+// ends the pivots like a zero.
 bool is_product(const Matrix& A, const Matrix& L) {
   Vector signs(A.rows());
   std::uint32_t state = 1;
@@ -29,7 +31,8 @@ bool is_product(const Matrix& A, const Matrix& L) {
   return left.lpNorm<Eigen::Infinity>() <= most_left;
 }
 
-// A = L L^T   (m x r), A symmetric positive semi-definite; false when it is not, or r passes `most`.
+// A = L L^T   (m x r), A symmetric positive semi-definite; false when it is not, or r passes
+// `most`.
 bool pivoted_cholesky(const Matrix& A, Index most, Matrix& L) {
   const Index m = A.rows();
   Vector left = A.diagonal();  // of A - L L^T
@@ -42,7 +45,8 @@ bool pivoted_cholesky(const Matrix& A, Index most, Matrix& L) {
       return is_product(A, L);
     }
     if (r == most) return false;
-    L.col(r) = (A.col(pivot) - L.leftCols(r) * L.row(pivot).head(r).transpose()) / std::sqrt(largest);
+    L.col(r) =
+        (A.col(pivot) - L.leftCols(r) * L.row(pivot).head(r).transpose()) / std::sqrt(largest);
     left -= L.col(r).cwiseAbs2();
     left[pivot] = -1;
   }
@@ -65,13 +69,15 @@ ConeProblem cone_problem(const ContactProblem& problem, Index most_columns) {
     row_scale.segment(problem.first[i], n_rows(law.law)).setConstant(cones.scale[i]);
   }
   Matrix rows;
-  if (!pivoted_cholesky(row_scale.asDiagonal() * problem.W.dense * row_scale.asDiagonal(), most_columns, rows)) {
+  if (!pivoted_cholesky(row_scale.asDiagonal() * problem.W.dense * row_scale.asDiagonal(),
+                        most_columns, rows)) {
     cones.L.resize(3 * n, 0);
     return cones;
   }
   cones.L.setZero(3 * n, rows.cols());
   for (Index i = 0; i < n; ++i)
-    cones.L.middleRows(3 * i, n_rows(problem.laws[i].law)) = rows.middleRows(problem.first[i], n_rows(problem.laws[i].law));
+    cones.L.middleRows(3 * i, n_rows(problem.laws[i].law)) =
+        rows.middleRows(problem.first[i], n_rows(problem.laws[i].law));
   return cones;
 }
 
@@ -80,23 +86,28 @@ ConeGaps cone_gaps(const ContactProblem& problem, const ConeProblem& cones, cons
   gaps.g.setZero(cones.n_points(), 3);
   gaps.weight.setZero(cones.n_points());
   for (Index i = 0; i < cones.n_points(); ++i)
-    for (Index d = 0; d < n_rows(problem.laws[i].law); ++d) gaps.g(i, d) = cones.scale[i] * g[problem.first[i] + d];
+    for (Index d = 0; d < n_rows(problem.laws[i].law); ++d)
+      gaps.g(i, d) = cones.scale[i] * g[problem.first[i] + d];
   const double largest = gaps.g.cwiseAbs().maxCoeff();
   gaps.unit = largest > 0 ? largest : 1.0;
   gaps.g /= gaps.unit;
   for (Index i = 0; i < cones.n_points(); ++i)
-    if (cones.moves[i] != 0) gaps.weight[i] = gaps.unit / cones.scale[i] / g.lpNorm<Eigen::Infinity>();
+    if (cones.moves[i] != 0)
+      gaps.weight[i] = gaps.unit / cones.scale[i] / g.lpNorm<Eigen::Infinity>();
   return gaps;
 }
 
-Vector unscaled(const ContactProblem& problem, const ConeProblem& cones, const ConeGaps& gaps, const Points& p) {
+Vector unscaled(const ContactProblem& problem, const ConeProblem& cones, const ConeGaps& gaps,
+                const Points& p) {
   Vector result(problem.n_rows());
   for (Index i = 0; i < cones.n_points(); ++i)
-    for (Index d = 0; d < n_rows(problem.laws[i].law); ++d) result[problem.first[i] + d] = gaps.unit * cones.scale[i] * p(i, d);
+    for (Index d = 0; d < n_rows(problem.laws[i].law); ++d)
+      result[problem.first[i] + d] = gaps.unit * cones.scale[i] * p(i, d);
   return result;
 }
 
-Points scaled(const ContactProblem& problem, const ConeProblem& cones, const ConeGaps& gaps, const Vector& p) {
+Points scaled(const ContactProblem& problem, const ConeProblem& cones, const ConeGaps& gaps,
+              const Vector& p) {
   Points result = Points::Zero(cones.n_points(), 3);
   for (Index i = 0; i < cones.n_points(); ++i)
     for (Index d = 0; d < n_rows(problem.laws[i].law) && cones.moves[i] != 0; ++d)
@@ -132,7 +143,8 @@ double violation(const ConeProblem& cones, const ConeGaps& gaps, Points p) {
       Eigen::Vector2d target = (p.row(i) - gap.row(i)).tail<2>();
       const double length = target.norm();
       if (length > limit) target *= limit / length;
-      size = std::hypot(std::min(p(i, 0), gap(i, 0)), (p.row(i).tail<2>().transpose() - target).norm());
+      size = std::hypot(std::min(p(i, 0), gap(i, 0)),
+                        (p.row(i).tail<2>().transpose() - target).norm());
     }
     if (!(size * gaps.weight[i] <= largest)) largest = size * gaps.weight[i];
   }

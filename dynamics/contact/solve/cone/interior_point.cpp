@@ -10,10 +10,12 @@ namespace cbr {
 namespace {
 
 constexpr int most_steps = 60, most_idle = 15;
-constexpr double tied_shift = 1e-8;  // stands in for what is singular among tied rows; each step takes it back
+// stands in for what is singular among tied rows; each step takes it back
+constexpr double tied_shift = 1e-8;
 constexpr double least_centring = 0.01, short_step = 0.2, shortest_step = 1e-8, damping = 0.1;
 constexpr double end_of_path = 1e-17;
-constexpr double least_friction = 1e-6;  // scaled cones below lose all digits; proximal Newton takes the true one
+// scaled cones below lose all digits; proximal Newton takes the true one
+constexpr double least_friction = 1e-6;
 
 Vector3 reflected(const Vector3& x) { return {x[0], -x[1], -x[2]}; }
 
@@ -36,7 +38,8 @@ Vector3 jordan_quotient(const Vector3& b, const Vector3& a) {
 
 // Largest t up to which x + t d stays in the cone.
 double way_out(const Vector3& x, const Vector3& d) {
-  const double a = d[0] * d[0] - d[1] * d[1] - d[2] * d[2], b = x[0] * d[0] - x[1] * d[1] - x[2] * d[2], c = determinant(x);
+  const double a = d[0] * d[0] - d[1] * d[1] - d[2] * d[2],
+               b = x[0] * d[0] - x[1] * d[1] - x[2] * d[2], c = determinant(x);
   double t = d[0] < 0 ? -x[0] / d[0] : std::numeric_limits<double>::infinity();
   const double under = b * b - a * c;
   if (!(under >= 0)) return t;
@@ -94,7 +97,9 @@ class Path {
       if (cone(i)) p(i, 0) /= friction(i);
     return p;
   }
-  double complementarity() const { return n_cones_ > 0 ? x_.cwiseProduct(z_).sum() / static_cast<double>(n_cones_) : 0.0; }
+  double complementarity() const {
+    return n_cones_ > 0 ? x_.cwiseProduct(z_).sum() / static_cast<double>(n_cones_) : 0.0;
+  }
 
   // False when it cannot go on.
   bool step() {
@@ -106,8 +111,10 @@ class Path {
     for (Index i = 0; i < n_; ++i) target.row(i) = -scaling_[i].lambda.transpose();
     if (!direct(system, target)) return false;
     const double t = longest();
-    const double ahead = (x_ + t * dx_).cwiseProduct(z_ + t * dz_).sum() / std::max<double>(1.0, static_cast<double>(n_cones_));
-    double centring = std::max(least_centring, std::pow(std::clamp(tau > 0 ? ahead / tau : 0.0, 0.0, 1.0), 3));
+    const double ahead = (x_ + t * dx_).cwiseProduct(z_ + t * dz_).sum() /
+                         std::max<double>(1.0, static_cast<double>(n_cones_));
+    double centring =
+        std::max(least_centring, std::pow(std::clamp(tau > 0 ? ahead / tau : 0.0, 0.0, 1.0), 3));
     const bool centre = last_ < short_step;
     if (centre) centring = last_ < short_step / 4 ? 1.0 : 0.5;
     for (Index i = 0; i < n_; ++i) {
@@ -139,7 +146,9 @@ class Path {
       const double mu = friction(i), slip = std::hypot(u_(i, 1), u_(i, 2));
       J_[i].diagonal() << 1 / mu, 1, 1;
       // Not where slip is small beside what complementarity is left
-      if (slip > 0) J_[i].row(0).tail<2>() = slip / (slip * slip + damping * damping * tau) * u_.row(i).tail<2>();
+      if (slip > 0)
+        J_[i].row(0).tail<2>() =
+            slip / (slip * slip + damping * damping * tau) * u_.row(i).tail<2>();
       left_.row(i) << z_(i, 0) - u_(i, 0) / mu - slip, z_(i, 1) - u_(i, 1), z_(i, 2) - u_(i, 2);
       scaling_[i] = Scaling(x_.row(i), z_.row(i));
       M_[i] = scaling_[i].inverse_square();
@@ -179,7 +188,8 @@ class Path {
   double longest() const {
     double t = std::numeric_limits<double>::infinity();
     for (Index i = 0; i < n_; ++i)
-      if (cone(i)) t = std::min({t, way_out(x_.row(i), dx_.row(i)), way_out(z_.row(i), dz_.row(i))});
+      if (cone(i))
+        t = std::min({t, way_out(x_.row(i), dx_.row(i)), way_out(z_.row(i), dz_.row(i))});
     return std::min(1.0, t);
   }
 
@@ -188,7 +198,8 @@ class Path {
     if (t < 1) t *= tau < 1e-3 ? 0.99 : 0.95;
     const auto stays = [&](double s) {
       for (Index i = 0; i < n_; ++i)
-        if (cone(i) && !(inside(x_.row(i) + s * dx_.row(i)) && inside(z_.row(i) + s * dz_.row(i)))) return false;
+        if (cone(i) && !(inside(x_.row(i) + s * dx_.row(i)) && inside(z_.row(i) + s * dz_.row(i))))
+          return false;
       return true;
     };
     while (t > shortest_step && !stays(t)) t *= 0.9;

@@ -12,13 +12,15 @@ namespace cbr {
 namespace {
 
 constexpr int inner_steps = 10;
-// Of an uncertain start: steps in which the first problem must bring the violation down to this share.
+// Of an uncertain start: steps in which the first problem must bring the violation down to this
+// share.
 constexpr int trial_steps = 3;
 constexpr double trial_gain = 0.1;
 constexpr double least_epsilon = 1e-9, largest_epsilon = 100;
 constexpr double shortest_step = 0.005, least_descent = 0.1;
 
-// One proximal problem: F(p) = p - P(tau), tau = p - u, u = g + W p + epsilon (p - centre); tied: F = u.
+// One proximal problem: F(p) = p - P(tau), tau = p - u, u = g + W p + epsilon (p - centre); tied: F
+// = u.
 class Proximal {
  public:
   Proximal(const ConeProblem& cones, const Points& g, const Points& centre, double epsilon)
@@ -61,7 +63,8 @@ class Proximal {
       const double normal = std::max(0.0, tau_(i, 0)), limit = cones_.friction[i] * normal;
       const double length = std::hypot(tau_(i, 1), tau_(i, 2));
       F_(i, 0) = p(i, 0) - normal;
-      F_.row(i).tail<2>() = p.row(i).tail<2>() - (length > limit ? limit / length : 1.0) * tau_.row(i).tail<2>();
+      F_.row(i).tail<2>() =
+          p.row(i).tail<2>() - (length > limit ? limit / length : 1.0) * tau_.row(i).tail<2>();
     }
     return F_.norm();
   }
@@ -77,7 +80,8 @@ class Proximal {
         b.row(i) = -F_.row(i);
         continue;
       }
-      const Matrix3 A = cones_.tied[i] != 0 ? Matrix3(epsilon_ * D) : Matrix3(Matrix3::Identity() - (1 - epsilon_) * D);
+      const Matrix3 A = cones_.tied[i] != 0 ? Matrix3(epsilon_ * D)
+                                            : Matrix3(Matrix3::Identity() - (1 - epsilon_) * D);
       const Matrix3 inverse = A.inverse();
       b.row(i) = -(inverse * F_.row(i).transpose()).transpose();
       H_[i] = inverse * D;
@@ -87,7 +91,8 @@ class Proximal {
     const Vector change = cones_.L * system.solve(b, Vector::Zero(cones_.rank()));
     if (!change.allFinite()) return false;
     dp_ = b;
-    for (Index i = 0; i < F_.rows(); ++i) dp_.row(i) -= (H_[i] * change.segment<3>(3 * i)).transpose();
+    for (Index i = 0; i < F_.rows(); ++i)
+      dp_.row(i) -= (H_[i] * change.segment<3>(3 * i)).transpose();
     return dp_.allFinite();
   }
 
@@ -100,8 +105,9 @@ class Proximal {
 
 }  // namespace
 
-ProximalNewton proximal_newton(const ConeProblem& cones, const ConeGaps& gaps, Points p, double epsilon, int most_steps,
-                               double tolerance, NewtonStart start) {
+ProximalNewton proximal_newton(const ConeProblem& cones, const ConeGaps& gaps, Points p,
+                               double epsilon, int most_steps, double tolerance,
+                               NewtonStart start) {
   ProximalNewton result{p, violation(cones, gaps, p), 0};
   double now = result.violation, before = std::numeric_limits<double>::infinity();
   while (result.steps < most_steps && result.violation > tolerance) {
@@ -109,7 +115,8 @@ ProximalNewton proximal_newton(const ConeProblem& cones, const ConeGaps& gaps, P
     const double aim = std::max(1e-15, 1e-4 * now * epsilon), first = result.violation;
     Points next = p;
     int steps = 0;
-    const double left = Proximal(cones, gaps.g, p, epsilon).solve(next, aim, trial ? trial_steps : inner_steps, steps);
+    const double left = Proximal(cones, gaps.g, p, epsilon)
+                            .solve(next, aim, trial ? trial_steps : inner_steps, steps);
     result.steps += std::max(1, steps);
     const double after = violation(cones, gaps, next);
     if (after < result.violation) result.p = next, result.violation = after;

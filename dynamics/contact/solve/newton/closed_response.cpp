@@ -26,8 +26,10 @@ Index padded(Index n) { return (n + lanes - 1) / lanes * lanes; }
 
 // y += rows^T x_rows and dot = rows x for P rows of the same length, a multiple of the lanes.
 template <int P>
-__attribute__((always_inline)) inline void row_product(std::array<const float*, P> row, Index length, const float* x,
-                                                       const float (&x_row)[P], float* y, float (&dot)[P]) {
+__attribute__((always_inline)) inline void row_product(std::array<const float*, P> row,
+                                                       Index length, const float* x,
+                                                       const float (&x_row)[P], float* y,
+                                                       float (&dot)[P]) {
   Lanes sums[P] = {};
   for (Index i = 0; i < length; i += lanes) {
     Lanes x_i, y_i;
@@ -47,12 +49,12 @@ __attribute__((always_inline)) inline void row_product(std::array<const float*, 
   }
 }
 
-CBR_CLONES void three_rows(std::array<const float*, 3> row, Index length, const float* x, const float (&x_row)[3], float* y,
-                           float (&dot)[3]) {
+CBR_CLONES void three_rows(std::array<const float*, 3> row, Index length, const float* x,
+                           const float (&x_row)[3], float* y, float (&dot)[3]) {
   row_product<3>(row, length, x, x_row, y, dot);
 }
-CBR_CLONES void one_row(std::array<const float*, 1> row, Index length, const float* x, const float (&x_row)[1], float* y,
-                        float (&dot)[1]) {
+CBR_CLONES void one_row(std::array<const float*, 1> row, Index length, const float* x,
+                        const float (&x_row)[1], float* y, float (&dot)[1]) {
   row_product<1>(row, length, x, x_row, y, dot);
 }
 
@@ -79,7 +81,8 @@ void ClosedResponse::begin(const ContactProblem& problem) {
   rests_.assign(problem.laws.size(), 0);
   n_serving_ = end_ = 0;
   point_scale_.resize(problem.laws.size());
-  for (Index i = 0; i < problem.n_points(); ++i) point_scale_[i] = problem.w[i] > 0 ? 1 / std::sqrt(problem.w[i]) : 0;
+  for (Index i = 0; i < problem.n_points(); ++i)
+    point_scale_[i] = problem.w[i] > 0 ? 1 / std::sqrt(problem.w[i]) : 0;
   normal_stride_ = padded(problem.n_points());
 }
 
@@ -98,13 +101,16 @@ void ClosedResponse::add(const ContactProblem& problem, const std::vector<Index>
   const std::size_t n_new = points_.size() - begin;
   const int used = n_new < threaded_points ? 1 : n_threads();
   run_kept_threads(used, [&](int t) {
-    for (std::size_t k = begin + static_cast<std::size_t>(t); k < points_.size(); k += static_cast<std::size_t>(used)) fill(problem, k);
+    for (std::size_t k = begin + static_cast<std::size_t>(t); k < points_.size();
+         k += static_cast<std::size_t>(used))
+      fill(problem, k);
   });
 }
 
 // Its place, without entries.
 void ClosedResponse::append(const ContactProblem& problem, Index point) {
-  const Index first = n_rows(), n = cbr::n_rows(problem.laws[point].law), length = padded(first + n - 1);
+  const Index first = n_rows(), n = cbr::n_rows(problem.laws[point].law),
+              length = padded(first + n - 1);
   position_[point] = first;
   points_.push_back(point);
   for (Index d = 0; d < n; ++d) {
@@ -112,17 +118,20 @@ void ClosedResponse::append(const ContactProblem& problem, Index point) {
     end_ += length;
     const Index row = problem.first[point] + d;
     row_.push_back(row), scale_.push_back(point_scale_[point]);
-    diagonal_.push_back(static_cast<float>(point_scale_[point] * point_scale_[point] * problem.W.dense(row, row)));
+    diagonal_.push_back(
+        static_cast<float>(point_scale_[point] * point_scale_[point] * problem.W.dense(row, row)));
   }
 }
 
 // The rows of points()[k].
 void ClosedResponse::fill(const ContactProblem& problem, std::size_t k) {
-  const Index first = position_[points_[k]], end = k + 1 < points_.size() ? position_[points_[k + 1]] : n_rows();
+  const Index first = position_[points_[k]],
+              end = k + 1 < points_.size() ? position_[points_[k + 1]] : n_rows();
   for (Index i = first; i < end; ++i) {
     const double* column = problem.W.dense.col(row_[i]).data();
     float* to = lower_.data() + start_[i];
-    for (Index j = 0; j < i; ++j) to[j] = static_cast<float>(scale_[i] * scale_[j] * column[row_[j]]);
+    for (Index j = 0; j < i; ++j)
+      to[j] = static_cast<float>(scale_[i] * scale_[j] * column[row_[j]]);
     float* normal = normals_.data() + i * normal_stride_;
     for (Index of = 0; of < problem.n_points(); ++of)
       normal[of] = static_cast<float>(point_scale_[of] * scale_[i] * column[problem.first[of]]);
@@ -161,18 +170,22 @@ void ClosedResponse::drop(const std::vector<char>& dropped) {
       std::fill(to + n, to + length, 0.0F);
       const float* normal = normals_.data() + row * normal_stride_;
       std::copy(normal, normal + normal_stride_, normals_.data() + n * normal_stride_);
-      start_[n] = to_start, row_[n] = row_[row], scale_[n] = scale_[row], diagonal_[n] = diagonal_[row];
+      start_[n] = to_start, row_[n] = row_[row], scale_[n] = scale_[row],
+      diagonal_[n] = diagonal_[row];
       to_start += length;
       from.push_back(row);
     }
   }
   points_.resize(n_kept);
-  start_.resize(from.size()), row_.resize(from.size()), scale_.resize(from.size()), diagonal_.resize(from.size());
+  start_.resize(from.size()), row_.resize(from.size()), scale_.resize(from.size()),
+      diagonal_.resize(from.size());
   end_ = to_start;
-  lower_.resize(static_cast<std::size_t>(end_)), normals_.resize(from.size() * static_cast<std::size_t>(normal_stride_));
+  lower_.resize(static_cast<std::size_t>(end_)),
+      normals_.resize(from.size() * static_cast<std::size_t>(normal_stride_));
 }
 
-// Half of the entries are in the rows above n / sqrt(2): where there are many a second thread takes those below.
+// Half of the entries are in the rows above n / sqrt(2): where there are many a second thread takes
+// those below.
 void ClosedResponse::product(const FloatVector& x, FloatVector& y) const {
   const Index n = n_rows();
   x_.assign(static_cast<std::size_t>(padded(n)), 0.0F), y_.assign(x_.size(), 0.0F);
@@ -184,7 +197,9 @@ void ClosedResponse::product(const FloatVector& x, FloatVector& y) const {
   }
   below_.assign(x_.size(), 0.0F);
   const auto middle = static_cast<std::size_t>(
-      std::partition_point(points_.begin(), points_.end(), [&](Index point) { return 2 * position_[point] * position_[point] < n * n; }) -
+      std::partition_point(
+          points_.begin(), points_.end(),
+          [&](Index point) { return 2 * position_[point] * position_[point] < n * n; }) -
       points_.begin());
   const int used = std::min(2, n_threads());
   run_kept_threads(used, [&](int t) {
@@ -199,7 +214,8 @@ void ClosedResponse::add_rows(std::size_t begin, std::size_t past, float* y) con
   const Index n = n_rows();
   for (std::size_t k = begin; k < past; ++k) {
     if (rests_[points_[k]]) continue;
-    const Index first = position_[points_[k]], end = k + 1 < points_.size() ? position_[points_[k + 1]] : n;
+    const Index first = position_[points_[k]],
+                end = k + 1 < points_.size() ? position_[points_[k + 1]] : n;
     const Index length = padded(end - 1);
     const float* row = lower_.data() + start_[first];
     if (end - first == 3) {

@@ -10,9 +10,10 @@ namespace cbr {
 
 using FloatVector = Eigen::VectorXf;
 
-// A part of a dense W in single precision, scaled to s W s with one s = 1 / sqrt(w) for each point: the rows and columns of
-// `points`, one triangle packed row by row, and beside it the normal rows of all points. Points are added at the end. A point that
-// rests keeps its rows for the time when it is added again, but no product reads them.
+// A part of a dense W in single precision, scaled to s W s with one s = 1 / sqrt(w) for each point:
+// the rows and columns of `points`, one triangle packed row by row, and beside it the normal rows
+// of all points. Points are added at the end. A point that rests keeps its rows for the time when
+// it is added again, but no product reads them.
 class ClosedResponse {
  public:
   // Of this problem, no point yet.
@@ -20,23 +21,30 @@ class ClosedResponse {
   bool of(const ContactProblem& problem) const { return position_.size() == problem.laws.size(); }
   // w > 0 at these points, and none of them serves yet.
   void add(const ContactProblem& problem, const std::vector<Index>& points);
-  // Points without an entry in `kept` rest from now on, or are dropped where many would rest. One entry for each point of the problem.
+  // Points without an entry in `kept` rest from now on, or are dropped where many would rest. One
+  // entry for each point of the problem.
   void keep(const std::vector<char>& kept);
 
-  const std::vector<Index>& points() const { return points_; }  // in the order of their rows, with those that rest
+  // in the order of their rows, with those that rest
+  const std::vector<Index>& points() const { return points_; }
   Index n_rows() const { return static_cast<Index>(row_.size()); }
-  Index first_row(Index point) const { return rests_[point] ? -1 : position_[point]; }  // here; -1: not there, or resting
-  Index n_serving() const { return n_serving_; }                                        // points() that do not rest
-  const std::vector<Index>& rows() const { return row_; }          // of W, for each row here
-  double scale(Index row) const { return scale_[row]; }            // s, for each row here
+  // here; -1: not there, or resting
+  Index first_row(Index point) const { return rests_[point] ? -1 : position_[point]; }
+  // points() that do not rest
+  Index n_serving() const { return n_serving_; }
+  const std::vector<Index>& rows() const { return row_; }  // of W, for each row here
+  double scale(Index row) const { return scale_[row]; }    // s, for each row here
 
   // y = s W s x   (n_rows()); x is 0 in the rows of points that rest, y is not set there
   void product(const FloatVector& x, FloatVector& y) const;
   // y = s W_n s x over the normal rows of all points (0 where w = 0)
   void normal_product(const FloatVector& x, FloatVector& y) const;
   // Entry of s W s, i and j rows here.
-  float entry(Index i, Index j) const { return i == j ? diagonal_[i] : i > j ? lower_[start_[i] + j] : lower_[start_[j] + i]; }
-  double point_scale(Index point) const { return point_scale_[point]; }  // s of any point; 0 where w = 0
+  float entry(Index i, Index j) const {
+    return i == j ? diagonal_[i] : i > j ? lower_[start_[i] + j] : lower_[start_[j] + i];
+  }
+  // s of any point; 0 where w = 0
+  double point_scale(Index point) const { return point_scale_[point]; }
 
  private:
   void add_rows(std::size_t begin, std::size_t past, float* y) const;

@@ -3,7 +3,8 @@
 
 namespace cbr {
 
-void ClosedUnknowns::build(const ContactProblem& problem, const ContactSet& set, const ClosedResponse& closed) {
+void ClosedUnknowns::build(const ContactProblem& problem, const ContactSet& set,
+                           const ClosedResponse& closed) {
   unknowns_.clear(), point_.clear();
   normal_.assign(problem.laws.size(), {}), tangential_.assign(problem.laws.size(), {});
   const auto add = [&](Index point, const Unknown& unknown) {
@@ -26,7 +27,8 @@ void ClosedUnknowns::build(const ContactProblem& problem, const ContactSet& set,
     if (state == PointState::open || state == PointState::normal) continue;
     const Index row = closed.first_row(i);
     if (state == PointState::slide) {
-      add(i, {row, {0, -set.slides(i, 1), set.slides(i, 0)}, {0, 0}, set.slides(i, 2) / problem.w[i]});
+      add(i,
+          {row, {0, -set.slides(i, 1), set.slides(i, 0)}, {0, 0}, set.slides(i, 2) / problem.w[i]});
     } else {
       if (problem.diagonal[problem.first[i] + 1] > 0) add(i, {row, {0, 1, 0}});
       if (problem.diagonal[problem.first[i] + 2] > 0) add(i, {row, {0, 0, 1}});
@@ -43,11 +45,13 @@ void ClosedUnknowns::expand(const V& x, V& p) const {
     const Unknown& u = unknowns_[i];
     p[u.row] = x[i];
     if (u.friction[0] == 0 && u.friction[1] == 0) continue;
-    p[u.row + 1] = static_cast<Scalar>(u.friction[0]) * x[i], p[u.row + 2] = static_cast<Scalar>(u.friction[1]) * x[i];
+    p[u.row + 1] = static_cast<Scalar>(u.friction[0]) * x[i],
+              p[u.row + 2] = static_cast<Scalar>(u.friction[1]) * x[i];
   }
   for (Index i = n_normals_; i < size(); ++i) {
     const Unknown& u = unknowns_[i];
-    p[u.row + 1] += static_cast<Scalar>(u.c[1]) * x[i], p[u.row + 2] += static_cast<Scalar>(u.c[2]) * x[i];
+    p[u.row + 1] += static_cast<Scalar>(u.c[1]) * x[i],
+        p[u.row + 2] += static_cast<Scalar>(u.c[2]) * x[i];
   }
 }
 
@@ -58,7 +62,8 @@ void ClosedUnknowns::equations(const V& gap, const V& x, V& r) const {
   for (Index i = 0; i < n_normals_; ++i) r[i] = gap[unknowns_[i].row];
   for (Index i = n_normals_; i < size(); ++i) {
     const Unknown& u = unknowns_[i];
-    const auto c1 = static_cast<Scalar>(u.c[1]), c2 = static_cast<Scalar>(u.c[2]), alpha = static_cast<Scalar>(u.alpha);
+    const auto c1 = static_cast<Scalar>(u.c[1]), c2 = static_cast<Scalar>(u.c[2]),
+               alpha = static_cast<Scalar>(u.alpha);
     r[i] = c1 * gap[u.row + 1] + c2 * gap[u.row + 2] + alpha * x[i];
   }
 }

@@ -10,15 +10,17 @@
 
 namespace cbr {
 
-// As SetBases (contact_set.hpp), in the rows and the scale of a ClosedResponse: p = C x, equations R^T gap + alpha x = 0. Normals
-// come first, then what is tangential, both in the order of the points.
+// As SetBases (contact_set.hpp), in the rows and the scale of a ClosedResponse: p = C x, equations
+// R^T gap + alpha x = 0. Normals come first, then what is tangential, both in the order of the
+// points.
 class ClosedUnknowns {
  public:
   struct Unknown {
-    Index row = 0;                     // the point's first row here
-    std::array<double, 3> c{};         // the column of R in the point's rows
-    std::array<double, 2> friction{};  // what the column of C has besides, in the tangential rows: mu d
-    double alpha = 0;                  // scaled by s^2
+    Index row = 0;              // the point's first row here
+    std::array<double, 3> c{};  // the column of R in the point's rows
+    // what the column of C has besides, in the tangential rows: mu d
+    std::array<double, 2> friction{};
+    double alpha = 0;  // scaled by s^2
   };
   // Every point that is not open in `set` is among those of `closed`.
   void build(const ContactProblem& problem, const ContactSet& set, const ClosedResponse& closed);

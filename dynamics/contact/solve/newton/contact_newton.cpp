@@ -13,11 +13,13 @@ namespace cbr {
 
 namespace {
 
-// Up to so many rows a set that has stood is factored: 1.2 GB, and the time of two or three solves by Krylov products.
+// Up to so many rows a set that has stood is factored: 1.2 GB, and the time of two or three solves
+// by Krylov products.
 constexpr std::size_t largest_kept_factor = 12000;
 // Closed rows of a dense W up to which a factor costs no more than Krylov products, and is exact.
 constexpr std::size_t cheap_factor = 256;
-// Impulses outside of the cones are taken into them, with a product, when they violate the laws by no more than so many tolerances.
+// Impulses outside of the cones are taken into them, with a product, when they violate the laws by
+// no more than so many tolerances.
 constexpr double nearly = 1e6;
 
 }  // namespace
@@ -26,7 +28,8 @@ struct ContactNewton::Impl {
   // Kept while nothing slides: of `held`, one of the two.
   std::vector<PointState> held;
   std::optional<SetMatrix> matrix;
-  KeptFactor factor;  // dense, not singular; of a set that is not far from `held` when `adapted` is false
+  // dense, not singular; of a set that is not far from `held` when `adapted` is false
+  KeptFactor factor;
   bool adapted = false;
   LinearSolver kind = LinearSolver::factor;
   std::vector<PointState> settled;  // where the last solve ended
@@ -35,13 +38,16 @@ struct ContactNewton::Impl {
   Vector b, x;
 
   // A set that a whole solve has stood is factored: it is likely to stand again.
-  LinearSolver choice(const ContactProblem& problem, const ContactSet& set, LinearSolver wanted) const {
+  LinearSolver choice(const ContactProblem& problem, const ContactSet& set,
+                      LinearSolver wanted) const {
     if (problem.W.is_sparse) return wanted;
     if (rows.size() <= cheap_factor) return LinearSolver::factor;
-    return set.states == settled && set.states.size() <= largest_kept_factor ? LinearSolver::factor : wanted;
+    return set.states == settled && set.states.size() <= largest_kept_factor ? LinearSolver::factor
+                                                                             : wanted;
   }
 
-  Vector step(const ContactProblem& problem, const ContactSet& set, const Vector& g, const Vector& p, LinearSolver linear) {
+  Vector step(const ContactProblem& problem, const ContactSet& set, const Vector& g,
+              const Vector& p, LinearSolver linear) {
     // Coarsely while the set moves; Newton's own convergence is quadratic once it stands
     const double reduction = set.states == last ? 1e-8 : 1e-3;
     last = set.states;
@@ -50,10 +56,12 @@ struct ContactNewton::Impl {
     if (same && adapted) return solve_kept(g);
     if (!problem.W.is_sparse) closed_rows(problem, set);
     const LinearSolver chosen = choice(problem, set, linear);
-    if (same && matrix && (kind == LinearSolver::factor || chosen != LinearSolver::factor)) return matrix->solve(g, p, reduction);
+    if (same && matrix && (kind == LinearSolver::factor || chosen != LinearSolver::factor))
+      return matrix->solve(g, p, reduction);
     held = set.states;
     if (!problem.W.is_sparse) {
-      adapted = (chosen == LinearSolver::factor || factor.is_near(rows)) && factor.adapt(problem.W.dense, rows);
+      adapted = (chosen == LinearSolver::factor || factor.is_near(rows)) &&
+                factor.adapt(problem.W.dense, rows);
       if (adapted) {
         matrix.reset();
         return solve_kept(g);
@@ -67,7 +75,9 @@ struct ContactNewton::Impl {
   void closed_rows(const ContactProblem& problem, const ContactSet& set) {
     rows.clear();
     for (Index i = 0; i < problem.n_points(); ++i) {
-      const Index first = problem.first[i], n = set.states[i] == PointState::open ? 0 : set.states[i] == PointState::stick ? 3 : 1;
+      const Index first = problem.first[i], n = set.states[i] == PointState::open    ? 0
+                                                : set.states[i] == PointState::stick ? 3
+                                                                                     : 1;
       for (Index d = 0; d < n; ++d)
         if (problem.diagonal[first + d] > 0) rows.push_back(first + d);
     }
@@ -90,21 +100,25 @@ ContactNewton& ContactNewton::operator=(ContactNewton&&) noexcept = default;
 namespace {
 
 // Takes p into the cones and keeps it when it is the best so far.
-double keep_best(const ContactProblem& problem, const Vector& g, const Vector& p, const Vector& gap, NewtonResult& best) {
+double keep_best(const ContactProblem& problem, const Vector& g, const Vector& p, const Vector& gap,
+                 NewtonResult& best) {
   Vector inside = p;
   project(problem, inside);
   Vector inside_gap = inside == p ? gap : Vector(g + respond(problem, inside));
   const double residual = law_violations(problem, inside, inside_gap).lpNorm<Eigen::Infinity>();
-  if (residual < best.residual) best.p = std::move(inside), best.gap = std::move(inside_gap), best.residual = residual;
+  if (residual < best.residual)
+    best.p = std::move(inside), best.gap = std::move(inside_gap), best.residual = residual;
   return residual;
 }
 
-// Of p + t (target - p), t = 1, 1/2, .. 1/64, the one that violates the laws least; the gap is linear on the way.
-void line_search(const ContactProblem& problem, const Vector& target, const Vector& target_gap, double enough, Vector& p,
-                 Vector& gap) {
+// Of p + t (target - p), t = 1, 1/2, .. 1/64, the one that violates the laws least; the gap is
+// linear on the way.
+void line_search(const ContactProblem& problem, const Vector& target, const Vector& target_gap,
+                 double enough, Vector& p, Vector& gap) {
   double best = std::numeric_limits<double>::infinity(), best_t = 1;
   for (double t = 1; t > 0.01; t /= 2) {
-    const double merit = law_violations(problem, p + t * (target - p), gap + t * (target_gap - gap)).norm();
+    const double merit =
+        law_violations(problem, p + t * (target - p), gap + t * (target_gap - gap)).norm();
     if (merit < best) best = merit, best_t = t;
     if (merit <= enough) break;
   }
@@ -122,7 +136,8 @@ bool ContactNewton::standing_impulses(const ContactProblem& problem, const Vecto
   return inside == p;
 }
 
-NewtonResult ContactNewton::solve_standing(const ContactProblem& problem, const Vector& g, double tolerance) {
+NewtonResult ContactNewton::solve_standing(const ContactProblem& problem, const Vector& g,
+                                           double tolerance) {
   NewtonResult result;
   if (!impl_->adapted || impl_->last != impl_->held) return result;
   result.p = impl_->solve_kept(g);
@@ -131,7 +146,8 @@ NewtonResult ContactNewton::solve_standing(const ContactProblem& problem, const 
   result.outside = result.p;
   project(problem, result.p);
   result.residual = law_violations(problem, result.outside, result.gap).lpNorm<Eigen::Infinity>();
-  result.converged = result.outside == result.p && result.residual <= tolerance + gap_round_off(problem, result.p);
+  result.converged =
+      result.outside == result.p && result.residual <= tolerance + gap_round_off(problem, result.p);
   return result;
 }
 
@@ -149,25 +165,30 @@ void ContactNewton::keep_state(StateArchive& archive, const ContactProblem& prob
   archive(of.held, of.factor, of.adapted, of.kind, of.settled, of.last, of.rows, has_matrix);
   if (!archive.restores()) return;
   of.matrix.reset();
-  if (has_matrix) of.matrix.emplace(problem, ContactSet{of.held, Points::Zero(problem.n_points(), 3)}, of.kind);
+  if (has_matrix)
+    of.matrix.emplace(problem, ContactSet{of.held, Points::Zero(problem.n_points(), 3)}, of.kind);
 }
 
 Index ContactNewton::n_factored() const { return impl_->factor.n_factored(); }
 
-NewtonResult ContactNewton::solve(const ContactProblem& problem, const Vector& g, Vector p, Vector gap, LinearSolver linear,
-                                  int max_iterations, double tolerance) {
+NewtonResult ContactNewton::solve(const ContactProblem& problem, const Vector& g, Vector p,
+                                  Vector gap, LinearSolver linear, int max_iterations,
+                                  double tolerance) {
   NewtonResult best;
   best.p = Vector::Zero(g.size()), best.gap = g;
   best.residual = std::numeric_limits<double>::infinity();
   std::vector<std::vector<PointState>> seen;
-  Vector outside, outside_gap;  // of the least violation among impulses that were not taken into the cones
+  // of the least violation among impulses that were not taken into the cones
+  Vector outside, outside_gap;
   double least = std::numeric_limits<double>::infinity();
   double merit = law_violations(problem, p, gap).norm();
   while (best.iterations < max_iterations && !best.converged) {
     const ContactSet set = contact_set(problem, p, gap);
     const bool slides = set.slides_anywhere();
     // Without sliding the set decides all: the same set again is a cycle
-    if (!slides && linear == LinearSolver::factor && std::find(seen.begin(), seen.end(), set.states) != seen.end()) break;
+    if (!slides && linear == LinearSolver::factor &&
+        std::find(seen.begin(), seen.end(), set.states) != seen.end())
+      break;
     if (!slides) seen.push_back(set.states);
     const Vector target = impl_->step(problem, set, g, p, linear);
     ++best.iterations;
@@ -182,7 +203,8 @@ NewtonResult ContactNewton::solve(const ContactProblem& problem, const Vector& g
     }
     const double round_off = std::min(gap_round_off(problem, target), 1e4 * tolerance);
     if (!slides) impl_->settled = set.states;
-    best.converged = residual <= tolerance + round_off || (residual <= 1e3 * tolerance && residual > 0.3 * before);
+    best.converged = residual <= tolerance + round_off ||
+                     (residual <= 1e3 * tolerance && residual > 0.3 * before);
     if (slides) {
       line_search(problem, target, target_gap, merit, p, gap);
       merit = law_violations(problem, p, gap).norm();
@@ -192,7 +214,8 @@ NewtonResult ContactNewton::solve(const ContactProblem& problem, const Vector& g
     }
   }
   if (!best.converged && outside.size() > 0) keep_best(problem, g, outside, outside_gap, best);
-  if (!(best.residual < std::numeric_limits<double>::infinity())) keep_best(problem, g, Vector::Zero(g.size()), g, best);
+  if (!(best.residual < std::numeric_limits<double>::infinity()))
+    keep_best(problem, g, Vector::Zero(g.size()), g, best);
   return best;
 }
 

@@ -14,19 +14,23 @@ namespace cbr {
 class StateArchive;
 
 struct NewtonResult {
-  Vector p, gap;        // the best of all iterates, within the laws' cones
-  double residual = 0;  // largest violation of a law, a length; infinite, and p = 0, beyond a double's reach
+  Vector p, gap;  // the best of all iterates, within the laws' cones
+  // largest violation of a law, a length; infinite, and p = 0, beyond a double's reach
+  double residual = 0;
   int iterations = 0;
   bool converged = false;
-  Vector outside;  // of solve_standing(): the impulses that `gap` is of, which may be outside of the cones
+  // of solve_standing(): the impulses that `gap` is of, which may be outside of the cones
+  Vector outside;
 };
 
-// Without sliding points this is the primal-dual active set (Hintermueller, Ito, Kunisch 2002, doi 10.1137/S1052623401383558): its
-// symmetric factor is kept as long as the set stands. A sliding point has, in the form of Alart and Curnier (1991, doi
-// 10.1016/0045-7825(91)90022-X) with one r = 1 / w for its three rows, two unknowns: p_n, and p_s across the slip's direction d;
-//   gap_n = 0,  gap_s + alpha p_s = 0,  p_t = mu p_n d + p_s d_perp,  alpha = (|tau_t| - mu tau_n) / (mu tau_n r),  tau = p - r
-//   gap.
-// W singular: shifted by 1e-8 of its diagonal and refined, which leaves the least-norm impulses of those that close the same gaps.
+// Without sliding points this is the primal-dual active set (Hintermueller, Ito, Kunisch 2002,
+// doi 10.1137/S1052623401383558): its symmetric factor is kept as long as the set stands. A sliding
+// point has, in the form of Alart and Curnier (1991, doi 10.1016/0045-7825(91)90022-X) with one r =
+// 1 / w for its three rows, two unknowns: p_n, and p_s across the slip's direction d;
+//   gap_n = 0,  gap_s + alpha p_s = 0,  p_t = mu p_n d + p_s d_perp,  alpha = (|tau_t| - mu tau_n)
+//   / (mu tau_n r),  tau = p - r gap.
+// W singular: shifted by 1e-8 of its diagonal and refined, which leaves the least-norm impulses of
+// those that close the same gaps.
 class ContactNewton {
  public:
   ContactNewton();
@@ -35,17 +39,21 @@ class ContactNewton {
   ContactNewton& operator=(ContactNewton&&) noexcept;
 
   // From p (m) and gap = g + W p; `tolerance` is a length. The same problem in every call.
-  NewtonResult solve(const ContactProblem& problem, const Vector& g, Vector p, Vector gap, LinearSolver linear, int max_iterations,
-                     double tolerance);
-  // With the factor of the rows that the last solve ended with, where it is kept: converged when that solves this g too.
+  NewtonResult solve(const ContactProblem& problem, const Vector& g, Vector p, Vector gap,
+                     LinearSolver linear, int max_iterations, double tolerance);
+  // With the factor of the rows that the last solve ended with, where it is kept: converged when
+  // that solves this g too.
   NewtonResult solve_standing(const ContactProblem& problem, const Vector& g, double tolerance);
-  // The impulses that close the rows of that set, when there is a factor and they are within the cones; nothing else is checked.
+  // The impulses that close the rows of that set, when there is a factor and they are within the
+  // cones; nothing else is checked.
   bool standing_impulses(const ContactProblem& problem, const Vector& g, Vector& p);
-  // W has got other rows: i was from[i] before, with the same entries of W, or is new (-1). The factor is adapted.
+  // W has got other rows: i was from[i] before, with the same entries of W, or is new (-1). The
+  // factor is adapted.
   void renumber(const std::vector<Index>& from);
   // `problem`: that of the last solve.
   void keep_state(StateArchive& archive, const ContactProblem& problem);
-  Index n_factored() const;  // factors of dense symmetric matrices so far that were not adapted ones
+  // factors of dense symmetric matrices so far that were not adapted ones
+  Index n_factored() const;
 
  private:
   struct Impl;

@@ -15,16 +15,19 @@
 namespace cbr {
 namespace {
 
-// What a step leaves of its residual: while more than a share of the points changes state, while some do, at least once none does.
-// Near the solution (a violation below a share of the largest |g|) it is not worth a step to learn that the set stands.
+// What a step leaves of its residual: while more than a share of the points changes state, while
+// some do, at least once none does. Near the solution (a violation below a share of the largest
+// |g|) it is not worth a step to learn that the set stands.
 constexpr double coarsest = 0.1, coarse = 1e-2, fine = 3e-6, most_changes = 0.05, near = 0.03;
 // Products before a step is taken as it is.
 constexpr int most_products = 60;
-// A smaller share of open points costs less to read of W itself, in double precision, than of all normal rows.
+// A smaller share of open points costs less to read of W itself, in double precision, than of all
+// normal rows.
 constexpr double few_open = 0.1;
 // What single precision may have made of gaps, as a share of what moved them.
 constexpr double single_precision = 5e-7;
-// Gaps are summed up anew when a violation is no larger than this many times that, and it is more than this share of what is wanted.
+// Gaps are summed up anew when a violation is no larger than this many times that, and it is more
+// than this share of what is wanted.
 constexpr double most_drift = 20, most_left = 0.1;
 
 }  // namespace
@@ -37,15 +40,17 @@ struct InexactNewton::Impl {
   LocalInverse inverse;
   FloatGmres gmres;
   std::vector<PointState> last;
-  Vector step, moved;  // of this Newton step: changes of p and, where it is kept, of gap (rows of the problem)
-  Vector scaled;       // over the rows of `closed`
+  // of this Newton step: changes of p and, where it is kept, of gap (rows of the problem)
+  Vector step, moved;
+  Vector scaled;  // over the rows of `closed`
   FloatVector x, b, p_closed, y, normal;
   Eigen::MatrixXf answers;  // to the products of one linear solve
 
   void begin(const ContactProblem& problem, const ContactSet& set, const Vector& p);
-  void join(const ContactProblem& problem, const Vector& g, const Vector& p, Vector& gap, ContactSet& set);
-  void newton_step(const ContactProblem& problem, const ContactSet& set, const Vector& p, const Vector& gap, double wanted,
-                   bool far);
+  void join(const ContactProblem& problem, const Vector& g, const Vector& p, Vector& gap,
+            ContactSet& set);
+  void newton_step(const ContactProblem& problem, const ContactSet& set, const Vector& p,
+                   const Vector& gap, double wanted, bool far);
   void solve_linear(double size, float reduction, Vector& change, Vector& answer);
   double float_product(const Vector& change);
   void sum_closed(const ContactProblem& problem, const Vector& g, const Vector& p, Vector& gap);
@@ -56,7 +61,8 @@ struct InexactNewton::Impl {
 };
 
 // Points that are not open, or have an impulse that the first step may take away.
-void InexactNewton::Impl::begin(const ContactProblem& problem, const ContactSet& set, const Vector& p) {
+void InexactNewton::Impl::begin(const ContactProblem& problem, const ContactSet& set,
+                                const Vector& p) {
   if (!neighbours || neighbours->n_points() != problem.n_points()) neighbours.emplace(problem);
   if (!stands) closed.begin(problem);
   stands = true;
@@ -75,11 +81,14 @@ void InexactNewton::Impl::begin(const ContactProblem& problem, const ContactSet&
 }
 
 // Points that close get the gaps of all their rows, which are not kept of open ones.
-void InexactNewton::Impl::join(const ContactProblem& problem, const Vector& g, const Vector& p, Vector& gap, ContactSet& set) {
+void InexactNewton::Impl::join(const ContactProblem& problem, const Vector& g, const Vector& p,
+                               Vector& gap, ContactSet& set) {
   std::vector<Index> joined;
   for (Index i = 0; i < problem.n_points(); ++i) {
-    if (set.states[i] == PointState::open || closed.first_row(i) >= 0 || !(problem.w[i] > 0)) continue;
-    for (Index row = problem.first[i]; row < problem.first[i + 1]; ++row) gap[row] = g[row] + problem.W.dense.col(row).dot(p);
+    if (set.states[i] == PointState::open || closed.first_row(i) >= 0 || !(problem.w[i] > 0))
+      continue;
+    for (Index row = problem.first[i]; row < problem.first[i + 1]; ++row)
+      gap[row] = g[row] + problem.W.dense.col(row).dot(p);
     joined.push_back(i);
   }
   if (joined.empty()) return;
@@ -88,10 +97,13 @@ void InexactNewton::Impl::join(const ContactProblem& problem, const Vector& g, c
 }
 
 // gap = g + W p over the rows that serve; no other point has an impulse.
-void InexactNewton::Impl::sum_closed(const ContactProblem& problem, const Vector& g, const Vector& p, Vector& gap) {
+void InexactNewton::Impl::sum_closed(const ContactProblem& problem, const Vector& g,
+                                     const Vector& p, Vector& gap) {
   std::vector<Index> rows;
   for (const Index point : closed.points())
-    for (Index row = problem.first[point]; closed.first_row(point) >= 0 && row < problem.first[point + 1]; ++row) rows.push_back(row);
+    for (Index row = problem.first[point];
+         closed.first_row(point) >= 0 && row < problem.first[point + 1]; ++row)
+      rows.push_back(row);
   const auto n = static_cast<Index>(rows.size());
   if (2 * n > p.size()) {  // most of W is read in any case: in its order, on all threads
     const Vector all = respond(problem, p);
@@ -113,9 +125,10 @@ void InexactNewton::Impl::sum_closed(const ContactProblem& problem, const Vector
   for (Index i = 0; i < n; ++i) gap[rows[i]] = g[rows[i]] + sum[i];
 }
 
-// Impulses within the laws' cones, and all gaps of them: summed up where they are `off`, or where open points have rows that were
-// not kept; else what the little change adds.
-void InexactNewton::Impl::settle(const ContactProblem& problem, const Vector& g, bool off, Vector& p, Vector& gap) {
+// Impulses within the laws' cones, and all gaps of them: summed up where they are `off`, or where
+// open points have rows that were not kept; else what the little change adds.
+void InexactNewton::Impl::settle(const ContactProblem& problem, const Vector& g, bool off,
+                                 Vector& p, Vector& gap) {
   const Vector before = p;
   project(problem, p);
   if (off || closed.n_serving() < problem.n_points()) {
@@ -145,7 +158,8 @@ double InexactNewton::Impl::float_product(const Vector& change) {
 }
 
 // K x = size b: adds C x to `change`, and s W s C x to `answer`.
-void InexactNewton::Impl::solve_linear(double size, float reduction, Vector& change, Vector& answer) {
+void InexactNewton::Impl::solve_linear(double size, float reduction, Vector& change,
+                                       Vector& answer) {
   const Index n = closed.n_rows();
   inverse.apply(b);
   FloatVector expanded(n);
@@ -173,9 +187,10 @@ double InexactNewton::Impl::n_changes(const ContactSet& set) const {
   return static_cast<double>(n);
 }
 
-// Fills `step` and `moved`. `wanted`: share that is to be left of the violation when the set stands.
-void InexactNewton::Impl::newton_step(const ContactProblem& problem, const ContactSet& set, const Vector& p, const Vector& gap,
-                                      double wanted, bool far) {
+// Fills `step` and `moved`. `wanted`: share that is to be left of the violation when the set
+// stands.
+void InexactNewton::Impl::newton_step(const ContactProblem& problem, const ContactSet& set,
+                                      const Vector& p, const Vector& gap, double wanted, bool far) {
   const Index n = closed.n_rows();
   const double changes = n_changes(set);
   const bool same = changes == 0;
@@ -207,8 +222,10 @@ void InexactNewton::Impl::newton_step(const ContactProblem& problem, const Conta
   fill_moves(problem, answer, change);
 }
 
-// `step` and `moved` of a change of scaled impulses and the answer to it, both over the rows of `closed`.
-void InexactNewton::Impl::fill_moves(const ContactProblem& problem, const Vector& answer, const Vector& change) {
+// `step` and `moved` of a change of scaled impulses and the answer to it, both over the rows of
+// `closed`.
+void InexactNewton::Impl::fill_moves(const ContactProblem& problem, const Vector& answer,
+                                     const Vector& change) {
   step.setZero(problem.n_rows()), moved.setZero(problem.n_rows());
   for (const Index point : closed.points()) {
     const Index first = closed.first_row(point);
@@ -234,7 +251,8 @@ void InexactNewton::Impl::move_open_points(const ContactProblem& problem, const 
   for (Index i = 0; i < problem.n_points(); ++i) {
     if (closed.first_row(i) >= 0 || !(closed.point_scale(i) > 0)) continue;
     const Index row = problem.first[i];
-    moved[row] = few ? problem.W.dense.col(row).dot(step) : size * normal[i] / closed.point_scale(i);
+    moved[row] =
+        few ? problem.W.dense.col(row).dot(step) : size * normal[i] / closed.point_scale(i);
   }
 }
 
@@ -248,7 +266,9 @@ void InexactNewton::forget() {
   impl_->neighbours.reset();
 }
 
-void InexactNewton::begin_as(const InexactNewton& other) { impl_->neighbours = other.impl_->neighbours; }
+void InexactNewton::begin_as(const InexactNewton& other) {
+  impl_->neighbours = other.impl_->neighbours;
+}
 
 void InexactNewton::keep_state(StateArchive& archive, const ContactProblem& problem) {
   Impl& of = *impl_;
@@ -269,8 +289,8 @@ void InexactNewton::keep_state(StateArchive& archive, const ContactProblem& prob
   if (has_neighbours) archive(*of.neighbours);
 }
 
-NewtonResult InexactNewton::solve(const ContactProblem& problem, const Vector& g, Vector p, Vector gap, int max_iterations,
-                                  double tolerance) {
+NewtonResult InexactNewton::solve(const ContactProblem& problem, const Vector& g, Vector p,
+                                  Vector gap, int max_iterations, double tolerance) {
   Impl& of = *impl_;
   NewtonResult best;
   best.p = Vector::Zero(g.size()), best.gap = g;
@@ -283,7 +303,8 @@ NewtonResult InexactNewton::solve(const ContactProblem& problem, const Vector& g
   double merit = violations.norm(), violation = violations.lpNorm<Eigen::Infinity>();
   while (best.iterations < max_iterations && !best.converged) {
     const double enough = std::max(0.5 * tolerance, 0.3 * most_drift * drift);
-    of.newton_step(problem, set, p, gap, violation > 0 ? enough / violation : 1.0, violation > near * scale);
+    of.newton_step(problem, set, p, gap, violation > 0 ? enough / violation : 1.0,
+                   violation > near * scale);
     ++best.iterations;
     if (!of.step.allFinite() || !of.moved.allFinite()) break;
     double t = 1, best_t = 1, least = std::numeric_limits<double>::infinity();
@@ -295,7 +316,8 @@ NewtonResult InexactNewton::solve(const ContactProblem& problem, const Vector& g
     p += best_t * of.step, gap += best_t * of.moved;
     if (best_t == 1)
       for (Index i = 0; i < problem.n_points(); ++i)
-        if (set.states[i] == PointState::open) p.segment(problem.first[i], problem.first[i + 1] - problem.first[i]).setZero();
+        if (set.states[i] == PointState::open)
+          p.segment(problem.first[i], problem.first[i + 1] - problem.first[i]).setZero();
     drift += single_precision * best_t * of.moved.lpNorm<Eigen::Infinity>();
     violations = law_violations(problem, p, gap);
     violation = violations.lpNorm<Eigen::Infinity>();
@@ -310,7 +332,8 @@ NewtonResult InexactNewton::solve(const ContactProblem& problem, const Vector& g
       const double before = best.residual, residual = violations.lpNorm<Eigen::Infinity>();
       if (residual < best.residual) best.p = p, best.gap = gap, best.residual = residual;
       const double round_off = std::min(gap_round_off(problem, p), 1e4 * tolerance);
-      best.converged = residual <= tolerance + round_off || (residual <= 1e3 * tolerance && residual > 0.3 * before);
+      best.converged = residual <= tolerance + round_off ||
+                       (residual <= 1e3 * tolerance && residual > 0.3 * before);
     }
     merit = violations.norm(), violation = violations.lpNorm<Eigen::Infinity>();
     if (!std::isfinite(violation)) break;

@@ -36,7 +36,8 @@ void KeptFactor::clear() {
 KeptFactor::Change KeptFactor::change(const std::vector<Index>& rows) const {
   Change change;
   const Index largest = rows.empty() ? 0 : rows.back() + 1;
-  std::vector<char> wanted(static_cast<std::size_t>(largest), 0), was_removed(static_cast<std::size_t>(n_), 0);
+  std::vector<char> wanted(static_cast<std::size_t>(largest), 0),
+      was_removed(static_cast<std::size_t>(n_), 0);
   for (const Index row : rows) wanted[row] = 1;
   for (const Index position : removed_) was_removed[position] = 1;
   for (Index i = 0; i < n_; ++i) {
@@ -54,13 +55,17 @@ bool KeptFactor::is_small(const Change& change) const {
   if (change.added.empty() && change.removed.empty() && change.returned.empty()) return true;
   if (pivot_ < weakest_kept) return false;
   // append() refuses these
-  if (!change.added.empty() && std::find(row_.begin(), row_.end(), Index{-1}) != row_.end()) return false;
+  if (!change.added.empty() && std::find(row_.begin(), row_.end(), Index{-1}) != row_.end())
+    return false;
   const double n = static_cast<double>(n_);
   const std::size_t removed = removed_.size() + change.removed.size() - change.returned.size();
-  return static_cast<double>(removed) <= most_removed * n && static_cast<double>(change.added.size()) <= most_added * n;
+  return static_cast<double>(removed) <= most_removed * n &&
+         static_cast<double>(change.added.size()) <= most_added * n;
 }
 
-bool KeptFactor::is_near(const std::vector<Index>& rows) const { return n_ > 0 && is_small(change(rows)); }
+bool KeptFactor::is_near(const std::vector<Index>& rows) const {
+  return n_ > 0 && is_small(change(rows));
+}
 
 bool KeptFactor::adapt(const Matrix& W, const std::vector<Index>& rows) {
   if (n_ > 0) {
@@ -123,10 +128,14 @@ bool KeptFactor::append(const Matrix& W, const std::vector<Index>& rows) {
 }
 
 bool KeptFactor::remove(const Change& change) {
-  if (change.removed.empty() && change.returned.empty() && (removed_.empty() || change.added.empty())) return true;
+  if (change.removed.empty() && change.returned.empty() &&
+      (removed_.empty() || change.added.empty()))
+    return true;
   Index kept = 0;
   for (std::size_t j = 0; j < removed_.size(); ++j) {
-    if (std::find(change.returned.begin(), change.returned.end(), removed_[j]) != change.returned.end()) continue;
+    if (std::find(change.returned.begin(), change.returned.end(), removed_[j]) !=
+        change.returned.end())
+      continue;
     if (kept != static_cast<Index>(j)) X_.col(kept) = X_.col(static_cast<Index>(j));
     removed_[kept++] = removed_[j];
   }
@@ -141,7 +150,9 @@ bool KeptFactor::remove(const Change& change) {
     columns.setZero();
     for (Index j = 0; j < more; ++j) columns(change.removed[j], j) = 1;
     auto below = columns.bottomRows(n_ - first);
-    L_.block(first, first, n_ - first, n_ - first).triangularView<Eigen::Lower>().solveInPlace(below);
+    L_.block(first, first, n_ - first, n_ - first)
+        .triangularView<Eigen::Lower>()
+        .solveInPlace(below);
   }
   gram_.resize(kept + more, kept + more);
   gram_.noalias() = X_.transpose() * X_;
@@ -159,7 +170,8 @@ void KeptFactor::place(const std::vector<Index>& rows) {
 
 void KeptFactor::solve(const Vector& b, Vector& p) const {
   y_.setZero(n_);
-  for (std::size_t i = 0; i < positions_.size(); ++i) y_[positions_[i]] = scale_[positions_[i]] * b[static_cast<Index>(i)];
+  for (std::size_t i = 0; i < positions_.size(); ++i)
+    y_[positions_[i]] = scale_[positions_[i]] * b[static_cast<Index>(i)];
   solve_lower(L_, n_, y_.data());
   if (!removed_.empty()) {
     small_.noalias() = X_.transpose() * y_;
@@ -170,7 +182,8 @@ void KeptFactor::solve(const Vector& b, Vector& p) const {
   }
   solve_lower_transposed(L_, n_, y_.data());
   p.resize(b.size());
-  for (std::size_t i = 0; i < positions_.size(); ++i) p[static_cast<Index>(i)] = scale_[positions_[i]] * y_[positions_[i]];
+  for (std::size_t i = 0; i < positions_.size(); ++i)
+    p[static_cast<Index>(i)] = scale_[positions_[i]] * y_[positions_[i]];
 }
 
 void KeptFactor::renumber(const std::vector<Index>& from) {
@@ -184,7 +197,8 @@ void KeptFactor::renumber(const std::vector<Index>& from) {
 
 void KeptFactor::keep_state(StateArchive& archive) {
   archive(n_, row_, scale_, removed_, X_, gram_, positions_, pivot_, n_factored_);
-  // What is not of the factor was never set: what stood in that memory before has no place in a file.
+  // What is not of the factor was never set: what stood in that memory before has no place in a
+  // file.
   for (Index j = 0; !archive.restores() && j < n_; ++j) {
     L_.col(j).head(j).setZero();
     L_.col(j).tail(L_.rows() - n_).setZero();

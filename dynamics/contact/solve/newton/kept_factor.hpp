@@ -10,13 +10,14 @@ namespace cbr {
 
 class StateArchive;
 
-// W_AA p_A = b over a set A of rows, W scaled to a unit diagonal. The factor L L^T is of a set F; rows of A that are not in F are
-// appended to it, and of those of F that are not in A p is held at 0: with X = L^-1 E_removed, p = L^-T (I - X (X^T X)^-1 X^T) L^-1
-// b.
+// W_AA p_A = b over a set A of rows, W scaled to a unit diagonal. The factor L L^T is of a set F;
+// rows of A that are not in F are appended to it, and of those of F that are not in A p is held at
+// 0: with X = L^-1 E_removed, p = L^-T (I - X (X^T X)^-1 X^T) L^-1 b.
 class KeptFactor {
  public:
-  // Makes it the factor of `rows` (ascending): by changes of what is there when these are fewer than a new one costs, see
-  // docs/decisions/contact-solver.md. False, and empty, when W over the rows is singular to round-off.
+  // Makes it the factor of `rows` (ascending): by changes of what is there when these are fewer
+  // than a new one costs, see docs/decisions/contact-solver.md. False, and empty, when W over the
+  // rows is singular to round-off.
   bool adapt(const Matrix& W, const std::vector<Index>& rows);
   // Whether adapt() would not need a new factor.
   bool is_near(const std::vector<Index>& rows) const;

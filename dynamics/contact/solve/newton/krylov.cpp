@@ -9,7 +9,8 @@
 
 namespace cbr {
 
-int conjugate_gradients(const Product& A, const Vector& b, double tolerance, int max_products, Vector& x) {
+int conjugate_gradients(const Product& A, const Vector& b, double tolerance, int max_products,
+                        Vector& x) {
   Vector r = b - A(x), d = r;
   double rr = r.squaredNorm();
   int products = 1;
@@ -67,7 +68,8 @@ int gmres(const Product& A, const Vector& b, double tolerance, int max_products,
   return static_cast<int>(k) + 1;
 }
 
-int FloatGmres::solve(const FloatProduct& A, const Eigen::VectorXf& b, float reduction, int max_products, Eigen::VectorXf& x) {
+int FloatGmres::solve(const FloatProduct& A, const Eigen::VectorXf& b, float reduction,
+                      int max_products, Eigen::VectorXf& x) {
   const Index n = b.size();
   x.setZero(n);
   y_.resize(0);

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <numeric>
 
-#include "common/linalg/blas_threads.hpp"
 #include "common/base/row_threads.hpp"
 #include "common/files/state_archive.hpp"
+#include "common/linalg/blas_threads.hpp"
 
 namespace cbr {
 namespace {
@@ -23,7 +23,9 @@ using Unknown = ClosedUnknowns::Unknown;
 
 // a's and b's columns of R over W between their points, both normal.
 struct Normal {
-  static double between(const ClosedResponse& closed, const Unknown& a, const Unknown& b) { return closed.entry(a.row, b.row); }
+  static double between(const ClosedResponse& closed, const Unknown& a, const Unknown& b) {
+    return closed.entry(a.row, b.row);
+  }
 };
 
 // The same, both tangential.
@@ -71,7 +73,8 @@ class BlockFactor {
     }
   }
 
-  // The last row of the inverse of the factor of the first n: its diagonal alone where these are not regular.
+  // The last row of the inverse of the factor of the first n: its diagonal alone where these are
+  // not regular.
   int last_row(int n, float* y) const {
     if (regular_ < n) {
       y[0] = own_[n - 1] > 0 ? static_cast<float>(1 / std::sqrt(own_[n - 1])) : 1.0F;
@@ -93,10 +96,12 @@ class BlockFactor {
   int regular_ = 0;                         // leading rows that are
 };
 
-// The rows of G of one point's unknowns `own`, whose block holds the unknowns range(other) of its neighbours.
+// The rows of G of one point's unknowns `own`, whose block holds the unknowns range(other) of its
+// neighbours.
 template <typename Kind, typename RangeOf>
-void set_rows(const ClosedResponse& closed, const ClosedUnknowns& unknowns, const std::vector<Index>& nearest, Index point,
-              int wanted, const RangeOf& range, std::vector<LocalInverse::Row>& rows) {
+void set_rows(const ClosedResponse& closed, const ClosedUnknowns& unknowns,
+              const std::vector<Index>& nearest, Index point, int wanted, const RangeOf& range,
+              std::vector<LocalInverse::Row>& rows) {
   const ClosedUnknowns::Range own = range(point);
   if (own.first == own.last) return;
   Block block;
@@ -133,9 +138,12 @@ Neighbours::Neighbours(const ContactProblem& problem) : nearest_(problem.laws.si
     std::vector<Index> order(root.size());
     for (Index i = t; i < n; i += used) {
       const double* column = problem.W.dense.col(problem.first[i]).data();
-      for (Index j = 0; j < n; ++j) answer[j] = j == i ? -HUGE_VAL : std::abs(column[problem.first[j]]) * root[j];
+      for (Index j = 0; j < n; ++j)
+        answer[j] = j == i ? -HUGE_VAL : std::abs(column[problem.first[j]]) * root[j];
       std::iota(order.begin(), order.end(), Index{0});
-      const auto more = [&](Index a, Index b) { return answer[a] != answer[b] ? answer[a] > answer[b] : a < b; };
+      const auto more = [&](Index a, Index b) {
+        return answer[a] != answer[b] ? answer[a] > answer[b] : a < b;
+      };
       const auto last = order.begin() + static_cast<std::ptrdiff_t>(count);
       std::nth_element(order.begin(), last, order.end(), more);
       std::sort(order.begin(), last, more);
@@ -146,18 +154,21 @@ Neighbours::Neighbours(const ContactProblem& problem) : nearest_(problem.laws.si
 
 void Neighbours::keep_state(StateArchive& archive) { archive(nearest_); }
 
-void LocalInverse::build(const ClosedResponse& closed, const ClosedUnknowns& unknowns, const Neighbours& neighbours) {
+void LocalInverse::build(const ClosedResponse& closed, const ClosedUnknowns& unknowns,
+                         const Neighbours& neighbours) {
   rows_.resize(static_cast<std::size_t>(unknowns.size()));
   const std::vector<Index>& points = closed.points();
   const auto normal = [&](Index point) { return unknowns.normal(point); };
   const auto tangential = [&](Index point) { return unknowns.tangential(point); };
   const int used = static_cast<Index>(points.size()) < threaded_points ? 1 : n_threads();
   run_kept_threads(used, [&](int t) {
-    for (std::size_t k = static_cast<std::size_t>(t); k < points.size(); k += static_cast<std::size_t>(used)) {
+    for (std::size_t k = static_cast<std::size_t>(t); k < points.size();
+         k += static_cast<std::size_t>(used)) {
       const Index point = points[k];
       const std::vector<Index>& nearest = neighbours.of(point);
       set_rows<Normal>(closed, unknowns, nearest, point, normal_neighbours, normal, rows_);
-      set_rows<Tangential>(closed, unknowns, nearest, point, tangential_neighbours, tangential, rows_);
+      set_rows<Tangential>(closed, unknowns, nearest, point, tangential_neighbours, tangential,
+                           rows_);
     }
   });
 }

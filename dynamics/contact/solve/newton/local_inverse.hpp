@@ -11,8 +11,8 @@ namespace cbr {
 
 class StateArchive;
 
-// For each point the points whose normal gaps answer most to its normal impulse (each scaled by the root of its W_ii), best first:
-// on a face those that are nearest.
+// For each point the points whose normal gaps answer most to its normal impulse (each scaled by the
+// root of its W_ii), best first: on a face those that are nearest.
 class Neighbours {
  public:
   Neighbours() = default;
@@ -26,12 +26,14 @@ class Neighbours {
   std::vector<std::vector<Index>> nearest_;
 };
 
-// G^T G ~ (R^T W R + diag(alpha))^-1, G lower triangular: row i has the unknowns of i's point and of its nearest earlier points,
-// normals and tangents apart, and is the last row of the inverse of their block's Cholesky factor (Kolotilina, Yeremin 1993, doi
-// 10.1137/0614004). A static compliance falls off like 1 / distance, its inverse like 1 / distance^3, so a few neighbours do.
+// G^T G ~ (R^T W R + diag(alpha))^-1, G lower triangular: row i has the unknowns of i's point and
+// of its nearest earlier points, normals and tangents apart, and is the last row of the inverse of
+// their block's Cholesky factor (Kolotilina, Yeremin 1993, doi 10.1137/0614004). A static
+// compliance falls off like 1 / distance, its inverse like 1 / distance^3, so a few neighbours do.
 class LocalInverse {
  public:
-  void build(const ClosedResponse& closed, const ClosedUnknowns& unknowns, const Neighbours& neighbours);
+  void build(const ClosedResponse& closed, const ClosedUnknowns& unknowns,
+             const Neighbours& neighbours);
   void apply(FloatVector& x) const;  // x := G^T G x
 
   // Earlier points in a row of G: more gained nothing (docs/decisions/contact-solver.md).

@@ -27,18 +27,23 @@ double between(const ContactProblem& problem, const SetBases& bases, Index j) {
   for (SparseMatrix::InnerIterator r(bases.R, j); r; ++r)
     for (SparseMatrix::InnerIterator c(bases.C, j); c; ++c) {
       const Index row = bases.rows[r.row()], column = bases.rows[c.row()];
-      sum += r.value() * c.value() * (problem.W.is_sparse ? problem.W.sparse.coeff(row, column) : problem.W.dense(row, column));
+      sum += r.value() * c.value() *
+             (problem.W.is_sparse ? problem.W.sparse.coeff(row, column)
+                                  : problem.W.dense(row, column));
     }
   return sum;
 }
 
-// Scale of each unknown that gives K a unit diagonal; what W itself has there bounds it where friction takes the diagonal away.
+// Scale of each unknown that gives K a unit diagonal; what W itself has there bounds it where
+// friction takes the diagonal away.
 Vector unit_scale(const ContactProblem& problem, const SetBases& bases) {
   Vector scale(bases.size());
   for (Index j = 0; j < bases.size(); ++j) {
     double own = bases.alpha[j];
-    for (SparseMatrix::InnerIterator r(bases.R, j); r; ++r) own += r.value() * r.value() * problem.diagonal[bases.rows[r.row()]];
-    const double entry = bases.symmetric ? own : std::abs(between(problem, bases, j) + bases.alpha[j]);
+    for (SparseMatrix::InnerIterator r(bases.R, j); r; ++r)
+      own += r.value() * r.value() * problem.diagonal[bases.rows[r.row()]];
+    const double entry =
+        bases.symmetric ? own : std::abs(between(problem, bases, j) + bases.alpha[j]);
     scale[j] = 1 / std::sqrt(std::max(entry, 1e-3 * own));
   }
   return scale;
@@ -67,7 +72,8 @@ struct SetMatrix::Impl {
   Vector scale;  // n: solved with scale K scale, of unit diagonal
   LinearSolver solver = LinearSolver::factor;
   bool shifted = false;
-  // W over the closed rows (k x k); dense and krylov: only when much smaller than W, which else serves itself.
+  // W over the closed rows (k x k); dense and krylov: only when much smaller than W, which else
+  // serves itself.
   Matrix dense;
   SparseMatrix sparse;
   // One of the factors of scale K scale
@@ -90,7 +96,8 @@ struct SetMatrix::Impl {
 void SetMatrix::Impl::gather() {
   if (problem->W.is_sparse) {
     sparse = sparse_part(problem->W.sparse, bases.rows);
-  } else if (solver == LinearSolver::factor || 10 * static_cast<Index>(bases.rows.size()) < 7 * problem->n_rows()) {
+  } else if (solver == LinearSolver::factor ||
+             10 * static_cast<Index>(bases.rows.size()) < 7 * problem->n_rows()) {
     dense = problem->W.dense(bases.rows, bases.rows);
   }
 }
@@ -102,7 +109,8 @@ Matrix SetMatrix::Impl::dense_matrix() const {
   Vector y(dense.rows());
   for (Index j = 0; j < K.cols(); ++j) {
     y.setZero();
-    for (SparseMatrix::InnerIterator c(bases.C, j); c; ++c) y += c.value() * scale[j] * dense.col(c.row());
+    for (SparseMatrix::InnerIterator c(bases.C, j); c; ++c)
+      y += c.value() * scale[j] * dense.col(c.row());
     for (Index i = 0; i < K.rows(); ++i) {
       double sum = 0;
       for (SparseMatrix::InnerIterator r(bases.R, i); r; ++r) sum += r.value() * y[r.row()];
@@ -124,7 +132,8 @@ bool SetMatrix::Impl::factor_sparse(double epsilon) {
     return sparse_lu->ok();
   }
   sparse_cholesky.emplace(K);
-  if (sparse_cholesky->ok() && (epsilon > 0 || sparse_cholesky->smallest_pivot() > weakest_pivot)) return true;
+  if (sparse_cholesky->ok() && (epsilon > 0 || sparse_cholesky->smallest_pivot() > weakest_pivot))
+    return true;
   sparse_cholesky.reset();
   return false;
 }
@@ -136,7 +145,8 @@ bool SetMatrix::Impl::factor(double epsilon) {
   K.diagonal().array() += epsilon;
   if (bases.symmetric) {
     cholesky.emplace(std::move(K));
-    return cholesky->ok() && (epsilon > 0 || cholesky->diagonal().cwiseAbs2().minCoeff() > weakest_pivot);
+    return cholesky->ok() &&
+           (epsilon > 0 || cholesky->diagonal().cwiseAbs2().minCoeff() > weakest_pivot);
   }
   lu.emplace(std::move(K));
   return epsilon > 0 || lu->smallest_pivot() > weakest_pivot;
@@ -160,10 +170,12 @@ Vector SetMatrix::Impl::closed_response(const Vector& p) const {
 
 Vector SetMatrix::Impl::product(const Vector& x) const {
   const Vector y = scale.cwiseProduct(x);
-  return scale.cwiseProduct(bases.R.transpose() * closed_response(bases.C * y) + bases.alpha.cwiseProduct(y));
+  return scale.cwiseProduct(bases.R.transpose() * closed_response(bases.C * y) +
+                            bases.alpha.cwiseProduct(y));
 }
 
-// The shift is taken back by refinement; what the shift alone holds (the null space of W) stays least.
+// The shift is taken back by refinement; what the shift alone holds (the null space of W) stays
+// least.
 Vector SetMatrix::Impl::refined(const Vector& b) const {
   Vector x = back_solve(b);
   double last = std::numeric_limits<double>::infinity();
@@ -188,7 +200,8 @@ Vector SetMatrix::Impl::iterated(const Vector& b, Vector x, double reduction) co
   return x;
 }
 
-SetMatrix::SetMatrix(const ContactProblem& problem, const ContactSet& set, LinearSolver solver) : impl_(std::make_unique<Impl>()) {
+SetMatrix::SetMatrix(const ContactProblem& problem, const ContactSet& set, LinearSolver solver)
+    : impl_(std::make_unique<Impl>()) {
   impl_->problem = &problem;
   impl_->solver = solver;
   impl_->bases = set_bases(problem, set);
@@ -208,10 +221,12 @@ Vector SetMatrix::solve(const Vector& g, const Vector& start, double reduction) 
   Vector p = Vector::Zero(g.size());
   if (of.bases.size() == 0) return p;
   const Vector b = -of.scale.cwiseProduct(of.bases.R.transpose() * Vector(g(of.bases.rows)));
-  const Vector x =
-      of.solver == LinearSolver::factor
-          ? of.refined(b)
-          : of.iterated(b, Vector((of.bases.R.transpose() * Vector(start(of.bases.rows))).cwiseQuotient(of.scale)), reduction);
+  const Vector x = of.solver == LinearSolver::factor
+                       ? of.refined(b)
+                       : of.iterated(b,
+                                     Vector((of.bases.R.transpose() * Vector(start(of.bases.rows)))
+                                                .cwiseQuotient(of.scale)),
+                                     reduction);
   p(of.bases.rows) = of.bases.C * of.scale.cwiseProduct(x);
   return p;
 }

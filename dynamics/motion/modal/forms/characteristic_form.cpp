@@ -8,11 +8,13 @@
 namespace cbr {
 namespace {
 
-constexpr double least_pivot = 1e-9;  // of the held directions' rows: below, one of them is in the span of the others
+// of the held directions' rows: below, one of them is in the span of the others
+constexpr double least_pivot = 1e-9;
 
 }  // namespace
 
-DiagonalForm form_of_modes(const Superelement& s, const Matrix& V_c, const std::string& dataset, const std::string& where) {
+DiagonalForm form_of_modes(const Superelement& s, const Matrix& V_c, const std::string& dataset,
+                           const std::string& where) {
   DiagonalForm form;
   form.omega = s.eigenvalues.cwiseSqrt();
   const Index r = form.n_rigid = (form.omega.array() == 0).count();
@@ -30,10 +32,14 @@ DiagonalForm form_of_modes(const Superelement& s, const Matrix& V_c, const std::
   mass.bottomRightCorner(3, 3) = s.rigid_body.inertia;
   mass = (scales.asDiagonal() * mass * scales.asDiagonal()).eval();
   const Matrix found = E_s.transpose() * E_s;
-  const auto differ = [&](auto block) { return (block(found) - block(mass)).norm() > 1e-6 * block(mass).norm(); };
-  if ((V_c * E_s - R_s).norm() > 1e-8 * R_s.norm() || differ([](const Matrix& A) { return Matrix(A.topLeftCorner(3, 3)); }) ||
+  const auto differ = [&](auto block) {
+    return (block(found) - block(mass)).norm() > 1e-6 * block(mass).norm();
+  };
+  if ((V_c * E_s - R_s).norm() > 1e-8 * R_s.norm() ||
+      differ([](const Matrix& A) { return Matrix(A.topLeftCorner(3, 3)); }) ||
       differ([](const Matrix& A) { return Matrix(A.bottomRightCorner(3, 3)); }))
-    throw InputError(where + ": the rigid modes in " + dataset + " do not agree with /rigid_body and /nodes/coordinates to 1e-6");
+    throw InputError(where + ": the rigid modes in " + dataset +
+                     " do not agree with /rigid_body and /nodes/coordinates to 1e-6");
   // E^T E = R^T M R to the last digit: E <- E L_f^-T L^T
   const Cholesky whole(mass);
   const Cholesky own(found);
@@ -49,7 +55,8 @@ DiagonalForm free_characteristic_form(const Superelement& s, const std::string& 
   return form_of_modes(s, s.characteristic.V, "/characteristic/V", where);
 }
 
-DiagonalForm held_characteristic_form(const Superelement& s, const std::vector<HeldDirection>& held, const std::string& where) {
+DiagonalForm held_characteristic_form(const Superelement& s, const std::vector<HeldDirection>& held,
+                                      const std::string& where) {
   const DiagonalForm free = free_characteristic_form(s, where);
   const IndexTable rows = displacement_rows(s);
   const Index k = s.k();
@@ -57,23 +64,28 @@ DiagonalForm held_characteristic_form(const Superelement& s, const std::vector<H
   Matrix C = Matrix::Zero(static_cast<Index>(held.size()), k);
   for (Index i = 0; i < C.rows(); ++i) {
     for (int d = 0; d < 3; ++d)
-      if (const Index row = rows(held[i].node, d); row >= 0) C.row(i) += held[i].direction[d] * free.V.row(row);
+      if (const Index row = rows(held[i].node, d); row >= 0)
+        C.row(i) += held[i].direction[d] * free.V.row(row);
     C.row(i).normalize();
   }
   const PivotedQr qr(C.transpose(), least_pivot);
   const Index r = qr.rank(), n = k - r;
   if (r < C.rows())
-    throw InputError(where + ": basis characteristic has no coordinate for each of the " + std::to_string(C.rows()) +
-                     " displacements that are held, so that more than these would be: name the held nodes under "
-                     "characteristic.keep, or use basis: craig-bampton");
+    throw InputError(
+        where + ": basis characteristic has no coordinate for each of the " +
+        std::to_string(C.rows()) +
+        " displacements that are held, so that more than these would be: name the held nodes under "
+        "characteristic.keep, or use basis: craig-bampton");
   // q = Z y, an orthonormal basis of what is free   (k x n)
   const Matrix Z = qr.Q().rightCols(n);
   const Matrix K = Z.transpose() * free.omega.cwiseAbs2().asDiagonal() * Z;
-  const Matrix N = free_rigid_motions(reduced_rigid_modes(s, s.rigid_body.center), s.rigid_body, rows, held);
+  const Matrix N =
+      free_rigid_motions(reduced_rigid_modes(s, s.rigid_body.center), s.rigid_body, rows, held);
   Matrix Q = Z.transpose() * (free.E * N);
   if (Q.cols() > 0) Q = orthonormal_basis(Q);
   const Eigenpairs pairs = dense_eigenpairs_beside(K, Q);
-  if (!pairs.converged) throw RunError(where + ": the modes of the held superelement could not be found");
+  if (!pairs.converged)
+    throw RunError(where + ": the modes of the held superelement could not be found");
   DiagonalForm form;
   take_frequencies(pairs.lambda, N.cols(), form);
   const Matrix Y = Z * pairs.Phi;

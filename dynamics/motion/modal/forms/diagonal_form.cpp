@@ -33,13 +33,18 @@ Matrix mass_times_rigid(const Superelement& s, const Matrix& R) {
 
 void require_converged(const Eigenpairs& pairs, Index n, const std::string& where) {
   if (!pairs.converged || pairs.n_converged < n)
-    throw RunError(where + ": the diagonal form cannot be computed: the reduced mass is not positive definite");
+    throw RunError(
+        where +
+        ": the diagonal form cannot be computed: the reduced mass is not positive definite");
   // Rigid motions round to either side of 0, by far less
   if (n > 0 && pairs.lambda.minCoeff() < -1e-6 * pairs.lambda.cwiseAbs().maxCoeff())
-    throw RunError(where + ": the diagonal form cannot be computed: the reduced stiffness has a negative eigenvalue");
+    throw RunError(
+        where +
+        ": the diagonal form cannot be computed: the reduced stiffness has a negative eigenvalue");
 }
 
-// Columns 0 .. 5 of V become R L^-T with L L^T = R^T M R, when they span the same motions; E accordingly.
+// Columns 0 .. 5 of V become R L^-T with L L^T = R^T M R, when they span the same motions; E
+// accordingly.
 bool replace_rigid_modes(const Matrix& R, const RigidBody& body, DiagonalForm& form) {
   const Matrix6 S = Vector(rigid_scales(body)).asDiagonal(), mass = S * rigid_mass(body) * S;
   const std::optional<Matrix6> L = small_cholesky(mass);
@@ -61,8 +66,8 @@ bool replace_rigid_modes(const Matrix& R, const RigidBody& body, DiagonalForm& f
   return true;
 }
 
-// E from V_r E_r = R, V_r the rigid columns of V: for a component of several parts, which has more than six. False when they do not
-// span R.
+// E from V_r E_r = R, V_r the rigid columns of V: for a component of several parts, which has more
+// than six. False when they do not span R.
 bool rigid_modes_span(const Matrix& R, const RigidBody& body, DiagonalForm& form) {
   const Vector S = rigid_scales(body);
   const Matrix V_r = form.V.leftCols(form.n_rigid);
@@ -107,27 +112,32 @@ SparseMatrix free_interface_basis(const Superelement& s, const std::vector<HeldD
 
 void take_frequencies(const Vector& lambda, Index n_rigid, DiagonalForm& form) {
   form.omega = lambda.cwiseMax(0).cwiseSqrt();
-  form.omega.head(std::min(n_rigid, form.omega.size())).setZero();  // a file may hold fewer coordinates than rigid motions
-  form.n_rigid = (form.omega.array() == 0).count();                 // a mechanism adds to the rigid motions
+  // a file may hold fewer coordinates than rigid motions
+  form.omega.head(std::min(n_rigid, form.omega.size())).setZero();
+  // a mechanism adds to the rigid motions
+  form.n_rigid = (form.omega.array() == 0).count();
 }
 
 bool use_exact_rigid_modes(const Matrix& R, const RigidBody& body, DiagonalForm& form) {
-  return replace_rigid_modes(R, body, form) || (form.n_rigid > 6 && rigid_modes_span(R, body, form));
+  return replace_rigid_modes(R, body, form) ||
+         (form.n_rigid > 6 && rigid_modes_span(R, body, form));
 }
 
 void refuse_rigid_modes(const std::string& where) {
-  throw InputError(
-      where +
-      ": /nodes/coordinates, /rigid_body and the rigid modes of /diagonal or the matrices do not agree to 1e-6, as a run in modal "
-      "coordinates needs: the reduction was "
-      "too ill-conditioned (heed the warnings of cbr-reduce), or the file was changed (run cbr-reduce --force), or the "
-      "density of a skin is beyond a double beside the part");
+  throw InputError(where +
+                   ": /nodes/coordinates, /rigid_body and the rigid modes of /diagonal or the "
+                   "matrices do not agree to 1e-6, as a run in modal "
+                   "coordinates needs: the reduction was "
+                   "too ill-conditioned (heed the warnings of cbr-reduce), or the file was changed "
+                   "(run cbr-reduce --force), or the "
+                   "density of a skin is beyond a double beside the part");
 }
 
-Matrix free_rigid_motions(const Matrix& R, const RigidBody& body, const IndexTable& rows, const std::vector<HeldDirection>& held,
-                          const Matrix& resisted) {
+Matrix free_rigid_motions(const Matrix& R, const RigidBody& body, const IndexTable& rows,
+                          const std::vector<HeldDirection>& held, const Matrix& resisted) {
   const auto n_held = static_cast<Index>(held.size());
-  Matrix C(n_held + resisted.rows(), 6);  // C x = held displacements of the rigid motion R x, and what is resisted
+  // C x = held displacements of the rigid motion R x, and what is resisted
+  Matrix C(n_held + resisted.rows(), 6);
   const double size = 1 / rigid_scales(body)(5);
   for (Index i = 0; i < n_held; ++i) {
     C.row(i).setZero();
@@ -135,7 +145,8 @@ Matrix free_rigid_motions(const Matrix& R, const RigidBody& body, const IndexTab
       const Index row = rows(held[i].node, c);
       if (row >= 0) C.row(i) += held[i].direction[c] * R.row(row);
     }
-    C.row(i).tail<3>() /= size;  // rotations in units of length, so that one rank tolerance serves both
+    // rotations in units of length, so that one rank tolerance serves both
+    C.row(i).tail<3>() /= size;
   }
   C.bottomRows(resisted.rows()) = resisted;
   if (C.rows() == 0) return Matrix::Identity(6, 6);
@@ -144,8 +155,8 @@ Matrix free_rigid_motions(const Matrix& R, const RigidBody& body, const IndexTab
   return kernel;
 }
 
-Index n_free_rigid_motions(const Matrix& R, const RigidBody& body, const IndexTable& rows, const std::vector<HeldDirection>& held,
-                           const Matrix& resisted) {
+Index n_free_rigid_motions(const Matrix& R, const RigidBody& body, const IndexTable& rows,
+                           const std::vector<HeldDirection>& held, const Matrix& resisted) {
   return free_rigid_motions(R, body, rows, held, resisted).cols();
 }
 
@@ -172,8 +183,9 @@ Matrix resisted_rigid_motions(const Matrix& K, const Matrix& R_s) {
 
 Matrix resisted_rigid_motions(const Superelement& s) {
   if (s.K_cc.rows() != s.c()) return Matrix(0, 6);
-  return resisted_rigid_motions(
-      s.K_cc, reduced_rigid_modes(s, s.rigid_body.center).bottomRows(s.c()) * rigid_scales(s.rigid_body).asDiagonal());
+  return resisted_rigid_motions(s.K_cc,
+                                reduced_rigid_modes(s, s.rigid_body.center).bottomRows(s.c()) *
+                                    rigid_scales(s.rigid_body).asDiagonal());
 }
 
 DiagonalForm free_diagonal_form(Superelement& s, const std::string& where) {
@@ -186,8 +198,10 @@ DiagonalForm free_diagonal_form(Superelement& s, const std::string& where) {
     s.omega.resize(0), s.V.resize(0, 0);
   } else {
     const Matrix K = reduced_stiffness(s);
-    const Matrix N = R * free_rigid_motions(R, s.rigid_body, {}, {},
-                                            resisted_rigid_motions(s));  // all six, or what is free of a part that is held inside
+    const Matrix N =
+        R * free_rigid_motions(R, s.rigid_body, {}, {},
+                               resisted_rigid_motions(
+                                   s));  // all six, or what is free of a part that is held inside
     const Matrix N_1 = N.colwise().normalized();
     const bool known = N.cols() > 0 && PivotedQr(N_1).rank() == N.cols();
     Eigenpairs pairs = dense_eigenpairs_beside(K, reduced_mass(s), known ? N : Matrix(s.n(), 0));
@@ -206,7 +220,8 @@ DiagonalForm free_diagonal_form(Superelement& s, const std::string& where) {
   return form;
 }
 
-DiagonalForm held_diagonal_form(const Superelement& s, const std::vector<HeldDirection>& held, const std::string& where) {
+DiagonalForm held_diagonal_form(const Superelement& s, const std::vector<HeldDirection>& held,
+                                const std::string& where) {
   const SparseMatrix Z = free_interface_basis(s, held);
   const Matrix R = reduced_rigid_modes(s, s.rigid_body.center);
   const Index k = s.k(), n = k + Z.cols();
@@ -218,7 +233,8 @@ DiagonalForm held_diagonal_form(const Superelement& s, const std::vector<HeldDir
   M.bottomRightCorner(Z.cols(), Z.cols()) = Z.transpose() * M_Z;
   M.topRightCorner(k, Z.cols()) = s.M_kc * Z;
   M.bottomLeftCorner(Z.cols(), k) = M.topRightCorner(k, Z.cols()).transpose();
-  const Matrix N = free_rigid_motions(R, s.rigid_body, displacement_rows(s), held, resisted_rigid_motions(s));
+  const Matrix N =
+      free_rigid_motions(R, s.rigid_body, displacement_rows(s), held, resisted_rigid_motions(s));
   Matrix R_f = Matrix::Zero(n, N.cols());
   if (N.cols() > 0) R_f.bottomRows(Z.cols()) = Z.transpose() * (R.bottomRows(s.c()) * N);
   const Eigenpairs pairs = dense_eigenpairs_beside(std::move(K), std::move(M), R_f);

@@ -19,8 +19,10 @@ struct DiagonalForm {
   Vector omega;  // n, rad/s; the first n_rigid are 0
   RowMatrix V;   // (k + c) x n
   Index n_rigid = 0;
-  Matrix E;  // n x 6, V^T M^ R: rigid motions (about the centre of mass, component axes) in modal coordinates.
-             // Momentum is E^T eta'. Free body: only rigid modes carry any, so the other rows are exactly zero.
+  // n x 6, V^T M^ R: rigid motions (about the centre of mass, component axes) in modal coordinates.
+  // Momentum is E^T eta'. Free body: only rigid modes carry any, so the other rows are exactly
+  // zero.
+  Matrix E;
   mutable FormCache shared;
 };
 
@@ -28,46 +30,58 @@ struct DiagonalForm {
 struct HeldDirection {
   Index node = 0;     // index into the superelement's nodes
   Vector3 direction;  // unit; the directions of one node are orthogonal
-  bool operator==(const HeldDirection& other) const { return node == other.node && direction == other.direction; }
+  bool operator==(const HeldDirection& other) const {
+    return node == other.node && direction == other.direction;
+  }
 };
 
-// Orthonormal basis of space whose first columns span `directions` (at most three, orthogonal): the rest is what they leave free.
+// Orthonormal basis of space whose first columns span `directions` (at most three, orthogonal): the
+// rest is what they leave free.
 Matrix3 complete_basis(const std::vector<Vector3>& directions);
 
-// Of a superelement without held directions, free or held inside: the stored form when there is one (taken out of `superelement`), else
-// LAPACK on the reduced matrices.
-// The rigid modes are replaced by exact rigid motions, so that impulses change the momentum by exactly their sum.
-// RunError when the eigenvalue problem fails (reduced mass not positive definite), InputError when rigid modes, nodes and mass of a
-// free body do not agree, named by `where`.
+// Of a superelement without held directions, free or held inside: the stored form when there is one
+// (taken out of `superelement`), else LAPACK on the reduced matrices. The rigid modes are replaced
+// by exact rigid motions, so that impulses change the momentum by exactly their sum. RunError when
+// the eigenvalue problem fails (reduced mass not positive definite), InputError when rigid modes,
+// nodes and mass of a free body do not agree, named by `where`.
 DiagonalForm free_diagonal_form(Superelement& superelement, const std::string& where);
 
 // Of a superelement with held directions. Needs the matrices.
-DiagonalForm held_diagonal_form(const Superelement& superelement, const std::vector<HeldDirection>& held, const std::string& where);
+DiagonalForm held_diagonal_form(const Superelement& superelement,
+                                const std::vector<HeldDirection>& held, const std::string& where);
 
-// Of the columns of rigid motions, so that they are of one size: 1 for translations, 1 / radius of inertia for rotations   (6)
+// Of the columns of rigid motions, so that they are of one size: 1 for translations, 1 / radius of
+// inertia for rotations   (6)
 Vector rigid_scales(const RigidBody& body);
 
-// What the forms of all kinds of systems are finished with. lambda: all eigenvalues, ascending; the first n_rigid become 0 exactly.
+// What the forms of all kinds of systems are finished with. lambda: all eigenvalues, ascending; the
+// first n_rigid become 0 exactly.
 void take_frequencies(const Vector& lambda, Index n_rigid, DiagonalForm& form);
-// The rigid modes of a free system become R L^-T, L L^T = R^T M R (R: its rigid motions about the centre of mass, rows of V), and E
-// what follows from them. False, and `form` as it was, when they do not span the same motions.
+// The rigid modes of a free system become R L^-T, L L^T = R^T M R (R: its rigid motions about the
+// centre of mass, rows of V), and E what follows from them. False, and `form` as it was, when they
+// do not span the same motions.
 bool use_exact_rigid_modes(const Matrix& R, const RigidBody& body, DiagonalForm& form);
 // InputError: a free body's rigid modes, or its matrices, do not fit its mass and its nodes.
 [[noreturn]] void refuse_rigid_modes(const std::string& where);
-// Z (c x (c - held)): orthonormal basis of the interface displacements that held directions leave free.
-SparseMatrix free_interface_basis(const Superelement& superelement, const std::vector<HeldDirection>& held);
-// Of the rigid motions R_s (n x 6, by rigid_scales()) those that the stiffness resists, orthonormal combinations of its columns   (r x 6):
-// none of a free part; other makers' may be held inside. Forces count from 1e-6 of |K| |R_s| on: far above what the digits of a float
-// leave, far below what one clamped node makes.
+// Z (c x (c - held)): orthonormal basis of the interface displacements that held directions leave
+// free.
+SparseMatrix free_interface_basis(const Superelement& superelement,
+                                  const std::vector<HeldDirection>& held);
+// Of the rigid motions R_s (n x 6, by rigid_scales()) those that the stiffness resists, orthonormal
+// combinations of its columns   (r x 6): none of a free part; other makers' may be held inside.
+// Forces count from 1e-6 of |K| |R_s| on: far above what the digits of a float leave, far below
+// what one clamped node makes.
 Matrix resisted_rigid_motions(const Matrix& K, const Matrix& R_s);
-Matrix resisted_rigid_motions(const Superelement& superelement);  // of its K_cc; none when that is not read
-// The independent rigid motions that move no held direction, as combinations of R's columns (6 x r); rows(node, component): of R,
-// -1 for none;
-// resisted (r x 6): more that are not free.
-Matrix free_rigid_motions(const Matrix& R, const RigidBody& body, const IndexTable& rows, const std::vector<HeldDirection>& held,
+// of its K_cc; none when that is not read
+Matrix resisted_rigid_motions(const Superelement& superelement);
+// The independent rigid motions that move no held direction, as combinations of R's columns (6 x
+// r); rows(node, component): of R, -1 for none; resisted (r x 6): more that are not free.
+Matrix free_rigid_motions(const Matrix& R, const RigidBody& body, const IndexTable& rows,
+                          const std::vector<HeldDirection>& held,
                           const Matrix& resisted = Matrix(0, 6));
 // How many there are.
-Index n_free_rigid_motions(const Matrix& R, const RigidBody& body, const IndexTable& rows, const std::vector<HeldDirection>& held,
+Index n_free_rigid_motions(const Matrix& R, const RigidBody& body, const IndexTable& rows,
+                           const std::vector<HeldDirection>& held,
                            const Matrix& resisted = Matrix(0, 6));
 
 // Row of V of each node and component, n_nodes x 3; -1 where the superelement has no such dof.

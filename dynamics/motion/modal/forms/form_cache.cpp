@@ -14,7 +14,8 @@ namespace {
 
 constexpr std::size_t most_responses = 3;     // step, last step, and one that an output cuts
 constexpr std::size_t most_propagators = 12;  // a jump's length is one of a few
-// Shapes are looked for among so many dofs at first, and no more than so many. What they leave of any dof is round-off.
+// Shapes are looked for among so many dofs at first, and no more than so many. What they leave of
+// any dof is round-off.
 constexpr Index first_sample = 32, most_sampled = 256;
 constexpr double shape_round_off = 1e-13;
 
@@ -33,7 +34,8 @@ Index first_of_consecutive(const IndexTable& row, const std::vector<Index>& node
 
 }  // namespace
 
-NodeRows::NodeRows(const RowMatrix& V, const IndexTable& row, std::vector<Index> nodes) : nodes_(std::move(nodes)), n_(V.cols()) {
+NodeRows::NodeRows(const RowMatrix& V, const IndexTable& row, std::vector<Index> nodes)
+    : nodes_(std::move(nodes)), n_(V.cols()) {
   const Index first = first_of_consecutive(row, nodes_);
   if (first >= 0) {
     data_ = V.data() + first * n_;
@@ -42,7 +44,8 @@ NodeRows::NodeRows(const RowMatrix& V, const IndexTable& row, std::vector<Index>
   copy_.setZero(n_, n_dofs());
   for (std::size_t i = 0; i < nodes_.size(); ++i)
     for (int d = 0; d < 3; ++d)
-      if (const Index r = row(nodes_[i], d); r >= 0) copy_.col(3 * static_cast<Index>(i) + d) = V.row(r).transpose();
+      if (const Index r = row(nodes_[i], d); r >= 0)
+        copy_.col(3 * static_cast<Index>(i) + d) = V.row(r).transpose();
   data_ = copy_.data();
 }
 
@@ -96,7 +99,8 @@ void NodeRows::kick(const Points& p, const Matrix3& T, Points& local, Vector& ki
   // One product for each run of nodes that are pushed
   for (Index i = 0; i < p.rows(); ++i) {
     const Index first = i;
-    for (; i < p.rows() && !p.row(i).isZero(0); ++i) local.row(i) = (T.transpose() * Vector3(p.row(i).transpose())).transpose();
+    for (; i < p.rows() && !p.row(i).isZero(0); ++i)
+      local.row(i) = (T.transpose() * Vector3(p.row(i).transpose())).transpose();
     if (i == first) continue;
     const auto pushed = flat(local).segment(3 * first, 3 * (i - first));
     if (shapes_) {
@@ -129,18 +133,21 @@ std::shared_ptr<const Matrix> NodeRows::response(const ResponseOf& of, const Vec
 const Matrix& NodeRows::envelope() const {
   if (envelope_.rows() == n_ && envelope_.cols() == 3) return envelope_;
   envelope_.setZero(n_, 3);
-  for (Index j = 0; j < n_dofs(); ++j) envelope_.col(j % 3) = envelope_.col(j % 3).cwiseMax(Vt().col(j).cwiseAbs());
+  for (Index j = 0; j < n_dofs(); ++j)
+    envelope_.col(j % 3) = envelope_.col(j % 3).cwiseMax(Vt().col(j).cwiseAbs());
   return envelope_;
 }
 
-std::shared_ptr<const NodeRows> FormCache::rows(const RowMatrix& V, const IndexTable& row, const std::vector<Index>& nodes) {
+std::shared_ptr<const NodeRows> FormCache::rows(const RowMatrix& V, const IndexTable& row,
+                                                const std::vector<Index>& nodes) {
   for (const auto& known : rows_)
     if (known->nodes() == nodes) return known;
   rows_.push_back(std::make_shared<const NodeRows>(V, row, nodes));
   return rows_.back();
 }
 
-std::shared_ptr<const Matrix> FormCache::mean_rows(const RowMatrix& V, const IndexTable& row, const std::vector<Index>& nodes) {
+std::shared_ptr<const Matrix> FormCache::mean_rows(const RowMatrix& V, const IndexTable& row,
+                                                   const std::vector<Index>& nodes) {
   for (const auto& [known, mean] : means_)
     if (known == nodes) return mean;
   Matrix mean = Matrix::Zero(V.cols(), 3);
@@ -157,18 +164,24 @@ std::shared_ptr<const IndexTable> FormCache::row_table(const Superelement& super
   return row_table_;
 }
 
-std::shared_ptr<const ModalPropagator> FormCache::propagator(const Vector& omega, double h, bool with_loads) {
+std::shared_ptr<const ModalPropagator> FormCache::propagator(const Vector& omega, double h,
+                                                             bool with_loads) {
   for (const auto& known : propagators_)
-    if (known->h == h && known->damping == 0 && (!with_loads || known->a0.size() == omega.size())) return known;
+    if (known->h == h && known->damping == 0 && (!with_loads || known->a0.size() == omega.size()))
+      return known;
   if (propagators_.size() == most_propagators) propagators_.erase(propagators_.begin());
-  propagators_.push_back(std::make_shared<const ModalPropagator>(modal_propagator(omega, h, with_loads)));
+  propagators_.push_back(
+      std::make_shared<const ModalPropagator>(modal_propagator(omega, h, with_loads)));
   return propagators_.back();
 }
 
-std::shared_ptr<const ModalPropagator> FormCache::propagator(const Vector& omega, const ModalRates& damping, double h,
+std::shared_ptr<const ModalPropagator> FormCache::propagator(const Vector& omega,
+                                                             const ModalRates& damping, double h,
                                                              bool with_loads) {
   for (const auto& known : propagators_)
-    if (known->h == h && known->damping == damping.hash && (!with_loads || known->a0.size() == omega.size())) return known;
+    if (known->h == h && known->damping == damping.hash &&
+        (!with_loads || known->a0.size() == omega.size()))
+      return known;
   if (propagators_.size() == most_propagators) propagators_.erase(propagators_.begin());
   ModalPropagator made = damped_propagator(omega, damping.c, h, with_loads);
   made.damping = damping.hash;

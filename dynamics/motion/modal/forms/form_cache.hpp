@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the bodies that move in one diagonal form share: rows of node sets, responses, propagators. In component axes, which the
-// bodies rotate 3-vectors into and out of.
+// What the bodies that move in one diagonal form share: rows of node sets, responses, propagators.
+// In component axes, which the bodies rotate 3-vectors into and out of.
 #pragma once
 
 #include <memory>
@@ -16,8 +16,8 @@
 
 namespace cbr {
 
-// What a response is of: weights sin(omega h)/omega (exact), h (central differences) or h/2 / (1 + theta omega^2) (Newmark) of the
-// modes, 1 for velocities, or 1 / (omega^2 + theta) for statics.
+// What a response is of: weights sin(omega h)/omega (exact), h (central differences) or h/2 / (1 +
+// theta omega^2) (Newmark) of the modes, 1 for velocities, or 1 / (omega^2 + theta) for statics.
 struct ResponseOf {
   enum class Weight : char { exact, central, newmark, velocity, statics } weight = Weight::exact;
   double h = 0, theta = 0;
@@ -29,8 +29,8 @@ struct ResponseOf {
 // Modal rows of a list of nodes, component axes.
 class NodeRows {
  public:
-  // row: of V for each node of the body and component, -1 for none. V must outlive this: its own rows serve where the nodes' are
-  // consecutive, else a copy is kept.
+  // row: of V for each node of the body and component, -1 for none. V must outlive this: its own
+  // rows serve where the nodes' are consecutive, else a copy is kept.
   NodeRows(const RowMatrix& V, const IndexTable& row, std::vector<Index> nodes);
 
   const std::vector<Index>& nodes() const { return nodes_; }
@@ -43,19 +43,23 @@ class NodeRows {
     Matrix Q;                         // n x r
     std::shared_ptr<const Matrix> A;  // r x 3 m
   };
-  // Of r <= n / 2 shapes, to round-off, or nothing: then there are more. Once it has been asked for, products use it.
+  // Of r <= n / 2 shapes, to round-off, or nothing: then there are more. Once it has been asked
+  // for, products use it.
   const Shapes* shapes() const;
 
   // u = T V_c eta   (m x 3)
   void displacements(const Vector& eta, const Matrix3& T, Points& u) const;
-  // kick = V_c^T T^T p   (n), read where p is not 0 only. local: workspace, made larger when too small.
+  // kick = V_c^T T^T p   (n), read where p is not 0 only. local: workspace, made larger when too
+  // small.
   void kick(const Points& p, const Matrix3& T, Points& local, Vector& kick) const;
-  // S = V_c^T diag(weight) V_c   (3 m x 3 m), kept for those that ask for the same again: the last few.
+  // S = V_c^T diag(weight) V_c   (3 m x 3 m), kept for those that ask for the same again: the last
+  // few.
   std::shared_ptr<const Matrix> response(const ResponseOf& of, const Vector& weight) const;
   // Largest magnitude over the nodes of each mode's displacement   (n x 3)
   const Matrix& envelope() const;
 
-  mutable Matrix velocity_map;  // SuperelementBody's: V^T M^ of unit velocities of the dofs, n x 3 m; filled when first needed
+  // SuperelementBody's: V^T M^ of unit velocities of the dofs, n x 3 m; filled when first needed
+  mutable Matrix velocity_map;
 
  private:
   std::vector<Index> nodes_;
@@ -68,7 +72,8 @@ class NodeRows {
   mutable Matrix envelope_;
 };
 
-// Lives in a DiagonalForm and goes with its matrices: a copy of the form starts with an empty one. Not for several threads.
+// Lives in a DiagonalForm and goes with its matrices: a copy of the form starts with an empty one.
+// Not for several threads.
 class FormCache {
  public:
   FormCache() = default;
@@ -80,12 +85,15 @@ class FormCache {
   }
   FormCache& operator=(FormCache&&) = default;
 
-  std::shared_ptr<const NodeRows> rows(const RowMatrix& V, const IndexTable& row, const std::vector<Index>& nodes);
+  std::shared_ptr<const NodeRows> rows(const RowMatrix& V, const IndexTable& row,
+                                       const std::vector<Index>& nodes);
   // Mean over the nodes of V_c^T   (n x 3)
-  std::shared_ptr<const Matrix> mean_rows(const RowMatrix& V, const IndexTable& row, const std::vector<Index>& nodes);
+  std::shared_ptr<const Matrix> mean_rows(const RowMatrix& V, const IndexTable& row,
+                                          const std::vector<Index>& nodes);
   std::shared_ptr<const ModalPropagator> propagator(const Vector& omega, double h, bool with_loads);
   // The same with damping; `damping` has the rates and their hash, which tells them from others'.
-  std::shared_ptr<const ModalPropagator> propagator(const Vector& omega, const ModalRates& damping, double h, bool with_loads);
+  std::shared_ptr<const ModalPropagator> propagator(const Vector& omega, const ModalRates& damping,
+                                                    double h, bool with_loads);
   // displacement_rows() of the superelement that the form belongs to.
   std::shared_ptr<const IndexTable> row_table(const Superelement& superelement);
 

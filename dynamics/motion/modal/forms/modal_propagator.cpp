@@ -7,7 +7,8 @@
 namespace cbr {
 namespace {
 
-// sum over m >= 0 of (-x^2)^m / (2 m + k)! times `weight(2 m + k)`: every function below is one of these.
+// sum over m >= 0 of (-x^2)^m / (2 m + k)! times `weight(2 m + k)`: every function below is one of
+// these.
 template <typename Weight>
 double series(double x, int k, const Weight& weight) {
   double factorial = 1;
@@ -26,8 +27,8 @@ struct LoadTerms {
 
 LoadTerms load_terms(double x) {
   if (x < 1) {
-    // a0 = (sin x - x cos x)/x^3, a1 = (x - sin x)/x^3, b0 = (x sin x + cos x - 1)/x^2, b1 = (1 - cos x)/x^2,
-    // i0 = (1/2 - b0)/x^2, i1 = a1 - i0
+    // a0 = (sin x - x cos x)/x^3, a1 = (x - sin x)/x^3, b0 = (x sin x + cos x - 1)/x^2, b1 = (1 -
+    // cos x)/x^2, i0 = (1/2 - b0)/x^2, i1 = a1 - i0
     const auto one = [](int) { return 1.0; };
     const auto n_less_1 = [](int n) { return n - 1.0; };
     return {series(x, 3, n_less_1), series(x, 3, one),      series(x, 2, n_less_1),
@@ -108,8 +109,9 @@ void integrate_series(double x, double d, DampedStep& step) {
 
 }  // namespace
 
-// With delta = d / 2 and y^2 = |x^2 - delta^2|, below critical damping G = e^-delta sin(y) / y; above it the roots are
-// -delta +- y. Integrating the equation gives 1 - slope - d G = x^2 P1, 1 - G - d P1 = x^2 P2, 1/2 - P1 - d P2 = x^2 P3.
+// With delta = d / 2 and y^2 = |x^2 - delta^2|, below critical damping G = e^-delta sin(y) / y;
+// above it the roots are -delta +- y. Integrating the equation gives 1 - slope - d G = x^2 P1, 1 -
+// G - d P1 = x^2 P2, 1/2 - P1 - d P2 = x^2 P3.
 DampedStep damped_step(double x, double d) {
   DampedStep step{};
   const double delta = 0.5 * d, D = (x - delta) * (x + delta), y = std::sqrt(std::abs(D));
@@ -137,7 +139,8 @@ DampedStep damped_step(double x, double d) {
   return step;
 }
 
-ModalPropagator damped_propagator(const Vector& omega, const Vector& damping, double h, bool with_loads) {
+ModalPropagator damped_propagator(const Vector& omega, const Vector& damping, double h,
+                                  bool with_loads) {
   const Index n = omega.size();
   ModalPropagator step;
   step.h = h;
@@ -164,7 +167,8 @@ ModalPropagator damped_propagator(const Vector& omega, const Vector& damping, do
   return step;
 }
 
-void propagate_free(const ModalPropagator& step, const Vector& eta, const Vector& v, Vector& eta_end, Vector& v_end) {
+void propagate_free(const ModalPropagator& step, const Vector& eta, const Vector& v,
+                    Vector& eta_end, Vector& v_end) {
   const Index n = eta.size();
   eta_end.resize(n), v_end.resize(n);
   if (step.is_damped()) {
@@ -172,7 +176,8 @@ void propagate_free(const ModalPropagator& step, const Vector& eta, const Vector
     v_end.array() = step.back.array() * eta.array() + step.stay.array() * v.array();
     return;
   }
-  const double *s = step.s.data(), *t = step.t.data(), *sign = step.sign.data(), *eta0 = eta.data(), *v0 = v.data();
+  const double *s = step.s.data(), *t = step.t.data(), *sign = step.sign.data(), *eta0 = eta.data(),
+               *v0 = v.data();
   double* __restrict eta1 = eta_end.data();
   double* __restrict v1 = v_end.data();
   for (Index j = 0; j < n; ++j) {
@@ -182,22 +187,26 @@ void propagate_free(const ModalPropagator& step, const Vector& eta, const Vector
   }
 }
 
-void add_load(const ModalPropagator& step, const Vector& f0, const Vector& f1, Vector& eta_end, Vector& v_end) {
+void add_load(const ModalPropagator& step, const Vector& f0, const Vector& f1, Vector& eta_end,
+              Vector& v_end) {
   eta_end.array() += step.a0.array() * f0.array() + step.a1.array() * f1.array();
   v_end.array() += step.b0.array() * f0.array() + step.b1.array() * f1.array();
 }
 
-double load_work(const ModalPropagator& step, const Vector& eta, const Vector& v, const Vector& eta_end, const Vector& f0,
-                 const Vector& f1, const Vector& weight) {
+double load_work(const ModalPropagator& step, const Vector& eta, const Vector& v,
+                 const Vector& eta_end, const Vector& f0, const Vector& f1, const Vector& weight) {
   // By parts: int f eta' dt = f0 (eta1 - eta0) + (f1 - f0) (eta1 - (int eta dt) / h)
   if (step.is_damped()) {
-    const Vector integral = step.j0.cwiseProduct(eta) + step.j1.cwiseProduct(v) + step.i0.cwiseProduct(f0) + step.i1.cwiseProduct(f1);
-    const Vector work = f0.cwiseProduct(eta_end - eta) + (f1 - f0).cwiseProduct(eta_end - integral / step.h);
+    const Vector integral = step.j0.cwiseProduct(eta) + step.j1.cwiseProduct(v) +
+                            step.i0.cwiseProduct(f0) + step.i1.cwiseProduct(f1);
+    const Vector work =
+        f0.cwiseProduct(eta_end - eta) + (f1 - f0).cwiseProduct(eta_end - integral / step.h);
     return weight.size() > 0 ? work.dot(weight) : work.sum();
   }
-  const auto integral = step.s.array() * eta.array() + step.b1.array() * step.h * v.array() + step.i0.array() * f0.array() +
-                        step.i1.array() * f1.array();
-  const auto work = f0.array() * (eta_end - eta).array() + (f1 - f0).array() * (eta_end.array() - integral / step.h);
+  const auto integral = step.s.array() * eta.array() + step.b1.array() * step.h * v.array() +
+                        step.i0.array() * f0.array() + step.i1.array() * f1.array();
+  const auto work = f0.array() * (eta_end - eta).array() +
+                    (f1 - f0).array() * (eta_end.array() - integral / step.h);
   return weight.size() > 0 ? (work * weight.array()).sum() : work.sum();
 }
 

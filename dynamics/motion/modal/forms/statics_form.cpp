@@ -13,8 +13,10 @@
 namespace cbr {
 namespace {
 
-constexpr std::size_t most_known = 6;  // of a few sets: step, last step, and one that an output cuts
-constexpr double least_share = 1e-12;  // of a row's compliance, that is left when others are held; less is round-off
+// of a few sets: step, last step, and one that an output cuts
+constexpr std::size_t most_known = 6;
+// of a row's compliance, that is left when others are held; less is round-off
+constexpr double least_share = 1e-12;
 
 StaticRows rows_of_massless(const Superelement& s, std::shared_ptr<const Matrix> F) {
   Points direction = Points::Zero(s.c(), 3);
@@ -45,8 +47,10 @@ std::shared_ptr<const StaticRows> no_rows(std::size_t n_nodes) {
   return rows;
 }
 
-std::shared_ptr<const StaticsForm> held_characteristic(const Superelement& s, const StaticsForm& free,
-                                                       const std::vector<HeldDirection>& held, const std::string& where) {
+std::shared_ptr<const StaticsForm> held_characteristic(const Superelement& s,
+                                                       const StaticsForm& free,
+                                                       const std::vector<HeldDirection>& held,
+                                                       const std::string& where) {
   auto form = std::make_shared<StaticsForm>();
   form->modal = held_characteristic_form(s, held, where);
   form->rows = free.rows;
@@ -66,7 +70,8 @@ std::shared_ptr<const StaticsForm> held_characteristic(const Superelement& s, co
 }
 
 std::shared_ptr<const StaticsForm> held_massless(const Superelement& s, const StaticsForm& free,
-                                                 const std::vector<HeldDirection>& held, const std::string& where) {
+                                                 const std::vector<HeldDirection>& held,
+                                                 const std::string& where) {
   const IndexTable rows = displacement_rows(s);
   const Index k = s.k(), c = s.c(), n = free.modal.omega.size();
   Matrix C = Matrix::Zero(static_cast<Index>(held.size()), c);  // C u_c = 0
@@ -77,10 +82,12 @@ std::shared_ptr<const StaticsForm> held_massless(const Superelement& s, const St
   form->is_massless = true;
   form->omega_limit = free.omega_limit;
   // With D = C F C^T and the reactions -D^-1 C (V_c eta + F f):
-  //   F <- F - F C^T D^-1 C F,   V_c <- V_c - F C^T D^-1 C V_c,   K = diag(omega^2) + (C V_c)^T D^-1 C V_c
+  //   F <- F - F C^T D^-1 C F,   V_c <- V_c - F C^T D^-1 C V_c,   K = diag(omega^2) + (C V_c)^T
+  //   D^-1 C V_c
   const Matrix FC = s.massless.F * C.transpose();
   const Cholesky D(C * FC);
-  if (!D.ok()) throw InputError(where + ": the conditions on its nodes cannot be told from each other");
+  if (!D.ok())
+    throw InputError(where + ": the conditions on its nodes cannot be told from each other");
   const Matrix V_c = free.modal.V.bottomRows(c), CV = C * V_c, DCV = D.solve(CV);
   Matrix F = s.massless.F - FC * D.solve(FC.transpose());
   F = 0.5 * (F + F.transpose()).eval();
@@ -90,11 +97,13 @@ std::shared_ptr<const StaticsForm> held_massless(const Superelement& s, const St
   K = 0.5 * (K + K.transpose()).eval();
   K.diagonal() += free.modal.omega.cwiseAbs2();
   // Rigid motions that are left: E y
-  const Matrix N = free_rigid_motions(reduced_rigid_modes(s, s.rigid_body.center), s.rigid_body, rows, held);
+  const Matrix N =
+      free_rigid_motions(reduced_rigid_modes(s, s.rigid_body.center), s.rigid_body, rows, held);
   Matrix Q = free.modal.E * N;
   if (Q.cols() > 0) Q = orthonormal_basis(Q);
   const Eigenpairs pairs = dense_eigenpairs_beside(std::move(K), Q);
-  if (!pairs.converged) throw RunError(where + ": the modes of the held superelement could not be found");
+  if (!pairs.converged)
+    throw RunError(where + ": the modes of the held superelement could not be found");
   DiagonalForm& modal = form->modal;
   take_frequencies(pairs.lambda, N.cols(), modal);
   modal.V.resize(k + c, n);
@@ -106,7 +115,8 @@ std::shared_ptr<const StaticsForm> held_massless(const Superelement& s, const St
 
 }  // namespace
 
-StaticRows static_rows(const std::vector<Index>& node, const Points& direction, std::shared_ptr<const Matrix> F, Index n) {
+StaticRows static_rows(const std::vector<Index>& node, const Points& direction,
+                       std::shared_ptr<const Matrix> F, Index n) {
   std::vector<Index> order(node.size());
   std::iota(order.begin(), order.end(), Index{0});
   std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) { return node[a] < node[b]; });
@@ -121,7 +131,8 @@ StaticRows static_rows(const std::vector<Index>& node, const Points& direction, 
   return rows;
 }
 
-std::shared_ptr<const StaticsForm::OfNodes> StaticsForm::of_nodes(const NodeRows& modal_rows) const {
+std::shared_ptr<const StaticsForm::OfNodes> StaticsForm::of_nodes(
+    const NodeRows& modal_rows) const {
   for (const auto& known : sets_)
     if (known->nodes == modal_rows.nodes()) return known;
   auto of = std::make_shared<OfNodes>();
@@ -148,17 +159,20 @@ std::shared_ptr<const StaticsForm::OfNodes> StaticsForm::of_nodes(const NodeRows
   return of;
 }
 
-double StaticsForm::following(double h) const { return is_massless || omega_limit == 0 ? h : std::max(h, 1 / omega_limit); }
+double StaticsForm::following(double h) const {
+  return is_massless || omega_limit == 0 ? h : std::max(h, 1 / omega_limit);
+}
 
-std::shared_ptr<const ThinResponse> StaticsForm::response(const std::shared_ptr<const OfNodes>& nodes, const ResponseOf& of,
-                                                          const Vector& weight) const {
+std::shared_ptr<const ThinResponse> StaticsForm::response(
+    const std::shared_ptr<const OfNodes>& nodes, const ResponseOf& of, const Vector& weight) const {
   for (const Known& known : known_)
     if (known.nodes == nodes && known.of == of) return known.response;
   if (known_.size() == most_known) known_.erase(known_.begin());
   const bool of_velocity = of.weight == ResponseOf::Weight::velocity;
   Matrix C;
   if (nodes->A->rows() > 0)
-    C = nodes->Q.size() > 0 ? Matrix(nodes->Q.transpose() * weight.asDiagonal() * nodes->Q) : Matrix(weight.asDiagonal());
+    C = nodes->Q.size() > 0 ? Matrix(nodes->Q.transpose() * weight.asDiagonal() * nodes->Q)
+                            : Matrix(weight.asDiagonal());
   const double h = of.weight == ResponseOf::Weight::statics ? 1 : following(of.h);
   auto response = std::make_shared<ThinResponse>(ThinResponse{nodes->A, C, nodes->rows, h});
   if (of_velocity) response->rows = no_rows(nodes->nodes.size()), response->h = 1;
@@ -166,8 +180,8 @@ std::shared_ptr<const ThinResponse> StaticsForm::response(const std::shared_ptr<
   return response;
 }
 
-std::shared_ptr<const StaticsForm> free_statics_form(const std::shared_ptr<const Superelement>& superelement,
-                                                     const std::string& where) {
+std::shared_ptr<const StaticsForm> free_statics_form(
+    const std::shared_ptr<const Superelement>& superelement, const std::string& where) {
   const Superelement& s = *superelement;
   auto form = std::make_shared<StaticsForm>();
   form->is_massless = s.is_massless();
@@ -184,8 +198,10 @@ std::shared_ptr<const StaticsForm> free_statics_form(const std::shared_ptr<const
 }
 
 std::shared_ptr<const StaticsForm> held_statics_form(const Superelement& s, const StaticsForm& free,
-                                                     const std::vector<HeldDirection>& held, const std::string& where) {
-  return free.is_massless ? held_massless(s, free, held, where) : held_characteristic(s, free, held, where);
+                                                     const std::vector<HeldDirection>& held,
+                                                     const std::string& where) {
+  return free.is_massless ? held_massless(s, free, held, where)
+                          : held_characteristic(s, free, held, where);
 }
 
 }  // namespace cbr

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A superelement of modes, and of statics without mass that these leave out, made ready for time stepping; shared by the instances
-// of a component.
+// A superelement of modes, and of statics without mass that these leave out, made ready for time
+// stepping; shared by the instances of a component.
 #pragma once
 
 #include <memory>
@@ -13,20 +13,23 @@
 
 namespace cbr {
 
-// u_c = V_c eta + B F B^T f_c, eta'' + omega^2 eta = V_c^T f_c. Basis massless: V_c is the modes of a body whose interface has no
-// mass, F of all interface dofs. Basis characteristic: V_c are shapes with mass, F what they leave of the statics of some faces.
+// u_c = V_c eta + B F B^T f_c, eta'' + omega^2 eta = V_c^T f_c. Basis massless: V_c is the modes of
+// a body whose interface has no mass, F of all interface dofs. Basis characteristic: V_c are shapes
+// with mass, F what they leave of the statics of some faces.
 struct StaticsForm {
   DiagonalForm modal;  // V has the coordinates q_k of the file above V_c
   StaticRows rows;     // of all nodes of the superelement, component axes
   bool is_massless = false;
-  double omega_limit = 0;  // rad/s, limits a step: massless, with the interface held; else the highest of `modal`
+  // rad/s, limits a step: massless, with the interface held; else the highest of `modal`
+  double omega_limit = 0;
 
-  // The time over which statics follow a force, at least the step h: a force f moves them by F f h / following(h) in it. Beside
-  // shapes with mass that is 1 / omega_limit or more: else contact bounces on them in short steps. docs/theory.md, (41).
+  // The time over which statics follow a force, at least the step h: a force f moves them by F f h
+  // / following(h) in it. Beside shapes with mass that is 1 / omega_limit or more: else contact
+  // bounces on them in short steps. docs/theory.md, (41).
   double following(double h) const;
 
-  // The rows of some nodes, numbered by their places in `nodes`, and the shapes that these move in, V_c^T = Q A, kept for those
-  // that ask for the same again.
+  // The rows of some nodes, numbered by their places in `nodes`, and the shapes that these move in,
+  // V_c^T = Q A, kept for those that ask for the same again.
   struct OfNodes {
     std::vector<Index> nodes;
     std::vector<Index> row;  // s', of `rows`
@@ -35,9 +38,10 @@ struct StaticsForm {
     std::shared_ptr<const Matrix> A;  // r x 3 m; massless: 0 x 3 m
   };
   std::shared_ptr<const OfNodes> of_nodes(const NodeRows& modal_rows) const;
-  // As contact sees them, with the weights of the modes; the last few are kept. Velocities have no statics.
-  std::shared_ptr<const ThinResponse> response(const std::shared_ptr<const OfNodes>& nodes, const ResponseOf& of,
-                                               const Vector& weight) const;
+  // As contact sees them, with the weights of the modes; the last few are kept. Velocities have no
+  // statics.
+  std::shared_ptr<const ThinResponse> response(const std::shared_ptr<const OfNodes>& nodes,
+                                               const ResponseOf& of, const Vector& weight) const;
 
  private:
   struct Known {
@@ -50,15 +54,19 @@ struct StaticsForm {
 };
 
 // Rows in the order of their nodes (< n), whatever the order of `node`.
-StaticRows static_rows(const std::vector<Index>& node, const Points& direction, std::shared_ptr<const Matrix> F, Index n);
+StaticRows static_rows(const std::vector<Index>& node, const Points& direction,
+                       std::shared_ptr<const Matrix> F, Index n);
 
-// Of basis massless, or characteristic with statics. InputError when the rigid modes do not agree with /rigid_body, named by
-// `where`.
-std::shared_ptr<const StaticsForm> free_statics_form(const std::shared_ptr<const Superelement>& superelement,
+// Of basis massless, or characteristic with statics. InputError when the rigid modes do not agree
+// with /rigid_body, named by `where`.
+std::shared_ptr<const StaticsForm> free_statics_form(
+    const std::shared_ptr<const Superelement>& superelement, const std::string& where);
+// With held directions. Massless: their reactions are forces on an interface without inertia, so
+// that they are eliminated as contact is. Characteristic: coordinates are held as in
+// held_characteristic_form(), and statics at held nodes are left out.
+std::shared_ptr<const StaticsForm> held_statics_form(const Superelement& superelement,
+                                                     const StaticsForm& free,
+                                                     const std::vector<HeldDirection>& held,
                                                      const std::string& where);
-// With held directions. Massless: their reactions are forces on an interface without inertia, so that they are eliminated as
-// contact is. Characteristic: coordinates are held as in held_characteristic_form(), and statics at held nodes are left out.
-std::shared_ptr<const StaticsForm> held_statics_form(const Superelement& superelement, const StaticsForm& free,
-                                                     const std::vector<HeldDirection>& held, const std::string& where);
 
 }  // namespace cbr

@@ -18,7 +18,8 @@ Index modes_up_to(double highest, const DiagonalForm& all) {
 }
 
 // diag(1 / omega_h) V_h^T B, of the modes from `first` on   (h x s)
-Matrix along_forces(const DiagonalForm& all, Index first, const StaticShare& forces, const IndexTable& row) {
+Matrix along_forces(const DiagonalForm& all, Index first, const StaticShare& forces,
+                    const IndexTable& row) {
   const Index h = all.omega.size() - first;
   Matrix G = Matrix::Zero(h, forces.size());
   for (Index i = 0; i < forces.size(); ++i)
@@ -31,7 +32,9 @@ Matrix along_forces(const DiagonalForm& all, Index first, const StaticShare& for
 }  // namespace
 
 double dynamic_limit(const Vector& eigenvalues) {
-  return eigenvalues.size() > 0 ? share_of_fixed_modes * std::sqrt(std::max(0.0, eigenvalues.maxCoeff())) : 0;
+  return eigenvalues.size() > 0
+             ? share_of_fixed_modes * std::sqrt(std::max(0.0, eigenvalues.maxCoeff()))
+             : 0;
 }
 
 bool may_truncate(double highest, const DiagonalForm& all) {
@@ -43,8 +46,9 @@ bool is_large_face(const StaticShare& forces) {
   return std::set<Index>(forces.node.begin(), forces.node.end()).size() >= least_nodes;
 }
 
-std::shared_ptr<const StaticsForm> truncated_form(double highest, const DiagonalForm& all, const StaticShare& forces,
-                                              const Superelement& s) {
+std::shared_ptr<const StaticsForm> truncated_form(double highest, const DiagonalForm& all,
+                                                  const StaticShare& forces,
+                                                  const Superelement& s) {
   const Index n = modes_up_to(highest, all);
   auto form = std::make_shared<StaticsForm>();
   form->modal.omega = all.omega.head(n);
@@ -55,7 +59,8 @@ std::shared_ptr<const StaticsForm> truncated_form(double highest, const Diagonal
   Matrix F = Matrix::Zero(forces.size(), forces.size());
   F.selfadjointView<Eigen::Lower>().rankUpdate(G.transpose());
   mirror_lower(F);
-  form->rows = static_rows(forces.node, forces.direction, std::make_shared<const Matrix>(std::move(F)), s.coordinates.rows());
+  form->rows = static_rows(forces.node, forces.direction,
+                           std::make_shared<const Matrix>(std::move(F)), s.coordinates.rows());
   form->omega_limit = n > 0 ? all.omega[n - 1] : 0;
   return form;
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Modal truncation with the statics of what is left out: the modes that the steps of a contact cannot show lose their mass.
+// Modal truncation with the statics of what is left out: the modes that the steps of a contact
+// cannot show lose their mass.
 #pragma once
 
 #include <memory>
@@ -8,17 +9,21 @@
 
 namespace cbr {
 
-// Up to here (rad/s) modes of a Craig-Bampton superelement have to move: 2.5 times its highest fixed-interface mode, above which
-// its interior has no mass of its own. 0 without such modes. docs/decisions/truncation.md. eigenvalues: (rad/s)^2.
+// Up to here (rad/s) modes of a Craig-Bampton superelement have to move: 2.5 times its highest
+// fixed-interface mode, above which its interior has no mass of its own. 0 without such modes.
+// docs/decisions/truncation.md. eigenvalues: (rad/s)^2.
 double dynamic_limit(const Vector& eigenvalues);
 // Whether a third of the modes or more are above the limit, and none of them carries momentum.
 bool may_truncate(double highest, const DiagonalForm& all);
-// Whether the forces are at so many nodes that steps pay which do not read every mode for each of them.
+// Whether the forces are at so many nodes that steps pay which do not read every mode for each of
+// them.
 bool is_large_face(const StaticShare& forces);
 
-// The modes of `all` up to `highest` (rad/s) as they are; what those above it (h) answer along `forces` (no F), at once:
+// The modes of `all` up to `highest` (rad/s) as they are; what those above it (h) answer along
+// `forces` (no F), at once:
 //   F = B^T V_h diag(1 / omega_h^2) V_h^T B   (docs/theory.md, "Modes that answer at once").
-std::shared_ptr<const StaticsForm> truncated_form(double highest, const DiagonalForm& all, const StaticShare& forces,
+std::shared_ptr<const StaticsForm> truncated_form(double highest, const DiagonalForm& all,
+                                                  const StaticShare& forces,
                                                   const Superelement& superelement);
 
 }  // namespace cbr

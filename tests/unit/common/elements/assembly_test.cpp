@@ -16,11 +16,14 @@ namespace {
 
 const Material steel = {210e9, 0.3, 7850};
 
-// Every node inside moved at random, corners and (for quadratic elements) the middle nodes on their own: curved edges.
+// Every node inside moved at random, corners and (for quadratic elements) the middle nodes on their
+// own: curved edges.
 Mesh distorted_box(ElementType type) {
   const Vector3 L(1.2, 1, 0.8);
   Random random(3);
-  const auto inside = [&](const Vector3& x) { return (x.array() > 1e-9).all() && (x.array() < L.array() - 1e-9).all(); };
+  const auto inside = [&](const Vector3& x) {
+    return (x.array() > 1e-9).all() && (x.array() < L.array() - 1e-9).all();
+  };
   const auto moved = [&](const Vector3& x, double share) -> Vector3 {
     return inside(x) ? Vector3(x + share * Vector3(random(), random(), random())) : x;
   };
@@ -30,7 +33,8 @@ Mesh distorted_box(ElementType type) {
   for (Index e = 0; e < block.connectivity.rows(); ++e)
     for (Index i = 0; i < n_corners(block.type); ++i) corners.insert(block.connectivity(e, i));
   for (Index i = 0; i < mesh.coordinates.rows(); ++i)
-    if (!corners.contains(i)) mesh.coordinates.row(i) = moved(mesh.coordinates.row(i).transpose(), 0.015).transpose();
+    if (!corners.contains(i))
+      mesh.coordinates.row(i) = moved(mesh.coordinates.row(i).transpose(), 0.015).transpose();
   return mesh;
 }
 
@@ -39,7 +43,9 @@ std::vector<bool> on_boundary(const Mesh& mesh) {
   std::vector<bool> flags;
   for (Index i = 0; i < X.rows(); ++i) {
     bool touches = false;
-    for (Index c = 0; c < 3; ++c) touches = touches || X(i, c) < X.col(c).minCoeff() + 1e-9 || X(i, c) > X.col(c).maxCoeff() - 1e-9;
+    for (Index c = 0; c < 3; ++c)
+      touches =
+          touches || X(i, c) < X.col(c).minCoeff() + 1e-9 || X(i, c) > X.col(c).maxCoeff() - 1e-9;
     flags.push_back(touches);
   }
   return flags;
@@ -55,7 +61,8 @@ void PrintTo(const Case& c, std::ostream* out) {
 }
 std::vector<Case> all_cases() {
   std::vector<Case> cases;
-  for (const ElementType type : volume_types) cases.push_back({type, Hex8Formulation::incompatible});
+  for (const ElementType type : volume_types)
+    cases.push_back({type, Hex8Formulation::incompatible});
   cases.push_back({ElementType::hex8, Hex8Formulation::full});
   cases.push_back({ElementType::hex8, Hex8Formulation::hourglass});
   return cases;
@@ -78,7 +85,8 @@ TEST_P(Assembly, PatchTest) {
   std::vector<Index> I, C;
   const auto boundary = on_boundary(mesh);
   for (Index i = 0; i < u.rows(); ++i)
-    for (Index c = 0; c < 3; ++c) (boundary[static_cast<std::size_t>(i)] ? C : I).push_back(3 * i + c);
+    for (Index c = 0; c < 3; ++c)
+      (boundary[static_cast<std::size_t>(i)] ? C : I).push_back(3 * i + c);
   ASSERT_GE(I.size(), 6u);
   Eigen::Map<Vector> q(u.data(), u.size());
   // u_I = -K_II^-1 K_IC u_C
@@ -93,7 +101,8 @@ TEST_P(Assembly, PatchTest) {
   for (Index e = 0; e < block.connectivity.rows(); ++e) {
     Points u_e(block.connectivity.cols(), 3);
     for (Index i = 0; i < u_e.rows(); ++i) u_e.row(i) = u.row(block.connectivity(e, i));
-    const auto found = element_stress(block.type, GetParam().hex8, points_of(mesh, block, e), steel, u_e);
+    const auto found =
+        element_stress(block.type, GetParam().hex8, points_of(mesh, block, e), steel, u_e);
     EXPECT_LE((found - stress).norm(), 1e-12 * stress.norm()) << "element " << e;
   }
 }
@@ -115,7 +124,8 @@ TEST_P(Assembly, IsTheSumOfItsElements) {
   Matrix K = Matrix::Zero(fe.K.rows(), fe.K.cols()), M = K;
   for (Index e = 0; e < block.connectivity.rows(); ++e) {
     const Points X = points_of(mesh, block, e);
-    const Matrix k = element_stiffness(block.type, GetParam().hex8, X, steel), m = element_mass(block.type, X, steel.density);
+    const Matrix k = element_stiffness(block.type, GetParam().hex8, X, steel),
+                 m = element_mass(block.type, X, steel.density);
     for (Index i = 0; i < X.rows(); ++i)
       for (Index j = 0; j < X.rows(); ++j) {
         const Index p = 3 * block.connectivity(e, i), q = 3 * block.connectivity(e, j);
@@ -153,18 +163,23 @@ TEST_P(Assembly, NumbersOfNodesAndElementsDoNotMatter) {
   Random random(11);
   for (Index i = n - 1; i > 0; --i)
     std::swap(place[static_cast<std::size_t>(i)],
-              place[static_cast<std::size_t>(static_cast<Index>((random() + 1) / 2 * static_cast<double>(i + 1)))]);
-  for (Index i = 0; i < n; ++i) other.coordinates.row(place[static_cast<std::size_t>(i)]) = mesh.coordinates.row(i);
+              place[static_cast<std::size_t>(
+                  static_cast<Index>((random() + 1) / 2 * static_cast<double>(i + 1)))]);
+  for (Index i = 0; i < n; ++i)
+    other.coordinates.row(place[static_cast<std::size_t>(i)]) = mesh.coordinates.row(i);
   for (Index e = 0; e < n_e; ++e)
     for (Index i = 0; i < mesh.blocks[0].connectivity.cols(); ++i)
-      other.blocks[0].connectivity(n_e - 1 - e, i) = place[static_cast<std::size_t>(mesh.blocks[0].connectivity(e, i))];
+      other.blocks[0].connectivity(n_e - 1 - e, i) =
+          place[static_cast<std::size_t>(mesh.blocks[0].connectivity(e, i))];
   const auto first = model(mesh), second = model(other);
   std::vector<Index> dofs;
   for (Index i = 0; i < n; ++i)
     for (Index c = 0; c < 3; ++c) dofs.push_back(3 * place[static_cast<std::size_t>(i)] + c);
   const Matrix K = first.K, M = first.M;
-  EXPECT_LE((Matrix(second.K)(dofs, dofs) - K).cwiseAbs().maxCoeff(), 1e-14 * K.cwiseAbs().maxCoeff());
-  EXPECT_LE((Matrix(second.M)(dofs, dofs) - M).cwiseAbs().maxCoeff(), 1e-14 * M.cwiseAbs().maxCoeff());
+  EXPECT_LE((Matrix(second.K)(dofs, dofs) - K).cwiseAbs().maxCoeff(),
+            1e-14 * K.cwiseAbs().maxCoeff());
+  EXPECT_LE((Matrix(second.M)(dofs, dofs) - M).cwiseAbs().maxCoeff(),
+            1e-14 * M.cwiseAbs().maxCoeff());
 }
 
 TEST_P(Assembly, LumpedMassIsDiagonalAndOfTheSameTotal) {
@@ -199,10 +214,12 @@ TEST(AssemblyOfBlocks, NodesWithoutVolumeElementsGetNoDofs) {
   const auto fe = assemble(mesh, {{}, {steel}}, MassKind::lumped);
   ASSERT_EQ(fe.nodes.size(), static_cast<std::size_t>(n));
   EXPECT_EQ(fe.row[0], -1);
-  for (std::size_t i = 0; i < fe.nodes.size(); ++i) EXPECT_EQ(fe.row[static_cast<std::size_t>(fe.nodes[i])], static_cast<Index>(i));
+  for (std::size_t i = 0; i < fe.nodes.size(); ++i)
+    EXPECT_EQ(fe.row[static_cast<std::size_t>(fe.nodes[i])], static_cast<Index>(i));
   EXPECT_EQ(fe.K.rows(), 3 * n);
   mesh.blocks.pop_back();
-  EXPECT_NE(message_of([&] { assemble(mesh, {{}}, MassKind::lumped); }).find("no volume elements"), std::string::npos);
+  EXPECT_NE(message_of([&] { assemble(mesh, {{}}, MassKind::lumped); }).find("no volume elements"),
+            std::string::npos);
 }
 
 TEST(AssemblyOfBlocks, EachHasItsMaterial) {
@@ -231,7 +248,8 @@ class Refusal : public testing::Test {
   }
   void expect(const std::vector<std::string>& parts, const Material& material = steel) {
     const std::string found = message(material);
-    for (const auto& part : parts) EXPECT_NE(found.find(part), std::string::npos) << "'" << part << "' in: " << found;
+    for (const auto& part : parts)
+      EXPECT_NE(found.find(part), std::string::npos) << "'" << part << "' in: " << found;
     EXPECT_EQ(found.find('\n'), std::string::npos);
   }
 };
@@ -258,14 +276,16 @@ TEST_F(Refusal, RepeatedNode) {
 TEST_F(Refusal, CoordinateThatIsNoNumber) {
   const Index node = block.connectivity(3, 2);
   mesh.node_ids[static_cast<std::size_t>(node)] = 4711;
-  for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+  for (const double bad :
+       {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
     mesh.coordinates(node, 1) = bad;
     expect({"node 4711", "not a finite number"});
   }
 }
 
 TEST_F(Refusal, TheSameElementTwiceInAnyOrderOfNodes) {
-  for (Index i = 0; i < 8; ++i) block.connectivity(3, i) = block.connectivity(0, 4 * (i / 4) + (i + 1) % 4);
+  for (Index i = 0; i < 8; ++i)
+    block.connectivity(3, i) = block.connectivity(0, 4 * (i / 4) + (i + 1) % 4);
   expect({"element 14", "same nodes as", "element 11"});
 }
 
@@ -277,7 +297,8 @@ TEST_F(Refusal, MagnitudesThatNoDoubleHolds) {
 }
 
 TEST_F(Refusal, MaterialsThatThereAreNot) {
-  const double nan = std::numeric_limits<double>::quiet_NaN(), infinity = std::numeric_limits<double>::infinity();
+  const double nan = std::numeric_limits<double>::quiet_NaN(),
+               infinity = std::numeric_limits<double>::infinity();
   expect({"'solid'", "youngs_modulus"}, {0, 0.3, 1});
   expect({"youngs_modulus"}, {nan, 0.3, 1});
   expect({"youngs_modulus"}, {infinity, 0.3, 1});

@@ -14,18 +14,20 @@
 
 namespace cbr::test {
 
-inline constexpr std::array<ElementType, 7> volume_types = {ElementType::tet4,   ElementType::tet10, ElementType::pyramid5,
-                                                            ElementType::wedge6, ElementType::hex8,  ElementType::hex20,
-                                                            ElementType::hex27};
+inline constexpr std::array<ElementType, 7> volume_types = {
+    ElementType::tet4, ElementType::tet10, ElementType::pyramid5, ElementType::wedge6,
+    ElementType::hex8, ElementType::hex20, ElementType::hex27};
 
-// The linear elements of which one cell is made, as numbers of its corners (hex8 order; 8 is its centre).
+// The linear elements of which one cell is made, as numbers of its corners (hex8 order; 8 is its
+// centre).
 inline std::vector<std::vector<int>> cell_elements(ElementType type) {
   switch (type) {
     case ElementType::tet4:
     case ElementType::tet10: {
       // Kuhn's six tetrahedra round the diagonal 0 - 6: they fit those of the next cell.
       std::vector<std::vector<int>> tets;
-      for (const auto& [a, b] : std::vector<std::pair<int, int>>{{1, 2}, {2, 3}, {3, 7}, {7, 4}, {4, 5}, {5, 1}})
+      for (const auto& [a, b] :
+           std::vector<std::pair<int, int>>{{1, 2}, {2, 3}, {3, 7}, {7, 4}, {4, 5}, {5, 1}})
         tets.push_back({0, a, b, 6});
       return tets;
     }
@@ -44,12 +46,14 @@ inline std::vector<std::vector<int>> cell_elements(ElementType type) {
   }
 }
 
-// cells x cells x cells on [0, L_x] x ..., corners moved by `warp`, mid-side nodes between the moved corners.
+// cells x cells x cells on [0, L_x] x ..., corners moved by `warp`, mid-side nodes between the
+// moved corners.
 inline Mesh box_mesh(
     ElementType type, const std::array<Index, 3>& cells, const Vector3& L,
     const std::function<Vector3(const Vector3&)>& warp = [](const Vector3& x) { return x; }) {
   std::map<std::array<Index, 3>, Index> corner_numbers;  // by twice the grid coordinates
-  std::map<std::vector<Index>, Index> middle_numbers;    // by the corners that the node is the mean of
+  // by the corners that the node is the mean of
+  std::map<std::vector<Index>, Index> middle_numbers;
   std::vector<Vector3> x;
   std::vector<std::vector<Index>> elements;
   const auto corner = [&](const std::array<Index, 3>& key) {
@@ -57,13 +61,15 @@ inline Mesh box_mesh(
     if (is_new) {
       Vector3 place;
       for (std::size_t c = 0; c < 3; ++c)
-        place(static_cast<Index>(c)) = L(static_cast<Index>(c)) * static_cast<double>(key[c]) / static_cast<double>(2 * cells[c]);
+        place(static_cast<Index>(c)) = L(static_cast<Index>(c)) * static_cast<double>(key[c]) /
+                                       static_cast<double>(2 * cells[c]);
       x.push_back(warp(place));
     }
     return entry->second;
   };
-  const std::vector<std::array<Index, 3>> offsets = {{0, 0, 0}, {2, 0, 0}, {2, 2, 0}, {0, 2, 0}, {0, 0, 2},
-                                                     {2, 0, 2}, {2, 2, 2}, {0, 2, 2}, {1, 1, 1}};
+  const std::vector<std::array<Index, 3>> offsets = {{0, 0, 0}, {2, 0, 0}, {2, 2, 0},
+                                                     {0, 2, 0}, {0, 0, 2}, {2, 0, 2},
+                                                     {2, 2, 2}, {0, 2, 2}, {1, 1, 1}};
   const auto parts = cell_elements(type);
   const auto parents = node_corners(type);
   for (Index k = 0; k < cells[2]; ++k)
@@ -83,10 +89,12 @@ inline Mesh box_mesh(
               continue;
             }
             std::sort(key.begin(), key.end());
-            const auto [entry, is_new] = middle_numbers.try_emplace(key, static_cast<Index>(x.size()));
+            const auto [entry, is_new] =
+                middle_numbers.try_emplace(key, static_cast<Index>(x.size()));
             if (is_new) {
               Vector3 mean = Vector3::Zero();
-              for (const Index node : key) mean += x[static_cast<std::size_t>(node)] / static_cast<double>(key.size());
+              for (const Index node : key)
+                mean += x[static_cast<std::size_t>(node)] / static_cast<double>(key.size());
               x.push_back(mean);
             }
             nodes.push_back(entry->second);

@@ -26,7 +26,8 @@ void PrintTo(const Case& c, std::ostream* out) {
 
 std::vector<Case> all_cases() {
   std::vector<Case> cases;
-  for (const ElementType type : volume_types) cases.push_back({type, Hex8Formulation::incompatible});
+  for (const ElementType type : volume_types)
+    cases.push_back({type, Hex8Formulation::incompatible});
   cases.push_back({ElementType::hex8, Hex8Formulation::full});
   cases.push_back({ElementType::hex8, Hex8Formulation::hourglass});
   return cases;
@@ -45,9 +46,10 @@ Points distorted(ElementType type) {
 
 // A parallelepiped, or the part of one.
 Points affine(ElementType type) {
-  const Mesh mesh = box_mesh(type, {1, 1, 1}, Vector3(1, 0.7, 1.3), [](const Vector3& x) -> Vector3 {
-    return Vector3(x(0) + 0.2 * x(1), x(1) - 0.1 * x(2), x(2) + 0.3 * x(0));
-  });
+  const Mesh mesh =
+      box_mesh(type, {1, 1, 1}, Vector3(1, 0.7, 1.3), [](const Vector3& x) -> Vector3 {
+        return Vector3(x(0) + 0.2 * x(1), x(1) - 0.1 * x(2), x(2) + 0.3 * x(0));
+      });
   return points_of(mesh, mesh.blocks[0], 0);
 }
 
@@ -55,7 +57,9 @@ class Element : public testing::TestWithParam<Case> {
  protected:
   ElementType type = GetParam().type;
   Hex8Formulation hex8 = GetParam().hex8;
-  Matrix stiffness(const Points& X, const Material& material = steel) const { return element_stiffness(type, hex8, X, material); }
+  Matrix stiffness(const Points& X, const Material& material = steel) const {
+    return element_stiffness(type, hex8, X, material);
+  }
 };
 
 TEST_P(Element, StiffnessIsSymmetricToTheLastBit) {
@@ -67,7 +71,8 @@ TEST_P(Element, RigidMotionsNeedNoForceAndNothingElseDoes) {
   for (const Points& X : {affine(type), distorted(type)}) {
     const Matrix K = stiffness(X);
     const Matrix R = rigid_modes(X, X.colwise().mean().transpose());
-    EXPECT_LE((K * R).cwiseAbs().maxCoeff(), 1e-14 * K.cwiseAbs().maxCoeff() * static_cast<double>(K.rows()));
+    EXPECT_LE((K * R).cwiseAbs().maxCoeff(),
+              1e-14 * K.cwiseAbs().maxCoeff() * static_cast<double>(K.rows()));
     const Vector lambda = symmetric_eigenvalues(K);
     EXPECT_LE(lambda.head(6).cwiseAbs().maxCoeff(), 1e-13 * lambda.maxCoeff());
     EXPECT_GE(lambda(6), 1e-4 * lambda.maxCoeff());
@@ -91,7 +96,8 @@ TEST_P(Element, NeedlesAndSheetsKeepTheirRigidMotions) {
     const Matrix K = stiffness(X);
     ASSERT_TRUE(K.allFinite());
     const Matrix R = rigid_modes(X, X.colwise().mean().transpose());
-    EXPECT_LE((K * R).cwiseAbs().maxCoeff(), 1e-12 * K.cwiseAbs().maxCoeff() * R.cwiseAbs().maxCoeff());
+    EXPECT_LE((K * R).cwiseAbs().maxCoeff(),
+              1e-12 * K.cwiseAbs().maxCoeff() * R.cwiseAbs().maxCoeff());
     EXPECT_GT(element_lumped_mass(type, X, 1).minCoeff(), 0);
   }
 }
@@ -130,9 +136,12 @@ TEST_P(Element, TurnsWithItsNodes) {
   const Matrix K = stiffness(X), turned = stiffness(X * R.transpose());
   Matrix expected(K.rows(), K.cols());
   for (Index i = 0; i < X.rows(); ++i)
-    for (Index j = 0; j < X.rows(); ++j) expected.block<3, 3>(3 * i, 3 * j) = R * K.block<3, 3>(3 * i, 3 * j) * R.transpose();
+    for (Index j = 0; j < X.rows(); ++j)
+      expected.block<3, 3>(3 * i, 3 * j) = R * K.block<3, 3>(3 * i, 3 * j) * R.transpose();
   EXPECT_LE((turned - expected).cwiseAbs().maxCoeff(), 1e-13 * K.cwiseAbs().maxCoeff());
-  EXPECT_LE((element_mass(type, X * R.transpose(), 1) - element_mass(type, X, 1)).cwiseAbs().maxCoeff(), 1e-14);
+  EXPECT_LE(
+      (element_mass(type, X * R.transpose(), 1) - element_mass(type, X, 1)).cwiseAbs().maxCoeff(),
+      1e-14);
 }
 
 TEST_P(Element, FollowsTheUnitsAndThePlace) {
@@ -162,7 +171,8 @@ TEST_P(Element, MirroredElementHasTheMirroredStiffness) {
     for (Index j = 0; j < X.rows(); ++j) {
       const Index p = order[static_cast<std::size_t>(i)], q = order[static_cast<std::size_t>(j)];
       const Matrix3 expected = sign.asDiagonal() * K.block<3, 3>(3 * p, 3 * q) * sign.asDiagonal();
-      worst = std::max(worst, (mirrored.block<3, 3>(3 * i, 3 * j) - expected).cwiseAbs().maxCoeff());
+      worst =
+          std::max(worst, (mirrored.block<3, 3>(3 * i, 3 * j) - expected).cwiseAbs().maxCoeff());
     }
   EXPECT_LE(worst, 1e-13 * K.cwiseAbs().maxCoeff());
 }
@@ -186,7 +196,8 @@ TEST_P(Mass, TotalAndFirstMomentsAreExact) {
 }
 
 TEST_P(Mass, VolumeIsThatInsideTheFaces) {
-  // Divergence theorem, V = 1/3 sum over faces of the integral of x . n, on straight-sided elements with bilinear faces.
+  // Divergence theorem, V = 1/3 sum over faces of the integral of x . n, on straight-sided elements
+  // with bilinear faces.
   const ElementType type = GetParam();
   const Points X = element_points(type, skew_corners(type));
   double volume = 0;
@@ -201,8 +212,9 @@ TEST_P(Mass, VolumeIsThatInsideTheFaces) {
     }
     for (const double r : {-g, g})
       for (const double s : {-g, g}) {
-        const Vector3 p =
-            ((1 - r) * (1 - s) * x(0) + (1 + r) * (1 - s) * x(1) + (1 + r) * (1 + s) * x(2) + (1 - r) * (1 + s) * x(3)) / 4;
+        const Vector3 p = ((1 - r) * (1 - s) * x(0) + (1 + r) * (1 - s) * x(1) +
+                           (1 + r) * (1 + s) * x(2) + (1 - r) * (1 + s) * x(3)) /
+                          4;
         const Vector3 p_r = ((1 - s) * (x(1) - x(0)) + (1 + s) * (x(2) - x(3))) / 4;
         const Vector3 p_s = ((1 - r) * (x(3) - x(0)) + (1 + r) * (x(2) - x(1))) / 4;
         volume += p.dot(p_r.cross(p_s)) / 3;
@@ -223,7 +235,9 @@ TEST_P(Mass, RigidBodyOfAParallelepipedIsExact) {
     if (kind == MassKind::lumped) continue;
     EXPECT_LE((body.center - L / 2).norm(), 1e-14 * L.norm());
     const Vector3 squares = L.cwiseAbs2();
-    const Vector3 inertia = body.mass / 12 * Vector3(squares(1) + squares(2), squares(0) + squares(2), squares(0) + squares(1));
+    const Vector3 inertia =
+        body.mass / 12 *
+        Vector3(squares(1) + squares(2), squares(0) + squares(2), squares(0) + squares(1));
     EXPECT_LE((body.inertia - Matrix3(inertia.asDiagonal())).norm(), 1e-13 * inertia.norm());
   }
 }
@@ -249,14 +263,17 @@ INSTANTIATE_TEST_SUITE_P(All, Element, testing::ValuesIn(all_cases()));
 INSTANTIATE_TEST_SUITE_P(All, Mass, testing::ValuesIn(volume_types));
 
 TEST(Hex8Formulation, NamesGoBothWays) {
-  for (const auto formulation : {Hex8Formulation::full, Hex8Formulation::incompatible, Hex8Formulation::hourglass})
+  for (const auto formulation :
+       {Hex8Formulation::full, Hex8Formulation::incompatible, Hex8Formulation::hourglass})
     EXPECT_EQ(parse_hex8_formulation(name(formulation)), formulation);
   EXPECT_THROW(parse_hex8_formulation("hex9"), InputError);
 }
 
 TEST(Hex8Formulation, IncompatibleModesBendWithoutLocking) {
-  // Pure bending of a square brick, u = (x y, -x^2/2 - nu (y^2 - z^2)/2, -nu y z): its exact energy is E I kappa^2 L / 2.
-  const Points X = box_mesh(ElementType::hex8, {1, 1, 1}, Vector3(2, 2, 2)).coordinates.rowwise() - Vector3(1, 1, 1).transpose();
+  // Pure bending of a square brick, u = (x y, -x^2/2 - nu (y^2 - z^2)/2, -nu y z): its exact energy
+  // is E I kappa^2 L / 2.
+  const Points X = box_mesh(ElementType::hex8, {1, 1, 1}, Vector3(2, 2, 2)).coordinates.rowwise() -
+                   Vector3(1, 1, 1).transpose();
   Points corners(8, 3);
   corners << -1, -1, -1, 1, -1, -1, 1, 1, -1, -1, 1, -1, -1, -1, 1, 1, -1, 1, 1, 1, 1, -1, 1, 1;
   ASSERT_EQ(X, corners);

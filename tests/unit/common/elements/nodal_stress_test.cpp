@@ -55,12 +55,14 @@ TEST(NodalStress, OfALinearMotionIsTheSameAtEveryNode) {
     for (Index i = n_corners(c.type); i < X.rows(); ++i)
       for (Index d = 0; d < 3; ++d) X(i, d) += 0.03 * random();
     const Matrix3 G = some_gradient();
-    const Matrix found = element_nodal_stress(c.type, c.hex8, X, material,
-                                              motion(X, [&](const Vector3& x) { return Vector3(G * x + Vector3(5, -7, 9)); }));
+    const Matrix found = element_nodal_stress(
+        c.type, c.hex8, X, material,
+        motion(X, [&](const Vector3& x) { return Vector3(G * x + Vector3(5, -7, 9)); }));
     ASSERT_EQ(found.rows(), X.rows());
     const Stress expected = stress_of(G);
     for (Index i = 0; i < found.rows(); ++i)
-      EXPECT_LT((found.row(i).transpose() - expected).norm(), 1e-11 * expected.norm()) << name(c.type) << ", node " << i;
+      EXPECT_LT((found.row(i).transpose() - expected).norm(), 1e-11 * expected.norm())
+          << name(c.type) << ", node " << i;
   }
 }
 
@@ -68,7 +70,8 @@ TEST(NodalStress, OfALinearMotionIsTheSameAtEveryNode) {
 TEST(NodalStress, OfAQuadraticMotionIsExactInStraightQuadraticElements) {
   const Matrix3 G = some_gradient();
   const auto u = [&](const Vector3& x) {
-    return Vector3(G * x + Vector3(x[0] * x[1] - x[2] * x[2], 2 * x[0] * x[0] + x[1] * x[2], x[0] * x[2] - x[1] * x[1]));
+    return Vector3(G * x + Vector3(x[0] * x[1] - x[2] * x[2], 2 * x[0] * x[0] + x[1] * x[2],
+                                   x[0] * x[2] - x[1] * x[1]));
   };
   const auto gradient = [&](const Vector3& x) {
     Matrix3 H;
@@ -76,30 +79,38 @@ TEST(NodalStress, OfAQuadraticMotionIsExactInStraightQuadraticElements) {
     return Matrix3(G + H);
   };
   for (const ElementType type : {ElementType::tet10, ElementType::hex20, ElementType::hex27}) {
-    const Mesh mesh = box_mesh(type, {1, 1, 1}, Vector3(1, 0.7, 1.3), [](const Vector3& x) -> Vector3 {
-      return Vector3(x(0) + 0.2 * x(1), x(1) - 0.1 * x(2), x(2) + 0.3 * x(0));
-    });
+    const Mesh mesh =
+        box_mesh(type, {1, 1, 1}, Vector3(1, 0.7, 1.3), [](const Vector3& x) -> Vector3 {
+          return Vector3(x(0) + 0.2 * x(1), x(1) - 0.1 * x(2), x(2) + 0.3 * x(0));
+        });
     const Points X = points_of(mesh, mesh.blocks[0], 0);
-    const Matrix found = element_nodal_stress(type, Hex8Formulation::full, X, material, motion(X, u));
+    const Matrix found =
+        element_nodal_stress(type, Hex8Formulation::full, X, material, motion(X, u));
     for (Index i = 0; i < X.rows(); ++i) {
       const Stress expected = stress_of(gradient(X.row(i).transpose()));
-      EXPECT_LT((found.row(i).transpose() - expected).norm(), 1e-11 * expected.norm()) << name(type) << ", node " << i;
+      EXPECT_LT((found.row(i).transpose() - expected).norm(), 1e-11 * expected.norm())
+          << name(type) << ", node " << i;
     }
   }
 }
 
-// One brick of the incompatible formulation bends as a beam does: sigma_xx = E k y and nothing else, for any shape of rectangle.
-// The bricks of the full formulation show shear that is not there.
+// One brick of the incompatible formulation bends as a beam does: sigma_xx = E k y and nothing
+// else, for any shape of rectangle. The bricks of the full formulation show shear that is not
+// there.
 TEST(NodalStress, OfPureBendingIsExactInTheIncompatibleBrick) {
   const double k = 0.01, nu = material.poissons_ratio;
-  const Mesh mesh = box_mesh(ElementType::hex8, {1, 1, 1}, Vector3(4, 1, 0.5),
-                             [](const Vector3& x) -> Vector3 { return Vector3(x(0) - 2, x(1) - 0.5, x(2) - 0.25); });
+  const Mesh mesh = box_mesh(
+      ElementType::hex8, {1, 1, 1}, Vector3(4, 1, 0.5),
+      [](const Vector3& x) -> Vector3 { return Vector3(x(0) - 2, x(1) - 0.5, x(2) - 0.25); });
   const Points X = points_of(mesh, mesh.blocks[0], 0);
   const auto u = [&](const Vector3& x) {
-    return Vector3(k * x[0] * x[1], -0.5 * k * (x[0] * x[0] + nu * (x[1] * x[1] - x[2] * x[2])), -nu * k * x[1] * x[2]);
+    return Vector3(k * x[0] * x[1], -0.5 * k * (x[0] * x[0] + nu * (x[1] * x[1] - x[2] * x[2])),
+                   -nu * k * x[1] * x[2]);
   };
-  const Matrix found = element_nodal_stress(ElementType::hex8, Hex8Formulation::incompatible, X, material, motion(X, u));
-  const Matrix full = element_nodal_stress(ElementType::hex8, Hex8Formulation::full, X, material, motion(X, u));
+  const Matrix found = element_nodal_stress(ElementType::hex8, Hex8Formulation::incompatible, X,
+                                            material, motion(X, u));
+  const Matrix full =
+      element_nodal_stress(ElementType::hex8, Hex8Formulation::full, X, material, motion(X, u));
   for (Index i = 0; i < 8; ++i) {
     const Stress expected = material.youngs_modulus * k * X(i, 1) * Stress::Unit(0);
     EXPECT_LT((found.row(i).transpose() - expected).norm(), 1e-12 * expected.norm());

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Orthotropic elasticity: as isotropic where the constants are, Hooke's law in the material's axes, turned axes as a turned body.
+// Orthotropic elasticity: as isotropic where the constants are, Hooke's law in the material's axes,
+// turned axes as a turned body.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -23,7 +24,9 @@ std::vector<Kind> kinds() {
   return all;
 }
 
-Matrix3 turned() { return Matrix3(Eigen::AngleAxisd(0.7, Vector3(1, 2, -1).normalized())).transpose(); }
+Matrix3 turned() {
+  return Matrix3(Eigen::AngleAxisd(0.7, Vector3(1, 2, -1).normalized())).transpose();
+}
 
 // A carbon fibre ply, GPa.
 Material ply(const Matrix3& axes) {
@@ -54,13 +57,15 @@ TEST(Orthotropic, IsotropicConstantsGiveTheIsotropicMatrix) {
   for (const auto& [type, hex8] : kinds()) {
     const Points X = element_points(type, skew_corners(type));
     const Matrix K = element_stiffness(type, hex8, X, {E, nu, 1});
-    const Matrix same = element_stiffness(type, hex8, X, {E, 0, 1, Orthotropy{{E, E, E}, {nu, nu, nu}, {G, G, G}, turned()}});
+    const Matrix same = element_stiffness(
+        type, hex8, X, {E, 0, 1, Orthotropy{{E, E, E}, {nu, nu, nu}, {G, G, G}, turned()}});
     EXPECT_LT((K - same).cwiseAbs().maxCoeff(), 1e-13 * K.cwiseAbs().maxCoeff()) << name(type);
     EXPECT_EQ(same, Matrix(same.transpose())) << name(type);
   }
 }
 
-// A linear motion: the stress is that of Hooke's law, and the work of the nodal forces is that of stress and strain.
+// A linear motion: the stress is that of Hooke's law, and the work of the nodal forces is that of
+// stress and strain.
 TEST(Orthotropic, StressAndEnergyOfAConstantStrain) {
   const Material material = ply(turned());
   Matrix3 stress;
@@ -72,9 +77,11 @@ TEST(Orthotropic, StressAndEnergyOfAConstantStrain) {
     const Eigen::Matrix<double, 6, 1> found = element_stress(type, hex8, X, material, u);
     const Eigen::Matrix<double, 6, 1> expected{3, -1, 2, 0.5, 0.7, -0.4};
     EXPECT_LT((found - expected).cwiseAbs().maxCoeff(), 1e-12) << name(type);
-    const Vector forces = element_stiffness(type, hex8, X, material) * Eigen::Map<const Vector>(u.data(), u.size());
+    const Vector forces =
+        element_stiffness(type, hex8, X, material) * Eigen::Map<const Vector>(u.data(), u.size());
     const double volume = element_mass(type, X, 1).sum();
-    EXPECT_NEAR(forces.dot(Eigen::Map<const Vector>(u.data(), u.size())), volume * stress.cwiseProduct(strain).sum(), 1e-12)
+    EXPECT_NEAR(forces.dot(Eigen::Map<const Vector>(u.data(), u.size())),
+                volume * stress.cwiseProduct(strain).sum(), 1e-12)
         << name(type);
   }
 }
@@ -83,10 +90,12 @@ TEST(Orthotropic, StressAndEnergyOfAConstantStrain) {
 TEST(Orthotropic, TurnedAxesAreATurnedBody) {
   const Matrix3 Q = turned();
   for (const auto& [type, hex8] : kinds()) {
-    if (hex8 == Hex8Formulation::hourglass) continue;  // its coefficient is a bound along the component's axes
+    // its coefficient is a bound along the component's axes
+    if (hex8 == Hex8Formulation::hourglass) continue;
     const Points X = element_points(type, skew_corners(type));
     const Matrix K = element_stiffness(type, hex8, X, ply(Q));
-    const Matrix in_own = element_stiffness(type, hex8, X * Q.transpose(), ply(Matrix3::Identity()));
+    const Matrix in_own =
+        element_stiffness(type, hex8, X * Q.transpose(), ply(Matrix3::Identity()));
     Matrix back(K.rows(), K.cols());
     for (Index i = 0; i < X.rows(); ++i)
       for (Index j = 0; j < X.rows(); ++j)

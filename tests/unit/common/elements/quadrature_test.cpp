@@ -25,7 +25,8 @@ void expect_exact(const QuadratureRule& rule, const Exact& exact, const Wanted& 
       for (int r = 0; r <= 6; ++r) {
         if (!wanted(p, q, r)) continue;
         double sum = 0;
-        for (const auto& [xi, weight] : rule) sum += weight * std::pow(xi(0), p) * std::pow(xi(1), q) * std::pow(xi(2), r);
+        for (const auto& [xi, weight] : rule)
+          sum += weight * std::pow(xi(0), p) * std::pow(xi(1), q) * std::pow(xi(2), r);
         EXPECT_NEAR(sum, exact(p, q, r), 4e-15) << p << ' ' << q << ' ' << r;
         ++count;
       }
@@ -45,14 +46,19 @@ TEST(Quadrature, Tetrahedron) {
   for (const auto& [n, degree] : {std::pair{1, 1}, {4, 2}, {14, 5}})
     expect_exact(
         tetrahedron_rule(n),
-        [](int p, int q, int r) { return factorial(p) * factorial(q) * factorial(r) / factorial(p + q + r + 3); },
+        [](int p, int q, int r) {
+          return factorial(p) * factorial(q) * factorial(r) / factorial(p + q + r + 3);
+        },
         [d = degree](int p, int q, int r) { return p + q + r <= d; });
 }
 
 TEST(Quadrature, Wedge) {
   for (const auto& [n, degree, n_line] : {std::tuple{3, 2, 2}, {6, 4, 3}})
     expect_exact(
-        wedge_rule(n, n_line), [](int p, int q, int r) { return factorial(p) * factorial(q) / factorial(p + q + 2) * line(r); },
+        wedge_rule(n, n_line),
+        [](int p, int q, int r) {
+          return factorial(p) * factorial(q) / factorial(p + q + 2) * line(r);
+        },
         [d = degree, m = 2 * n_line - 1](int p, int q, int r) { return p + q <= d && r <= m; });
 }
 
@@ -60,8 +66,11 @@ TEST(Quadrature, Pyramid) {
   // The integral of zeta^r (1 - zeta)^2 over [0, 1] is 2 r! / (r + 3)!.
   for (const auto& [n, n_zeta] : {std::pair{2, 1}, {3, 2}})
     expect_exact(
-        pyramid_rule(n, n_zeta), [](int p, int q, int r) { return line(p) * line(q) * 2 * factorial(r) / factorial(r + 3); },
-        [m = 2 * n - 1, k = 2 * n_zeta - 1](int p, int q, int r) { return std::max(p, q) <= m && r <= k; });
+        pyramid_rule(n, n_zeta),
+        [](int p, int q, int r) { return line(p) * line(q) * 2 * factorial(r) / factorial(r + 3); },
+        [m = 2 * n - 1, k = 2 * n_zeta - 1](int p, int q, int r) {
+          return std::max(p, q) <= m && r <= k;
+        });
 }
 
 // The reference coordinates of the corners, written down apart from the shape functions.
@@ -89,13 +98,17 @@ TEST_P(Shape, OneAtItsNodeZeroAtTheOthers) {
   const ElementType type = GetParam();
   const Points nodes = element_points(type, reference_corners(type));
   for (Index i = 0; i < nodes.rows(); ++i)
-    EXPECT_LE((shape_functions(type, nodes.row(i).transpose()).N - Vector::Unit(nodes.rows(), i)).norm(), 1e-14) << "node " << i;
+    EXPECT_LE(
+        (shape_functions(type, nodes.row(i).transpose()).N - Vector::Unit(nodes.rows(), i)).norm(),
+        1e-14)
+        << "node " << i;
 }
 
 TEST_P(Shape, SumToOne) {
   const ElementType type = GetParam();
-  for (const ShapeTable* table : {&reference_element(type).stiffness, &reference_element(type).mass,
-                                  &reference_element(type).center, &reference_element(type).corners})
+  for (const ShapeTable* table :
+       {&reference_element(type).stiffness, &reference_element(type).mass,
+        &reference_element(type).center, &reference_element(type).corners})
     for (Index q = 0; q < table->size(); ++q) {
       EXPECT_NEAR(table->N.col(q).sum(), 1, 1e-14);
       EXPECT_LE(table->dN[static_cast<std::size_t>(q)].colwise().sum().norm(), 1e-14);
@@ -109,7 +122,8 @@ TEST_P(Shape, DerivativesAreThoseOfTheFunctions) {
   const double h = 1e-3;
   for (Index c = 0; c < 3; ++c) {
     const auto difference = [&](double step) -> Vector {
-      return (shape_functions(type, xi + step * Vector3::Unit(c)).N - shape_functions(type, xi - step * Vector3::Unit(c)).N) /
+      return (shape_functions(type, xi + step * Vector3::Unit(c)).N -
+              shape_functions(type, xi - step * Vector3::Unit(c)).N) /
              (2 * step);
     };
     // Richardson: exact for polynomials of degree 4 in one coordinate.

@@ -13,7 +13,9 @@ namespace {
 
 const Material steel = {210e9, 0.3, 7850};
 
-Matrix3 tilt() { return (Eigen::AngleAxisd(0.7, Vector3(1, 2, -0.5).normalized())).toRotationMatrix(); }
+Matrix3 tilt() {
+  return (Eigen::AngleAxisd(0.7, Vector3(1, 2, -0.5).normalized())).toRotationMatrix();
+}
 
 Points flat(ElementType type) {
   Points X(n_nodes(type), 3);
@@ -79,7 +81,8 @@ TEST_P(ShellElement, SixRigidMotionsAndNoOther) {
   for (const Points& X : shapes())
     for (const double t : {3.0, 0.1, 1e-3}) {
       const Matrix K = shell_stiffness(type, X, {steel, t});
-      EXPECT_LE((K * element_rigid_modes(X)).cwiseAbs().maxCoeff(), 1e-14 * K.cwiseAbs().maxCoeff());
+      EXPECT_LE((K * element_rigid_modes(X)).cwiseAbs().maxCoeff(),
+                1e-14 * K.cwiseAbs().maxCoeff());
       const Vector lambda = symmetric_eigenvalues(K);
       const double bending = std::min(1.0, t * t);
       EXPECT_LE(lambda.head(6).cwiseAbs().maxCoeff(), 1e-14 * lambda.maxCoeff());
@@ -93,7 +96,9 @@ TEST_P(ShellElement, ThinShellsKeepTheirBending) {
   std::vector<Index> plate;
   for (Index i = 0; i < 6 * n; ++i)
     if (i % 6 >= 2 && i % 6 <= 4) plate.push_back(i);
-  const auto bending = [&](double t) -> Matrix { return shell_stiffness(type, flat(type) * 2.5e-3, {steel, t})(plate, plate); };
+  const auto bending = [&](double t) -> Matrix {
+    return shell_stiffness(type, flat(type) * 2.5e-3, {steel, t})(plate, plate);
+  };
   const Matrix reference = bending(2.5e-8);
   for (const double t : {2.5e-10, 2.5e-14, 2.5e-60}) {
     const Matrix K = bending(t) * std::pow(2.5e-8 / t, 3);
@@ -113,7 +118,8 @@ TEST_P(ShellElement, ThinShellsKeepTheirBending) {
 TEST_P(ShellElement, ScaleFree) {
   const Matrix K = scaled(shell_stiffness(type, shapes().back(), {steel, 0.03}), 1);
   for (const double s : {1e-6, 1e3, 1e40}) {
-    const Matrix same = scaled(shell_stiffness(type, shapes().back() * s, {steel, 0.03 * s}), s) / s;
+    const Matrix same =
+        scaled(shell_stiffness(type, shapes().back() * s, {steel, 0.03 * s}), s) / s;
     EXPECT_LE((same - K).cwiseAbs().maxCoeff(), 1e-13 * K.cwiseAbs().maxCoeff()) << s;
   }
 }
@@ -124,10 +130,12 @@ TEST_P(ShellElement, TurnsWithTheAxes) {
   const Matrix T = element_rotation(X.rows(), Q);
   const ShellProperties shell = {steel, 0.05};
   const Matrix K = T * shell_stiffness(type, X, shell) * T.transpose();
-  EXPECT_LE((shell_stiffness(type, rotated(X, Q), shell) - K).cwiseAbs().maxCoeff(), 1e-13 * K.cwiseAbs().maxCoeff());
+  EXPECT_LE((shell_stiffness(type, rotated(X, Q), shell) - K).cwiseAbs().maxCoeff(),
+            1e-13 * K.cwiseAbs().maxCoeff());
 }
 
-// A mirror turns rotations the other way; the order of the nodes may start anywhere and run either way round.
+// A mirror turns rotations the other way; the order of the nodes may start anywhere and run either
+// way round.
 TEST_P(ShellElement, MirrorsAndRenumbers) {
   const Points X = shapes().back();
   const Index n = X.rows();
@@ -136,7 +144,9 @@ TEST_P(ShellElement, MirrorsAndRenumbers) {
   const double tolerance = 1e-13 * K.cwiseAbs().maxCoeff();
   Matrix T = element_rotation(n, Vector3(-1, 1, 1).asDiagonal());
   for (Index i = 0; i < n; ++i) T.block<3, 3>(6 * i + 3, 6 * i + 3) *= -1;
-  EXPECT_LE((shell_stiffness(type, rotated(X, Vector3(-1, 1, 1).asDiagonal()), shell) - T * K * T).cwiseAbs().maxCoeff(),
+  EXPECT_LE((shell_stiffness(type, rotated(X, Vector3(-1, 1, 1).asDiagonal()), shell) - T * K * T)
+                .cwiseAbs()
+                .maxCoeff(),
             tolerance);
   for (Index start = 0; start < n; ++start)
     for (const Index step : {Index(1), n - 1}) {
@@ -148,7 +158,8 @@ TEST_P(ShellElement, MirrorsAndRenumbers) {
         for (Index c = 0; c < 6; ++c) dofs.push_back(6 * from + c);
       }
       const Matrix same = K(dofs, dofs);
-      EXPECT_LE((shell_stiffness(type, Y, shell) - same).cwiseAbs().maxCoeff(), tolerance) << start << ' ' << step;
+      EXPECT_LE((shell_stiffness(type, Y, shell) - same).cwiseAbs().maxCoeff(), tolerance)
+          << start << ' ' << step;
     }
 }
 
@@ -163,9 +174,11 @@ TEST_P(ShellElement, MassIsThatOfThePlate) {
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(Shells, ShellElement, testing::Values(ElementType::tri3, ElementType::quad4));
+INSTANTIATE_TEST_SUITE_P(Shells, ShellElement,
+                         testing::Values(ElementType::tri3, ElementType::quad4));
 
-// Pure bending in its plane of a rectangle of any shape: the incompatible modes, and rotations that follow, are exact.
+// Pure bending in its plane of a rectangle of any shape: the incompatible modes, and rotations that
+// follow, are exact.
 TEST(ShellElementMembrane, RectangleBendsInItsPlane) {
   const double a = 5, b = 0.5, nu = 0.3, kappa = 0.02, t = 0.1;
   Points X(4, 3);
@@ -185,7 +198,8 @@ TEST(ShellElementMembrane, RectangleBendsInItsPlane) {
 TEST(ShellElementBending, WarpedQuadIsSoundWhenThin) {
   const Points X = rotated(warped(), tilt());
   for (const double t : {1e-4, 1e-8, 1e-12}) {
-    const Matrix K = shell_stiffness(ElementType::quad4, X, {steel, t}) / (steel.youngs_modulus * t);
+    const Matrix K =
+        shell_stiffness(ElementType::quad4, X, {steel, t}) / (steel.youngs_modulus * t);
     EXPECT_TRUE(K.allFinite());
     EXPECT_LE((K * element_rigid_modes(X)).cwiseAbs().maxCoeff(), 1e-14);
     EXPECT_GE(symmetric_eigenvalues(K).minCoeff(), -1e-14);

@@ -19,7 +19,9 @@ const Material steel = {210e9, 0.3, 7850};
 ShellMesh box_surface(Index n, const Vector3& size) {
   std::map<std::array<Index, 3>, Index> number;
   std::vector<std::array<Index, 4>> faces;
-  const auto node = [&](std::array<Index, 3> g) { return number.try_emplace(g, static_cast<Index>(number.size())).first->second; };
+  const auto node = [&](std::array<Index, 3> g) {
+    return number.try_emplace(g, static_cast<Index>(number.size())).first->second;
+  };
   for (std::size_t c = 0; c < 3; ++c)
     for (const Index side : {Index(0), n})
       for (Index i = 0; i < n; ++i)
@@ -37,15 +39,19 @@ ShellMesh box_surface(Index n, const Vector3& size) {
   mesh.X.resize(static_cast<Index>(number.size()), 3);
   for (const auto& [g, i] : number)
     for (std::size_t c = 0; c < 3; ++c)
-      mesh.X(i, static_cast<Index>(c)) = size(static_cast<Index>(c)) * static_cast<double>(g[c]) / static_cast<double>(n);
+      mesh.X(i, static_cast<Index>(c)) =
+          size(static_cast<Index>(c)) * static_cast<double>(g[c]) / static_cast<double>(n);
   mesh.faces.resize(static_cast<Index>(faces.size()), 4);
   for (std::size_t f = 0; f < faces.size(); ++f)
-    for (Index i = 0; i < 4; ++i) mesh.faces(static_cast<Index>(f), i) = faces[f][static_cast<std::size_t>(i)];
+    for (Index i = 0; i < 4; ++i)
+      mesh.faces(static_cast<Index>(f), i) = faces[f][static_cast<std::size_t>(i)];
   return mesh;
 }
 
 ShellMesh wavy(Faces kind) {
-  return shell_grid(kind, 4, 3, [](double x, double y) { return Vector3(2 * x, y + 0.2 * x, 0.1 * std::sin(4 * x) * y); });
+  return shell_grid(kind, 4, 3, [](double x, double y) {
+    return Vector3(2 * x, y + 0.2 * x, 0.1 * std::sin(4 * x) * y);
+  });
 }
 
 std::string message(const std::function<void()>& run) {
@@ -60,7 +66,8 @@ std::string message(const std::function<void()>& run) {
 TEST(ShellModel, NothingIsEmpty) {
   const ShellMesh mesh = wavy(Faces::mixed);
   for (const ShellProperties& shell :
-       {ShellProperties{{0, 0.3, 0}, 1e-3}, ShellProperties{steel, 0}, ShellProperties{{1e-200, 0.3, 1e-200}, 1e-200}}) {
+       {ShellProperties{{0, 0.3, 0}, 1e-3}, ShellProperties{steel, 0},
+        ShellProperties{{1e-200, 0.3, 1e-200}, 1e-200}}) {
     const ShellModel model = assemble_shells(mesh.faces, mesh.X, shell);
     EXPECT_TRUE(model.empty());
     EXPECT_TRUE(model.nodes.empty());
@@ -92,11 +99,13 @@ TEST(ShellModel, DensityWithoutStiffnessHasNoRotations) {
 }
 
 TEST(ShellModel, RigidMotionsAndNoOthers) {
-  for (const ShellMesh& mesh : {wavy(Faces::quads), wavy(Faces::mixed), box_surface(3, {1, 0.7, 0.4})}) {
+  for (const ShellMesh& mesh :
+       {wavy(Faces::quads), wavy(Faces::mixed), box_surface(3, {1, 0.7, 0.4})}) {
     const ShellModel model = assemble_shells(mesh.faces, mesh.X, {steel, 0.02});
     const Matrix K(model.K);
     EXPECT_EQ(K, Matrix(K.transpose()));
-    EXPECT_LE((K * shell_rigid_modes(mesh.X)).cwiseAbs().maxCoeff(), 1e-13 * K.cwiseAbs().maxCoeff());
+    EXPECT_LE((K * shell_rigid_modes(mesh.X)).cwiseAbs().maxCoeff(),
+              1e-13 * K.cwiseAbs().maxCoeff());
     const Vector lambda = symmetric_eigenvalues(K);
     EXPECT_LE(lambda.head(6).cwiseAbs().maxCoeff(), 1e-14 * lambda.maxCoeff());
     EXPECT_GE(lambda(6), 1e-8 * lambda.maxCoeff());
@@ -108,21 +117,25 @@ TEST(ShellModel, RotationsAreCondensed) {
   for (const ShellMesh& mesh : {wavy(Faces::mixed), box_surface(3, {1, 0.7, 0.4})}) {
     const Index m = mesh.X.rows();
     const ShellModel whole = assemble_shells(mesh.faces, mesh.X, {steel, 0.02});
-    const ShellModel model = assemble_shells(mesh.faces, mesh.X, {{steel.youngs_modulus, steel.poissons_ratio, 0}, 0.02});
+    const ShellModel model = assemble_shells(
+        mesh.faces, mesh.X, {{steel.youngs_modulus, steel.poissons_ratio, 0}, 0.02});
     ASSERT_EQ(model.K.rows(), 3 * m);
     EXPECT_EQ(model.mass.size(), 0);
     EXPECT_FALSE(model.has_rotations());
     const Matrix K(whole.K), S(model.K);
     const Matrix schur =
         K.topLeftCorner(3 * m, 3 * m) -
-        K.topRightCorner(3 * m, 3 * m) * Lu(K.bottomRightCorner(3 * m, 3 * m)).solve(K.bottomLeftCorner(3 * m, 3 * m));
+        K.topRightCorner(3 * m, 3 * m) *
+            Lu(K.bottomRightCorner(3 * m, 3 * m)).solve(K.bottomLeftCorner(3 * m, 3 * m));
     EXPECT_LE((S - schur).cwiseAbs().maxCoeff(), 1e-11 * schur.cwiseAbs().maxCoeff());
-    EXPECT_LE((S * rigid_modes(mesh.X, Vector3::Zero())).cwiseAbs().maxCoeff(), 1e-12 * S.cwiseAbs().maxCoeff());
+    EXPECT_LE((S * rigid_modes(mesh.X, Vector3::Zero())).cwiseAbs().maxCoeff(),
+              1e-12 * S.cwiseAbs().maxCoeff());
     EXPECT_EQ(S, Matrix(S.transpose()));
   }
 }
 
-// The paper's thinnest shell, tilted, so that its bending drowns in the round-off of its membrane; and thinner.
+// The paper's thinnest shell, tilted, so that its bending drowns in the round-off of its membrane;
+// and thinner.
 TEST(ShellModel, VeryThinShellsAreCondensedToo) {
   for (const ShellMesh& mesh : {wavy(Faces::quads), box_surface(4, {0.0508, 0.0254, 0.0381})})
     for (const double t : {2.5e-10, 1e-100, 1e-290}) {
@@ -135,17 +148,17 @@ TEST(ShellModel, VeryThinShellsAreCondensedToo) {
     }
 }
 
-// omega_max of the free shells, rotations with their inertia, over that of the membrane alone: the rotations do not set the step.
+// omega_max of the free shells, rotations with their inertia, over that of the membrane alone: the
+// rotations do not set the step.
 TEST(ShellModel, RotationsDoNotSetTheStep) {
-  const auto top = [](const Matrix& A) {
-    return std::sqrt(symmetric_eigenvalues(A).maxCoeff());
-  };
+  const auto top = [](const Matrix& A) { return std::sqrt(symmetric_eigenvalues(A).maxCoeff()); };
   double highest = 0;
   for (const Faces kind : {Faces::quads, Faces::triangles, Faces::mixed})
     for (const double aspect : {1.0, 5.0})
       for (const double t : {1e-9, 0.1, 1.0, 2.0, 20.0}) {
         const ShellMesh mesh = shell_grid(kind, 4, 4, [&](double x, double y) {
-          return Vector3(aspect * 4 * (x + 0.03 * std::sin(9 * y)), 4 * (y + 0.03 * std::sin(7 * x)), 0);
+          return Vector3(aspect * 4 * (x + 0.03 * std::sin(9 * y)),
+                         4 * (y + 0.03 * std::sin(7 * x)), 0);
         });
         const ShellModel model = assemble_shells(mesh.faces, mesh.X, {steel, t});
         const Index m = mesh.X.rows();
@@ -159,7 +172,8 @@ TEST(ShellModel, RotationsDoNotSetTheStep) {
         }
         const Matrix A = root.asDiagonal() * Matrix(model.K) * root.asDiagonal();
         const Matrix A_dd = A(drilling, drilling), A_dm = A(drilling, membrane);
-        const Matrix own = Matrix(A(membrane, membrane)) - A_dm.transpose() * Cholesky(A_dd).solve(A_dm);
+        const Matrix own =
+            Matrix(A(membrane, membrane)) - A_dm.transpose() * Cholesky(A_dd).solve(A_dm);
         highest = std::max(highest, top(A) / top(own));
       }
   RecordProperty("highest", std::to_string(highest));
@@ -174,7 +188,9 @@ TEST(ShellModel, NeverNaN) {
       for (const double t : {1e-300, 1e-160, 1.0, 1e160, 1e300})
         for (const double size : {1e-100, 1.0, 1e100}) try {
             const ShellModel model = assemble_shells(mesh.faces, mesh.X * size, {{E, 0.3, rho}, t});
-            EXPECT_TRUE(Matrix(model.K).allFinite() && model.mass.allFinite() && model.rotary.allFinite()) << E << rho << t << size;
+            EXPECT_TRUE(Matrix(model.K).allFinite() && model.mass.allFinite() &&
+                        model.rotary.allFinite())
+                << E << rho << t << size;
             EXPECT_TRUE(model.rotary.size() == 0 || model.rotary.minCoeff() > 0);
             empty += model.empty();
           } catch (const InputError&) {
@@ -186,15 +202,21 @@ TEST(ShellModel, NeverNaN) {
 
 TEST(ShellModel, RefusesByName) {
   ShellMesh mesh = wavy(Faces::quads);
-  const auto run = [&](const ShellProperties& shell) { return message([&] { assemble_shells(mesh.faces, mesh.X, shell); }); };
+  const auto run = [&](const ShellProperties& shell) {
+    return message([&] { assemble_shells(mesh.faces, mesh.X, shell); });
+  };
   EXPECT_NE(run({{std::nan(""), 0.3, 1}, 1}).find("youngs_modulus"), std::string::npos);
   EXPECT_NE(run({{1, 0.7, 1}, 1}).find("poissons_ratio is 0.7"), std::string::npos);
   EXPECT_NE(run({{1, 0.3, -1}, 1}).find("density is -1"), std::string::npos);
-  EXPECT_NE(run({{1, 0.3, 1}, std::numeric_limits<double>::infinity()}).find("thickness"), std::string::npos);
-  EXPECT_NE(run({{1e300, 0.3, 1}, 1e200}).find("exceeds what a double can hold"), std::string::npos);
+  EXPECT_NE(run({{1, 0.3, 1}, std::numeric_limits<double>::infinity()}).find("thickness"),
+            std::string::npos);
+  EXPECT_NE(run({{1e300, 0.3, 1}, 1e200}).find("exceeds what a double can hold"),
+            std::string::npos);
   const ShellMesh sound = mesh;
   mesh.X.row(6) = mesh.X.row(0);  // of face 0: 0, 1, 6, 5
-  EXPECT_NE(run({steel, 1}).find("face 0 (nodes of rows 0, 1, 6, 5) is degenerate"), std::string::npos) << run({steel, 1});
+  EXPECT_NE(run({steel, 1}).find("face 0 (nodes of rows 0, 1, 6, 5) is degenerate"),
+            std::string::npos)
+      << run({steel, 1});
   mesh = sound;
   mesh.X(6, 0) = std::nan("");
   EXPECT_NE(run({steel, 1}).find("is degenerate"), std::string::npos);
@@ -206,7 +228,8 @@ TEST(ShellModel, RefusesByName) {
   mesh.faces(2, 1) = 999;
   EXPECT_NE(run({steel, 1}).find("row 999 of 20"), std::string::npos);
   mesh = shell_grid(Faces::quads, 71, 71, [](double x, double y) { return Vector3(x, y, 0); });
-  EXPECT_NE(run({{1, 0.3, 0}, 1}).find("5184 nodes with a modulus but no density"), std::string::npos);
+  EXPECT_NE(run({{1, 0.3, 0}, 1}).find("5184 nodes with a modulus but no density"),
+            std::string::npos);
 }
 
 }  // namespace

@@ -38,7 +38,8 @@ Patch patch(Faces kind, bool tilted) {
 }
 
 // Per node (u, theta) in the patch's own axes -> dofs in the axes of space.
-Vector turned(const Patch& p, const std::function<Eigen::Matrix<double, 6, 1>(double, double)>& field) {
+Vector turned(const Patch& p,
+              const std::function<Eigen::Matrix<double, 6, 1>(double, double)>& field) {
   const Index m = p.flat.rows();
   Vector u(6 * m);
   for (Index i = 0; i < m; ++i) {
@@ -65,15 +66,18 @@ class ShellPatch : public testing::TestWithParam<std::tuple<Faces, bool>> {};
 
 TEST_P(ShellPatch, ConstantMembraneStrain) {
   const Patch p = patch(std::get<0>(GetParam()), std::get<1>(GetParam()));
-  const double xx = 1e-3, yy = -4e-4, xy = 3e-4, spin = 2e-4, t = 0.01;  // u,x v,y; u,y = xy - spin, v,x = xy + spin
+  // u,x v,y; u,y = xy - spin, v,x = xy + spin
+  const double xx = 1e-3, yy = -4e-4, xy = 3e-4, spin = 2e-4, t = 0.01;
   const Vector exact = turned(p, [&](double x, double y) {
     Eigen::Matrix<double, 6, 1> u;
     u << xx * x + (xy - spin) * y, (xy + spin) * x + yy * y, 0, 0, 0, spin;
     return u;
   });
   const ShellModel shells = assemble_shells(p.mesh.faces, p.mesh.X, {{E, nu, 1}, t});
-  EXPECT_LE((solved(p, shells, exact) - exact).cwiseAbs().maxCoeff(), 1e-12 * exact.cwiseAbs().maxCoeff());
-  const double energy = E * t / (1 - nu * nu) * (xx * xx + yy * yy + 2 * nu * xx * yy + 2 * (1 - nu) * xy * xy) * 1.3;
+  EXPECT_LE((solved(p, shells, exact) - exact).cwiseAbs().maxCoeff(),
+            1e-12 * exact.cwiseAbs().maxCoeff());
+  const double energy =
+      E * t / (1 - nu * nu) * (xx * xx + yy * yy + 2 * nu * xx * yy + 2 * (1 - nu) * xy * xy) * 1.3;
   EXPECT_NEAR(exact.dot(shells.K * exact) / energy, 1, 1e-12);
 }
 
@@ -90,14 +94,19 @@ TEST_P(ShellPatch, ConstantCurvature) {
   for (const double t : {1.0, 0.03, 1e-3, 1e-7, 1e-12}) {
     if (tilted && t < 1e-2) continue;
     const ShellModel shells = assemble_shells(p.mesh.faces, p.mesh.X, {{E, nu, 1}, t});
-    EXPECT_LE((solved(p, shells, exact) - exact).cwiseAbs().maxCoeff(), 1e-10 * exact.cwiseAbs().maxCoeff()) << t;
-    const double energy = E * t * t * t / 12 / (1 - nu * nu) * (a * a + b * b + 2 * nu * a * b + 2 * (1 - nu) * c * c) * 1.3;
+    EXPECT_LE((solved(p, shells, exact) - exact).cwiseAbs().maxCoeff(),
+              1e-10 * exact.cwiseAbs().maxCoeff())
+        << t;
+    const double energy = E * t * t * t / 12 / (1 - nu * nu) *
+                          (a * a + b * b + 2 * nu * a * b + 2 * (1 - nu) * c * c) * 1.3;
     EXPECT_NEAR(exact.dot(shells.K * exact) / energy, 1, 1e-10) << t;
   }
 }
 
 INSTANTIATE_TEST_SUITE_P(Meshes, ShellPatch,
-                         testing::Combine(testing::Values(Faces::quads, Faces::triangles, Faces::mixed), testing::Bool()));
+                         testing::Combine(testing::Values(Faces::quads, Faces::triangles,
+                                                          Faces::mixed),
+                                          testing::Bool()));
 
 }  // namespace
 }  // namespace cbr::test

@@ -8,7 +8,8 @@ namespace {
 
 using Indices = std::vector<Index>;
 
-// Seven columns: supernode 0 of two columns above rows 4 and 5, supernode 1 of five columns above none.
+// Seven columns: supernode 0 of two columns above rows 4 and 5, supernode 1 of five columns above
+// none.
 struct Example {
   Indices super{0, 2, 7}, pi{0, 4, 9}, px{0, 8, 33}, rows{0, 1, 4, 5, 2, 3, 4, 5, 6};
   SupernodalFactor factor() const {
@@ -44,15 +45,18 @@ TEST(CutSupernodes, ASupernodeBeginsAtTheBoundary) {
   EXPECT_EQ(made.pi, (Indices{0, 4, 9, 13}));
   EXPECT_EQ(made.px, (Indices{0, 8, 13, 29}));
   EXPECT_EQ(made.rows, (Indices{0, 1, 4, 5, 2, 3, 4, 5, 6, 3, 4, 5, 6}));
-  // What stands before it: the rows of columns 3 to 6 are left out, their values stay where they are
+  // What stands before it: the rows of columns 3 to 6 are left out, their values stay where they
+  // are
   SupernodalFactor cut = example.factor();
   cut.n_super = 3;
-  cut.super = made.super.data(), cut.pi = made.pi.data(), cut.px = made.px.data(), cut.rows = made.rows.data();
+  cut.super = made.super.data(), cut.pi = made.pi.data(), cut.px = made.px.data(),
+  cut.rows = made.rows.data();
   const SupernodePattern leading = leading_pattern(cut, 3);
   EXPECT_EQ(leading.super, (Indices{0, 2, 3}));
   EXPECT_EQ(leading.pi, (Indices{0, 2, 3}));
   EXPECT_EQ(leading.rows, (Indices{0, 1, 2}));
-  cut.n = 3, cut.n_super = 2, cut.super = leading.super.data(), cut.pi = leading.pi.data(), cut.rows = leading.rows.data();
+  cut.n = 3, cut.n_super = 2, cut.super = leading.super.data(), cut.pi = leading.pi.data(),
+  cut.rows = leading.rows.data();
   EXPECT_EQ(cut.height(0), 2);
   EXPECT_EQ(cut.stride(0), 4);
   EXPECT_EQ(cut.stride(1), 5);
@@ -66,7 +70,8 @@ TEST(CutSupernodes, WorkspaceIsTheLargestUpdateAndTheLongestPart) {
   const SupernodePattern made = cut_supernodes(example.factor(), 2);
   SupernodalFactor cut = example.factor();
   cut.n_super = static_cast<Index>(made.super.size()) - 1;
-  cut.super = made.super.data(), cut.pi = made.pi.data(), cut.px = made.px.data(), cut.rows = made.rows.data();
+  cut.super = made.super.data(), cut.pi = made.pi.data(), cut.px = made.px.data(),
+  cut.rows = made.rows.data();
   const SupernodeWorkspace pieces = find_workspace(cut);
   EXPECT_EQ(pieces.most_rows_below, 4);  // column 2 above rows 3 to 6
   EXPECT_EQ(pieces.largest_update, 8);   // of those four, two belong to the next piece

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "common/linalg/dense.hpp"
 #include "common/linalg/eigen/eigenpairs.hpp"
+#include "common/linalg/dense.hpp"
 
 #include <gtest/gtest.h>
 
@@ -22,9 +22,11 @@ void expect_pairs(const Eigenpairs& pairs, const SparseMatrix& K, const SparseMa
   if (k == 0) return;
   const Matrix M_Phi = M * pairs.Phi;
   EXPECT_LT((pairs.Phi.transpose() * M_Phi - Matrix::Identity(k, k)).cwiseAbs().maxCoeff(), 1e-12);
-  // Residuals against the largest eigenvalue that can be there: the backward error of any eigensolver.
+  // Residuals against the largest eigenvalue that can be there: the backward error of any
+  // eigensolver.
   const double scale = 12 / Vector(M.diagonal()).minCoeff();
-  EXPECT_LT((K * pairs.Phi - M_Phi * pairs.lambda.asDiagonal()).colwise().norm().maxCoeff(), 1e-11 * scale);
+  EXPECT_LT((K * pairs.Phi - M_Phi * pairs.lambda.asDiagonal()).colwise().norm().maxCoeff(),
+            1e-11 * scale);
   EXPECT_TRUE(std::is_sorted(pairs.lambda.begin(), pairs.lambda.end()));
 }
 
@@ -56,7 +58,8 @@ TEST(SparseEigenpairs, AgreesWithTheDenseSolver) {
   const Eigenpairs dense = dense_eigenpairs(Matrix(K), Matrix(M), k);
   expect_pairs(sparse, K, M, k);
   expect_pairs(dense, K, M, k);
-  EXPECT_LT(((sparse.lambda - dense.lambda).array() / dense.lambda.array()).abs().maxCoeff(), 1e-11);
+  EXPECT_LT(((sparse.lambda - dense.lambda).array() / dense.lambda.array()).abs().maxCoeff(),
+            1e-11);
 }
 
 TEST(SparseEigenpairs, FreeBodyThroughANegativeShift) {
@@ -71,20 +74,23 @@ TEST(SparseEigenpairs, FreeBodyThroughANegativeShift) {
   EXPECT_GT(pairs.lambda(1), 1e-2);
   const Vector rigid = pairs.Phi.col(0);
   EXPECT_LT((rigid.array() - rigid.mean()).abs().maxCoeff(), 1e-11 * std::abs(rigid.mean()));
-  EXPECT_LT((pairs.lambda - dense_eigenpairs(Matrix(K), Matrix(M), k).lambda).cwiseAbs().maxCoeff(), 1e-11);
+  EXPECT_LT((pairs.lambda - dense_eigenpairs(Matrix(K), Matrix(M), k).lambda).cwiseAbs().maxCoeff(),
+            1e-11);
 }
 
 TEST(SparseEigenpairs, SameBitsTwice) {
   const SparseMatrix K = grid_stiffness(7, true), M = grid_mass(7);
   const SparseCholesky factor(K);
-  const Eigenpairs a = sparse_eigenpairs(K, M, factor, 0, 30), b = sparse_eigenpairs(K, M, factor, 0, 30);
+  const Eigenpairs a = sparse_eigenpairs(K, M, factor, 0, 30),
+                   b = sparse_eigenpairs(K, M, factor, 0, 30);
   EXPECT_EQ(a.lambda, b.lambda);
   EXPECT_EQ(a.Phi, b.Phi);
 }
 
 TEST(SparseEigenpairs, AnInvariantSubspaceIsSurvivedAndSeenByTheInertia) {
-  // Three distinct eigenvalues, 100 copies of each: every Krylov space ends after three blocks, and copies beyond its reach are
-  // missed. What is returned must still be eigenpairs, and the count must tell.
+  // Three distinct eigenvalues, 100 copies of each: every Krylov space ends after three blocks, and
+  // copies beyond its reach are missed. What is returned must still be eigenpairs, and the count
+  // must tell.
   Vector d(300);
   for (Index i = 0; i < 300; ++i) d(i) = 1 + static_cast<double>(i % 3);
   const SparseMatrix K = diagonal_matrix(d), M = identity(300);
@@ -99,14 +105,16 @@ TEST(SparseEigenpairs, NoneAllAndTiny) {
   const SparseMatrix K = grid_stiffness(3, true), M = grid_mass(3);
   const SparseCholesky factor(K);
   EXPECT_EQ(sparse_eigenpairs(K, M, factor, 0, 0).Phi.cols(), 0);
-  for (const Index k : {Index{1}, Index{26}, Index{27}}) expect_pairs(sparse_eigenpairs(K, M, factor, 0, k), K, M, k);
+  for (const Index k : {Index{1}, Index{26}, Index{27}})
+    expect_pairs(sparse_eigenpairs(K, M, factor, 0, k), K, M, k);
   const SparseMatrix one = diagonal_matrix(Vector::Constant(1, 3.0));
   EXPECT_NEAR(sparse_eigenpairs(one, one, SparseCholesky(one), 0, 1).lambda(0), 1, 1e-15);
 }
 
 TEST(DenseEigenpairs, FewAndAllForFullAndDiagonalMass) {
   const Index N = 6, n = N * N * N;
-  const SparseMatrix K = grid_stiffness(N, true), M = grid_mass(N), D = diagonal_matrix(M.diagonal());
+  const SparseMatrix K = grid_stiffness(N, true), M = grid_mass(N),
+                     D = diagonal_matrix(M.diagonal());
   for (const Index k : {Index{0}, Index{1}, Index{5}, Index{50}, Index{100}, n}) {
     expect_pairs(dense_eigenpairs(Matrix(K), Matrix(M), k), K, M, k);
     const Eigenpairs diagonal = dense_eigenpairs(Matrix(K), Vector(M.diagonal()), k);
@@ -115,7 +123,10 @@ TEST(DenseEigenpairs, FewAndAllForFullAndDiagonalMass) {
     EXPECT_LT((diagonal.lambda - full.lambda).lpNorm<1>(), 1e-12 * static_cast<double>(k + 1));
   }
   const Vector exact = grid_eigenvalues(N, true);
-  EXPECT_LT((dense_eigenpairs(Matrix(K), Vector(Vector::Ones(n)), n).lambda - exact).cwiseAbs().maxCoeff(), 1e-12);
+  EXPECT_LT((dense_eigenpairs(Matrix(K), Vector(Vector::Ones(n)), n).lambda - exact)
+                .cwiseAbs()
+                .maxCoeff(),
+            1e-12);
 }
 
 // Threads that shared LAPACK's reflectors got one of ten or so wrong at this size.
@@ -150,8 +161,8 @@ TEST(FixSigns, FirstOfTheLargestIsPositive) {
 }
 
 TEST(SparseEigenpairs, SlenderPartsDoNotAskForMoreThanRoundOffAllows) {
-  // A beam: the lowest of 80 eigenvalues is 4e7 times below the highest, so that 1e-13 of the smallest theta is below the round-off
-  // of the largest.
+  // A beam: the lowest of 80 eigenvalues is 4e7 times below the highest, so that 1e-13 of the
+  // smallest theta is below the round-off of the largest.
   const Index n = 1500, k = 80;
   Triplets entries;
   for (Index i = 0; i < n; ++i) {
@@ -166,13 +177,18 @@ TEST(SparseEigenpairs, SlenderPartsDoNotAskForMoreThanRoundOffAllows) {
   ASSERT_TRUE(pairs.converged);
   EXPECT_EQ(pairs.method, "block lanczos");
   EXPECT_LE(pairs.iterations, 3);
-  const Eigenpairs beyond = sparse_eigenpairs_beyond(M, SparseCholesky(K), pairs.Phi.leftCols(k / 2), k / 2);
+  const Eigenpairs beyond =
+      sparse_eigenpairs_beyond(M, SparseCholesky(K), pairs.Phi.leftCols(k / 2), k / 2);
   ASSERT_TRUE(beyond.converged);
   EXPECT_LE(beyond.iterations, 3);
-  EXPECT_LT((beyond.lambda - pairs.lambda.tail(k / 2)).cwiseQuotient(beyond.lambda).cwiseAbs().maxCoeff(), 1e-8);
-  EXPECT_LT((pairs.Phi.transpose() * pairs.Phi - Matrix::Identity(k, k)).cwiseAbs().maxCoeff(), 1e-12);
+  EXPECT_LT(
+      (beyond.lambda - pairs.lambda.tail(k / 2)).cwiseQuotient(beyond.lambda).cwiseAbs().maxCoeff(),
+      1e-8);
+  EXPECT_LT((pairs.Phi.transpose() * pairs.Phi - Matrix::Identity(k, k)).cwiseAbs().maxCoeff(),
+            1e-12);
   for (Index j = 0; j < k; ++j) {
-    const double root = 2 - 2 * std::cos(std::numbers::pi * static_cast<double>(j + 1) / static_cast<double>(n + 1));
+    const double root = 2 - 2 * std::cos(std::numbers::pi * static_cast<double>(j + 1) /
+                                         static_cast<double>(n + 1));
     EXPECT_NEAR(pairs.lambda[j], root * root, 1e-13) << j;  // |K| = 16
   }
 }
@@ -194,7 +210,8 @@ TEST(SparseEigenpairs, FewAreFoundToTheToleranceWhereFrequenciesAreEnough) {
   const Eigenpairs exact = sparse_eigenpairs(A, M, factor, 0, k);
   PairsWanted wanted;
   wanted.exact = 11;
-  const Eigenpairs pairs = sparse_eigenpairs_beyond(M, factor, Matrix(A.rows(), 0), k, 1e-10, wanted);
+  const Eigenpairs pairs =
+      sparse_eigenpairs_beyond(M, factor, Matrix(A.rows(), 0), k, 1e-10, wanted);
   ASSERT_TRUE(pairs.converged);
   ASSERT_EQ(pairs.lambda.size(), k);
   EXPECT_LT((pairs.lambda - exact.lambda).cwiseQuotient(exact.lambda).cwiseAbs().maxCoeff(), 1e-6);
@@ -217,7 +234,8 @@ TEST(SparseEigenpairs, ChosenOnesAreFoundToTheTolerance) {
   const auto largest = [&](const Matrix& seen) {
     std::vector<Index> order(static_cast<std::size_t>(k));
     std::iota(order.begin(), order.end(), Index{0});
-    std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) { return std::abs(seen(0, a)) > std::abs(seen(0, b)); });
+    std::stable_sort(order.begin(), order.end(),
+                     [&](Index a, Index b) { return std::abs(seen(0, a)) > std::abs(seen(0, b)); });
     order.resize(n_chosen);
     std::sort(order.begin(), order.end());
     return order;
@@ -233,7 +251,8 @@ TEST(SparseEigenpairs, ChosenOnesAreFoundToTheTolerance) {
   ASSERT_TRUE(pairs.converged);
   EXPECT_EQ(pairs.chosen, largest(load.transpose() * exact.Phi));
   EXPECT_LT((pairs.lambda - exact.lambda).cwiseQuotient(exact.lambda).cwiseAbs().maxCoeff(), 1e-6);
-  EXPECT_LT((pairs.Phi.transpose() * pairs.Phi - Matrix::Identity(k, k)).cwiseAbs().maxCoeff(), 1e-12);
+  EXPECT_LT((pairs.Phi.transpose() * pairs.Phi - Matrix::Identity(k, k)).cwiseAbs().maxCoeff(),
+            1e-12);
   for (const Index j : pairs.chosen) {
     EXPECT_NEAR(pairs.lambda(j), exact.lambda(j), 1e-12 * exact.lambda(j)) << j;
     EXPECT_LT((pairs.Phi.col(j) - exact.Phi.col(j)).norm(), 1e-8) << j;
@@ -246,7 +265,8 @@ TEST(LargestEigenvalue, IsAnUpperBoundAndSharp) {
       const SparseMatrix K = grid_stiffness(N, clamped);
       const Vector exact = grid_eigenvalues(N, clamped);
       const double bound = largest_eigenvalue(
-          K.rows(), [&](const Vector& x, Vector& y) { y.noalias() = K * x; }, [](const Vector& x, Vector& y) { y = x / 2; });
+          K.rows(), [&](const Vector& x, Vector& y) { y.noalias() = K * x; },
+          [](const Vector& x, Vector& y) { y = x / 2; });
       const double truth = exact(exact.size() - 1) / 2;
       EXPECT_GE(bound, truth * (1 - 1e-12));
       EXPECT_LE(bound, truth * (1 + 1e-6));
@@ -255,32 +275,40 @@ TEST(LargestEigenvalue, IsAnUpperBoundAndSharp) {
 }
 
 TEST(LargestEigenvalue, DoesNotRiseAboveASpectrumFarFromZero) {
-  // A chain of unlike masses, each held by a spring of its own, with eigenvalues 1 to 1.4: where the mean of a spectrum is far
-  // above its width, vectors and their products with M drift apart by a power of that ratio unless one is made from the other.
+  // A chain of unlike masses, each held by a spring of its own, with eigenvalues 1 to 1.4: where
+  // the mean of a spectrum is far above its width, vectors and their products with M drift apart by
+  // a power of that ratio unless one is made from the other.
   const Index n = 100;
   Matrix K = Matrix::Zero(n, n);
   Vector mass(n);
-  for (Index i = 0; i < n; ++i) mass[i] = 1 + 0.1 * static_cast<double>((7 * i) % 10), K(i, i) = mass[i];
-  for (Index i = 0; i + 1 < n; ++i) K(i, i) += 0.1, K(i + 1, i + 1) += 0.1, K(i, i + 1) -= 0.1, K(i + 1, i) -= 0.1;
+  for (Index i = 0; i < n; ++i)
+    mass[i] = 1 + 0.1 * static_cast<double>((7 * i) % 10), K(i, i) = mass[i];
+  for (Index i = 0; i + 1 < n; ++i)
+    K(i, i) += 0.1, K(i + 1, i + 1) += 0.1, K(i, i + 1) -= 0.1, K(i + 1, i) -= 0.1;
   const Vector root = mass.cwiseSqrt().cwiseInverse();
   const Vector eigen = symmetric_eigenvalues(root.asDiagonal() * K * root.asDiagonal());
   const double truth = eigen[n - 1];
   const double bound = largest_eigenvalue(
-      n, [&](const Vector& x, Vector& y) { y = K * x; }, [&](const Vector& x, Vector& y) { y = x.cwiseQuotient(mass); });
+      n, [&](const Vector& x, Vector& y) { y = K * x; },
+      [&](const Vector& x, Vector& y) { y = x.cwiseQuotient(mass); });
   EXPECT_GE(bound, truth * (1 - 1e-12));
   EXPECT_LE(bound, truth * (1 + 1e-9));
 }
 
 TEST(LargestEigenvalue, CoordinatesOfVeryUnlikeMassesDoNotHideEachOther) {
-  // A chain, and light oscillators on their own that are much slower: of a thousandth of the frequency, of a mass of 1e-60.
+  // A chain, and light oscillators on their own that are much slower: of a thousandth of the
+  // frequency, of a mass of 1e-60.
   const Index n = 30;
   Matrix K = Matrix::Zero(2 * n, 2 * n);
   Vector mass = Vector::Ones(2 * n);
-  for (Index i = 0; i + 1 < n; ++i) K(i, i) += 1, K(i + 1, i + 1) += 1, K(i, i + 1) = K(i + 1, i) = -1;
+  for (Index i = 0; i + 1 < n; ++i)
+    K(i, i) += 1, K(i + 1, i + 1) += 1, K(i, i + 1) = K(i + 1, i) = -1;
   for (Index i = n; i < 2 * n; ++i) mass[i] = 1e-60, K(i, i) = 1e-66 * static_cast<double>(i);
-  const double truth = 2 - 2 * std::cos(std::numbers::pi * static_cast<double>(n - 1) / static_cast<double>(n));
+  const double truth =
+      2 - 2 * std::cos(std::numbers::pi * static_cast<double>(n - 1) / static_cast<double>(n));
   const double bound = largest_eigenvalue(
-      2 * n, [&](const Vector& x, Vector& y) { y = K * x; }, [&](const Vector& x, Vector& y) { y = x.cwiseQuotient(mass); });
+      2 * n, [&](const Vector& x, Vector& y) { y = K * x; },
+      [&](const Vector& x, Vector& y) { y = x.cwiseQuotient(mass); });
   EXPECT_GE(bound, truth * (1 - 1e-12));
   EXPECT_LE(bound, truth * (1 + 1e-6));
 }
@@ -299,16 +327,20 @@ TEST(LargestRitzValue, IsTheSameInAnyUnit) {
   for (const double unit : {1e-300, 1e-30, 1e-3, 1.0, 1e3, 1e9, 1e17, 1e30, 1e150}) {
     const RitzValue ritz = largest_ritz_value(unit * alpha, unit * beta, n);
     EXPECT_NEAR(ritz.value / unit, exact.values[n - 1], 1e-14) << unit;
-    EXPECT_NEAR(ritz.residual / unit, std::abs(beta[n - 1] * exact.vectors(n - 1, n - 1)), 1e-15) << unit;
+    EXPECT_NEAR(ritz.residual / unit, std::abs(beta[n - 1] * exact.vectors(n - 1, n - 1)), 1e-15)
+        << unit;
   }
   EXPECT_TRUE(std::isnan(largest_ritz_value(Vector::Constant(n, NAN), beta, n).value));
 }
 
 TEST(DenseEigenpairsBeside, NullVectorsAreKeptApartFromModesBelowRoundOff) {
-  // Two free chains joined by a spring 1e-14 as stiff as their own: one elastic eigenvalue is lost in round-off.
+  // Two free chains joined by a spring 1e-14 as stiff as their own: one elastic eigenvalue is lost
+  // in round-off.
   const Index n = 24;
   Matrix K = Matrix::Zero(n, n);
-  const auto tie = [&](Index i, double k) { K(i, i) += k, K(i + 1, i + 1) += k, K(i, i + 1) -= k, K(i + 1, i) -= k; };
+  const auto tie = [&](Index i, double k) {
+    K(i, i) += k, K(i + 1, i + 1) += k, K(i, i + 1) -= k, K(i + 1, i) -= k;
+  };
   for (Index i = 0; i + 1 < n; ++i) tie(i, 2 * i + 2 == n ? 1e-14 : 1);
   Matrix M = Matrix::Identity(n, n);
   for (Index i = 0; i + 1 < n; ++i) M(i, i + 1) = M(i + 1, i) = 0.2;
@@ -318,7 +350,8 @@ TEST(DenseEigenpairsBeside, NullVectorsAreKeptApartFromModesBelowRoundOff) {
   const Eigenpairs pairs = dense_eigenpairs_beside(K, M, R);
   ASSERT_TRUE(pairs.converged);
   EXPECT_EQ(pairs.lambda(0), 0);
-  EXPECT_LT((pairs.Phi.transpose() * M * pairs.Phi - Matrix::Identity(n, n)).cwiseAbs().maxCoeff(), 1e-12);
+  EXPECT_LT((pairs.Phi.transpose() * M * pairs.Phi - Matrix::Identity(n, n)).cwiseAbs().maxCoeff(),
+            1e-12);
   EXPECT_LT((pairs.Phi.col(0) - R * pairs.Phi(0, 0)).norm(), 1e-12 * pairs.Phi.col(0).norm());
   const Matrix diagonal = pairs.Phi.transpose() * K * pairs.Phi - Matrix(pairs.lambda.asDiagonal());
   EXPECT_LT(diagonal.cwiseAbs().maxCoeff(), 1e-12 * pairs.lambda(n - 1));
@@ -333,7 +366,8 @@ TEST(DenseEigenpairsBeside, IsTheSameAsWithoutWhereNothingIsClose) {
   ASSERT_TRUE(pairs.converged);
   EXPECT_LT((pairs.lambda - exact).cwiseAbs().maxCoeff(), 1e-13 * exact.maxCoeff());
   EXPECT_LT((K * pairs.Phi - pairs.Phi * pairs.lambda.asDiagonal()).norm(), 1e-12);
-  EXPECT_LT((pairs.Phi.transpose() * pairs.Phi - Matrix::Identity(K.rows(), K.rows())).norm(), 1e-12);
+  EXPECT_LT((pairs.Phi.transpose() * pairs.Phi - Matrix::Identity(K.rows(), K.rows())).norm(),
+            1e-12);
 }
 
 }  // namespace

@@ -17,7 +17,8 @@ SparseMatrix chain_of_nodes(bool lower) {
   Triplets entries;
   for (Index i = 0; i < 9; ++i)
     for (Index j = 0; j < 9; ++j)
-      if (std::abs(i / 3 - j / 3) < 2 && (i >= j || !lower)) entries.emplace_back(i, j, i == j ? 20.0 : -1.0);
+      if (std::abs(i / 3 - j / 3) < 2 && (i >= j || !lower))
+        entries.emplace_back(i, j, i == j ? 20.0 : -1.0);
   SparseMatrix A(9, 9);
   A.setFromTriplets(entries.begin(), entries.end());
   return A;

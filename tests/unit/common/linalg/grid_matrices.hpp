@@ -13,8 +13,9 @@ namespace cbr::test {
 
 using Triplets = std::vector<Eigen::Triplet<double, Index>>;
 
-// Every point is tied to its up to six neighbours by unit springs; `clamped`: those that are missing hold on to a wall, so that
-// the eigenvalues are sums of 2 - 2 cos(i pi / (N + 1)), i = 1..N; else free, 2 - 2 cos(i pi / N), i = 0..N-1.
+// Every point is tied to its up to six neighbours by unit springs; `clamped`: those that are
+// missing hold on to a wall, so that the eigenvalues are sums of 2 - 2 cos(i pi / (N + 1)), i
+// = 1..N; else free, 2 - 2 cos(i pi / N), i = 0..N-1.
 inline SparseMatrix grid_stiffness(Index N, bool clamped) {
   const auto at = [N](Index x, Index y, Index z) { return x + N * (y + N * z); };
   Triplets entries;
@@ -22,7 +23,8 @@ inline SparseMatrix grid_stiffness(Index N, bool clamped) {
     for (Index y = 0; y < N; ++y) {
       for (Index x = 0; x < N; ++x) {
         double diagonal = 0;
-        const Index neighbours[6][3] = {{x - 1, y, z}, {x + 1, y, z}, {x, y - 1, z}, {x, y + 1, z}, {x, y, z - 1}, {x, y, z + 1}};
+        const Index neighbours[6][3] = {{x - 1, y, z}, {x + 1, y, z}, {x, y - 1, z},
+                                        {x, y + 1, z}, {x, y, z - 1}, {x, y, z + 1}};
         for (const auto& p : neighbours) {
           const bool inside = std::min({p[0], p[1], p[2]}) >= 0 && std::max({p[0], p[1], p[2]}) < N;
           if (inside) entries.emplace_back(at(x, y, z), at(p[0], p[1], p[2]), -1.0);
@@ -40,12 +42,14 @@ inline SparseMatrix grid_stiffness(Index N, bool clamped) {
 inline Vector grid_eigenvalues(Index N, bool clamped) {
   Vector line(N);
   for (Index i = 0; i < N; ++i) {
-    const double angle = std::numbers::pi * (clamped ? static_cast<double>(i + 1) / static_cast<double>(N + 1)
-                                                     : static_cast<double>(i) / static_cast<double>(N));
+    const double angle =
+        std::numbers::pi * (clamped ? static_cast<double>(i + 1) / static_cast<double>(N + 1)
+                                    : static_cast<double>(i) / static_cast<double>(N));
     line(i) = 2 - 2 * std::cos(angle);
   }
   Vector lambda(N * N * N);
-  for (Index i = 0; i < lambda.size(); ++i) lambda(i) = line(i % N) + line(i / N % N) + line(i / (N * N));
+  for (Index i = 0; i < lambda.size(); ++i)
+    lambda(i) = line(i % N) + line(i / N % N) + line(i / (N * N));
   std::sort(lambda.begin(), lambda.end());
   return lambda;
 }
@@ -69,7 +73,8 @@ inline SparseMatrix grid_mass(Index N) {
 
 inline Matrix random_like(Index rows, Index columns, double seed) {
   Matrix B(rows, columns);
-  for (Index i = 0; i < B.size(); ++i) B.data()[i] = std::sin(seed + 12.9898 * static_cast<double>(i * i % 7919));
+  for (Index i = 0; i < B.size(); ++i)
+    B.data()[i] = std::sin(seed + 12.9898 * static_cast<double>(i * i % 7919));
   return B;
 }
 

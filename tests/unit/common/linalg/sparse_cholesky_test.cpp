@@ -13,7 +13,9 @@
 namespace cbr::test {
 namespace {
 
-double residual(const SparseMatrix& A, const Matrix& X, const Matrix& B) { return (A * X - B).norm() / B.norm(); }
+double residual(const SparseMatrix& A, const Matrix& X, const Matrix& B) {
+  return (A * X - B).norm() / B.norm();
+}
 
 TEST(SparseCholesky, SolvesOneManyAndSparseRightHandSides) {
   const SparseMatrix A = grid_stiffness(9, true);
@@ -86,7 +88,8 @@ TEST(SparseCholesky, WideSupernodesAreCutIntoPieces) {
   for (const double sigma : {0.5, 1.2345, 1.8765, 2.5}) {
     // By the inertia of [D - sigma, u; u^T, -1], eliminated from either end
     const Vector d = D.array() - sigma;
-    const Index expected = (d.array() < 0).count() + (1 + u.cwiseAbs2().cwiseQuotient(d).sum() > 0 ? 1 : 0) - 1;
+    const Index expected =
+        (d.array() < 0).count() + (1 + u.cwiseAbs2().cwiseQuotient(d).sum() > 0 ? 1 : 0) - 1;
     EXPECT_EQ(negative_inertia(shifted(sigma)), expected);
     EXPECT_EQ(negative_inertia(shifted(sigma), &factor), expected);
   }
@@ -107,7 +110,8 @@ TEST(SparseCholesky, SameMatrixSameBits) {
 
 TEST(SparseCholesky, LargeFactorisationsTellHowFarTheyAre) {
   std::vector<double> told;
-  const SparseCholesky factor(grid_stiffness(22, true), {}, [&](double share) { told.push_back(share); });
+  const SparseCholesky factor(grid_stiffness(22, true), {},
+                              [&](double share) { told.push_back(share); });
   ASSERT_TRUE(factor.ok());
   ASSERT_GT(factor.flops(), 2e8);  // so large that it goes front by front
   ASSERT_GT(told.size(), 2u);
@@ -150,7 +154,8 @@ SparseMatrix with_three_dofs(const SparseMatrix& K) {
   for (Index j = 0; j < K.cols(); ++j)
     for (SparseMatrix::InnerIterator it(K, j); it; ++it)
       for (Index a = 0; a < 3; ++a)
-        for (Index b = 0; b < 3; ++b) entries.emplace_back(3 * it.row() + a, 3 * j + b, coupling(a, b) * it.value());
+        for (Index b = 0; b < 3; ++b)
+          entries.emplace_back(3 * it.row() + a, 3 * j + b, coupling(a, b) * it.value());
   SparseMatrix A(3 * K.rows(), 3 * K.cols());
   A.setFromTriplets(entries.begin(), entries.end());
   return A;
@@ -220,7 +225,8 @@ TEST(SparseCholesky, WhatIsNotLastMayBeFineWhereTheWholeIsNot) {
   EXPECT_EQ(SparseCholesky(free, {}).leading().n_rows(), free.rows());
 }
 
-// A matrix that is large enough is factored front by front, but by CHOLMOD where only one triangle is stored.
+// A matrix that is large enough is factored front by front, but by CHOLMOD where only one triangle
+// is stored.
 TEST(SparseCholesky, FrontsGiveCholmodsFactor) {
   const SparseMatrix A = grid_stiffness(24, true), lower = A.triangularView<Eigen::Lower>();
   const Matrix B = random_like(A.rows(), 9, 0.3);
@@ -233,7 +239,8 @@ TEST(SparseCholesky, FrontsGiveCholmodsFactor) {
     const SparseCholesky factor(A);
     ASSERT_TRUE(factor.ok());
     EXPECT_EQ(factor.n_nonzeros(), by_cholmod.n_nonzeros());
-    EXPECT_NEAR(factor.smallest_pivot(), by_cholmod.smallest_pivot(), 1e-10 * by_cholmod.smallest_pivot());
+    EXPECT_NEAR(factor.smallest_pivot(), by_cholmod.smallest_pivot(),
+                1e-10 * by_cholmod.smallest_pivot());
     set_threads(1);
     const Matrix Y = factor.solve(B);
     EXPECT_LT((Y - X).norm(), 1e-12 * X.norm()) << threads;
@@ -271,11 +278,13 @@ TEST(SparseCholesky, FrontsKeepTheLastRowsLast) {
   EXPECT_LT(residual(inside, leading.solve(b), b), 1e-13);
 }
 
-// K and M of a face and a node far from it, condensed front by front, beside dense matrices; and the factor of the rest.
+// K and M of a face and a node far from it, condensed front by front, beside dense matrices; and
+// the factor of the rest.
 TEST(SparseCholesky, CondensesToTheLastRows) {
   const Index N = 9;
   for (const bool consistent : {false, true}) {
-    const SparseMatrix K = grid_stiffness(N, true), all = grid_mass(N), M = consistent ? all : diagonal_matrix(Matrix(all).diagonal());
+    const SparseMatrix K = grid_stiffness(N, true), all = grid_mass(N),
+                       M = consistent ? all : diagonal_matrix(Matrix(all).diagonal());
     std::vector<Index> last, first;
     for (Index i = 0; i < K.rows(); ++i) (i < N * N || i == 600 ? last : first).push_back(i);
     Condensed condensed;

@@ -28,7 +28,8 @@ TEST(Supernodal, PanelsGoInAndOutUnchanged) {
 }
 
 TEST(Supernodal, FactorTimesItsTransposeIsTheMatrix) {
-  // A X = B with X known: L^-1 (P A X) = L^T (P X) is checked by going back, for panels above and below the small products' slabs.
+  // A X = B with X known: L^-1 (P A X) = L^T (P X) is checked by going back, for panels above and
+  // below the small products' slabs.
   const SparseMatrix A = grid_stiffness(10, true);
   const SparseCholesky factor(A);
   const auto& tree = factor.tree();

@@ -20,7 +20,9 @@ Vector3 point(const Points& X, int i) { return X.row(i).transpose(); }
 Vector3 vector_area(const Points& X, const std::vector<int>& face, int corners) {
   Vector3 area = Vector3::Zero();
   for (int i = 1; i + 1 < corners; ++i)
-    area += 0.5 * (point(X, face[i]) - point(X, face[0])).cross(point(X, face[i + 1]) - point(X, face[0]));
+    area +=
+        0.5 *
+        (point(X, face[i]) - point(X, face[0])).cross(point(X, face[i + 1]) - point(X, face[0]));
   return area;
 }
 
@@ -28,7 +30,8 @@ TEST(ElementType, countsAgreeWithTheFigures) {
   for (const auto type : all_types) {
     SCOPED_TRACE(name(type));
     EXPECT_EQ(static_cast<std::size_t>(n_nodes(type)), test::node_corners(type).size());
-    EXPECT_EQ(name(type).find_last_not_of("0123456789") + 1, name(type).size() - std::to_string(n_nodes(type)).size());
+    EXPECT_EQ(name(type).find_last_not_of("0123456789") + 1,
+              name(type).size() - std::to_string(n_nodes(type)).size());
     EXPECT_EQ(dimension(type) == 2, n_sides(type) == 0);
   }
 }
@@ -77,7 +80,10 @@ TEST(ElementType, midSideNodesLieBetweenTheCornersOfTheirSide) {
       const auto n_amid = std::min(face.size(), static_cast<std::size_t>(2 * corners));
       for (std::size_t m = corners; m < n_amid; ++m) {
         const int i = static_cast<int>(m) - corners;
-        EXPECT_LT((point(X, face[m]) - 0.5 * (point(X, face[i]) + point(X, face[(i + 1) % corners]))).norm(), 1e-15);
+        EXPECT_LT(
+            (point(X, face[m]) - 0.5 * (point(X, face[i]) + point(X, face[(i + 1) % corners])))
+                .norm(),
+            1e-15);
       }
       if (face.size() == 9) {
         Vector3 centre = Vector3::Zero();
@@ -105,7 +111,8 @@ TEST(ElementType, mirroredOrderMakesAReflectedElementRightHandedAndKeepsMidSideN
     std::set<int> sides;
     for (int s = 1; s <= n_sides(type); ++s) {
       const auto& face = side_nodes(type, s);
-      EXPECT_GT(vector_area(Y, face, n_corners(side_kind(type, s))).dot(point(Y, face[0]) - center), 0);
+      EXPECT_GT(vector_area(Y, face, n_corners(side_kind(type, s))).dot(point(Y, face[0]) - center),
+                0);
       // Same geometric face before and after.
       Vector3 before = Vector3::Zero(), after = Vector3::Zero();
       for (const int n : face) before += point(X, n);

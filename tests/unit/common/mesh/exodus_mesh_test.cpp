@@ -15,8 +15,8 @@ namespace {
 using test::Folder;
 using test::message_of;
 
-// Two hexes, a quadrilateral shell and an empty block as another program might write them: any format, either way of
-// coordinates, any spelling, no maps, no names.
+// Two hexes, a quadrilateral shell and an empty block as another program might write them: any
+// format, either way of coordinates, any spelling, no maps, no names.
 struct Foreign {
   int mode = NC_CLASSIC_MODEL;
   bool joint_coordinates = false;
@@ -36,20 +36,27 @@ struct Foreign {
     };
     const auto var = [&](const std::string& name, int type, std::vector<int> dims) {
       int id = -1;
-      if (name != leave_out) ok(nc_def_var(f, name.c_str(), type, static_cast<int>(dims.size()), dims.data(), &id));
+      if (name != leave_out)
+        ok(nc_def_var(f, name.c_str(), type, static_cast<int>(dims.size()), dims.data(), &id));
       return id;
     };
     const int d = dim("num_dim", 3), n = dim("num_nodes", 12);
     dim("num_elem", 3);
-    const int nb = dim("num_el_blk", 3), rows = dim("num_el_in_blk1", 2), cols = dim("num_nod_per_el1", 8);
-    const int rows3 = dim("num_el_in_blk3", 1), cols3 = dim("num_nod_per_el3", 4), ns = dim("num_side_sets", 2);
+    const int nb = dim("num_el_blk", 3), rows = dim("num_el_in_blk1", 2),
+              cols = dim("num_nod_per_el1", 8);
+    const int rows3 = dim("num_el_in_blk3", 1), cols3 = dim("num_nod_per_el3", 4),
+              ns = dim("num_side_sets", 2);
     const int sides = dim("num_side_ss1", 2);
-    const int ids = var("eb_prop1", NC_INT, {nb}), status = var("eb_status", NC_INT, {nb}), set_ids = var("ss_prop1", NC_INT, {ns});
+    const int ids = var("eb_prop1", NC_INT, {nb}), status = var("eb_status", NC_INT, {nb}),
+              set_ids = var("ss_prop1", NC_INT, {ns});
     const int joint = joint_coordinates ? var("coord", NC_FLOAT, {d, n}) : -1;
     std::array<int, 3> xyz{};
-    for (std::size_t c = 0; c < 3 && !joint_coordinates; ++c) xyz[c] = var(std::string("coord") + "xyz" [c], NC_DOUBLE, { n });
-    const int c1 = var("connect1", NC_INT, {rows, cols}), c3 = var("connect3", NC_INT, {rows3, cols3});
-    const int elements = var("elem_ss1", NC_INT, {sides}), numbers = var("side_ss1", NC_INT, {sides});
+    for (std::size_t c = 0; c < 3 && !joint_coordinates; ++c)
+      xyz[c] = var(std::string("coord") + "xyz" [c], NC_DOUBLE, { n });
+    const int c1 = var("connect1", NC_INT, {rows, cols}),
+              c3 = var("connect3", NC_INT, {rows3, cols3});
+    const int elements = var("elem_ss1", NC_INT, {sides}),
+              numbers = var("side_ss1", NC_INT, {sides});
     if (c1 >= 0) ok(nc_put_att_text(f, c1, "elem_type", hex.size(), hex.c_str()));
     ok(nc_put_att_text(f, c3, "elem_type", shell.size(), shell.c_str()));
     ok(nc_enddef(f));
@@ -64,7 +71,8 @@ struct Foreign {
     }
     if (joint >= 0) ok(nc_put_var_double(f, joint, all.data()));
     std::vector<int> nodes;
-    for (const Index node : brick.blocks[0].connectivity.reshaped<Eigen::RowMajor>()) nodes.push_back(static_cast<int>(node) + 1);
+    for (const Index node : brick.blocks[0].connectivity.reshaped<Eigen::RowMajor>())
+      nodes.push_back(static_cast<int>(node) + 1);
     if (bad_node != 0) nodes.back() = bad_node;
     put(f, c1, nodes);
     put(f, c3, {9, 10, 12, 11});
@@ -81,7 +89,8 @@ struct Foreign {
 TEST(ExodusMesh, readsEveryFlavour) {
   const Folder folder;
   const Mesh brick = test::brick(1, 1, 2);
-  for (const int mode : {NC_CLASSIC_MODEL, NC_64BIT_OFFSET, NC_NETCDF4, NC_NETCDF4 | NC_CLASSIC_MODEL})
+  for (const int mode :
+       {NC_CLASSIC_MODEL, NC_64BIT_OFFSET, NC_NETCDF4, NC_NETCDF4 | NC_CLASSIC_MODEL})
     for (const bool joint : {false, true})
       for (const char* word : {"HEX", "HEX8", "hex", "Hexahedron"}) {
         Foreign foreign{mode, joint, word, "shell4", 0, 0, ""};
@@ -96,7 +105,8 @@ TEST(ExodusMesh, readsEveryFlavour) {
         EXPECT_EQ(mesh.blocks[1].type, ElementType::quad4);
         EXPECT_EQ(mesh.blocks[1].element_ids, std::vector<Index>{3});
         ASSERT_EQ(mesh.sidesets.size(), 2U);
-        EXPECT_EQ(mesh.sidesets[find_sideset(mesh, "5")].sides, (std::vector<Side>{{0, 0, 5}, {0, 1, 6}}));
+        EXPECT_EQ(mesh.sidesets[find_sideset(mesh, "5")].sides,
+                  (std::vector<Side>{{0, 0, 5}, {0, 1, 6}}));
         EXPECT_TRUE(mesh.sidesets[find_sideset(mesh, "surface_6")].sides.empty());
       }
 }
@@ -156,10 +166,12 @@ TEST(ExodusMesh, faultsAreNamed) {
     fault({mode, false, "HEX", "SHELL", 13, 0, ""}, "connect1: node number 13");
     fault({mode, false, "HEX", "SHELL", -1, 0, ""}, "connect1: node number -1");
     fault({mode, false, "HEX", "SHELL", 0, 4, ""}, "elem_ss1: element number 4");
-    for (const char* name : {"coordy", "connect1", "elem_ss1", "side_ss1"}) fault({mode, false, "HEX", "SHELL", 0, 0, name}, name);
+    for (const char* name : {"coordy", "connect1", "elem_ss1", "side_ss1"})
+      fault({mode, false, "HEX", "SHELL", 0, 0, name}, name);
   }
   test::write_text(folder / "g.exo", "solid cube\n");
-  EXPECT_NE(message_of([&] { read_mesh(folder / "g.exo"); }).find("not an Exodus II"), std::string::npos);
+  EXPECT_NE(message_of([&] { read_mesh(folder / "g.exo"); }).find("not an Exodus II"),
+            std::string::npos);
   test::write_text(folder / "g.exo", "");
   EXPECT_NE(message_of([&] { read_mesh(folder / "g.exo"); }), "");
 }
@@ -200,8 +212,10 @@ TEST(ExodusMesh, flippedBytesNeverCrash) {
 
 TEST(ExodusMesh, readsASierraFile) {
   const char* set = std::getenv("CBR_SHARED_DATA");
-  const auto file = std::filesystem::path(set != nullptr ? set : CBR_SOURCE_DIR "/../shared/data") / "sierra" / "block_1-eig.exo";
-  if (!std::filesystem::exists(file)) GTEST_SKIP() << "no folder of Sierra's files (set CBR_SHARED_DATA)";
+  const auto file = std::filesystem::path(set != nullptr ? set : CBR_SOURCE_DIR "/../shared/data") /
+                    "sierra" / "block_1-eig.exo";
+  if (!std::filesystem::exists(file))
+    GTEST_SKIP() << "no folder of Sierra's files (set CBR_SHARED_DATA)";
   const Mesh mesh = read_mesh(file);
   EXPECT_EQ(mesh.coordinates.rows(), 525);
   ASSERT_EQ(mesh.blocks.size(), 1U);

@@ -25,8 +25,8 @@ struct Recipe {
   bool binary = false;
 };
 
-// A box [0,2] x [0,1] x [0,1] in two halves: volumes "left", "right"; surfaces "x_max", "outer" (six faces, x_max among them),
-// "inner" (between the halves); curve "edge" and point "corner".
+// A box [0,2] x [0,1] x [0,1] in two halves: volumes "left", "right"; surfaces "x_max", "outer"
+// (six faces, x_max among them), "inner" (between the halves); curve "edge" and point "corner".
 void make_box(const Recipe& recipe, const std::filesystem::path& file) {
   gmsh::initialize(0, nullptr, false);
   gmsh::option::setNumber("General.Terminal", 0);
@@ -45,7 +45,8 @@ void make_box(const Recipe& recipe, const std::filesystem::path& file) {
   group(3, {left[1].second}, "left");
   group(3, {right[1].second}, "right");
   std::vector<int> outer = {area[1].second, right[0].second};
-  for (std::size_t i = 2; i < 6; ++i) outer.push_back(left[i].second), outer.push_back(right[i].second);
+  for (std::size_t i = 2; i < 6; ++i)
+    outer.push_back(left[i].second), outer.push_back(right[i].second);
   group(2, {right[0].second}, "x_max");
   group(2, outer, "outer");
   group(2, {left[0].second}, "inner");
@@ -79,7 +80,9 @@ Vector3 vector_area(const Mesh& mesh, const Sideset& set) {
   Vector3 area = Vector3::Zero();
   for (Index f = 0; f < surface.n_faces(); ++f)
     for (Index i = 1; i + 1 < n_corners(surface.kind); ++i) {
-      const auto p = [&](Index j) -> Vector3 { return mesh.coordinates.row(surface.faces(f, j)).transpose(); };
+      const auto p = [&](Index j) -> Vector3 {
+        return mesh.coordinates.row(surface.faces(f, j)).transpose();
+      };
       area += 0.5 * (p(i) - p(0)).cross(p(i + 1) - p(0));
     }
   return area;
@@ -88,7 +91,8 @@ Vector3 vector_area(const Mesh& mesh, const Sideset& set) {
 TEST(GmshMesh, readsWhatGmshWritesInEveryFormat) {
   const Folder folder;
   for (const auto& recipe : recipes()) {
-    SCOPED_TRACE(recipe.name + (recipe.binary ? " binary " : " text ") + std::to_string(recipe.version));
+    SCOPED_TRACE(recipe.name + (recipe.binary ? " binary " : " text ") +
+                 std::to_string(recipe.version));
     make_box(recipe, folder / "box.msh");
     const Mesh mesh = read_mesh(folder / "box.msh");
     ASSERT_EQ(mesh.blocks.size(), 2U);
@@ -97,18 +101,26 @@ TEST(GmshMesh, readsWhatGmshWritesInEveryFormat) {
     for (const auto& block : mesh.blocks) {
       EXPECT_EQ(name(block.type), recipe.name);
       const Index per_cube = recipe.recombine ? 1 : 6;
-      EXPECT_GE(block.connectivity.rows(), (block.name == "left" ? 8 : 4) * std::min<Index>(per_cube, 5));
+      EXPECT_GE(block.connectivity.rows(),
+                (block.name == "left" ? 8 : 4) * std::min<Index>(per_cube, 5));
       // Mid-side nodes really lie where the Exodus order says.
       for (Index e = 0; e < block.connectivity.rows(); ++e) {
         Points X(block.connectivity.cols(), 3);
-        for (Index i = 0; i < X.rows(); ++i) X.row(i) = mesh.coordinates.row(block.connectivity(e, i));
-        EXPECT_LT((test::element_points(block.type, X.topRows(n_corners(block.type))) - X).cwiseAbs().maxCoeff(), 1e-11);
+        for (Index i = 0; i < X.rows(); ++i)
+          X.row(i) = mesh.coordinates.row(block.connectivity(e, i));
+        EXPECT_LT((test::element_points(block.type, X.topRows(n_corners(block.type))) - X)
+                      .cwiseAbs()
+                      .maxCoeff(),
+                  1e-11);
       }
     }
     ASSERT_EQ(mesh.sidesets.size(), 3U);
-    EXPECT_LT((vector_area(mesh, mesh.sidesets[find_sideset(mesh, "x_max")]) - Vector3(1, 0, 0)).norm(), 1e-12);
+    EXPECT_LT(
+        (vector_area(mesh, mesh.sidesets[find_sideset(mesh, "x_max")]) - Vector3(1, 0, 0)).norm(),
+        1e-12);
     EXPECT_LT(vector_area(mesh, mesh.sidesets[find_sideset(mesh, "outer")]).norm(), 1e-12);
-    EXPECT_NEAR(std::abs(vector_area(mesh, mesh.sidesets[find_sideset(mesh, "inner")]).x()), 1, 1e-12);
+    EXPECT_NEAR(std::abs(vector_area(mesh, mesh.sidesets[find_sideset(mesh, "inner")]).x()), 1,
+                1e-12);
     const auto x_max = set_nodes(mesh, "x_max");
     for (const Index node : x_max) EXPECT_EQ(mesh.coordinates(node, 0), 2);
     EXPECT_EQ(set_nodes(mesh, "edge").size(), recipe.order == 1 ? 3U : 5U);
@@ -122,7 +134,8 @@ TEST(GmshMesh, everyFormatGivesTheSameMesh) {
   const Folder folder;
   make_box({"hex20", true, 2, true, 4.1, false}, folder / "a.msh");
   make_box({"hex20", true, 2, true, 4.1, true}, folder / "b.msh");
-  test::expect_equal(read_mesh(folder / "a.msh"), read_mesh(folder / "b.msh"), 1e-15);  // gmsh writes 16 digits
+  // gmsh writes 16 digits
+  test::expect_equal(read_mesh(folder / "a.msh"), read_mesh(folder / "b.msh"), 1e-15);
 }
 
 TEST(GmshMesh, writtenAndReadBackIsTheSame) {
@@ -153,10 +166,12 @@ TEST(GmshMesh, gmshReadsWhatWeWrite) {
     int type = 0;
     gmsh::model::mesh::getElement(static_cast<std::size_t>(block.element_ids[0]), type, nodes);
     EXPECT_EQ(static_cast<Index>(nodes.size()), block.connectivity.cols());
-    // gmsh's own notion of the element: no inverted Jacobian at any point where it looks. Wrong mid-side nodes fold it.
+    // gmsh's own notion of the element: no inverted Jacobian at any point where it looks. Wrong
+    // mid-side nodes fold it.
     std::vector<double> jacobians, determinants, points, at, weights;
     gmsh::model::mesh::getIntegrationPoints(type, "Gauss4", at, weights);
-    gmsh::model::mesh::getJacobian(static_cast<std::size_t>(block.element_ids[0]), at, jacobians, determinants, points);
+    gmsh::model::mesh::getJacobian(static_cast<std::size_t>(block.element_ids[0]), at, jacobians,
+                                   determinants, points);
     double volume = 0, least = 1;
     for (std::size_t i = 0; i < determinants.size(); ++i)
       volume += weights[i] * determinants[i], least = std::min(least, determinants[i]);
@@ -200,19 +215,25 @@ TEST(GmshMesh, overlappingSidesetsAndSkinsSurviveTheRoundTrip) {
   mesh.sidesets.push_back(both);
   mesh.sidesets.push_back({"x_max again", 8, mesh.sidesets[1].sides});
   const Surface contact = extract_surface(mesh, mesh.sidesets[1]);
-  mesh.blocks.push_back({"skin.x_max", 20, ElementType::quad4, contact.faces, {101, 102, 103, 104}});
+  mesh.blocks.push_back(
+      {"skin.x_max", 20, ElementType::quad4, contact.faces, {101, 102, 103, 104}});
   mesh.nodesets = {{"a", 1, {0, 1, 5}}, {"b", 2, {1, 5, 9}}, {"x_max", 3, {4}}};
   write_mesh(mesh, folder / "brick.msh");
   test::expect_equal(mesh, read_mesh(folder / "brick.msh"));
 }
 
-// Two cubes in format 2.2 as other tools write it: all faces carry one geometrical tag, groups differ.
+// Two cubes in format 2.2 as other tools write it: all faces carry one geometrical tag, groups
+// differ.
 std::string old_file() {
-  return "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n2\n2 1 \"low\"\n3 5 \"solid\"\n$EndPhysicalNames\n"
-         "$Nodes\n12\n1 0 0 0\n2 1 0 0\n3 1 1 0\n4 0 1 0\n5 0 0 1\n6 1 0 1\n7 1 1 1\n8 0 1 1\n9 0 0 2\n10 1 0 2\n11 1 1 2\n12 0 1 "
+  return "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n2\n2 1 \"low\"\n3 5 "
+         "\"solid\"\n$EndPhysicalNames\n"
+         "$Nodes\n12\n1 0 0 0\n2 1 0 0\n3 1 1 0\n4 0 1 0\n5 0 0 1\n6 1 0 1\n7 1 1 1\n8 0 1 1\n9 0 "
+         "0 2\n10 1 0 2\n11 1 1 2\n12 0 1 "
          "2\n"
-         "$EndNodes\n$Elements\n7\n1 3 2 1 1 1 2 3 4\n2 3 2 2 1 9 10 11 12\n3 3 2 2 1 1 2 3 4\n4 3 2 3 1 5 6 7 8\n"
-         "10 5 2 5 1 1 2 3 4 5 6 7 8\n11 5 2 5 1 5 6 7 8 9 10 11 12\n12 5 2 6 1 5 6 7 8 9 10 11 12\n$EndElements\n";
+         "$EndNodes\n$Elements\n7\n1 3 2 1 1 1 2 3 4\n2 3 2 2 1 9 10 11 12\n3 3 2 2 1 1 2 3 4\n4 3 "
+         "2 3 1 5 6 7 8\n"
+         "10 5 2 5 1 1 2 3 4 5 6 7 8\n11 5 2 5 1 5 6 7 8 9 10 11 12\n12 5 2 6 1 5 6 7 8 9 10 11 "
+         "12\n$EndElements\n";
 }
 
 TEST(GmshMesh, format2KeepsTheGroupOfEachElement) {
@@ -223,7 +244,8 @@ TEST(GmshMesh, format2KeepsTheGroupOfEachElement) {
   EXPECT_EQ(mesh.blocks[0].element_ids, (std::vector<Index>{10, 11}));
   ASSERT_EQ(mesh.sidesets.size(), 3U);
   EXPECT_EQ(mesh.sidesets[find_sideset(mesh, "low")].sides, (std::vector<Side>{{0, 0, 5}}));
-  EXPECT_EQ(mesh.sidesets[find_sideset(mesh, "2")].sides, (std::vector<Side>{{0, 1, 6}, {0, 0, 5}}));
+  EXPECT_EQ(mesh.sidesets[find_sideset(mesh, "2")].sides,
+            (std::vector<Side>{{0, 1, 6}, {0, 0, 5}}));
   // Between the cubes: the face's node order looks up, out of the lower cube.
   EXPECT_EQ(mesh.sidesets[find_sideset(mesh, "surface_3")].sides, (std::vector<Side>{{0, 0, 6}}));
 }
@@ -264,7 +286,9 @@ TEST(GmshMesh, refusesByName) {
   has(fault(replaced(old_file(), "$Nodes\n12", "$Nodes\n99999999999")), "$Nodes");
   has(fault(replaced(old_file(), "$Elements\n7", "$Elements\n8")), "$Elements");
   has(fault(replaced(old_file(), "10 5 2 5 1 1 2 3 4 5 6 7 8", "10 5 2 5 1 1 2 3 4 5 6 7 x")), "x");
-  has(fault(replaced(old_file(), "10 5 2 5 1 1 2 3 4 5 6 7 8", "10 13 2 5 1 1 2 3 4 5 6 7 8 9 10 11 12 1 2 3 4 5 6")), "Prism 18");
+  has(fault(replaced(old_file(), "10 5 2 5 1 1 2 3 4 5 6 7 8",
+                     "10 13 2 5 1 1 2 3 4 5 6 7 8 9 10 11 12 1 2 3 4 5 6")),
+      "Prism 18");
   // Half of a surface on the solid, half not.
   has(fault(replaced(old_file(), "2 3 2 2 1 9 10 11 12", "2 3 2 1 1 9 10 2 12")), "'low'");
   EXPECT_EQ(folder.n_files(), 1U);

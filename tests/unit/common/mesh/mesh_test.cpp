@@ -30,7 +30,8 @@ TEST(Mesh, namesWhatThereIsWhenASetIsMissing) {
   Mesh mesh = test::brick(1, 1, 1);
   mesh.nodesets = {{"clamp", 7, {3}}};
   const auto message = message_of([&] { set_nodes(mesh, "x_mx"); });
-  for (const char* part : {"'x_mx'", "did you mean 'x_max'", "x_min, x_max (sidesets)", "clamp (nodesets)"})
+  for (const char* part :
+       {"'x_mx'", "did you mean 'x_max'", "x_min, x_max (sidesets)", "clamp (nodesets)"})
     EXPECT_NE(message.find(part), std::string::npos) << message;
 }
 
@@ -52,14 +53,24 @@ TEST(Mesh, checkNamesTheFault) {
     damage(mesh);
     return message_of([&] { check_mesh(mesh, "zoo.msh"); });
   };
-  EXPECT_NE(fault([](Mesh& m) { m.node_ids[3] = m.node_ids[1]; }).find("zoo.msh: node id 8 is used twice"), std::string::npos);
-  EXPECT_NE(fault([](Mesh& m) { m.blocks[1].element_ids[0] = 1000; }).find("element id 1000"), std::string::npos);
-  EXPECT_NE(fault([](Mesh& m) { m.coordinates(4, 1) = std::numeric_limits<double>::quiet_NaN(); }).find("node 17"),
+  EXPECT_NE(fault([](Mesh& m) {
+              m.node_ids[3] = m.node_ids[1];
+            }).find("zoo.msh: node id 8 is used twice"),
             std::string::npos);
-  EXPECT_NE(fault([](Mesh& m) { m.blocks[9].connectivity(0, 3) = 5000; }).find("hex8"), std::string::npos);
-  EXPECT_NE(fault([](Mesh& m) { m.sidesets[0].sides[0].side = 9; }).find("'all sides': side 9"), std::string::npos);
-  EXPECT_NE(fault([](Mesh& m) { m.nodesets[0].nodes[0] = -1; }).find("'corners'"), std::string::npos);
-  EXPECT_NE(fault([](Mesh& m) { m.sidesets[1].name = "all sides"; }).find("two sidesets"), std::string::npos);
+  EXPECT_NE(fault([](Mesh& m) { m.blocks[1].element_ids[0] = 1000; }).find("element id 1000"),
+            std::string::npos);
+  EXPECT_NE(fault([](Mesh& m) {
+              m.coordinates(4, 1) = std::numeric_limits<double>::quiet_NaN();
+            }).find("node 17"),
+            std::string::npos);
+  EXPECT_NE(fault([](Mesh& m) { m.blocks[9].connectivity(0, 3) = 5000; }).find("hex8"),
+            std::string::npos);
+  EXPECT_NE(fault([](Mesh& m) { m.sidesets[0].sides[0].side = 9; }).find("'all sides': side 9"),
+            std::string::npos);
+  EXPECT_NE(fault([](Mesh& m) { m.nodesets[0].nodes[0] = -1; }).find("'corners'"),
+            std::string::npos);
+  EXPECT_NE(fault([](Mesh& m) { m.sidesets[1].name = "all sides"; }).find("two sidesets"),
+            std::string::npos);
 }
 
 }  // namespace

@@ -20,11 +20,13 @@
 namespace cbr::test {
 
 inline constexpr std::array<ElementType, 12> all_types = {
-    ElementType::tri3,  ElementType::tri6,     ElementType::quad4,  ElementType::quad8, ElementType::quad9, ElementType::tet4,
-    ElementType::tet10, ElementType::pyramid5, ElementType::wedge6, ElementType::hex8,  ElementType::hex20, ElementType::hex27};
+    ElementType::tri3,   ElementType::tri6, ElementType::quad4, ElementType::quad8,
+    ElementType::quad9,  ElementType::tet4, ElementType::tet10, ElementType::pyramid5,
+    ElementType::wedge6, ElementType::hex8, ElementType::hex20, ElementType::hex27};
 
-// Each node of an element as the corners that it is the mean of: the geometry behind a node order, written down apart from
-// the tables under test. From the figures of the Exodus II manual, numbers from 0.
+// Each node of an element as the corners that it is the mean of: the geometry behind a node order,
+// written down apart from the tables under test. From the figures of the Exodus II manual, numbers
+// from 0.
 inline std::vector<std::vector<int>> node_corners(ElementType type) {
   const auto corners = [](int n) {
     std::vector<std::vector<int>> list;
@@ -63,8 +65,13 @@ inline std::vector<std::vector<int>> node_corners(ElementType type) {
       return with(8, hex_edges);
     case ElementType::hex27: {
       auto list = with(8, hex_edges);
-      for (const auto& more : std::vector<std::vector<int>>{
-               {0, 1, 2, 3, 4, 5, 6, 7}, {0, 1, 2, 3}, {4, 5, 6, 7}, {0, 3, 7, 4}, {1, 2, 6, 5}, {0, 1, 5, 4}, {2, 3, 7, 6}})
+      for (const auto& more : std::vector<std::vector<int>>{{0, 1, 2, 3, 4, 5, 6, 7},
+                                                            {0, 1, 2, 3},
+                                                            {4, 5, 6, 7},
+                                                            {0, 3, 7, 4},
+                                                            {1, 2, 6, 5},
+                                                            {0, 1, 5, 4},
+                                                            {2, 3, 7, 6}})
         list.push_back(more);
       return list;
     }
@@ -82,7 +89,8 @@ inline Points element_points(ElementType type, const Points& corners) {
   return X;
 }
 
-// Corners of a slightly skew, right-handed element: no symmetry that a wrong order could hide behind.
+// Corners of a slightly skew, right-handed element: no symmetry that a wrong order could hide
+// behind.
 inline Points skew_corners(ElementType type) {
   Points X(n_corners(type), 3);
   switch (n_corners(type)) {
@@ -102,12 +110,14 @@ inline Points skew_corners(ElementType type) {
       X << 0, 0, 0, 2, 0.1, 0, 0.2, 1, 0.1, 0.1, 0, 1.5, 2.2, 0.2, 1.4, 0.3, 1.1, 1.7;
       break;
     default:
-      X << 0, 0, 0, 2, 0.1, 0, 2.2, 1, 0.1, 0.2, 1.3, 0, 0.1, 0.1, 1.5, 2.1, 0, 1.6, 2.3, 1.2, 1.7, 0.1, 1.1, 1.4;
+      X << 0, 0, 0, 2, 0.1, 0, 2.2, 1, 0.1, 0.2, 1.3, 0, 0.1, 0.1, 1.5, 2.1, 0, 1.6, 2.3, 1.2, 1.7,
+          0.1, 1.1, 1.4;
   }
   return X;
 }
 
-// One element of each type, not connected, each its own block; volume elements with a sideset of every side, a nodeset of corners.
+// One element of each type, not connected, each its own block; volume elements with a sideset of
+// every side, a nodeset of corners.
 inline Mesh zoo() {
   Mesh mesh;
   std::vector<Points> parts;
@@ -149,7 +159,8 @@ inline Mesh brick(Index nx, Index ny, Index nz) {
   for (Index k = 0; k <= nz; ++k)
     for (Index j = 0; j <= ny; ++j)
       for (Index i = 0; i <= nx; ++i) {
-        mesh.coordinates.row(node(i, j, k)) << static_cast<double>(i), static_cast<double>(j), static_cast<double>(k);
+        mesh.coordinates.row(node(i, j, k)) << static_cast<double>(i), static_cast<double>(j),
+            static_cast<double>(k);
         mesh.node_ids.push_back(node(i, j, k) + 1);
       }
   Block block;
@@ -161,8 +172,9 @@ inline Mesh brick(Index nx, Index ny, Index nz) {
     for (Index j = 0; j < ny; ++j)
       for (Index i = 0; i < nx; ++i) {
         const auto e = static_cast<Index>(block.element_ids.size());
-        block.connectivity.row(e) << node(i, j, k), node(i + 1, j, k), node(i + 1, j + 1, k), node(i, j + 1, k), node(i, j, k + 1),
-            node(i + 1, j, k + 1), node(i + 1, j + 1, k + 1), node(i, j + 1, k + 1);
+        block.connectivity.row(e) << node(i, j, k), node(i + 1, j, k), node(i + 1, j + 1, k),
+            node(i, j + 1, k), node(i, j, k + 1), node(i + 1, j, k + 1), node(i + 1, j + 1, k + 1),
+            node(i, j + 1, k + 1);
         block.element_ids.push_back(e + 1);
         if (i == 0) x_min.sides.push_back({0, e, 4});
         if (i == nx - 1) x_max.sides.push_back({0, e, 2});
@@ -178,7 +190,8 @@ class Folder {
   Folder() {
     const auto* info = testing::UnitTest::GetInstance()->current_test_info();
     path_ = std::filesystem::temp_directory_path() /
-            (std::string("cbr-") + info->test_suite_name() + "-" + info->name() + "-" + std::to_string(getpid()));
+            (std::string("cbr-") + info->test_suite_name() + "-" + info->name() + "-" +
+             std::to_string(getpid()));
     std::filesystem::create_directories(path_);
   }
   ~Folder() { std::filesystem::remove_all(path_); }
@@ -186,8 +199,8 @@ class Folder {
   Folder& operator=(const Folder&) = delete;
   std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
   std::size_t n_files() const {
-    return static_cast<std::size_t>(
-        std::distance(std::filesystem::directory_iterator(path_), std::filesystem::directory_iterator()));
+    return static_cast<std::size_t>(std::distance(std::filesystem::directory_iterator(path_),
+                                                  std::filesystem::directory_iterator()));
   }
 
  private:
@@ -231,8 +244,9 @@ inline void expect_equal(const Mesh& a, const Mesh& b, double tolerance = 0) {
   const auto sides = [](const Mesh& mesh, const Sideset& set) {
     std::set<std::tuple<Index, int, std::vector<Index>>> all;
     for (const Side& s : set.sides)
-      all.insert({mesh.blocks[static_cast<std::size_t>(s.block)].element_ids[static_cast<std::size_t>(s.element)], s.side,
-                  nodes_of_side(mesh, s)});
+      all.insert({mesh.blocks[static_cast<std::size_t>(s.block)]
+                      .element_ids[static_cast<std::size_t>(s.element)],
+                  s.side, nodes_of_side(mesh, s)});
     return all;
   };
   ASSERT_EQ(a.sidesets.size(), b.sidesets.size());

@@ -34,7 +34,8 @@ Mesh one_element(ElementType type) {
   Mesh mesh;
   mesh.coordinates = test::element_points(type, test::skew_corners(type));
   Block block{"b", 1, type, IndexTable(1, n_nodes(type)), {7}};
-  for (int i = 0; i < n_nodes(type); ++i) block.connectivity(0, i) = i, mesh.node_ids.push_back(i + 1);
+  for (int i = 0; i < n_nodes(type); ++i)
+    block.connectivity(0, i) = i, mesh.node_ids.push_back(i + 1);
   mesh.blocks = {block};
   return mesh;
 }
@@ -44,14 +45,15 @@ TEST(Surface, innerFacesAreSharedTwiceWithOppositeSenses) {
   const Surface surface = extract_surface(mesh, all_sides(mesh));
   ASSERT_EQ(surface.n_faces(), 24);
   std::map<std::set<Index>, std::vector<Index>> shared;
-  for (Index f = 0; f < surface.n_faces(); ++f) shared[{surface.faces.row(f).begin(), surface.faces.row(f).end()}].push_back(f);
+  for (Index f = 0; f < surface.n_faces(); ++f)
+    shared[{surface.faces.row(f).begin(), surface.faces.row(f).end()}].push_back(f);
   int inner = 0;
   for (const auto& [nodes, faces] : shared) {
     ASSERT_LE(faces.size(), 2U);
     if (faces.size() == 1) continue;
     ++inner;
-    const Vector3 sum =
-        vector_area(mesh.coordinates, surface.faces, faces[0]) + vector_area(mesh.coordinates, surface.faces, faces[1]);
+    const Vector3 sum = vector_area(mesh.coordinates, surface.faces, faces[0]) +
+                        vector_area(mesh.coordinates, surface.faces, faces[1]);
     EXPECT_LT(sum.norm(), 1e-15);
   }
   EXPECT_EQ(inner, 4);
@@ -64,7 +66,8 @@ TEST(Surface, keepsOrderElementAndSide) {
   EXPECT_EQ(surface.kind, FaceKind::quad4);
   EXPECT_EQ(surface.element, (std::vector<Index>{3, 6, 9, 12}));
   EXPECT_EQ(surface.side, (std::vector<int>{2, 2, 2, 2}));
-  for (Index f = 0; f < 4; ++f) EXPECT_LT((vector_area(mesh.coordinates, surface.faces, f) - Vector3(1, 0, 0)).norm(), 1e-15);
+  for (Index f = 0; f < 4; ++f)
+    EXPECT_LT((vector_area(mesh.coordinates, surface.faces, f) - Vector3(1, 0, 0)).norm(), 1e-15);
   EXPECT_EQ(surface_nodes(surface).size(), 9U);
   EXPECT_EQ(surface_nodes(surface), set_nodes(mesh, "x_max"));
 }
@@ -74,13 +77,15 @@ TEST(Surface, trianglesAmongQuadrilateralsRepeatTheirLastNode) {
   const Surface surface = extract_surface(mesh, all_sides(mesh));
   EXPECT_EQ(surface.kind, FaceKind::quad4);
   Vector3 sum = Vector3::Zero();
-  for (Index f = 0; f < surface.n_faces(); ++f) sum += vector_area(mesh.coordinates, surface.faces, f);
+  for (Index f = 0; f < surface.n_faces(); ++f)
+    sum += vector_area(mesh.coordinates, surface.faces, f);
   EXPECT_LT(sum.norm(), 1e-14);
   for (const Index f : {3, 4}) EXPECT_EQ(surface.faces(f, 2), surface.faces(f, 3));
 }
 
 TEST(Surface, linearFacesCoverTheFace) {
-  for (const auto type : {ElementType::tet4, ElementType::tet10, ElementType::hex8, ElementType::hex20, ElementType::hex27}) {
+  for (const auto type : {ElementType::tet4, ElementType::tet10, ElementType::hex8,
+                          ElementType::hex20, ElementType::hex27}) {
     SCOPED_TRACE(name(type));
     const Mesh mesh = one_element(type);
     const Surface surface = extract_surface(mesh, all_sides(mesh));
@@ -109,7 +114,8 @@ TEST(Surface, faceOfHex27HasEveryNodeThatLiesOnIt) {
   const Sideset all = all_sides(mesh);
   for (const Side& side : all.sides) {
     const std::vector<Index> nodes = nodes_of_side(mesh, side);
-    if (std::all_of(nodes.begin(), nodes.end(), [&](Index i) { return mesh.coordinates(i, 0) > 2 - 1e-9; }))
+    if (std::all_of(nodes.begin(), nodes.end(),
+                    [&](Index i) { return mesh.coordinates(i, 0) > 2 - 1e-9; }))
       face.sides.push_back(side);
   }
   mesh.sidesets = {face};
