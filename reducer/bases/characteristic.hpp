@@ -9,7 +9,7 @@
 #include "common/scene/scene.hpp"
 #include "common/superelement/superelement.hpp"
 #include "reducer/bases/statics.hpp"
-#include "reducer/judgement/condition.hpp"
+#include "reducer/judgement/condition_numbers.hpp"
 
 namespace cbr {
 

@@ -10,7 +10,7 @@
 #include "common/app/report.hpp"
 #include "common/linalg/sparse/sparse_cholesky.hpp"
 #include "common/superelement/superelement.hpp"
-#include "reducer/judgement/condition.hpp"
+#include "reducer/judgement/condition_numbers.hpp"
 #include "reducer/partition/partition.hpp"
 
 namespace cbr {

@@ -13,7 +13,7 @@
 #include "common/linalg/huge_pages.hpp"
 #include "common/scene/scene_words.hpp"
 #include "reducer/bases/free_shapes.hpp"
-#include "reducer/bases/reduction.hpp"
+#include "reducer/bases/reduction_steps.hpp"
 #include "reducer/condensation/panel_memory.hpp"
 #include "reducer/judgement/accuracy.hpp"
 #include "reducer/judgement/mode_tolerance.hpp"

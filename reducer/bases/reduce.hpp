@@ -15,7 +15,7 @@
 #include "reducer/bases/characteristic.hpp"
 #include "reducer/bases/massless.hpp"
 #include "reducer/condensation/condensation.hpp"
-#include "reducer/judgement/condition.hpp"
+#include "reducer/judgement/condition_numbers.hpp"
 #include "reducer/modes/fixed_interface_modes.hpp"
 
 namespace cbr {

@@ -7,7 +7,7 @@
 #include "common/app/report.hpp"
 #include "reducer/condensation/condensation.hpp"
 #include "reducer/distributed/interior_solver.hpp"
-#include "reducer/judgement/condition.hpp"
+#include "reducer/judgement/condition_numbers.hpp"
 #include "reducer/judgement/missing_modes.hpp"
 #include "reducer/modes/fixed_interface_modes.hpp"
 #include "reducer/modes/interior_loads.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "reducer/judgement/condition.hpp"
+#include "reducer/judgement/condition_numbers.hpp"
 
 #include <algorithm>
 #include <array>

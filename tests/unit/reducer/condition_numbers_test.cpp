@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "reducer/judgement/condition.hpp"
 #include "common/linalg/dense.hpp"
 #include "common/scene/scene_words.hpp"
+#include "reducer/judgement/condition_numbers.hpp"
 
 #include <gtest/gtest.h>
 
