@@ -35,6 +35,14 @@ function(cbr_target target)
   endif()
 endfunction()
 
+# cbr_optimise(a.cpp ...): sources of tests that compute for long by themselves, ten seconds and more at -O0. Precompiled headers
+# are of -O0.
+function(cbr_optimise)
+  if(CBR_PRECOMPILE)
+    set_source_files_properties(${ARGN} PROPERTIES COMPILE_OPTIONS $<$<CONFIG:Release>:-O1> SKIP_PRECOMPILE_HEADERS ON)
+  endif()
+endfunction()
+
 # cbr_test(NAME SOURCES a.cpp ... LIBRARIES cbr_common [READ_TREE a.cpp ...]): one GoogleTest program, one ctest entry a test.
 # READ_TREE names the sources that read files of this tree: they alone are compiled with its path, so that all others can come
 # from a compiler cache that another clone filled.

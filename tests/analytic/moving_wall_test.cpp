@@ -66,6 +66,8 @@ std::vector<Way> all_ways() {
         ways.push_back({kind, time, enforcement});
       }
   }
+  for (const std::string kind : {"craig-bampton, modes: 20", "characteristic, modes: 20"})
+    ways.push_back({kind, "integrator: exact, rotations: large", "impulse"});
   return ways;
 }
 
