@@ -5,7 +5,8 @@
 reducer, skinner and dynamics include common and themselves, never each other; common includes nothing above it; dynamics/contact sees
 no body; each third-party C header stands in one .cpp; only report.cpp and program.cpp print. Eigen's decompositions, which take the
 compiler seconds a file, stand in common/linalg, in tests too. Folders include what the table of docs/architecture.md says, all of it, in
-the order of its rows; the arrows of its picture and the files that it names exist. Exit 1 and a line per breach.
+the order of its rows; the arrows of its picture and the files that it names exist. No header declares a function that is cloned for
+several processors. Exit 1 and a line per breach.
 """
 import pathlib
 import re
@@ -44,6 +45,17 @@ def decompositions(name, text):
         found = DECOMPOSITION.search(line.split("//")[0])
         if found:
             yield f"{name}: {found.group().strip()}: use common/linalg/dense.hpp, which is compiled once"
+
+
+CLONES = re.compile(r"^CBR_CLONES \w+ (\w+)\(", re.M)
+
+
+def declared_clones(name, text, headers):
+    """Functions for several instruction sets that a header of their folder declares: common/linalg/clones.hpp says why not."""
+    for function in CLONES.findall(text):
+        for header in headers:
+            if re.search(r"^[\w:<> ]+ \*?%s\(" % function, header.read_text(), re.M):
+                yield f"{name}: {function} is compiled for several processors and declared in {header.name}: wrap it"
 
 
 ARCHITECTURE = ROOT / "docs" / "architecture.md"
@@ -118,6 +130,7 @@ def main():
                     if header == wanted or header.endswith("/" + wanted):
                         users.setdefault(wanted, []).append(name)
             breaches += decompositions(name, text)
+            breaches += declared_clones(name, text, path.parent.glob("*.hpp"))
             if PRINTS.search(text) and name not in MAY_PRINT:
                 breaches.append(f"{name}: prints: only {', '.join(sorted(MAY_PRINT))} may")
             if path.name == "main.cpp" and text.count("\n") > 70:

@@ -57,10 +57,8 @@ CBR_INLINE void subtract_columns(const double* L, Index stride, Index rows, cons
   std::memcpy(X_t, sum, sizeof sum);
 }
 
-}  // namespace
-
-CBR_CLONES void multiply(const double* L, Index stride, Index rows, Index columns,
-                         const double* X_t, double* Y_t) {
+CBR_CLONES void multiply_panel(const double* L, Index stride, Index rows, Index columns,
+                               const double* X_t, double* Y_t) {
   std::fill_n(Y_t, width * rows, 0.0);
   Index j = 0;
   for (; j + together <= columns; j += together)
@@ -86,8 +84,8 @@ CBR_CLONES void multiply(const double* L, Index stride, Index rows, Index column
   }
 }
 
-CBR_CLONES void subtract_transposed(const double* L, Index stride, Index rows, Index columns,
-                                    const double* Y_t, double* X_t) {
+CBR_CLONES void subtract_panel(const double* L, Index stride, Index rows, Index columns,
+                               const double* Y_t, double* X_t) {
   Index j = 0;
   for (; j + together <= columns; j += together)
     subtract_columns<together>(L + j * stride, stride, rows, Y_t, X_t + width * j);
@@ -111,6 +109,18 @@ CBR_CLONES void subtract_transposed(const double* L, Index stride, Index rows, I
     default:
       return;
   }
+}
+
+}  // namespace
+
+void multiply(const double* L, Index stride, Index rows, Index columns, const double* X_t,
+              double* Y_t) {
+  multiply_panel(L, stride, rows, columns, X_t, Y_t);
+}
+
+void subtract_transposed(const double* L, Index stride, Index rows, Index columns,
+                         const double* Y_t, double* X_t) {
+  subtract_panel(L, stride, rows, columns, Y_t, X_t);
 }
 
 }  // namespace cbr::narrow
