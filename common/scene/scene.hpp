@@ -78,6 +78,9 @@ enum class MasslessModes { free, tapered, fixed };
 struct ReductionOptions {
   Basis basis = Basis::craig_bampton;
   std::vector<std::string> interface_sets;  // sidesets / nodesets; key `interface`
+  // Rigid points of the component, each of which is a node of six dofs in the superelement; key
+  // `points`.
+  std::vector<std::string> interface_points;
   std::optional<Index> modes;               // exactly one of modes, cutoff_hz, tolerance
   std::optional<double> cutoff_hz;
   // share of the interior's strain energy that modes may leave out (docs/theory.md)
@@ -151,7 +154,7 @@ struct ModalDamping {
   bool empty() const { return ratio.empty(); }
 };
 
-enum class InstanceKind { superelement, mesh };
+enum class InstanceKind { superelement, mesh, rigid };
 
 struct Instance {
   std::string name, component;

@@ -30,7 +30,8 @@ inline const Words<MasslessModes> massless_words = {{"free", MasslessModes::free
                                                     {"tapered", MasslessModes::tapered},
                                                     {"fixed", MasslessModes::fixed}};
 inline const Words<InstanceKind> instance_words = {{"superelement", InstanceKind::superelement},
-                                                   {"mesh", InstanceKind::mesh}};
+                                                   {"mesh", InstanceKind::mesh},
+                                                   {"rigid", InstanceKind::rigid}};
 inline const Words<Enforcement> enforcement_words = {{"impulse", Enforcement::impulse},
                                                      {"penalty", Enforcement::penalty},
                                                      {"nodal", Enforcement::nodal}};

@@ -71,7 +71,7 @@ std::string run_hash(const Scene& scene, const BuildOptions& options) {
   if (plain.skin) plain.skin->mesh = "/";  // of cbr-skin
   std::set<std::string> meshed, reduced;
   for (const Instance& instance : scene.instances)
-    (instance.as == InstanceKind::mesh ? meshed : reduced).insert(instance.component);
+    (instance.as == InstanceKind::superelement ? reduced : meshed).insert(instance.component);
   for (auto& [name, component] : plain.components) {
     component.mesh = "/" + (meshed.count(name) ? file_hash(component.mesh) : "");
     if (!component.reduction) continue;

@@ -59,7 +59,7 @@ class Scene(dict[str, Any]):
         path = pathlib.Path(path)
         self.write(path)
         out = path.with_suffix(".h5")
-        if any(i.get("as") != "mesh" for i in self.get("instances", {}).values()):
+        if any(i.get("as") not in ("mesh", "rigid") for i in self.get("instances", {}).values()):
             _run("cbr-reduce", path.name, cwd=path.parent, bin=bin)
         if "skin" in self:
             _run("cbr-skin", path.name, cwd=path.parent, bin=bin)

@@ -310,7 +310,7 @@ Instance parse_instance(const SceneNode& node, const std::string& name, const Sc
       as->fail("component '" + instance.component +
                "' has no 'reduction': add one, or use the instance 'as: mesh'");
     }
-    if (instance.as == InstanceKind::mesh && !component->second.has_mesh) {
+    if (instance.as != InstanceKind::superelement && !component->second.has_mesh) {
       as->fail("component '" + instance.component +
                "' is a superelement file without a mesh: use as: superelement, or give the "
                "component 'mesh' and 'material'");
@@ -324,6 +324,8 @@ Instance parse_instance(const SceneNode& node, const std::string& name, const Sc
   if (const auto* spin = map.find("angular_velocity")) instance.angular_velocity = spin->vector3();
   if (const auto* damping = map.find("damping")) {
     instance.damping = parse_modal_damping(*damping);
+    if (instance.as == InstanceKind::rigid)
+      damping->fail("goes with as: superelement: a rigid body has no elastic modes");
     if (instance.as == InstanceKind::mesh)
       damping->fail(
           "goes with as: superelement: a mesh has no modes: give its material damping: {alpha: "

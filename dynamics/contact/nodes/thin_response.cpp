@@ -7,6 +7,14 @@
 
 namespace cbr {
 
+std::shared_ptr<const StaticRows> no_static_rows(std::size_t n_nodes) {
+  auto rows = std::make_shared<StaticRows>();
+  rows->first.assign(n_nodes + 1, 0);
+  rows->direction.resize(0, 3);
+  rows->F = std::make_shared<const Matrix>();
+  return rows;
+}
+
 void StaticRows::gather(const Matrix& f, Matrix& rows) const {
   rows.resize(size(), f.cols());
   for (Index q = 0; q < f.cols(); ++q)

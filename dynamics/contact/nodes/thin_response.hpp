@@ -24,6 +24,9 @@ struct StaticRows {
   void add_spread(const Matrix& w, Matrix& u) const;
 };
 
+// Of nodes none of which forces move at once.
+std::shared_ptr<const StaticRows> no_static_rows(std::size_t n_nodes);
+
 // S = A^T C A + B F B^T / h   (3 m x 3 m), which is never formed. Instances of a component share
 // it.
 struct ThinResponse {

@@ -98,9 +98,9 @@ void StaticsBody::predict(double t, double h) {
 
 // What a step leaves of the statics' force: `share`, and nothing once that has died away.
 double StaticsBody::follow_on(double share) {
-  is_pushed_ = has_force_ && share > 0;
+  is_pushed_ = has_force_ && share != 0;
   if (!is_pushed_) return 0;
-  still_left_ *= share;
+  still_left_ *= std::abs(share);
   is_pushed_ = still_left_ > 1e-14;
   return is_pushed_ ? share : 0;
 }

@@ -13,14 +13,13 @@ namespace cbr {
 
 // u_c = V_c eta + B F B^T (f + g). Contact at the end of a step finds the force lambda there, given
 // as impulse / h. Statics follow it: g_end = (1 - theta) g + theta lambda, theta = h /
-// StaticsForm::following(h), 1 at the critical step and above. The interface moves by theta B F B^T
-// lambda, which is in its response. Massless: the modes feel lambda from then on as half a kick
-// before and half a kick after that moment. With Scheme::exact that is Gautschi's trigonometric
-// scheme, by the gain of set_contact_step(); with central differences leapfrog. docs/theory.md,
-// (39), (40). Not with Scheme::newmark. Shapes with mass: the modes get the impulse at the start of
-// the step, as those of SuperelementBody. The force that ends a step acted in all of it, so that
-// what springs without mass do is of first order in the step, and loses energy and never brings
-// any. Neither with add_velocities() or nodal_masses().
+// StaticsForm::following(h), at most 1.8; massless: 1. The interface moves by theta B F B^T lambda,
+// which is in its response. Massless: the modes feel lambda from then on as half a kick before and
+// half a kick after that moment. With Scheme::exact that is Gautschi's trigonometric scheme, by the
+// gain of set_contact_step(); with central differences leapfrog. docs/theory.md, (39), (40). Not
+// with Scheme::newmark. Shapes with mass: the modes get the impulse at the start of the step, as
+// those of SuperelementBody. The statics lose theta (1 - theta / 2) |lambda - g|_F^2 in a step and
+// never bring energy. Neither with add_velocities() or nodal_masses().
 class StaticsBody final : public Body {
  public:
   StaticsBody(std::string name, std::shared_ptr<const Superelement> superelement,

@@ -120,6 +120,8 @@ class SuperelementBody final : public Body {
   const NodeRows& node_rows(Index set) const { return *sets_[set].rows; }
 
   NodeResponse response(Index set, double h) const override;
+  // V_c diag(weight) V_c^T of the rows, formed or as its factors, whichever is smaller.
+  NodeResponse answer(const NodeRows& rows, const ResponseOf& of, const Vector& weight) const;
   Points nodal_masses(Index set) const override;
   void add_force(const Points& forces, const LoadHistory& history) override;
   void add_gravity(const Vector3& acceleration, const LoadHistory& history) override;

@@ -124,11 +124,8 @@ void SuperelementBody::end_velocities(Index set, Points& v) {
 }
 
 NodeResponse SuperelementBody::velocity_response(Index set) const {
-  NodeResponse response;
-  response.block =
-      sets_[set].rows->response({ResponseOf::Weight::velocity}, Vector::Ones(form_->omega.size()));
-  response.axes = placement_.T;
-  return response;
+  return answer(*sets_[set].rows, {ResponseOf::Weight::velocity},
+                Vector::Ones(form_->omega.size()));
 }
 
 void SuperelementBody::add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) {

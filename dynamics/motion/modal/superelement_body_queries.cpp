@@ -93,16 +93,25 @@ ResponseOf SuperelementBody::response_of(double h, Vector& weight) const {
 NodeResponse SuperelementBody::response(Index set, double h) const {
   Vector weight;
   const ResponseOf of = response_of(h, weight);
+  return answer(*sets_[set].rows, of, weight);
+}
+
+NodeResponse SuperelementBody::answer(const NodeRows& rows, const ResponseOf& of,
+                                      const Vector& weight) const {
   NodeResponse response;
-  response.block = sets_[set].rows->response(of, weight);
   response.axes = placement_.T;
+  if (rows.has_few_modes()) {
+    response.thin = rows.thin_response(of, weight);
+  } else {
+    response.block = rows.response(of, weight);
+  }
   return response;
 }
 
 Points SuperelementBody::nodal_masses(Index set) const {
   const auto& nodes = sets_[set].rows->nodes();
   const Index k = superelement_->k(), c = superelement_->c();
-  assert(superelement_->M_cc.rows() == c);
+  if (superelement_->M_cc.rows() != c) return Points::Zero(static_cast<Index>(nodes.size()), 3);
   Points masses(static_cast<Index>(nodes.size()), 3);
   for (Index i = 0; i < masses.rows(); ++i) {
     Vector3 of_node = Vector3::Zero();  // component axes

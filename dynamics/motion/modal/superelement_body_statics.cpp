@@ -37,10 +37,7 @@ ResponseOf SuperelementBody::static_response_of(double hold, Vector& weight) con
 NodeResponse SuperelementBody::static_response(Index set, double hold) const {
   Vector weight;
   const ResponseOf of = static_response_of(hold, weight);
-  NodeResponse response;
-  response.block = sets_[set].rows->response(of, weight);
-  response.axes = placement_.T;
-  return response;
+  return answer(*sets_[set].rows, of, weight);
 }
 
 void SuperelementBody::add_static_forces(Index set, const Points& forces, ImpulseKind kind) {

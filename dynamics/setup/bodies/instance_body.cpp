@@ -17,6 +17,7 @@
 #include "dynamics/motion/modal/turning_body.hpp"
 #include "dynamics/motion/scaled/scaled_body.hpp"
 #include "dynamics/setup/bodies/mesh_modes.hpp"
+#include "dynamics/setup/bodies/rigid_form.hpp"
 #include "dynamics/setup/bodies/support_motion.hpp"
 #include "dynamics/setup/bodies/turning.hpp"
 #include "dynamics/setup/components/skin_shells.hpp"
@@ -264,7 +265,30 @@ InstanceBody BodyMaker::make_mesh_modes(const Instance& instance,
   return {std::move(body), modes->nodes->rigid_body.mass, modes};
 }
 
+InstanceBody BodyMaker::make_rigid(const Instance& instance, const MeshedComponent& component) {
+  if (has_shells(scene_, instance, *component.geometry))
+    throw InputError(scene_.skin->source.text() + ": skin: instance '" + instance.name +
+                     "' (as: rigid) cannot carry shells that act: leave it out of skin.surfaces");
+  std::shared_ptr<const Superelement>& nodes = nodes_of_rigid_[&component];
+  if (!nodes) nodes = mesh_nodes(component);
+  const std::shared_ptr<const DiagonalForm> form =
+      rigid_form(*nodes, held_directions(index_, instance, *component.geometry), where(instance));
+  auto body = std::make_unique<SuperelementBody>(
+      instance.name, nodes, form, placement_of(index_, instance), scheme_of(*scene_.time),
+      NewmarkOptions{scene_.time->alpha});
+  InstanceBody made{nullptr, nodes->rigid_body.mass};
+  if (turns(index_, instance)) {
+    SuperelementBody& modal = *body;
+    made.body =
+        std::make_unique<TurningBody>(std::move(body), modal, false, instance.angular_velocity);
+  } else {
+    made.body = std::move(body);
+  }
+  return made;
+}
+
 InstanceBody BodyMaker::make_held(const Instance& instance, const MeshedComponent& component) {
+  if (instance.as == InstanceKind::rigid) return make_rigid(instance, component);
   if (component.modes) return make_mesh_modes(instance, component);
   if (component.plans.at(instance.name).coordinates == Coordinates::coupled)
     return make_coupled(instance, *component.geometry, shelled(instance, component));

@@ -50,6 +50,7 @@ class BodyMaker {
   InstanceBody make_held(const Instance& instance, const ReducedComponent& component);
   InstanceBody make_held(const Instance& instance, const MeshedComponent& component);
   InstanceBody make_mesh_modes(const Instance& instance, const MeshedComponent& component) const;
+  InstanceBody make_rigid(const Instance& instance, const MeshedComponent& component);
   InstanceBody driven(const Instance& instance, InstanceBody held) const;
   template <typename Component>
   Shelled& shelled(const Instance& instance, const Component& component);
@@ -80,6 +81,7 @@ class BodyMaker {
            std::vector<std::pair<std::vector<HeldDirection>, std::shared_ptr<const StaticsForm>>>>
       held_statics_;
   std::map<const DiagonalForm*, std::shared_ptr<const StaticsForm>> truncated_;
+  std::map<const MeshedComponent*, std::shared_ptr<const Superelement>> nodes_of_rigid_;
   // by what they were made from: a form or a superelement
   std::map<const void*, std::shared_ptr<ScaledModel>> scaled_;
   // by component, kind and skinned surfaces

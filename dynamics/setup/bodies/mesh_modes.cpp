@@ -49,7 +49,9 @@ Eigenpairs lowest_pairs(const SparseMatrix& K, const SparseMatrix& M, const Spar
   }
 }
 
-std::shared_ptr<Superelement> nodes_of(const MeshedComponent& component) {
+}  // namespace
+
+std::shared_ptr<Superelement> mesh_nodes(const MeshedComponent& component) {
   auto s = std::make_shared<Superelement>();
   s->node_ids = component.geometry->node_ids;
   s->coordinates = component.geometry->coordinates;
@@ -63,12 +65,10 @@ std::shared_ptr<Superelement> nodes_of(const MeshedComponent& component) {
   return s;
 }
 
-}  // namespace
-
 MeshModes mesh_modes(const MeshedComponent& component, const std::vector<HeldDirection>& held,
                      const MeshModesWanted& wanted, const std::string& where) {
   MeshModes modes;
-  auto nodes = nodes_of(component);
+  auto nodes = mesh_nodes(component);
   auto form = std::make_shared<DiagonalForm>();
   const SparseMatrix Z = free_basis(nodes->coordinates.rows(), held);
   const SparseMatrix K = Z.transpose() * component.fe->K * Z,

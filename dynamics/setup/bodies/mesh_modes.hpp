@@ -13,6 +13,10 @@
 
 namespace cbr {
 
+// The nodes of a mesh with its mass and inertia, for bodies that move in coordinates of them; it has
+// no matrices.
+std::shared_ptr<Superelement> mesh_nodes(const MeshedComponent& component);
+
 struct MeshModes {
   // of the mesh, without modes of its own: what SuperelementBody needs beside the form
   std::shared_ptr<const Superelement> nodes;

@@ -69,8 +69,8 @@ void refuse_what_acts(const SceneIndex& index) {
 }  // namespace
 
 bool turns(const SceneIndex& index, const Instance& instance) {
-  return index.scene().time->rotations == Rotations::large &&
-         instance.as == InstanceKind::superelement && !index.is_held(instance);
+  return index.scene().time->rotations == Rotations::large && instance.as != InstanceKind::mesh &&
+         !index.is_held(instance);
 }
 
 void refuse_what_does_not_turn(const SceneIndex& index) {
@@ -83,7 +83,9 @@ void refuse_what_does_not_turn(const SceneIndex& index) {
   refuse_ways(scene);
   for (const Instance& instance : scene.instances)
     if (!turns(index, instance))
-      refuse_spin(instance, "a superelement without supports: as: mesh and held ones do not turn");
+      refuse_spin(
+          instance,
+          "a superelement or rigid body without supports: as: mesh and held ones do not turn");
   refuse_what_acts(index);
 }
 
@@ -125,9 +127,10 @@ std::string note_of_what_stays(const SceneIndex& index) {
   if (scene.time->rotations == Rotations::small) return names;
   for (const Instance& instance : scene.instances)
     if (!turns(index, instance)) names += (names.empty() ? "" : ", ") + instance.name;
-  return names.empty()
-             ? names
-             : "rotations: large turns superelements without supports; linear as ever: " + names;
+  return names.empty() ? names
+                       : "rotations: large turns superelements and rigid bodies without supports; "
+                         "linear as ever: " +
+                             names;
 }
 
 }  // namespace cbr

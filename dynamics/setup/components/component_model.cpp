@@ -338,6 +338,7 @@ ReducedComponent read_reduced(const SceneIndex& index, const Component& componen
 void warn_of_two_masses(const Scene& scene, const Component& component, const Mesh& mesh,
                         Report& report) {
   if (instances_of(scene, component, InstanceKind::superelement).empty()) return;
+  if (instances_of(scene, component, InstanceKind::mesh).empty()) return;
   if (mass_of_mesh(component) == mass_of_superelement(component, mesh)) return;
   report.warning("component '" + component.name +
                  "': the mass of its mesh is lumped and that of its superelement consistent, as is "
@@ -353,7 +354,8 @@ MeshedComponent read_meshed(const SceneIndex& index, const Component& component,
   {
     const auto phase = report.phase("read");
     meshed.mesh = std::make_shared<Mesh>(read_mesh(component.mesh));
-    check_uses(set_uses(scene, component, InstanceKind::mesh), *meshed.mesh);
+    for (const InstanceKind as : {InstanceKind::mesh, InstanceKind::rigid})
+      check_uses(set_uses(scene, component, as), *meshed.mesh);
   }
   const auto phase = report.phase("setup");
   meshed.properties = block_properties(scene, component, *meshed.mesh);

@@ -33,7 +33,8 @@ AveragePoint average_point(const Instance& instance, const Geometry& geometry,
           geometry.coordinates.row(average.nodes[i]).transpose();
   at = point.at.value_or(at / average.weights.sum());
   average.at = instance.transformation() * at + instance.position;
-  average.rigid = point.rigid;
+  // A rigid body's nodes need no couplings among them
+  average.rigid = point.rigid && instance.as != InstanceKind::rigid;
   return average;
 }
 
@@ -359,7 +360,8 @@ void add_links(const SceneIndex& index, const std::map<Index, Index>& contact_of
   LinkMaker maker(index, contact_of_instance, built);
   for (const LinkOptions& link : index.scene().links) maker.add(link);
   for_each_point(index, [&](Index i, const std::string& name, const Component::Point& point) {
-    if (point.rigid) maker.add_rigid(i, name, point);
+    if (point.rigid && index.scene().instances[i].as != InstanceKind::rigid)
+      maker.add_rigid(i, name, point);
     if (point.has_mass()) maker.add_mass(i, name, point);
   });
 }

@@ -22,6 +22,9 @@ constexpr Index modes_for_one = 10, fewest_modes = 100;
 constexpr double no_compliance = 1e-9;
 // Squared frequencies up to this share of the lowest elastic one of the parts are rigid motions.
 constexpr double rigid_share = 1e-8;
+// Where all parts are rigid there is no elastic frequency: of the softest tie, and of the highest
+// frequency.
+constexpr double round_off = 1e-14;
 
 // Bodies that ties join, by the first of each group.
 std::vector<std::vector<Index>> groups_of(const ModalScene& scene) {
@@ -128,12 +131,14 @@ struct Modes {
 Modes modes_of(const Joined& joined, Index count) {
   const Index n = joined.lambda.size();
   const double lowest = lowest_elastic(joined.lambda);
+  const bool is_elastic = std::isfinite(lowest);
   const SymmetricEigen compliance = symmetric_eigen(joined.S(joined.stiff, joined.stiff));
   const Matrix A = compliance.vectors.transpose() * joined.A(joined.stiff, Eigen::all);
-  const double softest = A.squaredNorm() / (std::isfinite(lowest) ? lowest : 1);
+  const double least = is_elastic     ? no_compliance * A.squaredNorm() / lowest
+                       : A.rows() > 0 ? round_off * compliance.values.maxCoeff()
+                                      : 0;
   std::vector<Index> held, springs;
-  for (Index i = 0; i < A.rows(); ++i)
-    (compliance.values[i] > no_compliance * softest ? springs : held).push_back(i);
+  for (Index i = 0; i < A.rows(); ++i) (compliance.values[i] > least ? springs : held).push_back(i);
   Matrix K = joined.lambda.asDiagonal();
   const Vector stiffness = Vector(compliance.values(springs)).cwiseInverse();
   const Matrix B = A(springs, Eigen::all);
@@ -150,12 +155,15 @@ Modes modes_of(const Joined& joined, Index count) {
   if (!springs.empty())
     modes.forces(joined.stiff, Eigen::all) =
         -compliance.vectors(Eigen::all, springs) * (stiffness.asDiagonal() * (B * modes.shapes));
+  const double rigid = is_elastic  ? rigid_share * lowest
+                       : count > 0 ? round_off * pairs.values.maxCoeff()
+                                   : 0;
   for (Index j = 0; j < count; ++j) {
     // Not of K's round-off, which is that of its highest frequency
     const Vector eta = modes.shapes.col(j);
     double lambda = joined.lambda.dot(eta.cwiseAbs2());
     if (!springs.empty()) lambda += stiffness.dot((B * eta).cwiseAbs2());
-    modes.lambda[j] = lambda > rigid_share * (std::isfinite(lowest) ? lowest : 0) ? lambda : 0;
+    modes.lambda[j] = lambda > rigid ? lambda : 0;
   }
   return modes;
 }

@@ -130,6 +130,19 @@ std::shared_ptr<const Matrix> NodeRows::response(const ResponseOf& of, const Vec
   return responses_.back().second;
 }
 
+std::shared_ptr<const ThinResponse> NodeRows::thin_response(const ResponseOf& of,
+                                                            const Vector& weight) const {
+  for (const auto& [known, response] : thin_)
+    if (known == of) return response;
+  const bool is_first = thin_.empty();
+  auto A = is_first ? std::make_shared<const Matrix>(Vt()) : thin_.front().second->A;
+  auto rows = is_first ? no_static_rows(nodes_.size()) : thin_.front().second->rows;
+  if (thin_.size() == most_responses) thin_.erase(thin_.begin());
+  thin_.emplace_back(of, std::make_shared<const ThinResponse>(
+                             ThinResponse{std::move(A), weight.asDiagonal(), std::move(rows), 1}));
+  return thin_.back().second;
+}
+
 const Matrix& NodeRows::envelope() const {
   if (envelope_.rows() == n_ && envelope_.cols() == 3) return envelope_;
   envelope_.setZero(n_, 3);

@@ -11,6 +11,7 @@
 #include "common/base/types.hpp"
 #include "common/linalg/row_matrix.hpp"
 #include "common/superelement/superelement.hpp"
+#include "dynamics/contact/nodes/thin_response.hpp"
 #include "dynamics/motion/damping.hpp"
 #include "dynamics/motion/modal/forms/modal_propagator.hpp"
 
@@ -55,6 +56,11 @@ class NodeRows {
   // S = V_c^T diag(weight) V_c   (3 m x 3 m), kept for those that ask for the same again: the last
   // few.
   std::shared_ptr<const Matrix> response(const ResponseOf& of, const Vector& weight) const;
+  // Whether the nodes' dofs are four times as many as the modes, so that the same is better not
+  // formed; and the same, as its factors.
+  bool has_few_modes() const { return 4 * n_ <= n_dofs(); }
+  std::shared_ptr<const ThinResponse> thin_response(const ResponseOf& of,
+                                                    const Vector& weight) const;
   // Largest magnitude over the nodes of each mode's displacement   (n x 3)
   const Matrix& envelope() const;
 
@@ -69,6 +75,7 @@ class NodeRows {
   mutable std::optional<Shapes> shapes_;
   mutable bool shapes_known_ = false;
   mutable std::vector<std::pair<ResponseOf, std::shared_ptr<const Matrix>>> responses_;
+  mutable std::vector<std::pair<ResponseOf, std::shared_ptr<const ThinResponse>>> thin_;
   mutable Matrix envelope_;
 };
 

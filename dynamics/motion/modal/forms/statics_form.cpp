@@ -39,14 +39,6 @@ void hold_row(Index j, double least, Matrix& F) {
   F.col(j).setZero();
 }
 
-std::shared_ptr<const StaticRows> no_rows(std::size_t n_nodes) {
-  auto rows = std::make_shared<StaticRows>();
-  rows->first.assign(n_nodes + 1, 0);
-  rows->direction.resize(0, 3);
-  rows->F = std::make_shared<const Matrix>();
-  return rows;
-}
-
 std::shared_ptr<const StaticsForm> held_characteristic(const Superelement& s,
                                                        const StaticsForm& free,
                                                        const std::vector<HeldDirection>& held,
@@ -160,7 +152,8 @@ std::shared_ptr<const StaticsForm::OfNodes> StaticsForm::of_nodes(
 }
 
 double StaticsForm::following(double h) const {
-  return is_massless || omega_limit == 0 ? h : std::max(h, 1 / omega_limit);
+  constexpr double most_share = 1.8;
+  return is_massless || omega_limit == 0 ? h : std::max(h / most_share, 1 / omega_limit);
 }
 
 std::shared_ptr<const ThinResponse> StaticsForm::response(
@@ -175,7 +168,7 @@ std::shared_ptr<const ThinResponse> StaticsForm::response(
                             : Matrix(weight.asDiagonal());
   const double h = of.weight == ResponseOf::Weight::statics ? 1 : following(of.h);
   auto response = std::make_shared<ThinResponse>(ThinResponse{nodes->A, C, nodes->rows, h});
-  if (of_velocity) response->rows = no_rows(nodes->nodes.size()), response->h = 1;
+  if (of_velocity) response->rows = no_static_rows(nodes->nodes.size()), response->h = 1;
   known_.push_back({nodes, of, response});
   return response;
 }

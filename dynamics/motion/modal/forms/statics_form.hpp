@@ -23,9 +23,10 @@ struct StaticsForm {
   // rad/s, limits a step: massless, with the interface held; else the highest of `modal`
   double omega_limit = 0;
 
-  // The time over which statics follow a force, at least the step h: a force f moves them by F f h
-  // / following(h) in it. Beside shapes with mass that is 1 / omega_limit or more: else contact
-  // bounces on them in short steps. docs/theory.md, (41).
+  // The time tau over which statics follow a force: a force f moves them by F f h / tau in a step.
+  // Massless: h, at once. Beside shapes with mass: 1 / omega_limit, else contact bounces on them in
+  // short steps; but h / 1.8 or more, as statics swing without end at h / tau = 2.
+  // docs/theory.md, (41).
   double following(double h) const;
 
   // The rows of some nodes, numbered by their places in `nodes`, and the shapes that these move in,

@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Rigid bodies, as: rigid: flight, sliding, impact of an elastic bar, springs, supports, restart,
+// and what is refused; against closed forms.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "dynamics/setup/modal/scene_modes.hpp"
+#include "tests/support/refusal.hpp"
+#include "tests/support/restarted_run.hpp"
+#include "tests/support/scene_run.hpp"
+
+namespace cbr {
+namespace {
+
+using test::at;
+using test::Ran;
+using test::SceneFolder;
+using test::text;
+
+constexpr double density = 2, g = 10;
+const Vector3 size(0.4, 0.2, 0.1);
+const double mass = density * size.prod();
+
+std::string scene(const std::string& instances, const std::string& rest, const std::string& time,
+                  const std::string& output = "every: 0.01",
+                  const std::string& more_of_block = "") {
+  return "materials: {m: {youngs_modulus: 1000, poissons_ratio: 0, density: 2}}\n"
+         "components:\n"
+         "  block: {mesh: block.exo, material: m" +
+         more_of_block +
+         "}\n"
+         "  bar: {mesh: bar.exo, material: m, mass: lumped}\n"
+         "instances:\n" +
+         instances + rest + "time: " + time + "\noutput: {" + output + "}\n";
+}
+
+class Rigid : public ::testing::Test {
+ protected:
+  Rigid() {
+    folder.add("block.exo", test::block_mesh({{4, 3, 2}, size}));
+    folder.add("bar.exo", test::block_mesh({{80, 1, 1}, {2, 0.1, 0.1}}));
+  }
+
+  std::string refusal(const std::string& yaml) const {
+    return test::refusal_of([&] { folder.prepare(yaml); });
+  }
+
+  SceneFolder folder;
+};
+
+// The angular momentum about the centre and the energy are kept, and the axis of the largest
+// inertia keeps its direction.
+TEST_F(Rigid, FliesAndTurnsByAnyAngle) {
+  const Vector3 w(0, 0, 7), v(1, 2, 3);
+  const Ran ran =
+      folder.run(scene("  b: {component: block, as: rigid, velocity: " + text(v) +
+                           ", angular_velocity: " + text(w) + "}\n",
+                       "loads: [{gravity: [0, 0, -10]}]\n", "{end: 2, rotations: large}",
+                       "every: 0.01, history: [b.x_max]"));
+  const RunResult::OfBody& body = ran.body("b");
+  const Vector3 c_0 = size / 2;
+  for (std::size_t i = 0; i < ran.result.time.size(); i += 10) {
+    const double t = ran.result.time[i];
+    const Vector3 c = c_0 + v * t + Vector3(0, 0, -g * t * t / 2);
+    EXPECT_LT((at(body.center_of_mass, i) - c).norm(), 1e-11);
+    const Vector3 arm(0.2 * std::cos(7 * t), 0.2 * std::sin(7 * t), 0);
+    EXPECT_LT((at(ran.monitor("b.x_max").mean_position, i) - c - arm).norm(), 1e-10);
+    const double rolled = mass / 12 * (0.16 + 0.04) * 49 / 2;
+    const Vector3 rate = v - Vector3(0, 0, g * t);
+    EXPECT_NEAR(body.kinetic_energy[i], rolled + 0.5 * mass * rate.squaredNorm(), 1e-11);
+  }
+  EXPECT_LT(test::energy_residual(ran.result), 1e-12);
+}
+
+// v^2 / (2 mu g), on a wall and on a rigid base that is held; more nodes touch than there are
+// coordinates.
+TEST_F(Rigid, ABlockSlidesToRest) {
+  for (const bool on_wall : {true, false}) {
+    const std::string slides = "  b: {component: block, as: rigid, velocity: [1.2, 0, 0]}\n";
+    const std::string base =
+        "  base: {component: bar, as: rigid, position: [-0.5, 0, -0.1], rotation: [0, 0, 0]}\n";
+    const std::string onto =
+        on_wall ? "walls: {floor: {plane: {point: [0, 0, 0], normal: [0, 0, 1]}}}\n"
+                : "boundary: [{instance: base, nodes: z_min, fix: [x, y, z]}]\n";
+    const Ran ran =
+        folder.run(scene(slides + (on_wall ? "" : base),
+                         onto + "loads: [{gravity: [0, 0, -10]}]\ncontact: [{between: [b.z_min, " +
+                             (on_wall ? "floor" : "base.z_max") + "], friction: 0.3}]\n",
+                         "{end: 0.8, step: 0.001}", "every: 0.02"));
+    const RunResult::OfBody& body = ran.body("b");
+    const std::size_t last = ran.result.time.size() - 1;
+    EXPECT_NEAR(at(body.center_of_mass, last)[0], 0.2 + 1.44 / 6, 0.001);
+    EXPECT_LT(at(body.momentum, last).norm(), 1e-9);
+    EXPECT_NEAR(at(body.center_of_mass, last)[2], 0.05, 1e-9);
+    for (std::size_t i = 1; i < last; ++i)
+      EXPECT_NEAR(at(ran.result.pairs[0].force, i)[2], mass * g, 1e-6 * mass * g) << i;
+    EXPECT_LT(test::energy_residual(ran.result), 1e-10);
+  }
+}
+
+// A bar of impedance z = rho c A runs onto a free rigid block of mass M: M v' = z (v_0 - v) until
+// the wave comes back from its far end.
+TEST_F(Rigid, ABarPushesABlockByItsImpedance) {
+  const double c = std::sqrt(1000 / density), z = density * c * 0.01, end = 0.9 * 4 / c;
+  const Ran ran =
+      folder.run(scene("  bar: {component: bar, as: mesh, velocity: [1, 0, 0]}\n"
+                       "  b: {component: block, as: rigid, position: [2, -0.05, 0]}\n",
+                       "contact: [{between: [bar.x_max, b.x_min]}]\n", "{end: " + text(end) + "}",
+                       "every: " + text(end / 40)));
+  const RunResult::OfBody& body = ran.body("b");
+  double worst = 0;
+  for (std::size_t i = 0; i < ran.result.time.size(); ++i) {
+    const double v = at(body.momentum, i)[0] / mass;
+    worst = std::max(worst, std::abs(v - (1 - std::exp(-z / mass * ran.result.time[i]))));
+  }
+  EXPECT_LT(worst, 0.01);
+  EXPECT_LT((at(body.momentum, 40) + at(ran.body("bar").momentum, 40)).norm() - density * 0.02,
+            1e-12);
+}
+
+// sqrt(k / m), in --modes and in a run; the other motions are free.
+TEST_F(Rigid, SwingsOnASpring) {
+  const double k = 50, omega = std::sqrt(k / mass);
+  const std::string yaml =
+      scene("  b: {component: block, as: rigid, velocity: [0.1, 0, 0]}\n",
+            "links: [{between: [b.hub, ground], fix: [], stiffness: [50, 0, 0, 0, 0, 0]}]\n",
+            "{end: 1}", "every: 0.001, history: [b.hub]",
+            ", points: {hub: {surface: x_min, at: [0.2, 0.1, 0.05], coupling: rigid}}");
+  Report report("test", Verbosity::quiet);
+  const auto modes = scene_modes(folder.prepare(yaml).scene, 6, report).instances;
+  const Vector& found = modes.front().frequency_hz;
+  ASSERT_EQ(found.size(), 6);
+  EXPECT_EQ((found.array() == 0).count(), 5);
+  EXPECT_NEAR(2 * std::numbers::pi * found[5], omega, 1e-9 * omega);
+  const Ran ran = folder.run(yaml);
+  double worst = 0;
+  for (std::size_t i = 0; i < ran.result.time.size(); ++i) {
+    const double x = at(ran.monitor("b.hub").mean_position, i)[0] - 0.2;
+    worst = std::max(worst, std::abs(x - 0.1 / omega * std::sin(omega * ran.result.time[i])));
+  }
+  EXPECT_LT(worst, 2e-3 * 0.1 / omega);
+}
+
+// A press: all of its motions are prescribed. The bar between it and a wall gets shorter by its
+// travel, and carries E A e / L.
+TEST_F(Rigid, APressHasNoCoordinatesOfItsOwn) {
+  const Ran ran = folder.run(
+      scene("  bar: {component: bar, as: mesh}\n"
+            "  press: {component: block, as: rigid, position: [2, -0.05, 0]}\n",
+            "boundary:\n"
+            "  - {instance: press, nodes: x_max, fix: [x, y, z], displacement: [-0.01, 0, 0], "
+            "history: {time: [0, 1], value: [0, 1]}}\n"
+            "  - {instance: bar, nodes: x_min, fix: [x, y, z]}\n"
+            "contact: [{between: [bar.x_max, press.x_min]}]\n",
+            "{end: 1, static: true}", "every: 0.25"));
+  const double force = 1000 * 0.01 * 0.01 / 2;
+  EXPECT_NEAR(at(ran.body("press").reaction, 4)[0], -force, 1e-6 * force);
+  EXPECT_NEAR(at(ran.result.pairs[0].force, 4)[0], -force, 1e-6 * force);
+}
+
+// Newmark and central differences move it alike.
+TEST_F(Rigid, FallsAlikeInEveryIntegrator) {
+  for (const char* way : {"exact", "central-difference", "newmark"}) {
+    const Ran ran = folder.run(
+        scene("  b: {component: block, as: rigid, position: [0, 0, 0.2]}\n",
+              "walls: {floor: {plane: {point: [0, 0, 0], normal: [0, 0, 1]}}}\n"
+              "loads: [{gravity: [0, 0, -10]}]\ncontact: [{between: [b.z_min, floor]}]\n",
+              std::string("{end: 0.4, step: 0.001, integrator: ") + way + "}", "every: 0.02"));
+    const RunResult::OfBody& body = ran.body("b");
+    EXPECT_NEAR(at(body.center_of_mass, 5)[2], 0.25 - 0.5 * g * 0.01, 1e-4) << way;
+    EXPECT_NEAR(at(body.center_of_mass, 20)[2], 0.05, 1e-6) << way;  // it stays down
+    EXPECT_LT(at(body.momentum, 20).norm(), 1e-6) << way;
+  }
+}
+
+TEST_F(Rigid, GoesOnFromACheckpoint) {
+  const std::string yaml = scene(
+      "  b: {component: block, as: rigid, position: [0, 0, 0.05], angular_velocity: [3, 1, 0]}\n",
+      "walls: {floor: {plane: {point: [0, 0, 0], normal: [0, 0, 1]}}}\n"
+      "loads: [{gravity: [0, 0, -10]}]\ncontact: [{between: [b.z_min, floor], friction: 0.2}]\n",
+      "{end: 0.3, step: 0.001, rotations: large}", "every: 0.01");
+  const test::RestartedRun runs = test::restarted(folder, yaml, 0.12);
+  EXPECT_EQ(runs.whole.body("b").center_of_mass.values, runs.rest.body("b").center_of_mass.values);
+  EXPECT_EQ(runs.whole.body("b").orientation, runs.rest.body("b").orientation);
+}
+
+TEST_F(Rigid, IsRefusedWhatOnlyElasticBodiesHave) {
+  const std::string b = "  b: {component: block, as: rigid}\n",
+                    fall = "walls: {floor: {plane: {point: [0, 0, 0], normal: [0, 0, 1]}}}\n";
+  const auto expect = [&](const std::string& yaml, const std::string& words) {
+    const std::string message = refusal(yaml);
+    EXPECT_NE(message.find(words), std::string::npos) << message;
+  };
+  expect(scene("  b: {component: block, as: rigid, damping: {ratio: 0.1}}\n", "", "{end: 1}"),
+         "a rigid body has no elastic modes");
+  expect(scene(b, "", "{end: 1}", "every: 0.1, stress: [{instance: b, worst: 3}]"),
+         "is rigid and has no stress");
+  expect(scene(b, "", "{end: 1}", "every: 0.1, history: [b.nose]"), "nose");
+  EXPECT_NE(test::refusal_of([&] {
+              folder.run(scene(b,
+                               fall + "contact: [{between: [b.z_min, floor], enforcement: "
+                                      "nodal}]\n",
+                               "{end: 1, integrator: central-difference, step: 0.01}"));
+            }).find("nodal enforcement: instance 'b'"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace cbr
