@@ -21,7 +21,7 @@ help:
 	@echo "make stress-table  the table alone"
 	@echo "make load      1000 instances, 200 000 contact nodes, 10 million outputs, scenes of 100 MB: how time and memory grow, into docs/stability-load.md (six minutes, 8 GB)"
 	@echo "make seeds     random scenes against what must not change them and dense arithmetic: SEEDS=FIRST:COUNT (1000:1000; half an hour)"
-	@echo "make fuzz      fuzzers of all readers, each for MINUTES=1; TARGETS=\"scene gmsh exodus superelement edits program checkpoint\"; needs clang"
+	@echo "make fuzz      fuzzers of all readers, each for MINUTES=1; TARGETS=\"scene gmsh exodus med superelement edits program checkpoint\"; needs clang"
 	@echo "make sanitize  all tests under the address and undefined-behaviour sanitizers, in build-debug (an hour)"
 	@echo "make bench     run time against error, reduction, skipping, small features: CSV and plots in $(BUILD)/bench (an hour, with r = 4 half an hour more; SMOKE=1: seconds)"
 	@echo "make bench-docs  the tables and plots of docs/benchmarks.md from $(BUILD)/bench"
@@ -101,7 +101,7 @@ seeds: configure
 	CBR_SEEDS=$(SEEDS) $(BUILD)/tests/stability/random_scenes
 
 MINUTES ?= 1
-TARGETS ?= scene gmsh exodus superelement edits program checkpoint
+TARGETS ?= scene gmsh exodus med superelement edits program checkpoint
 fuzz: packages
 	cmake --preset fuzz
 	cmake --build --preset fuzz --parallel $(JOBS)

@@ -167,7 +167,7 @@ void add_reduction_options(CLI::App& group, ReduceCommand& command) {
 void add_reduce_options(CLI::App& app, ReduceCommand& command) {
   app.add_option("INPUT", command.input,
                  "scene (YAML), - for a scene on standard input, or mesh (.msh .exo .e .g .inp "
-                 ".bdf .unv .vtk)")
+                 ".bdf .med .unv .vtk)")
       ->required();
   auto* mesh = app.add_option_group("with a mesh",
                                     "description of the component; in a scene these are keys");

@@ -22,7 +22,7 @@ int main(int argc, char** argv) {
   cbr::add_common_options(app, common);
   app.add_option("INPUT", command.input,
                  "scene (YAML), - for a scene on standard input, or mesh (.msh .exo .e .g .inp "
-                 ".bdf .unv .vtk)")
+                 ".bdf .med .unv .vtk)")
       ->required();
   app.add_option("--sideset", command.sidesets, "sideset of the mesh to skin; may be repeated")
       ->allow_extra_args(false);

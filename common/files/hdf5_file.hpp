@@ -88,6 +88,9 @@ class Hdf5Reader {
   Points read_points(const std::string& dataset) const;
   std::vector<Index> read_indices(const std::string& dataset) const;
   IndexTable read_index_table(const std::string& dataset) const;
+  // A list of texts of one length, as other programs write them: strings of fixed length, or arrays
+  // of bytes. With their padding.
+  std::vector<std::string> read_texts(const std::string& dataset) const;
   bool has_attribute(const std::string& object, const std::string& attribute) const;
   bool is_string(const std::string& object, const std::string& attribute) const;
   std::string read_string(const std::string& object, const std::string& attribute) const;

@@ -325,6 +325,25 @@ IndexTable Hdf5Reader::read_index_table(const std::string& dataset) const {
   return values;
 }
 
+std::vector<std::string> Hdf5Reader::read_texts(const std::string& dataset) const {
+  const Handle opened = impl_->open_dataset(dataset);
+  const Handle type(H5Dget_type(opened), H5Tclose);
+  const H5T_class_t kind = H5Tget_class(type);
+  const std::size_t length = H5Tget_size(type);
+  const bool is_text = kind == H5T_STRING && H5Tis_variable_str(type) == 0;
+  const Handle byte(kind == H5T_ARRAY ? H5Tget_super(type) : H5Tcopy(type), H5Tclose);
+  if (!is_text &&
+      (kind != H5T_ARRAY || H5Tget_class(byte) != H5T_INTEGER || H5Tget_size(byte) != 1))
+    impl_->fail(dataset, "wrong type, expected texts of one length");
+  const auto extent = impl_->expect(opened, dataset, kind, 1);
+  std::string all(static_cast<std::size_t>(extent[0]) * length, '\0');
+  if (!all.empty() && H5Dread(opened, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, all.data()) < 0)
+    impl_->fail(dataset, "cannot be read: the file is truncated or damaged");
+  std::vector<std::string> texts;
+  for (std::size_t at = 0; at < all.size(); at += length) texts.push_back(all.substr(at, length));
+  return texts;
+}
+
 bool Hdf5Reader::has_attribute(const std::string& object, const std::string& attribute) const {
   return H5Aexists(impl_->open_object(object), attribute.c_str()) > 0;
 }

@@ -59,9 +59,9 @@ struct Mesh {
 };
 
 // Reads, as docs/meshes.md says, .msh (gmsh 2.2, 4.1), .exo .e .g .ncf .nc4 (Exodus II), .inp
-// (Abaqus, CalculiX), .bdf .nas (Nastran), and through the program gmsh .unv and .vtk. InputError
-// names the file and what is wrong in it: missing, truncated, an element type that is not
-// supported, a side of no element, a repeated id.
+// (Abaqus, CalculiX), .bdf .nas (Nastran), .med (Salome), and through the program gmsh .unv and
+// .vtk. InputError names the file and what is wrong in it: missing, truncated, an element type that
+// is not supported, a side of no element, a repeated id.
 Mesh read_mesh(const std::filesystem::path& file);
 
 // Whether the suffix is one that read_mesh knows; one that write_mesh knows; one of a format that

@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Meshes of other programs: .inp, .bdf and .unv files that gmsh wrote become the same superelement as its .msh, sets, surfaces and
-materials of .inp and .bdf count, and damaged files are refused with one line.
+"""Meshes of other programs: .inp, .bdf and .unv files that gmsh wrote, and .med files that libmed wrote, become the same superelement as
+gmsh's .msh; sets, surfaces and materials count, and damaged files are refused with one line.
 usage: mesh_readers.py CBR_REDUCE CBR_SKIN CBR_DYN FOLDER_OF_MESHES. Exit 77 without h5py or numpy."""
 import random
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -239,11 +240,102 @@ def check_refusals(folder):
     assert "out.inp" in error and error.count("\n") == 1, error
 
 
+STEP = "ENS_MAA/mesh/-0000000000000000001-0000000000000000001"
+
+
+def med(folder, name):
+    shutil.copy(Path(__file__).parent / "med" / name, folder / name)
+    return folder / name
+
+
+def check_med(folder):
+    """Files of libmed (med/make_med.py) against gmsh's, and what they must hold."""
+    for order, name in ((1, "hex8"), (2, "hex20")):
+        med(folder, f"{name}.med")
+        gmsh(folder, f"{name}.msh", nx=2, ny=1, nz=1, order=order)
+        reduce(folder, f"{name}.msh", "block.cbr.h5", *MATERIAL)
+        reference, faces, _ = superelement(folder / "block.cbr.h5")
+        found = check_same(folder, f"{name}.med", reference)
+        assert set(found) == set(faces) == {"contact", "x_max"}, found  # the kept set, and another of the same nodes
+        for key, values in faces.items():
+            np.testing.assert_array_equal(np.sort(found[key]), np.sort(values), err_msg=key)
+    blocks, sides, nodes = mesh_of(folder, "hex8.med", "contact")
+    assert blocks[0] == "block" and len(sides["surface"]) == 10, (blocks, sides)
+    assert nodes == {"clamp": [1, 3, 5, 8]}, nodes
+    for name in ("hex8.med", "hex20.med"):  # a program that does not know that solids are reflected
+        with h5py.File(folder / name, "r+") as file:
+            for kind, n, order in (("HE8", 8, HEX), ("H20", 20, HEX + [11, 10, 9, 8, 15, 14, 13, 12, 16, 19, 18, 17])):
+                if f"{STEP}/MAI/{kind}" in file:
+                    cells = file[f"{STEP}/MAI/{kind}/NOD"]
+                    cells[:] = cells[:].reshape(n, -1)[order].ravel()
+        reduce(folder, name.replace("med", "msh"), "block.cbr.h5", *MATERIAL)
+        check_same(folder, name, superelement(folder / "block.cbr.h5")[0])
+
+
+HEX = [0, 3, 2, 1, 4, 7, 6, 5]
+
+
+def check_med_sets(folder):
+    med(folder, "mixed.med")
+    blocks, sides, nodes = mesh_of(folder, "mixed.med", "floor")
+    # `roof` is smaller than `all`; each type is a block of its own; numbers as libmed counts them
+    assert blocks == ["roof_tet4", "roof_pyramid5", "all_wedge6", "all_hex8", "skin.floor_quad4", "skin.floor_tri3"], blocks
+    tet, pyramid, wedge, hexahedron = 7, 8, 9, 10
+    assert sides["floor"] == [(wedge, 4), (hexahedron, 5)], sides
+    assert sides["floor and wall"] == [(wedge, 1), (wedge, 4), (hexahedron, 5)], sides
+    assert nodes == {"ar\u00eate": [1, 4], "clamp": [1, 4, 5, 8], "corner": [10], "edge": [1, 4]}, nodes
+    reduce(folder, "mixed.med", "mixed.cbr.h5", *MATERIAL, interface="floor")
+    volume = 1 + 1 / 2 + 1 / 6 + 1 / 12  # hexahedron, wedge, pyramid, tetrahedron
+    np.testing.assert_allclose(superelement(folder / "mixed.cbr.h5")[0]["rigid_body/mass"], RHO * volume, rtol=1e-12)
+    med(folder, "tet10.med")
+    reduce(folder, "tet10.med", "tet.cbr.h5", *MATERIAL, interface="floor")
+    found, faces, _ = superelement(folder / "tet.cbr.h5")
+    np.testing.assert_allclose(found["rigid_body/mass"], RHO / 6, rtol=1e-12)
+    assert faces["floor"].shape == (1, 6) and found["matrices/eigenvalues"].min() > 0
+    middle = found["nodes/coordinates"][faces["floor"][0]]
+    np.testing.assert_allclose(middle[3:], (middle[:3] + middle[[1, 2, 0]]) / 2, atol=1e-15)
+
+
+def check_med_refusals(folder):
+    def changed(change):
+        with h5py.File(med(folder, "mixed.med"), "r+") as file:
+            change(file)
+        error = reduce(folder, "mixed.med", "odd.cbr.h5", *MATERIAL, interface="floor", expect=2)
+        assert error.count("\n") == 1 and error.startswith("cbr-reduce: error: mixed.med: "), error
+        return error
+
+    def put(name, place, value):
+        return lambda file: file[f"{STEP}/{name}"].__setitem__(place, value)
+
+    def cut(name):
+        def change(file):
+            values = file[f"{STEP}/{name}"][:-1]
+            del file[f"{STEP}/{name}"]
+            file[f"{STEP}/{name}"] = values
+        return change
+
+    for change, words in (
+            (put("MAI/HE8/NOD", 3, 13), ["HE8/NOD", "node 13", "1 to 12"]), (put("MAI/HE8/NOD", 3, 0), ["node 0"]),
+            (put("MAI/QU4/FAM", 1, -99), ["QU4/FAM", "family -99"]), (put("NOE/FAM", 0, 77), ["NOE/FAM", "family 77"]),
+            (cut("MAI/HE8/NOD"), ["HE8/NOD", "7 entries"]), (cut("MAI/QU4/FAM"), ["QU4/FAM", "1 entries, expected 2"]),
+            (cut("NOE/COO"), ["NOE/COO", "35 numbers"]), (put("NOE/COO", 0, np.nan), ["finite"]),
+            (lambda file: file.move(f"{STEP}/MAI/PE6", f"{STEP}/MAI/P15"), ["P15", "PE6"]),
+            (lambda file: file.__delitem__(f"{STEP}/MAI"), ["no elements"]),
+            (lambda file: file.copy("ENS_MAA/mesh", "ENS_MAA/other"), ["2 meshes", "mesh, other"]),
+            (lambda file: file.copy(STEP, f"{STEP}2"), ["2 times"]),
+            (lambda file: file["ENS_MAA/mesh"].attrs.modify("ESP", 2), ["ESP"]),
+            (lambda file: file["ENS_MAA/mesh"].attrs.modify("TYP", 1), ["grid"]),
+            (lambda file: file["INFOS_GENERALES"].attrs.modify("MAJ", 2), ["MED 2", "medimport"]),
+            (lambda file: file.__delitem__("ENS_MAA"), ["no mesh of MED"])):
+        error = changed(change)
+        assert all(word in error for word in words), (words, error)
+
+
 def check_damage(folder):
     """Cut and changed files: a mesh, or one line with exit code 2."""
     dice = random.Random(1)
-    for name, trials in (("cae.inp", 30), ("hand.bdf", 30), ("h1.unv", 6), ("h1.vtk", 6)):
-        whole = (folder / name).read_bytes()
+    for name, trials in (("cae.inp", 30), ("hand.bdf", 30), ("h1.unv", 6), ("h1.vtk", 6), ("mixed.med", 40)):
+        whole = (med(folder, name) if name.endswith("med") else folder / name).read_bytes()
         damaged = folder / f"damaged{Path(name).suffix}"
         for trial in range(trials):
             at = dice.randrange(len(whole))
@@ -262,6 +354,9 @@ def main():
         check_sets(folder)
         check_materials(folder)
         check_refusals(folder)
+        check_med(folder)
+        check_med_sets(folder)
+        check_med_refusals(folder)
         check_damage(folder)
     print("ok")
 

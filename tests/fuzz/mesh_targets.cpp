@@ -67,6 +67,8 @@ void read(const std::filesystem::path& file) {
 
 void gmsh(Bytes bytes) { read(ScratchFile(".msh", bytes).path()); }
 
+void med(Bytes bytes) { read(ScratchFile(".med", bytes).path()); }
+
 void exodus(Bytes bytes) {
   const ScratchFile file(".exo", bytes);
   read(file.path());

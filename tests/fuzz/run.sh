@@ -6,7 +6,7 @@ set -u
 here=$(cd "$(dirname "$0")" && pwd)
 build=$1 minutes=$2
 shift 2
-[ $# -gt 0 ] || set -- scene gmsh exodus superelement edits program checkpoint
+[ $# -gt 0 ] || set -- scene gmsh exodus med superelement edits program checkpoint
 mkdir -p "$build/findings"
 # On processors that it does not know OpenBLAS takes kernels that read beyond vectors, which the address sanitizer reports
 if grep -qs avx2 /proc/cpuinfo; then export OPENBLAS_CORETYPE="${OPENBLAS_CORETYPE:-Haswell}"; fi

@@ -16,6 +16,7 @@ using Bytes = std::span<const std::uint8_t>;
 void scene(Bytes bytes);         // YAML: parsed, written, parsed again
 void gmsh(Bytes bytes);          // .msh: read, assembled, written, read again
 void exodus(Bytes bytes);        // Exodus II and Sierra's superelements: likewise
+void med(Bytes bytes);           // Salome's meshes: likewise
 void superelement(Bytes bytes);  // HDF5: read, checked, written, read again
 // bytes are a list of edits of a whole superelement file, which is then read and run
 void edits(Bytes bytes);
@@ -27,9 +28,13 @@ struct Target {
   const char* name;
   void (*run)(Bytes);
 };
-inline constexpr Target targets[] = {{"scene", scene},          {"gmsh", gmsh},
-                                     {"exodus", exodus},        {"superelement", superelement},
-                                     {"edits", edits},          {"program", program},
+inline constexpr Target targets[] = {{"scene", scene},
+                                     {"gmsh", gmsh},
+                                     {"exodus", exodus},
+                                     {"med", med},
+                                     {"superelement", superelement},
+                                     {"edits", edits},
+                                     {"program", program},
                                      {"checkpoint", checkpoint}};
 
 // What must hold for every input.

@@ -24,6 +24,7 @@ void write_gmsh(const Mesh& mesh, const std::filesystem::path& file, const std::
 Mesh read_exodus(const std::filesystem::path& file);
 Mesh read_abaqus_mesh(const std::filesystem::path& file);
 Mesh read_nastran_mesh(const std::filesystem::path& file);
+Mesh read_med(const std::filesystem::path& file);
 Mesh read_with_gmsh(const std::filesystem::path& file);  // RunError: there is no program gmsh
 void write_exodus(const Mesh& mesh, const std::filesystem::path& file, const std::string& where);
 

@@ -13,7 +13,7 @@ namespace cbr {
 namespace {
 
 // other: what the program gmsh converts
-enum class Format { none, gmsh, exodus, abaqus, nastran, other };
+enum class Format { none, gmsh, exodus, abaqus, nastran, med, other };
 
 std::string suffix_of(const std::filesystem::path& file) {
   std::string suffix = file.extension().string();
@@ -29,6 +29,7 @@ Format format_of(const std::filesystem::path& file) {
     if (suffix == known) return Format::exodus;
   if (suffix == ".inp") return Format::abaqus;
   if (suffix == ".bdf" || suffix == ".nas") return Format::nastran;
+  if (suffix == ".med") return Format::med;
   if (suffix == ".unv" || suffix == ".vtk") return Format::other;
   return Format::none;
 }
@@ -45,8 +46,8 @@ Format known_format(const std::filesystem::path& file) {
     throw InputError(file.string() +
                      ": a mesh's name ends in .msh (gmsh), .exo .e .g .ncf .nc4 (Exodus II), .inp "
                      "(Abaqus, CalculiX), " +
-                     ".bdf .nas (Nastran), .unv or .vtk, not in '" + file.extension().string() +
-                     "'");
+                     ".bdf .nas (Nastran), .med (Salome), .unv or .vtk, not in '" +
+                     file.extension().string() + "'");
   return format;
 }
 
@@ -67,6 +68,8 @@ Mesh read(const std::filesystem::path& file, Format format) {
       return read_abaqus_mesh(file);
     case Format::nastran:
       return read_nastran_mesh(file);
+    case Format::med:
+      return read_med(file);
     case Format::other:
       return read_with_gmsh(file);
     default:
@@ -97,15 +100,10 @@ std::vector<Index> corners_of(const Mesh& mesh, const Side& side) {
 }  // namespace
 
 std::string foreign_mesh_cure(const std::filesystem::path& file) {
-  static const std::vector<std::string> meshes = {".vtu",  ".cdb",  ".med", ".fem",
-                                                  ".xdmf", ".mesh", ".dat"},
+  static const std::vector<std::string> meshes = {".vtu", ".cdb", ".fem", ".xdmf", ".mesh", ".dat"},
                                         geometries = {".geo", ".step", ".stp", ".iges",
                                                       ".igs", ".brep", ".stl"};
   const std::string suffix = suffix_of(file), name = file.stem().string();
-  if (suffix == ".med")
-    return "is not of a format that is read: export it from Salome as .unv with its groups, or "
-           "convert it (meshio convert " +
-           file.filename().string() + " " + name + ".exo)";
   if (is_among(suffix, meshes))
     return "is not of a format that is read: convert it to gmsh's .msh or to Exodus II with names "
            "for the faces; meshio knows most "
