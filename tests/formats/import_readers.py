@@ -19,7 +19,7 @@ from results_h5py import write_mesh  # noqa: E402
 
 MATERIAL = ["--youngs-modulus", "2.1e11", "--poissons-ratio", "0.3", "--density", "7850"]
 FILES = {"matrix-market": ["out.K.mtx", "out.M.mtx"], "dmig": ["out.dmig"], "op4": ["out.op4"],
-         "abaqus": ["out.K.abaqus.mtx", "out.M.abaqus.mtx"]}
+         "abaqus": ["out.K.abaqus.mtx", "out.M.abaqus.mtx"], "mtx": ["out.K.ccx.mtx", "out.M.ccx.mtx"]}
 SCENE = """
 components: {block: {superelement: NAME.cbr.h5}}
 instances:

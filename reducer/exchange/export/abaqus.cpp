@@ -8,12 +8,13 @@
 namespace cbr {
 namespace {
 
-// Lower triangle: *MATRIX INPUT, TYPE=SYMMETRIC completes it.
-void write(const Matrix& A, const std::vector<ReducedRow>& rows, std::ostream& out) {
+// Lower triangle: *MATRIX INPUT, TYPE=SYMMETRIC completes it. Entries where A or B is not 0.
+void write(const Matrix& A, const Matrix& B, const std::vector<ReducedRow>& rows,
+           std::ostream& out) {
   for (Index j = 0; j < A.cols(); ++j) {
     const ReducedRow& column = rows[static_cast<std::size_t>(j)];
     for (Index i = j; i < A.rows(); ++i) {
-      if (A(i, j) == 0) continue;
+      if (A(i, j) == 0 && B(i, j) == 0) continue;
       const ReducedRow& row = rows[static_cast<std::size_t>(i)];
       out << row.node << ", " << std::max(row.dof, 1) << ", " << column.node << ", "
           << std::max(column.dof, 1) << ", " << format_text("%.17g", A(i, j)) << '\n';
@@ -24,11 +25,15 @@ void write(const Matrix& A, const std::vector<ReducedRow>& rows, std::ostream& o
 }  // namespace
 
 void write_abaqus_K(const ReducedMatrices& reduced, std::ostream& out) {
-  write(reduced.K, reduced.rows, out);
+  write(reduced.K, reduced.K, reduced.rows, out);
+}
+
+void write_calculix_stiffness(const ReducedMatrices& reduced, std::ostream& out) {
+  write(reduced.K, reduced.M, reduced.rows, out);
 }
 
 void write_abaqus_M(const ReducedMatrices& reduced, std::ostream& out) {
-  write(reduced.M, reduced.rows, out);
+  write(reduced.M, reduced.M, reduced.rows, out);
 }
 
 }  // namespace cbr

@@ -12,7 +12,8 @@ void write_calculix_input(const ReducedMatrices& reduced, const std::string& nam
                           std::ostream& out) {
   out << "** A Craig-Bampton superelement: *INCLUDE this file in the model. Nodes without a place "
          "of their own are modal\n"
-      << "** coordinates; their dof is 1.\n*NODE, NSET=CBR\n";
+      << "** coordinates; their dof is 1. A *FREQUENCY or *DYNAMIC step needs a material with a "
+         "*DENSITY in the model.\n*NODE, NSET=CBR\n";
   Index last = -1;
   for (const ReducedRow& row : reduced.rows) {
     if (row.node == last) continue;

@@ -43,8 +43,10 @@ void write_abaqus_K(const ReducedMatrices& reduced, std::ostream& out);
 void write_abaqus_M(const ReducedMatrices& reduced, std::ostream& out);
 
 // CalculiX's *MATRIX ASSEMBLE, with the nodes, for files NAME.K.ccx.mtx and NAME.M.ccx.mtx of
-// Abaqus's lines.
+// Abaqus's lines. CalculiX makes room for entries by the stiffness alone: it has zeros where the
+// mass has entries.
 inline constexpr const char *calculix_K = ".K.ccx.mtx", *calculix_M = ".M.ccx.mtx";
+void write_calculix_stiffness(const ReducedMatrices& reduced, std::ostream& out);
 void write_calculix_input(const ReducedMatrices& reduced, const std::string& name,
                           std::ostream& out);
 

@@ -65,7 +65,7 @@ const std::vector<ExportFormat>& formats() {
         stream_file(".M.abaqus.mtx", write_abaqus_M)}},
       {"mtx",
        "CalculiX *MATRIX ASSEMBLE",
-       {stream_file(calculix_K, write_abaqus_K), stream_file(calculix_M, write_abaqus_M),
+       {stream_file(calculix_K, write_calculix_stiffness), stream_file(calculix_M, write_abaqus_M),
         calculix_input_file()}},
       {"sierra", "Sierra/SD", {sierra_file()}},
   };

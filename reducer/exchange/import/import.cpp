@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "reducer/exchange/import/import.hpp"
 
+#include <optional>
 #include <vector>
 
 #include "common/base/error.hpp"
@@ -35,12 +36,18 @@ void refuse_to_replace(const std::filesystem::path& target,
                     "give -o another name");
 }
 
-void add_mesh(const ImportOptions& options, Superelement& s, Report& report) {
-  Mesh mesh;
-  {
-    const auto phase = report.phase("reading the mesh");
-    mesh = read_mesh(options.faces);
+std::optional<Mesh> mesh_of(const ImportOptions& options, bool is_needed, Report& report) {
+  if (options.faces.empty()) {
+    if (is_needed)
+      throw InputError(options.file.string() + ": --import " + options.format +
+                       " needs --faces MESH: the file has no coordinates");
+    return {};
   }
+  const auto phase = report.phase("reading the mesh");
+  return read_mesh(options.faces);
+}
+
+void add_mesh(const Mesh& mesh, const ImportOptions& options, Superelement& s, Report& report) {
   add_faces(mesh, options.faces.string(), options.file.string(), s);
   if (s.n() > options.diagonal_limit) return;
   const auto phase = report.phase("diagonal form");
@@ -82,9 +89,12 @@ void import_superelement(const ImportOptions& options, Report& report) {
   refuse_to_replace(options.target, files);
   { const TemporaryFile probe(options.target); }  // what cannot be written is found before the work
   for (const auto& file : files) inputs.add(file);
+  const std::optional<Mesh> mesh = mesh_of(options, imported.needs_mesh, report);
+  if (imported.needs_mesh)
+    place_rows(*mesh, options.faces.string(), options.file.string(), imported.reduced);
   Superelement s = superelement_of(imported.reduced, options.file.string());
   imported.reduced = {};  // as large as the superelement
-  if (!options.faces.empty()) add_mesh(options, s, report);
+  if (mesh) add_mesh(*mesh, options, s, report);
   s.content_hash = hash_of(options.format, files);
   s.provenance["import"] = options.format;
   s.provenance["import_file"] = options.file.filename().string();

@@ -12,6 +12,7 @@ struct ImportFormat {
   std::string users;                  // for messages
   std::vector<std::string> suffixes;  // of the files that are read; none: one file of any name
   ReducedMatrices (*read)(const std::filesystem::path& file_or_stem);
+  bool needs_mesh = false;  // its files have no coordinates
 };
 
 // A new format is one entry here and a file of its own.
@@ -25,6 +26,16 @@ const std::vector<ImportFormat>& formats() {
        "Abaqus *MATRIX INPUT",
        {".K.abaqus.mtx", ".M.abaqus.mtx", ".dofs.csv"},
        read_abaqus},
+      {"mtx",
+       "CalculiX *MATRIX ASSEMBLE",
+       {".K.ccx.mtx", ".M.ccx.mtx", ".dofs.csv"},
+       read_calculix},
+      {"substructure", "*SUBSTRUCTURE MATRIX OUTPUT", {}, read_substructure, true},
+      {"matrix-storage",
+       "CalculiX SOLVER=MATRIXSTORAGE",
+       {".sti", ".mas", ".dof"},
+       read_matrix_storage,
+       true},
   };
   return all;
 }
@@ -56,12 +67,13 @@ ImportedMatrices import_matrices(const std::string& name, const std::filesystem:
   const ImportFormat& format = format_named(name);
   const std::string stem = stem_of(format, file.string());
   ImportedMatrices imported;
-  imported.users = format.users;
+  imported.users = format.users, imported.needs_mesh = format.needs_mesh;
   for (const std::string& suffix : format.suffixes) {
     imported.files.emplace_back(stem + suffix);
     if (!std::filesystem::exists(imported.files.back()))
       throw InputError(imported.files.back().string() + ": no such file: --import " + name +
-                       " reads " + join(format.suffixes) + " of one name, as --export writes them");
+                       " reads " + join(format.suffixes) + " of one name" +
+                       (format.needs_mesh ? "" : ", as --export writes them"));
   }
   if (format.suffixes.empty()) imported.files.push_back(file);
   imported.reduced = format.read(stem);

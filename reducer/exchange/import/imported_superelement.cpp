@@ -232,6 +232,24 @@ Superelement superelement_of(const ReducedMatrices& reduced, const std::string& 
   return Importer(reduced, where).run();
 }
 
+void place_rows(const Mesh& mesh, const std::string& mesh_file, const std::string& where,
+                ReducedMatrices& reduced) {
+  std::map<Index, Index> row_of_id, n_rows;
+  for (std::size_t i = 0; i < mesh.node_ids.size(); ++i)
+    row_of_id.emplace(mesh.node_ids[i], static_cast<Index>(i));
+  for (const ReducedRow& row : reduced.rows) ++n_rows[row.node];
+  for (ReducedRow& row : reduced.rows) {
+    const auto found = row_of_id.find(row.node);
+    if (found != row_of_id.end())
+      row.position = mesh.coordinates.row(found->second).transpose();
+    else if (n_rows[row.node] == 1)
+      row.dof = 0;
+    else
+      throw InputError(mesh_file + ": has no node " + std::to_string(row.node) + " of " + where +
+                       ": give --faces the mesh that it was made from");
+  }
+}
+
 void add_faces(const Mesh& mesh, const std::string& mesh_file, const std::string& where,
                Superelement& s) {
   const std::vector<Index> place = places_in(mesh, mesh_file, where, s);

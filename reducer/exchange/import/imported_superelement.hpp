@@ -18,6 +18,11 @@ namespace cbr {
 // stiffness or mass; rigid motions that the nodes do not determine, or that K resists.
 Superelement superelement_of(const ReducedMatrices& reduced, const std::string& where);
 
+// Gives rows their nodes' positions in the mesh. A node that the mesh does not have, and that has
+// one row, is a modal coordinate. InputError: one that has several.
+void place_rows(const Mesh& mesh, const std::string& mesh_file, const std::string& where,
+                ReducedMatrices& reduced);
+
 // Adds the mesh's sets whose nodes are all interface nodes. If no sideset is, each such nodeset
 // becomes a surface: the outer sides of solid elements with all nodes in it. InputError naming
 // `mesh_file`: an interface node that the mesh does not have, or has at another place (1e-6 of the

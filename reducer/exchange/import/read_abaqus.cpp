@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Lines "row node, dof, column node, dof, entry" of *MATRIX INPUT; comments begin with two
-// asterisks.
+// Lines "row node, dof, column node, dof, entry" of Abaqus's *MATRIX INPUT and CalculiX's
+// *MATRIX ASSEMBLE; comments begin with two asterisks.
 #include "reducer/exchange/import/import_formats.hpp"
 #include "reducer/exchange/import/row_places.hpp"
 #include "reducer/exchange/import/symmetric_entries.hpp"
@@ -24,14 +24,17 @@ Matrix read_matrix(const std::filesystem::path& file, const std::vector<ReducedR
   return entries.take();
 }
 
-}  // namespace
-
-ReducedMatrices read_abaqus(const std::filesystem::path& stem) {
+ReducedMatrices read(const std::filesystem::path& stem, const std::string& program) {
   ReducedMatrices reduced;
   reduced.rows = read_rows(stem.string() + ".dofs.csv");
-  reduced.K = read_matrix(stem.string() + ".K.abaqus.mtx", reduced.rows);
-  reduced.M = read_matrix(stem.string() + ".M.abaqus.mtx", reduced.rows);
+  reduced.K = read_matrix(stem.string() + ".K." + program + ".mtx", reduced.rows);
+  reduced.M = read_matrix(stem.string() + ".M." + program + ".mtx", reduced.rows);
   return reduced;
 }
+
+}  // namespace
+
+ReducedMatrices read_abaqus(const std::filesystem::path& stem) { return read(stem, "abaqus"); }
+ReducedMatrices read_calculix(const std::filesystem::path& stem) { return read(stem, "ccx"); }
 
 }  // namespace cbr
