@@ -4,11 +4,12 @@
 #
 #   fields_readers.py CBR_DYN FOLDER_OF_MESHES
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
 
-NAMES = ["stress_" + name for name in "xx yy zz xy yz xz von_mises".split()]
+NAMES = ["stress_" + name for name in "xx yy zz xy yz xz von_mises principal_1 principal_2 principal_3".split()]
 ONE = "  a: {component: block, rotation: [10, 20, 30]}\n"
 TWO = ONE + "  b: {component: block, position: [0.2, 0, 0], velocity: [9, 7, 5]}\n"
 SCENE = """materials: {steel: {youngs_modulus: 2.0e11, poissons_ratio: 0.3, density: 7800}}
@@ -63,6 +64,15 @@ def check_paraview(xdmf, data, n_grids):
                 assert (found == expected).all(), (name, stress)
 
 
+def check_picture(fields, data, n_grids, script):
+    """The script for ParaView: the largest stress of all times, and a picture. Without a display by Xvfb."""
+    picture = fields + ".png"
+    done = subprocess.run(["xvfb-run", "-a", "pvpython", script, fields, picture], capture_output=True, text=True)
+    largest = max(data["steps/%d/%d/stress_von_mises" % (step, g)].max() for step in range(3) for g in range(n_grids))
+    assert f"3 times, largest von Mises stress {largest:.6g} at" in done.stdout, (done.stdout, done.stderr[-500:])
+    assert os.path.getsize(picture) > 10000
+
+
 def check_meshio(xdmf, data):
     import meshio
 
@@ -85,6 +95,7 @@ def main():
     import numpy
 
     program, meshes = sys.argv[1:]
+    script = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../python/examples/paraview_stress.py")
     os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
     with tempfile.TemporaryDirectory() as folder:
         geo = os.path.join(meshes, "block.geo")
@@ -101,6 +112,8 @@ def main():
                 check_meshio(xdmf, data)
             if has["paraview"]:
                 check_paraview(xdmf, data, n_grids)
+            if shutil.which("pvpython") and shutil.which("xvfb-run"):
+                check_picture(xdmf, data, n_grids, script)
     return 0
 
 
