@@ -7,6 +7,7 @@ import os
 import pathlib
 import shutil
 import subprocess
+from collections.abc import Callable
 from typing import Any
 
 from cbr.results import Results
@@ -29,13 +30,20 @@ def _program(name: str, folder: str | os.PathLike[str] | None) -> str:
     return os.path.abspath(found)
 
 
-def _run(program: str, *arguments: str, cwd: pathlib.Path, bin: str | os.PathLike[str] | None) -> None:
-    done = subprocess.run([_program(program, bin), "--quiet", *arguments], cwd=cwd, text=True,
-                          stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
-    if done.returncode != 0:
-        errors = [line for line in done.stderr.splitlines() if ": error: " in line]
-        message = errors[-1].split(": error: ", 1)[1] if errors else done.stderr.strip()
-        raise Failed(program, done.returncode, message)
+def _run(program: str, *arguments: str, cwd: pathlib.Path, bin: str | os.PathLike[str] | None,
+         progress: Callable[[str], object] | None) -> None:
+    command = [_program(program, bin), *([] if progress else ["--quiet"]), *arguments]
+    told = []
+    with subprocess.Popen(command, cwd=cwd, text=True, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE) as running:
+        assert running.stderr is not None
+        for line in running.stderr:
+            told.append(line.rstrip("\n"))
+            if progress:
+                progress(told[-1])
+    if running.returncode != 0:
+        errors = [line for line in told if ": error: " in line]
+        message = errors[-1].split(": error: ", 1)[1] if errors else "\n".join(told)
+        raise Failed(program, running.returncode, message)
 
 
 class Scene(dict[str, Any]):
@@ -51,19 +59,21 @@ class Scene(dict[str, Any]):
         """As JSON, which is YAML too. File names in it are relative to the folder of `path`."""
         pathlib.Path(path).write_text(json.dumps(self, indent=2) + "\n")
 
-    def run(self, path: str | os.PathLike[str], bin: str | os.PathLike[str] | None = None) -> Results:
+    def run(self, path: str | os.PathLike[str], bin: str | os.PathLike[str] | None = None,
+            progress: Callable[[str], object] | None = None) -> Results:
         """Writes the scene to `path`, reduces what has to be, runs it, and opens the results, which are
         beside it: NAME.h5 of NAME.yaml. `bin`: the programs' folder, else $CBR_BIN, else PATH.
+        `progress` is called with each line that the programs print while they run: progress=print.
         Failed: a program says what is wrong. FileNotFoundError: there is no such program.
         """
         path = pathlib.Path(path)
         self.write(path)
         out = path.with_suffix(".h5")
         if any(i.get("as") not in ("mesh", "rigid") for i in self.get("instances", {}).values()):
-            _run("cbr-reduce", path.name, cwd=path.parent, bin=bin)
+            _run("cbr-reduce", path.name, cwd=path.parent, bin=bin, progress=progress)
         if "skin" in self:
-            _run("cbr-skin", path.name, cwd=path.parent, bin=bin)
-        _run("cbr-dyn", path.name, "-o", out.name, cwd=path.parent, bin=bin)
+            _run("cbr-skin", path.name, cwd=path.parent, bin=bin, progress=progress)
+        _run("cbr-dyn", path.name, "-o", out.name, cwd=path.parent, bin=bin, progress=progress)
         return Results(out)
 
 

@@ -5,7 +5,7 @@
     paraview --script=paraview_stress.py             opens $CBR_FIELDS in the window
 
 RESULTS: the fields of `output: {fields: [displacement, stress]}`, .xdmf or .exo. TIME: by default that of the largest stress. FACTOR:
-displacements are drawn so many times larger (1). Without a display: xvfb-run -a pvpython ... Written for ParaView 5.11.
+displacements are drawn so many times larger (1). Without a display: xvfb-run -a -s -noreset pvpython ... Written for ParaView 5.11.
 """
 import os
 import sys
@@ -50,8 +50,7 @@ def show(path, time=None, factor=1.0):
     bent = simple.WarpByVector(Input=reader, Vectors=["POINTS", displacement], ScaleFactor=factor)
     view = simple.GetActiveViewOrCreate("RenderView")
     view.ViewSize = [1000, 600]
-    view.ViewTime = when if time is None else time
-    simple.GetAnimationScene().AnimationTime = view.ViewTime
+    view.ViewTime = simple.GetTimeKeeper().Time = when if time is None else time
     display = simple.Show(bent, view)
     display.Representation = "Surface With Edges"
     display.EdgeColor, display.LineWidth = [0.3, 0.3, 0.3], 0.5

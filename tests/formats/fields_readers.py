@@ -67,7 +67,7 @@ def check_paraview(xdmf, data, n_grids):
 def check_picture(fields, data, n_grids, script):
     """The script for ParaView: the largest stress of all times, and a picture. Without a display by Xvfb."""
     picture = fields + ".png"
-    done = subprocess.run(["xvfb-run", "-a", "pvpython", script, fields, picture], capture_output=True, text=True)
+    done = subprocess.run(["xvfb-run", "-a", "-s", "-noreset", "pvpython", script, fields, picture], capture_output=True, text=True)
     largest = max(data["steps/%d/%d/stress_von_mises" % (step, g)].max() for step in range(3) for g in range(n_grids))
     assert f"3 times, largest von Mises stress {largest:.6g} at" in done.stdout, (done.stdout, done.stderr[-500:])
     assert os.path.getsize(picture) > 10000

@@ -3,10 +3,14 @@
 """The package `cbr` on superelements and results that the programs write: package_test.py BIN SOURCE."""
 import contextlib
 import doctest
+import html
 import html.parser
 import io
+import json
 import os
 import pathlib
+import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -123,6 +127,40 @@ class Package(unittest.TestCase):
             cbr.superelement(self.folder / "block.msh")
         with self.assertRaisesRegex(cbr.FileError, "none.h5: no such file"):
             cbr.superelement(self.folder / "none.h5")
+
+    def test_progress(self) -> None:
+        told: list[str] = []
+        scene = block("characteristic")
+        run = scene.run(self.folder / "told.yaml", bin=BIN, progress=told.append)
+        text = "\n".join(told)
+        for words in ("instance left", "energy: ", "results: told.h5"):
+            self.assertIn(words, text)
+        self.assertGreater(len(run.time), 1)
+        scene["time"] = {"end": -1}
+        with self.assertRaisesRegex(cbr.Failed, "end"):
+            scene.run(self.folder / "told.yaml", bin=BIN, progress=told.append)
+
+    @unittest.skipUnless(shutil.which("chromium"), "needs chromium")
+    def test_report_in_a_browser(self) -> None:
+        """Chromium shows the page without a network: every picture has a size, nothing is wider than the window."""
+        out = self.folder / "browser.html"
+        cbr.report.main([self.runs["characteristic"].path, "-o", str(out), "--compare", self.runs["craig-bampton"].path])
+        probe = ("<script>document.title = JSON.stringify({figures: [...document.querySelectorAll('figure')].map(f => "
+                 "[f.getBoundingClientRect().width, f.getBoundingClientRect().height]), width: document.body.scrollWidth, "
+                 "window: innerWidth})</script>")
+        (self.folder / "probe.html").write_text(out.read_text().replace("</body>", probe + "</body>"))
+        browser = ["chromium", "--headless", "--no-sandbox", "--disable-gpu", "--host-resolver-rules=MAP * ~NOTFOUND",
+                   f"--user-data-dir={self.folder / 'chromium'}", "--window-size=1100,900"]
+        done = subprocess.run([*browser, "--dump-dom", f"file://{self.folder / 'probe.html'}"], capture_output=True, text=True,
+                              check=True, timeout=120)
+        seen = json.loads(html.unescape(re.search("<title>(.*?)</title>", done.stdout, re.S).group(1)))  # type: ignore[union-attr]
+        self.assertEqual(len(seen["figures"]), 5)
+        for width, height in seen["figures"]:
+            self.assertGreater(min(width, height), 100)
+        self.assertLessEqual(seen["width"], seen["window"])
+        picture = self.folder / "browser.png"
+        subprocess.run([*browser, f"--screenshot={picture}", f"file://{out}"], capture_output=True, check=True, timeout=120)
+        self.assertGreater(picture.stat().st_size, 20000)
 
     def test_report(self) -> None:
         out = self.folder / "run.html"
