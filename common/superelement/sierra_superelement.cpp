@@ -125,16 +125,12 @@ namespace {
 
 constexpr Index name_length = 256, string_length = 33;
 
-void define(NetcdfWriter& out, Index n, Index n_modes, Index n_nodes) {
-  out.attribute("api_version", 8.17F);
-  out.attribute("version", 8.17F);
+// What both layouts have.
+void define_sizes(NetcdfWriter& out, Index n, Index n_modes, Index n_nodes) {
   out.attribute("floating_point_word_size", 8);
   out.attribute("file_size", 1);
-  out.attribute("maximum_name_length", 32);
-  out.attribute("int64_status", 0);
   out.attribute("", "title", "cbr model");
-  const std::pair<const char*, Index> sizes[] = {{"len_name", name_length},
-                                                 {"time_step", 0},
+  const std::pair<const char*, Index> sizes[] = {{"time_step", 0},
                                                  {"num_dim", 3},
                                                  {"num_nodes", n_nodes},
                                                  {"num_elem", 1},
@@ -147,7 +143,6 @@ void define(NetcdfWriter& out, Index n, Index n_modes, Index n_nodes) {
                                                  {"NumConstraints", n - n_modes},
                                                  {"NumInterfaceNodes", n_nodes},
                                                  {"NumEig", n_modes},
-                                                 {"num_qa_rec", 1},
                                                  {"four", 4},
                                                  {"len_string", string_length},
                                                  {"num_nod_ns1", n_nodes}};
@@ -159,54 +154,85 @@ void define(NetcdfWriter& out, Index n, Index n_modes, Index n_nodes) {
     out.define_integers(prefix + "_status", {count});
     out.define_integers(prefix + "_prop1", {count});
     out.attribute(prefix + "_prop1", "name", "ID");
-    out.define_text(prefix + "_names", {count, "len_name"});
   }
-  for (const char* name : {"coordx", "coordy", "coordz"}) out.define_reals(name, {"num_nodes"});
-  out.define_text("coor_names", {"num_dim", "len_name"});
   out.define_integers("connect1", {"num_el_in_blk1", "num_nod_per_el1"});
   out.attribute("connect1", "elem_type", "SUPER");
-  for (const char* name : {"Kr", "Mr", "Cr"}) out.define_reals(name, {"NumDof", "NumDof"});
-  out.define_integers("cbmap", {"NumDof", "two"});
-  out.define_text("qa_records", {"num_qa_rec", "four", "len_string"});
   out.define_integers("node_num_map", {"num_nodes"});
   out.define_integers("node_ns1", {"num_nod_ns1"});
   out.define_reals("dist_fact_ns1", {"num_nod_ns1"});
-  out.end_definitions();
+}
+
+void define_newer(NetcdfWriter& out) {
+  out.attribute("api_version", 8.17F);
+  out.attribute("version", 8.17F);
+  out.attribute("maximum_name_length", 32);
+  out.attribute("int64_status", 0);
+  out.dimension("len_name", name_length);
+  out.dimension("num_qa_rec", 1);
+  out.define_text("eb_names", {"num_el_blk", "len_name"});
+  out.define_text("ns_names", {"num_node_sets", "len_name"});
+  for (const char* name : {"coordx", "coordy", "coordz"}) out.define_reals(name, {"num_nodes"});
+  out.define_text("coor_names", {"num_dim", "len_name"});
+  for (const char* name : {"Kr", "Mr", "Cr"}) out.define_reals(name, {"NumDof", "NumDof"});
+  out.define_integers("cbmap", {"NumDof", "two"});
+  out.define_text("qa_records", {"num_qa_rec", "four", "len_string"});
+}
+
+void define_older(NetcdfWriter& out, Index n) {
+  out.attribute("api_version", 4.21F);
+  out.attribute("version", 3.01F);
+  out.dimension("NumCols", n);
+  out.define_reals("coord", {"num_dim", "num_nodes"});
+  out.define_text("coor_names", {"num_dim", "len_string"});
+  for (const char* name : {"Kr", "Mr"}) out.define_reals(name, {"NumCols", "NumCols"});
+  out.define_integers("cbmap", {"NumConstraints", "two"});
 }
 
 void write_matrix(NetcdfWriter& out, const std::string& name, const RowMatrix& A) {
   out.write(name, std::vector<double>(A.data(), A.data() + A.size()));
 }
 
-}  // namespace
-
-void write_sierra_superelement(const SierraSuperelement& s, const std::filesystem::path& file,
-                               const std::string& where) {
-  const Index n = s.Kr.rows(), n_nodes = static_cast<Index>(s.node_ids.size());
-  NetcdfWriter out(file, where);
-  define(out, n, s.n_modes, n_nodes);
-  for (const std::string prefix : {"eb", "ns"}) {
-    out.write(prefix + "_status", std::vector<Index>{1});
-    out.write(prefix + "_prop1", std::vector<Index>{1});
-    out.write(prefix + "_names", std::vector<std::string>{""}, name_length);
-  }
+// What only one of the layouts has, but for cbmap.
+void write_newer(NetcdfWriter& out, const SierraSuperelement& s) {
+  for (const char* name : {"eb_names", "ns_names"})
+    out.write(name, std::vector<std::string>{""}, name_length);
   for (Index d = 0; d < 3; ++d) {
     const Vector x = s.coordinates.col(d);
     out.write(std::string("coord") + "xyz"[d], std::vector<double>(x.begin(), x.end()));
   }
   out.write("coor_names", {"coordx", "coordy", "coordz"}, name_length);
+  write_matrix(out, "Cr", Matrix::Zero(s.Kr.rows(), s.Kr.rows()));
+  // no date: the same superelement, the same bytes
+  out.write("qa_records", {"cbr-reduce", "", "", ""}, string_length);
+}
+
+void write_older(NetcdfWriter& out, const SierraSuperelement& s) {
+  write_matrix(out, "coord", s.coordinates.transpose());
+  out.write("coor_names", {"x", "y", "z"}, string_length);
+}
+
+}  // namespace
+
+void write_sierra_superelement(const SierraSuperelement& s, SierraLayout layout,
+                               const std::filesystem::path& file, const std::string& where) {
+  const bool is_newer = layout == SierraLayout::newer;
+  const Index n = s.Kr.rows(), n_nodes = static_cast<Index>(s.node_ids.size());
+  NetcdfWriter out(file, where);
+  define_sizes(out, n, s.n_modes, n_nodes);
+  is_newer ? define_newer(out) : define_older(out, n);
+  out.end_definitions();
+  for (const char* name : {"eb_status", "eb_prop1", "ns_status", "ns_prop1"})
+    out.write(name, std::vector<Index>{1});
+  is_newer ? write_newer(out, s) : write_older(out, s);
   std::vector<Index> nodes(static_cast<std::size_t>(n_nodes)),
-      map(2 * static_cast<std::size_t>(s.n_modes), 0);
+      map(is_newer ? 2 * static_cast<std::size_t>(s.n_modes) : 0, 0);
   std::iota(nodes.begin(), nodes.end(), Index{1});
   for (const char* name : {"connect1", "node_ns1"}) out.write(name, nodes);
   write_matrix(out, "Kr", s.Kr);
   write_matrix(out, "Mr", s.Mr);
-  write_matrix(out, "Cr", Matrix::Zero(n, n));
   for (std::size_t i = 0; i < s.dof_node.size(); ++i)
     map.insert(map.end(), {s.dof_node[i], Index{s.dof_component[i]} + 1});
   out.write("cbmap", map);
-  // no date: the same superelement, the same bytes
-  out.write("qa_records", {"cbr-reduce", "", "", ""}, string_length);
   out.write("node_num_map", s.node_ids);
   out.write("dist_fact_ns1", std::vector<double>(static_cast<std::size_t>(n_nodes), 1.0));
   out.close();

@@ -24,10 +24,14 @@ struct SierraSuperelement {
   bool has_damping = false;  // Cr of newer files has an entry that is not 0; it is not read
 };
 
-// The newer layout: modes with (0, 0) in cbmap, coordx, coordy, coordz, node set 1 of all nodes.
+// newer (Sierra/SD 5): modes with (0, 0) in cbmap; coordx, coordy, coordz; Cr. older (Salinas):
+// cbmap of the interface dofs alone; coord; no Cr. Both have node set 1 of all nodes.
+enum class SierraLayout { newer, older };
+
 // RunError of the disk; InputError for ids beyond 32 bits. `where` stands for the file in messages.
-void write_sierra_superelement(const SierraSuperelement& s, const std::filesystem::path& file,
-                               const std::string& where);
+// OTM is not written.
+void write_sierra_superelement(const SierraSuperelement& s, SierraLayout layout,
+                               const std::filesystem::path& file, const std::string& where);
 
 // InputError: no netCDF file, Kr, Mr or cbmap missing or of a shape that does not fit the others.
 SierraSuperelement read_sierra_superelement(const std::filesystem::path& file);

@@ -68,7 +68,7 @@ def check_formats(folder):
             np.testing.assert_allclose(back["rigid_body/inertia"], original["rigid_body/inertia"], rtol=0,
                                        atol=1e-7 * np.abs(original["rigid_body/inertia"]).max())
         assert list(folder.glob("*.dofs.csv")) and not list(folder.glob(".cbr-*"))
-    for exported, name, file in (("op4-binary", "op4", "out"), ("sierra", "sierra", "out.nc")):
+    for exported, name, file in (("op4-binary", "op4", "out"), ("sierra", "sierra", "out.nc"), ("sierra-older", "sierra", "out.nc")):
         reduce(folder, "--export", exported, "box.cbr.h5", "-o", "out")
         reduce(folder, "--import", name, file, "--faces", "box.msh", "-o", "back.cbr.h5")
         back = contents(folder / "back.cbr.h5")

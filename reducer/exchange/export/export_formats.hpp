@@ -55,9 +55,9 @@ void write_calculix_input(const ReducedMatrices& reduced, const std::string& nam
 void write_op4(const ReducedMatrices& reduced, std::ostream& out);
 void write_op4_binary(const ReducedMatrices& reduced, std::ostream& out);
 
-// A superelement of Sierra/SD, netCDF, in the newer layout: modes first. `where` stands for the
-// file in messages.
-void write_sierra(const ReducedMatrices& reduced, const std::filesystem::path& file,
+// A superelement of Sierra/SD, netCDF, in the newer or older layout: modes first. `where` stands
+// for the file in messages.
+void write_sierra(const ReducedMatrices& reduced, bool is_newer, const std::filesystem::path& file,
                   const std::string& where);
 
 }  // namespace cbr

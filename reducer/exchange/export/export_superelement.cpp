@@ -44,9 +44,11 @@ ExportFile calculix_input_file() {
           }};
 }
 
-ExportFile sierra_file() {
-  return {".nc", [](const ReducedMatrices& reduced, const std::filesystem::path& file,
-                    const std::string& name) { write_sierra(reduced, file, name + ".nc"); }};
+ExportFile sierra_file(bool is_newer) {
+  return {".nc", [is_newer](const ReducedMatrices& reduced, const std::filesystem::path& file,
+                            const std::string& name) {
+            write_sierra(reduced, is_newer, file, name + ".nc");
+          }};
 }
 
 // A new format is one entry here and a file of its own.
@@ -67,7 +69,8 @@ const std::vector<ExportFormat>& formats() {
        "CalculiX *MATRIX ASSEMBLE",
        {stream_file(calculix_K, write_calculix_stiffness), stream_file(calculix_M, write_abaqus_M),
         calculix_input_file()}},
-      {"sierra", "Sierra/SD", {sierra_file()}},
+      {"sierra", "Sierra/SD", {sierra_file(true)}},
+      {"sierra-older", "Sierra/SD (older layout)", {sierra_file(false)}},
   };
   return all;
 }

@@ -19,7 +19,7 @@ Matrix modes_first(const Matrix& A, Index k) {
 
 }  // namespace
 
-void write_sierra(const ReducedMatrices& reduced, const std::filesystem::path& file,
+void write_sierra(const ReducedMatrices& reduced, bool is_newer, const std::filesystem::path& file,
                   const std::string& where) {
   SierraSuperelement s;
   std::map<Index, Vector3> position;
@@ -38,7 +38,7 @@ void write_sierra(const ReducedMatrices& reduced, const std::filesystem::path& f
     s.coordinates.row(static_cast<Index>(s.node_ids.size())) = x.transpose();
     s.node_ids.push_back(id);
   }
-  write_sierra_superelement(s, file, where);
+  write_sierra_superelement(s, is_newer ? SierraLayout::newer : SierraLayout::older, file, where);
 }
 
 }  // namespace cbr
