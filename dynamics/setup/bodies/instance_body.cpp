@@ -270,7 +270,11 @@ InstanceBody BodyMaker::make_rigid(const Instance& instance, const MeshedCompone
     throw InputError(scene_.skin->source.text() + ": skin: instance '" + instance.name +
                      "' (as: rigid) cannot carry shells that act: leave it out of skin.surfaces");
   std::shared_ptr<const Superelement>& nodes = nodes_of_rigid_[&component];
-  if (!nodes) nodes = mesh_nodes(component);
+  if (!nodes) {
+    auto of_mesh = mesh_nodes(component);
+    of_mesh->rigid_body = *component.rigid_body;
+    nodes = of_mesh;
+  }
   const std::shared_ptr<const DiagonalForm> form =
       rigid_form(*nodes, held_directions(index_, instance, *component.geometry), where(instance));
   auto body = std::make_unique<SuperelementBody>(

@@ -361,10 +361,18 @@ MeshedComponent read_meshed(const SceneIndex& index, const Component& component,
   meshed.properties = block_properties(scene, component, *meshed.mesh);
   warn_of_left_out_blocks(component, left_out_blocks(*meshed.mesh), report);
   warn_of_two_masses(scene, component, *meshed.mesh, report);
-  const auto fe = std::make_shared<FiniteElementModel>(naming(component.mesh, [&] {
-    return assemble(*meshed.mesh, meshed.properties, mass_of_mesh(component));
-  }));
+  const auto assembled = [&](MassKind mass) {
+    return std::make_shared<FiniteElementModel>(
+        naming(component.mesh, [&] { return assemble(*meshed.mesh, meshed.properties, mass); }));
+  };
+  const bool is_rigid = !instances_of(scene, component, InstanceKind::rigid).empty(),
+             is_elastic = !instances_of(scene, component, InstanceKind::mesh).empty();
+  const auto fe = assembled(is_elastic ? mass_of_mesh(component) : MassKind::consistent);
   meshed.fe = fe;
+  if (is_rigid) {
+    const auto exact = is_elastic ? assembled(MassKind::consistent) : fe;
+    meshed.rigid_body = rigid_body(exact->M, meshed.mesh->coordinates(exact->nodes, Eigen::all));
+  }
   if (const std::string text =
           unjoined_parts(*meshed.mesh, *fe, connected_parts(*meshed.mesh, *fe));
       !text.empty())
