@@ -128,7 +128,7 @@ TEST_F(Rigid, SwingsOnASpring) {
   const std::string yaml =
       scene("  b: {component: block, as: rigid, velocity: [0.1, 0, 0]}\n",
             "links: [{between: [b.hub, ground], stiffness: [50, 0, 0, 0, 0, 0]}]\n", "{end: 1}",
-            "every: 0.001, history: [b.hub]",
+            "every: 0.0002, history: [b.hub]",
             ", points: {hub: {surface: x_min, at: [0.2, 0.1, 0.05], coupling: rigid}}");
   Report report("test", Verbosity::quiet);
   const auto modes = scene_modes(folder.prepare(yaml).scene, 6, report).instances;

@@ -242,14 +242,14 @@ TEST(Turning, WhatDoesNotTurnIsRefusedByName) {
          "'b': angular_velocity needs time: {rotations: large}");
   expect(scene("{end: 1, rotations: big}", "as: mesh"), "rotations");
   expect(scene(plain, "as: mesh, angular_velocity: [0, 0, 1]"),
-         "'b': angular_velocity needs a superelement without supports");
+         "'b': angular_velocity needs a superelement or rigid body without");
   expect(scene("{end: 1, integrator: newmark, rotations: large}", "as: superelement"),
          "integrator: exact only");
   expect(scene("{end: 1, mass_scaling: true, rotations: large}", "as: superelement"),
          "mass_scaling");
   expect(scene(plain, "angular_velocity: [0, 0, 1]",
                "boundary: [{instance: b, nodes: x_min, fix: x}]\n"),
-         "'b': angular_velocity needs a superelement without supports");
+         "'b': angular_velocity needs a superelement or rigid body without");
   expect(scene(plain, "as: superelement",
                "loads: [{instance: b, surface: x_max, force: [1, 0, 0]}]\n"),
          "gravity");

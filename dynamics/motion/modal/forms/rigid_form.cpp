@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "dynamics/setup/bodies/rigid_form.hpp"
+#include "dynamics/motion/modal/forms/rigid_form.hpp"
 
 #include "common/base/error.hpp"
-#include "common/fem/assembly.hpp"
 #include "common/linalg/dense.hpp"
 
 namespace cbr {
