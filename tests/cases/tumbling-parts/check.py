@@ -1,0 +1,51 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""check.py FOLDER: a table of the runs, and what they must show: momentum is that of gravity and walls, energy is accounted for and contact adds none."""
+import pathlib
+import sys
+
+import h5py
+import numpy as np
+
+folder = pathlib.Path(sys.argv[1])
+walls = ("floor", "west", "east", "south", "north")
+missed = 0
+
+
+def check(what, value, bound):
+    global missed
+    held = value <= bound
+    missed += not held
+    print(f"{what:70s} {value:12.4g}  bound {bound:8.3g}  {'held' if held else 'MISSED'}")
+
+
+print(f"{'parts':14s} {'coordinates':>11s} {'steps':>7s} {'stepping s':>11s} {'pairs that touch':>17s} {'energy lost':>12s} {'turned up to':>13s}")
+runs = {name: h5py.File(folder / f"{name}.h5") for name in ("superelement", "rigid")}
+for name, f in runs.items():
+    total, loads = f["energy/total"][:], f["energy/work_external"][:]
+    w = max(abs(2 * np.degrees(np.arccos(np.clip(abs(body["orientation"][:, 0]), 0, 1)))).max() for body in f["instances"].values())
+    pairs = sum(isinstance(pair, h5py.Group) and np.any(pair["active"][:]) for pair in f["contact"].values())
+    lost = (total[0] + loads[-1] - total[-1]) / (total[0] + loads[-1])
+    print(f"{name:14s} {f.attrs['n_dofs']:11d} {f.attrs['steps']:7d} {f.attrs['wall_seconds_steps']:11.3g} {pairs:17d} {100 * lost:10.1f} % {w:9.0f} deg")
+for name, f in runs.items():
+    time = f["time"][:]
+    energy = {key: f[f"energy/{key}"][:] for key in f["energy"]}
+    left = energy["total"] - sum(energy[key] for key in energy if key != "total")
+    check(f"{name}: energy that no work accounts for, share", abs(left - left[0]).max() / energy["total"].max(), 1e-12)
+    given = energy["work_contact"] + energy["work_friction"]
+    # What contact takes swings while parts touch
+    flies = f["contact/active"][:] == 0
+    check(f"{name}: energy that contact has given whenever all fly, share", given[flies].max() / energy["total"][0], 1e-9)
+    bodies = list(f["instances"].values())
+    momentum = sum(body["momentum"][:] for body in bodies)
+    # Gravity moves the mass, walls give impulses: forces are means since the last output, on the first-named surface
+    pushed = np.zeros_like(momentum)
+    for pair, of in f["contact"].items():
+        if isinstance(of, h5py.Group) and pair.split(" - ")[-1] in walls and len(of["force"]) == len(time):
+            pushed[1:] += np.cumsum(of["force"][1:] * np.diff(time)[:, None], axis=0)
+    free = momentum - pushed
+    slope = np.polyfit(time, free[:, 2], 1)[0]  # the weight of all parts
+    drift = free - free[0] - np.outer(time, [0, 0, slope])
+    check(f"{name}: momentum beside gravity's and the walls', share", abs(drift).max() / np.linalg.norm(momentum, axis=1).max(), 1e-12)
+    check(f"{name}: deepest penetration at an output, m", max(pair["penetration"][:].max() for pair in f["contact"].values() if isinstance(pair, h5py.Group)), 1e-9)
+sys.exit(missed > 0)

@@ -1,0 +1,49 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""plot.py FOLDER: tumbling-parts.png, the parts in their box from the side at three instants; above as superelements, below as rigid bodies."""
+import pathlib
+import sys
+
+import h5py
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.collections import PolyCollection
+
+folder = pathlib.Path(sys.argv[1])
+# of a hexahedron; a grid of faces has one
+sides = {8: [(0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7), (0, 3, 2, 1), (4, 5, 6, 7)], 4: [(0, 1, 2, 3)]}
+
+
+def quads_at(fields, step):
+    """Each (faces, 4, 3), with the number of its part."""
+    for number, grid in enumerate(fields["grids"].values()):
+        key = list(fields["grids"])[number]
+        x = grid["points"][:] + fields[f"steps/{step}/{key}/displacement"][:]
+        cells = grid["cells"][:]
+        if cells.shape[1] in sides:
+            for side in sides[cells.shape[1]]:
+                yield number, x[cells[:, side]]
+
+
+figure, axes = plt.subplots(2, 3, figsize=(11, 4.2), layout="constrained", sharex=True, sharey=True)
+for row, name in zip(axes, ("superelement", "rigid")):
+    with h5py.File(folder / f"{name}.fields.h5") as fields:
+        times = fields["times"][:]
+        for axis, step in zip(row, (0, len(times) // 2, len(times) - 1)):
+            found = list(quads_at(fields, step))
+            quads = np.concatenate([q for _, q in found])
+            part = np.concatenate([np.full(len(q), number) for number, q in found])
+            order = np.argsort(-quads[:, :, 1].mean(axis=1))
+            colours = plt.cm.viridis(0.1 + 0.8 * (part * 0.618 % 1))
+            axis.add_collection(PolyCollection(1e3 * quads[order][:, :, [0, 2]], facecolor=colours[order], edgecolor="#ffffff", linewidth=0.2))
+            axis.axhline(0, color="#444444", linewidth=1.5)
+            axis.set_aspect("equal")
+            axis.autoscale_view()
+            axis.set_title(f"as: {name}, {1e3 * times[step]:.0f} ms", fontsize=9, loc="left")
+            axis.spines[["top", "right"]].set_visible(False)
+for axis in axes[:, 0]:
+    axis.set_ylabel("height [mm]")
+figure.savefig(folder / "tumbling-parts.png", dpi=90)
