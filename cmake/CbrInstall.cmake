@@ -33,4 +33,7 @@ foreach(program cbr-reduce cbr-skin cbr-dyn cbr-report)
   install(FILES ${PROJECT_BINARY_DIR}/${program}.1 DESTINATION share/man/man1)
 endforeach()
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION share/doc/cbr RENAME copyright)
-install(FILES ${PROJECT_SOURCE_DIR}/scripts/completion.zsh DESTINATION share/zsh/site-functions RENAME _cbr)
+# Debian's zsh looks into the first below /usr/local, and into the second below /usr
+foreach(folder site-functions vendor-completions)
+  install(FILES ${PROJECT_SOURCE_DIR}/scripts/completion.zsh DESTINATION share/zsh/${folder} RENAME _cbr)
+endforeach()

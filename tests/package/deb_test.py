@@ -85,7 +85,7 @@ class Deb(unittest.TestCase):
         output(CMAKE, "--install", BUILD, "--prefix", self.folder / "install")
         self.assertEqual(files(self.root / "usr"), files(self.folder / "install"))
         self.assertEqual([p.name for p in self.root.iterdir()], ["usr"])
-        for name in ["share/man/man1/cbr-dyn.1", "share/bash-completion/completions/cbr-dyn", "share/zsh/site-functions/_cbr", "share/doc/cbr/copyright",
+        for name in ["share/man/man1/cbr-dyn.1", "share/bash-completion/completions/cbr-dyn", "share/zsh/vendor-completions/_cbr", "share/doc/cbr/copyright",
                      "include/cbr/common/superelement/superelement.hpp"]:
             self.assertTrue((self.root / "usr" / name).exists(), name)
         self.assertEqual(len(list(self.root.glob("usr/lib/**/cmake/cbr/cbrConfig.cmake"))), 1)
