@@ -448,7 +448,8 @@ void run_export(const ReduceCommand& command, Report& report) {
     const std::string suffix = ".cbr.h5";
     if (target.ends_with(suffix)) target.resize(target.size() - suffix.size());
   }
-  export_superelement(command.export_format, command.input, target, report);
+  export_superelement(command.export_format, command.input, target, command.first_modal_node,
+                      report);
 }
 
 void run_import(const ReduceCommand& command, Report& report) {

@@ -30,11 +30,12 @@ struct ReduceCommand {
   std::string element, mass, output;
   // With both.
   bool force = false;
-  bool info = false;          // print what the file INPUT is
-  std::string export_format;  // write the superelement INPUT for another code; empty: no
-  std::string import_format;  // make a superelement of the file INPUT of another code; empty: no
-  std::string faces;          // with it: the mesh that names the faces
-  bool estimate = false;      // print what the reductions would cost, and reduce nothing
+  bool info = false;           // print what the file INPUT is
+  std::string export_format;   // write the superelement INPUT for another code; empty: no
+  Index first_modal_node = 0;  // with export_format; 0: behind the interface's nodes
+  std::string import_format;   // make a superelement of the file INPUT of another code; empty: no
+  std::string faces;           // with it: the mesh that names the faces
+  bool estimate = false;       // print what the reductions would cost, and reduce nothing
   double memory = 0;
   std::optional<Index> diagonal_limit;
   std::string engine;                    // "petsc", or empty: by the number of processes

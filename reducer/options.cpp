@@ -205,6 +205,12 @@ void add_reduce_options(CLI::App& app, ReduceCommand& command) {
                         ->type_name("FORMAT")
                         ->excludes(estimate)
                         ->excludes(info);
+  app.add_option("--first-modal-node", command.first_modal_node,
+                 "with --export: the node number of the first modal coordinate; the others follow "
+                 "(default: the first above the interface's nodes)")
+      ->type_name("N")
+      ->check(CLI::PositiveNumber)
+      ->needs(exporting);
   auto* import =
       app.add_option(
              "--import", command.import_format,

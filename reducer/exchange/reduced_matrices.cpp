@@ -7,7 +7,7 @@
 
 namespace cbr {
 
-ReducedMatrices reduced_matrices(const Superelement& s) {
+ReducedMatrices reduced_matrices(const Superelement& s, Index first_modal_node) {
   if (s.basis != "craig-bampton") {
     throw InputError("basis " + s.basis +
                      " found, but only craig-bampton has mass and stiffness matrices of the "
@@ -31,8 +31,13 @@ ReducedMatrices reduced_matrices(const Superelement& s) {
   }
   const Index last =
       s.node_ids.empty() ? 0 : *std::max_element(s.node_ids.begin(), s.node_ids.end());
+  if (first_modal_node == 0) first_modal_node = last + 1;
+  if (first_modal_node <= last)
+    throw InputError("--first-modal-node " + std::to_string(first_modal_node) +
+                     " found, expected above " + std::to_string(last) +
+                     ", the interface's largest node");
   for (Index j = 0; j < k; ++j) {
-    reduced.rows.push_back({last + 1 + j, 0, Vector3::Zero(), s.eigenvalues(j)});
+    reduced.rows.push_back({first_modal_node + j, 0, Vector3::Zero(), s.eigenvalues(j)});
   }
   return reduced;
 }

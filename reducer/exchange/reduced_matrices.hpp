@@ -26,8 +26,9 @@ struct ReducedMatrices {
   bool has_damping = false;      // an import's files have a damping matrix, which is not read
 };
 
-// InputError: a basis without masses and stiffnesses of the interface's dofs (characteristic,
-// massless).
-ReducedMatrices reduced_matrices(const Superelement& s);
+// Modal coordinates are nodes from `first_modal_node` on; 0: from the first above all nodes of the
+// interface. InputError: a basis without masses and stiffnesses of the interface's dofs
+// (characteristic, massless); a first_modal_node that is not above the interface's.
+ReducedMatrices reduced_matrices(const Superelement& s, Index first_modal_node = 0);
 
 }  // namespace cbr

@@ -121,6 +121,9 @@ def check_formats(folder):
     for name, A in (("KAAX", K), ("MAAX", M)):
         np.testing.assert_allclose(symmetric(found[name], place, n), A, rtol=5.1e-10, atol=0)
 
+    run(folder, "--export", "dmig", "box.cbr.h5", "-o", "moved", "--first-modal-node", "9001")
+    assert read_dmig(folder / "moved.dmig")[1] == list(range(9001, 9001 + len(eigenvalues)))
+
     run(folder, "--export", "abaqus", "box.cbr.h5", "-o", "out")
     place = {(int(r["node"]), max(int(r["dof"]), 1)): i for i, r in enumerate(rows)}
     for name, A in (("K", K), ("M", M)):
@@ -236,6 +239,8 @@ def check_sierra_layout(file, sample, left_out):
 def check_refusals(folder):
     error = run(folder, "--export", "nastrn", "box.cbr.h5", expect=2)
     assert "'nastrn' found" in error and "matrix-market, dmig, op4, op4-binary, abaqus, mtx, sierra, sierra-older" in error, error
+    error = run(folder, "--export", "dmig", "box.cbr.h5", "--first-modal-node", "1", expect=2)
+    assert "box.cbr.h5: --export: --first-modal-node 1 found, expected above" in error and error.count("\n") == 1, error
     error = run(folder, "--export", "dmig", "box.msh", expect=2)
     assert "box.msh" in error and error.count("\n") == 1, error
     run(folder, "box.msh", "--interface", "contact", "--modes", "7", "--basis", "massless", *MATERIAL, "-o", "bare.cbr.h5")

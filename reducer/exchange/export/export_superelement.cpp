@@ -124,12 +124,13 @@ std::vector<std::string> export_format_names() {
 }
 
 void export_superelement(const std::string& name, const std::filesystem::path& file,
-                         const std::filesystem::path& target, Report& report) {
+                         const std::filesystem::path& target, Index first_modal_node,
+                         Report& report) {
   const ExportFormat& format = format_named(name);
   const Superelement s = read_superelement(file);
   const ReducedMatrices reduced = [&] {
     try {
-      return reduced_matrices(s);
+      return reduced_matrices(s, first_modal_node);
     } catch (const InputError& error) {
       throw InputError(file.string() + ": --export: " + error.what());
     }
