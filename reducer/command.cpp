@@ -105,10 +105,11 @@ Index diagonal_limit(const ReduceCommand& command, const ReductionOptions& reduc
                                                : ReduceSettings{}.diagonal_limit);
 }
 
-// A reduction to one superelement does; others, and other bases, know loads on their interface
-// only.
+// A reduction to one superelement does; others, other bases and points know loads on their
+// interface only.
 bool takes_loads_in(const ReductionOptions& reduction) {
-  return !reduction.is_decomposed() && reduction.basis == Basis::craig_bampton;
+  return !reduction.is_decomposed() && reduction.basis == Basis::craig_bampton &&
+         reduction.interface_points.empty();
 }
 
 // Each set is on the interface or has its load inside, and no others have.
@@ -250,6 +251,11 @@ class Reducer {
       throw InputError(
           "domains is not known to several processes and --engine petsc: reduce this component in "
           "one process");
+    settings_.points = rigid_points(mesh, component);
+    if (command_.is_distributed() && !settings_.points.empty())
+      throw InputError(
+          "reduction.points is not known to several processes and --engine petsc: reduce this "
+          "component in one process");
     if (component.reduction->is_decomposed()) {
       make_group(mesh, properties, component, hash, p);
     } else {
@@ -269,7 +275,9 @@ class Reducer {
     Superelement s = read_superelement(file);
     {
       const auto phase = report_.phase("diagonal form");
-      add_diagonal_form(s, parts_of(mesh, s.node_ids));
+      const bool has_points = !component.reduction->interface_points.empty();
+      add_diagonal_form(
+          s, has_points ? std::vector<Index>(s.node_ids.size(), 0) : parts_of(mesh, s.node_ids));
     }
     const auto phase = report_.phase("writing the superelement");
     write_after_the_work(file, [&] { write_superelement(s, file); });
@@ -409,6 +417,10 @@ void estimate_component(const ReduceCommand& command, const Scene& scene,
   if (reduction.is_massless())
     throw InputError(
         "--estimate does not know basis massless: craig-bampton or characteristic allowed");
+  if (!reduction.interface_points.empty())
+    throw InputError(
+        "--estimate does not know reduction.points: the interface has six dofs for each, and takes "
+        "no time beside the factor");
   reduction.characteristic.needs = interface_needs(scene, component);
   const Mesh mesh = read_mesh(component.mesh);
   warn_of_left_out_blocks(component, left_out_blocks(mesh), report);

@@ -106,6 +106,14 @@ std::string characteristic_text(const CharacteristicOptions& options, const Inte
   return text + statics_text(options, needs);
 }
 
+// Where the points of the interface are, and what they move.
+std::string points_text(const Component& component) {
+  std::string text;
+  for (const auto& [name, of] : point_provenance(component))
+    text += counted(name) + " " + counted(of) + "\n";
+  return text;
+}
+
 // A line for each option, by the table; names of sets each on a line, in any order.
 std::string reduction_text(const ReductionOptions& reduction, const InterfaceNeeds& needs) {
   std::string text;
@@ -178,7 +186,8 @@ std::string content_hash(const Scene& scene, const Component& component) {
       "cbr content hash " + std::to_string(scheme) + "\nmesh " + file_hash(component.mesh) + "\n";
   text += component_text(scene, component);
   if (component.reduction)
-    text += reduction_text(*component.reduction, interface_needs(scene, component));
+    text += reduction_text(*component.reduction, interface_needs(scene, component)) +
+            points_text(component);
   return bytes_hash(text);
 }
 

@@ -97,6 +97,9 @@ std::vector<ReductionKey> table() {
                   .type_name = "NAME",
                   .help = "sideset or nodeset whose nodes are kept; may be repeated. Other sets "
                           "within these nodes are kept too"});
+  keys.push_back({.key = "points",
+                  .value = NameList{[](Options& r) -> Names& { return r.interface_points; }},
+                  .hash = "point"});
   keys.push_back(
       {.key = "modes",
        .value = WholeNumberOrNone{[](Options& r) -> std::optional<Index>& { return r.modes; }, 0},

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "common/scene/scene_uses.hpp"
 
+#include <algorithm>
 #include <set>
 
 #include "common/base/error.hpp"
@@ -30,11 +31,18 @@ std::vector<SetUse> set_uses(const Scene& scene, const Component& component, Ins
       add("output.history", name, false, true);
   if (!instances.empty())
     for (const auto& [name, point] : component.points)
-      uses.push_back({"points", *instances.begin(), point.nodes, point.source, false});
+      if (as != InstanceKind::superelement || !is_interface_point(component, name))
+        uses.push_back({"points", *instances.begin(), point.nodes, point.source, false});
   for (const StressOptions& stress : scene.output.stress)
     if (!stress.set.empty())
       add("output.stress", {stress.instance, stress.set, stress.source}, false, true, true);
   return uses;
+}
+
+bool is_interface_point(const Component& component, const std::string& name) {
+  if (!component.reduction) return false;
+  const auto& points = component.reduction->interface_points;
+  return std::find(points.begin(), points.end(), name) != points.end();
 }
 
 std::string place_of(const SetUse& use) {

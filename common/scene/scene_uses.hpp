@@ -21,6 +21,9 @@ struct SetUse {
 // In the scene's order, of the instances of the component that stand as `as`.
 std::vector<SetUse> set_uses(const Scene& scene, const Component& component, InstanceKind as);
 
+// Whether a point of the component is a node of its superelement.
+bool is_interface_point(const Component& component, const std::string& name);
+
 // "history.yaml:9: output.history: 'left.mid': ": how a message about it begins.
 std::string place_of(const SetUse& use);
 

@@ -129,6 +129,20 @@ Provenance option_provenance(const Component& component, MassKind mass) {
     if (!words.empty() || key.key == "interface") p[key.provenance] = join(words);
   }
   if (reduction.tolerance) p["pick"] = "tolerance";
+  p.merge(point_provenance(component));
+  return p;
+}
+
+Provenance point_provenance(const Component& component) {
+  Provenance p;
+  for (const std::string& name : component.reduction->interface_points) {
+    const auto found = component.points.find(name);
+    if (found == component.points.end()) continue;
+    std::string& text = p["point " + name] = found->second.nodes;
+    if (const auto& at = found->second.at)
+      text += " at " + number_text((*at)[0]) + " " + number_text((*at)[1]) + " " +
+              number_text((*at)[2]);
+  }
   return p;
 }
 

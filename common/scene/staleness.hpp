@@ -16,6 +16,10 @@ std::map<std::string, std::string> option_provenance(const Component& component,
 // Constants of a material by the names that a scene has.
 std::map<std::string, std::string> material_provenance(const Material& material);
 
+// Of the points that are nodes of the superelement: "point left" and "x_min at 0 0 0".
+// Precondition: the component has a reduction.
+std::map<std::string, std::string> point_provenance(const Component& component);
+
 // What /provenance of the component's superelement says otherwise than the scene, as "modes: 40 in
 // the file, 41 in the scene"; differences are joined by "; ". When there is none: that what contact
 // and supports ask of the interface has changed. Precondition: the component has a reduction.

@@ -24,7 +24,8 @@ Matrix reduced_mass(const Superelement& s) {
 }
 
 Matrix reduced_rigid_modes(const Superelement& s, const Vector3& center) {
-  // Translation e_a: u = e_a. Rotation about e_a: u = e_a x (x - center).   R = [0; R_c]   (n x 6)
+  // Translation e_a: u = e_a, theta = 0. Rotation about e_a: u = e_a x (x - center), theta = e_a.
+  // R = [0; R_c]   (n x 6)
   Matrix R = Matrix::Zero(s.n(), 6);
   for (Index i = 0; i < s.c(); ++i) {
     const Vector3 arm =
@@ -32,7 +33,9 @@ Matrix reduced_rigid_modes(const Superelement& s, const Vector3& center) {
     const int component = s.dof_component[static_cast<std::size_t>(i)];
     for (int axis = 0; axis < 3; ++axis) {
       R(s.k() + i, axis) = component == axis ? 1.0 : 0.0;
-      R(s.k() + i, 3 + axis) = Vector3::Unit(axis).cross(arm)(component);
+      R(s.k() + i, 3 + axis) = component < 3           ? Vector3::Unit(axis).cross(arm)(component)
+                               : component - 3 == axis ? 1.0
+                                                       : 0.0;
     }
   }
   return R;

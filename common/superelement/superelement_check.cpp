@@ -148,13 +148,27 @@ class Checker {
     for (std::size_t i = 0; i < s_.dof_node.size(); ++i) {
       const int component = s_.dof_component[i];
       require_in_range("/dofs/node", s_.dof_node[i], static_cast<Index>(s_.node_ids.size()));
-      if (component < 0 || component > 2)
-        fail("/dofs/component", std::to_string(component) + " is none of 0, 1, 2 (x, y, z)");
+      if (component < 0 || component > 5)
+        fail("/dofs/component",
+             std::to_string(component) + " is none of 0, 1, 2 (x, y, z) and 3, 4, 5 (rotations)");
       if (!seen.emplace(s_.dof_node[i], component).second) {
         fail("/dofs/node", "component " + std::to_string(component) + " of node " +
                                std::to_string(s_.dof_node[i]) + " appears twice");
       }
     }
+    for (const auto& [node, component] : seen)
+      if (component > 2) check_point(node, seen);
+  }
+
+  // What turns has all six dofs.
+  void check_point(Index node, const std::set<std::pair<Index, int>>& dofs) const {
+    if (!s_.has_interface_matrices())
+      fail("/dofs/component", "rotations (3, 4, 5) do not go with basis " + s_.basis);
+    for (int component = 0; component < 6; ++component)
+      if (dofs.count({node, component}) == 0)
+        fail("/dofs/component", "node " + std::to_string(node) +
+                                    " has a rotation but lacks component " +
+                                    std::to_string(component) + ", expected all of 0 to 5");
   }
 
   void check_eigenvalues() const {

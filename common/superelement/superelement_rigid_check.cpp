@@ -30,8 +30,7 @@ class RigidCheck {
     if (size_ > 0) R_.rightCols(3) /= size_;
     const PivotedQr qr(R_, 1e-6);
     // Few nodes, or nodes with some of their dofs, do not tell all rigid motions of the component
-    is_told_ =
-        std::isfinite(size_) && size_ > 0 && s_.c() == 3 * s_.coordinates.rows() && qr.rank() == 6;
+    is_told_ = std::isfinite(size_) && size_ > 0 && all_dofs_are_there() && qr.rank() == 6;
   }
 
   void check() const {
@@ -53,6 +52,13 @@ class RigidCheck {
   }
 
  private:
+  // x, y and z of every node, beside any rotations.
+  bool all_dofs_are_there() const {
+    const auto n_turning = std::count_if(s_.dof_component.begin(), s_.dof_component.end(),
+                                         [](int component) { return component > 2; });
+    return s_.c() - n_turning == 3 * s_.coordinates.rows();
+  }
+
   [[noreturn]] void fail(const std::string& field, const std::string& what) const {
     throw InputError(
         where_ + ": " + field + ": " + what +

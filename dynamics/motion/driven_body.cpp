@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 
+#include <algorithm>
 #include <utility>
 
 #include "common/files/state_archive.hpp"
@@ -10,9 +11,10 @@
 namespace cbr {
 
 DrivenBody::DrivenBody(std::unique_ptr<Body> inner, DrivenMotion motion, double mass,
-                       bool has_inertia, bool waits)
+                       bool has_inertia, bool waits, std::vector<Index> rotations)
     : inner_(std::move(inner)),
       motion_(std::move(motion)),
+      rotations_(std::move(rotations)),
       mass_(mass),
       has_inertia_(has_inertia),
       waits_(waits) {
@@ -33,7 +35,7 @@ void DrivenBody::relax(const Rest& rest) {
 }
 
 void DrivenBody::add_static_forces(Index set, const Points& forces, ImpulseKind kind) {
-  forces_[kind == ImpulseKind::friction] += forces.colwise().sum().transpose();
+  forces_[kind == ImpulseKind::friction] += resultant(set, forces);
   inner_->add_static_forces(set, forces, kind);
 }
 
@@ -64,14 +66,43 @@ double DrivenBody::energy_of_motion() const {
   return v.isZero(0) ? 0 : v.dot(inner_->state().momentum) + 0.5 * mass_ * v.squaredNorm();
 }
 
+Index DrivenBody::track(const std::vector<Index>& nodes) {
+  const Index set = inner_->track(nodes);
+  std::vector<Index> rows;
+  for (std::size_t i = 0; i < nodes.size(); ++i)
+    if (std::find(rotations_.begin(), rotations_.end(), nodes[i]) != rotations_.end())
+      rows.push_back(static_cast<Index>(i));
+  if (!rows.empty()) rotation_rows_[set] = std::move(rows);
+  return set;
+}
+
+void DrivenBody::shift(Index set, const Vector3& s, Points& x) const {
+  x.rowwise() += s.transpose();
+  if (const auto found = rotation_rows_.find(set); found != rotation_rows_.end())
+    for (const Index row : found->second) x.row(row) -= s.transpose();
+}
+
+void DrivenBody::shift_all(const Vector3& s, Points& x) const {
+  x.rowwise() += s.transpose();
+  for (const Index node : rotations_) x.row(node) -= s.transpose();
+}
+
+// Of forces; moments stand in the rows of rotations.
+Vector3 DrivenBody::resultant(Index set, const Points& forces) const {
+  Vector3 sum = forces.colwise().sum().transpose();
+  if (const auto found = rotation_rows_.find(set); found != rotation_rows_.end())
+    for (const Index row : found->second) sum -= forces.row(row).transpose();
+  return sum;
+}
+
 void DrivenBody::positions(Index set, Points& x) const {
   inner_->positions(set, x);
-  x.rowwise() += motion_.displacement(now_).transpose();
+  shift(set, motion_.displacement(now_), x);
 }
 
 void DrivenBody::predicted_positions(Index set, Points& x) const {
   inner_->predicted_positions(set, x);
-  x.rowwise() += motion_.displacement(t_ + h_).transpose();
+  shift(set, motion_.displacement(t_ + h_), x);
 }
 
 MotionBound DrivenBody::moved(MotionBound bound) const {
@@ -105,14 +136,14 @@ void DrivenBody::book(const Vector3& impulse, ImpulseKind kind, double t) {
 
 void DrivenBody::add_impulses(Index set, const Points& impulses, ImpulseKind kind) {
   inner_->add_impulses(set, impulses, kind);
-  book(impulses.colwise().sum().transpose(), kind, t_);
+  book(resultant(set, impulses), kind, t_);
 }
 
 void DrivenBody::add_answered_impulses(Index set, const Points& contact, const Points& friction,
                                        const Points& move, const Vector& still) {
   inner_->add_answered_impulses(set, contact, friction, move, still);
-  book(contact.colwise().sum().transpose(), ImpulseKind::contact, t_);
-  book(friction.colwise().sum().transpose(), ImpulseKind::friction, t_);
+  book(resultant(set, contact), ImpulseKind::contact, t_);
+  book(resultant(set, friction), ImpulseKind::friction, t_);
 }
 
 Vector3 DrivenBody::add_velocities(Index set, const Points& velocities, const Vector3& momentum) {
@@ -122,12 +153,12 @@ Vector3 DrivenBody::add_velocities(Index set, const Points& velocities, const Ve
 
 void DrivenBody::end_velocities(Index set, Points& v) {
   inner_->end_velocities(set, v);
-  v.rowwise() += support_velocity(t_ + h_).transpose();
+  shift(set, support_velocity(t_ + h_), v);
 }
 
 void DrivenBody::add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) {
   inner_->add_end_impulses(set, impulses, kind);
-  book(impulses.colwise().sum().transpose(), kind, t_ + h_);
+  book(resultant(set, impulses), kind, t_ + h_);
 }
 
 BodyState DrivenBody::state() const {
@@ -157,8 +188,8 @@ void DrivenBody::turn(const Points& X, Points& u, Points& v) const {
 
 void DrivenBody::displacements(Points& u, Points& v) const {
   inner_->displacements(u, v);
-  u.rowwise() += motion_.displacement(now_).transpose();
-  v.rowwise() += support_velocity(now_).transpose();
+  shift_all(motion_.displacement(now_), u);
+  shift_all(support_velocity(now_), v);
 }
 
 void DrivenBody::keep_state(StateArchive& archive) {

@@ -2,6 +2,7 @@
 // A body whose supports move: a body with supports at rest, in axes that move with them.
 #pragma once
 
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -17,9 +18,10 @@ class DrivenBody final : public Body {
  public:
   // inner: held, in the axes that move, with velocities from there; before any load. mass: of the
   // whole body. has_inertia: false in statics, where supports have places and no velocities;
-  // `waits`: statics come first, see start_motion().
+  // `waits`: statics come first, see start_motion(). rotations: nodes that move by a rotation,
+  // which the supports' translation leaves alone.
   DrivenBody(std::unique_ptr<Body> inner, DrivenMotion motion, double mass, bool has_inertia = true,
-             bool waits = false);
+             bool waits = false, std::vector<Index> rotations = {});
 
   const std::string& name() const override { return inner_->name(); }
   Index n_dofs() const override { return inner_->n_dofs(); }
@@ -32,7 +34,7 @@ class DrivenBody final : public Body {
   void damp(const Damping& damping) override { inner_->damp(damping); }
 
   const Points& reference_positions() const override { return inner_->reference_positions(); }
-  Index track(const std::vector<Index>& nodes) override { return inner_->track(nodes); }
+  Index track(const std::vector<Index>& nodes) override;
   void positions(Index set, Points& x) const override;
   void predicted_positions(Index set, Points& x) const override;
   MotionBound motion_bound(Index set) const override { return moved(inner_->motion_bound(set)); }
@@ -88,6 +90,9 @@ class DrivenBody final : public Body {
 
  private:
   MotionBound moved(MotionBound bound) const;
+  void shift(Index set, const Vector3& s, Points& x) const;
+  void shift_all(const Vector3& s, Points& x) const;
+  Vector3 resultant(Index set, const Points& forces) const;
   void book(const Vector3& impulse, ImpulseKind kind, double t);
   double energy_of_motion() const;
   void add_inertia();
@@ -97,6 +102,8 @@ class DrivenBody final : public Body {
 
   std::unique_ptr<Body> inner_;
   DrivenMotion motion_;
+  std::vector<Index> rotations_;
+  std::map<Index, std::vector<Index>> rotation_rows_;  // of tracked sets that have any
   double mass_ = 0;
   double now_ = 0, t_ = 0, h_ = 0;
   double energy_at_start_ = 0;

@@ -26,10 +26,18 @@ Points table(const Vector& x) { return Eigen::Map<const Points>(x.data(), x.size
 // Of the largest moment of inertia: less is none.
 constexpr double thin = 1e-10;
 
+// d = U + theta x (at - x), theta: of the node at x.
+AverageMaps maps_of_interface(const AveragePoint& point, const Points& positions) {
+  const Matrix3 arm = cross(point.at - positions.row(point.nodes[0]).transpose());
+  const Matrix3 turned = point.hand * Matrix3::Identity();
+  return {{Matrix3::Identity(), -arm * turned}, {Matrix3::Zero(), turned}};
+}
+
 }  // namespace
 
 AverageMaps average_maps(const AveragePoint& point, const Points& positions,
                          const std::string& where) {
+  if (point.is_of_interface) return maps_of_interface(point, positions);
   const Vector w = point.weights / point.weights.sum();
   Vector3 center = Vector3::Zero();
   const Index n = w.size();

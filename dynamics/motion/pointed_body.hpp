@@ -21,6 +21,10 @@ struct AveragePoint {
   Vector weights;            // of them, above 0
   Vector3 at;                // undeformed, scene axes
   bool rigid = false;        // the nodes are to move as a rigid body
+  // A point of the superelement's interface: its nodes are that of its translation and that of its
+  // rotation, about axes that the instance's mirror (-1) turns over.
+  bool is_of_interface = false;
+  double hand = 1;
 };
 
 // The maps of u(nodes[i]) to d and theta, one of each for each node (3 x 3), scene axes.

@@ -345,8 +345,9 @@ FieldWriter::Motion FieldWriter::motion_of(const FieldGrid& grid) const {
     Vector u_c(s.c());
     Points u = Points::Zero(grid.points.rows(), 3);
     for (Index i = 0; i < s.c(); ++i) {
-      u_c[i] = q[of.n_modal + 3 * part.node[s.dof_node[i]] + s.dof_component[i]];
-      u(s.dof_node[i], s.dof_component[i]) = u_c[i];
+      const int d = s.dof_component[i] % 3;
+      u_c[i] = q[of.n_modal + 3 * part.node[s.dof_node[i]] + d];
+      u(s.dof_node[i], d) = u_c[i];
     }
     // u_I = Psi u_c + Phi q_k, then to the scene's axes
     const Vector u_I = recovery.Psi * u_c + recovery.Phi * q.segment(part.first_mode, s.k());

@@ -75,9 +75,11 @@ void Recorder::record(double t, double interval, const std::vector<char>& restin
 void Recorder::record_statics(double t, const std::vector<char>& resting, ContactState& state,
                               const ContactOutcome& outcome) {
   result_.time.push_back(t);
+  coordinates_.clear();
   record_energy(resting);
   record_static_reactions(t, state);
   record_monitors(1, state);
+  record_stress(t);
   record_pairs(1, outcome);
   record_pressure(1, state);
   check_finite(t, outcome);

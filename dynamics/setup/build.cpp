@@ -72,7 +72,7 @@ Vector3 add_load_inside(const Superelement& s, const Superelement::InteriorLoad&
       load.kind == Load::Kind::force ? Vector3(load.value / inside.weight) : load.value;
   const Vector Q = inside.force * (T.transpose() * traction);  // on [q_k; u_c], component axes
   Points forces = Points::Zero(body.n_nodes(), 3);
-  for (Index i = 0; i < s.c(); ++i) forces(s.dof_node[i], s.dof_component[i]) = Q(s.k() + i);
+  for (Index i = 0; i < s.c(); ++i) forces(s.dof_node[i], s.dof_component[i] % 3) = Q(s.k() + i);
   body.add_force(forces * T.transpose(), history);
   if (s.k() > 0) body.add_modal_force(Q.head(s.k()), history);
   return inside.weight * traction;

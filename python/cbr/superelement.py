@@ -18,6 +18,9 @@ class FileError(Exception):
     """A file that is not what it should be: its name and what is wrong."""
 
 
+_DOFS = ("x", "y", "z", "rx", "ry", "rz")
+
+
 @dataclass(frozen=True)
 class Faces:
     """Faces of a surface that the superelement keeps; nodes are rows of Superelement.coordinates."""
@@ -44,7 +47,7 @@ class Superelement:
     V: Array                      # c x n: u_c = V q, without forces
     F: Array                      # c x c, static compliance beside V; zero with craig-bampton
     node: Indices                 # c, row of `coordinates` of each interface dof
-    component: Indices            # c, 0 1 2 for x y z
+    component: Indices            # c, 0 1 2 for x y z; of points also 3 4 5, rotations about them
     node_id: Indices              # n_nodes, ids in the mesh
     coordinates: Array            # n_nodes x 3
     faces: dict[str, Faces]
@@ -76,17 +79,24 @@ class Superelement:
         return self.modes()[0]
 
     def dof(self, node_id: int, component: str | int) -> int:
-        """Number of an interface dof: the id of a node in the mesh, and x, y, z or 0, 1, 2."""
-        c = "xyz".index(component) if isinstance(component, str) else component
+        """Number of an interface dof: the id of a node, and x, y, z, of a point also rx, ry, rz, or 0 to 5."""
+        c = _DOFS.index(component) if isinstance(component, str) else component
         found = np.flatnonzero((self.node_id[self.node] == node_id) & (self.component == c))
         if len(found) == 0:
-            raise KeyError(f"{self.path}: node {node_id} has no dof {'xyz'[c]} on the interface")
+            raise KeyError(f"{self.path}: node {node_id} has no dof {_DOFS[c]} on the interface")
         return int(found[0])
 
+    def point(self, name: str) -> int:
+        """The node id of a point of the interface, as dof() takes it."""
+        if name not in self.nodesets or len(self.nodesets[name]) != 1:
+            raise KeyError(f"{self.path}: no point '{name}' on the interface")
+        return int(self.node_id[self.nodesets[name][0]])
+
     def shape(self, u_c: Array) -> Array:
-        """Interface displacements as n_nodes x 3, from c of them."""
+        """Interface displacements as n_nodes x 3, from c of them; rotations of points are left out."""
         u = np.zeros((len(self.coordinates), 3))
-        u[self.node, self.component] = u_c
+        moves = self.component < 3
+        u[self.node[moves], self.component[moves]] = np.asarray(u_c)[moves]
         return u
 
     def response(self, hz: Array, out: int, at: int, ratio: float = 0.0) -> npt.NDArray[np.complex128]:

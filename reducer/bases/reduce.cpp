@@ -306,7 +306,7 @@ void add_loads(Reduction& r, const SparseCholesky& factor, FixedInterfaceModes& 
 // Of what can turn by itself.
 void add_spin_moments(const Reduction& r, const SparseCholesky& factor, const Matrix& Phi,
                       Superelement& s) {
-  if (r.settings.is_domain || has_parts(r)) return;
+  if (r.settings.is_domain || has_parts(r) || r.p.n_points > 0) return;
   s.spin_moments =
       spin_moments(r.p, factor, coordinates_of(r, r.p.interior_nodes),
                    coordinates_of(r, r.p.interface_nodes), s.rigid_body.center, Phi, s.M_cc);
@@ -534,6 +534,26 @@ void take(FiniteElementModel&& made, FiniteElementModel& model) {
   model.nodes = std::move(made.nodes), model.row = std::move(made.row);
 }
 
+// From here on the model has the points in the place of their sets' nodes.
+void take_points_in(Reduction& r) {
+  if (r.settings.points.empty()) return;
+  if (has_parts(r))
+    throw InputError(r.options.source.text() +
+                     ": reduction.points: the component has several parts, which nothing joins, "
+                     "and points need one: give each part a component of its own");
+  couple_rigidly(r.mesh, r.settings.points, r.model, r.x);
+  r.p.n_points = static_cast<Index>(r.settings.points.size());
+  r.part.assign(r.model.nodes.size(), 0);
+}
+
+// Model nodes of the options' sets, and those of points.
+std::vector<Index> kept_nodes(const Reduction& r) {
+  std::vector<Index> kept = nodes_of_sets(r.mesh, r.model, r.options);
+  const auto n = static_cast<Index>(r.model.nodes.size());
+  for (Index i = n - 2 * r.p.n_points; i < n; ++i) kept.push_back(i);
+  return kept;
+}
+
 // `interface`: mesh nodes, or none: those of the options' sets.
 Superelement reduce_to(const std::vector<Index>* interface, const Mesh& mesh,
                        const std::vector<BlockProperties>& properties, MassKind mass,
@@ -545,8 +565,15 @@ Superelement reduce_to(const std::vector<Index>* interface, const Mesh& mesh,
     const auto phase = report.phase("assembly");
     take(assemble(mesh, properties, mass), r.model);
     std::vector<Index> kept;
+    r.part = connected_parts(mesh, r.model);
+    if (!settings.is_domain) tell_of_parts(mesh, r.model, r.part, report);
+    r.x = mesh.coordinates(r.model.nodes, Eigen::all);
+    s.rigid_body = rigid_body(r.model.M, r.x);
+    check_rigid_motions(r, s.rigid_body.center);
+    r.figures.n_dofs = r.model.K.rows();
+    take_points_in(r);
     if (interface == nullptr) {
-      kept = interface_nodes(mesh, r.model, options.interface_sets);
+      kept = kept_nodes(r);
     } else {
       for (const Index node : *interface)
         kept.push_back(r.model.row[static_cast<std::size_t>(node)]);
@@ -554,14 +581,6 @@ Superelement reduce_to(const std::vector<Index>* interface, const Mesh& mesh,
     if (!options.is_characteristic())
       require_memory_for_interface(3 * static_cast<Index>(kept.size()), machine_memory_bytes());
     partition(r.model, kept, r.p);
-    r.part = connected_parts(mesh, r.model);
-    if (!settings.is_domain) tell_of_parts(mesh, r.model, r.part, report);
-    r.x.resize(static_cast<Index>(r.model.nodes.size()), 3);
-    for (Index i = 0; i < r.x.rows(); ++i)
-      r.x.row(i) = mesh.coordinates.row(r.model.nodes[static_cast<std::size_t>(i)]);
-    s.rigid_body = rigid_body(r.model.M, r.x);
-    check_rigid_motions(r, s.rigid_body.center);
-    r.figures.n_dofs = r.model.K.rows();
     r.figures.n_interior = r.p.n_interior();
     if (!has_free_modes(options) && !options.is_characteristic() && !may_condense_by_fronts(r))
       r.model.K = SparseMatrix(), r.model.M = SparseMatrix();

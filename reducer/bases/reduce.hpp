@@ -17,6 +17,7 @@
 #include "reducer/condensation/condensation.hpp"
 #include "reducer/judgement/condition_numbers.hpp"
 #include "reducer/modes/fixed_interface_modes.hpp"
+#include "reducer/partition/rigid_points.hpp"
 
 namespace cbr {
 
@@ -31,6 +32,8 @@ struct ReduceSettings {
   Index panel = 0;
   // of a component: what holds it beside its own elements is not known here
   bool is_domain = false;
+  // of the interface, beside the sets: rigid_points()
+  std::vector<RigidPoint> points = {};
 };
 
 // What the summary tells beyond the superelement itself.

@@ -18,15 +18,48 @@ std::vector<Index> ids_of(const Reduction& r, const std::vector<Index>& nodes) {
   return ids;
 }
 
-// Mesh node -> its place in [interface nodes; interior nodes], or -1.
+// Interface nodes that are nodes of the mesh, which come before those of points.
+std::vector<Index> mesh_nodes_on_interface(const Reduction& r) {
+  const auto& all = r.p.interface_nodes;
+  return {all.begin(), all.end() - 2 * r.p.n_points};
+}
+
+// Mesh node -> its place in [interface nodes; points; interior nodes; nodes of points], or -1.
 std::vector<Index> places(const Reduction& r) {
   std::vector<Index> place(r.mesh.node_ids.size(), -1);
   Index next = 0;
-  for (const auto* nodes : {&r.p.interface_nodes, &r.p.interior_nodes}) {
-    for (const Index i : *nodes)
+  const auto add = [&](const std::vector<Index>& nodes) {
+    for (const Index i : nodes)
       place[static_cast<std::size_t>(r.model.nodes[static_cast<std::size_t>(i)])] = next++;
-  }
+  };
+  add(mesh_nodes_on_interface(r));
+  next += r.p.n_points;
+  add(r.p.interior_nodes);
+  for (const RigidPoint& point : r.settings.points)
+    for (const Index node : point.nodes) place[static_cast<std::size_t>(node)] = next++;
   return place;
+}
+
+// The nodes of points follow those inside: u = U + theta x r, whatever the modes do.
+void add_nodes_of_points(const Reduction& r, Superelement::Recovery& recovery) {
+  Index n = static_cast<Index>(recovery.node_ids.size()), more = 0;
+  for (const RigidPoint& point : r.settings.points) more += static_cast<Index>(point.nodes.size());
+  if (more == 0) return;
+  recovery.coordinates.conservativeResize(n + more, Eigen::NoChange);
+  recovery.Psi.conservativeResize(3 * (n + more), Eigen::NoChange);
+  recovery.Phi.conservativeResize(3 * (n + more), Eigen::NoChange);
+  recovery.Psi.bottomRows(3 * more).setZero(), recovery.Phi.bottomRows(3 * more).setZero();
+  Index column = r.p.n_interface() - 6 * r.p.n_points;
+  for (const RigidPoint& point : r.settings.points) {
+    for (const Index node : point.nodes) {
+      recovery.node_ids.push_back(r.mesh.node_ids[static_cast<std::size_t>(node)]);
+      recovery.coordinates.row(n) = r.mesh.coordinates.row(node);
+      recovery.Psi.block<3, 6>(3 * n, column) =
+          motion_at(Vector3(r.mesh.coordinates.row(node)) - point.at);
+      ++n;
+    }
+    column += 6;
+  }
 }
 
 }  // namespace
@@ -48,7 +81,9 @@ std::vector<Index> parts_of_nodes(const Reduction& r, const std::vector<Index>& 
 }
 
 std::vector<Index> parts_of_interface(const Reduction& r) {
-  return parts_of_nodes(r, r.p.interface_nodes);
+  std::vector<Index> part = parts_of_nodes(r, r.p.interface_nodes);
+  part.resize(part.size() - static_cast<std::size_t>(r.p.n_points));  // a point is one node
+  return part;
 }
 
 bool has_parts(const Reduction& r) {
@@ -57,7 +92,7 @@ bool has_parts(const Reduction& r) {
 
 std::vector<ComponentPart> parts(const Reduction& r) {
   if (!has_parts(r)) return {};
-  return split(r.p, parts_of_nodes(r, r.p.interior_nodes), parts_of_interface(r));
+  return split(r.p, parts_of_nodes(r, r.p.interior_nodes), parts_of_nodes(r, r.p.interface_nodes));
 }
 
 std::string node_of_interface_dof(const Reduction& r, Index dof) {
@@ -65,12 +100,7 @@ std::string node_of_interface_dof(const Reduction& r, Index dof) {
 }
 
 Points coordinates_of(const Reduction& r, const std::vector<Index>& nodes) {
-  Points x(static_cast<Index>(nodes.size()), 3);
-  for (Index i = 0; i < x.rows(); ++i) {
-    x.row(i) = r.mesh.coordinates.row(
-        r.model.nodes[static_cast<std::size_t>(nodes[static_cast<std::size_t>(i)])]);
-  }
-  return x;
+  return r.x(nodes, Eigen::all);
 }
 
 void add_recovery(const Reduction& r, Matrix&& Psi, Matrix&& Phi, Superelement& s) {
@@ -81,6 +111,7 @@ void add_recovery(const Reduction& r, Matrix&& Psi, Matrix&& Phi, Superelement& 
   recovery.Phi = std::move(Phi);
   if (r.p.n_interior() == 0)
     recovery.Psi.resize(0, r.p.n_interface()), recovery.Phi.resize(0, s.k());
+  add_nodes_of_points(r, recovery);
   const std::vector<Index> place = places(r);
   for (const auto& block : r.mesh.blocks) {
     if (dimension(block.type) != 3) continue;
@@ -94,15 +125,28 @@ void add_recovery(const Reduction& r, Matrix&& Psi, Matrix&& Phi, Superelement& 
 }
 
 void describe_interface(const Reduction& r, Superelement& s) {
-  s.node_ids = ids_of(r, r.p.interface_nodes);
-  s.coordinates = coordinates_of(r, r.p.interface_nodes);
-  for (Index i = 0; i < r.p.n_interface(); ++i) {
+  const std::vector<Index> nodes = mesh_nodes_on_interface(r);
+  s.node_ids = ids_of(r, nodes);
+  Points x = coordinates_of(r, nodes);
+  for (Index i = 0; i < 3 * x.rows(); ++i) {
     s.dof_node.push_back(i / 3);
     s.dof_component.push_back(static_cast<int>(i % 3));
   }
   std::vector<Index> place = places(r);
-  for (Index& i : place) i = i < static_cast<Index>(r.p.interface_nodes.size()) ? i : -1;
+  for (Index& i : place) i = i < x.rows() ? i : -1;
   add_interface_sets(r.mesh, place, r.options.interface_sets, s);
+  // Nodes that the mesh does not have, numbered above all of its own
+  Index id = *std::max_element(r.mesh.node_ids.begin(), r.mesh.node_ids.end());
+  for (const RigidPoint& point : r.settings.points) {
+    const auto node = static_cast<Index>(s.node_ids.size());
+    s.node_ids.push_back(++id);
+    x.conservativeResize(node + 1, Eigen::NoChange);
+    x.row(node) = point.at.transpose();
+    for (int component = 0; component < 6; ++component)
+      s.dof_node.push_back(node), s.dof_component.push_back(component);
+    s.nodesets[point.name] = {node};
+  }
+  s.coordinates = std::move(x);
 }
 
 }  // namespace cbr

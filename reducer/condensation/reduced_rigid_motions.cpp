@@ -32,9 +32,13 @@ Matrix rigid_motions_of_parts(const Superelement& s, const std::vector<Index>& p
     Matrix R = Matrix::Zero(s.n(), 6);
     for (Index i = 0; i < s.c(); ++i) {
       const auto node = static_cast<std::size_t>(s.dof_node[static_cast<std::size_t>(i)]);
-      if (part[node] == number)
-        R.row(s.k() + i) = all.row(3 * s.dof_node[static_cast<std::size_t>(i)] +
-                                   s.dof_component[static_cast<std::size_t>(i)]);
+      if (part[node] != number) continue;
+      const int component = s.dof_component[static_cast<std::size_t>(i)];
+      if (component < 3) {
+        R.row(s.k() + i) = all.row(3 * static_cast<Index>(node) + component);
+      } else {
+        R(s.k() + i, component) = 1 / (size > 0 ? size : 1.0);
+      }
     }
     // A part that is all interface may be as small as one node of a mechanism: only independent
     // motions count.

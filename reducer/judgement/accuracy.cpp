@@ -36,7 +36,8 @@ constexpr double good_eigenvalue = 0.95 * (1 - 0.99 * 0.99);
 Vector normals_on_dofs(const Superelement& s, const Surface& surface) {
   const Points normals = face_normals(surface, s.coordinates);
   Vector f(s.c());
-  for (Index i = 0; i < s.c(); ++i) f(i) = normals(s.dof_node[i], s.dof_component[i]);
+  for (Index i = 0; i < s.c(); ++i)
+    f(i) = s.dof_component[i] < 3 ? normals(s.dof_node[i], s.dof_component[i]) : 0;
   return f;
 }
 
@@ -171,7 +172,7 @@ double impact_share(const Superelement& s, const Matrix& L, const Surface& surfa
   Vector r(s.c());
   for (Index i = 0; i < s.c(); ++i) {
     const Index node = s.dof_node[i];
-    r(i) = normal(s.dof_component[i]);
+    r(i) = s.dof_component[i] < 3 ? normal(s.dof_component[i]) : 0;
     if (column[node] >= 0)
       G(i, column[node]) = at_node(node, s.dof_component[i]) / at_node.row(node).norm();
   }
@@ -376,7 +377,8 @@ Superelement::Accuracy accuracy_of_fixed_modes(const Partition& p, const SparseC
   Superelement::Accuracy a = accuracy_of_strain(motions, unheld.D, s, others);
   if (p.lumped) {
     Vector3 floor = Vector3::Zero();
-    for (Index i = 0; i < s.c(); ++i) floor(s.dof_component[i]) += p.M_CC.coeff(i, i);
+    for (Index i = 0; i < s.c(); ++i)
+      if (s.dof_component[i] < 3) floor(s.dof_component[i]) += p.M_CC.coeff(i, i);
     a.rho_floor = floor / s.rigid_body.mass;
   }
   return a;

@@ -47,14 +47,18 @@ void refuse_loads_inside(const Mesh& mesh, const ReductionOptions& reduction,
   if (sets.empty()) return;
   const FiniteElementModel model = number_nodes(mesh);
   std::vector<char> is_kept(mesh.node_ids.size(), 0);
-  for (const Index i : interface_nodes(mesh, model, reduction.interface_sets))
-    is_kept[model.nodes[i]] = 1;
+  for (const Index i : nodes_of_sets(mesh, model, reduction)) is_kept[model.nodes[i]] = 1;
   for (const std::string& name : sets) {
     const bool of_nodes = is_nodeset(mesh, name);
     const std::vector<Index> nodes =
         of_nodes ? set_nodes(mesh, name) : surface_nodes(surface_of_load(mesh, name));
     if (std::all_of(nodes.begin(), nodes.end(), [&](Index node) { return is_kept[node] != 0; }))
       continue;
+    if (!reduction.interface_points.empty())
+      throw InputError("loads: '" + name +
+                       "' lies inside the part, and reduction.points knows loads on the interface "
+                       "only: give the load a point, or add '" +
+                       name + "' to reduction.interface");
     if (of_nodes)
       throw InputError(
           "loads: nodeset '" + name +

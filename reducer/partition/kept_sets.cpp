@@ -42,6 +42,14 @@ bool is_recovered(const SetUse& use, const ReductionOptions& reduction) {
          (sets.empty() || std::find(sets.begin(), sets.end(), use.set) != sets.end());
 }
 
+// ", or name the point 'left' that moves it"
+std::string point_instead(const SetUse& use, const Component& component) {
+  for (const auto& [name, point] : component.points)
+    if (point.nodes == use.set && is_interface_point(component, name))
+      return ", or name the point '" + name + "' that moves it";
+  return "";
+}
+
 [[noreturn]] void refuse_without_recovery(const SetUse& use, const Component& component) {
   throw InputError(
       place_of(use) + "the superelement of component '" + component.name +
@@ -57,9 +65,10 @@ void check_kept_sets(const Scene& scene, const Component& component, const Mesh&
   if (uses.empty()) return;
   const FiniteElementModel model = number_nodes(mesh);
   std::vector<char> is_kept(mesh.node_ids.size(), 0);
-  for (const Index i : interface_nodes(mesh, model, component.reduction->interface_sets))
+  for (const Index i : nodes_of_sets(mesh, model, *component.reduction))
     is_kept[static_cast<std::size_t>(model.nodes[static_cast<std::size_t>(i)])] = 1;
   for (const SetUse& use : uses) {
+    if (!use.needs_faces && is_interface_point(component, use.set)) continue;
     const std::vector<Index> nodes = nodes_of(use, mesh);
     if (!nodes.empty() && is_recovered(use, *component.reduction)) continue;
     if (use.is_of_stress) refuse_without_recovery(use, component);
@@ -72,7 +81,7 @@ void check_kept_sets(const Scene& scene, const Component& component, const Mesh&
         std::to_string(n_kept) + " of its " + std::to_string(nodes.size()) +
         " nodes, expected all: add '" + use.set +
         "' to reduction.interface (it has: " + join(component.reduction->interface_sets) + ")" +
-        (use.may_be_inside ? ", or to reduction.recovery" : ""));
+        (use.may_be_inside ? ", or to reduction.recovery" : "") + point_instead(use, component));
   }
 }
 

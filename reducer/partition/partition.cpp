@@ -168,6 +168,12 @@ std::vector<Index> interface_nodes(const Mesh& mesh, const FiniteElementModel& m
   return nodes;
 }
 
+std::vector<Index> nodes_of_sets(const Mesh& mesh, const FiniteElementModel& model,
+                                 const ReductionOptions& reduction) {
+  if (reduction.interface_sets.empty() && !reduction.interface_points.empty()) return {};
+  return interface_nodes(mesh, model, reduction.interface_sets);
+}
+
 void partition(const FiniteElementModel& model, const std::vector<Index>& interface_nodes,
                Partition& p) {
   p.interface_nodes = interface_nodes;
@@ -186,7 +192,9 @@ void partition(const FiniteElementModel& model, const std::vector<Index>& interf
   take_block(model.M, local_I, n_I, I, p.M_II);
   take_block(model.M, local_I, n_I, C, p.M_IC);
   take_block(model.M, local_C, c, C, p.M_CC);
-  p.lumped = is_diagonal(model.M);
+  // With points the mass of the interface alone is not diagonal
+  p.lumped =
+      p.n_points > 0 ? is_diagonal(p.M_II) && p.M_IC.coeffs().isZero(0) : is_diagonal(model.M);
 }
 
 Partition partition(const FiniteElementModel& model, const std::vector<Index>& interface_nodes) {
@@ -197,6 +205,7 @@ Partition partition(const FiniteElementModel& model, const std::vector<Index>& i
 
 void check_interface_holds(const Mesh& mesh, const FiniteElementModel& model,
                            const Partition& partition, const std::vector<Index>& parts) {
+  if (partition.n_points > 0) return;  // of a component of one part, which a point holds
   const Index n_parts = parts.empty() ? 0 : *std::max_element(parts.begin(), parts.end()) + 1;
   std::vector<Part> found(static_cast<std::size_t>(n_parts));
   for (const Index i : partition.interior_nodes)

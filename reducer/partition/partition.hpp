@@ -11,6 +11,7 @@
 #include "common/base/types.hpp"
 #include "common/fem/assembly.hpp"
 #include "common/mesh/mesh.hpp"
+#include "common/scene/scene.hpp"
 #include "reducer/partition/rigid_motions.hpp"
 
 namespace cbr {
@@ -21,9 +22,17 @@ struct Partition {
   std::vector<Index> interior_nodes, interface_nodes;
   SparseMatrix K_II, K_IC, K_CC;  // n_I x n_I, n_I x c, c x c
   SparseMatrix M_II, M_IC, M_CC;
-  bool lumped = false;  // M is diagonal: M_IC = 0
-  RigidMotions rigid;   // what the condensation keeps exact; none unless set
+  bool lumped = false;  // M is diagonal, but for points: M_IC = 0
+  // The last 2 n_points of the interface's nodes are those of points: x, y, z of each one's
+  // translation, then of its rotation (rigid_points.hpp). Set before the partition.
+  Index n_points = 0;
+  RigidMotions rigid;  // what the condensation keeps exact; none unless set
 
+  // Whether the dofs of the interface's node i are a rotation.
+  bool is_rotation(Index i) const {
+    const Index first = static_cast<Index>(interface_nodes.size()) - 2 * n_points;
+    return i >= first && (i - first) % 2 == 1;
+  }
   Index n_interior() const { return K_II.rows(); }
   Index n_interface() const { return K_CC.rows(); }
 };
@@ -37,6 +46,10 @@ FiniteElementModel number_nodes(const Mesh& mesh);
 // at all.
 std::vector<Index> interface_nodes(const Mesh& mesh, const FiniteElementModel& model,
                                    const std::vector<std::string>& sets);
+
+// Those of reduction.interface, which has no set where there are points.
+std::vector<Index> nodes_of_sets(const Mesh& mesh, const FiniteElementModel& model,
+                                 const ReductionOptions& reduction);
 
 Partition partition(const FiniteElementModel& model, const std::vector<Index>& interface_nodes);
 // The same into one that exists, as Eigen 3.4 would copy its matrices.

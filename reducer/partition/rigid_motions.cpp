@@ -42,13 +42,20 @@ std::vector<Part> parts_of_nodes(const std::vector<Index>& part_I,
 }
 
 // About the middle of all nodes and of their size   (3 nodes x 6, those inside first)
-Matrix motions_of(const Part& part, const Points& x_I, const Points& x_C) {
+Matrix motions_of(const Partition& p, const Part& part, const Points& x_I, const Points& x_C) {
   Points x(static_cast<Index>(part.interior.size() + part.interface.size()), 3);
   x << Points(x_I(part.interior, Eigen::all)), Points(x_C(part.interface, Eigen::all));
   const Eigen::RowVector3d middle = x.colwise().mean();
   x.rowwise() -= middle;
   const double size = x.rowwise().norm().maxCoeff();
-  return rigid_modes(size > 0 ? Points(x / size) : x, Vector3::Zero());
+  Matrix R = rigid_modes(size > 0 ? Points(x / size) : x, Vector3::Zero());
+  for (std::size_t i = 0; i < part.interface.size(); ++i) {
+    if (!p.is_rotation(part.interface[i])) continue;
+    auto rows = R.middleRows(3 * static_cast<Index>(part.interior.size() + i), 3);
+    rows.setZero();
+    rows.rightCols(3).diagonal().setConstant(size > 0 ? 1 / size : 1);
+  }
+  return R;
 }
 
 void add_rows(const Matrix& R, const std::vector<Index>& nodes, Index first_dof, Index first_column,
@@ -169,7 +176,7 @@ RigidMotions rigid_motions(const Partition& p, const Points& x_I, const std::vec
   Index r = 0;
   for (const Part& part : parts_of_nodes(part_I, part_C)) {
     if (part.interior.empty() || part.interface.empty()) continue;
-    const Matrix R = motions_of(part, x_I, x_C);
+    const Matrix R = motions_of(p, part, x_I, x_C);
     const auto n_inside = 3 * static_cast<Index>(part.interior.size());
     if (PivotedQr(R.bottomRows(R.rows() - n_inside), independent).rank() < 6) continue;
     add_rows(R.topRows(n_inside), part.interior, first_I, r, inside);

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "common/base/error.hpp"
+#include "common/scene/points_of_file.hpp"
 #include "common/scene/reduction_keys.hpp"
 #include "common/scene/scene_words.hpp"
 #include "common/scene/yaml/scene_parse.hpp"
@@ -226,7 +227,7 @@ ReductionOptions parse_reduction(const SceneNode& node, const std::filesystem::p
   const SceneMap map = node.map(allowed);
   ReductionOptions reduction;
   reduction.source = node.source();
-  map.at("interface");
+  if (map.find("points") == nullptr) map.at("interface");
   const std::vector<std::string> given = read_reduction_keys(map, reduction);
   check_reduction(map, reduction);
   complete(reduction, given);
@@ -236,6 +237,30 @@ ReductionOptions parse_reduction(const SceneNode& node, const std::filesystem::p
   reduction.superelement =
       file != nullptr ? resolve_path(*file, folder) : folder / (component + ".cbr.h5");
   return reduction;
+}
+
+// Points as nodes of the superelement.
+void check_interface_points(const SceneNode& node, const Component& component) {
+  const ReductionOptions& reduction = *component.reduction;
+  if (reduction.interface_points.empty())
+    node.fail("is empty, expected points of the component, or leave the key out");
+  for (const std::string& name : reduction.interface_points) {
+    const auto found = component.points.find(name);
+    if (found == component.points.end())
+      require_known(node, "point", name, keys_of(component.points));
+    if (!found->second.rigid)
+      node.fail("names '" + name + "' (line " + std::to_string(found->second.source.line) +
+                "), whose coupling is average: a node of the superelement moves its set as a rigid "
+                "body: give the point coupling: rigid, or keep its set by 'interface'");
+  }
+  const auto refuse = [&](const std::string& what) {
+    node.fail("is not available with " + what +
+              ": leave it out there, or keep the points' sets by 'interface'");
+  };
+  if (reduction.basis != Basis::craig_bampton)
+    refuse("basis: " + word_of(basis_words, reduction.basis));
+  if (reduction.is_decomposed()) refuse("domains above 1");
+  if (!reduction.loads.empty()) refuse("loads");
 }
 
 // The file alone: it holds all that a run needs, and nothing here could change it.
@@ -252,6 +277,7 @@ void parse_superelement_alone(const SceneMap& map, const std::filesystem::path& 
   component.reduction.emplace();
   component.reduction->source = component.source;
   component.reduction->superelement = resolve_path(map.at("superelement"), folder);
+  add_points_of_file(component);
 }
 
 Component parse_component(const SceneNode& node, const std::string& name,
@@ -286,8 +312,12 @@ Component parse_component(const SceneNode& node, const std::string& name,
     component.mass = mass->one_of(mass_words);
   }
   if (const auto* points = map.find("points")) parse_points(*points, component);
-  if (const auto* reduction = map.find("reduction"))
+  if (const auto* reduction = map.find("reduction")) {
     component.reduction = parse_reduction(*reduction, folder, name);
+    const SceneMap keys = reduction->map_of_any();
+    if (const auto* on_interface = keys.find("points"))
+      check_interface_points(*on_interface, component);
+  }
   return component;
 }
 

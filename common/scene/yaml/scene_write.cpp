@@ -92,7 +92,8 @@ bool is_written(const ReductionKey& key, const ReductionOptions& reduction) {
   if (key.key == "characteristic.modes") return !reduction.characteristic.is_default_modes;
   if (key.key == "characteristic.shear") return reduction.characteristic.shear;
   if (key.key == "pick") return !reduction.tolerance;
-  return key.key == "interface" || !words_of(key, reduction).empty();
+  const bool is_needed = key.key == "interface" && reduction.interface_points.empty();
+  return is_needed || !words_of(key, reduction).empty();
 }
 
 std::string written(const ReductionKey& key, const ReductionOptions& reduction) {

@@ -122,8 +122,10 @@ CoupledModel coupled_model(const std::vector<std::shared_ptr<const Superelement>
     const Superelement& s = *domains[d];
     assert(s.K_cc.rows() == s.c() && s.M_cc.rows() == s.c());
     CoupledPart part{domains[d], std::vector<Index>(s.c())};
-    for (Index i = 0; i < s.c(); ++i)
-      part.dof[i] = 3 * place[d][s.dof_node[i]] + s.dof_component[i];
+    for (Index i = 0; i < s.c(); ++i) {
+      part.dof[i] = 3 * place[d][s.dof_node[i]] + s.dof_component[i] % 3;
+      if (s.dof_component[i] == 3) model.turning.push_back(place[d][s.dof_node[i]]);
+    }
     model.parts.push_back(std::move(part));
   }
   return model;
@@ -156,6 +158,10 @@ Matrix rigid_motions(const CoupledModel& model) {
   const Index k = model.n_modal(), n = model.coordinates.rows();
   Matrix R = Matrix::Zero(model.n(), 6);
   R.middleRows(k, 3 * n) = rigid_modes(model.coordinates, model.rigid_body.center);
+  for (const CoupledPart& part : model.parts)  // rotations of points
+    for (std::size_t i = 0; i < part.dof.size(); ++i)
+      if (const int component = part.superelement->dof_component[i]; component > 2)
+        R.row(k + part.dof[i]).setZero(), R(k + part.dof[i], component) = 1;
   for (Index i = 0; i < model.n_rotations; ++i) R.block<3, 3>(k + 3 * (n + i), 3).setIdentity();
   const std::vector<char> present = present_dofs(model);
   for (std::size_t i = 0; i < present.size(); ++i)

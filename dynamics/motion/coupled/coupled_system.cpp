@@ -75,8 +75,12 @@ void CoupledSystem::multiply_stiffness(const Vector& x, Vector& y) {
   if (!takes_translation_out_) return multiply_stiffness_as_is(x, y);
   deformation_ = x;
   Eigen::Map<Points> u(deformation_.data() + n_modal_, model_->coordinates.rows(), 3);
-  const Eigen::RowVector3d mean = u.colwise().mean();
+  const std::vector<Index>& turning = model_->turning;
+  Eigen::RowVector3d mean = u.colwise().sum();
+  for (const Index node : turning) mean -= u.row(node);
+  mean /= static_cast<double>(u.rows()) - static_cast<double>(turning.size());
   u.rowwise() -= mean;
+  for (const Index node : turning) u.row(node) += mean;
   multiply_stiffness_as_is(deformation_, y);
 }
 

@@ -56,11 +56,19 @@ CoupledModel model_of(const ReducedComponent& component) {
 std::vector<HeldDirection> held_directions(const SceneIndex& index, const Instance& instance,
                                            const Geometry& geometry) {
   std::map<std::pair<Index, int>, bool> held;
-  for (const BoundaryCondition* condition : index.boundary(instance))
+  for (const BoundaryCondition* condition : index.boundary(instance)) {
+    const auto& fix = condition->fix;
+    const bool is_whole = fix[0] && fix[1] && fix[2];
     for (const Index node :
-         find_nodes(geometry, instance.name, condition->nodes, condition->source))
+         find_nodes(geometry, instance.name, condition->nodes, condition->source)) {
       for (int c = 0; c < 3; ++c)
-        if (condition->fix[c]) held[{node, c}] = true;
+        if (fix[c]) held[{node, c}] = true;
+      // A point that nothing lets move does not turn, as a set would not
+      const auto rotation = geometry.rotations.find(node);
+      for (int c = 0; c < 3 && is_whole && rotation != geometry.rotations.end(); ++c)
+        held[{rotation->second, c}] = true;
+    }
+  }
   const Matrix3 T = instance.transformation();
   std::vector<HeldDirection> list;
   // u_scene = T u, so e_c . u_scene = (T^T e_c) . u
@@ -225,18 +233,22 @@ InstanceBody BodyMaker::make_modal_with_shells(const Instance& instance,
 }
 
 InstanceBody BodyMaker::make(const Instance& instance, const ReducedComponent& component) {
-  return driven(instance, make_held(instance, component));
+  return driven(instance, *component.geometry, make_held(instance, component));
 }
 
 InstanceBody BodyMaker::make(const Instance& instance, const MeshedComponent& component) {
-  return driven(instance, make_held(instance, component));
+  return driven(instance, *component.geometry, make_held(instance, component));
 }
 
-InstanceBody BodyMaker::driven(const Instance& instance, InstanceBody held) const {
+InstanceBody BodyMaker::driven(const Instance& instance, const Geometry& geometry,
+                               InstanceBody held) const {
   DrivenMotion motion = support_motion(index_, instance);
+  std::vector<Index> rotations;
+  for (const auto& [node, rotation] : geometry.rotations) rotations.push_back(rotation);
   if (!motion.empty())
     held.body = std::make_unique<DrivenBody>(std::move(held.body), std::move(motion), held.mass,
-                                             !scene_.time->is_static, preload_steps(scene_) > 0);
+                                             !scene_.time->is_static, preload_steps(scene_) > 0,
+                                             std::move(rotations));
   return held;
 }
 

@@ -51,7 +51,7 @@ class BodyMaker {
   InstanceBody make_held(const Instance& instance, const MeshedComponent& component);
   InstanceBody make_mesh_modes(const Instance& instance, const MeshedComponent& component) const;
   InstanceBody make_rigid(const Instance& instance, const MeshedComponent& component);
-  InstanceBody driven(const Instance& instance, InstanceBody held) const;
+  InstanceBody driven(const Instance& instance, const Geometry& geometry, InstanceBody held) const;
   template <typename Component>
   Shelled& shelled(const Instance& instance, const Component& component);
   InstanceBody make_coupled(const Instance& instance, const Geometry& geometry, Shelled& shelled);

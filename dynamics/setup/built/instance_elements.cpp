@@ -179,7 +179,7 @@ Vector interface_motion(const ReducedPart& part, Index n_modal, const Vector& q)
   for (Index i = 0; i < s.c(); ++i) {
     const auto dof = static_cast<std::size_t>(i);
     u_c[i] = q[n_modal + 3 * part.node[static_cast<std::size_t>(s.dof_node[dof])] +
-               s.dof_component[dof]];
+               s.dof_component[dof] % 3];
   }
   return u_c;
 }
@@ -220,7 +220,7 @@ Matrix InstanceElements::dense_rows(const std::vector<Index>& nodes) const {
     for (Index c = 0; c < s.c(); ++c) {
       const auto j = static_cast<std::size_t>(c);
       const Index column =
-          dof(part.node[static_cast<std::size_t>(s.dof_node[j])]) + s.dof_component[j];
+          dof(part.node[static_cast<std::size_t>(s.dof_node[j])]) + s.dof_component[j] % 3;
       rows.block(3 * i, column, 3, 1) = recovery.Psi.block(local, c, 3, 1);
     }
   }

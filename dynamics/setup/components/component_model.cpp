@@ -12,6 +12,7 @@
 #include "common/superelement/superelement_check.hpp"
 #include "dynamics/motion/modal/forms/characteristic_form.hpp"
 #include "dynamics/setup/components/half_modes.hpp"
+#include "dynamics/setup/components/separate_rotations.hpp"
 #include "dynamics/setup/components/skin_shells.hpp"
 #include "dynamics/setup/components/superelement_alone.hpp"
 
@@ -162,9 +163,12 @@ ReducedComponent of_one(const SceneIndex& index, const Component& component,
                         const BuildOptions& options) {
   const std::filesystem::path& file = component.reduction->superelement;
   auto superelement = std::make_shared<Superelement>(read_superelement(file, light));
+  const std::map<Index, Index> rotations = separate_rotations(*superelement);
   ReducedComponent reduced;
   reduced.options = options;
-  reduced.geometry = geometry_in(component, geometry_of(*superelement));
+  Geometry geometry = geometry_of(*superelement);
+  geometry.rotations = rotations;
+  reduced.geometry = geometry_in(component, std::move(geometry));
   reduced.rigid_body = superelement->rigid_body;
   reduced.left_out = left_out_in(superelement->provenance);
   std::vector<Index> node;
@@ -181,6 +185,7 @@ ReducedComponent of_one(const SceneIndex& index, const Component& component,
     parts = parts_to_read(needs_of(index, reduced.plans), recovery);
   *superelement = read_superelement(file, parts);
   check_rigid_motions(*superelement, file.string());
+  separate_rotations(*superelement);
   if (options.half_modes) {
     keep_half(*superelement, half_by(*component.reduction));
     reduced.n_modal = superelement->k(), reduced.n_dofs = superelement->n_coordinates();
@@ -277,6 +282,16 @@ void refuse_shells(const Scene& scene, const Instance& instance, const std::stri
       "craig-bampton");
 }
 
+// And take the model's rotations for their own.
+void refuse_shells_with_points(const Scene& scene, const ReducedComponent& reduced) {
+  if (reduced.geometry->rotations.empty()) return;
+  for (const auto& [name, plan] : reduced.plans)
+    if (plan.has_shells)
+      throw InputError(scene.skin->source.text() + ": skin: instance '" + name +
+                       "' (reduction.points) cannot carry shells that act: leave it out of "
+                       "skin.surfaces, or reduce it without points");
+}
+
 void check_reduced(const Scene& scene, const Component& component, Report& report) {
   if (!component.reduction) {
     throw InputError(component.source.text() + ": component '" + component.name +
@@ -308,6 +323,7 @@ ReducedComponent read_reduced(const SceneIndex& index, const Component& componen
     warn_of_left_out_blocks(component, reduced.left_out, report);
     tell_conditioning(component, reduced, report);
   }
+  refuse_shells_with_points(index.scene(), reduced);
   const std::string file = component.reduction->superelement.string();
   if (reduced.superelement && is_held_inside(*reduced.superelement))
     report.warning("component '" + component.name + "': the stiffness in " + file +

@@ -72,6 +72,13 @@ Geometry geometry_of(const Mesh& mesh, const FiniteElementModel& model) {
   return geometry;
 }
 
+Index interface_point(const Geometry& geometry, const std::string& point) {
+  const auto found = geometry.nodesets.find(point);
+  if (found == geometry.nodesets.end() || found->second.size() != 1) return -1;
+  const Index node = found->second.front();
+  return geometry.rotations.count(node) > 0 ? node : -1;
+}
+
 bool is_inside(const Geometry& geometry, const std::string& set) {
   return geometry.surfaces.count(set) == 0 && geometry.nodesets.count(set) == 0 &&
          geometry.recovered.count(set) > 0;

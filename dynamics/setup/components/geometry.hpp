@@ -23,6 +23,9 @@ struct Geometry {
   Points coordinates;
   std::map<std::string, Surface> surfaces;
   std::map<std::string, std::vector<Index>> nodesets;
+  // Points of a superelement's interface: the node of x, y, z and that of its rotations. A nodeset
+  // of the point's name has the first.
+  std::map<Index, Index> rotations;
   std::set<std::string> recovered;  // sets that recovery data of a superelement know, inside too
   bool reduced = false;             // a superelement: what it does not keep is not there
   bool has_mesh = true;  // false: a superelement file alone, which nobody can reduce again
@@ -30,6 +33,9 @@ struct Geometry {
 
 Geometry geometry_of(const Superelement& superelement);
 Geometry geometry_of(const Mesh& mesh, const FiniteElementModel& model);
+
+// The node of x, y, z of a point of the interface; -1: the superelement, or mesh, has none.
+Index interface_point(const Geometry& geometry, const std::string& point);
 
 // Whether the set is one of recovery data alone, not of the body's nodes.
 bool is_inside(const Geometry& geometry, const std::string& set);

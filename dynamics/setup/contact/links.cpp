@@ -23,8 +23,16 @@ Vector weights_of(const Geometry& geometry, const std::string& instance,
 }
 
 AveragePoint average_point(const Instance& instance, const Geometry& geometry,
-                           const Component::Point& point) {
+                           const std::string& name, const Component::Point& point) {
   AveragePoint average;
+  if (const Index node = interface_point(geometry, name); node >= 0) {
+    average.nodes = {node, geometry.rotations.at(node)};
+    average.is_of_interface = true;
+    average.hand = instance.mirror.empty() ? 1 : -1;
+    average.at =
+        instance.transformation() * geometry.coordinates.row(node).transpose() + instance.position;
+    return average;
+  }
   average.nodes = find_nodes(geometry, instance.name, point.nodes, point.source);
   average.weights = weights_of(geometry, instance.name, point, average.nodes);
   Vector3 at = Vector3::Zero();
@@ -210,6 +218,7 @@ class LinkMaker {
   // Every motion of the set's nodes but that of a rigid body is held.
   void add_rigid(Index i, const std::string& name, const Component::Point& point) {
     const std::string& instance = index_.scene().instances[i].name;
+    if (interface_point(*built_.instances[i].geometry, name) >= 0) return;  // it is
     refuse_what_is_held(i, name, point);
     const auto& body = static_cast<const PointedBody&>(*sim_.bodies[i]);
     const Index contact = contact_of_instance_.at(i);
@@ -254,7 +263,7 @@ class LinkMaker {
       refuse(nodes_of(i, condition->nodes, condition->source),
              "'" + condition->nodes + "' under 'boundary'");
     for (const auto& [other, of] : component_of(index_.scene(), instance).points)
-      if (of.rigid && other < name)
+      if (of.rigid && other < name && interface_point(*built_.instances[i].geometry, other) < 0)
         refuse(nodes_of(i, of.nodes, of.source), "the rigid point '" + other + "'");
   }
 
@@ -313,17 +322,19 @@ class LinkMaker {
 std::vector<AveragePoint> points_of(const SceneIndex& index, const BuiltScene& built, Index i) {
   const Scene& scene = index.scene();
   const Instance& instance = scene.instances[i];
-  const auto average = [&](Index of, const Component::Point& point) {
-    return average_point(scene.instances[of], *built.instances[of].geometry, point);
+  const auto average = [&](Index of, const std::string& name, const Component::Point& point) {
+    return average_point(scene.instances[of], *built.instances[of].geometry, name, point);
   };
   std::vector<AveragePoint> points;
   for (const auto& [name, point] : component_of(scene, instance).points)
-    points.push_back(average(i, point));
+    points.push_back(average(i, name, point));
   for (const LinkOptions& link : scene.links) {
     if (link.second.instance != instance.name) continue;
-    AveragePoint second = average(i, named_point(index, link.second));
+    AveragePoint second = average(i, link.second.surface, named_point(index, link.second));
     second.rigid = false;  // the point itself is
-    second.at = average(index.place(link.first.instance), named_point(index, link.first)).at;
+    second.at = average(index.place(link.first.instance), link.first.surface,
+                        named_point(index, link.first))
+                    .at;
     points.push_back(std::move(second));
   }
   return points;

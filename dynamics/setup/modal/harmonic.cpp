@@ -169,9 +169,21 @@ class Sweep {
     ComplexVector y = of.A.cast<Complex>() * inverse.cwiseProduct(g) + left_out;
     if (drives_[b].any())
       for (Index i = 0; i < y.size(); ++i)
-        for (const auto& [node, weight] : asked_[b].sums[static_cast<std::size_t>(i)].terms)
-          y[i] += weight.cast<Complex>().dot(s);
+        y[i] += carried(b, asked_[b].sums[static_cast<std::size_t>(i)]).cast<Complex>().dot(s);
     return y;
+  }
+
+  // What a translation of the whole body adds to the sum, by its components. Rotations of points
+  // take no part.
+  Vector3 carried(std::size_t b, const NodalSum& sum) const {
+    const auto& rotations = modal_.built.instances[b].geometry->rotations;
+    Vector3 whole = Vector3::Zero();
+    for (const auto& [node, weight] : modal_.bodies[b].inner_terms(sum)) {
+      const bool is_rotation = std::any_of(rotations.begin(), rotations.end(),
+                                           [at = node](const auto& of) { return of.second == at; });
+      if (!is_rotation) whole += weight;
+    }
+    return whole;
   }
 
   ComplexMatrix statics(std::size_t b, double w) const {

@@ -106,13 +106,18 @@ Matrix ModalBody::modal_rows(const std::vector<NodalSum>& sums) const {
   return A;
 }
 
+std::vector<std::pair<Index, Vector3>> ModalBody::inner_terms(const NodalSum& sum) const {
+  if (pointed_ == nullptr) return sum.terms;
+  std::vector<std::pair<Index, Vector3>> terms;
+  for (const auto& [node, weight] : sum.terms) pointed_->add_inner_terms(node, weight, terms);
+  return terms;
+}
+
 ModalAnswer ModalBody::answer(const std::vector<NodalSum>& sums) const {
   if (is_joint()) return answer_of_joint(sums);
   if (pointed_ == nullptr) return answer_of_modes(sums);
   std::vector<NodalSum> inner(sums.size());
-  for (std::size_t i = 0; i < sums.size(); ++i)
-    for (const auto& [node, weight] : sums[i].terms)
-      pointed_->add_inner_terms(node, weight, inner[i].terms);
+  for (std::size_t i = 0; i < sums.size(); ++i) inner[i].terms = inner_terms(sums[i]);
   return answer_of_modes(inner);
 }
 

@@ -53,6 +53,8 @@ class ModalBody {
   // Forces of an acceleration of the whole body, scene axes (n): what modal coordinates feel of it.
   Vector gravity(const Vector3& acceleration) const;
   ModalAnswer answer(const std::vector<NodalSum>& sums) const;
+  // The sum by nodes of the body itself, without those of points.
+  std::vector<std::pair<Index, Vector3>> inner_terms(const NodalSum& sum) const;
   Vector3 local(const Vector3& v) const {
     return modal_ != nullptr ? Vector3(modal_->axes().transpose() * v) : v;
   }

@@ -205,7 +205,7 @@ InstanceModes of_group(const ModalScene& scene, const std::vector<Index>& bodies
   for (std::size_t i = 1; i < names.size(); ++i) of.instance += "+" + names[i];
   const Joined joined = join(scene, bodies);
   const Modes modes =
-      bodies.size() == 1
+      bodies.size() == 1 && joined.A.rows() == 0
           ? modes_of_one(scene.bodies[static_cast<std::size_t>(bodies.front())], count)
           : modes_of(joined, count);
   const Vector omega = modes.lambda.cwiseSqrt();

@@ -19,6 +19,8 @@ std::string field(double value) {
   return format_text("%16s", text.c_str());
 }
 
+std::string coordinate(double value) { return format_text("%16.9E", value); }
+
 std::string field(Index value) { return format_text("%16lld", static_cast<long long>(value)); }
 
 // One column after the other; of each the entries on the diagonal and below, as the matrix is
@@ -50,6 +52,13 @@ void write_dmig(const ReducedMatrices& reduced, std::ostream& out) {
          "file.\n";
   for (const ReducedRow& row : reduced.rows) {
     if (row.dof == 0) out << format_text("SPOINT  %8lld\n", static_cast<long long>(row.node));
+  }
+  // Points of the interface, which no mesh has
+  for (const ReducedRow& row : reduced.rows) {
+    if (row.dof != 6) continue;
+    out << format_text("GRID*   %16lld%16s", static_cast<long long>(row.node), "")
+        << coordinate(row.position(0)) << coordinate(row.position(1)) << "\n*       "
+        << coordinate(row.position(2)) << '\n';
   }
   write_matrix("KAAX", reduced.K, reduced.rows, out);
   write_matrix("MAAX", reduced.M, reduced.rows, out);

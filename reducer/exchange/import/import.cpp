@@ -52,7 +52,10 @@ void add_mesh(const Mesh& mesh, const ImportOptions& options, Superelement& s, R
   if (s.n() > options.diagonal_limit) return;
   const auto phase = report.phase("diagonal form");
   try {
-    add_diagonal_form(s, parts_of(mesh, s.node_ids));
+    const bool has_points = std::any_of(s.dof_component.begin(), s.dof_component.end(),
+                                        [](int component) { return component > 2; });
+    add_diagonal_form(
+        s, has_points ? std::vector<Index>(s.node_ids.size(), 0) : parts_of(mesh, s.node_ids));
   } catch (const InputError& error) {
     throw InputError(options.file.string() + ": " + error.what());
   }
@@ -104,7 +107,7 @@ void import_superelement(const ImportOptions& options, Report& report) {
     const auto phase = report.phase("writing the superelement");
     write_superelement(s, options.target);
   }
-  if (options.faces.empty())
+  if (options.faces.empty() && s.nodesets.empty())
     report.warning(
         options.file.string() +
         ": a file of matrices names no faces and no sets, so that contact, supports and loads " +

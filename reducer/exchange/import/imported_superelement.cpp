@@ -44,6 +44,7 @@ class Importer {
     s_.K_cc = part(r_.K, dofs), s_.M_cc = part(r_.M, dofs);
     s_.M_kc = r_.M(modes, dofs);
     add_rigid_body();
+    name_points();
     return std::move(s_);
   }
 
@@ -82,6 +83,15 @@ class Importer {
         order_.dofs.push_back(i);
       }
     }
+  }
+
+  // What turns is a point, which a scene names by its set.
+  void name_points() {
+    for (std::size_t i = 0; i < s_.dof_node.size(); ++i)
+      if (s_.dof_component[i] > 2)
+        s_.nodesets["node_" +
+                    std::to_string(s_.node_ids[static_cast<std::size_t>(s_.dof_node[i])])] = {
+            s_.dof_node[i]};
   }
 
   void require_symmetric(const char* name, const Matrix& A) const {
@@ -209,7 +219,11 @@ std::vector<Index> places_in(const Mesh& mesh, const std::string& mesh_file,
   const double size =
       (mesh.coordinates.colwise().maxCoeff() - mesh.coordinates.colwise().minCoeff()).norm();
   std::vector<Index> place(mesh.node_ids.size(), -1);
+  std::vector<char> is_point(s.node_ids.size(), 0);  // which the mesh does not have
+  for (std::size_t i = 0; i < s.dof_node.size(); ++i)
+    if (s.dof_component[i] > 2) is_point[static_cast<std::size_t>(s.dof_node[i])] = 1;
   for (std::size_t i = 0; i < s.node_ids.size(); ++i) {
+    if (is_point[i] != 0) continue;
     const std::string node = "interface node " + std::to_string(s.node_ids[i]) + " of " + where;
     const auto found = row_of_id.find(s.node_ids[i]);
     if (found == row_of_id.end())

@@ -32,6 +32,11 @@ class DmigReader {
     const std::string& line = lines_.line();
     const std::string_view card = field(line, 0, 8);
     if (card.empty() || card.starts_with("$") || card == "SPOINT") return;
+    // A point's place, on two lines; the table has it too
+    if (card == "GRID*" || (card == "*" && in_grid_)) {
+      in_grid_ = card == "GRID*";
+      return;
+    }
     if (card == "DMIG") return begin();
     if (card == "DMIG*") {
       matrix_ = &matrix_named(field(line, 8, 16));
@@ -77,6 +82,7 @@ class DmigReader {
   std::optional<SymmetricEntries> K_, M_;
   std::optional<SymmetricEntries>* matrix_ = nullptr;
   Index column_ = -1;
+  bool in_grid_ = false;
 };
 
 }  // namespace

@@ -23,8 +23,9 @@ std::vector<ReducedRow> read_rows(const std::filesystem::path& file) {
     ReducedRow row;
     row.node = lines.whole(fields[1]);
     const Index dof = lines.whole(fields[2]);
-    if (dof < 0 || dof > 3)
-      lines.fail("dof " + std::to_string(dof) + " found, expected 1, 2, 3 (x, y, z) or 0 (modal)");
+    if (dof < 0 || dof > 6)
+      lines.fail("dof " + std::to_string(dof) +
+                 " found, expected 1, 2, 3 (x, y, z), 4, 5, 6 (rotations) or 0 (modal)");
     row.dof = static_cast<int>(dof);
     if (dof == 0) lines.number(fields[6]);  // the matrices tell it; a damaged one is still found
     if (dof > 0)

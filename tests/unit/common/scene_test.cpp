@@ -113,6 +113,30 @@ TEST(Scene, everyKeyOfARunArrives) {
   EXPECT_EQ(scene.output.checkpoint->file, std::filesystem::absolute(folder / "keep/impact.h5"));
 }
 
+TEST(Scene, PointsOfTheInterfaceArrive) {
+  const TemporaryFolder folder, elsewhere;
+  const std::string text =
+      "materials: {m: {youngs_modulus: 1, poissons_ratio: 0, density: 1}}\n"
+      "components: {p: {mesh: p.msh, material: m, points: {tip: {surface: x_max, coupling: rigid}, "
+      "base: {surface: x_min}}, reduction: {points: tip, modes: 3}}}\n"
+      "instances: {a: {component: p}}\n";
+  const Scene scene = read_text(folder, text);
+  const ReductionOptions& reduction = *scene.components.at("p").reduction;
+  EXPECT_EQ(reduction.interface_points, std::vector<std::string>{"tip"});
+  EXPECT_TRUE(reduction.interface_sets.empty());
+  EXPECT_EQ(written(read_text(elsewhere, written(scene))), written(scene));
+  const auto refused = [&](const std::string& old, const std::string& by, const std::string& says) {
+    const std::string message = refusal(folder, replaced(text, old, by));
+    EXPECT_NE(message.find(says), std::string::npos) << message;
+  };
+  refused("points: tip,", "", "missing key 'interface'");
+  refused("points: tip", "points: tap", "unknown point 'tap', did you mean 'tip'?");
+  refused("points: tip", "points: base", "whose coupling is average");
+  refused("points: tip", "points: tip, domains: 2", "not available with domains above 1");
+  refused("points: tip", "points: tip, loads: x_max", "not available with loads");
+  refused("points: tip", "points: tip, basis: massless", "not available with basis: massless");
+}
+
 TEST(Scene, checkpointsArrive) {
   const TemporaryFolder folder;
   for (const std::string given :

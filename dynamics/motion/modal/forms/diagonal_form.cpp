@@ -169,7 +169,7 @@ Matrix3 complete_basis(const std::vector<Vector3>& directions) {
 
 IndexTable displacement_rows(const Superelement& s) {
   IndexTable rows = IndexTable::Constant(static_cast<Index>(s.node_ids.size()), 3, -1);
-  for (Index i = 0; i < s.c(); ++i) rows(s.dof_node[i], s.dof_component[i]) = s.k() + i;
+  for (Index i = 0; i < s.c(); ++i) rows(s.dof_node[i], s.dof_component[i] % 3) = s.k() + i;
   return rows;
 }
 
