@@ -42,9 +42,15 @@ void say_loads(const Superelement& s, Report& report) {
               " residual vectors beside the modes");
 }
 
+bool has_points(const Superelement& s) {
+  return std::any_of(s.dof_component.begin(), s.dof_component.end(),
+                     [](int component) { return component > 2; });
+}
+
 // Of the faces that are nearly flat, where that is known, or else all of the interface stopped at
 // once.
 void warn_of_residual_mass(const Vector3& rho, const Superelement& s, Report& report) {
+  if (s.surfaces.empty() && has_points(s)) return;  // which nothing can touch
   double most = 0;
   std::string face;
   if (s.accuracy)

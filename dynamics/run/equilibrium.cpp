@@ -31,7 +31,9 @@ constexpr double lost = 10;
 
 double extent_of(const Body& body) {
   const Points& X = body.reference_positions();
-  return (X.colwise().maxCoeff() - X.colwise().minCoeff()).norm();
+  const double extent = (X.colwise().maxCoeff() - X.colwise().minCoeff()).norm();
+  // Of one point alone the part is as long as it is away from the point
+  return extent > 0 ? extent : (body.state().center_of_mass - X.row(0).transpose()).norm();
 }
 
 }  // namespace

@@ -473,6 +473,8 @@ void condense_and_keep(Reduction& r, Superelement& s) {
   if (!r.options.tolerance && !has_parts(r))
     r.p.K_II = SparseMatrix(r.p.n_interior(), r.p.n_interior());
   Condensation condensed = condense_with(r, factor, modes.Phi, std::move(first.condensed));
+  // One point alone: all that it does moves the part as a rigid body, and K_cc is round-off
+  if (r.p.rigid.count() == r.p.n_interface()) condensed.K_cc.setZero(), condensed.rigid.force = 0;
   r.figures.rigid = condensed.rigid;
   if (r.p.rigid.count() > 0)
     judge_rigid(condensed.rigid, r.figures.condition.K_II.scaled, r.figures.condition.weakest,

@@ -149,13 +149,25 @@ std::vector<SummaryLine> frequency_lines(const Superelement& s) {
   return lines;
 }
 
+namespace {
+
+// A node with six dofs.
+bool is_point(const Superelement& s, const std::vector<Index>& nodes) {
+  for (std::size_t i = 0; nodes.size() == 1 && i < s.dof_node.size(); ++i)
+    if (s.dof_node[i] == nodes.front() && s.dof_component[i] > 2) return true;
+  return false;
+}
+
+}  // namespace
+
 std::string sets_text(const Superelement& s) {
   std::string text;
   for (const auto& surface : s.surfaces)
     text += (text.empty() ? "" : ", ") + surface.name + " (" + std::to_string(surface.n_faces()) +
             " faces)";
   for (const auto& [name, nodes] : s.nodesets)
-    text += (text.empty() ? "" : ", ") + name + " (" + std::to_string(nodes.size()) + " nodes)";
+    text += (text.empty() ? "" : ", ") + name +
+            (is_point(s, nodes) ? " (point)" : " (" + std::to_string(nodes.size()) + " nodes)");
   return text.empty() ? "none" : text;
 }
 

@@ -193,6 +193,7 @@ Index examine_reduced(const Superelement& s, const Matrix& rigid, Conditioning& 
   Index dof = -1;
   c.mass = reduced_mass_condition(s);
   if (!s.has_diagonal_form()) {
+    if (s.c() == rigid.cols()) return dof;  // one point, which nothing resists
     const SoftestMotion softest = softest_motion(s.K_cc, rigid.bottomRows(s.c()));
     c.softest = softest.stiffness;
     return is_without_stiffness(c.softest) ? softest.dof : -1;

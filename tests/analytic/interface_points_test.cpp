@@ -259,6 +259,27 @@ TEST_F(InterfacePoints, AMassOnAPointLowersTheFrequency) {
   EXPECT_LT((found.array() / hz - 1).abs().minCoeff(), 0.02);
 }
 
+// A cantilever on one point, by a support or a link: w L^4 / (8 E I) under its own weight.
+TEST_F(InterfacePoints, OnePointHoldsACantilever) {
+  folder.add("bar.exo", test::block_mesh({{40, 2, 2}, {40, 1, 1}}));
+  for (const std::string& held :
+       {std::string("boundary:\n  - {instance: a, nodes: base, fix: [x, y, z]}\n"),
+        std::string("links:\n  - {between: [a.base, ground]}\n")}) {
+    const std::string whole =
+        "materials:\n  m: {youngs_modulus: 1.0e8, poissons_ratio: 0, density: 1}\ncomponents:\n  "
+        "bar: {mesh: bar.exo, material: m, points: {base: {surface: x_min, coupling: rigid}}, "
+        "reduction: {points: base, modes: 40, recovery: [x_max]}}\n"
+        "instances:\n  a: {component: bar}\n" +
+        held +
+        "loads:\n  - {gravity: [0, 0, -1]}\ntime: {end: 1, step: 1, static: true}\n"
+        "output: {history: [a.base, a.x_max]}\n";
+    const Ran ran = folder.run(whole);
+    const Series3& tip = ran.monitor("a.x_max").mean_position;
+    const double sag = at(tip, 0)[2] - last(tip, 2), expected = std::pow(40, 4) / (8 * 1e8 / 12);
+    EXPECT_NEAR(sag, expected, 0.01 * expected) << held;
+  }
+}
+
 // Stress of elements and at nodes of a set that a point moves.
 TEST_F(InterfacePoints, StressIsThatOfRigidFaces) {
   Pointed points{.recovery = ", recovery: true"};

@@ -236,6 +236,70 @@ def check_sierra_layout(file, sample, left_out):
     assert file.attributes_of("connect1")["elem_type"] == theirs.attributes_of("connect1")["elem_type"].rstrip("\0")
 
 
+POINTS = """materials: {steel: {youngs_modulus: 2.1e11, poissons_ratio: 0.3, density: 7850}}
+components:
+  box:
+    mesh: ends.msh
+    material: steel
+    points: {near: {surface: contact, coupling: rigid}, away: {surface: far, coupling: rigid, at: [-0.5, 0.25, 0.125]}}
+    reduction: {points: [near, away], modes: 5, superelement: ends.cbr.h5}
+instances: {a: {component: box}}
+"""
+
+
+def grids_of(path):
+    """{id: [x, y, z]} of GRID cards in large fields, two lines each."""
+    lines, grids = iter(path.read_text().splitlines()), {}
+    for line in lines:
+        if line.startswith("GRID*"):
+            grids[int(line[8:24])] = [float(x) for x in (line[40:56], line[56:72], next(lines)[8:24])]
+    return grids
+
+
+def check_points(folder):
+    """Nodes of six dofs: 1 to 6 in every format, GRID cards for Nastran, and the way back."""
+    write_mesh(folder / "ends.msh", far=True)
+    (folder / "points.yaml").write_text(POINTS)
+    run(folder, "points.yaml")
+    K, M, dofs, eigenvalues = matrices_of_file(folder / "ends.cbr.h5")
+    (away, near) = sorted({d[0] for d in dofs})
+    assert [d[:2] for d in dofs] == [(node, dof) for node in (away, near) for dof in range(1, 7)]
+    assert dofs[0][2:] == (-0.5, 0.25, 0.125)
+    for name in ("dmig", "abaqus", "matrix-market", "op4"):
+        run(folder, "--export", name, "ends.cbr.h5", "-o", f"ends-{name}")
+        rows = rows_of(folder / f"ends-{name}.dofs.csv")
+        check_table(rows, dofs, eigenvalues)
+        run(folder, "--import", name, f"ends-{name}", "-o", f"{name}-back.cbr.h5")
+        K_back, M_back, dofs_back, _ = matrices_of_file(folder / f"{name}-back.cbr.h5")
+        assert dofs_back == dofs
+        scale = np.sqrt(np.outer(np.diag(K), np.diag(K)))
+        np.testing.assert_allclose(K_back / scale, K / scale, atol=1e-9 if name == "dmig" else 1e-15)
+        with h5py.File(folder / f"{name}-back.cbr.h5") as file:
+            assert sorted(file["nodesets"]) == sorted(f"node_{node}" for node in (away, near))
+    place = {(int(r["node"]), int(r["dof"])): i for i, r in enumerate(rows)}
+    path = folder / "ends-dmig.dmig"
+    np.testing.assert_allclose(list(grids_of(path)[away]), [-0.5, 0.25, 0.125])
+    assert sorted(grids_of(path)) == [away, near]
+    bare = folder / "bare.dmig"
+    lines = path.read_text().splitlines()
+    bare.write_text("\n".join(line for i, line in enumerate(lines)
+                              if not line.startswith("GRID*") and not lines[i - 1].startswith("GRID*")) + "\n")
+    found, _ = read_dmig(bare)
+    for name, A in (("KAAX", K), ("MAAX", M)):
+        np.testing.assert_allclose(symmetric(found[name], place, len(A)), A, rtol=5.1e-10, atol=0)
+    # Rigid motions of six dofs a node: no force, and the mass of the whole
+    R = np.zeros((len(K), 6))
+    for i, (_, dof, *x) in enumerate(dofs):
+        axis = (dof - 1) % 3
+        R[i, axis if dof < 4 else 3 + axis] = 1
+        if dof < 4:
+            R[i, 3:] = np.cross(np.eye(3), x)[:, axis]
+    assert np.abs(K @ R).max() < 1e-10 * np.abs(K).max()
+    with h5py.File(folder / "ends.cbr.h5") as file:
+        mass = float(file["rigid_body/mass"][0])
+    np.testing.assert_allclose((R.T @ M @ R)[:3, :3], mass * np.eye(3), atol=1e-9 * mass)
+
+
 def check_refusals(folder):
     error = run(folder, "--export", "nastrn", "box.cbr.h5", expect=2)
     assert "'nastrn' found" in error and "matrix-market, dmig, op4, op4-binary, abaqus, mtx, sierra, sierra-older" in error, error
@@ -253,6 +317,7 @@ def check_refusals(folder):
 def main():
     with tempfile.TemporaryDirectory() as name:
         check_formats(Path(name))
+        check_points(Path(name))
         check_refusals(Path(name))
     print("ok")
 

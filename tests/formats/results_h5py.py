@@ -31,8 +31,8 @@ output: {{every: 0.05, history: [left.contact, right.contact]}}
 F = np.dtype("<f8")
 
 
-def write_mesh(name):
-    """A box of hexes, its face at x = 1 named 'contact' (gmsh 2.2)."""
+def write_mesh(name, far=False):
+    """A box of hexes, its face at x = 1 named 'contact', with `far` that at x = 0 'far' (gmsh 2.2)."""
     nx, ny, nz = CELLS
     number = {at: 1 + i for i, at in enumerate(itertools.product(*(range(n + 1) for n in CELLS)))}
     nodes = [f"{i} " + " ".join(str(a * s / n) for a, s, n in zip(at, SIZE, CELLS)) for at, i in number.items()]
@@ -43,7 +43,10 @@ def write_mesh(name):
         elements.append(f"5 2 1 1 {' '.join(map(str, corners))}")
     for y, z in itertools.product(range(ny), range(nz)):
         elements.append(f"3 2 2 2 {' '.join(str(number[nx, y + a, z + b]) for a, b in ring)}")
-    parts = ["$MeshFormat", "2.2 0 8", "$EndMeshFormat", "$PhysicalNames", "2", '3 1 "solid"', '2 2 "contact"', "$EndPhysicalNames",
+        if far:
+            elements.append(f"3 2 3 3 {' '.join(str(number[0, y + a, z + b]) for a, b in reversed(ring))}")
+    names = ['3 1 "solid"', '2 2 "contact"'] + ['2 3 "far"'] * far
+    parts = ["$MeshFormat", "2.2 0 8", "$EndMeshFormat", "$PhysicalNames", str(len(names)), *names, "$EndPhysicalNames",
              "$Nodes", str(len(nodes)), *nodes, "$EndNodes",
              "$Elements", str(len(elements)), *(f"{i} {e}" for i, e in enumerate(elements, 1)), "$EndElements", ""]
     name.write_text("\n".join(parts))

@@ -128,6 +128,20 @@ TEST_P(PointsOfBothMasses, FacesAndPointsStandTogether) {
   EXPECT_GT(s.omega(6), whole.omega(6));
 }
 
+// The usual base of a spacecraft: no stiffness, the mass of the whole, and its held modes.
+TEST_P(PointsOfBothMasses, OnePointAloneHasNoStiffness) {
+  const Mesh mesh = skewed();
+  const Superelement s = reduced(mesh, with_points({{"base", "x_min"}}, 10), GetParam());
+  const Superelement whole = reduced(mesh, with_points({}, 10, {"x_min"}), GetParam());
+  ASSERT_EQ(s.c(), 6);
+  EXPECT_TRUE(s.K_cc.isZero(0));
+  EXPECT_LT(relative(s.eigenvalues, whole.eigenvalues), 1e-10);
+  const Matrix T = rigid_map(whole, mesh, s, {"x_min"});
+  EXPECT_LT(relative(s.M_cc, T.transpose() * whole.M_cc * T), 1e-11);
+  EXPECT_EQ((s.omega.array() == 0).count(), 6);
+  check(s, "here");
+}
+
 // In panels and front by front: the same.
 TEST(Points, EveryWayOfCondensationGivesTheSame) {
   const Mesh mesh = skewed();
