@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Points of the interface: nodes of six dofs, each of which moves a set of the mesh as a rigid
-// body (docs/theory.md, "Points as the interface").
+// body (docs/theory.md, "Points of the interface").
 #pragma once
 
 #include <string>

@@ -280,7 +280,7 @@ def check_points(folder):
     path = folder / "ends-dmig.dmig"
     np.testing.assert_allclose(list(grids_of(path)[away]), [-0.5, 0.25, 0.125])
     assert sorted(grids_of(path)) == [away, near]
-    bare = folder / "bare.dmig"
+    bare = folder / "without-grids.dmig"
     lines = path.read_text().splitlines()
     bare.write_text("\n".join(line for i, line in enumerate(lines)
                               if not line.startswith("GRID*") and not lines[i - 1].startswith("GRID*")) + "\n")
