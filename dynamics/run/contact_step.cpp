@@ -142,7 +142,9 @@ EnforcementResult enforce(Simulation& sim, const ContactGroup& group, double h, 
 // predicted end is without it, and nearly the same comes again. Empty: nothing.
 Points last_statics(const ContactBody& body) {
   const auto& thin = body.response.thin;
-  if (!thin || thin->A->rows() == 0 || thin->rows->size() == 0 || body.still.size() != thin->rows->size()) return {};
+  if (!thin || thin->A->rows() == 0 || thin->rows->size() == 0 ||
+      body.still.size() != thin->rows->size())
+    return {};
   Matrix moved = Matrix::Zero(thin->n_dofs(), 1);
   thin->rows->add_spread(body.still, moved);
   Points statics(thin->n_dofs() / 3, 3);

@@ -13,8 +13,8 @@
 
 namespace cbr {
 
-// The nodes of a mesh with its mass and inertia, for bodies that move in coordinates of them; it has
-// no matrices.
+// The nodes of a mesh with its mass and inertia, for bodies that move in their coordinates; without
+// matrices.
 std::shared_ptr<Superelement> mesh_nodes(const MeshedComponent& component);
 
 struct MeshModes {
