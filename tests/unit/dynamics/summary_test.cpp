@@ -63,6 +63,19 @@ TEST_F(Summary, SaysBeforeTheStepsWhatIsToBeDone) {
   EXPECT_LT(text.find("instance left"), text.find("steps: 100")) << text;
 }
 
+// Nodes that are held swing between the ends of steps, which is energy on paper until they are let
+// go.
+TEST_F(Summary, APressedBlockHasNoEnergyFromContact) {
+  const std::string text = said(
+      "instances: {b: {component: block}}\n"
+      "walls: {w: {plane: {point: [1, 0, 0], normal: [-1, 0, 0]}}}\n"
+      "contact: [{between: [b.x_max, w]}]\n"
+      "loads: [{gravity: [500, 0, 0], history: {time: [0, 0.05], value: [0, 1]}}]\n"
+      "time: {end: 0.2}\noutput: {every: 0.002}\n");
+  EXPECT_TRUE(has(text, "contact b.x_max - w")) << text;
+  EXPECT_FALSE(has(text, "brought energy")) << text;
+}
+
 TEST_F(Summary, CountersAreDetailsAndFiguresSayWhatIsGood) {
   const std::string scene =
       instances("mesh", "position: [1.01, 0, 0], velocity: [-0.3, 0, 0]") +
