@@ -70,7 +70,7 @@ struct Superelement {
   } characteristic;
 
   std::vector<Index> dof_node;     // c, index into node_ids
-  std::vector<int> dof_component;  // c, 0 1 2 = x y z
+  std::vector<int> dof_component;  // c, 0 1 2 = x y z; of points 3 4 5 = rotations
 
   std::vector<Index> node_ids;  // n, the mesh's
   Points coordinates;           // n x 3
