@@ -379,6 +379,7 @@ class Builder {
     } else {
       const MeshedComponent& component = meshed_.at(instance.component);
       of.geometry = component.geometry, of.mesh = component.mesh;
+      of.is_rigid = instance.as == InstanceKind::rigid;
       of.properties = component.properties, of.body_node = component.body_node;
       made = maker.make(instance, component);
     }

@@ -200,12 +200,15 @@ TEST_F(Rigid, IsRefusedWhatOnlyElasticBodiesHave) {
   expect(scene(b, "", "{end: 1}", "every: 0.1, stress: [{instance: b, worst: 3}]"),
          "is rigid and has no stress");
   expect(scene(b, "", "{end: 1}", "every: 0.1, history: [b.nose]"), "nose");
+  for (const char* time : {"{end: 1, static: true}", "{end: 1, step: 0.01, preload: 3}"})
+    expect(scene(b, "loads: [{gravity: [0, 0, -10]}]\n", time),
+           "is a rigid body that may move, for which statics");
   EXPECT_NE(test::refusal_of([&] {
               folder.run(scene(b,
                                fall + "contact: [{between: [b.z_min, floor], enforcement: "
                                       "nodal}]\n",
                                "{end: 1, integrator: central-difference, step: 0.01}"));
-            }).find("nodal enforcement: instance 'b'"),
+            }).find("a rigid body, needs enforcement: impulse"),
             std::string::npos);
 }
 

@@ -215,7 +215,8 @@ std::string cure_of_rotation(const BuiltScene& built, std::size_t i) {
   const Simulation& sim = built.simulation;
   if (i < sim.supports.size() && sim.supports[i])
     return "; time: {rotations: large} turns bodies without supports only";
-  return std::string("; ") + (built.instances[i].mesh ? "as: superelement, " : "") +
+  const bool is_elastic_mesh = built.instances[i].mesh && !built.instances[i].is_rigid;
+  return std::string("; ") + (is_elastic_mesh ? "as: superelement, " : "") +
          (sim.bodies[i]->is_exact() ? "" : "integrator: exact, ") +
          "time: {rotations: large} turns it by any angle";
 }

@@ -51,6 +51,25 @@ CoupledModel model_of(const ReducedComponent& component) {
   return coupled_model(domains, component.geometry->coordinates, place, component.rigid_body);
 }
 
+// A rigid body has neither nodal masses nor a frequency that springs could be measured by.
+void refuse_rigid_contact(const Scene& scene, const Instance& instance) {
+  for (const ContactOptions& contact : scene.contact) {
+    const bool touches = contact.all || contact.first.instance == instance.name ||
+                         contact.second.instance == instance.name;
+    if (!touches || contact.enforcement == Enforcement::impulse) continue;
+    throw InputError(contact.source.text() + ": contact of instance '" + instance.name +
+                     "', a rigid body, needs enforcement: impulse");
+  }
+}
+
+// Equilibrium pulls bodies towards where they are by a share of their elastic frequencies.
+void refuse_rigid_statics(const Scene& scene, const Instance& instance, Index n_free) {
+  if (n_free == 0 || (!scene.time->is_static && preload_steps(scene) == 0)) return;
+  throw InputError(instance.source.text() + ": instance '" + instance.name +
+                   "' is a rigid body that may move, for which statics (time.static, time.preload) "
+                   "are not computed: use as: superelement or mesh, or hold all of its motions");
+}
+
 }  // namespace
 
 std::vector<HeldDirection> held_directions(const SceneIndex& index, const Instance& instance,
@@ -281,6 +300,7 @@ InstanceBody BodyMaker::make_rigid(const Instance& instance, const MeshedCompone
   if (has_shells(scene_, instance, *component.geometry))
     throw InputError(scene_.skin->source.text() + ": skin: instance '" + instance.name +
                      "' (as: rigid) cannot carry shells that act: leave it out of skin.surfaces");
+  refuse_rigid_contact(scene_, instance);
   std::shared_ptr<const Superelement>& nodes = nodes_of_rigid_[&component];
   if (!nodes) {
     auto of_mesh = mesh_nodes(component);
@@ -289,6 +309,7 @@ InstanceBody BodyMaker::make_rigid(const Instance& instance, const MeshedCompone
   }
   const std::shared_ptr<const DiagonalForm> form =
       rigid_form(*nodes, held_directions(index_, instance, *component.geometry), where(instance));
+  refuse_rigid_statics(scene_, instance, form->n_rigid);
   auto body = std::make_unique<SuperelementBody>(
       instance.name, nodes, form, placement_of(index_, instance), scheme_of(*scene_.time),
       NewmarkOptions{scene_.time->alpha});

@@ -23,7 +23,8 @@ struct BuiltScene {
     std::shared_ptr<const Geometry> geometry;
     std::vector<ReducedPart> parts;  // of a superelement, or
     Index n_modal = 0;               // of all parts
-    std::shared_ptr<const Mesh> mesh;
+    std::shared_ptr<const Mesh> mesh;  // of a rigid body, too
+    bool is_rigid = false;
     std::vector<BlockProperties> properties;
     std::vector<Index> body_node;            // of each node of the mesh
     std::shared_ptr<const MeshModes> modes;  // BuildOptions::mesh_modes
