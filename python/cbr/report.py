@@ -235,10 +235,15 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--superelement", action="append", default=[], metavar="FILE.cbr.h5",
                         help="tell its frequencies and errors too; may be given again")
     given = parser.parse_args(arguments)
+    output = pathlib.Path(given.output)
+    if output.exists() and not output.read_bytes()[:100].lstrip().lower().startswith(b"<!doctype html"):
+        print(f"cbr-report: error: {output} exists and is no page: give -o another name, for example "
+              f"{output.with_suffix('.html')}", file=sys.stderr)
+        return 2
     try:
         text = page(results(given.results), results(given.compare) if given.compare else None,
                     [superelement(path) for path in given.superelement])
-        pathlib.Path(given.output).write_text(text)
+        output.write_text(text)
     except (FileError, OSError, KeyError) as error:
         print(f"cbr-report: error: {error}", file=sys.stderr)
         return 2

@@ -184,6 +184,11 @@ class Package(unittest.TestCase):
         self.assertEqual(cbr.report.page(self.runs["massless"]), cbr.report.page(self.runs["massless"]))
         with contextlib.redirect_stderr(io.StringIO()) as told:
             self.assertEqual(cbr.report.main([str(self.folder / "none.h5"), "-o", str(out)]), 2)
+        before = pathlib.Path(self.runs["massless"].path).read_bytes()
+        with contextlib.redirect_stderr(io.StringIO()) as refused:
+            self.assertEqual(cbr.report.main([self.runs["massless"].path, "-o", self.runs["massless"].path]), 2)
+        self.assertIn("is no page", refused.getvalue())
+        self.assertEqual(pathlib.Path(self.runs["massless"].path).read_bytes(), before)
         self.assertRegex(told.getvalue(), "^cbr-report: error: .*none.h5: no such file\n$")
 
     def test_differences_are_of_what_differs(self) -> None:
