@@ -5,8 +5,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
+#include <map>
 #include <numbers>
 #include <string>
 #include <vector>
@@ -101,29 +104,45 @@ TEST_F(OfScene, OpenContactIsLeftOut) {
   for (std::size_t i = 0; i < 2; ++i) EXPECT_EQ(with[i].frequency_hz, without[i].frequency_hz);
 }
 
-// Two halves that are tied node by node are the whole: free and held.
-class Halves : public OfScene, public ::testing::WithParamInterface<std::string> {};
+// Two halves that are tied node by node are the whole: free and held, superelements with all of
+// their modes, meshes in all of theirs or, where `fine`, in all of their dofs.
+struct Kinds {
+  std::string name, a, b;
+  bool fine = false;
+};
+
+class Halves : public OfScene, public ::testing::WithParamInterface<Kinds> {
+ protected:
+  static constexpr const char* material =
+      "materials: {soft: {youngs_modulus: 200, poissons_ratio: 0.3, density: 1, damping: {alpha: "
+      "0.5, beta: 0.001}}}\n";
+  // a and b, and what follows the instances
+  std::string halves(const std::string& rest) const {
+    const Kinds& of = GetParam();
+    return std::string(material) +
+           "components:\n  half: {mesh: half.exo, material: soft, mass: lumped, reduction: "
+           "{interface: [x_min, x_max], modes: 135}}\n  whole: {mesh: whole.exo, material: soft, "
+           "mass: lumped}\ninstances:\n  a: {component: half, as: " +
+           of.a + "}\n  b: {component: half, as: " + of.b + ", position: [0.5, 0, 0]}\n" + rest +
+           "time: {end: 1}\n";
+  }
+  void SetUp() override {
+    const bool fine = GetParam().fine;
+    const std::array<Index, 3> half =
+        fine ? std::array<Index, 3>{10, 6, 6} : std::array<Index, 3>{6, 2, 2};
+    folder.add("half.exo", test::block_mesh({half, {0.5, 0.1, 0.1}}));
+    folder.add("whole.exo", test::block_mesh({{2 * half[0], half[1], half[2]}, {1, 0.1, 0.1}}));
+  }
+};
 
 TEST_P(Halves, TiedTogetherAreTheWhole) {
-  folder.add("half.exo", test::block_mesh({{6, 2, 2}, {0.5, 0.1, 0.1}}));
-  const std::string& as = GetParam();
-  const std::string &instance_as = as, basis = "modes: 135";  // all that there are
   for (const std::string& boundary :
        {std::string(), std::string("boundary: [{instance: a, nodes: x_min, fix: [x, y, z]}, "
                                    "{instance: whole, nodes: x_min, fix: [x, y, z]}]\n")}) {
-    const auto found = modes(
-        "materials: {soft: {youngs_modulus: 200, poissons_ratio: 0.3, density: 1, damping: {alpha: "
-        "0.5, beta: 0.001}}}\n"
-        "components:\n  half: {mesh: half.exo, material: soft, mass: lumped, reduction: "
-        "{interface: [x_min, x_max], " +
-            basis +
-            "}}\n  whole: {mesh: beam.exo, material: soft, mass: lumped}\ninstances:\n  a: "
-            "{component: half, as: " +
-            instance_as + "}\n  b: {component: half, as: " + instance_as +
-            ", position: [0.5, 0, 0]}\n  whole: {component: whole, as: mesh, position: [0, 9, 0]}\n"
-            "contact: [{between: [a.x_max, b.x_min], tied: true}]\n" +
-            boundary + "time: {end: 1}\n",
-        12);
+    const auto found = modes(halves("  whole: {component: whole, as: mesh, position: [0, 9, 0]}\n"
+                                    "contact: [{between: [a.x_max, b.x_min], tied: true}]\n" +
+                                    boundary),
+                             12);
     ASSERT_EQ(found.size(), 2u);
     EXPECT_EQ(found[0].instance, "a+b");
     EXPECT_EQ(found[1].instance, "whole");
@@ -132,17 +151,92 @@ TEST_P(Halves, TiedTogetherAreTheWhole) {
     for (Index j = 0; j < 12; ++j) {
       worst =
           std::max(worst, std::abs(found[0].frequency_hz[j] - found[1].frequency_hz[j]) / scale);
-      EXPECT_NEAR(found[0].frequency_hz[j], found[1].frequency_hz[j], bound * scale)
-          << as << " " << j;
-      EXPECT_NEAR(found[0].damping_ratio[j], found[1].damping_ratio[j], bound) << as << " " << j;
+      EXPECT_NEAR(found[0].frequency_hz[j], found[1].frequency_hz[j], bound * scale) << j;
+      EXPECT_NEAR(found[0].damping_ratio[j], found[1].damping_ratio[j], bound) << j;
     }
-    std::printf("%s, %s: largest error %.2g of the highest frequency\n", as.c_str(),
+    std::printf("%s, %s: largest error %.2g of the highest frequency\n", GetParam().name.c_str(),
                 boundary.empty() ? "free" : "held", worst);
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Models, Halves, ::testing::Values("superelement"),
-                         [](const auto& of) { return of.param; });
+// Meshes as superelements, where ties do not match node by node, or springs join points, one of
+// them rigid with a mass. Dashpots damp both alike.
+TEST_P(Halves, JoinedByOtherMeansAreAsSuperelements) {
+  const Kinds& of = GetParam();
+  folder.add("coarse.exo", test::block_mesh({{6, 1, 1}, {0.5, 0.1, 0.1}}));
+  const auto joined = [&](const std::string& a, const std::string& b, const std::string& joint) {
+    return modes(
+        std::string(material) +
+            "components:\n  half: {mesh: half.exo, material: soft, mass: lumped, points: {tip: "
+            "{surface: x_max, coupling: rigid, mass: 0.01, inertia: [1.0e-5, 1.0e-5, 1.0e-5]}}, "
+            "reduction: {interface: [x_min, x_max], modes: 135}}\n"
+            "  coarse: {mesh: coarse.exo, material: soft, mass: lumped, points: {root: {surface: "
+            "x_min}}, reduction: {interface: [x_min, x_max], modes: 60}}\ninstances:\n  a: "
+            "{component: half, as: " +
+            a + "}\n  b: {component: coarse, as: " + b + ", position: [0.5, 0, 0]}\n" + joint +
+            "boundary: [{instance: a, nodes: x_min, fix: [x, y, z]}]\ntime: {end: 1}\n",
+        8);
+  };
+  for (const std::string& joint :
+       {std::string("contact: [{between: [a.x_max, b.x_min], tied: true}]\n"),
+        std::string("links: [{between: [a.tip, b.root]}]\n"),
+        std::string("links: [{between: [a.tip, b.root], stiffness: [30, 20, 10, 0.1, 0.2, 0.3], "
+                    "damping: [0, 0.01, 0.02, 0, 1.0e-4, 0]}]\n")}) {
+    const auto expected = joined("superelement", "superelement", joint),
+               found = joined(of.a, of.b, joint);
+    ASSERT_EQ(found.size(), 1u);
+    const double bound = of.fine ? 1e-5 : 1e-8;  // the superelement has 135 modes of some 1200
+    double worst = 0;
+    for (Index j = 0; j < 8; ++j) {
+      const double hz = expected[0].frequency_hz[j];
+      worst = std::max(worst, std::abs(found[0].frequency_hz[j] / hz - 1));
+      EXPECT_NEAR(found[0].frequency_hz[j], hz, bound * hz) << joint << j;
+      EXPECT_NEAR(found[0].damping_ratio[j], expected[0].damping_ratio[j],
+                  10 * bound * expected[0].damping_ratio[j])
+          << joint << j;
+    }
+    std::printf("%s: largest error %.2g; %s", of.name.c_str(), worst, joint.c_str());
+  }
+}
+
+// Tied shapes as fields: those of the whole.
+TEST_P(Halves, ShapesAreThoseOfTheWhole) {
+  Report report("test", Verbosity::quiet);
+  test::Ran ran = folder.prepare(halves(
+      "contact: [{between: [a.x_max, b.x_min], tied: true}]\nboundary: [{instance: a, nodes: "
+      "x_min, fix: [x, y, z]}]\noutput: {fields: [displacement]}\n"));
+  SceneModes modes = scene_modes(ran.scene, 3, report);
+  write_modes(folder.folder() / "modes.h5", modes, report);
+  const Hdf5Reader fields(folder.folder() / "modes.fields.h5");
+  for (const std::string& step : {"0", "1", "2"}) {
+    std::map<std::string, Points> u, X;
+    for (const std::string& grid : fields.children("/grids")) {
+      const std::string instance = fields.read_string("/grids/" + grid, "instance");
+      u[instance] = fields.read_points("/steps/" + step + "/" + grid + "/displacement");
+      X[instance] = fields.read_points("/grids/" + grid + "/points");
+    }
+    Index together = 0;
+    double apart = 0, largest = 0;
+    for (Index i = 0; i < X["a"].rows(); ++i)
+      for (Index j = 0; j < X["b"].rows(); ++j) {
+        if ((X["a"].row(i) - X["b"].row(j)).norm() > 1e-9) continue;
+        ++together;
+        apart = std::max(apart, (u["a"].row(i) - u["b"].row(j)).norm());
+      }
+    for (const auto& [instance, of] : u)
+      largest = std::max(largest, of.rowwise().norm().maxCoeff());
+    EXPECT_EQ(together, GetParam().fine ? 49 : 9);
+    EXPECT_LT(apart, 1e-9 * largest);
+    EXPECT_GT(largest, 1);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Models, Halves,
+                         ::testing::Values(Kinds{"superelements", "superelement", "superelement"},
+                                           Kinds{"meshes", "mesh", "mesh"},
+                                           Kinds{"mixed", "superelement", "mesh"},
+                                           Kinds{"fine", "mesh", "mesh", true}),
+                         [](const auto& of) { return of.param.name; });
 
 // Shapes as fields: the first bending shape of a cantilever, whose tip moves most, and whose mass
 // is 1.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Shift-invert block Lanczos with thick restarts. For the .cpp of this folder.
+// Shift-invert block Lanczos with thick restarts: sparse_eigenpairs() calls it, and who has a
+// solution of their own.
 #pragma once
 
 #include <functional>

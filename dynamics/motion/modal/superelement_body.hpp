@@ -111,6 +111,8 @@ class SuperelementBody final : public Body {
   const IndexTable& rows() const { return *rows_; }
   Vector load_amplitude() const;       // of all loads with a factor of 1, n
   void take_shape(const Vector& eta);  // at rest there, until the next predict()
+  // Shapes alone follow: other coordinates of the same nodes, for take_shape() and displacements().
+  void take_form(std::shared_ptr<const DiagonalForm> form);
   // From here on forces on nodes are also summed, with a factor of 1 (N x 3, component axes).
   void sum_forces() { forces_ = Points::Zero(X_.rows(), 3); }
   const Points& forces() const { return forces_; }

@@ -164,6 +164,11 @@ void SuperelementBody::take_shape(const Vector& eta) {
   v_.setZero(eta.size());
 }
 
+void SuperelementBody::take_form(std::shared_ptr<const DiagonalForm> form) {
+  form_ = std::move(form);
+  take_shape(Vector::Zero(form_->omega.size()));
+}
+
 void SuperelementBody::add_force(const Points& forces, const LoadHistory& history) {
   if (forces_.size() > 0) forces_ += forces * placement_.T;
   // V^T f with f in component axes: T^T f of each node, of few most often

@@ -16,6 +16,11 @@ namespace {
 constexpr double shift = 1e-9;
 // Rigid motions come out at some round-off of that.
 constexpr double rigid_share = 1e-3;
+// What is left out of a mesh with rigid motions is a series about this share below the lowest
+// elastic mode: they do not drown it then.
+constexpr double series_shift = 0.1;
+// Joined meshes with as many free dofs, or few for the modes that are asked for, have all modes.
+constexpr Index all_up_to = 1000, all_for_one = 12;
 
 // Orthonormal basis of what the held directions leave free   (3 n x free).
 SparseMatrix free_basis(Index n, const std::vector<HeldDirection>& held) {
@@ -36,16 +41,20 @@ SparseMatrix free_basis(Index n, const std::vector<HeldDirection>& held) {
   return Z;
 }
 
-// The lowest so many, or more and more until one is above the frequency.
+// The lowest so many, or more and more until one is above the frequency and elastic.
 Eigenpairs lowest_pairs(const SparseMatrix& K, const SparseMatrix& M, const SparseCholesky& factor,
                         double sigma, const MeshModesWanted& wanted, const std::string& where) {
   const Index n = static_cast<Index>(K.rows());
   const double highest = std::pow(2 * std::numbers::pi * wanted.up_to_hz, 2);
-  for (Index k = wanted.count.value_or(32);; k *= 2) {
+  Index k = wanted.count.value_or(32);
+  if (wanted.is_joined && (n <= all_up_to || n <= all_for_one * k)) k = n;
+  for (;; k *= 2) {
     k = std::min(k, n);
     Eigenpairs pairs = sparse_eigenpairs(K, M, factor, sigma, k);
     if (!pairs.converged) throw RunError(where + ": the frequencies of the mesh did not converge");
-    if (wanted.count || k == n || pairs.lambda[k - 1] > highest) return pairs;
+    if (k == n || (wanted.count && wanted.up_to_hz == 0)) return pairs;
+    const double last = pairs.lambda[k - 1];
+    if ((wanted.count || last > highest) && last > -rigid_share * sigma) return pairs;
   }
 }
 
@@ -70,9 +79,10 @@ MeshModes mesh_modes(const MeshedComponent& component, const std::vector<HeldDir
   MeshModes modes;
   auto nodes = mesh_nodes(component);
   auto form = std::make_shared<DiagonalForm>();
-  const SparseMatrix Z = free_basis(nodes->coordinates.rows(), held);
-  const SparseMatrix K = Z.transpose() * component.fe->K * Z,
-                     M = Z.transpose() * component.fe->M * Z;
+  modes.Z = free_basis(nodes->coordinates.rows(), held);
+  modes.K = modes.Z.transpose() * component.fe->K * modes.Z;
+  modes.M = modes.Z.transpose() * component.fe->M * modes.Z;
+  const SparseMatrix &Z = modes.Z, &K = modes.K, &M = modes.M;
   Matrix Phi(3 * nodes->coordinates.rows(), 0);
   if (K.rows() > 0) {
     const double sigma = -shift * K.diagonal().sum() / M.diagonal().sum();
@@ -87,25 +97,40 @@ MeshModes mesh_modes(const MeshedComponent& component, const std::vector<HeldDir
     Phi = Z * pairs.Phi;
     modes.factor_ = factor;
     modes.sigma_ = sigma;
+    const Index n_elastic = form->omega.size() - form->n_rigid;
+    if (wanted.up_to_hz > 0 && form->n_rigid > 0 && n_elastic > 0) {
+      modes.sigma_ = -series_shift * std::pow(form->omega[form->n_rigid], 2);
+      modes.factor_ = std::make_shared<SparseCholesky>(SparseMatrix(K - modes.sigma_ * M));
+    }
   }
   form->V = Phi;
   const Matrix momenta =
       component.fe->M * rigid_modes(nodes->coordinates, nodes->rigid_body.center);
   form->E = Phi.transpose() * momenta;
   modes.inertia_ = momenta.leftCols(3);
-  modes.Z_ = Z;
-  modes.M_ = M;
   modes.nodes = nodes;
   modes.form = form;
   return modes;
 }
 
-Matrix MeshModes::left_out(const Matrix& forces, int order) const {
-  if (!factor_) return Matrix::Zero(forces.rows(), forces.cols());
-  Matrix u = factor_->solve(Matrix(Z_.transpose() * forces));
-  if (order == 1) u = factor_->solve(Matrix(M_ * u));
-  const Vector weight = (form->omega.array().square() - sigma_).pow(-1 - order);
-  return Z_ * u - form->V * (weight.asDiagonal() * (form->V.transpose() * forces));
+// Modes are taken out after each solve, before the next one raises what round-off left of them.
+std::vector<Matrix> MeshModes::left_out(const Matrix& forces, int terms) const {
+  std::vector<Matrix> series;
+  const Matrix Phi = Z.transpose() * form->V;
+  const Matrix M_Phi = M * Phi;
+  Matrix f = Z.transpose() * forces;
+  f -= M_Phi * (Phi.transpose() * f);
+  for (int i = 0; i < terms; ++i) {
+    if (!factor_) {
+      series.emplace_back(Matrix::Zero(forces.rows(), forces.cols()));
+      continue;
+    }
+    Matrix u = factor_->solve(f);
+    u -= Phi * (M_Phi.transpose() * u);
+    series.emplace_back(Z * u);
+    f = M * u;
+  }
+  return series;
 }
 
 }  // namespace cbr

@@ -21,11 +21,15 @@ struct MeshModes {
   // of the mesh, without modes of its own: what SuperelementBody needs beside the form
   std::shared_ptr<const Superelement> nodes;
   std::shared_ptr<const DiagonalForm> form;  // V: 3 N x n, held directions do not move
+  // Z: 3 N x free, orthonormal basis of what the held directions leave free; Z^T K Z, Z^T M Z
+  SparseMatrix Z, K, M;
 
+  bool is_complete() const { return form->omega.size() == K.rows(); }  // no mode is left out
   // What the modes that are left out add to the motion under forces (3 N x p, component axes) at
   // omega (rad/s), as a series in omega^2: (K - omega^2 M)^-1 = sum of modes + R_0 + (omega^2 -
-  // sigma) R_1 + ..., R_i = sum over the others of phi phi^T / (lambda - sigma)^(i + 1).   3 N x p
-  Matrix left_out(const Matrix& forces, int order) const;  // R_order forces, order 0 or 1
+  // sigma) R_1 + ..., R_i = sum over the others of phi phi^T / (lambda - sigma)^(i + 1). The first
+  // terms R_i forces, each 3 N x p.
+  std::vector<Matrix> left_out(const Matrix& forces, int terms) const;
   double sigma() const { return sigma_; }
   // forces of unit accelerations along x, y, z   (3 N x 3)
   const Matrix& inertia() const { return inertia_; }
@@ -33,7 +37,6 @@ struct MeshModes {
  private:
   friend MeshModes mesh_modes(const MeshedComponent&, const std::vector<HeldDirection>&,
                               const MeshModesWanted&, const std::string&);
-  SparseMatrix Z_, M_;  // free directions (3 N x free), their mass
   std::shared_ptr<const SparseCholesky> factor_;
   Matrix inertia_;
   double sigma_ = 0;

@@ -35,6 +35,7 @@ struct MeshModesWanted {
   // the lowest so many; not given: as many as there are up to a frequency, and the next
   std::optional<Index> count;
   double up_to_hz = 0;
+  bool is_joined = false;  // ties or links join meshes: small ones in all of their modes
 };
 
 // What the command line of cbr-dyn says.

@@ -9,6 +9,7 @@
 
 #include "common/base/error.hpp"
 #include "common/linalg/dense.hpp"
+#include "dynamics/setup/bodies/instance_damping.hpp"
 #include "dynamics/setup/bodies/support_motion.hpp"
 #include "dynamics/setup/components/superelement_alone.hpp"
 #include "dynamics/setup/modal/modal_scene.hpp"
@@ -22,6 +23,8 @@ using ComplexVector = Eigen::Matrix<Complex, Eigen::Dynamic, 1>;
 // Meshes have modes up to this multiple of the sweep's end; the rest answers by two terms of its
 // series in (w / omega)^2.
 constexpr double modes_beyond = 2;
+// Terms of that series: each leaves a quarter of the error.
+constexpr int series_terms = 6;
 // |omega^2 - w^2| of an undamped mode below this share of omega^2: on the resonance, to round-off.
 constexpr double on_resonance = 1e-9;
 
@@ -75,6 +78,11 @@ struct Asked {
   std::vector<std::size_t> set;
   ModalAnswer answer;
   Vector c, loads;
+  // of a mesh, whose series follows it: damping alpha M + beta K
+  double alpha = 0, beta = 0;
+  Complex stiffer(double w) const { return {1, w * beta}; }
+  // What stands for w^2 in the series, which then is divided by stiffer(w).
+  Complex square(double w) const { return Complex(w * w, -w * alpha) / stiffer(w); }
 };
 
 class Sweep {
@@ -91,11 +99,14 @@ class Sweep {
     const auto& monitors = modal.built.simulation.monitors;
     for (std::size_t m = 0; m < monitors.size(); ++m) ask(scene.output.history[m], m, monitors[m]);
     for (std::size_t b = 0; b < asked_.size(); ++b) {
-      asked_[b].answer = modal.bodies[b].answer(asked_[b].sums);
+      asked_[b].answer = modal.bodies[b].answer(asked_[b].sums, series_terms);
       asked_[b].c = modal.bodies[b].damping_rates();
       asked_[b].loads = modal.bodies[b].loads();
-      excites_ |= !asked_[b].loads.isZero(0) || drives_[b].any() || !asked_[b].answer.r_0.isZero(0);
+      excites_ |=
+          !asked_[b].loads.isZero(0) || drives_[b].any() || !asked_[b].answer.r[0].isZero(0);
     }
+    damp_meshes();
+    take_independent_rows();
   }
 
   bool excites() const { return excites_; }
@@ -112,7 +123,8 @@ class Sweep {
       add_ties(b, inverse.back(), y.back(), w, W, apart);
     }
     ComplexVector out(3 * static_cast<Index>(modal_.built.simulation.monitors.size()));
-    const ComplexVector force = m > 0 ? solve(W, -apart) : ComplexVector();
+    ComplexVector force = ComplexVector::Zero(m);
+    if (m > 0) force(rows_) = solve(W(rows_, rows_), -apart(rows_));
     for (std::size_t b = 0; b < asked_.size(); ++b) take_sets(b, inverse[b], y[b], force, w, out);
     return out;
   }
@@ -158,11 +170,12 @@ class Sweep {
     const ModalAnswer& of = asked_[b].answer;
     ComplexVector g = asked_[b].loads.cast<Complex>();
     const Eigen::Vector3cd s = drives_[b].displacement(w);
-    const Matrix inertia = of.I_0 + (w * w - of.sigma) * of.I_1;
-    ComplexVector left_out = (of.r_0 + (w * w - of.sigma) * of.r_1).cast<Complex>();
+    const Complex x = asked_[b].square(w) - of.sigma, stiffer = asked_[b].stiffer(w);
+    const ComplexMatrix inertia = sum(of.I, x) / stiffer;
+    ComplexVector left_out = sum(of.r, x) / stiffer;
     for (int axis = 0; axis < 3 && drives_[b].any(); ++axis)
       left_out += (w * w * s[axis]) *
-                  (inertia * modal_.bodies[b].local(Vector3::Unit(axis))).cast<Complex>();
+                  (inertia * modal_.bodies[b].local(Vector3::Unit(axis)).cast<Complex>());
     if (drives_[b].any())
       for (int axis = 0; axis < 3; ++axis)
         g += (w * w * s[axis]) * modal_.bodies[b].gravity(Vector3::Unit(axis)).cast<Complex>();
@@ -171,6 +184,47 @@ class Sweep {
       for (Index i = 0; i < y.size(); ++i)
         y[i] += carried(b, asked_[b].sums[static_cast<std::size_t>(i)]).cast<Complex>().dot(s);
     return y;
+  }
+
+  void damp_meshes() {
+    const SceneIndex index(modal_.scene);
+    for (std::size_t b = 0; b < modal_.built.instances.size(); ++b) {
+      if (modal_.bodies[b].mesh() == nullptr) continue;
+      for (const Instance& instance : modal_.scene.instances) {
+        if (instance.name != modal_.built.instances[b].name) continue;
+        const MaterialDamping damping = damping_of(index, instance).material;
+        asked_[b].alpha = damping.alpha;
+        asked_[b].beta = damping.beta;
+      }
+    }
+  }
+
+  // Of the ties all rows but those that others imply, which is seen at a shift below all modes.
+  // Rows of dashpots have no compliance there; in motion they have.
+  void take_independent_rows() {
+    const auto m = static_cast<Index>(modal_.ties.size());
+    if (m == 0) return;
+    double shift = 0;
+    for (const ModalBody& body : modal_.bodies)
+      for (const double omega : body.omega())
+        if (omega > 0 && (shift == 0 || omega * omega < shift)) shift = omega * omega;
+    if (shift == 0) shift = 1;
+    Matrix W = Matrix::Zero(m, m);
+    for (std::size_t b = 0; b < asked_.size(); ++b) {
+      const std::vector<Index>& tie = asked_[b].tie;
+      const auto n = static_cast<Index>(tie.size());
+      if (n == 0) continue;
+      const Matrix A = asked_[b].answer.A.topRows(n);
+      const Vector weight = (modal_.bodies[b].omega().array().square() + shift).inverse();
+      W(tie, tie) += A * weight.asDiagonal() * A.transpose();
+      if (!asked_[b].answer.S.empty()) W(tie, tie) += asked_[b].answer.S[0].topLeftCorner(n, n);
+    }
+    std::vector<Index> stiff;
+    for (Index t = 0; t < m; ++t)
+      (modal_.ties[static_cast<std::size_t>(t)].is_dashpot ? rows_ : stiff).push_back(t);
+    for (const Index row : independent_rows(W(stiff, stiff)))
+      rows_.push_back(stiff[static_cast<std::size_t>(row)]);
+    std::sort(rows_.begin(), rows_.end());
   }
 
   // What a translation of the whole body adds to the sum, by its components. Rotations of points
@@ -186,12 +240,20 @@ class Sweep {
     return whole;
   }
 
+  // Of x^k terms_k
+  template <class Term>
+  static ComplexMatrix sum(const std::vector<Term>& terms, Complex x) {
+    ComplexMatrix all = terms.back().template cast<Complex>();
+    for (std::size_t k = terms.size() - 1; k-- > 0;)
+      all = terms[k].template cast<Complex>() + x * all;
+    return all;
+  }
+
   ComplexMatrix statics(std::size_t b, double w) const {
     const ModalAnswer& of = asked_[b].answer;
     if (of.B.size() > 0) return springs(of, w);
-    if (of.S_0.size() == 0) return ComplexMatrix::Zero(of.A.rows(), of.A.rows());
-    return (of.S_1.size() == 0 ? of.S_0 : Matrix(of.S_0 + (w * w - of.sigma) * of.S_1))
-        .cast<Complex>();
+    if (of.S.empty()) return ComplexMatrix::Zero(of.A.rows(), of.A.rows());
+    return sum(of.S, asked_[b].square(w) - of.sigma) / asked_[b].stiffer(w);
   }
 
   // B (K + i w C)^-1 B^T, a column at a time.
@@ -254,6 +316,7 @@ class Sweep {
   const ModalScene& modal_;
   std::vector<Drive> drives_;
   std::vector<Asked> asked_;
+  std::vector<Index> rows_;  // of ties
   bool excites_ = false;
 };
 
@@ -290,13 +353,10 @@ HarmonicResponse harmonic_response(const Scene& scene_of_run, Report& report) {
                     [](const Load& load) { return load.kind == Load::Kind::gravity; }) > 0)
     report.line("note: a sweep leaves out gravity, which does not swing");
   refuse_open_contact(scene);
-  const MeshModesWanted wanted{scene.sweep->modes, modes_beyond * scene.sweep->to_hz};
+  const MeshModesWanted wanted{scene.sweep->modes, modes_beyond * scene.sweep->to_hz,
+                               has_ties(scene)};
   const std::unique_ptr<ModalScene> modal = modal_scene(scene, wanted, true, report);
   const auto phase = report.phase("sweep");
-  for (const BuiltScene::OfInstance& of : modal->built.instances)
-    if (of.modes && of.modes->form->n_rigid > 0)
-      throw InputError(scene.sweep->source.text() + ": sweep: instance '" + of.name +
-                       "' (as: mesh) has rigid motions: hold it, or use as: superelement");
   const Sweep sweep(scene, *modal);
   if (!sweep.excites())
     throw InputError(scene.sweep->source.text() +

@@ -113,12 +113,34 @@ std::vector<std::pair<Index, Vector3>> ModalBody::inner_terms(const NodalSum& su
   return terms;
 }
 
-ModalAnswer ModalBody::answer(const std::vector<NodalSum>& sums) const {
+ModalAnswer ModalBody::answer(const std::vector<NodalSum>& sums, int terms) const {
   if (is_joint()) return answer_of_joint(sums);
-  if (pointed_ == nullptr) return answer_of_modes(sums);
+  if (pointed_ == nullptr) return answer_of_modes(sums, terms);
   std::vector<NodalSum> inner(sums.size());
   for (std::size_t i = 0; i < sums.size(); ++i) inner[i].terms = inner_terms(sums[i]);
-  return answer_of_modes(inner);
+  return answer_of_modes(inner, terms);
+}
+
+SparseMatrix ModalBody::mesh_rows(const std::vector<NodalSum>& sums) const {
+  std::vector<Eigen::Triplet<double, Index>> entries;
+  for (std::size_t i = 0; i < sums.size(); ++i)
+    for (const auto& [node, weight] : inner_terms(sums[i])) {
+      const Vector3 own = local(weight);
+      for (int c = 0; c < 3; ++c)
+        if (own[c] != 0) entries.emplace_back(static_cast<Index>(i), 3 * node + c, own[c]);
+    }
+  SparseMatrix A(static_cast<Index>(sums.size()), 3 * modal_->n_nodes());
+  A.setFromTriplets(entries.begin(), entries.end());
+  return A;
+}
+
+void ModalBody::take_shapes(const Matrix& shapes) {
+  auto form = std::make_shared<DiagonalForm>();
+  form->omega = omega_ = Vector::Zero(shapes.cols());
+  form->V = shapes;
+  form->n_rigid = shapes.cols();
+  form->E = Matrix::Zero(shapes.cols(), 6);
+  modal_->take_form(std::move(form));
 }
 
 ModalAnswer ModalBody::answer_of_joint(const std::vector<NodalSum>& sums) const {
@@ -129,21 +151,21 @@ ModalAnswer ModalBody::answer_of_joint(const std::vector<NodalSum>& sums) const 
     for (const auto& [node, weight] : sums[static_cast<std::size_t>(i)].terms)
       B.row(i).segment<3>(3 * node) += (joint.axes * weight).transpose();
   ModalAnswer answer;
-  answer.r_0 = answer.r_1 = Vector::Zero(m);
-  answer.I_0 = answer.I_1 = Matrix::Zero(m, 3);
+  answer.r = {Vector::Zero(m)};
+  answer.I = {Matrix::Zero(m, 3)};
   answer.A = B * mass_shapes(joint.mass);
   if (joint.is_mass()) return answer;
-  answer.S_0 = B * joint_->compliance() * B.transpose();
+  answer.S = {B * joint_->compliance() * B.transpose()};
   answer.B = B, answer.K = joint.stiffness, answer.C = joint.damping;
   return answer;
 }
 
-ModalAnswer ModalBody::answer_of_modes(const std::vector<NodalSum>& sums) const {
+ModalAnswer ModalBody::answer_of_modes(const std::vector<NodalSum>& sums, int terms) const {
   ModalAnswer answer;
   answer.A = modal_rows(sums);
   const auto m = static_cast<Index>(sums.size());
-  answer.r_0 = answer.r_1 = Vector::Zero(m);
-  answer.I_0 = answer.I_1 = Matrix::Zero(m, 3);
+  answer.r = {Vector::Zero(m)};
+  answer.I = {Matrix::Zero(m, 3)};
   const Matrix3& T = modal_->axes();
   if (statics_ != nullptr) {
     const StaticRows& rows = statics_->static_rows();
@@ -154,28 +176,69 @@ ModalAnswer ModalBody::answer_of_modes(const std::vector<NodalSum>& sums) const 
           if (rows.node[static_cast<std::size_t>(s)] == node)
             B(i, s) += rows.direction.row(s) * (T.transpose() * weight);
     const Matrix FB = *rows.F * B.transpose();
-    answer.S_0 = B * FB;
-    answer.r_0 = FB.transpose() * statics_->static_load();
+    answer.S = {B * FB};
+    answer.r = {FB.transpose() * statics_->static_load()};
   }
-  if (mesh_ != nullptr) {
-    Matrix P = Matrix::Zero(3 * modal_->n_nodes(), m + 4);
-    for (Index i = 0; i < m; ++i)
-      for (const auto& [node, weight] : sums[static_cast<std::size_t>(i)].terms)
-        P.col(i).segment<3>(3 * node) += T.transpose() * weight;
-    const Points& forces = modal_->forces();
-    P.col(m) = Eigen::Map<const Vector>(forces.data(), forces.size());
-    P.rightCols(3) = mesh_->inertia();
-    const Matrix R_0 = P.leftCols(m).transpose() * mesh_->left_out(P, 0),
-                 R_1 = P.leftCols(m).transpose() * mesh_->left_out(P, 1);
-    answer.S_0 = R_0.leftCols(m);
-    answer.S_1 = R_1.leftCols(m);
-    answer.r_0 = R_0.col(m);
-    answer.r_1 = R_1.col(m);
-    answer.I_0 = R_0.rightCols(3);
-    answer.I_1 = R_1.rightCols(3);
-    answer.sigma = mesh_->sigma();
-  }
+  if (mesh_ != nullptr && !mesh_->is_complete()) add_series(sums, terms, answer);
   return answer;
+}
+
+// Some sums at a time: their forces fill as many vectors of the mesh.
+void ModalBody::add_series(const std::vector<NodalSum>& sums, int terms,
+                           ModalAnswer& answer) const {
+  constexpr Index at_a_time = 64;
+  const auto m = static_cast<Index>(sums.size());
+  const auto n = static_cast<std::size_t>(terms);
+  SparseMatrix A(m, 3 * modal_->n_nodes());
+  std::vector<Eigen::Triplet<double, Index>> entries;
+  for (Index i = 0; i < m; ++i)
+    for (const auto& [node, weight] : sums[static_cast<std::size_t>(i)].terms)
+      for (int c = 0; c < 3; ++c) entries.emplace_back(i, 3 * node + c, local(weight)[c]);
+  A.setFromTriplets(entries.begin(), entries.end());
+  const SparseMatrix At = A.transpose();
+  answer.S.assign(n, Matrix::Zero(m, m));
+  answer.r.assign(n, Vector::Zero(m));
+  answer.I.assign(n, Matrix::Zero(m, 3));
+  answer.sigma = mesh_->sigma();
+  for (Index j = 0; j < m; j += at_a_time) {
+    const Index q = std::min(at_a_time, m - j);
+    const std::vector<Matrix> R = mesh_->left_out(Matrix(At.middleCols(j, q)), terms);
+    for (std::size_t k = 0; k < n; ++k) answer.S[k].middleCols(j, q) = A * R[k];
+  }
+  Matrix own(3 * modal_->n_nodes(), 4);
+  const Points& forces = modal_->forces();
+  own.col(0) = Eigen::Map<const Vector>(forces.data(), forces.size());
+  own.rightCols(3) = mesh_->inertia();
+  const std::vector<Matrix> R = mesh_->left_out(own, terms);
+  for (std::size_t k = 0; k < n; ++k) {
+    const Matrix y = A * R[k];
+    answer.r[k] = y.col(0);
+    answer.I[k] = y.rightCols(3);
+  }
+}
+
+std::vector<Index> independent_rows(const Matrix& W) {
+  // Of W's pivots, each row scaled to 1
+  constexpr double implied = 1e-11;
+  std::vector<Index> moved;
+  for (Index i = 0; i < W.rows(); ++i)
+    if (W(i, i) > 0) moved.push_back(i);
+  if (moved.empty()) return moved;
+  const Vector scale = Vector(W.diagonal()(moved)).cwiseSqrt().cwiseInverse();
+  const PivotedQr qr(scale.asDiagonal() * W(moved, moved) * scale.asDiagonal(), implied);
+  std::vector<Index> rows;
+  for (Index j = 0; j < qr.rank(); ++j)
+    rows.push_back(moved[static_cast<std::size_t>(qr.column(j))]);
+  std::sort(rows.begin(), rows.end());
+  return rows;
+}
+
+bool has_ties(const Scene& scene) {
+  return !scene.links.empty() ||
+         std::any_of(scene.contact.begin(), scene.contact.end(),
+                     [](const ContactOptions& contact) { return contact.tied; }) ||
+         std::any_of(scene.components.begin(), scene.components.end(),
+                     [](const auto& component) { return !component.second.points.empty(); });
 }
 
 std::unique_ptr<ModalScene> modal_scene(const Scene& scene, const MeshModesWanted& wanted,
@@ -204,20 +267,6 @@ std::unique_ptr<ModalScene> modal_scene(const Scene& scene, const MeshModesWante
                                                    ? modal->built.instances[b].modes.get()
                                                    : nullptr);
   start_contact(sim);
-  for (const ContactPair& pair : sim.pairs)
-    if (pair.has_state() && !pair.seen().ties.empty())
-      for (const Index c : {pair.slave->body, pair.master->body}) {
-        const auto b =
-            static_cast<std::size_t>(sim.contact_nodes[static_cast<std::size_t>(c)].body);
-        if (b >= modal->built.instances.size()) continue;
-        const BuiltScene::OfInstance& of = modal->built.instances[b];
-        if (of.modes)
-          throw InputError(pair.source->text() +
-                           (pair.is_link ? ": links: instance '" : ": contact: tied: instance '") +
-                           of.name +
-                           "' (as: mesh) cannot be tied or linked, nor have masses of points, with "
-                           "--modes or --sweep: use as: superelement");
-      }
   for (const ContactPair& pair : sim.pairs)
     if (pair.has_state()) add_rows(sim, pair.seen().ties, modal->ties);
   return modal;

@@ -27,16 +27,16 @@ struct NodalSum {
 
 // How a body answers: of m sums y and forces p on them, with eta'' + c eta' + omega^2 eta = g + A^T
 // p,
-//   y = A eta + S_0 p + r_0 + (w^2 - sigma) (S_1 p + r_1)
+//   y = A eta + sum over k of (w^2 - sigma)^k (S_k p + r_k)
 // and of springs and dashpots y = B (K + i w C)^-1 B^T p, whose S_0 is that without C; and, of an
-// acceleration a of the whole body (component axes), (I_0 + (w^2 - sigma) I_1) a. S, r and I:
+// acceleration a of the whole body (component axes), sum of (w^2 - sigma)^k I_k a. S, r and I:
 // statics of what is not in the modes (bases massless and characteristic; meshes in their lowest
 // modes, w: rad/s).
 struct ModalAnswer {
-  Matrix A;         // m x n
-  Matrix S_0, S_1;  // m x m, or 0 x 0: none
-  Vector r_0, r_1;  // m, of the body's own loads
-  Matrix I_0, I_1;  // m x 3
+  Matrix A;               // m x n
+  std::vector<Matrix> S;  // m x m each, or none
+  std::vector<Vector> r;  // m, of the body's own loads
+  std::vector<Matrix> I;  // m x 3
   double sigma = 0;
   Matrix B;  // m x 6, of springs, else 0 x 0
   Matrix6 K, C;
@@ -52,7 +52,11 @@ class ModalBody {
   Vector loads() const;
   // Forces of an acceleration of the whole body, scene axes (n): what modal coordinates feel of it.
   Vector gravity(const Vector3& acceleration) const;
-  ModalAnswer answer(const std::vector<NodalSum>& sums) const;
+  // Of a mesh so many terms of its series.
+  ModalAnswer answer(const std::vector<NodalSum>& sums, int terms = 1) const;
+  const MeshModes* mesh() const { return mesh_; }
+  // The sums of a mesh by its dofs, component axes   (m x 3 N)
+  SparseMatrix mesh_rows(const std::vector<NodalSum>& sums) const;
   // The sum by nodes of the body itself, without those of points.
   std::vector<std::pair<Index, Vector3>> inner_terms(const NodalSum& sum) const;
   Vector3 local(const Vector3& v) const {
@@ -61,10 +65,14 @@ class ModalBody {
   void take_shape(const Vector& eta) {
     if (modal_ != nullptr) modal_->take_shape(eta);
   }
+  // From here on its coordinates are these shapes of a mesh (3 N x n, component axes), for
+  // take_shape() alone.
+  void take_shapes(const Matrix& shapes);
 
  private:
   Matrix modal_rows(const std::vector<NodalSum>& sums) const;
-  ModalAnswer answer_of_modes(const std::vector<NodalSum>& sums) const;
+  ModalAnswer answer_of_modes(const std::vector<NodalSum>& sums, int terms) const;
+  void add_series(const std::vector<NodalSum>& sums, int terms, ModalAnswer& answer) const;
   ModalAnswer answer_of_joint(const std::vector<NodalSum>& sums) const;
   SuperelementBody* modal_ = nullptr;  // or
   const JointBody* joint_ = nullptr;
@@ -86,6 +94,13 @@ struct ModalScene {
   std::vector<ModalBody> bodies;  // as built.simulation.bodies
   std::vector<TieRow> ties;
 };
+
+// Rows of a symmetric positive semi-definite W (m x m) that determine the others: without those of
+// zeros, and without those that others imply to round-off; ascending.
+std::vector<Index> independent_rows(const Matrix& W);
+
+// Whether ties, links or points may join instances, or hold nodes of one together.
+bool has_ties(const Scene& scene);
 
 // The scene without `time`, with supports at rest, and `loads` or none. Precondition: its contact
 // is tied. InputError: as of build().

@@ -10,13 +10,13 @@
 #include "common/base/error.hpp"
 #include "common/linalg/dense.hpp"
 #include "dynamics/setup/components/superelement_alone.hpp"
+#include "dynamics/setup/modal/assembled_modes.hpp"
 
 namespace cbr {
 namespace {
 
-// Meshes that are tied: so many modes of each for one that is asked for, and no fewer than some;
-// statics of the others come on top.
-constexpr Index modes_for_one = 10, fewest_modes = 100;
+// Of joined meshes so many modes at least, so that one of them is elastic: it tells the shift.
+constexpr Index fewest_modes = 7;
 // Compliance of ties below this share of the softest mode's counts as none: the tie holds the modes
 // themselves.
 constexpr double no_compliance = 1e-9;
@@ -75,8 +75,8 @@ void join_body(const ModalBody& body, const std::vector<NodalSum>& sums,
                const std::vector<Index>& rows, Index first, Joined& joined) {
   const ModalAnswer answer = body.answer(sums);
   joined.A(rows, Eigen::seqN(first, answer.A.cols())) += answer.A;
-  if (answer.S_0.size() > 0) joined.S(rows, rows) += answer.S_0;
-  if (answer.S_0.size() > 0 && !body.is_joint()) joined.S_bodies(rows, rows) += answer.S_0;
+  if (!answer.S.empty()) joined.S(rows, rows) += answer.S.front();
+  if (!answer.S.empty() && !body.is_joint()) joined.S_bodies(rows, rows) += answer.S.front();
   if (answer.B.size() > 0 && !answer.C.isZero(0))
     joined.dashpots.push_back({rows, answer.B, answer.C});
 }
@@ -193,7 +193,38 @@ Vector damping_of(const Joined& joined, const Modes& modes) {
   return c;
 }
 
-InstanceModes of_group(const ModalScene& scene, const std::vector<Index>& bodies, Index count) {
+struct GroupModes {
+  Vector lambda, c;
+  std::vector<Matrix> shapes;  // of each body, its coordinates
+};
+
+GroupModes modes_of_joined(const ModalScene& scene, const std::vector<Index>& bodies, Index count) {
+  const Joined joined = join(scene, bodies);
+  const Modes modes =
+      bodies.size() == 1 && joined.A.rows() == 0
+          ? modes_of_one(scene.bodies[static_cast<std::size_t>(bodies.front())], count)
+          : modes_of(joined, count);
+  GroupModes of{modes.lambda, damping_of(joined, modes), {}};
+  for (std::size_t i = 0; i < bodies.size(); ++i)
+    of.shapes.push_back(modes.shapes.middleRows(
+        joined.first[i], scene.bodies[static_cast<std::size_t>(bodies[i])].omega().size()));
+  return of;
+}
+
+// Meshes take their shapes for coordinates.
+GroupModes modes_of_assembled(ModalScene& scene, const std::vector<Index>& bodies, Index count) {
+  AssembledModes modes = assembled_modes(scene, bodies, count);
+  GroupModes of{modes.lambda, modes.c, std::move(modes.shapes)};
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    ModalBody& body = scene.bodies[static_cast<std::size_t>(bodies[i])];
+    if (body.mesh() == nullptr || body.mesh()->is_complete()) continue;
+    body.take_shapes(of.shapes[i]);
+    of.shapes[i] = Matrix::Identity(of.lambda.size(), of.lambda.size());
+  }
+  return of;
+}
+
+InstanceModes of_group(ModalScene& scene, const std::vector<Index>& bodies, Index count) {
   InstanceModes of;
   std::vector<std::string> names;
   for (const Index b : bodies) {
@@ -203,20 +234,15 @@ InstanceModes of_group(const ModalScene& scene, const std::vector<Index>& bodies
   }
   of.instance = names.front();
   for (std::size_t i = 1; i < names.size(); ++i) of.instance += "+" + names[i];
-  const Joined joined = join(scene, bodies);
-  const Modes modes =
-      bodies.size() == 1 && joined.A.rows() == 0
-          ? modes_of_one(scene.bodies[static_cast<std::size_t>(bodies.front())], count)
-          : modes_of(joined, count);
+  GroupModes modes = needs_assembly(scene, bodies) ? modes_of_assembled(scene, bodies, count)
+                                                   : modes_of_joined(scene, bodies, count);
   const Vector omega = modes.lambda.cwiseSqrt();
   of.frequency_hz = omega / (2 * std::numbers::pi);
   of.damping_ratio = Vector::Zero(omega.size());
-  const Vector c = damping_of(joined, modes);
   for (Index j = 0; j < omega.size(); ++j)
-    if (omega[j] > 0) of.damping_ratio[j] = c[j] / (2 * omega[j]);
-  for (std::size_t i = 0; i < of.bodies.size(); ++i)  // joints come last
-    of.shapes.push_back(modes.shapes.middleRows(
-        joined.first[i], scene.bodies[static_cast<std::size_t>(bodies[i])].omega().size()));
+    if (omega[j] > 0) of.damping_ratio[j] = modes.c[j] / (2 * omega[j]);
+  modes.shapes.resize(of.bodies.size());  // joints come last
+  of.shapes = std::move(modes.shapes);
   return of;
 }
 
@@ -225,10 +251,10 @@ InstanceModes of_group(const ModalScene& scene, const std::vector<Index>& bodies
 SceneModes scene_modes(const Scene& scene_of_run, Index n, Report& report) {
   Scene scene = with_options_of_files(scene_of_run);
   std::erase_if(scene.contact, [](const ContactOptions& contact) { return !contact.tied; });
-  const bool is_tied = !scene.contact.empty() || !scene.links.empty();
+  const bool is_joined = has_ties(scene);
+  const MeshModesWanted wanted{is_joined ? std::max(n, fewest_modes) : n, 0, is_joined};
   SceneModes modes;
-  modes.scene = modal_scene(scene, {is_tied ? std::max(modes_for_one * n, fewest_modes) : n, 0},
-                            false, report);
+  modes.scene = modal_scene(scene, wanted, false, report);
   for (const std::vector<Index>& bodies : groups_of(*modes.scene))
     modes.instances.push_back(of_group(*modes.scene, bodies, n));
   return modes;
