@@ -109,7 +109,8 @@ std::vector<std::string> load_sets(const Scene& scene, const Component& componen
     if (instance.as == InstanceKind::superelement && instance.component == component.name)
       reduced.insert(instance.name);
   for (const Load& load : scene.loads)
-    if (load.kind != Load::Kind::gravity && !load.on_point && reduced.count(load.instance) > 0)
+    if (load.kind != Load::Kind::gravity && load.kind != Load::Kind::moment && !load.on_point &&
+        reduced.count(load.instance) > 0)
       names.insert(load.surface);
   return {names.begin(), names.end()};
 }

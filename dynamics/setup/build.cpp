@@ -56,10 +56,13 @@ void require_load_inside(const Scene& scene, const Instance& instance, const Geo
   if (reduction.is_decomposed() || reduction.basis != Basis::craig_bampton) return;
   std::vector<std::string> kept;
   for (const auto& [name, surface] : geometry.surfaces) kept.push_back(name);
-  throw InputError(load.source.text() + ": the superelement of instance '" + load.instance +
-                   "' has no surface '" + load.surface + "' (it keeps " +
-                   (kept.empty() ? "none" : join(kept)) +
-                   "), nor a load on it inside the part: run cbr-reduce on this scene again, which "
+  const std::string found = load.source.text() + ": the superelement of instance '" +
+                            load.instance + "' has no surface '" + load.surface + "' (it keeps " +
+                            (kept.empty() ? "none" : join(kept)) + ")";
+  if (load.kind == Load::Kind::moment)
+    throw InputError(found + ", on which a moment could act: add it to reduction.interface");
+  throw InputError(found +
+                   ", nor a load on it inside the part: run cbr-reduce on this scene again, which "
                    "takes in a load on a sideset, "
                    "or add it to reduction.interface, where a nodeset has to be");
 }
@@ -108,6 +111,30 @@ Vector load_weights(const Geometry& geometry, const Load& load) {
   return weights;
 }
 
+// A moment on the nodes of a set: the forces of least weighted squares that have it and no
+// resultant, as those on a point that moves with the set in the mean (RBE3).
+void add_moment(const Load& load, const BuiltScene::OfInstance& of, const LoadHistory& history,
+                Body& body) {
+  const Geometry& geometry = *of.geometry;
+  if (geometry.surfaces.count(load.surface) == 0 && load_inside(of, load.surface) != nullptr)
+    throw InputError(load.source.text() + ": a moment on '" + load.surface +
+                     "' inside the superelement of instance '" + load.instance +
+                     "' is not known: add the set to reduction.interface");
+  const Vector weights = load_weights(geometry, load);
+  AveragePoint point;
+  for (Index i = 0; i < weights.size(); ++i)
+    if (weights[i] > 0) point.nodes.push_back(i);
+  point.weights = weights(point.nodes);
+  point.at = Vector3::Zero();
+  const AverageMaps maps = average_maps(point, body.reference_positions(),
+                                        load.source.text() + ": moment on '" + load.surface +
+                                            "' of instance '" + load.instance + "'");
+  Points forces = Points::Zero(weights.size(), 3);
+  for (std::size_t i = 0; i < point.nodes.size(); ++i)
+    forces.row(point.nodes[i]) = load.value.transpose() * maps.theta[i];
+  body.add_force(forces, history);
+}
+
 // For the reactions of supports.
 void add_resultant(Index body, const Vector3& force, const LoadHistory& history,
                    Simulation& simulation) {
@@ -152,6 +179,11 @@ void add_loads(const SceneIndex& index, BuiltScene& built) {
       const Vector3 force =
           add_pressure(load, built.instances[i], history, *built.simulation.bodies[i]);
       add_resultant(i, force, history, built.simulation);
+      continue;
+    }
+    if (load.kind == Load::Kind::moment) {
+      require_load_inside(index.scene(), index.scene().instances[i], geometry, load);
+      add_moment(load, built.instances[i], history, *built.simulation.bodies[i]);
       continue;
     }
     if (const auto* inside = load_inside(built.instances[i], load.surface)) {

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/base/error.hpp"
@@ -76,6 +77,40 @@ TEST_P(Links, AMomentTurnsItsPoint) {
   // A beam under a moment sags by M L^2 / (2 E I), downwards for +y
   EXPECT_NEAR(last(ran.monitor("a.tip").mean_position, 2), 0.5 - 0.01 * length * length / (2 * EI),
               0.02 * theta);
+}
+
+// On the nodes of a face it is the same as on a point that moves with them.
+TEST_P(Links, AMomentOnAFaceIsThatOnItsPoint) {
+  Joined scene{.kind = GetParam(), .output = "history: [a.tip]"};
+  scene.instances = bar(scene, "a", 0, ", rotation: [0, 0, 30]");
+  scene.boundary = "  - {instance: a, nodes: x_min, fix: [x, y, z]}\n";
+  scene.loads = "  - {instance: a, point: tip, moment: [0.002, 0.01, 0.003]}\n";
+  const Ran on_point = folder.run(yaml(scene));
+  scene.loads = "  - {instance: a, surface: x_max, moment: [0.002, 0.01, 0.003]}\n";
+  const Ran on_face = folder.run(yaml(scene));
+  for (const auto& [face, point] :
+       {std::pair(&on_face.monitor("a.tip").rotation, &on_point.monitor("a.tip").rotation),
+        std::pair(&on_face.monitor("a.tip").mean_position,
+                  &on_point.monitor("a.tip").mean_position)})
+    for (int axis = 0; axis < 3; ++axis)
+      EXPECT_NEAR(last(*face, axis), last(*point, axis), 1e-12) << axis;
+  EXPECT_LT(at(on_face.body("a").reaction, on_face.result.time.size() - 1).norm(), 1e-12);
+}
+
+// A free bar gets the moment's angular momentum and no momentum, also where it is mirrored.
+TEST_P(Links, AMomentOnAFaceTurnsAFreeBar) {
+  Joined scene{.kind = GetParam(), .output = "every: 0.5, history: [a.tip]"};
+  scene.time = "end: 1, integrator: exact";
+  scene.instances = bar(scene, "a", 0, ", mirror: x, rotation: [0, 0, 30]");
+  scene.loads =
+      "  - {instance: a, surface: x_max, moment: [1.0e-3, 2.0e-3, 3.0e-3], history: {time: [0, 1], "
+      "value: [0, 2]}}\n";
+  const Ran ran = folder.run(yaml(scene));
+  const std::size_t end = ran.result.time.size() - 1;
+  const Vector3 expected(1e-3, 2e-3, 3e-3);
+  EXPECT_LT(at(ran.body("a").momentum, end).norm(), 1e-12);
+  EXPECT_LT((at(ran.body("a").angular_momentum, end) - expected).norm(),
+            (GetParam() == "mesh" ? 1e-4 : 1e-10) * expected.norm());
 }
 
 TEST_P(Links, AWeldStretchesAsOneBar) {

@@ -26,8 +26,6 @@ std::array<bool, 3> parse_axes(const SceneNode& node) {
 void parse_place(const SceneMap& map, const std::string& kind, const Scene& scene, Load& load) {
   const SceneNode* point = map.find("point");
   load.on_point = point != nullptr;
-  if (!load.on_point && kind == "moment")
-    map.at(kind).fail("a moment acts on a point: give 'point', see components.NAME.points");
   if (!load.on_point) {
     load.surface = map.at("surface").text();
     return;

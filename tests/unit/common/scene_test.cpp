@@ -368,7 +368,10 @@ TEST(Scene, staticsPointsAndLinksArrive) {
     EXPECT_NE(message.find(says), std::string::npos) << message;
   };
   refused("static: true", "static: true, integrator: exact", "static: true computes equilibrium");
-  refused("point: tip, moment", "surface: x_max, moment", "a moment acts on a point");
+  const Scene on_set =
+      read_text(folder, replaced(text, "point: tip, moment", "surface: u, moment"));
+  EXPECT_TRUE(!on_set.loads[0].on_point && on_set.loads[0].kind == Load::Kind::moment);
+  EXPECT_EQ(written(read_text(elsewhere, written(on_set))), written(on_set));
   refused("[a.tip, ground]", "[a.top, ground]", "which is no point");
   refused("at: [1, 2, 3]", "coupling: stiff", "average, rigid");
   refused("pretension: {force: 7}", "pretension: {force: 7}, friction: 0.1",
