@@ -58,6 +58,8 @@ Geometry geometry_of(const Mesh& mesh, const FiniteElementModel& model) {
   Geometry geometry;
   geometry.coordinates = mesh.coordinates(model.nodes, Eigen::all);
   for (const Index node : model.nodes) geometry.node_ids.push_back(mesh.node_ids[node]);
+  for (Index i = model.n_translations(); i < static_cast<Index>(model.nodes.size()); ++i)
+    geometry.rotations[model.row[model.nodes[i]]] = i;
   for (const Sideset& sideset : mesh.sidesets) {
     Surface surface = extract_surface(mesh, sideset);
     for (Index i = 0; i < surface.faces.size(); ++i)

@@ -23,8 +23,8 @@ struct Geometry {
   Points coordinates;
   std::map<std::string, Surface> surfaces;
   std::map<std::string, std::vector<Index>> nodesets;
-  // Points of a superelement's interface: the node of x, y, z and that of its rotations. A nodeset
-  // of the point's name has the first.
+  // Of points of a superelement's interface, and of nodes of shells: the node of x, y, z and that
+  // of its rotations, which comes behind all others. A nodeset of a point's name has the first.
   std::map<Index, Index> rotations;
   std::set<std::string> recovered;  // sets that recovery data of a superelement know, inside too
   bool reduced = false;             // a superelement: what it does not keep is not there
