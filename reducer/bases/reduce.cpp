@@ -46,7 +46,11 @@ void judge_interior(Reduction& r, const SparseCholesky& factor) {
                      "node with the rest, or is held "
                      "too weakly for a double, as very thin parts are and what an interface nearly "
                      "on one line holds; correct the mesh "
-                     "there or put nodes of that part into the interface");
+                     "there or put nodes of that part into the interface" +
+                     (r.model.n_rotations > 0
+                          ? "; the edge of a shell on solids is a hinge, unless the shell goes on "
+                            "along their faces"
+                          : ""));
   }
   Conditioning& condition = r.figures.condition;
   condition.smallest_pivot = factor.smallest_pivot();

@@ -7,6 +7,7 @@
 
 #include "common/base/error.hpp"
 #include "common/fem/connected_parts.hpp"
+#include "common/fem/hinged_shells.hpp"
 #include "common/linalg/dense.hpp"
 
 namespace cbr {
@@ -247,6 +248,7 @@ void tell_of_parts(const Mesh& mesh, const FiniteElementModel& model,
     report.line(report.about() + text);
   if (const std::string text = unjoined_parts(mesh, model, parts); !text.empty())
     report.warning(text);
+  if (const std::string text = hinged_shells(mesh, model); !text.empty()) report.warning(text);
 }
 
 }  // namespace cbr

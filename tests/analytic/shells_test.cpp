@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "common/base/error.hpp"
+#include "common/fem/hinged_shells.hpp"
 #include "dynamics/setup/modal/scene_modes.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/support/restarted_run.hpp"
@@ -63,6 +64,7 @@ void add_grid(Faces kind, Index n_x, Index n_y, const std::function<Vector3(doub
   add_set("y_1", [&](Index, Index j) { return j == n_y; });
   add_set("edges", [&](Index i, Index j) { return i % n_x == 0 || j % n_y == 0; });
   add_set("corner", [&](Index i, Index j) { return i == n_x && j == n_y; });
+  add_set("tip", [&](Index i, Index j) { return i == n_x && 2 * j == n_y; });
 }
 
 Mesh plate(Faces kind, Index n_x, Index n_y, double l_x, double l_y) {
@@ -374,6 +376,91 @@ TEST_F(Shells, ARigidPlateFalls) {
   const Ran ran = folder.run(yaml(scene));
   EXPECT_NEAR(moved(ran, "a.x_0", 2), -0.05, 1e-6);
   EXPECT_NEAR(ran.mass("a"), 0.7 * rho * t, 1e-9);
+}
+
+// A moment on one node bends a strip by M L^2 / (2 E I), as mesh and as superelement, turned and
+// mirrored; a link to the ground clamps that node.
+TEST_F(Shells, APointOnOneNodeHasItsRotations) {
+  const double L = 1, b = 0.1, I = b * t * t * t / 12;
+  folder.add("plate.exo", plate(Faces::quads, 20, 2, L, b));
+  for (const std::string& kind : {std::string(), std::string("interface: [x_0, tip], modes: 4")})
+    for (const std::string& place : {std::string(), std::string(", mirror: y")}) {
+      Shelled scene{.nu = "0", .reduction = kind, .instance = place, .output = "history: [a.end]"};
+      scene.blocks = "plate: {thickness: 0.01}}, points: {end: {surface: tip}";
+      scene.more =
+          "boundary:\n" + held("x_0", "[x, y, z]", "") +
+          "loads:\n  - {instance: a, point: end, moment: [0, 10, 0]}\ntime: {end: 1, step: "
+          "1, static: true}\n";
+      const Ran ran = folder.run(yaml(scene));
+      const double sag = 10 * L * L / (2 * E * I), angle = 10 * L / (E * I);
+      EXPECT_NEAR(moved(ran, "a.end", 2), -sag, 0.01 * sag) << kind << place;
+      EXPECT_NEAR(last(ran.monitor("a.end").rotation, 1), angle, 0.1 * angle) << kind << place;
+      scene.more = "links:\n  - {between: [a.end, ground]}\nboundary:\n" +
+                   held("x_0", "[x, y, z]", "") +
+                   "loads:\n  - {gravity: [0, 0, -10]}\ntime: {end: 1, step: 1, static: true}\n";
+      const Ran welded = folder.run(yaml(scene));
+      EXPECT_NEAR(last(welded.monitor("a.end").rotation, 1), 0, 1e-12);
+      EXPECT_NEAR(moved(welded, "a.end", 2), 0, 1e-12);
+    }
+}
+
+// A fin on one line of a solid is hinged, which is told; a ring of shells, or a cover, is not.
+TEST_F(Shells, HingesOnSolidsAreTold) {
+  Mesh mesh = test::block_mesh({{2, 1, 1}});
+  const Index n = mesh.coordinates.rows();
+  const std::vector<Index> top = set_nodes(mesh, "z_max");
+  std::vector<Index> line;
+  for (const Index node : top)
+    if (mesh.coordinates(node, 1) == 0) line.push_back(node);
+  ASSERT_EQ(line.size(), 3u);
+  mesh.coordinates.conservativeResize(n + 3, 3);
+  Block fin{"fin", 9, ElementType::quad4, IndexTable(2, 4), {91, 92}};
+  for (Index i = 0; i < 3; ++i) {
+    mesh.coordinates.row(n + i) = mesh.coordinates.row(line[static_cast<std::size_t>(i)]);
+    mesh.coordinates(n + i, 2) += 0.5;
+    mesh.node_ids.push_back(1000 + i);
+  }
+  fin.connectivity << line[0], line[1], n + 1, n, line[1], line[2], n + 2, n + 1;
+  mesh.blocks.push_back(fin);
+  FiniteElementModel model;
+  number_nodes(mesh, model);
+  EXPECT_EQ(hinged_shells(mesh, model), "");  // no thickness: no shells
+  mesh.blocks.back().thickness = 0.1;
+  number_nodes(mesh, model);
+  EXPECT_EQ(model.n_rotations, 6);
+  const std::string text = hinged_shells(mesh, model);
+  EXPECT_EQ(text.find("shells of block 'fin' share 3 nodes with solids, all on one line"), 0u)
+      << text;
+  mesh = covered_bar(1);
+  for (Block& block : mesh.blocks)
+    if (dimension(block.type) == 2) block.thickness = 0.1;
+  number_nodes(mesh, model);
+  EXPECT_EQ(hinged_shells(mesh, model), "");
+}
+
+// Faces of a block are surfaces of both senses, and sidesets of edges are nodesets.
+TEST_F(Shells, FacesAndEdgesAreSets) {
+  Mesh mesh = plate(Faces::quads, 2, 1, 2, 1);
+  mesh.sidesets.push_back({"rim", 7, {{0, 0, 3}, {0, 1, 3}}});
+  mesh.sidesets.push_back({"half", 8, {{0, 1, 2}}});
+  folder.add("plate.exo", mesh);
+  Component component;
+  component.name = "part", component.mesh = folder.folder() / "plate.exo";
+  component.blocks["plate"].thickness = t;
+  const Mesh read = read_mesh(component);
+  EXPECT_EQ(read.blocks[0].thickness, t);
+  ASSERT_EQ(read.sidesets.size(), 3u);
+  EXPECT_LT(find_sideset(read, "rim"), 0);
+  ASSERT_GE(find_nodeset(read, "rim"), 0);
+  EXPECT_EQ(set_nodes(read, "rim"), (std::vector<Index>{0, 1, 2}));
+  const auto sides = [&](const std::string& name) {
+    return read.sidesets[static_cast<std::size_t>(find_sideset(read, name))].sides;
+  };
+  EXPECT_EQ(sides("plate"), (std::vector<Side>{{0, 0, 1}, {0, 1, 1}}));
+  EXPECT_EQ(sides("plate.back"), (std::vector<Side>{{0, 0, 2}, {0, 1, 2}}));
+  EXPECT_EQ(sides("half"), (std::vector<Side>{{0, 1, 2}}));
+  component.blocks.clear();
+  EXPECT_EQ(read_mesh(component).sidesets.size(), 2u);
 }
 
 TEST_F(Shells, WhatCannotBeIsRefusedByName) {

@@ -6,6 +6,7 @@
 #include "common/base/error.hpp"
 #include "common/base/format_text.hpp"
 #include "common/fem/connected_parts.hpp"
+#include "common/fem/hinged_shells.hpp"
 #include "common/scene/component_mass.hpp"
 #include "common/scene/left_out_blocks.hpp"
 #include "common/scene/staleness.hpp"
@@ -403,6 +404,8 @@ MeshedComponent read_meshed(const SceneIndex& index, const Component& component,
   if (const std::string text =
           unjoined_parts(*meshed.mesh, *fe, connected_parts(*meshed.mesh, *fe));
       !text.empty())
+    report.warning("component '" + component.name + "': " + text);
+  if (const std::string text = hinged_shells(*meshed.mesh, *fe); !text.empty())
     report.warning("component '" + component.name + "': " + text);
   meshed.body_node = fe->row;
   meshed.geometry = std::make_shared<Geometry>(cbr::geometry_of(*meshed.mesh, *fe));

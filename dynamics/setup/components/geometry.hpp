@@ -34,8 +34,9 @@ struct Geometry {
 Geometry geometry_of(const Superelement& superelement);
 Geometry geometry_of(const Mesh& mesh, const FiniteElementModel& model);
 
-// The node of x, y, z of a point of the interface; -1: the superelement, or mesh, has none.
-Index interface_point(const Geometry& geometry, const std::string& point);
+// The node of x, y, z of a point that has six dofs: one of the interface, or one whose set is one
+// node with rotations. -1: the point has none.
+Index node_of_point(const Geometry& geometry, const std::string& point, const std::string& set);
 
 // Whether the set is one of recovery data alone, not of the body's nodes.
 bool is_inside(const Geometry& geometry, const std::string& set);
