@@ -102,7 +102,8 @@ std::vector<ReductionKey> table() {
                   .hash = "point"});
   keys.push_back({.key = "condense_rotations",
                   .value = TrueOrFalse{[](Options& r) -> bool& { return r.condenses_rotations; }},
-                  .hash = "condense_rotations"});
+                  .hash = "condense_rotations",
+       .provenance = "condense_rotations"});
   keys.push_back(
       {.key = "modes",
        .value = WholeNumberOrNone{[](Options& r) -> std::optional<Index>& { return r.modes; }, 0},

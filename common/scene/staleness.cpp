@@ -128,6 +128,7 @@ Provenance option_provenance(const Component& component, MassKind mass) {
   p["mass"] = word_of(mass_words, std::optional(mass));
   for (const ReductionKey& key : reduction_keys()) {
     if (key.provenance.empty() || !key.goes_with(reduction.basis)) continue;
+    if (key.key == "condense_rotations" && !reduction.condenses_rotations) continue;
     const std::vector<std::string> words = words_of(key, reduction);
     if (!words.empty() || key.key == "interface") p[key.provenance] = join(words);
   }

@@ -92,7 +92,9 @@ std::vector<HeldDirection> held_directions(const SceneIndex& index, const Instan
       for (int c = 0; c < 3; ++c)
         if (turns[c]) held[{rotation->second, c}] = true;
     }
-    if (condition->fix_rotations && !any)
+    const bool wants_any =
+        condition->fix_rotations.value_or(std::array<bool, 3>()) != std::array<bool, 3>();
+    if (wants_any && !any)
       throw InputError(condition->source.text() + ": boundary.rotations: no node of '" +
                        condition->nodes + "' of instance '" + instance.name +
                        "' has rotations, only those of shells and points have: leave it out");
