@@ -168,10 +168,12 @@ std::map<std::string, std::string> provenance(const Component& component,
   p["mesh"] = component.mesh.filename().string();
   p["mesh_hash"] = file_hash(component.mesh);
   for (std::size_t b = 0; b < mesh.blocks.size(); ++b) {
-    if (dimension(mesh.blocks[b].type) != 3) continue;
+    if (!is_structure(mesh.blocks[b])) continue;
     const Material& m = properties[b].material;
     const std::string key = "block " + mesh.blocks[b].name + ": ";
     for (const auto& [what, value] : material_provenance(m)) p[key + what] = value;
+    if (const double thickness = mesh.blocks[b].thickness; thickness > 0)
+      p[key + "thickness"] = number_text(thickness);
     const ElementType type = mesh.blocks[b].type;
     p[key + "element"] = type == ElementType::hex8 ? word_of(hex8_words, properties[b].hex8)
                                                    : std::string(name(type));
@@ -185,6 +187,32 @@ std::string left_out_in(const std::filesystem::path& superelement) {
   const Hdf5Reader file(superelement);
   const bool any = file.has("/provenance") && file.has_attribute("/provenance", "left_out");
   return any ? file.read_string("/provenance", "left_out") : "";
+}
+
+bool has_shells(const Mesh& mesh) {
+  return std::any_of(mesh.blocks.begin(), mesh.blocks.end(),
+                     [](const Block& block) { return block.thickness > 0; });
+}
+
+// Ways that know three dofs a node.
+void refuse_with_shells(const Mesh& mesh, const Component& component, bool is_distributed) {
+  const ReductionOptions& reduction = *component.reduction;
+  if (!has_shells(mesh)) {
+    if (reduction.condenses_rotations)
+      throw InputError(reduction.source.text() +
+                       ": reduction.condense_rotations: the component has no shells "
+                       "(blocks.NAME.thickness), and so no rotations: leave it out");
+    return;
+  }
+  const auto refuse = [&](const std::string& what, const std::string& cure) {
+    throw InputError(reduction.source.text() + ": " + what +
+                     " does not know shells (blocks.NAME.thickness): " + cure);
+  };
+  if (reduction.basis != Basis::craig_bampton)
+    refuse("basis: " + word_of(basis_words, reduction.basis), "use basis: craig-bampton");
+  if (reduction.is_decomposed()) refuse("domains", "use domains: 1");
+  if (is_distributed)
+    refuse("a reduction in several processes (mpirun, --engine petsc)", "use one process");
 }
 
 class Reducer {
@@ -237,7 +265,7 @@ class Reducer {
     Mesh mesh;
     {
       const auto phase = report_.phase("reading the mesh");
-      mesh = read_mesh(component.mesh);
+      mesh = read_mesh(component);
     }
     const std::vector<BlockProperties> properties = block_properties(scene, component, mesh);
     warn_of_left_out_blocks(component, left_out_blocks(mesh), report_);
@@ -251,6 +279,7 @@ class Reducer {
       throw InputError(
           "domains is not known to several processes and --engine petsc: reduce this component in "
           "one process");
+    refuse_with_shells(mesh, component, command_.is_distributed());
     settings_.points = rigid_points(mesh, component);
     if (command_.is_distributed() && !settings_.points.empty())
       throw InputError(
@@ -270,7 +299,7 @@ class Reducer {
   void add_form(const Component& component, const UnchangedFiles& inputs) {
     const std::filesystem::path& file = component.reduction->superelement;
     report_.line(component.name + ": adding the diagonal form to " + file.string());
-    const Mesh mesh = read_mesh(component.mesh);
+    const Mesh mesh = read_mesh(component);
     inputs.check();
     Superelement s = read_superelement(file);
     {
@@ -422,8 +451,11 @@ void estimate_component(const ReduceCommand& command, const Scene& scene,
         "--estimate does not know reduction.points: the interface has six dofs for each, and takes "
         "no time beside the factor");
   reduction.characteristic.needs = interface_needs(scene, component);
-  const Mesh mesh = read_mesh(component.mesh);
+  const Mesh mesh = read_mesh(component);
   warn_of_left_out_blocks(component, left_out_blocks(mesh), report);
+  if (has_shells(mesh))
+    throw InputError(component.source.text() + ": component '" + component.name +
+                     "': --estimate does not know shells (blocks.NAME.thickness): reduce it");
   const std::vector<Index> domain = decompose(mesh, reduction.domains).domain;
   const Estimate e = estimate(mesh, block_properties(scene, component, mesh), reduction, domain,
                               diagonal_limit(command, reduction));

@@ -112,8 +112,11 @@ class SceneSkinner {
                        "cbr-dyn adds the shells to it");
       return;
     }
-    auto& original = meshes_[component.mesh];
-    if (original.coordinates.rows() == 0) original = read_mesh(component.mesh);
+    auto& original = meshes_[component.name];
+    if (original.coordinates.rows() == 0) {
+      original = read_mesh(component.mesh);
+      mark_shells(component, original);
+    }
     if (const std::string blocks = left_out_blocks(original); !blocks.empty()) {
       refuse_left_out_blocks(component, original);
       left_out_[component.name] = blocks;
@@ -197,7 +200,7 @@ class SceneSkinner {
   const Scene& scene_;
   const SkinOptions& skin_;
   SystemMesh system_;
-  std::map<std::filesystem::path, Mesh> meshes_;
+  std::map<std::string, Mesh> meshes_;
   std::set<std::string> there_are_, found_, without_mesh_;  // the last: instances
   std::vector<std::pair<std::string, Surface>> surfaces_;   // block name, faces in the system mesh
   std::vector<std::string> notes_;

@@ -11,6 +11,8 @@
 #include "common/base/error.hpp"
 #include "common/base/number_text.hpp"
 #include "common/base/parallel.hpp"
+#include "common/fem/elements/shell.hpp"
+#include "common/fem/elements/shell_plane.hpp"
 #include "common/linalg/blas_threads.hpp"
 
 namespace cbr {
@@ -22,6 +24,7 @@ constexpr double smallest_quality = 1e-10;
 constexpr std::size_t batch_bytes = 32u << 20;
 
 bool is_volume(const Block& block) { return dimension(block.type) == 3; }
+bool is_shell(const Block& block) { return is_structure(block) && !is_volume(block); }
 
 std::string rounded_text(double value) {
   char buffer[32];
@@ -151,7 +154,7 @@ void check_repeated(const Mesh& mesh) {
   };
   std::vector<Entry> entries;
   for (const Block& block : mesh.blocks) {
-    if (!is_volume(block)) continue;
+    if (!is_structure(block)) continue;
     for (Index e = 0; e < block.connectivity.rows(); ++e) {
       std::uint64_t hash = 0;  // a sum: the order of the nodes does not matter
       for (const Index node : block.connectivity.row(e)) {
@@ -170,19 +173,6 @@ void check_repeated(const Mesh& mesh) {
     throw InputError(element_text(*b.block, b.e) + " has the same nodes as " +
                      element_text(*a.block, a.e) +
                      ", so that its mass and stiffness would count twice: remove one of them");
-  }
-}
-
-void number_nodes(const Mesh& mesh, FiniteElementModel& model) {
-  model.row.assign(static_cast<std::size_t>(mesh.coordinates.rows()), -1);
-  for (const Block& block : mesh.blocks)
-    if (is_volume(block))
-      for (Index k = 0; k < block.connectivity.size(); ++k)
-        model.row[static_cast<std::size_t>(block.connectivity.data()[k])] = 0;
-  for (std::size_t i = 0; i < model.row.size(); ++i) {
-    if (model.row[i] < 0) continue;
-    model.row[i] = static_cast<Index>(model.nodes.size());
-    model.nodes.push_back(static_cast<Index>(i));
   }
 }
 
@@ -235,7 +225,7 @@ ElementsOfNodes elements_of_nodes(const Mesh& mesh, const FiniteElementModel& mo
 
 Neighbours find_neighbours(const Mesh& mesh, const FiniteElementModel& model) {
   const ElementsOfNodes elements = elements_of_nodes(mesh, model);
-  const std::size_t n = model.nodes.size();
+  const auto n = static_cast<std::size_t>(model.n_translations());
   Neighbours neighbours;
   neighbours.start.assign(n + 1, 0);
   std::vector<Index> seen(n, -1);
@@ -337,15 +327,125 @@ void add_block(const Mesh& mesh, const Block& block, const BlockProperties& prop
   }
 }
 
+// Where a shell's corner is flatter than this, relative to its longest extent, it has no plane.
+constexpr double flat_corner = 1e-10;
+
+void check_shells(const Mesh& mesh, const Block& block) {
+  for (Index e = 0; e < block.connectivity.rows(); ++e) {
+    check_nodes(mesh, block, e);
+    if (!(shell::corner_jacobian(block.type, element_points(mesh, block, e)) > flat_corner))
+      throw InputError(element_text(block, e) +
+                       " is degenerate: its nodes lie on a line, or do not make a convex face: "
+                       "check its node order and coordinates");
+  }
+}
+
+using Triplets = std::vector<Eigen::Triplet<double, Index>>;
+
+// Dofs of a shell's corners as shell_stiffness() has them: rotations stand behind all translations.
+std::vector<Index> dofs_of_shell(const Block& block, Index e, const FiniteElementModel& model,
+                                 const std::vector<Index>& rotation) {
+  std::vector<Index> dofs;
+  for (const Index node : block.connectivity.row(e)) {
+    const Index u = 3 * model.row[static_cast<std::size_t>(node)],
+                r = 3 * rotation[static_cast<std::size_t>(node)];
+    dofs.insert(dofs.end(), {u, u + 1, u + 2, r, r + 1, r + 2});
+  }
+  return dofs;
+}
+
+void add_shell_mass(const Block& block, const Points& X, const ShellProperties& shell,
+                    MassKind mass, const std::vector<Index>& dofs, Triplets& M) {
+  const Index n = X.rows();
+  const auto dof = [&](Index node, Index c) {
+    return dofs[static_cast<std::size_t>(6 * node + c)];
+  };
+  if (mass == MassKind::lumped) {
+    const ShellMass lumped = shell_lumped_mass(block.type, X, shell);
+    for (Index i = 0; i < n; ++i)
+      for (Index c = 0; c < 6; ++c)
+        M.emplace_back(dof(i, c), dof(i, c), c < 3 ? lumped.mass(i) : lumped.rotary(i));
+    return;
+  }
+  const Matrix consistent = shell_mass(block.type, X, shell);
+  const Matrix3 rotary = shell_rotary_factors(block.type, X, shell);
+  for (Index i = 0; i < n; ++i)
+    for (Index j = 0; j < n; ++j)
+      for (Index c = 0; c < 3; ++c) {
+        M.emplace_back(dof(i, c), dof(j, c), consistent(i, j));
+        for (Index d = 0; d < 3; ++d)
+          M.emplace_back(dof(i, 3 + c), dof(j, 3 + d), consistent(i, j) * rotary(c, d));
+      }
+}
+
+void add_triplets(const Triplets& entries, SparseMatrix& A) {
+  const Index n = A.rows();
+  SparseMatrix B(n, n);
+  B.setFromTriplets(entries.begin(), entries.end());
+  SparseMatrix sum = A + B;
+  A.swap(sum);
+}
+
+// Of all shells at once: their rows of rotations come in behind the nodes of solids.
+void add_shells(const Mesh& mesh, const std::vector<BlockProperties>& properties, MassKind mass,
+                FiniteElementModel& model) {
+  if (model.n_rotations == 0) return;
+  std::vector<Index> rotation(model.row.size(), -1);
+  for (Index i = model.n_translations(); i < static_cast<Index>(model.nodes.size()); ++i)
+    rotation[static_cast<std::size_t>(model.nodes[static_cast<std::size_t>(i)])] = i;
+  Triplets K, M;
+  for (std::size_t b = 0; b < mesh.blocks.size(); ++b) {
+    const Block& block = mesh.blocks[b];
+    if (!is_shell(block)) continue;
+    const ShellProperties shell{properties[b].material, block.thickness};
+    for (Index e = 0; e < block.connectivity.rows(); ++e) {
+      const Points X = element_points(mesh, block, e);
+      const std::vector<Index> dofs = dofs_of_shell(block, e, model, rotation);
+      const Matrix K_e = shell_stiffness(block.type, X, shell);
+      for (Index j = 0; j < K_e.cols(); ++j)
+        for (Index i = 0; i < K_e.rows(); ++i)
+          K.emplace_back(dofs[static_cast<std::size_t>(i)], dofs[static_cast<std::size_t>(j)],
+                         K_e(i, j));
+      add_shell_mass(block, X, shell, mass, dofs, M);
+    }
+  }
+  const auto n = 3 * static_cast<Index>(model.nodes.size());
+  model.K.conservativeResize(n, n);
+  model.M.conservativeResize(n, n);
+  add_triplets(K, model.K);
+  add_triplets(M, model.M);
+}
+
 }  // namespace
+
+void number_nodes(const Mesh& mesh, FiniteElementModel& model) {
+  std::vector<char> has_rotation(static_cast<std::size_t>(mesh.coordinates.rows()), 0);
+  model = FiniteElementModel();
+  model.row.assign(static_cast<std::size_t>(mesh.coordinates.rows()), -1);
+  for (const Block& block : mesh.blocks) {
+    if (!is_structure(block)) continue;
+    for (const Index node : block.connectivity.reshaped()) {
+      model.row[static_cast<std::size_t>(node)] = 0;
+      if (is_shell(block)) has_rotation[static_cast<std::size_t>(node)] = 1;
+    }
+  }
+  for (std::size_t i = 0; i < model.row.size(); ++i) {
+    if (model.row[i] < 0) continue;
+    model.row[i] = static_cast<Index>(model.nodes.size());
+    model.nodes.push_back(static_cast<Index>(i));
+  }
+  for (std::size_t i = 0; i < has_rotation.size(); ++i)
+    if (has_rotation[i] != 0) model.nodes.push_back(static_cast<Index>(i)), ++model.n_rotations;
+}
 
 FiniteElementModel assemble(const Mesh& mesh, const std::vector<BlockProperties>& properties,
                             MassKind mass) {
   assert(properties.size() == mesh.blocks.size());
   for (std::size_t b = 0; b < mesh.blocks.size(); ++b) {
-    if (!is_volume(mesh.blocks[b])) continue;
+    if (!is_structure(mesh.blocks[b])) continue;
     check_material(mesh.blocks[b], properties[b].material);
-    check_elements(mesh, mesh.blocks[b]);
+    is_shell(mesh.blocks[b]) ? check_shells(mesh, mesh.blocks[b])
+                             : check_elements(mesh, mesh.blocks[b]);
     check_magnitudes(mesh, mesh.blocks[b], properties[b].material);
   }
   check_repeated(mesh);
@@ -365,6 +465,7 @@ FiniteElementModel assemble(const Mesh& mesh, const std::vector<BlockProperties>
   for (std::size_t b = 0; b < mesh.blocks.size(); ++b)
     if (is_volume(mesh.blocks[b]))
       add_block(mesh, mesh.blocks[b], properties[b], mass, neighbours, model);
+  add_shells(mesh, properties, mass, model);
   return model;
 }
 

@@ -17,37 +17,47 @@ struct BlockProperties {
 };
 
 // The unconstrained finite element model of a component. Dof 3 i + c is component c of node
-// nodes[i].
+// nodes[i]: of its displacement, and of the last n_rotations nodes of its rotation about the fixed
+// axes.
 struct FiniteElementModel {
   SparseMatrix K;  // N x N, both triangles, N = 3 nodes.size()
   SparseMatrix M;  // N x N, both triangles; diagonal when lumped
-  // indices into mesh.coordinates of the nodes that a volume element uses, ascending
+  // Indices into mesh.coordinates of the nodes that a solid or a shell uses, ascending; behind them
+  // those of shells once more, ascending too.
   std::vector<Index> nodes;
-  std::vector<Index> row;  // inverse: per mesh node its i, or -1
+  std::vector<Index> row;  // inverse: per mesh node its first i, or -1
+  Index n_rotations = 0;
+
+  Index n_translations() const { return static_cast<Index>(nodes.size()) - n_rotations; }
 };
 
 // What is wrong with a mesh of shells and beams alone, and what to do.
 inline constexpr const char* no_volume_elements =
-    "the mesh has no volume elements (hexes, tetrahedra, wedges, pyramids): there is nothing to "
-    "compute; gmsh writes only what is "
+    "the mesh has no volume elements (hexes, tetrahedra, wedges, pyramids), and no block of shells "
+    "with a thickness: there is nothing to compute; give shells one, as blocks: {NAME: {thickness: "
+    "0.001}}; gmsh writes only what is "
     "in physical groups once there is one: add Physical Volume(\"part\") = {TAG}, and mesh with "
     "gmsh -3";
 
-// One BlockProperties per mesh block (those of two-dimensional blocks are ignored: shells and skins
-// have no volume). InputError: an inverted or degenerate element by its id, block and
-// file-independent reason; a mesh without volume elements.
+// One BlockProperties per mesh block (those of blocks that are not structure are ignored).
+// InputError: an inverted or degenerate element by its id, block and file-independent reason; a
+// mesh without solids and shells.
 FiniteElementModel assemble(const Mesh& mesh, const std::vector<BlockProperties>& properties,
                             MassKind mass);
 
+// `nodes`, `row` and n_rotations of the model alone; no nodes when the mesh has no structure.
+void number_nodes(const Mesh& mesh, FiniteElementModel& model);
+
 // N x 6: three translations, then three rotations about `center`, as displacements of `points` (dof
-// 3 i + c).
-Matrix rigid_modes(const Points& points, const Vector3& center);
+// 3 i + c). The last n_rotations of them are rotations.
+Matrix rigid_modes(const Points& points, const Vector3& center, Index n_rotations = 0);
 
 struct RigidBody {
   double mass = 0;
   Vector3 center = Vector3::Zero();   // of mass
   Matrix3 inertia = Matrix3::Zero();  // about the centre, full tensor
 };
-RigidBody rigid_body(const SparseMatrix& M, const Points& points);
+// n_rotations: as above.
+RigidBody rigid_body(const SparseMatrix& M, const Points& points, Index n_rotations = 0);
 
 }  // namespace cbr

@@ -30,9 +30,10 @@ Index root(std::vector<Index>& parent, Index i) {
 // same place, but for round-off.
 std::vector<double> near_enough(const Mesh& mesh, const FiniteElementModel& model) {
   constexpr double share = 1e-3;
-  std::vector<double> near(model.nodes.size(), std::numeric_limits<double>::infinity());
+  std::vector<double> near(static_cast<std::size_t>(model.n_translations()),
+                           std::numeric_limits<double>::infinity());
   for (const auto& block : mesh.blocks) {
-    if (dimension(block.type) != 3) continue;
+    if (!is_structure(block)) continue;
     for (Index e = 0; e < block.connectivity.rows(); ++e) {
       double shortest = std::numeric_limits<double>::infinity();
       for (Index a = 0; a < block.connectivity.cols(); ++a)
@@ -62,7 +63,7 @@ std::vector<Index> connected_parts(const Mesh& mesh, const FiniteElementModel& m
   std::vector<Index> parent(model.nodes.size());
   std::iota(parent.begin(), parent.end(), Index{0});
   for (const auto& element_block : mesh.blocks) {
-    if (dimension(element_block.type) != 3) continue;
+    if (!is_structure(element_block)) continue;
     for (Index e = 0; e < element_block.connectivity.rows(); ++e) {
       const Index first =
           root(parent, model.row[static_cast<std::size_t>(element_block.connectivity(e, 0))]);
@@ -72,6 +73,10 @@ std::vector<Index> connected_parts(const Mesh& mesh, const FiniteElementModel& m
             first;
       }
     }
+  }
+  for (Index i = model.n_translations(); i < static_cast<Index>(model.nodes.size()); ++i) {
+    const Index node = model.nodes[static_cast<std::size_t>(i)];
+    parent[static_cast<std::size_t>(i)] = root(parent, model.row[static_cast<std::size_t>(node)]);
   }
   std::vector<Index> part(parent.size(), -1), number(parent.size(), -1);
   Index n = 0;

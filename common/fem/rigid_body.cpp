@@ -8,9 +8,12 @@
 
 namespace cbr {
 
-Matrix rigid_modes(const Points& points, const Vector3& center) {
+Matrix rigid_modes(const Points& points, const Vector3& center, Index n_rotations) {
   Matrix R(3 * points.rows(), 6);
-  for (Index i = 0; i < points.rows(); ++i) {
+  const Index n_translations = points.rows() - n_rotations;
+  for (Index i = n_translations; i < points.rows(); ++i)
+    R.middleRows(3 * i, 3) << Matrix3::Zero(), Matrix3::Identity();
+  for (Index i = 0; i < n_translations; ++i) {
     const Vector3 x = points.row(i).transpose() - center;
     R.block<3, 3>(3 * i, 0).setIdentity();
     // Column k: e_k x (x - c)
@@ -19,7 +22,7 @@ Matrix rigid_modes(const Points& points, const Vector3& center) {
   return R;
 }
 
-RigidBody rigid_body(const SparseMatrix& M, const Points& points) {
+RigidBody rigid_body(const SparseMatrix& M, const Points& points, Index n_rotations) {
   assert(M.rows() == 3 * points.rows());
   RigidBody body;
   if (points.rows() == 0) return body;
@@ -28,7 +31,7 @@ RigidBody rigid_body(const SparseMatrix& M, const Points& points) {
   // nothing cancels.
   body.center = points.colwise().mean().transpose();
   for (const bool about_center : {false, true}) {
-    const Matrix R = rigid_modes(points, body.center);
+    const Matrix R = rigid_modes(points, body.center, n_rotations);
     const Eigen::Matrix<double, 6, 6> r = R.transpose() * (M * R);  // R^T M R   (6 x 6)
     body.mass = r.diagonal().head<3>().mean();
     if (about_center) {

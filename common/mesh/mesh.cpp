@@ -90,6 +90,8 @@ bool is_side(const Mesh& mesh, const Side& side) {
 
 }  // namespace
 
+bool is_structure(const Block& block) { return dimension(block.type) == 3 || block.thickness > 0; }
+
 Index find_block(const Mesh& mesh, const std::string& name) {
   return find_set(mesh.blocks, name, "block_");
 }

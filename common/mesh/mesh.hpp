@@ -29,7 +29,12 @@ struct Block {
   IndexTable connectivity;         // n_e x nodes per element, indices into Mesh::coordinates
   std::vector<Index> element_ids;  // n_e, unique in the mesh
   std::optional<FileMaterial> material = {};
+  // Above 0: shells (tri3, quad4) that are structure, as the scene says; files do not have it.
+  double thickness = 0;
 };
+
+// Whether programs compute with the block: solids, and shells with a thickness.
+bool is_structure(const Block& block);
 
 struct Side {
   Index block = 0;    // index into Mesh::blocks

@@ -17,12 +17,15 @@ FaceKind common_kind(const Mesh& mesh, const Sideset& sideset) {
   FaceKind kind = FaceKind::quad4;
   for (const Side& side : sideset.sides) {
     const Block& block = mesh.blocks[static_cast<std::size_t>(side.block)];
-    if (dimension(block.type) != 3)
-      throw InputError("sideset '" + sideset.name + "': element " +
-                       std::to_string(block.element_ids[static_cast<std::size_t>(side.element)]) +
-                       " of block '" + block.name + "' is a " + std::string(name(block.type)) +
-                       ": only sides of volume elements make a surface");
-    const FaceKind found = side_kind(block.type, side.side);
+    const bool is_face = is_structure(block) && (dimension(block.type) == 3 || side.side <= 2);
+    if (!is_face)
+      throw InputError(
+          "sideset '" + sideset.name + "': element " +
+          std::to_string(block.element_ids[static_cast<std::size_t>(side.element)]) +
+          " of block '" + block.name + "' is a " + std::string(name(block.type)) +
+          ": only sides of volume elements make a surface, and faces of shells with a thickness");
+    const FaceKind found = dimension(block.type) == 3 ? side_kind(block.type, side.side)
+                                                      : static_cast<FaceKind>(n_nodes(block.type));
     if (!first && found != kind && (is_quadratic(found) || is_quadratic(kind)))
       throw InputError("sideset '" + sideset.name + "' mixes " + std::string(name(kind)) + " and " +
                        std::string(name(found)) +

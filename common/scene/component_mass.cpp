@@ -12,13 +12,13 @@ MassKind mass_of_mesh(const Component& component) {
 MassKind mass_of_superelement(const Component& component, const Mesh& mesh) {
   if (component.mass) return *component.mass;
   const bool spoilt = std::any_of(mesh.blocks.begin(), mesh.blocks.end(), [](const Block& block) {
-    return is_spoilt_by_lumping(std::string(name(block.type)));
+    return is_structure(block) && is_spoilt_by_lumping(std::string(name(block.type)));
   });
   return spoilt ? MassKind::consistent : MassKind::lumped;
 }
 
 bool is_spoilt_by_lumping(const std::string& element) {
-  return element == "hex20" || element == "tet10";
+  return element == "hex20" || element == "tet10" || element == "tri3" || element == "quad4";
 }
 
 }  // namespace cbr

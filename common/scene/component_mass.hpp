@@ -17,7 +17,8 @@ MassKind mass_of_mesh(const Component& component);
 // all others.
 MassKind mass_of_superelement(const Component& component, const Mesh& mesh);
 
-// Whether lumped mass spoils frequencies and inertia of such elements ("hex20", "tet10").
+// Whether lumped mass spoils frequencies and inertia of such elements ("hex20", "tet10",
+// and shells, whose lumped rotary inertia is large).
 bool is_spoilt_by_lumping(const std::string& element);
 
 }  // namespace cbr

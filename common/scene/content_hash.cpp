@@ -62,6 +62,8 @@ std::string component_text(const Scene& scene, const Component& component) {
         properties_text(scene, options.material.empty() ? component.material : options.material,
                         options.element.value_or(component.element));
     if (properties != all_blocks) text += "block " + counted(block) + " " + properties + "\n";
+    if (options.thickness)
+      text += "shells " + counted(block) + " " + number_text(*options.thickness) + "\n";
   }
   // Files of before `auto` hold lumped mass: those that it does not suit are told by their
   // provenance, is_of_other_mass().
@@ -121,6 +123,8 @@ std::string reduction_text(const ReductionOptions& reduction, const InterfaceNee
     if (key.key == "characteristic.modes" && reduction.is_characteristic())
       text += characteristic_text(reduction.characteristic, needs);
     if (key.hash.empty() || !key.goes_with(reduction.basis)) continue;
+    // Files of before it have no line of it
+    if (key.key == "condense_rotations" && !reduction.condenses_rotations) continue;
     if (const auto* some = std::get_if<NamesOrTrue>(&key.value)) {
       ReductionOptions copy = reduction;
       text += key.hash + (some->field(copy) ? " true\n" : " false\n");

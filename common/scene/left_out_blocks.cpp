@@ -15,7 +15,7 @@ std::vector<std::string> loose_nodesets(const Mesh& mesh) {
   if (mesh.nodesets.empty()) return texts;
   std::vector<char> is_of_solid(static_cast<std::size_t>(mesh.coordinates.rows()), 0);
   for (const Block& block : mesh.blocks) {
-    if (dimension(block.type) != 3) continue;
+    if (!is_structure(block)) continue;
     for (const Index node : block.connectivity.reshaped())
       is_of_solid[static_cast<std::size_t>(node)] = 1;
   }
@@ -25,7 +25,7 @@ std::vector<std::string> loose_nodesets(const Mesh& mesh) {
     });
     if (loose > 0)
       texts.push_back(set.name + " (" + std::to_string(loose) + " of its " +
-                      std::to_string(set.nodes.size()) + " nodes are of no solid)");
+                      std::to_string(set.nodes.size()) + " nodes are of no element)");
   }
   return texts;
 }
@@ -38,13 +38,14 @@ void refuse_left_out_blocks(const Component& component, const Mesh& mesh) {
     throw InputError(options.source.text() + ": components." + component.name + ".blocks." + named +
                      ": the " + std::to_string(n) + " " + type + " elements of " +
                      component.mesh.string() +
-                     " are not supported, only solids are: remove the block from the scene");
+                     " have no thickness: add thickness, with which tri3 and quad4 are shells, or "
+                     "remove the block from the scene");
   };
   for (const auto& [named, options] : component.blocks) {
     const Index found = find_block(mesh, named);
     if (found >= 0) {
       const Block& block = mesh.blocks[static_cast<std::size_t>(found)];
-      if (dimension(block.type) != 3)
+      if (!is_structure(block))
         refuse(named, options, block.connectivity.rows(), std::string(name(block.type)));
     }
   }
@@ -53,7 +54,7 @@ void refuse_left_out_blocks(const Component& component, const Mesh& mesh) {
 std::string left_out_blocks(const Mesh& mesh) {
   std::vector<std::string> texts;
   for (const Block& block : mesh.blocks)
-    if (dimension(block.type) != 3)
+    if (!is_structure(block))
       texts.push_back(block.name + " (" + std::to_string(block.connectivity.rows()) + " " +
                       std::string(name(block.type)) + ")");
   for (const std::string& text : loose_nodesets(mesh)) texts.push_back(text);
@@ -67,7 +68,8 @@ void warn_of_left_out_blocks(const Component& component, const std::string& bloc
     if ((", " + blocks).find(", " + named + " (") != std::string::npos)
       throw InputError(options.source.text() + ": components." + component.name + ".blocks." +
                        named + ": not computed with are " + blocks +
-                       ": only solids are in this version; take the block out of the scene");
+                       ": give the block a thickness, with which tri3 and quad4 are shells, or "
+                       "take it out of the scene");
   const std::string before = report.about();
   report.about("");
   report.warning("component '" + component.name + "': " +
@@ -75,7 +77,8 @@ void warn_of_left_out_blocks(const Component& component, const std::string& bloc
                      .filename()
                      .string() +
                  ": left out: " + blocks +
-                 ": only solid elements are used; these blocks have no stiffness and no mass");
+                 ": only solids are used, and shells with a thickness (blocks.NAME.thickness); "
+                 "these have no stiffness and no mass");
   report.about(before);
 }
 

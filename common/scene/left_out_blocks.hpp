@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Shells and beams of a mesh, which no program computes with in this version: told by all of them.
+// Blocks of a mesh that no program computes with, shells without a thickness and beams: told by
+// all of them.
 #pragma once
 
 #include <string>
@@ -13,8 +14,8 @@ namespace cbr {
 // InputError when the scene gives a material or an element to such a block.
 void refuse_left_out_blocks(const Component& component, const Mesh& mesh);
 
-// "fin (25 quad4), web (12 tri3), beam (11 of its 11 nodes are of no solid)"; empty when all is
-// solid.
+// "fin (25 quad4), web (12 tri3), beam (11 of its 11 nodes are of no element)"; empty when
+// all is structure.
 std::string left_out_blocks(const Mesh& mesh);
 
 // Warns, by the component's name; `blocks`: as above, nothing is said when it is empty. InputError

@@ -158,6 +158,70 @@ InterfaceNeeds interface_needs(const Scene& scene, const Component& component) {
   return needs;
 }
 
+namespace {
+
+// Faces of shells as sidesets: of a block by its name, and turned over as NAME.back. Names that the
+// mesh has stay what they are.
+void add_faces_of_shells(Mesh& mesh) {
+  Index id = 0;
+  for (const Sideset& sideset : mesh.sidesets) id = std::max(id, sideset.id);
+  for (std::size_t b = 0; b < mesh.blocks.size(); ++b) {
+    const Block& block = mesh.blocks[b];
+    if (!(block.thickness > 0)) continue;
+    for (const int side : {1, 2}) {
+      Sideset faces{block.name + (side == 1 ? "" : ".back"), ++id, {}};
+      if (find_sideset(mesh, faces.name) >= 0 || find_nodeset(mesh, faces.name) >= 0) continue;
+      for (Index e = 0; e < block.connectivity.rows(); ++e)
+        faces.sides.push_back({static_cast<Index>(b), e, side});
+      mesh.sidesets.push_back(std::move(faces));
+    }
+  }
+}
+
+// Sidesets of edges of shells have no faces: their nodes are a nodeset.
+void make_nodesets_of_edges(Mesh& mesh) {
+  const auto is_edge = [&](const Side& side) {
+    return mesh.blocks[static_cast<std::size_t>(side.block)].thickness > 0 && side.side > 2;
+  };
+  Index id = 0;
+  for (const Nodeset& nodeset : mesh.nodesets) id = std::max(id, nodeset.id);
+  std::vector<Sideset> sidesets;
+  for (Sideset& sideset : mesh.sidesets) {
+    const bool is_of_edges =
+        !sideset.sides.empty() && std::all_of(sideset.sides.begin(), sideset.sides.end(), is_edge);
+    if (is_of_edges && find_nodeset(mesh, sideset.name) < 0)
+      mesh.nodesets.push_back({sideset.name, ++id, set_nodes(mesh, sideset.name)});
+    if (!is_of_edges) sidesets.push_back(std::move(sideset));
+  }
+  mesh.sidesets = std::move(sidesets);
+}
+
+}  // namespace
+
+void mark_shells(const Component& component, Mesh& mesh) {
+  for (const auto& [named, options] : component.blocks) {
+    const Index found = find_block(mesh, named);
+    if (!options.thickness || found < 0) continue;
+    Block& block = mesh.blocks[static_cast<std::size_t>(found)];
+    if (block.type != ElementType::tri3 && block.type != ElementType::quad4)
+      throw InputError(options.source.text() + ": components." + component.name + ".blocks." +
+                       named + ".thickness: the block is of " + std::string(name(block.type)) +
+                       "; only tri3 and quad4 are shells: " +
+                       (dimension(block.type) == 3
+                            ? "take thickness out"
+                            : "mesh it with linear elements, or take the block out of the scene"));
+    block.thickness = *options.thickness;
+  }
+}
+
+Mesh read_mesh(const Component& component) {
+  Mesh mesh = read_mesh(component.mesh);
+  mark_shells(component, mesh);
+  make_nodesets_of_edges(mesh);
+  add_faces_of_shells(mesh);
+  return mesh;
+}
+
 std::vector<BlockProperties> block_properties(const Scene& scene, const Component& component,
                                               const Mesh& mesh) {
   refuse_left_out_blocks(component, mesh);
@@ -176,9 +240,14 @@ std::vector<BlockProperties> block_properties(const Scene& scene, const Componen
       continue;
     }
     const std::string hint = nearest_name(block, names);
+    const bool is_face = options.thickness && find_sideset(mesh, block) >= 0;
     throw InputError(options.source.text() + ": components." + component.name + ".blocks." + block +
                      ": " + component.mesh.string() + " has no block '" + block + "'" + hint +
-                     (hint.empty() ? ", " : " ") + "it has: " + join(names));
+                     (hint.empty() ? ", " : " ") + "it has: " + join(names) +
+                     (is_face ? "; '" + block +
+                                    "' lies on solids and is a sideset: a physical surface of "
+                                    "gmsh whose name begins with skin. is a block of shells"
+                              : ""));
   }
   std::vector<BlockProperties> properties;
   for (std::size_t b = 0; b < mesh.blocks.size(); ++b) {
@@ -192,14 +261,18 @@ std::vector<BlockProperties> block_properties(const Scene& scene, const Componen
     const auto known = scene.materials.find(material);
     if (known != scene.materials.end()) {
       block_property.material = known->second;
-    } else if (block.material && dimension(block.type) == 3) {
+    } else if (block.material && is_structure(block)) {
       block_property.material = material_of_file(*block.material, component, block);
-    } else if (dimension(block.type) ==
-               3) {  // shells and skins have no volume and need no material
+    } else if (is_structure(block)) {  // others have no mass and need no material
       throw InputError(component.source.text() + ": components." + component.name + ": block '" +
                        block.name + "' of " + component.mesh.string() +
                        " has no material: add 'material', or name the block under 'blocks'");
     }
+    if (block.thickness > 0 && block_property.material.orthotropy)
+      throw InputError(options->source.text() + ": components." + component.name + ".blocks." +
+                       block.name + ": material '" + material +
+                       "' is orthotropic, and shells are isotropic: give the block an isotropic "
+                       "material");
     properties.push_back(block_property);
   }
   return properties;

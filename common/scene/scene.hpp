@@ -92,6 +92,8 @@ struct ReductionOptions {
   // superelement. At most one of the two.
   std::optional<Index> second_modes;
   std::optional<double> second_cutoff_hz;
+  // Rotations of shell nodes on the interface are dofs inside, not of the interface.
+  bool condenses_rotations = false;
   bool recovery = false;
   // Not empty: recovery of the elements that meet these sets or element blocks alone.
   std::vector<std::string> recovery_sets;
@@ -114,6 +116,7 @@ struct Component {
   struct BlockOptions {
     std::string material;
     std::optional<Hex8Formulation> element;
+    std::optional<double> thickness = {};  // of shells, which are structure then
     SourceLine source;
   };
   std::map<std::string, BlockOptions> blocks;
@@ -212,6 +215,8 @@ struct WallOptions {
 struct BoundaryCondition {
   std::string instance, nodes;  // a nodeset or sideset
   std::array<bool, 3> fix{};    // in the scene's axes
+  // Rotations about these axes, of nodes that have any. Not given: all, where `fix` has all axes.
+  std::optional<std::array<bool, 3>> fix_rotations = {};
   SupportMotion motion = SupportMotion::none;
   // of the motion: what the history multiplies, 0 along axes that are not fixed
   Vector3 value = Vector3::Zero();
@@ -379,6 +384,14 @@ const Component& component_of(const Scene& scene, const Instance& instance);
 // A reference point of the instance's component; nullptr: there is none of this name.
 const Component::Point* point_of(const Scene& scene, const std::string& instance,
                                  const std::string& name);
+// Gives blocks their thickness. InputError: one that is not of tri3 or quad4.
+void mark_shells(const Component& component, Mesh& mesh);
+
+// The component's mesh, whose blocks with a thickness are shells. Their faces are sidesets, BLOCK
+// along their normals and BLOCK.back turned over, and their edges nodesets. InputError: as
+// read_mesh() of the file, and as above.
+Mesh read_mesh(const Component& component);
+
 // One per mesh block. InputError: a block named in the scene that the mesh does not have; a block
 // without a material.
 std::vector<BlockProperties> block_properties(const Scene& scene, const Component& component,

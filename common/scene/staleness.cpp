@@ -78,6 +78,9 @@ void compare_blocks(const Scene& scene, const Component& component, const Proven
       const std::string word =
           word_of(hex8_words, own ? own->element.value_or(component.element) : component.element);
       if (in_file.starts_with("hex8")) differences.add("element of block " + block, in_file, word);
+    } else if (what == "thickness") {
+      differences.add("thickness of block " + block, in_file,
+                      own && own->thickness ? number_text(*own->thickness) : "none");
     } else if (material != scene.materials.end()) {
       const Provenance own_numbers = material_provenance(material->second);
       const auto number = own_numbers.find(what);
@@ -125,6 +128,7 @@ Provenance option_provenance(const Component& component, MassKind mass) {
   p["mass"] = word_of(mass_words, std::optional(mass));
   for (const ReductionKey& key : reduction_keys()) {
     if (key.provenance.empty() || !key.goes_with(reduction.basis)) continue;
+    if (key.key == "condense_rotations" && !reduction.condenses_rotations) continue;
     const std::vector<std::string> words = words_of(key, reduction);
     if (!words.empty() || key.key == "interface") p[key.provenance] = join(words);
   }

@@ -70,7 +70,7 @@ Index DrivenBody::track(const std::vector<Index>& nodes) {
   const Index set = inner_->track(nodes);
   std::vector<Index> rows;
   for (std::size_t i = 0; i < nodes.size(); ++i)
-    if (std::find(rotations_.begin(), rotations_.end(), nodes[i]) != rotations_.end())
+    if (std::binary_search(rotations_.begin(), rotations_.end(), nodes[i]))
       rows.push_back(static_cast<Index>(i));
   if (!rows.empty()) rotation_rows_[set] = std::move(rows);
   return set;

@@ -33,6 +33,10 @@ struct Cell {
 // shown by its first 20 nodes.
 Cell cell_of(ElementType type) {
   switch (type) {
+    case ElementType::tri3:
+      return {"Triangle", {0, 1, 2}};
+    case ElementType::quad4:
+      return {"Quadrilateral", {0, 1, 2, 3}};
     case ElementType::tet4:
       return {"Tetrahedron", {0, 1, 2, 3}};
     case ElementType::tet10:
@@ -257,7 +261,8 @@ void FieldWriter::add_block_grids(FieldGrid grid, const std::vector<Block>& bloc
   for (std::size_t b = 0; b < blocks.size(); ++b) {
     const Block& block = blocks[b];
     const Cell cell = cell_of(block.type);
-    if (cell.order.empty() || block.connectivity.rows() == 0) continue;
+    const bool is_left_out = of.mesh && !is_structure(block);
+    if (is_left_out || cell.order.empty() || block.connectivity.rows() == 0) continue;
     grid.name = of.name + part + "." + block.name;
     grid.topology = cell.topology;
     grid.block = &block;
@@ -301,12 +306,22 @@ void FieldWriter::add_instance_grids(const Scene& scene, Index i, Report& report
   const auto& of = built_.instances[i];
   FieldGrid grid;
   grid.instance = i;
-  grid.points = built_.simulation.bodies[i]->reference_positions();
-  grid.node_ids = of.geometry->node_ids;
-  if (of.mesh) return add_block_grids(grid, of.mesh->blocks, of.properties);
-  add_interface_grids(grid);
-  if (!of.parts.front().superelement->recovery.empty()) return add_recovered_grids(scene, grid);
-  if (wanted("stress") || wanted("nodal_stress"))
+  // Nodes of rotations, which come behind all others, are no places
+  const auto n =
+      of.geometry->coordinates.rows() - static_cast<Index>(of.geometry->rotations.size());
+  grid.points = built_.simulation.bodies[i]->reference_positions().topRows(n);
+  grid.node_ids.assign(of.geometry->node_ids.begin(), of.geometry->node_ids.begin() + n);
+  if (of.mesh) add_block_grids(grid, of.mesh->blocks, of.properties);
+  const bool is_recovered = !of.mesh && !of.parts.front().superelement->recovery.empty();
+  if (!of.mesh) add_interface_grids(grid);
+  if (is_recovered) add_recovered_grids(scene, grid);
+  const bool is_stress_wanted = wanted("stress") || wanted("nodal_stress");
+  const bool has_shells = std::any_of(grids_.begin(), grids_.end(), [&](const FieldGrid& other) {
+    return other.instance == i && other.block && dimension(other.block->type) != 3;
+  });
+  if (is_stress_wanted && has_shells)
+    report.line("note: no stress of the shells of '" + of.name + "': it is 0 in the fields");
+  if (is_stress_wanted && !of.mesh && !is_recovered)
     report.line("note: no stress of '" + of.name +
                 "': its superelement has no recovery data (reduction.recovery: true)");
 }
@@ -316,7 +331,7 @@ void FieldWriter::find_materials(const Scene& scene) {
   std::size_t group = 0;
   for (std::size_t g = 0; g < grids_.size(); ++g) {
     FieldGrid& grid = grids_[g];
-    if (!grid.block) continue;
+    if (!grid.block || dimension(grid.block->type) != 3) continue;
     const auto [found, is_new] = elements_.try_emplace(grid.instance);
     if (is_new) {
       found->second = std::make_unique<InstanceElements>(scene, built_.instances[grid.instance],
@@ -335,6 +350,8 @@ FieldWriter::Motion FieldWriter::motion_of(const FieldGrid& grid) const {
   const Body& body = *built_.simulation.bodies[grid.instance];
   if (grid.part < 0) {
     body.displacements(motion.u, motion.v);
+    motion.u.conservativeResize(grid.points.rows(), Eigen::NoChange);
+    motion.v.conservativeResize(grid.points.rows(), Eigen::NoChange);
     return motion;
   }
   const auto& of = built_.instances[grid.instance];
@@ -349,6 +366,8 @@ FieldWriter::Motion FieldWriter::motion_of(const FieldGrid& grid) const {
       u_c[i] = q[of.n_modal + 3 * part.node[s.dof_node[i]] + d];
       u(s.dof_node[i], d) = u_c[i];
     }
+    // Nodes of rotations go where theirs go
+    for (const auto& [node, rotation] : of.geometry->rotations) u.row(rotation) = u.row(node);
     // u_I = Psi u_c + Phi q_k, then to the scene's axes
     const Vector u_I = recovery.Psi * u_c + recovery.Phi * q.segment(part.first_mode, s.k());
     u.bottomRows(u_I.size() / 3) = Eigen::Map<const Points>(u_I.data(), u_I.size() / 3, 3);
@@ -370,6 +389,8 @@ Matrix FieldWriter::stresses(const FieldGrid& grid, const Motion& motion) const 
   const Points& u = motion.turn ? motion.strained : motion.u;
   const auto& of = built_.instances[grid.instance];
   const IndexTable& connectivity = grid.block->connectivity;
+  if (dimension(grid.block->type) != 3)  // of shells it is not computed
+    return Matrix::Zero(connectivity.rows(), n_stress_values);
   const Matrix3& T = of.placement.T;
   Matrix out(connectivity.rows(), 6);
   Points X(connectivity.cols(), 3), u_e(connectivity.cols(), 3);
@@ -389,6 +410,7 @@ Matrix FieldWriter::stresses(const FieldGrid& grid, const Motion& motion) const 
 // stress_values() of each point of the grid in the material of its block, scene axes; 0 where no
 // element of it is.
 Matrix FieldWriter::nodal_stresses(const FieldGrid& grid, const Motion& motion) {
+  if (dimension(grid.block->type) != 3) return Matrix::Zero(grid.points.rows(), n_stress_values);
   const auto& of = built_.instances[grid.instance];
   const Matrix3& T = of.placement.T;
   if (nodal_of_ != grid.instance) {
@@ -416,7 +438,7 @@ Matrix FieldWriter::pressures(const FieldGrid& grid) const {
   Vector of_body = Vector::Zero(built_.simulation.bodies[grid.instance]->n_nodes());
   if (const ContactNodes* contact = contact_of_[grid.instance])
     of_body(contact->nodes) = contact->pressure;
-  if (grid.part < 0) return of_body;
+  if (grid.part < 0) return of_body.head(grid.points.rows());
   const std::vector<Index>& node = of.parts[grid.part].node;
   Matrix out = Matrix::Zero(grid.points.rows(), 1);
   out.topRows(static_cast<Index>(node.size())) = of_body(node);

@@ -209,6 +209,9 @@ void add_stress(const SceneIndex& index, BuiltScene& built) {
                        "' is rigid and has no stress: use as: superelement or mesh");
     auto& elements = known[body];
     if (!elements) elements = std::make_shared<InstanceElements>(scene, of, stress.source);
+    if (elements->groups().empty())
+      throw InputError(stress.source.text() + ": output.stress: instance '" + stress.instance +
+                       "' is of shells alone, whose stress is not computed: take it out");
     const Matrix3& T = of.placement.T;
     const auto add = [&](StressWatch watch) {
       watch.body = body;

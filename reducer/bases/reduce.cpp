@@ -46,7 +46,11 @@ void judge_interior(Reduction& r, const SparseCholesky& factor) {
                      "node with the rest, or is held "
                      "too weakly for a double, as very thin parts are and what an interface nearly "
                      "on one line holds; correct the mesh "
-                     "there or put nodes of that part into the interface");
+                     "there or put nodes of that part into the interface" +
+                     (r.model.n_rotations > 0
+                          ? "; the edge of a shell on solids is a hinge, unless the shell goes on "
+                            "along their faces"
+                          : ""));
   }
   Conditioning& condition = r.figures.condition;
   condition.smallest_pivot = factor.smallest_pivot();
@@ -524,7 +528,8 @@ void condense_and_keep(Reduction& r, Superelement& s) {
 
 // Of the full K, as it was assembled.
 void check_rigid_motions(Reduction& r, const Vector3& center) {
-  const RigidResidual rigid = rigid_residual(r.model.K, rigid_modes(r.x, center));
+  const RigidResidual rigid =
+      rigid_residual(r.model.K, rigid_modes(r.x, center, r.model.n_rotations));
   r.figures.condition.rigid = rigid.value;
   if (rigid.row >= 0)
     r.figures.condition.rigid_node = name_of_node(r.mesh, mesh_node(r, rigid.row / 3));
@@ -534,6 +539,7 @@ void check_rigid_motions(Reduction& r, const Vector3& center) {
 void take(FiniteElementModel&& made, FiniteElementModel& model) {
   model.K.swap(made.K), model.M.swap(made.M);
   model.nodes = std::move(made.nodes), model.row = std::move(made.row);
+  model.n_rotations = made.n_rotations;
 }
 
 // From here on the model has the points in the place of their sets' nodes.
@@ -543,9 +549,24 @@ void take_points_in(Reduction& r) {
     throw InputError(r.options.source.text() +
                      ": reduction.points: the component has several parts, which nothing joins, "
                      "and points need one: give each part a component of its own");
+  if (r.model.n_rotations > 0)
+    throw InputError(r.options.source.text() +
+                     ": reduction.points does not know shells (blocks.NAME.thickness), whose nodes "
+                     "have rotations of their own: name their sets in reduction.interface, which "
+                     "keeps these");
   couple_rigidly(r.mesh, r.settings.points, r.model, r.x);
   r.p.n_points = static_cast<Index>(r.settings.points.size());
   r.part.assign(r.model.nodes.size(), 0);
+}
+
+// Rotations of kept nodes are kept too, unless they are to be condensed. kept: ascending
+void keep_rotations(const Reduction& r, std::vector<Index>& kept) {
+  if (r.options.condenses_rotations) return;
+  const std::vector<Index> nodes = kept;
+  for (Index i = r.model.n_translations(); i < static_cast<Index>(r.model.nodes.size()); ++i)
+    if (std::binary_search(nodes.begin(), nodes.end(),
+                           r.model.row[static_cast<std::size_t>(mesh_node(r, i))]))
+      kept.push_back(i);
 }
 
 // Model nodes of the options' sets, and those of points.
@@ -570,7 +591,7 @@ Superelement reduce_to(const std::vector<Index>* interface, const Mesh& mesh,
     r.part = connected_parts(mesh, r.model);
     if (!settings.is_domain) tell_of_parts(mesh, r.model, r.part, report);
     r.x = mesh.coordinates(r.model.nodes, Eigen::all);
-    s.rigid_body = rigid_body(r.model.M, r.x);
+    s.rigid_body = rigid_body(r.model.M, r.x, r.model.n_rotations);
     check_rigid_motions(r, s.rigid_body.center);
     r.figures.n_dofs = r.model.K.rows();
     take_points_in(r);
@@ -580,6 +601,7 @@ Superelement reduce_to(const std::vector<Index>* interface, const Mesh& mesh,
       for (const Index node : *interface)
         kept.push_back(r.model.row[static_cast<std::size_t>(node)]);
     }
+    if (r.model.n_rotations > 0) keep_rotations(r, kept);
     if (!options.is_characteristic())
       require_memory_for_interface(3 * static_cast<Index>(kept.size()), machine_memory_bytes());
     partition(r.model, kept, r.p);

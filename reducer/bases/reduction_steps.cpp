@@ -21,7 +21,13 @@ std::vector<Index> ids_of(const Reduction& r, const std::vector<Index>& nodes) {
 // Interface nodes that are nodes of the mesh, which come before those of points.
 std::vector<Index> mesh_nodes_on_interface(const Reduction& r) {
   const auto& all = r.p.interface_nodes;
-  return {all.begin(), all.end() - 2 * r.p.n_points};
+  return {all.begin(), all.end() - 2 * r.p.n_points - r.p.interface_rotations};
+}
+
+// The same of the interior.
+std::vector<Index> mesh_nodes_inside(const Reduction& r) {
+  const auto& all = r.p.interior_nodes;
+  return {all.begin(), all.end() - r.p.interior_rotations};
 }
 
 // Mesh node -> its place in [interface nodes; points; interior nodes; nodes of points], or -1.
@@ -34,7 +40,7 @@ std::vector<Index> places(const Reduction& r) {
   };
   add(mesh_nodes_on_interface(r));
   next += r.p.n_points;
-  add(r.p.interior_nodes);
+  add(mesh_nodes_inside(r));
   for (const RigidPoint& point : r.settings.points)
     for (const Index node : point.nodes) place[static_cast<std::size_t>(node)] = next++;
   return place;
@@ -70,8 +76,8 @@ Index mesh_node(const Reduction& r, Index model_node) {
 
 std::string node_of_interior_dof(const Reduction& r, Index dof) {
   const Index node = r.p.interior_nodes[static_cast<std::size_t>(dof / 3)];
-  return name_of_node(r.mesh, r.model.nodes[static_cast<std::size_t>(node)]) + " in " +
-         "xyz"[dof % 3];
+  return name_of_node(r.mesh, r.model.nodes[static_cast<std::size_t>(node)]) +
+         (r.p.is_interior_rotation(dof / 3) ? " turning about " : " in ") + "xyz"[dof % 3];
 }
 
 std::vector<Index> parts_of_nodes(const Reduction& r, const std::vector<Index>& nodes) {
@@ -82,7 +88,8 @@ std::vector<Index> parts_of_nodes(const Reduction& r, const std::vector<Index>& 
 
 std::vector<Index> parts_of_interface(const Reduction& r) {
   std::vector<Index> part = parts_of_nodes(r, r.p.interface_nodes);
-  part.resize(part.size() - static_cast<std::size_t>(r.p.n_points));  // a point is one node
+  // A point is one node, and so is a node with its rotation
+  part.resize(part.size() - static_cast<std::size_t>(r.p.n_points + r.p.interface_rotations));
   return part;
 }
 
@@ -105,16 +112,22 @@ Points coordinates_of(const Reduction& r, const std::vector<Index>& nodes) {
 
 void add_recovery(const Reduction& r, Matrix&& Psi, Matrix&& Phi, Superelement& s) {
   Superelement::Recovery recovery;
-  recovery.node_ids = ids_of(r, r.p.interior_nodes);
-  recovery.coordinates = coordinates_of(r, r.p.interior_nodes);
+  const std::vector<Index> inside = mesh_nodes_inside(r);
+  recovery.node_ids = ids_of(r, inside);
+  recovery.coordinates = coordinates_of(r, inside);
   recovery.Psi = std::move(Psi);
   recovery.Phi = std::move(Phi);
+  if (r.p.interior_rotations > 0) {
+    const auto n = 3 * static_cast<Index>(inside.size());
+    recovery.Psi.conservativeResize(n, Eigen::NoChange);
+    recovery.Phi.conservativeResize(n, Eigen::NoChange);
+  }
   if (r.p.n_interior() == 0)
     recovery.Psi.resize(0, r.p.n_interface()), recovery.Phi.resize(0, s.k());
   add_nodes_of_points(r, recovery);
   const std::vector<Index> place = places(r);
   for (const auto& block : r.mesh.blocks) {
-    if (dimension(block.type) != 3) continue;
+    if (!is_structure(block)) continue;
     recovery.blocks.push_back(block);
     for (Index& node : recovery.blocks.back().connectivity.reshaped())
       node = place[static_cast<std::size_t>(node)];
@@ -134,6 +147,14 @@ void describe_interface(const Reduction& r, Superelement& s) {
   }
   std::vector<Index> place = places(r);
   for (Index& i : place) i = i < x.rows() ? i : -1;
+  // Rotations behind all displacements
+  const auto first = static_cast<std::ptrdiff_t>(nodes.size());
+  for (Index i = 0; i < r.p.interface_rotations; ++i)
+    for (int c = 3; c < 6; ++c) {
+      const Index node = r.p.interface_nodes[static_cast<std::size_t>(first + i)];
+      s.dof_node.push_back(place[static_cast<std::size_t>(mesh_node(r, node))]);
+      s.dof_component.push_back(c);
+    }
   add_interface_sets(r.mesh, place, r.options.interface_sets, s);
   // Nodes that the mesh does not have, numbered above all of its own
   Index id = *std::max_element(r.mesh.node_ids.begin(), r.mesh.node_ids.end());

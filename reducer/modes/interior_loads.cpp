@@ -21,9 +21,10 @@ constexpr double round_off = 1e-10;
 // Place of each mesh node's first dof in u_I (>= 0) or, as -1 - place, in u_C.
 std::vector<Index> places(const Mesh& mesh, const FiniteElementModel& model, const Partition& p) {
   std::vector<Index> place(mesh.node_ids.size(), 0);
-  for (std::size_t i = 0; i < p.interior_nodes.size(); ++i)
+  const Index n = model.n_translations();  // behind them are rotations
+  for (std::size_t i = 0; i < p.interior_nodes.size() && p.interior_nodes[i] < n; ++i)
     place[model.nodes[p.interior_nodes[i]]] = 3 * static_cast<Index>(i);
-  for (std::size_t i = 0; i < p.interface_nodes.size(); ++i)
+  for (std::size_t i = 0; i < p.interface_nodes.size() && p.interface_nodes[i] < n; ++i)
     place[model.nodes[p.interface_nodes[i]]] = -1 - 3 * static_cast<Index>(i);
   return place;
 }

@@ -22,7 +22,10 @@ Matrix unit_strains(const Points& X, const Vector3& center) {
 Matrix spin_moments(const Partition& p, const SparseCholesky& factor, const Points& X_I,
                     const Points& X_C, const Vector3& center, const Matrix& Phi,
                     const Matrix& M_cc) {
-  const Matrix D_I = unit_strains(X_I, center), D_C = unit_strains(X_C, center);
+  Matrix D_I = unit_strains(X_I, center), D_C = unit_strains(X_C, center);
+  // Rotations of shells move their mid-surface not at all
+  D_I.bottomRows(3 * p.interior_rotations).setZero();
+  D_C.bottomRows(3 * p.interface_rotations).setZero();
   const Matrix F_I = p.M_II * D_I + p.M_IC * D_C;
   const Matrix F_C = p.M_CC * D_C + p.M_IC.transpose() * D_I;
   return generalised_forces(p, factor, F_I, F_C, Phi, M_cc);

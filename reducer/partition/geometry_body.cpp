@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "reducer/partition/geometry_body.hpp"
 
+#include "common/fem/elements/shell.hpp"
+
 namespace cbr {
 namespace {
 
@@ -10,16 +12,18 @@ Points points_of(const Mesh& mesh, const Block& block, Index e) {
   return X;
 }
 
-// visit(points about `origin`, n x n consistent mass) of every volume element.
+// visit(points about `origin`, n x n consistent mass) of every solid and shell.
 template <typename Visit>
 void for_each_element(const Mesh& mesh, const std::vector<BlockProperties>& properties,
                       const Vector3& origin, const Visit& visit) {
   for (std::size_t b = 0; b < mesh.blocks.size(); ++b) {
     const Block& block = mesh.blocks[b];
-    if (dimension(block.type) != 3) continue;
+    if (!is_structure(block)) continue;
     for (Index e = 0; e < block.connectivity.rows(); ++e) {
       const Points X = points_of(mesh, block, e);
-      const Matrix M = element_mass(block.type, X, properties[b].material.density);
+      const Matrix M = dimension(block.type) == 3
+                           ? element_mass(block.type, X, properties[b].material.density)
+                           : shell_mass(block.type, X, {properties[b].material, block.thickness});
       visit(Points(X.rowwise() - origin.transpose()), M);
     }
   }

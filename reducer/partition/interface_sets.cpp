@@ -14,7 +14,7 @@ bool all_kept(const std::vector<Index>& nodes, const std::vector<Index>& place) 
 
 bool on_volumes(const Mesh& mesh, const Sideset& sideset) {
   return std::all_of(sideset.sides.begin(), sideset.sides.end(), [&](const Side& side) {
-    return dimension(mesh.blocks[static_cast<std::size_t>(side.block)].type) == 3;
+    return is_structure(mesh.blocks[static_cast<std::size_t>(side.block)]);
   });
 }
 

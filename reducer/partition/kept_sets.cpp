@@ -101,7 +101,7 @@ void check_kept_sets(const Scene& scene, const Component& component, const Super
         return load.kind == Load::Kind::traction && file.nodesets.count(load.surface) > 0 &&
                !has_faces(load.surface);
       });
-  if (!all_kept || any_on_nodes) check_kept_sets(scene, component, read_mesh(component.mesh));
+  if (!all_kept || any_on_nodes) check_kept_sets(scene, component, read_mesh(component));
 }
 
 }  // namespace cbr

@@ -7,6 +7,7 @@
 
 #include "common/base/error.hpp"
 #include "common/fem/connected_parts.hpp"
+#include "common/fem/hinged_shells.hpp"
 #include "common/linalg/dense.hpp"
 
 namespace cbr {
@@ -75,7 +76,9 @@ Index rank_on_interface(const Mesh& mesh, const FiniteElementModel& model, const
   Points x(static_cast<Index>(part.interface.size()), 3);
   for (Index i = 0; i < x.rows(); ++i)
     x.row(i) = (position(part.interface[static_cast<std::size_t>(i)]) - center) / size;
-  return PivotedQr(rigid_modes(x, Vector3::Zero()), collinear).rank();
+  const auto n_rotations = std::count_if(part.interface.begin(), part.interface.end(),
+                                         [&](Index i) { return i >= model.n_translations(); });
+  return PivotedQr(rigid_modes(x, Vector3::Zero(), n_rotations), collinear).rank();
 }
 
 // "; node id 28 of block 'a' and node id 3 of block 'b' are at the same place: ...", or "": a node
@@ -102,7 +105,7 @@ std::string coincidence(const Mesh& mesh, const FiniteElementModel& model,
 std::string name_of_node(const Mesh& mesh, Index node) {
   const std::string id = "node id " + std::to_string(mesh.node_ids[static_cast<std::size_t>(node)]);
   for (const auto& block : mesh.blocks) {
-    if (dimension(block.type) == 3 && (block.connectivity.array() == node).any())
+    if (is_structure(block) && (block.connectivity.array() == node).any())
       return id + " of block '" + block.name + "'";
   }
   return id;
@@ -116,17 +119,7 @@ std::string name_of_node_id(const Mesh& mesh, Index id) {
 
 FiniteElementModel number_nodes(const Mesh& mesh) {
   FiniteElementModel model;
-  model.row.assign(static_cast<std::size_t>(mesh.coordinates.rows()), -1);
-  for (const Block& block : mesh.blocks) {
-    if (dimension(block.type) != 3) continue;
-    for (const Index node : block.connectivity.reshaped())
-      model.row[static_cast<std::size_t>(node)] = 0;
-  }
-  for (std::size_t i = 0; i < model.row.size(); ++i) {
-    if (model.row[i] < 0) continue;
-    model.row[i] = static_cast<Index>(model.nodes.size());
-    model.nodes.push_back(static_cast<Index>(i));
-  }
+  number_nodes(mesh, model);
   if (model.nodes.empty()) throw InputError(no_volume_elements);
   return model;
 }
@@ -154,9 +147,11 @@ std::vector<Index> interface_nodes(const Mesh& mesh, const FiniteElementModel& m
     for (const Index node : nodes) {
       const Index i = model.row[static_cast<std::size_t>(node)];
       if (i < 0) {
-        throw InputError("interface '" + name + "': node id " +
-                         std::to_string(mesh.node_ids[static_cast<std::size_t>(node)]) +
-                         " belongs to no volume element: take it out of the set");
+        throw InputError(
+            "interface '" + name + "': node id " +
+            std::to_string(mesh.node_ids[static_cast<std::size_t>(node)]) +
+            " belongs to no volume element and no shell with a thickness: take it out of "
+            "the set");
       }
       kept[static_cast<std::size_t>(i)] = true;
     }
@@ -182,6 +177,11 @@ void partition(const FiniteElementModel& model, const std::vector<Index>& interf
   std::iota(all.begin(), all.end(), Index{0});
   std::set_difference(all.begin(), all.end(), interface_nodes.begin(), interface_nodes.end(),
                       std::back_inserter(p.interior_nodes));
+  const auto rotations_of = [&](const std::vector<Index>& nodes) {
+    return nodes.end() - std::lower_bound(nodes.begin(), nodes.end(), model.n_translations());
+  };
+  p.interior_rotations = rotations_of(p.interior_nodes);
+  p.interface_rotations = rotations_of(p.interface_nodes);
   const std::vector<Index> I = dofs_of(p.interior_nodes), C = dofs_of(p.interface_nodes);
   const std::vector<Index> local_I = numbering(I, model.K.rows()),
                            local_C = numbering(C, model.K.rows());
@@ -235,7 +235,10 @@ void check_interface_holds(const Mesh& mesh, const FiniteElementModel& model,
                      (part.interface.size() > 1 ? "s" : "") + " on " + name() +
                      ", not three that are off one line: the interior could turn freely about "
                      "them; add nodes to " +
-                     "the interface");
+                     "the interface" +
+                     (partition.interior_rotations > 0
+                          ? ", or keep rotations of shells there (condense_rotations: false)"
+                          : ""));
   }
 }
 
@@ -245,6 +248,7 @@ void tell_of_parts(const Mesh& mesh, const FiniteElementModel& model,
     report.line(report.about() + text);
   if (const std::string text = unjoined_parts(mesh, model, parts); !text.empty())
     report.warning(text);
+  if (const std::string text = hinged_shells(mesh, model); !text.empty()) report.warning(text);
 }
 
 }  // namespace cbr

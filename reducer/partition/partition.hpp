@@ -26,18 +26,26 @@ struct Partition {
   // The last 2 n_points of the interface's nodes are those of points: x, y, z of each one's
   // translation, then of its rotation (rigid_points.hpp). Set before the partition.
   Index n_points = 0;
+  // The last so many of either list are rotations of nodes of shells; none beside points.
+  Index interior_rotations = 0, interface_rotations = 0;
   RigidMotions rigid;  // what the condensation keeps exact; none unless set
 
   // Whether the dofs of the interface's node i are a rotation.
   bool is_rotation(Index i) const {
     const Index first = static_cast<Index>(interface_nodes.size()) - 2 * n_points;
+    if (n_points == 0) return i >= first - interface_rotations;
     return i >= first && (i - first) % 2 == 1;
   }
+  // Those of the interior's node i
+  bool is_interior_rotation(Index i) const {
+    return i >= static_cast<Index>(interior_nodes.size()) - interior_rotations;
+  }
+  bool has_rotations() const { return n_points + interior_rotations + interface_rotations > 0; }
   Index n_interior() const { return K_II.rows(); }
   Index n_interface() const { return K_CC.rows(); }
 };
 
-// The nodes that volume elements use, as assemble() numbers them, without K and M: what questions
+// The nodes that solids and shells use, as assemble() numbers them, without K and M: what questions
 // of connectivity need. InputError: there are none.
 FiniteElementModel number_nodes(const Mesh& mesh);
 

@@ -49,13 +49,16 @@ Matrix motions_of(const Partition& p, const Part& part, const Points& x_I, const
   x.rowwise() -= middle;
   const double size = x.rowwise().norm().maxCoeff();
   Matrix R = rigid_modes(size > 0 ? Points(x / size) : x, Vector3::Zero());
-  if (p.n_points == 0) return R;  // and the partition may have no lists of nodes
-  for (std::size_t i = 0; i < part.interface.size(); ++i) {
-    if (!p.is_rotation(part.interface[i])) continue;
-    auto rows = R.middleRows(3 * static_cast<Index>(part.interior.size() + i), 3);
+  if (!p.has_rotations()) return R;  // and the partition may have no lists of nodes
+  const auto turn = [&](std::size_t row) {
+    auto rows = R.middleRows(3 * static_cast<Index>(row), 3);
     rows.setZero();
     rows.rightCols(3).diagonal().setConstant(size > 0 ? 1 / size : 1);
-  }
+  };
+  for (std::size_t i = 0; i < part.interior.size(); ++i)
+    if (p.is_interior_rotation(part.interior[i])) turn(i);
+  for (std::size_t i = 0; i < part.interface.size(); ++i)
+    if (p.is_rotation(part.interface[i])) turn(part.interior.size() + i);
   return R;
 }
 

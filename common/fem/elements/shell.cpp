@@ -72,4 +72,23 @@ ShellMass shell_lumped_mass(ElementType type, const Points& X, const ShellProper
   return lumped;
 }
 
+Matrix shell_mass(ElementType type, const Points& X, const ShellProperties& shell) {
+  const Plane plane = shell::flatten(type, X);
+  Matrix M = Matrix::Zero(X.rows(), X.rows());
+  for (const shell::PlanePoint& point : shell::plane_points(plane))
+    M += point.weight * point.N * point.N.transpose();
+  return shell.material.density * shell.thickness * plane.length * plane.length * M;
+}
+
+Matrix3 shell_rotary_factors(ElementType type, const Points& X, const ShellProperties& shell) {
+  const Plane plane = shell::flatten(type, X);
+  double area = 0;
+  for (const shell::PlanePoint& point : shell::plane_points(plane)) area += point.weight;
+  area *= plane.length * plane.length;
+  const double of_fibre = shell.thickness * shell.thickness / 12;
+  const Vector3 factors(of_fibre, of_fibre,
+                        std::max(of_fibre, shell::consistent_drilling_area_factor * area));
+  return plane.axes.transpose() * factors.asDiagonal() * plane.axes;
+}
+
 }  // namespace cbr

@@ -23,4 +23,10 @@ struct ShellMass {
 };
 ShellMass shell_lumped_mass(ElementType type, const Points& X, const ShellProperties& shell);
 
+// Consistent: rho t times the integral of N_i N_j, of each translation   (n x n).
+Matrix shell_mass(ElementType type, const Points& X, const ShellProperties& shell);
+// By what to multiply it for rotations about the points' axes: t^2 / 12 about axes in the shell,
+// and about its normal what keeps the drilling rotation from setting explicit steps.
+Matrix3 shell_rotary_factors(ElementType type, const Points& X, const ShellProperties& shell);
+
 }  // namespace cbr

@@ -15,6 +15,9 @@ constexpr double drilling_modulus = 1;
 // Rotary inertia is mass times max(t^2 / 12, this times the element's area): docs/theory.md,
 // "Shells".
 constexpr double rotary_area_factor = 0.125;
+// Of a consistent mass, and of the drilling rotation alone: its squared frequencies are three times
+// those of a lumped one.
+constexpr double consistent_drilling_area_factor = rotary_area_factor / 3;
 
 // Lengths in units of `length`, so that nothing depends on the element's size: x, y in the mean
 // plane, z the height of a node above it (0 for a triangle). Stiffnesses of this folder are in

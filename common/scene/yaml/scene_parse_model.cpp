@@ -131,12 +131,13 @@ std::string parse_material_name(const SceneNode& node, const Scene& scene) {
 }
 
 Component::BlockOptions parse_block(const SceneNode& node, const Scene& scene) {
-  const SceneMap map = node.map({"material", "element"});
+  const SceneMap map = node.map({"material", "element", "thickness"});
   Component::BlockOptions block;
   block.source = node.source();
   if (const auto* material = map.find("material"))
     block.material = parse_material_name(*material, scene);
   if (const auto* element = map.find("element")) block.element = element->one_of(hex8_words);
+  if (const auto* thickness = map.find("thickness")) block.thickness = thickness->positive();
   return block;
 }
 

@@ -22,6 +22,20 @@ std::array<bool, 3> parse_axes(const SceneNode& node) {
   return axes;
 }
 
+// Some of the axes, or none.
+std::array<bool, 3> parse_rotations(const SceneNode& node) {
+  const auto items = node.list_or_one();
+  if (items.size() == 1 && items.front().text() == "none") return {};
+  std::array<bool, 3> axes{};
+  for (const auto& item : items) {
+    const auto axis = item.one_of<std::size_t>({{"x", 0}, {"y", 1}, {"z", 2}});
+    if (axes[axis]) item.fail("'" + item.text() + "' is listed twice: remove one");
+    axes[axis] = true;
+  }
+  if (items.empty()) node.fail("is empty, expected some of x, y, z, or none");
+  return axes;
+}
+
 // A set, or a point, which takes forces and moments.
 void parse_place(const SceneMap& map, const std::string& kind, const Scene& scene, Load& load) {
   const SceneNode* point = map.find("point");
@@ -198,13 +212,15 @@ void parse_skin(const SceneNode& node, const std::filesystem::path& folder, Scen
 void parse_boundary(const SceneNode& node, const std::filesystem::path& folder,
                     const SceneNames& names, Scene& scene) {
   node.for_each_item([&](const SceneNode& item) {
-    const SceneMap map = item.map(
-        {"instance", "nodes", "fix", "displacement", "velocity", "acceleration", "history"});
+    const SceneMap map = item.map({"instance", "nodes", "fix", "rotations", "displacement",
+                                   "velocity", "acceleration", "history"});
     BoundaryCondition condition;
     condition.source = item.source();
     condition.instance = parse_instance_name(map.at("instance"), scene, names);
     condition.nodes = map.at("nodes").text();
     condition.fix = parse_axes(map.at("fix"));
+    if (const auto* rotations = map.find("rotations"))
+      condition.fix_rotations = parse_rotations(*rotations);
     GivenMotion given = parse_motion(map, folder, scene);
     for (std::size_t axis = 0; axis < 3; ++axis)
       if (given.value[static_cast<Index>(axis)] != 0 && !condition.fix[axis])

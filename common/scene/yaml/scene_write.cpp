@@ -91,6 +91,7 @@ bool is_written(const ReductionKey& key, const ReductionOptions& reduction) {
   if (!key.goes_with(reduction.basis)) return false;
   if (key.key == "characteristic.modes") return !reduction.characteristic.is_default_modes;
   if (key.key == "characteristic.shear") return reduction.characteristic.shear;
+  if (key.key == "condense_rotations") return reduction.condenses_rotations;
   if (key.key == "pick") return !reduction.tolerance;
   const bool is_needed = key.key == "interface" && reduction.interface_points.empty();
   return is_needed || !words_of(key, reduction).empty();
@@ -136,6 +137,7 @@ void write_component(const Component& component, std::ostream& out) {
     FlowMap map;
     map.add_if(!options.material.empty(), "material", word(options.material));
     if (options.element) map.add("element", word_of(hex8_words, *options.element));
+    if (options.thickness) map.add("thickness", number_text(*options.thickness));
     out << "      " << word(block) << ": " << map.text() << "\n";
   }
   out << "    element: " << word_of(hex8_words, component.element) << "\n";
@@ -197,6 +199,12 @@ std::string boundary_text(const BoundaryCondition& condition) {
   map.add("instance", word(condition.instance))
       .add("nodes", word(condition.nodes))
       .add("fix", list(axes));
+  if (condition.fix_rotations) {
+    std::vector<std::string> rotations;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      if ((*condition.fix_rotations)[axis]) rotations.push_back(std::string(1, "xyz"[axis]));
+    map.add("rotations", rotations.empty() ? "none" : list(rotations));
+  }
   if (condition.motion == SupportMotion::none) return map.text();
   map.add(word_of(motion_words, condition.motion), vector(condition.value));
   return add_history(condition.history, map).text();

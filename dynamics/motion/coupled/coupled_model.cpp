@@ -108,7 +108,8 @@ CoupledModel coupled_model(const FiniteElementModel& fe, const Points& coordinat
   model.coordinates = coordinates;
   model.K = fe.K;
   model.M = fe.M;
-  model.rigid_body = rigid_body(fe.M, coordinates);
+  for (Index i = fe.n_translations(); i < coordinates.rows(); ++i) model.turning.push_back(i);
+  model.rigid_body = rigid_body(fe.M, coordinates, fe.n_rotations);
   return model;
 }
 
@@ -158,10 +159,8 @@ Matrix rigid_motions(const CoupledModel& model) {
   const Index k = model.n_modal(), n = model.coordinates.rows();
   Matrix R = Matrix::Zero(model.n(), 6);
   R.middleRows(k, 3 * n) = rigid_modes(model.coordinates, model.rigid_body.center);
-  for (const CoupledPart& part : model.parts)  // rotations of points
-    for (std::size_t i = 0; i < part.dof.size(); ++i)
-      if (const int component = part.superelement->dof_component[i]; component > 2)
-        R.row(k + part.dof[i]).setZero(), R(k + part.dof[i], component) = 1;
+  for (const Index node : model.turning)
+    R.middleRows(k + 3 * node, 3) << Matrix3::Zero(), Matrix3::Identity();
   for (Index i = 0; i < model.n_rotations; ++i) R.block<3, 3>(k + 3 * (n + i), 3).setIdentity();
   const std::vector<char> present = present_dofs(model);
   for (std::size_t i = 0; i < present.size(); ++i)

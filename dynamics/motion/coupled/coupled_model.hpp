@@ -34,7 +34,7 @@ struct CoupledModel {
   // N x N, N = 3 (n + n_rotations), both triangles: of meshes and shells, beyond the parts'; 0 x 0:
   // none
   SparseMatrix K, M;
-  std::vector<Index> turning;  // of the n nodes those of rotations of points
+  std::vector<Index> turning;  // of the n nodes those of rotations: of points, and of shells
   RigidBody rigid_body;
 
   Index n_nodal() const { return 3 * (coordinates.rows() + n_rotations); }

@@ -77,16 +77,27 @@ std::vector<HeldDirection> held_directions(const SceneIndex& index, const Instan
   std::map<std::pair<Index, int>, bool> held;
   for (const BoundaryCondition* condition : index.boundary(instance)) {
     const auto& fix = condition->fix;
+    // A node that nothing lets move does not turn, unless the scene says so
     const bool is_whole = fix[0] && fix[1] && fix[2];
+    const auto turns =
+        condition->fix_rotations.value_or(std::array<bool, 3>{is_whole, is_whole, is_whole});
+    bool any = false;
     for (const Index node :
          find_nodes(geometry, instance.name, condition->nodes, condition->source)) {
       for (int c = 0; c < 3; ++c)
         if (fix[c]) held[{node, c}] = true;
-      // A point that nothing lets move does not turn, as a set would not
       const auto rotation = geometry.rotations.find(node);
-      for (int c = 0; c < 3 && is_whole && rotation != geometry.rotations.end(); ++c)
-        held[{rotation->second, c}] = true;
+      if (rotation == geometry.rotations.end()) continue;
+      any = true;
+      for (int c = 0; c < 3; ++c)
+        if (turns[c]) held[{rotation->second, c}] = true;
     }
+    const bool wants_any =
+        condition->fix_rotations.value_or(std::array<bool, 3>()) != std::array<bool, 3>();
+    if (wants_any && !any)
+      throw InputError(condition->source.text() + ": boundary.rotations: no node of '" +
+                       condition->nodes + "' of instance '" + instance.name +
+                       "' has rotations, only those of shells and points have: leave it out");
   }
   const Matrix3 T = instance.transformation();
   std::vector<HeldDirection> list;
@@ -264,6 +275,7 @@ InstanceBody BodyMaker::driven(const Instance& instance, const Geometry& geometr
   DrivenMotion motion = support_motion(index_, instance);
   std::vector<Index> rotations;
   for (const auto& [node, rotation] : geometry.rotations) rotations.push_back(rotation);
+  std::sort(rotations.begin(), rotations.end());
   if (!motion.empty())
     held.body = std::make_unique<DrivenBody>(std::move(held.body), std::move(motion), held.mass,
                                              !scene_.time->is_static, preload_steps(scene_) > 0,

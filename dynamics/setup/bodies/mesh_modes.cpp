@@ -65,12 +65,14 @@ std::shared_ptr<Superelement> mesh_nodes(const MeshedComponent& component) {
   s->node_ids = component.geometry->node_ids;
   s->coordinates = component.geometry->coordinates;
   for (Index i = 0; i < s->coordinates.rows(); ++i) {
+    const int first = i < component.fe->n_translations() ? 0 : 3;
     for (int c = 0; c < 3; ++c) {
       s->dof_node.push_back(i);
-      s->dof_component.push_back(c);
+      s->dof_component.push_back(first + c);
     }
   }
-  s->rigid_body = rigid_body(component.fe->M, component.geometry->coordinates);
+  s->rigid_body =
+      rigid_body(component.fe->M, component.geometry->coordinates, component.fe->n_rotations);
   return s;
 }
 
@@ -104,8 +106,8 @@ MeshModes mesh_modes(const MeshedComponent& component, const std::vector<HeldDir
     }
   }
   form->V = Phi;
-  const Matrix momenta =
-      component.fe->M * rigid_modes(nodes->coordinates, nodes->rigid_body.center);
+  const Matrix momenta = component.fe->M * rigid_modes(nodes->coordinates, nodes->rigid_body.center,
+                                                       component.fe->n_rotations);
   form->E = Phi.transpose() * momenta;
   modes.inertia_ = momenta.leftCols(3);
   modes.nodes = nodes;

@@ -29,6 +29,7 @@ std::map<std::string, BlockProperties> recovered_properties(const Component& com
   for (const ReducedPart& part : of.parts)
     for (const Block& block : part.superelement->recovery.front().blocks)
       if (find_block(names, block.name) < 0) names.blocks.push_back(block);
+  mark_shells(component, names);
   const bool in_scene =
       component.has_mesh && (!component.material.empty() || !may_hold_materials(component.mesh));
   const std::vector<BlockProperties> properties =

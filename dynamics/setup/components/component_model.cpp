@@ -6,6 +6,7 @@
 #include "common/base/error.hpp"
 #include "common/base/format_text.hpp"
 #include "common/fem/connected_parts.hpp"
+#include "common/fem/hinged_shells.hpp"
 #include "common/scene/component_mass.hpp"
 #include "common/scene/left_out_blocks.hpp"
 #include "common/scene/staleness.hpp"
@@ -288,8 +289,18 @@ void refuse_shells_with_points(const Scene& scene, const ReducedComponent& reduc
   for (const auto& [name, plan] : reduced.plans)
     if (plan.has_shells)
       throw InputError(scene.skin->source.text() + ": skin: instance '" + name +
-                       "' (reduction.points) cannot carry shells that act: leave it out of "
-                       "skin.surfaces, or reduce it without points");
+                       "' has nodes with rotations (reduction.points, blocks.NAME.thickness) and "
+                       "cannot carry shells that act: leave it out of skin.surfaces");
+}
+
+// The faces of a skin have rotations of their own, which no shell of the mesh shares.
+void refuse_skin_on_shells(const Scene& scene, const MeshedComponent& meshed) {
+  if (meshed.geometry->rotations.empty()) return;
+  for (const auto& [name, plan] : meshed.plans)
+    if (plan.has_shells)
+      throw InputError(scene.skin->source.text() + ": skin: instance '" + name +
+                       "' has shells of its own (blocks.NAME.thickness) and cannot carry those of "
+                       "a skin that act: leave it out of skin.surfaces");
 }
 
 void check_reduced(const Scene& scene, const Component& component, Report& report) {
@@ -369,7 +380,7 @@ MeshedComponent read_meshed(const SceneIndex& index, const Component& component,
   meshed.modes = options.mesh_modes;
   {
     const auto phase = report.phase("read");
-    meshed.mesh = std::make_shared<Mesh>(read_mesh(component.mesh));
+    meshed.mesh = std::make_shared<Mesh>(read_mesh(component));
     for (const InstanceKind as : {InstanceKind::mesh, InstanceKind::rigid})
       check_uses(set_uses(scene, component, as), *meshed.mesh);
   }
@@ -387,15 +398,19 @@ MeshedComponent read_meshed(const SceneIndex& index, const Component& component,
   meshed.fe = fe;
   if (is_rigid) {
     const auto exact = is_elastic ? assembled(MassKind::consistent) : fe;
-    meshed.rigid_body = rigid_body(exact->M, meshed.mesh->coordinates(exact->nodes, Eigen::all));
+    meshed.rigid_body = rigid_body(exact->M, meshed.mesh->coordinates(exact->nodes, Eigen::all),
+                                   exact->n_rotations);
   }
   if (const std::string text =
           unjoined_parts(*meshed.mesh, *fe, connected_parts(*meshed.mesh, *fe));
       !text.empty())
     report.warning("component '" + component.name + "': " + text);
+  if (const std::string text = hinged_shells(*meshed.mesh, *fe); !text.empty())
+    report.warning("component '" + component.name + "': " + text);
   meshed.body_node = fe->row;
   meshed.geometry = std::make_shared<Geometry>(cbr::geometry_of(*meshed.mesh, *fe));
   meshed.plans = plan_meshes(index, component.name, *meshed.geometry);
+  refuse_skin_on_shells(scene, meshed);
   const auto is_nodal = [](const auto& plan) {
     return plan.second.coordinates == Coordinates::nodal;
   };

@@ -58,6 +58,8 @@ Geometry geometry_of(const Mesh& mesh, const FiniteElementModel& model) {
   Geometry geometry;
   geometry.coordinates = mesh.coordinates(model.nodes, Eigen::all);
   for (const Index node : model.nodes) geometry.node_ids.push_back(mesh.node_ids[node]);
+  for (Index i = model.n_translations(); i < static_cast<Index>(model.nodes.size()); ++i)
+    geometry.rotations[model.row[model.nodes[i]]] = i;
   for (const Sideset& sideset : mesh.sidesets) {
     Surface surface = extract_surface(mesh, sideset);
     for (Index i = 0; i < surface.faces.size(); ++i)
@@ -72,11 +74,15 @@ Geometry geometry_of(const Mesh& mesh, const FiniteElementModel& model) {
   return geometry;
 }
 
-Index interface_point(const Geometry& geometry, const std::string& point) {
-  const auto found = geometry.nodesets.find(point);
-  if (found == geometry.nodesets.end() || found->second.size() != 1) return -1;
-  const Index node = found->second.front();
-  return geometry.rotations.count(node) > 0 ? node : -1;
+Index node_of_point(const Geometry& geometry, const std::string& point, const std::string& set) {
+  for (const std::string* name : {&point, &set}) {
+    if (name == &point && !geometry.reduced) continue;  // what a mesh calls so is another set
+    const auto found = geometry.nodesets.find(*name);
+    if (found == geometry.nodesets.end() || found->second.size() != 1) continue;
+    const Index node = found->second.front();
+    if (geometry.rotations.count(node) > 0) return node;
+  }
+  return -1;
 }
 
 bool is_inside(const Geometry& geometry, const std::string& set) {

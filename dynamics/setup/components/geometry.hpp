@@ -23,8 +23,8 @@ struct Geometry {
   Points coordinates;
   std::map<std::string, Surface> surfaces;
   std::map<std::string, std::vector<Index>> nodesets;
-  // Points of a superelement's interface: the node of x, y, z and that of its rotations. A nodeset
-  // of the point's name has the first.
+  // Of points of a superelement's interface, and of nodes of shells: the node of x, y, z and that
+  // of its rotations, which comes behind all others. A nodeset of a point's name has the first.
   std::map<Index, Index> rotations;
   std::set<std::string> recovered;  // sets that recovery data of a superelement know, inside too
   bool reduced = false;             // a superelement: what it does not keep is not there
@@ -34,8 +34,9 @@ struct Geometry {
 Geometry geometry_of(const Superelement& superelement);
 Geometry geometry_of(const Mesh& mesh, const FiniteElementModel& model);
 
-// The node of x, y, z of a point of the interface; -1: the superelement, or mesh, has none.
-Index interface_point(const Geometry& geometry, const std::string& point);
+// The node of x, y, z of a point that has six dofs: one of the interface, or one whose set is one
+// node with rotations. -1: the point has none.
+Index node_of_point(const Geometry& geometry, const std::string& point, const std::string& set);
 
 // Whether the set is one of recovery data alone, not of the body's nodes.
 bool is_inside(const Geometry& geometry, const std::string& set);

@@ -70,8 +70,8 @@ MotionPlans plan_meshes(const SceneIndex& index, const std::string& component,
     MotionPlan& plan = plans[instance.name];
     plan.has_shells = has_shells(index.scene(), instance, geometry);
     plan.is_held = index.is_held(instance);
-    const bool is_coupled =
-        time.integrator == Integrator::newmark || time.is_static || plan.has_shells;
+    const bool is_coupled = time.integrator == Integrator::newmark || time.is_static ||
+                            plan.has_shells || !geometry.rotations.empty();
     plan.coordinates = is_coupled ? Coordinates::coupled : Coordinates::nodal;
   }
   return plans;

@@ -25,12 +25,12 @@ Vector weights_of(const Geometry& geometry, const std::string& instance,
 AveragePoint average_point(const Instance& instance, const Geometry& geometry,
                            const std::string& name, const Component::Point& point) {
   AveragePoint average;
-  if (const Index node = interface_point(geometry, name); node >= 0) {
+  if (const Index node = node_of_point(geometry, name, point.nodes); node >= 0) {
     average.nodes = {node, geometry.rotations.at(node)};
     average.is_of_interface = true;
     average.hand = instance.mirror.empty() ? 1 : -1;
-    average.at =
-        instance.transformation() * geometry.coordinates.row(node).transpose() + instance.position;
+    const Vector3 at = point.at.value_or(geometry.coordinates.row(node).transpose());
+    average.at = instance.transformation() * at + instance.position;
     return average;
   }
   average.nodes = find_nodes(geometry, instance.name, point.nodes, point.source);
@@ -218,7 +218,7 @@ class LinkMaker {
   // Every motion of the set's nodes but that of a rigid body is held.
   void add_rigid(Index i, const std::string& name, const Component::Point& point) {
     const std::string& instance = index_.scene().instances[i].name;
-    if (interface_point(*built_.instances[i].geometry, name) >= 0) return;  // it is
+    if (node_of_point(*built_.instances[i].geometry, name, point.nodes) >= 0) return;  // it is
     refuse_what_is_held(i, name, point);
     const auto& body = static_cast<const PointedBody&>(*sim_.bodies[i]);
     const Index contact = contact_of_instance_.at(i);
@@ -263,7 +263,8 @@ class LinkMaker {
       refuse(nodes_of(i, condition->nodes, condition->source),
              "'" + condition->nodes + "' under 'boundary'");
     for (const auto& [other, of] : component_of(index_.scene(), instance).points)
-      if (of.rigid && other < name && interface_point(*built_.instances[i].geometry, other) < 0)
+      if (of.rigid && other < name &&
+          node_of_point(*built_.instances[i].geometry, other, of.nodes) < 0)
         refuse(nodes_of(i, of.nodes, of.source), "the rigid point '" + other + "'");
   }
 

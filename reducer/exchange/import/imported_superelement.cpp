@@ -219,18 +219,19 @@ std::vector<Index> places_in(const Mesh& mesh, const std::string& mesh_file,
   const double size =
       (mesh.coordinates.colwise().maxCoeff() - mesh.coordinates.colwise().minCoeff()).norm();
   std::vector<Index> place(mesh.node_ids.size(), -1);
-  std::vector<char> is_point(s.node_ids.size(), 0);  // which the mesh does not have
+  std::vector<char> is_point(s.node_ids.size(), 0);  // which the mesh need not have
   for (std::size_t i = 0; i < s.dof_node.size(); ++i)
     if (s.dof_component[i] > 2) is_point[static_cast<std::size_t>(s.dof_node[i])] = 1;
   for (std::size_t i = 0; i < s.node_ids.size(); ++i) {
-    if (is_point[i] != 0) continue;
     const std::string node = "interface node " + std::to_string(s.node_ids[i]) + " of " + where;
     const auto found = row_of_id.find(s.node_ids[i]);
+    if (found == row_of_id.end() && is_point[i] != 0) continue;
     if (found == row_of_id.end())
       throw InputError(mesh_file + ": has no " + node +
                        ": give --faces the mesh that it was made from");
     const double apart =
         (mesh.coordinates.row(found->second) - s.coordinates.row(static_cast<Index>(i))).norm();
+    if (!(apart <= same_place * size) && is_point[i] != 0) continue;
     if (!(apart <= same_place * size))
       throw InputError(mesh_file + ": " + node + " is " + number_text(apart) +
                        " away from its place in the mesh: give --faces the mesh that it was made "

@@ -44,7 +44,8 @@ TEST(ContentHash, isTheSameForWhatDoesNotMatter) {
       {"    reduction",
        "    element: hex8-incompatible\n    mass: lumped\n    reduction"},  // the defaults
       {"modes: 10",
-       "modes: 10, pick: frequency, domains: 1, recovery: false, basis: craig-bampton"},
+       "modes: 10, pick: frequency, domains: 1, recovery: false, basis: craig-bampton, "
+       "condense_rotations: false"},
       {"  block:\n", "  brick:\n"}};
   for (const auto& [old, with] : same)
     EXPECT_EQ(hash_of(replaced(scene_text, old, with)), hash) << with;
@@ -63,6 +64,9 @@ TEST(ContentHash, differsForWhatMatters) {
       {"core: {element: hex8}", "core: {element: hex8-hourglass}"},
       {"core: {element: hex8}", "hull: {element: hex8}"},
       {"core: {element: hex8}", "core: {element: hex8, material: other}"},
+      {"core: {element: hex8}", "core: {element: hex8, thickness: 0.1}"},
+      {"core: {element: hex8}", "core: {element: hex8, thickness: 0.2}"},
+      {"modes: 10", "modes: 10, condense_rotations: true"},
       {"    reduction", "    element: hex8-hourglass\n    reduction"},
       {"    reduction", "    mass: consistent\n    reduction"},
       {"[a, b]", "[a]"},

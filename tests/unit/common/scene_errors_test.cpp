@@ -143,6 +143,10 @@ const std::vector<Mistake> mistakes = {
      {"history.time: is empty"}},
     {"fix: [x, z]", "fix: [x, x]", {"'x' is listed twice"}},
     {"fix: [x, z]", "fix: []", {"boundary[0].fix: is empty"}},
+    {"rotations: [y]", "rotations: []", {"boundary[0].rotations: is empty", "or none"}},
+    {"rotations: [y]", "rotations: [y, y]", {"boundary[0].rotations", "listed twice"}},
+    {"rotations: [y]", "rotations: [ry]", {"boundary[0].rotations", "'ry'", "x, y, z"}},
+    {"thickness: 0.0025", "thickness: 0", {"blocks.core.thickness", "'0'", "above 0"}},
     {"fix: [x, z]", "fix: [w]", {"unknown value 'w'", "allowed: x, y, z"}},
     // choices
     {"    element: hex8-hourglass",
@@ -210,7 +214,7 @@ const std::vector<Mistake> mistakes = {
      "    material: stel\n    blocks",
      {"impact.yaml:7: components.block.material: unknown material 'stel', did you mean 'steel'? "
       "known: soft stuff, steel"}},
-    {"{material: soft stuff, element: hex8}",
+    {"{material: soft stuff, element: hex8, thickness: 0.0025}",
      "{material: rubber}",
      {"blocks.core.material: unknown material 'rubber'"}},
     {"component: plate",
@@ -407,7 +411,8 @@ const std::vector<Mistake> mistakes = {
     {"surfaces: [contact]", "surfaces: []", {"skin.surfaces: is empty"}},
     {"mesh: meshes/block.msh", "mesh: ''", {"components.block.mesh: found an empty word"}},
     {"mesh: meshes/block.msh", "mesh:", {"components.block.mesh: found nothing, expected a word"}},
-    {"boundary:\n  - {instance: left, nodes: clamp, fix: [x, z], velocity: [0.5, 0, 2], history: "
+    {"boundary:\n  - {instance: left, nodes: clamp, fix: [x, z], rotations: [y], velocity: "
+     "[0.5, 0, 2], history: "
      "{time: [0, 1e-6, 3e-6], value: [0, 1, 0]}}",
      "boundary: {instance: left}",
      {"boundary: found a map, expected a list"}},

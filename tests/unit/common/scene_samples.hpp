@@ -19,7 +19,7 @@ components:
     mesh: meshes/block.msh
     material: steel
     blocks:
-      core: {material: soft stuff, element: hex8}
+      core: {material: soft stuff, element: hex8, thickness: 0.0025}
       "true": {element: hex8-hourglass}
     element: hex8-hourglass
     mass: consistent
@@ -34,7 +34,7 @@ components:
   plate:
     mesh: /elsewhere/plate.e
     material: steel
-    reduction: {interface: contact, cutoff_hz: 2.0e6, domains: 2, second_reduction: {cutoff_hz: 1.5e6}}
+    reduction: {interface: contact, cutoff_hz: 2.0e6, domains: 2, second_reduction: {cutoff_hz: 1.5e6}, condense_rotations: true}
   bare: {mesh: bare.msh, blocks: {all: {material: steel}}}
 instances:
   right: {component: block, as: mesh, position: [0.0381, 0, 0], rotation: [10, -20.5, 1e-3], mirror: x, velocity: [-1, 0.1, 3810], angular_velocity: [1, 2, -3]}
@@ -42,7 +42,7 @@ instances:
   third: {component: bare}
 skin: {surfaces: [contact], youngs_modulus: 6.9e3, poissons_ratio: 0.3, density: 0.11, thickness: 2.5e-10, mesh: skins/skinned.msh}
 boundary:
-  - {instance: left, nodes: clamp, fix: [x, z], velocity: [0.5, 0, 2], history: {time: [0, 1e-6, 3e-6], value: [0, 1, 0]}}
+  - {instance: left, nodes: clamp, fix: [x, z], rotations: [y], velocity: [0.5, 0, 2], history: {time: [0, 1e-6, 3e-6], value: [0, 1, 0]}}
 loads:
   - {instance: left, surface: tip, traction: [-1, 0, 0], history: {time: [0, 3e-7, 6e-7], value: [0, 6.9e8, 0]}}
   - {instance: right, surface: tip.end, force: [0, 0, -100]}

@@ -76,6 +76,9 @@ TEST(Scene, everyKeyOfARunArrives) {
   EXPECT_EQ(scene.skin->thickness, 2.5e-10);
   EXPECT_EQ(scene.skin->mesh, folder / "skins/skinned.msh");
   EXPECT_EQ(scene.boundary.at(0).fix, (std::array<bool, 3>{true, false, true}));
+  EXPECT_EQ(scene.boundary[0].fix_rotations, (std::array<bool, 3>{false, true, false}));
+  EXPECT_EQ(scene.components.at("block").blocks.at("core").thickness, 0.0025);
+  EXPECT_TRUE(scene.components.at("plate").reduction->condenses_rotations);
   EXPECT_EQ(scene.boundary[0].motion, SupportMotion::velocity);
   EXPECT_EQ(scene.boundary[0].value, Vector3(0.5, 0, 2));
   EXPECT_EQ(scene.boundary[0].history.value, (std::vector<double>{0, 1, 0}));

@@ -80,7 +80,7 @@ TEST_F(Words, ShellsAreNotedWithTheirCountAndRefusedWhereTheSceneNamesThem) {
   reduce(scene("fin.exo", "4"));
   EXPECT_EQ(read_superelement(path("box.cbr.h5")).provenance.at("left_out"), "fin (2 quad4)");
   const std::string text = refusal(scene("fin.exo", "4", "blocks: {fin: {material: soft}}, "));
-  for (const char* part : {"scene.yaml:3", "blocks.fin", "2 quad4", "take the block out"})
+  for (const char* part : {"scene.yaml:3", "blocks.fin", "2 quad4", "a thickness", "take it out"})
     EXPECT_NE(text.find(part), std::string::npos) << text;
 }
 
@@ -92,7 +92,7 @@ TEST_F(Words, NodesetsOfNoSolidAreNotedLikeShells) {
   mesh.coordinates.bottomRows(2) << 9, 9, 9, 10, 9, 9;
   mesh.node_ids.insert(mesh.node_ids.end(), {90001, 90002});
   mesh.nodesets.push_back({"beam", 77, {0, n, n + 1}});
-  EXPECT_EQ(left_out_blocks(mesh), "beam (2 of its 3 nodes are of no solid)");
+  EXPECT_EQ(left_out_blocks(mesh), "beam (2 of its 3 nodes are of no element)");
 }
 
 TEST_F(Words, AStaleFileTellsWhichOptionDiffers) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/motion/modal/forms/rigid_form.hpp"
 
+#include <algorithm>
+
 #include "common/base/error.hpp"
 #include "common/linalg/dense.hpp"
 
@@ -10,7 +12,9 @@ std::shared_ptr<const DiagonalForm> rigid_form(const Superelement& nodes,
                                                const std::vector<HeldDirection>& held,
                                                const std::string& where) {
   const RigidBody& body = nodes.rigid_body;
-  const Matrix R = rigid_modes(nodes.coordinates, body.center);  // 3 N x 6
+  const auto n_turning = std::count_if(nodes.dof_component.begin(), nodes.dof_component.end(),
+                                       [](int component) { return component > 2; });
+  const Matrix R = rigid_modes(nodes.coordinates, body.center, n_turning / 3);  // 3 N x 6
   Matrix mass = Matrix::Zero(6, 6);
   mass.topLeftCorner(3, 3).diagonal().setConstant(body.mass);
   mass.bottomRightCorner(3, 3) = body.inertia;

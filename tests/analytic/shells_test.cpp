@@ -1,0 +1,515 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Shells as parts of a mesh, alone and on solids: closed forms, and superelements against meshes.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "common/base/error.hpp"
+#include "common/fem/hinged_shells.hpp"
+#include "dynamics/setup/modal/scene_modes.hpp"
+#include "tests/support/refusal.hpp"
+#include "tests/support/restarted_run.hpp"
+#include "tests/support/scene_run.hpp"
+#include "tests/support/shell_mesh.hpp"
+
+namespace cbr {
+namespace {
+
+using std::numbers::pi;
+using test::at;
+using test::Faces;
+using test::Ran;
+using test::SceneFolder;
+using test::text;
+
+// Blocks `name` (and name_tri where there are both) on the grid, with nodesets of its edges x_0,
+// x_1, y_0, y_1 and of its corner.
+void add_grid(Faces kind, Index n_x, Index n_y, const std::function<Vector3(double, double)>& map,
+              const std::string& name, Mesh& mesh) {
+  const test::ShellMesh grid = test::shell_grid(kind, n_x, n_y, map);
+  const Index first = mesh.coordinates.rows();
+  mesh.coordinates.conservativeResize(first + grid.X.rows(), 3);
+  mesh.coordinates.bottomRows(grid.X.rows()) = grid.X;
+  for (Index i = 0; i < grid.X.rows(); ++i) mesh.node_ids.push_back(first + i + 1);
+  Index element = 0;
+  for (const Block& block : mesh.blocks) element += block.connectivity.rows();
+  Block quads{name, static_cast<Index>(mesh.blocks.size()) + 1, ElementType::quad4, {}, {}};
+  Block triangles{
+      name + (kind == Faces::mixed ? "_tri" : ""), quads.id + 1, ElementType::tri3, {}, {}};
+  for (Index f = 0; f < grid.faces.rows(); ++f) {
+    const bool is_triangle = grid.faces(f, 2) == grid.faces(f, 3);
+    Block& block = is_triangle ? triangles : quads;
+    const Index row = block.connectivity.rows(), n = is_triangle ? 3 : 4;
+    block.connectivity.conservativeResize(row + 1, n);
+    block.connectivity.row(row) = grid.faces.row(f).head(n).array() + first;
+    block.element_ids.push_back(++element);
+  }
+  for (Block& block : {std::ref(quads), std::ref(triangles)})
+    if (block.connectivity.rows() > 0) mesh.blocks.push_back(block);
+  const auto add_set = [&](const std::string& set, const auto& is_in) {
+    Nodeset nodes{set, static_cast<Index>(mesh.nodesets.size()) + 1, {}};
+    for (Index j = 0; j <= n_y; ++j)
+      for (Index i = 0; i <= n_x; ++i)
+        if (is_in(i, j)) nodes.nodes.push_back(first + j * (n_x + 1) + i);
+    mesh.nodesets.push_back(nodes);
+  };
+  add_set("x_0", [&](Index i, Index) { return i == 0; });
+  add_set("x_1", [&](Index i, Index) { return i == n_x; });
+  add_set("y_0", [&](Index, Index j) { return j == 0; });
+  add_set("y_1", [&](Index, Index j) { return j == n_y; });
+  add_set("edges", [&](Index i, Index j) { return i % n_x == 0 || j % n_y == 0; });
+  add_set("corner", [&](Index i, Index j) { return i == n_x && j == n_y; });
+  add_set("tip", [&](Index i, Index j) { return i == n_x && 2 * j == n_y; });
+}
+
+Mesh plate(Faces kind, Index n_x, Index n_y, double l_x, double l_y) {
+  Mesh mesh;
+  add_grid(
+      kind, n_x, n_y, [&](double x, double y) { return Vector3(l_x * x, l_y * y, 0); }, "plate",
+      mesh);
+  return mesh;
+}
+
+// Steel of 10 mm.
+constexpr double E = 2.1e11, nu = 0.3, rho = 7850, t = 0.01;
+const double D = E * t * t * t / 12 / (1 - nu * nu);
+
+struct Shelled {
+  std::string mesh = "plate.exo", thickness = text(t), mass = "consistent", nu = "0.3";
+  std::string blocks = {}, reduction = {}, instance = {}, more = {}, output = {};
+};
+
+std::string yaml(const Shelled& scene) {
+  const std::string blocks =
+      scene.blocks.empty() ? "plate: {thickness: " + scene.thickness + "}" : scene.blocks;
+  return "materials:\n  m: {youngs_modulus: 2.1e11, poissons_ratio: " + scene.nu +
+         ", density: 7850}\ncomponents:\n  part: {mesh: " + scene.mesh +
+         ", material: m, mass: " + scene.mass + ", blocks: {" + blocks + "}" +
+         (scene.reduction.empty() ? "" : ", reduction: {" + scene.reduction + "}") +
+         "}\ninstances:\n  a: {component: part" + scene.instance + "}\n" + scene.more +
+         (scene.output.empty() ? "" : "output: {" + scene.output + "}\n");
+}
+
+class Shells : public ::testing::Test {
+ protected:
+  Vector frequencies(const Shelled& scene, Index n) {
+    return scene_modes(folder.prepare(yaml(scene)).scene, n, report).instances.at(0).frequency_hz;
+  }
+  std::string refusal(const Shelled& scene) {
+    return test::refusal_of([&] { folder.run(yaml(scene)); });
+  }
+
+  SceneFolder folder;
+  Report report{"test", Verbosity::quiet};
+};
+
+double hz(double lambda, double side) {
+  return lambda / (2 * pi * side * side) * std::sqrt(D / (rho * t));
+}
+
+std::string held(const std::string& set, const std::string& fix, const std::string& rotations) {
+  return "  - {instance: a, nodes: " + set + ", fix: " + fix +
+         (rotations.empty() ? "" : ", rotations: " + rotations) + "}\n";
+}
+
+double last(const Series3& series, int axis) {
+  return series.values[series.values.size() - 3 + static_cast<std::size_t>(axis)];
+}
+
+double moved(const Ran& ran, const std::string& set, int axis) {
+  const Series3& series = ran.monitor(set).mean_position;
+  return last(series, axis) - at(series, 0)[axis];
+}
+
+// Square plates: pi^2 (m^2 + n^2) of simple supports, 35.985 and 73.394 clamped (Leissa 1973, doi
+// 10.1016/S0022-460X(73)80371-2). Both masses.
+TEST_F(Shells, PlatesHaveTheirFrequencies) {
+  for (const Faces kind : {Faces::quads, Faces::triangles}) {
+    folder.add("plate.exo", plate(kind, 20, 20, 1, 1));
+    for (const std::string& mass : {std::string("consistent"), std::string("lumped")}) {
+      Shelled scene{.mass = mass};
+      scene.more = "boundary:\n" + held("edges", "[x, y, z]", "none") + "time: {end: 1}\n";
+      const Vector simple = frequencies(scene, 4);
+      const double bound = mass == "lumped" ? 0.02 : 0.01;
+      EXPECT_NEAR(simple(0) / hz(2 * pi * pi, 1), 1, bound) << testing::PrintToString(kind) << mass;
+      EXPECT_NEAR(simple(1) / hz(5 * pi * pi, 1), 1, 2 * bound)
+          << testing::PrintToString(kind) << mass;
+      EXPECT_NEAR(simple(2) / simple(1), 1, 1e-2);
+      EXPECT_NEAR(simple(3) / hz(8 * pi * pi, 1), 1, 3 * bound)
+          << testing::PrintToString(kind) << mass;
+      scene.more = "boundary:\n" + held("edges", "[x, y, z]", "") + "time: {end: 1}\n";
+      const Vector clamped = frequencies(scene, 2);
+      EXPECT_NEAR(clamped(0) / hz(35.985, 1), 1, bound) << testing::PrintToString(kind) << mass;
+      EXPECT_NEAR(clamped(1) / hz(73.394, 1), 1, 2 * bound) << testing::PrintToString(kind) << mass;
+    }
+  }
+}
+
+// A free folded plate: six motions cost nothing, and none besides; mass, centre and inertia.
+TEST_F(Shells, AFoldedPlateIsFree) {
+  Mesh mesh;
+  add_grid(
+      Faces::mixed, 6, 4,
+      [](double x, double y) {
+        const double s = 2 * x - 1;  // folded at the middle by a right angle
+        return s < 0 ? Vector3(s, y, 0) : Vector3(0, y, s);
+      },
+      "plate", mesh);
+  folder.add("plate.exo", mesh);
+  Shelled scene{.blocks = "plate: {thickness: 0.01}, plate_tri: {thickness: 0.01}",
+                .instance = ", rotation: [10, 20, 30], mirror: y"};
+  scene.more = "time: {end: 1}\n";
+  const Vector free = frequencies(scene, 8);
+  EXPECT_EQ((free.array() == 0).count(), 6);
+  EXPECT_GT(free(6), 1);
+  const Ran ran = folder.prepare(yaml(scene));
+  EXPECT_NEAR(ran.mass("a"), 2 * rho * t, 1e-9 * rho * t);
+}
+
+// A strip, no contraction: F L^3 / (3 E I) + F L / (kappa G A).
+TEST_F(Shells, AStripBendsAsABeam) {
+  const double L = 1, b = 0.1, force = 10, I = b * t * t * t / 12;
+  const double bending = force * L * L * L / (3 * E * I),
+               shear = force * L / (5.0 / 6 * E / 2 * b * t);
+  for (const Faces kind : {Faces::quads, Faces::triangles})
+    for (const std::string& time :
+         {std::string("step: 1, static: true"), std::string("integrator: newmark")}) {
+      const bool is_static = time.ends_with("true");
+      if (!is_static && kind == Faces::triangles) continue;
+      folder.add("plate.exo", plate(kind, 20, 1, L, b));
+      Shelled scene{.nu = "0", .output = "history: [a.x_1, a.x_0]"};
+      scene.more = "boundary:\n" + held("x_0", "[x, y, z]", "") +
+                   "loads:\n  - {instance: a, surface: x_1, force: [0, 0, 10], history: {time: [0, "
+                   "20], value: [0, 1]}}\ntime: {end: 20, " +
+                   (is_static ? "step: 20, static: true" : time + ", step: 0.1") + "}\n";
+      const Ran ran = folder.run(yaml(scene));
+      EXPECT_NEAR(moved(ran, "a.x_1", 2), bending + shear,
+                  (is_static ? (kind == Faces::quads ? 1e-8 : 1e-3) : 1e-2) * bending)
+          << testing::PrintToString(kind) << time;
+      EXPECT_EQ(moved(ran, "a.x_0", 2), 0);
+      EXPECT_NEAR(last(ran.body("a").reaction, 2), -10, is_static ? 1e-6 : 0.5);
+    }
+}
+
+// A hinge turns, a clamp does not: the strip on two supports sags by 5 q L^4 / (384 E I), and
+// clamped by a fifth of it. About one axis alone it is a hinge, too.
+TEST_F(Shells, RotationsAreHeldAsTheSceneSays) {
+  const double L = 1, b = 0.1, I = b * t * t * t / 12, q = rho * b * t * 10;
+  folder.add("plate.exo", plate(Faces::quads, 20, 2, L, b));
+  const auto sag = [&](const std::string& rotations) {
+    Shelled scene{.nu = "0", .output = "history: [a.y_0]"};
+    scene.more = "boundary:\n" + held("x_0", "[x, y, z]", rotations) +
+                 held("x_1", "[x, y, z]", rotations) +
+                 "loads:\n  - {gravity: [0, 0, -10]}\ntime: {end: 1, step: 1, static: true}\n";
+    return -moved(folder.run(yaml(scene)), "a.y_0", 2) * 21 / 20;  // of 20 intervals
+  };
+  // The mean of the sag along the strip: q L^4 / (120 E I) hinged and / (720 E I) clamped
+  const double hinged = q * std::pow(L, 4) / (120 * E * I), clamped = hinged / 6;
+  EXPECT_NEAR(sag("none"), hinged, 0.01 * hinged);
+  EXPECT_NEAR(sag("[x, z]"), hinged, 0.01 * hinged);
+  EXPECT_NEAR(sag(""), clamped, 0.02 * clamped);
+  EXPECT_NEAR(sag("[y]"), clamped, 0.02 * clamped);
+}
+
+// A bar of solid with plates on two of its faces, pulled: E A / L of all. The shells share nodes
+// with the solid and have material and thickness of their own.
+Mesh covered_bar(Index n) {
+  Mesh mesh = test::block_mesh({{4 * n, n, n}, {4, 1, 1}});
+  Index element = mesh.blocks[0].connectivity.rows(), id = 2;
+  for (const std::string& face : {std::string("z_min"), std::string("z_max")}) {
+    const Sideset& set = mesh.sidesets[static_cast<std::size_t>(find_sideset(mesh, face))];
+    Block cover{face == "z_max" ? "top" : "bottom", id++, ElementType::quad4, {}, {}};
+    cover.connectivity.resize(static_cast<Index>(set.sides.size()), 4);
+    for (Index f = 0; f < cover.connectivity.rows(); ++f) {
+      const std::vector<Index> nodes = nodes_of_side(mesh, set.sides[static_cast<std::size_t>(f)]);
+      for (Index i = 0; i < 4; ++i) cover.connectivity(f, i) = nodes[static_cast<std::size_t>(i)];
+      cover.element_ids.push_back(++element);
+    }
+    mesh.blocks.push_back(cover);
+  }
+  return mesh;
+}
+
+TEST_F(Shells, PlatesOnASolidPullAndBendWithIt) {
+  folder.add("bar.exo", covered_bar(4));
+  Shelled scene{.mesh = "bar.exo",
+                .nu = "0",
+                .blocks = "top: {thickness: 0.05}, bottom: {thickness: 0.05}",
+                .output = "history: [a.x_max]"};
+  const auto tip = [&](const std::string& force, int axis) {
+    scene.more = "boundary:\n" + held("x_min", "[x, y, z]", "") +
+                 "loads:\n  - {instance: a, surface: x_max, force: " + force +
+                 "}\ntime: {end: 1, step: 1, static: true}\n";
+    return moved(folder.run(yaml(scene)), "a.x_max", axis);
+  };
+  // Shells share the solid's strain along their edges: uniform tension of A = 1 + 2 t
+  // (the force is spread over the solid's face alone, which the ends see: 1 %)
+  EXPECT_NEAR(tip("[1.0e6, 0, 0]", 0), 1e6 * 4 / (E * 1.1), 0.01 * 1e6 * 4 / (E * 1.1));
+  // Bending: I = 1 / 12 + 2 (t / 4 + t^3 / 12), the plates in the solid's faces; shear of the solid
+  const double I = 1.0 / 12 + 2 * (0.05 / 4 + std::pow(0.05, 3) / 12), G = E / 2;
+  const double expected = 64.0 / (3 * E * I) + 4 / (G * 5 / 6);
+  EXPECT_NEAR(tip("[0, 0, 1]", 2), expected, 0.03 * expected);
+}
+
+// With all modes a superelement is its mesh, its rotations kept or condensed.
+TEST_F(Shells, SuperelementsWithAllModesAreTheMesh) {
+  folder.add("plate.exo", plate(Faces::triangles, 5, 3, 1, 0.7));
+  folder.add("bar.exo", covered_bar(2));
+  for (const bool on_solid : {false, true})
+    for (const std::string& rotations : {std::string(), std::string(", condense_rotations: true")})
+      for (const bool is_held : {false, true}) {
+        Shelled mesh{.mass = on_solid ? "lumped" : "consistent"};
+        if (on_solid)
+          mesh.mesh = "bar.exo", mesh.blocks = "top: {thickness: 0.05}, bottom: {thickness: 0.01}";
+        const std::string ends = on_solid ? "[x_min, x_max]" : "[x_0, y_1]";
+        if (is_held && !rotations.empty()) continue;  // nothing holds what is inside
+        mesh.more = (is_held ? "boundary:\n" + held(on_solid ? "x_min" : "x_0", "[x, y, z]", "")
+                             : std::string()) +
+                    "time: {end: 1}\n";
+        // Dofs inside: 15 nodes of the plate; 63 of the bar, 42 of which have rotations. On the
+        // interface 9 and 12 nodes have rotations.
+        const int inside = on_solid ? 63 * 3 + 42 * 3 : 15 * 6, kept = 3 * (on_solid ? 12 : 9);
+        Shelled reduced = mesh;
+        reduced.reduction = "interface: " + ends + rotations + ", modes: " +
+                            std::to_string(rotations.empty() ? inside : inside + kept);
+        const Vector expected = frequencies(mesh, 20), found = frequencies(reduced, 20);
+        for (Index j = 0; j < 20; ++j)
+          EXPECT_NEAR(found(j), expected(j), 1e-7 * expected(19)) << on_solid << rotations << j;
+      }
+}
+
+// A plate on a shaken support under a pulse: mesh and superelement with all modes, in every
+// integrator that both have, and in statics.
+TEST_F(Shells, SuperelementsMoveAsTheMesh) {
+  folder.add("plate.exo", plate(Faces::mixed, 5, 3, 1, 0.7));
+  for (const std::string& time :
+       {std::string("end: 0.01, integrator: newmark, step: 1.0e-4"),
+        std::string("end: 2.0e-3, integrator: central-difference, step: 1.0e-6"),
+        std::string("end: 0.01, step: 5.0e-3, static: true")}) {
+    Shelled mesh{.blocks = "plate: {thickness: 0.01}, plate_tri: {thickness: 0.02}",
+                 .output = "every: 5.0e-4, history: [a.corner, a.x_0]"};
+    const std::string shaken = time.ends_with("true")
+                                   ? ""
+                                   : ", acceleration: [0, 0, 5], history: {time: [0, 1.0e-2], "
+                                     "value: [0, 1]}";
+    mesh.more =
+        "boundary:\n  - {instance: a, nodes: x_0, fix: [x, y, z]" + shaken +
+        "}\nloads:\n  - {instance: a, surface: plate, traction: [0, 0, -1000], history: {time: [0, "
+        "1.0e-3, 2.0e-3], value: [0, 1, 0.5]}}\n  - {instance: a, surface: corner, force: "
+        "[10, 20, 30]}\n  - {gravity: [0, 0, -9.81]}\ntime: {" +
+        time + "}\n";
+    Shelled reduced = mesh;
+    reduced.reduction = "interface: [x_0, corner], modes: 114";
+    const Ran a = folder.run(yaml(mesh)), b = folder.run(yaml(reduced));
+    ASSERT_EQ(a.result.time.size(), b.result.time.size());
+    const Series3 &expected = a.monitor("a.corner").mean_position,
+                  &found = b.monitor("a.corner").mean_position;
+    double worst = 0, scale = 0;
+    for (std::size_t i = 0; i < a.result.time.size(); ++i) {
+      worst = std::max(worst, (at(found, i) - at(expected, i)).norm());
+      scale = std::max(scale, (at(expected, i) - at(expected, 0)).norm());
+    }
+    EXPECT_GT(scale, 1e-6) << time;
+    EXPECT_LT(worst, 1e-6 * scale) << time;
+    EXPECT_LT(test::energy_residual(a.result), 1e-6) << time;
+    EXPECT_LT(test::energy_residual(b.result), 1e-6) << time;
+  }
+}
+
+// A tilted plate falls on a wall and on another plate; momentum, energy and restart.
+TEST_F(Shells, PlatesTouch) {
+  folder.add("plate.exo", plate(Faces::quads, 6, 4, 1, 0.7));
+  for (const std::string& time :
+       {std::string("integrator: exact"), std::string("integrator: newmark, step: 2.0e-5")}) {
+    Shelled scene{.mass = "lumped", .output = "every: 1.0e-4, history: [a.plate, b.plate]"};
+    scene.instance =
+        ", position: [0, 0, 0.06], rotation: [2, 3, 0], velocity: [0, 0, -10]}\n  b: {component: "
+        "part, velocity: [0, 0, 1]";
+    scene.more =
+        "walls:\n  floor: {plane: {point: [0, 0, -0.005], normal: [0, 0, 1]}}\n"
+        "contact:\n  - {between: [a.plate.back, b.plate], friction: 0.2}\n"
+        "  - {between: [b.plate.back, floor]}\ntime: {end: 0.01, " +
+        time + "}\n";
+    const test::RestartedRun both = test::restarted(folder, yaml(scene), 0.004);
+    const Ran& ran = both.whole;
+    EXPECT_LT(test::energy_residual(ran.result), 1e-2) << time;
+    double lowest = 1;
+    for (std::size_t i = 0; i < ran.result.time.size(); ++i)
+      lowest = std::min(lowest, at(ran.monitor("b.plate").mean_position, i)[2]);
+    EXPECT_GT(lowest, -0.005 - 1e-9);
+    // a was thrown back
+    EXPECT_GT(last(ran.body("a").momentum, 2), ran.mass("a"));
+    const auto &whole = ran.monitor("a.plate").mean_position.values,
+               &rest = both.rest.monitor("a.plate").mean_position.values;
+    ASSERT_GE(whole.size(), rest.size());
+    EXPECT_TRUE(std::equal(rest.rbegin(), rest.rend(), whole.rbegin())) << time;
+  }
+}
+
+// A free superelement turns by any angle: angular momentum and energy stay.
+TEST_F(Shells, SuperelementsTurn) {
+  folder.add("plate.exo", plate(Faces::quads, 6, 4, 1, 0.7));
+  for (const std::string& rotations : {std::string(), std::string(", condense_rotations: true")}) {
+    Shelled scene{.reduction = "interface: [x_0, x_1], modes: 10" + rotations,
+                  .instance = ", angular_velocity: [3, 5, 7]",
+                  .output = "every: 0.02, history: [a.x_0]"};
+    scene.more = "time: {end: 0.1, rotations: large}\n";
+    const Ran ran = folder.run(yaml(scene));
+    const Series3& L = ran.body("a").angular_momentum;
+    const std::size_t n = ran.result.time.size();
+    EXPECT_LT((at(L, n - 1) - at(L, 0)).norm(), 1e-9 * at(L, 0).norm());
+    EXPECT_GT(at(L, 0).norm(), 1);
+    EXPECT_LT(test::energy_residual(ran.result), 1e-6);
+  }
+}
+
+// A rigid plate has the inertia of the shells, and falls.
+TEST_F(Shells, ARigidPlateFalls) {
+  folder.add("plate.exo", plate(Faces::quads, 6, 4, 1, 0.7));
+  Shelled scene{.instance = ", as: rigid", .output = "history: [a.x_0], every: 0.1"};
+  scene.more = "loads:\n  - {gravity: [0, 0, -10]}\ntime: {end: 0.1, step: 1.0e-3}\n";
+  const Ran ran = folder.run(yaml(scene));
+  EXPECT_NEAR(moved(ran, "a.x_0", 2), -0.05, 1e-6);
+  EXPECT_NEAR(ran.mass("a"), 0.7 * rho * t, 1e-9);
+}
+
+// A moment on one node bends a strip by M L^2 / (2 E I), as mesh and as superelement, turned and
+// mirrored; a link to the ground clamps that node.
+TEST_F(Shells, APointOnOneNodeHasItsRotations) {
+  const double L = 1, b = 0.1, I = b * t * t * t / 12;
+  folder.add("plate.exo", plate(Faces::quads, 20, 2, L, b));
+  for (const std::string& kind : {std::string(), std::string("interface: [x_0, tip], modes: 4")})
+    for (const std::string& place : {std::string(), std::string(", mirror: y")}) {
+      Shelled scene{.nu = "0", .reduction = kind, .instance = place, .output = "history: [a.end]"};
+      scene.blocks = "plate: {thickness: 0.01}}, points: {end: {surface: tip}";
+      scene.more =
+          "boundary:\n" + held("x_0", "[x, y, z]", "") +
+          "loads:\n  - {instance: a, point: end, moment: [0, 10, 0]}\ntime: {end: 1, step: "
+          "1, static: true}\n";
+      const Ran ran = folder.run(yaml(scene));
+      const double sag = 10 * L * L / (2 * E * I), angle = 10 * L / (E * I);
+      EXPECT_NEAR(moved(ran, "a.end", 2), -sag, 0.01 * sag) << kind << place;
+      EXPECT_NEAR(last(ran.monitor("a.end").rotation, 1), angle, 0.1 * angle) << kind << place;
+      scene.more = "links:\n  - {between: [a.end, ground]}\nboundary:\n" +
+                   held("x_0", "[x, y, z]", "") +
+                   "loads:\n  - {gravity: [0, 0, -10]}\ntime: {end: 1, step: 1, static: true}\n";
+      const Ran welded = folder.run(yaml(scene));
+      EXPECT_NEAR(last(welded.monitor("a.end").rotation, 1), 0, 1e-12);
+      EXPECT_NEAR(moved(welded, "a.end", 2), 0, 1e-12);
+    }
+}
+
+// A fin on one line of a solid is hinged, which is told; a ring of shells, or a cover, is not.
+TEST_F(Shells, HingesOnSolidsAreTold) {
+  Mesh mesh = test::block_mesh({{2, 1, 1}});
+  const Index n = mesh.coordinates.rows();
+  const std::vector<Index> top = set_nodes(mesh, "z_max");
+  std::vector<Index> line;
+  for (const Index node : top)
+    if (mesh.coordinates(node, 1) == 0) line.push_back(node);
+  ASSERT_EQ(line.size(), 3u);
+  mesh.coordinates.conservativeResize(n + 3, 3);
+  Block fin{"fin", 9, ElementType::quad4, IndexTable(2, 4), {91, 92}};
+  for (Index i = 0; i < 3; ++i) {
+    mesh.coordinates.row(n + i) = mesh.coordinates.row(line[static_cast<std::size_t>(i)]);
+    mesh.coordinates(n + i, 2) += 0.5;
+    mesh.node_ids.push_back(1000 + i);
+  }
+  fin.connectivity << line[0], line[1], n + 1, n, line[1], line[2], n + 2, n + 1;
+  mesh.blocks.push_back(fin);
+  FiniteElementModel model;
+  number_nodes(mesh, model);
+  EXPECT_EQ(hinged_shells(mesh, model), "");  // no thickness: no shells
+  mesh.blocks.back().thickness = 0.1;
+  number_nodes(mesh, model);
+  EXPECT_EQ(model.n_rotations, 6);
+  const std::string text = hinged_shells(mesh, model);
+  EXPECT_EQ(text.find("shells of block 'fin' share 3 nodes with solids, all on one line"), 0u)
+      << text;
+  mesh = covered_bar(1);
+  for (Block& block : mesh.blocks)
+    if (dimension(block.type) == 2) block.thickness = 0.1;
+  number_nodes(mesh, model);
+  EXPECT_EQ(hinged_shells(mesh, model), "");
+}
+
+// Faces of a block are surfaces of both senses, and sidesets of edges are nodesets.
+TEST_F(Shells, FacesAndEdgesAreSets) {
+  Mesh mesh = plate(Faces::quads, 2, 1, 2, 1);
+  mesh.sidesets.push_back({"rim", 7, {{0, 0, 3}, {0, 1, 3}}});
+  mesh.sidesets.push_back({"half", 8, {{0, 1, 2}}});
+  folder.add("plate.exo", mesh);
+  Component component;
+  component.name = "part", component.mesh = folder.folder() / "plate.exo";
+  component.blocks["plate"].thickness = t;
+  const Mesh read = read_mesh(component);
+  EXPECT_EQ(read.blocks[0].thickness, t);
+  ASSERT_EQ(read.sidesets.size(), 3u);
+  EXPECT_LT(find_sideset(read, "rim"), 0);
+  ASSERT_GE(find_nodeset(read, "rim"), 0);
+  EXPECT_EQ(set_nodes(read, "rim"), (std::vector<Index>{0, 1, 2}));
+  const auto sides = [&](const std::string& name) {
+    return read.sidesets[static_cast<std::size_t>(find_sideset(read, name))].sides;
+  };
+  EXPECT_EQ(sides("plate"), (std::vector<Side>{{0, 0, 1}, {0, 1, 1}}));
+  EXPECT_EQ(sides("plate.back"), (std::vector<Side>{{0, 0, 2}, {0, 1, 2}}));
+  EXPECT_EQ(sides("half"), (std::vector<Side>{{0, 1, 2}}));
+  component.blocks.clear();
+  EXPECT_EQ(read_mesh(component).sidesets.size(), 2u);
+}
+
+TEST_F(Shells, WhatCannotBeIsRefusedByName) {
+  Mesh mesh = plate(Faces::quads, 4, 4, 1, 1);
+  folder.add("plate.exo", mesh);
+  folder.add("bar.exo", covered_bar(2));
+  const auto expect = [&](const Shelled& scene, const std::vector<std::string>& words) {
+    const std::string found = refusal(scene);
+    for (const std::string& word : words) EXPECT_NE(found.find(word), std::string::npos) << found;
+  };
+  const std::string run = "time: {end: 1, step: 1, static: true}\n";
+  Shelled scene{.more = run};
+  const auto with = [&](const auto& change) {
+    Shelled changed = scene;
+    change(changed);
+    return changed;
+  };
+  expect(with([](Shelled& s) { s.mesh = "bar.exo", s.blocks = "block: {thickness: 1}"; }),
+         {"components.part.blocks.block.thickness", "hex8", "only tri3 and quad4"});
+  expect(with([](Shelled& s) { s.blocks = "plate: {element: hex8}"; }),
+         {"blocks.plate", "quad4", "add thickness"});
+  expect(with([](Shelled& s) { s.blocks = "plat: {thickness: 1}"; }), {"no block 'plat'", "plate"});
+  expect(with([](Shelled& s) { s.reduction = "interface: x_0, modes: 4, domains: 2"; }),
+         {"domains", "does not know shells", "domains: 1"});
+  expect(with([](Shelled& s) { s.reduction = "interface: x_0, basis: massless, modes: 4"; }),
+         {"basis: massless", "does not know shells", "craig-bampton"});
+  expect(
+      with([](Shelled& s) { s.reduction = "interface: x_0, condense_rotations: true, modes: 4"; }),
+      {"not three that are off one line", "condense_rotations: false"});
+  expect(with([](Shelled& s) {
+           s.mesh = "bar.exo", s.blocks = "block: {element: hex8}";
+           s.reduction = "interface: x_min, condense_rotations: true, modes: 4";
+         }),
+         {"condense_rotations", "no shells"});
+  expect(with([&](Shelled& s) {
+           s.mesh = "bar.exo", s.blocks = "block: {element: hex8}";
+           s.more = "boundary:\n" + held("x_min", "[x]", "[y]") + run;
+         }),
+         {"boundary.rotations", "'x_min'", "leave it out"});
+  expect(with([&](Shelled& s) {
+           s.more =
+               "skin: {surfaces: [plate], youngs_modulus: 1, poissons_ratio: 0, density: 1, "
+               "thickness: 1, mesh: skinned.exo}\n" +
+               run;
+         }),
+         {"skin", "shells of its own"});
+  expect(with([&](Shelled& s) { s.output = "stress: [a.x_0]"; }),
+         {"output.stress", "shells alone"});
+}
+
+}  // namespace
+}  // namespace cbr
