@@ -6,7 +6,7 @@
 
 #include "tests/unit/common/scene_samples.hpp"
 
-namespace cbr {
+namespace cbr::scene_errors_test {
 namespace {
 
 using test::full_scene;
@@ -536,4 +536,4 @@ TEST(SceneErrors, noDamageDoesMoreThanBeRefused) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::scene_errors_test
