@@ -13,7 +13,7 @@
 #include "reducer/partition/partition.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
 
-namespace cbr::test {
+namespace cbr::test::accelerated_interface_test {
 namespace {
 
 constexpr double L = 2, width = 0.3, E = 50, rho = 3, a = 0.7;  // a: acceleration of the interface
@@ -152,4 +152,4 @@ TEST_P(AcceleratedInterface, FreeBarPushedAtItsInterface) {
 }
 
 }  // namespace
-}  // namespace cbr::test
+}  // namespace cbr::test::accelerated_interface_test

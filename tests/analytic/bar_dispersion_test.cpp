@@ -10,7 +10,7 @@
 #include "common/fem/assembly.hpp"
 #include "tests/unit/common/elements/box_mesh.hpp"
 
-namespace cbr::test {
+namespace cbr::test::bar_dispersion_test {
 namespace {
 
 class BarDispersion : public testing::TestWithParam<std::tuple<Hex8Formulation, MassKind>> {};
@@ -41,4 +41,4 @@ INSTANTIATE_TEST_SUITE_P(All, BarDispersion,
                                           testing::Values(MassKind::consistent, MassKind::lumped)));
 
 }  // namespace
-}  // namespace cbr::test
+}  // namespace cbr::test::bar_dispersion_test

@@ -24,7 +24,7 @@
 
 #include "tests/support/bars.hpp"
 
-namespace cbr {
+namespace cbr::bar_impact_test {
 namespace {
 
 using test::Bar;
@@ -280,4 +280,4 @@ TEST(BarImpact, MoreModesComeToTheFullMesh) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::bar_impact_test

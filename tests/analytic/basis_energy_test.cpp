@@ -13,7 +13,7 @@
 #include "dynamics/output/summary/basis_energy.hpp"
 #include "tests/support/scene_run.hpp"
 
-namespace cbr {
+namespace cbr::basis_energy_test {
 namespace {
 
 using test::Ran;
@@ -140,4 +140,4 @@ TEST(BasisEnergy, IsToldApartFromFrictionAndCommonMotion) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::basis_energy_test

@@ -8,7 +8,7 @@
 #include "tests/support/solve.hpp"
 #include "tests/unit/common/elements/box_mesh.hpp"
 
-namespace cbr::test {
+namespace cbr::test::block_frequencies_test {
 namespace {
 
 const Vector3 size(0.0508, 0.0254, 0.0381);
@@ -74,4 +74,4 @@ INSTANTIATE_TEST_SUITE_P(Elements, Converged,
                                          Case{ElementType::hex8, {20, 10, 15}, 8e-3}));
 
 }  // namespace
-}  // namespace cbr::test
+}  // namespace cbr::test::block_frequencies_test

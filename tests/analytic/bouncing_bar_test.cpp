@@ -15,7 +15,7 @@
 
 #include "tests/support/bars.hpp"
 
-namespace cbr {
+namespace cbr::bouncing_bar_test {
 namespace {
 
 using test::Bar;
@@ -161,4 +161,4 @@ TEST(BouncingBar, MoreModesAreNearer) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::bouncing_bar_test

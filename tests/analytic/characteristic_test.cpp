@@ -12,7 +12,7 @@
 #include "tests/support/refusal.hpp"
 #include "tests/support/scene_run.hpp"
 
-namespace cbr {
+namespace cbr::characteristic_test {
 namespace {
 
 using test::Ran;
@@ -259,4 +259,4 @@ TEST(CharacteristicContact, TiedFacesAndHeldNodesAreKept) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::characteristic_test

@@ -13,7 +13,7 @@
 
 #include "tests/support/contact_scene.hpp"
 
-namespace cbr {
+namespace cbr::contact_invariance_test {
 namespace {
 
 using test::BodyPart;
@@ -199,4 +199,4 @@ TEST(Invariance, OfWhichOfTwoEqualBodiesIsNamedFirst) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::contact_invariance_test

@@ -14,7 +14,7 @@
 
 #include "tests/support/contact_scene.hpp"
 
-namespace cbr {
+namespace cbr::contact_momentum_test {
 namespace {
 
 using test::at;
@@ -155,4 +155,4 @@ TEST(ContactMomentum, CoarseRoundBodiesBounceAsFromAPlate) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::contact_momentum_test

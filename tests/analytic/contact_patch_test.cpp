@@ -14,7 +14,7 @@
 #include "tests/support/solve.hpp"
 #include "tests/unit/common/elements/box_mesh.hpp"
 
-namespace cbr::test {
+namespace cbr::test::contact_patch_test {
 namespace {
 
 constexpr double pressure = 3;
@@ -269,4 +269,4 @@ TEST(ContactPatch, FacesOfSecondOrderStrikeEachOther) {
 }
 
 }  // namespace
-}  // namespace cbr::test
+}  // namespace cbr::test::contact_patch_test

@@ -8,7 +8,7 @@
 
 #include "tests/support/bars.hpp"
 
-namespace cbr {
+namespace cbr::cradle_test {
 namespace {
 
 using test::Bar;
@@ -78,4 +78,4 @@ TEST(Cradle, LastBarLeavesWithTheSpeedOfTheFirst) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::cradle_test

@@ -13,7 +13,7 @@
 #include "common/files/state_archive.hpp"
 #include "tests/support/scene_run.hpp"
 
-namespace cbr {
+namespace cbr::damping_test {
 namespace {
 
 using test::at;
@@ -353,4 +353,4 @@ TEST_F(OfDamping, WhatCannotBeIsRefusedByName) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::damping_test

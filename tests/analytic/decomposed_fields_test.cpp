@@ -11,7 +11,7 @@
 #include "dynamics/output/fields.hpp"
 #include "tests/support/scene_run.hpp"
 
-namespace cbr::test {
+namespace cbr::test::decomposed_fields_test {
 namespace {
 
 // in steps far above round-off, far below the distance of nodes
@@ -123,4 +123,4 @@ TEST_P(DecomposedFields, AreThoseOfThePartInOnePiece) {
 }
 
 }  // namespace
-}  // namespace cbr::test
+}  // namespace cbr::test::decomposed_fields_test

@@ -8,7 +8,7 @@
 
 #include "tests/support/scene_run.hpp"
 
-namespace cbr::test {
+namespace cbr::test::decomposition_test {
 namespace {
 
 // Warped, so that no two domains are alike.
@@ -128,4 +128,4 @@ INSTANTIATE_TEST_SUITE_P(Integrators, Decomposition,
                          });
 
 }  // namespace
-}  // namespace cbr::test
+}  // namespace cbr::test::decomposition_test

@@ -13,7 +13,7 @@
 #include "common/files/state_archive.hpp"
 #include "tests/support/scene_run.hpp"
 
-namespace cbr {
+namespace cbr::driven_test {
 namespace {
 
 using test::at;
@@ -349,4 +349,4 @@ TEST_F(SupportsThatMove, WhatCannotBeIsRefusedByName) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::driven_test

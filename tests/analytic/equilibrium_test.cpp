@@ -13,7 +13,7 @@
 #include "common/files/state_archive.hpp"
 #include "tests/support/scene_run.hpp"
 
-namespace cbr {
+namespace cbr::equilibrium_test {
 namespace {
 
 using test::at;
@@ -237,4 +237,4 @@ INSTANTIATE_TEST_SUITE_P(Kinds, Statics, ::testing::ValuesIn(kinds), [](const au
 });
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::equilibrium_test

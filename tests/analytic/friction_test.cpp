@@ -15,7 +15,7 @@
 #include "tests/support/graded_ball.hpp"
 #include "tests/support/scene_run.hpp"
 
-namespace cbr::test {
+namespace cbr::test::friction_test {
 namespace {
 
 // A block of 1 x 0.5 x 0.25 m that is laid on a slope. No Poisson's ratio: it must not spread, so
@@ -363,4 +363,4 @@ TEST(ObliqueImpact, StickingBall) {
 }
 
 }  // namespace
-}  // namespace cbr::test
+}  // namespace cbr::test::friction_test

@@ -18,7 +18,7 @@
 #include "tests/support/scene_run.hpp"
 #include "tests/support/solve.hpp"
 
-namespace cbr::test {
+namespace cbr::test::harmonic_test {
 namespace {
 
 using Complex = std::complex<double>;
@@ -232,4 +232,4 @@ TEST_F(Harmonic, WhatCannotBeIsRefused) {
 }
 
 }  // namespace
-}  // namespace cbr::test
+}  // namespace cbr::test::harmonic_test

@@ -11,7 +11,7 @@
 #include "tests/support/hertz.hpp"
 #include "tests/support/scene_run.hpp"
 
-namespace cbr::test {
+namespace cbr::test::hertz_test {
 namespace {
 
 constexpr double start_gap = 1e-8, core = 0.5e-3;
@@ -336,4 +336,4 @@ TEST(Hertz, NonMatchingNodeFace) { non_matching("formulation: node-face", {4, 6,
 TEST(Hertz, NonMatchingMortar) { non_matching("formulation: mortar", {4, 6}, 0.015); }
 
 }  // namespace
-}  // namespace cbr::test
+}  // namespace cbr::test::hertz_test

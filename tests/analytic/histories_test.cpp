@@ -13,7 +13,7 @@
 #include "common/base/error.hpp"
 #include "tests/support/scene_run.hpp"
 
-namespace cbr {
+namespace cbr::histories_test {
 namespace {
 
 using test::at;
@@ -198,4 +198,4 @@ TEST_F(OfHistories, WhatCannotBeIsRefusedByName) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::histories_test

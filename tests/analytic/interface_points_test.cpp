@@ -14,7 +14,7 @@
 #include "dynamics/setup/modal/scene_modes.hpp"
 #include "tests/support/scene_run.hpp"
 
-namespace cbr {
+namespace cbr::interface_points_test {
 namespace {
 
 using test::at;
@@ -361,4 +361,4 @@ TEST_F(InterfacePoints, WhatCannotBeIsRefusedByName) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::interface_points_test

@@ -16,7 +16,7 @@
 #include "dynamics/setup/modal/scene_modes.hpp"
 #include "tests/support/scene_run.hpp"
 
-namespace cbr {
+namespace cbr::joints_test {
 namespace {
 
 using test::at;
@@ -446,4 +446,4 @@ INSTANTIATE_TEST_SUITE_P(Kinds, Joints, ::testing::ValuesIn(kinds), [](const aut
 });
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::joints_test

@@ -11,7 +11,7 @@
 #include "common/base/error.hpp"
 #include "tests/support/scene_run.hpp"
 
-namespace cbr {
+namespace cbr::links_test {
 namespace {
 
 using test::at;
@@ -213,4 +213,4 @@ INSTANTIATE_TEST_SUITE_P(Kinds, Links, ::testing::ValuesIn(kinds), [](const auto
 });
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::links_test

@@ -9,7 +9,7 @@
 #include "common/base/error.hpp"
 #include "tests/support/scene_run.hpp"
 
-namespace cbr {
+namespace cbr::mass_scaling_test {
 namespace {
 
 using test::at;
@@ -129,4 +129,4 @@ output: {every: 0.5, history: [one.x_min, one.x_max]}
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::mass_scaling_test

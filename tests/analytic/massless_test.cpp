@@ -9,7 +9,7 @@
 #include "tests/support/refusal.hpp"
 #include "tests/support/scene_run.hpp"
 
-namespace cbr {
+namespace cbr::massless_test {
 namespace {
 
 using test::Ran;
@@ -399,4 +399,4 @@ TEST(BouncingBar, TaperedModesDoNotAskForALuckyNumber) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::massless_test

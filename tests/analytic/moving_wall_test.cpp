@@ -12,7 +12,7 @@
 #include "common/files/state_archive.hpp"
 #include "tests/support/scene_run.hpp"
 
-namespace cbr {
+namespace cbr::moving_wall_test {
 namespace {
 
 using test::at;
@@ -208,4 +208,4 @@ TEST_F(MovingWall, WhatCannotBeIsRefusedByName) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::moving_wall_test

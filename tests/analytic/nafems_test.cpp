@@ -6,7 +6,7 @@
 #include "tests/support/solve.hpp"
 #include "tests/unit/common/elements/box_mesh.hpp"
 
-namespace cbr::test {
+namespace cbr::test::nafems_test {
 namespace {
 
 const Material steel = {200e9, 0.3, 8000};
@@ -74,4 +74,4 @@ TEST(ThinPlate, Fv12) {
 }
 
 }  // namespace
-}  // namespace cbr::test
+}  // namespace cbr::test::nafems_test

@@ -9,7 +9,7 @@
 
 #include "tests/support/bars.hpp"
 
-namespace cbr {
+namespace cbr::newmark_contact_test {
 namespace {
 
 using test::at;
@@ -413,4 +413,4 @@ TEST(NewmarkContact, MeshesComeToTheWavesAsSuperelementsDo) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::newmark_contact_test

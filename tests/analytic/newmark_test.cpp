@@ -13,7 +13,7 @@
 
 #include "tests/support/scene_run.hpp"
 
-namespace cbr {
+namespace cbr::newmark_test {
 namespace {
 
 using test::at;
@@ -177,4 +177,4 @@ TEST(Newmark, AverageAccelerationKeepsTheEnergyAtAnyStep) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::newmark_test

@@ -12,7 +12,7 @@
 #include "tests/support/restarted_run.hpp"
 #include "tests/support/scene_run.hpp"
 
-namespace cbr {
+namespace cbr::rigid_test {
 namespace {
 
 using test::at;
@@ -213,4 +213,4 @@ TEST_F(Rigid, IsRefusedWhatOnlyElasticBodiesHave) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::rigid_test

@@ -19,7 +19,7 @@
 #include "dynamics/output/linear_results.hpp"
 #include "tests/support/scene_run.hpp"
 
-namespace cbr {
+namespace cbr::scene_modes_test {
 namespace {
 
 using test::SceneFolder;
@@ -277,4 +277,4 @@ TEST_F(OfScene, ShapesAreFieldsOfModalMassOne) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::scene_modes_test

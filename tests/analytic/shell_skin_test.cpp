@@ -9,7 +9,7 @@
 
 #include "tests/support/scene_run.hpp"
 
-namespace cbr {
+namespace cbr::shell_skin_test {
 namespace {
 
 using test::at;
@@ -302,4 +302,4 @@ TEST(Skin, TurnsWithTheInstance) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::shell_skin_test

@@ -12,7 +12,7 @@
 
 #include "tests/support/scene_run.hpp"
 
-namespace cbr {
+namespace cbr::spin_test {
 namespace {
 
 using test::at;
@@ -153,4 +153,4 @@ TEST(Spin, WithoutMomentsABodyTurnsAndSaysSo) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::spin_test

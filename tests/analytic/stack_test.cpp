@@ -9,7 +9,7 @@
 
 #include "tests/support/scene_run.hpp"
 
-namespace cbr {
+namespace cbr::stack_test {
 namespace {
 
 using test::at;
@@ -140,4 +140,4 @@ TEST(Stack, TenBlocksRestWithFriction) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::stack_test

@@ -13,7 +13,7 @@
 #include "tests/support/refusal.hpp"
 #include "tests/support/scene_run.hpp"
 
-namespace cbr {
+namespace cbr::statics_test {
 namespace {
 
 using test::Ran;
@@ -316,4 +316,4 @@ TEST(Statics, FrictionNeedsThoseAlongTheFace) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::statics_test

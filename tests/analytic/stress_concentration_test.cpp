@@ -9,7 +9,7 @@
 #include "tests/support/solve.hpp"
 #include "tests/unit/common/elements/box_mesh.hpp"
 
-namespace cbr::test {
+namespace cbr::test::stress_concentration_test {
 namespace {
 
 // K u = f with u given where `fixed`; model's nodes.
@@ -188,4 +188,4 @@ TEST(Cantilever, RootHasTheStressOfABeam) {
 }
 
 }  // namespace
-}  // namespace cbr::test
+}  // namespace cbr::test::stress_concentration_test

@@ -14,7 +14,7 @@
 #include "tests/support/refusal.hpp"
 #include "tests/support/scene_run.hpp"
 
-namespace cbr::test {
+namespace cbr::test::stress_output_test {
 namespace {
 
 constexpr std::array<Index, 3> cells = {5, 3, 4};
@@ -266,4 +266,4 @@ TEST_F(StressOutput, WhatCannotBeIsRefused) {
 }
 
 }  // namespace
-}  // namespace cbr::test
+}  // namespace cbr::test::stress_output_test

@@ -8,7 +8,7 @@
 #include "dynamics/output/results.hpp"
 #include "tests/support/scene_run.hpp"
 
-namespace cbr {
+namespace cbr::tied_test {
 namespace {
 
 using test::at;
@@ -127,4 +127,4 @@ TEST(Tied, WhatLiesBetweenIsKeptAndTooFarIsRefused) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::tied_test

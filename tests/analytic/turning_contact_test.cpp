@@ -17,7 +17,7 @@
 #include "tests/support/contact_scene.hpp"
 #include "tests/support/restarted_run.hpp"
 
-namespace cbr {
+namespace cbr::turning_contact_test {
 namespace {
 
 using Eigen::AngleAxisd;
@@ -275,4 +275,4 @@ TEST(TurningContact, MeshesAndHeldSuperelementsAreHit) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::turning_contact_test

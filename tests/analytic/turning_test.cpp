@@ -20,7 +20,7 @@
 #include "tests/support/restarted_run.hpp"
 #include "tests/support/scene_run.hpp"
 
-namespace cbr {
+namespace cbr::turning_test {
 namespace {
 
 using Eigen::AngleAxisd;
@@ -260,4 +260,4 @@ TEST(Turning, WhatDoesNotTurnIsRefusedByName) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::turning_test

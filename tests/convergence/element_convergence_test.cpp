@@ -11,7 +11,7 @@
 #include "tests/support/solve.hpp"
 #include "tests/unit/common/elements/box_mesh.hpp"
 
-namespace cbr::test {
+namespace cbr::test::element_convergence_test {
 namespace {
 
 using std::numbers::pi;
@@ -129,4 +129,4 @@ INSTANTIATE_TEST_SUITE_P(Elements, Convergence,
                                          Case{ElementType::hex27, Hex8Formulation::full, 2, 3}));
 
 }  // namespace
-}  // namespace cbr::test
+}  // namespace cbr::test::element_convergence_test

@@ -9,7 +9,7 @@
 #include "common/linalg/eigen/eigenpairs.hpp"
 #include "tests/support/shell_mesh.hpp"
 
-namespace cbr::test {
+namespace cbr::test::shell_convergence_test {
 namespace {
 
 using std::numbers::pi;
@@ -255,4 +255,4 @@ INSTANTIATE_TEST_SUITE_P(Shells, Plate,
                          testing::Values(Faces::quads, Faces::triangles, Faces::mixed));
 
 }  // namespace
-}  // namespace cbr::test
+}  // namespace cbr::test::shell_convergence_test

@@ -13,7 +13,7 @@
 #include "tests/formats/sample_superelement.hpp"
 #include "tests/formats/temporary_folder.hpp"
 
-namespace cbr {
+namespace cbr::conditioning_file_test {
 namespace {
 
 using test::RawFile;
@@ -189,4 +189,4 @@ TEST_F(DamagedConditioning, countsOfFrequenciesAreThoseOfTheCoordinates) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::conditioning_file_test

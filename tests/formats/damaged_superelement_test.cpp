@@ -16,7 +16,7 @@
 #include "tests/formats/sample_superelement.hpp"
 #include "tests/formats/temporary_folder.hpp"
 
-namespace cbr {
+namespace cbr::damaged_superelement_test {
 namespace {
 
 using test::is_integer;
@@ -297,4 +297,4 @@ TEST_F(DamagedSuperelement, anyByteChanged) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::damaged_superelement_test

@@ -14,7 +14,7 @@
 #include "tests/formats/sample_superelement.hpp"
 #include "tests/formats/temporary_folder.hpp"
 
-namespace cbr {
+namespace cbr::failed_write_test {
 namespace {
 
 using test::TemporaryFolder;
@@ -171,4 +171,4 @@ TEST_F(FailedWrite, namesAsLongAsNamesCanBe) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::failed_write_test

@@ -6,7 +6,7 @@
 #include "common/base/error.hpp"
 #include "tests/formats/temporary_folder.hpp"
 
-namespace cbr {
+namespace cbr::hdf5_file_test {
 namespace {
 
 using test::TemporaryFolder;
@@ -166,4 +166,4 @@ TEST(Hdf5File, wrongQuestionsAreRefused) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::hdf5_file_test

@@ -7,7 +7,7 @@
 
 #include "common/superelement/superelement.hpp"
 
-namespace cbr {
+namespace cbr::reference_file_test {
 namespace {
 
 // A box of 3 x 1 x 2 m in 3 x 1 x 2 hexes, steel of 7800 kg/m^3, its face at x = 3 kept, 6 modes:
@@ -102,4 +102,4 @@ TEST(ReferenceFiles, ErrorsAndConditioningAreRead) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::reference_file_test

@@ -11,7 +11,7 @@
 #include "tests/formats/sample_superelement.hpp"
 #include "tests/formats/temporary_folder.hpp"
 
-namespace cbr {
+namespace cbr::superelement_file_test {
 namespace {
 
 using test::sample_superelement;
@@ -349,4 +349,4 @@ TEST(ResidualMassShare, isTheMassThatNoModeMoves) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::superelement_file_test

@@ -12,7 +12,7 @@
 #include "tests/formats/sample_superelement.hpp"
 #include "tests/formats/temporary_folder.hpp"
 
-namespace cbr {
+namespace cbr::superelement_group_test {
 namespace {
 
 using test::RawFile;
@@ -267,4 +267,4 @@ TEST(Join, trianglesInOneDomainAndQuadsInAnotherAreQuads) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::superelement_group_test

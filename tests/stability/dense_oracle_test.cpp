@@ -12,7 +12,7 @@
 #include "tests/stability/dense_scene.hpp"
 #include "tests/stability/seeds.hpp"
 
-namespace cbr {
+namespace cbr::dense_oracle_test {
 namespace {
 
 using test::DenseBody;
@@ -263,4 +263,4 @@ TEST(RandomScenes, OfScaledModesAgreeWithDenseArithmetic) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::dense_oracle_test

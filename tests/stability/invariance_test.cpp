@@ -12,7 +12,7 @@
 #include "tests/stability/random_scene.hpp"
 #include "tests/stability/seeds.hpp"
 
-namespace cbr {
+namespace cbr::invariance_test {
 namespace {
 
 using test::Change;
@@ -186,4 +186,4 @@ TEST(RandomScenes, OfOtherBasesDoNotDependOnHowTheyAreToldOf) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::invariance_test

@@ -49,7 +49,7 @@ extern "C" int open(const char* path, int flags, ...) {
   return descriptor;
 }
 
-namespace cbr {
+namespace cbr::files_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -237,4 +237,4 @@ TEST(SavedCopy, IsWholeAndGoesOn) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::files_test

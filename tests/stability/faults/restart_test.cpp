@@ -16,7 +16,7 @@
 #include "dynamics/output/results.hpp"
 #include "tests/support/scene_run.hpp"
 
-namespace cbr {
+namespace cbr::restart_test {
 namespace {
 
 using test::Ran;
@@ -361,4 +361,4 @@ TEST_F(Restart, StatesOfOtherScenesAreRefused) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::restart_test

@@ -10,7 +10,7 @@
 
 #include "common/base/error.hpp"
 
-namespace cbr {
+namespace cbr::child_process_test {
 namespace {
 
 TEST(ChildProcess, TellsWhatCameBack) {
@@ -61,4 +61,4 @@ TEST(ChildProcess, MoreTimeForLargerFiles) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::child_process_test

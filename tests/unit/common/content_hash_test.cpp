@@ -6,7 +6,7 @@
 
 #include "tests/unit/common/scene_samples.hpp"
 
-namespace cbr {
+namespace cbr::content_hash_test {
 namespace {
 
 using test::replaced;
@@ -150,4 +150,4 @@ TEST(ContentHash, OrthotropicConstantsThatCannotBeAreRefused) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::content_hash_test

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace cbr {
+namespace cbr::error_test {
 
 TEST(NearestName, findsTheSlipAndKeepsSilentOtherwise) {
   const std::vector<std::string> allowed = {"youngs_modulus", "poissons_ratio", "density"};
@@ -12,4 +12,4 @@ TEST(NearestName, findsTheSlipAndKeepsSilentOtherwise) {
   EXPECT_EQ(nearest_name("temperature", allowed), "");
 }
 
-}  // namespace cbr
+}  // namespace cbr::error_test

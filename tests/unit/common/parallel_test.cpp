@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <vector>
 
-namespace cbr {
+namespace cbr::parallel_test {
 
 TEST(RunThreads, DoesEveryShareOnce) {
   for (const int n : {0, 1, 2, 7}) {
@@ -31,4 +31,4 @@ TEST(RunThreads, HandsOnTheFirstExceptionWhenAllHaveEnded) {
   EXPECT_EQ(ended, 4);
 }
 
-}  // namespace cbr
+}  // namespace cbr::parallel_test

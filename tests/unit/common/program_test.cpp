@@ -15,7 +15,7 @@
 #include "common/linalg/blas_threads.hpp"
 #include "tests/formats/temporary_folder.hpp"
 
-namespace cbr {
+namespace cbr::program_test {
 namespace {
 
 using testing::ExitedWithCode;
@@ -175,4 +175,4 @@ TEST(TemporaryFile, appearsWhenWhole) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::program_test

@@ -8,7 +8,7 @@
 #include <iterator>
 #include <set>
 
-namespace cbr {
+namespace cbr::reduction_keys_test {
 namespace {
 
 std::string formats() {
@@ -68,4 +68,4 @@ TEST(ReductionKeys, EachHasAFieldOfItsOwn) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::reduction_keys_test

@@ -12,7 +12,7 @@
 #include "common/base/error.hpp"
 #include "tests/formats/temporary_folder.hpp"
 
-namespace cbr {
+namespace cbr::report_test {
 namespace {
 
 std::string printed(Verbosity verbosity) {
@@ -135,4 +135,4 @@ TEST(Human, bytesAndSeconds) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::report_test

@@ -9,7 +9,7 @@
 
 #include "common/base/parallel.hpp"
 
-namespace cbr {
+namespace cbr::row_threads_test {
 namespace {
 
 TEST(RowThreads, EveryRowOnceInEveryRound) {
@@ -58,4 +58,4 @@ TEST(RunKeptThreads, DoesEveryShareOnceWhoeverElseCalls) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::row_threads_test

@@ -6,7 +6,7 @@
 
 #include "tests/unit/common/scene_samples.hpp"
 
-namespace cbr {
+namespace cbr::scene_errors_test {
 namespace {
 
 using test::full_scene;
@@ -541,4 +541,4 @@ TEST(SceneErrors, noDamageDoesMoreThanBeRefused) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::scene_errors_test

@@ -8,7 +8,7 @@
 #include "common/scene/yaml/yaml_tree.hpp"
 #include "tests/unit/common/scene_samples.hpp"
 
-namespace cbr {
+namespace cbr::scene_load_test {
 namespace {
 
 using test::read_text;
@@ -125,4 +125,4 @@ TEST(YamlTree, holdsWhatTheTextSays) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::scene_load_test

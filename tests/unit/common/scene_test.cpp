@@ -10,7 +10,7 @@
 
 #include "tests/unit/common/scene_samples.hpp"
 
-namespace cbr {
+namespace cbr::scene_test {
 namespace {
 
 using test::full_scene;
@@ -539,4 +539,4 @@ TEST(BlockProperties, knowUnnamedBlocksByTheirNumber) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::scene_test

@@ -42,7 +42,7 @@ void operator delete(void* memory) noexcept { std::free(memory); }
 void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
 #pragma GCC diagnostic pop
 
-namespace cbr {
+namespace cbr::allocation_test {
 namespace {
 
 const test::Model& block() {
@@ -164,4 +164,4 @@ TEST(SharedRows, AreThoseOfV) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::allocation_test

@@ -6,7 +6,7 @@
 #include <tuple>
 #include <vector>
 
-namespace cbr {
+namespace cbr::breakpoints_test {
 namespace {
 
 using Pieces = std::vector<std::tuple<double, double, bool>>;
@@ -38,4 +38,4 @@ TEST(Breakpoints, AtTheEndsOfAStepOrEqualButForRoundOffCutNothing) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::breakpoints_test

@@ -7,7 +7,7 @@
 #include <limits>
 #include <random>
 
-namespace cbr {
+namespace cbr::broad_phase_test {
 namespace {
 
 std::vector<Box> random_boxes(std::mt19937& random, int n, const Vector3& spread, double size) {
@@ -88,4 +88,4 @@ TEST(BroadPhase, InfiniteBoxesAreNoCrash) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::broad_phase_test

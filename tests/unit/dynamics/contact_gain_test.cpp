@@ -9,7 +9,7 @@
 
 #include "tests/unit/dynamics/scaled_bodies.hpp"
 
-namespace cbr::test {
+namespace cbr::test::contact_gain_test {
 namespace {
 
 const std::vector<Index>& pressed() {
@@ -136,4 +136,4 @@ TEST(ContactGain, IsLeftOutWhereForcedStepsAreTooLong) {
 }
 
 }  // namespace
-}  // namespace cbr::test
+}  // namespace cbr::test::contact_gain_test

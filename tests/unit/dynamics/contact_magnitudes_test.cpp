@@ -8,7 +8,7 @@
 #include "dynamics/contact/solve/newton/contact_newton.hpp"
 #include "tests/unit/dynamics/contact_problems.hpp"
 
-namespace cbr {
+namespace cbr::contact_magnitudes_test {
 namespace {
 
 using test::dense;
@@ -91,4 +91,4 @@ TEST(ContactMagnitudes, NewtonAlwaysReturnsImpulses) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::contact_magnitudes_test

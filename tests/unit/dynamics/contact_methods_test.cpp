@@ -11,7 +11,7 @@
 #include "dynamics/contact/solve/projected_gradients.hpp"
 #include "tests/unit/dynamics/contact_problems.hpp"
 
-namespace cbr {
+namespace cbr::contact_methods_test {
 namespace {
 
 using test::all;
@@ -117,4 +117,4 @@ TEST(ContactMethods, GradientsDescendOnASingularResponse) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::contact_methods_test

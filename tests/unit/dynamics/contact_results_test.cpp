@@ -7,7 +7,7 @@
 
 #include "tests/support/scene_run.hpp"
 
-namespace cbr {
+namespace cbr::contact_results_test {
 namespace {
 
 using test::at;
@@ -152,4 +152,4 @@ TEST_F(ContactResults, AWallTakesWhatTheBodyLoses) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::contact_results_test

@@ -15,7 +15,7 @@
 #include "dynamics/setup/components/contact_faces.hpp"
 #include "tests/unit/dynamics/bricks.hpp"
 
-namespace cbr {
+namespace cbr::contact_setup_test {
 namespace {
 
 // A brick whose whole boundary is in six sidesets, and parts of it in two more.
@@ -254,4 +254,4 @@ TEST_F(ContactSetup, whatAllCannotPairIsRefused) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::contact_setup_test

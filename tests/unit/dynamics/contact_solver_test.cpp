@@ -9,7 +9,7 @@
 
 #include "tests/unit/dynamics/contact_problems.hpp"
 
-namespace cbr {
+namespace cbr::contact_solver_test {
 namespace {
 
 using test::all;
@@ -327,4 +327,4 @@ TEST(ContactSolver, ManyPointsSparse) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::contact_solver_test

@@ -14,7 +14,7 @@
 #include "tests/unit/dynamics/bricks.hpp"
 #include "tests/unit/dynamics/coupled_parts.hpp"
 
-namespace cbr {
+namespace cbr::coupled_body_test {
 namespace {
 
 using test::chain;
@@ -314,4 +314,4 @@ TEST(CoupledBody, ABodyThatIsHeldWhollyStays) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::coupled_body_test

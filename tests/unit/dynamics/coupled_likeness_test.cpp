@@ -9,7 +9,7 @@
 #include "tests/unit/dynamics/bricks.hpp"
 #include "tests/unit/dynamics/coupled_parts.hpp"
 
-namespace cbr {
+namespace cbr::coupled_likeness_test {
 namespace {
 
 using test::chain;
@@ -187,4 +187,4 @@ TEST(CoupledBody, InstancesShareASystem) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::coupled_likeness_test

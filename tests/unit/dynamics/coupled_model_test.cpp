@@ -13,7 +13,7 @@
 #include "tests/unit/dynamics/bricks.hpp"
 #include "tests/unit/dynamics/coupled_parts.hpp"
 
-namespace cbr {
+namespace cbr::coupled_model_test {
 namespace {
 
 using test::chain;
@@ -193,4 +193,4 @@ TEST(CoupledModel, AMassThatIsNotPositiveIsRefused) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::coupled_model_test

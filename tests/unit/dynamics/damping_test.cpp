@@ -12,7 +12,7 @@
 #include "dynamics/motion/modal/contact_gain.hpp"
 #include "dynamics/motion/modal/forms/modal_propagator.hpp"
 
-namespace cbr {
+namespace cbr::damping_test {
 namespace {
 
 // eta, v, f, f', integral of eta.
@@ -112,4 +112,4 @@ TEST(Damping, CriticalFrequencyIsTheLimitOfLateDamping) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::damping_test

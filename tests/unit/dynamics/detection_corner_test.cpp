@@ -9,7 +9,7 @@
 #include "dynamics/contact/surfaces/surface_geometry.hpp"
 #include "tests/unit/dynamics/patch.hpp"
 
-namespace cbr {
+namespace cbr::detection_corner_test {
 namespace {
 
 using test::patch, test::Patch, test::run;
@@ -231,4 +231,4 @@ TEST(ContactSurface, BendsAsItsFacesDo) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::detection_corner_test

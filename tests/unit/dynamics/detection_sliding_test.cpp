@@ -13,7 +13,7 @@
 
 #include "tests/unit/dynamics/patch.hpp"
 
-namespace cbr {
+namespace cbr::detection_sliding_test {
 namespace {
 
 using test::box, test::move, test::patch, test::Patch, test::run;
@@ -157,4 +157,4 @@ TEST(Detection, LongFacesHoldWhatIsOffTheirEdgesInAllDirections) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::detection_sliding_test

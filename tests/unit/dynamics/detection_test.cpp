@@ -11,7 +11,7 @@
 
 #include "tests/unit/dynamics/patch.hpp"
 
-namespace cbr {
+namespace cbr::detection_test {
 namespace {
 
 using test::box, test::move, test::patch, test::Patch, test::run;
@@ -331,4 +331,4 @@ TEST(Detection, TheGridLosesNothing) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::detection_test

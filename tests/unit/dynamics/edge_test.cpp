@@ -12,7 +12,7 @@
 
 #include "tests/unit/dynamics/bricks.hpp"
 
-namespace cbr {
+namespace cbr::edge_test {
 namespace {
 
 using test::Part;
@@ -223,4 +223,4 @@ TEST(Edges, SlidingOffAnEdgeGivesNoKick) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::edge_test

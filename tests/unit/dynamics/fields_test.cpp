@@ -13,7 +13,7 @@
 #include "tests/formats/temporary_folder.hpp"
 #include "tests/unit/dynamics/bricks.hpp"
 
-namespace cbr {
+namespace cbr::fields_test {
 namespace {
 
 constexpr double E = 100, nu = 0.25;
@@ -105,4 +105,4 @@ TEST_F(Fields, TextNamesScalarsOnly) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::fields_test

@@ -8,7 +8,7 @@
 #include "dynamics/output/summary/summary.hpp"
 #include "tests/unit/dynamics/bricks.hpp"
 
-namespace cbr {
+namespace cbr::friction_test {
 namespace {
 
 using test::Part;
@@ -111,4 +111,4 @@ TEST(Damping, TakesEnergyFromABounce) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::friction_test

@@ -7,7 +7,7 @@
 #include "dynamics/setup/components/contact_faces.hpp"
 #include "tests/unit/dynamics/bricks.hpp"
 
-namespace cbr {
+namespace cbr::geometry_test {
 namespace {
 
 // One face, points in the plane z = x/2, with mid-side nodes where the kind has them.
@@ -90,4 +90,4 @@ TEST(GeometryNames, WhatIsNotThereIsNamedWithTheCure) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::geometry_test

@@ -12,7 +12,7 @@
 #include "reducer/bases/reduce.hpp"
 #include "tests/support/scene_run.hpp"
 
-namespace cbr {
+namespace cbr::half_modes_test {
 namespace {
 
 Superelement reduced(Index modes, Basis basis, Pick pick = Pick::frequency,
@@ -171,4 +171,4 @@ TEST(KeepHalf, OfDomainsIsThatOfEach) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::half_modes_test

@@ -15,7 +15,7 @@
 #include "reducer/bases/reduce.hpp"
 #include "tests/support/scene_run.hpp"
 
-namespace cbr {
+namespace cbr::held_inside_test {
 namespace {
 
 // x_max the interface, eight modes, x = 0 clamped.
@@ -158,4 +158,4 @@ TEST(HeldInside, IsNotWhatWrongCoordinatesMake) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::held_inside_test

@@ -9,7 +9,7 @@
 #include "dynamics/output/summary/summary.hpp"
 #include "tests/unit/dynamics/bricks.hpp"
 
-namespace cbr {
+namespace cbr::impact_test {
 namespace {
 
 using test::Part;
@@ -330,4 +330,4 @@ TEST(Impact, HangingOnAFixedEndUnderGravity) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::impact_test

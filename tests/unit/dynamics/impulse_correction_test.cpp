@@ -16,7 +16,7 @@
 #include "dynamics/contact/nodes/dense_panels.hpp"
 #include "dynamics/contact/solve/newton/kept_factor.hpp"
 
-namespace cbr {
+namespace cbr::impulse_correction_test {
 namespace {
 
 // Two square faces of n x n nodes, spacing 1, one over the other; the upper one (slave) has slid by
@@ -322,4 +322,4 @@ TEST(KeptFactor, FollowsTheSet) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::impulse_correction_test

@@ -10,7 +10,7 @@
 #include "dynamics/motion/nodal/mesh_body.hpp"
 #include "tests/support/scene_run.hpp"
 
-namespace cbr {
+namespace cbr::instance_body_test {
 namespace {
 
 const std::string skin =
@@ -125,4 +125,4 @@ TEST(InstanceBody, WhatCannotBeIsRefusedWithItsPlace) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::instance_body_test

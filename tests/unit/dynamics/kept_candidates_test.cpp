@@ -10,7 +10,7 @@
 #include "dynamics/contact/surfaces/pair_projection.hpp"
 #include "tests/unit/dynamics/patch.hpp"
 
-namespace cbr {
+namespace cbr::kept_candidates_test {
 namespace {
 
 using test::patch, test::Patch, test::run;
@@ -164,4 +164,4 @@ TEST(PairProjection, IsThatOfOnePairAtATime) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::kept_candidates_test

@@ -10,7 +10,7 @@
 #include "dynamics/motion/breakpoints.hpp"
 #include "tests/unit/dynamics/bricks.hpp"
 
-namespace cbr {
+namespace cbr::load_history_test {
 namespace {
 
 TEST(LoadHistory, isThatOfItsPointsWhereverTheyStand) {
@@ -95,4 +95,4 @@ TEST(LoadHistory, loadsThatShareOneAreOneLoad) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::load_history_test

@@ -8,7 +8,7 @@
 #include "common/base/error.hpp"
 #include "tests/support/scene_run.hpp"
 
-namespace cbr {
+namespace cbr::load_inside_test {
 namespace {
 
 struct Case {
@@ -107,4 +107,4 @@ TEST(LoadInside, WhatCannotTakeItSaysSo) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::load_inside_test

@@ -11,7 +11,7 @@
 
 #include "tests/unit/dynamics/bricks.hpp"
 
-namespace cbr {
+namespace cbr::mesh_forces_test {
 namespace {
 
 const Material steel{200, 0.3, 2};
@@ -187,4 +187,4 @@ TEST(MeshForces, BodiesMoveAlike) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::mesh_forces_test

@@ -7,7 +7,7 @@
 
 #include <cmath>
 
-namespace cbr {
+namespace cbr::modal_propagator_test {
 namespace {
 
 // From rigid over slow (the series) to beyond half a period in a step.
@@ -77,4 +77,4 @@ TEST(ModalPropagator, FreeStepsKeepTheEnergy) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::modal_propagator_test

@@ -19,7 +19,7 @@
 #include "mortar_run.hpp"
 #include "tests/unit/common/elements/box_mesh.hpp"
 
-namespace cbr {
+namespace cbr::mortar_search_test {
 namespace {
 
 using test::apply;
@@ -419,4 +419,4 @@ TEST(Mortar, WholeFacesKeepTheirMiddles) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::mortar_search_test

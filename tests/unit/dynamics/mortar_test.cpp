@@ -18,7 +18,7 @@
 #include "mortar_run.hpp"
 #include "tests/unit/common/elements/box_mesh.hpp"
 
-namespace cbr {
+namespace cbr::mortar_test {
 namespace {
 
 using test::apply;
@@ -271,4 +271,4 @@ TEST(Mortar, EqualMeshesTieEachNodeToItsTwin) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::mortar_test

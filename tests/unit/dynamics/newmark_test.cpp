@@ -15,7 +15,7 @@
 #include "dynamics/motion/modal/superelement_body.hpp"
 #include "tests/unit/dynamics/lattice.hpp"
 
-namespace cbr {
+namespace cbr::newmark_test {
 namespace {
 
 constexpr double alphas[] = {0.0, -0.1, -1.0 / 3};
@@ -296,4 +296,4 @@ TEST(Newmark, IsOfSecondOrder) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::newmark_test

@@ -15,7 +15,7 @@
 #include "tests/formats/temporary_folder.hpp"
 #include "tests/unit/dynamics/bricks.hpp"
 
-namespace cbr {
+namespace cbr::program_files_test {
 namespace {
 
 class ProgramFiles : public ::testing::Test {
@@ -215,4 +215,4 @@ TEST_F(ProgramFiles, ADamagedCheckpointOfItsOwnNameIsCalledSo) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::program_files_test

@@ -19,7 +19,7 @@
 #include "reducer/modes/diagonal_form.hpp"
 #include "tests/unit/dynamics/bricks.hpp"
 
-namespace cbr {
+namespace cbr::program_test {
 namespace {
 
 // A folder with a mesh, a scene of two blocks, and the block's superelement, made anew for each
@@ -435,4 +435,4 @@ TEST_F(Program, FieldsReferToDatasetsThatAreThere) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::program_test

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <string>
 
-namespace cbr {
+namespace cbr::progress_test {
 namespace {
 
 // What is printed by a run whose share f of the time takes f * seconds.
@@ -53,4 +53,4 @@ TEST(RunProgress, ARunThatGoesOnCountsWhatItHasDone) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::progress_test

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <random>
 
-namespace cbr {
+namespace cbr::projection_test {
 namespace {
 
 Vector3 random_vector(std::mt19937& random, double size) {
@@ -122,4 +122,4 @@ TEST(Projection, DegenerateFacesGiveNoNormalAndNoNaN) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::projection_test

@@ -10,7 +10,7 @@
 #include "dynamics/contact/response/body_moves.hpp"
 #include "dynamics/contact/response/response.hpp"
 
-namespace cbr {
+namespace cbr::response_test {
 namespace {
 
 struct Scene {
@@ -203,4 +203,4 @@ TEST(ContactFrame, IsRightHandedAndTurnsWithTheNormal) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::response_test

@@ -11,7 +11,7 @@
 #include "reducer/bases/reduce.hpp"
 #include "tests/support/scene_run.hpp"
 
-namespace cbr {
+namespace cbr::rigid_check_test {
 namespace {
 
 Superelement reduced(Basis basis, MassKind mass = MassKind::lumped,
@@ -183,4 +183,4 @@ TEST(RigidCheck, FewNodesTellNothing) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::rigid_check_test

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <random>
 
-namespace cbr {
+namespace cbr::rigid_wall_test {
 namespace {
 
 Vector3 random_vector(std::mt19937& random, double size) {
@@ -282,4 +282,4 @@ TEST(RigidWallDetection, FarNodesMakeNoPoints) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::rigid_wall_test

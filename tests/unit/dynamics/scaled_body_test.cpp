@@ -14,7 +14,7 @@
 #include "common/base/error.hpp"
 #include "tests/unit/dynamics/scaled_bodies.hpp"
 
-namespace cbr::test {
+namespace cbr::test::scaled_body_test {
 namespace {
 
 void compare(const Case& c) {
@@ -310,4 +310,4 @@ TEST(ScaledBody, RefusesWhatNeedsNodalMasses) {
 }
 
 }  // namespace
-}  // namespace cbr::test
+}  // namespace cbr::test::scaled_body_test

@@ -9,7 +9,7 @@
 
 #include "tests/unit/dynamics/scaled_bodies.hpp"
 
-namespace cbr::test {
+namespace cbr::test::scaled_model_test {
 namespace {
 
 // From the matrices alone, without all modes; a block with some more coordinates.
@@ -73,4 +73,4 @@ TEST(ScaledModel, OfTheMatricesWithAHighClipTakesAllModes) {
 }
 
 }  // namespace
-}  // namespace cbr::test
+}  // namespace cbr::test::scaled_model_test

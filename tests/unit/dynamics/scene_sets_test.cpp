@@ -14,7 +14,7 @@
 #include "tests/support/scene_run.hpp"
 #include "tests/unit/common/elements/box_mesh.hpp"
 
-namespace cbr::test {
+namespace cbr::test::scene_sets_test {
 namespace {
 
 // A bar with two nodesets of a few nodes: three at the end x = 2, two in its middle.
@@ -172,4 +172,4 @@ TEST_F(SceneSets, AComponentOfTwoMassesIsTold) {
 }
 
 }  // namespace
-}  // namespace cbr::test
+}  // namespace cbr::test::scene_sets_test

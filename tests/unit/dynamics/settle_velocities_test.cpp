@@ -15,7 +15,7 @@
 #include "tests/unit/dynamics/contact_problems.hpp"
 #include "tests/unit/dynamics/coupled_parts.hpp"
 
-namespace cbr {
+namespace cbr::settle_velocities_test {
 namespace {
 
 constexpr Index nodes_of_body = 6;
@@ -327,4 +327,4 @@ TEST(SettleVelocities, LumpedMeshesAnswerNodeByNode) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::settle_velocities_test

@@ -9,7 +9,7 @@
 #include "dynamics/contact/solve/contact_solver.hpp"
 #include "tests/unit/dynamics/contact_problems.hpp"
 
-namespace cbr {
+namespace cbr::singular_friction_test {
 namespace {
 
 using test::all;
@@ -188,4 +188,4 @@ TEST(SingularFriction, ARigidFaceIsOneBlock) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::singular_friction_test

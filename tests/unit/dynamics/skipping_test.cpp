@@ -8,7 +8,7 @@
 #include "tests/support/scene_run.hpp"
 #include "tests/unit/dynamics/bricks.hpp"
 
-namespace cbr {
+namespace cbr::skipping_test {
 namespace {
 
 using test::Ran;
@@ -138,4 +138,4 @@ TEST(Skipping, AFlightTenTimesAsLongTakesTheSameSteps) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::skipping_test

@@ -10,7 +10,7 @@
 #include "dynamics/setup/contact/solid.hpp"
 #include "tests/support/scene_run.hpp"
 
-namespace cbr {
+namespace cbr::starting_overlap_test {
 namespace {
 
 // A channel, 3 x 1 x 2 with faces of 0.5: a block without the elements of 1 < x < 2, z > 1.
@@ -126,4 +126,4 @@ TEST(Solid, HoldsWhatItsElementsHold) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::starting_overlap_test

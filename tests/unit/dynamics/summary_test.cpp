@@ -11,7 +11,7 @@
 #include "reducer/command.hpp"
 #include "tests/support/scene_run.hpp"
 
-namespace cbr::test {
+namespace cbr::test::summary_test {
 namespace {
 
 class Summary : public ::testing::Test {
@@ -194,4 +194,4 @@ TEST_F(Summary, NamesEveryBodyThatTurnsAndWhen) {
 }
 
 }  // namespace
-}  // namespace cbr::test
+}  // namespace cbr::test::summary_test

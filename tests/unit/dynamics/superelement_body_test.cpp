@@ -12,7 +12,7 @@
 
 #include "tests/unit/dynamics/scaled_bodies.hpp"
 
-namespace cbr {
+namespace cbr::superelement_body_test {
 namespace {
 
 using test::block;
@@ -356,4 +356,4 @@ TEST(DiagonalForm, OfAComponentOfTwoPartsNeedsNoMatrices) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::superelement_body_test

@@ -8,7 +8,7 @@
 
 #include "tests/unit/dynamics/patch.hpp"
 
-namespace cbr {
+namespace cbr::tie_test {
 namespace {
 
 using test::Patch, test::patch;
@@ -120,4 +120,4 @@ TEST(Tie, NothingNearNothingTied) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::tie_test

@@ -8,7 +8,7 @@
 #include "common/base/error.hpp"
 #include "tests/unit/dynamics/bricks.hpp"
 
-namespace cbr {
+namespace cbr::time_plan_test {
 namespace {
 
 void expect_consistent(const TimePlan& plan, double h_max, double every, double end) {
@@ -252,4 +252,4 @@ TEST(TimePlan, CentralDifferencesAreBoundedJustBelowTheCriticalStep) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::time_plan_test

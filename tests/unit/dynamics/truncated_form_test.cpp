@@ -8,7 +8,7 @@
 #include "dynamics/motion/modal/forms/truncated_form.hpp"
 #include "tests/support/scene_run.hpp"
 
-namespace cbr {
+namespace cbr::truncated_form_test {
 namespace {
 
 // A block of 12 x 12 face nodes comes down on a wall; `time`, `more`: of the scene.
@@ -88,4 +88,4 @@ TEST(TruncatedForm, CompliesAsAllModesDo) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::truncated_form_test

@@ -17,7 +17,7 @@
 #include "reducer/judgement/mode_tolerance.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
 
-namespace cbr::test {
+namespace cbr::test::accuracy_test {
 namespace {
 
 const Material soft = {1000, 0.3, 2};
@@ -427,4 +427,4 @@ TEST(ModeTolerance, RefusesWhatIsNoShareAndTwoWishes) {
   EXPECT_THROW(reduced(mesh, two, MassKind::lumped), InputError);
 }
 }  // namespace
-}  // namespace cbr::test
+}  // namespace cbr::test::accuracy_test

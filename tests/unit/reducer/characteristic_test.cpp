@@ -13,7 +13,7 @@
 #include "tests/support/refusal.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
 
-namespace cbr::test {
+namespace cbr::test::characteristic_test {
 namespace {
 
 const Material soft = {1000, 0.3, 2};
@@ -227,4 +227,4 @@ TEST(Characteristic, RefusesByName) {
 }
 
 }  // namespace
-}  // namespace cbr::test
+}  // namespace cbr::test::characteristic_test

@@ -19,7 +19,7 @@
 #include "reducer/modes/interior_loads.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
 
-namespace cbr::test {
+namespace cbr::test::component_parts_test {
 namespace {
 
 const Material soft = {1000, 0.3, 2};
@@ -232,4 +232,4 @@ TEST(Domains, HaveNoErrorsOfTheirOwn) {
 }
 
 }  // namespace
-}  // namespace cbr::test
+}  // namespace cbr::test::component_parts_test

@@ -14,7 +14,7 @@
 #include "reducer/bases/reduce.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
 
-namespace cbr::test {
+namespace cbr::test::condition_numbers_test {
 namespace {
 
 const Material soft = {1000, 0.3, 2};
@@ -403,4 +403,4 @@ TEST(UnjoinedParts, PairsAreThoseOfAllPairsLookedAt) {
 }
 
 }  // namespace
-}  // namespace cbr::test
+}  // namespace cbr::test::condition_numbers_test

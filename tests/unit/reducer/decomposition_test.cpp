@@ -10,7 +10,7 @@
 #include "reducer/partition/face_graph.hpp"
 #include "tests/unit/reducer/cut_meshes.hpp"
 
-namespace cbr::test {
+namespace cbr::test::decomposition_test {
 namespace {
 
 std::vector<std::set<Index>> corners_of(const Mesh& mesh) {
@@ -197,4 +197,4 @@ TEST(Split, GivesEveryElementSideAndNodeOnce) {
 }
 
 }  // namespace
-}  // namespace cbr::test
+}  // namespace cbr::test::decomposition_test

@@ -20,7 +20,7 @@
 #include "reducer/partition/geometry_body.hpp"
 #include "tests/unit/common/elements/box_mesh.hpp"
 
-namespace cbr::test {
+namespace cbr::test::default_mass_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -158,4 +158,4 @@ TEST(MassOfElements, ConsistentIsAtLeastTwiceAsNearWhereItIsTheDefault) {
 }
 
 }  // namespace
-}  // namespace cbr::test
+}  // namespace cbr::test::default_mass_test

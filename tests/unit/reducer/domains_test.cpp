@@ -18,7 +18,7 @@
 #include "reducer/partition/partition.hpp"
 #include "tests/unit/reducer/cut_meshes.hpp"
 
-namespace cbr::test {
+namespace cbr::test::domains_test {
 namespace {
 
 const Material soft = {1000, 0.3, 2};
@@ -304,4 +304,4 @@ TEST(Domains, ErrorsNameTheDomain) {
 }
 
 }  // namespace
-}  // namespace cbr::test
+}  // namespace cbr::test::domains_test

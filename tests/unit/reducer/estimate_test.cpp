@@ -15,7 +15,7 @@
 #include "reducer/domains/domains.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
 
-namespace cbr::test {
+namespace cbr::test::estimate_test {
 namespace {
 
 constexpr Index no_limit = 1000000;
@@ -288,4 +288,4 @@ TEST(Estimate, TableHasEveryEquation) {
 }
 
 }  // namespace
-}  // namespace cbr::test
+}  // namespace cbr::test::estimate_test

@@ -14,7 +14,7 @@
 #include "reducer/bases/reduce.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
 
-namespace cbr::test {
+namespace cbr::test::interior_loads_test {
 namespace {
 
 const Material soft = {1000, 0.3, 2};
@@ -164,4 +164,4 @@ TEST(InteriorLoads, AnUnknownSetIsNamed) {
 }
 
 }  // namespace
-}  // namespace cbr::test
+}  // namespace cbr::test::interior_loads_test

@@ -12,7 +12,7 @@
 #include "tests/support/refusal.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
 
-namespace cbr::test {
+namespace cbr::test::massless_test {
 namespace {
 
 const Material soft = {1000, 0.3, 2};
@@ -250,4 +250,4 @@ TEST(Massless, RefusesWhatLeavesNothing) {
 }
 
 }  // namespace
-}  // namespace cbr::test
+}  // namespace cbr::test::massless_test

@@ -14,7 +14,7 @@
 #include "tests/support/refusal.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
 
-namespace cbr::test {
+namespace cbr::test::points_test {
 namespace {
 
 const Material soft = {1000, 0.3, 2};
@@ -276,4 +276,4 @@ TEST(Points, RefusesWhatHasNoRotationOrTwoOwners) {
 }
 
 }  // namespace
-}  // namespace cbr::test
+}  // namespace cbr::test::points_test

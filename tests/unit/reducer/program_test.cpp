@@ -16,7 +16,7 @@
 #include "reducer/condensation/panel_memory.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
 
-namespace cbr::test {
+namespace cbr::test::program_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -466,4 +466,4 @@ TEST_F(Program, RefusesWithTheCure) {
 }
 
 }  // namespace
-}  // namespace cbr::test
+}  // namespace cbr::test::program_test

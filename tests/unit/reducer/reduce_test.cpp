@@ -17,7 +17,7 @@
 #include "tests/support/refusal.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
 
-namespace cbr::test {
+namespace cbr::test::reduce_test {
 namespace {
 
 const Material soft = {1000, 0.3, 2};
@@ -439,4 +439,4 @@ TEST(Reduce, TwoRunsWriteTheSameBytes) {
 }
 
 }  // namespace
-}  // namespace cbr::test
+}  // namespace cbr::test::reduce_test

@@ -10,7 +10,7 @@
 #include "reducer/domains/domains.hpp"
 #include "tests/unit/reducer/cut_meshes.hpp"
 
-namespace cbr::test {
+namespace cbr::test::second_reduction_test {
 namespace {
 
 const Material soft = {1000, 0.3, 2};
@@ -157,4 +157,4 @@ TEST(SecondReduction, RefusesMoreModesThanThereAreAndWhatFloats) {
 }
 
 }  // namespace
-}  // namespace cbr::test
+}  // namespace cbr::test::second_reduction_test

@@ -16,7 +16,7 @@
 #include "reducer/bases/reduce.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
 
-namespace cbr::test {
+namespace cbr::test::sierra_test {
 namespace {
 
 std::filesystem::path shared_file(const std::string& name) {
@@ -129,4 +129,4 @@ TEST(Sierra, RefusesWhatIsNoSuperelement) {
 }
 
 }  // namespace
-}  // namespace cbr::test
+}  // namespace cbr::test::sierra_test

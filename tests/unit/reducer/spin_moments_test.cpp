@@ -12,7 +12,7 @@
 #include "reducer/bases/reduce.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
 
-namespace cbr::test {
+namespace cbr::test::spin_moments_test {
 namespace {
 
 class SpinMoments : public testing::TestWithParam<MassKind> {};
@@ -58,4 +58,4 @@ INSTANTIATE_TEST_SUITE_P(Masses, SpinMoments,
                          testing::Values(MassKind::lumped, MassKind::consistent));
 
 }  // namespace
-}  // namespace cbr::test
+}  // namespace cbr::test::spin_moments_test

@@ -13,7 +13,7 @@
 #include "tests/support/refusal.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
 
-namespace cbr::test {
+namespace cbr::test::statics_test {
 namespace {
 
 const Material soft = {1000, 0.3, 2};
@@ -191,4 +191,4 @@ TEST(Statics, AreOfWhatIsAskedFor) {
 }
 
 }  // namespace
-}  // namespace cbr::test
+}  // namespace cbr::test::statics_test

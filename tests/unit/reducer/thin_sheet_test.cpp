@@ -10,7 +10,7 @@
 #include "reducer/domains/second_reduction.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
 
-namespace cbr::test {
+namespace cbr::test::thin_sheet_test {
 namespace {
 
 const Material steel = {2.1e11, 0.3, 7850};
@@ -184,4 +184,4 @@ TEST(ThinSheets, TooThinIsRefusedByNode) {
 }
 
 }  // namespace
-}  // namespace cbr::test
+}  // namespace cbr::test::thin_sheet_test

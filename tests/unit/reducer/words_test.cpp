@@ -23,7 +23,7 @@
 #include "reducer/partition/geometry_body.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
 
-namespace cbr::test {
+namespace cbr::test::words_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -228,4 +228,4 @@ TEST(GeometryBody, IsTheBoxs) {
 }
 
 }  // namespace
-}  // namespace cbr::test
+}  // namespace cbr::test::words_test

@@ -8,7 +8,7 @@
 #include "common/scene/scene.hpp"
 #include "tests/unit/common/mesh/sample_meshes.hpp"
 
-namespace cbr {
+namespace cbr::program_test {
 namespace {
 
 using test::Folder;
@@ -195,4 +195,4 @@ TEST(SkinProgram, badInputIsOneLineAndLeavesNothing) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::program_test

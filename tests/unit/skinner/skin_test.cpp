@@ -10,7 +10,7 @@
 #include "skinner/placed_mesh.hpp"
 #include "tests/unit/common/mesh/sample_meshes.hpp"
 
-namespace cbr {
+namespace cbr::skin_test {
 namespace {
 
 using test::Folder;
@@ -260,4 +260,4 @@ TEST(SkinScene, refusesByFileLineAndName) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::skin_test

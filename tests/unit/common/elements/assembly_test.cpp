@@ -11,7 +11,7 @@
 #include "common/linalg/dense.hpp"
 #include "tests/unit/common/elements/box_mesh.hpp"
 
-namespace cbr::test {
+namespace cbr::test::assembly_test {
 namespace {
 
 const Material steel = {210e9, 0.3, 7850};
@@ -332,4 +332,4 @@ TEST(RigidBody, OfPointMasses) {
 }
 
 }  // namespace
-}  // namespace cbr::test
+}  // namespace cbr::test::assembly_test

@@ -11,7 +11,7 @@
 #include "common/linalg/dense.hpp"
 #include "tests/unit/common/elements/box_mesh.hpp"
 
-namespace cbr::test {
+namespace cbr::test::element_test {
 namespace {
 
 struct Case {
@@ -292,4 +292,4 @@ TEST(Hex8Formulation, IncompatibleModesBendWithoutLocking) {
 }
 
 }  // namespace
-}  // namespace cbr::test
+}  // namespace cbr::test::element_test

@@ -8,7 +8,7 @@
 
 #include "tests/unit/common/elements/box_mesh.hpp"
 
-namespace cbr::test {
+namespace cbr::test::nodal_stress_test {
 namespace {
 
 struct Case {
@@ -119,4 +119,4 @@ TEST(NodalStress, OfPureBendingIsExactInTheIncompatibleBrick) {
 }
 
 }  // namespace
-}  // namespace cbr::test
+}  // namespace cbr::test::nodal_stress_test

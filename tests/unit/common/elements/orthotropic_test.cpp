@@ -8,7 +8,7 @@
 #include "common/fem/elements/element.hpp"
 #include "tests/unit/common/elements/box_mesh.hpp"
 
-namespace cbr::test {
+namespace cbr::test::orthotropic_test {
 namespace {
 
 struct Kind {
@@ -105,4 +105,4 @@ TEST(Orthotropic, TurnedAxesAreATurnedBody) {
 }
 
 }  // namespace
-}  // namespace cbr::test
+}  // namespace cbr::test::orthotropic_test

@@ -7,7 +7,7 @@
 #include "common/fem/elements/reference_element.hpp"
 #include "tests/unit/common/elements/box_mesh.hpp"
 
-namespace cbr::test {
+namespace cbr::test::quadrature_test {
 namespace {
 
 double factorial(int n) { return std::tgamma(n + 1.0); }
@@ -147,4 +147,4 @@ TEST_P(Shape, CentreIsTheCentroid) {
 INSTANTIATE_TEST_SUITE_P(All, Shape, testing::ValuesIn(volume_types));
 
 }  // namespace
-}  // namespace cbr::test
+}  // namespace cbr::test::quadrature_test

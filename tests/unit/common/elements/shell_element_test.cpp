@@ -8,7 +8,7 @@
 #include "common/linalg/dense.hpp"
 #include "tests/support/shell_mesh.hpp"
 
-namespace cbr::test {
+namespace cbr::test::shell_element_test {
 namespace {
 
 const Material steel = {210e9, 0.3, 7850};
@@ -207,4 +207,4 @@ TEST(ShellElementBending, WarpedQuadIsSoundWhenThin) {
 }
 
 }  // namespace
-}  // namespace cbr::test
+}  // namespace cbr::test::shell_element_test

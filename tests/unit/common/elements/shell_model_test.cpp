@@ -10,7 +10,7 @@
 #include "common/base/error.hpp"
 #include "tests/support/shell_mesh.hpp"
 
-namespace cbr::test {
+namespace cbr::test::shell_model_test {
 namespace {
 
 const Material steel = {210e9, 0.3, 7850};
@@ -233,4 +233,4 @@ TEST(ShellModel, RefusesByName) {
 }
 
 }  // namespace
-}  // namespace cbr::test
+}  // namespace cbr::test::shell_model_test

@@ -6,7 +6,7 @@
 
 #include "tests/support/shell_mesh.hpp"
 
-namespace cbr::test {
+namespace cbr::test::shell_patch_test {
 namespace {
 
 constexpr double nu = 0.3, E = 7e10;
@@ -109,4 +109,4 @@ INSTANTIATE_TEST_SUITE_P(Meshes, ShellPatch,
                                           testing::Bool()));
 
 }  // namespace
-}  // namespace cbr::test
+}  // namespace cbr::test::shell_patch_test

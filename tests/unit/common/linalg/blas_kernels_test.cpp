@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace cbr {
+namespace cbr::blas_kernels_test {
 namespace {
 
 TEST(BlasKernels, OnlyAFallbackIsBettered) {
@@ -15,4 +15,4 @@ TEST(BlasKernels, OnlyAFallbackIsBettered) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::blas_kernels_test

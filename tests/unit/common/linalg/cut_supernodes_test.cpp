@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace cbr::test {
+namespace cbr::test::cut_supernodes_test {
 namespace {
 
 using Indices = std::vector<Index>;
@@ -78,4 +78,4 @@ TEST(CutSupernodes, WorkspaceIsTheLargestUpdateAndTheLongestPart) {
 }
 
 }  // namespace
-}  // namespace cbr::test
+}  // namespace cbr::test::cut_supernodes_test

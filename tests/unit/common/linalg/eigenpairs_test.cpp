@@ -12,7 +12,7 @@
 #include "common/linalg/blas_threads.hpp"
 #include "tests/unit/common/linalg/grid_matrices.hpp"
 
-namespace cbr::test {
+namespace cbr::test::eigenpairs_test {
 namespace {
 
 void expect_pairs(const Eigenpairs& pairs, const SparseMatrix& K, const SparseMatrix& M, Index k) {
@@ -371,4 +371,4 @@ TEST(DenseEigenpairsBeside, IsTheSameAsWithoutWhereNothingIsClose) {
 }
 
 }  // namespace
-}  // namespace cbr::test
+}  // namespace cbr::test::eigenpairs_test

@@ -7,7 +7,7 @@
 #include "common/linalg/sparse/sparse_cholesky.hpp"
 #include "tests/unit/common/linalg/grid_matrices.hpp"
 
-namespace cbr::test {
+namespace cbr::test::elimination_order_test {
 namespace {
 
 using Indices = std::vector<Index>;
@@ -63,4 +63,4 @@ TEST(SharedSolve, SolvesByAnyNumberOfThreads) {
 }
 
 }  // namespace
-}  // namespace cbr::test
+}  // namespace cbr::test::elimination_order_test

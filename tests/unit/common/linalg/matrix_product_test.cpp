@@ -11,7 +11,7 @@
 
 #include "common/base/types.hpp"
 
-namespace cbr::test {
+namespace cbr::test::matrix_product_test {
 namespace {
 
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
@@ -95,4 +95,4 @@ TEST(MatrixProduct, OfNothingIsNothing) {
 }
 
 }  // namespace
-}  // namespace cbr::test
+}  // namespace cbr::test::matrix_product_test

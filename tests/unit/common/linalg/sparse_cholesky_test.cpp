@@ -10,7 +10,7 @@
 #include "common/linalg/dense.hpp"
 #include "tests/unit/common/linalg/grid_matrices.hpp"
 
-namespace cbr::test {
+namespace cbr::test::sparse_cholesky_test {
 namespace {
 
 double residual(const SparseMatrix& A, const Matrix& X, const Matrix& B) {
@@ -389,4 +389,4 @@ TEST(NegativeInertia, SaysWhenAPivotVanishes) {
 }
 
 }  // namespace
-}  // namespace cbr::test
+}  // namespace cbr::test::sparse_cholesky_test

@@ -9,7 +9,7 @@
 
 extern "C" int openblas_get_num_threads(void);
 
-namespace cbr::test {
+namespace cbr::test::supernodal_test {
 namespace {
 
 // X^T in the order of elimination, of B in A's order.
@@ -108,4 +108,4 @@ TEST(Supernodal, BlasThreadsAreSparedForLargeWork) {
 }
 
 }  // namespace
-}  // namespace cbr::test
+}  // namespace cbr::test::supernodal_test

@@ -5,7 +5,7 @@
 
 #include <limits>
 
-namespace cbr {
+namespace cbr::symmetric_product_test {
 namespace {
 
 TEST(SymmetricProduct, AnswersAsTheWholeMatrixDoesAndReadsTheLowerTriangle) {
@@ -30,4 +30,4 @@ TEST(SymmetricProduct, AnswersAsTheWholeMatrixDoesAndReadsTheLowerTriangle) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::symmetric_product_test

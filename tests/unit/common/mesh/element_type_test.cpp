@@ -9,7 +9,7 @@
 
 #include "sample_meshes.hpp"
 
-namespace cbr {
+namespace cbr::element_type_test {
 namespace {
 
 using test::all_types;
@@ -125,4 +125,4 @@ TEST(ElementType, mirroredOrderMakesAReflectedElementRightHandedAndKeepsMidSideN
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::element_type_test

@@ -9,7 +9,7 @@
 #include "common/mesh/surface.hpp"
 #include "sample_meshes.hpp"
 
-namespace cbr {
+namespace cbr::exodus_mesh_test {
 namespace {
 
 using test::Folder;
@@ -226,4 +226,4 @@ TEST(ExodusMesh, readsASierraFile) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::exodus_mesh_test

@@ -10,7 +10,7 @@
 #include "common/mesh/surface.hpp"
 #include "sample_meshes.hpp"
 
-namespace cbr {
+namespace cbr::gmsh_mesh_test {
 namespace {
 
 using test::Folder;
@@ -328,4 +328,4 @@ TEST(GmshMesh, cutShortIsAnErrorOrNothingIsMissing) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::gmsh_mesh_test

@@ -9,7 +9,7 @@
 #include "common/base/error.hpp"
 #include "sample_meshes.hpp"
 
-namespace cbr {
+namespace cbr::mesh_test {
 namespace {
 
 using test::message_of;
@@ -74,4 +74,4 @@ TEST(Mesh, checkNamesTheFault) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::mesh_test

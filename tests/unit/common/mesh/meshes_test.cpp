@@ -9,7 +9,7 @@
 #include "common/mesh/surface.hpp"
 #include "sample_meshes.hpp"
 
-namespace cbr {
+namespace cbr::meshes_test {
 namespace {
 
 Mesh generate(const std::string& script, const std::string& options) {
@@ -142,4 +142,4 @@ TEST(Meshes, loadIsThePairInTheMiddle) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::meshes_test

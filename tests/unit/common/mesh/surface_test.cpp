@@ -12,7 +12,7 @@
 #include "sample_meshes.hpp"
 #include "tests/unit/common/elements/box_mesh.hpp"
 
-namespace cbr {
+namespace cbr::surface_test {
 namespace {
 
 Sideset all_sides(const Mesh& mesh) {
@@ -138,4 +138,4 @@ TEST(Surface, refusesMixedQuadraticFacesAndShells) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::surface_test
