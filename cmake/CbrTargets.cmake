@@ -44,7 +44,7 @@ function(cbr_optimise)
 endfunction()
 
 # Sources of tests are compiled eight at once, which takes less than half of the time (docs/decisions/build-time.md). So each
-# has a namespace of its own, cbr::NAME_OF_THE_FILE. -DCMAKE_UNITY_BUILD=OFF does not change that.
+# has a namespace of its own, cbr::NAME_OF_THE_FILE.
 # cbr_test(NAME SOURCES a.cpp ... LIBRARIES cbr_common [READ_TREE a.cpp ...]): one GoogleTest program, one ctest entry a test.
 # READ_TREE names the sources that read files of this tree: they alone are compiled with its path, so that all others can come
 # from a compiler cache that another clone filled.

@@ -17,7 +17,7 @@
 #include "tests/support/scene_run.hpp"
 #include "tests/support/shell_mesh.hpp"
 
-namespace cbr {
+namespace cbr::shells_test {
 namespace {
 
 using std::numbers::pi;
@@ -512,4 +512,4 @@ TEST_F(Shells, WhatCannotBeIsRefusedByName) {
 }
 
 }  // namespace
-}  // namespace cbr
+}  // namespace cbr::shells_test

@@ -3,15 +3,18 @@
 // and its volume to stdout.
 #include <cstdlib>
 #include <iostream>
+#include <string>
 
 #include "common/fem/elements/element.hpp"
 #include "tests/support/graded_ball.hpp"
 
 int main(int argc, char** argv) {
   cbr::test::BallOptions o;
-  if (argc < 2) {
-    std::cerr << "graded-ball FILE [RADIUS CORE M SHELLS CAP_SHELLS QUARTER]\n";
-    return 2;
+  if (argc < 2 || argv[1][0] == '-') {
+    const bool asked = argc > 1 && std::string(argv[1]) == "--help";
+    (asked ? std::cout : std::cerr)
+        << "graded-ball FILE [RADIUS CORE M SHELLS CAP_SHELLS QUARTER]\n";
+    return asked ? 0 : 2;
   }
   if (argc > 2) o.radius = std::atof(argv[2]);
   if (argc > 3) o.core = std::atof(argv[3]);

@@ -101,6 +101,7 @@ void residual_warning(const ContactPair& pair, Report& report) {
 
 void warn_of_initial_overlaps(const BuiltScene& built, Report& report) {
   for (const ContactPair& pair : built.simulation.pairs) {
+    if (pair.resolves_overlap) continue;  // statics press it apart
     const double overlap = initial_overlap(pair);
     if (!(overlap > std::max(1e-6 * pair.master->size, pair.adjust.value_or(0)))) continue;
     std::ostringstream warning;
