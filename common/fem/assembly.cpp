@@ -434,8 +434,10 @@ void number_nodes(const Mesh& mesh, FiniteElementModel& model) {
     model.row[i] = static_cast<Index>(model.nodes.size());
     model.nodes.push_back(static_cast<Index>(i));
   }
+  const std::size_t n_translations = model.nodes.size();
   for (std::size_t i = 0; i < has_rotation.size(); ++i)
-    if (has_rotation[i] != 0) model.nodes.push_back(static_cast<Index>(i)), ++model.n_rotations;
+    if (has_rotation[i] != 0) model.nodes.push_back(static_cast<Index>(i));
+  model.n_rotations = static_cast<Index>(model.nodes.size() - n_translations);
 }
 
 FiniteElementModel assemble(const Mesh& mesh, const std::vector<BlockProperties>& properties,
@@ -444,8 +446,10 @@ FiniteElementModel assemble(const Mesh& mesh, const std::vector<BlockProperties>
   for (std::size_t b = 0; b < mesh.blocks.size(); ++b) {
     if (!is_structure(mesh.blocks[b])) continue;
     check_material(mesh.blocks[b], properties[b].material);
-    is_shell(mesh.blocks[b]) ? check_shells(mesh, mesh.blocks[b])
-                             : check_elements(mesh, mesh.blocks[b]);
+    if (is_shell(mesh.blocks[b]))
+      check_shells(mesh, mesh.blocks[b]);
+    else
+      check_elements(mesh, mesh.blocks[b]);
     check_magnitudes(mesh, mesh.blocks[b], properties[b].material);
   }
   check_repeated(mesh);

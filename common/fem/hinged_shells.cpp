@@ -34,7 +34,8 @@ std::string hinged_shells(const Mesh& mesh, const FiniteElementModel& model) {
     for (const Index node : block.connectivity.reshaped())
       is_of_solid[static_cast<std::size_t>(node)] = 1;
   }
-  shells.coordinates = mesh.coordinates, shells.node_ids = mesh.node_ids;
+  shells.coordinates = mesh.coordinates;
+  shells.node_ids = mesh.node_ids;
   FiniteElementModel alone;
   number_nodes(shells, alone);
   const std::vector<Index> part = connected_parts(shells, alone);

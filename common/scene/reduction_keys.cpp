@@ -103,7 +103,7 @@ std::vector<ReductionKey> table() {
   keys.push_back({.key = "condense_rotations",
                   .value = TrueOrFalse{[](Options& r) -> bool& { return r.condenses_rotations; }},
                   .hash = "condense_rotations",
-       .provenance = "condense_rotations"});
+                  .provenance = "condense_rotations"});
   keys.push_back(
       {.key = "modes",
        .value = WholeNumberOrNone{[](Options& r) -> std::optional<Index>& { return r.modes; }, 0},

@@ -11,6 +11,7 @@
 
 #include "common/base/error.hpp"
 #include "common/files/state_archive.hpp"
+#include "dynamics/output/summary/contact_summary.hpp"
 #include "tests/support/scene_run.hpp"
 
 namespace cbr::equilibrium_test {
@@ -155,6 +156,9 @@ TEST_P(Statics, AnInterferenceFitIsPressedTogether) {
     EXPECT_NEAR(at(ran.result.pairs[0].force, 0)[0], -0.02 * EA / 2, 1e-9) << formulation;
     EXPECT_NEAR(last(ran.result.pairs[0].force), -0.02 * EA / 2, 1e-9);
     EXPECT_NEAR(last(ran.monitor("a.x_max").mean_position), 0.99, 1e-9);
+    Report report("test", Verbosity::quiet);
+    warn_of_initial_overlaps(ran.built, report);
+    EXPECT_EQ(report.n_warnings(), 0);
   }
 }
 

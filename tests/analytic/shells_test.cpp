@@ -139,7 +139,7 @@ TEST_F(Shells, PlatesHaveTheirFrequencies) {
       EXPECT_NEAR(simple(0) / hz(2 * pi * pi, 1), 1, bound) << testing::PrintToString(kind) << mass;
       EXPECT_NEAR(simple(1) / hz(5 * pi * pi, 1), 1, 2 * bound)
           << testing::PrintToString(kind) << mass;
-      EXPECT_NEAR(simple(2) / simple(1), 1, 1e-2);
+      EXPECT_NEAR(simple(2) / simple(1), 1, 1e-10);
       EXPECT_NEAR(simple(3) / hz(8 * pi * pi, 1), 1, 3 * bound)
           << testing::PrintToString(kind) << mass;
       scene.more = "boundary:\n" + held("edges", "[x, y, z]", "") + "time: {end: 1}\n";
@@ -168,7 +168,7 @@ TEST_F(Shells, AFoldedPlateIsFree) {
   EXPECT_EQ((free.array() == 0).count(), 6);
   EXPECT_GT(free(6), 1);
   const Ran ran = folder.prepare(yaml(scene));
-  EXPECT_NEAR(ran.mass("a"), 2 * rho * t, 1e-9 * rho * t);
+  EXPECT_NEAR(ran.mass("a"), 2 * rho * t, 1e-12 * rho * t);
 }
 
 // A strip, no contraction: F L^3 / (3 E I) + F L / (kappa G A).
@@ -189,10 +189,10 @@ TEST_F(Shells, AStripBendsAsABeam) {
                    (is_static ? "step: 20, static: true" : time + ", step: 0.1") + "}\n";
       const Ran ran = folder.run(yaml(scene));
       EXPECT_NEAR(moved(ran, "a.x_1", 2), bending + shear,
-                  (is_static ? (kind == Faces::quads ? 1e-8 : 1e-3) : 1e-2) * bending)
+                  (is_static ? (kind == Faces::quads ? 2e-11 : 1e-3) : 5e-3) * bending)
           << testing::PrintToString(kind) << time;
       EXPECT_EQ(moved(ran, "a.x_0", 2), 0);
-      EXPECT_NEAR(last(ran.body("a").reaction, 2), -10, is_static ? 1e-6 : 0.5);
+      EXPECT_NEAR(last(ran.body("a").reaction, 2), -10, is_static ? 1e-9 : 0.1);
     }
 }
 
@@ -264,8 +264,10 @@ TEST_F(Shells, SuperelementsWithAllModesAreTheMesh) {
     for (const std::string& rotations : {std::string(), std::string(", condense_rotations: true")})
       for (const bool is_held : {false, true}) {
         Shelled mesh{.mass = on_solid ? "lumped" : "consistent"};
-        if (on_solid)
-          mesh.mesh = "bar.exo", mesh.blocks = "top: {thickness: 0.05}, bottom: {thickness: 0.01}";
+        if (on_solid) {
+          mesh.mesh = "bar.exo";
+          mesh.blocks = "top: {thickness: 0.05}, bottom: {thickness: 0.01}";
+        }
         const std::string ends = on_solid ? "[x_min, x_max]" : "[x_0, y_1]";
         if (is_held && !rotations.empty()) continue;  // nothing holds what is inside
         mesh.more = (is_held ? "boundary:\n" + held(on_solid ? "x_min" : "x_0", "[x, y, z]", "")
@@ -279,7 +281,7 @@ TEST_F(Shells, SuperelementsWithAllModesAreTheMesh) {
                             std::to_string(rotations.empty() ? inside : inside + kept);
         const Vector expected = frequencies(mesh, 20), found = frequencies(reduced, 20);
         for (Index j = 0; j < 20; ++j)
-          EXPECT_NEAR(found(j), expected(j), 1e-7 * expected(19)) << on_solid << rotations << j;
+          EXPECT_NEAR(found(j), expected(j), 1e-9 * expected(19)) << on_solid << rotations << j;
       }
 }
 
@@ -315,9 +317,9 @@ TEST_F(Shells, SuperelementsMoveAsTheMesh) {
       scale = std::max(scale, (at(expected, i) - at(expected, 0)).norm());
     }
     EXPECT_GT(scale, 1e-6) << time;
-    EXPECT_LT(worst, 1e-6 * scale) << time;
-    EXPECT_LT(test::energy_residual(a.result), 1e-6) << time;
-    EXPECT_LT(test::energy_residual(b.result), 1e-6) << time;
+    EXPECT_LT(worst, 1e-9 * scale) << time;
+    EXPECT_LT(test::energy_residual(a.result), 1e-12) << time;
+    EXPECT_LT(test::energy_residual(b.result), 1e-12) << time;
   }
 }
 
@@ -337,7 +339,7 @@ TEST_F(Shells, PlatesTouch) {
         time + "}\n";
     const test::RestartedRun both = test::restarted(folder, yaml(scene), 0.004);
     const Ran& ran = both.whole;
-    EXPECT_LT(test::energy_residual(ran.result), 1e-2) << time;
+    EXPECT_LT(test::energy_residual(ran.result), 1e-12) << time;
     double lowest = 1;
     for (std::size_t i = 0; i < ran.result.time.size(); ++i)
       lowest = std::min(lowest, at(ran.monitor("b.plate").mean_position, i)[2]);
@@ -363,8 +365,11 @@ TEST_F(Shells, SuperelementsTurn) {
     const Series3& L = ran.body("a").angular_momentum;
     const std::size_t n = ran.result.time.size();
     EXPECT_LT((at(L, n - 1) - at(L, 0)).norm(), 1e-9 * at(L, 0).norm());
-    EXPECT_GT(at(L, 0).norm(), 1);
-    EXPECT_LT(test::energy_residual(ran.result), 1e-6);
+    // Of a rectangle about axes in its plane; about its normal the drilling rotations add to it
+    const double m = 0.7 * rho * t;
+    EXPECT_NEAR(at(L, 0)[0], 3 * m * (0.7 * 0.7 + t * t) / 12, 1e-9);
+    EXPECT_NEAR(at(L, 0)[1], 5 * m * (1 + t * t) / 12, 1e-9);
+    EXPECT_LT(test::energy_residual(ran.result), 1e-12);
   }
 }
 
@@ -374,8 +379,8 @@ TEST_F(Shells, ARigidPlateFalls) {
   Shelled scene{.instance = ", as: rigid", .output = "history: [a.x_0], every: 0.1"};
   scene.more = "loads:\n  - {gravity: [0, 0, -10]}\ntime: {end: 0.1, step: 1.0e-3}\n";
   const Ran ran = folder.run(yaml(scene));
-  EXPECT_NEAR(moved(ran, "a.x_0", 2), -0.05, 1e-6);
-  EXPECT_NEAR(ran.mass("a"), 0.7 * rho * t, 1e-9);
+  EXPECT_NEAR(moved(ran, "a.x_0", 2), -0.05, 1e-12);
+  EXPECT_NEAR(ran.mass("a"), 0.7 * rho * t, 1e-11);
 }
 
 // A moment on one node bends a strip by M L^2 / (2 E I), as mesh and as superelement, turned and
@@ -393,7 +398,7 @@ TEST_F(Shells, APointOnOneNodeHasItsRotations) {
           "1, static: true}\n";
       const Ran ran = folder.run(yaml(scene));
       const double sag = 10 * L * L / (2 * E * I), angle = 10 * L / (E * I);
-      EXPECT_NEAR(moved(ran, "a.end", 2), -sag, 0.01 * sag) << kind << place;
+      EXPECT_NEAR(moved(ran, "a.end", 2), -sag, 2e-3 * sag) << kind << place;
       EXPECT_NEAR(last(ran.monitor("a.end").rotation, 1), angle, 0.1 * angle) << kind << place;
       scene.more = "links:\n  - {between: [a.end, ground]}\nboundary:\n" +
                    held("x_0", "[x, y, z]", "") +

@@ -114,7 +114,10 @@ class Assembled {
       std::vector<Index> rows;
       for (Index t = 0; t < m; ++t)
         for (const auto& [of, sum] : ties[static_cast<std::size_t>(t)]->of_bodies)
-          if (of == bodies_[i]) sums.push_back(sum), rows.push_back(t);
+          if (of == bodies_[i]) {
+            sums.push_back(sum);
+            rows.push_back(t);
+          }
       if (!sums.empty()) add_part(parts_[i], sums, rows, entries);
     }
     A_.resize(m, M_.rows());
