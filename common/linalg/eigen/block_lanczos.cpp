@@ -104,25 +104,34 @@ class BlockLanczos {
     return std::min(m_, size_ + std::max(2 * b_, whole_blocks(std::min(missing, size_ / 6))));
   }
 
-  // U <- U L^-T, P <- P L^-T with U^T P = L L^T (P = M U); R = L^T. False when U is dependent.
-  bool orthonormalise_once(Eigen::Ref<Matrix> U, Matrix& P, Matrix& R) const {
+  // U <- U L^-T with U^T P = L L^T (P = M U), and R = L^T. False when U is dependent.
+  bool orthonormalise_once(Eigen::Ref<Matrix> U, const Matrix& P, Matrix& R) {
     const Matrix G = tall_product(U, P);
     const Cholesky cholesky(Matrix(0.5 * (G + G.transpose())));
     if (!cholesky.ok()) return false;
     const Vector diagonal = cholesky.diagonal();
     if (!(diagonal.minCoeff() > 1e-7 * diagonal.maxCoeff())) return false;
-    cholesky.divide_by_upper(U);
-    cholesky.divide_by_upper(P);
     R = cholesky.upper();
+    // L is as small as a block is wide, and so well-conditioned that its inverse will do
+    inverse_.setIdentity(U.cols(), U.cols());
+    cholesky.divide_by_upper(inverse_);
+    multiply_on_right(inverse_, U);
+    return true;
+  }
+
+  // The same, and P <- P L^-T
+  bool orthonormalise_both(Eigen::Ref<Matrix> U, Matrix& P, Matrix& R) {
+    if (!orthonormalise_once(U, P, R)) return false;
+    multiply_on_right(inverse_, P);
     return true;
   }
 
   // Twice; P = M U afterwards to round-off.
-  bool orthonormalise(Eigen::Ref<Matrix> U, Matrix& P, Matrix& R) const {
+  bool orthonormalise(Eigen::Ref<Matrix> U, Matrix& P, Matrix& R) {
     Matrix R_1, R_2;
     if (!orthonormalise_once(U, P, R_1)) return false;
     multiply_symmetric(M_, U, P);
-    if (!orthonormalise_once(U, P, R_2)) return false;
+    if (!orthonormalise_both(U, P, R_2)) return false;
     R = R_2 * R_1;
     return true;
   }
@@ -169,7 +178,7 @@ class BlockLanczos {
       h += rest * R;
       multiply_symmetric(M_, U, P_);
       // It was orthonormal but for round-off and what has just been taken away: once is enough
-      if (!orthonormalise_once(U, P_, R_again)) return false;
+      if (!orthonormalise_both(U, P_, R_again)) return false;
       last_ = R_again * R;
       H_.block(0, size_, columns, b_) = h;
       H_.block(size_, 0, b_, columns) = h.transpose();
@@ -266,7 +275,7 @@ class BlockLanczos {
   Index n_ = 0, k_ = 0, b_ = 0, m_ = 0, size_ = 0, n_seen_ = 0;
   double sigma_ = 0;
   TallBasis V_;
-  Matrix P_, H_, S_, last_, seen_;
+  Matrix P_, H_, S_, last_, seen_, inverse_;
   Vector theta_;
   std::vector<Index> chosen_;
   bool is_restarted_ = false;

@@ -210,6 +210,23 @@ void subtract_product(const Eigen::Ref<const Matrix>& V, const Eigen::Ref<const 
   });
 }
 
+void multiply_on_right(const Eigen::Ref<const Matrix>& T, Eigen::Ref<Matrix> U) {
+  assert(T.rows() == U.cols() && T.cols() == U.cols());
+  const Index n = U.rows(), p = U.cols(), slabs = (n + slab_rows - 1) / slab_rows;
+  const Matrix T_t = in_groups(T);
+  share(slabs, product_of(n, p, p), [&](Index i) {
+    const Index row = i * slab_rows, count = std::min(slab_rows, n - row);
+    const Matrix before = U.middleRows(row, count);
+    Matrix Y_t(narrow::width, count);
+    for (Index first = 0; first < p; first += narrow::width) {
+      const Index columns = std::min(narrow::width, p - first);
+      narrow::multiply(before.data(), count, count, p, T_t.col(first / narrow::width * p).data(),
+                       Y_t.data());
+      U.block(row, first, count, columns) = Y_t.topRows(columns).transpose();
+    }
+  });
+}
+
 void multiply_symmetric(const SparseMatrix& M, const Eigen::Ref<const Matrix>& U, Matrix& P) {
   const Index n = M.rows(), p = U.cols();
   P.resize(n, p);

@@ -44,6 +44,8 @@ Matrix tall_product(const Eigen::Ref<const Matrix>& U, const Eigen::Ref<const Ma
 // U <- U - V h
 void subtract_product(const Eigen::Ref<const Matrix>& V, const Eigen::Ref<const Matrix>& h,
                       Eigen::Ref<Matrix> U);
+// U <- U T, T: a few columns
+void multiply_on_right(const Eigen::Ref<const Matrix>& T, Eigen::Ref<Matrix> U);
 
 // M U of a symmetric sparse M with both triangles stored, on our threads   (n x p)
 void multiply_symmetric(const SparseMatrix& M, const Eigen::Ref<const Matrix>& U, Matrix& P);

@@ -187,12 +187,23 @@ void PanelSolver::narrow_backward(Index s, double* X_t) {
   }
 }
 
+// Asks for the beginning of a supernode that is next, which no product before it does.
+void PanelSolver::fetch(Index s) const {
+  constexpr Index most = 1024;
+  constexpr int to_be_read = 0, into_second_cache = 2;
+  const double* L = factor_.x + factor_.px[s];
+  const Index n = std::min(most, factor_.px[s + 1] - factor_.px[s]);
+  for (Index i = 0; i < n; i += line) __builtin_prefetch(L + i, to_be_read, into_second_cache);
+}
+
 void PanelSolver::forward(Eigen::Ref<Matrix> X_t, const SupernodeSet& set) {
   const Index w = X_t.rows();
   assert(X_t.cols() == factor_.n && w <= work_.rows() && X_t.innerStride() == 1);
   const int stride = as_int(X_t.outerStride());
-  for (const Index s : set.supernodes) {
+  for (auto it = set.supernodes.begin(); it != set.supernodes.end(); ++it) {
+    const Index s = *it;
     if (w == narrow::width && stride == w && work_.rows() == w) {
+      if (const auto next = it + 1; next != set.supernodes.end()) fetch(*next);
       narrow_forward(s, X_t.data());
       continue;
     }
@@ -225,6 +236,7 @@ void PanelSolver::backward(Eigen::Ref<Matrix> X_t, const SupernodeSet& set) {
     const Index s = *it, columns = factor_.columns(s), height = factor_.height(s),
                 below = height - columns;
     if (w == narrow::width && stride == w && work_.rows() == w) {
+      if (const auto next = it + 1; next != set.supernodes.rend()) fetch(*next);
       narrow_backward(s, X_t.data());
       continue;
     }

@@ -82,6 +82,7 @@ class PanelSolver {
 
  private:
   void solve_diagonal(Index s, Eigen::Ref<Matrix> X_t);
+  void fetch(Index s) const;
   void narrow_forward(Index s, double* X_t);
   void narrow_backward(Index s, double* X_t);
   void solve_diagonal_transposed(Index s, Eigen::Ref<Matrix> X_t);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "common/linalg/sparse/lower_updates.hpp"
+#include "common/linalg/lower_updates.hpp"
 
 #include <cblas.h>
 
