@@ -20,6 +20,7 @@
 #include "common/scene/staleness.hpp"
 #include "reducer/bases/reduce.hpp"
 #include "reducer/condensation/panel_memory.hpp"
+#include "reducer/condensation/residual_mass.hpp"
 #include "reducer/distributed/distributed_reduction.hpp"
 #include "reducer/distributed/processes.hpp"
 #include "reducer/domains/decomposition.hpp"
@@ -369,8 +370,10 @@ class Reducer {
     {
       const auto phase = report_.phase("diagonal form");
       const std::vector<Index> part = parts_of(mesh, s.node_ids);
-      if (s.n() <= form_limit()) figures.condition.n_rigid = add_diagonal_form(s, part);
-      const Index loose = examine_reduced(s, rigid_motions_of_parts(s, part), figures.condition);
+      const Cholesky M_res = residual_mass_factor(s);
+      if (s.n() <= form_limit()) figures.condition.n_rigid = add_diagonal_form(s, part, &M_res);
+      const Index loose =
+          examine_reduced(s, rigid_motions_of_parts(s, part), M_res, figures.condition);
       if (loose >= 0)
         figures.condition.loose_node =
             name_of_node_id(mesh, s.node_ids[static_cast<std::size_t>(loose / 3)]);

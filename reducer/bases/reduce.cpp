@@ -15,6 +15,7 @@
 #include "reducer/bases/free_shapes.hpp"
 #include "reducer/bases/reduction_steps.hpp"
 #include "reducer/condensation/panel_memory.hpp"
+#include "reducer/condensation/residual_mass.hpp"
 #include "reducer/judgement/accuracy.hpp"
 #include "reducer/judgement/mode_tolerance.hpp"
 #include "reducer/modes/diagonal_form.hpp"
@@ -222,17 +223,20 @@ void make_fixed(Reduction& r, Superelement& s) {
   keep_figures(r, s, make_massless_fixed(parts_of_interface(r), s));
 }
 
-void add_diagonal(Reduction& r, Superelement& s) {
-  if (r.settings.is_domain) return;
+// Returns residual_mass_factor().
+Cholesky add_diagonal(Reduction& r, Superelement& s) {
   const auto phase = r.report.phase("diagonal form");
   const std::vector<Index> part = parts_of_interface(r);
+  Cholesky M_res = residual_mass_factor(s);
   if (s.n() <= r.settings.diagonal_limit) {
     r.figures.condition.n_rigid = r.settings.is_diagonal_read
-                                      ? add_diagonal_form(s, part)
+                                      ? add_diagonal_form(s, part, &M_res)
                                       : add_lowest_modes(s, part, n_estimated + n_beside);
   }
-  const Index loose = examine_reduced(s, rigid_motions_of_parts(s, part), r.figures.condition);
+  const Index loose =
+      examine_reduced(s, rigid_motions_of_parts(s, part), M_res, r.figures.condition);
   if (loose >= 0) r.figures.condition.loose_node = node_of_interface_dof(r, loose);
+  return M_res;
 }
 
 void make_shapes(Reduction& r, const SparseCholesky& factor, Superelement& s) {
@@ -327,11 +331,11 @@ void take_matrices(Reduction& r, FixedInterfaceModes& modes, Condensation& conde
 }
 
 void add_accuracy(Reduction& r, const SparseCholesky& factor, const InterfaceMotions& motions,
-                  const Matrix& Phi, Superelement& s) {
+                  const Matrix& Phi, const Cholesky& M_res, Superelement& s) {
   const auto phase = r.report.phase("errors");
   FreeEigenvalues free;
   s.accuracy = accuracy_of(r.p, factor, motions, s, Phi, r.figures.condition.n_rigid, r.not_kept,
-                           parts(r), true, &free);
+                           parts(r), true, &free, &M_res);
   if (r.options.tolerance)
     judge_tolerance(*r.options.tolerance, s.accuracy->largest_left_out, free.worst_of_ten,
                     r.figures.condition.K_II.scaled, r.report);
@@ -510,8 +514,10 @@ void condense_and_keep(Reduction& r, Superelement& s) {
   if (!r.options.is_characteristic()) add_spin_moments(r, factor, modes.Phi, s);
   r.figures.condition.reduced_rigid =
       rigid_residual(s.K_cc, reduced_rigid_modes(s, s.rigid_body.center).bottomRows(s.c())).value;
-  if (!r.options.is_characteristic()) add_diagonal(r, s);
-  if (judged) add_accuracy(r, factor, motions, modes.Phi, s);
+  if (judged) {
+    const Cholesky M_res = add_diagonal(r, s);
+    add_accuracy(r, factor, motions, modes.Phi, M_res, s);
+  }
   if (!r.settings.is_diagonal_read) s.omega.resize(0), s.V.resize(0, 0);
   FreeEigenvalues free;
   if (r.options.is_characteristic()) free = look_before(r, factor, modes.Phi, s);

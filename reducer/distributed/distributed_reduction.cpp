@@ -15,6 +15,7 @@
 #include "common/scene/scene_words.hpp"
 #include "reducer/bases/reduction_steps.hpp"
 #include "reducer/condensation/panel_memory.hpp"
+#include "reducer/condensation/residual_mass.hpp"
 #include "reducer/distributed/distributed_interior.hpp"
 #include "reducer/distributed/processes.hpp"
 #include "reducer/judgement/accuracy.hpp"
@@ -326,11 +327,12 @@ class DistributedReduction {
         rigid_residual(s_.K_cc, reduced_rigid_modes(s_, s_.rigid_body.center).bottomRows(s_.c()))
             .value;
     const std::vector<Index> part = parts_of_interface(r_);
+    const Cholesky M_res = residual_mass_factor(s_);
     if (s_.n() <= r_.settings.diagonal_limit)
       condition.n_rigid = r_.settings.is_diagonal_read
-                              ? add_diagonal_form(s_, part)
+                              ? add_diagonal_form(s_, part, &M_res)
                               : add_lowest_modes(s_, part, n_estimated + n_beside);
-    const Index loose = examine_reduced(s_, rigid_motions_of_parts(s_, part), condition);
+    const Index loose = examine_reduced(s_, rigid_motions_of_parts(s_, part), M_res, condition);
     if (loose >= 0) condition.loose_node = node_of_interface_dof(r_, loose);
     report_conditioning(condition, r_.report);
     warn_of_conditioning(condition, r_.report);

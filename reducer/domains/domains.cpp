@@ -14,6 +14,7 @@
 #include "common/linalg/blas_threads.hpp"
 #include "common/linalg/dense_factor.hpp"
 #include "reducer/condensation/panel_memory.hpp"
+#include "reducer/condensation/residual_mass.hpp"
 #include "reducer/domains/decomposition.hpp"
 #include "reducer/judgement/accuracy.hpp"
 #include "reducer/modes/diagonal_form.hpp"
@@ -189,13 +190,14 @@ void add_diagonal(const Mesh& mesh, const ReduceSettings& settings, Report& repo
   Superelement whole = join(group);
   const std::vector<Index> part = parts_of(mesh, whole.node_ids);
   Conditioning condition;
-  condition.n_rigid = settings.is_diagonal_read ? add_diagonal_form(whole, part)
+  const Cholesky M_res = residual_mass_factor(whole);
+  condition.n_rigid = settings.is_diagonal_read ? add_diagonal_form(whole, part, &M_res)
                                                 : add_lowest_modes(whole, part, n_beside);
   condition.reduced_rigid =
       rigid_residual(whole.K_cc,
                      reduced_rigid_modes(whole, group.rigid_body.center).bottomRows(whole.c()))
           .value;
-  const Index loose = examine_reduced(whole, rigid_motions_of_parts(whole, part), condition);
+  const Index loose = examine_reduced(whole, rigid_motions_of_parts(whole, part), M_res, condition);
   if (loose >= 0)
     condition.loose_node =
         name_of_node_id(mesh, whole.node_ids[static_cast<std::size_t>(loose / 3)]);

@@ -4,12 +4,14 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <utility>
 
 #include "common/linalg/dense.hpp"
 #include "common/linalg/dense_factor.hpp"
 #include "common/linalg/eigen/eigenpairs.hpp"
 #include "common/mesh/face_weights.hpp"
+#include "reducer/condensation/residual_mass.hpp"
 #include "reducer/judgement/missing_modes.hpp"
 #include "reducer/judgement/mode_tolerance.hpp"
 #include "reducer/modes/diagonal_form.hpp"
@@ -154,13 +156,7 @@ StrainLeftOut strain_left_out(const InterfaceMotions& motions, const Matrix& D) 
   return left;
 }
 
-Matrix residual_mass_factor(const Superelement& s) {
-  Matrix M_res = s.M_cc;
-  if (s.k() > 0) M_res.noalias() -= s.M_kc.transpose() * s.M_kc;
-  return dense_cholesky(M_res) ? M_res : Matrix();
-}
-
-double impact_share(const Superelement& s, const Matrix& L, const Surface& surface) {
+double impact_share(const Superelement& s, const Cholesky& M_res, const Surface& surface) {
   const Vector3 normal = Vector3(face_normals(surface, s.coordinates).colwise().sum()).normalized();
   const Points at_node = face_normals(surface, s.coordinates);
   // G^T: unit normals of the surface's nodes   (c x nodes); r: the translation   (c)
@@ -176,10 +172,10 @@ double impact_share(const Superelement& s, const Matrix& L, const Surface& surfa
     if (column[node] >= 0)
       G(i, column[node]) = at_node(node, s.dof_component[i]) / at_node.row(node).norm();
   }
-  if (n == 0 || L.rows() == 0) return 0;
+  if (n == 0 || !M_res.ok()) return 0;
   const Vector stopped = G.transpose() * r;
   // W = G M_res^-1 G^T by L^-1 G^T   (nodes x nodes)
-  L.triangularView<Eigen::Lower>().solveInPlace(G);
+  M_res.solve_lower_in_place(G);
   const Cholesky W(G.transpose() * G);
   const double energy = r.dot(s.M_cc * r);
   if (!W.ok() || !(energy > 0)) return 0;
@@ -336,14 +332,17 @@ Superelement::Accuracy accuracy_of_strain(const InterfaceMotions& motions, const
 }
 
 // What the reduced mass tells of the interface, and of each face, when it stops.
-void add_stops(const Superelement& s, bool of_faces, Superelement::Accuracy& a) {
+void add_stops(const Superelement& s, bool of_faces, const Cholesky* M_res,
+               Superelement::Accuracy& a) {
   a.rho_res = residual_mass_share(s);
   const bool any_flat =
       of_faces && std::any_of(s.surfaces.begin(), s.surfaces.end(),
                               [&](const Surface& f) { return is_nearly_flat(s, f); });
-  const Matrix L = any_flat && s.c() <= largest_dense ? residual_mass_factor(s) : Matrix();
+  if (!any_flat || s.c() > largest_dense) return;
+  std::optional<Cholesky> own;
+  const Cholesky& L = M_res != nullptr ? *M_res : own.emplace(residual_mass_factor(s));
   for (const Surface& surface : s.surfaces)
-    if (L.rows() > 0 && is_nearly_flat(s, surface))
+    if (L.ok() && is_nearly_flat(s, surface))
       a.surfaces[surface.name].impact = impact_share(s, L, surface);
 }
 
@@ -355,10 +354,10 @@ Matrix free_motions(const Superelement& s, Index n_rigid) {
 
 Superelement::Accuracy accuracy_of(const InteriorAnswers& answers, const InterfaceMotions& motions,
                                    const Superelement& s, Index n_rigid,
-                                   const ModesNotKept& others) {
+                                   const ModesNotKept& others, const Cholesky* M_res) {
   Superelement::Accuracy a = accuracy_of_strain(motions, answers.D, s, others);
   a.rho_floor = answers.rho_floor;
-  add_stops(s, true, a);
+  add_stops(s, true, M_res, a);
   if (answers.missing.D.rows() == 0) return a;
   Estimates estimates;
   estimate_eigenvalue_errors(s, n_rigid, answers.missing, estimates);
@@ -388,10 +387,10 @@ Superelement::Accuracy accuracy_of(const Partition& p, const SparseCholesky& fac
                                    const InterfaceMotions& motions, const Superelement& s,
                                    const Matrix& Phi, Index n_rigid, const ModesNotKept& not_kept,
                                    const std::vector<ComponentPart>& parts, bool of_faces,
-                                   FreeEigenvalues* free) {
+                                   FreeEigenvalues* free, const Cholesky* M_res) {
   const ModesNotKept others = settled(not_kept, p, factor, s);
   Superelement::Accuracy a = accuracy_of_fixed_modes(p, factor, motions, s, Phi, others);
-  add_stops(s, of_faces, a);
+  add_stops(s, of_faces, M_res, a);
   Estimates estimates;
   if (!parts.empty()) {
     look_at_parts(parts, s, Phi, not_kept, a, estimates);

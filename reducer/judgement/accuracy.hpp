@@ -53,13 +53,11 @@ struct StrainLeftOut {
 };
 StrainLeftOut strain_left_out(const InterfaceMotions& motions, const Matrix& D);
 
-// L of M_res = M_cc - M_kc^T M_kc = L L^T (lower triangle); empty when it is not positive definite.
-Matrix residual_mass_factor(const Superelement& s);
 // Share of the energy of a free component that flies along the mean normal of a surface that it
 // loses when all nodes of the surface are stopped in the direction of its normals at once,
 // frictionless: (G r)^T (G M_res^-1 G^T)^-1 G r / r^T M_cc r with the normals' rows G and the rigid
 // translation r.
-double impact_share(const Superelement& s, const Matrix& L, const Surface& surface);
+double impact_share(const Superelement& s, const Cholesky& M_res, const Surface& surface);
 
 // Fixed-interface modes that a superelement does not have.
 struct ModesNotKept {
@@ -95,12 +93,13 @@ constexpr Index n_estimated = 32, n_beside = 16;
 // (full_eigenvalues()); the lowest 32, none after the first that may be off by more than 0.1, and
 // none above 0.95 of the first held mode that is missing. Two solves a mode. not_kept.beyond, where
 // it is not known, is found by Lanczos. The lowest n_estimated + n_beside columns of the diagonal
-// form do. of_faces: also what is told of each face.
+// form do. of_faces: also what is told of each face, by M_res: residual_mass_factor() of s, or null:
+// to be made.
 Superelement::Accuracy accuracy_of(const Partition& p, const SparseCholesky& factor,
                                    const InterfaceMotions& motions, const Superelement& s,
                                    const Matrix& Phi, Index n_rigid, const ModesNotKept& not_kept,
                                    const std::vector<ComponentPart>& parts, bool of_faces,
-                                   FreeEigenvalues* estimates);
+                                   FreeEigenvalues* estimates, const Cholesky* M_res = nullptr);
 
 // The same of a component of one part whose interior has been asked already: what accuracy_of()
 // takes from it.
@@ -113,7 +112,7 @@ struct InteriorAnswers {
 Matrix free_motions(const Superelement& s, Index n_rigid);
 Superelement::Accuracy accuracy_of(const InteriorAnswers& answers, const InterfaceMotions& motions,
                                    const Superelement& s, Index n_rigid,
-                                   const ModesNotKept& others);
+                                   const ModesNotKept& others, const Cholesky* M_res = nullptr);
 
 // Of these only what fixed-interface modes leave out; without rho_res. s: eigenvalues and what
 // describes its interface; `others`: settled().

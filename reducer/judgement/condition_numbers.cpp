@@ -12,6 +12,7 @@
 #include "common/linalg/blas_threads.hpp"
 #include "common/linalg/dense.hpp"
 #include "common/linalg/eigen/eigenpairs.hpp"
+#include "reducer/condensation/residual_mass.hpp"
 
 namespace cbr {
 namespace {
@@ -53,13 +54,6 @@ double mass_norm(const Superelement& s, const Vector& D) {
   return largest;
 }
 
-// M_cc - M_kc^T M_kc   (c x c)
-Matrix residual_mass(const Superelement& s) {
-  Matrix M_res = s.M_cc;
-  if (s.k() > 0) M_res.noalias() -= s.M_kc.transpose() * s.M_kc;
-  return M_res;
-}
-
 // x = [a; b] <- M^-1 x: y_c = M_res^-1 (b - M_kc^T a), y_k = a - M_kc y_c
 void solve_mass(const Superelement& s, const Cholesky& M_res, Vector& x) {
   const Index k = s.k(), c = s.c();
@@ -97,13 +91,12 @@ ConditionNumbers condition_numbers(const SparseMatrix& A, const SparseCholesky& 
   return {column_norm(A, one) * search[0].norm(), column_norm(A, D) * search[1].norm()};
 }
 
-ConditionNumbers reduced_mass_condition(const Superelement& s) {
+ConditionNumbers reduced_mass_condition(const Superelement& s, const Cholesky& M_res) {
   const Index c = s.c(), n = s.n();
   if (n == 0) return {};
-  const Cholesky cholesky(residual_mass(s));
   const double infinite = std::numeric_limits<double>::infinity();
-  if (!cholesky.ok()) return {infinite, infinite};
-  const auto solve = [&](Vector& x) { solve_mass(s, cholesky, x); };
+  if (!M_res.ok()) return {infinite, infinite};
+  const auto solve = [&](Vector& x) { solve_mass(s, M_res, x); };
   Vector D = Vector::Ones(n);
   ConditionNumbers numbers;
   numbers.plain = mass_norm(s, D) * inverse_norm(n, solve);
@@ -114,6 +107,10 @@ ConditionNumbers reduced_mass_condition(const Superelement& s) {
                      x = x.cwiseQuotient(D);
                    });
   return numbers;
+}
+
+ConditionNumbers reduced_mass_condition(const Superelement& s) {
+  return reduced_mass_condition(s, residual_mass_factor(s));
 }
 
 ModeCheck check_modes(const Partition& p, const Vector& lambda, const Matrix& Phi) {
@@ -172,9 +169,8 @@ SoftestMotion softest_motion(Matrix K, const Matrix& R) {
   return softest;
 }
 
-double largest_frequency(const Superelement& s) {
+double largest_frequency(const Superelement& s, const Cholesky& M_res) {
   const Index k = s.k(), c = s.c();
-  const Cholesky M_res(residual_mass(s));
   if (!M_res.ok()) return std::numeric_limits<double>::quiet_NaN();
   const SingleThreadedBlas blas;  // one vector after another: memory is the limit
   const auto times_stiffness = [&](const Vector& x, Vector& y) {
@@ -189,9 +185,10 @@ double largest_frequency(const Superelement& s) {
   return std::sqrt(largest_eigenvalue(s.n(), times_stiffness, divided_by_mass));
 }
 
-Index examine_reduced(const Superelement& s, const Matrix& rigid, Conditioning& c) {
+Index examine_reduced(const Superelement& s, const Matrix& rigid, const Cholesky& M_res,
+                      Conditioning& c) {
   Index dof = -1;
-  c.mass = reduced_mass_condition(s);
+  c.mass = reduced_mass_condition(s, M_res);
   if (!s.has_diagonal_form()) {
     if (s.c() == rigid.cols()) return dof;  // one point, which nothing resists
     const SoftestMotion softest = softest_motion(s.K_cc, rigid.bottomRows(s.c()));
@@ -200,7 +197,7 @@ Index examine_reduced(const Superelement& s, const Matrix& rigid, Conditioning& 
   }
   const Index known = s.omega.size();  // all, or the lowest
   c.n_zero = (s.omega.array() == 0).count();
-  c.largest_omega = known == s.n() ? s.omega(known - 1) : largest_frequency(s);
+  c.largest_omega = known == s.n() ? s.omega(known - 1) : largest_frequency(s, M_res);
   if (c.n_zero < known) c.lowest_omega = s.omega(c.n_zero);
   if (c.n_zero > c.n_rigid) s.V.col(c.n_rigid).tail(s.c()).cwiseAbs().maxCoeff(&dof);
   return dof;

@@ -5,6 +5,7 @@
 
 #include <functional>
 
+#include "common/linalg/dense.hpp"
 #include "common/linalg/sparse/sparse_cholesky.hpp"
 #include "common/superelement/conditioning.hpp"
 #include "common/superelement/superelement.hpp"
@@ -15,8 +16,9 @@ namespace cbr {
 
 ConditionNumbers condition_numbers(const SparseMatrix& A, const SparseCholesky& factor);
 
-// Of the reduced mass M^ = [I M_kc; M_kc^T M_cc]; infinite when it is not positive definite. Takes
-// c^3 / 3 flops.
+// Of the reduced mass M^ = [I M_kc; M_kc^T M_cc], by its residual_mass_factor(); infinite when it is
+// not positive definite.
+ConditionNumbers reduced_mass_condition(const Superelement& superelement, const Cholesky& M_res);
 ConditionNumbers reduced_mass_condition(const Superelement& superelement);
 
 // By one product with random signs z: what one mode has too much of another cannot hide but by
@@ -34,13 +36,13 @@ struct SoftestMotion {
 SoftestMotion softest_motion(Matrix K_cc, const Matrix& R);
 
 // rad/s, of K^ x = omega^2 M^ x, by Lanczos; NaN: M^ is not positive definite.
-double largest_frequency(const Superelement& superelement);
+double largest_frequency(const Superelement& superelement, const Cholesky& M_res);
 
 // Fills what a reduced component's matrices tell: the condition of its mass, and by its diagonal
 // form or the lowest modes of it, when there is one (n_rigid then has to be known), its
 // frequencies, else the softest motion beside `rigid` (n x r, rows [k; c]). The interface dof that
-// a motion without stiffness moves most; -1: there is none.
-Index examine_reduced(const Superelement& superelement, const Matrix& rigid,
+// a motion without stiffness moves most; -1: there is none. M_res: its residual_mass_factor().
+Index examine_reduced(const Superelement& superelement, const Matrix& rigid, const Cholesky& M_res,
                       Conditioning& condition);
 
 // RunError naming both modes when one is there twice, or nearly so.

@@ -12,6 +12,7 @@
 #include "common/linalg/dense_factor.hpp"
 #include "common/linalg/eigen/eigenpairs.hpp"
 #include "common/linalg/eigen/lanczos_below.hpp"
+#include "reducer/condensation/residual_mass.hpp"
 
 namespace cbr {
 namespace {
@@ -31,11 +32,10 @@ Matrix times_mass(const Superelement& s, const Matrix& X) {
 //       [0  L^-T],                                  [ -B^T Lambda  B^T Lambda B + L^-1 K_cc L^-T ],
 // so nothing of the size n^3 is spent on making the problem a standard one, and neither K^ nor M^
 // is formed. R (n x r): the rigid motions, R^T M^ R = I, no part along modes, which get lambda = 0.
-Eigenpairs reduced_eigenpairs(const Superelement& s, const Matrix& R) {
+Eigenpairs reduced_eigenpairs(const Superelement& s, const Matrix& R, const Cholesky* M_res) {
   const Index k = s.k(), c = s.c(), n = s.n();
-  Matrix L = s.M_cc;
-  if (k > 0) L.noalias() -= s.M_kc.transpose() * s.M_kc;
-  const Cholesky cholesky(std::move(L));
+  std::optional<Cholesky> own;
+  const Cholesky& cholesky = M_res != nullptr ? *M_res : own.emplace(residual_mass_factor(s));
   if (!cholesky.ok()) return {};
   // B = M_kc L^-T   (k x c)
   Matrix B = s.M_kc;
@@ -151,7 +151,8 @@ Eigenpairs lowest_by_lanczos(const Superelement& s, const Matrix& R, Index count
 
 // All modes, or rigid motions and elastic ones up to `count` in all: by Lanczos, or of all, as what
 // is 0 shows beside the largest alone.
-void add_modes(Superelement& s, Matrix R, std::optional<Index> count) {
+void add_modes(Superelement& s, Matrix R, std::optional<Index> count,
+               const Cholesky* M_res = nullptr) {
   const Index n = s.n(), n_rigid = R.cols();
   if (n_rigid > 0)
     orthonormalise([&](const Matrix& X) { return times_mass(s, X); }, R, "the rigid motions");
@@ -159,7 +160,7 @@ void add_modes(Superelement& s, Matrix R, std::optional<Index> count) {
     const Eigenpairs lowest = lowest_by_lanczos(s, R, *count - n_rigid);
     if (lowest.converged) return take_modes(s, std::move(R), lowest);
   }
-  Eigenpairs pairs = reduced_eigenpairs(s, R);
+  Eigenpairs pairs = reduced_eigenpairs(s, R, M_res);
   if (!pairs.converged) {
     throw InputError(
         "the reduced mass matrix is not positive definite, so there is no diagonal form (no "
@@ -187,10 +188,10 @@ void add_modes(Superelement& s, Matrix R, std::optional<Index> count) {
 
 }  // namespace
 
-Index add_diagonal_form(Superelement& s, const std::vector<Index>& part) {
+Index add_diagonal_form(Superelement& s, const std::vector<Index>& part, const Cholesky* M_res) {
   Matrix R = rigid_motions_of_parts(s, part);
   const Index n_rigid = R.cols();
-  add_diagonal_form(s, std::move(R));
+  add_modes(s, std::move(R), {}, M_res);
   return n_rigid;
 }
 

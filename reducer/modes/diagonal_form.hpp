@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "common/linalg/dense.hpp"
 #include "common/superelement/superelement.hpp"
 #include "reducer/condensation/reduced_rigid_motions.hpp"
 
@@ -13,8 +14,10 @@ namespace cbr {
 // node belongs to; each part has six rigid motions. Their omega is exactly 0 and their columns of V
 // are the analytic motions [0; R_c], orthonormalised in M^, so that a free body keeps its momentum
 // to round-off; the elastic columns are re-orthogonalised against them. Signs fixed. Returns the
-// number of rigid motions. InputError when M^ is not positive definite.
-Index add_diagonal_form(Superelement& superelement, const std::vector<Index>& part);
+// number of rigid motions. InputError when M^ is not positive definite. M_res:
+// residual_mass_factor() of it, or null: to be made.
+Index add_diagonal_form(Superelement& superelement, const std::vector<Index>& part,
+                        const Cholesky* M_res = nullptr);
 // The same with rigid motions R (n x r, independent columns) as they are.
 void add_diagonal_form(Superelement& superelement, Matrix R);
 
