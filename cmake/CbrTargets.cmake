@@ -35,6 +35,22 @@ function(cbr_target target)
   endif()
 endfunction()
 
+# cbr_join_folders(NAME): the sources of each folder of a library are compiled at once, as their templates are the same ones
+# (docs/decisions/build-time.md). So names in a folder's unnamed namespaces differ. Sources with options of their own stay apart.
+option(CBR_JOIN_FOLDERS "Compile the sources of each folder at once; OFF: one by one, for frequent small changes" ${CBR_PRECOMPILE})
+function(cbr_join_folders target)
+  if(NOT CBR_JOIN_FOLDERS OR NOT CMAKE_CXX_COMPILER_ID MATCHES "Clang")  # g++ 12 gains nothing
+    return()
+  endif()
+  get_target_property(sources ${target} SOURCES)
+  foreach(source IN LISTS sources)
+    cmake_path(GET source PARENT_PATH folder)
+    string(REPLACE "/" "_" group "${folder}_")
+    set_source_files_properties(${source} PROPERTIES UNITY_GROUP ${group})
+  endforeach()
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
+endfunction()
+
 # cbr_optimise(a.cpp ...): sources of tests that compute for long by themselves, ten seconds and more at -O0. Precompiled headers
 # are of -O0.
 function(cbr_optimise)

@@ -327,13 +327,10 @@ void add_block(const Mesh& mesh, const Block& block, const BlockProperties& prop
   }
 }
 
-// Where a shell's corner is flatter than this, relative to its longest extent, it has no plane.
-constexpr double flat_corner = 1e-10;
-
 void check_shells(const Mesh& mesh, const Block& block) {
   for (Index e = 0; e < block.connectivity.rows(); ++e) {
     check_nodes(mesh, block, e);
-    if (!(shell::corner_jacobian(block.type, element_points(mesh, block, e)) > flat_corner))
+    if (!(shell::corner_jacobian(block.type, element_points(mesh, block, e)) > shell::flat_corner))
       throw InputError(element_text(block, e) +
                        " is degenerate: its nodes lie on a line, or do not make a convex face: "
                        "check its node order and coordinates");

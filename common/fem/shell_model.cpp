@@ -15,9 +15,6 @@
 namespace cbr {
 namespace {
 
-// A face whose smallest corner is flatter than this, relative to its longest extent, has no plane
-// worth the name.
-constexpr double flat_corner = 1e-10;
 // Without density the rotations are condensed, which leaves a full matrix of the skin's
 // translations.
 constexpr Index most_condensed_nodes = 5000;
@@ -72,7 +69,7 @@ Face read_face(const IndexTable& faces, Index f, const Points& points,
         std::lower_bound(nodes.begin(), nodes.end(), faces(f, i)) - nodes.begin();
   }
   const double corner = shell::corner_jacobian(face.type, face.X);
-  if (!(corner > flat_corner))
+  if (!(corner > shell::flat_corner))
     throw InputError("shells: " + describe(faces, f) +
                      " is degenerate: its nodes coincide, lie on a line, or do not make a convex "
                      "face; correct the mesh");

@@ -15,7 +15,7 @@ namespace {
 
 // Opens the file and reads all its numbers: the library, or that of HDF5 below it, crashes on some
 // damaged files that are not classic.
-void visit_all(const std::filesystem::path& path) {
+void read_all_numbers(const std::filesystem::path& path) {
   int file = 0, n_variables = 0;
   if (nc_open(path.c_str(), NC_NOWRITE, &file) != NC_NOERR) return;
   nc_inq_nvars(file, &n_variables);
@@ -48,7 +48,7 @@ NetcdfReader::NetcdfReader(const std::filesystem::path& file) : where_(file.stri
   const std::uintmax_t size = std::filesystem::file_size(file, error);
   most_ = (classic ? 1 : 1e3) * static_cast<double>(size);
   if (!classic && !survives_in_child(
-                      where_, [&] { visit_all(file); }, seconds_to_read(size)))
+                      where_, [&] { read_all_numbers(file); }, seconds_to_read(size)))
     throw InputError(
         where_ + ": is a damaged netCDF file: the netCDF library fails on it, or reads for ever");
   const int status = nc_open(file.c_str(), NC_NOWRITE, &file_);

@@ -6,12 +6,11 @@
 #include <atomic>
 
 #include "common/base/row_threads.hpp"
+#include "common/linalg/blas_int.hpp"
 #include "common/linalg/blas_threads.hpp"
 
 namespace cbr {
 namespace {
-
-int as_int(Index n) { return static_cast<int>(n); }
 
 // work(row, rows, column, columns) for the tiles of the lower triangle of m rows.
 template <typename Work>

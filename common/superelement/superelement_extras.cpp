@@ -7,9 +7,10 @@
 #include "common/base/number_text.hpp"
 
 namespace cbr {
-namespace {
 
-std::string root(const std::string& prefix) { return prefix.empty() ? "/" : prefix; }
+std::string file_root(const std::string& prefix) { return prefix.empty() ? "/" : prefix; }
+
+namespace {
 
 void write_accuracy(Hdf5Writer& file, const std::string& group, const Superelement::Accuracy& a) {
   file.write(group + "/rho_res", Vector(a.rho_res));
@@ -101,7 +102,7 @@ void write_extras(Hdf5Writer& file, const std::string& prefix, const Superelemen
     file.write(prefix + "/loads/" + name + "/force", load.force);
     file.write(prefix + "/loads/" + name + "/weight", load.weight);
   }
-  if (s.n_residual > 0) file.attribute(root(prefix), "n_residual", s.n_residual);
+  if (s.n_residual > 0) file.attribute(file_root(prefix), "n_residual", s.n_residual);
   if (s.spin_moments.size() > 0) file.write(prefix + "/spin_moments", s.spin_moments);
   write_conditioning(file, prefix, s.conditioning);
 }
@@ -114,8 +115,8 @@ void read_extras(const Hdf5Reader& file, const std::string& prefix, Superelement
       s.loads[name] = {file.read_scalar(group + "/weight"), file.read_matrix(group + "/force")};
     }
   }
-  if (file.has_attribute(root(prefix), "n_residual"))
-    s.n_residual = file.read_index(root(prefix), "n_residual");
+  if (file.has_attribute(file_root(prefix), "n_residual"))
+    s.n_residual = file.read_index(file_root(prefix), "n_residual");
   if (file.has(prefix + "/spin_moments"))
     s.spin_moments = file.read_matrix(prefix + "/spin_moments");
   s.conditioning = read_conditioning(file, prefix);

@@ -11,6 +11,9 @@
 
 namespace cbr {
 
+// The object that carries the attributes.
+std::string file_root(const std::string& prefix);
+
 void write_extras(Hdf5Writer& file, const std::string& prefix, const Superelement& superelement);
 void read_extras(const Hdf5Reader& file, const std::string& prefix, Superelement& superelement);
 // InputError "WHERE: FIELD: ..."

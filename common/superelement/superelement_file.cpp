@@ -17,9 +17,6 @@ namespace {
 
 constexpr int format_major = 1;
 
-// The object that carries the attributes.
-std::string root(const std::string& prefix) { return prefix.empty() ? "/" : prefix; }
-
 // --- writing ---
 
 void write_surface(Hdf5Writer& file, const std::string& prefix, const Surface& surface) {
@@ -180,9 +177,9 @@ void read_interface(const Hdf5Reader& file, const std::string& prefix, Superelem
 
 void write_format(Hdf5Writer& file, const std::string& prefix, const std::string& format,
                   const std::string& format_version) {
-  file.attribute(root(prefix), "format", format);
-  file.attribute(root(prefix), "format_version", format_version);
-  file.attribute(root(prefix), "generator", std::string("cbr ") + version());
+  file.attribute(file_root(prefix), "format", format);
+  file.attribute(file_root(prefix), "format_version", format_version);
+  file.attribute(file_root(prefix), "generator", std::string("cbr ") + version());
 }
 
 void check_format(const Hdf5Reader& file, const std::string& prefix, const std::string& expected) {
@@ -190,9 +187,9 @@ void check_format(const Hdf5Reader& file, const std::string& prefix, const std::
   const std::string what =
       (prefix.empty() ? "is not a " : prefix + ": is not a ") +
       std::string(group ? "file of a group of superelements" : "superelement file") + ": ";
-  if (!file.has_attribute(root(prefix), "format"))
+  if (!file.has_attribute(file_root(prefix), "format"))
     fail(file, what + "the root attribute 'format' is missing");
-  const std::string format = file.read_string(root(prefix), "format");
+  const std::string format = file.read_string(file_root(prefix), "format");
   if (format != expected) {
     std::string hint;
     if (format == superelement_group_format)
@@ -201,7 +198,7 @@ void check_format(const Hdf5Reader& file, const std::string& prefix, const std::
       hint = ": it holds one superelement, of a component that is not decomposed";
     fail(file, what + "attribute 'format' is '" + format + "', expected '" + expected + "'" + hint);
   }
-  const std::string version = file.read_string(root(prefix), "format_version");
+  const std::string version = file.read_string(file_root(prefix), "format_version");
   int major = -1;
   const auto [end, error] = std::from_chars(version.data(), version.data() + version.size(), major);
   const bool valid =
@@ -215,7 +212,7 @@ void check_format(const Hdf5Reader& file, const std::string& prefix, const std::
                    ".x that this program reads: use a newer cbr, or reduce the component again "
                    "with this one");
   }
-  file.read_string(root(prefix), "generator");
+  file.read_string(file_root(prefix), "generator");
 }
 
 void write_rigid_body(Hdf5Writer& file, const std::string& prefix, const RigidBody& body) {
@@ -255,7 +252,7 @@ std::map<std::string, std::string> read_provenance(const Hdf5Reader& file,
 
 void check_count(const Hdf5Reader& file, const std::string& prefix, const std::string& attribute,
                  Index found, const std::string& dataset) {
-  const Index claimed = file.read_index(root(prefix), attribute);
+  const Index claimed = file.read_index(file_root(prefix), attribute);
   if (claimed == found) return;
   fail(file, prefix + dataset + ": length " + std::to_string(found) + " is not the attribute '" +
                  attribute + "' = " + std::to_string(claimed));
@@ -265,8 +262,8 @@ Superelement read_superelement_at(const Hdf5Reader& file, const std::string& pre
                                   const SuperelementParts& parts) {
   check_format(file, prefix, superelement_format);
   Superelement s;
-  s.basis = file.read_string(root(prefix), "basis");
-  s.content_hash = file.read_string(root(prefix), "content_hash");
+  s.basis = file.read_string(file_root(prefix), "basis");
+  s.content_hash = file.read_string(file_root(prefix), "content_hash");
   s.eigenvalues = file.read_vector(prefix + "/matrices/eigenvalues");
   read_interface(file, prefix, s);
   check_count(file, prefix, "n_modes", s.k(), "/matrices/eigenvalues");
@@ -305,10 +302,10 @@ Superelement read_superelement_at(const Hdf5Reader& file, const std::string& pre
 
 void write_superelement_at(Hdf5Writer& file, const std::string& prefix, const Superelement& s) {
   write_format(file, prefix, superelement_format, superelement_version);
-  file.attribute(root(prefix), "content_hash", s.content_hash);
-  file.attribute(root(prefix), "basis", s.basis);
-  file.attribute(root(prefix), "n_modes", s.k());
-  file.attribute(root(prefix), "n_interface", s.c());
+  file.attribute(file_root(prefix), "content_hash", s.content_hash);
+  file.attribute(file_root(prefix), "basis", s.basis);
+  file.attribute(file_root(prefix), "n_modes", s.k());
+  file.attribute(file_root(prefix), "n_interface", s.c());
   file.write(prefix + "/matrices/eigenvalues", s.eigenvalues);
   if (s.is_massless()) {
     file.write(prefix + "/massless/V", s.massless.V);

@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* format = "cbr-checkpoint";
+constexpr const char* format_name = "cbr-checkpoint";
 // To be raised when what a keep_state() names changes: files of before cannot be read then.
 constexpr const char* format_version = "1.11";
 
@@ -35,14 +35,14 @@ std::string hash_of(const Checkpoint& checkpoint, const std::vector<Index>& word
 bool is_checkpoint(const fs::path& file) {
   try {
     const Hdf5Reader reader(file);
-    return reader.has_attribute("/", "format") && reader.read_string("/", "format") == format;
+    return reader.has_attribute("/", "format") && reader.read_string("/", "format") == format_name;
   } catch (const InputError&) {
     return false;
   }
 }
 
 void require_checkpoint(const Hdf5Reader& file) {
-  if (!file.has_attribute("/", "format") || file.read_string("/", "format") != format)
+  if (!file.has_attribute("/", "format") || file.read_string("/", "format") != format_name)
     throw InputError(file.file().string() + ": is not a checkpoint of cbr-dyn");
 }
 
@@ -88,7 +88,7 @@ std::string run_hash(const Scene& scene, const BuildOptions& options) {
 void write_checkpoint(const fs::path& file, const std::string& hash, const Checkpoint& checkpoint,
                       const StateArchive& state) {
   Hdf5Writer out(file);
-  out.attribute("/", "format", std::string(format));
+  out.attribute("/", "format", std::string(format_name));
   out.attribute("/", "format_version", std::string(format_version));
   out.attribute("/", "generator", generator());
   out.attribute("/", "run_hash", hash);

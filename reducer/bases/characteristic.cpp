@@ -18,9 +18,9 @@ namespace cbr {
 namespace {
 
 // of a response's length, beside what is in the basis: below, it is in it
-constexpr double least_part = 1e-5;
-constexpr double rigid_tolerance = 1e-8;  // of rigid motions, in the span of the shapes
-constexpr const char* shapes = "the interface's shapes";
+constexpr double least_left = 1e-5;
+constexpr double rigid_in_span = 1e-8;  // of rigid motions, in the span of the shapes
+constexpr const char* the_shapes = "the interface's shapes";
 
 [[noreturn]] void fail(const std::string& what) { throw InputError("characteristic." + what); }
 
@@ -60,7 +60,7 @@ Matrix shapes_of_all(const Superelement& s, Index modes, const Matrix& R,
   figures.highest = std::sqrt(std::max(pairs.lambda(r + modes - 1), 0.0));
   Matrix X = pairs.Phi.rightCols(modes);
   for (int pass = 0; pass < 2; ++pass) X -= R * ((s.M_cc * R).transpose() * X).eval();
-  orthonormalise(s.M_cc, X, shapes);
+  orthonormalise(s.M_cc, X, the_shapes);
   T.rightCols(modes) = X;
   return T;
 }
@@ -164,7 +164,7 @@ class Statics {
 // orthonormal.
 Index append(const Matrix& M, const Matrix& U, Matrix& T) {
   Matrix Q = T;
-  orthonormalise(M, Q, shapes);
+  orthonormalise(M, Q, the_shapes);
   Index kept = 0;
   for (Index j = 0; j < U.cols(); ++j) {
     Vector u = U.col(j);
@@ -172,7 +172,7 @@ Index append(const Matrix& M, const Matrix& U, Matrix& T) {
     u /= length;
     for (int pass = 0; pass < 2; ++pass) u -= Q * (Q.transpose() * (M * u));
     const double left = std::sqrt(u.dot(M * u));
-    if (!(left > least_part)) continue;
+    if (!(left > least_left)) continue;
     u /= left;
     Q.conservativeResize(Eigen::NoChange, Q.cols() + 1);
     T.conservativeResize(Eigen::NoChange, T.cols() + 1);
@@ -249,7 +249,7 @@ Superelement in_shapes(const Superelement& s, const Matrix& T) {
 // Coordinates of the rigid motions R_c (c x r) in the shapes: T y = R_c
 Matrix in_span(const Matrix& T, const Matrix& R_c) {
   const Matrix y = PivotedQr(T).solve(R_c);
-  if ((T * y - R_c).norm() > rigid_tolerance * R_c.norm())
+  if ((T * y - R_c).norm() > rigid_in_span * R_c.norm())
     throw RunError("the interface's shapes do not hold its rigid motions");
   return y;
 }
@@ -323,7 +323,7 @@ CharacteristicFigures make_characteristic(const CharacteristicOptions& options,
   figures.n_fixed = s.k();
   figures.rho = residual_mass_share(s);
   Matrix R = rigid_motions_of_parts(s, part).bottomRows(s.c());
-  orthonormalise(s.M_cc, R, shapes);
+  orthonormalise(s.M_cc, R, the_shapes);
   const std::vector<char> is_kept = kept_nodes(options, s);
   const auto [kept, others] = split(s, is_kept);
   Matrix T = kept.empty()

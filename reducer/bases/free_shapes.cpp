@@ -21,7 +21,7 @@ namespace {
 constexpr Index large_interface = 1500;  // dofs: below, dense matrices of it cost little
 constexpr Index most_kept = 300;         // dofs with a coordinate each, of which each takes a solve
 constexpr double twin = 1e-6;            // relative distance of two equal eigenvalues
-constexpr double singular_pivot = 1e-13;
+constexpr double singular_whole = 1e-13;
 // of a shape's mass, beside what others have of it: below, they have all
 constexpr double least_part = 1e-10;
 // of residuals: of eigenvalues its square, and the shapes only span a space
@@ -200,7 +200,7 @@ std::optional<FreeShapes> free_shapes(const CharacteristicOptions& options,
                                       const FreeComponent& model, const FreeFactor& factor,
                                       const Partition& p, const StaticShare& forces,
                                       const Superelement& s, Report& report) {
-  if (!factor.whole.ok() || factor.whole.smallest_pivot() < singular_pivot) return {};
+  if (!factor.whole.ok() || factor.whole.smallest_pivot() < singular_whole) return {};
   FreeShapes shapes;
   const Index n = model.K.rows();
   shapes.N = factor.N;

@@ -63,10 +63,10 @@ Matrix compliance_of_interface(const Matrix& K_cc, const Matrix& N_c) {
 
 // What solves K u = f for loads f in equilibrium, from what a reduction has: (u_c; u_I) = G f, K G
 // K = K.
-class FreeSolver {
+class ReductionSolver {
  public:
-  FreeSolver(const FreeModel& model, const Partition& p, const SparseCholesky& factor,
-             const Superelement& s)
+  ReductionSolver(const FreeModel& model, const Partition& p, const SparseCholesky& factor,
+                  const Superelement& s)
       : model_(model),
         p_(p),
         factor_(factor),
@@ -247,7 +247,7 @@ MasslessFigures make_massless_free(const FreeModel& model, const Partition& p,
   Matrix elastic;
   FixedInterfaceModes modes;
   {
-    const FreeSolver solver(model, p, factor_of_K_II, s);
+    const ReductionSolver solver(model, p, factor_of_K_II, s);
     elastic = solver.elastic_compliance(s.M_cc);
     forget_matrices(s);
     const Matrix& N = solver.N();

@@ -26,7 +26,7 @@ constexpr double no_strain = 1e-12;
 // interface dofs up to which K_cc and M_res are factored for this
 constexpr Index largest_dense = 6000;
 // relative error of an eigenvalue: those above are of no interest
-constexpr double enough = 0.1;
+constexpr double good_enough = 0.1;
 // Of the first held mode's frequency that is missing: nearer to it errors were estimated at 0.4
 // to 2.5 of what they are, and above it the full model has modes that the basis has not, so that
 // there is nothing to compare.
@@ -267,7 +267,7 @@ void take_estimates(std::vector<std::pair<double, double>> list, double end_hz,
            list.begin();
   };
   const auto hz = [&](Index j) { return std::sqrt(list[j].first) / (2 * std::numbers::pi); };
-  const Index n = std::min<Index>(list.size(), above(enough) + 1);
+  const Index n = std::min<Index>(list.size(), above(good_enough) + 1);
   accuracy.frequency_hz.resize(n), accuracy.eigenvalue_error.resize(n);
   for (Index j = 0; j < n; ++j)
     accuracy.frequency_hz(j) = hz(j), accuracy.eigenvalue_error(j) = list[j].second;

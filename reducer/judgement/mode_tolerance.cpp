@@ -18,8 +18,8 @@ namespace cbr {
 namespace {
 
 constexpr Index first_candidates = 64, most_candidates = 5000;
-constexpr Index largest_dense = 6000;   // interface dofs up to which free modes are looked at
-constexpr double one_frequency = 1e-6;  // of eigenvalues: closer ones are taken together
+constexpr Index most_interface_dofs = 6000;  // interface dofs up to which free modes are looked at
+constexpr double one_frequency = 1e-6;       // of eigenvalues: closer ones are taken together
 // times a free mode's eigenvalue: held modes below are kept in any case
 constexpr double near = 2;
 // Of the tolerance. What is picked for is less than what is put up with, as the free modes that
@@ -49,7 +49,7 @@ struct FreeModes {
 
 FreeModes free_modes(const Partition& p, const Superelement& s, const std::vector<Index>& part,
                      const FixedInterfaceModes& modes) {
-  if (s.c() > largest_dense) return {0, 0, Vector(0), Matrix(s.c(), 0), 0};
+  if (s.c() > most_interface_dofs) return {0, 0, Vector(0), Matrix(s.c(), 0), 0};
   Superelement reduced;
   reduced.node_ids = s.node_ids, reduced.coordinates = s.coordinates,
   reduced.rigid_body = s.rigid_body;

@@ -24,16 +24,16 @@ constexpr double poor_lag = 1e-6, lost_lag = 0.1, poor_force = 1e-8, lost_force 
 
 using Triplets = std::vector<Eigen::Triplet<double, Index>>;
 
-struct Part {
+struct PartNodes {
   std::vector<Index> interior, interface;  // nodes
 };
 
-std::vector<Part> parts_of_nodes(const std::vector<Index>& part_I,
-                                 const std::vector<Index>& part_C) {
+std::vector<PartNodes> parts_of_nodes(const std::vector<Index>& part_I,
+                                      const std::vector<Index>& part_C) {
   Index n = 0;
   for (const auto* part : {&part_I, &part_C})
     for (const Index number : *part) n = std::max(n, number + 1);
-  std::vector<Part> parts(n);
+  std::vector<PartNodes> parts(n);
   for (std::size_t i = 0; i < part_I.size(); ++i)
     parts[part_I[i]].interior.push_back(static_cast<Index>(i));
   for (std::size_t i = 0; i < part_C.size(); ++i)
@@ -42,7 +42,7 @@ std::vector<Part> parts_of_nodes(const std::vector<Index>& part_I,
 }
 
 // About the middle of all nodes and of their size   (3 nodes x 6, those inside first)
-Matrix motions_of(const Partition& p, const Part& part, const Points& x_I, const Points& x_C) {
+Matrix motions_of(const Partition& p, const PartNodes& part, const Points& x_I, const Points& x_C) {
   Points x(static_cast<Index>(part.interior.size() + part.interface.size()), 3);
   x << Points(x_I(part.interior, Eigen::all)), Points(x_C(part.interface, Eigen::all));
   const Eigen::RowVector3d middle = x.colwise().mean();
@@ -178,7 +178,7 @@ RigidMotions rigid_motions(const Partition& p, const Points& x_I, const std::vec
                            Index first_I, const Points& x_C, const std::vector<Index>& part_C) {
   Triplets inside, on_interface;
   Index r = 0;
-  for (const Part& part : parts_of_nodes(part_I, part_C)) {
+  for (const PartNodes& part : parts_of_nodes(part_I, part_C)) {
     if (part.interior.empty() || part.interface.empty()) continue;
     const Matrix R = motions_of(p, part, x_I, x_C);
     const auto n_inside = 3 * static_cast<Index>(part.interior.size());

@@ -13,7 +13,7 @@
 namespace cbr {
 namespace {
 
-constexpr double collinear = 1e-10;  // of the set's size
+constexpr double collinear_set = 1e-10;  // of the set's size
 
 // Weights of the set's nodes: shares of the faces' area, or one for each of a nodeset.
 Vector3 middle_of(const Mesh& mesh, const std::string& set, const std::vector<Index>& nodes) {
@@ -31,7 +31,7 @@ bool tell_rotations(const Mesh& mesh, const std::vector<Index>& nodes) {
   const Eigen::RowVector3d middle = x.colwise().mean();
   x.rowwise() -= middle;
   const double size = x.rowwise().norm().maxCoeff();
-  return size > 0 && PivotedQr(rigid_modes(x / size, Vector3::Zero()), collinear).rank() == 6;
+  return size > 0 && PivotedQr(rigid_modes(x / size, Vector3::Zero()), collinear_set).rank() == 6;
 }
 
 class Checker {

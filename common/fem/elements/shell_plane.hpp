@@ -33,6 +33,8 @@ Plane flatten(ElementType type, const Points& X);
 // Smallest Jacobian at a corner (quad4), or twice the area (tri3), of the dimensionless element: at
 // most about 1; <= 0 is inverted. 0 when the points are not finite or coincide.
 double corner_jacobian(ElementType type, const Points& X);
+// A shell whose smallest one is below has no plane worth the name.
+constexpr double flat_corner = 1e-10;
 
 // At one quadrature point: functions of the corners, of the sides (side k joins nodes k and k + 1),
 // and vector functions of the sides whose component along a side is constant, with integral 1 along

@@ -14,9 +14,7 @@
 #include "common/linalg/eigen/tall_basis.hpp"
 
 namespace cbr {
-namespace {
 
-// Not symmetric in any way, so that no eigenvector is orthogonal to it by the mesh's symmetry.
 Matrix starting_block(Index n, Index columns) {
   Matrix X(n, columns);
   std::uint64_t state = 0x9E3779B97F4A7C15u;
@@ -26,6 +24,8 @@ Matrix starting_block(Index n, Index columns) {
   }
   return X;
 }
+
+namespace {
 
 class BlockLanczos {
  public:

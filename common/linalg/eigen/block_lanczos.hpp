@@ -9,6 +9,10 @@
 
 namespace cbr {
 
+// What Lanczos starts from. Not symmetric in any way, so that no eigenvector is orthogonal to it by
+// the mesh's symmetry   (n x columns).
+Matrix starting_block(Index n, Index columns);
+
 struct BlockLanczosOptions {
   Index block = 0;  // 0: chosen from k
   Index basis = 0;  // vectors before a restart, 0: chosen from k and `bytes`

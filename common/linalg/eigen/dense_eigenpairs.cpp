@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/base/row_threads.hpp"
+#include "common/linalg/blas_int.hpp"
 #include "common/linalg/blas_threads.hpp"
 #include "common/linalg/dense.hpp"
 #include "common/linalg/dense_factor.hpp"
@@ -40,8 +41,6 @@ struct BlasForRows {
 struct Tridiagonal {
   Vector d, e, tau;  // diagonal, subdiagonal (n, the last one is workspace), reflectors
 };
-
-lapack_int as_int(Index n) { return static_cast<lapack_int>(n); }
 
 // All pairs by divide and conquer; Z n x n. Why not the first few by dstemr:
 // docs/decisions/dense-eigenpairs.md.

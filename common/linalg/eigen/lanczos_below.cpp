@@ -7,20 +7,10 @@
 #include <limits>
 
 #include "common/linalg/dense.hpp"
+#include "common/linalg/eigen/block_lanczos.hpp"
 
 namespace cbr {
 namespace {
-
-// Not symmetric in any way, so that no eigenvector is orthogonal to it by the mesh's symmetry.
-Matrix starting_block(Index n, Index columns) {
-  Matrix X(n, columns);
-  std::uint64_t state = 0x9E3779B97F4A7C15u;
-  for (double& entry : X.reshaped()) {
-    state = state * 6364136223846793005u + 1442695040888963407u;
-    entry = static_cast<double>(state >> 11) * 0x1p-53 - 0.5;
-  }
-  return X;
-}
 
 // U <- U L^-T, P <- P L^-T with U^T P = L L^T (P = M U), twice; R = the product of the factors'
 // transposes. False when U is dependent.

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cassert>
 
+#include "common/linalg/blas_int.hpp"
 #include "common/linalg/blas_threads.hpp"
 #include "common/linalg/narrow_product.hpp"
 
@@ -20,8 +21,6 @@ constexpr Index line = 8;
 // the cache when it is scattered.
 constexpr Index small_product = 1000000, most_small_columns = 200;
 constexpr Index forward_slab = 64, backward_slab = 16;
-
-int as_int(Index n) { return static_cast<int>(n); }
 
 double flops(const SupernodalFactor& factor, Index s) {
   const auto columns = static_cast<double>(factor.columns(s)),

@@ -8,12 +8,11 @@
 #include <utility>
 #include <vector>
 
+#include "common/linalg/blas_int.hpp"
 #include "common/linalg/huge_pages.hpp"
 
 namespace cbr {
 namespace {
-
-int as_int(Index n) { return static_cast<int>(n); }
 
 // Columns that are factored before those after them.
 constexpr Index block = 128;

@@ -267,10 +267,10 @@ std::string six_text(const Matrix6& A) {
 }
 
 std::string link_text(const LinkOptions& link) {
-  const char* const motions[] = {"x", "y", "z", "rx", "ry", "rz"};
+  const char* const names[] = {"x", "y", "z", "rx", "ry", "rz"};
   std::vector<std::string> fix;
   for (std::size_t m = 0; m < 6; ++m)
-    if (link.fix[m]) fix.emplace_back(motions[m]);
+    if (link.fix[m]) fix.emplace_back(names[m]);
   FlowMap map;
   map.add("between", words({link.first.text(), link.second.text()}))
       .add_if(!fix.empty(), "fix", list(fix));

@@ -6,8 +6,6 @@
 namespace cbr {
 namespace {
 
-double cross(const Vector2& a, const Vector2& b) { return a[0] * b[1] - a[1] * b[0]; }
-
 // What lies to the left of the line from `from` to `to`.
 void keep_left(const Vector2& from, const Vector2& to, Polygon& polygon) {
   const Vector2 along = to - from;

@@ -10,6 +10,8 @@ namespace cbr {
 
 using Vector2 = Eigen::Vector2d;
 
+inline double cross(const Vector2& a, const Vector2& b) { return a[0] * b[1] - a[1] * b[0]; }
+
 // Counter-clockwise. Two quads share at most eight corners, three at most twelve.
 struct Polygon {
   std::array<Vector2, 12> x;

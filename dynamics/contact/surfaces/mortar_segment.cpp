@@ -57,8 +57,6 @@ const std::vector<TrianglePoint>& triangle_points(int n) {
   return rules[n < 3 ? 0 : n];
 }
 
-double cross(const Vector2& a, const Vector2& b) { return a[0] * b[1] - a[1] * b[0]; }
-
 FacePiece triangle_piece(const std::array<Vector2, 4>& x, int i, int j, int k) {
   FacePiece piece;
   piece.n = 3, piece.corner = {i, j, k, k};

@@ -49,7 +49,7 @@ IndexTable whole(const Surface& surface) {
 
 // The faces of all surfaces, each once, as `table` gives them.
 template <typename Table>
-IndexTable join(const Geometry& geometry, const Table& table) {
+IndexTable joined_faces(const Geometry& geometry, const Table& table) {
   Seen seen;
   std::vector<IndexTable> parts;
   Index n = 0;
@@ -79,10 +79,10 @@ IndexTable whole_faces(const Surface& surface) {
 }
 
 IndexTable all_faces(const Geometry& geometry) {
-  return join(geometry, [](const Surface& surface) { return linear_faces(surface).faces; });
+  return joined_faces(geometry, [](const Surface& surface) { return linear_faces(surface).faces; });
 }
 
-IndexTable all_whole_faces(const Geometry& geometry) { return join(geometry, whole); }
+IndexTable all_whole_faces(const Geometry& geometry) { return joined_faces(geometry, whole); }
 
 bool has_faces(const Geometry& geometry) {
   return std::any_of(geometry.surfaces.begin(), geometry.surfaces.end(),

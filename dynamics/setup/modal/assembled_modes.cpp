@@ -16,13 +16,11 @@ namespace {
 
 // The shift, of the lowest elastic squared frequency of the parts: near enough to converge fast,
 // and far enough that rigid motions do not drown the compliance of ties.
-constexpr double shift = 0.1;
-// Squared frequencies up to this share of that one are rigid motions.
-constexpr double rigid_share = 1e-8;
+constexpr double shift_share = 0.1;
 // Rows of ties: W takes 8 bytes for each two of them.
 constexpr Index most_rows = 20000;
 // Columns of A^T that are solved for together.
-constexpr Index at_a_time = 64;
+constexpr Index columns_at_a_time = 64;
 
 using Triplets = std::vector<Eigen::Triplet<double, Index>>;
 
@@ -31,12 +29,6 @@ struct Part {
   Index first = 0, size = 0;
   const MeshModes* mesh = nullptr;                 // in all of its dofs, else in modal coordinates
   std::shared_ptr<const SparseCholesky> factor{};  // of the mesh: Z^T (K - sigma M) Z
-};
-
-struct Dashpots {
-  std::vector<Index> rows;
-  Matrix B;  // rows x 6
-  Matrix6 C;
 };
 
 class Assembled {
@@ -90,7 +82,7 @@ class Assembled {
       parts_.push_back(part);
     }
     lowest_ = std::isfinite(lowest) ? lowest : far;
-    sigma_ = -shift * lowest_;
+    sigma_ = -shift_share * lowest_;
     M_.resize(n, n);
     M_.setFromTriplets(mass.begin(), mass.end());
   }
@@ -157,8 +149,8 @@ class Assembled {
     // W = A D^-1 A^T + S   (m x m)
     const SparseMatrix At = A_.transpose();
     Matrix W = S_;
-    for (Index j = 0; j < W.cols(); j += at_a_time) {
-      const Index q = std::min(at_a_time, static_cast<Index>(W.cols()) - j);
+    for (Index j = 0; j < W.cols(); j += columns_at_a_time) {
+      const Index q = std::min(columns_at_a_time, static_cast<Index>(W.cols()) - j);
       Matrix X = At.middleCols(j, q);
       solve_apart(X);
       W.middleCols(j, q) += A_ * X;

@@ -88,6 +88,17 @@ struct TieRow {
   bool is_dashpot = false;  // no stiffness: it acts in a sweep, and as damping of modes
 };
 
+// Springs and dashpots of a joint: what they join moves by -B^T y, y the rows of ties that they are
+// in.
+struct Dashpots {
+  std::vector<Index> rows;
+  Matrix B;  // rows x 6
+  Matrix6 C;
+};
+
+// Squared frequencies up to this share of the lowest elastic one of the parts are rigid motions.
+constexpr double rigid_share = 1e-8;
+
 struct ModalScene {
   Scene scene;
   BuiltScene built;

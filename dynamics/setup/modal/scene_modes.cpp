@@ -20,8 +20,6 @@ constexpr Index fewest_modes = 7;
 // Compliance of ties below this share of the softest mode's counts as none: the tie holds the modes
 // themselves.
 constexpr double no_compliance = 1e-9;
-// Squared frequencies up to this share of the lowest elastic one of the parts are rigid motions.
-constexpr double rigid_share = 1e-8;
 // Where all parts are rigid there is no elastic frequency: of the softest tie, and of the highest
 // frequency.
 constexpr double round_off = 1e-14;
@@ -51,14 +49,6 @@ std::vector<std::vector<Index>> groups_of(const ModalScene& scene) {
   }
   return groups;
 }
-
-// Springs and dashpots of a joint: what they join moves by -B^T y, y the rows of ties that they are
-// in.
-struct Dashpots {
-  std::vector<Index> rows;
-  Matrix B;  // rows x 6
-  Matrix6 C;
-};
 
 // Coordinates of several bodies one after the other, and the rows that ties keep at zero: A eta + S
 // p = 0, p what the ties carry. Without joints a row is A eta + S_bodies p.

@@ -28,7 +28,7 @@ std::vector<ReducedRow> read_dofs(const std::filesystem::path& file) {
   return rows;
 }
 
-Matrix read_matrix(const std::filesystem::path& file, Index n) {
+Matrix read_entries(const std::filesystem::path& file, Index n) {
   TextLines lines(file);
   SymmetricEntries entries(n);
   while (lines.next()) {
@@ -49,8 +49,8 @@ ReducedMatrices read_matrix_storage(const std::filesystem::path& stem) {
   ReducedMatrices reduced;
   reduced.rows = read_dofs(stem.string() + ".dof");
   const auto n = static_cast<Index>(reduced.rows.size());
-  reduced.K = read_matrix(stem.string() + ".sti", n);
-  reduced.M = read_matrix(stem.string() + ".mas", n);
+  reduced.K = read_entries(stem.string() + ".sti", n);
+  reduced.M = read_entries(stem.string() + ".mas", n);
   return reduced;
 }
 

@@ -9,10 +9,10 @@
 namespace cbr {
 namespace {
 
-constexpr int most_steps = 60, most_idle = 15;
+constexpr int most_steps_of_path = 60, most_idle_steps = 15;
 // stands in for what is singular among tied rows; each step takes it back
 constexpr double tied_shift = 1e-8;
-constexpr double least_centring = 0.01, short_step = 0.2, shortest_step = 1e-8, damping = 0.1;
+constexpr double least_centring = 0.01, short_step = 0.2, shortest_move = 1e-8, damping = 0.1;
 constexpr double end_of_path = 1e-17;
 // scaled cones below lose all digits; proximal Newton takes the true one
 constexpr double least_friction = 1e-6;
@@ -202,8 +202,8 @@ class Path {
           return false;
       return true;
     };
-    while (t > shortest_step && !stays(t)) t *= 0.9;
-    if (!(t > shortest_step)) return false;
+    while (t > shortest_move && !stays(t)) t *= 0.9;
+    if (!(t > shortest_move)) return false;
     x_ += t * dx_, z_ += t * dz_, y_ += t * dy_;
     last_ = t;
     return true;
@@ -227,7 +227,7 @@ InteriorPoint interior_point(const ConeProblem& cones, const ConeGaps& gaps, dou
   result.p.setZero(cones.n_points(), 3);
   result.violation = violation(cones, gaps, result.p);
   int idle = 0;
-  while (result.steps < most_steps && idle < most_idle) {
+  while (result.steps < most_steps_of_path && idle < most_idle_steps) {
     ++result.steps, ++idle;
     if (!path.step()) break;
     Points p = path.impulses();

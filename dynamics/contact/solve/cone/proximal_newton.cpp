@@ -11,13 +11,13 @@
 namespace cbr {
 namespace {
 
-constexpr int inner_steps = 10;
+constexpr int proximal_steps = 10;
 // Of an uncertain start: steps in which the first problem must bring the violation down to this
 // share.
 constexpr int trial_steps = 3;
 constexpr double trial_gain = 0.1;
 constexpr double least_epsilon = 1e-9, largest_epsilon = 100;
-constexpr double shortest_step = 0.005, least_descent = 0.1;
+constexpr double shortest_search = 0.005, least_gain = 0.1;
 
 // One proximal problem: F(p) = p - P(tau), tau = p - u, u = g + W p + epsilon (p - centre); tied: F
 // = u.
@@ -35,10 +35,10 @@ class Proximal {
       if (!direct()) break;
       const Points du = response_gap(cones_, Points::Zero(p.rows(), 3), dp_) + epsilon_ * dp_;
       double best = std::numeric_limits<double>::infinity(), best_t = 0;
-      for (double t = 1; t > shortest_step; t /= 2) {
+      for (double t = 1; t > shortest_search; t /= 2) {
         const double now = evaluate(p + t * dp_, u_ + t * du);
         if (now < best) best = now, best_t = t;
-        if (now <= (1 - least_descent * t) * size) break;
+        if (now <= (1 - least_gain * t) * size) break;
       }
       if (!(best < std::numeric_limits<double>::infinity())) break;
       p += best_t * dp_;
@@ -116,7 +116,7 @@ ProximalNewton proximal_newton(const ConeProblem& cones, const ConeGaps& gaps, P
     Points next = p;
     int steps = 0;
     const double left = Proximal(cones, gaps.g, p, epsilon)
-                            .solve(next, aim, trial ? trial_steps : inner_steps, steps);
+                            .solve(next, aim, trial ? trial_steps : proximal_steps, steps);
     result.steps += std::max(1, steps);
     const double after = violation(cones, gaps, next);
     if (after < result.violation) result.p = next, result.violation = after;
@@ -125,7 +125,7 @@ ProximalNewton proximal_newton(const ConeProblem& cones, const ConeGaps& gaps, P
     before = first;
     if (left <= 100 * aim || after < 0.5 * now) {
       p = std::move(next), now = after;
-      epsilon = std::max(least_epsilon, epsilon * (steps <= inner_steps / 2 + 1 ? 0.1 : 0.5));
+      epsilon = std::max(least_epsilon, epsilon * (steps <= proximal_steps / 2 + 1 ? 0.1 : 0.5));
     } else {
       epsilon *= 10;
       if (epsilon > largest_epsilon) break;

@@ -15,9 +15,9 @@ namespace {
 
 constexpr int most = LocalInverse::most_in_row;
 // Pivots of a block below this share of its diagonal: the row has its diagonal alone then.
-constexpr double weakest_pivot = 1e-5;
+constexpr double weakest_in_block = 1e-5;
 // From so many points on a second thread gains more than it costs.
-constexpr Index threaded_points = 100;
+constexpr Index points_for_threads = 100;
 
 using Unknown = ClosedUnknowns::Unknown;
 
@@ -68,7 +68,7 @@ class BlockFactor {
       own_[j] = L_[j][j];
       double pivot = own_[j];
       for (int l = 0; l < j; ++l) pivot -= L_[j][l] * L_[j][l];
-      if (regular_ == j && pivot > weakest_pivot * own_[j]) ++regular_;
+      if (regular_ == j && pivot > weakest_in_block * own_[j]) ++regular_;
       inverse_[j] = 1 / std::sqrt(regular_ > j ? pivot : own_[j] > 0 ? own_[j] : 1.0);
     }
   }
@@ -132,7 +132,7 @@ Neighbours::Neighbours(const ContactProblem& problem) : nearest_(problem.laws.si
     const double w = problem.diagonal[problem.first[i]];
     root[i] = w > 0 ? 1 / std::sqrt(w) : 0;
   }
-  const int used = n < threaded_points ? 1 : n_threads();
+  const int used = n < points_for_threads ? 1 : n_threads();
   run_kept_threads(used, [&](int t) {
     std::vector<double> answer(root.size());
     std::vector<Index> order(root.size());
@@ -160,7 +160,7 @@ void LocalInverse::build(const ClosedResponse& closed, const ClosedUnknowns& unk
   const std::vector<Index>& points = closed.points();
   const auto normal = [&](Index point) { return unknowns.normal(point); };
   const auto tangential = [&](Index point) { return unknowns.tangential(point); };
-  const int used = static_cast<Index>(points.size()) < threaded_points ? 1 : n_threads();
+  const int used = static_cast<Index>(points.size()) < points_for_threads ? 1 : n_threads();
   run_kept_threads(used, [&](int t) {
     for (std::size_t k = static_cast<std::size_t>(t); k < points.size();
          k += static_cast<std::size_t>(used)) {

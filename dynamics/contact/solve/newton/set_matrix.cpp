@@ -17,7 +17,7 @@ namespace cbr {
 namespace {
 
 // Pivots below this share of the diagonal are round-off; the shift that then stands in for them.
-constexpr double weakest_pivot = 1e-11, shift = 1e-8;
+constexpr double round_off_pivot = 1e-11, shift = 1e-8;
 // Products before a Krylov method gives up.
 constexpr int most_products_symmetric = 1000, most_products_gmres = 100;
 
@@ -132,7 +132,7 @@ bool SetMatrix::Impl::factor_sparse(double epsilon) {
     return sparse_lu->ok();
   }
   sparse_cholesky.emplace(K);
-  if (sparse_cholesky->ok() && (epsilon > 0 || sparse_cholesky->smallest_pivot() > weakest_pivot))
+  if (sparse_cholesky->ok() && (epsilon > 0 || sparse_cholesky->smallest_pivot() > round_off_pivot))
     return true;
   sparse_cholesky.reset();
   return false;
@@ -146,10 +146,10 @@ bool SetMatrix::Impl::factor(double epsilon) {
   if (bases.symmetric) {
     cholesky.emplace(std::move(K));
     return cholesky->ok() &&
-           (epsilon > 0 || cholesky->diagonal().cwiseAbs2().minCoeff() > weakest_pivot);
+           (epsilon > 0 || cholesky->diagonal().cwiseAbs2().minCoeff() > round_off_pivot);
   }
   lu.emplace(std::move(K));
-  return epsilon > 0 || lu->smallest_pivot() > weakest_pivot;
+  return epsilon > 0 || lu->smallest_pivot() > round_off_pivot;
 }
 
 Vector SetMatrix::Impl::back_solve(const Vector& b) const {
