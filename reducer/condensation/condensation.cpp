@@ -16,9 +16,6 @@
 namespace cbr {
 namespace {
 
-// Flops of a solve cost as much as this many of dsyrk (docs/decisions/reduction.md).
-constexpr double solve_penalty = 1.5;
-
 class Condenser {
  public:
   Condenser(const Partition& p, const SparseCholesky& factor, const Matrix& Phi,

@@ -9,6 +9,9 @@
 
 namespace cbr {
 
+// Flops of a solve cost as much as this many of a product (docs/decisions/reduction.md).
+constexpr double solve_penalty = 1.5;
+
 // A x X, sparse or, where A is a sum of dense blocks as that of joined domains, dense.
 Matrix product(const SparseMatrix& A, const Eigen::Ref<const Matrix>& X);
 

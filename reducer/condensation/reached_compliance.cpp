@@ -23,9 +23,6 @@ std::vector<Index> rows_of(const SparseMatrix& A, Index first, Index count) {
   return rows;
 }
 
-// Flops of a solve cost as much as this many of a product (docs/decisions/reduction.md).
-constexpr double solve_penalty = 1.5;
-
 struct Panel {
   Index first, count;  // columns of B
   SupernodeSet reached;
