@@ -12,6 +12,7 @@
 
 #include "common/base/row_threads.hpp"
 #include "common/linalg/blas_threads.hpp"
+#include "common/linalg/lower_updates.hpp"
 
 namespace cbr {
 namespace {
@@ -81,7 +82,10 @@ Matrix Cholesky::times_upper(const Matrix& B) const {
 
 bool cholesky_in_place(Eigen::Ref<Matrix> A) {
   if (A.rows() < worth_lapack) return Eigen::LLT<Eigen::Ref<Matrix>>(A).info() == Eigen::Success;
-  const LargeBlasWork blas(product_of(A.rows(), A.rows(), A.rows()) / 3);
+  if (A.rows() >= worth_tiles) {
+    const SingleThreadedBlas blas;
+    return factor_columns(A);
+  }
   return LAPACKE_dpotrf_work(LAPACK_COL_MAJOR, 'L', static_cast<int>(A.rows()), A.data(),
                              static_cast<int>(A.outerStride())) == 0;
 }

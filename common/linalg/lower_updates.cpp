@@ -2,6 +2,7 @@
 #include "common/linalg/lower_updates.hpp"
 
 #include <cblas.h>
+#include <lapacke.h>
 
 #include <atomic>
 
@@ -63,6 +64,38 @@ void subtract_pair(const Eigen::Ref<const Matrix>& W, const Eigen::Ref<const Mat
     subtract_product(rows, columns, k, Y.data() + row, y, W.data() + column, w, &A(row, column),
                      A.outerStride());
   });
+}
+
+bool factor_columns(Eigen::Ref<Matrix> F) {
+  // Columns that are factored before those after them
+  constexpr Index block = 128;
+  const Index height = F.rows(), columns = F.cols(), stride = F.outerStride();
+  for (Index j = 0; j < columns; j += block) {
+    const Index size = std::min(block, columns - j), after = j + size;
+    if (LAPACKE_dpotrf_work(LAPACK_COL_MAJOR, 'L', as_int(size), &F(j, j), as_int(stride)) != 0)
+      return false;
+    share_tasks(update_tiles(height - after), true, [&](Index i) {
+      const Index row = after + i * update_tile;
+      cblas_dtrsm(CblasColMajor, CblasRight, CblasLower, CblasTrans, CblasNonUnit,
+                  as_int(std::min(update_tile, height - row)), as_int(size), 1.0, &F(j, j),
+                  as_int(stride), &F(row, j), as_int(stride));
+    });
+    const Index wide = update_tiles(columns - after), high = update_tiles(height - after);
+    share_tasks(wide * high, true, [&](Index i) {
+      const Index column = after + i / high * update_tile, n = std::min(update_tile, columns - column);
+      Index row = after + i % high * update_tile, m = std::min(update_tile, height - row);
+      if (row < column) return;
+      if (row == column) {
+        cblas_dsyrk(CblasColMajor, CblasLower, CblasNoTrans, as_int(n), as_int(size), -1.0,
+                    &F(row, j), as_int(stride), 1.0, &F(row, column), as_int(stride));
+        row += n, m -= n;
+      }
+      if (m > 0)
+        subtract_product(m, n, size, &F(row, j), stride, &F(column, j), stride, &F(row, column),
+                         stride);
+    });
+  }
+  return true;
 }
 
 void share_tasks(Index n, bool share, const std::function<void(Index)>& task) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Updates of the lower triangle of a symmetric matrix, in tiles that our threads share.
+// Updates and factors of the lower triangle of a symmetric matrix, in tiles that our threads share.
 #pragma once
 
 #include <algorithm>
@@ -19,6 +19,13 @@ void subtract_square(const Eigen::Ref<const Matrix>& L, bool share, Eigen::Ref<M
 // A - W Y^T - Y W^T on the lower triangle   (A: m x m; W, Y: m x k)
 void subtract_pair(const Eigen::Ref<const Matrix>& W, const Eigen::Ref<const Matrix>& Y, bool share,
                    Eigen::Ref<Matrix> A);
+
+// F_1 = L_1 L_1^T of the first rows of F, as many as it has columns, and L_2 = F_2 L_1^-T of those
+// below, in place: by all threads, each with a BLAS of one. What stands above the diagonal is left
+// alone. False: F_1 is not positive definite.
+bool factor_columns(Eigen::Ref<Matrix> F);
+// Rows of a square from which on that gains.
+constexpr Index worth_tiles = 1024;
 
 // task(i) for i < n: on all threads where they share, else in order on this one.
 void share_tasks(Index n, bool share, const std::function<void(Index)>& task);

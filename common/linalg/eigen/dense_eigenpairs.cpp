@@ -14,6 +14,7 @@
 #include "common/linalg/dense.hpp"
 #include "common/linalg/dense_factor.hpp"
 #include "common/linalg/eigen/eigenpairs.hpp"
+#include "common/linalg/lower_updates.hpp"
 
 namespace cbr {
 namespace {
@@ -234,7 +235,10 @@ Eigenpairs dense_eigenpairs_beside(Matrix A, Matrix B, const Matrix& R,
 
 bool dense_cholesky(Matrix& A) {
   const Index n = A.rows();
-  const BlasForWork blas(flops_of_cholesky(n));
+  if (n >= worth_tiles) {
+    const SingleThreadedBlas blas;
+    return factor_columns(A);
+  }
   return n == 0 || LAPACKE_dpotrf(LAPACK_COL_MAJOR, 'L', as_int(n), A.data(), as_int(n)) == 0;
 }
 

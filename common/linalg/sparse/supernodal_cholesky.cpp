@@ -14,9 +14,6 @@
 namespace cbr {
 namespace {
 
-// Columns that are factored before those after them.
-constexpr Index block = 128;
-
 class Factoriser final : public Fronts {
  public:
   Factoriser(const SupernodeTree& tree, const ShiftedMatrix& A, double* x, const Progress& progress)
@@ -48,7 +45,7 @@ class Factoriser final : public Fronts {
       return true;
     }
     Matrix& F = of.front().F;
-    if (!(alone ? shared_columns(F) : own_columns(F))) return false;
+    if (!(alone ? factor_columns(F) : own_columns(F))) return false;
     if (front.below() > 0) subtract_square(F.bottomRows(front.below()), alone, of.front().rest);
     store(front, F, alone);
     if (of.size() > 1 && front.below() > 0) condense_mass(front, F, alone, of.back());
@@ -87,42 +84,11 @@ class Factoriser final : public Fronts {
     const Index height = F.rows(), columns = F.cols();
     if (LAPACKE_dpotrf_work(LAPACK_COL_MAJOR, 'L', as_int(columns), F.data(), as_int(height)) != 0)
       return false;
-    divide(F, 0, columns, columns, height - columns);
+    if (height == columns) return true;
+    cblas_dtrsm(CblasColMajor, CblasRight, CblasLower, CblasTrans, CblasNonUnit,
+                as_int(height - columns), as_int(columns), 1.0, F.data(), as_int(height),
+                &F(columns, 0), as_int(height));
     return true;
-  }
-
-  // The same, block of columns by block: the rows below one are divided, and the columns after it
-  // updated, on all threads.
-  static bool shared_columns(Matrix& F) {
-    const Index height = F.rows(), columns = F.cols();
-    const int stride = as_int(height);
-    for (Index j = 0; j < columns; j += block) {
-      const Index size = std::min(block, columns - j), after = j + size;
-      if (LAPACKE_dpotrf_work(LAPACK_COL_MAJOR, 'L', as_int(size), &F(j, j), stride) != 0)
-        return false;
-      share_tasks(update_tiles(height - after), true, [&](Index i) {
-        const Index row = after + i * update_tile;
-        divide(F, j, size, row, std::min(update_tile, height - row));
-      });
-      const Index wide = update_tiles(columns - after), high = update_tiles(height - after);
-      share_tasks(wide * high, true, [&](Index i) {
-        const Index column = after + i / high * update_tile, row = after + i % high * update_tile;
-        if (row + update_tile <= column) return;
-        const Index m = std::min(update_tile, height - row),
-                    n = std::min(update_tile, columns - column);
-        cblas_dgemm(CblasColMajor, CblasNoTrans, CblasTrans, as_int(m), as_int(n), as_int(size),
-                    -1.0, &F(row, j), stride, &F(column, j), stride, 1.0, &F(row, column), stride);
-      });
-    }
-    return true;
-  }
-
-  // Some rows of F's columns by L_1^-T of these
-  static void divide(Matrix& F, Index column, Index columns, Index row, Index rows) {
-    if (rows == 0) return;
-    cblas_dtrsm(CblasColMajor, CblasRight, CblasLower, CblasTrans, CblasNonUnit, as_int(rows),
-                as_int(columns), 1.0, &F(column, column), as_int(F.rows()), &F(row, column),
-                as_int(F.rows()));
   }
 
   // A supernode's part is a rectangle that begins on the diagonal.
