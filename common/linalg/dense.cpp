@@ -80,6 +80,12 @@ Matrix Cholesky::times_upper(const Matrix& B) const {
   return L_.adjoint().triangularView<Eigen::Upper>() * B;
 }
 
+void Cholesky::divide_both_sides(Matrix& A) const {
+  if (A.rows() == 0) return;
+  const SingleThreadedBlas blas;
+  cbr::divide_both_sides(L_, A);
+}
+
 bool cholesky_in_place(Eigen::Ref<Matrix> A) {
   if (A.rows() < worth_lapack) return Eigen::LLT<Eigen::Ref<Matrix>>(A).info() == Eigen::Success;
   if (A.rows() >= worth_tiles) {

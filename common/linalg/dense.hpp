@@ -40,6 +40,8 @@ class Cholesky {
   void solve_upper_in_place(Eigen::Ref<Matrix> X) const;  // X <- L^-T X
   void divide_by_upper(Eigen::Ref<Matrix> X) const;       // X <- X L^-T   (m x n)
   Matrix times_upper(const Matrix& B) const;              // L^T B
+  // A <- L^-1 A L^-T of a symmetric A, whose lower triangle alone is read and written
+  void divide_both_sides(Matrix& A) const;
 
   template <class Derived>
   DenseSolution<Derived> solve(const Eigen::MatrixBase<Derived>& b) const {

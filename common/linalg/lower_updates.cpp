@@ -98,6 +98,44 @@ bool factor_columns(Eigen::Ref<Matrix> F) {
   return true;
 }
 
+// As LAPACK's dsygst: each block of columns takes its own division to the rows and columns after it,
+// and is then divided by what follows of L.
+void divide_both_sides(const Matrix& L, Eigen::Ref<Matrix> A) {
+  constexpr Index block = 256, strip = 64;
+  const Index n = A.rows(), a = A.outerStride(), l = L.outerStride();
+  for (Index j = 0; j < n; j += block) {
+    const Index size = std::min(block, n - j), after = j + size, left = n - after;
+    LAPACKE_dsygst_work(LAPACK_COL_MAJOR, 1, 'L', as_int(size), &A(j, j), as_int(a), &L(j, j),
+                        as_int(l));
+    // A_21 - L_21 A_11 / 2
+    const auto take_half = [&](Index row, Index rows) {
+      cblas_dsymm(CblasColMajor, CblasRight, CblasLower, as_int(rows), as_int(size), -0.5, &A(j, j),
+                  as_int(a), &L(row, j), as_int(l), 1.0, &A(row, j), as_int(a));
+    };
+    const auto for_rows = [&](const auto& work) {
+      share_tasks(update_tiles(left), true, [&](Index i) {
+        const Index row = after + i * update_tile;
+        work(row, std::min(update_tile, n - row));
+      });
+    };
+    for_rows([&](Index row, Index rows) {
+      cblas_dtrsm(CblasColMajor, CblasRight, CblasLower, CblasTrans, CblasNonUnit, as_int(rows),
+                  as_int(size), 1.0, &L(j, j), as_int(l), &A(row, j), as_int(a));
+      take_half(row, rows);
+    });
+    subtract_pair(A.block(after, j, left, size), L.block(after, j, left, size), true,
+                  A.bottomRightCorner(left, left));
+    for_rows(take_half);
+    if (left == 0) break;
+    share_tasks((size + strip - 1) / strip, true, [&](Index i) {
+      const Index column = j + i * strip;
+      cblas_dtrsm(CblasColMajor, CblasLeft, CblasLower, CblasNoTrans, CblasNonUnit, as_int(left),
+                  as_int(std::min(strip, after - column)), 1.0, &L(after, after), as_int(l),
+                  &A(after, column), as_int(a));
+    });
+  }
+}
+
 void share_tasks(Index n, bool share, const std::function<void(Index)>& task) {
   const int threads = share ? static_cast<int>(std::min<Index>(n_threads(), n)) : 1;
   std::atomic<Index> next{0};

@@ -45,9 +45,8 @@ Eigenpairs reduced_eigenpairs(const Superelement& s, const Matrix& R, const Chol
   A.diagonal().head(k) = s.eigenvalues;
   if (c > 0) {
     // L^-1 K_cc L^-T + B^T Lambda B   (c x c)
-    Matrix D = s.K_cc;
-    cholesky.solve_lower_in_place(D);
-    cholesky.divide_by_upper(D);
+    Matrix D = s.K_cc;  // lower triangle
+    cholesky.divide_both_sides(D);
     A.bottomLeftCorner(c, k).noalias() = -(B.transpose() * s.eigenvalues.asDiagonal());
     if (k > 0) D.noalias() -= A.bottomLeftCorner(c, k) * B;
     A.bottomRightCorner(c, c) = D;

@@ -23,8 +23,8 @@ namespace {
 // which its threads gain little and wait for each other (beside three other programs 8 s in the
 // place of 1.5 s for 2481 rows). Ours share what is left.
 constexpr Index one_thread_is_enough = 4000;
-// Columns that are worth a thread.
-constexpr Index least_columns = 128;
+// Reflections that are applied together, and columns that one thread takes at a time.
+constexpr Index together = 64, slice = 128;
 
 // BLAS while so many rows are worked at, `flops` in all.
 struct BlasForRows {
@@ -54,23 +54,36 @@ bool divide_and_conquer(Tridiagonal T, Vector& lambda, Matrix& Z) {
   return info == 0;
 }
 
-// Phi <- Q Phi, each of our threads some columns   (n x k)
-bool apply_reflectors(const Matrix& A, const Tridiagonal& T, Matrix& Phi) {
-  const Index n = Phi.rows(), k = Phi.cols();
-  const Index parts =
-      n <= one_thread_is_enough ? std::clamp<Index>(k / least_columns, 1, n_threads()) : 1;
-  // LAPACK writes ones onto A's diagonal and takes them back: each thread but the first has
-  // reflectors of its own
-  const std::vector<Matrix> copies(static_cast<std::size_t>(parts - 1), A);
-  std::atomic<bool> ok{true};
-  run_kept_threads(static_cast<int>(parts), [&](int part) {
-    const Index first = k * part / parts, columns = k * (part + 1) / parts - first;
-    const Matrix& own = part == 0 ? A : copies[static_cast<std::size_t>(part - 1)];
-    if (LAPACKE_dormtr(LAPACK_COL_MAJOR, 'L', 'L', 'N', as_int(n), as_int(columns), own.data(),
-                       as_int(n), T.tau.data(), Phi.col(first).data(), as_int(n)) != 0)
-      ok = false;
+// Phi <- Q Phi   (n x k): block after block of reflections I - V T V^T, V in A, whose triangle above
+// the subdiagonal is overwritten. Each of our threads takes some columns.
+void apply_reflectors(Matrix& A, const Tridiagonal& T, Matrix& Phi) {
+  const Index n = Phi.rows(), k = Phi.cols(), blocks = (n - 1 + together - 1) / together;
+  Matrix factors = Matrix::Zero(together, blocks * together);
+  for (Index b = 0; b < blocks; ++b) {
+    const Index first = b * together, count = std::min(together, n - 1 - first);
+    for (Index i = first; i < first + count; ++i) {
+      A.col(i).segment(first, i - first + 1).setZero();
+      A(i + 1, i) = 1;
+    }
+    LAPACKE_dlarft_work(LAPACK_COL_MAJOR, 'F', 'C', as_int(n - 1 - first), as_int(count),
+                        &A(first + 1, first), as_int(n), &T.tau(first),
+                        &factors(0, b * together), as_int(together));
+  }
+  std::atomic<Index> next{0};
+  const SingleThreadedBlas blas;
+  run_kept_threads(k > slice ? n_threads() : 1, [&](int) {
+    Matrix VX;
+    for (Index c = next++ * slice; c < k; c = next++ * slice) {
+      auto X = Phi.middleCols(c, std::min(slice, k - c));
+      for (Index b = blocks; b-- > 0;) {
+        const Index first = b * together, count = std::min(together, n - 1 - first);
+        const auto V = A.block(first + 1, first, n - 1 - first, count);
+        VX.noalias() = V.transpose() * X.bottomRows(n - 1 - first);
+        VX = factors.block(0, b * together, count, count).triangularView<Eigen::Upper>() * VX;
+        X.bottomRows(n - 1 - first).noalias() -= V * VX;
+      }
+    }
   });
-  return ok;
 }
 
 // A = Q T Q^T, the first k pairs of T, Z <- Q Z. A: lower triangle, overwritten.
@@ -91,7 +104,7 @@ Eigenpairs standard_eigenpairs(Matrix& A, Index k) {
     pairs.lambda.conservativeResize(k);
     pairs.Phi.conservativeResize(Eigen::NoChange, k);
   }
-  ok = ok && apply_reflectors(A, T, pairs.Phi);
+  if (ok) apply_reflectors(A, T, pairs.Phi);
   if (!ok) pairs.converged = false, pairs.n_converged = 0;
   return pairs;
 }
@@ -138,6 +151,19 @@ double flops_of_cholesky(Index n) { return cube(n) / 3; }
 // reduction to three diagonals, and all vectors back
 double flops_of_eigenpairs(Index n) { return 9 * cube(n); }
 
+// B = L L^T, A <- L^-1 A L^-T   (lower triangles, n x n)
+bool make_standard(Matrix& A, Matrix& B) {
+  const Index n = A.rows();
+  if (!dense_cholesky(B)) return false;
+  if (n >= worth_tiles) {
+    const SingleThreadedBlas blas;
+    divide_both_sides(B, A);
+    return true;
+  }
+  return LAPACKE_dsygst(LAPACK_COL_MAJOR, 1, 'L', as_int(n), A.data(), as_int(n), B.data(),
+                        as_int(n)) == 0;
+}
+
 Eigenpairs failed() {
   Eigenpairs pairs;
   pairs.method = "lapack";
@@ -152,10 +178,7 @@ Eigenpairs dense_eigenpairs(Matrix A, Matrix B, Index k) {
   const BlasForRows blas(n, flops_of_eigenpairs(n));
   if (n > 0) {
     // B = L L^T, A <- L^-1 A L^-T   (n x n)
-    if (LAPACKE_dpotrf(LAPACK_COL_MAJOR, 'L', as_int(n), B.data(), as_int(n)) != 0) return failed();
-    if (LAPACKE_dsygst(LAPACK_COL_MAJOR, 1, 'L', as_int(n), A.data(), as_int(n), B.data(),
-                       as_int(n)) != 0)
-      return failed();
+    if (!make_standard(A, B)) return failed();
   }
   Eigenpairs pairs = standard_eigenpairs(A, k);
   if (!pairs.converged) return pairs;
@@ -219,10 +242,7 @@ Eigenpairs dense_eigenpairs_beside(Matrix A, Matrix B, const Matrix& R,
   if (n == 0 || R.cols() == 0)
     return dense_eigenpairs(std::move(A), std::move(B), count.value_or(n));
   const BlasForRows blas(n, flops_of_eigenpairs(n));
-  if (LAPACKE_dpotrf(LAPACK_COL_MAJOR, 'L', as_int(n), B.data(), as_int(n)) != 0) return failed();
-  if (LAPACKE_dsygst(LAPACK_COL_MAJOR, 1, 'L', as_int(n), A.data(), as_int(n), B.data(),
-                     as_int(n)) != 0)
-    return failed();
+  if (!make_standard(A, B)) return failed();
   auto L = B.triangularView<Eigen::Lower>();
   // Q: orthonormal basis of L^T R   (n x r)
   const Matrix Q = orthonormal_basis(L.transpose() * R);
