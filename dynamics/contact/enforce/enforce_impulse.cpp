@@ -62,10 +62,21 @@ void form(const ImpulseStep& step, double h, const std::vector<ContactBody>& bod
   ++memory.n_formed;
 }
 
-void solve_exactly(ImpulseStep& step, ImpulseMemory& memory) {
-  ContactSolution solution = memory.solver->solve(step.g, step.guess);
+// The solver takes the gaps that it ends with from the bodies' own products, as these are wanted in
+// any case.
+void solve_exactly(ImpulseStep& step, const std::vector<ContactBody>& bodies,
+                   ImpulseMemory& memory) {
+  Vector pushed;
+  const GapsOf gaps_of = [&](const Vector& p, Vector& gap) {
+    memory.moves.push(step.list, step.laws, p, bodies);
+    gap = step.g;
+    memory.moves.add_to_gaps(step.list, step.laws, gap);
+    pushed = p;
+  };
+  ContactSolution solution = memory.solver->solve(step.g, step.guess, Effort::all, gaps_of);
   step.p = std::move(solution.p), step.gap = std::move(solution.gap);
   step.residual = solution.residual, step.fallback = solution.fallback;
+  step.moved = pushed.size() > 0 && pushed == step.p;
 }
 
 // While the rows and what is closed stand, the bodies' own products, which are wanted in any case,
@@ -249,10 +260,10 @@ EnforcementResult enforce_impulse(const ContactList& list, const std::vector<Poi
   const bool stands = memory.solver && memory.h == h;
   if (stands && !any_turns(list, bodies) && same_laws(laws, memory.laws) &&
       same_rows(list, memory.rows, laws, same_row_tolerance)) {
-    if (!solve_by_moves(step, bodies, memory)) solve_exactly(step, memory);
+    if (!solve_by_moves(step, bodies, memory)) solve_exactly(step, bodies, memory);
   } else if (!stands || !keep(step, bodies, memory) || !correct(step, bodies, memory)) {
     form(step, h, bodies, memory);
-    solve_exactly(step, memory);
+    solve_exactly(step, bodies, memory);
   }
   if (!step.moved) memory.moves.push(list, laws, step.p, bodies);
   memory.moves.give(bodies);

@@ -71,7 +71,7 @@ void project(const ContactProblem& problem, Vector& p) {
     if (law.law == ContactLaw::tied) continue;
     p[row] = std::max(0.0, p[row]);
     if (law.law != ContactLaw::coulomb) continue;
-    const double length = std::hypot(p[row + 1], p[row + 2]), limit = law.friction * p[row];
+    const double length = length_of(p[row + 1], p[row + 2]), limit = law.friction * p[row];
     if (length > limit) p.segment<2>(row + 1) *= limit / length;
   }
 }
@@ -83,7 +83,7 @@ Vector law_violations(const ContactProblem& problem, const Vector& p, const Vect
     const Index row = problem.first[i];
     const double w = problem.w[i];
     if (law.law == ContactLaw::tied) {
-      violation[i] = std::hypot(gap[row], gap[row + 1], gap[row + 2]);
+      violation[i] = length_of(gap[row], length_of(gap[row + 1], gap[row + 2]));
       continue;
     }
     violation[i] = w > 0 ? std::abs(std::min(w * p[row], gap[row])) : std::max(0.0, -gap[row]);
@@ -92,10 +92,10 @@ Vector law_violations(const ContactProblem& problem, const Vector& p, const Vect
     if (p[row] <= 0 && p[row + 1] == 0 && p[row + 2] == 0) continue;
     const double limit = law.friction * std::max(0.0, p[row]);
     Eigen::Vector2d target = p.segment<2>(row + 1) - gap.segment<2>(row + 1) / w;
-    const double length = std::hypot(target[0], target[1]);
+    const double length = length_of(target[0], target[1]);
     if (length > limit) target *= limit / length;
-    violation[i] =
-        std::hypot(violation[i], w * (p[row + 1] - target[0]), w * (p[row + 2] - target[1]));
+    violation[i] = length_of(violation[i],
+                             length_of(w * (p[row + 1] - target[0]), w * (p[row + 2] - target[1])));
   }
   for (double& of : violation)
     if (std::isnan(of)) of = HUGE_VAL;  // beyond a double's reach; norms may leave a NaN out

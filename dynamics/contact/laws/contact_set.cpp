@@ -14,7 +14,7 @@ PointState state_of(const PointLaw& law, double w, const double* p, const double
   const double tau_n = w * p[0] - gap[0];
   if (!(w > 0) || !(tau_n > 0)) return PointState::open;
   if (law.law == ContactLaw::frictionless) return PointState::normal;
-  const double t1 = w * p[1] - gap[1], t2 = w * p[2] - gap[2], length = std::hypot(t1, t2),
+  const double t1 = w * p[1] - gap[1], t2 = w * p[2] - gap[2], length = length_of(t1, t2),
                limit = law.friction * tau_n;
   if (length <= limit) return PointState::stick;
   slide[0] = t1 / length, slide[1] = t2 / length;

@@ -24,7 +24,7 @@ namespace {
 
 // Shares of the largest |g|: what is aimed at, and what is good enough not to call for another
 // method.
-constexpr double aim = 1e-12, inexact_aim = 3e-12, enough = 1e-10;
+constexpr double aim = 1e-12, inexact_aim = 3e-11, enough = 1e-10;
 // Of the active set that takes one point at a time, and up to how many of them.
 constexpr double basic_aim = 1e-11;
 constexpr Index basic_rows = 1500;
@@ -101,14 +101,19 @@ class Methods {
     best.offer(problem_, scale, std::move(result.p), std::move(result.gap), result.residual);
   }
 
-  // Of a dense W with friction and many rows: false when it does not solve it.
-  bool inexact(const Vector& g, Vector p, Vector gap, double scale, Best& best) {
-    if (problem_.W.is_sparse || problem_.n_rows() <= krylov_rows || !friction()) return false;
+  // Of a dense W with many rows: false when it does not solve it.
+  bool inexact(const Vector& g, Vector p, Vector gap, double scale, const GapsOf& gaps_of,
+               Best& best) {
+    if (problem_.W.is_sparse || problem_.n_rows() <= krylov_rows) return false;
     go_on(g, p, gap);
-    NewtonResult result = inexact_.solve(problem_, g, std::move(p), std::move(gap),
-                                         newton_iterations, inexact_aim * scale);
+    const GapsOf by_W = [&](const Vector& of, Vector& its) { its = g + respond(problem_, of); };
+    NewtonResult result =
+        inexact_.solve(problem_, g, std::move(p), std::move(gap), newton_iterations,
+                       inexact_aim * scale, gaps_of ? gaps_of : by_W);
     best.iterations += result.iterations;
     best.offer(problem_, scale, std::move(result.p), std::move(result.gap), result.residual);
+    if (best.done() && !friction())
+      newton_.ends_with(problem_, contact_set(problem_, best.p, best.gap));
     return best.done();
   }
 
@@ -258,12 +263,14 @@ class Methods {
 
 // Newton's first attempt, warm from `guess` or from a few sweeps, and with factors when Krylov
 // methods fail.
-void attempt(Methods& methods, const Vector& g, const Vector& guess, double scale, Best& best) {
+void attempt(Methods& methods, const Vector& g, const Vector& guess, double scale,
+             const GapsOf& gaps_of, Best& best) {
   const ContactProblem& problem = methods.problem();
   const NewtonResult standing = methods.standing(g, scale, best);
   if (standing.converged) return;
   // Newton's first step from the last set is made: the next one goes on from there
   if (standing.iterations > 0 && all_frictionless(problem)) {
+    if (methods.inexact(g, standing.outside, standing.gap, scale, gaps_of, best)) return;
     methods.newton(g, standing.outside, standing.gap, first_choice(problem), newton_iterations,
                    scale, best);
     if (best.done()) return;
@@ -272,7 +279,7 @@ void attempt(Methods& methods, const Vector& g, const Vector& guess, double scal
   Vector p = guess.size() == g.size() ? guess : Vector::Zero(g.size());
   project(problem, p);
   const bool warm = !p.isZero(0);
-  if (methods.inexact(g, p, warm ? methods.gap_of(g, p) : g, scale, best)) return;
+  if (methods.inexact(g, p, warm ? methods.gap_of(g, p) : g, scale, gaps_of, best)) return;
   if (!warm && methods.friction()) {
     methods.sweep(g, p, first_sweeps, scale, start);
   } else {
@@ -354,7 +361,7 @@ void forgive(Methods& methods, const Vector& g, double scale, Best& best) {
   double moved = scale;
   for (int i = 0; i < proximal_steps && moved > aim * scale; ++i) {
     Best step(g);
-    attempt(proximal, g - epsilon.cwiseProduct(p), p, scale, step);
+    attempt(proximal, g - epsilon.cwiseProduct(p), p, scale, {}, step);
     best.iterations += step.iterations;
     p = std::move(step.p);
     const Vector next = g + respond(methods.problem(), p);
@@ -369,7 +376,7 @@ void forgive(Methods& methods, const Vector& g, double scale, Best& best) {
         forgiven[row] -= gap[row] - (law.law == ContactLaw::tied ? 0.0 : margin * scale);
   }
   Best bounded(forgiven);
-  attempt(methods, forgiven, Vector(), scale, bounded);
+  attempt(methods, forgiven, Vector(), scale, {}, bounded);
   if (!bounded.done()) descend(methods, forgiven, scale, bounded);
   Vector bounded_gap = g + respond(methods.problem(), bounded.p);
   const double residual =
@@ -421,7 +428,8 @@ void ContactSolver::begin_as(const ContactSolver& other) {
 
 Index ContactSolver::n_factored() const { return impl_->methods.n_factored(); }
 
-ContactSolution ContactSolver::solve(const Vector& g, const Vector& guess, Effort effort) {
+ContactSolution ContactSolver::solve(const Vector& g, const Vector& guess, Effort effort,
+                                     const GapsOf& gaps_of) {
   Methods& methods = impl_->methods;
   const double scale = g.size() > 0 ? g.lpNorm<Eigen::Infinity>() : 0;
   const Vector none = Vector::Zero(g.size());
@@ -433,7 +441,7 @@ ContactSolution ContactSolver::solve(const Vector& g, const Vector& guess, Effor
   if (methods.basic_first()) methods.basic(g, scale, best);
   const bool cones_first = methods.cones_first();
   const bool good = cones_first && methods.cones(g, guess, scale, best);
-  if (!best.done() && !good) attempt(methods, g, guess, scale, best);
+  if (!best.done() && !good) attempt(methods, g, guess, scale, gaps_of, best);
   ContactSolution solution;
   if (!best.done() && !good) {
     solution.fallback = true;

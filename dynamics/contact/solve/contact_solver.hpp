@@ -8,7 +8,7 @@
 #include <memory>
 #include <vector>
 
-#include "dynamics/contact/response/response.hpp"
+#include "dynamics/contact/laws/contact_laws.hpp"
 #include "dynamics/contact/surfaces/contact_point.hpp"
 
 namespace cbr {
@@ -45,8 +45,10 @@ class ContactSolver {
   ContactSolver& operator=(ContactSolver&&) noexcept;
 
   const GapResponse& W() const;
-  // `guess`: impulses of the last step (same rows), or empty: where to start from.
-  ContactSolution solve(const Vector& g, const Vector& guess, Effort effort = Effort::all);
+  // `guess`: impulses of the last step (same rows), or empty: where to start from. `gaps_of`: for
+  // callers who want the effect of the solution in any case; empty: by W.
+  ContactSolution solve(const Vector& g, const Vector& guess, Effort effort = Effort::all,
+                        const GapsOf& gaps_of = {});
   // The impulses that the factor of the last solution's closed rows gives, when it has one and the
   // laws' cones hold them: for callers who know what they do to the gaps without W.
   bool standing_impulses(const Vector& g, Vector& p);

@@ -157,7 +157,7 @@ TEST(ClosedResponse, ProductsAreThoseOfW) {
         serves[closed.first_row(point) + d] = 1;
     for (Index i = 0; i < n; ++i)
       if (!serves[i]) x[i] = 0;
-    closed.product(x, y), closed.normal_product(x, normal);
+    closed.product(x, y), closed.normal_product(problem, x, normal);
     Vector p = Vector::Zero(problem.n_rows());
     for (Index i = 0; i < n; ++i) p[closed.rows()[i]] = closed.scale(i) * static_cast<double>(x[i]);
     const Vector gap = press.W.dense * p;

@@ -2,7 +2,6 @@
 #include "dynamics/contact/solve/newton/closed_response.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstring>
 
@@ -24,12 +23,20 @@ constexpr double most_resting = 0.4;
 
 Index padded(Index n) { return (n + lanes - 1) / lanes * lanes; }
 
-// y += rows^T x_rows and dot = rows x for P rows of the same length, a multiple of the lanes.
+__attribute__((always_inline)) inline float sum(const Lanes& a) {
+  float part[lanes];
+  std::memcpy(part, &a, sizeof(Lanes));
+  for (Index half = lanes / 2; half > 0; half /= 2)
+    for (Index i = 0; i < half; ++i) part[i] += part[i + half];
+  return part[0];
+}
+
+// y += rows^T x_rows and dot = rows x for P rows that follow each other, all of one length, a
+// multiple of the lanes.
 template <int P>
-__attribute__((always_inline)) inline void row_product(std::array<const float*, P> row,
-                                                       Index length, const float* x,
-                                                       const float (&x_row)[P], float* y,
-                                                       float (&dot)[P]) {
+__attribute__((always_inline)) inline void row_product(const float* rows, Index length,
+                                                       const float* x, const float* x_rows,
+                                                       float* y, float* dot) {
   Lanes sums[P] = {};
   for (Index i = 0; i < length; i += lanes) {
     Lanes x_i, y_i;
@@ -37,25 +44,22 @@ __attribute__((always_inline)) inline void row_product(std::array<const float*, 
     std::memcpy(&y_i, y + i, sizeof(Lanes));
     for (int k = 0; k < P; ++k) {
       Lanes r;
-      std::memcpy(&r, row[k] + i, sizeof(Lanes));
-      y_i += r * x_row[k];
+      std::memcpy(&r, rows + k * length + i, sizeof(Lanes));
+      y_i += r * x_rows[k];
       sums[k] += r * x_i;
     }
     std::memcpy(y + i, &y_i, sizeof(Lanes));
   }
-  for (int k = 0; k < P; ++k) {
-    dot[k] = 0;
-    for (Index lane = 0; lane < lanes; ++lane) dot[k] += sums[k][lane];
-  }
+  for (int k = 0; k < P; ++k) dot[k] = sum(sums[k]);
 }
 
-CBR_CLONES void three_rows(std::array<const float*, 3> row, Index length, const float* x,
-                           const float (&x_row)[3], float* y, float (&dot)[3]) {
-  row_product<3>(row, length, x, x_row, y, dot);
-}
-CBR_CLONES void one_row(std::array<const float*, 1> row, Index length, const float* x,
-                        const float (&x_row)[1], float* y, float (&dot)[1]) {
-  row_product<1>(row, length, x, x_row, y, dot);
+// Of n rows, by eight, by three and by one.
+CBR_CLONES void some_rows(const float* rows, Index n, Index length, const float* x,
+                          const float* x_rows, float* y, float* dot) {
+  Index i = 0;
+  for (; i + 8 <= n; i += 8) row_product<8>(rows + i * length, length, x, x_rows + i, y, dot + i);
+  for (; i + 3 <= n; i += 3) row_product<3>(rows + i * length, length, x, x_rows + i, y, dot + i);
+  for (; i < n; ++i) row_product<1>(rows + i * length, length, x, x_rows + i, y, dot + i);
 }
 
 // y += columns x, of three columns of a length that is a multiple of the lanes.
@@ -97,7 +101,6 @@ void ClosedResponse::add(const ContactProblem& problem, const std::vector<Index>
     }
   }
   lower_.resize(static_cast<std::size_t>(end_), 0.0F);
-  normals_.resize(static_cast<std::size_t>(n_rows() * normal_stride_), 0.0F);
   const std::size_t n_new = points_.size() - begin;
   const int used = n_new < threaded_points ? 1 : n_threads();
   run_kept_threads(used, [&](int t) {
@@ -132,10 +135,21 @@ void ClosedResponse::fill(const ContactProblem& problem, std::size_t k) {
     float* to = lower_.data() + start_[i];
     for (Index j = 0; j < i; ++j)
       to[j] = static_cast<float>(scale_[i] * scale_[j] * column[row_[j]]);
-    float* normal = normals_.data() + i * normal_stride_;
-    for (Index of = 0; of < problem.n_points(); ++of)
-      normal[of] = static_cast<float>(point_scale_[of] * scale_[i] * column[problem.first[of]]);
   }
+}
+
+void ClosedResponse::fill_normals(const ContactProblem& problem) const {
+  const auto known = static_cast<Index>(normals_.size()) / normal_stride_;
+  normals_.resize(static_cast<std::size_t>(n_rows() * normal_stride_), 0.0F);
+  const int used = n_rows() - known < threaded_rows ? 1 : n_threads();
+  run_kept_threads(used, [&](int t) {
+    for (Index i = known + t; i < n_rows(); i += used) {
+      const double* column = problem.W.dense.col(row_[i]).data();
+      float* normal = normals_.data() + i * normal_stride_;
+      for (Index of = 0; of < problem.n_points(); ++of)
+        normal[of] = static_cast<float>(point_scale_[of] * scale_[i] * column[problem.first[of]]);
+    }
+  });
 }
 
 void ClosedResponse::keep(const std::vector<char>& kept) {
@@ -152,7 +166,8 @@ void ClosedResponse::keep(const std::vector<char>& kept) {
 void ClosedResponse::drop(const std::vector<char>& dropped) {
   std::vector<Index> from;  // rows before
   std::size_t n_kept = 0;
-  Index to_start = 0;
+  Index to_start = 0, known_kept = 0;
+  const auto known = static_cast<Index>(normals_.size()) / normal_stride_;
   for (std::size_t k = 0; k < points_.size(); ++k) {
     const Index point = points_[k], begin = position_[point];
     const Index end = k + 1 < points_.size() ? position_[points_[k + 1]] : n_rows();
@@ -168,8 +183,11 @@ void ClosedResponse::drop(const std::vector<char>& dropped) {
       const auto n = static_cast<Index>(from.size());
       for (Index j = 0; j < n; ++j) to[j] = source[from[j]];
       std::fill(to + n, to + length, 0.0F);
-      const float* normal = normals_.data() + row * normal_stride_;
-      std::copy(normal, normal + normal_stride_, normals_.data() + n * normal_stride_);
+      if (row < known) {
+        const float* normal = normals_.data() + row * normal_stride_;
+        std::copy(normal, normal + normal_stride_, normals_.data() + n * normal_stride_);
+        known_kept = n + 1;
+      }
       start_[n] = to_start, row_[n] = row_[row], scale_[n] = scale_[row],
       diagonal_[n] = diagonal_[row];
       to_start += length;
@@ -180,8 +198,8 @@ void ClosedResponse::drop(const std::vector<char>& dropped) {
   start_.resize(from.size()), row_.resize(from.size()), scale_.resize(from.size()),
       diagonal_.resize(from.size());
   end_ = to_start;
-  lower_.resize(static_cast<std::size_t>(end_)),
-      normals_.resize(from.size() * static_cast<std::size_t>(normal_stride_));
+  lower_.resize(static_cast<std::size_t>(end_));
+  normals_.resize(static_cast<std::size_t>(known_kept * normal_stride_));
 }
 
 // Half of the entries are in the rows above n / sqrt(2): where there are many a second thread takes
@@ -209,30 +227,32 @@ void ClosedResponse::product(const FloatVector& x, FloatVector& y) const {
   y = Eigen::Map<const FloatVector>(y_.data(), n) + Eigen::Map<const FloatVector>(below_.data(), n);
 }
 
-// Of some of points(), and what they stand for above the diagonal.
+// Of some of points(), and what they stand for above the diagonal: points that serve together, as
+// far as their rows are of one length.
 void ClosedResponse::add_rows(std::size_t begin, std::size_t past, float* y) const {
-  const Index n = n_rows();
-  for (std::size_t k = begin; k < past; ++k) {
-    if (rests_[points_[k]]) continue;
-    const Index first = position_[points_[k]],
-                end = k + 1 < points_.size() ? position_[points_[k + 1]] : n;
-    const Index length = padded(end - 1);
-    const float* row = lower_.data() + start_[first];
-    if (end - first == 3) {
-      const float x_row[3] = {x_[first], x_[first + 1], x_[first + 2]};
-      float dot[3];
-      three_rows({row, row + length, row + 2 * length}, length, x_.data(), x_row, y, dot);
-      for (int d = 0; d < 3; ++d) y[first + d] += dot[d] + diagonal_[first + d] * x_row[d];
-    } else {
-      const float x_row[1] = {x_[first]};
-      float dot[1];
-      one_row({row}, length, x_.data(), x_row, y, dot);
-      y[first] += dot[0] + diagonal_[first] * x_row[0];
+  const auto end_of = [&](std::size_t k) {
+    return k + 1 < points_.size() ? position_[points_[k + 1]] : n_rows();
+  };
+  const auto length_of = [&](std::size_t k) { return padded(end_of(k) - 1); };
+  constexpr Index most = lanes + 2;  // rows of one length, the last point's beyond it
+  float dot[most];
+  for (std::size_t k = begin; k < past;) {
+    if (rests_[points_[k]]) {
+      ++k;
+      continue;
     }
+    const Index first = position_[points_[k]], length = length_of(k);
+    Index end = end_of(k);
+    for (++k; k < past && !rests_[points_[k]] && length_of(k) == length; ++k) end = end_of(k);
+    some_rows(lower_.data() + start_[first], end - first, length, x_.data(), x_.data() + first, y,
+              dot);
+    for (Index i = first; i < end; ++i) y[i] += dot[i - first] + diagonal_[i] * x_[i];
   }
 }
 
-void ClosedResponse::normal_product(const FloatVector& x, FloatVector& y) const {
+void ClosedResponse::normal_product(const ContactProblem& problem, const FloatVector& x,
+                                    FloatVector& y) const {
+  fill_normals(problem);
   const Index n = n_rows();
   y_.assign(static_cast<std::size_t>(normal_stride_), 0.0F);
   const auto result = [&](const std::vector<float>& from) {

@@ -37,8 +37,9 @@ class ClosedResponse {
 
   // y = s W s x   (n_rows()); x is 0 in the rows of points that rest, y is not set there
   void product(const FloatVector& x, FloatVector& y) const;
-  // y = s W_n s x over the normal rows of all points (0 where w = 0)
-  void normal_product(const FloatVector& x, FloatVector& y) const;
+  // y = s W_n s x over the normal rows of all points (0 where w = 0). Their entries are taken from
+  // the problem when they are first asked for.
+  void normal_product(const ContactProblem& problem, const FloatVector& x, FloatVector& y) const;
   // Entry of s W s, i and j rows here.
   float entry(Index i, Index j) const {
     return i == j ? diagonal_[i] : i > j ? lower_[start_[i] + j] : lower_[start_[j] + i];
@@ -52,6 +53,7 @@ class ClosedResponse {
   void drop(const std::vector<char>& dropped);
   void append(const ContactProblem& problem, Index point);
   void fill(const ContactProblem& problem, std::size_t k);
+  void fill_normals(const ContactProblem& problem) const;
 
   std::vector<Index> points_, position_, row_, start_;
   std::vector<char> rests_;  // for each point of the problem
@@ -60,7 +62,8 @@ class ClosedResponse {
   std::vector<double> scale_, point_scale_;
   std::vector<float> lower_;     // left of the diagonal, rows padded with zeros
   std::vector<float> diagonal_;  // n_rows()
-  std::vector<float> normals_;   // for each row here, the normal rows of all points, padded
+  // for the first rows here, as many as were asked for: the normal rows of all points, padded
+  mutable std::vector<float> normals_;
   Index normal_stride_ = 0;
   mutable std::vector<float> x_, y_, below_;
 };

@@ -151,6 +151,18 @@ NewtonResult ContactNewton::solve_standing(const ContactProblem& problem, const 
   return result;
 }
 
+void ContactNewton::ends_with(const ContactProblem& problem, const ContactSet& set) {
+  Impl& of = *impl_;
+  const bool same = of.settled == set.states;
+  of.last = of.settled = set.states;
+  if (!same || (of.adapted && of.held == set.states)) return;
+  of.closed_rows(problem, set);
+  if (of.rows.size() > largest_kept_factor) return;
+  of.held = set.states;
+  of.matrix.reset();
+  of.adapted = of.factor.adapt(problem.W.dense, of.rows);
+}
+
 void ContactNewton::renumber(const std::vector<Index>& from) {
   impl_->held.clear(), impl_->settled.clear(), impl_->last.clear();
   impl_->matrix.reset();

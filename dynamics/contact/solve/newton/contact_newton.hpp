@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "dynamics/contact/laws/contact_laws.hpp"
+#include "dynamics/contact/laws/contact_set.hpp"
 #include "dynamics/contact/solve/newton/set_matrix.hpp"
 
 namespace cbr {
@@ -47,6 +48,9 @@ class ContactNewton {
   // The impulses that close the rows of that set, when there is a factor and they are within the
   // cones; nothing else is checked.
   bool standing_impulses(const ContactProblem& problem, const Vector& g, Vector& p);
+  // Another method's solution ended with this set: one that two solutions have ended with is
+  // factored, so that it may stand in the next one. Without sliding points, W dense.
+  void ends_with(const ContactProblem& problem, const ContactSet& set);
   // W has got other rows: i was from[i] before, with the same entries of W, or is new (-1). The
   // factor is adapted.
   void renumber(const std::vector<Index>& from);

@@ -22,9 +22,9 @@ class InexactNewton {
   InexactNewton(InexactNewton&&) noexcept;
   InexactNewton& operator=(InexactNewton&&) noexcept;
 
-  // As ContactNewton::solve(). W is dense.
+  // As ContactNewton::solve(). W is dense. `gaps_of`: by which a result is judged at the end.
   NewtonResult solve(const ContactProblem& problem, const Vector& g, Vector p, Vector gap,
-                     int max_iterations, double tolerance);
+                     int max_iterations, double tolerance, const GapsOf& gaps_of);
   void forget();  // W is another from now on
   // Of the same bodies' points: which are near each other is taken from there.
   void begin_as(const InexactNewton& other);

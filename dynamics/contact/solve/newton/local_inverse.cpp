@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
+#include <utility>
 
 #include "common/base/row_threads.hpp"
 #include "common/files/state_archive.hpp"
@@ -42,7 +42,7 @@ struct Tangential {
 };
 
 // The unknowns of a point and of its nearest earlier points, its own last.
-struct Block {
+struct UnknownBlock {
   int n = 0;
   std::array<Index, most> unknown;
 
@@ -55,7 +55,8 @@ struct Block {
 template <typename Kind>
 class BlockFactor {
  public:
-  BlockFactor(const ClosedResponse& closed, const ClosedUnknowns& unknowns, const Block& block) {
+  BlockFactor(const ClosedResponse& closed, const ClosedUnknowns& unknowns,
+              const UnknownBlock& block) {
     for (int j = 0; j < block.n; ++j) {
       const Unknown& u = unknowns[block.unknown[j]];
       for (int k = 0; k <= j; ++k) L_[j][k] = Kind::between(closed, u, unknowns[block.unknown[k]]);
@@ -96,15 +97,11 @@ class BlockFactor {
   int regular_ = 0;                         // leading rows that are
 };
 
-// The rows of G of one point's unknowns `own`, whose block holds the unknowns range(other) of its
-// neighbours.
-template <typename Kind, typename RangeOf>
-void set_rows(const ClosedResponse& closed, const ClosedUnknowns& unknowns,
-              const std::vector<Index>& nearest, Index point, int wanted, const RangeOf& range,
-              std::vector<LocalInverse::Row>& rows) {
-  const ClosedUnknowns::Range own = range(point);
-  if (own.first == own.last) return;
-  Block block;
+// The unknowns range(point) of a point and of its nearest earlier points that have some.
+template <typename RangeOf>
+UnknownBlock block_of(const std::vector<Index>& nearest, Index point, int wanted,
+                      const RangeOf& range) {
+  UnknownBlock block;
   for (const Index other : nearest) {
     if (wanted == 0) break;
     const ClosedUnknowns::Range of = range(other);
@@ -112,14 +109,28 @@ void set_rows(const ClosedResponse& closed, const ClosedUnknowns& unknowns,
     block.add(of);
     --wanted;
   }
-  block.add(own);
-  const BlockFactor<Kind> factor(closed, unknowns, block);
-  for (Index u = own.first; u < own.last; ++u) {
-    const int n = block.n - static_cast<int>(own.last - 1 - u);
-    LocalInverse::Row& row = rows[u];
-    row.n = factor.last_row(n, row.value.data());
-    for (int k = 0; k < row.n; ++k) row.column[k] = static_cast<int>(block.unknown[n - row.n + k]);
-  }
+  block.add(range(point));
+  return block;
+}
+
+// The row of G of the block's unknown n - 1.
+template <typename Kind>
+void set_row(const BlockFactor<Kind>& factor, const UnknownBlock& block, int n,
+             LocalInverse::Row& row) {
+  row.n = factor.last_row(n, row.value.data());
+  for (int k = 0; k < row.n; ++k) row.column[k] = static_cast<int>(block.unknown[n - row.n + k]);
+}
+
+void set_tangential_rows(const ClosedResponse& closed, const ClosedUnknowns& unknowns,
+                         const std::vector<Index>& nearest, Index point,
+                         std::vector<LocalInverse::Row>& rows) {
+  const auto range = [&](Index of) { return unknowns.tangential(of); };
+  const ClosedUnknowns::Range own = range(point);
+  if (own.first == own.last) return;
+  const UnknownBlock block = block_of(nearest, point, LocalInverse::tangential_neighbours, range);
+  const BlockFactor<Tangential> factor(closed, unknowns, block);
+  for (Index u = own.first; u < own.last; ++u)
+    set_row(factor, block, block.n - static_cast<int>(own.last - 1 - u), rows[u]);
 }
 
 }  // namespace
@@ -134,20 +145,15 @@ Neighbours::Neighbours(const ContactProblem& problem) : nearest_(problem.laws.si
   }
   const int used = n < points_for_threads ? 1 : n_threads();
   run_kept_threads(used, [&](int t) {
-    std::vector<double> answer(root.size());
-    std::vector<Index> order(root.size());
+    std::vector<std::pair<double, Index>> order(root.size());  // -answer, point
     for (Index i = t; i < n; i += used) {
       const double* column = problem.W.dense.col(problem.first[i]).data();
       for (Index j = 0; j < n; ++j)
-        answer[j] = j == i ? -HUGE_VAL : std::abs(column[problem.first[j]]) * root[j];
-      std::iota(order.begin(), order.end(), Index{0});
-      const auto more = [&](Index a, Index b) {
-        return answer[a] != answer[b] ? answer[a] > answer[b] : a < b;
-      };
+        order[j] = {j == i ? HUGE_VAL : -std::abs(column[problem.first[j]]) * root[j], j};
       const auto last = order.begin() + static_cast<std::ptrdiff_t>(count);
-      std::nth_element(order.begin(), last, order.end(), more);
-      std::sort(order.begin(), last, more);
-      nearest_[i].assign(order.begin(), last);
+      std::nth_element(order.begin(), last, order.end());
+      std::sort(order.begin(), last);
+      for (auto of = order.begin(); of != last; ++of) nearest_[i].push_back(of->second);
     }
   });
 }
@@ -158,19 +164,44 @@ void LocalInverse::build(const ClosedResponse& closed, const ClosedUnknowns& unk
                          const Neighbours& neighbours) {
   rows_.resize(static_cast<std::size_t>(unknowns.size()));
   const std::vector<Index>& points = closed.points();
-  const auto normal = [&](Index point) { return unknowns.normal(point); };
-  const auto tangential = [&](Index point) { return unknowns.tangential(point); };
+  of_normals_.resize(static_cast<std::size_t>(neighbours.n_points()));
   const int used = static_cast<Index>(points.size()) < points_for_threads ? 1 : n_threads();
   run_kept_threads(used, [&](int t) {
     for (std::size_t k = static_cast<std::size_t>(t); k < points.size();
          k += static_cast<std::size_t>(used)) {
       const Index point = points[k];
       const std::vector<Index>& nearest = neighbours.of(point);
-      set_rows<Normal>(closed, unknowns, nearest, point, normal_neighbours, normal, rows_);
-      set_rows<Tangential>(closed, unknowns, nearest, point, tangential_neighbours, tangential,
-                           rows_);
+      set_normal_row(closed, unknowns, nearest, point);
+      set_tangential_rows(closed, unknowns, nearest, point, rows_);
     }
   });
+}
+
+void LocalInverse::set_normal_row(const ClosedResponse& closed, const ClosedUnknowns& unknowns,
+                                  const std::vector<Index>& nearest, Index point) {
+  const ClosedUnknowns::Range own = unknowns.normal(point);
+  if (own.first == own.last) return;
+  const UnknownBlock block =
+      block_of(nearest, point, normal_neighbours, [&](Index of) { return unknowns.normal(of); });
+  Row& row = rows_[own.first];
+  Kept& kept = of_normals_[point];
+  bool same = kept.n_points == block.n;
+  for (int k = 0; same && k < block.n; ++k)
+    same = kept.points[k] == static_cast<int>(unknowns.point(block.unknown[k]));
+  if (!same) {
+    set_row(BlockFactor<Normal>(closed, unknowns, block), block, block.n, row);
+    kept.n_points = block.n;
+    for (int k = 0; k < block.n; ++k)
+      kept.points[k] = static_cast<int>(unknowns.point(block.unknown[k]));
+    kept.n = row.n;
+    std::copy_n(row.value.begin(), row.n, kept.value.begin());
+    return;
+  }
+  row.n = kept.n;
+  for (int k = 0; k < row.n; ++k) {
+    row.value[k] = kept.value[k];
+    row.column[k] = static_cast<int>(block.unknown[block.n - row.n + k]);
+  }
 }
 
 void LocalInverse::apply(FloatVector& x) const {

@@ -32,8 +32,10 @@ class Neighbours {
 // compliance falls off like 1 / distance, its inverse like 1 / distance^3, so a few neighbours do.
 class LocalInverse {
  public:
+  // The same W since the last forget().
   void build(const ClosedResponse& closed, const ClosedUnknowns& unknowns,
              const Neighbours& neighbours);
+  void forget() { of_normals_.clear(); }
   void apply(FloatVector& x) const;  // x := G^T G x
 
   // Earlier points in a row of G: more gained nothing (docs/decisions/contact-solver.md).
@@ -47,7 +49,17 @@ class LocalInverse {
   };
 
  private:
+  void set_normal_row(const ClosedResponse& closed, const ClosedUnknowns& unknowns,
+                      const std::vector<Index>& nearest, Index point);
+
   std::vector<Row> rows_;
+  // The row of a point's normal unknown, which stands while the same points make its block.
+  struct Kept {
+    int n_points = 0, n = 0;
+    std::array<int, normal_neighbours + 1> points;
+    std::array<float, normal_neighbours + 1> value;
+  };
+  std::vector<Kept> of_normals_;  // per point
   mutable FloatVector y_;
 };
 
