@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Formats that the program gmsh converts. It runs as a process of its own: the library crashes on
 // damaged files (docs/decisions/msh-reader.md), and programs that read .msh alone would load it for
-// nothing. (docs/decisions/msh-reader.md), and programs that read .msh would load it for nothing.
+// nothing.
 #include <fcntl.h>
 #include <signal.h>
 #include <sys/prctl.h>
@@ -74,6 +74,10 @@ Mesh read_with_gmsh(const fs::path& file) {
     return mesh;
   } catch (const InputError& wrong) {
     std::string text = wrong.what();
+    // What gmsh writes of a damaged file may be no mesh: its sections are not those of the file
+    if (text.find('$') != std::string::npos)
+      throw InputError(file.string() +
+                       ": gmsh finds no whole mesh in it: is it cut short, or damaged?");
     for (std::size_t at; (at = text.find(out.string())) != std::string::npos;)
       text.replace(at, out.string().size(), file.string());
     throw InputError(text);
