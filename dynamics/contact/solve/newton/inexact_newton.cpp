@@ -27,7 +27,7 @@ constexpr int most_products = 60;
 // normal rows.
 constexpr double few_open = 0.1;
 // From so many rows on a second thread gains more than it costs.
-constexpr Index threaded_rows = 200;
+constexpr Index rows_for_threads = 200;
 // What single precision may have made of gaps, as a share of what moved them.
 constexpr double single_precision = 5e-7;
 // Gaps are summed up anew when a violation is no larger than this many times that, and it is more
@@ -119,7 +119,7 @@ void InexactNewton::Impl::sum_closed(const ContactProblem& problem, const Vector
   const Vector impulse = p(rows);
   Matrix sums = Matrix::Zero(n, 2);
   const Index middle = static_cast<Index>(0.293 * static_cast<double>(n));
-  const int used = n < threaded_rows ? 1 : std::min(2, n_threads());
+  const int used = n < rows_for_threads ? 1 : std::min(2, n_threads());
   run_kept_threads(used, [&](int t) {
     for (int part = t; part < 2; part += used) {
       double* sum = sums.col(part).data();
