@@ -36,7 +36,7 @@ struct PointKey {
 // How a W_0 that is not quite that of the step is used.
 struct CorrectionOptions {
   Index least_rows = 48;     // with fewer rows W is formed anew in each step
-  double tolerance = 1e-10;  // of the laws with the true W, as a share of the largest |g|
+  double tolerance = 1e-11;  // of the laws with the true W, as a share of the largest |g|
 };
 
 // Kept from step to step by a group of points that is solved together.

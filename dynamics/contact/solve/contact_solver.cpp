@@ -24,7 +24,7 @@ namespace {
 
 // Shares of the largest |g|: what is aimed at, and what is good enough not to call for another
 // method.
-constexpr double aim = 1e-12, inexact_aim = 3e-11, enough = 1e-10;
+constexpr double aim = 1e-12, inexact_aim = 3e-12, enough = 1e-10;
 // Of the active set that takes one point at a time, and up to how many of them.
 constexpr double basic_aim = 1e-11;
 constexpr Index basic_rows = 1500;
@@ -109,7 +109,7 @@ class Methods {
     const GapsOf by_W = [&](const Vector& of, Vector& its) { its = g + respond(problem_, of); };
     NewtonResult result =
         inexact_.solve(problem_, g, std::move(p), std::move(gap), newton_iterations,
-                       inexact_aim * scale, gaps_of ? gaps_of : by_W);
+                       (friction() ? inexact_aim : aim) * scale, gaps_of ? gaps_of : by_W);
     best.iterations += result.iterations;
     best.offer(problem_, scale, std::move(result.p), std::move(result.gap), result.residual);
     if (best.done() && !friction())
