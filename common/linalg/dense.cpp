@@ -87,13 +87,18 @@ void Cholesky::divide_both_sides(Matrix& A) const {
 }
 
 bool cholesky_in_place(Eigen::Ref<Matrix> A) {
-  if (A.rows() < worth_lapack) return Eigen::LLT<Eigen::Ref<Matrix>>(A).info() == Eigen::Success;
-  if (A.rows() >= worth_tiles) {
-    const SingleThreadedBlas blas;
-    return factor_columns(A);
-  }
-  return LAPACKE_dpotrf_work(LAPACK_COL_MAJOR, 'L', static_cast<int>(A.rows()), A.data(),
+  bool ok = false;
+  if (A.rows() < worth_lapack) {
+    ok = Eigen::LLT<Eigen::Ref<Matrix>>(A).info() == Eigen::Success;
+  } else if (A.rows() < worth_tiles) {
+    ok = LAPACKE_dpotrf_work(LAPACK_COL_MAJOR, 'L', static_cast<int>(A.rows()), A.data(),
                              static_cast<int>(A.outerStride())) == 0;
+  } else {
+    const SingleThreadedBlas blas;
+    ok = factor_columns(A);
+  }
+  // A NaN is no pivot that any of them refuses; it reaches the diagonal of its row
+  return ok && A.diagonal().allFinite();
 }
 
 void divide_by_upper(const Matrix& L, Eigen::Ref<Matrix> X) {

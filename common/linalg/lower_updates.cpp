@@ -82,7 +82,8 @@ bool factor_columns(Eigen::Ref<Matrix> F) {
     });
     const Index wide = update_tiles(columns - after), high = update_tiles(height - after);
     share_tasks(wide * high, true, [&](Index i) {
-      const Index column = after + i / high * update_tile, n = std::min(update_tile, columns - column);
+      const Index column = after + i / high * update_tile,
+                  n = std::min(update_tile, columns - column);
       Index row = after + i % high * update_tile, m = std::min(update_tile, height - row);
       if (row < column) return;
       if (row == column) {
@@ -98,8 +99,8 @@ bool factor_columns(Eigen::Ref<Matrix> F) {
   return true;
 }
 
-// As LAPACK's dsygst: each block of columns takes its own division to the rows and columns after it,
-// and is then divided by what follows of L.
+// As LAPACK's dsygst: each block of columns takes its own division to the rows and columns after
+// it, and is then divided by what follows of L.
 void divide_both_sides(const Matrix& L, Eigen::Ref<Matrix> A) {
   constexpr Index block = 256, strip = 64;
   const Index n = A.rows(), a = A.outerStride(), l = L.outerStride();

@@ -24,8 +24,8 @@ void subtract_pair(const Eigen::Ref<const Matrix>& W, const Eigen::Ref<const Mat
 // below, in place: by all threads, each with a BLAS of one. What stands above the diagonal is left
 // alone. False: F_1 is not positive definite.
 bool factor_columns(Eigen::Ref<Matrix> F);
-// A <- L^-1 A L^-T of a symmetric A, in place: of both the lower triangles are read, and A's alone is
-// written; as above. Half of what two divisions of a whole A take.
+// A <- L^-1 A L^-T of a symmetric A, in place: of both the lower triangles are read, and A's alone
+// is written; as above. Half of what two divisions of a whole A take.
 void divide_both_sides(const Matrix& L, Eigen::Ref<Matrix> A);
 // Rows of a square from which on both gain.
 constexpr Index worth_tiles = 1024;

@@ -44,15 +44,14 @@ class Compliance {
       n_wanted_ += tree_.factor().columns(supernode);
     }
     const double column_bytes = 8.0 * static_cast<double>(n_) * n_threads();
-    const Index width = std::clamp<Index>(static_cast<Index>(bytes / column_bytes), 1,
-                                          std::min(good_panel, s_));
+    const Index width =
+        std::clamp<Index>(static_cast<Index>(bytes / column_bytes), 1, std::min(good_panel, s_));
     for (Index first = 0; first < s_; first += width) {
       const Index count = std::min(width, s_ - first);
       panels_.push_back({first, count, tree_.reach(rows_of(loads_.sparse(), first, count))});
     }
     const double squared = static_cast<double>(n_wanted_) * static_cast<double>(s_);
-    is_square_ = 8 * squared < bytes &&
-                 squared < solve_penalty * wanted_.flops_per_column;
+    is_square_ = 8 * squared < bytes && squared < solve_penalty * wanted_.flops_per_column;
   }
 
   Matrix run() {

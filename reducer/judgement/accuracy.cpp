@@ -353,8 +353,8 @@ Matrix free_motions(const Superelement& s, Index n_rigid) {
 }
 
 Superelement::Accuracy accuracy_of(const InteriorAnswers& answers, const InterfaceMotions& motions,
-                                   const Superelement& s, Index n_rigid,
-                                   const ModesNotKept& others, const Cholesky* M_res) {
+                                   const Superelement& s, Index n_rigid, const ModesNotKept& others,
+                                   const Cholesky* M_res) {
   Superelement::Accuracy a = accuracy_of_strain(motions, answers.D, s, others);
   a.rho_floor = answers.rho_floor;
   add_stops(s, true, M_res, a);

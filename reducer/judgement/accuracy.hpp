@@ -93,8 +93,8 @@ constexpr Index n_estimated = 32, n_beside = 16;
 // (full_eigenvalues()); the lowest 32, none after the first that may be off by more than 0.1, and
 // none above 0.95 of the first held mode that is missing. Two solves a mode. not_kept.beyond, where
 // it is not known, is found by Lanczos. The lowest n_estimated + n_beside columns of the diagonal
-// form do. of_faces: also what is told of each face, by M_res: residual_mass_factor() of s, or null:
-// to be made.
+// form do. of_faces: also what is told of each face, by M_res: residual_mass_factor() of s, or
+// null: to be made.
 Superelement::Accuracy accuracy_of(const Partition& p, const SparseCholesky& factor,
                                    const InterfaceMotions& motions, const Superelement& s,
                                    const Matrix& Phi, Index n_rigid, const ModesNotKept& not_kept,
@@ -111,8 +111,8 @@ struct InteriorAnswers {
 // of the interface in the lowest free modes   (c x m)
 Matrix free_motions(const Superelement& s, Index n_rigid);
 Superelement::Accuracy accuracy_of(const InteriorAnswers& answers, const InterfaceMotions& motions,
-                                   const Superelement& s, Index n_rigid,
-                                   const ModesNotKept& others, const Cholesky* M_res = nullptr);
+                                   const Superelement& s, Index n_rigid, const ModesNotKept& others,
+                                   const Cholesky* M_res = nullptr);
 
 // Of these only what fixed-interface modes leave out; without rho_res. s: eigenvalues and what
 // describes its interface; `others`: settled().

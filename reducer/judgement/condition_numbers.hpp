@@ -16,8 +16,8 @@ namespace cbr {
 
 ConditionNumbers condition_numbers(const SparseMatrix& A, const SparseCholesky& factor);
 
-// Of the reduced mass M^ = [I M_kc; M_kc^T M_cc], by its residual_mass_factor(); infinite when it is
-// not positive definite.
+// Of the reduced mass M^ = [I M_kc; M_kc^T M_cc], by its residual_mass_factor(); infinite when it
+// is not positive definite.
 ConditionNumbers reduced_mass_condition(const Superelement& superelement, const Cholesky& M_res);
 ConditionNumbers reduced_mass_condition(const Superelement& superelement);
 

@@ -54,8 +54,8 @@ bool divide_and_conquer(Tridiagonal T, Vector& lambda, Matrix& Z) {
   return info == 0;
 }
 
-// Phi <- Q Phi   (n x k): block after block of reflections I - V T V^T, V in A, whose triangle above
-// the subdiagonal is overwritten. Each of our threads takes some columns.
+// Phi <- Q Phi   (n x k): block after block of reflections I - V T V^T, V in A, whose triangle
+// above the subdiagonal is overwritten. Each of our threads takes some columns.
 void apply_reflectors(Matrix& A, const Tridiagonal& T, Matrix& Phi) {
   const Index n = Phi.rows(), k = Phi.cols(), blocks = (n - 1 + together - 1) / together;
   Matrix factors = Matrix::Zero(together, blocks * together);
@@ -66,8 +66,8 @@ void apply_reflectors(Matrix& A, const Tridiagonal& T, Matrix& Phi) {
       A(i + 1, i) = 1;
     }
     LAPACKE_dlarft_work(LAPACK_COL_MAJOR, 'F', 'C', as_int(n - 1 - first), as_int(count),
-                        &A(first + 1, first), as_int(n), &T.tau(first),
-                        &factors(0, b * together), as_int(together));
+                        &A(first + 1, first), as_int(n), &T.tau(first), &factors(0, b * together),
+                        as_int(together));
   }
   std::atomic<Index> next{0};
   const SingleThreadedBlas blas;
@@ -254,12 +254,8 @@ Eigenpairs dense_eigenpairs_beside(Matrix A, Matrix B, const Matrix& R,
 }
 
 bool dense_cholesky(Matrix& A) {
-  const Index n = A.rows();
-  if (n >= worth_tiles) {
-    const SingleThreadedBlas blas;
-    return factor_columns(A);
-  }
-  return n == 0 || LAPACKE_dpotrf(LAPACK_COL_MAJOR, 'L', as_int(n), A.data(), as_int(n)) == 0;
+  const SingleThreadedBlas blas;
+  return cholesky_in_place(A);
 }
 
 void dense_inverse_of_cholesky(Matrix& L) {

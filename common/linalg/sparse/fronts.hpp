@@ -7,8 +7,8 @@
 #include <thread>
 #include <vector>
 
-#include "common/linalg/progress.hpp"
 #include "common/linalg/lower_updates.hpp"
+#include "common/linalg/progress.hpp"
 #include "common/linalg/sparse/supernodal.hpp"
 
 namespace cbr {
