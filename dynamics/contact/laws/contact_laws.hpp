@@ -41,7 +41,7 @@ using GapsOf = std::function<void(const Vector& p, Vector& gap)>;
 // y += W(:, rows of the point) x change; `change` has as many entries as the point has rows.
 void add_response(const ContactProblem& problem, Index point, const double* change, Vector& y);
 
-// The length of (a, b): std::hypot, at a tenth of its time where squares keep their digits.
+// The length of (a, b): std::hypot, but without its care where squares keep their digits.
 inline double length_of(double a, double b) {
   const double square = a * a + b * b;
   return square > 1e-280 && square < 1e280 ? std::sqrt(square) : std::hypot(a, b);

@@ -269,7 +269,8 @@ void attempt(Methods& methods, const Vector& g, const Vector& guess, double scal
   const NewtonResult standing = methods.standing(g, scale, best);
   if (standing.converged) return;
   // Newton's first step from the last set is made: the next one goes on from there
-  if (standing.iterations > 0 && all_frictionless(problem)) {
+  const bool goes_on = standing.iterations > 0 && all_frictionless(problem);
+  if (goes_on) {
     if (methods.inexact(g, standing.outside, standing.gap, scale, gaps_of, best)) return;
     methods.newton(g, standing.outside, standing.gap, first_choice(problem), newton_iterations,
                    scale, best);
@@ -279,7 +280,8 @@ void attempt(Methods& methods, const Vector& g, const Vector& guess, double scal
   Vector p = guess.size() == g.size() ? guess : Vector::Zero(g.size());
   project(problem, p);
   const bool warm = !p.isZero(0);
-  if (methods.inexact(g, p, warm ? methods.gap_of(g, p) : g, scale, gaps_of, best)) return;
+  if (!goes_on && methods.inexact(g, p, warm ? methods.gap_of(g, p) : g, scale, gaps_of, best))
+    return;
   if (!warm && methods.friction()) {
     methods.sweep(g, p, first_sweeps, scale, start);
   } else {

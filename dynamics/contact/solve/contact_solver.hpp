@@ -20,7 +20,7 @@ struct ContactSolution {
   // least, each row weighed by the root of its W_ii; with many rows (Krylov methods) the one
   // nearest the guess.
   Vector p;
-  Vector gap;  // g + W p
+  Vector gap;  // g + W p, by W or by what answers for it
   // Largest violation of a law by the natural map, w |p - P(p - gap / w)|, as a share of the
   // largest |g|: of gaps that must not be negative or must be closed, of Coulomb's law as a length
   // (w: largest diagonal entry of W among the point's rows). Not small when no p satisfies all:

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numeric>
 
 #include "common/files/state_archive.hpp"
 #include "dynamics/contact/solve/block_gauss_seidel.hpp"
@@ -208,6 +209,37 @@ TEST(LocalInverse, IsTheInverseWhereAllAreNeighbours) {
   inverse.apply(x);
   const Vector residual = A * x.cast<double>() - b.cast<double>();
   EXPECT_LE(residual.lpNorm<Eigen::Infinity>(), 1e-4);
+}
+
+// A row that is kept is the one that is made anew, whichever points open, close, stick or slide.
+TEST(LocalInverse, KeepsTheRowsThatStand) {
+  const Index n = 5;
+  const Press press = face(n, 0.3);
+  const cbr::ContactProblem problem = contact_problem(press.W, press.laws);
+  const cbr::Neighbours neighbours(problem);
+  cbr::ClosedResponse closed;
+  closed.begin(problem);
+  std::vector<Index> all(static_cast<std::size_t>(n * n));
+  std::iota(all.begin(), all.end(), Index{0});
+  closed.add(problem, all);
+  cbr::LocalInverse kept;
+  for (Index pass = 0; pass < 5; ++pass) {
+    cbr::ContactSet set = set_of(problem);
+    for (Index k = 0; k < n * n; ++k) {
+      const bool slides = (k + pass) % 2 == 0;
+      set.states[k] = (k * k + pass) % 6 == 3 ? cbr::PointState::open
+                      : slides                ? cbr::PointState::slide
+                                              : cbr::PointState::stick;
+      set.slides.row(k) << 0.6, 0.8, 2 * problem.w[k];
+    }
+    cbr::ClosedUnknowns unknowns;
+    unknowns.build(problem, set, closed);
+    cbr::LocalInverse anew;
+    kept.build(closed, unknowns, neighbours), anew.build(closed, unknowns, neighbours);
+    FloatVector x = FloatVector::LinSpaced(unknowns.size(), -1, 2), y = x;
+    kept.apply(x), anew.apply(y);
+    EXPECT_EQ(x, y) << pass;
+  }
 }
 
 TEST(FloatGmres, SolvesAndKeepsToItsReduction) {

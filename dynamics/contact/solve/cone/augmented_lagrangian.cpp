@@ -12,8 +12,8 @@ namespace {
 constexpr int inner_steps = 30, most_idle = 20;
 // Beyond the largest sigma round-off of y is worth more than what it gains.
 constexpr double growth = 10, largest_sigma = 1e5, least_sigma = 1e-3;
-constexpr double share_left =
-    0.1;  // of the violation that p's last change stands for: what y may leave
+// Of the violation that p's last change stands for: what y may leave.
+constexpr double share_left = 0.1;
 constexpr double shortest_step = 0.003, least_descent = 0.01, round_off = 3e-15;
 
 using Flat = Eigen::Map<const Vector>;

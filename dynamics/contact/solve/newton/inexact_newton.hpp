@@ -12,9 +12,9 @@ namespace cbr {
 // The method of ContactNewton with inexact steps (Dembo, Eisenstat, Steihaug 1982,
 // doi 10.1137/0719025): GMRES in single precision, preconditioned by a LocalInverse, over the
 // points that are or were lately closed. Open points cost the normal gap that they may close by.
-// Gaps are summed up in single precision from step to step, and with W itself before anything is
-// called solved. Nothing depends on what was solved before but the order of sums; what is kept
-// saves time only.
+// Gaps are summed up in single precision from step to step, with W itself near the end, and by
+// `gaps_of` before anything is called solved. Nothing depends on what was solved before but the
+// order of sums; what is kept saves time only.
 class InexactNewton {
  public:
   InexactNewton();
@@ -22,7 +22,7 @@ class InexactNewton {
   InexactNewton(InexactNewton&&) noexcept;
   InexactNewton& operator=(InexactNewton&&) noexcept;
 
-  // As ContactNewton::solve(). W is dense. `gaps_of`: by which a result is judged at the end.
+  // As ContactNewton::solve(). W is dense.
   NewtonResult solve(const ContactProblem& problem, const Vector& g, Vector p, Vector gap,
                      int max_iterations, double tolerance, const GapsOf& gaps_of);
   void forget();  // W is another from now on
