@@ -59,7 +59,7 @@ function(cbr_optimise)
   endif()
 endfunction()
 
-# Sources of tests are compiled eight at once, which takes less than half of the time (docs/decisions/build-time.md). So each
+# Sources of tests are compiled sixteen at once, which takes less than half of the time (docs/decisions/build-time.md). So each
 # has a namespace of its own, cbr::NAME_OF_THE_FILE.
 # cbr_test(NAME SOURCES a.cpp ... LIBRARIES cbr_common [READ_TREE a.cpp ...]): one GoogleTest program, one ctest entry a test.
 # READ_TREE names the sources that read files of this tree: they alone are compiled with its path, so that all others can come
@@ -72,7 +72,7 @@ function(cbr_test name)
     set_source_files_properties(${ARG_READ_TREE} PROPERTIES COMPILE_DEFINITIONS CBR_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
   endif()
   cbr_target(${name} cbr_test_precompiled)
-  set_target_properties(${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
+  set_target_properties(${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 16)
   gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 600)
 endfunction()
 

@@ -12,12 +12,12 @@ namespace cbr::fuzz {
 namespace {
 
 // A scene whose superelement is up to date, and that file's bytes.
-struct Base {
+struct SuperelementBase {
   Scene scene;
   std::string bytes;
 };
 
-Base make_base(const std::string& name, const std::string& reduction) {
+SuperelementBase make_base(const std::string& name, const std::string& reduction) {
   const std::filesystem::path folder = scratch().path() / name;
   std::filesystem::create_directories(folder);
   Mesh mesh = test::block_mesh({{1, 1, 2}});
@@ -41,8 +41,8 @@ output: {history: [a.z_min]}
   return {scene, test::bytes_of(scene.components.at("block").reduction->superelement)};
 }
 
-const std::vector<Base>& bases() {
-  static const std::vector<Base> list = {make_base("one", "modes: 5"),
+const std::vector<SuperelementBase>& bases() {
+  static const std::vector<SuperelementBase> list = {make_base("one", "modes: 5"),
                                          make_base("group", "modes: 3, domains: 2")};
   return list;
 }
@@ -51,7 +51,7 @@ const std::vector<Base>& bases() {
 
 void edits(Bytes bytes) {
   ByteSource source(bytes);
-  const Base& base = bases()[source.below(2)];
+  const SuperelementBase& base = bases()[source.below(2)];
   const ScratchFile file(".cbr.h5", Bytes(reinterpret_cast<const std::uint8_t*>(base.bytes.data()),
                                           base.bytes.size()));
   edit_hdf5(file.path(), source);
