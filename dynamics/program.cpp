@@ -133,7 +133,11 @@ UnchangedFiles inputs_of(const Scene& scene) {
 class Run {
  public:
   Run(const Scene& scene, BuiltScene& built, const std::filesystem::path& results, Report& report)
-      : scene_(scene), built_(built), results_(results), report_(report) {}
+      : scene_(scene),
+        built_(built),
+        results_(results),
+        report_(report),
+        superelements_(superelements_of(scene, results)) {}
 
   // Checkpoints to write, one to go on from, or both. `hash`: run_hash().
   void use_checkpoints(const std::string& hash, const std::filesystem::path& restart) {
@@ -154,6 +158,7 @@ class Run {
                       std::to_string(n_threads()) +
                       ": last digits will differ; without --threads it takes as many as it had");
     }
+    report_.recall(from.warnings);
     if (clock_) clock_->start_at(from.step, from.time);
     saved_fields_ = {fields_of_checkpoint(restart), std::move(from.field_times),
                      std::move(from.fields_hash)};
@@ -204,7 +209,7 @@ class Run {
   void write(const RunResult& result) {
     const auto phase = report_.phase("write");
     try {
-      write_results(results_, built_.simulation, result, report_);
+      write_results(results_, built_.simulation, result, report_, superelements_);
       if (fields_) fields_->commit();
     } catch (const std::runtime_error& error) {
       // InputError, too: a folder that was there before the run has gone
@@ -254,7 +259,7 @@ class Run {
       // Fields first: with the checkpoint of before they are some too many, with this one they must
       // not be too few
       if (fields_) fields_->save(fields_of_checkpoint(file_));
-      Checkpoint checkpoint{step, t, {}, "", n_threads()};
+      Checkpoint checkpoint{step, t, {}, "", n_threads(), report_.warnings()};
       if (fields_)
         checkpoint.field_times = fields_->times(), checkpoint.fields_hash = fields_->hash();
       write_checkpoint(file_, hash_, checkpoint, state);
@@ -274,6 +279,7 @@ class Run {
   BuiltScene& built_;
   const std::filesystem::path results_;
   Report& report_;
+  const std::vector<SuperelementOfInstance> superelements_;
   const NotedSignals signals_;
   std::string hash_;
   std::filesystem::path file_;
@@ -313,9 +319,9 @@ void run_scene(const std::string& scene_or_dash, const std::filesystem::path& re
   if (!hash.empty()) run.use_checkpoints(hash, restart);
   announce(built, report);
   const RunResult result = run.run();
-  run.write(result);
   count_work(built.simulation, result, report);
-  summarise(built, result, run.is_restarted(), report);
+  summarise(built, result, run.is_restarted(), report);  // its warnings go into the results
+  run.write(result);
   const bool is_checked = !check_error || result.ended_at ||
                           check_half(*scene, build_options, built, result, run.signals(), report);
   run.finish(result);

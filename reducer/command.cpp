@@ -434,9 +434,10 @@ bool for_each_component(const Scene& scene, const std::string& mesh_input,
       std::string what = error.what();
       // says its line already
       if (mesh_input.empty() && what.starts_with(component.source.file + ":")) throw;
-      const std::string path = component.mesh.string() + ": ";
-      // once is enough
-      if (!mesh_input.empty() && what.starts_with(path)) what.erase(0, path.size());
+      const std::string path = component.mesh.string() + ":";
+      // once is enough, with the line if it says one
+      if (!mesh_input.empty() && what.starts_with(path))
+        throw InputError(mesh_input + what.substr(path.size() - 1));
       throw InputError(where + ": " + what);
     }
   }

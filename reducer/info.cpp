@@ -2,6 +2,7 @@
 #include "reducer/info.hpp"
 
 #include <ostream>
+#include <sstream>
 #include <string>
 
 #include "common/app/report.hpp"
@@ -81,6 +82,13 @@ void print_times(const Hdf5Reader& file, const std::string& dataset, std::ostrea
   out << '\n';
 }
 
+// Results since 1.8 have those of the run.
+void print_warnings(const Hdf5Reader& file, std::ostream& out) {
+  if (!file.has_attribute("/", "warnings")) return;
+  std::istringstream lines(file.read_string("/", "warnings"));
+  for (std::string line; std::getline(lines, line);) out << "  warning      " << line << '\n';
+}
+
 void print_results(const Hdf5Reader& file, std::ostream& out) {
   print_times(file, "/time", out);
   out << "  run          " << file.read_index("/", "steps") << " steps, "
@@ -88,6 +96,7 @@ void print_results(const Hdf5Reader& file, std::ostream& out) {
   if (file.has_attribute("/", "partial") && file.read_index("/", "partial") != 0)
     out << "; stopped by a signal before its end";
   out << '\n';
+  print_warnings(file, out);
   print_children(file, "  instances    ", "/instances", out);
   print_children(file, "  surfaces     ", "/surfaces", out);
   if (!file.has("/energy/total")) return;

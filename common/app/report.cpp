@@ -122,8 +122,15 @@ void Report::detail(const std::string& text) {
 
 void Report::warning(const std::string& text) {
   end_progress();
-  ++n_warnings_;
-  print(program_ + ": warning: " + printable(about_ + text) + "\n");
+  warnings_.push_back(printable(about_ + text));
+  print(program_ + ": warning: " + warnings_.back() + "\n");
+}
+
+void Report::recall(const std::vector<std::string>& warnings) {
+  std::vector<std::string> all = warnings;
+  for (const std::string& text : warnings_)
+    if (std::find(all.begin(), all.end(), text) == all.end()) all.push_back(text);
+  warnings_ = std::move(all);
 }
 
 void Report::progress(const std::string& what, double fraction) {

@@ -29,8 +29,12 @@ class Report {
 
   void line(const std::string& text);     // not when quiet
   void detail(const std::string& text);   // --verbose only
-  void warning(const std::string& text);  // always; counted
-  int n_warnings() const { return n_warnings_; }
+  void warning(const std::string& text);  // always; kept
+  // All so far, each a line, in the order in which they were told.
+  const std::vector<std::string>& warnings() const { return warnings_; }
+  // Those of the run that this one goes on from: kept before the others, not told again.
+  void recall(const std::vector<std::string>& warnings);
+  int n_warnings() const { return static_cast<int>(warnings_.size()); }
 
   // "factorisation  42 %, 12 s left": redrawn in place, only when stderr is a terminal and not
   // quiet, at most ten times a second. What is left is told after two seconds, at the speed so far.
@@ -74,7 +78,7 @@ class Report {
  private:
   std::string program_, about_;
   Verbosity verbosity_;
-  int n_warnings_ = 0;
+  std::vector<std::string> warnings_;
   bool in_progress_ = false;
   std::string in_work_;     // what progress() was last told of
   double first_share_ = 0;  // and how much of that was done, `work_start_`

@@ -8,17 +8,22 @@
 namespace cbr {
 namespace {
 
+std::vector<char> nodes_of_structure(const Mesh& mesh) {
+  std::vector<char> is_used(static_cast<std::size_t>(mesh.coordinates.rows()), 0);
+  for (const Block& block : mesh.blocks) {
+    if (!is_structure(block)) continue;
+    for (const Index node : block.connectivity.reshaped())
+      is_used[static_cast<std::size_t>(node)] = 1;
+  }
+  return is_used;
+}
+
 // Nodesets with nodes that no solid has, such as a beam's, of whose elements a gmsh file leaves a
 // nodeset.
 std::vector<std::string> loose_nodesets(const Mesh& mesh) {
   std::vector<std::string> texts;
   if (mesh.nodesets.empty()) return texts;
-  std::vector<char> is_of_solid(static_cast<std::size_t>(mesh.coordinates.rows()), 0);
-  for (const Block& block : mesh.blocks) {
-    if (!is_structure(block)) continue;
-    for (const Index node : block.connectivity.reshaped())
-      is_of_solid[static_cast<std::size_t>(node)] = 1;
-  }
+  const std::vector<char> is_of_solid = nodes_of_structure(mesh);
   for (const Nodeset& set : mesh.nodesets) {
     const auto loose = std::count_if(set.nodes.begin(), set.nodes.end(), [&](Index node) {
       return is_of_solid[static_cast<std::size_t>(node)] == 0;
@@ -28,6 +33,18 @@ std::vector<std::string> loose_nodesets(const Mesh& mesh) {
                       std::to_string(set.nodes.size()) + " nodes are of no element)");
   }
   return texts;
+}
+
+// Such as the last elements of a file that is cut between two lines have left. A few reference
+// points are usual.
+void add_unused_nodes(const Mesh& mesh, std::vector<std::string>& texts) {
+  const std::vector<char> is_used = nodes_of_structure(mesh);
+  const auto n = std::count(is_used.begin(), is_used.end(), 0),
+             all = static_cast<std::ptrdiff_t>(is_used.size());
+  constexpr std::ptrdiff_t usual_share = 20;
+  if (n * usual_share > all)
+    texts.push_back(std::to_string(n) + " of its " + std::to_string(all) +
+                    " nodes, as no solid has them (is the file cut short?)");
 }
 
 }  // namespace
@@ -58,6 +75,7 @@ std::string left_out_blocks(const Mesh& mesh) {
       texts.push_back(block.name + " (" + std::to_string(block.connectivity.rows()) + " " +
                       std::string(name(block.type)) + ")");
   for (const std::string& text : loose_nodesets(mesh)) texts.push_back(text);
+  add_unused_nodes(mesh, texts);
   return join(texts);
 }
 

@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* format_name = "cbr-checkpoint";
 // To be raised when what a keep_state() names changes: files of before cannot be read then.
-constexpr const char* format_version = "1.11";
+constexpr const char* format_version = "1.12";
 
 // Of all that a run that goes on takes from the file.
 std::string hash_of(const Checkpoint& checkpoint, const std::vector<Index>& words) {
@@ -29,7 +29,8 @@ std::string hash_of(const Checkpoint& checkpoint, const std::vector<Index>& word
   const Index whole[] = {checkpoint.step, checkpoint.threads};
   return bytes_hash(text(words.data(), words.size()) +
                     text(checkpoint.field_times.data(), checkpoint.field_times.size()) +
-                    checkpoint.fields_hash + text(&checkpoint.time, 1) + text(whole, 2));
+                    checkpoint.fields_hash + join(checkpoint.warnings, "\n") +
+                    text(&checkpoint.time, 1) + text(whole, 2));
 }
 
 bool is_checkpoint(const fs::path& file) {
@@ -59,6 +60,13 @@ auto from_checkpoint(const Read& read) {
                                ": give --restart a checkpoint of this run that is whole, or start "
                                "the run again without --restart");
   }
+}
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::istringstream in(text);
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(in, line);) lines.push_back(line);
+  return lines;
 }
 
 std::string generator() { return std::string("cbr-dyn ") + version(); }
@@ -94,6 +102,7 @@ void write_checkpoint(const fs::path& file, const std::string& hash, const Check
   out.attribute("/", "run_hash", hash);
   out.attribute("/", "state_hash", hash_of(checkpoint, state.words()));
   out.attribute("/", "fields_hash", checkpoint.fields_hash);
+  out.attribute("/", "warnings", join(checkpoint.warnings, "\n"));
   out.attribute("/", "threads", Index{checkpoint.threads});
   out.attribute("/", "step", checkpoint.step);
   out.write("/time", checkpoint.time);
@@ -132,6 +141,7 @@ static std::pair<Checkpoint, StateArchive> read_whole(const fs::path& file,
   checkpoint.threads = static_cast<int>(in.read_index("/", "threads"));
   checkpoint.time = in.read_scalar("/time");
   checkpoint.fields_hash = in.read_string("/", "fields_hash");
+  checkpoint.warnings = lines_of(in.read_string("/", "warnings"));
   std::vector<Index> state = in.read_indices("/state");
   const Vector times = in.read_vector("/field_times");
   checkpoint.field_times.assign(times.begin(), times.end());

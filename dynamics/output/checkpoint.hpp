@@ -27,6 +27,7 @@ struct Checkpoint {
   std::string fields_hash;          // of these: FieldHash
   // that the run was begun with: with others BLAS adds in another order
   int threads = 0;
+  std::vector<std::string> warnings;  // told so far
 };
 
 // Whole or not at all. RunError when the disk refuses.

@@ -9,6 +9,7 @@
 #include "common/base/version.hpp"
 #include "common/fem/stress_values.hpp"
 #include "common/files/hdf5_file.hpp"
+#include "common/superelement/superelement.hpp"
 
 namespace cbr {
 namespace {
@@ -150,24 +151,45 @@ void require_memory_for_outputs(const Scene& scene, const Simulation& simulation
   throw InputError(text.str());
 }
 
+std::vector<SuperelementOfInstance> superelements_of(const Scene& scene,
+                                                     const std::filesystem::path& results) {
+  const auto folder = std::filesystem::absolute(results).parent_path();
+  std::vector<SuperelementOfInstance> all;
+  for (const Instance& instance : scene.instances) {
+    const Component& component = component_of(scene, instance);
+    if (instance.as != InstanceKind::superelement || !component.reduction) continue;
+    const std::filesystem::path& file = component.reduction->superelement;
+    all.push_back({instance.name,
+                   std::filesystem::absolute(file).lexically_proximate(folder).generic_string(),
+                   read_content_hash(file)});
+  }
+  return all;
+}
+
 void write_results(const std::filesystem::path& path, const Simulation& simulation,
-                   const RunResult& result, const Report& report) {
+                   const RunResult& result, const Report& report,
+                   const std::vector<SuperelementOfInstance>& superelements) {
   using Clock = std::chrono::steady_clock;
   const auto start = Clock::now();
   Hdf5Writer file(path);
   file.attribute("/", "format", std::string("cbr-results"));
-  file.attribute("/", "format_version", std::string("1.7"));
+  file.attribute("/", "format_version", std::string("1.8"));
   file.attribute("/", "generator", std::string("cbr-dyn ") + version());
   Index n_dofs = 0;
   for (const auto& body : simulation.bodies) n_dofs += body->n_dofs();
   file.attribute("/", "partial", Index{result.ended_at ? 1 : 0});
   file.attribute("/", "steps", result.steps);
   file.attribute("/", "n_dofs", n_dofs);
+  file.attribute("/", "warnings", join(report.warnings(), "\n"));
   for (const char* phase : {"read", "setup", "steps"})
     file.attribute("/", std::string("wall_seconds_") + phase, report.seconds(phase));
   file.write("/time", result.time);
   write_monitors(file, simulation, result);
   write_bodies(file, simulation, result);
+  for (const SuperelementOfInstance& of : superelements) {
+    file.attribute("/instances/" + safe(of.instance), "superelement", of.file);
+    file.attribute("/instances/" + safe(of.instance), "superelement_hash", of.content_hash);
+  }
   write_watches(file, simulation, result);
   write_scans(file, simulation, result);
   file.write("/energy/total", result.total);

@@ -5,6 +5,8 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
+#include <vector>
 
 #include "common/app/report.hpp"
 #include "dynamics/run/simulation.hpp"
@@ -17,9 +19,18 @@ namespace cbr {
 // for count from when they meet, so not here.
 void require_memory_for_outputs(const Scene& scene, const Simulation& simulation, double memory);
 
-// Wall times are attributes, so the datasets are the same bytes from run to run. RunError when the
-// disk refuses; nothing half-written.
+// Of an instance that is a superelement: its file, as seen from the folder of the results, and the
+// content_hash that it has at the start.
+struct SuperelementOfInstance {
+  std::string instance, file, content_hash;
+};
+std::vector<SuperelementOfInstance> superelements_of(const Scene& scene,
+                                                     const std::filesystem::path& results);
+
+// Wall times and the report's warnings are attributes, so the datasets are the same bytes from run
+// to run. RunError when the disk refuses; nothing half-written.
 void write_results(const std::filesystem::path& file, const Simulation& simulation,
-                   const RunResult& result, const Report& report);
+                   const RunResult& result, const Report& report,
+                   const std::vector<SuperelementOfInstance>& superelements = {});
 
 }  // namespace cbr

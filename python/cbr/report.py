@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import html
 import io
+import os
 import pathlib
 import re
 import sys
@@ -30,13 +31,26 @@ figure { margin: 1em 0 } svg { max-width: 100%; height: auto }
 COLOURS = ["#1f3b73", "#b3202c", "#2a9d4a", "#e07b00", "#7b2d8e", "#555555"]
 WORKS = ["work_external", "work_contact", "work_friction", "work_damping", "work_numerical"]
 MOST_CURVES = 12  # instances or surfaces in one figure
+MOST_WARNINGS = 20
 
 
 def number(x: float) -> str:
+    """
+    >>> number(0.1234567)
+    '0.1235'
+    """
     return f"{x:.4g}"
 
 
 def table(head: list[str], rows: list[list[str | float]]) -> str:
+    """A table of HTML; numbers are at the right.
+
+    >>> print(table(["what", "how much"], [["steps <", 12.0]]))
+    <table>
+    <tr><th>what</th><th>how much</th></tr>
+    <tr><td>steps &lt;</td><td class="number">12</td></tr>
+    </table>
+    """
     def cell(x: str | float) -> str:
         return f"<td>{html.escape(x)}</td>" if isinstance(x, str) else f'<td class="number">{number(x)}</td>'
 
@@ -90,7 +104,20 @@ def same(x: Array) -> Array:
 
 
 def size(x: Array) -> Array:
-    return np.linalg.norm(x, axis=1)
+    """Of each row.
+
+    >>> size(np.array([[3.0, 4.0, 0.0]]))
+    array([5.])
+    """
+    norms: Array = np.linalg.norm(x, axis=1)
+    return norms
+
+
+def along(axis: int) -> Callable[[Array], Array]:
+    def component(x: Array) -> Array:
+        return x[:, axis]
+
+    return component
 
 
 def what_ran(run: Results) -> str:
@@ -102,12 +129,25 @@ def what_ran(run: Results) -> str:
     return table(["what ran", ""], rows)
 
 
+def warnings(run: Results) -> str:
+    """What cbr-dyn warned of. What it tells of the finished run comes first: that may make results wrong."""
+    if run.warnings is None:
+        return "<p>Results before version 1.8 do not hold the warnings of their run.</p>"
+    if not run.warnings:
+        return "<p>cbr-dyn warned of nothing.</p>"
+    shown = run.warnings[::-1][:MOST_WARNINGS]
+    lines = ["<ul>", *(f"<li>{html.escape(text)}</li>" for text in shown), "</ul>"]
+    if len(run.warnings) > len(shown):
+        lines.append(f"<p>And {len(run.warnings) - len(shown)} more, which were told before these.</p>")
+    return "\n".join(lines)
+
+
 def checks(run: Results) -> str:
     """Figures that tell whether the run can be trusted, each with what is good."""
     rows: list[list[str | float]] = []
     if "energy/total" in run:
         total = run["energy/total"]
-        works = sum((run[f"energy/{w}"] for w in WORKS if f"energy/{w}" in run), np.zeros(len(total)))
+        works = np.sum([run[f"energy/{w}"] for w in WORKS if f"energy/{w}" in run], axis=0)
         scale = max(np.abs(total).max(), np.abs(works).max())
         if scale > 0:
             off = np.abs(total - total[0] - (works - works[0])).max() / scale
@@ -115,7 +155,7 @@ def checks(run: Results) -> str:
             gain = (total - total[0] - (run["energy/work_external"] if "energy/work_external" in run else 0)).max()
             rows.append(["energy above that of the start and of loads, share", float(max(gain, 0) / scale), "below 1e-3"])
     if run.instances and not run.pairs:
-        p = sum(run[f"instances/{i}/momentum"] for i in run.instances)
+        p = np.sum([run[f"instances/{i}/momentum"] for i in run.instances], axis=0)
         scale = max(np.abs(run[f"instances/{i}/momentum"]).max() for i in run.instances)
         rows.append(["change of momentum, share", float(np.abs(p - p[0]).max() / scale) if scale > 0 else 0.0, "0 without loads"])
     for pair in run.pairs:
@@ -145,7 +185,7 @@ def motion(runs: Runs) -> str:
         largest = max((np.abs(run[f"instances/{i}/momentum"]).max() for i in run.instances), default=0)
         if any(np.abs(run[f"instances/{i}/momentum"][:, axis]).max() > 1e-6 * largest for i in names):
             parts.append(runs.curves(f"Momentum along {'xyz'[axis]}", "momentum",
-                                     [(i, f"instances/{i}/momentum", lambda x, a=axis: x[:, a]) for i in names]))
+                                     [(i, f"instances/{i}/momentum", along(axis)) for i in names]))
     return "\n".join(parts)
 
 
@@ -200,27 +240,51 @@ def in_words(s: Superelement) -> str:
     if s.accuracy.get("largest_left_out", 0) > 0:
         say.append(f"Accelerations of the interface leave out {100 * s.accuracy['largest_left_out']:.2g} % of the "
                    "interior's strain energy at most.")
-    elastic = [f for f in s.frequencies() if f > 0][:10]
-    say.append("Lowest frequencies, Hz: " + ", ".join(number(f) for f in elastic) + ".")
+    # Those of the file cost nothing, the others all eigenvalues of the matrices
+    told = np.atleast_1d(s.accuracy["frequency_hz"]) if "frequency_hz" in s.accuracy else s.frequencies()
+    elastic = [f for f in told if f > 0][:10]
+    if elastic:
+        say.append("Lowest frequencies, Hz: " + ", ".join(number(f) for f in elastic) + ".")
     return "<p>" + html.escape(" ".join(say)) + "</p>"
 
 
+def of_run(run: Results, given: list[Superelement]) -> list[str]:
+    """Words on the superelements of the run's instances, but for those that are given."""
+    words, seen = [], {os.path.realpath(s.path) for s in given}
+    for file, content_hash in run.superelements.values():
+        if os.path.realpath(file) in seen:
+            continue
+        seen.add(os.path.realpath(file))
+        try:
+            s = superelement(file)
+        except FileError as error:  # gone since, or several domains
+            words.append(f"<p>{html.escape(str(error))}</p>")
+            continue
+        words.append(in_words(s))
+        if s.content_hash != content_hash:
+            words.append(f"<p>{html.escape(file)} has been reduced again since this run.</p>")
+    return words
+
+
 def page(run: Results, other: Results | None = None, superelements: list[Superelement] | None = None) -> str:
-    """The whole page, HTML."""
+    """The whole page, HTML. `superelements`: others than those of the run, which are found by their names."""
     figure.count = 0  # type: ignore[attr-defined]
     name = pathlib.Path(run.path).name
     runs = Runs(run, other)
     parts = [f"<h1>{html.escape(name)}</h1>"]
     if other is not None:
         parts.append(f"<p>Compared with {html.escape(pathlib.Path(other.path).name)}, which is drawn with dashes.</p>")
-    parts += [what_ran(run), "<h2>Can it be trusted</h2>", checks(run)]
+    parts += [what_ran(run), "<h2>Warnings</h2>", warnings(run), "<h2>Can it be trusted</h2>", checks(run)]
     if other is not None:
+        parts += [f"<h2>Warnings of {html.escape(pathlib.Path(other.path).name)}</h2>", warnings(other)]
         parts += ["<h2>Differences</h2>", differences(run, other)]
     parts += ["<h2>Motion</h2>", motion(runs)]
     if run.pairs:
         parts += ["<h2>Contact</h2>", contact(runs)]
-    if superelements:
-        parts += ["<h2>Superelements</h2>", *(in_words(s) for s in superelements)]
+    given = superelements or []
+    words = [*of_run(run, given), *(in_words(s) for s in given)]
+    if words:
+        parts += ["<h2>Superelements</h2>", *words]
     parts += ["<h2>Time</h2>", timings(run)]
     body = "\n".join(parts)
     return (f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<title>{html.escape(name)}</title>\n'
@@ -233,7 +297,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("-o", "--output", required=True, metavar="RUN.html", help="the page")
     parser.add_argument("--compare", metavar="OTHER.h5", help="results to draw on top, with a table of differences")
     parser.add_argument("--superelement", action="append", default=[], metavar="FILE.cbr.h5",
-                        help="tell its frequencies and errors too; may be given again")
+                        help="a superelement whose frequencies and errors to tell too, beside those of the run; may be given again")
     given = parser.parse_args(arguments)
     output = pathlib.Path(given.output)
     if output.exists() and not output.read_bytes()[:100].lstrip().lower().startswith(b"<!doctype html"):

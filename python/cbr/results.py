@@ -21,11 +21,14 @@ class Results(Mapping[str, Array]):
     >>> path = os.path.join(tempfile.mkdtemp(), "r.h5")
     >>> with h5py.File(path, "w") as f:
     ...     f.attrs["format"] = "cbr-results"
+    ...     f.attrs["warnings"] = "the energy balance does not close"
     ...     f["time"] = [0.0, 1.0]
     ...     f["instances/left/momentum"] = [[1.0, 0.0, 0.0], [0.5, 0.0, 0.0]]
     >>> r = cbr.results(path)
     >>> r.instances
     ['left']
+    >>> r.warnings
+    ['the energy balance does not close']
     >>> r["instances/left/momentum"][-1]
     array([0.5, 0. , 0. ])
     """
@@ -35,13 +38,17 @@ class Results(Mapping[str, Array]):
         self._names: list[str] = []
         with open_file(path, "cbr-results") as f:
             self.attributes = dict(f.attrs)
+            bodies = {name: dict(body.attrs) for name, body in f.get("instances", {}).items()}
+            self._files = {name: str(of["superelement"]) for name, of in bodies.items() if "superelement" in of}
+            self._hashes = {name: str(of.get("superelement_hash", "")) for name, of in bodies.items()}
             f.visititems(lambda name, item: self._names.append(name) if isinstance(item, h5py.Dataset) else None)
 
     def __getitem__(self, name: str) -> Array:
         if name not in self._names:
             raise KeyError(f"{self.path}: no dataset '{name}'; there are: {', '.join(self._names)}")
         with h5py.File(self.path) as f:
-            return f[name][()]
+            values: Array = f[name][()]
+        return values
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._names)
@@ -71,6 +78,17 @@ class Results(Mapping[str, Array]):
     def surfaces(self) -> list[str]:
         """Surfaces with a history."""
         return self._groups("surfaces")
+
+    @property
+    def warnings(self) -> list[str] | None:
+        """What cbr-dyn warned of, in order. None: the file is older than version 1.8 and does not tell."""
+        return str(self.attributes["warnings"]).splitlines() if "warnings" in self.attributes else None
+
+    @property
+    def superelements(self) -> dict[str, tuple[str, str]]:
+        """Of the instances that are superelements, since version 1.8: file, and content_hash that it had."""
+        folder = os.path.dirname(self.path)
+        return {name: (os.path.join(folder, file), self._hashes[name]) for name, file in self._files.items()}
 
     @property
     def seconds(self) -> dict[str, float]:

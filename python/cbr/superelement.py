@@ -38,6 +38,24 @@ class Superelement:
     basis craig-bampton: the coordinates of K and M are [q_k; u_c], modes first.
     basis massless, characteristic: those of K and M are q_k alone; u_c = V q_k + F f_c for forces f_c
     on the interface (docs/formats.md).
+
+    Two masses of 2 on a spring of 3, along x; no modes. superelement(path) makes it of a file.
+
+    >>> import numpy as np
+    >>> K, M = np.array([[3.0, -3.0], [-3.0, 3.0]]), 2 * np.eye(2)
+    >>> part = Superelement(
+    ...     path="two.cbr.h5", basis="craig-bampton", K=K, M=M, V=np.eye(2), F=np.zeros((2, 2)),
+    ...     node=np.array([0, 1]), component=np.array([0, 0]), node_id=np.array([7, 9]),
+    ...     coordinates=np.zeros((2, 3)), faces={}, nodesets={"end": np.array([1])}, mass=4.0,
+    ...     center=np.zeros(3), inertia=np.zeros((3, 3)), n_modes=0, accuracy={}, provenance={})
+    >>> (2 * np.pi * part.frequencies())**2
+    array([0., 3.])
+    >>> part.dof(9, "x"), part.point("end")
+    (1, 9)
+    >>> part.response([0.1], out=1, at=0).real.round(4)
+    array([-0.7292])
+    >>> part.shape(np.array([1.0, -1.0]))[:, 0]
+    array([ 1., -1.])
     """
 
     path: str
@@ -58,6 +76,7 @@ class Superelement:
     n_modes: int                  # k
     accuracy: dict[str, Any]      # what the reduction knows of its errors: /accuracy of the file
     provenance: dict[str, str]    # what it was made of
+    content_hash: str = ""        # of all that the file depends on
 
     def modes(self) -> tuple[Array, Array]:
         """Frequencies (n, Hz, ascending; rigid motions 0) and shapes of the interface (c x n).
@@ -99,14 +118,15 @@ class Superelement:
         u[self.node[moves], self.component[moves]] = np.asarray(u_c)[moves]
         return u
 
-    def response(self, hz: Array, out: int, at: int, ratio: float = 0.0) -> npt.NDArray[np.complex128]:
+    def response(self, hz: npt.ArrayLike, out: int, at: int, ratio: float = 0.0) -> npt.NDArray[np.complex128]:
         """Displacement of dof `out` per unit harmonic force on dof `at` (numbers from dof()), at each of
         the frequencies `hz`. `ratio`: of critical damping, of every mode.
         """
         frequency, shapes = self.modes()
         w, w_r = 2 * np.pi * np.asarray(hz, float)[:, None], 2 * np.pi * frequency[None, :]
         modal = shapes[out] * shapes[at] / (w_r**2 - w**2 + 2j * ratio * w_r * w)
-        return modal.sum(axis=1) + self.F[out, at]
+        total: npt.NDArray[np.complex128] = modal.sum(axis=1) + self.F[out, at]
+        return total
 
 
 def _compliance(f: h5py.File, node: Indices, component: Indices) -> Array:
@@ -117,7 +137,8 @@ def _compliance(f: h5py.File, node: Indices, component: Indices) -> Array:
     statics = f["characteristic/statics"]
     at, direction = statics["node"][:], statics["direction"][:]
     B = np.where(node[:, None] == at[None, :], direction[:, component].T, 0.0)
-    return B @ statics["F"][:] @ B.T
+    compliance: Array = B @ statics["F"][:] @ B.T
+    return compliance
 
 
 def _matrices(f: h5py.File, node: Indices, component: Indices) -> tuple[Array, Array, Array, Array]:
@@ -147,7 +168,12 @@ def _faces(group: h5py.Group) -> Faces:
 
 
 def open_file(path: str | os.PathLike[str], wanted: str) -> h5py.File:
-    """A file of the cbr programs, to read. FileError: there is none, or it has another format."""
+    """A file of the cbr programs, to read. FileError: there is none, or it has another format.
+
+    >>> open_file("none.h5", "cbr-results")
+    Traceback (most recent call last):
+    cbr.superelement.FileError: none.h5: no such file
+    """
     name = os.fspath(path)
     if not os.path.isfile(name):
         raise FileError(f"{name}: no such file")
@@ -171,7 +197,7 @@ def superelement(path: str | os.PathLike[str]) -> Superelement:
             component=component, node_id=f["nodes/id"][:], coordinates=f["nodes/coordinates"][:],
             faces={name: _faces(group) for name, group in f.get("interface", {}).items()},
             nodesets={name: item[:] for name, item in f.get("nodesets", {}).items()},
-            mass=float(f["rigid_body/mass"][0]), center=f["rigid_body/center"][:],
+            content_hash=str(f.attrs.get("content_hash", "")), mass=float(f["rigid_body/mass"][0]), center=f["rigid_body/center"][:],
             inertia=f["rigid_body/inertia"][:], n_modes=int(f.attrs["n_modes"]),
             accuracy=_tree(f["accuracy"]) if "accuracy" in f else {},
             provenance={k: str(v) for k, v in f["provenance"].attrs.items()} if "provenance" in f else {})

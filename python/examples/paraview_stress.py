@@ -17,6 +17,13 @@ STRESS = "stress_von_mises"
 
 def open_fields(path):
     """The reader of the run, all arrays on; nothing moved yet."""
+    if not os.path.isfile(path):
+        sys.exit(f"{path}: no such file: give the .xdmf or .exo beside the results of cbr-dyn")
+    if not path.endswith((".xdmf", ".exo")):
+        sys.exit(f"{path}: expected fields of cbr-dyn, .xdmf or .exo")
+    data = os.path.splitext(path)[0] + ".fields.h5"
+    if path.endswith(".xdmf") and not os.path.isfile(data):
+        sys.exit(f"{data}: no such file: it holds the numbers of {path}, keep them in one folder")
     if path.endswith(".exo"):
         reader = simple.ExodusIIReader(FileName=[path])
         reader.ApplyDisplacements = 0

@@ -85,6 +85,16 @@ def check_meshio(xdmf, data):
         assert (cells[stress][0].ravel() == data["steps/2/0/" + stress][:, 0]).all(), stress
 
 
+def check_missing(folder, script):
+    """The script on no file, on results, and on fields whose numbers are elsewhere: one line, no picture."""
+    os.makedirs(os.path.join(folder, "alone"), exist_ok=True)
+    shutil.copy(os.path.join(folder, "r.xdmf"), os.path.join(folder, "alone/r.xdmf"))
+    for name, words in (("none.xdmf", "no such file"), ("r.h5", ".xdmf or .exo"), ("alone/r.xdmf", "alone/r.fields.h5: no such file")):
+        done = subprocess.run(["pvpython", script, name, "none.png"], cwd=folder, capture_output=True, text=True)
+        assert done.returncode == 1 and words in done.stderr and "Traceback" not in done.stderr, (name, done.stderr)
+        assert not os.path.exists(os.path.join(folder, "none.png"))
+
+
 def main():
     import importlib.util
 
@@ -114,6 +124,8 @@ def main():
                 check_paraview(xdmf, data, n_grids)
             if shutil.which("pvpython") and shutil.which("xvfb-run"):
                 check_picture(xdmf, data, n_grids, script)
+            if shutil.which("pvpython"):
+                check_missing(folder, script)
     return 0
 
 

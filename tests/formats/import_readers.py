@@ -140,6 +140,33 @@ def check_damage(folder):
     assert sorted(p.name for p in folder.iterdir()) == before
 
 
+def check_missing_lines(folder):
+    """A file of DMIG says how many entries it has; of other text the physics tell, as far as they can. Without a mesh."""
+    reduce(folder, "--export", "dmig", "box.cbr.h5", "-o", "out")
+    lines = (folder / "out.dmig").read_text().splitlines(keepends=True)
+    for matrix in ("K", "M"):
+        first = lines.index(next(line for line in lines if line.startswith(f"DMIG    {matrix}AAX")))
+        for at in (first + 2, first + 3, first + 40):
+            (folder / "out.dmig").write_text("".join(lines[:at] + lines[at + 1:]))
+            error = reduce(folder, "--import", "dmig", "out", "-o", "less.cbr.h5", expect=2)
+            assert f"{matrix}AAX has" in error and "its comment says" in error and error.count("\n") == 1, error
+    # As others write it, without the comment: it comes back, too
+    (folder / "out.dmig").write_text("".join(line for line in lines if " entries" not in line))
+    reduce(folder, "--import", "dmig", "out", "--faces", "box.msh", "-o", "less.cbr.h5")
+    reduce(folder, "--export", "abaqus", "box.cbr.h5", "-o", "out")
+    for name, other, words in (("out.M.abaqus.mtx", 1.001, "entries of M are missing"), ("out.K.abaqus.mtx", 1 + 1e-5, "an entry may be missing")):
+        lines = (folder / name).read_text().splitlines(keepends=True)
+        fields = lines[1].split(",")  # of the first node, beside the diagonal
+        (folder / name).write_text("".join([lines[0], *lines[2:]]))
+        reduce(folder, "--import", "abaqus", "out", "-o", "less.cbr.h5", expect=2)
+        fields[-1] = f" {float(fields[-1]) * other!r}\n"
+        (folder / name).write_text("".join([lines[0], ",".join(fields), *lines[2:]]))
+        told = reduce(folder, "--import", "abaqus", "out", "-o", "less.cbr.h5", expect=2 if "M" in name else 0)
+        assert words in told, told
+        (folder / name).write_text("".join(lines))
+    (folder / "less.cbr.h5").unlink()
+
+
 def check_refusals(folder):
     def refused(words, *arguments):
         error = reduce(folder, *arguments, expect=2)
@@ -180,6 +207,7 @@ def main():
         check_formats(folder)
         check_run(folder)
         check_damage(folder)
+        check_missing_lines(folder)
         check_refusals(folder)
     print("ok")
 

@@ -146,6 +146,7 @@ Part-1-1.Set-All,
 *Static
 *Boundary
 Corner, 1, 3
+*End Step
 """
 # The same two hexes in small, large and free fields.
 BDF = """SOL 103
@@ -227,6 +228,12 @@ def check_refusals(folder):
              ("odd.inp", text.replace("_Top_S2, S2", "Nowhere, S2"), ["odd.inp:", "NOWHERE"]),
              ("odd.inp", text.replace("5, 6, 7, 8, 9, 10, 11, 12", "5, 6, 7, 8, 9, 10, 11, 99"), ["element 2", "node 99"]),
              ("odd.inp", text.replace("*End Instance", "1., 0., 0.\n*End Instance"), ["INSTANCE", "position"]),
+             ("odd.inp", text.replace("*End Step\n", ""), ["odd.inp:", "*END STEP", "cut short"]),
+             ("odd.inp", text[:text.index("*Step")].replace("*End Assembly\n", ""), ["odd.inp:", "*END ASSEMBLY", "cut short"]),
+             ("odd.inp", text[:text.index(" 2.1e+11")], ["odd.inp:", "*ELASTIC", "without its data"]),
+             ("odd.inp", text.replace("2.1e+11", "2.1x+11"), ["error: odd.inp:", "'2.1x+11' found, expected a finite number"]),
+             ("odd.bdf", bulk.replace("ENDDATA\n", ""), ["odd.bdf:", "ENDDATA", "cut short"]),
+             ("odd.bdf", bulk[:bulk.index("PSOLID")], ["odd.bdf:", "ENDDATA", "cut short"]),
              ("odd.bdf", bulk.replace("ENDDATA", "RBE2,5,1,123,2\nENDDATA"), ["odd.bdf:", "RBE2"]),
              ("odd.bdf", bulk.replace("MAT1*   3", "MAT8*   3"), ["MAT8", "material"]),
              ("odd.bdf", bulk.replace("+,11,12", "+,11,99"), ["element 2", "node 99"]),
@@ -236,6 +243,12 @@ def check_refusals(folder):
         interface = "Top" if name.endswith("inp") else "surface_9"
         error = reduce(folder, name, "odd.cbr.h5", interface=interface, expect=2)
         assert error.count("\n") == 1 and all(word in error for word in words), (words, error)
+        assert error.count("odd.") == 1, error  # the file's name once
+    # Bulk data alone need no ENDDATA, and an input file no step
+    (folder / "whole.bdf").write_text(bulk[bulk.index("$ two"):].replace("ENDDATA\n", ""))
+    reduce(folder, "whole.bdf", "whole.cbr.h5", interface="surface_9")
+    (folder / "whole.inp").write_text(text[:text.index("*Step")])
+    reduce(folder, "whole.inp", "whole.cbr.h5", interface="Top")
     error = run(folder, sys.argv[2], "cae.inp", "--sideset", "Top", "-o", "out.inp", expect=2)
     assert "out.inp" in error and error.count("\n") == 1, error
 
@@ -331,6 +344,19 @@ def check_med_refusals(folder):
         assert all(word in error for word in words), (words, error)
 
 
+def check_cut(folder):
+    """Files of gmsh cut between two lines: refused, or it is said that faces and nodes have no solid. Of sets alone nothing tells."""
+    for name, interface in (("h1.inp", "Surface5"), ("h1.bdf", "surface_5"), ("h1.unv", "x_max")):
+        lines = (folder / name).read_text().splitlines(keepends=True)
+        for share in (0.5, 0.6, 0.7, 0.8, 0.9):
+            (folder / f"cut{Path(name).suffix}").write_text("".join(lines[: int(share * len(lines))]))
+            done = subprocess.run([sys.argv[1], "-q", f"cut{Path(name).suffix}", "--interface", interface, "--modes", "2", *MATERIAL, "-o", "d.cbr.h5"],
+                                  cwd=folder, capture_output=True, text=True)
+            told = done.returncode == 2 or ": left out: " in done.stderr
+            sets_alone = name == "h1.inp" and lines[int(share * len(lines)) - 1].strip() and int(share * len(lines)) > lines.index("*ELSET,ELSET=z_min\n")
+            assert told or sets_alone, (name, share, done.stderr)
+
+
 def check_damage(folder):
     """Cut and changed files: a mesh, or one line with exit code 2."""
     dice = random.Random(1)
@@ -357,6 +383,7 @@ def main():
         check_med(folder)
         check_med_sets(folder)
         check_med_refusals(folder)
+        check_cut(folder)
         check_damage(folder)
     print("ok")
 

@@ -178,7 +178,8 @@ class Package(unittest.TestCase):
         # Energy, momentum along x, force, area, times
         self.assertEqual(page.figures, 5)
         for words in ("Can it be trusted", "energy that work does not account for", "Differences",
-                      "instances/right/momentum", "left.contact - right.contact", "basis characteristic"):
+                      "instances/right/momentum", "left.contact - right.contact", "basis characteristic",
+                      "Warnings of craig-bampton.h5"):
             self.assertIn(words, text)
         # The same bytes again
         self.assertEqual(cbr.report.page(self.runs["massless"]), cbr.report.page(self.runs["massless"]))
@@ -190,6 +191,50 @@ class Package(unittest.TestCase):
         self.assertIn("is no page", refused.getvalue())
         self.assertEqual(pathlib.Path(self.runs["massless"].path).read_bytes(), before)
         self.assertRegex(told.getvalue(), "^cbr-report: error: .*none.h5: no such file\n$")
+
+    def test_report_shows_warnings_and_superelements_of_the_run(self) -> None:
+        """A block that turns by more than its linear model holds, and a superelement that is reduced again."""
+        scene = block("massless")
+        scene["components"]["block"]["reduction"]["superelement"] = "turned.cbr.h5"
+        scene["instances"] = {"<left>": {"component": "block"}}
+        scene["loads"] = [{"instance": "<left>", "surface": "contact", "force": [0, 1e5, 0]}]
+        del scene["contact"], scene["output"]["history"]
+        scene["time"] = {"end": 1e-3}
+        run = scene.run(self.folder / "turned.yaml", bin=BIN)
+        rotates = [text for text in run.warnings or [] if "'<left>' rotates by" in text]
+        self.assertEqual(len(rotates), 1)
+        info = subprocess.run([BIN / "cbr-reduce", "--info", run.path], check=True, capture_output=True, text=True).stdout
+        self.assertIn(f"  warning      {rotates[0]}\n", info)
+        text = cbr.report.page(run)
+        self.assertIn(f"<li>{html.escape(rotates[0])}</li>", text)
+        self.assertIn("turned.cbr.h5: basis massless", text)
+        self.assertNotIn("reduced again", text)
+        scene["components"]["block"]["reduction"]["modes"] = 20
+        scene.run(self.folder / "again.yaml", bin=BIN)
+        self.assertIn("turned.cbr.h5 has been reduced again since this run", cbr.report.page(run))
+        (self.folder / "turned.cbr.h5").unlink()
+        self.assertIn("turned.cbr.h5: no such file", cbr.report.page(run))
+        # Files of before
+        self.assertEqual(self.runs["massless"].warnings, [])
+        self.assertIn("warned of nothing", cbr.report.page(self.runs["massless"]))
+        import h5py
+        shutil.copy(run.path, self.folder / "older.h5")
+        with h5py.File(self.folder / "older.h5", "r+") as file:
+            del file.attrs["warnings"], file["instances/<left>"].attrs["superelement"]
+        self.assertIn("before version 1.8", cbr.report.page(cbr.results(self.folder / "older.h5")))
+
+    def test_warnings_survive_a_restart(self) -> None:
+        """What was told at the first step is told of the run that goes on from a checkpoint, once, and not printed again."""
+        scene = block("characteristic")
+        scene["instances"]["right"]["position"] = [0.0244, 0, 0]
+        scene["output"]["checkpoint"] = {"every": 1e-5}
+        whole = scene.run(self.folder / "overlap.yaml", bin=BIN)
+        overlaps = [text for text in whole.warnings or [] if "overlap by" in text]
+        self.assertEqual(len(overlaps), 1)
+        going_on = ["overlap.yaml", "-o", "on.h5", "--restart", "overlap.checkpoint.h5"]
+        done = subprocess.run([BIN / "cbr-dyn", *going_on], cwd=self.folder, check=True, capture_output=True, text=True)
+        self.assertNotIn("overlap by", done.stderr)
+        self.assertEqual(sorted(cbr.results(self.folder / "on.h5").warnings or []), sorted(whole.warnings or []))
 
     def test_differences_are_of_what_differs(self) -> None:
         """Of a run with itself nothing differs."""
@@ -212,7 +257,7 @@ class Package(unittest.TestCase):
         self.assertLess(float(told[3].split(", ")[1].split()[0]), 0.01)
 
     def test_docstrings(self) -> None:
-        for module in ("cbr.results", "cbr.scene"):
+        for module in ("cbr.results", "cbr.scene", "cbr.superelement", "cbr.report"):
             found = doctest.testmod(sys.modules[module])
             self.assertGreater(found.attempted, 0)
             self.assertEqual(found.failed, 0)

@@ -45,12 +45,15 @@ BdfCards::BdfCards(const std::filesystem::path& file) : lines_(file, true) {
   // A file may begin with the executive and case control sections
   TextLines all(file, true);
   is_bulk_ = true;
+  // A whole deck ends with ENDDATA, and so does what gmsh writes; bulk data alone need not
   while (all.next()) {
     if (all.line().find('\0') != std::string::npos)
       all.fail("is no text: expected bulk data of Nastran");
     const std::string start = capitals(trimmed(plain(all.line()).substr(0, 40)));
     if (start.starts_with("BEGIN") && start.find("BULK") != std::string::npos) is_bulk_ = false;
+    must_end_ |= all.line().starts_with("$ Created by Gmsh");
   }
+  must_end_ |= !is_bulk_;
 }
 
 bool BdfCards::next_line() {
@@ -89,7 +92,10 @@ void BdfCards::add_fields(BdfCard& card) const {
 }
 
 std::optional<BdfCard> BdfCards::next() {
-  if (!next_line()) return std::nullopt;
+  if (!next_line()) {
+    if (must_end_) lines_.fail("ends without ENDDATA: the file is cut short, export it again");
+    return std::nullopt;
+  }
   BdfCard card{name_of(line_), {}, lines_.count()};
   if (card.name == "ENDDATA") return std::nullopt;
   if (is_continuation()) fail(card, "a continuation without the card before it");

@@ -45,6 +45,7 @@ class BdfCards {
   TextLines lines_;
   std::string line_;  // without comment, tabs expanded
   bool has_line_ = false, is_bulk_ = false;
+  bool must_end_ = false;  // with ENDDATA
 };
 
 }  // namespace cbr

@@ -17,6 +17,7 @@
 
 #include "common/base/child_process.hpp"
 #include "common/base/error.hpp"
+#include "common/base/text_lines.hpp"
 #include "common/files/output_file.hpp"
 #include "common/mesh/io/mesh_formats.hpp"
 
@@ -52,10 +53,24 @@ int run_gmsh(const fs::path& in, const fs::path& out, unsigned seconds) {
   return status;
 }
 
+// Each dataset of a .unv begins and ends with such a line. gmsh takes the part of a cut file
+// without a word.
+void require_whole_unv(const fs::path& file) {
+  TextLines lines(file, true);
+  bool is_inside = false;
+  while (lines.next()) {
+    const std::string& line = lines.line();
+    is_inside ^= line.starts_with("    -1") && trimmed(line) == "-1";
+  }
+  if (is_inside)
+    lines.fail("ends inside a dataset, without its last line '-1': the file is cut short");
+}
+
 }  // namespace
 
 Mesh read_with_gmsh(const fs::path& file) {
   std::error_code error;
+  if (file.extension() == ".unv" || file.extension() == ".UNV") require_whole_unv(file);
   const TemporaryFile converted(fs::temp_directory_path() / "mesh.msh");  // never put in place
   const fs::path& out = converted.path();
   const int status = run_gmsh(fs::absolute(file), out, seconds_to_read(fs::file_size(file, error)));

@@ -86,14 +86,20 @@ class InpReader {
         lines_.fail("is no text: expected an input file of Abaqus or CalculiX");
       if (line.front() != '*') {
         take(fields_of(line, ','));
+        waits_for_data_.clear();
         continue;
       }
       require_whole_element();
       const Keyword keyword = parse_keyword(std::string(line.substr(1)));
-      if (keyword.name == "STEP") break;
+      if (keyword.name == "STEP") {
+        waits_for_data_.clear();
+        require_end_of_steps();
+        break;
+      }
       begin(keyword);
     }
     require_whole_element();
+    require_whole_file();
     if (file_.mesh.node_ids.empty())
       lines_.fail("holds no *NODE: not a mesh of Abaqus or CalculiX, or a damaged one");
     return std::move(file_);
@@ -123,6 +129,12 @@ class InpReader {
     refuse(keyword);
     data_ = Data::skipped;
     const std::string& name = keyword.name;
+    if (name == "PART" || name == "ASSEMBLY" || name == "INSTANCE") open_.push_back(name);
+    if (name.starts_with("END ") && !open_.empty() && name == "END " + open_.back())
+      open_.pop_back();
+    waits_for_data_.clear();
+    for (const char* wants : {"NODE", "ELEMENT", "NSET", "ELSET", "SURFACE", "ELASTIC", "DENSITY"})
+      if (name == wants && !keyword.has("INPUT")) waits_for_data_ = name;
     if (name == "ASSEMBLY") in_assembly_ = true;
     if (name == "END ASSEMBLY") in_assembly_ = false;
     if (name == "PART" && ++n_parts_ > 1)
@@ -291,6 +303,28 @@ class InpReader {
       lines_.fail("element " + std::to_string(pending_.front()) + " before has too few nodes");
   }
 
+  // Nothing but such ends tells a file that is cut between two lines from a whole one.
+  void require_whole_file() const {
+    const std::string cure = ": the file is cut short, export it again";
+    if (!open_.empty()) lines_.fail("ends without *END " + open_.back() + cure);
+    if (!waits_for_data_.empty())
+      lines_.fail("ends after *" + waits_for_data_ + ", without its data" + cure);
+  }
+
+  // Steps are not read. *INCLUDE may hold their ends.
+  void require_end_of_steps() {
+    bool is_ended = false;
+    while (lines_.next()) {
+      const std::string line = in_capitals(std::string(trimmed(lines_.line()).substr(0, 40)));
+      if (line.starts_with("*END STEP") || line.starts_with("*ENDSTEP") ||
+          line.starts_with("*INCLUDE"))
+        is_ended = true;
+      else if (line.starts_with("*STEP"))
+        is_ended = false;
+    }
+    if (!is_ended) lines_.fail("ends without *END STEP: the file is cut short, export it again");
+  }
+
   static bool is_number(std::string_view field) {
     return !field.empty() && std::isdigit(static_cast<unsigned char>(field[0])) != 0;
   }
@@ -352,7 +386,9 @@ class InpReader {
   int n_parts_ = 0, n_instances_ = 0;
   InpType type_;
   std::string elset_;
-  std::vector<Index> pending_;  // number and nodes of an element that goes on in the next line
+  std::vector<Index> pending_;     // number and nodes of an element that goes on in the next line
+  std::vector<std::string> open_;  // *PART, *ASSEMBLY, *INSTANCE without their ends so far
+  std::string waits_for_data_;     // keyword of which no line of data has come
   InpSet* set_ = nullptr;
   FileMaterial* material_ = nullptr;
 };

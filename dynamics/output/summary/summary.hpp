@@ -13,6 +13,7 @@ namespace cbr {
 struct Balance {
   // |E(t) - E(0) - work of loads, contact and friction| / largest energy or work
   double energy = 0;
+  double energy_off = 0;        // the same, not divided
   double momentum = 0;          // |p(t) - p(0)| / sum over bodies of the largest |p|
   double angular_momentum = 0;  // likewise, but at least momentum x distance as the scale
 };

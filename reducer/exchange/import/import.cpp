@@ -95,7 +95,9 @@ void import_superelement(const ImportOptions& options, Report& report) {
   const std::optional<Mesh> mesh = mesh_of(options, imported.needs_mesh, report);
   if (imported.needs_mesh)
     place_rows(*mesh, options.faces.string(), options.file.string(), imported.reduced);
-  Superelement s = superelement_of(imported.reduced, options.file.string());
+  std::vector<std::string> doubts;
+  Superelement s = superelement_of(imported.reduced, options.file.string(), doubts);
+  for (const std::string& doubt : doubts) report.warning(doubt);
   imported.reduced = {};  // as large as the superelement
   if (mesh) add_mesh(*mesh, options, s, report);
   s.content_hash = hash_of(options.format, files);

@@ -17,6 +17,7 @@ namespace {
 constexpr double coupling = 1e-6;
 constexpr double asymmetry = 1e-8;   // of the largest entry
 constexpr double no_force = 1e-6;    // of |K_cc| |R|, as in superelement_rigid_check.cpp
+constexpr double one_mass = 1e-6;    // cbr-dyn wants no less of a body in modal coordinates
 constexpr double same_place = 1e-6;  // of the mesh's size: nine digits would do
 
 // Where each coordinate of the superelement is among the rows.
@@ -31,7 +32,9 @@ std::string row_name(const ReducedRow& row) {
 
 class Importer {
  public:
-  Importer(const ReducedMatrices& reduced, const std::string& where) : r_(reduced), where_(where) {}
+  Importer(const ReducedMatrices& reduced, const std::string& where,
+           std::vector<std::string>& doubts)
+      : r_(reduced), where_(where), doubts_(doubts) {}
 
   Superelement run() {
     order_rows();
@@ -142,6 +145,7 @@ class Importer {
       if (!(body.mass > 0))
         fail("the mass of its rigid translations is " + number_text(body.mass) +
              ", expected a positive number");
+      if (about_center) require_one_mass(r.topLeftCorner<3, 3>());
       if (about_center) {
         body.inertia =
             0.5 * (r.bottomRightCorner<3, 3>() + r.bottomRightCorner<3, 3>().transpose());
@@ -154,7 +158,7 @@ class Importer {
   }
 
   // R   (c x 6)
-  void require_rigid(Matrix R) const {
+  void require_rigid(Matrix R) {
     const double size =
         (s_.coordinates.rowwise() - s_.coordinates.colwise().mean()).rowwise().norm().maxCoeff();
     if (!(size > 0) || !std::isfinite(size))
@@ -175,10 +179,36 @@ class Importer {
       fail("K resists rigid rotations about the nodes' coordinates, by " + number_text(rotation) +
            " of its size: the coordinates do not belong to the matrices, or the part is held "
            "inside");
+    doubt_rows(R, force);
+  }
+
+  // One entry that is missing shows in its row alone.
+  void doubt_rows(const Matrix& R, const Matrix& force) {
+    const Matrix scale = s_.K_cc.cwiseAbs() * R.cwiseAbs();
+    Index worst = 0, motion = 0;
+    const double share =
+        (force.cwiseAbs().array() / (scale.array() + 1e-300)).maxCoeff(&worst, &motion);
+    if (share <= no_force) return;
+    const ReducedRow& at = row(order_.dofs[static_cast<std::size_t>(worst)]);
+    doubts_.push_back(where_ + ": K resists rigid motion at " + row_name(at) + ", by " +
+                      number_text(share) +
+                      " of its row: an entry may be missing there: export it again");
+  }
+
+  // m I, whatever the part is.
+  void require_one_mass(const Matrix3& m) const {
+    const double mean = m.diagonal().mean();
+    const double off = (m - mean * Matrix3::Identity()).cwiseAbs().maxCoeff() / mean;
+    if (!(off <= one_mass))
+      fail("the mass of its rigid translations along x, y and z is " + number_text(m(0, 0)) + ", " +
+           number_text(m(1, 1)) + " and " + number_text(m(2, 2)) +
+           ", expected one number, and no coupling (" + number_text(off) +
+           " of it found): entries of M are missing or wrong, export it again");
   }
 
   const ReducedMatrices& r_;
   const std::string& where_;
+  std::vector<std::string>& doubts_;
   Order order_;
   Superelement s_;
 };
@@ -243,8 +273,9 @@ std::vector<Index> places_in(const Mesh& mesh, const std::string& mesh_file,
 
 }  // namespace
 
-Superelement superelement_of(const ReducedMatrices& reduced, const std::string& where) {
-  return Importer(reduced, where).run();
+Superelement superelement_of(const ReducedMatrices& reduced, const std::string& where,
+                             std::vector<std::string>& doubts) {
+  return Importer(reduced, where, doubts).run();
 }
 
 void place_rows(const Mesh& mesh, const std::string& mesh_file, const std::string& where,

@@ -16,7 +16,9 @@ namespace cbr {
 // couples modes with the interface or with each other, M has other modal masses than 1 (1e-6 of the
 // diagonals), K or M is not symmetric; a mode of eigenvalue 0 or less; an interface dof without
 // stiffness or mass; rigid motions that the nodes do not determine, or that K resists.
-Superelement superelement_of(const ReducedMatrices& reduced, const std::string& where);
+// `doubts`: what may be wrong, a sentence each.
+Superelement superelement_of(const ReducedMatrices& reduced, const std::string& where,
+                             std::vector<std::string>& doubts);
 
 // Gives rows their nodes' positions in the mesh. A node that the mesh does not have, and that has
 // one row, is a modal coordinate. InputError: one that has several.

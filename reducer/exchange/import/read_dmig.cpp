@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Nastran's DMIG as --export writes it: a header in fields of 8 columns, then columns of the matrix
 // in fields of 16.
+#include <map>
 #include <optional>
+#include <string>
 
 #include "reducer/exchange/import/import_formats.hpp"
 #include "reducer/exchange/import/row_places.hpp"
@@ -24,6 +26,7 @@ class DmigReader {
     while (lines_.next()) take();
     for (const auto& matrix : {&K_, &M_})
       if (!*matrix) lines_.fail(std::string("has no matrix ") + (matrix == &K_ ? "KAAX" : "MAAX"));
+    require_all();
     reduced.K = K_->take(), reduced.M = M_->take();
   }
 
@@ -31,7 +34,8 @@ class DmigReader {
   void take() {
     const std::string& line = lines_.line();
     const std::string_view card = field(line, 0, 8);
-    if (card.empty() || card.starts_with("$") || card == "SPOINT") return;
+    if (card.starts_with("$")) return note(line);
+    if (card.empty() || card == "SPOINT") return;
     // A point's place, on two lines; the table has it too
     if (card == "GRID*" || (card == "*" && in_grid_)) {
       in_grid_ = card == "GRID*";
@@ -48,10 +52,29 @@ class DmigReader {
         lines_.fail("a fourth field found, expected node, dof and a real entry");
       (*matrix_)->set(lines_, place(field(line, 8, 16), field(line, 24, 16)), column_,
                       lines_.number(field(line, 40, 16)));
+      ++n_found_[matrix_ == &K_ ? "KAAX" : "MAAX"];
     } else {
       lines_.fail("'" + std::string(card) +
                   "' found, expected DMIG in large fields (DMIG*, *), SPOINT or a comment ($)");
     }
+  }
+
+  // "$ KAAX: 1234 entries", which --export writes since 0.1.0; other files have none
+  void note(const std::string& line) {
+    for (const char* name : {"KAAX", "MAAX"}) {
+      const std::string start = std::string("$ ") + name + ": ", end = " entries";
+      if (line.size() > start.size() + end.size() && line.starts_with(start) && line.ends_with(end))
+        n_wanted_[name] =
+            lines_.whole(line.substr(start.size(), line.size() - start.size() - end.size()));
+    }
+  }
+
+  void require_all() {
+    for (const auto& [name, wanted] : n_wanted_)
+      if (n_found_[name] != wanted)
+        lines_.fail(name + " has " + std::to_string(n_found_[name]) +
+                    " entries, its comment says " + std::to_string(wanted) +
+                    ": lines are missing, export it again");
   }
 
   void begin() {
@@ -83,6 +106,7 @@ class DmigReader {
   std::optional<SymmetricEntries>* matrix_ = nullptr;
   Index column_ = -1;
   bool in_grid_ = false;
+  std::map<std::string, Index> n_wanted_, n_found_;
 };
 
 }  // namespace

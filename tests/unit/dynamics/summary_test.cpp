@@ -7,6 +7,7 @@
 #include <string>
 
 #include "common/base/error.hpp"
+#include "dynamics/output/summary/summary.hpp"
 #include "dynamics/program.hpp"
 #include "reducer/command.hpp"
 #include "tests/support/scene_run.hpp"
@@ -191,6 +192,33 @@ TEST_F(Summary, NamesEveryBodyThatTurnsAndWhen) {
   };
   EXPECT_NEAR(when("left"), expected(0.5), 0.02);
   EXPECT_NEAR(when("right"), expected(0.1), 0.02);
+}
+
+// Nothing is strained: energies are round-off, and so is what is missing of them.
+TEST_F(Summary, RoundOffIsNoEnergyThatIsMissing) {
+  for (const std::string as : {"mesh", "superelement"}) {
+    Ran ran = folder_.run(
+        "materials: {steel: {youngs_modulus: 2.0e11, poissons_ratio: 0.25, density: 7800}}\n"
+        "components: {block: {mesh: block.exo, material: steel, reduction: {interface: [x_min, "
+        "x_max], modes: 6}}}\n"
+        "instances: {b: {component: block, as: " +
+        as +
+        "}}\n"
+        "boundary: [{instance: b, nodes: x_min, fix: [x, y, z]}]\n"
+        "time: {static: true, end: 1}\n");
+    const auto warned = [&](double missing) {
+      ran.result.total.back() = missing;
+      Report report("cbr-dyn", Verbosity::quiet);
+      testing::internal::CaptureStderr();
+      summarise(ran.built, ran.result, false, report);
+      return has(testing::internal::GetCapturedStderr(), "the energy balance does not close");
+    };
+    EXPECT_FALSE(warned(1e-26)) << as;
+    EXPECT_TRUE(warned(1e-6)) << as;
+    ran.result.work_external.back() = 1e-6;
+    EXPECT_FALSE(warned(1e-6 * (1 + 1e-9))) << as;
+    EXPECT_TRUE(warned(1e-6 * (1 + 1e-7))) << as;
+  }
 }
 
 }  // namespace
