@@ -14,6 +14,11 @@ except ImportError as missing:
     print(f"skipped: {missing}")
     sys.exit(77)
 
+try:
+    from scipy.io import netcdf_file
+except ImportError:
+    netcdf_file = None
+
 sys.dont_write_bytecode = True
 from results_h5py import write_mesh  # noqa: E402
 
@@ -75,6 +80,14 @@ def check_formats(folder):
         for key, values in original.items():
             if key.split("/")[0] in ("matrices", "dofs", "nodes", "interface", "nodesets"):
                 np.testing.assert_array_equal(back[key], values, err_msg=f"{exported} {key}")
+    if netcdf_file:  # as older files of Sierra/SD have it
+        with netcdf_file(folder / "out.nc", "a") as file:
+            file.createDimension("outputs", 6)
+            file.createVariable("OTM", "d", ("outputs", file.variables["Kr"].dimensions[0]))[:] = 1
+            file.createDimension("NumNode_out", 1)
+            file.createVariable("OutMap", "i", ("NumNode_out",))[:] = 1
+        told = reduce(folder, "--import", "sierra", "out.nc", "--faces", "box.msh", "-o", "back.cbr.h5")
+        assert "out.nc: its OTM is left out" in told and told.count("\n") == 1, told
     with h5py.File(folder / "dmig.cbr.h5") as file:
         assert file["provenance"].attrs["import"] == "dmig" and file["interface/contact/faces"].attrs["kind"] == "quad4"
     # The same bytes again; without a mesh no faces, and a warning

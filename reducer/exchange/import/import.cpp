@@ -87,6 +87,11 @@ void import_superelement(const ImportOptions& options, Report& report) {
     report.warning(options.file.string() +
                    ": its damping matrix Cr is left out, as superelements have none: give the "
                    "instance damping");
+  if (imported.reduced.has_recovery)
+    report.warning(
+        options.file.string() +
+        ": its OTM is left out: the superelement has no recovery of the interior, so that "
+        "fields and stress show the interface alone");
   std::vector<std::filesystem::path> files = imported.files;
   if (!options.faces.empty()) files.push_back(options.faces);
   refuse_to_replace(options.target, files);

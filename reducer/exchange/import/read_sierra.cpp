@@ -32,6 +32,7 @@ ReducedMatrices read_sierra(const std::filesystem::path& file) {
         {s.dof_node[i], s.dof_component[i] + 1, s.coordinates.row(found->second).transpose(), 0});
   }
   reduced.has_damping = s.has_damping;
+  reduced.has_recovery = s.output_map.size() > 0;
   reduced.K = std::move(s.Kr), reduced.M = std::move(s.Mr);
   return reduced;
 }
