@@ -274,9 +274,11 @@ def page(run: Results, other: Results | None = None, superelements: list[Superel
     parts = [f"<h1>{html.escape(name)}</h1>"]
     if other is not None:
         parts.append(f"<p>Compared with {html.escape(pathlib.Path(other.path).name)}, which is drawn with dashes.</p>")
-    parts += [what_ran(run), "<h2>Warnings</h2>", warnings(run), "<h2>Can it be trusted</h2>", checks(run)]
+    parts += [what_ran(run), "<h2>Warnings</h2>", warnings(run)]
     if other is not None:
         parts += [f"<h2>Warnings of {html.escape(pathlib.Path(other.path).name)}</h2>", warnings(other)]
+    parts += ["<h2>Can it be trusted</h2>", checks(run)]
+    if other is not None:
         parts += ["<h2>Differences</h2>", differences(run, other)]
     parts += ["<h2>Motion</h2>", motion(runs)]
     if run.pairs:
