@@ -228,6 +228,7 @@ struct Load {
   enum class Kind { traction, force, gravity, pressure, moment } kind = Kind::traction;
   std::string instance, surface;  // empty for gravity
   bool on_point = false;          // `surface` is a point of the component: force and moment
+  bool follows = false;           // turns with a body that turns (time.rotations: large)
   // scene axes; of a pressure, which pushes into the faces, the first alone
   Vector3 value = Vector3::Zero();
   History history;

@@ -52,6 +52,22 @@ void Body::add_modal_force(const Vector&, const LoadHistory&) {
                    "the faces into the interface");
 }
 
+void Body::add_vector_load(const VectorLoad& load) {
+  Points forces;
+  Vector modal;
+  for (Index a = 0; a < 3; ++a) {
+    const ForcePattern& pattern = load.patterns[a];
+    if (forces.rows() == 0) forces.setZero(pattern.forces.rows(), 3);
+    if (load.value[a] == 0) continue;
+    if (pattern.forces.rows() > 0) forces += load.value[a] * pattern.forces;
+    if (pattern.modal.size() == 0) continue;
+    if (modal.size() == 0) modal.setZero(pattern.modal.size());
+    modal += load.value[a] * pattern.modal;
+  }
+  add_force(forces, load.history);
+  if (modal.size() > 0) add_modal_force(modal, load.history);
+}
+
 void Body::damp(const Damping&) {
   throw InputError("instance '" + name() +
                    "': damping cannot be had with time.mass_scaling: leave one of the two out");

@@ -4,6 +4,7 @@
 // The one real polymorphism: something that moves, has nodes, and answers impulses on them.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -18,6 +19,22 @@
 namespace cbr {
 
 class StateArchive;
+
+// Nodal forces, n_nodes x 3, scene axes, and what they are beside that on the first of the modal
+// coordinates (empty: nothing), for which see add_modal_force().
+struct ForcePattern {
+  Points forces;
+  Vector modal = {};
+};
+
+// A load sum_a b_a P_a times a history. b is a vector in axes that turn with a body that turns: it
+// is `value` where it follows the body, else what makes `value` in the scene's axes.
+struct VectorLoad {
+  std::array<ForcePattern, 3> patterns;  // P_a; forces of 0 rows: none
+  Vector3 value = Vector3::Zero();
+  bool follows = false;
+  LoadHistory history;
+};
 
 // What a body answers about itself, all in the scene's axes.
 struct BodyState {
@@ -174,6 +191,8 @@ class Body {
   // superelement does to its modes. Before the first predict(). InputError: a body that has no such
   // coordinates of its own.
   virtual void add_modal_force(const Vector& forces, const LoadHistory& history);
+  // Before the first predict(). Of a body that does not turn b is `value`.
+  virtual void add_vector_load(const VectorLoad& load);
 
   virtual BodyState state() const = 0;
   virtual BodyWork work() const = 0;

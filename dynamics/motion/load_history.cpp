@@ -38,6 +38,20 @@ double LoadHistory::integral(double from, double to) const {
   return sum;
 }
 
+double LoadHistory::rising_integral(double from, double to) const {
+  double sum = 0;
+  for (double t = from; t < to;) {
+    const double end = std::min(to, next_bend(t));
+    const double rise = (t - from) / (to - from), end_rise = (end - from) / (to - from);
+    // Simpson's rule: exact for what is linear times what is linear
+    sum +=
+        (end - t) / 6 *
+        (value(t) * rise + 2 * value(0.5 * (t + end)) * (rise + end_rise) + value(end) * end_rise);
+    t = end;
+  }
+  return sum;
+}
+
 double LoadHistory::next_bend(double t) const {
   if (!of_) return HUGE_VAL;
   const std::vector<double>& time = of_->points.time;

@@ -24,7 +24,9 @@ class LoadHistory {
 
   // Linear between its points, constant outside.
   double value(double t) const;
-  double integral(double from, double to) const;             // of value(), from <= to
+  double integral(double from, double to) const;  // of value(), from <= to
+  // of value() times (t - from) / (to - from)
+  double rising_integral(double from, double to) const;
   double largest() const { return of_ ? of_->largest : 1; }  // magnitude at any time
   // the first of its times above t; HUGE_VAL: none
   double next_bend(double t) const;

@@ -73,11 +73,15 @@ Vector3 add_load_inside(const Superelement& s, const Superelement::InteriorLoad&
                         Body& body) {
   const Vector3 traction =
       load.kind == Load::Kind::force ? Vector3(load.value / inside.weight) : load.value;
-  const Vector Q = inside.force * (T.transpose() * traction);  // on [q_k; u_c], component axes
-  Points forces = Points::Zero(body.n_nodes(), 3);
-  for (Index i = 0; i < s.c(); ++i) forces(s.dof_node[i], s.dof_component[i] % 3) = Q(s.k() + i);
-  body.add_force(forces * T.transpose(), history);
-  if (s.k() > 0) body.add_modal_force(Q.head(s.k()), history);
+  VectorLoad vector{{}, traction, load.follows, history};
+  for (Index a = 0; a < 3; ++a) {
+    // on [q_k; u_c], component axes
+    const Vector Q = inside.force * (T.transpose() * Vector3::Unit(a));
+    Points forces = Points::Zero(body.n_nodes(), 3);
+    for (Index i = 0; i < s.c(); ++i) forces(s.dof_node[i], s.dof_component[i] % 3) = Q(s.k() + i);
+    vector.patterns[static_cast<std::size_t>(a)] = {forces * T.transpose(), Q.head(s.k())};
+  }
+  body.add_vector_load(vector);
   return inside.weight * traction;
 }
 
@@ -97,7 +101,11 @@ Vector3 add_pressure(const Load& load, const BuiltScene::OfInstance& of, const L
   const Surface& surface = find_surface(geometry, load.instance, load.surface, load.source);
   const Points forces =
       -load.value[0] * face_normals(surface, geometry.coordinates) * of.placement.T.transpose();
-  body.add_force(forces, history);
+  if (load.follows) {
+    body.add_vector_load({{ForcePattern{forces}}, Vector3::UnitX(), true, history});
+  } else {
+    body.add_force(forces, history);
+  }
   return forces.colwise().sum().transpose();
 }
 
@@ -129,10 +137,23 @@ void add_moment(const Load& load, const BuiltScene::OfInstance& of, const LoadHi
   const AverageMaps maps = average_maps(point, body.reference_positions(),
                                         load.source.text() + ": moment on '" + load.surface +
                                             "' of instance '" + load.instance + "'");
-  Points forces = Points::Zero(weights.size(), 3);
-  for (std::size_t i = 0; i < point.nodes.size(); ++i)
-    forces.row(point.nodes[i]) = load.value.transpose() * maps.theta[i];
-  body.add_force(forces, history);
+  VectorLoad vector{{}, load.value, load.follows, history};
+  for (std::size_t a = 0; a < 3; ++a) {
+    Points& forces = vector.patterns[a].forces;
+    forces.setZero(weights.size(), 3);
+    for (std::size_t i = 0; i < point.nodes.size(); ++i)
+      forces.row(point.nodes[i]) = maps.theta[i].row(static_cast<Index>(a));
+  }
+  body.add_vector_load(vector);
+}
+
+// A force on each node of `weights` times the traction.
+void add_traction(const Vector& weights, const Vector3& traction, const Load& load,
+                  const LoadHistory& history, Body& body) {
+  VectorLoad vector{{}, traction, load.follows, history};
+  for (Index a = 0; a < 3; ++a)
+    vector.patterns[static_cast<std::size_t>(a)].forces = weights * Vector3::Unit(a).transpose();
+  body.add_vector_load(vector);
 }
 
 // For the reactions of supports.
@@ -200,7 +221,7 @@ void add_loads(const SceneIndex& index, BuiltScene& built) {
     if (is_new) of->second = load_weights(geometry, load);
     const Vector3 traction =
         load.kind == Load::Kind::force ? Vector3(load.value / of->second.sum()) : load.value;
-    built.simulation.bodies[i]->add_force(of->second * traction.transpose(), history);
+    add_traction(of->second, traction, load, history, *built.simulation.bodies[i]);
     add_resultant(i, of->second.sum() * traction, history, built.simulation);
   }
 }

@@ -251,8 +251,8 @@ TEST(Turning, WhatDoesNotTurnIsRefusedByName) {
                "boundary: [{instance: b, nodes: x_min, fix: x}]\n"),
          "'b': angular_velocity needs a superelement or rigid body without");
   expect(scene(plain, "as: superelement",
-               "loads: [{instance: b, surface: x_max, force: [1, 0, 0]}]\n"),
-         "gravity");
+               "loads: [{gravity: [1, 0, 0], follow: true}]\n"),
+         "gravity acts on everything, remove 'follow'");
   expect(scene(plain, "as: superelement",
                "walls: {w: {plane: {point: [-1, 0, 0], normal: [1, 0, 0]}}}\ncontact: [{between: "
                "[b.x_min, w], enforcement: penalty}]\n"),

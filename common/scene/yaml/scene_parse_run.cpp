@@ -56,7 +56,7 @@ void parse_place(const SceneMap& map, const std::string& kind, const Scene& scen
 Load parse_load(const SceneNode& node, const std::filesystem::path& folder, const Scene& scene,
                 const SceneNames& names) {
   const SceneMap map = node.map({"instance", "surface", "point", "traction", "force", "pressure",
-                                 "gravity", "moment", "history"});
+                                 "gravity", "moment", "history", "follow"});
   Load load;
   load.source = node.source();
   const std::string kind = map.exactly_one({"traction", "force", "pressure", "gravity", "moment"});
@@ -71,7 +71,7 @@ Load parse_load(const SceneNode& node, const std::filesystem::path& folder, cons
                                      : Load::Kind::gravity;
   }
   if (load.kind == Load::Kind::gravity) {
-    for (const char* key : {"instance", "surface"}) {
+    for (const char* key : {"instance", "surface", "follow"}) {
       if (const auto* value = map.find(key))
         value->fail(std::string("gravity acts on everything, remove '") + key + "'");
     }
@@ -79,6 +79,8 @@ Load parse_load(const SceneNode& node, const std::filesystem::path& folder, cons
     load.instance = parse_instance_name(map.at("instance"), scene, names);
     parse_place(map, kind, scene, load);
   }
+  const auto* follow = map.find("follow");
+  load.follows = follow != nullptr ? follow->boolean() : load.kind == Load::Kind::pressure;
   if (const auto* history = map.find("history"))
     load.history = parse_history(*history, folder, scene);
   return load;

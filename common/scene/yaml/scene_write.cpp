@@ -225,6 +225,8 @@ std::string load_text(const Load& load) {
                                               : "traction",
             vector(load.value));
   }
+  if (load.follows != (load.kind == Load::Kind::pressure))
+    map.add("follow", load.follows ? "true" : "false");
   return add_history(load.history, map).text();
 }
 

@@ -89,7 +89,7 @@ void StaticsBody::predict(double t, double h) {
   }
   g_end_ = left * g_;
   for (std::size_t l = 0; l < loads_.size(); ++l) {
-    loads_end_[l] = loads_[l].history.value(t + h);
+    loads_end_[l] = loads_[l].factor * loads_[l].history.value(t + h);
     const double change = loads_end_[l] - left * loads_now_[l];
     g_end_ += change * loads_[l].f;
     for (NodeSet& set : sets_) take_rows(loads_[l].Ff, set.of->row, change, set.w_end);
@@ -220,16 +220,39 @@ NodeResponse StaticsBody::velocity_response(Index set) const {
   return response;
 }
 
-void StaticsBody::add_force(const Points& forces, const LoadHistory& history) {
-  modal_.add_force(forces, history);
+StaticsBody::StaticLoad StaticsBody::static_load_of(const Points& forces,
+                                                    const LoadHistory& history) const {
   const StaticRows& rows = form_->rows;
   StaticLoad load{Vector::Zero(g_.size()), {}, history};
   for (Index i = 0; i < rows.size(); ++i)
     load.f[i] = rows.direction.row(i).dot(
         (T_.transpose() * forces.row(rows.node[i]).transpose()).transpose());
-  if (load.f.isZero(0)) return;
   load.Ff = *rows.F * load.f;
-  const double now = history.value(t_);
+  return load;
+}
+
+void StaticsBody::add_turning_statics(const Points& forces, double factor,
+                                      const LoadHistory& history) {
+  StaticLoad load = static_load_of(forces, history);
+  load.factor = load.largest = factor;
+  load.turns = true;
+  append_load(std::move(load));
+}
+
+void StaticsBody::turn_statics(const Vector& factors, const Vector& largest) {
+  Index i = 0;
+  for (StaticLoad& load : loads_)
+    if (load.turns) load.factor = factors[i], load.largest = largest[i], ++i;
+}
+
+void StaticsBody::add_force(const Points& forces, const LoadHistory& history) {
+  modal_.add_force(forces, history);
+  StaticLoad load = static_load_of(forces, history);
+  if (!load.f.isZero(0)) append_load(std::move(load));
+}
+
+void StaticsBody::append_load(StaticLoad load) {
+  const double now = load.factor * load.history.value(t_);
   g_ += now * load.f;
   for (NodeSet& set : sets_) take_rows(load.Ff, set.of->row, now, set.w);
   loads_.push_back(std::move(load));
@@ -263,7 +286,7 @@ MotionBound StaticsBody::with_statics(MotionBound bound, Index set) const {
   if (!its.w.isZero(0)) add(its.w);
   for (const StaticLoad& load : loads_) {
     Vector w = Vector::Zero(its.w.size());
-    take_rows(load.Ff, its.of->row, load.history.largest(), w);
+    take_rows(load.Ff, its.of->row, load.largest * load.history.largest(), w);
     add(w);
   }
   bound.lower -= spread;

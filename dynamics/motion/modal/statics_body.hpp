@@ -76,6 +76,10 @@ class StaticsBody final : public Body {
   NodeResponse response(Index set, double h) const override;
   Points nodal_masses(Index set) const override;
   void add_force(const Points& forces, const LoadHistory& history) override;
+  // Statics of nodal forces whose factor another sets, as SuperelementBody::turn_forces() has it of
+  // their modal forces: first `factor`, then at the end of the next step a number for each call.
+  void add_turning_statics(const Points& forces, double factor, const LoadHistory& history);
+  void turn_statics(const Vector& factors, const Vector& largest);
   void add_gravity(const Vector3& acceleration, const LoadHistory& history) override {
     modal_.add_gravity(acceleration, history);
   }
@@ -105,8 +109,13 @@ class StaticsBody final : public Body {
   struct StaticLoad {
     Vector f, Ff;  // s
     LoadHistory history;
+    // beside the history's, at the end of the step, and at most; of add_turning_statics()
+    double factor = 1, largest = 1;
+    bool turns = false;
   };
 
+  StaticLoad static_load_of(const Points& forces, const LoadHistory& history) const;
+  void append_load(StaticLoad load);
   void keep_load_step();
   NodeResponse massless_static_response(const NodeSet& set, const ResponseOf& of,
                                         const Vector& weight) const;

@@ -84,13 +84,13 @@ const ModalPropagator& SuperelementBody::propagator(double h) const {
   return *regular_;
 }
 
-// From t_ to t_ + h_ with loads, cut at the histories' breakpoints, and where the spin's forces
-// bend, so that each part is linear in time.
+// From t_ to t_ + h_ with loads, cut at the histories' breakpoints, and where forces that turn with
+// the body bend, so that each part is linear in time.
 void SuperelementBody::propagate(const Vector& eta, const Vector& v, Vector& eta_end, Vector& v_end,
                                  FlowWork* work) {
   if (!is_driven()) return propagate_free(propagator(h_), eta, v, eta_end, v_end);
   eta_end = eta, v_end = v;
-  const Index n = std::max<Index>(1, spin_g_.cols() - 1);
+  const Index n = std::max<Index>(1, turning_g_.cols() - 1);
   breakpoints_.cut(t_, h_, [&](double from, double to, bool whole) {
     for (Index i = 0; i < n; ++i) {
       const double start =

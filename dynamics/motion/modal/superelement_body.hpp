@@ -90,19 +90,28 @@ class SuperelementBody final : public Body {
   // come in axes that R turns into the scene's, and their sum moves the centre of mass in the
   // scene's axes.
   void carry(const Matrix3& R) { carried_ = R; }
-  // Before the first predict(): forces of a spin on the elastic modes, H g, H = V^T spin_moments (n
-  // x 6). False: the superelement has none. Before each predict() then spin(): g at equal times
-  // from the start of the step to its end, linear in between (6 x m, m > 1).
+  // Before the first predict(): forces on the modes that turn with such a body, H g, each column of
+  // H times its history. First those of a spin on the elastic modes, H = V^T spin_moments (n x 6):
+  // false where the superelement has no moments. Then those of loads.
   bool feel_spin();
-  void spin(Matrix g) { spin_g_ = std::move(g); }
-  // of |w|, at most, until the next call: for motion bounds
-  void expect_spin(double square) { spin_square_ = square; }
-  Vector spin_shape() const { return spin_H_.transpose() * eta_; }  // H^T eta, 6
+  void add_turning_force(const Vector& column, const LoadHistory& history);
+  // Before each predict(): g at equal times from the start of the step to its end, linear in
+  // between (a row for each column of H; 0 or more than 1 columns).
+  void turn_forces(Matrix g) { turning_g_ = std::move(g); }
+  // of each |g|, at most, until the next call: for motion bounds
+  void expect_turning(const Vector& largest) { turning_largest_ = largest; }
+  // H^T eta of a spin, 6
+  Vector spin_shape() const { return turning_H_.leftCols(n_spin_).transpose() * eta_; }
   // as predicted_positions()
-  Vector predicted_spin_shape() const { return spin_H_.transpose() * eta_end_; }
-  // on the modes, of the last accepted step
+  Vector predicted_spin_shape() const {
+    return turning_H_.leftCols(n_spin_).transpose() * eta_end_;
+  }
+  // of the spin on the modes, of the last accepted step
   double spin_work() const { return spin_work_; }
   const Vector& modal_coordinates() const { return eta_; }
+  const Vector& predicted_modal_coordinates() const { return eta_end_; }
+  // V^T f, and V^T of what the pattern has on the modal coordinates
+  Vector modal_force(const ForcePattern& pattern) const;
   // What a harmonic response and mode shapes are made of.
   const DiagonalForm& form() const { return *form_; }
   const Vector& damping_rates() const { return damping_.c; }  // empty: none
@@ -162,9 +171,9 @@ class SuperelementBody final : public Body {
                  FlowWork* work);
   void propagate_driven(double from, double to, bool whole, Vector& eta_end, Vector& v_end,
                         FlowWork* work);
-  bool is_driven() const { return !loads_.empty() || spin_g_.cols() > 0; }
-  bool may_be_driven() const { return !loads_.empty() || spin_H_.size() > 0; }
-  Vector spin_force(double t) const;
+  bool is_driven() const { return !loads_.empty() || turning_g_.cols() > 0; }
+  bool may_be_driven() const { return !loads_.empty() || turning_H_.size() > 0; }
+  Vector turning_force(double t, Index first, Index count) const;
   void add_late(Index set, const Points& impulses, ImpulseKind kind);
   void take_kick(Index set, const Points& impulses);
   Vector3 center_at(const Vector& eta) const;
@@ -233,8 +242,11 @@ class SuperelementBody final : public Body {
   // arrived_: the end of the step is known, impulses included
   bool started_ = false, arrived_ = false;
   BodyWork work_;
-  Matrix spin_H_, spin_g_;  // see feel_spin()
-  double spin_square_ = 0, spin_work_ = 0;
+  Matrix turning_H_, turning_g_;  // see feel_spin(), whose columns are the first n_spin_
+  std::vector<LoadHistory> turning_histories_;
+  Vector turning_largest_;
+  Index n_spin_ = 0;
+  double spin_work_ = 0;
 };
 
 }  // namespace cbr

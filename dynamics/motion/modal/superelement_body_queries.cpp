@@ -28,8 +28,7 @@ MotionBound SuperelementBody::bound(Index set, bool quick) const {
   const auto omega = form_->omega.tail(e).array();
   Vector force = Vector::Zero(eta_.size());  // largest modal force at any time
   for (const auto& load : loads_) force += load.history.largest() * load.amplitude.cwiseAbs();
-  // |g_i| <= |w|^2, however the axes of the spin lie
-  if (spin_H_.size() > 0) force += spin_square_ * spin_H_.cwiseAbs().rowwise().sum();
+  if (turning_H_.size() > 0) force += turning_H_.cwiseAbs() * turning_largest_;
   // Amplitude sqrt(eta^2 + (v / omega)^2); a force adds at most its impulse / omega.
   const Vector amplitude =
       (eta_.tail(e).array().square() + (v_.tail(e).array() / omega).square()).sqrt();
@@ -171,16 +170,22 @@ void SuperelementBody::take_form(std::shared_ptr<const DiagonalForm> form) {
 
 void SuperelementBody::add_force(const Points& forces, const LoadHistory& history) {
   if (forces_.size() > 0) forces_ += forces * placement_.T;
-  // V^T f with f in component axes: T^T f of each node, of few most often
+  append_load(modal_force({forces}), history);
+}
+
+// f in component axes: T^T f of each node, of few most often
+Vector SuperelementBody::modal_force(const ForcePattern& pattern) const {
   Vector amplitude = Vector::Zero(form_->V.cols());
-  for (Index i = 0; i < forces.rows(); ++i) {
-    if (forces.row(i).isZero(0)) continue;
-    const Vector3 local = placement_.T.transpose() * forces.row(i).transpose();
+  for (Index i = 0; i < pattern.forces.rows(); ++i) {
+    if (pattern.forces.row(i).isZero(0)) continue;
+    const Vector3 local = placement_.T.transpose() * pattern.forces.row(i).transpose();
     for (int d = 0; d < 3; ++d)
       if (const Index row = (*rows_)(i, d); row >= 0 && local[d] != 0)
         amplitude += local[d] * form_->V.row(row).transpose();
   }
-  append_load(amplitude, history);
+  if (pattern.modal.size() > 0)
+    amplitude += form_->V.topRows(pattern.modal.size()).transpose() * pattern.modal;
+  return amplitude;
 }
 
 void SuperelementBody::add_gravity(const Vector3& acceleration, const LoadHistory& history) {

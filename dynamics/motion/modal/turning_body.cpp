@@ -41,29 +41,46 @@ Vector centrifugal(const Vector3& w) {
   return g;
 }
 
-constexpr double largest_bend = 0.1;  // rad, in which the spin's forces are taken as linear
+// rad, in which forces that turn with the body are taken as linear: of the spin, and of loads,
+// whose moments act at the ends of such parts
+constexpr double largest_bend = 0.1, largest_bend_of_loads = 0.02;
 
 }  // namespace
 
-TurningBody::TurningBody(std::unique_ptr<Body> inner, SuperelementBody& modal, bool late,
-                         const Vector3& angular_velocity)
+TurningBody::TurningBody(std::unique_ptr<Body> inner, SuperelementBody& modal, StaticsBody* statics,
+                         bool late, const Vector3& angular_velocity, double end)
     : inner_(std::move(inner)),
       modal_(modal),
+      statics_(statics),
       late_(late),
       feels_(!late && modal.feel_spin()),
+      run_end_(end),
       J_0_(inertia_of(modal)),
       now_(J_0_),
       step_(J_0_),
       L_(J_0_ * angular_velocity) {
   assert(modal_.form().n_rigid == 6 && modal_.is_exact());
   modal_.carry(R_);
-  expect_spin();
+  expect_turning();
 }
 
-// A bound of the square of the spin in flight: a tenth for the inertia that swings.
-void TurningBody::expect_spin() {
-  const double w = now_.rate_per_momentum * L_.norm();
-  if (feels_) modal_.expect_spin(1.1 * w * w);
+// Bounds of the factors until the end of the run. Of the spin: |g| <= |w|^2, however its axes lie,
+// and a tenth more for the inertia that swings.
+void TurningBody::expect_turning() {
+  if (!feels_ && loads_.empty()) return;
+  double momentum = L_.norm();
+  for (const TurningLoad& load : loads_)
+    momentum += load.largest_moment() * std::max(0.0, run_end_ - t_);
+  const double w = now_.rate_per_momentum * momentum;
+  const Index n_spin = feels_ ? 6 : 0;
+  Vector largest(n_spin + 6 * static_cast<Index>(loads_.size()));
+  largest.head(n_spin).setConstant(1.1 * w * w);
+  for (std::size_t l = 0; l < loads_.size(); ++l) {
+    auto of_load = largest.segment<6>(n_spin + 6 * static_cast<Index>(l));
+    of_load.head<3>().setConstant(loads_[l].largest_vector());
+    of_load.tail<3>().setConstant(loads_[l].largest_resultant());
+  }
+  modal_.expect_turning(largest);
 }
 
 void TurningBody::damp(const Damping& damping) {
@@ -93,7 +110,15 @@ void TurningBody::predicted_positions(Index set, Points& x) const {
 }
 
 const Eigen::Quaterniond& TurningBody::end() const {
-  if (!ends_there_) q_end_ = step_.turned(q_, late_ ? L_ : Vector3(L_ + kick_.all), h_);
+  if (ends_there_) return q_end_;
+  const Vector3 L = late_ ? L_ : Vector3(L_ + kick_.all);
+  if (loads_.empty()) {
+    q_end_ = step_.turned(q_, L, h_);
+  } else {
+    eta_end_ = modal_.predicted_modal_coordinates();
+    const Course to = course(L, 2 * step_.J - now_.J);
+    q_end_ = to.q, L_end_ = to.L, work_end_ = to.work;
+  }
   ends_there_ = true;
   return q_end_;
 }
@@ -136,36 +161,87 @@ Matrix3 TurningBody::inertia(const Vector& shape) const {
          2 * (S.trace() * Matrix3::Identity() - modal_.axes() * S * modal_.axes().transpose());
 }
 
-// The forces of the spin on the modes in a step in which the inertia goes from what it is to J_end.
-void TurningBody::spin_inner(const Matrix3& J_end) {
+// Of the forces that turn with the body: of the spin, and of each load its vector, for the elastic
+// modes, and its resultant, for the centre of mass. w: scene axes.
+Vector TurningBody::factors(const Eigen::Quaterniond& q, const Vector3& w) const {
+  const Index n_spin = feels_ ? 6 : 0;
+  Vector g(n_spin + 6 * static_cast<Index>(loads_.size()));
+  if (feels_) g.head(6) = centrifugal(modal_.axes().transpose() * (q.conjugate() * w));
+  for (std::size_t l = 0; l < loads_.size(); ++l)
+    g.segment<6>(n_spin + 6 * static_cast<Index>(l)) << loads_[l].vector(q), loads_[l].resultant(q);
+  return g;
+}
+
+// A part of the step, from t = from to `to`: a moment changes the momentum at either end by its
+// integral with the weight of a hat that is 1 there. `share` of the step has gone at this end.
+void TurningBody::add_moments_of_loads(double from, double to, double share, bool at_end,
+                                       const FreeTurn& turn, Course& course) const {
+  const Vector eta = (1 - share) * eta_start_ + share * eta_end_;
+  Vector3 sum = Vector3::Zero();
+  for (const TurningLoad& load : loads_) {
+    const double rising = load.history().rising_integral(from, to);
+    sum +=
+        load.moment(course.q, eta) * (at_end ? rising : load.history().integral(from, to) - rising);
+  }
+  course.work += sum.dot(turn.angular_velocity(course.q, course.L + 0.5 * sum));
+  course.L += sum;
+}
+
+// From here, with L, while the inertia goes from what it is to J_end.
+TurningBody::Course TurningBody::course(Vector3 L, const Matrix3& J_end) const {
+  double momentum = L.norm();
+  for (const TurningLoad& load : loads_) momentum += load.largest_moment() * h_;
+  const double bend = loads_.empty() ? largest_bend : largest_bend_of_loads;
   const auto n = std::max<Index>(
-      1, static_cast<Index>(std::ceil(now_.rate_per_momentum * L_.norm() * h_ / largest_bend)));
+      1, static_cast<Index>(std::ceil(now_.rate_per_momentum * momentum * h_ / bend)));
   const auto part = 1 / static_cast<double>(n);
   const auto at = [&](double share) { return FreeTurn((1 - share) * now_.J + share * J_end); };
-  Matrix g(6, n + 1);
-  Eigen::Quaterniond q = q_;
+  Course course{q_, L, 0, {}};
   for (Index i = 0; i <= n; ++i) {
     const double share = static_cast<double>(i) * part;
-    if (i > 0) q = at(share - 0.5 * part).turned(q, L_, h_ * part);
-    g.col(i) = centrifugal(modal_.axes().transpose() *
-                           (q.conjugate() * at(share).angular_velocity(q, L_)));
+    if (i > 0) {
+      const double before = share - part, from = t_ + before * h_, to = t_ + share * h_;
+      if (!loads_.empty()) add_moments_of_loads(from, to, before, false, at(before), course);
+      course.q = at(share - 0.5 * part).turned(course.q, course.L, h_ * part);
+      if (!loads_.empty()) add_moments_of_loads(from, to, share, true, at(share), course);
+    }
+    const Vector g = factors(course.q, at(share).angular_velocity(course.q, course.L));
+    if (i == 0) course.g.resize(g.size(), n + 1);
+    course.g.col(i) = g;
   }
-  modal_.spin(std::move(g));
+  return course;
+}
+
+void TurningBody::turn_inner(const Matrix3& J_end) {
+  Course to = course(L_, J_end);
+  if (statics_ != nullptr && !loads_.empty()) {
+    const auto n = static_cast<Index>(loads_.size());
+    Vector of_loads(3 * n), largest(3 * n);
+    for (Index l = 0; l < n; ++l) {
+      const Index row = (feels_ ? 6 : 0) + 6 * l;
+      of_loads.segment<3>(3 * l) = to.g.col(to.g.cols() - 1).segment<3>(row);
+      largest.segment<3>(3 * l).setConstant(loads_[static_cast<std::size_t>(l)].largest_vector());
+    }
+    statics_->turn_statics(of_loads, largest);
+  }
+  modal_.turn_forces(std::move(to.g));
 }
 
 void TurningBody::predict(double t, double h) {
-  h_ = h;
+  t_ = t, h_ = h;
   kick_ = {};
-  if (feels_ && L_.isZero(0)) modal_.spin({});
-  if (feels_ && !L_.isZero(0)) {
-    spin_inner(now_.J);
+  if (!loads_.empty()) eta_start_ = eta_end_ = modal_.modal_coordinates();
+  const bool spins = feels_ && !L_.isZero(0);
+  if (feels_ && L_.isZero(0) && loads_.empty()) modal_.turn_forces({});
+  if (spins || !loads_.empty()) turn_inner(now_.J);
+  if (spins) {
     inner_->predict(t, h);
-    spin_inner(inertia(modal_.predicted_spin_shape()));
+    turn_inner(inertia(modal_.predicted_spin_shape()));
   }
   inner_->predict(t, h);
   if (feels_) step_ = FreeTurn(0.5 * (now_.J + inertia(modal_.predicted_spin_shape())));
-  q_end_ = step_.turned(q_, L_, h);
-  ends_there_ = true;
+  ends_there_ = false;
+  end();
   take_axes();
 }
 
@@ -214,6 +290,7 @@ void TurningBody::accept() {
     const Moments half{0.5 * last_kick_.all, 0.5 * last_kick_.friction};
     book(half, w, -0.25 * now_.angular_velocity(q_, last_kick_.all));
     q_ = end();
+    if (!loads_.empty()) L_ = L_end_, work_.external += work_end_;
     const Moments next{0.5 * kick_.all, 0.5 * kick_.friction};
     book(next, now_.angular_velocity(q_, L_), 0.25 * now_.angular_velocity(q_, kick_.all));
     last_kick_ = kick_;
@@ -224,22 +301,30 @@ void TurningBody::accept() {
     move_on();
   }
   kick_ = {};
-  expect_spin();
+  t_ += h_;
+  expect_turning();
   for (Acted& of : acted_) of.known = false;
 }
 
 // To the end of the step, whose moments L has. What the splitting leaves of the energy is its own.
 void TurningBody::move_on() {
   const double energy = spin_energy(now_);
-  if (feels_) {
-    const FreeTurn after(inertia(modal_.spin_shape()));
-    if (!ends_there_) step_ = FreeTurn(0.5 * (now_.J + after.J));
-    now_ = after;
+  const FreeTurn after = feels_ ? FreeTurn(inertia(modal_.spin_shape())) : now_;
+  if (feels_ && !ends_there_) step_ = FreeTurn(0.5 * (now_.J + after.J));
+  double work = 0;
+  if (!loads_.empty()) {
+    eta_end_ = modal_.modal_coordinates();
+    const Course to = course(L_, after.J);
+    q_end_ = to.q, L_ = to.L, work = to.work;
+  } else if (!ends_there_) {
+    q_end_ = step_.turned(q_, L_, h_);
   }
-  if (!ends_there_) q_end_ = step_.turned(q_, L_, h_);
   ends_there_ = true;
   q_ = q_end_;
-  if (feels_ && !L_.isZero(0)) work_.numerical += spin_energy(now_) - energy + modal_.spin_work();
+  now_ = after;
+  work_.external += work;
+  if (feels_ && !L_.isZero(0))
+    work_.numerical += spin_energy(now_) - energy - work + modal_.spin_work();
 }
 
 NodeResponse TurningBody::response(Index set, double h) const {
@@ -258,8 +343,41 @@ Points TurningBody::nodal_masses(Index) const {
   return {};
 }
 
-void TurningBody::add_force(const Points&, const LoadHistory&) {
-  assert(false && "no loads but gravity");
+void TurningBody::add_force(const Points& forces, const LoadHistory& history) {
+  for (Index d = 0; d < 3; ++d) {
+    if (forces.col(d).isZero(0)) continue;
+    VectorLoad load;
+    load.value = Vector3::Unit(d);
+    load.history = history;
+    for (Index a = 0; a < 3; ++a) {
+      Points& pattern = load.patterns[static_cast<std::size_t>(a)].forces;
+      pattern.setZero(forces.rows(), 3);
+      pattern.col(a) = forces.col(d);
+    }
+    add_vector_load(load);
+  }
+}
+
+void TurningBody::add_vector_load(const VectorLoad& load) {
+  const TurningLoad added(load, modal_);
+  const DiagonalForm& form = modal_.form();
+  const auto E = form.E.topLeftCorner(form.n_rigid, 3);
+  for (Index a = 0; a < 3; ++a) {
+    modal_.add_turning_force(added.elastic().col(a), load.history);
+    const Points& forces = load.patterns[static_cast<std::size_t>(a)].forces;
+    if (statics_ != nullptr)
+      statics_->add_turning_statics(forces.rows() > 0 ? forces : Points(Points::Zero(n_nodes(), 3)),
+                                    load.value[a], load.history);
+  }
+  // The centre of mass moves in the scene's axes, as under SuperelementBody::carry()
+  for (Index d = 0; d < 3; ++d) {
+    Vector column = Vector::Zero(n_dofs());
+    column.head(form.n_rigid) =
+        E * (modal_.axes().transpose() * Vector3::Unit(d) / E.col(0).squaredNorm());
+    modal_.add_turning_force(column, load.history);
+  }
+  loads_.push_back(added);
+  expect_turning();
 }
 
 // Energy in the middle of a late kick, momentum at its end, as of the inner body.
@@ -275,6 +393,7 @@ BodyState TurningBody::state() const {
 
 BodyWork TurningBody::work() const {
   BodyWork work = inner_->work();
+  work.external += work_.external;
   work.contact += work_.contact;
   work.friction += work_.friction;
   work.numerical += work_.numerical;
@@ -301,9 +420,10 @@ void TurningBody::displacements(Points& u, Points& v) const {
 
 void TurningBody::keep_state(StateArchive& archive) {
   inner_->keep_state(archive);
+  if (!loads_.empty()) archive(t_);
   archive(q_.coeffs(), L_, R_, last_kick_.all, last_kick_.friction, work_);
   if (archive.restores() && feels_) now_ = FreeTurn(inertia(modal_.spin_shape()));
-  expect_spin();
+  expect_turning();
 }
 
 }  // namespace cbr

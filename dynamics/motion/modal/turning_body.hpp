@@ -7,22 +7,25 @@
 #include <vector>
 
 #include "dynamics/motion/modal/free_turn.hpp"
+#include "dynamics/motion/modal/statics_body.hpp"
 #include "dynamics/motion/modal/superelement_body.hpp"
+#include "dynamics/motion/modal/turning_load.hpp"
 
 namespace cbr {
 
 // x = c + R (X + u - c_0), docs/theory.md, "Bodies that turn". The inner body gives the centre of
 // mass c and what is measured from it without the turn, X + u - c_0. It gets impulses in its own
 // axes, and never turns (SuperelementBody::carry). R comes from the angular momentum L about c,
-// which impulses change by their moments about c, with the arms of the deformed body. Takes no load
-// but gravity, and no add_velocities(): whoever builds it sees to that.
+// which impulses and loads change by their moments about c, with the arms of the deformed body. It
+// takes no add_velocities(): whoever builds it sees to that.
 class TurningBody final : public Body {
  public:
   // inner: free, with Scheme::exact, before any set is tracked. modal: its modes, or itself; six of
-  // them are rigid. late: impulses of contact act at the end of a step, not at its start
-  // (StaticsBody without mass). angular_velocity: rad/s, scene axes, at the start.
-  TurningBody(std::unique_ptr<Body> inner, SuperelementBody& modal, bool late,
-              const Vector3& angular_velocity);
+  // them are rigid. statics: itself, if it has any. late: impulses of contact act at the end of a
+  // step, not at its start (StaticsBody without mass). angular_velocity: rad/s, scene axes, at the
+  // start. end: of the run, s, for motion bounds.
+  TurningBody(std::unique_ptr<Body> inner, SuperelementBody& modal, StaticsBody* statics, bool late,
+              const Vector3& angular_velocity, double end);
 
   const std::string& name() const override { return inner_->name(); }
   Index n_dofs() const override { return inner_->n_dofs(); }
@@ -46,7 +49,7 @@ class TurningBody final : public Body {
   MotionBound quick_motion_bound(Index set) const override {
     return in_any_position(inner_->quick_motion_bound(set));
   }
-  bool at_rest() const override { return L_.isZero(0) && inner_->at_rest(); }
+  bool at_rest() const override { return L_.isZero(0) && loads_.empty() && inner_->at_rest(); }
   Index track_mean(const std::vector<Index>& nodes) override { return inner_->track_mean(nodes); }
   void mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
 
@@ -61,7 +64,9 @@ class TurningBody final : public Body {
   const Matrix3* turn_of_step() const override { return &R_; }
   NodeResponse response(Index set, double h) const override;
   Points nodal_masses(Index set) const override;
+  // Forces that stay in the scene's axes, on nodes that turn.
   void add_force(const Points& forces, const LoadHistory& history) override;
+  void add_vector_load(const VectorLoad& load) override;
   void add_gravity(const Vector3& acceleration, const LoadHistory& history) override {
     inner_->add_gravity(acceleration, history);
   }
@@ -84,11 +89,23 @@ class TurningBody final : public Body {
   struct Moments {
     Vector3 all = Vector3::Zero(), friction = Vector3::Zero();
   };
+  // Where a turn is at the end of a step, what moments of loads have done to it, and the factors of
+  // the forces that turn with the body (SuperelementBody::turn_forces()).
+  struct Course {
+    Eigen::Quaterniond q;
+    Vector3 L;
+    double work = 0;
+    Matrix g;
+  };
   MotionBound in_any_position(MotionBound bound) const;
   Matrix3 inertia(const Vector& shape) const;
-  void spin_inner(const Matrix3& J_end);
+  Course course(Vector3 L, const Matrix3& J_end) const;
+  void add_moments_of_loads(double from, double to, double share, bool at_end, const FreeTurn& turn,
+                            Course& course) const;
+  Vector factors(const Eigen::Quaterniond& q, const Vector3& w) const;
+  void turn_inner(const Matrix3& J_end);
   void move_on();
-  void expect_spin();
+  void expect_turning();
   double spin_energy(const FreeTurn& of) const;
   void take_axes();
   const Eigen::Quaterniond& end() const;
@@ -97,18 +114,27 @@ class TurningBody final : public Body {
 
   std::unique_ptr<Body> inner_;
   SuperelementBody& modal_;
+  StaticsBody* statics_;  // the inner body, if it is one
   const bool late_;
   const bool feels_;
+  const double run_end_;
+  std::vector<TurningLoad> loads_;
   Matrix3 J_0_;          // undeformed, placed, scene axes
   FreeTurn now_, step_;  // of the body as it is, and as it is in the middle of the step
   Eigen::Quaterniond q_ = Eigen::Quaterniond::Identity();
+  // The end of the step, and with loads the momentum and their work there
   mutable Eigen::Quaterniond q_end_ = q_;
-  mutable bool ends_there_ = true;   // q_end_ is that of all moments so far
+  mutable Vector3 L_end_ = Vector3::Zero();
+  mutable double work_end_ = 0;
+  // with loads: the modes at the start, and as far as they are known at the end
+  Vector eta_start_;
+  mutable Vector eta_end_;
+  mutable bool ends_there_ = true;   // these are of all moments so far
   Matrix3 R_ = Matrix3::Identity();  // in the middle of the step, without impulses of contact
   Vector3 L_ = Vector3::Zero();      // about the centre of mass, scene axes
   Moments kick_;                     // of the step
   Moments last_kick_;                // late: of the last step, which L_ has
-  double h_ = 0;
+  double t_ = 0, h_ = 0;
   mutable std::vector<Acted> acted_;
   BodyWork work_;  // of the spin
 };

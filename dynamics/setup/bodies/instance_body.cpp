@@ -236,8 +236,8 @@ InstanceBody BodyMaker::make_turning(const Instance& instance, const ReducedComp
   SuperelementBody& modal =
       statics ? statics->modal() : dynamic_cast<SuperelementBody&>(*made.body);
   const bool late = component.statics && component.statics->is_massless;
-  auto body =
-      std::make_unique<TurningBody>(std::move(made.body), modal, late, instance.angular_velocity);
+  auto body = std::make_unique<TurningBody>(std::move(made.body), modal, statics, late,
+                                            instance.angular_velocity, scene_.time->end);
   made.notes = notes_of_spin(instance, *component.superelement, body->feels_spin(), modal);
   made.body = std::move(body);
   return made;
@@ -328,8 +328,8 @@ InstanceBody BodyMaker::make_rigid(const Instance& instance, const MeshedCompone
   InstanceBody made{nullptr, nodes->rigid_body.mass};
   if (turns(index_, instance)) {
     SuperelementBody& modal = *body;
-    made.body =
-        std::make_unique<TurningBody>(std::move(body), modal, false, instance.angular_velocity);
+    made.body = std::make_unique<TurningBody>(std::move(body), modal, nullptr, false,
+                                              instance.angular_velocity, scene_.time->end);
   } else {
     made.body = std::move(body);
   }

@@ -56,11 +56,6 @@ void refuse_contact(const SceneIndex& index, const ContactOptions& contact) {
 void refuse_what_acts(const SceneIndex& index) {
   const Scene& scene = index.scene();
   for (const ContactOptions& contact : scene.contact) refuse_contact(index, contact);
-  for (const Load& load : scene.loads)
-    if (load.kind != Load::Kind::gravity &&
-        turns(index, scene.instances[index.place(load.instance)]))
-      refuse(load.source, "instance '" + load.instance +
-                              "', which turns (time.rotations: large), takes no load but gravity");
   for (const Instance& instance : scene.instances)
     if (turns(index, instance) && !component_of(scene, instance).points.empty())
       refuse(instance, "time.rotations: large does not turn components with points");

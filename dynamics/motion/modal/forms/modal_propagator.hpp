@@ -61,4 +61,12 @@ double load_work(const ModalPropagator& step, const Vector& eta, const Vector& v
                  const Vector& eta_end, const Vector& f0, const Vector& f1,
                  const Vector& weight = {});
 
+// The same of one force where others act beside it; all: with it.
+struct LinearForce {
+  const Vector &start, &end;
+};
+double load_work_among(const ModalPropagator& step, const Vector& eta, const Vector& v,
+                       const Vector& eta_end, const LinearForce& all, const LinearForce& of,
+                       const Vector& weight);
+
 }  // namespace cbr

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/motion/modal/turning_load.hpp"
+
+namespace cbr {
+
+TurningLoad::TurningLoad(const VectorLoad& load, const SuperelementBody& modal)
+    : value_(load.value),
+      follows_(load.follows),
+      history_(load.history),
+      elastic_(Matrix::Zero(modal.n_dofs(), 3)),
+      bend_(Matrix::Zero(modal.n_dofs(), 9)) {
+  const Vector3 c = modal.center_of_mass();
+  const Points& X = modal.reference_positions();
+  const Matrix& V = modal.form().V;
+  for (Index a = 0; a < 3; ++a) {
+    const ForcePattern& pattern = load.patterns[static_cast<std::size_t>(a)];
+    elastic_.col(a) = modal.modal_force(pattern);
+    for (Index i = 0; i < pattern.forces.rows(); ++i) {
+      const Vector3 f = pattern.forces.row(i).transpose();
+      if (f.isZero(0)) continue;
+      resultant_.col(a) += f;
+      moment_.col(a) += Vector3(X.row(i).transpose() - c).cross(f);
+      for (int d = 0; d < 3; ++d) {
+        const Index row = modal.rows()(i, d);
+        if (row < 0) continue;
+        const Vector3 arm = modal.axes().col(d);  // scene axes, of the component's axis d
+        bend_.middleCols(3 * a, 3) += V.row(row).transpose() * arm.cross(f).transpose();
+      }
+    }
+  }
+  const Index n_rigid = modal.form().n_rigid;
+  elastic_.topRows(n_rigid).setZero();
+  bend_.topRows(n_rigid).setZero();
+}
+
+Vector3 TurningLoad::moment(const Eigen::Quaterniond& q, const Vector& eta) const {
+  const Vector bent = bend_.transpose() * eta;
+  const Matrix3 all = moment_ + Eigen::Map<const Matrix3>(bent.data());
+  return q * (all * vector(q));
+}
+
+}  // namespace cbr
