@@ -5,6 +5,7 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <set>
 
 #include "common/base/checksum.hpp"
 #include "common/base/error.hpp"
@@ -54,9 +55,10 @@ herr_t collect_hard_link(hid_t, const char* name, const H5L_info_t* info, void* 
 }
 
 // Group by group as children() does, and on after what cannot be read: H5Ovisit would stop there.
-// `left`: so many objects more, as damage may make circles.
-void visit_object(hid_t object, Index& left) {
-  if (left-- <= 0) return;
+// Each object once: damage may make circles. seen: addresses.
+void visit_object(hid_t object, std::set<haddr_t>& seen) {
+  H5O_info_t info;
+  if (H5Oget_info2(object, &info, H5O_INFO_BASIC) < 0 || !seen.insert(info.addr).second) return;
   H5Aiterate2(object, H5_INDEX_NAME, H5_ITER_INC, nullptr, visit_attribute, nullptr);
   if (H5Iget_type(object) == H5I_DATASET) visit_dataset(object);
   if (H5Iget_type(object) != H5I_GROUP) return;
@@ -64,7 +66,7 @@ void visit_object(hid_t object, Index& left) {
   H5Literate(object, H5_INDEX_NAME, H5_ITER_INC, nullptr, collect_hard_link, &names);
   for (const std::string& name : names) {
     const Handle child(H5Oopen(object, name.c_str(), H5P_DEFAULT), H5Oclose);
-    if (child.ok()) visit_object(child, left);
+    if (child.ok()) visit_object(child, seen);
   }
 }
 
@@ -84,8 +86,8 @@ void visit_all(const fs::path& path) {
   const Handle file = open_read_only(path);
   if (!file.ok()) return;
   const Handle root(H5Oopen(file, "/", H5P_DEFAULT), H5Oclose);
-  Index left = 1'000'000;
-  if (root.ok()) visit_object(root, left);
+  std::set<haddr_t> seen;
+  if (root.ok()) visit_object(root, seen);
 }
 
 }  // namespace

@@ -66,6 +66,15 @@ bool stays_beside(const PairProjection& found, double edge) {
   return way < 0.5 && (is_beyond(from.xi, to.xi) || is_beyond(from.eta, to.eta));
 }
 
+// Whether a node is over the face all the time, told in the same way, and clearly so.
+bool stays_over(const PairProjection& found, double edge) {
+  const FacePlace &from = found.before.place, &to = found.end.place;
+  const double way = std::abs(to.xi - from.xi) + std::abs(to.eta - from.eta);
+  constexpr double clearly = 0.01;
+  const double outside = std::max(found.before.outside, found.end.outside);
+  return way < 0.5 && outside + 0.05 * way + clearly < edge;
+}
+
 // Of a node that starts on the face but for round-off: it goes through at once, or all of its way
 // is so short. Whether it is over the face then; unknown near the edge.
 std::optional<bool> passes_from_face(const PairProjection& found, double size, double edge,
@@ -113,6 +122,7 @@ bool meets(const Step& step, const SlaveNode& node, Index face, const PairProjec
   if (hit.follows && before.outside <= edge) touch_where_it_is(before, end, node.end, hit.end);
   hit.end_gap = hit.end.distance - node.lift;
   hit.entry = hit.start_gap / size;
+  hit.entry_is_rough = false;
   if (hit.start_gap <= 0) {
     if (!held_from_behind(step, before, hit, size, edge)) return false;
     return (hit.end_gap < 0 || hit.over_at_end) && is_near(step, node, found, face);
@@ -122,6 +132,11 @@ bool meets(const Step& step, const SlaveNode& node, Index face, const PairProjec
   if (stays_beside(found, edge)) return false;
   if (const auto passes = passes_from_face(found, size, edge, hit))
     return *passes && is_near(step, node, found, face);
+  if (stays_over(found, edge)) {
+    hit.entry = hit.start_gap / (hit.start_gap - hit.end_gap);
+    hit.entry_is_rough = true;
+    return is_near(step, node, found, face);
+  }
   const FaceCorners start = corners(step.master, face, step.master_body.start);
   return passes_through(start, end, is_triangle(step.master, face), node, hit, size, edge) &&
          is_near(step, node, found, face);
@@ -203,6 +218,17 @@ SlaveNode node_of(const Step& step, Index slot, const PairMemory& memory) {
   return node;
 }
 
+// Entries tell hits apart: one alone needs none.
+void find_entries(const Step& step, const SlaveNode& node, std::vector<FaceHit>& hits) {
+  for (FaceHit& hit : hits) {
+    if (!hit.entry_is_rough) continue;
+    passes_through(corners(step.master, hit.face, step.master_body.start),
+                   corners(step.master, hit.face, step.master_body.end),
+                   is_triangle(step.master, hit.face), node, hit, step.master.sizes[hit.face],
+                   step.options.edge_tolerance);
+  }
+}
+
 // Best first; those that are equal stay in their order. Most nodes have one hit.
 void sort(std::vector<FaceHit>& hits) {
   for (std::size_t i = 1; i < hits.size(); ++i)
@@ -220,6 +246,7 @@ void detect_node(const Step& step, Index slot, std::span<const NodeAndFace> pair
   for (std::size_t k = 0; k < pairs.size(); ++k)
     if (meets(step, node, pairs[k].face, found[k], hit)) hits.push_back(hit);
   if (hits.empty()) return;
+  if (hits.size() > 1) find_entries(step, node, hits);
   sort(hits);
   const double start_gap = hits.front().start_gap;
   // Found behind a face that it has not come through: left where it is, not thrown out

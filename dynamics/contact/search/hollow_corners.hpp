@@ -25,6 +25,7 @@ struct FaceHit {
   // the start, by this share of the face's size. The last face that a node goes through is the one
   // by which it enters a convex body.
   double entry = 0;
+  bool entry_is_rough = false;  // taken as if face and node moved by little
   // How far the node is off the face now, as a share of the face's size, not above 0: over it; of a
   // face that rises from another: the foot of the slope beside the node
   double outside = 0;

@@ -13,6 +13,9 @@ namespace {
 // and holds more.
 constexpr double skin_steps = 10, least_skin = 0.02, most_skin = 0.15;
 
+// Searches that candidates serve before it pays to find fewer.
+constexpr int enough_services = 3;
+
 constexpr int lanes = 8;
 typedef double Lanes __attribute__((vector_size(lanes * sizeof(double))));
 
@@ -86,8 +89,14 @@ double moved(const CandidateSearch& search, const KeptCandidates& kept, double& 
   return of_master + largest(search.slave, search.slave_body, kept.slave_at);
 }
 
+// A search that reached far, as the first one does, has found more than is wanted from then on.
+bool is_too_wide(const CandidateSearch& search, const KeptCandidates& kept) {
+  return kept.served >= enough_services &&
+         kept.margin > search.margin + 2 * most_skin * search.master.size;
+}
+
 bool still_holds(const CandidateSearch& search, const KeptCandidates& kept) {
-  if (!kept.is_known) return false;
+  if (!kept.is_known || is_too_wide(search, kept)) return false;
   double of_master = 0;
   const double both = moved(search, kept, of_master);
   const double more = std::max(0.0, search.margin - kept.margin);
@@ -101,6 +110,7 @@ void keep(const CandidateSearch& search, PairMemory& memory) {
   kept.master_at = rows(search.master.nodes, search.master_body.end);
   kept.margin = search.margin;
   kept.is_known = true;
+  kept.served = 0;
   memory.node_boxes.resize(search.slave.nodes.size());
   for (std::size_t i = 0; i < memory.node_boxes.size(); ++i) {
     const Vector3 x = kept.slave_at.row(static_cast<Index>(i)).transpose();
@@ -145,7 +155,10 @@ Box face_box(const CandidateSearch& search, Index face) {
 }
 
 void update_candidates(const CandidateSearch& search, PairMemory& memory) {
-  if (still_holds(search, memory.kept)) return;
+  if (still_holds(search, memory.kept)) {
+    memory.kept.served = std::min(memory.kept.served + 1, enough_services);
+    return;
+  }
   const double size = search.master.size;
   // What is used up in a step or two is not worth a skin
   if (!(skin_steps * search.motion <= 3 * most_skin * size)) {

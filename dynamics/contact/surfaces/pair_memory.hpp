@@ -14,6 +14,7 @@ namespace cbr {
 struct KeptCandidates {
   bool is_known = false;
   double skin = 0, margin = 0;
+  int served = 0;              // searches since
   Points slave_at, master_at;  // of the surfaces' nodes, at the end of the step
 };
 
