@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/motion/body.hpp"
 
-#include <cassert>
-
 #include <algorithm>
 
 #include "common/base/error.hpp"
@@ -27,22 +25,18 @@ void Body::add_answered_impulses(Index set, const Points& contact, const Points&
   if (!friction.isZero(0)) add_impulses(set, friction, ImpulseKind::friction);
 }
 
-namespace {
-[[noreturn]] void refuse_statics(const std::string& name) {
-  throw InputError("instance '" + name +
+StaticsAbility& statics_of(Body& body) {
+  if (StaticsAbility* statics = body.statics()) return *statics;
+  throw InputError("instance '" + body.name() +
                    "': statics (time.static, time.preload) cannot be had of it");
 }
-}  // namespace
 
-void Body::relax(const Rest&) { refuse_statics(name()); }
-NodeResponse Body::static_response(Index, double) const { refuse_statics(name()); }
-void Body::add_static_forces(Index, const Points&, ImpulseKind) { refuse_statics(name()); }
-Settled Body::settle() { refuse_statics(name()); }
-void Body::end_load_step() { refuse_statics(name()); }
-void Body::start_motion(double) { refuse_statics(name()); }
-
-void Body::end_velocities(Index, Points&) {
-  assert(false && "only bodies under newmark have them");
+NodalAbility& nodal_of(Body& body) {
+  if (NodalAbility* nodal = body.nodal()) return *nodal;
+  throw InputError("instance '" + body.name() +
+                   "': enforcement: nodal has no masses of nodes to weigh with mass_scaling, "
+                   "newmark, rotations: large, or an interface without mass: take enforcement "
+                   "impulse or penalty");
 }
 
 void Body::add_modal_force(const Vector&, const LoadHistory&) {
@@ -74,17 +68,6 @@ void Body::damp(const Damping&) {
 }
 
 void Body::turn(const Points&, Points&, Points&) const {}
-
-void Body::scale(double) { assert(false && "only where can_scale()"); }
-
-NodeResponse Body::velocity_response(Index) const {
-  assert(false && "only bodies under newmark have it");
-  return {};
-}
-
-void Body::add_end_impulses(Index, const Points&, ImpulseKind) {
-  assert(false && "only bodies under newmark take them");
-}
 
 void keep_state(StateArchive& archive, BodyState& state) {
   archive(state.center_of_mass, state.momentum, state.angular_momentum, state.kinetic_energy,

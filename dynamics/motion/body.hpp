@@ -12,7 +12,7 @@
 #include "common/base/types.hpp"
 #include "common/scene/scene.hpp"
 #include "dynamics/contact/nodes/node_response.hpp"
-#include "dynamics/contact/surfaces/motion_bound.hpp"
+#include "dynamics/motion/abilities.hpp"
 #include "dynamics/motion/damping.hpp"
 #include "dynamics/motion/load_history.hpp"
 
@@ -65,23 +65,6 @@ struct BodyWork {
 // How a body is advanced.
 enum class Scheme : char { exact, central_difference, newmark };
 
-// What an impulse comes from: whose work it is.
-enum class ImpulseKind : char { contact, friction };
-
-// What a body is to be in equilibrium with, and how fast it may follow.
-struct Rest {
-  double t = 0, share = 1;  // the loads are those at time t, times share
-  // of the pull towards where the body is, a factor of the body's own choice
-  double hold = 1;
-};
-
-// What an iteration towards equilibrium has changed.
-struct Settled {
-  double change = 0;  // d . (K + sigma M) d of its move d: twice an energy
-  double energy = 0;  // u . K u
-  double way = 0;     // the move, rms over the mass
-};
-
 // A step goes: predict(t, h) computes the end of the step without contact; contact asks positions
 // and response at the nodes it cares about and hands back impulses with add_impulses(); accept()
 // makes the end the new state. Nodes are indices 0 .. n_nodes() - 1. Sets of nodes that are asked
@@ -100,14 +83,8 @@ class Body {
   virtual double contact_share() const { return 1; }
   // Before the first predict() and before scale(): the step at which contact will push, omega_max h
   // < pi. Exact bodies then answer impulses with the compliance of a force that lasts
-  // (contact_gain.hpp). Not with add_velocities().
+  // (contact_gain.hpp).
   virtual void set_contact_step(double) {}
-  // Whether scale() has to be called: once, after all track() and add_...() calls and before the
-  // first predict(). It gives every mode above `clip` (rad/s) that frequency by scaling its modal
-  // mass; statics, rigid motion and all other modes stay as they are.
-  virtual bool can_scale() const { return false; }
-  virtual void scale(double clip);
-
   // Once, before track(), loads and the first predict(). InputError: damping that this body does
   // not have.
   virtual void damp(const Damping& damping);
@@ -120,9 +97,6 @@ class Body {
   virtual void positions(Index set, Points& x) const = 0;  // now
   // at the end of the step, with the impulses added so far
   virtual void predicted_positions(Index set, Points& x) const = 0;
-  virtual MotionBound motion_bound(Index set) const = 0;  // precondition: is_exact()
-  // looser where that is cheaper
-  virtual MotionBound quick_motion_bound(Index set) const { return motion_bound(set); }
   // nothing moves it but impulses: a step leaves it as it is
   virtual bool at_rest() const { return false; }
   // The same for sets of which only the plain mean is asked for; their numbers are of mean_motion()
@@ -141,48 +115,10 @@ class Body {
   // body that needs that product is spared it.
   virtual void add_answered_impulses(Index set, const Points& contact, const Points& friction,
                                      const Points& move, const Vector& still);
-  // A moment (times time) on the body beside impulses on its nodes; of bodies that turn, which all
-  // others are not.
-  virtual void add_moment(const Vector3&, ImpulseKind) {}
-  // Changes the velocities of the set's nodes (n x 3, scene axes), and of no other coordinate, such
-  // that the end moves by h times as much: what a nodal (kinematic) enforcement does. Row sums do
-  // not tell all of the momentum that this brings; what is missing from `momentum` is made up by a
-  // velocity that all nodes of the set get, which is returned.
-  virtual Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum) = 0;
   virtual void accept() = 0;
-
-  // Newmark, once all impulses of the step are in and until accept(): the velocities of the set's
-  // nodes at its end (scene axes), their change per unit impulse there, G M^-1 G^T, and such
-  // impulses, which leave positions alone.
-  virtual void end_velocities(Index set, Points& v);
-  virtual NodeResponse velocity_response(Index set) const;
-  virtual void add_end_impulses(Index set, const Points& impulses, ImpulseKind kind);
-
-  // Statics, without velocities: a load step is a number of iterations relax(), forces of contact,
-  // settle(), and end_load_step(). (K + sigma M) d = f + contact - K u gives the move d of an
-  // iteration; its sum over the iterations is the solution of K u = f + contact (the proximal point
-  // method; Rockafellar 1976, doi 10.1137/0314056). sigma M keeps what nothing but contact holds in
-  // its place; sigma = 0 where supports hold the body. docs/theory.md, "Statics". Bodies without
-  // statics assert.
-  virtual bool has_statics() const { return false; }
-  // predicted_positions() are those of the equilibrium without contact
-  virtual void relax(const Rest& rest);
-  // Change of the predicted positions of the set's dofs per unit force on them, and such forces (n
-  // x 3, scene axes).
-  virtual NodeResponse static_response(Index set, double hold) const;
-  virtual void add_static_forces(Index set, const Points& forces, ImpulseKind kind);
-  virtual Settled settle();      // the predicted end becomes the state
-  virtual void end_load_step();  // books the work since the last one
-  // Once statics are over, before the first predict(), with its h: motion begins in the state that
-  // they have left, under the same forces of contact.
-  virtual void start_motion(double h);
 
   // Change of the predicted positions of the set's dofs per unit impulse on them, for a step h.
   virtual NodeResponse response(Index set, double h) const = 0;
-  // The mass of each node and scene direction as a nodal enforcement sees it: row sums of the mass
-  // over the body's nodes, n x 3.
-  virtual Points nodal_masses(Index set) const = 0;
-
   // Nodal forces (n_nodes x 3, scene axes) times a history; the same for an acceleration of the
   // whole body. Before the first predict().
   virtual void add_force(const Points& forces, const LoadHistory& history) = 0;
@@ -203,18 +139,29 @@ class Body {
   // from.
   virtual void coordinates(Vector& q, Vector& rates) const = 0;
 
-  // Of a body that turns by any angle: the rotation since the start in which this step's response()
-  // is. Others: none.
-  virtual const Matrix3* turn_of_step() const { return nullptr; }
   // What coordinates() does not show of a body that turns: u and v (n x 3, scene axes) of points X
   // of it (n x 3, undeformed, scene axes) become the whole displacements and velocities.
   virtual void turn(const Points& X, Points& u, Points& v) const;
+
+  // Null: it has not the ability.
+  virtual const JumpAbility* jumps() const { return nullptr; }
+  virtual NodalAbility* nodal() { return nullptr; }
+  virtual EndImpulseAbility* end_impulses() { return nullptr; }
+  virtual StaticsAbility* statics() { return nullptr; }
+  virtual ScalingAbility* scaling() { return nullptr; }
+  virtual TurningAbility* turning() { return nullptr; }
+  bool can_scale() const { return const_cast<Body*>(this)->scaling() != nullptr; }
+  bool turns() const { return const_cast<Body*>(this)->turning() != nullptr; }
 
   // Between two steps: all that steps have made of the body, for a checkpoint
   // (common/files/state_archive.hpp). A body that was built in the same way and gets this goes on
   // bit for bit as this one.
   virtual void keep_state(StateArchive& archive) = 0;
 };
+
+// InputError: the body has it not.
+StaticsAbility& statics_of(Body& body);
+NodalAbility& nodal_of(Body& body);
 
 void keep_state(StateArchive& archive, BodyState& state);
 void keep_state(StateArchive& archive, BodyWork& work);

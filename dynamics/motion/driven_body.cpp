@@ -31,22 +31,22 @@ void DrivenBody::add_inertia() {
 void DrivenBody::relax(const Rest& rest) {
   t_ = rest.t, h_ = 0;
   for (Vector3& force : forces_) force.setZero();
-  inner_->relax(rest);
+  inner_->statics()->relax(rest);
 }
 
 void DrivenBody::add_static_forces(Index set, const Points& forces, ImpulseKind kind) {
   forces_[kind == ImpulseKind::friction] += resultant(set, forces);
-  inner_->add_static_forces(set, forces, kind);
+  inner_->statics()->add_static_forces(set, forces, kind);
 }
 
 Settled DrivenBody::settle() {
   now_ = t_;
-  return inner_->settle();
+  return inner_->statics()->settle();
 }
 
 // Forces work on the supports' way; the supports do as much against them.
 void DrivenBody::end_load_step() {
-  inner_->end_load_step();
+  inner_->statics()->end_load_step();
   const Vector3 way = motion_.displacement(now_) - motion_.displacement(start_);
   contact_ += 0.5 * way.dot(forces_start_[0] + forces_[0]);
   friction_ += 0.5 * way.dot(forces_start_[1] + forces_[1]);
@@ -57,7 +57,7 @@ void DrivenBody::end_load_step() {
 void DrivenBody::start_motion(double h) {
   if (std::exchange(waits_, false)) add_inertia();
   contact_ = friction_ = 0;
-  inner_->start_motion(h);
+  inner_->statics()->start_motion(h);
 }
 
 // Kinetic energy beyond that in the moving axes: v_s . P + m v_s^2 / 2, P the momentum there.
@@ -148,16 +148,16 @@ void DrivenBody::add_answered_impulses(Index set, const Points& contact, const P
 
 Vector3 DrivenBody::add_velocities(Index set, const Points& velocities, const Vector3& momentum) {
   book(momentum, ImpulseKind::contact, t_);
-  return inner_->add_velocities(set, velocities, momentum);
+  return inner_->nodal()->add_velocities(set, velocities, momentum);
 }
 
 void DrivenBody::end_velocities(Index set, Points& v) {
-  inner_->end_velocities(set, v);
+  inner_->end_impulses()->end_velocities(set, v);
   shift(set, support_velocity(t_ + h_), v);
 }
 
 void DrivenBody::add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) {
-  inner_->add_end_impulses(set, impulses, kind);
+  inner_->end_impulses()->add_end_impulses(set, impulses, kind);
   book(resultant(set, impulses), kind, t_ + h_);
 }
 

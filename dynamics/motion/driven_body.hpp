@@ -14,7 +14,12 @@ namespace cbr {
 
 // x = X + u + s(t), s the translation of the supports; in the moving axes gravity -s'' acts. No
 // approximation: a translation strains nothing. docs/theory.md, "Supports that move".
-class DrivenBody final : public Body {
+class DrivenBody final : public Body,
+                         public JumpAbility,
+                         public NodalAbility,
+                         public EndImpulseAbility,
+                         public StaticsAbility,
+                         public ScalingAbility {
  public:
   // inner: held, in the axes that move, with velocities from there; before any load. mass: of the
   // whole body. has_inertia: false in statics, where supports have places and no velocities;
@@ -29,17 +34,20 @@ class DrivenBody final : public Body {
   Scheme scheme() const override { return inner_->scheme(); }
   double contact_share() const override { return inner_->contact_share(); }
   void set_contact_step(double h) override { inner_->set_contact_step(h); }
-  bool can_scale() const override { return inner_->can_scale(); }
-  void scale(double clip) override { inner_->scale(clip); }
+  ScalingAbility* scaling() override { return inner_->scaling() ? this : nullptr; }
+  void scale(double clip) override { inner_->scaling()->scale(clip); }
   void damp(const Damping& damping) override { inner_->damp(damping); }
 
   const Points& reference_positions() const override { return inner_->reference_positions(); }
   Index track(const std::vector<Index>& nodes) override;
   void positions(Index set, Points& x) const override;
   void predicted_positions(Index set, Points& x) const override;
-  MotionBound motion_bound(Index set) const override { return moved(inner_->motion_bound(set)); }
+  const JumpAbility* jumps() const override { return inner_->jumps() ? this : nullptr; }
+  MotionBound motion_bound(Index set) const override {
+    return moved(inner_->jumps()->motion_bound(set));
+  }
   MotionBound quick_motion_bound(Index set) const override {
-    return moved(inner_->quick_motion_bound(set));
+    return moved(inner_->jumps()->quick_motion_bound(set));
   }
   Index track_mean(const std::vector<Index>& nodes) override { return inner_->track_mean(nodes); }
   void mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
@@ -49,18 +57,20 @@ class DrivenBody final : public Body {
   void add_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
   void add_answered_impulses(Index set, const Points& contact, const Points& friction,
                              const Points& move, const Vector& still) override;
+  NodalAbility* nodal() override { return inner_->nodal() ? this : nullptr; }
   Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum) override;
   void accept() override;
+  EndImpulseAbility* end_impulses() override { return inner_->end_impulses() ? this : nullptr; }
   void end_velocities(Index set, Points& v) override;
   NodeResponse velocity_response(Index set) const override {
-    return inner_->velocity_response(set);
+    return inner_->end_impulses()->velocity_response(set);
   }
   void add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
 
-  bool has_statics() const override { return inner_->has_statics(); }
+  StaticsAbility* statics() override { return inner_->statics() ? this : nullptr; }
   void relax(const Rest& rest) override;
   NodeResponse static_response(Index set, double hold) const override {
-    return inner_->static_response(set, hold);
+    return inner_->statics()->static_response(set, hold);
   }
   void add_static_forces(Index set, const Points& forces, ImpulseKind kind) override;
   Settled settle() override;
@@ -68,7 +78,7 @@ class DrivenBody final : public Body {
   void start_motion(double h) override;
 
   NodeResponse response(Index set, double h) const override { return inner_->response(set, h); }
-  Points nodal_masses(Index set) const override { return inner_->nodal_masses(set); }
+  Points nodal_masses(Index set) const override { return inner_->nodal()->nodal_masses(set); }
   void add_force(const Points& forces, const LoadHistory& history) override {
     inner_->add_force(forces, history);
   }

@@ -103,11 +103,6 @@ void JointBody::add_impulses(Index set, const Points& impulses, ImpulseKind) {
   v_end_ += inverse_mass_ * P;
 }
 
-Vector3 JointBody::add_velocities(Index, const Points&, const Vector3&) {
-  assert(false && "no surface of it touches anything");
-  return Vector3::Zero();
-}
-
 // What springs store and dashpots take is what the bodies that they join have done on them, to the
 // error of the step.
 void JointBody::accept() {
@@ -191,10 +186,6 @@ void JointBody::start_motion(double h) {
   work_ = BodyWork();
   v_ = joint_.rates;
   last_h_ = h;
-}
-
-Points JointBody::nodal_masses(Index set) const {
-  return Points::Zero(static_cast<Index>(sets_[static_cast<std::size_t>(set)].size()), 3);
 }
 
 BodyState JointBody::state() const {

@@ -37,7 +37,7 @@ struct Joint {
 // rbar the middle of a step, to round-off with masses that move so. Late ones act at the end of a
 // step: p_n = h K r_{n+1} + h C (3 v_n - v_{n-1}) / 2. Under Newmark impulses last, and p = h K
 // (r_n + r_{n+1}) / 2 + C (r_{n+1} - r_n).
-class JointBody final : public Body {
+class JointBody final : public Body, public EndImpulseAbility, public StaticsAbility {
  public:
   JointBody(Joint joint, Scheme scheme);
 
@@ -53,20 +53,19 @@ class JointBody final : public Body {
   Index track(const std::vector<Index>& nodes) override;
   void positions(Index set, Points& x) const override { fill(r_, set, x); }
   void predicted_positions(Index set, Points& x) const override { fill(r_end_, set, x); }
-  MotionBound motion_bound(Index) const override { return {}; }
   Index track_mean(const std::vector<Index>& nodes) override { return track(nodes); }
   void mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
 
   void predict(double t, double h) override;
   using Body::add_impulses;
   void add_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
-  Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum) override;
   void accept() override;
+  EndImpulseAbility* end_impulses() override { return this; }
   void end_velocities(Index set, Points& v) override;
   NodeResponse velocity_response(Index set) const override;
   void add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
 
-  bool has_statics() const override { return true; }
+  StaticsAbility* statics() override { return this; }
   void relax(const Rest& rest) override;
   NodeResponse static_response(Index set, double hold) const override;
   void add_static_forces(Index set, const Points& forces, ImpulseKind kind) override;
@@ -75,7 +74,6 @@ class JointBody final : public Body {
   void start_motion(double h) override;
 
   NodeResponse response(Index set, double h) const override;
-  Points nodal_masses(Index set) const override;
   void add_force(const Points&, const LoadHistory&) override {}
   void add_gravity(const Vector3&, const LoadHistory&) override {}
 

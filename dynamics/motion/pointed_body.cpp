@@ -217,34 +217,34 @@ void PointedBody::add_answered_impulses(Index set, const Points& contact, const 
 }
 
 Vector3 PointedBody::add_velocities(Index set, const Points& velocities, const Vector3& momentum) {
-  return inner_->add_velocities(sets_[set].inner, velocities, momentum);
+  return inner_->nodal()->add_velocities(sets_[set].inner, velocities, momentum);
 }
 
 void PointedBody::end_velocities(Index set, Points& v) {
-  if (is_plain(set)) return inner_->end_velocities(sets_[set].inner, v);
+  if (is_plain(set)) return inner_->end_impulses()->end_velocities(sets_[set].inner, v);
   Points inner;
-  inner_->end_velocities(sets_[set].inner, inner);
+  inner_->end_impulses()->end_velocities(sets_[set].inner, inner);
   v = table(sets_[set].E * flat(inner));
 }
 
 NodeResponse PointedBody::velocity_response(Index set) const {
-  const NodeResponse inner = inner_->velocity_response(sets_[set].inner);
+  const NodeResponse inner = inner_->end_impulses()->velocity_response(sets_[set].inner);
   return is_plain(set) ? inner : extended(sets_[set], inner);
 }
 
 void PointedBody::add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) {
-  inner_->add_end_impulses(sets_[set].inner,
-                           is_plain(set) ? impulses : spread(sets_[set], impulses), kind);
+  inner_->end_impulses()->add_end_impulses(
+      sets_[set].inner, is_plain(set) ? impulses : spread(sets_[set], impulses), kind);
 }
 
 NodeResponse PointedBody::static_response(Index set, double hold) const {
-  const NodeResponse inner = inner_->static_response(sets_[set].inner, hold);
+  const NodeResponse inner = inner_->statics()->static_response(sets_[set].inner, hold);
   return is_plain(set) ? inner : extended(sets_[set], inner);
 }
 
 void PointedBody::add_static_forces(Index set, const Points& forces, ImpulseKind kind) {
-  inner_->add_static_forces(sets_[set].inner, is_plain(set) ? forces : spread(sets_[set], forces),
-                            kind);
+  inner_->statics()->add_static_forces(sets_[set].inner,
+                                       is_plain(set) ? forces : spread(sets_[set], forces), kind);
 }
 
 NodeResponse PointedBody::response(Index set, double h) const {

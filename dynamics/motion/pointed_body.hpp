@@ -43,7 +43,12 @@ Matrix deformation_rows(const AveragePoint& point, const Points& positions);
 // both from `at`. Impulses on them are impulses and impulses of moments. Behind those of all points
 // a rigid one has nodes that move by deformation_rows(), three each, from `at`: what holds them
 // makes it rigid (RBE2).
-class PointedBody final : public Body {
+class PointedBody final : public Body,
+                          public JumpAbility,
+                          public NodalAbility,
+                          public EndImpulseAbility,
+                          public StaticsAbility,
+                          public ScalingAbility {
  public:
   // Before any set is tracked.
   PointedBody(std::unique_ptr<Body> inner, std::vector<AveragePoint> points,
@@ -74,8 +79,8 @@ class PointedBody final : public Body {
   Scheme scheme() const override { return inner_->scheme(); }
   double contact_share() const override { return inner_->contact_share(); }
   void set_contact_step(double h) override { inner_->set_contact_step(h); }
-  bool can_scale() const override { return inner_->can_scale(); }
-  void scale(double clip) override { inner_->scale(clip); }
+  ScalingAbility* scaling() override { return inner_->scaling() ? this : nullptr; }
+  void scale(double clip) override { inner_->scaling()->scale(clip); }
   void damp(const Damping& damping) override { inner_->damp(damping); }
   bool at_rest() const override { return inner_->at_rest(); }
 
@@ -83,11 +88,12 @@ class PointedBody final : public Body {
   Index track(const std::vector<Index>& nodes) override;
   void positions(Index set, Points& x) const override;
   void predicted_positions(Index set, Points& x) const override;
+  const JumpAbility* jumps() const override { return inner_->jumps() ? this : nullptr; }
   MotionBound motion_bound(Index set) const override {
-    return inner_->motion_bound(sets_[set].inner);
+    return inner_->jumps()->motion_bound(sets_[set].inner);
   }
   MotionBound quick_motion_bound(Index set) const override {
-    return inner_->quick_motion_bound(sets_[set].inner);
+    return inner_->jumps()->quick_motion_bound(sets_[set].inner);
   }
   Index track_mean(const std::vector<Index>& nodes) override { return inner_->track_mean(nodes); }
   void mean_motion(Index set, Vector3& position, Vector3& velocity) const override {
@@ -99,22 +105,26 @@ class PointedBody final : public Body {
   void add_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
   void add_answered_impulses(Index set, const Points& contact, const Points& friction,
                              const Points& move, const Vector& still) override;
+  NodalAbility* nodal() override { return inner_->nodal() ? this : nullptr; }
   Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum) override;
   void accept() override { inner_->accept(); }
+  EndImpulseAbility* end_impulses() override { return inner_->end_impulses() ? this : nullptr; }
   void end_velocities(Index set, Points& v) override;
   NodeResponse velocity_response(Index set) const override;
   void add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
 
-  bool has_statics() const override { return inner_->has_statics(); }
-  void relax(const Rest& rest) override { inner_->relax(rest); }
+  StaticsAbility* statics() override { return inner_->statics() ? this : nullptr; }
+  void relax(const Rest& rest) override { inner_->statics()->relax(rest); }
   NodeResponse static_response(Index set, double hold) const override;
   void add_static_forces(Index set, const Points& forces, ImpulseKind kind) override;
-  Settled settle() override { return inner_->settle(); }
-  void end_load_step() override { inner_->end_load_step(); }
-  void start_motion(double h) override { inner_->start_motion(h); }
+  Settled settle() override { return inner_->statics()->settle(); }
+  void end_load_step() override { inner_->statics()->end_load_step(); }
+  void start_motion(double h) override { inner_->statics()->start_motion(h); }
 
   NodeResponse response(Index set, double h) const override;
-  Points nodal_masses(Index set) const override { return inner_->nodal_masses(sets_[set].inner); }
+  Points nodal_masses(Index set) const override {
+    return inner_->nodal()->nodal_masses(sets_[set].inner);
+  }
   void add_force(const Points& forces, const LoadHistory& history) override {
     inner_->add_force(forces, history);
   }

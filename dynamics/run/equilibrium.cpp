@@ -93,14 +93,14 @@ void Equilibrium::iterate(const Rest& loads) {
     ++n_iterations_;
     Rest rest = loads;
     rest.hold = hold_;
-    for (auto& body : sim_.bodies) body->relax(rest);
+    for (auto& body : sim_.bodies) statics_of(*body).relax(rest);
     predict_bolts(loads.share);
     locate(hold_);
     solve(hold_);
     double change = change_of_bolts(), energy = 0;
     std::vector<Settled> settled;
     for (auto& body : sim_.bodies) {
-      settled.push_back(body->settle());
+      settled.push_back(statics_of(*body).settle());
       change += settled.back().change, energy += settled.back().energy;
     }
     if (!std::isfinite(change + energy))
@@ -111,7 +111,7 @@ void Equilibrium::iterate(const Rest& loads) {
     watch(settled, loads.t);
     recall();
   }
-  for (auto& body : sim_.bodies) body->end_load_step();
+  for (auto& body : sim_.bodies) statics_of(*body).end_load_step();
   book();
   initial_ = false;
 }
@@ -176,7 +176,7 @@ void Equilibrium::locate(double hold) {
     ContactBody& contact = state_.bodies[c];
     Body& body = *sim_.bodies[nodes.body];
     if (contact.response_h != -hold) {
-      contact.response = body.static_response(nodes.set, hold);
+      contact.response = statics_of(body).static_response(nodes.set, hold);
       contact.response_h = -hold;
     }
     body.predicted_positions(nodes.set, contact.end);
@@ -229,7 +229,7 @@ void Equilibrium::give(Index b) {
     return;
   }
   const ContactNodes& nodes = sim_.contact_nodes[b];
-  Body& body = *sim_.bodies[nodes.body];
+  StaticsAbility& body = statics_of(*sim_.bodies[nodes.body]);
   forces_[b] = contact.impulses + contact.friction;
   is_pushed_[b] = !forces_[b].isZero(0);
   outcome_.touched[b] |= is_pushed_[b];
@@ -312,7 +312,7 @@ void Equilibrium::resolve_overlaps(double share) {
 }
 
 void Equilibrium::start_motion(double h) {
-  for (auto& body : sim_.bodies) body->start_motion(h);
+  for (auto& body : sim_.bodies) statics_of(*body).start_motion(h);
   for (const Index p : pairs_) {
     const bool is_penalty = sim_.pairs[p].enforcement == Enforcement::penalty;
     PairState& pair = sim_.pairs[p].state();

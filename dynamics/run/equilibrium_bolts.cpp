@@ -39,7 +39,7 @@ void Equilibrium::find_compliance(Bolt& bolt, double hold) {
   const ContactPair& pair = sim_.pairs[bolt.pair];
   for (const ContactSurface* side : {pair.slave.get(), pair.master.get()}) {
     const ContactNodes& nodes = sim_.contact_nodes[side->body];
-    const NodeResponse S = sim_.bodies[nodes.body]->static_response(nodes.set, hold);
+    const NodeResponse S = statics_of(*sim_.bodies[nodes.body]).static_response(nodes.set, hold);
     Points pull = Points::Zero(static_cast<Index>(nodes.nodes.size()), 3), moved = pull;
     const auto n = static_cast<double>(side->nodes.size());
     for (const Index node : side->nodes) pull.row(node) = bolt.normal.transpose() / n;

@@ -38,9 +38,10 @@ void ContactState::keep_state(StateArchive& archive, Simulation& sim) {
     bool with_velocities = !contact.velocity_response.empty();
     archive(sim.contact_nodes[b].pressure, contact, contact.response_h, with_velocities);
     if (!archive.restores()) continue;
-    const Body& body = *sim.bodies[nodes.body];
+    Body& body = *sim.bodies[nodes.body];
     if (contact.response_h > 0) contact.response = body.response(nodes.set, contact.response_h);
-    if (with_velocities) contact.velocity_response = body.velocity_response(nodes.set);
+    if (with_velocities)
+      contact.velocity_response = body.end_impulses()->velocity_response(nodes.set);
   }
   archive(islands, settled, impulses_since_output, normal_since_output);
 }

@@ -120,14 +120,15 @@ void Recorder::record_pressure(double interval, ContactState& state) {
     ContactNodes& nodes = sim_.contact_nodes[c];
     Points& impulses = state.normal_since_output[c];
     if (impulses.rows() == 0) continue;
-    const Matrix3* turn = sim_.bodies[nodes.body]->turn_of_step();
+    TurningAbility* turning = sim_.bodies[nodes.body]->turning();
     nodes.pressure.setZero(impulses.rows());
     for (Index i = 0; i < impulses.rows() && interval > 0; ++i) {
       const double J = impulses.row(i).norm();
       if (J == 0) continue;
       const Vector3 normal = impulses.row(i).transpose() / J;
-      const double area = facing_area(nodes.areas[i], nodes.area_vectors.row(i),
-                                      turn ? turn->transpose() * normal : normal);
+      const double area =
+          facing_area(nodes.areas[i], nodes.area_vectors.row(i),
+                      turning ? turning->turn_of_step().transpose() * normal : normal);
       if (area > 0) nodes.pressure[i] = J / (area * interval);
     }
     impulses.setZero();

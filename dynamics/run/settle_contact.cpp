@@ -71,9 +71,10 @@ void settle(Simulation& sim, const ContactGroup& group, ContactState& state,
   for (const Index b : group.bodies) {
     const ContactNodes& nodes = sim.contact_nodes[b];
     ContactBody& contact = state.bodies[b];
-    sim.bodies[nodes.body]->end_velocities(nodes.set, v[b]);
+    EndImpulseAbility& body = *sim.bodies[nodes.body]->end_impulses();
+    body.end_velocities(nodes.set, v[b]);
     if (contact.velocity_response.empty())
-      contact.velocity_response = sim.bodies[nodes.body]->velocity_response(nodes.set);
+      contact.velocity_response = body.velocity_response(nodes.set);
     contact.impulses.setZero(), contact.friction.setZero();
   }
   const Points change = settle_velocities(holding.list, holding.laws, holding.p,
@@ -87,7 +88,7 @@ void settle(Simulation& sim, const ContactGroup& group, ContactState& state,
   for (const Index b : group.bodies) {
     ContactBody& contact = state.bodies[b];
     const ContactNodes& nodes = sim.contact_nodes[b];
-    Body& body = *sim.bodies[nodes.body];
+    EndImpulseAbility& body = *sim.bodies[nodes.body]->end_impulses();
     if (!contact.impulses.isZero(0))
       body.add_end_impulses(nodes.set, contact.impulses, ImpulseKind::contact);
     if (!contact.friction.isZero(0))

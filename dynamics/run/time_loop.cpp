@@ -152,7 +152,8 @@ class TimeLoop {
       sim_.bodies[nodes.body]->positions(nodes.set, contact.start);
     }
     sim_.bodies[nodes.body]->predicted_positions(nodes.set, contact.end);
-    if (const Matrix3* turn = sim_.bodies[nodes.body]->turn_of_step()) contact.turn = *turn;
+    if (TurningAbility* turning = sim_.bodies[nodes.body]->turning())
+      contact.turn = turning->turn_of_step();
     sweep(contact);
     located_[c] = 1;
   }
@@ -217,7 +218,7 @@ class TimeLoop {
       const Index c = contact_of_[b];
       if (c < 0) continue;
       // Impulses turn a body otherwise than the linear answer tells
-      current_[c] = located_[c] && !(outcome_.touched[c] && sim_.bodies[b]->turn_of_step());
+      current_[c] = located_[c] && !(outcome_.touched[c] && sim_.bodies[b]->turning());
       if (outcome_.touched[c]) resting_[b] = 0;
     }
   }

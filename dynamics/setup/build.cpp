@@ -300,7 +300,8 @@ void scale_bodies(const std::vector<ContactKind>& contact, BuiltScene& built) {
   const double clip = built.simulation.plan.clip;
   for (std::size_t b = 0; b < contact.size(); ++b) {
     Body& body = *built.simulation.bodies[b];
-    if (body.can_scale()) body.scale(clip > 0 && contact[b] != ContactKind::none ? clip : HUGE_VAL);
+    if (ScalingAbility* scaling = body.scaling())
+      scaling->scale(clip > 0 && contact[b] != ContactKind::none ? clip : HUGE_VAL);
   }
 }
 

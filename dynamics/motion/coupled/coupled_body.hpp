@@ -21,7 +21,10 @@ namespace cbr {
 // central differences solves with M once and multiplies with K once; one of Newmark solves with A =
 // M + theta K instead; HHT-alpha solves with M too, to account for its damping. Nothing is
 // allocated.
-class CoupledBody final : public Body {
+class CoupledBody final : public Body,
+                          public NodalAbility,
+                          public EndImpulseAbility,
+                          public StaticsAbility {
  public:
   // `scheme` is not exact. add_velocities() is not for Scheme::newmark.
   CoupledBody(std::string name, std::shared_ptr<CoupledSystem> system, const Placement& placement,
@@ -43,20 +46,19 @@ class CoupledBody final : public Body {
   Index track(const std::vector<Index>& nodes) override;
   void positions(Index set, Points& x) const override;
   void predicted_positions(Index set, Points& x) const override;
-  MotionBound motion_bound(Index set) const override;
   Index track_mean(const std::vector<Index>& nodes) override;
   void mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
 
   void predict(double t, double h) override;
   using Body::add_impulses;
   void add_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
-  Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum) override;
   void accept() override;
+  EndImpulseAbility* end_impulses() override { return this; }
   void end_velocities(Index set, Points& v) override;
   NodeResponse velocity_response(Index set) const override;
   void add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
 
-  bool has_statics() const override { return true; }
+  StaticsAbility* statics() override { return this; }
   void relax(const Rest& rest) override;
   NodeResponse static_response(Index set, double hold) const override;
   void add_static_forces(Index set, const Points& forces, ImpulseKind kind) override;
@@ -65,7 +67,9 @@ class CoupledBody final : public Body {
   void start_motion(double h) override;
 
   NodeResponse response(Index set, double h) const override;
+  NodalAbility* nodal() override { return this; }
   Points nodal_masses(Index set) const override;
+  Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum) override;
   void add_force(const Points& forces, const LoadHistory& history) override;
   void add_gravity(const Vector3& acceleration, const LoadHistory& history) override;
   void add_modal_force(const Vector& forces, const LoadHistory& history) override;

@@ -32,11 +32,6 @@ void CoupledBody::gather(const Vector& u, const std::vector<Index>& nodes, Point
 void CoupledBody::positions(Index set, Points& x) const { gather(u_, sets_[set], x); }
 void CoupledBody::predicted_positions(Index set, Points& x) const { gather(u_end_, sets_[set], x); }
 
-MotionBound CoupledBody::motion_bound(Index) const {
-  assert(false && "only exact bodies have a bound");
-  return {};
-}
-
 void CoupledBody::mean_motion(Index set, Vector3& position, Vector3& velocity) const {
   const Vector& present = present_velocities();
   position.setZero(), velocity.setZero();

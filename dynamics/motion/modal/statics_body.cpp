@@ -165,15 +165,6 @@ void StaticsBody::add_answered_impulses(Index set, const Points& contact, const 
   if (rubs) kick(set, friction, ImpulseKind::friction);
 }
 
-Vector3 StaticsBody::add_velocities(Index, const Points&, const Vector3&) {
-  assert(false && "an interface without mass has no velocity to change");
-  return Vector3::Zero();
-}
-
-Points StaticsBody::nodal_masses(Index set) const {
-  return Points::Zero(static_cast<Index>(sets_[set].of->nodes.size()), 3);
-}
-
 // The statics' energy 1/2 g . F g changes by exactly what mean forces do on its displacements. What
 // lambda does beyond that is lost.
 void StaticsBody::accept() {

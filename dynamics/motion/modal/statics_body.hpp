@@ -20,7 +20,10 @@ namespace cbr {
 // with Scheme::newmark. Shapes with mass: the modes get the impulse at the start of the step, as
 // those of SuperelementBody. The statics lose theta (1 - theta / 2) |lambda - g|_F^2 in a step and
 // never bring energy. Neither with add_velocities() or nodal_masses().
-class StaticsBody final : public Body {
+class StaticsBody final : public Body,
+                          public JumpAbility,
+                          public EndImpulseAbility,
+                          public StaticsAbility {
  public:
   StaticsBody(std::string name, std::shared_ptr<const Superelement> superelement,
               std::shared_ptr<const StaticsForm> form, const Placement& placement, Scheme scheme,
@@ -40,6 +43,7 @@ class StaticsBody final : public Body {
   Index track(const std::vector<Index>& nodes) override;
   void positions(Index set, Points& x) const override;
   void predicted_positions(Index set, Points& x) const override;
+  const JumpAbility* jumps() const override { return is_exact() ? this : nullptr; }
   MotionBound motion_bound(Index set) const override;
   MotionBound quick_motion_bound(Index set) const override;
   bool at_rest() const override { return modal_.at_rest() && g_.isZero(0) && loads_.empty(); }
@@ -51,16 +55,16 @@ class StaticsBody final : public Body {
   void add_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
   void add_answered_impulses(Index set, const Points& contact, const Points& friction,
                              const Points& move, const Vector& still) override;
-  Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum) override;
   void accept() override;
   // Of the modes: what statics do to velocities is over at the end of a step.
+  EndImpulseAbility* end_impulses() override { return this; }
   void end_velocities(Index set, Points& v) override { modal_.end_velocities(sets_[set].modal, v); }
   NodeResponse velocity_response(Index set) const override;
   void add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) override {
     modal_.add_end_impulses(sets_[set].modal, impulses, kind);
   }
 
-  bool has_statics() const override { return true; }
+  StaticsAbility* statics() override { return this; }
   void relax(const Rest& rest) override;
   NodeResponse static_response(Index set, double hold) const override;
   void add_static_forces(Index set, const Points& forces, ImpulseKind kind) override;
@@ -74,7 +78,6 @@ class StaticsBody final : public Body {
   Vector static_load() const;
 
   NodeResponse response(Index set, double h) const override;
-  Points nodal_masses(Index set) const override;
   void add_force(const Points& forces, const LoadHistory& history) override;
   // Statics of nodal forces whose factor another sets, as SuperelementBody::turn_forces() has it of
   // their modal forces: first `factor`, then at the end of the next step a number for each call.

@@ -31,7 +31,11 @@ struct Placement {
 
 // Assumes small displacements and rotations relative to the placed component (state().rotation says
 // how far that is stretched).
-class SuperelementBody final : public Body {
+class SuperelementBody final : public Body,
+                               public JumpAbility,
+                               public NodalAbility,
+                               public EndImpulseAbility,
+                               public StaticsAbility {
  public:
   // `form` belongs to `superelement`; both are shared by the instances of a component (a held
   // instance has its own form). add_velocities() and nodal_masses() need the superelement's
@@ -52,6 +56,7 @@ class SuperelementBody final : public Body {
   Index track(const std::vector<Index>& nodes) override;
   void positions(Index set, Points& x) const override;
   void predicted_positions(Index set, Points& x) const override;
+  const JumpAbility* jumps() const override { return is_exact() ? this : nullptr; }
   MotionBound motion_bound(Index set) const override;
   MotionBound quick_motion_bound(Index set) const override;
   bool is_damped() const { return damping_.hash != 0; }
@@ -63,15 +68,15 @@ class SuperelementBody final : public Body {
   void predict(double t, double h) override;
   using Body::add_impulses;
   void add_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
-  Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum) override;
   void accept() override;
+  EndImpulseAbility* end_impulses() override { return this; }
   void end_velocities(Index set, Points& v) override;
   NodeResponse velocity_response(Index set) const override;
   // Without Newmark: forces at the end of the step, which StaticsBody knows then, times the step.
   // Energies are of the middle of such a kick, momentum is of its end; with central differences it
   // is half of what the rates of the next step get.
   void add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
-  bool has_statics() const override { return true; }
+  StaticsAbility* statics() override { return this; }
   void relax(const Rest& rest) override;
   NodeResponse static_response(Index set, double hold) const override;
   void add_static_forces(Index set, const Points& forces, ImpulseKind kind) override;
@@ -133,7 +138,9 @@ class SuperelementBody final : public Body {
   NodeResponse response(Index set, double h) const override;
   // V_c diag(weight) V_c^T of the rows, formed or as its factors, whichever is smaller.
   NodeResponse answer(const NodeRows& rows, const ResponseOf& of, const Vector& weight) const;
+  NodalAbility* nodal() override { return scheme_ == Scheme::newmark ? nullptr : this; }
   Points nodal_masses(Index set) const override;
+  Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum) override;
   void add_force(const Points& forces, const LoadHistory& history) override;
   void add_gravity(const Vector3& acceleration, const LoadHistory& history) override;
   void add_modal_force(const Vector& forces, const LoadHistory& history) override;

@@ -333,16 +333,6 @@ NodeResponse TurningBody::response(Index set, double h) const {
   return response;
 }
 
-Vector3 TurningBody::add_velocities(Index, const Points&, const Vector3&) {
-  assert(false && "nodal enforcement does not go with rotations: large");
-  return Vector3::Zero();
-}
-
-Points TurningBody::nodal_masses(Index) const {
-  assert(false && "nodal enforcement does not go with rotations: large");
-  return {};
-}
-
 void TurningBody::add_force(const Points& forces, const LoadHistory& history) {
   for (Index d = 0; d < 3; ++d) {
     if (forces.col(d).isZero(0)) continue;

@@ -16,9 +16,8 @@ namespace cbr {
 // x = c + R (X + u - c_0), docs/theory.md, "Bodies that turn". The inner body gives the centre of
 // mass c and what is measured from it without the turn, X + u - c_0. It gets impulses in its own
 // axes, and never turns (SuperelementBody::carry). R comes from the angular momentum L about c,
-// which impulses and loads change by their moments about c, with the arms of the deformed body. It
-// takes no add_velocities(): whoever builds it sees to that.
-class TurningBody final : public Body {
+// which impulses and loads change by their moments about c, with the arms of the deformed body.
+class TurningBody final : public Body, public JumpAbility, public TurningAbility {
  public:
   // inner: free, with Scheme::exact, before any set is tracked. modal: its modes, or itself; six of
   // them are rigid. statics: itself, if it has any. late: impulses of contact act at the end of a
@@ -43,11 +42,12 @@ class TurningBody final : public Body {
   Index track(const std::vector<Index>& nodes) override;
   void positions(Index set, Points& x) const override;
   void predicted_positions(Index set, Points& x) const override;
+  const JumpAbility* jumps() const override { return this; }
   MotionBound motion_bound(Index set) const override {
-    return in_any_position(inner_->motion_bound(set));
+    return in_any_position(inner_->jumps()->motion_bound(set));
   }
   MotionBound quick_motion_bound(Index set) const override {
-    return in_any_position(inner_->quick_motion_bound(set));
+    return in_any_position(inner_->jumps()->quick_motion_bound(set));
   }
   bool at_rest() const override { return L_.isZero(0) && loads_.empty() && inner_->at_rest(); }
   Index track_mean(const std::vector<Index>& nodes) override { return inner_->track_mean(nodes); }
@@ -60,10 +60,9 @@ class TurningBody final : public Body {
   void add_answered_impulses(Index set, const Points& contact, const Points& friction,
                              const Points& move, const Vector& still) override;
   void add_moment(const Vector3& moment, ImpulseKind kind) override;
-  Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum) override;
-  const Matrix3* turn_of_step() const override { return &R_; }
+  TurningAbility* turning() override { return this; }
+  const Matrix3& turn_of_step() const override { return R_; }
   NodeResponse response(Index set, double h) const override;
-  Points nodal_masses(Index set) const override;
   // Forces that stay in the scene's axes, on nodes that turn.
   void add_force(const Points& forces, const LoadHistory& history) override;
   void add_vector_load(const VectorLoad& load) override;

@@ -111,11 +111,6 @@ void MeshBody::predicted_positions(Index set, Points& x) const {
   gather(u_end_, sets_[set], x);
 }
 
-MotionBound MeshBody::motion_bound(Index) const {
-  assert(false && "only exact bodies have a bound");
-  return {};
-}
-
 void MeshBody::mean_motion(Index set, Vector3& position, Vector3& velocity) const {
   const Field& v = present_velocities();
   const auto& node = model_->forces.order();

@@ -52,7 +52,7 @@ MeshModel mesh_model(const FiniteElementModel& model, const Points& coordinates,
                      MeshForces forces);
 
 // `held`: ascending by node, component axes.
-class MeshBody final : public Body {
+class MeshBody final : public Body, public NodalAbility, public StaticsAbility {
  public:
   MeshBody(std::string name, std::shared_ptr<const MeshModel> model, const Placement& placement,
            const std::vector<HeldDirection>& held, std::shared_ptr<RowThreads> threads);
@@ -73,33 +73,33 @@ class MeshBody final : public Body {
   Index track(const std::vector<Index>& nodes) override;
   void positions(Index set, Points& x) const override;
   void predicted_positions(Index set, Points& x) const override;
-  MotionBound motion_bound(Index set) const override;
   Index track_mean(const std::vector<Index>& nodes) override;
   void mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
 
   // Before track() and loads: a body of the same nodes, held alike, that does statics for this one
   // until start_motion().
   void do_statics_with(std::unique_ptr<Body> still) { still_ = std::move(still); }
-  bool has_statics() const override { return still_ != nullptr; }
-  void relax(const Rest& rest) override { still_->relax(rest); }
+  StaticsAbility* statics() override { return still_ ? this : nullptr; }
+  void relax(const Rest& rest) override { still_->statics()->relax(rest); }
   NodeResponse static_response(Index set, double hold) const override {
-    return still_->static_response(set, hold);
+    return still_->statics()->static_response(set, hold);
   }
   void add_static_forces(Index set, const Points& forces, ImpulseKind kind) override {
-    still_->add_static_forces(set, forces, kind);
+    still_->statics()->add_static_forces(set, forces, kind);
   }
-  Settled settle() override { return still_->settle(); }
-  void end_load_step() override { still_->end_load_step(); }
+  Settled settle() override { return still_->statics()->settle(); }
+  void end_load_step() override { still_->statics()->end_load_step(); }
   void start_motion(double h) override;
 
   void predict(double t, double h) override;
   using Body::add_impulses;
   void add_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
-  Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum) override;
   void accept() override;
 
   NodeResponse response(Index set, double h) const override;
+  NodalAbility* nodal() override { return this; }
   Points nodal_masses(Index set) const override;
+  Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum) override;
   void add_force(const Points& forces, const LoadHistory& history) override;
   void add_gravity(const Vector3& acceleration, const LoadHistory& history) override;
 

@@ -7,7 +7,6 @@ namespace cbr {
 
 // Rates are those half a step before, of a body at rest under all forces.
 void MeshBody::start_motion(double h) {
-  if (!still_) return;
   Points u, v;
   still_->displacements(u, v);
   const Points local = u * placement_.T;

@@ -13,13 +13,6 @@ namespace {
 // From here on a product is worth BLAS with its threads.
 constexpr Index large_product = 1 << 20;
 
-[[noreturn]] void refuse_masses(const std::string& name) {
-  throw RunError("instance '" + name +
-                 "': modal mass scaling has no nodal masses: take contact.enforcement impulse or "
-                 "penalty, or " +
-                 "leave out time.mass_scaling");
-}
-
 }  // namespace
 
 ScaledBody::ScaledBody(std::string name, std::shared_ptr<ScaledModel> model,
@@ -237,9 +230,6 @@ void ScaledBody::add_answered_impulses(Index set, const Points& contact, const P
     kick_.Sp[n + l] = load_scaled_.col(l).head(n).dot(kick_.p.head(n));
   add_kick(step, kick_, end_);
 }
-
-Vector3 ScaledBody::add_velocities(Index, const Points&, const Vector3&) { refuse_masses(name_); }
-Points ScaledBody::nodal_masses(Index) const { refuse_masses(name_); }
 
 void ScaledBody::accept() {
   if (kick_.any) {

@@ -20,7 +20,7 @@ namespace cbr {
 // Statics, rigid motion and the modes below the clip are those of the superelement; a step costs
 // O(n_kept + 3 m) and one product with a shared 3 m x 3 m matrix, m the tracked nodes. Assumes
 // small displacements and rotations as SuperelementBody does.
-class ScaledBody final : public Body {
+class ScaledBody final : public Body, public JumpAbility, public ScalingAbility {
  public:
   // `model` is shared by the instances of a component (a held instance has its own).
   ScaledBody(std::string name, std::shared_ptr<ScaledModel> model, const Placement& placement);
@@ -28,7 +28,7 @@ class ScaledBody final : public Body {
   // Once, after all track(), track_mean(), add_force() and add_gravity(), before the first
   // predict(), state(), ... Nothing is scaled when `clip` is not below the highest frequency or no
   // node is tracked. RunError: ScaledModel::clipped().
-  bool can_scale() const override { return true; }
+  ScalingAbility* scaling() override { return this; }
   void scale(double clip) override;
   bool is_scaled() const { return modes_ && modes_->part; }
   Index n_kept() const { return modes_ ? modes_->n_kept() : 0; }
@@ -47,6 +47,7 @@ class ScaledBody final : public Body {
   Index track(const std::vector<Index>& nodes) override;
   void positions(Index set, Points& x) const override;
   void predicted_positions(Index set, Points& x) const override;
+  const JumpAbility* jumps() const override { return this; }
   MotionBound motion_bound(Index set) const override;
   Index track_mean(const std::vector<Index>& nodes) override;
   void mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
@@ -58,11 +59,9 @@ class ScaledBody final : public Body {
   void add_answered_impulses(Index set, const Points& contact, const Points& friction,
                              const Points& move, const Vector& still) override;
   // RunError: has no masses
-  Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum) override;
   void accept() override;
 
   NodeResponse response(Index set, double h) const override;  // shared between the instances
-  Points nodal_masses(Index set) const override;              // RunError: has no masses
   void add_force(const Points& forces, const LoadHistory& history) override;
   void add_gravity(const Vector3& acceleration, const LoadHistory& history) override;
 

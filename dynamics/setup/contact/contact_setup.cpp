@@ -163,7 +163,7 @@ class Sides {
     if (whole && faces.rightCols(4).maxCoeff() >= 0) surface.middle = faces.rightCols(4);
     const Body& body = *built_.simulation.bodies[contact.body];
     fill_sizes(surface, body.reference_positions()(contact.nodes, Eigen::all));
-    if (body.turn_of_step()) surface.extent.setConstant(surface.extent.norm());
+    if (body.turns()) surface.extent.setConstant(surface.extent.norm());
     return at->second = std::make_shared<const ContactSurface>(std::move(surface));
   }
 
@@ -375,8 +375,8 @@ void warn_nodal(const ContactOptions& options, const BuiltScene& built, const Co
   for (const ContactSurface* surface : {pair.slave.get(), pair.master.get()}) {
     if (surface->nodes.empty()) continue;  // a wall
     const ContactNodes& contact = built.simulation.contact_nodes[surface->body];
-    const Body& body = *built.simulation.bodies[contact.body];
-    const Points masses = body.nodal_masses(contact.set);
+    Body& body = *built.simulation.bodies[contact.body];
+    const Points masses = nodal_of(body).nodal_masses(contact.set);
     double sum = 0;  // mean over the three directions
     for (const Index node : surface->nodes) sum += masses.row(node).mean();
     const double total = built.instances[contact.body].mass;

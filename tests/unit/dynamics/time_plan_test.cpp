@@ -43,10 +43,11 @@ TEST(TimePlan, StepsFitOutputsAndTheEnd) {
 }
 
 // A body that can be scaled, and says so; everything else is as of the body within.
-class Scalable final : public Body {
+class Scalable final : public Body, public ScalingAbility {
  public:
   explicit Scalable(std::unique_ptr<Body> body) : body_(std::move(body)) {}
-  bool can_scale() const override { return true; }
+  ScalingAbility* scaling() override { return this; }
+  void scale(double) override {}
   const std::string& name() const override { return body_->name(); }
   Index n_dofs() const override { return body_->n_dofs(); }
   double largest_frequency() const override { return body_->largest_frequency(); }
@@ -57,7 +58,6 @@ class Scalable final : public Body {
   void predicted_positions(Index set, Points& x) const override {
     body_->predicted_positions(set, x);
   }
-  MotionBound motion_bound(Index set) const override { return body_->motion_bound(set); }
   Index track_mean(const std::vector<Index>& nodes) override { return body_->track_mean(nodes); }
   void mean_motion(Index set, Vector3& x, Vector3& v) const override {
     body_->mean_motion(set, x, v);
@@ -66,12 +66,8 @@ class Scalable final : public Body {
   void add_impulses(Index set, const Points& p, ImpulseKind kind) override {
     body_->add_impulses(set, p, kind);
   }
-  Vector3 add_velocities(Index set, const Points& v, const Vector3& p) override {
-    return body_->add_velocities(set, v, p);
-  }
   void accept() override { body_->accept(); }
   NodeResponse response(Index set, double h) const override { return body_->response(set, h); }
-  Points nodal_masses(Index set) const override { return body_->nodal_masses(set); }
   void add_force(const Points& f, const LoadHistory& history) override {
     body_->add_force(f, history);
   }

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What some bodies can do beside moving under impulses. A body answers with the ability or null
+// (Body::statics() and so on), so nobody can ask one for what it does not have.
+#pragma once
+
+#include "common/base/types.hpp"
+#include "dynamics/contact/nodes/node_response.hpp"
+#include "dynamics/contact/surfaces/motion_bound.hpp"
+
+namespace cbr {
+
+// What an impulse comes from: whose work it is.
+enum class ImpulseKind : char { contact, friction };
+
+// Of exact bodies, which any step takes to where they are: where they can be by then.
+class JumpAbility {
+ public:
+  virtual MotionBound motion_bound(Index set) const = 0;
+  // looser where that is cheaper
+  virtual MotionBound quick_motion_bound(Index set) const { return motion_bound(set); }
+
+ protected:
+  ~JumpAbility() = default;
+};
+
+// What a nodal (kinematic) enforcement needs.
+class NodalAbility {
+ public:
+  // The mass of each node and scene direction: row sums of the mass over the body's nodes, n x 3.
+  // RunError: the body has no masses of nodes.
+  virtual Points nodal_masses(Index set) const = 0;
+  // Changes the velocities of the set's nodes (n x 3, scene axes), and of no other coordinate, such
+  // that the end moves by h times as much. Row sums do not tell all of the momentum that this
+  // brings; what is missing from `momentum` is made up by a velocity that all nodes of the set get,
+  // which is returned. Not after Body::set_contact_step().
+  virtual Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum) = 0;
+
+ protected:
+  ~NodalAbility() = default;
+};
+
+// Under Newmark's method, once all impulses of the step are in and until accept(): the velocities
+// of the set's nodes at its end (scene axes), their change per unit impulse there, G M^-1 G^T, and
+// such impulses, which leave positions alone.
+class EndImpulseAbility {
+ public:
+  virtual void end_velocities(Index set, Points& v) = 0;
+  virtual NodeResponse velocity_response(Index set) const = 0;
+  virtual void add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) = 0;
+
+ protected:
+  ~EndImpulseAbility() = default;
+};
+
+// What a body is to be in equilibrium with, and how fast it may follow.
+struct Rest {
+  double t = 0, share = 1;  // the loads are those at time t, times share
+  // of the pull towards where the body is, a factor of the body's own choice
+  double hold = 1;
+};
+
+// What an iteration towards equilibrium has changed.
+struct Settled {
+  double change = 0;  // d . (K + sigma M) d of its move d: twice an energy
+  double energy = 0;  // u . K u
+  double way = 0;     // the move, rms over the mass
+};
+
+// Statics, without velocities: a load step is a number of iterations relax(), forces of contact,
+// settle(), and end_load_step(). (K + sigma M) d = f + contact - K u gives the move d of an
+// iteration; its sum over the iterations is the solution of K u = f + contact (the proximal point
+// method; Rockafellar 1976, doi 10.1137/0314056). sigma M keeps what nothing but contact holds in
+// its place; sigma = 0 where supports hold the body. docs/theory.md, "Statics".
+class StaticsAbility {
+ public:
+  // predicted_positions() are then those of the equilibrium without contact
+  virtual void relax(const Rest& rest) = 0;
+  // Change of the predicted positions of the set's dofs per unit force on them, and such forces (n
+  // x 3, scene axes).
+  virtual NodeResponse static_response(Index set, double hold) const = 0;
+  virtual void add_static_forces(Index set, const Points& forces, ImpulseKind kind) = 0;
+  virtual Settled settle() = 0;      // the predicted end becomes the state
+  virtual void end_load_step() = 0;  // books the work since the last one
+  // Once statics are over, before the first predict(), with its h: motion begins in the state that
+  // they have left, under the same forces of contact.
+  virtual void start_motion(double h) = 0;
+
+ protected:
+  ~StaticsAbility() = default;
+};
+
+// Every mode above `clip` (rad/s) gets that frequency by more modal mass; statics, rigid motion and
+// all other modes stay as they are. To be called once, after all track() and add_...() calls and
+// before the first predict().
+class ScalingAbility {
+ public:
+  virtual void scale(double clip) = 0;
+
+ protected:
+  ~ScalingAbility() = default;
+};
+
+// Of bodies that turn by any angle.
+class TurningAbility {
+ public:
+  // the rotation since the start in which this step's response() is
+  virtual const Matrix3& turn_of_step() const = 0;
+  // A moment (times time) on the body beside impulses on its nodes.
+  virtual void add_moment(const Vector3& moment, ImpulseKind kind) = 0;
+
+ protected:
+  ~TurningAbility() = default;
+};
+
+}  // namespace cbr
