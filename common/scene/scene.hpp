@@ -81,7 +81,7 @@ struct ReductionOptions {
   // Rigid points of the component, each of which is a node of six dofs in the superelement; key
   // `points`.
   std::vector<std::string> interface_points;
-  std::optional<Index> modes;               // exactly one of modes, cutoff_hz, tolerance
+  std::optional<Index> modes;  // exactly one of modes, cutoff_hz, tolerance
   std::optional<double> cutoff_hz;
   // share of the interior's strain energy that modes may leave out (docs/theory.md)
   std::optional<double> tolerance;
@@ -220,6 +220,10 @@ struct BoundaryCondition {
   SupportMotion motion = SupportMotion::none;
   // of the motion: what the history multiplies, 0 along axes that are not fixed
   Vector3 value = Vector3::Zero();
+  // The same of a rotation, in degrees, rad/s or rad/s^2, about a point: scene axes, or the centre
+  // of the nodes.
+  Vector3 turn = Vector3::Zero();
+  std::optional<Vector3> about = {};
   History history;
   SourceLine source;
 };
@@ -344,6 +348,7 @@ struct OutputOptions {
   // displacement | velocity | stress | nodal_stress | contact_pressure
   std::vector<std::string> fields;
   std::vector<StressOptions> stress;
+  std::vector<SurfaceName> reactions;  // sets that `boundary` holds
   FieldFormat format = FieldFormat::xdmf;
   std::optional<CheckpointOptions> checkpoint;
   SourceLine source;

@@ -41,6 +41,10 @@ inline const Words<Formulation> formulation_words = {{"node-face", Formulation::
 inline const Words<WallOptions::Kind> wall_words = {{"plane", WallOptions::Kind::plane},
                                                     {"sphere", WallOptions::Kind::sphere},
                                                     {"cylinder", WallOptions::Kind::cylinder}};
+inline const Words<SupportMotion> turn_words = {
+    {"rotation", SupportMotion::displacement},
+    {"angular_velocity", SupportMotion::velocity},
+    {"angular_acceleration", SupportMotion::acceleration}};
 inline const Words<SupportMotion> motion_words = {{"displacement", SupportMotion::displacement},
                                                   {"velocity", SupportMotion::velocity},
                                                   {"acceleration", SupportMotion::acceleration}};

@@ -129,6 +129,10 @@ class Body {
   virtual void add_modal_force(const Vector& forces, const LoadHistory& history);
   // Before the first predict(). Of a body that does not turn b is `value`.
   virtual void add_vector_load(const VectorLoad& load);
+  // Impulses on all of coordinates(), component axes, that change the velocities at the start and
+  // are nobody's work. Before the first predict(). Bodies that supports cannot move unevenly
+  // assert.
+  virtual void add_start_impulse(const Vector& impulse);
 
   virtual BodyState state() const = 0;
   virtual BodyWork work() const = 0;

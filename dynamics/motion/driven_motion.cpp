@@ -113,20 +113,21 @@ void DrivenAxis::integrate(const History& acceleration, double speed, double end
   std::vector<double> times{0};
   for (const double t : acceleration.time)
     if (t > 0) times.push_back(t);
-  double v = speed, s = 0;
+  double v = speed, s = 0, integral = 0;
   for (std::size_t i = 0; i < times.size(); ++i) {
     const bool is_last = i + 1 == times.size();
     const double h = is_last ? std::max(0.0, end - times[i]) : times[i + 1] - times[i];
     const double a = acceleration_.value(times[i]),
                  next = is_last ? a : acceleration_.value(times[i + 1]);
     const double slope = is_last ? 0 : (next - a) / h;
-    knots_.push_back({times[i], a, slope, v, s});
+    knots_.push_back({times[i], a, slope, v, s, integral});
     if (times[i] <= end) {
       largest_speed_ = std::max(largest_speed_, std::abs(v));
       const double turn = slope != 0 ? -a / slope : -1;  // where the acceleration changes its sign
       if (turn > 0 && turn < h)
         largest_speed_ = std::max(largest_speed_, std::abs(v + 0.5 * a * turn));
     }
+    integral += h * (s + h * (v / 2 + h * (a / 6 + h * slope / 24)));
     s += h * (v + h * (a / 2 + h * slope / 6));
     v += h * (a + 0.5 * h * slope);
   }
@@ -149,6 +150,12 @@ double DrivenAxis::velocity(double t) const {
   const Knot& knot = knot_at(t);
   const double h = t - knot.t;
   return knot.v + h * (knot.a + 0.5 * h * knot.slope);
+}
+
+double DrivenAxis::displacement_integral(double t) const {
+  const Knot& knot = knot_at(t);
+  const double h = t - knot.t;
+  return knot.integral + h * (knot.s + h * (knot.v / 2 + h * (knot.a / 6 + h * knot.slope / 24)));
 }
 
 bool DrivenMotion::empty() const {

@@ -26,12 +26,13 @@ class DrivenAxis {
 
   double displacement(double t) const;  // since t = 0
   double velocity(double t) const;
+  double displacement_integral(double t) const;            // from 0 to t
   double largest_speed() const { return largest_speed_; }  // from 0 to `end`
   const LoadHistory& acceleration() const { return acceleration_; }
 
  private:
   struct Knot {
-    double t, a, slope, v, s;  // from t on
+    double t, a, slope, v, s, integral;  // from t on; integral of s up to t
   };
   void integrate(const History& acceleration, double speed, double end);
   const Knot& knot_at(double t) const;

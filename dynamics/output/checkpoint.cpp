@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* format_name = "cbr-checkpoint";
 // To be raised when what a keep_state() names changes: files of before cannot be read then.
-constexpr const char* format_version = "1.12";
+constexpr const char* format_version = "1.13";
 
 // Of all that a run that goes on takes from the file.
 std::string hash_of(const Checkpoint& checkpoint, const std::vector<Index>& words) {

@@ -58,6 +58,18 @@ void write_monitors(Hdf5Writer& file, const Simulation& simulation, const RunRes
 }
 
 // Each of stress_values() under its name, a row an output and a column a node or element.
+void write_reactions(Hdf5Writer& file, const Simulation& simulation, const RunResult& result) {
+  for (std::size_t i = 0; i < result.reactions.size(); ++i) {
+    const ReactionWatch& watch = simulation.reactions[i];
+    const ReactionSet& set = watch.body->reaction_sets()[watch.set];
+    const std::string group =
+        "/instances/" + safe(watch.instance) + "/reactions/" + safe(set.name) + "/";
+    file.write(group + "force", points(result.reactions[i].force));
+    file.write(group + "moment", points(result.reactions[i].moment));
+    file.write(group + "point", Vector(set.point));
+  }
+}
+
 void write_watches(Hdf5Writer& file, const Simulation& simulation, const RunResult& result) {
   for (std::size_t w = 0; w < result.watches.size(); ++w) {
     const StressWatch& watch = simulation.watches[w];
@@ -124,7 +136,8 @@ void write_contact(Hdf5Writer& file, const Simulation& simulation, const RunResu
 double values_per_output(const Simulation& simulation) {
   double values = 8;  // time, energies and works, active
   values += 11 * static_cast<double>(simulation.bodies.size()) +
-            12 * static_cast<double>(simulation.monitors.size());
+            12 * static_cast<double>(simulation.monitors.size()) +
+            6 * static_cast<double>(simulation.reactions.size());
   for (const StressWatch& watch : simulation.watches)
     values += 6 * static_cast<double>(watch.ids.size());
   for (const StressScan& scan : simulation.scans) values += 2 * static_cast<double>(scan.n_worst);
@@ -173,7 +186,7 @@ void write_results(const std::filesystem::path& path, const Simulation& simulati
   const auto start = Clock::now();
   Hdf5Writer file(path);
   file.attribute("/", "format", std::string("cbr-results"));
-  file.attribute("/", "format_version", std::string("1.8"));
+  file.attribute("/", "format_version", std::string("1.9"));
   file.attribute("/", "generator", std::string("cbr-dyn ") + version());
   Index n_dofs = 0;
   for (const auto& body : simulation.bodies) n_dofs += body->n_dofs();
@@ -190,6 +203,7 @@ void write_results(const std::filesystem::path& path, const Simulation& simulati
     file.attribute("/instances/" + safe(of.instance), "superelement", of.file);
     file.attribute("/instances/" + safe(of.instance), "superelement_hash", of.content_hash);
   }
+  write_reactions(file, simulation, result);
   write_watches(file, simulation, result);
   write_scans(file, simulation, result);
   file.write("/energy/total", result.total);

@@ -67,6 +67,10 @@ static void keep_state(StateArchive& archive, RunResult::OfMonitor& of) {
   archive(of.mean_position, of.mean_velocity, of.mean_acceleration, of.force, of.rotation);
 }
 
+static void keep_state(StateArchive& archive, RunResult::OfReaction& of) {
+  archive(of.force, of.moment);
+}
+
 static void keep_state(StateArchive& archive, RunResult::OfBody& of) {
   archive(of.center_of_mass, of.momentum, of.angular_momentum, of.reaction, of.kinetic_energy,
           of.strain_energy);
@@ -98,6 +102,8 @@ static void keep_state(StateArchive& archive, RunResult& result) {
   archive(result.steps, result.jumps, result.contact_steps, result.contact_rows,
           result.scaled_energy_share, result.work);
   archive(result.largest_rotation);
+  archive.expect(static_cast<Index>(result.reactions.size()));
+  archive(result.reactions);
   archive.expect(static_cast<Index>(result.watches.size()));
   archive(result.watches, result.scans);
 }

@@ -54,6 +54,7 @@ Recorder::Recorder(Simulation& simulation) : sim_(simulation) {
   result_.monitors.resize(sim_.monitors.size());
   result_.bodies.resize(sim_.bodies.size());
   result_.pairs.resize(sim_.pairs.size());
+  result_.reactions.resize(sim_.reactions.size());
   result_.watches.resize(sim_.watches.size());
   result_.scans.resize(sim_.scans.size());
   last_.resize(sim_.bodies.size()), work_.resize(sim_.bodies.size());
@@ -236,6 +237,18 @@ void Recorder::record_reactions(double t, double interval, const ContactState& s
       impulse -= load.history.integral(t - interval, t) * load.force;
     of.reaction.add(impulse / interval);
   }
+  record_sets([&](SupportedBody& body) { return body.take_reactions(t, interval); });
+}
+
+void Recorder::record_sets(
+    const std::function<std::vector<SupportedBody::Reaction>(SupportedBody&)>& ask) {
+  std::vector<SupportedBody::Reaction> of_body;
+  for (std::size_t i = 0; i < sim_.reactions.size(); ++i) {
+    const ReactionWatch& watch = sim_.reactions[i];
+    if (watch.set == 0) of_body = ask(*watch.body);
+    result_.reactions[i].force.add(of_body[watch.set].force);
+    result_.reactions[i].moment.add(of_body[watch.set].moment);
+  }
 }
 
 void Recorder::record_static_reactions(double t, const ContactState& state) {
@@ -248,6 +261,7 @@ void Recorder::record_static_reactions(double t, const ContactState& state) {
       rest[b] -= load.history.value(t) * load.force;
     result_.bodies[b].reaction.add(rest[b]);
   }
+  record_sets([&](SupportedBody& body) { return body.static_reactions(t); });
 }
 
 void Recorder::check_finite(double t, const ContactOutcome& outcome) const {
@@ -264,6 +278,9 @@ void Recorder::check_finite(double t, const ContactOutcome& outcome) const {
                      [](double v) { return std::isfinite(v); }))
       where.push_back("stress of " + sim_.watches[w].name);
   }
+  for (std::size_t i = 0; i < r.reactions.size(); ++i)
+    if (!ends_finite(r.reactions[i].force) || !ends_finite(r.reactions[i].moment))
+      where.push_back("reaction of instance '" + sim_.reactions[i].instance + "'");
   for (std::size_t m = 0; m < r.monitors.size(); ++m)
     if (!ends_finite(r.monitors[m])) where.push_back("surface " + sim_.monitors[m].name);
   if (where.empty() && ends_finite(r.total) && ends_finite(r.work_external) &&

@@ -18,6 +18,7 @@
 #include "dynamics/motion/body.hpp"
 #include "dynamics/motion/driven_motion.hpp"
 #include "dynamics/motion/pointed_body.hpp"
+#include "dynamics/motion/supported_body.hpp"
 #include "dynamics/run/time_plan.hpp"
 
 namespace cbr {
@@ -148,6 +149,13 @@ struct Supports {
   std::vector<Resultant> loads;
 };
 
+// A set whose reactions are written.
+struct ReactionWatch {
+  std::string instance;
+  SupportedBody* body = nullptr;  // within one of the bodies
+  std::size_t set = 0;            // of its reaction_sets()
+};
+
 // A wall that moves, and how.
 struct MovingWall {
   std::shared_ptr<RigidWall> wall;
@@ -162,6 +170,7 @@ struct Simulation {
   std::vector<ContactPair> pairs;
   std::vector<MovingWall> moving_walls;
   std::vector<Monitor> monitors;
+  std::vector<ReactionWatch> reactions;  // those of a body one after the other
   std::vector<StressWatch> watches;
   std::vector<StressScan> scans;
   TimePlan plan;
@@ -230,7 +239,11 @@ struct RunResult {
     std::vector<double> worst_stress;  // von Mises
     Matrix of_elements, of_nodes;
   };
+  struct OfReaction {
+    Series3 force, moment;
+  };
   std::vector<OfMonitor> monitors;
+  std::vector<OfReaction> reactions;
   std::vector<std::vector<double>> watches;  // per watch: outputs x 6 m
   std::vector<OfScan> scans;
   std::vector<OfBody> bodies;

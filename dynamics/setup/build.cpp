@@ -445,6 +445,8 @@ class Builder {
       if (damping.material.alpha > 0) built_.momentum_is_kept = false;
     }
     of.n_shell_faces = skin_faces(scene_, instance.name, *of.geometry).rows();
+    for (std::size_t i = 0; made.supported && i < made.supported->reaction_sets().size(); ++i)
+      built_.simulation.reactions.push_back({instance.name, made.supported, i});
     built_.simulation.bodies.push_back(std::move(made.body));
     built_.simulation.supports.push_back(
         index_.is_held(instance) ? std::optional<Supports>(Supports()) : std::nullopt);

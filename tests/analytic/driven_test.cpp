@@ -336,8 +336,7 @@ TEST_F(SupportsThatMove, WhatCannotBeIsRefusedByName) {
   expect("velocity: [1, 0, 0], history: {sine: {frequency_hz: 2, phase: 90, cycles: 0.5}}",
          "jumps at the time");
   expect("velocity: [1, 0, 0], history: {time: [-1, 1], value: [0, 1]}", "times from 0 on");
-  expect("acceleration: [1, 0, 0]", "moves unlike 'x_min' along x",
-         "  - {instance: bar, nodes: x_max, fix: [x]}\n");
+  expect("acceleration: [1, 0, 0]", "not refused", "  - {instance: bar, nodes: x_max, fix: [x]}\n");
   expect("acceleration: [1, 0, 0]", "not refused", "  - {instance: bar, nodes: x_max, fix: [y]}\n");
   const std::string free = refusal(
       "materials:\n  m: {youngs_modulus: 1, poissons_ratio: 0, density: 1}\ncomponents:\n  bar: "

@@ -48,10 +48,11 @@ void parse_loads(const SceneNode& node, const std::filesystem::path& folder,
 // {time: [...], value: [...]}, {file: CSV} or {sine: {...}}: a table in each case.
 History parse_history(const SceneNode& node, const std::filesystem::path& folder,
                       const Scene& scene);
-// At most one of displacement, velocity and acceleration, and its history.
+// At most one of displacement, velocity and acceleration, the rotation of the same kind, and their
+// history.
 struct GivenMotion {
   SupportMotion motion = SupportMotion::none;
-  Vector3 value = Vector3::Zero();
+  Vector3 value = Vector3::Zero(), turn = Vector3::Zero();
   History history = {};
 };
 GivenMotion parse_motion(const SceneMap& map, const std::filesystem::path& folder,

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Output and sweep: what a run writes down.
+#include <algorithm>
 #include <set>
 
 #include "common/scene/scene_words.hpp"
@@ -65,11 +66,31 @@ void parse_stresses(const SceneNode& node, const SceneNames& names, Scene& scene
   for (const auto& item : node.list_or_one()) add(item);
 }
 
+// Sets that `boundary` names.
+void parse_reactions(const SceneNode& node, const SceneNames& names, Scene& scene) {
+  std::set<std::string> seen;
+  for (const auto& item : node.list_or_one()) {
+    const SurfaceName name = parse_surface_name(item, scene, names);
+    std::vector<std::string> held;
+    for (const BoundaryCondition& condition : scene.boundary)
+      if (condition.instance == name.instance) held.push_back(condition.nodes);
+    if (held.empty())
+      item.fail("instance '" + name.instance + "' has no supports, so that nothing reacts on it");
+    if (std::find(held.begin(), held.end(), name.surface) == held.end())
+      item.fail("'" + name.surface + "' of instance '" + name.instance +
+                "' is not held: expected a set that boundary names (" + join(held) + ")");
+    if (!seen.insert(item.text()).second)
+      item.fail("'" + item.text() + "' is listed twice: remove one");
+    scene.output.reactions.push_back(name);
+  }
+}
+
 }  // namespace
 
 void parse_output(const SceneNode& node, const std::filesystem::path& folder,
                   const SceneNames& names, Scene& scene) {
-  const SceneMap map = node.map({"every", "history", "fields", "format", "stress", "checkpoint"});
+  const SceneMap map =
+      node.map({"every", "history", "fields", "format", "stress", "reactions", "checkpoint"});
   scene.output.source = node.source();
   if (const auto* every = map.find("every")) scene.output.every = every->not_negative();
   if (const auto* history = map.find("history")) {
@@ -101,6 +122,7 @@ void parse_output(const SceneNode& node, const std::filesystem::path& folder,
             "has no place for nodal_stress, which differs by material: leave it out, or take xdmf");
   }
   if (const auto* stress = map.find("stress")) parse_stresses(*stress, names, scene);
+  if (const auto* reactions = map.find("reactions")) parse_reactions(*reactions, names, scene);
   if (const auto* checkpoint = map.find("checkpoint"))
     scene.output.checkpoint = parse_checkpoint(*checkpoint, folder);
 }

@@ -140,6 +140,20 @@ History without_jumps(const History& table, const SceneNode& node) {
   return history;
 }
 
+// A rotation moves nodes at right angles to its axis alone.
+void refuse_free_turn(const SceneMap& map, const GivenMotion& given,
+                      const BoundaryCondition& condition) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const std::size_t b = (axis + 1) % 3, c = (axis + 2) % 3;
+    const bool holds = condition.fix[b] || condition.fix[c] ||
+                       (condition.fix_rotations && (*condition.fix_rotations)[axis]);
+    if (given.turn[static_cast<Index>(axis)] == 0 || holds) continue;
+    map.at(std::string(word_of(turn_words, given.motion)))
+        .fail(std::string("turns about ") + "xyz"[axis] + ", and 'fix' leaves " + "xyz"[b] +
+              " and " + "xyz"[c] + " free: add one of them to 'fix', or give 0 there");
+  }
+}
+
 }  // namespace
 
 GivenMotion parse_motion(const SceneMap& map, const std::filesystem::path& folder,
@@ -155,6 +169,16 @@ GivenMotion parse_motion(const SceneMap& map, const std::filesystem::path& folde
     value = found;
     given.motion = motion;
     given.value = found->vector3();
+  }
+  for (const auto& [word, motion] : turn_words) {
+    const SceneNode* found = map.find(word);
+    if (found == nullptr) continue;
+    if (given.motion != SupportMotion::none && given.motion != motion)
+      found->fail("stands beside a motion of another kind: expected '" +
+                  std::string(word_of(turn_words, given.motion)) + "' there");
+    value = found;
+    given.motion = motion;
+    given.turn = found->vector3();
   }
   const SceneNode* history = map.find("history");
   if (value == nullptr) {
@@ -215,7 +239,8 @@ void parse_boundary(const SceneNode& node, const std::filesystem::path& folder,
                     const SceneNames& names, Scene& scene) {
   node.for_each_item([&](const SceneNode& item) {
     const SceneMap map = item.map({"instance", "nodes", "fix", "rotations", "displacement",
-                                   "velocity", "acceleration", "history"});
+                                   "velocity", "acceleration", "rotation", "angular_velocity",
+                                   "angular_acceleration", "about", "history"});
     BoundaryCondition condition;
     condition.source = item.source();
     condition.instance = parse_instance_name(map.at("instance"), scene, names);
@@ -229,7 +254,15 @@ void parse_boundary(const SceneNode& node, const std::filesystem::path& folder,
         map.at(std::string(word_of(motion_words, given.motion)))
             .fail(std::string("moves along ") + "xyz"[axis] +
                   ", which 'fix' leaves free: add it to 'fix', or give 0 there");
-    condition.motion = given.motion, condition.value = given.value,
+    if (given.turn != Vector3::Zero()) refuse_free_turn(map, given, condition);
+    if (const auto* about = map.find("about")) {
+      if (given.turn == Vector3::Zero())
+        about->fail(
+            "is the point of a rotation, and there is none: give rotation, angular_velocity or "
+            "angular_acceleration beside it");
+      condition.about = about->vector3();
+    }
+    condition.motion = given.motion, condition.value = given.value, condition.turn = given.turn,
     condition.history = std::move(given.history);
     scene.boundary.push_back(condition);
   });

@@ -207,6 +207,9 @@ std::string boundary_text(const BoundaryCondition& condition) {
   }
   if (condition.motion == SupportMotion::none) return map.text();
   map.add(word_of(motion_words, condition.motion), vector(condition.value));
+  if (condition.turn != Vector3::Zero())
+    map.add(word_of(turn_words, condition.motion), vector(condition.turn));
+  if (condition.about) map.add("about", vector(*condition.about));
   return add_history(condition.history, map).text();
 }
 
@@ -389,6 +392,9 @@ void write_scene(const Scene& scene, std::ostream& out) {
   std::vector<std::string> stress;
   for (const auto& of : scene.output.stress) stress.push_back(stress_text(of));
   if (!stress.empty()) output.add("stress", list(stress));
+  std::vector<std::string> reactions;
+  for (const auto& set : scene.output.reactions) reactions.push_back(set.text());
+  if (!reactions.empty()) output.add("reactions", words(reactions));
   if (scene.output.checkpoint) output.add("checkpoint", checkpoint_text(*scene.output.checkpoint));
   out << "output: " << output.text() << "\n";
 }

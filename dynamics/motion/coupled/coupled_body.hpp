@@ -73,6 +73,7 @@ class CoupledBody final : public Body,
   void add_force(const Points& forces, const LoadHistory& history) override;
   void add_gravity(const Vector3& acceleration, const LoadHistory& history) override;
   void add_modal_force(const Vector& forces, const LoadHistory& history) override;
+  void add_start_impulse(const Vector& impulse) override;
 
   BodyState state() const override;
   BodyWork work() const override { return work_; }

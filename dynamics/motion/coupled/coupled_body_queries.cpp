@@ -137,6 +137,15 @@ void CoupledBody::add_modal_force(const Vector& forces, const LoadHistory& histo
   append_load(std::move(f), history);
 }
 
+void CoupledBody::add_start_impulse(const Vector& impulse) {
+  p_ += impulse;
+  system_->drop_held(p_);
+  if (scheme_ != Scheme::central_difference) return;
+  v_ = p_;
+  system_->factor(0).solve(v_);
+  v_end_ = velocity_kick_ = v_;
+}
+
 BodyState CoupledBody::state() const {
   const Matrix3& T = placement_.T;
   const RigidBody& rigid = system_->model().rigid_body;

@@ -89,6 +89,7 @@ class StaticsBody final : public Body,
   void add_modal_force(const Vector& forces, const LoadHistory& history) override {
     modal_.add_modal_force(forces, history);
   }
+  void add_start_impulse(const Vector& impulse) override { modal_.add_start_impulse(impulse); }
 
   BodyState state() const override;
   BodyWork work() const override;

@@ -196,6 +196,15 @@ void SuperelementBody::add_modal_force(const Vector& forces, const LoadHistory& 
   append_load(form_->V.topRows(forces.size()).transpose() * forces, history);
 }
 
+void SuperelementBody::add_start_impulse(const Vector& impulse) {
+  const Index k = superelement_->k();
+  v_ += form_->V.topRows(k).transpose() * impulse.head(k);
+  for (Index i = 0; i < rows_->rows(); ++i)
+    for (int d = 0; d < 3; ++d)
+      if (const Index row = (*rows_)(i, d); row >= 0)
+        v_ += impulse[k + 3 * i + d] * form_->V.row(row).transpose();
+}
+
 // Central differences: the mid-step velocity, half a step on under the internal forces and loads,
 // second order at t_.
 const Vector& SuperelementBody::present_rates() const {

@@ -102,6 +102,7 @@ class MeshBody final : public Body, public NodalAbility, public StaticsAbility {
   Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum) override;
   void add_force(const Points& forces, const LoadHistory& history) override;
   void add_gravity(const Vector3& acceleration, const LoadHistory& history) override;
+  void add_start_impulse(const Vector& impulse) override;
 
   BodyState state() const override;
   BodyWork work() const override { return work_; }

@@ -170,6 +170,15 @@ void MeshBody::add_gravity(const Vector3& acceleration, const LoadHistory& histo
   if (still_) still_->add_gravity(acceleration, history);
 }
 
+void MeshBody::add_start_impulse(const Vector& impulse) {
+  const Eigen::Map<const Points> of_nodes(impulse.data(), impulse.size() / 3, 3);
+  Field force(v_.rows(), 3), change(v_.rows(), 3);
+  for (Index i = 0; i < force.rows(); ++i) force.row(i) = of_nodes.row(model_->forces.order()[i]);
+  accelerations(force, change);
+  v_ += change;
+  hold_velocity();
+}
+
 double MeshBody::scalar_product(const Field& v, const Field& w) const {
   if (consistent()) {
     const Points a = v, b = w;

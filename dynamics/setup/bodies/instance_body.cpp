@@ -9,14 +9,17 @@
 #include "common/base/error.hpp"
 #include "common/scene/static_forces.hpp"
 #include "dynamics/motion/coupled/coupled_body.hpp"
+#include "dynamics/motion/coupled/coupled_shapes.hpp"
 #include "dynamics/motion/driven_body.hpp"
 #include "dynamics/motion/modal/forms/characteristic_form.hpp"
+#include "dynamics/motion/modal/forms/modal_shapes.hpp"
 #include "dynamics/motion/modal/forms/rigid_form.hpp"
 #include "dynamics/motion/modal/forms/truncated_form.hpp"
 #include "dynamics/motion/modal/statics_body.hpp"
 #include "dynamics/motion/modal/superelement_body.hpp"
 #include "dynamics/motion/modal/turning_body.hpp"
 #include "dynamics/motion/scaled/scaled_body.hpp"
+#include "dynamics/motion/supported_body.hpp"
 #include "dynamics/setup/bodies/mesh_modes.hpp"
 #include "dynamics/setup/bodies/support_motion.hpp"
 #include "dynamics/setup/bodies/turning.hpp"
@@ -70,39 +73,37 @@ void refuse_rigid_statics(const Scene& scene, const Instance& instance, Index n_
                    "are not computed: use as: superelement or mesh, or hold all of its motions");
 }
 
+// Where supports move unlike each other, or reactions of sets are asked for.
+void refuse_shapes(const SceneIndex& index, const Instance& instance, bool has_shells) {
+  const std::string what = "supports of instance '" + instance.name +
+                           "' that move unlike each other or turn, and output.reactions of them";
+  const std::string at = index.boundary(instance).front()->source.text() + ": boundary: " + what;
+  if (has_shells)
+    throw InputError(at + ", are not known with a skin that acts: leave it out of skin.surfaces");
+  if (index.scene().time->mass_scaling)
+    throw InputError(at + ", are not known with time.mass_scaling: leave it out");
+  if (index.is_nodal(instance))
+    throw InputError(at + ", are not known with enforcement: nodal: take impulse or penalty");
+}
+
+const RigidBody& rigid_body_of(const Instance&, const ReducedComponent& component) {
+  return component.rigid_body;
+}
+
+RigidBody rigid_body_of(const Instance& instance, const MeshedComponent& component) {
+  if (instance.as == InstanceKind::rigid) return *component.rigid_body;
+  return rigid_body(component.fe->M, component.geometry->coordinates, component.fe->n_rotations);
+}
+
 }  // namespace
 
 std::vector<HeldDirection> held_directions(const SceneIndex& index, const Instance& instance,
                                            const Geometry& geometry) {
-  std::map<std::pair<Index, int>, bool> held;
-  for (const BoundaryCondition* condition : index.boundary(instance)) {
-    const auto& fix = condition->fix;
-    // A node that nothing lets move does not turn, unless the scene says so
-    const bool is_whole = fix[0] && fix[1] && fix[2];
-    const auto turns =
-        condition->fix_rotations.value_or(std::array<bool, 3>{is_whole, is_whole, is_whole});
-    bool any = false;
-    for (const Index node :
-         find_nodes(geometry, instance.name, condition->nodes, condition->source)) {
-      for (int c = 0; c < 3; ++c)
-        if (fix[c]) held[{node, c}] = true;
-      const auto rotation = geometry.rotations.find(node);
-      if (rotation == geometry.rotations.end()) continue;
-      any = true;
-      for (int c = 0; c < 3; ++c)
-        if (turns[c]) held[{rotation->second, c}] = true;
-    }
-    const bool wants_any =
-        condition->fix_rotations.value_or(std::array<bool, 3>()) != std::array<bool, 3>();
-    if (wants_any && !any)
-      throw InputError(condition->source.text() + ": boundary.rotations: no node of '" +
-                       condition->nodes + "' of instance '" + instance.name +
-                       "' has rotations, only those of shells and points have: leave it out");
-  }
   const Matrix3 T = instance.transformation();
   std::vector<HeldDirection> list;
   // u_scene = T u, so e_c . u_scene = (T^T e_c) . u
-  for (const auto& [at, unused] : held) list.push_back({at.first, T.row(at.second).transpose()});
+  for (const HeldAxis& held : held_axes(index, instance, geometry))
+    list.push_back({held.node, T.row(held.axis).transpose()});
   return list;
 }
 
@@ -263,11 +264,61 @@ InstanceBody BodyMaker::make_modal_with_shells(const Instance& instance,
 }
 
 InstanceBody BodyMaker::make(const Instance& instance, const ReducedComponent& component) {
-  return driven(instance, *component.geometry, make_held(instance, component));
+  InstanceBody held = make_held(instance, component);
+  return supports_move_alike(index_, instance)
+             ? driven(instance, *component.geometry, std::move(held))
+             : supported(instance, component, std::move(held));
 }
 
 InstanceBody BodyMaker::make(const Instance& instance, const MeshedComponent& component) {
-  return driven(instance, *component.geometry, make_held(instance, component));
+  InstanceBody held = make_held(instance, component);
+  return supports_move_alike(index_, instance)
+             ? driven(instance, *component.geometry, std::move(held))
+             : supported(instance, component, std::move(held));
+}
+
+SupportShapes BodyMaker::shapes_of(const Instance& instance, const ReducedComponent& component,
+                                   const std::vector<HeldDirection>& held, const Matrix& motion) {
+  if (component.parts.size() == 1) {
+    const Superelement& s = *component.parts.front().superelement;
+    if (s.is_massless()) return modal_shapes(s, component.statics->modal, held, motion);
+    if (s.is_characteristic())
+      return modal_shapes(s, free_characteristic_form(s, where(instance)), held, motion);
+  }
+  return coupled_shapes(shelled(instance, component).model, held, motion, where(instance));
+}
+
+SupportShapes BodyMaker::shapes_of(const Instance& instance, const MeshedComponent& component,
+                                   const std::vector<HeldDirection>& held, const Matrix& motion) {
+  if (instance.as != InstanceKind::rigid)
+    return coupled_shapes(shelled(instance, component).model, held, motion, where(instance));
+  return rigid_shapes(*nodes_of_rigid_.at(&component), held, motion,
+                      instance.source.text() + ": the supports of instance '" + instance.name +
+                          "', a rigid body, move it as one, and react as one: give them one "
+                          "motion and one set, or use as: mesh or superelement");
+}
+
+template <typename Component>
+InstanceBody BodyMaker::supported(const Instance& instance, const Component& component,
+                                  InstanceBody held) {
+  refuse_shapes(index_, instance, has_shells(scene_, instance, *component.geometry));
+  SupportShapesWanted wanted = support_shapes_wanted(index_, instance, *component.geometry);
+  SupportPlan plan;
+  plan.shapes = shapes_of(instance, component,
+                          held_directions(index_, instance, *component.geometry), wanted.motion);
+  plan.drives = std::move(wanted.drives);
+  plan.sets = std::move(wanted.sets);
+  plan.n_modal = plan.shapes.psi.rows() - 3 * held.body->n_nodes();
+  plan.T = instance.transformation();
+  const RigidBody rigid = rigid_body_of(instance, component);
+  plan.mass = rigid.mass;
+  plan.inertia = rigid.inertia;
+  plan.has_inertia = !scene_.time->is_static;
+  plan.waits = preload_steps(scene_) > 0;
+  auto body = std::make_unique<SupportedBody>(std::move(held.body), std::move(plan));
+  held.supported = body.get();
+  held.body = std::move(body);
+  return held;
 }
 
 InstanceBody BodyMaker::driven(const Instance& instance, const Geometry& geometry,

@@ -21,12 +21,16 @@ std::vector<HeldDirection> held_directions(const SceneIndex& index, const Instan
                                            const Geometry& geometry);
 
 struct MeshModes;
+class SupportedBody;
+struct SupportShapes;
 
 struct InstanceBody {
   std::unique_ptr<Body> body;
   double mass = 0;  // with shells
   std::shared_ptr<const MeshModes> modes = {};
   std::vector<std::string> notes = {};  // for BuiltScene::notes
+  // within `body`, where reactions of sets are asked for or supports move unevenly
+  SupportedBody* supported = nullptr;
 };
 
 class BodyMaker {
@@ -52,6 +56,13 @@ class BodyMaker {
   InstanceBody make_mesh_modes(const Instance& instance, const MeshedComponent& component) const;
   InstanceBody make_rigid(const Instance& instance, const MeshedComponent& component);
   InstanceBody driven(const Instance& instance, const Geometry& geometry, InstanceBody held) const;
+  // The same where supports move unlike each other, or their reactions are asked for.
+  template <typename Component>
+  InstanceBody supported(const Instance& instance, const Component& component, InstanceBody held);
+  SupportShapes shapes_of(const Instance& instance, const ReducedComponent& component,
+                          const std::vector<HeldDirection>& held, const Matrix& motion);
+  SupportShapes shapes_of(const Instance& instance, const MeshedComponent& component,
+                          const std::vector<HeldDirection>& held, const Matrix& motion);
   template <typename Component>
   Shelled& shelled(const Instance& instance, const Component& component);
   InstanceBody make_coupled(const Instance& instance, const Geometry& geometry, Shelled& shelled);

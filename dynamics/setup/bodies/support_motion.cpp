@@ -1,43 +1,277 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/setup/bodies/support_motion.hpp"
 
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <array>
+#include <numbers>
+#include <set>
+
 #include "common/base/error.hpp"
 
 namespace cbr {
 namespace {
 
+// Of motions that two conditions give to one node: what round-off of an arm leaves between them.
+constexpr double same_motion = 1e-9;
+
 bool moves(const BoundaryCondition& condition, int axis) {
   return condition.motion != SupportMotion::none && condition.value[axis] != 0;
 }
 
+bool turns(const BoundaryCondition& condition) {
+  return condition.motion != SupportMotion::none && condition.turn != Vector3::Zero();
+}
+
+bool is_same(const History& a, const History& b) { return a.time == b.time && a.value == b.value; }
+
 bool move_alike(const BoundaryCondition& a, const BoundaryCondition& b, int axis) {
   if (!moves(a, axis) && !moves(b, axis)) return true;
-  return a.motion == b.motion && a.value[axis] == b.value[axis] &&
-         a.history.time == b.history.time && a.history.value == b.history.value;
+  return a.motion == b.motion && a.value[axis] == b.value[axis] && is_same(a.history, b.history);
+}
+
+std::array<bool, 3> held_rotations(const BoundaryCondition& condition) {
+  // A node that nothing lets move does not turn, unless the scene says so
+  const bool is_whole = condition.fix[0] && condition.fix[1] && condition.fix[2];
+  return condition.fix_rotations.value_or(std::array<bool, 3>{is_whole, is_whole, is_whole});
+}
+
+// Of the nodes of a condition and of their rotations.
+std::vector<HeldAxis> held_by(const BoundaryCondition& condition, const Instance& instance,
+                              const Geometry& geometry) {
+  std::vector<HeldAxis> held;
+  const auto of_rotations = held_rotations(condition);
+  for (const Index node : find_nodes(geometry, instance.name, condition.nodes, condition.source)) {
+    for (int c = 0; c < 3; ++c)
+      if (condition.fix[static_cast<std::size_t>(c)]) held.push_back({node, c});
+    const auto rotation = geometry.rotations.find(node);
+    for (int c = 0; c < 3 && rotation != geometry.rotations.end(); ++c)
+      if (of_rotations[static_cast<std::size_t>(c)]) held.push_back({rotation->second, c});
+  }
+  return held;
+}
+
+// Where nodes are, and which are rotations.
+class Places {
+ public:
+  Places(const Instance& instance, const Geometry& geometry)
+      : geometry_(geometry), T_(instance.transformation()), position_(instance.position) {
+    for (const auto& [node, rotation] : geometry.rotations) rotations_.insert(rotation);
+  }
+  bool is_rotation(Index node) const { return rotations_.contains(node); }
+  Vector3 at(Index node) const {
+    return T_ * geometry_.coordinates.row(node).transpose() + position_;
+  }
+  Vector3 center(const std::vector<Index>& nodes) const {
+    Vector3 sum = Vector3::Zero();
+    for (const Index node : nodes) sum += at(node);
+    return sum / static_cast<double>(nodes.size());
+  }
+  // What a translation and a rotation about a point do along the axis.
+  double moved(const HeldAxis& held, const Vector3& translation, const Vector3& rotation,
+               const Vector3& point) const {
+    // The axes of rotations are turned over by the instance's mirror
+    if (is_rotation(held.node)) return T_.determinant() * rotation[held.axis];
+    return translation[held.axis] + rotation.cross(at(held.node) - point)[held.axis];
+  }
+
+ private:
+  const Geometry& geometry_;
+  Matrix3 T_;
+  Vector3 position_;
+  std::set<Index> rotations_;
+};
+
+// Motions of one kind and one history, of which supports have multiples. `coasts`: the part that
+// the velocity of the instance brings.
+class Drives {
+ public:
+  explicit Drives(double end) : end_(end) {}
+  Index find_or_add(const BoundaryCondition& of, bool coasts) {
+    for (std::size_t i = 0; i < known_.size(); ++i) {
+      const Known& known = known_[i];
+      const bool is_one =
+          known.motion == of.motion && known.coasts == coasts && is_same(known.history, of.history);
+      if (is_one) return static_cast<Index>(i);
+    }
+    known_.push_back({of.motion, of.history, coasts});
+    axes_.emplace_back(of.motion, coasts ? 0 : 1, of.history, coasts ? 1 : 0, end_);
+    return static_cast<Index>(known_.size()) - 1;
+  }
+  const std::vector<DrivenAxis>& axes() const { return axes_; }
+
+ private:
+  struct Known {
+    SupportMotion motion;
+    History history;
+    bool coasts;
+  };
+  double end_;
+  std::vector<Known> known_;
+  std::vector<DrivenAxis> axes_;
+};
+
+// A motion of the nodes of a condition: a multiple of a drive.
+struct Part {
+  Index drive = 0;
+  Vector3 translation = Vector3::Zero(), rotation = Vector3::Zero();
+};
+
+std::vector<Part> parts_of(const BoundaryCondition& condition, const Instance& instance,
+                           Drives& drives) {
+  std::vector<Part> parts;
+  if (condition.motion == SupportMotion::none) return parts;
+  Part part, coast;
+  for (int c = 0; c < 3; ++c) {
+    if (!condition.fix[static_cast<std::size_t>(c)] || condition.value[c] == 0) continue;
+    part.translation[c] = condition.value[c];
+    if (condition.motion != SupportMotion::velocity) coast.translation[c] = instance.velocity[c];
+  }
+  const bool is_angle = condition.motion == SupportMotion::displacement;
+  part.rotation = (is_angle ? std::numbers::pi / 180 : 1) * condition.turn;
+  if (!part.translation.isZero(0) || !part.rotation.isZero(0)) {
+    part.drive = drives.find_or_add(condition, false);
+    parts.push_back(part);
+  }
+  if (!coast.translation.isZero(0)) {
+    coast.drive = drives.find_or_add(condition, true);
+    parts.push_back(coast);
+  }
+  return parts;
+}
+
+// Of each held axis its multiples of the drives.
+void take_drives(const SceneIndex& index, const Instance& instance, const Geometry& geometry,
+                 const std::vector<HeldAxis>& held, SupportShapesWanted& wanted) {
+  const Places places(instance, geometry);
+  Drives drives(index.scene().time->end);
+  std::vector<std::vector<Part>> parts;
+  for (const BoundaryCondition* condition : index.boundary(instance))
+    parts.push_back(parts_of(*condition, instance, drives));
+  wanted.drives = drives.axes();
+  const auto m = static_cast<Index>(wanted.drives.size());
+  wanted.motion.setZero(static_cast<Index>(held.size()), m);
+  std::vector<const BoundaryCondition*> first(held.size(), nullptr);
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const BoundaryCondition& condition = *index.boundary(instance)[i];
+    const Vector3 about = condition.about.value_or(
+        places.center(find_nodes(geometry, instance.name, condition.nodes, condition.source)));
+    for (const HeldAxis& axis : held_by(condition, instance, geometry)) {
+      const auto at = std::lower_bound(held.begin(), held.end(), axis) - held.begin();
+      Vector moved = Vector::Zero(m);
+      for (const Part& part : parts[i])
+        moved[part.drive] += places.moved(axis, part.translation, part.rotation, about);
+      const BoundaryCondition*& of = first[static_cast<std::size_t>(at)];
+      if (of == nullptr) {
+        of = &condition;
+        wanted.motion.row(at) = moved.transpose();
+        continue;
+      }
+      const Vector known = wanted.motion.row(at).transpose();
+      const double scale = std::max(moved.cwiseAbs().maxCoeff(), known.cwiseAbs().maxCoeff());
+      if ((moved - known).cwiseAbs().maxCoeff() > same_motion * scale)
+        throw InputError(condition.source.text() + ": boundary: '" + condition.nodes +
+                         "' of instance '" + instance.name + "' moves unlike '" + of->nodes +
+                         "' along " + "xyz"[axis.axis] +
+                         (places.is_rotation(axis.node) ? " (a rotation)" : "") +
+                         ", and they share nodes: give both the same motion there, or leave the "
+                         "axis out of one 'fix'");
+    }
+  }
+}
+
+// Six motions of what is held of a set's nodes.
+void take_set(const SceneIndex& index, const Instance& instance, const Geometry& geometry,
+              const SurfaceName& set, const std::vector<HeldAxis>& held,
+              SupportShapesWanted& wanted) {
+  const Places places(instance, geometry);
+  std::set<Index> members;
+  Vector3 point = Vector3::Zero();
+  const std::vector<Index> nodes = find_nodes(geometry, set.instance, set.surface, set.source);
+  point = places.center(nodes);
+  for (const BoundaryCondition* condition : index.boundary(instance))
+    if (condition->nodes == set.surface && condition->about) point = *condition->about;
+  for (const Index node : nodes) {
+    members.insert(node);
+    if (const auto found = geometry.rotations.find(node); found != geometry.rotations.end())
+      members.insert(found->second);
+  }
+  const Index first = wanted.motion.cols();
+  wanted.motion.conservativeResize(Eigen::NoChange, first + 6);
+  wanted.motion.rightCols(6).setZero();
+  for (std::size_t i = 0; i < held.size(); ++i) {
+    if (!members.contains(held[i].node)) continue;
+    for (int d = 0; d < 3; ++d) {
+      const auto row = static_cast<Index>(i);
+      const Vector3 zero = Vector3::Zero(), unit = Vector3::Unit(d);
+      wanted.motion(row, first + d) = places.moved(held[i], unit, zero, point);
+      wanted.motion(row, first + 3 + d) = places.moved(held[i], zero, unit, point);
+    }
+  }
+  wanted.sets.push_back({set.surface, point});
 }
 
 }  // namespace
 
-DrivenMotion support_motion(const SceneIndex& index, const Instance& instance) {
-  DrivenMotion motion;
+std::vector<HeldAxis> held_axes(const SceneIndex& index, const Instance& instance,
+                                const Geometry& geometry) {
+  std::set<HeldAxis> held;
+  for (const BoundaryCondition* condition : index.boundary(instance)) {
+    bool any = false;
+    for (const HeldAxis& axis : held_by(*condition, instance, geometry)) held.insert(axis);
+    for (const Index node :
+         find_nodes(geometry, instance.name, condition->nodes, condition->source))
+      any |= geometry.rotations.contains(node);
+    const bool wants_any =
+        condition->fix_rotations.value_or(std::array<bool, 3>()) != std::array<bool, 3>();
+    if (wants_any && !any)
+      throw InputError(condition->source.text() + ": boundary.rotations: no node of '" +
+                       condition->nodes + "' of instance '" + instance.name +
+                       "' has rotations, only those of shells and points have: leave it out");
+  }
+  return {held.begin(), held.end()};
+}
+
+bool supports_move_alike(const SceneIndex& index, const Instance& instance) {
+  for (const SurfaceName& set : index.scene().output.reactions)
+    if (set.instance == instance.name) return false;
   for (int axis = 0; axis < 3; ++axis) {
     const BoundaryCondition* first = nullptr;
     for (const BoundaryCondition* condition : index.boundary(instance)) {
-      if (!condition->fix[axis]) continue;
+      if (turns(*condition)) return false;
+      if (!condition->fix[static_cast<std::size_t>(axis)]) continue;
       if (first == nullptr) first = condition;
-      if (!move_alike(*first, *condition, axis))
-        throw InputError(condition->source.text() + ": boundary: '" + condition->nodes +
-                         "' of instance '" + instance.name + "' moves unlike '" + first->nodes +
-                         "' along " + "xyz"[axis] +
-                         ": supports of one instance move together along an axis; give both the "
-                         "same motion, or leave the axis out "
-                         "of one 'fix'");
+      if (!move_alike(*first, *condition, axis)) return false;
     }
-    if (first == nullptr || !moves(*first, axis)) continue;
-    motion.axes[axis].emplace_back(first->motion, first->value[axis], first->history,
-                                   instance.velocity[axis], index.scene().time->end);
+  }
+  return true;
+}
+
+DrivenMotion support_motion(const SceneIndex& index, const Instance& instance) {
+  DrivenMotion motion;
+  if (!supports_move_alike(index, instance)) return motion;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const BoundaryCondition* condition : index.boundary(instance)) {
+      if (!condition->fix[static_cast<std::size_t>(axis)]) continue;
+      if (moves(*condition, axis))
+        motion.axes[static_cast<std::size_t>(axis)].emplace_back(
+            condition->motion, condition->value[axis], condition->history, instance.velocity[axis],
+            index.scene().time->end);
+      break;
+    }
   }
   return motion;
+}
+
+SupportShapesWanted support_shapes_wanted(const SceneIndex& index, const Instance& instance,
+                                          const Geometry& geometry) {
+  const std::vector<HeldAxis> held = held_axes(index, instance, geometry);
+  SupportShapesWanted wanted;
+  take_drives(index, instance, geometry, held, wanted);
+  for (const SurfaceName& set : index.scene().output.reactions)
+    if (set.instance == instance.name) take_set(index, instance, geometry, set, held, wanted);
+  return wanted;
 }
 
 }  // namespace cbr

@@ -49,13 +49,18 @@ struct Drive {
 
 std::vector<Drive> drives_of(const Scene& scene_of_run) {
   Scene scene = scene_of_run;
+  scene.output.reactions.clear();
   TimeOptions time;
   time.end = 1;
   scene.time = time;
   const SceneIndex index(scene);
   std::vector<Drive> drives;
   for (const Instance& instance : scene.instances) {
-    support_motion(index, instance);  // InputError: supports that move unlike each other
+    if (!supports_move_alike(index, instance))
+      throw InputError(index.boundary(instance).front()->source.text() +
+                       ": boundary: supports of instance '" + instance.name +
+                       "' move unlike each other or turn, which --sweep does not know: give all "
+                       "that hold an axis the same motion along it");
     Drive drive;
     for (const BoundaryCondition* condition : index.boundary(instance)) {
       if (condition->motion == SupportMotion::none) continue;

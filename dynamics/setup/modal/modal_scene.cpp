@@ -258,6 +258,7 @@ std::unique_ptr<ModalScene> modal_scene(const Scene& scene, const MeshModesWante
   if (!loads) modal->scene.loads.clear();
   for (Instance& instance : modal->scene.instances) instance.angular_velocity.setZero();
   for (BoundaryCondition& condition : modal->scene.boundary) condition.motion = SupportMotion::none;
+  modal->scene.output.reactions.clear();
   BuildOptions options;
   options.mesh_modes = wanted;
   modal->built = build(modal->scene, report, options);

@@ -11,7 +11,8 @@ omega = 2 * np.pi * HZ
 
 with h5py.File(sys.argv[1] + "/beam.cbr.h5") as f:
     eigenvalues, K_cc, M_cc, M_kc = (f["matrices/" + name][:] for name in ("eigenvalues", "K_cc", "M_cc", "M_kc"))
-    node, component, x = f["dofs/node"][:], f["dofs/component"][:], f["nodes/coordinates"][:, 0]
+    node, component, X = f["dofs/node"][:], f["dofs/component"][:], f["nodes/coordinates"][:]
+    x = X[:, 0]
     mass = float(f["rigid_body/mass"][()].item())
 k, c = len(eigenvalues), len(node)
 K = np.block([[np.diag(eigenvalues), np.zeros((k, c))], [np.zeros((c, k)), K_cc]])
@@ -21,6 +22,11 @@ free = np.setdiff1d(np.arange(k + c), held)
 tip = k + np.flatnonzero((x[node] > x.max() - 1e-9) & (component == 2))
 along = np.zeros(k + c)
 along[k + np.flatnonzero(component == 2)] = 1
+# A rotation about y through the centre of the clamped end
+root = X[x < x.min() + 1e-9].mean(axis=0)
+turned = np.zeros(k + c)
+for i in range(c):
+    turned[k + i] = (X[node[i], 2] - root[2], 0, -(X[node[i], 0] - root[0]))[component[i]]
 
 
 def relative_motion(omega):
@@ -35,11 +41,15 @@ w = relative_motion(omega)
 tip_expected = w[tip].mean()
 # The supports' force is what changes the momentum
 force_expected = mass * ACCELERATION - omega**2 * (along @ M @ w)
+# and the angular momentum about the clamped end
+moment_expected = turned @ M @ (along * ACCELERATION - omega**2 * w)
 
 with h5py.File(sys.argv[1] + "/beam.h5") as f:
     t = f["time"][:]
     z = {name: f[f"surfaces/beam.{name}/mean_position"][:, 2] for name in ("x_min", "x_max")}
     reaction = f["instances/beam/reaction"][:, 2]
+    moment = f["instances/beam/reactions/x_min/moment"][:, 1]
+    apart = np.abs(f["instances/beam/reactions/x_min/force"][:, 2] - reaction).max() / np.abs(reaction).max()
     total, external, damping = (f["energy/" + name][:] for name in ("total", "work_external", "work_damping"))
 
 with h5py.File(sys.argv[1] + "/sweep.h5") as f:
@@ -60,10 +70,13 @@ interval = t[1] - t[0]
 mean = np.sinc(HZ * interval)  # of a sine over the interval between two outputs, which a reaction is the mean of
 tip_found = amplitude(z["x_max"] - z["x_min"], t)
 force_found = amplitude(reaction, t - interval / 2) / mean
+moment_found = amplitude(moment, t - interval / 2) / mean
 # The sine is a table of 200 points a period, whose amplitude is 8e-5 too small
 checks = [
     ("tip beside the base, from the transfer function", abs(tip_found / tip_expected - 1), 2e-4),
     ("force of the shaker, likewise", abs(force_found / force_expected - 1), 2e-4),
+    ("moment of the shaker, likewise", abs(moment_found / moment_expected - 1), 2e-4),
+    ("reaction of the set beside that of the instance", apart, 1e-9),
     ("base, from its double integral", abs(amplitude(z["x_min"], t) / (-ACCELERATION / omega**2) - 1), 2e-4),
     ("sweep of the tip, from the transfer function", np.abs(swept / sweep_expected - 1).max(), 1e-7),
     ("energy that no work accounts for, share", np.abs(total - total[0] - external - damping).max() / total.max(), 1e-9),

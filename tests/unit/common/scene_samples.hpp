@@ -42,7 +42,7 @@ instances:
   third: {component: bare}
 skin: {surfaces: [contact], youngs_modulus: 6.9e3, poissons_ratio: 0.3, density: 0.11, thickness: 2.5e-10, mesh: skins/skinned.msh}
 boundary:
-  - {instance: left, nodes: clamp, fix: [x, z], rotations: [y], velocity: [0.5, 0, 2], history: {time: [0, 1e-6, 3e-6], value: [0, 1, 0]}}
+  - {instance: left, nodes: clamp, fix: [x, z], rotations: [y], velocity: [0.5, 0, 2], angular_velocity: [0, 3, 0], about: [1, 2, 3], history: {time: [0, 1e-6, 3e-6], value: [0, 1, 0]}}
 loads:
   - {instance: left, surface: tip, traction: [-1, 0, 0], history: {time: [0, 3e-7, 6e-7], value: [0, 6.9e8, 0]}}
   - {instance: right, surface: tip.end, force: [0, 0, -100]}
@@ -63,6 +63,7 @@ output:
   history: [left.contact, right.contact]
   fields: [displacement, stress, contact_pressure]
   format: exodus
+  reactions: [left.clamp]
   stress: [left.root, {instance: right, elements: [3, 17], worst: 5, envelope: true}]
   checkpoint: {every: 2.5e-7, file: keep/impact.h5}
 sweep: {from_hz: 12.5, to_hz: 2125, points: 57, spacing: log, modes: 43}

@@ -82,6 +82,8 @@ TEST(Scene, everyKeyOfARunArrives) {
   EXPECT_EQ(scene.boundary[0].motion, SupportMotion::velocity);
   EXPECT_EQ(scene.boundary[0].value, Vector3(0.5, 0, 2));
   EXPECT_EQ(scene.boundary[0].history.value, (std::vector<double>{0, 1, 0}));
+  EXPECT_EQ(scene.boundary[0].turn, Vector3(0, 3, 0));
+  EXPECT_EQ(scene.boundary[0].about, Vector3(1, 2, 3));
   ASSERT_EQ(scene.loads.size(), 3u);
   EXPECT_EQ(scene.loads[0].history.value, (std::vector<double>{0, 6.9e8, 0}));
   EXPECT_EQ(scene.loads[1].kind, Load::Kind::force);
@@ -101,6 +103,8 @@ TEST(Scene, everyKeyOfARunArrives) {
   EXPECT_EQ(scene.time->alpha, -0.125);
   EXPECT_EQ(scene.output.every, 1e-7);
   EXPECT_EQ(scene.output.history.at(1).text(), "right.contact");
+  ASSERT_EQ(scene.output.reactions.size(), 1u);
+  EXPECT_EQ(scene.output.reactions[0].text(), "left.clamp");
   ASSERT_EQ(scene.output.stress.size(), 2u);
   EXPECT_EQ(scene.output.stress[0].instance + " " + scene.output.stress[0].set, "left root");
   EXPECT_EQ(scene.output.stress[1].elements, (std::vector<Index>{3, 17}));
