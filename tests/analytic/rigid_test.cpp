@@ -122,6 +122,38 @@ TEST_F(Rigid, ABarPushesABlockByItsImpedance) {
             1e-12);
 }
 
+// A wall with a mass of its own: a plate on rails, which a force pushes along a bar that it
+// touches, with the velocity F / z (1 - exp(-z t / M)) until the wave comes back.
+TEST_F(Rigid, APlateOnRailsIsAWallWithAMass) {
+  const double c = std::sqrt(1000 / density), z = density * c * 0.01, end = 0.9 * 4 / c, F = 3;
+  for (const char* integrator : {"exact", "central-difference", "newmark"}) {
+    const Ran ran = folder.run(scene(
+        "  bar: {component: bar, as: mesh}\n"
+        "  plate: {component: block, as: rigid, position: [2, -0.05, 0]}\n",
+        "boundary: [{instance: plate, nodes: y_min, fix: [y, z]}]\n"
+        "loads: [{instance: plate, surface: x_max, force: [-3, 0, 0]}]\n"
+        "contact: [{between: [bar.x_max, plate.x_min]}]\n",
+        "{end: " + text(end) + ", step: " + text(end / 400) + ", integrator: " + integrator + "}",
+        "every: " + text(end / 40)));
+    const RunResult::OfBody& plate = ran.body("plate");
+    double worst = 0;
+    for (std::size_t i = 0; i < ran.result.time.size(); ++i) {
+      const double v = -at(plate.momentum, i)[0] / mass;
+      worst = std::max(worst, std::abs(v - F / z * (1 - std::exp(-z / mass * ran.result.time[i]))));
+    }
+    EXPECT_LT(worst, 0.02 * F / z) << integrator;
+    // Its rails take nothing along x, and all that would turn it
+    EXPECT_LT(std::abs(at(plate.reaction, 30)[0]), 1e-9 * F) << integrator;
+    EXPECT_LT(at(plate.momentum, 30).tail<2>().norm(), 1e-12) << integrator;
+    EXPECT_LT(test::energy_residual(ran.result), 1e-9) << integrator;
+  }
+  EXPECT_NE(refusal(scene("  b: {component: block, as: rigid}\n",
+                          "walls: {w: {plane: {point: [0, 0, 0], normal: [0, 0, 1]}, mass: 3}}\n",
+                          "{end: 1}"))
+                .find("a wall with a mass of its own is an instance with as: rigid"),
+            std::string::npos);
+}
+
 // sqrt(k / m), in --modes and in a run; the other motions are free.
 TEST_F(Rigid, SwingsOnASpring) {
   const double k = 50, omega = std::sqrt(k / mass);

@@ -17,6 +17,9 @@
 #include "common/base/error.hpp"
 #include "common/files/hdf5_file.hpp"
 #include "dynamics/output/linear_results.hpp"
+#include "dynamics/setup/modal/assembled_modes.hpp"
+#include "dynamics/setup/modal/modal_scene.hpp"
+#include "tests/support/refusal.hpp"
 #include "tests/support/scene_run.hpp"
 
 namespace cbr::scene_modes_test {
@@ -240,6 +243,25 @@ INSTANTIATE_TEST_SUITE_P(Models, Halves,
 
 // Shapes as fields: the first bending shape of a cantilever, whose tip moves most, and whose mass
 // is 1.
+// 20 000 rows of ties between meshes are the most; here as if it were 20.
+TEST_F(OfScene, MoreRowsOfTiesThanMemoryIsMeantForAreRefused) {
+  const std::string yaml =
+      "materials:\n  soft: {youngs_modulus: 200, poissons_ratio: 0, density: 1}\n"
+      "components:\n  bar: {mesh: beam.exo, material: soft, mass: lumped}\n"
+      "instances:\n  a: {component: bar}\n  b: {component: bar, position: [1, 0, 0]}\n"
+      "contact: [{between: [a.x_max, b.x_min], tied: true}]\ntime: {end: 1}\n";
+  Report report("test", Verbosity::quiet);
+  const Scene scene = folder.prepare(yaml).scene;
+  const auto modal = modal_scene(scene, {7, 0, true}, false, report);
+  EXPECT_EQ(assembled_modes(*modal, {0, 1}, 7, 27).lambda.size(), 7);
+  const std::string said = test::refusal_of([&] { assembled_modes(*modal, {0, 1}, 7, 20); });
+  EXPECT_NE(
+      said.find("scene.yaml: instance 'a' and what is joined to it have 27 conditions of ties "
+                "and links, and --modes takes at most 20 between meshes: use as: superelement"),
+      std::string::npos)
+      << said;
+}
+
 TEST_F(OfScene, ShapesAreFieldsOfModalMassOne) {
   Report report("test", Verbosity::quiet);
   std::string yaml =

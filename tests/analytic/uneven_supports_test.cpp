@@ -239,6 +239,33 @@ TEST_F(UnevenSupports, OneEndOfAClampedBeamMovesAsideOrTurns) {
               1e-9 * moment * theta);
 }
 
+// A moment on the nodes of a nodeset, as a load: the clamp has it, and no force; the tip turns by
+// M L / (E I) beside what the last elements do under forces that vary linearly over the section.
+TEST_F(UnevenSupports, AMomentOnANodesetIsTheClamps) {
+  const double L = 2, b = 0.1, EI = 200 * std::pow(b, 4) / 12, M = 1e-4;
+  Mesh mesh = test::block_mesh({{40, 2, 2}, {L, b, b}});
+  Nodeset tip{"tip", 1, {}};
+  for (Index i = 0; i < mesh.coordinates.rows(); ++i)
+    if (mesh.coordinates(i, 0) > L - 1e-9) tip.nodes.push_back(i);
+  mesh.nodesets.push_back(tip);
+  folder.add("tipped.exo", mesh);
+  for (const char* as : {"mesh", "superelement"}) {
+    Way way{.as = as, .basis = "craig-bampton, modes: 0", .mesh = "tipped.exo"};
+    way.interface = "[x_min, x_max, tip]";
+    way.reactions = "bar.x_min";
+    way.boundary = held("x_min");
+    way.more = "loads:\n  - {instance: bar, surface: tip, moment: [0, 0, 1.0e-4]}\n";
+    const Ran ran = folder.run(scene(way));
+    EXPECT_NEAR(last(reaction(ran, "x_min").moment)[2], -M, 1e-9 * M) << as;
+    EXPECT_LT(last(reaction(ran, "x_min").force).norm(), 1e-8 * M / b) << as;
+    // Strain energy M theta / 2
+    EXPECT_NEAR(2 * ran.result.total.back() / M, M * L / EI, 0.01 * M * L / EI) << as;
+    EXPECT_NEAR(last(ran.monitor("bar.x_max").mean_position)[1] - b / 2, M * L * L / (2 * EI),
+                0.01 * M * L * L / (2 * EI))
+        << as;
+  }
+}
+
 // Superelements with all modes move as their mesh, placed in any way; sets turn about points and
 // swing, with damping, loads and gravity.
 TEST_F(UnevenSupports, EveryBodyMovesAlike) {

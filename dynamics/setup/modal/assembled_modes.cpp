@@ -17,8 +17,6 @@ namespace {
 // The shift, of the lowest elastic squared frequency of the parts: near enough to converge fast,
 // and far enough that rigid motions do not drown the compliance of ties.
 constexpr double shift_share = 0.1;
-// Rows of ties: W takes 8 bytes for each two of them.
-constexpr Index most_rows = 20000;
 // Columns of A^T that are solved for together.
 constexpr Index columns_at_a_time = 64;
 
@@ -33,10 +31,10 @@ struct Part {
 
 class Assembled {
  public:
-  Assembled(const ModalScene& scene, const std::vector<Index>& bodies)
+  Assembled(const ModalScene& scene, const std::vector<Index>& bodies, Index most_rows)
       : scene_(scene), bodies_(bodies) {
     take_parts();
-    take_rows();
+    take_rows(most_rows);
     factor();
   }
 
@@ -87,7 +85,7 @@ class Assembled {
     M_.setFromTriplets(mass.begin(), mass.end());
   }
 
-  void take_rows() {
+  void take_rows(Index most_rows) {
     std::vector<const TieRow*> ties;
     for (const TieRow& tie : scene_.ties)
       if (std::find(bodies_.begin(), bodies_.end(), tie.of_bodies.front().first) != bodies_.end())
@@ -96,9 +94,12 @@ class Assembled {
     for (Index t = 0; t < m; ++t)
       if (!ties[static_cast<std::size_t>(t)]->is_dashpot) stiff_.push_back(t);
     if (m > most_rows)
-      throw InputError(
-          std::to_string(m) + " conditions of ties and links between meshes, at most " +
-          std::to_string(most_rows) + " in --modes: use as: superelement, or tie coarser surfaces");
+      throw InputError(scene_.scene.file.string() + ": instance '" +
+                       scene_.built.instances[static_cast<std::size_t>(bodies_.front())].name +
+                       "' and what is joined to it have " + std::to_string(m) +
+                       " conditions of ties and links, and --modes takes at most " +
+                       std::to_string(most_rows) +
+                       " between meshes: use as: superelement, or tie coarser surfaces");
     S_ = S_bodies_ = Matrix::Zero(m, m);
     Triplets entries;
     for (std::size_t i = 0; i < parts_.size(); ++i) {
@@ -269,8 +270,8 @@ bool needs_assembly(const ModalScene& scene, const std::vector<Index>& bodies) {
 }
 
 AssembledModes assembled_modes(const ModalScene& scene, const std::vector<Index>& bodies,
-                               Index count) {
-  return Assembled(scene, bodies).modes(count);
+                               Index count, Index most_rows) {
+  return Assembled(scene, bodies, most_rows).modes(count);
 }
 
 }  // namespace cbr

@@ -23,9 +23,9 @@ bool needs_assembly(const ModalScene& scene, const std::vector<Index>& bodies);
 // A x + S p = 0 of what joins them (m x n; S: m x m, compliance of springs and statics, p what they
 // carry),
 //   (K - sigma M)^-1 r = y - D^-1 A^T W^-1 A y,   y = D^-1 r,   W = A D^-1 A^T + S.
-// Rows that others imply are dropped. InputError: more rows than memory is meant for. RunError: no
-// convergence.
+// Rows that others imply are dropped. InputError: more than most_rows of them, as W takes 8 bytes
+// for each two. RunError: no convergence.
 AssembledModes assembled_modes(const ModalScene& scene, const std::vector<Index>& bodies,
-                               Index count);
+                               Index count, Index most_rows = 20000);
 
 }  // namespace cbr
