@@ -27,7 +27,7 @@ Vector3 parse_direction(const SceneNode& node) {
 WallOptions parse_wall(const SceneNode& node, const std::filesystem::path& folder,
                        const Scene& scene, const std::string& name) {
   if (node.is_map())
-    if (const SceneNode* mass = node.map_of_any().find("mass"))
+    if (const SceneNode* mass = SceneMap(node, {}).find("mass"))
       mass->fail(
           "is not known of a wall, whose motion is given: a wall with a mass of its own is an "
           "instance with as: rigid, held by boundary where it does not move");

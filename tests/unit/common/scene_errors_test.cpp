@@ -412,7 +412,7 @@ const std::vector<Mistake> mistakes = {
     {"mesh: meshes/block.msh", "mesh: ''", {"components.block.mesh: found an empty word"}},
     {"mesh: meshes/block.msh", "mesh:", {"components.block.mesh: found nothing, expected a word"}},
     {"boundary:\n  - {instance: left, nodes: clamp, fix: [x, z], rotations: [y], velocity: "
-     "[0.5, 0, 2], history: "
+     "[0.5, 0, 2], angular_velocity: [0, 3, 0], about: [1, 2, 3], history: "
      "{time: [0, 1e-6, 3e-6], value: [0, 1, 0]}}",
      "boundary: {instance: left}",
      {"boundary: found a map, expected a list"}},
