@@ -89,6 +89,16 @@ class StaticsAbility {
   ~StaticsAbility() = default;
 };
 
+// Of bodies that supports can move unevenly: impulses on all of coordinates(), component axes, that
+// change the velocities at the start and are nobody's work. Before the first predict().
+class StartImpulseAbility {
+ public:
+  virtual void add_start_impulse(const Vector& impulse) = 0;
+
+ protected:
+  ~StartImpulseAbility() = default;
+};
+
 // Every mode above `clip` (rad/s) gets that frequency by more modal mass; statics, rigid motion and
 // all other modes stay as they are. To be called once, after all track() and add_...() calls and
 // before the first predict().

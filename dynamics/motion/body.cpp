@@ -61,8 +61,6 @@ void Body::add_vector_load(const VectorLoad& load) {
   add_force(forces, load.history);
   if (modal.size() > 0) add_modal_force(modal, load.history);
 }
-void Body::add_start_impulse(const Vector&) { assert(false); }
-
 void Body::damp(const Damping&) {
   throw InputError("instance '" + name() +
                    "': damping cannot be had with time.mass_scaling: leave one of the two out");

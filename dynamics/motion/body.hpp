@@ -129,10 +129,6 @@ class Body {
   virtual void add_modal_force(const Vector& forces, const LoadHistory& history);
   // Before the first predict(). Of a body that does not turn b is `value`.
   virtual void add_vector_load(const VectorLoad& load);
-  // Impulses on all of coordinates(), component axes, that change the velocities at the start and
-  // are nobody's work. Before the first predict(). Bodies that supports cannot move unevenly
-  // assert.
-  virtual void add_start_impulse(const Vector& impulse);
 
   virtual BodyState state() const = 0;
   virtual BodyWork work() const = 0;
@@ -151,6 +147,7 @@ class Body {
   virtual const JumpAbility* jumps() const { return nullptr; }
   virtual NodalAbility* nodal() { return nullptr; }
   virtual EndImpulseAbility* end_impulses() { return nullptr; }
+  virtual StartImpulseAbility* start_impulses() { return nullptr; }
   virtual StaticsAbility* statics() { return nullptr; }
   virtual ScalingAbility* scaling() { return nullptr; }
   virtual TurningAbility* turning() { return nullptr; }

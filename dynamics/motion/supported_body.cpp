@@ -27,7 +27,8 @@ SupportedBody::SupportedBody(std::unique_ptr<Body> inner, SupportPlan plan)
   if (n_drives() > 0 && plan_.has_inertia) {
     // What is free keeps its velocity when the supports begin with one
     const Vector g = velocity(0);
-    if (!g.isZero(0)) inner_->add_start_impulse(-plan_.shapes.inertia.leftCols(n_drives()) * g);
+    if (!g.isZero(0))
+      inner_->start_impulses()->add_start_impulse(-plan_.shapes.inertia.leftCols(n_drives()) * g);
     if (!plan_.waits) add_inertia();
   }
   energy_at_start_ = energy_of_motion();
@@ -171,33 +172,33 @@ void SupportedBody::add_answered_impulses(Index set, const Points& contact, cons
 // Nodal enforcement is refused for these bodies.
 Vector3 SupportedBody::add_velocities(Index set, const Points& velocities,
                                       const Vector3& momentum) {
-  return inner_->add_velocities(set, velocities, momentum);
+  return inner_->nodal()->add_velocities(set, velocities, momentum);
 }
 
 void SupportedBody::end_velocities(Index set, Points& v) {
-  inner_->end_velocities(set, v);
+  inner_->end_impulses()->end_velocities(set, v);
   move(set, velocity(t_ + h_), v);
 }
 
 void SupportedBody::add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) {
-  inner_->add_end_impulses(set, impulses, kind);
+  inner_->end_impulses()->add_end_impulses(set, impulses, kind);
   push(set, impulses, kind, t_ + h_);
 }
 
 void SupportedBody::relax(const Rest& rest) {
   t_ = rest.t, h_ = 0;
   for (Vector& force : forces_) force.setZero();
-  inner_->relax(rest);
+  inner_->statics()->relax(rest);
 }
 
 void SupportedBody::add_static_forces(Index set, const Points& forces, ImpulseKind kind) {
   forces_[kind == ImpulseKind::friction ? 1 : 0] += on_shapes(set, forces);
-  inner_->add_static_forces(set, forces, kind);
+  inner_->statics()->add_static_forces(set, forces, kind);
 }
 
 Settled SupportedBody::settle() {
   now_ = t_;
-  Settled settled = inner_->settle();
+  Settled settled = inner_->statics()->settle();
   const Index m = n_drives();
   const Vector g = displacement(now_);
   settled.energy += g.dot(plan_.shapes.stiffness.topLeftCorner(m, m) * g);
@@ -206,7 +207,7 @@ Settled SupportedBody::settle() {
 
 // Forces work on the supports' way; the supports do as much against them.
 void SupportedBody::end_load_step() {
-  inner_->end_load_step();
+  inner_->statics()->end_load_step();
   const Index m = n_drives();
   const Vector way = displacement(now_) - displacement(start_);
   contact_ += 0.5 * way.dot((forces_start_[0] + forces_[0]).head(m));
@@ -218,7 +219,7 @@ void SupportedBody::end_load_step() {
 void SupportedBody::start_motion(double h) {
   if (std::exchange(plan_.waits, false) && plan_.has_inertia) add_inertia();
   contact_ = friction_ = 0;
-  inner_->start_motion(h);
+  inner_->statics()->start_motion(h);
 }
 
 void SupportedBody::add_load(Vector on_shapes, const LoadHistory& history) {

@@ -18,7 +18,11 @@ namespace cbr {
 // g_j'': as K psi_j is 0 where it is free, nothing else drives it. A reaction is the work of all
 // forces on a shape psi_s that moves one set alone: psi_s . (M u'' + K u - f), in which K psi_s
 // meets nothing but the known motion of the supports. docs/theory.md, "Supports that move".
-class SupportedBody final : public Body {
+class SupportedBody final : public Body,
+                            public JumpAbility,
+                            public NodalAbility,
+                            public EndImpulseAbility,
+                            public StaticsAbility {
  public:
   // inner: held, before any set is tracked and any load.
   SupportedBody(std::unique_ptr<Body> inner, SupportPlan plan);
@@ -45,11 +49,12 @@ class SupportedBody final : public Body {
   Index track(const std::vector<Index>& nodes) override;
   void positions(Index set, Points& x) const override;
   void predicted_positions(Index set, Points& x) const override;
+  const JumpAbility* jumps() const override { return inner_->jumps() ? this : nullptr; }
   MotionBound motion_bound(Index set) const override {
-    return moved(inner_->motion_bound(set), set);
+    return moved(inner_->jumps()->motion_bound(set), set);
   }
   MotionBound quick_motion_bound(Index set) const override {
-    return moved(inner_->quick_motion_bound(set), set);
+    return moved(inner_->jumps()->quick_motion_bound(set), set);
   }
   Index track_mean(const std::vector<Index>& nodes) override;
   void mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
@@ -59,18 +64,20 @@ class SupportedBody final : public Body {
   void add_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
   void add_answered_impulses(Index set, const Points& contact, const Points& friction,
                              const Points& move, const Vector& still) override;
+  NodalAbility* nodal() override { return inner_->nodal() ? this : nullptr; }
   Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum) override;
   void accept() override;
+  EndImpulseAbility* end_impulses() override { return inner_->end_impulses() ? this : nullptr; }
   void end_velocities(Index set, Points& v) override;
   NodeResponse velocity_response(Index set) const override {
-    return inner_->velocity_response(set);
+    return inner_->end_impulses()->velocity_response(set);
   }
   void add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
 
-  bool has_statics() const override { return inner_->has_statics(); }
+  StaticsAbility* statics() override { return inner_->statics() ? this : nullptr; }
   void relax(const Rest& rest) override;
   NodeResponse static_response(Index set, double hold) const override {
-    return inner_->static_response(set, hold);
+    return inner_->statics()->static_response(set, hold);
   }
   void add_static_forces(Index set, const Points& forces, ImpulseKind kind) override;
   Settled settle() override;
@@ -78,7 +85,7 @@ class SupportedBody final : public Body {
   void start_motion(double h) override;
 
   NodeResponse response(Index set, double h) const override { return inner_->response(set, h); }
-  Points nodal_masses(Index set) const override { return inner_->nodal_masses(set); }
+  Points nodal_masses(Index set) const override { return inner_->nodal()->nodal_masses(set); }
   void add_force(const Points& forces, const LoadHistory& history) override;
   void add_gravity(const Vector3& acceleration, const LoadHistory& history) override;
   void add_modal_force(const Vector& forces, const LoadHistory& history) override;

@@ -24,6 +24,7 @@ namespace cbr {
 class CoupledBody final : public Body,
                           public NodalAbility,
                           public EndImpulseAbility,
+                          public StartImpulseAbility,
                           public StaticsAbility {
  public:
   // `scheme` is not exact. add_velocities() is not for Scheme::newmark.
@@ -73,6 +74,7 @@ class CoupledBody final : public Body,
   void add_force(const Points& forces, const LoadHistory& history) override;
   void add_gravity(const Vector3& acceleration, const LoadHistory& history) override;
   void add_modal_force(const Vector& forces, const LoadHistory& history) override;
+  StartImpulseAbility* start_impulses() override { return this; }
   void add_start_impulse(const Vector& impulse) override;
 
   BodyState state() const override;

@@ -23,6 +23,7 @@ namespace cbr {
 class StaticsBody final : public Body,
                           public JumpAbility,
                           public EndImpulseAbility,
+                          public StartImpulseAbility,
                           public StaticsAbility {
  public:
   StaticsBody(std::string name, std::shared_ptr<const Superelement> superelement,
@@ -89,6 +90,7 @@ class StaticsBody final : public Body,
   void add_modal_force(const Vector& forces, const LoadHistory& history) override {
     modal_.add_modal_force(forces, history);
   }
+  StartImpulseAbility* start_impulses() override { return this; }
   void add_start_impulse(const Vector& impulse) override { modal_.add_start_impulse(impulse); }
 
   BodyState state() const override;

@@ -35,6 +35,7 @@ class SuperelementBody final : public Body,
                                public JumpAbility,
                                public NodalAbility,
                                public EndImpulseAbility,
+                               public StartImpulseAbility,
                                public StaticsAbility {
  public:
   // `form` belongs to `superelement`; both are shared by the instances of a component (a held
@@ -144,6 +145,7 @@ class SuperelementBody final : public Body,
   void add_force(const Points& forces, const LoadHistory& history) override;
   void add_gravity(const Vector3& acceleration, const LoadHistory& history) override;
   void add_modal_force(const Vector& forces, const LoadHistory& history) override;
+  StartImpulseAbility* start_impulses() override { return this; }
   void add_start_impulse(const Vector& impulse) override;
 
   BodyState state() const override;

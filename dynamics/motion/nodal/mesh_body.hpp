@@ -52,7 +52,10 @@ MeshModel mesh_model(const FiniteElementModel& model, const Points& coordinates,
                      MeshForces forces);
 
 // `held`: ascending by node, component axes.
-class MeshBody final : public Body, public NodalAbility, public StaticsAbility {
+class MeshBody final : public Body,
+                       public NodalAbility,
+                       public StartImpulseAbility,
+                       public StaticsAbility {
  public:
   MeshBody(std::string name, std::shared_ptr<const MeshModel> model, const Placement& placement,
            const std::vector<HeldDirection>& held, std::shared_ptr<RowThreads> threads);
@@ -102,6 +105,7 @@ class MeshBody final : public Body, public NodalAbility, public StaticsAbility {
   Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum) override;
   void add_force(const Points& forces, const LoadHistory& history) override;
   void add_gravity(const Vector3& acceleration, const LoadHistory& history) override;
+  StartImpulseAbility* start_impulses() override { return this; }
   void add_start_impulse(const Vector& impulse) override;
 
   BodyState state() const override;
