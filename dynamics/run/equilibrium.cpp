@@ -20,6 +20,8 @@ constexpr double aim = 1e-8, enough = 1e-5;
 constexpr Index patience = 40, most_iterations = 200;
 // Of the largest change in a load step: round-off where nothing is strained.
 constexpr double nothing = 1e-12;
+// Of positions: what moves by less, rms over the mass, moves by round-off.
+constexpr double round_off = 4e-15;
 // A body that goes on by more than this share of its last move is let go faster, by this factor at
 // a time.
 constexpr double goes_on = 0.5, let_go = 0.1, least_hold = 1e-6;
@@ -45,7 +47,11 @@ Equilibrium::Equilibrium(Simulation& simulation, ContactState& state, ContactOut
       pairs_(simulation.pairs.size()),
       known_(simulation.pairs.size()) {
   std::iota(pairs_.begin(), pairs_.end(), Index{0});
-  for (const auto& body : sim_.bodies) extent_.push_back(extent_of(*body));
+  for (const auto& body : sim_.bodies) {
+    extent_.push_back(extent_of(*body));
+    const Points& X = body->reference_positions();
+    reach_ = std::max(reach_, X.size() > 0 ? X.cwiseAbs().maxCoeff() : 0.0);
+  }
   for (const ContactNodes& nodes : sim_.contact_nodes)
     forces_.push_back(Points::Zero(static_cast<Index>(nodes.nodes.size()), 3));
   moved_ = forces_;
@@ -97,17 +103,18 @@ void Equilibrium::iterate(const Rest& loads) {
     predict_bolts(loads.share);
     locate(hold_);
     solve(hold_);
-    double change = change_of_bolts(), energy = 0;
+    double change = change_of_bolts(), energy = 0, way = 0;
     std::vector<Settled> settled;
     for (auto& body : sim_.bodies) {
       settled.push_back(statics_of(*body).settle());
       change += settled.back().change, energy += settled.back().energy;
+      way = std::max(way, settled.back().way);
     }
     if (!std::isfinite(change + energy))
       throw RunError(
           "statics: the equilibrium is no longer finite: are loads or units beyond a double's "
           "reach?");
-    if (is_done(change, energy)) break;
+    if (is_done(change, energy, way)) break;
     watch(settled, loads.t);
     recall();
   }
@@ -116,11 +123,12 @@ void Equilibrium::iterate(const Rest& loads) {
   initial_ = false;
 }
 
-bool Equilibrium::is_done(double change, double energy) {
+bool Equilibrium::is_done(double change, double energy, double way) {
   most_change_ = std::max(most_change_, change);
   const double scale = energy + nothing * most_change_;
-  if (change <= aim * aim * scale && missing_pull_ <= aim && hold_ == full_hold_ && iteration_ > 1)
-    return true;
+  // What moves without strain has no energy to compare with
+  const bool stands = change <= aim * aim * scale || way <= round_off * reach_;
+  if (stands && missing_pull_ <= aim && hold_ == full_hold_ && iteration_ > 1) return true;
   if (change == 0 && missing_pull_ == 0) return true;
   if (iteration_ >= patience && change <= enough * enough * scale) return true;
   if (iteration_ < most_iterations) return false;

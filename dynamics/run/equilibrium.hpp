@@ -62,7 +62,7 @@ class Equilibrium {
   void give(Index contact_body);
   void book();
   double change_of_bolts();
-  bool is_done(double change, double energy);
+  bool is_done(double change, double energy, double way);
   void watch(const std::vector<Settled>& settled, double t);
   [[noreturn]] void refuse_unheld(Index body, double t) const;
   void add_bolts();
@@ -85,6 +85,7 @@ class Equilibrium {
   std::vector<Bolt> bolts_;
   // per body: in this load step, of the last iteration; of its box
   std::vector<double> way_, last_way_, extent_;
+  double reach_ = 0;  // the largest coordinate of a node
   bool initial_ = true;
   double resolved_ = 0;   // share of the overlaps
   double last_t_ = 0;     // of the last load step

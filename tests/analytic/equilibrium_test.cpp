@@ -97,6 +97,22 @@ TEST_P(Statics, AHeldBarStretches) {
   EXPECT_NEAR(ran.result.total.back(), 0.5 * 0.3 * 0.3 / EA, 1e-10);
 }
 
+// A support takes two bars that are tied to another place: nothing is strained, so no energy tells
+// when it stands.
+TEST_P(Statics, TiedBarsMoveWithoutStrain) {
+  Bars bars{.kind = GetParam(), .history = "[b.x_max]"};
+  bars.instances = instance(bars, "a", 0) + instance(bars, "b", 1);
+  bars.boundary =
+      "  - {instance: a, nodes: x_min, fix: [x, y, z], displacement: [0, 0, 0.3], history: {time: "
+      "[0, 1], value: [0, 1]}}\n";
+  bars.contact = "  - {between: [a.x_max, b.x_min], tied: true}\n";
+  const Ran ran = folder.run(yaml(bars));
+  const auto& x = ran.monitor("b.x_max").mean_position;
+  const auto end = ran.result.time.size() - 1;
+  EXPECT_LT((at(x, end) - at(x, 0) - Vector3(0, 0, 0.3)).norm(), 1e-12);
+  EXPECT_LT(ran.result.total.back(), 1e-24);
+}
+
 // Between two forces nothing holds the bars but each other.
 TEST_P(Statics, FreeBarsPressEachOther) {
   for (const std::string formulation : {"node-face", "mortar"}) {

@@ -78,10 +78,21 @@ void scaling_lines(const BuiltScene& built, const RunResult& result, Report& rep
   }
 }
 
+// Of a centre of mass, from the start to an output.
+double longest_way(const RunResult& result) {
+  double way = 0;
+  for (const RunResult::OfBody& body : result.bodies) {
+    const std::vector<double>& c = body.center_of_mass.values;
+    for (std::size_t i = 0; i < c.size(); ++i) way = std::max(way, std::abs(c[i] - c[i % 3]));
+  }
+  return way;
+}
+
 // Energy that round-off brings: gaps are closed to the last digits of positions, some eps of the
 // reach in a step h, and so are velocities to some eps of reach / h. That times the mass, squared,
-// half of it. Statics have no h: m omega^2 is the largest stiffness against the same digits.
-double round_off_energy(const BuiltScene& built) {
+// half of it. Statics have no h: m omega^2 is the largest stiffness against the same digits, and
+// the force of these works on the way that supports move bodies.
+double round_off_energy(const BuiltScene& built, const RunResult& result) {
   const Simulation& sim = built.simulation;
   double reach = 0, inertia = 0;
   for (const auto& body : sim.bodies)
@@ -91,11 +102,11 @@ double round_off_energy(const BuiltScene& built) {
     if (std::isfinite(rate)) inertia += built.instances[i].mass * rate * rate;
   }
   const double digits = 64 * std::numeric_limits<double>::epsilon() * reach;
-  return 0.5 * inertia * digits * digits;
+  return 0.5 * inertia * digits * (digits + (sim.is_static ? 2 * longest_way(result) : 0));
 }
 
-bool is_energy_kept(const BuiltScene& built, const Balance& b) {
-  return b.energy <= 1e-8 || b.energy_off <= round_off_energy(built);
+bool is_energy_kept(const BuiltScene& built, const RunResult& result, const Balance& b) {
+  return b.energy <= 1e-8 || b.energy_off <= round_off_energy(built, result);
 }
 
 // Gaps and strains are differences of positions: far from the origin these keep too few digits of
@@ -129,7 +140,7 @@ void energy_warning(const BuiltScene& built, const RunResult& result, Report& re
   const double at_end = result.work_contact.back();
   if (result.active.back() == 0 || at_end > share_of_swings * scale)
     brought = std::max(brought, at_end);
-  if (!(brought > std::max(0.01 * scale, round_off_energy(built)))) return;
+  if (!(brought > std::max(0.01 * scale, round_off_energy(built, result)))) return;
   std::ostringstream warning;
   warning.precision(3);
   warning << "contact brought energy: up to " << brought << " of " << scale
@@ -208,8 +219,8 @@ void balance_lines(const BuiltScene& built, const RunResult& result, const Balan
   if (result.work_damping.back() != 0) line << ", of damping " << result.work_damping.back();
   if (built.simulation.plan.newmark_alpha.value_or(0) != 0) line << numerical_loss(result);
   line << "; the balance closes to " << b.energy
-       << (b.energy > 1e-8 && is_energy_kept(built, b) ? " of energies that are round-off"
-                                                       : " (good: below 1e-8)");
+       << (b.energy > 1e-8 && is_energy_kept(built, result, b) ? " of energies that are round-off"
+                                                               : " (good: below 1e-8)");
   report.line(line.str());
   if (!built.momentum_is_kept) return;
   report.line(
@@ -263,9 +274,9 @@ void summarise(const BuiltScene& built, const RunResult& result, bool is_restart
     report.line(text_of(*outside, built.momentum_is_kept));
   contact_lines(built, is_restarted, report);
   for (const std::string& note : built.notes) report.line("note: " + note);
-  if (!is_energy_kept(built, b))
+  if (!is_energy_kept(built, result, b))
     report.warning(
-        built.simulation.plan.newmark_alpha
+        built.simulation.plan.newmark_alpha || built.simulation.is_static
             ? "the energy balance does not close"
             : "the energy balance does not close: the step may be above the critical one");
   distance_warning(built, report);
