@@ -64,7 +64,9 @@ void warn_of_residual_mass(const Vector3& rho, const Superelement& s, Report& re
   const double floor = s.accuracy && s.accuracy->rho_floor ? s.accuracy->rho_floor->maxCoeff() : 0;
   const bool modes_help = rho.maxCoeff() > 1.1 * floor;
   report.warning(
-      format_text("much mass is left on the interface (rho_res up to %.2f): ", rho.maxCoeff()) +
+      format_text(
+          "much mass is left on the interface (rho_res up to %.2f, if all of it stops at once): ",
+          rho.maxCoeff()) +
       what +
       (modes_help ? "; keep more modes, or pick them by participation"
                   : format_text("; all modes would leave %.2f, which is the mass of the "

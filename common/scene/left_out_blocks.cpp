@@ -36,9 +36,11 @@ std::vector<std::string> loose_nodesets(const Mesh& mesh) {
 }
 
 // Such as the last elements of a file that is cut between two lines have left. A few reference
-// points are usual.
+// points are usual, and nodes of nodesets are told with these.
 void add_unused_nodes(const Mesh& mesh, std::vector<std::string>& texts) {
-  const std::vector<char> is_used = nodes_of_structure(mesh);
+  std::vector<char> is_used = nodes_of_structure(mesh);
+  for (const Nodeset& set : mesh.nodesets)
+    for (const Index node : set.nodes) is_used[static_cast<std::size_t>(node)] = 1;
   const auto n = std::count(is_used.begin(), is_used.end(), 0),
              all = static_cast<std::ptrdiff_t>(is_used.size());
   constexpr std::ptrdiff_t usual_share = 20;

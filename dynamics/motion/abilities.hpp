@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What some bodies can do beside moving under impulses. A body answers with the ability or null
-// (Body::statics() and so on), so nobody can ask one for what it does not have.
+// What some bodies can do beside moving under impulses. A body answers with the ability, or null if
+// it lacks it (Body::statics() and so on). Scenes are checked for it before they run. A body that
+// wraps another has an ability where that one has it, and forwards each function.
 #pragma once
 
 #include "common/base/types.hpp"
@@ -12,7 +13,7 @@ namespace cbr {
 // What an impulse comes from: whose work it is.
 enum class ImpulseKind : char { contact, friction };
 
-// Of exact bodies, which any step takes to where they are: where they can be by then.
+// Of exact bodies: bounds on where nodes can be after any time.
 class JumpAbility {
  public:
   virtual MotionBound motion_bound(Index set) const = 0;
@@ -27,7 +28,6 @@ class JumpAbility {
 class NodalAbility {
  public:
   // The mass of each node and scene direction: row sums of the mass over the body's nodes, n x 3.
-  // RunError: the body has no masses of nodes.
   virtual Points nodal_masses(Index set) const = 0;
   // Changes the velocities of the set's nodes (n x 3, scene axes), and of no other coordinate, such
   // that the end moves by h times as much. Row sums do not tell all of the momentum that this
@@ -39,13 +39,14 @@ class NodalAbility {
   ~NodalAbility() = default;
 };
 
-// Under Newmark's method, once all impulses of the step are in and until accept(): the velocities
-// of the set's nodes at its end (scene axes), their change per unit impulse there, G M^-1 G^T, and
-// such impulses, which leave positions alone.
+// Of bodies under Newmark's method, once all impulses of the step are in and until accept().
 class EndImpulseAbility {
  public:
+  // of the set's nodes at the end of the step, scene axes
   virtual void end_velocities(Index set, Points& v) = 0;
+  // The change of these per unit impulse there, G M^-1 G^T.
   virtual NodeResponse velocity_response(Index set) const = 0;
+  // Impulses at the end of the step: positions stay.
   virtual void add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) = 0;
 
  protected:

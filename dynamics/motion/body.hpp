@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Front door of dynamics/motion: what a body is; its damping, loads and moving supports.
 //
-// The one real polymorphism: something that moves, has nodes, and answers impulses on them.
+// Something that moves, has nodes, and answers impulses on them. Bodies and their abilities
+// (abilities.hpp) are the only abstract classes of the motion.
 #pragma once
 
 #include <array>
@@ -79,7 +80,7 @@ class Body {
   virtual Scheme scheme() const = 0;
   // any step is allowed when no contact is near
   bool is_exact() const { return scheme() == Scheme::exact; }
-  // The share of the critical step that contact leaves of use; step: auto takes it.
+  // The largest stable step in contact, as a share of the critical step: `step: auto` takes it.
   virtual double contact_share() const { return 1; }
   // Before the first predict() and before scale(): the step at which contact will push, omega_max h
   // < pi. Exact bodies then answer impulses with the compliance of a force that lasts
@@ -110,9 +111,9 @@ class Body {
   void add_impulses(Index set, const Points& impulses) {
     add_impulses(set, impulses, ImpulseKind::contact);
   }
-  // All impulses of a step on the set at once, from a caller that knows `move`, response() of the
-  // step times contact + friction, and of a thin response `still`, the share of its static rows: a
-  // body that needs that product is spared it.
+  // All impulses of a step on the set at once. move: response() of the step times contact +
+  // friction. still: the part of it that the rows of static compliance have (thin responses only).
+  // A body that needs these products need not compute them again.
   virtual void add_answered_impulses(Index set, const Points& contact, const Points& friction,
                                      const Points& move, const Vector& still);
   virtual void accept() = 0;
@@ -135,8 +136,7 @@ class Body {
   // of all nodes, and their velocities; scene axes, n_nodes x 3
   virtual void displacements(Points& u, Points& v) const = 0;
   // All coordinates and their rates, component axes: modal ones (of the parts one after the other),
-  // then x, y, z of the nodes, then what others do not see: what a recovery of interiors starts
-  // from.
+  // then x, y, z of the nodes, then rotations of nodes. A recovery of interiors starts from them.
   virtual void coordinates(Vector& q, Vector& rates) const = 0;
 
   // What coordinates() does not show of a body that turns: u and v (n x 3, scene axes) of points X

@@ -21,7 +21,7 @@ struct Joint {
   Matrix3 axes = Matrix3::Identity();  // rows: the joint's, scene axes
   Matrix6 mass = Matrix6::Zero(), stiffness = Matrix6::Zero(), damping = Matrix6::Zero();
   Vector6 rates = Vector6::Zero();  // of a mass at the start, axes of the joint
-  double static_pull = 0;           // 1/s^2: sigma of Body::relax() of a mass
+  double static_pull = 0;           // 1/s^2: sigma of StaticsAbility::relax() of a mass
   // springs to bodies without mass at the interface, which take impulses at the ends of steps
   bool is_late = false;
   bool is_mass() const { return !mass.isZero(0); }

@@ -38,7 +38,7 @@ struct SupportPlan {
   double mass = 0;
   Matrix3 inertia = Matrix3::Zero();  // about the centre of mass, component axes
   bool has_inertia = true;  // false in statics, where supports have places and no velocities
-  bool waits = false;       // statics come first, see Body::start_motion()
+  bool waits = false;       // statics come first, see StaticsAbility::start_motion()
 };
 
 }  // namespace cbr

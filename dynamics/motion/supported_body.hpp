@@ -14,10 +14,10 @@
 
 namespace cbr {
 
-// u = u_r + sum over the drives psi_j g_j(t). u_r is 0 at the supports, and has the forces -M psi_j
-// g_j'': as K psi_j is 0 where it is free, nothing else drives it. A reaction is the work of all
-// forces on a shape psi_s that moves one set alone: psi_s . (M u'' + K u - f), in which K psi_s
-// meets nothing but the known motion of the supports. docs/theory.md, "Supports that move".
+// u = u_r + sum over the drives psi_j g_j(t). psi_j is the static displacement for a unit motion of
+// drive j: K psi_j = 0 at free dofs. So u_r is 0 at the supports, and only the inertia -M psi_j
+// g_j'' loads it. The reaction of a set is psi_s . (M u'' + K u - f), with the shape psi_s that
+// moves this set alone. docs/theory.md, "Supports that move".
 class SupportedBody final : public Body,
                             public JumpAbility,
                             public NodalAbility,
@@ -31,10 +31,10 @@ class SupportedBody final : public Body,
   struct Reaction {
     Vector3 force = Vector3::Zero(), moment = Vector3::Zero();
   };
-  // On the body, by its sets: the means since the last call, which was `interval` before t, or 0
-  // where that is 0. In statics the values now.
+  // Of the sets on the body: means over [t - interval, t], the time since the last call; 0 if
+  // interval is 0.
   std::vector<Reaction> take_reactions(double t, double interval);
-  std::vector<Reaction> static_reactions(double t) const;
+  std::vector<Reaction> static_reactions(double t) const;  // in statics, now
 
   const std::string& name() const override { return inner_->name(); }
   Index n_dofs() const override { return inner_->n_dofs(); }

@@ -139,7 +139,7 @@ class SuperelementBody final : public Body,
   NodeResponse response(Index set, double h) const override;
   // V_c diag(weight) V_c^T of the rows, formed or as its factors, whichever is smaller.
   NodeResponse answer(const NodeRows& rows, const ResponseOf& of, const Vector& weight) const;
-  NodalAbility* nodal() override { return scheme_ == Scheme::newmark ? nullptr : this; }
+  NodalAbility* nodal() override { return this; }
   Points nodal_masses(Index set) const override;
   Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum) override;
   void add_force(const Points& forces, const LoadHistory& history) override;

@@ -41,9 +41,10 @@ Vector centrifugal(const Vector3& w) {
   return g;
 }
 
-// rad, in which forces that turn with the body are taken as linear: of the spin, and of loads,
-// whose moments act at the ends of such parts
-constexpr double largest_bend = 0.1, largest_bend_of_loads = 0.02;
+// rad, the most that a body turns in a part of a step. Forces that turn with it are linear in time
+// there, which is wrong by the square of this angle / 12: small beside what the first order in the
+// strain leaves out. Moments of loads act at the ends of a part, and need smaller ones.
+constexpr double largest_turn = 0.1, largest_turn_of_loads = 0.02;
 
 }  // namespace
 
@@ -191,9 +192,9 @@ void TurningBody::add_moments_of_loads(double from, double to, double share, boo
 TurningBody::Course TurningBody::course(Vector3 L, const Matrix3& J_end) const {
   double momentum = L.norm();
   for (const TurningLoad& load : loads_) momentum += load.largest_moment() * h_;
-  const double bend = loads_.empty() ? largest_bend : largest_bend_of_loads;
+  const double most = loads_.empty() ? largest_turn : largest_turn_of_loads;
   const auto n = std::max<Index>(
-      1, static_cast<Index>(std::ceil(now_.rate_per_momentum * momentum * h_ / bend)));
+      1, static_cast<Index>(std::ceil(now_.rate_per_momentum * momentum * h_ / most)));
   const auto part = 1 / static_cast<double>(n);
   const auto at = [&](double share) { return FreeTurn((1 - share) * now_.J + share * J_end); };
   Course course{q_, L, 0, {}};
@@ -306,7 +307,8 @@ void TurningBody::accept() {
   for (Acted& of : acted_) of.known = false;
 }
 
-// To the end of the step, whose moments L has. What the splitting leaves of the energy is its own.
+// To the end of the step, whose moments L has. The error of the splitting in the energy is booked
+// as numerical work.
 void TurningBody::move_on() {
   const double energy = spin_energy(now_);
   const FreeTurn after = feels_ ? FreeTurn(inertia(modal_.spin_shape())) : now_;

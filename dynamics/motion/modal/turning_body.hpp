@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A free superelement that turns by any angle: a superelement's body in axes that go with it.
+// A free superelement that turns by any angle: a superelement's body in a floating frame.
 #pragma once
 
 #include <memory>
@@ -19,10 +19,11 @@ namespace cbr {
 // which impulses and loads change by their moments about c, with the arms of the deformed body.
 class TurningBody final : public Body, public JumpAbility, public TurningAbility {
  public:
-  // inner: free, with Scheme::exact, before any set is tracked. modal: its modes, or itself; six of
-  // them are rigid. statics: itself, if it has any. late: impulses of contact act at the end of a
-  // step, not at its start (StaticsBody without mass). angular_velocity: rad/s, scene axes, at the
-  // start. end: of the run, s, for motion bounds.
+  // inner: free, with Scheme::exact, before any set is tracked. modal: the SuperelementBody inside
+  // it, or itself, with six rigid modes. statics: inner, if it is a StaticsBody, or else null.
+  // late: impulses of contact act at the end of a step, not at its start (StaticsBody without
+  // mass). angular_velocity: rad/s, scene axes, at the start. end: of the run, s, for motion
+  // bounds.
   TurningBody(std::unique_ptr<Body> inner, SuperelementBody& modal, StaticsBody* statics, bool late,
               const Vector3& angular_velocity, double end);
 
