@@ -19,6 +19,7 @@
 #include "dynamics/output/linear_results.hpp"
 #include "dynamics/output/output_names.hpp"
 #include "dynamics/output/results.hpp"
+#include "dynamics/output/summary/basis_energy.hpp"
 #include "dynamics/output/summary/contact_summary.hpp"
 #include "dynamics/output/summary/half_check.hpp"
 #include "dynamics/output/summary/progress.hpp"
@@ -209,7 +210,8 @@ class Run {
   void write(const RunResult& result) {
     const auto phase = report_.phase("write");
     try {
-      write_results(results_, built_.simulation, result, report_, superelements_);
+      write_results(results_, built_.simulation, result, report_, superelements_,
+                    share_outside_basis(built_, result));
       if (fields_) fields_->commit();
     } catch (const std::runtime_error& error) {
       // InputError, too: a folder that was there before the run has gone

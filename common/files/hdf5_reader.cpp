@@ -6,6 +6,7 @@
 #include <cstring>
 #include <fstream>
 #include <set>
+#include <string_view>
 
 #include "common/base/checksum.hpp"
 #include "common/base/error.hpp"
@@ -79,6 +80,20 @@ Handle open_read_only(const fs::path& path) {
   return {H5Fopen(path.c_str(), H5F_ACC_RDONLY, access), H5Fclose};
 }
 
+// Of files that users take for those of these programs, by their first bytes and names.
+std::string cure(const fs::path& path) {
+  char start[3] = {};
+  std::ifstream(path, std::ios::binary).read(start, 3);
+  const std::string suffix = path.extension().string();
+  const bool is_netcdf = std::string_view(start, 3) == "CDF";
+  if (is_netcdf && suffix != ".exo" && suffix != ".e" && suffix != ".g")
+    return ": a superelement of Sierra is read by cbr-reduce --import sierra";
+  for (const char* mesh : {".msh", ".exo", ".e", ".g", ".inp", ".bdf", ".unv", ".yaml", ".yml"})
+    if (suffix == mesh)
+      return ": give the superelement (.cbr.h5) that a mesh or a scene is reduced to";
+  return "";
+}
+
 // All that the reader may come to; for a process of its own. The library frees pointers that it has
 // not set where a group's table is damaged. Memory that is filled shows it, whatever was there.
 void visit_all(const fs::path& path) {
@@ -110,7 +125,7 @@ struct Hdf5Reader::Impl {
     if (!std::ifstream(path).is_open())
       fail(std::string("cannot be opened: ") + std::strerror(errno));
     if (file_size == 0) fail("is empty");
-    if (H5Fis_hdf5(path.c_str()) <= 0) fail("is not an HDF5 file");
+    if (H5Fis_hdf5(path.c_str()) <= 0) fail("is not an HDF5 file" + cure(path));
     if (!hdf5::is_sound(path, [&] { visit_all(path); }))
       fail("cannot be read: the HDF5 file is damaged");
     file = open_read_only(path);

@@ -43,6 +43,7 @@ void read_all_numbers(const std::filesystem::path& path) {
 
 NetcdfReader::NetcdfReader(const std::filesystem::path& file) : where_(file.string()) {
   std::error_code error;
+  if (!std::filesystem::exists(file, error)) throw InputError(where_ + ": no such file");
   // Only a compressed file may hold more than its size, and not without any bound.
   const bool classic = check_classic_netcdf(file);
   const std::uintmax_t size = std::filesystem::file_size(file, error);

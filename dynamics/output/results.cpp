@@ -181,7 +181,8 @@ std::vector<SuperelementOfInstance> superelements_of(const Scene& scene,
 
 void write_results(const std::filesystem::path& path, const Simulation& simulation,
                    const RunResult& result, const Report& report,
-                   const std::vector<SuperelementOfInstance>& superelements) {
+                   const std::vector<SuperelementOfInstance>& superelements,
+                   std::optional<double> outside_basis) {
   using Clock = std::chrono::steady_clock;
   const auto start = Clock::now();
   Hdf5Writer file(path);
@@ -212,6 +213,7 @@ void write_results(const std::filesystem::path& path, const Simulation& simulati
   file.write("/energy/work_friction", result.work_friction);
   file.write("/energy/work_damping", result.work_damping);
   file.write("/energy/work_numerical", result.work_numerical);
+  if (outside_basis) file.attribute("/energy", "outside_basis", *outside_basis);
   write_contact(file, simulation, result);
   // The phase is not over yet: all but the closing of the file
   file.attribute("/", "wall_seconds_write",

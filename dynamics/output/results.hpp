@@ -5,6 +5,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,10 +28,12 @@ struct SuperelementOfInstance {
 std::vector<SuperelementOfInstance> superelements_of(const Scene& scene,
                                                      const std::filesystem::path& results);
 
-// Wall times and the report's warnings are attributes, so the datasets are the same bytes from run
+// outside_basis: the share of the energy that impulses have taken outside the basis, if known. Wall
+// times and the report's warnings are attributes, so the datasets are the same bytes from run
 // to run. RunError when the disk refuses; nothing half-written.
 void write_results(const std::filesystem::path& file, const Simulation& simulation,
                    const RunResult& result, const Report& report,
-                   const std::vector<SuperelementOfInstance>& superelements = {});
+                   const std::vector<SuperelementOfInstance>& superelements = {},
+                   std::optional<double> outside_basis = {});
 
 }  // namespace cbr

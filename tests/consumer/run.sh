@@ -16,6 +16,12 @@ options=$(PATH="$prefix/install/bin:$PATH" bash -c '
   _cbr
   echo "${COMPREPLY[@]}"' - "$prefix/install")
 test "$options" = --restart
+formats=$(PATH="$prefix/install/bin:$PATH" bash -c '
+  source "$1/share/bash-completion/completions/cbr-reduce"
+  COMP_WORDS=(cbr-reduce --import ma) COMP_CWORD=2
+  _cbr
+  echo "${COMPREPLY[@]}"' - "$prefix/install")
+test "$formats" = "matrix-market matrix-storage"
 # CMake may find the package through a link to lib, as /lib is one to /usr/lib
 mkdir "$prefix/merged"
 ln -s ../install/lib "$prefix/merged/lib"

@@ -30,7 +30,10 @@ std::string read_to_end(std::istream& in, const std::string& name) {
     in.read(text.data() + before, static_cast<std::streamsize>(chunk));
     text.resize(before + static_cast<std::size_t>(in.gcount()));
     if (text.find('\0', before) != std::string::npos)
-      throw InputError(name + ": is not a text file, expected a scene file (YAML)");
+      throw InputError(name + ": is not a text file, expected a scene file (YAML)" +
+                       (text.starts_with("\x89HDF")
+                            ? "; cbr-reduce --info describes superelements and results"
+                            : ""));
     if (!in) return text;
   }
 }

@@ -11,10 +11,10 @@ void CoupledBody::damp(const Damping& damping) {
   assert(loads_.empty() && !started_ && last_h_ == 0);
   if (damping.needs_modes())
     throw InputError("instance '" + name_ +
-                     "': loss_factor and damping of modes need modal coordinates, which a mesh, "
-                     "and here this superelement, does "
-                     "not have: give its material damping: {alpha, beta}, use integrator: exact, "
-                     "or a larger --diagonal-limit");
+                     "': loss_factor and damping of modes need modal coordinates. A full mesh has "
+                     "none, nor has a superelement without its diagonal form: give its material "
+                     "damping: {alpha, beta}, or of a superelement use integrator: exact or a "
+                     "larger --diagonal-limit");
   damping_ = damping.material;
   damping_room_.setZero(system_->n());
   Cv_.setZero(system_->n());

@@ -57,6 +57,13 @@ std::optional<OutsideBasis> energy_outside_basis(const BuiltScene& built, const 
   return outside;
 }
 
+std::optional<double> share_outside_basis(const BuiltScene& built, const RunResult& result) {
+  if (built.simulation.is_static) return std::nullopt;
+  const auto outside = energy_outside_basis(built, result);
+  if (!outside || !(outside->scale > 0)) return std::nullopt;
+  return outside->energy / outside->scale;
+}
+
 std::string text_of(const OutsideBasis& outside, bool momentum_is_kept) {
   std::ostringstream text;
   text.precision(3);

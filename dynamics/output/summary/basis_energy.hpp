@@ -28,6 +28,9 @@ struct OutsideBasis {
 // None where no impulses have acted on a body with mass on its surface.
 std::optional<OutsideBasis> energy_outside_basis(const BuiltScene& built, const RunResult& result);
 
+// Its energy over the scale; none as there, without a scale, and of statics.
+std::optional<double> share_outside_basis(const BuiltScene& built, const RunResult& result);
+
 // "energy outside the basis: 1.2e+06, 10.8 % of the energy against the common centre of mass, taken
 // by impulses; by friction 0"
 std::string text_of(const OutsideBasis& outside, bool momentum_is_kept);
