@@ -120,13 +120,90 @@ def along(axis: int) -> Callable[[Array], Array]:
     return component
 
 
-def what_ran(run: Results) -> str:
-    rows: list[list[str | float]] = [["program", str(run.attributes.get("generator", "?"))]]
-    rows += [["instances", ", ".join(run.instances)], ["dofs", float(run.attributes.get("n_dofs", 0))],
-             ["steps", float(run.attributes.get("steps", 0))], ["end", float(run.time[-1])]]
+def percent(share: float) -> str:
+    """Two digits, and never an exponent above.
+
+    >>> percent(1.0), percent(0.9961), percent(0.0123)
+    ('100 %', '100 %', '1.2 %')
+    """
+    x = 100 * share
+    return f"{x:.0f} %" if x >= 10 else f"{x:.2g} %"
+
+
+def kinds(run: Results) -> dict[str, str]:
+    """What each instance is, as far as the results tell: those before version 1.8 do not name superelements."""
+    if run.warnings is None:
+        return dict.fromkeys(run.instances, "kind unknown")
+    told = dict.fromkeys(run.instances, "mesh or rigid body")
+    for name, (file, content_hash) in run.superelements.items():
+        told[name] = "superelement"
+        try:
+            s = superelement(file)
+        except FileError:
+            continue
+        if s.content_hash == content_hash:
+            told[name] = f"superelement, {s.basis}, {len(s.K)} coordinates"
+    return told
+
+
+def of_what_ran(run: Results) -> dict[str, str | float]:
+    steps, end = float(run.attributes.get("steps", 0)), float(run.time[-1])
+    rows: dict[str, str | float] = {
+        "program": str(run.attributes.get("generator", "?")), "instances": ", ".join(run.instances),
+        "dofs": float(run.attributes.get("n_dofs", 0)), "steps": steps}
+    if steps > 0 and end > 0:
+        rows["step length, mean"] = end / steps
+    rows["end"] = end
+    rows |= {f"instance {name}": kind for name, kind in kinds(run).items()}
     if run.attributes.get("partial", 0):
-        rows.append(["state", "the run was stopped before its end"])
-    return table(["what ran", ""], rows)
+        rows["state"] = "the run was stopped before its end"
+    return rows
+
+
+def what_ran(run: Results, other: Results | None = None) -> str:
+    """A column for each run, and below them a line for each thing in which their scenes differ."""
+    mine = of_what_ran(run)
+    if other is None:
+        return table(["what ran", ""], [[name, value] for name, value in mine.items()])
+    theirs = of_what_ran(other)
+    names = [pathlib.Path(r.path).name for r in (run, other)]
+    rows: list[list[str | float]] = [[name, mine.get(name, "-"), theirs.get(name, "-")] for name in {**mine, **theirs}]
+    lines = [f"<li>{html.escape(line)}</li>" for line in unlike(mine, theirs, names)]
+    return "\n".join([table(["what ran", *names], rows), *(["<ul>", *lines, "</ul>"] if lines else [])])
+
+
+def unlike(mine: dict[str, str | float], theirs: dict[str, str | float], names: list[str]) -> list[str]:
+    """Sentences on what makes two runs those of different scenes.
+
+    >>> unlike({"end": 1.0, "instance a": "superelement"}, {"end": 2.0}, ["p.h5", "q.h5"])
+    ['The runs differ in end: 1 in p.h5, 2 in q.h5.', 'Only p.h5 has the instance a.']
+    """
+    say = []
+    for what in {**mine, **theirs}:
+        if what not in ("end", "dofs") and not what.startswith("instance "):
+            continue
+        if what not in mine or what not in theirs:
+            say.append(f"Only {names[what not in mine]} has the {what}.")
+        elif mine[what] != theirs[what]:
+            a, b = (x if isinstance(x, str) else f"{x:.10g}" for x in (mine[what], theirs[what]))
+            say.append(f"The runs differ in {what}: {a} in {names[0]}, {b} in {names[1]}.")
+    return say
+
+
+def keeps_momentum(run: Results) -> bool:
+    """Whether the results tell that nothing outside the instances acts on them.
+
+    Loads, walls and supports that move do work. Supports at rest leave a reaction, walls a pair without
+    a surface, the ground a joint. Mass-proportional damping takes momentum, and results tell of no kind.
+    """
+    works = [f"energy/{w}" for w in ("work_external", "work_damping")]
+    if not run.instances or any(name not in run or run[name].any() for name in works):
+        return False
+    bodies = [f"instances/{i}/" for i in run.instances]
+    if any(name.startswith("joints/") or name.startswith(tuple(f"{b}reaction" for b in bodies)) for name in run):
+        return False
+    sides = [side for pair in run.pairs for side in pair.split(" - ")]
+    return all(any(side.startswith(f"{i}.") for i in run.instances) for side in sides)
 
 
 def warnings(run: Results) -> str:
@@ -145,6 +222,8 @@ def warnings(run: Results) -> str:
 def checks(run: Results) -> str:
     """Figures that tell whether the run can be trusted, each with what is good."""
     rows: list[list[str | float]] = []
+    if run.warnings:
+        rows.append(["warnings, told above", float(len(run.warnings)), "0"])
     if "energy/total" in run:
         total = run["energy/total"]
         works = np.sum([run[f"energy/{w}"] for w in WORKS if f"energy/{w}" in run], axis=0)
@@ -154,10 +233,13 @@ def checks(run: Results) -> str:
             rows.append(["energy that work does not account for", float(off), "below 1e-8"])
             gain = (total - total[0] - (run["energy/work_external"] if "energy/work_external" in run else 0)).max()
             rows.append(["energy above that of the start and of loads, share", float(max(gain, 0) / scale), "below 1e-3"])
-    if run.instances and not run.pairs:
-        p = np.sum([run[f"instances/{i}/momentum"] for i in run.instances], axis=0)
-        scale = max(np.abs(run[f"instances/{i}/momentum"]).max() for i in run.instances)
-        rows.append(["change of momentum, share", float(np.abs(p - p[0]).max() / scale) if scale > 0 else 0.0, "0 without loads"])
+    if run.outside_basis is not None:
+        rows.append(["energy outside the basis, share", run.outside_basis, "below 0.05, a few per cent"])
+    if keeps_momentum(run):
+        momenta = [run[f"instances/{i}/momentum"] for i in run.instances]
+        p, largest = np.sum(momenta, axis=0), max(float(size(m).max()) for m in momenta)
+        if largest > 0:
+            rows.append(["drift of momentum, share", float(np.linalg.norm(p[-1] - p[0]) / largest), "below 1e-10"])
     for pair in run.pairs:
         for what, good in (("residual", "below 1e-6"), ("penetration", "small beside the elements; 0 with impulse")):
             if f"contact/{pair}/{what}" in run:
@@ -238,7 +320,7 @@ def in_words(s: Superelement) -> str:
                    else "No frequency is known to be right to 1 %.")
         say.append(f"No mode is missing below {number(complete)} Hz.")
     if s.accuracy.get("largest_left_out", 0) > 0:
-        say.append(f"Accelerations of the interface leave out {100 * s.accuracy['largest_left_out']:.2g} % of the "
+        say.append(f"Accelerations of the interface leave out {percent(s.accuracy['largest_left_out'])} of the "
                    "interior's strain energy at most.")
     # Those of the file cost nothing, the others all eigenvalues of the matrices
     told = np.atleast_1d(s.accuracy["frequency_hz"]) if "frequency_hz" in s.accuracy else s.frequencies()
@@ -274,7 +356,7 @@ def page(run: Results, other: Results | None = None, superelements: list[Superel
     parts = [f"<h1>{html.escape(name)}</h1>"]
     if other is not None:
         parts.append(f"<p>Compared with {html.escape(pathlib.Path(other.path).name)}, which is drawn with dashes.</p>")
-    parts += [what_ran(run), "<h2>Warnings</h2>", warnings(run)]
+    parts += [what_ran(run, other), "<h2>Warnings</h2>", warnings(run)]
     if other is not None:
         parts += [f"<h2>Warnings of {html.escape(pathlib.Path(other.path).name)}</h2>", warnings(other)]
     parts += ["<h2>Can it be trusted</h2>", checks(run)]
@@ -302,6 +384,12 @@ def main(arguments: list[str] | None = None) -> int:
                         help="a superelement whose frequencies and errors to tell too, beside those of the run; may be given again")
     given = parser.parse_args(arguments)
     output = pathlib.Path(given.output)
+    if not output.parent.is_dir():
+        print(f"cbr-report: error: {output}: cannot be written, there is no folder '{output.parent}': make it first", file=sys.stderr)
+        return 2
+    if output.is_dir():
+        print(f"cbr-report: error: {output}: cannot be written, it is a folder: give the name of a page", file=sys.stderr)
+        return 2
     if output.exists() and not output.read_bytes()[:100].lstrip().lower().startswith(b"<!doctype html"):
         print(f"cbr-report: error: {output} exists and is no page: give -o another name, for example "
               f"{output.with_suffix('.html')}", file=sys.stderr)
@@ -309,9 +397,14 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         text = page(results(given.results), results(given.compare) if given.compare else None,
                     [superelement(path) for path in given.superelement])
-        output.write_text(text)
     except (FileError, OSError, KeyError) as error:
-        print(f"cbr-report: error: {error}", file=sys.stderr)
+        # A KeyError as text is its words in quotes
+        print(f"cbr-report: error: {error.args[0] if isinstance(error, KeyError) else error}", file=sys.stderr)
+        return 2
+    try:
+        output.write_text(text)
+    except OSError as error:
+        print(f"cbr-report: error: {output}: cannot be written: {error.strerror}", file=sys.stderr)
         return 2
     return 0
 

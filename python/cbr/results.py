@@ -9,7 +9,7 @@ import h5py
 import numpy as np
 import numpy.typing as npt
 
-from cbr.superelement import open_file
+from cbr.superelement import FileError, open_file
 
 Array = npt.NDArray[np.float64]
 
@@ -41,13 +41,18 @@ class Results(Mapping[str, Array]):
             bodies = {name: dict(body.attrs) for name, body in f.get("instances", {}).items()}
             self._files = {name: str(of["superelement"]) for name, of in bodies.items() if "superelement" in of}
             self._hashes = {name: str(of.get("superelement_hash", "")) for name, of in bodies.items()}
+            share = f["energy"].attrs.get("outside_basis") if "energy" in f else None
+            self.outside_basis: float | None = None if share is None else float(share)  # share of the energy; None: unknown
             f.visititems(lambda name, item: self._names.append(name) if isinstance(item, h5py.Dataset) else None)
 
     def __getitem__(self, name: str) -> Array:
         if name not in self._names:
             raise KeyError(f"{self.path}: no dataset '{name}'; there are: {', '.join(self._names)}")
-        with h5py.File(self.path) as f:
-            values: Array = f[name][()]
+        with open_file(self.path, "cbr-results") as f:
+            try:
+                values: Array = f[name][()]
+            except OSError as error:
+                raise FileError(f"{self.path}: {name}: cannot be read: the HDF5 file is truncated or damaged") from error
         return values
 
     def __iter__(self) -> Iterator[str]:

@@ -2,6 +2,7 @@
 """Superelements: what cbr-reduce writes."""
 from __future__ import annotations
 
+import errno
 import os
 from dataclasses import dataclass
 from typing import Any
@@ -99,6 +100,8 @@ class Superelement:
 
     def dof(self, node_id: int, component: str | int) -> int:
         """Number of an interface dof: the id of a node, and x, y, z, of a point also rx, ry, rz, or 0 to 5."""
+        if component not in (*_DOFS, *range(6)):
+            raise ValueError(f"no component {component!r}: give x, y, z, rx, ry, rz, or 0 to 5")
         c = _DOFS.index(component) if isinstance(component, str) else component
         found = np.flatnonzero((self.node_id[self.node] == node_id) & (self.component == c))
         if len(found) == 0:
@@ -167,6 +170,13 @@ def _faces(group: h5py.Group) -> Faces:
     return Faces(str(group["faces"].attrs["kind"]), group["faces"][:], group["element"][:], group["side"][:])
 
 
+def _damaged(error: OSError) -> str:
+    """HDF5's own words name no file and tell of its blocks."""
+    if error.errno == errno.EACCES:
+        return "cannot be opened: Permission denied"
+    return "cannot be read: the HDF5 file is truncated or damaged"
+
+
 def open_file(path: str | os.PathLike[str], wanted: str) -> h5py.File:
     """A file of the cbr programs, to read. FileError: there is none, or it has another format.
 
@@ -179,7 +189,10 @@ def open_file(path: str | os.PathLike[str], wanted: str) -> h5py.File:
         raise FileError(f"{name}: no such file")
     if not h5py.is_hdf5(name):
         raise FileError(f"{name}: is not an HDF5 file, expected {wanted}")
-    f = h5py.File(name)
+    try:
+        f = h5py.File(name)
+    except OSError as error:
+        raise FileError(f"{name}: {_damaged(error)}") from error
     found = f.attrs.get("format", "an HDF5 file of another program")
     if found != wanted:
         f.close()

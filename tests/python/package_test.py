@@ -97,6 +97,9 @@ class Package(unittest.TestCase):
         self.assertTrue((part.shape(u)[part.node, part.component] == u).all())
         with self.assertRaisesRegex(KeyError, "node 999999 has no dof x"):
             part.dof(999999, "x")
+        for wrong in ("q", 6, -1):
+            with self.assertRaisesRegex(ValueError, "x, y, z, rx, ry, rz"):
+                part.dof(int(part.node_id[0]), wrong)
         self.assertEqual(part.faces["contact"].kind, "quad4")
         self.assertEqual(part.faces["contact"].nodes.shape, (12, 4))
 
@@ -191,6 +194,66 @@ class Package(unittest.TestCase):
         self.assertIn("is no page", refused.getvalue())
         self.assertEqual(pathlib.Path(self.runs["massless"].path).read_bytes(), before)
         self.assertRegex(told.getvalue(), "^cbr-report: error: .*none.h5: no such file\n$")
+
+    def test_report_tells_what_can_be_trusted(self) -> None:
+        """Two free blocks keep their momentum; a wall, a load or a support says nothing of it. Warnings are counted."""
+        import h5py
+        text = cbr.report.checks(self.runs["massless"])
+        drift = re.search('drift of momentum, share</td><td class="number">([^<]+)<', text)
+        assert drift is not None
+        self.assertLess(float(drift.group(1)), 1e-10)
+        self.assertNotIn("warnings", text)
+        copy = self.folder / "checked.h5"
+        shutil.copy(self.runs["massless"].path, copy)
+        with h5py.File(copy, "r+") as file:
+            file["energy"].attrs["outside_basis"] = 0.125
+            file.attrs["warnings"] = "one\ntwo"
+            file.move("contact/left.contact - right.contact", "contact/left.contact - floor")
+        text = cbr.report.checks(cbr.results(copy))
+        self.assertIn('energy outside the basis, share</td><td class="number">0.125</td><td>below 0.05', text)
+        self.assertIn('warnings, told above</td><td class="number">2</td><td>0</td>', text)
+        self.assertNotIn("drift", text)
+        with h5py.File(copy, "r+") as file:
+            del file["energy"].attrs["outside_basis"]
+        self.assertNotIn("outside the basis", cbr.report.checks(cbr.results(copy)))
+        for name in ("energy/work_external", "instances/left/reaction"):
+            shutil.copy(self.runs["massless"].path, copy)
+            with h5py.File(copy, "r+") as file:
+                if name in file:
+                    file[name][-1] = 1.0
+                else:
+                    file[name] = np.zeros((3, 3))
+            self.assertNotIn("drift", cbr.report.checks(cbr.results(copy)), name)
+
+    def test_report_tells_how_scenes_differ(self) -> None:
+        scene = block("massless", end=2e-5)
+        del scene["contact"], scene["output"]["history"]
+        scene["instances"] = {"left": {**scene["instances"]["left"], "as": "mesh"}, "third": {"component": "block"}}
+        other = scene.run(self.folder / "unlike.yaml", bin=BIN)
+        run = self.runs["massless"]
+        text = html.unescape(cbr.report.page(run, other))
+        for words in ("<th>what ran</th><th>massless.h5</th><th>unlike.h5</th>",
+                      "The runs differ in end: 4e-05 in massless.h5, 2e-05 in unlike.h5.",
+                      "The runs differ in dofs: ", "Only massless.h5 has the instance right.",
+                      "Only unlike.h5 has the instance third.", "The runs differ in instance left: superelement, massless"):
+            self.assertIn(words, text)
+        self.assertNotIn("The runs differ", cbr.report.page(run, run))
+
+    def test_report_of_damaged_files_and_folders(self) -> None:
+        whole = pathlib.Path(self.runs["massless"].path)
+        part = pathlib.Path(self.parts["massless"].path)
+        cut, cut_part = self.folder / "cut.h5", self.folder / "cut.cbr.h5"
+        cut.write_bytes(whole.read_bytes()[:whole.stat().st_size // 2])
+        cut_part.write_bytes(part.read_bytes()[:part.stat().st_size // 2])
+        out = str(self.folder / "damaged.html")
+        for arguments, words in (
+                ([str(cut), "-o", out], "cut.h5: cannot be read: the HDF5 file is truncated or damaged"),
+                ([str(whole), "-o", out, "--superelement", str(cut_part)], "cut.cbr.h5: cannot be read: the HDF5 file"),
+                ([str(whole), "-o", str(self.folder / "nowhere/run.html")], "nowhere/run.html: cannot be written, there is no"),
+                ([str(whole), "-o", str(self.folder)], "cannot be written, it is a folder")):
+            with contextlib.redirect_stderr(io.StringIO()) as told:
+                self.assertEqual(cbr.report.main(arguments), 2)
+            self.assertRegex(told.getvalue(), f"^cbr-report: error: .*{words}.*\n$")
 
     def test_report_shows_warnings_and_superelements_of_the_run(self) -> None:
         """A block that turns by more than its linear model holds, and a superelement that is reduced again."""
