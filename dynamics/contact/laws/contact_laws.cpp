@@ -8,6 +8,13 @@
 #include "dynamics/contact/nodes/dense_panels.hpp"
 
 namespace cbr {
+namespace {
+
+// Of the largest of a point's rows: below it an entry is round-off of a direction in which supports
+// hold both sides.
+constexpr double held = 1e-12;
+
+}  // namespace
 
 ContactProblem contact_problem(GapResponse W, std::vector<PointLaw> laws) {
   ContactProblem problem;
@@ -17,9 +24,12 @@ ContactProblem contact_problem(GapResponse W, std::vector<PointLaw> laws) {
   problem.diagonal = problem.W.is_sparse ? Vector(problem.W.sparse.diagonal())
                                          : Vector(problem.W.dense.diagonal());
   problem.w.resize(problem.n_points());
-  for (Index i = 0; i < problem.n_points(); ++i)
-    problem.w[i] = std::max(
-        0.0, problem.diagonal.segment(problem.first[i], n_rows(problem.laws[i].law)).maxCoeff());
+  for (Index i = 0; i < problem.n_points(); ++i) {
+    auto rows = problem.diagonal.segment(problem.first[i], n_rows(problem.laws[i].law));
+    problem.w[i] = std::max(0.0, rows.maxCoeff());
+    for (double& of_row : rows)
+      if (of_row <= held * problem.w[i]) of_row = 0;
+  }
   return problem;
 }
 

@@ -21,7 +21,7 @@ struct ContactProblem {
   // Per point: the largest diagonal entry of W in its rows, the gap that a unit impulse opens. 0:
   // no impulse moves it.
   Vector w;
-  Vector diagonal;  // of W
+  Vector diagonal;  // of W; 0 in rows that supports hold on both sides
   Index n_points() const { return static_cast<Index>(laws.size()); }
   Index n_rows() const { return first.back(); }
 };
