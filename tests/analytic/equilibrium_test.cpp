@@ -113,31 +113,6 @@ TEST_P(Statics, TiedBarsMoveWithoutStrain) {
   EXPECT_LT(ran.result.total.back(), 1e-24);
 }
 
-// Two planes of symmetry go through both cubes: supports hold both sides of the tie across it,
-// where its rows are round-off.
-TEST(StaticsOfTies, GoWithSupportsOfBothSides) {
-  SceneFolder folder;
-  folder.add("cube.exo", test::block_mesh({{4, 4, 4}, Vector3(0.1, 0.1, 0.1)}));
-  const Ran ran = folder.run(
-      "materials: {m: {youngs_modulus: 2.1e11, poissons_ratio: 0.3, density: 7850}}\n"
-      "components: {cube: {mesh: cube.exo, material: m}}\n"
-      "instances: {a: {component: cube, as: mesh}, b: {component: cube, as: mesh, position: [0, 0, "
-      "0.1]}}\n"
-      "boundary:\n"
-      "  - {instance: a, nodes: z_min, fix: [z]}\n"
-      "  - {instance: a, nodes: x_min, fix: [x]}\n"
-      "  - {instance: a, nodes: y_min, fix: [y]}\n"
-      "  - {instance: b, nodes: x_min, fix: [x]}\n"
-      "  - {instance: b, nodes: y_min, fix: [y]}\n"
-      "contact: [{between: [a.z_max, b.z_min], tied: true}]\n"
-      "loads: [{instance: b, surface: z_max, force: [0, 0, 2.1e5]}]\n"
-      "time: {static: true, end: 1, step: 1}\noutput: {every: 1}\n");
-  const Vector3 force = at(ran.result.pairs[0].force, ran.result.time.size() - 1);
-  EXPECT_LT((force.cwiseAbs() - Vector3(0, 0, 2.1e5)).norm(), 1e-3);
-  // F^2 L / (2 E A)
-  EXPECT_NEAR(ran.result.total.back(), 2.1, 1e-6);
-}
-
 // Between two forces nothing holds the bars but each other.
 TEST_P(Statics, FreeBarsPressEachOther) {
   for (const std::string formulation : {"node-face", "mortar"}) {
