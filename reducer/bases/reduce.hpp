@@ -12,7 +12,7 @@
 #include "common/mesh/mesh.hpp"
 #include "common/scene/scene.hpp"
 #include "common/superelement/superelement.hpp"
-#include "reducer/bases/characteristic.hpp"
+#include "reducer/bases/characteristic/characteristic.hpp"
 #include "reducer/bases/massless.hpp"
 #include "reducer/condensation/condensation.hpp"
 #include "reducer/judgement/condition_numbers.hpp"

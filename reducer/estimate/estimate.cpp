@@ -11,10 +11,10 @@
 #include "common/base/error.hpp"
 #include "common/fem/connected_parts.hpp"
 #include "common/linalg/sparse/sparse_cholesky.hpp"
-#include "reducer/bases/characteristic.hpp"
-#include "reducer/bases/free_shapes.hpp"
+#include "reducer/bases/characteristic/characteristic.hpp"
+#include "reducer/bases/characteristic/free_shapes.hpp"
 #include "reducer/bases/reduce.hpp"
-#include "reducer/bases/statics.hpp"
+#include "reducer/bases/characteristic/statics.hpp"
 #include "reducer/partition/interface_sets.hpp"
 #include "reducer/partition/partition.hpp"
 

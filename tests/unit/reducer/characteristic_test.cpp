@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "reducer/bases/characteristic.hpp"
+#include "reducer/bases/characteristic/characteristic.hpp"
 #include "common/linalg/dense.hpp"
 
 #include <gtest/gtest.h>

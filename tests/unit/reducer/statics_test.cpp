@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Statics that basis characteristic keeps, against dense matrices of the whole component.
-#include "reducer/bases/statics.hpp"
+#include "reducer/bases/characteristic/statics.hpp"
 #include "common/linalg/dense.hpp"
 
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 #include <cmath>
 
 #include "common/fem/assembly.hpp"
-#include "reducer/bases/free_shapes.hpp"
+#include "reducer/bases/characteristic/free_shapes.hpp"
 #include "reducer/bases/reduce.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"

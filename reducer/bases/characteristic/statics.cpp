@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "reducer/bases/statics.hpp"
+#include "reducer/bases/characteristic/statics.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "reducer/bases/free_shapes.hpp"
+#include "reducer/bases/characteristic/free_shapes.hpp"
 
 #include <algorithm>
 #include <cmath>

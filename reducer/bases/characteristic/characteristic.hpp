@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Front door of reducer/bases/characteristic: the algebra of basis characteristic, shapes of the
+// interface and statics.
+//
 // Basis characteristic: the interface moves in a few shapes of its own (Castanier, Tan, Pierre
 // 2001, doi 10.2514/2.1445), with static responses to patterns of pressure where it touches.
 // docs/theory.md, "An interface of few shapes".
@@ -8,7 +11,7 @@
 
 #include "common/scene/scene.hpp"
 #include "common/superelement/superelement.hpp"
-#include "reducer/bases/statics.hpp"
+#include "reducer/bases/characteristic/statics.hpp"
 #include "reducer/judgement/condition_numbers.hpp"
 
 namespace cbr {

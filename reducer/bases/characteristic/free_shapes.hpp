@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "common/superelement/superelement.hpp"
-#include "reducer/bases/characteristic.hpp"
+#include "reducer/bases/characteristic/characteristic.hpp"
 #include "reducer/modes/free_factor.hpp"
 #include "reducer/partition/partition.hpp"
 

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Basis craig-bampton: all dofs of the interface, and modes with the interface held. Its errors are
+// told here.
+#include <utility>
+
+#include "reducer/bases/bases.hpp"
+#include "reducer/bases/error_steps.hpp"
+#include "reducer/bases/mode_steps.hpp"
+#include "reducer/condensation/residual_mass.hpp"
+#include "reducer/judgement/condition_numbers.hpp"
+#include "reducer/modes/diagonal_form.hpp"
+#include "reducer/modes/spin_moments.hpp"
+
+namespace cbr {
+namespace {
+
+// Of what can turn by itself.
+void add_spin_moments(const Reduction& r, const SparseCholesky& factor, const Matrix& Phi,
+                      Superelement& s) {
+  if (r.settings.is_domain || has_parts(r) || r.p.n_points > 0) return;
+  s.spin_moments =
+      spin_moments(r.p, factor, coordinates_of(r, r.p.interior_nodes),
+                   coordinates_of(r, r.p.interface_nodes), s.rigid_body.center, Phi, s.M_cc);
+}
+
+// Returns residual_mass_factor().
+Cholesky add_diagonal(Reduction& r, Superelement& s) {
+  const auto phase = r.report.phase("diagonal form");
+  const std::vector<Index> part = parts_of_interface(r);
+  Cholesky M_res = residual_mass_factor(s);
+  if (s.n() <= r.settings.diagonal_limit) {
+    r.figures.condition.n_rigid = r.settings.is_diagonal_read
+                                      ? add_diagonal_form(s, part, &M_res)
+                                      : add_lowest_modes(s, part, n_estimated + n_beside);
+  }
+  const Index loose =
+      examine_reduced(s, rigid_motions_of_parts(s, part), M_res, r.figures.condition);
+  if (loose >= 0) r.figures.condition.loose_node = node_of_interface_dof(r, loose);
+  return M_res;
+}
+
+}  // namespace
+
+void make_basis_craig_bampton(Reduction& r, Ingredients&& given, Superelement& s) {
+  const SparseCholesky& factor = given.factor;
+  FixedInterfaceModes& modes = given.modes;
+  // The whole component tells errors, not its domains
+  const bool is_judged = !r.settings.is_domain;
+  const InterfaceMotions motions = motions_to_judge(r, factor, is_judged, s);
+  complete_modes(r, factor, motions, modes, given.condensed, s);
+  add_spin_moments(r, factor, modes.Phi, s);
+  judge_reduced_rigid(r, s);
+  if (is_judged) {
+    const Cholesky M_res = add_diagonal(r, s);
+    add_accuracy(r, factor, motions, modes.Phi, M_res, s);
+  }
+  if (!r.settings.is_diagonal_read) s.omega.resize(0), s.V.resize(0, 0);
+  if (r.options.recovery) add_recovery(r, std::move(given.condensed.Psi), std::move(modes.Phi), s);
+}
+
+}  // namespace cbr
