@@ -126,6 +126,17 @@ std::string empty_argument(int argc, char** argv) {
   return "";
 }
 
+// "" or an option whose value looks like another option: "--timings --force" names no file.
+std::string option_without_value(const CLI::App& app) {
+  for (const CLI::Option* option : app.get_options())
+    for (const std::string& value : option->results())
+      if (option->nonpositional() && option->get_items_expected_max() > 0 &&
+          value.starts_with("--"))
+        return option->get_name() + ": " + option->get_type_name() + " missing before '" + value +
+               "'";
+  return "";
+}
+
 int usage_error(const CLI::App& app, const CLI::Error& error, const std::string& program) {
   print_error(program, usage_text(app, error) + "; " + program + " --help shows the usage");
   return 2;
@@ -210,6 +221,10 @@ int run_program(CLI::App& app, int argc, char** argv, const std::function<void()
     if (error.get_exit_code() != 0) return usage_error(app, error, program);
     app.exit(error);  // --help, --version
     return finish(program, 0);
+  }
+  if (const std::string wrong = option_without_value(app); !wrong.empty()) {
+    print_error(program, wrong + "; " + program + " --help shows the usage");
+    return 2;
   }
   if (const std::string no_room = reserve_blas_memory(); !no_room.empty()) {
     print_error(program, no_room);

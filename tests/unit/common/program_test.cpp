@@ -80,6 +80,8 @@ TEST(ProgramDeathTest, usage) {
   EXPECT_EXIT(run({"word"}, must_not_run), ExitedWithCode(2), "not expected: word");
   EXPECT_EXIT(run({"--modes", "many"}, must_not_run), ExitedWithCode(2), "--modes");
   EXPECT_EXIT(run({"--modes"}, must_not_run), ExitedWithCode(2), "--modes");
+  EXPECT_EXIT(run({"--timings", "--force"}, must_not_run), ExitedWithCode(2),
+              "--timings: FILE missing before '--force'; cbr-test --help shows the usage");
   EXPECT_EXIT(run({"--quiet", "--verbose"}, must_not_run), ExitedWithCode(2), "--quiet");
   for (const char* threads : {"0", "-1", "two", "1.5", "99999999999"}) {
     EXPECT_EXIT(run({"--threads", threads}, must_not_run), ExitedWithCode(2),
