@@ -284,6 +284,8 @@ void summarise(const Superelement& s, const ReductionFigures& figures, const Com
       figures.factor_nonzeros, figures.factor_flops, figures.solve_flops, figures.product_flops));
   report.detail(way_text(figures));
   say_file(file, s.has_diagonal_form(), !s.recovery.empty(), report);
+  if (const std::string advice = advice_on_basis(s); !advice.empty())
+    report.line("  note         " + advice);
 }
 
 void summarise_domains(const SuperelementGroup& group, const GroupFigures& f,

@@ -25,4 +25,7 @@ std::vector<SummaryLine> frequency_lines(const Superelement& superelement);
 // "x_max (150 faces), corner (1 nodes)"; "none".
 std::string sets_text(const Superelement& superelement);
 
+// Where another basis usually steps faster in contact; "" where none does.
+std::string advice_on_basis(const Superelement& superelement);
+
 }  // namespace cbr

@@ -74,6 +74,26 @@ class Words : public testing::Test {
   const fs::path folder_;
 };
 
+TEST(BasisAdvice, IsForFacesOfManyNodesAndBasesThatKeepEachOfThem) {
+  Superelement s;
+  const auto face_of = [](Index nodes) {
+    Surface face;
+    face.name = "face";
+    face.faces.resize(nodes / 4, 4);
+    for (Index i = 0; i < face.faces.size(); ++i) face.faces.reshaped()[i] = i;
+    return face;
+  };
+  s.surfaces = {face_of(8)};
+  EXPECT_EQ(advice_on_basis(s), "");
+  s.surfaces = {face_of(120), face_of(120)};  // the same nodes twice
+  EXPECT_TRUE(
+      advice_on_basis(s).starts_with("all 120 nodes of faces are kept one by one; with "
+                                     "basis: characteristic"))
+      << advice_on_basis(s);
+  s.basis = "characteristic";
+  EXPECT_EQ(advice_on_basis(s), "");
+}
+
 TEST_F(Words, ShellsAreNotedWithTheirCountAndRefusedWhereTheSceneNamesThem) {
   EXPECT_EQ(left_out_blocks(read_mesh(path("box.msh"))), "");
   EXPECT_EQ(left_out_blocks(read_mesh(path("fin.exo"))), "fin (2 quad4)");
