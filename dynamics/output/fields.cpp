@@ -8,7 +8,6 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
-#include <set>
 #include <sstream>
 
 #include "common/app/report.hpp"
@@ -19,83 +18,9 @@
 #include "dynamics/output/exodus_fields.hpp"
 #include "dynamics/output/output_names.hpp"
 #include "dynamics/output/xdmf.hpp"
-#include "dynamics/setup/components/superelement_alone.hpp"
 
 namespace cbr {
 namespace {
-
-struct Cell {
-  const char* topology;
-  std::vector<int> order;  // VTK's node i is our node order[i]
-};
-
-// Exodus numbers the upright mid-edges of a hex before the upper ones, VTK after them. A hex27 is
-// shown by its first 20 nodes.
-Cell cell_of(ElementType type) {
-  switch (type) {
-    case ElementType::tri3:
-      return {"Triangle", {0, 1, 2}};
-    case ElementType::quad4:
-      return {"Quadrilateral", {0, 1, 2, 3}};
-    case ElementType::tet4:
-      return {"Tetrahedron", {0, 1, 2, 3}};
-    case ElementType::tet10:
-      return {"Tetrahedron_10", {0, 1, 2, 3, 4, 5, 6, 7, 8, 9}};
-    case ElementType::pyramid5:
-      return {"Pyramid", {0, 1, 2, 3, 4}};
-    case ElementType::wedge6:
-      return {"Wedge", {0, 1, 2, 3, 4, 5}};
-    case ElementType::hex8:
-      return {"Hexahedron", {0, 1, 2, 3, 4, 5, 6, 7}};
-    case ElementType::hex20:
-    case ElementType::hex27:
-      return {"Hexahedron_20",
-              {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 16, 17, 18, 19, 12, 13, 14, 15}};
-    default:
-      return {"", {}};
-  }
-}
-
-const char* topology_of(FaceKind kind) {
-  switch (kind) {
-    case FaceKind::tri3:
-      return "Triangle";
-    case FaceKind::tri6:
-      return "Triangle_6";
-    case FaceKind::quad8:
-      return "Quadrilateral_8";
-    case FaceKind::quad9:
-      return "Quadrilateral_9";
-    default:
-      return "Quadrilateral";
-  }
-}
-
-// The faces of all surfaces of one kind, each once, and the elements that they are sides of.
-IndexTable faces_of_kind(const Geometry& geometry, FaceKind kind, std::vector<Index>& element) {
-  std::set<std::vector<Index>> seen;
-  std::vector<std::vector<Index>> faces;
-  element.clear();
-  for (const auto& [name, surface] : geometry.surfaces) {
-    if (surface.kind != kind) continue;
-    for (Index f = 0; f < surface.n_faces(); ++f) {
-      std::vector<Index> nodes(surface.faces.row(f).begin(), surface.faces.row(f).end()),
-          key = nodes;
-      std::sort(key.begin(), key.end());
-      if (!seen.insert(key).second) continue;
-      faces.push_back(std::move(nodes));
-      element.push_back(surface.element[static_cast<std::size_t>(f)]);
-    }
-  }
-  IndexTable table(static_cast<Index>(faces.size()), n_nodes(kind));
-  for (Index f = 0; f < table.rows(); ++f)
-    for (Index a = 0; a < table.cols(); ++a) table(f, a) = faces[f][a];
-  return table;
-}
-
-Points placed(const Points& X, const Placement& placement) {
-  return (X * placement.T.transpose()).rowwise() + placement.position.transpose();
-}
 
 template <typename Array>
 void require_finite(const Array& values, const std::string& field, const FieldGrid& grid,
@@ -109,15 +34,6 @@ void require_finite(const Array& values, const std::string& field, const FieldGr
 
 }  // namespace
 
-std::vector<std::string> datasets_of(const std::string& field) {
-  if (!is_stress(field)) return {field};
-  std::vector<std::string> names;
-  for (const std::string_view name : stress_names) names.push_back(field + "_" + std::string(name));
-  return names;
-}
-
-bool is_stress(const std::string& field) { return field == "stress" || field == "nodal_stress"; }
-
 FieldWriter::FieldWriter(const Scene& scene, const BuiltScene& built,
                          const std::filesystem::path& results, Report& report,
                          const std::string& run_hash, const std::optional<Saved>& saved)
@@ -125,10 +41,9 @@ FieldWriter::FieldWriter(const Scene& scene, const BuiltScene& built,
       fields_(scene.output.fields),
       format_(scene.output.format),
       shown_(format_ == FieldFormat::exodus ? exodus_file(results) : xdmf_file(results)),
-      heavy_file_(fields_file(results)) {
+      heavy_file_(fields_file(results)),
+      grids_(field_grids(scene, built, report)) {
   heavy_name_ = heavy_file_.filename();
-  for (Index i = 0; i < static_cast<Index>(built.instances.size()); ++i)
-    add_instance_grids(scene, i, report);
   if (format_ == FieldFormat::exodus && grids_.empty())
     throw InputError(
         scene.output.source.text() +
@@ -239,91 +154,6 @@ void FieldWriter::save(const std::filesystem::path& file) { heavy_->save_copy(fi
 
 bool FieldWriter::wanted(const std::string& field) const {
   return std::find(fields_.begin(), fields_.end(), field) != fields_.end();
-}
-
-void FieldWriter::add_interface_grids(const FieldGrid& empty) {
-  const auto& of = built_.instances[empty.instance];
-  for (const FaceKind kind :
-       {FaceKind::tri3, FaceKind::quad4, FaceKind::tri6, FaceKind::quad8, FaceKind::quad9}) {
-    FieldGrid grid = empty;
-    grid.cells = faces_of_kind(*of.geometry, kind, grid.element_ids);
-    grid.name = of.name + ".interface";
-    grid.topology = topology_of(kind);
-    if (grid.cells.rows() > 0) grids_.push_back(std::move(grid));
-  }
-}
-
-void FieldWriter::add_block_grids(FieldGrid grid, const std::vector<Block>& blocks,
-                                  const std::vector<BlockProperties>& properties) {
-  const auto& of = built_.instances[grid.instance];
-  const std::string part =
-      grid.part >= 0 && of.parts.size() > 1 ? ".domain" + std::to_string(grid.part + 1) : "";
-  for (std::size_t b = 0; b < blocks.size(); ++b) {
-    const Block& block = blocks[b];
-    const Cell cell = cell_of(block.type);
-    const bool is_left_out = of.mesh && !is_structure(block);
-    if (is_left_out || cell.order.empty() || block.connectivity.rows() == 0) continue;
-    grid.name = of.name + part + "." + block.name;
-    grid.topology = cell.topology;
-    grid.block = &block;
-    grid.properties = properties[b];
-    grid.element_ids = block.element_ids;
-    grid.cells.resize(block.connectivity.rows(), static_cast<Index>(cell.order.size()));
-    for (Index e = 0; e < grid.cells.rows(); ++e) {
-      for (Index a = 0; a < grid.cells.cols(); ++a) {
-        const Index node = block.connectivity(e, cell.order[a]);
-        grid.cells(e, a) = of.mesh ? of.body_node[node] : node;
-      }
-    }
-    grids_.push_back(grid);
-  }
-}
-
-// The interiors of all parts.
-void FieldWriter::add_recovered_grids(const Scene& scene, FieldGrid grid) {
-  const auto& of = built_.instances[grid.instance];
-  std::map<std::string, BlockProperties> of_blocks;  // only stress reads them
-  const Component& component = scene.components.at(of.component);
-  if (wanted("stress") || wanted("nodal_stress"))
-    of_blocks = recovered_properties(component, scene, of);
-  for (std::size_t p = 0; p < of.parts.size(); ++p) {
-    const Superelement& s = *of.parts[p].superelement;
-    const Superelement::Recovery& recovery = s.recovery.front();
-    Points X(s.coordinates.rows() + recovery.coordinates.rows(), 3);
-    X << s.coordinates, recovery.coordinates;
-    grid.part = static_cast<Index>(p);
-    grid.points = placed(X, of.placement);
-    grid.node_ids = s.node_ids;
-    grid.node_ids.insert(grid.node_ids.end(), recovery.node_ids.begin(), recovery.node_ids.end());
-    std::vector<BlockProperties> properties;
-    for (const Block& block : recovery.blocks)
-      properties.push_back(of_blocks.empty() ? BlockProperties() : of_blocks.at(block.name));
-    add_block_grids(grid, recovery.blocks, properties);
-  }
-}
-
-void FieldWriter::add_instance_grids(const Scene& scene, Index i, Report& report) {
-  const auto& of = built_.instances[i];
-  FieldGrid grid;
-  grid.instance = i;
-  // Nodes of rotations, which come behind all others, are no places
-  const auto n =
-      of.geometry->coordinates.rows() - static_cast<Index>(of.geometry->rotations.size());
-  grid.points = built_.simulation.bodies[i]->reference_positions().topRows(n);
-  grid.node_ids.assign(of.geometry->node_ids.begin(), of.geometry->node_ids.begin() + n);
-  if (of.mesh) add_block_grids(grid, of.mesh->blocks, of.properties);
-  const bool is_recovered = !of.mesh && !of.parts.front().superelement->recovery.empty();
-  if (!of.mesh) add_interface_grids(grid);
-  if (is_recovered) add_recovered_grids(scene, grid);
-  const bool is_stress_wanted = wanted("stress") || wanted("nodal_stress");
-  const bool has_shells = std::any_of(grids_.begin(), grids_.end(), [&](const FieldGrid& other) {
-    return other.instance == i && other.block && dimension(other.block->type) != 3;
-  });
-  if (is_stress_wanted && has_shells)
-    report.line("note: no stress of the shells of '" + of.name + "': it is 0 in the fields");
-  if (is_stress_wanted && !of.mesh && !is_recovered)
-    report.line("note: no stress of '" + of.name +
-                "': its superelement has no recovery data (reduction.recovery: true)");
 }
 
 // Of grids with elements: which of the instance's materials theirs is.

@@ -12,34 +12,12 @@
 
 #include "common/app/report.hpp"
 #include "common/files/hdf5_file.hpp"
+#include "dynamics/output/field_grids.hpp"
 #include "dynamics/output/field_hash.hpp"
 #include "dynamics/setup/built/built_scene.hpp"
 #include "dynamics/setup/built/instance_elements.hpp"
 
 namespace cbr {
-
-// One grid of the file: part of an instance with one kind of cell. Points are the undeformed ones
-// in the scene's axes; displacement is relative to them.
-struct FieldGrid {
-  std::string name;
-  std::string topology;  // XDMF's name: Hexahedron, Quadrilateral, ...
-  Index instance = 0;
-  IndexTable cells;                // e x n, VTK's order of nodes
-  Points points;                   // p x 3
-  std::vector<Index> node_ids;     // p, of the mesh
-  std::vector<Index> element_ids;  // e, of the mesh; of faces the element that each is a side of
-  // with recovery data: points are [interface; interior] of this part of a superelement
-  Index part = -1;
-  // For stress, which needs the element: empty type list otherwise
-  const Block* block = nullptr;
-  BlockProperties properties;
-  Index material = 0;  // of InstanceElements, for nodal stress
-};
-
-// Fields as the file has them, by the scene's name: a stress is the columns of stress_values(),
-// each under a name of its own. "stress" is of cells, the others of nodes.
-std::vector<std::string> datasets_of(const std::string& field);
-bool is_stress(const std::string& field);
 
 // Writes RESULTS.xdmf and RESULTS.fields.h5 beside the results file, or RESULTS.exo of the same
 // contents. Nothing is left behind without commit().
@@ -77,11 +55,6 @@ class FieldWriter {
   FieldHash hash_of(const Hdf5Reader& file, std::size_t n_steps) const;
   static void require(const Hdf5Reader& file, const std::string& dataset);
   Motion motion_of(const FieldGrid& grid) const;
-  void add_instance_grids(const Scene& scene, Index instance, Report& report);
-  void add_interface_grids(const FieldGrid& empty);
-  void add_block_grids(FieldGrid grid, const std::vector<Block>& blocks,
-                       const std::vector<BlockProperties>& properties);
-  void add_recovered_grids(const Scene& scene, FieldGrid grid);
   Matrix pressures(const FieldGrid& grid) const;
   Matrix stresses(const FieldGrid& grid, const Motion& motion) const;
   Matrix nodal_stresses(const FieldGrid& grid, const Motion& motion);

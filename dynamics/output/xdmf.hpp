@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "dynamics/output/fields.hpp"
+#include "dynamics/output/field_grids.hpp"
 
 namespace cbr {
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <set>
 #include <sstream>
 #include <utility>
@@ -155,6 +156,21 @@ void warn_of_unit(const Scene& scene, const std::vector<Box>& boxes, std::size_t
   report.warning(text.str());
 }
 
+// The shortest time in which a history leaves a value and turns back.
+double shortest_pulse(const History& history) {
+  double shortest = std::numeric_limits<double>::infinity(), start = 0;
+  int before = 0;
+  for (std::size_t k = 1; k < history.time.size(); ++k) {
+    const double change = history.value[k] - history.value[k - 1];
+    const int sign = change > 0 ? 1 : change < 0 ? -1 : 0;
+    if (sign == 0) continue;
+    if (before == -sign) shortest = std::min(shortest, history.time[k] - start);
+    if (before != sign) start = history.time[k - 1];
+    before = sign;
+  }
+  return shortest;
+}
+
 }  // namespace
 
 void warn_of_odd_scenes(const Scene& scene, const BuiltScene& built, Report& report) {
@@ -176,6 +192,26 @@ void warn_of_odd_scenes(const Scene& scene, const BuiltScene& built, Report& rep
         looked_at.insert(two).second)
       warn_of_unit(scene, boxes, static_cast<std::size_t>(two.first),
                    static_cast<std::size_t>(two.second), report);
+  }
+}
+
+void warn_of_missed_loads(const SceneIndex& index, const BuiltScene& built, Report& report) {
+  const auto& bodies = built.simulation.bodies;
+  const double h = built.simulation.plan.h;
+  const bool any_sampled =
+      std::any_of(bodies.begin(), bodies.end(), [](const auto& body) { return !body->is_exact(); });
+  for (std::size_t i = 0; any_sampled && i < index.scene().loads.size(); ++i) {
+    const Load& load = index.scene().loads[i];
+    const bool sampled =
+        load.kind == Load::Kind::gravity || !bodies[index.place(load.instance)]->is_exact();
+    const double pulse = shortest_pulse(load.history);
+    if (!sampled || pulse >= 2 * h * (1 - 1e-9)) continue;
+    std::ostringstream text;
+    text.precision(4);
+    text << load.source.text() << ": loads[" << i << "].history rises and falls within " << pulse
+         << " s, less than two steps of " << h
+         << " s, and is seen at the ends of steps only: take a smaller step";
+    report.warning(text.str());
   }
 }
 

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Front door of common/linalg/sparse: sparse factorisations.
 //
-// One sparse factorisation, used for everything. The only code that includes cholmod.h is
-// sparse_cholesky.cpp.
+// One sparse factorisation, used for everything.
 #pragma once
 
 #include <memory>

@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/setup/loads_setup.hpp"
+
+#include <map>
+#include <string>
+#include <unordered_set>
+#include <utility>
+
+#include "common/base/error.hpp"
+#include "common/mesh/face_weights.hpp"
+#include "common/scene/scene_uses.hpp"
+#include "dynamics/motion/pointed_body.hpp"
+#include "dynamics/setup/contact/links.hpp"
+
+namespace cbr {
+namespace {
+
+bool is_nodeset(const Geometry& geometry, const std::string& name) {
+  return geometry.surfaces.count(name) == 0 && geometry.nodesets.count(name) > 0;
+}
+
+// A load on faces that a superelement has not kept but knows (its /loads); nullptr: there are none
+// of this name.
+const Superelement::InteriorLoad* load_inside(const BuiltScene::OfInstance& of,
+                                              const std::string& surface) {
+  if (of.parts.size() != 1 || of.geometry->surfaces.count(surface) > 0) return nullptr;
+  const auto& loads = of.parts[0].superelement->loads;
+  const auto found = loads.find(surface);
+  return found != loads.end() ? &found->second : nullptr;
+}
+
+// Of a superelement that could have it: cbr-reduce takes in what the scene's loads act on.
+void require_load_inside(const Scene& scene, const Instance& instance, const Geometry& geometry,
+                         const Load& load) {
+  if (!geometry.reduced || geometry.surfaces.count(load.surface) > 0 ||
+      is_nodeset(geometry, load.surface))
+    return;
+  const Component& component = component_of(scene, instance);
+  if (!component.has_mesh) return;  // nobody reduces it again
+  const ReductionOptions& reduction = *component.reduction;
+  if (reduction.is_decomposed() || reduction.basis != Basis::craig_bampton) return;
+  std::vector<std::string> kept;
+  for (const auto& [name, surface] : geometry.surfaces) kept.push_back(name);
+  const std::string found = load.source.text() + ": the superelement of instance '" +
+                            load.instance + "' has no surface '" + load.surface + "' (it keeps " +
+                            (kept.empty() ? "none" : join(kept)) + ")";
+  if (load.kind == Load::Kind::moment)
+    throw InputError(found + ", on which a moment could act: add it to reduction.interface");
+  throw InputError(found +
+                   ", nor a load on it inside the part: run cbr-reduce on this scene again, which "
+                   "takes in a load on a sideset, "
+                   "or add it to reduction.interface, where a nodeset has to be");
+}
+
+// Returns the resultant.
+Vector3 add_load_inside(const Superelement& s, const Superelement::InteriorLoad& inside,
+                        const Load& load, const Matrix3& T, const LoadHistory& history,
+                        Body& body) {
+  const Vector3 traction =
+      load.kind == Load::Kind::force ? Vector3(load.value / inside.weight) : load.value;
+  VectorLoad vector{{}, traction, load.follows, history};
+  for (Index a = 0; a < 3; ++a) {
+    // on [q_k; u_c], component axes
+    const Vector Q = inside.force * (T.transpose() * Vector3::Unit(a));
+    Points forces = Points::Zero(body.n_nodes(), 3);
+    for (Index i = 0; i < s.c(); ++i) forces(s.dof_node[i], s.dof_component[i] % 3) = Q(s.k() + i);
+    vector.patterns[static_cast<std::size_t>(a)] = {forces * T.transpose(), Q.head(s.k())};
+  }
+  body.add_vector_load(vector);
+  return inside.weight * traction;
+}
+
+// A pressure pushes into the faces: -p times the nodes' share of the area, as vectors along the
+// outward normals. Returns the resultant.
+Vector3 add_pressure(const Load& load, const BuiltScene::OfInstance& of, const LoadHistory& history,
+                     Body& body) {
+  const Geometry& geometry = *of.geometry;
+  if (is_nodeset(geometry, load.surface))
+    throw InputError(
+        load.source.text() + ": '" + load.surface + "' of instance '" + load.instance +
+        "' is a nodeset, which has no normals: give force, or the pressure on a sideset");
+  if (geometry.surfaces.count(load.surface) == 0 && load_inside(of, load.surface) != nullptr)
+    throw InputError(load.source.text() + ": a pressure on '" + load.surface +
+                     "' inside the superelement of instance '" + load.instance +
+                     "' is not known: add the sideset to reduction.interface, or give traction");
+  const Surface& surface = find_surface(geometry, load.instance, load.surface, load.source);
+  const Points forces =
+      -load.value[0] * face_normals(surface, geometry.coordinates) * of.placement.T.transpose();
+  if (load.follows) {
+    body.add_vector_load({{ForcePattern{forces}}, Vector3::UnitX(), true, history});
+  } else {
+    body.add_force(forces, history);
+  }
+  return forces.colwise().sum().transpose();
+}
+
+// What each node takes of a load, n: its share of the faces' area, or one, of a nodeset.
+Vector load_weights(const Geometry& geometry, const Load& load) {
+  if (geometry.surfaces.count(load.surface) > 0 || load.kind == Load::Kind::traction)
+    return face_weights(find_surface(geometry, load.instance, load.surface, load.source),
+                        geometry.coordinates);
+  Vector weights = Vector::Zero(geometry.coordinates.rows());
+  weights(find_nodes(geometry, load.instance, load.surface, load.source)).setOnes();
+  return weights;
+}
+
+// A moment on the nodes of a set: the forces of least weighted squares that have it and no
+// resultant, as those on a point that moves with the set in the mean (RBE3).
+void add_moment(const Load& load, const BuiltScene::OfInstance& of, const LoadHistory& history,
+                Body& body) {
+  const Geometry& geometry = *of.geometry;
+  if (geometry.surfaces.count(load.surface) == 0 && load_inside(of, load.surface) != nullptr)
+    throw InputError(load.source.text() + ": a moment on '" + load.surface +
+                     "' inside the superelement of instance '" + load.instance +
+                     "' is not known: add the set to reduction.interface");
+  const Vector weights = load_weights(geometry, load);
+  AveragePoint point;
+  for (Index i = 0; i < weights.size(); ++i)
+    if (weights[i] > 0) point.nodes.push_back(i);
+  point.weights = weights(point.nodes);
+  point.at = Vector3::Zero();
+  const AverageMaps maps = average_maps(point, body.reference_positions(),
+                                        load.source.text() + ": moment on '" + load.surface +
+                                            "' of instance '" + load.instance + "'");
+  VectorLoad vector{{}, load.value, load.follows, history};
+  for (std::size_t a = 0; a < 3; ++a) {
+    Points& forces = vector.patterns[a].forces;
+    forces.setZero(weights.size(), 3);
+    for (std::size_t i = 0; i < point.nodes.size(); ++i)
+      forces.row(point.nodes[i]) = maps.theta[i].row(static_cast<Index>(a));
+  }
+  body.add_vector_load(vector);
+}
+
+// A force on each node of `weights` times the traction.
+void add_traction(const Vector& weights, const Vector3& traction, const Load& load,
+                  const LoadHistory& history, Body& body) {
+  VectorLoad vector{{}, traction, load.follows, history};
+  for (Index a = 0; a < 3; ++a)
+    vector.patterns[static_cast<std::size_t>(a)].forces = weights * Vector3::Unit(a).transpose();
+  body.add_vector_load(vector);
+}
+
+// For the reactions of supports.
+void add_resultant(Index body, const Vector3& force, const LoadHistory& history,
+                   Simulation& simulation) {
+  if (simulation.supports.empty() || !simulation.supports[body]) return;
+  simulation.supports[body]->loads.push_back({force, history});
+}
+
+}  // namespace
+
+// Of surfaces and histories that many loads have there is one of each.
+void add_loads(const SceneIndex& index, BuiltScene& built) {
+  std::map<std::pair<const Geometry*, std::string>, Vector> weights;
+  std::unordered_set<LoadHistory, LoadHistory::Hash> histories;
+  for (const Load& load : index.scene().loads) {
+    built.momentum_is_kept = false;
+    const LoadHistory& history = *histories.emplace(load.history).first;
+    if (load.kind == Load::Kind::gravity) {
+      for (std::size_t b = 0; b < built.instances.size(); ++b) {
+        built.simulation.bodies[b]->add_gravity(load.value, history);
+        add_resultant(static_cast<Index>(b), built.instances[b].mass * load.value, history,
+                      built.simulation);
+      }
+      for_each_point(index, [&](Index i, const std::string& name, const Component::Point& point) {
+        if (!(point.mass > 0)) return;
+        const Index place = point_place(index, index.scene().instances[i].name, name);
+        static_cast<PointedBody&>(*built.simulation.bodies[i])
+            .add_point_force(place, point.mass * load.value, Vector3::Zero(), history);
+        add_resultant(i, point.mass * load.value, history, built.simulation);
+      });
+      continue;
+    }
+    const Index i = index.place(load.instance);
+    const Geometry& geometry = *built.instances[i].geometry;
+    if (load.on_point) {
+      const bool is_force = load.kind == Load::Kind::force;
+      const Vector3 force = is_force ? load.value : Vector3::Zero(),
+                    moment = is_force ? Vector3::Zero() : load.value;
+      static_cast<PointedBody&>(*built.simulation.bodies[i])
+          .add_point_force(point_place(index, load.instance, load.surface), force, moment, history);
+      add_resultant(i, force, history, built.simulation);
+      continue;
+    }
+    if (load.kind == Load::Kind::pressure) {
+      const Vector3 force =
+          add_pressure(load, built.instances[i], history, *built.simulation.bodies[i]);
+      add_resultant(i, force, history, built.simulation);
+      continue;
+    }
+    if (load.kind == Load::Kind::moment) {
+      require_load_inside(index.scene(), index.scene().instances[i], geometry, load);
+      add_moment(load, built.instances[i], history, *built.simulation.bodies[i]);
+      continue;
+    }
+    if (const auto* inside = load_inside(built.instances[i], load.surface)) {
+      const Superelement& s = *built.instances[i].parts[0].superelement;
+      const Vector3 force = add_load_inside(s, *inside, load, built.instances[i].placement.T,
+                                            history, *built.simulation.bodies[i]);
+      add_resultant(i, force, history, built.simulation);
+      continue;
+    }
+    require_load_inside(index.scene(), index.scene().instances[i], geometry, load);
+    if (load.kind == Load::Kind::traction && is_nodeset(geometry, load.surface))
+      refuse_traction_on_nodes(load);
+    const auto [of, is_new] = weights.try_emplace({&geometry, load.surface});
+    if (is_new) of->second = load_weights(geometry, load);
+    const Vector3 traction =
+        load.kind == Load::Kind::force ? Vector3(load.value / of->second.sum()) : load.value;
+    add_traction(of->second, traction, load, history, *built.simulation.bodies[i]);
+    add_resultant(i, of->second.sum() * traction, history, built.simulation);
+  }
+}
+
+}  // namespace cbr

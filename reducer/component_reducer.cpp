@@ -1,0 +1,269 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "reducer/component_reducer.hpp"
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include "common/base/error.hpp"
+#include "common/files/output_file.hpp"
+#include "common/files/replaced_file.hpp"
+#include "common/scene/component_mass.hpp"
+#include "common/scene/left_out_blocks.hpp"
+#include "common/scene/scene_words.hpp"
+#include "common/scene/staleness.hpp"
+#include "reducer/condensation/residual_mass.hpp"
+#include "reducer/distributed/distributed_reduction.hpp"
+#include "reducer/domains/domains.hpp"
+#include "reducer/domains/second_reduction.hpp"
+#include "reducer/modes/diagonal_form.hpp"
+#include "reducer/modes/interior_loads.hpp"
+#include "reducer/partition/geometry_body.hpp"
+#include "reducer/partition/kept_sets.hpp"
+#include "reducer/partition/recovered_sets.hpp"
+#include "reducer/superelement_state.hpp"
+
+namespace cbr {
+namespace {
+
+// A folder that was there before the work and is gone after it is no mistake of the user's.
+template <typename Write>
+void write_after_the_work(const std::filesystem::path& file, const Write& write) {
+  try {
+    write();
+  } catch (const InputError& error) {
+    const auto folder = std::filesystem::absolute(file).parent_path();
+    std::error_code missing;
+    if (!std::filesystem::is_directory(folder, missing)) throw RunError(error.what());
+    throw;
+  }
+}
+
+// The diagonal form costs n^3: of a group, whose explicit and implicit steps do not use it, more
+// than its domains do.
+constexpr Index group_diagonal_limit = 3000;
+
+// A reduction to one superelement does; others, other bases and points know loads on their
+// interface only.
+bool takes_loads_in(const ReductionOptions& reduction) {
+  return !reduction.is_decomposed() && reduction.basis == Basis::craig_bampton &&
+         reduction.interface_points.empty();
+}
+
+// Ways that know three dofs a node.
+void refuse_with_shells(const Mesh& mesh, const Component& component, bool is_distributed) {
+  const ReductionOptions& reduction = *component.reduction;
+  if (!has_shells(mesh)) {
+    if (reduction.condenses_rotations)
+      throw InputError(reduction.source.text() +
+                       ": reduction.condense_rotations: the component has no shells "
+                       "(blocks.NAME.thickness), and so no rotations: leave it out");
+    return;
+  }
+  const auto refuse = [&](const std::string& what, const std::string& cure) {
+    throw InputError(reduction.source.text() + ": " + what +
+                     " does not know shells (blocks.NAME.thickness): " + cure);
+  };
+  if (reduction.basis != Basis::craig_bampton)
+    refuse("basis: " + word_of(basis_words, reduction.basis), "use basis: craig-bampton");
+  if (reduction.is_decomposed()) refuse("domains", "use domains: 1");
+  if (is_distributed)
+    refuse("a reduction in several processes (mpirun, --engine petsc)", "use one process");
+}
+
+}  // namespace
+
+Index diagonal_limit(const ReduceCommand& command, const ReductionOptions& reduction) {
+  const bool group = reduction.is_decomposed() && !reduction.has_second_reduction();
+  return command.diagonal_limit.value_or(group ? group_diagonal_limit
+                                               : ReduceSettings{}.diagonal_limit);
+}
+
+bool has_shells(const Mesh& mesh) {
+  return std::any_of(mesh.blocks.begin(), mesh.blocks.end(),
+                     [](const Block& block) { return block.thickness > 0; });
+}
+
+void ComponentReducer::reduce_component(const Scene& scene, const Component& component) {
+  const ReductionOptions& reduction = *component.reduction;
+  refuse_to_overwrite(scene, command_.input, reduction.superelement);
+  settings_.memory = command_.memory;
+  settings_.diagonal_limit = diagonal_limit(command_, reduction);
+  settings_.is_diagonal_read = command_.diagonal_limit || reads_diagonal_form(scene, component);
+  UnchangedFiles inputs;
+  inputs.add(component.mesh);
+  const std::string hash = content_hash(scene, component);
+  loads_ = load_sets(scene, component);
+  needs_ = interface_needs(scene, component);
+  const FileState state = command_.force
+                              ? FileState::stale
+                              : state_of(scene, component, hash, loads_,
+                                         {form_limit(), command_.diagonal_limit.has_value()});
+  if (state == FileState::without_form && !command_.is_first()) return;
+  if (state == FileState::without_form) return add_form(component, inputs);
+  if (state == FileState::current) {
+    warn_of_left_out_blocks(component, left_out_in(reduction.superelement), report_);
+    report_.line(component.name + ": " + reduction.superelement.string() +
+                 " is up to date: nothing to do");
+    return;
+  }
+  const auto [twin, is_new] = done_.emplace(hash + " " + word_of(mass_words, component.mass) + " " +
+                                                std::to_string(form_limit()) + " " + join(loads_),
+                                            reduction.superelement);
+  if (!is_new && !command_.is_first()) return;
+  if (!is_new) {
+    write_copy(twin->second, reduction.superelement);
+    report_.line(component.name + ": the same as " + twin->second.string() + ", copied to " +
+                 reduction.superelement.string());
+    return;
+  }
+  // what cannot be written is found before the work
+  if (command_.is_first()) const TemporaryFile probe(reduction.superelement);
+  report_.line("reducing " + component.name + " (" + component.mesh.filename().string() + ")");
+  make(scene, component, hash, inputs);
+}
+
+void ComponentReducer::make(const Scene& scene, const Component& component, const std::string& hash,
+                            const UnchangedFiles& inputs) {
+  Mesh mesh;
+  {
+    const auto phase = report_.phase("reading the mesh");
+    mesh = read_mesh(component);
+  }
+  const std::vector<BlockProperties> properties = block_properties(scene, component, mesh);
+  warn_of_left_out_blocks(component, left_out_blocks(mesh), report_);
+  mass_ = {mass_of_superelement(component, mesh), rigid_body_of_geometry(mesh, properties)};
+  const auto p = provenance(component, properties, mesh);
+  inputs.check();
+  refuse_loads_inside(mesh, *component.reduction, loads_, takes_loads_in(*component.reduction));
+  check_kept_sets(scene, component, mesh);
+  check_recovery_sets(mesh, *component.reduction);
+  if (command_.is_distributed() && component.reduction->is_decomposed())
+    throw InputError(
+        "domains is not known to several processes and --engine petsc: reduce this component in "
+        "one process");
+  refuse_with_shells(mesh, component, command_.is_distributed());
+  settings_.points = rigid_points(mesh, component);
+  if (command_.is_distributed() && !settings_.points.empty())
+    throw InputError(
+        "reduction.points is not known to several processes and --engine petsc: reduce this "
+        "component in one process");
+  if (component.reduction->is_decomposed()) {
+    make_group(mesh, properties, component, hash, p);
+  } else {
+    make_one(mesh, properties, component, hash, p);
+  }
+}
+
+// Coordinates up to which the diagonal form is stored.
+Index ComponentReducer::form_limit() const {
+  return settings_.is_diagonal_read ? settings_.diagonal_limit : -1;
+}
+
+// To a file that was made for a scene which does not read it.
+void ComponentReducer::add_form(const Component& component, const UnchangedFiles& inputs) {
+  const std::filesystem::path& file = component.reduction->superelement;
+  report_.line(component.name + ": adding the diagonal form to " + file.string());
+  const Mesh mesh = read_mesh(component);
+  inputs.check();
+  Superelement s = read_superelement(file);
+  {
+    const auto phase = report_.phase("diagonal form");
+    const bool has_points = !component.reduction->interface_points.empty();
+    add_diagonal_form(
+        s, has_points ? std::vector<Index>(s.node_ids.size(), 0) : parts_of(mesh, s.node_ids));
+  }
+  const auto phase = report_.phase("writing the superelement");
+  write_after_the_work(file, [&] { write_superelement(s, file); });
+}
+
+void ComponentReducer::make_one(const Mesh& mesh, const std::vector<BlockProperties>& properties,
+                                const Component& component, const std::string& hash,
+                                const std::map<std::string, std::string>& provenance) {
+  ReductionFigures figures;
+  ReductionOptions options = *component.reduction;
+  options.loads = takes_loads_in(options) ? loads_ : std::vector<std::string>();
+  options.characteristic.needs = needs_;
+  const auto reduce_it = command_.is_distributed()
+                             ? reduce_in_processes
+                             : static_cast<decltype(&reduce_in_processes)>(reduce);
+  Superelement s = reduce_it(mesh, properties, mass_.kind, options, settings_, report_, &figures);
+  if (!command_.is_first()) return;
+  add_recovered_sets(mesh, false, s);
+  finish(std::move(s), figures, component, hash, provenance);
+}
+
+void ComponentReducer::make_group(const Mesh& mesh, const std::vector<BlockProperties>& properties,
+                                  const Component& component, const std::string& hash,
+                                  const std::map<std::string, std::string>& provenance) {
+  GroupFigures figures;
+  SuperelementGroup group = reduce_domains(mesh, properties, mass_.kind, *component.reduction,
+                                           settings_, report_, &figures);
+  const std::optional<Vector3> rho =
+      residual_mass_share(group, component_interface(mesh, component.reduction->interface_sets));
+  summarise_domains(group, figures, rho, report_);
+  if (component.reduction->has_second_reduction()) {
+    make_second(mesh, group, figures.n_dofs, component, hash, provenance);
+    return;
+  }
+  if (rho && !group.conditioning) group.conditioning.emplace();
+  if (rho) group.conditioning->rho_res = rho;
+  group.content_hash = hash;
+  group.provenance = provenance;
+  for (auto& domain : group.domains) {
+    domain.content_hash = hash;
+    add_recovered_sets(mesh, true, domain);
+  }
+  {
+    const auto phase = report_.phase("writing the superelements");
+    write_after_the_work(component.reduction->superelement, [&] {
+      write_superelement_group(group, component.reduction->superelement);
+    });
+  }
+  summarise_group(group, mass_, component.reduction->superelement, report_);
+}
+
+void ComponentReducer::make_second(const Mesh& mesh, const SuperelementGroup& group, Index n_dofs,
+                                   const Component& component, const std::string& hash,
+                                   const std::map<std::string, std::string>& provenance) {
+  const ReductionOptions& reduction = *component.reduction;
+  ReductionFigures figures;
+  Superelement s = reduce_again(group, component_interface(mesh, reduction.interface_sets),
+                                reduction, settings_, report_, &figures);
+  figures.n_dofs = n_dofs;
+  {
+    const auto phase = report_.phase("diagonal form");
+    const std::vector<Index> part = parts_of(mesh, s.node_ids);
+    const Cholesky M_res = residual_mass_factor(s);
+    if (s.n() <= form_limit()) figures.condition.n_rigid = add_diagonal_form(s, part, &M_res);
+    const Index loose =
+        examine_reduced(s, rigid_motions_of_parts(s, part), M_res, figures.condition);
+    if (loose >= 0)
+      figures.condition.loose_node =
+          name_of_node_id(mesh, s.node_ids[static_cast<std::size_t>(loose / 3)]);
+  }
+  const std::string about = report_.about();
+  report_.about(about + "second reduction: ");
+  report_conditioning(figures.condition, report_);
+  warn_of_conditioning(figures.condition, report_);
+  report_.about(about);
+  s.conditioning = figures.condition;
+  s.conditioning->rho_res = residual_mass_share(s);
+  add_recovered_sets(mesh, false, s);
+  finish(std::move(s), figures, component, hash, provenance);
+}
+
+void ComponentReducer::finish(Superelement&& s, const ReductionFigures& figures,
+                              const Component& component, const std::string& hash,
+                              const std::map<std::string, std::string>& provenance) {
+  s.content_hash = hash;
+  s.provenance = provenance;
+  {
+    const auto phase = report_.phase("writing the superelement");
+    write_after_the_work(component.reduction->superelement,
+                         [&] { write_superelement(s, component.reduction->superelement); });
+  }
+  summarise(s, figures, mass_, component.reduction->superelement, report_);
+}
+
+}  // namespace cbr

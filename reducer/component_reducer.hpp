@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// One component after another, from its mesh to its superelement file.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "common/app/report.hpp"
+#include "common/files/unchanged_files.hpp"
+#include "common/scene/scene.hpp"
+#include "common/scene/scene_uses.hpp"
+#include "reducer/bases/reduce.hpp"
+#include "reducer/command.hpp"
+#include "reducer/summary.hpp"
+
+namespace cbr {
+
+// Up to which number of coordinates the diagonal form is stored, if it is read.
+Index diagonal_limit(const ReduceCommand& command, const ReductionOptions& reduction);
+
+bool has_shells(const Mesh& mesh);
+
+class ComponentReducer {
+ public:
+  ComponentReducer(const ReduceCommand& command, Report& report)
+      : report_(report), command_(command) {}
+
+  // Reduces the component, or says that its file is up to date, or copies that of an equal one.
+  // InputError: everything wrong with the component, its mesh and its sets.
+  void reduce_component(const Scene& scene, const Component& component);
+
+ private:
+  void make(const Scene& scene, const Component& component, const std::string& hash,
+            const UnchangedFiles& inputs);
+  Index form_limit() const;
+  void add_form(const Component& component, const UnchangedFiles& inputs);
+  void make_one(const Mesh& mesh, const std::vector<BlockProperties>& properties,
+                const Component& component, const std::string& hash,
+                const std::map<std::string, std::string>& provenance);
+  void make_group(const Mesh& mesh, const std::vector<BlockProperties>& properties,
+                  const Component& component, const std::string& hash,
+                  const std::map<std::string, std::string>& provenance);
+  void make_second(const Mesh& mesh, const SuperelementGroup& group, Index n_dofs,
+                   const Component& component, const std::string& hash,
+                   const std::map<std::string, std::string>& provenance);
+  void finish(Superelement&& s, const ReductionFigures& figures, const Component& component,
+              const std::string& hash, const std::map<std::string, std::string>& provenance);
+
+  Report& report_;
+  const ReduceCommand& command_;
+  ReduceSettings settings_;
+  ComponentMass mass_;  // of the component at hand
+  // sets of the component at hand that loads act on
+  std::vector<std::string> loads_;
+  InterfaceNeeds needs_;  // of the same
+  // content hash, form and loads -> file made in this run
+  std::map<std::string, std::filesystem::path> done_;
+};
+
+}  // namespace cbr
