@@ -4,127 +4,20 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <numbers>
 #include <string>
-#include <vector>
 
-#include "common/base/error.hpp"
-#include "common/fem/hinged_shells.hpp"
-#include "dynamics/setup/modal/scene_modes.hpp"
-#include "tests/support/refusal.hpp"
-#include "tests/support/restarted_run.hpp"
-#include "tests/support/scene_run.hpp"
-#include "tests/support/shell_mesh.hpp"
+#include "tests/support/shelled_scene.hpp"
 
 namespace cbr::shells_test {
 namespace {
 
+using namespace test::shelled;
 using std::numbers::pi;
 using test::at;
 using test::Faces;
 using test::Ran;
-using test::SceneFolder;
 using test::text;
-
-// Blocks `name` (and name_tri where there are both) on the grid, with nodesets of its edges x_0,
-// x_1, y_0, y_1 and of its corner.
-void add_grid(Faces kind, Index n_x, Index n_y, const std::function<Vector3(double, double)>& map,
-              const std::string& name, Mesh& mesh) {
-  const test::ShellMesh grid = test::shell_grid(kind, n_x, n_y, map);
-  const Index first = mesh.coordinates.rows();
-  mesh.coordinates.conservativeResize(first + grid.X.rows(), 3);
-  mesh.coordinates.bottomRows(grid.X.rows()) = grid.X;
-  for (Index i = 0; i < grid.X.rows(); ++i) mesh.node_ids.push_back(first + i + 1);
-  Index element = 0;
-  for (const Block& block : mesh.blocks) element += block.connectivity.rows();
-  Block quads{name, static_cast<Index>(mesh.blocks.size()) + 1, ElementType::quad4, {}, {}};
-  Block triangles{
-      name + (kind == Faces::mixed ? "_tri" : ""), quads.id + 1, ElementType::tri3, {}, {}};
-  for (Index f = 0; f < grid.faces.rows(); ++f) {
-    const bool is_triangle = grid.faces(f, 2) == grid.faces(f, 3);
-    Block& block = is_triangle ? triangles : quads;
-    const Index row = block.connectivity.rows(), n = is_triangle ? 3 : 4;
-    block.connectivity.conservativeResize(row + 1, n);
-    block.connectivity.row(row) = grid.faces.row(f).head(n).array() + first;
-    block.element_ids.push_back(++element);
-  }
-  for (Block& block : {std::ref(quads), std::ref(triangles)})
-    if (block.connectivity.rows() > 0) mesh.blocks.push_back(block);
-  const auto add_set = [&](const std::string& set, const auto& is_in) {
-    Nodeset nodes{set, static_cast<Index>(mesh.nodesets.size()) + 1, {}};
-    for (Index j = 0; j <= n_y; ++j)
-      for (Index i = 0; i <= n_x; ++i)
-        if (is_in(i, j)) nodes.nodes.push_back(first + j * (n_x + 1) + i);
-    mesh.nodesets.push_back(nodes);
-  };
-  add_set("x_0", [&](Index i, Index) { return i == 0; });
-  add_set("x_1", [&](Index i, Index) { return i == n_x; });
-  add_set("y_0", [&](Index, Index j) { return j == 0; });
-  add_set("y_1", [&](Index, Index j) { return j == n_y; });
-  add_set("edges", [&](Index i, Index j) { return i % n_x == 0 || j % n_y == 0; });
-  add_set("corner", [&](Index i, Index j) { return i == n_x && j == n_y; });
-  add_set("tip", [&](Index i, Index j) { return i == n_x && 2 * j == n_y; });
-}
-
-Mesh plate(Faces kind, Index n_x, Index n_y, double l_x, double l_y) {
-  Mesh mesh;
-  add_grid(
-      kind, n_x, n_y, [&](double x, double y) { return Vector3(l_x * x, l_y * y, 0); }, "plate",
-      mesh);
-  return mesh;
-}
-
-// Steel of 10 mm.
-constexpr double E = 2.1e11, nu = 0.3, rho = 7850, t = 0.01;
-const double D = E * t * t * t / 12 / (1 - nu * nu);
-
-struct Shelled {
-  std::string mesh = "plate.exo", thickness = text(t), mass = "consistent", nu = "0.3";
-  std::string blocks = {}, reduction = {}, instance = {}, more = {}, output = {};
-};
-
-std::string yaml(const Shelled& scene) {
-  const std::string blocks =
-      scene.blocks.empty() ? "plate: {thickness: " + scene.thickness + "}" : scene.blocks;
-  return "materials:\n  m: {youngs_modulus: 2.1e11, poissons_ratio: " + scene.nu +
-         ", density: 7850}\ncomponents:\n  part: {mesh: " + scene.mesh +
-         ", material: m, mass: " + scene.mass + ", blocks: {" + blocks + "}" +
-         (scene.reduction.empty() ? "" : ", reduction: {" + scene.reduction + "}") +
-         "}\ninstances:\n  a: {component: part" + scene.instance + "}\n" + scene.more +
-         (scene.output.empty() ? "" : "output: {" + scene.output + "}\n");
-}
-
-class Shells : public ::testing::Test {
- protected:
-  Vector frequencies(const Shelled& scene, Index n) {
-    return scene_modes(folder.prepare(yaml(scene)).scene, n, report).instances.at(0).frequency_hz;
-  }
-  std::string refusal(const Shelled& scene) {
-    return test::refusal_of([&] { folder.run(yaml(scene)); });
-  }
-
-  SceneFolder folder;
-  Report report{"test", Verbosity::quiet};
-};
-
-double hz(double lambda, double side) {
-  return lambda / (2 * pi * side * side) * std::sqrt(D / (rho * t));
-}
-
-std::string held(const std::string& set, const std::string& fix, const std::string& rotations) {
-  return "  - {instance: a, nodes: " + set + ", fix: " + fix +
-         (rotations.empty() ? "" : ", rotations: " + rotations) + "}\n";
-}
-
-double last(const Series3& series, int axis) {
-  return series.values[series.values.size() - 3 + static_cast<std::size_t>(axis)];
-}
-
-double moved(const Ran& ran, const std::string& set, int axis) {
-  const Series3& series = ran.monitor(set).mean_position;
-  return last(series, axis) - at(series, 0)[axis];
-}
 
 // Square plates: pi^2 (m^2 + n^2) of simple supports, 35.985 and 73.394 clamped (Leissa 1973, doi
 // 10.1016/S0022-460X(73)80371-2). Both masses.
@@ -214,25 +107,6 @@ TEST_F(Shells, RotationsAreHeldAsTheSceneSays) {
   EXPECT_NEAR(sag("[x, z]"), hinged, 0.01 * hinged);
   EXPECT_NEAR(sag(""), clamped, 0.02 * clamped);
   EXPECT_NEAR(sag("[y]"), clamped, 0.02 * clamped);
-}
-
-// A bar of solid with plates on two of its faces, pulled: E A / L of all. The shells share nodes
-// with the solid and have material and thickness of their own.
-Mesh covered_bar(Index n) {
-  Mesh mesh = test::block_mesh({{4 * n, n, n}, {4, 1, 1}});
-  Index element = mesh.blocks[0].connectivity.rows(), id = 2;
-  for (const std::string& face : {std::string("z_min"), std::string("z_max")}) {
-    const Sideset& set = mesh.sidesets[static_cast<std::size_t>(find_sideset(mesh, face))];
-    Block cover{face == "z_max" ? "top" : "bottom", id++, ElementType::quad4, {}, {}};
-    cover.connectivity.resize(static_cast<Index>(set.sides.size()), 4);
-    for (Index f = 0; f < cover.connectivity.rows(); ++f) {
-      const std::vector<Index> nodes = nodes_of_side(mesh, set.sides[static_cast<std::size_t>(f)]);
-      for (Index i = 0; i < 4; ++i) cover.connectivity(f, i) = nodes[static_cast<std::size_t>(i)];
-      cover.element_ids.push_back(++element);
-    }
-    mesh.blocks.push_back(cover);
-  }
-  return mesh;
 }
 
 TEST_F(Shells, PlatesOnASolidPullAndBendWithIt) {
@@ -407,113 +281,6 @@ TEST_F(Shells, APointOnOneNodeHasItsRotations) {
       EXPECT_NEAR(last(welded.monitor("a.end").rotation, 1), 0, 1e-12);
       EXPECT_NEAR(moved(welded, "a.end", 2), 0, 1e-12);
     }
-}
-
-// A fin on one line of a solid is hinged, which is told; a ring of shells, or a cover, is not.
-TEST_F(Shells, HingesOnSolidsAreTold) {
-  Mesh mesh = test::block_mesh({{2, 1, 1}});
-  const Index n = mesh.coordinates.rows();
-  const std::vector<Index> top = set_nodes(mesh, "z_max");
-  std::vector<Index> line;
-  for (const Index node : top)
-    if (mesh.coordinates(node, 1) == 0) line.push_back(node);
-  ASSERT_EQ(line.size(), 3u);
-  mesh.coordinates.conservativeResize(n + 3, 3);
-  Block fin{"fin", 9, ElementType::quad4, IndexTable(2, 4), {91, 92}};
-  for (Index i = 0; i < 3; ++i) {
-    mesh.coordinates.row(n + i) = mesh.coordinates.row(line[static_cast<std::size_t>(i)]);
-    mesh.coordinates(n + i, 2) += 0.5;
-    mesh.node_ids.push_back(1000 + i);
-  }
-  fin.connectivity << line[0], line[1], n + 1, n, line[1], line[2], n + 2, n + 1;
-  mesh.blocks.push_back(fin);
-  FiniteElementModel model;
-  number_nodes(mesh, model);
-  EXPECT_EQ(hinged_shells(mesh, model), "");  // no thickness: no shells
-  mesh.blocks.back().thickness = 0.1;
-  number_nodes(mesh, model);
-  EXPECT_EQ(model.n_rotations, 6);
-  const std::string text = hinged_shells(mesh, model);
-  EXPECT_EQ(text.find("shells of block 'fin' share 3 nodes with solids, all on one line"), 0u)
-      << text;
-  mesh = covered_bar(1);
-  for (Block& block : mesh.blocks)
-    if (dimension(block.type) == 2) block.thickness = 0.1;
-  number_nodes(mesh, model);
-  EXPECT_EQ(hinged_shells(mesh, model), "");
-}
-
-// Faces of a block are surfaces of both senses, and sidesets of edges are nodesets.
-TEST_F(Shells, FacesAndEdgesAreSets) {
-  Mesh mesh = plate(Faces::quads, 2, 1, 2, 1);
-  mesh.sidesets.push_back({"rim", 7, {{0, 0, 3}, {0, 1, 3}}});
-  mesh.sidesets.push_back({"half", 8, {{0, 1, 2}}});
-  folder.add("plate.exo", mesh);
-  Component component;
-  component.name = "part", component.mesh = folder.folder() / "plate.exo";
-  component.blocks["plate"].thickness = t;
-  const Mesh read = read_mesh(component);
-  EXPECT_EQ(read.blocks[0].thickness, t);
-  ASSERT_EQ(read.sidesets.size(), 3u);
-  EXPECT_LT(find_sideset(read, "rim"), 0);
-  ASSERT_GE(find_nodeset(read, "rim"), 0);
-  EXPECT_EQ(set_nodes(read, "rim"), (std::vector<Index>{0, 1, 2}));
-  const auto sides = [&](const std::string& name) {
-    return read.sidesets[static_cast<std::size_t>(find_sideset(read, name))].sides;
-  };
-  EXPECT_EQ(sides("plate"), (std::vector<Side>{{0, 0, 1}, {0, 1, 1}}));
-  EXPECT_EQ(sides("plate.back"), (std::vector<Side>{{0, 0, 2}, {0, 1, 2}}));
-  EXPECT_EQ(sides("half"), (std::vector<Side>{{0, 1, 2}}));
-  component.blocks.clear();
-  EXPECT_EQ(read_mesh(component).sidesets.size(), 2u);
-}
-
-TEST_F(Shells, WhatCannotBeIsRefusedByName) {
-  Mesh mesh = plate(Faces::quads, 4, 4, 1, 1);
-  folder.add("plate.exo", mesh);
-  folder.add("bar.exo", covered_bar(2));
-  const auto expect = [&](const Shelled& scene, const std::vector<std::string>& words) {
-    const std::string found = refusal(scene);
-    for (const std::string& word : words) EXPECT_NE(found.find(word), std::string::npos) << found;
-  };
-  const std::string run = "time: {end: 1, step: 1, static: true}\n";
-  Shelled scene{.more = run};
-  const auto with = [&](const auto& change) {
-    Shelled changed = scene;
-    change(changed);
-    return changed;
-  };
-  expect(with([](Shelled& s) { s.mesh = "bar.exo", s.blocks = "block: {thickness: 1}"; }),
-         {"components.part.blocks.block.thickness", "hex8", "only tri3 and quad4"});
-  expect(with([](Shelled& s) { s.blocks = "plate: {element: hex8}"; }),
-         {"blocks.plate", "quad4", "add thickness"});
-  expect(with([](Shelled& s) { s.blocks = "plat: {thickness: 1}"; }), {"no block 'plat'", "plate"});
-  expect(with([](Shelled& s) { s.reduction = "interface: x_0, modes: 4, domains: 2"; }),
-         {"domains", "does not know shells", "domains: 1"});
-  expect(with([](Shelled& s) { s.reduction = "interface: x_0, basis: massless, modes: 4"; }),
-         {"basis: massless", "does not know shells", "craig-bampton"});
-  expect(
-      with([](Shelled& s) { s.reduction = "interface: x_0, condense_rotations: true, modes: 4"; }),
-      {"not three that are off one line", "condense_rotations: false"});
-  expect(with([](Shelled& s) {
-           s.mesh = "bar.exo", s.blocks = "block: {element: hex8}";
-           s.reduction = "interface: x_min, condense_rotations: true, modes: 4";
-         }),
-         {"condense_rotations", "no shells"});
-  expect(with([&](Shelled& s) {
-           s.mesh = "bar.exo", s.blocks = "block: {element: hex8}";
-           s.more = "boundary:\n" + held("x_min", "[x]", "[y]") + run;
-         }),
-         {"boundary.rotations", "'x_min'", "leave it out"});
-  expect(with([&](Shelled& s) {
-           s.more =
-               "skin: {surfaces: [plate], youngs_modulus: 1, poissons_ratio: 0, density: 1, "
-               "thickness: 1, mesh: skinned.exo}\n" +
-               run;
-         }),
-         {"skin", "shells of its own"});
-  expect(with([&](Shelled& s) { s.output = "stress: [a.x_0]"; }),
-         {"output.stress", "shells alone"});
 }
 
 }  // namespace
