@@ -9,6 +9,7 @@
 #include "reducer/bases/error_steps.hpp"
 #include "reducer/bases/massless.hpp"
 #include "reducer/bases/mode_steps.hpp"
+#include "reducer/condensation/reduced_rigid_motions.hpp"
 
 namespace cbr {
 namespace {

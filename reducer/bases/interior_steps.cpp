@@ -6,6 +6,7 @@
 #include "common/base/error.hpp"
 #include "common/base/machine_memory.hpp"
 #include "common/linalg/huge_pages.hpp"
+#include "reducer/bases/bases.hpp"
 #include "reducer/condensation/panel_memory.hpp"
 #include "reducer/condensation/residual_mass.hpp"
 #include "reducer/judgement/condition_numbers.hpp"

@@ -11,6 +11,7 @@
 #include "reducer/bases/bases.hpp"
 #include "reducer/bases/interior_steps.hpp"
 #include "reducer/bases/mode_steps.hpp"
+#include "reducer/condensation/panel_memory.hpp"
 #include "reducer/partition/partition.hpp"
 
 namespace cbr {

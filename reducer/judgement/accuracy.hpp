@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "common/app/report.hpp"
+#include "common/linalg/dense.hpp"
 #include "common/linalg/sparse/sparse_cholesky.hpp"
 #include "common/superelement/superelement.hpp"
 #include "reducer/judgement/missing_modes.hpp"
