@@ -18,6 +18,7 @@
 #include "dynamics/setup/components/skin_shells.hpp"
 #include "dynamics/setup/components/superelement_alone.hpp"
 #include "dynamics/setup/contact/contact_setup.hpp"
+#include "dynamics/setup/contact/link_rates.hpp"
 #include "dynamics/setup/contact/links.hpp"
 #include "dynamics/setup/contact/starting_overlap.hpp"
 #include "dynamics/setup/loads_setup.hpp"
@@ -47,6 +48,25 @@ void refuse_what_cannot_be(const Scene& scene) {
           " with shells that act (skin) needs integrator: " +
           "central-difference: the diagonal form of superelements with shells has no nodal masses");
   }
+}
+
+// Springs and dashpots on rigid bodies are as stable as they are inexact with any step: where
+// nothing else makes steps short, they do.
+TimePlan plan_motion(const Scene& scene, const BuiltScene& built,
+                     const std::vector<ContactKind>& in_contact) {
+  const double every = scene.output.every;
+  TimePlan plan = plan_time(*scene.time, every, built.simulation.bodies, in_contact);
+  if (scene.time->step || plan.newmark_alpha) return plan;
+  const LinkRate fastest = fastest_link(built);
+  TimeOptions shorter = *scene.time;
+  shorter.step = link_step(fastest, every, scene.time->end);
+  if (!(*shorter.step > 0) || plan.h <= *shorter.step) return plan;
+  plan = plan_time(shorter, every, built.simulation.bodies, in_contact);
+  std::ostringstream limit;
+  limit.precision(4);
+  limit << "link '" << fastest.link << "' (" << fastest.rate << " rad/s)";
+  plan.limit = limit.str();
+  return plan;
 }
 
 // Exact bodies that only impulses meet answer as to forces that last. Penalty and nodal enforcement
@@ -220,8 +240,7 @@ BuiltScene build(const Scene& scene_of_run, Report& report, const BuildOptions& 
   if (scene.time->is_static) {
     built.simulation.plan = plan_statics(*scene.time, scene.output.every);
   } else {
-    built.simulation.plan =
-        plan_time(*scene.time, scene.output.every, built.simulation.bodies, in_contact);
+    built.simulation.plan = plan_motion(scene, built, in_contact);
     set_contact_step(in_contact, built);
     scale_bodies(in_contact, built);
   }

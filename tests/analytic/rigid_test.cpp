@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 #include <string>
+#include <utility>
 
 #include "dynamics/setup/modal/scene_modes.hpp"
 #include "tests/support/refusal.hpp"
@@ -175,6 +176,55 @@ TEST_F(Rigid, SwingsOnASpring) {
     worst = std::max(worst, std::abs(x - 0.1 / omega * std::sin(omega * ran.result.time[i])));
   }
   EXPECT_LT(worst, 2e-3 * 0.1 / omega);
+}
+
+// v = v_0 exp(-c t / m) by the step that the program chooses, however far apart the outputs are.
+TEST_F(Rigid, ADashpotSetsTheStep) {
+  const std::string hub = ", points: {hub: {surface: x_min, at: [0.2, 0.1, 0.05]}}",
+                    moving = "  b: {component: block, as: rigid, velocity: [1, 0, 0]}\n";
+  const auto run = [&](const std::string& instances, const std::string& links, double every) {
+    return folder.run(scene(instances, "links:\n" + links, "{end: 2}",
+                            "every: " + text(every) + ", history: [b.hub]", hub));
+  };
+  const double rate = 1, c = rate * mass;
+  const std::string dashpot = "damping: [" + text(c) + ", 0, 0, 0, 0, 0]}\n";
+  for (const double every : {0.1, 0.5}) {
+    const Ran ran = run(moving, "  - {between: [b.hub, ground], " + dashpot, every);
+    const std::size_t last = ran.result.time.size() - 1;
+    EXPECT_NEAR(at(ran.body("b").momentum, last)[0] / mass, std::exp(-2.0), 0.006 * std::exp(-2.0));
+    EXPECT_NEAR(at(ran.monitor("b.hub").mean_position, last)[0] - 0.2, 1 - std::exp(-2.0), 1e-5);
+    EXPECT_NEAR(-ran.result.work_damping[last], 0.5 * mass * (1 - std::exp(-4.0)),
+                0.006 * 0.5 * mass);
+    EXPECT_NE(ran.built.simulation.plan.limit.find("link 'b.hub - ground' (1 rad/s)"),
+              std::string::npos)
+        << ran.built.simulation.plan.limit;
+  }
+  // Two bodies approach each other's velocity twice as fast
+  const Ran two = run(moving + "  free: {component: block, as: rigid, position: [1, 0, 0]}\n",
+                      "  - {between: [b.hub, free.hub], " + dashpot, 0.5);
+  EXPECT_NEAR(at(two.body("b").momentum, 4)[0] / mass, 0.5 * (1 + std::exp(-4.0)), 1e-3);
+  EXPECT_NE(two.built.simulation.plan.limit.find("(2 rad/s)"), std::string::npos);
+  // A spring at the end of an arm e along y: k / m, and more by k e^2 / J
+  const std::string arm = "  - {between: [b.hub, ground], stiffness: [0, 0, 8, 0, 0, 0]}\n";
+  const std::string yaml =
+      scene("  b: {component: block, as: rigid}\n", "links:\n" + arm, "{end: 2}", "every: 0.05",
+            ", points: {hub: {surface: x_min, at: [0.2, 0.4, 0.05]}}");
+  const double omega = std::sqrt(8 / mass * (1 + 0.3 * 0.3 * 12 / (0.2 * 0.2 + 0.1 * 0.1)));
+  EXPECT_NEAR(folder.prepare(yaml).built.simulation.plan.h, 0.01 / omega, 1e-3 * 0.01 / omega);
+}
+
+// What swings faster than the outputs show takes no more than a thousand steps to an output; a step
+// that is given stays.
+TEST_F(Rigid, AStiffBushingTakesAThousandStepsToAnOutput) {
+  const std::string hub = ", points: {hub: {surface: x_min, at: [0.2, 0.1, 0.05]}}";
+  for (const auto& [time, h] : {std::pair("{end: 1}", 1e-4), std::pair("{end: 1, step: 0.05}", 0.05)})
+    EXPECT_NEAR(folder
+                    .prepare(scene("  b: {component: block, as: rigid}\n",
+                                   "links: [{between: [b.hub, ground], stiffness: [1e9, 1e9, 1e9, "
+                                   "1e9, 1e9, 1e9]}]\n",
+                                   time, "every: 0.1", hub))
+                    .built.simulation.plan.h,
+                h, 1e-9 * h);
 }
 
 // A press: all of its motions are prescribed. The bar between it and a wall gets shorter by its
