@@ -113,6 +113,44 @@ TEST_P(Statics, TiedBarsMoveWithoutStrain) {
   EXPECT_LT(ran.result.total.back(), 1e-24);
 }
 
+// Two planes of symmetry go through both cubes: supports hold both sides of the tie across it,
+// where its rows are round-off: nodes on both sides of the origin are what makes it other than 0.
+// It is no gap either.
+TEST(StaticsOfTies, GoWithSupportsOfBothSides) {
+  SceneFolder folder;
+  folder.add("cube.exo", test::block_mesh({{4, 4, 4}, Vector3(0.1, 0.1, 0.1), [](const Vector3& x) {
+                                             return Vector3(x.array() - 0.05);
+                                           }}));
+  const auto run = [&](const std::string& rest) {
+    return folder.run(
+        "materials: {m: {youngs_modulus: 2.1e11, poissons_ratio: 0.3, density: 7850}}\n"
+        "components: {cube: {mesh: cube.exo, material: m}}\n"
+        "instances: {a: {component: cube, as: mesh}, b: {component: cube, as: mesh, position: [0, "
+        "0, 0.1]}}\n" +
+        rest + "time: {static: true, end: 1, step: 1}\noutput: {every: 1}\n");
+  };
+  const std::string boundary =
+      "boundary:\n"
+      "  - {instance: a, nodes: z_min, fix: [z]}\n"
+      "  - {instance: a, nodes: x_min, fix: [x]}\n"
+      "  - {instance: a, nodes: y_min, fix: [y]}\n"
+      "  - {instance: b, nodes: x_min, fix: [x]}\n"
+      "  - {instance: b, nodes: y_min, fix: [y]}\n";
+  const Ran tied = run(boundary +
+                       "contact: [{between: [a.z_max, b.z_min], tied: true}]\n"
+                       "loads: [{instance: b, surface: z_max, force: [0, 0, 2.1e5]}]\n");
+  const std::size_t end = tied.result.time.size() - 1;
+  EXPECT_LT((at(tied.result.pairs[0].force, end).cwiseAbs() - Vector3(0, 0, 2.1e5)).norm(), 1e-3);
+  EXPECT_NEAR(tied.result.total.back(), 2.1, 1e-6);  // F^2 L / (2 E A)
+  EXPECT_LT(tied.built.simulation.pairs[0].seen().residual, 1e-6);
+  // Pulled together by 2e-5 between walls: e = 1e-4
+  const Ran bolted = run(boundary +
+                         "  - {instance: b, nodes: z_max, fix: [z]}\n"
+                         "contact: [{between: [a.z_max, b.z_min], pretension: {shortening: "
+                         "2.0e-5}}]\n");
+  EXPECT_NEAR(bolted.result.total.back(), 2.1, 1e-6);
+}
+
 // Between two forces nothing holds the bars but each other.
 TEST_P(Statics, FreeBarsPressEachOther) {
   for (const std::string formulation : {"node-face", "mortar"}) {

@@ -247,6 +247,18 @@ bool any_turns(const ContactList& list, const std::vector<ContactBody>& bodies) 
                      [&](const ContactTerm& term) { return bodies[term.body].turn.has_value(); });
 }
 
+// Gaps are differences of positions, and below the round-off of these there are none: `scale` may
+// be no more than that where nothing pushes.
+double seen_residual(const ImpulseStep& step, const std::vector<ContactBody>& bodies) {
+  constexpr double worth_a_look = 1e-9, round_off = 1e-15;
+  if (!(step.residual > worth_a_look) || !std::isfinite(step.residual)) return step.residual;
+  double reach = 0;
+  for (const ContactTerm& term : step.list.terms)
+    reach = std::max(reach, bodies[term.body].end.row(term.node).lpNorm<Eigen::Infinity>());
+  const double violation = step.residual * step.g.lpNorm<Eigen::Infinity>();
+  return violation <= round_off * reach ? 0 : step.residual;
+}
+
 }  // namespace
 
 EnforcementResult enforce_impulse(const ContactList& list, const std::vector<PointLaw>& laws,
@@ -267,8 +279,8 @@ EnforcementResult enforce_impulse(const ContactList& list, const std::vector<Poi
   }
   if (!step.moved) memory.moves.push(list, laws, step.p, bodies);
   memory.moves.give(bodies);
-  EnforcementResult result{unpack(step.p, laws), unpack(step.gap, laws), step.residual,
-                           step.fallback};
+  EnforcementResult result{unpack(step.p, laws), unpack(step.gap, laws),
+                           seen_residual(step, bodies), step.fallback};
   spread_impulses(list, laws, result.p, bodies);
   return result;
 }
