@@ -10,11 +10,11 @@
 
 namespace cbr {
 
-// Lumped unless the scene says otherwise: explicit steps divide by it.
+// Of a full mesh in motion. Lumped unless the scene says otherwise: explicit steps divide by it.
 MassKind mass_of_mesh(const Component& component);
 
 // As the scene says; else consistent when the mesh has elements that lumping spoils, and lumped for
-// all others.
+// all others. Frequencies and harmonic response of full meshes have the same.
 MassKind mass_of_superelement(const Component& component, const Mesh& mesh);
 
 // Whether lumped mass spoils frequencies and inertia of such elements ("hex20", "tet10",

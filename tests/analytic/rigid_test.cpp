@@ -217,7 +217,8 @@ TEST_F(Rigid, ADashpotSetsTheStep) {
 // that is given stays.
 TEST_F(Rigid, AStiffBushingTakesAThousandStepsToAnOutput) {
   const std::string hub = ", points: {hub: {surface: x_min, at: [0.2, 0.1, 0.05]}}";
-  for (const auto& [time, h] : {std::pair("{end: 1}", 1e-4), std::pair("{end: 1, step: 0.05}", 0.05)})
+  for (const auto& [time, h] :
+       {std::pair("{end: 1}", 1e-4), std::pair("{end: 1, step: 0.05}", 0.05)})
     EXPECT_NEAR(folder
                     .prepare(scene("  b: {component: block, as: rigid}\n",
                                    "links: [{between: [b.hub, ground], stiffness: [1e9, 1e9, 1e9, "

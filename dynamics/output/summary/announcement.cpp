@@ -15,7 +15,7 @@ Integrator integrator_of(Scheme scheme) {
 
 std::string kind_of(const BuiltScene::OfInstance& of) {
   if (of.is_rigid) return "rigid body";
-  if (of.mesh) return "mesh";
+  if (of.mesh) return std::string("mesh of ") + word_of(mass_words, of.mass_kind) + " mass";
   return of.parts.size() == 1 ? "superelement"
                               : "superelement of " + std::to_string(of.parts.size()) + " domains";
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,10 +22,11 @@ struct BuiltScene {
   struct OfInstance {
     std::string name, component;
     std::shared_ptr<const Geometry> geometry;
-    std::vector<ReducedPart> parts;  // of a superelement, or
-    Index n_modal = 0;               // of all parts
+    std::vector<ReducedPart> parts;    // of a superelement, or
+    Index n_modal = 0;                 // of all parts
     std::shared_ptr<const Mesh> mesh;  // of a rigid body, too
     bool is_rigid = false;
+    std::optional<MassKind> mass_kind;  // of a mesh that is not rigid
     std::vector<BlockProperties> properties;
     std::vector<Index> body_node;            // of each node of the mesh
     std::shared_ptr<const MeshModes> modes;  // BuildOptions::mesh_modes

@@ -362,11 +362,11 @@ ReducedComponent read_reduced(const SceneIndex& index, const Component& componen
 }
 
 // Of one component, by default.
-void warn_of_two_masses(const Scene& scene, const Component& component, const Mesh& mesh,
-                        Report& report) {
+void warn_of_two_masses(const Scene& scene, const Component& component,
+                        const MeshedComponent& meshed, Report& report) {
   if (instances_of(scene, component, InstanceKind::superelement).empty()) return;
   if (instances_of(scene, component, InstanceKind::mesh).empty()) return;
-  if (mass_of_mesh(component) == mass_of_superelement(component, mesh)) return;
+  if (meshed.mass == mass_of_superelement(component, *meshed.mesh)) return;
   report.warning("component '" + component.name +
                  "': the mass of its mesh is lumped and that of its superelement consistent, as is "
                  "the default: give the component "
@@ -387,14 +387,20 @@ MeshedComponent read_meshed(const SceneIndex& index, const Component& component,
   const auto phase = report.phase("setup");
   meshed.properties = block_properties(scene, component, *meshed.mesh);
   warn_of_left_out_blocks(component, left_out_blocks(*meshed.mesh), report);
-  warn_of_two_masses(scene, component, *meshed.mesh, report);
   const auto assembled = [&](MassKind mass) {
     return std::make_shared<FiniteElementModel>(
         naming(component.mesh, [&] { return assemble(*meshed.mesh, meshed.properties, mass); }));
   };
   const bool is_rigid = !instances_of(scene, component, InstanceKind::rigid).empty(),
              is_elastic = !instances_of(scene, component, InstanceKind::mesh).empty();
-  const auto fe = assembled(is_elastic ? mass_of_mesh(component) : MassKind::consistent);
+  if (is_elastic) {
+    meshed.mass = options.mesh_modes ? mass_of_superelement(component, *meshed.mesh)
+                                     : mass_of_mesh(component);
+    warn_of_two_masses(scene, component, meshed, report);
+  } else {
+    meshed.mass = MassKind::consistent;
+  }
+  const auto fe = assembled(meshed.mass);
   meshed.fe = fe;
   if (is_rigid) {
     const auto exact = is_elastic ? assembled(MassKind::consistent) : fe;
@@ -416,7 +422,7 @@ MeshedComponent read_meshed(const SceneIndex& index, const Component& component,
   };
   if (!meshed.modes && std::any_of(meshed.plans.begin(), meshed.plans.end(), is_nodal))
     meshed.model = std::make_shared<MeshModel>(naming(component.mesh, [&] {
-      return mass_of_mesh(component) == MassKind::lumped
+      return meshed.mass == MassKind::lumped
                  ? mesh_model(*fe, meshed.geometry->coordinates, true,
                               MeshForces(*fe, *meshed.mesh, meshed.properties))
                  : mesh_model(*fe, meshed.geometry->coordinates, false);

@@ -2,9 +2,11 @@
 #include "dynamics/setup/modal/modal_scene.hpp"
 
 #include <algorithm>
+#include <set>
 
 #include "common/base/error.hpp"
 #include "common/linalg/dense.hpp"
+#include "common/scene/scene_words.hpp"
 #include "dynamics/run/contact_step.hpp"
 
 namespace cbr {
@@ -262,6 +264,11 @@ std::unique_ptr<ModalScene> modal_scene(const Scene& scene, const MeshModesWante
   BuildOptions options;
   options.mesh_modes = wanted;
   modal->built = build(modal->scene, report, options);
+  std::set<std::string> told;
+  for (const auto& of : modal->built.instances)
+    if (of.mass_kind && told.insert(of.component).second)
+      report.line("component '" + of.component + "': its mesh has " +
+                  word_of(mass_words, of.mass_kind) + " mass");
   Simulation& sim = modal->built.simulation;
   for (std::size_t b = 0; b < sim.bodies.size(); ++b)
     modal->bodies.emplace_back(*sim.bodies[b], b < modal->built.instances.size()
