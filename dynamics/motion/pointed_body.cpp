@@ -26,6 +26,10 @@ Points table(const Vector& x) { return Eigen::Map<const Points>(x.data(), x.size
 // Of the largest moment of inertia: less is none.
 constexpr double thin = 1e-10;
 
+// The same where nodes have rotations: arms of less than a hundredth of the length would need
+// forces that are large beside the moment.
+constexpr double slender = 1e-4;
+
 // d = U + theta x (at - x), theta: of the node at x.
 AverageMaps maps_of_interface(const AveragePoint& point, const Points& positions) {
   const Matrix3 arm = cross(point.at - positions.row(point.nodes[0]).transpose());
@@ -35,29 +39,78 @@ AverageMaps maps_of_interface(const AveragePoint& point, const Points& positions
 
 }  // namespace
 
+namespace {
+
+// What a point's nodes are about their centre.
+struct Spread {
+  Vector w;  // sum 1
+  Vector3 center = Vector3::Zero();
+  std::vector<Vector3> r;
+  Matrix3 J = Matrix3::Zero();
+};
+
+Spread spread_of(const AveragePoint& point, const Points& positions) {
+  Spread of;
+  const Index n = static_cast<Index>(point.nodes.size()) - point.n_rotations;
+  of.w = point.weights.head(n) / point.weights.head(n).sum();
+  for (Index i = 0; i < n; ++i) of.center += of.w[i] * positions.row(point.nodes[i]).transpose();
+  for (Index i = 0; i < n; ++i) {
+    of.r.push_back(positions.row(point.nodes[i]).transpose() - of.center);
+    const Vector3& r = of.r.back();
+    of.J += of.w[i] * (r.squaredNorm() * Matrix3::Identity() - r * r.transpose());
+  }
+  return of;
+}
+
+// Of J, the inverse over the axes about which the nodes have arms; the others.
+struct Turns {
+  Matrix3 inverse = Matrix3::Zero(), without_arm = Matrix3::Zero();
+};
+
+Turns turns_of(const Spread& spread, double least) {
+  const double scale = spread.center.norm();
+  const SymmetricEigen3 axes = symmetric_eigen3(spread.J);
+  // Of one node J is the round-off of its place
+  const double largest = axes.values.maxCoeff();
+  Turns turns;
+  for (Index k = 0; k < 3; ++k) {
+    const Vector3 axis = axes.vectors.col(k);
+    const bool has_arm = largest > thin * thin * scale * scale && axes.values[k] > least * largest;
+    if (has_arm) turns.inverse += axis * axis.transpose() / axes.values[k];
+    if (!has_arm) turns.without_arm += axis * axis.transpose();
+  }
+  return turns;
+}
+
+}  // namespace
+
+bool lie_on_a_line(const AveragePoint& point, const Points& positions) {
+  if (point.is_of_interface) return false;
+  const Spread spread = spread_of(point, positions);
+  return !turns_of(spread, slender).without_arm.isZero(0);
+}
+
 AverageMaps average_maps(const AveragePoint& point, const Points& positions,
                          const std::string& where) {
   if (point.is_of_interface) return maps_of_interface(point, positions);
-  const Vector w = point.weights / point.weights.sum();
-  Vector3 center = Vector3::Zero();
-  const Index n = w.size();
-  for (Index i = 0; i < n; ++i) center += w[i] * positions.row(point.nodes[i]).transpose();
-  Matrix3 J = Matrix3::Zero();
-  std::vector<Vector3> r;
-  for (Index i = 0; i < n; ++i) {
-    r.push_back(positions.row(point.nodes[i]).transpose() - center);
-    J += w[i] * (r.back().squaredNorm() * Matrix3::Identity() - r.back() * r.back().transpose());
-  }
-  const Matrix3 inverse = J.inverse();
-  const double size = J.trace();
-  if (!(size > 0) || !inverse.allFinite() || inverse.cwiseAbs().maxCoeff() * size > 1 / thin)
+  const Spread spread = spread_of(point, positions);
+  const Turns turns = turns_of(spread, point.n_rotations > 0 ? slender : thin);
+  if (!turns.without_arm.isZero(0) && point.n_rotations == 0)
     throw InputError(
-        where + ": its nodes lie on a line, or are one, and determine no rotation: take a surface");
+        where +
+        ": its nodes lie on a line, or are one, and determine no rotation: take a surface, "
+        "or nodes of shells that keep their rotations");
   AverageMaps maps;
-  const Matrix3 arm = cross(point.at - center);
+  const Matrix3 arm = cross(point.at - spread.center);
+  const Index n = spread.w.size();
   for (Index i = 0; i < n; ++i) {
-    maps.theta.push_back(w[i] * inverse * cross(r[i]));
-    maps.d.push_back(w[i] * Matrix3::Identity() - arm * maps.theta.back());
+    maps.theta.push_back(spread.w[i] * turns.inverse * cross(spread.r[i]));
+    maps.d.push_back(spread.w[i] * Matrix3::Identity() - arm * maps.theta.back());
+  }
+  const Vector of_rotations = point.weights.tail(point.n_rotations);
+  for (const double w : of_rotations) {
+    maps.theta.push_back(point.hand * w / of_rotations.sum() * turns.without_arm);
+    maps.d.push_back(-arm * maps.theta.back());
   }
   return maps;
 }
@@ -99,6 +152,10 @@ PointedBody::PointedBody(std::unique_ptr<Body> inner, std::vector<AveragePoint> 
 void PointedBody::add_deformations(std::size_t point, const std::string& where) {
   constexpr std::size_t most_nodes = 1000;  // every row is of all nodes
   const std::size_t k = points_[point].nodes.size();
+  if (points_[point].n_rotations > 0)
+    throw InputError(where +
+                     ": coupling: rigid needs nodes that do not lie on a line: take "
+                     "coupling: average, or a surface");
   if (k > most_nodes)
     throw InputError(where + ": coupling: rigid of " + std::to_string(k) + " nodes, at most " +
                      std::to_string(most_nodes) +

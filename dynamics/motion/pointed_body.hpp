@@ -21,19 +21,26 @@ struct AveragePoint {
   Vector weights;            // of them, above 0
   Vector3 at;                // undeformed, scene axes
   bool rigid = false;        // the nodes are to move as a rigid body
+  // The last so many nodes are rotations of others: theta has from them what nodes on a line, or
+  // one node, do not determine.
+  Index n_rotations = 0;
   // A point of the superelement's interface: its nodes are that of its translation and that of its
   // rotation, about axes that the instance's mirror (-1) turns over.
   bool is_of_interface = false;
-  double hand = 1;
+  double hand = 1;  // of rotations, too
 };
 
 // The maps of u(nodes[i]) to d and theta, one of each for each node (3 x 3), scene axes.
-// InputError, with `where`, if the nodes lie on a line, or are one: they determine no rotation.
+// InputError, with `where`, if nodes without rotations lie on a line, or are one: they determine no
+// rotation.
 struct AverageMaps {
   std::vector<Matrix3> d, theta;
 };
 AverageMaps average_maps(const AveragePoint& point, const Points& positions,
                          const std::string& where);
+
+// To a hundredth of their length.
+bool lie_on_a_line(const AveragePoint& point, const Points& positions);
 
 // Of k nodes, the k - 2 sums of three rows each that are 0 where and only where the nodes move as a
 // rigid body: 3 (k - 2) x 3 k, an orthonormal basis of what is orthogonal to rigid motions.

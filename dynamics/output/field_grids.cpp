@@ -165,11 +165,16 @@ void add_instance_grids(const Scene& scene, const BuiltScene& built, Index i, Re
   const bool is_recovered = !of.mesh && !of.parts.front().superelement->recovery.empty();
   if (!of.mesh) add_interface_grids(of, grid, grids);
   if (is_recovered) add_recovered_grids(scene, of, grid, grids);
+  const auto& fields = scene.output.fields;
+  const bool is_nodal_wanted =
+      std::find(fields.begin(), fields.end(), "nodal_stress") != fields.end();
   const bool has_shells = std::any_of(grids.begin(), grids.end(), [&](const FieldGrid& other) {
     return other.instance == i && other.block && dimension(other.block->type) != 3;
   });
-  if (is_stress_wanted(scene) && has_shells)
-    report.line("note: no stress of the shells of '" + of.name + "': it is 0 in the fields");
+  if (has_shells && (of.mesh ? is_nodal_wanted : is_stress_wanted(scene)))
+    report.line("note: no " + std::string(of.mesh ? "nodal_stress" : "stress") +
+                " of the shells of '" + of.name + "': it is 0 in the fields" +
+                (of.mesh ? "" : "; that of shells of a full mesh is known (as: mesh)"));
   if (is_stress_wanted(scene) && !of.mesh && !is_recovered)
     report.line("note: no stress of '" + of.name +
                 "': its superelement has no recovery data (reduction.recovery: true)");

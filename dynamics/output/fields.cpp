@@ -13,6 +13,7 @@
 #include "common/app/report.hpp"
 #include "common/base/error.hpp"
 #include "common/base/version.hpp"
+#include "common/fem/elements/shell_stress.hpp"
 #include "common/fem/stress_values.hpp"
 #include "common/files/output_file.hpp"
 #include "dynamics/output/exodus_fields.hpp"
@@ -219,8 +220,7 @@ Matrix FieldWriter::stresses(const FieldGrid& grid, const Motion& motion) const 
   const Points& u = motion.turn ? motion.strained : motion.u;
   const auto& of = built_.instances[grid.instance];
   const IndexTable& connectivity = grid.block->connectivity;
-  if (dimension(grid.block->type) != 3)  // of shells it is not computed
-    return Matrix::Zero(connectivity.rows(), n_stress_values);
+  if (dimension(grid.block->type) != 3) return shell_stresses(grid);
   const Matrix3& T = of.placement.T;
   Matrix out(connectivity.rows(), 6);
   Points X(connectivity.cols(), 3), u_e(connectivity.cols(), 3);
@@ -235,6 +235,32 @@ Matrix FieldWriter::stresses(const FieldGrid& grid, const Motion& motion) const 
             .transpose();
   }
   return stress_values(turned_stress(out, motion.turn ? Matrix3(*motion.turn * T) : T));
+}
+
+// The same of shells of a mesh: at the face, top or bottom, where von Mises' is larger. A
+// superelement knows no rotations inside.
+Matrix FieldWriter::shell_stresses(const FieldGrid& grid) const {
+  const IndexTable& connectivity = grid.block->connectivity;
+  const auto& of = built_.instances[grid.instance];
+  Matrix out = Matrix::Zero(connectivity.rows(), n_stress_values);
+  if (!of.mesh || of.is_rigid || !is_structure(*grid.block)) return out;
+  const Matrix3& T = of.placement.T;
+  const ShellProperties shell{grid.properties.material, grid.block->thickness};
+  Points moves, rates;
+  built_.simulation.bodies[grid.instance]->displacements(moves, rates);
+  Points X(connectivity.cols(), 3), u(X.rows(), 3), theta(X.rows(), 3);
+  for (Index e = 0; e < connectivity.rows(); ++e) {
+    for (Index a = 0; a < connectivity.cols(); ++a) {
+      const Index node = of.body_node[connectivity(e, a)];
+      X.row(a) = (grid.points.row(node) - of.placement.position.transpose()) * T;
+      u.row(a) = moves.row(node) * T;
+      theta.row(a) = moves.row(of.geometry->rotations.at(node)) * T;
+    }
+    const Matrix faces = stress_values(
+        turned_stress(shell_stress(grid.block->type, X, shell, u, theta)({0, 2}, Eigen::all), T));
+    out.row(e) = faces.row(faces(1, von_mises_column) > faces(0, von_mises_column) ? 1 : 0);
+  }
+  return out;
 }
 
 // stress_values() of each point of the grid in the material of its block, scene axes; 0 where no

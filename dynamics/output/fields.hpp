@@ -57,6 +57,7 @@ class FieldWriter {
   Motion motion_of(const FieldGrid& grid) const;
   Matrix pressures(const FieldGrid& grid) const;
   Matrix stresses(const FieldGrid& grid, const Motion& motion) const;
+  Matrix shell_stresses(const FieldGrid& grid) const;
   Matrix nodal_stresses(const FieldGrid& grid, const Motion& motion);
   void find_materials(const Scene& scene);
   void add_stresses(const std::string& group, const std::string& field, const FieldGrid& grid,

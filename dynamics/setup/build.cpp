@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 #include <set>
+#include <sstream>
 #include <utility>
 
 #include "common/app/report.hpp"
@@ -186,6 +187,7 @@ class Builder {
       const MeshedComponent& component = meshed_.at(instance.component);
       of.geometry = component.geometry, of.mesh = component.mesh;
       of.is_rigid = instance.as == InstanceKind::rigid;
+      if (!of.is_rigid) of.mass_kind = component.mass;
       of.properties = component.properties, of.body_node = component.body_node;
       made = maker.make(instance, component);
     }

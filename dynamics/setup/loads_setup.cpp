@@ -106,8 +106,8 @@ Vector load_weights(const Geometry& geometry, const Load& load) {
 
 // A moment on the nodes of a set: the forces of least weighted squares that have it and no
 // resultant, as those on a point that moves with the set in the mean (RBE3).
-void add_moment(const Load& load, const BuiltScene::OfInstance& of, const LoadHistory& history,
-                Body& body) {
+void add_moment(const Load& load, const Instance& instance, const BuiltScene::OfInstance& of,
+                const LoadHistory& history, Body& body) {
   const Geometry& geometry = *of.geometry;
   if (geometry.surfaces.count(load.surface) == 0 && load_inside(of, load.surface) != nullptr)
     throw InputError(load.source.text() + ": a moment on '" + load.surface +
@@ -119,6 +119,7 @@ void add_moment(const Load& load, const BuiltScene::OfInstance& of, const LoadHi
     if (weights[i] > 0) point.nodes.push_back(i);
   point.weights = weights(point.nodes);
   point.at = Vector3::Zero();
+  if (!of.is_rigid) add_rotations(geometry, instance, body.reference_positions(), point);
   const AverageMaps maps = average_maps(point, body.reference_positions(),
                                         load.source.text() + ": moment on '" + load.surface +
                                             "' of instance '" + load.instance + "'");
@@ -191,7 +192,8 @@ void add_loads(const SceneIndex& index, BuiltScene& built) {
     }
     if (load.kind == Load::Kind::moment) {
       require_load_inside(index.scene(), index.scene().instances[i], geometry, load);
-      add_moment(load, built.instances[i], history, *built.simulation.bodies[i]);
+      add_moment(load, index.scene().instances[i], built.instances[i], history,
+                 *built.simulation.bodies[i]);
       continue;
     }
     if (const auto* inside = load_inside(built.instances[i], load.surface)) {

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "dynamics/contact/surfaces/broad_phase.hpp"
+#include "dynamics/motion/pointed_body.hpp"
 
 namespace cbr {
 namespace {
@@ -156,6 +157,26 @@ void warn_of_unit(const Scene& scene, const std::vector<Box>& boxes, std::size_t
   report.warning(text.str());
 }
 
+// Shells whose rotations are inside are hinged where their mesh is clamped.
+void warn_of_hinge(const Scene& scene, const BoundaryCondition& condition, const BuiltScene& built,
+                   Report& report) {
+  const auto found = std::find_if(scene.instances.begin(), scene.instances.end(),
+                                  [&](const Instance& i) { return i.name == condition.instance; });
+  if (found == scene.instances.end() || found->as != InstanceKind::superelement) return;
+  const Component& component = component_of(scene, *found);
+  if (!component.reduction || !component.reduction->condenses_rotations) return;
+  const auto place = found - scene.instances.begin();
+  const Geometry& geometry = *built.instances[static_cast<std::size_t>(place)].geometry;
+  AveragePoint held;
+  held.nodes = find_nodes(geometry, found->name, condition.nodes, condition.source);
+  held.weights = Vector::Ones(static_cast<Index>(held.nodes.size()));
+  if (!lie_on_a_line(held, geometry.coordinates)) return;
+  report.warning(condition.source.text() + ": boundary: '" + condition.nodes + "' of instance '" +
+                 found->name +
+                 "' is a hinge, as reduction.condense_rotations: true put the rotations of its "
+                 "shells inside: to clamp it, set that to false and run cbr-reduce");
+}
+
 // The shortest time in which a history leaves a value and turns back.
 double shortest_pulse(const History& history) {
   double shortest = std::numeric_limits<double>::infinity(), start = 0;
@@ -174,6 +195,8 @@ double shortest_pulse(const History& history) {
 }  // namespace
 
 void warn_of_odd_scenes(const Scene& scene, const BuiltScene& built, Report& report) {
+  for (const BoundaryCondition& condition : scene.boundary)
+    warn_of_hinge(scene, condition, built, report);
   constexpr std::size_t most_pairs = 1000;
   const Simulation& sim = built.simulation;
   std::vector<Box> boxes;

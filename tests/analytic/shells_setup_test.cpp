@@ -2,6 +2,7 @@
 // Shells as parts of a mesh: their sets, hinges that are told, and what is refused.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -71,6 +72,31 @@ TEST_F(Shells, FacesAndEdgesAreSets) {
   EXPECT_EQ(sides("half"), (std::vector<Side>{{0, 1, 2}}));
   component.blocks.clear();
   EXPECT_EQ(read_mesh(component).sidesets.size(), 2u);
+}
+
+// Rotations inside leave a hinge where the mesh is clamped, which is said by its word.
+TEST_F(Shells, ACondensedEdgeIsAHinge) {
+  folder.add("plate.exo", plate(Faces::quads, 4, 2, 1, 0.5));
+  Shelled scene{.reduction = "interface: [x_0, x_1], condense_rotations: true, modes: 4"};
+  const std::string run = "time: {end: 1e-3}\n";
+  scene.more = "boundary:\n" + held("x_0", "[x, y, z]", "[x, y, z]") + run;
+  EXPECT_NE(
+      refusal(scene).find("reduction.condense_rotations: true put those of its shells inside"),
+      std::string::npos)
+      << refusal(scene);
+  const auto warns = [&] {
+    Report told("test", Verbosity::quiet);
+    build(folder.prepare(yaml(scene)).scene, told);
+    const std::vector<std::string>& all = told.warnings();
+    return std::count_if(all.begin(), all.end(), [](const std::string& text) {
+      return text.find("is a hinge, as reduction.condense_rotations") != std::string::npos;
+    });
+  };
+  scene.more = "boundary:\n" + held("x_0", "[x, y, z]", "") + run;
+  EXPECT_EQ(warns(), 1);
+  scene.more = "boundary:\n" + held("x_0", "[x, y, z]", "") + held("x_1", "[z]", "") + run;
+  scene.reduction = "interface: [x_0, x_1], modes: 4";
+  EXPECT_EQ(warns(), 0);
 }
 
 TEST_F(Shells, WhatCannotBeIsRefusedByName) {

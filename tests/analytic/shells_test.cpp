@@ -6,7 +6,10 @@
 #include <cmath>
 #include <numbers>
 #include <string>
+#include <utility>
 
+#include "common/files/hdf5_file.hpp"
+#include "dynamics/output/fields.hpp"
 #include "tests/support/shelled_scene.hpp"
 
 namespace cbr::shells_test {
@@ -281,6 +284,83 @@ TEST_F(Shells, APointOnOneNodeHasItsRotations) {
       EXPECT_NEAR(last(welded.monitor("a.end").rotation, 1), 0, 1e-12);
       EXPECT_NEAR(moved(welded, "a.end", 2), 0, 1e-12);
     }
+}
+
+// A moment about the edge that it acts on: M L^2 / (2 E I), spread over the rotations of the nodes;
+// across the edge it is forces alone. On a set, its point and one node; of superelements, too.
+TEST_F(Shells, AMomentActsOnAnEdge) {
+  const double length = 1, width = 0.2, M = 10, EI = E * width * t * t * t / 12;
+  folder.add("plate.exo", plate(Faces::quads, 10, 2, length, width));
+  const std::string run = "time: {end: 1, step: 1, static: true}\n",
+                    clamped = "boundary:\n" + held("x_0", "[x, y, z]", "");
+  for (const std::string& kind : {std::string(), std::string("interface: [x_0, x_1], modes: 4")})
+    for (const std::string& mirror : {std::string(), std::string(", mirror: y")}) {
+      Shelled scene{.nu = "0", .output = "history: [a.x_1]"};
+      scene.reduction = kind;
+      scene.instance = (kind.empty() ? ", as: mesh" : ", as: superelement") + mirror;
+      scene.more = clamped + "loads: [{instance: a, surface: x_1, moment: [0, -10, 0]}]\n" + run;
+      const double w = moved(folder.run(yaml(scene)), "a.x_1", 2);
+      EXPECT_NEAR(w, M * length * length / (2 * EI), 1e-3 * w) << kind << mirror;
+      scene.more = clamped + "loads: [{instance: a, surface: x_1, moment: [0, 0, 1000]}]\n" + run;
+      const double v = moved(folder.run(yaml(scene)), "a.x_1", 1);
+      EXPECT_NEAR(v, 1000 / (2 * E * t * std::pow(width, 3) / 12), 0.15 * v) << kind << mirror;
+    }
+  // One node, and a point that turns as its edge does
+  Shelled scene{.nu = "0", .instance = ", as: mesh", .output = "history: [a.x_1, a.edge]"};
+  std::string text = yaml(scene);
+  const std::string point = ", points: {edge: {surface: x_1}}, mass: ";
+  text.replace(text.find(", mass: "), 8, point);
+  const auto with = [&](const std::string& load) {
+    std::string whole = text;
+    return folder.run(whole.insert(whole.find("output:"),
+                                   clamped + "loads: [{instance: a, " + load + "}]\n" + run));
+  };
+  const double theta = M * length / EI;
+  for (const char* load :
+       {"point: edge, moment: [0, -10, 0]", "surface: x_1, moment: [0, -10, 0]"}) {
+    const Ran ran = with(load);
+    const double found = -last(ran.monitor("a.edge").rotation, 1);
+    EXPECT_NEAR(found, theta, 0.01 * theta) << load;  // a nodeset's corners weigh as much as others
+    EXPECT_NEAR(2 * ran.result.total.back(), M * found, 1e-9 * M * theta) << load;
+  }
+  // The middle of the edge turns further than the mean of its nodes
+  const double of_node =
+      -last(with("surface: tip, moment: [0, -10, 0]").monitor("a.edge").rotation, 1);
+  EXPECT_NEAR(of_node, theta, 0.05 * theta);
+}
+
+// sigma = 6 M / (b t^2) of a bent strip, on either face, and F / (b t) of a pulled one: in axes of
+// the scene, on quads and triangles.
+TEST_F(Shells, FieldsHaveTheStressOfTheOuterFace) {
+  const double width = 0.2, bent = 6 * 10 / (width * t * t), pulled = 3000 / (width * t);
+  for (const Faces kind : {Faces::quads, Faces::triangles}) {
+    folder.add("plate.exo", plate(kind, 8, 2, 1, width));
+    Shelled scene{.nu = "0", .instance = ", as: mesh, rotation: [0, 0, 90]"};
+    for (const auto& [load, sigma] :
+         {std::pair("moment: [10, 0, 0]", bent), std::pair("force: [0, 3000, 0]", pulled)}) {
+      scene.more = "boundary:\n" + held("x_0", "[x, y, z]", "") +
+                   "loads: [{instance: a, surface: x_1, " + load +
+                   "}]\ntime: {end: 1, step: 1, static: true}\n";
+      scene.output = "fields: [stress]";
+      const Ran ran = folder.run(yaml(scene));
+      const auto results = folder.folder() / "r.h5";
+      FieldWriter fields(ran.scene, ran.built, results, report);
+      fields.add(1);
+      fields.commit();
+      const Hdf5Reader file(folder.folder() / "r.fields.h5");
+      const Matrix yy = file.read_matrix("/steps/0/0/stress_yy"),
+                   von_mises = file.read_matrix("/steps/0/0/stress_von_mises");
+      ASSERT_EQ(yy.rows(), kind == Faces::quads ? 16 : 32);
+      // In the middle: corners of the edge take as much as other nodes
+      const Index n = yy.rows() / 16;
+      for (Index e = 0; e < yy.rows(); ++e) {
+        const Index i = e / n % 8;
+        if (i < 3 || i > 4) continue;
+        EXPECT_NEAR(std::abs(yy(e, 0)), sigma, 0.01 * sigma) << load << e;
+        EXPECT_NEAR(von_mises(e, 0), sigma, 0.01 * sigma) << load << e;
+      }
+    }
+  }
 }
 
 }  // namespace

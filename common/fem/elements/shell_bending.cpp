@@ -40,29 +40,50 @@ Sides sides(const Plane& plane, double bending, double shear) {
   return s;
 }
 
+double rigidity(double nu, double thickness) {
+  return thickness * thickness / (12 * (1 - nu * nu));  // D / (E t length^2)
+}
+
+double shear_rigidity(double nu) { return 5.0 / 6 / (2 * (1 + nu)); }  // kappa G / E
+
+// Curvatures beta_x,x  beta_y,y  beta_x,y + beta_y,x   (3 x 3 n)
+Matrix curvatures(const PlanePoint& point, const Sides& s) {
+  const Index n = s.length.size();
+  Matrix B = Matrix::Zero(3, 3 * n);
+  Eigen::Matrix3Xd side_curvature(3, n);
+  for (Index i = 0; i < n; ++i) {
+    const double dx = point.dN(i, 0), dy = point.dN(i, 1);
+    B.col(3 * i + 1) << 0, -dy, -dx;
+    B.col(3 * i + 2) << dx, 0, dy;
+    const double c = s.along(i, 0), d = s.along(i, 1);
+    side_curvature.col(i) << point.dP(i, 0) * c, point.dP(i, 1) * d,
+        point.dP(i, 1) * c + point.dP(i, 0) * d;
+  }
+  return B + side_curvature * s.dbeta;
+}
+
 }  // namespace
+
+Matrix mean_curvatures(const Plane& plane, double nu, double thickness) {
+  const Sides s = sides(plane, rigidity(nu, thickness), shear_rigidity(nu));
+  Matrix B = Matrix::Zero(3, 3 * plane.x.rows());
+  double area = 0;
+  for (const PlanePoint& point : plane_points(plane)) {
+    area += point.weight;
+    B += point.weight * curvatures(point, s);
+  }
+  return B / area;
+}
 
 Matrix bending_stiffness(const Plane& plane, double nu, double thickness) {
   const Index n = plane.x.rows();
-  const double bending = thickness * thickness / (12 * (1 - nu * nu));  // D / (E t length^2)
-  const double shear = 5.0 / 6 / (2 * (1 + nu));                        // kappa G / E
+  const double bending = rigidity(nu, thickness), shear = shear_rigidity(nu);
   const Sides s = sides(plane, bending, shear);
   Matrix3 C;
   C << 1, nu, 0, nu, 1, 0, 0, 0, (1 - nu) / 2;
   Matrix K = Matrix::Zero(3 * n, 3 * n);
   for (const PlanePoint& point : plane_points(plane)) {
-    // Curvatures beta_x,x  beta_y,y  beta_x,y + beta_y,x   (3 x 3 n)
-    Matrix B = Matrix::Zero(3, 3 * n);
-    Eigen::Matrix3Xd side_curvature(3, n);
-    for (Index i = 0; i < n; ++i) {
-      const double dx = point.dN(i, 0), dy = point.dN(i, 1);
-      B.col(3 * i + 1) << 0, -dy, -dx;
-      B.col(3 * i + 2) << dx, 0, dy;
-      const double c = s.along(i, 0), d = s.along(i, 1);
-      side_curvature.col(i) << point.dP(i, 0) * c, point.dP(i, 1) * d,
-          point.dP(i, 1) * c + point.dP(i, 0) * d;
-    }
-    B += side_curvature * s.dbeta;
+    const Matrix B = curvatures(point, s);
     // gamma_x, gamma_y   (2 x 3 n)
     const Matrix B_s = point.edge.transpose() * s.length.asDiagonal() * s.gamma;
     K += (point.weight * bending) * B.transpose() * C * B +

@@ -41,4 +41,19 @@ Matrix membrane_stiffness(const Plane& plane, double nu) {
   return K.topLeftCorner(3 * n, 3 * n) - Y.transpose() * Y;
 }
 
+Matrix mean_strains(const Plane& plane) {
+  const Index n = plane.x.rows();
+  Matrix B = Matrix::Zero(3, 3 * n);
+  double area = 0;
+  for (const PlanePoint& point : plane_points(plane)) {
+    area += point.weight;
+    for (Index i = 0; i < n; ++i) {
+      const double dx = point.weight * point.dN(i, 0), dy = point.weight * point.dN(i, 1);
+      B.col(3 * i) += Vector3(dx, 0, dy);
+      B.col(3 * i + 1) += Vector3(0, dy, dx);
+    }
+  }
+  return B / area;
+}
+
 }  // namespace cbr::shell

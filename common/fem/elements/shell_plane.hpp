@@ -58,4 +58,10 @@ Matrix membrane_stiffness(const Plane& plane, double poissons_ratio);
 // 3 n x 3 n. Dofs of a node: w, theta_x, theta_y. thickness in units of plane.length.
 Matrix bending_stiffness(const Plane& plane, double poissons_ratio, double thickness);
 
+// Of the same dofs, 3 x 3 n: means over the element of eps_xx, eps_yy, gamma_xy (those of
+// incompatible modes are 0), and of the curvatures beta_x,x  beta_y,y  beta_x,y + beta_y,x of the
+// fibres, u = z beta_x, v = z beta_y.
+Matrix mean_strains(const Plane& plane);
+Matrix mean_curvatures(const Plane& plane, double poissons_ratio, double thickness);
+
 }  // namespace cbr::shell

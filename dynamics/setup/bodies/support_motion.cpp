@@ -212,6 +212,12 @@ void take_set(const SceneIndex& index, const Instance& instance, const Geometry&
   wanted.sets.push_back({set.surface, point});
 }
 
+bool condenses_rotations(const Scene& scene, const Instance& instance) {
+  const Component& component = component_of(scene, instance);
+  return instance.as == InstanceKind::superelement && component.reduction &&
+         component.reduction->condenses_rotations;
+}
+
 }  // namespace
 
 std::vector<HeldAxis> held_axes(const SceneIndex& index, const Instance& instance,
@@ -225,6 +231,11 @@ std::vector<HeldAxis> held_axes(const SceneIndex& index, const Instance& instanc
       any |= geometry.rotations.contains(node);
     const bool wants_any =
         condition->fix_rotations.value_or(std::array<bool, 3>()) != std::array<bool, 3>();
+    if (wants_any && !any && condenses_rotations(index.scene(), instance))
+      throw InputError(condition->source.text() + ": boundary.rotations: '" + condition->nodes +
+                       "' of instance '" + instance.name +
+                       "' has no rotations, as reduction.condense_rotations: true put those of its "
+                       "shells inside: set it to false and run cbr-reduce");
     if (wants_any && !any)
       throw InputError(condition->source.text() + ": boundary.rotations: no node of '" +
                        condition->nodes + "' of instance '" + instance.name +

@@ -22,6 +22,29 @@ Vector weights_of(const Geometry& geometry, const std::string& instance,
   return all(nodes);
 }
 
+}  // namespace
+
+void add_rotations(const Geometry& geometry, const Instance& instance, const Points& positions,
+                   AveragePoint& point) {
+  if (geometry.rotations.empty() || !lie_on_a_line(point, positions)) return;
+  std::map<Index, double> rotations;
+  for (std::size_t i = 0; i < point.nodes.size(); ++i)
+    if (const auto found = geometry.rotations.find(point.nodes[i]);
+        found != geometry.rotations.end())
+      rotations[found->second] = point.weights[static_cast<Index>(i)];
+  const Index n = point.weights.size();
+  point.n_rotations = static_cast<Index>(rotations.size());
+  point.hand = instance.mirror.empty() ? 1 : -1;
+  point.weights.conservativeResize(n + point.n_rotations);
+  Index place = n;
+  for (const auto& [node, weight] : rotations) {
+    point.nodes.push_back(node);
+    point.weights[place++] = weight;
+  }
+}
+
+namespace {
+
 AveragePoint average_point(const Instance& instance, const Geometry& geometry,
                            const std::string& name, const Component::Point& point) {
   AveragePoint average;
@@ -41,6 +64,8 @@ AveragePoint average_point(const Instance& instance, const Geometry& geometry,
           geometry.coordinates.row(average.nodes[i]).transpose();
   at = point.at.value_or(at / average.weights.sum());
   average.at = instance.transformation() * at + instance.position;
+  if (instance.as != InstanceKind::rigid)
+    add_rotations(geometry, instance, geometry.coordinates, average);
   // A rigid body's nodes need no couplings among them
   average.rigid = point.rigid && instance.as != InstanceKind::rigid;
   return average;

@@ -17,6 +17,10 @@ namespace cbr {
 std::vector<AveragePoint> points_of(const SceneIndex& index, const BuiltScene& built,
                                     Index instance);
 
+// Nodes on a line, or one, leave a rotation to the shells' own: then those are nodes of the point.
+void add_rotations(const Geometry& geometry, const Instance& instance, const Points& positions,
+                   AveragePoint& point);
+
 // Place of a named point among them.
 Index point_place(const SceneIndex& index, const std::string& instance, const std::string& point);
 
