@@ -111,11 +111,27 @@ class ScalingAbility {
   ~ScalingAbility() = default;
 };
 
+// Where a body that turns has its points: x = center + R (y - center), y the place that the point
+// would have without the turn; scene axes.
+struct BodyTurn {
+  Vector3 center = Vector3::Zero();
+  Matrix3 R = Matrix3::Identity();  // since the start
+};
+
 // Of bodies that turn by any angle.
 class TurningAbility {
  public:
   // the rotation since the start in which this step's response() is
   virtual const Matrix3& turn_of_step() const = 0;
+  virtual BodyTurn turn_now() const = 0;
+  // at the end of the step, with the impulses and moments added so far
+  virtual BodyTurn turn_at_end() const = 0;
+  virtual Vector3 spin() const = 0;  // now, rad/s, scene axes
+  // Positions of a set now and at the end of the step, and displacements and velocities of all
+  // nodes, as they would be without the turn. Set: of the body's own track().
+  virtual void unturned_positions(Index set, Points& x) const = 0;
+  virtual void unturned_end(Index set, Points& x) const = 0;
+  virtual void unturned_displacements(Points& u, Points& v) const = 0;
   // A moment (times time) on the body beside impulses on its nodes.
   virtual void add_moment(const Vector3& moment, ImpulseKind kind) = 0;
 

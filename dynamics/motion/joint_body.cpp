@@ -36,11 +36,18 @@ JointBody::JointBody(Joint joint, Scheme scheme)
   v_ = joint_.rates;
 }
 
+void JointBody::follow(Index node, const Matrix3& to_scene) {
+  if (!follows_) maps_.fill(joint_.axes.transpose());
+  follows_ = true;
+  maps_[static_cast<std::size_t>(node)] = to_scene;
+}
+
 Matrix6 JointBody::in_scene_axes(const Matrix6& A) const {
   Matrix6 turned;
   for (Index i = 0; i < 6; i += 3)
     for (Index j = 0; j < 6; j += 3)
-      turned.block<3, 3>(i, j) = joint_.axes.transpose() * A.block<3, 3>(i, j) * joint_.axes;
+      turned.block<3, 3>(i, j) =
+          to_scene(i / 3) * A.block<3, 3>(i, j) * to_scene(j / 3).transpose();
   return turned;
 }
 
@@ -52,18 +59,19 @@ Index JointBody::track(const std::vector<Index>& nodes) {
 void JointBody::fill(const Vector6& r, Index set, Points& x) const {
   const std::vector<Index>& nodes = sets_[static_cast<std::size_t>(set)];
   x.resize(static_cast<Index>(nodes.size()), 3);
-  for (Index i = 0; i < x.rows(); ++i)
-    x.row(i) =
-        (joint_.at + joint_.axes.transpose() * r.segment<3>(3 * nodes[static_cast<std::size_t>(i)]))
-            .transpose();
+  for (Index i = 0; i < x.rows(); ++i) {
+    const Index node = nodes[static_cast<std::size_t>(i)];
+    x.row(i) = (joint_.at + to_scene(node) * r.segment<3>(3 * node)).transpose();
+  }
 }
 
 Vector6 JointBody::gathered(Index set, const Points& impulses) const {
   const std::vector<Index>& nodes = sets_[static_cast<std::size_t>(set)];
   Vector6 P = Vector6::Zero();
-  for (Index i = 0; i < impulses.rows(); ++i)
-    P.segment<3>(3 * nodes[static_cast<std::size_t>(i)]) +=
-        joint_.axes * impulses.row(i).transpose();
+  for (Index i = 0; i < impulses.rows(); ++i) {
+    const Index node = nodes[static_cast<std::size_t>(i)];
+    P.segment<3>(3 * node) += to_scene(node).transpose() * impulses.row(i).transpose();
+  }
   return P;
 }
 
@@ -71,7 +79,7 @@ void JointBody::mean_motion(Index set, Vector3& position, Vector3& velocity) con
   Points x;
   fill(r_, set, x);
   position = x.colwise().mean().transpose();
-  velocity = joint_.axes.transpose() * v_.head<3>();
+  velocity = to_scene(0) * v_.head<3>();
 }
 
 Matrix6 JointBody::answer(double h) const {
@@ -190,14 +198,13 @@ void JointBody::start_motion(double h) {
 
 BodyState JointBody::state() const {
   BodyState state;
-  const Matrix3 to_scene = joint_.axes.transpose();
-  state.center_of_mass = joint_.at + to_scene * r_.head<3>();
+  state.center_of_mass = joint_.at + to_scene(0) * r_.head<3>();
   state.strain_energy = energy_;
   if (!joint_.is_mass()) return state;
   const Vector6 momenta = joint_.mass * v_;
-  state.momentum = to_scene * momenta.head<3>();
+  state.momentum = to_scene(0) * momenta.head<3>();
   state.angular_momentum =
-      to_scene * momenta.tail<3>() + state.center_of_mass.cross(state.momentum);
+      to_scene(1) * momenta.tail<3>() + state.center_of_mass.cross(state.momentum);
   state.kinetic_energy = 0.5 * v_.dot(momenta);
   return state;
 }
@@ -205,13 +212,16 @@ BodyState JointBody::state() const {
 void JointBody::displacements(Points& u, Points& v) const {
   u.resize(2, 3), v.resize(2, 3);
   for (Index i = 0; i < 2; ++i) {
-    u.row(i) = (joint_.axes.transpose() * r_.segment<3>(3 * i)).transpose();
-    v.row(i) = (joint_.axes.transpose() * v_.segment<3>(3 * i)).transpose();
+    u.row(i) = (to_scene(i) * r_.segment<3>(3 * i)).transpose();
+    v.row(i) = (to_scene(i) * v_.segment<3>(3 * i)).transpose();
   }
 }
 
 void JointBody::coordinates(Vector& q, Vector& rates) const { q = r_, rates = v_; }
 
-void JointBody::keep_state(StateArchive& archive) { archive(r_, v_, h_, last_h_, energy_, work_); }
+void JointBody::keep_state(StateArchive& archive) {
+  archive(r_, v_, h_, last_h_, energy_, work_);
+  if (follows_) archive(maps_[0], maps_[1]);
+}
 
 }  // namespace cbr

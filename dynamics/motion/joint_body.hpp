@@ -3,6 +3,7 @@
 // coordinates, tied to points of others.
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -44,6 +45,12 @@ class JointBody final : public Body, public EndImpulseAbility, public StaticsAbi
   const Joint& joint() const { return joint_; }
   Matrix6 compliance() const;  // K^-1 over the motions that have springs, else 0; axes of the joint
   Matrix6 in_scene_axes(const Matrix6& A) const;
+  // Of a link whose ends turn, before each step: what takes its translation (node 0) or rotation
+  // (node 1) to the scene's axes from now on, in the place of joint().axes.
+  void follow(Index node, const Matrix3& to_scene);
+  // translation and rotation, axes of the joint: now, and at the end of the step
+  const Vector6& stretch() const { return r_; }
+  const Vector6& stretch_at_end() const { return r_end_; }
 
   const std::string& name() const override { return joint_.name; }
   Index n_dofs() const override { return joint_.is_mass() ? 6 : 0; }
@@ -88,6 +95,9 @@ class JointBody final : public Body, public EndImpulseAbility, public StaticsAbi
   Matrix6 answer(double h) const;  // of r_end_ to impulses, axes of the joint
   Matrix6 static_answer(double hold) const;
   NodeResponse response_of(Index set, const Matrix6& A) const;
+  Matrix3 to_scene(Index node) const {
+    return follows_ ? maps_[static_cast<std::size_t>(node)] : Matrix3(joint_.axes.transpose());
+  }
   void fill(const Vector6& r, Index set, Points& x) const;
   Vector6 gathered(Index set, const Points& impulses) const;  // axes of the joint
   double spring_energy(const Vector6& r) const { return 0.5 * r.dot(joint_.stiffness * r); }
@@ -98,6 +108,8 @@ class JointBody final : public Body, public EndImpulseAbility, public StaticsAbi
   std::vector<std::vector<Index>> sets_;
   Matrix6 inverse_mass_ = Matrix6::Zero();
   // Motion; rates: of a mass now, of springs over the last step, whose length is last_h_
+  bool follows_ = false;
+  std::array<Matrix3, 2> maps_;  // once it follows
   Vector6 r_ = Vector6::Zero(), r_end_ = Vector6::Zero(), v_ = Vector6::Zero(),
           v_end_ = Vector6::Zero();
   double h_ = 0, last_h_ = 0, answer_h_ = 0, pull_ = 0;

@@ -29,6 +29,11 @@ constexpr double thin = 1e-10;
 // The same where nodes have rotations: arms of less than a hundredth of the length would need
 // forces that are large beside the moment.
 constexpr double slender = 1e-4;
+Matrix3 rotation_of(const Vector3& theta) {
+  const double angle = theta.norm();
+  return angle == 0 ? Matrix3::Identity()
+                    : Eigen::AngleAxisd(angle, theta / angle).toRotationMatrix();
+}
 
 // d = U + theta x (at - x), theta: of the node at x.
 AverageMaps maps_of_interface(const AveragePoint& point, const Points& positions) {
@@ -134,6 +139,7 @@ PointedBody::PointedBody(std::unique_ptr<Body> inner, std::vector<AveragePoint> 
     : inner_(std::move(inner)), points_(std::move(points)) {
   const Points& X = inner_->reference_positions();
   n_ = X.rows();
+  arms_.assign(points_.size(), Vector3::Zero());
   for (std::size_t j = 0; j < points_.size(); ++j) {
     maps_.push_back(average_maps(points_[j], X, where));
     if (points_[j].rigid) add_deformations(j, where);
@@ -206,6 +212,16 @@ Index PointedBody::track(const std::vector<Index>& nodes) {
   }
   std::sort(inner.begin(), inner.end());
   inner.erase(std::unique(inner.begin(), inner.end()), inner.end());
+  std::vector<Index> all = nodes;
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    if (nodes[i] < n_ || !takes_force(nodes[i])) continue;
+    const auto point = static_cast<std::size_t>((nodes[i] - n_) / 2);
+    if (!points_[point].slides) continue;
+    set.slides.push_back({static_cast<Index>(i), static_cast<Index>(all.size()), point});
+    all.push_back(nodes[i] + 1);
+  }
+  set.nodes = all;
+  set.n_nodes = static_cast<Index>(nodes.size());
   std::vector<Eigen::Triplet<double, Index>> entries;
   const auto add = [&](Index row, Index node, const Matrix3& map) {
     const Index at = std::lower_bound(inner.begin(), inner.end(), node) - inner.begin();
@@ -213,18 +229,18 @@ Index PointedBody::track(const std::vector<Index>& nodes) {
       for (int b = 0; b < 3; ++b)
         if (map(a, b) != 0) entries.emplace_back(3 * row + a, 3 * at + b, map(a, b));
   };
-  for (Index i = 0; i < static_cast<Index>(nodes.size()); ++i) {
-    if (nodes[i] < n_) {
-      add(i, nodes[i], Matrix3::Identity());
+  for (Index i = 0; i < static_cast<Index>(all.size()); ++i) {
+    if (all[i] < n_) {
+      add(i, all[i], Matrix3::Identity());
       continue;
     }
     std::size_t j = 0;
-    const auto& maps = maps_of(nodes[i], j);
+    const auto& maps = maps_of(all[i], j);
     for (std::size_t k = 0; k < points_[j].nodes.size(); ++k) add(i, points_[j].nodes[k], maps[k]);
   }
-  set.E.resize(3 * static_cast<Index>(nodes.size()), 3 * static_cast<Index>(inner.size()));
+  set.E.resize(3 * static_cast<Index>(all.size()), 3 * static_cast<Index>(inner.size()));
   set.E.setFromTriplets(entries.begin(), entries.end());
-  set.X = X_(nodes, Eigen::all);
+  set.X = X_(all, Eigen::all);
   set.X_inner = X_(inner, Eigen::all);
   set.inner = inner_->track(inner);
   sets_.push_back(std::move(set));
@@ -233,16 +249,91 @@ Index PointedBody::track(const std::vector<Index>& nodes) {
 
 void PointedBody::extend(const NodeSet& set, const Points& inner, Points& x) const {
   x = set.X + table(set.E * flat(inner - set.X_inner));
+  for (const NodeSet::Slide& slide : set.slides) {
+    const Vector3 theta = x.row(slide.rotation) - set.X.row(slide.rotation);
+    x.row(slide.row) += (arms_[slide.point] + theta.cross(arms_[slide.point])).transpose();
+  }
+  x.conservativeResize(set.n_nodes, 3);
 }
 
+// Places turn about the body's centre, rotations and deformations about where they are.
+void PointedBody::extend_turned(const NodeSet& set, const Points& inner, const BodyTurn& turn,
+                                Points& x) const {
+  extend(set, inner, x);
+  if (turn.R == Matrix3::Identity()) return;
+  for (Index i = 0; i < x.rows(); ++i) {
+    const Vector3 about = takes_force(set.nodes[static_cast<std::size_t>(i)])
+                              ? turn.center
+                              : Vector3(set.X.row(i).transpose());
+    x.row(i) = (about + turn.R * (x.row(i).transpose() - about)).transpose();
+  }
+}
+
+// Impulses in axes that turn with the body, m x 3.
 Points PointedBody::spread(const NodeSet& set, const Points& forces) const {
-  return table(set.E.transpose() * flat(forces));
+  if (set.slides.empty()) return table(set.E.transpose() * flat(forces));
+  Points all = Points::Zero(set.X.rows(), 3);
+  all.topRows(set.n_nodes) = forces;
+  for (const NodeSet::Slide& slide : set.slides)
+    all.row(slide.rotation) =
+        arms_[slide.point].cross(Vector3(forces.row(slide.row).transpose())).transpose();
+  return table(set.E.transpose() * flat(all));
+}
+
+// Of impulses on the set, what the spread ones leave of their moment: a body takes those where its
+// nodes are now, and their shares are those of the middle of the step.
+Vector3 PointedBody::missing_moment(const NodeSet& set, const Points& impulses,
+                                    const Points& nodal) const {
+  Points inner, x;
+  turned()->unturned_positions(set.inner, inner);
+  const BodyTurn turn = turned()->turn_now();
+  extend_turned(set, inner, turn, x);
+  Vector3 moment = Vector3::Zero();
+  for (Index i = 0; i < x.rows(); ++i) {
+    const Index node = set.nodes[static_cast<std::size_t>(i)];
+    const Vector3 P = impulses.row(i).transpose();
+    if (takes_force(node)) {
+      moment += Vector3(x.row(i).transpose() - turn.center).cross(P);
+    } else if (node < n_ + 2 * static_cast<Index>(points_.size())) {
+      moment += P;
+    }
+  }
+  for (Index i = 0; i < inner.rows(); ++i)
+    moment -= (turn.R * (inner.row(i).transpose() - turn.center))
+                  .cross(Vector3(nodal.row(i).transpose()));
+  return moment;
+}
+
+// A place that slides moves as its point and by the rotation, times the arm.
+Matrix PointedBody::slid(const NodeSet& set, const Matrix& S) const {
+  Matrix A = Matrix::Identity(3 * set.n_nodes, S.rows());
+  for (const NodeSet::Slide& slide : set.slides)
+    A.block<3, 3>(3 * slide.row, 3 * slide.rotation) = -cross(arms_[slide.point]);
+  return A * S * A.transpose();
+}
+
+// The block stays, and turns with the body.
+NodeResponse PointedBody::turned_response(const NodeSet& set, double h) const {
+  NodeResponse response;
+  response.axes = turned()->turn_of_step();
+  if (!set.answer || set.answer_h != h) {
+    NodeResponse inner = inner_->response(set.inner, h);
+    inner.axes = response.axes.transpose() * inner.axes;
+    const Matrix half = set.E * inner.dense();
+    const Matrix S = half * set.E.transpose();
+    set.answer = std::make_shared<const Matrix>(0.5 * (S + S.transpose()));
+    set.answer_h = h;
+  }
+  response.block =
+      set.slides.empty() ? set.answer : std::make_shared<const Matrix>(slid(set, *set.answer));
+  return response;
 }
 
 NodeResponse PointedBody::extended(const NodeSet& set, const NodeResponse& inner) const {
   NodeResponse response;
   const Matrix half = set.E * inner.dense();
-  const Matrix S = half * set.E.transpose();
+  Matrix S = half * set.E.transpose();
+  if (!set.slides.empty()) S = slid(set, S);
   response.set_block(0.5 * (S + S.transpose()));
   return response;
 }
@@ -250,6 +341,10 @@ NodeResponse PointedBody::extended(const NodeSet& set, const NodeResponse& inner
 void PointedBody::positions(Index set, Points& x) const {
   if (is_plain(set)) return inner_->positions(sets_[set].inner, x);
   Points inner;
+  if (turned() != nullptr) {
+    turned()->unturned_positions(sets_[set].inner, inner);
+    return extend_turned(sets_[set], inner, turned()->turn_now(), x);
+  }
   inner_->positions(sets_[set].inner, inner);
   extend(sets_[set], inner, x);
 }
@@ -257,13 +352,24 @@ void PointedBody::positions(Index set, Points& x) const {
 void PointedBody::predicted_positions(Index set, Points& x) const {
   if (is_plain(set)) return inner_->predicted_positions(sets_[set].inner, x);
   Points inner;
+  if (turned() != nullptr) {
+    turned()->unturned_end(sets_[set].inner, inner);
+    return extend_turned(sets_[set], inner, turned()->turn_at_end(), x);
+  }
   inner_->predicted_positions(sets_[set].inner, inner);
   extend(sets_[set], inner, x);
 }
 
 void PointedBody::add_impulses(Index set, const Points& impulses, ImpulseKind kind) {
-  inner_->add_impulses(sets_[set].inner, is_plain(set) ? impulses : spread(sets_[set], impulses),
-                       kind);
+  const NodeSet& of = sets_[set];
+  if (is_plain(set) || turned() == nullptr) {
+    inner_->add_impulses(of.inner, is_plain(set) ? impulses : spread(of, impulses), kind);
+    return;
+  }
+  const Matrix3 R = turned()->turn_of_step();
+  const Points nodal = spread(of, impulses * R) * R.transpose();
+  inner_->add_impulses(of.inner, nodal, kind);
+  turned()->add_moment(missing_moment(of, impulses, nodal), kind);
 }
 
 void PointedBody::add_answered_impulses(Index set, const Points& contact, const Points& friction,
@@ -305,6 +411,7 @@ void PointedBody::add_static_forces(Index set, const Points& forces, ImpulseKind
 }
 
 NodeResponse PointedBody::response(Index set, double h) const {
+  if (!is_plain(set) && turned() != nullptr) return turned_response(sets_[set], h);
   const NodeResponse inner = inner_->response(sets_[set].inner, h);
   return is_plain(set) ? inner : extended(sets_[set], inner);
 }
@@ -312,7 +419,11 @@ NodeResponse PointedBody::response(Index set, double h) const {
 void PointedBody::point_motion(Index point, Vector3& d, Vector3& theta, Vector3& velocity,
                                Vector3& spin) const {
   Points u, v;
-  inner_->displacements(u, v);
+  if (turned() != nullptr) {
+    turned()->unturned_displacements(u, v);
+  } else {
+    inner_->displacements(u, v);
+  }
   for (Vector3* x : {&d, &theta, &velocity, &spin}) x->setZero();
   const auto& nodes = points_[point].nodes;
   for (std::size_t i = 0; i < nodes.size(); ++i) {
@@ -321,6 +432,14 @@ void PointedBody::point_motion(Index point, Vector3& d, Vector3& theta, Vector3&
     velocity += maps_[point].d[i] * v.row(nodes[i]).transpose();
     spin += maps_[point].theta[i] * v.row(nodes[i]).transpose();
   }
+  if (turned() == nullptr) return;
+  Points whole_d = d.transpose(), whole_v = velocity.transpose();
+  inner_->turn(points_[point].at.transpose(), whole_d, whole_v);
+  d = whole_d.row(0).transpose(), velocity = whole_v.row(0).transpose();
+  const Matrix3 R = turned()->turn_now().R;
+  spin = turned()->spin() + R * spin;
+  const Eigen::AngleAxisd whole(R * rotation_of(theta));
+  theta = whole.angle() * whole.axis();
 }
 
 void PointedBody::add_inner_terms(Index node, const Vector3& weight,
@@ -336,9 +455,23 @@ void PointedBody::add_inner_terms(Index node, const Vector3& weight,
 }
 
 void PointedBody::add_point_force(Index point, const Vector3& force, const Vector3& moment,
-                                  const LoadHistory& history) {
-  Points forces = Points::Zero(n_, 3);
+                                  const LoadHistory& history, bool follows) {
   const auto& nodes = points_[point].nodes;
+  if (turned() != nullptr) {
+    for (const bool is_force : {true, false}) {
+      VectorLoad load{{}, is_force ? force : moment, follows, history};
+      if (load.value.isZero(0)) continue;
+      const auto& maps = is_force ? maps_[point].d : maps_[point].theta;
+      for (Index a = 0; a < 3; ++a) {
+        Points& forces = load.patterns[static_cast<std::size_t>(a)].forces;
+        forces.setZero(n_, 3);
+        for (std::size_t i = 0; i < nodes.size(); ++i) forces.row(nodes[i]) += maps[i].row(a);
+      }
+      inner_->add_vector_load(load);
+    }
+    return;
+  }
+  Points forces = Points::Zero(n_, 3);
   for (std::size_t i = 0; i < nodes.size(); ++i)
     forces.row(nodes[i]) +=
         (maps_[point].d[i].transpose() * force + maps_[point].theta[i].transpose() * moment)

@@ -24,6 +24,7 @@ struct AveragePoint {
   // The last so many nodes are rotations of others: theta has from them what nodes on a line, or
   // one node, do not determine.
   Index n_rotations = 0;
+  bool slides = false;       // its translation is that of a place that PointedBody::slide() gives
   // A point of the superelement's interface: its nodes are that of its translation and that of its
   // rotation, about axes that the instance's mirror (-1) turns over.
   bool is_of_interface = false;
@@ -46,6 +47,9 @@ bool lie_on_a_line(const AveragePoint& point, const Points& positions);
 // rigid body: 3 (k - 2) x 3 k, an orthonormal basis of what is orthogonal to rigid motions.
 Matrix deformation_rows(const AveragePoint& point, const Points& positions);
 
+// Of a body that turns, points and their maps turn with it: the nodes of translations are places,
+// and those of rotations are at `at` plus what the point turns in the body, in the scene's axes.
+//
 // Point j has two nodes behind those of the inner body: n + 2 j moves by d, n + 2 j + 1 by theta,
 // both from `at`. Impulses on them are impulses and impulses of moments. Behind those of all points
 // a rigid one has nodes that move by deformation_rows(), three each, from `at`: what holds them
@@ -76,9 +80,11 @@ class PointedBody final : public Body,
   // weight . u(node) of one of its nodes as a sum over those of the inner body.
   void add_inner_terms(Index node, const Vector3& weight,
                        std::vector<std::pair<Index, Vector3>>& terms) const;
-  // A force and a moment on the point.
+  // A force and a moment on the point; follows: they turn with the body.
   void add_point_force(Index point, const Vector3& force, const Vector3& moment,
-                       const LoadHistory& history);
+                       const LoadHistory& history, bool follows = false);
+  // Of a point that slides: it moves as what is rigid with the point and `arm` from it does.
+  void slide(Index point, const Vector3& arm) { arms_[static_cast<std::size_t>(point)] = arm; }
 
   const std::string& name() const override { return inner_->name(); }
   Index n_dofs() const override { return inner_->n_dofs(); }
@@ -141,6 +147,8 @@ class PointedBody final : public Body,
   void add_modal_force(const Vector& forces, const LoadHistory& history) override {
     inner_->add_modal_force(forces, history);
   }
+  void add_vector_load(const VectorLoad& load) override { inner_->add_vector_load(load); }
+  TurningAbility* turning() override { return inner_->turning(); }
 
   BodyState state() const override { return inner_->state(); }
   BodyWork work() const override { return inner_->work(); }
@@ -151,14 +159,32 @@ class PointedBody final : public Body,
 
  private:
   // x = X + E (x_inner - X_inner); without points E is empty, and the set is the inner body's.
+  // Rows behind those of the set's nodes are rotations of points that slide.
   struct NodeSet {
     Index inner = 0;
     Points X, X_inner;
-    SparseMatrix E;  // 3 m x 3 m_inner
+    SparseMatrix E;            // 3 m x 3 m_inner
+    std::vector<Index> nodes;  // m
+    Index n_nodes = 0;         // without those behind
+    // of a point that slides: the row of its translation, that of its rotation, the point
+    struct Slide {
+      Index row = 0, rotation = 0;
+      std::size_t point = 0;
+    };
+    std::vector<Slide> slides;
+    // E S E^T of the inner body's response S to a step of length h, in axes that turn with it
+    mutable std::shared_ptr<const Matrix> answer;
+    mutable double answer_h = 0;
   };
   bool is_plain(Index set) const { return sets_[set].E.size() == 0; }
   void extend(const NodeSet& set, const Points& inner, Points& x) const;
+  void extend_turned(const NodeSet& set, const Points& inner, const BodyTurn& turn,
+                     Points& x) const;
   Points spread(const NodeSet& set, const Points& forces) const;
+  Vector3 missing_moment(const NodeSet& set, const Points& impulses, const Points& nodal) const;
+  NodeResponse turned_response(const NodeSet& set, double h) const;
+  Matrix slid(const NodeSet& set, const Matrix& S) const;
+  TurningAbility* turned() const { return inner_->turning(); }
   NodeResponse extended(const NodeSet& set, const NodeResponse& inner) const;
 
   std::unique_ptr<Body> inner_;
@@ -174,6 +200,7 @@ class PointedBody final : public Body,
   const std::vector<Matrix3>& maps_of(Index node, std::size_t& point) const;
   Index n_ = 0;  // nodes of the inner body
   Points X_;
+  std::vector<Vector3> arms_;  // of points that slide
   std::vector<NodeSet> sets_;
 };
 

@@ -6,28 +6,28 @@
 #include <numeric>
 
 #include "dynamics/contact/search/mortar.hpp"
+#include "dynamics/run/turning_links.hpp"
 
 namespace cbr {
 namespace {
 
-// Appends what holds tied surfaces together: the same rows in every step.
-void collect_ties(const PairState& pair, const ContactState& state, ContactList& list) {
+// Appends what holds tied surfaces and points together: the same rows in every step, but for links
+// of what turns.
+void collect_ties(Simulation& sim, const ContactPair& tied, ContactState& state,
+                  ContactList& list) {
+  const PairState& pair = tied.seen();
   const Index shift = static_cast<Index>(list.terms.size());
   list.terms.insert(list.terms.end(), pair.ties.terms.begin(), pair.ties.terms.end());
   for (std::size_t i = 0; i < pair.ties.points.size(); ++i) {
     ContactPoint point = pair.ties.points[i];
-    Vector3 r = -pair.tie_offset.row(static_cast<Index>(i)).transpose();
-    for (Index t = point.first_term; t < point.first_term + point.n_terms; ++t) {
-      const ContactTerm& term = pair.ties.terms[t];
-      r += term.coefficient * state.bodies[term.body].end.row(term.node).transpose();
-    }
-    point.gap = point.frame * r;
+    if (tied.turning) point.frame = aim_link(sim, tied, state);
+    point.gap = separation(sim, tied, i, state);
     point.first_term += shift;
     list.points.push_back(point);
   }
 }
 
-void search(Simulation& sim, Index p, bool back, bool initial, const ContactState& state,
+void search(Simulation& sim, Index p, bool back, bool initial, ContactState& state,
             ContactGroup& group) {
   ContactPair& pair = sim.pairs[p];
   PairMemory& memory = back ? pair.state().back : pair.state().memory;
@@ -37,7 +37,7 @@ void search(Simulation& sim, Index p, bool back, bool initial, const ContactStat
                     &master_body = state.bodies[master.body];
   const std::size_t first = group.list.points.size();
   if (pair.law.law == ContactLaw::tied) {
-    collect_ties(pair.state(), state, group.list);
+    collect_ties(sim, pair, state, group.list);
   } else if (pair.wall) {
     detect_wall(slave, slave_body, *pair.wall, initial, memory, group.list);
   } else if (pair.formulation == Formulation::mortar) {
@@ -60,7 +60,7 @@ void search(Simulation& sim, Index p, bool back, bool initial, const ContactStat
 }  // namespace
 
 ContactGroup collect(Simulation& sim, const std::vector<Index>& pairs, bool initial,
-                     const ContactState& state) {
+                     ContactState& state) {
   ContactGroup group;
   for (const Index p : pairs) {
     search(sim, p, false, initial, state, group);

@@ -28,7 +28,7 @@ struct ContactGroup {
 // The points of `pairs` at the bodies' start and predicted end; slips of those with friction are
 // filled.
 ContactGroup collect(Simulation& simulation, const std::vector<Index>& pairs, bool initial,
-                     const ContactState& state);
+                     ContactState& state);
 
 // Of the due pairs those of one enforcement, pairs that share a body together.
 std::vector<std::vector<Index>> islands(const Simulation& simulation, const std::vector<Index>& due,

@@ -8,6 +8,7 @@
 #include "dynamics/run/contact_group.hpp"
 #include "dynamics/run/settle_contact.hpp"
 #include "dynamics/run/stopwatch.hpp"
+#include "dynamics/run/turning_links.hpp"
 
 namespace cbr {
 namespace {
@@ -16,31 +17,6 @@ void add_and_move(Body& body, Index set, const Points& impulses, ImpulseKind kin
                   ContactBody& contact) {
   body.add_impulses(set, impulses, kind);
   contact.response.add_product(impulses, contact.end);
-}
-
-// Impulses act where the nodes are at the start of a step, which is not where its contact is: a
-// point's two sides are some of the step's slip apart. Each side of a point gets half of the moment
-// that this leaves, so that the sum of all moments is 0.
-void balance_moments(const ContactGroup& group, const Points& p, ContactState& state) {
-  const auto turns = [&](Index b) { return state.bodies[b].turn.has_value(); };
-  if (std::none_of(group.bodies.begin(), group.bodies.end(), turns)) return;
-  for (std::size_t i = 0; i < group.list.points.size(); ++i) {
-    const ContactPoint& point = group.list.points[i];
-    const Vector3 of = p.row(static_cast<Index>(i)).transpose();
-    const ContactTerm* terms = group.list.terms.data() + point.first_term;
-    const Index slave = terms[0].body, master = terms[point.n_terms - 1].body;
-    if (of.isZero(0) || slave == master) continue;
-    Vector3 apart = Vector3::Zero();
-    for (Index t = 0; t < point.n_terms; ++t)
-      apart +=
-          terms[t].coefficient * state.bodies[terms[t].body].start.row(terms[t].node).transpose();
-    const Vector3 normal = apart.cross(Vector3(of[0] * point.normal()));
-    const Vector3 all = apart.cross(Vector3(point.frame.transpose() * of));
-    for (const Index b : {slave, master}) {
-      state.bodies[b].moment -= 0.5 * normal;
-      state.bodies[b].friction_moment -= 0.5 * (all - normal);
-    }
-  }
 }
 
 // Hands the impulses of the group to the bodies; nodal: as velocities of the nodes alone.
@@ -133,8 +109,9 @@ EnforcementResult enforce(Simulation& sim, const ContactGroup& group, double h, 
       nodal
           ? enforce_nodal(group.list, group.guess, h, state.masses, state.bodies)
           : enforce_impulse(group.list, group.laws, group.guess, h, state.bodies, state.islands[p]);
-  balance_moments(group, result.p, state);
+  balance_moments(sim, group, result.p, state);
   deliver(sim, group, nodal, h, state, outcome);
+  if (holds_what_turns(sim, group)) close_what_turns(sim, group, h, state, result);
   return result;
 }
 

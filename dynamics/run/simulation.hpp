@@ -5,6 +5,7 @@
 // run.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -28,6 +29,25 @@ struct Pretension {
   std::optional<double> force, shortening;  // one of them; a pull is positive
   // by which the surfaces have been pulled together, in the end
   double length = 0;
+};
+
+// How the rows of a link follow its ends, of which one at least turns by any angle: theory.md,
+// "Links of bodies that turn". Its axes turn with the first end, or are those of the ground.
+struct TurningLink {
+  // Of a contact body: the nodes of a point's translation and rotation. contact -1: the ground.
+  struct End {
+    Index contact = -1, translation = 0, rotation = 0;
+    bool is_ground() const { return contact < 0; }
+  };
+  End first, second;
+  bool of_rotations = false;           // the pair's rows are
+  std::array<bool, 3> is_on{};         // its rows
+  std::array<bool, 3> is_fixed{};      // the rotations that the link holds
+  Matrix3 axes = Matrix3::Identity();  // rows: at the start, scene axes
+  Vector3 at = Vector3::Zero();        // of the first end at the start
+  // of the first end's points that which moves with the place of the second: PointedBody::slide()
+  Index slides = -1;
+  double size = 1;  // of what it joins
 };
 
 // What a run makes of a pair.
@@ -72,6 +92,7 @@ struct ContactPair {
   bool is_link = false;  // of two points: its ties are there from the beginning
   // of a link with springs: their contact body, a third one beside those of slave and master
   Index joint = -1;
+  std::optional<TurningLink> turning;
   bool yields = false;            // springs: what the pair joins may move apart
   bool resolves_overlap = false;  // statics press apart what overlaps at the start
 

@@ -180,7 +180,8 @@ void add_loads(const SceneIndex& index, BuiltScene& built) {
       const Vector3 force = is_force ? load.value : Vector3::Zero(),
                     moment = is_force ? Vector3::Zero() : load.value;
       static_cast<PointedBody&>(*built.simulation.bodies[i])
-          .add_point_force(point_place(index, load.instance, load.surface), force, moment, history);
+          .add_point_force(point_place(index, load.instance, load.surface), force, moment, history,
+                           load.follows);
       add_resultant(i, force, history, built.simulation);
       continue;
     }

@@ -63,6 +63,14 @@ class TurningBody final : public Body, public JumpAbility, public TurningAbility
   void add_moment(const Vector3& moment, ImpulseKind kind) override;
   TurningAbility* turning() override { return this; }
   const Matrix3& turn_of_step() const override { return R_; }
+  BodyTurn turn_now() const override { return {modal_.center_of_mass(), q_.toRotationMatrix()}; }
+  BodyTurn turn_at_end() const override {
+    return {modal_.predicted_center_of_mass(), end().toRotationMatrix()};
+  }
+  Vector3 spin() const override { return angular_velocity(); }
+  void unturned_positions(Index set, Points& x) const override { inner_->positions(set, x); }
+  void unturned_end(Index set, Points& x) const override { inner_->predicted_positions(set, x); }
+  void unturned_displacements(Points& u, Points& v) const override { inner_->displacements(u, v); }
   NodeResponse response(Index set, double h) const override;
   // Forces that stay in the scene's axes, on nodes that turn.
   void add_force(const Points& forces, const LoadHistory& history) override;

@@ -40,7 +40,7 @@ void refuse_ways(const Scene& scene) {
 
 void refuse_contact(const SceneIndex& index, const ContactOptions& contact) {
   const Scene& scene = index.scene();
-  if (contact.enforcement == Enforcement::impulse && !contact.tied) return;
+  if (contact.enforcement == Enforcement::impulse) return;
   const auto touches = [&](const Instance& instance) {
     return turns(index, instance) && (contact.all || contact.first.instance == instance.name ||
                                       contact.second.instance == instance.name);
@@ -49,16 +49,30 @@ void refuse_contact(const SceneIndex& index, const ContactOptions& contact) {
   if (found == scene.instances.end()) return;
   refuse(contact.source, "contact of instance '" + found->name +
                              "', which turns (time.rotations: large), is enforcement: impulse " +
-                             "without tied only, found " +
-                             (contact.tied ? "tied" : "another enforcement"));
+                             "only, found another enforcement");
+}
+
+void refuse_points(const Instance& instance, const Component& component) {
+  if (component.points.empty()) return;
+  const bool is_reduced = instance.as == InstanceKind::superelement && component.reduction;
+  if (is_reduced && component.reduction->is_massless())
+    refuse(instance, "time.rotations: large does not turn points of basis massless");
+  if (is_reduced && !component.reduction->interface_points.empty())
+    refuse(instance,
+           "time.rotations: large does not turn points as the interface (reduction.points): name "
+           "their sets in reduction.interface");
+  for (const auto& [name, point] : component.points)
+    if (!point.inertia.isZero(0))
+      refuse(instance, "time.rotations: large does not turn a point with inertia ('" + name +
+                           "'): give it a mass alone, or the inertia to a rigid body that a link "
+                           "welds to it");
 }
 
 void refuse_what_acts(const SceneIndex& index) {
   const Scene& scene = index.scene();
   for (const ContactOptions& contact : scene.contact) refuse_contact(index, contact);
   for (const Instance& instance : scene.instances)
-    if (turns(index, instance) && !component_of(scene, instance).points.empty())
-      refuse(instance, "time.rotations: large does not turn components with points");
+    if (turns(index, instance)) refuse_points(instance, component_of(scene, instance));
 }
 
 }  // namespace

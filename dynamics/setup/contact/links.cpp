@@ -7,6 +7,7 @@
 #include "common/base/error.hpp"
 #include "common/mesh/face_weights.hpp"
 #include "dynamics/motion/joint_body.hpp"
+#include "dynamics/setup/bodies/turning.hpp"
 #include "dynamics/setup/components/geometry.hpp"
 
 namespace cbr {
@@ -91,6 +92,41 @@ Index second_place(const SceneIndex& index, const LinkOptions& link) {
   return place;
 }
 
+bool turns_at(const SceneIndex& index, const SurfaceName& end) {
+  return !end.is_wall() && turns(index, instance_named(index, end.instance));
+}
+
+// Whether an end turns by any angle.
+bool turns(const SceneIndex& index, const LinkOptions& link) {
+  return turns_at(index, link.first) || turns_at(index, link.second);
+}
+
+// Whether what acts on the first end acts at the place of the second: the two may move apart, and
+// the directions in which they are held turn with the first.
+bool slides(const SceneIndex& index, const LinkOptions& link) {
+  if (link.second.is_wall() || !turns(index, link)) return false;
+  bool any = false, all = true;
+  for (std::size_t m = 0; m < 3; ++m) {
+    any |= link.fix[m] || link.is_sprung(m);
+    all &= link.fix[m];
+  }
+  return any && !all;
+}
+
+// The place of its sliding point behind the seconds of the first end's instance.
+Index sliding_place(const SceneIndex& index, const LinkOptions& link) {
+  const std::string& instance = link.first.instance;
+  Index place = static_cast<Index>(
+      component_of(index.scene(), instance_named(index, instance)).points.size());
+  bool before = true;
+  for (const LinkOptions& other : index.scene().links) {
+    before &= &other != &link;
+    place += other.second.instance == instance;
+    place += before && other.first.instance == instance && slides(index, other);
+  }
+  return place;
+}
+
 // A node of a point, or of a joint, by its contact body and its place there.
 struct Slot {
   Index contact = 0, node = -1;  // -1: there is none
@@ -104,6 +140,7 @@ struct PairOptions {
   SurfaceName first, second;
   Matrix3 axes = Matrix3::Identity();
   std::array<bool, 3> is_on{};
+  std::optional<TurningLink> turning = {};
 };
 
 std::shared_ptr<const ContactSurface> no_faces(const std::string& name, Index contact) {
@@ -149,6 +186,8 @@ void add_pair(const PairOptions& options, const Slot& a, const Slot& b, const Sl
   add(a, 1), add(b, -1), add(joint, -1);
   if (joint.node >= 0) pair.joint = joint.contact;
   pair.yields = joint.node >= 0;
+  pair.turning = options.turning;
+  if (pair.turning) pair.turning->is_on = options.is_on;
   point.n_terms = static_cast<Index>(state.ties.terms.size());
   state.ties.points.push_back(point);
   sim.pairs.push_back(std::move(pair));
@@ -206,6 +245,8 @@ class LinkMaker {
     joint.axes = link.axes, joint.stiffness = link.stiffness, joint.damping = link.damping;
     joint.is_late = is_massless(link.first) || is_massless(link.second);
     const Index contact = add_joint(std::move(joint), index_.scene(), sim_);
+    if (turns(index_, link))
+      static_cast<JointBody&>(*sim_.bodies.back()).follow(0, link.axes.transpose());
     add_two(link, name + ", spring", name + ", spring moment", sprung, a, b,
             {{contact, 0}, {contact, 1}});
   }
@@ -236,8 +277,12 @@ class LinkMaker {
     link.first = {instance.name, name, point.source}, link.second = {"", "mass", point.source};
     link.axes = joint.axes;
     const Index contact = add_joint(std::move(joint), index_.scene(), sim_);
-    const std::string text = link.first.text() + " - mass";
-    add_two(link, text, text + ", moment", is_on, a, {{contact, 0}, {contact, 1}}, {});
+    PairOptions options{
+        link.first.text() + " - mass", link.source, link.first, link.second, link.axes,
+        {is_on[0], is_on[1], is_on[2]}};
+    add_pair(options, a.translation, {contact, 0}, {}, sim_);
+    options.name += ", moment", options.is_on = {is_on[3], is_on[4], is_on[5]};
+    add_pair(options, a.rotation, {contact, 1}, {}, sim_);
   }
 
   // Every motion of the set's nodes but that of a rigid body is held.
@@ -316,14 +361,39 @@ class LinkMaker {
            component.reduction->is_massless();
   }
 
+  // How the rows of a link follow its ends.
+  TurningLink turning_link(const LinkOptions& link, const PointSlots& a,
+                           const PointSlots& b) const {
+    TurningLink of;
+    of.first = {a.translation.contact, a.translation.node, a.rotation.node};
+    if (!link.second.is_wall())
+      of.second = {b.translation.contact, b.translation.node, b.rotation.node};
+    of.is_fixed = {link.fix[3], link.fix[4], link.fix[5]};
+    of.axes = link.axes;
+    const ContactNodes& nodes = sim_.contact_nodes[a.translation.contact];
+    const Points& X = sim_.bodies[nodes.body]->reference_positions();
+    of.at = X.row(nodes.nodes[a.translation.node]).transpose();
+    of.size = (X.colwise().maxCoeff() - X.colwise().minCoeff()).norm();
+    return of;
+  }
+
   // Forces along `axes`, and moments about them.
   void add_two(const LinkOptions& link, const std::string& force, const std::string& moment,
                const std::array<bool, 6>& is_on, const PointSlots& a, const PointSlots& b,
                const PointSlots& joint) {
     PairOptions options{force,       link.source, link.first,
                         link.second, link.axes,   {is_on[0], is_on[1], is_on[2]}};
-    add_pair(options, a.translation, b.translation, joint.translation, sim_);
+    Slot first = a.translation;
+    if (turns(index_, link)) options.turning = turning_link(link, a, b);
+    if (slides(index_, link)) {
+      const auto& body =
+          static_cast<const PointedBody&>(*sim_.bodies[sim_.contact_nodes[first.contact].body]);
+      options.turning->slides = sliding_place(index_, link);
+      first = slot(first.contact, body.translation_node(options.turning->slides));
+    }
+    add_pair(options, first, b.translation, joint.translation, sim_);
     options.name = moment, options.is_on = {is_on[3], is_on[4], is_on[5]};
+    if (options.turning) options.turning->of_rotations = true, options.turning->slides = -1;
     add_pair(options, a.rotation, b.rotation, joint.rotation, sim_);
   }
 
@@ -363,6 +433,12 @@ std::vector<AveragePoint> points_of(const SceneIndex& index, const BuiltScene& b
                     .at;
     points.push_back(std::move(second));
   }
+  for (const LinkOptions& link : scene.links) {
+    if (link.first.instance != instance.name || !slides(index, link)) continue;
+    AveragePoint sliding = average(i, link.first.surface, named_point(index, link.first));
+    sliding.rigid = false, sliding.slides = true;
+    points.push_back(std::move(sliding));
+  }
   return points;
 }
 
@@ -388,6 +464,7 @@ std::map<Index, std::set<Index>> linked_nodes(const SceneIndex& index, const Bui
     add(index.place(link.first.instance),
         point_place(index, link.first.instance, link.first.surface));
     if (!link.second.is_wall()) add(index.place(link.second.instance), second_place(index, link));
+    if (slides(index, link)) add(index.place(link.first.instance), sliding_place(index, link));
   }
   return nodes;
 }

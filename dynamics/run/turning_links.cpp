@@ -1,0 +1,389 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/run/turning_links.hpp"
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <sstream>
+
+#include "common/base/error.hpp"
+#include "dynamics/motion/joint_body.hpp"
+
+namespace cbr {
+namespace {
+
+// Where an end of a link is: its place, and its rotation since the start.
+struct Place {
+  Vector3 x;
+  Matrix3 S = Matrix3::Identity();
+};
+
+Matrix3 rotation_of(const Vector3& theta) {
+  const double angle = theta.norm();
+  return angle == 0 ? Matrix3::Identity()
+                    : Eigen::AngleAxisd(angle, theta / angle).toRotationMatrix();
+}
+
+Place place_of(const Simulation& sim, const TurningLink& link, const TurningLink::End& end,
+               bool at_end, const ContactState& state) {
+  if (end.is_ground()) return {link.at};
+  const ContactNodes& nodes = sim.contact_nodes[end.contact];
+  Body& body = *sim.bodies[nodes.body];
+  const ContactBody& contact = state.bodies[end.contact];
+  const Points& x = at_end ? contact.end : contact.start;
+  const Vector3 theta =
+      (x.row(end.rotation) - body.reference_positions().row(nodes.nodes[end.rotation])).transpose();
+  Place place{x.row(end.translation).transpose(), rotation_of(theta)};
+  if (const TurningAbility* turning = body.turning())
+    place.S *= (at_end ? turning->turn_at_end() : turning->turn_now()).R;
+  return place;
+}
+
+// Both ends, and what carries the link's axes: the first end, or the ground.
+struct Ends {
+  Place first, second;
+  Matrix3 C, D;     // of what carries the axes, and of the other end
+  double side = 1;  // of the first end's rotation in that of the other relative to the carrier
+};
+
+Ends ends_of(const Simulation& sim, const TurningLink& link, bool at_end,
+             const ContactState& state) {
+  Ends ends{place_of(sim, link, link.first, at_end, state),
+            place_of(sim, link, link.second, at_end, state),
+            {},
+            {}};
+  const bool on_ground = link.second.is_ground();
+  ends.C = on_ground ? Matrix3::Identity() : ends.first.S;
+  ends.D = on_ground ? ends.first.S : ends.second.S;
+  ends.side = on_ground ? 1 : -1;
+  return ends;
+}
+
+int n_fixed(const TurningLink& link) {
+  return static_cast<int>(std::count(link.is_fixed.begin(), link.is_fixed.end(), true));
+}
+
+// What a row of rotations counts, and its rate per relative rate of rotation, axes of the link.
+struct Turned {
+  Vector3 value = Vector3::Zero();
+  Matrix3 rows = Matrix3::Zero();
+};
+
+// With two rotations held, how far the third has gone: by whole turns as `before` has counted.
+Turned twist(const Matrix3& Q, int k, double before) {
+  const Eigen::Quaterniond q(Q);
+  const double turn = 2 * std::numbers::pi;
+  double angle = 2 * std::atan2(q.vec()[k], q.w());
+  angle += turn * std::round((before - angle) / turn);
+  Turned of;
+  of.value[k] = angle;
+  of.rows(k, k) = 1;
+  return of;
+}
+
+// log Q, by whole turns as `before` has counted, and d log Q / d omega = 1 - phi x / 2 + c phi x
+// phi x.
+Turned logarithm(const Matrix3& Q, const Vector3& before) {
+  const double turn = 2 * std::numbers::pi;
+  const Eigen::AngleAxisd of(Q);
+  Vector3 axis = of.axis();
+  double angle = of.angle();
+  // Of what has come round, the axis is that of before
+  if (angle < 1e-7 && before.norm() > std::numbers::pi) axis = before.normalized();
+  angle += turn * std::round((before.dot(axis) - angle) / turn);
+  const Vector3 phi = angle * axis;
+  const double sine = std::sin(angle);
+  const double c = std::abs(angle) < 1e-3 ? 1.0 / 12 + angle * angle / 720
+                   : std::abs(sine) < 1e-12
+                       ? 1 / (angle * angle)
+                       : 1 / (angle * angle) - (1 + std::cos(angle)) / (2 * angle * sine);
+  Matrix3 X;
+  X << 0, -phi[2], phi[1], phi[2], 0, -phi[0], -phi[1], phi[0], 0;
+  return {phi, Matrix3::Identity() - 0.5 * X + c * X * X};
+}
+
+// Held: no relative rotation at all; no rotation of axis k but about itself; or, of a universal
+// joint, axes j of the carrier and k of the other end at right angles.
+Turned held(const TurningLink& link, const Matrix3& Q) {
+  if (n_fixed(link) == 3) return logarithm(Q, Vector3::Zero());
+  const bool two = n_fixed(link) == 2;
+  const int odd = static_cast<int>(std::find(link.is_fixed.begin(), link.is_fixed.end(), !two) -
+                                   link.is_fixed.begin());
+  Turned of;
+  if (two) {
+    const Vector3 e = Vector3::Unit(odd), b = Q * e;
+    of.value = e.cross(b);
+    of.rows = e.dot(b) * Matrix3::Identity() - b * e.transpose();
+    return of;
+  }
+  const Vector3 e = Vector3::Unit((odd + 1) % 3), b = Q * Vector3::Unit((odd + 2) % 3);
+  of.value[odd] = -e.dot(b);
+  of.rows.row(odd) = e.cross(b).transpose();
+  return of;
+}
+
+// The relative rotation that the pair's rows count, first end to the other, axes of the link.
+// before: of a spring, what they have counted so far.
+Turned turned_by(const ContactPair& pair, const Ends& ends, const Vector3& before) {
+  const TurningLink& link = *pair.turning;
+  // Axes of the link: of the other end's rotation relative to the carrier
+  const Matrix3 Q = link.axes * ends.C.transpose() * ends.D * link.axes.transpose();
+  Turned of;
+  if (!pair.yields) {
+    of = held(link, Q);
+  } else if (n_fixed(link) == 2) {
+    const auto k = std::find(link.is_fixed.begin(), link.is_fixed.end(), false);
+    const int axis = static_cast<int>(k - link.is_fixed.begin());
+    of = twist(Q, axis, ends.side * before[axis]);
+  } else {
+    of = logarithm(Q, ends.side * before);
+  }
+  of.value *= ends.side;
+  return of;
+}
+
+Matrix3 only(const TurningLink& link, Matrix3 rows) {
+  for (std::size_t d = 0; d < 3; ++d)
+    if (!link.is_on[d]) rows.row(static_cast<Index>(d)).setZero();
+  return rows;
+}
+
+// A with rows A = 1 on the rows that are not 0, else 0: A = rows^T (rows rows^T)^-1
+Matrix3 inverse_of_rows(const Matrix3& rows) {
+  Matrix3 square = rows * rows.transpose();
+  for (Index d = 0; d < 3; ++d)
+    if (rows.row(d).isZero(0)) square(d, d) = 1;
+  return rows.transpose() * square.inverse();
+}
+
+// Of a spring: node of its contact body that the pair's rows move.
+Index joint_node(const TurningLink& link) { return link.of_rotations ? 1 : 0; }
+
+JointBody& joint_of(const Simulation& sim, const ContactPair& pair) {
+  return static_cast<JointBody&>(*sim.bodies[sim.contact_nodes[pair.joint].body]);
+}
+
+// What the spring counts, axes of the link.
+Vector3 stretch(const Simulation& sim, const ContactPair& pair) {
+  if (pair.joint < 0) return Vector3::Zero();
+  return joint_of(sim, pair).stretch().segment<3>(3 * joint_node(*pair.turning));
+}
+
+Vector3 stretch_at_end(const Simulation& sim, const ContactPair& pair) {
+  if (pair.joint < 0) return Vector3::Zero();
+  return joint_of(sim, pair).stretch_at_end().segment<3>(3 * joint_node(*pair.turning));
+}
+
+void locate_joint(const Simulation& sim, const ContactPair& pair, ContactState& state) {
+  const ContactNodes& nodes = sim.contact_nodes[pair.joint];
+  ContactBody& contact = state.bodies[pair.joint];
+  sim.bodies[nodes.body]->positions(nodes.set, contact.start);
+  sim.bodies[nodes.body]->predicted_positions(nodes.set, contact.end);
+  contact.response_h = 0;  // it has turned
+  sweep(contact);
+}
+
+Vector3 link_separation(const Simulation& sim, const ContactPair& pair, const ContactState& state) {
+  const TurningLink& link = *pair.turning;
+  const Ends ends = ends_of(sim, link, true, state);
+  Vector3 value = link.of_rotations
+                      ? turned_by(pair, ends, stretch(sim, pair)).value
+                      : Vector3(link.axes * ends.C.transpose() * (ends.first.x - ends.second.x));
+  value -= stretch_at_end(sim, pair);
+  for (std::size_t d = 0; d < 3; ++d)
+    if (!link.is_on[d]) value[static_cast<Index>(d)] = 0;
+  return value;
+}
+
+}  // namespace
+
+Matrix3 aim_link(Simulation& sim, const ContactPair& pair, ContactState& state) {
+  const TurningLink& link = *pair.turning;
+  const Ends ends = ends_of(sim, link, false, state);
+  const Matrix3 axes = link.axes * ends.C.transpose();
+  Matrix3 rows = axes;
+  if (link.of_rotations) rows = turned_by(pair, ends, stretch(sim, pair)).rows * axes;
+  if (link.slides >= 0) {
+    const ContactNodes& nodes = sim.contact_nodes[link.first.contact];
+    static_cast<PointedBody&>(*sim.bodies[nodes.body])
+        .slide(link.slides, ends.first.S.transpose() * (ends.second.x - ends.first.x));
+    state.bodies[link.first.contact].response_h = 0;
+  }
+  rows = only(link, rows);
+  if (pair.joint >= 0) {
+    const Matrix3 to_scene = link.of_rotations ? inverse_of_rows(rows) : Matrix3(axes.transpose());
+    joint_of(sim, pair).follow(joint_node(link), to_scene);
+    locate_joint(sim, pair, state);
+  }
+  return rows;
+}
+
+Vector3 separation(const Simulation& sim, const ContactPair& pair, std::size_t i,
+                   const ContactState& state) {
+  if (pair.turning) return link_separation(sim, pair, state);
+  const PairState& of = pair.seen();
+  const ContactPoint& point = of.ties.points[i];
+  Vector3 offset = of.tie_offset.row(static_cast<Index>(i)).transpose();
+  // Surfaces that lie apart keep what is between them in the master's axes
+  Body& master = *sim.bodies[sim.contact_nodes[pair.master->body].body];
+  if (!pair.is_link && master.turning() != nullptr)
+    offset = master.turning()->turn_at_end().R * offset;
+  Vector3 r = -offset;
+  for (Index t = point.first_term; t < point.first_term + point.n_terms; ++t) {
+    const ContactTerm& term = of.ties.terms[t];
+    r += term.coefficient * state.bodies[term.body].end.row(term.node).transpose();
+  }
+  return point.frame * r;
+}
+
+void balance_moments(const Simulation& sim, const ContactGroup& group, const Points& p,
+                     ContactState& state) {
+  const auto turns = [&](Index b) { return state.bodies[b].turn.has_value(); };
+  if (std::none_of(group.bodies.begin(), group.bodies.end(), turns)) return;
+  std::vector<char> is_link(group.list.points.size(), 0);
+  for (const ContactSearch& of : group.searches)
+    std::fill(is_link.begin() + static_cast<std::ptrdiff_t>(of.first),
+              is_link.begin() + static_cast<std::ptrdiff_t>(of.last), sim.pairs[of.pair].is_link);
+  for (std::size_t i = 0; i < group.list.points.size(); ++i) {
+    if (is_link[i]) continue;  // it acts on both sides in one place
+    const ContactPoint& point = group.list.points[i];
+    const Vector3 of = p.row(static_cast<Index>(i)).transpose();
+    const ContactTerm* terms = group.list.terms.data() + point.first_term;
+    const Index slave = terms[0].body, master = terms[point.n_terms - 1].body;
+    if (of.isZero(0) || slave == master) continue;
+    Vector3 apart = Vector3::Zero();
+    for (Index t = 0; t < point.n_terms; ++t)
+      apart +=
+          terms[t].coefficient * state.bodies[terms[t].body].start.row(terms[t].node).transpose();
+    const Vector3 normal = apart.cross(Vector3(of[0] * point.normal()));
+    const Vector3 all = apart.cross(Vector3(point.frame.transpose() * of));
+    for (const Index b : {slave, master}) {
+      state.bodies[b].moment -= 0.5 * normal;
+      state.bodies[b].friction_moment -= 0.5 * (all - normal);
+    }
+  }
+}
+
+bool holds_what_turns(const Simulation& sim, const ContactGroup& group) {
+  const bool holds = std::any_of(
+      group.searches.begin(), group.searches.end(),
+      [&](const ContactSearch& of) { return sim.pairs[of.pair].law.law == ContactLaw::tied; });
+  return holds && std::any_of(group.bodies.begin(), group.bodies.end(), [&](Index b) {
+           return sim.bodies[sim.contact_nodes[b].body]->turning() != nullptr;
+         });
+}
+
+namespace {
+
+// What holds of a group, as a list of its own.
+struct Holds {
+  ContactList list;
+  std::vector<PointLaw> laws;
+  std::vector<Index> points;  // of the group
+  std::vector<Index> pairs;
+  std::vector<std::size_t> places;  // in the pair's ties
+  Vector sizes;                     // what a separation is measured by
+};
+
+double size_of(const Simulation& sim, const ContactPair& pair) {
+  if (pair.turning) return pair.turning->of_rotations ? 1 : pair.turning->size;
+  const Points& X = sim.bodies[sim.contact_nodes[pair.slave->body].body]->reference_positions();
+  return (X.colwise().maxCoeff() - X.colwise().minCoeff()).norm();
+}
+
+Holds holds_of(const Simulation& sim, const ContactGroup& group) {
+  Holds holds;
+  std::vector<double> sizes;
+  for (const ContactSearch& of : group.searches) {
+    const ContactPair& pair = sim.pairs[of.pair];
+    if (pair.law.law != ContactLaw::tied) continue;
+    for (std::size_t i = of.first; i < of.last; ++i) {
+      ContactPoint point = group.list.points[i];
+      const auto first = group.list.terms.begin() + point.first_term;
+      point.first_term = static_cast<Index>(holds.list.terms.size());
+      holds.list.terms.insert(holds.list.terms.end(), first, first + point.n_terms);
+      holds.list.points.push_back(point);
+      holds.laws.push_back(group.laws[i]);
+      holds.points.push_back(static_cast<Index>(i));
+      holds.pairs.push_back(of.pair);
+      holds.places.push_back(i - of.first);
+      sizes.push_back(size_of(sim, pair));
+    }
+  }
+  holds.sizes = Eigen::Map<const Vector>(sizes.data(), static_cast<Index>(sizes.size()));
+  return holds;
+}
+
+// The largest share of a size; fills the gaps of the list.
+double separate(const Simulation& sim, const ContactGroup& group, Holds& holds,
+                ContactState& state) {
+  for (const Index b : group.bodies) {
+    const ContactNodes& nodes = sim.contact_nodes[b];
+    sim.bodies[nodes.body]->predicted_positions(nodes.set, state.bodies[b].end);
+  }
+  double worst = 0;
+  for (std::size_t i = 0; i < holds.points.size(); ++i) {
+    Vector3& gap = holds.list.points[i].gap;
+    gap = separation(sim, sim.pairs[holds.pairs[i]], holds.places[i], state);
+    worst = std::max(worst, gap.norm() / holds.sizes[static_cast<Index>(i)]);
+  }
+  return worst;
+}
+
+void push(Simulation& sim, const ContactGroup& group, ContactState& state) {
+  for (const Index b : group.bodies) {
+    ContactBody& contact = state.bodies[b];
+    if (contact.impulses.isZero(0)) continue;
+    const ContactNodes& nodes = sim.contact_nodes[b];
+    Body& body = *sim.bodies[nodes.body];
+    body.add_impulses(nodes.set, contact.impulses, ImpulseKind::contact);
+    if (contact.turn)
+      body.turning()->add_moment(contact.moment + contact.friction_moment, ImpulseKind::contact);
+    state.impulses_since_output[b] += contact.impulses;
+  }
+}
+
+}  // namespace
+
+void close_what_turns(Simulation& sim, const ContactGroup& group, double h, ContactState& state,
+                      EnforcementResult& result) {
+  // Shares of a size: round-off, and what is no solution any more
+  constexpr double closed = 1e-13, open = 1e-7;
+  constexpr int most = 40;
+  Holds holds = holds_of(sim, group);
+  ImpulseMemory memory;
+  const Points guess = Points::Zero(static_cast<Index>(holds.points.size()), 3);
+  double before = HUGE_VAL, separated = separate(sim, group, holds, state);
+  for (int k = 0; k < most && separated > closed && separated < 0.5 * before; ++k) {
+    for (const Index b : group.bodies) {
+      ContactBody& contact = state.bodies[b];
+      contact.impulses.setZero(), contact.friction.setZero();
+      contact.moment.setZero(), contact.friction_moment.setZero();
+      contact.has_move = false;
+    }
+    const EnforcementResult more =
+        enforce_impulse(holds.list, holds.laws, guess, h, state.bodies, memory);
+    if (!more.p.allFinite()) break;
+    Points p = Points::Zero(result.p.rows(), 3);
+    for (std::size_t i = 0; i < holds.points.size(); ++i)
+      p.row(holds.points[i]) = more.p.row(static_cast<Index>(i));
+    balance_moments(sim, group, p, state);
+    push(sim, group, state);
+    result.p += p;
+    before = separated;
+    separated = separate(sim, group, holds, state);
+  }
+  for (const Index b : group.bodies) sweep(state.bodies[b]);
+  if (separated <= open) return;
+  std::ostringstream message;
+  message.precision(3);
+  message << "links or ties of '"
+          << sim.bodies[sim.contact_nodes[group.bodies.front()].body]->name() << "' come apart by "
+          << separated
+          << " of their size in a step: the bodies turn too far in it, take a smaller time.step";
+  throw RunError(message.str());
+}
+
+}  // namespace cbr
