@@ -29,6 +29,7 @@ constexpr double thin = 1e-10;
 // The same where nodes have rotations: arms of less than a hundredth of the length would need
 // forces that are large beside the moment.
 constexpr double slender = 1e-4;
+
 Matrix3 rotation_of(const Vector3& theta) {
   const double angle = theta.norm();
   return angle == 0 ? Matrix3::Identity()

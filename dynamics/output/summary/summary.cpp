@@ -234,7 +234,8 @@ void balance_lines(const BuiltScene& built, const RunResult& result, const Balan
 std::string cure_of_rotation(const BuiltScene& built, std::size_t i) {
   const Simulation& sim = built.simulation;
   if (i < sim.supports.size() && sim.supports[i])
-    return "; time: {rotations: large} turns bodies without supports only";
+    return "; time: {rotations: large} turns bodies without supports only: hold it by links to the "
+           "ground instead of 'boundary'";
   const bool is_elastic_mesh = built.instances[i].mesh && !built.instances[i].is_rigid;
   return std::string("; ") + (is_elastic_mesh ? "as: superelement, " : "") +
          (sim.bodies[i]->is_exact() ? "" : "integrator: exact, ") +
