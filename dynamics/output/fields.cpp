@@ -51,7 +51,7 @@ FieldWriter::FieldWriter(const Scene& scene, const BuiltScene& built,
         ": output.format: exodus needs an element or a face to show, and the scene has " +
         "none: leave output.fields out, or reduce with faces on the interface");
   if (wanted("nodal_stress")) find_materials(scene);
-  contact_of_.assign(built.instances.size(), nullptr);
+  contact_of_.assign(built.simulation.bodies.size(), nullptr);
   for (const ContactNodes& contact : built.simulation.contact_nodes)
     contact_of_[contact.body] = &contact;
   saved ? go_on(*saved, run_hash) : start(run_hash);
