@@ -10,7 +10,15 @@ namespace {
 
 constexpr double largest_part = 0.1;  // rad
 // The series converges up to a radian and more: 0.1^15 is below round-off.
-constexpr int order = 14;
+constexpr int highest_order = 14;
+
+// Of a part of `angle` at most: angle^(order + 1) is 1e-17, below round-off.
+int order_of(double angle) {
+  constexpr double digits = 17;
+  if (!(angle > 0)) return 2;  // what is not finite stays so
+  const double n = std::ceil(digits / -std::log10(std::min(angle, largest_part)));
+  return static_cast<int>(std::clamp(n, 2.0, static_cast<double>(highest_order)));
+}
 
 }  // namespace
 
@@ -28,11 +36,12 @@ Eigen::Quaterniond FreeTurn::turned(const Eigen::Quaterniond& q, const Vector3& 
   if (angle == 0) return q;
   const double n_parts = std::ceil(std::abs(angle) / largest_part);
   const double part = h / n_parts;
+  const int order = order_of(std::abs(angle) / n_parts);
   Eigen::Quaterniond now = q;
   for (double i = 0; i < n_parts; ++i) {
     // l = sum l_n t^n, w = J^-1 l, l' = l x w; q = q_0 sum e_n t^n, e' = e w / 2   (n = 0 .. order)
-    std::array<Vector3, order + 1> l, w;
-    std::array<Eigen::Vector4d, order + 1> e;  // x y z, then the scalar
+    std::array<Vector3, highest_order + 1> l, w;
+    std::array<Eigen::Vector4d, highest_order + 1> e;  // x y z, then the scalar
     l[0] = now.conjugate() * L;
     e[0] << 0, 0, 0, 1;
     Eigen::Vector4d sum = e[0];

@@ -97,6 +97,19 @@ void residual_warning(const ContactPair& pair, Report& report) {
         ": not all gaps could be closed or opened (complementarity residual above 1e-6)");
 }
 
+// Statics press elastic bodies apart. Rigid ones that are free have none.
+std::string cure_of_overlap(const BuiltScene& built, const ContactPair& pair) {
+  bool rigid = false, turns = false;
+  for (const Index b : {pair.slave->body, pair.master->body}) {
+    const Index i = built.simulation.contact_nodes[b].body;
+    rigid |= built.instances[i].is_rigid;
+    turns |= built.simulation.bodies[i]->turns();
+  }
+  if (rigid) return ", and rigid bodies may jam: move the instances apart (position)";
+  return turns ? ": move the instances apart (position)"
+               : ": move the instances apart (position), or take overlap: resolve";
+}
+
 }  // namespace
 
 void warn_of_initial_overlaps(const BuiltScene& built, Report& report) {
@@ -107,7 +120,8 @@ void warn_of_initial_overlaps(const BuiltScene& built, Report& report) {
     std::ostringstream warning;
     warning.precision(3);
     warning << "contact " << pair.name << ": the surfaces overlap by " << overlap
-            << " at the start; nodes that overlap are held where they are, not pushed out";
+            << " at the start; nodes that overlap are held where they are, not pushed out"
+            << cure_of_overlap(built, pair);
     report.warning(warning.str());
   }
 }
