@@ -66,6 +66,12 @@ check:
 
 demo: programs
 	$(MAKE) -C tests/cases/block-impact BIN=$(abspath $(BUILD))/bin
+	@echo
+	@echo "Done. In tests/cases/block-impact/out:"
+	@echo "  block-impact.png  superelements that stick and that rebound (the plot in README.md)"
+	@echo "  waves/waves.gif   stress waves in the full meshes"
+	@echo "  fig3, fig5, fig6  the paper's figures (docs/reproducing-the-paper.md)"
+	@echo "  figures.txt       speeds, energies and errors of all runs"
 
 # docs/reproducing-the-paper.md
 PAPER = fig3 fig5 fig6 fig8 fig9 fig10 fig11 fig12 eqs eq18

@@ -199,7 +199,7 @@ std::vector<SummaryLine> accuracy_lines(const Superelement& s) {
          true});
   if (std::any_of(a.surfaces.begin(), a.surfaces.end(),
                   [](const auto& of) { return of.second.impact > 0; }))
-    lines.push_back({"  flat impact  loses of its energy at " +
+    lines.push_back({"  flat impact  a body that lands flat loses of its energy at " +
                      of_surfaces(s, "%.1f %%", [](const auto& of) { return 100 * of.impact; }) +
                      " (good: below 5 %; warned of above 20 %)"});
   lines.push_back({left_out_text(s)});

@@ -72,8 +72,9 @@ std::string text_of(const OutsideBasis& outside, bool momentum_is_kept) {
     text << ", " << 100 * outside.energy / outside.scale << " % of "
          << (momentum_is_kept ? "the energy against the common centre of mass"
                               : "the largest energy or work of loads")
-         << " (good: a few per cent; " << (outside.has_modes ? "more modes and " : "")
-         << "a finer mesh at the face lower it)";
+         << " (good: a few per cent; "
+         << (outside.has_modes ? "more modes and a finer mesh at the face lower it)"
+                               : "a finer mesh at the face lowers it)");
   text << ", taken by impulses" << (outside.has_others ? ", springs and node-lumped contact" : "")
        << (outside.has_modes ? ": waves that the modes cannot hold"
                              : ": the mass of the faces' own nodes")

@@ -128,7 +128,7 @@ def main():
     figure5(folder, ("nodal", "impulse"), "block-impact.png")  # README's picture
     figure6(folder)
     table(folder)
-    print(f"plots: {folder}/fig3.png {folder}/fig5.png {folder}/fig6.png")
+    print(f"plots: {folder}/block-impact.png {folder}/fig3.png {folder}/fig5.png {folder}/fig6.png")
 
 
 if __name__ == "__main__":

@@ -85,7 +85,7 @@ def main():
 
         steps = np.flatnonzero(times > 3)
         FuncAnimation(fig, draw, frames=steps, blit=False).save(path.parent / "waves.gif", writer=PillowWriter(fps=12), dpi=80)
-    print(f"{path.parent}/waves.png {path.parent}/waves.gif")
+    print(f"plots: {path.parent}/waves.png {path.parent}/waves.gif")
 
 
 if __name__ == "__main__":
