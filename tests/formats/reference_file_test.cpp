@@ -84,7 +84,8 @@ TEST_P(ReferenceFile, interiorFollowsRigidMotions) {
 
 INSTANTIATE_TEST_SUITE_P(Version, ReferenceFile,
                          testing::Values("superelement-1.0.cbr.h5", "superelement-1.4.cbr.h5",
-                                         "superelement-1.5.cbr.h5", "superelement-1.6.cbr.h5"));
+                                         "superelement-1.5.cbr.h5", "superelement-1.6.cbr.h5",
+                                         "superelement-1.8.cbr.h5"));
 
 // What 1.4 has beyond 1.0: checksums, errors, conditioning.
 TEST(ReferenceFiles, ErrorsAndConditioningAreRead) {
@@ -99,6 +100,35 @@ TEST(ReferenceFiles, ErrorsAndConditioningAreRead) {
   EXPECT_EQ(s.conditioning->n_rigid, 6);
   EXPECT_EQ(s.conditioning->n_zero, 6);
   EXPECT_EQ(s.conditioning->weakest, "node id 87 of block 'solid' in y");
+}
+
+// What 1.8 has beyond 1.6. Of a rigid rotation about axis a, u = a x x, the moments are
+// sym(sum rho x (a x x)^T).
+TEST(ReferenceFiles, SpinMomentsAreRead) {
+  const Superelement s =
+      read_superelement(CBR_SOURCE_DIR "/tests/formats/data/superelement-1.8.cbr.h5");
+  ASSERT_EQ(s.spin_moments.rows(), s.n());
+  ASSERT_EQ(s.spin_moments.cols(), 6);
+  const Matrix R = reduced_rigid_modes(s, s.rigid_body.center);
+  const Matrix moments = s.spin_moments.transpose() * R;  // 6 x 6
+  const double scale = s.spin_moments.cwiseAbs().maxCoeff();
+  // x is from the centre of mass: a translation has none
+  EXPECT_LT(moments.leftCols(3).cwiseAbs().maxCoeff(), 1e-9 * scale);
+  // integral of rho x x^T = tr(J) / 2 - J of the inertia J about the centre
+  const Matrix3& J = s.rigid_body.inertia;
+  const Matrix3 S = 0.5 * J.trace() * Matrix3::Identity() - J;
+  for (Index a = 0; a < 3; ++a) {
+    Matrix3 turn;  // turn x = a x x
+    for (Index j = 0; j < 3; ++j) turn.col(j) = Vector3::Unit(a).cross(Vector3::Unit(j));
+    const Matrix3 expected = 0.5 * (S * turn.transpose() + turn * S);
+    const Vector found = moments.col(3 + a);
+    EXPECT_NEAR(found(0), expected(0, 0), 1e-9 * scale);
+    EXPECT_NEAR(found(1), expected(1, 1), 1e-9 * scale);
+    EXPECT_NEAR(found(2), expected(2, 2), 1e-9 * scale);
+    EXPECT_NEAR(found(3), expected(0, 1), 1e-9 * scale);
+    EXPECT_NEAR(found(4), expected(1, 2), 1e-9 * scale);
+    EXPECT_NEAR(found(5), expected(0, 2), 1e-9 * scale);
+  }
 }
 
 }  // namespace
