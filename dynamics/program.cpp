@@ -60,9 +60,9 @@ void count_work(const Simulation& simulation, const RunResult& result, Report& r
 bool is_worth_blas_threads(const Simulation& simulation) {
   return std::any_of(simulation.contact_nodes.begin(), simulation.contact_nodes.end(),
                      [&](const ContactNodes& set) {
-                       const Body& body = *simulation.bodies[set.body];
+                       Body& body = *simulation.bodies[set.body];
                        const Index dofs = 3 * static_cast<Index>(set.nodes.size());
-                       const bool has_all_modes = body.is_exact() && !body.can_scale();
+                       const bool has_all_modes = body.is_exact() && body.scaling() == nullptr;
                        return dofs * dofs >= worth_threads_for_W ||
                               (has_all_modes && dofs * body.n_dofs() >= worth_threads_for_modes);
                      });

@@ -51,7 +51,7 @@ CLONES = re.compile(r"^CBR_CLONES \w+ (\w+)\(", re.M)
 
 
 def declared_clones(name, text, headers):
-    """Functions for several instruction sets that a header of their folder declares: common/linalg/clones.hpp says why not."""
+    """Functions for several instruction sets that a header of their folder declares: common/linalg/kernels/clones.hpp says why not."""
     for function in CLONES.findall(text):
         for header in headers:
             if re.search(r"^[\w:<> ]+ \*?%s\(" % function, header.read_text(), re.M):

@@ -14,14 +14,14 @@ namespace cbr {
 enum class ImpulseKind : char { contact, friction };
 
 // Of exact bodies: bounds on where nodes can be after any time.
-class JumpAbility {
+class BoundAbility {
  public:
   virtual MotionBound motion_bound(Index set) const = 0;
   // looser where that is cheaper
   virtual MotionBound quick_motion_bound(Index set) const { return motion_bound(set); }
 
  protected:
-  ~JumpAbility() = default;
+  ~BoundAbility() = default;
 };
 
 // What a nodal (kinematic) enforcement needs.

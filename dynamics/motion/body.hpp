@@ -144,15 +144,13 @@ class Body {
   virtual void turn(const Points& X, Points& u, Points& v) const;
 
   // Null: it has not the ability.
-  virtual const JumpAbility* jumps() const { return nullptr; }
+  virtual const BoundAbility* bounds() const { return nullptr; }
   virtual NodalAbility* nodal() { return nullptr; }
   virtual EndImpulseAbility* end_impulses() { return nullptr; }
   virtual StartImpulseAbility* start_impulses() { return nullptr; }
   virtual StaticsAbility* statics() { return nullptr; }
   virtual ScalingAbility* scaling() { return nullptr; }
   virtual TurningAbility* turning() { return nullptr; }
-  bool can_scale() const { return const_cast<Body*>(this)->scaling() != nullptr; }
-  bool turns() const { return const_cast<Body*>(this)->turning() != nullptr; }
 
   // Between two steps: all that steps have made of the body, for a checkpoint
   // (common/files/state_archive.hpp). A body that was built in the same way and gets this goes on

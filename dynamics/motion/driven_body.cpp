@@ -12,7 +12,7 @@ namespace cbr {
 
 DrivenBody::DrivenBody(std::unique_ptr<Body> inner, DrivenMotion motion, double mass,
                        bool has_inertia, bool waits, std::vector<Index> rotations)
-    : inner_(std::move(inner)),
+    : WrappedBody(std::move(inner)),
       motion_(std::move(motion)),
       rotations_(std::move(rotations)),
       mass_(mass),

@@ -7,19 +7,14 @@
 #include <string>
 #include <vector>
 
-#include "dynamics/motion/body.hpp"
 #include "dynamics/motion/driven_motion.hpp"
+#include "dynamics/motion/wrapped_body.hpp"
 
 namespace cbr {
 
 // x = X + u + s(t), s the translation of the supports; in the moving axes gravity -s'' acts. No
 // approximation: a translation strains nothing. docs/theory.md, "Supports that move".
-class DrivenBody final : public Body,
-                         public JumpAbility,
-                         public NodalAbility,
-                         public EndImpulseAbility,
-                         public StaticsAbility,
-                         public ScalingAbility {
+class DrivenBody final : public WrappedBody {
  public:
   // inner: held, in the axes that move, with velocities from there; before any load. mass: of the
   // whole body. has_inertia: false in statics, where supports have places and no velocities;
@@ -28,28 +23,15 @@ class DrivenBody final : public Body,
   DrivenBody(std::unique_ptr<Body> inner, DrivenMotion motion, double mass, bool has_inertia = true,
              bool waits = false, std::vector<Index> rotations = {});
 
-  const std::string& name() const override { return inner_->name(); }
-  Index n_dofs() const override { return inner_->n_dofs(); }
-  double largest_frequency() const override { return inner_->largest_frequency(); }
-  Scheme scheme() const override { return inner_->scheme(); }
-  double contact_share() const override { return inner_->contact_share(); }
-  void set_contact_step(double h) override { inner_->set_contact_step(h); }
-  ScalingAbility* scaling() override { return inner_->scaling() ? this : nullptr; }
-  void scale(double clip) override { inner_->scaling()->scale(clip); }
-  void damp(const Damping& damping) override { inner_->damp(damping); }
-
-  const Points& reference_positions() const override { return inner_->reference_positions(); }
   Index track(const std::vector<Index>& nodes) override;
   void positions(Index set, Points& x) const override;
   void predicted_positions(Index set, Points& x) const override;
-  const JumpAbility* jumps() const override { return inner_->jumps() ? this : nullptr; }
   MotionBound motion_bound(Index set) const override {
-    return moved(inner_->jumps()->motion_bound(set));
+    return moved(inner_->bounds()->motion_bound(set));
   }
   MotionBound quick_motion_bound(Index set) const override {
-    return moved(inner_->jumps()->quick_motion_bound(set));
+    return moved(inner_->bounds()->quick_motion_bound(set));
   }
-  Index track_mean(const std::vector<Index>& nodes) override { return inner_->track_mean(nodes); }
   void mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
 
   void predict(double t, double h) override;
@@ -57,44 +39,22 @@ class DrivenBody final : public Body,
   void add_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
   void add_answered_impulses(Index set, const Points& contact, const Points& friction,
                              const Points& move, const Vector& still) override;
-  NodalAbility* nodal() override { return inner_->nodal() ? this : nullptr; }
   Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum) override;
   void accept() override;
-  EndImpulseAbility* end_impulses() override { return inner_->end_impulses() ? this : nullptr; }
   void end_velocities(Index set, Points& v) override;
-  NodeResponse velocity_response(Index set) const override {
-    return inner_->end_impulses()->velocity_response(set);
-  }
   void add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
 
-  StaticsAbility* statics() override { return inner_->statics() ? this : nullptr; }
   void relax(const Rest& rest) override;
-  NodeResponse static_response(Index set, double hold) const override {
-    return inner_->statics()->static_response(set, hold);
-  }
   void add_static_forces(Index set, const Points& forces, ImpulseKind kind) override;
   Settled settle() override;
   void end_load_step() override;
   void start_motion(double h) override;
-
-  NodeResponse response(Index set, double h) const override { return inner_->response(set, h); }
-  Points nodal_masses(Index set) const override { return inner_->nodal()->nodal_masses(set); }
-  void add_force(const Points& forces, const LoadHistory& history) override {
-    inner_->add_force(forces, history);
-  }
-  void add_gravity(const Vector3& acceleration, const LoadHistory& history) override {
-    inner_->add_gravity(acceleration, history);
-  }
-  void add_modal_force(const Vector& forces, const LoadHistory& history) override {
-    inner_->add_modal_force(forces, history);
-  }
 
   BodyState state() const override;
   // The supports' work is external.
   BodyWork work() const override;
   void displacements(Points& u, Points& v) const override;
   // In axes that move with the supports; turn() does the rest.
-  void coordinates(Vector& q, Vector& rates) const override { inner_->coordinates(q, rates); }
   void turn(const Points& X, Points& u, Points& v) const override;
   void keep_state(StateArchive& archive) override;
 
@@ -110,7 +70,6 @@ class DrivenBody final : public Body,
     return has_inertia_ ? motion_.velocity(t) : Vector3::Zero();
   }
 
-  std::unique_ptr<Body> inner_;
   DrivenMotion motion_;
   std::vector<Index> rotations_;
   std::map<Index, std::vector<Index>> rotation_rows_;  // of tracked sets that have any

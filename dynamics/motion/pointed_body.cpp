@@ -137,7 +137,7 @@ Matrix deformation_rows(const AveragePoint& point, const Points& positions) {
 
 PointedBody::PointedBody(std::unique_ptr<Body> inner, std::vector<AveragePoint> points,
                          const std::string& where)
-    : inner_(std::move(inner)), points_(std::move(points)) {
+    : WrappedBody(std::move(inner)), points_(std::move(points)) {
   const Points& X = inner_->reference_positions();
   n_ = X.rows();
   arms_.assign(points_.size(), Vector3::Zero());

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "dynamics/motion/body.hpp"
+#include "dynamics/motion/wrapped_body.hpp"
 
 namespace cbr {
 
@@ -54,12 +54,7 @@ Matrix deformation_rows(const AveragePoint& point, const Points& positions);
 // both from `at`. Impulses on them are impulses and impulses of moments. Behind those of all points
 // a rigid one has nodes that move by deformation_rows(), three each, from `at`: what holds them
 // makes it rigid (RBE2).
-class PointedBody final : public Body,
-                          public JumpAbility,
-                          public NodalAbility,
-                          public EndImpulseAbility,
-                          public StaticsAbility,
-                          public ScalingAbility {
+class PointedBody final : public WrappedBody {
  public:
   // Before any set is tracked.
   PointedBody(std::unique_ptr<Body> inner, std::vector<AveragePoint> points,
@@ -86,76 +81,39 @@ class PointedBody final : public Body,
   // Of a point that slides: it moves as what is rigid with the point and `arm` from it does.
   void slide(Index point, const Vector3& arm) { arms_[static_cast<std::size_t>(point)] = arm; }
 
-  const std::string& name() const override { return inner_->name(); }
-  Index n_dofs() const override { return inner_->n_dofs(); }
-  double largest_frequency() const override { return inner_->largest_frequency(); }
-  Scheme scheme() const override { return inner_->scheme(); }
-  double contact_share() const override { return inner_->contact_share(); }
-  void set_contact_step(double h) override { inner_->set_contact_step(h); }
-  ScalingAbility* scaling() override { return inner_->scaling() ? this : nullptr; }
-  void scale(double clip) override { inner_->scaling()->scale(clip); }
-  void damp(const Damping& damping) override { inner_->damp(damping); }
   bool at_rest() const override { return inner_->at_rest(); }
 
   const Points& reference_positions() const override { return X_; }
   Index track(const std::vector<Index>& nodes) override;
   void positions(Index set, Points& x) const override;
   void predicted_positions(Index set, Points& x) const override;
-  const JumpAbility* jumps() const override { return inner_->jumps() ? this : nullptr; }
   MotionBound motion_bound(Index set) const override {
-    return inner_->jumps()->motion_bound(sets_[set].inner);
+    return inner_->bounds()->motion_bound(sets_[set].inner);
   }
   MotionBound quick_motion_bound(Index set) const override {
-    return inner_->jumps()->quick_motion_bound(sets_[set].inner);
-  }
-  Index track_mean(const std::vector<Index>& nodes) override { return inner_->track_mean(nodes); }
-  void mean_motion(Index set, Vector3& position, Vector3& velocity) const override {
-    inner_->mean_motion(set, position, velocity);
+    return inner_->bounds()->quick_motion_bound(sets_[set].inner);
   }
 
-  void predict(double t, double h) override { inner_->predict(t, h); }
   using Body::add_impulses;
   void add_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
   void add_answered_impulses(Index set, const Points& contact, const Points& friction,
                              const Points& move, const Vector& still) override;
-  NodalAbility* nodal() override { return inner_->nodal() ? this : nullptr; }
   Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum) override;
-  void accept() override { inner_->accept(); }
-  EndImpulseAbility* end_impulses() override { return inner_->end_impulses() ? this : nullptr; }
   void end_velocities(Index set, Points& v) override;
   NodeResponse velocity_response(Index set) const override;
   void add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
 
-  StaticsAbility* statics() override { return inner_->statics() ? this : nullptr; }
-  void relax(const Rest& rest) override { inner_->statics()->relax(rest); }
   NodeResponse static_response(Index set, double hold) const override;
   void add_static_forces(Index set, const Points& forces, ImpulseKind kind) override;
-  Settled settle() override { return inner_->statics()->settle(); }
-  void end_load_step() override { inner_->statics()->end_load_step(); }
-  void start_motion(double h) override { inner_->statics()->start_motion(h); }
 
   NodeResponse response(Index set, double h) const override;
   Points nodal_masses(Index set) const override {
     return inner_->nodal()->nodal_masses(sets_[set].inner);
   }
-  void add_force(const Points& forces, const LoadHistory& history) override {
-    inner_->add_force(forces, history);
-  }
-  void add_gravity(const Vector3& acceleration, const LoadHistory& history) override {
-    inner_->add_gravity(acceleration, history);
-  }
-  void add_modal_force(const Vector& forces, const LoadHistory& history) override {
-    inner_->add_modal_force(forces, history);
-  }
   void add_vector_load(const VectorLoad& load) override { inner_->add_vector_load(load); }
   TurningAbility* turning() override { return inner_->turning(); }
 
-  BodyState state() const override { return inner_->state(); }
-  BodyWork work() const override { return inner_->work(); }
   void displacements(Points& u, Points& v) const override { inner_->displacements(u, v); }
-  void coordinates(Vector& q, Vector& rates) const override { inner_->coordinates(q, rates); }
-  void turn(const Points& X, Points& u, Points& v) const override { inner_->turn(X, u, v); }
-  void keep_state(StateArchive& archive) override { inner_->keep_state(archive); }
 
  private:
   // x = X + E (x_inner - X_inner); without points E is empty, and the set is the inner body's.
@@ -187,7 +145,6 @@ class PointedBody final : public Body,
   TurningAbility* turned() const { return inner_->turning(); }
   NodeResponse extended(const NodeSet& set, const NodeResponse& inner) const;
 
-  std::unique_ptr<Body> inner_;
   // A node behind those of the inner body: of which point, and its maps of that one's nodes.
   struct Extra {
     std::size_t point = 0;

@@ -16,7 +16,7 @@ Eigen::Map<const Vector> numbers_of(const Points& x) { return {x.data(), x.size(
 }  // namespace
 
 SupportedBody::SupportedBody(std::unique_ptr<Body> inner, SupportPlan plan)
-    : inner_(std::move(inner)), plan_(std::move(plan)), mass_(plan_.shapes.mass()) {
+    : WrappedBody(std::move(inner)), plan_(std::move(plan)), mass_(plan_.shapes.mass()) {
   const Points& X = inner_->reference_positions();
   nodal_.resize(X.size(), n_shapes());
   for (Index i = 0; i < X.rows(); ++i)
@@ -167,12 +167,6 @@ void SupportedBody::add_answered_impulses(Index set, const Points& contact, cons
   inner_->add_answered_impulses(set, contact, friction, move, still);
   push(set, contact, ImpulseKind::contact, t_);
   push(set, friction, ImpulseKind::friction, t_);
-}
-
-// Nodal enforcement is refused for these bodies.
-Vector3 SupportedBody::add_velocities(Index set, const Points& velocities,
-                                      const Vector3& momentum) {
-  return inner_->nodal()->add_velocities(set, velocities, momentum);
 }
 
 void SupportedBody::end_velocities(Index set, Points& v) {

@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include "dynamics/motion/body.hpp"
 #include "dynamics/motion/support_shapes.hpp"
+#include "dynamics/motion/wrapped_body.hpp"
 
 namespace cbr {
 
@@ -18,11 +18,7 @@ namespace cbr {
 // drive j: K psi_j = 0 at free dofs. So u_r is 0 at the supports, and only the inertia -M psi_j
 // g_j'' loads it. The reaction of a set is psi_s . (M u'' + K u - f), with the shape psi_s that
 // moves this set alone. docs/theory.md, "Supports that move".
-class SupportedBody final : public Body,
-                            public JumpAbility,
-                            public NodalAbility,
-                            public EndImpulseAbility,
-                            public StaticsAbility {
+class SupportedBody final : public WrappedBody {
  public:
   // inner: held, before any set is tracked and any load.
   SupportedBody(std::unique_ptr<Body> inner, SupportPlan plan);
@@ -36,25 +32,17 @@ class SupportedBody final : public Body,
   std::vector<Reaction> take_reactions(double t, double interval);
   std::vector<Reaction> static_reactions(double t) const;  // in statics, now
 
-  const std::string& name() const override { return inner_->name(); }
-  Index n_dofs() const override { return inner_->n_dofs(); }
-  double largest_frequency() const override { return inner_->largest_frequency(); }
-  Scheme scheme() const override { return inner_->scheme(); }
-  double contact_share() const override { return inner_->contact_share(); }
-  void set_contact_step(double h) override { inner_->set_contact_step(h); }
-  void damp(const Damping& damping) override { inner_->damp(damping); }
+  ScalingAbility* scaling() override { return nullptr; }
   bool at_rest() const override { return plan_.drives.empty() && inner_->at_rest(); }
 
-  const Points& reference_positions() const override { return inner_->reference_positions(); }
   Index track(const std::vector<Index>& nodes) override;
   void positions(Index set, Points& x) const override;
   void predicted_positions(Index set, Points& x) const override;
-  const JumpAbility* jumps() const override { return inner_->jumps() ? this : nullptr; }
   MotionBound motion_bound(Index set) const override {
-    return moved(inner_->jumps()->motion_bound(set), set);
+    return moved(inner_->bounds()->motion_bound(set), set);
   }
   MotionBound quick_motion_bound(Index set) const override {
-    return moved(inner_->jumps()->quick_motion_bound(set), set);
+    return moved(inner_->bounds()->quick_motion_bound(set), set);
   }
   Index track_mean(const std::vector<Index>& nodes) override;
   void mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
@@ -64,28 +52,16 @@ class SupportedBody final : public Body,
   void add_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
   void add_answered_impulses(Index set, const Points& contact, const Points& friction,
                              const Points& move, const Vector& still) override;
-  NodalAbility* nodal() override { return inner_->nodal() ? this : nullptr; }
-  Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum) override;
   void accept() override;
-  EndImpulseAbility* end_impulses() override { return inner_->end_impulses() ? this : nullptr; }
   void end_velocities(Index set, Points& v) override;
-  NodeResponse velocity_response(Index set) const override {
-    return inner_->end_impulses()->velocity_response(set);
-  }
   void add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
 
-  StaticsAbility* statics() override { return inner_->statics() ? this : nullptr; }
   void relax(const Rest& rest) override;
-  NodeResponse static_response(Index set, double hold) const override {
-    return inner_->statics()->static_response(set, hold);
-  }
   void add_static_forces(Index set, const Points& forces, ImpulseKind kind) override;
   Settled settle() override;
   void end_load_step() override;
   void start_motion(double h) override;
 
-  NodeResponse response(Index set, double h) const override { return inner_->response(set, h); }
-  Points nodal_masses(Index set) const override { return inner_->nodal()->nodal_masses(set); }
   void add_force(const Points& forces, const LoadHistory& history) override;
   void add_gravity(const Vector3& acceleration, const LoadHistory& history) override;
   void add_modal_force(const Vector& forces, const LoadHistory& history) override;
@@ -95,7 +71,6 @@ class SupportedBody final : public Body,
   BodyWork work() const override;
   void displacements(Points& u, Points& v) const override;
   void coordinates(Vector& q, Vector& rates) const override;
-  void turn(const Points& X, Points& u, Points& v) const override { inner_->turn(X, u, v); }
   void keep_state(StateArchive& archive) override;
 
  private:
@@ -125,7 +100,6 @@ class SupportedBody final : public Body,
   Vector momenta() const;  // psi^T M u'
   std::vector<Reaction> by_sets(const Vector& on_shapes) const;
 
-  std::unique_ptr<Body> inner_;
   SupportPlan plan_;
   Matrix mass_;   // psi^T M psi
   Matrix nodal_;  // 3 n x shapes: psi of the nodes, scene axes

@@ -46,12 +46,12 @@ void require_countable(const TimeOptions& options, double h, double every) {
 // Smallest limit over the bodies, `share` applied to it; and who sets it.
 struct Limit {
   double h = 0, critical = 0;
-  const Body* body = nullptr;
+  Body* body = nullptr;
 };
 
 Limit smallest(const std::vector<std::unique_ptr<Body>>& bodies,
                const std::vector<ContactKind>& contact,
-               const std::function<double(const Body&, ContactKind)>& share) {
+               const std::function<double(Body&, ContactKind)>& share) {
   Limit limit;
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     const double critical = critical_step(*bodies[b], contact[b] != ContactKind::none);
@@ -61,12 +61,12 @@ Limit smallest(const std::vector<std::unique_ptr<Body>>& bodies,
   return limit;
 }
 
-bool is_scaled(const TimeOptions& options, const Body& body) {
-  return options.mass_scaling && body.can_scale();
+bool is_scaled(const TimeOptions& options, Body& body) {
+  return options.mass_scaling && body.scaling() != nullptr;
 }
 
 // The step to take as a share of the critical one.
-double share_of_critical(const TimeOptions& options, const Body& body, ContactKind contact) {
+double share_of_critical(const TimeOptions& options, Body& body, ContactKind contact) {
   if (is_scaled(options, body)) return options.cfl.value_or(scaled_share);
   if (options.cfl && *options.cfl <= 1) return *options.cfl;
   if (contact == ContactKind::penalty) return penalty_step_share;
@@ -186,10 +186,10 @@ TimePlan plan_time(const TimeOptions& options, double every,
   const bool newmark = std::any_of(bodies.begin(), bodies.end(),
                                    [](const auto& b) { return b->scheme() == Scheme::newmark; });
   if (newmark) return plan_newmark(options, every, bodies);
-  const Limit critical = smallest(bodies, contact, [&](const Body& body, ContactKind) {
+  const Limit critical = smallest(bodies, contact, [&](Body& body, ContactKind) {
     return is_scaled(options, body) ? HUGE_VAL : 1.0;
   });
-  const Limit limit = smallest(bodies, contact, [&](const Body& body, ContactKind kind) {
+  const Limit limit = smallest(bodies, contact, [&](Body& body, ContactKind kind) {
     return share_of_critical(options, body, kind);
   });
   double h = limit.h;

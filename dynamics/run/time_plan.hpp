@@ -22,7 +22,7 @@ struct TimePlan {
   // have (0: none, all bodies are rigid)
   std::optional<double> newmark_alpha;
   double critical = 0;
-  // Bodies that can_scale() get all modes above this frequency scaled to it (rad/s); 0: none.
+  // Bodies with scaling() get all modes above this frequency scaled to it (rad/s); 0: none.
   double clip = 0;
   // time.mass_scaling, whether or not the step is long enough for it to do something
   bool is_scaling_asked = false;
@@ -52,7 +52,7 @@ enum class ContactKind : char { none, hard, penalty };
 // further the step is below the critical one. Where all bodies are under Newmark, auto is one step
 // to an output (a thousandth of the end when every step is one) and cfl of any size is of what the
 // critical step would be. With mass_scaling the same holds, from a default of 2, for the critical
-// step of exact bodies in contact that can_scale(); the others keep their limit. InputError: a step
+// step of exact bodies in contact with scaling(); the others keep their limit. InputError: a step
 // above the critical one (unless time.force), more steps or outputs than can be.
 TimePlan plan_time(const TimeOptions& options, double every,
                    const std::vector<std::unique_ptr<Body>>& bodies,

@@ -9,7 +9,7 @@
 #include "common/base/row_threads.hpp"
 #include "common/linalg/blas_threads.hpp"
 #include "common/linalg/huge_pages.hpp"
-#include "common/linalg/narrow_product.hpp"
+#include "common/linalg/kernels/narrow_product.hpp"
 
 namespace cbr {
 namespace {

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Front door of common/linalg/kernels: products that are compiled for several processors.
+//
 // CBR_CLONES before a function: it is compiled for several instruction sets, of which the running
 // machine's is taken. Only for functions of an unnamed namespace that are not declared before:
 // clang 14 compiles one that is declared in a header for AVX-512 alone, and other processors stop

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "common/linalg/narrow_product.hpp"
+#include "common/linalg/kernels/narrow_product.hpp"
 
 #include <algorithm>
 #include <cstring>
 
-#include "common/linalg/clones.hpp"
+#include "common/linalg/kernels/clones.hpp"
 
 namespace cbr::narrow {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "common/linalg/symmetric_product.hpp"
+#include "common/linalg/kernels/symmetric_product.hpp"
 
 #include <algorithm>
 #include <array>
@@ -7,7 +7,7 @@
 #include <cstring>
 
 #include "common/base/row_threads.hpp"
-#include "common/linalg/clones.hpp"
+#include "common/linalg/kernels/clones.hpp"
 
 namespace cbr {
 namespace {

@@ -5,7 +5,7 @@
 #include <numeric>
 
 #include "common/base/row_threads.hpp"
-#include "common/linalg/narrow_product.hpp"
+#include "common/linalg/kernels/narrow_product.hpp"
 
 namespace cbr {
 namespace {

@@ -10,7 +10,7 @@
 
 #include "common/base/parallel.hpp"
 #include "common/linalg/blas_threads.hpp"
-#include "common/linalg/narrow_product.hpp"
+#include "common/linalg/kernels/narrow_product.hpp"
 #include "common/linalg/sparse/cholmod_factor.hpp"
 #include "common/linalg/sparse/cut_supernodes.hpp"
 #include "common/linalg/sparse/shared_solve.hpp"

@@ -8,7 +8,7 @@
 
 #include "common/linalg/blas_int.hpp"
 #include "common/linalg/blas_threads.hpp"
-#include "common/linalg/narrow_product.hpp"
+#include "common/linalg/kernels/narrow_product.hpp"
 
 namespace cbr {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "common/base/row_threads.hpp"
 #include "common/linalg/blas_threads.hpp"
-#include "common/linalg/symmetric_product.hpp"
+#include "common/linalg/kernels/symmetric_product.hpp"
 
 namespace cbr {
 namespace {

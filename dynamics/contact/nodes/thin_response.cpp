@@ -2,7 +2,7 @@
 #include "dynamics/contact/nodes/thin_response.hpp"
 
 #include "common/linalg/blas_threads.hpp"
-#include "common/linalg/symmetric_product.hpp"
+#include "common/linalg/kernels/symmetric_product.hpp"
 #include "dynamics/contact/nodes/dense_panels.hpp"
 
 namespace cbr {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/linalg/clones.hpp"
+#include "common/linalg/kernels/clones.hpp"
 
 namespace cbr {
 namespace {

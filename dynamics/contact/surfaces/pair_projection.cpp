@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "common/linalg/clones.hpp"
+#include "common/linalg/kernels/clones.hpp"
 
 namespace cbr {
 namespace {

@@ -21,7 +21,7 @@ namespace cbr {
 // those of SuperelementBody. The statics lose theta (1 - theta / 2) |lambda - g|_F^2 in a step and
 // never bring energy. Neither with add_velocities() or nodal_masses().
 class StaticsBody final : public Body,
-                          public JumpAbility,
+                          public BoundAbility,
                           public EndImpulseAbility,
                           public StartImpulseAbility,
                           public StaticsAbility {
@@ -44,7 +44,7 @@ class StaticsBody final : public Body,
   Index track(const std::vector<Index>& nodes) override;
   void positions(Index set, Points& x) const override;
   void predicted_positions(Index set, Points& x) const override;
-  const JumpAbility* jumps() const override { return is_exact() ? this : nullptr; }
+  const BoundAbility* bounds() const override { return is_exact() ? this : nullptr; }
   MotionBound motion_bound(Index set) const override;
   MotionBound quick_motion_bound(Index set) const override;
   bool at_rest() const override { return modal_.at_rest() && g_.isZero(0) && loads_.empty(); }

@@ -32,7 +32,7 @@ struct Placement {
 // Assumes small displacements and rotations relative to the placed component (state().rotation says
 // how far that is stretched).
 class SuperelementBody final : public Body,
-                               public JumpAbility,
+                               public BoundAbility,
                                public NodalAbility,
                                public EndImpulseAbility,
                                public StartImpulseAbility,
@@ -57,7 +57,7 @@ class SuperelementBody final : public Body,
   Index track(const std::vector<Index>& nodes) override;
   void positions(Index set, Points& x) const override;
   void predicted_positions(Index set, Points& x) const override;
-  const JumpAbility* jumps() const override { return is_exact() ? this : nullptr; }
+  const BoundAbility* bounds() const override { return is_exact() ? this : nullptr; }
   MotionBound motion_bound(Index set) const override;
   MotionBound quick_motion_bound(Index set) const override;
   bool is_damped() const { return damping_.hash != 0; }

@@ -94,20 +94,20 @@ void TurningBody::damp(const Damping& damping) {
 }
 
 Index TurningBody::track(const std::vector<Index>& nodes) {
-  acted_.emplace_back();
+  placed_.emplace_back();
   return inner_->track(nodes);
 }
 
 void TurningBody::positions(Index set, Points& x) const {
   inner_->positions(set, x);
   turn_about(modal_.center_of_mass(), q_, x);
-  if (!late_) acted_[set] = {x, true};
+  if (!late_) placed_[set] = {x, true};
 }
 
 void TurningBody::predicted_positions(Index set, Points& x) const {
   inner_->predicted_positions(set, x);
   turn_about(modal_.predicted_center_of_mass(), end(), x);
-  if (late_) acted_[set] = {x, true};
+  if (late_) placed_[set] = {x, true};
 }
 
 const Eigen::Quaterniond& TurningBody::end() const {
@@ -117,7 +117,7 @@ const Eigen::Quaterniond& TurningBody::end() const {
     q_end_ = step_.turned(q_, L, h_);
   } else {
     eta_end_ = modal_.predicted_modal_coordinates();
-    const Course to = course(L, 2 * step_.J - now_.J);
+    const TurnAtEnd to = turn_at_end(L, 2 * step_.J - now_.J);
     q_end_ = to.q, L_end_ = to.L, work_end_ = to.work;
   }
   ends_there_ = true;
@@ -176,20 +176,19 @@ Vector TurningBody::factors(const Eigen::Quaterniond& q, const Vector3& w) const
 // A part of the step, from t = from to `to`: a moment changes the momentum at either end by its
 // integral with the weight of a hat that is 1 there. `share` of the step has gone at this end.
 void TurningBody::add_moments_of_loads(double from, double to, double share, bool at_end,
-                                       const FreeTurn& turn, Course& course) const {
+                                       const FreeTurn& turn, TurnAtEnd& end) const {
   const Vector eta = (1 - share) * eta_start_ + share * eta_end_;
   Vector3 sum = Vector3::Zero();
   for (const TurningLoad& load : loads_) {
     const double rising = load.history().rising_integral(from, to);
-    sum +=
-        load.moment(course.q, eta) * (at_end ? rising : load.history().integral(from, to) - rising);
+    sum += load.moment(end.q, eta) * (at_end ? rising : load.history().integral(from, to) - rising);
   }
-  course.work += sum.dot(turn.angular_velocity(course.q, course.L + 0.5 * sum));
-  course.L += sum;
+  end.work += sum.dot(turn.angular_velocity(end.q, end.L + 0.5 * sum));
+  end.L += sum;
 }
 
 // From here, with L, while the inertia goes from what it is to J_end.
-TurningBody::Course TurningBody::course(Vector3 L, const Matrix3& J_end) const {
+TurningBody::TurnAtEnd TurningBody::turn_at_end(Vector3 L, const Matrix3& J_end) const {
   double momentum = L.norm();
   for (const TurningLoad& load : loads_) momentum += load.largest_moment() * h_;
   const double most = loads_.empty() ? largest_turn : largest_turn_of_loads;
@@ -197,24 +196,24 @@ TurningBody::Course TurningBody::course(Vector3 L, const Matrix3& J_end) const {
       1, static_cast<Index>(std::ceil(now_.rate_per_momentum * momentum * h_ / most)));
   const auto part = 1 / static_cast<double>(n);
   const auto at = [&](double share) { return FreeTurn((1 - share) * now_.J + share * J_end); };
-  Course course{q_, L, 0, {}};
+  TurnAtEnd end{q_, L, 0, {}};
   for (Index i = 0; i <= n; ++i) {
     const double share = static_cast<double>(i) * part;
     if (i > 0) {
       const double before = share - part, from = t_ + before * h_, to = t_ + share * h_;
-      if (!loads_.empty()) add_moments_of_loads(from, to, before, false, at(before), course);
-      course.q = at(share - 0.5 * part).turned(course.q, course.L, h_ * part);
-      if (!loads_.empty()) add_moments_of_loads(from, to, share, true, at(share), course);
+      if (!loads_.empty()) add_moments_of_loads(from, to, before, false, at(before), end);
+      end.q = at(share - 0.5 * part).turned(end.q, end.L, h_ * part);
+      if (!loads_.empty()) add_moments_of_loads(from, to, share, true, at(share), end);
     }
-    const Vector g = factors(course.q, at(share).angular_velocity(course.q, course.L));
-    if (i == 0) course.g.resize(g.size(), n + 1);
-    course.g.col(i) = g;
+    const Vector g = factors(end.q, at(share).angular_velocity(end.q, end.L));
+    if (i == 0) end.g.resize(g.size(), n + 1);
+    end.g.col(i) = g;
   }
-  return course;
+  return end;
 }
 
 void TurningBody::turn_inner(const Matrix3& J_end) {
-  Course to = course(L_, J_end);
+  TurnAtEnd to = turn_at_end(L_, J_end);
   if (statics_ != nullptr && !loads_.empty()) {
     const auto n = static_cast<Index>(loads_.size());
     Vector of_loads(3 * n), largest(3 * n);
@@ -258,10 +257,10 @@ void TurningBody::add_moment(const Vector3& moment, ImpulseKind kind) {
 
 void TurningBody::add_moments(Index set, const Points& impulses, ImpulseKind kind) {
   Points x;
-  if (!acted_[set].known && late_) predicted_positions(set, x);
-  if (!acted_[set].known && !late_) positions(set, x);
+  if (!placed_[set].known && late_) predicted_positions(set, x);
+  if (!placed_[set].known && !late_) positions(set, x);
   const Vector3 c = late_ ? modal_.predicted_center_of_mass() : modal_.center_of_mass();
-  add_moment(moment_about(c, acted_[set].x, impulses), kind);
+  add_moment(moment_about(c, placed_[set].x, impulses), kind);
 }
 
 void TurningBody::add_impulses(Index set, const Points& impulses, ImpulseKind kind) {
@@ -304,7 +303,7 @@ void TurningBody::accept() {
   kick_ = {};
   t_ += h_;
   expect_turning();
-  for (Acted& of : acted_) of.known = false;
+  for (PlacedSet& of : placed_) of.known = false;
 }
 
 // To the end of the step, whose moments L has. The error of the splitting in the energy is booked
@@ -316,7 +315,7 @@ void TurningBody::move_on() {
   double work = 0;
   if (!loads_.empty()) {
     eta_end_ = modal_.modal_coordinates();
-    const Course to = course(L_, after.J);
+    const TurnAtEnd to = turn_at_end(L_, after.J);
     q_end_ = to.q, L_ = to.L, work = to.work;
   } else if (!ends_there_) {
     q_end_ = step_.turned(q_, L_, h_);

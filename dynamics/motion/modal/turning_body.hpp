@@ -17,7 +17,7 @@ namespace cbr {
 // mass c and what is measured from it without the turn, X + u - c_0. It gets impulses in its own
 // axes, and never turns (SuperelementBody::carry). R comes from the angular momentum L about c,
 // which impulses and loads change by their moments about c, with the arms of the deformed body.
-class TurningBody final : public Body, public JumpAbility, public TurningAbility {
+class TurningBody final : public Body, public BoundAbility, public TurningAbility {
  public:
   // inner: free, with Scheme::exact, before any set is tracked. modal: the SuperelementBody inside
   // it, or itself, with six rigid modes. statics: inner, if it is a StaticsBody, or else null.
@@ -43,12 +43,12 @@ class TurningBody final : public Body, public JumpAbility, public TurningAbility
   Index track(const std::vector<Index>& nodes) override;
   void positions(Index set, Points& x) const override;
   void predicted_positions(Index set, Points& x) const override;
-  const JumpAbility* jumps() const override { return this; }
+  const BoundAbility* bounds() const override { return this; }
   MotionBound motion_bound(Index set) const override {
-    return in_any_position(inner_->jumps()->motion_bound(set));
+    return in_any_position(inner_->bounds()->motion_bound(set));
   }
   MotionBound quick_motion_bound(Index set) const override {
-    return in_any_position(inner_->jumps()->quick_motion_bound(set));
+    return in_any_position(inner_->bounds()->quick_motion_bound(set));
   }
   bool at_rest() const override { return L_.isZero(0) && loads_.empty() && inner_->at_rest(); }
   Index track_mean(const std::vector<Index>& nodes) override { return inner_->track_mean(nodes); }
@@ -89,7 +89,7 @@ class TurningBody final : public Body, public JumpAbility, public TurningAbility
 
  private:
   // Positions of a set at the moment at which impulses act, once asked for.
-  struct Acted {
+  struct PlacedSet {
     Points x;
     bool known = false;
   };
@@ -99,7 +99,7 @@ class TurningBody final : public Body, public JumpAbility, public TurningAbility
   };
   // Where a turn is at the end of a step, what moments of loads have done to it, and the factors of
   // the forces that turn with the body (SuperelementBody::turn_forces()).
-  struct Course {
+  struct TurnAtEnd {
     Eigen::Quaterniond q;
     Vector3 L;
     double work = 0;
@@ -107,9 +107,9 @@ class TurningBody final : public Body, public JumpAbility, public TurningAbility
   };
   MotionBound in_any_position(MotionBound bound) const;
   Matrix3 inertia(const Vector& shape) const;
-  Course course(Vector3 L, const Matrix3& J_end) const;
+  TurnAtEnd turn_at_end(Vector3 L, const Matrix3& J_end) const;
   void add_moments_of_loads(double from, double to, double share, bool at_end, const FreeTurn& turn,
-                            Course& course) const;
+                            TurnAtEnd& end) const;
   Vector factors(const Eigen::Quaterniond& q, const Vector3& w) const;
   void turn_inner(const Matrix3& J_end);
   void move_on();
@@ -143,7 +143,7 @@ class TurningBody final : public Body, public JumpAbility, public TurningAbility
   Moments kick_;                     // of the step
   Moments last_kick_;                // late: of the last step, which L_ has
   double t_ = 0, h_ = 0;
-  mutable std::vector<Acted> acted_;
+  mutable std::vector<PlacedSet> placed_;
   BodyWork work_;  // of the spin
 };
 

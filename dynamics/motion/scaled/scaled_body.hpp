@@ -20,7 +20,7 @@ namespace cbr {
 // Statics, rigid motion and the modes below the clip are those of the superelement; a step costs
 // O(n_kept + 3 m) and one product with a shared 3 m x 3 m matrix, m the tracked nodes. Assumes
 // small displacements and rotations as SuperelementBody does.
-class ScaledBody final : public Body, public JumpAbility, public ScalingAbility {
+class ScaledBody final : public Body, public BoundAbility, public ScalingAbility {
  public:
   // `model` is shared by the instances of a component (a held instance has its own).
   ScaledBody(std::string name, std::shared_ptr<ScaledModel> model, const Placement& placement);
@@ -47,7 +47,7 @@ class ScaledBody final : public Body, public JumpAbility, public ScalingAbility 
   Index track(const std::vector<Index>& nodes) override;
   void positions(Index set, Points& x) const override;
   void predicted_positions(Index set, Points& x) const override;
-  const JumpAbility* jumps() const override { return this; }
+  const BoundAbility* bounds() const override { return this; }
   MotionBound motion_bound(Index set) const override;
   Index track_mean(const std::vector<Index>& nodes) override;
   void mean_motion(Index set, Vector3& position, Vector3& velocity) const override;

@@ -226,7 +226,7 @@ void balance_lines(const BuiltScene& built, const RunResult& result, const Balan
   const auto& bodies = built.simulation.bodies;
   const bool all_turn = std::all_of(
       bodies.begin(), bodies.begin() + static_cast<std::ptrdiff_t>(built.instances.size()),
-      [](const auto& body) { return body->turns(); });
+      [](const auto& body) { return body->turning() != nullptr; });
   report.line(format_text(
       "momentum: drift %.3g (good: below 1e-10), of angular momentum %.3g (good: below "
       "%s)",

@@ -161,9 +161,9 @@ class Sides {
     if (surface.nodes.front() < 0) surface.nodes.erase(surface.nodes.begin());
     surface.faces = faces.leftCols(4);
     if (whole && faces.rightCols(4).maxCoeff() >= 0) surface.middle = faces.rightCols(4);
-    const Body& body = *built_.simulation.bodies[contact.body];
+    Body& body = *built_.simulation.bodies[contact.body];
     fill_sizes(surface, body.reference_positions()(contact.nodes, Eigen::all));
-    if (body.turns()) surface.extent.setConstant(surface.extent.norm());
+    if (body.turning() != nullptr) surface.extent.setConstant(surface.extent.norm());
     return at->second = std::make_shared<const ContactSurface>(std::move(surface));
   }
 

@@ -7,7 +7,7 @@
 
 #include "common/base/row_threads.hpp"
 #include "common/linalg/blas_threads.hpp"
-#include "common/linalg/clones.hpp"
+#include "common/linalg/kernels/clones.hpp"
 
 namespace cbr {
 namespace {

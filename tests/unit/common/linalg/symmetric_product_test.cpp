@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "common/linalg/symmetric_product.hpp"
+#include "common/linalg/kernels/symmetric_product.hpp"
 
 #include <gtest/gtest.h>
 
