@@ -27,7 +27,7 @@ help:
 	@echo "make bench-docs  the tables and plots of docs/benchmarks.md from $(BUILD)/bench"
 	@echo "make bench-contact  seconds a step against contact nodes, 100 to 10 000, by phase (5 minutes)"
 	@echo "make test      packages, build, all tests"
-	@echo "make test-mpi  packages of packages-mpi.txt, the programs with MPI in build-mpi, reductions in 2 and 3 processes against one (two minutes)"
+	@echo "make test-mpi  packages of packages-mpi.txt, cbr-reduce with MPI in $(BUILD)/mpi, reductions in 2 and 3 processes against one (two minutes)"
 	@echo "make programs  the three programs, in $(BUILD)/bin"
 	@echo "make build     the programs, the tests and the benchmarks"
 	@echo "make check     include directions and other house rules, without building"
@@ -51,13 +51,12 @@ build: configure
 test: build check
 	ctest --test-dir $(BUILD) --output-on-failure --parallel $(JOBS)
 
-# docs/distributed.md
-MPI_BUILD ?= build-mpi
+# docs/distributed.md; after `make test` only the sources of reducer/distributed are left to compile
 test-mpi: packages
 	@scripts/install-packages packages-mpi.txt
-	cmake --preset mpi -B $(MPI_BUILD)
-	cmake --build $(MPI_BUILD) --parallel $(JOBS) --target cbr-reduce cbr-dyn
-	$(PYTHON) tests/distributed/check.py $(MPI_BUILD)/bin
+	cmake --preset $(PRESET) -B $(BUILD) -DCBR_MPI=ON
+	cmake --build $(BUILD) --parallel $(JOBS) --target cbr-reduce cbr-dyn cbr-reduce-mpi
+	$(PYTHON) tests/distributed/check.py $(BUILD)/bin $(BUILD)/mpi
 
 check:
 	@$(PYTHON) tests/check_includes.py

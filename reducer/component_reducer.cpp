@@ -14,6 +14,7 @@
 #include "common/scene/staleness.hpp"
 #include "reducer/condensation/residual_mass.hpp"
 #include "reducer/distributed/distributed_reduction.hpp"
+#include "reducer/distributed/domain_share.hpp"
 #include "reducer/domains/domains.hpp"
 #include "reducer/domains/second_reduction.hpp"
 #include "reducer/modes/diagonal_form.hpp"
@@ -138,10 +139,6 @@ void ComponentReducer::make(const Scene& scene, const Component& component, cons
   refuse_loads_inside(mesh, *component.reduction, loads_, takes_loads_in(*component.reduction));
   check_kept_sets(scene, component, mesh);
   check_recovery_sets(mesh, *component.reduction);
-  if (command_.is_distributed() && component.reduction->is_decomposed())
-    throw InputError(
-        "domains is not known to several processes and --engine petsc: reduce this component in "
-        "one process");
   refuse_with_shells(mesh, component, command_.is_distributed());
   settings_.points = rigid_points(mesh, component);
   if (command_.is_distributed() && !settings_.points.empty())
@@ -197,8 +194,10 @@ void ComponentReducer::make_group(const Mesh& mesh, const std::vector<BlockPrope
                                   const Component& component, const std::string& hash,
                                   const std::map<std::string, std::string>& provenance) {
   GroupFigures figures;
+  const DomainShare share = command_.is_distributed() ? share_of_domains() : DomainShare();
   SuperelementGroup group = reduce_domains(mesh, properties, mass_.kind, *component.reduction,
-                                           settings_, report_, &figures);
+                                           settings_, report_, &figures, share);
+  if (!command_.is_first()) return;
   const std::optional<Vector3> rho =
       residual_mass_share(group, component_interface(mesh, component.reduction->interface_sets));
   summarise_domains(group, figures, rho, report_);

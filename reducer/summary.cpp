@@ -294,6 +294,7 @@ void summarise_domains(const SuperelementGroup& group, const GroupFigures& f,
   report.line("  domains      " + std::to_string(f.domains.size()) + " of " +
               of([&](std::size_t d) { return f.domains[d].n_elements; }) +
               " elements, reduced in " + human_seconds(f.seconds) + " by " +
+              (f.n_processes > 1 ? std::to_string(f.n_processes) + " processes of " : "") +
               std::to_string(f.n_workers) + (f.n_workers > 1 ? " threads" : " thread"));
   Index k = 0;
   for (const auto& domain : group.domains) k += domain.k();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "common/base/row_threads.hpp"
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
@@ -131,6 +132,15 @@ void run_kept_threads(int n, const std::function<void(int)>& work) {
   if (wanted != n) kept = std::make_unique<RowThreads>(n), wanted = n;
   kept->run(work);
   for (int t = kept->size(); t < n; ++t) work(t);
+}
+
+void share_among_threads(Index n_items, int n_threads, const std::function<void(Index)>& work) {
+  constexpr Index few = 32, at_once = 8;
+  std::atomic<Index> next = 0;
+  run_kept_threads(n_items < few ? 1 : n_threads, [&](int) {
+    for (Index first = next.fetch_add(at_once); first < n_items; first = next.fetch_add(at_once))
+      for (Index i = first; i < std::min(first + at_once, n_items); ++i) work(i);
+  });
 }
 
 }  // namespace cbr

@@ -37,4 +37,8 @@ class RowThreads {
 // <= 1.
 void run_kept_threads(int n, const std::function<void(int)>& work);
 
+// work(i) for i = 0 .. n_items - 1, each once, by the same threads: who is free takes the next few.
+// Alone where there are too few items to wake anybody for.
+void share_among_threads(Index n_items, int n_threads, const std::function<void(Index)>& work);
+
 }  // namespace cbr

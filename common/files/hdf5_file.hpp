@@ -71,7 +71,10 @@ class Hdf5Writer {
 // others; one without is taken as it is.
 class Hdf5Reader {
  public:
-  explicit Hdf5Reader(const std::filesystem::path& file);
+  // What is tried in a process of its own, as damage may end the library: all, or, for those who
+  // read no more, the root's attributes.
+  enum class Look : char { all, root_attributes };
+  explicit Hdf5Reader(const std::filesystem::path& file, Look look = Look::all);
   ~Hdf5Reader();
   Hdf5Reader(const Hdf5Reader&) = delete;
   Hdf5Reader& operator=(const Hdf5Reader&) = delete;

@@ -94,15 +94,20 @@ std::string cure(const fs::path& path) {
   return "";
 }
 
-// All that the reader may come to; for a process of its own. The library frees pointers that it has
+// All that the reader may come to, or attributes of the root; for a process of its own. The library frees pointers that it has
 // not set where a group's table is damaged. Memory that is filled shows it, whatever was there.
-void visit_all(const fs::path& path) {
+void visit(const fs::path& path, Hdf5Reader::Look look) {
   mallopt(M_PERTURB, 0x5a);
   const Handle file = open_read_only(path);
   if (!file.ok()) return;
   const Handle root(H5Oopen(file, "/", H5P_DEFAULT), H5Oclose);
+  if (!root.ok()) return;
+  if (look == Hdf5Reader::Look::root_attributes) {
+    H5Aiterate2(root, H5_INDEX_NAME, H5_ITER_INC, nullptr, visit_attribute, nullptr);
+    return;
+  }
   std::set<haddr_t> seen;
-  if (root.ok()) visit_object(root, seen);
+  visit_object(root, seen);
 }
 
 }  // namespace
@@ -112,7 +117,7 @@ struct Hdf5Reader::Impl {
   double file_size = 0;
   Handle file;
 
-  explicit Impl(const fs::path& name) : path(name) {
+  Impl(const fs::path& name, Look look) : path(name) {
     hdf5::silence();
     std::error_code error;
     const auto status = fs::status(path, error);
@@ -126,7 +131,8 @@ struct Hdf5Reader::Impl {
       fail(std::string("cannot be opened: ") + std::strerror(errno));
     if (file_size == 0) fail("is empty");
     if (H5Fis_hdf5(path.c_str()) <= 0) fail("is not an HDF5 file" + cure(path));
-    if (!hdf5::is_sound(path, [&] { visit_all(path); }))
+    const bool whole = look == Look::all;
+    if (!hdf5::is_sound(path, whole, [&] { visit(path, look); }))
       fail("cannot be read: the HDF5 file is damaged");
     file = open_read_only(path);
     if (!file.ok()) fail("cannot be read: the HDF5 file is truncated or damaged");
@@ -251,7 +257,8 @@ struct Hdf5Reader::Impl {
   }
 };
 
-Hdf5Reader::Hdf5Reader(const fs::path& file) : impl_(std::make_unique<Impl>(file)) {}
+Hdf5Reader::Hdf5Reader(const fs::path& file, Look look)
+    : impl_(std::make_unique<Impl>(file, look)) {}
 Hdf5Reader::~Hdf5Reader() = default;
 
 const fs::path& Hdf5Reader::file() const { return impl_->path; }

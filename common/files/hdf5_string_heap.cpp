@@ -122,17 +122,18 @@ bool look_through(const std::filesystem::path& file, std::uint64_t size) {
 
 }  // namespace
 
-bool is_sound(const std::filesystem::path& file, const std::function<void()>& visit) {
+bool is_sound(const std::filesystem::path& file, bool whole, const std::function<void()>& visit) {
   // A file is opened several times, for its hash, its light parts, its matrices: one look at its
   // bytes is enough
-  using Seen = std::tuple<std::filesystem::path, std::uint64_t, std::filesystem::file_time_type>;
+  using Seen =
+      std::tuple<std::filesystem::path, std::uint64_t, std::filesystem::file_time_type, bool>;
   static std::mutex mutex;
   static std::map<Seen, bool> known;
   std::error_code error;
   const std::uint64_t size = std::filesystem::file_size(file, error);
   if (error) return false;
   const Seen seen{std::filesystem::absolute(file, error), size,
-                  std::filesystem::last_write_time(file, error)};
+                  std::filesystem::last_write_time(file, error), whole};
   const std::scoped_lock lock(mutex);
   const auto it = known.find(seen);
   if (it != known.end() && !error) return it->second;

@@ -12,7 +12,7 @@ namespace cbr::hdf5 {
 // a larger one the first and the last 16 MB, where our writer puts its strings. And false when
 // `visit`, which goes through the file as the library sees it, does not survive that in a process
 // of its own: some structures of other programs' files have no checksums either. Both are asked
-// once for a file.
-bool is_sound(const std::filesystem::path& file, const std::function<void()>& visit);
+// once for a file, and `visit` again if it is now to see the `whole` of it.
+bool is_sound(const std::filesystem::path& file, bool whole, const std::function<void()>& visit);
 
 }  // namespace cbr::hdf5

@@ -16,7 +16,7 @@ namespace {
 // read.
 std::optional<std::string> hdf5_format(const std::filesystem::path& file) {
   try {
-    const Hdf5Reader reader(file);
+    const Hdf5Reader reader(file, Hdf5Reader::Look::root_attributes);
     if (!reader.has_attribute("/", "format") || !reader.is_string("/", "format")) return "";
     return reader.read_string("/", "format");
   } catch (const InputError&) {

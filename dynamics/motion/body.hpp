@@ -80,6 +80,9 @@ class Body {
   virtual Scheme scheme() const = 0;
   // any step is allowed when no contact is near
   bool is_exact() const { return scheme() == Scheme::exact; }
+  // Whether a thread may step it while others step other bodies: it changes nothing that it shares
+  // with them, or under a lock. response() and motion bounds are asked by one thread alone.
+  virtual bool steps_alone() const { return false; }
   // The largest stable step in contact, as a share of the critical step: `step: auto` takes it.
   virtual double contact_share() const { return 1; }
   // Before the first predict() and before scale(): the step at which contact will push, omega_max h

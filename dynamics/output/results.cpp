@@ -2,6 +2,7 @@
 #include "dynamics/output/results.hpp"
 
 #include <chrono>
+#include <map>
 #include <sstream>
 
 #include "common/app/report.hpp"
@@ -168,13 +169,16 @@ std::vector<SuperelementOfInstance> superelements_of(const Scene& scene,
                                                      const std::filesystem::path& results) {
   const auto folder = std::filesystem::absolute(results).parent_path();
   std::vector<SuperelementOfInstance> all;
+  std::map<std::filesystem::path, std::string> hashes;  // thousands of instances may share a file
   for (const Instance& instance : scene.instances) {
     const Component& component = component_of(scene, instance);
     if (instance.as != InstanceKind::superelement || !component.reduction) continue;
     const std::filesystem::path& file = component.reduction->superelement;
+    const auto [hash, is_new] = hashes.try_emplace(file);
+    if (is_new) hash->second = read_content_hash(file);
     all.push_back({instance.name,
                    std::filesystem::absolute(file).lexically_proximate(folder).generic_string(),
-                   read_content_hash(file)});
+                   hash->second});
   }
   return all;
 }

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <map>
 
+#include "common/base/row_threads.hpp"
+#include "common/linalg/blas_threads.hpp"
 #include "dynamics/run/contact_booking.hpp"
 #include "dynamics/run/contact_group.hpp"
 #include "dynamics/run/settle_contact.hpp"
@@ -101,14 +103,14 @@ void stretch_springs(const Simulation& sim, const ContactGroup& group,
   }
 }
 
+// memory: null for nodal contact, which keeps none.
 EnforcementResult enforce(Simulation& sim, const ContactGroup& group, double h, ContactState& state,
-                          ContactOutcome& outcome) {
-  const Index p = group.searches.front().pair;
-  const bool nodal = sim.pairs[p].enforcement == Enforcement::nodal;
+                          ImpulseMemory* memory, ContactOutcome& outcome) {
+  const bool nodal = memory == nullptr;
   EnforcementResult result =
       nodal
           ? enforce_nodal(group.list, group.guess, h, state.masses, state.bodies)
-          : enforce_impulse(group.list, group.laws, group.guess, h, state.bodies, state.islands[p]);
+          : enforce_impulse(group.list, group.laws, group.guess, h, state.bodies, *memory);
   balance_moments(sim, group, result.p, state);
   deliver(sim, group, nodal, h, state, outcome);
   if (holds_what_turns(sim, group)) close_what_turns(sim, group, h, state, result);
@@ -177,17 +179,102 @@ ContactGroup start_group(Simulation& sim, const std::vector<Index>& pairs, doubl
   return group;
 }
 
-void solve_group(Simulation& sim, const std::vector<Index>& pairs, double h, bool initial,
-                 ContactState& state, ContactOutcome& outcome, StepSeconds& seconds) {
-  const ContactGroup group = start_group(sim, pairs, h, initial, state, seconds);
-  if (group.list.empty()) return;
-  const Stopwatch watch(seconds.contact);
-  EnforcementResult result = enforce(sim, group, h, state, outcome);
-  if (is_newmark(sim, group)) settle(sim, group, state, result);
-  book(sim, group, result, state, outcome);
-  book_walls(sim, group, result, h);
-  remember(sim, group, result);
-}
+// Some islands at a time: their points are kept until all have been searched.
+constexpr std::size_t islands_at_once = 256;
+// An island of more points is solved by itself, with all threads.
+constexpr std::size_t many_points = 256;
+
+// The islands of one enforcement, which share no body.
+class Islands {
+ public:
+  Islands(Simulation& sim, double h, bool initial, ContactState& state, ContactOutcome& outcome)
+      : sim_(sim), h_(h), initial_(initial), state_(state), outcome_(outcome) {}
+
+  void solve(const std::vector<std::vector<Index>>& all, StepSeconds& seconds) {
+    for (std::size_t first = 0; first < all.size(); first += islands_at_once)
+      solve(all, first, std::min(first + islands_at_once, all.size()), seconds);
+  }
+
+ private:
+  struct Island {
+    const std::vector<Index>* pairs = nullptr;
+    bool alone = false;  // see Body::steps_alone()
+    ContactGroup group;
+    ImpulseMemory* memory = nullptr;
+  };
+
+  void solve(const std::vector<std::vector<Index>>& all, std::size_t first, std::size_t last,
+             StepSeconds& seconds) {
+    islands_.clear();
+    for (std::size_t i = first; i < last; ++i)
+      islands_.push_back({&all[i], steps_alone(all[i]), {}, nullptr});
+    {
+      const Stopwatch watch(seconds.search);
+      for_each([](const Island& island) { return island.alone; },
+               [&](Island& island) {
+                 island.group = collect_with_statics(sim_, *island.pairs, initial_, state_);
+                 if (!island.group.list.empty()) return;
+                 for (const ContactSearch& of : island.group.searches) forget(*of.memory);
+               });
+    }
+    std::erase_if(islands_, [](const Island& island) { return island.group.list.empty(); });
+    {
+      const Stopwatch watch(seconds.response);
+      for (Island& island : islands_) get_ready(island);
+    }
+    const Stopwatch watch(seconds.contact);
+    for_each(
+        [](const Island& island) {
+          return island.alone && island.group.list.points.size() <= many_points;
+        },
+        [&](Island& island) { push(island); });
+  }
+
+  bool steps_alone(const std::vector<Index>& pairs) const {
+    return std::all_of(pairs.begin(), pairs.end(), [&](Index p) {
+      const ContactPair& pair = sim_.pairs[p];
+      if (pair.enforcement != Enforcement::impulse || pair.joint >= 0) return false;
+      return body(pair.slave->body).steps_alone() && body(pair.master->body).steps_alone();
+    });
+  }
+  const Body& body(Index contact) const { return *sim_.bodies[sim_.contact_nodes[contact].body]; }
+
+  // What all bodies share is asked, and made, here.
+  void get_ready(Island& island) {
+    prepare(sim_, island.group, h_, state_);
+    const Index p = island.pairs->front();
+    if (sim_.pairs[p].enforcement != Enforcement::nodal) island.memory = &state_.islands[p];
+  }
+
+  void push(const Island& island) {
+    const ContactGroup& group = island.group;
+    EnforcementResult result = enforce(sim_, group, h_, state_, island.memory, outcome_);
+    if (is_newmark(sim_, group)) settle(sim_, group, state_, result);
+    book(sim_, group, result, state_, outcome_);
+    book_walls(sim_, group, result, h_);
+    remember(sim_, group, result);
+  }
+
+  // work() of those for which `shared` holds by several threads, then of the others.
+  template <typename Shared, typename Work>
+  void for_each(const Shared& shared, const Work& work) {
+    order_.clear();
+    for (Island& island : islands_)
+      if (shared(island)) order_.push_back(&island);
+    share_among_threads(static_cast<Index>(order_.size()), n_threads(),
+                        [&](Index i) { work(*order_[static_cast<std::size_t>(i)]); });
+    for (Island& island : islands_)
+      if (!shared(island)) work(island);
+  }
+
+  Simulation& sim_;
+  const double h_;
+  const bool initial_;
+  ContactState& state_;
+  ContactOutcome& outcome_;
+  std::vector<Island> islands_;
+  std::vector<Island*> order_;
+};
 
 // Of the points, over the step as far as it is known.
 Vector normal_motions(const ContactGroup& group, const ContactState& state) {
@@ -265,8 +352,7 @@ void contact_step(Simulation& sim, const std::vector<Index>& due, double h, bool
     if (sim.pairs[p].enforcement == Enforcement::penalty)
       push_springs(sim, p, h, initial, state, outcome, seconds, pushed);
   for (const Enforcement enforcement : {Enforcement::impulse, Enforcement::nodal})
-    for (const auto& pairs : islands(sim, due, enforcement))
-      solve_group(sim, pairs, h, initial, state, outcome, seconds);
+    Islands(sim, h, initial, state, outcome).solve(islands(sim, due, enforcement), seconds);
   for (PushedSprings& springs : pushed) finish_springs(sim, state, springs);
   for (std::size_t b = 0; b < state.bodies.size(); ++b)
     if (outcome.touched[b] == 0) state.bodies[b].still.resize(0);

@@ -2,6 +2,7 @@
 #include "dynamics/run/settle_contact.hpp"
 
 #include <limits>
+#include <map>
 #include <vector>
 
 namespace cbr {
@@ -41,7 +42,7 @@ Holding holding_points(const Simulation& sim, const ContactGroup& group, const P
 }
 
 // Of the points, in their frames.
-Points relative_velocities(const ContactList& list, const std::vector<Points>& v,
+Points relative_velocities(const ContactList& list, const std::map<Index, Points>& v,
                            const Points& walls) {
   Points relative(static_cast<Index>(list.points.size()), 3);
   for (Index i = 0; i < relative.rows(); ++i) {
@@ -49,7 +50,7 @@ Points relative_velocities(const ContactList& list, const std::vector<Points>& v
     Vector3 sum = -walls.row(i).transpose();
     for (Index t = point.first_term; t < point.first_term + point.n_terms; ++t) {
       const ContactTerm& term = list.terms[t];
-      sum += term.coefficient * v[term.body].row(term.node).transpose();
+      sum += term.coefficient * v.at(term.body).row(term.node).transpose();
     }
     relative.row(i) = (point.frame * sum).transpose();
   }
@@ -67,7 +68,7 @@ void settle(Simulation& sim, const ContactGroup& group, ContactState& state,
             EnforcementResult& result) {
   const Holding holding = holding_points(sim, group, result.p);
   if (holding.p.isZero(0)) return;
-  std::vector<Points> v(state.bodies.size());
+  std::map<Index, Points> v;
   for (const Index b : group.bodies) {
     const ContactNodes& nodes = sim.contact_nodes[b];
     ContactBody& contact = state.bodies[b];

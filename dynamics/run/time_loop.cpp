@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <algorithm>
 
+#include "common/base/row_threads.hpp"
 #include "common/files/state_archive.hpp"
+#include "common/linalg/blas_threads.hpp"
 #include "dynamics/run/contact_step.hpp"
 #include "dynamics/run/equilibrium.hpp"
 #include "dynamics/run/pair_schedule.hpp"
@@ -29,6 +31,7 @@ class TimeLoop {
     is_moving_.assign(sim_.bodies.size(), 0);
     current_.assign(sim_.contact_nodes.size(), 0);
     located_ = current_;
+    for (const auto& body : sim_.bodies) alone_.push_back(body->steps_alone());
     contact_of_.assign(sim_.bodies.size(), -1);
     for (std::size_t c = 0; c < sim_.contact_nodes.size(); ++c)
       contact_of_[sim_.contact_nodes[c].body] = static_cast<Index>(c);
@@ -122,29 +125,71 @@ class TimeLoop {
 
   // Brings an exact body that has been left behind to `step` in one jump; one at rest is there.
   void bring(Index body, Index step) {
-    if (at_[body] == step) return;
-    if (!resting_[body]) {
+    if (is_behind(body, step)) ++recorder_.result().work.body_steps;
+    jump(body, step);
+  }
+
+  bool is_behind(Index body, Index step) const { return at_[body] != step && !resting_[body]; }
+
+  void jump(Index body, Index step) {
+    if (is_behind(body, step)) {
       sim_.bodies[body]->predict(plan().time(at_[body]), length(at_[body], step));
       sim_.bodies[body]->accept();
-      ++recorder_.result().work.body_steps;
       if (contact_of_[body] >= 0) current_[contact_of_[body]] = 0;
     }
     at_[body] = step;
   }
 
-  void move(Index body, Index step) {
-    if (is_moving_[body]) return;
-    bring(body, step);
-    sim_.bodies[body]->predict(plan().time(step), plan().step_length(step));
-    is_moving_[body] = 1;
-    moving_.push_back(body);
+  // What setting out does with one body and, if any is wanted, its contact nodes.
+  struct Start {
+    Index body = 0, contact = -1;
+    bool moves = false;
+  };
+
+  void move(Index body, Index step, Index contact = -1) {
+    const bool moves = !is_moving_[body];
+    if (moves) {
+      is_moving_[body] = 1;
+      moving_.push_back(body);
+      if (is_behind(body, step)) ++recorder_.result().work.body_steps;
+    }
+    if (moves || contact >= 0) starts_.push_back({body, contact, moves});
+  }
+
+  void locate(Index c, Index step) {
+    if (located_[c]) return;
+    located_[c] = 1;
+    move(sim_.contact_nodes[c].body, step, c);
+  }
+
+  void do_starts(Index step) {
+    for_each_body(
+        starts_, [](const Start& start) { return start.body; },
+        [&](const Start& start) {
+          if (start.moves) {
+            jump(start.body, step);
+            sim_.bodies[start.body]->predict(plan().time(step), plan().step_length(step));
+          }
+          if (start.contact >= 0) find_nodes(start.contact);
+        });
+    starts_.clear();
+  }
+
+  // work(item) of items that are of one body each: by several threads where bodies allow it.
+  template <typename Item, typename BodyOf, typename Work>
+  void for_each_body(const std::vector<Item>& items, const BodyOf& body_of, const Work& work) {
+    shared_.clear();
+    for (std::size_t i = 0; i < items.size(); ++i)
+      if (alone_[body_of(items[i])]) shared_.push_back(i);
+    share_among_threads(static_cast<Index>(shared_.size()), n_threads(),
+                        [&](Index i) { work(items[shared_[static_cast<std::size_t>(i)]]); });
+    for (const Item& item : items)
+      if (!alone_[body_of(item)]) work(item);
   }
 
   // Start and predicted end of a contact body's nodes; the last step's end is this step's start.
-  void locate(Index c, Index step) {
-    if (located_[c]) return;
+  void find_nodes(Index c) {
     const ContactNodes& nodes = sim_.contact_nodes[c];
-    move(nodes.body, step);
     ContactBody& contact = state_.bodies[c];
     if (current_[c]) {
       contact.start.swap(contact.end);
@@ -155,7 +200,6 @@ class TimeLoop {
     if (TurningAbility* turning = sim_.bodies[nodes.body]->turning())
       contact.turn = turning->turn_of_step();
     sweep(contact);
-    located_[c] = 1;
   }
 
   void locate_due(Index step) {
@@ -171,10 +215,13 @@ class TimeLoop {
     std::fill(located_.begin(), located_.end(), 0);
     for (Index b = 0; b < static_cast<Index>(resting_.size()); ++b)
       if (!options_.jumps || (!resting_[b] && !sim_.bodies[b]->is_exact())) move(b, step);
+    do_starts(step);  // so that no body is in two starts at a time
     for (const Index c : schedule_.loose()) locate(c, step);
     locate_due(step);
+    do_starts(step);
     schedule_.add_meetings(step, state_, due_);
     locate_due(step);
+    do_starts(step);
   }
 
   // One step of all bodies that take part in a due pair, are pushed, or are not exact.
@@ -211,16 +258,17 @@ class TimeLoop {
   }
 
   void arrive(Index step) {
-    for (const Index b : moving_) {
+    const auto accept = [&](Index b) {
       sim_.bodies[b]->accept();
       at_[b] = step;
       is_moving_[b] = 0;
       const Index c = contact_of_[b];
-      if (c < 0) continue;
+      if (c < 0) return;
       // Impulses turn a body otherwise than the linear answer tells
       current_[c] = located_[c] && !(outcome_.touched[c] && sim_.bodies[b]->turning());
       if (outcome_.touched[c]) resting_[b] = 0;
-    }
+    };
+    for_each_body(moving_, [](Index b) { return b; }, accept);
   }
 
   void record() {
@@ -249,6 +297,9 @@ class TimeLoop {
   std::vector<char> located_;      // per contact body: start and end are those of this step
   std::vector<char> is_moving_;    // per body
   std::vector<Index> moving_, due_;
+  std::vector<char> alone_;          // per body: Body::steps_alone()
+  std::vector<Start> starts_;        // of this step, not yet done
+  std::vector<std::size_t> shared_;  // workspace of for_each_body()
 };
 
 }  // namespace

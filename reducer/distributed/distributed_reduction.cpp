@@ -13,6 +13,7 @@
 #include "common/base/machine_memory.hpp"
 #include "common/fem/connected_parts.hpp"
 #include "common/scene/scene_words.hpp"
+#include "reducer/bases/characteristic.hpp"
 #include "reducer/bases/reduction_steps.hpp"
 #include "reducer/condensation/panel_memory.hpp"
 #include "reducer/condensation/residual_mass.hpp"
@@ -20,6 +21,7 @@
 #include "reducer/distributed/processes.hpp"
 #include "reducer/judgement/accuracy.hpp"
 #include "reducer/judgement/condition_numbers.hpp"
+#include "reducer/judgement/mode_tolerance.hpp"
 #include "reducer/modes/diagonal_form.hpp"
 #include "reducer/modes/spin_moments.hpp"
 
@@ -36,8 +38,7 @@ void refuse(const std::string& what) {
 }
 
 void refuse_unknown(const ReductionOptions& options) {
-  if (options.basis != Basis::craig_bampton)
-    refuse("basis: " + word_of(basis_words, options.basis));
+  if (options.is_massless()) refuse("basis: massless");
   if (options.tolerance) refuse("tolerance");
   if (options.recovery) refuse("recovery");
   if (options.pick == Pick::participation && options.cutoff_hz)
@@ -62,6 +63,7 @@ std::vector<Index> places(const Reduction& r, const std::vector<Index>& nodes) {
 // Nodes inside and on the interface, without K and M.
 void divide(Reduction& r) {
   r.model = number_nodes(r.mesh);
+  r.x = r.mesh.coordinates(r.model.nodes, Eigen::all);
   r.p.interface_nodes = interface_nodes(r.mesh, r.model, r.options.interface_sets);
   const auto n = static_cast<Index>(r.model.nodes.size());
   std::vector<bool> kept(n, false);
@@ -102,10 +104,14 @@ class DistributedReduction {
     keep_modes();
     add_loads();
     finish_matrices();
-    add_spin_moments();
-    in_first([&] { judge(); });
-    estimate_errors();
-    if (!r_.settings.is_diagonal_read) s_.omega.resize(0), s_.V.resize(0, 0);
+    if (r_.options.is_characteristic()) {
+      go_over_to_shapes();
+    } else {
+      add_spin_moments();
+      in_first([&] { judge(); });
+      estimate_errors(true, nullptr);
+      if (!r_.settings.is_diagonal_read) s_.omega.resize(0), s_.V.resize(0, 0);
+    }
     tell_memory();
     return std::move(s_);
   }
@@ -136,9 +142,7 @@ class DistributedReduction {
   // gives, where nothing cancels.
   void find_rigid_body() {
     RigidBody& body = s_.rigid_body;
-    Points x(static_cast<Index>(r_.model.nodes.size()), 3);
-    for (Index i = 0; i < x.rows(); ++i) x.row(i) = r_.mesh.coordinates.row(r_.model.nodes[i]);
-    body.center = x.colwise().mean().transpose();
+    body.center = r_.x.colwise().mean().transpose();
     Matrix r = rigid_inertia(interior_, body.center);
     const double mass = r.diagonal().head(3).mean();
     body.center += Vector3(r(1, 5) - r(2, 4), r(2, 3) - r(0, 5), r(0, 4) - r(1, 3)) / (2 * mass);
@@ -289,6 +293,8 @@ class DistributedReduction {
     InteriorLoads loads;
     together([&] { loads = interior_loads(r_.mesh, r_.model, r_.p, r_.options.loads); });
     if (!loads.any()) return;
+    if (r_.options.is_characteristic())
+      refuse("basis: characteristic with loads inside the component");
     const auto phase = r_.report.phase("residual vectors");
     const Matrix F_I = own_rows(loads.F_I);
     s_.n_residual = add_residual_vectors(*interior_.solver, F_I, modes_);
@@ -323,9 +329,7 @@ class DistributedReduction {
   void judge() {
     const auto phase = r_.report.phase("diagonal form");
     Conditioning& condition = r_.figures.condition;
-    condition.reduced_rigid =
-        rigid_residual(s_.K_cc, reduced_rigid_modes(s_, s_.rigid_body.center).bottomRows(s_.c()))
-            .value;
+    judge_rigid_motions();
     const std::vector<Index> part = parts_of_interface(r_);
     const Cholesky M_res = residual_mass_factor(s_);
     if (s_.n() <= r_.settings.diagonal_limit)
@@ -334,13 +338,78 @@ class DistributedReduction {
                               : add_lowest_modes(s_, part, n_estimated + n_beside);
     const Index loose = examine_reduced(s_, rigid_motions_of_parts(s_, part), M_res, condition);
     if (loose >= 0) condition.loose_node = node_of_interface_dof(r_, loose);
-    report_conditioning(condition, r_.report);
-    warn_of_conditioning(condition, r_.report);
-    s_.conditioning = condition;
+    tell_conditioning();
   }
 
-  // As accuracy_of(): the first process asks, all answer.
-  void estimate_errors() {
+  void judge_rigid_motions() {
+    r_.figures.condition.reduced_rigid =
+        rigid_residual(s_.K_cc, reduced_rigid_modes(s_, s_.rigid_body.center).bottomRows(s_.c()))
+            .value;
+  }
+
+  void tell_conditioning() {
+    report_conditioning(r_.figures.condition, r_.report);
+    warn_of_conditioning(r_.figures.condition, r_.report);
+    s_.conditioning = r_.figures.condition;
+  }
+
+  // Basis characteristic, from Craig-Bampton's form, which the first process has.
+  void go_over_to_shapes() {
+    FreeEigenvalues free;
+    in_first([&] {
+      judge_rigid_motions();
+      add_lowest_free_modes();
+    });
+    estimate_errors(false, &free);
+    s_.omega.resize(0), s_.V.resize(0, 0);
+    const InteriorInertia inertia = interior_inertia();
+    in_first([&] {
+      take_shapes(inertia);
+      judge_shapes(free);
+      tell_conditioning();
+    });
+  }
+
+  void add_lowest_free_modes() {
+    Index& n_rigid = r_.figures.condition.n_rigid = 0;
+    try {
+      if (s_.n() <= r_.settings.diagonal_limit)
+        n_rigid = add_lowest_modes(s_, parts_of_interface(r_), n_estimated + n_beside);
+    } catch (const InputError&) {
+      s_.omega.resize(0);  // a mass of round-off, with which the shapes may get on
+    }
+  }
+
+  // As interior_inertia() of one factor.
+  InteriorInertia interior_inertia() const {
+    const RigidRows& rigid = interior_.rigid;
+    Matrix X = rigid.P_I;
+    interior_.solver->solve_in_place(X);
+    return {rigid.R_C, inner(rigid.P_I, X)};
+  }
+
+  void take_shapes(const InteriorInertia& inertia) {
+    const auto phase = r_.report.phase("characteristic modes");
+    const std::vector<Index> part = parts_of_interface(r_);
+    r_.figures.characteristic =
+        make_characteristic(r_.options.characteristic, part, inertia, s_);
+    const Index loose =
+        examine_characteristic(s_, r_.figures.characteristic, part, r_.figures.condition);
+    if (loose >= 0) r_.figures.condition.loose_node = node_of_interface_dof(r_, loose);
+  }
+
+  void judge_shapes(const FreeEigenvalues& free) {
+    const Vector lambda = s_.eigenvalues.tail(s_.k() - r_.figures.condition.n_rigid);
+    judge_eigenvalues(lambda, free, *s_.accuracy);
+    const Index ten = std::min({lambda.size(), free.with_basis.size(), n_free_modes_of_tolerance});
+    if (ten > 0)
+      r_.figures.shapes_error =
+          (1 - free.with_basis.head(ten).array() / lambda.head(ten).array()).maxCoeff();
+  }
+
+  // As accuracy_of(): the first process asks, all answer. of_faces: of each face, too. free: what
+  // the first process is told of the free modes, if it is asked.
+  void estimate_errors(bool of_faces, FreeEigenvalues* free) {
     const auto phase = r_.report.phase("errors");
     const InteriorSolver& solver = *interior_.solver;
     const Index r = s_.n_residual, own = modes_.lambda.size() - r;
@@ -351,7 +420,7 @@ class DistributedReduction {
     const Matrix Phi = modes_.Phi.leftCols(own), residual = modes_.Phi.rightCols(r);
     const Vector lambda = modes_.lambda.tail(r);
     InterfaceMotions motions;
-    in_first([&] { motions = motions_of_interface(s_, parts_of_interface(r_)); });
+    in_first([&] { motions = motions_of_interface(s_, parts_of_interface(r_), of_faces); });
     const Matrix Y = inertia_forces(interior_, s_.M_cc, from_first(motions.W));
     Matrix X = Y;
     solver.solve_in_place(X);
@@ -366,7 +435,7 @@ class DistributedReduction {
     U = from_first(U);
     if (U.cols() > 0) answers.missing = missing_modes(U, from_first(q), Phi, residual, lambda);
     in_first([&] {
-      s_.accuracy = accuracy_of(answers, motions, s_, n_rigid, not_kept_);
+      s_.accuracy = accuracy_of(answers, motions, s_, n_rigid, not_kept_, of_faces, free);
       s_.accuracy->tolerance = 0;
     });
   }

@@ -5,6 +5,7 @@
 
 #include "common/base/error.hpp"
 #include "reducer/distributed/distributed_reduction.hpp"
+#include "reducer/distributed/domain_share.hpp"
 #include "reducer/distributed/processes.hpp"
 
 namespace cbr {
@@ -30,6 +31,8 @@ void Processes::start(bool asked) {
 int Processes::threads() const { return 0; }
 
 int Processes::end(int code) { return code; }
+
+DomainShare share_of_domains() { return {}; }
 
 Superelement reduce_in_processes(const Mesh&, const std::vector<BlockProperties>&, MassKind,
                                  const ReductionOptions&, const ReduceSettings&, Report&,

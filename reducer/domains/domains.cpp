@@ -64,21 +64,31 @@ class DomainReducer {
  public:
   DomainReducer(const std::vector<BlockProperties>& properties, MassKind mass,
                 const ReductionOptions& options, const ReduceSettings& settings,
-                std::vector<Domain>&& domains)
+                const DomainShare& share, std::vector<Domain>&& domains)
       : properties_(properties),
         mass_(mass),
         options_(options),
         settings_(settings),
+        share_(share),
         domains_(std::move(domains)),
         superelements_(domains_.size()),
         figures_(domains_.size()),
         failures_(domains_.size()) {}
 
   std::vector<Superelement> run(Report& report, GroupFigures& figures) {
-    const auto n = static_cast<int>(domains_.size());
-    figures.n_workers = std::clamp(n_threads(), 1, n);
-    settings_.memory =
-        (settings_.memory > 0 ? settings_.memory : half_of_memory()) / figures.n_workers;
+    std::vector<std::size_t> own;
+    for (std::size_t d = 0; d < domains_.size(); ++d) {
+      if (share_.is_own(d)) {
+        own.push_back(d);
+      } else {
+        domains_[d] = Domain();
+      }
+    }
+    const auto n = static_cast<int>(own.size());
+    figures.n_workers = std::clamp(n_threads(), 1, std::max(1, n));
+    figures.n_processes = share_.processes;
+    settings_.memory = (settings_.memory > 0 ? settings_.memory : half_of_memory() / share_.here) /
+                       figures.n_workers;
     settings_.diagonal_limit = 0;
     settings_.is_domain = true;
     about_ = report.about();
@@ -87,13 +97,16 @@ class DomainReducer {
       std::atomic<int> next = 0;
       run_threads(figures.n_workers, [&](int worker) {
         for (int d = next++; d < n; d = next++) {
-          reduce_domain(static_cast<std::size_t>(d));
+          reduce_domain(own[static_cast<std::size_t>(d)]);
           if (worker == 0) report.progress("domains", static_cast<double>(d + 1) / n);
         }
       });
       report.end_progress();
     }
-    rethrow();
+    share_.together([&] { rethrow(); });
+    share_.gather(superelements_, figures_);
+    if (!share_.is_first) return {};
+    tell_warnings(report);
     for (std::size_t d = 0; d < figures_.size(); ++d) {
       report.about(about_of(d));
       report_conditioning(figures_[d].reduction.condition, report, true);
@@ -104,6 +117,15 @@ class DomainReducer {
   }
 
  private:
+  // Of other processes, which do not print.
+  void tell_warnings(Report& report) const {
+    report.about("");  // they say what they are about
+    for (std::size_t d = 0; d < figures_.size(); ++d)
+      for (const std::string& warning : figures_[d].warnings)
+        if (!share_.is_own(d)) report.warning(warning);
+    report.about(about_);
+  }
+
   std::string about_of(std::size_t d) const {
     return about_ + "domain " + std::to_string(d + 1) + " of " +
            std::to_string(superelements_.size()) + ": ";
@@ -127,6 +149,7 @@ class DomainReducer {
       silent.about(about_of(d));
       superelements_[d] = reduce(domain.mesh, properties, mass_, options, domain.interface,
                                  settings_, silent, &figures_[d].reduction);
+      figures_[d].warnings = silent.warnings();
     } catch (...) {
       failures_[d] = std::current_exception();
     }
@@ -152,6 +175,7 @@ class DomainReducer {
   const MassKind mass_;
   const ReductionOptions& options_;
   ReduceSettings settings_;
+  const DomainShare& share_;
   std::string about_;
   std::vector<Domain> domains_;
   std::vector<Superelement> superelements_;
@@ -275,7 +299,7 @@ std::vector<Index> parts_of(const Mesh& mesh, const std::vector<Index>& node_ids
 SuperelementGroup reduce_domains(const Mesh& mesh, const std::vector<BlockProperties>& properties,
                                  MassKind mass, const ReductionOptions& options,
                                  const ReduceSettings& settings, Report& report,
-                                 GroupFigures* figures) {
+                                 GroupFigures* figures, const DomainShare& share) {
   GroupFigures own;
   GroupFigures& f = figures != nullptr ? *figures : own;
   const FiniteElementModel model = number_nodes(mesh);
@@ -296,10 +320,12 @@ SuperelementGroup reduce_domains(const Mesh& mesh, const std::vector<BlockProper
     {
       const auto phase = report.phase("reduction of the domains");
       group.domains =
-          DomainReducer(properties, mass, options, settings, std::move(domains)).run(report, f);
+          DomainReducer(properties, mass, options, settings, share, std::move(domains))
+              .run(report, f);
     }
     f.seconds = report.seconds("reduction of the domains") - before;
   }
+  if (!share.is_first) return {};
   group.rigid_body = together(group.domains);
   if (options.tolerance)
     report.warning("the tolerance holds in each of the " + std::to_string(group.domains.size()) +

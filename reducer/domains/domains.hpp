@@ -4,6 +4,7 @@
 // One component in several domains: each reduced by itself, all at once.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -17,25 +18,42 @@ struct DomainFigures {
   Index n_elements = 0;
   Index modes_missing = 0;  // asked for beyond the interior's dofs
   ReductionFigures reduction;
+  std::vector<std::string> warnings;
 };
 
 struct GroupFigures {
   Index n_dofs = 0;          // of the whole mesh
   Index n_shared_nodes = 0;  // in more than one domain
   std::vector<DomainFigures> domains;
-  int n_workers = 1;
+  int n_workers = 1;    // threads of each process
+  int n_processes = 1;
   double seconds = 0;  // of the domains' reduction, all together
+};
+
+// Of several processes, what one of them does (reducer/distributed/domain_share.hpp). As it is here:
+// of one alone.
+struct DomainShare {
+  bool is_first = true;
+  int processes = 1, here = 1;  // here: on this machine
+  std::function<bool(std::size_t)> is_own = [](std::size_t) { return true; };
+  // An error that one has is thrown in all.
+  std::function<void(const std::function<void()>&)> together =
+      [](const std::function<void()>& work) { work(); };
+  // To the first process, of each domain.
+  std::function<void(std::vector<Superelement>&, std::vector<DomainFigures>&)> gather =
+      [](std::vector<Superelement>&, std::vector<DomainFigures>&) {};
 };
 
 // Cuts the mesh into options.domains parts and reduces each with `modes` (all of its own when it
 // has fewer) or `cutoff_hz`. Fills all but content_hash and provenance. Workers: n_threads(), each
 // with one thread of BLAS and its share of the memory; their number does not change the domains'
 // bytes. The diagonal form is that of the joined superelement, stored for n up to
-// settings.diagonal_limit. InputErrors as of reduce(), with the domain's number.
+// settings.diagonal_limit. InputErrors as of reduce(), with the domain's number. Of several
+// processes the first gets the group, others an empty one.
 SuperelementGroup reduce_domains(const Mesh& mesh, const std::vector<BlockProperties>& properties,
                                  MassKind mass, const ReductionOptions& options,
                                  const ReduceSettings& settings, Report& report,
-                                 GroupFigures* figures = nullptr);
+                                 GroupFigures* figures = nullptr, const DomainShare& share = {});
 
 // Ids of the nodes that the component keeps, in the order of the mesh.
 std::vector<Index> component_interface(const Mesh& mesh, const std::vector<std::string>& sets);

@@ -354,14 +354,18 @@ Matrix free_motions(const Superelement& s, Index n_rigid) {
 
 Superelement::Accuracy accuracy_of(const InteriorAnswers& answers, const InterfaceMotions& motions,
                                    const Superelement& s, Index n_rigid, const ModesNotKept& others,
-                                   const Cholesky* M_res) {
+                                   bool of_faces, FreeEigenvalues* free, const Cholesky* M_res) {
   Superelement::Accuracy a = accuracy_of_strain(motions, answers.D, s, others);
   a.rho_floor = answers.rho_floor;
-  add_stops(s, true, M_res, a);
+  add_stops(s, of_faces, M_res, a);
   if (answers.missing.D.rows() == 0) return a;
   Estimates estimates;
   estimate_eigenvalue_errors(s, n_rigid, answers.missing, estimates);
   if (!estimates.list.empty()) a.worst_of_ten = estimates.worst_of_ten;
+  if (free != nullptr) {
+    *free = eigenvalues_of(estimates);
+    if (others.beyond > 0 || others.lambda.size() > 0) free->end_hz = trusted * a.complete_hz;
+  }
   take_estimates(std::move(estimates.trusted_list), HUGE_VAL, a);
   return a;
 }

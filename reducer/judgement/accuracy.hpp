@@ -113,6 +113,7 @@ struct InteriorAnswers {
 Matrix free_motions(const Superelement& s, Index n_rigid);
 Superelement::Accuracy accuracy_of(const InteriorAnswers& answers, const InterfaceMotions& motions,
                                    const Superelement& s, Index n_rigid, const ModesNotKept& others,
+                                   bool of_faces = true, FreeEigenvalues* free = nullptr,
                                    const Cholesky* M_res = nullptr);
 
 // Of these only what fixed-interface modes leave out; without rho_res. s: eigenvalues and what

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""check.py BIN_DIR: reductions in 1, 2 and 3 processes against one without MPI; what is refused; processes that die.
+"""check.py BIN_DIR MPI_DIR: reductions in 1, 2 and 3 processes against one without MPI; what is refused; processes that die.
 
 Needs mpirun of Open MPI and gmsh. A line per check; exit 1 when one fails.
 """
@@ -19,6 +19,7 @@ from compare import differences
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 BIN = pathlib.Path(sys.argv[1]).resolve()
+REDUCE = str(pathlib.Path(sys.argv[2]).resolve() / "cbr-reduce")  # with MPI
 STEEL = ["--youngs-modulus", "2.1e11", "--poissons-ratio", "0.3", "--density", "7850"]
 MESHES = {
     "block": ("meshes/block.geo", ["nx", "10", "ny", "5", "nz", "8"]),
@@ -32,6 +33,8 @@ CASES = {
     "modes below a cutoff": ["block.msh", "--interface", "contact", "--cutoff-hz", "90000", "--pick", "frequency"],
     "no modes": ["block.msh", "--interface", "contact", "--modes", "0"],
     "tet10, consistent mass, modes by participation": ["pedestal.msh", "--interface", "foot", "--modes", "12"],
+    "characteristic, hexahedra": ["block.msh", "--interface", "contact", "--basis", "characteristic", "--modes", "20"],
+    "characteristic, tet4": ["bracket.msh", "--interface", "contact", "--basis", "characteristic", "--modes", "20"],
     "tet4, two faces": ["bracket.msh", "--interface", "contact", "--interface", "bore", "--modes", "10", "--pick", "frequency"],
 }
 LOADED = """materials:
@@ -61,11 +64,9 @@ time: {end: 1.2e-5}
 output: {every: 1.0e-6, history: [left.contact, right.contact]}
 """
 REFUSED = {
-    "basis: characteristic": ["--basis", "characteristic", "--modes", "20"],
     "basis: massless": ["--basis", "massless", "--modes", "20"],
     "tolerance": ["--tolerance", "0.01"],
     "recovery": ["--recovery", "--modes", "20"],
-    "domains": ["--domains", "2", "--modes", "5"],
 }
 ENVIRONMENT = {**os.environ, "OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
 failures = 0
@@ -87,8 +88,8 @@ def run(command, **options):
 
 
 def reduced(where, arguments, n):
-    """n processes; 0: this one without MPI, 1: --engine petsc."""
-    command = (several(n) if n > 1 else []) + [str(BIN / "cbr-reduce"), *arguments, "--force", *(["--engine", "petsc"] if n == 1 else [])]
+    """n processes; 0: the ordinary program, 1: --engine petsc."""
+    command = (several(n) if n > 1 else []) + [REDUCE if n > 0 else str(BIN / "cbr-reduce"), *arguments, "--force", *(["--engine", "petsc"] if n == 1 else [])]
     done = run(command, cwd=where)
     if done.returncode != 0:
         raise RuntimeError(f"exit {done.returncode}: {done.stderr.strip()}")
@@ -103,6 +104,17 @@ def same(what, where, arguments, output, counts):
             tell(f"{what}, {n} process{'es' if n > 1 else ''}", "; ".join(differences(where / "one.cbr.h5", where / output)))
     except RuntimeError as error:
         tell(what, str(error))
+
+
+def domains(where):
+    """Each process reduces its own domains by the ordinary way, so that the file is the ordinary one, byte by byte."""
+    for what, more in (("domains", []), ("domains by a tolerance, with their interiors", ["--tolerance", "0.1", "--recovery"])):
+        arguments = ["block.msh", "--interface", "contact", "--threads", "1", "--domains", "5", *(more or ["--modes", "8"]), *STEEL, "-o", "domains.cbr.h5"]
+        reduced(where, arguments, 0)
+        one = (where / "domains.cbr.h5").read_bytes()
+        for n in (2, 3):
+            reduced(where, arguments, n)
+            tell(f"{what}, {n} processes", "" if (where / "domains.cbr.h5").read_bytes() == one else "the file is another")
 
 
 def impact(where):
@@ -133,13 +145,13 @@ def one_line(done, word):
 
 def refusals(where):
     for word, options in REFUSED.items():
-        done = run([*several(2), str(BIN / "cbr-reduce"), "block.msh", "--interface", "contact", *options, *STEEL, "-o", "refused.cbr.h5"], cwd=where)
+        done = run([*several(2), REDUCE, "block.msh", "--interface", "contact", *options, *STEEL, "-o", "refused.cbr.h5"], cwd=where)
         tell("refused: " + word, one_line(done, word))
     for what, arguments, word in [("a mesh that is not there", ["nothing.msh", "--interface", "contact", "--modes", "5", *STEEL], "nothing.msh"),
                                   ("an unknown option", ["block.msh", "--no-such-option"], "--no-such-option"),
                                   ("an interface that is not there", ["block.msh", "--interface", "nowhere", "--modes", "5", *STEEL], "nowhere"),
                                   ("a scene on standard input", ["-"], "standard input")]:
-        tell("refused: " + what, one_line(run([*several(2), str(BIN / "cbr-reduce"), *arguments], cwd=where, stdin=subprocess.DEVNULL), word))
+        tell("refused: " + what, one_line(run([*several(2), REDUCE, *arguments], cwd=where, stdin=subprocess.DEVNULL), word))
     inverted(where)
     if list(where.glob("*refused*")):
         tell("refused runs", "leave a file")
@@ -152,7 +164,7 @@ def inverted(where):
     tags = lines[hexes[-1]].split()
     lines[hexes[-1]] = " ".join([tags[0], *tags[5:9], *tags[1:5]])
     (where / "inverted.msh").write_text("\n".join(lines) + "\n")
-    done = run([*several(3), str(BIN / "cbr-reduce"), "inverted.msh", "--interface", "contact", "--modes", "5", *STEEL, "-o", "refused.cbr.h5"], cwd=where)
+    done = run([*several(3), REDUCE, "inverted.msh", "--interface", "contact", "--modes", "5", *STEEL, "-o", "refused.cbr.h5"], cwd=where)
     tell("refused: an inverted element", one_line(done, "inverted"))
 
 
@@ -177,7 +189,7 @@ def are_gone(pids, seconds=10):
 
 def ended(what, where, end):
     """A long run, of which `end` stops something after two seconds: an exit code, one line of ours, no file, no process."""
-    command = [*several(2), str(BIN / "cbr-reduce"), "large.msh", "--interface", "contact", "--modes", "100", "--pick", "frequency", *STEEL, "-o", "ended.cbr.h5"]
+    command = [*several(2), REDUCE, "large.msh", "--interface", "contact", "--modes", "100", "--pick", "frequency", *STEEL, "-o", "ended.cbr.h5"]
     run_of_two = subprocess.Popen(command, cwd=where, env=ENVIRONMENT, text=True, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, start_new_session=True)
     time.sleep(3)
     ranks = children(run_of_two.pid)
@@ -205,7 +217,7 @@ def ended(what, where, end):
 
 def full_disk(where):
     """The first process may write files of 64 kB at most; shared memory of MPI is a file, too, so that they speak by TCP."""
-    command = [*several(2), "--mca", "btl", "self,tcp", "sh", "-c", 'ulimit -f 64; exec "$@"', "sh", str(BIN / "cbr-reduce"), "block.msh",
+    command = [*several(2), "--mca", "btl", "self,tcp", "sh", "-c", 'ulimit -f 64; exec "$@"', "sh", REDUCE, "block.msh",
                "--interface", "contact", "--modes", "20", *STEEL, "-o", "full.cbr.h5"]
     done = run(command, cwd=where)
     lines = [line for line in done.stderr.splitlines() if "cbr-reduce: error" in line]
@@ -223,6 +235,7 @@ def main():
             same(what, where, [*arguments, *STEEL, "-o", "part.cbr.h5"], "part.cbr.h5", (1, 2, 3) if "20" in arguments else (2, 3))
         (where / "loaded.yaml").write_text(LOADED)
         same("a load inside, residual vectors", where, ["loaded.yaml", "-q"], "plate.cbr.h5", (2, 3))
+        domains(where)
         impact(where)
         refusals(where)
         full_disk(where)

@@ -35,10 +35,11 @@ def length(x, name, size):
 
 def differences(one, other):
     a, b = contents(one), contents(other)
-    sign = np.sign(np.sum(a["matrices/M_kc"] * b["matrices/M_kc"], axis=1))
+    has_shapes = "characteristic/V" in a and "characteristic/V" in b
+    sign = np.ones(0) if has_shapes else np.sign(np.sum(a["matrices/M_kc"] * b["matrices/M_kc"], axis=1))
     size = np.ptp(a["nodes/coordinates"], axis=0).max()
     for name in sorted(a.keys() | b.keys()):
-        if name in NOT_COMPARED or name == "diagonal/V":
+        if name in NOT_COMPARED or name in ("diagonal/V", "characteristic/V"):
             continue
         if name not in a or name not in b:
             yield f"{name} is in one file alone"
@@ -53,6 +54,24 @@ def differences(one, other):
             yield f"{name} differs by {error:.1e}"
     if "diagonal/V" in a and "diagonal/V" in b:
         yield from modes(a, b, sign)
+    if has_shapes:
+        yield from shapes(a, b)
+
+
+def shapes(a, b):
+    """The interface in the coordinates: rigid motions span the same, elastic modes that stand alone are the same up to their signs."""
+    V, W, eigenvalues = a["characteristic/V"], b["characteristic/V"], a["matrices/eigenvalues"]
+    if V.shape != W.shape:
+        yield "characteristic/V has another shape"
+        return
+    rigid = eigenvalues == 0
+    left = W[:, rigid] - V[:, rigid] @ np.linalg.lstsq(V[:, rigid], W[:, rigid], rcond=None)[0]
+    elastic = np.flatnonzero(~rigid)
+    alone = [j for j in elastic[:-1] if j > elastic[0] and min(eigenvalues[j + 1] - eigenvalues[j], eigenvalues[j] - eigenvalues[j - 1]) > 1e-3 * eigenvalues[j]]
+    apart = np.minimum(np.abs(V - W).max(axis=0), np.abs(V + W).max(axis=0))[alone]
+    worst = max(np.abs(left).max(initial=0), apart.max(initial=0)) / np.abs(V).max()
+    if not worst <= TOLERANCE:
+        yield f"characteristic/V differs by {worst:.1e}"
 
 
 def modes(a, b, sign):

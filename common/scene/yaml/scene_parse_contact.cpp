@@ -5,6 +5,7 @@
 #include <limits>
 #include <map>
 #include <utility>
+#include <vector>
 
 #include "common/base/error.hpp"
 #include "common/scene/scene_words.hpp"
@@ -252,35 +253,37 @@ void parse_contact(const SceneNode& node, const SceneNames& names, Scene& scene)
 
 namespace {
 
-// What an interface without a coordinate for each dof cannot do.
-void refuse_characteristic(const Scene& scene, const Instance& instance) {
-  for (const ContactOptions& contact : scene.contact) {
-    const bool is_named = contact.all || contact.first.instance == instance.name ||
-                          contact.second.instance == instance.name;
-    if (!is_named) continue;
-    if (contact.enforcement != Enforcement::nodal) continue;
-    throw InputError(contact.source.text() + ": contact: instance '" + instance.name +
+bool is_named(const ContactOptions& contact, const Instance& instance) {
+  return contact.all || contact.first.instance == instance.name ||
+         contact.second.instance == instance.name;
+}
+
+using Entries = std::vector<const ContactOptions*>;
+
+// What an interface without a coordinate for each dof cannot do. nodal: the entries that are.
+void refuse_characteristic(const Entries& nodal, const Instance& instance) {
+  for (const ContactOptions* contact : nodal) {
+    if (!is_named(*contact, instance)) continue;
+    throw InputError(contact->source.text() + ": contact: instance '" + instance.name +
                      "' (basis: characteristic) has no nodal masses, which 'enforcement: nodal' "
                      "needs: use 'enforcement: "
                      "impulse', or basis: craig-bampton");
   }
 }
 
-// What an interface without mass cannot do.
-void refuse_massless(const Scene& scene, const Instance& instance) {
+// What an interface without mass cannot do. other: the entries without impulses.
+void refuse_massless(const Scene& scene, const Entries& other, const Instance& instance) {
   const std::string its = "instance '" + instance.name + "' (basis: massless) ",
                     cure = ", or reduce it with basis: craig-bampton";
   if (scene.time->integrator == Integrator::newmark)
     throw InputError(scene.time->source.text() + ": time: " + its +
                      "is not available with integrator: newmark: use exact or central-difference" +
                      cure);
-  for (const ContactOptions& contact : scene.contact) {
-    const bool is_named = contact.all || contact.first.instance == instance.name ||
-                          contact.second.instance == instance.name;
-    if (!is_named || contact.enforcement == Enforcement::impulse) continue;
-    throw InputError(contact.source.text() + ": contact: " + its +
+  for (const ContactOptions* contact : other) {
+    if (!is_named(*contact, instance)) continue;
+    throw InputError(contact->source.text() + ": contact: " + its +
                      "has no mass where it touches, which 'enforcement: " +
-                     word_of(enforcement_words, contact.enforcement) +
+                     word_of(enforcement_words, contact->enforcement) +
                      "' needs: use 'enforcement: impulse'" + cure);
   }
 }
@@ -289,14 +292,20 @@ void refuse_massless(const Scene& scene, const Instance& instance) {
 
 void check_contact_with_time(const Scene& scene) {
   if (!scene.time) return;
+  // A scene of thousands of instances has as many entries, few of which may be refused
+  Entries nodal, other;
+  for (const ContactOptions& contact : scene.contact) {
+    if (contact.enforcement == Enforcement::nodal) nodal.push_back(&contact);
+    if (contact.enforcement != Enforcement::impulse) other.push_back(&contact);
+  }
   for (const Instance& instance : scene.instances) {
     const auto component = scene.components.find(instance.component);
     const bool is_reduced =
         instance.as == InstanceKind::superelement && component != scene.components.end();
     if (!is_reduced || !component->second.reduction) continue;
     const ReductionOptions& reduction = *component->second.reduction;
-    if (reduction.is_massless()) refuse_massless(scene, instance);
-    if (reduction.is_characteristic()) refuse_characteristic(scene, instance);
+    if (reduction.is_massless()) refuse_massless(scene, other, instance);
+    if (reduction.is_characteristic()) refuse_characteristic(nodal, instance);
   }
   for (const ContactOptions& contact : scene.contact) {
     if (contact.enforcement == Enforcement::impulse) continue;

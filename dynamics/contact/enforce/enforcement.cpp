@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <unordered_map>
 #include <utility>
 
 #include "common/linalg/eigen/eigenpairs.hpp"
@@ -158,14 +159,22 @@ EnforcementResult enforce_penalty(const ContactList& list, const std::vector<Poi
 EnforcementResult enforce_nodal(const ContactList& list, const Points& guess, double h,
                                 const std::vector<Points>& masses,
                                 std::vector<ContactBody>& bodies) {
-  // S = h / m of each node and direction: the mass matrix by its row sums
-  std::vector<ContactBody> weighed(bodies.size());
-  for (std::size_t b = 0; b < bodies.size(); ++b) {
-    const Eigen::Map<const Vector> m(masses[b].data(), masses[b].size());
-    weighed[b].response.diagonal = h * m.cwiseInverse();
+  // S = h / m of each node and direction: the mass matrix by its row sums. Bodies are numbered as
+  // they come in the list, which may be a small part of the scene
+  std::vector<ContactBody> weighed;
+  std::unordered_map<Index, Index> place;
+  ContactList own = list;
+  for (ContactTerm& term : own.terms) {
+    const auto [at, is_new] = place.try_emplace(term.body, static_cast<Index>(weighed.size()));
+    if (is_new) {
+      const Points& mass = masses[term.body];
+      const Eigen::Map<const Vector> m(mass.data(), mass.size());
+      weighed.emplace_back().response.diagonal = h * m.cwiseInverse();
+    }
+    term.body = at->second;
   }
   const std::vector<PointLaw> laws(list.points.size());
-  ContactSolver solver(gap_response(list, laws, weighed), laws);
+  ContactSolver solver(gap_response(own, laws, weighed), laws);
   EnforcementResult result = solve(solver, list, laws, guess);
   spread_impulses(list, laws, result.p, bodies);
   return result;

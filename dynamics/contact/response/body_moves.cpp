@@ -2,26 +2,26 @@
 #include "dynamics/contact/response/body_moves.hpp"
 
 #include <array>
-#include <limits>
 
 #include "common/linalg/blas_threads.hpp"
 #include "common/linalg/kernels/symmetric_product.hpp"
 #include "dynamics/contact/nodes/dense_panels.hpp"
 
 namespace cbr {
-namespace {
-
-constexpr std::size_t nowhere = std::numeric_limits<std::size_t>::max();
-
-}  // namespace
-
 // Terms of one body follow each other, so that most are found at a glance.
 void BodyMoves::find_bodies(const ContactList& list, const std::vector<ContactBody>& bodies) {
-  position_.assign(bodies.size(), nowhere);
   n_parts_ = 0;
+  place_of_body_.clear();
+  place_of_term_.clear();
+  place_of_term_.reserve(list.terms.size());
   for (const ContactTerm& term : list.terms) {
-    if (position_[term.body] != nowhere) continue;
-    position_[term.body] = n_parts_;
+    if (!place_of_term_.empty() && parts_[place_of_term_.back()].body == term.body) {
+      place_of_term_.push_back(place_of_term_.back());
+      continue;
+    }
+    const auto [at, is_new] = place_of_body_.try_emplace(term.body, n_parts_);
+    place_of_term_.push_back(at->second);
+    if (!is_new) continue;
     if (n_parts_ == parts_.size()) parts_.emplace_back();
     OfBody& part = parts_[n_parts_++];
     part.body = term.body;
@@ -43,7 +43,7 @@ void BodyMoves::push(const ContactList& list, const std::vector<PointLaw>& laws,
     if (impulse.isZero(0)) continue;
     for (Index t = point.first_term; t < point.first_term + point.n_terms; ++t) {
       const ContactTerm& term = list.terms[t];
-      of(term.body).force.row(term.node) += term.coefficient * impulse.transpose();
+      parts_[place_of_term_[t]].force.row(term.node) += term.coefficient * impulse.transpose();
     }
   }
   respond(bodies);
@@ -129,7 +129,7 @@ void BodyMoves::add_to_gaps(const ContactList& list, const std::vector<PointLaw>
     Vector3 moved = Vector3::Zero();
     for (Index t = point.first_term; t < point.first_term + point.n_terms; ++t) {
       const ContactTerm& term = list.terms[t];
-      moved += term.coefficient * parts_[position_[term.body]].move.row(term.node).transpose();
+      moved += term.coefficient * parts_[place_of_term_[t]].move.row(term.node).transpose();
     }
     for (Index d = 0; d < n_rows(laws[i].law); ++d, ++row)
       gap[row] += point.frame.row(d).dot(moved);

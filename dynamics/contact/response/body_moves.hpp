@@ -2,6 +2,7 @@
 // What the impulses of a step do to the ends and gaps, by products with the bodies' own responses.
 #pragma once
 
+#include <unordered_map>
 #include <vector>
 
 #include "dynamics/contact/response/response.hpp"
@@ -16,7 +17,7 @@ class BodyMoves {
   // first_rows). Bodies that share a response are answered in one pass over it.
   void push(const ContactList& list, const std::vector<PointLaw>& laws, const Vector& p,
             const std::vector<ContactBody>& bodies);
-  // gap += G move, as rows of W.
+  // gap += G move, as rows of W; the list and laws of the last push().
   void add_to_gaps(const ContactList& list, const std::vector<PointLaw>& laws, Vector& gap) const;
   // Hands the moves to the bodies.
   void give(std::vector<ContactBody>& bodies) const;
@@ -29,7 +30,6 @@ class BodyMoves {
     Vector still;        // of a thin response
     bool answered = false;
   };
-  OfBody& of(Index body) { return parts_[position_[body]]; }
   void find_bodies(const ContactList& list, const std::vector<ContactBody>& bodies);
   void respond(const std::vector<ContactBody>& bodies);
   OfBody* partner_of(std::size_t a, const std::vector<ContactBody>& bodies);
@@ -38,7 +38,10 @@ class BodyMoves {
 
   std::vector<OfBody> parts_;  // the first n_parts_ are of this list
   std::size_t n_parts_ = 0;
-  std::vector<std::size_t> position_;  // per contact body: in parts_
+  // In parts_, of each body and of each term. Nothing here is as large as the scene: every group of
+  // points that is solved together keeps its own.
+  std::unordered_map<Index, std::size_t> place_of_body_;
+  std::vector<std::size_t> place_of_term_;
   std::vector<Index> columns_;
   // in the axes of a response, a column for each body that shares it
   Matrix given_, answer_, still_;

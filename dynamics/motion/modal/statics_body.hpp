@@ -34,6 +34,7 @@ class StaticsBody final : public Body,
   Index n_dofs() const override { return modal_.n_dofs(); }
   double largest_frequency() const override { return form_->omega_limit; }
   Scheme scheme() const override { return modal_.scheme(); }
+  bool steps_alone() const override { return modal_.steps_alone(); }
   double contact_share() const override { return form_->is_massless ? 0.2 : 1; }
   void set_contact_step(double h) override { modal_.set_contact_step(h); }
   const Points& reference_positions() const override { return modal_.reference_positions(); }

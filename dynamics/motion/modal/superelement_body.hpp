@@ -50,6 +50,7 @@ class SuperelementBody final : public Body,
   Index n_dofs() const override { return form_->omega.size(); }
   double largest_frequency() const override;
   Scheme scheme() const override { return scheme_; }
+  bool steps_alone() const override { return is_exact(); }
   const Points& reference_positions() const override { return X_; }
 
   void damp(const Damping& damping) override;

@@ -31,6 +31,7 @@ class TurningBody final : public Body, public BoundAbility, public TurningAbilit
   Index n_dofs() const override { return inner_->n_dofs(); }
   double largest_frequency() const override { return inner_->largest_frequency(); }
   Scheme scheme() const override { return inner_->scheme(); }
+  bool steps_alone() const override { return inner_->steps_alone(); }
   double contact_share() const override { return inner_->contact_share(); }
   // Whether the modes feel the spin: the superelement knows its moments.
   bool feels_spin() const { return feels_; }

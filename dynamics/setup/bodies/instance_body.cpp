@@ -55,8 +55,9 @@ CoupledModel model_of(const ReducedComponent& component) {
 }
 
 // A rigid body has neither nodal masses nor a frequency that springs could be measured by.
-void refuse_rigid_contact(const Scene& scene, const Instance& instance) {
-  for (const ContactOptions& contact : scene.contact) {
+void refuse_rigid_contact(const SceneIndex& index, const Instance& instance) {
+  if (index.has_only_impulses(instance)) return;
+  for (const ContactOptions& contact : index.scene().contact) {
     const bool touches = contact.all || contact.first.instance == instance.name ||
                          contact.second.instance == instance.name;
     if (!touches || contact.enforcement == Enforcement::impulse) continue;
@@ -363,7 +364,7 @@ InstanceBody BodyMaker::make_rigid(const Instance& instance, const MeshedCompone
   if (has_shells(scene_, instance, *component.geometry))
     throw InputError(scene_.skin->source.text() + ": skin: instance '" + instance.name +
                      "' (as: rigid) cannot carry shells that act: leave it out of skin.surfaces");
-  refuse_rigid_contact(scene_, instance);
+  refuse_rigid_contact(index_, instance);
   std::shared_ptr<const Superelement>& nodes = nodes_of_rigid_[&component];
   if (!nodes) {
     auto of_mesh = mesh_nodes(component);

@@ -53,6 +53,7 @@ CASES = [
     Case("Instances under `contact: all`, half of n pairs meet", "instances", scenes.all_pairs, [100, 316, 1000], [20, 60], {"setup": 2}),
     Case("The same, as full meshes", "instances", scenes.all_meshes, [100, 316, 1000], [20, 60], {"setup": 2}),
     Case("Instances in n / 2 pairs that are named", "instances", scenes.named_pairs, [100, 316, 1000], [20, 60]),
+    Case("Superelements that fall onto a floor", "instances", scenes.falling, [1000, 3160, 10000], [40, 120]),
     Case("Entries of `between`, few of which meet", "entries", scenes.every_pair_named, [1000, 10000, 100000], [100, 1000]),
     Case("Contact nodes on instances of one superelement, all in contact", "nodes", scenes.contact_nodes, [20000, 63200, 200000], [1200]),
     Case("Contact nodes of one pair of full meshes, all in contact", "nodes", scenes.large_pair, [20000, 63200, 200000], [1000, 3000]),
@@ -86,10 +87,10 @@ def timings(file):
     return table
 
 
-def run(folder, program, *arguments):
+def run(folder, program, *arguments, threads=1):
     """The program's timings; an error is one of the scene."""
     file = folder / f"{program}.csv"
-    done = subprocess.run([BIN / program, "-q", "--threads", "1", "--timings", file, *arguments], cwd=folder, capture_output=True, text=True)
+    done = subprocess.run([BIN / program, "-q", "--threads", str(threads), "--timings", file, *arguments], cwd=folder, capture_output=True, text=True)
     if done.returncode != 0:
         raise RuntimeError(f"{program} ended with code {done.returncode}: {done.stderr[-400:]}")
     return timings(file)
@@ -151,6 +152,42 @@ def checkpoint_table(quick, wrong):
             print(f"checkpoint: {what}: {number(n)}: {count} of {size:.1f} MB, {seconds:.3f} s each", flush=True)
             if count == 0:
                 wrong.append(f"checkpoint: {what}, {number(n)}: none was written")
+    return text
+
+
+# Instances that fall onto a floor: number of them, and the one of --quick
+FALLING = [10000], [120]
+
+
+def numbers_of(file):
+    """All that a run has found: every dataset's bytes. (Attributes tell how long it took.)"""
+    found = {}
+    with h5py.File(file, "r") as results:
+        results.visititems(lambda name, item: found.update({name: item[()].tobytes()}) if isinstance(item, h5py.Dataset) else None)
+    return found
+
+
+def thread_table(quick, wrong):
+    """Steps a second with one thread and two, and whether the results are the same, byte by byte."""
+    text = "\n**Superelements that fall onto a floor, by threads**\n\n| instances | threads | steps | steps a second | memory of an instance, kB |\n|---|---|---|---|---|\n"
+    for n in FALLING[quick]:
+        with tempfile.TemporaryDirectory(prefix="cbr-load-") as name:
+            folder = pathlib.Path(name)
+            scene = scenes.falling(folder, n)
+            run(folder, "cbr-reduce", scene)
+            results = []
+            for threads in (1, 2, 2):
+                table = run(folder, "cbr-dyn", scene, "-o", "results.h5", threads=threads)
+                results.append(numbers_of(folder / "results.h5"))
+                steps, memory = table["count"]["steps"], table["count"]["peak_memory_bytes"] / n / 1e3
+                line = f"| {number(n)} | {threads} | {steps:.0f} | {steps / table['phase']['steps']:.3g} | {memory:.0f} |\n"
+                print(line, end="", flush=True)
+                if len(results) < 3:
+                    text += line
+            if results[1] != results[2]:
+                wrong.append(f"{number(n)} instances, 2 threads: two runs give other bytes")
+            if results[0] != results[1]:
+                wrong.append(f"{number(n)} instances: 1 and 2 threads give other bytes, although bodies and contact share nothing")
     return text
 
 
@@ -237,6 +274,8 @@ def main():
             wrong += [f"{case.what}: {row['memory']:.0f} MB, at most {case.memory}" for row in rows[-1:] if row["memory"] > case.memory]
     if options.only.lower() in "checkpoint":
         text += checkpoint_table(options.quick, wrong)
+    if options.only.lower() in "threads":
+        text += thread_table(options.quick, wrong)
     for line in wrong:
         print("FAILED:", line)
     if options.write and not wrong:

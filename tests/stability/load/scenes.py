@@ -74,6 +74,22 @@ def named_pairs(folder, n):
     return write_scene(folder, facing_pairs(n), ["contact:\n", *between])
 
 
+def falling(folder, n):
+    """n superelements with 25 contact nodes each fall onto one floor, from heights that differ, so that some come as others rebound."""
+    write_box(folder / "box.msh", (4, 4, 4), sets=("bottom",))
+    side = math.ceil(math.sqrt(n))
+    with open(folder / "scene.yaml", "w") as out:
+        out.write(f"materials: {{m: {STEEL}}}\n"
+                  "components: {block: {mesh: box.msh, material: m, reduction: {basis: characteristic, interface: [bottom], modes: 20}}}\n"
+                  "instances:\n")
+        out.writelines(f"  b{b}: {{component: block, position: [{1.5 * (b % side)}, {1.5 * (b // side)}, {0.001 + 2e-5 * (7919 * b % 1000)}], "
+                       "velocity: [0, 0, -0.1]}\n" for b in range(n))
+        out.write("walls: {floor: {plane: {point: [0, 0, 0], normal: [0, 0, 1]}}}\ncontact:\n")
+        out.writelines(f"  - {{between: [b{b}.bottom, floor]}}\n" for b in range(n))
+        out.write("loads: [{gravity: [0, 0, -0.05]}]\ntime: {end: 1.0}\noutput: {every: 0.5}\n")
+    return "scene.yaml"
+
+
 def every_pair_named(folder, n):
     """As many entries of `between` as there are pairs of some instances: n is the number of entries."""
     count = math.ceil(0.5 + math.sqrt(0.25 + 2 * n))

@@ -2,6 +2,7 @@
 #include "dynamics/motion/modal/forms/form_cache.hpp"
 
 #include <algorithm>
+#include <mutex>
 
 #include "common/linalg/blas_threads.hpp"
 #include "common/linalg/dense.hpp"
@@ -20,6 +21,9 @@ constexpr Index first_sample = 32, most_sampled = 256;
 constexpr double shape_round_off = 1e-13;
 
 Eigen::Map<Vector> flat(Points& p) { return {p.data(), p.size()}; }
+
+// Of the propagators of all forms, which bodies ask for when a step's length is another.
+std::mutex propagators_in_use;
 
 // The first of the rows when those of all nodes follow each other, else -1.
 Index first_of_consecutive(const IndexTable& row, const std::vector<Index>& nodes) {
@@ -179,6 +183,7 @@ std::shared_ptr<const IndexTable> FormCache::row_table(const Superelement& super
 
 std::shared_ptr<const ModalPropagator> FormCache::propagator(const Vector& omega, double h,
                                                              bool with_loads) {
+  const std::scoped_lock lock(propagators_in_use);
   for (const auto& known : propagators_)
     if (known->h == h && known->damping == 0 && (!with_loads || known->a0.size() == omega.size()))
       return known;
@@ -191,6 +196,7 @@ std::shared_ptr<const ModalPropagator> FormCache::propagator(const Vector& omega
 std::shared_ptr<const ModalPropagator> FormCache::propagator(const Vector& omega,
                                                              const ModalRates& damping, double h,
                                                              bool with_loads) {
+  const std::scoped_lock lock(propagators_in_use);
   for (const auto& known : propagators_)
     if (known->h == h && known->damping == damping.hash &&
         (!with_loads || known->a0.size() == omega.size()))

@@ -80,7 +80,7 @@ class NodeRows {
 };
 
 // Lives in a DiagonalForm and goes with its matrices: a copy of the form starts with an empty one.
-// Not for several threads.
+// propagator() may be asked by several threads, the others by one alone.
 class FormCache {
  public:
   FormCache() = default;
