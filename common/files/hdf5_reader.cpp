@@ -94,8 +94,9 @@ std::string cure(const fs::path& path) {
   return "";
 }
 
-// All that the reader may come to, or attributes of the root; for a process of its own. The library frees pointers that it has
-// not set where a group's table is damaged. Memory that is filled shows it, whatever was there.
+// All that the reader may come to, or attributes of the root; for a process of its own. The library
+// frees pointers that it has not set where a group's table is damaged. Memory that is filled shows
+// it, whatever was there.
 void visit(const fs::path& path, Hdf5Reader::Look look) {
   mallopt(M_PERTURB, 0x5a);
   const Handle file = open_read_only(path);

@@ -108,9 +108,8 @@ EnforcementResult enforce(Simulation& sim, const ContactGroup& group, double h, 
                           ImpulseMemory* memory, ContactOutcome& outcome) {
   const bool nodal = memory == nullptr;
   EnforcementResult result =
-      nodal
-          ? enforce_nodal(group.list, group.guess, h, state.masses, state.bodies)
-          : enforce_impulse(group.list, group.laws, group.guess, h, state.bodies, *memory);
+      nodal ? enforce_nodal(group.list, group.guess, h, state.masses, state.bodies)
+            : enforce_impulse(group.list, group.laws, group.guess, h, state.bodies, *memory);
   balance_moments(sim, group, result.p, state);
   deliver(sim, group, nodal, h, state, outcome);
   if (holds_what_turns(sim, group)) close_what_turns(sim, group, h, state, result);

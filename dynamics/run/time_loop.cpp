@@ -268,7 +268,8 @@ class TimeLoop {
       current_[c] = located_[c] && !(outcome_.touched[c] && sim_.bodies[b]->turning());
       if (outcome_.touched[c]) resting_[b] = 0;
     };
-    for_each_body(moving_, [](Index b) { return b; }, accept);
+    for_each_body(
+        moving_, [](Index b) { return b; }, accept);
   }
 
   void record() {

@@ -13,7 +13,7 @@
 #include "common/base/machine_memory.hpp"
 #include "common/fem/connected_parts.hpp"
 #include "common/scene/scene_words.hpp"
-#include "reducer/bases/characteristic.hpp"
+#include "reducer/bases/characteristic/characteristic.hpp"
 #include "reducer/bases/reduction_steps.hpp"
 #include "reducer/condensation/panel_memory.hpp"
 #include "reducer/condensation/residual_mass.hpp"
@@ -391,8 +391,7 @@ class DistributedReduction {
   void take_shapes(const InteriorInertia& inertia) {
     const auto phase = r_.report.phase("characteristic modes");
     const std::vector<Index> part = parts_of_interface(r_);
-    r_.figures.characteristic =
-        make_characteristic(r_.options.characteristic, part, inertia, s_);
+    r_.figures.characteristic = make_characteristic(r_.options.characteristic, part, inertia, s_);
     const Index loose =
         examine_characteristic(s_, r_.figures.characteristic, part, r_.figures.condition);
     if (loose >= 0) r_.figures.condition.loose_node = node_of_interface_dof(r_, loose);

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "reducer/distributed/domain_share.hpp"
 
-#include <mpi.h>
-
-#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -73,40 +70,14 @@ DomainFigures figures_of(const std::string& text) {
   return f;
 }
 
-// MPI counts in 32 bits.
-constexpr std::size_t piece = std::size_t{1} << 30;
-
-void send_to_first(const std::string& bytes) {
-  auto size = static_cast<long long>(bytes.size());
-  MPI_Send(&size, 1, MPI_LONG_LONG, 0, 0, MPI_COMM_WORLD);
-  for (std::size_t at = 0; at < bytes.size(); at += piece)
-    MPI_Send(bytes.data() + at, static_cast<int>(std::min(piece, bytes.size() - at)), MPI_CHAR, 0,
-             0, MPI_COMM_WORLD);
-}
-
-std::string receive_from(int rank) {
-  long long size = 0;
-  MPI_Recv(&size, 1, MPI_LONG_LONG, rank, 0, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
-  std::string bytes(static_cast<std::size_t>(size), '\0');
-  for (std::size_t at = 0; at < bytes.size(); at += piece)
-    MPI_Recv(bytes.data() + at, static_cast<int>(std::min(piece, bytes.size() - at)), MPI_CHAR,
-             rank, 0, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
-  return bytes;
-}
-
 }  // namespace
 
 DomainShare share_of_domains() {
-  int own = 0, processes = 1, here = 1;
-  MPI_Comm_rank(MPI_COMM_WORLD, &own);
-  MPI_Comm_size(MPI_COMM_WORLD, &processes);
-  MPI_Comm machine;
-  MPI_Comm_split_type(MPI_COMM_WORLD, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &machine);
-  MPI_Comm_size(machine, &here);
-  MPI_Comm_free(&machine);
+  const ProcessNumbers numbers = process_numbers();
+  const int own = numbers.own, processes = numbers.all;
   DomainShare share;
   share.is_first = own == 0;
-  share.here = here;
+  share.here = numbers.here;
   share.processes = processes;
   share.is_own = [=](std::size_t d) { return rank_of_domain(d, processes) == own; };
   share.together = [](const std::function<void()>& work) { together(work); };
@@ -119,9 +90,9 @@ DomainShare share_of_domains() {
         send_to_first(bytes_of(std::exchange(superelements[d], {})));
         send_to_first(text_of(figures[d]));
       } else {
-        superelements[d] = superelement_of(receive_from(from));
+        superelements[d] = superelement_of(receive(from));
         const auto condition = superelements[d].conditioning;
-        figures[d] = figures_of(receive_from(from));
+        figures[d] = figures_of(receive(from));
         if (condition) figures[d].reduction.condition = *condition;
       }
     }

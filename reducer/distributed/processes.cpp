@@ -107,11 +107,7 @@ void Processes::start(bool asked) {
 }
 
 int Processes::threads() const {
-  MPI_Comm machine;
-  int here = 1;
-  MPI_Comm_split_type(PETSC_COMM_WORLD, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &machine);
-  MPI_Comm_size(machine, &here);
-  MPI_Comm_free(&machine);
+  const int here = process_numbers().here;
   // mpirun may have bound the process to some
   const int bound = static_cast<int>(std::thread::hardware_concurrency());
   return std::clamp(static_cast<int>(::sysconf(_SC_NPROCESSORS_ONLN)) / here, 1,
@@ -155,6 +151,44 @@ void in_first(const std::function<void()>& work) {
   together([&] {
     if (rank == 0) work();
   });
+}
+
+ProcessNumbers process_numbers() {
+  ProcessNumbers numbers;
+  MPI_Comm_rank(PETSC_COMM_WORLD, &numbers.own);
+  MPI_Comm_size(PETSC_COMM_WORLD, &numbers.all);
+  MPI_Comm machine;
+  MPI_Comm_split_type(PETSC_COMM_WORLD, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &machine);
+  MPI_Comm_size(machine, &numbers.here);
+  MPI_Comm_free(&machine);
+  return numbers;
+}
+
+namespace {
+
+constexpr std::size_t piece = std::size_t{1} << 30;  // MPI counts in 32 bits
+
+int piece_at(std::size_t at, const std::string& bytes) {
+  return static_cast<int>(std::min(piece, bytes.size() - at));
+}
+
+}  // namespace
+
+void send_to_first(const std::string& bytes) {
+  auto size = static_cast<long long>(bytes.size());
+  MPI_Send(&size, 1, MPI_LONG_LONG, 0, 0, PETSC_COMM_WORLD);
+  for (std::size_t at = 0; at < bytes.size(); at += piece)
+    MPI_Send(bytes.data() + at, piece_at(at, bytes), MPI_CHAR, 0, 0, PETSC_COMM_WORLD);
+}
+
+std::string receive(int from) {
+  long long size = 0;
+  MPI_Recv(&size, 1, MPI_LONG_LONG, from, 0, PETSC_COMM_WORLD, MPI_STATUS_IGNORE);
+  std::string bytes(static_cast<std::size_t>(size), '\0');
+  for (std::size_t at = 0; at < bytes.size(); at += piece)
+    MPI_Recv(bytes.data() + at, piece_at(at, bytes), MPI_CHAR, from, 0, PETSC_COMM_WORLD,
+             MPI_STATUS_IGNORE);
+  return bytes;
 }
 
 Matrix sum(const Matrix& part) {

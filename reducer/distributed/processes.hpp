@@ -44,6 +44,15 @@ void together(const std::function<void()>& work);
 // The same in the first process alone.
 void in_first(const std::function<void()>& work);
 
+struct ProcessNumbers {
+  int own = 0, all = 1, here = 1;  // here: how many are on this machine
+};
+ProcessNumbers process_numbers();
+
+// For two processes alone: from this one to the first, which waits for it.
+void send_to_first(const std::string& bytes);
+std::string receive(int from);
+
 Matrix sum(const Matrix& part);             // over the processes, to all of them
 Matrix sum_to_first(const Matrix& part);    // empty in the others
 Matrix from_first(const Matrix& of_first);  // the first process's, to all

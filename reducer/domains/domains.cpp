@@ -319,9 +319,8 @@ SuperelementGroup reduce_domains(const Mesh& mesh, const std::vector<BlockProper
     const double before = report.seconds("reduction of the domains");
     {
       const auto phase = report.phase("reduction of the domains");
-      group.domains =
-          DomainReducer(properties, mass, options, settings, share, std::move(domains))
-              .run(report, f);
+      group.domains = DomainReducer(properties, mass, options, settings, share, std::move(domains))
+                          .run(report, f);
     }
     f.seconds = report.seconds("reduction of the domains") - before;
   }

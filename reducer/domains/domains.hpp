@@ -25,13 +25,13 @@ struct GroupFigures {
   Index n_dofs = 0;          // of the whole mesh
   Index n_shared_nodes = 0;  // in more than one domain
   std::vector<DomainFigures> domains;
-  int n_workers = 1;    // threads of each process
+  int n_workers = 1;  // threads of each process
   int n_processes = 1;
   double seconds = 0;  // of the domains' reduction, all together
 };
 
-// Of several processes, what one of them does (reducer/distributed/domain_share.hpp). As it is here:
-// of one alone.
+// Of several processes, what one of them does (reducer/distributed/domain_share.hpp). As it is
+// here: of one alone.
 struct DomainShare {
   bool is_first = true;
   int processes = 1, here = 1;  // here: on this machine
