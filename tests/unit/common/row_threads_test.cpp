@@ -57,5 +57,18 @@ TEST(RunKeptThreads, DoesEveryShareOnceWhoeverElseCalls) {
   });
 }
 
+// Each item once, whether the threads are woken for them or not, and an error comes back.
+TEST(RowThreads, ItemsAreShared) {
+  for (const Index n : {0, 1, 31, 32, 1000}) {
+    std::vector<std::atomic<int>> done(static_cast<std::size_t>(n));
+    share_among_threads(n, 3, [&](Index i) { ++done[static_cast<std::size_t>(i)]; });
+    for (const auto& times : done) ASSERT_EQ(times, 1);
+  }
+  const auto fail = [](Index i) {
+    if (i == 500) throw std::runtime_error("item 500");
+  };
+  EXPECT_THROW(share_among_threads(1000, 3, fail), std::runtime_error);
+}
+
 }  // namespace
 }  // namespace cbr::row_threads_test
