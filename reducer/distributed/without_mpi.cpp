@@ -11,7 +11,8 @@
 namespace cbr {
 namespace {
 
-constexpr const char* cure = ": take mpi/cbr-reduce of a build with cmake --preset mpi (docs/distributed.md)";
+constexpr const char* cure =
+    ": take mpi/cbr-reduce of a build with cmake --preset mpi (docs/distributed.md)";
 
 }  // namespace
 
