@@ -98,7 +98,7 @@ TEST(Statics, AFlatImpactLosesWhatItShould) {
   Block full = p;
   full.reduction = "modes: 20";
   const double expected = rebound(run(full));
-  for (const char* integrator : {"exact", "central-difference"}) {
+  for (const char* integrator : {"exact", "central-difference", "newmark"}) {
     p.integrator = integrator;
     for (const double share : {1.0, 0.1, 0.001}) {
       p.step = "{cfl: " + text(share) + "}";

@@ -66,6 +66,10 @@ class SuperelementBody final : public Body,
   Index track_mean(const std::vector<Index>& nodes) override;
   void mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
 
+  // Newmark: impulses of contact act at the start of a step, as with the other integrators, where
+  // it is no longer than the critical one. For bodies whose statics answer forces at once, which
+  // have no law of velocities.
+  void kick_at_start() { may_kick_at_start_ = true; }
   void set_contact_step(double h) override;
   void predict(double t, double h) override;
   using Body::add_impulses;
@@ -205,6 +209,9 @@ class SuperelementBody final : public Body,
   void accept_central();
   void accept_newmark();
   void newmark_rates();
+  bool kicks_at_start(double h) const;
+  Vector newmark_kick_weight(double h) const;
+  void begin_with_kick();
   double energy_product(const Vector& a, const Vector& b) const;
   void book_friction(double work);
   void arrive_newmark();
@@ -252,6 +259,7 @@ class SuperelementBody final : public Body,
   mutable Index n_soft_ = 0;  // modes whose omega h is not large
   // arrived_: the end of the step is known, impulses included
   bool started_ = false, arrived_ = false;
+  bool may_kick_at_start_ = false;  // see kick_at_start()
   BodyWork work_;
   Matrix turning_H_, turning_g_;  // see feel_spin(), whose columns are the first n_spin_
   std::vector<LoadHistory> turning_histories_;

@@ -47,9 +47,35 @@ void SuperelementBody::predict_newmark(double h) {
   eta_end_ = eta_ + d_;
 }
 
+bool SuperelementBody::kicks_at_start(double h) const {
+  return may_kick_at_start_ && largest_frequency() * h <= 2;
+}
+
+// What a unit impulse on a mode moves its end by. At the start it is a velocity more, and, damped,
+// an acceleration that it takes from a_0; as a force over the step it moves the end by half.
+Vector SuperelementBody::newmark_kick_weight(double h) const {
+  const Vector& weight = newmark_weight(h);
+  if (!kicks_at_start(h)) return 0.5 * weight;
+  if (!is_damped()) return weight;
+  const double slowed = (1 + 2 * newmark_.alpha) * newmark_.beta() - 0.5 + newmark_.beta();
+  return weight.array() * (1 + h * slowed * damping_.c.array());
+}
+
 void SuperelementBody::push_newmark(const Vector& kick) {
-  d_.array() += 0.5 * newmark_weight(h_).array() * kick.array();
+  d_.array() += newmark_kick_weight(h_).array() * kick.array();
   eta_end_ = eta_ + d_;
+}
+
+// A kick at the start changes the velocity that the step begins with; the rest is a step without.
+void SuperelementBody::begin_with_kick() {
+  if (!kicked_ || !kicks_at_start(h_)) return;
+  work_.contact += kick_.dot(v_) + 0.5 * kick_.squaredNorm();
+  if (rubbed_) book_friction(friction_kick_.dot(v_) + 0.5 * friction_kick_.dot(kick_));
+  v_ += kick_;
+  kicked_ = rubbed_ = false;
+  if (!is_damped()) return;
+  a_.array() -= damping_.c.array() * kick_.array();
+  e_.array() += (1 + 2 * newmark_.alpha) * damping_.c.array() * kick_.array();
 }
 
 // The rates of the end belong to the move that contact has left. With [.] the change over a step
@@ -114,7 +140,10 @@ void SuperelementBody::newmark_rates() {
 }
 
 void SuperelementBody::arrive_newmark() {
-  if (!arrived_) accept_newmark();
+  if (!arrived_) {
+    begin_with_kick();
+    accept_newmark();
+  }
   arrived_ = true;
 }
 

@@ -70,7 +70,8 @@ MotionBound SuperelementBody::bound(Index set, bool quick) const {
   return bound;
 }
 
-// w = sin(omega h)/omega, h, or h/2 / (1 + theta omega^2)
+// w = sin(omega h)/omega, h, or h/2 / (1 + theta omega^2), twice that where impulses act at the
+// start
 ResponseOf SuperelementBody::response_of(double h, Vector& weight) const {
   ResponseOf of{ResponseOf::Weight::central, h, 0};
   if (is_exact()) {
@@ -78,8 +79,10 @@ ResponseOf SuperelementBody::response_of(double h, Vector& weight) const {
     weight = propagator(h).s;
     if (gain_.size() > 0) weight.array() *= gain_.array();
   } else if (scheme_ == Scheme::newmark) {
-    of.weight = ResponseOf::Weight::newmark, of.theta = newmark_.stiffness_factor(h);
-    weight = 0.5 * newmark_weight(h);
+    of.weight =
+        kicks_at_start(h) ? ResponseOf::Weight::newmark_at_start : ResponseOf::Weight::newmark;
+    of.theta = newmark_.stiffness_factor(h);
+    weight = newmark_kick_weight(h);
   } else {
     weight.setConstant(form_->omega.size(), h);
     if (is_damped()) weight.array() /= 1 + 0.5 * h * damping_.c.array();

@@ -18,9 +18,17 @@
 namespace cbr {
 
 // What a response is of: weights sin(omega h)/omega (exact), h (central differences) or h/2 / (1 +
-// theta omega^2) (Newmark) of the modes, 1 for velocities, or 1 / (omega^2 + theta) for statics.
+// theta omega^2) (Newmark; twice that for impulses at the start) of the modes, 1 for velocities, or
+// 1 / (omega^2 + theta) for statics.
 struct ResponseOf {
-  enum class Weight : char { exact, central, newmark, velocity, statics } weight = Weight::exact;
+  enum class Weight : char {
+    exact,
+    central,
+    newmark,
+    newmark_at_start,
+    velocity,
+    statics
+  } weight = Weight::exact;
   double h = 0, theta = 0;
   double contact_step = 0;  // with the contact_gain() of this step; 0: without
   std::size_t damping = 0;  // Damping's hash of the rates; 0: without
