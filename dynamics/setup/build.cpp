@@ -142,7 +142,8 @@ class Builder {
     std::set<std::string> checked;
     for (const Instance& instance : scene_.instances)
       if (instance.as == InstanceKind::superelement && checked.insert(instance.component).second)
-        check_reduced_component(scene_, component_of(scene_, instance), report_);
+        check_reduced_component(options_.reduced_for != nullptr ? *options_.reduced_for : scene_,
+                                component_of(scene_, instance), report_);
   }
 
   void read(const Instance& instance) {

@@ -280,6 +280,21 @@ TEST_F(OfScene, MoreRowsOfTiesThanMemoryIsMeantForAreRefused) {
       << said;
 }
 
+// Open contact is not part of the modes, but of what the superelement was made for.
+TEST_F(OfScene, OpenContactOfFewShapesIsLeftOut) {
+  const std::string floor =
+      "walls: {w: {plane: {point: [9, 0, 0], normal: [-1, 0, 0]}}}\n"
+      "contact: [{between: [reduced.x_max, w]";
+  const std::string shapes = "basis: characteristic, interface: [x_max], modes: 10";
+  const std::vector<InstanceModes> with_friction =
+      modes(scene("beam.exo", shapes, floor + ", friction: 0.3}]\n"), 8);
+  ASSERT_EQ(with_friction.size(), 2u);
+  EXPECT_GT(with_friction[0].frequency_hz[6], 0);
+  // A file that keeps statics in all directions serves a scene without friction
+  EXPECT_EQ(modes(scene("beam.exo", shapes, floor + "}]\n"), 8)[0].frequency_hz,
+            with_friction[0].frequency_hz);
+}
+
 TEST_F(OfScene, ShapesAreFieldsOfModalMassOne) {
   Report report("test", Verbosity::quiet);
   std::string yaml =

@@ -24,6 +24,15 @@ std::string scene_argument(const Scene& scene) {
   return scene.file == "-" ? "SCENE" : scene.file.string();
 }
 
+// Whether the file was made for friction where the scene has none: it keeps statics in all
+// directions, and so those along the normals.
+bool is_made_for_friction(Scene scene, const Component& component, const std::string& hash) {
+  if (!component.reduction->is_characteristic()) return false;
+  for (ContactOptions& contact : scene.contact)
+    if (!contact.tied) contact.friction = 1;
+  return hash == content_hash(scene, component);
+}
+
 void require_current(const Scene& scene, const Component& component,
                      const ReductionOptions& reduction) {
   const std::string& file = reduction.superelement.string();
@@ -35,7 +44,9 @@ void require_current(const Scene& scene, const Component& component,
   const std::string hash = read_content_hash(reduction.superelement);
   // says what is wrong with a damaged or foreign file
   if (hash.empty()) read_superelement(reduction.superelement);
-  if (hash != content_hash(scene, component) || is_of_other_mass(component))
+  const bool is_made_for_scene =
+      hash == content_hash(scene, component) || is_made_for_friction(scene, component, hash);
+  if (!is_made_for_scene || is_of_other_mass(component))
     throw InputError(where +
                      " was not made from the present mesh, materials and reduction options (" +
                      stale_text(scene, component) + ")" + cure);

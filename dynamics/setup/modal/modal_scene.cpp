@@ -258,11 +258,13 @@ std::unique_ptr<ModalScene> modal_scene(const Scene& scene, const MeshModesWante
   modal->scene.output.stress.clear();
   modal->scene.output.every = 0;
   if (!loads) modal->scene.loads.clear();
+  std::erase_if(modal->scene.contact, [](const ContactOptions& contact) { return !contact.tied; });
   for (Instance& instance : modal->scene.instances) instance.angular_velocity.setZero();
   for (BoundaryCondition& condition : modal->scene.boundary) condition.motion = SupportMotion::none;
   modal->scene.output.reactions.clear();
   BuildOptions options;
   options.mesh_modes = wanted;
+  options.reduced_for = &scene;
   modal->built = build(modal->scene, report, options);
   std::set<std::string> told;
   for (const auto& of : modal->built.instances)

@@ -239,8 +239,7 @@ InstanceModes of_group(ModalScene& scene, const std::vector<Index>& bodies, Inde
 }  // namespace
 
 SceneModes scene_modes(const Scene& scene_of_run, Index n, Report& report) {
-  Scene scene = with_options_of_files(scene_of_run);
-  std::erase_if(scene.contact, [](const ContactOptions& contact) { return !contact.tied; });
+  const Scene scene = with_options_of_files(scene_of_run);
   const bool is_joined = has_ties(scene);
   const MeshModesWanted wanted{is_joined ? std::max(n, fewest_modes) : n, 0, is_joined};
   SceneModes modes;
