@@ -56,7 +56,11 @@ std::string parse_bytes(const std::string& text, double& bytes) {
   if (unit == "TB" || unit == "T") factor = 1e12;
   bytes *= factor;
   const bool valid = end != text.c_str() && factor > 0 && std::isfinite(bytes) && bytes >= 1;
-  return valid ? "" : "'" + text + "' is not a size, give one like 500MB or 8GB";
+  if (!valid) return "'" + text + "' is not a size, give one like 500MB or 8GB";
+  constexpr double least_without_unit = 1e5;
+  return unit.empty() && bytes < least_without_unit
+             ? "'" + text + "' has no unit and would be bytes, give one like 500MB or 8GB"
+             : "";
 }
 
 template <typename Number, typename Convert>

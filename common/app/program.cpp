@@ -54,6 +54,7 @@ extern "C" void end_by_signal(int number) {
     return;
   }
   remove_temporary_files();
+  if (::isatty(STDERR_FILENO) == 1) write_from_handler("\n");  // after progress and "^C"
   write_from_handler(name_for_handler);
   write_from_handler(": error: stopped by ");
   write_from_handler(signal_name(number));

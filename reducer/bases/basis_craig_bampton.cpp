@@ -25,7 +25,8 @@ void add_spin_moments(const Reduction& r, const SparseCholesky& factor, const Ma
 
 // Returns residual_mass_factor().
 Cholesky add_diagonal(Reduction& r, Superelement& s) {
-  const auto phase = r.report.phase("diagonal form");
+  // Where nothing reads the diagonal form, its lowest modes tell errors
+  const auto phase = r.report.phase(r.settings.is_diagonal_read ? "diagonal form" : "errors");
   const std::vector<Index> part = parts_of_interface(r);
   Cholesky M_res = residual_mass_factor(s);
   if (s.n() <= r.settings.diagonal_limit) {

@@ -113,7 +113,7 @@ FixedInterfaceModes sparse_modes(const Partition& p, const SparseCholesky& facto
   for (int attempt = wanted.choose ? 0 : 1; attempt < 3; ++attempt) {
     Eigenpairs pairs = sparse_eigenpairs(
         p.K_II, p.M_II, factor, 0, k, 1e-13, ncv,
-        [&](double share) { report.progress("modes", share); }, wanted);
+        [&](double share) { report.progress("fixed-interface modes", share); }, wanted);
     if (!pairs.converged && n <= largest_dense) return dense_modes(p, k);
     if (!pairs.converged) {
       throw RunError("fixed-interface modes: " + std::to_string(pairs.n_converged) + " of " +
@@ -125,6 +125,8 @@ FixedInterfaceModes sparse_modes(const Partition& p, const SparseCholesky& facto
     FixedInterfaceModes modes{std::move(pairs.lambda), std::move(pairs.Phi), pairs.method, true};
     modes.picked = std::move(pairs.chosen);
     if (pairs.method != "lapack") modes.proven = count_fits(p, factor);
+    if (modes.proven && pairs.method != "lapack")
+      report.draw("modes: counting, whether one is missed");
     const double gap = modes.picked.empty() ? relative_gap : gap_in_outline;
     const bool is_all = pairs.method == "lapack" || !modes.proven ||
                         n_missed(p, factor, modes.lambda, gap, counts) == 0;
@@ -215,9 +217,11 @@ FixedInterfaceModes more_modes(const Partition& partition, const SparseCholesky&
   if (dense_is_faster(n, k, factor.n_nonzeros() + product_cost(partition.M_II)))
     return fixed_interface_modes(partition, factor, n, report);
   if (have == 0) return fixed_interface_modes(partition, factor, k, report);
-  const Eigenpairs beyond =
-      sparse_eigenpairs_beyond(partition.M_II, factor, known.Phi, k - have, 1e-13, {},
-                               [&](double share) { report.progress("more modes", share); });
+  const Eigenpairs beyond = sparse_eigenpairs_beyond(
+      partition.M_II, factor, known.Phi, k - have, 1e-13, {}, [&](double share) {
+        report.progress(
+            "fixed-interface modes, " + std::to_string(have) + " to " + std::to_string(k), share);
+      });
   if (beyond.converged) {
     FixedInterfaceModes all = merged(std::move(known), beyond);
     all.method = beyond.method, all.next = 0, all.counts.clear();

@@ -51,6 +51,7 @@ class BlockLanczos {
       rayleigh_ritz();
       pairs.n_converged = n_converged();
       if (pairs.n_converged >= k_) break;
+      expect_looks(pairs.n_converged);
       if (size_ < m_) {
         look = next_look(pairs.n_converged);
         continue;
@@ -104,6 +105,16 @@ class BlockLanczos {
     return std::min(m_, size_ + std::max(2 * b_, whole_blocks(std::min(missing, size_ / 6))));
   }
 
+  // The share of the work that the next look is at: what is missing converges at the pace so far.
+  void expect_looks(Index converged) {
+    constexpr double most_looks = 12;
+    const double gained = std::max<double>(1, static_cast<double>(converged - n_converged_)),
+                 missing = static_cast<double>(k_ - converged);
+    n_converged_ = converged;
+    share_ = next_share_;
+    next_share_ += (1 - share_) / std::clamp(missing / gained + 1, 1.5, most_looks);
+  }
+
   // U <- U L^-T with U^T P = L L^T (P = M U), and R = L^T. False when U is dependent.
   bool orthonormalise_once(Eigen::Ref<Matrix> U, const Matrix& P, Matrix& R) {
     const Matrix G = tall_product(U, P);
@@ -153,6 +164,7 @@ class BlockLanczos {
   // Blocks until the basis has so many vectors; V holds one block more, and P is M times that one.
   bool extend(Index vectors) {
     const SingleThreadedBlas blas;
+    const auto begin = static_cast<double>(size_), more = static_cast<double>(vectors) - begin;
     while (size_ < vectors) {
       const Index columns = size_ + b_;
       auto U = V_.block(columns);
@@ -183,7 +195,9 @@ class BlockLanczos {
       H_.block(0, size_, columns, b_) = h;
       H_.block(size_, 0, b_, columns) = h.transpose();
       size_ = columns;
-      if (options_.progress) options_.progress(size_, vectors);
+      if (options_.progress)
+        options_.progress(share_ + (next_share_ - share_) *
+                                       std::min(1.0, (static_cast<double>(size_) - begin) / more));
     }
     return true;
   }
@@ -273,6 +287,8 @@ class BlockLanczos {
   const std::function<void(Eigen::Ref<Matrix>)>& solve_;
   const BlockLanczosOptions& options_;
   Index n_ = 0, k_ = 0, b_ = 0, m_ = 0, size_ = 0, n_seen_ = 0;
+  Index n_converged_ = 0;
+  double share_ = 0, next_share_ = 0.8;  // of the work: at the last look, and at the next one
   double sigma_ = 0;
   TallBasis V_;
   Matrix P_, H_, S_, last_, seen_, inverse_;

@@ -26,8 +26,9 @@ struct BlockLanczosOptions {
   Index max_restarts = 200;
   // theta of `solve` itself, where the largest are taken out of it
   double largest = 0;
-  // vectors of the basis, and of the basis that is next looked at; may be empty
-  std::function<void(Index, Index)> progress;
+  // Told shares that never fall: how many looks at the basis there will be is guessed from how many
+  // pairs have converged so far.
+  Progress progress;
 };
 
 // The k eigenvalues of K x = lambda M x nearest above sigma; `solve` overwrites B (n x m) by (K -

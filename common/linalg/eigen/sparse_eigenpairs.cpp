@@ -235,15 +235,6 @@ double bytes_of_basis(const SparseCholesky& factor) {
                   std::min(0.5 * factor.bytes(), 0.25 * (machine_memory_bytes() - factor.bytes())));
 }
 
-// Of vectors made so far, and of those after which the space is next looked at, which is mostly the
-// last time or the last but one.
-std::function<void(Index, Index)> share_of(const Progress& progress) {
-  if (!progress) return {};
-  return [&progress](Index vectors, Index look) {
-    progress(0.95 * static_cast<double>(vectors) / static_cast<double>(look));
-  };
-}
-
 }  // namespace
 
 void fix_signs(Matrix& Phi) {
@@ -280,7 +271,7 @@ Eigenpairs sparse_eigenpairs(const SparseMatrix& K, const SparseMatrix& M,
     options.tolerance = tolerance;
     options.bytes = bytes_of_basis(factor);
     options.wanted = wanted;
-    options.progress = share_of(progress);
+    options.progress = progress;
     pairs = block_lanczos(
         M, [&](Eigen::Ref<Matrix> B) { factor.solve_in_place(B); }, sigma, k, options);
     if (pairs.converged) {
@@ -327,7 +318,7 @@ Eigenpairs sparse_eigenpairs_beyond(const SparseMatrix& M, const SparseCholesky&
   options.tolerance = tolerance;
   options.bytes = bytes_of_basis(factor);
   options.wanted = wanted;
-  options.progress = share_of(progress);
+  options.progress = progress;
   if (Phi.cols() > 0) {
     const Vector M_phi = M * Phi.col(0);
     Vector x(M_phi.size());
