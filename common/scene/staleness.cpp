@@ -42,8 +42,8 @@ class Differences {
  public:
   void add(const std::string& key, const std::string& in_file, const std::string& in_scene) {
     if (sorted(in_file) == sorted(in_scene)) return;
-    add(key + ": " + (in_file.empty() ? "none" : in_file) + " in the file, " +
-        (in_scene.empty() ? "none" : in_scene) + " in the scene");
+    add(key + ": " + (in_file.empty() ? "not given" : in_file) + " in the file, " +
+        (in_scene.empty() ? "not given" : in_scene) + " in the scene");
   }
   void add(const std::string& text) { text_ += (text_.empty() ? "" : "; ") + text; }
   const std::string& text() const { return text_; }

@@ -24,7 +24,7 @@ struct AveragePoint {
   // The last so many nodes are rotations of others: theta has from them what nodes on a line, or
   // one node, do not determine.
   Index n_rotations = 0;
-  bool slides = false;       // its translation is that of a place that PointedBody::slide() gives
+  bool slides = false;  // its translation is that of a place that PointedBody::slide() gives
   // A point of the superelement's interface: its nodes are that of its translation and that of its
   // rotation, about axes that the instance's mirror (-1) turns over.
   bool is_of_interface = false;

@@ -13,8 +13,8 @@
 #include "common/linalg/sparse/sparse_cholesky.hpp"
 #include "reducer/bases/characteristic/characteristic.hpp"
 #include "reducer/bases/characteristic/free_shapes.hpp"
-#include "reducer/bases/reduce.hpp"
 #include "reducer/bases/characteristic/statics.hpp"
+#include "reducer/bases/reduce.hpp"
 #include "reducer/partition/interface_sets.hpp"
 #include "reducer/partition/partition.hpp"
 

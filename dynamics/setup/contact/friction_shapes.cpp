@@ -55,13 +55,18 @@ Statics statics_of(const ReducedPart& part, const std::vector<char>& on_face) {
 }
 
 [[noreturn]] void refuse_normals_alone(const ContactPair& pair, const ContactSurface& surface,
-                                       const Scene& scene) {
+                                       const Component& component, const Scene& scene) {
+  const std::string cure =
+      component.mesh.empty()
+          ? "make " + component.reduction->superelement.filename().string() +
+                " of its mesh again, with cbr-reduce --shear"
+          : "run cbr-reduce " + (scene.file == "-" ? "SCENE" : scene.file.string()) + " --force";
   throw InputError(pair.source->text() + ": contact " + pair.name + ": friction on " +
                    surface.name +
                    " needs its statics in all directions, and its superelement (basis: "
                    "characteristic) has them along the normals "
-                   "alone: run cbr-reduce " +
-                   (scene.file == "-" ? "SCENE" : scene.file.string()) + " --force");
+                   "alone: " +
+                   cure);
 }
 
 }  // namespace
@@ -81,7 +86,9 @@ void look_for_friction_shapes(const ContactPair& pair, const BuiltScene& built, 
     for (const Index node : surface->nodes)
       on_face[static_cast<std::size_t>(contact.nodes[node])] = 1;
     const Statics statics = statics_of(part, on_face);
-    if (statics == Statics::normal) refuse_normals_alone(pair, *surface, scene);
+    if (statics == Statics::normal)
+      refuse_normals_alone(pair, *surface, component_of(scene, scene.instances[contact.body]),
+                           scene);
     if (statics == Statics::all) continue;
     const Shapes shapes = shapes_of(part, on_face);
     if (shapes.found == shapes.wanted) continue;
