@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "common/base/error.hpp"
+#include "common/files/state_archive.hpp"
 #include "common/linalg/dense.hpp"
 
 namespace cbr {
@@ -441,6 +442,12 @@ void PointedBody::point_motion(Index point, Vector3& d, Vector3& theta, Vector3&
   spin = turned()->spin() + R * spin;
   const Eigen::AngleAxisd whole(R * rotation_of(theta));
   theta = whole.angle() * whole.axis();
+}
+
+void PointedBody::keep_state(StateArchive& archive) {
+  inner_->keep_state(archive);
+  if (turned() == nullptr) return;
+  for (Vector3& arm : arms_) archive(arm);
 }
 
 void PointedBody::add_inner_terms(Index node, const Vector3& weight,

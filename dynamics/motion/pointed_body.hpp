@@ -114,6 +114,7 @@ class PointedBody final : public WrappedBody {
   TurningAbility* turning() override { return inner_->turning(); }
 
   void displacements(Points& u, Points& v) const override { inner_->displacements(u, v); }
+  void keep_state(StateArchive& archive) override;
 
  private:
   // x = X + E (x_inner - X_inner); without points E is empty, and the set is the inner body's.

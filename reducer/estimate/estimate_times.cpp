@@ -33,6 +33,9 @@ constexpr double solved_share = 0.8;
 constexpr double front_share = 3.9, front_cube = 2.0;
 // Dense eigenproblems, in n^3 flops at dgemm's rate.
 constexpr double dense_standard = 10, dense_general = 20;
+// Of the last front, K and M, and of what its children give it: squares of c.
+constexpr double front_squares = 4;
+constexpr double bytes_of_program = 32e6;
 
 // Solves, and products with all vectors before, of so many vectors of n numbers.
 double lanczos_seconds(double vectors, double n, double factor_nonzeros, double flops) {
@@ -56,17 +59,29 @@ double modes_seconds(const DomainEstimate& d, double flops) {
          d.factor_flops / (count_rate * flops);
 }
 
-// `by_fronts`: nothing reads the constraint modes.
+// Condensation to the interface, in flops at dgemm's rate: by solves for constraint modes, and front
+// by front.
+double solves_work(const DomainEstimate& d, double memory) {
+  const double solves = solved_share * 4 * d.factor_nonzeros * d.c() / solve_rate;
+  const double product = d.n_interior() * d.c() * d.c() / product_rate;
+  return solves + (product_is_taken(d, memory) ? product : solves);
+}
+
+double fronts_work(const DomainEstimate& d) {
+  return (front_share * d.factor_flops + front_cube * std::pow(d.c(), 3)) / factor_rate;
+}
+
+// `may`: nothing reads the constraint modes.
+bool goes_by_fronts(const DomainEstimate& d, double memory, bool may) {
+  return may && fronts_work(d) < solves_work(d, memory);
+}
+
 double condensation_seconds(const DomainEstimate& d, double memory, bool by_fronts, double flops) {
-  const double solves = solved_share * 4 * d.factor_nonzeros * d.c() / (solve_rate * flops);
-  const double product = d.n_interior() * d.c() * d.c() / (product_rate * flops);
   const double coupling = std::min(2 * d.n_interior() * d.k() * d.c() / product_rate,
-                                   4 * d.factor_nonzeros * d.k() / solve_rate) /
-                          flops;
-  const double by_solves = solves + (product_is_taken(d, memory) ? product : solves);
-  const double fronts =
-      (front_share * d.factor_flops + front_cube * std::pow(d.c(), 3)) / (factor_rate * flops);
-  return coupling + (by_fronts ? std::min(fronts, by_solves) : by_solves);
+                                   4 * d.factor_nonzeros * d.k() / solve_rate);
+  const double condensed =
+      goes_by_fronts(d, memory, by_fronts) ? fronts_work(d) : solves_work(d, memory);
+  return (coupling + condensed) / flops;
 }
 
 // Dense but for the elimination of the interior: its K is sparse by dense blocks, its M as well.
@@ -87,7 +102,7 @@ double shapes_seconds(const FewShapesEstimate& few, double n, double flops) {
          few.forces_flops / (solve_rate * flops);
 }
 
-// Matrices, factor and, one after the other, a Krylov space and the statics.
+// Matrices, factors and, one after the other, a Krylov space and the statics.
 double few_shapes_memory(const Estimate& estimate) {
   const DomainEstimate& d = estimate.domains.front();
   const FewShapesEstimate& few = *estimate.few_shapes;
@@ -95,8 +110,8 @@ double few_shapes_memory(const Estimate& estimate) {
   const double matrices = 2 * 16 * d.mesh_nonzeros;
   const double basis = 2 * 8 * d.n_interior() * 2 *
                        static_cast<double>(std::max<Index>(d.n_candidates, n_estimated));
-  return matrices + 8 * few.whole_nonzeros + std::max(basis, 3 * 8 * s * s) +
-         8 * estimate.file_nonzeros();
+  return bytes_of_program + matrices + 8 * (few.whole_nonzeros + d.factor_nonzeros) +
+         std::max(basis, 3 * 8 * s * s) + 8 * estimate.file_nonzeros();
 }
 
 // Entries of half of K_cc, which is symmetric, and of M_kc twice.
@@ -158,7 +173,11 @@ double reduction_memory(const Estimate& estimate, double memory) {
     const double Psi = panels + (product_is_taken(d, memory) ? 8 * d.n_interior() * d.c() : 0);
     // the Lanczos basis of about 2 k vectors, and Phi twice
     const double modes = 2 * 8 * d.n_interior() * d.k() * 2;
-    most = std::max(most, matrices + 8 * d.factor_nonzeros + std::max(Psi + modes, 2 * modes));
+    const double condensing = goes_by_fronts(d, memory, !estimate.has_recovery)
+                                  ? front_squares * 8 * d.c() * d.c()
+                                  : Psi + modes;
+    most = std::max(most, bytes_of_program + matrices + 8 * d.factor_nonzeros +
+                              std::max(condensing, 2 * modes));
   }
   const double n = estimate.n_final();
   if (estimate.few_shapes && estimate.few_shapes->is_sparse) return few_shapes_memory(estimate);

@@ -210,7 +210,7 @@ class SuperelementBody final : public Body,
   void accept_newmark();
   void newmark_rates();
   bool kicks_at_start(double h) const;
-  Vector newmark_kick_weight(double h) const;
+  const Vector& newmark_kick_weight(double h) const;
   void begin_with_kick();
   double energy_product(const Vector& a, const Vector& b) const;
   void book_friction(double work);
@@ -254,7 +254,7 @@ class SuperelementBody final : public Body,
   // Newmark: the step's move; modal accelerations at its start, and at its end before what the move
   // takes from them; of HHT-alpha the last step's move and change of load
   Vector d_, a_, e_, move_, load_change_;
-  mutable Vector newmark_weight_;
+  mutable Vector newmark_weight_, newmark_kick_weight_;
   mutable double newmark_h_ = 0;
   mutable Index n_soft_ = 0;  // modes whose omega h is not large
   // arrived_: the end of the step is known, impulses included

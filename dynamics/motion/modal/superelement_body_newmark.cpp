@@ -53,12 +53,16 @@ bool SuperelementBody::kicks_at_start(double h) const {
 
 // What a unit impulse on a mode moves its end by. At the start it is a velocity more, and, damped,
 // an acceleration that it takes from a_0; as a force over the step it moves the end by half.
-Vector SuperelementBody::newmark_kick_weight(double h) const {
+const Vector& SuperelementBody::newmark_kick_weight(double h) const {
   const Vector& weight = newmark_weight(h);
-  if (!kicks_at_start(h)) return 0.5 * weight;
-  if (!is_damped()) return weight;
-  const double slowed = (1 + 2 * newmark_.alpha) * newmark_.beta() - 0.5 + newmark_.beta();
-  return weight.array() * (1 + h * slowed * damping_.c.array());
+  newmark_kick_weight_ = weight;
+  if (!kicks_at_start(h)) {
+    newmark_kick_weight_ *= 0.5;
+  } else if (is_damped()) {
+    const double slowed = (1 + 2 * newmark_.alpha) * newmark_.beta() - 0.5 + newmark_.beta();
+    newmark_kick_weight_.array() *= 1 + h * slowed * damping_.c.array();
+  }
+  return newmark_kick_weight_;
 }
 
 void SuperelementBody::push_newmark(const Vector& kick) {

@@ -73,7 +73,7 @@ void SuperelementBody::start_motion(double h) {
   if (statics_.empty()) return;
   const Vector kick = contact_kick(h, statics_.contact + statics_.friction);
   work_ = BodyWork();
-  if (is_exact()) v_ -= 0.5 * kick;
+  if (is_exact() || (scheme_ == Scheme::newmark && kicks_at_start(h))) v_ -= 0.5 * kick;
   if (scheme_ == Scheme::central_difference) last_h_ = h;
 }
 

@@ -52,8 +52,16 @@ void refuse_contact(const SceneIndex& index, const ContactOptions& contact) {
                              "only, found another enforcement");
 }
 
+// Their nodes' rotations take moments, which loads of bodies that turn do not know.
+bool has_shells(const Component& component) {
+  return std::any_of(component.blocks.begin(), component.blocks.end(),
+                     [](const auto& block) { return block.second.thickness.has_value(); });
+}
+
 void refuse_points(const Instance& instance, const Component& component) {
   if (component.points.empty()) return;
+  if (instance.as == InstanceKind::superelement && has_shells(component))
+    refuse(instance, "time.rotations: large does not turn points of components with shells");
   const bool is_reduced = instance.as == InstanceKind::superelement && component.reduction;
   if (is_reduced && component.reduction->is_massless())
     refuse(instance, "time.rotations: large does not turn points of basis massless");
@@ -73,6 +81,14 @@ void refuse_what_acts(const SceneIndex& index) {
   for (const ContactOptions& contact : scene.contact) refuse_contact(index, contact);
   for (const Instance& instance : scene.instances)
     if (turns(index, instance)) refuse_points(instance, component_of(scene, instance));
+  for (const Load& load : scene.loads) {
+    if (load.kind != Load::Kind::moment || load.on_point) continue;
+    const Instance& instance =
+        scene.instances[static_cast<std::size_t>(index.place(load.instance))];
+    if (turns(index, instance) && instance.as == InstanceKind::superelement &&
+        has_shells(component_of(scene, instance)))
+      refuse(load.source, "time.rotations: large does not turn moments on components with shells");
+  }
 }
 
 }  // namespace

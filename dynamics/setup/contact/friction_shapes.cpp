@@ -57,7 +57,7 @@ Statics statics_of(const ReducedPart& part, const std::vector<char>& on_face) {
 [[noreturn]] void refuse_normals_alone(const ContactPair& pair, const ContactSurface& surface,
                                        const Component& component, const Scene& scene) {
   const std::string cure =
-      component.mesh.empty()
+      !component.has_mesh
           ? "make " + component.reduction->superelement.filename().string() +
                 " of its mesh again, with cbr-reduce --shear"
           : "run cbr-reduce " + (scene.file == "-" ? "SCENE" : scene.file.string()) + " --force";
