@@ -132,6 +132,7 @@ class TurningAbility {
   virtual void unturned_positions(Index set, Points& x) const = 0;
   virtual void unturned_end(Index set, Points& x) const = 0;
   virtual void unturned_displacements(Points& u, Points& v) const = 0;
+  virtual NodeResponse unturned_response(Index set, double h) const = 0;
   // A moment (times time) on the body beside impulses on its nodes.
   virtual void add_moment(const Vector3& moment, ImpulseKind kind) = 0;
 

@@ -319,9 +319,8 @@ NodeResponse PointedBody::turned_response(const NodeSet& set, double h) const {
   NodeResponse response;
   response.axes = turned()->turn_of_step();
   if (!set.answer || set.answer_h != h) {
-    NodeResponse inner = inner_->response(set.inner, h);
-    inner.axes = response.axes.transpose() * inner.axes;
-    const Matrix half = set.E * inner.dense();
+    // Not of a body that has turned: the same to the last bit after a restart
+    const Matrix half = set.E * turned()->unturned_response(set.inner, h).dense();
     const Matrix S = half * set.E.transpose();
     set.answer = std::make_shared<const Matrix>(0.5 * (S + S.transpose()));
     set.answer_h = h;

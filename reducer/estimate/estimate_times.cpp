@@ -59,8 +59,8 @@ double modes_seconds(const DomainEstimate& d, double flops) {
          d.factor_flops / (count_rate * flops);
 }
 
-// Condensation to the interface, in flops at dgemm's rate: by solves for constraint modes, and front
-// by front.
+// Condensation to the interface, in flops at dgemm's rate: by solves for constraint modes, and
+// front by front.
 double solves_work(const DomainEstimate& d, double memory) {
   const double solves = solved_share * 4 * d.factor_nonzeros * d.c() / solve_rate;
   const double product = d.n_interior() * d.c() * d.c() / product_rate;

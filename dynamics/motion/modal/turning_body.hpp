@@ -72,6 +72,9 @@ class TurningBody final : public Body, public BoundAbility, public TurningAbilit
   void unturned_positions(Index set, Points& x) const override { inner_->positions(set, x); }
   void unturned_end(Index set, Points& x) const override { inner_->predicted_positions(set, x); }
   void unturned_displacements(Points& u, Points& v) const override { inner_->displacements(u, v); }
+  NodeResponse unturned_response(Index set, double h) const override {
+    return inner_->response(set, h);
+  }
   NodeResponse response(Index set, double h) const override;
   // Forces that stay in the scene's axes, on nodes that turn.
   void add_force(const Points& forces, const LoadHistory& history) override;
