@@ -71,16 +71,12 @@ double fronts_work(const DomainEstimate& d) {
   return (front_share * d.factor_flops + front_cube * std::pow(d.c(), 3)) / factor_rate;
 }
 
-// `may`: nothing reads the constraint modes.
-bool goes_by_fronts(const DomainEstimate& d, double memory, bool may) {
-  return may && fronts_work(d) < solves_work(d, memory);
-}
-
+// `by_fronts`: nothing reads the constraint modes.
 double condensation_seconds(const DomainEstimate& d, double memory, bool by_fronts, double flops) {
   const double coupling = std::min(2 * d.n_interior() * d.k() * d.c() / product_rate,
                                    4 * d.factor_nonzeros * d.k() / solve_rate);
-  const double condensed =
-      goes_by_fronts(d, memory, by_fronts) ? fronts_work(d) : solves_work(d, memory);
+  const double by_solves = solves_work(d, memory);
+  const double condensed = by_fronts ? std::min(fronts_work(d), by_solves) : by_solves;
   return (coupling + condensed) / flops;
 }
 
@@ -173,9 +169,9 @@ double reduction_memory(const Estimate& estimate, double memory) {
     const double Psi = panels + (product_is_taken(d, memory) ? 8 * d.n_interior() * d.c() : 0);
     // the Lanczos basis of about 2 k vectors, and Phi twice
     const double modes = 2 * 8 * d.n_interior() * d.k() * 2;
-    const double condensing = goes_by_fronts(d, memory, !estimate.has_recovery)
-                                  ? front_squares * 8 * d.c() * d.c()
-                                  : Psi + modes;
+    // Which way is taken is counted later: as much as the larger of both
+    const double fronts = estimate.has_recovery ? 0 : front_squares * 8 * d.c() * d.c();
+    const double condensing = std::max(fronts, Psi + modes);
     most = std::max(most, bytes_of_program + matrices + 8 * d.factor_nonzeros +
                               std::max(condensing, 2 * modes));
   }
