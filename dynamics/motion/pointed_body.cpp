@@ -31,12 +31,6 @@ constexpr double thin = 1e-10;
 // forces that are large beside the moment.
 constexpr double slender = 1e-4;
 
-Matrix3 rotation_of(const Vector3& theta) {
-  const double angle = theta.norm();
-  return angle == 0 ? Matrix3::Identity()
-                    : Eigen::AngleAxisd(angle, theta / angle).toRotationMatrix();
-}
-
 // d = U + theta x (at - x), theta: of the node at x.
 AverageMaps maps_of_interface(const AveragePoint& point, const Points& positions) {
   const Matrix3 arm = cross(point.at - positions.row(point.nodes[0]).transpose());
@@ -45,6 +39,12 @@ AverageMaps maps_of_interface(const AveragePoint& point, const Points& positions
 }
 
 }  // namespace
+
+Matrix3 rotation_of(const Vector3& theta) {
+  const double angle = theta.norm();
+  return angle == 0 ? Matrix3::Identity()
+                    : Eigen::AngleAxisd(angle, theta / angle).toRotationMatrix();
+}
 
 namespace {
 

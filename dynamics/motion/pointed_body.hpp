@@ -40,6 +40,9 @@ struct AverageMaps {
 AverageMaps average_maps(const AveragePoint& point, const Points& positions,
                          const std::string& where);
 
+// By the angle |theta| about the axis theta.
+Matrix3 rotation_of(const Vector3& theta);
+
 // To a hundredth of their length.
 bool lie_on_a_line(const AveragePoint& point, const Points& positions);
 

@@ -10,6 +10,7 @@
 
 #include "common/base/error.hpp"
 #include "dynamics/motion/joint_body.hpp"
+#include "dynamics/motion/pointed_body.hpp"
 
 namespace cbr {
 namespace {
@@ -19,12 +20,6 @@ struct Place {
   Vector3 x;
   Matrix3 S = Matrix3::Identity();
 };
-
-Matrix3 rotation_of(const Vector3& theta) {
-  const double angle = theta.norm();
-  return angle == 0 ? Matrix3::Identity()
-                    : Eigen::AngleAxisd(angle, theta / angle).toRotationMatrix();
-}
 
 Place place_of(const Simulation& sim, const TurningLink& link, const TurningLink::End& end,
                bool at_end, const ContactState& state) {

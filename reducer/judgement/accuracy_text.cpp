@@ -183,8 +183,8 @@ std::string advice_on_basis(const Superelement& s) {
   }
   if (nodes.size() < many_face_nodes) return "";
   return "all " + std::to_string(nodes.size()) +
-         " nodes of faces are kept one by one; with basis: characteristic contact usually steps "
-         "several times faster (README, \"Which basis\")";
+         " nodes of faces are kept one by one; with basis: characteristic contact without friction "
+         "usually steps two to six times faster (README, \"Which basis\")";
 }
 
 std::vector<SummaryLine> accuracy_lines(const Superelement& s) {

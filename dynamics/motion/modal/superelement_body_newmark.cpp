@@ -14,13 +14,20 @@ constexpr double stiff = 20;  // omega h of a mode whose rates are taken from it
 
 }  // namespace
 
-// h / (1 + theta omega^2): half of it is what an impulse on a mode moves its end by.
+// h / (1 + theta omega^2). Beside it what a unit impulse on a mode moves its end by: half of that
+// as a force over the step; all of it as a velocity more at the start, where with damping it also
+// takes an acceleration from a_0.
 const Vector& SuperelementBody::newmark_weight(double h) const {
   if (newmark_h_ != h || newmark_weight_.size() != form_->omega.size()) {
     newmark_weight_ = h / (1 + newmark_.stiffness_factor(h) * form_->omega.array().square());
     if (is_damped())
       newmark_weight_ = h / (1 + newmark_.stiffness_factor(h) *
                                      (form_->omega.array().square() + 2 / h * damping_.c.array()));
+    newmark_kick_weight_ = (kicks_at_start(h) ? 1.0 : 0.5) * newmark_weight_;
+    if (is_damped() && kicks_at_start(h)) {
+      const double slowed = 2 * (1 + newmark_.alpha) * newmark_.beta() - 0.5;
+      newmark_kick_weight_.array() *= 1 + h * slowed * damping_.c.array();
+    }
     newmark_h_ = h;
     n_soft_ = std::upper_bound(form_->omega.begin(), form_->omega.end(), stiff / h) -
               form_->omega.begin();
@@ -51,17 +58,8 @@ bool SuperelementBody::kicks_at_start(double h) const {
   return may_kick_at_start_ && largest_frequency() * h <= 2;
 }
 
-// What a unit impulse on a mode moves its end by. At the start it is a velocity more, and, damped,
-// an acceleration that it takes from a_0; as a force over the step it moves the end by half.
 const Vector& SuperelementBody::newmark_kick_weight(double h) const {
-  const Vector& weight = newmark_weight(h);
-  newmark_kick_weight_ = weight;
-  if (!kicks_at_start(h)) {
-    newmark_kick_weight_ *= 0.5;
-  } else if (is_damped()) {
-    const double slowed = (1 + 2 * newmark_.alpha) * newmark_.beta() - 0.5 + newmark_.beta();
-    newmark_kick_weight_.array() *= 1 + h * slowed * damping_.c.array();
-  }
+  newmark_weight(h);
   return newmark_kick_weight_;
 }
 
