@@ -43,6 +43,10 @@ void print_superelement(const std::filesystem::path& file, std::ostream& out) {
       << s.node_ids.size() << " nodes), " << s.k() << " modes"
       << (s.has_diagonal_form() ? ", with diagonal form" : "") << '\n';
   print_lines(frequency_lines(s), out);
+  // The compliance itself may fill the memory, so the nodes are read alone.
+  const Hdf5Reader reader(file);
+  const std::string nodes = "/characteristic/statics/node";
+  if (reader.has(nodes)) print_lines(statics_lines(reader.read_indices(nodes)), out);
   out << "  sets kept    " << sets_text(s) << '\n';
   print_body(s.rigid_body, out);
   print_lines(accuracy_lines(s), out);

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <set>
 #include <string>
 
 #include "common/base/format_text.hpp"
@@ -131,16 +130,6 @@ void say_massless(const Superelement& s, const MasslessFigures& m, Report& repor
   say_accuracy(s, report);
 }
 
-void say_statics(const StaticShare& statics, Report& report) {
-  if (statics.empty()) return;
-  const std::set<Index> nodes(statics.node.begin(), statics.node.end());
-  const bool normal = statics.size() < 3 * static_cast<Index>(nodes.size());
-  report.line(
-      format_text("  statics      in full at %lld nodes that may touch, ",
-                  static_cast<long long>(nodes.size())) +
-      (normal ? "normal to their faces: for contact without friction" : "in all directions"));
-}
-
 void say_characteristic(const Superelement& s, const ReductionFigures& figures, Report& report) {
   const CharacteristicFigures& c = figures.characteristic;
   const auto count = [](Index n) { return static_cast<long long>(n); };
@@ -164,7 +153,8 @@ void say_characteristic(const Superelement& s, const ReductionFigures& figures, 
         format_text("  shapes       put the ten lowest free frequencies up to %.2g %% of them "
                     "above craig-bampton's of the same modes",
                     100 * (1 - std::sqrt(1 - std::clamp(figures.shapes_error, 0.0, 1.0)))));
-  say_statics(s.characteristic.statics, report);
+  for (const SummaryLine& line : statics_lines(s.characteristic.statics.node))
+    report.line(line.text);
   if (c.n_patterns == 0 || !s.characteristic.statics.empty()) return;
   report.line(
       format_text("  compliance   %.4f of that of single nodes under pressure is not in the basis, "

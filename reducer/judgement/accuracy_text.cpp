@@ -152,6 +152,27 @@ std::vector<SummaryLine> frequency_lines(const Superelement& s) {
   return lines;
 }
 
+std::vector<SummaryLine> statics_lines(const std::vector<Index>& nodes) {
+  if (nodes.empty()) return {};
+  std::map<Index, int> entries;
+  for (const Index node : nodes) ++entries[node];
+  const auto n_all = std::count_if(entries.begin(), entries.end(),
+                                   [](const auto& node) { return node.second == 3; });
+  const auto n_normal = static_cast<std::ptrdiff_t>(entries.size()) - n_all;
+  std::string text =
+      format_text("  statics      in full at %zu nodes that may touch, ", entries.size());
+  if (n_all == 0)
+    text += "normal to their faces: for contact without friction";
+  else if (n_normal == 0)
+    text += "in all directions";
+  else
+    text += format_text(
+        "in all directions at %td of them, for friction, and normal to their faces "
+        "at the other %td",
+        n_all, n_normal);
+  return {{text}};
+}
+
 namespace {
 
 // A node with six dofs.

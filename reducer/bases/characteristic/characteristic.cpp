@@ -83,8 +83,8 @@ Matrix shapes_beside_kept(const Superelement& s, Index modes, const std::vector<
   figures.n_kept = n_a, figures.n_modes = modes;
   if (n_b == 0)
     fail(
-        "keep: names all of the interface, so that nothing is left to reduce: use basis: "
-        "craig-bampton");
+        "keep and the scene's supports name all of the interface, so that nothing is left to "
+        "reduce: use basis: craig-bampton");
   require_fewer(modes, n_b);
   Matrix K = s.K_cc(b, b);
   const Matrix K_bb = K;
