@@ -24,6 +24,7 @@
 #include "dynamics/output/summary/half_check.hpp"
 #include "dynamics/output/summary/progress.hpp"
 #include "dynamics/output/summary/summary.hpp"
+#include "dynamics/run/run.hpp"
 #include "dynamics/setup/build.hpp"
 #include "dynamics/setup/components/half_modes.hpp"
 #include "dynamics/setup/modal/harmonic.hpp"

@@ -10,7 +10,8 @@
 #include <vector>
 
 #include "common/app/report.hpp"
-#include "dynamics/run/simulation.hpp"
+#include "dynamics/run/simulation/run_result.hpp"
+#include "dynamics/run/simulation/simulation.hpp"
 #include "dynamics/setup/built/built_scene.hpp"
 
 namespace cbr {

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "common/base/error.hpp"
-#include "dynamics/run/contact_booking.hpp"
+#include "dynamics/run/contact/contact_booking.hpp"
 
 namespace cbr {
 namespace {

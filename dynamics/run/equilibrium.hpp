@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "dynamics/contact/enforce/enforcement.hpp"
-#include "dynamics/run/contact_group.hpp"
-#include "dynamics/run/contact_step.hpp"
+#include "dynamics/run/contact/contact_group.hpp"
+#include "dynamics/run/contact/contact_step.hpp"
 
 namespace cbr {
 

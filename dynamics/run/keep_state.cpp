@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What the parts of the time loop keep from step to step.
 #include "dynamics/contact/enforce/keep_state.hpp"
-#include "dynamics/run/contact_step.hpp"
+#include "dynamics/run/contact/contact_step.hpp"
+#include "dynamics/run/contact/pair_schedule.hpp"
 #include "dynamics/run/equilibrium.hpp"
-#include "dynamics/run/pair_schedule.hpp"
 #include "dynamics/run/recorder.hpp"
 
 namespace cbr {

@@ -6,8 +6,9 @@
 #include <map>
 #include <utility>
 
-#include "dynamics/run/contact_step.hpp"
-#include "dynamics/run/simulation.hpp"
+#include "dynamics/run/contact/contact_step.hpp"
+#include "dynamics/run/simulation/run_result.hpp"
+#include "dynamics/run/simulation/simulation.hpp"
 
 namespace cbr {
 

@@ -4,7 +4,7 @@
 #include "common/files/state_archive.hpp"
 #include "dynamics/run/equilibrium.hpp"
 #include "dynamics/run/recorder.hpp"
-#include "dynamics/run/stopwatch.hpp"
+#include "dynamics/run/simulation/stopwatch.hpp"
 
 namespace cbr {
 namespace {

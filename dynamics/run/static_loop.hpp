@@ -2,7 +2,7 @@
 // A run of statics: equilibrium at the end of each load step.
 #pragma once
 
-#include "dynamics/run/simulation.hpp"
+#include "dynamics/run/run.hpp"
 
 namespace cbr {
 

@@ -4,13 +4,13 @@
 #include "common/base/row_threads.hpp"
 #include "common/files/state_archive.hpp"
 #include "common/linalg/blas_threads.hpp"
-#include "dynamics/run/contact_step.hpp"
+#include "dynamics/run/contact/contact_step.hpp"
+#include "dynamics/run/contact/pair_schedule.hpp"
 #include "dynamics/run/equilibrium.hpp"
-#include "dynamics/run/pair_schedule.hpp"
 #include "dynamics/run/recorder.hpp"
-#include "dynamics/run/simulation.hpp"
+#include "dynamics/run/run.hpp"
+#include "dynamics/run/simulation/stopwatch.hpp"
 #include "dynamics/run/static_loop.hpp"
-#include "dynamics/run/stopwatch.hpp"
 
 namespace cbr {
 namespace {

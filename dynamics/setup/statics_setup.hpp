@@ -3,7 +3,7 @@
 #pragma once
 
 #include "common/scene/scene.hpp"
-#include "dynamics/run/time_plan.hpp"
+#include "dynamics/run/simulation/time_plan.hpp"
 
 namespace cbr {
 

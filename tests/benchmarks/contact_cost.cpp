@@ -22,7 +22,7 @@
 #include "common/linalg/blas_threads.hpp"
 #include "dynamics/contact/enforce/enforcement.hpp"
 #include "dynamics/contact/search/mortar.hpp"
-#include "dynamics/run/contact_step.hpp"
+#include "dynamics/run/contact/contact_step.hpp"
 #include "tests/support/scene_run.hpp"
 
 namespace {

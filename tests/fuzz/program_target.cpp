@@ -6,7 +6,7 @@
 #include <sstream>
 
 #include "common/base/error.hpp"
-#include "dynamics/run/simulation.hpp"
+#include "dynamics/run/run.hpp"
 #include "dynamics/setup/build.hpp"
 #include "reducer/command.hpp"
 #include "tests/fuzz/run_scene.hpp"

@@ -12,7 +12,7 @@
 #include "common/linalg/blas_threads.hpp"
 #include "common/mesh/mesh.hpp"
 #include "common/scene/scene.hpp"
-#include "dynamics/run/simulation.hpp"
+#include "dynamics/run/run.hpp"
 #include "dynamics/setup/build.hpp"
 #include "tests/formats/temporary_folder.hpp"
 

@@ -6,7 +6,8 @@
 #include <optional>
 #include <string>
 
-#include "dynamics/run/simulation.hpp"
+#include "dynamics/run/simulation/run_result.hpp"
+#include "dynamics/run/simulation/simulation.hpp"
 #include "dynamics/setup/built/built_scene.hpp"
 
 namespace cbr {

@@ -3,7 +3,8 @@
 #pragma once
 
 #include "common/app/report.hpp"
-#include "dynamics/run/simulation.hpp"
+#include "dynamics/run/simulation/run_result.hpp"
+#include "dynamics/run/simulation/simulation.hpp"
 
 namespace cbr {
 

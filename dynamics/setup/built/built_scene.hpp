@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "dynamics/run/simulation.hpp"
+#include "dynamics/run/simulation/simulation.hpp"
 #include "dynamics/setup/built/gap_watch.hpp"
 #include "dynamics/setup/components/component_model.hpp"
 #include "dynamics/setup/components/geometry.hpp"

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "dynamics/run/simulation.hpp"
+#include "dynamics/run/simulation/simulation.hpp"
 
 namespace cbr {
 

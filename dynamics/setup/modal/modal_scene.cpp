@@ -7,7 +7,7 @@
 #include "common/base/error.hpp"
 #include "common/linalg/dense.hpp"
 #include "common/scene/scene_words.hpp"
-#include "dynamics/run/contact_step.hpp"
+#include "dynamics/run/contact/contact_step.hpp"
 
 namespace cbr {
 namespace {

@@ -12,7 +12,7 @@
 #include "common/mesh/mesh.hpp"
 #include "dynamics/motion/modal/superelement_body.hpp"
 #include "dynamics/motion/nodal/mesh_body.hpp"
-#include "dynamics/run/simulation.hpp"
+#include "dynamics/run/run.hpp"
 #include "dynamics/setup/components/geometry.hpp"
 #include "tests/unit/dynamics/lattice.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "dynamics/run/pair_schedule.hpp"
+#include "dynamics/run/contact/pair_schedule.hpp"
 
 #include <algorithm>
 #include <cmath>

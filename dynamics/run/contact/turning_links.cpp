@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "dynamics/run/turning_links.hpp"
+#include "dynamics/run/contact/turning_links.hpp"
 
 #include <Eigen/Geometry>
 

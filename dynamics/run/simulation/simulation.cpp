@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "dynamics/run/simulation.hpp"
+#include "dynamics/run/simulation/simulation.hpp"
 
 namespace cbr {
 

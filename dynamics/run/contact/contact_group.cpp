@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "dynamics/run/contact_group.hpp"
+#include "dynamics/run/contact/contact_group.hpp"
 
 #include <algorithm>
 #include <map>
 #include <numeric>
 
 #include "dynamics/contact/search/mortar.hpp"
-#include "dynamics/run/turning_links.hpp"
+#include "dynamics/run/contact/turning_links.hpp"
 
 namespace cbr {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "dynamics/run/contact_step.hpp"
+#include "dynamics/run/contact/contact_step.hpp"
 
 namespace cbr {
 

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "dynamics/run/contact_step.hpp"
+#include "dynamics/run/contact/contact_step.hpp"
 
 #include <algorithm>
 #include <map>
 
 #include "common/base/row_threads.hpp"
 #include "common/linalg/blas_threads.hpp"
-#include "dynamics/run/contact_booking.hpp"
-#include "dynamics/run/contact_group.hpp"
-#include "dynamics/run/settle_contact.hpp"
-#include "dynamics/run/stopwatch.hpp"
-#include "dynamics/run/turning_links.hpp"
+#include "dynamics/run/contact/contact_booking.hpp"
+#include "dynamics/run/contact/contact_group.hpp"
+#include "dynamics/run/contact/settle_contact.hpp"
+#include "dynamics/run/contact/turning_links.hpp"
+#include "dynamics/run/simulation/stopwatch.hpp"
 
 namespace cbr {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "dynamics/run/time_plan.hpp"
+#include "dynamics/run/simulation/time_plan.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -3,8 +3,8 @@
 #pragma once
 
 #include "dynamics/contact/enforce/enforcement.hpp"
-#include "dynamics/run/contact_group.hpp"
-#include "dynamics/run/contact_step.hpp"
+#include "dynamics/run/contact/contact_group.hpp"
+#include "dynamics/run/contact/contact_step.hpp"
 
 namespace cbr {
 

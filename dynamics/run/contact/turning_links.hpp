@@ -2,7 +2,7 @@
 // Links of bodies that turn by any angle, and what else holds such bodies together.
 #pragma once
 
-#include "dynamics/run/contact_group.hpp"
+#include "dynamics/run/contact/contact_group.hpp"
 
 namespace cbr {
 

@@ -7,8 +7,9 @@
 #include <vector>
 
 #include "dynamics/contact/surfaces/broad_phase.hpp"
-#include "dynamics/run/contact_step.hpp"
-#include "dynamics/run/simulation.hpp"
+#include "dynamics/run/contact/contact_step.hpp"
+#include "dynamics/run/simulation/run_result.hpp"
+#include "dynamics/run/simulation/simulation.hpp"
 
 namespace cbr {
 

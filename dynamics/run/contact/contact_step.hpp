@@ -5,7 +5,8 @@
 #include <map>
 #include <vector>
 
-#include "dynamics/run/simulation.hpp"
+#include "dynamics/run/simulation/run_result.hpp"
+#include "dynamics/run/simulation/simulation.hpp"
 
 namespace cbr {
 

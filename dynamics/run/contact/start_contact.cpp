@@ -3,7 +3,7 @@
 #include <sstream>
 
 #include "common/base/error.hpp"
-#include "dynamics/run/contact_step.hpp"
+#include "dynamics/run/contact/contact_step.hpp"
 
 namespace cbr {
 namespace {

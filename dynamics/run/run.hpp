@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Front door of dynamics/run: the loop over steps.
+#pragma once
+
+#include <functional>
+
+#include "common/files/state_archive.hpp"
+#include "dynamics/run/simulation/run_result.hpp"
+#include "dynamics/run/simulation/simulation.hpp"
+
+namespace cbr {
+
+struct RunOptions {
+  // false: every step is taken and every pair looked at (for tests)
+  bool jumps = true;
+  std::function<void(Index step, double t)> on_output;  // after the bodies have arrived there
+  std::function<void(double fraction)> on_progress;     // now and then
+  // After each step but the last: whether to end the run there, with what is recorded so far.
+  std::function<bool()> is_to_end;
+  // After each step but the last: whether `on_checkpoint` is to get the state, from which a run
+  // goes on bit for bit.
+  std::function<bool(Index step, double t)> is_checkpoint;
+  std::function<void(Index step, double t, const StateArchive& state)> on_checkpoint;
+  StateArchive* restart = nullptr;  // to go on from, of the same simulation, built anew
+};
+
+// RunError when the motion stops being finite, by time and instance. InputError: `restart` is of
+// another simulation. Of a simulation that is_static: equilibrium at the end of each step.
+// InputError: an instance that nothing holds.
+RunResult run(Simulation& simulation, const RunOptions& options = {});
+
+}  // namespace cbr
