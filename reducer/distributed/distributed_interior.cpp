@@ -46,7 +46,42 @@ void follow(const RigidRows& rigid, const Matrix& M_cc, const Matrix& Phi, Matri
   M_kc += (content - M_kc * rigid.R_C) * G;
 }
 
+// Rows of the whole interior, in the order in which processes have them.
+std::vector<Index> order_of_rows(const InteriorRows& rows) {
+  Vector own(rows.n_own);
+  for (Index i = 0; i < rows.n_own; ++i)
+    own(i) = static_cast<double>(3 * rows.nodes[static_cast<std::size_t>(i / 3)] + i % 3);
+  std::vector<Index> order;
+  for (const double row : gather_in_first(own)) order.push_back(static_cast<Index>(row));
+  return order;
+}
+
+// Columns `first` and up of B, in the first process
+void gather_columns(const std::vector<Index>& order, const Matrix& own, Index first, Matrix& B) {
+  for (Index j = 0; j < own.cols(); ++j) {
+    const Vector all = gather_in_first(own.col(j));
+    for (Index i = 0; i < all.size(); ++i)
+      B(order[static_cast<std::size_t>(i)], first + j) = all(i);
+  }
+}
+
+// Psi + (R_I - Psi R_C) G, in the first process
+void follow_inside(const DistributedInterior& interior, const Matrix& M_cc, Matrix& Psi) {
+  const RigidRows& rigid = interior.rigid;
+  Matrix missing = gather_rows(interior.rows, rigid.R_I);
+  if (missing.rows() == 0) return;
+  missing -= Psi * rigid.R_C;
+  Psi.noalias() += missing * (M_cc * rigid.R_C).transpose();
+}
+
 }  // namespace
+
+Matrix gather_rows(const InteriorRows& rows, const Matrix& own) {
+  const std::vector<Index> order = order_of_rows(rows);
+  Matrix all(static_cast<Index>(order.size()), own.cols());
+  gather_columns(order, own, 0, all);
+  return all;
+}
 
 RigidMotions RigidRows::on_interface() const {
   RigidMotions rigid;
@@ -115,7 +150,8 @@ ModeCheck check_modes(const InteriorSolver& solver, const Vector& lambda, const 
   return check;
 }
 
-Condensation condense(const DistributedInterior& interior, const Matrix& Phi, Report& report) {
+Condensation condense(const DistributedInterior& interior, const Matrix& Phi, bool keep_Psi,
+                      Report& report) {
   const InteriorRows& rows = interior.rows;
   const Index c = interior.c();
   Condensation result;
@@ -125,6 +161,8 @@ Condensation condense(const DistributedInterior& interior, const Matrix& Phi, Re
     result.K_cc.resize(c, c), result.M_cc.resize(c, c);
     result.M_kc.resize(Phi.cols(), c);
   });
+  const std::vector<Index> order = keep_Psi ? order_of_rows(rows) : std::vector<Index>();
+  together([&] { result.Psi.resize(static_cast<Index>(order.size()), keep_Psi ? c : 0); });
   const Matrix M_Phi = interior.solver->times_mass(Phi);
   Matrix m = interior.rigid.P_C;
   for (Index first = 0; first < c; first += panel_width) {
@@ -133,6 +171,7 @@ Condensation condense(const DistributedInterior& interior, const Matrix& Phi, Re
     const Matrix M_IC = dense(rows.M_IC, first, width);
     Matrix X = -dense(rows.K_IC, first, width);
     interior.solver->solve_in_place(X);  // Psi of the panel
+    if (keep_Psi) gather_columns(order, X, first, result.Psi);
     const Matrix K = sum_to_first(rows.K_IC.transpose() * X + dense(rows.K_CC, first, width));
     const Matrix coupling = sum_to_first(Phi.transpose() * M_IC + M_Phi.transpose() * X);
     m.middleRows(first, width) += inner(X, interior.rigid.P_I);
@@ -151,6 +190,7 @@ Condensation condense(const DistributedInterior& interior, const Matrix& Phi, Re
     result.rigid = follow_rigid_motions(interior.rigid.on_interface(), m, result.K_cc, result.M_cc);
   });
   follow(interior.rigid, result.M_cc, Phi, result.M_kc);
+  if (keep_Psi) follow_inside(interior, result.M_cc, result.Psi);
   return result;
 }
 

@@ -32,6 +32,10 @@ struct DistributedInterior {
   Index c() const { return rows.K_CC.rows(); }
 };
 
+// From the own rows of each process to those of the whole interior, in its order, in the first
+// process (empty in the others): by columns, so that nothing else is held twice.
+Matrix gather_rows(const InteriorRows& rows, const Matrix& own);
+
 // A^T B over all rows   (columns of A x columns of B), to all processes.
 Matrix inner(const Matrix& A, const Matrix& B);
 
@@ -45,8 +49,10 @@ ConditionNumbers condition_numbers(const InteriorSolver& solver);
 ModeCheck check_modes(const InteriorSolver& solver, const Vector& lambda, const Matrix& Phi);
 
 // As condense(), by a second solve of each column, so that no process has more of Psi than its rows
-// of one panel. The matrices are the first process's. Phi: n_own x k.
-Condensation condense(const DistributedInterior& interior, const Matrix& Phi, Report& report);
+// of one panel. The matrices are the first process's, and so is Psi, if it is to be kept. Phi:
+// n_own x k.
+Condensation condense(const DistributedInterior& interior, const Matrix& Phi, bool keep_Psi,
+                      Report& report);
 
 // Phi^T (M_IC + M_II Psi) of vectors that come later   (k x c, in the first process). M_cc:
 // condense()'s, there.

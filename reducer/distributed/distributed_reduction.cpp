@@ -40,7 +40,8 @@ void refuse(const std::string& what) {
 void refuse_unknown(const ReductionOptions& options) {
   if (options.is_massless()) refuse("basis: massless");
   if (options.tolerance) refuse("tolerance");
-  if (options.recovery) refuse("recovery");
+  if (options.recovery && options.is_characteristic())
+    refuse("basis: characteristic with recovery");
   if (options.pick == Pick::participation && options.cutoff_hz)
     throw InputError("pick: participation needs `modes`: a cutoff keeps every mode below it");
   check_modes_wanted(options);
@@ -58,6 +59,17 @@ std::vector<Index> places(const Reduction& r, const std::vector<Index>& nodes) {
   for (std::size_t i = 0; i < nodes.size(); ++i)
     place[mesh_node(r, nodes[i])] = static_cast<Index>(i);
   return place;
+}
+
+// Psi is put together in the first process, and written by it.
+void require_memory_for_recovery(Index n_I, Index c) {
+  const double bytes = 8.0 * static_cast<double>(n_I) * static_cast<double>(c);
+  if (bytes > machine_memory_bytes())
+    throw InputError("recovery: the motion of " + std::to_string(n_I) + " dofs inside with " +
+                     std::to_string(c) + " on the interface takes " + human_bytes(bytes) +
+                     " in the first process, whose machine has " +
+                     human_bytes(machine_memory_bytes()) +
+                     ": leave it out, take a smaller interface, or domains");
 }
 
 // Nodes inside and on the interface, without K and M.
@@ -78,6 +90,7 @@ void divide(Reduction& r) {
   if (n_I == 0) refuse("a component whose nodes are all on the interface");
   check_interface_holds(r.mesh, r.model, r.p, r.part);
   require_memory_for_interface(c, machine_memory_bytes());
+  if (r.options.recovery) require_memory_for_recovery(n_I, c);
   r.figures.n_dofs = 3 * n, r.figures.n_interior = n_I;
 }
 
@@ -112,6 +125,7 @@ class DistributedReduction {
       estimate_errors(true, nullptr);
       if (!r_.settings.is_diagonal_read) s_.omega.resize(0), s_.V.resize(0, 0);
     }
+    if (r_.options.recovery) recover();
     tell_memory();
     return std::move(s_);
   }
@@ -242,7 +256,7 @@ class DistributedReduction {
     if (r_.options.modes && r_.options.pick == Pick::frequency)
       warn_of_cut_pair(modes_.lambda, modes_.next, r_.report);
     interior_.rigid = rigid_rows(interior_);
-    condensed_ = condense(interior_, modes_.Phi, r_.report);
+    condensed_ = condense(interior_, modes_.Phi, r_.options.recovery, r_.report);
     figures.way = condensed_.way, figures.panel = condensed_.panel,
     figures.rigid = condensed_.rigid;
     in_first([&] {
@@ -455,6 +469,12 @@ class DistributedReduction {
     Vector3 floor = Vector3::Zero();
     for (Index i = 0; i < interior_.c(); ++i) floor(i % 3) += interior_.rows.M_CC.coeff(i, i);
     return floor / s_.rigid_body.mass;
+  }
+
+  void recover() {
+    const auto phase = r_.report.phase("recovery");
+    Matrix Phi = gather_rows(interior_.rows, modes_.Phi);
+    in_first([&] { add_recovery(r_, std::move(condensed_.Psi), std::move(Phi), s_); });
   }
 
   void tell_memory() {

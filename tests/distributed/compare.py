@@ -23,6 +23,8 @@ def aligned(x, sign, name):
     k = len(sign)
     if name == "matrices/M_kc":
         return sign[:, None] * x
+    if name == "recovery/Phi":
+        return sign * x
     if name == "spin_moments" or name.startswith("loads/") and x.ndim == 2:
         return np.concatenate([sign[:, None] * x[:k], x[k:]])
     return x
