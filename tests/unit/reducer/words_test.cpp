@@ -236,6 +236,21 @@ TEST(FrequencyLines, AreTheLowestSixInHertz) {
       << lines[0].text;
 }
 
+TEST(StaticsLines, TellNodesOfOneDirectionFromThoseOfThree) {
+  const auto text = [](const std::vector<Index>& nodes) {
+    const auto lines = statics_lines(nodes);
+    return lines.empty() ? std::string() : lines.front().text;
+  };
+  EXPECT_EQ(text({}), "");
+  EXPECT_NE(text({4, 7}).find("at 2 nodes that may touch, normal to their faces"),
+            std::string::npos);
+  EXPECT_TRUE(text({4, 4, 4, 7, 7, 7}).ends_with("at 2 nodes that may touch, in all directions"));
+  EXPECT_NE(text({4, 4, 4, 7, 9})
+                .find("at 3 nodes that may touch, in all directions at 1 of them, "
+                      "for friction, and normal to their faces at the other 2"),
+            std::string::npos);
+}
+
 // A box's own: m (b^2 + c^2) / 12; of nodes with lumped mass it is more.
 TEST(GeometryBody, IsTheBoxs) {
   const Mesh mesh = box_mesh({.n = {4, 1, 1}, .size = {4, 1, 2}});
