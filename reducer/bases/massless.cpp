@@ -151,9 +151,9 @@ FixedInterfaceModes free_modes(const FreeModel& model, const Partition& p, doubl
   Index k = wanted.modes + n_rigid;
   if (wanted.cutoff_hz > 0) {
     const double omega = 2 * std::numbers::pi * wanted.cutoff_hz;
-    k = std::max(
-        n_rigid,
-        count_modes_below(all, factor, std::sqrt(omega * omega - sigma) / (2 * std::numbers::pi)));
+    k = std::max(n_rigid, count_modes_below(
+                              all, factor,
+                              std::sqrt(omega * omega - sigma) / (2 * std::numbers::pi), report));
   }
   if (k > model.K.rows()) {
     throw InputError("modes: " + std::to_string(wanted.modes) +

@@ -20,7 +20,7 @@ Index n_modes_wanted(const Reduction& r, const SparseCholesky& factor) {
   check_modes_wanted(r.options);
   if (r.options.modes) return *r.options.modes;
   const auto phase = r.report.phase("modes: count below cutoff");
-  return count_modes_below(r.p, factor, *r.options.cutoff_hz);
+  return count_modes_below(r.p, factor, *r.options.cutoff_hz, r.report);
 }
 
 void check_found(Reduction& r, const FixedInterfaceModes& modes) {

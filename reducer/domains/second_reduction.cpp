@@ -160,7 +160,7 @@ SparseCholesky factorise(const Partition& p, const JoinedNodes& joined,
 }
 
 Index n_modes_wanted(const Partition& p, const SparseCholesky& factor,
-                     const ReductionOptions& options) {
+                     const ReductionOptions& options, Report& report) {
   if (options.second_modes) {
     if (*options.second_modes > p.n_interior())
       throw InputError("second_reduction.modes: " + std::to_string(*options.second_modes) +
@@ -169,7 +169,7 @@ Index n_modes_wanted(const Partition& p, const SparseCholesky& factor,
                        " coordinates off the interface: ask for at most that many");
     return *options.second_modes;
   }
-  return p.n_interior() > 0 ? count_modes_below(p, factor, *options.second_cutoff_hz) : 0;
+  return p.n_interior() > 0 ? count_modes_below(p, factor, *options.second_cutoff_hz, report) : 0;
 }
 
 void describe_interface(const JoinedNodes& joined, const JoinedPlaces& places, Superelement& s) {
@@ -215,7 +215,7 @@ Superelement reduce_again(const SuperelementGroup& group, const std::vector<Inde
   const SparseCholesky factor =
       timed("factorisation", [&] { return factorise(p, joined, places); });
   FixedInterfaceModes modes = timed("modes", [&] {
-    f.n_candidates = n_modes_wanted(p, factor, options);
+    f.n_candidates = n_modes_wanted(p, factor, options, report);
     return fixed_interface_modes(p, factor, f.n_candidates, report);
   });
   f.condition.smallest_pivot = factor.smallest_pivot();

@@ -37,9 +37,14 @@ bool count_fits(const Partition& p, const SparseCholesky& factor) {
 
 // Number of eigenvalues of (K_II, M_II) below sigma; a shift that hits an eigenvalue is moved up by
 // a hair.
-Index inertia_below(const Partition& p, const SparseCholesky& factor, double sigma) {
+Index inertia_below(const Partition& p, const SparseCholesky& factor, double sigma,
+                    Report& report) {
+  const Progress progress = [&](double share) {
+    report.progress("counting modes below a frequency", share);
+  };
   for (int attempt = 0; attempt < 5; ++attempt) {
-    const Index count = negative_inertia(p.K_II, sigma, p.M_II, factor);
+    const Index count = negative_inertia(p.K_II, sigma, p.M_II, factor, progress);
+    report.end_progress();
     if (count >= 0) return count;
     sigma *= 1 + 1e-10;
   }
@@ -61,10 +66,10 @@ Index last_gap(const Vector& lambda, double relative) {
 
 // Modes that the eigensolver missed below its last one; 0 when none is. `counts`: what was counted.
 Index n_missed(const Partition& p, const SparseCholesky& factor, const Vector& lambda, double gap,
-               std::string& counts) {
+               std::string& counts, Report& report) {
   const Index j = last_gap(lambda, gap);
   const double sigma = j > 0 ? 0.5 * (lambda(j) + lambda(j - 1)) : 0.5 * lambda(0);
-  const Index below = inertia_below(p, factor, sigma);
+  const Index below = inertia_below(p, factor, sigma, report);
   char text[96];
   std::snprintf(text, sizeof text, "%lld below %.6g Hz, %lld found", static_cast<long long>(below),
                 std::sqrt(sigma) / (2 * std::numbers::pi), static_cast<long long>(j));
@@ -125,11 +130,9 @@ FixedInterfaceModes sparse_modes(const Partition& p, const SparseCholesky& facto
     FixedInterfaceModes modes{std::move(pairs.lambda), std::move(pairs.Phi), pairs.method, true};
     modes.picked = std::move(pairs.chosen);
     if (pairs.method != "lapack") modes.proven = count_fits(p, factor);
-    if (modes.proven && pairs.method != "lapack")
-      report.draw("modes: counting, whether one is missed");
     const double gap = modes.picked.empty() ? relative_gap : gap_in_outline;
     const bool is_all = pairs.method == "lapack" || !modes.proven ||
-                        n_missed(p, factor, modes.lambda, gap, counts) == 0;
+                        n_missed(p, factor, modes.lambda, gap, counts, report) == 0;
     modes.counts = counts;
     if (is_all) return modes;
     // First all to round-off; then a larger Krylov space, which gives the lost copy of a multiple
@@ -228,16 +231,17 @@ FixedInterfaceModes more_modes(const Partition& partition, const SparseCholesky&
     report.detail(beyond.method + ": " + std::to_string(k - have) + " modes more, " +
                   std::to_string(beyond.iterations) + " restarts");
     all.proven = count_fits(partition, factor);
-    if (!all.proven || n_missed(partition, factor, all.lambda, relative_gap, all.counts) == 0)
+    if (!all.proven ||
+        n_missed(partition, factor, all.lambda, relative_gap, all.counts, report) == 0)
       return all;
   }
   return fixed_interface_modes(partition, factor, k, report);
 }
 
 Index count_modes_below(const Partition& partition, const SparseCholesky& factor,
-                        double frequency_hz) {
+                        double frequency_hz, Report& report) {
   const double omega = 2 * std::numbers::pi * frequency_hz;
-  return inertia_below(partition, factor, omega * omega);
+  return inertia_below(partition, factor, omega * omega, report);
 }
 
 Index n_mode_candidates(Pick pick, Index wanted, Index n_interior) {

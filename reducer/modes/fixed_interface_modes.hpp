@@ -45,7 +45,7 @@ FixedInterfaceModes more_modes(const Partition& partition, const SparseCholesky&
 
 // How many there are below a frequency (Hz), by the inertia of K_II - (2 pi f)^2 M_II.
 Index count_modes_below(const Partition& partition, const SparseCholesky& factor,
-                        double frequency_hz);
+                        double frequency_hz, Report& report);
 
 // Modes that are computed so that `wanted` can be kept; more than wanted with pick: participation.
 Index n_mode_candidates(Pick pick, Index wanted, Index n_interior);

@@ -303,10 +303,11 @@ Index negative_inertia(const SparseMatrix& A, const SparseCholesky* like) {
 }
 
 Index negative_inertia(const SparseMatrix& K, double sigma, const SparseMatrix& M,
-                       const SparseCholesky& like) {
+                       const SparseCholesky& like, const Progress& progress) {
   if (K.rows() == 0) return 0;
   if (like.ok()) {
-    const auto count = count_negative_pivots(like.tree(), {K, sigma, &M}, vanishing_pivot);
+    const auto count =
+        count_negative_pivots(like.tree(), {K, sigma, &M}, vanishing_pivot, progress);
     if (count) return *count;
   }
   return negative_inertia(SparseMatrix(K - sigma * M));

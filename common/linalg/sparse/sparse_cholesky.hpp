@@ -98,6 +98,6 @@ FactorCost factor_cost(const SparseMatrix& nodes, Index dofs);
 Index negative_inertia(const SparseMatrix& A, const SparseCholesky* like = nullptr);
 // Of K - sigma M, which is not formed with a `like` that serves.
 Index negative_inertia(const SparseMatrix& K, double sigma, const SparseMatrix& M,
-                       const SparseCholesky& like);
+                       const SparseCholesky& like, const Progress& progress = {});
 
 }  // namespace cbr

@@ -64,8 +64,9 @@ bool eliminate_square(Eigen::Ref<Matrix> A, const double* limit) {
 
 class Counter final : public Fronts {
  public:
-  Counter(const SupernodeTree& tree, const ShiftedMatrix& A, double vanishing)
-      : Fronts(tree, {A}, tree.factor().n) {
+  Counter(const SupernodeTree& tree, const ShiftedMatrix& A, double vanishing,
+          const Progress& progress)
+      : Fronts(tree, {A}, tree.factor().n, progress) {
     const SupernodalFactor& f = factor();
     limit_.assign(static_cast<std::size_t>(f.n), 0.0);
     double scale = 0;
@@ -127,9 +128,9 @@ class Counter final : public Fronts {
 }  // namespace
 
 std::optional<Index> count_negative_pivots(const SupernodeTree& tree, const ShiftedMatrix& A,
-                                           double vanishing) {
+                                           double vanishing, const Progress& progress) {
   assert(A.K.rows() == tree.factor().n);
-  return Counter(tree, A, vanishing).count();
+  return Counter(tree, A, vanishing, progress).count();
 }
 
 }  // namespace cbr

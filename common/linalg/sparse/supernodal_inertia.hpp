@@ -14,6 +14,6 @@ namespace cbr {
 // entry where the tree's factor has none. Subtrees in parallel; the figure and the work do not
 // depend on the number of threads.
 std::optional<Index> count_negative_pivots(const SupernodeTree& tree, const ShiftedMatrix& A,
-                                           double vanishing);
+                                           double vanishing, const Progress& progress = {});
 
 }  // namespace cbr
