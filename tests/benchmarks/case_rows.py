@@ -9,7 +9,11 @@ CASES = pathlib.Path(__file__).resolve().parents[1] / "cases"
 
 
 def measure(settings, case, folder):
-    """(rows, columns) of a case's table; `folder` is made below OUT. Its runs may be minutes."""
+    """(rows, columns) of a case's table; `folder` is made below OUT. Its runs may be minutes.
+
+    Results of an earlier program go first: make would keep them, with their times."""
+    for old in (settings.out / folder).glob("*.h5"):
+        old.unlink()
     command = ["make", "--no-print-directory", "-s", "-C", CASES / case, "bench-rows",
                f"OUT={settings.out / folder}", f"BIN={settings.bin}", f"PYTHON={settings.python}",
                f"FAST={'1' if settings.smoke else ''}"]

@@ -100,9 +100,11 @@ def again_table(out):
 
 def features_table(out):
     rows = [row for row in read_csv(out / "features.csv") if row.get("steps_s") not in (None, "")]
-    return table(["run", "dofs", "steps", "stepping s", "setup s", "reduction s", "rms %", "rebound", "x full mesh"],
-                 [[row["run"], row["dofs"], row["steps"], row["steps_s"], row["setup_s"], row["reduction_s"], 100 * row["rms"] if row["rms"] != "" else "",
-                   row["rebound"], row["seconds_ratio"]] for row in rows])
+    header = ["run", "dofs", "steps", "stepping s", "setup s", "reduction s", "rms %", "rebound",
+              "x full mesh", "break-even, runs"]
+    return table(header, [[*(row[c] for c in ("run", "dofs", "steps", "steps_s", "setup_s", "reduction_s")),
+                           100 * row["rms"] if row["rms"] != "" else "", row["rebound"],
+                           row["seconds_ratio"], row["break_even_runs"]] for row in rows])
 
 
 def ordinary_table(out):
