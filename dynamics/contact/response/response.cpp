@@ -13,52 +13,90 @@
 namespace cbr {
 namespace {
 
-// The columns of G that belong to a body, in the axes of its response: G_b   (m x 3 m_b)
 using RowMajorSparse = Eigen::SparseMatrix<double, Eigen::RowMajor, Index>;
 
-RowMajorSparse rows_of_body(const ContactList& list, const std::vector<PointLaw>& laws, Index m,
-                            Index body, const NodeResponse& S) {
+// What a body has of G, in the axes of its response: G_b (r x 3 m_b), and which rows of G these are
+// (ascending).
+struct BodyRows {
+  const NodeResponse* response = nullptr;
+  RowMajorSparse G;
+  std::vector<Index> rows;
+};
+
+// `points`: those with terms of the body, ascending; first: their first rows (first_rows()).
+BodyRows rows_of_body(const ContactList& list, const std::vector<PointLaw>& laws,
+                      const std::vector<Index>& first, const std::vector<Index>& points, Index body,
+                      const NodeResponse& S) {
+  BodyRows part;
+  part.response = &S;
   std::vector<Eigen::Triplet<double, Index>> entries;
-  Index row = 0;
-  for (std::size_t i = 0; i < list.points.size(); ++i) {
+  for (const Index i : points) {
     const ContactPoint& point = list.points[i];
     const Matrix3 frame = point.frame * S.axes;
-    for (int d = 0; d < n_rows(laws[i].law); ++d, ++row) {
+    for (int d = 0; d < n_rows(laws[i].law); ++d) {
+      const std::size_t before = entries.size();
       for (Index t = point.first_term; t < point.first_term + point.n_terms; ++t) {
         const ContactTerm& term = list.terms[t];
         if (term.body != body) continue;
         for (int c = 0; c < 3; ++c)
           if (frame(d, c) != 0)
-            entries.emplace_back(row, 3 * term.node + c, term.coefficient * frame(d, c));
+            entries.emplace_back(static_cast<Index>(part.rows.size()), 3 * term.node + c,
+                                 term.coefficient * frame(d, c));
       }
+      if (entries.size() > before) part.rows.push_back(first[i] + d);
     }
   }
-  RowMajorSparse G(m, S.n_dofs());
-  G.setFromTriplets(entries.begin(), entries.end());
-  return G;
+  part.G.resize(static_cast<Index>(part.rows.size()), S.n_dofs());
+  part.G.setFromTriplets(entries.begin(), entries.end());
+  return part;
+}
+
+// The rows of all bodies that have any, in the order of the bodies.
+std::vector<BodyRows> rows_of_bodies(const ContactList& list, const std::vector<PointLaw>& laws,
+                                     const std::vector<ContactBody>& bodies,
+                                     NodeResponse ContactBody::*of) {
+  std::vector<std::pair<Index, Index>> meet;  // body, point
+  for (std::size_t i = 0; i < list.points.size(); ++i) {
+    const ContactPoint& point = list.points[i];
+    for (Index t = point.first_term; t < point.first_term + point.n_terms; ++t) {
+      const std::pair<Index, Index> of_term{list.terms[t].body, static_cast<Index>(i)};
+      if (meet.empty() || meet.back() != of_term) meet.push_back(of_term);
+    }
+  }
+  std::sort(meet.begin(), meet.end());
+  meet.erase(std::unique(meet.begin(), meet.end()), meet.end());
+  const std::vector<Index> first = first_rows(laws);
+  std::vector<BodyRows> parts;
+  std::vector<Index> points;
+  for (std::size_t i = 0; i < meet.size();) {
+    const Index body = meet[i].first;
+    points.clear();
+    for (; i < meet.size() && meet[i].first == body; ++i) points.push_back(meet[i].second);
+    parts.push_back(rows_of_body(list, laws, first, points, body, bodies[body].*of));
+  }
+  return parts;
 }
 
 // From so many entries on a second thread gains more than it costs.
 constexpr Index threaded_entries = 200 * 200;
 
-// The lower triangle of W(at, at) += share G_b S_b G_b^T, over the `rows` of G_b that are not
-// empty; `at` ascends. Threads take columns in turn.
-void add_dense_block(const RowMajorSparse& G, const std::vector<Index>& rows, const Matrix& S,
-                     double share, const std::vector<Index>& at, Matrix& W) {
-  const Index r = static_cast<Index>(rows.size());
+// The lower triangle of W(at, at) += share G_b S_b G_b^T; `at` ascends. Threads take columns in
+// turn.
+void add_dense_block(const RowMajorSparse& G, const Matrix& S, double share,
+                     const std::vector<Index>& at, Matrix& W) {
+  const Index r = G.rows();
   const int used = r * r < threaded_entries ? 1 : n_threads();
   run_kept_threads(used, [&](int thread) {
     Vector t(S.rows());
     for (Index j = thread; j < r; j += used) {
       // A column of S_b G_b^T   (3 m_b x r), by whole columns of S, while it is in the cache
       t.setZero();
-      for (RowMajorSparse::InnerIterator it(G, rows[j]); it; ++it)
+      for (RowMajorSparse::InnerIterator it(G, j); it; ++it)
         t += share * it.value() * S.col(it.col());
       double* column = W.col(at[j]).data();
       for (Index i = j; i < r; ++i) {
         double sum = 0;
-        for (RowMajorSparse::InnerIterator it(G, rows[i]); it; ++it)
-          sum += it.value() * t[it.col()];
+        for (RowMajorSparse::InnerIterator it(G, i); it; ++it) sum += it.value() * t[it.col()];
         column[at[i]] += sum;
       }
     }
@@ -68,23 +106,23 @@ void add_dense_block(const RowMajorSparse& G, const std::vector<Index>& rows, co
 // The same of modes and static rows. X = A G_b^T (n x r), H = G_b B (r x s), of a few entries in
 // each row:
 //   X^T C X + H F H^T / h   (r x r)
-void add_thin_block(const RowMajorSparse& G, const std::vector<Index>& rows, const ThinResponse& S,
-                    const std::vector<Index>& at, Matrix& W) {
-  const Index r = static_cast<Index>(rows.size());
+void add_thin_block(const RowMajorSparse& G, const ThinResponse& S, const std::vector<Index>& at,
+                    Matrix& W) {
+  const Index r = G.rows();
   Matrix X = Matrix::Zero(S.A->rows(), r);
   std::vector<Eigen::Triplet<double, Index>> entries;
   for (Index j = 0; j < r; ++j) {
-    for (RowMajorSparse::InnerIterator it(G, rows[j]); it; ++it) {
+    for (RowMajorSparse::InnerIterator it(G, j); it; ++it) {
       X.col(j) += it.value() * S.A->col(it.col());
       const Index node = it.col() / 3, c = it.col() % 3;
       for (Index i = S.rows->first[node]; i < S.rows->first[node + 1]; ++i)
         if (S.rows->direction(i, c) != 0)
-          entries.emplace_back(rows[j], i, it.value() * S.rows->direction(i, c));
+          entries.emplace_back(j, i, it.value() * S.rows->direction(i, c));
     }
   }
   RowMajorSparse H(G.rows(), S.rows->size());
   H.setFromTriplets(entries.begin(), entries.end());
-  add_dense_block(H, rows, *S.rows->F, 1 / S.h, at, W);
+  add_dense_block(H, *S.rows->F, 1 / S.h, at, W);
   if (X.rows() == 0) return;
   // By panels of columns, from the diagonal on
   constexpr Index width = 128;
@@ -98,33 +136,19 @@ void add_thin_block(const RowMajorSparse& G, const std::vector<Index>& rows, con
   }
 }
 
-std::vector<Index> rows_in_use(const RowMajorSparse& G) {
-  std::vector<Index> rows;
-  for (Index row = 0; row < G.rows(); ++row)
-    if (G.outerIndexPtr()[row + 1] > G.outerIndexPtr()[row]) rows.push_back(row);
-  return rows;
-}
-
-// A body with its rows of G.
-struct BodyRows {
-  const NodeResponse* response = nullptr;
-  RowMajorSparse G;
-  std::vector<Index> rows;
-};
-
 // The lower triangle of W(at, at) += G_b S_b G_b^T of a body that does not answer node by node,
 // over its rows.
 void add_block(const BodyRows& part, const std::vector<Index>& at, Matrix& W) {
   if (part.response->thin) {
-    add_thin_block(part.G, part.rows, *part.response->thin, at, W);
+    add_thin_block(part.G, *part.response->thin, at, W);
   } else {
-    add_dense_block(part.G, part.rows, *part.response->block, 1, at, W);
+    add_dense_block(part.G, *part.response->block, 1, at, W);
   }
 }
 
-// G_b S_b G_b^T   (m x m)
+// G_b S_b G_b^T   (r x r)
 SparseMatrix sparse_block(const BodyRows& part) {
-  const Index m = part.G.rows(), r = static_cast<Index>(part.rows.size());
+  const Index r = part.G.rows();
   if (part.response->is_diagonal()) {
     const RowMajorSparse GS = part.G * part.response->diagonal.asDiagonal();
     return GS * part.G.transpose();
@@ -134,12 +158,53 @@ SparseMatrix sparse_block(const BodyRows& part) {
   Matrix block = Matrix::Zero(r, r);
   add_block(part, at, block);
   mirror_lower(block);
-  std::vector<Eigen::Triplet<double, Index>> entries;
-  entries.reserve(static_cast<std::size_t>(r * r));
+  SparseMatrix W(r, r);
+  W.resizeNonZeros(r * r);
+  for (Index j = 0; j <= r; ++j) W.outerIndexPtr()[j] = j * r;
   for (Index j = 0; j < r; ++j)
-    for (Index i = 0; i < r; ++i) entries.emplace_back(part.rows[i], part.rows[j], block(i, j));
+    std::iota(W.innerIndexPtr() + j * r, W.innerIndexPtr() + (j + 1) * r, Index{0});
+  Eigen::Map<Matrix>(W.valuePtr(), r, r) = block;
+  return W;
+}
+
+// The sum of all blocks at their rows   (m x m). Column by column, so that the work grows with the
+// entries and not with the bodies times the entries.
+SparseMatrix sum_of_blocks(const std::vector<BodyRows>& parts, Index m) {
+  std::vector<SparseMatrix> blocks;
+  std::vector<std::vector<std::pair<std::size_t, Index>>> of_column(static_cast<std::size_t>(m));
+  Index most = 0;
+  for (const BodyRows& part : parts) {
+    for (std::size_t j = 0; j < part.rows.size(); ++j)
+      of_column[part.rows[j]].emplace_back(blocks.size(), static_cast<Index>(j));
+    blocks.push_back(sparse_block(part));
+    most += blocks.back().nonZeros();
+  }
   SparseMatrix W(m, m);
-  W.setFromTriplets(entries.begin(), entries.end());
+  W.resizeNonZeros(most);
+  std::vector<std::pair<Index, double>> entries;
+  Index end = 0;
+  for (Index column = 0; column < m; ++column) {
+    entries.clear();
+    for (const auto& [b, j] : of_column[column])
+      for (SparseMatrix::InnerIterator it(blocks[b], j); it; ++it)
+        entries.emplace_back(parts[b].rows[it.row()], it.value());
+    // Stable: what several bodies give is summed up in the order of the bodies
+    if (of_column[column].size() > 1)
+      std::stable_sort(entries.begin(), entries.end(),
+                       [](const auto& a, const auto& b) { return a.first < b.first; });
+    W.outerIndexPtr()[column] = end;
+    for (std::size_t i = 0; i < entries.size(); ++i) {
+      const auto& [row, value] = entries[i];
+      if (i > 0 && row == entries[i - 1].first) {
+        W.valuePtr()[end - 1] += value;
+        continue;
+      }
+      W.innerIndexPtr()[end] = row;
+      W.valuePtr()[end++] = value;
+    }
+  }
+  W.outerIndexPtr()[m] = end;
+  W.resizeNonZeros(end);
   return W;
 }
 
@@ -173,29 +238,20 @@ std::vector<Index> first_rows(const std::vector<PointLaw>& laws) {
 GapResponse gap_response(const ContactList& list, const std::vector<PointLaw>& laws,
                          const std::vector<ContactBody>& bodies, NodeResponse ContactBody::*of) {
   const Index m = first_rows(laws).back();
-  std::vector<Index> used;
-  for (const ContactTerm& term : list.terms)
-    if (used.empty() || used.back() != term.body) used.push_back(term.body);
-  std::sort(used.begin(), used.end());
-  used.erase(std::unique(used.begin(), used.end()), used.end());
-  std::vector<BodyRows> parts;
-  for (const Index b : used) {
-    const NodeResponse& S = bodies[b].*of;
-    RowMajorSparse G = rows_of_body(list, laws, m, b, S);
-    std::vector<Index> rows = rows_in_use(G);
-    parts.push_back({&S, std::move(G), std::move(rows)});
-  }
+  const std::vector<BodyRows> parts = rows_of_bodies(list, laws, bodies, of);
   GapResponse W;
   W.is_sparse = is_sparse(parts, m);
   if (W.is_sparse) {
-    W.sparse.resize(m, m);
-    for (const BodyRows& part : parts) W.sparse += sparse_block(part);
+    W.sparse = sum_of_blocks(parts, m);
     return W;
   }
   W.dense.setZero(m, m);
   for (const BodyRows& part : parts) {
     if (part.response->is_diagonal()) {
-      W.dense += sparse_block(part);
+      const SparseMatrix block = sparse_block(part);
+      for (Index j = 0; j < block.cols(); ++j)
+        for (SparseMatrix::InnerIterator it(block, j); it; ++it)
+          W.dense(part.rows[it.row()], part.rows[j]) += it.value();
     } else {
       add_block(part, part.rows, W.dense);
     }
