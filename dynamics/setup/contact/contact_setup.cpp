@@ -1,268 +1,19 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/setup/contact/contact_setup.hpp"
 
-#include <Eigen/Geometry>
-#include <Eigen/LU>
-
 #include <algorithm>
-#include <map>
-#include <set>
 #include <sstream>
-#include <tuple>
 #include <unordered_map>
 #include <utility>
 
 #include "common/app/report.hpp"
 #include "common/base/error.hpp"
-#include "common/base/machine_memory.hpp"
-#include "dynamics/setup/components/contact_faces.hpp"
+#include "dynamics/setup/contact/contact_sides.hpp"
 #include "dynamics/setup/contact/friction_shapes.hpp"
 #include "dynamics/setup/contact/links.hpp"
 
 namespace cbr {
 namespace {
-
-// A surface of an instance that takes part, by the instance's index and the surface's name; "all"
-// with `whole`: all of them joined.
-struct SideName {
-  Index instance = 0;
-  std::string surface;
-  bool whole = false;
-  bool operator==(const SideName& other) const = default;
-  bool operator<(const SideName& other) const {
-    return std::tie(instance, whole, surface) <
-           std::tie(other.instance, other.whole, other.surface);
-  }
-};
-
-// One pair to be: `all` makes many of one entry of the scene.
-struct Entry {
-  const ContactOptions* options = nullptr;
-  SideName first, second;
-  const WallOptions* wall = nullptr;  // then there is no second
-};
-
-// What explicit entries name: two instances, or an instance and a wall.
-struct Named {
-  std::set<std::pair<Index, Index>> instances;
-  std::set<std::pair<Index, const WallOptions*>> walls;
-};
-
-Named named_by(const std::vector<Entry>& entries) {
-  Named named;
-  for (const Entry& entry : entries) {
-    if (entry.wall) named.walls.emplace(entry.first.instance, entry.wall);
-    if (!entry.wall)
-      named.instances.insert(std::minmax(entry.first.instance, entry.second.instance));
-  }
-  return named;
-}
-
-std::vector<Entry> explicit_entries(const SceneIndex& index) {
-  std::vector<Entry> entries;
-  std::unordered_map<std::string, const WallOptions*> walls;
-  for (const WallOptions& wall : index.scene().walls) walls[wall.name] = &wall;
-  for (const ContactOptions& options : index.scene().contact) {
-    if (options.all) continue;
-    Entry entry;
-    entry.options = &options;
-    entry.first = {index.place(options.first.instance), options.first.surface, false};
-    if (options.second.is_wall()) {
-      entry.wall = walls.at(options.second.surface);
-    } else {
-      entry.second = {index.place(options.second.instance), options.second.surface, false};
-    }
-    entries.push_back(std::move(entry));
-  }
-  return entries;
-}
-
-// Every two instances, and every instance with every wall, that no explicit entry names.
-void add_all(const Scene& scene, const BuiltScene& built, const ContactOptions& options,
-             const Named& named, Report& report, std::vector<Entry>& entries) {
-  std::vector<SideName> sides;
-  for (Index i = 0; i < static_cast<Index>(built.instances.size()); ++i) {
-    if (has_faces(*built.instances[i].geometry)) {
-      sides.push_back({i, "all", true});
-    } else {
-      report.line("note: contact: all leaves out instance '" + built.instances[i].name +
-                  "', which has no surfaces");
-    }
-  }
-  const auto n = static_cast<double>(sides.size());
-  require_memory_for_pairs(n * (n - 1) / 2, machine_memory_bytes(), options);
-  bool any = false;
-  for (std::size_t a = 0; a < sides.size(); ++a) {
-    for (std::size_t b = a + 1; b < sides.size(); ++b) {
-      any = true;
-      if (!named.instances.count({sides[a].instance, sides[b].instance}))
-        entries.push_back({&options, sides[a], sides[b], nullptr});
-    }
-    for (const WallOptions& wall : scene.walls) {
-      if (options.tied) continue;
-      any = true;
-      if (!named.walls.count({sides[a].instance, &wall}))
-        entries.push_back({&options, sides[a], {}, &wall});
-    }
-  }
-  if (any) return;
-  throw InputError(
-      options.source.text() + ": contact: all finds no pair: " + std::to_string(sides.size()) +
-      " instances with surfaces and " + std::to_string(options.tied ? 0 : scene.walls.size()) +
-      " rigid walls, expected two instances" + (options.tied ? "" : ", or one and a wall"));
-}
-
-std::vector<Entry> entries_of(const SceneIndex& index, const BuiltScene& built, Report& report) {
-  const Scene& scene = index.scene();
-  std::vector<Entry> entries = explicit_entries(index);
-  const Named named = named_by(entries);
-  for (const ContactOptions& options : scene.contact)
-    if (options.all) add_all(scene, built, options, named, report, entries);
-  return entries;
-}
-
-// By instance: its place in Simulation::contact_nodes.
-using ContactNumbers = std::map<Index, Index>;
-
-// Sides by name, made once however many pairs they are in.
-class Sides {
- public:
-  explicit Sides(const BuiltScene& built) : built_(built) {}
-
-  // Faces in the instance's nodes, outward in the scene.
-  const IndexTable& faces(const SideName& name, const SourceLine& source) {
-    const auto [at, is_new] = faces_.try_emplace(name);
-    if (!is_new) return at->second;
-    const auto& of = built_.instances[name.instance];
-    at->second = name.whole
-                     ? all_faces(*of.geometry)
-                     : contact_faces(find_surface(*of.geometry, of.name, name.surface, source));
-    if (of.placement.T.determinant() < 0) turn_over(at->second);
-    return at->second;
-  }
-
-  // In the contact nodes of its body, which are known by now. `whole`: faces of second order are
-  // not cut into linear ones.
-  std::shared_ptr<const ContactSurface> surface(const SideName& name, bool whole,
-                                                const ContactNumbers& contact_of_instance) {
-    const auto [at, is_new] = surfaces_.try_emplace({name, whole});
-    if (!is_new) return at->second;
-    ContactSurface surface;
-    surface.name = built_.instances[name.instance].name + "." + name.surface;
-    surface.body = contact_of_instance.at(name.instance);
-    const ContactNodes& contact = built_.simulation.contact_nodes[surface.body];
-    const auto local = [&](Index node) {
-      return node < 0 ? node
-                      : std::lower_bound(contact.nodes.begin(), contact.nodes.end(), node) -
-                            contact.nodes.begin();
-    };
-    const IndexTable faces = (whole ? whole_faces_of(name) : faces_.at(name)).unaryExpr(local);
-    surface.nodes = nodes_of(faces);
-    if (surface.nodes.front() < 0) surface.nodes.erase(surface.nodes.begin());
-    surface.faces = faces.leftCols(4);
-    if (whole && faces.rightCols(4).maxCoeff() >= 0) surface.middle = faces.rightCols(4);
-    Body& body = *built_.simulation.bodies[contact.body];
-    fill_sizes(surface, body.reference_positions()(contact.nodes, Eigen::all));
-    if (body.turning() != nullptr) surface.extent.setConstant(surface.extent.norm());
-    return at->second = std::make_shared<const ContactSurface>(std::move(surface));
-  }
-
- private:
-  IndexTable whole_faces_of(const SideName& name) const {
-    const auto& of = built_.instances[name.instance];
-    IndexTable faces = name.whole
-                           ? all_whole_faces(*of.geometry)
-                           : whole_faces(find_surface(*of.geometry, of.name, name.surface, {}));
-    if (of.placement.T.determinant() < 0) turn_over(faces);
-    return faces;
-  }
-
-  const BuiltScene& built_;
-  std::map<SideName, IndexTable> faces_;
-  std::map<std::pair<SideName, bool>, std::shared_ptr<const ContactSurface>> surfaces_;
-};
-
-// Two parts of one body may meet (the prongs of a fork), but not where they hang together.
-void refuse_shared_nodes(const Entry& entry, Sides& sides) {
-  if (entry.wall || entry.first.instance != entry.second.instance) return;
-  const ContactOptions& options = *entry.options;
-  const auto first = nodes_of(sides.faces(entry.first, options.first.source));
-  const auto second = nodes_of(sides.faces(entry.second, options.second.source));
-  std::vector<Index> shared;
-  std::set_intersection(first.begin(), first.end(), second.begin(), second.end(),
-                        std::back_inserter(shared));
-  if (shared.empty()) return;
-  throw InputError(options.source.text() + ": contact between " + options.first.text() + " and " +
-                   options.second.text() + ": the surfaces share " + std::to_string(shared.size()) +
-                   " nodes of one instance, and a surface cannot be in contact with itself: name "
-                   "surfaces without common nodes");
-}
-
-// Which instances take part, with which sides: few each, however many pairs they are in.
-using SidesOfInstances = std::map<Index, std::vector<SideName>>;
-
-SidesOfInstances sides_of_instances(const std::vector<Entry>& entries) {
-  SidesOfInstances names;
-  const auto add = [&](const SideName& name) {
-    std::vector<SideName>& list = names[name.instance];
-    if (std::find(list.begin(), list.end(), name) == list.end()) list.push_back(name);
-  };
-  for (const Entry& entry : entries) {
-    add(entry.first);
-    if (!entry.wall) add(entry.second);
-  }
-  return names;
-}
-
-// The nodes with which instances take part.
-ContactNumbers add_contact_nodes(SidesOfInstances names,
-                                 const std::map<Index, std::set<Index>>& linked, Sides& sides,
-                                 Simulation& sim) {
-  ContactNumbers contact_of_instance;
-  for (const auto& [instance, nodes] : linked) names.try_emplace(instance);
-  for (const auto& [instance, of_instance] : names) {
-    std::set<Index> nodes;
-    if (const auto of = linked.find(instance); of != linked.end()) nodes = of->second;
-    for (const SideName& name : of_instance) {
-      const IndexTable& faces = sides.faces(name, {});
-      nodes.insert(faces.data(), faces.data() + faces.size());
-    }
-    ContactNodes contact;
-    contact.body = instance;
-    contact.nodes.assign(nodes.begin(), nodes.end());
-    contact.set = sim.bodies[instance]->track(contact.nodes);
-    contact_of_instance[instance] = static_cast<Index>(sim.contact_nodes.size());
-    sim.contact_nodes.push_back(std::move(contact));
-  }
-  return contact_of_instance;
-}
-
-// What nodal pressures are measured by.
-void fill_areas(const SidesOfInstances& names, const ContactNumbers& contact_of_instance,
-                Sides& sides, Simulation& sim) {
-  for (const auto& [instance, of_instance] : names) {
-    IndexTable table;
-    for (const SideName& name : of_instance) join_faces(sides.faces(name, {}), table);
-    ContactNodes& contact = sim.contact_nodes[contact_of_instance.at(instance)];
-    const Points X = sim.bodies[instance]->reference_positions();
-    contact.area_vectors.setZero(static_cast<Index>(contact.nodes.size()), 3);
-    contact.areas.setZero(contact.area_vectors.rows());
-    for (Index f = 0; f < table.rows(); ++f) {
-      const int n = table(f, 2) == table(f, 3) ? 3 : 4;
-      const Vector3 d1 = X.row(table(f, 2)) - X.row(table(f, 0)),
-                    d2 = X.row(table(f, 3)) - X.row(table(f, 1));
-      const Vector3 share = d1.cross(d2) / (2 * n);
-      for (int a = 0; a < n; ++a) {
-        const Index slot =
-            std::lower_bound(contact.nodes.begin(), contact.nodes.end(), table(f, a)) -
-            contact.nodes.begin();
-        contact.area_vectors.row(slot) += share.transpose();
-        contact.areas[slot] += share.norm();
-      }
-    }
-    contact.pressure.setZero(contact.areas.size());
-  }
-}
 
 PointLaw law_of(const ContactOptions& options) {
   if (options.tied) return {ContactLaw::tied, 0};
@@ -314,8 +65,8 @@ bool first_is_slave(const ContactSurface& first, const ContactSurface& second, b
   return !(second.size < first.size * (1 - 1e-6));
 }
 
-ContactPair pair_of(const Entry& entry, const ContactNumbers& contact_of_instance,
-                    SharedByPairs& shared, Sides& sides) {
+ContactPair pair_of(const ContactEntry& entry, const ContactNumbers& contact_of_instance,
+                    SharedByPairs& shared, ContactSides& sides) {
   const ContactOptions& options = *entry.options;
   ContactPair pair;
   pair.source = shared.source(options), pair.of_all = options.all;
@@ -390,24 +141,12 @@ void warn_nodal(const ContactOptions& options, const BuiltScene& built, const Co
 
 }  // namespace
 
-void require_memory_for_pairs(double n_pairs, double memory, const ContactOptions& all) {
-  // measured with 3000 instances that never meet: docs/stability-load.md
-  constexpr double bytes_of_pair = 300;
-  if (n_pairs * bytes_of_pair <= memory) return;
-  std::ostringstream text;
-  text.precision(3);
-  text << all.source.text() << ": contact: all makes " << n_pairs << " pairs, which take "
-       << human_bytes(n_pairs * bytes_of_pair) << " or more, the machine has "
-       << human_bytes(memory) << ": name the pairs that can meet";
-  throw InputError(text.str());
-}
-
 std::vector<ContactKind> add_contact(const SceneIndex& index, BuiltScene& built, Report& report) {
   Simulation& sim = built.simulation;
   std::vector<ContactKind> in_contact(sim.bodies.size(), ContactKind::none);
-  const std::vector<Entry> entries = entries_of(index, built, report);
-  Sides sides(built);
-  for (const Entry& entry : entries) {
+  const std::vector<ContactEntry> entries = contact_entries(index, built, report);
+  ContactSides sides(built);
+  for (const ContactEntry& entry : entries) {
     const ContactOptions& options = *entry.options;
     sides.faces(entry.first, options.first.source);
     if (!entry.wall) sides.faces(entry.second, options.second.source);
@@ -428,7 +167,7 @@ std::vector<ContactKind> add_contact(const SceneIndex& index, BuiltScene& built,
   sim.pairs.reserve(entries.size());
   SharedByPairs shared(sim, index.scene().time->end);
   const ContactOptions* warned = nullptr;  // once for all pairs of an entry
-  for (const Entry& entry : entries) {
+  for (const ContactEntry& entry : entries) {
     ContactPair pair = pair_of(entry, contact_of_instance, shared, sides);
     double depth = 0;
     if (pair.wall && starts_in_wall(pair, sim, depth)) {

@@ -11,10 +11,6 @@
 
 namespace cbr {
 
-// InputError when `contact: all` makes so many pairs that `memory` bytes cannot hold what each
-// keeps from step to step.
-void require_memory_for_pairs(double n_pairs, double memory, const ContactOptions& all);
-
 // Fills contact_nodes and pairs. The finer surface (smaller mean face) gives the slave nodes; of
 // equal ones the first named. Adds links, and joints behind the bodies. Returns per body how it is
 // in a pair. Warns of `nodal` enforcement with the weights that it uses.

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/setup/contact/contact_sides.hpp"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+
+#include <algorithm>
+#include <iterator>
+#include <string>
+
+#include "common/base/error.hpp"
+#include "dynamics/setup/components/contact_faces.hpp"
+
+namespace cbr {
+
+const IndexTable& ContactSides::faces(const SideName& name, const SourceLine& source) {
+  const auto [at, is_new] = faces_.try_emplace(name);
+  if (!is_new) return at->second;
+  const auto& of = built_.instances[name.instance];
+  at->second = name.whole
+                   ? all_faces(*of.geometry)
+                   : contact_faces(find_surface(*of.geometry, of.name, name.surface, source));
+  if (of.placement.T.determinant() < 0) turn_over(at->second);
+  return at->second;
+}
+
+std::shared_ptr<const ContactSurface> ContactSides::surface(
+    const SideName& name, bool whole, const ContactNumbers& contact_of_instance) {
+  const auto [at, is_new] = surfaces_.try_emplace({name, whole});
+  if (!is_new) return at->second;
+  ContactSurface surface;
+  surface.name = built_.instances[name.instance].name + "." + name.surface;
+  surface.body = contact_of_instance.at(name.instance);
+  const ContactNodes& contact = built_.simulation.contact_nodes[surface.body];
+  const auto local = [&](Index node) {
+    return node < 0 ? node
+                    : std::lower_bound(contact.nodes.begin(), contact.nodes.end(), node) -
+                          contact.nodes.begin();
+  };
+  const IndexTable faces = (whole ? whole_faces_of(name) : faces_.at(name)).unaryExpr(local);
+  surface.nodes = nodes_of(faces);
+  if (surface.nodes.front() < 0) surface.nodes.erase(surface.nodes.begin());
+  surface.faces = faces.leftCols(4);
+  if (whole && faces.rightCols(4).maxCoeff() >= 0) surface.middle = faces.rightCols(4);
+  Body& body = *built_.simulation.bodies[contact.body];
+  fill_sizes(surface, body.reference_positions()(contact.nodes, Eigen::all));
+  if (body.turning() != nullptr) surface.extent.setConstant(surface.extent.norm());
+  return at->second = std::make_shared<const ContactSurface>(std::move(surface));
+}
+
+IndexTable ContactSides::whole_faces_of(const SideName& name) const {
+  const auto& of = built_.instances[name.instance];
+  IndexTable faces = name.whole
+                         ? all_whole_faces(*of.geometry)
+                         : whole_faces(find_surface(*of.geometry, of.name, name.surface, {}));
+  if (of.placement.T.determinant() < 0) turn_over(faces);
+  return faces;
+}
+
+// Two parts of one body may meet (the prongs of a fork), but not where they hang together.
+void refuse_shared_nodes(const ContactEntry& entry, ContactSides& sides) {
+  if (entry.wall || entry.first.instance != entry.second.instance) return;
+  const ContactOptions& options = *entry.options;
+  const auto first = nodes_of(sides.faces(entry.first, options.first.source));
+  const auto second = nodes_of(sides.faces(entry.second, options.second.source));
+  std::vector<Index> shared;
+  std::set_intersection(first.begin(), first.end(), second.begin(), second.end(),
+                        std::back_inserter(shared));
+  if (shared.empty()) return;
+  throw InputError(options.source.text() + ": contact between " + options.first.text() + " and " +
+                   options.second.text() + ": the surfaces share " + std::to_string(shared.size()) +
+                   " nodes of one instance, and a surface cannot be in contact with itself: name "
+                   "surfaces without common nodes");
+}
+
+SidesOfInstances sides_of_instances(const std::vector<ContactEntry>& entries) {
+  SidesOfInstances names;
+  const auto add = [&](const SideName& name) {
+    std::vector<SideName>& list = names[name.instance];
+    if (std::find(list.begin(), list.end(), name) == list.end()) list.push_back(name);
+  };
+  for (const ContactEntry& entry : entries) {
+    add(entry.first);
+    if (!entry.wall) add(entry.second);
+  }
+  return names;
+}
+
+ContactNumbers add_contact_nodes(SidesOfInstances names,
+                                 const std::map<Index, std::set<Index>>& linked,
+                                 ContactSides& sides, Simulation& sim) {
+  ContactNumbers contact_of_instance;
+  for (const auto& [instance, nodes] : linked) names.try_emplace(instance);
+  for (const auto& [instance, of_instance] : names) {
+    std::set<Index> nodes;
+    if (const auto of = linked.find(instance); of != linked.end()) nodes = of->second;
+    for (const SideName& name : of_instance) {
+      const IndexTable& faces = sides.faces(name, {});
+      nodes.insert(faces.data(), faces.data() + faces.size());
+    }
+    ContactNodes contact;
+    contact.body = instance;
+    contact.nodes.assign(nodes.begin(), nodes.end());
+    contact.set = sim.bodies[instance]->track(contact.nodes);
+    contact_of_instance[instance] = static_cast<Index>(sim.contact_nodes.size());
+    sim.contact_nodes.push_back(std::move(contact));
+  }
+  return contact_of_instance;
+}
+
+void fill_areas(const SidesOfInstances& names, const ContactNumbers& contact_of_instance,
+                ContactSides& sides, Simulation& sim) {
+  for (const auto& [instance, of_instance] : names) {
+    IndexTable table;
+    for (const SideName& name : of_instance) join_faces(sides.faces(name, {}), table);
+    ContactNodes& contact = sim.contact_nodes[contact_of_instance.at(instance)];
+    const Points X = sim.bodies[instance]->reference_positions();
+    contact.area_vectors.setZero(static_cast<Index>(contact.nodes.size()), 3);
+    contact.areas.setZero(contact.area_vectors.rows());
+    for (Index f = 0; f < table.rows(); ++f) {
+      const int n = table(f, 2) == table(f, 3) ? 3 : 4;
+      const Vector3 d1 = X.row(table(f, 2)) - X.row(table(f, 0)),
+                    d2 = X.row(table(f, 3)) - X.row(table(f, 1));
+      const Vector3 share = d1.cross(d2) / (2 * n);
+      for (int a = 0; a < n; ++a) {
+        const Index slot =
+            std::lower_bound(contact.nodes.begin(), contact.nodes.end(), table(f, a)) -
+            contact.nodes.begin();
+        contact.area_vectors.row(slot) += share.transpose();
+        contact.areas[slot] += share.norm();
+      }
+    }
+    contact.pressure.setZero(contact.areas.size());
+  }
+}
+
+}  // namespace cbr
