@@ -90,7 +90,7 @@ struct ContactPair {
   bool is_link = false;  // of two points: its ties are there from the beginning
   // of a link with springs: their contact body, a third one beside those of slave and master
   Index joint = -1;
-  std::optional<TurningLink> turning;
+  std::unique_ptr<TurningLink> turning;  // few pairs have one
   bool yields = false;            // springs: what the pair joins may move apart
   bool resolves_overlap = false;  // statics press apart what overlaps at the start
 

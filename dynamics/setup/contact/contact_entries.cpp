@@ -24,39 +24,42 @@ struct Named {
 Named named_by(const std::vector<ContactEntry>& entries) {
   Named named;
   for (const ContactEntry& entry : entries) {
-    if (entry.wall) named.walls.emplace(entry.first.instance, entry.wall);
+    if (entry.wall) named.walls.emplace(entry.first->instance, entry.wall);
     if (!entry.wall)
-      named.instances.insert(std::minmax(entry.first.instance, entry.second.instance));
+      named.instances.insert(std::minmax(entry.first->instance, entry.second->instance));
   }
   return named;
 }
 
-std::vector<ContactEntry> explicit_entries(const SceneIndex& index) {
-  std::vector<ContactEntry> entries;
+ContactEntries explicit_entries(const SceneIndex& index) {
+  ContactEntries entries;
+  const auto side = [&](const SurfaceName& name) {
+    return &*entries.sides.insert({index.place(name.instance), name.surface, false}).first;
+  };
   std::unordered_map<std::string, const WallOptions*> walls;
   for (const WallOptions& wall : index.scene().walls) walls[wall.name] = &wall;
   for (const ContactOptions& options : index.scene().contact) {
     if (options.all) continue;
     ContactEntry entry;
     entry.options = &options;
-    entry.first = {index.place(options.first.instance), options.first.surface, false};
+    entry.first = side(options.first);
     if (options.second.is_wall()) {
       entry.wall = walls.at(options.second.surface);
     } else {
-      entry.second = {index.place(options.second.instance), options.second.surface, false};
+      entry.second = side(options.second);
     }
-    entries.push_back(std::move(entry));
+    entries.list.push_back(entry);
   }
   return entries;
 }
 
 // Every two instances, and every instance with every wall, that no explicit entry names.
 void add_all(const Scene& scene, const BuiltScene& built, const ContactOptions& options,
-             const Named& named, Report& report, std::vector<ContactEntry>& entries) {
-  std::vector<SideName> sides;
+             const Named& named, Report& report, ContactEntries& entries) {
+  std::vector<const SideName*> sides;
   for (Index i = 0; i < static_cast<Index>(built.instances.size()); ++i) {
     if (has_faces(*built.instances[i].geometry)) {
-      sides.push_back({i, "all", true});
+      sides.push_back(&*entries.sides.insert({i, "all", true}).first);
     } else {
       report.line("note: contact: all leaves out instance '" + built.instances[i].name +
                   "', which has no surfaces");
@@ -68,14 +71,14 @@ void add_all(const Scene& scene, const BuiltScene& built, const ContactOptions& 
   for (std::size_t a = 0; a < sides.size(); ++a) {
     for (std::size_t b = a + 1; b < sides.size(); ++b) {
       any = true;
-      if (!named.instances.count({sides[a].instance, sides[b].instance}))
-        entries.push_back({&options, sides[a], sides[b], nullptr});
+      if (!named.instances.count({sides[a]->instance, sides[b]->instance}))
+        entries.list.push_back({&options, sides[a], sides[b], nullptr});
     }
     for (const WallOptions& wall : scene.walls) {
       if (options.tied) continue;
       any = true;
-      if (!named.walls.count({sides[a].instance, &wall}))
-        entries.push_back({&options, sides[a], {}, &wall});
+      if (!named.walls.count({sides[a]->instance, &wall}))
+        entries.list.push_back({&options, sides[a], nullptr, &wall});
     }
   }
   if (any) return;
@@ -99,11 +102,10 @@ void require_memory_for_pairs(double n_pairs, double memory, const ContactOption
   throw InputError(text.str());
 }
 
-std::vector<ContactEntry> contact_entries(const SceneIndex& index, const BuiltScene& built,
-                                          Report& report) {
+ContactEntries contact_entries(const SceneIndex& index, const BuiltScene& built, Report& report) {
   const Scene& scene = index.scene();
-  std::vector<ContactEntry> entries = explicit_entries(index);
-  const Named named = named_by(entries);
+  ContactEntries entries = explicit_entries(index);
+  const Named named = named_by(entries.list);
   for (const ContactOptions& options : scene.contact)
     if (options.all) add_all(scene, built, options, named, report, entries);
   return entries;

@@ -2,6 +2,7 @@
 // Which pairs a scene asks for.
 #pragma once
 
+#include <set>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -16,7 +17,6 @@ struct SideName {
   Index instance = 0;
   std::string surface;
   bool whole = false;
-  bool operator==(const SideName& other) const = default;
   bool operator<(const SideName& other) const {
     return std::tie(instance, whole, surface) <
            std::tie(other.instance, other.whole, other.surface);
@@ -26,15 +26,19 @@ struct SideName {
 // One pair to be: `all` makes many of one entry of the scene.
 struct ContactEntry {
   const ContactOptions* options = nullptr;
-  SideName first, second;
+  const SideName *first = nullptr, *second = nullptr;
   const WallOptions* wall = nullptr;  // then there is no second
+};
+
+struct ContactEntries {
+  std::set<SideName> sides;  // that the entries point to
+  std::vector<ContactEntry> list;
 };
 
 // Those that the scene names, then those that `all` stands for: every two instances, and every
 // instance with every wall, that no explicit entry names. InputError when `all` finds none, or more
 // than memory holds.
-std::vector<ContactEntry> contact_entries(const SceneIndex& index, const BuiltScene& built,
-                                          Report& report);
+ContactEntries contact_entries(const SceneIndex& index, const BuiltScene& built, Report& report);
 
 // InputError when `contact: all` makes so many pairs that `memory` bytes cannot hold what each
 // keeps from step to step.

@@ -60,8 +60,10 @@ class SharedByPairs {
 // that the flatter surface is the master where one clearly is.
 bool first_is_slave(const ContactSurface& first, const ContactSurface& second, bool by_bend) {
   constexpr double flat = 1e-3;  // 5 degrees from face to face
-  const double a = bend(first), b = bend(second);
-  if (by_bend && std::max(a, b) > flat && std::max(a, b) > 2 * std::min(a, b)) return a > b;
+  if (by_bend) {
+    const double a = bend(first), b = bend(second);
+    if (std::max(a, b) > flat && std::max(a, b) > 2 * std::min(a, b)) return a > b;
+  }
   return !(second.size < first.size * (1 - 1e-6));
 }
 
@@ -79,7 +81,7 @@ ContactPair pair_of(const ContactEntry& entry, const ContactNumbers& contact_of_
   if (options.pretension_force || options.shortening)
     pair.pretension = Pretension{options.pretension_force, options.shortening};
   const bool whole = pair.formulation == Formulation::mortar && pair.law.law != ContactLaw::tied;
-  const auto first = sides.surface(entry.first, whole, contact_of_instance);
+  const auto first = sides.surface(*entry.first, whole, contact_of_instance);
   if (entry.wall) {
     ContactSurface of_wall;
     of_wall.name = entry.wall->name, of_wall.body = first->body, of_wall.size = first->size;
@@ -88,7 +90,7 @@ ContactPair pair_of(const ContactEntry& entry, const ContactNumbers& contact_of_
     pair.slave = first, pair.master = std::make_shared<const ContactSurface>(std::move(of_wall));
     return pair;
   }
-  const auto second = sides.surface(entry.second, whole, contact_of_instance);
+  const auto second = sides.surface(*entry.second, whole, contact_of_instance);
   pair.name = first->name + " - " + second->name;
   pair.slave_is_first = first_is_slave(*first, *second, whole);
   pair.slave = pair.slave_is_first ? first : second;
@@ -144,30 +146,30 @@ void warn_nodal(const ContactOptions& options, const BuiltScene& built, const Co
 std::vector<ContactKind> add_contact(const SceneIndex& index, BuiltScene& built, Report& report) {
   Simulation& sim = built.simulation;
   std::vector<ContactKind> in_contact(sim.bodies.size(), ContactKind::none);
-  const std::vector<ContactEntry> entries = contact_entries(index, built, report);
+  const ContactEntries entries = contact_entries(index, built, report);
   ContactSides sides(built);
-  for (const ContactEntry& entry : entries) {
+  for (const ContactEntry& entry : entries.list) {
     const ContactOptions& options = *entry.options;
-    sides.faces(entry.first, options.first.source);
-    if (!entry.wall) sides.faces(entry.second, options.second.source);
+    sides.faces(*entry.first, options.first.source);
+    if (!entry.wall) sides.faces(*entry.second, options.second.source);
     refuse_shared_nodes(entry, sides);
     if (entry.wall) built.momentum_is_kept = false;
     const ContactKind its =
         options.enforcement == Enforcement::penalty ? ContactKind::penalty : ContactKind::hard;
     for (const Index i :
-         {entry.first.instance, entry.wall ? entry.first.instance : entry.second.instance})
+         {entry.first->instance, entry.wall ? entry.first->instance : entry.second->instance})
       in_contact[i] = std::max(in_contact[i], its);
   }
-  const SidesOfInstances names = sides_of_instances(entries);
+  const SidesOfInstances names = sides_of_instances(entries.list);
   const ContactNumbers contact_of_instance =
       add_contact_nodes(names, linked_nodes(index, built), sides, sim);
   const auto& fields = index.scene().output.fields;
   if (std::find(fields.begin(), fields.end(), "contact_pressure") != fields.end())
     fill_areas(names, contact_of_instance, sides, sim);
-  sim.pairs.reserve(entries.size());
+  sim.pairs.reserve(entries.list.size());
   SharedByPairs shared(sim, index.scene().time->end);
   const ContactOptions* warned = nullptr;  // once for all pairs of an entry
-  for (const ContactEntry& entry : entries) {
+  for (const ContactEntry& entry : entries.list) {
     ContactPair pair = pair_of(entry, contact_of_instance, shared, sides);
     double depth = 0;
     if (pair.wall && starts_in_wall(pair, sim, depth)) {

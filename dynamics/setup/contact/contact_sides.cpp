@@ -14,7 +14,7 @@
 namespace cbr {
 
 const IndexTable& ContactSides::faces(const SideName& name, const SourceLine& source) {
-  const auto [at, is_new] = faces_.try_emplace(name);
+  const auto [at, is_new] = faces_.try_emplace(&name);
   if (!is_new) return at->second;
   const auto& of = built_.instances[name.instance];
   at->second = name.whole
@@ -26,7 +26,7 @@ const IndexTable& ContactSides::faces(const SideName& name, const SourceLine& so
 
 std::shared_ptr<const ContactSurface> ContactSides::surface(
     const SideName& name, bool whole, const ContactNumbers& contact_of_instance) {
-  const auto [at, is_new] = surfaces_.try_emplace({name, whole});
+  const auto [at, is_new] = (whole ? whole_ : cut_).try_emplace(&name);
   if (!is_new) return at->second;
   ContactSurface surface;
   surface.name = built_.instances[name.instance].name + "." + name.surface;
@@ -37,7 +37,7 @@ std::shared_ptr<const ContactSurface> ContactSides::surface(
                     : std::lower_bound(contact.nodes.begin(), contact.nodes.end(), node) -
                           contact.nodes.begin();
   };
-  const IndexTable faces = (whole ? whole_faces_of(name) : faces_.at(name)).unaryExpr(local);
+  const IndexTable faces = (whole ? whole_faces_of(name) : faces_.at(&name)).unaryExpr(local);
   surface.nodes = nodes_of(faces);
   if (surface.nodes.front() < 0) surface.nodes.erase(surface.nodes.begin());
   surface.faces = faces.leftCols(4);
@@ -59,10 +59,10 @@ IndexTable ContactSides::whole_faces_of(const SideName& name) const {
 
 // Two parts of one body may meet (the prongs of a fork), but not where they hang together.
 void refuse_shared_nodes(const ContactEntry& entry, ContactSides& sides) {
-  if (entry.wall || entry.first.instance != entry.second.instance) return;
+  if (entry.wall || entry.first->instance != entry.second->instance) return;
   const ContactOptions& options = *entry.options;
-  const auto first = nodes_of(sides.faces(entry.first, options.first.source));
-  const auto second = nodes_of(sides.faces(entry.second, options.second.source));
+  const auto first = nodes_of(sides.faces(*entry.first, options.first.source));
+  const auto second = nodes_of(sides.faces(*entry.second, options.second.source));
   std::vector<Index> shared;
   std::set_intersection(first.begin(), first.end(), second.begin(), second.end(),
                         std::back_inserter(shared));
@@ -75,9 +75,9 @@ void refuse_shared_nodes(const ContactEntry& entry, ContactSides& sides) {
 
 SidesOfInstances sides_of_instances(const std::vector<ContactEntry>& entries) {
   SidesOfInstances names;
-  const auto add = [&](const SideName& name) {
-    std::vector<SideName>& list = names[name.instance];
-    if (std::find(list.begin(), list.end(), name) == list.end()) list.push_back(name);
+  const auto add = [&](const SideName* side) {
+    std::vector<const SideName*>& list = names[side->instance];
+    if (std::find(list.begin(), list.end(), side) == list.end()) list.push_back(side);
   };
   for (const ContactEntry& entry : entries) {
     add(entry.first);
@@ -94,8 +94,8 @@ ContactNumbers add_contact_nodes(SidesOfInstances names,
   for (const auto& [instance, of_instance] : names) {
     std::set<Index> nodes;
     if (const auto of = linked.find(instance); of != linked.end()) nodes = of->second;
-    for (const SideName& name : of_instance) {
-      const IndexTable& faces = sides.faces(name, {});
+    for (const SideName* side : of_instance) {
+      const IndexTable& faces = sides.faces(*side, {});
       nodes.insert(faces.data(), faces.data() + faces.size());
     }
     ContactNodes contact;
@@ -112,7 +112,7 @@ void fill_areas(const SidesOfInstances& names, const ContactNumbers& contact_of_
                 ContactSides& sides, Simulation& sim) {
   for (const auto& [instance, of_instance] : names) {
     IndexTable table;
-    for (const SideName& name : of_instance) join_faces(sides.faces(name, {}), table);
+    for (const SideName* side : of_instance) join_faces(sides.faces(*side, {}), table);
     ContactNodes& contact = sim.contact_nodes[contact_of_instance.at(instance)];
     const Points X = sim.bodies[instance]->reference_positions();
     contact.area_vectors.setZero(static_cast<Index>(contact.nodes.size()), 3);

@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 #include <set>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -15,7 +16,7 @@ namespace cbr {
 // By instance: its place in Simulation::contact_nodes.
 using ContactNumbers = std::map<Index, Index>;
 
-// Sides by name, made once however many pairs they are in.
+// What sides are, made once however many pairs they are in. By their addresses.
 class ContactSides {
  public:
   // `built` must outlive it.
@@ -32,15 +33,16 @@ class ContactSides {
   IndexTable whole_faces_of(const SideName& name) const;
 
   const BuiltScene& built_;
-  std::map<SideName, IndexTable> faces_;
-  std::map<std::pair<SideName, bool>, std::shared_ptr<const ContactSurface>> surfaces_;
+  std::unordered_map<const SideName*, IndexTable> faces_;
+  // with faces of second order cut, and whole
+  std::unordered_map<const SideName*, std::shared_ptr<const ContactSurface>> cut_, whole_;
 };
 
 // InputError where two surfaces of one instance have common nodes.
 void refuse_shared_nodes(const ContactEntry& entry, ContactSides& sides);
 
 // Which instances take part, with which sides: few each, however many pairs they are in.
-using SidesOfInstances = std::map<Index, std::vector<SideName>>;
+using SidesOfInstances = std::map<Index, std::vector<const SideName*>>;
 SidesOfInstances sides_of_instances(const std::vector<ContactEntry>& entries);
 
 // Makes Simulation::contact_nodes: the nodes with which instances take part. `linked`: further

@@ -186,8 +186,10 @@ void add_pair(const PairOptions& options, const Slot& a, const Slot& b, const Sl
   add(a, 1), add(b, -1), add(joint, -1);
   if (joint.node >= 0) pair.joint = joint.contact;
   pair.yields = joint.node >= 0;
-  pair.turning = options.turning;
-  if (pair.turning) pair.turning->is_on = options.is_on;
+  if (options.turning) {
+    pair.turning = std::make_unique<TurningLink>(*options.turning);
+    pair.turning->is_on = options.is_on;
+  }
   point.n_terms = static_cast<Index>(state.ties.terms.size());
   state.ties.points.push_back(point);
   sim.pairs.push_back(std::move(pair));
