@@ -2,6 +2,7 @@
 #include <CLI/CLI.hpp>
 
 #include "common/app/program.hpp"
+#include "common/base/error.hpp"
 #include "common/base/machine_memory.hpp"
 #include "common/linalg/blas_kernels.hpp"
 #include "common/linalg/blas_threads.hpp"
@@ -11,8 +12,8 @@
 #include "reducer/info.hpp"
 
 int main(int argc, char** argv) {
-  cbr::Processes processes;
   cbr::restart_with_better_kernels(argv);
+  cbr::Processes processes;  // after the restart, as it takes stderr of all processes but the first
   cbr::keep_heap_on_huge_pages(0.5 * cbr::machine_memory_bytes());
   cbr::one_heap_for_all_threads();
   CLI::App app(
@@ -38,6 +39,10 @@ int main(int argc, char** argv) {
   cbr::add_reduce_options(app, command);
   return processes.end(cbr::run_program(app, argc, argv, [&] {
     processes.start(command.engine == "petsc");
+    if (processes.is_started() && command.engine == "cholmod")
+      throw cbr::InputError(
+          "--engine cholmod reduces in one process, and mpirun has started several: leave out "
+          "mpirun, or the option");
     if (processes.is_started() && common.threads == 0) common.threads = processes.threads();
     if (!processes.is_first()) common.timings.clear();
     command.processes = &processes;

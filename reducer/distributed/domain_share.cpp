@@ -2,6 +2,7 @@
 #include "reducer/distributed/domain_share.hpp"
 
 #include <filesystem>
+#include <system_error>
 #include <fstream>
 #include <iterator>
 #include <sstream>
@@ -24,7 +25,14 @@ int rank_of_domain(std::size_t d, int processes) {
 
 // For files that live as long as it takes to read them: what a superelement is made of is written
 // and read in one place.
-std::filesystem::path scratch() { return std::filesystem::temp_directory_path() / "cbr-domain"; }
+std::filesystem::path scratch() {
+  std::error_code wrong;
+  const std::filesystem::path folder = std::filesystem::temp_directory_path(wrong);
+  if (wrong)
+    throw RunError(
+        "TMPDIR is no folder, where domains keep files while they are reduced: set it to one");
+  return folder / "cbr-domain";
+}
 
 std::string bytes_of(const Superelement& s) {
   std::string bytes;

@@ -150,6 +150,7 @@ def refusals(where):
     for what, arguments, word in [("a mesh that is not there", ["nothing.msh", "--interface", "contact", "--modes", "5", *STEEL], "nothing.msh"),
                                   ("an unknown option", ["block.msh", "--no-such-option"], "--no-such-option"),
                                   ("an interface that is not there", ["block.msh", "--interface", "nowhere", "--modes", "5", *STEEL], "nowhere"),
+                                  ("an engine of one process", ["block.msh", "--interface", "contact", "--engine", "cholmod", "--modes", "5", *STEEL], "--engine cholmod"),
                                   ("a scene on standard input", ["-"], "standard input")]:
         tell("refused: " + what, one_line(run([*several(2), REDUCE, *arguments], cwd=where, stdin=subprocess.DEVNULL), word))
     inverted(where)
@@ -230,6 +231,17 @@ def full_disk(where):
     tell("a full disk", "" if done.returncode == 1 and len(lines) == 1 and not left else f"exit {done.returncode}, {left}: {done.stderr}")
 
 
+def second_fails_alone(where):
+    """It has no folder for its domains' files; the first waits for it. Its own words tell the cause."""
+    script = '[ "$OMPI_COMM_WORLD_RANK" = 1 ] && export TMPDIR=/nonexistent; exec "$@"'
+    command = [*several(2), "sh", "-c", script, "sh", REDUCE, "block.msh", "--interface", "contact", "--modes", "5",
+               "--domains", "4", *STEEL, "-o", "alone.cbr.h5"]
+    done = run(command, cwd=where)
+    told = "TMPDIR is no folder" in done.stderr and "(in process 1)" in done.stderr
+    left = list(where.glob("*alone*"))
+    tell("the second process fails alone", "" if done.returncode == 1 and told and not left else f"exit {done.returncode}, {left}: {done.stderr}")
+
+
 def main():
     with tempfile.TemporaryDirectory() as folder:
         where = pathlib.Path(folder)
@@ -244,6 +256,7 @@ def main():
         impact(where)
         refusals(where)
         full_disk(where)
+        second_fails_alone(where)
         ended("a process is killed", where, lambda mpirun, ranks: os.kill(ranks[1], signal.SIGKILL))
         ended("the first process is killed", where, lambda mpirun, ranks: os.kill(ranks[0], signal.SIGKILL))
         ended("Ctrl-C", where, lambda mpirun, ranks: os.kill(mpirun, signal.SIGINT))
