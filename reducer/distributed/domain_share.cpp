@@ -2,11 +2,11 @@
 #include "reducer/distributed/domain_share.hpp"
 
 #include <filesystem>
-#include <system_error>
 #include <fstream>
 #include <iterator>
 #include <sstream>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
