@@ -118,6 +118,11 @@ struct BodyTurn {
   Matrix3 R = Matrix3::Identity();  // since the start
 };
 
+// u and v (n x 3, scene axes) of points X of a body (n x 3, undeformed), as they would be without
+// the turn, become as they are. velocity, spin: of the centre, and rad/s.
+void turn_points(const BodyTurn& turn, const Vector3& velocity, const Vector3& spin,
+                 const Points& X, Points& u, Points& v);
+
 // Of bodies that turn by any angle.
 class TurningAbility {
  public:

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/motion/body.hpp"
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 
 #include "common/base/error.hpp"
@@ -67,6 +69,16 @@ void Body::damp(const Damping&) {
 }
 
 void Body::turn(const Points&, Points&, Points&) const {}
+
+void turn_points(const BodyTurn& turn, const Vector3& velocity, const Vector3& spin,
+                 const Points& X, Points& u, Points& v) {
+  for (Index i = 0; i < X.rows(); ++i) {
+    const Vector3 arm = turn.R * (X.row(i) + u.row(i) - turn.center.transpose()).transpose();
+    const Vector3 rate = turn.R * (v.row(i).transpose() - velocity);
+    u.row(i) = (turn.center + arm).transpose() - X.row(i);
+    v.row(i) = (velocity + spin.cross(arm) + rate).transpose();
+  }
+}
 
 void keep_state(StateArchive& archive, BodyState& state) {
   archive(state.center_of_mass, state.momentum, state.angular_momentum, state.kinetic_energy,

@@ -391,17 +391,8 @@ BodyWork TurningBody::work() const {
   return work;
 }
 
-// X: n x 3, scene axes, undeformed; u, v: as they would be without the turn, and then as they are.
 void TurningBody::turn(const Points& X, Points& u, Points& v) const {
-  const Vector3 c = modal_.center_of_mass(), v_c = modal_.center_velocity(),
-                w = now_.angular_velocity(q_, L_);
-  const Matrix3 R = q_.toRotationMatrix();
-  for (Index i = 0; i < X.rows(); ++i) {
-    const Vector3 arm = R * (X.row(i) + u.row(i) - c.transpose()).transpose();
-    const Vector3 rate = R * (v.row(i).transpose() - v_c);
-    u.row(i) = (c + arm).transpose() - X.row(i);
-    v.row(i) = (v_c + w.cross(arm) + rate).transpose();
-  }
+  turn_points(turn_now(), modal_.center_velocity(), angular_velocity(), X, u, v);
 }
 
 void TurningBody::displacements(Points& u, Points& v) const {

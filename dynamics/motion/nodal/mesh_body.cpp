@@ -132,6 +132,7 @@ void MeshBody::load(double t, Field& f) const {
     for (std::size_t i = 0; i < load.rows.size(); ++i)
       f.row(load.rows[i]) += factor * load.forces.row(static_cast<Index>(i));
   }
+  if (turning_) add_turned_loads(t, f);
 }
 
 void MeshBody::hold(Field& v) const {
@@ -162,7 +163,7 @@ void MeshBody::accelerations(const Field& force, Field& a) const {
   hold(a);
 }
 
-void MeshBody::internal_forces(const Field& u, Field& Ku) const {
+void MeshBody::stiffness_forces(const Field& u, Field& Ku) const {
   model_->forces.each(
       u, *threads_, room_, [&](Index begin, Index end, const double* f, Index stride) {
         for (int c = 0; c < 3; ++c)
@@ -197,7 +198,7 @@ double MeshBody::find_held_frequency() const {
       Z.cols(),
       [&](const Vector& x, Vector& Kx) {
         to_field(x, u);
-        internal_forces(u, f);
+        stiffness_forces(u, f);
         to_free(f, Kx);
       },
       [&](const Vector& x, Vector& a) {
@@ -211,7 +212,7 @@ double MeshBody::find_held_frequency() const {
 
 const Field& MeshBody::internal_forces() const {
   if (Ku_is_current_) return Ku_;
-  internal_forces(u_, Ku_);
+  turning_ ? turned_forces() : stiffness_forces(u_, Ku_);
   Ku_is_current_ = true;
   return Ku_;
 }
@@ -222,7 +223,7 @@ double MeshBody::scalar_product_of_forces(const Field& v) const {
 }
 
 void MeshBody::total_accelerations(Field& a) const {
-  if (loads_.empty()) return accelerations(-internal_forces(), a);
+  if (!is_loaded()) return accelerations(-internal_forces(), a);
   load(t_, load_);
   accelerations(load_ - internal_forces(), a);
 }
@@ -267,11 +268,12 @@ void MeshBody::start(double h) {
 void MeshBody::leap(double s, double h) {
   const auto on_rows = [&](Index begin, Index end, const double* f, Index stride) {
     for (int c = 0; c < 3; ++c)
-      leapfrog({f + c * stride, loads_.empty() ? nullptr : load_.col(c).data() + begin,
+      leapfrog({f + c * stride, !is_loaded() ? nullptr : load_.col(c).data() + begin,
                 model_->inverse_mass.data() + begin, u_.col(c).data() + begin,
                 v_.col(c).data() + begin, u_end_.col(c).data() + begin},
                end - begin, s, h);
   };
+  if (turning_) internal_forces();
   if (Ku_is_current_) {
     threads_->for_rows(u_.rows(), [&](Index begin, Index end) {
       on_rows(begin, end, Ku_.data() + begin, Ku_.rows());
@@ -291,6 +293,10 @@ void MeshBody::damp(const Damping& damping) {
                      "': loss_factor and damping of modes cannot be had with as: mesh: give its "
                      "material damping: {alpha, beta}, or "
                      "use as: superelement");
+  if (turning_ && damping.material.alpha != 0)
+    throw InputError("instance '" + name_ +
+                     "': damping alpha, which brakes rigid motions, does not go with "
+                     "time.rotations: large: take beta");
   damping_ = damping.material;
 }
 
@@ -298,9 +304,9 @@ void MeshBody::damp(const Damping& damping) {
 void MeshBody::damped_accelerations(Field& a) const {
   if (damping_.beta == 0) return total_accelerations(a);
   Kv_.resize(u_.rows(), 3);
-  internal_forces(v_, Kv_);
+  turning_ ? turned_damping(v_, Kv_) : stiffness_forces(v_, Kv_);
   Field force = -internal_forces() - damping_.beta * Kv_;
-  if (!loads_.empty()) {
+  if (is_loaded()) {
     load(t_, load_);
     force += load_;
   }
@@ -329,8 +335,8 @@ void MeshBody::predict(double t, double h) {
   for (std::size_t set = 0; set < sets_.size(); ++set)
     for (Index i = 0; i < v_before_[set].rows(); ++i) v_before_[set].row(i) = v_.row(sets_[set][i]);
   const double s = 0.5 * (last_h_ + h);
-  if (h != last_h_) Ku_v_before_ = scalar_product_of_forces(v_);
-  if (!loads_.empty()) {
+  if (h != last_h_ && !turning_) Ku_v_before_ = scalar_product_of_forces(v_);
+  if (is_loaded()) {
     load(t_, load_);
     work_.external += 0.5 * s * flat(load_).dot(flat(v_));  // the other half in accept()
   }
@@ -344,9 +350,11 @@ void MeshBody::predict(double t, double h) {
     leap(s, h);
   }
   kicks_.clear();
+  if (turning_) forget_end();
 }
 
 void MeshBody::add_impulses(Index set, const Points& impulses, ImpulseKind kind) {
+  if (turning_) forget_end();
   const auto& rows = sets_[set];
   if (consistent()) {
     Field change = Field::Zero(u_.rows(), 3);
@@ -386,14 +394,17 @@ void MeshBody::accept() {
     const double work = 0.5 * kick.impulse.dot(kick.v_before + v_.row(kick.row).transpose());
     (kick.kind == ImpulseKind::friction ? work_.friction : work_.contact) += work;
   }
-  if (!loads_.empty()) work_.external += 0.25 * (last_h_ + h_) * flat(load_).dot(flat(v_));
+  if (turning_) book_moments();
+  if (is_loaded()) work_.external += 0.25 * (last_h_ + h_) * flat(load_).dot(flat(v_));
   if (is_damped()) work_.damping += damping_work();
   // Its energy holds a term -h/2 v . K u: a change of h brings (h - h-)/4 K u . (v+ - v-).
-  if (h_ != last_h_)
+  if (h_ != last_h_ && !turning_)
     work_.numerical += 0.25 * (h_ - last_h_) * (scalar_product_of_forces(v_) - Ku_v_before_);
   last_h_ = h_;
   Ku_is_current_ = v_now_is_current_ = false;
+  if (turning_) fit_at_end();
   u_.swap(u_end_);
+  if (turning_) fit_now();
   t_ += h_;
 }
 

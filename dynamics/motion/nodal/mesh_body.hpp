@@ -51,14 +51,23 @@ MeshModel mesh_model(const FiniteElementModel& model, const Points& coordinates,
 MeshModel mesh_model(const FiniteElementModel& model, const Points& coordinates, bool lumped,
                      MeshForces forces);
 
+class MeshFrame;
+struct MeshFit;
+
 // `held`: ascending by node, component axes.
 class MeshBody final : public Body,
                        public NodalAbility,
                        public StartImpulseAbility,
-                       public StaticsAbility {
+                       public StaticsAbility,
+                       public TurningAbility {
  public:
   MeshBody(std::string name, std::shared_ptr<const MeshModel> model, const Placement& placement,
            const std::vector<HeldDirection>& held, std::shared_ptr<RowThreads> threads);
+  ~MeshBody() override;
+
+  // Once, before track(), damp() and loads, of a body that nothing holds: it turns by any angle.
+  // frame: of the same model. angular_velocity: rad/s, scene axes, at the start.
+  void turn_freely(std::shared_ptr<const MeshFrame> frame, const Vector3& angular_velocity);
 
   const std::string& name() const override { return name_; }
   Index n_dofs() const override {
@@ -70,7 +79,7 @@ class MeshBody final : public Body,
   Scheme scheme() const override { return Scheme::central_difference; }
   const Points& reference_positions() const override { return X_; }
 
-  // Rayleigh's. InputError: damping of modes.
+  // Rayleigh's. InputError: damping of modes, and alpha of a body that turns, whose spin it brakes.
   void damp(const Damping& damping) override;
 
   Index track(const std::vector<Index>& nodes) override;
@@ -100,21 +109,37 @@ class MeshBody final : public Body,
   void accept() override;
 
   NodeResponse response(Index set, double h) const override;
-  NodalAbility* nodal() override { return this; }
+  NodalAbility* nodal() override { return turning_ ? nullptr : this; }
   Points nodal_masses(Index set) const override;
   Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum) override;
   void add_force(const Points& forces, const LoadHistory& history) override;
+  void add_vector_load(const VectorLoad& load) override;
   void add_gravity(const Vector3& acceleration, const LoadHistory& history) override;
   StartImpulseAbility* start_impulses() override { return this; }
   void add_start_impulse(const Vector& impulse) override;
 
   BodyState state() const override;
-  BodyWork work() const override { return work_; }
+  BodyWork work() const override;
   void displacements(Points& u, Points& v) const override;
+  // Of a body that turns in its own axes: turn() does the rest.
   void coordinates(Vector& q, Vector& rates) const override;
+  void turn(const Points& X, Points& u, Points& v) const override;
   void keep_state(StateArchive& archive) override;
 
+  TurningAbility* turning() override;
+  const Matrix3& turn_of_step() const override;  // at the start of the step
+  BodyTurn turn_now() const override;
+  BodyTurn turn_at_end() const override;
+  Vector3 spin() const override;
+  void unturned_positions(Index set, Points& x) const override;
+  void unturned_end(Index set, Points& x) const override;
+  void unturned_displacements(Points& u, Points& v) const override;
+  // The mass is the same along all axes.
+  NodeResponse unturned_response(Index set, double h) const override { return response(set, h); }
+  void add_moment(const Vector3& moment, ImpulseKind kind) override;
+
  private:
+  struct Turning;
   struct NodalLoad {
     std::vector<Index> rows;  // ascending: those of a surface, or all
     Points forces;            // of these, component axes
@@ -134,8 +159,8 @@ class MeshBody final : public Body,
   void hold_velocity();
   void accelerations(const Field& force, Field& a) const;  // M^-1 f on the free directions
   void load(double t, Field& f) const;
-  void internal_forces(const Field& u, Field& Ku) const;
-  const Field& internal_forces() const;  // K u, formed once for each u
+  void stiffness_forces(const Field& u, Field& Ku) const;
+  const Field& internal_forces() const;  // K u, formed once for each u; the turned body's of u
   double held_frequency() const;         // the largest one of the free directions
   double find_held_frequency() const;
   double scalar_product_of_forces(const Field& v) const;  // v . K u
@@ -154,6 +179,23 @@ class MeshBody final : public Body,
   double scalar_product(const Field& v, const Field& w) const;  // v . M w
   // of translation and rotation, component axes
   Eigen::Matrix<double, 6, 1> momenta(const Field& v) const;
+
+  bool is_loaded() const;
+  // Of a body that turns
+  void fit_now();
+  void forget_end();
+  const MeshFit& fit_at_end() const;
+  void turned_forces() const;
+  void turned_damping(const Field& v, Field& f) const;
+  void add_turned_loads(double t, Field& f) const;
+  BodyTurn turn_of(const MeshFit& fit) const;
+  void unturned(const MeshFit& fit, const Field& u, Index set, Points& x) const;
+  void unturned_fields(Field& u, Field& v) const;
+  Field arms_now() const;
+  Field momenta_of_nodes(const Field& v) const;
+  void book_moments();
+  BodyState turned_state() const;
+  void keep_turning(StateArchive& archive);
 
   std::unique_ptr<Body> still_;  // none: motion has begun
   std::string name_;
@@ -183,6 +225,7 @@ class MeshBody final : public Body,
   mutable Field Kv_;
   double Ku_v_before_ = 0;  // K u . v- of a step of another length than the last
   BodyWork work_;
+  std::unique_ptr<Turning> turning_;  // none: linear
 };
 
 }  // namespace cbr

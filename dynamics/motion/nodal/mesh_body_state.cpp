@@ -21,6 +21,7 @@ void MeshBody::start_motion(double h) {
 void MeshBody::keep_state(StateArchive& archive) {
   archive.expect(u_.rows());
   archive(u_, v_, t_, last_h_, work_);
+  if (turning_) keep_turning(archive);
   bool is_known = Ku_is_current_;
   archive(is_known);
   if (!archive.restores()) return;

@@ -209,6 +209,7 @@ Eigen::Matrix<double, 6, 1> MeshBody::momenta(const Field& v) const {
 }
 
 BodyState MeshBody::state() const {
+  if (turning_) return turned_state();
   const Matrix3& T = placement_.T;
   const RigidBody& rigid = model_->rigid_body;
   const Field& Ku = internal_forces();
@@ -234,7 +235,10 @@ void MeshBody::displacements(Points& u, Points& v) const {
 }
 
 void MeshBody::coordinates(Vector& q, Vector& rates) const {
-  const Points u = by_nodes(u_), v = by_nodes(present_velocities());
+  Field unturned, its_rates;
+  if (turning_) unturned_fields(unturned, its_rates);
+  const Points u = by_nodes(turning_ ? unturned : u_),
+               v = by_nodes(turning_ ? its_rates : present_velocities());
   q = Eigen::Map<const Vector>(u.data(), u.size());
   rates = Eigen::Map<const Vector>(v.data(), v.size());
 }

@@ -18,6 +18,7 @@
 #include "dynamics/motion/modal/statics_body.hpp"
 #include "dynamics/motion/modal/superelement_body.hpp"
 #include "dynamics/motion/modal/turning_body.hpp"
+#include "dynamics/motion/nodal/mesh_frame.hpp"
 #include "dynamics/motion/scaled/scaled_body.hpp"
 #include "dynamics/motion/supported_body.hpp"
 #include "dynamics/setup/bodies/mesh_modes.hpp"
@@ -391,6 +392,7 @@ InstanceBody BodyMaker::make_rigid(const Instance& instance, const MeshedCompone
 InstanceBody BodyMaker::make_held(const Instance& instance, const MeshedComponent& component) {
   if (instance.as == InstanceKind::rigid) return make_rigid(instance, component);
   if (component.modes) return make_mesh_modes(instance, component);
+  if (turns(index_, instance)) require_turning(instance, component);
   if (component.plans.at(instance.name).coordinates == Coordinates::coupled)
     return make_coupled(instance, *component.geometry, shelled(instance, component));
   auto body =
@@ -399,6 +401,11 @@ InstanceBody BodyMaker::make_held(const Instance& instance, const MeshedComponen
   if (preload_steps(scene_) > 0)
     body->do_statics_with(
         make_coupled(instance, *component.geometry, shelled(instance, component)).body);
+  if (turns(index_, instance)) {
+    std::shared_ptr<const MeshFrame>& frame = frames_[component.model.get()];
+    if (!frame) frame = std::make_shared<MeshFrame>(*component.model);
+    body->turn_freely(frame, instance.angular_velocity);
+  }
   return {std::move(body), component.model->rigid_body.mass};
 }
 

@@ -6,6 +6,7 @@
 
 #include "common/base/error.hpp"
 #include "common/base/number_text.hpp"
+#include "common/fem/connected_parts.hpp"
 #include "dynamics/setup/components/skin_shells.hpp"
 
 namespace cbr {
@@ -94,8 +95,7 @@ void refuse_what_acts(const SceneIndex& index) {
 }  // namespace
 
 bool turns(const SceneIndex& index, const Instance& instance) {
-  return index.scene().time->rotations == Rotations::large && instance.as != InstanceKind::mesh &&
-         !index.is_held(instance);
+  return index.scene().time->rotations == Rotations::large && !index.is_held(instance);
 }
 
 void refuse_what_does_not_turn(const SceneIndex& index) {
@@ -108,9 +108,7 @@ void refuse_what_does_not_turn(const SceneIndex& index) {
   refuse_ways(scene);
   for (const Instance& instance : scene.instances)
     if (!turns(index, instance))
-      refuse_spin(
-          instance,
-          "a superelement or rigid body without supports: as: mesh and held ones do not turn");
+      refuse_spin(instance, "a body without supports: held ones do not turn");
   refuse_what_acts(index);
 }
 
@@ -124,6 +122,16 @@ void require_turning(const Instance& instance, const ReducedComponent& component
   if (n_rigid != 6)
     refuse(instance, "time.rotations: large turns free bodies of one part only, found " +
                          std::to_string(n_rigid) + " rigid motions where 6 are allowed");
+}
+
+void require_turning(const Instance& instance, const MeshedComponent& component) {
+  if (component.plans.at(instance.name).coordinates != Coordinates::nodal)
+    refuse(instance, "time.rotations: large does not turn meshes with shells");
+  const std::vector<Index> part = connected_parts(*component.mesh, *component.fe);
+  const Index n = part.empty() ? 0 : 1 + *std::max_element(part.begin(), part.end());
+  if (n != 1)
+    refuse(instance, "time.rotations: large turns bodies of one part only, found " +
+                         std::to_string(n) + " parts in the mesh");
 }
 
 std::vector<std::string> notes_of_spin(const Instance& instance, const Superelement& superelement,
@@ -153,9 +161,7 @@ std::string note_of_what_stays(const SceneIndex& index) {
   for (const Instance& instance : scene.instances)
     if (!turns(index, instance)) names += (names.empty() ? "" : ", ") + instance.name;
   return names.empty() ? names
-                       : "rotations: large turns superelements and rigid bodies without supports; "
-                         "linear as ever: " +
-                             names;
+                       : "rotations: large turns bodies without supports; linear as ever: " + names;
 }
 
 }  // namespace cbr

@@ -10,13 +10,14 @@
 
 namespace cbr {
 
-// Whether an instance turns by any angle: with `large` superelements that nothing holds. All others
-// are linear.
+// Whether an instance turns by any angle: with `large` each that nothing holds. All others are
+// linear.
 bool turns(const SceneIndex& index, const Instance& instance);
 // InputError, one line that names what does not turn: before any file is read; of an instance that
 // turns, and what it is made of. `rotations: small` refuses angular velocities alone.
 void refuse_what_does_not_turn(const SceneIndex& index);
 void require_turning(const Instance& instance, const ReducedComponent& component);
+void require_turning(const Instance& instance, const MeshedComponent& component);
 // What of its spin an instance that turns does not feel; empty: nothing worth a word.
 std::vector<std::string> notes_of_spin(const Instance& instance, const Superelement& superelement,
                                        bool feels_spin, const SuperelementBody& modal);

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The axes of a full mesh that turns by any angle.
+#pragma once
+
+#include <Eigen/Geometry>
+
+#include "dynamics/motion/nodal/mesh_body.hpp"
+
+namespace cbr {
+
+// Where a mesh is without its strain. Axes are those of the component at the start.
+struct MeshFit {
+  Vector3 shift = Vector3::Zero();  // of the centre of mass
+  Eigen::Quaterniond q = Eigen::Quaterniond::Identity();
+  Matrix3 R = Matrix3::Identity();          // of q
+  Matrix3 less_one = Matrix3::Zero();       // R - 1, without cancellation
+  Matrix3 inverse_G = Matrix3::Identity();  // see MeshFrame
+};
+
+// R is the rotation of the least sum m_i |x_i - c - R Y_i|^2, with c the centre of mass and Y_i the
+// place from it at the start (Horn, Hilden, Negahdaripour 1988, doi 10.1364/JOSAA.5.001127). So
+// S = R^T sum m_i (x_i - c) Y_i^T is symmetric, and a change of x turns R by theta = G^-1 sum m_i
+// Y_i x R^T dx_i in its own axes, G = tr S 1 - S. With d_i = R^T (x_i - c) - Y_i the energy is 1/2
+// d . K d, and -force its gradient in x. A consistent mass weighs alike: m_i Y_i becomes (M Y)_i.
+class MeshFrame {
+ public:
+  // RunError: the mesh has no extent across some axis.
+  explicit MeshFrame(const MeshModel& model);
+
+  const Field& Y() const { return Y_; }  // n x 3, by rows of the forces
+  // from: a fit that is less than a quarter turn away.
+  MeshFit fit(const Field& u, const MeshFit& from) const;
+  // d, axes of the fit; of one row
+  void strain(const MeshFit& fit, const Field& u, Field& d) const;
+  Vector3 strain(const MeshFit& fit, const Field& u, Index row) const;
+  // theta of rates v, axes of the fit
+  Vector3 turn(const MeshFit& fit, const Field& v) const;
+  // The rates of d
+  void strain_rates(const MeshFit& fit, const Field& u, const Field& v, Field& rates) const;
+  // f = K d in the axes of the fit becomes the gradient in x: sum f_i and sum (x_i - c) x f_i are
+  // zero. Any f whose sum is zero, of damping too.
+  void pull_back(const MeshFit& fit, const Field& d, Field& f) const;
+
+ private:
+  const Vector& mass_;
+  double total_;
+  Field Y_, arms_;  // (M Y)_i
+  Matrix3 S_0_;     // sum (M Y)_i Y_i^T
+};
+
+}  // namespace cbr
