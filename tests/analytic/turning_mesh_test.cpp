@@ -54,6 +54,14 @@ Quaterniond turn_of(const RunResult::OfBody& body, std::size_t i) {
   return {q[0], q[1], q[2], q[3]};
 }
 
+// The largest angle between the orientations of two runs, rad.
+double apart(const RunResult::OfBody& first, const RunResult::OfBody& second) {
+  double most = 0;
+  for (std::size_t i = 0; 4 * i < first.orientation.size(); ++i)
+    most = std::max(most, turn_of(first, i).angularDistance(turn_of(second, i)));
+  return most;
+}
+
 // From the first output, as a share of what is there.
 double drift(const Series3& series) {
   double most = 0;
@@ -74,26 +82,270 @@ TEST(TurningMesh, AFreeOneKeepsItsMomentaAndStepsAreOfSecondOrder) {
   for (const std::string component : {"", ", mass: consistent"}) {
     FolderWithBlock folder;
     std::vector<double> steps, swings;
-    std::vector<Quaterniond> ends;
+    std::vector<RunResult::OfBody> bodies;
     for (const double h : {4e-4, 2e-4, 1e-4}) {
       const Ran ran = folder.run(scene(steps_of(h), "as: mesh", "", component));
       const RunResult::OfBody& body = ran.body("b");
       const double momentum = drift(body.momentum), angular = drift(body.angular_momentum);
       steps.push_back(h), swings.push_back(energy_swing(ran.result));
-      ends.push_back(turn_of(body, ran.result.time.size() - 1));
+      bodies.push_back(body);
       std::printf("step %.0e: momentum %.0e, angular %.0e, energy %.2e\n", h, momentum, angular,
                   swings.back());
       EXPECT_LT(momentum, 2e-14);
       EXPECT_LT(angular, 2e-12);
       EXPECT_EQ(ran.result.largest_rotation, 0);  // nothing to warn of
     }
-    const double first = ends[0].angularDistance(ends[1]),
-                 second = ends[1].angularDistance(ends[2]);
+    const double first = apart(bodies[0], bodies[1]), second = apart(bodies[1], bodies[2]);
     std::printf("orientation changes by %.2e and %.2e\n", first, second);
     EXPECT_NEAR(std::log2(first / second), 2, 0.1);
     EXPECT_NEAR(test::observed_order(steps, swings), 2, 0.1);
     EXPECT_LT(swings[2], 1e-5);
   }
+}
+
+// Two blocks askew as meshes; the first flies with spin into the second, which spins too.
+ContactScene tumbling(const std::string& options, double speed) {
+  ContactScene scene;
+  for (int i = 0; i < 2; ++i) {
+    BodyPart b;
+    b.name = i == 0 ? "a" : "b";
+    b.mesh = i == 0 ? test::block_mesh({{3, 2, 2}})
+                    : test::block_mesh({{2, 3, 2}, Vector3(1, 0.8, 0.7)});
+    b.position = i == 0 ? Vector3(0, 0, 0) : Vector3(1.3, 0.35, 0.25);
+    const Vector3 axis = i == 0 ? Vector3(1, 2, -1.5) : Vector3(0.5, -1, 2);
+    b.rotation = AngleAxisd(0.2, axis.normalized()).toRotationMatrix();
+    b.angular_velocity = speed * axis;
+    scene.bodies.push_back(b);
+  }
+  scene.bodies[0].velocity = speed * Vector3(1, 0.3, -0.2);
+  scene.pairs = {"{between: all" + options + "}"};
+  scene.history = {"a.x_max", "b.x_min"};
+  scene.large_rotations = true;
+  scene.step = 0.008, scene.every = 0.04, scene.end = 0.8;
+  return scene;
+}
+
+Vector3 total(const RunResult& result, Series3 RunResult::OfBody::*series, std::size_t k) {
+  Vector3 sum = Vector3::Zero();
+  for (const auto& body : result.bodies) sum += at(body.*series, k);
+  return sum;
+}
+
+double largest_change(const RunResult& result, Series3 RunResult::OfBody::*series) {
+  double most = 0;
+  for (std::size_t k = 0; k < result.time.size(); ++k)
+    most = std::max(most, (total(result, series, k) - total(result, series, 0)).norm());
+  return most;
+}
+
+TEST(TurningMesh, TwoThatHitEachOtherKeepTheirMomenta) {
+  for (const std::string options :
+       {"", ", friction: 0.3", ", formulation: mortar", ", formulation: mortar, friction: 0.3"}) {
+    const Ran ran = run(tumbling(options, 0.8));
+    const RunResult& r = ran.result;
+    const double pushed =
+        (at(r.bodies[1].momentum, r.time.size() - 1) - at(r.bodies[1].momentum, 0)).norm();
+    const double scale = total(r, &RunResult::OfBody::angular_momentum, 0).norm();
+    const double momentum = largest_change(r, &RunResult::OfBody::momentum) / pushed;
+    const double angular = largest_change(r, &RunResult::OfBody::angular_momentum) / scale;
+    double numerical = 0;
+    for (const double work : r.work_numerical) numerical = std::max(numerical, std::abs(work));
+    std::printf("%-36s momentum %.0e, angular %.0e, numerical work %.1e, left %.3f\n",
+                options.c_str(), momentum, angular, numerical / r.total[0],
+                r.total.back() / r.total[0]);
+    EXPECT_GT(pushed, 0.1) << options;
+    EXPECT_LT(momentum, 1e-13) << options;
+    EXPECT_LT(angular, 1e-13) << options;
+    EXPECT_LT(numerical, 1e-3 * r.total[0]) << options;
+  }
+}
+
+// Works of contact, friction and loads tell where the energy went, all but the square of the step.
+TEST(TurningMesh, NumericalWorkIsOfSecondOrderWithLoadsAndDamping) {
+  FolderWithBlock folder;
+  const std::string more =
+      "loads: [{gravity: [0, 0, -9.81]}, {instance: b, surface: x_max, force: [0.02, 0.01, 0], "
+      "follow: true}, {instance: b, surface: x_min, force: [0, 0.02, 0.03], follow: false}]\n";
+  for (const bool is_damped : {false, true}) {
+    std::vector<double> steps, numerical;
+    for (const double h : {4e-4, 2e-4, 1e-4}) {
+      std::string yaml = scene(steps_of(h), "as: mesh", is_damped ? "" : more);
+      if (is_damped) yaml.replace(yaml.find("density: 2"), 10, "density: 2, damping: {beta: 1e-4}");
+      const Ran ran = folder.run(yaml);
+      double most = 0;
+      for (const double work : ran.result.work_numerical) most = std::max(most, std::abs(work));
+      steps.push_back(h), numerical.push_back(most / ran.result.total[0]);
+      const double damping = ran.result.work_damping.back() / ran.result.total[0];
+      std::printf("step %.0e: %.2e, external %.2e, damping %.2e\n", h, numerical.back(),
+                  ran.result.work_external.back() / ran.result.total[0], damping);
+      if (!is_damped) continue;
+      EXPECT_LT(drift(ran.body("b").angular_momentum), 1e-12);  // damping does not brake the spin
+      EXPECT_LT(damping, -1e-5);
+    }
+    EXPECT_NEAR(test::observed_order(steps, numerical), 2, 0.2);
+    EXPECT_LT(numerical.back(), 1e-5);
+  }
+}
+
+TEST(TurningMesh, ARotationOfTheSceneChangesNothing) {
+  ContactScene scene = tumbling(", friction: 0.3", 0.8);
+  scene.end = 0.6;
+  const Ran plain = run(scene);
+  std::vector<Change> changes(2);
+  changes[0].S = AngleAxisd(2.5, Vector3(0.3, -0.8, 0.5).normalized()).toRotationMatrix();
+  changes[0].shift = Vector3(3, -2, 1), changes[0].boost = Vector3(0.4, -0.2, 0.3);
+  changes[1].S = AngleAxisd(0.7, Vector3(0.9, 0.1, -0.5).normalized()).toRotationMatrix() *
+                 Vector3(1, -1, 1).asDiagonal();
+  for (const Change& change : changes) {
+    const double d = difference(plain, run(scene, change), change).largest();
+    std::printf("%.1e\n", d);
+    EXPECT_LT(d, 1e-9);
+  }
+}
+
+TEST(TurningMesh, SmallRotationsAreThoseOfLinearMeshes) {
+  std::vector<double> speeds, differences;
+  for (const double speed : {1e-2, 1e-3, 1e-4}) {
+    ContactScene scene = tumbling(", friction: 0.3", speed);
+    for (BodyPart& b : scene.bodies) b.angular_velocity.setZero(), b.rotation.setIdentity();
+    scene.bodies[1].position.x() = 1 + 0.02 * speed;
+    const Ran large = run(scene);
+    scene.large_rotations = false;
+    const Ran small = run(scene);
+    const auto last = small.result.time.size() - 1;
+    const Vector3 moved = at(large.monitor("b.x_min").mean_position, last) -
+                          at(small.monitor("b.x_min").mean_position, last);
+    speeds.push_back(speed), differences.push_back(moved.norm());
+    std::printf("speed %.0e: %.2e\n", speed, moved.norm());
+  }
+  EXPECT_GT(test::observed_order(speeds, differences), 1.9);
+}
+
+// A superelement of all modes leaves out Coriolis's forces and what the spin does to what is
+// deformed: per turn a share of the square of the spin. Both take the same way here.
+TEST(TurningMesh, ASuperelementOfAllModesTurnsAlike) {
+  FolderWithBlock folder;
+  const std::vector<double> spins{0.25, 0.5, 1};
+  std::vector<double> apart;
+  for (const double share : spins) {
+    std::vector<Quaterniond> ends;
+    std::vector<Vector3> places;
+    for (const std::string as : {"as: mesh", "as: superelement"}) {
+      std::string yaml = scene("{end: " + text(0.5 / share) + ", step: 2e-4, rotations: large}", as,
+                               "", ", mass: lumped");
+      yaml.replace(yaml.find(text(spin)), text(spin).size(), text(share * spin));
+      yaml.replace(yaml.find("modes: 8"), 8, "modes: 81");
+      const Ran ran = folder.run(yaml);
+      const auto last = ran.result.time.size() - 1;
+      ends.push_back(turn_of(ran.body("b"), last));
+      places.push_back(at(ran.monitor("b.x_max").mean_position, last));
+    }
+    apart.push_back(ends[0].angularDistance(ends[1]));
+    std::printf("spin %.2f: turned by %.2f, orientation apart %.1e, face %.1e\n",
+                share * spin.norm(), 0.5 * spin.norm(), apart.back(),
+                (places[0] - places[1]).norm());
+  }
+  EXPECT_GT(test::observed_order(spins, apart), 1.9);
+  EXPECT_LT(apart[0], 1e-5);
+}
+
+// Impulses and moments on a body that has turned far, about the scene's origin.
+TEST(TurningMesh, ImpulsesTurnItByTheirMoments) {
+  FolderWithBlock folder;
+  Ran ran = folder.prepare(scene(steps_of(4e-4), "as: mesh, mirror: y, rotation: [30, 40, -20]"));
+  Body& body = *ran.built.simulation.bodies[0];
+  const Index set = body.track({0, 7, 20});
+  double t = 0, most = 0;
+  Vector3 L = body.state().angular_momentum, p = body.state().momentum;
+  for (int i = 0; i < 1000; ++i) {
+    constexpr double h = 4e-4;
+    body.predict(t, h);
+    if (i % 50 == 7) {
+      Points x, impulses(3, 3);
+      body.positions(set, x);
+      for (Index k = 0; k < 9; ++k)
+        impulses.data()[k] = 1e-4 * std::sin(i + 2.5 * static_cast<double>(k));
+      const Vector3 moment(1e-5, 2e-5, -1e-5);
+      body.add_impulses(set, impulses, ImpulseKind::friction);
+      body.turning()->add_moment(moment, ImpulseKind::contact);
+      for (Index k = 0; k < 3; ++k) {
+        L += Vector3(x.row(k)).cross(Vector3(impulses.row(k)));
+        p += impulses.row(k).transpose();
+      }
+      L += moment;
+    }
+    body.accept();
+    t += h;
+    most = std::max({most, (body.state().angular_momentum - L).norm() / L.norm(),
+                     (body.state().momentum - p).norm() / p.norm()});
+  }
+  const BodyWork work = body.work();
+  const BodyState state = body.state();
+  const double energy = state.kinetic_energy + state.strain_energy;
+  std::printf("momenta off by %.0e, works of contact %.2e and friction %.2e, numerical %.1e\n",
+              most, work.contact / energy, work.friction / energy, work.numerical / energy);
+  EXPECT_LT(most, 1e-13);
+  EXPECT_GT(std::abs(work.contact), 1e-3 * energy);
+  EXPECT_LT(std::abs(work.numerical), 2e-5 * energy);
+}
+
+// A wall without friction leaves the angular momentum about its normal, however the block spins.
+TEST(TurningMesh, AWallLeavesTheSpinAboutItsNormal) {
+  FolderWithBlock folder;
+  std::string yaml = scene("{end: 0.15, step: 4e-4, rotations: large}",
+                           "as: mesh, rotation: [30, 40, -20], position: [0, 0, 0.35]",
+                           "walls: {w: {plane: {point: [0, 0, 0], normal: [0, 0, 1]}}}\ncontact: "
+                           "[{between: all}]\n");
+  yaml.replace(yaml.find("[1, 2, 3]"), 9, "[1, 0.5, -6]");
+  const Ran ran = folder.run(yaml);
+  const RunResult::OfBody& body = ran.body("b");
+  const auto last = ran.result.time.size() - 1;
+  const Vector3 spun = at(body.angular_momentum, last) - at(body.angular_momentum, 0);
+  const Vector3 pushed = at(body.momentum, last) - at(body.momentum, 0);
+  std::printf("pushed %.3f, spun %.3f, about the normal %.1e, turned by %.2f\n", pushed.norm(),
+              spun.norm(), spun.z(), turn_of(body, 0).angularDistance(turn_of(body, last)));
+  EXPECT_GT(pushed.z(), 0.01);
+  EXPECT_GT(spun.head<2>().norm(), 1e-3);
+  EXPECT_LT(std::abs(spun.z()), 1e-14);
+  EXPECT_LT(pushed.head<2>().norm(), 1e-14);
+}
+
+TEST(TurningMesh, ARestartGoesOnBitForBit) {
+  FolderWithBlock folder;
+  const std::string yaml = scene(
+      "{end: 0.2, step: 4e-4, rotations: large}", "as: mesh, position: [0, 0, 0.1]",
+      "walls: {w: {plane: {point: [0, 0, 0], normal: [0, 0, 1]}}}\ncontact: [{between: all, "
+      "friction: 0.3}]\nloads: [{gravity: [0, 0, -60]}, {instance: b, surface: x_max, force: [0, "
+      "0.02, 0], follow: true}]\n");
+  const auto [whole, rest] = test::restarted(folder, yaml, 0.095);
+  EXPECT_EQ(whole.body("b").orientation, rest.body("b").orientation);
+  EXPECT_EQ(whole.result.total, rest.result.total);
+  EXPECT_EQ(whole.result.work_numerical, rest.result.work_numerical);
+  EXPECT_EQ(whole.monitor("b.x_max").mean_position.values,
+            rest.monitor("b.x_max").mean_position.values);
+}
+
+TEST(TurningMesh, WhatDoesNotTurnIsRefusedByName) {
+  FolderWithBlock folder;
+  const auto expect = [&](const std::string& yaml, const std::string& part) {
+    const std::string said = test::refusal_of([&] { (void)folder.prepare(yaml); });
+    EXPECT_NE(said.find(part), std::string::npos) << said;
+    EXPECT_EQ(said.find('\n'), std::string::npos) << said;
+  };
+  const std::string wall = "walls: {w: {plane: {point: [-1, 0, 0], normal: [1, 0, 0]}}}\n";
+  for (const std::string enforcement : {"penalty", "nodal"})
+    expect(scene(steps_of(1e-3), "as: mesh",
+                 wall + "contact: [{between: [b.x_min, w], enforcement: " + enforcement + "}]\n"),
+           "contact of instance 'b', which turns (time.rotations: large), is enforcement: impulse "
+           "only");
+  expect(scene("{end: 1, integrator: newmark, step: 1e-3, rotations: large}"),
+         "time.rotations: large goes with integrator: exact only");
+  expect(scene("{end: 1, mass_scaling: true, rotations: large}"), "mass_scaling");
+  expect(scene(steps_of(1e-3), "as: mesh", "boundary: [{instance: b, nodes: x_min, fix: x}]\n"),
+         "'b': angular_velocity needs a body without supports");
+  std::string damped = scene(steps_of(1e-3));
+  damped.replace(damped.find("density: 2"), 10, "density: 2, damping: {alpha: 1, beta: 0}");
+  expect(damped, "damping alpha, which brakes rigid motions, does not go with");
 }
 
 }  // namespace
