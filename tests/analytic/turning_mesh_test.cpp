@@ -343,6 +343,23 @@ TEST(TurningMesh, WhatDoesNotTurnIsRefusedByName) {
   expect(scene("{end: 1, mass_scaling: true, rotations: large}"), "mass_scaling");
   expect(scene(steps_of(1e-3), "as: mesh", "boundary: [{instance: b, nodes: x_min, fix: x}]\n"),
          "'b': angular_velocity needs a body without supports");
+  // A second block that no element joins to the first
+  Mesh two = test::block_mesh({{1, 1, 1}, Vector3(0.1, 0.1, 0.1)});
+  const Index n = two.coordinates.rows();
+  Block& block = two.blocks[0];
+  two.coordinates.conservativeResize(2 * n, 3);
+  two.coordinates.bottomRows(n) =
+      two.coordinates.topRows(n).rowwise() + Eigen::RowVector3d(1, 0, 0);
+  for (Index i = 0; i < n; ++i) two.node_ids.push_back(two.node_ids[i] + n);
+  block.connectivity.conservativeResize(2, 8);
+  block.connectivity.row(1) = block.connectivity.row(0).array() + n;
+  block.element_ids.push_back(block.element_ids[0] + 1);
+  SceneFolder other;
+  other.add("block.exo", two);
+  EXPECT_NE(test::refusal_of([&] {
+              (void)other.prepare(scene(steps_of(1e-3)));
+            }).find("'b': time.rotations: large turns bodies of one part only, found 2 parts"),
+            std::string::npos);
   std::string damped = scene(steps_of(1e-3));
   damped.replace(damped.find("density: 2"), 10, "density: 2, damping: {alpha: 1, beta: 0}");
   expect(damped, "damping alpha, which brakes rigid motions, does not go with");

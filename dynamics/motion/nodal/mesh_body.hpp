@@ -19,6 +19,9 @@
 
 namespace cbr {
 
+class MeshFrame;
+struct MeshFit;
+
 // What the instances of a component share; component axes, node i is FiniteElementModel::nodes[i].
 // Rows are those of `forces`.
 struct MeshModel {
@@ -42,6 +45,12 @@ struct MeshModel {
     std::vector<std::pair<std::vector<HeldDirection>, double>> known;
   };
   std::shared_ptr<HeldFrequencies> of_held = std::make_shared<HeldFrequencies>();
+  // And of those that turn
+  struct Turned {
+    std::mutex lock;
+    std::shared_ptr<const MeshFrame> frame;  // null: not yet made
+  };
+  std::shared_ptr<Turned> of_turned = std::make_shared<Turned>();
 };
 
 // `lumped`: M is diagonal. RunError when the highest frequency is not found or M is not positive
@@ -50,9 +59,6 @@ MeshModel mesh_model(const FiniteElementModel& model, const Points& coordinates,
 // `forces` of the same model; of an assembled K when the mass is consistent.
 MeshModel mesh_model(const FiniteElementModel& model, const Points& coordinates, bool lumped,
                      MeshForces forces);
-
-class MeshFrame;
-struct MeshFit;
 
 // `held`: ascending by node, component axes.
 class MeshBody final : public Body,
@@ -66,8 +72,8 @@ class MeshBody final : public Body,
   ~MeshBody() override;
 
   // Once, before track(), damp() and loads, of a body that nothing holds: it turns by any angle.
-  // frame: of the same model. angular_velocity: rad/s, scene axes, at the start.
-  void turn_freely(std::shared_ptr<const MeshFrame> frame, const Vector3& angular_velocity);
+  // angular_velocity: rad/s, scene axes, at the start. RunError: no inertia about an axis.
+  void turn_freely(const Vector3& angular_velocity);
 
   const std::string& name() const override { return name_; }
   Index n_dofs() const override {

@@ -62,11 +62,15 @@ struct MeshBody::Turning {
 
 MeshBody::~MeshBody() = default;
 
-void MeshBody::turn_freely(std::shared_ptr<const MeshFrame> frame,
-                           const Vector3& angular_velocity) {
+void MeshBody::turn_freely(const Vector3& angular_velocity) {
   const Matrix3& T = placement_.T;
   turning_.reset(new Turning);
-  turning_->frame = std::move(frame);
+  {
+    const std::lock_guard<std::mutex> lock(model_->of_turned->lock);
+    std::shared_ptr<const MeshFrame>& frame = model_->of_turned->frame;
+    if (!frame) frame = std::make_shared<MeshFrame>(*model_);
+    turning_->frame = frame;
+  }
   turning_->d.resize(u_.rows(), 3);
   v_ += turned_by(T.determinant() * (T.transpose() * angular_velocity), turning_->frame->Y());
   fit_now();

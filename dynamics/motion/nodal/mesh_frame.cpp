@@ -24,12 +24,6 @@ Matrix3 products(const Field& a, const Field& b) {
 
 Matrix3 inertia_of(const Matrix3& S) { return S.trace() * Matrix3::Identity() - S; }
 
-// 1 / |smallest principal moment| is finite on each axis
-bool is_spread(const Matrix3& S) {
-  const double least = Eigen::FullPivLU<Matrix3>(inertia_of(S)).rcond();
-  return least > 1e-12;
-}
-
 }  // namespace
 
 MeshFrame::MeshFrame(const MeshModel& model)
@@ -46,7 +40,9 @@ MeshFrame::MeshFrame(const MeshModel& model)
   }
   S_0_ = products(Y_, arms_);
   S_0_ = Matrix3(0.5 * (S_0_ + S_0_.transpose()));
-  if (!is_spread(S_0_)) throw RunError("the mesh has no inertia about one of its axes");
+  const Vector3 moments = symmetric_eigenvalues3(inertia_of(S_0_));
+  if (!(moments[0] > 1e-12 * moments[2]))
+    throw RunError("the mesh has no inertia about one of its axes");
 }
 
 MeshFit MeshFrame::fit(const Field& u, const MeshFit& from) const {

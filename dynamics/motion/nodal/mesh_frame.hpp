@@ -42,7 +42,7 @@ class MeshFrame {
   void pull_back(const MeshFit& fit, const Field& d, Field& f) const;
 
  private:
-  const Vector& mass_;
+  Vector mass_;
   double total_;
   Field Y_, arms_;  // (M Y)_i
   Matrix3 S_0_;     // sum (M Y)_i Y_i^T

@@ -241,7 +241,6 @@ std::string cure_of_rotation(const BuiltScene& built, std::size_t i) {
     return "; time: {rotations: large} turns bodies without supports only: hold it by links to the "
            "ground instead of 'boundary'";
   const BuiltScene::OfInstance& of = built.instances[i];
-  const bool is_elastic_mesh = of.mesh && !of.is_rigid;
   if (of.parts.size() > 1)
     return "; time: {rotations: large} would turn it if it were reduced without domains";
   const bool has_springs =
@@ -252,8 +251,7 @@ std::string cure_of_rotation(const BuiltScene& built, std::size_t i) {
         return pair.enforcement != Enforcement::impulse &&
                (is_it(*pair.slave) || is_it(*pair.master));
       });
-  return std::string("; ") + (is_elastic_mesh ? "as: superelement, " : "") +
-         (sim.bodies[i]->is_exact() ? "" : "integrator: exact, ") +
+  return std::string("; ") + (sim.bodies[i]->is_exact() ? "" : "integrator: exact, ") +
          (has_springs ? "enforcement: impulse, " : "") +
          (sim.plan.clip > 0 ? "mass_scaling: false, " : "") +
          (of.geometry->rotations.empty() ? "" : "reduction.interface for reduction.points, ") +

@@ -18,7 +18,6 @@
 #include "dynamics/motion/modal/statics_body.hpp"
 #include "dynamics/motion/modal/superelement_body.hpp"
 #include "dynamics/motion/modal/turning_body.hpp"
-#include "dynamics/motion/nodal/mesh_frame.hpp"
 #include "dynamics/motion/scaled/scaled_body.hpp"
 #include "dynamics/motion/supported_body.hpp"
 #include "dynamics/setup/bodies/mesh_modes.hpp"
@@ -401,11 +400,7 @@ InstanceBody BodyMaker::make_held(const Instance& instance, const MeshedComponen
   if (preload_steps(scene_) > 0)
     body->do_statics_with(
         make_coupled(instance, *component.geometry, shelled(instance, component)).body);
-  if (turns(index_, instance)) {
-    std::shared_ptr<const MeshFrame>& frame = frames_[component.model.get()];
-    if (!frame) frame = std::make_shared<MeshFrame>(*component.model);
-    body->turn_freely(frame, instance.angular_velocity);
-  }
+  if (turns(index_, instance)) body->turn_freely(instance.angular_velocity);
   return {std::move(body), component.model->rigid_body.mass};
 }
 

@@ -92,7 +92,6 @@ class BodyMaker {
            std::vector<std::pair<std::vector<HeldDirection>, std::shared_ptr<const StaticsForm>>>>
       held_statics_;
   std::map<const DiagonalForm*, std::shared_ptr<const StaticsForm>> truncated_;
-  std::map<const MeshModel*, std::shared_ptr<const MeshFrame>> frames_;  // of those that turn
   std::map<const MeshedComponent*, std::shared_ptr<const Superelement>> nodes_of_rigid_;
   // by what they were made from: a form or a superelement
   std::map<const void*, std::shared_ptr<ScaledModel>> scaled_;

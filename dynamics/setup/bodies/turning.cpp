@@ -6,7 +6,6 @@
 
 #include "common/base/error.hpp"
 #include "common/base/number_text.hpp"
-#include "common/fem/connected_parts.hpp"
 #include "dynamics/setup/components/skin_shells.hpp"
 
 namespace cbr {
@@ -127,11 +126,9 @@ void require_turning(const Instance& instance, const ReducedComponent& component
 void require_turning(const Instance& instance, const MeshedComponent& component) {
   if (component.plans.at(instance.name).coordinates != Coordinates::nodal)
     refuse(instance, "time.rotations: large does not turn meshes with shells");
-  const std::vector<Index> part = connected_parts(*component.mesh, *component.fe);
-  const Index n = part.empty() ? 0 : 1 + *std::max_element(part.begin(), part.end());
-  if (n != 1)
+  if (component.n_parts != 1)
     refuse(instance, "time.rotations: large turns bodies of one part only, found " +
-                         std::to_string(n) + " parts in the mesh");
+                         std::to_string(component.n_parts) + " parts in the mesh");
 }
 
 std::vector<std::string> notes_of_spin(const Instance& instance, const Superelement& superelement,

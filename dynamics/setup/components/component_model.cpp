@@ -418,9 +418,9 @@ MeshedComponent read_meshed(const SceneIndex& index, const Component& component,
     meshed.rigid_body = rigid_body(exact->M, meshed.mesh->coordinates(exact->nodes, Eigen::all),
                                    exact->n_rotations);
   }
-  if (const std::string text =
-          unjoined_parts(*meshed.mesh, *fe, connected_parts(*meshed.mesh, *fe));
-      !text.empty())
+  const std::vector<Index> parts = connected_parts(*meshed.mesh, *fe);
+  meshed.n_parts = 1 + *std::max_element(parts.begin(), parts.end());
+  if (const std::string text = unjoined_parts(*meshed.mesh, *fe, parts); !text.empty())
     report.warning("component '" + component.name + "': " + text);
   if (const std::string text = hinged_shells(*meshed.mesh, *fe); !text.empty())
     report.warning("component '" + component.name + "': " + text);

@@ -79,6 +79,7 @@ struct MeshedComponent {
   std::vector<Index> body_node;             // of each node of the mesh: the body's node, or -1
   std::shared_ptr<const FiniteElementModel> fe;
   MassKind mass = MassKind::lumped;  // of fe
+  Index n_parts = 1;                 // that no elements join
   // of rigid instances: with consistent mass, so that the inertia is that of the volume
   std::optional<RigidBody> rigid_body;
   std::shared_ptr<const MeshModel> model;  // when an instance moves as a MeshBody
