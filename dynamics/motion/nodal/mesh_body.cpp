@@ -211,8 +211,9 @@ double MeshBody::find_held_frequency() const {
 }
 
 const Field& MeshBody::internal_forces() const {
+  if (turning_) return turned_forces();
   if (Ku_is_current_) return Ku_;
-  turning_ ? turned_forces() : stiffness_forces(u_, Ku_);
+  stiffness_forces(u_, Ku_);
   Ku_is_current_ = true;
   return Ku_;
 }
@@ -273,7 +274,7 @@ void MeshBody::leap(double s, double h) {
                 v_.col(c).data() + begin, u_end_.col(c).data() + begin},
                end - begin, s, h);
   };
-  if (turning_) internal_forces();
+  if (turning_) return leap_turned(s, h);
   if (Ku_is_current_) {
     threads_->for_rows(u_.rows(), [&](Index begin, Index end) {
       on_rows(begin, end, Ku_.data() + begin, Ku_.rows());
@@ -340,6 +341,7 @@ void MeshBody::predict(double t, double h) {
     load(t_, load_);
     work_.external += 0.5 * s * flat(load_).dot(flat(v_));  // the other half in accept()
   }
+  if (turning_) forget_end();
   if (is_damped()) {
     leap_damped(s, h);
   } else if (consistent()) {
@@ -350,11 +352,10 @@ void MeshBody::predict(double t, double h) {
     leap(s, h);
   }
   kicks_.clear();
-  if (turning_) forget_end();
 }
 
 void MeshBody::add_impulses(Index set, const Points& impulses, ImpulseKind kind) {
-  if (turning_) forget_end();
+  if (turning_ && consistent()) forget_end();
   const auto& rows = sets_[set];
   if (consistent()) {
     Field change = Field::Zero(u_.rows(), 3);
@@ -376,6 +377,7 @@ void MeshBody::add_impulses(Index set, const Points& impulses, ImpulseKind kind)
     for (const HeldDirection& h : held_of(row)) dv -= dv.dot(h.direction) * h.direction;
     v_.row(row) += dv.transpose();
     u_end_.row(row) += h_ * dv.transpose();
+    if (turning_) move_end(row, h_ * dv);
   }
 }
 

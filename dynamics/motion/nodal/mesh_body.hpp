@@ -166,8 +166,9 @@ class MeshBody final : public Body,
   void accelerations(const Field& force, Field& a) const;  // M^-1 f on the free directions
   void load(double t, Field& f) const;
   void stiffness_forces(const Field& u, Field& Ku) const;
-  const Field& internal_forces() const;  // K u, formed once for each u; the turned body's of u
-  double held_frequency() const;         // the largest one of the free directions
+  const Field& internal_forces()
+      const;                      // K u, formed once for each u; of a body that turns the gradient
+  double held_frequency() const;  // the largest one of the free directions
   double find_held_frequency() const;
   double scalar_product_of_forces(const Field& v) const;  // v . K u
   void total_accelerations(Field& a) const;               // M^-1 (f - K u)
@@ -190,8 +191,11 @@ class MeshBody final : public Body,
   // Of a body that turns
   void fit_now();
   void forget_end();
+  void move_end(Index row, const Vector3& u);
   const MeshFit& fit_at_end() const;
-  void turned_forces() const;
+  void form_turned_forces() const;
+  const Field& turned_forces() const;
+  void leap_turned(double s, double h);
   void turned_damping(const Field& v, Field& f) const;
   void add_turned_loads(double t, Field& f) const;
   BodyTurn turn_of(const MeshFit& fit) const;

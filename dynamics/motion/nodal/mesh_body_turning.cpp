@@ -52,12 +52,17 @@ struct MeshBody::Turning {
   std::shared_ptr<const MeshFrame> frame;
   MeshFit now, end;
   bool end_is_known = false;
+  // Of u_end_: as the step has left it, and with the impulses of contact
+  MeshFrame::Sums sums;
+  bool sums_are_known = false;
+  // Ku_ has K d in the axes of the fit
+  Vector3 lambda = Vector3::Zero();
+  Field gradient;
   Matrix3 R = Matrix3::Identity();  // now, scene axes
   std::vector<Load> loads;
   std::vector<Moment> moments;
-  Field d;                   // room
-  double strain_energy = 0;  // of the last internal forces
-  double energy_0 = 0;       // at the start
+  Field d;
+  double energy_0 = 0;  // at the start
 };
 
 MeshBody::~MeshBody() = default;
@@ -79,37 +84,62 @@ void MeshBody::turn_freely(const Vector3& angular_velocity) {
 
 void MeshBody::fit_now() {
   Turning& of = *turning_;
-  of.now = of.end_is_known ? of.end : of.frame->fit(u_, of.now);
+  of.now = of.end_is_known ? of.end : of.frame->fit(of.frame->sums(u_, *threads_), of.now);
   of.end_is_known = false;
   of.R = placement_.T * of.now.R * placement_.T.transpose();
 }
 
-void MeshBody::forget_end() { turning_->end_is_known = false; }
+void MeshBody::forget_end() { turning_->end_is_known = turning_->sums_are_known = false; }
+
+void MeshBody::move_end(Index row, const Vector3& u) {
+  if (turning_->sums_are_known) turning_->frame->add(row, u, turning_->sums);
+  turning_->end_is_known = false;
+}
 
 const MeshFit& MeshBody::fit_at_end() const {
   Turning& of = *turning_;
-  if (!of.end_is_known) of.end = of.frame->fit(u_end_, of.now);
+  if (!of.sums_are_known) of.sums = of.frame->sums(u_end_, *threads_);
+  of.sums_are_known = true;
+  if (!of.end_is_known) of.end = of.frame->fit(of.sums, of.now);
   of.end_is_known = true;
   return of.end;
 }
 
-// The gradient of the energy, which internal_forces() gives to a body that turns.
-void MeshBody::turned_forces() const {
+// K d and what makes it a gradient, formed once for each u.
+void MeshBody::form_turned_forces() const {
   Turning& of = *turning_;
-  of.frame->strain(of.now, u_, of.d);
+  if (Ku_is_current_) return;
+  of.frame->strain(of.now, u_, of.d, *threads_);
   stiffness_forces(of.d, Ku_);
-  of.strain_energy = 0.5 * of.d.cwiseProduct(Ku_).sum();
-  of.frame->pull_back(of.now, of.d, Ku_);
+  of.lambda = of.frame->lambda(of.now, of.d, Ku_, *threads_);
+  Ku_is_current_ = true;
+}
+
+const Field& MeshBody::turned_forces() const {
+  Turning& of = *turning_;
+  form_turned_forces();
+  of.frame->pull_back(of.now, of.lambda, Ku_, of.gradient);
+  return of.gradient;
 }
 
 // beta = 1: K times the rates of the strain.
 void MeshBody::turned_damping(const Field& v, Field& f) const {
   const Turning& of = *turning_;
-  Field rates(v.rows(), 3), d(v.rows(), 3);
-  of.frame->strain_rates(of.now, u_, v, rates);
-  stiffness_forces(rates, f);
-  of.frame->strain(of.now, u_, d);
-  of.frame->pull_back(of.now, d, f);
+  form_turned_forces();
+  Field rates(v.rows(), 3), of_body(v.rows(), 3);
+  of.frame->strain_rates(of.now, of.d, v, rates);
+  stiffness_forces(rates, of_body);
+  of.frame->pull_back(of.now, of.frame->lambda(of.now, of.d, of_body, *threads_), of_body, f);
+}
+
+void MeshBody::leap_turned(double s, double h) {
+  Turning& of = *turning_;
+  form_turned_forces();
+  of.sums = of.frame->leap(
+      of.now, of.lambda,
+      {Ku_, u_, is_loaded() ? &load_ : nullptr, model_->inverse_mass, v_, u_end_, s, h}, *threads_);
+  of.end_is_known = false;
+  of.sums_are_known = true;
 }
 
 bool MeshBody::is_loaded() const {
@@ -184,9 +214,10 @@ void MeshBody::unturned_fields(Field& u, Field& v) const {
   const Turning& of = *turning_;
   const Field& rates = present_velocities();
   u.resize(u_.rows(), 3), v.resize(u_.rows(), 3);
-  of.frame->strain(of.now, u_, u);
+  of.frame->strain(of.now, u_, u, *threads_);
+  const Field d = u;
   u.rowwise() += of.now.shift.transpose();
-  of.frame->strain_rates(of.now, u_, rates, v);
+  of.frame->strain_rates(of.now, d, rates, v);
   v.rowwise() += (momenta(rates).head<3>() / model_->rigid_body.mass).transpose();
 }
 
@@ -258,7 +289,7 @@ BodyState MeshBody::turned_state() const {
   state.angular_momentum = T.determinant() * (T * sum_of_moments(arms_now(), p)) +
                            state.center_of_mass.cross(state.momentum);
   state.kinetic_energy = 0.5 * scalar_product(v_, v_) - 0.5 * last_h_ * v_.cwiseProduct(Ku).sum();
-  state.strain_energy = of.strain_energy;
+  state.strain_energy = 0.5 * of.d.cwiseProduct(Ku_).sum();
   const Eigen::Quaterniond& q = of.now.q;
   const Vector3 axis = T.determinant() * (T * q.vec());
   state.orientation = Eigen::Vector4d(q.w(), axis[0], axis[1], axis[2]);

@@ -3,8 +3,13 @@
 
 #include <Eigen/LU>
 
+#include <algorithm>
+#include <array>
+#include <vector>
+
 #include "common/base/error.hpp"
 #include "common/linalg/dense.hpp"
+#include "dynamics/motion/nodal/mesh_kernels.hpp"
 
 namespace cbr {
 namespace {
@@ -20,6 +25,36 @@ Matrix3 products(const Field& a, const Field& b) {
   for (int c = 0; c < 3; ++c)
     for (int r = 0; r < 3; ++r) sum(r, c) = a.col(r).dot(b.col(c));
   return sum;
+}
+
+Matrix3 cross(const Vector3& w) {
+  Matrix3 A;
+  A << 0, -w[2], w[1], w[2], 0, -w[0], -w[1], w[0], 0;
+  return A;
+}
+
+// Sums over blocks of rows, each by one thread: the same bits for any number of threads.
+template <std::size_t N, typename Sum>
+std::array<double, N> block_sums(Index n, RowThreads& threads, const Sum& sum) {
+  constexpr Index rows = 1024;
+  const Index n_blocks = (n + rows - 1) / rows;
+  std::vector<std::array<double, N>> of_block(static_cast<std::size_t>(n_blocks));
+  threads.for_rows(n_blocks, [&](Index begin, Index end) {
+    for (Index block = begin; block < end; ++block)
+      sum(block * rows, std::min(rows, n - block * rows),
+          of_block[static_cast<std::size_t>(block)].data());
+  });
+  std::array<double, N> all{};
+  for (const auto& of : of_block)
+    for (std::size_t k = 0; k < N; ++k) all[k] += of[k];
+  return all;
+}
+
+MeshFrame::Sums sums_of(const std::array<double, 12>& all) {
+  MeshFrame::Sums sums;
+  sums.momentum = Eigen::Map<const Vector3>(all.data());
+  sums.A = Eigen::Map<const Matrix3>(all.data() + 3);
+  return sums;
 }
 
 Matrix3 inertia_of(const Matrix3& S) { return S.trace() * Matrix3::Identity() - S; }
@@ -45,11 +80,23 @@ MeshFrame::MeshFrame(const MeshModel& model)
     throw RunError("the mesh has no inertia about one of its axes");
 }
 
-MeshFit MeshFrame::fit(const Field& u, const MeshFit& from) const {
+MeshFrame::Sums MeshFrame::sums(const Field& u, RowThreads& threads) const {
+  const Index n = u.rows();
+  return sums_of(block_sums<12>(n, threads, [&](Index at, Index count, double* sums) {
+    fit_sums(u.data() + at, arms_.data() + at, mass_.data() + at, n, count, sums);
+  }));
+}
+
+void MeshFrame::add(Index row, const Vector3& u, Sums& sums) const {
+  sums.momentum += mass_[row] * u;
+  sums.A += u * arms_.row(row);
+}
+
+MeshFit MeshFrame::fit(const Sums& sums, const MeshFit& from) const {
   constexpr int most = 30;
   MeshFit fit;
-  for (int c = 0; c < 3; ++c) fit.shift[c] = mass_.dot(u.col(c)) / total_;
-  const Matrix3 A = S_0_ + products(u, arms_);
+  fit.shift = sums.momentum / total_;
+  const Matrix3 A = S_0_ + sums.A;
   // Newton's method: quadratic, from a turn of one step in two or three
   fit.q = from.q;
   for (int i = 0;; ++i) {
@@ -64,21 +111,18 @@ MeshFit MeshFrame::fit(const Field& u, const MeshFit& from) const {
     turn.vec() = 0.5 * theta;
     fit.q = (fit.q * turn).normalized();
   }
-  const Vector3 v = fit.q.vec();
-  Matrix3 cross;
-  cross << 0, -v[2], v[1], v[2], 0, -v[0], -v[1], v[0], 0;
-  fit.less_one = 2 * (fit.q.w() * cross + cross * cross);
+  const Matrix3 v = cross(fit.q.vec());
+  fit.less_one = 2 * (fit.q.w() * v + v * v);
   return fit;
 }
 
-void MeshFrame::strain(const MeshFit& fit, const Field& u, Field& d) const {
-  const Eigen::RowVector3d shift = (fit.R.transpose() * fit.shift).transpose();
-  for (int c = 0; c < 3; ++c)
-    d.col(c) = (u.col(0) * fit.R(0, c) + u.col(1) * fit.R(1, c) + u.col(2) * fit.R(2, c) +
-                Y_.col(0) * fit.less_one(0, c) + Y_.col(1) * fit.less_one(1, c) +
-                Y_.col(2) * fit.less_one(2, c))
-                   .array() -
-               shift[c];
+void MeshFrame::strain(const MeshFit& fit, const Field& u, Field& d, RowThreads& threads) const {
+  const Vector3 shift = fit.R.transpose() * fit.shift;
+  const Index n = u.rows();
+  threads.for_rows(n, [&](Index begin, Index end) {
+    turned_strain(u.data() + begin, Y_.data() + begin, n, fit.R.data(), fit.less_one.data(),
+                  shift.data(), d.data() + begin, end - begin);
+  });
 }
 
 Vector3 MeshFrame::strain(const MeshFit& fit, const Field& u, Index row) const {
@@ -91,14 +135,12 @@ Vector3 MeshFrame::turn(const MeshFit& fit, const Field& v) const {
 }
 
 // R^T (v - v_c) - theta x (Y + d)
-void MeshFrame::strain_rates(const MeshFit& fit, const Field& u, const Field& v,
+void MeshFrame::strain_rates(const MeshFit& fit, const Field& d, const Field& v,
                              Field& rates) const {
   const Vector3 theta = turn(fit, v);
   Vector3 v_c;
   for (int c = 0; c < 3; ++c) v_c[c] = mass_.dot(v.col(c)) / total_;
-  Field z(u.rows(), 3);
-  strain(fit, u, z);
-  z += Y_;
+  const Field z = Y_ + d;
   rates.noalias() = (v.rowwise() - v_c.transpose()) * fit.R;
   for (int c = 0; c < 3; ++c) {
     const int a = (c + 1) % 3, b = (c + 2) % 3;
@@ -106,17 +148,34 @@ void MeshFrame::strain_rates(const MeshFit& fit, const Field& u, const Field& v,
   }
 }
 
-void MeshFrame::pull_back(const MeshFit& fit, const Field& d, Field& f) const {
-  Vector3 moment;
-  for (int c = 0; c < 3; ++c) {
-    const int a = (c + 1) % 3, b = (c + 2) % 3;
-    moment[c] = (Y_.col(a) + d.col(a)).dot(f.col(b)) - (Y_.col(b) + d.col(b)).dot(f.col(a));
-  }
-  const Vector3 lambda = fit.inverse_G * moment;
-  for (Index i = 0; i < f.rows(); ++i) {
-    const Vector3 arm = arms_.row(i).transpose(), force = f.row(i).transpose();
-    f.row(i) = (fit.R * (force - lambda.cross(arm))).transpose();
-  }
+Vector3 MeshFrame::lambda(const MeshFit& fit, const Field& d, const Field& f,
+                          RowThreads& threads) const {
+  const Index n = d.rows();
+  const auto moment = block_sums<3>(n, threads, [&](Index at, Index count, double* sums) {
+    moment_sums(Y_.data() + at, d.data() + at, f.data() + at, n, count, sums);
+  });
+  return fit.inverse_G * Vector3(moment[0], moment[1], moment[2]);
+}
+
+void MeshFrame::pull_back(const MeshFit& fit, const Vector3& lambda, const Field& f,
+                          Field& gradient) const {
+  const Matrix3 along = fit.R * cross(lambda);
+  gradient.noalias() = f * fit.R.transpose();
+  gradient.noalias() -= arms_ * along.transpose();
+}
+
+MeshFrame::Sums MeshFrame::leap(const MeshFit& fit, const Vector3& lambda, const Step& step,
+                                RowThreads& threads) const {
+  const Matrix3 along = fit.R * cross(lambda);
+  const Index n = step.u.rows();
+  return sums_of(block_sums<12>(n, threads, [&](Index at, Index count, double* sums) {
+    turned_leapfrog({step.f.data() + at, step.load ? step.load->data() + at : nullptr,
+                     step.inverse_mass.data() + at, step.u.data() + at, Y_.data() + at,
+                     step.v.data() + at, step.u_end.data() + at},
+                    n, count, fit.R.data(), along.data(), step.s, step.h);
+    // While it is in the cache
+    fit_sums(step.u_end.data() + at, arms_.data() + at, mass_.data() + at, n, count, sums);
+  }));
 }
 
 }  // namespace cbr

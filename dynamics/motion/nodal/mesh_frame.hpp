@@ -28,18 +28,37 @@ class MeshFrame {
   explicit MeshFrame(const MeshModel& model);
 
   const Field& Y() const { return Y_; }  // n x 3, by rows of the forces
+  // What fits the axes: linear in u.
+  struct Sums {
+    Vector3 momentum = Vector3::Zero();  // sum m_i u_i
+    Matrix3 A = Matrix3::Zero();         // sum u_i (M Y)_i^T
+  };
+  Sums sums(const Field& u, RowThreads& threads) const;
+  // of a displacement of one row more
+  void add(Index row, const Vector3& u, Sums& sums) const;
   // from: a fit that is less than a quarter turn away.
-  MeshFit fit(const Field& u, const MeshFit& from) const;
+  MeshFit fit(const Sums& sums, const MeshFit& from) const;
   // d, axes of the fit; of one row
-  void strain(const MeshFit& fit, const Field& u, Field& d) const;
+  void strain(const MeshFit& fit, const Field& u, Field& d, RowThreads& threads) const;
   Vector3 strain(const MeshFit& fit, const Field& u, Index row) const;
   // theta of rates v, axes of the fit
   Vector3 turn(const MeshFit& fit, const Field& v) const;
   // The rates of d
-  void strain_rates(const MeshFit& fit, const Field& u, const Field& v, Field& rates) const;
-  // f = K d in the axes of the fit becomes the gradient in x: sum f_i and sum (x_i - c) x f_i are
-  // zero. Any f whose sum is zero, of damping too.
-  void pull_back(const MeshFit& fit, const Field& d, Field& f) const;
+  void strain_rates(const MeshFit& fit, const Field& d, const Field& v, Field& rates) const;
+  // R (f_i - lambda x (M Y)_i) is the gradient in x of forces f = K d in the axes of the fit: it
+  // has no sum and no moment about c. So of any f whose sum is zero, of damping too.
+  Vector3 lambda(const MeshFit& fit, const Field& d, const Field& f, RowThreads& threads) const;
+  void pull_back(const MeshFit& fit, const Vector3& lambda, const Field& f, Field& gradient) const;
+  // Lumped mass: v += s M^-1 (load - gradient), u_end = u + h v; returns the sums of u_end.
+  // load: null, zero
+  struct Step {
+    const Field &f, &u;
+    const Field* load;
+    const Vector& inverse_mass;
+    Field &v, &u_end;
+    double s, h;
+  };
+  Sums leap(const MeshFit& fit, const Vector3& lambda, const Step& step, RowThreads& threads) const;
 
  private:
   Vector mass_;

@@ -74,6 +74,100 @@ CBR_INLINE void add_boxes(const SharedElements& shared, std::size_t first, std::
   }
 }
 
+CBR_INLINE void strain(const double* u, const double* Y, Index stride, const double* A,
+                       const double* B, const double* shift, double* __restrict d, Index n) {
+  for (Index i = 0; i < n; ++i) {
+    const double u0 = u[i], u1 = u[stride + i], u2 = u[2 * stride + i];
+    const double Y0 = Y[i], Y1 = Y[stride + i], Y2 = Y[2 * stride + i];
+#pragma GCC unroll 3
+    for (int c = 0; c < 3; ++c)
+      d[c * stride + i] = ((A[3 * c] * u0 + A[3 * c + 1] * u1 + A[3 * c + 2] * u2) - shift[c]) +
+                          (B[3 * c] * Y0 + B[3 * c + 1] * Y1 + B[3 * c + 2] * Y2);
+  }
+}
+
+CBR_INLINE const StoredLanes& at(const double* from) {
+  return *reinterpret_cast<const StoredLanes*>(from);
+}
+
+CBR_INLINE double sum_of(const Lanes& x) {
+  return ((x[0] + x[1]) + (x[2] + x[3])) + ((x[4] + x[5]) + (x[6] + x[7]));
+}
+
+CBR_INLINE void moments(const double* Y, const double* d, const double* f, Index stride, Index n,
+                        double* sums) {
+  Lanes sum[3]{};
+  Index i = 0;
+  for (; i + 8 <= n; i += 8) {
+    Lanes z[3], g[3];
+#pragma GCC unroll 3
+    for (int c = 0; c < 3; ++c)
+      z[c] = at(Y + c * stride + i).v + at(d + c * stride + i).v, g[c] = at(f + c * stride + i).v;
+    sum[0] += z[1] * g[2] - z[2] * g[1];
+    sum[1] += z[2] * g[0] - z[0] * g[2];
+    sum[2] += z[0] * g[1] - z[1] * g[0];
+  }
+  for (int c = 0; c < 3; ++c) sums[c] = sum_of(sum[c]);
+  for (; i < n; ++i)
+    for (int c = 0; c < 3; ++c) {
+      const Index a = (c + 1) % 3 * stride + i, b = (c + 2) % 3 * stride + i;
+      sums[c] += (Y[a] + d[a]) * f[b] - (Y[b] + d[b]) * f[a];
+    }
+}
+
+CBR_INLINE void fits(const double* u, const double* arms, const double* mass, Index stride, Index n,
+                     double* sums) {
+  Lanes sum[12]{};
+  Index i = 0;
+  for (; i + 8 <= n; i += 8) {
+    const Lanes m = at(mass + i).v;
+    Lanes x[3], arm[3];
+#pragma GCC unroll 3
+    for (int c = 0; c < 3; ++c)
+      x[c] = at(u + c * stride + i).v, arm[c] = at(arms + c * stride + i).v;
+#pragma GCC unroll 3
+    for (int c = 0; c < 3; ++c) {
+      sum[c] += m * x[c];
+#pragma GCC unroll 3
+      for (int r = 0; r < 3; ++r) sum[3 + 3 * c + r] += x[r] * arm[c];
+    }
+  }
+  for (int k = 0; k < 12; ++k) sums[k] = sum_of(sum[k]);
+  for (; i < n; ++i)
+    for (int c = 0; c < 3; ++c) {
+      sums[c] += mass[i] * u[c * stride + i];
+      for (int r = 0; r < 3; ++r) sums[3 + 3 * c + r] += u[r * stride + i] * arms[c * stride + i];
+    }
+}
+
+template <bool has_load>
+CBR_INLINE void leap_turned(const TurnedSpan& span, Index stride, Index n, const double* R,
+                            const double* W, double s, double h) {
+  const double *f = span.f, *load = span.load, *m = span.inverse_mass, *u = span.u, *Y = span.Y;
+  double* __restrict v = span.v;
+  double* __restrict u_end = span.u_end;
+  for (Index i = 0; i < n; ++i) {
+    const double f0 = f[i], f1 = f[stride + i], f2 = f[2 * stride + i];
+    const double Y0 = Y[i], Y1 = Y[stride + i], Y2 = Y[2 * stride + i];
+    const double s_m = s * m[i];
+#pragma GCC unroll 3
+    for (int c = 0; c < 3; ++c) {
+      double force = -(R[c] * f0 + R[3 + c] * f1 + R[6 + c] * f2);
+      if (has_load) force += load[c * stride + i];
+      const double rate =
+          v[c * stride + i] + (s_m * force + s * (W[c] * Y0 + W[3 + c] * Y1 + W[6 + c] * Y2));
+      v[c * stride + i] = rate;
+      u_end[c * stride + i] = u[c * stride + i] + h * rate;
+    }
+  }
+}
+
+CBR_INLINE void leap_any_turned(const TurnedSpan& span, Index stride, Index n, const double* R,
+                                const double* W, double s, double h) {
+  span.load != nullptr ? leap_turned<true>(span, stride, n, R, W, s, h)
+                       : leap_turned<false>(span, stride, n, R, W, s, h);
+}
+
 CBR_INLINE void leap(const LeapfrogSpan& span, Index n, double s, double h) {
   const double* __restrict f = span.f;
   const double* __restrict m = span.inverse_mass;
@@ -175,6 +269,10 @@ struct Kernels {
   decltype(&symmetric_block_carry) carry;
   decltype(&add_box_forces) boxes;
   decltype(&leapfrog) leap;
+  decltype(&turned_strain) strain;
+  decltype(&moment_sums) moments;
+  decltype(&fit_sums) fits;
+  decltype(&turned_leapfrog) leap_turned;
 };
 
 // The levels x86-64-v3 and v4 by their parts: clang knows the levels' names from version 18 on.
@@ -204,6 +302,22 @@ struct Kernels {
   }                                                                                                \
   TARGET void leap_##NAME(const LeapfrogSpan& span, Index n, double s, double h) {                 \
     leap(span, n, s, h);                                                                           \
+  }                                                                                                \
+  TARGET void strain_##NAME(const double* u, const double* Y, Index stride, const double* A,       \
+                            const double* B, const double* shift, double* d, Index n) {            \
+    strain(u, Y, stride, A, B, shift, d, n);                                                       \
+  }                                                                                                \
+  TARGET void moments_##NAME(const double* Y, const double* d, const double* f, Index stride,      \
+                             Index n, double* sums) {                                              \
+    moments(Y, d, f, stride, n, sums);                                                             \
+  }                                                                                                \
+  TARGET void fits_##NAME(const double* u, const double* arms, const double* mass, Index stride,   \
+                          Index n, double* sums) {                                                 \
+    fits(u, arms, mass, stride, n, sums);                                                          \
+  }                                                                                                \
+  TARGET void leap_turned_##NAME(const TurnedSpan& span, Index stride, Index n, const double* R,   \
+                                 const double* W, double s, double h) {                            \
+    leap_any_turned(span, stride, n, R, W, s, h);                                                  \
   }
 
 CBR_KERNELS(plain, )
@@ -212,6 +326,12 @@ CBR_KERNELS(v3, __attribute__((target(CBR_V3))))
 CBR_KERNELS(v4, __attribute__((target(CBR_V4))))
 #endif
 
+#define CBR_ALL(NAME)                                                                          \
+  {                                                                                            \
+    products_##NAME, symmetric_##NAME, carry_##NAME, boxes_##NAME, leap_##NAME, strain_##NAME, \
+        moments_##NAME, fits_##NAME, leap_turned_##NAME                                        \
+  }
+
 Kernels best() {
 #ifdef CBR_HAS_LEVELS
   __builtin_cpu_init();
@@ -219,10 +339,10 @@ Kernels best() {
                   __builtin_cpu_supports("bmi2");
   const bool v4 = v3 && __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512dq") &&
                   __builtin_cpu_supports("avx512vl");
-  if (v4) return {products_v4, symmetric_v4, carry_v4, boxes_v4, leap_v4};
-  if (v3) return {products_v3, symmetric_v3, carry_v3, boxes_v3, leap_v3};
+  if (v4) return CBR_ALL(v4);
+  if (v3) return CBR_ALL(v3);
 #endif
-  return {products_plain, symmetric_plain, carry_plain, boxes_plain, leap_plain};
+  return CBR_ALL(plain);
 }
 
 const Kernels kernels = best();
@@ -250,6 +370,26 @@ void symmetric_block_carry(const SymmetricBlockMatrix& A, const double* x, Index
 
 void leapfrog(const LeapfrogSpan& span, Index n, double s, double h) {
   kernels.leap(span, n, s, h);
+}
+
+void turned_strain(const double* u, const double* Y, Index stride, const double* A, const double* B,
+                   const double* shift, double* d, Index n) {
+  kernels.strain(u, Y, stride, A, B, shift, d, n);
+}
+
+void moment_sums(const double* Y, const double* d, const double* f, Index stride, Index n,
+                 double* sums) {
+  kernels.moments(Y, d, f, stride, n, sums);
+}
+
+void fit_sums(const double* u, const double* arms, const double* mass, Index stride, Index n,
+              double* sums) {
+  kernels.fits(u, arms, mass, stride, n, sums);
+}
+
+void turned_leapfrog(const TurnedSpan& span, Index stride, Index n, const double* R,
+                     const double* W, double s, double h) {
+  kernels.leap_turned(span, stride, n, R, W, s, h);
 }
 
 }  // namespace cbr

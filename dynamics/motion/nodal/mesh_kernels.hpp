@@ -37,4 +37,23 @@ struct LeapfrogSpan {
 };
 void leapfrog(const LeapfrogSpan& span, Index n, double s, double h);
 
+// Of a mesh that turns (mesh_frame.hpp), nodes 0 .. n - 1; planes have one stride, matrices are
+// column-major.
+// d = A^T u + B^T Y - shift
+void turned_strain(const double* u, const double* Y, Index stride, const double* A, const double* B,
+                   const double* shift, double* d, Index n);
+// sums = sum (Y + d) x f   (3)
+void moment_sums(const double* Y, const double* d, const double* f, Index stride, Index n,
+                 double* sums);
+// sums = sum m u (3), then sum u arm^T (9)
+void fit_sums(const double* u, const double* arms, const double* mass, Index stride, Index n,
+              double* sums);
+// v += s ((load - R f) / m + W Y),  u_end = u + h v.  load may be null: zero.
+struct TurnedSpan {
+  const double *f, *load, *inverse_mass, *u, *Y;
+  double *v, *u_end;
+};
+void turned_leapfrog(const TurnedSpan& span, Index stride, Index n, const double* R,
+                     const double* W, double s, double h);
+
 }  // namespace cbr
