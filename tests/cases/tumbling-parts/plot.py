@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""plot.py FOLDER: tumbling-parts.png, the parts in their box from the side at three instants; above as superelements, below as rigid bodies."""
+"""plot.py FOLDER: tumbling-parts.png, the parts in their box from the side at three instants; as superelements, as full meshes and as rigid bodies."""
 import pathlib
 import sys
 
@@ -28,8 +28,8 @@ def quads_at(fields, step):
                 yield number, x[cells[:, side]]
 
 
-figure, axes = plt.subplots(2, 3, figsize=(11, 4.2), layout="constrained", sharex=True, sharey=True)
-for row, name in zip(axes, ("superelement", "rigid")):
+figure, axes = plt.subplots(3, 3, figsize=(11, 6), layout="constrained", sharex=True, sharey=True)
+for row, name in zip(axes, ("superelement", "mesh", "rigid")):
     with h5py.File(folder / f"{name}.fields.h5") as fields:
         times = fields["times"][:]
         for axis, step in zip(row, (0, len(times) // 2, len(times) - 1)):

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""scene.py KIND N END: N L-shaped parts (as KIND: superelement or rigid) thrown into a box with spins of their own, for END seconds. YAML on stdout."""
+"""scene.py KIND N END: N L-shaped parts (as KIND: superelement, mesh or rigid) thrown into a box with spins of their own, for END seconds. YAML on stdout."""
 import random
 import sys
 
@@ -31,7 +31,7 @@ for i in range(n):
     speed = [random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5), -1]
     print(f"  p{i}: {{component: part, as: {kind}, position: {text(place)}, rotation: {text(turn)}, "
           f"velocity: {text(speed)}, angular_velocity: {text(spin)}}}")
-step = "auto" if kind == "superelement" else "1.0e-4"  # rigid bodies have no critical step
+step = "1.0e-4" if kind == "rigid" else "auto"  # rigid bodies have no critical step
 print(f"""contact:
   - {{between: all, friction: 0.4}}
 loads:
