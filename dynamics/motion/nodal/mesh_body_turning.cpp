@@ -4,7 +4,6 @@
 
 #include <utility>
 
-#include "common/base/error.hpp"
 #include "common/files/state_archive.hpp"
 #include "dynamics/motion/nodal/mesh_body.hpp"
 #include "dynamics/motion/nodal/mesh_frame.hpp"
