@@ -85,7 +85,7 @@ TEST_P(ReferenceFile, interiorFollowsRigidMotions) {
 INSTANTIATE_TEST_SUITE_P(Version, ReferenceFile,
                          testing::Values("superelement-1.0.cbr.h5", "superelement-1.4.cbr.h5",
                                          "superelement-1.5.cbr.h5", "superelement-1.6.cbr.h5",
-                                         "superelement-1.8.cbr.h5"));
+                                         "superelement-1.8.cbr.h5", "superelement-1.9.cbr.h5"));
 
 // What 1.4 has beyond 1.0: checksums, errors, conditioning.
 TEST(ReferenceFiles, ErrorsAndConditioningAreRead) {
