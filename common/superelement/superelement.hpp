@@ -143,6 +143,10 @@ struct Superelement {
   // x from the centre of mass: xx, yy, zz, xy, yz, xz   (n x 6). How the inertia changes, and what
   // a spin pulls with. Empty: not known.
   Matrix spin_moments;
+  // Optional, /spin_couplings: P_ij = integral of rho phi_i phi_j^T of the m lowest elastic modes
+  // of the diagonal form (3 m x 3 m, symmetric). Coriolis forces, and the inertia of second order.
+  // Empty: not known.
+  Matrix spin_couplings;
 
   std::map<std::string, std::string> provenance;  // attributes of /provenance
 

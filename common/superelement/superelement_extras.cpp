@@ -104,6 +104,7 @@ void write_extras(Hdf5Writer& file, const std::string& prefix, const Superelemen
   }
   if (s.n_residual > 0) file.attribute(file_root(prefix), "n_residual", s.n_residual);
   if (s.spin_moments.size() > 0) file.write(prefix + "/spin_moments", s.spin_moments);
+  if (s.spin_couplings.size() > 0) file.write(prefix + "/spin_couplings", s.spin_couplings);
   write_conditioning(file, prefix, s.conditioning);
 }
 
@@ -119,6 +120,8 @@ void read_extras(const Hdf5Reader& file, const std::string& prefix, Superelement
     s.n_residual = file.read_index(file_root(prefix), "n_residual");
   if (file.has(prefix + "/spin_moments"))
     s.spin_moments = file.read_matrix(prefix + "/spin_moments");
+  if (file.has(prefix + "/spin_couplings"))
+    s.spin_couplings = file.read_matrix(prefix + "/spin_couplings");
   s.conditioning = read_conditioning(file, prefix);
 }
 
@@ -181,6 +184,28 @@ void check_conditioning(const std::optional<Conditioning>& c, Index n, const std
       number_text(c->lowest_omega) + " is above largest_omega, " + number_text(c->largest_omega));
 }
 
+namespace {
+
+// Of at most all elastic modes of a body with six rigid motions.
+void check_spin_couplings(const Superelement& s, const std::string& where) {
+  const Matrix& P = s.spin_couplings;
+  const auto require = [&](bool right, const std::string& what) {
+    if (!right) throw InputError(where + ": /spin_couplings: " + what);
+  };
+  if (P.size() == 0) return;
+  const std::string shape =
+      "wrong shape (" + std::to_string(P.rows()) + ", " + std::to_string(P.cols()) + "), expected ";
+  require(P.rows() == P.cols() && P.rows() % 3 == 0, shape + "(3 m, 3 m) of m modes");
+  require(P.rows() <= 3 * (s.n() - 6), shape + "at most " + std::to_string(3 * (s.n() - 6)) +
+                                           " rows, of the " + std::to_string(s.n()) +
+                                           " modes without rigid ones");
+  require(P.allFinite(), "not finite");
+  require((P - P.transpose()).cwiseAbs().maxCoeff() <= 1e-10 * P.cwiseAbs().maxCoeff(),
+          "not symmetric");
+}
+
+}  // namespace
+
 void check_extras(const Superelement& s, const std::string& where) {
   const auto require = [&](bool right, const std::string& field, const std::string& what) {
     if (!right) throw InputError(where + ": " + field + ": " + what);
@@ -204,6 +229,7 @@ void check_extras(const Superelement& s, const std::string& where) {
       "wrong shape (" + std::to_string(s.spin_moments.rows()) + ", " +
           std::to_string(s.spin_moments.cols()) + "), expected (" + std::to_string(s.n()) + ", 6)");
   require(s.spin_moments.allFinite(), "/spin_moments", "not finite");
+  check_spin_couplings(s, where);
   check_conditioning(s.conditioning, s.n(), where);
   if (!s.accuracy) return;
   const Superelement::Accuracy& a = *s.accuracy;

@@ -13,7 +13,7 @@ inline constexpr const char* superelement_format = "cbr-superelement";
 inline constexpr const char* superelement_group_format = "cbr-superelement-group";
 // Of what is written: datasets have checksums. What older ones lack, and how they are told apart,
 // is in docs/formats.md.
-inline constexpr const char *superelement_version = "1.9", *superelement_group_version = "1.2";
+inline constexpr const char *superelement_version = "1.10", *superelement_group_version = "1.2";
 
 // `prefix`: "" for the root, or "/domains/1". Attributes, too, stand at the prefix. InputErrors as
 // of read_superelement().

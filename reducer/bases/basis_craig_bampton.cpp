@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Basis craig-bampton: all dofs of the interface, and modes with the interface held. Its errors are
 // told here.
+#include <algorithm>
 #include <utility>
 
 #include "reducer/bases/bases.hpp"
@@ -21,6 +22,19 @@ void add_spin_moments(const Reduction& r, const SparseCholesky& factor, const Ma
   s.spin_moments =
       spin_moments(r.p, factor, coordinates_of(r, r.p.interior_nodes),
                    coordinates_of(r, r.p.interface_nodes), s.rigid_body.center, Phi, s.M_cc);
+}
+
+constexpr Index n_coupled = 60;
+
+// Of the lowest elastic modes of the diagonal form.
+void add_spin_couplings(const Reduction& r, const SparseCholesky& factor, const Matrix& Phi,
+                        Superelement& s) {
+  constexpr Index n_rigid = 6;
+  if (s.spin_moments.size() == 0 || !r.settings.is_diagonal_read) return;
+  if (!s.has_diagonal_form() || r.figures.condition.n_rigid != n_rigid) return;
+  const auto phase = r.report.phase("spin couplings");
+  const Index m = std::min(n_coupled, s.n() - n_rigid);
+  s.spin_couplings = spin_couplings(r.p, factor, Phi, s.V.middleCols(n_rigid, m));
 }
 
 // Returns residual_mass_factor().
@@ -53,6 +67,7 @@ void make_basis_craig_bampton(Reduction& r, Ingredients&& given, Superelement& s
   judge_reduced_rigid(r, s);
   if (is_judged) {
     const Cholesky M_res = add_diagonal(r, s);
+    add_spin_couplings(r, factor, modes.Phi, s);
     add_accuracy(r, factor, motions, modes.Phi, M_res, s);
   }
   if (!r.settings.is_diagonal_read) s.omega.resize(0), s.V.resize(0, 0);

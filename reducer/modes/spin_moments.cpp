@@ -31,4 +31,34 @@ Matrix spin_moments(const Partition& p, const SparseCholesky& factor, const Poin
   return generalised_forces(p, factor, F_I, F_C, Phi, M_cc);
 }
 
+namespace {
+
+// P(3 i + a, 3 j + b) += sum over the nodes of X(., i)^a Y(., j)^b
+void add_node_products(const Matrix& X, const Matrix& Y, Matrix& P) {
+  using Eigen::all, Eigen::last, Eigen::seq;
+  if (X.rows() == 0) return;
+  for (Index a = 0; a < 3; ++a) {
+    const Matrix X_a = X(seq(a, last, 3), all);
+    for (Index b = 0; b < 3; ++b)
+      P(seq(a, last, 3), seq(b, last, 3)) += X_a.transpose() * Matrix(Y(seq(b, last, 3), all));
+  }
+}
+
+}  // namespace
+
+Matrix spin_couplings(const Partition& p, const SparseCholesky& factor, const Matrix& Phi,
+                      const Matrix& V) {
+  Matrix X_C = V.bottomRows(p.n_interface());
+  Matrix X_I = p.K_IC * X_C;
+  factor.solve_in_place(X_I);
+  X_I = Phi * V.topRows(Phi.cols()) - X_I;
+  // As above; masses of translations are the same in x, y and z, and mix none of them
+  X_I.bottomRows(3 * p.interior_rotations).setZero();
+  X_C.bottomRows(3 * p.interface_rotations).setZero();
+  Matrix P = Matrix::Zero(3 * V.cols(), 3 * V.cols());
+  add_node_products(X_I, p.M_II * X_I + p.M_IC * X_C, P);
+  add_node_products(X_C, p.M_CC * X_C + p.M_IC.transpose() * X_I, P);
+  return 0.5 * (P + P.transpose());
+}
+
 }  // namespace cbr

@@ -142,6 +142,34 @@ TEST_F(DamagedSuperelement, everyAttributeMissingOrOfAnotherType) {
   }
 }
 
+// The sample has 16 coordinates, of which 10 can be elastic modes.
+TEST_F(DamagedSuperelement, spinCouplingsOfAnotherShapeOrNoNumbers) {
+  const auto said_of = [&](const Matrix& P) {
+    RawFile raw = sample();
+    raw.datasets["/spin_couplings"] = P;
+    test::write_raw(raw, file);
+    return refusal(file);
+  };
+  const std::string field = file.string() + ": /spin_couplings: ";
+  EXPECT_EQ(said_of(Matrix::Identity(30, 30)), "");
+  EXPECT_EQ(said_of(Matrix::Identity(33, 33)),
+            field +
+                "wrong shape (33, 33), expected at most 30 rows, of the 16 modes without rigid "
+                "ones");
+  for (const auto& [rows, columns] : {std::pair<Index, Index>{6, 9}, {7, 7}, {9, 3}})
+    EXPECT_EQ(said_of(Matrix::Zero(rows, columns)), field + "wrong shape (" + std::to_string(rows) +
+                                                        ", " + std::to_string(columns) +
+                                                        "), expected (3 m, 3 m) of m modes");
+  for (const double entry : {nan, inf, -inf}) {
+    Matrix P = Matrix::Identity(6, 6);
+    P(1, 4) = P(4, 1) = entry;
+    EXPECT_EQ(said_of(P), field + "not finite");
+  }
+  Matrix P = Matrix::Identity(6, 6);
+  P(1, 4) = 1e-3;
+  EXPECT_EQ(said_of(P), field + "not symmetric");
+}
+
 TEST_F(DamagedSuperelement, wrongFormatAndNewerMajorVersion) {
   const auto with = [&](const std::string& name, const std::string& value) {
     RawFile raw = sample();

@@ -71,7 +71,7 @@ TEST(SuperelementFile, basisMasslessHasMatricesOfItsOwn) {
   const TemporaryFolder folder;
   const Superelement written = massless_sample();
   write_superelement(written, folder / "s.h5");
-  EXPECT_EQ(Hdf5Reader(folder / "s.h5").read_string("/", "format_version"), "1.9");
+  EXPECT_EQ(Hdf5Reader(folder / "s.h5").read_string("/", "format_version"), "1.10");
   EXPECT_FALSE(Hdf5Reader(folder / "s.h5").has("/matrices/K_cc"));
   const Superelement read = read_superelement(folder / "s.h5");
   EXPECT_TRUE(test::identical(read, written));
@@ -79,6 +79,20 @@ TEST(SuperelementFile, basisMasslessHasMatricesOfItsOwn) {
   EXPECT_EQ(read.massless.V, written.massless.V);
   EXPECT_EQ(read.massless.omega_closed, written.massless.omega_closed);
   EXPECT_EQ(read_superelement(folder / "s.h5", {false, false, false}).massless.F.size(), 0);
+}
+
+TEST(SuperelementFile, SpinCouplingsComeBackAsTheyWere) {
+  const TemporaryFolder folder;
+  Superelement written = sample_superelement();
+  write_superelement(written, folder / "without.h5");
+  EXPECT_FALSE(Hdf5Reader(folder / "without.h5").has("/spin_couplings"));
+  EXPECT_EQ(read_superelement(folder / "without.h5").spin_couplings.size(), 0);
+  const Matrix A = written.K_cc.topLeftCorner(9, 9);
+  written.spin_couplings = A * A;
+  write_superelement(written, folder / "with.h5");
+  const Superelement read = read_superelement(folder / "with.h5");
+  EXPECT_EQ(read.spin_couplings, written.spin_couplings);
+  EXPECT_TRUE(test::identical(read, written));
 }
 
 // What half of its modes would be; files before 1.5 say which modes they are in /provenance, or not

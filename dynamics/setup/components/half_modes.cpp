@@ -115,6 +115,7 @@ Index keep_half(Superelement& s, HalfBy by) {
   std::vector<Index> rows = kept;
   for (Index i = k; i < k + s.c(); ++i) rows.push_back(i);
   for (auto& [name, load] : s.loads) load.force = Matrix(load.force(rows, Eigen::all));
+  s.spin_couplings.resize(0, 0);  // of modes that are no longer
   if (s.spin_moments.size() > 0) s.spin_moments = Matrix(s.spin_moments(rows, Eigen::all));
   return k - s.k();
 }

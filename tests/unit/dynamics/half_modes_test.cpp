@@ -37,6 +37,8 @@ TEST(KeepHalf, IsTheReductionWithHalfOfTheModes) {
   EXPECT_LT(relative(s.eigenvalues, half.eigenvalues), 1e-10);
   EXPECT_LT(relative(s.M_kc.cwiseAbs(), half.M_kc.cwiseAbs()), 1e-8);
   EXPECT_EQ(s.K_cc, half.K_cc);
+  EXPECT_GT(half.spin_couplings.size(), 0);
+  EXPECT_EQ(s.spin_couplings.size(), 0);  // of the stored form's modes
   ASSERT_EQ(s.spin_moments.rows(), s.n());
   EXPECT_LT(relative(s.spin_moments.cwiseAbs(), half.spin_moments.cwiseAbs()), 1e-8);
 }
