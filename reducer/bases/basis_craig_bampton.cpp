@@ -24,7 +24,7 @@ void add_spin_moments(const Reduction& r, const SparseCholesky& factor, const Ma
                    coordinates_of(r, r.p.interface_nodes), s.rigid_body.center, Phi, s.M_cc);
 }
 
-constexpr Index n_coupled = 60;
+constexpr Index n_coupled = 8;
 
 // Of the lowest elastic modes of the diagonal form.
 void add_spin_couplings(const Reduction& r, const SparseCholesky& factor, const Matrix& Phi,
