@@ -75,14 +75,14 @@ TEST(Spin, TheSplittingIsOfSecondOrder) {
   every_step.jumps = false;
   const auto tumble = [&](double step) {
     return folder.run(
-        scene("{end: 0.4, step: " + text(step) + ", rotations: large}",
-              "angular_velocity: [4, 5, 6]", 0.3, "0.04", "modes: 12", "consistent", 4000),
+        scene("{end: 0.1, step: " + text(step) + ", rotations: large}",
+              "angular_velocity: [4, 5, 6]", 0.3, "0.01", "modes: 12", "consistent", 4000),
         every_step);
   };
-  const Ran fine = tumble(0.0000625);
+  const Ran fine = tumble(0.000003125);
   const auto last = fine.result.time.size() - 1;
   std::vector<double> h, place, left;
-  for (const double step : {0.002, 0.001, 0.0005}) {
+  for (const double step : {0.0001, 0.00005, 0.000025}) {
     const Ran ran = tumble(step);
     const RunResult& r = ran.result;
     double most = 0, momentum = 0;

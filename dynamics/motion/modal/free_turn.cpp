@@ -22,17 +22,30 @@ int order_of(double angle) {
 
 }  // namespace
 
-FreeTurn::FreeTurn(const Matrix3& inertia)
-    : J(0.5 * (inertia + inertia.transpose())),
+FreeTurn::FreeTurn(const TurnInertia& of)
+    : TurnInertia{0.5 * (of.J + of.J.transpose()), of.inner},
       J_inverse(J.inverse()),
       rate_per_momentum(J_inverse.norm()) {}
 
+FreeTurn FreeTurn::between(const TurnInertia& from, const TurnInertia& to, double share) {
+  return FreeTurn(TurnInertia{(1 - share) * from.J + share * to.J,
+                              (1 - share) * from.inner + share * to.inner});
+}
+
 Vector3 FreeTurn::angular_velocity(const Eigen::Quaterniond& q, const Vector3& L) const {
-  return q * Vector3(J_inverse * (q.conjugate() * L));
+  return q * Vector3(J_inverse * (q.conjugate() * L - inner));
+}
+
+Vector3 FreeTurn::change(const Eigen::Quaterniond& q, const Vector3& change_of_L) const {
+  return q * Vector3(J_inverse * (q.conjugate() * change_of_L));
+}
+
+double FreeTurn::energy(const Eigen::Quaterniond& q, const Vector3& L) const {
+  return 0.5 * (L - q * inner).dot(angular_velocity(q, L));
 }
 
 Eigen::Quaterniond FreeTurn::turned(const Eigen::Quaterniond& q, const Vector3& L, double h) const {
-  const double angle = rate_per_momentum * L.norm() * h;
+  const double angle = rate_per_momentum * (L.norm() + inner.norm()) * h;
   if (angle == 0) return q;
   const double n_parts = std::ceil(std::abs(angle) / largest_part);
   const double part = h / n_parts;
@@ -47,7 +60,7 @@ Eigen::Quaterniond FreeTurn::turned(const Eigen::Quaterniond& q, const Vector3& 
     Eigen::Vector4d sum = e[0];
     double power = 1;
     for (int n = 0; n < order; ++n) {
-      w[n] = J_inverse * l[n];
+      w[n] = J_inverse * (n > 0 ? l[n] : Vector3(l[n] - inner));
       Vector3 l_rate = Vector3::Zero();
       Eigen::Vector4d e_rate = Eigen::Vector4d::Zero();
       for (int k = 0; k <= n; ++k) {

@@ -90,6 +90,7 @@ void SuperelementBody::propagate(const Vector& eta, const Vector& v, Vector& eta
                                  FlowWork* work) {
   if (!is_driven()) return propagate_free(propagator(h_), eta, v, eta_end, v_end);
   eta_end = eta, v_end = v;
+  if (pulls_) pull_at_start(eta_end, v_end, work);
   const Index n = std::max<Index>(1, turning_g_.cols() - 1);
   breakpoints_.cut(t_, h_, [&](double from, double to, bool whole) {
     for (Index i = 0; i < n; ++i) {
@@ -102,6 +103,7 @@ void SuperelementBody::propagate(const Vector& eta, const Vector& v, Vector& eta
         propagate_driven(start, end, whole && n == 1, eta_end, v_end, work);
     }
   });
+  if (pulls_) pull_at_end(eta_end, v_end, work);
 }
 
 // Leapfrog: v+ = v- + (h- + h)/2 (f - omega^2 eta), eta+ = eta + h v+. At the start v- is half a
@@ -172,7 +174,9 @@ void SuperelementBody::add_impulses(Index set, const Points& impulses, ImpulseKi
     friction_kick_ += f_;
     rubbed_ = true;
   }
-  if (is_exact()) {
+  if (pulls_) {
+    add_coupled(f_);
+  } else if (is_exact()) {
     const ModalPropagator& step = propagator(h_);
     eta_end_.array() += step.s.array() * f_.array();
     v_end_.array() += step.velocity_left().array() * f_.array();
@@ -253,10 +257,12 @@ void SuperelementBody::accept_exact() {
   if (is_damped() || is_driven()) {
     // Between the kicks energy changes by the work of loads and spin, and by what damping takes
     if (kicked_) v_ += kick_;
+    if (kicked_ && pulls_) pulls_->is_known = false;
     FlowWork flow{is_damped() ? 0 : work_.external, 0};
     propagate(eta_, v_, eta_end_, v_end_, &flow);
     work_.external = is_damped() ? work_.external + flow.external : flow.external;
     spin_work_ = flow.spin;
+    if (pulls_) pulls_->is_known = false;
     if (is_damped())
       work_.damping +=
           flow_energy(eta_end_, v_end_) - flow_energy(eta_, v_) - flow.external - flow.spin;

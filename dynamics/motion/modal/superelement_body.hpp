@@ -17,6 +17,7 @@
 #include "dynamics/motion/breakpoints.hpp"
 #include "dynamics/motion/modal/forms/diagonal_form.hpp"
 #include "dynamics/motion/modal/forms/modal_propagator.hpp"
+#include "dynamics/motion/modal/forms/spin_coupling.hpp"
 #include "dynamics/motion/newmark.hpp"
 #include "dynamics/motion/static_state.hpp"
 
@@ -109,8 +110,19 @@ class SuperelementBody final : public Body,
   // Before each predict(): g at equal times from the start of the step to its end, linear in
   // between (a row for each column of H; 0 or more than 1 columns).
   void turn_forces(Matrix g) { turning_g_ = std::move(g); }
-  // of each |g|, at most, until the next call: for motion bounds
-  void expect_turning(const Vector& largest) { turning_largest_ = largest; }
+  // After feel_spin(): what couples the modes with each other and the turn; null: not known.
+  const SpinCoupling* coupling() const { return coupling_.get(); }
+  // The modes' velocities v are then the momenta p of SpinCoupling. Before each predict(): the spin
+  // at the start and the end of the step, component axes, beside turn_forces(); or none.
+  void couple(const Vector3& start, const Vector3& end);
+  void uncouple() { pulls_.reset(); }
+  // The eta' that coupled modes have beyond p, until the next call   (m); empty: none.
+  void take_drift(const Vector& drift);
+  // of each |g|, at most, until the next call: for motion bounds. energy: J, which the coupled
+  // modes may get from the spin; below 0: they are not coupled.
+  void expect_turning(const Vector& largest, double energy = -1) {
+    turning_largest_ = largest, energy_of_spin_ = energy;
+  }
   // H^T eta of a spin, 6
   Vector spin_shape() const { return turning_H_.leftCols(n_spin_).transpose() * eta_; }
   // as predicted_positions()
@@ -121,6 +133,11 @@ class SuperelementBody final : public Body,
   double spin_work() const { return spin_work_; }
   const Vector& modal_coordinates() const { return eta_; }
   const Vector& predicted_modal_coordinates() const { return eta_end_; }
+  const Vector& modal_velocities() const { return v_; }
+  const Vector& predicted_modal_velocities() const { return v_end_; }
+  // Of all impulses on nodes since predict(), and of those of friction; null: none.
+  const Vector* kick() const { return kicked_ ? &kick_ : nullptr; }
+  const Vector* friction_kick() const { return rubbed_ ? &friction_kick_ : nullptr; }
   // V^T f, and V^T of what the pattern has on the modal coordinates
   Vector modal_force(const ForcePattern& pattern) const;
   // What a harmonic response and mode shapes are made of.
@@ -189,6 +206,11 @@ class SuperelementBody final : public Body,
   bool is_driven() const { return !loads_.empty() || turning_g_.cols() > 0; }
   bool may_be_driven() const { return !loads_.empty() || turning_H_.size() > 0; }
   Vector turning_force(double t, Index first, Index count) const;
+  double coupled_energy(const Vector& eta, const Vector& v) const;
+  void pull_at_start(Vector& eta, Vector& v, FlowWork* work);
+  void pull_at_end(Vector& eta, Vector& v, FlowWork* work);
+  void add_coupled(const Vector& kick);
+  void book_drift(const Vector& drift, double t, const Vector& v, FlowWork& work) const;
   void add_late(Index set, const Points& impulses, ImpulseKind kind);
   void take_kick(Index set, const Points& impulses);
   Vector3 center_at(const Vector& eta) const;
@@ -248,7 +270,7 @@ class SuperelementBody final : public Body,
   Vector f_, f0_, f1_, work_eta_, work_v_;
   Points local_;                    // impulses in component axes
   std::optional<Matrix3> carried_;  // see carry()
-  mutable Vector rates_;            // central differences: eta' at the time of eta
+  mutable Vector rates_;  // central differences, and coupled with a spin: eta' at the time of eta
   double t_ = 0, h_ = 0, last_h_ = 0;
   mutable std::shared_ptr<const ModalPropagator> regular_, other_;  // of the last two step lengths
   // Newmark: the step's move; modal accelerations at its start, and at its end before what the move
@@ -266,6 +288,18 @@ class SuperelementBody final : public Body,
   Vector turning_largest_;
   Index n_spin_ = 0;
   double spin_work_ = 0;
+  std::shared_ptr<const SpinCoupling> coupling_;
+  struct Pulls {
+    Vector3 w_start;  // component axes
+    SpinCoupling::Pull start, end;
+    // after the pull at the start of a step h, once it is known for the state as it is
+    Vector eta, v;
+    double h;
+    bool is_known;
+  };
+  std::optional<Pulls> pulls_;
+  Vector drift_;  // n, or empty
+  double energy_of_spin_ = -1;
 };
 
 }  // namespace cbr

@@ -24,38 +24,58 @@ MotionBound SuperelementBody::bound(Index set, bool quick) const {
   const NodeSet& s = sets_[set];
   const Matrix3& T = placement_.T;
   const auto Vt = s.rows->Vt();
-  const Index r = form_->n_rigid, e = eta_.size() - r, m = s.X.rows();
+  const Index r = form_->n_rigid, e = eta_.size() - r, n_nodes = s.X.rows();
   const auto omega = form_->omega.tail(e).array();
   Vector force = Vector::Zero(eta_.size());  // largest modal force at any time
   for (const auto& load : loads_) force += load.history.largest() * load.amplitude.cwiseAbs();
   if (turning_H_.size() > 0) force += turning_H_.cwiseAbs() * turning_largest_;
+  const Index n_loads = turning_H_.cols() - n_spin_;
+  const Vector force_of_loads =
+      turning_H_.rightCols(n_loads).cwiseAbs() * turning_largest_.tail(n_loads);
   // Amplitude sqrt(eta^2 + (v / omega)^2); a force adds at most its impulse / omega.
   const Vector amplitude =
       (eta_.tail(e).array().square() + (v_.tail(e).array() / omega).square()).sqrt();
   const Vector rate = force.tail(e).array() / omega;
+  // Coupled modes, the first m elastic ones, exchange energy, and get some from the spin: beyond
+  // that loads alone drive them
+  const Index m = energy_of_spin_ >= 0 ? coupling_->size() : 0;
+  double together = 0, together_rate = 0;
+  if (m > 0) {
+    together = std::sqrt((omega.head(m) * amplitude.head(m).array()).matrix().squaredNorm() +
+                         2 * energy_of_spin_);
+    // of eta' = p + G eta, of which the latter is the smaller
+    together_rate = 2 * force_of_loads.segment(r, m).norm();
+  }
   Vector3 spread = Vector3::Zero(), growth = spread, acceleration = spread;
   if (quick && e > 0) {
     const auto envelope = s.rows->envelope().bottomRows(e);
-    spread = envelope.transpose() * amplitude;
-    if (may_be_driven()) growth = envelope.transpose() * rate;
+    spread = envelope.bottomRows(e - m).transpose() * amplitude.tail(e - m);
+    if (may_be_driven()) growth = envelope.bottomRows(e - m).transpose() * rate.tail(e - m);
+    for (int d = 0; d < 3 && m > 0; ++d) {
+      const double per_root = (envelope.col(d).head(m).array() / omega.head(m)).matrix().norm();
+      spread[d] += together * per_root;
+      growth[d] += together_rate * per_root;
+    }
   }
   // between here and x + t v
   const bool slows = is_damped() && r > 0 && damping_.c.head(r).maxCoeff() > 0;
-  const bool swings = !quick && !amplitude.isZero(0);
+  const bool swings = !quick && (!amplitude.isZero(0) || m > 0);
   MotionBound bound;
   bound.lower = bound.lower_speed = Vector3::Constant(HUGE_VAL);
   bound.upper = bound.upper_speed = Vector3::Constant(-HUGE_VAL);
   bound.growth = bound.acceleration = Vector3::Zero();
-  for (Index i = 0; i < m; ++i) {
+  for (Index i = 0; i < n_nodes; ++i) {
     Vector3 u, speed;
     for (int d = 0; d < 3; ++d) {
       const auto rigid = Vt.col(3 * i + d).head(r);
       const auto elastic = Vt.col(3 * i + d).tail(e).cwiseAbs();
       u[d] = rigid.dot(eta_.head(r)), speed[d] = rigid.dot(v_.head(r));
-      if (swings) spread[d] = elastic.dot(amplitude);
+      const double per_root =
+          m > 0 && !quick ? (elastic.head(m).array() / omega.head(m)).matrix().norm() : 0;
+      if (swings) spread[d] = elastic.tail(e - m).dot(amplitude.tail(e - m)) + together * per_root;
       if (!may_be_driven()) continue;
       acceleration[d] = rigid.cwiseAbs().dot(force.head(r));
-      if (!quick) growth[d] = elastic.dot(rate);
+      if (!quick) growth[d] = elastic.tail(e - m).dot(rate.tail(e - m)) + together_rate * per_root;
     }
     const Vector3 x = T * u + s.X.row(i).transpose(), v = T * speed, w = T.cwiseAbs() * spread;
     bound.lower = bound.lower.cwiseMin(x - w), bound.upper = bound.upper.cwiseMax(x + w);
@@ -211,7 +231,7 @@ void SuperelementBody::add_start_impulse(const Vector& impulse) {
 // Central differences: the mid-step velocity, half a step on under the internal forces and loads,
 // second order at t_.
 const Vector& SuperelementBody::present_rates() const {
-  if (scheme_ != Scheme::central_difference) return v_;
+  if (scheme_ != Scheme::central_difference) return drift_.size() > 0 ? rates_ = v_ + drift_ : v_;
   load_amplitudes(t_, rates_);
   rates_ = v_ + 0.5 * last_h_ * (rates_ - form_->omega.cwiseAbs2().cwiseProduct(eta_));
   if (is_damped()) rates_.array() /= 1 + 0.5 * last_h_ * damping_.c.array();

@@ -49,7 +49,84 @@ bool SuperelementBody::feel_spin() {
   turning_H_.topRows(form_->n_rigid).setZero();
   n_spin_ = turning_H_.cols();
   turning_histories_.resize(static_cast<std::size_t>(n_spin_));
+  coupling_ = form_->shared.spin_coupling(*superelement_, form_->n_rigid, form_->omega.size());
   return true;
+}
+
+void SuperelementBody::couple(const Vector3& start, const Vector3& end) {
+  if (!pulls_) pulls_ = Pulls{};
+  if (!pulls_->is_known || pulls_->w_start != start) {
+    pulls_->is_known = false;
+    pulls_->w_start = start;
+    pulls_->start = coupling_->pull(start);
+  }
+  pulls_->end = coupling_->pull(end);
+}
+
+void SuperelementBody::take_drift(const Vector& drift) {
+  drift_.setZero(drift.size() > 0 ? eta_.size() : 0);
+  if (drift.size() == 0) return;
+  drift_.segment(coupling_->first(), coupling_->size()) = drift;
+}
+
+// As flow_energy(), of the coupled modes.
+double SuperelementBody::coupled_energy(const Vector& eta, const Vector& v) const {
+  double sum = 0;
+  for (Index j = coupling_->first(); j < coupling_->first() + coupling_->size(); ++j) {
+    const double force = form_->omega[j] * eta[j];
+    sum += (v[j] * v[j] + force * force) * (weight_.size() > 0 ? weight_[j] : 1);
+  }
+  return 0.5 * sum;
+}
+
+// Half a step of the coupling.
+void SuperelementBody::pull_at_start(Vector& eta, Vector& v, FlowWork* work) {
+  Pulls& pulls = *pulls_;
+  if (!pulls.is_known || pulls.h != h_) {
+    pulls.eta = eta, pulls.v = v, pulls.h = h_;
+    coupling_->move(pulls.start, 0.5 * h_, damping_.c, pulls.eta, pulls.v);
+    pulls.is_known = true;
+  }
+  if (work) {
+    book_drift(coupling_->drift(pulls.start, eta), t_, v, *work);
+    work->spin += coupled_energy(pulls.eta, pulls.v) - coupled_energy(eta, v);
+  }
+  eta = pulls.eta, v = pulls.v;
+}
+
+void SuperelementBody::pull_at_end(Vector& eta, Vector& v, FlowWork* work) {
+  const double before = work ? coupled_energy(eta, v) : 0;
+  coupling_->move(pulls_->end, 0.5 * h_, damping_.c, eta, v);
+  if (!work) return;
+  book_drift(coupling_->drift(pulls_->end, eta), t_ + h_, v, *work);
+  work->spin += coupled_energy(eta, v) - before;
+}
+
+// What a kick at the start brings to the end of the step, to round-off as propagate() has it.
+void SuperelementBody::add_coupled(const Vector& kick) {
+  Vector eta = Vector::Zero(kick.size()), v = kick;
+  coupling_->move(pulls_->start, 0.5 * h_, damping_.c, eta, v);
+  propagate_free(propagator(h_), eta, v, work_eta_, work_v_);
+  coupling_->move(pulls_->end, 0.5 * h_, damping_.c, work_eta_, work_v_);
+  eta_end_ += work_eta_;
+  v_end_ += work_v_;
+}
+
+// What loads and damping do to eta' beyond what they do to p, at t: by the trapezoidal rule.
+void SuperelementBody::book_drift(const Vector& drift, double t, const Vector& v,
+                                  FlowWork& work) const {
+  const Index first = coupling_->first(), m = coupling_->size();
+  if (const Index n_others = turning_H_.cols() - n_spin_; n_others > 0) {
+    const double loads =
+        0.5 * h_ * turning_force(t, n_spin_, n_others).segment(first, m).dot(drift);
+    work.external += loads;
+    work.spin -= loads;
+  }
+  if (is_damped())  // which takes what is left
+    work.spin += 0.5 * h_ *
+                 (damping_.c.segment(first, m).array() * drift.array() *
+                  (2 * v.segment(first, m) + drift).array())
+                     .sum();
 }
 
 void SuperelementBody::add_turning_force(const Vector& column, const LoadHistory& history) {

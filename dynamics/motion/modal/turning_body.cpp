@@ -8,6 +8,7 @@
 
 #include "common/base/error.hpp"
 #include "common/files/state_archive.hpp"
+#include "common/linalg/dense.hpp"
 
 namespace cbr {
 namespace {
@@ -32,19 +33,14 @@ Vector3 moment_about(const Vector3& c, const Points& x, const Points& impulses) 
   return sum;
 }
 
-// |w|^2 tr S - w . S w = g . S, S as xx, yy, zz, xy, yz, xz   (6)
-Vector centrifugal(const Vector3& w) {
-  const double ww = w.squaredNorm();
-  Vector g(6);
-  g << ww - w[0] * w[0], ww - w[1] * w[1], ww - w[2] * w[2], -2 * w[0] * w[1], -2 * w[1] * w[2],
-      -2 * w[0] * w[2];
-  return g;
-}
-
 // rad, the most that a body turns in a part of a step. Forces that turn with it are linear in time
 // there, which is wrong by the square of this angle / 12: small beside what the first order in the
 // strain leaves out. Moments of loads act at the ends of a part, and need smaller ones.
 constexpr double largest_turn = 0.1, largest_turn_of_loads = 0.02;
+
+// What couples modes acts at the ends of a step: it turns by this at most, and the phase of the
+// highest coupled mode by that, rad.
+constexpr double largest_turn_of_coupling = 0.1, largest_phase = 2;
 
 }  // namespace
 
@@ -55,8 +51,10 @@ TurningBody::TurningBody(std::unique_ptr<Body> inner, SuperelementBody& modal, S
       statics_(statics),
       late_(late),
       feels_(!late && modal.feel_spin()),
+      coupling_(feels_ ? modal.coupling() : nullptr),
       run_end_(end),
       J_0_(inertia_of(modal)),
+      largest_inertia_(symmetric_eigen(J_0_).values.maxCoeff()),
       now_(J_0_),
       step_(J_0_),
       L_(J_0_ * angular_velocity) {
@@ -72,7 +70,7 @@ void TurningBody::expect_turning() {
   double momentum = L_.norm();
   for (const TurningLoad& load : loads_)
     momentum += load.largest_moment() * std::max(0.0, run_end_ - t_);
-  const double w = now_.rate_per_momentum * momentum;
+  const double w = now_.rate_per_momentum * (momentum + now_.inner.norm());
   const Index n_spin = feels_ ? 6 : 0;
   Vector largest(n_spin + 6 * static_cast<Index>(loads_.size()));
   largest.head(n_spin).setConstant(1.1 * w * w);
@@ -81,7 +79,16 @@ void TurningBody::expect_turning() {
     of_load.head<3>().setConstant(loads_[l].largest_vector());
     of_load.tail<3>().setConstant(loads_[l].largest_resultant());
   }
-  modal_.expect_turning(largest);
+  modal_.expect_turning(largest, is_coupled() ? energy_for_modes(momentum) : -1);
+}
+
+// J, the most that coupled modes may get from the spin: all but what the axis of the largest
+// inertia leaves, which swings. momentum: the most there can be, where loads bring any.
+double TurningBody::energy_for_modes(double momentum) const {
+  const double all =
+      loads_.empty() ? spin_energy(now_) : 0.5 * momentum * momentum * now_.rate_per_momentum;
+  const double left = loads_.empty() ? 0.5 * L_.squaredNorm() / (1.1 * largest_inertia_) : 0;
+  return std::max(0.0, all - left);
 }
 
 void TurningBody::damp(const Damping& damping) {
@@ -117,7 +124,8 @@ const Eigen::Quaterniond& TurningBody::end() const {
     q_end_ = step_.turned(q_, L, h_);
   } else {
     eta_end_ = modal_.predicted_modal_coordinates();
-    const TurnAtEnd to = turn_at_end(L, 2 * step_.J - now_.J);
+    const TurnInertia at_end{2 * step_.J - now_.J, 2 * step_.inner - now_.inner};
+    const TurnAtEnd to = turn_at_end(L, at_end);
     q_end_ = to.q, L_end_ = to.L, work_end_ = to.work;
   }
   ends_there_ = true;
@@ -162,6 +170,40 @@ Matrix3 TurningBody::inertia(const Vector& shape) const {
          2 * (S.trace() * Matrix3::Identity() - modal_.axes() * S * modal_.axes().transpose());
 }
 
+// An axial vector of the component's axes in those of the body, and back.
+Vector3 TurningBody::axial(const Vector3& of_component) const {
+  return modal_.axes().determinant() * (modal_.axes() * of_component);
+}
+
+Vector3 TurningBody::in_component(const Vector3& axial) const {
+  return modal_.axes().determinant() * (modal_.axes().transpose() * axial);
+}
+
+// Of the body as its modes are, where it feels its spin.
+TurnInertia TurningBody::present_turn(SpinCoupling::Shape& shape) const {
+  const Matrix3 J = inertia(modal_.spin_shape());
+  if (!is_coupled()) return {J};
+  shape = coupling_->shape(modal_.modal_coordinates(), modal_.modal_velocities());
+  return with(J, shape);
+}
+
+TurnInertia TurningBody::predicted_turn() const {
+  const Matrix3 J = inertia(modal_.predicted_spin_shape());
+  if (!is_coupled()) return {J};
+  return with(J, coupling_->shape(modal_.predicted_modal_coordinates(),
+                                  modal_.predicted_modal_velocities()));
+}
+
+TurnInertia TurningBody::with(const Matrix3& J, const SpinCoupling::Shape& shape) const {
+  return {J + modal_.axes() * shape.inertia * modal_.axes().transpose(), axial(shape.momentum)};
+}
+
+void TurningBody::take_drift(const SpinCoupling::Shape& shape) {
+  modal_.take_drift(is_coupled() ? Vector(shape.drift * in_component(q_.conjugate() *
+                                                                     now_.angular_velocity(q_, L_)))
+                                 : Vector());
+}
+
 // Of the forces that turn with the body: of the spin, and of each load its vector, for the elastic
 // modes, and its resultant, for the centre of mass. w: scene axes.
 Vector TurningBody::factors(const Eigen::Quaterniond& q, const Vector3& w) const {
@@ -187,16 +229,16 @@ void TurningBody::add_moments_of_loads(double from, double to, double share, boo
   end.L += sum;
 }
 
-// From here, with L, while the inertia goes from what it is to J_end.
-TurningBody::TurnAtEnd TurningBody::turn_at_end(Vector3 L, const Matrix3& J_end) const {
+// From here, with L, while the inertia goes from what it is to that of `last`.
+TurningBody::TurnAtEnd TurningBody::turn_at_end(Vector3 L, const TurnInertia& last) const {
   double momentum = L.norm();
   for (const TurningLoad& load : loads_) momentum += load.largest_moment() * h_;
   const double most = loads_.empty() ? largest_turn : largest_turn_of_loads;
   const auto n = std::max<Index>(
       1, static_cast<Index>(std::ceil(now_.rate_per_momentum * momentum * h_ / most)));
   const auto part = 1 / static_cast<double>(n);
-  const auto at = [&](double share) { return FreeTurn((1 - share) * now_.J + share * J_end); };
-  TurnAtEnd end{q_, L, 0, {}};
+  const auto at = [&](double share) { return FreeTurn::between(now_, last, share); };
+  TurnAtEnd end{q_, L, 0, {}, Vector3::Zero()};
   for (Index i = 0; i <= n; ++i) {
     const double share = static_cast<double>(i) * part;
     if (i > 0) {
@@ -205,15 +247,19 @@ TurningBody::TurnAtEnd TurningBody::turn_at_end(Vector3 L, const Matrix3& J_end)
       end.q = at(share - 0.5 * part).turned(end.q, end.L, h_ * part);
       if (!loads_.empty()) add_moments_of_loads(from, to, share, true, at(share), end);
     }
-    const Vector g = factors(end.q, at(share).angular_velocity(end.q, end.L));
+    end.w = at(share).angular_velocity(end.q, end.L);
+    const Vector g = factors(end.q, end.w);
     if (i == 0) end.g.resize(g.size(), n + 1);
     end.g.col(i) = g;
   }
   return end;
 }
 
-void TurningBody::turn_inner(const Matrix3& J_end) {
-  TurnAtEnd to = turn_at_end(L_, J_end);
+void TurningBody::turn_inner(const TurnInertia& last) {
+  TurnAtEnd to = turn_at_end(L_, last);
+  if (is_coupled())
+    modal_.couple(in_component(q_.conjugate() * now_.angular_velocity(q_, L_)),
+                  in_component(to.q.conjugate() * to.w));
   if (statics_ != nullptr && !loads_.empty()) {
     const auto n = static_cast<Index>(loads_.size());
     Vector of_loads(3 * n), largest(3 * n);
@@ -230,26 +276,27 @@ void TurningBody::turn_inner(const Matrix3& J_end) {
 void TurningBody::predict(double t, double h) {
   t_ = t, h_ = h;
   kick_ = {};
+  is_kicked_ = false;
   if (!loads_.empty()) eta_start_ = eta_end_ = modal_.modal_coordinates();
   const bool spins = feels_ && !L_.isZero(0);
   if (feels_ && L_.isZero(0) && loads_.empty()) modal_.turn_forces({});
-  if (spins || !loads_.empty()) turn_inner(now_.J);
+  if (!is_coupled()) modal_.uncouple();
+  if (spins || !loads_.empty()) turn_inner(now_);
   if (spins) {
     inner_->predict(t, h);
-    turn_inner(inertia(modal_.predicted_spin_shape()));
+    turn_inner(predicted_turn());
   }
   inner_->predict(t, h);
-  if (feels_) step_ = FreeTurn(0.5 * (now_.J + inertia(modal_.predicted_spin_shape())));
+  if (feels_) step_ = FreeTurn::between(now_, predicted_turn(), 0.5);
   ends_there_ = false;
   end();
   take_axes();
 }
 
-double TurningBody::spin_energy(const FreeTurn& of) const {
-  return 0.5 * L_.dot(of.angular_velocity(q_, L_));
-}
+double TurningBody::spin_energy(const FreeTurn& of) const { return of.energy(q_, L_); }
 
 void TurningBody::add_moment(const Vector3& moment, ImpulseKind kind) {
+  is_kicked_ = true;
   kick_.all += moment;
   if (kind == ImpulseKind::friction) kick_.friction += moment;
   ends_there_ = late_;
@@ -283,21 +330,49 @@ void TurningBody::book(const Moments& moments, const Vector3& w, const Vector3& 
 }
 
 void TurningBody::accept() {
+  const double longest = is_coupled() && !is_kicked_ ? longest_part() : h_;
+  if (!(h_ > longest)) return accept_part();
+  // Nothing pushed it, and no one looks at it in between
+  const double t = t_, n = std::ceil(h_ / longest), h = h_ / n;
+  for (double i = 0; i < n; ++i) {
+    predict(t + i * h, h);
+    accept_part();
+  }
+}
+
+// s, of a step in which the ends may stand for all of it.
+double TurningBody::longest_part() const {
+  const Index highest = coupling_->first() + coupling_->size() - 1;
+  const double w = now_.angular_velocity(q_, L_).norm();
+  return std::min(largest_phase / modal_.form().omega[highest], largest_turn_of_coupling / w);
+}
+
+void TurningBody::accept_part() {
   const Vector3 w = now_.angular_velocity(q_, L_);
+  // What kicks of the modes bring to what moves inside is none of the turn's
+  Moments inside;
+  if (is_coupled() && modal_.kick() != nullptr) {
+    const Vector& eta = modal_.modal_coordinates();
+    inside.all = axial(coupling_->momentum(eta, *modal_.kick()));
+    if (modal_.friction_kick() != nullptr)
+      inside.friction = axial(coupling_->momentum(eta, *modal_.friction_kick()));
+  }
   inner_->accept();
   if (late_) {
     // From the middle of the kick at the start to that of the kick at the end
     const Moments half{0.5 * last_kick_.all, 0.5 * last_kick_.friction};
-    book(half, w, -0.25 * now_.angular_velocity(q_, last_kick_.all));
+    book(half, w, -0.25 * now_.change(q_, last_kick_.all));
     q_ = end();
     if (!loads_.empty()) L_ = L_end_, work_.external += work_end_;
     const Moments next{0.5 * kick_.all, 0.5 * kick_.friction};
-    book(next, now_.angular_velocity(q_, L_), 0.25 * now_.angular_velocity(q_, kick_.all));
+    book(next, now_.angular_velocity(q_, L_), 0.25 * now_.change(q_, kick_.all));
     last_kick_ = kick_;
     L_ += kick_.all;
   } else {
-    book(kick_, w, 0.5 * now_.angular_velocity(q_, kick_.all));
+    const Moments of_turn{kick_.all - q_ * inside.all, kick_.friction - q_ * inside.friction};
+    book(of_turn, w, 0.5 * now_.change(q_, of_turn.all));
     L_ += kick_.all;
+    now_.inner += inside.all;
     move_on();
   }
   kick_ = {};
@@ -310,12 +385,13 @@ void TurningBody::accept() {
 // as numerical work.
 void TurningBody::move_on() {
   const double energy = spin_energy(now_);
-  const FreeTurn after = feels_ ? FreeTurn(inertia(modal_.spin_shape())) : now_;
-  if (feels_ && !ends_there_) step_ = FreeTurn(0.5 * (now_.J + after.J));
+  SpinCoupling::Shape shape;
+  const FreeTurn after = feels_ ? FreeTurn(present_turn(shape)) : now_;
+  if (feels_ && !ends_there_) step_ = FreeTurn::between(now_, after, 0.5);
   double work = 0;
   if (!loads_.empty()) {
     eta_end_ = modal_.modal_coordinates();
-    const TurnAtEnd to = turn_at_end(L_, after.J);
+    const TurnAtEnd to = turn_at_end(L_, after);
     q_end_ = to.q, L_ = to.L, work = to.work;
   } else if (!ends_there_) {
     q_end_ = step_.turned(q_, L_, h_);
@@ -323,6 +399,7 @@ void TurningBody::move_on() {
   ends_there_ = true;
   q_ = q_end_;
   now_ = after;
+  take_drift(shape);
   work_.external += work;
   if (feels_ && !L_.isZero(0))
     work_.numerical += spin_energy(now_) - energy - work + modal_.spin_work();
@@ -376,7 +453,7 @@ BodyState TurningBody::state() const {
   BodyState state = inner_->state();
   const Vector3 half = 0.5 * last_kick_.all, l = L_ - half;
   state.angular_momentum = L_ + state.center_of_mass.cross(state.momentum);
-  state.kinetic_energy += 0.5 * l.dot(now_.angular_velocity(q_, l));
+  state.kinetic_energy += now_.energy(q_, l);
   state.rotation = 0;
   state.orientation = Eigen::Vector4d(q_.w(), q_.x(), q_.y(), q_.z());
   return state;
@@ -404,7 +481,11 @@ void TurningBody::keep_state(StateArchive& archive) {
   inner_->keep_state(archive);
   if (!loads_.empty()) archive(t_);
   archive(q_.coeffs(), L_, R_, last_kick_.all, last_kick_.friction, work_);
-  if (archive.restores() && feels_) now_ = FreeTurn(inertia(modal_.spin_shape()));
+  if (archive.restores() && feels_) {
+    SpinCoupling::Shape shape;
+    now_ = FreeTurn(present_turn(shape));
+    take_drift(shape);
+  }
   expect_turning();
 }
 

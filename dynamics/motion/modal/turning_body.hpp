@@ -35,6 +35,8 @@ class TurningBody final : public Body, public BoundAbility, public TurningAbilit
   double contact_share() const override { return inner_->contact_share(); }
   // Whether the modes feel the spin: the superelement knows its moments.
   bool feels_spin() const { return feels_; }
+  // Whether the superelement knows what couples them with each other and the turn.
+  bool has_coupling() const { return coupling_ != nullptr; }
   Vector3 angular_velocity() const { return now_.angular_velocity(q_, L_); }
   void set_contact_step(double h) override { inner_->set_contact_step(h); }
   // InputError: mass-proportional damping, which would brake the spin.
@@ -108,14 +110,26 @@ class TurningBody final : public Body, public BoundAbility, public TurningAbilit
     Vector3 L;
     double work = 0;
     Matrix g;
+    Vector3 w;  // scene axes
   };
   MotionBound in_any_position(MotionBound bound) const;
   Matrix3 inertia(const Vector& shape) const;
-  TurnAtEnd turn_at_end(Vector3 L, const Matrix3& J_end) const;
+  Vector3 axial(const Vector3& of_component) const;
+  Vector3 in_component(const Vector3& axial) const;
+  // Whether the modes are coupled: without angular momentum they are not.
+  bool is_coupled() const { return coupling_ != nullptr && !L_.isZero(0); }
+  TurnInertia present_turn(SpinCoupling::Shape& shape) const;
+  TurnInertia predicted_turn() const;
+  TurnInertia with(const Matrix3& J, const SpinCoupling::Shape& shape) const;
+  void take_drift(const SpinCoupling::Shape& shape);
+  double energy_for_modes(double momentum) const;
+  double longest_part() const;
+  void accept_part();
+  TurnAtEnd turn_at_end(Vector3 L, const TurnInertia& last) const;
   void add_moments_of_loads(double from, double to, double share, bool at_end, const FreeTurn& turn,
                             TurnAtEnd& end) const;
   Vector factors(const Eigen::Quaterniond& q, const Vector3& w) const;
-  void turn_inner(const Matrix3& J_end);
+  void turn_inner(const TurnInertia& last);
   void move_on();
   void expect_turning();
   double spin_energy(const FreeTurn& of) const;
@@ -129,9 +143,11 @@ class TurningBody final : public Body, public BoundAbility, public TurningAbilit
   StaticsBody* statics_;  // the inner body, if it is one
   const bool late_;
   const bool feels_;
+  const SpinCoupling* coupling_;  // of the superelement; null: not known
   const double run_end_;
   std::vector<TurningLoad> loads_;
-  Matrix3 J_0_;          // undeformed, placed, scene axes
+  Matrix3 J_0_;  // undeformed, placed, scene axes
+  double largest_inertia_;
   FreeTurn now_, step_;  // of the body as it is, and as it is in the middle of the step
   Eigen::Quaterniond q_ = Eigen::Quaterniond::Identity();
   // The end of the step, and with loads the momentum and their work there
@@ -145,7 +161,8 @@ class TurningBody final : public Body, public BoundAbility, public TurningAbilit
   Matrix3 R_ = Matrix3::Identity();  // in the middle of the step, without impulses of contact
   Vector3 L_ = Vector3::Zero();      // about the centre of mass, scene axes
   Moments kick_;                     // of the step
-  Moments last_kick_;                // late: of the last step, which L_ has
+  bool is_kicked_ = false;
+  Moments last_kick_;  // late: of the last step, which L_ has
   double t_ = 0, h_ = 0;
   mutable std::vector<PlacedSet> placed_;
   BodyWork work_;  // of the spin

@@ -240,7 +240,7 @@ InstanceBody BodyMaker::make_turning(const Instance& instance, const ReducedComp
   const bool late = component.statics && component.statics->is_massless;
   auto body = std::make_unique<TurningBody>(std::move(made.body), modal, statics, late,
                                             instance.angular_velocity, scene_.time->end);
-  made.notes = notes_of_spin(instance, *component.superelement, body->feels_spin(), modal);
+  made.notes = notes_of_spin(instance, *component.superelement, *body, modal);
   made.body = std::move(body);
   return made;
 }

@@ -132,10 +132,10 @@ void require_turning(const Instance& instance, const MeshedComponent& component)
 }
 
 std::vector<std::string> notes_of_spin(const Instance& instance, const Superelement& superelement,
-                                       bool feels_spin, const SuperelementBody& modal) {
+                                       const TurningBody& body, const SuperelementBody& modal) {
   std::vector<std::string> notes;
   const std::string name = "instance '" + instance.name + "'";
-  if (!feels_spin) {
+  if (!body.feels_spin()) {
     notes.push_back(name + " turns without the forces of its spin on its modes: " +
                     (superelement.has_interface_matrices()
                          ? "its superelement file is older than 1.8 (cbr-reduce --force)"
@@ -147,7 +147,10 @@ std::vector<std::string> notes_of_spin(const Instance& instance, const Superelem
   if (spin > 0.1 * lowest)
     notes.push_back(name + " spins at " + number_text(spin) +
                     " rad/s, more than a tenth of its lowest frequency of " + number_text(lowest) +
-                    " rad/s: Coriolis forces and stiffening by the spin are left out");
+                    " rad/s: " +
+                    (body.has_coupling() ? "stiffening by the spin is left out"
+                                         : "Coriolis forces and stiffening by the spin are left "
+                                           "out"));
   return notes;
 }
 

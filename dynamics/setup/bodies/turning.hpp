@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "dynamics/motion/modal/superelement_body.hpp"
+#include "dynamics/motion/modal/turning_body.hpp"
 #include "dynamics/setup/components/component_model.hpp"
 
 namespace cbr {
@@ -20,7 +21,7 @@ void require_turning(const Instance& instance, const ReducedComponent& component
 void require_turning(const Instance& instance, const MeshedComponent& component);
 // What of its spin an instance that turns does not feel; empty: nothing worth a word.
 std::vector<std::string> notes_of_spin(const Instance& instance, const Superelement& superelement,
-                                       bool feels_spin, const SuperelementBody& modal);
+                                       const TurningBody& body, const SuperelementBody& modal);
 // With `large`, one line that names those that stay linear; empty: all turn.
 std::string note_of_what_stays(const SceneIndex& index);
 

@@ -198,6 +198,8 @@ ReducedComponent of_one(const SceneIndex& index, const Component& component,
   *superelement = read_superelement(file, parts);
   check_rigid_motions(*superelement, file.string());
   separate_rotations(*superelement);
+  // Of the stored form's modes
+  if (!superelement->has_diagonal_form()) superelement->spin_couplings.resize(0, 0);
   if (options.half_modes) {
     keep_half(*superelement, half_by(*component.reduction));
     reduced.n_modal = superelement->k(), reduced.n_dofs = superelement->n_coordinates();

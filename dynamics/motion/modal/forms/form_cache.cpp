@@ -181,6 +181,14 @@ std::shared_ptr<const IndexTable> FormCache::row_table(const Superelement& super
   return row_table_;
 }
 
+std::shared_ptr<const SpinCoupling> FormCache::spin_coupling(const Superelement& superelement,
+                                                             Index n_rigid, Index n) {
+  const Matrix& P = superelement.spin_couplings;
+  if (P.size() == 0 || n <= n_rigid) return nullptr;
+  if (!spin_coupling_) spin_coupling_ = std::make_shared<const SpinCoupling>(P, n_rigid, n);
+  return spin_coupling_;
+}
+
 std::shared_ptr<const ModalPropagator> FormCache::propagator(const Vector& omega, double h,
                                                              bool with_loads) {
   const std::scoped_lock lock(propagators_in_use);

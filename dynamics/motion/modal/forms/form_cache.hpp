@@ -14,6 +14,7 @@
 #include "dynamics/contact/nodes/thin_response.hpp"
 #include "dynamics/motion/damping.hpp"
 #include "dynamics/motion/modal/forms/modal_propagator.hpp"
+#include "dynamics/motion/modal/forms/spin_coupling.hpp"
 
 namespace cbr {
 
@@ -111,12 +112,16 @@ class FormCache {
                                                     double h, bool with_loads);
   // displacement_rows() of the superelement that the form belongs to.
   std::shared_ptr<const IndexTable> row_table(const Superelement& superelement);
+  // Of the form's modes, n with the rigid ones; null where the superelement does not know it.
+  std::shared_ptr<const SpinCoupling> spin_coupling(const Superelement& superelement, Index n_rigid,
+                                                    Index n);
 
  private:
   std::vector<std::shared_ptr<const NodeRows>> rows_;
   std::vector<std::pair<std::vector<Index>, std::shared_ptr<const Matrix>>> means_;
   std::vector<std::shared_ptr<const ModalPropagator>> propagators_;
   std::shared_ptr<const IndexTable> row_table_;
+  std::shared_ptr<const SpinCoupling> spin_coupling_;
 };
 
 }  // namespace cbr
