@@ -174,6 +174,7 @@ TEST(RigidCheck, OfFacesAndLengths) {
 TEST(RigidCheck, FewNodesTellNothing) {
   Superelement s = reduced(Basis::craig_bampton);
   s.omega.resize(0), s.V.resize(0, 0), s.surfaces.clear(), s.spin_moments.resize(0, 0);
+  s.spin_couplings.resize(0, 0);
   // As of one whose interface is a single node, by another maker: its rotations are in the modes
   s.node_ids.resize(1), s.coordinates = s.coordinates.topRows(1).eval();
   s.dof_node = {0, 0, 0}, s.dof_component = {0, 1, 2};
