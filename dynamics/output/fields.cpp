@@ -176,13 +176,29 @@ void FieldWriter::find_materials(const Scene& scene) {
   }
 }
 
+namespace {
+
+// Of a body that turns by any angle, scene axes.
+std::optional<Matrix3> turn_of(const Body& body) {
+  const auto q = body.state().orientation;
+  if (!q) return {};
+  return Eigen::Quaterniond((*q)[0], (*q)[1], (*q)[2], (*q)[3]).toRotationMatrix();
+}
+
+}  // namespace
+
 FieldWriter::Motion FieldWriter::motion_of(const FieldGrid& grid) const {
   Motion motion;
-  const Body& body = *built_.simulation.bodies[grid.instance];
+  Body& body = *built_.simulation.bodies[grid.instance];
   if (grid.part < 0) {
     body.displacements(motion.u, motion.v);
     motion.u.conservativeResize(grid.points.rows(), Eigen::NoChange);
     motion.v.conservativeResize(grid.points.rows(), Eigen::NoChange);
+    if (const TurningAbility* turning = body.turning()) {
+      motion.turn = turn_of(body);
+      Points rates;
+      turning->unturned_displacements(motion.strained, rates);
+    }
     return motion;
   }
   const auto& of = built_.instances[grid.instance];
@@ -207,10 +223,8 @@ FieldWriter::Motion FieldWriter::motion_of(const FieldGrid& grid) const {
   Vector q, rates;
   body.coordinates(q, rates);
   motion.u = whole(q), motion.v = whole(rates);
-  if (const auto o = body.state().orientation) {
-    motion.turn = Eigen::Quaterniond((*o)[0], (*o)[1], (*o)[2], (*o)[3]).toRotationMatrix();
-    motion.strained = motion.u;
-  }
+  motion.turn = turn_of(body);
+  if (motion.turn) motion.strained = motion.u;
   body.turn(grid.points, motion.u, motion.v);
   return motion;
 }

@@ -188,7 +188,7 @@ class Builder {
       const MeshedComponent& component = meshed_.at(instance.component);
       of.geometry = component.geometry, of.mesh = component.mesh;
       of.is_rigid = instance.as == InstanceKind::rigid;
-      if (!of.is_rigid) of.mass_kind = component.mass;
+      if (!of.is_rigid) of.mass_kind = component.mass, of.n_mesh_parts = component.n_parts;
       of.properties = component.properties, of.body_node = component.body_node;
       made = maker.make(instance, component);
     }
@@ -227,6 +227,8 @@ BuiltScene build(const Scene& scene_of_run, Report& report, const BuildOptions& 
   built.momentum_is_kept = scene.boundary.empty();
   const SceneIndex index(scene);
   refuse_what_does_not_turn(index);
+  if (scene.time->rotations == Rotations::small)
+    built.large_is_refused = what_large_is_refused_for(scene);
   if (const std::string note = note_of_what_stays(index); !note.empty())
     built.notes.push_back(note);
   Builder(index, options, report, built).add_instances();

@@ -67,6 +67,7 @@ struct Options {
   std::string stress =
       "[a.middle, a.x_min, {instance: a, elements: [7, 31], worst: 3, envelope: true}]";
   std::string history = "[a.x_max, a.sensor]";
+  bool turns = false;  // else one end is held
 };
 
 std::string yaml(const Options& o) {
@@ -78,11 +79,13 @@ std::string yaml(const Options& o) {
          "    reduction: {interface: [x_min, x_max], modes: " +
          std::to_string(o.modes) + o.reduction + "}\n" +
          "instances:\n  a: {component: part, as: " + o.as +
-         ", mirror: y, position: [0.97, 2.61, 0.013], rotation: [10, 0, 30]}\n"
-         "boundary: [{instance: a, nodes: x_min, fix: [x, y, z]}]\n"
+         ", mirror: y, position: [0.97, 2.61, 0.013], rotation: [10, 0, 30]" +
+         (o.turns ? ", angular_velocity: [3, 5, -2]}\n"
+                  : "}\nboundary: [{instance: a, nodes: x_min, fix: [x, y, z]}]\n") +
          "loads: [{instance: a, surface: x_max, traction: [2, -1, 3]}]\n"
          "time: {end: 0.1, step: 1.0e-3, integrator: " +
-         o.integrator + "}\noutput: {every: 0.02, history: " + o.history +
+         o.integrator + (o.turns ? ", rotations: large" : "") +
+         "}\noutput: {every: 0.02, history: " + o.history +
          (o.stress.empty() ? "" : ", stress: " + o.stress) + ", fields: [stress, nodal_stress]}\n";
 }
 
@@ -174,9 +177,10 @@ TEST_F(StressOutput, OfSomeSetsIsThatOfAll) {
 
 // What is written without fields is what the fields have.
 TEST_F(StressOutput, IsThatOfTheFields) {
-  for (const char* as : {"superelement", "mesh"}) {
+  for (const auto& [as, turns] : {std::pair("superelement", false), std::pair("mesh", false),
+                                  std::pair("superelement", true), std::pair("mesh", true)}) {
     Options options;
-    options.as = as, options.integrator = "exact", options.modes = 12;
+    options.as = as, options.integrator = "exact", options.modes = 12, options.turns = turns;
     const Ran ran = run(options);
     const Hdf5Reader results = this->results(), fields = this->fields();
     const auto n = static_cast<Index>(ran.result.time.size());

@@ -360,7 +360,7 @@ Instance parse_instance(const SceneNode& node, const std::string& name, const Sc
     if (instance.as == InstanceKind::mesh)
       damping->fail(
           "goes with as: superelement: a mesh has no modes: give its material damping: {alpha: "
-          "..., beta: ...}");
+          "..., beta: ...}, or beta alone if it turns (time.rotations: large)");
   }
   return instance;
 }

@@ -157,15 +157,35 @@ void energy_warning(const BuiltScene& built, const RunResult& result, Report& re
   report.warning(warning.str());
 }
 
-// ", of numerical damping -0.1 (2 %)", the share being of the largest energy or work of loads
-std::string numerical_loss(const RunResult& result) {
-  double scale = std::abs(result.work_external.back());
+// The largest work of the integrator, as a share of the largest energy or work of loads; 0 where
+// there is neither.
+double numerical_share(const RunResult& result) {
+  double scale = std::abs(result.work_external.back()), most = 0;
   for (const double total : result.total) scale = std::max(scale, total);
-  std::ostringstream text;
-  text.precision(3);
-  text << ", of numerical damping " << result.work_numerical.back();
-  if (scale > 0) text << " (" << 100 * std::abs(result.work_numerical.back()) / scale << " %)";
-  return text.str();
+  for (const double work : result.work_numerical) most = std::max(most, std::abs(work));
+  return scale > 0 ? most / scale : 0;
+}
+
+// ", of numerical damping -0.1 (2 %)"; of the steps of bodies that turn where that is more than
+// round-off.
+std::string numerical_loss(const BuiltScene& built, const RunResult& result) {
+  const bool damps = built.simulation.plan.newmark_alpha.value_or(0) != 0;
+  const double share = numerical_share(result);
+  if (!damps && !(share > 1e-8)) return {};
+  return format_text(", of %s %.3g (at most %.2g %%)", damps ? "numerical damping" : "the steps",
+                     result.work_numerical.back(), 100 * share);
+}
+
+// Steps too long for how bodies turn and strain close their balance all the same: what they make or
+// take is booked.
+void steps_warning(const BuiltScene& built, const RunResult& result, Report& report) {
+  constexpr double much = 0.01;
+  const double share = numerical_share(result);
+  if (built.simulation.plan.newmark_alpha || !(share > much)) return;
+  report.warning(format_text(
+      "the steps have made or taken %.2g %% of the energy (work_numerical): the body strains too "
+      "much for small strains, or the step is too long: take a smaller time.step",
+      100 * share));
 }
 
 // What was done, of what the planned steps of every body and pair would have been.
@@ -217,7 +237,7 @@ void balance_lines(const BuiltScene& built, const RunResult& result, const Balan
   line << "energy: " << result.total.front() << " -> " << result.total.back() << ", work of loads "
        << result.work_external.back() << ", of contact " << result.work_contact.back();
   if (result.work_damping.back() != 0) line << ", of damping " << result.work_damping.back();
-  if (built.simulation.plan.newmark_alpha.value_or(0) != 0) line << numerical_loss(result);
+  line << numerical_loss(built, result);
   line << "; the balance closes to " << b.energy
        << (b.energy > 1e-8 && is_energy_kept(built, result, b) ? " of energies that are round-off"
                                                                : " (good: below 1e-8)");
@@ -237,25 +257,24 @@ void balance_lines(const BuiltScene& built, const RunResult& result, const Balan
 // What makes an instance turn by any angle.
 std::string cure_of_rotation(const BuiltScene& built, std::size_t i) {
   const Simulation& sim = built.simulation;
+  if (sim.is_static) return {};
   if (i < sim.supports.size() && sim.supports[i])
     return "; time: {rotations: large} turns bodies without supports only: hold it by links to the "
            "ground instead of 'boundary'";
   const BuiltScene::OfInstance& of = built.instances[i];
   if (of.parts.size() > 1)
     return "; time: {rotations: large} would turn it if it were reduced without domains";
-  const bool has_springs =
-      std::any_of(sim.pairs.begin(), sim.pairs.end(), [&](const ContactPair& pair) {
-        const auto is_it = [&](const ContactSurface& surface) {
-          return sim.contact_nodes[surface.body].body == static_cast<Index>(i);
-        };
-        return pair.enforcement != Enforcement::impulse &&
-               (is_it(*pair.slave) || is_it(*pair.master));
-      });
-  return std::string("; ") + (sim.bodies[i]->is_exact() ? "" : "integrator: exact, ") +
-         (has_springs ? "enforcement: impulse, " : "") +
-         (sim.plan.clip > 0 ? "mass_scaling: false, " : "") +
-         (of.geometry->rotations.empty() ? "" : "reduction.interface for reduction.points, ") +
-         "time: {rotations: large} turns it by any angle";
+  const bool is_mesh = of.mesh && !of.is_rigid;
+  if (is_mesh && !of.geometry->rotations.empty())
+    return "; meshes with shells do not turn, superelements of them may";
+  if (is_mesh && of.n_mesh_parts > 1)
+    return format_text(
+        "; its mesh has %lld parts: instances of one part turn with time: "
+        "{rotations: large}",
+        static_cast<long long>(of.n_mesh_parts));
+  const std::string turns = "; time: {rotations: large} turns it by any angle";
+  if (built.large_is_refused.empty()) return turns;
+  return turns + " once this is mended: " + built.large_is_refused;
 }
 
 // Bodies are linear: strains of a rotated one are wrong.
@@ -296,6 +315,7 @@ void summarise(const BuiltScene& built, const RunResult& result, bool is_restart
         built.simulation.plan.newmark_alpha || built.simulation.is_static
             ? "the energy balance does not close"
             : "the energy balance does not close: the step may be above the critical one");
+  steps_warning(built, result, report);
   distance_warning(built, report);
   energy_warning(built, result, report);
   rotation_warnings(built, result, report);

@@ -6,14 +6,16 @@
 
 #include "common/base/error.hpp"
 #include "common/base/number_text.hpp"
+#include "common/scene/scene_words.hpp"
 #include "dynamics/setup/components/skin_shells.hpp"
 
 namespace cbr {
 namespace {
 
-constexpr const char* cure = "; take rotations: small, or leave it out";
+constexpr const char* without = "; take rotations: small, without angular_velocity";
 
-[[noreturn]] void refuse(const SourceLine& source, const std::string& what) {
+[[noreturn]] void refuse(const SourceLine& source, const std::string& what,
+                         const std::string& cure = without) {
   throw InputError(source.text() + ": " + what + cure);
 }
 
@@ -31,9 +33,11 @@ void refuse_spin(const Instance& instance, const std::string& why) {
 void refuse_ways(const Scene& scene) {
   const TimeOptions& time = *scene.time;
   if (time.integrator != Integrator::exact)
-    refuse(time.source, "time.rotations: large goes with integrator: exact only");
+    refuse(time.source, "time.rotations: large goes with integrator: exact only",
+           "; take integrator: exact, by which meshes move by central differences");
   if (time.mass_scaling)
-    refuse(time.source, "time.rotations: large does not go with mass_scaling: true");
+    refuse(time.source, "time.rotations: large does not go with mass_scaling: true",
+           "; take mass_scaling: false");
   if (skin_acts(scene))
     refuse(scene.skin->source, "time.rotations: large does not go with shells that act (skin)");
 }
@@ -47,9 +51,12 @@ void refuse_contact(const SceneIndex& index, const ContactOptions& contact) {
   };
   const auto found = std::find_if(scene.instances.begin(), scene.instances.end(), touches);
   if (found == scene.instances.end()) return;
-  refuse(contact.source, "contact of instance '" + found->name +
-                             "', which turns (time.rotations: large), is enforcement: impulse " +
-                             "only, found another enforcement");
+  refuse(contact.source,
+         "contact of instance '" + found->name +
+             "', which turns (time.rotations: large), is enforcement: impulse "
+             "only, found " +
+             word_of(enforcement_words, contact.enforcement),
+         "; take enforcement: impulse");
 }
 
 // Their nodes' rotations take moments, which loads of bodies that turn do not know.
@@ -109,6 +116,19 @@ void refuse_what_does_not_turn(const SceneIndex& index) {
     if (!turns(index, instance))
       refuse_spin(instance, "a body without supports: held ones do not turn");
   refuse_what_acts(index);
+}
+
+std::string what_large_is_refused_for(const Scene& scene) {
+  Scene other = scene;
+  other.time->rotations = Rotations::large;
+  try {
+    refuse_what_does_not_turn(SceneIndex(other));
+  } catch (const InputError& error) {
+    const std::string text = error.what();
+    return text.ends_with(without) ? text.substr(0, text.size() - std::string(without).size())
+                                   : text;
+  }
+  return {};
 }
 
 void require_turning(const Instance& instance, const ReducedComponent& component) {

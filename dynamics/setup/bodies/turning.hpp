@@ -19,6 +19,8 @@ bool turns(const SceneIndex& index, const Instance& instance);
 void refuse_what_does_not_turn(const SceneIndex& index);
 void require_turning(const Instance& instance, const ReducedComponent& component);
 void require_turning(const Instance& instance, const MeshedComponent& component);
+// With `small`: what `large` would be refused for before any file is read; empty: nothing.
+std::string what_large_is_refused_for(const Scene& scene);
 // What of its spin an instance that turns does not feel; empty: nothing worth a word.
 std::vector<std::string> notes_of_spin(const Instance& instance, const Superelement& superelement,
                                        const TurningBody& body, const SuperelementBody& modal);

@@ -31,12 +31,14 @@ struct BuiltScene {
     std::vector<Index> body_node;            // of each node of the mesh
     std::shared_ptr<const MeshModes> modes;  // BuildOptions::mesh_modes
     Index n_shell_faces = 0;                 // of the skin, that act
+    Index n_mesh_parts = 1;                  // of a mesh that is not rigid
     Placement placement;
     double mass = 0;
   };
   std::vector<OfInstance> instances;  // as simulation.bodies
   GapWatch gaps;
   std::vector<std::string> notes;  // for the summary
+  std::string large_is_refused;    // what_large_is_refused_for()
   bool momentum_is_kept = true;    // no boundary conditions, loads, or rigid walls that are met
 };
 

@@ -194,6 +194,21 @@ TEST_F(Summary, NamesEveryBodyThatTurnsAndWhen) {
   EXPECT_NEAR(when("right"), expected(0.1), 0.02);
 }
 
+// What stands in the way of large rotations is named, or nothing but they.
+TEST_F(Summary, TheCureOfARotationIsOneThatRuns) {
+  const auto cure = [&](const std::string& time) {
+    return said(instances("superelement", "position: [3, 0, 0]") +
+                "loads: [{instance: left, surface: x_max, force: [0, 0.5, 0]}]\n"
+                "time: {end: 0.5" +
+                time + "}\noutput: {every: 0.01}\n");
+  };
+  const std::string turns = "time: {rotations: large} turns it by any angle";
+  EXPECT_TRUE(has(cure(""), turns + "\n")) << cure("");
+  const std::string newmark = cure(", integrator: newmark, step: 1.0e-3");
+  EXPECT_TRUE(has(newmark, turns + " once this is mended: ")) << newmark;
+  EXPECT_TRUE(has(newmark, "goes with integrator: exact only; take integrator: exact")) << newmark;
+}
+
 // Nothing is strained: energies are round-off, and so is what is missing of them.
 TEST_F(Summary, RoundOffIsNoEnergyThatIsMissing) {
   for (const std::string as : {"mesh", "superelement"}) {
