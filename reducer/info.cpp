@@ -43,6 +43,14 @@ void print_superelement(const std::filesystem::path& file, std::ostream& out) {
       << s.node_ids.size() << " nodes), " << s.k() << " modes"
       << (s.has_diagonal_form() ? ", with diagonal form" : "") << '\n';
   print_lines(frequency_lines(s), out);
+  if (s.spin_moments.size() > 0) {
+    out << "  turns        with centrifugal forces"
+        << (s.spin_couplings.size() > 0
+                ? format_text(", and Coriolis forces of the %td lowest elastic modes",
+                              s.spin_couplings.rows() / 3)
+                : ", without Coriolis forces")
+        << '\n';
+  }
   // The compliance itself may fill the memory, so the nodes are read alone.
   const Hdf5Reader reader(file);
   const std::string nodes = "/characteristic/statics/node";
