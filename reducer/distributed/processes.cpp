@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <csignal>
 #include <cstdlib>
 #include <new>
 #include <numeric>
@@ -124,6 +125,9 @@ int Processes::end(int code) {
     if (voice_ >= 0) show_last_words(voice_, rank_);
     MPI_Abort(PETSC_COMM_WORLD, code);
   }
+  // All have failed together, and the first has spoken. mpirun sends SIGTERM to the others as soon
+  // as one is gone: it has nothing more to tell them.
+  if (code != 0) std::signal(SIGTERM, SIG_IGN);
   SlepcFinalize();
   return code;
 }

@@ -14,7 +14,7 @@
 #include "common/linalg/sparse/cholmod_factor.hpp"
 #include "common/linalg/sparse/cut_supernodes.hpp"
 #include "common/linalg/sparse/shared_solve.hpp"
-#include "common/linalg/sparse/supernodal_inertia.hpp"
+#include "common/linalg/sparse/supernodal_ldl.hpp"
 
 namespace cbr {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "common/linalg/sparse/supernodal_inertia.hpp"
+#include "common/linalg/sparse/supernodal_ldl.hpp"
 
 #include <algorithm>
 #include <atomic>
