@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/linalg/blas_threads.hpp"
+#include "common/linalg/eigen/spectrum_slices.hpp"
 #include "reducer/condensation/condensation.hpp"
 #include "reducer/estimate/estimate.hpp"
 #include "reducer/judgement/accuracy.hpp"
@@ -22,9 +23,9 @@ constexpr double factor_rate = 0.5, solve_rate = 0.5, product_rate = 0.8, count_
 // products with the basis.
 constexpr double narrow_solve_rate = 0.5, orthonormalise_rate = 0.2;
 // Its vectors for k modes, and what of them where most modes are wanted in outline only. Free modes
-// take so many each.
+// take so many each, and so do modes of a slice.
 constexpr double vectors_per_mode = 2.6, first_vectors = 190, in_outline = 0.8,
-                 vectors_per_free_mode = 4.5;
+                 vectors_per_free_mode = 4.5, vectors_per_sliced_mode = 4;
 // Of the 4 nnz(L) flops of a column of constraint modes, as the forward solve skips what K_IC does
 // not reach; and of a second solve.
 constexpr double solved_share = 0.8;
@@ -53,6 +54,13 @@ double modes_seconds(const DomainEstimate& d, double flops) {
   if (k == 0 || n == 0) return 0;
   if (dense_is_faster(static_cast<Index>(n), d.n_candidates, d.factor_nonzeros))
     return dense_standard * n * n * n / flops;
+  const Index width = slice_width(static_cast<Index>(n), d.factor_flops);
+  if (slices_pay(d.n_candidates, width)) {
+    const auto w = static_cast<double>(width);
+    return k / w *
+           (lanczos_seconds(vectors_per_sliced_mode * w, n, d.factor_nonzeros, flops) +
+            d.factor_flops / (count_rate * flops));
+  }
   const double vectors =
       (vectors_per_mode * k + first_vectors) * (d.n_candidates > d.n_modes ? in_outline : 1);
   return lanczos_seconds(std::min(vectors, n), n, d.factor_nonzeros, flops) +

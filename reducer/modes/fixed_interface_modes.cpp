@@ -126,7 +126,8 @@ FixedInterfaceModes sparse_modes(const Partition& p, const SparseCholesky& facto
                      " restarts of the eigensolver: ask for a few more or fewer modes");
     }
     report.end_progress();
-    report.detail(pairs.method + ": " + std::to_string(pairs.iterations) + " restarts");
+    report.detail(pairs.method + ": " + std::to_string(pairs.iterations) +
+                  (pairs.method == "block lanczos in slices" ? " shifts" : " restarts"));
     FixedInterfaceModes modes{std::move(pairs.lambda), std::move(pairs.Phi), pairs.method, true};
     modes.picked = std::move(pairs.chosen);
     if (pairs.method != "lapack") modes.proven = count_fits(p, factor);
@@ -183,10 +184,11 @@ double product_cost(const SparseMatrix& M_II) {
 bool dense_is_faster(Index n, Index k, double factor_nonzeros) {
   const auto N = static_cast<double>(n), m = static_cast<double>(k);
   // Seconds on the machine of the measurements; only their ratio counts. Dense: the reduction to
-  // tridiagonal form. Sparse: about five solves per mode, and the products that keep the basis
-  // orthonormal.
+  // tridiagonal form. Sparse: about five solves per mode, and the products that keep the basis of
+  // its slice orthonormal.
   const double dense = 1.0e-10 * N * N * N;
-  const double sparse = 1.1e-9 * m * factor_nonzeros + 5e-9 * N * m * m;
+  const double slice = std::min(m, 120.0);
+  const double sparse = m * (1.1e-9 * factor_nonzeros + 5e-9 * N * slice);
   return n <= 200 || 2 * k > n || dense < sparse;
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -46,27 +47,28 @@ class BlockLanczos {
     pairs.method = "block lanczos";
     if (m_ < k_ + b_ || !start()) return pairs;
     Index look = first_look();
-    for (pairs.iterations = 0; pairs.iterations <= options_.max_restarts;) {
+    while (true) {
       if (!extend(look)) return pairs;
       rayleigh_ritz();
       pairs.n_converged = n_converged();
-      if (pairs.n_converged >= k_) break;
+      if (pairs.n_converged >= goal_) break;
       expect_looks(pairs.n_converged);
       if (size_ < m_) {
         look = next_look(pairs.n_converged);
         continue;
       }
+      if (pairs.iterations == options_.max_restarts) return pairs;
       restart();
       ++pairs.iterations;
       look = m_;
     }
-    if (pairs.n_converged < k_) return pairs;
     pairs.converged = true;
     // OP x = theta x, theta = 1 / (lambda - sigma): the largest theta is the lowest lambda
+    if (options_.inside) put_in_order();
     pairs.lambda = lambda();
     pairs.chosen = std::move(chosen_);
     const SingleThreadedBlas blas;
-    pairs.Phi = V_.combined(S_.leftCols(k_));
+    pairs.Phi = V_.combined(S_.leftCols(goal_));
     return pairs;
   }
 
@@ -90,9 +92,20 @@ class BlockLanczos {
     return whole_blocks(std::min(most, n_ - b_));
   }
 
+  // Of pairs that are nearest on both sides, ascending in lambda.
+  void put_in_order() {
+    std::vector<Index> order(static_cast<std::size_t>(goal_));
+    std::iota(order.begin(), order.end(), Index{0});
+    std::sort(order.begin(), order.end(),
+              [&](Index i, Index j) { return 1 / theta_(i) < 1 / theta_(j); });
+    theta_ = Vector(theta_(order));
+    S_ = Matrix(S_(Eigen::all, order));
+  }
+
   // A step takes half a digit to a whole one from the residuals, once the space holds the wanted
   // vectors in outline.
   Index first_look() const {
+    if (options_.inside) return std::min(m_, whole_blocks(5 * k_ / 2 + 4 * b_));
     if (options_.wanted.exact > 0) return std::min(m_, whole_blocks(2 * k_ + 5 * b_));
     if (options_.wanted.choose) return std::min(m_, whole_blocks(5 * k_ / 2 + 5 * b_));
     return std::min(m_, whole_blocks(5 * k_ / 2 + (k_ < 64 ? 12 : 24) * b_));
@@ -101,15 +114,27 @@ class BlockLanczos {
   // Ritz pairs converge at about the rate at which they did so far; looks cost an eigenvalue
   // problem each.
   Index next_look(Index converged) const {
-    const Index missing = 2 * (k_ - converged);
+    if (options_.inside) return std::min(m_, size_ + std::max(b_, whole_blocks(vectors_missing())));
+    const Index missing = 2 * (goal_ - converged);
     return std::min(m_, size_ + std::max(2 * b_, whole_blocks(std::min(missing, size_ / 6))));
+  }
+
+  // The worst residual falls by about as many digits with each vector as it has since the last
+  // look.
+  Index vectors_missing() const {
+    const double most = static_cast<double>(size_) / 6;
+    const double digits = std::log10(worst_before_ / worst_);
+    if (!(digits > 0.5)) return static_cast<Index>(most);
+    const double missing = std::log10(worst_ / options_.tolerance);
+    return static_cast<Index>(
+        std::clamp(missing / digits * static_cast<double>(size_ - size_before_), 0.0, most));
   }
 
   // The share of the work that the next look is at: what is missing converges at the pace so far.
   void expect_looks(Index converged) {
     constexpr double most_looks = 12;
     const double gained = std::max<double>(1, static_cast<double>(converged - n_converged_)),
-                 missing = static_cast<double>(k_ - converged);
+                 missing = static_cast<double>(goal_ - converged);
     n_converged_ = converged;
     share_ = next_share_;
     next_share_ += (1 - share_) / std::clamp(missing / gained + 1, 1.5, most_looks);
@@ -163,6 +188,7 @@ class BlockLanczos {
 
   // Blocks until the basis has so many vectors; V holds one block more, and P is M times that one.
   bool extend(Index vectors) {
+    size_before_ = size_;
     const SingleThreadedBlas blas;
     const auto begin = static_cast<double>(size_), more = static_cast<double>(vectors) - begin;
     while (size_ < vectors) {
@@ -220,6 +246,8 @@ class BlockLanczos {
 
   // H S = S diag(theta), theta descending
   void rayleigh_ritz() {
+    goal_ = k_;
+    if (options_.inside) return rayleigh_ritz_inside();
     const auto H = H_.topLeftCorner(size_, size_);
     // A restart keeps a third of what is beyond k
     const Index wanted = size_ < m_ ? k_ : kept();
@@ -231,26 +259,53 @@ class BlockLanczos {
     S_ = pairs.Phi;
   }
 
+  // The same, |theta| descending.
+  void rayleigh_ritz_inside() {
+    const auto H = H_.topLeftCorner(size_, size_);
+    const BlasForWork blas(4.0 * static_cast<double>(size_ * size_ * size_));
+    const Eigenpairs pairs = dense_eigenpairs(0.5 * (H + H.transpose()), size_);
+    assert(pairs.converged);
+    std::vector<Index> order(static_cast<std::size_t>(size_));
+    std::iota(order.begin(), order.end(), Index{0});
+    std::sort(order.begin(), order.end(), [&](Index i, Index j) {
+      return std::abs(pairs.lambda(i)) > std::abs(pairs.lambda(j));
+    });
+    Index below = 0, above = 0;
+    const auto is_short = [&](Index pair) {
+      return pair < k_ || below < options_.inside->below || above < options_.inside->above;
+    };
+    for (goal_ = 0; goal_ < size_ && is_short(goal_); ++goal_)
+      ++(pairs.lambda(order[static_cast<std::size_t>(goal_)]) < 0 ? below : above);
+    order.resize(static_cast<std::size_t>(size_ < m_ ? goal_ : std::max(goal_, kept())));
+    theta_ = pairs.lambda(order);
+    S_ = pairs.Phi(Eigen::all, order);
+  }
+
   double tolerance_of(Index pair) const {
     const bool exact = options_.wanted.exact == 0 || pair < options_.wanted.exact;
     return exact ? options_.tolerance : std::max(options_.tolerance, options_.wanted.others);
   }
 
-  Vector lambda() const { return sigma_ + theta_.head(k_).cwiseInverse().array(); }
+  Vector lambda() const { return sigma_ + theta_.head(goal_).cwiseInverse().array(); }
 
   // The residual of a Ritz pair is what the last block adds: R times the last rows of its vector.
   Index n_converged() {
     const Vector residual = (last_ * S_.bottomRows(b_)).colwise().norm();
-    const double round_off =
-        std::numeric_limits<double>::epsilon() * std::max(options_.largest, std::abs(theta_(0)));
+    // Solves with a shift inside the spectrum lose a little more
+    const double lost = options_.inside ? 16 : 1;
+    const double round_off = lost * std::numeric_limits<double>::epsilon() *
+                             std::max(options_.largest, std::abs(theta_(0)));
     const auto is_within = [&](Index pair, double tolerance) {
       return residual(pair) <= std::max(tolerance * std::abs(theta_(pair)), round_off);
     };
+    worst_before_ = std::exchange(
+        worst_, (residual.head(goal_).array() / theta_.head(goal_).array().abs()).maxCoeff());
     const bool chooses = static_cast<bool>(options_.wanted.choose);
     Index count = 0;
-    while (count < k_ && is_within(count, chooses ? options_.wanted.others : tolerance_of(count)))
+    while (count < goal_ &&
+           is_within(count, chooses ? options_.wanted.others : tolerance_of(count)))
       ++count;
-    if (!chooses || count < k_) return count;
+    if (!chooses || count < goal_) return count;
     see();
     chosen_ = options_.wanted.choose(lambda(), seen_.leftCols(size_) * S_.leftCols(k_));
     for (const Index pair : chosen_)
@@ -268,7 +323,7 @@ class BlockLanczos {
   }
 
   // A third of the space above k goes on, as the pairs next in line help the last ones to converge.
-  Index kept() const { return whole_blocks(std::min(m_ - 2 * b_, k_ + (m_ - k_) / 3)); }
+  Index kept() const { return whole_blocks(std::min(m_ - 2 * b_, goal_ + (m_ - goal_) / 3)); }
 
   void restart() {
     const SingleThreadedBlas blas;
@@ -286,10 +341,14 @@ class BlockLanczos {
   const SparseMatrix& M_;
   const std::function<void(Eigen::Ref<Matrix>)>& solve_;
   const BlockLanczosOptions& options_;
+  Index goal_ = 0;  // pairs that must converge: k, or more of those inside the spectrum
   Index n_ = 0, k_ = 0, b_ = 0, m_ = 0, size_ = 0, n_seen_ = 0;
   Index n_converged_ = 0;
   double share_ = 0, next_share_ = 0.8;  // of the work: at the last look, and at the next one
   double sigma_ = 0;
+  // The largest relative residual, at the last two looks
+  double worst_ = HUGE_VAL, worst_before_ = HUGE_VAL;
+  Index size_before_ = 0;
   TallBasis V_;
   Matrix P_, H_, S_, last_, seen_, inverse_;
   Vector theta_;

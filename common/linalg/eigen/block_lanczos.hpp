@@ -4,6 +4,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 
 #include "common/linalg/eigen/eigenpairs.hpp"
 
@@ -24,6 +25,12 @@ struct BlockLanczosOptions {
   double tolerance = 1e-13;
   PairsWanted wanted;
   Index max_restarts = 200;
+  // Sigma lies inside the spectrum: the nearest on both sides are found, as many as make k, and at
+  // least so many below and above.
+  struct Inside {
+    Index below = 0, above = 0;
+  };
+  std::optional<Inside> inside;
   // theta of `solve` itself, where the largest are taken out of it
   double largest = 0;
   // Told shares that never fall: how many looks at the basis there will be is guessed from how many
@@ -31,7 +38,8 @@ struct BlockLanczosOptions {
   Progress progress;
 };
 
-// The k eigenvalues of K x = lambda M x nearest above sigma; `solve` overwrites B (n x m) by (K -
+// The k eigenvalues of K x = lambda M x nearest above sigma (`inside`: nearest to it, ascending,
+// and more than k where those are not enough of one side); `solve` overwrites B (n x m) by (K -
 // sigma M)^-1 B. Everything costly is a product of matrices, and a block finds as many copies of a
 // multiple eigenvalue as it has columns (Grimes, Lewis, Simon 1994, doi 10.1137/S0895479888151111;
 // restarts: Wu, Simon 2000, doi 10.1137/S0895479898334605). The basis is kept M-orthonormal in

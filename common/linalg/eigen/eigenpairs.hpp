@@ -20,7 +20,7 @@ struct Eigenpairs {
   Matrix Phi;     // n x k, Phi^T M Phi = I, sign fixed by the largest entry so that runs agree
   bool converged = false;
   Index n_converged = 0;
-  Index iterations = 0;  // restarts
+  Index iterations = 0;  // restarts, or slices
   std::string method;    // "arpack", "lapack", ... for the summary
   // of PairsWanted::choose; empty where all pairs are to the tolerance
   std::vector<Index> chosen{};
@@ -41,12 +41,13 @@ struct PairsWanted {
 // The k eigenvalues nearest to sigma, all of them above it: shift-invert Lanczos about sigma with
 // `factor` = Cholesky of K - sigma M (sigma <= 0 for a semi-definite K). M symmetric positive
 // definite. A few modes by ARPACK (dsaupd, mode 3: Lehoucq, Sorensen, Yang 1998,
-// doi 10.1137/1.9780898719628), more by our block_lanczos, whose work is products of matrices. A
-// fixed start: the same input gives the same bytes. An eigenvalue of a higher multiplicity than the
-// Krylov space can tell apart (many identical parts) may come with copies missing:
-// negative_inertia() proves that none is. Where neither can go (k > n / 2, tiny n) the dense solver
-// answers. `ncv`: size of ARPACK's Krylov space, which then is the method whatever k; 0: chosen.
-// `wanted` is for block_lanczos; others find all pairs to the tolerance.
+// doi 10.1137/1.9780898719628), more by our block_lanczos, whose work is products of matrices, and
+// hundreds by slices of the spectrum (spectrum_slices.hpp). A fixed start: the same input gives the
+// same bytes. An eigenvalue of a higher multiplicity than the Krylov space can tell apart (many
+// identical parts) may come with copies missing: negative_inertia() proves that none is. Where
+// neither can go (k > n / 2, tiny n) the dense solver answers. `ncv`: size of ARPACK's Krylov
+// space, which then is the method whatever k; 0: chosen. `wanted` is for block_lanczos from one
+// shift; others find all pairs to the tolerance.
 Eigenpairs sparse_eigenpairs(const SparseMatrix& K, const SparseMatrix& M,
                              const SparseCholesky& factor, double sigma, Index k,
                              double tolerance = 1e-13, Index ncv = 0, const Progress& progress = {},

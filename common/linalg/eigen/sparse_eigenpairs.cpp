@@ -16,7 +16,9 @@
 #include "common/linalg/dense.hpp"
 #include "common/linalg/eigen/block_lanczos.hpp"
 #include "common/linalg/eigen/eigenpairs.hpp"
+#include "common/linalg/eigen/spectrum_slices.hpp"
 #include "common/linalg/eigen/tall_basis.hpp"
+#include "common/linalg/sparse/fronts.hpp"
 
 namespace cbr {
 namespace {
@@ -235,6 +237,13 @@ double bytes_of_basis(const SparseCholesky& factor) {
                   std::min(0.5 * factor.bytes(), 0.25 * (machine_memory_bytes() - factor.bytes())));
 }
 
+// Two factors and the fronts of the second.
+bool slices_fit(const SparseCholesky& factor, Index k, Index width) {
+  const double vectors = static_cast<double>(k + 6 * width) * static_cast<double>(factor.n_rows());
+  return 2 * factor.bytes() + front_bytes(factor.tree()) + 8 * vectors <
+         0.7 * machine_memory_bytes();
+}
+
 }  // namespace
 
 void fix_signs(Matrix& Phi) {
@@ -272,8 +281,12 @@ Eigenpairs sparse_eigenpairs(const SparseMatrix& K, const SparseMatrix& M,
     options.bytes = bytes_of_basis(factor);
     options.wanted = wanted;
     options.progress = progress;
-    pairs = block_lanczos(
-        M, [&](Eigen::Ref<Matrix> B) { factor.solve_in_place(B); }, sigma, k, options);
+    const Index width = slice_width(n, factor.flops());
+    if (sigma == 0 && slices_pay(k, width) && slices_fit(factor, k, width))
+      pairs = eigenpairs_by_slices(K, M, factor, k, width, tolerance, progress);
+    if (!pairs.converged)
+      pairs = block_lanczos(
+          M, [&](Eigen::Ref<Matrix> B) { factor.solve_in_place(B); }, sigma, k, options);
     if (pairs.converged) {
       pairs = finished(M, std::move(pairs));
       sharpen(K, M, pairs);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <utility>
 
 #include "common/base/row_threads.hpp"
 #include "common/linalg/kernels/narrow_product.hpp"
@@ -35,8 +36,11 @@ std::vector<int> dealt(const std::vector<Index>& subtrees, const std::vector<dou
 
 }  // namespace
 
-SharedSolve::SharedSolve(const SupernodeTree& tree, int threads)
-    : tree_(tree), threads_(threads), own_(static_cast<std::size_t>(threads)) {
+SharedSolve::SharedSolve(const SupernodeTree& tree, int threads, Vector signs)
+    : tree_(tree),
+      threads_(threads),
+      signs_(std::move(signs)),
+      own_(static_cast<std::size_t>(threads)) {
   share_out();
   for (int t = 0; t < threads; ++t) {
     panels_.emplace_back(Matrix::Zero(narrow::width, tree.factor().n));
@@ -116,6 +120,14 @@ void SharedSolve::store(const SupernodeSet& set, const Matrix& X_t, Eigen::Ref<M
       for (Index c = 0; c < B.cols(); ++c) B(f.order[j], c) = X_t(c, j);
 }
 
+void SharedSolve::apply_signs(const SupernodeSet& set, Matrix& X_t) const {
+  if (signs_.size() == 0) return;
+  const SupernodalFactor& f = tree_.factor();
+  for (const Index s : set.supernodes)
+    for (Index j = f.first(s); j < f.first(s) + f.columns(s); ++j)
+      if (signs_(j) < 0) X_t.col(j) = -X_t.col(j);
+}
+
 void SharedSolve::operator()(Eigen::Ref<Matrix> B) {
   const SupernodalFactor& f = tree_.factor();
   const auto for_top = [&](auto work) {
@@ -128,6 +140,7 @@ void SharedSolve::operator()(Eigen::Ref<Matrix> B) {
     for_top([&](Index first, Index columns) { X_t.middleCols(first, columns).setZero(); });
     load(own_[t], B, X_t, false);
     solvers_[t].forward(X_t, own_[t]);
+    apply_signs(own_[t], X_t);
   });
   // What the subtrees take from the rows above them, in the threads' order
   for (std::size_t t = 1; t < panels_.size(); ++t)
@@ -136,6 +149,7 @@ void SharedSolve::operator()(Eigen::Ref<Matrix> B) {
     });
   load(top_, B, main, true);
   solvers_[0].forward(main, top_);
+  apply_signs(top_, main);
   solvers_[0].backward(main, top_);
   store(top_, main, B);
   run_kept_threads(threads_, [&](int thread) {

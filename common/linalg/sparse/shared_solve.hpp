@@ -13,7 +13,8 @@ namespace cbr {
 // same bytes.
 class SharedSolve {
  public:
-  SharedSolve(const SupernodeTree& tree, int threads);
+  // A = L L^T, or L S L^T with the signs S (n, in the order of elimination).
+  SharedSolve(const SupernodeTree& tree, int threads, Vector signs = {});
 
   // X <- A^-1 X   (n x m, m up to narrow::width)
   void operator()(Eigen::Ref<Matrix> X);
@@ -25,8 +26,11 @@ class SharedSolve {
             bool add) const;
   void store(const SupernodeSet& set, const Matrix& X_t, Eigen::Ref<Matrix> B) const;
 
+  void apply_signs(const SupernodeSet& set, Matrix& X_t) const;
+
   const SupernodeTree& tree_;
   int threads_;
+  Vector signs_;                   // or none
   std::vector<SupernodeSet> own_;  // of each thread
   SupernodeSet top_;               // above all of these
   std::vector<Matrix> panels_;     // of each thread, narrow::width x n

@@ -53,7 +53,8 @@ SupernodeTree::SupernodeTree(const SupernodalFactor& factor)
   }
   for (Index s = 0; s < factor.n_super; ++s) {
     if (factor.height(s) == factor.columns(s)) continue;
-    const Index row = factor.rows[factor.pi[s] + factor.columns(s)];
+    const Index* rows = factor.rows + factor.pi[s];
+    const Index row = *std::min_element(rows + factor.columns(s), rows + factor.height(s));
     parent_[static_cast<std::size_t>(s)] = supernode_of_[static_cast<std::size_t>(row)];
   }
   if (factor.x != nullptr) invert_tiles();

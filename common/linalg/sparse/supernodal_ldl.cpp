@@ -6,6 +6,9 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
+#include <numeric>
+#include <utility>
+#include <vector>
 
 namespace cbr {
 namespace {
@@ -13,6 +16,9 @@ namespace {
 // Pivots eliminated one by one before a product takes over; columns of a front before those after
 // them are looked at; columns of a product with one triangle of its result.
 constexpr Index pivot_block = 32, front_block = 128, update_block = 192;
+
+// Pivots above this share of the matrix' own diagonal enlarge no entry by much.
+constexpr double easy_pivot = 0.1;
 
 // A - L D L^T on the lower triangle of A (m x m), in blocks of columns, which threads share.
 void subtract_lower(const Eigen::Ref<const Matrix>& L, const Vector& D, bool share, Matrix& A) {
@@ -62,23 +68,61 @@ bool eliminate_square(Eigen::Ref<Matrix> A, const double* limit) {
   return true;
 }
 
-class Counter final : public Fronts {
+// Where L |D|^1/2 and the signs of D go.
+struct Kept {
+  const Index* px;
+  double* x;
+  SignedPivots& pivots;
+};
+
+// A square like that, the largest of what is left of the diagonal first, in units of `scale`.
+// order[i]: the column of A that is pivot i.
+bool eliminate_by_size(Eigen::Ref<Matrix> A, const double* limit, const double* scale,
+                       std::vector<Index>& order) {
+  const Index n = A.rows();
+  Matrix S = A.selfadjointView<Eigen::Lower>();
+  for (Index k = 0; k < n; ++k) {
+    const auto weight = [&](Index i) {
+      return std::abs(S(i, i)) / scale[order[static_cast<std::size_t>(i)]];
+    };
+    Index p = k;
+    for (Index i = k + 1; i < n; ++i)
+      if (weight(i) > weight(p)) p = i;
+    if (p != k) {
+      S.row(k).swap(S.row(p));
+      S.col(k).swap(S.col(p));
+      std::swap(order[static_cast<std::size_t>(k)], order[static_cast<std::size_t>(p)]);
+    }
+    const double d = S(k, k);
+    if (!(std::abs(d) > limit[order[static_cast<std::size_t>(k)]])) return false;
+    const Index left = n - k - 1;
+    const Vector column = S.col(k).tail(left);
+    S.bottomRightCorner(left, left).noalias() -= column / d * column.transpose();
+    S.col(k).tail(left) = column / d;
+  }
+  A.triangularView<Eigen::Lower>() = S;
+  return true;
+}
+
+class Eliminator final : public Fronts {
  public:
-  Counter(const SupernodeTree& tree, const ShiftedMatrix& A, double vanishing,
-          const Progress& progress)
-      : Fronts(tree, {A}, tree.factor().n, progress) {
+  Eliminator(const SupernodeTree& tree, const ShiftedMatrix& A, double vanishing, const Kept* kept,
+             const Progress& progress)
+      : Fronts(tree, {A}, tree.factor().n, progress), kept_(kept) {
     const SupernodalFactor& f = factor();
-    limit_.assign(static_cast<std::size_t>(f.n), 0.0);
-    double scale = 0;
+    scale_.assign(static_cast<std::size_t>(f.n), 0.0);
+    double largest = 0;
     for (Index j = 0; j < f.n; ++j) {
       const Index c = f.order[j];
       double diagonal = 0;
       matrix().each(c, [&](Index row, double value) { diagonal += row == c ? value : 0; });
-      limit_[static_cast<std::size_t>(j)] = std::abs(diagonal);
-      scale = std::max(scale, std::abs(diagonal));
+      scale_[static_cast<std::size_t>(j)] = std::abs(diagonal);
+      largest = std::max(largest, std::abs(diagonal));
     }
-    for (double& limit : limit_)
-      limit = vanishing * std::max(limit, std::numeric_limits<double>::epsilon() * scale);
+    for (double& scale : scale_) {
+      scale = std::max(scale, std::numeric_limits<double>::epsilon() * largest);
+      limit_.push_back(vanishing * scale);
+    }
   }
 
   std::optional<Index> count() {
@@ -93,6 +137,45 @@ class Counter final : public Fronts {
     if (!eliminate_columns(front.first, F, alone)) return false;
     if (front.below() > 0)
       subtract_lower(F.bottomRows(front.below()), F.diagonal(), alone, of.front().rest);
+    if (kept_ != nullptr) keep(front, F, alone);
+    return true;
+  }
+
+  // A supernode's part is a rectangle that begins on the diagonal.
+  void keep(const Front& front, const Matrix& F, bool alone) {
+    const SupernodalFactor& f = factor();
+    Index column = 0;
+    for (Index s = front.supernode; s < front.supernode + front.n_supernodes; ++s) {
+      const Index top = column, height = f.height(s);
+      kept_->pivots.front_end[static_cast<std::size_t>(s)] = front.first + front.columns;
+      share_columns(f.columns(s), alone, [&](Index j) {
+        const double d = F(top + j, top + j), root = std::sqrt(std::abs(d));
+        Eigen::Map<Vector> to(kept_->x + kept_->px[s] + j * height, height);
+        to.head(j).setZero();
+        to(j) = root;
+        to.tail(height - j - 1) = root * F.col(top + j).segment(top + j + 1, height - j - 1);
+        kept_->pivots.signs(front.first + top + j) = d < 0 ? -1 : 1;
+      });
+      column += f.columns(s);
+    }
+  }
+
+  // In place, and in an order of its own where pivots are small in the given one, as they may be
+  // between negative and positive ones. order: empty, or the column that each pivot was.
+  bool eliminate_pivots(Eigen::Ref<Matrix> A, Index first, std::vector<Index>& order) {
+    const double *limit = limit_.data() + first, *scale = scale_.data() + first;
+    const Matrix before = A;
+    const auto ratio = [&](Index i) { return std::abs(A(i, i)) / scale[i]; };
+    bool is_easy = eliminate_square(A, limit);
+    for (Index i = 0; i < A.rows() && is_easy; ++i) is_easy = ratio(i) > easy_pivot;
+    if (is_easy || A.rows() == 1) return std::abs(A(0, 0)) > limit[0];
+    A = before;
+    order.resize(static_cast<std::size_t>(A.rows()));
+    std::iota(order.begin(), order.end(), Index{0});
+    if (!eliminate_by_size(A, limit, scale, order)) return false;
+    if (kept_ != nullptr)
+      for (std::size_t i = 0; i < order.size(); ++i)
+        kept_->pivots.order[static_cast<std::size_t>(first) + i] = first + order[i];
     return true;
   }
 
@@ -110,18 +193,24 @@ class Counter final : public Fronts {
       };
       subtract(j, size);
       auto pivots = F.block(j, j, size, size);
-      if (!eliminate_square(pivots, limit_.data() + first + j)) return false;
+      std::vector<Index> order;
+      if (!eliminate_pivots(pivots, first + j, order)) return false;
+      if (!order.empty())
+        F.block(j, 0, size, j) = Matrix(F.block(j, 0, size, j)(order, Eigen::all));
       share_tasks(update_tiles(height - after), share, [&](Index tile) {
         const Index row = after + tile * update_tile, rows = std::min(update_tile, height - row);
         subtract(row, rows);
-        divide(pivots, F.block(row, j, rows, size));
+        auto L = F.block(row, j, rows, size);
+        if (!order.empty()) L = Matrix(L(Eigen::all, order));
+        divide(pivots, L);
       });
     }
     negative_ += (F.diagonal().array() < 0).count();
     return true;
   }
 
-  std::vector<double> limit_;  // per pivot
+  const Kept* kept_;
+  std::vector<double> scale_, limit_;  // per column in the order of the tree
   std::atomic<Index> negative_{0};
 };
 
@@ -130,7 +219,20 @@ class Counter final : public Fronts {
 std::optional<Index> count_negative_pivots(const SupernodeTree& tree, const ShiftedMatrix& A,
                                            double vanishing, const Progress& progress) {
   assert(A.K.rows() == tree.factor().n);
-  return Counter(tree, A, vanishing, progress).count();
+  return Eliminator(tree, A, vanishing, nullptr, progress).count();
+}
+
+std::optional<Index> factor_with_signs(const SupernodeTree& tree, const ShiftedMatrix& A,
+                                       double vanishing, const Index* px, double* x,
+                                       SignedPivots& pivots, const Progress& progress) {
+  const SupernodalFactor& f = tree.factor();
+  assert(A.K.rows() == f.n);
+  pivots.signs.resize(f.n);
+  pivots.order.resize(static_cast<std::size_t>(f.n));
+  std::iota(pivots.order.begin(), pivots.order.end(), Index{0});
+  pivots.front_end.resize(static_cast<std::size_t>(f.n_super));
+  const Kept kept{px, x, pivots};
+  return Eliminator(tree, A, vanishing, &kept, progress).count();
 }
 
 }  // namespace cbr

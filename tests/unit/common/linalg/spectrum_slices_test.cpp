@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "common/linalg/eigen/spectrum_slices.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "common/linalg/sparse/signed_factor.hpp"
+#include "tests/unit/common/linalg/grid_matrices.hpp"
+
+namespace cbr::test::spectrum_slices_test {
+namespace {
+
+double largest_entry(const Matrix& A) { return A.cwiseAbs().maxCoeff(); }
+
+TEST(SpectrumSlices, AgreeWithTheClosedForm) {
+  // A cube, where nearly every eigenvalue is threefold or sixfold: cuts must not part its copies
+  const Index N = 14, k = 300;
+  const SparseMatrix K = grid_stiffness(N, true), M = diagonal_matrix(Vector::Ones(K.rows()));
+  const Vector exact = grid_eigenvalues(N, true);
+  const SparseCholesky factor(K);
+  for (const Index width : {40, 70}) {
+    const Eigenpairs pairs = eigenpairs_by_slices(K, M, factor, k, width, 1e-13, {});
+    ASSERT_TRUE(pairs.converged) << width;
+    EXPECT_GT(pairs.iterations, 2);
+    EXPECT_LT(largest_entry(pairs.lambda - exact.head(k)), 1e-12);
+    EXPECT_LT(largest_entry(pairs.Phi.transpose() * pairs.Phi - Matrix::Identity(k, k)), 1e-9);
+    EXPECT_LT(largest_entry(K * pairs.Phi - pairs.Phi * pairs.lambda.asDiagonal()), 1e-11);
+  }
+}
+
+TEST(SpectrumSlices, AgreeWithTheDenseSolver) {
+  const Index N = 12, k = 260;
+  const SparseMatrix K = grid_stiffness(N, true), M = grid_mass(N);
+  const Eigenpairs dense = dense_eigenpairs(Matrix(K), Matrix(M), k);
+  const Eigenpairs pairs = eigenpairs_by_slices(K, M, SparseCholesky(K), k, 60, 1e-13, {});
+  ASSERT_TRUE(pairs.converged);
+  EXPECT_LT(((pairs.lambda - dense.lambda).array() / dense.lambda.array()).abs().maxCoeff(), 1e-11);
+}
+
+TEST(SpectrumSlices, TheSameInputGivesTheSameBytes) {
+  const SparseMatrix K = grid_stiffness(12, true), M = grid_mass(12);
+  const SparseCholesky factor(K);
+  const Eigenpairs a = eigenpairs_by_slices(K, M, factor, 200, 60, 1e-13, {}),
+                   b = eigenpairs_by_slices(K, M, factor, 200, 60, 1e-13, {});
+  EXPECT_EQ(a.lambda, b.lambda);
+  EXPECT_EQ(a.Phi, b.Phi);
+}
+
+TEST(SpectrumSlices, SharesOfProgressNeverFall) {
+  const SparseMatrix K = grid_stiffness(12, true), M = grid_mass(12);
+  double last = 0;
+  Index told = 0;
+  const Progress progress = [&](double share) {
+    EXPECT_GE(share, last - 1e-12);
+    EXPECT_LE(share, 1 + 1e-12);
+    last = share;
+    ++told;
+  };
+  EXPECT_TRUE(eigenpairs_by_slices(K, M, SparseCholesky(K), 200, 60, 1e-13, progress).converged);
+  EXPECT_GT(told, 20);
+}
+
+TEST(SpectrumSlices, CopiesThatCannotBeToldApartAreNeverLostInSilence) {
+  // Thirty identical parts: each eigenvalue comes thirty times, and a block has eight columns
+  const SparseMatrix part = grid_stiffness(5, true);
+  const Index n = part.rows(), copies = 30;
+  std::vector<Eigen::Triplet<double, Index>> entries;
+  for (Index c = 0; c < copies; ++c)
+    for (Index j = 0; j < n; ++j)
+      for (SparseMatrix::InnerIterator it(part, j); it; ++it)
+        entries.emplace_back(c * n + it.row(), c * n + j, it.value());
+  SparseMatrix K(copies * n, copies * n);
+  K.setFromTriplets(entries.begin(), entries.end());
+  const SparseMatrix M = diagonal_matrix(Vector::Ones(K.rows()));
+  const Eigenpairs pairs = eigenpairs_by_slices(K, M, SparseCholesky(K), 300, 60, 1e-13, {});
+  if (!pairs.converged) return;  // another method answers
+  const double sigma = 0.5 * (pairs.lambda(270) + pairs.lambda(269));
+  EXPECT_EQ(negative_inertia(SparseMatrix(K - sigma * M)), (pairs.lambda.array() < sigma).count());
+}
+
+TEST(SignedFactor, SolvesAndCountsInsideTheSpectrum) {
+  const Index N = 12;
+  const SparseMatrix K = grid_stiffness(N, true), M = grid_mass(N);
+  const Vector lambda = dense_eigenpairs(Matrix(K), Matrix(M), 800).lambda;
+  const SparseCholesky like(K);
+  const Matrix B = Matrix::Random(K.rows(), 11);
+  for (const Index j : {1, 30, 200, 350, 700}) {
+    ASSERT_GT(lambda(j), lambda(j - 1) + 1e-9) << j;
+    const double sigma = 0.5 * (lambda(j) + lambda(j - 1));
+    SignedFactor factor(K, sigma, M, like);
+    ASSERT_TRUE(factor.ok()) << j;
+    EXPECT_EQ(factor.n_negative(), j);
+    Matrix X = B;
+    factor.solve_in_place(X);
+    const Matrix residual = K * X - sigma * (M * X) - B;
+    EXPECT_LT(residual.norm(), 1e-12 * K.norm() * X.norm()) << j;
+  }
+}
+
+TEST(SignedFactor, RefusesAShiftThatLeavesNoPivot) {
+  // All of the diagonal is zero
+  const SparseMatrix K = grid_stiffness(6, true), I = diagonal_matrix(Vector::Ones(K.rows()));
+  const SparseCholesky like(K);
+  EXPECT_FALSE(SignedFactor(K, K.coeff(0, 0), I, like).ok());
+}
+
+}  // namespace
+}  // namespace cbr::test::spectrum_slices_test
