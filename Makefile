@@ -60,6 +60,7 @@ test-mpi: packages
 
 check:
 	@$(PYTHON) tests/check_includes.py
+	@$(PYTHON) tests/check_statements.py
 	@$(PYTHON) tests/check_equations.py
 	@$(PYTHON) tests/package/check_container.py
 

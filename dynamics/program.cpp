@@ -263,8 +263,10 @@ class Run {
       // not be too few
       if (fields_) fields_->save(fields_of_checkpoint(file_));
       Checkpoint checkpoint{step, t, {}, "", n_threads(), report_.warnings()};
-      if (fields_)
-        checkpoint.field_times = fields_->times(), checkpoint.fields_hash = fields_->hash();
+      if (fields_) {
+        checkpoint.field_times = fields_->times();
+        checkpoint.fields_hash = fields_->hash();
+      }
       write_checkpoint(file_, hash_, checkpoint, state);
       report_.detail(place.str() + file_.string());
       has_failed_ = false;

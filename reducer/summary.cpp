@@ -54,7 +54,10 @@ void warn_of_residual_mass(const Vector3& rho, const Superelement& s, Report& re
   std::string face;
   if (s.accuracy)
     for (const auto& [name, surface] : s.accuracy->surfaces)
-      if (surface.impact > most) most = surface.impact, face = name;
+      if (surface.impact > most) {
+        most = surface.impact;
+        face = name;
+      }
   if ((face.empty() ? rho.maxCoeff() : most) <= large_residual_mass) return;
   const std::string what = face.empty() ? "contact will lose energy"
                                         : "a flat impact of " + face +
@@ -207,8 +210,10 @@ void say_file(const std::filesystem::path& file, bool diagonal, bool recovery, R
 template <typename Figure>
 std::string range_text(const GroupFigures& figures, Figure figure) {
   Index least = figure(0), most = least;
-  for (std::size_t d = 0; d < figures.domains.size(); ++d)
-    least = std::min(least, figure(d)), most = std::max(most, figure(d));
+  for (std::size_t d = 0; d < figures.domains.size(); ++d) {
+    least = std::min(least, figure(d));
+    most = std::max(most, figure(d));
+  }
   return std::to_string(least) + (most > least ? " to " + std::to_string(most) : "");
 }
 

@@ -76,8 +76,10 @@ SystemMesh::Offsets SystemMesh::add(const Mesh& part, const std::string& name) {
 
   mesh_.coordinates.conservativeResize(first_node_ + part.coordinates.rows(), 3);
   mesh_.coordinates.bottomRows(part.coordinates.rows()) = part.coordinates;
-  for (const Index id : part.node_ids)
-    mesh_.node_ids.push_back(id + offsets.nodes), node_ids_.insert(id + offsets.nodes);
+  for (const Index id : part.node_ids) {
+    mesh_.node_ids.push_back(id + offsets.nodes);
+    node_ids_.insert(id + offsets.nodes);
+  }
 
   std::vector<Index> block_of_part(part.blocks.size(), -1);
   for (std::size_t b = 0; b < part.blocks.size(); ++b) {

@@ -244,7 +244,10 @@ std::string human_bytes(double bytes) {
   const char* units[] = {"B", "kB", "MB", "GB", "TB", "PB"};
   std::size_t unit = 0;
   // 999.95 would be printed as 1000.0.
-  while (std::abs(bytes) >= 999.95 && unit + 1 < std::size(units)) bytes /= 1000, ++unit;
+  while (std::abs(bytes) >= 999.95 && unit + 1 < std::size(units)) {
+    bytes /= 1000;
+    ++unit;
+  }
   return format(unit == 0 ? "%.0f " : "%.1f ", bytes) + units[unit];
 }
 

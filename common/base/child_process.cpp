@@ -33,8 +33,10 @@ namespace {
   const rlimit none{0, 0}, time{seconds, seconds + 1};
   setrlimit(RLIMIT_CORE, &none);
   setrlimit(RLIMIT_CPU, &time);
-  if (const int nowhere = open("/dev/null", O_WRONLY); nowhere >= 0)
-    dup2(nowhere, 1), dup2(nowhere, 2);
+  if (const int nowhere = open("/dev/null", O_WRONLY); nowhere >= 0) {
+    dup2(nowhere, 1);
+    dup2(nowhere, 2);
+  }
   try {
     action();
   } catch (...) {  // the parent comes to the same error

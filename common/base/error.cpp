@@ -42,7 +42,10 @@ std::string nearest_name(const std::string& found, const std::vector<std::string
   for (const auto& name : allowed) {
     if (name.size() > longest) continue;
     const auto distance = edit_distance(found, name);
-    if (distance < best_distance) best_distance = distance, best = name;
+    if (distance < best_distance) {
+      best_distance = distance;
+      best = name;
+    }
   }
   return best.empty() ? "" : ", did you mean '" + best + "'?";
 }

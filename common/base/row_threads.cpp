@@ -129,7 +129,10 @@ void run_kept_threads(int n, const std::function<void(int)>& work) {
     for (int t = 0; t < n; ++t) work(t);
     return;
   }
-  if (wanted != n) kept = std::make_unique<RowThreads>(n), wanted = n;
+  if (wanted != n) {
+    kept = std::make_unique<RowThreads>(n);
+    wanted = n;
+  }
   kept->run(work);
   for (int t = kept->size(); t < n; ++t) work(t);
 }

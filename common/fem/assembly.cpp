@@ -121,7 +121,8 @@ void check_magnitudes(const Mesh& mesh, const Block& block, const Material& mate
   for (Index e = 0; e < block.connectivity.rows(); ++e) {
     const Points X = element_points(mesh, block, e);
     const double h = (X.colwise().maxCoeff() - X.colwise().minCoeff()).maxCoeff();
-    smallest = std::min(smallest, h), largest = std::max(largest, h);
+    smallest = std::min(smallest, h);
+    largest = std::max(largest, h);
   }
   const auto require = [&](double value, const std::string& what) {
     if (value >= least && value <= most) return;

@@ -52,8 +52,10 @@ std::vector<double> near_enough(const Mesh& mesh, const FiniteElementModel& mode
 
 std::uint64_t key_of(const Vector3& cell) {
   std::uint64_t key = 0;
-  for (const double c : cell)
-    key = (key ^ std::bit_cast<std::uint64_t>(c + 0.0)) * 0x9e3779b97f4a7c15u, key ^= key >> 32;
+  for (const double c : cell) {
+    key = (key ^ std::bit_cast<std::uint64_t>(c + 0.0)) * 0x9e3779b97f4a7c15u;
+    key ^= key >> 32;
+  }
   return key;
 }
 

@@ -53,7 +53,10 @@ class Header {
         fail(name + " ends at byte " +
              std::to_string(static_cast<std::int64_t>(std::min(begin + size, 9e18))) + " of " +
              std::to_string(static_cast<std::int64_t>(file_size_)));
-      if (record) record_bytes += size, record_end = std::max(record_end, begin + size);
+      if (record) {
+        record_bytes += size;
+        record_end = std::max(record_end, begin + size);
+      }
     }
     // The last record begins (records - 1) strides after the first.
     if (!streaming && record_bytes > 0 && records > 0 &&

@@ -27,7 +27,8 @@ class StateArchive {
     archive.measures_ = true;
     keep(archive);
     archive.words_.reserve(archive.next_);
-    archive.measures_ = false, archive.next_ = 0;
+    archive.measures_ = false;
+    archive.next_ = 0;
     keep(archive);
     return archive;
   }

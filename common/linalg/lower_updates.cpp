@@ -89,7 +89,8 @@ bool factor_columns(Eigen::Ref<Matrix> F) {
       if (row == column) {
         cblas_dsyrk(CblasColMajor, CblasLower, CblasNoTrans, as_int(n), as_int(size), -1.0,
                     &F(row, j), as_int(stride), 1.0, &F(row, column), as_int(stride));
-        row += n, m -= n;
+        row += n;
+        m -= n;
       }
       if (m > 0)
         subtract_product(m, n, size, &F(row, j), stride, &F(column, j), stride, &F(row, column),

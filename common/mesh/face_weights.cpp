@@ -20,12 +20,14 @@ Shape triangle_shape(int n, double r, double s) {
   for (int i = 0; i < 3; ++i) {
     f.N[i] = n == 3 ? L[i] : L[i] * (2 * L[i] - 1);
     const double slope = n == 3 ? 1 : 4 * L[i] - 1;
-    f.d1[i] = slope * a[i], f.d2[i] = slope * b[i];
+    f.d1[i] = slope * a[i];
+    f.d2[i] = slope * b[i];
   }
   for (int i = 0; n == 6 && i < 3; ++i) {
     const int j = (i + 1) % 3;
     f.N[3 + i] = 4 * L[i] * L[j];
-    f.d1[3 + i] = 4 * (a[i] * L[j] + L[i] * a[j]), f.d2[3 + i] = 4 * (b[i] * L[j] + L[i] * b[j]);
+    f.d1[3 + i] = 4 * (a[i] * L[j] + L[i] * a[j]);
+    f.d2[3 + i] = 4 * (b[i] * L[j] + L[i] * b[j]);
   }
   return f;
 }
@@ -37,22 +39,27 @@ Shape quad_shape(int n, double r, double s) {
   for (int i = 0; i < 4; ++i) {
     const double u = 1 + x[i] * r, v = 1 + y[i] * s;
     if (n == 4) {
-      f.N[i] = 0.25 * u * v, f.d1[i] = 0.25 * x[i] * v, f.d2[i] = 0.25 * u * y[i];
+      f.N[i] = 0.25 * u * v;
+      f.d1[i] = 0.25 * x[i] * v;
+      f.d2[i] = 0.25 * u * y[i];
     } else {
       const double w = x[i] * r + y[i] * s - 1;
       f.N[i] = 0.25 * u * v * w;
-      f.d1[i] = 0.25 * x[i] * v * (w + u), f.d2[i] = 0.25 * y[i] * u * (w + v);
+      f.d1[i] = 0.25 * x[i] * v * (w + u);
+      f.d2[i] = 0.25 * y[i] * u * (w + v);
     }
   }
   for (int i = 0; n == 8 && i < 4; ++i) {
     // the coordinate that is constant on the side: s on 0 and 2, r on 1 and 3
     const double side = i == 0 || i == 3 ? -1 : 1;
     if (i % 2 == 0) {
-      f.N[4 + i] = 0.5 * (1 - r * r) * (1 + side * s), f.d1[4 + i] = -r * (1 + side * s),
-              f.d2[4 + i] = 0.5 * (1 - r * r) * side;
+      f.N[4 + i] = 0.5 * (1 - r * r) * (1 + side * s);
+      f.d1[4 + i] = -r * (1 + side * s);
+      f.d2[4 + i] = 0.5 * (1 - r * r) * side;
     } else {
-      f.N[4 + i] = 0.5 * (1 + side * r) * (1 - s * s), f.d1[4 + i] = 0.5 * side * (1 - s * s),
-              f.d2[4 + i] = -s * (1 + side * r);
+      f.N[4 + i] = 0.5 * (1 + side * r) * (1 - s * s);
+      f.d1[4 + i] = 0.5 * side * (1 - s * s);
+      f.d2[4 + i] = -s * (1 + side * r);
     }
   }
   return f;

@@ -28,8 +28,10 @@ std::string hexadecimal(XXH128_hash_t hash) {
   XXH128_canonicalFromHash(&canonical, hash);
   constexpr const char* digits = "0123456789abcdef";
   std::string text;
-  for (const unsigned char byte : canonical.digest)
-    text += digits[byte >> 4], text += digits[byte & 15];
+  for (const unsigned char byte : canonical.digest) {
+    text += digits[byte >> 4];
+    text += digits[byte & 15];
+  }
   return text;
 }
 

@@ -24,7 +24,9 @@ void add_points_of_file(Component& component) {
   for (const auto& [name, nodes] : s.nodesets) {
     if (nodes.size() != 1 || turns[static_cast<std::size_t>(nodes.front())] == 0) continue;
     Component::Point& point = component.points[name];
-    point.nodes = name, point.rigid = true, point.source = component.source;
+    point.nodes = name;
+    point.rigid = true;
+    point.source = component.source;
     component.reduction->interface_points.push_back(name);
   }
 }

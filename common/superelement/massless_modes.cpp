@@ -51,7 +51,8 @@ double end_of_fall(const Superelement& s, const Matrix& V, const Vector& lambda,
     if (!(sum > 0) || !(mean > no_part * P.col(q).squaredNorm() *
                                    V.leftCols(k).colwise().squaredNorm().maxCoeff()))
       continue;
-    enough(q) = takes_part * mean, any = true;
+    enough(q) = takes_part * mean;
+    any = true;
   }
   const double last = k > 0 ? lambda(k - 1) : 0;
   Index j = k;

@@ -356,8 +356,10 @@ class Checker {
     Vector My(s_.n());
     My << y_k, part(s_.M_cc) * y_c;
     // BLAS complains, on stdout, about a matrix without rows.
-    if (s_.k() > 0)
-      My.head(s_.k()) += part(s_.M_kc) * y_c, My.tail(s_.c()) += part(s_.M_kc).transpose() * y_k;
+    if (s_.k() > 0) {
+      My.head(s_.k()) += part(s_.M_kc) * y_c;
+      My.tail(s_.c()) += part(s_.M_kc).transpose() * y_k;
+    }
     return My;
   }
   template <bool absolute>

@@ -141,8 +141,10 @@ Superelement join(const SuperelementGroup& group) {
   for (const auto& domain : group.domains) k += domain.k();
   whole.eigenvalues.resize(k);
   k = 0;
-  for (const auto& domain : group.domains)
-    whole.eigenvalues.segment(k, domain.k()) = domain.eigenvalues, k += domain.k();
+  for (const auto& domain : group.domains) {
+    whole.eigenvalues.segment(k, domain.k()) = domain.eigenvalues;
+    k += domain.k();
+  }
   for (Index i = 0; i < 3 * static_cast<Index>(joined.node_ids.size()); ++i) {
     whole.dof_node.push_back(i / 3);
     whole.dof_component.push_back(static_cast<int>(i % 3));

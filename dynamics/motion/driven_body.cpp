@@ -29,7 +29,8 @@ void DrivenBody::add_inertia() {
 }
 
 void DrivenBody::relax(const Rest& rest) {
-  t_ = rest.t, h_ = 0;
+  t_ = rest.t;
+  h_ = 0;
   for (Vector3& force : forces_) force.setZero();
   inner_->statics()->relax(rest);
 }

@@ -92,10 +92,14 @@ Matrix6 JointBody::answer(double h) const {
 
 void JointBody::predict(double, double h) {
   h_ = h;
-  if (answer_h_ != h) answer_ = answer(h), answer_h_ = h;
+  if (answer_h_ != h) {
+    answer_ = answer(h);
+    answer_h_ = h;
+  }
   const Matrix6 &K = joint_.stiffness, &C = joint_.damping;
   if (joint_.is_mass()) {
-    r_end_ = r_ + h * v_, v_end_ = v_;
+    r_end_ = r_ + h * v_;
+    v_end_ = v_;
   } else if (is_newmark()) {
     r_end_ = r_ - answer_ * (h * (K * r_));
   } else if (joint_.is_late) {
@@ -126,7 +130,8 @@ void JointBody::accept() {
     work_.damping -= lost;
     energy_ = energy;
   }
-  r_ = r_end_, v_ = v_end_;
+  r_ = r_end_;
+  v_ = v_end_;
   last_h_ = h_;
 }
 
@@ -210,14 +215,18 @@ BodyState JointBody::state() const {
 }
 
 void JointBody::displacements(Points& u, Points& v) const {
-  u.resize(2, 3), v.resize(2, 3);
+  u.resize(2, 3);
+  v.resize(2, 3);
   for (Index i = 0; i < 2; ++i) {
     u.row(i) = (to_scene(i) * r_.segment<3>(3 * i)).transpose();
     v.row(i) = (to_scene(i) * v_.segment<3>(3 * i)).transpose();
   }
 }
 
-void JointBody::coordinates(Vector& q, Vector& rates) const { q = r_, rates = v_; }
+void JointBody::coordinates(Vector& q, Vector& rates) const {
+  q = r_;
+  rates = v_;
+}
 
 void JointBody::keep_state(StateArchive& archive) {
   archive(r_, v_, h_, last_h_, energy_, work_);

@@ -436,7 +436,8 @@ void PointedBody::point_motion(Index point, Vector3& d, Vector3& theta, Vector3&
   if (turned() == nullptr) return;
   Points whole_d = d.transpose(), whole_v = velocity.transpose();
   inner_->turn(points_[point].at.transpose(), whole_d, whole_v);
-  d = whole_d.row(0).transpose(), velocity = whole_v.row(0).transpose();
+  d = whole_d.row(0).transpose();
+  velocity = whole_v.row(0).transpose();
   const Matrix3 R = turned()->turn_now().R;
   spin = turned()->spin() + R * spin;
   const Eigen::AngleAxisd whole(R * rotation_of(theta));

@@ -32,7 +32,11 @@ void StaticState::book(const Vector& u, BodyWork& work) {
 
 void StaticState::keep_state(StateArchive& archive) {
   archive(u_start, loads_start, contact_start, friction_start);
-  if (archive.restores()) loads = loads_start, contact = contact_start, friction = friction_start;
+  if (archive.restores()) {
+    loads = loads_start;
+    contact = contact_start;
+    friction = friction_start;
+  }
 }
 
 }  // namespace cbr

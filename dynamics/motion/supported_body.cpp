@@ -180,7 +180,8 @@ void SupportedBody::add_end_impulses(Index set, const Points& impulses, ImpulseK
 }
 
 void SupportedBody::relax(const Rest& rest) {
-  t_ = rest.t, h_ = 0;
+  t_ = rest.t;
+  h_ = 0;
   for (Vector& force : forces_) force.setZero();
   inner_->statics()->relax(rest);
 }

@@ -222,7 +222,8 @@ FieldWriter::Motion FieldWriter::motion_of(const FieldGrid& grid) const {
   };
   Vector q, rates;
   body.coordinates(q, rates);
-  motion.u = whole(q), motion.v = whole(rates);
+  motion.u = whole(q);
+  motion.v = whole(rates);
   motion.turn = turn_of(body);
   if (motion.turn) motion.strained = motion.u;
   body.turn(grid.points, motion.u, motion.v);

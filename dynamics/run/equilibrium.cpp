@@ -93,8 +93,10 @@ void Equilibrium::iterate(const Rest& loads) {
     sim_.bodies[nodes.body]->positions(nodes.set, state_.bodies[c].start);
   }
   keep_known();
-  way_.assign(sim_.bodies.size(), 0), last_way_ = way_;
-  hold_ = full_hold_, most_change_ = 0;
+  way_.assign(sim_.bodies.size(), 0);
+  last_way_ = way_;
+  hold_ = full_hold_;
+  most_change_ = 0;
   for (iteration_ = 1;; ++iteration_) {
     ++n_iterations_;
     Rest rest = loads;
@@ -107,7 +109,8 @@ void Equilibrium::iterate(const Rest& loads) {
     std::vector<Settled> settled;
     for (auto& body : sim_.bodies) {
       settled.push_back(statics_of(*body).settle());
-      change += settled.back().change, energy += settled.back().energy;
+      change += settled.back().change;
+      energy += settled.back().energy;
       way = std::max(way, settled.back().way);
     }
     if (!std::isfinite(change + energy))
@@ -218,7 +221,8 @@ void Equilibrium::solve_group(const std::vector<Index>& pairs, double hold) {
     }
   }
   for (const Index b : group.bodies) {
-    state_.bodies[b].impulses.setZero(), state_.bodies[b].friction.setZero();
+    state_.bodies[b].impulses.setZero();
+    state_.bodies[b].friction.setZero();
     state_.bodies[b].has_move = false;
   }
   ImpulseMemory& memory = state_.islands[pairs.front()];
@@ -295,12 +299,15 @@ void Equilibrium::recall() {
         std::fill(memory->known_face.begin(), memory->known_face.end(), -1);
         std::fill(memory->further_faces.begin(), memory->further_faces.end(), -1);
         memory->offset.setZero();
-        memory->has_points = false, memory->depth = 0;
+        memory->has_points = false;
+        memory->depth = 0;
         continue;
       }
-      memory->face = known.face, memory->known_face = known.known_face,
+      memory->face = known.face;
+      memory->known_face = known.known_face;
       memory->further_faces = known.further_faces;
-      memory->offset = known.offset, memory->has_points = known.has_points,
+      memory->offset = known.offset;
+      memory->has_points = known.has_points;
       memory->depth = known.depth;
     }
   }
@@ -325,7 +332,8 @@ void Equilibrium::start_motion(double h) {
     const bool is_penalty = sim_.pairs[p].enforcement == Enforcement::penalty;
     PairState& pair = sim_.pairs[p].state();
     for (PairMemory* memory : {&pair.memory, &pair.back}) {
-      memory->lets_jump = is_penalty, memory->kept_share = 1;
+      memory->lets_jump = is_penalty;
+      memory->kept_share = 1;
       memory->impulse *= h;
     }
     pair.impulse = pair.moment = Vector3::Zero();

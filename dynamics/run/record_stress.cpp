@@ -38,7 +38,10 @@ void add_extremes(const Matrix& values, double t, Matrix& extremes) {
   }
   for (Index i = 0; i < values.rows(); ++i) {
     auto of = extremes.row(i);
-    if (values(i, von_mises_column) > of[0]) of[0] = values(i, von_mises_column), of[1] = t;
+    if (values(i, von_mises_column) > of[0]) {
+      of[0] = values(i, von_mises_column);
+      of[1] = t;
+    }
     of[2] = std::max(of[2], values(i, first));
     of[3] = std::min(of[3], values(i, last));
   }

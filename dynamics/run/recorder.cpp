@@ -57,7 +57,8 @@ Recorder::Recorder(Simulation& simulation) : sim_(simulation) {
   result_.reactions.resize(sim_.reactions.size());
   result_.watches.resize(sim_.watches.size());
   result_.scans.resize(sim_.scans.size());
-  last_.resize(sim_.bodies.size()), work_.resize(sim_.bodies.size());
+  last_.resize(sim_.bodies.size());
+  work_.resize(sim_.bodies.size());
 }
 
 void Recorder::record(double t, double interval, const std::vector<char>& resting,
@@ -93,8 +94,10 @@ void Recorder::record_pairs(double interval, const ContactOutcome& outcome) {
     const PairState& pair = sim_.pairs[p].seen();
     RunResult::OfPair& of = result_.pairs[p];
     if (of.active.size() < before) {  // it has met only now
-      of.active.assign(before, 0), of.penetration = of.residual = of.area = of.active;
-      of.force.values.assign(3 * before, 0), of.center_of_pressure = of.force;
+      of.active.assign(before, 0);
+      of.penetration = of.residual = of.area = of.active;
+      of.force.values.assign(3 * before, 0);
+      of.center_of_pressure = of.force;
     }
     of.active.push_back(static_cast<double>(outcome.active[p]));
     of.area.push_back(outcome.active[p] > 0 ? pair.area : 0);
@@ -177,8 +180,10 @@ void Recorder::record_monitors(double interval, ContactState& state) {
 void Recorder::record_energy(const std::vector<char>& resting) {
   double total = 0, scaled = 0, external = 0, contact = 0, friction = 0, damping = 0, numerical = 0;
   for (std::size_t b = 0; b < sim_.bodies.size(); ++b) {
-    if (!resting[b] || result_.time.size() == 1)
-      last_[b] = sim_.bodies[b]->state(), work_[b] = sim_.bodies[b]->work();
+    if (!resting[b] || result_.time.size() == 1) {
+      last_[b] = sim_.bodies[b]->state();
+      work_[b] = sim_.bodies[b]->work();
+    }
     const BodyState& now = last_[b];
     const BodyWork& work = work_[b];
     auto& series = result_.bodies[b];
@@ -192,8 +197,11 @@ void Recorder::record_energy(const std::vector<char>& resting) {
                                 now.orientation->end());
     total += now.kinetic_energy + now.strain_energy;
     scaled += now.scaled_energy;
-    external += work.external, contact += work.contact, friction += work.friction,
-        damping += work.damping, numerical += work.numerical;
+    external += work.external;
+    contact += work.contact;
+    friction += work.friction;
+    damping += work.damping;
+    numerical += work.numerical;
     result_.largest_rotation = std::max(result_.largest_rotation, now.rotation);
     series.rotation = std::max(series.rotation, now.rotation);
     if (now.rotation > small_rotation && !series.turned_at) series.turned_at = result_.time.back();
@@ -202,11 +210,15 @@ void Recorder::record_energy(const std::vector<char>& resting) {
     if (!pair.wall) continue;
     const PairState& seen = pair.seen();
     external += seen.wall_work + seen.wall_friction_work;
-    contact -= seen.wall_work, friction -= seen.wall_friction_work;
+    contact -= seen.wall_work;
+    friction -= seen.wall_friction_work;
   }
   if (result_.time.size() == 1) before_ = {external, contact, friction, damping, numerical};
-  external -= before_.external, contact -= before_.contact, friction -= before_.friction;
-  damping -= before_.damping, numerical -= before_.numerical;
+  external -= before_.external;
+  contact -= before_.contact;
+  friction -= before_.friction;
+  damping -= before_.damping;
+  numerical -= before_.numerical;
   result_.total.push_back(total);
   if (scaled > 0)
     result_.scaled_energy_share = std::max(result_.scaled_energy_share, scaled / total);
@@ -289,7 +301,10 @@ void Recorder::check_finite(double t, const ContactOutcome& outcome) const {
       std::isfinite(r.scaled_energy_share))
     return;
   constexpr std::size_t most = 4;  // names
-  if (where.size() > most) where.resize(most), where.emplace_back("...");
+  if (where.size() > most) {
+    where.resize(most);
+    where.emplace_back("...");
+  }
   std::ostringstream message;
   message << "the motion is no longer finite at t = " << t << " s" << (where.empty() ? "" : ", ")
           << join(where)

@@ -205,7 +205,8 @@ class TimeLoop {
   void locate_due(Index step) {
     for (const Index p : due_) {
       const ContactPair& pair = sim_.pairs[p];
-      locate(pair.slave->body, step), locate(pair.master->body, step);
+      locate(pair.slave->body, step);
+      locate(pair.master->body, step);
       if (pair.joint >= 0) locate(pair.joint, step);
     }
   }

@@ -100,8 +100,10 @@ void require_skin(const Scene& scene, const BuiltScene& built) {
   if (!skin_acts(scene)) return;
   std::set<std::string> there_are;
   for (const auto& of : built.instances)
-    for (const auto& [name, surface] : of.geometry->surfaces)
-      there_are.insert(name), there_are.insert(of.name + "." + name);
+    for (const auto& [name, surface] : of.geometry->surfaces) {
+      there_are.insert(name);
+      there_are.insert(of.name + "." + name);
+    }
   for (const std::string& name : scene.skin->surfaces)
     if (!there_are.count(name))
       throw InputError(scene.skin->source.text() + ": skin: surfaces: no instance has a surface '" +
@@ -177,19 +179,27 @@ class Builder {
 
   void add(const Instance& instance, BodyMaker& maker) {
     BuiltScene::OfInstance of;
-    of.name = instance.name, of.component = instance.component;
+    of.name = instance.name;
+    of.component = instance.component;
     of.placement = {instance.transformation(), instance.position, instance.velocity};
     InstanceBody made;
     if (instance.as == InstanceKind::superelement) {
       const ReducedComponent& component = reduced_.at(instance.component);
-      of.geometry = component.geometry, of.parts = component.parts, of.n_modal = component.n_modal;
+      of.geometry = component.geometry;
+      of.parts = component.parts;
+      of.n_modal = component.n_modal;
       made = maker.make(instance, component);
     } else {
       const MeshedComponent& component = meshed_.at(instance.component);
-      of.geometry = component.geometry, of.mesh = component.mesh;
+      of.geometry = component.geometry;
+      of.mesh = component.mesh;
       of.is_rigid = instance.as == InstanceKind::rigid;
-      if (!of.is_rigid) of.mass_kind = component.mass, of.n_mesh_parts = component.n_parts;
-      of.properties = component.properties, of.body_node = component.body_node;
+      if (!of.is_rigid) {
+        of.mass_kind = component.mass;
+        of.n_mesh_parts = component.n_parts;
+      }
+      of.properties = component.properties;
+      of.body_node = component.body_node;
       made = maker.make(instance, component);
     }
     of.mass = made.mass;

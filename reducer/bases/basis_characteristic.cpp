@@ -68,7 +68,8 @@ bool make_basis_of_free_shapes(Reduction& r, Superelement& s) {
     shapes = free_shapes(options, model, *free, r.p, s.characteristic.statics, s, r.report);
   }
   if (!shapes) return false;
-  r.model.K = SparseMatrix(), r.model.M = SparseMatrix();
+  r.model.K = SparseMatrix();
+  r.model.M = SparseMatrix();
   std::optional<SparseCholesky> own = std::move(free->interior);
   free.reset();
   if (!own) own = factorise(r);

@@ -70,7 +70,10 @@ void make_basis_craig_bampton(Reduction& r, Ingredients&& given, Superelement& s
     add_spin_couplings(r, factor, modes.Phi, s);
     add_accuracy(r, factor, motions, modes.Phi, M_res, s);
   }
-  if (!r.settings.is_diagonal_read) s.omega.resize(0), s.V.resize(0, 0);
+  if (!r.settings.is_diagonal_read) {
+    s.omega.resize(0);
+    s.V.resize(0, 0);
+  }
   if (r.options.recovery) add_recovery(r, std::move(given.condensed.Psi), std::move(modes.Phi), s);
 }
 

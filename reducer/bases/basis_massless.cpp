@@ -43,8 +43,10 @@ void make_basis_massless_free(Reduction& r, const SparseCholesky& factor, Supere
                           r.options.massless_modes == MasslessModes::tapered},
                          s, r.report);
   r.figures.n_candidates = s.k();
-  r.figures.mode_method = m.method, r.figures.modes_proven = m.proven;
-  r.figures.condition.counts = m.counts, r.figures.condition.modes = m.modes;
+  r.figures.mode_method = m.method;
+  r.figures.modes_proven = m.proven;
+  r.figures.condition.counts = m.counts;
+  r.figures.condition.modes = m.modes;
   if (r.options.modes) warn_of_cut_pair(s.eigenvalues, m.next, r.report);
   s.accuracy = accuracy_of_free_modes(s.eigenvalues.tail(s.k() - m.n_rigid), m.next, m.share);
   keep_figures(r, s, std::move(m));

@@ -65,7 +65,8 @@ FreeEigenvalues look_before(Reduction& r, const SparseCholesky& factor, const Ma
   }
   s.accuracy =
       accuracy_of(r.p, factor, motions, s, Phi, n_rigid, r.not_kept, parts(r), false, &free);
-  s.omega.resize(0), s.V.resize(0, 0);
+  s.omega.resize(0);
+  s.V.resize(0, 0);
   return free;
 }
 
@@ -78,8 +79,10 @@ void add_accuracy_of_shapes(Reduction& r, const SparseCholesky& factor,
   const auto phase = r.report.phase("errors");
   const InterfaceMotions rigid = rigid_accelerations(r, factor, s);
   Superelement held;
-  held.eigenvalues = modes.lambda, held.rigid_body = s.rigid_body;
-  held.dof_node = s.dof_node, held.dof_component = s.dof_component;
+  held.eigenvalues = modes.lambda;
+  held.rigid_body = s.rigid_body;
+  held.dof_node = s.dof_node;
+  held.dof_component = s.dof_component;
   s.accuracy = accuracy_of_fixed_modes(r.p, factor, rigid, held, modes.Phi,
                                        settled(r.not_kept, r.p, factor, held));
   s.accuracy->rho_res = r.figures.characteristic.rho =

@@ -79,12 +79,18 @@ FactorAndCondensed factorise_and_condense(Reduction& r) {
         r.settings.way == CondensationWay::fronts,
         [&](double share) { r.report.progress("factorisation and condensation", share); });
     if (factor) {
-      if (!has_free_modes(r.options)) r.model.K = SparseMatrix(), r.model.M = SparseMatrix();
+      if (!has_free_modes(r.options)) {
+        r.model.K = SparseMatrix();
+        r.model.M = SparseMatrix();
+      }
       judge_interior(r, *factor);
       return {std::move(*factor), std::move(condensed)};
     }
   }
-  if (!has_free_modes(r.options)) r.model.K = SparseMatrix(), r.model.M = SparseMatrix();
+  if (!has_free_modes(r.options)) {
+    r.model.K = SparseMatrix();
+    r.model.M = SparseMatrix();
+  }
   return {factorise(r), {}};
 }
 

@@ -34,7 +34,8 @@ Matrix rigid_motions(const FreeModel& model) {
     for (std::size_t i = 0; i < model.part.size(); ++i) {
       if (model.part[i] != number) continue;
       const Vector3 x = model.x.row(static_cast<Index>(i));
-      lower = lower.cwiseMin(x), upper = upper.cwiseMax(x);
+      lower = lower.cwiseMin(x);
+      upper = upper.cwiseMax(x);
     }
     const double size = (upper - lower).norm();
     const Points x =
@@ -234,7 +235,9 @@ void finish(const Matrix& elastic, const std::string& what, MasslessFigures& fig
 }
 
 void forget_matrices(Superelement& s) {
-  s.K_cc.resize(0, 0), s.M_cc.resize(0, 0), s.M_kc.resize(0, 0);
+  s.K_cc.resize(0, 0);
+  s.M_cc.resize(0, 0);
+  s.M_kc.resize(0, 0);
 }
 
 }  // namespace
@@ -274,7 +277,9 @@ MasslessFigures make_massless_free(const FreeModel& model, const Partition& p,
     if (modes.lambda.size() > k) modes.next = modes.lambda(k);
     s.eigenvalues = modes.lambda.head(k);
   }
-  figures.method = modes.method, figures.proven = modes.proven, figures.counts = modes.counts,
+  figures.method = modes.method;
+  figures.proven = modes.proven;
+  figures.counts = modes.counts;
   figures.next = modes.next;
   // F = F_elastic - V_e diag(1 / lambda) V_e^T   (c x c)
   const Index e = s.k() - figures.n_rigid;
@@ -300,7 +305,9 @@ MasslessFigures make_massless_fixed(const std::vector<Index>& part, Superelement
   FixedModes modes{s.eigenvalues, std::move(s.M_kc), std::move(s.K_cc)};
   forget_matrices(s);
   figures.lost_mass = 1 - take_fixed_modes(std::move(modes), R, momentum, s);
-  figures.fixed = true, figures.method = "of the fixed ones", figures.proven = true;
+  figures.fixed = true;
+  figures.method = "of the fixed ones";
+  figures.proven = true;
   Matrix elastic = s.massless.F;
   const Index e = k - r;
   if (e > 0) {

@@ -118,7 +118,8 @@ void keep_modes(Reduction& r, FixedInterfaceModes& modes, Condensation& condense
   std::vector<Index> others;
   for (Index j = 0; j < modes.lambda.size(); ++j)
     if (!std::binary_search(kept.begin(), kept.end(), j)) others.push_back(j);
-  r.not_kept.lambda = modes.lambda(others), r.not_kept.Phi = modes.Phi(Eigen::all, others);
+  r.not_kept.lambda = modes.lambda(others);
+  r.not_kept.Phi = modes.Phi(Eigen::all, others);
   modes.lambda = Vector(modes.lambda(kept));
   modes.Phi = Matrix(modes.Phi(Eigen::all, kept));
   condensed.M_kc = Matrix(condensed.M_kc(kept, Eigen::all));

@@ -29,7 +29,10 @@ void make_basis(Reduction& r, Superelement& s) {
     r.p.K_II = SparseMatrix(r.p.n_interior(), r.p.n_interior());
   Condensation condensed = condense_with(r, factor, modes.Phi, std::move(first.condensed));
   // One point alone: all that it does moves the part as a rigid body, and K_cc is round-off
-  if (r.p.rigid.count() == r.p.n_interface()) condensed.K_cc.setZero(), condensed.rigid.force = 0;
+  if (r.p.rigid.count() == r.p.n_interface()) {
+    condensed.K_cc.setZero();
+    condensed.rigid.force = 0;
+  }
   r.figures.rigid = condensed.rigid;
   if (r.p.rigid.count() > 0)
     judge_rigid(condensed.rigid, r.figures.condition.K_II.scaled, r.figures.condition.weakest,
@@ -60,8 +63,10 @@ void check_rigid_motions(Reduction& r, const Vector3& center) {
 
 // Without the copies that Eigen 3.4 makes of a sparse matrix that is assigned.
 void take(FiniteElementModel&& made, FiniteElementModel& model) {
-  model.K.swap(made.K), model.M.swap(made.M);
-  model.nodes = std::move(made.nodes), model.row = std::move(made.row);
+  model.K.swap(made.K);
+  model.M.swap(made.M);
+  model.nodes = std::move(made.nodes);
+  model.row = std::move(made.row);
   model.n_rotations = made.n_rotations;
 }
 
@@ -129,8 +134,10 @@ Superelement reduce_to(const std::vector<Index>* interface, const Mesh& mesh,
       require_memory_for_interface(3 * static_cast<Index>(kept.size()), machine_memory_bytes());
     partition(r.model, kept, r.p);
     r.figures.n_interior = r.p.n_interior();
-    if (!has_free_modes(options) && !options.is_characteristic() && !may_condense_by_fronts(r))
-      r.model.K = SparseMatrix(), r.model.M = SparseMatrix();
+    if (!has_free_modes(options) && !options.is_characteristic() && !may_condense_by_fronts(r)) {
+      r.model.K = SparseMatrix();
+      r.model.M = SparseMatrix();
+    }
   }
   check_interface_holds(mesh, r.model, r.p, r.part);
   describe_interface(r, s);

@@ -54,7 +54,8 @@ void add_nodes_of_points(const Reduction& r, Superelement::Recovery& recovery) {
   recovery.coordinates.conservativeResize(n + more, Eigen::NoChange);
   recovery.Psi.conservativeResize(3 * (n + more), Eigen::NoChange);
   recovery.Phi.conservativeResize(3 * (n + more), Eigen::NoChange);
-  recovery.Psi.bottomRows(3 * more).setZero(), recovery.Phi.bottomRows(3 * more).setZero();
+  recovery.Psi.bottomRows(3 * more).setZero();
+  recovery.Phi.bottomRows(3 * more).setZero();
   Index column = r.p.n_interface() - 6 * r.p.n_points;
   for (const RigidPoint& point : r.settings.points) {
     for (const Index node : point.nodes) {
@@ -122,8 +123,10 @@ void add_recovery(const Reduction& r, Matrix&& Psi, Matrix&& Phi, Superelement& 
     recovery.Psi.conservativeResize(n, Eigen::NoChange);
     recovery.Phi.conservativeResize(n, Eigen::NoChange);
   }
-  if (r.p.n_interior() == 0)
-    recovery.Psi.resize(0, r.p.n_interface()), recovery.Phi.resize(0, s.k());
+  if (r.p.n_interior() == 0) {
+    recovery.Psi.resize(0, r.p.n_interface());
+    recovery.Phi.resize(0, s.k());
+  }
   add_nodes_of_points(r, recovery);
   const std::vector<Index> place = places(r);
   for (const auto& block : r.mesh.blocks) {
@@ -163,8 +166,10 @@ void describe_interface(const Reduction& r, Superelement& s) {
     s.node_ids.push_back(++id);
     x.conservativeResize(node + 1, Eigen::NoChange);
     x.row(node) = point.at.transpose();
-    for (int component = 0; component < 6; ++component)
-      s.dof_node.push_back(node), s.dof_component.push_back(component);
+    for (int component = 0; component < 6; ++component) {
+      s.dof_node.push_back(node);
+      s.dof_component.push_back(component);
+    }
     s.nodesets[point.name] = {node};
   }
   s.coordinates = std::move(x);

@@ -16,8 +16,10 @@ Matrix rigid_motions_of_parts(const Superelement& s, const std::vector<Index>& p
     Vector3 center = Vector3::Zero();
     double count = 0, size = 0;
     for (std::size_t i = 0; i < part.size(); ++i) {
-      if (part[i] == number)
-        center += Vector3(s.coordinates.row(static_cast<Index>(i))), count += 1;
+      if (part[i] == number) {
+        center += Vector3(s.coordinates.row(static_cast<Index>(i)));
+        count += 1;
+      }
     }
     if (count == 0) continue;
     center /= count;

@@ -106,7 +106,7 @@ RigidRows rigid_rows(const DistributedInterior& interior) {
       size = std::max(size, (x->rowwise() - middle.transpose()).rowwise().norm().maxCoeff());
   size = largest(size);
   RigidRows rigid;
-  rigid.R_I = rigid_modes(interior.x_I / size, middle / size),
+  rigid.R_I = rigid_modes(interior.x_I / size, middle / size);
   rigid.R_C = rigid_modes(interior.x_C / size, middle / size);
   Matrix part_C;
   times_mass(interior, rigid.R_I, rigid.R_C, rigid.P_I, part_C);
@@ -158,7 +158,8 @@ Condensation condense(const DistributedInterior& interior, const Matrix& Phi, bo
   result.way = CondensationWay::second_solve;
   result.panel = std::min(panel_width, c);
   in_first([&] {
-    result.K_cc.resize(c, c), result.M_cc.resize(c, c);
+    result.K_cc.resize(c, c);
+    result.M_cc.resize(c, c);
     result.M_kc.resize(Phi.cols(), c);
   });
   const std::vector<Index> order = keep_Psi ? order_of_rows(rows) : std::vector<Index>();
@@ -181,11 +182,13 @@ Condensation condense(const DistributedInterior& interior, const Matrix& Phi, bo
     const Matrix M = sum_to_first(rows.M_IC.transpose() * X + dense(rows.M_CC, first, width) -
                                   rows.K_IC.transpose() * Y);
     if (K.rows() == 0) continue;
-    result.K_cc.middleCols(first, width) = K, result.M_cc.middleCols(first, width) = M;
+    result.K_cc.middleCols(first, width) = K;
+    result.M_cc.middleCols(first, width) = M;
     result.M_kc.middleCols(first, width) = coupling;
   }
   report.end_progress();
-  make_symmetric(result.K_cc), make_symmetric(result.M_cc);
+  make_symmetric(result.K_cc);
+  make_symmetric(result.M_cc);
   in_first([&] {
     result.rigid = follow_rigid_motions(interior.rigid.on_interface(), m, result.K_cc, result.M_cc);
   });
@@ -274,7 +277,8 @@ LeftOfAnswer left_of_answer(const InteriorSolver& solver,
   if (residual.cols() > 0)
     X -= residual * Matrix(lambda.cwiseInverse().asDiagonal() * inner(residual, Y));
   LeftOfAnswer left{inner(Y, X), inner(X, solver.times_mass(X))};
-  make_symmetric(left.D), make_symmetric(left.D_2);
+  make_symmetric(left.D);
+  make_symmetric(left.D_2);
   return left;
 }
 

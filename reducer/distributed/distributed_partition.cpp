@@ -58,14 +58,16 @@ void divide(Reduction& r) {
     if (!kept[i]) r.p.interior_nodes.push_back(i);
   const auto n_I = 3 * static_cast<Index>(r.p.interior_nodes.size()),
              c = 3 * static_cast<Index>(r.p.interface_nodes.size());
-  r.p.K_II.resize(n_I, n_I), r.p.K_CC.resize(c, c);  // their sizes alone
+  r.p.K_II.resize(n_I, n_I);
+  r.p.K_CC.resize(c, c);  // their sizes alone
   r.part = connected_parts(r.mesh, r.model);
   if (has_parts(r)) refuse("a component of several parts that share no node");
   if (n_I == 0) refuse("a component whose nodes are all on the interface");
   check_interface_holds(r.mesh, r.model, r.p, r.part);
   require_memory_for_interface(c, machine_memory_bytes());
   if (r.options.recovery) require_memory_for_recovery(n_I, c);
-  r.figures.n_dofs = 3 * n, r.figures.n_interior = n_I;
+  r.figures.n_dofs = 3 * n;
+  r.figures.n_interior = n_I;
 }
 
 }  // namespace cbr

@@ -64,7 +64,10 @@ class DistributedReduction {
       add_spin_moments();
       in_first([&] { judge(); });
       estimate_errors(true, nullptr);
-      if (!r_.settings.is_diagonal_read) s_.omega.resize(0), s_.V.resize(0, 0);
+      if (!r_.settings.is_diagonal_read) {
+        s_.omega.resize(0);
+        s_.V.resize(0, 0);
+      }
     }
     if (r_.options.recovery) recover();
     tell_memory();
@@ -86,7 +89,7 @@ class DistributedReduction {
     });
     std::vector<Index> own;
     for (const Index i : interior_.rows.nodes) own.push_back(r_.p.interior_nodes[i]);
-    interior_.x_I = coordinates_of(r_, own),
+    interior_.x_I = coordinates_of(r_, own);
     interior_.x_C = coordinates_of(r_, r_.p.interface_nodes);
     interior_.solver = std::make_unique<InteriorSolver>(interior_.rows);
     r_.figures.condition.rigid = largest(interior_.rows.rigid_residual);
@@ -117,7 +120,7 @@ class DistributedReduction {
                        "that share only an edge or a node "
                        "with the rest, or is held too weakly for a double; a reduction in one "
                        "process names the node");
-    r_.figures.factor_nonzeros = interior_.solver->n_nonzeros(),
+    r_.figures.factor_nonzeros = interior_.solver->n_nonzeros();
     r_.figures.factor_flops = interior_.solver->flops();
     r_.report.detail(format_text("MUMPS: %.3g entries in the factor, %.3g flops",
                                  r_.figures.factor_nonzeros, r_.figures.factor_flops));
@@ -160,7 +163,8 @@ class DistributedReduction {
     r_.figures.n_candidates = k;
     modes_.method = k == 0 ? "none" : "krylov-schur";
     modes_.next = asked > k ? all_.lambda(k) : 0;
-    modes_.lambda = all_.lambda.head(k), modes_.Phi = all_.Phi.leftCols(k);
+    modes_.lambda = all_.lambda.head(k);
+    modes_.Phi = all_.Phi.leftCols(k);
     r_.report.detail(format_text("SLEPc: %d restarts", all_.restarts));
   }
 
@@ -187,7 +191,8 @@ class DistributedReduction {
   void reduce_to_interface() {
     const auto phase = r_.report.phase("condensation");
     ReductionFigures& figures = r_.figures;
-    figures.mode_method = modes_.method, figures.modes_proven = is_proven_,
+    figures.mode_method = modes_.method;
+    figures.modes_proven = is_proven_;
     figures.condition.counts = modes_.counts;
     figures.condition.modes = check_modes(*interior_.solver, modes_.lambda, modes_.Phi);
     if (figures.condition.modes.worst >= 0 && is_dependent(figures.condition.modes.orthogonality))
@@ -198,13 +203,15 @@ class DistributedReduction {
       warn_of_cut_pair(modes_.lambda, modes_.next, r_.report);
     interior_.rigid = rigid_rows(interior_);
     condensed_ = condense(interior_, modes_.Phi, r_.options.recovery, r_.report);
-    figures.way = condensed_.way, figures.panel = condensed_.panel,
+    figures.way = condensed_.way;
+    figures.panel = condensed_.panel;
     figures.rigid = condensed_.rigid;
     in_first([&] {
       judge_rigid(condensed_.rigid, figures.condition.K_II.scaled, figures.condition.weakest,
                   r_.report);
     });
-    s_.K_cc = std::move(condensed_.K_cc), s_.M_cc = std::move(condensed_.M_cc);
+    s_.K_cc = std::move(condensed_.K_cc);
+    s_.M_cc = std::move(condensed_.M_cc);
   }
 
   // pick: participation
@@ -230,7 +237,8 @@ class DistributedReduction {
     std::vector<Index> others;
     for (Index j = 0; j < k; ++j)
       if (!std::binary_search(list.begin(), list.end(), j)) others.push_back(j);
-    not_kept_.lambda = modes_.lambda(others), not_kept_.Phi = modes_.Phi(Eigen::all, others);
+    not_kept_.lambda = modes_.lambda(others);
+    not_kept_.Phi = modes_.Phi(Eigen::all, others);
     modes_.lambda = Vector(modes_.lambda(list));
     modes_.Phi = Matrix(modes_.Phi(Eigen::all, list));
   }
@@ -263,7 +271,8 @@ class DistributedReduction {
   }
 
   void finish_matrices() {
-    s_.eigenvalues = modes_.lambda, s_.M_kc = std::move(condensed_.M_kc);
+    s_.eigenvalues = modes_.lambda;
+    s_.M_kc = std::move(condensed_.M_kc);
     const Index own = s_.k() - s_.n_residual;
     if (own > 0)
       r_.figures.highest_frequency =
@@ -316,7 +325,8 @@ class DistributedReduction {
       add_lowest_free_modes();
     });
     estimate_errors(false, &free);
-    s_.omega.resize(0), s_.V.resize(0, 0);
+    s_.omega.resize(0);
+    s_.V.resize(0, 0);
     const InteriorInertia inertia = interior_inertia();
     in_first([&] {
       take_shapes(inertia);
@@ -369,7 +379,8 @@ class DistributedReduction {
     const Index r = s_.n_residual, own = modes_.lambda.size() - r;
     if (r > 0 && not_kept_.lambda.size() > 0) {  // as settled()
       not_kept_.beyond = std::min(not_kept_.beyond, not_kept_.lambda.minCoeff());
-      not_kept_.lambda.resize(0), not_kept_.Phi.resize(interior_.n_own(), 0);
+      not_kept_.lambda.resize(0);
+      not_kept_.Phi.resize(interior_.n_own(), 0);
     }
     const Matrix Phi = modes_.Phi.leftCols(own), residual = modes_.Phi.rightCols(r);
     const Vector lambda = modes_.lambda.tail(r);
@@ -385,7 +396,10 @@ class DistributedReduction {
     if (mass_ == MassKind::lumped) answers.rho_floor = lumped_on_interface();
     const Index n_rigid = r_.figures.condition.n_rigid;
     Matrix U, q;
-    if (s_.has_diagonal_form()) U = free_motions(s_, n_rigid), q = s_.V.block(own, 0, r, U.cols());
+    if (s_.has_diagonal_form()) {
+      U = free_motions(s_, n_rigid);
+      q = s_.V.block(own, 0, r, U.cols());
+    }
     U = from_first(U);
     if (U.cols() > 0) answers.missing = missing_modes(U, from_first(q), Phi, residual, lambda);
     in_first([&] {
@@ -402,7 +416,8 @@ class DistributedReduction {
     MissingModes missing{not_kept_.lambda, inner(not_kept_.Phi, Y), {}, {}, not_kept_.beyond};
     LeftOfAnswer left =
         left_of_answer(*interior_.solver, {Phi, not_kept_.Phi}, lambda, residual, std::move(Y));
-    missing.D = std::move(left.D), missing.D_2 = std::move(left.D_2);
+    missing.D = std::move(left.D);
+    missing.D_2 = std::move(left.D_2);
     return missing;
   }
 

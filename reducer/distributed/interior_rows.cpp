@@ -32,8 +32,10 @@ Mesh elements_around(const Mesh& mesh, const Wanted& is_wanted, std::vector<Inde
     for (const Index a : own.connectivity.reshaped()) local[a] = 0;
   }
   for (std::size_t a = 0; a < local.size(); ++a)
-    if (local[a] == 0)
-      local[a] = static_cast<Index>(origin.size()), origin.push_back(static_cast<Index>(a));
+    if (local[a] == 0) {
+      local[a] = static_cast<Index>(origin.size());
+      origin.push_back(static_cast<Index>(a));
+    }
   for (Block& block : part.blocks)
     for (Index& a : block.connectivity.reshaped()) a = local[a];
   part.coordinates = mesh.coordinates(origin, Eigen::all);
@@ -84,7 +86,10 @@ void take_rows(const SparseMatrix& A, const std::vector<Index>& own, const Dofs&
         coupling.emplace_back(static_cast<Index>(i), dofs.interface[it.row()], it.value());
     }
     std::sort(row.begin(), row.end());
-    for (const auto& [column, value] : row) II.column.push_back(column), II.value.push_back(value);
+    for (const auto& [column, value] : row) {
+      II.column.push_back(column);
+      II.value.push_back(value);
+    }
     II.start.push_back(static_cast<int>(II.column.size()));
   }
   IC.resize(static_cast<Index>(own.size()), c);
@@ -121,13 +126,16 @@ InteriorRows assemble_rows(const Mesh& mesh, const std::vector<BlockProperties>&
                            const NodeShares& shares, int rank) {
   InteriorRows rows;
   const Index c = 3 * n_interface_nodes;
-  rows.n = 3 * shares.first.back(), rows.first = 3 * shares.first[rank];
+  rows.n = 3 * shares.first.back();
+  rows.first = 3 * shares.first[rank];
   for (std::size_t i = 0; i < shares.owner.size(); ++i)
     if (shares.owner[i] == rank) rows.nodes.push_back(static_cast<Index>(i));
   rows.n_own = 3 * static_cast<Index>(rows.nodes.size());
   require_small_indices(rows.n);
-  rows.K_IC.resize(rows.n_own, c), rows.M_IC.resize(rows.n_own, c), rows.K_CC.resize(c, c),
-      rows.M_CC.resize(c, c);
+  rows.K_IC.resize(rows.n_own, c);
+  rows.M_IC.resize(rows.n_own, c);
+  rows.K_CC.resize(c, c);
+  rows.M_CC.resize(c, c);
   const auto is_own = [&](Index a) { return node[a] >= 0 && shares.owner[node[a]] == rank; };
   if (rows.n_own > 0) {
     std::vector<Index> origin, own(rows.n_own);
@@ -146,7 +154,8 @@ InteriorRows assemble_rows(const Mesh& mesh, const std::vector<BlockProperties>&
     const FiniteElementModel model = model_around(
         mesh, properties, mass, [&](Index a) { return place[a] >= 0; }, origin);
     const Dofs dofs = dofs_of_part(origin, node, place, shares);
-    rows.K_CC = on_interface(model.K, dofs, c), rows.M_CC = on_interface(model.M, dofs, c);
+    rows.K_CC = on_interface(model.K, dofs, c);
+    rows.M_CC = on_interface(model.M, dofs, c);
   }
   return rows;
 }

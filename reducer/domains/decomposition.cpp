@@ -65,7 +65,10 @@ Index best_neighbour(const Graph& graph, const std::vector<Index>& part, const P
   }
   Index best = -1, most = 0;
   for (const auto& [other, count] : faces) {
-    if (count > most) best = other, most = count;
+    if (count > most) {
+      best = other;
+      most = count;
+    }
   }
   return best;
 }
@@ -166,7 +169,10 @@ std::vector<Index> best_partition(const ElementNodes& elements, const std::vecto
     for (const GraphCut cut : {GraphCut::bisections, GraphCut::k_way}) {
       std::vector<Index> part = connected_partition(graph, n, cut, seed);
       const double price = cost(elements, members, part, n);
-      if (price < least) least = price, best = std::move(part);
+      if (price < least) {
+        least = price;
+        best = std::move(part);
+      }
     }
     if (graph.n_vertices() > many_elements) break;
   }

@@ -268,7 +268,8 @@ std::optional<Vector3> residual_mass_share(const SuperelementGroup& group,
       if (free < 0) {
         R(i, s.dof_component[dof]) = 1;
       } else {
-        rows.push_back(i), at.push_back(3 * free + s.dof_component[dof]);
+        rows.push_back(i);
+        at.push_back(3 * free + s.dof_component[dof]);
       }
     }
     const Matrix S_R = S * R;

@@ -365,7 +365,10 @@ Estimate estimate(const Mesh& mesh, const std::vector<BlockProperties>& properti
   for (std::size_t i = 0; i < kept.size(); ++i) {
     if (in[i].size() > 1 && !kept[i]) ++joined_interior[in[i]];
     if (in[i].size() > 1) kept[i] = true;
-    if (kept[i]) ++joined[in[i]], ++result.n_joined_nodes;
+    if (kept[i]) {
+      ++joined[in[i]];
+      ++result.n_joined_nodes;
+    }
   }
   std::vector<std::vector<Index>> lists(
       domain.empty()

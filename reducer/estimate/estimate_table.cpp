@@ -108,7 +108,10 @@ std::vector<Row> sizes(const Estimate& e, double memory) {
     flops = std::max(flops, d.factor_flops);
   }
   double total_L = 0, total_flops = 0;
-  for (const auto& d : e.domains) total_L += d.factor_nonzeros, total_flops += d.factor_flops;
+  for (const auto& d : e.domains) {
+    total_L += d.factor_nonzeros;
+    total_flops += d.factor_flops;
+  }
   const double joined = 3 * static_cast<double>(e.n_joined_nodes);
   return {
       {"size", "largest domain", "all"},

@@ -94,7 +94,8 @@ ModesNotKept settled(ModesNotKept m, const Partition& p, const SparseCholesky& f
   }
   if (s.n_residual > 0 && m.lambda.size() > 0) {
     m.beyond = m.beyond > 0 ? std::min(m.beyond, m.lambda.minCoeff()) : m.lambda.minCoeff();
-    m.lambda.resize(0), m.Phi.resize(p.n_interior(), 0);
+    m.lambda.resize(0);
+    m.Phi.resize(p.n_interior(), 0);
   }
   return m;
 }
@@ -231,7 +232,8 @@ void estimate_eigenvalue_errors(const Partition& p, const SparseCholesky& factor
   MissingModes missing{not_kept.lambda, not_kept.Phi.transpose() * Y, {}, {}, not_kept.beyond};
   LeftOfAnswer left = left_of_answer(p, factor, {Phi.leftCols(own), not_kept.Phi},
                                      s.eigenvalues.tail(r), Phi.rightCols(r), std::move(Y));
-  missing.D = std::move(left.D), missing.D_2 = std::move(left.D_2);
+  missing.D = std::move(left.D);
+  missing.D_2 = std::move(left.D_2);
   estimate_eigenvalue_errors(s, n_rigid, missing, estimates);
 }
 
@@ -245,9 +247,11 @@ FreeEigenvalues eigenvalues_of(const Estimates& estimates) {
   FreeEigenvalues of{Vector(n), Vector(n), estimates.worst_of_ten};
   for (Index j = 0; j < n; ++j) {
     const auto& [lambda, error] = estimates.list[static_cast<std::size_t>(j)];
-    of.with_basis(j) = lambda, of.full(j) = lambda * (1 - error);
+    of.with_basis(j) = lambda;
+    of.full(j) = lambda * (1 - error);
   }
-  of.with_basis = sorted(std::move(of.with_basis)), of.full = sorted(std::move(of.full));
+  of.with_basis = sorted(std::move(of.with_basis));
+  of.full = sorted(std::move(of.full));
   return of;
 }
 
@@ -268,9 +272,12 @@ void take_estimates(std::vector<std::pair<double, double>> list, double end_hz,
   };
   const auto hz = [&](Index j) { return std::sqrt(list[j].first) / (2 * std::numbers::pi); };
   const Index n = std::min<Index>(list.size(), above(good_enough) + 1);
-  accuracy.frequency_hz.resize(n), accuracy.eigenvalue_error.resize(n);
-  for (Index j = 0; j < n; ++j)
-    accuracy.frequency_hz(j) = hz(j), accuracy.eigenvalue_error(j) = list[j].second;
+  accuracy.frequency_hz.resize(n);
+  accuracy.eigenvalue_error.resize(n);
+  for (Index j = 0; j < n; ++j) {
+    accuracy.frequency_hz(j) = hz(j);
+    accuracy.eigenvalue_error(j) = list[j].second;
+  }
   for (Index good = above(good_eigenvalue); good > 0; --good)
     if (hz(good - 1) <= accuracy.complete_hz || accuracy.complete_hz == 0) {
       accuracy.covered_hz = hz(good - 1);
@@ -296,7 +303,8 @@ void look_at_parts(const std::vector<ComponentPart>& parts, const Superelement& 
     }
     for (Index j = 0; j < not_kept.lambda.size(); ++j)
       if (owner_of_others[j] == q) others.push_back(j);
-    own.eigenvalues = s.eigenvalues(kept), own.M_kc = s.M_kc(kept, part.on_interface);
+    own.eigenvalues = s.eigenvalues(kept);
+    own.M_kc = s.M_kc(kept, part.on_interface);
     const Matrix own_Phi = Phi(part.inside, kept);
     ModesNotKept own_others{
         not_kept.lambda(others),
@@ -425,7 +433,8 @@ void judge_eigenvalues(const Vector& lambda, const FreeEigenvalues& estimates,
     list.emplace_back(lambda(j), error);
     if (j < n_free_modes_of_tolerance) worst = std::max(worst, list.back().second);
   }
-  a.covered_hz = 0, a.worst_of_ten.reset();
+  a.covered_hz = 0;
+  a.worst_of_ten.reset();
   if (n > 0 && std::isfinite(worst)) a.worst_of_ten = worst;
   take_estimates(std::move(list), estimates.end_hz, a);
 }
@@ -435,7 +444,10 @@ Superelement::Accuracy accuracy_of_free_modes(const Vector& lambda, double next,
   Superelement::Accuracy a;
   const auto hz = [](double value) { return std::sqrt(value) / (2 * std::numbers::pi); };
   const Index n = lambda.size(), listed = std::min(n, n_estimated);
-  if (n > 0) a.covered_hz = a.complete_hz = hz(lambda(n - 1)), a.worst_of_ten = 0;
+  if (n > 0) {
+    a.covered_hz = a.complete_hz = hz(lambda(n - 1));
+    a.worst_of_ten = 0;
+  }
   a.complete_hz = std::max(a.complete_hz, next > 0 ? hz(next) : 0.0);
   a.frequency_hz = lambda.head(listed).cwiseMax(0.0).cwiseSqrt() / (2 * std::numbers::pi);
   a.eigenvalue_error.setZero(listed);

@@ -58,11 +58,13 @@ double zero_of(const Reduced& reduced, double lambda, double top) {
     const double f = reduced.eigenvalue(sigma) - sigma;
     if (std::abs(f) <= precision * (lambda - sigma)) return sigma;
     if (f > 0) {
-      low = sigma, f_low = f;
+      low = sigma;
+      f_low = f;
       if (side > 0) f_high /= 2;
       side = 1;
     } else {
-      high = sigma, f_high = f;
+      high = sigma;
+      f_high = f;
       if (side < 0) f_low /= 2;
       side = -1;
     }

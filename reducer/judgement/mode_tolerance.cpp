@@ -51,10 +51,14 @@ FreeModes free_modes(const Partition& p, const Superelement& s, const std::vecto
                      const FixedInterfaceModes& modes) {
   if (s.c() > most_interface_dofs) return {0, 0, Vector(0), Matrix(s.c(), 0), 0};
   Superelement reduced;
-  reduced.node_ids = s.node_ids, reduced.coordinates = s.coordinates,
+  reduced.node_ids = s.node_ids;
+  reduced.coordinates = s.coordinates;
   reduced.rigid_body = s.rigid_body;
-  reduced.dof_node = s.dof_node, reduced.dof_component = s.dof_component;
-  reduced.eigenvalues = modes.lambda, reduced.K_cc = s.K_cc, reduced.M_cc = s.M_cc;
+  reduced.dof_node = s.dof_node;
+  reduced.dof_component = s.dof_component;
+  reduced.eigenvalues = modes.lambda;
+  reduced.K_cc = s.K_cc;
+  reduced.M_cc = s.M_cc;
   reduced.M_kc = coupling_of_modes(p, modes);
   follow_rigid_motions(p.rigid, rigid_content(p.rigid, s.M_cc), modes.Phi, reduced.M_kc);
   const Index n_rigid = rigid_motions_of_parts(reduced, part).cols();
@@ -66,7 +70,8 @@ FreeModes free_modes(const Partition& p, const Superelement& s, const std::vecto
   // mass: a little less will do here
   double left = 1;
   for (double less = 1e-6; !pairs.converged && less < 0.1; less *= 30) {
-    reduced.M_kc *= 1 - less, left *= 1 - less;
+    reduced.M_kc *= 1 - less;
+    left *= 1 - less;
     pairs = dense_eigenpairs(reduced_stiffness(reduced), reduced_mass(reduced), count);
   }
   if (!pairs.converged)
@@ -109,7 +114,8 @@ class Picker {
     if (lambda_.size() < p_.n_interior())
       left = left_of_answer(p_, factor_, {modes.Phi}, Vector(0), Matrix(p_.n_interior(), 0), Y_);
     rigid_beyond_ = left.D.topLeftCorner(m, m);
-    beyond_.D = left.D.bottomRightCorner(f, f), beyond_.D_2 = left.D_2.bottomRightCorner(f, f);
+    beyond_.D = left.D.bottomRightCorner(f, f);
+    beyond_.D_2 = left.D_2.bottomRightCorner(f, f);
     beyond_.beyond = lambda_.size() < p_.n_interior() ? lambda_.maxCoeff() : 0;
     beyond_.A.resize(0, A_.cols());
   }
@@ -167,7 +173,8 @@ class Picker {
     for (;; enough = aim) {
       MissingModes missing = beyond_;
       std::vector<Index> others = rows(taken, 0);
-      missing.lambda = lambda_(others), missing.A = A_(others, Eigen::all);
+      missing.lambda = lambda_(others);
+      missing.A = A_(others, Eigen::all);
       Matrix z;
       Vector sigma;
       const double most = errors(missing, &z, &sigma).maxCoeff();
@@ -227,7 +234,8 @@ ModesOfTolerance modes_of_tolerance(const Partition& p, const SparseCholesky& fa
                                     Report& report) {
   ModesOfTolerance result;
   result.modes.Phi.resize(p.n_interior(), 0);
-  result.modes.method = "none", result.modes.proven = true;
+  result.modes.method = "none";
+  result.modes.proven = true;
   result.not_kept.Phi.resize(p.n_interior(), 0);
   if (p.n_interior() == 0) return result;
   FixedInterfaceModes candidates = more_modes(p, factor, result.modes, first_candidates, report);
@@ -269,7 +277,8 @@ ModesOfTolerance modes_of_tolerance(const Partition& p, const SparseCholesky& fa
                     less));
   result.n_candidates = candidates.lambda.size();
   FixedInterfaceModes others = some_of(candidates, taken, 0);
-  result.not_kept.lambda = std::move(others.lambda), result.not_kept.Phi = std::move(others.Phi);
+  result.not_kept.lambda = std::move(others.lambda);
+  result.not_kept.Phi = std::move(others.Phi);
   if (result.n_candidates < p.n_interior())
     result.not_kept.beyond = candidates.lambda(result.n_candidates - 1);
   return result;
@@ -315,7 +324,8 @@ ModesOfTolerance modes_of_tolerance(const Partition& p, const std::vector<Compon
   }
   all.modes = joined(parts, kept, p.n_interior());
   FixedInterfaceModes dropped = joined(parts, others, p.n_interior());
-  all.not_kept.lambda = std::move(dropped.lambda), all.not_kept.Phi = std::move(dropped.Phi);
+  all.not_kept.lambda = std::move(dropped.lambda);
+  all.not_kept.Phi = std::move(dropped.Phi);
   return all;
 }
 

@@ -86,20 +86,23 @@ std::vector<ComponentPart> split(const Partition& p, const std::vector<Index>& p
   std::vector<ComponentPart> parts(n);
   for (Index q = 0; q < n; ++q) {
     ComponentPart& part = parts[q];
-    part.inside = std::move(I.rows[q]), part.on_interface = std::move(C.rows[q]);
+    part.inside = std::move(I.rows[q]);
+    part.on_interface = std::move(C.rows[q]);
     for (std::size_t i = 0; i < part.on_interface.size(); i += 3)
       part.interface_nodes.push_back(part.on_interface[i] / 3);
     const auto n_I = static_cast<Index>(part.inside.size()),
                c = static_cast<Index>(part.on_interface.size());
-    part.p.K_II = block(p.K_II, I.row, n_I, part.inside),
+    part.p.K_II = block(p.K_II, I.row, n_I, part.inside);
     part.p.M_II = block(p.M_II, I.row, n_I, part.inside);
-    part.p.K_IC = block(p.K_IC, I.row, n_I, part.on_interface),
+    part.p.K_IC = block(p.K_IC, I.row, n_I, part.on_interface);
     part.p.M_IC = block(p.M_IC, I.row, n_I, part.on_interface);
-    part.p.K_CC = block(p.K_CC, C.row, c, part.on_interface),
+    part.p.K_CC = block(p.K_CC, C.row, c, part.on_interface);
     part.p.M_CC = block(p.M_CC, C.row, c, part.on_interface);
     part.p.lumped = p.lumped;
-    part.p.rigid.R_I.resize(n_I, 0), part.p.rigid.P_I.resize(n_I, 0);
-    part.p.rigid.R_C.resize(c, 0), part.p.rigid.P_C.resize(c, 0);
+    part.p.rigid.R_I.resize(n_I, 0);
+    part.p.rigid.P_I.resize(n_I, 0);
+    part.p.rigid.R_C.resize(c, 0);
+    part.p.rigid.P_C.resize(c, 0);
   }
   share_out(p.rigid, I, C, part_C, parts);
   std::erase_if(parts, [](const ComponentPart& part) {
@@ -131,7 +134,10 @@ std::vector<std::size_t> owners(const std::vector<ComponentPart>& parts, const M
     for (Index j = 0; j < Phi.cols(); ++j)
       for (const Index i : parts[q].inside) size(j) += Phi(i, j) * Phi(i, j);
     for (Index j = 0; j < Phi.cols(); ++j)
-      if (size(j) > most(j)) most(j) = size(j), owner[j] = q;
+      if (size(j) > most(j)) {
+        most(j) = size(j);
+        owner[j] = q;
+      }
   }
   return owner;
 }
@@ -145,7 +151,8 @@ FixedInterfaceModes joined(const std::vector<ComponentPart>& parts,
   };
   std::vector<Place> order;
   FixedInterfaceModes all;
-  all.method = "none", all.proven = true;
+  all.method = "none";
+  all.proven = true;
   for (std::size_t q = 0; q < modes.size(); ++q) {
     for (Index j = 0; j < modes[q].lambda.size(); ++j) order.push_back({modes[q].lambda(j), q, j});
     all.proven = all.proven && modes[q].proven;
@@ -169,7 +176,9 @@ FixedInterfaceModes fixed_interface_modes_by_part(const std::vector<ComponentPar
   std::vector<Index> wanted(parts.size());
   for (std::size_t q = 0; q < parts.size(); ++q) {
     const auto n = static_cast<Index>(parts[q].inside.size());
-    found[q].Phi.resize(n, 0), found[q].method = "none", found[q].proven = true;
+    found[q].Phi.resize(n, 0);
+    found[q].method = "none";
+    found[q].proven = true;
     wanted[q] = k == 0 ? 0 : std::min(n, k * n / n_I + 1 + beside);
   }
   // A part is done when it has all of its modes, or one above the k-th lowest of all
@@ -193,7 +202,8 @@ FixedInterfaceModes fixed_interface_modes_by_part(const std::vector<ComponentPar
     for (std::size_t q = 0; q < parts.size(); ++q) {
       const Index n = static_cast<Index>(parts[q].inside.size()), have = found[q].lambda.size();
       if (k == 0 || have == n || found[q].lambda(have - 1) > threshold) continue;
-      wanted[q] = std::min(n, 2 * have), done = false;
+      wanted[q] = std::min(n, 2 * have);
+      done = false;
     }
     if (done) break;
   }

@@ -229,7 +229,9 @@ FixedInterfaceModes more_modes(const Partition& partition, const SparseCholesky&
       });
   if (beyond.converged) {
     FixedInterfaceModes all = merged(std::move(known), beyond);
-    all.method = beyond.method, all.next = 0, all.counts.clear();
+    all.method = beyond.method;
+    all.next = 0;
+    all.counts.clear();
     report.detail(beyond.method + ": " + std::to_string(k - have) + " modes more, " +
                   std::to_string(beyond.iterations) + " restarts");
     all.proven = count_fits(partition, factor);

@@ -167,14 +167,18 @@ Index add_residual_vectors(const std::vector<ComponentPart>& parts, const Matrix
     for (Index j = 0; j < k; ++j)
       if (owner[j] == q) kept.push_back(j);
     FixedInterfaceModes own;
-    own.lambda = modes.lambda(kept), own.Phi = modes.Phi(part.inside, kept);
+    own.lambda = modes.lambda(kept);
+    own.Phi = modes.Phi(part.inside, kept);
     const Index r = add_residual_vectors(part.p, SparseCholesky(part.p.K_II), F, own);
-    vectors[q].lambda = own.lambda.tail(r), vectors[q].Phi = own.Phi.rightCols(r);
+    vectors[q].lambda = own.lambda.tail(r);
+    vectors[q].Phi = own.Phi.rightCols(r);
   }
   const FixedInterfaceModes more = joined(parts, vectors, F_I.rows());
   const Index r = more.lambda.size();
-  modes.lambda.conservativeResize(k + r), modes.Phi.conservativeResize(Eigen::NoChange, k + r);
-  modes.lambda.tail(r) = more.lambda, modes.Phi.rightCols(r) = more.Phi;
+  modes.lambda.conservativeResize(k + r);
+  modes.Phi.conservativeResize(Eigen::NoChange, k + r);
+  modes.lambda.tail(r) = more.lambda;
+  modes.Phi.rightCols(r) = more.Phi;
   return r;
 }
 

@@ -188,7 +188,7 @@ RigidMotions rigid_motions(const Partition& p, const Points& x_I, const std::vec
     r += 6;
   }
   RigidMotions rigid;
-  rigid.R_I = sparse(p.n_interior(), r, inside),
+  rigid.R_I = sparse(p.n_interior(), r, inside);
   rigid.R_C = sparse(p.n_interface(), r, on_interface);
   rigid.P_I = SparseMatrix(p.M_II * rigid.R_I) + SparseMatrix(p.M_IC * rigid.R_C);
   rigid.P_C =

@@ -122,7 +122,10 @@ void couple_rigidly(const Mesh& mesh, const std::vector<RigidPoint>& points,
           static_cast<Index>(j);
   std::vector<Index> nodes, kept;
   for (std::size_t i = 0; i < point_of.size(); ++i)
-    if (point_of[i] < 0) nodes.push_back(model.nodes[i]), kept.push_back(static_cast<Index>(i));
+    if (point_of[i] < 0) {
+      nodes.push_back(model.nodes[i]);
+      kept.push_back(static_cast<Index>(i));
+    }
   const auto first_point = static_cast<Index>(nodes.size());
   std::vector<Eigen::Triplet<double, Index>> entries;
   for (std::size_t i = 0; i < kept.size(); ++i)

@@ -54,9 +54,11 @@ Case strike(const char* name, Bar first, Bar second, double end) {
   do {
     const double u = w * Z1 / (Z1 + Z2), until = std::min(c.contact + T1, T2);
     impulse += Z2 * u * (until - c.contact);
-    w *= (Z1 - Z2) / (Z1 + Z2), c.contact = until;
+    w *= (Z1 - Z2) / (Z1 + Z2);
+    c.contact = until;
   } while (w > 1e-12 * v && c.contact < T2 * (1 - 1e-12));
-  c.after1 = 1 - impulse / (first.mass() * v), c.after2 = impulse / (second.mass() * v);
+  c.after1 = 1 - impulse / (first.mass() * v);
+  c.after2 = impulse / (second.mass() * v);
   c.exact = test::waves({c.first, c.second}, 0.001, end);
   return c;
 }
@@ -86,14 +88,20 @@ Errors measure(const Case& c, const Way& way, Index n) {
   BarScene scene;
   scene.bars = {c.first, c.second};
   // Elements of about one transit time in both
-  scene.bars[0].n = n,
+  scene.bars[0].n = n;
   scene.bars[1].n = std::lround(double(n) * c.second.transit() / c.first.transit());
-  scene.bars[0].mesh = way.mesh1, scene.bars[1].mesh = way.mesh2;
+  scene.bars[0].mesh = way.mesh1;
+  scene.bars[1].mesh = way.mesh2;
   if (way.few_shapes)
-    for (Bar& bar : scene.bars) bar.basis = "characteristic", bar.modes = bar.n;
-  scene.integrator = way.integrator, scene.enforcement = way.enforcement;
+    for (Bar& bar : scene.bars) {
+      bar.basis = "characteristic";
+      bar.modes = bar.n;
+    }
+  scene.integrator = way.integrator;
+  scene.enforcement = way.enforcement;
   if (scene.enforcement == "penalty") scene.step = "{cfl: 0.5}";
-  scene.end = c.end, scene.every = 0;
+  scene.end = c.end;
+  scene.every = 0;
   const Ran ran = run(scene);
   EXPECT_LT(test::energy_residual(ran.result), 1e-10);
   const Vector3 P = test::at(ran.body("b0").momentum, ran.result.time.size() - 1) +
@@ -127,8 +135,10 @@ void expect_convergence(const Case& c, const Way& way, const std::vector<Index>&
   Errors e{};
   for (const Index n : elements) {
     e = measure(c, way, n);
-    h.push_back(1.0 / double(n)), speed.push_back(e.speed), centres.push_back(e.centres),
-        ends.push_back(e.ends);
+    h.push_back(1.0 / double(n));
+    speed.push_back(e.speed);
+    centres.push_back(e.centres);
+    ends.push_back(e.ends);
   }
   const double orders[] = {test::observed_order(h, speed), test::observed_order(h, centres),
                            test::observed_order(h, ends)};
@@ -180,7 +190,8 @@ TEST(BarImpact, StrikerOfHalfTheLengthStops) {
 
 TEST(BarImpact, SofterBarReboundsFromAStifferOne) {
   Bar target;
-  target.length = 3, target.youngs_modulus = 400;
+  target.length = 3;
+  target.youngs_modulus = 400;
   const Case c = strike("soft on stiff", Bar{}, target, 0.6);
   EXPECT_NEAR(c.after1, -1.0 / 3, 1e-12);
   EXPECT_NEAR(c.contact, 0.2, 1e-12);
@@ -189,7 +200,8 @@ TEST(BarImpact, SofterBarReboundsFromAStifferOne) {
 
 TEST(BarImpact, StifferBarPushesASofterOneInSteps) {
   Bar striker, target;
-  striker.youngs_modulus = 400, target.length = 1.25;
+  striker.youngs_modulus = 400;
+  target.length = 1.25;
   const Case c = strike("stiff on soft", striker, target, 0.3);
   EXPECT_NEAR(c.contact, 0.25, 1e-12);
   // u = 2/3, 2/9, 2/27 v for T1, T1 and T1 / 2; the striker weighs 0.8 of the target
@@ -202,9 +214,12 @@ TEST(BarImpact, StifferBarPushesASofterOneInSteps) {
 Ran against_wall(bool mesh, Index n) {
   BarScene scene;
   scene.bars = {Bar{}};
-  scene.bars[0].start = start * v, scene.bars[0].velocity = -v, scene.bars[0].mesh = mesh,
+  scene.bars[0].start = start * v;
+  scene.bars[0].velocity = -v;
+  scene.bars[0].mesh = mesh;
   scene.bars[0].n = n;
-  scene.end = 0.3, scene.every = 0.3 / (8 * double(n));
+  scene.end = 0.3;
+  scene.every = 0.3 / (8 * double(n));
   scene.extra =
       "walls: {wall: {plane: {point: [0, 0, 0], normal: [1, 0, 0]}}}\ncontact: [{between: "
       "[b0.x_min, wall]}]\n";
@@ -214,10 +229,16 @@ Ran against_wall(bool mesh, Index n) {
 Ran against_twin(bool mesh, Index n) {
   BarScene scene;
   scene.bars = {Bar{}, Bar{}};
-  scene.bars[0].start = -1 - start * v, scene.bars[1].start = start * v;
-  scene.bars[0].velocity = v, scene.bars[1].velocity = -v;
-  for (Bar& bar : scene.bars) bar.mesh = mesh, bar.n = n;
-  scene.end = 0.3, scene.every = 0.3 / (8 * double(n));
+  scene.bars[0].start = -1 - start * v;
+  scene.bars[1].start = start * v;
+  scene.bars[0].velocity = v;
+  scene.bars[1].velocity = -v;
+  for (Bar& bar : scene.bars) {
+    bar.mesh = mesh;
+    bar.n = n;
+  }
+  scene.end = 0.3;
+  scene.every = 0.3 / (8 * double(n));
   return run(scene);
 }
 
@@ -234,7 +255,8 @@ TEST(BarImpact, RigidWallSendsABarBack) {
     for (const Index n : {10, 20, 40}) {
       const Ran ran = against_wall(mesh, n);
       EXPECT_LT(test::energy_residual(ran.result), 1e-10);
-      h.push_back(1 / double(n)), speeds.push_back(std::abs(test::speed_of(ran, 0) / v - 1));
+      h.push_back(1 / double(n));
+      speeds.push_back(std::abs(test::speed_of(ran, 0) / v - 1));
       ends.push_back(
           test::error_of(ran.result, ran.monitor("b0.x_min").mean_position, end, dt, v * T));
       centres.push_back(

@@ -54,12 +54,18 @@ struct Outcome {
 Outcome drop(const Way& way, Index n) {
   BarScene scene;
   Bar bar;
-  bar.length = 10, bar.youngs_modulus = 900, bar.n = n, bar.width = 0.5, bar.start = height;
-  bar.mesh = way.mesh, bar.modes = way.modes;
+  bar.length = 10;
+  bar.youngs_modulus = 900;
+  bar.n = n;
+  bar.width = 0.5;
+  bar.start = height;
+  bar.mesh = way.mesh;
+  bar.modes = way.modes;
   scene.bars = {bar};
   scene.integrator = way.integrator;
   if (std::string(way.enforcement) == "penalty") scene.step = "{cfl: 0.5}";
-  scene.end = 10 * period, scene.every = period / 160;
+  scene.end = 10 * period;
+  scene.every = period / 160;
   scene.extra =
       "walls: {floor: {plane: {point: [0, 0, 0], normal: [1, 0, 0]}}}\nloads: [{gravity: [-10, 0, "
       "0]}]\n"
@@ -105,7 +111,8 @@ Series refine(const Way& way) {
   Series series;
   for (const Index n : {20, 40, 80}) {
     const Outcome o = drop(way, n);
-    series.h.push_back(10.0 / double(n)), series.outcome.push_back(o);
+    series.h.push_back(10.0 / double(n));
+    series.outcome.push_back(o);
     std::printf(
         "%-12s %-8s n %2ld: end, one period %.2e, ten %.2e; impulse %.1e; energy lost in one "
         "period %.4f, kept after ten %.4f; "

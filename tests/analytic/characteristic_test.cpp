@@ -82,9 +82,11 @@ TEST(CharacteristicContact, APressedBarHasTheForceAndTheCompressionOfStatics) {
 TEST(CharacteristicContact, ReboundsAsTheFullInterfaceDoes) {
   const auto speed = [](const std::string& reduction) {
     Bar p;
-    p.reduction = reduction, p.nu = 0.3;
+    p.reduction = reduction;
+    p.nu = 0.3;
     p.instance = ", position: [0.05, 0, 0], velocity: [-1, 0, 0]";
-    p.end = 0.25, p.every = 0.0125;
+    p.end = 0.25;
+    p.every = 0.0125;
     const Ran ran = run(p);
     const std::size_t last = ran.result.time.size() - 1;
     EXPECT_LT(worst_residual(ran), 1e-8);
@@ -154,9 +156,11 @@ TEST(CharacteristicContact, SlidesAsCoulombSays) {
       p.reduction =
           "basis: characteristic, characteristic: {modes: 10, statics: none, pressure: [x_min], " +
           std::string(patterns) + "}, modes: 20";
-      p.contact = "between: [b.x_min, floor], friction: 0.3", p.nu = 0.3;
+      p.contact = "between: [b.x_min, floor], friction: 0.3";
+      p.nu = 0.3;
       p.instance = ", position: [0.01, 0, 0], velocity: [-1, " + text(along) + ", 0]";
-      p.end = 0.1, p.every = 0.002;
+      p.end = 0.1;
+      p.every = 0.002;
       const Ran ran = run(p);
       const std::size_t last = ran.result.time.size() - 1;
       const Vector3 change =
@@ -181,7 +185,8 @@ TEST(CharacteristicContact, TakesLongerStepsByMassScaling) {
   p.loads =
       "{instance: b, surface: x_max, traction: [-10, 0, 0], history: {time: [0, 2], value: [0, "
       "1]}}";
-  p.end = 3, p.time = ", mass_scaling: true, step: {cfl: 3}";
+  p.end = 3;
+  p.time = ", mass_scaling: true, step: {cfl: 3}";
   const Ran ran = run(p);
   const std::size_t last = ran.result.time.size() - 1;
   EXPECT_NEAR(test::at(ran.monitor("b.x_max").mean_position, last)[0], 1 - 0.01, 2e-4);

@@ -42,7 +42,8 @@ ContactScene random_scene(const Way& way, unsigned seed) {
   const auto block = [&](const std::string& name, std::array<Index, 3> n, bool full, double x) {
     BodyPart b;
     const Vector3 wave = vector(2), phase = vector(3);
-    b.name = name, b.full = full;
+    b.name = name;
+    b.full = full;
     b.mesh = test::block_mesh(
         {n, Vector3(1, 1, 1), [&](const Vector3& p) {
            return Vector3(p + 0.03 * Vector3(std::sin(wave[0] * p[1] + wave[1] * p[2] + phase[0]),
@@ -52,7 +53,8 @@ ContactScene random_scene(const Way& way, unsigned seed) {
     b.rotation =
         Eigen::AngleAxisd(0.1 * uniform(random), vector(1).normalized()).toRotationMatrix();
     b.position = Vector3(x, 0, 0) + vector(0.05);
-    b.density = 1 + 0.3 * uniform(random), b.youngs_modulus = 100 * (1 + 0.3 * uniform(random));
+    b.density = 1 + 0.3 * uniform(random);
+    b.youngs_modulus = 100 * (1 + 0.3 * uniform(random));
     scene.bodies.push_back(b);
   };
   block("a", {3, 3, 4}, way.full1, 0);
@@ -70,7 +72,9 @@ ContactScene random_scene(const Way& way, unsigned seed) {
     scene.walls = {{"ball", Vector3(3.3, 0.5, 0.5), 1}};
     scene.pairs.push_back("{between: [b.x_max, ball]" + way.options + "}");
   }
-  scene.step = 0.008, scene.every = 0.04, scene.end = 1.2;
+  scene.step = 0.008;
+  scene.every = 0.04;
+  scene.end = 1.2;
   return scene;
 }
 
@@ -126,10 +130,13 @@ TEST_P(RandomScenes, DoNotDependOnHowTheyAreToldOf) {
     if (!way.ball) expect_same("moving", way, seed, plain, run(scene, moving), moving);
 
     Change tonnes;
-    tonnes.length = 1e3, tonnes.mass = 1e-3;
+    tonnes.length = 1e3;
+    tonnes.mass = 1e-3;
     expect_same("millimetres and tonnes", way, seed, plain, run(scene, tonnes), tonnes);
     Change scaled;
-    scaled.length = 1e6, scaled.mass = 1e6, scaled.time = 1e-6;
+    scaled.length = 1e6;
+    scaled.mass = 1e6;
+    scaled.time = 1e-6;
     expect_same("scaled by 1e6", way, seed, plain, run(scene, scaled), scaled);
 
     ContactScene in_place = scene;
@@ -144,7 +151,9 @@ TEST(Invariance, OfTheNumberOfThreads) {
   ContactScene scene = random_scene(ways()[0], 3);
   // threads take part from some thousand nodes
   scene.bodies[0].mesh = test::block_mesh({{12, 13, 13}});
-  scene.step = 0.0015, scene.every = 0.015, scene.end = 0.6;
+  scene.step = 0.0015;
+  scene.every = 0.015;
+  scene.end = 0.6;
   const Ran one = run(scene);
   EXPECT_GT(test::integral(one.result, one.monitor("b.x_min").force).norm(), 0.003);
   scene.threads = 2;
@@ -181,12 +190,17 @@ TEST(Invariance, OfWhichOfTwoEqualBodiesIsNamedFirst) {
         std::tuple{"penalty", ", enforcement: penalty", 0.05}}) {
     const Way way{name, options, true, true, false, false};
     ContactScene scene = random_scene(way, 6);
-    for (BodyPart& b : scene.bodies)
-      b.mesh = test::block_mesh({{3, 3, 3}}), b.youngs_modulus = 100, b.density = 1;
-    scene.bodies[0].rotation.setIdentity(), scene.bodies[0].position.setZero();
-    scene.bodies[1].rotation = Vector3(-1, -1, 1).asDiagonal(),
+    for (BodyPart& b : scene.bodies) {
+      b.mesh = test::block_mesh({{3, 3, 3}});
+      b.youngs_modulus = 100;
+      b.density = 1;
+    }
+    scene.bodies[0].rotation.setIdentity();
+    scene.bodies[0].position.setZero();
+    scene.bodies[1].rotation = Vector3(-1, -1, 1).asDiagonal();
     scene.bodies[1].position = Vector3(2.01, 1, 0);
-    scene.bodies[0].velocity = Vector3(0.1, 0, 0), scene.bodies[1].velocity = Vector3(-0.1, 0, 0);
+    scene.bodies[0].velocity = Vector3(0.1, 0, 0);
+    scene.bodies[1].velocity = Vector3(-0.1, 0, 0);
     scene.pairs = {std::string("{between: [a.x_max, b.x_max]") + options + "}"};
     scene.history = {"a.x_max", "b.x_max"};
     const Ran plain = run(scene);

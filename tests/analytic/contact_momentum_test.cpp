@@ -33,7 +33,8 @@ ContactScene oblique(const Way& way, double speed) {
   ContactScene scene;
   for (int i = 0; i < 2; ++i) {
     BodyPart b;
-    b.name = i == 0 ? "a" : "b", b.full = i == 0 ? way.full1 : way.full2;
+    b.name = i == 0 ? "a" : "b";
+    b.full = i == 0 ? way.full1 : way.full2;
     b.mesh = i == 0 ? test::block_mesh({{3, 3, 4}})
                     : test::block_mesh({{3, 2, 3}, Vector3(1, 0.8, 0.7)});
     b.position = i == 0 ? Vector3(0, 0, 0) : Vector3(1 + 0.02 * speed, 0.35, 0.25);
@@ -42,7 +43,9 @@ ContactScene oblique(const Way& way, double speed) {
   scene.bodies[0].velocity = speed * Vector3(1, 0.3, -0.2);
   scene.pairs = {"{between: [a.x_max, b.x_min]" + way.options + "}"};
   scene.history = {"a.x_max", "b.x_min"};
-  scene.step = 0.008, scene.every = 0.04, scene.end = 1;
+  scene.step = 0.008;
+  scene.every = 0.04;
+  scene.end = 1;
   return scene;
 }
 
@@ -77,7 +80,9 @@ Drift drift(const Ran& ran) {
     highest = std::max(highest, work);
   }
   EXPECT_GT(exchanged, 0);
-  d.momentum /= exchanged, d.angular /= turned, d.gained = highest / r.total[0];
+  d.momentum /= exchanged;
+  d.angular /= turned;
+  d.gained = highest / r.total[0];
   return d;
 }
 
@@ -101,7 +106,8 @@ TEST(ContactMomentum, AngularMomentumDriftsWithTheStrains) {
       EXPECT_LT(d.momentum, 1e-10) << way.name;
       EXPECT_LT(test::energy_residual(ran.result), 1e-10) << way.name;
       EXPECT_LT(d.gained, 1e-12) << way.name;
-      speeds.push_back(speed), drifts.push_back(d.angular);
+      speeds.push_back(speed);
+      drifts.push_back(d.angular);
     }
     EXPECT_NEAR(test::observed_order(speeds, drifts), 1, 0.05) << way.name;
     EXPECT_LT(drifts.back(), 1e-10) << way.name;
@@ -121,22 +127,26 @@ TEST(ContactMomentum, CoarseRoundBodiesBounceAsFromAPlate) {
       for (const bool plate_first : {false, true}) {
         ContactScene scene;
         BodyPart ball, plate;
-        ball.name = "ball", ball.mesh = test::block_mesh({{n, n, n}, Vector3::Ones(), rounded});
+        ball.name = "ball";
+        ball.mesh = test::block_mesh({{n, n, n}, Vector3::Ones(), rounded});
         Sideset all{"surface", 99, {}};
         for (const Sideset& face : ball.mesh.sidesets)
           all.sides.insert(all.sides.end(), face.sides.begin(), face.sides.end());
         ball.mesh.sidesets.push_back(all);
-        plate.name = "plate",
+        plate.name = "plate";
         plate.mesh = test::block_mesh({{1, n_plate, n_plate}, Vector3(0.6, 1.6, 1.6)});
         ball.rotation =
             Eigen::AngleAxisd(0.4, Vector3(0.3, -0.8, 0.5).normalized()).toRotationMatrix();
-        ball.position = Vector3(-0.56, 0.83, 0.77), ball.velocity = Vector3(0.5, 0, 0);
+        ball.position = Vector3(-0.56, 0.83, 0.77);
+        ball.velocity = Vector3(0.5, 0, 0);
         scene.bodies = {ball, plate};
         const std::string faces = "ball.surface, plate.x_min";
         scene.pairs = {std::string("{between: [") +
                        (plate_first ? "plate.x_min, ball.surface" : faces) +
                        "], formulation: mortar}"};
-        scene.step = 0.004, scene.every = 0.05, scene.end = 1.5;
+        scene.step = 0.004;
+        scene.every = 0.05;
+        scene.end = 1.5;
         const RunResult result = run(scene).result;
         const Vector3 before = at(result.bodies[0].momentum, 0),
                       after = at(result.bodies[0].momentum, result.time.size() - 1);

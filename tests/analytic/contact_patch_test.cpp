@@ -48,7 +48,8 @@ ContactSurface surface_at(const Mesh& mesh, double z, Index body, bool whole) {
   }
   const Surface surface = extract_surface(mesh, sides);
   ContactSurface contact;
-  contact.name = "face", contact.body = body;
+  contact.name = "face";
+  contact.body = body;
   contact.nodes = surface_nodes(surface);
   const IndexTable faces = whole ? whole_faces(surface) : contact_faces(surface);
   contact.faces = faces.leftCols(4);
@@ -205,13 +206,22 @@ TEST(ContactPatch, WavesPassBetweenMeshesThatDoNotMatch) {
   };
   const auto strike = [](Index across1, Index across2, const std::string& contact, const Way& way) {
     Bar first, second;
-    first.velocity = 1e-3, first.n = 4, first.across = across1;
-    second.start = 1 + 1e-5, second.n = 6, second.across = across2;
-    for (Bar* bar : {&first, &second})
-      bar->mesh = way.mesh, bar->basis = way.basis, bar->modes = way.modes;
+    first.velocity = 1e-3;
+    first.n = 4;
+    first.across = across1;
+    second.start = 1 + 1e-5;
+    second.n = 6;
+    second.across = across2;
+    for (Bar* bar : {&first, &second}) {
+      bar->mesh = way.mesh;
+      bar->basis = way.basis;
+      bar->modes = way.modes;
+    }
     BarScene scene;
-    scene.bars = {first, second}, scene.step = "5e-4";
-    scene.end = 0.3, scene.contact = contact;
+    scene.bars = {first, second};
+    scene.step = "5e-4";
+    scene.end = 0.3;
+    scene.contact = contact;
     if (way.mesh) scene.integrator = "central-difference";
     return run(scene);
   };
@@ -255,10 +265,14 @@ TEST(ContactPatch, FacesOfSecondOrderStrikeEachOther) {
     folder.add(name_of(i) + ".exo", mesh);
   }
   Bar first, second;
-  first.velocity = 1e-3, second.start = 1 + 1e-5, first.width = second.width = 0.3;
+  first.velocity = 1e-3;
+  second.start = 1 + 1e-5;
+  first.width = second.width = 0.3;
   BarScene scene;
   scene.bars = {first, second};
-  scene.integrator = "central-difference", scene.end = 0.3, scene.contact = ", formulation: mortar";
+  scene.integrator = "central-difference";
+  scene.end = 0.3;
+  scene.contact = ", formulation: mortar";
   const Ran ran = folder.run(yaml(scene));
   const auto speed = [&](const std::string& name) {
     return at(ran.body(name).momentum, ran.result.time.size() - 1)[0] / ran.mass(name);

@@ -26,14 +26,16 @@ Outcome strike(bool mesh, const std::string& enforcement, double gap, Index n) {
   BarScene scene;
   for (int i = 0; i < 5; ++i) {
     Bar bar;
-    bar.mesh = mesh, bar.n = n;
+    bar.mesh = mesh;
+    bar.n = n;
     bar.start = i * (1.0 + gap);
     scene.bars.push_back(bar);
   }
   scene.bars[0].velocity = v;
   scene.enforcement = enforcement;
   if (enforcement == "penalty") scene.step = "{cfl: 0.5}";
-  scene.end = 1.2, scene.every = 0.01;
+  scene.end = 1.2;
+  scene.every = 0.01;
   const Ran ran = run(scene);
   EXPECT_LT(test::energy_residual(ran.result), 1e-10);
   const auto exact = test::waves(scene.bars, 0.01, scene.end);
@@ -59,7 +61,9 @@ void expect_convergence(const char* name, bool mesh, const std::string& enforcem
   Outcome e{};
   for (const Index n : {10, 20, 40}) {
     e = strike(mesh, enforcement, gap, n);
-    h.push_back(1 / double(n)), last.push_back(e.last), centres.push_back(e.centres);
+    h.push_back(1 / double(n));
+    last.push_back(e.last);
+    centres.push_back(e.centres);
   }
   const double orders[] = {test::observed_order(h, last), test::observed_order(h, centres)};
   std::printf(

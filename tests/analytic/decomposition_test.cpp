@@ -78,7 +78,9 @@ class Decomposition : public testing::TestWithParam<std::string> {
  protected:
   static Case with(Index domains, const std::string& rest) {
     Case c;
-    c.domains = domains, c.integrator = GetParam(), c.rest = rest;
+    c.domains = domains;
+    c.integrator = GetParam();
+    c.rest = rest;
     if (domains > 1 && c.integrator != "exact") c.diagonal_limit = 0;  // the domains' dense blocks
     return c;
   }

@@ -108,7 +108,10 @@ TEST_F(SupportsThatMove, ReactionsOfSupportsAtRest) {
     way.loads =
         "loads:\n  - {gravity: [0, 0, -2]}\n  - {instance: bar, surface: x_max, force: [5, 0, "
         "0]}\n";
-    way.mesh = "many.exo", way.integrator = "newmark", way.step = "0.01", way.every = 0.5,
+    way.mesh = "many.exo";
+    way.integrator = "newmark";
+    way.step = "0.01";
+    way.every = 0.5;
     way.end = 200;
     const Ran ran = folder.run(scene(way));
     const auto& reaction = ran.body("bar").reaction;
@@ -235,7 +238,8 @@ TEST_F(SupportsThatMove, EveryBodyMovesAlike) {
     for (const char* basis : {"craig-bampton, modes: 135", "massless, modes: 12"}) {
       const bool is_massless = std::string(basis).find("massless") == 0;
       way.basis = basis;
-      way.integrator = is_massless ? "exact" : "newmark", way.step = is_massless ? "auto" : "0.001";
+      way.integrator = is_massless ? "exact" : "newmark";
+      way.step = is_massless ? "auto" : "0.001";
       const Ran ran = folder.run(scene(way));
       double worst = 0;
       const auto &a = mesh.monitor("bar.x_max").mean_position,
@@ -246,7 +250,9 @@ TEST_F(SupportsThatMove, EveryBodyMovesAlike) {
       EXPECT_LT(test::energy_residual(ran.result), 1e-13) << basis << kind;
     }
     folder.diagonal_limit = 0;
-    way.basis = "craig-bampton, modes: 60", way.integrator = "newmark", way.step = "0.001";
+    way.basis = "craig-bampton, modes: 60";
+    way.integrator = "newmark";
+    way.step = "0.001";
     const Ran coupled = folder.run(scene(way));
     folder.diagonal_limit.reset();
     EXPECT_LT(test::energy_residual(coupled.result), 1e-10) << kind;

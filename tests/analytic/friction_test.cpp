@@ -86,8 +86,8 @@ SlopeRun run_slope(const SlopeScene& slope) {
   const auto& foot = r.ran.monitor("block.z_min").mean_position;
   for (std::size_t i = 0; i < r.t.size(); ++i) {
     const Vector3 moved = at(body.center_of_mass, i) - at(body.center_of_mass, 0);
-    r.along.push_back(slope.downhill().dot(moved)),
-        r.off.push_back(slope.uphill_normal().dot(moved));
+    r.along.push_back(slope.downhill().dot(moved));
+    r.off.push_back(slope.uphill_normal().dot(moved));
     r.speed.push_back(slope.downhill().dot(at(body.momentum, i)) / r.ran.mass("block"));
     r.foot.push_back(slope.downhill().dot(at(foot, i) - at(foot, 0)));
   }
@@ -114,7 +114,9 @@ void each_slope(const std::function<void(SlopeScene)>& f) {
     for (const char* on : {"wall", "mesh"})
       for (const char* contact : {"enforcement: impulse", "enforcement: penalty"}) {
         SlopeScene slope;
-        slope.as = as, slope.slope = on, slope.contact = contact;
+        slope.as = as;
+        slope.slope = on;
+        slope.contact = contact;
         SCOPED_TRACE(slope.as + " on " + slope.slope + ", " + slope.contact);
         f(slope);
       }
@@ -192,14 +194,18 @@ TEST(Slope, OrdersInTheStep) {
     for (const double cfl : cfls) {
       slope.step = "{cfl: " + text(cfl) + "}";
       const SlopeRun r = run_slope(slope);
-      h.push_back(cfl), error.push_back(slip_errors(slope, r).momentum);
+      h.push_back(cfl);
+      error.push_back(slip_errors(slope, r).momentum);
       print(slope.step.c_str(), slope, r, error.back(), 0);
     }
     return observed_order(h, error);
   };
   slope.contact = "enforcement: penalty";
   EXPECT_GT(order({0.4, 0.2, 0.1}), 1.7);
-  slope.contact = "enforcement: impulse", slope.as = "mesh", slope.ramp = 0.1, slope.speed = 1;
+  slope.contact = "enforcement: impulse";
+  slope.as = "mesh";
+  slope.ramp = 0.1;
+  slope.speed = 1;
   EXPECT_GT(order({0.8, 0.4, 0.2}), 1.8);
 }
 
@@ -208,7 +214,8 @@ TEST(Slope, OrdersInTheStep) {
 // penalty has a spring to stretch, which does not creep.
 TEST(Slope, SticksWithoutCreep) {
   each_slope([](SlopeScene slope) {
-    slope.ramp = 0.1, slope.friction = 0.8;
+    slope.ramp = 0.1;
+    slope.friction = 0.8;
     const SlopeRun r = run_slope(slope);
     const std::size_t half = r.t.size() / 2;
     double creep = 0;
@@ -246,7 +253,10 @@ TEST(Slope, Threshold) {
 // foot may still move.
 TEST(Slope, SlidesToRest) {
   each_slope([](SlopeScene slope) {
-    slope.degrees = 0, slope.speed = 1.5, slope.friction = 0.25, slope.ramp = 0.1;
+    slope.degrees = 0;
+    slope.speed = 1.5;
+    slope.friction = 0.25;
+    slope.ramp = 0.1;
     const SlopeRun r = run_slope(slope);
     const double a = slope.friction * gravity, T = slope.ramp, v = slope.speed - a * T / 2;
     const double stop = slope.speed * T - a * T * T / 6 + v * v / (2 * a),

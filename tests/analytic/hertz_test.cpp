@@ -217,13 +217,15 @@ void expect_close(const Errors& e, const BallScene& ball, double force, double r
 TEST(Hertz, BallOnBall) {
   std::vector<double> h, force;
   BallScene ball;
-  ball.impact.on_plane = false, ball.partner = "ball";
+  ball.impact.on_plane = false;
+  ball.partner = "ball";
   Errors e;
   for (const Index m : {4, 6, 8, 12}) {
     ball.m = m;
     e = run_ball(ball);
     expect_conserved(e, ball.m);
-    h.push_back(1 / double(m)), force.push_back(e.force);
+    h.push_back(1 / double(m));
+    force.push_back(e.force);
   }
   EXPECT_GT(observed_order(h, force), 1.8);
   expect_close(e, ball, 0.005, 0.002);
@@ -243,7 +245,8 @@ TEST(Hertz, BallOnPlane) {
     ball.m = m;
     e = run_ball(ball);
     expect_conserved(e, ball.m);
-    h.push_back(1 / double(m)), force.push_back(e.force);
+    h.push_back(1 / double(m));
+    force.push_back(e.force);
     if (m != 6) continue;
     ball.partner = "plate";
     const Errors plate = run_ball(ball);
@@ -271,7 +274,8 @@ TEST(Hertz, PenaltyTendsToImpulse) {
     ball.step = "{cfl: " + text(cfl) + "}";
     const Errors e = run_ball(ball, folder, mesh);
     expect_conserved(e, ball.m);
-    h.push_back(cfl), difference.push_back(std::abs(e.approach - impulse.approach));
+    h.push_back(cfl);
+    difference.push_back(std::abs(e.approach - impulse.approach));
   }
   EXPECT_GT(observed_order(h, difference), 1.7);
   EXPECT_LT(difference.back(), 0.02);
@@ -282,7 +286,10 @@ TEST(Hertz, PenaltyTendsToImpulse) {
 // critical step).
 TEST(Hertz, SuperelementIsTheMesh) {
   BallScene ball;
-  ball.impact.on_plane = false, ball.partner = "ball", ball.m = 6, ball.quarter = false,
+  ball.impact.on_plane = false;
+  ball.partner = "ball";
+  ball.m = 6;
+  ball.quarter = false;
   ball.step = "{cfl: 0.45}";
   SceneFolder folder;
   const Mesh mesh = ball_mesh(ball);
@@ -314,16 +321,21 @@ TEST(Hertz, SuperelementIsTheMesh) {
 void non_matching(const char* contact, const std::vector<Index>& refinements, double rest) {
   std::vector<double> h, force;
   BallScene ball;
-  ball.impact.on_plane = false, ball.partner = "ball", ball.quarter = false, ball.turn = 30,
+  ball.impact.on_plane = false;
+  ball.partner = "ball";
+  ball.quarter = false;
+  ball.turn = 30;
   ball.step = "{cfl: 0.45}";
-  ball.as = "superelement", ball.reduction = ", reduction: {interface: [contact], modes: 10}",
+  ball.as = "superelement";
+  ball.reduction = ", reduction: {interface: [contact], modes: 10}";
   ball.contact = contact;
   Errors e;
   for (const Index m : refinements) {
     ball.m = m;
     e = run_ball(ball);
     expect_conserved(e, ball.m);
-    h.push_back(1 / double(m)), force.push_back(e.force);
+    h.push_back(1 / double(m));
+    force.push_back(e.force);
   }
   EXPECT_GT(observed_order(h, force), 1.8);
   expect_close(e, ball, 0.015, rest);

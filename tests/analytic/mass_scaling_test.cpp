@@ -62,7 +62,8 @@ TEST(MassScaling, CostsLittleAndLessWithTheStep) {
     EXPECT_LT(error, last);
     EXPECT_GT(ran.result.scaled_energy_share, 0);
     EXPECT_LT(ran.result.scaled_energy_share, last_share);
-    last = error, last_share = ran.result.scaled_energy_share;
+    last = error;
+    last_share = ran.result.scaled_energy_share;
     // Exact whatever the clip
     const std::size_t n = ran.result.time.size() - 1;
     const Vector3 gained = at(ran.body("one").momentum, n) + at(ran.body("two").momentum, n) -

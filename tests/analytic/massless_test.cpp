@@ -67,7 +67,8 @@ Bounce bounce(const std::string& basis, Index axial, double h, const std::string
   const double scale = ran.mass("b") * gravity * height;
   for (std::size_t i = 0; i < ran.result.time.size(); ++i) {
     const double t = ran.result.time[i], exact = end_position(t), q = test::at(x, i)[0];
-    e2 += (q - exact) * (q - exact), s2 += exact * exact;
+    e2 += (q - exact) * (q - exact);
+    s2 += exact * exact;
     if (t <= 2 * period * (1 + 1e-12)) b.two = std::sqrt(e2 / s2);
     if (t > 9 * period) b.peak = std::max(b.peak, q / height);
     b.energy = std::max(b.energy, std::abs(ran.result.work_contact[i]) / scale);
@@ -127,8 +128,10 @@ TEST(MasslessContact, APressedBarHasTheForceAndTheCompressionOfStatics) {
   for (const std::string& basis : {free_modes, fixed_modes}) {
     for (const char* integrator : {"exact", "central-difference"}) {
       Press p;
-      p.basis = basis, p.integrator = integrator;
-      p.loads = ramp(10, 2), p.end = 3;
+      p.basis = basis;
+      p.integrator = integrator;
+      p.loads = ramp(10, 2);
+      p.end = 3;
       const Ran ran = run(p);
       const std::size_t last = ran.result.time.size() - 1;
       // sigma L / E = 0.01, less the swinging that the corner of the ramp leaves: c / L is 32 / s
@@ -148,7 +151,10 @@ TEST(MasslessContact, APressedBarHasTheForceAndTheCompressionOfStatics) {
 TEST(MasslessContact, IsOfSecondOrderInTheStep) {
   for (const char* integrator : {"exact", "central-difference"}) {
     Press p;
-    p.integrator = integrator, p.end = 0.5, p.every = 0.05, p.modes = 12;
+    p.integrator = integrator;
+    p.end = 0.5;
+    p.every = 0.05;
+    p.modes = 12;
     p.loads = ramp(10, 0.2);
     std::vector<double> h, error;
     std::vector<Ran> runs;
@@ -160,7 +166,8 @@ TEST(MasslessContact, IsOfSecondOrderInTheStep) {
       for (std::size_t i = 0; i < runs[0].result.time.size(); ++i)
         e = std::max(e, std::abs(test::at(runs.back().monitor("b.x_max").mean_position, i)[0] -
                                  test::at(runs[0].monitor("b.x_max").mean_position, i)[0]));
-      h.push_back(step), error.push_back(e);
+      h.push_back(step);
+      error.push_back(e);
     }
     const double order = test::observed_order(h, error);
     std::printf("%-18s closed contact: errors %.1e %.1e %.1e, order %.2f\n", integrator, error[0],
@@ -222,12 +229,16 @@ TEST(MasslessContact, SlidesAndSticks) {
   for (const char* integrator : {"exact", "central-difference"}) {
     for (const double mu : {0.2, 0.6}) {
       Press p;
-      p.integrator = integrator, p.size = {0.25, 1, 0.5}, p.n = {4, 4, 3}, p.modes = 30;
+      p.integrator = integrator;
+      p.size = {0.25, 1, 0.5};
+      p.n = {4, 4, 3};
+      p.modes = 30;
       p.contact = "between: [b.x_min, floor], friction: " + text(mu);
       const double lean = 0.4, g = 10;
       p.loads = "{gravity: " + text(Vector3(-g * std::cos(lean), g * std::sin(lean), 0)) +
                 ", history: {time: [0, 0.5], value: [0, 1]}}";
-      p.end = 1.5, p.every = 0.5;
+      p.end = 1.5;
+      p.every = 0.5;
       const Ran ran = run(p);
       const auto moved = [&](std::size_t i) {
         return (test::at(ran.body("b").center_of_mass, i) -

@@ -37,7 +37,9 @@ Energy energy_of(const RunResult& r) {
     e.given = std::max(e.given, r.work_contact[i]);
     if (i > 0) e.gain = std::max(e.gain, r.work_contact[i] - r.work_contact[i - 1]);
   }
-  e.given /= most, e.gain /= most, e.balance = test::energy_residual(r);
+  e.given /= most;
+  e.gain /= most;
+  e.balance = test::energy_residual(r);
   return e;
 }
 
@@ -50,8 +52,10 @@ void expect_conserved(const Ran& ran) {
   if (!ran.built.momentum_is_kept) return;
   Vector3 before = Vector3::Zero();
   double scale = 0, drift = 0;
-  for (const auto& body : r.bodies)
-    before += at(body.momentum, 0), scale += at(body.momentum, 0).norm();
+  for (const auto& body : r.bodies) {
+    before += at(body.momentum, 0);
+    scale += at(body.momentum, 0).norm();
+  }
   for (std::size_t i = 0; i < r.time.size(); ++i) {
     Vector3 now = Vector3::Zero();
     for (const auto& body : r.bodies) now += at(body.momentum, i);
@@ -69,11 +73,15 @@ struct Kind {
 BarScene strike(const Kind& kind, Index n, const std::string& integrator, const std::string& step) {
   BarScene scene;
   scene.bars = {Bar{}, Bar{}};
-  scene.bars[0].velocity = v, scene.bars[1].start = 1 + start * v;
-  scene.bars[0].mesh = kind.mesh0, scene.bars[1].mesh = kind.mesh1;
+  scene.bars[0].velocity = v;
+  scene.bars[1].start = 1 + start * v;
+  scene.bars[0].mesh = kind.mesh0;
+  scene.bars[1].mesh = kind.mesh1;
   for (Bar& bar : scene.bars) bar.n = n;
-  scene.integrator = integrator, scene.step = step;
-  scene.end = 0.3, scene.every = 0;
+  scene.integrator = integrator;
+  scene.step = step;
+  scene.end = 0.3;
+  scene.every = 0;
   return scene;
 }
 
@@ -96,7 +104,7 @@ Errors errors_of(const Ran& ran) {
   e.centres = test::error_of(r, ran.body("b0").center_of_mass, waves.centre[0], 0.001, v * T);
   for (std::size_t i = 0; i < r.time.size(); ++i)
     e.force = std::max(e.force, at(r.pairs[0].force, i).norm() / (Z * v / 2));
-  e.lost = 1 - r.total.back() / r.total.front(),
+  e.lost = 1 - r.total.back() / r.total.front();
   e.numerical = r.work_numerical.back() / r.total.front();
   if (ran.built.simulation.plan.critical > 0)
     e.steps = ran.built.simulation.plan.h / ran.built.simulation.plan.critical;
@@ -125,8 +133,10 @@ void expect_convergence(const Kind& kind, const std::vector<Index>& elements, do
         const Ran ran = run(strike(kind, n, newmark(alpha), "{cfl: " + text(cfl) + "}"));
         expect_conserved(ran);
         e = errors_of(ran);
-        h.push_back(1 / double(n)), speed.push_back(e.speed), ends.push_back(e.ends),
-            centres.push_back(e.centres);
+        h.push_back(1 / double(n));
+        speed.push_back(e.speed);
+        ends.push_back(e.ends);
+        centres.push_back(e.centres);
       }
       print(kind.name, alpha, elements.back(), e);
       const double orders[] = {test::observed_order(h, speed), test::observed_order(h, ends),
@@ -176,16 +186,21 @@ TEST(NewmarkContact, WallSendsABarBack) {
       for (const Index n : {20, 40, 80}) {
         BarScene scene;
         scene.bars = {Bar{}};
-        scene.bars[0].start = start * v, scene.bars[0].velocity = -v, scene.bars[0].mesh = false,
+        scene.bars[0].start = start * v;
+        scene.bars[0].velocity = -v;
+        scene.bars[0].mesh = false;
         scene.bars[0].n = n;
-        scene.end = 0.3, scene.every = 0, scene.integrator = newmark(alpha),
+        scene.end = 0.3;
+        scene.every = 0;
+        scene.integrator = newmark(alpha);
         scene.step = "{cfl: " + text(cfl) + "}";
         scene.extra =
             "walls: {wall: {plane: {point: [0, 0, 0], normal: [1, 0, 0]}}}\ncontact: [{between: "
             "[b0.x_min, wall]}]\n";
         const Ran ran = run(scene);
         expect_conserved(ran);
-        h.push_back(1 / double(n)), speed.push_back(std::abs(test::speed_of(ran, 0) / v - 1));
+        h.push_back(1 / double(n));
+        speed.push_back(std::abs(test::speed_of(ran, 0) / v - 1));
         std::printf(
             "wall: alpha %4.1f, %4.1f critical steps, n %2ld: rebound %.4f, energy kept %.4f, "
             "damped %.4f\n",
@@ -203,9 +218,11 @@ TEST(NewmarkContact, WallSendsABarBack) {
 BarScene pressed(bool in_one, const std::string& integrator, double h, double sign) {
   BarScene scene;
   scene.bars = {Bar{}};
-  scene.bars[0].mesh = false, scene.bars[0].n = 8;
+  scene.bars[0].mesh = false;
+  scene.bars[0].n = 8;
   if (in_one) {
-    scene.bars[0].length = 2, scene.bars[0].n = 16;
+    scene.bars[0].length = 2;
+    scene.bars[0].n = 16;
   } else {
     scene.bars.push_back(scene.bars[0]);
     scene.bars[1].start = 1;
@@ -214,13 +231,16 @@ BarScene pressed(bool in_one, const std::string& integrator, double h, double si
   std::string time, value;
   for (int i = 0; i <= 1000; ++i) {
     const double s = i / 1000.0;
-    time += (i ? ", " : "") + text(0.6 * s), value += (i ? ", " : "") + text(1e-3 * std::pow(s, 3));
+    time += (i ? ", " : "") + text(0.6 * s);
+    value += (i ? ", " : "") + text(1e-3 * std::pow(s, 3));
   }
   const std::string history = ", history: {time: [" + time + "], value: [" + value + "]}}\n";
   scene.extra = "loads:\n  - {instance: b0, surface: x_min, traction: [" + text(sign) + ", 0, 0]" +
                 history + "  - {instance: " + (in_one ? "b0" : "b1") +
                 ", surface: x_max, traction: [" + text(-1.3 * sign) + ", 0, 0]" + history;
-  scene.integrator = integrator, scene.step = text(h * (1 + 1e-10)), scene.end = 0.6,
+  scene.integrator = integrator;
+  scene.step = text(h * (1 + 1e-10));
+  scene.end = 0.6;
   scene.every = 0.06;
   return scene;
 }
@@ -260,7 +280,9 @@ TEST(NewmarkContact, ClosedContactAndTiesAreTheBarInOnePiece) {
         EXPECT_LT(same.velocity, 1e-8);
         EXPECT_LT(std::abs(energy_of(halves.result).given), 1e-10);
         EXPECT_LT(energy_of(halves.result).balance, 1e-11);
-        h.push_back(0.6 / steps), x.push_back(error.position), u.push_back(error.velocity);
+        h.push_back(0.6 / steps);
+        x.push_back(error.position);
+        u.push_back(error.velocity);
         if (steps < 800) continue;
         std::printf(
             "%s, alpha %4.1f: to the bar in one piece %.1e, %.1e; to its exact motion %.1e (order "
@@ -300,7 +322,9 @@ TEST(NewmarkContact, BlockRestsOnAWall) {
       for (std::size_t i = 0; i < r.time.size(); ++i) {
         if (r.time[i] < 4) continue;
         const double f = at(r.pairs[0].force, i)[2] / 1e4;
-        mean += f, ++n, unrest = std::max(unrest, std::abs(f - 1));
+        mean += f;
+        ++n;
+        unrest = std::max(unrest, std::abs(f - 1));
         foot = std::max(foot, std::abs(at(ran.monitor("b.z_min").mean_velocity, i)[2]));
         head = std::max(head, std::abs(at(ran.monitor("b.z_max").mean_velocity, i)[2]));
       }

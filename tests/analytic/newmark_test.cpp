@@ -38,8 +38,8 @@ std::string scene(const Way& way) {
   constexpr int n = 2000;
   for (int i = 0; i <= n; ++i) {
     const double s = double(i) / n;
-    time += (i ? ", " : "") + text(s * way.slower * pull_time),
-        value += (i ? ", " : "") + text(std::pow(std::sin(std::numbers::pi * s), 2));
+    time += (i ? ", " : "") + text(s * way.slower * pull_time);
+    value += (i ? ", " : "") + text(std::pow(std::sin(std::numbers::pi * s), 2));
   }
   return "materials:\n  soft: {youngs_modulus: 100, poissons_ratio: 0.3, density: 1}\ncomponents:\n"
          "  bar: {mesh: bar.exo, material: soft, mass: " +
@@ -78,12 +78,15 @@ Difference difference(const Ran& a, const Ran& b) {
       v_scale = std::max(v_scale, at(n.mean_velocity, i).norm());
     }
   }
-  d.position /= x_scale, d.velocity /= v_scale;
+  d.position /= x_scale;
+  d.velocity /= v_scale;
   return d;
 }
 
 Way newmark(Way way, double alpha, const std::string& step) {
-  way.integrator = "newmark", way.alpha = alpha, way.step = step;
+  way.integrator = "newmark";
+  way.alpha = alpha;
+  way.step = step;
   return way;
 }
 
@@ -99,7 +102,9 @@ void expect_second_order(SceneFolder& folder, const Way& way, const Ran& exact) 
         EXPECT_LT(ran.result.work_numerical.back(), 0);
       }
       const Difference d = difference(ran, exact);
-      h.push_back(end / steps), x.push_back(d.position), v.push_back(d.velocity);
+      h.push_back(end / steps);
+      x.push_back(d.position);
+      v.push_back(d.velocity);
     }
     std::printf(
         "%-12s %-10s %-20s alpha %4.1f, h = T / 800: positions %.1e (order %.2f), velocities %.1e "
@@ -130,7 +135,8 @@ TEST(Newmark, SuperelementIsOfSecondOrder) {
 TEST(Newmark, MeshesAndGroupsAreTheSuperelement) {
   for (const char* mass : {"consistent", "lumped"}) {
     SceneFolder folder, parts;
-    add_mesh(folder), add_mesh(parts);
+    add_mesh(folder);
+    add_mesh(parts);
     const Way whole{.mass = mass}, mesh{.as = "mesh", .mass = mass},
         group{.mass = mass, .reduction = "domains: 3, modes: 500"};
     const Ran exact = folder.run(scene(whole));
@@ -164,7 +170,8 @@ TEST(Newmark, AverageAccelerationKeepsTheEnergyAtAnyStep) {
     for (std::size_t i = 0; i < r.time.size(); ++i) {
       scale = std::max(scale, r.total[i]);
       if (r.time[i] < slower * pull_time * (1 + 1e-9)) continue;
-      least = std::min(least, r.total[i]), most = std::max(most, r.total[i]);
+      least = std::min(least, r.total[i]);
+      most = std::max(most, r.total[i]);
     }
     std::printf("cfl %-10s: %4ld steps, %5.1f critical ones: energy kept to %.1e, balance %.1e\n",
                 step, long(r.steps),

@@ -56,7 +56,8 @@ TEST_F(Shells, FacesAndEdgesAreSets) {
   mesh.sidesets.push_back({"half", 8, {{0, 1, 2}}});
   folder.add("plate.exo", mesh);
   Component component;
-  component.name = "part", component.mesh = folder.folder() / "plate.exo";
+  component.name = "part";
+  component.mesh = folder.folder() / "plate.exo";
   component.blocks["plate"].thickness = t;
   const Mesh read = read_mesh(component);
   EXPECT_EQ(read.blocks[0].thickness, t);
@@ -114,7 +115,10 @@ TEST_F(Shells, WhatCannotBeIsRefusedByName) {
     change(changed);
     return changed;
   };
-  expect(with([](Shelled& s) { s.mesh = "bar.exo", s.blocks = "block: {thickness: 1}"; }),
+  expect(with([](Shelled& s) {
+           s.mesh = "bar.exo";
+           s.blocks = "block: {thickness: 1}";
+         }),
          {"components.part.blocks.block.thickness", "hex8", "only tri3 and quad4"});
   expect(with([](Shelled& s) { s.blocks = "plate: {element: hex8}"; }),
          {"blocks.plate", "quad4", "add thickness"});
@@ -127,12 +131,14 @@ TEST_F(Shells, WhatCannotBeIsRefusedByName) {
       with([](Shelled& s) { s.reduction = "interface: x_0, condense_rotations: true, modes: 4"; }),
       {"not three that are off one line", "condense_rotations: false"});
   expect(with([](Shelled& s) {
-           s.mesh = "bar.exo", s.blocks = "block: {element: hex8}";
+           s.mesh = "bar.exo";
+           s.blocks = "block: {element: hex8}";
            s.reduction = "interface: x_min, condense_rotations: true, modes: 4";
          }),
          {"condense_rotations", "no shells"});
   expect(with([&](Shelled& s) {
-           s.mesh = "bar.exo", s.blocks = "block: {element: hex8}";
+           s.mesh = "bar.exo";
+           s.blocks = "block: {element: hex8}";
            s.more = "boundary:\n" + held("x_min", "[x]", "[y]") + run;
          }),
          {"boundary.rotations", "'x_min'", "leave it out"});

@@ -92,7 +92,8 @@ TEST(Spin, TheSplittingIsOfSecondOrder) {
           momentum,
           (at(r.bodies[0].angular_momentum, k) - at(r.bodies[0].angular_momentum, 0)).norm());
     }
-    h.push_back(step), left.push_back(most / r.total[0]);
+    h.push_back(step);
+    left.push_back(most / r.total[0]);
     place.push_back((at(ran.monitor("b.x_max").mean_position, last) -
                      at(fine.monitor("b.x_max").mean_position, last))
                         .norm());

@@ -69,9 +69,11 @@ double largest_gain(const Ran& ran) {
 TEST(Statics, APressedBarHasTheForceAndTheCompressionOfStatics) {
   for (const char* integrator : {"exact", "central-difference", "newmark"}) {
     Block p;
-    p.integrator = integrator, p.nu = 0;
+    p.integrator = integrator;
+    p.nu = 0;
     if (p.integrator == "newmark") p.step = "1.0e-3";
-    p.loads = ramp(10, 2), p.end = 3;
+    p.loads = ramp(10, 2);
+    p.end = 3;
     const Ran ran = run(p);
     // sigma L / E = 0.01, less the swinging that the corner of the ramp leaves
     EXPECT_NEAR(test::at(ran.monitor("b.x_max").mean_position, last(ran))[0], 1 - 0.01, 1e-4)
@@ -90,7 +92,9 @@ TEST(Statics, APressedBarHasTheForceAndTheCompressionOfStatics) {
 // and energy never rises.
 TEST(Statics, AFlatImpactLosesWhatItShould) {
   Block p;
-  p.n = {8, 3, 3}, p.instance = ", position: [0.01, 0, 0], velocity: [-1, 0, 0]", p.end = 0.12,
+  p.n = {8, 3, 3};
+  p.instance = ", position: [0.01, 0, 0], velocity: [-1, 0, 0]";
+  p.end = 0.12;
   p.every = 0.005;
   const auto rebound = [](const Ran& ran) {
     return test::at(ran.body("b").momentum, last(ran))[0] / -test::at(ran.body("b").momentum, 0)[0];
@@ -168,7 +172,8 @@ TEST(Statics, MeetsEveryKindOfBody) {
 // of statics.
 TEST(Statics, HeldNodesStayAndCarry) {
   Block p;
-  p.nu = 0, p.contact = "between: [b.x_max, ceiling]";
+  p.nu = 0;
+  p.contact = "between: [b.x_max, ceiling]";
   p.walls = "ceiling: {plane: {point: [1.005, 0, 0], normal: [-1, 0, 0]}}";
   p.more = "boundary: [{instance: b, nodes: x_min, fix: [x, y, z]}]\n";
   p.loads =
@@ -222,7 +227,9 @@ TEST(Statics, DoNotDependOnAxesAndUnits) {
 // From a checkpoint in the middle of contact a run goes on bit for bit.
 TEST(Statics, GoOnFromACheckpointBitForBit) {
   Block p;
-  p.n = {6, 3, 3}, p.loads = ramp(10, 0.5), p.end = 0.4;
+  p.n = {6, 3, 3};
+  p.loads = ramp(10, 0.5);
+  p.end = 0.4;
   SceneFolder folder;
   folder.add("block.exo", test::block_mesh({p.n, p.size}));
   std::vector<Index> words;
@@ -254,12 +261,19 @@ struct Slid {
 // A block is thrown on a wall and along it.
 Slid thrown(const std::string& reduction, double share, Index refined) {
   Block p;
-  p.n = {6 * refined, 4 * refined, 3 * refined}, p.size = Vector3(1, 0.8, 0.6),
+  p.n = {6 * refined, 4 * refined, 3 * refined};
+  p.size = Vector3(1, 0.8, 0.6);
   p.contact += ", friction: 0.3";
-  p.instance = ", position: [0.01, 0, 0], velocity: [-1, 0.3, 0]", p.end = 0.12, p.every = 0.12;
-  p.step = "{cfl: " + text(share) + "}", p.reduction = reduction;
-  if (reduction.empty())
-    p.reduction = "modes: 1", p.instance += ", as: mesh", p.integrator = "central-difference";
+  p.instance = ", position: [0.01, 0, 0], velocity: [-1, 0.3, 0]";
+  p.end = 0.12;
+  p.every = 0.12;
+  p.step = "{cfl: " + text(share) + "}";
+  p.reduction = reduction;
+  if (reduction.empty()) {
+    p.reduction = "modes: 1";
+    p.instance += ", as: mesh";
+    p.integrator = "central-difference";
+  }
   const Ran ran = run(p);
   EXPECT_LT(test::energy_residual(ran.result), 1e-9) << reduction << share;
   EXPECT_LT(largest_gain(ran), 1e-3) << reduction << share;
@@ -294,7 +308,9 @@ TEST(Statics, FrictionConvergesWithTheStep) {
 // choice.
 TEST(Statics, FrictionNeedsThoseAlongTheFace) {
   Block p;
-  p.n = {4, 3, 3}, p.end = 0.01, p.contact += ", friction: 0.3";
+  p.n = {4, 3, 3};
+  p.end = 0.01;
+  p.contact += ", friction: 0.3";
   SceneFolder folder;
   folder.add("block.exo", test::block_mesh({p.n, p.size}));
   folder.run(yaml(p));

@@ -86,7 +86,8 @@ double concentration(ElementType type, Index n) {
   for (Index i = 0; i < mesh.coordinates.rows(); ++i) {
     auto x = mesh.coordinates.row(i);
     const double r = std::hypot(x[0], x[1]), wanted = r < 1 ? 1 : r;
-    x[0] *= wanted / r, x[1] *= wanted / r;
+    x[0] *= wanted / r;
+    x[1] *= wanted / r;
   }
   const Part round(mesh, material);
   Points given = Points::Zero(mesh.coordinates.rows(), 3);

@@ -42,7 +42,8 @@ Mesh part() {
   std::vector<Side> places(static_cast<std::size_t>(whole.connectivity.rows()));
   for (std::size_t b = 0; b < 2; ++b) {
     Block& block = b == 0 ? stiff : soft;
-    block.name = b == 0 ? "stiff" : "soft", block.id = static_cast<Index>(b) + 1;
+    block.name = b == 0 ? "stiff" : "soft";
+    block.id = static_cast<Index>(b) + 1;
     block.connectivity = IndexTable(whole.connectivity(rows[b], Eigen::all));
     block.element_ids.clear();
     for (std::size_t e = 0; e < rows[b].size(); ++e) {
@@ -156,7 +157,8 @@ TEST_F(StressOutput, OfASuperelementWithAllModesIsThatOfTheMesh) {
 // Of named sets alone: a smaller file, the same stress.
 TEST_F(StressOutput, OfSomeSetsIsThatOfAll) {
   Options some;
-  some.integrator = "exact", some.modes = 12;
+  some.integrator = "exact";
+  some.modes = 12;
   some.stress = "[a.middle, a.x_min, {instance: a, elements: [1]}]";
   const Ran whole = run(some);
   const auto size = std::filesystem::file_size(folder_.folder() / "part.cbr.h5");
@@ -180,7 +182,10 @@ TEST_F(StressOutput, IsThatOfTheFields) {
   for (const auto& [as, turns] : {std::pair("superelement", false), std::pair("mesh", false),
                                   std::pair("superelement", true), std::pair("mesh", true)}) {
     Options options;
-    options.as = as, options.integrator = "exact", options.modes = 12, options.turns = turns;
+    options.as = as;
+    options.integrator = "exact";
+    options.modes = 12;
+    options.turns = turns;
     const Ran ran = run(options);
     const Hdf5Reader results = this->results(), fields = this->fields();
     const auto n = static_cast<Index>(ran.result.time.size());
@@ -219,8 +224,10 @@ TEST_F(StressOutput, IsThatOfTheFields) {
     std::map<Index, double> largest;
     for (Index t = 0; t < n; ++t) {
       std::vector<double> sorted;
-      for (const auto& [id, value] : of_elements[static_cast<std::size_t>(t)])
-        sorted.push_back(value), largest[id] = std::max(largest[id], value);
+      for (const auto& [id, value] : of_elements[static_cast<std::size_t>(t)]) {
+        sorted.push_back(value);
+        largest[id] = std::max(largest[id], value);
+      }
       std::sort(sorted.rbegin(), sorted.rend());
       EXPECT_NEAR(of_seven(t, 0), of_elements[static_cast<std::size_t>(t)].at(7), 1e-10);
       for (Index k = 0; k < 3; ++k) {
@@ -254,18 +261,22 @@ TEST_F(StressOutput, WhatCannotBeIsRefused) {
   options.reduction = "";
   options.history = "[a.x_max]";
   expect_refused(options, "recovery");
-  options.reduction = ", recovery: [middle]", options.stress = "[a.sensor]";
+  options.reduction = ", recovery: [middle]";
+  options.stress = "[a.sensor]";
   expect_refused(options, "recovery: [sensor]");
   options.reduction = ", recovery: [nowhere]";
   options.stress = "";
   expect_refused(options, "nowhere");
-  options.reduction = ", recovery: true", options.stress = "[{instance: a, elements: [1000]}]";
+  options.reduction = ", recovery: true";
+  options.stress = "[{instance: a, elements: [1000]}]";
   expect_refused(options, "1000");
   options.stress = "[{instance: a}]";
   expect_refused(options, "worst");
-  options.reduction = ", recovery: [middle], domains: 2", options.stress = "";
+  options.reduction = ", recovery: [middle], domains: 2";
+  options.stress = "";
   expect_refused(options, "domains: 1");
-  options.reduction = "", options.history = "[a.sensor]";
+  options.reduction = "";
+  options.history = "[a.sensor]";
   expect_refused(options, "reduction.recovery");
 }
 

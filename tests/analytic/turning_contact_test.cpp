@@ -58,7 +58,10 @@ ContactScene tumbling(const std::string& options, double speed,
   const bool massless = basis == "massless";  // needs an interior that is softer than its interface
   for (int i = 0; i < 2; ++i) {
     BodyPart b;
-    b.name = i == 0 ? "a" : "b", b.full = false, b.basis = basis, b.modes = massless ? 8 : 3;
+    b.name = i == 0 ? "a" : "b";
+    b.full = false;
+    b.basis = basis;
+    b.modes = massless ? 8 : 3;
     if (!massless) b.interface_sets = all_faces;
     b.mesh = i == 0 ? test::block_mesh({{massless ? 4 : 3, 2, 2}})
                     : test::block_mesh({{2, 3, 2}, Vector3(1, 0.8, 0.7)});
@@ -72,7 +75,9 @@ ContactScene tumbling(const std::string& options, double speed,
   scene.pairs = {"{between: all" + options + "}"};
   scene.history = {"a.x_max", "b.x_min"};
   scene.large_rotations = true;
-  scene.step = massless ? 0.00125 : 0.008, scene.every = 0.04, scene.end = massless ? 0.6 : 0.8;
+  scene.step = massless ? 0.00125 : 0.008;
+  scene.every = 0.04;
+  scene.end = massless ? 0.6 : 0.8;
   return scene;
 }
 
@@ -114,7 +119,8 @@ TEST(TurningContact, ARotationOfTheSceneChangesNothing) {
     const Ran plain = run(scene);
     std::vector<Change> changes(2);
     changes[0].S = AngleAxisd(2.5, Vector3(0.3, -0.8, 0.5).normalized()).toRotationMatrix();
-    changes[0].shift = Vector3(3, -2, 1), changes[0].boost = Vector3(0.4, -0.2, 0.3);
+    changes[0].shift = Vector3(3, -2, 1);
+    changes[0].boost = Vector3(0.4, -0.2, 0.3);
     changes[1].S = AngleAxisd(0.7, Vector3(0.9, 0.1, -0.5).normalized()).toRotationMatrix() *
                    Vector3(1, -1, 1).asDiagonal();
     for (const Change& change : changes) {
@@ -140,7 +146,8 @@ TEST(TurningContact, SmallRotationsAreThoseOfLinearBodies) {
     const auto last = small.result.time.size() - 1;
     const Vector3 moved = at(large.monitor("b.x_min").mean_position, last) -
                           at(small.monitor("b.x_min").mean_position, last);
-    speeds.push_back(speed), differences.push_back(moved.norm());
+    speeds.push_back(speed);
+    differences.push_back(moved.norm());
     std::printf("speed %.0e: %.2e\n", speed, moved.norm());
   }
   EXPECT_GT(test::observed_order(speeds, differences), 1.9);
@@ -155,7 +162,10 @@ struct Corner {
     const Vector3 centre = R * size / 2;
     for (int i = 0; i < 8; ++i) {
       const Vector3 x = R * Vector3(i & 1 ? size[0] : 0, i & 2 ? size[1] : 0, i & 4 ? size[2] : 0);
-      if (i == 0 || x.z() < at.z()) at = x, arm = x - centre;
+      if (i == 0 || x.z() < at.z()) {
+        at = x;
+        arm = x - centre;
+      }
     }
     at = Vector3(0, 0, -at.z());
   }
@@ -197,7 +207,8 @@ TEST(TurningContact, TheFirstBlowOfAStiffBlockIsThatOfARigidOne) {
       const Vector3 P = at(body.momentum, last) - at(body.momentum, 0),
                     moment = corner.arm.cross(P);
       const Vector3 L = spin_of(body, last) - spin_of(body, 0);
-      softness.push_back(1 / std::sqrt(E)), errors.push_back((L - moment).norm() / moment.norm());
+      softness.push_back(1 / std::sqrt(E));
+      errors.push_back((L - moment).norm() / moment.norm());
       const double tangential = P.head<2>().norm() / P.z();
       std::printf(
           "mu %.1f E %.0e: L off by %.2e, friction %.4f of the normal impulse, energy %.4f\n", mu,

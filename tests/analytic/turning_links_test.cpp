@@ -99,7 +99,8 @@ double elliptic_k(double k) {
   double a = 1, b = std::sqrt(1 - k * k);
   for (int i = 0; i < 40; ++i) {
     const double mean = 0.5 * (a + b);
-    b = std::sqrt(a * b), a = mean;
+    b = std::sqrt(a * b);
+    a = mean;
   }
   return std::numbers::pi / (2 * a);
 }

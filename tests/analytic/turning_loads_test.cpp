@@ -90,7 +90,8 @@ TEST(TurningLoads, AThrustThatFollowsGoesRound) {
                                          text(Vector3(placed * Vector3(F, 0, 0))) + "}",
                                      {"rigid"}),
                                every_step);
-    h.push_back(step), error.push_back((center(ran) - placed * expected).norm() / expected.norm());
+    h.push_back(step);
+    error.push_back((center(ran) - placed * expected).norm() / expected.norm());
     std::printf("step %.1e: off by %.2e of the way\n", step, error.back());
     EXPECT_LT(test::energy_residual(ran.result), 1e-13);
   }
@@ -119,7 +120,8 @@ TEST(TurningLoads, AForceThatStaysDoesItsWork) {
         every_step);
     const auto& x = ran.monitor("b.x_max").mean_position;
     const double work = F.dot(at(x, ran.result.time.size() - 1) - at(x, 0));
-    h.push_back(step), error.push_back(std::abs(ran.result.work_external.back() / work - 1));
+    h.push_back(step);
+    error.push_back(std::abs(ran.result.work_external.back() / work - 1));
     std::printf("step %.1e: work off by %.2e, momentum by %.0e\n", step, error.back(),
                 (at(ran.body("b").momentum, ran.result.time.size() - 1) - 0.4 * F).norm());
     EXPECT_LT(test::energy_residual(ran.result), 1e-12);

@@ -87,7 +87,8 @@ TEST(TurningMesh, AFreeOneKeepsItsMomentaAndStepsAreOfSecondOrder) {
       const Ran ran = folder.run(scene(steps_of(h), "as: mesh", "", component));
       const RunResult::OfBody& body = ran.body("b");
       const double momentum = drift(body.momentum), angular = drift(body.angular_momentum);
-      steps.push_back(h), swings.push_back(energy_swing(ran.result));
+      steps.push_back(h);
+      swings.push_back(energy_swing(ran.result));
       bodies.push_back(body);
       std::printf("step %.0e: momentum %.0e, angular %.0e, energy %.2e\n", h, momentum, angular,
                   swings.back());
@@ -121,7 +122,9 @@ ContactScene tumbling(const std::string& options, double speed) {
   scene.pairs = {"{between: all" + options + "}"};
   scene.history = {"a.x_max", "b.x_min"};
   scene.large_rotations = true;
-  scene.step = 0.008, scene.every = 0.04, scene.end = 0.8;
+  scene.step = 0.008;
+  scene.every = 0.04;
+  scene.end = 0.8;
   return scene;
 }
 
@@ -174,7 +177,8 @@ TEST(TurningMesh, NumericalWorkIsOfSecondOrderWithLoadsAndDamping) {
       const Ran ran = folder.run(yaml);
       double most = 0;
       for (const double work : ran.result.work_numerical) most = std::max(most, std::abs(work));
-      steps.push_back(h), numerical.push_back(most / ran.result.total[0]);
+      steps.push_back(h);
+      numerical.push_back(most / ran.result.total[0]);
       const double damping = ran.result.work_damping.back() / ran.result.total[0];
       std::printf("step %.0e: %.2e, external %.2e, damping %.2e\n", h, numerical.back(),
                   ran.result.work_external.back() / ran.result.total[0], damping);
@@ -193,7 +197,8 @@ TEST(TurningMesh, ARotationOfTheSceneChangesNothing) {
   const Ran plain = run(scene);
   std::vector<Change> changes(2);
   changes[0].S = AngleAxisd(2.5, Vector3(0.3, -0.8, 0.5).normalized()).toRotationMatrix();
-  changes[0].shift = Vector3(3, -2, 1), changes[0].boost = Vector3(0.4, -0.2, 0.3);
+  changes[0].shift = Vector3(3, -2, 1);
+  changes[0].boost = Vector3(0.4, -0.2, 0.3);
   changes[1].S = AngleAxisd(0.7, Vector3(0.9, 0.1, -0.5).normalized()).toRotationMatrix() *
                  Vector3(1, -1, 1).asDiagonal();
   for (const Change& change : changes) {
@@ -207,7 +212,10 @@ TEST(TurningMesh, SmallRotationsAreThoseOfLinearMeshes) {
   std::vector<double> speeds, differences;
   for (const double speed : {1e-2, 1e-3, 1e-4}) {
     ContactScene scene = tumbling(", friction: 0.3", speed);
-    for (BodyPart& b : scene.bodies) b.angular_velocity.setZero(), b.rotation.setIdentity();
+    for (BodyPart& b : scene.bodies) {
+      b.angular_velocity.setZero();
+      b.rotation.setIdentity();
+    }
     scene.bodies[1].position.x() = 1 + 0.02 * speed;
     const Ran large = run(scene);
     scene.large_rotations = false;
@@ -215,7 +223,8 @@ TEST(TurningMesh, SmallRotationsAreThoseOfLinearMeshes) {
     const auto last = small.result.time.size() - 1;
     const Vector3 moved = at(large.monitor("b.x_min").mean_position, last) -
                           at(small.monitor("b.x_min").mean_position, last);
-    speeds.push_back(speed), differences.push_back(moved.norm());
+    speeds.push_back(speed);
+    differences.push_back(moved.norm());
     std::printf("speed %.0e: %.2e\n", speed, moved.norm());
   }
   EXPECT_GT(test::observed_order(speeds, differences), 1.9);

@@ -157,7 +157,8 @@ TEST_F(UnevenSupports, ABarIsStretchedInEveryBasis) {
       if (way.basis.find("char") == 0) way.interface = "[x_min, x_max, z_min, z_max]";
       if (way.time != "static: true" && way.basis.find("craig") != 0 && way.as != "mesh")
         way.time = "integrator: exact";
-      way.end = 40, way.every = 2;
+      way.end = 40;
+      way.every = 2;
       way.damping = way.time == "static: true" ? "" : ", damping: {beta: 0.02}";
       way.boundary =
           held("x_min") +
@@ -278,7 +279,8 @@ TEST_F(UnevenSupports, EveryBodyMovesAlike) {
               .placed = placed,
               .damping = ", damping: {beta: 0.001}",
               .mass = mass};
-      way.end = 0.2, way.every = 0.02;
+      way.end = 0.2;
+      way.every = 0.02;
       way.boundary =
           held("x_min", ", angular_velocity: [1, -2, 3], history: {sine: {frequency_hz: 7}}") +
           held("x_max",

@@ -47,7 +47,8 @@ class BoxTree {
 
   void find(const std::vector<Box>& queries, const std::vector<Box>& boxes,
             cbr::CandidateList& list) const {
-    list.first.assign(1, 0), list.target.clear();
+    list.first.assign(1, 0);
+    list.target.clear();
     std::vector<Index> stack;
     for (const Box& query : queries) {
       stack.assign(1, 0);
@@ -57,7 +58,8 @@ class BoxTree {
         stack.pop_back();
         if (!query.meets(node.box)) continue;
         if (node.right > 0) {
-          stack.push_back(node.right), stack.push_back(i + 1);
+          stack.push_back(node.right);
+          stack.push_back(i + 1);
         } else {
           for (Index k = node.first; k < node.last; ++k)
             if (query.meets(boxes[order_[k]])) list.target.push_back(order_[k]);
@@ -77,12 +79,15 @@ class BoxTree {
   void build(const std::vector<Box>& boxes, Index first, Index last) {
     const std::size_t at = nodes_.size();
     nodes_.emplace_back();
-    nodes_[at].first = first, nodes_[at].last = last;
+    nodes_[at].first = first;
+    nodes_[at].last = last;
     if (last - first <= 4) return;
     Vector3 lower = Vector3::Constant(HUGE_VAL), upper = -lower;
     const auto centre = [&](Index b) { return Vector3(0.5 * (boxes[b].lower + boxes[b].upper)); };
-    for (Index k = first; k < last; ++k)
-      lower = lower.cwiseMin(centre(order_[k])), upper = upper.cwiseMax(centre(order_[k]));
+    for (Index k = first; k < last; ++k) {
+      lower = lower.cwiseMin(centre(order_[k]));
+      upper = upper.cwiseMax(centre(order_[k]));
+    }
     Index axis = 0;
     (upper - lower).maxCoeff(&axis);
     const Index middle = (first + last) / 2;
@@ -143,7 +148,8 @@ Sides spheres(Index n, double shift) {
         Box box{Vector3::Constant(HUGE_VAL), Vector3::Constant(-HUGE_VAL)};
         for (int c = 0; c < 4; ++c) {
           const Vector3 y = point(side, at(i + c % 2), at(j + c / 2));
-          box.lower = box.lower.cwiseMin(y), box.upper = box.upper.cwiseMax(y);
+          box.lower = box.lower.cwiseMin(y);
+          box.upper = box.upper.cwiseMax(y);
         }
         s.faces.push_back(
             {box.lower.array() - 0.2 / double(n), box.upper.array() + 0.2 / double(n)});

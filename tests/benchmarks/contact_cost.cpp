@@ -98,7 +98,8 @@ class Stepper {
     for (Index step = 0; step < steps; ++step) {
       const Phases phases = advance(step);
       if (step < steps / 2) {
-        result.formed = -memory_.n_formed, result.products = -memory_.n_pushes,
+        result.formed = -memory_.n_formed;
+        result.products = -memory_.n_pushes;
         result.bytes = -memory_.moves.bytes();
         continue;
       }
@@ -106,7 +107,8 @@ class Stepper {
       result.residual = std::max(result.residual, solution_.residual);
     }
     result.timed = static_cast<Index>(timed.size());
-    result.formed += memory_.n_formed, result.products += memory_.n_pushes;
+    result.formed += memory_.n_formed;
+    result.products += memory_.n_pushes;
     result.bytes = (result.bytes + memory_.moves.bytes()) / static_cast<double>(result.timed);
     result.least_bytes = least_bytes();
     result.median = medians(timed);
@@ -156,7 +158,8 @@ class Stepper {
     laws_.assign(list_.points.size(), pair_.law);
     for (std::size_t b = 0; b < state_.bodies.size(); ++b) {
       ContactBody& body = state_.bodies[b];
-      body.impulses.setZero(), body.friction.setZero();
+      body.impulses.setZero();
+      body.friction.setZero();
       if (body.response_h == h) continue;
       body.response =
           sim_.bodies[sim_.contact_nodes[b].body]->response(sim_.contact_nodes[b].set, h);

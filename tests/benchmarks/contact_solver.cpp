@@ -69,7 +69,8 @@ void measure(const Case& of, const Press& press) {
   double time = seconds([&] { n = sweeps.sweep(problem, 1000, 1e-11 * scale, p, gap); });
   report("sweeps", time, n, p, gap);
   if (of.law == "coulomb") return;
-  p = zero, gap = press.g;
+  p = zero;
+  gap = press.g;
   time = seconds([&] {
     n = cbr::projected_gradients(problem, press.g, cbr::scaled_norm(problem), 2000, 1e-11 * scale,
                                  p, gap);

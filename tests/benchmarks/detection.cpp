@@ -52,10 +52,12 @@ struct Sheets {
   Sheets(int n_slave, int n_master, double master_size)
       : slave(cbr::test::patch(n_slave, 0, false)),
         master(cbr::test::patch(n_master, 0, true, master_size)) {
-    slave.surface.body = 0, master.surface.body = 1;
+    slave.surface.body = 0;
+    master.surface.body = 1;
   }
   void search(bool initial = false) {
-    list.points.clear(), list.terms.clear();
+    list.points.clear();
+    list.terms.clear();
     cbr::detect(slave.surface, slave.body, master.surface, master.body, initial, {}, memory, list);
     const Index m = static_cast<Index>(list.points.size());
     cbr::remember(list, 0, list.points.size(), cbr::Points::Zero(m, 3), cbr::Points::Ones(m, 3),
@@ -67,8 +69,10 @@ struct Sheets {
 Sheets curved(int n) {
   Sheets s(n - 1, std::max(1, (4 * n) / 5), 1.1);
   s.slave.body.start.leftCols(2).array() += 0.037;
-  bend(s.slave.body.start, 0), bend(s.master.body.start, 0);
-  s.slave.body.end = s.slave.body.start, s.master.body.end = s.master.body.start;
+  bend(s.slave.body.start, 0);
+  bend(s.master.body.start, 0);
+  s.slave.body.end = s.slave.body.start;
+  s.master.body.end = s.master.body.start;
   s.search(true);
   return s;
 }
@@ -113,9 +117,12 @@ void row(int n) {
   bend(s.slave.body.start, 10 * s.slave.surface.size);
   s.slave.body.end = s.slave.body.start;
   const double t_near = seconds(repeats, [&] { s.search(); });
-  s.slave.body.start.col(2).array() += 3, s.slave.body.end.col(2).array() += 3;
-  const double t_sweep =
-      seconds(repeats, [&] { cbr::sweep(s.slave.body), cbr::sweep(s.master.body); });
+  s.slave.body.start.col(2).array() += 3;
+  s.slave.body.end.col(2).array() += 3;
+  const double t_sweep = seconds(repeats, [&] {
+    cbr::sweep(s.slave.body);
+    cbr::sweep(s.master.body);
+  });
   const double t_far = seconds(repeats, [&] { s.search(); });
   std::printf("%lld,%lld,%zu,%.3g,%.3g,%.3g,%.3g,%.3g,%.3g\n", static_cast<long long>(s.n_nodes()),
               static_cast<long long>(s.master.surface.faces.rows()), points, t_still * per_node,

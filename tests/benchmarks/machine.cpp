@@ -34,7 +34,8 @@ double best_seconds(const Work& work, double least) {
     work();
     const double seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    best = std::min(best, seconds), sum += seconds;
+    best = std::min(best, seconds);
+    sum += seconds;
   }
   return best;
 }

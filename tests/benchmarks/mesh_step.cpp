@@ -116,8 +116,10 @@ void row(int r, const char* mesh_name, const char* name, MeshForces::Variant var
   const double time = best_of(options.is_short ? 1 : 7,
                               [&] {
                                 for (int k = 0; k < steps; ++k, t += h)
-                                  for (const auto& body : bodies)
-                                    body->predict(t, h), body->accept();
+                                  for (const auto& body : bodies) {
+                                    body->predict(t, h);
+                                    body->accept();
+                                  }
                               }) /
                       steps;
   // Fields of a step: u, v and 1 / m are read, v and u_end written (each line is read before it is

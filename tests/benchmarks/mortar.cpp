@@ -36,7 +36,8 @@ int main(int argc, char** argv) {
         auto slave = cbr::test::face_grid(n, n, false, GridFaces::quads, distortion, 1);
         auto master = cbr::test::face_grid(n, n, true, GridFaces::quads, distortion, 2);
         cbr::test::transform(slave, cbr::test::turn(0.3), cbr::Vector3(0.1, 0.05, gap / n));
-        slave.surface.body = 0, master.surface.body = 1;
+        slave.surface.body = 0;
+        master.surface.body = 1;
         cbr::PairMemory memory, other;
         cbr::ContactList list;
         const double mortar = seconds([&] {

@@ -95,8 +95,14 @@ void run(const Case& what, const cbr::ReduceSettings& settings, double dgemm) {
 }
 
 bool parse(const std::string& text, Case& result) {
-  if (text == "T1a") return result = {text, "x_max", 20, 10, 15, 80}, true;
-  if (text == "T1c") return result = {text, "surface", 20, 10, 15, 500}, true;
+  if (text == "T1a") {
+    result = {text, "x_max", 20, 10, 15, 80};
+    return true;
+  }
+  if (text == "T1c") {
+    result = {text, "surface", 20, 10, 15, 500};
+    return true;
+  }
   long long n[4] = {};
   char set[32] = {};
   if (std::sscanf(text.c_str(), "%lldx%lldx%lld:%31[a-z_]:%lld", &n[0], &n[1], &n[2], set, &n[3]) !=
@@ -131,7 +137,10 @@ int main(int argc, char** argv) {
       return 2;
     }
   }
-  if (cases.empty()) cases.push_back({"T1a", "x_max", 20, 10, 15, 80}), largest = 3000;
+  if (cases.empty()) {
+    cases.push_back({"T1a", "x_max", 20, 10, 15, 80});
+    largest = 3000;
+  }
   const double dgemm = dgemm_rate(largest < 1000 ? 200 : 3000);
   std::printf("# dgemm %.1f GFlop/s\n", 1e-9 * dgemm);
   std::printf(

@@ -21,12 +21,21 @@ using test::TemporaryFolder;
 
 Conditioning all_known() {
   Conditioning c;
-  c.K_II = {1e6, 2e3}, c.mass = {30, 20}, c.smallest_pivot = 0.125;
-  c.modes.orthogonality = 1e-15, c.modes.residual = 2e-14;
-  c.rigid = 1e-16, c.reduced_rigid = 3e-16, c.softest = 0.5, c.lowest_omega = 3,
+  c.K_II = {1e6, 2e3};
+  c.mass = {30, 20};
+  c.smallest_pivot = 0.125;
+  c.modes.orthogonality = 1e-15;
+  c.modes.residual = 2e-14;
+  c.rigid = 1e-16;
+  c.reduced_rigid = 3e-16;
+  c.softest = 0.5;
+  c.lowest_omega = 3;
   c.largest_omega = 700;
-  c.n_zero = 7, c.n_rigid = 6;
-  c.counts = "4 below 12 Hz", c.weakest = "node 5 in x", c.rigid_node = "node 6",
+  c.n_zero = 7;
+  c.n_rigid = 6;
+  c.counts = "4 below 12 Hz";
+  c.weakest = "node 5 in x";
+  c.rigid_node = "node 6";
   c.loose_node = "node 7";
   return c;
 }

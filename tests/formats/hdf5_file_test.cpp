@@ -89,13 +89,18 @@ TEST(Hdf5File, numbersThatAreNotThoseThatWereWrittenAreRefused) {
   writer.commit();
   const auto read_all = [&] {
     const Hdf5Reader reader(file);
-    reader.read_scalar("/scalar"), reader.read_vector("/vector"), reader.read_matrix("/matrix"),
-        reader.read_matrix("/rows");
-    reader.read_row_matrix("/matrix"), reader.read_row_matrix("/rows"),
-        reader.read_points("/points");
-    reader.read_indices("/indices"), reader.read_indices("/ints"),
-        reader.read_index_table("/table");
-    reader.read_vector("/none"), reader.read_matrix("/no rows");
+    reader.read_scalar("/scalar");
+    reader.read_vector("/vector");
+    reader.read_matrix("/matrix");
+    reader.read_matrix("/rows");
+    reader.read_row_matrix("/matrix");
+    reader.read_row_matrix("/rows");
+    reader.read_points("/points");
+    reader.read_indices("/indices");
+    reader.read_indices("/ints");
+    reader.read_index_table("/table");
+    reader.read_vector("/none");
+    reader.read_matrix("/no rows");
   };
   EXPECT_NO_THROW(read_all());
   EXPECT_EQ(Hdf5Reader(file).read_index("/matrix", "checksum"),

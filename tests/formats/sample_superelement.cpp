@@ -113,7 +113,8 @@ SuperelementGroup sample_group() {
   for (std::size_t d = 0; d < ids.size(); ++d) {
     Superelement s = sample_superelement(static_cast<unsigned>(d + 1));
     s.content_hash = group.content_hash;
-    s.omega.resize(0), s.V.resize(0, 0);
+    s.omega.resize(0);
+    s.V.resize(0, 0);
     s.node_ids = ids[d];
     for (Index i = 0; i < 4; ++i) {
       const Index id = ids[d][static_cast<std::size_t>(i)];

@@ -21,9 +21,12 @@ TEST(SuperelementFile, readsBackWhatWasWritten) {
   const TemporaryFolder folder;
   for (const bool optional_parts : {true, false}) {
     Superelement written = sample_superelement();
-    if (!optional_parts)
-      written.omega.resize(0), written.V.resize(0, 0), written.recovery.clear(),
-          written.nodesets.clear();
+    if (!optional_parts) {
+      written.omega.resize(0);
+      written.V.resize(0, 0);
+      written.recovery.clear();
+      written.nodesets.clear();
+    }
     write_superelement(written, folder / "s.h5");
     EXPECT_TRUE(test::identical(read_superelement(folder / "s.h5"), written)) << optional_parts;
     EXPECT_EQ(read_content_hash(folder / "s.h5"), written.content_hash);
@@ -61,9 +64,15 @@ TEST(SuperelementFile, partsThatAreNotAskedForAreNotRead) {
 Superelement massless_sample() {
   Superelement s = sample_superelement();
   s.basis = "massless";
-  s.massless.F = s.M_cc, s.massless.V = s.M_kc.transpose(), s.massless.omega_closed = 100;
-  s.K_cc.resize(0, 0), s.M_cc.resize(0, 0), s.M_kc.resize(0, 0);
-  s.omega.resize(0), s.V.resize(0, 0), s.recovery.clear();
+  s.massless.F = s.M_cc;
+  s.massless.V = s.M_kc.transpose();
+  s.massless.omega_closed = 100;
+  s.K_cc.resize(0, 0);
+  s.M_cc.resize(0, 0);
+  s.M_kc.resize(0, 0);
+  s.omega.resize(0);
+  s.V.resize(0, 0);
+  s.recovery.clear();
   return s;
 }
 
@@ -110,12 +119,14 @@ TEST(SuperelementFile, basisMasslessTellsWhatItsHalfIsMadeOf) {
   EXPECT_EQ(again(s).modes, "tapered");
   s.massless.modes = "free";
   EXPECT_EQ(again(s).modes, "free");
-  s.massless.modes = "tapered", s.massless.omega_fall = 40.5;
+  s.massless.modes = "tapered";
+  s.massless.omega_fall = 40.5;
   EXPECT_EQ(again(s).omega_fall, 40.5);
   EXPECT_EQ(again(s).rigid_share.size(), 0);
   s.eigenvalues(0) = 0;
-  s.massless.modes = "fixed", s.massless.omega_fall = 0;
-  s.massless.rigid_momentum = s.massless.V.col(1),
+  s.massless.modes = "fixed";
+  s.massless.omega_fall = 0;
+  s.massless.rigid_momentum = s.massless.V.col(1);
   s.massless.rigid_share = Matrix::Constant(1, 1, 0.75);
   EXPECT_EQ(again(s).modes, "fixed");
   EXPECT_EQ(again(s).rigid_momentum, s.massless.rigid_momentum);
@@ -125,12 +136,18 @@ TEST(SuperelementFile, basisMasslessTellsWhatItsHalfIsMadeOf) {
 Superelement sample_with_extras() {
   Superelement s = sample_superelement();
   Superelement::Accuracy a;
-  a.rho_res = Vector3(0.1, 0.2, 0.3), a.rho_floor = Vector3(0.01, 0.02, 0.03);
+  a.rho_res = Vector3(0.1, 0.2, 0.3);
+  a.rho_floor = Vector3(0.01, 0.02, 0.03);
   a.strain_left_out << 1, 2, 3, 4, 5, 6;
-  a.largest_left_out = 7, a.covered_hz = 8, a.complete_hz = 9, a.tolerance = 0.5;
+  a.largest_left_out = 7;
+  a.covered_hz = 8;
+  a.complete_hz = 9;
+  a.tolerance = 0.5;
   a.surfaces["contact"] = {0.25, 0.125};
-  a.frequency_hz = Vector3(1, 2, 3), a.eigenvalue_error = Vector3(0.1, 0.2, 0.4);
-  a.worst_of_ten = 0.75, a.interface_share = Vector3(1, 0.5, 0.25);
+  a.frequency_hz = Vector3(1, 2, 3);
+  a.eigenvalue_error = Vector3(0.1, 0.2, 0.4);
+  a.worst_of_ten = 0.75;
+  a.interface_share = Vector3(1, 0.5, 0.25);
   s.accuracy = a;
   s.loads["inside"] = {2.5, Matrix(s.V.leftCols(3))};
   s.n_residual = 2;
@@ -213,8 +230,10 @@ TEST(SuperelementFile, basisMasslessIsChecked) {
   expect("/massless/V", [](Superelement& s) { s.massless.V(3, 2) = NAN; });
   expect("/massless/F", [](Superelement& s) { s.massless.F.conservativeResize(11, 11); });
   expect("/massless/F", [](Superelement& s) { s.massless.F(3, 2) *= 1.1; });
-  expect("/massless/F",
-         [](Superelement& s) { s.massless.F.row(5).setZero(), s.massless.F.col(5).setZero(); });
+  expect("/massless/F", [](Superelement& s) {
+    s.massless.F.row(5).setZero();
+    s.massless.F.col(5).setZero();
+  });
   expect("/massless/omega_closed", [](Superelement& s) { s.massless.omega_closed = 31; });
   expect("/massless/omega_closed", [](Superelement& s) { s.massless.omega_closed = INFINITY; });
   expect("/massless/omega_fall", [](Superelement& s) { s.massless.omega_fall = 31; });
@@ -222,14 +241,19 @@ TEST(SuperelementFile, basisMasslessIsChecked) {
   expect("/massless/rigid_momentum",
          [](Superelement& s) { s.massless.rigid_share = Matrix::Ones(1, 1); });
   expect("/massless/rigid_share", [](Superelement& s) {
-    s.eigenvalues(0) = 0, s.massless.rigid_momentum = s.massless.V.col(0);
+    s.eigenvalues(0) = 0;
+    s.massless.rigid_momentum = s.massless.V.col(0);
   });
   expect("/matrices/eigenvalues",
          [](Superelement& s) { std::swap(s.eigenvalues(0), s.eigenvalues(3)); });
-  expect("/diagonal",
-         [](Superelement& s) { s.omega = Vector::Ones(16), s.V = RowMatrix::Identity(16, 16); });
-  expect("attribute 'n_modes'",
-         [](Superelement& s) { s.eigenvalues.resize(0), s.massless.V.resize(12, 0); });
+  expect("/diagonal", [](Superelement& s) {
+    s.omega = Vector::Ones(16);
+    s.V = RowMatrix::Identity(16, 16);
+  });
+  expect("attribute 'n_modes'", [](Superelement& s) {
+    s.eigenvalues.resize(0);
+    s.massless.V.resize(12, 0);
+  });
 }
 
 Superelement characteristic_sample() {
@@ -241,8 +265,11 @@ Superelement characteristic_sample() {
   statics.direction.resize(4, 3);
   statics.direction << 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0.6, -0.8;
   statics.F = s.M_cc.topLeftCorner(4, 4);
-  s.K_cc.resize(0, 0), s.M_cc.resize(0, 0), s.M_kc.resize(0, 0);
-  s.omega.resize(0), s.V.resize(0, 0);
+  s.K_cc.resize(0, 0);
+  s.M_cc.resize(0, 0);
+  s.M_kc.resize(0, 0);
+  s.omega.resize(0);
+  s.V.resize(0, 0);
   return s;
 }
 
@@ -291,10 +318,13 @@ TEST(SuperelementFile, basisCharacteristicIsChecked) {
   expect_statics("F", [](StaticShare& statics) { statics.F(1, 1) = -1e-20; });
   expect("/matrices/eigenvalues",
          [](Superelement& s) { std::swap(s.eigenvalues(0), s.eigenvalues(3)); });
-  expect("/diagonal",
-         [](Superelement& s) { s.omega = Vector::Ones(16), s.V = RowMatrix::Identity(16, 16); });
+  expect("/diagonal", [](Superelement& s) {
+    s.omega = Vector::Ones(16);
+    s.V = RowMatrix::Identity(16, 16);
+  });
   expect("attribute 'n_modes'", [](Superelement& s) {
-    s.eigenvalues.resize(0), s.characteristic.V.resize(12, 0);
+    s.eigenvalues.resize(0);
+    s.characteristic.V.resize(12, 0);
     for (auto& recovery : s.recovery) recovery.Phi.resize(recovery.Phi.rows(), 0);
   });
 }
@@ -302,16 +332,24 @@ TEST(SuperelementFile, basisCharacteristicIsChecked) {
 TEST(SuperelementFile, noModesAndNoInterfaceAreRead) {
   const TemporaryFolder folder;
   Superelement s = sample_superelement();
-  s.omega.resize(0), s.V.resize(0, 0), s.recovery.clear();
+  s.omega.resize(0);
+  s.V.resize(0, 0);
+  s.recovery.clear();
   Superelement no_modes = s;
-  no_modes.eigenvalues.resize(0), no_modes.M_kc.resize(0, 12);
+  no_modes.eigenvalues.resize(0);
+  no_modes.M_kc.resize(0, 12);
   write_superelement(no_modes, folder / "k0.h5");
   EXPECT_TRUE(test::identical(read_superelement(folder / "k0.h5"), no_modes));
   Superelement no_interface = s;
-  no_interface.dof_node.clear(), no_interface.dof_component.clear(), no_interface.node_ids.clear();
-  no_interface.coordinates.resize(0, 3), no_interface.surfaces.clear(),
-      no_interface.nodesets.clear();
-  no_interface.K_cc.resize(0, 0), no_interface.M_cc.resize(0, 0), no_interface.M_kc.resize(4, 0);
+  no_interface.dof_node.clear();
+  no_interface.dof_component.clear();
+  no_interface.node_ids.clear();
+  no_interface.coordinates.resize(0, 3);
+  no_interface.surfaces.clear();
+  no_interface.nodesets.clear();
+  no_interface.K_cc.resize(0, 0);
+  no_interface.M_cc.resize(0, 0);
+  no_interface.M_kc.resize(4, 0);
   write_superelement(no_interface, folder / "c0.h5");
   EXPECT_TRUE(test::identical(read_superelement(folder / "c0.h5"), no_interface));
 }

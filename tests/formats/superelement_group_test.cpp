@@ -56,8 +56,12 @@ TEST_F(SuperelementGroupFile, readsBackWhatWasWritten) {
   for (const bool optional_parts : {true, false}) {
     SuperelementGroup written = sample_group();
     if (!optional_parts) {
-      written.omega.resize(0), written.V.resize(0, 0);
-      for (auto& s : written.domains) s.recovery.clear(), s.nodesets.clear();
+      written.omega.resize(0);
+      written.V.resize(0, 0);
+      for (auto& s : written.domains) {
+        s.recovery.clear();
+        s.nodesets.clear();
+      }
     }
     write_superelement_group(written, file);
     EXPECT_TRUE(test::identical(read_superelement_group(file), written)) << optional_parts;
@@ -171,9 +175,12 @@ TEST_F(SuperelementGroupFile, domainsThatDoNotFitEachOther) {
   });
   expect_refused("/domains/2/dofs/node", [](SuperelementGroup& group) {
     Superelement& s = group.domains[1];
-    s.dof_node.pop_back(), s.dof_component.pop_back();
-    s.K_cc = Matrix(s.K_cc.topLeftCorner(11, 11)), s.M_cc = Matrix(s.M_cc.topLeftCorner(11, 11));
-    s.M_kc = Matrix(s.M_kc.leftCols(11)), s.recovery.clear();
+    s.dof_node.pop_back();
+    s.dof_component.pop_back();
+    s.K_cc = Matrix(s.K_cc.topLeftCorner(11, 11));
+    s.M_cc = Matrix(s.M_cc.topLeftCorner(11, 11));
+    s.M_kc = Matrix(s.M_kc.leftCols(11));
+    s.recovery.clear();
   });
   expect_refused("/diagonal/omega", [](SuperelementGroup& group) { group.omega *= 1.001; });
   expect_refused("/diagonal/V",

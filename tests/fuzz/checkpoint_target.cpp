@@ -74,7 +74,7 @@ output: {every: 0.02, fields: [displacement])";
   reduced_scene(base.scene.string());
   run(base, keeps, {});
   base.whole = read_results(base.results);
-  base.checkpoint_bytes = test::bytes_of(base.checkpoint),
+  base.checkpoint_bytes = test::bytes_of(base.checkpoint);
   base.fields_bytes = test::bytes_of(base.fields);
   run(base, base.scene, base.checkpoint);
   require(read_results(base.results) == base.whole,

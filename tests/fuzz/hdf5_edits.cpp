@@ -236,7 +236,10 @@ class Editor {
         chunk.push_back(std::max<hsize_t>(1, std::min<hsize_t>(size, 1 + bytes_.below(32))));
       H5Pset_chunk(list, static_cast<int>(chunk.size()), chunk.data());
       if (kind == 5) H5Pset_deflate(list, 9);
-      if (kind == 6) H5Pset_shuffle(list), H5Pset_fletcher32(list);
+      if (kind == 6) {
+        H5Pset_shuffle(list);
+        H5Pset_fletcher32(list);
+      }
       if (kind == 7) H5Pset_scaleoffset(list, H5Z_SO_INT, 0);
     }
     return list;

@@ -87,7 +87,8 @@ void run_briefly(const Scene& scene) {
     BuiltScene built = build(scene, report);
     TimePlan& plan = built.simulation.plan;
     if (plan.n_steps() > most_steps) {
-      plan.n_whole = std::min(plan.n_whole, most_steps), plan.n_rest = 0;
+      plan.n_whole = std::min(plan.n_whole, most_steps);
+      plan.n_rest = 0;
       plan.end = static_cast<double>(plan.n_whole) * plan.h;
     }
     check_result(cbr::run(built.simulation));

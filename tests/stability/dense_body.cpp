@@ -89,7 +89,9 @@ Vector DenseStepper::force(double t) const {
 }
 
 void DenseStepper::predict() {
-  q0_ = q_, v0_ = v_, a0_ = a_;
+  q0_ = q_;
+  v0_ = v_;
+  a0_ = a_;
   start_ = positions(q_);
   impulse_ = Vector::Zero(q_.size());
   advance();
@@ -149,7 +151,8 @@ void DenseStepper::advance_exactly(const Vector& impulse) {
                  f1 = (modes_.V.transpose() * force(cuts[i]) - f0) / s;
     for (Index j = 0; j < eta.size(); ++j) swing(modes_.omega[j], f0[j], f1[j], s, eta[j], v[j]);
   }
-  q_ = modes_.V * eta, v_ = modes_.V * v;
+  q_ = modes_.V * eta;
+  v_ = modes_.V * v;
 }
 
 }  // namespace cbr::test

@@ -58,7 +58,8 @@ Foot foot_on_triangle(const Corners& x, const Vector3& node) {
     if (distance >= nearest) continue;
     nearest = distance;
     weights = {};
-    weights[a] = 1 - t, weights[c] = t;
+    weights[a] = 1 - t;
+    weights[c] = t;
   }
   return foot_of(weights, normal, outside, x, node);
 }
@@ -76,9 +77,10 @@ struct OnQuad {
     constexpr double sign_s[] = {-1, 1, 1, -1}, sign_t[] = {-1, -1, 1, 1};
     const auto N = bilinear(s, t);
     for (std::size_t a = 0; a < 4; ++a) {
-      at += N[a] * x[a], by_st += sign_s[a] * sign_t[a] / 4 * x[a];
-      by_s += sign_s[a] * (1 + sign_t[a] * t) / 4 * x[a],
-          by_t += sign_t[a] * (1 + sign_s[a] * s) / 4 * x[a];
+      at += N[a] * x[a];
+      by_st += sign_s[a] * sign_t[a] / 4 * x[a];
+      by_s += sign_s[a] * (1 + sign_t[a] * t) / 4 * x[a];
+      by_t += sign_t[a] * (1 + sign_s[a] * s) / 4 * x[a];
     }
   }
 };
@@ -170,13 +172,17 @@ std::optional<Meeting> meeting(const DenseSurface& master, const DensePath& path
   const Corners start = corners(master.faces[face], path.start),
                 end = corners(master.faces[face], path.end);
   Meeting m;
-  m.face = static_cast<Index>(face), m.size = master.sizes[face], m.end_corners = end;
+  m.face = static_cast<Index>(face);
+  m.size = master.sizes[face];
+  m.end_corners = end;
   m.end = foot_on(end, node.end);
   if (m.end.distance > reach) return {};
   const Foot before = foot_on(start, node.start);
-  m.start_gap = before.distance, m.outside = before.outside;
+  m.start_gap = before.distance;
+  m.outside = before.outside;
   const double edge = before.normal.dot(node.known_normal) >= same_way ? held_edge : new_edge;
-  m.over_end = m.end.outside <= edge, m.near_over_end = m.end.outside <= held_edge,
+  m.over_end = m.end.outside <= edge;
+  m.near_over_end = m.end.outside <= held_edge;
   m.right_over_end = m.end.outside <= new_edge;
   m.same = node.face == m.face;
   m.follows = node.face >= 0 && before.normal.dot(node.normal) >= same_way;
@@ -244,9 +250,10 @@ Stand stand_before(const std::vector<Meeting>& holding, const Vector3& x) {
     if (on.size() > 3) continue;
     Matrix N(3, static_cast<Index>(on.size()));
     Vector gap(static_cast<Index>(on.size()));
-    for (std::size_t i = 0; i < on.size(); ++i)
-      N.col(static_cast<Index>(i)) = holding[on[i]].end.normal,
+    for (std::size_t i = 0; i < on.size(); ++i) {
+      N.col(static_cast<Index>(i)) = holding[on[i]].end.normal;
       gap[static_cast<Index>(i)] = holding[on[i]].end_gap;
+    }
     const Vector push = on.empty() ? Vector() : Vector(-Ldlt(N.transpose() * N).solve(gap));
     if (!on.empty() && !(push.minCoeff() > 0)) continue;
     const Vector3 at = on.empty() ? x : Vector3(x + N * push);
@@ -255,7 +262,9 @@ Stand stand_before(const std::vector<Meeting>& holding, const Vector3& x) {
     };
     if (!std::all_of(holding.begin(), holding.end(), is_in_front) || (at - x).norm() >= least)
       continue;
-    least = (at - x).norm(), nearest.at = at, nearest.planes.clear();
+    least = (at - x).norm();
+    nearest.at = at;
+    nearest.planes.clear();
     for (Index k = 0; k < N.cols(); ++k) nearest.planes.push_back(N.col(k));
   }
   return nearest;
@@ -270,7 +279,9 @@ std::optional<Meeting> meeting_at_foot(const DenseSurface& master, const DensePa
   const Corners start = corners(master.faces[f], path.start),
                 end = corners(master.faces[f], path.end);
   Meeting m;
-  m.face = face, m.size = master.sizes[f], m.end_corners = end;
+  m.face = face;
+  m.size = master.sizes[f];
+  m.end_corners = end;
   const Stand stand = stand_before(holding, node.end);
   const Foot ahead = foot_on(end, stand.at), before = foot_on(start, node.start);
   m.end = foot_on(end, node.end);
@@ -323,8 +334,11 @@ void add_rising(const DenseSurface& master, const DensePath& path, const Node& n
   const auto beside = [&](Index face, Index other) -> std::optional<Meeting> {
     const Corners end = corners(master.faces[static_cast<std::size_t>(other)], path.end);
     Meeting m;
-    m.face = other, m.size = master.sizes[static_cast<std::size_t>(other)], m.end_corners = end;
-    m.end = foot_on(end, node.end), m.end_gap = m.end.distance;
+    m.face = other;
+    m.size = master.sizes[static_cast<std::size_t>(other)];
+    m.end_corners = end;
+    m.end = foot_on(end, node.end);
+    m.end_gap = m.end.distance;
     if (m.end_gap >= 0) return {};
     std::vector<Meeting> with = holding;
     with.push_back(m);
@@ -418,8 +432,10 @@ std::vector<DensePoint> dense_face_points(const DenseSurface& slave, const Dense
     for (const Meeting& m : holding) {
       DensePoint point;
       point.frame = dense_frame(m.end.normal);
-      point.gap = m.end_gap - memory.offset[i], point.start_gap = m.start_gap - memory.offset[i];
-      point.slot = static_cast<Index>(i), point.face = m.face;
+      point.gap = m.end_gap - memory.offset[i];
+      point.start_gap = m.start_gap - memory.offset[i];
+      point.slot = static_cast<Index>(i);
+      point.face = m.face;
       point.terms = {{slave.body, slave.nodes[i], 1}};
       for (std::size_t a = 0; a < 4; ++a)
         if (m.end.weights[a] != 0)

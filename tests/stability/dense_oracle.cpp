@@ -26,9 +26,10 @@ DenseModel dense_model(const Mesh& mesh, const std::vector<BlockProperties>& pro
     for (Index i = 0; i < block.connectivity.size(); ++i)
       place[static_cast<std::size_t>(block.connectivity.data()[i])] = 0;
   for (std::size_t i = 0; i < place.size(); ++i)
-    if (place[i] == 0)
-      place[i] = static_cast<Index>(model.nodes.size()),
+    if (place[i] == 0) {
+      place[i] = static_cast<Index>(model.nodes.size());
       model.nodes.push_back(static_cast<Index>(i));
+    }
   const Index n = 3 * static_cast<Index>(model.nodes.size());
   model.K = model.M = Matrix::Zero(n, n);
   for (std::size_t b = 0; b < mesh.blocks.size(); ++b) {
@@ -124,7 +125,8 @@ DenseReduction dense_reduction(const DenseModel& model, const std::vector<Index>
   order.resize(static_cast<std::size_t>(k));
   reduced.eigenvalues = modes.lambda(order);
   reduced.M_kc = Matrix(M.topRightCorner(n_I, c))(order, Eigen::all);
-  reduced.K_cc = K.bottomRightCorner(c, c), reduced.M_cc = M.bottomRightCorner(c, c);
+  reduced.K_cc = K.bottomRightCorner(c, c);
+  reduced.M_cc = M.bottomRightCorner(c, c);
   return reduced;
 }
 

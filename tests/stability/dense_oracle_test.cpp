@@ -254,7 +254,8 @@ TEST(RandomScenes, OfGroovesAgreeWithDenseArithmetic) {
 // Superelements that only impulses meet, in steps of 0.9 to 4 critical ones: one scene of ten
 TEST(RandomScenes, OfScaledModesAgreeWithDenseArithmetic) {
   compare_all(test::seeds(100), [](RandomScene& scene) {
-    scene.mass_scaling = true, scene.cfl = 0.9 + 0.1 * (scene.seed % 32);
+    scene.mass_scaling = true;
+    scene.cfl = 0.9 + 0.1 * (scene.seed % 32);
     scene.skin.reset();
     return scene.integrator == "exact" && !scene.has("penalty") &&
            std::any_of(scene.bodies.begin(), scene.bodies.end(),

@@ -32,8 +32,11 @@ class Run {
   Run(const std::vector<DenseBody>& bodies, const std::vector<DensePair>& pairs, double h)
       : pairs_(pairs), h_(h) {
     for (const DenseBody& body : bodies) steppers_.emplace_back(body, h);
-    memory_.resize(pairs.size()), back_.resize(pairs.size()), springs_.resize(pairs.size());
-    motion_.bodies.resize(bodies.size()), motion_.n_pushes.assign(pairs.size(), 0);
+    memory_.resize(pairs.size());
+    back_.resize(pairs.size());
+    springs_.resize(pairs.size());
+    motion_.bodies.resize(bodies.size());
+    motion_.n_pushes.assign(pairs.size(), 0);
     begin_output();
     record();
   }
@@ -162,8 +165,11 @@ class Run {
   void remember(const Group& group, const Vector& gap, const Vector& p) {
     std::vector<double> gaps, pushes;
     Index row = 0;
-    for (const double mu : group.mu)
-      gaps.push_back(gap[row]), pushes.push_back(p[row]), row += mu > 0 ? 3 : 1;
+    for (const double mu : group.mu) {
+      gaps.push_back(gap[row]);
+      pushes.push_back(p[row]);
+      row += mu > 0 ? 3 : 1;
+    }
     for (const Search& s : group.searches) {
       const auto part = [&](const auto& all) {
         return std::vector(all.begin() + static_cast<std::ptrdiff_t>(s.first),
@@ -224,7 +230,8 @@ class Run {
     for (std::size_t i = 0; i < group.points.size(); ++i) {
       const Index n = group.mu[i] > 0 ? 3 : 1;
       if (p[row] > 0) {
-        closed.points.push_back(group.points[i]), closed.mu.push_back(group.mu[i]);
+        closed.points.push_back(group.points[i]);
+        closed.mu.push_back(group.mu[i]);
         for (Index d = 0; d < n; ++d) rows.push_back(row + d);
       }
       row += n;

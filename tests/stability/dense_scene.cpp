@@ -67,7 +67,9 @@ void add_shells(const RandomScene& scene, const Geometry& geometry, const Random
   const DenseSurface surface =
       dense_surface(0, geometry.surfaces.at(after_dot(*scene.skin)).faces, geometry.coordinates);
   const Index first = all.K.rows(), n = 3 * static_cast<Index>(surface.nodes.size());
-  all.K = grown(all.K, n, n), all.M = grown(all.M, n, n), all.B = grown(all.B, 0, n),
+  all.K = grown(all.K, n, n);
+  all.M = grown(all.M, n, n);
+  all.B = grown(all.B, 0, n);
   all.rigid = grown(all.rigid, n, 0);
   for (const auto& face : surface.faces) {
     const bool triangle = face[2] == face[3];
@@ -108,7 +110,9 @@ DenseBody placed(const RandomScene& scene, const Ran& ran, std::size_t i, Coordi
   Matrix TB(B.rows(), B.cols());
   for (Index node = 0; node < n; ++node) TB.middleRows(3 * node, 3) = T * B.middleRows(3 * node, 3);
   const std::vector<Index> free = free_coordinates(scene, geometry, i, B);
-  body.K = K(free, free), body.M = M(free, free), body.B = TB(Eigen::all, free);
+  body.K = K(free, free);
+  body.M = M(free, free);
+  body.B = TB(Eigen::all, free);
   // What supports that take hold at once leave
   body.velocity = Cholesky(body.M).solve(Vector(M * (rigid * (T.transpose() * b.velocity)))(free));
   for (const auto& load : scene.loads) {
@@ -222,8 +226,10 @@ std::vector<DensePair> dense_pairs(const RandomScene& scene, const Ran& ran) {
       // The finer surface's nodes; of equal ones the first's
       if (pair.master->size < pair.slave.size * (1 - 1e-6)) std::swap(pair.slave, *pair.master);
     }
-    pair.penalty = has(of.options, "penalty"), pair.two_way = has(of.options, "two-way");
-    pair.friction = number(of.options, "friction"), pair.damping = number(of.options, "damping");
+    pair.penalty = has(of.options, "penalty");
+    pair.two_way = has(of.options, "two-way");
+    pair.friction = number(of.options, "friction");
+    pair.damping = number(of.options, "damping");
     list.push_back(pair);
   }
   return list;

@@ -86,7 +86,8 @@ Vector3 DenseWall::normal(const Vector3& x) const {
 Matrix3 dense_frame(const Vector3& normal) {
   Matrix3 frame;
   const Vector3 t = normal.unitOrthogonal();
-  frame.row(0) = normal.transpose(), frame.row(1) = t.transpose(),
+  frame.row(0) = normal.transpose();
+  frame.row(1) = t.transpose();
   frame.row(2) = normal.cross(t).transpose();
   return frame;
 }
@@ -99,7 +100,9 @@ double dense_reach(double size, double way, bool initial) {
 void start(const DenseSurface& slave, DenseMemory& memory) {
   if (!memory.face.empty()) return;
   const std::size_t n = slave.nodes.size();
-  memory.face.assign(n, -1), memory.known_face.assign(n, -1), memory.offset.assign(n, 0);
+  memory.face.assign(n, -1);
+  memory.known_face.assign(n, -1);
+  memory.offset.assign(n, 0);
   memory.touched.assign(n, {});
   memory.stretch = Points::Zero(static_cast<Index>(n), 3);
 }
@@ -125,8 +128,10 @@ std::vector<DensePoint> dense_wall_points(const DenseSurface& slave, const Dense
     if (initial || (!touches && gap_0 < 0)) offset = std::min(0.0, gap_0);
     DensePoint point;
     point.frame = dense_frame(normal);
-    point.gap = gap_1 - offset, point.start_gap = gap_0 - offset;
-    point.slot = static_cast<Index>(i), point.face = 0;
+    point.gap = gap_1 - offset;
+    point.start_gap = gap_0 - offset;
+    point.slot = static_cast<Index>(i);
+    point.face = 0;
     point.terms = {{slave.body, slave.nodes[i], 1}};
     points.push_back(point);
   }

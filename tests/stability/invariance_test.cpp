@@ -48,7 +48,8 @@ const Variant variants[] = {
      }},
     {"turned", always,
      [](RandomScene& scene, Change& change) {
-       change.S = turn(scene.seed), change.shift = Vector3(3, -2, 5);
+       change.S = turn(scene.seed);
+       change.shift = Vector3(3, -2, 5);
      }},
     {"mirrored", always,
      [](RandomScene& scene, Change& change) {
@@ -56,10 +57,15 @@ const Variant variants[] = {
      }},
     {"moving", is_free, [](RandomScene&, Change& change) { change.boost = Vector3(2, -1, 3); }},
     {"in millimetres and tonnes", always,
-     [](RandomScene&, Change& change) { change.length = 1e3, change.mass = 1e-3; }},
+     [](RandomScene&, Change& change) {
+       change.length = 1e3;
+       change.mass = 1e-3;
+     }},
     {"scaled by 1e6", always,
      [](RandomScene&, Change& change) {
-       change.length = 1e6, change.mass = 1e6, change.time = 1e-6;
+       change.length = 1e6;
+       change.mass = 1e6;
+       change.time = 1e-6;
      }},
     {"named the other way", always,
      [](RandomScene& scene, Change&) {
@@ -75,7 +81,9 @@ void keep_all(RandomScene& scene, Index domains, bool again = false) {
   for (RandomBody& b : scene.bodies) {
     if (!is_craig_bampton(b)) continue;
     b.modes = test::interior_dofs(b);
-    b.pick = "frequency", b.domains = domains, b.second_modes.reset();
+    b.pick = "frequency";
+    b.domains = domains;
+    b.second_modes.reset();
     if (again) b.second_modes = b.modes;
   }
 }
@@ -110,7 +118,8 @@ void try_variant(const Variant& variant, const RandomScene& scene, const Ran& pl
 void try_domains(const RandomScene& scene, test::Worst& worst) {
   if (!is_reduced(scene) || scene.loads_inside) return;
   RandomScene one = scene, several = scene;
-  keep_all(one, 1), keep_all(several, 2);
+  keep_all(one, 1);
+  keep_all(several, 2);
   compare("in two domains", scene, run(one), run(several), {}, worst);
 }
 
@@ -124,10 +133,12 @@ void try_bases(const RandomScene& scene, test::Worst& worst) {
       for (RandomBody& b : other.bodies)
         if (load.instance == b.name && is_craig_bampton(b) && load.surface[0] != 'x')
           b.interface_sets.push_back(load.surface);
-    keep_all(one, 1), keep_all(other, 1);
+    keep_all(one, 1);
+    keep_all(other, 1);
     compare("loads inside, on the interface", scene, run(one), run(other), {}, worst);
   } else {
-    keep_all(one, 1), keep_all(other, 2, true);
+    keep_all(one, 1);
+    keep_all(other, 2, true);
     compare("two domains, reduced again", scene, run(one), run(other), {}, worst);
   }
 }

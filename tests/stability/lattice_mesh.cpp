@@ -50,8 +50,10 @@ void add_tets(const Point& at, ElementType type, Elements& elements) {
   do {
     Point a = at, b = a, c, d;
     b[axes[0]] += 2;
-    c = b, c[axes[1]] += 2;
-    d = c, d[axes[2]] += 2;
+    c = b;
+    c[axes[1]] += 2;
+    d = c;
+    d[axes[2]] += 2;
     const bool even = (axes[1] - axes[0] + 3) % 3 == 1;
     Cell nodes = even ? Cell{a, b, c, d} : Cell{a, c, b, d};
     if (type == ElementType::tet10)
@@ -255,7 +257,8 @@ Mesh lattice_mesh(const LatticeShape& shape) {
     const auto [high, type] = key;
     Block block;
     block.name = std::string(high ? "high" : "low") + "_" + std::string(name(type));
-    block.id = static_cast<Index>(mesh.blocks.size()) + 1, block.type = type;
+    block.id = static_cast<Index>(mesh.blocks.size()) + 1;
+    block.type = type;
     block.connectivity = Eigen::Map<const IndexTable>(
         list.data(), static_cast<Index>(list.size()) / n_nodes(type), n_nodes(type));
     for (Index e = 0; e < block.connectivity.rows(); ++e) block.element_ids.push_back(next_id++);

@@ -39,7 +39,8 @@ void make_massless(Dice& dice, RandomScene& scene, RandomBody& b) {
   if (n < 24) return;  // as it was
   const Index way = dice.below(3);
   constexpr const char* ways[] = {"free", "tapered", "fixed"};
-  b.basis = "massless", b.reduction = std::string("massless_modes: ") + ways[way];
+  b.basis = "massless";
+  b.reduction = std::string("massless_modes: ") + ways[way];
   b.modes = way == 2 ? n - dice.below(n / 3) : dice.below(std::min<Index>(16, n / 2 - 6) + 1);
   if (way != 2) b.pick = "frequency";
   // No force but impulses, and no step but an explicit one, finds an interface without mass
@@ -85,7 +86,10 @@ void make_domains(Dice& dice, RandomScene& scene, RandomBody& b) {
   if (b.shape.n[0] * b.shape.n[1] * b.shape.n[2] < 3) b.domains = 2;
   const bool all = !dice.once_in(3);
   const Index n = interior_dofs(b);
-  if (all) b.modes = n, b.pick = "frequency";
+  if (all) {
+    b.modes = n;
+    b.pick = "frequency";
+  }
   if (all && n > 0 && dice.once_in(2)) b.second_modes = dice.once_in(3) ? n : 1 + dice.below(n);
   if (!all) scene.keeps_numbers = true;
 }
@@ -98,8 +102,10 @@ void load_inside(Dice& dice, RandomScene& scene, RandomBody& b) {
   load.instance = b.name;
   constexpr const char* sides[] = {"y_min", "z_min", "z_max"};
   load.surface = sides[dice.below(3)];
-  if (dice.once_in(2))
-    load.time = {0, 0.3 * scene.end, 0.6 * scene.end}, load.factor = {0, 1, dice.uniform(-1, 1)};
+  if (dice.once_in(2)) {
+    load.time = {0, 0.3 * scene.end, 0.6 * scene.end};
+    load.factor = {0, 1, dice.uniform(-1, 1)};
+  }
   scene.loads.push_back(load);
   scene.loads_inside = true;
 }
@@ -138,7 +144,8 @@ RandomScene random_scene_of_bases(unsigned seed) {
     }
   }
   if (scene.integrator == "exact" && !scene.loads_inside && dice.once_in(2)) {
-    scene.mass_scaling = true, scene.cfl = dice.uniform(0.9, 4);
+    scene.mass_scaling = true;
+    scene.cfl = dice.uniform(0.9, 4);
     take_impulses(scene, nullptr);
   }
   return scene;

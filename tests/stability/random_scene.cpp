@@ -36,7 +36,8 @@ RandomBody random_body(Dice& dice, const std::string& name) {
   if (b.shape.n[0] * b.shape.n[1] * b.shape.n[2] == 1) b.shape.n[0] = 2;
   b.shape.map = warp(dice, dice.uniform(0, 0.04));
   b.mesh = lattice_mesh(b.shape);
-  b.low = material(dice), b.high = dice.once_in(2) ? material(dice) : b.low;
+  b.low = material(dice);
+  b.high = dice.once_in(2) ? material(dice) : b.low;
   constexpr const char* formulations[] = {"hex8-incompatible", "hex8", "hex8-hourglass"};
   b.element = formulations[dice.below(3)];
   b.mass = dice.once_in(3) ? "consistent" : "lumped";
@@ -228,7 +229,8 @@ RandomScene random_scene(unsigned seed) {
   scene.seed = seed;
   constexpr const char* integrators[] = {"exact", "central-difference", "newmark", "exact"};
   scene.integrator = integrators[dice.below(4)];
-  scene.end = 0.24, scene.every = 0.08;
+  scene.end = 0.24;
+  scene.every = 0.08;
   scene.bodies.push_back(random_body(dice, "a"));
   scene.bodies[0].rotation = dice.rotation(0.2);
   scene.bodies[0].velocity = Vector3(0.5, 0, 0) + dice.vector(0.2);

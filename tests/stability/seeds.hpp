@@ -32,7 +32,11 @@ class Worst {
   void add(const std::string& what, double share, double value, unsigned seed) {
     Entry& entry = entries_[what];
     ++entry.n;
-    if (share >= entry.share) entry.share = share, entry.value = value, entry.seed = seed;
+    if (share >= entry.share) {
+      entry.share = share;
+      entry.value = value;
+      entry.seed = seed;
+    }
   }
   int count(const std::string& what) const {
     const auto entry = entries_.find(what);

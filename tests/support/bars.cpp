@@ -54,7 +54,8 @@ Waves waves(const std::vector<Bar>& bars, double dt, double end) {
   std::vector<double> speed(n);  // of the centre of mass
   for (std::size_t b = 0; b < n; ++b) {
     delay[b] = static_cast<std::size_t>(std::lround(0.5 * bars[b].transit() / dt));
-    up[b].assign(delay[b], 0.5 * bars[b].velocity), down[b] = up[b];
+    up[b].assign(delay[b], 0.5 * bars[b].velocity);
+    down[b] = up[b];
     speed[b] = bars[b].velocity;
   }
   for (std::size_t i = 0; i < steps; ++i) {
@@ -77,7 +78,8 @@ Waves waves(const std::vector<Bar>& bars, double dt, double end) {
       const double change = dt * (F[b] - F[b + 1]) / bars[b].mass();
       w.centre[b][i + 1] = w.centre[b][i] + dt * (speed[b] + 0.5 * change);
       speed[b] += change;
-      up[b].push_back(low), down[b].push_back(high);
+      up[b].push_back(low);
+      down[b].push_back(high);
     }
   }
   return w;

@@ -106,7 +106,8 @@ Difference difference(const Ran& plain, const Ran& changed, const Change& change
       const Vector3 Lb = at(other.angular_momentum, k) -
                          at(other.center_of_mass, k).cross(Vector3(at(other.momentum, k)));
       l = std::max(l, (det * back(Lb, change.mass * change.speed() * change.length) - La).norm());
-      ls = std::max(ls, La.norm()), ps = std::max(ps, P.norm()),
+      ls = std::max(ls, La.norm());
+      ps = std::max(ps, P.norm());
       xs = std::max(xs, (C - at(a.bodies[i].center_of_mass, 0)).norm());
       ps = std::max(ps, m * 1e-12);
       if (change.boost.isZero())
@@ -143,8 +144,11 @@ Difference difference(const Ran& plain, const Ran& changed, const Change& change
     }
   }
   // Bodies are about a unit long: what turns little is measured by what it could
-  d.positions = x / xs, d.momenta = p / ps, d.angular = l / std::max(ls, 0.1 * ps),
-  d.forces = fs > 0 ? f / fs : f, d.energies = e / es;
+  d.positions = x / xs;
+  d.momenta = p / ps;
+  d.angular = l / std::max(ls, 0.1 * ps);
+  d.forces = fs > 0 ? f / fs : f;
+  d.energies = e / es;
   return d;
 }
 

@@ -93,7 +93,9 @@ struct Builder {
 
   Index add(const Vector3& place, Index i, Index j, Index k) {
     x.push_back(place);
-    outer.push_back(k == 0), x_plane.push_back(2 * i == m), y_plane.push_back(2 * j == m);
+    outer.push_back(k == 0);
+    x_plane.push_back(2 * i == m);
+    y_plane.push_back(2 * j == m);
     return static_cast<Index>(x.size()) - 1;
   }
   bool on_box(Index i, Index j, Index k) const {
@@ -173,11 +175,19 @@ inline Mesh graded_ball(const BallOptions& options) {
     const auto at = static_cast<std::size_t>(i);
     mesh.coordinates.row(i) = ball.x[at].transpose();
     mesh.node_ids.push_back(i + 1);
-    if (ball.x_plane[at]) planes[0].nodes.push_back(i), mesh.coordinates(i, 0) = 0;
-    if (ball.y_plane[at]) planes[1].nodes.push_back(i), mesh.coordinates(i, 1) = 0;
+    if (ball.x_plane[at]) {
+      planes[0].nodes.push_back(i);
+      mesh.coordinates(i, 0) = 0;
+    }
+    if (ball.y_plane[at]) {
+      planes[1].nodes.push_back(i);
+      mesh.coordinates(i, 1) = 0;
+    }
   }
   Block block;
-  block.name = "ball", block.id = 1, block.type = ElementType::hex8;
+  block.name = "ball";
+  block.id = 1;
+  block.type = ElementType::hex8;
   block.connectivity.resize(static_cast<Index>(ball.hexes.size()), 8);
   Sideset contact{"contact", 1, {}}, surface{"surface", 2, {}};
   for (Index e = 0; e < block.connectivity.rows(); ++e) {

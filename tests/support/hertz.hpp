@@ -93,7 +93,8 @@ inline ImpactAnswer finite_ball(const BallImpact& impact) {
     const double a = 1.2 * a_hertz * i / n, da = 1e-3 * a;
     const double slope =
         (ball_compliance(impact, a + da) - ball_compliance(impact, a - da)) / (2 * da);
-    radius[i] = a, force[i] = -2 * (2 * a / (5 * R)) / slope;
+    radius[i] = a;
+    force[i] = -2 * (2 * a / (5 * R)) / slope;
     approach[i] = sides * (a * a / (5 * R) + force[i] * ball_compliance(impact, a));
     work[i] = i == 1
                   ? 0.4 * force[i] * approach[i]
@@ -128,10 +129,14 @@ inline ImpactAnswer finite_ball(const BallImpact& impact) {
     t.push_back(t.back() + 2 * answer.approach * s / (speed * steps));
     F.push_back(interpolate(approach, 1, force, 2.0 / 3, answer.approach * (1 - end * end)));
   }
-  for (std::size_t i = t.size(); i-- > 1;)
-    answer.time.push_back(t.back() - t[i]), answer.history.push_back(F[i]);
-  for (std::size_t i = 0; i < t.size(); ++i)
-    answer.time.push_back(t.back() + t[i]), answer.history.push_back(F[i]);
+  for (std::size_t i = t.size(); i-- > 1;) {
+    answer.time.push_back(t.back() - t[i]);
+    answer.history.push_back(F[i]);
+  }
+  for (std::size_t i = 0; i < t.size(); ++i) {
+    answer.time.push_back(t.back() + t[i]);
+    answer.history.push_back(F[i]);
+  }
   answer.duration = 2 * t.back();
   return answer;
 }

@@ -60,7 +60,9 @@ Mesh block_mesh(const BlockShape& shape) {
     return i + (n[0] + 1) * (j + (n[1] + 1) * k);
   };
   Block block;
-  block.name = "block", block.id = 1, block.type = ElementType::hex8;
+  block.name = "block";
+  block.id = 1;
+  block.type = ElementType::hex8;
   block.connectivity.resize(n[0] * n[1] * n[2], 8);
   for (const Face& face : faces)
     mesh.sidesets.push_back({face.name, static_cast<Index>(mesh.sidesets.size()) + 1, {}});
@@ -198,7 +200,10 @@ double observed_order(const std::vector<double>& h, const std::vector<double>& e
   double x = 0, y = 0, xx = 0, xy = 0;
   for (std::size_t i = 0; i < h.size(); ++i) {
     const double a = std::log(h[i]), b = std::log(error[i]);
-    x += a, y += b, xx += a * a, xy += a * b;
+    x += a;
+    y += b;
+    xx += a * a;
+    xy += a * b;
   }
   return (n * xy - x * y) / (n * xx - x * x);
 }

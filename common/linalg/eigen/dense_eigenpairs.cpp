@@ -105,7 +105,10 @@ Eigenpairs standard_eigenpairs(Matrix& A, Index k) {
     pairs.Phi.conservativeResize(Eigen::NoChange, k);
   }
   if (ok) apply_reflectors(A, T, pairs.Phi);
-  if (!ok) pairs.converged = false, pairs.n_converged = 0;
+  if (!ok) {
+    pairs.converged = false;
+    pairs.n_converged = 0;
+  }
   return pairs;
 }
 

@@ -36,7 +36,8 @@ struct Basis {
   Index size = 0;  // columns of V in H
 
   void reserve(Index n, Index columns) {
-    V.conservativeResize(n, columns), P.conservativeResize(n, columns);
+    V.conservativeResize(n, columns);
+    P.conservativeResize(n, columns);
     H.conservativeResizeLike(Matrix::Zero(columns, columns));
   }
 };
@@ -63,7 +64,8 @@ Eigenpairs lanczos_below(Index n, Index n_rigid,
   for (;; ++pairs.iterations) {
     B.reserve(n, look + 2 * b);
     while (B.size < look) {
-      B.V.middleCols(B.size, b) = U, B.P.middleCols(B.size, b) = P;
+      B.V.middleCols(B.size, b) = U;
+      B.P.middleCols(B.size, b) = P;
       const Index columns = B.size + b;
       const auto V = B.V.leftCols(columns), M_V = B.P.leftCols(columns);
       U = P;
@@ -74,13 +76,15 @@ Eigenpairs lanczos_below(Index n, Index n_rigid,
       if (!orthonormalise(U, P, R)) return pairs;
       // Again, as orthonormalising enlarges the round-off that the first projection left.
       const Matrix rest = M_V.transpose() * U;
-      U.noalias() -= V * rest, P.noalias() -= M_V * rest;
+      U.noalias() -= V * rest;
+      P.noalias() -= M_V * rest;
       h.noalias() += rest * R;
       if (!orthonormalise(U, P, R_again)) return pairs;
       B.last = R_again * R;
-      B.H.block(0, B.size, columns, b) = h, B.H.block(B.size, 0, b, columns) = h.transpose();
-      B.H.block(columns, B.size, b, b) = B.last,
-                                    B.H.block(B.size, columns, b, b) = B.last.transpose();
+      B.H.block(0, B.size, columns, b) = h;
+      B.H.block(B.size, 0, b, columns) = h.transpose();
+      B.H.block(columns, B.size, b, b) = B.last;
+      B.H.block(B.size, columns, b, b) = B.last.transpose();
       B.size = columns;
     }
     // H S = S diag(theta), theta descending; the residual of a Ritz pair is what the last block

@@ -22,7 +22,10 @@ void balance(const LinearMap& solve_M, Vector& p, Vector& q) {
   };
   for (Index i = 0; i < p.size(); ++i) {
     const double f = flexibility(i);
-    if (f > 0) least = std::min(least, f), most = std::max(most, f);
+    if (f > 0) {
+      least = std::min(least, f);
+      most = std::max(most, f);
+    }
   }
   if (!(most > alike * least)) return;
   for (Index i = 0; i < p.size(); ++i) {
@@ -64,7 +67,8 @@ double largest_eigenvalue(Index n, const LinearMap& multiply_K, const LinearMap&
   Vector alpha = Vector::Zero(steps), beta = Vector::Zero(steps);
   double norm = std::sqrt(std::max(q.dot(p), 0.0));
   if (!(norm > 0)) return 0;
-  q /= norm, p /= norm;
+  q /= norm;
+  p /= norm;
   RitzValue bound;
   for (Index j = 0; j < steps; ++j) {
     // p_j+1 = K q_j - alpha_j p_j - beta_j-1 p_j-1, and q_j+1 solved from it: were both continued
@@ -82,7 +86,8 @@ double largest_eigenvalue(Index n, const LinearMap& multiply_K, const LinearMap&
       if (invariant || bound.residual <= enough * bound.value) break;
     }
     p_before.swap(p);
-    q = w / beta[j], p = Kq / beta[j];
+    q = w / beta[j];
+    p = Kq / beta[j];
   }
   return bound.value + bound.residual;
 }

@@ -341,7 +341,12 @@ Eigenpairs sparse_eigenpairs_beyond(const SparseMatrix& M, const SparseCholesky&
   // P K^-1 with P = I - Phi Phi^T M: what is known has the eigenvalue 0 there, the farthest from
   // those that are looked for
   Eigenpairs pairs = block_lanczos(
-      M, [&](Eigen::Ref<Matrix> B) { factor.solve_in_place(B), project(B); }, 0, k, options);
+      M,
+      [&](Eigen::Ref<Matrix> B) {
+        factor.solve_in_place(B);
+        project(B);
+      },
+      0, k, options);
   if (!pairs.converged) return pairs;
   project(pairs.Phi);
   return finished(M, std::move(pairs));

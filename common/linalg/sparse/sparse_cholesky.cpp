@@ -47,12 +47,14 @@ struct SparseCholesky::Impl {
 
   // The diagonal of L in the order of elimination stands at the head of each supernode's columns.
   void examine_pivots() {
-    least = HUGE_VAL, largest = 0;
+    least = HUGE_VAL;
+    largest = 0;
     for (Index s = 0; s < factor.n_super; ++s) {
       for (Index j = 0; j < factor.columns(s); ++j) {
         const Index column = factor.order[factor.first(s) + j];
         const double pivot = factor.x[factor.px[s] + j * (factor.stride(s) + 1)];
-        least = std::min(least, pivot), largest = std::max(largest, pivot);
+        least = std::min(least, pivot);
+        largest = std::max(largest, pivot);
         const double ratio = pivot * pivot / diagonal(column);
         if (weakest >= 0 && ratio >= smallest_pivot) continue;
         smallest_pivot = ratio;

@@ -122,7 +122,8 @@ Factored factor_and_condense(const SupernodeTree& tree, Index n_I, const SparseM
                              const SparseMatrix& M, double* x, Matrix& K_cc, Matrix& M_cc,
                              const Progress& progress) {
   const Index c = tree.factor().n - n_I;
-  K_cc = zeros_on_huge_pages(c, c), M_cc = zeros_on_huge_pages(c, c);
+  K_cc = zeros_on_huge_pages(c, c);
+  M_cc = zeros_on_huge_pages(c, c);
   return Factoriser(tree, n_I, K, M, x, {&K_cc, &M_cc}, progress).factor_all();
 }
 

@@ -33,8 +33,11 @@ constexpr int no_program = 127;
   const rlimit none{0, 0}, time{seconds, seconds + 1};
   setrlimit(RLIMIT_CORE, &none);
   setrlimit(RLIMIT_CPU, &time);
-  if (const int nowhere = open("/dev/null", O_RDWR); nowhere >= 0)
-    dup2(nowhere, 0), dup2(nowhere, 1), dup2(nowhere, 2);
+  if (const int nowhere = open("/dev/null", O_RDWR); nowhere >= 0) {
+    dup2(nowhere, 0);
+    dup2(nowhere, 1);
+    dup2(nowhere, 2);
+  }
   sigset_t empty;
   sigemptyset(&empty);
   sigprocmask(SIG_SETMASK, &empty, nullptr);

@@ -98,7 +98,9 @@ Index name_width(const Mesh& mesh, const ExodusVariables& variables = {}) {
       longest = std::max(longest, set.name.size());
     }
   };
-  see(mesh.blocks), see(mesh.sidesets), see(mesh.nodesets);
+  see(mesh.blocks);
+  see(mesh.sidesets);
+  see(mesh.nodesets);
   return static_cast<Index>(longest) + 1;
 }
 

@@ -60,7 +60,10 @@ class MeshMaker {
     for (const std::size_t e : elements) {
       const Key key(file_.elements[e].block, file_.elements[e].type);
       const auto [found, is_new] = place.emplace(key, groups.size());
-      if (is_new) groups.push_back({key, {}}), ++n_types[key.first];
+      if (is_new) {
+        groups.push_back({key, {}});
+        ++n_types[key.first];
+      }
       groups[found->second].second.push_back(e);
     }
     for (const auto& [key, members] : groups)
@@ -146,8 +149,10 @@ Side MeshIds::element(Index id) const {
 
 void add_nodeset(Mesh& mesh, const std::string& name, std::vector<Index> nodes) {
   Index n = find_nodeset(mesh, name);
-  if (n < 0)
-    n = static_cast<Index>(mesh.nodesets.size()), mesh.nodesets.push_back({name, n + 1, {}});
+  if (n < 0) {
+    n = static_cast<Index>(mesh.nodesets.size());
+    mesh.nodesets.push_back({name, n + 1, {}});
+  }
   auto& all = mesh.nodesets[static_cast<std::size_t>(n)].nodes;
   all.insert(all.end(), nodes.begin(), nodes.end());
   std::sort(all.begin(), all.end());

@@ -37,7 +37,9 @@ std::vector<Group> groups_of(const MshFile& msh) {
   for (const auto& element : msh.elements) {
     const auto add = [&](bool physical, Index tag) {
       Group& group = groups[{element.dimension, !physical, tag}];
-      group.dimension = element.dimension, group.tag = tag, group.physical = physical;
+      group.dimension = element.dimension;
+      group.tag = tag;
+      group.physical = physical;
       group.elements.push_back(&element);
     };
     if (msh.version < 4) {
@@ -180,9 +182,10 @@ void add_surface(const Group& group, const Source& source, const SideLookup& loo
 
 void add_nodes(const Group& group, const Source& source, Mesh& mesh) {
   Index n = find_nodeset(mesh, group.name);
-  if (n < 0)
-    n = static_cast<Index>(mesh.nodesets.size()),
+  if (n < 0) {
+    n = static_cast<Index>(mesh.nodesets.size());
     mesh.nodesets.push_back({group.name, group.tag, {}});
+  }
   auto& nodes = mesh.nodesets[static_cast<std::size_t>(n)].nodes;
   for (const MshElement* element : group.elements)
     for (const Index node : source.nodes_of(*element)) nodes.push_back(node);

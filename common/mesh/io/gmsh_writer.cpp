@@ -43,8 +43,14 @@ struct Model {
 class Text {
  public:
   explicit Text(const std::filesystem::path& file) : stream_(file, std::ios::binary) {}
-  Text& operator<<(const std::string& text) { return stream_ << text, *this; }
-  Text& operator<<(const char* text) { return stream_ << text, *this; }
+  Text& operator<<(const std::string& text) {
+    stream_ << text;
+    return *this;
+  }
+  Text& operator<<(const char* text) {
+    stream_ << text;
+    return *this;
+  }
   template <class T>
   Text& operator<<(T value) {  // the shortest text that reads back as the same number
     char buffer[40];
@@ -230,8 +236,10 @@ void write_elements(const Model& model, Text& out) {
   Index low = 0, high = 0;
   for (const auto& entity : model.entities) {
     n += entity.elements.size();
-    for (const auto& row : entity.elements)
-      low = low == 0 ? row.id : std::min(low, row.id), high = std::max(high, row.id);
+    for (const auto& row : entity.elements) {
+      low = low == 0 ? row.id : std::min(low, row.id);
+      high = std::max(high, row.id);
+    }
   }
   out << "$Elements\n" << model.entities.size() << " " << n << " " << low << " " << high << "\n";
   std::array<Index, 4> tag{};

@@ -240,7 +240,10 @@ class InpReader {
   InpSet& set_named(const std::string& name, std::map<std::string, InpSet>& sets,
                     std::vector<std::string>& order) {
     const auto [found, is_new] = sets.try_emplace(in_capitals(name));
-    if (is_new) found->second.name = name, order.push_back(found->first);
+    if (is_new) {
+      found->second.name = name;
+      order.push_back(found->first);
+    }
     return found->second;
   }
 
@@ -361,8 +364,10 @@ class InpReader {
     InpSurface::Entry entry{in_capitals(set), 0,
                             fields.size() > 1 ? in_capitals(std::string(fields[1])) : "",
                             lines_.count()};
-    if (is_number(set) && file_.elsets.count(entry.set) == 0 && file_.nsets.count(entry.set) == 0)
-      entry.id = lines_.whole(set), entry.set.clear();
+    if (is_number(set) && file_.elsets.count(entry.set) == 0 && file_.nsets.count(entry.set) == 0) {
+      entry.id = lines_.whole(set);
+      entry.set.clear();
+    }
     file_.surfaces.back().entries.push_back(entry);
   }
 

@@ -139,8 +139,9 @@ class Reader {
       for (std::size_t e = 0; e < n[static_cast<std::size_t>(d)]; ++e) {
         const Index tag = cursor.number<int>();
         if (partitioned) {
-          cursor.number<int>(), cursor.number<int>();  // the parent
-          skip_list();                                 // the partitions
+          cursor.number<int>();
+          cursor.number<int>();  // the parent
+          skip_list();           // the partitions
         }
         cursor.skip_doubles(d == 0 ? 3 : 6);
         auto& groups = msh_.groups_of_entity[{d, tag}];
@@ -171,7 +172,8 @@ class Reader {
   void read_nodes() {
     MshCursor cursor = open("$Nodes");
     const auto n_blocks = cursor.count(), n = cursor.count();
-    cursor.number<std::uint64_t>(), cursor.number<std::uint64_t>();  // lowest and highest number
+    cursor.number<std::uint64_t>();
+    cursor.number<std::uint64_t>();  // lowest and highest number
     for (std::size_t b = 0; b < n_blocks; ++b) {
       const int dimension = cursor.number<int>();
       cursor.number<int>();  // the entity
@@ -242,7 +244,8 @@ class Reader {
   void read_elements() {
     MshCursor cursor = open("$Elements");
     const auto n_blocks = cursor.count(), n = cursor.count();
-    cursor.number<std::uint64_t>(), cursor.number<std::uint64_t>();
+    cursor.number<std::uint64_t>();
+    cursor.number<std::uint64_t>();
     for (std::size_t b = 0; b < n_blocks; ++b) {
       MshElement element;
       element.dimension = cursor.number<int>();

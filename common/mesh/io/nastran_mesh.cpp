@@ -161,7 +161,8 @@ class NastranMesh {
     // All three may be given; G is then another material than an isotropic one
     if (!std::isnan(G) && std::abs(E - 2 * (1 + nu) * G) > 0.01 * std::abs(E))
       material.problem = "has E, G and NU that do not fit";
-    material.youngs_modulus = E, material.poissons_ratio = nu;
+    material.youngs_modulus = E;
+    material.poissons_ratio = nu;
     material.density = cards_.real(card, 4, 0);
     materials_[cards_.whole(card, 0)] = material;
   }

@@ -38,7 +38,9 @@ WallOptions parse_wall(const SceneNode& node, const std::filesystem::path& folde
   wall.name = name;
   wall.source = node.source();
   GivenMotion given = parse_motion(map, folder, scene);
-  wall.motion = given.motion, wall.value = given.value, wall.history = std::move(given.history);
+  wall.motion = given.motion;
+  wall.value = given.value;
+  wall.history = std::move(given.history);
   const std::string shape = map.exactly_one({"plane", "sphere", "cylinder"});
   const SceneNode& body = map.at(shape);
   if (shape == "plane") {

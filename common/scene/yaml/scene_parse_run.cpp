@@ -262,7 +262,9 @@ void parse_boundary(const SceneNode& node, const std::filesystem::path& folder,
             "angular_acceleration beside it");
       condition.about = about->vector3();
     }
-    condition.motion = given.motion, condition.value = given.value, condition.turn = given.turn,
+    condition.motion = given.motion;
+    condition.value = given.value;
+    condition.turn = given.turn;
     condition.history = std::move(given.history);
     scene.boundary.push_back(condition);
   });

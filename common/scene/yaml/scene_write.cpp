@@ -39,9 +39,12 @@ std::string word(const std::string& text) {
   for (const char c : text) {
     const auto code = static_cast<unsigned char>(c);
     if (c == '"' || c == '\\') {
-      quoted += '\\', quoted += c;
+      quoted += '\\';
+      quoted += c;
     } else if (code < 0x20 || code == 0x7f) {
-      quoted += "\\x", quoted += digits[code >> 4], quoted += digits[code & 15];
+      quoted += "\\x";
+      quoted += digits[code >> 4];
+      quoted += digits[code & 15];
     } else {
       quoted += c;
     }

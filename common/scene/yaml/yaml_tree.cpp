@@ -38,7 +38,8 @@ class YamlTreeBuilder final : public YAML::EventHandler {
                 const std::string& value) override {
     YamlTree::Value& scalar = add(YamlTree::Kind::scalar, mark, anchor);
     scalar.quoted = tag == "!";
-    scalar.first = tree_.text_.size(), scalar.count = static_cast<std::uint32_t>(value.size());
+    scalar.first = tree_.text_.size();
+    scalar.count = static_cast<std::uint32_t>(value.size());
     tree_.text_ += value;
   }
   void OnSequenceStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t anchor,
@@ -61,7 +62,8 @@ class YamlTreeBuilder final : public YAML::EventHandler {
     }
     hand_on(id);
     YamlTree::Value& value = tree_.values_.emplace_back();
-    value.kind = kind, value.line = mark.line + 1;
+    value.kind = kind;
+    value.line = mark.line + 1;
     return value;
   }
 
@@ -86,7 +88,7 @@ class YamlTreeBuilder final : public YAML::EventHandler {
     const auto [id, first] = open_.back();
     open_.pop_back();
     YamlTree::Value& value = tree_.values_[id];
-    value.first = tree_.children_.size(),
+    value.first = tree_.children_.size();
     value.count = static_cast<std::uint32_t>(waiting_.size() - first);
     tree_.children_.insert(tree_.children_.end(),
                            waiting_.begin() + static_cast<std::ptrdiff_t>(first), waiting_.end());

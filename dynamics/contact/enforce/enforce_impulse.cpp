@@ -52,7 +52,9 @@ struct ImpulseStep {
 
 void form(const ImpulseStep& step, double h, const std::vector<ContactBody>& bodies,
           ImpulseMemory& memory) {
-  memory.rows = step.list, memory.laws = step.laws, memory.h = h;
+  memory.rows = step.list;
+  memory.laws = step.laws;
+  memory.h = h;
   ContactSolver solver(gap_response(step.list, step.laws, bodies), step.laws);
   if (memory.solver) solver.begin_as(*memory.solver);
   memory.solver = std::move(solver);
@@ -74,8 +76,10 @@ void solve_exactly(ImpulseStep& step, const std::vector<ContactBody>& bodies,
     pushed = p;
   };
   ContactSolution solution = memory.solver->solve(step.g, step.guess, Effort::all, gaps_of);
-  step.p = std::move(solution.p), step.gap = std::move(solution.gap);
-  step.residual = solution.residual, step.fallback = solution.fallback;
+  step.p = std::move(solution.p);
+  step.gap = std::move(solution.gap);
+  step.residual = solution.residual;
+  step.fallback = solution.fallback;
   step.moved = pushed.size() > 0 && pushed == step.p;
 }
 
@@ -136,7 +140,8 @@ void change_points(const ImpulseStep& step, const std::vector<Index>& from,
     unit[j] = 0;
     column.setZero();
     memory.moves.add_to_gaps(step.list, step.laws, column);
-    W.dense.col(j) = column, W.dense.row(j) = column.transpose();
+    W.dense.col(j) = column;
+    W.dense.row(j) = column.transpose();
   }
   memory.defects.renumber(rows);
   memory.solver->renumber(std::move(W), step.laws, from);
@@ -226,7 +231,8 @@ bool correct(ImpulseStep& step, const std::vector<ContactBody>& bodies, ImpulseM
       return true;
     }
     if (push > 1 && !(size < slowest_rate * last)) break;
-    last = size, enough = std::max(0.3 * aim, 0.1 * size);
+    last = size;
+    enough = std::max(0.3 * aim, 0.1 * size);
     guess = std::move(solution.p);
   }
   memory.wait = memory.backoff - 1;

@@ -107,7 +107,8 @@ Points settle_velocities(const ContactList& list, const std::vector<PointLaw>& l
       !same_rows(closed, memory.rows, closed_laws, same_row_tolerance)) {
     memory.solver.emplace(
         gap_response(closed, closed_laws, bodies, &ContactBody::velocity_response), closed_laws);
-    memory.rows = std::move(closed), memory.laws = std::move(closed_laws);
+    memory.rows = std::move(closed);
+    memory.laws = std::move(closed_laws);
   }
   const Vector packed_p = pack(p(rows, Eigen::all), memory.laws);
   const Vector without =

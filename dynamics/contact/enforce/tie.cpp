@@ -30,8 +30,10 @@ void fill_boxes(const ContactSurface& slave, const Points& slave_positions,
   }
   for (Index f = 0; f < master.faces.rows(); ++f) {
     Box box{Vector3::Constant(HUGE_VAL), Vector3::Constant(-HUGE_VAL)};
-    for (const Vector3& x : corners(master, f, master_positions))
-      box.lower = box.lower.cwiseMin(x), box.upper = box.upper.cwiseMax(x);
+    for (const Vector3& x : corners(master, f, master_positions)) {
+      box.lower = box.lower.cwiseMin(x);
+      box.upper = box.upper.cwiseMax(x);
+    }
     faces.push_back({box.lower.array() - reach[f], box.upper.array() + reach[f]});
   }
 }
@@ -51,7 +53,8 @@ void add_tie(const ContactSurface& slave, Index slot, const ContactSurface& mast
              const Foot& foot, ContactList& ties) {
   ContactPoint point;
   point.area = slave.areas[slot];
-  point.slot = slot, point.face = foot.face;
+  point.slot = slot;
+  point.face = foot.face;
   point.first_term = static_cast<Index>(ties.terms.size());
   ties.terms.push_back({slave.body, slave.nodes[slot], 1});
   for (int a = 0; a < 4; ++a)
@@ -105,7 +108,8 @@ TieReport tie_mortar(const ContactSurface& slave, const Points& slave_positions,
                      const DetectionOptions& options, std::optional<double> tolerance,
                      ContactList& ties, Points& offsets) {
   ContactBody a, b;
-  a.start = a.end = slave_positions, b.start = b.end = master_positions;
+  a.start = a.end = slave_positions;
+  b.start = b.end = master_positions;
   PairMemory memory;
   memory.lets_jump = true;
   ContactList near;
@@ -122,7 +126,8 @@ TieReport tie_mortar(const ContactSurface& slave, const Points& slave_positions,
       ties.terms.push_back(term);
       r += term.coefficient * (term.body == slave.body ? a : b).start.row(term.node).transpose();
     }
-    point.frame = Matrix3::Identity(), point.first_term = first;
+    point.frame = Matrix3::Identity();
+    point.first_term = first;
     ties.points.push_back(point);
     found.push_back(r);
     report.largest_offset = std::max(report.largest_offset, distance);

@@ -40,7 +40,10 @@ Vector3 CoulombPoint::solve(const Vector3& q) const {
   Eigen::Vector2d t = tangential(low);
   if (excess(t) > 0) {
     double high = size;
-    for (int i = 0; i < 1000 && excess(tangential(high)) > 0; ++i) low = high, high *= 8;
+    for (int i = 0; i < 1000 && excess(tangential(high)) > 0; ++i) {
+      low = high;
+      high *= 8;
+    }
     while (low < high / 16) {
       // their product may be beyond a double's reach
       const double middle = std::sqrt(low) * std::sqrt(high);
@@ -58,11 +61,13 @@ Vector3 CoulombPoint::solve(const Vector3& q) const {
       const double f = excess(tangential(alpha));
       if (f == 0) break;
       if (f > 0) {
-        low = alpha, f_low = f;
+        low = alpha;
+        f_low = f;
         if (side == 1) f_high /= 2;
         side = 1;
       } else {
-        high = alpha, f_high = f;
+        high = alpha;
+        f_high = f;
         if (side == -1) f_low /= 2;
         side = -1;
       }

@@ -47,7 +47,8 @@ bool passes_through(const FaceCorners& start, const FaceCorners& end, bool trian
     for (int a = 0; a < 4; ++a) at[a] = (1 - t) * start[a] + t * end[a];
     const Projection p = project(at, triangle, (1 - t) * node.start + t * node.end);
     const double d = p.distance - node.lift;
-    hit.entry = t, outside = p.outside;
+    hit.entry = t;
+    outside = p.outside;
     if (std::abs(d) <= 1e-9 * size) break;
     (d > 0 ? t0 : t1) = t, (d > 0 ? d0 : d1) = d;
   }
@@ -186,7 +187,8 @@ void add_point(const Step& step, const SlaveNode& node, const FaceHit& hit, doub
   point.gap[0] = hit.end_gap + node.lift - offset;
   point.start_gap = hit.start_gap + node.lift - offset;
   point.area = facing_area(step.slave, node.slot, step.slave_body, point.normal());
-  point.slot = node.slot, point.face = hit.face;
+  point.slot = node.slot;
+  point.face = hit.face;
   point.first_term = static_cast<Index>(list.terms.size());
   list.terms.push_back({step.slave.body, step.slave.nodes[node.slot], 1});
   for (int a = 0; a < 4; ++a)
@@ -200,7 +202,7 @@ SlaveNode node_of(const Step& step, Index slot, const PairMemory& memory) {
   const Index i = step.slave.nodes[slot];
   SlaveNode node;
   node.slot = slot;
-  node.start = step.slave_body.start.row(i).transpose(),
+  node.start = step.slave_body.start.row(i).transpose();
   node.end = step.slave_body.end.row(i).transpose();
   node.face = memory.face[slot];
   const Index known = memory.known_face[slot];

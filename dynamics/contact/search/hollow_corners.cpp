@@ -44,7 +44,8 @@ void put_back(const SlaveNode& node, std::span<const FaceHit> holding, Foothold&
     for (std::size_t i = 0; i < n; ++i) {
       const Vector3& normal = holding[i].end.normal;
       const double more = std::max(-push[i], -holding[i].end_gap - normal.dot(x - node.end));
-      push[i] += more, x += more * normal;
+      push[i] += more;
+      x += more * normal;
     }
   foothold.n_directions = 0;
   for (std::size_t i = 0; i < n && foothold.n_directions < 3; ++i) {
@@ -146,7 +147,10 @@ class RisingFaces {
     for (const Index face : faces_) {
       if (!holds_from_foot(step_, node_, foothold_, face, hit_) || !fits_those_that_hold(hit_))
         continue;
-      if (!any || nearer_the_foot(hit_, best)) best = hit_, any = true;
+      if (!any || nearer_the_foot(hit_, best)) {
+        best = hit_;
+        any = true;
+      }
     }
     return any;
   }
@@ -171,7 +175,10 @@ class RisingFaces {
         if (!rises_from(step_.master, other.face, one.face) || !holds_beside(other, one.face, hit_))
           continue;
         if (!fits_those_that_hold(hit_) || !holds_beside(one, other.face, other_hit_)) continue;
-        if (!any || nearer_the_foot(hit_, best)) best = hit_, any = true;
+        if (!any || nearer_the_foot(hit_, best)) {
+          best = hit_;
+          any = true;
+        }
       }
     return any;
   }
@@ -205,7 +212,8 @@ class RisingFaces {
 
 void touch_where_it_is(const Projection& now, const FaceCorners& end, const Vector3& x_end,
                        Projection& point) {
-  point.normal = now.normal, point.weights = now.weights;
+  point.normal = now.normal;
+  point.weights = now.weights;
   Vector3 foot = Vector3::Zero();
   for (int a = 0; a < 4; ++a) foot += now.weights[a] * end[a];
   point.distance = now.normal.dot(x_end - foot);

@@ -50,14 +50,18 @@ class TermSums {
     for (const Index node : nodes_) all += sums_[node];
     for (const Index node : nodes_) {
       if (sums_[node] != 0) terms.push_back({body, node, sign * sums_[node] / all});
-      sums_[node] = 0, seen_[node] = 0;
+      sums_[node] = 0;
+      seen_[node] = 0;
     }
     nodes_.clear();
   }
 
  private:
   void add(Index node, double value) {
-    if (!seen_[node]) seen_[node] = 1, nodes_.push_back(node);
+    if (!seen_[node]) {
+      seen_[node] = 1;
+      nodes_.push_back(node);
+    }
     sums_[node] += value;
   }
 
@@ -101,7 +105,10 @@ std::vector<Group> make_groups(const ContactSurface& slave, const std::vector<Fa
   for (std::size_t c = 0; c < corners.size(); ++c) {
     Corner& corner = corners[c];
     const FacePair& pair = pairs[corner.segment];
-    if (c == 0 || corners[c - 1].slot != corner.slot) first = groups.size(), face_before = -1;
+    if (c == 0 || corners[c - 1].slot != corner.slot) {
+      first = groups.size();
+      face_before = -1;
+    }
     std::size_t g = first;
     while (g < groups.size() && groups[g].first_normal.dot(pair.normal) < same_side) ++g;
     if (g == groups.size()) groups.push_back({corner.slot, pair.normal});
@@ -145,10 +152,11 @@ void merge_rows(const FaceGroups& of, const std::vector<Group>& groups,
       if (of[i][j] < 0 || groups[of[i][j]].kept) continue;
       for (int k = 0; k < 4; ++k) {
         if (of[i][k] < 0 || !groups[of[i][k]].kept) continue;
-        segment.D.row(k) += segment.D.row(j) / n_kept,
-            segment.M.row(k) += segment.M.row(j) / n_kept;
+        segment.D.row(k) += segment.D.row(j) / n_kept;
+        segment.M.row(k) += segment.M.row(j) / n_kept;
       }
-      segment.D.row(j).setZero(), segment.M.row(j).setZero();
+      segment.D.row(j).setZero();
+      segment.M.row(j).setZero();
     }
   }
 }
@@ -203,7 +211,8 @@ void settle_overlaps(const MortarStep& step, const std::vector<Jump>& jumps, std
   }
   for (std::size_t i = first; i < list.points.size(); ++i) {
     ContactPoint& point = list.points[i];
-    point.gap[0] -= memory.offset[point.slot], point.start_gap -= memory.offset[point.slot];
+    point.gap[0] -= memory.offset[point.slot];
+    point.start_gap -= memory.offset[point.slot];
   }
 }
 
@@ -225,7 +234,10 @@ void add_point(const MortarStep& step, const std::vector<FacePair>& pairs,
     master_sums.add(step.master, pair.master_face, pair.segment.M.row(corner->j));
     area_vector += D / pair.normal.dot(pair.master_normal) * pair.master_normal;
     point.area += D;
-    if (D > largest) largest = D, point.face = pair.master_face;
+    if (D > largest) {
+      largest = D;
+      point.face = pair.master_face;
+    }
   }
   slave_sums.flush(step.slave.body, 1, list.terms);
   point.n_slave_terms = static_cast<Index>(list.terms.size()) - point.first_term;
@@ -251,7 +263,8 @@ void add_point(const MortarStep& step, const std::vector<FacePair>& pairs,
     list.terms.resize(point.first_term);
     return;
   }
-  point.gap[0] = end, point.start_gap = start;
+  point.gap[0] = end;
+  point.start_gap = start;
   point.n_terms = static_cast<Index>(list.terms.size()) - point.first_term;
   list.points.push_back(point);
 }

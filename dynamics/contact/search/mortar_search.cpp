@@ -21,7 +21,7 @@ void fill_boxes(const ContactSurface& surface, const ContactBody& body, const Ve
     for (int a = 0; a < 4; ++a) {
       const Vector3 start = body.start.row(surface.faces(f, a)).transpose() + drift,
                     end = body.end.row(surface.faces(f, a)).transpose();
-      box.lower = box.lower.cwiseMin(start.cwiseMin(end)),
+      box.lower = box.lower.cwiseMin(start.cwiseMin(end));
       box.upper = box.upper.cwiseMax(start.cwiseMax(end));
     }
     boxes[f] = {box.lower.array() - margin, box.upper.array() + margin};
@@ -47,10 +47,12 @@ struct SlaveFace {
 
 SlaveFace slave_face(const MortarStep& step, const PairMemory& memory, Index face) {
   SlaveFace s;
-  s.face = face, s.triangle = is_triangle(step.slave, face), s.at_start = step.initial;
+  s.face = face;
+  s.triangle = is_triangle(step.slave, face);
+  s.at_start = step.initial;
   for (int a = 0; a < 4; ++a)
     s.at_start = s.at_start || memory.face[slot_of(step.slave, face, a)] >= 0;
-  s.start = corners(step.slave, face, step.slave_body.start),
+  s.start = corners(step.slave, face, step.slave_body.start);
   s.end = corners(step.slave, face, step.slave_body.end);
   const FaceCorners& seen = s.seen(s.start, s.end);
   s.frame = contact_frame(mean_normal(seen));
@@ -76,7 +78,7 @@ Segment segment_at(const MortarStep& step, const SlaveFace& s, Index face, doubl
   FlatFace of_slave = flatten(slave, s.triangle, frame, origin, true),
            of_master = flatten(between(start, end, t), is_triangle(step.master, face), frame,
                                origin, false);
-  of_slave.quadratic = is_quadratic(step.slave, s.face),
+  of_slave.quadratic = is_quadratic(step.slave, s.face);
   of_master.quadratic = is_quadratic(step.master, face);
   return integrate(of_slave, of_master);
 }
@@ -108,7 +110,9 @@ std::array<double, 2> gap_range(const Vector3& normal, const FaceCorners& slave,
   double least = HUGE_VAL, most = -HUGE_VAL, lower = HUGE_VAL, upper = -HUGE_VAL;
   for (int a = 0; a < 4; ++a) {
     const double m = normal.dot(master[a]), s = normal.dot(slave[a]);
-    least = std::min(least, m), most = std::max(most, m), lower = std::min(lower, s),
+    least = std::min(least, m);
+    most = std::max(most, m);
+    lower = std::min(lower, s);
     upper = std::max(upper, s);
   }
   return {least - upper, most - lower};
@@ -174,7 +178,9 @@ bool meets(const MortarStep& step, const PairMemory& memory, const SlaveFace& s,
       -std::max(step.master.sizes[face], step.slave.sizes[s.face]))
     return false;
   const bool triangle = is_triangle(step.master, face);
-  pair.slave_face = s.face, pair.master_face = face, pair.normal = normal,
+  pair.slave_face = s.face;
+  pair.master_face = face;
+  pair.normal = normal;
   pair.master_normal = master_normal;
   FlatFace flat = flatten(seen, triangle, s.frame, s.origin, false);
   flat.quadratic = is_quadratic(step.master, face);
@@ -232,7 +238,8 @@ void keep_first_layer(const MortarStep& step, const SlaveFace& s, std::size_t fi
   double sum = 0, whole = 0, nearest = HUGE_VAL, farthest = -HUGE_VAL;
   for (auto pair = begin; pair != pairs.end(); ++pair) {
     sum += pair->segment.area;
-    nearest = std::min(nearest, pair->start_gap), farthest = std::max(farthest, pair->start_gap);
+    nearest = std::min(nearest, pair->start_gap);
+    farthest = std::max(farthest, pair->start_gap);
   }
   for (int k = 0; k < s.flat.n_pieces; ++k) whole += s.flat.pieces[k].area;
   const bool more_than_whole = sum > whole * (1 + 1e-6);

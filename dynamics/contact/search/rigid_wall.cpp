@@ -21,7 +21,8 @@ Vector3 radial(const WallOptions& wall, const Vector3& x) {
 MotionBound later(const MotionBound& bound, double t) {
   const Vector3 spread = bound.growth * t + bound.acceleration * (0.5 * t * t);
   MotionBound b = bound;
-  b.lower += bound.lower_speed * t - spread, b.upper += bound.upper_speed * t + spread;
+  b.lower += bound.lower_speed * t - spread;
+  b.upper += bound.upper_speed * t + spread;
   b.growth += bound.acceleration * t;
   return b;
 }
@@ -39,9 +40,10 @@ double time_beyond(const MotionBound& b, const Vector3& direction, double level)
   double gap = -level, speed = 0, growth = 0, acceleration = 0;
   for (int c = 0; c < 3; ++c) {
     const double d = direction[c];
-    gap += d * (d > 0 ? b.lower[c] : b.upper[c]),
-        speed += d * (d > 0 ? b.lower_speed[c] : b.upper_speed[c]);
-    growth += std::abs(d) * b.growth[c], acceleration += std::abs(d) * b.acceleration[c];
+    gap += d * (d > 0 ? b.lower[c] : b.upper[c]);
+    speed += d * (d > 0 ? b.lower_speed[c] : b.upper_speed[c]);
+    growth += std::abs(d) * b.growth[c];
+    acceleration += std::abs(d) * b.acceleration[c];
   }
   return first_root(gap, speed, growth, acceleration);
 }
@@ -200,7 +202,8 @@ void detect_wall(const ContactSurface& slave, const ContactBody& slave_body, con
     point.start_gap = start - memory.offset[slot];
     point.area = facing_area(slave, slot, slave_body, point.normal());
     point.slot = slot;
-    point.first_term = static_cast<Index>(list.terms.size()), point.n_terms = 1;
+    point.first_term = static_cast<Index>(list.terms.size());
+    point.n_terms = 1;
     list.terms.push_back({slave.body, slave.nodes[slot], 1});
     list.points.push_back(point);
   }

@@ -137,7 +137,10 @@ class ActiveSet {
     for (Index i = 0; i < g_.size(); ++i) {
       if (is_pushed[static_cast<std::size_t>(i)] != 0 || !(scale_[i] > 0) || gap_[i] >= -tolerance)
         continue;
-      if (scale_[i] * gap_[i] < least) least = scale_[i] * gap_[i], j = i;
+      if (scale_[i] * gap_[i] < least) {
+        least = scale_[i] * gap_[i];
+        j = i;
+      }
     }
     return j;
   }
@@ -150,7 +153,10 @@ class ActiveSet {
     for (Index i = 0; i < y.size(); ++i) {
       if (!(y[i] > 0)) continue;
       const double t = x_[pushed_.rows()[static_cast<std::size_t>(i)]] / y[i];
-      if (t < step) step = t, leaves = i;
+      if (t < step) {
+        step = t;
+        leaves = i;
+      }
     }
     if (leaves < 0) return false;  // nothing holds against it: no impulse opens all gaps
     for (Index i = 0; i < y.size(); ++i) {
@@ -211,8 +217,10 @@ Vector least_impulses(const ContactProblem& problem, const Vector& g,
   if (!factor.ok()) return {};
   K.diagonal().array() -= shift;
   Vector x = factor.solve(b), r = b - K * x;
-  for (int i = 0; i < 20 && r.cwiseQuotient(s).lpNorm<Eigen::Infinity>() > 0.1 * tolerance; ++i)
-    x += factor.solve(r), r = b - K * x;
+  for (int i = 0; i < 20 && r.cwiseQuotient(s).lpNorm<Eigen::Infinity>() > 0.1 * tolerance; ++i) {
+    x += factor.solve(r);
+    r = b - K * x;
+  }
   Vector p = Vector::Zero(g.size());
   p(rows) = s.cwiseProduct(x);
   return p;
@@ -234,7 +242,8 @@ bool spread(const ContactProblem& problem, const Vector& g, double tolerance, Ve
       const Vector new_gap = g + respond(problem, least);
       if (law_violations(problem, least, new_gap).lpNorm<Eigen::Infinity>() > 10 * tolerance)
         return false;
-      p = std::move(least), gap = new_gap;
+      p = std::move(least);
+      gap = new_gap;
       return true;
     }
     rows = std::move(pushing);
@@ -248,7 +257,9 @@ BasicImpulses basic_impulses(const ContactProblem& problem, const Vector& g, dou
   BasicImpulses result;
   ActiveSet set(problem, g);
   result.found = set.run(tolerance, static_cast<int>(3 * g.size()) + 30, result.steps);
-  result.p = set.impulses(), result.gap = set.gap(), result.singular = set.singular();
+  result.p = set.impulses();
+  result.gap = set.gap();
+  result.singular = set.singular();
   if (result.found) spread(problem, g, tolerance, result.p, result.gap);
   return result;
 }

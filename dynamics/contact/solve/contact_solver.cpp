@@ -81,7 +81,9 @@ struct Best {
              double new_residual) {
     if (!(new_residual < residual)) return;
     good = std::min(enough * scale + gap_round_off(problem, new_p), 1e-8 * scale);
-    p = std::move(new_p), gap = std::move(new_gap), residual = new_residual;
+    p = std::move(new_p);
+    gap = std::move(new_gap);
+    residual = new_residual;
   }
 };
 
@@ -180,7 +182,8 @@ class Methods {
     problem_.laws = laws;
     best.iterations += result.iterations;
     if (!result.converged) return false;
-    p = std::move(result.p), gap = std::move(result.gap);
+    p = std::move(result.p);
+    gap = std::move(result.gap);
     return true;
   }
 
@@ -218,7 +221,8 @@ class Methods {
   bool cones_first() const { return cones_first_; }
   bool singular_with_friction() const { return cones_ && cones_->rank() > 0; }
   void begin_as(const Methods& other) {
-    basic_first_ = other.basic_first_, cones_first_ = other.cones_first_;
+    basic_first_ = other.basic_first_;
+    cones_first_ = other.cones_first_;
     inexact_.begin_as(other.inexact_);
   }
 
@@ -243,7 +247,8 @@ class Methods {
     if (!(law_violations(problem_, next, next_gap).norm() <
           law_violations(problem_, p, gap).norm()))
       return;
-    p = std::move(next), gap = std::move(next_gap);
+    p = std::move(next);
+    gap = std::move(next_gap);
   }
 
   ContactProblem problem_;
@@ -320,7 +325,8 @@ void let_friction_grow(Methods& methods, const Vector& g, double scale, Best& be
   for (int i = 0; i < growth_steps && share < 1 && step > 1e-3; ++i) {
     const double next = std::min(1.0, share + step);
     if (methods.newton_with(next, g, scale, best, p, gap)) {
-      share = next, step *= 2;
+      share = next;
+      step *= 2;
     } else {
       step /= 2;
     }
@@ -384,8 +390,11 @@ void forgive(Methods& methods, const Vector& g, double scale, Best& best) {
   const double residual =
       law_violations(methods.problem(), bounded.p, bounded_gap).lpNorm<Eigen::Infinity>();
   // A somewhat smaller violation that takes huge impulses in opposite directions is no better
-  if (residual <= 4 * best.residual || !(best.p.norm() < 1e4 * bounded.p.norm()))
-    best.p = std::move(bounded.p), best.gap = std::move(bounded_gap), best.residual = residual;
+  if (residual <= 4 * best.residual || !(best.p.norm() < 1e4 * bounded.p.norm())) {
+    best.p = std::move(bounded.p);
+    best.gap = std::move(bounded_gap);
+    best.residual = residual;
+  }
 }
 
 }  // namespace
@@ -458,8 +467,10 @@ ContactSolution ContactSolver::solve(const Vector& g, const Vector& guess, Effor
   if (!std::isfinite(best.residual) || !best.p.allFinite() || !best.gap.allFinite())
     return not_finite;
   methods.remember(g, best.p, best.gap);
-  solution.p = std::move(best.p), solution.gap = std::move(best.gap);
-  solution.residual = best.residual / scale, solution.iterations = best.iterations;
+  solution.p = std::move(best.p);
+  solution.gap = std::move(best.gap);
+  solution.residual = best.residual / scale;
+  solution.iterations = best.iterations;
   return solution;
 }
 

@@ -10,8 +10,10 @@ namespace {
 
 Box union_of(const std::vector<Box>& boxes) {
   Box all{Vector3::Constant(HUGE_VAL), Vector3::Constant(-HUGE_VAL)};
-  for (const Box& box : boxes)
-    all.lower = all.lower.cwiseMin(box.lower), all.upper = all.upper.cwiseMax(box.upper);
+  for (const Box& box : boxes) {
+    all.lower = all.lower.cwiseMin(box.lower);
+    all.upper = all.upper.cwiseMax(box.upper);
+  }
   return all;
 }
 
@@ -30,7 +32,8 @@ struct Grid {
         return position > 0 ? static_cast<Index>(std::min(position, static_cast<double>(n[c] - 1)))
                             : Index{0};
       };
-      r[c] = cell(box.lower[c]), r[c + 3] = cell(box.upper[c]);
+      r[c] = cell(box.lower[c]);
+      r[c + 3] = cell(box.upper[c]);
     }
     return r;
   }
@@ -90,7 +93,7 @@ Box select(const std::vector<Box>& boxes, const Box& region, std::vector<Index>&
   for (Index i = 0; i < static_cast<Index>(boxes.size()); ++i) {
     if (!boxes[i].meets(region)) continue;
     near.push_back(i);
-    span.lower = span.lower.cwiseMin(boxes[i].lower),
+    span.lower = span.lower.cwiseMin(boxes[i].lower);
     span.upper = span.upper.cwiseMax(boxes[i].upper);
   }
   return span;

@@ -15,7 +15,7 @@ void sweep(ContactBody& body) {
   double way2 = 0;
   for (Index i = 0; i < body.end.rows(); ++i) {
     const Vector3 x0 = body.start.row(i).transpose(), x1 = body.end.row(i).transpose();
-    body.swept.lower = body.swept.lower.cwiseMin(x0).cwiseMin(x1),
+    body.swept.lower = body.swept.lower.cwiseMin(x0).cwiseMin(x1);
     body.swept.upper = body.swept.upper.cwiseMax(x0).cwiseMax(x1);
     way2 = std::max(way2, (x1 - x0).squaredNorm());
   }

@@ -59,14 +59,19 @@ const std::vector<TrianglePoint>& triangle_points(int n) {
 
 FacePiece triangle_piece(const std::array<Vector2, 4>& x, int i, int j, int k) {
   FacePiece piece;
-  piece.n = 3, piece.corner = {i, j, k, k};
-  piece.origin = x[i], piece.a = x[j] - x[i], piece.b = x[k] - x[i], piece.w.setZero();
+  piece.n = 3;
+  piece.corner = {i, j, k, k};
+  piece.origin = x[i];
+  piece.a = x[j] - x[i];
+  piece.b = x[k] - x[i];
+  piece.w.setZero();
   return piece;
 }
 
 FacePiece quad_piece(const std::array<Vector2, 4>& x) {
   FacePiece piece;
-  piece.n = 4, piece.corner = {0, 1, 2, 3};
+  piece.n = 4;
+  piece.corner = {0, 1, 2, 3};
   piece.origin = (x[0] + x[1] + x[2] + x[3]) / 4;
   piece.a = (-x[0] + x[1] + x[2] - x[3]) / 4;
   piece.b = (-x[0] - x[1] + x[2] + x[3]) / 4;
@@ -115,11 +120,15 @@ void shape_functions(const FacePiece& piece, const Batch& x, const Batch& y, Sha
   N.resize(x.size(), 4);
   if (piece.n == 3) {
     N.setZero();
-    N.col(piece.corner[0]) = 1 - s - t, N.col(piece.corner[1]) = s, N.col(piece.corner[2]) = t;
+    N.col(piece.corner[0]) = 1 - s - t;
+    N.col(piece.corner[1]) = s;
+    N.col(piece.corner[2]) = t;
     return;
   }
-  N.col(0) = 0.25 * (1 - s) * (1 - t), N.col(1) = 0.25 * (1 + s) * (1 - t);
-  N.col(2) = 0.25 * (1 + s) * (1 + t), N.col(3) = 0.25 * (1 - s) * (1 + t);
+  N.col(0) = 0.25 * (1 - s) * (1 - t);
+  N.col(1) = 0.25 * (1 + s) * (1 - t);
+  N.col(2) = 0.25 * (1 + s) * (1 + t);
+  N.col(3) = 0.25 * (1 - s) * (1 + t);
 }
 
 // How fast Gauss points converge for functions of the inverse map of a quad over a polygon: its
@@ -153,14 +162,18 @@ int line_points(double rate, int degree) {
 NodeShapes quadratic_shapes(bool triangle, const Shapes& N) {
   NodeShapes Q = NodeShapes::Zero(N.rows(), 8);
   if (triangle) {
-    for (int a = 0; a < 3; ++a)
-      Q.col(a) = N.col(a) * (2 * N.col(a) - 1), Q.col(4 + a) = 4 * N.col(a) * N.col((a + 1) % 3);
+    for (int a = 0; a < 3; ++a) {
+      Q.col(a) = N.col(a) * (2 * N.col(a) - 1);
+      Q.col(4 + a) = 4 * N.col(a) * N.col((a + 1) % 3);
+    }
     return Q;
   }
   const Batch s = N.col(1) + N.col(2) - N.col(0) - N.col(3),
               t = N.col(2) + N.col(3) - N.col(0) - N.col(1);
-  Q.col(4) = 0.5 * (1 - s * s) * (1 - t), Q.col(5) = 0.5 * (1 + s) * (1 - t * t);
-  Q.col(6) = 0.5 * (1 - s * s) * (1 + t), Q.col(7) = 0.5 * (1 - s) * (1 - t * t);
+  Q.col(4) = 0.5 * (1 - s * s) * (1 - t);
+  Q.col(5) = 0.5 * (1 + s) * (1 - t * t);
+  Q.col(6) = 0.5 * (1 - s * s) * (1 + t);
+  Q.col(7) = 0.5 * (1 - s) * (1 - t * t);
   for (int a = 0; a < 4; ++a) Q.col(a) = N.col(a) - 0.5 * (Q.col(4 + a) + Q.col(4 + (a + 3) % 4));
   return Q;
 }
@@ -185,7 +198,8 @@ struct Overlap {
 void add_batch(const Overlap& of, const Batch& x, const Batch& y, const Batch& w,
                Segment& segment) {
   Shapes of_slave, of_master;
-  shape_functions(of.slave, x, y, of_slave), shape_functions(of.master, x, y, of_master);
+  shape_functions(of.slave, x, y, of_slave);
+  shape_functions(of.master, x, y, of_master);
   const Shapes weighted = of_slave.colwise() * w;
   add_products(weighted, of_slave, of.slave_face.quadratic, of.slave_face.triangle, segment.D);
   add_products(weighted, of_master, of.master_face.quadratic, of.master_face.triangle, segment.M);
@@ -195,14 +209,19 @@ void add_batch(const Overlap& of, const Batch& x, const Batch& y, const Batch& w
 void add_polygon(const Overlap& of, double sliver, Segment& segment) {
   const Polygon& shared = of.shared;
   Batch x(shared.n), y(shared.n), w;
-  for (int i = 0; i < shared.n; ++i) x[i] = shared.x[i][0], y[i] = shared.x[i][1];
+  for (int i = 0; i < shared.n; ++i) {
+    x[i] = shared.x[i][0];
+    y[i] = shared.x[i][1];
+  }
   // Six points are exact to degree 4, three on a line to 5: a face of second order has 3 itself
   const bool quadratic = of.slave_face.quadratic || of.master_face.quadratic;
   const double rate = std::min(convergence(of.slave, x, y), convergence(of.master, x, y));
   const int n_line = std::max(quadratic ? 3 : 0, line_points(rate, quadratic ? 5 : 3));
   const auto& points = triangle_points(n_line);
   const Index n_points = static_cast<Index>(points.size());
-  x.resize(capacity), y.resize(capacity), w.resize(capacity);
+  x.resize(capacity);
+  y.resize(capacity);
+  w.resize(capacity);
   Index n = 0;
   const auto flush = [&] {
     if (n > 0) add_batch(of, x.head(n), y.head(n), w.head(n), segment);
@@ -214,7 +233,8 @@ void add_polygon(const Overlap& of, double sliver, Segment& segment) {
     if (!(size > sliver)) continue;
     if (n + n_points > capacity) flush();
     for (const TrianglePoint& q : points) {
-      x[n] = origin[0] + q.s * u[0] + q.t * v[0], y[n] = origin[1] + q.s * u[1] + q.t * v[1];
+      x[n] = origin[0] + q.s * u[0] + q.t * v[0];
+      y[n] = origin[1] + q.s * u[1] + q.t * v[1];
       w[n++] = q.weight * size;
     }
   }
@@ -252,9 +272,11 @@ FlatFace flatten(const FaceCorners& corners, bool triangle, const Matrix3& frame
   const double first = std::min(signed_area(0, 1, 2), signed_area(0, 2, 3));
   const double second = std::min(signed_area(0, 1, 3), signed_area(1, 2, 3));
   if (first >= second) {
-    add(triangle_piece(x, 0, 1, 2)), add(triangle_piece(x, 0, 2, 3));
+    add(triangle_piece(x, 0, 1, 2));
+    add(triangle_piece(x, 0, 2, 3));
   } else {
-    add(triangle_piece(x, 0, 1, 3)), add(triangle_piece(x, 1, 2, 3));
+    add(triangle_piece(x, 0, 1, 3));
+    add(triangle_piece(x, 1, 2, 3));
   }
   return face;
 }

@@ -21,8 +21,11 @@ void touch(Index slot, Index face, PairMemory& memory) {
 }  // namespace
 
 void start_memory(Index n, PairMemory& memory) {
-  if (memory.offset.size() != n)
-    memory.offset.setZero(n), memory.face.assign(n, -1), memory.known_face.assign(n, -1);
+  if (memory.offset.size() != n) {
+    memory.offset.setZero(n);
+    memory.face.assign(n, -1);
+    memory.known_face.assign(n, -1);
+  }
 }
 
 double contact_reach(double size, double motion, bool initial, const PairMemory& memory) {
@@ -48,7 +51,8 @@ void forget(PairMemory& memory) {
   std::fill(memory.known_face.begin(), memory.known_face.end(), -1);
   std::fill(memory.further_faces.begin(), memory.further_faces.end(), -1);
   memory.offset = memory.offset.cwiseMax(0);
-  memory.impulse.setZero(), memory.elastic_slip.setZero();
+  memory.impulse.setZero();
+  memory.elastic_slip.setZero();
   memory.depth = 0;
 }
 

@@ -47,7 +47,8 @@ Projection project_to_triangle(const FaceCorners& corners, const Vector3& x) {
     if (distance < nearest) {
       nearest = distance;
       weights = {};
-      weights[a] = 1 - t, weights[b] = t;
+      weights[a] = 1 - t;
+      weights[b] = t;
     }
   }
   return finish(corners, weights, n, outside, x);
@@ -65,10 +66,10 @@ void guess(const BilinearFace& p, const Vector3& x, double& xi, double& eta) {
   const Vector3 d = x - p.c;
   const double inverse = 1 / determinant, da = d.dot(p.a), db = d.dot(p.b), wa = p.w.dot(p.a),
                wb = p.w.dot(p.b);
-  xi = within_reach((h22 * da - h12 * db) * inverse),
+  xi = within_reach((h22 * da - h12 * db) * inverse);
   eta = within_reach((h11 * db - h12 * da) * inverse);
   const double twist = xi * eta, ea = da - twist * wa, eb = db - twist * wb;
-  xi = within_reach((h22 * ea - h12 * eb) * inverse),
+  xi = within_reach((h22 * ea - h12 * eb) * inverse);
   eta = within_reach((h11 * eb - h12 * ea) * inverse);
 }
 
@@ -82,27 +83,35 @@ void closest_point(const BilinearFace& p, const Vector3& x, double& xi, double& 
                  gauss = u.dot(v);
     double h12 = gauss - r.dot(p.w), determinant = h11 * h22 - h12 * h12;
     const bool newton = determinant > 1e-10 * h11 * h22;
-    if (!newton) h12 = gauss, determinant = h11 * h22 - h12 * h12;
+    if (!newton) {
+      h12 = gauss;
+      determinant = h11 * h22 - h12 * h12;
+    }
     if (!(determinant > 1e-14 * h11 * h22)) return;  // a face without area
     const double s1 = -(h22 * g1 - h12 * g2) / determinant,
                  s2 = -(h11 * g2 - h12 * g1) / determinant;
     // What is left after such a step of Newton's is of the order of its square; the value could not
     // tell it from its round-off
     if (newton && std::max(std::abs(s1), std::abs(s2)) < 1e-8) {
-      xi = within_reach(xi + s1), eta = within_reach(eta + s2);
+      xi = within_reach(xi + s1);
+      eta = within_reach(eta + s2);
       return;
     }
     double step = 1, new_xi = xi, new_eta = eta, new_value = value;
     Vector3 new_r = r;
     for (int halving = 0; halving < 12; ++halving, step *= 0.5) {
-      new_xi = within_reach(xi + step * s1), new_eta = within_reach(eta + step * s2);
+      new_xi = within_reach(xi + step * s1);
+      new_eta = within_reach(eta + step * s2);
       new_r = x - p.at(new_xi, new_eta);
       new_value = new_r.squaredNorm();
       if (new_value <= value) break;
     }
     if (new_value > value) return;
     const double change = std::max(std::abs(new_xi - xi), std::abs(new_eta - eta));
-    xi = new_xi, eta = new_eta, value = new_value, r = new_r;
+    xi = new_xi;
+    eta = new_eta;
+    value = new_value;
+    r = new_r;
     if (change < 1e-14) return;
   }
 }

@@ -51,7 +51,8 @@ const Vector& CoupledBody::stiffness_force() const {
 }
 
 void CoupledBody::predict(double t, double h) {
-  t_ = t, h_ = h;
+  t_ = t;
+  h_ = h;
   kicks_.clear();
   kicked_ = velocity_kicked_ = false;
   if (scheme_ == Scheme::central_difference) {

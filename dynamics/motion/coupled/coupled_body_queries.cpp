@@ -34,13 +34,15 @@ void CoupledBody::predicted_positions(Index set, Points& x) const { gather(u_end
 
 void CoupledBody::mean_motion(Index set, Vector3& position, Vector3& velocity) const {
   const Vector& present = present_velocities();
-  position.setZero(), velocity.setZero();
+  position.setZero();
+  velocity.setZero();
   for (const Index node : means_[set]) {
     position += X_.row(node).transpose() + placement_.T * displacement(u_, node);
     velocity += placement_.T * displacement(present, node);
   }
   const double n = static_cast<double>(means_[set].size());
-  position /= n, velocity /= n;
+  position /= n;
+  velocity /= n;
 }
 
 // Newmark: at the end of the last step. Central differences: the mid-step momentum, half a step on
@@ -172,7 +174,8 @@ BodyState CoupledBody::state() const {
 }
 
 void CoupledBody::coordinates(Vector& q, Vector& rates) const {
-  q = u_, rates = present_velocities();
+  q = u_;
+  rates = present_velocities();
 }
 
 void CoupledBody::displacements(Points& u, Points& v) const {

@@ -78,7 +78,10 @@ DiagonalForm diagonal_form(const CoupledModel& model, const std::vector<HeldDire
       resisted_rigid_motions(K, R * rigid_scales(model.rigid_body).asDiagonal());
   const bool is_free = held.empty() && resisted.rows() == 0;
   const Matrix MR = M * R;
-  if (!free.is_all) K = on_free(K, free, n_modal), M = on_free(M, free, n_modal);
+  if (!free.is_all) {
+    K = on_free(K, free, n_modal);
+    M = on_free(M, free, n_modal);
+  }
   const Index n = K.rows();
   IndexTable rows(model.coordinates.rows(), 3);
   for (Index i = 0; i < rows.size(); ++i) rows.data()[i] = n_modal + i;
@@ -122,7 +125,10 @@ Superelement nodes_only(const CoupledModel& model) {
   }
   for (Index i = 0; i < n; ++i) {
     s.node_ids.push_back(i + 1);
-    for (int c = 0; c < 3; ++c) s.dof_node.push_back(i), s.dof_component.push_back(c);
+    for (int c = 0; c < 3; ++c) {
+      s.dof_node.push_back(i);
+      s.dof_component.push_back(c);
+    }
   }
   s.coordinates = model.coordinates;
   s.rigid_body = model.rigid_body;

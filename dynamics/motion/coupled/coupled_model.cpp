@@ -138,8 +138,10 @@ void add_shells(const ShellModel& shells, CoupledModel& model) {
               first = 3 * (model.coordinates.rows() + model.n_rotations);
   std::vector<Index> dof(6 * m);
   for (Index i = 0; i < m; ++i)
-    for (int c = 0; c < 3; ++c)
-      dof[3 * i + c] = 3 * shells.nodes[i] + c, dof[3 * (m + i) + c] = first + 3 * i + c;
+    for (int c = 0; c < 3; ++c) {
+      dof[3 * i + c] = 3 * shells.nodes[i] + c;
+      dof[3 * (m + i) + c] = first + 3 * i + c;
+    }
   if (shells.has_rotations()) model.n_rotations += m;
   const Index n = model.n_nodal();
   Triplets mass;

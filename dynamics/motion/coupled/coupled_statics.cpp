@@ -41,7 +41,8 @@ Vector CoupledSystem::lowest_eigenvalues(double shift, Index n) {
       for (int pass = 0; pass < 2; ++pass) x -= X.leftCols(j) * (MX.leftCols(j).transpose() * x);
       multiply_mass(x, y);
       const double length = std::sqrt(x.dot(y));
-      X.col(j) = x / length, MX.col(j) = y / length;
+      X.col(j) = x / length;
+      MX.col(j) = y / length;
       x = X.col(j);
       multiply_stiffness(x, y);
       KX.col(j) = y;

@@ -234,7 +234,11 @@ void StaticsBody::add_turning_statics(const Points& forces, double factor,
 void StaticsBody::turn_statics(const Vector& factors, const Vector& largest) {
   Index i = 0;
   for (StaticLoad& load : loads_)
-    if (load.turns) load.factor = factors[i], load.largest = largest[i], ++i;
+    if (load.turns) {
+      load.factor = factors[i];
+      load.largest = largest[i];
+      ++i;
+    }
 }
 
 void StaticsBody::add_force(const Points& forces, const LoadHistory& history) {

@@ -19,7 +19,9 @@ Matrix formed(const StaticRows& rows, Index n_nodes) {
 }  // namespace
 
 void StaticsBody::keep_load_step() {
-  load_step_.w.clear(), load_step_.force.clear(), load_step_.friction.clear();
+  load_step_.w.clear();
+  load_step_.force.clear();
+  load_step_.friction.clear();
   for (const NodeSet& set : sets_) {
     load_step_.w.push_back(set.w);
     load_step_.force.push_back(set.force);

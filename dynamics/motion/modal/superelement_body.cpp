@@ -66,7 +66,8 @@ void SuperelementBody::predicted_positions(Index set, Points& x) const {
 
 void SuperelementBody::mean_motion(Index set, Vector3& position, Vector3& velocity) const {
   const MeanSet& s = means_[set];
-  position = s.X, velocity.setZero();
+  position = s.X;
+  velocity.setZero();
   if (eta_.size() == 0) return;
   position += placement_.T * Vector3(s.Vt->transpose() * eta_);
   velocity = placement_.T * Vector3(s.Vt->transpose() * present_rates());
@@ -89,7 +90,8 @@ const ModalPropagator& SuperelementBody::propagator(double h) const {
 void SuperelementBody::propagate(const Vector& eta, const Vector& v, Vector& eta_end, Vector& v_end,
                                  FlowWork* work) {
   if (!is_driven()) return propagate_free(propagator(h_), eta, v, eta_end, v_end);
-  eta_end = eta, v_end = v;
+  eta_end = eta;
+  v_end = v;
   if (pulls_) pull_at_start(eta_end, v_end, work);
   const Index n = std::max<Index>(1, turning_g_.cols() - 1);
   breakpoints_.cut(t_, h_, [&](double from, double to, bool whole) {
@@ -137,9 +139,13 @@ double SuperelementBody::energy_product(const Vector& a, const Vector& b) const 
 }
 
 void SuperelementBody::predict(double t, double h) {
-  t_ = t, h_ = h;
+  t_ = t;
+  h_ = h;
   kicked_ = rubbed_ = end_kicked_ = false;
-  if (late_end_kick_.size() > 0) late_end_kick_.setZero(), late_end_friction_.setZero();
+  if (late_end_kick_.size() > 0) {
+    late_end_kick_.setZero();
+    late_end_friction_.setZero();
+  }
   switch (scheme_) {
     case Scheme::exact:
       propagate(eta_, v_, eta_end_, v_end_, nullptr);
@@ -270,7 +276,10 @@ void SuperelementBody::accept_exact() {
   }
   if (late_kick_.size() > 0) book_late_exact();
   if (!end_kicked_) return;
-  if (!loads_.empty()) eta_end_ += h_ * end_kick_, v_end_ += end_kick_;
+  if (!loads_.empty()) {
+    eta_end_ += h_ * end_kick_;
+    v_end_ += end_kick_;
+  }
   // Energy that the change at the end of the step brought: of (eta + h d, v + d) less that of (eta,
   // v)
   const auto omega2 = form_->omega.cwiseAbs2().array();

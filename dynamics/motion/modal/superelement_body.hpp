@@ -121,7 +121,8 @@ class SuperelementBody final : public Body,
   // of each |g|, at most, until the next call: for motion bounds. energy: J, which the coupled
   // modes may get from the spin; below 0: they are not coupled.
   void expect_turning(const Vector& largest, double energy = -1) {
-    turning_largest_ = largest, energy_of_spin_ = energy;
+    turning_largest_ = largest;
+    energy_of_spin_ = energy;
   }
   // H^T eta of a spin, 6
   Vector spin_shape() const { return turning_H_.leftCols(n_spin_).transpose() * eta_; }

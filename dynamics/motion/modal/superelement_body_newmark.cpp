@@ -45,7 +45,8 @@ void SuperelementBody::predict_newmark(double h) {
   if (!started_) {
     load_amplitudes(t_, f0_);
     a_ = f0_.array() - omega2 * eta_.array();
-    move_.setZero(eta_.size()), load_change_.setZero(eta_.size());
+    move_.setZero(eta_.size());
+    load_change_.setZero(eta_.size());
     started_ = true;
   }
   load_amplitudes(t_ + h, f1_);

@@ -69,7 +69,8 @@ MotionBound SuperelementBody::bound(Index set, bool quick) const {
     for (int d = 0; d < 3; ++d) {
       const auto rigid = Vt.col(3 * i + d).head(r);
       const auto elastic = Vt.col(3 * i + d).tail(e).cwiseAbs();
-      u[d] = rigid.dot(eta_.head(r)), speed[d] = rigid.dot(v_.head(r));
+      u[d] = rigid.dot(eta_.head(r));
+      speed[d] = rigid.dot(v_.head(r));
       const double per_root =
           m > 0 && !quick ? (elastic.head(m).array() / omega.head(m)).matrix().norm() : 0;
       if (swings) spread[d] = elastic.tail(e - m).dot(amplitude.tail(e - m)) + together * per_root;
@@ -78,12 +79,14 @@ MotionBound SuperelementBody::bound(Index set, bool quick) const {
       if (!quick) growth[d] = elastic.tail(e - m).dot(rate.tail(e - m)) + together_rate * per_root;
     }
     const Vector3 x = T * u + s.X.row(i).transpose(), v = T * speed, w = T.cwiseAbs() * spread;
-    bound.lower = bound.lower.cwiseMin(x - w), bound.upper = bound.upper.cwiseMax(x + w);
-    bound.lower_speed = bound.lower_speed.cwiseMin(v),
+    bound.lower = bound.lower.cwiseMin(x - w);
+    bound.upper = bound.upper.cwiseMax(x + w);
+    bound.lower_speed = bound.lower_speed.cwiseMin(v);
     bound.upper_speed = bound.upper_speed.cwiseMax(v);
-    if (slows)
-      bound.lower_speed = bound.lower_speed.cwiseMin(0),
+    if (slows) {
+      bound.lower_speed = bound.lower_speed.cwiseMin(0);
       bound.upper_speed = bound.upper_speed.cwiseMax(0);
+    }
     bound.growth = bound.growth.cwiseMax(T.cwiseAbs() * growth);
     bound.acceleration = bound.acceleration.cwiseMax(T.cwiseAbs() * acceleration);
   }
@@ -95,7 +98,8 @@ MotionBound SuperelementBody::bound(Index set, bool quick) const {
 ResponseOf SuperelementBody::response_of(double h, Vector& weight) const {
   ResponseOf of{ResponseOf::Weight::central, h, 0};
   if (is_exact()) {
-    of.weight = ResponseOf::Weight::exact, of.contact_step = contact_step_;
+    of.weight = ResponseOf::Weight::exact;
+    of.contact_step = contact_step_;
     weight = propagator(h).s;
     if (gain_.size() > 0) weight.array() *= gain_.array();
   } else if (scheme_ == Scheme::newmark) {
@@ -257,8 +261,10 @@ BodyState SuperelementBody::state() const {
   // The first three columns of E^T eta are mass times displacement of the centre of mass, the last
   // three inertia times rotation.
   Vector moment = Vector::Zero(6), rate = moment;
-  if (eta_.size() > 0)
-    moment = form_->E.transpose() * eta_, rate = form_->E.transpose() * present_rates();
+  if (eta_.size() > 0) {
+    moment = form_->E.transpose() * eta_;
+    rate = form_->E.transpose() * present_rates();
+  }
   state.center_of_mass = T * (rigid.center + moment.head<3>() / rigid.mass) + placement_.position;
   state.momentum = T * rate.head<3>();
   // A rotation is a pseudo-vector: a mirror changes its sign.
@@ -291,14 +297,18 @@ BodyState SuperelementBody::state() const {
 
 void SuperelementBody::coordinates(Vector& q, Vector& rates) const {
   const Index k = superelement_->k(), n = X_.rows();
-  q.setZero(k + 3 * n), rates.setZero(k + 3 * n);
+  q.setZero(k + 3 * n);
+  rates.setZero(k + 3 * n);
   if (eta_.size() == 0) return;
   const Vector all = form_->V * eta_, all_rates = form_->V * present_rates();
-  q.head(k) = all.head(k), rates.head(k) = all_rates.head(k);
+  q.head(k) = all.head(k);
+  rates.head(k) = all_rates.head(k);
   for (Index i = 0; i < n; ++i) {
     for (int d = 0; d < 3; ++d) {
-      if ((*rows_)(i, d) >= 0)
-        q[k + 3 * i + d] = all[(*rows_)(i, d)], rates[k + 3 * i + d] = all_rates[(*rows_)(i, d)];
+      if ((*rows_)(i, d) >= 0) {
+        q[k + 3 * i + d] = all[(*rows_)(i, d)];
+        rates[k + 3 * i + d] = all_rates[(*rows_)(i, d)];
+      }
     }
   }
 }

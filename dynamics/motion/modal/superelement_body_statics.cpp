@@ -82,7 +82,8 @@ void SuperelementBody::start_late_motion(double h) {
   work_ = BodyWork();
   late_friction_ = contact_kick(h, statics_.friction);
   late_kick_ = contact_kick(h, statics_.contact) + late_friction_;
-  late_end_kick_.setZero(eta_.size()), late_end_friction_.setZero(eta_.size());
+  late_end_kick_.setZero(eta_.size());
+  late_end_friction_.setZero(eta_.size());
   if (is_exact()) {
     v_ += 0.5 * late_kick_;
   } else {

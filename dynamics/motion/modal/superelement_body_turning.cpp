@@ -13,7 +13,8 @@ void SuperelementBody::propagate_driven(double from, double to, bool whole, Vect
                                       ? damped_propagator(form_->omega, damping_.c, to - from, true)
                                       : modal_propagator(form_->omega, to - from, true);
   const ModalPropagator& step = whole ? propagator(h_) : shorter;
-  work_eta_ = eta_end, work_v_ = v_end;
+  work_eta_ = eta_end;
+  work_v_ = v_end;
   load_amplitudes(from, f0_);
   load_amplitudes(to, f1_);
   const Index n_others = turning_H_.cols() - n_spin_;
@@ -83,7 +84,9 @@ double SuperelementBody::coupled_energy(const Vector& eta, const Vector& v) cons
 void SuperelementBody::pull_at_start(Vector& eta, Vector& v, FlowWork* work) {
   Pulls& pulls = *pulls_;
   if (!pulls.is_known || pulls.h != h_) {
-    pulls.eta = eta, pulls.v = v, pulls.h = h_;
+    pulls.eta = eta;
+    pulls.v = v;
+    pulls.h = h_;
     coupling_->move(pulls.start, 0.5 * h_, damping_.c, pulls.eta, pulls.v);
     pulls.is_known = true;
   }
@@ -91,7 +94,8 @@ void SuperelementBody::pull_at_start(Vector& eta, Vector& v, FlowWork* work) {
     book_drift(coupling_->drift(pulls.start, eta), t_, v, *work);
     work->spin += coupled_energy(pulls.eta, pulls.v) - coupled_energy(eta, v);
   }
-  eta = pulls.eta, v = pulls.v;
+  eta = pulls.eta;
+  v = pulls.v;
 }
 
 void SuperelementBody::pull_at_end(Vector& eta, Vector& v, FlowWork* work) {

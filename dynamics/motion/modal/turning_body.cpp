@@ -126,7 +126,9 @@ const Eigen::Quaterniond& TurningBody::end() const {
     eta_end_ = modal_.predicted_modal_coordinates();
     const TurnInertia at_end{2 * step_.J - now_.J, 2 * step_.inner - now_.inner};
     const TurnAtEnd to = turn_at_end(L, at_end);
-    q_end_ = to.q, L_end_ = to.L, work_end_ = to.work;
+    q_end_ = to.q;
+    L_end_ = to.L;
+    work_end_ = to.work;
   }
   ends_there_ = true;
   return q_end_;
@@ -274,7 +276,8 @@ void TurningBody::turn_inner(const TurnInertia& last) {
 }
 
 void TurningBody::predict(double t, double h) {
-  t_ = t, h_ = h;
+  t_ = t;
+  h_ = h;
   kick_ = {};
   is_kicked_ = false;
   if (!loads_.empty()) eta_start_ = eta_end_ = modal_.modal_coordinates();
@@ -363,7 +366,10 @@ void TurningBody::accept_part() {
     const Moments half{0.5 * last_kick_.all, 0.5 * last_kick_.friction};
     book(half, w, -0.25 * now_.change(q_, last_kick_.all));
     q_ = end();
-    if (!loads_.empty()) L_ = L_end_, work_.external += work_end_;
+    if (!loads_.empty()) {
+      L_ = L_end_;
+      work_.external += work_end_;
+    }
     const Moments next{0.5 * kick_.all, 0.5 * kick_.friction};
     book(next, now_.angular_velocity(q_, L_), 0.25 * now_.change(q_, kick_.all));
     last_kick_ = kick_;
@@ -392,7 +398,9 @@ void TurningBody::move_on() {
   if (!loads_.empty()) {
     eta_end_ = modal_.modal_coordinates();
     const TurnAtEnd to = turn_at_end(L_, after);
-    q_end_ = to.q, L_ = to.L, work = to.work;
+    q_end_ = to.q;
+    L_ = to.L;
+    work = to.work;
   } else if (!ends_there_) {
     q_end_ = step_.turned(q_, L_, h_);
   }

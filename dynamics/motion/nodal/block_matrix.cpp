@@ -68,7 +68,8 @@ SymmetricBlockMatrix symmetric_block_matrix(const SparseMatrix& A,
   SymmetricBlockMatrix B;
   B.first.assign(n + 1, 0);
   const auto most = static_cast<std::size_t>((A.nonZeros() / 9 + n) / 2 + n);
-  B.column.reserve(most), B.values.reserve(9 * most + 1);
+  B.column.reserve(most);
+  B.values.reserve(9 * most + 1);
   std::vector<std::int32_t> of_row;
   for (Index i = 0; i < n; ++i) {
     // A is symmetric: columns 3 i .. 3 i + 2 hold the rows of block row i. The diagonal block is
@@ -83,8 +84,10 @@ SymmetricBlockMatrix symmetric_block_matrix(const SparseMatrix& A,
       }
     };
     each([&](int, Index j, const auto&) {
-      if (j > i && place[j] != -2 - i)
-        place[j] = -2 - i, of_row.push_back(static_cast<std::int32_t>(j));
+      if (j > i && place[j] != -2 - i) {
+        place[j] = -2 - i;
+        of_row.push_back(static_cast<std::int32_t>(j));
+      }
     });
     std::sort(of_row.begin(), of_row.end());
     for (std::size_t k = 0; k < of_row.size(); ++k)

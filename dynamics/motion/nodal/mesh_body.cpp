@@ -331,7 +331,8 @@ double MeshBody::damping_work() const {
 }
 
 void MeshBody::predict(double t, double h) {
-  t_ = t, h_ = h;
+  t_ = t;
+  h_ = h;
   if (last_h_ == 0) start(h);
   for (std::size_t set = 0; set < sets_.size(); ++set)
     for (Index i = 0; i < v_before_[set].rows(); ++i) v_before_[set].row(i) = v_.row(sets_[set][i]);

@@ -212,7 +212,8 @@ void MeshBody::unturned_end(Index set, Points& x) const { unturned(fit_at_end(),
 void MeshBody::unturned_fields(Field& u, Field& v) const {
   const Turning& of = *turning_;
   const Field& rates = present_velocities();
-  u.resize(u_.rows(), 3), v.resize(u_.rows(), 3);
+  u.resize(u_.rows(), 3);
+  v.resize(u_.rows(), 3);
   of.frame->strain(of.now, u_, u, *threads_);
   const Field d = u;
   u.rowwise() += of.now.shift.transpose();

@@ -24,7 +24,8 @@ CBR_INLINE void walsh(Lanes (&x)[8]) {
     for (int b = 0; b < 8; ++b) {
       if (b & bit) continue;
       const Lanes sum = x[b] + x[b | bit], difference = x[b] - x[b | bit];
-      x[b] = sum, x[b | bit] = difference;
+      x[b] = sum;
+      x[b | bit] = difference;
     }
   }
 }
@@ -52,7 +53,9 @@ CBR_INLINE void add_boxes(const SharedElements& shared, std::size_t first, std::
       const Lanes y0 = A[0] * x0 + A[1] * x1 + A[2] * x2;
       const Lanes y1 = A[3] * x0 + A[4] * x1 + A[5] * x2;
       const Lanes y2 = A[6] * x0 + A[7] * x1 + A[8] * x2;
-      x0 = y0, x1 = y1, x2 = y2;
+      x0 = y0;
+      x1 = y1;
+      x2 = y2;
     }
     if (batch.used != 0xff) {
       Lanes is_used{};
@@ -101,8 +104,10 @@ CBR_INLINE void moments(const double* Y, const double* d, const double* f, Index
   for (; i + 8 <= n; i += 8) {
     Lanes z[3], g[3];
 #pragma GCC unroll 3
-    for (int c = 0; c < 3; ++c)
-      z[c] = at(Y + c * stride + i).v + at(d + c * stride + i).v, g[c] = at(f + c * stride + i).v;
+    for (int c = 0; c < 3; ++c) {
+      z[c] = at(Y + c * stride + i).v + at(d + c * stride + i).v;
+      g[c] = at(f + c * stride + i).v;
+    }
     sum[0] += z[1] * g[2] - z[2] * g[1];
     sum[1] += z[2] * g[0] - z[0] * g[2];
     sum[2] += z[0] * g[1] - z[1] * g[0];
@@ -123,8 +128,10 @@ CBR_INLINE void fits(const double* u, const double* arms, const double* mass, In
     const Lanes m = at(mass + i).v;
     Lanes x[3], arm[3];
 #pragma GCC unroll 3
-    for (int c = 0; c < 3; ++c)
-      x[c] = at(u + c * stride + i).v, arm[c] = at(arms + c * stride + i).v;
+    for (int c = 0; c < 3; ++c) {
+      x[c] = at(u + c * stride + i).v;
+      arm[c] = at(arms + c * stride + i).v;
+    }
 #pragma GCC unroll 3
     for (int c = 0; c < 3; ++c) {
       sum[c] += m * x[c];
@@ -211,7 +218,9 @@ CBR_INLINE void block_rows(const BlockMatrix& A, const double* x, Index begin, I
       y2 += four(block + 6)->v * u[2];
     }
     y0 += y1 + y2;
-    y[0] = y0[0], y[1] = y0[1], y[2] = y0[2];
+    y[0] = y0[0];
+    y[1] = y0[1];
+    y[2] = y0[2];
   }
 }
 

@@ -151,7 +151,8 @@ void MeshBody::append_load(const Points& forces, const LoadHistory& history) {
     for (std::size_t i = 0, k = 0; k < other.rows.size(); ++i)
       if (rows[i] == other.rows[k])
         wider.row(static_cast<Index>(i)) = other.forces.row(static_cast<Index>(k++));
-    other.rows = std::move(rows), other.forces = std::move(wider);
+    other.rows = std::move(rows);
+    other.forces = std::move(wider);
   }
   other.forces += forces(other.rows, Eigen::all);
 }

@@ -142,7 +142,7 @@ class Sharing {
       const Vector3 xi = inverse * (mesh_.coordinates.row(model_.nodes[i]).transpose() - origin);
       for (int k = 0; k < 3; ++k) {
         place[i][k] = std::llround(xi[k]);
-        lowest[k] = std::min(lowest[k], place[i][k]),
+        lowest[k] = std::min(lowest[k], place[i][k]);
         highest[k] = std::max(highest[k], place[i][k]);
       }
     }
@@ -202,7 +202,8 @@ class Sharing {
         batch.used |= lane;
         ++next;
       }
-      batch.low = batch.base + *least, batch.high = batch.base + *most + SharedElements::lanes - 1;
+      batch.low = batch.base + *least;
+      batch.high = batch.base + *most + SharedElements::lanes - 1;
       if (fits && std::popcount(batch.used) >= fewest_lanes) {
         shared_.batches.push_back(batch);
         shared_.n_elements += static_cast<Index>(next - i);

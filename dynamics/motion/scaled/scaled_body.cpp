@@ -81,20 +81,29 @@ void ScaledBody::predicted_positions(Index set, Points& x) const {
 
 void ScaledBody::mean_motion(Index set, Vector3& position, Vector3& velocity) const {
   const MeanSet& s = means_[set];
-  position = s.X, velocity.setZero();
+  position = s.X;
+  velocity.setZero();
   Vector3 u = Vector3::Zero(), v = u;
   for (int c = 0; modes_ && c < 3; ++c) {
-    if (s.Vt.size() > 0) u[c] = s.Vt.col(c).dot(now_.eta), v[c] = s.Vt.col(c).dot(now_.v);
-    if (s.St.size() > 0) u[c] += s.St.col(c).dot(now_.r), v[c] += s.St.col(c).dot(now_.dr);
+    if (s.Vt.size() > 0) {
+      u[c] = s.Vt.col(c).dot(now_.eta);
+      v[c] = s.Vt.col(c).dot(now_.v);
+    }
+    if (s.St.size() > 0) {
+      u[c] += s.St.col(c).dot(now_.r);
+      v[c] += s.St.col(c).dot(now_.dr);
+    }
   }
   if (!modes_) v = placement_.T.transpose() * placement_.velocity;
-  position += placement_.T * u, velocity = placement_.T * v;
+  position += placement_.T * u;
+  velocity = placement_.T * v;
 }
 
 void ScaledBody::load_amplitudes(double t, ScaledLoad& load) const {
   for (std::size_t l = 0; l < loads_.size(); ++l)
     load.a[l] = loads_[l].is_load ? loads_[l].history.value(t) : 0;
-  load.f.setZero(), load.Sa.setZero();
+  load.f.setZero();
+  load.Sa.setZero();
   for (Index l = 0; l < load.a.size(); ++l) {
     load.f += load.a[l] * load_modal_.col(l);
     if (load.Sa.size() > 0) load.Sa += load.a[l] * load_scaled_.col(l);
@@ -129,7 +138,8 @@ void ScaledBody::propagate(const ScaledState& start, ScaledState& end, double& e
 
 void ScaledBody::predict(double t, double h) {
   if (!modes_) scale(HUGE_VAL);
-  t_ = t, h_ = h;
+  t_ = t;
+  h_ = h;
   kick_.any = friction_.any = false;
   propagate(now_, end_, step_work_);
 }
@@ -149,7 +159,9 @@ void ScaledBody::local_kick(const NodeSet& set, const Points& impulses) {
   for (Index i = 0; i < impulses.rows(); ++i) touched += impulses.row(i).isZero(0) ? 0 : 1;
   const bool large = 2 * 3 * touched >= n && n * n >= large_product;
   const bool modal_by_blas = large && Vt.size() >= large_product;
-  fresh_.f.setZero(), fresh_.p.setZero(), fresh_.Sp.setZero();
+  fresh_.f.setZero();
+  fresh_.p.setZero();
+  fresh_.Sp.setZero();
   local_.setZero();
   for (Index i = 0; i < impulses.rows(); ++i) {
     if (impulses.row(i).isZero(0)) continue;
@@ -195,7 +207,8 @@ void ScaledBody::add_answered_impulses(Index set, const Points& contact, const P
   const Index n = n_tracked(), loads = fresh_.p.size() - n;
   const bool by_blas = Vt.size() >= large_product;
   const auto modal = [&](const Points& p, ScaledKick& kick) {
-    kick.f.setZero(), kick.p.setZero();
+    kick.f.setZero();
+    kick.p.setZero();
     for (Index i = 0; i < p.rows(); ++i) {
       if (p.row(i).isZero(0)) continue;
       const Vector3 local = placement_.T.transpose() * p.row(i).transpose();
@@ -211,7 +224,8 @@ void ScaledBody::add_answered_impulses(Index set, const Points& contact, const P
   modal(contact, kick_);
   if (!friction.isZero(0)) {
     modal(friction, friction_);
-    kick_.f += friction_.f, kick_.p += friction_.p;
+    kick_.f += friction_.f;
+    kick_.p += friction_.p;
   }
   weighted_.array() = step.kept.s.array() * kick_.f.array();
   if (by_blas) local_.noalias() = Vt.transpose() * weighted_;
@@ -235,7 +249,8 @@ void ScaledBody::accept() {
   if (kick_.any) {
     const double all = kick_.work(kick_, now_, gain_),
                  rubbed = friction_.any ? kick_.work(friction_, now_, gain_) : 0;
-    work_.contact += all - rubbed, work_.friction += rubbed;
+    work_.contact += all - rubbed;
+    work_.friction += rubbed;
     if (loaded_) {
       add_kick(kick_, now_);
       propagate(now_, end_, step_work_);

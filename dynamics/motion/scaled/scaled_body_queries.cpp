@@ -37,10 +37,14 @@ BodyState ScaledBody::state() const {
   // Mass times displacement of the centre of mass, inertia times rotation; and their rates
   Eigen::Matrix<double, 6, 1> moment = Eigen::Matrix<double, 6, 1>::Zero(), rate = moment;
   for (int c = 0; c < 6; ++c) {
-    if (now_.eta.size() > 0)
-      moment[c] = modes_->E.col(c).dot(now_.eta), rate[c] = modes_->E.col(c).dot(now_.v);
-    if (rigid_scaled_.size() > 0)
-      moment[c] += rigid_scaled_.row(c).dot(now_.r), rate[c] += rigid_scaled_.row(c).dot(now_.dr);
+    if (now_.eta.size() > 0) {
+      moment[c] = modes_->E.col(c).dot(now_.eta);
+      rate[c] = modes_->E.col(c).dot(now_.v);
+    }
+    if (rigid_scaled_.size() > 0) {
+      moment[c] += rigid_scaled_.row(c).dot(now_.r);
+      rate[c] += rigid_scaled_.row(c).dot(now_.dr);
+    }
   }
   BodyState state;
   state.center_of_mass = T * (body.center + moment.head<3>() / body.mass) + placement_.position;
@@ -87,9 +91,12 @@ MotionBound ScaledBody::motion_bound(Index set) const {
     for (Index j = 0; j < n_kept; ++j) {
       const Vector3 row = T * Vector3(rows_->Vt(j, at), rows_->Vt(j, at + 1), rows_->Vt(j, at + 2));
       if (j < n_rigid) {
-        x += row * now_.eta[j], speed += row * now_.v[j], pushed += row.cwiseAbs() * force[j];
+        x += row * now_.eta[j];
+        speed += row * now_.v[j];
+        pushed += row.cwiseAbs() * force[j];
       } else {
-        spread += row.cwiseAbs() * amplitude[j], grown += row.cwiseAbs() * growth[j];
+        spread += row.cwiseAbs() * amplitude[j];
+        grown += row.cwiseAbs() * growth[j];
       }
     }
     if (is_scaled()) {
@@ -99,10 +106,11 @@ MotionBound ScaledBody::motion_bound(Index set) const {
       for (Index l = 0; l < loads; ++l)
         grown += (T * load_scaled_.col(l).segment<3>(at)).cwiseAbs() * (largest[l] / clip);
     }
-    bound.lower = bound.lower.cwiseMin(x - spread), bound.upper = bound.upper.cwiseMax(x + spread);
-    bound.lower_speed = bound.lower_speed.cwiseMin(speed),
+    bound.lower = bound.lower.cwiseMin(x - spread);
+    bound.upper = bound.upper.cwiseMax(x + spread);
+    bound.lower_speed = bound.lower_speed.cwiseMin(speed);
     bound.upper_speed = bound.upper_speed.cwiseMax(speed);
-    bound.growth = bound.growth.cwiseMax(grown),
+    bound.growth = bound.growth.cwiseMax(grown);
     bound.acceleration = bound.acceleration.cwiseMax(pushed);
   }
   return bound;
@@ -129,27 +137,37 @@ Matrix ScaledBody::whole_motion() const {
 
 void ScaledBody::coordinates(Vector& q, Vector& rates) const {
   const Index k = model_->superelement().k(), n = X_.rows();
-  q.setZero(k + 3 * n), rates.setZero(k + 3 * n);
+  q.setZero(k + 3 * n);
+  rates.setZero(k + 3 * n);
   if (!modes_) return;
   const Matrix all = whole_motion();
-  q.head(k) = all.col(0).head(k), rates.head(k) = all.col(1).head(k);
+  q.head(k) = all.col(0).head(k);
+  rates.head(k) = all.col(1).head(k);
   for (Index i = 0; i < n; ++i)
     for (int d = 0; d < 3; ++d)
-      if (const Index row = modes_->rows(i, d); row >= 0)
-        q[k + 3 * i + d] = all(row, 0), rates[k + 3 * i + d] = all(row, 1);
+      if (const Index row = modes_->rows(i, d); row >= 0) {
+        q[k + 3 * i + d] = all(row, 0);
+        rates[k + 3 * i + d] = all(row, 1);
+      }
 }
 
 void ScaledBody::displacements(Points& u, Points& v) const {
   if (modes_ && tracked_.size() == slot_of_.size()) {
-    u.resize(X_.rows(), 3), v.resize(X_.rows(), 3);
+    u.resize(X_.rows(), 3);
+    v.resize(X_.rows(), 3);
     for (Index i = 0; i < X_.rows(); ++i) {
       const Index at = 3 * slot_of_[i];
       Vector3 of_node = Vector3::Zero(), rate = of_node;
-      for (int c = 0; c < 3 && now_.eta.size() > 0; ++c)
-        of_node[c] = rows_->Vt.col(at + c).dot(now_.eta),
+      for (int c = 0; c < 3 && now_.eta.size() > 0; ++c) {
+        of_node[c] = rows_->Vt.col(at + c).dot(now_.eta);
         rate[c] = rows_->Vt.col(at + c).dot(now_.v);
-      if (is_scaled()) of_node += now_.y.segment<3>(at), rate += now_.dy.segment<3>(at);
-      u.row(i) = (placement_.T * of_node).transpose(), v.row(i) = (placement_.T * rate).transpose();
+      }
+      if (is_scaled()) {
+        of_node += now_.y.segment<3>(at);
+        rate += now_.dy.segment<3>(at);
+      }
+      u.row(i) = (placement_.T * of_node).transpose();
+      v.row(i) = (placement_.T * rate).transpose();
     }
     return;
   }

@@ -130,12 +130,15 @@ void ScaledBody::scale(double clip) {
   for (ScaledState* state : {&now_, &end_, &part_}) state->set_zero(kept, scaled);
   for (ScaledKick* kick : {&kick_, &friction_, &fresh_}) kick->set_zero(kept, scaled);
   for (ScaledLoad* load : {&f0_, &f1_}) load->set_zero(kept, scaled, loads);
-  local_.setZero(n_tracked()), weighted_.setZero(kept);
+  local_.setZero(n_tracked());
+  weighted_.setZero(kept);
   // v = V^T M^ R v0: the rigid motion, or its projection when directions are held; then S takes its
   // share as of an impulse M^ R v0
   now_.v = modes_->E.leftCols(3) * (placement_.T.transpose() * placement_.velocity);
-  if (loads > 0 && !loads_.front().is_load)
-    now_.dr[scaled - loads] = 1, now_.dy = load_scaled_.col(0);
+  if (loads > 0 && !loads_.front().is_load) {
+    now_.dr[scaled - loads] = 1;
+    now_.dy = load_scaled_.col(0);
+  }
 }
 
 }  // namespace cbr

@@ -63,7 +63,8 @@ class ModelOfForm final : public ScaledModel {
     const Index kept = std::upper_bound(omega.begin(), omega.end(), clip) - omega.begin(),
                 high = omega.size() - kept;
     auto modes = std::make_shared<ScaledModes>();
-    modes->omega = omega.head(kept), modes->V = form_->V.leftCols(kept),
+    modes->omega = omega.head(kept);
+    modes->V = form_->V.leftCols(kept);
     modes->E = form_->E.topRows(kept);
     modes->n_rigid = std::min(form_->n_rigid, kept);
     modes->n_scaled = high;
@@ -92,7 +93,8 @@ std::shared_ptr<const ScaledModes> ScaledModel::clipped(double clip) {
   std::shared_ptr<ScaledModes> modes = make(clip);
   modes->clip = modes->part ? clip : modes->largest_frequency();
   if (modes->rows.size() == 0) modes->rows = displacement_rows(*superelement_);
-  last_ = std::move(modes), last_clip_ = clip;
+  last_ = std::move(modes);
+  last_clip_ = clip;
   return last_;
 }
 

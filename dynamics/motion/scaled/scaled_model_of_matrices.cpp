@@ -138,7 +138,8 @@ class ModelOfMatrices final : public ScaledModel {
     const Index r = s.n_rigid(), e = (pairs.lambda.array() <= clip * clip).count();
     auto modes = std::make_shared<ScaledModes>();
     modes->method = pairs.method;
-    modes->n_rigid = r, modes->n_scaled = s.n() - r - e;
+    modes->n_rigid = r;
+    modes->n_scaled = s.n() - r - e;
     modes->omega = Vector::Zero(r + e);
     modes->omega.tail(e) = pairs.lambda.head(e).cwiseSqrt();
     modes->lowest_scaled = std::sqrt(pairs.lambda(e));

@@ -51,7 +51,8 @@ std::shared_ptr<const ScaledRows> ScaledModes::node_rows(const std::vector<Index
   for (const Index node : nodes)
     for (int c = 0; c < 3; ++c) coordinates.push_back(rows(node, c));
   auto set = std::make_shared<ScaledRows>();
-  set->omega = omega, set->clip = clip;
+  set->omega = omega;
+  set->clip = clip;
   set->Vt = Matrix::Zero(omega.size(), 3 * m);
   for (Index i = 0; i < 3 * m; ++i)
     if (coordinates[i] >= 0) set->Vt.col(i) = V.row(coordinates[i]).transpose();

@@ -13,15 +13,21 @@ void ScaledState::set_zero(Index n_kept, Index n_scaled) {
 }
 
 void ScaledKick::set_zero(Index n_kept, Index n_scaled) {
-  f.setZero(n_kept), p.setZero(n_scaled), Sp.setZero(n_scaled);
+  f.setZero(n_kept);
+  p.setZero(n_scaled);
+  Sp.setZero(n_scaled);
   any = false;
 }
 
 void ScaledKick::add(const ScaledKick& other) {
   if (any) {
-    f += other.f, p += other.p, Sp += other.Sp;
+    f += other.f;
+    p += other.p;
+    Sp += other.Sp;
   } else {
-    f = other.f, p = other.p, Sp = other.Sp;
+    f = other.f;
+    p = other.p;
+    Sp = other.Sp;
   }
   any = true;
 }
@@ -39,7 +45,9 @@ double ScaledKick::work(const ScaledKick& of, const ScaledState& start,
 }
 
 void ScaledLoad::set_zero(Index n_kept, Index n_scaled, Index n_loads) {
-  f.setZero(n_kept), a.setZero(n_loads), Sa.setZero(n_scaled);
+  f.setZero(n_kept);
+  a.setZero(n_loads);
+  Sa.setZero(n_scaled);
 }
 
 ScaledStep scaled_step(const Vector& omega, double clip, double h, bool with_loads) {
@@ -50,9 +58,12 @@ ScaledStep scaled_step(const Vector& omega, double clip, double h, bool with_loa
 void propagate_free(const ScaledStep& step, const ScaledState& start, ScaledState& end) {
   propagate_free(step.kept, start.eta, start.v, end.eta, end.v);
   const double s = step.scaled.s[0], t = step.scaled.t[0], sign = step.scaled.sign[0];
-  end.dr = start.dr - t * start.r, end.dy = start.dy - t * start.y;
-  end.r = sign * start.r + s * end.dr, end.y = sign * start.y + s * end.dy;
-  end.dr = sign * end.dr - t * end.r, end.dy = sign * end.dy - t * end.y;
+  end.dr = start.dr - t * start.r;
+  end.dy = start.dy - t * start.y;
+  end.r = sign * start.r + s * end.dr;
+  end.y = sign * start.y + s * end.dy;
+  end.dr = sign * end.dr - t * end.r;
+  end.dy = sign * end.dy - t * end.y;
 }
 
 void add_load(const ScaledStep& step, const ScaledLoad& f0, const ScaledLoad& f1,
@@ -87,8 +98,10 @@ void add_kick(const ScaledStep& step, const ScaledKick& kick, ScaledState& end) 
   end.eta.array() += step.kept.s.array() * kick.f.array();
   end.v.array() += step.kept.c.array() * kick.f.array();
   const double c = step.scaled.c[0], s = step.scaled.s[0];
-  end.r += s * kick.p, end.dr += c * kick.p;
-  end.y += s * kick.Sp, end.dy += c * kick.Sp;
+  end.r += s * kick.p;
+  end.dr += c * kick.p;
+  end.y += s * kick.Sp;
+  end.dy += c * kick.Sp;
 }
 
 void add_kick(const ScaledKick& kick, ScaledState& start) {

@@ -63,7 +63,8 @@ void ScaledSystem::find_rigid_modes(const std::vector<HeldDirection>& held) {
     const double size = std::sqrt(
         std::max(s.rigid_body.inertia.trace() / std::max(s.rigid_body.mass, 1e-300), 1e-300));
     Matrix blocked = R.bottomRows(s.c()) - Z_ * R_f;
-    blocked.rightCols(3) /= size, R_f.rightCols(3) /= size;
+    blocked.rightCols(3) /= size;
+    R_f.rightCols(3) /= size;
     const Matrix resisted = resisted_rigid_motions(s);
     const SymmetricEigen motions =
         symmetric_eigen(blocked.transpose() * blocked + resisted.transpose() * resisted);
@@ -211,12 +212,15 @@ Matrix ElasticFlexibility::interface_block(const std::vector<Index>& coordinates
   Matrix S = s.interface_block(G_, coordinates);
   if (s.n_rigid() == 0) return S;
   Matrix N = Matrix::Zero(s.n(), s.n_rigid()), X = N;
-  N.bottomRows(s.f()) = s.rigid_modes(), X.bottomRows(s.f()) = X_;
+  N.bottomRows(s.f()) = s.rigid_modes();
+  X.bottomRows(s.f()) = X_;
   const Matrix N_all = s.spread(N), X_all = s.spread(X);
   Matrix N_m = Matrix::Zero(S.rows(), N.cols()), X_m = N_m;
   for (Index i = 0; i < S.rows(); ++i)
-    if (coordinates[i] >= 0)
-      N_m.row(i) = N_all.row(coordinates[i]), X_m.row(i) = X_all.row(coordinates[i]);
+    if (coordinates[i] >= 0) {
+      N_m.row(i) = N_all.row(coordinates[i]);
+      X_m.row(i) = X_all.row(coordinates[i]);
+    }
   S.noalias() -= N_m * X_m.transpose();
   S.noalias() -= X_m * N_m.transpose();
   return S;

@@ -59,7 +59,8 @@ HalfDifference half_difference(const RunResult& whole, const RunResult& half) {
     of.position = share(of.length, rms_motion(a.mean_position));
     of.velocity =
         share(rms_difference(a.mean_velocity, b.mean_velocity), rms(rows(a.mean_velocity)));
-    d.position = std::max(d.position, of.position), d.velocity = std::max(d.velocity, of.velocity);
+    d.position = std::max(d.position, of.position);
+    d.velocity = std::max(d.velocity, of.velocity);
     d.monitors.push_back(of);
   }
   double largest = 0;

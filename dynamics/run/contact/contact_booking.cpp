@@ -28,7 +28,8 @@ void book_pair(const ContactGroup& group, const ContactSearch& of, const Enforce
     ++active;
     if (point.slot != counted) counted_area = 0;
     now.area += share * std::max(0.0, point.area - counted_area);
-    counted = point.slot, counted_area = std::max(counted_area, point.area);
+    counted = point.slot;
+    counted_area = std::max(counted_area, point.area);
     now.impulse += side * (point.frame.transpose() * p.transpose());
     if (tied) continue;
     now.normal_impulse += normal;
@@ -108,7 +109,8 @@ void book_last_forces_of_walls(Simulation& sim) {
     if (!pair.wall) continue;
     PairState& state = pair.state();
     add_wall_work({state.wall_force, state.wall_friction}, 0.5 * pair.wall->shift().way(), state);
-    state.wall_force.setZero(), state.wall_friction.setZero();
+    state.wall_force.setZero();
+    state.wall_friction.setZero();
   }
 }
 
@@ -119,7 +121,8 @@ void book_walls_in_statics(Simulation& sim, const ContactGroup& group,
     if (!pair.wall) continue;
     const WallImpulse force = wall_impulse(group, of, result);
     add_wall_work(force, 0.5 * pair.wall->shift().way(), pair.state());
-    pair.state().wall_force = force.normal, pair.state().wall_friction = force.friction;
+    pair.state().wall_force = force.normal;
+    pair.state().wall_friction = force.friction;
   }
 }
 

@@ -56,8 +56,10 @@ void deliver(Simulation& sim, const ContactGroup& group, bool nodal, double h, C
 void prepare(const Simulation& sim, const ContactGroup& group, double h, ContactState& state) {
   for (const Index b : group.bodies) {
     ContactBody& body = state.bodies[b];
-    body.impulses.setZero(), body.friction.setZero();
-    body.moment.setZero(), body.friction_moment.setZero();
+    body.impulses.setZero();
+    body.friction.setZero();
+    body.moment.setZero();
+    body.friction_moment.setZero();
     body.has_move = false;
     if (body.response_h == h && !body.turn) continue;
     body.response = sim.bodies[sim.contact_nodes[b].body]->response(sim.contact_nodes[b].set, h);
@@ -324,7 +326,8 @@ void finish_springs(const Simulation& sim, const ContactState& state, PushedSpri
 
 void ContactOutcome::start(const Simulation& simulation) {
   touched.assign(simulation.contact_nodes.size(), 0);
-  near.assign(simulation.pairs.size(), 0), has_met = near;
+  near.assign(simulation.pairs.size(), 0);
+  has_met = near;
   active.assign(simulation.pairs.size(), 0);
   // what the scene names is written whether it meets or not
   for (std::size_t p = 0; p < simulation.pairs.size(); ++p) {
@@ -336,7 +339,10 @@ void ContactOutcome::start(const Simulation& simulation) {
 
 void ContactOutcome::next_step() {
   std::fill(touched.begin(), touched.end(), 0);
-  for (const Index p : searched) near[p] = 0, active[p] = 0;
+  for (const Index p : searched) {
+    near[p] = 0;
+    active[p] = 0;
+  }
   searched.clear();
 }
 

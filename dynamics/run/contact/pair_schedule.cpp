@@ -44,14 +44,15 @@ double time_apart(const MotionBound& a, const MotionBound& b, const Vector3& mar
 MotionBound later(const MotionBound& bound, double t) {
   MotionBound then = bound;
   const Vector3 spread = bound.growth * t + bound.acceleration * (0.5 * t * t);
-  then.lower += bound.lower_speed * t - spread, then.upper += bound.upper_speed * t + spread;
+  then.lower += bound.lower_speed * t - spread;
+  then.upper += bound.upper_speed * t + spread;
   then.growth += bound.acceleration * t;
   return then;
 }
 
 MotionBound standing(const Points& x) {
   MotionBound bound;
-  bound.lower = x.colwise().minCoeff().transpose(),
+  bound.lower = x.colwise().minCoeff().transpose();
   bound.upper = x.colwise().maxCoeff().transpose();
   bound.lower_speed = bound.upper_speed = bound.growth = bound.acceleration = Vector3::Zero();
   return bound;
@@ -67,9 +68,14 @@ PairSchedule::PairSchedule(Simulation& simulation, bool jumps, const std::vector
       bring_(std::move(bring)),
       counts_(counts) {
   const std::size_t n = sim_.pairs.size();
-  known_.resize(sim_.contact_nodes.size()), partners_.resize(sim_.contact_nodes.size());
-  stamp_.assign(n, 0), taken_at_.assign(n, -1), wait_.assign(n, 1), backoff_.assign(n, 1);
-  kind_.reserve(n), largest_face_.reserve(n);
+  known_.resize(sim_.contact_nodes.size());
+  partners_.resize(sim_.contact_nodes.size());
+  stamp_.assign(n, 0);
+  taken_at_.assign(n, -1);
+  wait_.assign(n, 1);
+  backoff_.assign(n, 1);
+  kind_.reserve(n);
+  largest_face_.reserve(n);
   std::unordered_map<const ContactSurface*, double> largest;  // of all pairs that share a surface
   const auto largest_face = [&](const ContactSurface& surface) {
     const auto [at, is_new] = largest.try_emplace(&surface, 0);
@@ -86,7 +92,7 @@ PairSchedule::PairSchedule(Simulation& simulation, bool jumps, const std::vector
     partners_[slave].push_back({master, static_cast<Index>(p)});
     if (pair.wall) continue;
     partners_[master].push_back({slave, static_cast<Index>(p)});
-    face_of_any_ = std::max(face_of_any_, largest_face_.back()),
+    face_of_any_ = std::max(face_of_any_, largest_face_.back());
     adjust_of_any_ = std::max(adjust_of_any_, pair.adjust.value_or(0));
   }
   for (std::size_t c = 0; c < partners_.size(); ++c) {
@@ -205,7 +211,9 @@ void PairSchedule::find_near(Index step, const ContactState& state) {
     return Box{box.lower.array() - by, box.upper.array() + by};
   };
   const double reach = face_share(step) * face_of_any_ + adjust_of_any_;
-  targets_.clear(), queries_.clear(), ways_.clear();
+  targets_.clear();
+  queries_.clear();
+  ways_.clear();
   for (const Index d : meeting_) {
     ways_.push_back(longest_way(d, step, state));
     targets_.push_back(
@@ -249,7 +257,10 @@ void PairSchedule::form(Index c, Index step, bool fine) {
   const ContactNodes& nodes = sim_.contact_nodes[c];
   if (resting_[nodes.body]) {
     Points x;
-    if (known.step < 0) sim_.bodies[nodes.body]->positions(nodes.set, x), known.bound = standing(x);
+    if (known.step < 0) {
+      sim_.bodies[nodes.body]->positions(nodes.set, x);
+      known.bound = standing(x);
+    }
     known.fine = true;
   } else {
     bring_(nodes.body, step);
@@ -258,7 +269,8 @@ void PairSchedule::form(Index c, Index step, bool fine) {
     known.fine = fine;
     ++counts_.bounds;
   }
-  known.step = step, known.box_step = -1;
+  known.step = step;
+  known.box_step = -1;
 }
 
 MotionBound PairSchedule::bound_at(Index c, Index step) const {
@@ -273,8 +285,10 @@ MotionBound PairSchedule::seen_from_wall(Index p, MotionBound bound, Index step)
     if (moving.wall != sim_.pairs[p].wall) continue;
     const Vector3 shift = moving.motion.displacement(plan().time(step)),
                   speed = moving.motion.largest_speed();
-    bound.lower -= shift, bound.upper -= shift;
-    bound.lower_speed -= speed, bound.upper_speed += speed;
+    bound.lower -= shift;
+    bound.upper -= shift;
+    bound.lower_speed -= speed;
+    bound.upper_speed += speed;
   }
   return bound;
 }
@@ -326,7 +340,8 @@ void PairSchedule::schedule(Index p, Index step) {
 void PairSchedule::loosen(Index c) {
   Known& known = known_[c];
   if (known.loose || partners_[c].empty()) return;
-  known.loose = true, known.step = -1;
+  known.loose = true;
+  known.step = -1;
   loose_.push_back(c);
   // what its bound has said of them no longer holds
   for (const Partner& partner : partners_[c]) ++stamp_[partner.pair];
@@ -344,7 +359,10 @@ void PairSchedule::update(Index step, const ContactOutcome& outcome) {
   std::erase_if(loose_, [&](Index c) {
     Known& known = known_[c];
     const bool settles = known.can_settle && known.busy_at != step;
-    if (settles) known.loose = false, settled_.push_back(c);
+    if (settles) {
+      known.loose = false;
+      settled_.push_back(c);
+    }
     return settles;
   });
   for (const Index c : settled_) form(c, step, false);

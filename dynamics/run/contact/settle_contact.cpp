@@ -31,12 +31,16 @@ Holding holding_points(const Simulation& sim, const ContactGroup& group, const P
     row += n;
   }
   if (of.places.size() == group.list.points.size()) {
-    of.list = group.list, of.laws = group.laws, of.p = p;
+    of.list = group.list;
+    of.laws = group.laws;
+    of.p = p;
     return of;
   }
   of.list.terms = group.list.terms;
-  for (const Index i : of.places)
-    of.list.points.push_back(group.list.points[i]), of.laws.push_back(group.laws[i]);
+  for (const Index i : of.places) {
+    of.list.points.push_back(group.list.points[i]);
+    of.laws.push_back(group.laws[i]);
+  }
   of.p = p(of.places, Eigen::all);
   return of;
 }
@@ -76,7 +80,8 @@ void settle(Simulation& sim, const ContactGroup& group, ContactState& state,
     body.end_velocities(nodes.set, v[b]);
     if (contact.velocity_response.empty())
       contact.velocity_response = body.velocity_response(nodes.set);
-    contact.impulses.setZero(), contact.friction.setZero();
+    contact.impulses.setZero();
+    contact.friction.setZero();
   }
   const Points change = settle_velocities(holding.list, holding.laws, holding.p,
                                           relative_velocities(holding.list, v, holding.walls),

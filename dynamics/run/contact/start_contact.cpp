@@ -30,7 +30,9 @@ void tie_pair(Simulation& sim, ContactPair& pair, ContactState& state) {
           : tie_surfaces(*pair.slave, slave, *pair.master, master, pair.adjust, ties, offset);
   if (!ties.empty()) {
     PairState& now = pair.state();
-    now.ties = std::move(ties), now.tie_offset = std::move(offset), now.tie_report = report;
+    now.ties = std::move(ties);
+    now.tie_offset = std::move(offset);
+    now.tie_report = report;
     return;
   }
   if (pair.of_all) return;
@@ -68,8 +70,10 @@ void tie_pairs(Simulation& sim, ContactState& state) {
 ContactState start_contact(Simulation& sim) {
   ContactState state;
   const std::size_t n = sim.contact_nodes.size();
-  state.bodies.resize(n), state.masses.resize(n), state.impulses_since_output.resize(n),
-      state.normal_since_output.resize(n);
+  state.bodies.resize(n);
+  state.masses.resize(n);
+  state.impulses_since_output.resize(n);
+  state.normal_since_output.resize(n);
   for (std::size_t b = 0; b < n; ++b) {
     state.bodies[b].impulses.setZero(static_cast<Index>(sim.contact_nodes[b].nodes.size()), 3);
     state.impulses_since_output[b] = state.bodies[b].friction = state.bodies[b].impulses;

@@ -354,8 +354,10 @@ void close_what_turns(Simulation& sim, const ContactGroup& group, double h, Cont
   for (int k = 0; k < most && separated > closed && separated < 0.5 * before; ++k) {
     for (const Index b : group.bodies) {
       ContactBody& contact = state.bodies[b];
-      contact.impulses.setZero(), contact.friction.setZero();
-      contact.moment.setZero(), contact.friction_moment.setZero();
+      contact.impulses.setZero();
+      contact.friction.setZero();
+      contact.moment.setZero();
+      contact.friction_moment.setZero();
       contact.has_move = false;
     }
     const EnforcementResult more =

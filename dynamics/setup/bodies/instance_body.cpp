@@ -49,8 +49,10 @@ CoupledModel model_of(const ReducedComponent& component) {
   if (component.parts.size() == 1) return coupled_model(component.parts.front().superelement);
   std::vector<std::shared_ptr<const Superelement>> domains;
   std::vector<std::vector<Index>> place;
-  for (const ReducedPart& part : component.parts)
-    domains.push_back(part.superelement), place.push_back(part.node);
+  for (const ReducedPart& part : component.parts) {
+    domains.push_back(part.superelement);
+    place.push_back(part.node);
+  }
   return coupled_model(domains, component.geometry->coordinates, place, component.rigid_body);
 }
 

@@ -120,7 +120,8 @@ constexpr SuperelementParts light = {false, false, false};  // enough to tell th
 
 Geometry geometry_of(const JoinedNodes& nodes, const SuperelementGroup& group) {
   Geometry geometry;
-  geometry.node_ids = nodes.node_ids, geometry.coordinates = nodes.coordinates,
+  geometry.node_ids = nodes.node_ids;
+  geometry.coordinates = nodes.coordinates;
   geometry.nodesets = nodes.nodesets;
   for (const Surface& surface : nodes.surfaces) geometry.surfaces[surface.name] = surface;
   geometry.reduced = true;
@@ -202,7 +203,8 @@ ReducedComponent of_one(const SceneIndex& index, const Component& component,
   if (!superelement->has_diagonal_form()) superelement->spin_couplings.resize(0, 0);
   if (options.half_modes) {
     keep_half(*superelement, half_by(*component.reduction));
-    reduced.n_modal = superelement->k(), reduced.n_dofs = superelement->n_coordinates();
+    reduced.n_modal = superelement->k();
+    reduced.n_dofs = superelement->n_coordinates();
   }
   reduced.superelement = superelement;
   return reduced;
@@ -232,13 +234,15 @@ ReducedComponent of_group(const SceneIndex& index, const Component& component,
     check_rigid_motions(group.domains[d], file.string() + ": /domains/" + std::to_string(d + 1));
   if (options.half_modes) {
     for (Superelement& domain : group.domains) keep_half(domain, half_by(*component.reduction));
-    group.omega.resize(0), group.V.resize(0, 0);
+    group.omega.resize(0);
+    group.V.resize(0, 0);
   }
   if (needs.modal) {
     Vector omega = std::move(group.omega);
     RowMatrix V = std::move(group.V);
     reduced.superelement = std::make_shared<Superelement>(join(group));
-    reduced.superelement->omega = std::move(omega), reduced.superelement->V = std::move(V);
+    reduced.superelement->omega = std::move(omega);
+    reduced.superelement->V = std::move(V);
   }
   reduced.n_modal = 0;
   // which the group has for all

@@ -98,7 +98,10 @@ void turn_over(IndexTable& faces) {
       if (row.size() == 8) std::swap(row(4), row(6));
     } else {
       std::swap(row(1), row(3));
-      if (row.size() == 8) std::swap(row(4), row(7)), std::swap(row(5), row(6));
+      if (row.size() == 8) {
+        std::swap(row(4), row(7));
+        std::swap(row(5), row(6));
+      }
     }
   }
 }

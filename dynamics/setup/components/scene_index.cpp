@@ -16,11 +16,17 @@ SceneIndex::SceneIndex(const Scene& scene) : scene_(scene), of_(scene.instances.
   for (const ContactOptions& contact : scene.contact) {
     const bool nodal = contact.enforcement == Enforcement::nodal;
     const bool other = contact.tied || contact.enforcement != Enforcement::impulse;
-    if (contact.all) all_touch_ = true, all_nodal_ |= nodal, all_other_ |= other;
+    if (contact.all) {
+      all_touch_ = true;
+      all_nodal_ |= nodal;
+      all_other_ |= other;
+    }
     for (const SurfaceName* side : {&contact.first, &contact.second}) {
       if (contact.all || side->is_wall()) continue;
       Of* of = find(side->instance);
-      of->touches = true, of->nodal |= nodal, of->other |= other;
+      of->touches = true;
+      of->nodal |= nodal;
+      of->other |= other;
     }
   }
   for (const LinkOptions& link : scene.links)

@@ -71,7 +71,8 @@ ContactPair pair_of(const ContactEntry& entry, const ContactNumbers& contact_of_
                     SharedByPairs& shared, ContactSides& sides) {
   const ContactOptions& options = *entry.options;
   ContactPair pair;
-  pair.source = shared.source(options), pair.of_all = options.all;
+  pair.source = shared.source(options);
+  pair.of_all = options.all;
   pair.enforcement = options.enforcement;
   pair.formulation = entry.wall ? Formulation::node_face : options.formulation;
   pair.law = law_of(options);
@@ -84,10 +85,13 @@ ContactPair pair_of(const ContactEntry& entry, const ContactNumbers& contact_of_
   const auto first = sides.surface(*entry.first, whole, contact_of_instance);
   if (entry.wall) {
     ContactSurface of_wall;
-    of_wall.name = entry.wall->name, of_wall.body = first->body, of_wall.size = first->size;
+    of_wall.name = entry.wall->name;
+    of_wall.body = first->body;
+    of_wall.size = first->size;
     pair.name = first->name + " - " + entry.wall->name;
     pair.wall = shared.wall(*entry.wall);
-    pair.slave = first, pair.master = std::make_shared<const ContactSurface>(std::move(of_wall));
+    pair.slave = first;
+    pair.master = std::make_shared<const ContactSurface>(std::move(of_wall));
     return pair;
   }
   const auto second = sides.surface(*entry.second, whole, contact_of_instance);

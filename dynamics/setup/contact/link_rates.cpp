@@ -96,7 +96,10 @@ LinkRate fastest_link(const BuiltScene& built) {
       const Joint& joint = link.joint->joint();
       const auto [found, is_new] = bodies.try_emplace(end.body);
       Hung& hung = found->second;
-      if (is_new) hung.at = joint.at, hung.mobility = mobility_at(built.simulation, end);
+      if (is_new) {
+        hung.at = joint.at;
+        hung.mobility = mobility_at(built.simulation, end);
+      }
       const Matrix6 A = transport(joint.at - hung.at);
       hung.stiffness += A.transpose() * link.joint->in_scene_axes(joint.stiffness) * A;
       hung.damping += A.transpose() * link.joint->in_scene_axes(joint.damping) * A;

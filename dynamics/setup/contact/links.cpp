@@ -183,7 +183,9 @@ void add_pair(const PairOptions& options, const Slot& a, const Slot& b, const Sl
     state.tie_offset +=
         coefficient * sim.bodies[nodes.body]->reference_positions().row(nodes.nodes[slot.node]);
   };
-  add(a, 1), add(b, -1), add(joint, -1);
+  add(a, 1);
+  add(b, -1);
+  add(joint, -1);
   if (joint.node >= 0) pair.joint = joint.contact;
   pair.yields = joint.node >= 0;
   if (options.turning) {
@@ -244,7 +246,9 @@ class LinkMaker {
                    ->reference_positions()
                    .row(sim_.contact_nodes[a.translation.contact].nodes[a.translation.node])
                    .transpose();
-    joint.axes = link.axes, joint.stiffness = link.stiffness, joint.damping = link.damping;
+    joint.axes = link.axes;
+    joint.stiffness = link.stiffness;
+    joint.damping = link.damping;
     joint.is_late = is_massless(link.first) || is_massless(link.second);
     const Index contact = add_joint(std::move(joint), index_.scene(), sim_);
     if (turns(index_, link))
@@ -276,14 +280,16 @@ class LinkMaker {
       if (!(joint.mass(m, m) > 0)) joint.rates[m] = 0;
     LinkOptions link;
     link.source = point.source;
-    link.first = {instance.name, name, point.source}, link.second = {"", "mass", point.source};
+    link.first = {instance.name, name, point.source};
+    link.second = {"", "mass", point.source};
     link.axes = joint.axes;
     const Index contact = add_joint(std::move(joint), index_.scene(), sim_);
     PairOptions options{
         link.first.text() + " - mass", link.source, link.first, link.second, link.axes,
         {is_on[0], is_on[1], is_on[2]}};
     add_pair(options, a.translation, {contact, 0}, {}, sim_);
-    options.name += ", moment", options.is_on = {is_on[3], is_on[4], is_on[5]};
+    options.name += ", moment";
+    options.is_on = {is_on[3], is_on[4], is_on[5]};
     add_pair(options, a.rotation, {contact, 1}, {}, sim_);
   }
 
@@ -304,7 +310,8 @@ class LinkMaker {
     state.tie_offset.resize(static_cast<Index>(nodes.size()), 3);
     for (std::size_t k = 0; k < nodes.size(); ++k) {
       ContactPoint held;
-      held.slot = held.first_term = static_cast<Index>(k), held.n_terms = 1;
+      held.slot = held.first_term = static_cast<Index>(k);
+      held.n_terms = 1;
       state.ties.terms.push_back({contact, slot(contact, nodes[k]).node, 1});
       state.ties.points.push_back(held);
       state.tie_offset.row(static_cast<Index>(k)) = body.reference_positions().row(nodes[k]);
@@ -394,8 +401,12 @@ class LinkMaker {
       first = slot(first.contact, body.translation_node(options.turning->slides));
     }
     add_pair(options, first, b.translation, joint.translation, sim_);
-    options.name = moment, options.is_on = {is_on[3], is_on[4], is_on[5]};
-    if (options.turning) options.turning->of_rotations = true, options.turning->slides = -1;
+    options.name = moment;
+    options.is_on = {is_on[3], is_on[4], is_on[5]};
+    if (options.turning) {
+      options.turning->of_rotations = true;
+      options.turning->slides = -1;
+    }
     add_pair(options, a.rotation, b.rotation, joint.rotation, sim_);
   }
 
@@ -438,7 +449,8 @@ std::vector<AveragePoint> points_of(const SceneIndex& index, const BuiltScene& b
   for (const LinkOptions& link : scene.links) {
     if (link.first.instance != instance.name || !slides(index, link)) continue;
     AveragePoint sliding = average(i, link.first.surface, named_point(index, link.first));
-    sliding.rigid = false, sliding.slides = true;
+    sliding.rigid = false;
+    sliding.slides = true;
     points.push_back(std::move(sliding));
   }
   return points;

@@ -158,7 +158,9 @@ ModalAnswer ModalBody::answer_of_joint(const std::vector<NodalSum>& sums) const 
   answer.A = B * mass_shapes(joint.mass);
   if (joint.is_mass()) return answer;
   answer.S = {B * joint_->compliance() * B.transpose()};
-  answer.B = B, answer.K = joint.stiffness, answer.C = joint.damping;
+  answer.B = B;
+  answer.K = joint.stiffness;
+  answer.C = joint.damping;
   return answer;
 }
 

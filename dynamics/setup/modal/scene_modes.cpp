@@ -78,7 +78,8 @@ Joined join(const ModalScene& scene, const std::vector<Index>& bodies) {
     joined.first.push_back(n);
     n += scene.bodies[static_cast<std::size_t>(b)].omega().size();
   }
-  joined.lambda.resize(n), joined.c.resize(n);
+  joined.lambda.resize(n);
+  joined.c.resize(n);
   std::vector<const TieRow*> ties;
   for (const TieRow& tie : scene.ties) {
     if (std::find(bodies.begin(), bodies.end(), tie.of_bodies.front().first) == bodies.end())
@@ -87,7 +88,8 @@ Joined join(const ModalScene& scene, const std::vector<Index>& bodies) {
     ties.push_back(&tie);
   }
   const auto m = static_cast<Index>(ties.size());
-  joined.A = Matrix::Zero(m, n), joined.S = joined.S_bodies = Matrix::Zero(m, m);
+  joined.A = Matrix::Zero(m, n);
+  joined.S = joined.S_bodies = Matrix::Zero(m, m);
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     const ModalBody& body = scene.bodies[static_cast<std::size_t>(bodies[i])];
     const Index size = body.omega().size();
@@ -97,7 +99,10 @@ Joined join(const ModalScene& scene, const std::vector<Index>& bodies) {
     std::vector<Index> rows;
     for (Index t = 0; t < m; ++t)
       for (const auto& [of, sum] : ties[static_cast<std::size_t>(t)]->of_bodies)
-        if (of == bodies[i]) sums.push_back(sum), rows.push_back(t);
+        if (of == bodies[i]) {
+          sums.push_back(sum);
+          rows.push_back(t);
+        }
     if (!sums.empty()) join_body(body, sums, rows, joined.first[i], joined);
   }
   return joined;

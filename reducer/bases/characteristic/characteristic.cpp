@@ -46,7 +46,8 @@ void solve_cholesky(const Matrix& L, Matrix& B) {
 Matrix shapes_of_all(const Superelement& s, Index modes, const Matrix& R,
                      CharacteristicFigures& figures) {
   const Index r = R.cols();
-  figures.n_rigid = r, figures.n_modes = modes;
+  figures.n_rigid = r;
+  figures.n_modes = modes;
   require_fewer(r + modes, s.c());
   Matrix T(s.c(), r + modes);
   T.leftCols(r) = R;
@@ -80,7 +81,8 @@ Matrix shapes_beside_kept(const Superelement& s, Index modes, const std::vector<
                           const std::vector<Index>& b, const Matrix& R,
                           CharacteristicFigures& figures) {
   const auto n_a = static_cast<Index>(a.size()), n_b = static_cast<Index>(b.size());
-  figures.n_kept = n_a, figures.n_modes = modes;
+  figures.n_kept = n_a;
+  figures.n_modes = modes;
   if (n_b == 0)
     fail(
         "keep and the scene's supports name all of the interface, so that nothing is left to "
@@ -222,7 +224,8 @@ void add_patterns(const Surface& surface, const CharacteristicOptions& options,
       throw RunError("the patterns of pressure on '" + surface.name + "' could not be found");
     kept += append(s.M_cc, Y * pairs.Phi.rightCols(others).rowwise().reverse(), T);
   }
-  figures.n_patterns += kept, figures.n_dropped += wanted - kept;
+  figures.n_patterns += kept;
+  figures.n_dropped += wanted - kept;
   // Each load against its area: trace of A^-1/2 S A^-1/2
   const auto weighed = [&](const Matrix& S) {
     return S.diagonal().cwiseQuotient(loads.area).sum();
@@ -357,7 +360,9 @@ CharacteristicFigures make_characteristic(const CharacteristicOptions& options,
     recovery.Phi = std::move(Phi);
   }
   if (!share.empty()) share.F = compliance_that_is_left(std::move(compliance), share, R.cols(), s);
-  s.K_cc.resize(0, 0), s.M_cc.resize(0, 0), s.M_kc.resize(0, 0);
+  s.K_cc.resize(0, 0);
+  s.M_cc.resize(0, 0);
+  s.M_kc.resize(0, 0);
   return figures;
 }
 

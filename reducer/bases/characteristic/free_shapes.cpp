@@ -220,7 +220,8 @@ std::optional<FreeShapes> free_shapes(const CharacteristicOptions& options,
   while (m > 0 && m < shapes.lambda.size() &&
          shapes.lambda(m) - shapes.lambda(m - 1) < twin * shapes.lambda(m))
     ++m;
-  shapes.n_modes = m, shapes.n_kept = static_cast<Index>(kept.size()),
+  shapes.n_modes = m;
+  shapes.n_kept = static_cast<Index>(kept.size());
   shapes.n_patterns = uniform.cols();
   shapes.U.resize(n, m + shapes.n_kept + shapes.n_patterns);
   shapes.U.leftCols(m) = modes.Phi.leftCols(m);
@@ -298,9 +299,12 @@ CharacteristicFigures take_free_shapes(const FreeShapes& shapes, const Vector& l
   StaticShare& share = s.characteristic.statics;
   if (!share.empty()) share.F = compliance_that_is_left(shapes.compliance, share, n_rigid, s);
   CharacteristicFigures figures;
-  figures.n_fixed = k, figures.n_rigid = n_rigid, figures.n_modes = shapes.n_modes,
+  figures.n_fixed = k;
+  figures.n_rigid = n_rigid;
+  figures.n_modes = shapes.n_modes;
   figures.n_kept = shapes.n_kept;
-  figures.n_dropped = r + k - e, figures.n_patterns = shapes.n_patterns;
+  figures.n_dropped = r + k - e;
+  figures.n_patterns = shapes.n_patterns;
   figures.free_modes = true;
   if (shapes.n_modes > 0) figures.highest = std::sqrt(shapes.lambda(shapes.n_modes - 1));
   figures.mass = condition_of(M_kept);

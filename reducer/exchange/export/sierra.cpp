@@ -32,7 +32,8 @@ void write_sierra(const ReducedMatrices& reduced, bool is_newer, const std::file
     s.dof_component.push_back(row.dof - 1);
     position.emplace(row.node, row.position);
   }
-  s.Kr = modes_first(reduced.K, s.n_modes), s.Mr = modes_first(reduced.M, s.n_modes);
+  s.Kr = modes_first(reduced.K, s.n_modes);
+  s.Mr = modes_first(reduced.M, s.n_modes);
   s.coordinates.resize(static_cast<Index>(position.size()), 3);
   for (const auto& [id, x] : position) {
     s.coordinates.row(static_cast<Index>(s.node_ids.size())) = x.transpose();

@@ -67,7 +67,8 @@ ImportedMatrices import_matrices(const std::string& name, const std::filesystem:
   const ImportFormat& format = format_named(name);
   const std::string stem = stem_of(format, file.string());
   ImportedMatrices imported;
-  imported.users = format.users, imported.needs_mesh = format.needs_mesh;
+  imported.users = format.users;
+  imported.needs_mesh = format.needs_mesh;
   for (const std::string& suffix : format.suffixes) {
     imported.files.emplace_back(stem + suffix);
     if (!std::filesystem::exists(imported.files.back()))

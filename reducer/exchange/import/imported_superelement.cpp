@@ -44,7 +44,8 @@ class Importer {
     require_positive();
     const auto &modes = order_.modes, &dofs = order_.dofs;
     s_.eigenvalues = r_.K.diagonal()(modes);
-    s_.K_cc = part(r_.K, dofs), s_.M_cc = part(r_.M, dofs);
+    s_.K_cc = part(r_.K, dofs);
+    s_.M_cc = part(r_.M, dofs);
     s_.M_kc = r_.M(modes, dofs);
     add_rigid_body();
     name_points();

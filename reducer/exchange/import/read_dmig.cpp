@@ -27,7 +27,8 @@ class DmigReader {
     for (const auto& matrix : {&K_, &M_})
       if (!*matrix) lines_.fail(std::string("has no matrix ") + (matrix == &K_ ? "KAAX" : "MAAX"));
     require_all();
-    reduced.K = K_->take(), reduced.M = M_->take();
+    reduced.K = K_->take();
+    reduced.M = M_->take();
   }
 
  private:

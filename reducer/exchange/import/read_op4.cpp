@@ -193,7 +193,8 @@ ReducedMatrices read_op4(const std::filesystem::path& stem) {
   Matrices found = is_binary(file) ? BinaryOp4(file, n).run() : TextOp4(file, n).run();
   for (const char* name : {"KAAX", "MAAX"})
     if (found.count(name) == 0) throw InputError(file.string() + ": has no matrix " + name);
-  reduced.K = std::move(found.at("KAAX")), reduced.M = std::move(found.at("MAAX"));
+  reduced.K = std::move(found.at("KAAX"));
+  reduced.M = std::move(found.at("MAAX"));
   return reduced;
 }
 

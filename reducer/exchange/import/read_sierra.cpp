@@ -33,7 +33,8 @@ ReducedMatrices read_sierra(const std::filesystem::path& file) {
   }
   reduced.has_damping = s.has_damping;
   reduced.has_recovery = s.output_map.size() > 0;
-  reduced.K = std::move(s.Kr), reduced.M = std::move(s.Mr);
+  reduced.K = std::move(s.Kr);
+  reduced.M = std::move(s.Mr);
   return reduced;
 }
 

@@ -48,7 +48,8 @@ class SubstructureFile {
         take_values(line);
     }
     add_rows();
-    reduced_.K = matrix("STIFFNESS"), reduced_.M = matrix("MASS");
+    reduced_.K = matrix("STIFFNESS");
+    reduced_.M = matrix("MASS");
     return std::move(reduced_);
   }
 
@@ -71,7 +72,8 @@ class SubstructureFile {
   }
 
   void take_card(const std::string& card) {
-    in_nodes_ = in_element_ = false, values_ = nullptr;
+    in_nodes_ = in_element_ = false;
+    values_ = nullptr;
     if (card.starts_with("*USERELEMENT")) {
       if (has_element_) lines_.fail("a second *USER ELEMENT found, expected one substructure");
       has_element_ = in_element_ = true;

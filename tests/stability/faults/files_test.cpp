@@ -62,7 +62,9 @@ TEST(UnchangedFiles, WhatIsReplacedOrWrittenToIsNamed) {
   test::write_bytes(other, "one");
   const auto after = [&](const std::function<void()>& change) {
     UnchangedFiles files;
-    files.add(file), files.add(other), files.add(folder / "missing");
+    files.add(file);
+    files.add(other);
+    files.add(folder / "missing");
     files.check();
     change();
     try {

@@ -111,7 +111,8 @@ class Restart : public testing::Test {
     options.restart = &state;
     Index taken = 0;
     options.is_checkpoint = [&](Index step, double) {
-      return taken = step, until > 0 && step >= until;
+      taken = step;
+      return until > 0 && step >= until;
     };
     options.on_checkpoint = [&](Index step, double, const StateArchive& kept) {
       to = {step, kept.words()};
@@ -354,7 +355,8 @@ TEST_F(Restart, StatesOfOtherScenesAreRefused) {
   Saved none;
   EXPECT_THROW(go_on(other, saved, 0, none), InputError);
   Saved shorter = saved, longer = saved;
-  shorter.words.pop_back(), longer.words.push_back(0);
+  shorter.words.pop_back();
+  longer.words.push_back(0);
   EXPECT_THROW(go_on(one, shorter, 0, none), InputError);
   EXPECT_THROW(go_on(one, longer, 0, none), InputError);
   EXPECT_THROW(go_on(one, {}, 0, none), InputError);

@@ -54,8 +54,10 @@ TEST(SceneLoad, aNumberThatIsNoneIsNamedByItsPlaceInALongTable) {
   const TemporaryFolder folder;
   const auto scene = [](const std::string& last) {
     std::string times, values;
-    for (int i = 0; i < 50000; ++i)
-      times += std::to_string(i) + (i % 10 == 9 ? ",\n    " : ", "), values += "1, ";
+    for (int i = 0; i < 50000; ++i) {
+      times += std::to_string(i) + (i % 10 == 9 ? ",\n    " : ", ");
+      values += "1, ";
+    }
     return many_instances() + "loads:\n  - gravity: [0, 0, 1]\n    history:\n      time: [" +
            times + last + "]\n      value: [" + values + "2]\n";
   };

@@ -53,7 +53,9 @@ TEST(BlockProperties, followTheBlocksOfTheMesh) {
       read_text(folder, replaced(full_scene, "      \"true\": {element: hex8-hourglass}\n", ""));
   Mesh mesh;
   mesh.blocks.resize(3);
-  mesh.blocks[0].name = "other", mesh.blocks[1].name = "core", mesh.blocks[2].name = "skin",
+  mesh.blocks[0].name = "other";
+  mesh.blocks[1].name = "core";
+  mesh.blocks[2].name = "skin";
   mesh.blocks[2].type = ElementType::quad4;
   const auto properties = block_properties(scene, scene.components.at("block"), mesh);
   ASSERT_EQ(properties.size(), 3u);
@@ -81,7 +83,8 @@ TEST(BlockProperties, knowUnnamedBlocksByTheirNumber) {
   component.blocks["20"].material = "dense";
   Mesh mesh;
   mesh.blocks.resize(2);
-  mesh.blocks[0].name = "block_10", mesh.blocks[1].name = "block_20";
+  mesh.blocks[0].name = "block_10";
+  mesh.blocks[1].name = "block_20";
   const auto properties = block_properties(scene, component, mesh);
   EXPECT_EQ(properties[0].material.density, 1);
   EXPECT_EQ(properties[1].material.density, 2);

@@ -99,7 +99,8 @@ TEST(Allocation, NoneInAStepThatStands) {
     for (const bool loaded : {false, true}) {
       Steps steps(scheme, loaded);
       const double h = 1.5 / steps.body.largest_frequency();
-      steps.step(0, h), steps.step(h, h);
+      steps.step(0, h);
+      steps.step(h, h);
       const long before = n_allocations;
       for (int i = 2; i < 12; ++i) steps.step(i * h, h);
       EXPECT_EQ(n_allocations - before, 0) << static_cast<int>(scheme) << loaded;

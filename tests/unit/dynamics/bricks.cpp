@@ -20,7 +20,9 @@ Mesh brick(std::array<Index, 3> n, const Vector3& size) {
             size[1] * double(j) / double(n[1]), size[2] * double(k) / double(n[2]);
   for (Index i = 0; i < mesh.coordinates.rows(); ++i) mesh.node_ids.push_back(i + 1);
   Block block;
-  block.name = "block", block.id = 1, block.type = ElementType::hex8;
+  block.name = "block";
+  block.id = 1;
+  block.type = ElementType::hex8;
   block.connectivity.resize(n[0] * n[1] * n[2], 8);
   Sideset minimum{"x_min", 1, {}}, maximum{"x_max", 2, {}}, all{"surface", 3, {}};
   Index e = 0;

@@ -57,7 +57,10 @@ TEST(BroadPhase, TwoCloudsThatShareACorner) {
   std::mt19937 random(4);
   for (const double overlap : {0.3, 0.05, 0.0, -0.05}) {
     auto targets = random_boxes(random, 200, Vector3(1, 1, 1), 0.1);
-    for (Box& box : targets) box.lower.array() += 1 - overlap, box.upper.array() += 1 - overlap;
+    for (Box& box : targets) {
+      box.lower.array() += 1 - overlap;
+      box.upper.array() += 1 - overlap;
+    }
     expect_as_brute_force(random_boxes(random, 200, Vector3(1, 1, 1), 0.1), targets);
   }
 }
@@ -65,7 +68,10 @@ TEST(BroadPhase, TwoCloudsThatShareACorner) {
 TEST(BroadPhase, NothingNearNothingFound) {
   std::mt19937 random(3);
   auto far = random_boxes(random, 20, Vector3(1, 1, 1), 0.1);
-  for (Box& box : far) box.lower.array() += 10, box.upper.array() += 10;
+  for (Box& box : far) {
+    box.lower.array() += 10;
+    box.upper.array() += 10;
+  }
   expect_as_brute_force(random_boxes(random, 20, Vector3(1, 1, 1), 0.1), far);
   expect_as_brute_force({}, far);
   expect_as_brute_force(far, {});

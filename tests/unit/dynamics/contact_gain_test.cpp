@@ -130,7 +130,8 @@ TEST(ContactGain, IsLeftOutWhereForcedStepsAreTooLong) {
   const double h = 2.5 / m.form->omega.maxCoeff();
   SuperelementBody with("with", m.superelement, m.form, Placement{}, Scheme::exact);
   SuperelementBody without("without", m.superelement, m.form, Placement{}, Scheme::exact);
-  with.track(pressed()), without.track(pressed());
+  with.track(pressed());
+  without.track(pressed());
   with.set_contact_step(h);
   EXPECT_EQ((with.response(0, h).dense() - without.response(0, h).dense()).norm(), 0);
 }

@@ -36,7 +36,8 @@ TEST(ContactMethods, SweepsAndGradientsFindTheSameImpulses) {
           projected_gradients(problem, press.g, scaled_norm(problem), 500, 1e-12 * scale, p, gap),
           200);
       EXPECT_LT((p - expected.p).norm(), 1e-9 * expected.p.norm());
-      p = zero, gap = press.g;
+      p = zero;
+      gap = press.g;
       BlockGaussSeidel(problem).sweep(problem, 5000, 1e-13 * scale, p, gap);
       EXPECT_LT((p - expected.p).norm(), 1e-8 * expected.p.norm());
     }

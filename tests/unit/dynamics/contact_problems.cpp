@@ -48,7 +48,8 @@ Verdict judge(const GapResponse& W, const std::vector<PointLaw>& laws, const Vec
       blame(gap.norm() / length);
       continue;
     }
-    blame(-gap[0] / length), blame(-p[0] / force);
+    blame(-gap[0] / length);
+    blame(-p[0] / force);
     blame(std::min(std::abs(gap[0]) / length, std::abs(p[0]) / force));
     if (law.law == ContactLaw::frictionless) continue;
     const double limit = law.friction * std::max(0.0, p[0]), pull = p.tail<2>().norm(),
@@ -70,8 +71,9 @@ Verdict judge(const GapResponse& W, const std::vector<PointLaw>& laws, const Vec
 
 Matrix3 mixing(double x, double y) {
   Matrix3 T = Matrix3::Identity();
-  T(0, 1) = 0.2 * std::sin(0.3 * x), T(1, 2) = 0.2 * std::cos(0.4 * y),
-       T(2, 0) = 0.15 * std::sin(0.2 * (x + y));
+  T(0, 1) = 0.2 * std::sin(0.3 * x);
+  T(1, 2) = 0.2 * std::cos(0.4 * y);
+  T(2, 0) = 0.15 * std::sin(0.2 * (x + y));
   return T;
 }
 
@@ -82,7 +84,10 @@ Vector ball_gaps(Index n, ContactLaw law, double radius) {
   for (Index k = 0; k < n * n; ++k) {
     const double x = static_cast<double>(k % n) - half, y = static_cast<double>(k / n) - half;
     g[k * rows] = 1e-3 * ((x * x + y * y) / (reach * reach) - 1);
-    if (rows == 3) g[k * rows + 1] = 2e-4 - 3e-4 * y / reach, g[k * rows + 2] = 3e-4 * x / reach;
+    if (rows == 3) {
+      g[k * rows + 1] = 2e-4 - 3e-4 * y / reach;
+      g[k * rows + 2] = 3e-4 * x / reach;
+    }
   }
   return g;
 }

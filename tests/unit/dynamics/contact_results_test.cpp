@@ -87,7 +87,8 @@ TEST_F(ContactResults, PressureIsForceOverAreaWhereBarsMeet) {
             EXPECT_NEAR(pressures[c][i][slot], expected, 1e-9) << "output " << i << " x " << x;
           }
           const double share = std::abs(contact.area_vectors(slot, 0));
-          sum += pressures[c][i][slot] * share, force += expected * share;
+          sum += pressures[c][i][slot] * share;
+          force += expected * share;
         }
         EXPECT_NEAR(sum, force, 1e-9);  // faces tilt a little on uneven springs
       }

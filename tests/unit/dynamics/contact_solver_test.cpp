@@ -81,7 +81,9 @@ TEST(ContactSolver, MixedLawsHold) {
     const auto result = solver.solve(g, Vector());
     expect_solved(W, laws, g, result, 1e-9);
     const Verdict v = judge(W, laws, g, result);
-    seen.open += v.open, seen.stick += v.stick, seen.slide += v.slide;
+    seen.open += v.open;
+    seen.stick += v.stick;
+    seen.slide += v.slide;
   }
   EXPECT_GT(seen.open, 100);
   EXPECT_GT(seen.stick, 40);
@@ -100,7 +102,9 @@ TEST(ContactSolver, OnePointObeysCoulombExactlyForAnyFriction) {
     const auto result = solver.solve(g, Vector());
     const Verdict v = judge(W, laws, g, result);
     EXPECT_LT(v.law, 1e-9) << trial;
-    seen.open += v.open, seen.stick += v.stick, seen.slide += v.slide;
+    seen.open += v.open;
+    seen.stick += v.stick;
+    seen.slide += v.slide;
   }
   EXPECT_GT(std::min({seen.open, seen.stick, seen.slide}), 300);
 }

@@ -67,7 +67,10 @@ struct Dense {
   void step(double h, double last_h, double f0, double f1, bool kick) {
     if (method.scheme == Scheme::central_difference) {
       const Vector a0 = mass->solve(f0 * f - K * y);
-      if (last_h == 0) v -= 0.5 * h * a0, last_h = h;
+      if (last_h == 0) {
+        v -= 0.5 * h * a0;
+        last_h = h;
+      }
       v += 0.5 * (last_h + h) * a0;
       if (kick) v += mass->solve(p);
       y += h * v;
@@ -106,7 +109,8 @@ TEST(CoupledBody, IsTheSchemeOfTheDenseMatrices) {
         };
         const Points force = random_points(random, n, 1), impulse = random_points(random, 3, 1);
         body->add_force(force, ramp);
-        dense.f = local(force, all_nodes(*body)), dense.p = local(impulse, {2, 5, 7});
+        dense.f = local(force, all_nodes(*body));
+        dense.p = local(impulse, {2, 5, 7});
         const Vector rigid =
             rigid_motions(*model).leftCols(3) * (placement.T.transpose() * placement.velocity);
         dense.v = dense.mass->solve(dense.Z.transpose() * Vector(test::whole_mass(*model) * rigid));
@@ -116,11 +120,13 @@ TEST(CoupledBody, IsTheSchemeOfTheDenseMatrices) {
           const double h = (step < 30 ? share : 0.7) / body->largest_frequency();
           dense.step(h, last_h, history_value(ramp, t), history_value(ramp, t + h), step % 9 == 3);
           body->predict(t, h);
-          if (step % 9 == 3)
-            body->add_impulses(set, 0.25 * impulse),
-                body->add_impulses(set, 0.75 * impulse, ImpulseKind::friction);
+          if (step % 9 == 3) {
+            body->add_impulses(set, 0.25 * impulse);
+            body->add_impulses(set, 0.75 * impulse, ImpulseKind::friction);
+          }
           body->accept();
-          t += h, last_h = h;
+          t += h;
+          last_h = h;
         }
         Vector q, rates;
         body->coordinates(q, rates);
@@ -190,7 +196,10 @@ TEST(CoupledBody, OnlyHhtTakesEnergy) {
     const Vector3 spin = state.angular_momentum - state.center_of_mass.cross(state.momentum);
     const double elastic = start - 0.5 * state.momentum.squaredNorm() / rigid.mass -
                            0.5 * spin.dot(solve_symmetric(rigid.inertia, spin));
-    for (int step = 1; step < 300; ++step) body->predict(step * h, h), body->accept();
+    for (int step = 1; step < 300; ++step) {
+      body->predict(step * h, h);
+      body->accept();
+    }
     EXPECT_NEAR(energy(*body), start + body->work().numerical, 1e-11 * start);
     if (alpha == 0) {
       EXPECT_EQ(body->work().numerical, 0);
@@ -247,7 +256,7 @@ TEST(CoupledBody, ResponseIsWhatImpulsesDoAndMomentumIsTheirs) {
           angular += Vector3(body->reference_positions().row(i).transpose() + drift)
                          .cross(Vector3(q.row(i).transpose()));
         momentum += q.colwise().sum().transpose();
-        scale = std::max(scale, momentum.norm()),
+        scale = std::max(scale, momentum.norm());
         angular_scale = std::max(angular_scale, angular.norm());
       }
       EXPECT_LT((body->state().momentum - momentum).norm(), 1e-10 * scale);
@@ -267,7 +276,8 @@ TEST(CoupledBody, ConvergesWithTheSquareOfTheStep) {
   std::mt19937 random(2);
   const Points force = random_points(random, exact.n_nodes(), 50);
   exact.add_force(force, {{0.0, end}, {0.0, 2.0}});
-  exact.predict(0, end), exact.accept();
+  exact.predict(0, end);
+  exact.accept();
   Points u, v, u_exact, v_exact;
   exact.displacements(u_exact, v_exact);
   for (const Method& method : methods) {
@@ -277,7 +287,10 @@ TEST(CoupledBody, ConvergesWithTheSquareOfTheStep) {
           coupled_body("b", model, oblique(true), some_held(), method.scheme, {method.alpha});
       body->add_force(force, {{0.0, end}, {0.0, 2.0}});
       const int steps = 40 << level;
-      for (int i = 0; i < steps; ++i) body->predict(i * end / steps, end / steps), body->accept();
+      for (int i = 0; i < steps; ++i) {
+        body->predict(i * end / steps, end / steps);
+        body->accept();
+      }
       body->displacements(u, v);
       error[level] = (u - u_exact).norm() / u_exact.norm() + (v - v_exact).norm() / v_exact.norm();
     }

@@ -36,7 +36,8 @@ void expect_equal_states(const Body& a, const Body& b, double tolerance) {
   EXPECT_NEAR(a.work().friction, b.work().friction, tolerance * energy);
   EXPECT_NEAR(a.work().numerical, b.work().numerical, tolerance * energy);
   Points u, v, u_other, v_other;
-  a.displacements(u, v), b.displacements(u_other, v_other);
+  a.displacements(u, v);
+  b.displacements(u_other, v_other);
   EXPECT_LT((u - u_other).norm(), tolerance * u.norm());
   EXPECT_LT((v - v_other).norm(), tolerance * v.norm());
 }
@@ -48,9 +49,11 @@ void move_alike(Body& a, Body& b, double share, double tolerance) {
   Body* both[] = {&a, &b};
   const Points force = random_points(random, a.n_nodes(), 1);
   Index set = 0;
-  for (Body* body : both)
-    set = body->track(nodes), body->add_force(force, ramp),
+  for (Body* body : both) {
+    set = body->track(nodes);
+    body->add_force(force, ramp);
     body->add_gravity(Vector3(0.1, 0.2, -1), {});
+  }
   EXPECT_LT((nodal_of(a).nodal_masses(set) - nodal_of(b).nodal_masses(set)).norm(),
             tolerance * nodal_of(b).nodal_masses(set).norm());
   const double h = share / b.largest_frequency();
@@ -58,8 +61,10 @@ void move_alike(Body& a, Body& b, double share, double tolerance) {
     const Points p = random_points(random, 4, 0.1);
     for (Body* body : both) {
       body->predict(step * h, h);
-      if (step % 7 == 3)
-        body->add_impulses(set, p), body->add_impulses(set, 0.1 * p, ImpulseKind::friction);
+      if (step % 7 == 3) {
+        body->add_impulses(set, p);
+        body->add_impulses(set, 0.1 * p, ImpulseKind::friction);
+      }
       if (step % 11 == 5 && a.scheme() == Scheme::central_difference)
         nodal_of(*body).add_velocities(set, 0.2 * p, p.colwise().sum().transpose());
       body->accept();
@@ -116,16 +121,21 @@ TEST(CoupledBody, MeshMovesAsMeshBody) {
       // Without nodal velocities, which a mesh takes as impulses
       std::mt19937 random(2);
       const Points force = random_points(random, other.n_nodes(), 0.01);
-      body->add_force(force, ramp), other.add_force(force, ramp);
-      body->add_gravity(Vector3(0, 1, -1), {}), other.add_gravity(Vector3(0, 1, -1), {});
+      body->add_force(force, ramp);
+      other.add_force(force, ramp);
+      body->add_gravity(Vector3(0, 1, -1), {});
+      other.add_gravity(Vector3(0, 1, -1), {});
       const double h = 1.7 / other.largest_frequency();
       for (int step = 0; step < 100; ++step) {
         const Points p = random_points(random, 2, 0.01);
-        body->predict(step * h, h), other.predict(step * h, h);
-        if (step % 5 == 2)
-          body->add_impulses(set, p, ImpulseKind::friction),
-              other.add_impulses(other_set, p, ImpulseKind::friction);
-        body->accept(), other.accept();
+        body->predict(step * h, h);
+        other.predict(step * h, h);
+        if (step % 5 == 2) {
+          body->add_impulses(set, p, ImpulseKind::friction);
+          other.add_impulses(other_set, p, ImpulseKind::friction);
+        }
+        body->accept();
+        other.accept();
       }
       expect_equal_states(*body, other, 1e-12);
     }

@@ -69,7 +69,8 @@ TEST(CoupledModel, AllModesOfTheDomainsAreTheWholeBody) {
     return dof;
   };
   Matrix K = Matrix::Zero(90, 90), M = K;
-  K(dofs(0), dofs(0)) += a.K, K(dofs(2), dofs(2)) += b.K;
+  K(dofs(0), dofs(0)) += a.K;
+  K(dofs(2), dofs(2)) += b.K;
   for (const Index i : dofs(0)) M(i, i) += 0.3;
   for (const Index i : dofs(2)) M(i, i) += 0.5;
   const Vector lambda = generalized_eigenvalues(K, M);
@@ -137,12 +138,17 @@ TEST(CoupledModel, DofsThatASuperelementHasNotAreLeftOut) {
   std::vector<Index> keep;
   for (Index i = 0; i < s.c(); ++i)
     if (s.dof_node[i] != 5 || s.dof_component[i] != 2) keep.push_back(i);
-  s.K_cc = Matrix(s.K_cc(keep, keep)), s.M_cc = Matrix(s.M_cc(keep, keep)),
+  s.K_cc = Matrix(s.K_cc(keep, keep));
+  s.M_cc = Matrix(s.M_cc(keep, keep));
   s.M_kc = Matrix(s.M_kc(Eigen::all, keep));
   std::vector<Index> node;
   std::vector<int> component;
-  for (const Index i : keep) node.push_back(s.dof_node[i]), component.push_back(s.dof_component[i]);
-  s.dof_node = node, s.dof_component = component;
+  for (const Index i : keep) {
+    node.push_back(s.dof_node[i]);
+    component.push_back(s.dof_component[i]);
+  }
+  s.dof_node = node;
+  s.dof_component = component;
   const Matrix K = reduced_stiffness(s), M = reduced_mass(s);
   const CoupledModel model = coupled_model(std::make_shared<Superelement>(s));
   EXPECT_EQ(free_dofs(model, {}).Z.cols(), s.c());

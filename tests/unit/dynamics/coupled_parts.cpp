@@ -30,11 +30,15 @@ Chain chain(Index n_domains, Index k) {
     }
     c.place.push_back(place);
     c.domains.push_back(s);
-    for (Index i = 0; i < part.points.rows(); ++i)
-      at.push_back(part.points.row(i).transpose()), mass.push_back(part.mass[i]);
+    for (Index i = 0; i < part.points.rows(); ++i) {
+      at.push_back(part.points.row(i).transpose());
+      mass.push_back(part.mass[i]);
+    }
   }
-  for (std::size_t i = 0; i < at.size(); ++i)
-    c.body.mass += mass[i], c.body.center += mass[i] * at[i];
+  for (std::size_t i = 0; i < at.size(); ++i) {
+    c.body.mass += mass[i];
+    c.body.center += mass[i] * at[i];
+  }
   c.body.center /= c.body.mass;
   for (std::size_t i = 0; i < at.size(); ++i) {
     const Vector3 r = at[i] - c.body.center;

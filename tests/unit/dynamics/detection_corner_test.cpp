@@ -35,8 +35,10 @@ Vector3 normal(double slope, Index face) {
 Patch node(const Vector3& from, const Vector3& to) {
   Patch p = patch(1, 0, true);
   p.surface.nodes = {0};
-  p.surface.areas = Vector::Ones(1), p.surface.area_vectors.resize(0, 3);
-  p.body.start = Points(from.transpose()), p.body.end = Points(to.transpose());
+  p.surface.areas = Vector::Ones(1);
+  p.surface.area_vectors.resize(0, 3);
+  p.body.start = Points(from.transpose());
+  p.body.end = Points(to.transpose());
   p.surface.faces.resize(0, 4);
   return p;
 }
@@ -101,7 +103,8 @@ TEST(HollowCorner, WhatHasTouchedBothStaysWithBothHoweverDeep) {
         for (const Index first : {0, 1}) {
           PairMemory memory;
           start_memory(1, memory);
-          memory.has_points = true, memory.face = memory.known_face = {first};
+          memory.has_points = true;
+          memory.face = memory.known_face = {first};
           memory.further_faces.assign(PairMemory::n_further, -1);
           memory.further_faces[0] = 1 - first;
           const ContactList list = run(n, g, memory);
@@ -224,7 +227,8 @@ TEST(ContactSurface, BendsAsItsFacesDo) {
   for (Index f = 0; f < 3; ++f)
     for (int a = 0; a < 3; ++a, ++n) {
       x.row(n) = 0.5 * (x.row(p.surface.faces(f, a)) + x.row(p.surface.faces(f, a + 1)));
-      p.surface.middle(f, a) = n, p.surface.nodes.push_back(n);
+      p.surface.middle(f, a) = n;
+      p.surface.nodes.push_back(n);
     }
   fill_sizes(p.surface, x);
   EXPECT_NEAR(bend(p.surface), 1 - std::sqrt(0.5), 1e-12);

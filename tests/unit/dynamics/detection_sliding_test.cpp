@@ -35,7 +35,9 @@ TEST(Detection, NormalsGoOverAcrossAnEdge) {
     node.body.end = node.body.start;
     PairMemory memory;
     start_memory(4, memory);
-    memory.face.assign(4, face), memory.known_face.assign(4, face), memory.has_points = true;
+    memory.face.assign(4, face);
+    memory.known_face.assign(4, face);
+    memory.has_points = true;
     const ContactList list = run(node, roof, memory);
     EXPECT_FALSE(list.empty()) << at;
     return list.empty() ? Vector3(Vector3::Zero()) : list.points[0].normal();
@@ -85,7 +87,8 @@ TEST(Detection, SlidingOverFaceBoundariesOfAFlatMeshIsSmooth) {
         faces.push_back(point.face);
     }
     remember(list, 0, list.points.size(), Points::Zero(m, 3), Points::Ones(m, 3), 1e-6, memory);
-    top.body.start = top.body.end, top.body.start.col(2).setZero();
+    top.body.start = top.body.end;
+    top.body.start.col(2).setZero();
   }
   EXPECT_GE(faces.size(), 4u);
 }
@@ -95,7 +98,8 @@ TEST(Detection, SlidingOverFaceBoundariesOfAFlatMeshIsSmooth) {
 TEST(Detection, SlidingOffTheRimEndsTheContact) {
   const Patch plate = box(3, 3, 1.0);
   Patch node = patch(1, 0, false, 0.1);
-  node.body.start.col(0).array() += 2.7, node.body.start.col(1).array() += 1.2;
+  node.body.start.col(0).array() += 2.7;
+  node.body.start.col(1).array() += 1.2;
   PairMemory memory;
   std::vector<double> last(4, 0);
   for (int k = 0; k < 60; ++k) {
@@ -150,7 +154,9 @@ TEST(Detection, LongFacesHoldWhatIsOffTheirEdgesInAllDirections) {
       node.body.end = node.body.start;
       PairMemory memory;
       start_memory(4, memory);
-      memory.face.assign(4, 0), memory.known_face.assign(4, 0), memory.has_points = true;
+      memory.face.assign(4, 0);
+      memory.known_face.assign(4, 0);
+      memory.has_points = true;
       EXPECT_EQ(run(node, *face, memory).points.size(), 4u) << i;
     }
   }

@@ -24,13 +24,15 @@ TEST(Detection, MatchingFacesKeepTheirEdgeNodes) {
   ContactList list = run(top, bottom, memory);
   ASSERT_EQ(list.points.size(), 25u);
   remember(list, 0, 25, Points::Zero(25, 3), Points::Ones(25, 3), 1e-6, memory);
-  top.body.start = top.body.end, top.body.start.col(2).setZero();
+  top.body.start = top.body.end;
+  top.body.start.col(2).setZero();
   move(top, Vector3(0.004, 0.003, -0.01));
   list = run(top, bottom, memory);
   ASSERT_EQ(list.points.size(), 25u);
   // They lose touch for a step, but do not go apart
   remember(list, 0, 25, Points::Ones(25, 3), Points::Zero(25, 3), 1e-6, memory);
-  top.body.start = top.body.end, top.body.start.col(2).setConstant(1e-4);
+  top.body.start = top.body.end;
+  top.body.start.col(2).setConstant(1e-4);
   move(top, Vector3(0.001, 0, -0.0101));
   list = run(top, bottom, memory);
   EXPECT_EQ(list.points.size(), 25u);
@@ -118,7 +120,8 @@ TEST(Detection, TheFarSideOfAThinPlateDoesNotCatch) {
   plate.body.start = plate.body.end = x;
   fill_sizes(plate.surface, x);
   for (auto& p : {&node}) {
-    p->body.start.col(0).array() += 0.2, p->body.start.col(1).array() += 0.2;
+    p->body.start.col(0).array() += 0.2;
+    p->body.start.col(1).array() += 0.2;
     move(*p, Vector3(0, 0, -0.03));  // to -0.025, nearer to the bottom than to the top
   }
   PairMemory memory;
@@ -161,12 +164,16 @@ TEST(Detection, ACornerHoldsFromBothSides) {
   corner.body.start = corner.body.end = x;
   fill_sizes(corner.surface, x);
   Patch node = patch(1, 0.01, false, 0.1);
-  node.body.start.col(0).array() += 0.01, node.body.start.col(1).array() += 0.4;
+  node.body.start.col(0).array() += 0.01;
+  node.body.start.col(1).array() += 0.4;
   move(node, Vector3(-0.02, 0, -0.02));
   PairMemory memory;
   const auto list = run(node, corner, memory);
   int wall = 0, floor = 0;
-  for (const auto& c : list.points) wall += c.normal()[0] > 0.99, floor += c.normal()[2] > 0.99;
+  for (const auto& c : list.points) {
+    wall += c.normal()[0] > 0.99;
+    floor += c.normal()[2] > 0.99;
+  }
   EXPECT_EQ(floor, 4);
   EXPECT_EQ(wall, 2);
 }
@@ -268,7 +275,8 @@ TEST(Detection, TheGridLosesNothing) {
   for (int trial = 0; trial < 150; ++trial) {
     Patch slave = box(3, 1, trial % 3 == 0 ? 0.05 : 0.8),
           master = box(4, 1.2, trial % 4 == 0 ? 0.03 : 0.7);
-    slave.surface.body = 0, master.surface.body = 1;
+    slave.surface.body = 0;
+    master.surface.body = 1;
     const double far = trial % 2 ? 0.3 : 3;  // steps up to three times the body's size
     const auto any = [&](double size) {
       Vector3 x;
@@ -295,7 +303,8 @@ TEST(Detection, TheGridLosesNothing) {
     }
     points += static_cast<int>(found.points.size());
     // With bodies that have been swept the same is found
-    sweep(slave.body), sweep(master.body);
+    sweep(slave.body);
+    sweep(master.body);
     PairMemory again;
     ContactList swept;
     detect(slave.surface, slave.body, master.surface, master.body, false, {}, again, swept);

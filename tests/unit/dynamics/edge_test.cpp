@@ -21,8 +21,11 @@ using test::row;
 // Unit cubes of wave speed 10, all six faces in contact.
 Part cube(std::array<Index, 3> n) {
   Part part;
-  part.n = n, part.size = Vector3(1, 1, 1), part.material = {100, 0.3, 1};
-  part.mesh = true, part.face = "surface";
+  part.n = n;
+  part.size = Vector3(1, 1, 1);
+  part.material = {100, 0.3, 1};
+  part.mesh = true;
+  part.face = "surface";
   return part;
 }
 
@@ -30,7 +33,8 @@ const Vector3 centre(0.5, 0.5, 0.5);
 
 // Turned about its centre, which is put at `at`.
 void place(Part& part, const Matrix3& R, const Vector3& at, const Vector3& velocity) {
-  part.placement.T = R, part.placement.position = at - R * centre,
+  part.placement.T = R;
+  part.placement.position = at - R * centre;
   part.placement.velocity = velocity;
 }
 
@@ -47,7 +51,8 @@ Outcome run_scene(Simulation& sim) {
   Outcome o;
   for (std::size_t i = 0; i < r.time.size(); ++i) {
     const double work = r.work_contact[i] / r.total[0];
-    o.gain = std::max(o.gain, work), o.loss = std::max(o.loss, -work);
+    o.gain = std::max(o.gain, work);
+    o.loss = std::max(o.loss, -work);
     o.largest_sideways =
         std::max(o.largest_sideways, row(r.bodies[1].momentum, i).head<2>().norm());
     if (r.active[i] > 0) o.touched_until = r.time[i];

@@ -26,9 +26,11 @@ FaceGrid face_grid(int nx, int ny, bool up, GridFaces kind, double distortion, u
       if (kind == GridFaces::quads || (kind == GridFaces::mixed && (i + j) % 2)) {
         faces.push_back({a, b, c, d});
       } else if (i % 2) {
-        faces.push_back({a, b, c, c}), faces.push_back({a, c, d, d});
+        faces.push_back({a, b, c, c});
+        faces.push_back({a, c, d, d});
       } else {
-        faces.push_back({a, b, d, d}), faces.push_back({b, c, d, d});
+        faces.push_back({a, b, d, d});
+        faces.push_back({b, c, d, d});
       }
     }
   }

@@ -22,9 +22,11 @@ struct Strike {
 // Non-matching faces; a flies into b with a tangential velocity.
 Strike strike(bool mesh_a, bool mesh_b, const Vector3& velocity) {
   Strike s;
-  s.a.n = {3, 4, 4}, s.b.n = {3, 3, 2};
+  s.a.n = {3, 4, 4};
+  s.b.n = {3, 3, 2};
   s.b.size = Vector3(1, 0.7, 0.7);
-  s.a.mesh = mesh_a, s.b.mesh = mesh_b;
+  s.a.mesh = mesh_a;
+  s.b.mesh = mesh_b;
   s.a.modes = s.b.modes = 30;
   s.a.placement.velocity = velocity;
   s.b.placement.position = Vector3(1.0001, -0.1, -0.1);

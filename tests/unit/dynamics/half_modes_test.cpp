@@ -20,7 +20,9 @@ Superelement reduced(Index modes, Basis basis, Pick pick = Pick::frequency,
   const Mesh mesh = test::block_mesh({{4, 3, 2}, Vector3(1, 0.8, 0.7)});
   ReductionOptions options;
   options.interface_sets = {"x_max"};
-  options.modes = modes, options.basis = basis, options.pick = pick,
+  options.modes = modes;
+  options.basis = basis;
+  options.pick = pick;
   options.massless_modes = massless;
   Report report("test", Verbosity::quiet);
   return reduce(mesh, {BlockProperties{{100, 0.3, 1}, Hex8Formulation::incompatible}},
@@ -136,7 +138,8 @@ TEST(KeepHalf, OfBasisMasslessIsRefusedWhereItIsNotKnownOrNone) {
   for (const MasslessModes kind : {MasslessModes::tapered, MasslessModes::fixed}) {
     Superelement s = reduced(20, Basis::massless, Pick::frequency, kind);
     EXPECT_NO_THROW(require_half(s));
-    s.massless.omega_fall = 0, s.massless.rigid_share.resize(0, 0);  // as in a file before 1.5
+    s.massless.omega_fall = 0;
+    s.massless.rigid_share.resize(0, 0);  // as in a file before 1.5
     EXPECT_THROW(require_half(s), InputError) << word_of(massless_words, kind);
     EXPECT_THROW(keep_half(s, HalfBy::frequency), InputError) << word_of(massless_words, kind);
   }

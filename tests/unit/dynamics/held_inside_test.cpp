@@ -24,7 +24,8 @@ Superelement clamped() {
       {{4, 3, 2}, Vector3(1, 0.8, 0.7), [](const Vector3& x) -> Vector3 { return x; }});
   const std::vector<BlockProperties> properties = {{{100, 0.3, 1}, Hex8Formulation::incompatible}};
   ReductionOptions options;
-  options.interface_sets = {"x_max"}, options.modes = 8;
+  options.interface_sets = {"x_max"};
+  options.modes = 8;
   Report report("test", Verbosity::quiet);
   Superelement s = reduce(mesh, properties, MassKind::consistent, options, {}, report);
   const FiniteElementModel model = assemble(mesh, properties, MassKind::consistent);
@@ -37,12 +38,16 @@ Superelement clamped() {
                K_IC = Matrix(p.K_IC)(I, Eigen::all), M_IC = Matrix(p.M_IC)(I, Eigen::all);
   const Matrix Psi = -Cholesky(K_II).solve(K_IC), Y = M_IC + M_II * Psi;
   const Eigenpairs modes = dense_eigenpairs(K_II, M_II, 8);
-  s.K_cc = Matrix(p.K_CC) + K_IC.transpose() * Psi,
+  s.K_cc = Matrix(p.K_CC) + K_IC.transpose() * Psi;
   s.M_cc = Matrix(p.M_CC) + Psi.transpose() * Y + M_IC.transpose() * Psi;
-  s.K_cc = (0.5 * (s.K_cc + s.K_cc.transpose())).eval(),
+  s.K_cc = (0.5 * (s.K_cc + s.K_cc.transpose())).eval();
   s.M_cc = (0.5 * (s.M_cc + s.M_cc.transpose())).eval();
-  s.M_kc = modes.Phi.transpose() * Y, s.eigenvalues = modes.lambda;
-  s.omega.resize(0), s.V.resize(0, 0), s.accuracy.reset(), s.conditioning.reset();
+  s.M_kc = modes.Phi.transpose() * Y;
+  s.eigenvalues = modes.lambda;
+  s.omega.resize(0);
+  s.V.resize(0, 0);
+  s.accuracy.reset();
+  s.conditioning.reset();
   return s;
 }
 
@@ -67,9 +72,13 @@ TEST(HeldInside, IsReadAndHasNoRigidMotions) {
   // The maker's own diagonal form, with and without the matrices beside it
   for (const bool with_matrices : {true, false}) {
     Superelement stored = clamped();
-    stored.omega = omega, stored.V = dense.vectors;
-    if (!with_matrices)
-      stored.K_cc.resize(0, 0), stored.M_cc.resize(0, 0), stored.M_kc.resize(0, 0);
+    stored.omega = omega;
+    stored.V = dense.vectors;
+    if (!with_matrices) {
+      stored.K_cc.resize(0, 0);
+      stored.M_cc.resize(0, 0);
+      stored.M_kc.resize(0, 0);
+    }
     EXPECT_TRUE(is_held_inside(stored));
     check_rigid_motions(stored, "s.h5");
     const DiagonalForm of_file = free_diagonal_form(stored, "s.h5");
@@ -145,7 +154,8 @@ TEST(HeldInside, IsNotWhatWrongCoordinatesMake) {
   const Mesh mesh = test::block_mesh(
       {{4, 3, 2}, Vector3(1, 0.8, 0.7), [](const Vector3& x) -> Vector3 { return x; }});
   ReductionOptions options;
-  options.interface_sets = {"x_max"}, options.modes = 8;
+  options.interface_sets = {"x_max"};
+  options.modes = 8;
   Report report("test", Verbosity::quiet);
   Superelement s = reduce(mesh, {{{100, 0.3, 1}, Hex8Formulation::incompatible}}, MassKind::lumped,
                           options, {}, report);

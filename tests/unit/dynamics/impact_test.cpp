@@ -30,7 +30,8 @@ Bars bars(Index n, bool mesh_a, bool mesh_b) {
   s.a.n = s.b.n = {n, 1, 1};
   s.a.size = s.b.size = Vector3(1, 0.1, 0.1);
   s.a.material = s.b.material = {100, 0, 1};
-  s.a.mesh = mesh_a, s.b.mesh = mesh_b;
+  s.a.mesh = mesh_a;
+  s.b.mesh = mesh_b;
   s.a.modes = s.b.modes = 12 * n;
   s.a.placement.velocity = Vector3(speed, 0, 0);
   s.b.placement.position = Vector3(1 + s.start * speed, 0, 0);
@@ -45,8 +46,10 @@ struct Blocks {
 
 Blocks blocks(bool mesh_a, bool mesh_b) {
   Blocks s;
-  s.a.n = {3, 4, 4}, s.b.n = {3, 3, 2};
-  s.a.mesh = mesh_a, s.b.mesh = mesh_b;
+  s.a.n = {3, 4, 4};
+  s.b.n = {3, 3, 2};
+  s.a.mesh = mesh_a;
+  s.b.mesh = mesh_b;
   s.a.modes = s.b.modes = 30;
   s.a.placement.velocity = Vector3(0.3, 0.02, -0.01);
   s.b.placement.position = Vector3(2.01, 0.01, 0.02);
@@ -213,7 +216,8 @@ TEST(Impact, RotatedMirroredAndMovingScenesGiveTheSameAnswer) {
     const std::array<double, 2> mass{0.25, 0.25};
     const auto moved = [&](const Matrix3& T, const Vector3& shift, const Vector3& boost) {
       Blocks s = plain;
-      place(s.a, T, shift, boost), place(s.b, T, shift, boost);
+      place(s.a, T, shift, boost);
+      place(s.b, T, shift, boost);
       Simulation sim = two_bodies(s.a, s.b, Enforcement::impulse, 0.6, 0.02);
       return difference(expected, run(sim), T, shift, boost, mass);
     };
@@ -287,7 +291,8 @@ TEST(Impact, MomentumUnderLoadsIsOfTheTimeWritten) {
     const double h = 1 / body.largest_frequency();
     Points u, v;
     for (int step = 1; step <= 10; ++step) {
-      body.predict((step - 1) * h, h), body.accept();
+      body.predict((step - 1) * h, h);
+      body.accept();
       EXPECT_NEAR(body.state().momentum[2], -2 * 0.25 * step * h, 1e-13);
       body.displacements(u, v);
       EXPECT_NEAR(v.col(2).mean(), -2 * step * h, 1e-12);

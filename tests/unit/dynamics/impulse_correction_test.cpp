@@ -38,7 +38,8 @@ struct Slide {
     const auto block = std::make_shared<const Matrix>(S);
     for (int b = 0; b < 2; ++b) {
       ContactBody& body = bodies[b];
-      body.impulses.setZero(n * n, 3), body.friction.setZero(n * n, 3);
+      body.impulses.setZero(n * n, 3);
+      body.friction.setZero(n * n, 3);
       body.response.block = shared ? block : std::make_shared<const Matrix>((1 + b) * S);
     }
     bodies[0].response.axes =
@@ -47,7 +48,8 @@ struct Slide {
   }
 
   void at(double x, double y) {
-    list = ContactList(), laws.clear();
+    list = ContactList();
+    laws.clear();
     const double middle = 0.5 * static_cast<double>(n - 1);
     for (Index slot = 0; slot < n * n; ++slot) {
       const double px = static_cast<double>(slot % n) + x, py = static_cast<double>(slot / n) + y;
@@ -60,13 +62,14 @@ struct Slide {
           contact_frame(Vector3(0.1 * std::sin(px + x), 0.1 * std::cos(py), 1).normalized());
       point.gap = 1e-3 * Vector3(r * r / (0.4 * static_cast<double>(n * n)) - 1, 0.3 - 0.05 * py,
                                  0.05 * px);
-      point.slot = slot, point.first_term = static_cast<Index>(list.terms.size()),
+      point.slot = slot;
+      point.first_term = static_cast<Index>(list.terms.size());
       point.n_terms = 5;
       list.terms.push_back({0, slot, 1});
-      list.terms.push_back({1, master(i, j), -(1 - u) * (1 - v)}),
-          list.terms.push_back({1, master(i + 1, j), -u * (1 - v)});
-      list.terms.push_back({1, master(i + 1, j + 1), -u * v}),
-          list.terms.push_back({1, master(i, j + 1), -(1 - u) * v});
+      list.terms.push_back({1, master(i, j), -(1 - u) * (1 - v)});
+      list.terms.push_back({1, master(i + 1, j), -u * (1 - v)});
+      list.terms.push_back({1, master(i + 1, j + 1), -u * v});
+      list.terms.push_back({1, master(i, j + 1), -(1 - u) * v});
       list.points.push_back(point);
       laws.push_back(laws_of_slots[slot]);
     }
@@ -80,7 +83,8 @@ Matrix response_of_face(Index n) {
     for (Index b = 0; b < n * n; ++b) {
       const double x = static_cast<double>(a % n - b % n), y = static_cast<double>(a / n - b / n);
       Matrix3 T = Matrix3::Identity();
-      T(0, 1) = T(1, 0) = 0.2, T(1, 2) = T(2, 1) = -0.1;
+      T(0, 1) = T(1, 0) = 0.2;
+      T(1, 2) = T(2, 1) = -0.1;
       S.block<3, 3>(3 * a, 3 * b) = std::exp(-std::hypot(x, y)) * T;
     }
   return S;
@@ -104,7 +108,10 @@ Compared compare(Slide& slide, int n_steps, double stride, double unique_impulse
     const Index m = static_cast<Index>(slide.list.points.size());
     if (guess.rows() != m) guess.setZero(m, 3);
     const auto enforce = [&](ImpulseMemory& memory) {
-      for (ContactBody& body : slide.bodies) body.impulses.setZero(), body.friction.setZero();
+      for (ContactBody& body : slide.bodies) {
+        body.impulses.setZero();
+        body.friction.setZero();
+      }
       return enforce_impulse(slide.list, slide.laws, guess, 1e-3, slide.bodies, memory);
     };
     const EnforcementResult expected = enforce(anew);
@@ -127,7 +134,9 @@ Compared compare(Slide& slide, int n_steps, double stride, double unique_impulse
     }
     guess = found.p;
   }
-  result.steps = kept.n_steps, result.products = kept.n_pushes, result.formed = kept.n_formed;
+  result.steps = kept.n_steps;
+  result.products = kept.n_pushes;
+  result.formed = kept.n_formed;
   result.changed = kept.n_changed;
   EXPECT_EQ(anew.n_formed, n_steps);
   return result;
@@ -245,9 +254,10 @@ TEST(DensePanels, ColumnsAndTriangles) {
       std::vector<Index> columns;
       Matrix X = Matrix::Zero(n, k), Y = Matrix::Constant(n, k, 0.5);
       for (Index j = 0; j < n; ++j)
-        if (n > 1000 || j % 5 == 0)
-          columns.push_back(j),
-              X.row(j) = Matrix::NullaryExpr(1, k, [&] { return normal(random); });
+        if (n > 1000 || j % 5 == 0) {
+          columns.push_back(j);
+          X.row(j) = Matrix::NullaryExpr(1, k, [&] { return normal(random); });
+        }
       const Matrix expected = Y + S * X;
       Matrix two = Y;
       add_columns(S, columns, X, Y, 1);
@@ -278,7 +288,10 @@ TEST(KeptFactor, FollowsTheSet) {
   std::vector<Index> ids;  // rows of W now, of `all`
   std::vector<char> closed(n, 0);
   for (Index i = 0; i < n; ++i)
-    if (i % 6 != 0) ids.push_back(i), closed[i] = unit(random) < 0.8;
+    if (i % 6 != 0) {
+      ids.push_back(i);
+      closed[i] = unit(random) < 0.8;
+    }
   KeptFactor factor;
   Index changes = 0;
   for (int step = 0; step < 200; ++step) {

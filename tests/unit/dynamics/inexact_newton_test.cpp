@@ -49,7 +49,8 @@ Vector gaps_at(Index n, double time) {
     const double x = (static_cast<double>(k % n) - half) / half - 0.3 * time,
                  y = (static_cast<double>(k / n) - half) / half;
     g[3 * k] = 1e-3 * (x * x + y * y - 0.8 * std::sin(3 * time));
-    g[3 * k + 1] = 6e-5 * time * time, g[3 * k + 2] = 2e-5 * (x - y);
+    g[3 * k + 1] = 6e-5 * time * time;
+    g[3 * k + 2] = 2e-5 * (x - y);
   }
   return g;
 }
@@ -82,9 +83,11 @@ TEST(InexactNewton, FollowsAPressAsSweepsDo) {
       const cbr::test::Verdict verdict = cbr::test::judge(press.W, press.laws, g, found);
       EXPECT_LE(verdict.law, 1e-9) << friction << " " << step;
       EXPECT_LE(verdict.gap, 1e-13) << friction << " " << step;
-      slid += verdict.slide, stuck += verdict.stick;
+      slid += verdict.slide;
+      stuck += verdict.stick;
       Vector p = found.p, gap = found.gap;
-      p *= 0.9, gap = g + press.W.dense * p;
+      p *= 0.9;
+      gap = g + press.W.dense * p;
       sweeps.sweep(problem, 20000, 1e-13 * scale, p, gap);
       EXPECT_LE((p - found.p).lpNorm<Eigen::Infinity>(), 1e-8 * found.p.lpNorm<Eigen::Infinity>())
           << friction << " " << step;
@@ -107,7 +110,8 @@ TEST(InexactNewton, MixedLaws) {
     laws.push_back({law, law == ContactLaw::coulomb ? 0.4 : 0});
     for (Index d = 0; d < n_rows(law); ++d) rows.push_back(3 * k + d);
     if (k != 40) continue;
-    press.W.dense.middleRows(3 * k, 3).setZero(), press.W.dense.middleCols(3 * k, 3).setZero();
+    press.W.dense.middleRows(3 * k, 3).setZero();
+    press.W.dense.middleCols(3 * k, 3).setZero();
   }
   const Vector all = gaps_at(n, 0.5);
   Vector g = all(rows);
@@ -158,7 +162,8 @@ TEST(ClosedResponse, ProductsAreThoseOfW) {
         serves[closed.first_row(point) + d] = 1;
     for (Index i = 0; i < n; ++i)
       if (!serves[i]) x[i] = 0;
-    closed.product(x, y), closed.normal_product(problem, x, normal);
+    closed.product(x, y);
+    closed.normal_product(problem, x, normal);
     Vector p = Vector::Zero(problem.n_rows());
     for (Index i = 0; i < n; ++i) p[closed.rows()[i]] = closed.scale(i) * static_cast<double>(x[i]);
     const Vector gap = press.W.dense * p;
@@ -203,7 +208,8 @@ TEST(LocalInverse, IsTheInverseWhereAllAreNeighbours) {
   }
   EXPECT_NEAR(alpha.sum(), 2, 1e-15);
   Matrix A = R.transpose() * press.W.dense * R + Matrix(alpha.asDiagonal());
-  A.topRightCorner(3, 5).setZero(), A.bottomLeftCorner(5, 3).setZero();
+  A.topRightCorner(3, 5).setZero();
+  A.bottomLeftCorner(5, 3).setZero();
   const FloatVector b = FloatVector::LinSpaced(8, -1, 2);
   FloatVector x = b;
   inverse.apply(x);
@@ -235,9 +241,11 @@ TEST(LocalInverse, KeepsTheRowsThatStand) {
     cbr::ClosedUnknowns unknowns;
     unknowns.build(problem, set, closed);
     cbr::LocalInverse anew;
-    kept.build(closed, unknowns, neighbours), anew.build(closed, unknowns, neighbours);
+    kept.build(closed, unknowns, neighbours);
+    anew.build(closed, unknowns, neighbours);
     FloatVector x = FloatVector::LinSpaced(unknowns.size(), -1, 2), y = x;
-    kept.apply(x), anew.apply(y);
+    kept.apply(x);
+    anew.apply(y);
     EXPECT_EQ(x, y) << pass;
   }
 }

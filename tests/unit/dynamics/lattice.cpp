@@ -23,8 +23,10 @@ Lattice lattice(std::array<Index, 3> n, double spacing, double stiffness, double
       const Vector3 d = (body.points.row(b) - body.points.row(a)).transpose();
       if (d.norm() > 1.75 * spacing) continue;
       const Matrix3 block = stiffness * d * d.transpose() / d.squaredNorm();
-      body.K.block<3, 3>(3 * a, 3 * a) += block, body.K.block<3, 3>(3 * b, 3 * b) += block;
-      body.K.block<3, 3>(3 * a, 3 * b) -= block, body.K.block<3, 3>(3 * b, 3 * a) -= block;
+      body.K.block<3, 3>(3 * a, 3 * a) += block;
+      body.K.block<3, 3>(3 * b, 3 * b) += block;
+      body.K.block<3, 3>(3 * a, 3 * b) -= block;
+      body.K.block<3, 3>(3 * b, 3 * a) -= block;
     }
   }
   return body;
@@ -63,7 +65,8 @@ std::vector<Surface> x_faces(const Lattice& body, const std::vector<Index>& node
         }
       }
     }
-    s.element.assign(f, 1), s.side.assign(f, 1);
+    s.element.assign(f, 1);
+    s.side.assign(f, 1);
     surfaces.push_back(s);
   }
   return surfaces;
@@ -87,7 +90,8 @@ Superelement reduce(const Lattice& body, const std::vector<Index>& interface_nod
     s.node_ids.push_back(node + 1);
     for (int d = 0; d < 3; ++d) {
       c.push_back(3 * node + d);
-      s.dof_node.push_back(static_cast<Index>(s.node_ids.size()) - 1), s.dof_component.push_back(d);
+      s.dof_node.push_back(static_cast<Index>(s.node_ids.size()) - 1);
+      s.dof_component.push_back(d);
     }
   }
   for (Index node = 0; node < body.mass.size(); ++node)

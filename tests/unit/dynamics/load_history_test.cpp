@@ -39,8 +39,10 @@ TEST(LoadHistory, manyCutAStepWhereAnyBends) {
   std::vector<double> all;
   for (int i = 0; i < 40; ++i) {
     History history;
-    for (double t = uniform(random); t < 3; t += 0.1 + uniform(random))
-      history.time.push_back(t), history.value.push_back(i);
+    for (double t = uniform(random); t < 3; t += 0.1 + uniform(random)) {
+      history.time.push_back(t);
+      history.value.push_back(i);
+    }
     all.insert(all.end(), history.time.begin(), history.time.end());
     breakpoints.add(history);
   }
@@ -84,9 +86,13 @@ TEST(LoadHistory, loadsThatShareOneAreOneLoad) {
         sum += forces;
       }
       if (way == 1) body->add_force(sum, ramp);
-      body->add_gravity(Vector3(0, 0, 1), ramp), body->add_gravity(Vector3(0, 2, 1), ramp);
+      body->add_gravity(Vector3(0, 0, 1), ramp);
+      body->add_gravity(Vector3(0, 2, 1), ramp);
       const double h = 0.5 / body->largest_frequency();
-      for (int step = 0; step < 50; ++step) body->predict(step * h, h), body->accept();
+      for (int step = 0; step < 50; ++step) {
+        body->predict(step * h, h);
+        body->accept();
+      }
       body->displacements(x[way], v);
     }
     ASSERT_GT(x[0].cwiseAbs().maxCoeff(), 0);

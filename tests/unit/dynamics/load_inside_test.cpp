@@ -54,7 +54,7 @@ TEST(LoadInside, WorkIsEnergy) {
   double largest = 0, wrong = 0;
   for (std::size_t i = 0; i < ran.result.time.size(); ++i) {
     const double energy = body.kinetic_energy[i] + body.strain_energy[i];
-    largest = std::max(largest, energy),
+    largest = std::max(largest, energy);
     wrong = std::max(wrong, std::abs(energy - ran.result.work_external[i]));
   }
   EXPECT_GT(largest, 0);

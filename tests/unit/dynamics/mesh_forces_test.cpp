@@ -76,7 +76,8 @@ TEST(MeshForces, WhatIsNotSharedIsAssembled) {
     if (mesh.coordinates(i, 0) > 0.99) mesh.coordinates(i, 0) += 0.02 * mesh.coordinates(i, 1);
   Block& block = mesh.blocks[0];
   Block other = block;
-  other.name = "other", other.id = 2;
+  other.name = "other";
+  other.id = 2;
   const Index n_other = 2 * 12 * 6;
   other.connectivity = IndexTable(block.connectivity.topRows(n_other));
   other.element_ids.resize(n_other);
@@ -148,7 +149,8 @@ TEST(MeshForces, BodiesMoveAlike) {
   for (Index i = 0; i < b.geometry.coordinates.rows(); ++i)
     if (b.geometry.coordinates(i, 0) == 0) held.push_back({i, Vector3(0.6, 0.8, 0)});
   Placement placement;
-  placement.position = Vector3(1, 2, 3), placement.velocity = Vector3(0.2, -0.1, 0.4);
+  placement.position = Vector3(1, 2, 3);
+  placement.velocity = Vector3(0.2, -0.1, 0.4);
   placement.T << 0, -1, 0, 1, 0, 0, 0, 0, 1;
   MeshBody first("a", assembled, placement, held, std::make_shared<RowThreads>(1));
   MeshBody second("b", shared, placement, held, std::make_shared<RowThreads>(1));

@@ -21,7 +21,10 @@ Vector frequencies() {
 // exact answer, found another way.
 Eigen::Matrix4d exponential(double omega, double h) {
   Eigen::Matrix4d A = Eigen::Matrix4d::Zero();
-  A(0, 1) = 1, A(1, 0) = -omega * omega, A(1, 2) = 1, A(2, 3) = 1;
+  A(0, 1) = 1;
+  A(1, 0) = -omega * omega;
+  A(1, 2) = 1;
+  A(2, 3) = 1;
   return (A * h).exp();
 }
 
@@ -49,7 +52,10 @@ TEST(ModalPropagator, LoadWorkIsTheEnergyItBrings) {
   for (Index j = 0; j < 9; ++j) {
     Vector f0 = Vector::Zero(9), f1 = Vector::Zero(9), eta = Vector::Zero(9), v = Vector::Zero(9),
            eta_end, v_end;
-    f0[j] = 1.7, f1[j] = -3.2, eta[j] = 0.4, v[j] = 0.9;
+    f0[j] = 1.7;
+    f1[j] = -3.2;
+    eta[j] = 0.4;
+    v[j] = 0.9;
     propagate_free(step, eta, v, eta_end, v_end);
     add_load(step, f0, f1, eta_end, v_end);
     const auto energy = [&](double q, double rate) {
@@ -69,7 +75,8 @@ TEST(ModalPropagator, FreeStepsKeepTheEnergy) {
   const Vector before = energy();
   for (int i = 0; i < 1000000; ++i) {
     propagate_free(step, eta, v, eta_end, v_end);
-    eta.swap(eta_end), v.swap(v_end);
+    eta.swap(eta_end);
+    v.swap(v_end);
   }
   // Round-off of 10^6 steps adds up as of a walk at random, not as 10^6 times the same; the rigid
   // mode's displacement does not enter.

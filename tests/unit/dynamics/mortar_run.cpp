@@ -4,7 +4,8 @@
 namespace cbr::test {
 
 ContactList run(FaceGrid& slave, FaceGrid& master, PairMemory& memory, bool initial) {
-  slave.surface.body = 0, master.surface.body = 1;
+  slave.surface.body = 0;
+  master.surface.body = 1;
   ContactList list;
   detect_mortar(slave.surface, slave.body, master.surface, master.body, initial, {}, memory, list);
   return list;

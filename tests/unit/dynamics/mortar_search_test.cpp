@@ -51,7 +51,8 @@ CurvedPair curved_pair() {
     }
     fill_sizes(grid->surface, grid->body.start);
   }
-  move(pair.slave, Vector3(0.01, 0.02, -0.03)), pair.master.body.end = pair.master.body.start;
+  move(pair.slave, Vector3(0.01, 0.02, -0.03));
+  pair.master.body.end = pair.master.body.start;
   return pair;
 }
 
@@ -60,7 +61,8 @@ TEST(Mortar, TurningAllTurnsThePoints) {
   const ContactList before = run(pair.slave, pair.master);
   ASSERT_GT(before.points.size(), 20u);
   const Matrix3 R = turn(1.1, Vector3(2, -1, 3));
-  transform(pair.slave, R, Vector3(1, 2, 3)), transform(pair.master, R, Vector3(1, 2, 3));
+  transform(pair.slave, R, Vector3(1, 2, 3));
+  transform(pair.master, R, Vector3(1, 2, 3));
   const ContactList after = run(pair.slave, pair.master);
   ASSERT_EQ(after.points.size(), before.points.size());
   for (std::size_t i = 0; i < after.points.size(); ++i) {
@@ -153,8 +155,10 @@ TEST(Mortar, GapsCloseAsTheStepIsTold) {
 
 TEST(Mortar, SidesCanBeExchanged) {
   CurvedPair pair = curved_pair();
-  for (FaceGrid* grid : {&pair.slave, &pair.master})
-    grid->body.start.col(2).setZero(), grid->body.end = grid->body.start;
+  for (FaceGrid* grid : {&pair.slave, &pair.master}) {
+    grid->body.start.col(2).setZero();
+    grid->body.end = grid->body.start;
+  }
   const ContactList one = run(pair.slave, pair.master), other = run(pair.master, pair.slave);
   const Index n_s = pair.slave.body.end.rows(), n_m = pair.master.body.end.rows();
   EXPECT_LT((pressure_forces(one, 0, n_s) + pressure_forces(other, 1, n_s)).cwiseAbs().maxCoeff(),
@@ -220,8 +224,9 @@ TEST(Mortar, ThinBodiesHoldFromTheirOwnSide) {
   FaceGrid plate = face_grid(3, 3, true), bottom = face_grid(3, 3, false);
   const Index n = plate.body.start.rows(), f = plate.surface.faces.rows();
   shift(bottom, Vector3(0, 0, -thickness));
-  plate.body.start.conservativeResize(2 * n, 3), plate.surface.faces.conservativeResize(2 * f, 4);
-  plate.body.start.bottomRows(n) = bottom.body.start,
+  plate.body.start.conservativeResize(2 * n, 3);
+  plate.surface.faces.conservativeResize(2 * f, 4);
+  plate.body.start.bottomRows(n) = bottom.body.start;
   plate.surface.faces.bottomRows(f) = bottom.surface.faces.array() + n;
   plate.body.end = plate.body.start;
   for (Index i = n; i < 2 * n; ++i) plate.surface.nodes.push_back(i);
@@ -251,8 +256,8 @@ TEST(Mortar, TheNearerOfTwoLayersIsMet) {
     FaceGrid layers = face_grid(3, 3, true), lower = face_grid(3, 3, true, GridFaces::triangles);
     const Index n = layers.body.start.rows(), f = layers.surface.faces.rows();
     shift(lower, Vector3(0, 0, -distance));
-    layers.body.start.conservativeResize(2 * n, 3),
-        layers.surface.faces.conservativeResize(f + lower.surface.faces.rows(), 4);
+    layers.body.start.conservativeResize(2 * n, 3);
+    layers.surface.faces.conservativeResize(f + lower.surface.faces.rows(), 4);
     layers.body.start.bottomRows(n) = lower.body.start;
     layers.surface.faces.bottomRows(lower.surface.faces.rows()) = lower.surface.faces.array() + n;
     layers.body.end = layers.body.start;
@@ -302,7 +307,8 @@ TEST(Mortar, ImpulsesGiveBackOverDriftsWhatTheyHaveTaken) {
   move(slave, Vector3(0.1, 0, 0));
   const auto depths = [&](double taken, bool lets_jump, PairMemory& memory) {
     memory = touched;
-    memory.drift_taken = taken, memory.lets_jump = lets_jump;
+    memory.drift_taken = taken;
+    memory.lets_jump = lets_jump;
     double sum = 0;
     for (const ContactPoint& point : run(slave, master, memory).points) sum -= point.start_gap;
     return sum;
@@ -337,8 +343,9 @@ TEST(Mortar, OnlyTheFaceThatHoldsHolds) {
     // A side of the cube at x = 1, outward, with the nodes of its lower edge
     transform(side, turn(std::numbers::pi / 2, Vector3::UnitY()), Vector3(1, 0, 1));
     const Index n = cube.body.start.rows(), f = cube.surface.faces.rows();
-    cube.body.start.conservativeResize(2 * n, 3), cube.surface.faces.conservativeResize(2 * f, 4);
-    cube.body.start.bottomRows(n) = side.body.start,
+    cube.body.start.conservativeResize(2 * n, 3);
+    cube.surface.faces.conservativeResize(2 * f, 4);
+    cube.body.start.bottomRows(n) = side.body.start;
     cube.surface.faces.bottomRows(f) = side.surface.faces.array() + n;
     for (Index i = n; i < 2 * n; ++i) cube.surface.nodes.push_back(i);
     cube.body.end = cube.body.start;
@@ -346,9 +353,9 @@ TEST(Mortar, OnlyTheFaceThatHoldsHolds) {
     // The plate's own side at x = 0 looks at it from behind by `inside`
     FaceGrid rim = face_grid(2, 2, true);
     transform(rim, turn(-std::numbers::pi / 2, Vector3::UnitY()), Vector3(0, 0, -1));
-    plate.body.start.conservativeResize(16 + n, 3),
-        plate.surface.faces.conservativeResize(9 + f, 4);
-    plate.body.start.bottomRows(n) = rim.body.start,
+    plate.body.start.conservativeResize(16 + n, 3);
+    plate.surface.faces.conservativeResize(9 + f, 4);
+    plate.body.start.bottomRows(n) = rim.body.start;
     plate.surface.faces.bottomRows(f) = rim.surface.faces.array() + 16;
     for (Index i = 16; i < 16 + n; ++i) plate.surface.nodes.push_back(i);
     plate.body.end = plate.body.start;

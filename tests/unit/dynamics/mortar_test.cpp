@@ -109,7 +109,8 @@ TEST(Mortar, GapOfParallelSurfacesIsTheirDistance) {
     shift(pair.slave, Vector3(0, 0, 1e-3));
     move(pair.slave, Vector3(0.01, -0.02, -4e-3));
     const Matrix3 R = turn(0.8, Vector3(1, 2, 3));
-    transform(pair.slave, R, Vector3(3, 4, 5)), transform(pair.master, R, Vector3(3, 4, 5));
+    transform(pair.slave, R, Vector3(3, 4, 5));
+    transform(pair.master, R, Vector3(3, 4, 5));
     const ContactList list = run(pair.slave, pair.master);
     ASSERT_GT(list.points.size(), 10u);
     for (const auto& point : list.points) {
@@ -151,7 +152,8 @@ TEST(Mortar, ClosedFlatSurfacesExchangeNoMoment) {
   std::uniform_real_distribution<double> unit(0, 1);
   for_flat_pairs([&](FlatPair& pair) {
     const Matrix3 R = turn(0.8, Vector3(1, 2, 3));
-    transform(pair.slave, R, Vector3(3, 4, 5)), transform(pair.master, R, Vector3(3, 4, 5));
+    transform(pair.slave, R, Vector3(3, 4, 5));
+    transform(pair.master, R, Vector3(3, 4, 5));
     const ContactList list = run(pair.slave, pair.master);
     Vector3 force = Vector3::Zero(), moment = Vector3::Zero();
     for (const auto& point : list.points) {
@@ -160,7 +162,8 @@ TEST(Mortar, ClosedFlatSurfacesExchangeNoMoment) {
         const ContactTerm& term = list.terms[t];
         const Vector3 x =
             (term.body == 0 ? pair.slave : pair.master).body.end.row(term.node).transpose();
-        force += term.coefficient * p, moment += term.coefficient * x.cross(p);
+        force += term.coefficient * p;
+        moment += term.coefficient * x.cross(p);
       }
     }
     EXPECT_LT(force.norm(), 1e-13);

@@ -100,7 +100,8 @@ TEST(Newmark, ResponseIsWhatImpulsesDoAndTheInverseOfTheSystemMatrix) {
       body.predict(0, h);
       body.predicted_positions(set, before);
       const Points p = random_points(random, 4, 1);
-      body.add_impulses(set, 0.25 * p), body.add_impulses(set, 0.75 * p, ImpulseKind::friction);
+      body.add_impulses(set, 0.25 * p);
+      body.add_impulses(set, 0.75 * p, ImpulseKind::friction);
       body.predicted_positions(set, after);
       const Points moved = after - before;
       const Vector expected = S.dense() * Eigen::Map<const Vector>(p.data(), p.size());
@@ -142,7 +143,7 @@ TEST(Newmark, MomentumIsThatOfTheImpulses) {
         angular += Vector3(body.reference_positions().row(i).transpose() + drift)
                        .cross(Vector3(p.row(i).transpose()));
       momentum += p.colwise().sum().transpose();
-      scale = std::max(scale, momentum.norm()),
+      scale = std::max(scale, momentum.norm());
       angular_scale = std::max(angular_scale, angular.norm());
     }
     EXPECT_LT((body.state().momentum - momentum).norm(), 1e-13 * scale);
@@ -192,12 +193,16 @@ TEST(Newmark, AverageAccelerationKeepsAllEnergyAndHhtTakesIt) {
       Points p(1, 3);
       p << 1, -2, 3;
       const double h = share / body.largest_frequency();
-      body.predict(0, h), body.add_impulses(set, p), body.accept();
+      body.predict(0, h);
+      body.add_impulses(set, p);
+      body.accept();
       const double struck = energy(body);
       double least = struck, most = struck;
       for (int step = 1; step < 5000; ++step) {
-        body.predict(step * h, h), body.accept();
-        least = std::min(least, energy(body)), most = std::max(most, energy(body));
+        body.predict(step * h, h);
+        body.accept();
+        least = std::min(least, energy(body));
+        most = std::max(most, energy(body));
       }
       if (alpha == 0) {
         EXPECT_LT(most - least, 1e-12 * most) << share;
@@ -233,10 +238,14 @@ TEST(Newmark, EachModeKeepsItsEnergyInManySteps) {
       const auto [q, rate] = coordinates(body);
       return Vector(form->omega.cwiseProduct(VtM * q).cwiseAbs2() + (VtM * rate).cwiseAbs2());
     };
-    body.predict(0, h), body.add_impulses(set, random_points(random, body.n_nodes(), 1)),
-        body.accept();
+    body.predict(0, h);
+    body.add_impulses(set, random_points(random, body.n_nodes(), 1));
+    body.accept();
     const Vector before = energies();
-    for (int step = 1; step < n; ++step) body.predict(step * h, h), body.accept();
+    for (int step = 1; step < n; ++step) {
+      body.predict(step * h, h);
+      body.accept();
+    }
     const Vector after = energies();
     double worst = 0;
     for (Index j = 0; j < before.size(); ++j)
@@ -257,9 +266,14 @@ TEST(Newmark, HhtDampsHighFrequenciesAndSparesLowOnes) {
     Points p(1, 3);
     p << 1, 0, 0;
     const double h = x / body.largest_frequency();
-    body.predict(0, h), body.add_impulses(set, p), body.accept();
+    body.predict(0, h);
+    body.add_impulses(set, p);
+    body.accept();
     const double start = energy(body) - 0.5 * body.state().momentum.squaredNorm() / 18;
-    for (int step = 1; step < 100; ++step) body.predict(step * h, h), body.accept();
+    for (int step = 1; step < 100; ++step) {
+      body.predict(step * h, h);
+      body.accept();
+    }
     return (energy(body) - 0.5 * body.state().momentum.squaredNorm() / 18) / start;
   };
   const double slow = left_after(0.02, -0.1), fast = left_after(2, -0.1),
@@ -282,7 +296,10 @@ TEST(Newmark, IsOfSecondOrder) {
     SuperelementBody body = make_body(5, scheme, alpha);
     body.add_force(force, smooth);
     const double h = 0.4 / steps;
-    for (int i = 0; i < steps; ++i) body.predict(i * h, h), body.accept();
+    for (int i = 0; i < steps; ++i) {
+      body.predict(i * h, h);
+      body.accept();
+    }
     return coordinates(body);
   };
   const auto [q, rate] = end_of(Scheme::exact, 0, 1);

@@ -43,7 +43,11 @@ double sampled_distance(const FaceCorners& x, const Vector3& point, bool triangl
           const double u = 0.5 * (1 + s), v = 0.5 * (1 + t) * (1 - u);
           p = (1 - u - v) * x[0] + u * x[1] + v * x[2];
         }
-        if ((p - point).norm() < best) best = (p - point).norm(), best_s = s, best_t = t;
+        if ((p - point).norm() < best) {
+          best = (p - point).norm();
+          best_s = s;
+          best_t = t;
+        }
       }
     }
   }

@@ -52,7 +52,8 @@ Scene random_scene(Index n_bodies, Index m, bool any_lumped, unsigned seed, bool
   const auto shared = thin ? random_thin(n_nodes, random) : nullptr;
   for (Index b = 0; b < n_bodies; ++b) {
     ContactBody& body = s.bodies[b];
-    body.impulses.setZero(n_nodes, 3), body.friction.setZero(n_nodes, 3);
+    body.impulses.setZero(n_nodes, 3);
+    body.friction.setZero(n_nodes, 3);
     if (any_lumped && b % 3 == 1) {
       body.response.diagonal =
           Vector::NullaryExpr(3 * n_nodes, [&] { return 0.5 + std::abs(normal(random)); });
@@ -114,7 +115,8 @@ TEST(Response, IsWhatImpulsesDoToGaps) {
     for (ContactBody& body : bodies) {
       const Points total = body.impulses + body.friction;
       const Eigen::Map<const Vector> f(total.data(), total.size());
-      body.start.setZero(total.rows(), 3), body.end.setZero(total.rows(), 3);
+      body.start.setZero(total.rows(), 3);
+      body.end.setZero(total.rows(), 3);
       Eigen::Map<Vector>(body.end.data(), f.size()) = body.response.dense() * f;
     }
     for (Index i = 0; i < p.rows(); ++i) {

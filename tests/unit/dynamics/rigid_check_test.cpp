@@ -22,9 +22,14 @@ Superelement reduced(Basis basis, MassKind mass = MassKind::lumped,
        }});
   ReductionOptions options;
   options.interface_sets = {"x_max"};
-  options.modes = 8, options.basis = basis, options.loads = loads,
+  options.modes = 8;
+  options.basis = basis;
+  options.loads = loads;
   options.recovery = !loads.empty();
-  if (basis == Basis::characteristic) options.modes = 0, options.characteristic.modes = 6;
+  if (basis == Basis::characteristic) {
+    options.modes = 0;
+    options.characteristic.modes = 6;
+  }
   Report report("test", Verbosity::quiet);
   return reduce(mesh, {BlockProperties{{100, 0.3, 1}, Hex8Formulation::incompatible}}, mass,
                 options, {}, report);
@@ -59,7 +64,8 @@ void expect_coordinates_matter(const Superelement& s, const std::string& named) 
 TEST(RigidCheck, OfMatrices) {
   for (const MassKind mass : {MassKind::lumped, MassKind::consistent}) {
     Superelement s = reduced(Basis::craig_bampton, mass);
-    s.omega.resize(0), s.V.resize(0, 0);
+    s.omega.resize(0);
+    s.V.resize(0, 0);
     EXPECT_EQ(refusal(s), "");
     expect_coordinates_matter(s, "/matrices/M_cc");
     EXPECT_NE(refusal(s, [](Superelement& t) { t.M_cc *= 1.5; }).find("/matrices/M_cc"),
@@ -81,7 +87,9 @@ TEST(RigidCheck, OfTheDiagonalForm) {
   EXPECT_NE(refusal(s, [](Superelement& t) { t.K_cc(0, 0) = 1e300; }).find("/diagonal"),
             std::string::npos);
   // As a run without the matrices reads it
-  s.K_cc.resize(0, 0), s.M_cc.resize(0, 0), s.M_kc.resize(0, 0);
+  s.K_cc.resize(0, 0);
+  s.M_cc.resize(0, 0);
+  s.M_kc.resize(0, 0);
   const auto modes_alone = [&](const std::function<void(Superelement&)>& change) {
     Superelement t = s;
     change(t);
@@ -173,12 +181,18 @@ TEST(RigidCheck, OfFacesAndLengths) {
 
 TEST(RigidCheck, FewNodesTellNothing) {
   Superelement s = reduced(Basis::craig_bampton);
-  s.omega.resize(0), s.V.resize(0, 0), s.surfaces.clear(), s.spin_moments.resize(0, 0);
+  s.omega.resize(0);
+  s.V.resize(0, 0);
+  s.surfaces.clear();
+  s.spin_moments.resize(0, 0);
   s.spin_couplings.resize(0, 0);
   // As of one whose interface is a single node, by another maker: its rotations are in the modes
-  s.node_ids.resize(1), s.coordinates = s.coordinates.topRows(1).eval();
-  s.dof_node = {0, 0, 0}, s.dof_component = {0, 1, 2};
-  s.K_cc = Matrix::Zero(3, 3), s.M_cc = s.M_cc.topLeftCorner(3, 3).eval(),
+  s.node_ids.resize(1);
+  s.coordinates = s.coordinates.topRows(1).eval();
+  s.dof_node = {0, 0, 0};
+  s.dof_component = {0, 1, 2};
+  s.K_cc = Matrix::Zero(3, 3);
+  s.M_cc = s.M_cc.topLeftCorner(3, 3).eval();
   s.M_kc = s.M_kc.leftCols(3).eval();
   EXPECT_EQ(refusal(s), "");
 }

@@ -68,7 +68,9 @@ TEST(RigidWall, OnTheAxisTheNormalIsFinite) {
   for (const bool inside : {false, true}) {
     for (const auto kind : {WallOptions::Kind::sphere, WallOptions::Kind::cylinder}) {
       WallOptions options;
-      options.kind = kind, options.radius = 1, options.inside = inside;
+      options.kind = kind;
+      options.radius = 1;
+      options.inside = inside;
       const Vector3 n = RigidWall(options).normal(Vector3::Zero());
       EXPECT_NEAR(n.norm(), 1, 1e-14);
       if (kind == WallOptions::Kind::cylinder) {
@@ -83,8 +85,9 @@ MotionBound random_bound(std::mt19937& random, bool still) {
   MotionBound b;
   const Vector3 at = random_vector(random, 4), size = random_vector(random, 0.4).cwiseAbs(),
                 v = random_vector(random, 1);
-  b.lower = at - size, b.upper = at + size;
-  b.lower_speed = v - random_vector(random, 0.1).cwiseAbs(),
+  b.lower = at - size;
+  b.upper = at + size;
+  b.lower_speed = v - random_vector(random, 0.1).cwiseAbs();
   b.upper_speed = v + random_vector(random, 0.1).cwiseAbs();
   b.growth = still ? Vector3(Vector3::Zero()) : Vector3(random_vector(random, 0.1).cwiseAbs());
   b.acceleration =
@@ -120,8 +123,9 @@ TEST(RigidWall, NothingReachesItBeforeItsTime) {
         }
         nearest = std::min(nearest, w.distance(x));
       }
-      apart += found > 0 && std::isfinite(found), never += !std::isfinite(found),
-          close += found > 0 && nearest < margin + 0.1;
+      apart += found > 0 && std::isfinite(found);
+      never += !std::isfinite(found);
+      close += found > 0 && nearest < margin + 0.1;
     }
   }
   // It is no empty statement: many are apart for a time, some for ever, and most of the others do
@@ -163,8 +167,10 @@ struct Nodes {
 
 Nodes nodes(const Points& start, const Points& end) {
   Nodes s;
-  s.body.start = start, s.body.end = end;
-  s.surface.body = 3, s.surface.size = 0.5;
+  s.body.start = start;
+  s.body.end = end;
+  s.surface.body = 3;
+  s.surface.size = 0.5;
   for (Index i = 0; i < start.rows(); ++i) s.surface.nodes.push_back(i);
   s.surface.areas = Vector::LinSpaced(start.rows(), 1, 2);
   return s;
@@ -179,7 +185,9 @@ ContactList detect_once(const Nodes& s, const WallOptions& options, bool initial
 
 WallOptions ball(double radius, bool inside) {
   WallOptions options;
-  options.kind = WallOptions::Kind::sphere, options.radius = radius, options.inside = inside;
+  options.kind = WallOptions::Kind::sphere;
+  options.radius = radius;
+  options.inside = inside;
   return options;
 }
 
@@ -196,7 +204,7 @@ TEST(RigidWallDetection, EveryNodeThatGetsThroughIsHeld) {
         Vector3 x;
         do x = random_vector(random, 3);
         while (w.distance(x) < 0.01);
-        start.row(i) = x.transpose(),
+        start.row(i) = x.transpose();
         end.row(i) = (x + random_vector(random, trial % 2 ? 0.2 : 4)).transpose();
       }
       const Nodes s = nodes(start, end);

@@ -17,8 +17,10 @@ std::vector<HeldDirection> held_directions(Shape shape) {
   std::vector<HeldDirection> held;
   if (shape == Shape::held) {
     for (const Index node : {0, 2, 4}) held.push_back({node, Vector3(1, 1, 0).normalized()});
-    held.push_back({2, Vector3(0, 0, 1)}), held.push_back({0, Vector3(1, -1, 0).normalized()});
-    held.push_back({7, Vector3(0, 0, 1)}), held.push_back({4, Vector3(0, 0, 1)});
+    held.push_back({2, Vector3(0, 0, 1)});
+    held.push_back({0, Vector3(1, -1, 0).normalized()});
+    held.push_back({7, Vector3(0, 0, 1)});
+    held.push_back({4, Vector3(0, 0, 1)});
   }
   if (shape == Shape::hinged) {
     for (const Index node : {0, 2})
@@ -39,7 +41,9 @@ std::shared_ptr<const DiagonalForm> slowed(const DiagonalForm& form, double clip
   auto slow = std::make_shared<DiagonalForm>(form);
   for (Index j = 0; j < form.omega.size(); ++j) {
     const double scale = form.omega[j] > clip ? clip / form.omega[j] : 1;
-    slow->omega[j] *= scale, slow->V.col(j) *= scale, slow->E.row(j) *= scale;
+    slow->omega[j] *= scale;
+    slow->V.col(j) *= scale;
+    slow->E.row(j) *= scale;
   }
   return slow;
 }
@@ -52,7 +56,8 @@ void expect_equal_motion(Body& body, Body& reference, double h, int steps, doubl
   Body* const both[] = {&body, &reference};
   const Points force = random_points(random, body.n_nodes(), 4.0);
   for (int b = 0; b < 2; ++b) {
-    sets[b][0] = both[b]->track(some), sets[b][1] = both[b]->track(others);
+    sets[b][0] = both[b]->track(some);
+    sets[b][1] = both[b]->track(others);
     means[b] = both[b]->track_mean({1, 2, 3, 9});
     both[b]->add_force(force, {{0.0, 0.013, 0.041, 0.3}, {1.0, 3.0, -2.0, 0.5}});
     both[b]->add_gravity(Vector3(1, -3, -9.81), {});
@@ -74,10 +79,13 @@ void expect_equal_motion(Body& body, Body& reference, double h, int steps, doubl
       if (step % 3 == 0) both[b]->add_impulses(sets[b][0], p);
       if (step % 4 == 0) both[b]->add_impulses(sets[b][1], rub, ImpulseKind::friction);
     }
-    body.predicted_positions(sets[0][0], x), reference.predicted_positions(sets[1][0], x_all);
+    body.predicted_positions(sets[0][0], x);
+    reference.predicted_positions(sets[1][0], x_all);
     ASSERT_LT(difference(x, x_all), tolerance * std::max(1.0, x_all.cwiseAbs().maxCoeff())) << step;
-    body.accept(), reference.accept();
-    body.positions(sets[0][1], x), reference.positions(sets[1][1], x_all);
+    body.accept();
+    reference.accept();
+    body.positions(sets[0][1], x);
+    reference.positions(sets[1][1], x_all);
     ASSERT_LT(difference(x, x_all), tolerance * std::max(1.0, x_all.cwiseAbs().maxCoeff())) << step;
     largest = std::max(largest, energy(reference));
     const double work[2] = {
@@ -97,15 +105,17 @@ void expect_equal_motion(Body& body, Body& reference, double h, int steps, doubl
             tolerance * std::max(1.0, all.center_of_mass.norm()));
   EXPECT_NEAR(state.rotation, all.rotation, tolerance * 10 * std::max(1.0, all.rotation));
   Vector3 position, velocity, position_all, velocity_all;
-  body.mean_motion(means[0], position, velocity),
-      reference.mean_motion(means[1], position_all, velocity_all);
+  body.mean_motion(means[0], position, velocity);
+  reference.mean_motion(means[1], position_all, velocity_all);
   EXPECT_LT((position - position_all).norm(), tolerance * std::max(1.0, position_all.norm()));
   EXPECT_LT((velocity - velocity_all).norm(), tolerance * velocity_all.norm() * 10);
-  body.displacements(u, v), reference.displacements(u_all, v_all);
+  body.displacements(u, v);
+  reference.displacements(u_all, v_all);
   EXPECT_LT(difference(u, u_all), tolerance * std::max(1.0, u_all.norm()));
   EXPECT_LT(difference(v, v_all), tolerance * v_all.norm());
   Vector q, rates, q_all, rates_all;
-  body.coordinates(q, rates), reference.coordinates(q_all, rates_all);
+  body.coordinates(q, rates);
+  reference.coordinates(q_all, rates_all);
   EXPECT_LT((q - q_all).norm(), tolerance * q_all.norm());
   EXPECT_LT((rates - rates_all).norm(), tolerance * rates_all.norm());
 }

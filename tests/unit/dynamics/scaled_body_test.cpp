@@ -76,11 +76,15 @@ TEST(ScaledBody, ClipAboveAllModesScalesNothing) {
   const Points p = random_points(random, 2, 1);
   Points x, x_exact;
   for (int i = 0; i < 5; ++i) {
-    body.predict(0.01 * i, 0.01), exact.predict(0.01 * i, 0.01);
-    body.add_impulses(set, p), exact.add_impulses(same, p);
-    body.accept(), exact.accept();
+    body.predict(0.01 * i, 0.01);
+    exact.predict(0.01 * i, 0.01);
+    body.add_impulses(set, p);
+    exact.add_impulses(same, p);
+    body.accept();
+    exact.accept();
   }
-  body.positions(set, x), exact.positions(same, x_exact);
+  body.positions(set, x);
+  exact.positions(same, x_exact);
   EXPECT_LT(difference(x, x_exact), 1e-13);
 }
 
@@ -89,7 +93,8 @@ TEST(ScaledBody, BodyThatNothingTouchesIsExact) {
   ScaledBody body("body", scaled_model(m.superelement, m.form), oblique(false));
   body.scale(0.2 * body.largest_frequency());
   EXPECT_FALSE(body.is_scaled());
-  body.predict(0, 3), body.accept();
+  body.predict(0, 3);
+  body.accept();
   EXPECT_LT((body.state().center_of_mass - oblique(false).T * m.superelement->rigid_body.center -
              oblique(false).position - 3 * oblique(false).velocity)
                 .norm(),
@@ -124,7 +129,8 @@ TEST(ScaledBody, StaticsAreThoseOfAllModes) {
   const double end = 1e7 / m.form->omega[0];
   slow.add_force(force, {{0, end}, {0, 1}});
   slow.scale(0.1 * m.form->omega.maxCoeff());
-  slow.predict(0, end), slow.accept();
+  slow.predict(0, end);
+  slow.accept();
   Points x;
   slow.positions(same, x);
   const Points u = x - slow.reference_positions()(nodes, Eigen::all), f = force(nodes, Eigen::all);
@@ -153,7 +159,7 @@ TEST(ScaledBody, ImpulsesChangeMomentumByTheirSum) {
       body.predict(step * h, h);
       body.add_impulses(set, p);
       body.accept();
-      scale = std::max(scale, momentum.norm()),
+      scale = std::max(scale, momentum.norm());
       angular_scale = std::max(angular_scale, angular.norm());
     }
     EXPECT_LT((body.state().momentum - momentum).norm(), 1e-13 * scale);
@@ -204,16 +210,20 @@ TEST(ScaledBody, MovesThatAreKnownNeedNoProduct) {
     double largest = start;
     Points x, y;
     for (int step = 0; step < 100; ++step) {
-      known.predict(step * h, h), plain.predict(step * h, h);
+      known.predict(step * h, h);
+      plain.predict(step * h, h);
       const Points p = random_points(random, 4, 0.5);
       const Points rub = step % 3 == 0 ? random_points(random, 4, 0.1) : Points(Points::Zero(4, 3));
       Points move = Points::Zero(4, 3);
       known.response(0, h).add_product(p + rub, move);
       known.add_answered_impulses(0, p, rub, move, Vector());
-      plain.add_impulses(0, p), plain.add_impulses(0, rub, ImpulseKind::friction);
-      known.predicted_positions(0, x), plain.predicted_positions(0, y);
+      plain.add_impulses(0, p);
+      plain.add_impulses(0, rub, ImpulseKind::friction);
+      known.predicted_positions(0, x);
+      plain.predicted_positions(0, y);
       EXPECT_LT(difference(x, y), 1e-12);
-      known.accept(), plain.accept();
+      known.accept();
+      plain.accept();
       largest = std::max(largest, energy(known));
       const BodyWork work = known.work();
       EXPECT_LT(std::abs(energy(known) - start - work.external - work.contact - work.friction),
@@ -263,7 +273,8 @@ TEST(ScaledBody, EveryDofHeldStandsStill) {
   for (Index node = 0; node < m.superelement->coordinates.rows(); ++node)
     for (int c = 0; c < 3; ++c) held.push_back({node, Vector3::Unit(c)});
   auto form = std::make_shared<DiagonalForm>();
-  form->V.resize(m.superelement->n(), 0), form->E.resize(0, 6);
+  form->V.resize(m.superelement->n(), 0);
+  form->E.resize(0, 6);
   ScaledBody body("body", scaled_model(m.superelement, form), oblique(true));
   const Index set = body.track({0, 1});
   body.add_gravity(Vector3(0, 0, -9), {});
@@ -284,19 +295,27 @@ TEST(ScaledBody, OneNodeIsTouched) {
   ScaledBody body("body", scaled_model(m.superelement, m.form), Placement{});
   SuperelementBody reference("body", m.superelement, slowed(*m.form, clip), Placement{},
                              Scheme::exact);
-  body.track({6}), reference.track({6});
+  body.track({6});
+  reference.track({6});
   body.scale(clip);
   Points p(1, 3), x, x_all;
   p << 1, -2, 3;
   for (int i = 0; i < 20; ++i) {
-    body.predict(0, 1 / clip), reference.predict(0, 1 / clip);
-    if (i % 5 == 0) body.add_impulses(0, p), reference.add_impulses(0, p);
-    body.accept(), reference.accept();
+    body.predict(0, 1 / clip);
+    reference.predict(0, 1 / clip);
+    if (i % 5 == 0) {
+      body.add_impulses(0, p);
+      reference.add_impulses(0, p);
+    }
+    body.accept();
+    reference.accept();
   }
-  body.positions(0, x), reference.positions(0, x_all);
+  body.positions(0, x);
+  reference.positions(0, x_all);
   EXPECT_LT(difference(x, x_all), 1e-12);
   Vector q, rates, q_all, rates_all;
-  body.coordinates(q, rates), reference.coordinates(q_all, rates_all);
+  body.coordinates(q, rates);
+  reference.coordinates(q_all, rates_all);
   EXPECT_LT((q - q_all).norm(), 1e-11 * q_all.norm());
 }
 

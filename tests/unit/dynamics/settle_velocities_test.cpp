@@ -43,7 +43,8 @@ struct Problem {
       mass.push_back(A * A.transpose() +
                      2 * Matrix::Identity(3 * nodes_of_body, 3 * nodes_of_body));
       ContactBody body;
-      body.impulses.setZero(nodes_of_body, 3), body.friction.setZero(nodes_of_body, 3);
+      body.impulses.setZero(nodes_of_body, 3);
+      body.friction.setZero(nodes_of_body, 3);
       body.velocity_response.set_block(Lu(mass.back()).inverse());
       // must not be looked at
       body.response.set_block(17 * Matrix::Identity(3 * nodes_of_body, 3 * nodes_of_body));
@@ -51,7 +52,8 @@ struct Problem {
       v.push_back(random_points(random, nodes_of_body, 1));
     }
     const Index n = static_cast<Index>(laws.size());
-    p.setZero(n, 3), velocities.resize(n, 3);
+    p.setZero(n, 3);
+    velocities.resize(n, 3);
     std::uniform_real_distribution<double> share(0, 1);
     for (Index i = 0; i < n; ++i) add_point(i, random, share);
     measure();
@@ -63,9 +65,10 @@ struct Problem {
     point.first_term = static_cast<Index>(list.terms.size());
     const double at = share(random);
     list.terms.push_back({0, i % nodes_of_body, 1});
-    if (i % 4 != 3)
-      list.terms.push_back({1, (2 * i) % nodes_of_body, -at}),
-          list.terms.push_back({1, (2 * i + 1) % nodes_of_body, at - 1});
+    if (i % 4 != 3) {
+      list.terms.push_back({1, (2 * i) % nodes_of_body, -at});
+      list.terms.push_back({1, (2 * i + 1) % nodes_of_body, at - 1});
+    }
     point.n_terms = static_cast<Index>(list.terms.size()) - point.first_term;
     list.points.push_back(point);
     if (i % 3 == 2) return;  // open
@@ -96,7 +99,10 @@ struct Problem {
 
   // M^-1 times the impulses
   void push(const Points& impulses) {
-    for (ContactBody& body : bodies) body.impulses.setZero(), body.friction.setZero();
+    for (ContactBody& body : bodies) {
+      body.impulses.setZero();
+      body.friction.setZero();
+    }
     spread_impulses(list, laws, impulses, bodies);
     for (int b = 0; b < 2; ++b) {
       const Points sum = bodies[b].impulses + bodies[b].friction;
@@ -265,9 +271,11 @@ void expect_end_impulses(Body& body, Body& twin, bool is_free) {
     const Vector expected = S * flat(sum);
     EXPECT_LT((flat(moved) - expected).norm(), 1e-10 * expected.norm());
     const Vector3 momentum = body.state().momentum;
-    body.accept(), twin.accept();
+    body.accept();
+    twin.accept();
     if (step > 0) continue;  // from here on the two are not in the same state
-    body.positions(set, x), twin.positions(same, y);
+    body.positions(set, x);
+    twin.positions(same, y);
     EXPECT_LT((x - y).norm(), 1e-13 * x.norm()) << "positions are left alone";
     const Vector3 gained = body.state().momentum - twin.state().momentum,
                   brought = sum.colwise().sum().transpose();

@@ -41,7 +41,10 @@ FewShapes few_shapes(std::mt19937& random, Index n, Index shapes, Index n_tied, 
     const double y = points(i, 0), z = points(i, 1);
     Matrix rigid = Matrix::Zero(3, 6 + shapes);
     rigid(0, 0) = rigid(1, 1) = rigid(2, 2) = 1;
-    rigid(0, 3) = y, rigid(0, 4) = z, rigid(1, 5) = -z, rigid(2, 5) = y;
+    rigid(0, 3) = y;
+    rigid(0, 4) = z;
+    rigid(1, 5) = -z;
+    rigid(2, 5) = y;
     rigid.rightCols(shapes) = bent.middleRows(3 * i, 3);
     G.middleRows(row, n_rows(problem.laws[i].law)) = rigid.topRows(n_rows(problem.laws[i].law));
     row += n_rows(problem.laws[i].law);
@@ -83,7 +86,9 @@ TEST(SingularFriction, FrictionOnMorePointsThanShapes) {
     EXPECT_LT(v.law, 1e-7) << "trial " << trial;
     EXPECT_LT(v.gap, 1e-9);
     EXPECT_LT(result.residual, 1e-9) << "trial " << trial;
-    seen.open += v.open, seen.stick += v.stick, seen.slide += v.slide;
+    seen.open += v.open;
+    seen.stick += v.stick;
+    seen.slide += v.slide;
     // A little later, from there
     const Vector later = 1.01 * problem.g;
     EXPECT_LT(solver.solve(later, result.p).residual, 1e-9) << "trial " << trial;
@@ -154,8 +159,12 @@ TEST(SingularFriction, SymmetricPointsGetSymmetricImpulses) {
     const double side = i % 2 == 0 ? 1 : -1, y = side * (0.5 + static_cast<double>(i / 2 % 5)),
                  z = static_cast<double>(i / 10) - 0.5;
     G(3 * i, 0) = G(3 * i + 1, 1) = G(3 * i + 2, 2) = 1;
-    G(3 * i, 3) = 0.3 * y, G(3 * i, 4) = z, G(3 * i + 1, 5) = -z, G(3 * i + 2, 5) = 0.3 * y;
-    G(3 * i, 6) = 0.05 * y * y, G(3 * i + 1, 6) = 0.1 * y;
+    G(3 * i, 3) = 0.3 * y;
+    G(3 * i, 4) = z;
+    G(3 * i + 1, 5) = -z;
+    G(3 * i + 2, 5) = 0.3 * y;
+    G(3 * i, 6) = 0.05 * y * y;
+    G(3 * i + 1, 6) = 0.1 * y;
     g.segment<3>(3 * i) << -1 + 0.02 * y * y, 0.03 * y, 0.2;
   }
   ContactSolver solver(dense(G * G.transpose()), laws);
@@ -176,8 +185,10 @@ TEST(SingularFriction, ARigidFaceIsOneBlock) {
     const Index n = 30;
     Matrix G = Matrix::Zero(3 * n, 3);
     Vector g(3 * n);
-    for (Index i = 0; i < n; ++i)
-      G.middleRows<3>(3 * i).setIdentity(), g.segment<3>(3 * i) << -1, drag, 0;
+    for (Index i = 0; i < n; ++i) {
+      G.middleRows<3>(3 * i).setIdentity();
+      g.segment<3>(3 * i) << -1, drag, 0;
+    }
     ContactSolver solver(dense(G * G.transpose()), all(n, ContactLaw::coulomb, 0.3));
     const auto result = solver.solve(g, Vector());
     const Vector force = G.transpose() * result.p;

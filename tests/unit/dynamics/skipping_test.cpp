@@ -50,7 +50,7 @@ double difference(const RunResult& a, const RunResult& b) {
       return Eigen::Map<const Vector>(x.data(), static_cast<Index>(x.size()));
     };
     const auto compare = [&](const std::vector<double>& x, const std::vector<double>& y) {
-      worst = std::max(worst, (of(x) - of(y)).cwiseAbs().maxCoeff()),
+      worst = std::max(worst, (of(x) - of(y)).cwiseAbs().maxCoeff());
       scale = std::max(scale, of(x).cwiseAbs().maxCoeff());
     };
     compare(a.bodies[i].momentum.values, b.bodies[i].momentum.values);

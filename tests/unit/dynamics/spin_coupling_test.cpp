@@ -83,7 +83,8 @@ Spinning rotor(double w, const Vector& start) {
     for (const Index column : {0, 4}) s.spin_couplings(row, column) = 1;
   Spinning rotor =
       spinning(std::move(s), Vector3(0, 0, w), Matrix3::Identity(), [](DiagonalForm& form) {
-        form.omega[6] = omega_x, form.omega[7] = omega_y;
+        form.omega[6] = omega_x;
+        form.omega[7] = omega_y;
         form.E.rightCols(3) *= 1e6;  // of the flywheel
       });
   Vector eta = Vector::Zero(rotor.modal->n_dofs());
@@ -110,8 +111,10 @@ TEST(SpinCoupling, AMassOnSpringsMovesByItsEquations) {
   const Vector start = Eigen::Vector2d(1e-2, -4e-3);
   Matrix A = Matrix::Zero(4, 4);
   A.topRightCorner(2, 2).setIdentity();
-  A(2, 0) = w * w - omega_x * omega_x, A(3, 1) = w * w - omega_y * omega_y;
-  A(2, 3) = 2 * w, A(3, 2) = -2 * w;
+  A(2, 0) = w * w - omega_x * omega_x;
+  A(3, 1) = w * w - omega_y * omega_y;
+  A(2, 3) = 2 * w;
+  A(3, 2) = -2 * w;
   // At rest in the scene's axes
   const Vector state = Eigen::Vector4d(start[0], start[1], w * start[1], -w * start[0]);
   const Vector expected = exponential(A, end) * state;
@@ -242,7 +245,8 @@ TEST_P(TumblingBlock, KeepsItsEnergyToTheSquareOfTheStep) {
     }
     std::printf("step %.4f: energy off by %.1e, then %.1e\n", 2.0 / n, most[0], most[1]);
     EXPECT_LT(most[1], 2 * most[0]);
-    steps.push_back(2.0 / n), left.push_back(most[0]);
+    steps.push_back(2.0 / n);
+    left.push_back(most[0]);
   }
   EXPECT_LT(left.back(), 1e-5);
   EXPECT_NEAR(test::observed_order(steps, left), 2, 0.2);
@@ -275,9 +279,13 @@ TEST(SpinCoupling, WithoutSpinNothingIsCoupled) {
                  b = tumbling(std::move(without), 0, Matrix3::Identity());
   EXPECT_TRUE(a.body->has_coupling());
   EXPECT_FALSE(b.body->has_coupling());
-  for (int i = 0; i < 50; ++i) a.step(0, 0.01), b.step(0, 0.01);
+  for (int i = 0; i < 50; ++i) {
+    a.step(0, 0.01);
+    b.step(0, 0.01);
+  }
   Points u, v, u_b, v_b;
-  a.body->displacements(u, v), b.body->displacements(u_b, v_b);
+  a.body->displacements(u, v);
+  b.body->displacements(u_b, v_b);
   EXPECT_GT(u.norm(), 1e-4);
   EXPECT_EQ(u, u_b);
   EXPECT_EQ(v, v_b);

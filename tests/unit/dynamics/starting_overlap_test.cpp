@@ -39,8 +39,10 @@ Mesh channel() {
       nodes;
   for (const Index node : block.connectivity.reshaped()) used[static_cast<std::size_t>(node)] = 0;
   for (Index i = 0; i < mesh.coordinates.rows(); ++i)
-    if (used[static_cast<std::size_t>(i)] == 0)
-      used[static_cast<std::size_t>(i)] = static_cast<Index>(nodes.size()), nodes.push_back(i);
+    if (used[static_cast<std::size_t>(i)] == 0) {
+      used[static_cast<std::size_t>(i)] = static_cast<Index>(nodes.size());
+      nodes.push_back(i);
+    }
   for (Index& node : block.connectivity.reshaped()) node = used[static_cast<std::size_t>(node)];
   mesh.coordinates = Points(mesh.coordinates(nodes, Eigen::all));
   mesh.node_ids.resize(nodes.size());

@@ -73,7 +73,7 @@ TEST(SuperelementBody, ImpulsesChangeMomentumByTheirSum) {
         body.predict(step * h, h);
         body.add_impulses(set, p);
         body.accept();
-        scale = std::max(scale, momentum.norm()),
+        scale = std::max(scale, momentum.norm());
         angular_scale = std::max(angular_scale, angular.norm());
       }
       EXPECT_LT((body.state().momentum - momentum).norm(), 1e-13 * scale);
@@ -147,7 +147,9 @@ TEST(SuperelementBody, AllModesAreTheFullModel) {
   SuperelementBody body("body", model.superelement, model.form, Placement{}, Scheme::exact);
   const Index set = body.track(all_nodes(body));
   Points p = Points::Zero(body.n_nodes(), 3);
-  p(0, 0) = 1, p(5, 1) = -2, p(7, 2) = 0.5;
+  p(0, 0) = 1;
+  p(5, 1) = -2;
+  p(7, 2) = 0.5;
   Vector impulse = Vector::Zero(3 * N);
   for (Index i = 0; i < p.rows(); ++i) impulse.segment<3>(3 * nodes[i]) = p.row(i).transpose();
   const double t = 0.37;
@@ -177,7 +179,10 @@ TEST(SuperelementBody, LoadsWithBreakpointsInsideAStepAreExact) {
     const Index set = body.track(all_nodes(body));
     body.add_force(force, history);
     const double h = 0.6 / steps;
-    for (int i = 0; i < steps; ++i) body.predict(i * h, h), body.accept();
+    for (int i = 0; i < steps; ++i) {
+      body.predict(i * h, h);
+      body.accept();
+    }
     Points x;
     body.positions(set, x);
     return x;
@@ -194,11 +199,15 @@ TEST(SuperelementBody, LoadsThatShareBreakpointsBringTheirWork) {
   History shifted = history;
   for (double& t : shifted.time) t *= 1 + 1e-15;
   SuperelementBody body = make_body(5, Scheme::exact);
-  body.add_force(force, history), body.add_force(force, history),
-      body.add_gravity(Vector3(0, 1, 2), shifted);
+  body.add_force(force, history);
+  body.add_force(force, history);
+  body.add_gravity(Vector3(0, 1, 2), shifted);
   const auto energy = [&] { return body.state().kinetic_energy + body.state().strain_energy; };
   const double before = energy();
-  for (int i = 0; i < 7; ++i) body.predict(i * 0.09, 0.09), body.accept();
+  for (int i = 0; i < 7; ++i) {
+    body.predict(i * 0.09, 0.09);
+    body.accept();
+  }
   EXPECT_NEAR(body.work().external, energy() - before, 1e-11 * (energy() + before));
 }
 
@@ -208,9 +217,13 @@ TEST(SuperelementBody, MomentumUnderLoadsIsOfTheTimeWritten) {
     const Vector3 before = body.state().momentum;
     body.add_gravity(Vector3(0, 1, -2), {});
     const double h = 1 / body.largest_frequency();
-    body.predict(0, h), body.accept(), body.predict(h, h), body.accept();
+    body.predict(0, h);
+    body.accept();
+    body.predict(h, h);
+    body.accept();
     const Vector3 first = (body.state().momentum - before) / (2 * h);
-    body.predict(2 * h, h), body.accept();
+    body.predict(2 * h, h);
+    body.accept();
     const Vector3 second = (body.state().momentum - before) / (3 * h);
     EXPECT_LT((first - second).norm(), 1e-11 * first.norm());
     EXPECT_GT(first.norm(), 0);
@@ -226,7 +239,8 @@ TEST(SuperelementBody, CentralDifferencesAreThoseOfTheDenseMass) {
   const Index set = body.track({2});
   const double h = 0.8 * 2 / body.largest_frequency();
   Vector q = Vector::Zero(s.n()), v = q, p = q;
-  p[s.k() + 6] = 1, p[s.k() + 8] = -3;
+  p[s.k() + 6] = 1;
+  p[s.k() + 8] = -3;
   Points impulse(1, 3);
   impulse << 1, 0, -3;
   const Ldlt mass(M);
@@ -317,7 +331,9 @@ Superelement two_parts() {
   const Index k = one.k(), c = one.c();
   Superelement s = one;
   s.eigenvalues = one.eigenvalues.replicate(2, 1);
-  s.K_cc = Matrix::Zero(2 * c, 2 * c), s.M_cc = s.K_cc, s.M_kc = Matrix::Zero(2 * k, 2 * c);
+  s.K_cc = Matrix::Zero(2 * c, 2 * c);
+  s.M_cc = s.K_cc;
+  s.M_kc = Matrix::Zero(2 * k, 2 * c);
   for (const Index i : {0, 1}) {
     s.K_cc.block(i * c, i * c, c, c) = one.K_cc;
     s.M_cc.block(i * c, i * c, c, c) = one.M_cc;
@@ -348,7 +364,9 @@ TEST(DiagonalForm, OfAComponentOfTwoPartsNeedsNoMatrices) {
   ASSERT_GT(s.omega[12], 1e-4 * s.omega.maxCoeff());
   const Matrix expected = s.V.transpose() * M * R;
   // As read for a run in diagonal form: without K_cc, M_cc, M_kc.
-  s.K_cc.resize(0, 0), s.M_cc.resize(0, 0), s.M_kc.resize(0, 0);
+  s.K_cc.resize(0, 0);
+  s.M_cc.resize(0, 0);
+  s.M_kc.resize(0, 0);
   const DiagonalForm form = free_diagonal_form(s, "test");
   EXPECT_EQ(form.n_rigid, 12);
   EXPECT_LT((form.E - expected).norm(), 1e-9 * expected.norm());

@@ -21,7 +21,8 @@ struct Ties {
 };
 
 Ties tied(Patch slave, Patch master, std::optional<double> tolerance = {}) {
-  slave.surface.body = 0, master.surface.body = 1;
+  slave.surface.body = 0;
+  master.surface.body = 1;
   Ties t;
   t.report = tie_surfaces(slave.surface, slave.body.start, master.surface, master.body.start,
                           tolerance, t.list, t.offsets);
@@ -99,7 +100,8 @@ TEST(Tie, TheClosestFaceWithinTheTolerance) {
 TEST(Tie, MortarCountsTheNodesThatNothingHolds) {
   // The slave's second column of faces reaches 1 % over the master's rim, its third lies beyond
   Patch slave = patch(4, 0, false), master = patch(3, 0, true);
-  slave.surface.body = 0, master.surface.body = 1;
+  slave.surface.body = 0;
+  master.surface.body = 1;
   slave.body.start.col(0).array() += 0.7475;
   Ties t;
   t.report = tie_mortar(slave.surface, slave.body.start, master.surface, master.body.start, {}, {},

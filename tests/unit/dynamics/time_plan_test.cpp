@@ -130,7 +130,8 @@ TEST(TimePlan, AutomaticStepsAndTheCriticalOne) {
     options.step = 0.99 * critical;
     EXPECT_NO_THROW(plan_time(options, 0, bodies, {ContactKind::hard}));
     EXPECT_NO_THROW(plan_time(options, 0, bodies, {ContactKind::penalty}));
-    options.step = critical, options.end = 100 * critical;
+    options.step = critical;
+    options.end = 100 * critical;
     EXPECT_NO_THROW(plan_time(options, 0, bodies, {ContactKind::hard}));
     // springs of no stiffness
     EXPECT_THROW(plan_time(options, 0, bodies, {ContactKind::penalty}), InputError);

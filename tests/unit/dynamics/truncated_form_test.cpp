@@ -59,8 +59,10 @@ TEST(TruncatedForm, CompliesAsAllModesDo) {
   Superelement s;
   s.node_ids = {1, 2};
   s.coordinates = Points::Random(2, 3);
-  for (Index i = 0; i < 6; ++i)
-    s.dof_node.push_back(i / 3), s.dof_component.push_back(static_cast<int>(i % 3));
+  for (Index i = 0; i < 6; ++i) {
+    s.dof_node.push_back(i / 3);
+    s.dof_component.push_back(static_cast<int>(i % 3));
+  }
   s.eigenvalues = Vector::Constant(2, 1.0);
   DiagonalForm all;
   all.omega = Vector::LinSpaced(8, 0, 7);

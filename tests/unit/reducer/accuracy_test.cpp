@@ -120,7 +120,8 @@ TEST_P(Accuracy, EstimatedErrorsWithResidualVectorsAreTheTrueOnes) {
   Index compared = 0;
   for (const Index modes : {4, 12, 40}) {
     ReductionOptions options = of({"x_max"});
-    options.modes = modes, options.loads = {"x_min", "y_max"};
+    options.modes = modes;
+    options.loads = {"x_min", "y_max"};
     const Superelement s = reduced(mesh, options, GetParam());
     ASSERT_EQ(s.n_residual, 6);
     const Superelement::Accuracy& a = *s.accuracy;
@@ -160,11 +161,15 @@ TEST_P(Accuracy, EstimatedErrorsOfOtherBasesAreTheTrueOnes) {
     EXPECT_TRUE(a.surfaces.empty()) << what;
   };
   ReductionOptions options = of({"x_max"});
-  options.modes = 60, rho = reduced(mesh, options, GetParam()).accuracy->rho_res;
+  options.modes = 60;
+  rho = reduced(mesh, options, GetParam()).accuracy->rho_res;
   options.basis = Basis::characteristic;
-  options.characteristic.modes = 3, compare(options, "3 shapes");
-  options.characteristic.modes = 15, compare(options, "15 shapes");
-  options.basis = Basis::massless, options.massless_modes = MasslessModes::fixed;
+  options.characteristic.modes = 3;
+  compare(options, "3 shapes");
+  options.characteristic.modes = 15;
+  compare(options, "15 shapes");
+  options.basis = Basis::massless;
+  options.massless_modes = MasslessModes::fixed;
   compare(options, "fixed modes");
 }
 
@@ -173,7 +178,9 @@ TEST_P(Accuracy, FreeModesAreExactAndNoneIsMissing) {
   const Full f = full(mesh, {"x_max"}, GetParam());
   for (const MasslessModes modes : {MasslessModes::free, MasslessModes::tapered}) {
     ReductionOptions options = of({"x_max"});
-    options.basis = Basis::massless, options.massless_modes = modes, options.modes = 20;
+    options.basis = Basis::massless;
+    options.massless_modes = modes;
+    options.modes = 20;
     const Superelement s = reduced(mesh, options, GetParam());
     const Superelement::Accuracy& a = s.accuracy.value();
     const auto hz = [&](Index j) {
@@ -199,7 +206,8 @@ TEST_P(Accuracy, WhatIsCoveredIsRight) {
     for (const Index modes : {0, 5, 12, 30, 60}) {
       for (const Pick pick : {Pick::frequency, Pick::participation}) {
         ReductionOptions options = of(sets);
-        options.modes = modes, options.pick = pick;
+        options.modes = modes;
+        options.pick = pick;
         const Superelement s = reduced(mesh, options, GetParam());
         const Superelement::Accuracy& a = *s.accuracy;
         EXPECT_GT(a.complete_hz, 0);
@@ -423,7 +431,8 @@ TEST(ModeTolerance, RefusesWhatIsNoShareAndTwoWishes) {
     EXPECT_THROW(reduced(mesh, options, MassKind::lumped), InputError) << wrong;
   }
   ReductionOptions two = of({"x_max"});
-  two.tolerance = 0.1, two.modes = 3;
+  two.tolerance = 0.1;
+  two.modes = 3;
   EXPECT_THROW(reduced(mesh, two, MassKind::lumped), InputError);
 }
 }  // namespace

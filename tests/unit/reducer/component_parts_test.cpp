@@ -36,7 +36,8 @@ Mesh together(const std::vector<BoxSides>& boxes) {
     for (const Index id : mesh.node_ids) all.node_ids.push_back(id + 100000 * blocks);
     for (Block& block : mesh.blocks) {
       block.connectivity.array() += nodes;
-      block.name += std::to_string(blocks), block.id += blocks;
+      block.name += std::to_string(blocks);
+      block.id += blocks;
       for (Index& id : block.element_ids) id += 100000 * blocks;
       all.blocks.push_back(block);
     }
@@ -64,7 +65,8 @@ Superelement reduced(const Mesh& mesh, const ReductionOptions& options,
 ReductionOptions of(std::optional<Index> modes, std::optional<double> tolerance = {}) {
   ReductionOptions options;
   options.interface_sets = {"x_min"};
-  options.modes = modes, options.tolerance = tolerance;
+  options.modes = modes;
+  options.tolerance = tolerance;
   return options;
 }
 
@@ -167,7 +169,8 @@ TEST(ComponentParts, EqualPartsHaveTheModesOfOne) {
 TEST(ComponentParts, ResidualVectorsMoveOnePartEach) {
   const Mesh mesh = together({large, small});
   ReductionOptions options = of(10);
-  options.loads = {"x_max"}, options.recovery = true;
+  options.loads = {"x_max"};
+  options.recovery = true;
   const Superelement s = reduced(mesh, options);
   EXPECT_EQ(s.n_residual, 6);
   const FiniteElementModel model = assemble(mesh, properties(mesh, soft), MassKind::lumped);
@@ -195,7 +198,8 @@ TEST(ComponentParts, TheCouplingByOnePsiIsThatOfTheCondensation) {
   Report report("test", Verbosity::quiet);
   const Matrix Phi = fixed_interface_modes(p, factor, 12, report).Phi;
   CondensationOptions options;
-  options.one_Psi = true, options.panel = 17;
+  options.one_Psi = true;
+  options.panel = 17;
   const Condensation c = condense(p, factor, Phi, options, report);
   EXPECT_EQ(mode_coupling_of_one_Psi(p, factor, Phi, c.M_cc, options, report), c.M_kc);
 }

@@ -230,7 +230,8 @@ TEST(Conditioning, AMechanismIsFoundWithoutTheDiagonalForm) {
     EXPECT_GT(c.mass.plain, 1);  // known without the form too
     EXPECT_FALSE(c.knows_frequencies());
     options.basis = Basis::massless;
-    options.massless_modes = MasslessModes::free, options.modes = 12;
+    options.massless_modes = MasslessModes::free;
+    options.modes = 12;
     if (is_hinged) {
       try {
         reduce(mesh, properties(mesh, paper_steel()), MassKind::lumped, options, settings, report,
@@ -241,7 +242,8 @@ TEST(Conditioning, AMechanismIsFoundWithoutTheDiagonalForm) {
             << error.what();
       }
     }
-    options.basis = Basis::craig_bampton, options.modes = 0;
+    options.basis = Basis::craig_bampton;
+    options.modes = 0;
   }
 }
 
@@ -253,7 +255,8 @@ TEST(SoftestMotion, IsTheLowestEigenvalueOfTheScaledMatrixWhereItIsFarBelowTheOt
   const Matrix Q = orthonormal_basis(Matrix::NullaryExpr(n, n, [&] { return normal(random); }));
   for (const double lowest : {1e-6, 1e-9, 0.0}) {
     Vector lambda = Vector::LinSpaced(n, 1, 2);
-    lambda.head(3).setZero(), lambda(3) = lowest;
+    lambda.head(3).setZero();
+    lambda(3) = lowest;
     const Matrix K = Q * lambda.asDiagonal() * Q.transpose();
     const Matrix N = orthonormal_basis(Q.leftCols(3));
     const SoftestMotion found = softest_motion(K, N);
@@ -284,7 +287,8 @@ Superelement soft_and_stiff(double ratio, Basis basis, Report& report) {
   Mesh mesh = box_mesh({{8, 3, 3}, {2, 1, 1}, {0, 0, 0}, 0});
   Block& first = mesh.blocks[0];
   Block second = first;
-  second.name = "stiff", second.id = 2;
+  second.name = "stiff";
+  second.id = 2;
   std::vector<Index> row(first.connectivity.rows()), rows[2];
   for (Index e = 0; e < first.connectivity.rows(); ++e) {
     auto& half = rows[e % 8 < 4 ? 0 : 1];
@@ -305,7 +309,8 @@ Superelement soft_and_stiff(double ratio, Basis basis, Report& report) {
   mesh.nodesets.clear();
   ReductionOptions options;
   options.interface_sets = {face.name};
-  options.modes = basis == Basis::massless ? 30 : 384, options.basis = basis;
+  options.modes = basis == Basis::massless ? 30 : 384;
+  options.basis = basis;
   if (basis == Basis::characteristic) options.characteristic.modes = 30;
   const BlockProperties a{{1 / ratio, 0.3, 1 / ratio}, Hex8Formulation::incompatible};
   const BlockProperties b{{1, 0.3, 8 / ratio}, Hex8Formulation::incompatible};

@@ -73,7 +73,10 @@ inline Mesh tet10_mesh(std::array<Index, 3> n, double skew) {
     for (std::size_t o = 0; o < 6; ++o) {
       std::array<std::array<Index, 3>, 4> x;
       x[0] = {2 * (cell % n[0]), 2 * (cell / n[0] % n[1]), 2 * (cell / n[0] / n[1])};
-      for (std::size_t a = 0; a < 3; ++a) x[a + 1] = x[a], x[a + 1][orders[o][a]] += 2;
+      for (std::size_t a = 0; a < 3; ++a) {
+        x[a + 1] = x[a];
+        x[a + 1][orders[o][a]] += 2;
+      }
       if (o >= 3) std::swap(x[2], x[3]);  // the other orientation
       const auto e = static_cast<Index>(block.element_ids.size());
       const auto middle = [&](std::size_t a, std::size_t b) {

@@ -26,7 +26,8 @@ Mesh loaded() {
   for (const Side& side : mesh.sidesets.at(3).sides)  // y_max
     if (side.element % 8 == 3 && patch.sides.size() < 2) patch.sides.push_back(side);
   Sideset twin = patch;
-  twin.name = "twin", twin.id = 21;
+  twin.name = "twin";
+  twin.id = 21;
   mesh.sidesets.push_back(patch);
   mesh.sidesets.push_back(twin);
   return mesh;
@@ -121,7 +122,8 @@ TEST_P(InteriorLoad, ARisingLoadIsFollowed) {
     const double right = a.dot(all.lambda.unaryExpr(swing));
     const Vector parts = b.cwiseProduct(s.eigenvalues.unaryExpr(swing));
     whole += right * right;
-    with += std::pow(parts.sum() - right, 2), without += std::pow(parts.head(8).sum() - right, 2);
+    with += std::pow(parts.sum() - right, 2);
+    without += std::pow(parts.head(8).sum() - right, 2);
   }
   EXPECT_GT(std::sqrt(without / whole), 0.03);
   EXPECT_LT(std::sqrt(with / whole), 0.005);

@@ -20,7 +20,8 @@ const Material soft = {1000, 0.3, 2};
 ReductionOptions massless(std::vector<std::string> sets, Index modes,
                           MasslessModes of = MasslessModes::free) {
   ReductionOptions options;
-  options.basis = Basis::massless, options.massless_modes = of;
+  options.basis = Basis::massless;
+  options.massless_modes = of;
   options.interface_sets = std::move(sets);
   options.modes = modes;
   return options;
@@ -216,8 +217,10 @@ TEST(Massless, TwoPartsHaveTwelveRigidMotions) {
   mesh.blocks[0].connectivity = joined;
   for (Index i = e; i < joined.rows(); ++i) mesh.blocks[0].element_ids.push_back(i + 1);
   for (std::size_t set = 0; set < mesh.sidesets.size(); ++set)
-    for (auto side : other.sidesets[set].sides)
-      side.element += e, mesh.sidesets[set].sides.push_back(side);
+    for (auto side : other.sidesets[set].sides) {
+      side.element += e;
+      mesh.sidesets[set].sides.push_back(side);
+    }
   for (const MasslessModes of : {MasslessModes::free, MasslessModes::fixed}) {
     const Superelement s = reduced(mesh, massless({"x_max"}, 30, of));
     EXPECT_EQ((s.eigenvalues.array() == 0).count(), 12) << word_of(massless_words, of);

@@ -27,7 +27,8 @@ Component with_points(const std::map<std::string, std::string>& set_of_point, In
   component.reduction->modes = modes;
   component.reduction->interface_sets = std::move(sets);
   for (const auto& [name, set] : set_of_point) {
-    component.points[name].nodes = set, component.points[name].rigid = true;
+    component.points[name].nodes = set;
+    component.points[name].rigid = true;
     component.reduction->interface_points.push_back(name);
   }
   return component;
@@ -166,7 +167,8 @@ Matrix beam_stiffness(double E, double G, double L, double b) {
     K(i, i) = K(i + 6, i + 6) = stiffness;
     K(i, i + 6) = K(i + 6, i) = -stiffness;
   };
-  bar(0, E * A / L), bar(3, G * J / L);
+  bar(0, E * A / L);
+  bar(3, G * J / L);
   // along y with rotation about z, and along z with rotation about y, of the other sign
   for (const double s : {1.0, -1.0}) {
     const Index u = s > 0 ? 1 : 2, t = s > 0 ? 5 : 4;

@@ -14,8 +14,10 @@ namespace {
 SparseMatrix springs(Index n) {
   std::vector<Eigen::Triplet<double, Index>> entries;
   const auto add = [&](Index a, Index b) {
-    entries.emplace_back(a, a, 1), entries.emplace_back(b, b, 1);
-    entries.emplace_back(a, b, -1), entries.emplace_back(b, a, -1);
+    entries.emplace_back(a, a, 1);
+    entries.emplace_back(b, b, 1);
+    entries.emplace_back(a, b, -1);
+    entries.emplace_back(b, a, -1);
   };
   for (Index k = 0; k < n; ++k)
     for (Index j = 0; j < n; ++j)

@@ -63,7 +63,8 @@ TEST_P(SpinMoments, CouplingsAreThoseOfTheFullComponent) {
   const std::vector<BlockProperties> material = properties(mesh, {1000, 0.3, 2});
   ReductionOptions options;
   options.interface_sets = {"x_max"};
-  options.modes = 5, options.recovery = true;
+  options.modes = 5;
+  options.recovery = true;
   Report report("test", Verbosity::quiet);
   const Superelement s = reduce(mesh, material, GetParam(), options, {}, report);
   const FiniteElementModel model = assemble(mesh, material, GetParam());
@@ -107,7 +108,8 @@ TEST(SpinCouplings, AreOfTheStoredFormAndOfWhatTurns) {
   const auto reduced = [&](Basis basis, bool is_diagonal_read) {
     ReductionOptions options;
     options.interface_sets = {"x_max"};
-    options.modes = 5, options.basis = basis;
+    options.modes = 5;
+    options.basis = basis;
     ReduceSettings settings;
     settings.is_diagonal_read = is_diagonal_read;
     return reduce(mesh, properties(mesh, {1000, 0.3, 2}), MassKind::lumped, options, settings,

@@ -35,7 +35,9 @@ Superelement reduced(const Mesh& mesh, const ReductionOptions& options, MassKind
 Superelement reduced_again(const Mesh& mesh, ReductionOptions options, MassKind mass,
                            ReductionFigures* figures) {
   Report report("test", Verbosity::quiet);
-  options.domains = 2, options.second_modes = options.modes, options.loads.clear();
+  options.domains = 2;
+  options.second_modes = options.modes;
+  options.loads.clear();
   const SuperelementGroup group =
       reduce_domains(mesh, properties(mesh, steel), mass, options, {}, report);
   return reduce_again(group, component_interface(mesh, options.interface_sets), options, {}, report,

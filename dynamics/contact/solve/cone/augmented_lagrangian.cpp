@@ -39,7 +39,10 @@ class Dual {
       double best = std::numeric_limits<double>::infinity(), best_t = 0;
       for (double t = 1; t > shortest_step; t /= 2) {
         const double now = evaluate(y + t * dy, Ly + t * Ldy);
-        if (now < best) best = now, best_t = t;
+        if (now < best) {
+          best = now;
+          best_t = t;
+        }
         if (now <= (1 - least_descent * t) * size) break;
       }
       if (!(best < (1 - 1e-6) * size)) return size <= floor(y);
@@ -103,11 +106,18 @@ AugmentedLagrangian augmented_lagrangian(const ConeProblem& cones, const ConeGap
     result.steps += steps;
     const Points next = problem.next();
     const double after = violation(cones, gaps, next);
-    if (after < result.violation) result.p = next, result.violation = after;
+    if (after < result.violation) {
+      result.p = next;
+      result.violation = after;
+    }
     if (sigma == largest_sigma) ++idle;
-    if (result.violation < 0.5 * last) last = result.violation, idle = 0;
+    if (result.violation < 0.5 * last) {
+      last = result.violation;
+      idle = 0;
+    }
     if (ok || after < 0.5 * now) {
-      p = next, now = after;
+      p = next;
+      now = after;
       if (ok && steps <= inner_steps / 2) sigma = std::min(largest_sigma, sigma * growth);
     } else {
       sigma /= std::sqrt(growth);

@@ -39,7 +39,9 @@ struct Attempts {
     Vector gap = g + respond(problem, p);
     const double residual = law_violations(problem, p, gap).lpNorm<Eigen::Infinity>();
     if (residual < best.residual) {
-      best.p = std::move(p), best.gap = std::move(gap), best.residual = residual;
+      best.p = std::move(p);
+      best.gap = std::move(gap);
+      best.residual = residual;
       best_scaled = scaled_p;
     }
     return best.residual <= tolerance;
@@ -53,7 +55,8 @@ ConeImpulses cone_impulses(const ContactProblem& problem, const ConeProblem& con
   const ConeGaps gaps = cone_gaps(problem, cones, g);
   ConeImpulses best;
   Attempts attempts{problem, cones, gaps, g, tolerance, best, Points::Zero(cones.n_points(), 3)};
-  best.p = Vector::Zero(g.size()), best.gap = g;
+  best.p = Vector::Zero(g.size());
+  best.gap = g;
   best.residual = law_violations(problem, best.p, g).lpNorm<Eigen::Infinity>();
   if (guess.size() == g.size() && !guess.isZero(0) &&
       attempts.finish(scaled(problem, cones, gaps, guess), NewtonStart::uncertain, warm_steps))

@@ -58,7 +58,10 @@ bool pivoted_cholesky(const Matrix& A, Index most, Matrix& L) {
 ConeProblem cone_problem(const ContactProblem& problem, Index most_columns) {
   const Index n = problem.n_points();
   ConeProblem cones;
-  cones.scale.resize(n), cones.friction.resize(n), cones.tied.resize(n), cones.moves.resize(n);
+  cones.scale.resize(n);
+  cones.friction.resize(n);
+  cones.tied.resize(n);
+  cones.moves.resize(n);
   Vector row_scale(problem.n_rows());
   for (Index i = 0; i < n; ++i) {
     const PointLaw& law = problem.laws[i];

@@ -73,7 +73,9 @@ struct Scaling {
   Matrix3 inverse_square() const {
     const Vector3 v = reflected(w);
     Matrix3 M = 2 * v * v.transpose();
-    M(0, 0) -= 1, M(1, 1) += 1, M(2, 2) += 1;
+    M(0, 0) -= 1;
+    M(1, 1) += 1;
+    M(2, 2) += 1;
     return M / (eta * eta);
   }
 };
@@ -82,10 +84,14 @@ class Path {
  public:
   Path(const ConeProblem& cones, const ConeGaps& gaps)
       : cones_(cones), gaps_(gaps), n_(cones.n_points()), H_(n_), J_(n_), M_(n_), scaling_(n_) {
-    x_.setZero(n_, 3), z_.setZero(n_, 3), u_.setZero(n_, 3), left_.setZero(n_, 3);
+    x_.setZero(n_, 3);
+    z_.setZero(n_, 3);
+    u_.setZero(n_, 3);
+    left_.setZero(n_, 3);
     for (Index i = 0; i < n_; ++i) {
       if (!cone(i)) continue;
-      x_(i, 0) = friction(i) / std::sqrt(static_cast<double>(n_)), z_(i, 0) = 1;
+      x_(i, 0) = friction(i) / std::sqrt(static_cast<double>(n_));
+      z_(i, 0) = 1;
       ++n_cones_;
     }
     y_ = cones_.L.transpose() * flat(impulses());
@@ -140,7 +146,9 @@ class Path {
     Eigen::Map<Vector>(u_.data(), u_.size()) += cones_.L * y_;
     const double tau = complementarity();
     for (Index i = 0; i < n_; ++i) {
-      H_[i].setZero(), J_[i].setZero(), M_[i].setZero();
+      H_[i].setZero();
+      J_[i].setZero();
+      M_[i].setZero();
       if (cones_.tied[i] != 0 && cones_.moves[i] != 0) H_[i].diagonal().setConstant(1 / tied_shift);
       if (!cone(i)) continue;
       const double mu = friction(i), slip = std::hypot(u_(i, 1), u_(i, 2));
@@ -204,7 +212,9 @@ class Path {
     };
     while (t > shortest_move && !stays(t)) t *= 0.9;
     if (!(t > shortest_move)) return false;
-    x_ += t * dx_, z_ += t * dz_, y_ += t * dy_;
+    x_ += t * dx_;
+    z_ += t * dz_;
+    y_ += t * dy_;
     last_ = t;
     return true;
   }
@@ -228,11 +238,16 @@ InteriorPoint interior_point(const ConeProblem& cones, const ConeGaps& gaps, dou
   result.violation = violation(cones, gaps, result.p);
   int idle = 0;
   while (result.steps < most_steps_of_path && idle < most_idle_steps) {
-    ++result.steps, ++idle;
+    ++result.steps;
+    ++idle;
     if (!path.step()) break;
     Points p = path.impulses();
     const double now = violation(cones, gaps, p);
-    if (now < result.violation) result.p = std::move(p), result.violation = now, idle = 0;
+    if (now < result.violation) {
+      result.p = std::move(p);
+      result.violation = now;
+      idle = 0;
+    }
     if (now <= tolerance || !(path.complementarity() > end_of_path)) break;
   }
   return result;

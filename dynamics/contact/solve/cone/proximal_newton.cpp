@@ -37,7 +37,10 @@ class Proximal {
       double best = std::numeric_limits<double>::infinity(), best_t = 0;
       for (double t = 1; t > shortest_search; t /= 2) {
         const double now = evaluate(p + t * dp_, u_ + t * du);
-        if (now < best) best = now, best_t = t;
+        if (now < best) {
+          best = now;
+          best_t = t;
+        }
         if (now <= (1 - least_gain * t) * size) break;
       }
       if (!(best < std::numeric_limits<double>::infinity())) break;
@@ -119,12 +122,16 @@ ProximalNewton proximal_newton(const ConeProblem& cones, const ConeGaps& gaps, P
                             .solve(next, aim, trial ? trial_steps : proximal_steps, steps);
     result.steps += std::max(1, steps);
     const double after = violation(cones, gaps, next);
-    if (after < result.violation) result.p = next, result.violation = after;
+    if (after < result.violation) {
+      result.p = next;
+      result.violation = after;
+    }
     if (trial && !(result.violation <= trial_gain * first)) break;
     if (!(result.violation <= 0.5 * before)) break;
     before = first;
     if (left <= 100 * aim || after < 0.5 * now) {
-      p = std::move(next), now = after;
+      p = std::move(next);
+      now = after;
       epsilon = std::max(least_epsilon, epsilon * (steps <= proximal_steps / 2 + 1 ? 0.1 : 0.5));
     } else {
       epsilon *= 10;

@@ -79,8 +79,13 @@ CBR_CLONES void add_three(const float* column, Index length, const float* x, flo
 }  // namespace
 
 void ClosedResponse::begin(const ContactProblem& problem) {
-  points_.clear(), row_.clear(), start_.clear(), scale_.clear();
-  lower_.clear(), diagonal_.clear(), normals_.clear();
+  points_.clear();
+  row_.clear();
+  start_.clear();
+  scale_.clear();
+  lower_.clear();
+  diagonal_.clear();
+  normals_.clear();
   position_.assign(problem.laws.size(), -1);
   rests_.assign(problem.laws.size(), 0);
   n_serving_ = end_ = 0;
@@ -120,7 +125,8 @@ void ClosedResponse::append(const ContactProblem& problem, Index point) {
     start_.push_back(end_);
     end_ += length;
     const Index row = problem.first[point] + d;
-    row_.push_back(row), scale_.push_back(point_scale_[point]);
+    row_.push_back(row);
+    scale_.push_back(point_scale_[point]);
     diagonal_.push_back(
         static_cast<float>(point_scale_[point] * point_scale_[point] * problem.W.dense(row, row)));
   }
@@ -188,15 +194,19 @@ void ClosedResponse::drop(const std::vector<char>& dropped) {
         std::copy(normal, normal + normal_stride_, normals_.data() + n * normal_stride_);
         known_kept = n + 1;
       }
-      start_[n] = to_start, row_[n] = row_[row], scale_[n] = scale_[row],
+      start_[n] = to_start;
+      row_[n] = row_[row];
+      scale_[n] = scale_[row];
       diagonal_[n] = diagonal_[row];
       to_start += length;
       from.push_back(row);
     }
   }
   points_.resize(n_kept);
-  start_.resize(from.size()), row_.resize(from.size()), scale_.resize(from.size()),
-      diagonal_.resize(from.size());
+  start_.resize(from.size());
+  row_.resize(from.size());
+  scale_.resize(from.size());
+  diagonal_.resize(from.size());
   end_ = to_start;
   lower_.resize(static_cast<std::size_t>(end_));
   normals_.resize(static_cast<std::size_t>(known_kept * normal_stride_));
@@ -206,7 +216,8 @@ void ClosedResponse::drop(const std::vector<char>& dropped) {
 // those below.
 void ClosedResponse::product(const FloatVector& x, FloatVector& y) const {
   const Index n = n_rows();
-  x_.assign(static_cast<std::size_t>(padded(n)), 0.0F), y_.assign(x_.size(), 0.0F);
+  x_.assign(static_cast<std::size_t>(padded(n)), 0.0F);
+  y_.assign(x_.size(), 0.0F);
   for (Index i = 0; i < n; ++i) x_[i] = x[i];
   if (n < threaded_rows) {
     add_rows(0, points_.size(), y_.data());

@@ -5,8 +5,10 @@ namespace cbr {
 
 void ClosedUnknowns::build(const ContactProblem& problem, const ContactSet& set,
                            const ClosedResponse& closed) {
-  unknowns_.clear(), point_.clear();
-  normal_.assign(problem.laws.size(), {}), tangential_.assign(problem.laws.size(), {});
+  unknowns_.clear();
+  point_.clear();
+  normal_.assign(problem.laws.size(), {});
+  tangential_.assign(problem.laws.size(), {});
   const auto add = [&](Index point, const Unknown& unknown) {
     unknowns_.push_back(unknown);
     point_.push_back(point);
@@ -45,13 +47,13 @@ void ClosedUnknowns::expand(const V& x, V& p) const {
     const Unknown& u = unknowns_[i];
     p[u.row] = x[i];
     if (u.friction[0] == 0 && u.friction[1] == 0) continue;
-    p[u.row + 1] = static_cast<Scalar>(u.friction[0]) * x[i],
-              p[u.row + 2] = static_cast<Scalar>(u.friction[1]) * x[i];
+    p[u.row + 1] = static_cast<Scalar>(u.friction[0]) * x[i];
+    p[u.row + 2] = static_cast<Scalar>(u.friction[1]) * x[i];
   }
   for (Index i = n_normals_; i < size(); ++i) {
     const Unknown& u = unknowns_[i];
-    p[u.row + 1] += static_cast<Scalar>(u.c[1]) * x[i],
-        p[u.row + 2] += static_cast<Scalar>(u.c[2]) * x[i];
+    p[u.row + 1] += static_cast<Scalar>(u.c[1]) * x[i];
+    p[u.row + 2] += static_cast<Scalar>(u.c[2]) * x[i];
   }
 }
 

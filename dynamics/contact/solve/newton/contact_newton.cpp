@@ -106,8 +106,11 @@ double keep_best(const ContactProblem& problem, const Vector& g, const Vector& p
   project(problem, inside);
   Vector inside_gap = inside == p ? gap : Vector(g + respond(problem, inside));
   const double residual = law_violations(problem, inside, inside_gap).lpNorm<Eigen::Infinity>();
-  if (residual < best.residual)
-    best.p = std::move(inside), best.gap = std::move(inside_gap), best.residual = residual;
+  if (residual < best.residual) {
+    best.p = std::move(inside);
+    best.gap = std::move(inside_gap);
+    best.residual = residual;
+  }
   return residual;
 }
 
@@ -119,7 +122,10 @@ void line_search(const ContactProblem& problem, const Vector& target, const Vect
   for (double t = 1; t > 0.01; t /= 2) {
     const double merit =
         law_violations(problem, p + t * (target - p), gap + t * (target_gap - gap)).norm();
-    if (merit < best) best = merit, best_t = t;
+    if (merit < best) {
+      best = merit;
+      best_t = t;
+    }
     if (merit <= enough) break;
   }
   gap += best_t * (target_gap - gap);
@@ -164,7 +170,9 @@ void ContactNewton::ends_with(const ContactProblem& problem, const ContactSet& s
 }
 
 void ContactNewton::renumber(const std::vector<Index>& from) {
-  impl_->held.clear(), impl_->settled.clear(), impl_->last.clear();
+  impl_->held.clear();
+  impl_->settled.clear();
+  impl_->last.clear();
   impl_->matrix.reset();
   impl_->adapted = false;
   impl_->factor.renumber(from);
@@ -187,7 +195,8 @@ NewtonResult ContactNewton::solve(const ContactProblem& problem, const Vector& g
                                   Vector gap, LinearSolver linear, int max_iterations,
                                   double tolerance) {
   NewtonResult best;
-  best.p = Vector::Zero(g.size()), best.gap = g;
+  best.p = Vector::Zero(g.size());
+  best.gap = g;
   best.residual = std::numeric_limits<double>::infinity();
   std::vector<std::vector<PointState>> seen;
   // of the least violation among impulses that were not taken into the cones
@@ -211,7 +220,9 @@ NewtonResult ContactNewton::solve(const ContactProblem& problem, const Vector& g
     if (residual <= nearly * tolerance) {
       residual = keep_best(problem, g, target, target_gap, best);
     } else if (residual < least) {
-      least = residual, outside = target, outside_gap = target_gap;
+      least = residual;
+      outside = target;
+      outside_gap = target_gap;
     }
     const double round_off = std::min(gap_round_off(problem, target), 1e4 * tolerance);
     if (!slides) impl_->settled = set.states;
@@ -221,7 +232,8 @@ NewtonResult ContactNewton::solve(const ContactProblem& problem, const Vector& g
       line_search(problem, target, target_gap, merit, p, gap);
       merit = law_violations(problem, p, gap).norm();
     } else {
-      p = target, gap = target_gap;
+      p = target;
+      gap = target_gap;
       merit = std::numeric_limits<double>::infinity();
     }
   }

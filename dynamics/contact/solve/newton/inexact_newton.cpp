@@ -239,7 +239,8 @@ void InexactNewton::Impl::newton_step(const ContactProblem& problem, const Conta
 // `closed`.
 void InexactNewton::Impl::fill_moves(const ContactProblem& problem, const Vector& answer,
                                      const Vector& change) {
-  step.setZero(problem.n_rows()), moved.setZero(problem.n_rows());
+  step.setZero(problem.n_rows());
+  moved.setZero(problem.n_rows());
   for (const Index point : closed.points()) {
     const Index first = closed.first_row(point);
     for (Index d = 0; first >= 0 && d < n_rows(problem.laws[point].law); ++d) {
@@ -308,7 +309,8 @@ NewtonResult InexactNewton::solve(const ContactProblem& problem, const Vector& g
                                   const GapsOf& gaps_of) {
   Impl& of = *impl_;
   NewtonResult best;
-  best.p = Vector::Zero(g.size()), best.gap = g;
+  best.p = Vector::Zero(g.size());
+  best.gap = g;
   best.residual = std::numeric_limits<double>::infinity();
   ContactSet set = contact_set(problem, p, gap);
   of.begin(problem, set, p);
@@ -325,10 +327,14 @@ NewtonResult InexactNewton::solve(const ContactProblem& problem, const Vector& g
     double t = 1, best_t = 1, least = std::numeric_limits<double>::infinity();
     for (; t > 0.01; t /= 2) {
       const double now = law_violations(problem, p + t * of.step, gap + t * of.moved).norm();
-      if (now < least) least = now, best_t = t;
+      if (now < least) {
+        least = now;
+        best_t = t;
+      }
       if (now <= merit) break;
     }
-    p += best_t * of.step, gap += best_t * of.moved;
+    p += best_t * of.step;
+    gap += best_t * of.moved;
     if (best_t == 1)
       for (Index i = 0; i < problem.n_points(); ++i)
         if (set.states[i] == PointState::open)
@@ -345,12 +351,17 @@ NewtonResult InexactNewton::solve(const ContactProblem& problem, const Vector& g
       drift = 0;
       violations = law_violations(problem, p, gap);
       const double before = best.residual, residual = violations.lpNorm<Eigen::Infinity>();
-      if (residual < best.residual) best.p = p, best.gap = gap, best.residual = residual;
+      if (residual < best.residual) {
+        best.p = p;
+        best.gap = gap;
+        best.residual = residual;
+      }
       const double round_off = std::min(gap_round_off(problem, p), 1e4 * tolerance);
       best.converged = residual <= tolerance + round_off ||
                        (residual <= 1e3 * tolerance && residual > 0.3 * before);
     }
-    merit = violations.norm(), violation = violations.lpNorm<Eigen::Infinity>();
+    merit = violations.norm();
+    violation = violations.lpNorm<Eigen::Infinity>();
     if (!std::isfinite(violation)) break;
     set = contact_set(problem, p, gap);
     of.join(problem, g, p, gap, set);

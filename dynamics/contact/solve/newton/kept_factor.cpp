@@ -29,7 +29,9 @@ double factor_in_place(Eigen::Ref<Matrix> A) {
 
 void KeptFactor::clear() {
   n_ = 0;
-  row_.clear(), removed_.clear(), positions_.clear();
+  row_.clear();
+  removed_.clear();
+  positions_.clear();
   X_.resize(0, 0);
 }
 

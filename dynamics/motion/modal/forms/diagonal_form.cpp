@@ -195,7 +195,8 @@ DiagonalForm free_diagonal_form(Superelement& s, const std::string& where) {
     form.omega = std::move(s.omega);
     form.V = std::move(s.V);
     form.n_rigid = (form.omega.array() == 0).count();
-    s.omega.resize(0), s.V.resize(0, 0);
+    s.omega.resize(0);
+    s.V.resize(0, 0);
   } else {
     const Matrix K = reduced_stiffness(s);
     const Matrix N =

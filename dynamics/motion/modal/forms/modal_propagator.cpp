@@ -58,9 +58,12 @@ ModalPropagator modal_propagator(const Vector& omega, double h, bool with_loads)
   for (Vector* v : {&step.a0, &step.a1, &step.b0, &step.b1, &step.i0, &step.i1}) v->resize(n);
   for (Index j = 0; j < n; ++j) {
     const LoadTerms terms = load_terms(omega[j] * h);
-    step.a0[j] = h * h * terms.a0, step.a1[j] = h * h * terms.a1;
-    step.b0[j] = h * terms.b0, step.b1[j] = h * terms.b1;
-    step.i0[j] = h * h * h * terms.i0, step.i1[j] = h * h * h * terms.i1;
+    step.a0[j] = h * h * terms.a0;
+    step.a1[j] = h * h * terms.a1;
+    step.b0[j] = h * terms.b0;
+    step.b1[j] = h * terms.b1;
+    step.i0[j] = h * h * h * terms.i0;
+    step.i1[j] = h * h * h * terms.i1;
   }
   return step;
 }
@@ -170,7 +173,8 @@ ModalPropagator damped_propagator(const Vector& omega, const Vector& damping, do
 void propagate_free(const ModalPropagator& step, const Vector& eta, const Vector& v,
                     Vector& eta_end, Vector& v_end) {
   const Index n = eta.size();
-  eta_end.resize(n), v_end.resize(n);
+  eta_end.resize(n);
+  v_end.resize(n);
   if (step.is_damped()) {
     eta_end.array() = step.c.array() * eta.array() + step.s.array() * v.array();
     v_end.array() = step.back.array() * eta.array() + step.stay.array() * v.array();

@@ -44,7 +44,10 @@ SupportShapes modal_shapes(const Superelement& s, const DiagonalForm& free,
   const Matrix of_modes = free.omega.tail(k - r).cwiseAbs2().cwiseInverse().asDiagonal() *
                           V_b.rightCols(k - r).transpose();
   Matrix S = V_b.rightCols(k - r) * of_modes, FC;
-  if (s.is_massless()) FC = s.massless.F * C.transpose(), S += C * FC;
+  if (s.is_massless()) {
+    FC = s.massless.F * C.transpose();
+    S += C * FC;
+  }
   const Matrix Q = acting(V_b.leftCols(r));
   const double largest = V_b.leftCols(r).size() > 0 ? V_b.leftCols(r).cwiseAbs().maxCoeff() : 0;
   const double scale = largest > 0 ? S.trace() / static_cast<double>(b) / largest : 1;

@@ -132,8 +132,10 @@ std::shared_ptr<const StaticsForm::OfNodes> StaticsForm::of_nodes(
   auto part = std::make_shared<StaticRows>();
   part->first.push_back(0);
   for (std::size_t i = 0; i < of->nodes.size(); ++i) {
-    for (Index row = rows.first[of->nodes[i]]; row < rows.first[of->nodes[i] + 1]; ++row)
-      of->row.push_back(row), part->node.push_back(static_cast<Index>(i));
+    for (Index row = rows.first[of->nodes[i]]; row < rows.first[of->nodes[i] + 1]; ++row) {
+      of->row.push_back(row);
+      part->node.push_back(static_cast<Index>(i));
+    }
     part->first.push_back(static_cast<Index>(of->row.size()));
   }
   part->direction = rows.direction(of->row, Eigen::all);
@@ -143,7 +145,8 @@ std::shared_ptr<const StaticsForm::OfNodes> StaticsForm::of_nodes(
   if (is_massless) {
     of->A = std::make_shared<const Matrix>(0, modal_rows.n_dofs());
   } else if (const NodeRows::Shapes* shapes = modal_rows.shapes()) {
-    of->Q = shapes->Q, of->A = shapes->A;
+    of->Q = shapes->Q;
+    of->A = shapes->A;
   } else {
     of->A = std::make_shared<const Matrix>(modal_rows.Vt());
   }
@@ -168,7 +171,10 @@ std::shared_ptr<const ThinResponse> StaticsForm::response(
                             : Matrix(weight.asDiagonal());
   const double h = of.weight == ResponseOf::Weight::statics ? 1 : following(of.h);
   auto response = std::make_shared<ThinResponse>(ThinResponse{nodes->A, C, nodes->rows, h});
-  if (of_velocity) response->rows = no_static_rows(nodes->nodes.size()), response->h = 1;
+  if (of_velocity) {
+    response->rows = no_static_rows(nodes->nodes.size());
+    response->h = 1;
+  }
   known_.push_back({nodes, of, response});
   return response;
 }

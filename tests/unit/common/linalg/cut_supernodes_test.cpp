@@ -14,8 +14,12 @@ struct Example {
   Indices super{0, 2, 7}, pi{0, 4, 9}, px{0, 8, 33}, rows{0, 1, 4, 5, 2, 3, 4, 5, 6};
   SupernodalFactor factor() const {
     SupernodalFactor f;
-    f.n = 7, f.n_super = 2;
-    f.super = super.data(), f.pi = pi.data(), f.px = px.data(), f.rows = rows.data();
+    f.n = 7;
+    f.n_super = 2;
+    f.super = super.data();
+    f.pi = pi.data();
+    f.px = px.data();
+    f.rows = rows.data();
     return f;
   }
 };
@@ -49,13 +53,18 @@ TEST(CutSupernodes, ASupernodeBeginsAtTheBoundary) {
   // are
   SupernodalFactor cut = example.factor();
   cut.n_super = 3;
-  cut.super = made.super.data(), cut.pi = made.pi.data(), cut.px = made.px.data(),
+  cut.super = made.super.data();
+  cut.pi = made.pi.data();
+  cut.px = made.px.data();
   cut.rows = made.rows.data();
   const SupernodePattern leading = leading_pattern(cut, 3);
   EXPECT_EQ(leading.super, (Indices{0, 2, 3}));
   EXPECT_EQ(leading.pi, (Indices{0, 2, 3}));
   EXPECT_EQ(leading.rows, (Indices{0, 1, 2}));
-  cut.n = 3, cut.n_super = 2, cut.super = leading.super.data(), cut.pi = leading.pi.data(),
+  cut.n = 3;
+  cut.n_super = 2;
+  cut.super = leading.super.data();
+  cut.pi = leading.pi.data();
   cut.rows = leading.rows.data();
   EXPECT_EQ(cut.height(0), 2);
   EXPECT_EQ(cut.stride(0), 4);
@@ -70,7 +79,9 @@ TEST(CutSupernodes, WorkspaceIsTheLargestUpdateAndTheLongestPart) {
   const SupernodePattern made = cut_supernodes(example.factor(), 2);
   SupernodalFactor cut = example.factor();
   cut.n_super = static_cast<Index>(made.super.size()) - 1;
-  cut.super = made.super.data(), cut.pi = made.pi.data(), cut.px = made.px.data(),
+  cut.super = made.super.data();
+  cut.pi = made.pi.data();
+  cut.px = made.px.data();
   cut.rows = made.rows.data();
   const SupernodeWorkspace pieces = find_workspace(cut);
   EXPECT_EQ(pieces.most_rows_below, 4);  // column 2 above rows 3 to 6

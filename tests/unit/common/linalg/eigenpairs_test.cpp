@@ -167,7 +167,10 @@ TEST(SparseEigenpairs, SlenderPartsDoNotAskForMoreThanRoundOffAllows) {
   Triplets entries;
   for (Index i = 0; i < n; ++i) {
     entries.emplace_back(i, i, 2.0);
-    if (i > 0) entries.emplace_back(i, i - 1, -1.0), entries.emplace_back(i - 1, i, -1.0);
+    if (i > 0) {
+      entries.emplace_back(i, i - 1, -1.0);
+      entries.emplace_back(i - 1, i, -1.0);
+    }
   }
   SparseMatrix A(n, n), M(n, n);
   A.setFromTriplets(entries.begin(), entries.end());
@@ -230,7 +233,8 @@ TEST(SparseEigenpairs, ChosenOnesAreFoundToTheTolerance) {
   const Index k = 60, n_chosen = 5;
   const Eigenpairs exact = sparse_eigenpairs(A, M, factor, 0, k);
   Vector load = Vector::Zero(A.rows());
-  load(A.rows() / 3) = 1, load(7) = -2;
+  load(A.rows() / 3) = 1;
+  load(7) = -2;
   const auto largest = [&](const Matrix& seen) {
     std::vector<Index> order(static_cast<std::size_t>(k));
     std::iota(order.begin(), order.end(), Index{0});
@@ -281,10 +285,16 @@ TEST(LargestEigenvalue, DoesNotRiseAboveASpectrumFarFromZero) {
   const Index n = 100;
   Matrix K = Matrix::Zero(n, n);
   Vector mass(n);
-  for (Index i = 0; i < n; ++i)
-    mass[i] = 1 + 0.1 * static_cast<double>((7 * i) % 10), K(i, i) = mass[i];
-  for (Index i = 0; i + 1 < n; ++i)
-    K(i, i) += 0.1, K(i + 1, i + 1) += 0.1, K(i, i + 1) -= 0.1, K(i + 1, i) -= 0.1;
+  for (Index i = 0; i < n; ++i) {
+    mass[i] = 1 + 0.1 * static_cast<double>((7 * i) % 10);
+    K(i, i) = mass[i];
+  }
+  for (Index i = 0; i + 1 < n; ++i) {
+    K(i, i) += 0.1;
+    K(i + 1, i + 1) += 0.1;
+    K(i, i + 1) -= 0.1;
+    K(i + 1, i) -= 0.1;
+  }
   const Vector root = mass.cwiseSqrt().cwiseInverse();
   const Vector eigen = symmetric_eigenvalues(root.asDiagonal() * K * root.asDiagonal());
   const double truth = eigen[n - 1];
@@ -301,9 +311,15 @@ TEST(LargestEigenvalue, CoordinatesOfVeryUnlikeMassesDoNotHideEachOther) {
   const Index n = 30;
   Matrix K = Matrix::Zero(2 * n, 2 * n);
   Vector mass = Vector::Ones(2 * n);
-  for (Index i = 0; i + 1 < n; ++i)
-    K(i, i) += 1, K(i + 1, i + 1) += 1, K(i, i + 1) = K(i + 1, i) = -1;
-  for (Index i = n; i < 2 * n; ++i) mass[i] = 1e-60, K(i, i) = 1e-66 * static_cast<double>(i);
+  for (Index i = 0; i + 1 < n; ++i) {
+    K(i, i) += 1;
+    K(i + 1, i + 1) += 1;
+    K(i, i + 1) = K(i + 1, i) = -1;
+  }
+  for (Index i = n; i < 2 * n; ++i) {
+    mass[i] = 1e-60;
+    K(i, i) = 1e-66 * static_cast<double>(i);
+  }
   const double truth =
       2 - 2 * std::cos(std::numbers::pi * static_cast<double>(n - 1) / static_cast<double>(n));
   const double bound = largest_eigenvalue(
@@ -339,12 +355,16 @@ TEST(DenseEigenpairsBeside, NullVectorsAreKeptApartFromModesBelowRoundOff) {
   const Index n = 24;
   Matrix K = Matrix::Zero(n, n);
   const auto tie = [&](Index i, double k) {
-    K(i, i) += k, K(i + 1, i + 1) += k, K(i, i + 1) -= k, K(i + 1, i) -= k;
+    K(i, i) += k;
+    K(i + 1, i + 1) += k;
+    K(i, i + 1) -= k;
+    K(i + 1, i) -= k;
   };
   for (Index i = 0; i + 1 < n; ++i) tie(i, 2 * i + 2 == n ? 1e-14 : 1);
   Matrix M = Matrix::Identity(n, n);
   for (Index i = 0; i + 1 < n; ++i) M(i, i + 1) = M(i + 1, i) = 0.2;
-  M(3, 3) = 1e6, M(20, 20) = 1e-3;
+  M(3, 3) = 1e6;
+  M(20, 20) = 1e-3;
   M(19, 20) = M(20, 19) = M(20, 21) = M(21, 20) = 1e-3;
   const Matrix R = Matrix::Ones(n, 1);
   const Eigenpairs pairs = dense_eigenpairs_beside(K, M, R);

@@ -45,8 +45,10 @@ void make_box(const Recipe& recipe, const std::filesystem::path& file) {
   group(3, {left[1].second}, "left");
   group(3, {right[1].second}, "right");
   std::vector<int> outer = {area[1].second, right[0].second};
-  for (std::size_t i = 2; i < 6; ++i)
-    outer.push_back(left[i].second), outer.push_back(right[i].second);
+  for (std::size_t i = 2; i < 6; ++i) {
+    outer.push_back(left[i].second);
+    outer.push_back(right[i].second);
+  }
   group(2, {right[0].second}, "x_max");
   group(2, outer, "outer");
   group(2, {left[0].second}, "inner");
@@ -173,8 +175,10 @@ TEST(GmshMesh, gmshReadsWhatWeWrite) {
     gmsh::model::mesh::getJacobian(static_cast<std::size_t>(block.element_ids[0]), at, jacobians,
                                    determinants, points);
     double volume = 0, least = 1;
-    for (std::size_t i = 0; i < determinants.size(); ++i)
-      volume += weights[i] * determinants[i], least = std::min(least, determinants[i]);
+    for (std::size_t i = 0; i < determinants.size(); ++i) {
+      volume += weights[i] * determinants[i];
+      least = std::min(least, determinants[i]);
+    }
     EXPECT_GT(least, 0);
     EXPECT_GT(volume, 0);
   }

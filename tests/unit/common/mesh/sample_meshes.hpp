@@ -138,7 +138,10 @@ inline Mesh zoo() {
   }
   mesh.coordinates.resize(n, 3);
   Index row = 0;
-  for (const auto& X : parts) mesh.coordinates.middleRows(row, X.rows()) = X, row += X.rows();
+  for (const auto& X : parts) {
+    mesh.coordinates.middleRows(row, X.rows()) = X;
+    row += X.rows();
+  }
   for (Index i = 0; i < n; ++i) mesh.node_ids.push_back(5 + 3 * i);
   Sideset all{"all sides", 4, {}}, first{"first sides", 9, {}};
   for (Index b = 0; b < static_cast<Index>(mesh.blocks.size()); ++b) {

@@ -34,8 +34,10 @@ Mesh one_element(ElementType type) {
   Mesh mesh;
   mesh.coordinates = test::element_points(type, test::skew_corners(type));
   Block block{"b", 1, type, IndexTable(1, n_nodes(type)), {7}};
-  for (int i = 0; i < n_nodes(type); ++i)
-    block.connectivity(0, i) = i, mesh.node_ids.push_back(i + 1);
+  for (int i = 0; i < n_nodes(type); ++i) {
+    block.connectivity(0, i) = i;
+    mesh.node_ids.push_back(i + 1);
+  }
   mesh.blocks = {block};
   return mesh;
 }
