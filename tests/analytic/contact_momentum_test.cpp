@@ -49,12 +49,6 @@ ContactScene oblique(const Way& way, double speed) {
   return scene;
 }
 
-Vector3 total(const RunResult& result, Series3 RunResult::OfBody::*series, std::size_t k) {
-  Vector3 sum = Vector3::Zero();
-  for (const auto& body : result.bodies) sum += at(body.*series, k);
-  return sum;
-}
-
 struct Drift {
   double momentum = 0, angular = 0;  // as shares of what the bodies exchange
   // largest work of contact and friction so far, as a share of the energy
@@ -64,14 +58,10 @@ struct Drift {
 Drift drift(const Ran& ran) {
   const RunResult& r = ran.result;
   Drift d;
+  d.momentum = test::largest_change(r, &RunResult::OfBody::momentum);
+  d.angular = test::largest_change(r, &RunResult::OfBody::angular_momentum);
   double exchanged = 0, turned = 0, highest = 0;
   for (std::size_t k = 0; k < r.time.size(); ++k) {
-    d.momentum = std::max(d.momentum, (total(r, &RunResult::OfBody::momentum, k) -
-                                       total(r, &RunResult::OfBody::momentum, 0))
-                                          .norm());
-    d.angular = std::max(d.angular, (total(r, &RunResult::OfBody::angular_momentum, k) -
-                                     total(r, &RunResult::OfBody::angular_momentum, 0))
-                                        .norm());
     exchanged =
         std::max(exchanged, (at(r.bodies[1].momentum, k) - at(r.bodies[1].momentum, 0)).norm());
     turned = std::max(

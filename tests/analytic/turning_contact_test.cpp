@@ -9,13 +9,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <optional>
 #include <string>
 #include <vector>
 
-#include "common/files/state_archive.hpp"
-#include "tests/support/contact_scene.hpp"
 #include "tests/support/restarted_run.hpp"
+#include "tests/support/tumbling_blocks.hpp"
 
 namespace cbr::turning_contact_test {
 namespace {
@@ -23,22 +21,10 @@ namespace {
 using Eigen::AngleAxisd;
 using test::at;
 using test::BodyPart;
-using test::Change;
 using test::ContactScene;
+using test::largest_change;
 using test::Ran;
-
-Vector3 total(const RunResult& result, Series3 RunResult::OfBody::*series, std::size_t k) {
-  Vector3 sum = Vector3::Zero();
-  for (const auto& body : result.bodies) sum += at(body.*series, k);
-  return sum;
-}
-
-double largest_change(const RunResult& result, Series3 RunResult::OfBody::*series) {
-  double most = 0;
-  for (std::size_t k = 0; k < result.time.size(); ++k)
-    most = std::max(most, (total(result, series, k) - total(result, series, 0)).norm());
-  return most;
-}
+using test::total;
 
 // Largest angle of a body since the start, rad.
 double largest_turn(const RunResult::OfBody& body) {
@@ -50,34 +36,22 @@ double largest_turn(const RunResult::OfBody& body) {
 
 const std::vector<std::string> all_faces{"x_min", "x_max", "y_min", "y_max", "z_min", "z_max"};
 
-// Two blocks askew, with faces that do not match; the first flies with spin into the second, which
-// spins too. Waves go at about 10.
+// The same blocks as superelements of a basis.
 ContactScene tumbling(const std::string& options, double speed,
                       const std::string& basis = "craig-bampton") {
-  ContactScene scene;
+  ContactScene scene = test::tumbling_blocks(options, speed);
   const bool massless = basis == "massless";  // needs an interior that is softer than its interface
-  for (int i = 0; i < 2; ++i) {
-    BodyPart b;
-    b.name = i == 0 ? "a" : "b";
+  for (BodyPart& b : scene.bodies) {
     b.full = false;
     b.basis = basis;
     b.modes = massless ? 8 : 3;
     if (!massless) b.interface_sets = all_faces;
-    b.mesh = i == 0 ? test::block_mesh({{massless ? 4 : 3, 2, 2}})
-                    : test::block_mesh({{2, 3, 2}, Vector3(1, 0.8, 0.7)});
-    b.position = i == 0 ? Vector3(0, 0, 0) : Vector3(1.3, 0.35, 0.25);
-    const Vector3 axis = i == 0 ? Vector3(1, 2, -1.5) : Vector3(0.5, -1, 2);
-    b.rotation = AngleAxisd(0.2, axis.normalized()).toRotationMatrix();
-    b.angular_velocity = speed * axis;
-    scene.bodies.push_back(b);
   }
-  scene.bodies[0].velocity = speed * Vector3(1, 0.3, -0.2);
-  scene.pairs = {"{between: all" + options + "}"};
-  scene.history = {"a.x_max", "b.x_min"};
-  scene.large_rotations = true;
-  scene.step = massless ? 0.00125 : 0.008;
-  scene.every = 0.04;
-  scene.end = massless ? 0.6 : 0.8;
+  if (massless) {
+    scene.bodies[0].mesh = test::block_mesh({{4, 2, 2}});
+    scene.step = 0.00125;
+    scene.end = 0.6;
+  }
   return scene;
 }
 
@@ -116,41 +90,14 @@ TEST(TurningContact, ARotationOfTheSceneChangesNothing) {
   for (const std::string options : {", friction: 0.3", ", formulation: mortar, friction: 0.3"}) {
     ContactScene scene = tumbling(options, 0.8);
     scene.end = 0.6;
-    const Ran plain = run(scene);
-    std::vector<Change> changes(2);
-    changes[0].S = AngleAxisd(2.5, Vector3(0.3, -0.8, 0.5).normalized()).toRotationMatrix();
-    changes[0].shift = Vector3(3, -2, 1);
-    changes[0].boost = Vector3(0.4, -0.2, 0.3);
-    changes[1].S = AngleAxisd(0.7, Vector3(0.9, 0.1, -0.5).normalized()).toRotationMatrix() *
-                   Vector3(1, -1, 1).asDiagonal();
-    for (const Change& change : changes) {
-      const double d = difference(plain, run(scene, change), change).largest();
-      std::printf("%s: %.1e\n", options.c_str(), d);
-      EXPECT_LT(d, 8e-13);
-    }
+    EXPECT_LT(test::change_of_a_turned_scene(scene), 8e-13) << options;
   }
 }
 
-// Bodies that hit each other as slowly as they turn little: small and large differ by the square of
-// the speed.
 TEST(TurningContact, SmallRotationsAreThoseOfLinearBodies) {
-  std::vector<double> speeds, differences;
-  for (const double speed : {1e-2, 1e-3, 1e-4}) {
-    ContactScene scene = tumbling(", friction: 0.3", speed);
-    for (BodyPart& b : scene.bodies) b.angular_velocity.setZero();
-    for (BodyPart& b : scene.bodies) b.rotation.setIdentity();
-    scene.bodies[1].position.x() = 1 + 0.02 * speed;
-    const Ran large = run(scene);
-    scene.large_rotations = false;
-    const Ran small = run(scene);
-    const auto last = small.result.time.size() - 1;
-    const Vector3 moved = at(large.monitor("b.x_min").mean_position, last) -
-                          at(small.monitor("b.x_min").mean_position, last);
-    speeds.push_back(speed);
-    differences.push_back(moved.norm());
-    std::printf("speed %.0e: %.2e\n", speed, moved.norm());
-  }
-  EXPECT_GT(test::observed_order(speeds, differences), 1.9);
+  EXPECT_GT(test::order_of_small_rotations(
+                [](double speed) { return tumbling(", friction: 0.3", speed); }),
+            1.9);
 }
 
 // A block of 1 x 0.8 x 0.6 that touches the plane z = 0 by a corner, falls, slides and spins.

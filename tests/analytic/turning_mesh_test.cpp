@@ -11,22 +11,22 @@
 #include <string>
 #include <vector>
 
-#include "tests/support/contact_scene.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/support/restarted_run.hpp"
+#include "tests/support/tumbling_blocks.hpp"
 
 namespace cbr::turning_mesh_test {
 namespace {
 
-using Eigen::AngleAxisd;
 using Eigen::Quaterniond;
 using test::at;
-using test::BodyPart;
-using test::Change;
 using test::ContactScene;
+using test::largest_change;
 using test::Ran;
 using test::SceneFolder;
 using test::text;
+using test::total;
+using test::tumbling_blocks;
 
 // A block of 0.4 x 0.1 x 0.1 whose waves go at about 22, so a step above 1.6e-3 is unstable.
 const Vector3 spin(3, -5, 8);
@@ -104,47 +104,10 @@ TEST(TurningMesh, AFreeOneKeepsItsMomentaAndStepsAreOfSecondOrder) {
   }
 }
 
-// Two blocks askew as meshes; the first flies with spin into the second, which spins too.
-ContactScene tumbling(const std::string& options, double speed) {
-  ContactScene scene;
-  for (int i = 0; i < 2; ++i) {
-    BodyPart b;
-    b.name = i == 0 ? "a" : "b";
-    b.mesh = i == 0 ? test::block_mesh({{3, 2, 2}})
-                    : test::block_mesh({{2, 3, 2}, Vector3(1, 0.8, 0.7)});
-    b.position = i == 0 ? Vector3(0, 0, 0) : Vector3(1.3, 0.35, 0.25);
-    const Vector3 axis = i == 0 ? Vector3(1, 2, -1.5) : Vector3(0.5, -1, 2);
-    b.rotation = AngleAxisd(0.2, axis.normalized()).toRotationMatrix();
-    b.angular_velocity = speed * axis;
-    scene.bodies.push_back(b);
-  }
-  scene.bodies[0].velocity = speed * Vector3(1, 0.3, -0.2);
-  scene.pairs = {"{between: all" + options + "}"};
-  scene.history = {"a.x_max", "b.x_min"};
-  scene.large_rotations = true;
-  scene.step = 0.008;
-  scene.every = 0.04;
-  scene.end = 0.8;
-  return scene;
-}
-
-Vector3 total(const RunResult& result, Series3 RunResult::OfBody::*series, std::size_t k) {
-  Vector3 sum = Vector3::Zero();
-  for (const auto& body : result.bodies) sum += at(body.*series, k);
-  return sum;
-}
-
-double largest_change(const RunResult& result, Series3 RunResult::OfBody::*series) {
-  double most = 0;
-  for (std::size_t k = 0; k < result.time.size(); ++k)
-    most = std::max(most, (total(result, series, k) - total(result, series, 0)).norm());
-  return most;
-}
-
 TEST(TurningMesh, TwoThatHitEachOtherKeepTheirMomenta) {
   for (const std::string options :
        {"", ", friction: 0.3", ", formulation: mortar", ", formulation: mortar, friction: 0.3"}) {
-    const Ran ran = run(tumbling(options, 0.8));
+    const Ran ran = run(tumbling_blocks(options, 0.8));
     const RunResult& r = ran.result;
     const double pushed =
         (at(r.bodies[1].momentum, r.time.size() - 1) - at(r.bodies[1].momentum, 0)).norm();
@@ -192,42 +155,15 @@ TEST(TurningMesh, NumericalWorkIsOfSecondOrderWithLoadsAndDamping) {
 }
 
 TEST(TurningMesh, ARotationOfTheSceneChangesNothing) {
-  ContactScene scene = tumbling(", friction: 0.3", 0.8);
+  ContactScene scene = tumbling_blocks(", friction: 0.3", 0.8);
   scene.end = 0.6;
-  const Ran plain = run(scene);
-  std::vector<Change> changes(2);
-  changes[0].S = AngleAxisd(2.5, Vector3(0.3, -0.8, 0.5).normalized()).toRotationMatrix();
-  changes[0].shift = Vector3(3, -2, 1);
-  changes[0].boost = Vector3(0.4, -0.2, 0.3);
-  changes[1].S = AngleAxisd(0.7, Vector3(0.9, 0.1, -0.5).normalized()).toRotationMatrix() *
-                 Vector3(1, -1, 1).asDiagonal();
-  for (const Change& change : changes) {
-    const double d = difference(plain, run(scene, change), change).largest();
-    std::printf("%.1e\n", d);
-    EXPECT_LT(d, 1.4e-12);
-  }
+  EXPECT_LT(test::change_of_a_turned_scene(scene), 1.4e-12);
 }
 
 TEST(TurningMesh, SmallRotationsAreThoseOfLinearMeshes) {
-  std::vector<double> speeds, differences;
-  for (const double speed : {1e-2, 1e-3, 1e-4}) {
-    ContactScene scene = tumbling(", friction: 0.3", speed);
-    for (BodyPart& b : scene.bodies) {
-      b.angular_velocity.setZero();
-      b.rotation.setIdentity();
-    }
-    scene.bodies[1].position.x() = 1 + 0.02 * speed;
-    const Ran large = run(scene);
-    scene.large_rotations = false;
-    const Ran small = run(scene);
-    const auto last = small.result.time.size() - 1;
-    const Vector3 moved = at(large.monitor("b.x_min").mean_position, last) -
-                          at(small.monitor("b.x_min").mean_position, last);
-    speeds.push_back(speed);
-    differences.push_back(moved.norm());
-    std::printf("speed %.0e: %.2e\n", speed, moved.norm());
-  }
-  EXPECT_GT(test::observed_order(speeds, differences), 1.9);
+  EXPECT_GT(test::order_of_small_rotations(
+                [](double speed) { return tumbling_blocks(", friction: 0.3", speed); }),
+            1.9);
 }
 
 // A superelement of all modes leaves out Coriolis's forces and what the spin does to what is

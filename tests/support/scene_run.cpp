@@ -169,6 +169,21 @@ Ran SceneFolder::run(const std::string& yaml, const RunOptions& options) const {
   return ran;
 }
 
+Vector3 total(const RunResult& result, Series3 RunResult::OfBody::*series, std::size_t k) {
+  Vector3 sum = Vector3::Zero();
+  for (const RunResult::OfBody& body : result.bodies)
+    if (!(body.*series).values.empty()) sum += at(body.*series, k);
+  return sum;
+}
+
+double largest_change(const RunResult& result, Series3 RunResult::OfBody::*series) {
+  const Vector3 start = total(result, series, 0);
+  double most = 0;
+  for (std::size_t k = 0; k < result.time.size(); ++k)
+    most = std::max(most, (total(result, series, k) - start).norm());
+  return most;
+}
+
 Vector3 integral(const RunResult& result, const Series3& series) {
   Vector3 sum = Vector3::Zero();
   for (std::size_t i = 1; i < result.time.size(); ++i)

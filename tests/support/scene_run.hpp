@@ -74,6 +74,10 @@ inline Vector3 at(const Series3& series, std::size_t i) {
   return Eigen::Map<const Vector3>(series.values.data() + 3 * i);
 }
 
+// Over all bodies that have the series, at output k; and its largest change since the start.
+Vector3 total(const RunResult& result, Series3 RunResult::OfBody::*series, std::size_t k);
+double largest_change(const RunResult& result, Series3 RunResult::OfBody::*series);
+
 // Integral of a series times the intervals since the last output: an impulse from mean forces.
 Vector3 integral(const RunResult& result, const Series3& series);
 
