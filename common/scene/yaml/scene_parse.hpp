@@ -5,8 +5,10 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <string>
 #include <unordered_set>
+#include <vector>
 
 #include "common/scene/yaml/scene_node.hpp"
 
@@ -17,6 +19,14 @@ namespace cbr {
 struct SceneNames {
   std::unordered_set<std::string> instances, walls;
 };
+
+// The names in a map, for the errors of require_known().
+template <typename Value>
+std::vector<std::string> keys_of(const std::map<std::string, Value>& map) {
+  std::vector<std::string> keys;
+  for (const auto& [key, value] : map) keys.push_back(key);
+  return keys;
+}
 
 // Relative to `folder`, which is absolute.
 std::filesystem::path resolve_path(const SceneNode& node, const std::filesystem::path& folder);
@@ -58,6 +68,9 @@ struct GivenMotion {
 GivenMotion parse_motion(const SceneMap& map, const std::filesystem::path& folder,
                          const Scene& scene);
 void parse_points(const SceneNode& node, Component& component);
+// After parse_points().
+void parse_reduction(const SceneNode& node, const std::filesystem::path& folder,
+                     Component& component);
 // After parse_instances().
 void parse_links(const SceneNode& node, const SceneNames& names, Scene& scene);
 // after parse_time()

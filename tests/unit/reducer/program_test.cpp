@@ -1,131 +1,19 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <gtest/gtest.h>
-#include <unistd.h>
-
-#include <CLI/CLI.hpp>
-#include <algorithm>
-#include <chrono>
+// What cbr-reduce takes, makes, tells and refuses. Its files: program_files_test.cpp.
 #include <filesystem>
 #include <fstream>
 #include <sstream>
 
-#include "common/base/error.hpp"
-#include "common/files/hdf5_file.hpp"
 #include "common/superelement/superelement_group.hpp"
-#include "reducer/command.hpp"
 #include "reducer/condensation/panel_memory.hpp"
-#include "tests/unit/reducer/box_mesh.hpp"
+#include "tests/unit/reducer/reduce_program.hpp"
 
 namespace cbr::test::program_test {
 namespace {
 
 namespace fs = std::filesystem;
 
-class Program : public testing::Test {
- protected:
-  Program()
-      : folder_(fs::temp_directory_path() / ("cbr-reduce-test-" + std::to_string(::getpid()))) {
-    fs::create_directories(folder_);
-    write_mesh(box_mesh({{3, 2, 2}, {3, 2, 2}, {0, 0, 0}, 0}), folder_ / "box.msh");
-  }
-  ~Program() override { fs::remove_all(folder_); }
-
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
-
-  // Runs as the program does, and returns the scene handed on.
-  std::string run(std::vector<std::string> arguments, const std::string& timings = "") const {
-    CLI::App app("test", "cbr-reduce");
-    ReduceCommand command;
-    add_reduce_options(app, command);
-    std::reverse(arguments.begin(), arguments.end());
-    app.parse(arguments);
-    Report report("cbr-reduce", Verbosity::quiet, timings);
-    std::ostringstream scene;
-    run_reduce(command, &scene, report);
-    return scene.str();
-  }
-
-  std::string message_of(const std::vector<std::string>& arguments,
-                         const std::string& timings = "") const {
-    try {
-      run(arguments, timings);
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "no InputError";
-  }
-
-  std::vector<std::string> mesh_arguments(const std::vector<std::string>& more = {},
-                                          const std::vector<std::string>& modes = {"--modes",
-                                                                                   "4"}) const {
-    std::vector<std::string> all = {path("box.msh"), "--interface", "x_max"};
-    all.insert(all.end(), modes.begin(), modes.end());
-    const std::vector<std::string> rest = {
-        "--youngs-modulus", "1000", "--poissons-ratio", "0.3", "--density", "2", "-o",
-        path("box.cbr.h5")};
-    all.insert(all.end(), rest.begin(), rest.end());
-    all.insert(all.end(), more.begin(), more.end());
-    return all;
-  }
-
-  std::string scene(const std::string& reduction, const std::string& more = "") const {
-    const std::string file = path("scene.yaml");
-    std::ofstream(file)
-        << "materials: {soft: {youngs_modulus: 1000, poissons_ratio: 0.3, density: 2}}\n"
-           "components:\n"
-           "  box: {mesh: box.msh, material: soft, reduction: "
-        << reduction << "}\n"
-        << "  twin: {mesh: box.msh, material: soft, reduction: " << reduction << "}\n"
-        << "instances:\n  a: {component: box, as: superelement}\n  b: {component: box, as: "
-           "superelement, position: [9, 0, 0]}\n"
-           "  c: {component: twin, as: superelement, position: [19, 0, 0]}\n"
-        << more << "time: {end: 1.0}\n";
-    return file;
-  }
-
-  static std::string bytes(const fs::path& file) {
-    std::ifstream stream(file, std::ios::binary);
-    return {std::istreambuf_iterator<char>(stream), {}};
-  }
-
-  fs::path folder_;
-};
-
-TEST_F(Program, AMeshGivesTheSameFileAsAScene) {
-  EXPECT_EQ(run(mesh_arguments()), "");
-  const Superelement s = read_superelement(path("box.cbr.h5"));
-  EXPECT_EQ(s.k(), 4);
-  EXPECT_EQ(s.c(), 27);
-  EXPECT_EQ(s.provenance.at("mesh"), "box.msh");
-  EXPECT_EQ(s.provenance.at("block solid: youngs_modulus"), "1000");
-  EXPECT_FALSE(s.content_hash.empty());
-  const std::string by_mesh = bytes(path("box.cbr.h5"));
-  fs::remove(path("box.cbr.h5"));
-  const std::string handed_on = run({scene("{interface: [x_max], modes: 4}")});
-  EXPECT_EQ(bytes(path("box.cbr.h5")), by_mesh);
-  EXPECT_EQ(bytes(path("twin.cbr.h5")), by_mesh);
-  EXPECT_NE(handed_on.find(path("box.cbr.h5")), std::string::npos) << handed_on;
-}
-
-TEST_F(Program, ReducesOnlyWhatHasChanged) {
-  run(mesh_arguments());
-  const auto old = fs::file_time_type::clock::now() - std::chrono::hours(1);
-  const auto is_made_anew = [&](const std::vector<std::string>& more) {
-    fs::last_write_time(path("box.cbr.h5"), old);
-    run(mesh_arguments(more));
-    return fs::last_write_time(path("box.cbr.h5")) > old + std::chrono::minutes(1);
-  };
-  EXPECT_FALSE(is_made_anew({}));
-  EXPECT_TRUE(is_made_anew({"--force"}));
-  EXPECT_TRUE(is_made_anew({"--mass", "consistent"}));
-  EXPECT_TRUE(is_made_anew({"--element", "hex8"}));
-  EXPECT_TRUE(is_made_anew({"--element", "hex8", "--diagonal-limit", "3"}));
-  EXPECT_FALSE(read_superelement(path("box.cbr.h5")).has_diagonal_form());
-  EXPECT_FALSE(is_made_anew({"--element", "hex8", "--diagonal-limit", "3"}));
-  std::ofstream(path("box.cbr.h5"), std::ios::app | std::ios::binary).close();
-  fs::resize_file(path("box.cbr.h5"), 1000);
-  EXPECT_TRUE(is_made_anew({}));
-}
+class Program : public ReduceProgram {};
 
 TEST_F(Program, AToleranceIsReducedOnce) {
   const std::string file = scene("{interface: [x_max], tolerance: 0.02}");
@@ -155,45 +43,6 @@ TEST_F(Program, AToleranceIsReducedOnce) {
                                       {"--tolerance", "0.3"}))
                 .find("is not available with basis: characteristic"),
             std::string::npos);
-}
-
-TEST_F(Program, TheDiagonalFormIsMadeWhereARunMayReadIt) {
-  const std::string reduction = "{interface: [x_max], modes: 4}";
-  const std::string held =
-      "boundary:\n  - {instance: a, nodes: x_max, fix: [x]}\n  - {instance: b, nodes: x_max, fix: "
-      "[x]}\n";
-  const auto form = [&](const char* file) {
-    return read_superelement(path(file)).has_diagonal_form();
-  };
-  run({scene(reduction, held)});
-  EXPECT_FALSE(form("box.cbr.h5"));
-  EXPECT_TRUE(form("twin.cbr.h5"));
-  const Superelement without = read_superelement(path("box.cbr.h5"));
-  // Another scene reads it: it is added, and all else stays
-  run({scene(reduction)});
-  EXPECT_TRUE(form("box.cbr.h5"));
-  const Superelement with = read_superelement(path("box.cbr.h5")),
-                     twin = read_superelement(path("twin.cbr.h5"));
-  EXPECT_EQ(with.V, twin.V);
-  EXPECT_EQ(with.omega, twin.omega);
-  EXPECT_EQ(with.M_cc, without.M_cc);
-  EXPECT_EQ(with.content_hash, without.content_hash);
-  // It does no harm where nothing reads it
-  const auto before = fs::last_write_time(path("box.cbr.h5"));
-  run({scene(reduction, held)});
-  EXPECT_EQ(fs::last_write_time(path("box.cbr.h5")), before);
-  run({scene(reduction, held), "--diagonal-limit", "1000", "--force"});
-  EXPECT_TRUE(form("box.cbr.h5"));
-}
-
-TEST_F(Program, SetsThatAreNotKeptAreRefusedThoughTheFileIsUpToDate) {
-  const std::string reduction = "{interface: [x_max], modes: 4}";
-  run({scene(reduction)});
-  const std::string history = "output: {history: [a.x_min]}\n";
-  EXPECT_NE(message_of({scene(reduction, history)}).find("keeps 0 of its"), std::string::npos);
-  EXPECT_NE(message_of({scene(reduction, "output: {history: [a.x_mni]}\n")}).find("x_mni"),
-            std::string::npos);
-  EXPECT_EQ(message_of({scene(reduction, "output: {history: [a.x_max]}\n")}), "no InputError");
 }
 
 TEST_F(Program, LoadsInsideAreTakenInByThemselves) {
@@ -263,56 +112,6 @@ TEST_F(Program, TheMemoryOptionChangesTheWayAndNotTheResult) {
   EXPECT_LT((a.recovery[0].Psi - b.recovery[0].Psi).norm(), 1e-13 * a.recovery[0].Psi.norm());
 }
 
-TEST_F(Program, OverwritesNoMeshAndNoScene) {
-  const std::string mesh = bytes(path("box.msh"));
-  std::vector<std::string> arguments = mesh_arguments();
-  arguments.back() = path("box.msh");
-  EXPECT_NE(message_of(arguments).find("another name"), std::string::npos);
-  fs::create_symlink(path("box.msh"), path("link.h5"));
-  const std::string file = scene("{interface: [x_max], modes: 4}");
-  const auto with_superelement = [&](const std::string& name) {
-    const std::string text = bytes(file);
-    const std::string key = "modes: 4";
-    std::string changed = text;
-    changed.replace(text.find(key), key.size(), key + ", superelement: " + name);
-    std::ofstream(file) << changed;
-    const std::string message = message_of({file});
-    EXPECT_EQ(bytes(file), changed);
-    std::ofstream(file) << text;
-    return message;
-  };
-  EXPECT_NE(with_superelement("link.h5").find("the mesh of component 'box'"), std::string::npos);
-  EXPECT_NE(with_superelement("scene.yaml").find("the scene itself"), std::string::npos);
-  EXPECT_EQ(bytes(path("box.msh")), mesh);
-}
-
-TEST_F(Program, TimingsInThePlaceOfASuperelementAreRefusedBeforeTheWork) {
-  EXPECT_NE(message_of({scene("{interface: [x_max], modes: 4}")}, path("twin.cbr.h5"))
-                .find("twin.cbr.h5: is the file of both the superelement of component 'twin' and "
-                      "the timings"),
-            std::string::npos);
-  EXPECT_FALSE(fs::exists(path("box.cbr.h5")));
-  EXPECT_FALSE(fs::exists(path("twin.cbr.h5")));
-}
-
-TEST_F(Program, OverwritesNoHdf5FileOfAnotherKind) {
-  {
-    Hdf5Writer results(path("box.cbr.h5"));
-    results.attribute("/", "format", std::string("cbr-results"));
-    results.commit();
-  }
-  const std::string before = bytes(path("box.cbr.h5"));
-  EXPECT_NE(message_of(mesh_arguments()).find("cbr-results"), std::string::npos)
-      << message_of(mesh_arguments());
-  EXPECT_EQ(bytes(path("box.cbr.h5")), before);
-  std::ofstream(path("box.cbr.h5")) << "my notes\n";
-  EXPECT_NE(message_of(mesh_arguments()).find("box.cbr.h5: exists and is not an HDF5 file"),
-            std::string::npos);
-  EXPECT_EQ(bytes(path("box.cbr.h5")), "my notes\n");
-  std::ofstream(path("box.cbr.h5"), std::ios::trunc).flush();
-  EXPECT_EQ(run(mesh_arguments()), "");  // over an empty one, as mktemp makes it
-}
-
 TEST(PanelMemory, AnInterfaceThatMemoryCannotHoldIsRefused) {
   EXPECT_NO_THROW(require_memory_for_interface(1000, 16e6));
   try {
@@ -326,20 +125,6 @@ TEST(PanelMemory, AnInterfaceThatMemoryCannotHoldIsRefused) {
         std::string::npos)
         << error.what();
   }
-}
-
-TEST_F(Program, AMeshWithoutEndIsRefused) {
-  fs::remove(path("box.msh"));
-  fs::create_symlink("/dev/zero", path("box.msh"));
-  const std::string from_mesh = message_of(mesh_arguments()),
-                    path_twice = "box.msh: " + path("box.msh");
-  EXPECT_NE(from_mesh.find("box.msh: is not a regular file"), std::string::npos) << from_mesh;
-  EXPECT_EQ(from_mesh.find(path_twice), std::string::npos) << from_mesh;
-  const std::string from_scene = message_of({scene("{interface: [x_max], modes: 4}")});
-  EXPECT_NE(from_scene.find("scene.yaml:3: component 'box': " + path("box.msh") +
-                            ": is not a regular file"),
-            std::string::npos)
-      << from_scene;
 }
 
 // In a pipeline stdout is the scene: OpenBLAS writes its complaints there.

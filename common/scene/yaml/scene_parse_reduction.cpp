@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A component's reduction: its keys by the table of reduction_keys.hpp, and what they mean for each
+// other.
+#include <cmath>
+
+#include "common/base/error.hpp"
+#include "common/scene/reduction_keys.hpp"
+#include "common/scene/scene_words.hpp"
+#include "common/scene/yaml/scene_parse.hpp"
+
+namespace cbr {
+namespace {
+
+// Reads the value of one key of the table.
+struct ReadValue {
+  const SceneNode& node;
+  ReductionOptions& reduction;
+
+  template <typename Value>
+  void operator()(const OneWord<Value>& v) const {
+    v.field(reduction) = node.one_of(v.words);
+  }
+  void operator()(const WholeNumber& v) const { v.field(reduction) = node.index(v.least); }
+  void operator()(const WholeNumberOrNone& v) const { v.field(reduction) = node.index(v.least); }
+  void operator()(const NumberOrNone& v) const {
+    v.field(reduction) =
+        std::isfinite(v.below) ? node.in_open_range(v.above, v.below) : node.positive();
+  }
+  void operator()(const TrueOrFalse& v) const { v.field(reduction) = node.boolean(); }
+  void operator()(const NameList& v) const {
+    const bool is_none = v.none != nullptr && node.is_scalar() && node.text() == "none";
+    if (v.none != nullptr) v.none(reduction) = is_none;
+    if (!is_none) v.field(reduction) = node.names();
+    if (v.none != nullptr && !is_none && v.field(reduction).empty())
+      node.fail("is empty, expected sidesets of the interface, or none");
+  }
+  void operator()(const NamesOrTrue& v) const {
+    if (node.is_scalar()) {
+      v.field(reduction) = node.boolean();
+      return;
+    }
+    v.names(reduction) = node.names();
+    if (v.names(reduction).empty())
+      node.fail("is empty, expected sets or element blocks of the mesh, or true");
+    v.field(reduction) = true;
+  }
+};
+
+// Keys with a dot are those of a map of their own.
+std::vector<std::string> read_reduction_keys(const SceneMap& map, ReductionOptions& reduction) {
+  std::vector<std::string> given;
+  for (const ReductionKey& key : reduction_keys()) {
+    const auto dot = key.key.find('.');
+    const SceneNode* node = map.find(key.key.substr(0, dot));
+    if (node == nullptr) continue;
+    if (!key.goes_with(reduction.basis))
+      node->fail("requires basis: " + word_of(basis_words, *key.only_with));
+    if (dot == std::string::npos) {
+      std::visit(ReadValue{*node, reduction}, key.value);
+    } else {
+      const SceneMap inside = node->map(keys_of_reduction(key.key.substr(0, dot)));
+      const SceneNode* value = inside.find(key.key.substr(dot + 1));
+      if (value == nullptr) continue;
+      std::visit(ReadValue{*value, reduction}, key.value);
+    }
+    given.push_back(key.key);
+  }
+  return given;
+}
+
+// What the keys mean for each other.
+void check_reduction(const SceneMap& map, const ReductionOptions& reduction) {
+  const bool has_default = reduction.is_characteristic() && !reduction.modes &&
+                           !reduction.cutoff_hz && !reduction.tolerance;
+  if (!has_default) map.exactly_one({"modes", "cutoff_hz", "tolerance"});
+  if (const auto* pick = map.find("pick"); pick != nullptr && reduction.tolerance)
+    pick->fail("requires modes: with a tolerance the modes are chosen by participation");
+  if (const auto* second = map.find("second_reduction")) {
+    if (!reduction.is_decomposed())
+      second->fail("needs 'domains' above 1: it reduces the domains once more, put together");
+    if (reduction.tolerance)
+      second->fail(
+          "is not available with tolerance, which cannot bound its error: use modes or cutoff_hz "
+          "instead");
+    second->map(keys_of_reduction("second_reduction"))
+        .exactly_one(keys_of_reduction("second_reduction"));
+  }
+  if (!reduction.recovery_sets.empty() && reduction.is_decomposed())
+    map.at("recovery").fail("of some sets requires domains: 1; or give true");
+  if (const auto* loads = map.find("loads"); loads != nullptr && reduction.is_decomposed())
+    loads->fail("requires domains: 1; or add the sets to the interface");
+}
+
+// Points as nodes of the superelement.
+void check_interface_points(const SceneNode& node, const Component& component) {
+  const ReductionOptions& reduction = *component.reduction;
+  if (reduction.interface_points.empty())
+    node.fail("is empty, expected points of the component, or leave the key out");
+  for (const std::string& name : reduction.interface_points) {
+    const auto found = component.points.find(name);
+    if (found == component.points.end())
+      require_known(node, "point", name, keys_of(component.points));
+    if (!found->second.rigid)
+      node.fail("names '" + name + "' (line " + std::to_string(found->second.source.line) +
+                "), whose coupling is average: a node of the superelement moves its set as a rigid "
+                "body: give the point coupling: rigid, or keep its set by 'interface'");
+  }
+  const auto refuse = [&](const std::string& what) {
+    node.fail("is not available with " + what +
+              ": leave it out there, or keep the points' sets by 'interface'");
+  };
+  if (reduction.basis != Basis::craig_bampton)
+    refuse("basis: " + word_of(basis_words, reduction.basis));
+  if (reduction.is_decomposed()) refuse("domains above 1");
+  if (!reduction.loads.empty()) refuse("loads");
+}
+
+}  // namespace
+
+void parse_reduction(const SceneNode& node, const std::filesystem::path& folder,
+                     Component& component) {
+  std::vector<std::string> allowed = keys_of_reduction();
+  allowed.push_back("superelement");
+  const SceneMap map = node.map(allowed);
+  ReductionOptions& reduction = component.reduction.emplace();
+  reduction.source = node.source();
+  if (map.find("points") == nullptr) map.at("interface");
+  const std::vector<std::string> given = read_reduction_keys(map, reduction);
+  check_reduction(map, reduction);
+  complete(reduction, given);
+  check_massless(reduction, node.source().text() + ": " + node.path());
+  check_characteristic(reduction, node.source().text() + ": " + node.path());
+  const auto* file = map.find("superelement");
+  reduction.superelement =
+      file != nullptr ? resolve_path(*file, folder) : folder / (component.name + ".cbr.h5");
+  if (const auto* points = map.find("points")) check_interface_points(*points, component);
+}
+
+void check_massless(const ReductionOptions& reduction, const std::string& where) {
+  if (!reduction.is_massless()) return;
+  const auto refuse = [&](const std::string& what, const std::string& cure) {
+    throw InputError(where + ": " + what + " is not available with basis: massless: " + cure +
+                     ", or use basis: craig-bampton");
+  };
+  if (reduction.is_decomposed()) refuse("domains above 1", "reduce the component whole");
+  if (reduction.recovery) refuse("recovery", "leave it out");
+  if (reduction.tolerance) refuse("tolerance", "take modes or cutoff_hz");
+  if (!reduction.loads.empty())
+    refuse("loads inside the part", "take their sets into the interface");
+  if (reduction.massless_modes != MasslessModes::fixed && reduction.pick == Pick::participation)
+    refuse("pick: participation of free modes", "take massless_modes: fixed, or pick: frequency");
+}
+
+void check_characteristic(const ReductionOptions& reduction, const std::string& where) {
+  if (!reduction.is_characteristic()) return;
+  const auto refuse = [&](const std::string& what, const std::string& cure) {
+    throw InputError(where + ": " + what + " is not available with basis: characteristic: " + cure +
+                     ", or use basis: craig-bampton");
+  };
+  if (reduction.is_decomposed()) refuse("domains above 1", "reduce the component whole");
+  if (!reduction.loads.empty()) refuse("loads", "take the sets into the interface");
+  if (reduction.tolerance)
+    refuse("tolerance, which knows nothing of what the interface's shapes leave out,",
+           "take modes or cutoff_hz");
+}
+
+}  // namespace cbr

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// cbr-reduce inside a test, in a folder with a mesh and a scene of two components.
+#pragma once
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "common/base/error.hpp"
+#include "reducer/command.hpp"
+#include "tests/unit/reducer/box_mesh.hpp"
+
+namespace cbr::test {
+
+class ReduceProgram : public testing::Test {
+ protected:
+  ReduceProgram()
+      : folder_(std::filesystem::temp_directory_path() /
+                ("cbr-reduce-test-" + std::to_string(::getpid()))) {
+    std::filesystem::create_directories(folder_);
+    write_mesh(box_mesh({{3, 2, 2}, {3, 2, 2}, {0, 0, 0}, 0}), folder_ / "box.msh");
+  }
+  ~ReduceProgram() override { std::filesystem::remove_all(folder_); }
+
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+
+  // Runs as the program does, and returns the scene handed on.
+  std::string run(std::vector<std::string> arguments, const std::string& timings = "") const {
+    CLI::App app("test", "cbr-reduce");
+    ReduceCommand command;
+    add_reduce_options(app, command);
+    std::reverse(arguments.begin(), arguments.end());
+    app.parse(arguments);
+    Report report("cbr-reduce", Verbosity::quiet, timings);
+    std::ostringstream scene;
+    run_reduce(command, &scene, report);
+    return scene.str();
+  }
+
+  std::string message_of(const std::vector<std::string>& arguments,
+                         const std::string& timings = "") const {
+    try {
+      run(arguments, timings);
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "no InputError";
+  }
+
+  std::vector<std::string> mesh_arguments(const std::vector<std::string>& more = {},
+                                          const std::vector<std::string>& modes = {"--modes",
+                                                                                   "4"}) const {
+    std::vector<std::string> all = {path("box.msh"), "--interface", "x_max"};
+    all.insert(all.end(), modes.begin(), modes.end());
+    const std::vector<std::string> rest = {
+        "--youngs-modulus", "1000", "--poissons-ratio", "0.3", "--density", "2", "-o",
+        path("box.cbr.h5")};
+    all.insert(all.end(), rest.begin(), rest.end());
+    all.insert(all.end(), more.begin(), more.end());
+    return all;
+  }
+
+  std::string scene(const std::string& reduction, const std::string& more = "") const {
+    const std::string file = path("scene.yaml");
+    std::ofstream(file)
+        << "materials: {soft: {youngs_modulus: 1000, poissons_ratio: 0.3, density: 2}}\n"
+           "components:\n"
+           "  box: {mesh: box.msh, material: soft, reduction: "
+        << reduction << "}\n"
+        << "  twin: {mesh: box.msh, material: soft, reduction: " << reduction << "}\n"
+        << "instances:\n  a: {component: box, as: superelement}\n  b: {component: box, as: "
+           "superelement, position: [9, 0, 0]}\n"
+           "  c: {component: twin, as: superelement, position: [19, 0, 0]}\n"
+        << more << "time: {end: 1.0}\n";
+    return file;
+  }
+
+  static std::string bytes(const std::filesystem::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(stream), {}};
+  }
+
+  std::filesystem::path folder_;
+};
+
+}  // namespace cbr::test
