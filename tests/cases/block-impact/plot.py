@@ -108,6 +108,7 @@ def table(folder):
         error = 100 * max(abs(v[0] - CONVERGED[0]), abs(v[1] - CONVERGED[1])) / SPEED
         rows.append(f"{path.stem:16s} {run['dofs']:7d} {run['steps']:6d} {run['seconds']:10.3f} {v[0]:8.1f} {v[1]:8.1f} {error:8.2f} {run['energy']:7.4f} {run['drift']:15.1e}")
     rows.append(f"converged: {CONVERGED[0]} and {CONVERGED[1]} m/s; error: the larger of the two, in % of {SPEED:.0f} m/s")
+    rows.append("dofs: those that are stepped; with impulses the fastest modes of a superelement follow at once, as statics (docs/decisions/truncation.md)")
     text = "\n".join(rows) + "\n"
     (folder / "figures.txt").write_text(text)
     print(text, end="")
