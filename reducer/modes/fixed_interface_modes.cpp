@@ -35,6 +35,11 @@ bool count_fits(const Partition& p, const SparseCholesky& factor) {
          0.9 * machine_memory_bytes();
 }
 
+std::string steps_text(const Eigenpairs& pairs) {
+  return std::to_string(pairs.iterations) +
+         (pairs.method == "block lanczos in slices" ? " shifts" : " restarts");
+}
+
 // Number of eigenvalues of (K_II, M_II) below sigma; a shift that hits an eigenvalue is moved up by
 // a hair.
 Index inertia_below(const Partition& p, const SparseCholesky& factor, double sigma,
@@ -126,8 +131,7 @@ FixedInterfaceModes sparse_modes(const Partition& p, const SparseCholesky& facto
                      " restarts of the eigensolver: ask for a few more or fewer modes");
     }
     report.end_progress();
-    report.detail(pairs.method + ": " + std::to_string(pairs.iterations) +
-                  (pairs.method == "block lanczos in slices" ? " shifts" : " restarts"));
+    report.detail(pairs.method + ": " + steps_text(pairs));
     FixedInterfaceModes modes{std::move(pairs.lambda), std::move(pairs.Phi), pairs.method, true};
     modes.picked = std::move(pairs.chosen);
     if (pairs.method != "lapack") modes.proven = count_fits(p, factor);
@@ -222,18 +226,26 @@ FixedInterfaceModes more_modes(const Partition& partition, const SparseCholesky&
   if (dense_is_faster(n, k, factor.n_nonzeros() + product_cost(partition.M_II)))
     return fixed_interface_modes(partition, factor, n, report);
   if (have == 0) return fixed_interface_modes(partition, factor, k, report);
-  const Eigenpairs beyond = sparse_eigenpairs_beyond(
-      partition.M_II, factor, known.Phi, k - have, 1e-13, {}, [&](double share) {
-        report.progress(
-            "fixed-interface modes, " + std::to_string(have) + " to " + std::to_string(k), share);
-      });
-  if (beyond.converged) {
-    FixedInterfaceModes all = merged(std::move(known), beyond);
-    all.method = beyond.method;
-    all.next = 0;
-    all.counts.clear();
-    report.detail(beyond.method + ": " + std::to_string(k - have) + " modes more, " +
-                  std::to_string(beyond.iterations) + " restarts");
+  const Progress progress = [&](double share) {
+    report.progress("fixed-interface modes, " + std::to_string(have) + " to " + std::to_string(k),
+                    share);
+  };
+  FixedInterfaceModes all;
+  Eigenpairs found = sparse_eigenpairs_onwards(partition.K_II, partition.M_II, factor,
+                                               {known.lambda, known.Phi}, k, 1e-13, progress);
+  if (found.converged) {
+    all.lambda = std::move(found.lambda);
+    all.Phi = std::move(found.Phi);
+  } else {
+    found =
+        sparse_eigenpairs_beyond(partition.M_II, factor, known.Phi, k - have, 1e-13, {}, progress);
+    if (found.converged) all = merged(std::move(known), found);
+  }
+  report.end_progress();
+  if (found.converged) {
+    all.method = found.method;
+    report.detail(found.method + ": " + std::to_string(k - have) + " modes more, " +
+                  steps_text(found));
     all.proven = count_fits(partition, factor);
     if (!all.proven ||
         n_missed(partition, factor, all.lambda, relative_gap, all.counts, report) == 0)

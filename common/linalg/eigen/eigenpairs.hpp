@@ -21,7 +21,7 @@ struct Eigenpairs {
   bool converged = false;
   Index n_converged = 0;
   Index iterations = 0;  // restarts, or slices
-  std::string method;    // "arpack", "lapack", ... for the summary
+  std::string method{};  // "arpack", "lapack", ... for the summary
   // of PairsWanted::choose; empty where all pairs are to the tolerance
   std::vector<Index> chosen{};
 };
@@ -59,6 +59,12 @@ Eigenpairs sparse_eigenpairs(const SparseMatrix& K, const SparseMatrix& M,
 Eigenpairs sparse_eigenpairs_beyond(const SparseMatrix& M, const SparseCholesky& factor,
                                     const Matrix& Phi, Index k, double tolerance = 1e-13,
                                     const PairsWanted& wanted = {}, const Progress& progress = {});
+
+// The k lowest, of which `known` are the lowest, in slices of the spectrum about shifts of their
+// own. converged is false where that does not pay, does not fit the machine, or gives up.
+Eigenpairs sparse_eigenpairs_onwards(const SparseMatrix& K, const SparseMatrix& M,
+                                     const SparseCholesky& factor, const Eigenpairs& known, Index k,
+                                     double tolerance = 1e-13, const Progress& progress = {});
 
 // LAPACK on the dense generalised problem A x = lambda B x (n x n, symmetric, lower triangles read,
 // B positive definite): the first k pairs (k = n: all). A and B are overwritten. converged is false

@@ -352,4 +352,18 @@ Eigenpairs sparse_eigenpairs_beyond(const SparseMatrix& M, const SparseCholesky&
   return finished(M, std::move(pairs));
 }
 
+Eigenpairs sparse_eigenpairs_onwards(const SparseMatrix& K, const SparseMatrix& M,
+                                     const SparseCholesky& factor, const Eigenpairs& known, Index k,
+                                     double tolerance, const Progress& progress) {
+  const Index width = slice_width(K.rows(), factor.flops()), more = k - known.lambda.size();
+  Eigenpairs pairs;
+  // One shift more costs a factorisation
+  if (2 * more < width || !slices_fit(factor, k, width)) return pairs;
+  pairs = eigenpairs_by_slices(K, M, factor, k, width, tolerance, progress, known);
+  if (!pairs.converged) return pairs;
+  pairs = finished(M, std::move(pairs));
+  sharpen(K, M, pairs);
+  return pairs;
+}
+
 }  // namespace cbr

@@ -32,9 +32,10 @@ class Slices {
     all_.Phi.resize(M.rows(), k);
   }
 
-  Eigenpairs run(Index width) {
+  Eigenpairs run(Index width, const Eigenpairs& known) {
     all_.method = "block lanczos in slices";
-    if (!lowest(width)) return std::move(all_);
+    if (known.lambda.size() > 1) take(known, 0, known.lambda.size());
+    if (have_ == 0 && !lowest(width)) return std::move(all_);
     while (have_ < k_) {
       const Index slices = (k_ - have_ + width - 1) / width;
       if (!next((k_ - have_ + slices - 1) / slices)) return std::move(all_);
@@ -67,8 +68,8 @@ class Slices {
     return true;
   }
 
-  // Pairs first ... last - 1 go to those that are had, up to the widest gap among the last ones:
-  // a twin of the last may be missing.
+  // Pairs first ... last - 1 go to those that are had. Where more follow, they end at the widest
+  // gap among the last ones: a twin of the last may be missing.
   void take(const Eigenpairs& pairs, Index first, Index last) {
     Index end = last - 1;
     double widest = 0;
@@ -78,7 +79,7 @@ class Slices {
       widest = gap;
       end = j;
     }
-    const Index count = std::min(end - first, k_ - have_);
+    const Index left = k_ - have_, count = last - first > left ? left : end - first;
     all_.lambda.segment(have_, count) = pairs.lambda.segment(first, count);
     all_.Phi.middleCols(have_, count) = pairs.Phi.middleCols(first, count);
     have_ += count;
@@ -164,8 +165,9 @@ bool slices_pay(Index k, Index width) { return 2 * k > 5 * width; }
 
 Eigenpairs eigenpairs_by_slices(const SparseMatrix& K, const SparseMatrix& M,
                                 const SparseCholesky& factor, Index k, Index width,
-                                double tolerance, const Progress& progress) {
-  return Slices(K, M, factor, k, tolerance, progress).run(width);
+                                double tolerance, const Progress& progress,
+                                const Eigenpairs& known) {
+  return Slices(K, M, factor, k, tolerance, progress).run(width, known);
 }
 
 }  // namespace cbr
