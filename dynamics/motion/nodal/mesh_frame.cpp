@@ -170,11 +170,9 @@ MeshFrame::Sums MeshFrame::leap(const MeshFit& fit, const Vector3& lambda, const
   const Index n = step.u.rows();
   return sums_of(block_sums<12>(n, threads, [&](Index at, Index count, double* sums) {
     turned_leapfrog({step.f.data() + at, step.load ? step.load->data() + at : nullptr,
-                     step.inverse_mass.data() + at, step.u.data() + at, Y_.data() + at,
-                     step.v.data() + at, step.u_end.data() + at},
-                    n, count, fit.R.data(), along.data(), step.s, step.h);
-    // While it is in the cache
-    fit_sums(step.u_end.data() + at, arms_.data() + at, mass_.data() + at, n, count, sums);
+                     mass_.data() + at, step.inverse_mass.data() + at, step.u.data() + at,
+                     Y_.data() + at, step.v.data() + at, step.u_end.data() + at},
+                    n, count, fit.R.data(), along.data(), step.s, step.h, sums);
   }));
 }
 

@@ -17,6 +17,7 @@ struct __attribute__((packed, aligned(8), may_alias)) StoredLanes {
 static_assert(sizeof(Lanes) == SharedElements::lanes * sizeof(double));
 
 #define CBR_INLINE __attribute__((always_inline)) inline
+#define CBR_IN_LAMBDA __attribute__((always_inline))
 
 // x = H x over the eight corners
 CBR_INLINE void walsh(Lanes (&x)[8]) {
@@ -24,8 +25,7 @@ CBR_INLINE void walsh(Lanes (&x)[8]) {
     for (int b = 0; b < 8; ++b) {
       if (b & bit) continue;
       const Lanes sum = x[b] + x[b | bit], difference = x[b] - x[b | bit];
-      x[b] = sum;
-      x[b | bit] = difference;
+      x[b] = sum, x[b | bit] = difference;
     }
   }
 }
@@ -53,9 +53,7 @@ CBR_INLINE void add_boxes(const SharedElements& shared, std::size_t first, std::
       const Lanes y0 = A[0] * x0 + A[1] * x1 + A[2] * x2;
       const Lanes y1 = A[3] * x0 + A[4] * x1 + A[5] * x2;
       const Lanes y2 = A[6] * x0 + A[7] * x1 + A[8] * x2;
-      x0 = y0;
-      x1 = y1;
-      x2 = y2;
+      x0 = y0, x1 = y1, x2 = y2;
     }
     if (batch.used != 0xff) {
       Lanes is_used{};
@@ -89,90 +87,107 @@ CBR_INLINE void strain(const double* u, const double* Y, Index stride, const dou
   }
 }
 
-CBR_INLINE const StoredLanes& at(const double* from) {
-  return *reinterpret_cast<const StoredLanes*>(from);
+// Of eight nodes at a time, or of one. By reference: what returns a vector has another ABI in each
+// set of instructions.
+CBR_INLINE void take(const double* from, Lanes& x) {
+  x = reinterpret_cast<const StoredLanes*>(from)->v;
+}
+CBR_INLINE void take(const double* from, double& x) { x = *from; }
+CBR_INLINE void put(double* to, const Lanes& x) { reinterpret_cast<StoredLanes*>(to)->v = x; }
+CBR_INLINE void put(double* to, const double& x) { *to = x; }
+// Three planes.
+template <typename T>
+CBR_INLINE void take(const double* from, Index stride, T (&x)[3]) {
+#pragma GCC unroll 3
+  for (int c = 0; c < 3; ++c) take(from + c * stride, x[c]);
 }
 
 CBR_INLINE double sum_of(const Lanes& x) {
   return ((x[0] + x[1]) + (x[2] + x[3])) + ((x[4] + x[5]) + (x[6] + x[7]));
 }
 
+// sums[k] = sum over nodes i of what add(i, sum) adds to sum[k], eight at a time and then the rest
+// one by one.
+template <int N, typename Add>
+CBR_INLINE void sum_nodes(Index n, double* sums, const Add& add) {
+  Lanes sum[N]{};
+  Index i = 0;
+  for (; i + 8 <= n; i += 8) add(i, sum);
+#pragma GCC unroll 12
+  for (int k = 0; k < N; ++k) sums[k] = sum_of(sum[k]);
+  double rest[N]{};
+  for (; i < n; ++i) add(i, rest);
+  for (int k = 0; k < N; ++k) sums[k] += rest[k];
+}
+
+template <typename T>
+CBR_INLINE void add_fit(const T (&x)[3], const T (&arm)[3], const T& mass, T (&sum)[12]) {
+#pragma GCC unroll 3
+  for (int c = 0; c < 3; ++c) {
+    sum[c] += mass * x[c];
+#pragma GCC unroll 3
+    for (int r = 0; r < 3; ++r) sum[3 + 3 * c + r] += x[r] * arm[c];
+  }
+}
+
 CBR_INLINE void moments(const double* Y, const double* d, const double* f, Index stride, Index n,
                         double* sums) {
-  Lanes sum[3]{};
-  Index i = 0;
-  for (; i + 8 <= n; i += 8) {
-    Lanes z[3], g[3];
+  sum_nodes<3>(n, sums, [&]<typename T>(Index i, T(&sum)[3]) CBR_IN_LAMBDA {
+    T arm[3], z[3], g[3];
+    take(Y + i, stride, arm);
+    take(d + i, stride, z);
+    take(f + i, stride, g);
 #pragma GCC unroll 3
-    for (int c = 0; c < 3; ++c) {
-      z[c] = at(Y + c * stride + i).v + at(d + c * stride + i).v;
-      g[c] = at(f + c * stride + i).v;
-    }
+    for (int c = 0; c < 3; ++c) z[c] += arm[c];
     sum[0] += z[1] * g[2] - z[2] * g[1];
     sum[1] += z[2] * g[0] - z[0] * g[2];
     sum[2] += z[0] * g[1] - z[1] * g[0];
-  }
-  for (int c = 0; c < 3; ++c) sums[c] = sum_of(sum[c]);
-  for (; i < n; ++i)
-    for (int c = 0; c < 3; ++c) {
-      const Index a = (c + 1) % 3 * stride + i, b = (c + 2) % 3 * stride + i;
-      sums[c] += (Y[a] + d[a]) * f[b] - (Y[b] + d[b]) * f[a];
-    }
+  });
 }
 
 CBR_INLINE void fits(const double* u, const double* arms, const double* mass, Index stride, Index n,
                      double* sums) {
-  Lanes sum[12]{};
-  Index i = 0;
-  for (; i + 8 <= n; i += 8) {
-    const Lanes m = at(mass + i).v;
-    Lanes x[3], arm[3];
-#pragma GCC unroll 3
-    for (int c = 0; c < 3; ++c) {
-      x[c] = at(u + c * stride + i).v;
-      arm[c] = at(arms + c * stride + i).v;
-    }
-#pragma GCC unroll 3
-    for (int c = 0; c < 3; ++c) {
-      sum[c] += m * x[c];
-#pragma GCC unroll 3
-      for (int r = 0; r < 3; ++r) sum[3 + 3 * c + r] += x[r] * arm[c];
-    }
-  }
-  for (int k = 0; k < 12; ++k) sums[k] = sum_of(sum[k]);
-  for (; i < n; ++i)
-    for (int c = 0; c < 3; ++c) {
-      sums[c] += mass[i] * u[c * stride + i];
-      for (int r = 0; r < 3; ++r) sums[3 + 3 * c + r] += u[r * stride + i] * arms[c * stride + i];
-    }
+  sum_nodes<12>(n, sums, [&]<typename T>(Index i, T(&sum)[12]) CBR_IN_LAMBDA {
+    T x[3], arm[3], m;
+    take(u + i, stride, x);
+    take(arms + i, stride, arm);
+    take(mass + i, m);
+    add_fit(x, arm, m, sum);
+  });
 }
 
 template <bool has_load>
 CBR_INLINE void leap_turned(const TurnedSpan& span, Index stride, Index n, const double* R,
-                            const double* W, double s, double h) {
-  const double *f = span.f, *load = span.load, *m = span.inverse_mass, *u = span.u, *Y = span.Y;
-  double* __restrict v = span.v;
-  double* __restrict u_end = span.u_end;
-  for (Index i = 0; i < n; ++i) {
-    const double f0 = f[i], f1 = f[stride + i], f2 = f[2 * stride + i];
-    const double Y0 = Y[i], Y1 = Y[stride + i], Y2 = Y[2 * stride + i];
-    const double s_m = s * m[i];
+                            const double* W, double s, double h, double* sums) {
+  sum_nodes<12>(n, sums, [&]<typename T>(Index i, T(&sum)[12]) CBR_IN_LAMBDA {
+    T f[3], Y[3], v[3], u[3], load[3], mass, s_m;
+    take(span.f + i, stride, f);
+    take(span.Y + i, stride, Y);
+    take(span.v + i, stride, v);
+    take(span.u + i, stride, u);
+    if constexpr (has_load) take(span.load + i, stride, load);
+    take(span.mass + i, mass);
+    take(span.inverse_mass + i, s_m);
+    s_m *= s;
 #pragma GCC unroll 3
     for (int c = 0; c < 3; ++c) {
-      double force = -(R[c] * f0 + R[3 + c] * f1 + R[6 + c] * f2);
-      if (has_load) force += load[c * stride + i];
-      const double rate =
-          v[c * stride + i] + (s_m * force + s * (W[c] * Y0 + W[3 + c] * Y1 + W[6 + c] * Y2));
-      v[c * stride + i] = rate;
-      u_end[c * stride + i] = u[c * stride + i] + h * rate;
+      T force = -(R[c] * f[0] + R[3 + c] * f[1] + R[6 + c] * f[2]);
+      if constexpr (has_load) force += load[c];
+      v[c] += s_m * force + s * (W[c] * Y[0] + W[3 + c] * Y[1] + W[6 + c] * Y[2]);
+      u[c] += h * v[c];
+      put(span.v + c * stride + i, v[c]);
+      put(span.u_end + c * stride + i, u[c]);
     }
-  }
+#pragma GCC unroll 3
+    for (int c = 0; c < 3; ++c) Y[c] *= mass;
+    add_fit(u, Y, mass, sum);
+  });
 }
 
 CBR_INLINE void leap_any_turned(const TurnedSpan& span, Index stride, Index n, const double* R,
-                                const double* W, double s, double h) {
-  span.load != nullptr ? leap_turned<true>(span, stride, n, R, W, s, h)
-                       : leap_turned<false>(span, stride, n, R, W, s, h);
+                                const double* W, double s, double h, double* sums) {
+  span.load != nullptr ? leap_turned<true>(span, stride, n, R, W, s, h, sums)
+                       : leap_turned<false>(span, stride, n, R, W, s, h, sums);
 }
 
 CBR_INLINE void leap(const LeapfrogSpan& span, Index n, double s, double h) {
@@ -218,9 +233,7 @@ CBR_INLINE void block_rows(const BlockMatrix& A, const double* x, Index begin, I
       y2 += four(block + 6)->v * u[2];
     }
     y0 += y1 + y2;
-    y[0] = y0[0];
-    y[1] = y0[1];
-    y[2] = y0[2];
+    y[0] = y0[0], y[1] = y0[1], y[2] = y0[2];
   }
 }
 
@@ -325,8 +338,8 @@ struct Kernels {
     fits(u, arms, mass, stride, n, sums);                                                          \
   }                                                                                                \
   TARGET void leap_turned_##NAME(const TurnedSpan& span, Index stride, Index n, const double* R,   \
-                                 const double* W, double s, double h) {                            \
-    leap_any_turned(span, stride, n, R, W, s, h);                                                  \
+                                 const double* W, double s, double h, double* sums) {              \
+    leap_any_turned(span, stride, n, R, W, s, h, sums);                                            \
   }
 
 CBR_KERNELS(plain, )
@@ -397,8 +410,8 @@ void fit_sums(const double* u, const double* arms, const double* mass, Index str
 }
 
 void turned_leapfrog(const TurnedSpan& span, Index stride, Index n, const double* R,
-                     const double* W, double s, double h) {
-  kernels.leap_turned(span, stride, n, R, W, s, h);
+                     const double* W, double s, double h, double* sums) {
+  kernels.leap_turned(span, stride, n, R, W, s, h, sums);
 }
 
 }  // namespace cbr

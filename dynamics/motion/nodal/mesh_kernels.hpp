@@ -48,12 +48,13 @@ void moment_sums(const double* Y, const double* d, const double* f, Index stride
 // sums = sum m u (3), then sum u arm^T (9)
 void fit_sums(const double* u, const double* arms, const double* mass, Index stride, Index n,
               double* sums);
-// v += s ((load - R f) / m + W Y),  u_end = u + h v.  load may be null: zero.
+// v += s ((load - R f) / m + W Y),  u_end = u + h v.  load may be null: zero. sums: fit_sums() of
+// u_end, with arms m Y.
 struct TurnedSpan {
-  const double *f, *load, *inverse_mass, *u, *Y;
+  const double *f, *load, *mass, *inverse_mass, *u, *Y;
   double *v, *u_end;
 };
 void turned_leapfrog(const TurnedSpan& span, Index stride, Index n, const double* R,
-                     const double* W, double s, double h);
+                     const double* W, double s, double h, double* sums);
 
 }  // namespace cbr
