@@ -106,7 +106,10 @@ struct Blocks {
   }
   void step(int n) {
     for (int k = 0; k < n; ++k, t += h)
-      for (const auto& body : bodies) body->predict(t, h), body->accept();
+      for (const auto& body : bodies) {
+        body->predict(t, h);
+        body->accept();
+      }
   }
 
   std::vector<std::unique_ptr<cbr::MeshBody>> bodies;

@@ -25,7 +25,8 @@ CBR_INLINE void walsh(Lanes (&x)[8]) {
     for (int b = 0; b < 8; ++b) {
       if (b & bit) continue;
       const Lanes sum = x[b] + x[b | bit], difference = x[b] - x[b | bit];
-      x[b] = sum, x[b | bit] = difference;
+      x[b] = sum;
+      x[b | bit] = difference;
     }
   }
 }
@@ -53,7 +54,9 @@ CBR_INLINE void add_boxes(const SharedElements& shared, std::size_t first, std::
       const Lanes y0 = A[0] * x0 + A[1] * x1 + A[2] * x2;
       const Lanes y1 = A[3] * x0 + A[4] * x1 + A[5] * x2;
       const Lanes y2 = A[6] * x0 + A[7] * x1 + A[8] * x2;
-      x0 = y0, x1 = y1, x2 = y2;
+      x0 = y0;
+      x1 = y1;
+      x2 = y2;
     }
     if (batch.used != 0xff) {
       Lanes is_used{};
@@ -233,7 +236,9 @@ CBR_INLINE void block_rows(const BlockMatrix& A, const double* x, Index begin, I
       y2 += four(block + 6)->v * u[2];
     }
     y0 += y1 + y2;
-    y[0] = y0[0], y[1] = y0[1], y[2] = y0[2];
+    y[0] = y0[0];
+    y[1] = y0[1];
+    y[2] = y0[2];
   }
 }
 
