@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "common/linalg/blas_threads.hpp"
+#include "common/linalg/huge_pages.hpp"
 #include "common/linalg/kernels/narrow_product.hpp"
 #include "common/linalg/sparse/supernodal_ldl.hpp"
 

@@ -5,22 +5,23 @@
 #include <memory>
 #include <vector>
 
-#include "common/linalg/huge_pages.hpp"
 #include "common/linalg/sparse/shared_solve.hpp"
 #include "common/linalg/sparse/sparse_cholesky.hpp"
 #include "common/linalg/sparse/supernodal_ldl.hpp"
 
 namespace cbr {
 
-// K - sigma M = P^T L S L^T P, S = +-1 on the diagonal, without pivoting: for shifts that lie
-// between eigenvalues of the leading parts too, as nearly all do. A part of few dofs has
-// eigenvalues far above such a sigma, so that only the last separators have negative pivots.
+// K - sigma M = P^T L S L^T P, S = +-1 on the diagonal, for shifts that lie between eigenvalues. A
+// part of few dofs has eigenvalues far above such a sigma, so that only the last separators have
+// negative pivots. These are chosen among the neighbours of a front (supernodal_ldl.hpp).
 class SignedFactor {
  public:
   // In the order of `like`, the factor of a matrix with the pattern of K and M (n x n, both
-  // triangles stored). Its tree is read while solves go on.
+  // triangles stored), which must outlive this one.
   SignedFactor(const SparseMatrix& K, double sigma, const SparseMatrix& M,
                const SparseCholesky& like, const Progress& progress = {});
+  SignedFactor(const SignedFactor&) = delete;
+  SignedFactor& operator=(const SignedFactor&) = delete;
 
   // False: a pivot vanished (sigma is an eigenvalue to round-off), or K or M has an entry that
   // `like` lacks.
