@@ -55,14 +55,14 @@ double modes_seconds(const DomainEstimate& d, double flops) {
   if (dense_is_faster(static_cast<Index>(n), d.n_candidates, d.factor_nonzeros))
     return dense_standard * n * n * n / flops;
   const Index width = slice_width(static_cast<Index>(n), d.factor_flops);
-  if (slices_pay(d.n_candidates, width)) {
+  const bool outlines = d.n_candidates > d.n_modes;
+  if (slices_pay(d.n_candidates, width, outlines)) {
     const auto w = static_cast<double>(width);
     return k / w *
            (lanczos_seconds(vectors_per_sliced_mode * w, n, d.factor_nonzeros, flops) +
             d.factor_flops / (count_rate * flops));
   }
-  const double vectors =
-      (vectors_per_mode * k + first_vectors) * (d.n_candidates > d.n_modes ? in_outline : 1);
+  const double vectors = (vectors_per_mode * k + first_vectors) * (outlines ? in_outline : 1);
   return lanczos_seconds(std::min(vectors, n), n, d.factor_nonzeros, flops) +
          d.factor_flops / (count_rate * flops);
 }

@@ -282,7 +282,8 @@ Eigenpairs sparse_eigenpairs(const SparseMatrix& K, const SparseMatrix& M,
     options.wanted = wanted;
     options.progress = progress;
     const Index width = slice_width(n, factor.flops());
-    if (sigma == 0 && slices_pay(k, width) && slices_fit(factor, k, width))
+    if (sigma == 0 && slices_pay(k, width, static_cast<bool>(wanted.choose)) &&
+        slices_fit(factor, k, width))
       pairs = eigenpairs_by_slices(K, M, factor, k, width, tolerance, progress);
     if (!pairs.converged)
       pairs = block_lanczos(

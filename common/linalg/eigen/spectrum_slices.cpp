@@ -161,7 +161,9 @@ Index slice_width(Index n, double flops) {
   return static_cast<Index>(std::clamp(std::sqrt(flops / products), least, most));
 }
 
-bool slices_pay(Index k, Index width) { return 2 * k > 5 * width; }
+bool slices_pay(Index k, Index width, bool in_outline) {
+  return 2 * k > (in_outline ? 8 : 5) * width;
+}
 
 Eigenpairs eigenpairs_by_slices(const SparseMatrix& K, const SparseMatrix& M,
                                 const SparseCholesky& factor, Index k, Index width,

@@ -10,8 +10,8 @@ namespace cbr {
 // that keep their basis orthonormal, which grow as their square. n: rows, flops: of a
 // factorisation.
 Index slice_width(Index n, double flops);
-// Whether k modes cost less in slices than from one shift.
-bool slices_pay(Index k, Index width);
+// Whether k modes cost less in slices than from one shift, which may find most of them in outline.
+bool slices_pay(Index k, Index width, bool in_outline);
 
 // The k lowest of K x = lambda M x, `width` of them from each shift (Grimes, Lewis, Simon 1994,
 // doi 10.1137/S0895479888151111; factors of our own). `factor`: Cholesky of K,
