@@ -16,6 +16,9 @@ constexpr int most_pushes = 15;
 // A new W costs about this many products, and its factor one more for each so many rows:
 // docs/decisions/contact-cost.md.
 constexpr double products_of_W = 4, rows_of_a_product = 400;
+// Products a step that W_0 needs at any age where bodies turn, as W is another in each step: the
+// first tells the defect, the second that it is right. A new W saves none of them.
+constexpr int products_of_turns = 2;
 constexpr Index longest_wait = 64;
 // Points that come are added while they are fewer than this share.
 constexpr double most_new = 0.25;
@@ -201,6 +204,12 @@ ContactSolution solve_with_model(const ImpulseStep& step, const Vector& guess, d
   return solution;
 }
 
+// A body that turns has a new response in each step.
+bool any_turns(const ContactList& list, const std::vector<ContactBody>& bodies) {
+  return std::any_of(list.terms.begin(), list.terms.end(),
+                     [&](const ContactTerm& term) { return bodies[term.body].turn.has_value(); });
+}
+
 // With g + defect the laws hold for W_0, with what p does to the bodies for W: until both are the
 // same. False when that takes long.
 bool correct(ImpulseStep& step, const std::vector<ContactBody>& bodies, ImpulseMemory& memory) {
@@ -226,7 +235,7 @@ bool correct(ImpulseStep& step, const std::vector<ContactBody>& bodies, ImpulseM
       step.residual = scale > 0 ? violation / scale : 0;
       step.moved = true;
       ++memory.n_steps;
-      memory.extra += push - 1;
+      memory.extra += std::max(0, push - (any_turns(step.list, bodies) ? products_of_turns : 1));
       memory.backoff = 1;
       return true;
     }
@@ -245,12 +254,6 @@ bool stays_apart(const ContactList& list, const std::vector<PointLaw>& laws) {
   for (std::size_t i = 0; i < list.points.size(); ++i)
     if (laws[i].law == ContactLaw::tied || !(list.points[i].gap[0] >= 0)) return false;
   return true;
-}
-
-// A body that turns has a new response in each step.
-bool any_turns(const ContactList& list, const std::vector<ContactBody>& bodies) {
-  return std::any_of(list.terms.begin(), list.terms.end(),
-                     [&](const ContactTerm& term) { return bodies[term.body].turn.has_value(); });
 }
 
 // Gaps are differences of positions, and below the round-off of these there are none: `scale` may

@@ -50,7 +50,7 @@ struct ImpulseMemory {
   DefectModel defects;                   // of W_0
   // of the last corrected step's first product, as a share of the largest |g|
   double first_error = 0;
-  double extra = 0;  // products since W was formed beyond one a step
+  double extra = 0;  // products since W was formed beyond those that any W needs
   BodyMoves moves;   // of this step's impulses
   // steps in which W is formed anew without an attempt to keep it, once one has failed
   Index wait = 0, backoff = 1;

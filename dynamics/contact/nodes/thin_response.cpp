@@ -28,6 +28,12 @@ void StaticRows::add_spread(const Matrix& w, Matrix& u) const {
       u.col(q).segment<3>(3 * node[i]) += w(i, q) * direction.row(i).transpose();
 }
 
+// The same bits either way: products with zeros are zeros.
+Matrix ThinResponse::weighed(const Matrix& x) const {
+  if (C_is_diagonal) return C.diagonal().asDiagonal() * x;
+  return C * x;
+}
+
 // Where most rows are pressed half of F is read for all, else the columns of those that are.
 double press(const StaticRows& rows, const Matrix& pressed, Matrix& still,
              std::vector<Index>& columns) {
@@ -52,7 +58,11 @@ double respond(const ThinResponse& S, const Matrix& p, Matrix& move, Matrix& sti
     const SerialBlas serial(A.size());
     for (Index q = 0; q < p.cols(); ++q) {
       work.kick.noalias() = A * p.col(q);
-      work.kick = S.C * work.kick;
+      if (S.C_is_diagonal) {
+        work.kick.array() *= S.C.diagonal().array();
+      } else {
+        work.kick = S.C * work.kick;
+      }
       move.col(q).noalias() = A.transpose() * work.kick;
     }
   }

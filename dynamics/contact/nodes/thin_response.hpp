@@ -34,8 +34,11 @@ struct ThinResponse {
   Matrix C;                         // r x r, symmetric: how the shapes answer forces on them
   std::shared_ptr<const StaticRows> rows;
   double h = 0;
+  bool C_is_diagonal = false;  // of shapes that are modes: products with C cost nothing then
 
   Index n_dofs() const { return A->cols(); }
+  // C x of columns x   (r x q)
+  Matrix weighed(const Matrix& x) const;
 };
 
 // What respond() works in, kept by the caller.

@@ -126,7 +126,7 @@ void add_thin_block(const RowMajorSparse& G, const ThinResponse& S, const std::v
   if (X.rows() == 0) return;
   // By panels of columns, from the diagonal on
   constexpr Index width = 128;
-  const Matrix CX = S.C * X;
+  const Matrix CX = S.weighed(X);
   Matrix panel;
   for (Index j = 0; j < r; j += width) {
     const Index n = std::min(width, r - j);

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <random>
 #include <utility>
 
@@ -27,6 +28,7 @@ struct Slide {
   std::vector<ContactBody> bodies;
   ContactList list;
   std::vector<PointLaw> laws;
+  std::function<void()> before_step = [] {};
   double reach = HUGE_VAL;  // only nodes within this distance of the ball's centre have a point
 
   Index master(Index i, Index j) const {
@@ -105,6 +107,7 @@ Compared compare(Slide& slide, int n_steps, double stride, double unique_impulse
   Points guess;
   for (int k = 0; k < n_steps; ++k) {
     slide.at(stride * k, 0.6 * stride * k);
+    slide.before_step();
     const Index m = static_cast<Index>(slide.list.points.size());
     if (guess.rows() != m) guess.setZero(m, 3);
     const auto enforce = [&](ImpulseMemory& memory) {
@@ -207,6 +210,27 @@ TEST(ImpulseCorrection, PointsComeAndGo) {
   EXPECT_LT(c.impulse, 1e-9);
   EXPECT_LT(c.gap, 1e-9);
   EXPECT_LT(c.move, 1e-9);
+}
+
+// W of bodies that turn is another in each step, however new W_0 is: a second product is no reason
+// to form it.
+TEST(ImpulseCorrection, SlowTurnsDoNotFormAnew) {
+  Slide slide;
+  slide.laws_of_slots = same_law(81, ContactLaw::frictionless);
+  slide.start(response_of_face(9), true);
+  const Matrix3 turn = Eigen::AngleAxisd(1e-6, Vector3(1, -2, 0.5).normalized()).toRotationMatrix();
+  slide.before_step = [&] {
+    for (ContactBody& body : slide.bodies) {
+      body.response.axes = turn * body.response.axes;
+      body.turn = body.response.axes;
+    }
+  };
+  const Compared c = compare(slide, 60, 0);
+  EXPECT_LT(c.impulse, 1e-9);
+  EXPECT_LT(c.gap, 1e-9);
+  EXPECT_LT(c.move, 1e-9);
+  EXPECT_GT(c.products, c.steps);
+  EXPECT_EQ(c.formed, 1);
 }
 
 // 20 coordinates.

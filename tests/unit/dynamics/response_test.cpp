@@ -89,6 +89,35 @@ Scene random_scene(Index n_bodies, Index m, bool any_lumped, unsigned seed, bool
   return s;
 }
 
+// A C that is known to be diagonal is not multiplied as a full one: the same bits.
+TEST(Response, DiagonalWeightsOfModesGiveTheSameBits) {
+  std::mt19937 random(11);
+  std::normal_distribution<double> normal;
+  const auto full = random_thin(7, random);
+  const Index r = 40;
+  auto S = std::make_shared<ThinResponse>(*full);
+  S->A = std::make_shared<const Matrix>(
+      Matrix::NullaryExpr(r, full->n_dofs(), [&] { return normal(random); }));
+  S->C = Vector(Vector::NullaryExpr(r, [&] { return normal(random); })).asDiagonal();
+  auto quick = std::make_shared<ThinResponse>(*S);
+  quick->C_is_diagonal = true;
+  Scene s = random_scene(2, 9, false, 5);
+  const auto answer_of = [&](const std::shared_ptr<const ThinResponse>& thin, Matrix& move) {
+    for (ContactBody& body : s.bodies) {
+      body.response.block = nullptr;
+      body.response.thin = thin;
+    }
+    Matrix still;
+    ThinWork work;
+    const Matrix p = Matrix::Ones(thin->n_dofs(), 2);
+    respond(*thin, p, move, still, work);
+    return gap_response(s.list, s.laws, s.bodies).dense;
+  };
+  Matrix move, quick_move;
+  EXPECT_EQ(answer_of(S, move), answer_of(quick, quick_move));
+  EXPECT_EQ(move, quick_move);
+}
+
 TEST(Response, IsWhatImpulsesDoToGaps) {
   for (const auto& [n_bodies, m, lumped, thin] :
        {std::tuple<Index, Index, bool, bool>{2, 5, false, false},

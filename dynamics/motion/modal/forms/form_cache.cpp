@@ -142,8 +142,8 @@ std::shared_ptr<const ThinResponse> NodeRows::thin_response(const ResponseOf& of
   auto A = is_first ? std::make_shared<const Matrix>(Vt()) : thin_.front().second->A;
   auto rows = is_first ? no_static_rows(nodes_.size()) : thin_.front().second->rows;
   if (thin_.size() == most_responses) thin_.erase(thin_.begin());
-  thin_.emplace_back(of, std::make_shared<const ThinResponse>(
-                             ThinResponse{std::move(A), weight.asDiagonal(), std::move(rows), 1}));
+  thin_.emplace_back(of, std::make_shared<const ThinResponse>(ThinResponse{
+                             std::move(A), weight.asDiagonal(), std::move(rows), 1, true}));
   return thin_.back().second;
 }
 

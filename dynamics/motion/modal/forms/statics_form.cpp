@@ -170,7 +170,8 @@ std::shared_ptr<const ThinResponse> StaticsForm::response(
     C = nodes->Q.size() > 0 ? Matrix(nodes->Q.transpose() * weight.asDiagonal() * nodes->Q)
                             : Matrix(weight.asDiagonal());
   const double h = of.weight == ResponseOf::Weight::statics ? 1 : following(of.h);
-  auto response = std::make_shared<ThinResponse>(ThinResponse{nodes->A, C, nodes->rows, h});
+  auto response = std::make_shared<ThinResponse>(
+      ThinResponse{nodes->A, C, nodes->rows, h, nodes->Q.size() == 0});
   if (of_velocity) {
     response->rows = no_static_rows(nodes->nodes.size());
     response->h = 1;
