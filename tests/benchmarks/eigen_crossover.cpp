@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Fixed-interface modes by the sparse solver (ARPACK, from 10 modes on block Lanczos) and by dense
-// LAPACK: seconds of each over the number of dofs and the share of modes asked for.
-// docs/decisions/eigen-crossover.md holds a table of it. Arguments: largest number of dofs (default
-// 4000). CSV to stdout.
+// Fixed-interface modes by the sparse solver (ARPACK, block Lanczos, slices of the spectrum), by
+// block Lanczos from one shift, by slices, and by dense LAPACK: seconds of each over the number of
+// dofs and the share of modes asked for. docs/decisions/eigen-crossover.md holds tables of it.
+// Arguments: largest number of dofs (default 4000). CSV to stdout.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -10,7 +10,9 @@
 #include <cstdlib>
 
 #include "common/linalg/blas_kernels.hpp"
+#include "common/linalg/eigen/block_lanczos.hpp"
 #include "common/linalg/eigen/eigenpairs.hpp"
+#include "common/linalg/eigen/spectrum_slices.hpp"
 #include "reducer/partition/partition.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
 
@@ -39,11 +41,19 @@ void row(Index elements, double share) {
   });
   const double t_sparse =
       seconds([&] { sparse = cbr::sparse_eigenpairs(p.K_II, p.M_II, factor, 0, k); });
+  double t_one = 0, t_slices = 0;
+  if (k >= 10 && 2 * k <= n) {
+    const auto solve = [&](Eigen::Ref<cbr::Matrix> B) { factor.solve_in_place(B); };
+    t_one = seconds([&] { cbr::block_lanczos(p.M_II, solve, 0, k); });
+    const Index width = cbr::slice_width(n, factor.flops());
+    t_slices =
+        seconds([&] { cbr::eigenpairs_by_slices(p.K_II, p.M_II, factor, k, width, 1e-13, {}); });
+  }
   const double difference =
       ((sparse.lambda - dense.lambda).array() / dense.lambda.array()).abs().maxCoeff();
-  std::printf("%lld,%lld,%.4g,%.3g,%.3f,%.3f,%lld,%.1e\n", static_cast<long long>(n),
-              static_cast<long long>(k), share, factor.n_nonzeros(), t_dense, t_sparse,
-              static_cast<long long>(sparse.iterations), difference);
+  std::printf("%lld,%lld,%.4g,%.3g,%.3f,%.3f,%.3f,%.3f,%lld,%.1e\n", static_cast<long long>(n),
+              static_cast<long long>(k), share, factor.n_nonzeros(), t_dense, t_sparse, t_one,
+              t_slices, static_cast<long long>(sparse.iterations), difference);
   std::fflush(stdout);
 }
 
@@ -52,7 +62,9 @@ void row(Index elements, double share) {
 int main(int argc, char** argv) {
   cbr::restart_with_better_kernels(argv);
   const double largest = argc > 1 ? std::atof(argv[1]) : 4000;
-  std::printf("n,k,share,factor_nonzeros,dense_seconds,sparse_seconds,restarts,difference\n");
+  std::printf(
+      "n,k,share,factor_nonzeros,dense_seconds,sparse_seconds,one_shift_seconds,slices_seconds,"
+      "restarts,difference\n");
   for (const Index elements : {2, 6, 8, 10, 12}) {
     const double n = 9.0 * std::pow(static_cast<double>(elements), 3) +
                      30.0 * static_cast<double>(elements * elements);

@@ -12,7 +12,7 @@
 namespace cbr {
 
 SignedFactor::SignedFactor(const SparseMatrix& K, double sigma, const SparseMatrix& M,
-                           const SparseCholesky& like, const Progress& progress) {
+                           const SparseCholesky& like) {
   // Smaller pivots make entries of L that all digits of the others are lost in.
   constexpr double vanishing = 1e-9;
   SupernodalFactor factor = like.tree().factor();
@@ -21,8 +21,8 @@ SignedFactor::SignedFactor(const SparseMatrix& K, double sigma, const SparseMatr
     px_.push_back(px_.back() + factor.columns(s) * factor.height(s));
   x_ = on_huge_pages(px_.back(), 1);
   SignedPivots pivots;
-  const auto count = factor_with_signs(like.tree(), {K, sigma, &M}, vanishing, px_.data(),
-                                       x_.data(), pivots, progress);
+  const auto count =
+      factor_with_signs(like.tree(), {K, sigma, &M}, vanishing, px_.data(), x_.data(), pivots);
   if (!count || *count < 0) return;
   n_negative_ = *count;
   rename(factor, pivots);

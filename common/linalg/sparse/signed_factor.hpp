@@ -19,7 +19,7 @@ class SignedFactor {
   // In the order of `like`, the factor of a matrix with the pattern of K and M (n x n, both
   // triangles stored), which must outlive this one.
   SignedFactor(const SparseMatrix& K, double sigma, const SparseMatrix& M,
-               const SparseCholesky& like, const Progress& progress = {});
+               const SparseCholesky& like);
   SignedFactor(const SignedFactor&) = delete;
   SignedFactor& operator=(const SignedFactor&) = delete;
 

@@ -68,14 +68,7 @@ bool eliminate_square(Eigen::Ref<Matrix> A, const double* limit) {
   return true;
 }
 
-// Where L |D|^1/2 and the signs of D go.
-struct Kept {
-  const Index* px;
-  double* x;
-  SignedPivots& pivots;
-};
-
-// A square like that, the largest of what is left of the diagonal first, in units of `scale`.
+// The same, the largest of what is left of the diagonal first, in units of `scale`.
 // order[i]: the column of A that is pivot i.
 bool eliminate_by_size(Eigen::Ref<Matrix> A, const double* limit, const double* scale,
                        std::vector<Index>& order) {
@@ -103,6 +96,13 @@ bool eliminate_by_size(Eigen::Ref<Matrix> A, const double* limit, const double* 
   A.triangularView<Eigen::Lower>() = S;
   return true;
 }
+
+// Where L |D|^1/2 and the signs of D go.
+struct Kept {
+  const Index* px;
+  double* x;
+  SignedPivots& pivots;
+};
 
 class Eliminator final : public Fronts {
  public:
@@ -167,8 +167,9 @@ class Eliminator final : public Fronts {
     const Matrix before = A;
     const auto ratio = [&](Index i) { return std::abs(A(i, i)) / scale[i]; };
     bool is_easy = eliminate_square(A, limit);
+    if (A.rows() == 1) return is_easy;
     for (Index i = 0; i < A.rows() && is_easy; ++i) is_easy = ratio(i) > easy_pivot;
-    if (is_easy || A.rows() == 1) return std::abs(A(0, 0)) > limit[0];
+    if (is_easy) return true;
     A = before;
     order.resize(static_cast<std::size_t>(A.rows()));
     std::iota(order.begin(), order.end(), Index{0});
@@ -224,7 +225,7 @@ std::optional<Index> count_negative_pivots(const SupernodeTree& tree, const Shif
 
 std::optional<Index> factor_with_signs(const SupernodeTree& tree, const ShiftedMatrix& A,
                                        double vanishing, const Index* px, double* x,
-                                       SignedPivots& pivots, const Progress& progress) {
+                                       SignedPivots& pivots) {
   const SupernodalFactor& f = tree.factor();
   assert(A.K.rows() == f.n);
   pivots.signs.resize(f.n);
@@ -232,7 +233,7 @@ std::optional<Index> factor_with_signs(const SupernodeTree& tree, const ShiftedM
   std::iota(pivots.order.begin(), pivots.order.end(), Index{0});
   pivots.front_end.resize(static_cast<std::size_t>(f.n_super));
   const Kept kept{px, x, pivots};
-  return Eliminator(tree, A, vanishing, &kept, progress).count();
+  return Eliminator(tree, A, vanishing, &kept, {}).count();
 }
 
 }  // namespace cbr

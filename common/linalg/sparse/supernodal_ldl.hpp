@@ -26,6 +26,6 @@ struct SignedPivots {
 // The same, and L |D|^1/2 is kept, column by column of each supernode from x[px[s]] on.
 std::optional<Index> factor_with_signs(const SupernodeTree& tree, const ShiftedMatrix& A,
                                        double vanishing, const Index* px, double* x,
-                                       SignedPivots& pivots, const Progress& progress = {});
+                                       SignedPivots& pivots);
 
 }  // namespace cbr

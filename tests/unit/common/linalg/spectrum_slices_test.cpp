@@ -24,9 +24,9 @@ TEST(SpectrumSlices, AgreeWithTheClosedForm) {
     const Eigenpairs pairs = eigenpairs_by_slices(K, M, factor, k, width, 1e-13, {});
     ASSERT_TRUE(pairs.converged) << width;
     EXPECT_GT(pairs.iterations, 2);
-    EXPECT_LT(largest_entry(pairs.lambda - exact.head(k)), 1e-12);
-    EXPECT_LT(largest_entry(pairs.Phi.transpose() * pairs.Phi - Matrix::Identity(k, k)), 1e-9);
-    EXPECT_LT(largest_entry(K * pairs.Phi - pairs.Phi * pairs.lambda.asDiagonal()), 1e-11);
+    EXPECT_LT(largest_entry(pairs.lambda - exact.head(k)), 3e-13);
+    EXPECT_LT(largest_entry(pairs.Phi.transpose() * pairs.Phi - Matrix::Identity(k, k)), 4e-12);
+    EXPECT_LT(largest_entry(K * pairs.Phi - pairs.Phi * pairs.lambda.asDiagonal()), 1.4e-12);
   }
 }
 
@@ -36,7 +36,8 @@ TEST(SpectrumSlices, AgreeWithTheDenseSolver) {
   const Eigenpairs dense = dense_eigenpairs(Matrix(K), Matrix(M), k);
   const Eigenpairs pairs = eigenpairs_by_slices(K, M, SparseCholesky(K), k, 60, 1e-13, {});
   ASSERT_TRUE(pairs.converged);
-  EXPECT_LT(((pairs.lambda - dense.lambda).array() / dense.lambda.array()).abs().maxCoeff(), 1e-11);
+  EXPECT_LT(((pairs.lambda - dense.lambda).array() / dense.lambda.array()).abs().maxCoeff(),
+            1.8e-13);
 }
 
 TEST(SpectrumSlices, GoOnFromPairsThatAreKnown) {
@@ -47,11 +48,11 @@ TEST(SpectrumSlices, GoOnFromPairsThatAreKnown) {
   const Eigenpairs known = sparse_eigenpairs(K, M, factor, 0, have);
   const Eigenpairs pairs = sparse_eigenpairs_onwards(K, M, factor, known, k);
   ASSERT_TRUE(pairs.converged);
-  EXPECT_LT(largest_entry(pairs.lambda - exact.head(k)), 1e-12);
-  EXPECT_LT(largest_entry(pairs.Phi.transpose() * pairs.Phi - Matrix::Identity(k, k)), 1e-12);
-  EXPECT_LT(largest_entry(K * pairs.Phi - pairs.Phi * pairs.lambda.asDiagonal()), 1e-11);
+  EXPECT_LT(largest_entry(pairs.lambda - exact.head(k)), 3e-14);
+  EXPECT_LT(largest_entry(pairs.Phi.transpose() * pairs.Phi - Matrix::Identity(k, k)), 8e-15);
+  EXPECT_LT(largest_entry(K * pairs.Phi - pairs.Phi * pairs.lambda.asDiagonal()), 8e-13);
   // What is known is not found again, which would give other vectors of multiple eigenvalues
-  EXPECT_LT(largest_entry(pairs.Phi.leftCols(60) - known.Phi.leftCols(60)), 1e-12);
+  EXPECT_LT(largest_entry(pairs.Phi.leftCols(60) - known.Phi.leftCols(60)), 2e-15);
 }
 
 TEST(SpectrumSlices, TheSameInputGivesTheSameBytes) {
@@ -77,24 +78,6 @@ TEST(SpectrumSlices, SharesOfProgressNeverFall) {
   EXPECT_GT(told, 20);
 }
 
-TEST(SpectrumSlices, CopiesThatCannotBeToldApartAreNeverLostInSilence) {
-  // Thirty identical parts: each eigenvalue comes thirty times, and a block has eight columns
-  const SparseMatrix part = grid_stiffness(5, true);
-  const Index n = part.rows(), copies = 30;
-  std::vector<Eigen::Triplet<double, Index>> entries;
-  for (Index c = 0; c < copies; ++c)
-    for (Index j = 0; j < n; ++j)
-      for (SparseMatrix::InnerIterator it(part, j); it; ++it)
-        entries.emplace_back(c * n + it.row(), c * n + j, it.value());
-  SparseMatrix K(copies * n, copies * n);
-  K.setFromTriplets(entries.begin(), entries.end());
-  const SparseMatrix M = diagonal_matrix(Vector::Ones(K.rows()));
-  const Eigenpairs pairs = eigenpairs_by_slices(K, M, SparseCholesky(K), 300, 60, 1e-13, {});
-  if (!pairs.converged) return;  // another method answers
-  const double sigma = 0.5 * (pairs.lambda(270) + pairs.lambda(269));
-  EXPECT_EQ(negative_inertia(SparseMatrix(K - sigma * M)), (pairs.lambda.array() < sigma).count());
-}
-
 TEST(SignedFactor, SolvesAndCountsInsideTheSpectrum) {
   const Index N = 12;
   const SparseMatrix K = grid_stiffness(N, true), M = grid_mass(N);
@@ -110,7 +93,7 @@ TEST(SignedFactor, SolvesAndCountsInsideTheSpectrum) {
     Matrix X = B;
     factor.solve_in_place(X);
     const Matrix residual = K * X - sigma * (M * X) - B;
-    EXPECT_LT(residual.norm(), 1e-12 * K.norm() * X.norm()) << j;
+    EXPECT_LT(residual.norm(), 4e-15 * K.norm() * X.norm()) << j;
   }
 }
 
