@@ -3,12 +3,14 @@
 
 #include <algorithm>
 #include <memory>
+#include <numbers>
 #include <optional>
 #include <ostream>
 #include <sstream>
 
 #include "common/app/program.hpp"
 #include "common/base/error.hpp"
+#include "common/base/format_text.hpp"
 #include "common/base/machine_memory.hpp"
 #include "common/files/state_archive.hpp"
 #include "common/files/unchanged_files.hpp"
@@ -197,6 +199,7 @@ class Run {
         save(step, t, state);
       };
     }
+    options.ends_turned = built_.could_turn;
     if (state_) options.restart = &*state_;
     const auto phase = report_.phase("steps");
     std::optional<SingleThreadedBlas> one_thread;
@@ -300,6 +303,67 @@ class Run {
 
 }  // namespace
 
+namespace {
+
+// What run_scene() was called with, but for the scene.
+struct RunCommand {
+  std::filesystem::path results, restart;
+  bool check_error = false;
+};
+
+// With `rotations: auto`: whether the run that wrote the checkpoint had bodies that turn.
+bool turns_in_checkpoint(const Scene& scene, BuildOptions options,
+                         const std::filesystem::path& restart) {
+  if (restart.empty() || !scene.time || scene.time->rotations != Rotations::automatic) return false;
+  options.turns = true;
+  return is_checkpoint_of(restart, run_hash(scene, options));
+}
+
+void say_that_it_starts_again(const Simulation& simulation, const RunResult& result,
+                              Report& report) {
+  const auto body = static_cast<std::size_t>(*result.turned_body);
+  report.line(format_text(
+      "instance '%s' has turned by %.3g degrees at t = %.4g s, too far for a linear body: the run "
+      "starts again with bodies that turn (time: {rotations: large} saves the first part)",
+      simulation.bodies[body]->name().c_str(),
+      result.bodies[body].rotation * 180 / std::numbers::pi, *result.bodies[body].turned_at));
+}
+
+// False: a body has turned too far for a linear one, and nothing is written.
+bool run_once(const Scene& scene, const BuildOptions& options, const RunCommand& command,
+              const UnchangedFiles& inputs, Report& report) {
+  BuiltScene built = build(scene, report, options);
+  if (command.check_error) require_halves(built);
+  require_memory_for_outputs(scene, built.simulation, machine_memory_bytes());
+  std::string hash;
+  if (scene.output.checkpoint || !command.restart.empty()) {
+    const auto phase = report.phase("read");
+    hash = run_hash(scene, options);
+  }
+  inputs.check();
+  Run run(scene, built, command.results, report);
+  if (!hash.empty()) run.use_checkpoints(hash, command.restart);
+  announce(built, report);
+  RunResult result = run.run();
+  if (result.turned_body && !result.ended_at) {
+    say_that_it_starts_again(built.simulation, result, report);
+    if (!run.signals().any()) return false;
+    result.ended_at = result.time.back();
+  }
+  count_work(built.simulation, result, report);
+  summarise(built, result, run.is_restarted(), report);  // its warnings go into the results
+  run.write(result);
+  const bool is_checked = !command.check_error || result.ended_at ||
+                          check_half(scene, options, built, result, run.signals(), report);
+  run.finish(result);
+  if (is_checked) return true;
+  report.write_timings();
+  throw RunError("stopped by " + run.signals().name() + " in the second run, of --check-error: " +
+                 command.results.string() + " holds the whole first run");
+}
+
+}  // namespace
+
 void run_scene(const std::string& scene_or_dash, const std::filesystem::path& results,
                Report& report, const BuildOptions& build_options,
                const std::filesystem::path& restart, bool check_error,
@@ -311,29 +375,13 @@ void run_scene(const std::string& scene_or_dash, const std::filesystem::path& re
   }
   check_outputs(*scene, {results, restart, timings});
   const UnchangedFiles inputs = inputs_of(*scene);
-  BuiltScene built = build(*scene, report, build_options);
-  if (check_error) require_halves(built);
-  require_memory_for_outputs(*scene, built.simulation, machine_memory_bytes());
-  std::string hash;
-  if (scene->output.checkpoint || !restart.empty()) {
-    const auto phase = report.phase("read");
-    hash = run_hash(*scene, build_options);
-  }
-  inputs.check();
-  Run run(*scene, built, results, report);
-  if (!hash.empty()) run.use_checkpoints(hash, restart);
-  announce(built, report);
-  const RunResult result = run.run();
-  count_work(built.simulation, result, report);
-  summarise(built, result, run.is_restarted(), report);  // its warnings go into the results
-  run.write(result);
-  const bool is_checked = !check_error || result.ended_at ||
-                          check_half(*scene, build_options, built, result, run.signals(), report);
-  run.finish(result);
-  if (is_checked) return;
-  report.write_timings();
-  throw RunError("stopped by " + run.signals().name() + " in the second run, of --check-error: " +
-                 results.string() + " holds the whole first run");
+  BuildOptions options = build_options;
+  options.turns = turns_in_checkpoint(*scene, options, restart);
+  RunCommand command{results, restart, check_error};
+  if (run_once(*scene, options, command, inputs, report)) return;
+  options.turns = true;
+  command.restart.clear();
+  run_once(*scene, options, command, inputs, report);
 }
 
 void print_modes(const std::string& scene_or_dash, Index n, const std::filesystem::path& results,

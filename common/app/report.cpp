@@ -121,8 +121,10 @@ void Report::detail(const std::string& text) {
 }
 
 void Report::warning(const std::string& text) {
+  const std::string told = printable(about_ + text);
+  if (std::find(warnings_.begin(), warnings_.end(), told) != warnings_.end()) return;
   end_progress();
-  warnings_.push_back(printable(about_ + text));
+  warnings_.push_back(told);
   print(program_ + ": warning: " + warnings_.back() + "\n");
 }
 

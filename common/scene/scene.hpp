@@ -288,7 +288,8 @@ struct LinkOptions {
 };
 
 enum class Integrator { exact, central_difference, newmark };
-enum class Rotations { small, large };
+// automatic: small until a body turns too far for it, then large from the start again
+enum class Rotations { automatic, small, large };
 
 struct TimeOptions {
   double end = 0;
@@ -305,7 +306,7 @@ struct TimeOptions {
   // key `force: true`: a step above the critical one is run all the same (extension)
   bool force_step = false;
   Integrator integrator = Integrator::exact;
-  Rotations rotations = Rotations::small;
+  Rotations rotations = Rotations::automatic;
   SourceLine source;
 };
 

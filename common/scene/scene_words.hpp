@@ -48,7 +48,8 @@ inline const Words<SupportMotion> turn_words = {
 inline const Words<SupportMotion> motion_words = {{"displacement", SupportMotion::displacement},
                                                   {"velocity", SupportMotion::velocity},
                                                   {"acceleration", SupportMotion::acceleration}};
-inline const Words<Rotations> rotations_words = {{"small", Rotations::small},
+inline const Words<Rotations> rotations_words = {{"auto", Rotations::automatic},
+                                                 {"small", Rotations::small},
                                                  {"large", Rotations::large}};
 inline const Words<FieldFormat> field_format_words = {{"xdmf", FieldFormat::xdmf},
                                                       {"exodus", FieldFormat::exodus}};

@@ -89,6 +89,7 @@ std::string run_hash(const Scene& scene, const BuildOptions& options) {
   std::ostringstream text;
   text << "diagonal limit "
        << (options.diagonal_limit ? std::to_string(*options.diagonal_limit) : "") << "\n";
+  if (options.turns) text << "bodies turn\n";
   write_scene(plain, text);
   return bytes_hash(text.str());
 }
@@ -109,6 +110,14 @@ void write_checkpoint(const fs::path& file, const std::string& hash, const Check
   out.write("/state", state.words());
   out.write("/field_times", checkpoint.field_times);
   out.commit();
+}
+
+bool is_checkpoint_of(const fs::path& file, const std::string& hash) {
+  return from_checkpoint([&] {
+    const Hdf5Reader in(file);
+    require_checkpoint(in);
+    return in.read_string("/", "run_hash") == hash;
+  });
 }
 
 int threads_of_checkpoint(const fs::path& file) {

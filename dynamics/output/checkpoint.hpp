@@ -37,6 +37,8 @@ void write_checkpoint(const std::filesystem::path& file, const std::string& hash
 // another hash.
 std::pair<Checkpoint, StateArchive> read_checkpoint(const std::filesystem::path& file,
                                                     const std::string& hash);
+// Whether it was written by a run of this run_hash(). InputError: no checkpoint.
+bool is_checkpoint_of(const std::filesystem::path& file, const std::string& hash);
 // Of the checkpoint, for set_threads(), before anything is computed. InputError: no checkpoint.
 int threads_of_checkpoint(const std::filesystem::path& file);
 // Of the fields, beside the checkpoint: impact.checkpoint.fields.h5.

@@ -55,6 +55,7 @@ class TimeLoop {
       if (taken % told_ == 0 && options_.on_progress)
         options_.on_progress(plan().time(step_) / plan().end);
       if (step_ < plan().n_steps() && is_ended_here()) break;
+      if (recorder_.result().turned_body) break;
     }
     recorder_.result().reached = step_;
     return std::move(recorder_.result());
@@ -280,6 +281,9 @@ class TimeLoop {
     sim_.shift_walls(t, t);
     recorder_.record(t, interval, resting_, state_, outcome_);
     recorded_ = step_;
+    for (std::size_t b = 0; b < options_.ends_turned.size(); ++b)
+      if (options_.ends_turned[b] && recorder_.result().bodies[b].turned_at)
+        recorder_.result().turned_body = static_cast<Index>(b);
     if (options_.on_output) options_.on_output(step_, t);
   }
 

@@ -126,12 +126,20 @@ void note_shells(const Scene& scene, BuiltScene& built) {
 // Components, each read once, and the instances made of them.
 class Builder {
  public:
-  Builder(const SceneIndex& index, const BuildOptions& options, Report& report, BuiltScene& built)
-      : index_(index), scene_(index.scene()), options_(options), report_(report), built_(built) {}
+  // refuses: an instance that cannot turn is an error where it should, else it stays linear.
+  Builder(SceneIndex& index, const BuildOptions& options, bool refuses, Report& report,
+          BuiltScene& built)
+      : index_(index),
+        scene_(index.scene()),
+        options_(options),
+        refuses_(refuses),
+        report_(report),
+        built_(built) {}
 
   void add_instances() {
     check();
     for (const Instance& instance : scene_.instances) read(instance);
+    choose_what_turns();
     const auto phase = report_.phase("setup");
     BodyMaker maker(index_, threads());
     for (const Instance& instance : scene_.instances) add(instance, maker);
@@ -156,6 +164,26 @@ class Builder {
     } else if (!meshed_.count(component.name)) {
       meshed_[component.name] = read_meshed_component(index_, component, options_, report_);
     }
+  }
+
+  void choose_what_turns() {
+    for (const Instance& instance : scene_.instances) {
+      why_linear_.push_back(index_.is_held(instance)
+                                ? "time.rotations: large turns bodies without supports only: hold "
+                                  "it by links to the ground instead of 'boundary'"
+                                : why_free_is_linear(instance));
+      if (why_linear_.back().empty() || !turns(index_, instance)) continue;
+      if (refuses_ || !instance.angular_velocity.isZero(0))
+        refuse_to_turn(instance, why_linear_.back());
+      index_.keep_linear(instance);
+    }
+  }
+
+  std::string why_free_is_linear(const Instance& instance) const {
+    const std::string why = instance.as == InstanceKind::superelement
+                                ? why_linear(reduced_.at(instance.component), instance)
+                                : why_linear(meshed_.at(instance.component), instance);
+    return why.empty() ? why_linear(damping_of(index_, instance)) : why;
   }
 
   // Threads pay when a product takes longer than bringing them together, and much longer than that
@@ -203,6 +231,7 @@ class Builder {
       made = maker.make(instance, component);
     }
     of.mass = made.mass;
+    of.why_linear = why_linear_[built_.instances.size()];
     built_.notes.insert(built_.notes.end(), made.notes.begin(), made.notes.end());
     of.modes = made.modes;
     if (const Damping damping = damping_of(index_, instance); !damping.none()) {
@@ -218,14 +247,29 @@ class Builder {
     built_.instances.push_back(std::move(of));
   }
 
-  const SceneIndex& index_;
+  SceneIndex& index_;
   const Scene& scene_;
   const BuildOptions& options_;
+  const bool refuses_;
   Report& report_;
   BuiltScene& built_;
+  std::vector<std::string> why_linear_;  // per instance
   std::map<std::string, ReducedComponent> reduced_;
   std::map<std::string, MeshedComponent> meshed_;
 };
+
+// Who turns by any angle, and who could in another run.
+void note_turning(const SceneIndex& index, bool is_automatic, BuiltScene& built) {
+  const Scene& scene = index.scene();
+  if (scene.time->rotations == Rotations::small)
+    built.large_is_refused = what_large_is_refused_for(scene);
+  if (const std::string note = note_of_what_stays(index); !note.empty())
+    built.notes.push_back(note);
+  for (std::size_t i = 0; i < built.instances.size(); ++i)
+    built.could_turn.push_back(is_automatic && !turns(index, scene.instances[i]) &&
+                               built.large_is_refused.empty() &&
+                               built.instances[i].why_linear.empty());
+}
 
 }  // namespace
 
@@ -235,13 +279,12 @@ BuiltScene build(const Scene& scene_of_run, Report& report, const BuildOptions& 
   if (scene.time->is_static) scene = with_growing_loads(std::move(scene));
   BuiltScene built;
   built.momentum_is_kept = scene.boundary.empty();
-  const SceneIndex index(scene);
+  const bool is_automatic = scene.time->rotations == Rotations::automatic;
+  scene.time->rotations = resolved(scene, options.turns);
+  SceneIndex index(scene);
   refuse_what_does_not_turn(index);
-  if (scene.time->rotations == Rotations::small)
-    built.large_is_refused = what_large_is_refused_for(scene);
-  if (const std::string note = note_of_what_stays(index); !note.empty())
-    built.notes.push_back(note);
-  Builder(index, options, report, built).add_instances();
+  Builder(index, options, !is_automatic, report, built).add_instances();
+  note_turning(index, is_automatic, built);
   require_skin(scene, built);
   note_shells(scene, built);
   const auto phase = report.phase("setup");

@@ -235,8 +235,10 @@ TEST(TurningContact, MeshesAndHeldSuperelementsAreHit) {
       continue;
     }
     EXPECT_EQ(ran.body("b").orientation.size(), 0u);
-    ASSERT_FALSE(ran.built.notes.empty());
-    EXPECT_NE(ran.built.notes.front().find("linear as ever: b"), std::string::npos);
+    const auto& notes = ran.built.notes;
+    EXPECT_TRUE(std::any_of(notes.begin(), notes.end(), [](const std::string& note) {
+      return note.find("linear as ever: b") != std::string::npos;
+    }));
   }
 }
 

@@ -238,8 +238,8 @@ TEST(Turning, WhatDoesNotTurnIsRefusedByName) {
     EXPECT_NE(said.find(part), std::string::npos) << said;
     EXPECT_EQ(said.find('\n'), std::string::npos);
   };
-  expect(scene("{end: 1}", "angular_velocity: [0, 0, 1]"),
-         "'b': angular_velocity needs time: {rotations: large}");
+  expect(scene("{end: 1, rotations: small}", "angular_velocity: [0, 0, 1]"),
+         "'b': angular_velocity needs time.rotations: auto or large, found small");
   expect(scene("{end: 1, rotations: big}", "as: mesh"), "rotations");
   expect(scene("{end: 1, integrator: newmark, rotations: large}", "as: superelement"),
          "integrator: exact only");

@@ -262,7 +262,7 @@ class Package(unittest.TestCase):
         scene["instances"] = {"<left>": {"component": "block"}}
         scene["loads"] = [{"instance": "<left>", "surface": "contact", "force": [0, 1e5, 0]}]
         del scene["contact"], scene["output"]["history"]
-        scene["time"] = {"end": 1e-3}
+        scene["time"] = {"end": 1e-3, "rotations": "small"}
         run = scene.run(self.folder / "turned.yaml", bin=BIN)
         rotates = [text for text in run.warnings or [] if "'<left>' rotates by" in text]
         self.assertEqual(len(rotates), 1)

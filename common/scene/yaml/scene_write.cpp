@@ -304,7 +304,7 @@ std::string time_text(const TimeOptions& time) {
   if (time.preload) map.add("preload", std::to_string(*time.preload));
   if (time.alpha != 0) map.add("alpha", number_text(time.alpha));
   if (time.mass_scaling) map.add("mass_scaling", "true");
-  map.add_if(time.rotations == Rotations::large, "rotations",
+  map.add_if(time.rotations != Rotations::automatic, "rotations",
              word_of(rotations_words, time.rotations));
   return map.add_if(time.force_step, "force", "true").text();
 }

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "common/base/error.hpp"
+#include "common/base/format_text.hpp"
 #include "common/files/state_archive.hpp"
 #include "common/linalg/dense.hpp"
 
@@ -37,6 +38,8 @@ Vector3 moment_about(const Vector3& c, const Points& x, const Points& impulses) 
 // there, which is wrong by the square of this angle / 12: small beside what the first order in the
 // strain leaves out. Moments of loads act at the ends of a part, and need smaller ones.
 constexpr double largest_turn = 0.1, largest_turn_of_loads = 0.02;
+// rad: beyond it a step has millions of parts, and the scene is wrong.
+constexpr double largest_turn_of_step = 1e4;
 
 // What couples modes acts at the ends of a step: it turns by this at most, and the phase of the
 // highest coupled mode by that, rad.
@@ -91,14 +94,7 @@ double TurningBody::energy_for_modes(double momentum) const {
   return std::max(0.0, all - left);
 }
 
-void TurningBody::damp(const Damping& damping) {
-  if (damping.material.alpha != 0)
-    throw InputError("instance '" + name() +
-                     "': damping alpha, which brakes rigid motions, does not go with "
-                     "time.rotations: large: take beta, loss_factor "
-                     "or ratios of modes");
-  inner_->damp(damping);
-}
+void TurningBody::damp(const Damping& damping) { inner_->damp(damping); }
 
 Index TurningBody::track(const std::vector<Index>& nodes) {
   placed_.emplace_back();
@@ -236,8 +232,13 @@ TurningBody::TurnAtEnd TurningBody::turn_at_end(Vector3 L, const TurnInertia& la
   double momentum = L.norm();
   for (const TurningLoad& load : loads_) momentum += load.largest_moment() * h_;
   const double most = loads_.empty() ? largest_turn : largest_turn_of_loads;
-  const auto n = std::max<Index>(
-      1, static_cast<Index>(std::ceil(now_.rate_per_momentum * momentum * h_ / most)));
+  const double angle = now_.rate_per_momentum * momentum * h_;
+  if (!(angle < largest_turn_of_step))
+    throw RunError(
+        format_text("instance '%s' turns by %.3g rad in a step of %.3g s at t = %.4g s: "
+                    "look at the loads and their units, or at the step",
+                    name().c_str(), angle, h_, t_));
+  const auto n = std::max<Index>(1, static_cast<Index>(std::ceil(angle / most)));
   const auto part = 1 / static_cast<double>(n);
   const auto at = [&](double share) { return FreeTurn::between(now_, last, share); };
   TurnAtEnd end{q_, L, 0, {}, Vector3::Zero()};

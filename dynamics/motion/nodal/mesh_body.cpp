@@ -294,10 +294,6 @@ void MeshBody::damp(const Damping& damping) {
                      "': loss_factor and damping of modes cannot be had with as: mesh: give its "
                      "material damping: {alpha, beta}, or "
                      "use as: superelement");
-  if (turning_ && damping.material.alpha != 0)
-    throw InputError("instance '" + name_ +
-                     "': damping alpha, which brakes rigid motions, does not go with "
-                     "time.rotations: large: take beta");
   damping_ = damping.material;
 }
 

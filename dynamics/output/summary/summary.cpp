@@ -256,25 +256,11 @@ void balance_lines(const BuiltScene& built, const RunResult& result, const Balan
 
 // What makes an instance turn by any angle.
 std::string cure_of_rotation(const BuiltScene& built, std::size_t i) {
-  const Simulation& sim = built.simulation;
-  if (sim.is_static) return {};
-  if (i < sim.supports.size() && sim.supports[i])
-    return "; time: {rotations: large} turns bodies without supports only: hold it by links to the "
-           "ground instead of 'boundary'";
-  const BuiltScene::OfInstance& of = built.instances[i];
-  if (of.parts.size() > 1)
-    return "; time: {rotations: large} would turn it if it were reduced without domains";
-  const bool is_mesh = of.mesh && !of.is_rigid;
-  if (is_mesh && !of.geometry->rotations.empty())
-    return "; meshes with shells do not turn, superelements of them may";
-  if (is_mesh && of.n_mesh_parts > 1)
-    return format_text(
-        "; its mesh has %lld parts: instances of one part turn with time: "
-        "{rotations: large}",
-        static_cast<long long>(of.n_mesh_parts));
-  const std::string turns = "; time: {rotations: large} turns it by any angle";
-  if (built.large_is_refused.empty()) return turns;
-  return turns + " once this is mended: " + built.large_is_refused;
+  if (built.simulation.is_static) return {};
+  if (const std::string& why = built.instances[i].why_linear; !why.empty()) return "; " + why;
+  if (built.large_is_refused.empty()) return "; time: {rotations: large} turns it by any angle";
+  return "; time: {rotations: large} turns it by any angle once this is mended: " +
+         built.large_is_refused;
 }
 
 // Bodies are linear: strains of a rotated one are wrong.

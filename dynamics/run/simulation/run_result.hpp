@@ -91,6 +91,8 @@ struct RunResult {
   Index reached = 0;
   // the time of the step after which the run was ended; none: it has come to its end
   std::optional<double> ended_at;
+  // The body of RunOptions::ends_turned that has ended it.
+  std::optional<Index> turned_body;
 };
 
 }  // namespace cbr

@@ -233,7 +233,6 @@ InstanceBody BodyMaker::make_modal(const Instance& instance, const ReducedCompon
 }
 
 InstanceBody BodyMaker::make_turning(const Instance& instance, const ReducedComponent& component) {
-  require_turning(instance, component);
   InstanceBody made =
       component.statics ? make_with_statics(instance, component) : make_modal(instance, component);
   auto* statics = dynamic_cast<StaticsBody*>(made.body.get());
@@ -393,7 +392,6 @@ InstanceBody BodyMaker::make_rigid(const Instance& instance, const MeshedCompone
 InstanceBody BodyMaker::make_held(const Instance& instance, const MeshedComponent& component) {
   if (instance.as == InstanceKind::rigid) return make_rigid(instance, component);
   if (component.modes) return make_mesh_modes(instance, component);
-  if (turns(index_, instance)) require_turning(instance, component);
   if (component.plans.at(instance.name).coordinates == Coordinates::coupled)
     return make_coupled(instance, *component.geometry, shelled(instance, component));
   auto body =

@@ -38,6 +38,10 @@ void refuse_ways(const Scene& scene) {
   if (time.mass_scaling)
     refuse(time.source, "time.rotations: large does not go with mass_scaling: true",
            "; take mass_scaling: false");
+  if (time.is_static || preload_steps(scene) > 0)
+    refuse(time.source,
+           "time.rotations: large does not go with statics, those before the time 0 included "
+           "(preload, pretension, shortening, overlap: resolve)");
   if (skin_acts(scene))
     refuse(scene.skin->source, "time.rotations: large does not go with shells that act (skin)");
 }
@@ -100,15 +104,23 @@ void refuse_what_acts(const SceneIndex& index) {
 
 }  // namespace
 
+Rotations resolved(const Scene& scene, bool wants_large) {
+  if (scene.time->rotations != Rotations::automatic) return scene.time->rotations;
+  const bool spins = std::any_of(scene.instances.begin(), scene.instances.end(),
+                                 [](const Instance& i) { return !i.angular_velocity.isZero(0); });
+  return spins || wants_large ? Rotations::large : Rotations::small;
+}
+
 bool turns(const SceneIndex& index, const Instance& instance) {
-  return index.scene().time->rotations == Rotations::large && !index.is_held(instance);
+  return index.scene().time->rotations == Rotations::large && !index.is_held(instance) &&
+         !index.stays_linear(instance);
 }
 
 void refuse_what_does_not_turn(const SceneIndex& index) {
   const Scene& scene = index.scene();
   if (scene.time->rotations == Rotations::small) {
     for (const Instance& instance : scene.instances)
-      refuse_spin(instance, "time: {rotations: large}");
+      refuse_spin(instance, "time.rotations: auto or large, found small");
     return;
   }
   refuse_ways(scene);
@@ -131,25 +143,36 @@ std::string what_large_is_refused_for(const Scene& scene) {
   return {};
 }
 
-void require_turning(const Instance& instance, const ReducedComponent& component) {
+std::string why_linear(const ReducedComponent& component, const Instance& instance) {
   if (component.parts.size() != 1)
-    refuse(instance, "time.rotations: large does not turn superelements of several domains");
-  if (!component.statics && !component.plans.at(instance.name).is_modal())
-    refuse(instance, "time.rotations: large needs a superelement with its diagonal form");
+    return "time.rotations: large does not turn superelements of several domains: reduce it in one";
+  if (component.plans.at(instance.name).has_shells)
+    return "time.rotations: large does not go with shells that act (skin)";
+  if (!component.statics && !component.form)
+    return "time.rotations: large needs a superelement with its diagonal form";
   const Index n_rigid =
       component.statics ? component.statics->modal.n_rigid : component.form->n_rigid;
-  if (n_rigid != 6)
-    refuse(instance, "time.rotations: large turns free bodies of one part only, found " +
-                         std::to_string(n_rigid) + " rigid motions where 6 are allowed");
+  if (n_rigid == 6) return {};
+  return "time.rotations: large turns free bodies of one part only, found " +
+         std::to_string(n_rigid) + " rigid motions where 6 are allowed";
 }
 
-void require_turning(const Instance& instance, const MeshedComponent& component) {
+std::string why_linear(const MeshedComponent& component, const Instance& instance) {
+  if (instance.as == InstanceKind::rigid) return {};
   if (component.plans.at(instance.name).coordinates != Coordinates::nodal)
-    refuse(instance, "time.rotations: large does not turn meshes with shells");
-  if (component.n_parts != 1)
-    refuse(instance, "time.rotations: large turns bodies of one part only, found " +
-                         std::to_string(component.n_parts) + " parts in the mesh");
+    return "time.rotations: large does not turn meshes with shells, but superelements of them";
+  if (component.n_parts == 1) return {};
+  return "time.rotations: large turns bodies of one part only, found " +
+         std::to_string(component.n_parts) + " parts in the mesh";
 }
+
+std::string why_linear(const Damping& damping) {
+  if (damping.material.alpha == 0) return {};
+  return "damping alpha, which brakes rigid motions, does not go with time.rotations: large: take "
+         "beta, or loss_factor or ratios of modes for a superelement";
+}
+
+void refuse_to_turn(const Instance& instance, const std::string& why) { refuse(instance, why); }
 
 std::vector<std::string> notes_of_spin(const Instance& instance, const Superelement& superelement,
                                        const TurningBody& body, const SuperelementBody& modal) {
@@ -181,7 +204,7 @@ std::string note_of_what_stays(const SceneIndex& index) {
   for (const Instance& instance : scene.instances)
     if (!turns(index, instance)) names += (names.empty() ? "" : ", ") + instance.name;
   return names.empty() ? names
-                       : "rotations: large turns bodies without supports; linear as ever: " + names;
+                       : "bodies without supports turn by any angle; linear as ever: " + names;
 }
 
 }  // namespace cbr

@@ -11,14 +11,21 @@
 
 namespace cbr {
 
-// Whether an instance turns by any angle: with `large` each that nothing holds. All others are
-// linear.
+// `automatic` as build() takes it: `small`, or `large` where the caller wants it or an instance
+// spins from the start (then those turn that can).
+Rotations resolved(const Scene& scene, bool wants_large);
+// Whether an instance turns by any angle: with `large` each that nothing holds, and that can. All
+// others are linear.
 bool turns(const SceneIndex& index, const Instance& instance);
-// InputError, one line that names what does not turn: before any file is read; of an instance that
-// turns, and what it is made of. `rotations: small` refuses angular velocities alone.
+// InputError, one line that names what does not turn, before any file is read. `rotations: small`
+// refuses angular velocities alone.
 void refuse_what_does_not_turn(const SceneIndex& index);
-void require_turning(const Instance& instance, const ReducedComponent& component);
-void require_turning(const Instance& instance, const MeshedComponent& component);
+// Why an instance cannot turn by any angle, told by what it is made of; empty: it can.
+std::string why_linear(const ReducedComponent& component, const Instance& instance);
+std::string why_linear(const MeshedComponent& component, const Instance& instance);
+std::string why_linear(const Damping& damping);
+// InputError: the same.
+[[noreturn]] void refuse_to_turn(const Instance& instance, const std::string& why);
 // With `small`: what `large` would be refused for before any file is read; empty: nothing.
 std::string what_large_is_refused_for(const Scene& scene);
 // What of its spin an instance that turns does not feel; empty: nothing worth a word.

@@ -34,11 +34,14 @@ struct BuiltScene {
     Index n_mesh_parts = 1;                  // of a mesh that is not rigid
     Placement placement;
     double mass = 0;
+    std::string why_linear;  // it cannot turn by any angle; empty: it can
   };
   std::vector<OfInstance> instances;  // as simulation.bodies
   GapWatch gaps;
   std::vector<std::string> notes;  // for the summary
   std::string large_is_refused;    // what_large_is_refused_for()
+  // Per instance: linear in this run with `rotations: auto`, and could turn in another
+  std::vector<char> could_turn;
   bool momentum_is_kept = true;    // no boundary conditions, loads, or rigid walls that are met
 };
 

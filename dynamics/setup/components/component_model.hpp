@@ -47,6 +47,8 @@ struct BuildOptions {
   std::optional<MeshModesWanted> mesh_modes = {};
   // every superelement with half of its modes: of the run that --check-error compares with
   bool half_modes = false;
+  // with `rotations: auto`: bodies that can turn by any angle do
+  bool turns = false;
   // What cbr-reduce saw, where the scene that is built is a part of it; null: the scene itself.
   const Scene* reduced_for = nullptr;
 };

@@ -32,11 +32,16 @@ class SceneIndex {
     return !all_other_ && !of(instance).other;
   }
   bool has_loads(const Instance& instance) const { return of(instance).loaded; }  // but gravity
+  // It does not turn where others do (time.rotations), once its files tell why.
+  void keep_linear(const Instance& instance) {
+    of_[static_cast<std::size_t>(place(instance.name))].linear = true;
+  }
+  bool stays_linear(const Instance& instance) const { return of(instance).linear; }
 
  private:
   struct Of {
     std::vector<const BoundaryCondition*> boundary;
-    bool touches = false, nodal = false, other = false, loaded = false;
+    bool touches = false, nodal = false, other = false, loaded = false, linear = false;
   };
   const Of& of(const Instance& instance) const {
     return of_[static_cast<std::size_t>(place(instance.name))];

@@ -20,7 +20,7 @@ instances:
   left: {component: block, as: superelement, position: [-1.001, 0, 0], velocity: [0.02, 0.005, 0]}
   right: {component: full, as: mesh, position: [1.02, 0.03, 0.02], mirror: x}
 contact: [{between: [left.contact, right.contact], friction: 0.2}]
-time: {end: END, integrator: exact}
+time: {end: END, integrator: exact, rotations: ROTATIONS}
 output: {every: 0.1, history: [left.contact, right.contact]MORE}
 """
 FIELDS = ", fields: [displacement, contact_pressure]"
@@ -45,8 +45,8 @@ def write_mesh(name, cells=CELLS):
     name.write_text("\n".join(parts))
 
 
-def scene(folder, more="", end=4, name="scene.yaml"):
-    (folder / name).write_text(SCENE.replace("END", str(end)).replace("MORE", more))
+def scene(folder, more="", end=4, name="scene.yaml", rotations="auto"):
+    (folder / name).write_text(SCENE.replace("END", str(end)).replace("ROTATIONS", rotations).replace("MORE", more))
     return name
 
 
@@ -99,5 +99,5 @@ def wait_for(condition, process, seconds=120):
         time.sleep(0.002)
 
 
-def long_scene(folder, more=", checkpoint: {every_steps: 40}", name="long.yaml"):
-    return scene(folder, more, 60, name)
+def long_scene(folder, more=", checkpoint: {every_steps: 40}", name="long.yaml", rotations="auto"):
+    return scene(folder, more, 60, name, rotations)

@@ -127,7 +127,7 @@ def extreme_motion(folder):
                                                          else holds("finite", "finite", ran.done().code == 0))))
         for force in (1e-300, 1e100, 1e200):
             ran = folder.dyn(scene(folder, {"a": {"as": kind}}, loads=[{"instance": "a", "surface": "x_min", "force": [force, 0, 0]}]))
-            answers.append((f"force {force:g}, {kind}", *(refused(ran, "no longer finite", code=1) if ran.code else holds("finite", "finite", ran.done().code == 0))))
+            answers.append((f"force {force:g}, {kind}", *(refused(ran, "the loads and their units" if "turns by" in ran.error() else "no longer finite", code=1) if ran.code else holds("finite", "finite", ran.done().code == 0))))
     return answers
 
 

@@ -109,7 +109,7 @@ const std::vector<Mistake> mistakes = {
     {"alpha: -0.125", "alpha: -0.4", {"time.alpha", "from -1/3 to 0"}},
     {"rotations: large",
      "rotations: huge",
-     {"time.rotations: unknown value 'huge', allowed: small, large"}},
+     {"time.rotations: unknown value 'huge', allowed: auto, small, large"}},
     {"angular_velocity: [1, 2, -3]",
      "angular_velocity: 3",
      {"instances.right.angular_velocity: found '3'"}},

@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// `rotations: auto`: a run of linear bodies starts again once one of them has turned too far.
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "common/files/hdf5_file.hpp"
+#include "dynamics/program.hpp"
+#include "tests/support/refusal.hpp"
+#include "tests/support/scene_run.hpp"
+
+namespace cbr::test::starting_again_test {
+namespace {
+
+// A free block and a free bar that damping `alpha` keeps from turning; `force` in y on one end of
+// the block.
+class StartingAgain : public ::testing::Test {
+ protected:
+  StartingAgain() { folder_.add("block.exo", block_mesh({{3, 2, 2}, Vector3(1, 0.5, 0.5)})); }
+
+  std::string scene(double force, const std::string& time, const std::string& more = "",
+                    const std::string& instance = "") const {
+    return "materials:\n"
+           "  soft: {youngs_modulus: 1.0e4, poissons_ratio: 0.25, density: 1}\n"
+           "  braked: {youngs_modulus: 1.0e4, poissons_ratio: 0.25, density: 1, damping: {alpha: "
+           "0.1}}\n"
+           "components:\n"
+           "  block: {mesh: block.exo, material: soft}\n"
+           "  brake: {mesh: block.exo, material: braked}\n"
+           "instances:\n"
+           "  b: {component: block" +
+           instance + "}\n  c: {component: brake, position: [0, 0, 3]}\n" +
+           "loads: [{instance: b, surface: x_max, force: [0, " + text(force) +
+           ", 0]}]\ntime: {end: 0.5, step: 2.0e-3" + time + "}\noutput: {every: 0.02" + more +
+           "}\n";
+  }
+
+  std::string file(const std::string& name) const { return (folder_.folder() / name).string(); }
+
+  // What cbr-dyn prints; results in `name`.h5.
+  std::string run(const std::string& name, const std::string& yaml,
+                  const std::string& restart = "") const {
+    std::ofstream(file("scene.yaml")) << yaml;
+    testing::internal::CaptureStderr();
+    Report report("cbr-dyn", Verbosity::normal);
+    try {
+      run_scene(file("scene.yaml"), file(name + ".h5"), report, {}, restart);
+    } catch (...) {
+      testing::internal::GetCapturedStderr();
+      throw;
+    }
+    return testing::internal::GetCapturedStderr();
+  }
+
+  Points center(const std::string& name, const std::string& instance) const {
+    return Hdf5Reader(file(name + ".h5")).read_points("/instances/" + instance + "/center_of_mass");
+  }
+  Vector energy(const std::string& name) const {
+    return Hdf5Reader(file(name + ".h5")).read_vector("/energy/total");
+  }
+  bool turns(const std::string& name, const std::string& instance) const {
+    return Hdf5Reader(file(name + ".h5")).has("/instances/" + instance + "/orientation");
+  }
+
+  SceneFolder folder_;
+};
+
+bool has(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+const std::string again = "the run starts again with bodies that turn";
+
+TEST_F(StartingAgain, ABodyThatTurnsHasTheResultsOfLarge) {
+  const std::string said = run("auto", scene(0.5, ""));
+  EXPECT_TRUE(has(said, "instance 'b' has turned by ")) << said;
+  EXPECT_TRUE(has(said, again)) << said;
+  EXPECT_FALSE(has(said, "warning")) << said;
+  EXPECT_TRUE(has(said, "linear as ever: c")) << said;
+  EXPECT_TRUE(turns("auto", "b"));
+  EXPECT_FALSE(turns("auto", "c"));
+  // `large` refuses what `auto` leaves linear
+  const std::string refusal =
+      test::refusal_of([&] { run("large", scene(0.5, ", rotations: large")); });
+  EXPECT_TRUE(has(refusal, "'c': damping alpha")) << refusal;
+  const auto alone = [&](const std::string& time) {
+    std::string yaml = scene(0.5, time);
+    yaml.erase(yaml.find("  c: {"), yaml.find("loads:") - yaml.find("  c: {"));
+    return yaml;
+  };
+  run("auto", alone(""));
+  EXPECT_FALSE(has(run("large", alone(", rotations: large")), again));
+  EXPECT_EQ(center("auto", "b"), center("large", "b"));
+  EXPECT_EQ(energy("auto"), energy("large"));
+  EXPECT_TRUE(has(run("small", alone(", rotations: small")), "its motion is no longer right"));
+  EXPECT_FALSE(turns("small", "b"));
+}
+
+TEST_F(StartingAgain, ABodyThatHardlyTurnsHasTheResultsOfSmall) {
+  EXPECT_FALSE(has(run("auto", scene(1e-3, "")), again));
+  run("small", scene(1e-3, ", rotations: small"));
+  EXPECT_EQ(center("auto", "b"), center("small", "b"));
+  EXPECT_EQ(energy("auto"), energy("small"));
+  EXPECT_FALSE(turns("auto", "b"));
+}
+
+TEST_F(StartingAgain, WhatCannotTurnGoesOnWithAWarning) {
+  std::string yaml = scene(0.5, "");
+  yaml.replace(yaml.find("instance: b, surface"), 11, "instance: c");
+  const std::string said = run("auto", yaml);
+  EXPECT_FALSE(has(said, again)) << said;
+  EXPECT_TRUE(has(said, "instance 'c' rotates by ")) << said;
+  EXPECT_TRUE(has(said, "damping alpha, which brakes rigid motions")) << said;
+}
+
+TEST_F(StartingAgain, AForceThatCannotBeMeantIsAnError) {
+  std::string yaml = scene(1e30, "");
+  yaml.replace(yaml.find("step: 2.0e-3"), 12, "step: auto");
+  yaml.replace(yaml.find("material: soft}"), 15,
+               "material: soft, reduction: {interface: [x_min, x_max], modes: 6}}");
+  try {
+    folder_.prepare(yaml);
+    run("auto", yaml);
+    FAIL() << "no error";
+  } catch (const RunError& error) {
+    EXPECT_TRUE(has(error.what(), "instance 'b' turns by ")) << error.what();
+    EXPECT_TRUE(has(error.what(), "look at the loads and their units")) << error.what();
+  }
+}
+
+TEST_F(StartingAgain, AnAngularVelocityTurnsFromTheStart) {
+  const std::string spins = ", angular_velocity: [0, 0, 3]";
+  EXPECT_FALSE(has(run("auto", scene(0, "", "", spins)), again));
+  EXPECT_TRUE(turns("auto", "b"));
+  EXPECT_FALSE(turns("auto", "c"));
+  const std::string refusal =
+      test::refusal_of([&] { run("small", scene(0, ", rotations: small", "", spins)); });
+  EXPECT_TRUE(has(refusal, "'b': angular_velocity needs time.rotations: auto or large")) << refusal;
+}
+
+// The checkpoint of a run that has started again is of bodies that turn.
+TEST_F(StartingAgain, ACheckpointGoesOnAsItWas) {
+  for (const std::string time : {"0.1", "0.4"}) {
+    const std::string yaml = scene(0.5, "", ", checkpoint: {every: " + time + ", file: c.h5}");
+    run("whole", yaml);
+    const std::string said = run("rest", yaml, file("c.h5"));
+    EXPECT_TRUE(has(said, "going on from step ")) << said;
+    EXPECT_FALSE(has(said, again)) << said;
+    EXPECT_EQ(center("whole", "b"), center("rest", "b")) << time;
+    EXPECT_EQ(energy("whole"), energy("rest")) << time;
+  }
+}
+
+}  // namespace
+}  // namespace cbr::test::starting_again_test
