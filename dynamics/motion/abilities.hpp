@@ -4,11 +4,15 @@
 // wraps another has an ability where that one has it, and forwards each function.
 #pragma once
 
+#include <vector>
+
 #include "common/base/types.hpp"
 #include "dynamics/contact/nodes/node_response.hpp"
 #include "dynamics/contact/surfaces/motion_bound.hpp"
 
 namespace cbr {
+
+struct BodyLoad;
 
 // What an impulse comes from: whose work it is.
 enum class ImpulseKind : char { contact, friction };
@@ -32,7 +36,7 @@ class NodalAbility {
   // Changes the velocities of the set's nodes (n x 3, scene axes), and of no other coordinate, such
   // that the end moves by h times as much. Row sums do not tell all of the momentum that this
   // brings; what is missing from `momentum` is made up by a velocity that all nodes of the set get,
-  // which is returned. Not after Body::set_contact_step().
+  // which is returned. Not with BodyPlan::contact_step.
   virtual Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum) = 0;
 
  protected:
@@ -83,8 +87,8 @@ class StaticsAbility {
   virtual Settled settle() = 0;      // the predicted end becomes the state
   virtual void end_load_step() = 0;  // books the work since the last one
   // Once statics are over, before the first predict(), with its h: motion begins in the state that
-  // they have left, under the same forces of contact.
-  virtual void start_motion(double h) = 0;
+  // they have left, under the same forces of contact. loads: those that begin with it.
+  virtual void start_motion(double h, const std::vector<BodyLoad>& loads) = 0;
 
  protected:
   ~StaticsAbility() = default;
@@ -98,17 +102,6 @@ class StartImpulseAbility {
 
  protected:
   ~StartImpulseAbility() = default;
-};
-
-// Every mode above `clip` (rad/s) gets that frequency by more modal mass; statics, rigid motion and
-// all other modes stay as they are. To be called once, after all track() and add_...() calls and
-// before the first predict().
-class ScalingAbility {
- public:
-  virtual void scale(double clip) = 0;
-
- protected:
-  ~ScalingAbility() = default;
 };
 
 // Where a body that turns has its points: x = center + R (y - center), y the place that the point

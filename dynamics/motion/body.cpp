@@ -3,28 +3,31 @@
 
 #include <Eigen/Geometry>
 
-#include <algorithm>
+#include <stdexcept>
 
 #include "common/base/error.hpp"
 #include "common/files/state_archive.hpp"
 
 namespace cbr {
 
-double history_value(const History& history, double t) {
-  if (history.time.empty()) return 1;
-  if (t <= history.time.front()) return history.value.front();
-  if (t >= history.time.back()) return history.value.back();
-  const auto after =
-      std::upper_bound(history.time.begin(), history.time.end(), t) - history.time.begin();
-  const double t0 = history.time[after - 1], t1 = history.time[after];
-  return history.value[after - 1] +
-         (history.value[after] - history.value[after - 1]) * (t - t0) / (t1 - t0);
+void Body::prepare(const BodyPlan& plan) {
+  if (is_prepared_ || has_moved_)
+    throw std::logic_error("Body::prepare() of '" + name() + "': it has its plan, or has moved");
+  is_prepared_ = true;
+  take_plan(plan);
 }
 
-void Body::add_answered_impulses(Index set, const Points& contact, const Points& friction,
-                                 const Points&, const Vector&) {
-  if (!contact.isZero(0)) add_impulses(set, contact, ImpulseKind::contact);
-  if (!friction.isZero(0)) add_impulses(set, friction, ImpulseKind::friction);
+void Body::predict(double t, double h) {
+  has_moved_ = true;
+  t_ = t;
+  h_ = h;
+  predict_end();
+}
+
+void Body::add_impulses(Index set, const Points& impulses, ImpulseKind kind) {
+  const Points none(0, 3);
+  const bool rubs = kind == ImpulseKind::friction;
+  take_impulses(set, {rubs ? none : impulses, rubs ? impulses : none});
 }
 
 StaticsAbility& statics_of(Body& body) {
@@ -40,35 +43,6 @@ NodalAbility& nodal_of(Body& body) {
                    "newmark, rotations: large, or an interface without mass: take enforcement "
                    "impulse or penalty");
 }
-
-void Body::add_modal_force(const Vector&, const LoadHistory&) {
-  throw InputError("instance '" + name() +
-                   "': a load on faces inside the part acts on superelements of basis "
-                   "craig-bampton without mass_scaling only: take "
-                   "the faces into the interface");
-}
-
-void Body::add_vector_load(const VectorLoad& load) {
-  Points forces;
-  Vector modal;
-  for (Index a = 0; a < 3; ++a) {
-    const ForcePattern& pattern = load.patterns[a];
-    if (forces.rows() == 0) forces.setZero(pattern.forces.rows(), 3);
-    if (load.value[a] == 0) continue;
-    if (pattern.forces.rows() > 0) forces += load.value[a] * pattern.forces;
-    if (pattern.modal.size() == 0) continue;
-    if (modal.size() == 0) modal.setZero(pattern.modal.size());
-    modal += load.value[a] * pattern.modal;
-  }
-  add_force(forces, load.history);
-  if (modal.size() > 0) add_modal_force(modal, load.history);
-}
-void Body::damp(const Damping&) {
-  throw InputError("instance '" + name() +
-                   "': damping cannot be had with time.mass_scaling: leave one of the two out");
-}
-
-void Body::turn(const Points&, Points&, Points&) const {}
 
 void turn_points(const BodyTurn& turn, const Vector3& velocity, const Vector3& spin,
                  const Points& X, Points& u, Points& v) {

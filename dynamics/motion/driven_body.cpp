@@ -17,15 +17,23 @@ DrivenBody::DrivenBody(std::unique_ptr<Body> inner, DrivenMotion motion, double 
       rotations_(std::move(rotations)),
       mass_(mass),
       has_inertia_(has_inertia),
-      waits_(waits) {
-  if (has_inertia_ && !waits_) add_inertia();
-  energy_at_start_ = energy_of_motion();
-}
+      waits_(waits) {}
 
-void DrivenBody::add_inertia() {
+// Before those that are given.
+std::vector<BodyLoad> DrivenBody::with_inertia(const std::vector<BodyLoad>& loads) const {
+  std::vector<BodyLoad> all;
   for (int c = 0; c < 3; ++c)
     if (!motion_.axes[c].empty())
-      inner_->add_gravity(-Vector3::Unit(c), motion_.axes[c].front().acceleration());
+      all.push_back(gravity_load(-Vector3::Unit(c), motion_.axes[c].front().acceleration()));
+  all.insert(all.end(), loads.begin(), loads.end());
+  return all;
+}
+
+void DrivenBody::take_plan(const BodyPlan& plan) {
+  BodyPlan own = plan;
+  if (has_inertia_ && !waits_) own.loads = with_inertia(plan.loads);
+  inner_->prepare(own);
+  energy_at_start_ = energy_of_motion();
 }
 
 void DrivenBody::relax(const Rest& rest) {
@@ -55,10 +63,9 @@ void DrivenBody::end_load_step() {
   start_ = now_;
 }
 
-void DrivenBody::start_motion(double h) {
-  if (std::exchange(waits_, false)) add_inertia();
+void DrivenBody::start_motion(double h, const std::vector<BodyLoad>& loads) {
   contact_ = friction_ = 0;
-  inner_->statics()->start_motion(h);
+  inner_->statics()->start_motion(h, std::exchange(waits_, false) ? with_inertia(loads) : loads);
 }
 
 // Kinetic energy beyond that in the moving axes: v_s . P + m v_s^2 / 2, P the momentum there.
@@ -120,12 +127,6 @@ void DrivenBody::mean_motion(Index set, Vector3& position, Vector3& velocity) co
   velocity += support_velocity(now_);
 }
 
-void DrivenBody::predict(double t, double h) {
-  t_ = t;
-  h_ = h;
-  inner_->predict(t, h);
-}
-
 void DrivenBody::accept() {
   inner_->accept();
   now_ = t_ + h_;
@@ -135,16 +136,9 @@ void DrivenBody::book(const Vector3& impulse, ImpulseKind kind, double t) {
   (kind == ImpulseKind::contact ? contact_ : friction_) += impulse.dot(support_velocity(t));
 }
 
-void DrivenBody::add_impulses(Index set, const Points& impulses, ImpulseKind kind) {
-  inner_->add_impulses(set, impulses, kind);
-  book(resultant(set, impulses), kind, t_);
-}
-
-void DrivenBody::add_answered_impulses(Index set, const Points& contact, const Points& friction,
-                                       const Points& move, const Vector& still) {
-  inner_->add_answered_impulses(set, contact, friction, move, still);
-  book(resultant(set, contact), ImpulseKind::contact, t_);
-  book(resultant(set, friction), ImpulseKind::friction, t_);
+void DrivenBody::take_impulses(Index set, const Impulses& impulses) {
+  inner_->take_impulses(set, impulses);
+  impulses.each([&](const Points& p, ImpulseKind kind) { book(resultant(set, p), kind, t_); });
 }
 
 Vector3 DrivenBody::add_velocities(Index set, const Points& velocities, const Vector3& momentum) {

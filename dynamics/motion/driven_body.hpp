@@ -4,7 +4,6 @@
 
 #include <map>
 #include <memory>
-#include <string>
 #include <vector>
 
 #include "dynamics/motion/driven_motion.hpp"
@@ -16,7 +15,7 @@ namespace cbr {
 // approximation: a translation strains nothing. docs/theory.md, "Supports that move".
 class DrivenBody final : public WrappedBody {
  public:
-  // inner: held, in the axes that move, with velocities from there; before any load. mass: of the
+  // inner: held, in the axes that move, with velocities from there; mass: of the
   // whole body. has_inertia: false in statics, where supports have places and no velocities;
   // `waits`: statics come first, see start_motion(). rotations: nodes that move by a rotation,
   // which the supports' translation leaves alone.
@@ -34,11 +33,7 @@ class DrivenBody final : public WrappedBody {
   }
   void mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
 
-  void predict(double t, double h) override;
-  using Body::add_impulses;
-  void add_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
-  void add_answered_impulses(Index set, const Points& contact, const Points& friction,
-                             const Points& move, const Vector& still) override;
+  void take_impulses(Index set, const Impulses& impulses) override;
   Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum) override;
   void accept() override;
   void end_velocities(Index set, Points& v) override;
@@ -48,7 +43,7 @@ class DrivenBody final : public WrappedBody {
   void add_static_forces(Index set, const Points& forces, ImpulseKind kind) override;
   Settled settle() override;
   void end_load_step() override;
-  void start_motion(double h) override;
+  void start_motion(double h, const std::vector<BodyLoad>& loads) override;
 
   BodyState state() const override;
   // The supports' work is external.
@@ -59,13 +54,14 @@ class DrivenBody final : public WrappedBody {
   void keep_state(StateArchive& archive) override;
 
  private:
+  void take_plan(const BodyPlan& plan) override;
   MotionBound moved(MotionBound bound) const;
   void shift(Index set, const Vector3& s, Points& x) const;
   void shift_all(const Vector3& s, Points& x) const;
   Vector3 resultant(Index set, const Points& forces) const;
   void book(const Vector3& impulse, ImpulseKind kind, double t);
   double energy_of_motion() const;
-  void add_inertia();
+  std::vector<BodyLoad> with_inertia(const std::vector<BodyLoad>& loads) const;
   Vector3 support_velocity(double t) const {
     return has_inertia_ ? motion_.velocity(t) : Vector3::Zero();
   }
@@ -74,7 +70,7 @@ class DrivenBody final : public WrappedBody {
   std::vector<Index> rotations_;
   std::map<Index, std::vector<Index>> rotation_rows_;  // of tracked sets that have any
   double mass_ = 0;
-  double now_ = 0, t_ = 0, h_ = 0;
+  double now_ = 0;
   double energy_at_start_ = 0;
   bool has_inertia_ = true, waits_ = false;
   // Statics: resultants of contact and of friction, of this iteration and at the end of the last

@@ -29,8 +29,11 @@ Matrix6 inverse_where_not_zero(const Matrix6& A) {
 }  // namespace
 
 JointBody::JointBody(Joint joint, Scheme scheme)
-    : joint_(std::move(joint)), scheme_(scheme), X_(2, 3) {
-  X_.rowwise() = joint_.at.transpose();
+    : Body({.name = joint.name,
+            .scheme = scheme,
+            .n_dofs = joint.is_mass() ? 6 : 0,
+            .positions = std::make_shared<const Points>(joint.at.transpose().replicate(2, 1))}),
+      joint_(std::move(joint)) {
   if (!joint_.is_mass()) return;
   inverse_mass_ = inverse_where_not_zero(joint_.mass);
   v_ = joint_.rates;
@@ -90,8 +93,8 @@ Matrix6 JointBody::answer(double h) const {
                                                : Matrix6(0.25 * h * K + 0.5 * C));
 }
 
-void JointBody::predict(double, double h) {
-  h_ = h;
+void JointBody::predict_end() {
+  const double h = h_;
   if (answer_h_ != h) {
     answer_ = answer(h);
     answer_h_ = h;
@@ -109,10 +112,12 @@ void JointBody::predict(double, double h) {
   }
 }
 
-void JointBody::add_impulses(Index set, const Points& impulses, ImpulseKind) {
-  const Vector6 P = gathered(set, impulses);
-  r_end_ += answer_ * P;
-  v_end_ += inverse_mass_ * P;
+void JointBody::take_impulses(Index set, const Impulses& impulses) {
+  impulses.each([&](const Points& p, ImpulseKind) {
+    const Vector6 P = gathered(set, p);
+    r_end_ += answer_ * P;
+    v_end_ += inverse_mass_ * P;
+  });
 }
 
 // What springs store and dashpots take is what the bodies that they join have done on them, to the
@@ -195,7 +200,7 @@ void JointBody::end_load_step() {
   energy_ = spring_energy(r_);
 }
 
-void JointBody::start_motion(double h) {
+void JointBody::start_motion(double h, const std::vector<BodyLoad>&) {
   work_ = BodyWork();
   v_ = joint_.rates;
   last_h_ = h;

@@ -52,20 +52,14 @@ class JointBody final : public Body, public EndImpulseAbility, public StaticsAbi
   const Vector6& stretch() const { return r_; }
   const Vector6& stretch_at_end() const { return r_end_; }
 
-  const std::string& name() const override { return joint_.name; }
-  Index n_dofs() const override { return joint_.is_mass() ? 6 : 0; }
   double largest_frequency() const override { return 0; }
-  Scheme scheme() const override { return scheme_; }
-  const Points& reference_positions() const override { return X_; }
   Index track(const std::vector<Index>& nodes) override;
   void positions(Index set, Points& x) const override { fill(r_, set, x); }
   void predicted_positions(Index set, Points& x) const override { fill(r_end_, set, x); }
   Index track_mean(const std::vector<Index>& nodes) override { return track(nodes); }
   void mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
 
-  void predict(double t, double h) override;
-  using Body::add_impulses;
-  void add_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
+  void take_impulses(Index set, const Impulses& impulses) override;
   void accept() override;
   EndImpulseAbility* end_impulses() override { return this; }
   void end_velocities(Index set, Points& v) override;
@@ -78,11 +72,9 @@ class JointBody final : public Body, public EndImpulseAbility, public StaticsAbi
   void add_static_forces(Index set, const Points& forces, ImpulseKind kind) override;
   Settled settle() override;
   void end_load_step() override;
-  void start_motion(double h) override;
+  void start_motion(double h, const std::vector<BodyLoad>& loads) override;
 
   NodeResponse response(Index set, double h) const override;
-  void add_force(const Points&, const LoadHistory&) override {}
-  void add_gravity(const Vector3&, const LoadHistory&) override {}
 
   BodyState state() const override;
   BodyWork work() const override { return work_; }
@@ -91,7 +83,9 @@ class JointBody final : public Body, public EndImpulseAbility, public StaticsAbi
   void keep_state(StateArchive& archive) override;
 
  private:
-  bool is_newmark() const { return scheme_ == Scheme::newmark; }
+  void take_plan(const BodyPlan&) override {}  // what loads a point acts on the body that has it
+  void predict_end() override;
+  bool is_newmark() const { return scheme() == Scheme::newmark; }
   Matrix6 answer(double h) const;  // of r_end_ to impulses, axes of the joint
   Matrix6 static_answer(double hold) const;
   NodeResponse response_of(Index set, const Matrix6& A) const;
@@ -103,8 +97,6 @@ class JointBody final : public Body, public EndImpulseAbility, public StaticsAbi
   double spring_energy(const Vector6& r) const { return 0.5 * r.dot(joint_.stiffness * r); }
 
   Joint joint_;
-  Scheme scheme_;
-  Points X_;
   std::vector<std::vector<Index>> sets_;
   Matrix6 inverse_mass_ = Matrix6::Zero();
   // Motion; rates: of a mass now, of springs over the last step, whose length is last_h_
@@ -112,7 +104,7 @@ class JointBody final : public Body, public EndImpulseAbility, public StaticsAbi
   std::array<Matrix3, 2> maps_;  // once it follows
   Vector6 r_ = Vector6::Zero(), r_end_ = Vector6::Zero(), v_ = Vector6::Zero(),
           v_end_ = Vector6::Zero();
-  double h_ = 0, last_h_ = 0, answer_h_ = 0, pull_ = 0;
+  double last_h_ = 0, answer_h_ = 0, pull_ = 0;
   Matrix6 answer_ = Matrix6::Zero();  // answer(answer_h_)
   double energy_ = 0;                 // of the springs, as it is booked
   BodyWork work_;

@@ -4,9 +4,19 @@
 #include <functional>
 #include <string_view>
 
-#include "dynamics/motion/body.hpp"
-
 namespace cbr {
+
+double history_value(const History& history, double t) {
+  if (history.time.empty()) return 1;
+  if (t <= history.time.front()) return history.value.front();
+  if (t >= history.time.back()) return history.value.back();
+  const auto after =
+      std::upper_bound(history.time.begin(), history.time.end(), t) - history.time.begin();
+  const double t0 = history.time[after - 1], t1 = history.time[after];
+  return history.value[after - 1] +
+         (history.value[after] - history.value[after - 1]) * (t - t0) / (t1 - t0);
+}
+
 namespace {
 
 std::size_t hash_of(const std::vector<double>& values) {

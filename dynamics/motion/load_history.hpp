@@ -14,6 +14,9 @@
 
 namespace cbr {
 
+// Value of a history at time t: linear between its points, constant outside, 1 when it has none.
+double history_value(const History& history, double t);
+
 class LoadHistory {
  public:
   LoadHistory() = default;       // 1 at all times, as one without points

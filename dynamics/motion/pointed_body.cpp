@@ -147,14 +147,15 @@ PointedBody::PointedBody(std::unique_ptr<Body> inner, std::vector<AveragePoint> 
     if (points_[j].rigid) add_deformations(j, where);
   }
   const auto n_points = static_cast<Index>(points_.size());
-  X_.resize(n_ + 2 * n_points + static_cast<Index>(deformations_.size()), 3);
-  X_.topRows(n_) = X;
-  for (Index i = n_; i < X_.rows(); ++i) {
+  Points all(n_ + 2 * n_points + static_cast<Index>(deformations_.size()), 3);
+  all.topRows(n_) = X;
+  for (Index i = n_; i < all.rows(); ++i) {
     const Index k = i - n_ - 2 * n_points;
-    X_.row(i) = points_[k < 0 ? static_cast<std::size_t>((i - n_) / 2)
-                              : deformations_[static_cast<std::size_t>(k)].point]
-                    .at.transpose();
+    all.row(i) = points_[k < 0 ? static_cast<std::size_t>((i - n_) / 2)
+                               : deformations_[static_cast<std::size_t>(k)].point]
+                     .at.transpose();
   }
+  facts_.positions = std::make_shared<const Points>(std::move(all));
 }
 
 void PointedBody::add_deformations(std::size_t point, const std::string& where) {
@@ -242,8 +243,8 @@ Index PointedBody::track(const std::vector<Index>& nodes) {
   }
   set.E.resize(3 * static_cast<Index>(all.size()), 3 * static_cast<Index>(inner.size()));
   set.E.setFromTriplets(entries.begin(), entries.end());
-  set.X = X_(all, Eigen::all);
-  set.X_inner = X_(inner, Eigen::all);
+  set.X = reference_positions()(all, Eigen::all);
+  set.X_inner = reference_positions()(inner, Eigen::all);
   set.inner = inner_->track(inner);
   sets_.push_back(std::move(set));
   return static_cast<Index>(sets_.size()) - 1;
@@ -361,23 +362,16 @@ void PointedBody::predicted_positions(Index set, Points& x) const {
   extend(sets_[set], inner, x);
 }
 
-void PointedBody::add_impulses(Index set, const Points& impulses, ImpulseKind kind) {
+void PointedBody::take_impulses(Index set, const Impulses& impulses) {
   const NodeSet& of = sets_[set];
-  if (is_plain(set) || turned() == nullptr) {
-    inner_->add_impulses(of.inner, is_plain(set) ? impulses : spread(of, impulses), kind);
-    return;
-  }
-  const Matrix3 R = turned()->turn_of_step();
-  const Points nodal = spread(of, impulses * R) * R.transpose();
-  inner_->add_impulses(of.inner, nodal, kind);
-  turned()->add_moment(missing_moment(of, impulses, nodal), kind);
-}
-
-void PointedBody::add_answered_impulses(Index set, const Points& contact, const Points& friction,
-                                        const Points& move, const Vector& still) {
-  if (is_plain(set))
-    return inner_->add_answered_impulses(sets_[set].inner, contact, friction, move, still);
-  Body::add_answered_impulses(set, contact, friction, move, still);
+  if (is_plain(set)) return inner_->take_impulses(of.inner, impulses);
+  impulses.each([&](const Points& p, ImpulseKind kind) {
+    if (turned() == nullptr) return inner_->add_impulses(of.inner, spread(of, p), kind);
+    const Matrix3 R = turned()->turn_of_step();
+    const Points nodal = spread(of, p * R) * R.transpose();
+    inner_->add_impulses(of.inner, nodal, kind);
+    turned()->add_moment(missing_moment(of, p, nodal), kind);
+  });
 }
 
 Vector3 PointedBody::add_velocities(Index set, const Points& velocities, const Vector3& momentum) {
@@ -462,29 +456,17 @@ void PointedBody::add_inner_terms(Index node, const Vector3& weight,
     terms.emplace_back(points_[j].nodes[i], maps[i].transpose() * weight);
 }
 
-void PointedBody::add_point_force(Index point, const Vector3& force, const Vector3& moment,
-                                  const LoadHistory& history, bool follows) {
+BodyLoad PointedBody::point_load(bool is_force, Index point, const Vector3& value,
+                                 const LoadHistory& history, bool follows) const {
   const auto& nodes = points_[point].nodes;
-  if (turned() != nullptr) {
-    for (const bool is_force : {true, false}) {
-      VectorLoad load{{}, is_force ? force : moment, follows, history};
-      if (load.value.isZero(0)) continue;
-      const auto& maps = is_force ? maps_[point].d : maps_[point].theta;
-      for (Index a = 0; a < 3; ++a) {
-        Points& forces = load.patterns[static_cast<std::size_t>(a)].forces;
-        forces.setZero(n_, 3);
-        for (std::size_t i = 0; i < nodes.size(); ++i) forces.row(nodes[i]) += maps[i].row(a);
-      }
-      inner_->add_vector_load(load);
-    }
-    return;
+  const auto& maps = is_force ? maps_[point].d : maps_[point].theta;
+  BodyLoad load{.vector = VectorForce{{}, value, follows}, .history = history};
+  for (Index a = 0; a < 3; ++a) {
+    Points forces = Points::Zero(n_, 3);
+    for (std::size_t i = 0; i < nodes.size(); ++i) forces.row(nodes[i]) += maps[i].row(a);
+    load.vector->patterns[static_cast<std::size_t>(a)].forces = forces;
   }
-  Points forces = Points::Zero(n_, 3);
-  for (std::size_t i = 0; i < nodes.size(); ++i)
-    forces.row(nodes[i]) +=
-        (maps_[point].d[i].transpose() * force + maps_[point].theta[i].transpose() * moment)
-            .transpose();
-  inner_->add_force(forces, history);
+  return load;
 }
 
 }  // namespace cbr

@@ -78,15 +78,14 @@ class PointedBody final : public WrappedBody {
   // weight . u(node) of one of its nodes as a sum over those of the inner body.
   void add_inner_terms(Index node, const Vector3& weight,
                        std::vector<std::pair<Index, Vector3>>& terms) const;
-  // A force and a moment on the point; follows: they turn with the body.
-  void add_point_force(Index point, const Vector3& force, const Vector3& moment,
-                       const LoadHistory& history, bool follows = false);
+  // A force, or a moment, on the point; follows: it turns with the body.
+  BodyLoad point_load(bool is_force, Index point, const Vector3& value, const LoadHistory& history,
+                      bool follows = false) const;
   // Of a point that slides: it moves as what is rigid with the point and `arm` from it does.
   void slide(Index point, const Vector3& arm) { arms_[static_cast<std::size_t>(point)] = arm; }
 
   bool at_rest() const override { return inner_->at_rest(); }
 
-  const Points& reference_positions() const override { return X_; }
   Index track(const std::vector<Index>& nodes) override;
   void positions(Index set, Points& x) const override;
   void predicted_positions(Index set, Points& x) const override;
@@ -97,10 +96,7 @@ class PointedBody final : public WrappedBody {
     return inner_->bounds()->quick_motion_bound(sets_[set].inner);
   }
 
-  using Body::add_impulses;
-  void add_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
-  void add_answered_impulses(Index set, const Points& contact, const Points& friction,
-                             const Points& move, const Vector& still) override;
+  void take_impulses(Index set, const Impulses& impulses) override;
   Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum) override;
   void end_velocities(Index set, Points& v) override;
   NodeResponse velocity_response(Index set) const override;
@@ -113,7 +109,6 @@ class PointedBody final : public WrappedBody {
   Points nodal_masses(Index set) const override {
     return inner_->nodal()->nodal_masses(sets_[set].inner);
   }
-  void add_vector_load(const VectorLoad& load) override { inner_->add_vector_load(load); }
   TurningAbility* turning() override { return inner_->turning(); }
 
   void displacements(Points& u, Points& v) const override { inner_->displacements(u, v); }
@@ -159,8 +154,7 @@ class PointedBody final : public WrappedBody {
   std::vector<Extra> deformations_;  // nodes from n + 2 points on
   void add_deformations(std::size_t point, const std::string& where);
   const std::vector<Matrix3>& maps_of(Index node, std::size_t& point) const;
-  Index n_ = 0;  // nodes of the inner body
-  Points X_;
+  Index n_ = 0;                // nodes of the inner body
   std::vector<Vector3> arms_;  // of points that slide
   std::vector<NodeSet> sets_;
 };

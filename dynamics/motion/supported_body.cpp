@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 
+#include <algorithm>
 #include <utility>
 
 #include "common/files/state_archive.hpp"
@@ -29,20 +30,31 @@ SupportedBody::SupportedBody(std::unique_ptr<Body> inner, SupportPlan plan)
     const Vector g = velocity(0);
     if (!g.isZero(0))
       inner_->start_impulses()->add_start_impulse(-plan_.shapes.inertia.leftCols(n_drives()) * g);
-    if (!plan_.waits) add_inertia();
   }
   energy_at_start_ = energy_of_motion();
 }
 
-void SupportedBody::add_inertia() {
+// Before those that are given.
+std::vector<BodyLoad> SupportedBody::with_inertia(const std::vector<BodyLoad>& loads) const {
   const Index k = plan_.n_modal, n = inner_->n_nodes();
+  std::vector<BodyLoad> all;
   for (Index j = 0; j < n_drives(); ++j) {
     const Vector force = -plan_.shapes.inertia.col(j);
-    const LoadHistory& history = plan_.drives[static_cast<std::size_t>(j)].acceleration();
     const Points on_nodes = Eigen::Map<const Points>(force.data() + k, n, 3) * plan_.T.transpose();
-    if (!on_nodes.isZero(0)) inner_->add_force(on_nodes, history);
-    if (k > 0) inner_->add_modal_force(force.head(k), history);
+    BodyLoad load{.history = plan_.drives[static_cast<std::size_t>(j)].acceleration()};
+    if (!on_nodes.isZero(0)) load.fixed.forces = on_nodes;
+    if (k > 0) load.fixed.modal = force.head(k);
+    all.push_back(std::move(load));
   }
+  all.insert(all.end(), loads.begin(), loads.end());
+  return all;
+}
+
+void SupportedBody::take_plan(const BodyPlan& plan) {
+  BodyPlan own = plan;
+  if (plan_.has_inertia && !plan_.waits) own.loads = with_inertia(plan.loads);
+  inner_->prepare(own);
+  for (const BodyLoad& load : plan.loads) add_load(load);
 }
 
 Vector SupportedBody::displacement(double t) const {
@@ -135,12 +147,6 @@ void SupportedBody::mean_motion(Index set, Vector3& position, Vector3& velocity_
   velocity_now += mean * velocity(now_);
 }
 
-void SupportedBody::predict(double t, double h) {
-  t_ = t;
-  h_ = h;
-  inner_->predict(t, h);
-}
-
 void SupportedBody::accept() {
   inner_->accept();
   now_ = t_ + h_;
@@ -150,23 +156,16 @@ Vector SupportedBody::on_shapes(Index set, const Points& impulses) const {
   return sets_[static_cast<std::size_t>(set)].psi.transpose() * numbers_of(impulses);
 }
 
-void SupportedBody::push(Index set, const Points& impulses, ImpulseKind kind, double t) {
+void SupportedBody::book(Index set, const Points& impulses, ImpulseKind kind, double t) {
   const Vector on = on_shapes(set, impulses);
   pushed_ += on;
   if (n_drives() > 0)
     (kind == ImpulseKind::contact ? contact_ : friction_) += on.head(n_drives()).dot(velocity(t));
 }
 
-void SupportedBody::add_impulses(Index set, const Points& impulses, ImpulseKind kind) {
-  inner_->add_impulses(set, impulses, kind);
-  push(set, impulses, kind, t_);
-}
-
-void SupportedBody::add_answered_impulses(Index set, const Points& contact, const Points& friction,
-                                          const Points& move, const Vector& still) {
-  inner_->add_answered_impulses(set, contact, friction, move, still);
-  push(set, contact, ImpulseKind::contact, t_);
-  push(set, friction, ImpulseKind::friction, t_);
+void SupportedBody::take_impulses(Index set, const Impulses& impulses) {
+  inner_->take_impulses(set, impulses);
+  impulses.each([&](const Points& p, ImpulseKind kind) { book(set, p, kind, t_); });
 }
 
 void SupportedBody::end_velocities(Index set, Points& v) {
@@ -176,7 +175,7 @@ void SupportedBody::end_velocities(Index set, Points& v) {
 
 void SupportedBody::add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) {
   inner_->end_impulses()->add_end_impulses(set, impulses, kind);
-  push(set, impulses, kind, t_ + h_);
+  book(set, impulses, kind, t_ + h_);
 }
 
 void SupportedBody::relax(const Rest& rest) {
@@ -211,36 +210,28 @@ void SupportedBody::end_load_step() {
   start_ = now_;
 }
 
-void SupportedBody::start_motion(double h) {
-  if (std::exchange(plan_.waits, false) && plan_.has_inertia) add_inertia();
+void SupportedBody::start_motion(double h, const std::vector<BodyLoad>& loads) {
+  const bool begins = std::exchange(plan_.waits, false) && plan_.has_inertia;
   contact_ = friction_ = 0;
-  inner_->statics()->start_motion(h);
+  inner_->statics()->start_motion(h, begins ? with_inertia(loads) : loads);
 }
 
-void SupportedBody::add_load(Vector on_shapes, const LoadHistory& history) {
+void SupportedBody::add_load(const BodyLoad& load) {
   if (plan_.sets.empty()) return;
-  for (WorkingLoad& load : loads_) {
-    if (!(load.history == history)) continue;
-    load.on_shapes += on_shapes;
-    return;
+  const ForcePattern forces = forces_of(load);
+  Vector on = Vector::Zero(n_shapes());
+  if (forces.forces) on += nodal_.transpose() * numbers_of(forces.forces.on_nodes());
+  if (forces.modal.size() > 0)
+    on += plan_.shapes.psi.topRows(forces.modal.size()).transpose() * forces.modal;
+  if (load.acceleration)
+    on += plan_.shapes.momentum.topRows(3).transpose() * (plan_.T.transpose() * *load.acceleration);
+  const auto same = std::find_if(loads_.begin(), loads_.end(),
+                                 [&](const auto& other) { return other.history == load.history; });
+  if (same != loads_.end()) {
+    same->on_shapes += on;
+  } else {
+    loads_.push_back({std::move(on), load.history});
   }
-  loads_.push_back({std::move(on_shapes), history});
-}
-
-void SupportedBody::add_force(const Points& forces, const LoadHistory& history) {
-  inner_->add_force(forces, history);
-  add_load(nodal_.transpose() * numbers_of(forces), history);
-}
-
-void SupportedBody::add_gravity(const Vector3& acceleration, const LoadHistory& history) {
-  inner_->add_gravity(acceleration, history);
-  add_load(plan_.shapes.momentum.topRows(3).transpose() * (plan_.T.transpose() * acceleration),
-           history);
-}
-
-void SupportedBody::add_modal_force(const Vector& forces, const LoadHistory& history) {
-  inner_->add_modal_force(forces, history);
-  add_load(plan_.shapes.psi.topRows(forces.size()).transpose() * forces, history);
 }
 
 std::vector<SupportedBody::Reaction> SupportedBody::by_sets(const Vector& on_shapes) const {

@@ -5,7 +5,6 @@
 
 #include <map>
 #include <memory>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -20,7 +19,7 @@ namespace cbr {
 // moves this set alone. docs/theory.md, "Supports that move".
 class SupportedBody final : public WrappedBody {
  public:
-  // inner: held, before any set is tracked and any load.
+  // inner: held, before any set is tracked.
   SupportedBody(std::unique_ptr<Body> inner, SupportPlan plan);
 
   const std::vector<ReactionSet>& reaction_sets() const { return plan_.sets; }
@@ -32,7 +31,6 @@ class SupportedBody final : public WrappedBody {
   std::vector<Reaction> take_reactions(double t, double interval);
   std::vector<Reaction> static_reactions(double t) const;  // in statics, now
 
-  ScalingAbility* scaling() override { return nullptr; }
   bool at_rest() const override { return plan_.drives.empty() && inner_->at_rest(); }
 
   Index track(const std::vector<Index>& nodes) override;
@@ -47,11 +45,7 @@ class SupportedBody final : public WrappedBody {
   Index track_mean(const std::vector<Index>& nodes) override;
   void mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
 
-  void predict(double t, double h) override;
-  using Body::add_impulses;
-  void add_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
-  void add_answered_impulses(Index set, const Points& contact, const Points& friction,
-                             const Points& move, const Vector& still) override;
+  void take_impulses(Index set, const Impulses& impulses) override;
   void accept() override;
   void end_velocities(Index set, Points& v) override;
   void add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
@@ -60,11 +54,7 @@ class SupportedBody final : public WrappedBody {
   void add_static_forces(Index set, const Points& forces, ImpulseKind kind) override;
   Settled settle() override;
   void end_load_step() override;
-  void start_motion(double h) override;
-
-  void add_force(const Points& forces, const LoadHistory& history) override;
-  void add_gravity(const Vector3& acceleration, const LoadHistory& history) override;
-  void add_modal_force(const Vector& forces, const LoadHistory& history) override;
+  void start_motion(double h, const std::vector<BodyLoad>& loads) override;
 
   BodyState state() const override;
   // The supports' work is external.
@@ -74,6 +64,8 @@ class SupportedBody final : public WrappedBody {
   void keep_state(StateArchive& archive) override;
 
  private:
+  void take_plan(const BodyPlan& plan) override;
+
   // Of the nodes of a set, scene axes.
   struct NodeSet {
     Matrix psi;           // 3 m x shapes
@@ -89,13 +81,13 @@ class SupportedBody final : public WrappedBody {
   Vector displacement(double t) const;  // of the drives
   Vector velocity(double t) const;
   Matrix rows_of(const std::vector<Index>& nodes) const;
-  void add_inertia();
-  void add_load(Vector on_shapes, const LoadHistory& history);
+  std::vector<BodyLoad> with_inertia(const std::vector<BodyLoad>& loads) const;
+  void add_load(const BodyLoad& load);
   void move(Index set, const Vector& g, Points& x) const;
   MotionBound moved(MotionBound bound, Index set) const;
   // psi^T of impulses or forces on the set
   Vector on_shapes(Index set, const Points& impulses) const;
-  void push(Index set, const Points& impulses, ImpulseKind kind, double t);
+  void book(Index set, const Points& impulses, ImpulseKind kind, double t);
   double energy_of_motion() const;
   Vector momenta() const;  // psi^T M u'
   std::vector<Reaction> by_sets(const Vector& on_shapes) const;
@@ -106,7 +98,7 @@ class SupportedBody final : public WrappedBody {
   std::vector<NodeSet> sets_;
   std::vector<Matrix> means_;  // 3 x drives
   std::vector<WorkingLoad> loads_;
-  double now_ = 0, t_ = 0, h_ = 0;
+  double now_ = 0;
   double energy_at_start_ = 0;
   double contact_ = 0, friction_ = 0;  // work of impulses on the supports' motion
   Vector pushed_;                      // psi^T of impulses since the last take_reactions()

@@ -4,7 +4,6 @@
 #pragma once
 
 #include <memory>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -14,24 +13,14 @@ namespace cbr {
 
 // Forwards each function. A body overrides those of which it makes something else. Not forwarded:
 // impulses, which each body takes in its own way; at_rest(), of which each judges by itself;
-// impulses at the start and turning, which none passes on; add_vector_load(), which calls the own
-// add_force().
+// impulses at the start and turning, which none passes on.
 class WrappedBody : public Body,
                     public BoundAbility,
                     public NodalAbility,
                     public EndImpulseAbility,
-                    public StaticsAbility,
-                    public ScalingAbility {
+                    public StaticsAbility {
  public:
-  const std::string& name() const override { return inner_->name(); }
-  Index n_dofs() const override { return inner_->n_dofs(); }
   double largest_frequency() const override { return inner_->largest_frequency(); }
-  Scheme scheme() const override { return inner_->scheme(); }
-  double contact_share() const override { return inner_->contact_share(); }
-  void set_contact_step(double h) override { inner_->set_contact_step(h); }
-  void damp(const Damping& damping) override { inner_->damp(damping); }
-
-  const Points& reference_positions() const override { return inner_->reference_positions(); }
   Index track(const std::vector<Index>& nodes) override { return inner_->track(nodes); }
   void positions(Index set, Points& x) const override { inner_->positions(set, x); }
   void predicted_positions(Index set, Points& x) const override {
@@ -41,19 +30,8 @@ class WrappedBody : public Body,
   void mean_motion(Index set, Vector3& position, Vector3& velocity) const override {
     inner_->mean_motion(set, position, velocity);
   }
-
-  void predict(double t, double h) override { inner_->predict(t, h); }
   void accept() override { inner_->accept(); }
   NodeResponse response(Index set, double h) const override { return inner_->response(set, h); }
-  void add_force(const Points& forces, const LoadHistory& history) override {
-    inner_->add_force(forces, history);
-  }
-  void add_gravity(const Vector3& acceleration, const LoadHistory& history) override {
-    inner_->add_gravity(acceleration, history);
-  }
-  void add_modal_force(const Vector& forces, const LoadHistory& history) override {
-    inner_->add_modal_force(forces, history);
-  }
 
   BodyState state() const override { return inner_->state(); }
   BodyWork work() const override { return inner_->work(); }
@@ -95,13 +73,18 @@ class WrappedBody : public Body,
   }
   Settled settle() override { return inner_->statics()->settle(); }
   void end_load_step() override { inner_->statics()->end_load_step(); }
-  void start_motion(double h) override { inner_->statics()->start_motion(h); }
-
-  ScalingAbility* scaling() override { return inner_->scaling() ? this : nullptr; }
-  void scale(double clip) override { inner_->scaling()->scale(clip); }
+  void start_motion(double h, const std::vector<BodyLoad>& loads) override {
+    inner_->statics()->start_motion(h, loads);
+  }
 
  protected:
-  explicit WrappedBody(std::unique_ptr<Body> inner) : inner_(std::move(inner)) {}
+  explicit WrappedBody(std::unique_ptr<Body> inner)
+      : Body(inner->facts()), inner_(std::move(inner)) {
+    facts_.steps_alone = false;
+  }
+
+  void take_plan(const BodyPlan& plan) override { inner_->prepare(plan); }
+  void predict_end() override { inner_->predict(t_, h_); }
 
   std::unique_ptr<Body> inner_;
 };

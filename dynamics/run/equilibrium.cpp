@@ -327,7 +327,7 @@ void Equilibrium::resolve_overlaps(double share) {
 }
 
 void Equilibrium::start_motion(double h) {
-  for (auto& body : sim_.bodies) statics_of(*body).start_motion(h);
+  for (auto& body : sim_.bodies) statics_of(*body).start_motion(h, {});
   for (const Index p : pairs_) {
     const bool is_penalty = sim_.pairs[p].enforcement == Enforcement::penalty;
     PairState& pair = sim_.pairs[p].state();

@@ -31,7 +31,7 @@ class TimeLoop {
     is_moving_.assign(sim_.bodies.size(), 0);
     current_.assign(sim_.contact_nodes.size(), 0);
     located_ = current_;
-    for (const auto& body : sim_.bodies) alone_.push_back(body->steps_alone());
+    for (const auto& body : sim_.bodies) alone_.push_back(body->facts().steps_alone);
     contact_of_.assign(sim_.bodies.size(), -1);
     for (std::size_t c = 0; c < sim_.contact_nodes.size(); ++c)
       contact_of_[sim_.contact_nodes[c].body] = static_cast<Index>(c);
@@ -303,7 +303,7 @@ class TimeLoop {
   std::vector<char> located_;      // per contact body: start and end are those of this step
   std::vector<char> is_moving_;    // per body
   std::vector<Index> moving_, due_;
-  std::vector<char> alone_;          // per body: Body::steps_alone()
+  std::vector<char> alone_;          // per body: BodyFacts::steps_alone
   std::vector<Start> starts_;        // of this step, not yet done
   std::vector<std::size_t> shared_;  // workspace of for_each_body()
 };

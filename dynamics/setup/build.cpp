@@ -72,8 +72,8 @@ TimePlan plan_motion(const Scene& scene, const BuiltScene& built,
 
 // Exact bodies that only impulses meet answer as to forces that last. Penalty and nodal enforcement
 // are kept as they are published.
-void set_contact_step(const std::vector<ContactKind>& contact, BuiltScene& built) {
-  const Simulation& sim = built.simulation;
+void take_contact_step(const std::vector<ContactKind>& contact, const Simulation& sim,
+                       std::vector<BodyPlan>& plans) {
   std::vector<char> only_impulses(contact.size(), 1);
   for (const ContactPair& pair : sim.pairs) {
     if (pair.enforcement == Enforcement::impulse) continue;
@@ -81,18 +81,13 @@ void set_contact_step(const std::vector<ContactKind>& contact, BuiltScene& built
       only_impulses[sim.contact_nodes[c].body] = 0;
   }
   for (std::size_t b = 0; b < contact.size(); ++b)
-    if (contact[b] != ContactKind::none && only_impulses[b])
-      sim.bodies[b]->set_contact_step(sim.plan.h);
+    if (contact[b] != ContactKind::none && only_impulses[b]) plans[b].contact_step = sim.plan.h;
 }
 
 // Modal mass scaling of what touches: modes above 2 / step. What does not is as it was.
-void scale_bodies(const std::vector<ContactKind>& contact, BuiltScene& built) {
-  const double clip = built.simulation.plan.clip;
-  for (std::size_t b = 0; b < contact.size(); ++b) {
-    Body& body = *built.simulation.bodies[b];
-    if (ScalingAbility* scaling = body.scaling())
-      scaling->scale(clip > 0 && contact[b] != ContactKind::none ? clip : HUGE_VAL);
-  }
+void take_clip(const std::vector<ContactKind>& contact, double clip, std::vector<BodyPlan>& plans) {
+  for (std::size_t b = 0; b < contact.size(); ++b)
+    if (clip > 0 && contact[b] != ContactKind::none) plans[b].clip = clip;
 }
 
 // A surface of the skin that no instance brings to cbr-dyn.
@@ -234,10 +229,7 @@ class Builder {
     of.why_linear = why_linear_[built_.instances.size()];
     built_.notes.insert(built_.notes.end(), made.notes.begin(), made.notes.end());
     of.modes = made.modes;
-    if (const Damping damping = damping_of(index_, instance); !damping.none()) {
-      damp(instance, damping, *made.body);
-      if (damping.material.alpha > 0) built_.momentum_is_kept = false;
-    }
+    if (damping_of(index_, instance).material.alpha > 0) built_.momentum_is_kept = false;
     of.n_shell_faces = skin_faces(scene_, instance.name, *of.geometry).rows();
     for (std::size_t i = 0; made.supported && i < made.supported->reaction_sets().size(); ++i)
       built_.simulation.reactions.push_back({instance.name, made.supported, i});
@@ -289,7 +281,7 @@ BuiltScene build(const Scene& scene_of_run, Report& report, const BuildOptions& 
   note_shells(scene, built);
   const auto phase = report.phase("setup");
   const std::vector<ContactKind> in_contact = add_contact(index, built, report);
-  add_loads(index, built);
+  std::vector<BodyPlan> plans = body_plans(index, built);
   add_monitors(index, built);
   add_stress(index, built);
   built.gaps.start(built.simulation);
@@ -299,9 +291,10 @@ BuiltScene build(const Scene& scene_of_run, Report& report, const BuildOptions& 
     built.simulation.plan = plan_statics(*scene.time, scene.output.every);
   } else {
     built.simulation.plan = plan_motion(scene, built, in_contact);
-    set_contact_step(in_contact, built);
-    scale_bodies(in_contact, built);
+    take_contact_step(in_contact, built.simulation, plans);
+    take_clip(in_contact, built.simulation.plan.clip, plans);
   }
+  for (std::size_t b = 0; b < plans.size(); ++b) built.simulation.bodies[b]->prepare(plans[b]);
   look_for_overlaps(scene, built, report);
   warn_of_odd_scenes(scene, built, report);
   warn_of_missed_loads(index, built, report);

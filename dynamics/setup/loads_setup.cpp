@@ -54,26 +54,26 @@ void require_load_inside(const Scene& scene, const Instance& instance, const Geo
 
 // Returns the resultant.
 Vector3 add_load_inside(const Superelement& s, const Superelement::InteriorLoad& inside,
-                        const Load& load, const Matrix3& T, const LoadHistory& history,
-                        Body& body) {
+                        const Load& load, const Matrix3& T, Index n_nodes,
+                        const LoadHistory& history, std::vector<BodyLoad>& loads) {
   const Vector3 traction =
       load.kind == Load::Kind::force ? Vector3(load.value / inside.weight) : load.value;
-  VectorLoad vector{{}, traction, load.follows, history};
+  VectorForce vector{{}, traction, load.follows};
   for (Index a = 0; a < 3; ++a) {
     // on [q_k; u_c], component axes
     const Vector Q = inside.force * (T.transpose() * Vector3::Unit(a));
-    Points forces = Points::Zero(body.n_nodes(), 3);
+    Points forces = Points::Zero(n_nodes, 3);
     for (Index i = 0; i < s.c(); ++i) forces(s.dof_node[i], s.dof_component[i] % 3) = Q(s.k() + i);
-    vector.patterns[static_cast<std::size_t>(a)] = {forces * T.transpose(), Q.head(s.k())};
+    vector.patterns[static_cast<std::size_t>(a)] = {Points(forces * T.transpose()), Q.head(s.k())};
   }
-  body.add_vector_load(vector);
+  loads.push_back({.vector = std::move(vector), .history = history});
   return inside.weight * traction;
 }
 
 // A pressure pushes into the faces: -p times the nodes' share of the area, as vectors along the
 // outward normals. Returns the resultant.
 Vector3 add_pressure(const Load& load, const BuiltScene::OfInstance& of, const LoadHistory& history,
-                     Body& body) {
+                     std::vector<BodyLoad>& loads) {
   const Geometry& geometry = *of.geometry;
   if (is_nodeset(geometry, load.surface))
     throw InputError(
@@ -87,9 +87,10 @@ Vector3 add_pressure(const Load& load, const BuiltScene::OfInstance& of, const L
   const Points forces =
       -load.value[0] * face_normals(surface, geometry.coordinates) * of.placement.T.transpose();
   if (load.follows) {
-    body.add_vector_load({{ForcePattern{forces}}, Vector3::UnitX(), true, history});
+    loads.push_back({.vector = VectorForce{{ForcePattern{forces}}, Vector3::UnitX(), true},
+                     .history = history});
   } else {
-    body.add_force(forces, history);
+    loads.push_back(force_load(forces, history));
   }
   return forces.colwise().sum().transpose();
 }
@@ -107,7 +108,7 @@ Vector load_weights(const Geometry& geometry, const Load& load) {
 // A moment on the nodes of a set: the forces of least weighted squares that have it and no
 // resultant, as those on a point that moves with the set in the mean (RBE3).
 void add_moment(const Load& load, const Instance& instance, const BuiltScene::OfInstance& of,
-                const LoadHistory& history, Body& body) {
+                const Points& positions, const LoadHistory& history, std::vector<BodyLoad>& loads) {
   const Geometry& geometry = *of.geometry;
   if (geometry.surfaces.count(load.surface) == 0 && load_inside(of, load.surface) != nullptr)
     throw InputError(load.source.text() + ": a moment on '" + load.surface +
@@ -119,27 +120,28 @@ void add_moment(const Load& load, const Instance& instance, const BuiltScene::Of
     if (weights[i] > 0) point.nodes.push_back(i);
   point.weights = weights(point.nodes);
   point.at = Vector3::Zero();
-  if (!of.is_rigid) add_rotations(geometry, instance, body.reference_positions(), point);
-  const AverageMaps maps = average_maps(point, body.reference_positions(),
+  if (!of.is_rigid) add_rotations(geometry, instance, positions, point);
+  const AverageMaps maps = average_maps(point, positions,
                                         load.source.text() + ": moment on '" + load.surface +
                                             "' of instance '" + load.instance + "'");
-  VectorLoad vector{{}, load.value, load.follows, history};
+  VectorForce vector{{}, load.value, load.follows};
   for (std::size_t a = 0; a < 3; ++a) {
-    Points& forces = vector.patterns[a].forces;
-    forces.setZero(weights.size(), 3);
+    Points forces = Points::Zero(weights.size(), 3);
     for (std::size_t i = 0; i < point.nodes.size(); ++i)
       forces.row(point.nodes[i]) = maps.theta[i].row(static_cast<Index>(a));
+    vector.patterns[a].forces = forces;
   }
-  body.add_vector_load(vector);
+  loads.push_back({.vector = std::move(vector), .history = history});
 }
 
 // A force on each node of `weights` times the traction.
 void add_traction(const Vector& weights, const Vector3& traction, const Load& load,
-                  const LoadHistory& history, Body& body) {
-  VectorLoad vector{{}, traction, load.follows, history};
+                  const LoadHistory& history, std::vector<BodyLoad>& loads) {
+  VectorForce vector{{}, traction, load.follows};
   for (Index a = 0; a < 3; ++a)
-    vector.patterns[static_cast<std::size_t>(a)].forces = weights * Vector3::Unit(a).transpose();
-  body.add_vector_load(vector);
+    vector.patterns[static_cast<std::size_t>(a)].forces =
+        Points(weights * Vector3::Unit(a).transpose());
+  loads.push_back({.vector = std::move(vector), .history = history});
 }
 
 // For the reactions of supports.
@@ -152,7 +154,8 @@ void add_resultant(Index body, const Vector3& force, const LoadHistory& history,
 }  // namespace
 
 // Of surfaces and histories that many loads have there is one of each.
-void add_loads(const SceneIndex& index, BuiltScene& built) {
+std::vector<BodyPlan> body_plans(const SceneIndex& index, BuiltScene& built) {
+  std::vector<BodyPlan> plans(built.simulation.bodies.size());
   std::map<std::pair<const Geometry*, std::string>, Vector> weights;
   std::unordered_set<LoadHistory, LoadHistory::Hash> histories;
   for (const Load& load : index.scene().loads) {
@@ -160,47 +163,45 @@ void add_loads(const SceneIndex& index, BuiltScene& built) {
     const LoadHistory& history = *histories.emplace(load.history).first;
     if (load.kind == Load::Kind::gravity) {
       for (std::size_t b = 0; b < built.instances.size(); ++b) {
-        built.simulation.bodies[b]->add_gravity(load.value, history);
+        plans[b].loads.push_back(gravity_load(load.value, history));
         add_resultant(static_cast<Index>(b), built.instances[b].mass * load.value, history,
                       built.simulation);
       }
       for_each_point(index, [&](Index i, const std::string& name, const Component::Point& point) {
         if (!(point.mass > 0)) return;
         const Index place = point_place(index, index.scene().instances[i].name, name);
-        static_cast<PointedBody&>(*built.simulation.bodies[i])
-            .add_point_force(place, point.mass * load.value, Vector3::Zero(), history);
+        plans[i].loads.push_back(static_cast<PointedBody&>(*built.simulation.bodies[i])
+                                     .point_load(true, place, point.mass * load.value, history));
         add_resultant(i, point.mass * load.value, history, built.simulation);
       });
       continue;
     }
     const Index i = index.place(load.instance);
+    std::vector<BodyLoad>& loads = plans[i].loads;
     const Geometry& geometry = *built.instances[i].geometry;
     if (load.on_point) {
       const bool is_force = load.kind == Load::Kind::force;
-      const Vector3 force = is_force ? load.value : Vector3::Zero(),
-                    moment = is_force ? Vector3::Zero() : load.value;
-      static_cast<PointedBody&>(*built.simulation.bodies[i])
-          .add_point_force(point_place(index, load.instance, load.surface), force, moment, history,
-                           load.follows);
-      add_resultant(i, force, history, built.simulation);
+      const Index place = point_place(index, load.instance, load.surface);
+      loads.push_back(static_cast<PointedBody&>(*built.simulation.bodies[i])
+                          .point_load(is_force, place, load.value, history, load.follows));
+      add_resultant(i, is_force ? load.value : Vector3::Zero(), history, built.simulation);
       continue;
     }
     if (load.kind == Load::Kind::pressure) {
-      const Vector3 force =
-          add_pressure(load, built.instances[i], history, *built.simulation.bodies[i]);
+      const Vector3 force = add_pressure(load, built.instances[i], history, loads);
       add_resultant(i, force, history, built.simulation);
       continue;
     }
+    const Points& X = built.simulation.bodies[i]->reference_positions();
     if (load.kind == Load::Kind::moment) {
       require_load_inside(index.scene(), index.scene().instances[i], geometry, load);
-      add_moment(load, index.scene().instances[i], built.instances[i], history,
-                 *built.simulation.bodies[i]);
+      add_moment(load, index.scene().instances[i], built.instances[i], X, history, loads);
       continue;
     }
     if (const auto* inside = load_inside(built.instances[i], load.surface)) {
       const Superelement& s = *built.instances[i].parts[0].superelement;
       const Vector3 force = add_load_inside(s, *inside, load, built.instances[i].placement.T,
-                                            history, *built.simulation.bodies[i]);
+                                            X.rows(), history, loads);
       add_resultant(i, force, history, built.simulation);
       continue;
     }
@@ -211,9 +212,10 @@ void add_loads(const SceneIndex& index, BuiltScene& built) {
     if (is_new) of->second = load_weights(geometry, load);
     const Vector3 traction =
         load.kind == Load::Kind::force ? Vector3(load.value / of->second.sum()) : load.value;
-    add_traction(of->second, traction, load, history, *built.simulation.bodies[i]);
+    add_traction(of->second, traction, load, history, loads);
     add_resultant(i, of->second.sum() * traction, history, built.simulation);
   }
+  return plans;
 }
 
 }  // namespace cbr

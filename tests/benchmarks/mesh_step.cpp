@@ -94,10 +94,11 @@ struct Blocks {
     cbr::Placement flying;
     flying.velocity = cbr::Vector3(3810, 0, 0);
     for (const char* name : {"a", "b"}) {
-      bodies.push_back(std::make_unique<cbr::MeshBody>(name, model, flying,
-                                                       std::vector<cbr::HeldDirection>{}, threads));
+      cbr::MeshOptions options;
+      if (turn) options.angular_velocity = cbr::Vector3(300, 200, 100);
+      bodies.push_back(std::make_unique<cbr::MeshBody>(
+          name, model, flying, std::vector<cbr::HeldDirection>{}, threads, std::move(options)));
       cbr::MeshBody& body = *bodies.back();
-      if (turn) body.turn_freely(cbr::Vector3(300, 200, 100));
       const Index set = body.track({0});
       body.predict(0, h);
       body.add_impulses(set, cbr::Points::Constant(1, 3, 1e-3));

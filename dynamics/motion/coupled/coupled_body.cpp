@@ -10,29 +10,43 @@
 namespace cbr {
 
 CoupledBody::CoupledBody(std::string name, std::shared_ptr<CoupledSystem> system,
-                         const Placement& placement, Scheme scheme, const NewmarkOptions& newmark)
-    : name_(std::move(name)),
+                         const Placement& placement, Scheme scheme, const NewmarkOptions& newmark,
+                         const MaterialDamping& damping)
+    : Body({.name = std::move(name),
+            .scheme = scheme,
+            .n_dofs = system->n_free(),
+            .positions = placement.placed(system->model().coordinates)}),
       system_(std::move(system)),
       placement_(placement),
-      scheme_(scheme),
-      newmark_(newmark) {
-  assert(scheme_ != Scheme::exact);
-  X_ = (system_->model().coordinates * placement_.T.transpose()).rowwise() +
-       placement_.position.transpose();
+      newmark_(newmark),
+      damping_(damping) {
+  assert(scheme != Scheme::exact);
   for (Vector* x : {&u_, &u_end_, &p_end_, &kick_, &work_vector_, &Ku_, &v_now_})
     x->setZero(system_->n());
   // The rigid motion, or its projection when directions are held.
   p_.noalias() =
       system_->rigid_momentum().leftCols(3) * (placement_.T.transpose() * placement_.velocity);
   system_->drop_held(p_);
-  if (scheme_ == Scheme::central_difference) {
-    v_ = p_;
-    system_->factor(0).solve(v_);
-    v_end_ = velocity_kick_ = v_;
-  } else {
+  if (is_damped())
+    for (Vector* x : {&damping_room_, &Cv_}) x->setZero(system_->n());
+  if (scheme != Scheme::central_difference) {
     for (Vector* x : {&move_, &F_, &Ma_, &f0_, &f1_}) x->setZero(system_->n());
     if (newmark_.alpha != 0)
       for (Vector* x : {&a_, &last_change_of_Ku_, &last_change_of_f_}) x->setZero(system_->n());
+  }
+  solve_for_velocities();
+}
+
+// Of the momenta at the start, where the scheme or the damping needs them.
+void CoupledBody::solve_for_velocities() {
+  const bool is_central = scheme() == Scheme::central_difference;
+  if (!is_central && !is_damped()) return;
+  v_ = p_;
+  system_->factor(0).solve(v_);
+  if (is_central) {
+    v_end_ = velocity_kick_ = v_;
+  } else {
+    damping_force(p_, v_, Cv_);
   }
 }
 
@@ -50,15 +64,13 @@ const Vector& CoupledBody::stiffness_force() const {
   return Ku_;
 }
 
-void CoupledBody::predict(double t, double h) {
-  t_ = t;
-  h_ = h;
+void CoupledBody::predict_end() {
   kicks_.clear();
   kicked_ = velocity_kicked_ = false;
-  if (scheme_ == Scheme::central_difference) {
-    predict_central(h);
+  if (scheme() == Scheme::central_difference) {
+    predict_central(h_);
   } else {
-    predict_newmark(h);
+    predict_newmark(h_);
   }
 }
 
@@ -116,7 +128,11 @@ void CoupledBody::predict_newmark(double h) {
   u_end_ = u_ + move_;
 }
 
-void CoupledBody::add_impulses(Index set, const Points& impulses, ImpulseKind kind) {
+void CoupledBody::take_impulses(Index set, const Impulses& impulses) {
+  impulses.each([&](const Points& p, ImpulseKind kind) { take_impulses_of(set, p, kind); });
+}
+
+void CoupledBody::take_impulses_of(Index set, const Points& impulses, ImpulseKind kind) {
   const auto& nodes = sets_[set];
   Vector& dp = work_vector_;
   dp.setZero();
@@ -135,7 +151,7 @@ void CoupledBody::add_impulses(Index set, const Points& impulses, ImpulseKind ki
   kicked_ = true;
   system_->factor(theta(h_)).solve(dp);
   if (is_damped()) dp /= mass_factor(h_);
-  if (scheme_ == Scheme::central_difference) {
+  if (scheme() == Scheme::central_difference) {
     v_end_ += dp;
     u_end_ += h_ * dp;
   } else {
@@ -145,7 +161,7 @@ void CoupledBody::add_impulses(Index set, const Points& impulses, ImpulseKind ki
 }
 
 Vector3 CoupledBody::add_velocities(Index set, const Points& velocities, const Vector3& momentum) {
-  assert(scheme_ == Scheme::central_difference && !is_damped());
+  assert(scheme() == Scheme::central_difference && !is_damped());
   const auto& nodes = sets_[set];
   const Index n_modal = system_->n_modal();
   const auto MR = system_->rigid_momentum().leftCols(3);
@@ -265,7 +281,7 @@ void CoupledBody::book_scheme(const Vector& change_of_Ku) {
 
 void CoupledBody::accept() {
   v_now_is_current_ = false;
-  if (scheme_ == Scheme::central_difference) {
+  if (scheme() == Scheme::central_difference) {
     accept_central();
     u_.swap(u_end_);
     Ku_is_current_ = false;

@@ -29,20 +29,13 @@ class CoupledBody final : public Body,
  public:
   // `scheme` is not exact. add_velocities() is not for Scheme::newmark.
   CoupledBody(std::string name, std::shared_ptr<CoupledSystem> system, const Placement& placement,
-              Scheme scheme, const NewmarkOptions& newmark);
+              Scheme scheme, const NewmarkOptions& newmark, const MaterialDamping& damping = {});
 
-  const std::string& name() const override { return name_; }
-  Index n_dofs() const override { return system_->n_free(); }
   // Under newmark, where no step depends on it, without damping.
   double largest_frequency() const override {
     return critical_frequency(system_->largest_frequency(),
-                              scheme_ == Scheme::newmark ? 0 : damping_.beta);
+                              scheme() == Scheme::newmark ? 0 : damping_.beta);
   }
-  Scheme scheme() const override { return scheme_; }
-  const Points& reference_positions() const override { return X_; }
-
-  // Rayleigh's. InputError: damping of modes.
-  void damp(const Damping& damping) override;
 
   Index track(const std::vector<Index>& nodes) override;
   void positions(Index set, Points& x) const override;
@@ -50,9 +43,7 @@ class CoupledBody final : public Body,
   Index track_mean(const std::vector<Index>& nodes) override;
   void mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
 
-  void predict(double t, double h) override;
-  using Body::add_impulses;
-  void add_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
+  void take_impulses(Index set, const Impulses& impulses) override;
   void accept() override;
   EndImpulseAbility* end_impulses() override { return this; }
   void end_velocities(Index set, Points& v) override;
@@ -65,15 +56,12 @@ class CoupledBody final : public Body,
   void add_static_forces(Index set, const Points& forces, ImpulseKind kind) override;
   Settled settle() override;
   void end_load_step() override;
-  void start_motion(double h) override;
+  void start_motion(double h, const std::vector<BodyLoad>& loads) override;
 
   NodeResponse response(Index set, double h) const override;
   NodalAbility* nodal() override { return this; }
   Points nodal_masses(Index set) const override;
   Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum) override;
-  void add_force(const Points& forces, const LoadHistory& history) override;
-  void add_gravity(const Vector3& acceleration, const LoadHistory& history) override;
-  void add_modal_force(const Vector& forces, const LoadHistory& history) override;
   StartImpulseAbility* start_impulses() override { return this; }
   void add_start_impulse(const Vector& impulse) override;
 
@@ -84,6 +72,9 @@ class CoupledBody final : public Body,
   void keep_state(StateArchive& archive) override;
 
  private:
+  void take_plan(const BodyPlan& plan) override { add_loads(plan.loads); }
+  void predict_end() override;
+
   struct Load {
     Vector force;  // n, component axes
     LoadHistory history;
@@ -98,14 +89,16 @@ class CoupledBody final : public Body,
   // Of the matrix whose inverse answers impulses, mass_factor (M + theta K): of damped bodies C
   // adds to both.
   double theta(double h) const {
-    if (scheme_ != Scheme::newmark) return 0;
+    if (scheme() != Scheme::newmark) return 0;
     const double theta = newmark_.stiffness_factor(h);
     return is_damped() ? theta * (1 + 2 * damping_.beta / h) / mass_factor(h) : theta;
   }
   double mass_factor(double h) const {
-    if (scheme_ != Scheme::newmark) return 1 + 0.5 * h * damping_.alpha;
+    if (scheme() != Scheme::newmark) return 1 + 0.5 * h * damping_.alpha;
     return 1 + 2 * newmark_.stiffness_factor(h) * damping_.alpha / h;
   }
+  void take_impulses_of(Index set, const Points& impulses, ImpulseKind kind);
+  void solve_for_velocities();
   void damping_force(const Vector& p, const Vector& v, Vector& f) const;
   void predict_central_damped();
   void predict_newmark_damped(double h);
@@ -117,6 +110,7 @@ class CoupledBody final : public Body,
   void gather(const Vector& u, const std::vector<Index>& nodes, Points& x) const;
   // weight G M^-1 G^T
   NodeResponse mass_response(const std::vector<Index>& nodes, double weight) const;
+  void add_loads(const std::vector<BodyLoad>& loads);
   void append_load(Vector force, const LoadHistory& history);
   void load(double t, Vector& f) const;
   const Vector& stiffness_force() const;  // K u, formed once for each u
@@ -129,12 +123,9 @@ class CoupledBody final : public Body,
   void book_kicks(const Vector& mean_velocity);
   void book_scheme(const Vector& change_of_Ku);
 
-  std::string name_;
   std::shared_ptr<CoupledSystem> system_;
   Placement placement_;
-  Scheme scheme_;
   NewmarkOptions newmark_;
-  Points X_;
   std::vector<std::vector<Index>> sets_, means_;
   std::vector<Load> loads_;
   LoadNumbers load_of_;
@@ -162,7 +153,7 @@ class CoupledBody final : public Body,
   mutable bool Ku_is_current_ = false, v_now_is_current_ = false;
   // arrived_: the end of the step is known, impulses included
   bool started_ = false, arrived_ = false;
-  double t_ = 0, h_ = 0, last_h_ = 0;
+  double last_h_ = 0;
   BodyWork work_;
 };
 

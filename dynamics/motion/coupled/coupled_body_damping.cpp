@@ -1,28 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A coupled body with Rayleigh's damping, C = alpha M + beta K.
-#include <cassert>
-
-#include "common/base/error.hpp"
 #include "dynamics/motion/coupled/coupled_body.hpp"
 
 namespace cbr {
-
-void CoupledBody::damp(const Damping& damping) {
-  assert(loads_.empty() && !started_ && last_h_ == 0);
-  if (damping.needs_modes())
-    throw InputError("instance '" + name_ +
-                     "': loss_factor and damping of modes need modal coordinates. A full mesh has "
-                     "none, nor has a superelement without its diagonal form: give its material "
-                     "damping: {alpha, beta}, or of a superelement use integrator: exact or a "
-                     "larger --diagonal-limit");
-  damping_ = damping.material;
-  damping_room_.setZero(system_->n());
-  Cv_.setZero(system_->n());
-  if (scheme_ != Scheme::newmark) return;
-  v_ = p_;
-  system_->factor(0).solve(v_);
-  damping_force(p_, v_, Cv_);
-}
 
 // f = alpha p + beta K v, p = M v, on the free directions.
 void CoupledBody::damping_force(const Vector& p, const Vector& v, Vector& f) const {

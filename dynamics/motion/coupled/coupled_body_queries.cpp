@@ -26,7 +26,8 @@ Index CoupledBody::track_mean(const std::vector<Index>& nodes) {
 void CoupledBody::gather(const Vector& u, const std::vector<Index>& nodes, Points& x) const {
   x.resize(static_cast<Index>(nodes.size()), 3);
   for (Index i = 0; i < x.rows(); ++i)
-    x.row(i) = X_.row(nodes[i]) + (placement_.T * displacement(u, nodes[i])).transpose();
+    x.row(i) = reference_positions().row(nodes[i]) +
+               (placement_.T * displacement(u, nodes[i])).transpose();
 }
 
 void CoupledBody::positions(Index set, Points& x) const { gather(u_, sets_[set], x); }
@@ -37,7 +38,7 @@ void CoupledBody::mean_motion(Index set, Vector3& position, Vector3& velocity) c
   position.setZero();
   velocity.setZero();
   for (const Index node : means_[set]) {
-    position += X_.row(node).transpose() + placement_.T * displacement(u_, node);
+    position += reference_positions().row(node).transpose() + placement_.T * displacement(u_, node);
     velocity += placement_.T * displacement(present, node);
   }
   const double n = static_cast<double>(means_[set].size());
@@ -49,11 +50,11 @@ void CoupledBody::mean_motion(Index set, Vector3& position, Vector3& velocity) c
 // under the internal forces and loads: second order at t_.
 const Vector& CoupledBody::present_velocities() const {
   if (v_now_is_current_) return v_now_;
-  if (scheme_ == Scheme::central_difference && last_h_ == 0) {
+  if (scheme() == Scheme::central_difference && last_h_ == 0) {
     v_now_ = v_;
   } else {
     v_now_ = p_;
-    if (scheme_ == Scheme::central_difference) {
+    if (scheme() == Scheme::central_difference) {
       load(t_, work_vector_);
       v_now_ += 0.5 * last_h_ * (work_vector_ - stiffness_force());
       if (is_damped()) {
@@ -88,7 +89,7 @@ NodeResponse CoupledBody::mass_response(const std::vector<Index>& nodes, double 
 
 // h M^-1, or h / 2 A^-1 (newmark.hpp).
 NodeResponse CoupledBody::response(Index set, double h) const {
-  if (scheme_ == Scheme::central_difference) return mass_response(sets_[set], h / mass_factor(h));
+  if (scheme() == Scheme::central_difference) return mass_response(sets_[set], h / mass_factor(h));
   NodeResponse response;
   response.set_block(0.5 * h / mass_factor(h) *
                      system_->nodal_inverse(theta(h), sets_[set], placement_.T));
@@ -120,32 +121,30 @@ void CoupledBody::append_load(Vector force, const LoadHistory& history) {
   }
 }
 
-void CoupledBody::add_force(const Points& forces, const LoadHistory& history) {
-  Vector f = Vector::Zero(system_->n());
-  for (Index i = 0; i < forces.rows(); ++i)
-    f.segment<3>(system_->n_modal() + 3 * i) = placement_.T.transpose() * forces.row(i).transpose();
-  append_load(std::move(f), history);
-}
-
-void CoupledBody::add_gravity(const Vector3& acceleration, const LoadHistory& history) {
-  // M R_t g
-  Vector f = system_->rigid_momentum().leftCols(3) * (placement_.T.transpose() * acceleration);
-  append_load(std::move(f), history);
-}
-
-void CoupledBody::add_modal_force(const Vector& forces, const LoadHistory& history) {
-  Vector f = Vector::Zero(system_->n());
-  f.head(forces.size()) = forces;
-  append_load(std::move(f), history);
+void CoupledBody::add_loads(const std::vector<BodyLoad>& loads) {
+  for (const BodyLoad& load : loads) {
+    const auto [of_nodes, modal] = forces_of(load);
+    if (of_nodes || modal.size() > 0) {
+      const Points forces = of_nodes.on_nodes();
+      Vector f = Vector::Zero(system_->n());
+      f.head(modal.size()) = modal;
+      for (Index i = 0; i < forces.rows(); ++i)
+        f.segment<3>(system_->n_modal() + 3 * i) =
+            placement_.T.transpose() * forces.row(i).transpose();
+      append_load(std::move(f), load.history);
+    }
+    // M R_t g
+    if (load.acceleration)
+      append_load(
+          system_->rigid_momentum().leftCols(3) * (placement_.T.transpose() * *load.acceleration),
+          load.history);
+  }
 }
 
 void CoupledBody::add_start_impulse(const Vector& impulse) {
   p_ += impulse;
   system_->drop_held(p_);
-  if (scheme_ != Scheme::central_difference) return;
-  v_ = p_;
-  system_->factor(0).solve(v_);
-  v_end_ = velocity_kick_ = v_;
+  solve_for_velocities();
 }
 
 BodyState CoupledBody::state() const {
@@ -162,7 +161,7 @@ BodyState CoupledBody::state() const {
       T.determinant() * (T * rate.tail<3>()) + state.center_of_mass.cross(state.momentum);
   state.rotation = solve_symmetric(rigid.inertia, moment.tail<3>()).norm();
   if (!std::isfinite(state.rotation)) state.rotation = 0;
-  if (scheme_ == Scheme::central_difference) {
+  if (scheme() == Scheme::central_difference) {
     // 1/2 v- M v+ with v+ of the internal forces alone: what leapfrog conserves together with the
     // strain energy
     state.kinetic_energy = 0.5 * v_.dot(p_) - 0.5 * last_h_ * v_.dot(Ku);
@@ -179,7 +178,7 @@ void CoupledBody::coordinates(Vector& q, Vector& rates) const {
 }
 
 void CoupledBody::displacements(Points& u, Points& v) const {
-  const Index n_modal = system_->n_modal(), n = X_.rows();
+  const Index n_modal = system_->n_modal(), n = n_nodes();
   u = Eigen::Map<const Points>(u_.data() + n_modal, n, 3) * placement_.T.transpose();
   v = Eigen::Map<const Points>(present_velocities().data() + n_modal, n, 3) *
       placement_.T.transpose();

@@ -121,9 +121,10 @@ Settled CoupledBody::settle() {
 void CoupledBody::end_load_step() { statics_.book(u_, work_); }
 
 // Central differences keep rates half a step before, of a body at rest under all forces.
-void CoupledBody::start_motion(double h) {
+void CoupledBody::start_motion(double h, const std::vector<BodyLoad>& loads) {
+  add_loads(loads);
   work_ = BodyWork();
-  if (scheme_ == Scheme::central_difference && !statics_.empty()) last_h_ = h;
+  if (scheme() == Scheme::central_difference && !statics_.empty()) last_h_ = h;
 }
 
 }  // namespace cbr

@@ -23,8 +23,14 @@ void take_rows(const Vector& of_all, const std::vector<Index>& rows, double fact
 
 StaticsBody::StaticsBody(std::string name, std::shared_ptr<const Superelement> superelement,
                          std::shared_ptr<const StaticsForm> form, const Placement& placement,
-                         Scheme scheme, const NewmarkOptions& newmark)
-    : modal_(std::move(name), superelement, modal_of(form), placement, scheme, newmark),
+                         Scheme scheme, const NewmarkOptions& newmark, const Damping& damping)
+    : Body({.name = name,
+            .scheme = scheme,
+            .n_dofs = form->modal.omega.size(),
+            .positions = placement.placed(superelement->coordinates),
+            .steps_alone = scheme == Scheme::exact,
+            .contact_share = form->is_massless ? 0.2 : 1}),
+      modal_(std::move(name), superelement, modal_of(form), placement, scheme, newmark, damping),
       superelement_(std::move(superelement)),
       form_(std::move(form)),
       T_(placement.T),
@@ -42,6 +48,7 @@ Index StaticsBody::track(const std::vector<Index>& nodes) {
   for (Vector* x :
        {&set.w, &set.w_end, &set.force, &set.force_end, &set.friction, &set.friction_end})
     x->setZero(set.of->rows->size());
+  if (!g_.isZero(0)) take_rows(*form_->rows.F * g_, set.of->row, 1, set.w);
   sets_.push_back(std::move(set));
   return static_cast<Index>(sets_.size()) - 1;
 }
@@ -77,12 +84,10 @@ void StaticsBody::predicted_positions(Index set, Points& x) const {
   if (is_pushed_ || !loads_.empty()) add_rows(sets_[set], sets_[set].w_end, x);
 }
 
-void StaticsBody::predict(double t, double h) {
-  t_ = t;
-  h_ = h;
-  following_ = form_->following(h);
-  modal_.predict(t, h);
-  const double left = follow_on(1 - h / following_);
+void StaticsBody::predict_end() {
+  following_ = form_->following(h_);
+  modal_.predict(t_, h_);
+  const double left = follow_on(1 - h_ / following_);
   for (NodeSet& set : sets_) {
     set.w_end = left * set.w;
     set.force_end = left * set.force;
@@ -90,7 +95,7 @@ void StaticsBody::predict(double t, double h) {
   }
   g_end_ = left * g_;
   for (std::size_t l = 0; l < loads_.size(); ++l) {
-    loads_end_[l] = loads_[l].factor * loads_[l].history.value(t + h);
+    loads_end_[l] = loads_[l].factor * loads_[l].history.value(t_ + h_);
     const double change = loads_end_[l] - left * loads_now_[l];
     g_end_ += change * loads_[l].f;
     for (NodeSet& set : sets_) take_rows(loads_[l].Ff, set.of->row, change, set.w_end);
@@ -141,29 +146,27 @@ void StaticsBody::kick(Index set, const Points& impulses, ImpulseKind kind) {
   }
 }
 
-void StaticsBody::add_impulses(Index set, const Points& impulses, ImpulseKind kind) {
+void StaticsBody::take_impulses(Index set, const Impulses& impulses) {
   NodeSet& its = sets_[set];
-  pressed_by(its, impulses, pressed_);
-  rows_ = pressed_;
-  press(*its.of->rows, rows_, still_, columns_);
-  push(set, pressed_, still_.col(0));
-  if (kind == ImpulseKind::friction) its.friction_end += pressed_;
-  kick(set, impulses, kind);
-}
-
-void StaticsBody::add_answered_impulses(Index set, const Points& contact, const Points& friction,
-                                        const Points&, const Vector& still) {
-  NodeSet& its = sets_[set];
-  pressed_by(its, contact, pressed_);
-  const bool rubs = !friction.isZero(0);
+  if (impulses.still == nullptr)
+    return impulses.each([&](const Points& p, ImpulseKind kind) {
+      pressed_by(its, p, pressed_);
+      rows_ = pressed_;
+      press(*its.of->rows, rows_, still_, columns_);
+      push(set, pressed_, still_.col(0));
+      if (kind == ImpulseKind::friction) its.friction_end += pressed_;
+      kick(set, p, kind);
+    });
+  pressed_by(its, impulses.contact, pressed_);
+  const bool rubs = !impulses.friction.isZero(0);
   if (rubs) {
-    pressed_by(its, friction, rubbed_);
+    pressed_by(its, impulses.friction, rubbed_);
     its.friction_end += rubbed_;
     pressed_ += rubbed_;
   }
-  push(set, pressed_, still);
-  kick(set, contact, ImpulseKind::contact);
-  if (rubs) kick(set, friction, ImpulseKind::friction);
+  push(set, pressed_, *impulses.still);
+  kick(set, impulses.contact, ImpulseKind::contact);
+  if (rubs) kick(set, impulses.friction, ImpulseKind::friction);
 }
 
 // The statics' energy 1/2 g . F g changes by exactly what mean forces do on its displacements. What
@@ -241,10 +244,18 @@ void StaticsBody::turn_statics(const Vector& factors, const Vector& largest) {
     }
 }
 
-void StaticsBody::add_force(const Points& forces, const LoadHistory& history) {
-  modal_.add_force(forces, history);
-  StaticLoad load = static_load_of(forces, history);
-  if (!load.f.isZero(0)) append_load(std::move(load));
+void StaticsBody::take_plan(const BodyPlan& plan) {
+  modal_.prepare(plan);
+  add_statics(plan.loads);
+}
+
+void StaticsBody::add_statics(const std::vector<BodyLoad>& loads) {
+  for (const BodyLoad& load : loads) {
+    const NodalForces forces = forces_of(load).forces;
+    if (!forces) continue;
+    StaticLoad added = static_load_of(forces.on_nodes(), load.history);
+    if (!added.f.isZero(0)) append_load(std::move(added));
+  }
 }
 
 void StaticsBody::append_load(StaticLoad load) {
@@ -347,7 +358,7 @@ void StaticsBody::coordinates(Vector& q, Vector& rates) const {
 void StaticsBody::displacements(Points& u, Points& v) const {
   Vector q, rates;
   coordinates(q, rates);
-  const Index n = reference_positions().rows();
+  const Index n = n_nodes();
   u = Eigen::Map<const Points>(q.data() + k_, n, 3) * T_.transpose();
   v = Eigen::Map<const Points>(rates.data() + k_, n, 3) * T_.transpose();
 }

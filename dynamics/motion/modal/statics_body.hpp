@@ -16,10 +16,11 @@ namespace cbr {
 // StaticsForm::following(h), at most 1.8; massless: 1. The interface moves by theta B F B^T lambda,
 // which is in its response. Massless: the modes feel lambda from then on as half a kick before and
 // half a kick after that moment. With Scheme::exact that is Gautschi's trigonometric scheme, by the
-// gain of set_contact_step(); with central differences leapfrog. docs/theory.md, (39), (40). Not
-// with Scheme::newmark. Shapes with mass: the modes get the impulse at the start of the step, as
-// those of SuperelementBody. The statics lose theta (1 - theta / 2) |lambda - g|_F^2 in a step and
-// never bring energy. Neither with add_velocities() or nodal_masses().
+// gain of BodyPlan::contact_step; with central differences leapfrog. docs/theory.md, (39), (40).
+// Not with Scheme::newmark. Shapes with mass: the modes get the impulse at the start of the step,
+// as those of SuperelementBody. The statics lose theta (1 - theta / 2) |lambda - g|_F^2 in a step
+// and never bring energy. Neither with add_velocities() or nodal_masses(). Damping is of the modes:
+// statics follow forces at once, without it.
 class StaticsBody final : public Body,
                           public BoundAbility,
                           public EndImpulseAbility,
@@ -28,20 +29,9 @@ class StaticsBody final : public Body,
  public:
   StaticsBody(std::string name, std::shared_ptr<const Superelement> superelement,
               std::shared_ptr<const StaticsForm> form, const Placement& placement, Scheme scheme,
-              const NewmarkOptions& newmark = {});
+              const NewmarkOptions& newmark = {}, const Damping& damping = {});
 
-  const std::string& name() const override { return modal_.name(); }
-  Index n_dofs() const override { return modal_.n_dofs(); }
   double largest_frequency() const override { return form_->omega_limit; }
-  Scheme scheme() const override { return modal_.scheme(); }
-  bool steps_alone() const override { return modal_.steps_alone(); }
-  double contact_share() const override { return form_->is_massless ? 0.2 : 1; }
-  void set_contact_step(double h) override { modal_.set_contact_step(h); }
-  const Points& reference_positions() const override { return modal_.reference_positions(); }
-
-  // Of the modes: statics follow forces at once, without damping.
-  void damp(const Damping& damping) override { modal_.damp(damping); }
-
   Index track(const std::vector<Index>& nodes) override;
   void positions(Index set, Points& x) const override;
   void predicted_positions(Index set, Points& x) const override;
@@ -52,11 +42,7 @@ class StaticsBody final : public Body,
   Index track_mean(const std::vector<Index>& nodes) override;
   void mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
 
-  void predict(double t, double h) override;
-  using Body::add_impulses;
-  void add_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
-  void add_answered_impulses(Index set, const Points& contact, const Points& friction,
-                             const Points& move, const Vector& still) override;
+  void take_impulses(Index set, const Impulses& impulses) override;
   void accept() override;
   // Of the modes: what statics do to velocities is over at the end of a step.
   EndImpulseAbility* end_impulses() override { return this; }
@@ -72,7 +58,7 @@ class StaticsBody final : public Body,
   void add_static_forces(Index set, const Points& forces, ImpulseKind kind) override;
   Settled settle() override;
   void end_load_step() override;
-  void start_motion(double h) override;
+  void start_motion(double h, const std::vector<BodyLoad>& loads) override;
   const SuperelementBody& modal() const { return modal_; }
   SuperelementBody& modal() { return modal_; }
   const StaticRows& static_rows() const { return form_->rows; }  // of all nodes, component axes
@@ -80,17 +66,10 @@ class StaticsBody final : public Body,
   Vector static_load() const;
 
   NodeResponse response(Index set, double h) const override;
-  void add_force(const Points& forces, const LoadHistory& history) override;
   // Statics of nodal forces whose factor another sets, as SuperelementBody::turn_forces() has it of
   // their modal forces: first `factor`, then at the end of the next step a number for each call.
   void add_turning_statics(const Points& forces, double factor, const LoadHistory& history);
   void turn_statics(const Vector& factors, const Vector& largest);
-  void add_gravity(const Vector3& acceleration, const LoadHistory& history) override {
-    modal_.add_gravity(acceleration, history);
-  }
-  void add_modal_force(const Vector& forces, const LoadHistory& history) override {
-    modal_.add_modal_force(forces, history);
-  }
   StartImpulseAbility* start_impulses() override { return this; }
   void add_start_impulse(const Vector& impulse) override { modal_.add_start_impulse(impulse); }
 
@@ -101,6 +80,9 @@ class StaticsBody final : public Body,
   void keep_state(StateArchive& archive) override;
 
  private:
+  void take_plan(const BodyPlan& plan) override;
+  void predict_end() override;
+
   // Of the set's static rows (s'), now and at the end of the step. w: F (f + g); force, friction:
   // g, of all and of friction.
   struct NodeSet {
@@ -122,6 +104,7 @@ class StaticsBody final : public Body,
   };
 
   StaticLoad static_load_of(const Points& forces, const LoadHistory& history) const;
+  void add_statics(const std::vector<BodyLoad>& loads);
   void append_load(StaticLoad load);
   void keep_load_step();
   NodeResponse massless_static_response(const NodeSet& set, const ResponseOf& of,
@@ -154,7 +137,7 @@ class StaticsBody final : public Body,
   Vector pressed_, rubbed_;                    // workspaces: impulses / h along a set's rows
   Matrix rows_, still_;
   std::vector<Index> columns_;
-  double t_ = 0, h_ = 0, following_ = 0;
+  double following_ = 0;
   // has g at the end of this step; at the start or the end of the last one
   bool is_pushed_ = false, was_in_contact_ = false;
   bool has_force_ = false;  // has g now

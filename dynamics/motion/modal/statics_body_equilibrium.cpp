@@ -33,7 +33,7 @@ void StaticsBody::keep_load_step() {
 
 void StaticsBody::relax(const Rest& rest) {
   if (load_step_.g.size() == 0) {
-    // The statics of loads that add_force() found at the start come with the first load step
+    // The statics of loads that take_plan() found at the start come with the first load step
     g_.setZero();
     for (NodeSet& set : sets_) set.w.setZero();
     std::fill(loads_now_.begin(), loads_now_.end(), 0.0);
@@ -115,8 +115,9 @@ void StaticsBody::end_load_step() {
 }
 
 // Forces that last have been followed for long.
-void StaticsBody::start_motion(double h) {
-  if (load_step_.g.size() == 0) return;
+void StaticsBody::start_motion(double h, const std::vector<BodyLoad>& loads) {
+  add_statics(loads);
+  if (load_step_.g.size() == 0) return modal_.start_motion(h, loads);
   work_ = BodyWork();
   h_ = h;
   g_before_ = g_;
@@ -124,9 +125,9 @@ void StaticsBody::start_motion(double h) {
   still_left_ = 1;
   if (form_->is_massless) {
     eta_before_ = modal_.modal_coordinates();
-    modal_.start_late_motion(h);
+    modal_.start_late_motion(h, loads);
   } else {
-    modal_.start_motion(h);
+    modal_.start_motion(h, loads);
   }
 }
 

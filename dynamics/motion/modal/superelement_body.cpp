@@ -20,16 +20,18 @@ SuperelementBody::SuperelementBody(std::string name,
                                    std::shared_ptr<const Superelement> superelement,
                                    std::shared_ptr<const DiagonalForm> form,
                                    const Placement& placement, Scheme scheme,
-                                   const NewmarkOptions& newmark)
-    : name_(std::move(name)),
+                                   const NewmarkOptions& newmark, const Damping& damping)
+    : Body({.name = std::move(name),
+            .scheme = scheme,
+            .n_dofs = form->omega.size(),
+            .positions = placement.placed(superelement->coordinates),
+            .steps_alone = scheme == Scheme::exact}),
       superelement_(std::move(superelement)),
       form_(std::move(form)),
       placement_(placement),
-      scheme_(scheme),
       newmark_(newmark),
-      rows_(form_->shared.row_table(*superelement_)) {
-  X_ = (superelement_->coordinates * placement_.T.transpose()).rowwise() +
-       placement_.position.transpose();
+      rows_(form_->shared.row_table(*superelement_)),
+      damping_(damping.rates(form_->omega)) {
   const Index n = form_->omega.size();
   for (Vector* x : {&eta_, &v_, &eta_end_, &v_end_, &kick_, &friction_kick_, &end_kick_, &f_, &f0_,
                     &f1_, &work_eta_, &work_v_})
@@ -43,14 +45,15 @@ double SuperelementBody::largest_frequency() const {
 }
 
 Index SuperelementBody::track(const std::vector<Index>& nodes) {
-  sets_.push_back({form_->shared.rows(form_->V, *rows_, nodes), X_(nodes, Eigen::all)});
+  sets_.push_back(
+      {form_->shared.rows(form_->V, *rows_, nodes), reference_positions()(nodes, Eigen::all)});
   local_.resize(std::max<Index>(local_.rows(), static_cast<Index>(nodes.size())), 3);
   return static_cast<Index>(sets_.size()) - 1;
 }
 
 Index SuperelementBody::track_mean(const std::vector<Index>& nodes) {
   means_.push_back({form_->shared.mean_rows(form_->V, *rows_, nodes),
-                    X_(nodes, Eigen::all).colwise().mean().transpose()});
+                    reference_positions()(nodes, Eigen::all).colwise().mean().transpose()});
   return static_cast<Index>(means_.size()) - 1;
 }
 
@@ -138,23 +141,21 @@ double SuperelementBody::energy_product(const Vector& a, const Vector& b) const 
   return weight_.size() > 0 ? (a.array() * b.array() * weight_.array()).sum() : a.dot(b);
 }
 
-void SuperelementBody::predict(double t, double h) {
-  t_ = t;
-  h_ = h;
+void SuperelementBody::predict_end() {
   kicked_ = rubbed_ = end_kicked_ = false;
   if (late_end_kick_.size() > 0) {
     late_end_kick_.setZero();
     late_end_friction_.setZero();
   }
-  switch (scheme_) {
+  switch (scheme()) {
     case Scheme::exact:
       propagate(eta_, v_, eta_end_, v_end_, nullptr);
       break;
     case Scheme::central_difference:
-      predict_central(h);
+      predict_central(h_);
       break;
     case Scheme::newmark:
-      predict_newmark(h);
+      predict_newmark(h_);
       break;
   }
 }
@@ -170,7 +171,11 @@ void SuperelementBody::take_kick(Index set, const Points& impulses) {
   f_.head(form_->n_rigid).noalias() = E * (momentum / E.col(0).squaredNorm());
 }
 
-void SuperelementBody::add_impulses(Index set, const Points& impulses, ImpulseKind kind) {
+void SuperelementBody::take_impulses(Index set, const Impulses& impulses) {
+  impulses.each([&](const Points& p, ImpulseKind kind) { take_impulses_of(set, p, kind); });
+}
+
+void SuperelementBody::take_impulses_of(Index set, const Points& impulses, ImpulseKind kind) {
   take_kick(set, impulses);
   if (!kicked_) kick_.setZero();
   kick_ += f_;
@@ -186,7 +191,7 @@ void SuperelementBody::add_impulses(Index set, const Points& impulses, ImpulseKi
     const ModalPropagator& step = propagator(h_);
     eta_end_.array() += step.s.array() * f_.array();
     v_end_.array() += step.velocity_left().array() * f_.array();
-  } else if (scheme_ == Scheme::newmark) {
+  } else if (scheme() == Scheme::newmark) {
     push_newmark(f_);
   } else if (is_damped()) {
     const Vector change = kicked_by(f_);
@@ -210,7 +215,7 @@ void SuperelementBody::add_late(Index set, const Points& impulses, ImpulseKind k
 
 Vector3 SuperelementBody::add_velocities(Index set, const Points& velocities,
                                          const Vector3& momentum) {
-  assert(scheme_ != Scheme::newmark && gain_.size() == 0 && !is_damped());
+  assert(scheme() != Scheme::newmark && gain_.size() == 0 && !is_damped());
   const Matrix3& T = placement_.T;
   const Matrix& B = velocity_map(*sets_[set].rows);
   // change = V^T M^ [0; dv]: V^-1 of a velocity of the interface dofs alone
@@ -320,7 +325,7 @@ void SuperelementBody::accept_central() {
 }
 
 void SuperelementBody::accept() {
-  switch (scheme_) {
+  switch (scheme()) {
     case Scheme::exact:
       accept_exact();
       break;

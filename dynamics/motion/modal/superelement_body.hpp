@@ -15,6 +15,7 @@
 #include "common/superelement/superelement.hpp"
 #include "dynamics/motion/body.hpp"
 #include "dynamics/motion/breakpoints.hpp"
+#include "dynamics/motion/damping.hpp"
 #include "dynamics/motion/modal/forms/diagonal_form.hpp"
 #include "dynamics/motion/modal/forms/modal_propagator.hpp"
 #include "dynamics/motion/modal/forms/spin_coupling.hpp"
@@ -28,6 +29,11 @@ struct Placement {
   Matrix3 T = Matrix3::Identity();
   Vector3 position = Vector3::Zero();
   Vector3 velocity = Vector3::Zero();  // of the whole body at the start, scene axes
+
+  // of points of the component, n x 3
+  std::shared_ptr<const Points> placed(const Points& x) const {
+    return std::make_shared<const Points>((x * T.transpose()).rowwise() + position.transpose());
+  }
 };
 
 // Assumes small displacements and rotations relative to the placed component (state().rotation says
@@ -45,17 +51,9 @@ class SuperelementBody final : public Body,
   // with Scheme::newmark only.
   SuperelementBody(std::string name, std::shared_ptr<const Superelement> superelement,
                    std::shared_ptr<const DiagonalForm> form, const Placement& placement,
-                   Scheme scheme, const NewmarkOptions& newmark = {});
+                   Scheme scheme, const NewmarkOptions& newmark = {}, const Damping& damping = {});
 
-  const std::string& name() const override { return name_; }
-  Index n_dofs() const override { return form_->omega.size(); }
   double largest_frequency() const override;
-  Scheme scheme() const override { return scheme_; }
-  bool steps_alone() const override { return is_exact(); }
-  const Points& reference_positions() const override { return X_; }
-
-  void damp(const Damping& damping) override;
-
   Index track(const std::vector<Index>& nodes) override;
   void positions(Index set, Points& x) const override;
   void predicted_positions(Index set, Points& x) const override;
@@ -71,10 +69,7 @@ class SuperelementBody final : public Body,
   // it is no longer than the critical one. For bodies whose statics answer forces at once, which
   // have no law of velocities.
   void kick_at_start() { may_kick_at_start_ = true; }
-  void set_contact_step(double h) override;
-  void predict(double t, double h) override;
-  using Body::add_impulses;
-  void add_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
+  void take_impulses(Index set, const Impulses& impulses) override;
   void accept() override;
   EndImpulseAbility* end_impulses() override { return this; }
   void end_velocities(Index set, Points& v) override;
@@ -89,9 +84,9 @@ class SuperelementBody final : public Body,
   void add_static_forces(Index set, const Points& forces, ImpulseKind kind) override;
   Settled settle() override;
   void end_load_step() override;
-  void start_motion(double h) override;
+  void start_motion(double h, const std::vector<BodyLoad>& loads) override;
   // The same with the forces of contact at the ends of steps, as those of add_end_impulses().
-  void start_late_motion(double h);
+  void start_late_motion(double h, const std::vector<BodyLoad>& loads);
   ResponseOf static_response_of(double hold, Vector& weight) const;  // as response_of()
   double mass() const { return superelement_->rigid_body.mass; }
   Vector3 center_of_mass() const { return center_at(eta_); }
@@ -152,7 +147,7 @@ class SuperelementBody final : public Body,
   // Shapes alone follow: other coordinates of the same nodes, for take_shape() and displacements().
   void take_form(std::shared_ptr<const DiagonalForm> form);
   // From here on forces on nodes are also summed, with a factor of 1 (N x 3, component axes).
-  void sum_forces() { forces_ = Points::Zero(X_.rows(), 3); }
+  void sum_forces() { forces_ = Points::Zero(n_nodes(), 3); }
   const Points& forces() const { return forces_; }
   // What response(set, h) is V_c diag(weight) V_c^T of, for those that do not want it formed; the
   // rows V_c of a set.
@@ -165,9 +160,6 @@ class SuperelementBody final : public Body,
   NodalAbility* nodal() override { return this; }
   Points nodal_masses(Index set) const override;
   Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum) override;
-  void add_force(const Points& forces, const LoadHistory& history) override;
-  void add_gravity(const Vector3& acceleration, const LoadHistory& history) override;
-  void add_modal_force(const Vector& forces, const LoadHistory& history) override;
   StartImpulseAbility* start_impulses() override { return this; }
   void add_start_impulse(const Vector& impulse) override;
 
@@ -178,6 +170,9 @@ class SuperelementBody final : public Body,
   void keep_state(StateArchive& archive) override;
 
  private:
+  void take_plan(const BodyPlan& plan) override;
+  void predict_end() override;
+
   struct NodeSet {
     std::shared_ptr<const NodeRows> rows;
     Points X;  // m x 3, scene axes
@@ -195,6 +190,7 @@ class SuperelementBody final : public Body,
   const ModalPropagator& propagator(double h) const;
   const Vector& present_rates() const;
   MotionBound bound(Index set, bool quick) const;  // eta' at the time of eta
+  void take_load(const BodyLoad& load);
   void append_load(const Vector& amplitude, const LoadHistory& history);
   void load_amplitudes(double t, Vector& f) const;
   struct FlowWork {
@@ -220,6 +216,8 @@ class SuperelementBody final : public Body,
   double static_pull() const;
   Vector contact_kick(double h, const Vector& force) const;
   Vector kicked_by(const Vector& kick) const;
+  void set_contact_step(double h);
+  void take_impulses_of(Index set, const Points& impulses, ImpulseKind kind);
   void predict_central(double h);
   void predict_central_damped();
   void predict_newmark_damped(double h);
@@ -239,14 +237,11 @@ class SuperelementBody final : public Body,
   void book_friction(double work);
   void arrive_newmark();
 
-  std::string name_;
   std::shared_ptr<const Superelement> superelement_;
   std::shared_ptr<const DiagonalForm> form_;
   Placement placement_;
-  Scheme scheme_;
   NewmarkOptions newmark_;
   std::shared_ptr<const IndexTable> rows_;
-  Points X_;
   std::vector<NodeSet> sets_;
   std::vector<MeanSet> means_;
   std::vector<ModalLoad> loads_;
@@ -272,7 +267,7 @@ class SuperelementBody final : public Body,
   Points local_;                    // impulses in component axes
   std::optional<Matrix3> carried_;  // see carry()
   mutable Vector rates_;  // central differences, and coupled with a spin: eta' at the time of eta
-  double t_ = 0, h_ = 0, last_h_ = 0;
+  double last_h_ = 0;
   mutable std::shared_ptr<const ModalPropagator> regular_, other_;  // of the last two step lengths
   // Newmark: the step's move; modal accelerations at its start, and at its end before what the move
   // takes from them; of HHT-alpha the last step's move and change of load

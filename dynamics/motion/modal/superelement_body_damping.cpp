@@ -1,16 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Modes with damping, eta'' + c eta' + omega^2 eta = f, in each scheme.
-#include <cassert>
-
 #include "dynamics/motion/modal/superelement_body.hpp"
 
 namespace cbr {
-
-void SuperelementBody::damp(const Damping& damping) {
-  assert(sets_.empty() && loads_.empty() && gain_.size() == 0);
-  damping_ = damping.rates(form_->omega);
-  regular_ = other_ = nullptr;
-}
 
 std::shared_ptr<const ModalPropagator> SuperelementBody::make_propagator(double h) const {
   if (is_damped()) return form_->shared.propagator(form_->omega, damping_, h, may_be_driven());

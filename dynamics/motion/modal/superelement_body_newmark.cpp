@@ -161,7 +161,7 @@ NodeResponse SuperelementBody::velocity_response(Index set) const {
 }
 
 void SuperelementBody::add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) {
-  if (scheme_ != Scheme::newmark) return add_late(set, impulses, kind);
+  if (scheme() != Scheme::newmark) return add_late(set, impulses, kind);
   arrive_newmark();
   sets_[set].rows->kick(impulses, placement_.T, local_, f_);
   const double work = f_.dot(v_end_) + 0.5 * f_.squaredNorm();

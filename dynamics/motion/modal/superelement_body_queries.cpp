@@ -102,7 +102,7 @@ ResponseOf SuperelementBody::response_of(double h, Vector& weight) const {
     of.contact_step = contact_step_;
     weight = propagator(h).s;
     if (gain_.size() > 0) weight.array() *= gain_.array();
-  } else if (scheme_ == Scheme::newmark) {
+  } else if (scheme() == Scheme::newmark) {
     of.weight =
         kicks_at_start(h) ? ResponseOf::Weight::newmark_at_start : ResponseOf::Weight::newmark;
     of.theta = newmark_.stiffness_factor(h);
@@ -192,20 +192,35 @@ void SuperelementBody::take_shape(const Vector& eta) {
 
 void SuperelementBody::take_form(std::shared_ptr<const DiagonalForm> form) {
   form_ = std::move(form);
+  facts_.n_dofs = form_->omega.size();
   take_shape(Vector::Zero(form_->omega.size()));
 }
 
-void SuperelementBody::add_force(const Points& forces, const LoadHistory& history) {
-  if (forces_.size() > 0) forces_ += forces * placement_.T;
-  append_load(modal_force({forces}), history);
+void SuperelementBody::take_plan(const BodyPlan& plan) {
+  for (const BodyLoad& load : plan.loads) take_load(load);
+  if (plan.contact_step > 0) set_contact_step(plan.contact_step);
+}
+
+void SuperelementBody::take_load(const BodyLoad& load) {
+  const auto [forces, modal] = forces_of(load);
+  if (forces) {
+    if (forces_.size() > 0) forces_ += forces.on_nodes() * placement_.T;
+    append_load(modal_force({forces}), load.history);
+  }
+  if (modal.size() > 0)
+    append_load(form_->V.topRows(modal.size()).transpose() * modal, load.history);
+  if (load.acceleration)
+    append_load(form_->E.leftCols(3) * (placement_.T.transpose() * *load.acceleration),
+                load.history);
 }
 
 // f in component axes: T^T f of each node, of few most often
 Vector SuperelementBody::modal_force(const ForcePattern& pattern) const {
   Vector amplitude = Vector::Zero(form_->V.cols());
-  for (Index i = 0; i < pattern.forces.rows(); ++i) {
-    if (pattern.forces.row(i).isZero(0)) continue;
-    const Vector3 local = placement_.T.transpose() * pattern.forces.row(i).transpose();
+  const Points forces = pattern.forces.on_nodes();
+  for (Index i = 0; i < forces.rows(); ++i) {
+    if (forces.row(i).isZero(0)) continue;
+    const Vector3 local = placement_.T.transpose() * forces.row(i).transpose();
     for (int d = 0; d < 3; ++d)
       if (const Index row = (*rows_)(i, d); row >= 0 && local[d] != 0)
         amplitude += local[d] * form_->V.row(row).transpose();
@@ -213,14 +228,6 @@ Vector SuperelementBody::modal_force(const ForcePattern& pattern) const {
   if (pattern.modal.size() > 0)
     amplitude += form_->V.topRows(pattern.modal.size()).transpose() * pattern.modal;
   return amplitude;
-}
-
-void SuperelementBody::add_gravity(const Vector3& acceleration, const LoadHistory& history) {
-  append_load(form_->E.leftCols(3) * (placement_.T.transpose() * acceleration), history);
-}
-
-void SuperelementBody::add_modal_force(const Vector& forces, const LoadHistory& history) {
-  append_load(form_->V.topRows(forces.size()).transpose() * forces, history);
 }
 
 void SuperelementBody::add_start_impulse(const Vector& impulse) {
@@ -235,7 +242,7 @@ void SuperelementBody::add_start_impulse(const Vector& impulse) {
 // Central differences: the mid-step velocity, half a step on under the internal forces and loads,
 // second order at t_.
 const Vector& SuperelementBody::present_rates() const {
-  if (scheme_ != Scheme::central_difference) return drift_.size() > 0 ? rates_ = v_ + drift_ : v_;
+  if (scheme() != Scheme::central_difference) return drift_.size() > 0 ? rates_ = v_ + drift_ : v_;
   load_amplitudes(t_, rates_);
   rates_ = v_ + 0.5 * last_h_ * (rates_ - form_->omega.cwiseAbs2().cwiseProduct(eta_));
   if (is_damped()) rates_.array() /= 1 + 0.5 * last_h_ * damping_.c.array();
@@ -276,7 +283,7 @@ BodyState SuperelementBody::state() const {
   const double strain = weight_.size() > 0
                             ? 0.5 * ((omega * eta_.array()).square() * weight_.array()).sum()
                             : 0.5 * (omega * eta_.array()).square().sum();
-  if (scheme_ != Scheme::central_difference) {
+  if (scheme() != Scheme::central_difference) {
     // In the middle of a kick of forces
     state.kinetic_energy = 0.5 * energy_product(v_, v_);
     if (late_kick_.size() > 0)
@@ -296,7 +303,7 @@ BodyState SuperelementBody::state() const {
 }
 
 void SuperelementBody::coordinates(Vector& q, Vector& rates) const {
-  const Index k = superelement_->k(), n = X_.rows();
+  const Index k = superelement_->k(), n = n_nodes();
   q.setZero(k + 3 * n);
   rates.setZero(k + 3 * n);
   if (eta_.size() == 0) return;
@@ -316,7 +323,7 @@ void SuperelementBody::coordinates(Vector& q, Vector& rates) const {
 void SuperelementBody::displacements(Points& u, Points& v) const {
   Vector q, rates;
   coordinates(q, rates);
-  const Index k = superelement_->k(), n = X_.rows();
+  const Index k = superelement_->k(), n = n_nodes();
   u = Eigen::Map<const Points>(q.data() + k, n, 3) * placement_.T.transpose();
   v = Eigen::Map<const Points>(rates.data() + k, n, 3) * placement_.T.transpose();
 }

@@ -69,15 +69,17 @@ Vector SuperelementBody::contact_kick(double h, const Vector& force) const {
 // Impulses at the start of steps hold the body where it is at their ends, where it has half of a
 // kick less than in the mean. With central differences its rates are those half a step before, of a
 // body at rest under all forces.
-void SuperelementBody::start_motion(double h) {
+void SuperelementBody::start_motion(double h, const std::vector<BodyLoad>& loads) {
+  for (const BodyLoad& load : loads) take_load(load);
   if (statics_.empty()) return;
   const Vector kick = contact_kick(h, statics_.contact + statics_.friction);
   work_ = BodyWork();
-  if (is_exact() || (scheme_ == Scheme::newmark && kicks_at_start(h))) v_ -= 0.5 * kick;
-  if (scheme_ == Scheme::central_difference) last_h_ = h;
+  if (is_exact() || (scheme() == Scheme::newmark && kicks_at_start(h))) v_ -= 0.5 * kick;
+  if (scheme() == Scheme::central_difference) last_h_ = h;
 }
 
-void SuperelementBody::start_late_motion(double h) {
+void SuperelementBody::start_late_motion(double h, const std::vector<BodyLoad>& loads) {
+  for (const BodyLoad& load : loads) take_load(load);
   if (statics_.empty()) return;
   work_ = BodyWork();
   late_friction_ = contact_kick(h, statics_.friction);

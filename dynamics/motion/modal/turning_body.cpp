@@ -6,8 +6,6 @@
 #include <cmath>
 #include <utility>
 
-#include "common/base/error.hpp"
-#include "common/base/format_text.hpp"
 #include "common/files/state_archive.hpp"
 #include "common/linalg/dense.hpp"
 
@@ -34,22 +32,12 @@ Vector3 moment_about(const Vector3& c, const Points& x, const Points& impulses) 
   return sum;
 }
 
-// rad, the most that a body turns in a part of a step. Forces that turn with it are linear in time
-// there, which is wrong by the square of this angle / 12: small beside what the first order in the
-// strain leaves out. Moments of loads act at the ends of a part, and need smaller ones.
-constexpr double largest_turn = 0.1, largest_turn_of_loads = 0.02;
-// rad: beyond it a step has millions of parts, and the scene is wrong.
-constexpr double largest_turn_of_step = 1e4;
-
-// What couples modes acts at the ends of a step: it turns by this at most, and the phase of the
-// highest coupled mode by that, rad.
-constexpr double largest_turn_of_coupling = 0.1, largest_phase = 2;
-
 }  // namespace
 
 TurningBody::TurningBody(std::unique_ptr<Body> inner, SuperelementBody& modal, StaticsBody* statics,
                          bool late, const Vector3& angular_velocity, double end)
-    : inner_(std::move(inner)),
+    : Body(inner->facts()),
+      inner_(std::move(inner)),
       modal_(modal),
       statics_(statics),
       late_(late),
@@ -84,17 +72,6 @@ void TurningBody::expect_turning() {
   }
   modal_.expect_turning(largest, is_coupled() ? energy_for_modes(momentum) : -1);
 }
-
-// J, the most that coupled modes may get from the spin: all but what the axis of the largest
-// inertia leaves, which swings. momentum: the most there can be, where loads bring any.
-double TurningBody::energy_for_modes(double momentum) const {
-  const double all =
-      loads_.empty() ? spin_energy(now_) : 0.5 * momentum * momentum * now_.rate_per_momentum;
-  const double left = loads_.empty() ? 0.5 * L_.squaredNorm() / (1.1 * largest_inertia_) : 0;
-  return std::max(0.0, all - left);
-}
-
-void TurningBody::damp(const Damping& damping) { inner_->damp(damping); }
 
 Index TurningBody::track(const std::vector<Index>& nodes) {
   placed_.emplace_back();
@@ -159,126 +136,7 @@ void TurningBody::take_axes() {
   modal_.carry(R_);
 }
 
-// J_0 + 2 (tr S 1 - S): what the modes make of the inertia, first order; shape: S, component axes,
-// as xx, yy, zz, xy, yz, xz.
-Matrix3 TurningBody::inertia(const Vector& shape) const {
-  Matrix3 S;
-  S << shape[0], shape[3], shape[5], shape[3], shape[1], shape[4], shape[5], shape[4], shape[2];
-  return J_0_ +
-         2 * (S.trace() * Matrix3::Identity() - modal_.axes() * S * modal_.axes().transpose());
-}
-
-// An axial vector of the component's axes in those of the body, and back.
-Vector3 TurningBody::axial(const Vector3& of_component) const {
-  return modal_.axes().determinant() * (modal_.axes() * of_component);
-}
-
-Vector3 TurningBody::in_component(const Vector3& axial) const {
-  return modal_.axes().determinant() * (modal_.axes().transpose() * axial);
-}
-
-// Of the body as its modes are, where it feels its spin.
-TurnInertia TurningBody::present_turn(SpinCoupling::Shape& shape) const {
-  const Matrix3 J = inertia(modal_.spin_shape());
-  if (!is_coupled()) return {J};
-  shape = coupling_->shape(modal_.modal_coordinates(), modal_.modal_velocities());
-  return with(J, shape);
-}
-
-TurnInertia TurningBody::predicted_turn() const {
-  const Matrix3 J = inertia(modal_.predicted_spin_shape());
-  if (!is_coupled()) return {J};
-  return with(J, coupling_->shape(modal_.predicted_modal_coordinates(),
-                                  modal_.predicted_modal_velocities()));
-}
-
-TurnInertia TurningBody::with(const Matrix3& J, const SpinCoupling::Shape& shape) const {
-  return {J + modal_.axes() * shape.inertia * modal_.axes().transpose(), axial(shape.momentum)};
-}
-
-void TurningBody::take_drift(const SpinCoupling::Shape& shape) {
-  modal_.take_drift(is_coupled() ? Vector(shape.drift * in_component(q_.conjugate() *
-                                                                     now_.angular_velocity(q_, L_)))
-                                 : Vector());
-}
-
-// Of the forces that turn with the body: of the spin, and of each load its vector, for the elastic
-// modes, and its resultant, for the centre of mass. w: scene axes.
-Vector TurningBody::factors(const Eigen::Quaterniond& q, const Vector3& w) const {
-  const Index n_spin = feels_ ? 6 : 0;
-  Vector g(n_spin + 6 * static_cast<Index>(loads_.size()));
-  if (feels_) g.head(6) = centrifugal(modal_.axes().transpose() * (q.conjugate() * w));
-  for (std::size_t l = 0; l < loads_.size(); ++l)
-    g.segment<6>(n_spin + 6 * static_cast<Index>(l)) << loads_[l].vector(q), loads_[l].resultant(q);
-  return g;
-}
-
-// A part of the step, from t = from to `to`: a moment changes the momentum at either end by its
-// integral with the weight of a hat that is 1 there. `share` of the step has gone at this end.
-void TurningBody::add_moments_of_loads(double from, double to, double share, bool at_end,
-                                       const FreeTurn& turn, TurnAtEnd& end) const {
-  const Vector eta = (1 - share) * eta_start_ + share * eta_end_;
-  Vector3 sum = Vector3::Zero();
-  for (const TurningLoad& load : loads_) {
-    const double rising = load.history().rising_integral(from, to);
-    sum += load.moment(end.q, eta) * (at_end ? rising : load.history().integral(from, to) - rising);
-  }
-  end.work += sum.dot(turn.angular_velocity(end.q, end.L + 0.5 * sum));
-  end.L += sum;
-}
-
-// From here, with L, while the inertia goes from what it is to that of `last`.
-TurningBody::TurnAtEnd TurningBody::turn_at_end(Vector3 L, const TurnInertia& last) const {
-  double momentum = L.norm();
-  for (const TurningLoad& load : loads_) momentum += load.largest_moment() * h_;
-  const double most = loads_.empty() ? largest_turn : largest_turn_of_loads;
-  const double angle = now_.rate_per_momentum * momentum * h_;
-  if (!(angle < largest_turn_of_step))
-    throw RunError(
-        format_text("instance '%s' turns by %.3g rad in a step of %.3g s at t = %.4g s: "
-                    "look at the loads and their units, or at the step",
-                    name().c_str(), angle, h_, t_));
-  const auto n = std::max<Index>(1, static_cast<Index>(std::ceil(angle / most)));
-  const auto part = 1 / static_cast<double>(n);
-  const auto at = [&](double share) { return FreeTurn::between(now_, last, share); };
-  TurnAtEnd end{q_, L, 0, {}, Vector3::Zero()};
-  for (Index i = 0; i <= n; ++i) {
-    const double share = static_cast<double>(i) * part;
-    if (i > 0) {
-      const double before = share - part, from = t_ + before * h_, to = t_ + share * h_;
-      if (!loads_.empty()) add_moments_of_loads(from, to, before, false, at(before), end);
-      end.q = at(share - 0.5 * part).turned(end.q, end.L, h_ * part);
-      if (!loads_.empty()) add_moments_of_loads(from, to, share, true, at(share), end);
-    }
-    end.w = at(share).angular_velocity(end.q, end.L);
-    const Vector g = factors(end.q, end.w);
-    if (i == 0) end.g.resize(g.size(), n + 1);
-    end.g.col(i) = g;
-  }
-  return end;
-}
-
-void TurningBody::turn_inner(const TurnInertia& last) {
-  TurnAtEnd to = turn_at_end(L_, last);
-  if (is_coupled())
-    modal_.couple(in_component(q_.conjugate() * now_.angular_velocity(q_, L_)),
-                  in_component(to.q.conjugate() * to.w));
-  if (statics_ != nullptr && !loads_.empty()) {
-    const auto n = static_cast<Index>(loads_.size());
-    Vector of_loads(3 * n), largest(3 * n);
-    for (Index l = 0; l < n; ++l) {
-      const Index row = (feels_ ? 6 : 0) + 6 * l;
-      of_loads.segment<3>(3 * l) = to.g.col(to.g.cols() - 1).segment<3>(row);
-      largest.segment<3>(3 * l).setConstant(loads_[static_cast<std::size_t>(l)].largest_vector());
-    }
-    statics_->turn_statics(of_loads, largest);
-  }
-  modal_.turn_forces(std::move(to.g));
-}
-
-void TurningBody::predict(double t, double h) {
-  t_ = t;
-  h_ = h;
+void TurningBody::predict_end() {
   kick_ = {};
   is_kicked_ = false;
   if (!loads_.empty()) eta_start_ = eta_end_ = modal_.modal_coordinates();
@@ -287,10 +145,10 @@ void TurningBody::predict(double t, double h) {
   if (!is_coupled()) modal_.uncouple();
   if (spins || !loads_.empty()) turn_inner(now_);
   if (spins) {
-    inner_->predict(t, h);
+    inner_->predict(t_, h_);
     turn_inner(predicted_turn());
   }
-  inner_->predict(t, h);
+  inner_->predict(t_, h_);
   if (feels_) step_ = FreeTurn::between(now_, predicted_turn(), 0.5);
   ends_there_ = false;
   end();
@@ -314,16 +172,10 @@ void TurningBody::add_moments(Index set, const Points& impulses, ImpulseKind kin
   add_moment(moment_about(c, placed_[set].x, impulses), kind);
 }
 
-void TurningBody::add_impulses(Index set, const Points& impulses, ImpulseKind kind) {
-  add_moments(set, impulses, kind);
-  inner_->add_impulses(set, impulses * R_, kind);
-}
-
-void TurningBody::add_answered_impulses(Index set, const Points& contact, const Points& friction,
-                                        const Points& move, const Vector& still) {
-  add_moments(set, contact, ImpulseKind::contact);
-  if (!friction.isZero(0)) add_moments(set, friction, ImpulseKind::friction);
-  inner_->add_answered_impulses(set, contact * R_, friction * R_, move, still);
+void TurningBody::take_impulses(Index set, const Impulses& impulses) {
+  impulses.each([&](const Points& p, ImpulseKind kind) { add_moments(set, p, kind); });
+  const Points contact = impulses.contact * R_, friction = impulses.friction * R_;
+  inner_->take_impulses(set, {contact, friction, impulses.move, impulses.still});
 }
 
 // What moments do to a spin that goes from w to w + J^-1 M as `share_of_kick` of J^-1 M is there.
@@ -342,13 +194,6 @@ void TurningBody::accept() {
     predict(t + i * h, h);
     accept_part();
   }
-}
-
-// s, of a step in which the ends may stand for all of it.
-double TurningBody::longest_part() const {
-  const Index highest = coupling_->first() + coupling_->size() - 1;
-  const double w = now_.angular_velocity(q_, L_).norm();
-  return std::min(largest_phase / modal_.form().omega[highest], largest_turn_of_coupling / w);
 }
 
 void TurningBody::accept_part() {
@@ -420,38 +265,50 @@ NodeResponse TurningBody::response(Index set, double h) const {
   return response;
 }
 
-void TurningBody::add_force(const Points& forces, const LoadHistory& history) {
+void TurningBody::take_plan(const BodyPlan& plan) {
+  BodyPlan inner = plan;
+  inner.loads.clear();
+  for (const BodyLoad& load : plan.loads) {
+    if (load.fixed.modal.size() > 0) require_no_modal_forces(load, name());
+    if (load.acceleration) inner.loads.push_back(gravity_load(*load.acceleration, load.history));
+    if (load.fixed.forces) add_fixed_forces(load.fixed.forces.on_nodes(), load.history);
+    if (load.vector) add_vector_force(*load.vector, load.history);
+  }
+  inner_->prepare(inner);
+}
+
+// Forces that stay in the scene's axes, on nodes that turn.
+void TurningBody::add_fixed_forces(const Points& forces, const LoadHistory& history) {
   for (Index d = 0; d < 3; ++d) {
     if (forces.col(d).isZero(0)) continue;
-    VectorLoad load;
-    load.value = Vector3::Unit(d);
-    load.history = history;
+    VectorForce along;
+    along.value = Vector3::Unit(d);
     for (Index a = 0; a < 3; ++a) {
-      Points& pattern = load.patterns[static_cast<std::size_t>(a)].forces;
-      pattern.setZero(forces.rows(), 3);
+      Points pattern = Points::Zero(forces.rows(), 3);
       pattern.col(a) = forces.col(d);
+      along.patterns[static_cast<std::size_t>(a)].forces = pattern;
     }
-    add_vector_load(load);
+    add_vector_force(along, history);
   }
 }
 
-void TurningBody::add_vector_load(const VectorLoad& load) {
-  const TurningLoad added(load, modal_);
+void TurningBody::add_vector_force(const VectorForce& force, const LoadHistory& history) {
+  const TurningLoad added(force, history, modal_);
   const DiagonalForm& form = modal_.form();
   const auto E = form.E.topLeftCorner(form.n_rigid, 3);
   for (Index a = 0; a < 3; ++a) {
-    modal_.add_turning_force(added.elastic().col(a), load.history);
-    const Points& forces = load.patterns[static_cast<std::size_t>(a)].forces;
+    modal_.add_turning_force(added.elastic().col(a), history);
+    const NodalForces& forces = force.patterns[static_cast<std::size_t>(a)].forces;
     if (statics_ != nullptr)
-      statics_->add_turning_statics(forces.rows() > 0 ? forces : Points(Points::Zero(n_nodes(), 3)),
-                                    load.value[a], load.history);
+      statics_->add_turning_statics(forces ? forces.on_nodes() : Points(Points::Zero(n_nodes(), 3)),
+                                    force.value[a], history);
   }
   // The centre of mass moves in the scene's axes, as under SuperelementBody::carry()
   for (Index d = 0; d < 3; ++d) {
     Vector column = Vector::Zero(n_dofs());
     column.head(form.n_rigid) =
         E * (modal_.axes().transpose() * Vector3::Unit(d) / E.col(0).squaredNorm());
-    modal_.add_turning_force(column, load.history);
+    modal_.add_turning_force(column, history);
   }
   loads_.push_back(added);
   expect_turning();

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <memory>
-#include <string>
 #include <vector>
 
 #include "dynamics/motion/modal/free_turn.hpp"
@@ -27,22 +26,12 @@ class TurningBody final : public Body, public BoundAbility, public TurningAbilit
   TurningBody(std::unique_ptr<Body> inner, SuperelementBody& modal, StaticsBody* statics, bool late,
               const Vector3& angular_velocity, double end);
 
-  const std::string& name() const override { return inner_->name(); }
-  Index n_dofs() const override { return inner_->n_dofs(); }
   double largest_frequency() const override { return inner_->largest_frequency(); }
-  Scheme scheme() const override { return inner_->scheme(); }
-  bool steps_alone() const override { return inner_->steps_alone(); }
-  double contact_share() const override { return inner_->contact_share(); }
   // Whether the modes feel the spin: the superelement knows its moments.
   bool feels_spin() const { return feels_; }
   // Whether the superelement knows what couples them with each other and the turn.
   bool has_coupling() const { return coupling_ != nullptr; }
   Vector3 angular_velocity() const { return now_.angular_velocity(q_, L_); }
-  void set_contact_step(double h) override { inner_->set_contact_step(h); }
-  // InputError: mass-proportional damping, which would brake the spin.
-  void damp(const Damping& damping) override;
-  const Points& reference_positions() const override { return inner_->reference_positions(); }
-
   Index track(const std::vector<Index>& nodes) override;
   void positions(Index set, Points& x) const override;
   void predicted_positions(Index set, Points& x) const override;
@@ -57,12 +46,8 @@ class TurningBody final : public Body, public BoundAbility, public TurningAbilit
   Index track_mean(const std::vector<Index>& nodes) override { return inner_->track_mean(nodes); }
   void mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
 
-  void predict(double t, double h) override;
   void accept() override;
-  using Body::add_impulses;
-  void add_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
-  void add_answered_impulses(Index set, const Points& contact, const Points& friction,
-                             const Points& move, const Vector& still) override;
+  void take_impulses(Index set, const Impulses& impulses) override;
   void add_moment(const Vector3& moment, ImpulseKind kind) override;
   TurningAbility* turning() override { return this; }
   const Matrix3& turn_of_step() const override { return R_; }
@@ -78,13 +63,6 @@ class TurningBody final : public Body, public BoundAbility, public TurningAbilit
     return inner_->response(set, h);
   }
   NodeResponse response(Index set, double h) const override;
-  // Forces that stay in the scene's axes, on nodes that turn.
-  void add_force(const Points& forces, const LoadHistory& history) override;
-  void add_vector_load(const VectorLoad& load) override;
-  void add_gravity(const Vector3& acceleration, const LoadHistory& history) override {
-    inner_->add_gravity(acceleration, history);
-  }
-
   BodyState state() const override;
   BodyWork work() const override;
   void displacements(Points& u, Points& v) const override;
@@ -94,6 +72,11 @@ class TurningBody final : public Body, public BoundAbility, public TurningAbilit
   void keep_state(StateArchive& archive) override;
 
  private:
+  void take_plan(const BodyPlan& plan) override;
+  void predict_end() override;
+  void add_fixed_forces(const Points& forces, const LoadHistory& history);
+  void add_vector_force(const VectorForce& force, const LoadHistory& history);
+
   // Positions of a set at the moment at which impulses act, once asked for.
   struct PlacedSet {
     Points x;
@@ -163,7 +146,6 @@ class TurningBody final : public Body, public BoundAbility, public TurningAbilit
   Moments kick_;                     // of the step
   bool is_kicked_ = false;
   Moments last_kick_;  // late: of the last step, which L_ has
-  double t_ = 0, h_ = 0;
   mutable std::vector<PlacedSet> placed_;
   BodyWork work_;  // of the spin
 };

@@ -3,20 +3,22 @@
 
 namespace cbr {
 
-TurningLoad::TurningLoad(const VectorLoad& load, const SuperelementBody& modal)
-    : value_(load.value),
-      follows_(load.follows),
-      history_(load.history),
+TurningLoad::TurningLoad(const VectorForce& force, const LoadHistory& history,
+                         const SuperelementBody& modal)
+    : value_(force.value),
+      follows_(force.follows),
+      history_(history),
       elastic_(Matrix::Zero(modal.n_dofs(), 3)),
       bend_(Matrix::Zero(modal.n_dofs(), 9)) {
   const Vector3 c = modal.center_of_mass();
   const Points& X = modal.reference_positions();
   const Matrix& V = modal.form().V;
   for (Index a = 0; a < 3; ++a) {
-    const ForcePattern& pattern = load.patterns[static_cast<std::size_t>(a)];
+    const ForcePattern& pattern = force.patterns[static_cast<std::size_t>(a)];
     elastic_.col(a) = modal.modal_force(pattern);
-    for (Index i = 0; i < pattern.forces.rows(); ++i) {
-      const Vector3 f = pattern.forces.row(i).transpose();
+    const Points forces = pattern.forces.on_nodes();
+    for (Index i = 0; i < forces.rows(); ++i) {
+      const Vector3 f = forces.row(i).transpose();
       if (f.isZero(0)) continue;
       resultant_.col(a) += f;
       moment_.col(a) += Vector3(X.row(i).transpose() - c).cross(f);

@@ -9,11 +9,11 @@
 
 namespace cbr {
 
-// What a VectorLoad does to a body in axes that turn with it: all is linear in the vector b there.
+// What a VectorForce does to a body in axes that turn with it: all is linear in the vector b there.
 class TurningLoad {
  public:
   // axes: those of the scene at the start. modal: undeformed.
-  TurningLoad(const VectorLoad& load, const SuperelementBody& modal);
+  TurningLoad(const VectorForce& force, const LoadHistory& history, const SuperelementBody& modal);
 
   // n x 3: forces on the elastic modes, b = unit vectors
   const Matrix& elastic() const { return elastic_; }

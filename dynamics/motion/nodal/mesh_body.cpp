@@ -46,14 +46,18 @@ void take_axes(std::vector<HeldDirection>& held) {
 
 MeshBody::MeshBody(std::string name, std::shared_ptr<const MeshModel> model,
                    const Placement& placement, const std::vector<HeldDirection>& held,
-                   std::shared_ptr<RowThreads> threads)
-    : name_(std::move(name)),
+                   std::shared_ptr<RowThreads> threads, MeshOptions options)
+    : Body({.name = std::move(name),
+            .scheme = Scheme::central_difference,
+            .n_dofs = 3 * model->mass.size() - static_cast<Index>(held.size()),
+            .positions = placement.placed(model->coordinates)}),
+      still_(std::move(options.statics)),
       model_(std::move(model)),
       placement_(placement),
       held_(held),
-      threads_(std::move(threads)) {
+      threads_(std::move(threads)),
+      damping_(options.damping) {
   const Index n = model_->mass.size();
-  X_ = (model_->coordinates * placement_.T.transpose()).rowwise() + placement_.position.transpose();
   for (Field* p : {&u_, &v_, &u_end_}) p->setZero(n, 3);
   for (Field* p : {&load_, &Ku_, &v_now_}) p->resize(n, 3);
   for (HeldDirection& h : held_) h.node = model_->row_of_node[h.node];
@@ -64,11 +68,13 @@ MeshBody::MeshBody(std::string name, std::shared_ptr<const MeshModel> model,
     Z_ = free_basis(n, held_);
     factor_ = std::make_shared<SparseCholesky>(SparseMatrix(Z_.transpose() * model_->M * Z_));
     if (!factor_->ok())
-      throw RunError("instance '" + name_ + "': the consistent mass is not positive definite");
+      throw RunError("instance '" + facts_.name +
+                     "': the consistent mass is not positive definite");
   }
   v_.rowwise() = (placement_.T.transpose() * placement_.velocity).transpose();
   hold_velocity();
   largest_frequency_ = held_.empty() ? model_->largest_frequency : held_frequency();
+  if (options.angular_velocity) turn_freely(*options.angular_velocity);
 }
 
 std::vector<Index> MeshBody::rows(const std::vector<Index>& nodes) const {
@@ -99,7 +105,8 @@ void MeshBody::gather(const Field& u, const std::vector<Index>& rows, Points& x)
   x.resize(static_cast<Index>(rows.size()), 3);
   const auto& node = model_->forces.order();
   for (Index i = 0; i < x.rows(); ++i)
-    x.row(i) = X_.row(node[rows[i]]) + (placement_.T * u.row(rows[i]).transpose()).transpose();
+    x.row(i) = reference_positions().row(node[rows[i]]) +
+               (placement_.T * u.row(rows[i]).transpose()).transpose();
 }
 
 void MeshBody::positions(Index set, Points& x) const {
@@ -116,7 +123,7 @@ void MeshBody::mean_motion(Index set, Vector3& position, Vector3& velocity) cons
   const auto& node = model_->forces.order();
   Vector3 X = Vector3::Zero(), u = X, rate = X;
   for (const Index row : means_[set]) {
-    X += X_.row(node[row]).transpose();
+    X += reference_positions().row(node[row]).transpose();
     u += u_.row(row).transpose();
     rate += v.row(row).transpose();
   }
@@ -288,15 +295,6 @@ void MeshBody::leap(double s, double h) {
     u_end_.row(held.node) = u_.row(held.node) + h * v_.row(held.node);
 }
 
-void MeshBody::damp(const Damping& damping) {
-  if (damping.needs_modes())
-    throw InputError("instance '" + name_ +
-                     "': loss_factor and damping of modes cannot be had with as: mesh: give its "
-                     "material damping: {alpha, beta}, or "
-                     "use as: superelement");
-  damping_ = damping.material;
-}
-
 // M^-1 (f - K u - beta K v-): the stiffness part of the damping is half a step late.
 void MeshBody::damped_accelerations(Field& a) const {
   if (damping_.beta == 0) return total_accelerations(a);
@@ -326,9 +324,8 @@ double MeshBody::damping_work() const {
   return work;
 }
 
-void MeshBody::predict(double t, double h) {
-  t_ = t;
-  h_ = h;
+void MeshBody::predict_end() {
+  const double h = h_;
   if (last_h_ == 0) start(h);
   for (std::size_t set = 0; set < sets_.size(); ++set)
     for (Index i = 0; i < v_before_[set].rows(); ++i) v_before_[set].row(i) = v_.row(sets_[set][i]);
@@ -351,7 +348,11 @@ void MeshBody::predict(double t, double h) {
   kicks_.clear();
 }
 
-void MeshBody::add_impulses(Index set, const Points& impulses, ImpulseKind kind) {
+void MeshBody::take_impulses(Index set, const Impulses& impulses) {
+  impulses.each([&](const Points& p, ImpulseKind kind) { take_impulses_of(set, p, kind); });
+}
+
+void MeshBody::take_impulses_of(Index set, const Points& impulses, ImpulseKind kind) {
   if (turning_ && consistent()) forget_end();
   const auto& rows = sets_[set];
   if (consistent()) {
@@ -383,7 +384,7 @@ Vector3 MeshBody::add_velocities(Index set, const Points& velocities, const Vect
   // nodal enforcement would have it.
   Points impulses = velocities;
   for (Index i = 0; i < impulses.rows(); ++i) impulses.row(i) *= model_->mass[sets_[set][i]];
-  add_impulses(set, impulses, ImpulseKind::contact);
+  take_impulses_of(set, impulses, ImpulseKind::contact);
   return Vector3::Zero();
 }
 

@@ -6,6 +6,7 @@
 
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -60,6 +61,15 @@ MeshModel mesh_model(const FiniteElementModel& model, const Points& coordinates,
 MeshModel mesh_model(const FiniteElementModel& model, const Points& coordinates, bool lumped,
                      MeshForces forces);
 
+struct MeshOptions {
+  MaterialDamping damping = {};
+  // rad/s, scene axes, at the start, of a body that nothing holds: it turns by any angle. RunError:
+  // no inertia about an axis.
+  std::optional<Vector3> angular_velocity = {};
+  // A body of the same nodes, held alike, that does statics for this one until start_motion().
+  std::unique_ptr<Body> statics = {};
+};
+
 // `held`: ascending by node, component axes.
 class MeshBody final : public Body,
                        public NodalAbility,
@@ -68,25 +78,13 @@ class MeshBody final : public Body,
                        public TurningAbility {
  public:
   MeshBody(std::string name, std::shared_ptr<const MeshModel> model, const Placement& placement,
-           const std::vector<HeldDirection>& held, std::shared_ptr<RowThreads> threads);
+           const std::vector<HeldDirection>& held, std::shared_ptr<RowThreads> threads,
+           MeshOptions options = {});
   ~MeshBody() override;
 
-  // Once, before track(), damp() and loads, of a body that nothing holds: it turns by any angle.
-  // angular_velocity: rad/s, scene axes, at the start. RunError: no inertia about an axis.
-  void turn_freely(const Vector3& angular_velocity);
-
-  const std::string& name() const override { return name_; }
-  Index n_dofs() const override {
-    return 3 * model_->mass.size() - static_cast<Index>(held_.size());
-  }
   double largest_frequency() const override {
     return critical_frequency(largest_frequency_, damping_.beta);
   }
-  Scheme scheme() const override { return Scheme::central_difference; }
-  const Points& reference_positions() const override { return X_; }
-
-  // Rayleigh's. InputError: damping of modes, and alpha of a body that turns, whose spin it brakes.
-  void damp(const Damping& damping) override;
 
   Index track(const std::vector<Index>& nodes) override;
   void positions(Index set, Points& x) const override;
@@ -94,9 +92,6 @@ class MeshBody final : public Body,
   Index track_mean(const std::vector<Index>& nodes) override;
   void mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
 
-  // Before track() and loads: a body of the same nodes, held alike, that does statics for this one
-  // until start_motion().
-  void do_statics_with(std::unique_ptr<Body> still) { still_ = std::move(still); }
   StaticsAbility* statics() override { return still_ ? this : nullptr; }
   void relax(const Rest& rest) override { still_->statics()->relax(rest); }
   NodeResponse static_response(Index set, double hold) const override {
@@ -107,20 +102,15 @@ class MeshBody final : public Body,
   }
   Settled settle() override { return still_->statics()->settle(); }
   void end_load_step() override { still_->statics()->end_load_step(); }
-  void start_motion(double h) override;
+  void start_motion(double h, const std::vector<BodyLoad>& loads) override;
 
-  void predict(double t, double h) override;
-  using Body::add_impulses;
-  void add_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
+  void take_impulses(Index set, const Impulses& impulses) override;
   void accept() override;
 
   NodeResponse response(Index set, double h) const override;
   NodalAbility* nodal() override { return turning_ ? nullptr : this; }
   Points nodal_masses(Index set) const override;
   Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum) override;
-  void add_force(const Points& forces, const LoadHistory& history) override;
-  void add_vector_load(const VectorLoad& load) override;
-  void add_gravity(const Vector3& acceleration, const LoadHistory& history) override;
   StartImpulseAbility* start_impulses() override { return this; }
   void add_start_impulse(const Vector& impulse) override;
 
@@ -145,6 +135,9 @@ class MeshBody final : public Body,
   void add_moment(const Vector3& moment, ImpulseKind kind) override;
 
  private:
+  void take_plan(const BodyPlan& plan) override;
+  void predict_end() override;
+
   struct Turning;
   struct NodalLoad {
     std::vector<Index> rows;  // ascending: those of a surface, or all
@@ -160,6 +153,8 @@ class MeshBody final : public Body,
   bool consistent() const { return model_->M.size() > 0; }
   std::vector<Index> rows(const std::vector<Index>& nodes) const;
   Points by_nodes(const Field& u) const;  // rows put in the order of the nodes
+  void take_impulses_of(Index set, const Points& impulses, ImpulseKind kind);
+  void add_loads(const std::vector<BodyLoad>& loads);
   void append_load(const Points& forces, const LoadHistory& history);
   void hold(Field& v) const;  // takes the held directions out
   void hold_velocity();
@@ -189,6 +184,7 @@ class MeshBody final : public Body,
 
   bool is_loaded() const;
   // Of a body that turns
+  void turn_freely(const Vector3& angular_velocity);
   void fit_now();
   void forget_end();
   void move_end(Index row, const Vector3& u);
@@ -197,6 +193,7 @@ class MeshBody final : public Body,
   const Field& turned_forces() const;
   void leap_turned(double s, double h);
   void turned_damping(const Field& v, Field& f) const;
+  void add_turned_load(const VectorForce& force, const LoadHistory& history);
   void add_turned_loads(double t, Field& f) const;
   BodyTurn turn_of(const MeshFit& fit) const;
   void unturned(const MeshFit& fit, const Field& u, Index set, Points& x) const;
@@ -208,7 +205,6 @@ class MeshBody final : public Body,
   void keep_turning(StateArchive& archive);
 
   std::unique_ptr<Body> still_;  // none: motion has begun
-  std::string name_;
   std::shared_ptr<const MeshModel> model_;
   Placement placement_;
   std::vector<HeldDirection> held_;  // ascending; the row in place of the node
@@ -216,7 +212,6 @@ class MeshBody final : public Body,
   std::shared_ptr<RowThreads> threads_;
   SparseMatrix Z_;                          // 3 n x free: consistent mass with held directions
   std::shared_ptr<SparseCholesky> factor_;  // of Z^T M Z
-  Points X_;
   std::vector<std::vector<Index>> sets_, means_;  // rows
   // of each set, before the step that predict() has begun
   std::vector<Points> v_before_;
@@ -228,7 +223,7 @@ class MeshBody final : public Body,
   mutable MeshForces::Work room_;
   mutable bool Ku_is_current_ = false, v_now_is_current_ = false;
   std::vector<Kick> kicks_;  // of this step
-  double t_ = 0, h_ = 0, last_h_ = 0;
+  double last_h_ = 0;
   MaterialDamping damping_;
   // Damped, from predict() to accept(): v- and K v-
   Field v_old_;

@@ -6,7 +6,8 @@
 namespace cbr {
 
 // Rates are those half a step before, of a body at rest under all forces.
-void MeshBody::start_motion(double h) {
+void MeshBody::start_motion(double h, const std::vector<BodyLoad>& loads) {
+  add_loads(loads);
   Points u, v;
   still_->displacements(u, v);
   const Points local = u * placement_.T;

@@ -158,16 +158,14 @@ void MeshBody::add_turned_loads(double t, Field& f) const {
   }
 }
 
-void MeshBody::add_vector_load(const VectorLoad& load) {
-  if (!turning_) return Body::add_vector_load(load);
-  Turning::Load added{{}, {}, load.value, load.follows, load.history};
+void MeshBody::add_turned_load(const VectorForce& force, const LoadHistory& history) {
+  Turning::Load added{{}, {}, force.value, force.follows, history};
   std::array<Points, 3> by_rows;
   for (std::size_t a = 0; a < 3; ++a) {
-    const ForcePattern& pattern = load.patterns[a];
-    if (pattern.modal.size() > 0) add_modal_force(pattern.modal, load.history);  // refused
+    const Points forces = force.patterns[a].forces.on_nodes();
     by_rows[a].setZero(u_.rows(), 3);
-    for (Index i = 0; i < pattern.forces.rows(); ++i)
-      by_rows[a].row(model_->row_of_node[i]) = pattern.forces.row(i) * placement_.T;
+    for (Index i = 0; i < forces.rows(); ++i)
+      by_rows[a].row(model_->row_of_node[i]) = forces.row(i) * placement_.T;
   }
   for (Index i = 0; i < u_.rows(); ++i)
     if (!by_rows[0].row(i).isZero(0) || !by_rows[1].row(i).isZero(0) ||
@@ -200,7 +198,7 @@ void MeshBody::unturned(const MeshFit& fit, const Field& u, Index set, Points& x
   x.resize(static_cast<Index>(rows.size()), 3);
   for (Index i = 0; i < x.rows(); ++i) {
     const Vector3 all = fit.shift + turning_->frame->strain(fit, u, rows[i]);
-    x.row(i) = X_.row(node[rows[i]]) + (placement_.T * all).transpose();
+    x.row(i) = reference_positions().row(node[rows[i]]) + (placement_.T * all).transpose();
   }
 }
 void MeshBody::unturned_positions(Index set, Points& x) const {

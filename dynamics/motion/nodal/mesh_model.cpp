@@ -157,18 +157,27 @@ void MeshBody::append_load(const Points& forces, const LoadHistory& history) {
   other.forces += forces(other.rows, Eigen::all);
 }
 
-void MeshBody::add_force(const Points& forces, const LoadHistory& history) {
-  Points by_rows(forces.rows(), 3);
-  for (Index i = 0; i < by_rows.rows(); ++i)
-    by_rows.row(i) = forces.row(model_->forces.order()[i]) * placement_.T;
-  append_load(by_rows, history);
-  if (still_) still_->add_force(forces, history);
+void MeshBody::take_plan(const BodyPlan& plan) {
+  add_loads(plan.loads);
+  if (still_) still_->prepare(plan);
 }
 
-void MeshBody::add_gravity(const Vector3& acceleration, const LoadHistory& history) {
-  // M r g: row sums, lumped or consistent
-  append_load(model_->mass * (placement_.T.transpose() * acceleration).transpose(), history);
-  if (still_) still_->add_gravity(acceleration, history);
+void MeshBody::add_loads(const std::vector<BodyLoad>& loads) {
+  for (const BodyLoad& load : loads) {
+    require_no_modal_forces(load, name());
+    if (turning_ && load.vector) add_turned_load(*load.vector, load.history);
+    if (const NodalForces of = turning_ ? load.fixed.forces : forces_of(load).forces) {
+      const Points forces = of.on_nodes();
+      Points by_rows(forces.rows(), 3);
+      for (Index i = 0; i < by_rows.rows(); ++i)
+        by_rows.row(i) = forces.row(model_->forces.order()[i]) * placement_.T;
+      append_load(by_rows, load.history);
+    }
+    // M r g: row sums, lumped or consistent
+    if (load.acceleration)
+      append_load(model_->mass * (placement_.T.transpose() * *load.acceleration).transpose(),
+                  load.history);
+  }
 }
 
 void MeshBody::add_start_impulse(const Vector& impulse) {

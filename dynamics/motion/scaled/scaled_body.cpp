@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/motion/scaled/scaled_body.hpp"
 
-#include <cassert>
 #include <cmath>
+#include <stdexcept>
 #include <utility>
 
 #include "common/base/error.hpp"
@@ -17,10 +17,14 @@ constexpr Index large_product = 1 << 20;
 
 ScaledBody::ScaledBody(std::string name, std::shared_ptr<ScaledModel> model,
                        const Placement& placement)
-    : name_(std::move(name)), model_(std::move(model)), placement_(placement) {
-  const Superelement& s = model_->superelement();
-  X_ = (s.coordinates * placement_.T.transpose()).rowwise() + placement_.position.transpose();
-  slot_of_.assign(static_cast<std::size_t>(X_.rows()), -1);
+    : Body({.name = std::move(name),
+            .scheme = Scheme::exact,
+            .n_dofs = model->n_modes(),
+            .positions = placement.placed(model->superelement().coordinates),
+            .scales = true}),
+      model_(std::move(model)),
+      placement_(placement) {
+  slot_of_.assign(static_cast<std::size_t>(n_nodes()), -1);
   if (placement_.velocity.isZero(0)) return;
   Load start;
   start.rigid.setZero();
@@ -33,11 +37,17 @@ double ScaledBody::largest_frequency() const {
   return modes_ ? modes_->largest_frequency() : model_->largest_frequency();
 }
 
+void ScaledBody::require_plan(bool is_there) const {
+  if (is_there != (modes_ != nullptr))
+    throw std::logic_error("ScaledBody '" + name() +
+                           "': nodes are tracked before prepare(), the rest is asked after it");
+}
+
 Index ScaledBody::track(const std::vector<Index>& nodes) {
-  assert(!modes_);
+  require_plan(false);
   NodeSet set;
   set.nodes = nodes;
-  set.X = X_(nodes, Eigen::all);
+  set.X = reference_positions()(nodes, Eigen::all);
   for (const Index node : nodes) {
     if (slot_of_[node] < 0) {
       slot_of_[node] = static_cast<Index>(tracked_.size());
@@ -50,8 +60,9 @@ Index ScaledBody::track(const std::vector<Index>& nodes) {
 }
 
 Index ScaledBody::track_mean(const std::vector<Index>& nodes) {
-  assert(!modes_);
-  means_.push_back({nodes, X_(nodes, Eigen::all).colwise().mean().transpose(), {}, {}});
+  require_plan(false);
+  means_.push_back(
+      {nodes, reference_positions()(nodes, Eigen::all).colwise().mean().transpose(), {}, {}});
   return static_cast<Index>(means_.size()) - 1;
 }
 
@@ -136,10 +147,8 @@ void ScaledBody::propagate(const ScaledState& start, ScaledState& end, double& e
   });
 }
 
-void ScaledBody::predict(double t, double h) {
+void ScaledBody::predict_end() {
   if (!modes_) scale(HUGE_VAL);
-  t_ = t;
-  h_ = h;
   kick_.any = friction_.any = false;
   propagate(now_, end_, step_work_);
 }
@@ -184,25 +193,25 @@ void ScaledBody::local_kick(const NodeSet& set, const Points& impulses) {
   for (Index l = 0; l < loads; ++l) fresh_.Sp[n + l] = load_scaled_.col(l).head(n).dot(local_);
 }
 
-void ScaledBody::add_impulses(Index set, const Points& impulses, ImpulseKind kind) {
-  local_kick(sets_[set], impulses);
-  kick_.add(fresh_);
-  if (kind == ImpulseKind::friction) friction_.add(fresh_);
-  add_kick(step_of(h_), fresh_, end_);
+void ScaledBody::take_impulses(Index set, const Impulses& impulses) {
+  // Near a multiple of pi the scaled part's move says nothing
+  if (impulses.move != nullptr && rows_->S && sets_[set].whole && modes_->clip * h_ < 2.8 &&
+      !kick_.any)
+    return take_known_moves(impulses);
+  impulses.each([&](const Points& p, ImpulseKind kind) {
+    local_kick(sets_[set], p);
+    kick_.add(fresh_);
+    if (kind == ImpulseKind::friction) friction_.add(fresh_);
+    add_kick(step_of(h_), fresh_, end_);
+  });
 }
 
 // y takes what the move has beyond the kept modes: S p = (move - V diag(sin(omega h)/omega) V^T p)
 // clip / sin(clip h)
-void ScaledBody::add_answered_impulses(Index set, const Points& contact, const Points& friction,
-                                       const Points& move, const Vector& still) {
-  const NodeSet& s = sets_[set];
+void ScaledBody::take_known_moves(const Impulses& impulses) {
+  const auto& [contact, friction, move, still] = impulses;
   const ScaledStep& step = step_of(h_);
-  const double clip_h = modes_->clip * h_, weight = step.scaled.s[0];
-  // Near a multiple of pi the scaled part's move says nothing
-  if (!rows_->S || !s.whole || !(clip_h < 2.8) || kick_.any) {
-    Body::add_answered_impulses(set, contact, friction, move, still);
-    return;
-  }
+  const double weight = step.scaled.s[0];
   const Matrix& Vt = rows_->Vt;
   const Index n = n_tracked(), loads = fresh_.p.size() - n;
   const bool by_blas = Vt.size() >= large_product;
@@ -229,7 +238,7 @@ void ScaledBody::add_answered_impulses(Index set, const Points& contact, const P
   }
   weighted_.array() = step.kept.s.array() * kick_.f.array();
   if (by_blas) local_.noalias() = Vt.transpose() * weighted_;
-  for (Index i = 0; i < move.rows(); ++i) {
+  for (Index i = 0; i < move->rows(); ++i) {
     Vector3 kept = Vector3::Zero();
     if (by_blas) {
       kept = local_.segment<3>(3 * i);
@@ -238,7 +247,7 @@ void ScaledBody::add_answered_impulses(Index set, const Points& contact, const P
           Vt.col(3 * i + 2).dot(weighted_);
     }
     kick_.Sp.segment<3>(3 * i) =
-        (placement_.T.transpose() * move.row(i).transpose() - kept) / weight;
+        (placement_.T.transpose() * move->row(i).transpose() - kept) / weight;
   }
   for (Index l = 0; l < loads; ++l)
     kick_.Sp[n + l] = load_scaled_.col(l).head(n).dot(kick_.p.head(n));

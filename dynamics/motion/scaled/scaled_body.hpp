@@ -19,17 +19,14 @@ namespace cbr {
 
 // Statics, rigid motion and the modes below the clip are those of the superelement; a step costs
 // O(n_kept + 3 m) and one product with a shared 3 m x 3 m matrix, m the tracked nodes. Assumes
-// small displacements and rotations as SuperelementBody does.
-class ScaledBody final : public Body, public BoundAbility, public ScalingAbility {
+// small displacements and rotations as SuperelementBody does. Nothing is scaled when BodyPlan::clip
+// is not below the highest frequency or no node is tracked. Sets are tracked before prepare():
+// std::logic_error after it. RunError: ScaledModel::clipped().
+class ScaledBody final : public Body, public BoundAbility {
  public:
   // `model` is shared by the instances of a component (a held instance has its own).
   ScaledBody(std::string name, std::shared_ptr<ScaledModel> model, const Placement& placement);
 
-  // Once, after all track(), track_mean(), add_force() and add_gravity(), before the first
-  // predict(), state(), ... Nothing is scaled when `clip` is not below the highest frequency or no
-  // node is tracked. RunError: ScaledModel::clipped().
-  ScalingAbility* scaling() override { return this; }
-  void scale(double clip) override;
   bool is_scaled() const { return modes_ && modes_->part; }
   Index n_kept() const { return modes_ ? modes_->n_kept() : 0; }
   Index n_scaled() const { return modes_ ? modes_->n_scaled : 0; }
@@ -37,12 +34,8 @@ class ScaledBody final : public Body, public BoundAbility, public ScalingAbility
   // the scaling matters.
   double scaled_energy() const;
 
-  const std::string& name() const override { return name_; }
-  Index n_dofs() const override { return model_->n_modes(); }
-  // of the superelement before scale(), of what it has become after
+  // of the superelement before prepare(), of what it has become after
   double largest_frequency() const override;
-  Scheme scheme() const override { return Scheme::exact; }
-  const Points& reference_positions() const override { return X_; }
 
   Index track(const std::vector<Index>& nodes) override;
   void positions(Index set, Points& x) const override;
@@ -52,18 +45,10 @@ class ScaledBody final : public Body, public BoundAbility, public ScalingAbility
   Index track_mean(const std::vector<Index>& nodes) override;
   void mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
 
-  void set_contact_step(double h) override { contact_step_ = h; }
-  void predict(double t, double h) override;
-  using Body::add_impulses;
-  void add_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
-  void add_answered_impulses(Index set, const Points& contact, const Points& friction,
-                             const Points& move, const Vector& still) override;
-  // RunError: has no masses
+  void take_impulses(Index set, const Impulses& impulses) override;
   void accept() override;
 
   NodeResponse response(Index set, double h) const override;  // shared between the instances
-  void add_force(const Points& forces, const LoadHistory& history) override;
-  void add_gravity(const Vector3& acceleration, const LoadHistory& history) override;
 
   BodyState state() const override;
   BodyWork work() const override { return work_; }
@@ -72,6 +57,9 @@ class ScaledBody final : public Body, public BoundAbility, public ScalingAbility
   void keep_state(StateArchive& archive) override;
 
  private:
+  void take_plan(const BodyPlan& plan) override;
+  void predict_end() override;
+
   struct NodeSet {
     std::vector<Index> nodes;
     Points X;                                        // m x 3, scene axes
@@ -92,7 +80,10 @@ class ScaledBody final : public Body, public BoundAbility, public ScalingAbility
     bool is_load = true;  // false: the velocity at the start, which has no history
   };
 
+  void scale(double clip);
+  void require_plan(bool is_there) const;
   void append_load(Load load);
+  void take_known_moves(const Impulses& impulses);
   Matrix force_columns() const;
   void fill_loads();
   void fill_mean(MeanSet& set) const;
@@ -105,11 +96,9 @@ class ScaledBody final : public Body, public BoundAbility, public ScalingAbility
   Matrix whole_motion() const;
   Index n_tracked() const { return 3 * static_cast<Index>(tracked_.size()); }
 
-  std::string name_;
   std::shared_ptr<ScaledModel> model_;
   std::shared_ptr<const ScaledModes> modes_;
   Placement placement_;
-  Points X_;
   std::vector<NodeSet> sets_;
   std::vector<MeanSet> means_;
   std::vector<Index> tracked_;  // nodes of all sets
@@ -132,7 +121,7 @@ class ScaledBody final : public Body, public BoundAbility, public ScalingAbility
   ScaledLoad f0_, f1_;
   mutable Vector local_;  // 3 m
   Vector weighted_;       // n_kept
-  double t_ = 0, h_ = 0, step_work_ = 0;
+  double step_work_ = 0;
   mutable ScaledStep regular_, other_;  // of the last two step lengths
   BodyWork work_;
 };

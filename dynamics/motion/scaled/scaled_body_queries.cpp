@@ -5,7 +5,6 @@
 #include <Eigen/LU>
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 
 #include "common/files/state_archive.hpp"
@@ -15,7 +14,7 @@
 namespace cbr {
 
 NodeResponse ScaledBody::response(Index set, double h) const {
-  assert(modes_);
+  require_plan(true);
   const NodeSet& s = sets_[set];
   if (!s.rows) s.rows = modes_->node_rows(s.nodes);
   NodeResponse response;
@@ -31,7 +30,7 @@ double ScaledBody::scaled_energy() const {
 }
 
 BodyState ScaledBody::state() const {
-  assert(modes_);
+  require_plan(true);
   const RigidBody& body = model_->superelement().rigid_body;
   const Matrix3& T = placement_.T;
   // Mass times displacement of the centre of mass, inertia times rotation; and their rates
@@ -65,7 +64,7 @@ BodyState ScaledBody::state() const {
 }
 
 MotionBound ScaledBody::motion_bound(Index set) const {
-  assert(modes_);
+  require_plan(true);
   const NodeSet& s = sets_[set];
   const Matrix3& T = placement_.T;
   const double clip = modes_->clip;
@@ -136,7 +135,7 @@ Matrix ScaledBody::whole_motion() const {
 }
 
 void ScaledBody::coordinates(Vector& q, Vector& rates) const {
-  const Index k = model_->superelement().k(), n = X_.rows();
+  const Index k = model_->superelement().k(), n = n_nodes();
   q.setZero(k + 3 * n);
   rates.setZero(k + 3 * n);
   if (!modes_) return;
@@ -153,9 +152,9 @@ void ScaledBody::coordinates(Vector& q, Vector& rates) const {
 
 void ScaledBody::displacements(Points& u, Points& v) const {
   if (modes_ && tracked_.size() == slot_of_.size()) {
-    u.resize(X_.rows(), 3);
-    v.resize(X_.rows(), 3);
-    for (Index i = 0; i < X_.rows(); ++i) {
+    u.resize(n_nodes(), 3);
+    v.resize(n_nodes(), 3);
+    for (Index i = 0; i < n_nodes(); ++i) {
       const Index at = 3 * slot_of_[i];
       Vector3 of_node = Vector3::Zero(), rate = of_node;
       for (int c = 0; c < 3 && now_.eta.size() > 0; ++c) {
@@ -171,7 +170,7 @@ void ScaledBody::displacements(Points& u, Points& v) const {
     }
     return;
   }
-  const Index k = model_->superelement().k(), n = X_.rows();
+  const Index k = model_->superelement().k(), n = n_nodes();
   Vector q, rates;
   coordinates(q, rates);
   u = Eigen::Map<const Points>(q.data() + k, n, 3) * placement_.T.transpose();

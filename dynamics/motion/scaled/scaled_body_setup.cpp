@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // From nodes and loads that were announced to the arrays of a scaled body.
 
-#include <cassert>
 #include <numeric>
 #include <utility>
 
@@ -10,7 +9,6 @@
 namespace cbr {
 
 void ScaledBody::append_load(Load load) {
-  assert(!modes_);
   loaded_ = true;
   const std::size_t place = load_of_.find_or_add(load.history, loads_.size());
   if (place == loads_.size()) {
@@ -27,20 +25,20 @@ void ScaledBody::append_load(Load load) {
   }
 }
 
-void ScaledBody::add_force(const Points& forces, const LoadHistory& history) {
-  Load load;
-  load.forces = forces * placement_.T;  // T^T f of each node
-  load.rigid.setZero();
-  load.history = history;
-  append_load(std::move(load));
-}
-
-void ScaledBody::add_gravity(const Vector3& acceleration, const LoadHistory& history) {
-  Load load;
-  load.rigid.setZero();
-  load.rigid.head<3>() = placement_.T.transpose() * acceleration;
-  load.history = history;
-  append_load(std::move(load));
+void ScaledBody::take_plan(const BodyPlan& plan) {
+  contact_step_ = plan.contact_step;
+  for (const BodyLoad& of : plan.loads) {
+    require_no_modal_forces(of, name());
+    Load load;
+    load.rigid.setZero();
+    load.history = of.history;
+    if (of.acceleration) load.rigid.head<3>() = placement_.T.transpose() * *of.acceleration;
+    // T^T f of each node
+    if (const NodalForces forces = forces_of(of).forces)
+      load.forces = forces.on_nodes() * placement_.T;
+    append_load(std::move(load));
+  }
+  scale(plan.clip);
 }
 
 // Nodal forces of the loads in the order of V's rows   (n x loads)
@@ -107,7 +105,6 @@ void ScaledBody::fill_mean(MeanSet& set) const {
 }
 
 void ScaledBody::scale(double clip) {
-  assert(!modes_);
   modes_ = model_->clipped(tracked_.empty() ? HUGE_VAL : clip);
   if (modes_->largest_frequency() * contact_step_ > 2.1) contact_step_ = 0;  // forced steps
   if (contact_step_ > 0)

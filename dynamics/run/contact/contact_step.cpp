@@ -36,8 +36,8 @@ void deliver(Simulation& sim, const ContactGroup& group, bool nodal, double h, C
       const Vector3 extra = nodal_of(body).add_velocities(nodes.set, velocities, momentum);
       contact.end += h * (velocities.rowwise() + extra.transpose());
     } else if (contact.has_move && (pushed || rubbed)) {
-      body.add_answered_impulses(nodes.set, contact.impulses, contact.friction, contact.move,
-                                 contact.still);
+      body.take_impulses(nodes.set,
+                         {contact.impulses, contact.friction, &contact.move, &contact.still});
       contact.end += contact.move;
     } else {
       if (pushed) add_and_move(body, nodes.set, contact.impulses, ImpulseKind::contact, contact);
@@ -199,7 +199,7 @@ class Islands {
  private:
   struct Island {
     const std::vector<Index>* pairs = nullptr;
-    bool alone = false;  // see Body::steps_alone()
+    bool alone = false;  // see BodyFacts::steps_alone
     ContactGroup group;
     ImpulseMemory* memory = nullptr;
   };
@@ -235,7 +235,8 @@ class Islands {
     return std::all_of(pairs.begin(), pairs.end(), [&](Index p) {
       const ContactPair& pair = sim_.pairs[p];
       if (pair.enforcement != Enforcement::impulse || pair.joint >= 0) return false;
-      return body(pair.slave->body).steps_alone() && body(pair.master->body).steps_alone();
+      return body(pair.slave->body).facts().steps_alone &&
+             body(pair.master->body).facts().steps_alone;
     });
   }
   const Body& body(Index contact) const { return *sim_.bodies[sim_.contact_nodes[contact].body]; }

@@ -62,7 +62,7 @@ Limit smallest(const std::vector<std::unique_ptr<Body>>& bodies,
 }
 
 bool is_scaled(const TimeOptions& options, Body& body) {
-  return options.mass_scaling && body.scaling() != nullptr;
+  return options.mass_scaling && body.facts().scales;
 }
 
 // The step to take as a share of the critical one.
@@ -71,7 +71,7 @@ double share_of_critical(const TimeOptions& options, Body& body, ContactKind con
   if (options.cfl && *options.cfl <= 1) return *options.cfl;
   if (contact == ContactKind::penalty) return penalty_step_share;
   const double share = body.is_exact() ? 1 : automatic_share;
-  return contact == ContactKind::hard ? std::min(share, body.contact_share()) : share;
+  return contact == ContactKind::hard ? std::min(share, body.facts().contact_share) : share;
 }
 
 // 2 / step where that is below a frequency of a body that is scaled, else 0.

@@ -20,6 +20,7 @@
 #include "dynamics/motion/modal/turning_body.hpp"
 #include "dynamics/motion/scaled/scaled_body.hpp"
 #include "dynamics/motion/supported_body.hpp"
+#include "dynamics/setup/bodies/instance_damping.hpp"
 #include "dynamics/setup/bodies/mesh_modes.hpp"
 #include "dynamics/setup/bodies/support_motion.hpp"
 #include "dynamics/setup/bodies/turning.hpp"
@@ -142,7 +143,8 @@ InstanceBody BodyMaker::make_coupled(const Instance& instance, const Geometry& g
     if (free) shelled.system = system;
   }
   return {std::make_unique<CoupledBody>(instance.name, system, placement_of(index_, instance),
-                                        scheme, NewmarkOptions{scene_.time->alpha}),
+                                        scheme, NewmarkOptions{scene_.time->alpha},
+                                        damping_of_coupled(index_, instance)),
           shelled.model->rigid_body.mass};
 }
 
@@ -152,6 +154,7 @@ InstanceBody BodyMaker::make_scaled_from_matrices(const Instance& instance,
   std::shared_ptr<ScaledModel> of_instance;
   std::shared_ptr<ScaledModel>& model =
       held.empty() ? scaled_[component.superelement.get()] : of_instance;
+  refuse_damping_of_scaled(index_, instance);
   if (!model) model = scaled_model(component.superelement, std::move(held), where(instance));
   return {std::make_unique<ScaledBody>(instance.name, model, placement_of(index_, instance)),
           component.rigid_body.mass};
@@ -186,7 +189,8 @@ InstanceBody BodyMaker::make_with_statics(const Instance& instance,
   }
   return {std::make_unique<StaticsBody>(instance.name, component.superelement, form,
                                         placement_of(index_, instance), scheme_of(*scene_.time),
-                                        NewmarkOptions{scene_.time->alpha}),
+                                        NewmarkOptions{scene_.time->alpha},
+                                        damping_of(index_, instance)),
           component.rigid_body.mass};
 }
 
@@ -217,6 +221,7 @@ InstanceBody BodyMaker::make_modal(const Instance& instance, const ReducedCompon
   const std::shared_ptr<const DiagonalForm> form =
       plan.is_held ? held_form(instance, component) : component.form;
   if (scene_.time->mass_scaling && index_.may_touch(instance)) {
+    refuse_damping_of_scaled(index_, instance);
     std::shared_ptr<ScaledModel>& model = scaled_[form.get()];
     if (!model) model = scaled_model(component.superelement, form);
     return {std::make_unique<ScaledBody>(instance.name, model, placement_of(index_, instance)),
@@ -224,11 +229,13 @@ InstanceBody BodyMaker::make_modal(const Instance& instance, const ReducedCompon
   }
   if (const std::shared_ptr<const StaticsForm> part = truncated(instance, component, *form))
     return {std::make_unique<StaticsBody>(instance.name, component.superelement, part,
-                                          placement_of(index_, instance), Scheme::exact),
+                                          placement_of(index_, instance), Scheme::exact,
+                                          NewmarkOptions{}, damping_of(index_, instance)),
             component.rigid_body.mass};
   return {std::make_unique<SuperelementBody>(
               instance.name, component.superelement, form, placement_of(index_, instance),
-              scheme_of(*scene_.time), NewmarkOptions{scene_.time->alpha}),
+              scheme_of(*scene_.time), NewmarkOptions{scene_.time->alpha},
+              damping_of(index_, instance)),
           component.rigid_body.mass};
 }
 
@@ -261,7 +268,8 @@ InstanceBody BodyMaker::make_modal_with_shells(const Instance& instance,
     form = with.form;
   }
   return {std::make_unique<SuperelementBody>(instance.name, with.nodes, form,
-                                             placement_of(index_, instance), Scheme::exact),
+                                             placement_of(index_, instance), Scheme::exact,
+                                             NewmarkOptions{}, damping_of(index_, instance)),
           with.model->rigid_body.mass};
 }
 
@@ -356,7 +364,8 @@ InstanceBody BodyMaker::make_mesh_modes(const Instance& instance,
       mesh_modes(component, held_directions(index_, instance, *component.geometry),
                  *component.modes, where(instance)));
   auto body = std::make_unique<SuperelementBody>(instance.name, modes->nodes, modes->form,
-                                                 placement_of(index_, instance), Scheme::exact);
+                                                 placement_of(index_, instance), Scheme::exact,
+                                                 NewmarkOptions{}, damping_of(index_, instance));
   body->sum_forces();
   return {std::move(body), modes->nodes->rigid_body.mass, modes};
 }
@@ -377,7 +386,7 @@ InstanceBody BodyMaker::make_rigid(const Instance& instance, const MeshedCompone
   refuse_rigid_statics(scene_, instance, form->n_rigid);
   auto body = std::make_unique<SuperelementBody>(
       instance.name, nodes, form, placement_of(index_, instance), scheme_of(*scene_.time),
-      NewmarkOptions{scene_.time->alpha});
+      NewmarkOptions{scene_.time->alpha}, damping_of(index_, instance));
   InstanceBody made{nullptr, nodes->rigid_body.mass};
   if (turns(index_, instance)) {
     SuperelementBody& modal = *body;
@@ -394,14 +403,15 @@ InstanceBody BodyMaker::make_held(const Instance& instance, const MeshedComponen
   if (component.modes) return make_mesh_modes(instance, component);
   if (component.plans.at(instance.name).coordinates == Coordinates::coupled)
     return make_coupled(instance, *component.geometry, shelled(instance, component));
-  auto body =
-      std::make_unique<MeshBody>(instance.name, component.model, placement_of(index_, instance),
-                                 held_directions(index_, instance, *component.geometry), threads_);
+  MeshOptions options{.damping = damping_of_mesh(index_, instance)};
+  if (turns(index_, instance)) options.angular_velocity = instance.angular_velocity;
   if (preload_steps(scene_) > 0)
-    body->do_statics_with(
-        make_coupled(instance, *component.geometry, shelled(instance, component)).body);
-  if (turns(index_, instance)) body->turn_freely(instance.angular_velocity);
-  return {std::move(body), component.model->rigid_body.mass};
+    options.statics =
+        make_coupled(instance, *component.geometry, shelled(instance, component)).body;
+  return {std::make_unique<MeshBody>(instance.name, component.model, placement_of(index_, instance),
+                                     held_directions(index_, instance, *component.geometry),
+                                     threads_, std::move(options)),
+          component.model->rigid_body.mass};
 }
 
 }  // namespace cbr

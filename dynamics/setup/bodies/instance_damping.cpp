@@ -22,6 +22,10 @@ std::set<std::string> materials_of(const Component& component) {
   return names;
 }
 
+[[noreturn]] void refuse_damping(const Instance& instance, const std::string& what) {
+  throw InputError(instance.source.text() + ": instance '" + instance.name + "': " + what);
+}
+
 }  // namespace
 
 Damping damping_of(const SceneIndex& index, const Instance& instance) {
@@ -47,12 +51,31 @@ Damping damping_of(const SceneIndex& index, const Instance& instance) {
   return damping;
 }
 
-void damp(const Instance& instance, const Damping& damping, Body& body) {
-  try {
-    body.damp(damping);
-  } catch (const InputError& error) {
-    throw InputError(instance.source.text() + ": " + error.what());
-  }
+MaterialDamping damping_of_coupled(const SceneIndex& index, const Instance& instance) {
+  const Damping damping = damping_of(index, instance);
+  if (damping.needs_modes())
+    refuse_damping(
+        instance,
+        "loss_factor and damping of modes need modal coordinates. A full mesh has none, nor has a "
+        "superelement without its diagonal form: give its material damping: {alpha, beta}, or of "
+        "a superelement use integrator: exact or a larger --diagonal-limit");
+  return damping.material;
+}
+
+MaterialDamping damping_of_mesh(const SceneIndex& index, const Instance& instance) {
+  const Damping damping = damping_of(index, instance);
+  if (damping.needs_modes())
+    refuse_damping(
+        instance,
+        "loss_factor and damping of modes cannot be had with as: mesh: give its material "
+        "damping: {alpha, beta}, or use as: superelement");
+  return damping.material;
+}
+
+void refuse_damping_of_scaled(const SceneIndex& index, const Instance& instance) {
+  if (!damping_of(index, instance).none())
+    refuse_damping(instance,
+                   "damping cannot be had with time.mass_scaling: leave one of the two out");
 }
 
 }  // namespace cbr

@@ -2,7 +2,7 @@
 // The damping that a scene gives to an instance.
 #pragma once
 
-#include "dynamics/motion/body.hpp"
+#include "dynamics/motion/damping.hpp"
 #include "dynamics/setup/components/scene_index.hpp"
 
 namespace cbr {
@@ -10,8 +10,9 @@ namespace cbr {
 // Of its materials and its own. InputError: blocks of materials that are damped differently,
 // contact with enforcement: nodal.
 Damping damping_of(const SceneIndex& index, const Instance& instance);
-// Gives it to the instance's body. InputError, with the instance's line: damping that such a body
-// cannot have.
-void damp(const Instance& instance, const Damping& damping, Body& body);
+// That of an instance which moves in such a way. InputError: damping that it cannot have.
+MaterialDamping damping_of_coupled(const SceneIndex& index, const Instance& instance);
+MaterialDamping damping_of_mesh(const SceneIndex& index, const Instance& instance);
+void refuse_damping_of_scaled(const SceneIndex& index, const Instance& instance);
 
 }  // namespace cbr

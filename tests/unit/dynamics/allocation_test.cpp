@@ -75,7 +75,7 @@ struct Steps {
     p = Points::NullaryExpr(body.n_nodes(), 3, [&] { return normal(random); });
     p.middleRows(2, 3).setZero();
     q = Points::NullaryExpr(4, 3, [&] { return normal(random); });
-    if (loaded) body.add_gravity(Vector3(0, 0, -9.81), {});
+    if (loaded) body.prepare({.loads = {gravity_load(Vector3(0, 0, -9.81))}});
   }
 
   void step(double t, double h) {

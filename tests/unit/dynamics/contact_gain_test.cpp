@@ -72,7 +72,7 @@ TEST(ContactGain, WhatIsPressedForLongCompressesAsItShould) {
   for (const bool gain : {false, true}) {
     SuperelementBody body("body", m.superelement, m.form, Placement{}, Scheme::exact);
     const Index set = body.track(pressed());
-    if (gain) body.set_contact_step(h);
+    if (gain) body.prepare({.contact_step = h});
     error[gain] = (pressed_down(body, set, force, h, 20000) - expected).norm() / expected.norm();
   }
   EXPECT_LT(error[1], 1e-6);
@@ -88,8 +88,7 @@ TEST(ContactGain, OfScaledModesToo) {
     const double clip = share * m.form->omega.maxCoeff(), h = 1.9 / clip;
     ScaledBody body("body", scaled_model(m.superelement, m.form), Placement{});
     const Index set = body.track(pressed());
-    body.set_contact_step(h);
-    body.scale(clip);
+    body.prepare({.contact_step = h, .clip = clip});
     EXPECT_EQ(body.n_kept() == 0, share < 0.1);
     EXPECT_LT((pressed_down(body, set, force, h, 5000) - expected).norm(), 1e-6 * expected.norm());
   }
@@ -108,7 +107,7 @@ TEST(ContactGain, ResponseIsThatOfAForceOverTheStep) {
   }
   SuperelementBody body("body", m.superelement, m.form, Placement{}, Scheme::exact);
   const Index set = body.track(pressed());
-  body.set_contact_step(h);
+  body.prepare({.contact_step = h});
   const Matrix expected = V * weight.asDiagonal() * V.transpose(),
                S = body.response(set, h).dense();
   EXPECT_LT((S - expected).norm(), 1e-12 * expected.norm());
@@ -132,7 +131,7 @@ TEST(ContactGain, IsLeftOutWhereForcedStepsAreTooLong) {
   SuperelementBody without("without", m.superelement, m.form, Placement{}, Scheme::exact);
   with.track(pressed());
   without.track(pressed());
-  with.set_contact_step(h);
+  with.prepare({.contact_step = h});
   EXPECT_EQ((with.response(0, h).dense() - without.response(0, h).dense()).norm(), 0);
 }
 

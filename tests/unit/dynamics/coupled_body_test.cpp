@@ -108,7 +108,7 @@ TEST(CoupledBody, IsTheSchemeOfTheDenseMatrices) {
           return Vector(dense.Z.transpose() * f);
         };
         const Points force = random_points(random, n, 1), impulse = random_points(random, 3, 1);
-        body->add_force(force, ramp);
+        body->prepare({.loads = {force_load(force, ramp)}});
         dense.f = local(force, all_nodes(*body));
         dense.p = local(impulse, {2, 5, 7});
         const Vector rigid =
@@ -151,8 +151,8 @@ TEST(CoupledBody, EnergyBalanceClosesToRoundOff) {
                                        hold ? some_held() : std::vector<HeldDirection>{},
                                        method.scheme, {method.alpha});
         const Index set = body->track({1, 4, 7});
-        body->add_force(random_points(random, body->n_nodes(), 1), ramp);
-        body->add_gravity(Vector3(0, 0, -9.81), {});
+        body->prepare({.loads = {force_load(random_points(random, body->n_nodes(), 1), ramp),
+                                 gravity_load(Vector3(0, 0, -9.81))}});
         const double share = method.scheme == Scheme::newmark ? 10 : 1.2, start = energy(*body);
         double t = 0, largest = start;
         for (int step = 0; step < 200; ++step) {
@@ -275,7 +275,7 @@ TEST(CoupledBody, ConvergesWithTheSquareOfTheStep) {
   const double end = 4.0 / exact.largest_frequency();
   std::mt19937 random(2);
   const Points force = random_points(random, exact.n_nodes(), 50);
-  exact.add_force(force, {{0.0, end}, {0.0, 2.0}});
+  exact.prepare({.loads = {force_load(force, {{0.0, end}, {0.0, 2.0}})}});
   exact.predict(0, end);
   exact.accept();
   Points u, v, u_exact, v_exact;
@@ -285,7 +285,7 @@ TEST(CoupledBody, ConvergesWithTheSquareOfTheStep) {
     for (const int level : {0, 1}) {
       const auto body =
           coupled_body("b", model, oblique(true), some_held(), method.scheme, {method.alpha});
-      body->add_force(force, {{0.0, end}, {0.0, 2.0}});
+      body->prepare({.loads = {force_load(force, {{0.0, end}, {0.0, 2.0}})}});
       const int steps = 40 << level;
       for (int i = 0; i < steps; ++i) {
         body->predict(i * end / steps, end / steps);
@@ -317,7 +317,7 @@ TEST(CoupledBody, ABodyThatIsHeldWhollyStays) {
       EXPECT_EQ(body->largest_frequency(), 0);
       const Index set = body->track({0, 1});
       EXPECT_EQ(body->response(set, 0.1).dense().norm(), 0);
-      body->add_gravity(Vector3(0, 0, -1), {});
+      body->prepare({.loads = {gravity_load(Vector3(0, 0, -1))}});
       body->predict(0, 0.1);
       body->add_impulses(set, Points::Ones(2, 3));
       body->accept();

@@ -51,8 +51,7 @@ void move_alike(Body& a, Body& b, double share, double tolerance) {
   Index set = 0;
   for (Body* body : both) {
     set = body->track(nodes);
-    body->add_force(force, ramp);
-    body->add_gravity(Vector3(0.1, 0.2, -1), {});
+    body->prepare({.loads = {force_load(force, ramp), gravity_load(Vector3(0.1, 0.2, -1))}});
   }
   EXPECT_LT((nodal_of(a).nodal_masses(set) - nodal_of(b).nodal_masses(set)).norm(),
             tolerance * nodal_of(b).nodal_masses(set).norm());
@@ -121,10 +120,9 @@ TEST(CoupledBody, MeshMovesAsMeshBody) {
       // Without nodal velocities, which a mesh takes as impulses
       std::mt19937 random(2);
       const Points force = random_points(random, other.n_nodes(), 0.01);
-      body->add_force(force, ramp);
-      other.add_force(force, ramp);
-      body->add_gravity(Vector3(0, 1, -1), {});
-      other.add_gravity(Vector3(0, 1, -1), {});
+      const BodyPlan plan{.loads = {force_load(force, ramp), gravity_load(Vector3(0, 1, -1))}};
+      body->prepare(plan);
+      other.prepare(plan);
       const double h = 1.7 / other.largest_frequency();
       for (int step = 0; step < 100; ++step) {
         const Points p = random_points(random, 2, 0.01);

@@ -216,7 +216,7 @@ TEST(Edges, SlidingOffAnEdgeGivesNoKick) {
     const double speed = 0.4;
     place(a, Matrix3::Identity(), centre + Vector3(0.1, 0.013, 1 + 1e-6), Vector3(speed, 0, 0));
     Simulation sim = test::two_bodies(a, b, Enforcement::impulse, 3, 0.02);
-    sim.bodies[0]->add_gravity(Vector3(0, 0, -0.01), {});
+    sim.bodies[0]->prepare({.loads = {gravity_load(Vector3(0, 0, -0.01))}});
     const Outcome o = run_scene(sim);
     EXPECT_LT(o.gain, 1e-3);
     EXPECT_LT(o.loss, 1e-3);

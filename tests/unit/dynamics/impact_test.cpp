@@ -246,7 +246,9 @@ TEST(Impact, JumpsChangeNothing) {
     const Blocks s = blocks(false, false);
     const auto simulate = [&](bool jumps, Index& steps) {
       Simulation sim = two_bodies(s.a, s.b, Enforcement::impulse, 1.5, 0.05);
-      if (loaded) sim.bodies[1]->add_gravity(Vector3(-0.5, 0.1, 0), {{0, 0.3, 1}, {0, 1, 0.2}});
+      if (loaded)
+        sim.bodies[1]->prepare(
+            {.loads = {gravity_load(Vector3(-0.5, 0.1, 0), {{0, 0.3, 1}, {0, 1, 0.2}})}});
       RunOptions options;
       options.jumps = jumps;
       RunResult result = run(sim, options);
@@ -287,7 +289,7 @@ TEST(Impact, MomentumUnderLoadsIsOfTheTimeWritten) {
     const auto model = std::make_shared<MeshModel>(
         mesh_model(b.fe, b.geometry.coordinates, mass == MassKind::lumped));
     MeshBody body("b", model, {}, {}, std::make_shared<RowThreads>(1));
-    body.add_gravity(Vector3(0, 0, -2), {});
+    body.prepare({.loads = {gravity_load(Vector3(0, 0, -2))}});
     const double h = 1 / body.largest_frequency();
     Points u, v;
     for (int step = 1; step <= 10; ++step) {
@@ -312,8 +314,8 @@ TEST(Impact, HangingOnAFixedEndUnderGravity) {
   const auto shared = std::make_shared<Superelement>(s);
   const auto form = std::make_shared<DiagonalForm>(held_diagonal_form(s, held, "test"));
   SuperelementBody body("bar", shared, form, Placement{}, Scheme::exact);
-  body.add_gravity(Vector3(9.81, 0, 0), {});
   const Index tip = body.track_mean(surface_nodes(s.surfaces[1]));
+  body.prepare({.loads = {gravity_load(Vector3(9.81, 0, 0))}});
   double mean = 0;
   Vector3 position, velocity;
   const int steps = 20000;

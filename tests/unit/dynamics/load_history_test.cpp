@@ -76,18 +76,20 @@ TEST(LoadHistory, loadsThatShareOneAreOneLoad) {
       Geometry geometry;
       const auto body = test::make_body("b", part, geometry);
       std::mt19937 same = random;
+      BodyPlan plan;
       Points sum = Points::Zero(body->n_nodes(), 3);
       for (int load = 0; load < 12; ++load) {
         Points forces = Points::Zero(body->n_nodes(), 3);
         for (Index i = 0; i < 5; ++i)
           forces.row((7 * load + i * i) % body->n_nodes()) << uniform(same), uniform(same),
               uniform(same);
-        if (way == 0) body->add_force(forces, ramp);
+        if (way == 0) plan.loads.push_back(force_load(forces, ramp));
         sum += forces;
       }
-      if (way == 1) body->add_force(sum, ramp);
-      body->add_gravity(Vector3(0, 0, 1), ramp);
-      body->add_gravity(Vector3(0, 2, 1), ramp);
+      if (way == 1) plan.loads.push_back(force_load(sum, ramp));
+      plan.loads.push_back(gravity_load(Vector3(0, 0, 1), ramp));
+      plan.loads.push_back(gravity_load(Vector3(0, 2, 1), ramp));
+      body->prepare(plan);
       const double h = 0.5 / body->largest_frequency();
       for (int step = 0; step < 50; ++step) {
         body->predict(step * h, h);

@@ -160,10 +160,10 @@ TEST(MeshForces, BodiesMoveAlike) {
   int k = 0;
   for (MeshBody* body : {&first, &second, &third}) {
     std::mt19937 random(5);
-    body->add_force(random_points(random, body->n_nodes(), 1e-3), {});
-    body->add_gravity(Vector3(0, 0, -1), {});
     const std::vector<Index> nodes{5, 100, 3000};
     const Index set = body->track(nodes);
+    body->prepare({.loads = {force_load(random_points(random, body->n_nodes(), 1e-3)),
+                             gravity_load(Vector3(0, 0, -1))}});
     for (int step = 0; step < 60; ++step) {
       body->predict(step * h, h);
       if (step % 7 == 3)

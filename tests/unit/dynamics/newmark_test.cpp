@@ -59,7 +59,7 @@ TEST(Newmark, IsTheSchemeOfTheDenseMatrices) {
     Points force = Points::Zero(body.n_nodes(), 3), impulse(2, 3);
     force.row(7) << 3, -1, 2;
     impulse << 1, 0, -3, 0.3, 1, 2;
-    body.add_force(force, ramp);
+    body.prepare({.loads = {force_load(force, ramp)}});
     Vector q = Vector::Zero(s.n()), v = q, f = q, p = q;
     f.segment<3>(s.k() + 21) << 3, -1, 2;
     p.segment<3>(s.k() + 6) << 1, 0, -3;
@@ -157,8 +157,8 @@ TEST(Newmark, EnergyBalanceClosesToRoundOff) {
     for (const double share : {1.2, 150.0}) {
       SuperelementBody body = make_body(12, Scheme::newmark, alpha, test::oblique(true));
       const Index set = body.track({1, 4, 7});
-      body.add_force(random_points(random, body.n_nodes(), 4.0), ramp);
-      body.add_gravity(Vector3(0, 0, -9.81), {});
+      body.prepare({.loads = {force_load(random_points(random, body.n_nodes(), 4.0), ramp),
+                              gravity_load(Vector3(0, 0, -9.81))}});
       const double start = energy(body);
       double largest = start, t = 0;
       for (int step = 0; step < 400; ++step) {
@@ -294,7 +294,7 @@ TEST(Newmark, IsOfSecondOrder) {
   }
   const auto end_of = [&](Scheme scheme, double alpha, int steps) {
     SuperelementBody body = make_body(5, scheme, alpha);
-    body.add_force(force, smooth);
+    body.prepare({.loads = {force_load(force, smooth)}});
     const double h = 0.4 / steps;
     for (int i = 0; i < steps; ++i) {
       body.predict(i * h, h);

@@ -59,11 +59,12 @@ void expect_equal_motion(Body& body, Body& reference, double h, int steps, doubl
     sets[b][0] = both[b]->track(some);
     sets[b][1] = both[b]->track(others);
     means[b] = both[b]->track_mean({1, 2, 3, 9});
-    both[b]->add_force(force, {{0.0, 0.013, 0.041, 0.3}, {1.0, 3.0, -2.0, 0.5}});
-    both[b]->add_gravity(Vector3(1, -3, -9.81), {});
-    both[b]->set_contact_step(contact_step);
+    both[b]->prepare(
+        {.loads = {force_load(force, {{0.0, 0.013, 0.041, 0.3}, {1.0, 3.0, -2.0, 0.5}}),
+                   gravity_load(Vector3(1, -3, -9.81))},
+         .contact_step = contact_step,
+         .clip = reference.largest_frequency()});
   }
-  if (auto* scaled = dynamic_cast<ScaledBody*>(&body)) scaled->scale(reference.largest_frequency());
   for (const int set : {0, 1}) {
     const Matrix S = body.response(sets[0][set], h).dense(),
                  S_all = reference.response(sets[1][set], h).dense();

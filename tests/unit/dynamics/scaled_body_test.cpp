@@ -10,6 +10,7 @@
 
 #include <cmath>
 #include <random>
+#include <stdexcept>
 
 #include "common/base/error.hpp"
 #include "tests/unit/dynamics/scaled_bodies.hpp"
@@ -66,7 +67,7 @@ TEST(ScaledBody, ClipAboveAllModesScalesNothing) {
   ScaledBody body("body", scaled_model(m.superelement, m.form), oblique(false));
   const Index set = body.track({0, 4});
   const double highest = body.largest_frequency();
-  body.scale(1.5 * highest);
+  body.prepare({.clip = 1.5 * highest});
   EXPECT_FALSE(body.is_scaled());
   EXPECT_EQ(body.n_scaled(), 0);
   EXPECT_EQ(body.largest_frequency(), highest);
@@ -91,7 +92,7 @@ TEST(ScaledBody, ClipAboveAllModesScalesNothing) {
 TEST(ScaledBody, BodyThatNothingTouchesIsExact) {
   const Model m = model_of({});
   ScaledBody body("body", scaled_model(m.superelement, m.form), oblique(false));
-  body.scale(0.2 * body.largest_frequency());
+  body.prepare({.clip = 0.2 * body.largest_frequency()});
   EXPECT_FALSE(body.is_scaled());
   body.predict(0, 3);
   body.accept();
@@ -127,8 +128,8 @@ TEST(ScaledBody, StaticsAreThoseOfAllModes) {
   Points force = Points::Zero(slow.n_nodes(), 3);
   for (const Index node : nodes) force.row(node) = random_points(random, 1, 1).row(0);
   const double end = 1e7 / m.form->omega[0];
-  slow.add_force(force, {{0, end}, {0, 1}});
-  slow.scale(0.1 * m.form->omega.maxCoeff());
+  slow.prepare(
+      {.loads = {force_load(force, {{0, end}, {0, 1}})}, .clip = 0.1 * m.form->omega.maxCoeff()});
   slow.predict(0, end);
   slow.accept();
   Points x;
@@ -144,7 +145,7 @@ TEST(ScaledBody, ImpulsesChangeMomentumByTheirSum) {
     const Model m = model_of({});
     ScaledBody body("body", scaled_model(m.superelement, m.form), oblique(mirrored));
     const Index set = body.track({0, 3, 5, 8, 9, 13});
-    body.scale(0.3 * body.largest_frequency());
+    body.prepare({.clip = 0.3 * body.largest_frequency()});
     const double h = 1.9 / body.largest_frequency();
     Vector3 momentum = body.state().momentum, angular = body.state().angular_momentum;
     const Vector3 center = body.state().center_of_mass;  // undeformed
@@ -176,7 +177,7 @@ TEST(ScaledBody, ResponseIsWhatImpulsesDoAndIsShared) {
   ScaledBody one("one", shared, oblique(false)), two("two", shared, oblique(true));
   for (ScaledBody* body : {&one, &two}) {
     body->track({0, 3, 5, 11});
-    body->scale(0.4 * shared->largest_frequency());
+    body->prepare({.clip = 0.4 * shared->largest_frequency()});
     const double h = 1.9 / body->largest_frequency();
     const NodeResponse S = body->response(0, h);
     EXPECT_GT(symmetric_eigenvalues(S.dense()).minCoeff(), 0);
@@ -203,8 +204,8 @@ TEST(ScaledBody, MovesThatAreKnownNeedNoProduct) {
     ScaledBody known("known", model, oblique(true)), plain("plain", model, oblique(true));
     for (ScaledBody* body : {&known, &plain}) {
       body->track({0, 3, 5, 11});
-      body->add_gravity(Vector3(0, 3, -9), {{0, 0.1, 0.2}, {0, 1, -1}});
-      body->scale(0.3 * m.form->omega.maxCoeff());
+      body->prepare({.loads = {gravity_load(Vector3(0, 3, -9), {{0, 0.1, 0.2}, {0, 1, -1}})},
+                     .clip = 0.3 * m.form->omega.maxCoeff()});
     }
     const double h = 2 / known.largest_frequency(), start = energy(known);
     double largest = start;
@@ -215,8 +216,9 @@ TEST(ScaledBody, MovesThatAreKnownNeedNoProduct) {
       const Points p = random_points(random, 4, 0.5);
       const Points rub = step % 3 == 0 ? random_points(random, 4, 0.1) : Points(Points::Zero(4, 3));
       Points move = Points::Zero(4, 3);
+      const Vector still;
       known.response(0, h).add_product(p + rub, move);
-      known.add_answered_impulses(0, p, rub, move, Vector());
+      known.take_impulses(0, {p, rub, &move, &still});
       plain.add_impulses(0, p);
       plain.add_impulses(0, rub, ImpulseKind::friction);
       known.predicted_positions(0, x);
@@ -241,9 +243,11 @@ TEST(ScaledBody, MotionBoundHoldsTheMotion) {
     const Model m = model_of({loaded ? Shape::hinged : Shape::free});
     ScaledBody body("body", scaled_model(m.superelement, m.form), oblique(loaded));
     const Index set = body.track({0, 2, 6, 9});
+    BodyPlan plan{.clip = 0.2 * body.largest_frequency()};
     if (loaded)
-      body.add_force(random_points(random, body.n_nodes(), 5.0), {{0, 0.2, 0.4}, {0, 1, -1}});
-    body.scale(0.2 * body.largest_frequency());
+      plan.loads.push_back(
+          force_load(random_points(random, body.n_nodes(), 5.0), {{0, 0.2, 0.4}, {0, 1, -1}}));
+    body.prepare(plan);
     body.predict(0, 0.01);
     body.add_impulses(set, random_points(random, 4, 0.2));
     body.accept();
@@ -277,8 +281,7 @@ TEST(ScaledBody, EveryDofHeldStandsStill) {
   form->E.resize(0, 6);
   ScaledBody body("body", scaled_model(m.superelement, form), oblique(true));
   const Index set = body.track({0, 1});
-  body.add_gravity(Vector3(0, 0, -9), {});
-  body.scale(100);
+  body.prepare({.loads = {gravity_load(Vector3(0, 0, -9))}, .clip = 100});
   body.predict(0, 0.1);
   body.add_impulses(set, Points::Ones(2, 3));
   body.accept();
@@ -297,7 +300,7 @@ TEST(ScaledBody, OneNodeIsTouched) {
                              Scheme::exact);
   body.track({6});
   reference.track({6});
-  body.scale(clip);
+  body.prepare({.clip = clip});
   Points p(1, 3), x, x_all;
   p << 1, -2, 3;
   for (int i = 0; i < 20; ++i) {
@@ -323,8 +326,21 @@ TEST(ScaledBody, RefusesWhatNeedsNodalMasses) {
   const Model m = model_of({});
   ScaledBody body("body", scaled_model(m.superelement, m.form), Placement{});
   body.track({1});
-  body.scale(10);
+  body.prepare({.clip = 10});
   EXPECT_THROW(nodal_of(body), InputError);
+}
+
+TEST(ScaledBody, ItsPlanComesOnceAfterItsSetsAndBeforeItsSteps) {
+  const Model m = model_of({});
+  const auto model = scaled_model(m.superelement, m.form);
+  ScaledBody planned("planned", model, Placement{}), moved("moved", model, Placement{});
+  EXPECT_THROW(planned.state(), std::logic_error);
+  planned.prepare({});
+  EXPECT_THROW(planned.prepare({}), std::logic_error);
+  EXPECT_THROW(planned.track({1}), std::logic_error);
+  EXPECT_THROW(planned.track_mean({1}), std::logic_error);
+  moved.predict(0, 0.1);
+  EXPECT_THROW(moved.prepare({}), std::logic_error);
 }
 
 }  // namespace

@@ -109,9 +109,9 @@ TEST(SuperelementBody, EnergyBalanceClosesToRoundOff) {
   for (const Scheme scheme : {Scheme::exact, Scheme::central_difference}) {
     SuperelementBody body = make_body(12, scheme);
     const Index set = body.track({1, 4, 7});
-    body.add_force(random_points(random, body.n_nodes(), 4.0),
-                   {{0.0, 0.013, 0.041, 0.3}, {1.0, 3.0, -2.0, 0.5}});
-    body.add_gravity(Vector3(0, 0, -9.81), {});
+    body.prepare({.loads = {force_load(random_points(random, body.n_nodes(), 4.0),
+                                       {{0.0, 0.013, 0.041, 0.3}, {1.0, 3.0, -2.0, 0.5}}),
+                            gravity_load(Vector3(0, 0, -9.81))}});
     const double start = energy(body);
     double largest = start, t = 0;
     for (int step = 0; step < 400; ++step) {
@@ -177,7 +177,7 @@ TEST(SuperelementBody, LoadsWithBreakpointsInsideAStepAreExact) {
   const auto final_positions = [&](int steps) {
     SuperelementBody body = make_body(5, Scheme::exact);
     const Index set = body.track(all_nodes(body));
-    body.add_force(force, history);
+    body.prepare({.loads = {force_load(force, history)}});
     const double h = 0.6 / steps;
     for (int i = 0; i < steps; ++i) {
       body.predict(i * h, h);
@@ -199,9 +199,8 @@ TEST(SuperelementBody, LoadsThatShareBreakpointsBringTheirWork) {
   History shifted = history;
   for (double& t : shifted.time) t *= 1 + 1e-15;
   SuperelementBody body = make_body(5, Scheme::exact);
-  body.add_force(force, history);
-  body.add_force(force, history);
-  body.add_gravity(Vector3(0, 1, 2), shifted);
+  body.prepare({.loads = {force_load(force, history), force_load(force, history),
+                          gravity_load(Vector3(0, 1, 2), shifted)}});
   const auto energy = [&] { return body.state().kinetic_energy + body.state().strain_energy; };
   const double before = energy();
   for (int i = 0; i < 7; ++i) {
@@ -215,7 +214,7 @@ TEST(SuperelementBody, MomentumUnderLoadsIsOfTheTimeWritten) {
   for (const Scheme scheme : {Scheme::exact, Scheme::central_difference}) {
     SuperelementBody body = make_body(5, scheme);
     const Vector3 before = body.state().momentum;
-    body.add_gravity(Vector3(0, 1, -2), {});
+    body.prepare({.loads = {gravity_load(Vector3(0, 1, -2))}});
     const double h = 1 / body.largest_frequency();
     body.predict(0, h);
     body.accept();
@@ -263,7 +262,8 @@ TEST(SuperelementBody, MotionBoundHoldsTheMotion) {
     SuperelementBody body = make_body(10, Scheme::exact);
     const Index set = body.track({0, 2, 6, 9});
     if (loaded)
-      body.add_force(random_points(random, body.n_nodes(), 5.0), {{0, 0.2, 0.4}, {0, 1, -1}});
+      body.prepare({.loads = {force_load(random_points(random, body.n_nodes(), 5.0),
+                                         {{0, 0.2, 0.4}, {0, 1, -1}})}});
     body.predict(0, 0.01);
     body.add_impulses(set, random_points(random, 4, 0.2));
     body.accept();

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "common/base/error.hpp"
+#include "dynamics/motion/wrapped_body.hpp"
 #include "tests/unit/dynamics/bricks.hpp"
 
 namespace cbr::time_plan_test {
@@ -42,46 +43,15 @@ TEST(TimePlan, StepsFitOutputsAndTheEnd) {
   expect_consistent(fit_steps(0.3, 0, 1), 0.3, 0, 1);
 }
 
-// A body that can be scaled, and says so; everything else is as of the body within.
-class Scalable final : public Body, public ScalingAbility {
+// A body that says it can be scaled; everything else is as of the body within.
+class Scalable final : public WrappedBody {
  public:
-  explicit Scalable(std::unique_ptr<Body> body) : body_(std::move(body)) {}
-  ScalingAbility* scaling() override { return this; }
-  void scale(double) override {}
-  const std::string& name() const override { return body_->name(); }
-  Index n_dofs() const override { return body_->n_dofs(); }
-  double largest_frequency() const override { return body_->largest_frequency(); }
-  Scheme scheme() const override { return body_->scheme(); }
-  const Points& reference_positions() const override { return body_->reference_positions(); }
-  Index track(const std::vector<Index>& nodes) override { return body_->track(nodes); }
-  void positions(Index set, Points& x) const override { body_->positions(set, x); }
-  void predicted_positions(Index set, Points& x) const override {
-    body_->predicted_positions(set, x);
+  explicit Scalable(std::unique_ptr<Body> body) : WrappedBody(std::move(body)) {
+    facts_.scales = true;
   }
-  Index track_mean(const std::vector<Index>& nodes) override { return body_->track_mean(nodes); }
-  void mean_motion(Index set, Vector3& x, Vector3& v) const override {
-    body_->mean_motion(set, x, v);
+  void take_impulses(Index set, const Impulses& impulses) override {
+    inner_->take_impulses(set, impulses);
   }
-  void predict(double t, double h) override { body_->predict(t, h); }
-  void add_impulses(Index set, const Points& p, ImpulseKind kind) override {
-    body_->add_impulses(set, p, kind);
-  }
-  void accept() override { body_->accept(); }
-  NodeResponse response(Index set, double h) const override { return body_->response(set, h); }
-  void add_force(const Points& f, const LoadHistory& history) override {
-    body_->add_force(f, history);
-  }
-  void add_gravity(const Vector3& a, const LoadHistory& history) override {
-    body_->add_gravity(a, history);
-  }
-  BodyState state() const override { return body_->state(); }
-  BodyWork work() const override { return body_->work(); }
-  void displacements(Points& u, Points& v) const override { body_->displacements(u, v); }
-  void coordinates(Vector& q, Vector& rates) const override { body_->coordinates(q, rates); }
-  void keep_state(StateArchive& archive) override { body_->keep_state(archive); }
-
- private:
-  std::unique_ptr<Body> body_;
 };
 
 TEST(TimePlan, MassScalingTakesLongStepsAndClipsAtTheirs) {
