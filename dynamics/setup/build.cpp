@@ -20,7 +20,7 @@
 #include "dynamics/setup/components/superelement_alone.hpp"
 #include "dynamics/setup/contact/contact_setup.hpp"
 #include "dynamics/setup/contact/link_rates.hpp"
-#include "dynamics/setup/contact/links.hpp"
+#include "dynamics/setup/contact/points.hpp"
 #include "dynamics/setup/contact/starting_overlap.hpp"
 #include "dynamics/setup/loads_setup.hpp"
 #include "dynamics/setup/monitors_setup.hpp"

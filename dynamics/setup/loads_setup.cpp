@@ -10,7 +10,7 @@
 #include "common/mesh/face_weights.hpp"
 #include "common/scene/scene_uses.hpp"
 #include "dynamics/motion/pointed_body.hpp"
-#include "dynamics/setup/contact/links.hpp"
+#include "dynamics/setup/contact/points.hpp"
 
 namespace cbr {
 namespace {

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "dynamics/motion/pointed_body.hpp"
-#include "dynamics/setup/contact/links.hpp"
+#include "dynamics/setup/contact/points.hpp"
 #include "dynamics/setup/stress_setup.hpp"
 
 namespace cbr {

@@ -11,6 +11,7 @@
 #include "dynamics/setup/contact/contact_sides.hpp"
 #include "dynamics/setup/contact/friction_shapes.hpp"
 #include "dynamics/setup/contact/links.hpp"
+#include "dynamics/setup/contact/points.hpp"
 
 namespace cbr {
 namespace {

@@ -5,127 +5,12 @@
 #include <utility>
 
 #include "common/base/error.hpp"
-#include "common/mesh/face_weights.hpp"
 #include "dynamics/motion/joint_body.hpp"
-#include "dynamics/setup/bodies/turning.hpp"
 #include "dynamics/setup/components/geometry.hpp"
+#include "dynamics/setup/contact/points.hpp"
 
 namespace cbr {
 namespace {
-
-// Shares of the faces' area, or one for each node of a nodeset.
-Vector weights_of(const Geometry& geometry, const std::string& instance,
-                  const Component::Point& point, const std::vector<Index>& nodes) {
-  if (geometry.surfaces.count(point.nodes) == 0)
-    return Vector::Ones(static_cast<Index>(nodes.size()));
-  const Vector all = face_weights(find_surface(geometry, instance, point.nodes, point.source),
-                                  geometry.coordinates);
-  return all(nodes);
-}
-
-}  // namespace
-
-void add_rotations(const Geometry& geometry, const Instance& instance, const Points& positions,
-                   AveragePoint& point) {
-  if (geometry.rotations.empty() || !lie_on_a_line(point, positions)) return;
-  std::map<Index, double> rotations;
-  for (std::size_t i = 0; i < point.nodes.size(); ++i)
-    if (const auto found = geometry.rotations.find(point.nodes[i]);
-        found != geometry.rotations.end())
-      rotations[found->second] = point.weights[static_cast<Index>(i)];
-  const Index n = point.weights.size();
-  point.n_rotations = static_cast<Index>(rotations.size());
-  point.hand = instance.mirror.empty() ? 1 : -1;
-  point.weights.conservativeResize(n + point.n_rotations);
-  Index place = n;
-  for (const auto& [node, weight] : rotations) {
-    point.nodes.push_back(node);
-    point.weights[place++] = weight;
-  }
-}
-
-namespace {
-
-AveragePoint average_point(const Instance& instance, const Geometry& geometry,
-                           const std::string& name, const Component::Point& point) {
-  AveragePoint average;
-  if (const Index node = node_of_point(geometry, name, point.nodes); node >= 0) {
-    average.nodes = {node, geometry.rotations.at(node)};
-    average.is_of_interface = true;
-    average.hand = instance.mirror.empty() ? 1 : -1;
-    const Vector3 at = point.at.value_or(geometry.coordinates.row(node).transpose());
-    average.at = instance.transformation() * at + instance.position;
-    return average;
-  }
-  average.nodes = find_nodes(geometry, instance.name, point.nodes, point.source);
-  average.weights = weights_of(geometry, instance.name, point, average.nodes);
-  Vector3 at = Vector3::Zero();
-  for (std::size_t i = 0; i < average.nodes.size(); ++i)
-    at += average.weights[static_cast<Index>(i)] *
-          geometry.coordinates.row(average.nodes[i]).transpose();
-  at = point.at.value_or(at / average.weights.sum());
-  average.at = instance.transformation() * at + instance.position;
-  if (instance.as != InstanceKind::rigid)
-    add_rotations(geometry, instance, geometry.coordinates, average);
-  // A rigid body's nodes need no couplings among them
-  average.rigid = point.rigid && instance.as != InstanceKind::rigid;
-  return average;
-}
-
-const Instance& instance_named(const SceneIndex& index, const std::string& name) {
-  return index.scene().instances[index.place(name)];
-}
-
-const Component::Point& named_point(const SceneIndex& index, const SurfaceName& name) {
-  return *point_of(index.scene(), name.instance, name.surface);
-}
-
-// The place of the link among those whose second end is this instance, behind the instance's own
-// points.
-Index second_place(const SceneIndex& index, const LinkOptions& link) {
-  Index place = static_cast<Index>(
-      component_of(index.scene(), instance_named(index, link.second.instance)).points.size());
-  for (const LinkOptions& other : index.scene().links) {
-    if (&other == &link) break;
-    place += other.second.instance == link.second.instance;
-  }
-  return place;
-}
-
-bool turns_at(const SceneIndex& index, const SurfaceName& end) {
-  return !end.is_wall() && turns(index, instance_named(index, end.instance));
-}
-
-// Whether an end turns by any angle.
-bool turns(const SceneIndex& index, const LinkOptions& link) {
-  return turns_at(index, link.first) || turns_at(index, link.second);
-}
-
-// Whether what acts on the first end acts at the place of the second: the two may move apart, and
-// the directions in which they are held turn with the first.
-bool slides(const SceneIndex& index, const LinkOptions& link) {
-  if (link.second.is_wall() || !turns(index, link)) return false;
-  bool any = false, all = true;
-  for (std::size_t m = 0; m < 3; ++m) {
-    any |= link.fix[m] || link.is_sprung(m);
-    all &= link.fix[m];
-  }
-  return any && !all;
-}
-
-// The place of its sliding point behind the seconds of the first end's instance.
-Index sliding_place(const SceneIndex& index, const LinkOptions& link) {
-  const std::string& instance = link.first.instance;
-  Index place = static_cast<Index>(
-      component_of(index.scene(), instance_named(index, instance)).points.size());
-  bool before = true;
-  for (const LinkOptions& other : index.scene().links) {
-    before &= &other != &link;
-    place += other.second.instance == instance;
-    place += before && other.first.instance == instance && slides(index, other);
-  }
-  return place;
-}
 
 // A node of a point, or of a joint, by its contact body and its place there.
 struct Slot {
@@ -364,7 +249,7 @@ class LinkMaker {
 
   bool is_massless(const SurfaceName& end) const {
     if (end.is_wall()) return false;
-    const Instance& instance = instance_named(index_, end.instance);
+    const Instance& instance = index_.scene().instances[index_.place(end.instance)];
     const Component& component = component_of(index_.scene(), instance);
     return instance.as == InstanceKind::superelement && component.reduction &&
            component.reduction->is_massless();
@@ -428,61 +313,6 @@ class LinkMaker {
 
 }  // namespace
 
-std::vector<AveragePoint> points_of(const SceneIndex& index, const BuiltScene& built, Index i) {
-  const Scene& scene = index.scene();
-  const Instance& instance = scene.instances[i];
-  const auto average = [&](Index of, const std::string& name, const Component::Point& point) {
-    return average_point(scene.instances[of], *built.instances[of].geometry, name, point);
-  };
-  std::vector<AveragePoint> points;
-  for (const auto& [name, point] : component_of(scene, instance).points)
-    points.push_back(average(i, name, point));
-  for (const LinkOptions& link : scene.links) {
-    if (link.second.instance != instance.name) continue;
-    AveragePoint second = average(i, link.second.surface, named_point(index, link.second));
-    second.rigid = false;  // the point itself is
-    second.at = average(index.place(link.first.instance), link.first.surface,
-                        named_point(index, link.first))
-                    .at;
-    points.push_back(std::move(second));
-  }
-  for (const LinkOptions& link : scene.links) {
-    if (link.first.instance != instance.name || !slides(index, link)) continue;
-    AveragePoint sliding = average(i, link.first.surface, named_point(index, link.first));
-    sliding.rigid = false;
-    sliding.slides = true;
-    points.push_back(std::move(sliding));
-  }
-  return points;
-}
-
-Index point_place(const SceneIndex& index, const std::string& instance, const std::string& point) {
-  const auto& points = component_of(index.scene(), instance_named(index, instance)).points;
-  return std::distance(points.begin(), points.find(point));
-}
-
-std::map<Index, std::set<Index>> linked_nodes(const SceneIndex& index, const BuiltScene& built) {
-  std::map<Index, std::set<Index>> nodes;
-  const auto add = [&](Index instance, Index place) {
-    const auto& body = static_cast<const PointedBody&>(*built.simulation.bodies[instance]);
-    nodes[instance].insert({body.translation_node(place), body.rotation_node(place)});
-  };
-  for_each_point(index, [&](Index i, const std::string& name, const Component::Point& point) {
-    const Index place = point_place(index, index.scene().instances[i].name, name);
-    if (point.has_mass()) add(i, place);
-    if (!point.rigid) return;
-    const auto& body = static_cast<const PointedBody&>(*built.simulation.bodies[i]);
-    for (const Index node : body.deformation_nodes(place)) nodes[i].insert(node);
-  });
-  for (const LinkOptions& link : index.scene().links) {
-    add(index.place(link.first.instance),
-        point_place(index, link.first.instance, link.first.surface));
-    if (!link.second.is_wall()) add(index.place(link.second.instance), second_place(index, link));
-    if (slides(index, link)) add(index.place(link.first.instance), sliding_place(index, link));
-  }
-  return nodes;
-}
-
 void add_links(const SceneIndex& index, const std::map<Index, Index>& contact_of_instance,
                BuiltScene& built) {
   LinkMaker maker(index, contact_of_instance, built);
@@ -492,13 +322,6 @@ void add_links(const SceneIndex& index, const std::map<Index, Index>& contact_of
       maker.add_rigid(i, name, point);
     if (point.has_mass()) maker.add_mass(i, name, point);
   });
-}
-
-void for_each_point(const SceneIndex& index, const PointVisit& visit) {
-  const Scene& scene = index.scene();
-  for (Index i = 0; i < static_cast<Index>(scene.instances.size()); ++i)
-    for (const auto& [name, point] : component_of(scene, scene.instances[i]).points)
-      visit(i, name, point);
 }
 
 }  // namespace cbr
