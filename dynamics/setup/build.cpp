@@ -226,6 +226,7 @@ class Builder {
       made = maker.make(instance, component);
     }
     of.mass = made.mass;
+    of.n_following = made.n_following;
     of.why_linear = why_linear_[built_.instances.size()];
     built_.notes.insert(built_.notes.end(), made.notes.begin(), made.notes.end());
     of.modes = made.modes;

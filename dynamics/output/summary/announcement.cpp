@@ -20,12 +20,19 @@ std::string kind_of(const BuiltScene::OfInstance& of) {
                               : "superelement of " + std::to_string(of.parts.size()) + " domains";
 }
 
+// docs/decisions/truncation.md
+std::string following_text(const BuiltScene::OfInstance& of) {
+  if (of.n_following == 0) return {};
+  return " (" + std::to_string(of.n_following) + " faster ones follow contact as statics)";
+}
+
 void instance_lines(const BuiltScene& built, Report& report) {
   for (std::size_t b = 0; b < built.instances.size(); ++b) {
     const Body& body = *built.simulation.bodies[b];
     std::ostringstream line;
     line << "instance " << body.name() << ": component " << built.instances[b].component << ", "
-         << kind_of(built.instances[b]) << ", " << body.n_dofs() << " dofs, "
+         << kind_of(built.instances[b]) << ", " << body.n_dofs() << " dofs"
+         << following_text(built.instances[b]) << ", "
          << (built.simulation.is_static ? "statics"
                                         : word_of(integrator_words, integrator_of(body.scheme())));
     report.line(line.str());

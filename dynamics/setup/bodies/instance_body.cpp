@@ -228,10 +228,11 @@ InstanceBody BodyMaker::make_modal(const Instance& instance, const ReducedCompon
             component.rigid_body.mass};
   }
   if (const std::shared_ptr<const StaticsForm> part = truncated(instance, component, *form))
-    return {std::make_unique<StaticsBody>(instance.name, component.superelement, part,
-                                          placement_of(index_, instance), Scheme::exact,
-                                          NewmarkOptions{}, damping_of(index_, instance)),
-            component.rigid_body.mass};
+    return {.body = std::make_unique<StaticsBody>(instance.name, component.superelement, part,
+                                                  placement_of(index_, instance), Scheme::exact,
+                                                  NewmarkOptions{}, damping_of(index_, instance)),
+            .mass = component.rigid_body.mass,
+            .n_following = form->omega.size() - part->modal.omega.size()};
   return {std::make_unique<SuperelementBody>(
               instance.name, component.superelement, form, placement_of(index_, instance),
               scheme_of(*scene_.time), NewmarkOptions{scene_.time->alpha},

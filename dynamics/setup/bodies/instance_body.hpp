@@ -29,6 +29,7 @@ struct InstanceBody {
   double mass = 0;  // with shells
   std::shared_ptr<const MeshModes> modes = {};
   std::vector<std::string> notes = {};  // for BuiltScene::notes
+  Index n_following = 0;  // coordinates that follow contact as statics, beside Body::n_dofs()
   // within `body`, where reactions of sets are asked for or supports move unevenly
   SupportedBody* supported = nullptr;
 };

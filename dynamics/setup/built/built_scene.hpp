@@ -34,6 +34,7 @@ struct BuiltScene {
     Index n_mesh_parts = 1;                  // of a mesh that is not rigid
     Placement placement;
     double mass = 0;
+    Index n_following = 0;   // coordinates that follow contact as statics, beside Body::n_dofs()
     std::string why_linear;  // it cannot turn by any angle; empty: it can
   };
   std::vector<OfInstance> instances;  // as simulation.bodies
@@ -42,7 +43,7 @@ struct BuiltScene {
   std::string large_is_refused;    // what_large_is_refused_for()
   // Per instance: linear in this run with `rotations: auto`, and could turn in another
   std::vector<char> could_turn;
-  bool momentum_is_kept = true;    // no boundary conditions, loads, or rigid walls that are met
+  bool momentum_is_kept = true;  // no boundary conditions, loads, or rigid walls that are met
 };
 
 }  // namespace cbr
