@@ -85,7 +85,8 @@ class Body : public BodyReadings {
   // rad/s, of the body alone; sets the step. That of a scaled one after prepare().
   virtual double largest_frequency() const = 0;
 
-  // Number of a node set, for the calls below. Before prepare().
+  // Number of a node set, for the calls below. Of a body that scales before prepare():
+  // std::logic_error after it.
   virtual Index track(const std::vector<Index>& nodes) = 0;
   // Once, before the first step: std::logic_error otherwise. InputError: a load that it cannot
   // take.

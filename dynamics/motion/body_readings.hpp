@@ -51,7 +51,7 @@ class BodyReadings {
   // What coordinates() does not show of a body that turns: u and v (n x 3, scene axes) of points X
   // of it (n x 3, undeformed, scene axes) become the whole displacements and velocities.
   virtual void turn(const Points& /*X*/, Points& /*u*/, Points& /*v*/) const {}
-  // Number of a node set for mean_motion(). Before Body::prepare().
+  // Number of a node set for mean_motion(); as Body::track().
   virtual Index track_mean(const std::vector<Index>& nodes) = 0;
   // the plain mean of its nodes
   virtual void mean_motion(Index set, Vector3& position, Vector3& velocity) const = 0;

@@ -15,10 +15,10 @@ namespace cbr {
 // approximation: a translation strains nothing. docs/theory.md, "Supports that move".
 class DrivenBody final : public WrappedBody {
  public:
-  // inner: held, in the axes that move, with velocities from there; mass: of the
-  // whole body. has_inertia: false in statics, where supports have places and no velocities;
-  // `waits`: statics come first, see start_motion(). rotations: nodes that move by a rotation,
-  // which the supports' translation leaves alone.
+  // inner: held, in the axes that move, with velocities from there. mass: of the whole body.
+  // has_inertia: false in statics, where supports have places and no velocities; `waits`: statics
+  // come first, see start_motion(). rotations: nodes that move by a rotation, which the supports'
+  // translation leaves alone.
   DrivenBody(std::unique_ptr<Body> inner, DrivenMotion motion, double mass, bool has_inertia = true,
              bool waits = false, std::vector<Index> rotations = {});
 
