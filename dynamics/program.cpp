@@ -136,12 +136,15 @@ UnchangedFiles inputs_of(const Scene& scene) {
 // One run, from a scene that is built to its files.
 class Run {
  public:
-  Run(const Scene& scene, BuiltScene& built, const std::filesystem::path& results, Report& report)
+  // signals: noted from here on, also over a second run.
+  Run(const Scene& scene, BuiltScene& built, const std::filesystem::path& results,
+      std::optional<NotedSignals>& signals, Report& report)
       : scene_(scene),
         built_(built),
         results_(results),
         report_(report),
-        superelements_(superelements_of(scene, results)) {}
+        superelements_(superelements_of(scene, results)),
+        signals_(signals ? *signals : signals.emplace()) {}
 
   // Checkpoints to write, one to go on from, or both. `hash`: run_hash().
   void use_checkpoints(const std::string& hash, const std::filesystem::path& restart) {
@@ -199,7 +202,7 @@ class Run {
         save(step, t, state);
       };
     }
-    options.ends_turned = built_.could_turn;
+    options.turn_limit = built_.turn_limit;
     if (state_) options.restart = &*state_;
     const auto phase = report_.phase("steps");
     std::optional<SingleThreadedBlas> one_thread;
@@ -288,7 +291,7 @@ class Run {
   const std::filesystem::path results_;
   Report& report_;
   const std::vector<SuperelementOfInstance> superelements_;
-  const NotedSignals signals_;
+  const NotedSignals& signals_;
   std::string hash_;
   std::filesystem::path file_;
   double begun_at_ = 0;  // the time of the checkpoint that the run goes on from
@@ -316,39 +319,39 @@ bool turns_in_checkpoint(const Scene& scene, BuildOptions options,
                          const std::filesystem::path& restart) {
   if (restart.empty() || !scene.time || scene.time->rotations != Rotations::automatic) return false;
   options.turns = true;
-  return is_checkpoint_of(restart, run_hash(scene, options));
+  return is_checkpoint_of(restart, run_hash(with_rotations(scene, options), options));
 }
 
-void say_that_it_starts_again(const Simulation& simulation, const RunResult& result,
+void say_that_it_starts_again(const Simulation& simulation, const RunResult::Turned& turned,
                               Report& report) {
-  const auto body = static_cast<std::size_t>(*result.turned_body);
   report.line(format_text(
       "instance '%s' has turned by %.3g degrees at t = %.4g s, too far for a linear body: the run "
       "starts again with bodies that turn (time: {rotations: large} saves the first part)",
-      simulation.bodies[body]->name().c_str(),
-      result.bodies[body].rotation * 180 / std::numbers::pi, *result.bodies[body].turned_at));
+      simulation.bodies[static_cast<std::size_t>(turned.body)]->name().c_str(),
+      turned.rotation * 180 / std::numbers::pi, turned.t));
 }
 
 // False: a body has turned too far for a linear one, and nothing is written.
 bool run_once(const Scene& scene, const BuildOptions& options, const RunCommand& command,
-              const UnchangedFiles& inputs, Report& report) {
+              const UnchangedFiles& inputs, std::optional<NotedSignals>& signals, Report& report) {
+  const bool is_again = signals.has_value();
   BuiltScene built = build(scene, report, options);
   if (command.check_error) require_halves(built);
   require_memory_for_outputs(scene, built.simulation, machine_memory_bytes());
   std::string hash;
   if (scene.output.checkpoint || !command.restart.empty()) {
     const auto phase = report.phase("read");
-    hash = run_hash(scene, options);
+    hash = run_hash(with_rotations(scene, options), options);
   }
   inputs.check();
-  Run run(scene, built, command.results, report);
+  Run run(scene, built, command.results, signals, report);
   if (!hash.empty()) run.use_checkpoints(hash, command.restart);
-  announce(built, report);
-  RunResult result = run.run();
-  if (result.turned_body && !result.ended_at) {
-    say_that_it_starts_again(built.simulation, result, report);
-    if (!run.signals().any()) return false;
-    result.ended_at = result.time.back();
+  announce(built, is_again, report);
+  const RunResult result = run.run();
+  if (result.turned && !result.ended_at) {
+    say_that_it_starts_again(built.simulation, *result.turned, report);
+    report.start_again();
+    return false;
   }
   count_work(built.simulation, result, report);
   summarise(built, result, run.is_restarted(), report);  // its warnings go into the results
@@ -378,10 +381,11 @@ void run_scene(const std::string& scene_or_dash, const std::filesystem::path& re
   BuildOptions options = build_options;
   options.turns = turns_in_checkpoint(*scene, options, restart);
   RunCommand command{results, restart, check_error};
-  if (run_once(*scene, options, command, inputs, report)) return;
+  std::optional<NotedSignals> signals;
+  if (run_once(*scene, options, command, inputs, signals, report)) return;
   options.turns = true;
   command.restart.clear();
-  run_once(*scene, options, command, inputs, report);
+  run_once(*scene, options, command, inputs, signals, report);
 }
 
 void print_modes(const std::string& scene_or_dash, Index n, const std::filesystem::path& results,

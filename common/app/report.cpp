@@ -125,7 +125,13 @@ void Report::warning(const std::string& text) {
   if (std::find(warnings_.begin(), warnings_.end(), told) != warnings_.end()) return;
   end_progress();
   warnings_.push_back(told);
+  if (std::find(told_before_.begin(), told_before_.end(), told) != told_before_.end()) return;
   print(program_ + ": warning: " + warnings_.back() + "\n");
+}
+
+void Report::start_again() {
+  told_before_.insert(told_before_.end(), warnings_.begin(), warnings_.end());
+  warnings_.clear();
 }
 
 void Report::recall(const std::vector<std::string>& warnings) {

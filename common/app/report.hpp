@@ -34,6 +34,8 @@ class Report {
   const std::vector<std::string>& warnings() const { return warnings_; }
   // Those of the run that this one goes on from: kept before the others, not told again.
   void recall(const std::vector<std::string>& warnings);
+  // The work begins anew: warnings so far are no longer kept, and not told again.
+  void start_again();
   int n_warnings() const { return static_cast<int>(warnings_.size()); }
 
   // "factorisation  42 %, 12 s left": redrawn in place, only when stderr is a terminal and not
@@ -78,7 +80,7 @@ class Report {
  private:
   std::string program_, about_;
   Verbosity verbosity_;
-  std::vector<std::string> warnings_;
+  std::vector<std::string> warnings_, told_before_;
   bool in_progress_ = false;
   std::string in_work_;     // what progress() was last told of
   double first_share_ = 0;  // and how much of that was done, `work_start_`

@@ -89,7 +89,6 @@ std::string run_hash(const Scene& scene, const BuildOptions& options) {
   std::ostringstream text;
   text << "diagonal limit "
        << (options.diagonal_limit ? std::to_string(*options.diagonal_limit) : "") << "\n";
-  if (options.turns) text << "bodies turn\n";
   write_scene(plain, text);
   return bytes_hash(text.str());
 }

@@ -21,9 +21,9 @@ struct RunOptions {
   // goes on bit for bit.
   std::function<bool(Index step, double t)> is_checkpoint;
   std::function<void(Index step, double t, const StateArchive& state)> on_checkpoint;
-  // Per body: whether the run ends at the first output at which it has turned too far for a linear
-  // body. Empty: none.
-  std::vector<char> ends_turned;
+  // Per body, rad: the run ends once it is seen to have turned by more, at an output or every
+  // fiftieth step that is computed. Empty: never.
+  std::vector<double> turn_limit;
   StateArchive* restart = nullptr;  // to go on from, of the same simulation, built anew
 };
 

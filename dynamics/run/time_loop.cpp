@@ -32,6 +32,8 @@ class TimeLoop {
     current_.assign(sim_.contact_nodes.size(), 0);
     located_ = current_;
     for (const auto& body : sim_.bodies) alone_.push_back(body->facts().steps_alone);
+    for (std::size_t b = 0; b < options.turn_limit.size(); ++b)
+      watched_.push_back(static_cast<Index>(b));
     contact_of_.assign(sim_.bodies.size(), -1);
     for (std::size_t c = 0; c < sim_.contact_nodes.size(); ++c)
       contact_of_[sim_.contact_nodes[c].body] = static_cast<Index>(c);
@@ -52,10 +54,11 @@ class TimeLoop {
       go_on();
       const Index taken = ++recorder_.result().steps;
       if (plan().is_output(step_)) record();
+      if (taken % looked_ == 0) look_for_turned(moving_);
       if (taken % told_ == 0 && options_.on_progress)
         options_.on_progress(plan().time(step_) / plan().end);
       if (step_ < plan().n_steps() && is_ended_here()) break;
-      if (recorder_.result().turned_body) break;
+      if (recorder_.result().turned) break;
     }
     recorder_.result().reached = step_;
     return std::move(recorder_.result());
@@ -85,6 +88,16 @@ class TimeLoop {
         std::min(plan().next_output(step_), std::max(schedule_.next(step_), step_ + 1));
     recorder_.result().jumps += next > step_ + 1;
     step_ = next;
+  }
+
+  void look_for_turned(const std::vector<Index>& bodies) {
+    for (const Index b : bodies) {
+      if (b >= static_cast<Index>(options_.turn_limit.size())) continue;
+      const double limit = options_.turn_limit[static_cast<std::size_t>(b)];
+      if (std::isinf(limit)) continue;
+      const double rotation = sim_.bodies[b]->state().rotation;
+      if (rotation > limit) recorder_.result().turned = {b, rotation, plan().time(step_)};
+    }
   }
 
   bool is_ended_here() {
@@ -281,9 +294,7 @@ class TimeLoop {
     sim_.shift_walls(t, t);
     recorder_.record(t, interval, resting_, state_, outcome_);
     recorded_ = step_;
-    for (std::size_t b = 0; b < options_.ends_turned.size(); ++b)
-      if (options_.ends_turned[b] && recorder_.result().bodies[b].turned_at)
-        recorder_.result().turned_body = static_cast<Index>(b);
+    look_for_turned(watched_);
     if (options_.on_output) options_.on_output(step_, t);
   }
 
@@ -291,6 +302,7 @@ class TimeLoop {
   const RunOptions& options_;
   // Steps from one call of on_progress to the next: few steps are long ones
   const Index told_ = std::clamp<Index>(sim_.plan.n_steps() / 1000, 1, 16);
+  static constexpr Index looked_ = 50;  // steps from one look for turned bodies to the next
   ContactState state_;
   ContactOutcome outcome_;
   Recorder recorder_;
@@ -303,6 +315,7 @@ class TimeLoop {
   std::vector<char> located_;      // per contact body: start and end are those of this step
   std::vector<char> is_moving_;    // per body
   std::vector<Index> moving_, due_;
+  std::vector<Index> watched_;       // bodies of RunOptions::turn_limit
   std::vector<char> alone_;          // per body: BodyFacts::steps_alone
   std::vector<Start> starts_;        // of this step, not yet done
   std::vector<std::size_t> shared_;  // workspace of for_each_body()

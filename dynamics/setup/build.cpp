@@ -27,6 +27,7 @@
 #include "dynamics/setup/scene_warnings.hpp"
 #include "dynamics/setup/statics_setup.hpp"
 #include "dynamics/setup/stress_setup.hpp"
+#include "dynamics/setup/turn_limit.hpp"
 
 namespace cbr {
 namespace {
@@ -163,10 +164,8 @@ class Builder {
 
   void choose_what_turns() {
     for (const Instance& instance : scene_.instances) {
-      why_linear_.push_back(index_.is_held(instance)
-                                ? "time.rotations: large turns bodies without supports only: hold "
-                                  "it by links to the ground instead of 'boundary'"
-                                : why_free_is_linear(instance));
+      why_linear_.push_back(why_linear(index_, instance));
+      if (why_linear_.back().empty()) why_linear_.back() = why_made_linear(instance);
       if (why_linear_.back().empty() || !turns(index_, instance)) continue;
       if (refuses_ || !instance.angular_velocity.isZero(0))
         refuse_to_turn(instance, why_linear_.back());
@@ -174,7 +173,7 @@ class Builder {
     }
   }
 
-  std::string why_free_is_linear(const Instance& instance) const {
+  std::string why_made_linear(const Instance& instance) const {
     const std::string why = instance.as == InstanceKind::superelement
                                 ? why_linear(reduced_.at(instance.component), instance)
                                 : why_linear(meshed_.at(instance.component), instance);
@@ -258,13 +257,22 @@ void note_turning(const SceneIndex& index, bool is_automatic, BuiltScene& built)
     built.large_is_refused = what_large_is_refused_for(scene);
   if (const std::string note = note_of_what_stays(index); !note.empty())
     built.notes.push_back(note);
-  for (std::size_t i = 0; i < built.instances.size(); ++i)
-    built.could_turn.push_back(is_automatic && !turns(index, scene.instances[i]) &&
-                               built.large_is_refused.empty() &&
-                               built.instances[i].why_linear.empty());
+  if (!is_automatic || !built.large_is_refused.empty()) return;
+  for (std::size_t i = 0; i < built.instances.size(); ++i) {
+    const Instance& instance = scene.instances[i];
+    const bool could = built.instances[i].why_linear.empty() && !turns(index, instance);
+    built.turn_limit.push_back(
+        could ? turn_limit(index, instance, built.simulation.bodies[i]->reference_positions())
+              : HUGE_VAL);
+  }
 }
 
 }  // namespace
+
+Scene with_rotations(Scene scene, const BuildOptions& options) {
+  if (scene.time) scene.time->rotations = resolved(scene, options.turns);
+  return scene;
+}
 
 BuiltScene build(const Scene& scene_of_run, Report& report, const BuildOptions& options) {
   Scene scene = with_options_of_files(scene_of_run);
@@ -273,7 +281,7 @@ BuiltScene build(const Scene& scene_of_run, Report& report, const BuildOptions& 
   BuiltScene built;
   built.momentum_is_kept = scene.boundary.empty();
   const bool is_automatic = scene.time->rotations == Rotations::automatic;
-  scene.time->rotations = resolved(scene, options.turns);
+  scene = with_rotations(std::move(scene), options);
   SceneIndex index(scene);
   refuse_what_does_not_turn(index);
   Builder(index, options, !is_automatic, report, built).add_instances();

@@ -14,5 +14,7 @@ namespace cbr {
 // or stale superelement (with the command to run), surfaces that are not there, what this version
 // cannot do.
 BuiltScene build(const Scene& scene, Report& report, const BuildOptions& options = {});
+// The scene with what build() makes of `rotations: auto`.
+Scene with_rotations(Scene scene, const BuildOptions& options);
 
 }  // namespace cbr

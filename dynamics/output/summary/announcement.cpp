@@ -70,8 +70,8 @@ void step_line(const BuiltScene& built, Report& report) {
 
 }  // namespace
 
-void announce(const BuiltScene& built, Report& report) {
-  instance_lines(built, report);
+void announce(const BuiltScene& built, bool is_again, Report& report) {
+  if (!is_again) instance_lines(built, report);
   step_line(built, report);
 }
 

@@ -15,13 +15,15 @@ struct Balance {
   // |E(t) - E(0) - work of loads, contact and friction| / largest energy or work
   double energy = 0;
   double energy_off = 0;        // the same, not divided
-  double momentum = 0;          // |p(t) - p(0)| / sum over bodies of the largest |p|
+  double momentum_off = 0;      // |p(t) - p(0)|
+  double momentum = 0;          // the same / sum over bodies of the largest |p|
   double angular_momentum = 0;  // likewise, but at least momentum x distance as the scale
 };
 Balance balance(const RunResult& result);
 
-// Before the first step: instances, dofs, steps and what limits them.
-void announce(const BuiltScene& built, Report& report);
+// Before the first step: instances, dofs, steps and what limits them. is_again: the instances have
+// been told.
+void announce(const BuiltScene& built, bool is_again, Report& report);
 
 // Balances and contact, each figure with what is good, and warnings for what looks wrong. Counters
 // with --verbose alone.

@@ -91,8 +91,12 @@ struct RunResult {
   Index reached = 0;
   // the time of the step after which the run was ended; none: it has come to its end
   std::optional<double> ended_at;
-  // The body of RunOptions::ends_turned that has ended it.
-  std::optional<Index> turned_body;
+  // The body of RunOptions::turn_limit that has ended it, and how far it has turned then, rad.
+  struct Turned {
+    Index body = 0;
+    double rotation = 0, t = 0;
+  };
+  std::optional<Turned> turned;
 };
 
 }  // namespace cbr

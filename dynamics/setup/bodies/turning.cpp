@@ -12,7 +12,8 @@
 namespace cbr {
 namespace {
 
-constexpr const char* without = "; take rotations: small, without angular_velocity";
+constexpr const char* without =
+    "; leave out time.rotations and angular_velocity: it then stays linear";
 
 [[noreturn]] void refuse(const SourceLine& source, const std::string& what,
                          const std::string& cure = without) {
@@ -46,21 +47,16 @@ void refuse_ways(const Scene& scene) {
     refuse(scene.skin->source, "time.rotations: large does not go with shells that act (skin)");
 }
 
-void refuse_contact(const SceneIndex& index, const ContactOptions& contact) {
-  const Scene& scene = index.scene();
-  if (contact.enforcement == Enforcement::impulse) return;
-  const auto touches = [&](const Instance& instance) {
-    return turns(index, instance) && (contact.all || contact.first.instance == instance.name ||
-                                      contact.second.instance == instance.name);
-  };
-  const auto found = std::find_if(scene.instances.begin(), scene.instances.end(), touches);
-  if (found == scene.instances.end()) return;
-  refuse(contact.source,
-         "contact of instance '" + found->name +
-             "', which turns (time.rotations: large), is enforcement: impulse "
-             "only, found " +
-             word_of(enforcement_words, contact.enforcement),
-         "; take enforcement: impulse");
+std::string why_contact_is_linear(const SceneIndex& index, const Instance& instance) {
+  for (const ContactOptions& contact : index.scene().contact) {
+    const bool touches = contact.all || contact.first.instance == instance.name ||
+                         contact.second.instance == instance.name;
+    if (!touches || contact.enforcement == Enforcement::impulse) continue;
+    return contact.source.text() + ": contact of instance '" + instance.name +
+           "', which turns (time.rotations: large), is enforcement: impulse only, found " +
+           word_of(enforcement_words, contact.enforcement) + "; take enforcement: impulse";
+  }
+  return {};
 }
 
 // Their nodes' rotations take moments, which loads of bodies that turn do not know.
@@ -69,46 +65,74 @@ bool has_shells(const Component& component) {
                      [](const auto& block) { return block.second.thickness.has_value(); });
 }
 
-void refuse_points(const Instance& instance, const Component& component) {
-  if (component.points.empty()) return;
+std::string why_points_are_linear(const Instance& instance, const Component& component) {
+  if (component.points.empty()) return {};
   if (instance.as == InstanceKind::superelement && has_shells(component))
-    refuse(instance, "time.rotations: large does not turn points of components with shells");
+    return "time.rotations: large does not turn points of components with shells";
   const bool is_reduced = instance.as == InstanceKind::superelement && component.reduction;
   if (is_reduced && component.reduction->is_massless())
-    refuse(instance, "time.rotations: large does not turn points of basis massless");
+    return "time.rotations: large does not turn points of basis massless";
   if (is_reduced && !component.reduction->interface_points.empty())
-    refuse(instance,
-           "time.rotations: large does not turn points as the interface (reduction.points): name "
-           "their sets in reduction.interface");
+    return "time.rotations: large does not turn points as the interface (reduction.points): name "
+           "their sets in reduction.interface";
   for (const auto& [name, point] : component.points)
     if (!point.inertia.isZero(0))
-      refuse(instance, "time.rotations: large does not turn a point with inertia ('" + name +
-                           "'): give it a mass alone, or the inertia to a rigid body that a link "
-                           "welds to it");
+      return "time.rotations: large does not turn a point with inertia ('" + name +
+             "'): give it a mass alone, or the inertia to a rigid body that a link welds to it";
+  return {};
 }
 
-void refuse_what_acts(const SceneIndex& index) {
-  const Scene& scene = index.scene();
-  for (const ContactOptions& contact : scene.contact) refuse_contact(index, contact);
-  for (const Instance& instance : scene.instances)
-    if (turns(index, instance)) refuse_points(instance, component_of(scene, instance));
-  for (const Load& load : scene.loads) {
-    if (load.kind != Load::Kind::moment || load.on_point) continue;
-    const Instance& instance =
-        scene.instances[static_cast<std::size_t>(index.place(load.instance))];
-    if (turns(index, instance) && instance.as == InstanceKind::superelement &&
-        has_shells(component_of(scene, instance)))
-      refuse(load.source, "time.rotations: large does not turn moments on components with shells");
+std::string why_loads_are_linear(const Scene& scene, const Instance& instance) {
+  if (instance.as != InstanceKind::superelement || !has_shells(component_of(scene, instance)))
+    return {};
+  for (const Load& load : scene.loads)
+    if (load.kind == Load::Kind::moment && !load.on_point && load.instance == instance.name)
+      return load.source.text() +
+             ": time.rotations: large does not turn moments on components with shells";
+  return {};
+}
+
+// It keeps places together and lets a rotation go.
+bool is_hinge(const LinkOptions& link) {
+  bool holds = false, lets_go = false;
+  for (std::size_t m = 0; m < 3; ++m) {
+    holds |= link.fix[m];
+    lets_go |= !link.fix[m + 3] && !link.is_sprung(m + 3);
   }
+  return holds && lets_go;
+}
+
+// Whether a free instance hangs or stands on a hinge under gravity: its weight has a moment that a
+// linear body does not know at any angle.
+bool any_hangs(const Scene& scene) {
+  if (gravity_of(scene) == nullptr) return false;
+  const auto is_free = [&](const SurfaceName& end) {
+    return !end.is_wall() && std::none_of(scene.boundary.begin(), scene.boundary.end(),
+                                          [&](const BoundaryCondition& condition) {
+                                            return condition.instance == end.instance;
+                                          });
+  };
+  return std::any_of(scene.links.begin(), scene.links.end(), [&](const LinkOptions& link) {
+    return is_hinge(link) && (is_free(link.first) || is_free(link.second));
+  });
 }
 
 }  // namespace
+
+const Load* gravity_of(const Scene& scene) {
+  const auto found = std::find_if(scene.loads.begin(), scene.loads.end(), [](const Load& load) {
+    return load.kind == Load::Kind::gravity && !load.value.isZero(0);
+  });
+  return found == scene.loads.end() ? nullptr : &*found;
+}
 
 Rotations resolved(const Scene& scene, bool wants_large) {
   if (scene.time->rotations != Rotations::automatic) return scene.time->rotations;
   const bool spins = std::any_of(scene.instances.begin(), scene.instances.end(),
                                  [](const Instance& i) { return !i.angular_velocity.isZero(0); });
-  return spins || wants_large ? Rotations::large : Rotations::small;
+  const bool may = wants_large || any_hangs(scene);
+  return spins || (may && what_large_is_refused_for(scene).empty()) ? Rotations::large
+                                                                    : Rotations::small;
 }
 
 bool turns(const SceneIndex& index, const Instance& instance) {
@@ -127,20 +151,27 @@ void refuse_what_does_not_turn(const SceneIndex& index) {
   for (const Instance& instance : scene.instances)
     if (!turns(index, instance))
       refuse_spin(instance, "a body without supports: held ones do not turn");
-  refuse_what_acts(index);
 }
 
 std::string what_large_is_refused_for(const Scene& scene) {
-  Scene other = scene;
-  other.time->rotations = Rotations::large;
   try {
-    refuse_what_does_not_turn(SceneIndex(other));
+    refuse_ways(scene);
   } catch (const InputError& error) {
     const std::string text = error.what();
     return text.ends_with(without) ? text.substr(0, text.size() - std::string(without).size())
                                    : text;
   }
   return {};
+}
+
+std::string why_linear(const SceneIndex& index, const Instance& instance) {
+  if (index.is_held(instance))
+    return "time.rotations: large turns bodies without supports only: hold it by links to the "
+           "ground instead of 'boundary'";
+  if (const std::string why = why_contact_is_linear(index, instance); !why.empty()) return why;
+  const Scene& scene = index.scene();
+  const std::string why = why_points_are_linear(instance, component_of(scene, instance));
+  return why.empty() ? why_loads_are_linear(scene, instance) : why;
 }
 
 std::string why_linear(const ReducedComponent& component, const Instance& instance) {
@@ -172,7 +203,10 @@ std::string why_linear(const Damping& damping) {
          "beta, or loss_factor or ratios of modes for a superelement";
 }
 
-void refuse_to_turn(const Instance& instance, const std::string& why) { refuse(instance, why); }
+void refuse_to_turn(const Instance& instance, const std::string& why) {
+  if (why.starts_with(instance.source.file + ":")) throw InputError(why);  // it names its line
+  refuse(instance, why);
+}
 
 std::vector<std::string> notes_of_spin(const Instance& instance, const Superelement& superelement,
                                        const TurningBody& body, const SuperelementBody& modal) {

@@ -41,8 +41,9 @@ struct BuiltScene {
   GapWatch gaps;
   std::vector<std::string> notes;  // for the summary
   std::string large_is_refused;    // what_large_is_refused_for()
-  // Per instance: linear in this run with `rotations: auto`, and could turn in another
-  std::vector<char> could_turn;
+  // Per instance, rad, with `rotations: auto`: beyond it the run is to start again with bodies that
+  // turn; HUGE_VAL, or empty: never
+  std::vector<double> turn_limit;
   bool momentum_is_kept = true;  // no boundary conditions, loads, or rigid walls that are met
 };
 

@@ -115,6 +115,69 @@ TEST_F(StartingAgain, WhatCannotTurnGoesOnWithAWarning) {
   EXPECT_TRUE(has(said, "damping alpha, which brakes rigid motions")) << said;
 }
 
+// One output at the end, when the body has long turned back: it is seen in between.
+TEST_F(StartingAgain, ATurnBetweenOutputsIsSeen) {
+  std::string yaml = scene(0.5, "");
+  yaml.replace(yaml.find("every: 0.02"), 11, "every: 0.5");
+  yaml.replace(yaml.find("]}]\ntime"), 3,
+               "], history: {time: [0, 0.1, 0.2, 0.3, 0.4], value: [0, 6, 0, -12, 0]}}]");
+  EXPECT_TRUE(has(run("auto", yaml), again));
+  EXPECT_TRUE(turns("auto", "b"));
+}
+
+// Whatever the scene's text or the component tells of one, the others turn.
+TEST_F(StartingAgain, AnInstanceThatCannotTurnKeepsNoOtherFromIt) {
+  std::string inert = scene(0.5, "");
+  inert.replace(inert.find("brake: {mesh: block.exo, material: braked}"), 42,
+                "brake: {mesh: block.exo, material: soft, points: {p: {surface: x_max, inertia: "
+                "[1, 1, 1]}}}");
+  std::string pressed = scene(0.5, "");
+  pressed.insert(pressed.find("loads:"),
+                 "walls: {w: {plane: {point: [0, 0, -9], normal: [0, 0, 1]}}}\n"
+                 "contact: [{between: [c.z_min, w], enforcement: penalty}]\n");
+  for (const std::string& yaml : {inert, pressed}) {
+    const std::string said = run("auto", yaml);
+    EXPECT_TRUE(has(said, again)) << said;
+    EXPECT_TRUE(turns("auto", "b"));
+    EXPECT_FALSE(turns("auto", "c"));
+  }
+}
+
+// The weight of what hangs on a hinge sets it upright at any angle, which no linear body knows.
+TEST_F(StartingAgain, APendulumTurnsFromTheStart) {
+  const std::string yaml =
+      "materials: {soft: {youngs_modulus: 1.0e4, poissons_ratio: 0.25, density: 1}}\n"
+      "components: {block: {mesh: block.exo, material: soft, points: {top: {surface: z_max, "
+      "coupling: "
+      "rigid}}}}\n"
+      "instances: {b: {component: block, as: rigid}}\n"
+      "links: [{between: [b.top, ground], fix: [x, y, z]}]\n"
+      "loads: [{gravity: [0, 0, -10]}]\n"
+      "time: {end: 0.1, step: 1.0e-3}\noutput: {every: 0.01}\n";
+  EXPECT_FALSE(has(run("auto", yaml), again));
+  EXPECT_TRUE(turns("auto", "b"));
+}
+
+// A column that stands under gravity may lean by a share of its width over its height.
+TEST_F(StartingAgain, ATallBodyThatStandsMayTurnByLess) {
+  const auto limit = [&](const std::string& rotation, const std::string& loads) {
+    const Ran ran = folder_.prepare(
+        "materials: {soft: {youngs_modulus: 1.0e4, poissons_ratio: 0.25, density: 1}}\n"
+        "components: {block: {mesh: block.exo, material: soft}}\n"
+        "instances: {b: {component: block, rotation: " +
+        rotation +
+        "}}\n"
+        "walls: {w: {plane: {point: [0, 0, -9], normal: [0, 0, 1]}}}\n"
+        "contact: [{between: [b.z_min, w]}]\n" +
+        loads + "time: {end: 0.1}\n");
+    return ran.built.turn_limit.at(0);
+  };
+  const std::string weight = "loads: [{gravity: [0, 0, -10]}]\n";
+  EXPECT_NEAR(limit("[0, 0, 0]", weight), 0.05, 1e-12);     // 0.5 wide and high
+  EXPECT_NEAR(limit("[0, 90, 20]", weight), 0.025, 1e-12);  // upright
+  EXPECT_NEAR(limit("[0, 90, 0]", ""), small_rotation, 1e-12);
+}
+
 TEST_F(StartingAgain, AForceThatCannotBeMeantIsAnError) {
   std::string yaml = scene(1e30, "");
   yaml.replace(yaml.find("step: 2.0e-3"), 12, "step: auto");
