@@ -5,16 +5,20 @@
 #include <numeric>
 #include <utility>
 
-#include "common/base/row_threads.hpp"
 #include "common/linalg/kernels/narrow_product.hpp"
+#include "common/linalg/sparse/narrow_solve.hpp"
 
 namespace cbr {
 namespace {
 
-// Shares are even enough when the largest exceeds their mean by this; no more than this part of the
-// work is left to one thread.
-constexpr double even_enough = 1.1, most_at_top = 0.3;
+// Shares are even enough when the largest exceeds their mean by this; what all threads share takes
+// more steps, and so is no more than this part of the work.
+constexpr double even_enough = 1.05, most_at_top = 0.9;
 constexpr std::size_t most_subtrees = 256;
+// Columns of a supernode that one thread solves for while the others wait: some microseconds.
+constexpr Index shared_block = 4 * SupernodeTree::tile;
+// Entries of L that are worth a piece of work of their own: ten microseconds.
+constexpr double worth_a_piece = 32768;
 
 // The largest to whoever has least; loads: of each thread. Who gets which.
 std::vector<int> dealt(const std::vector<Index>& subtrees, const std::vector<double>& work,
@@ -42,10 +46,15 @@ SharedSolve::SharedSolve(const SupernodeTree& tree, int threads, Vector signs)
       signs_(std::move(signs)),
       own_(static_cast<std::size_t>(threads)) {
   share_out();
+  const SupernodalFactor& f = tree.factor();
+  Index longest = SupernodeTree::tile;
+  for (Index s = 0; s < f.n_super; ++s) longest = std::max(longest, f.height(s));
   for (int t = 0; t < threads; ++t) {
-    panels_.emplace_back(Matrix::Zero(narrow::width, tree.factor().n));
+    panels_.emplace_back(Matrix::Zero(narrow::width, f.n));
     solvers_.emplace_back(tree, narrow::width);
+    scratch_.emplace_back(narrow::width, longest);
   }
+  plan();
 }
 
 // Roots of subtrees go to the top, the largest first, until what is left can be shared evenly.
@@ -97,71 +106,167 @@ void SharedSolve::share_out() {
 // The sets of supernodes, -1 being the top's.
 void SharedSolve::collect(const std::vector<int>& owner) {
   for (std::size_t i = 0; i < owner.size(); ++i) {
-    SupernodeSet& set = owner[i] < 0 ? top_ : own_[static_cast<std::size_t>(owner[i])];
-    set.supernodes.push_back(static_cast<Index>(i));
-  }
-}
-
-void SharedSolve::load(const SupernodeSet& set, const Eigen::Ref<const Matrix>& B, Matrix& X_t,
-                       bool add) const {
-  const SupernodalFactor& f = tree_.factor();
-  for (const Index s : set.supernodes) {
-    for (Index j = f.first(s); j < f.first(s) + f.columns(s); ++j) {
-      if (!add) X_t.col(j).setZero();
-      for (Index c = 0; c < B.cols(); ++c) X_t(c, j) += B(f.order[j], c);
+    if (owner[i] < 0) {
+      top_.push_back(static_cast<Index>(i));
+    } else {
+      own_[static_cast<std::size_t>(owner[i])].supernodes.push_back(static_cast<Index>(i));
     }
   }
 }
 
-void SharedSolve::store(const SupernodeSet& set, const Matrix& X_t, Eigen::Ref<Matrix> B) const {
+double SharedSolve::entries(Index s) const {
   const SupernodalFactor& f = tree_.factor();
-  for (const Index s : set.supernodes)
-    for (Index j = f.first(s); j < f.first(s) + f.columns(s); ++j)
-      for (Index c = 0; c < B.cols(); ++c) B(f.order[j], c) = X_t(c, j);
+  const auto columns = static_cast<double>(f.columns(s)), height = static_cast<double>(f.height(s));
+  return columns * (height - columns / 2);
 }
 
-void SharedSolve::apply_signs(const SupernodeSet& set, Matrix& X_t) const {
-  if (signs_.size() == 0) return;
-  const SupernodalFactor& f = tree_.factor();
-  for (const Index s : set.supernodes)
-    for (Index j = f.first(s); j < f.first(s) + f.columns(s); ++j)
-      if (signs_(j) < 0) X_t.col(j) = -X_t.col(j);
+// Of the top's supernodes in their order, so many that they have `least` entries together.
+std::vector<SharedSolve::Run> SharedSolve::runs(double least) const {
+  std::vector<Run> made;
+  double sum = least;
+  for (std::size_t i = 0; i < top_.size(); ++i) {
+    if (sum >= least) {
+      made.push_back({i, i});
+      sum = 0;
+    }
+    made.back().last = i + 1;
+    sum += entries(top_[i]);
+  }
+  return made;
 }
 
-void SharedSolve::operator()(Eigen::Ref<Matrix> B) {
-  const SupernodalFactor& f = tree_.factor();
-  const auto for_top = [&](auto work) {
-    for (const Index s : top_.supernodes) work(f.first(s), f.columns(s));
-  };
-  Matrix& main = panels_[0];
-  run_kept_threads(threads_, [&](int thread) {
-    const auto t = static_cast<std::size_t>(thread);
-    Matrix& X_t = panels_[t];
-    for_top([&](Index first, Index columns) { X_t.middleCols(first, columns).setZero(); });
-    load(own_[t], B, X_t, false);
-    solvers_[t].forward(X_t, own_[t]);
-    apply_signs(own_[t], X_t);
-  });
-  // What the subtrees take from the rows above them, in the threads' order
-  for (std::size_t t = 1; t < panels_.size(); ++t)
-    for_top([&](Index first, Index columns) {
-      main.middleCols(first, columns) += panels_[t].middleCols(first, columns);
+// What is done at every solve, in its order.
+void SharedSolve::plan() {
+  const std::vector<Run> parts = runs(4 * worth_a_piece);
+  for (std::size_t t = 0; t < own_.size(); ++t) work_.add([this, t](int) { begin(t); });
+  work_.next_phase();
+  for (const Run& run : parts) work_.add([this, run](int) { gather(run); });
+  for (const Index s : top_) plan_forward(s);
+  for (auto s = top_.rbegin(); s != top_.rend(); ++s) plan_backward(*s);
+  work_.next_phase();
+  for (std::size_t t = 0; t < own_.size(); ++t) work_.add([this, t](int) { end(t); });
+  for (const Run& run : parts)
+    work_.add([this, run](int) {
+      for (std::size_t i = run.first; i < run.last; ++i) store(top_[i], main());
     });
-  load(top_, B, main, true);
-  solvers_[0].forward(main, top_);
-  apply_signs(top_, main);
-  solvers_[0].backward(main, top_);
-  store(top_, main, B);
-  run_kept_threads(threads_, [&](int thread) {
-    const auto t = static_cast<std::size_t>(thread);
-    Matrix& X_t = panels_[t];
-    if (t > 0)
-      for_top([&](Index first, Index columns) {
-        X_t.middleCols(first, columns) = main.middleCols(first, columns);
-      });
-    solvers_[t].backward(X_t, own_[t]);
-    store(own_[t], X_t, B);
-  });
+}
+
+// Blocks of columns, and what they take from the rows after them.
+void SharedSolve::plan_forward(Index s) {
+  const SupernodalFactor& f = tree_.factor();
+  const Index columns = f.columns(s), height = f.height(s);
+  const bool is_small = entries(s) < worth_a_piece;
+  for (Index first = 0; first < columns; first += shared_block) {
+    const Index last = std::min(first + shared_block, columns), after = height - last;
+    const auto rows = [this, s, first, last](Index begin, Index end, int thread) {
+      narrow::subtract_rows(tree_.factor(), s, first, last, begin, end, main().data(),
+                            scratch(thread));
+    };
+    work_.next_phase();
+    work_.add([this, s, first, last, height, is_small, rows](int thread) {
+      narrow::solve_columns(tree_, s, first, last, main().data(), scratch(thread));
+      if (is_small && last < height) rows(last, height, thread);
+    });
+    if (is_small || after == 0) continue;
+    work_.next_phase();
+    const auto pieces =
+        static_cast<Index>(1 + static_cast<double>((last - first) * after) / worth_a_piece);
+    for (Index i = 0; i < pieces; ++i) {
+      const Index begin = last + after * i / pieces, end = last + after * (i + 1) / pieces;
+      work_.add([rows, begin, end](int thread) { rows(begin, end, thread); });
+    }
+  }
+}
+
+void SharedSolve::plan_backward(Index s) {
+  const SupernodalFactor& f = tree_.factor();
+  const Index columns = f.columns(s), height = f.height(s);
+  const bool is_small = entries(s) < worth_a_piece;
+  for (Index first = (columns - 1) / shared_block * shared_block; first >= 0;
+       first -= shared_block) {
+    const Index last = std::min(first + shared_block, columns), after = height - last;
+    const auto subtract = [this, s, last, height](Index begin, Index end, int thread) {
+      apply_signs(tree_.factor().first(s) + begin, end - begin, main());
+      narrow::subtract_rows_transposed(tree_.factor(), s, begin, end, last, height, main().data(),
+                                       scratch(thread));
+    };
+    work_.next_phase();
+    if (!is_small && after > 0) {
+      const auto pieces =
+          static_cast<Index>(1 + static_cast<double>((last - first) * after) / worth_a_piece);
+      const Index of_all = narrow::width * pieces,
+                  width = narrow::width * ((last - first + of_all - 1) / of_all);
+      for (Index begin = first; begin < last; begin += width) {
+        const Index end = std::min(begin + width, last);
+        work_.add([subtract, begin, end](int thread) { subtract(begin, end, thread); });
+      }
+      work_.next_phase();
+    }
+    const bool is_left = is_small || after == 0;
+    work_.add([this, s, first, last, is_left, subtract](int thread) {
+      if (is_left) subtract(first, last, thread);
+      narrow::solve_columns_transposed(tree_, s, first, last, main().data(), scratch(thread));
+    });
+  }
+}
+
+void SharedSolve::load(Index s, Matrix& X_t, bool add) const {
+  const SupernodalFactor& f = tree_.factor();
+  for (Index j = f.first(s); j < f.first(s) + f.columns(s); ++j) {
+    if (!add) X_t.col(j).setZero();
+    for (Index c = 0; c < columns_; ++c) X_t(c, j) += X_[f.order[j] + c * stride_];
+  }
+}
+
+void SharedSolve::store(Index s, const Matrix& X_t) {
+  const SupernodalFactor& f = tree_.factor();
+  for (Index j = f.first(s); j < f.first(s) + f.columns(s); ++j)
+    for (Index c = 0; c < columns_; ++c) X_[f.order[j] + c * stride_] = X_t(c, j);
+}
+
+void SharedSolve::apply_signs(Index first, Index columns, Matrix& X_t) const {
+  if (signs_.size() == 0) return;
+  for (Index j = first; j < first + columns; ++j)
+    if (signs_(j) < 0) X_t.col(j) = -X_t.col(j);
+}
+
+// A thread's subtrees, and what they take from the rows above them.
+void SharedSolve::begin(std::size_t t) {
+  const SupernodalFactor& f = tree_.factor();
+  Matrix& X_t = panels_[t];
+  for (const Index s : top_) X_t.middleCols(f.first(s), f.columns(s)).setZero();
+  for (const Index s : own_[t].supernodes) load(s, X_t, false);
+  solvers_[t].forward(X_t, own_[t]);
+  for (const Index s : own_[t].supernodes) apply_signs(f.first(s), f.columns(s), X_t);
+}
+
+void SharedSolve::end(std::size_t t) {
+  const SupernodalFactor& f = tree_.factor();
+  Matrix& X_t = panels_[t];
+  if (t > 0)
+    for (const Index s : top_)
+      X_t.middleCols(f.first(s), f.columns(s)) = main().middleCols(f.first(s), f.columns(s));
+  solvers_[t].backward(X_t, own_[t]);
+  for (const Index s : own_[t].supernodes) store(s, X_t);
+}
+
+// What the threads have taken from rows of the top, in the threads' order.
+void SharedSolve::gather(const Run& run) {
+  const SupernodalFactor& f = tree_.factor();
+  for (std::size_t i = run.first; i < run.last; ++i) {
+    const Index s = top_[i];
+    auto sum = main().middleCols(f.first(s), f.columns(s));
+    for (std::size_t t = 1; t < panels_.size(); ++t)
+      sum += panels_[t].middleCols(f.first(s), f.columns(s));
+    load(s, main(), true);
+  }
+}
+
+void SharedSolve::operator()(Eigen::Ref<Matrix> X) {
+  X_ = X.data();
+  stride_ = X.outerStride();
+  columns_ = X.cols();
+  work_.run(threads_);
 }
 
 }  // namespace cbr

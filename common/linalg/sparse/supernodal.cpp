@@ -9,6 +9,7 @@
 #include "common/linalg/blas_int.hpp"
 #include "common/linalg/blas_threads.hpp"
 #include "common/linalg/kernels/narrow_product.hpp"
+#include "common/linalg/sparse/narrow_solve.hpp"
 
 namespace cbr {
 namespace {
@@ -141,50 +142,16 @@ void PanelSolver::solve_diagonal_transposed(Index s, Eigen::Ref<Matrix> X_t) {
 }
 
 void PanelSolver::narrow_forward(Index s, double* X_t) {
-  constexpr Index w = narrow::width, tile = SupernodeTree::tile;
-  const Index columns = factor_.columns(s), first = factor_.first(s),
-              below = factor_.height(s) - columns;
-  const Index stride = factor_.stride(s);
-  const double* L = factor_.x + factor_.px[s];
-  double *X_1 = X_t + w * first, *work = work_.data();
-  for (Index j = 0; j < columns; j += tile) {
-    const Index size = std::min(tile, columns - j);
-    double* X_j = X_1 + w * j;
-    if (j > 0) {
-      narrow::multiply(L + j, stride, size, j, X_1, work);
-      for (Index i = 0; i < w * size; ++i) X_j[i] -= work[i];
-    }
-    narrow::multiply(tree_.inverse(first + j), tile, size, size, X_j, work);
-    std::copy_n(work, w * size, X_j);
-  }
-  // X_2^T -= X_1^T L_2^T   (w x below)
-  narrow::multiply(L + columns, stride, below, columns, X_1, work);
-  const Index* rows = factor_.rows + factor_.pi[s] + columns;
-  for (Index i = 0; i < below; ++i)
-    for (Index c = 0; c < w; ++c) X_t[w * rows[i] + c] -= work[w * i + c];
+  const Index columns = factor_.columns(s);
+  narrow::solve_columns(tree_, s, 0, columns, X_t, work_.data());
+  narrow::subtract_rows(factor_, s, 0, columns, columns, factor_.height(s), X_t, work_.data());
 }
 
 void PanelSolver::narrow_backward(Index s, double* X_t) {
-  constexpr Index w = narrow::width, tile = SupernodeTree::tile;
-  const Index columns = factor_.columns(s), first = factor_.first(s),
-              below = factor_.height(s) - columns;
-  const Index stride = factor_.stride(s);
-  const double* L = factor_.x + factor_.px[s];
-  double *X_1 = X_t + w * first, *work = work_.data();
-  const Index* rows = factor_.rows + factor_.pi[s] + columns;
-  for (Index i = 0; i < below; ++i) std::copy_n(X_t + w * rows[i], w, work + w * i);
-  // X_1^T -= X_2^T L_2   (w x columns)
-  narrow::subtract_transposed(L + columns, stride, below, columns, work, X_1);
-  for (Index j = (columns - 1) / tile * tile; j >= 0; j -= tile) {
-    const Index size = std::min(tile, columns - j), after = columns - j - size;
-    double* X_j = X_1 + w * j;
-    narrow::subtract_transposed(L + j * stride + j + size, stride, after, size, X_j + w * size,
-                                X_j);
-    // X_j^T <- X_j^T L_jj^-1 = -(0 - X_j^T L_jj^-1)
-    std::fill_n(work, w * size, 0.0);
-    narrow::subtract_transposed(tree_.inverse(first + j), tile, size, size, X_j, work);
-    for (Index i = 0; i < w * size; ++i) X_j[i] = -work[i];
-  }
+  const Index columns = factor_.columns(s);
+  narrow::subtract_rows_transposed(factor_, s, 0, columns, columns, factor_.height(s), X_t,
+                                   work_.data());
+  narrow::solve_columns_transposed(tree_, s, 0, columns, X_t, work_.data());
 }
 
 // Asks for the beginning of a supernode that is next, which no product before it does.
