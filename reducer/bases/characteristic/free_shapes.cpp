@@ -230,8 +230,6 @@ std::optional<FreeShapes> free_shapes(const CharacteristicOptions& options,
   if (!forces.empty()) shapes.compliance = solve.compliance(loads_of(forces, p, n));
   report.end_progress();
   if (shapes.lambda.size() > 0 && !(shapes.lambda(0) > 0)) return {};
-  shapes.K_U = model.K * shapes.U;
-  shapes.M_U = model.M * shapes.U;
   return shapes;
 }
 
@@ -240,8 +238,10 @@ void follow_statically(const Partition& p, const SparseCholesky& factor, FreeSha
   const Matrix U_C = shapes.U(C, Eigen::all);
   Matrix U_I = -(p.K_IC * U_C);
   factor.solve_in_place(U_I);
-  shapes.K_U.setZero();
+  // No force of K is left inside
+  shapes.K_U.setZero(shapes.U.rows(), shapes.U.cols());
   shapes.K_U(C, Eigen::all) = p.K_CC * U_C + p.K_IC.transpose() * U_I;
+  shapes.M_U.resize(shapes.U.rows(), shapes.U.cols());
   shapes.M_U(C, Eigen::all) = p.M_CC * U_C + p.M_IC.transpose() * U_I;
   shapes.M_U(I, Eigen::all) = p.M_II * U_I + p.M_IC * U_C;
   shapes.U(I, Eigen::all) = U_I;
@@ -268,7 +268,7 @@ CharacteristicFigures take_free_shapes(const FreeShapes& shapes, const Vector& l
   M.topLeftCorner(r, r) = shapes.U.transpose() * shapes.M_U;
   K.topLeftCorner(r, r) = shapes.U.transpose() * shapes.K_U;
   M.topRightCorner(r, k) = Matrix(shapes.M_U(I, Eigen::all)).transpose() * Phi;
-  K.topRightCorner(r, k) = Matrix(shapes.K_U(I, Eigen::all)).transpose() * Phi;
+  K.topRightCorner(r, k).setZero();  // as K_U has none inside
   M.bottomRightCorner(k, k) = Matrix::Identity(k, k) - c.transpose() * c;
   K.bottomRightCorner(k, k) = Matrix(lambda.asDiagonal());
   M.triangularView<Eigen::StrictlyLower>() = M.transpose();

@@ -15,8 +15,9 @@ namespace cbr {
 
 // Motions of all N dofs of a free component of one part, and what contact's forces do to it.
 struct FreeShapes {
-  Matrix N, P;         // N x 6: rigid motions, N^T M N = 1, and P = M N
-  Matrix U, K_U, M_U;  // N x r: shapes without rigid motions in them (P^T U = 0), and their forces
+  Matrix N, P;      // N x 6: rigid motions, N^T M N = 1, and P = M N
+  Matrix U;         // N x r: shapes without rigid motions in them (P^T U = 0)
+  Matrix K_U, M_U;  // their forces, once follow_statically() has found them
   // ascending eigenvalues of the free component's elastic modes, some beyond those in U
   Vector lambda;
   Matrix compliance;  // s x s: B^T U_B of the static forces B, inertia in balance with them
