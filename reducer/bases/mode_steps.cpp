@@ -16,6 +16,10 @@
 namespace cbr {
 namespace {
 
+// Residual of modes that nothing is built on but the basis: what couples them to the interface is
+// solved for, and eigenvalues are right to the square.
+constexpr double mode_residual = 1e-9;
+
 Index n_modes_wanted(const Reduction& r, const SparseCholesky& factor) {
   check_modes_wanted(r.options);
   if (r.options.modes) return *r.options.modes;
@@ -46,7 +50,7 @@ FixedInterfaceModes modes_to_compute(Reduction& r, const SparseCholesky& factor)
   FixedInterfaceModes modes =
       has_parts(r) && candidates <= n_I
           ? fixed_interface_modes_by_part(parts(r), n_I, candidates, r.report)
-          : fixed_interface_modes(r.p, factor, candidates, r.report, picked);
+          : fixed_interface_modes(r.p, factor, candidates, r.report, picked, mode_residual);
   r.report.end_progress();
   return_room();
   if (r.options.cutoff_hz && wanted > 0) {

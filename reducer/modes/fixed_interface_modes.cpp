@@ -115,11 +115,12 @@ PairsWanted of_participation(const Partition& p, Index k, Index count) {
 
 // `k` and one more. `picked`: see fixed_interface_modes.
 FixedInterfaceModes sparse_modes(const Partition& p, const SparseCholesky& factor, Index k,
-                                 Index picked, Report& report) {
+                                 Index picked, double enough, Report& report) {
   const Index n = p.n_interior();
   Index ncv = 0;
   std::string counts;
   PairsWanted wanted = of_participation(p, k - 1, picked);
+  wanted.enough = enough;
   for (int attempt = wanted.choose ? 0 : 1; attempt < 3; ++attempt) {
     Eigenpairs pairs = sparse_eigenpairs(
         p.K_II, p.M_II, factor, 0, k, 1e-13, ncv,
@@ -197,7 +198,7 @@ bool dense_is_faster(Index n, Index k, double factor_nonzeros) {
 }
 
 FixedInterfaceModes fixed_interface_modes(const Partition& partition, const SparseCholesky& factor,
-                                          Index k, Report& report, Index picked) {
+                                          Index k, Report& report, Index picked, double enough) {
   const Index n = partition.n_interior();
   if (k > n) {
     throw InputError("modes: " + std::to_string(k) + " requested, but the interior has only " +
@@ -210,7 +211,8 @@ FixedInterfaceModes fixed_interface_modes(const Partition& partition, const Spar
   FixedInterfaceModes modes =
       dense_is_faster(n, k, factor.n_nonzeros() + product_cost(partition.M_II))
           ? dense_modes(partition, asked)
-          : sparse_modes(partition, factor, asked, asked > k && picked < k ? picked : 0, report);
+          : sparse_modes(partition, factor, asked, asked > k && picked < k ? picked : 0, enough,
+                         report);
   if (asked == k) return modes;
   modes.next = modes.lambda(k);
   modes.lambda.conservativeResize(k);

@@ -34,9 +34,11 @@ bool dense_is_faster(Index n, Index k, double factor_nonzeros);
 
 // The k lowest. InputError when there are fewer than k; RunError when the eigensolver does not
 // converge. `picked` > 0: so many of them are to be kept, by participation. The others may come
-// with residuals of 1e-4.
+// with residuals of 1e-4. `enough`: the residual that will do for the vectors, where it is above
+// 1e-13; of eigenvalues and of Phi^T K Phi its square counts.
 FixedInterfaceModes fixed_interface_modes(const Partition& partition, const SparseCholesky& factor,
-                                          Index k, Report& report, Index picked = 0);
+                                          Index k, Report& report, Index picked = 0,
+                                          double enough = 0);
 
 // The k lowest (all, where there are fewer) when some lowest ones are known already: these are not
 // solved for again. Where the dense solver is the faster one, all n_I come.

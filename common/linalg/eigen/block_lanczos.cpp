@@ -108,7 +108,10 @@ class BlockLanczos {
     if (options_.inside) return std::min(m_, whole_blocks(5 * k_ / 2 + 4 * b_));
     if (options_.wanted.exact > 0) return std::min(m_, whole_blocks(2 * k_ + 5 * b_));
     if (options_.wanted.choose) return std::min(m_, whole_blocks(5 * k_ / 2 + 5 * b_));
-    return std::min(m_, whole_blocks(5 * k_ / 2 + (k_ < 64 ? 12 : 24) * b_));
+    if (k_ < 64) return std::min(m_, whole_blocks(5 * k_ / 2 + 12 * b_));
+    // Each digit takes some 13 vectors
+    const double digits_less = std::clamp(std::log10(options_.tolerance / 1e-13), 0.0, 9.0);
+    return std::min(m_, whole_blocks(5 * k_ / 2 + 24 * b_ - static_cast<Index>(13 * digits_less)));
   }
 
   // Ritz pairs converge at about the rate at which they did so far; looks cost an eigenvalue

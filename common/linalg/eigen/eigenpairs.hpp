@@ -31,6 +31,8 @@ struct Eigenpairs {
 struct PairsWanted {
   Index exact = 0;       // the first so many to the tolerance, others to this residual; 0: all
   double others = 1e-4;  // relative
+  // A larger tolerance that will do where block_lanczos finds them from one shift.
+  double enough = 0;
   // Or those that are chosen, once all are right to `others`, by what a linear map `seen` makes of
   // their vectors (n x b -> q x b). choose: the k eigenvalues and what is seen of their vectors (q
   // x k) -> numbers of pairs. Both or none.

@@ -285,6 +285,7 @@ Eigenpairs sparse_eigenpairs(const SparseMatrix& K, const SparseMatrix& M,
     if (sigma == 0 && slices_pay(k, width, static_cast<bool>(wanted.choose)) &&
         slices_fit(factor, k, width))
       pairs = eigenpairs_by_slices(K, M, factor, k, width, tolerance, progress);
+    options.tolerance = std::max(tolerance, wanted.enough);
     if (!pairs.converged)
       pairs = block_lanczos(
           M, [&](Eigen::Ref<Matrix> B) { factor.solve_in_place(B); }, sigma, k, options);

@@ -224,6 +224,33 @@ TEST(SparseEigenpairs, FewAreFoundToTheToleranceWhereFrequenciesAreEnough) {
   }
 }
 
+// Errors of eigenvalues, and of A between two vectors, are of second order in the residual.
+TEST(SparseEigenpairs, EigenvaluesAreExactWhereLessIsEnoughForVectors) {
+  const SparseMatrix A = unlike_grid();
+  SparseMatrix M(A.rows(), A.rows());
+  M.setIdentity();
+  const SparseCholesky factor(A);
+  const Index k = 100;
+  const auto worst = [&](const Eigenpairs& pairs) {
+    const Matrix R = A * pairs.Phi - pairs.Phi * pairs.lambda.asDiagonal();
+    return (R.colwise().norm().transpose().array() / pairs.lambda.array()).maxCoeff();
+  };
+  const Eigenpairs exact = sparse_eigenpairs(A, M, factor, 0, k);
+  PairsWanted wanted;
+  wanted.enough = 1e-8;
+  const Eigenpairs pairs = sparse_eigenpairs(A, M, factor, 0, k, 1e-13, 0, {}, wanted);
+  ASSERT_TRUE(pairs.converged);
+  EXPECT_EQ(pairs.method, "block lanczos");
+  EXPECT_GT(worst(pairs), 10 * worst(exact));
+  EXPECT_LT(worst(pairs), 1e-6);
+  EXPECT_LT((pairs.lambda - exact.lambda).cwiseQuotient(exact.lambda).cwiseAbs().maxCoeff(), 1e-12);
+  Matrix H = pairs.Phi.transpose() * (A * pairs.Phi);
+  H.diagonal() -= pairs.lambda;
+  EXPECT_LT(H.cwiseAbs().maxCoeff(), 1e-12 * pairs.lambda(k - 1));
+  EXPECT_LT((pairs.Phi.transpose() * pairs.Phi - Matrix::Identity(k, k)).cwiseAbs().maxCoeff(),
+            1e-12);
+}
+
 // Those that a vector sees most of, which are anywhere among the k.
 TEST(SparseEigenpairs, ChosenOnesAreFoundToTheTolerance) {
   const SparseMatrix A = unlike_grid();
