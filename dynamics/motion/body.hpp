@@ -111,7 +111,7 @@ class Body : public BodyReadings {
   // bit for bit as this one.
   virtual void keep_state(StateArchive& archive) = 0;
 
-  // Null: it has not the ability.
+  // Null if the body lacks the ability.
   virtual const BoundAbility* bounds() const { return nullptr; }
   virtual NodalAbility* nodal() { return nullptr; }
   virtual EndImpulseAbility* end_impulses() { return nullptr; }

@@ -18,7 +18,7 @@ struct BodyState {
   Vector3 center_of_mass = Vector3::Zero(), momentum = Vector3::Zero(),
           angular_momentum = Vector3::Zero();
   double kinetic_energy = 0, strain_energy = 0;
-  // mean rotation since the start, rad: the formulation is linear, so it should stay small
+  // mean rotation since the start, rad: a linear body's must stay small
   double rotation = 0;
   // Of a body that turns by any angle: unit quaternion w x y z since the start, scene axes.
   std::optional<Eigen::Vector4d> orientation = {};
@@ -48,8 +48,8 @@ class BodyReadings {
   // All coordinates and their rates, component axes: modal ones (of the parts one after the other),
   // then x, y, z of the nodes, then rotations of nodes. A recovery of interiors starts from them.
   virtual void coordinates(Vector& q, Vector& rates) const = 0;
-  // What coordinates() does not show of a body that turns: u and v (n x 3, scene axes) of points X
-  // of it (n x 3, undeformed, scene axes) become the whole displacements and velocities.
+  // Of a body that turns: adds the turn, which coordinates() leaves out, to u and v (n x 3, scene
+  // axes) of its points X (n x 3, undeformed, scene axes).
   virtual void turn(const Points& /*X*/, Points& /*u*/, Points& /*v*/) const {}
   // Number of a node set for mean_motion(); as Body::track().
   virtual Index track_mean(const std::vector<Index>& nodes) = 0;

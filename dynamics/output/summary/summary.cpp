@@ -275,20 +275,21 @@ std::string cure_of_rotation(const BuiltScene& built, std::size_t i) {
 // Bodies are linear: strains of a rotated one are wrong.
 void rotation_warnings(const BuiltScene& built, const RunResult& result, Report& report) {
   constexpr int most = 10;
+  constexpr double limit = small_rotation * 180 / std::numbers::pi;
   int n = 0;
   for (std::size_t i = 0; i < result.bodies.size(); ++i) {
     const RunResult::OfBody& of = result.bodies[i];
     if (!of.turned_at || ++n > most) continue;
-    report.warning(format_text("instance '%s' rotates by %.3g degrees, beyond 5 from t = %.4g s "
+    report.warning(format_text("instance '%s' rotates by %.3g degrees, beyond %.3g from t = %.4g s "
                                "on: bodies are linear (small "
                                "rotations), so its motion is no longer right",
                                built.simulation.bodies[i]->name().c_str(),
-                               of.rotation * 180 / std::numbers::pi, *of.turned_at) +
+                               of.rotation * 180 / std::numbers::pi, limit, *of.turned_at) +
                    cure_of_rotation(built, i));
   }
   if (n > most)
-    report.warning("and " + std::to_string(n - most) +
-                   " more instances rotate by more than 5 degrees");
+    report.warning(
+        format_text("and %d more instances rotate by more than %.3g degrees", n - most, limit));
 }
 
 }  // namespace
