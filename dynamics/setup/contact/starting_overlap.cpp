@@ -11,6 +11,7 @@
 
 #include "common/base/error.hpp"
 #include "dynamics/contact/surfaces/broad_phase.hpp"
+#include "dynamics/setup/built/instance_extents.hpp"
 #include "dynamics/setup/built/surface_distance.hpp"
 #include "dynamics/setup/contact/solid.hpp"
 
@@ -48,11 +49,6 @@ Found depth_of(const Vector3& x, const ContactSurface& master, const Points& poi
     }
   }
   return found;
-}
-
-Box extents(const Body& body) {
-  const Points& x = body.reference_positions();
-  return {x.colwise().minCoeff().transpose(), x.colwise().maxCoeff().transpose()};
 }
 
 bool is_within(const Box& box, const Vector3& x) {
@@ -127,7 +123,7 @@ const Found* deepest_inside(const std::vector<Found>& list, const ContactPair& p
   const ContactNodes& slave = sim.contact_nodes[pair.slave->body];
   const BuiltScene::OfInstance& master = built.instances[sim.contact_nodes[pair.master->body].body];
   const Solid* solid = solids.of(master);
-  if (solid == nullptr) return &list.front();
+  if (solid == nullptr) return nullptr;  // what is behind the faces is not known
   const Points x = sim.bodies[slave.body]->reference_positions()(slave.nodes, Eigen::all);
   const Vector3 centre = x(pair.slave->nodes, Eigen::all).colwise().mean().transpose();
   const double all = static_cast<double>(list.size()) * static_cast<double>(solid->n_triangles());
@@ -158,8 +154,10 @@ void warn(const ContactPair& pair, const Found& found, const BuiltScene& built, 
 void look_for_overlaps(const Scene& scene, BuiltScene& built, Report& report) {
   Simulation& sim = built.simulation;
   Solids solids(scene);
-  std::vector<Box> boxes;
-  for (const auto& body : sim.bodies) boxes.push_back(extents(*body));
+  // Joints, behind the instances, touch nothing
+  std::vector<Box> boxes(sim.bodies.size(), {Vector3::Zero(), Vector3::Zero()});
+  for (std::size_t b = 0; b < built.instances.size(); ++b)
+    boxes[b] = extents(*sim.bodies[b], built.instances[b]);
   for (ContactPair& pair : sim.pairs) {
     if (pair.wall || pair.law.law == ContactLaw::tied) continue;
     const Index a = sim.contact_nodes[pair.slave->body].body,

@@ -114,6 +114,24 @@ TEST_F(StartingOverlap, WhatIsInsideTheBodyIsWarnedOf) {
   }
 }
 
+// Their nodes are flat faces, apart from each other; the bodies are not.
+TEST_F(StartingOverlap, SuperelementsOfOneFaceEachAreWarnedOf) {
+  const auto said_at = [&](double x) {
+    testing::internal::CaptureStderr();
+    folder_.prepare(
+        "materials: {m: {youngs_modulus: 100, poissons_ratio: 0.3, density: 1}}\n"
+        "components: {cube: {mesh: cube.exo, material: m, reduction: {interface: [x_max], modes: "
+        "2}}}\n"
+        "instances:\n  a: {component: cube}\n  b: {component: cube, mirror: x, position: [" +
+        test::text(x) +
+        ", 0, 0]}\ncontact: [{between: [a.x_max, b.x_max]}]\ntime: {end: 0.1, step: 0.001}\n");
+    return testing::internal::GetCapturedStderr();
+  };
+  const std::string deep = said_at(0.55), apart = said_at(0.85);
+  EXPECT_NE(deep.find("starts 0.25 behind the faces of"), std::string::npos) << deep;
+  EXPECT_EQ(apart.find("behind the faces"), std::string::npos) << apart;
+}
+
 TEST(Solid, HoldsWhatItsElementsHold) {
   const Solid solid(channel());
   EXPECT_EQ(solid.n_triangles(), 2 * (24 + 16 + 8 + 40));
