@@ -54,7 +54,7 @@ class TimeLoop {
       go_on();
       const Index taken = ++recorder_.result().steps;
       if (plan().is_output(step_)) record();
-      if (taken % looked_ == 0) look_for_turned(moving_);
+      if (taken % looked_ == 0) look_for_turned(moving_, false);
       if (taken % told_ == 0 && options_.on_progress)
         options_.on_progress(plan().time(step_) / plan().end);
       if (step_ < plan().n_steps() && is_ended_here()) break;
@@ -90,12 +90,14 @@ class TimeLoop {
     step_ = next;
   }
 
-  void look_for_turned(const std::vector<Index>& bodies) {
+  void look_for_turned(const std::vector<Index>& bodies, bool is_recorded) {
     for (const Index b : bodies) {
       if (b >= static_cast<Index>(options_.turn_limit.size())) continue;
       const double limit = options_.turn_limit[static_cast<std::size_t>(b)];
       if (std::isinf(limit)) continue;
-      const double rotation = sim_.bodies[b]->state().rotation;
+      // An output has just asked for its state, which costs about a step
+      const double rotation =
+          is_recorded ? recorder_.result().bodies[b].rotation : sim_.bodies[b]->state().rotation;
       if (rotation > limit) recorder_.result().turned = {b, rotation, plan().time(step_)};
     }
   }
@@ -294,7 +296,7 @@ class TimeLoop {
     sim_.shift_walls(t, t);
     recorder_.record(t, interval, resting_, state_, outcome_);
     recorded_ = step_;
-    look_for_turned(watched_);
+    look_for_turned(watched_, true);
     if (options_.on_output) options_.on_output(step_, t);
   }
 
