@@ -304,7 +304,8 @@ class TimeLoop {
   const RunOptions& options_;
   // Steps from one call of on_progress to the next: few steps are long ones
   const Index told_ = std::clamp<Index>(sim_.plan.n_steps() / 1000, 1, 16);
-  static constexpr Index looked_ = 50;  // steps from one look for turned bodies to the next
+  // Steps from one look for turned bodies to the next: a look costs as much as some steps
+  const Index looked_ = std::max<Index>(50, sim_.plan.n_steps() / 10);
   ContactState state_;
   ContactOutcome outcome_;
   Recorder recorder_;
