@@ -122,7 +122,6 @@ void Report::detail(const std::string& text) {
 
 void Report::warning(const std::string& text) {
   const std::string told = printable(about_ + text);
-  if (std::find(warnings_.begin(), warnings_.end(), told) != warnings_.end()) return;
   end_progress();
   warnings_.push_back(told);
   if (std::find(told_before_.begin(), told_before_.end(), told) != told_before_.end()) return;

@@ -29,7 +29,7 @@ class Report {
 
   void line(const std::string& text);     // not when quiet
   void detail(const std::string& text);   // --verbose only
-  void warning(const std::string& text);  // always, the same text once; kept
+  void warning(const std::string& text);  // always; kept
   // All so far, each a line, in the order in which they were told.
   const std::vector<std::string>& warnings() const { return warnings_; }
   // Those of the run that this one goes on from: kept before the others, not told again.

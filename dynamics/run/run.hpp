@@ -21,8 +21,8 @@ struct RunOptions {
   // goes on bit for bit.
   std::function<bool(Index step, double t)> is_checkpoint;
   std::function<void(Index step, double t, const StateArchive& state)> on_checkpoint;
-  // Per body, rad: the run ends once it is seen to have turned by more, at an output or every
-  // tenth of the steps. Empty: never.
+  // Per body, rad: the run ends once it is seen to have turned by more, at an output or after
+  // every tenth of the steps. Empty: never.
   std::vector<double> turn_limit;
   StateArchive* restart = nullptr;  // to go on from, of the same simulation, built anew
 };

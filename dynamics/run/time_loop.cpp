@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <algorithm>
+#include <cmath>
 
 #include "common/base/row_threads.hpp"
 #include "common/files/state_archive.hpp"
@@ -32,8 +33,6 @@ class TimeLoop {
     current_.assign(sim_.contact_nodes.size(), 0);
     located_ = current_;
     for (const auto& body : sim_.bodies) alone_.push_back(body->facts().steps_alone);
-    for (std::size_t b = 0; b < options.turn_limit.size(); ++b)
-      watched_.push_back(static_cast<Index>(b));
     contact_of_.assign(sim_.bodies.size(), -1);
     for (std::size_t c = 0; c < sim_.contact_nodes.size(); ++c)
       contact_of_[sim_.contact_nodes[c].body] = static_cast<Index>(c);
@@ -54,7 +53,9 @@ class TimeLoop {
       go_on();
       const Index taken = ++recorder_.result().steps;
       if (plan().is_output(step_)) record();
-      if (taken % looked_ == 0) look_for_turned(moving_, false);
+      if (taken % looked_ == 0)
+        for (const Index b : moving_)
+          if (turn_limit(b) < HUGE_VAL) end_if_turned(b, sim_.bodies[b]->state().rotation);
       if (taken % told_ == 0 && options_.on_progress)
         options_.on_progress(plan().time(step_) / plan().end);
       if (step_ < plan().n_steps() && is_ended_here()) break;
@@ -90,16 +91,14 @@ class TimeLoop {
     step_ = next;
   }
 
-  void look_for_turned(const std::vector<Index>& bodies, bool is_recorded) {
-    for (const Index b : bodies) {
-      if (b >= static_cast<Index>(options_.turn_limit.size())) continue;
-      const double limit = options_.turn_limit[static_cast<std::size_t>(b)];
-      if (std::isinf(limit)) continue;
-      // An output has just asked for its state, which costs about a step
-      const double rotation =
-          is_recorded ? recorder_.result().bodies[b].rotation : sim_.bodies[b]->state().rotation;
-      if (rotation > limit) recorder_.result().turned = {b, rotation, plan().time(step_)};
-    }
+  double turn_limit(Index body) const {
+    const auto b = static_cast<std::size_t>(body);
+    return b < options_.turn_limit.size() ? options_.turn_limit[b] : HUGE_VAL;
+  }
+
+  void end_if_turned(Index body, double rotation) {
+    if (rotation > turn_limit(body))
+      recorder_.result().turned = {body, rotation, plan().time(step_)};
   }
 
   bool is_ended_here() {
@@ -296,7 +295,8 @@ class TimeLoop {
     sim_.shift_walls(t, t);
     recorder_.record(t, interval, resting_, state_, outcome_);
     recorded_ = step_;
-    look_for_turned(watched_, true);
+    for (Index b = 0; b < static_cast<Index>(options_.turn_limit.size()); ++b)
+      end_if_turned(b, recorder_.result().bodies[b].rotation);
     if (options_.on_output) options_.on_output(step_, t);
   }
 
@@ -318,7 +318,6 @@ class TimeLoop {
   std::vector<char> located_;      // per contact body: start and end are those of this step
   std::vector<char> is_moving_;    // per body
   std::vector<Index> moving_, due_;
-  std::vector<Index> watched_;       // bodies of RunOptions::turn_limit
   std::vector<char> alone_;          // per body: BodyFacts::steps_alone
   std::vector<Start> starts_;        // of this step, not yet done
   std::vector<std::size_t> shared_;  // workspace of for_each_body()

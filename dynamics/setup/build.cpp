@@ -218,7 +218,6 @@ class Builder {
       of.is_rigid = instance.as == InstanceKind::rigid;
       if (!of.is_rigid) {
         of.mass_kind = component.mass;
-        of.n_mesh_parts = component.n_parts;
       }
       of.properties = component.properties;
       of.body_node = component.body_node;
@@ -257,14 +256,7 @@ void note_turning(const SceneIndex& index, bool is_automatic, BuiltScene& built)
     built.large_is_refused = what_large_is_refused_for(scene);
   if (const std::string note = note_of_what_stays(index); !note.empty())
     built.notes.push_back(note);
-  if (!is_automatic || !built.large_is_refused.empty()) return;
-  for (std::size_t i = 0; i < built.instances.size(); ++i) {
-    const Instance& instance = scene.instances[i];
-    const bool could = built.instances[i].why_linear.empty() && !turns(index, instance);
-    built.turn_limit.push_back(
-        could ? turn_limit(index, instance, built.simulation.bodies[i]->reference_positions())
-              : HUGE_VAL);
-  }
+  if (is_automatic && built.large_is_refused.empty()) built.turn_limit = turn_limits(index, built);
 }
 
 }  // namespace

@@ -2,39 +2,51 @@
 #include "dynamics/setup/turn_limit.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <set>
+#include <string>
 
-#include "common/linalg/dense.hpp"
 #include "dynamics/run/simulation/run_result.hpp"
 #include "dynamics/setup/bodies/turning.hpp"
+#include "dynamics/setup/built/instance_extents.hpp"
 
 namespace cbr {
 namespace {
 
-// A body of this width and height that leans by their ratio times this loses so much of the moment
-// by which its weight sets it upright.
+// A body that leans by its width over its height times this loses so much of the moment by which
+// its weight sets it upright.
 constexpr double weight_share = 0.05;
+
+// Up is the axis that gravity is nearest to.
+double limit_of_weight(const Box& box, const Vector3& gravity) {
+  const Vector3 edges = box.upper - box.lower;
+  Index up = 0;
+  gravity.cwiseAbs().maxCoeff(&up);
+  const double wide = std::min(edges[(up + 1) % 3], edges[(up + 2) % 3]);
+  return edges[up] > 0 ? weight_share * wide / edges[up] : HUGE_VAL;
+}
 
 }  // namespace
 
-double turn_limit(const SceneIndex& index, const Instance& instance, const Points& positions) {
+std::vector<double> turn_limits(const SceneIndex& index, const BuiltScene& built) {
   const Scene& scene = index.scene();
   const Load* gravity = gravity_of(scene);
-  const auto is_end = [&](const LinkOptions& link) {
-    return link.first.instance == instance.name || link.second.instance == instance.name;
-  };
-  const bool stands =
-      index.may_touch(instance) || std::any_of(scene.links.begin(), scene.links.end(), is_end);
-  if (gravity == nullptr || !stands || positions.rows() == 0) return small_rotation;
-  const Vector3 up = gravity->value.normalized();
-  const Vector height = positions * up;
-  const Points level = positions - height * up.transpose();
-  const Points arms = level.rowwise() - level.colwise().mean();
-  // The narrowest level direction is the second of three: across it is `up`, of extent 0
-  const Vector3 across = symmetric_eigen3(arms.transpose() * arms).vectors.col(1);
-  const Vector width = arms * across;
-  const double tall = height.maxCoeff() - height.minCoeff();
-  const double wide = width.maxCoeff() - width.minCoeff();
-  return tall > 0 ? std::min(small_rotation, weight_share * wide / tall) : small_rotation;
+  std::set<std::string> linked;
+  for (const LinkOptions& link : scene.links) {
+    linked.insert(link.first.instance);
+    linked.insert(link.second.instance);
+  }
+  std::vector<double> limits;
+  for (std::size_t i = 0; i < built.instances.size(); ++i) {
+    const Instance& instance = scene.instances[i];
+    const bool could = built.instances[i].why_linear.empty() && !turns(index, instance);
+    limits.push_back(could ? small_rotation : HUGE_VAL);
+    const bool stands = index.may_touch(instance) || linked.count(instance.name) > 0;
+    if (!could || gravity == nullptr || !stands) continue;
+    const Box box = extents(*built.simulation.bodies[i], built.instances[i]);
+    limits.back() = std::min(limits.back(), limit_of_weight(box, gravity->value));
+  }
+  return limits;
 }
 
 }  // namespace cbr

@@ -104,9 +104,9 @@ Index MeshBody::track_mean(const std::vector<Index>& nodes) {
 void MeshBody::gather(const Field& u, const std::vector<Index>& rows, Points& x) const {
   x.resize(static_cast<Index>(rows.size()), 3);
   const auto& node = model_->forces.order();
+  const Points& X = reference_positions();
   for (Index i = 0; i < x.rows(); ++i)
-    x.row(i) = reference_positions().row(node[rows[i]]) +
-               (placement_.T * u.row(rows[i]).transpose()).transpose();
+    x.row(i) = X.row(node[rows[i]]) + (placement_.T * u.row(rows[i]).transpose()).transpose();
 }
 
 void MeshBody::positions(Index set, Points& x) const {

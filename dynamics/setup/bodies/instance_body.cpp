@@ -144,7 +144,7 @@ InstanceBody BodyMaker::make_coupled(const Instance& instance, const Geometry& g
   }
   return {std::make_unique<CoupledBody>(instance.name, system, placement_of(index_, instance),
                                         scheme, NewmarkOptions{scene_.time->alpha},
-                                        damping_of_coupled(index_, instance)),
+                                        damping_without_modes(index_, instance)),
           shelled.model->rigid_body.mass};
 }
 
@@ -404,7 +404,7 @@ InstanceBody BodyMaker::make_held(const Instance& instance, const MeshedComponen
   if (component.modes) return make_mesh_modes(instance, component);
   if (component.plans.at(instance.name).coordinates == Coordinates::coupled)
     return make_coupled(instance, *component.geometry, shelled(instance, component));
-  MeshOptions options{.damping = damping_of_mesh(index_, instance)};
+  MeshOptions options{.damping = damping_without_modes(index_, instance)};
   if (turns(index_, instance)) options.angular_velocity = instance.angular_velocity;
   if (preload_steps(scene_) > 0)
     options.statics =

@@ -51,24 +51,17 @@ Damping damping_of(const SceneIndex& index, const Instance& instance) {
   return damping;
 }
 
-MaterialDamping damping_of_coupled(const SceneIndex& index, const Instance& instance) {
+MaterialDamping damping_without_modes(const SceneIndex& index, const Instance& instance) {
   const Damping damping = damping_of(index, instance);
   if (damping.needs_modes())
     refuse_damping(
         instance,
-        "loss_factor and damping of modes need modal coordinates. A full mesh has none, nor has a "
-        "superelement without its diagonal form: give its material damping: {alpha, beta}, or of "
-        "a superelement use integrator: exact or a larger --diagonal-limit");
-  return damping.material;
-}
-
-MaterialDamping damping_of_mesh(const SceneIndex& index, const Instance& instance) {
-  const Damping damping = damping_of(index, instance);
-  if (damping.needs_modes())
-    refuse_damping(
-        instance,
-        "loss_factor and damping of modes cannot be had with as: mesh: give its material "
-        "damping: {alpha, beta}, or use as: superelement");
+        instance.as == InstanceKind::mesh
+            ? "loss_factor and damping of modes cannot be had with as: mesh: give its material "
+              "damping: {alpha, beta}, or use as: superelement"
+            : "loss_factor and damping of modes need a superelement in its diagonal form: give its "
+              "material damping: {alpha, beta}, or use integrator: exact or a larger "
+              "--diagonal-limit");
   return damping.material;
 }
 

@@ -10,9 +10,8 @@ namespace cbr {
 // Of its materials and its own. InputError: blocks of materials that are damped differently,
 // contact with enforcement: nodal.
 Damping damping_of(const SceneIndex& index, const Instance& instance);
-// That of an instance which moves in such a way. InputError: damping that it cannot have.
-MaterialDamping damping_of_coupled(const SceneIndex& index, const Instance& instance);
-MaterialDamping damping_of_mesh(const SceneIndex& index, const Instance& instance);
+// That of an instance which does not move in modes. InputError: damping that needs them.
+MaterialDamping damping_without_modes(const SceneIndex& index, const Instance& instance);
 void refuse_damping_of_scaled(const SceneIndex& index, const Instance& instance);
 
 }  // namespace cbr

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "common/base/error.hpp"
 #include "common/base/number_text.hpp"
@@ -48,10 +49,12 @@ void refuse_ways(const Scene& scene) {
 }
 
 std::string why_contact_is_linear(const SceneIndex& index, const Instance& instance) {
+  if (index.has_only_impulses(instance)) return {};
   for (const ContactOptions& contact : index.scene().contact) {
+    if (contact.enforcement == Enforcement::impulse) continue;  // one of thousands: before names
     const bool touches = contact.all || contact.first.instance == instance.name ||
                          contact.second.instance == instance.name;
-    if (!touches || contact.enforcement == Enforcement::impulse) continue;
+    if (!touches) continue;
     return contact.source.text() + ": contact of instance '" + instance.name +
            "', which turns (time.rotations: large), is enforcement: impulse only, found " +
            word_of(enforcement_words, contact.enforcement) + "; take enforcement: impulse";
@@ -106,11 +109,10 @@ bool is_hinge(const LinkOptions& link) {
 // linear body does not know at any angle.
 bool any_hangs(const Scene& scene) {
   if (gravity_of(scene) == nullptr) return false;
+  std::set<std::string> held;
+  for (const BoundaryCondition& condition : scene.boundary) held.insert(condition.instance);
   const auto is_free = [&](const SurfaceName& end) {
-    return !end.is_wall() && std::none_of(scene.boundary.begin(), scene.boundary.end(),
-                                          [&](const BoundaryCondition& condition) {
-                                            return condition.instance == end.instance;
-                                          });
+    return !end.is_wall() && held.count(end.instance) == 0;
   };
   return std::any_of(scene.links.begin(), scene.links.end(), [&](const LinkOptions& link) {
     return is_hinge(link) && (is_free(link.first) || is_free(link.second));

@@ -31,7 +31,6 @@ struct BuiltScene {
     std::vector<Index> body_node;            // of each node of the mesh
     std::shared_ptr<const MeshModes> modes;  // BuildOptions::mesh_modes
     Index n_shell_faces = 0;                 // of the skin, that act
-    Index n_mesh_parts = 1;                  // of a mesh that is not rigid
     Placement placement;
     double mass = 0;
     Index n_following = 0;   // coordinates that follow contact as statics, beside Body::n_dofs()

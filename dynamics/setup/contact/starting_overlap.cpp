@@ -123,8 +123,16 @@ const Found* deepest_inside(const std::vector<Found>& list, const ContactPair& p
   const ContactNodes& slave = sim.contact_nodes[pair.slave->body];
   const BuiltScene::OfInstance& master = built.instances[sim.contact_nodes[pair.master->body].body];
   const Solid* solid = solids.of(master);
-  if (solid == nullptr) return nullptr;  // what is behind the faces is not known
   const Points x = sim.bodies[slave.body]->reference_positions()(slave.nodes, Eigen::all);
+  if (solid == nullptr) {  // its nodes alone tell where it is
+    const Points& nodes =
+        sim.bodies[sim.contact_nodes[pair.master->body].body]->reference_positions();
+    const Box box{nodes.colwise().minCoeff().transpose(), nodes.colwise().maxCoeff().transpose()};
+    const auto found = std::find_if(list.begin(), list.end(), [&](const Found& node) {
+      return is_within(box, x.row(node.slot).transpose());
+    });
+    return found == list.end() ? nullptr : &*found;
+  }
   const Vector3 centre = x(pair.slave->nodes, Eigen::all).colwise().mean().transpose();
   const double all = static_cast<double>(list.size()) * static_cast<double>(solid->n_triangles());
   const auto stride = static_cast<std::size_t>(std::max(1.0, std::ceil(all / most_angles)));

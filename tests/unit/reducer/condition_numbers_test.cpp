@@ -320,8 +320,8 @@ Superelement soft_and_stiff(double ratio, Basis basis, Report& report) {
 // One criterion for all forms. The lowest frequencies, whose soft half alone is bent, do not depend
 // on the ratio beyond 1e6 but for 1e-6 of them.
 TEST(Conditioning, StiffPartsAreRefusedWhereAllIsLostAndByAllFormsAlike) {
+  Report report("test", Verbosity::quiet);
   for (const auto& [word, basis] : basis_words) {
-    Report report("test", Verbosity::quiet);
     const auto lowest = [&, basis = basis](double ratio) {
       const Superelement s = soft_and_stiff(ratio, basis, report);
       return s.has_diagonal_form() ? Vector(s.omega.segment(6, 3))
