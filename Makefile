@@ -30,7 +30,7 @@ help:
 	@echo "make test-mpi  packages of packages-mpi.txt, cbr-reduce with MPI in $(BUILD)/mpi, reductions in 2 and 3 processes against one (two minutes)"
 	@echo "make programs  the three programs, in $(BUILD)/bin"
 	@echo "make build     the programs, the tests and the benchmarks"
-	@echo "make check     include directions and other house rules, without building"
+	@echo "make check     include directions, counts and other house rules, without building"
 	@echo "make packages  install the Debian packages of packages.txt (apt-get; sudo when not root)"
 	@echo "make install   build and install under PREFIX (default /usr/local)"
 	@echo "make deb       build a Debian package of the programs, $(BUILD)/cbr_*.deb"
@@ -62,6 +62,7 @@ check:
 	@$(PYTHON) tests/check_includes.py
 	@$(PYTHON) tests/check_statements.py
 	@$(PYTHON) tests/check_equations.py
+	@$(PYTHON) tests/check_counts.py
 	@$(PYTHON) tests/package/check_container.py
 
 demo: programs
