@@ -6,12 +6,12 @@
 #include "common/base/error.hpp"
 #include "common/base/number_text.hpp"
 #include "common/files/hdf5_file.hpp"
-#include "common/files/replaced_file.hpp"
 #include "common/scene/component_mass.hpp"
 #include "common/scene/left_out_blocks.hpp"
 #include "common/scene/reduction_keys.hpp"
 #include "common/scene/scene_words.hpp"
 #include "common/scene/staleness.hpp"
+#include "common/superelement/superelement_file.hpp"
 #include "common/superelement/superelement_group.hpp"
 #include "reducer/partition/kept_sets.hpp"
 
@@ -74,7 +74,7 @@ void refuse_to_overwrite(const Scene& scene, const std::string& input,
   if (is_target(input))
     throw InputError("superelement '" + target.string() +
                      "' is the scene itself and would overwrite it: give it another name");
-  refuse_other_file(target, {"cbr-superelement", "cbr-superelement-group"}, "the superelement",
+  refuse_other_file(target, superelement_kind(), "the superelement",
                     "give the superelement another name");
 }
 

@@ -59,6 +59,7 @@ void skin_a_mesh(const SkinCommand& command, Report& report) {
   if (is_same_file(command.input, command.output))
     throw InputError(command.output.string() +
                      ": is the mesh to skin and would be overwritten: give -o another name");
+  refuse_other_mesh(command.output, "the skinned mesh", "give -o another name");
   report.refuse_timings_at(command.output, "the skinned mesh");
   UnchangedFiles inputs;
   inputs.add(command.input);
@@ -98,6 +99,9 @@ void skin_a_scene(const SkinCommand& command, std::ostream* scene_out, Report& r
         throw InputError(scene.skin->source.text() + ": skin: mesh: '" +
                          scene.skin->mesh.filename().string() + "' is the mesh of component '" +
                          name + "' and would be overwritten: give the skinned mesh another name");
+    refuse_other_mesh(
+        scene.skin->mesh, "the skinned mesh",
+        command.output.empty() ? "give skin.mesh another name" : "give -o another name");
     report.refuse_timings_at(scene.skin->mesh, "the skinned mesh");
     UnchangedFiles inputs;
     for (const Instance& instance : scene.instances)

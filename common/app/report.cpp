@@ -7,13 +7,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <cstring>
 #include <fstream>
 #include <sstream>
 
 #include "common/base/error.hpp"
 #include "common/base/number_text.hpp"
 #include "common/files/output_file.hpp"
+#include "common/files/replaced_file.hpp"
 
 namespace cbr {
 namespace {
@@ -76,15 +76,9 @@ constexpr const char* table_header = "kind,name,value";
 // A mistyped --timings would cost the user a scene, a mesh or the results. What is no regular file
 // is refused by who writes it.
 void refuse_to_replace(const std::filesystem::path& file) {
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(file, error) ||
-      std::filesystem::file_size(file, error) == 0)
-    return;
-  std::string start(std::strlen(table_header) + 1, '\0');
-  std::ifstream(file).read(start.data(), static_cast<std::streamsize>(start.size()));
-  if (start == std::string(table_header) + "\n") return;
-  throw InputError(file.string() +
-                   ": exists and is not a table of timings: give --timings another name");
+  refuse_other_file(file,
+                    {.noun = "a table of timings", .start = "^" + std::string(table_header) + "\n"},
+                    "the timings", "give --timings another name");
 }
 
 void add(std::vector<std::pair<std::string, double>>& sums, const std::string& name,

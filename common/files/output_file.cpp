@@ -89,6 +89,10 @@ fs::path resolved_target(const fs::path& target) {
   if (fs::is_symlink(target, error)) {
     const auto pointed = fs::weakly_canonical(target, error);
     if (!error) resolved = pointed;
+    // Whoever put the link into a folder that others write to would choose what we replace
+    if (fs::weakly_canonical(fs::absolute(target).parent_path(), error) != pointed.parent_path())
+      throw InputError(target.string() + ": is a link to " + pointed.string() +
+                       ", a file of another folder: give that name, or remove the link");
   }
   const auto status = fs::status(resolved, error);
   if (fs::is_directory(status))

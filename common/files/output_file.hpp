@@ -16,7 +16,8 @@ namespace cbr {
 // removed.
 class TemporaryFile {
  public:
-  // InputError: the target's folder is missing, or the target is there and is no regular file.
+  // InputError: the target's folder is missing, or the target is there and is no regular file, or a
+  // link out of its folder.
   // RunError: it is write-protected; the system refuses.
   explicit TemporaryFile(const std::filesystem::path& target);
   ~TemporaryFile();

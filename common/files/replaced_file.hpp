@@ -8,10 +8,18 @@
 
 namespace cbr {
 
-// InputError when `target` exists and is not an HDF5 file with one of `formats` as its root
-// attribute 'format': "FILE: is there and is another kind of HDF5 file (format cbr-checkpoint),
-// which WHAT would replace: CURE". Empty and damaged HDF5 files pass.
-void refuse_other_file(const std::filesystem::path& target, const std::vector<std::string>& formats,
+// How a file of one kind is recognised as written by a program of cbr. What is empty is not tried.
+struct FileKind {
+  std::string noun;                                // "a table of timings", for messages
+  std::vector<std::string> hdf5_formats = {};      // the root attribute 'format' is one of these
+  std::string start = {};                          // ECMAScript, in the first 400 bytes of a text
+  std::string netcdf_title = {};                   // ECMAScript, of the whole title
+  std::vector<std::filesystem::path> beside = {};  // must be there, too
+};
+
+// InputError when `target` exists and is not recognised: "FILE: exists and is not NOUN; WHAT would
+// overwrite it: CURE". Empty files pass, and damaged HDF5 files where HDF5 is expected.
+void refuse_other_file(const std::filesystem::path& target, const FileKind& kind,
                        const std::string& what, const std::string& cure);
 
 }  // namespace cbr

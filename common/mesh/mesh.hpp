@@ -75,6 +75,11 @@ bool is_mesh_name(const std::filesystem::path& file);
 bool is_written_mesh_name(const std::filesystem::path& file);
 bool may_hold_materials(const std::filesystem::path& file);
 
+// InputError when `file` exists and write_mesh did not write it: "FILE: exists and ...; WHAT would
+// overwrite it: CURE".
+void refuse_other_mesh(const std::filesystem::path& file, const std::string& what,
+                       const std::string& cure);
+
 // Writes by suffix: .msh (4.1, text) or .exo .e .g (Exodus II, netCDF 64-bit offset). The same mesh
 // gives the same bytes. To a temporary name, renamed when whole. A .msh file cannot hold sides of
 // shells, and gives a block of shells that lies on solids back as a sideset unless its name begins

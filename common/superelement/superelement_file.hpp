@@ -5,6 +5,7 @@
 #include <string>
 
 #include "common/files/hdf5_file.hpp"
+#include "common/files/replaced_file.hpp"
 #include "common/superelement/superelement.hpp"
 
 namespace cbr {
@@ -14,6 +15,12 @@ inline constexpr const char* superelement_group_format = "cbr-superelement-group
 // Of what is written: datasets have checksums. What older ones lack, and how they are told apart,
 // is in docs/formats.md.
 inline constexpr const char *superelement_version = "1.10", *superelement_group_version = "1.2";
+
+// What a new superelement may replace.
+inline FileKind superelement_kind() {
+  return {.noun = "a superelement",
+          .hdf5_formats = {superelement_format, superelement_group_format}};
+}
 
 // `prefix`: "" for the root, or "/domains/1". Attributes, too, stand at the prefix. InputErrors as
 // of read_superelement().

@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/output/output_names.hpp"
 
-#include <fstream>
 #include <string>
 #include <vector>
 
 #include "common/base/error.hpp"
-#include "common/files/hdf5_file.hpp"
-#include "common/files/netcdf_file.hpp"
 #include "common/files/output_file.hpp"
 #include "common/files/replaced_file.hpp"
 #include "dynamics/output/checkpoint.hpp"
@@ -17,8 +14,6 @@ namespace cbr {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr const char* sweep_header = "surface,frequency_hz,";
 
 struct Target {
   fs::path file;
@@ -69,44 +64,17 @@ void refuse_inputs(const Target& target, const Scene& scene, const RunFiles& fil
     refuse_input(target, fields_of_checkpoint(files.restart), "the checkpoint's fields");
 }
 
-// Files of before there was a format have the groups alone.
-bool holds_fields(const fs::path& file) {
-  try {
-    const Hdf5Reader reader(file);
-    return !reader.has_attribute("/", "format") && reader.has("/grids");
-  } catch (const InputError&) {
-    return false;
-  }
-}
-
-void refuse_other_text(const Target& target, const std::string& words, const std::string& kind) {
-  std::error_code error;
-  if (!fs::is_regular_file(target.file, error) || fs::file_size(target.file, error) == 0) return;
-  std::string start(200, '\0');
-  std::ifstream(target.file).read(start.data(), static_cast<std::streamsize>(start.size()));
-  if (start.find(words) != std::string::npos) return;
-  throw InputError(target.file.string() + ": exists and is not " + kind + "; " + target.what +
-                   " would overwrite it: " + target.cure());
-}
-
-// A mesh, and the results of another program: Exodus files are told by their title.
-void refuse_other_exodus(const Target& target) {
-  std::error_code error;
-  if (!fs::is_regular_file(target.file, error) || fs::file_size(target.file, error) == 0) return;
-  try {
-    if (NetcdfReader(target.file).text("", "title").starts_with(exodus_title)) return;
-  } catch (const InputError&) {  // another kind of file
-  }
-  throw InputError(target.file.string() + ": exists and holds no fields of cbr-dyn; " +
-                   target.what + " would overwrite it: " + target.cure());
-}
-
-void refuse_other_fields(const Target& target) {
-  const std::string suffix = target.file.extension().string();
-  if (suffix == ".xdmf") return refuse_other_text(target, "<Xdmf", "an XDMF file");
-  if (target.is_exodus) return refuse_other_exodus(target);
-  if (!holds_fields(target.file))
-    refuse_other_file(target.file, {"cbr-fields"}, target.what, target.cure());
+// What each output may replace.
+FileKind kind_of(const Target& target, const RunFiles& files) {
+  if (target.is_exodus)
+    return {.noun = "an Exodus file", .netcdf_title = std::string(exodus_title) + "( .*)?"};
+  if (target.what == "the table")
+    return {.noun = "a table of a sweep", .start = "^surface,frequency_hz,"};
+  if (target.file.extension() == ".xdmf")
+    return {.noun = "an XDMF file",
+            .start = "<Xdmf Version=\"3.0\">\n<Domain>\n<Grid Name=\"time\""};
+  if (target.what == "the results") return {.noun = "results", .hdf5_formats = {files.format}};
+  return {.noun = "fields", .hdf5_formats = {"cbr-fields"}};
 }
 
 }  // namespace
@@ -129,11 +97,9 @@ void check_outputs(const Scene& scene, const RunFiles& files) {
     refuse_inputs(targets[i], scene, files);
   }
   for (const Target& target : targets) {
-    if (target.what == "the results")
-      refuse_other_file(target.file, {files.format}, target.what, target.cure());
-    if (target.what == "the fields" || target.what == "the checkpoint's fields")
-      refuse_other_fields(target);
-    if (target.what == "the table") refuse_other_text(target, sweep_header, "a table of a sweep");
+    // checkpoint_file has looked, and Report
+    if (target.what != "the checkpoint" && target.what != "the timings")
+      refuse_other_file(target.file, kind_of(target, files), target.what, target.cure());
     const TemporaryFile probe(target.file);
   }
 }

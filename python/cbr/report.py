@@ -18,6 +18,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 
+from cbr.files import Refused, replace_text, require_replaceable
 from cbr.results import Array, Results, results
 from cbr.superelement import FileError, Superelement, superelement
 
@@ -371,8 +372,12 @@ def page(run: Results, other: Results | None = None, superelements: list[Superel
         parts += ["<h2>Superelements</h2>", *words]
     parts += ["<h2>Time</h2>", timings(run)]
     body = "\n".join(parts)
-    return (f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<title>{html.escape(name)}</title>\n'
+    return (f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<meta name="generator" content="cbr-report">\n<title>{html.escape(name)}</title>\n'
             f"<style>{STYLE}</style>\n</head>\n<body>\n{body}\n</body>\n</html>\n")
+
+
+def _is_page(data: bytes) -> bool:
+    return b'name="generator" content="cbr-report"' in data[:300]
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -390,9 +395,10 @@ def main(arguments: list[str] | None = None) -> int:
     if output.is_dir():
         print(f"cbr-report: error: {output}: cannot be written, it is a folder: give the name of a page", file=sys.stderr)
         return 2
-    if output.exists() and not output.read_bytes()[:100].lstrip().lower().startswith(b"<!doctype html"):
-        print(f"cbr-report: error: {output} exists and is no page: give -o another name, for example "
-              f"{output.with_suffix('.html')}", file=sys.stderr)
+    try:
+        require_replaceable(output, "a page", _is_page)
+    except Refused as error:
+        print(f"cbr-report: error: {error}", file=sys.stderr)
         return 2
     try:
         text = page(results(given.results), results(given.compare) if given.compare else None,
@@ -402,7 +408,7 @@ def main(arguments: list[str] | None = None) -> int:
         print(f"cbr-report: error: {error.args[0] if isinstance(error, KeyError) else error}", file=sys.stderr)
         return 2
     try:
-        output.write_text(text)
+        replace_text(output, text, "a page", _is_page)
     except OSError as error:
         print(f"cbr-report: error: {output}: cannot be written: {error.strerror}", file=sys.stderr)
         return 2

@@ -131,6 +131,35 @@ class Package(unittest.TestCase):
         with self.assertRaisesRegex(cbr.FileError, "none.h5: no such file"):
             cbr.superelement(self.folder / "none.h5")
 
+    def test_replaces_no_file_but_its_own(self) -> None:
+        """A path that names a mesh, notes, or a scene that somebody wrote by hand costs nobody a file."""
+        scene, mesh = block("characteristic"), (self.folder / "block.msh").read_bytes()
+        with self.assertRaisesRegex(OSError, "block.msh: exists and is not a scene that cbr wrote"):
+            scene.write(self.folder / "block.msh")
+        scene.run(self.folder / "block.msh", bin=BIN)  # into block.h5
+        self.assertEqual((self.folder / "block.msh").read_bytes(), mesh)
+        for name in ("notes.h5", "notes.yaml"):
+            (self.folder / name).write_text("materials: {}  # mine\n")
+        with self.assertRaisesRegex(cbr.Failed, "notes.h5: exists and is not"):
+            scene.run(self.folder / "notes.h5", bin=BIN)
+        with self.assertRaisesRegex(OSError, "exists and is not a scene"):
+            scene.write(self.folder / "notes.yaml")
+        for name in ("notes.h5", "notes.yaml"):
+            self.assertEqual((self.folder / name).read_text(), "materials: {}  # mine\n")
+        for _ in range(2):
+            scene.write(self.folder / "own.yaml")
+        (self.folder / "below").mkdir()
+        (self.folder / "below/link.yaml").symlink_to("../own.yaml")
+        with self.assertRaisesRegex(OSError, "is a link to"):
+            scene.write(self.folder / "below/link.yaml")
+        page = self.folder / "mine.html"
+        page.write_text("<!DOCTYPE html>\n<title>mine</title>\n")
+        with contextlib.redirect_stderr(io.StringIO()) as refused:
+            self.assertEqual(cbr.report.main([self.runs["massless"].path, "-o", str(page)]), 2)
+        self.assertIn("mine.html: exists and is not a page that cbr wrote", refused.getvalue())
+        self.assertEqual(page.read_text(), "<!DOCTYPE html>\n<title>mine</title>\n")
+        self.assertEqual(list(self.folder.glob(".cbr-*")), [])
+
     def test_progress(self) -> None:
         told: list[str] = []
         scene = block("characteristic")
@@ -191,7 +220,7 @@ class Package(unittest.TestCase):
         before = pathlib.Path(self.runs["massless"].path).read_bytes()
         with contextlib.redirect_stderr(io.StringIO()) as refused:
             self.assertEqual(cbr.report.main([self.runs["massless"].path, "-o", self.runs["massless"].path]), 2)
-        self.assertIn("is no page", refused.getvalue())
+        self.assertIn("exists and is not a page that cbr wrote", refused.getvalue())
         self.assertEqual(pathlib.Path(self.runs["massless"].path).read_bytes(), before)
         self.assertRegex(told.getvalue(), "^cbr-report: error: .*none.h5: no such file\n$")
 
@@ -294,6 +323,7 @@ class Package(unittest.TestCase):
         whole = scene.run(self.folder / "overlap.yaml", bin=BIN)
         overlaps = [text for text in whole.warnings or [] if "overlap by" in text]
         self.assertEqual(len(overlaps), 1)
+        scene.write(self.folder / "overlap.yaml")
         going_on = ["overlap.yaml", "-o", "on.h5", "--restart", "overlap.checkpoint.h5"]
         done = subprocess.run([BIN / "cbr-dyn", *going_on], cwd=self.folder, check=True, capture_output=True, text=True)
         self.assertNotIn("overlap by", done.stderr)

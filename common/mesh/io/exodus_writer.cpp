@@ -138,7 +138,7 @@ void write_values(NetcdfWriter& file, const ExodusVariables& variables, Index wi
 }
 
 struct Head {
-  std::string title = "cbr";
+  std::string title = exodus_mesh_title;
   Index n_elements = 0, width = 0;
   const ExodusVariables& variables;
 };

@@ -265,7 +265,9 @@ void write_gmsh(const Mesh& mesh, const std::filesystem::path& file, const std::
     throw InputError(where + ": a .msh file needs node ids from 1");
   errno = 0;  // of the first write that fails: none follows it
   Text out(file);
-  out << "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$PhysicalNames\n" << model.physical.size() << "\n";
+  out << "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Comments\n"
+      << gmsh_mark << "$EndComments\n$PhysicalNames\n"
+      << model.physical.size() << "\n";
   for (const auto& p : model.physical)
     out << p.dimension << " " << p.tag << " \"" << p.name << "\"\n";
   out << "$EndPhysicalNames\n";

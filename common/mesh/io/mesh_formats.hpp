@@ -19,6 +19,8 @@ namespace cbr {
 std::string foreign_mesh_cure(const std::filesystem::path& file);
 
 Mesh read_gmsh(const std::filesystem::path& file);
+// By what files of write_mesh are recognised.
+inline constexpr const char *gmsh_mark = "Written by cbr\n", *exodus_mesh_title = "cbr";
 // The writers write to `file` as it is and call it `where` in messages.
 void write_gmsh(const Mesh& mesh, const std::filesystem::path& file, const std::string& where);
 Mesh read_exodus(const std::filesystem::path& file);

@@ -7,6 +7,7 @@
 
 #include "common/base/error.hpp"
 #include "common/files/output_file.hpp"
+#include "common/files/replaced_file.hpp"
 #include "common/mesh/io/mesh_formats.hpp"
 
 namespace cbr {
@@ -143,6 +144,15 @@ Mesh read_mesh(const std::filesystem::path& file) {
   Mesh mesh = read(file, format);
   check_mesh(mesh, file.string());
   return mesh;
+}
+
+void refuse_other_mesh(const std::filesystem::path& file, const std::string& what,
+                       const std::string& cure) {
+  refuse_other_file(file,
+                    written_format(file) == Format::gmsh
+                        ? FileKind{.noun = "a gmsh mesh", .start = gmsh_mark}
+                        : FileKind{.noun = "an Exodus II mesh", .netcdf_title = exodus_mesh_title},
+                    what, cure);
 }
 
 void write_mesh(const Mesh& mesh, const std::filesystem::path& file) {

@@ -22,6 +22,10 @@ struct ExportFile {
   std::function<void(const ReducedMatrices& reduced, const std::filesystem::path& file,
                      const std::string& name)>
       write;
+  // How one that exists is recognised as ours (FileKind::start). Formats without comments have no
+  // mark of their own: the table of rows must be beside them.
+  std::string start;
+  bool has_mark = true;
 };
 
 struct ExportFormat {

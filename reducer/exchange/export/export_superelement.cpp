@@ -12,6 +12,7 @@
 #include "common/base/error.hpp"
 #include "common/base/format_text.hpp"
 #include "common/files/output_file.hpp"
+#include "common/files/replaced_file.hpp"
 #include "common/superelement/superelement.hpp"
 #include "reducer/exchange/export/export_formats.hpp"
 #include "reducer/exchange/reduced_matrices.hpp"
@@ -29,26 +30,45 @@ void write_through(const std::filesystem::path& file,
   if (!out) throw RunError("cannot be written");
 }
 
-ExportFile stream_file(const std::string& suffix, WriteText write) {
-  return {suffix, [write](const ReducedMatrices& reduced, const std::filesystem::path& file,
-                          const std::string&) {
+constexpr const char *our_comment = "Craig-Bampton superelement",
+                     *table_header = "row,node,dof,x,y,z,frequency_hz\n",
+                     *table_suffix = ".dofs.csv";
+
+ExportFile stream_file(const std::string& suffix, WriteText write,
+                       const std::string& start = our_comment) {
+  return {suffix,
+          [write](const ReducedMatrices& reduced, const std::filesystem::path& file,
+                  const std::string&) {
             write_through(file, [&](std::ostream& out) { write(reduced, out); });
-          }};
+          },
+          start, start == our_comment};
+}
+
+// The first entry is on the diagonal.
+ExportFile abaqus_file(const std::string& suffix, WriteText write) {
+  return stream_file(suffix, write, R"(^(\d+), (\d+), \1, \2, [-+.e\d]+\n)");
+}
+
+ExportFile op4_file(WriteText write) {
+  return stream_file(".op4", write, "KAAX    (1P,3E24\\.16\n|\x18)");
 }
 
 ExportFile calculix_input_file() {
-  return {".ccx.inp", [](const ReducedMatrices& reduced, const std::filesystem::path& file,
-                         const std::string& name) {
+  return {".ccx.inp",
+          [](const ReducedMatrices& reduced, const std::filesystem::path& file,
+             const std::string& name) {
             write_through(file,
                           [&](std::ostream& out) { write_calculix_input(reduced, name, out); });
-          }};
+          },
+          our_comment};
 }
 
 ExportFile sierra_file(bool is_newer) {
-  return {".nc", [is_newer](const ReducedMatrices& reduced, const std::filesystem::path& file,
-                            const std::string& name) {
-            write_sierra(reduced, is_newer, file, name + ".nc");
-          }};
+  return {
+      ".nc",
+      [is_newer](const ReducedMatrices& reduced, const std::filesystem::path& file,
+                 const std::string& name) { write_sierra(reduced, is_newer, file, name + ".nc"); },
+      "^CDF", false};
 }
 
 // A new format is one entry here and a file of its own.
@@ -59,15 +79,15 @@ const std::vector<ExportFormat>& formats() {
        {stream_file(".K.mtx", write_matrix_market_K),
         stream_file(".M.mtx", write_matrix_market_M)}},
       {"dmig", "Nastran, MYSTRAN, OpenRadioss", {stream_file(".dmig", write_dmig)}},
-      {"op4", "Nastran (OUTPUT4, text)", {stream_file(".op4", write_op4)}},
-      {"op4-binary", "Nastran (OUTPUT4, binary)", {stream_file(".op4", write_op4_binary)}},
+      {"op4", "Nastran (OUTPUT4, text)", {op4_file(write_op4)}},
+      {"op4-binary", "Nastran (OUTPUT4, binary)", {op4_file(write_op4_binary)}},
       {"abaqus",
        "Abaqus *MATRIX INPUT",
-       {stream_file(".K.abaqus.mtx", write_abaqus_K),
-        stream_file(".M.abaqus.mtx", write_abaqus_M)}},
+       {abaqus_file(".K.abaqus.mtx", write_abaqus_K),
+        abaqus_file(".M.abaqus.mtx", write_abaqus_M)}},
       {"mtx",
        "CalculiX *MATRIX ASSEMBLE",
-       {stream_file(calculix_K, write_calculix_stiffness), stream_file(calculix_M, write_abaqus_M),
+       {abaqus_file(calculix_K, write_calculix_stiffness), abaqus_file(calculix_M, write_abaqus_M),
         calculix_input_file()}},
       {"sierra", "Sierra/SD", {sierra_file(true)}},
       {"sierra-older", "Sierra/SD (older layout)", {sierra_file(false)}},
@@ -83,7 +103,7 @@ const ExportFormat& format_named(const std::string& name) {
 }
 
 void write_table(const ReducedMatrices& reduced, std::ostream& out) {
-  out << "row,node,dof,x,y,z,frequency_hz\n";
+  out << table_header;
   for (std::size_t i = 0; i < reduced.rows.size(); ++i) {
     const ReducedRow& row = reduced.rows[i];
     out << i + 1 << ',' << row.node << ',' << row.dof << ',';
@@ -98,6 +118,7 @@ void write_table(const ReducedMatrices& reduced, std::ostream& out) {
 
 struct Output {
   std::filesystem::path path;
+  FileKind kind;
   std::function<void(const std::filesystem::path& file)> write;
 };
 
@@ -135,17 +156,24 @@ void export_superelement(const std::string& name, const std::filesystem::path& f
       throw InputError(file.string() + ": --export: " + error.what());
     }
   }();
+  const std::filesystem::path table = target.string() + table_suffix;
   std::vector<Output> outputs;
-  for (const ExportFile& part : format.files)
-    outputs.push_back({target.string() + part.suffix, [&](const std::filesystem::path& out) {
+  for (const ExportFile& part : format.files) {
+    FileKind kind{.noun = "an export for " + format.users, .start = part.start};
+    if (!part.has_mark) kind.beside = {table};
+    outputs.push_back({target.string() + part.suffix, kind, [&](const std::filesystem::path& out) {
                          part.write(reduced, out, target.filename().string());
                        }});
-  outputs.push_back({target.string() + ".dofs.csv", [&](const std::filesystem::path& out) {
+  }
+  outputs.push_back({table,
+                     {.noun = "a table of rows", .start = "^" + std::string(table_header)},
+                     [&](const std::filesystem::path& out) {
                        write_through(out, [&](std::ostream& text) { write_table(reduced, text); });
                      }});
   for (const Output& output : outputs) {
     if (is_same_file(output.path, file))
       throw InputError(file.string() + ": --export would replace it: name another file with -o");
+    refuse_other_file(output.path, output.kind, "--export", "name another file with -o");
   }
   write_all(outputs);
   report.line("exported " + file.string() + " for " + format.users + ": " +

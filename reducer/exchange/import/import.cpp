@@ -7,9 +7,9 @@
 #include "common/base/error.hpp"
 #include "common/base/number_text.hpp"
 #include "common/files/output_file.hpp"
-#include "common/files/replaced_file.hpp"
 #include "common/files/unchanged_files.hpp"
 #include "common/scene/scene.hpp"
+#include "common/superelement/superelement_file.hpp"
 #include "reducer/domains/domains.hpp"
 #include "reducer/exchange/import/import_matrices.hpp"
 #include "reducer/exchange/import/imported_superelement.hpp"
@@ -32,8 +32,7 @@ void refuse_to_replace(const std::filesystem::path& target,
     if (is_same_file(target, input))
       throw InputError(input.string() + ": --import would replace it: name another file with -o");
   }
-  refuse_other_file(target, {"cbr-superelement", "cbr-superelement-group"}, "the superelement",
-                    "give -o another name");
+  refuse_other_file(target, superelement_kind(), "the superelement", "give -o another name");
 }
 
 std::optional<Mesh> mesh_of(const ImportOptions& options, bool is_needed, Report& report) {
