@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Stress from strain: isotropic by Lame's constants, orthotropic by a tensor in the component's
 // axes.
-#include <algorithm>
 #include <array>
 
 #include "common/fem/elements/isoparametric.hpp"
@@ -80,20 +79,6 @@ Matrix3 Elasticity::stress(const Matrix3& strain) const {
         for (int d = 0; d < 3; ++d)
           stress(a, c) += C_[static_cast<std::size_t>(3 * a + b)](c, d) * strain(b, d);
   return 0.5 * (stress + stress.transpose());
-}
-
-double Elasticity::wave_modulus() const {
-  if (is_isotropic_) return lambda_ + 2 * mu_;
-  double largest = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    Matrix3 acoustic;  // C_aibj of i = j = axis
-    for (int a = 0; a < 3; ++a)
-      for (int b = 0; b < 3; ++b)
-        acoustic(a, b) = C_[static_cast<std::size_t>(3 * a + b)](axis, axis);
-    // no eigenvalue is above it
-    largest = std::max(largest, acoustic.cwiseAbs().rowwise().sum().maxCoeff());
-  }
-  return largest;
 }
 
 }  // namespace isoparametric

@@ -97,10 +97,9 @@ MeanGradient hex8_mean_gradient(const Hex8Nodes& X) {
 
 Hex8Matrix hex8_hourglass_stiffness(const Hex8Nodes& X, const Material& material) {
   const auto [b, volume] = hex8_mean_gradient(X);
-  const Elasticity elasticity(material);
   Gradients<8> A(24, 1);
   Eigen::Map<Hex8Nodes>(A.data()) = std::sqrt(volume) * b;
-  Hex8Matrix K = isoparametric::elastic_stiffness<8>(A, elasticity);
+  Hex8Matrix K = isoparametric::elastic_stiffness<8>(A, Elasticity(material));
 
   // The four products of two or three of the nodes' reference coordinates: eta zeta, zeta xi, xi
   // eta, xi eta zeta.
@@ -110,7 +109,9 @@ Hex8Matrix hex8_hourglass_stiffness(const Hex8Nodes& X, const Material& material
   // gamma = (h - b X^T h) / sqrt 8   (8 x 4)
   const Eigen::Matrix<double, 3, 4> slopes = X.transpose().lazyProduct(h);
   const Eigen::Matrix<double, 8, 4> gamma = (h - b.lazyProduct(slopes)) / std::sqrt(8.0);
-  const double scale = hourglass_coefficient * elasticity.wave_modulus() * volume * b.squaredNorm();
+  const double youngs_modulus =
+      material.orthotropy ? material.orthotropy->youngs_moduli.maxCoeff() : material.youngs_modulus;
+  const double scale = hourglass_coefficient * youngs_modulus * volume * b.squaredNorm();
   for (int j = 0; j < 8; ++j)
     for (int i = 0; i < 8; ++i)
       K.block<3, 3>(3 * i, 3 * j).diagonal().array() += scale * gamma.row(i).dot(gamma.row(j));

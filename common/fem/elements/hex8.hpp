@@ -9,9 +9,9 @@
 
 namespace cbr {
 
-// Hourglass stiffness relative to a bound of the uniform-strain stiffness's largest eigenvalue: the
-// customary value.
-inline constexpr double hourglass_coefficient = 0.05;
+// Hourglass stiffness over V (b : b) and Young's modulus. At a Poisson's ratio of 0.3 it is the
+// customary 0.05 of the modulus of pressure waves, lambda + 2 mu.
+inline constexpr double hourglass_coefficient = 0.05 * 0.7 / (1.3 * 0.4);
 
 using Hex8Nodes = isoparametric::Nodes<8>;
 using Hex8Matrix = isoparametric::DofMatrix<8>;
@@ -31,9 +31,11 @@ std::array<Matrix3, 8> hex8_incompatible_gradients(const Hex8Nodes& X, const Mat
 // Mean gradients b_a = (1/V) integral dN/dx_a (8 x 3) and four hourglass shapes gamma = (h - sum_a
 // (h . x_a) b_a) / sqrt 8 orthogonal to every linear field (Flanagan, Belytschko 1981,
 // doi 10.1002/nme.1620170504), in stiffness form:
-//   K = V B^T D B + kappa (lambda + 2 mu) V (b : b) sum_alpha gamma_alpha gamma_alpha^T (x) I_3
-// (lambda + 2 mu) V (b : b) bounds the largest eigenvalue of the first term; kappa =
-// hourglass_coefficient. Rank 6 + 12.
+//   K = V B^T D B + kappa E V (b : b) sum_alpha gamma_alpha gamma_alpha^T (x) I_3
+// kappa = hourglass_coefficient; E is Young's modulus, the largest of an orthotropic material.
+// Hourglass modes are those of bending, whose stiffness is E times a shape at any Poisson's ratio
+// (Belytschko, Bindeman 1993, doi 10.1016/0045-7825(93)90124-G), where lambda + 2 mu grows without
+// bound towards 0.5 and would lock them. Rank 6 + 12.
 Hex8Matrix hex8_hourglass_stiffness(const Hex8Nodes& X, const Material& material);
 
 // b (8 x 3) and V.

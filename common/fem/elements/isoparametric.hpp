@@ -41,8 +41,6 @@ class Elasticity {
     return k;
   }
   Matrix3 stress(const Matrix3& strain) const;
-  // rho c^2 of the fastest plane wave along one of the component's axes, or a bound of it.
-  double wave_modulus() const;
 
  private:
   bool is_isotropic_ = true;
