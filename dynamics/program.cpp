@@ -188,6 +188,7 @@ class Run {
     options.on_output = [this](Index, double t) {
       if (fields_) fields_->add(t);  // counted with the steps
       built_.gaps.look(built_.simulation);
+      built_.strains.look(built_.simulation, t);
     };
     options.is_to_end = [this] {
       tell_overlaps();

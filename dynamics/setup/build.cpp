@@ -16,6 +16,7 @@
 #include "dynamics/setup/bodies/instance_body.hpp"
 #include "dynamics/setup/bodies/instance_damping.hpp"
 #include "dynamics/setup/bodies/turning.hpp"
+#include "dynamics/setup/built/instance_extents.hpp"
 #include "dynamics/setup/components/skin_shells.hpp"
 #include "dynamics/setup/components/superelement_alone.hpp"
 #include "dynamics/setup/contact/contact_setup.hpp"
@@ -259,6 +260,18 @@ void note_turning(const SceneIndex& index, bool is_automatic, BuiltScene& built)
   if (is_automatic && built.large_is_refused.empty()) built.turn_limit = turn_limits(index, built);
 }
 
+void watch_strains(BuiltScene& built) {
+  Simulation& sim = built.simulation;
+  if (!sim.is_static && sim.preload == 0) return;
+  for (std::size_t i = 0; i < built.instances.size(); ++i) {
+    const BuiltScene::OfInstance& of = built.instances[i];
+    const Box box = extents(*sim.bodies[i], of);
+    if (!of.is_rigid)
+      built.strains.add(sim, static_cast<Index>(i), (box.upper - box.lower).maxCoeff(),
+                        *of.geometry);
+  }
+}
+
 }  // namespace
 
 Scene with_rotations(Scene scene, const BuildOptions& options) {
@@ -288,6 +301,7 @@ BuiltScene build(const Scene& scene_of_run, Report& report, const BuildOptions& 
   built.gaps.start(built.simulation);
   built.simulation.is_static = scene.time->is_static;
   built.simulation.preload = preload_steps(scene);
+  watch_strains(built);
   if (scene.time->is_static) {
     built.simulation.plan = plan_statics(*scene.time, scene.output.every);
   } else {

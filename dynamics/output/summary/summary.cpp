@@ -292,6 +292,24 @@ void rotation_warnings(const BuiltScene& built, const RunResult& result, Report&
         format_text("and %d more instances rotate by more than %.3g degrees", n - most, limit));
 }
 
+// Statics beyond small strains and displacements.
+void strain_warnings(const BuiltScene& built, Report& report) {
+  const auto of = [&](const StrainWatch::Worst& worst) {
+    return "instance '" + built.instances[static_cast<std::size_t>(worst.body)].name + "' ";
+  };
+  const std::string cause =
+      ": bodies are linear, and right up to strains of some per cent: is a load, youngs_modulus or "
+      "the mesh in another unit?";
+  if (const auto worst = built.strains.strain())
+    report.warning(of(*worst) +
+                   format_text("is strained by %.3g %% at t = %.4g", 100 * worst->value, worst->t) +
+                   cause);
+  if (const auto worst = built.strains.displacement())
+    report.warning(
+        of(*worst) +
+        format_text("deforms by %.3g times its size at t = %.4g", worst->value, worst->t) + cause);
+}
+
 }  // namespace
 
 void summarise(const BuiltScene& built, const RunResult& result, bool is_restarted,
@@ -315,6 +333,7 @@ void summarise(const BuiltScene& built, const RunResult& result, bool is_restart
   distance_warning(built, report);
   energy_warning(built, result, report);
   rotation_warnings(built, result, report);
+  strain_warnings(built, report);
 }
 
 }  // namespace cbr

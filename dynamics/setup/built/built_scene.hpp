@@ -9,6 +9,7 @@
 
 #include "dynamics/run/simulation/simulation.hpp"
 #include "dynamics/setup/built/gap_watch.hpp"
+#include "dynamics/setup/built/strain_watch.hpp"
 #include "dynamics/setup/components/component_model.hpp"
 #include "dynamics/setup/components/geometry.hpp"
 
@@ -38,6 +39,7 @@ struct BuiltScene {
   };
   std::vector<OfInstance> instances;  // as simulation.bodies
   GapWatch gaps;
+  StrainWatch strains;
   std::vector<std::string> notes;  // for the summary
   std::string large_is_refused;    // what_large_is_refused_for()
   // Per instance, rad, with `rotations: auto`: beyond it the run is to start again with bodies that

@@ -64,6 +64,26 @@ TEST_F(Summary, SaysBeforeTheStepsWhatIsToBeDone) {
   EXPECT_LT(text.find("instance left"), text.find("steps: 100")) << text;
 }
 
+TEST_F(Summary, StaticsBeyondSmallStrainsAreWarnedOf) {
+  const auto statics = [&](const std::string& as, double traction) {
+    return said("instances: {b: {component: block, as: " + as +
+                "}}\nboundary: [{instance: b, nodes: x_min, fix: [x, y, z]}]\n"
+                "loads: [{instance: b, surface: x_max, traction: [" +
+                text(traction) +
+                ", 0, 0], history: {time: [0, 1], value: [0, 1]}}]\n"
+                "time: {static: true, end: 1}\n");
+  };
+  for (const char* as : {"mesh", "superelement"}) {
+    // 1 % of strain, and 1.5 times the length
+    const std::string small = statics(as, 100), large = statics(as, 15000);
+    EXPECT_FALSE(has(small, "is strained by")) << small;
+    EXPECT_FALSE(has(small, "times its size")) << small;
+    EXPECT_TRUE(has(large, "instance 'b' is strained by ")) << large;
+    EXPECT_TRUE(has(large, "instance 'b' deforms by 1.")) << large;
+    EXPECT_TRUE(has(large, "in another unit?")) << large;
+  }
+}
+
 // Nodes that are held swing between the ends of steps, which is energy on paper until they are let
 // go.
 TEST_F(Summary, APressedBlockHasNoEnergyFromContact) {
