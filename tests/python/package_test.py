@@ -232,6 +232,7 @@ class Package(unittest.TestCase):
         assert drift is not None
         self.assertLess(float(drift.group(1)), 1e-10)
         self.assertNotIn("warnings", text)
+        self.assertNotIn("above: ", text)
         copy = self.folder / "checked.h5"
         shutil.copy(self.runs["massless"].path, copy)
         with h5py.File(copy, "r+") as file:
@@ -239,8 +240,9 @@ class Package(unittest.TestCase):
             file.attrs["warnings"] = "one\ntwo"
             file.move("contact/left.contact - right.contact", "contact/left.contact - floor")
         text = cbr.report.checks(cbr.results(copy))
-        self.assertIn('energy outside the basis, share</td><td class="number">0.125</td><td>below 0.05', text)
-        self.assertIn('warnings, told above</td><td class="number">2</td><td>0</td>', text)
+        self.assertIn('energy outside the basis, share</td><td class="number">0.125</td><td>below 0.05, a few per cent</td>'
+                      "<td>above: contact took it from short waves", text)
+        self.assertIn('warnings, told above</td><td class="number">2</td><td>0</td><td>above: read them', text)
         self.assertNotIn("drift", text)
         with h5py.File(copy, "r+") as file:
             del file["energy"].attrs["outside_basis"]
