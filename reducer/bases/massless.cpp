@@ -213,9 +213,14 @@ void finish(const Matrix& elastic, const std::string& what, MasslessFigures& fig
   const double pivot =
       definite ? (L.diagonal().cwiseAbs2().cwiseQuotient(elastic.diagonal())).minCoeff() : 0;
   if (!(pivot > least_pivot)) {
-    throw InputError("modes: " + std::to_string(s.k() - figures.n_rigid) + " " + what +
-                     " leave the interface of " + std::to_string(s.c()) +
-                     " dofs no compliance of its own: keep fewer");
+    throw InputError(
+        "modes: " + std::to_string(s.k() - figures.n_rigid) + " " + what +
+        " leave the interface of " + std::to_string(s.c()) +
+        " dofs no compliance of its own, by which it answers contact: keep half as many" +
+        (m.modes == "free" ? ", or use massless_modes: tapered, whose modes share it with "
+                             "the interface"
+                           : "") +
+        ", or use basis: craig-bampton");
   }
   figures.smallest_pivot = pivot;
   for (int axis = 0; axis < 3; ++axis) {

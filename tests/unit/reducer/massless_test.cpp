@@ -244,6 +244,11 @@ TEST(Massless, RefusesWhatLeavesNothing) {
             std::string::npos);
   EXPECT_NE(message_of(mesh, massless({"x_max"}, 60)).find("no compliance of its own"),
             std::string::npos);
+  // The cures that the message names
+  EXPECT_NE(message_of(mesh, massless({"x_max"}, 60)).find("or use massless_modes: tapered"),
+            std::string::npos);
+  EXPECT_EQ(reduced(mesh, massless({"x_max"}, 60, MasslessModes::tapered)).k(), 66);
+  EXPECT_EQ(reduced(mesh, massless({"x_max"}, 30)).k(), 36);
   EXPECT_EQ(reduced(mesh, massless({"x_max"}, 40)).k(), 46);
   EXPECT_NE(message_of(mesh, massless({"x_max"}, 100)).find("only 75 elastic modes"),
             std::string::npos);
