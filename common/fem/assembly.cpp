@@ -268,6 +268,28 @@ void number_nodes(const Mesh& mesh, FiniteElementModel& model) {
   model.n_rotations = static_cast<Index>(model.nodes.size() - n_translations);
 }
 
+Vector consistent_mass_products(const Mesh& mesh, const std::vector<BlockProperties>& properties,
+                                const FiniteElementModel& model, const Matrix& X) {
+  Vector products = Vector::Zero(X.cols());
+  for (std::size_t b = 0; b < mesh.blocks.size(); ++b) {
+    const Block& block = mesh.blocks[b];
+    if (!is_volume(block)) continue;
+    const Index n = block.connectivity.cols();
+    Matrix x(n, 3 * X.cols());  // of each column x, y and z
+    for (Index e = 0; e < block.connectivity.rows(); ++e) {
+      for (Index i = 0; i < n; ++i) {
+        const Index node = model.row[static_cast<std::size_t>(block.connectivity(e, i))];
+        x.row(i) = X.middleRows(3 * node, 3).reshaped().transpose();
+      }
+      const Matrix M_e =
+          element_mass(block.type, element_points(mesh, block, e), properties[b].material.density);
+      const Vector of_axes = x.cwiseProduct(M_e * x).colwise().sum().transpose();
+      products += of_axes.reshaped(3, X.cols()).colwise().sum().transpose();
+    }
+  }
+  return products;
+}
+
 FiniteElementModel assemble(const Mesh& mesh, const std::vector<BlockProperties>& properties,
                             MassKind mass) {
   assert(properties.size() == mesh.blocks.size());

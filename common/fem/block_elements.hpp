@@ -2,6 +2,9 @@
 // The elements of a block: of what kind they are, where, and the share of each thread.
 #pragma once
 
+#include <vector>
+
+#include "common/fem/assembly.hpp"
 #include "common/mesh/mesh.hpp"
 
 namespace cbr {
@@ -21,5 +24,9 @@ struct Share {
   Index begin, end;
   Share(Index n, int t, int n_threads) : begin(n * t / n_threads), end(n * (t + 1) / n_threads) {}
 };
+
+// x^T M x of each column of X (dofs of the model x m), M the consistent mass of all solids.
+Vector consistent_mass_products(const Mesh& mesh, const std::vector<BlockProperties>& properties,
+                                const FiniteElementModel& model, const Matrix& X);
 
 }  // namespace cbr

@@ -80,6 +80,7 @@ bool make_basis_of_free_shapes(Reduction& r, Superelement& s) {
   Condensation coupled;
   coupled.M_kc = coupling_of_eigenvectors(r.p, modes.lambda, modes.Phi);
   keep_modes(r, modes, coupled);
+  keep_lowest(r, modes.Phi);
   if (modes.lambda.size() > 0)
     r.figures.highest_frequency = std::sqrt(modes.lambda.maxCoeff()) / (2 * std::numbers::pi);
   Matrix interior;

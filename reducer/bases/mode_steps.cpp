@@ -147,8 +147,14 @@ void complete_modes(Reduction& r, const SparseCholesky& factor, const InterfaceM
   take_matrices(r, modes, condensed, s);
 }
 
+void keep_lowest(Reduction& r, const Matrix& Phi) {
+  constexpr Index n_listed = 6;  // in the summary
+  r.lowest = Phi.leftCols(std::min(n_listed, Phi.cols()));
+}
+
 void take_matrices(Reduction& r, const FixedInterfaceModes& modes, Condensation& condensed,
                    Superelement& s) {
+  keep_lowest(r, modes.Phi.leftCols(modes.Phi.cols() - s.n_residual));
   s.eigenvalues = modes.lambda;
   s.M_kc = std::move(condensed.M_kc);
   const Index own = s.k() - s.n_residual;

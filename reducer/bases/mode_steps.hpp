@@ -18,6 +18,9 @@ FixedInterfaceModes first_modes(Reduction& r, const SparseCholesky& factor);
 // Of `pick: participation` those that are kept; r.not_kept has the others.
 void keep_modes(Reduction& r, FixedInterfaceModes& modes, Condensation& condensed);
 
+// Of the modes that are kept, ascending: r.lowest.
+void keep_lowest(Reduction& r, const Matrix& Phi);
+
 // Motions of the interface that the errors are told of (is_judged) or that a tolerance needs.
 InterfaceMotions motions_to_judge(Reduction& r, const SparseCholesky& factor, bool is_judged,
                                   const Superelement& s);

@@ -6,6 +6,7 @@
 
 #include "common/base/error.hpp"
 #include "common/base/machine_memory.hpp"
+#include "common/fem/block_elements.hpp"
 #include "common/fem/connected_parts.hpp"
 #include "common/scene/scene_words.hpp"
 #include "reducer/bases/bases.hpp"
@@ -105,6 +106,19 @@ std::vector<Index> kept_nodes(const Reduction& r) {
   return kept;
 }
 
+// Rayleigh quotients of the lowest modes, of phi^T M phi = 1, with consistent mass.
+Vector shift_by_consistent_mass(const Reduction& r,
+                                const std::vector<BlockProperties>& properties) {
+  if (r.lowest.cols() == 0 || r.model.n_rotations > 0 || r.p.n_points > 0) return {};
+  Matrix X = Matrix::Zero(3 * static_cast<Index>(r.model.nodes.size()), r.lowest.cols());
+  X(dofs_of(r.p.interior_nodes), Eigen::all) = r.lowest;
+  return consistent_mass_products(r.mesh, properties, r.model, X)
+             .cwiseSqrt()
+             .cwiseInverse()
+             .array() -
+         1;
+}
+
 // `interface`: mesh nodes, or none: those of the options' sets.
 Superelement reduce_to(const std::vector<Index>* interface, const Mesh& mesh,
                        const std::vector<BlockProperties>& properties, MassKind mass,
@@ -143,6 +157,8 @@ Superelement reduce_to(const std::vector<Index>* interface, const Mesh& mesh,
   describe_interface(r, s);
   s.basis = word_of(basis_words, options.basis);
   make_basis(r, s);
+  if (mass == MassKind::lumped && !settings.is_domain)
+    r.figures.mass_shift = shift_by_consistent_mass(r, properties);
   // of domains in their order, when all are done
   if (!settings.is_domain) report_conditioning(r.figures.condition, report);
   warn_of_conditioning(r.figures.condition, report);

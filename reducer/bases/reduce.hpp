@@ -49,6 +49,9 @@ struct ReductionFigures {
   Index panel = 0;
   Conditioning condition;
   RigidFigures rigid;
+  // of lumped mass: by what share of themselves consistent mass would raise the lowest
+  // fixed-interface frequencies, to first order
+  Vector mass_shift;
   // of basis characteristic: worst_of_ten beside Craig-Bampton's own; NaN: not known
   double shapes_error = NAN;
   MasslessFigures massless;              // of basis massless

@@ -23,6 +23,7 @@ struct Reduction {
   Points x;                 // of the model's nodes
   ReductionFigures figures;
   ModesNotKept not_kept;
+  Matrix lowest = {};  // n_I x m: the lowest of the kept fixed-interface modes
 };
 
 Index mesh_node(const Reduction& r, Index model_node);

@@ -109,6 +109,29 @@ TEST_F(DefaultMass, GivesWayToTheScenes) {
   EXPECT_EQ(mass_of("same"), "consistent");
 }
 
+// Of a thick, short bar of few elements, whose mass matters; to first order, and second order is a
+// per cent there.
+TEST_F(DefaultMass, TheShiftByConsistentMassIsThatOfAnotherReduction) {
+  const Mesh mesh = bar(ElementType::hex8, {6, 2, 2});
+  ReductionOptions options;
+  options.interface_sets = {"x_max"};
+  options.modes = 6;
+  Report quiet("test", Verbosity::quiet);
+  ReductionFigures figures;
+  const auto reduced = [&](MassKind mass) {
+    return cbr::reduce(mesh, {{steel, {}}}, mass, options, {}, quiet, &figures);
+  };
+  const Superelement consistent = reduced(MassKind::consistent);
+  EXPECT_EQ(figures.mass_shift.size(), 0);
+  const Superelement lumped = reduced(MassKind::lumped);
+  const Vector shift =
+      consistent.eigenvalues.cwiseQuotient(lumped.eigenvalues).cwiseSqrt().array() - 1;
+  ASSERT_EQ(figures.mass_shift.size(), 6);
+  EXPECT_GT(shift.maxCoeff(), 0.02);
+  for (Index i = 0; i < 6; ++i)
+    EXPECT_NEAR(figures.mass_shift(i), shift(i), 0.2 * shift(i) + 1e-4) << i;
+}
+
 // A file of the other mass, as of before there was a default by element, is made anew, and the
 // difference is told.
 TEST_F(DefaultMass, OfAnOlderFileIsNoticed) {
