@@ -89,13 +89,14 @@ void estimate_component(const ReduceCommand& command, const Scene& scene,
         "no time beside the factor");
   reduction.characteristic.needs = interface_needs(scene, component);
   const Mesh mesh = read_mesh(component);
-  warn_of_left_out_blocks(component, left_out_blocks(mesh), report);
+  const std::vector<BlockProperties> properties = block_properties(scene, component, mesh);
+  warn_of_blocks(component, block_provenance(mesh, properties), report);
   if (has_shells(mesh))
     throw InputError(component.source.text() + ": component '" + component.name +
                      "': --estimate does not know shells (blocks.NAME.thickness): reduce it");
   const std::vector<Index> domain = decompose(mesh, reduction.domains).domain;
-  const Estimate e = estimate(mesh, block_properties(scene, component, mesh), reduction, domain,
-                              diagonal_limit(command, reduction));
+  const Estimate e =
+      estimate(mesh, properties, reduction, domain, diagonal_limit(command, reduction));
   const std::string title = "# " + component.name + " (" + component.mesh.filename().string() +
                             "), interface " + join(reduction.interface_sets) +
                             ": what a reduction would give and cost";

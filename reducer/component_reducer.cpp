@@ -103,7 +103,7 @@ void ComponentReducer::reduce_component(const Scene& scene, const Component& com
   if (state == FileState::without_form && !command_.is_first()) return;
   if (state == FileState::without_form) return add_form(component, inputs);
   if (state == FileState::current) {
-    warn_of_left_out_blocks(component, left_out_in(reduction.superelement), report_);
+    warn_of_blocks(component, provenance_of(Hdf5Reader(reduction.superelement)), report_);
     report_.line(component.name + ": " + reduction.superelement.string() +
                  " is up to date: nothing to do");
     return;
@@ -132,9 +132,9 @@ void ComponentReducer::make(const Scene& scene, const Component& component, cons
     mesh = read_mesh(component);
   }
   const std::vector<BlockProperties> properties = block_properties(scene, component, mesh);
-  warn_of_left_out_blocks(component, left_out_blocks(mesh), report_);
   mass_ = {mass_of_superelement(component, mesh), rigid_body_of_geometry(mesh, properties)};
-  const auto p = provenance(component, properties, mesh);
+  const auto p = provenance(scene, component, properties, mesh);
+  warn_of_blocks(component, p, report_);
   inputs.check();
   refuse_loads_inside(mesh, *component.reduction, loads_, takes_loads_in(*component.reduction));
   check_kept_sets(scene, component, mesh);

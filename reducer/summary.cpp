@@ -145,6 +145,7 @@ void say_characteristic(const Superelement& s, const ReductionFigures& figures, 
                        : format_text(", %lld rigid motions", count(c.n_rigid));
   if (c.n_patterns + c.n_dropped > 0)
     text += format_text(", %lld responses to patterns of pressure", count(c.n_patterns));
+  if (c.n_loads > 0) text += format_text(", %lld to the scene's loads", count(c.n_loads));
   if (c.n_dropped > 0)
     text += format_text(" (%lld more are in the span of the others)", count(c.n_dropped));
   report.line(text);
@@ -158,6 +159,10 @@ void say_characteristic(const Superelement& s, const ReductionFigures& figures, 
                     100 * (1 - std::sqrt(1 - std::clamp(figures.shapes_error, 0.0, 1.0)))));
   for (const SummaryLine& line : statics_lines(s.characteristic.statics.node))
     report.line(line.text);
+  if (!c.bare.empty())
+    report.line("  no statics   " + join(c.bare) +
+                ": what is to act there must be in the scene that is reduced, or the sideset in "
+                "characteristic.statics");
   if (c.n_patterns == 0 || !s.characteristic.statics.empty()) return;
   report.line(
       format_text("  compliance   %.4f of that of single nodes under pressure is not in the basis, "
@@ -195,6 +200,18 @@ void say_rigid_body(const RigidBody& b, const ComponentMass& mass, Report& repor
         "  note         lumped mass makes frequencies of quadratic and coarse meshes low and "
         "inertia high; mass: consistent "
         "has the geometry's inertia");
+}
+
+// Other programs print frequencies of consistent mass.
+void say_mass_shift(const Vector& shift, Report& report) {
+  if (shift.size() == 0) return;
+  std::string list;
+  for (const double share : shift)
+    list += (list.empty() ? "" : ", ") + format_text("%.2g", 100 * share);
+  report.line(
+      "  mass shift   consistent mass, as of most other programs, would put the first "
+      "frequencies with the interface held up by " +
+      list + " %");
 }
 
 void say_file(const std::filesystem::path& file, bool diagonal, bool recovery, Report& report) {
@@ -273,6 +290,7 @@ void summarise(const Superelement& s, const ReductionFigures& figures, const Com
     say_accuracy(s, report);
   }
   say_rigid_body(s.rigid_body, mass, report);
+  say_mass_shift(figures.mass_shift, report);
   report.line("  sets kept    " + sets_text(s));
   report.detail(format_text(
       "factor: %.3g non-zeros, %.3g flops; solves %.3g flops; products %.3g flops",

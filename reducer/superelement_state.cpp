@@ -78,32 +78,17 @@ void refuse_to_overwrite(const Scene& scene, const std::string& input,
                     "give the superelement another name");
 }
 
-std::map<std::string, std::string> provenance(const Component& component,
+std::map<std::string, std::string> provenance(const Scene& scene, const Component& component,
                                               const std::vector<BlockProperties>& properties,
                                               const Mesh& mesh) {
   std::map<std::string, std::string> p =
       option_provenance(component, mass_of_superelement(component, mesh));
   p["mesh"] = component.mesh.filename().string();
   p["mesh_hash"] = file_hash(component.mesh);
-  for (std::size_t b = 0; b < mesh.blocks.size(); ++b) {
-    if (!is_structure(mesh.blocks[b])) continue;
-    const Material& m = properties[b].material;
-    const std::string key = "block " + mesh.blocks[b].name + ": ";
-    for (const auto& [what, value] : material_provenance(m)) p[key + what] = value;
-    if (const double thickness = mesh.blocks[b].thickness; thickness > 0)
-      p[key + "thickness"] = number_text(thickness);
-    const ElementType type = mesh.blocks[b].type;
-    p[key + "element"] = type == ElementType::hex8 ? word_of(hex8_words, properties[b].hex8)
-                                                   : std::string(name(type));
-  }
-  if (const std::string blocks = left_out_blocks(mesh); !blocks.empty()) p["left_out"] = blocks;
+  if (component.reduction->is_characteristic())
+    p.merge(needs_provenance(interface_needs(scene, component)));
+  p.merge(block_provenance(mesh, properties));
   return p;
-}
-
-std::string left_out_in(const std::filesystem::path& superelement) {
-  const Hdf5Reader file(superelement);
-  const bool any = file.has("/provenance") && file.has_attribute("/provenance", "left_out");
-  return any ? file.read_string("/provenance", "left_out") : "";
 }
 
 }  // namespace cbr

@@ -33,11 +33,8 @@ void refuse_to_overwrite(const Scene& scene, const std::string& input,
                          const std::filesystem::path& target);
 
 // What the file tells of its making.
-std::map<std::string, std::string> provenance(const Component& component,
+std::map<std::string, std::string> provenance(const Scene& scene, const Component& component,
                                               const std::vector<BlockProperties>& properties,
                                               const Mesh& mesh);
-
-// What was noted of blocks that were not computed with when the file was made.
-std::string left_out_in(const std::filesystem::path& superelement);
 
 }  // namespace cbr

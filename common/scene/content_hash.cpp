@@ -15,6 +15,7 @@
 #include "common/scene/scene.hpp"
 #include "common/scene/scene_words.hpp"
 #include "common/scene/staleness.hpp"
+#include "common/scene/static_forces.hpp"
 
 namespace cbr {
 namespace {
@@ -107,6 +108,9 @@ std::string characteristic_text(const CharacteristicOptions& options, const Inte
   for (const auto& set : as_set(keep)) text += "keep " + counted(set) + "\n";
   for (const auto& set : as_set(options.pressure)) text += "pressure " + counted(set) + "\n";
   text += "patterns " + std::to_string(options.patterns) + (options.shear ? " shear\n" : "\n");
+  for (const auto& [set, kinds] : loads_beside_statics(options, needs))
+    text += "load on " + counted(set) + (kinds.forces ? " forces" : "") +
+            (kinds.pressure ? " pressure" : "") + (kinds.moments ? " moments" : "") + "\n";
   return text + statics_text(options, needs);
 }
 
@@ -188,12 +192,16 @@ std::string bytes_hash(std::string_view bytes) {
 }
 
 std::string content_hash(const Scene& scene, const Component& component) {
+  return content_hash(scene, component, interface_needs(scene, component));
+}
+
+std::string content_hash(const Scene& scene, const Component& component,
+                         const InterfaceNeeds& needs) {
   std::string text =
       "cbr content hash " + std::to_string(scheme) + "\nmesh " + file_hash(component.mesh) + "\n";
   text += component_text(scene, component);
   if (component.reduction)
-    text += reduction_text(*component.reduction, interface_needs(scene, component)) +
-            points_text(component);
+    text += reduction_text(*component.reduction, needs) + points_text(component);
   return bytes_hash(text);
 }
 

@@ -2,8 +2,14 @@
 #include "common/scene/left_out_blocks.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdlib>
 
 #include "common/base/error.hpp"
+#include "common/base/format_text.hpp"
+#include "common/base/number_text.hpp"
+#include "common/scene/scene_words.hpp"
+#include "common/scene/staleness.hpp"
 
 namespace cbr {
 namespace {
@@ -47,6 +53,26 @@ void add_unused_nodes(const Mesh& mesh, std::vector<std::string>& texts) {
   if (n * usual_share > all)
     texts.push_back(std::to_string(n) + " of its " + std::to_string(all) +
                     " nodes, as no solid has them (is the file cut short?)");
+}
+
+// sqrt(E / rho) of solids: foam has some 10 m/s, diamond 2e7 mm/s.
+constexpr double slowest = 10, fastest = 2e7;
+constexpr double nearly_incompressible = 0.49;
+
+bool locks(const std::string& element) {
+  return element == "hex8" || element == "tet4" || element == "wedge6" || element == "pyramid5";
+}
+
+// Names of blocks, by a text on them.
+using BlocksByText = std::map<std::string, std::vector<std::string>>;
+
+std::string speed_text(double speed) {
+  return format_text("%.3g length units a second, ", speed) +
+         (speed < slowest
+              ? "slower than in any solid: is youngs_modulus in MPa beside a density in "
+                "kg/m^3? With lengths in m give Pa, with mm give t/mm^3"
+              : "faster than in any solid: is youngs_modulus in Pa beside a density in "
+                "t/mm^3? With lengths in mm give MPa, with m give kg/m^3");
 }
 
 }  // namespace
@@ -99,6 +125,60 @@ void warn_of_left_out_blocks(const Component& component, const std::string& bloc
                  ": left out: " + blocks +
                  ": only solids are used, and shells with a thickness (blocks.NAME.thickness); "
                  "these have no stiffness and no mass");
+  report.about(before);
+}
+
+std::map<std::string, std::string> block_provenance(
+    const Mesh& mesh, const std::vector<BlockProperties>& properties) {
+  std::map<std::string, std::string> p;
+  for (std::size_t b = 0; b < mesh.blocks.size(); ++b) {
+    if (!is_structure(mesh.blocks[b])) continue;
+    const Material& m = properties[b].material;
+    const std::string key = "block " + mesh.blocks[b].name + ": ";
+    for (const auto& [what, value] : material_provenance(m)) p[key + what] = value;
+    if (const double thickness = mesh.blocks[b].thickness; thickness > 0)
+      p[key + "thickness"] = number_text(thickness);
+    const ElementType type = mesh.blocks[b].type;
+    p[key + "element"] = type == ElementType::hex8 ? word_of(hex8_words, properties[b].hex8)
+                                                   : std::string(name(type));
+  }
+  if (const std::string blocks = left_out_blocks(mesh); !blocks.empty()) p["left_out"] = blocks;
+  return p;
+}
+
+void warn_of_blocks(const Component& component,
+                    const std::map<std::string, std::string>& provenance, Report& report) {
+  const auto text = [&](const std::string& key) {
+    const auto found = provenance.find(key);
+    return found == provenance.end() ? std::string() : found->second;
+  };
+  warn_of_left_out_blocks(component, text("left_out"), report);
+  BlocksByText odd_speeds, locking;
+  for (const auto& [key, element] : provenance) {
+    constexpr std::string_view begin = "block ", end = ": element";
+    if (!key.starts_with(begin) || !key.ends_with(end)) continue;
+    const std::string block = key.substr(0, key.size() - end.size()),
+                      name = block.substr(begin.size());
+    // of an orthotropic material "[...]", which is no number
+    const auto number = [&](const char* of) {
+      const std::string value = text(block + ": " + of);
+      return value.empty() || value.front() == '[' ? NAN : std::strtod(value.c_str(), nullptr);
+    };
+    const double speed = std::sqrt(number("youngs_modulus") / number("density"));
+    if (speed < slowest || speed > fastest) odd_speeds[speed_text(speed)].push_back(name);
+    const double ratio = number("poissons_ratio");
+    if (ratio > nearly_incompressible && locks(element))
+      locking[element + " locks at a Poisson's ratio of " + format_text("%.6g", ratio)].push_back(
+          name);
+  }
+  const std::string before = report.about();
+  report.about("component '" + component.name + "': ");
+  for (const auto& [what, blocks] : odd_speeds)
+    report.warning("block " + join(blocks) + ": waves travel at sqrt(E / rho) = " + what);
+  for (const auto& [what, blocks] : locking)
+    report.warning("block " + join(blocks) + ": " + what +
+                   ", so that the part is too stiff in bending: use element: hex8-incompatible or "
+                   "hex8-hourglass, or a mesh of hex20, hex27 or tet10");
   report.about(before);
 }
 

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Blocks of a mesh that no program computes with, shells without a thickness and beams: told by
-// all of them.
+// Blocks of a mesh as all programs tell of them: those that none computes with, shells without a
+// thickness and beams, and those whose material or elements can hardly be meant.
 #pragma once
 
+#include <map>
 #include <string>
+#include <vector>
 
 #include "common/app/report.hpp"
 #include "common/mesh/mesh.hpp"
@@ -21,5 +23,16 @@ std::string left_out_blocks(const Mesh& mesh);
 // Warns, by the component's name; `blocks`: as above, nothing is said when it is empty. InputError
 // when the scene names one.
 void warn_of_left_out_blocks(const Component& component, const std::string& blocks, Report& report);
+
+// Of each block its material and element by "block NAME: youngs_modulus", and "left_out": what
+// /provenance of a superelement has of its mesh.
+std::map<std::string, std::string> block_provenance(const Mesh& mesh,
+                                                    const std::vector<BlockProperties>& properties);
+
+// Warns of what /provenance, or block_provenance(), says of the blocks: those left out, a speed of
+// waves that no consistent units give, and elements that lock near incompressibility (isotropic
+// materials alone). InputError as above.
+void warn_of_blocks(const Component& component,
+                    const std::map<std::string, std::string>& provenance, Report& report);
 
 }  // namespace cbr

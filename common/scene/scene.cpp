@@ -125,6 +125,39 @@ bool reads_diagonal_form(const Scene& scene, const Component& component) {
   });
 }
 
+namespace {
+
+void add_load(const Load& load, InterfaceNeeds& needs) {
+  LoadKinds& kinds = needs.loaded[load.surface];
+  switch (load.kind) {
+    case Load::Kind::traction:
+    case Load::Kind::force:
+      kinds.forces = true;
+      break;
+    case Load::Kind::pressure:
+      kinds.pressure = true;
+      break;
+    case Load::Kind::moment:
+      kinds.moments = true;
+      break;
+    case Load::Kind::gravity:
+      break;
+  }
+}
+
+// Loads, links, masses and springs act on a point by forces and moments on its set.
+void add_points(const Component& component, InterfaceNeeds& needs, std::set<std::string>& held) {
+  for (const auto& [name, point] : component.points) {
+    if (point.rigid) {
+      held.insert(point.nodes);
+    } else {
+      needs.loaded[point.nodes] = {true, needs.loaded[point.nodes].pressure, true};
+    }
+  }
+}
+
+}  // namespace
+
 InterfaceNeeds interface_needs(const Scene& scene, const Component& component) {
   InterfaceNeeds needs;
   if (scene.file.empty() && component.reduction) {
@@ -152,8 +185,9 @@ InterfaceNeeds interface_needs(const Scene& scene, const Component& component) {
   }
   for (const BoundaryCondition& condition : scene.boundary)
     if (reduced.count(condition.instance) > 0) held.insert(condition.nodes);
-  if (!reduced.empty())
-    for (const auto& [name, point] : component.points) held.insert(point.nodes);
+  if (!reduced.empty()) add_points(component, needs, held);
+  for (const Load& load : scene.loads)
+    if (reduced.count(load.instance) > 0 && !load.on_point) add_load(load, needs);
   needs.held.assign(held.begin(), held.end());
   return needs;
 }

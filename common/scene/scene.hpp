@@ -31,11 +31,18 @@ struct SourceLine {
   std::string text() const;  // "impact.yaml:12"
 };
 
+// What acts on a set: forces along any axis (a traction, too), a pressure, moments.
+struct LoadKinds {
+  bool forces = false, pressure = false, moments = false;
+};
+
 // What a scene asks of a component's interface beside the component's own options.
 struct InterfaceNeeds {
   std::map<std::string, bool> touching;  // sidesets that contact names -> whether with friction
   std::optional<bool> all_touch = {};    // contact of all surfaces; with friction
-  std::vector<std::string> held = {};    // sets that boundary conditions hold, and tied surfaces
+  // sets that boundary conditions hold, tied surfaces, and sets that a point makes rigid
+  std::vector<std::string> held = {};
+  std::map<std::string, LoadKinds> loaded = {};  // sets of loads, and of points that are no nodes
 };
 
 // Basis characteristic: what stands for the interface's dofs.

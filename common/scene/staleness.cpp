@@ -17,19 +17,19 @@ namespace {
 
 using Provenance = std::map<std::string, std::string>;
 
-Provenance provenance_of(const Hdf5Reader& file) {
-  Provenance p;
-  if (!file.has("/provenance")) return p;
-  for (const auto& key : file.attributes("/provenance"))
-    if (file.is_string("/provenance", key)) p[key] = file.read_string("/provenance", key);
-  return p;
+// Keys of /provenance of what the scene asks of sets.
+const std::string needs_of = "needs ", all_sets = "needs of all";
+
+std::vector<std::string> words_in(const std::string& names) {
+  std::vector<std::string> words;
+  std::istringstream in(names);
+  for (std::string word; std::getline(in >> std::ws, word, ',');) words.push_back(word);
+  return words;
 }
 
 // A set's names stand in any order.
 std::string sorted(const std::string& names) {
-  std::vector<std::string> words;
-  std::istringstream in(names);
-  for (std::string word; std::getline(in >> std::ws, word, ',');) words.push_back(word);
+  std::vector<std::string> words = words_in(names);
   std::sort(words.begin(), words.end());
   return join(words);
 }
@@ -102,6 +102,14 @@ MassKind wanted_mass(const Component& component, const Provenance& file) {
 
 }  // namespace
 
+Provenance provenance_of(const Hdf5Reader& file) {
+  Provenance p;
+  if (!file.has("/provenance")) return p;
+  for (const auto& key : file.attributes("/provenance"))
+    if (file.is_string("/provenance", key)) p[key] = file.read_string("/provenance", key);
+  return p;
+}
+
 Provenance material_provenance(const Material& m) {
   const auto three = [](const Vector3& v) {
     return "[" + number_text(v[0]) + ", " + number_text(v[1]) + ", " + number_text(v[2]) + "]";
@@ -150,10 +158,66 @@ Provenance point_provenance(const Component& component) {
   return p;
 }
 
+Provenance needs_provenance(const InterfaceNeeds& needs) {
+  std::map<std::string, std::vector<std::string>> words;
+  if (needs.all_touch) words[all_sets] = {"contact"};
+  if (needs.all_touch.value_or(false)) words[all_sets].emplace_back("friction");
+  for (const auto& [set, slides] : needs.touching) {
+    words[needs_of + set].emplace_back("contact");
+    if (slides) words[needs_of + set].emplace_back("friction");
+  }
+  for (const std::string& set : needs.held) words[needs_of + set].emplace_back("held");
+  for (const auto& [set, kinds] : needs.loaded) {
+    if (kinds.forces) words[needs_of + set].emplace_back("forces");
+    if (kinds.pressure) words[needs_of + set].emplace_back("pressure");
+    if (kinds.moments) words[needs_of + set].emplace_back("moments");
+  }
+  Provenance p;
+  for (const auto& [key, of] : words) p[key] = join(of);
+  return p;
+}
+
+InterfaceNeeds needs_in(const Provenance& provenance) {
+  InterfaceNeeds needs;
+  for (const auto& [key, text] : provenance) {
+    const std::vector<std::string> words = words_in(text);
+    const auto has = [&](const char* word) {
+      return std::find(words.begin(), words.end(), word) != words.end();
+    };
+    if (key == all_sets) needs.all_touch = has("friction");
+    if (key == all_sets || !key.starts_with(needs_of)) continue;
+    const std::string set = key.substr(needs_of.size());
+    if (has("contact")) needs.touching[set] = has("friction");
+    if (has("held")) needs.held.push_back(set);
+    const LoadKinds kinds = {has("forces"), has("pressure"), has("moments")};
+    if (kinds.forces || kinds.pressure || kinds.moments) needs.loaded[set] = kinds;
+  }
+  return needs;
+}
+
+std::string missing_needs(const InterfaceNeeds& of_file, const InterfaceNeeds& of_scene) {
+  const Provenance file = needs_provenance(of_file);
+  std::vector<std::string> missing;
+  for (const auto& [key, text] : needs_provenance(of_scene)) {
+    const std::vector<std::string> there = words_in(value(file, key));
+    std::vector<std::string> lacks;
+    for (const std::string& word : words_in(text))
+      if (std::find(there.begin(), there.end(), word) == there.end()) lacks.push_back(word);
+    const std::string set = key == all_sets ? "all surfaces" : key.substr(needs_of.size());
+    if (!lacks.empty()) missing.push_back(set + " (" + join(lacks) + ")");
+  }
+  return join(missing);
+}
+
 std::string stale_text(const Scene& scene, const Component& component) try {
   const Hdf5Reader reader(component.reduction->superelement);
-  const Provenance file = provenance_of(reader),
-                   now = option_provenance(component, wanted_mass(component, file));
+  const Provenance file = provenance_of(reader);
+  Provenance now = option_provenance(component, wanted_mass(component, file));
+  const bool tells_needs = std::any_of(file.begin(), file.end(), [](const auto& item) {
+    return item.first.starts_with(needs_of);
+  });
+  if (tells_needs && component.reduction->is_characteristic())
+    now.merge(needs_provenance(interface_needs(scene, component)));
   if (file.empty()) return "the file does not tell what it was made from";
   Differences differences;
   if (reader.has_attribute("/", "basis"))
@@ -167,7 +231,7 @@ std::string stale_text(const Scene& scene, const Component& component) try {
   for (const auto& [key, in_scene] : now)
     if (file.count(key) == 0) differences.add(key, "", in_scene);
   compare_blocks(scene, component, file, differences);
-  return differences.text().empty() ? "what contact and supports ask of its interface has changed"
+  return differences.text().empty() ? "what contact, supports and loads ask of its interface has changed"
                                     : differences.text();
 } catch (const InputError&) {
   return "the file cannot be read";

@@ -6,9 +6,13 @@
 #include <map>
 #include <string>
 
+#include "common/files/hdf5_file.hpp"
 #include "common/scene/scene.hpp"
 
 namespace cbr {
+
+// The words of /provenance; none without it.
+std::map<std::string, std::string> provenance_of(const Hdf5Reader& superelement);
 
 // The mass and the component's reduction options by the names that /provenance has.
 std::map<std::string, std::string> option_provenance(const Component& component, MassKind mass);
@@ -20,9 +24,22 @@ std::map<std::string, std::string> material_provenance(const Material& material)
 // Precondition: the component has a reduction.
 std::map<std::string, std::string> point_provenance(const Component& component);
 
+// Of basis characteristic, what the scene asks of each set: "needs patch" and "forces, pressure";
+// of contact of all surfaces "needs of all". The second is the way back from /provenance.
+std::map<std::string, std::string> needs_provenance(const InterfaceNeeds& needs);
+InterfaceNeeds needs_in(const std::map<std::string, std::string>& provenance);
+
+// "patch (forces), low (friction)": what the scene asks and the file was not made for; empty: all is
+// there.
+std::string missing_needs(const InterfaceNeeds& of_file, const InterfaceNeeds& of_scene);
+
+// The hash of the component for a scene that asks this of its interface.
+std::string content_hash(const Scene& scene, const Component& component,
+                         const InterfaceNeeds& needs);
+
 // What /provenance of the component's superelement says otherwise than the scene, as "modes: 40 in
-// the file, 41 in the scene"; differences are joined by "; ". When there is none: that what contact
-// and supports ask of the interface has changed. Precondition: the component has a reduction.
+// the file, 41 in the scene"; differences are joined by "; ". When there is none: that what contact,
+// supports and loads ask of the interface has changed. Precondition: the component has a reduction.
 std::string stale_text(const Scene& scene, const Component& component);
 
 // Whether /provenance of the component's superelement names another mass than the scene wants of

@@ -57,6 +57,27 @@ std::vector<TouchingSurface> touching_surfaces(const InterfaceNeeds& needs, cons
   return touching;
 }
 
+std::map<std::string, LoadKinds> loads_beside_statics(const CharacteristicOptions& options,
+                                                      const InterfaceNeeds& needs) {
+  const auto has = [](const std::vector<std::string>& names, const std::string& name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+  };
+  std::map<std::string, LoadKinds> loads;
+  for (const auto& [name, kinds] : needs.loaded) {
+    if (has(options.keep, name) || has(needs.held, name)) continue;
+    const auto found = needs.touching.find(name);
+    const bool is_named = found != needs.touching.end() || needs.all_touch,
+               touches = !options.no_statics &&
+                         (options.statics.empty() ? is_named : has(options.statics, name)),
+               slides = options.shear || needs.all_touch.value_or(false) ||
+                        (found != needs.touching.end() && found->second);
+    if (touches && slides) continue;
+    const LoadKinds left = {kinds.forces, kinds.pressure && !touches, kinds.moments};
+    if (left.forces || left.pressure || left.moments) loads[name] = left;
+  }
+  return loads;
+}
+
 NodeAreas node_areas(const Superelement& s, const Surface& surface) {
   NodeAreas areas;
   areas.node = surface_nodes(surface);

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The forces that contact may put on a superelement's nodes, whose static answer is kept in full.
+// The forces that a scene may put on a superelement's nodes, whose static answer is kept.
 #pragma once
 
+#include <map>
+#include <string>
 #include <vector>
 
 #include "common/scene/scene.hpp"
@@ -19,6 +21,11 @@ struct TouchingSurface {
 // a set that is none. `everywhere`: in all directions whatever the contact is.
 std::vector<TouchingSurface> touching_surfaces(const InterfaceNeeds& needs, const Superelement& s,
                                                bool everywhere = false);
+
+// Of the scene's loads on the interface those that neither kept nodes nor the statics of faces that
+// touch answer already, as far as the names of sets tell.
+std::map<std::string, LoadKinds> loads_beside_statics(const CharacteristicOptions& options,
+                                                      const InterfaceNeeds& needs);
 
 // Area vectors of a surface's nodes, outward: of each the shares of its faces' area vectors, by
 // their corners.

@@ -260,7 +260,8 @@ FewShapesEstimate few_shapes_estimate(const CharacteristicOptions& options,
   const auto n_pressed = static_cast<Index>(pressed_surfaces(options, is_kept, interface).size());
   const Index rigid = std::min<Index>(6, c - kept);
   few.n_static = static_forces(options, interface).size();
-  few.n_shapes = rigid + n_shapes(options, c - kept - rigid) + kept + options.patterns * n_pressed;
+  few.n_shapes = rigid + n_shapes(options, c - kept - rigid) + kept + options.patterns * n_pressed +
+                 load_columns(options, is_kept, interface).cols();
   few.is_sparse = few_enough(options, one_part, d.n_interior_dofs, interface);
   if (!few.is_sparse) return few;
   const double n_ratio = (d.n_interior() + d.c()) / d.n_interior();

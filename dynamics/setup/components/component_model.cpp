@@ -24,13 +24,14 @@ std::string scene_argument(const Scene& scene) {
   return scene.file == "-" ? "SCENE" : scene.file.string();
 }
 
-// Whether the file was made for friction where the scene has none: it keeps statics in all
-// directions, and so those along the normals.
-bool is_made_for_friction(Scene scene, const Component& component, const std::string& hash) {
+// Whether the file was made for a scene that asks the same of its interface, and more: friction
+// where this one has none, loads on other sets.
+bool is_made_for_more(const Scene& scene, const Component& component, const std::string& hash) {
   if (!component.reduction->is_characteristic()) return false;
-  for (ContactOptions& contact : scene.contact)
-    if (!contact.tied) contact.friction = 1;
-  return hash == content_hash(scene, component);
+  const InterfaceNeeds of_file =
+      needs_in(provenance_of(Hdf5Reader(component.reduction->superelement)));
+  return missing_needs(of_file, interface_needs(scene, component)).empty() &&
+         hash == content_hash(scene, component, of_file);
 }
 
 void require_current(const Scene& scene, const Component& component,
@@ -45,7 +46,7 @@ void require_current(const Scene& scene, const Component& component,
   // says what is wrong with a damaged or foreign file
   if (hash.empty()) read_superelement(reduction.superelement);
   const bool is_made_for_scene =
-      hash == content_hash(scene, component) || is_made_for_friction(scene, component, hash);
+      hash == content_hash(scene, component) || is_made_for_more(scene, component, hash);
   if (!is_made_for_scene || is_of_other_mass(component))
     throw InputError(where +
                      " was not made from the present mesh, materials and reduction options (" +
@@ -166,12 +167,6 @@ HalfBy half_by(const ReductionOptions& reduction) {
   return by_frequency ? HalfBy::frequency : HalfBy::participation;
 }
 
-// What cbr-reduce noted of blocks that it did not compute with.
-std::string left_out_in(const std::map<std::string, std::string>& provenance) {
-  const auto found = provenance.find("left_out");
-  return found == provenance.end() ? "" : found->second;
-}
-
 ReducedComponent of_one(const SceneIndex& index, const Component& component,
                         const BuildOptions& options) {
   const std::filesystem::path& file = component.reduction->superelement;
@@ -183,7 +178,7 @@ ReducedComponent of_one(const SceneIndex& index, const Component& component,
   geometry.rotations = rotations;
   reduced.geometry = geometry_in(component, std::move(geometry));
   reduced.rigid_body = superelement->rigid_body;
-  reduced.left_out = left_out_in(superelement->provenance);
+  reduced.provenance = superelement->provenance;
   std::vector<Index> node;
   for (Index i = 0; i < superelement->coordinates.rows(); ++i) node.push_back(i);
   add_part(superelement, std::move(node), reduced);
@@ -220,7 +215,7 @@ ReducedComponent of_group(const SceneIndex& index, const Component& component,
   reduced.geometry = geometry_in(component, geometry_of(nodes, group));
   reduced.rigid_body = group.rigid_body;
   reduced.conditioning = group.conditioning;
-  reduced.left_out = left_out_in(group.provenance);
+  reduced.provenance = group.provenance;
   for (const Superelement& domain : group.domains) reduced.n_modal += domain.k();
   reduced.n_dofs = reduced.n_modal + 3 * nodes.coordinates.rows();
   const bool stored = !options.half_modes && stores_diagonal_form(file);
@@ -338,6 +333,21 @@ void check_reduced(const Scene& scene, const Component& component, Report& repor
                                          : geometry_of(read_superelement(file, light))));
 }
 
+// Of a file that stands alone: nobody has compared what it was made for.
+void warn_of_missing_statics(const Scene& scene, const Component& component,
+                             const ReducedComponent& reduced, Report& report) {
+  if (component.has_mesh || !reduced.superelement || !reduced.superelement->is_characteristic())
+    return;
+  const std::string missing =
+      missing_needs(needs_in(reduced.provenance), interface_needs(scene, component));
+  if (missing.empty()) return;
+  report.warning("component '" + component.name + "': " +
+                 component.reduction->superelement.string() + " was not made for what acts on " +
+                 missing +
+                 ", where it may be too stiff: have cbr-reduce reduce its mesh with a scene that "
+                 "acts there, or use basis: craig-bampton");
+}
+
 ReducedComponent read_reduced(const SceneIndex& index, const Component& component,
                               const BuildOptions& options, Report& report) {
   ReducedComponent reduced;
@@ -348,9 +358,10 @@ ReducedComponent read_reduced(const SceneIndex& index, const Component& componen
                   : of_one(index, component, options);
   }
   if (!options.half_modes) {
-    warn_of_left_out_blocks(component, reduced.left_out, report);
+    warn_of_blocks(component, reduced.provenance, report);
     tell_conditioning(component, reduced, report);
   }
+  warn_of_missing_statics(index.scene(), component, reduced, report);
   refuse_shells_with_points(index.scene(), reduced);
   const std::string file = component.reduction->superelement.string();
   if (reduced.superelement && is_held_inside(*reduced.superelement))
@@ -403,7 +414,7 @@ MeshedComponent read_meshed(const SceneIndex& index, const Component& component,
   }
   const auto phase = report.phase("setup");
   meshed.properties = block_properties(scene, component, *meshed.mesh);
-  warn_of_left_out_blocks(component, left_out_blocks(*meshed.mesh), report);
+  warn_of_blocks(component, block_provenance(*meshed.mesh, meshed.properties), report);
   const auto assembled = [&](MassKind mass) {
     return std::make_shared<FiniteElementModel>(
         naming(component.mesh, [&] { return assemble(*meshed.mesh, meshed.properties, mass); }));

@@ -65,8 +65,7 @@ struct ReducedComponent {
   // `form`.
   std::shared_ptr<const StaticsForm> statics;
   RigidBody rigid_body;
-  // blocks of the mesh that cbr-reduce did not compute with
-  std::string left_out;
+  std::map<std::string, std::string> provenance;  // of the file
   // of the domains together; that of a superelement, or a domain, is in `parts`
   std::optional<Conditioning> conditioning;
   Index n_modal = 0, n_dofs = 0;

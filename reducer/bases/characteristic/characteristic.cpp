@@ -24,6 +24,18 @@ constexpr const char* the_shapes = "the interface's shapes";
 
 [[noreturn]] void fail(const std::string& what) { throw InputError("characteristic." + what); }
 
+// Who keeps nodes: "characteristic.keep (left), and what the scene holds, ties or makes rigid
+// (right)".
+std::string keepers(const CharacteristicOptions& options) {
+  std::string text;
+  if (!options.keep.empty()) text = "characteristic.keep (" + join(options.keep) + ")";
+  if (!options.needs.held.empty())
+    text += (text.empty() ? "" : ", and ") +
+            std::string("what the scene holds, ties or makes rigid (") + join(options.needs.held) +
+            ")";
+  return text;
+}
+
 // Dofs of the kept nodes, and the others.
 std::pair<std::vector<Index>, std::vector<Index>> split(const Superelement& s,
                                                         const std::vector<char>& is_kept) {
@@ -77,24 +89,26 @@ void follow_rigid_motions(const Matrix& R_a, const Matrix& R_b, Matrix& Psi) {
 
 // Of what is not kept, as Craig-Bampton's interior of the interface: [I 0; -K_bb^-1 K_ba X], K_bb X
 // = M_bb X mu   (c x (a + modes))
-Matrix shapes_beside_kept(const Superelement& s, Index modes, const std::vector<Index>& a,
-                          const std::vector<Index>& b, const Matrix& R,
+Matrix shapes_beside_kept(const Superelement& s, const CharacteristicOptions& options,
+                          const std::vector<Index>& a, const std::vector<Index>& b, const Matrix& R,
                           CharacteristicFigures& figures) {
   const auto n_a = static_cast<Index>(a.size()), n_b = static_cast<Index>(b.size());
+  const Index modes = n_shapes(options, n_b);
   figures.n_kept = n_a;
   figures.n_modes = modes;
   if (n_b == 0)
-    fail(
-        "keep and the scene's supports name all of the interface, so that nothing is left to "
-        "reduce: use basis: craig-bampton");
+    throw InputError(
+        "basis: characteristic: nothing is left to reduce: every node of the interface is kept "
+        "by " +
+        keepers(options) + ": use basis: craig-bampton");
   require_fewer(modes, n_b);
   Matrix K = s.K_cc(b, b);
   const Matrix K_bb = K;
   const double stiffest = K.diagonal().maxCoeff();
   if (!dense_cholesky(K) || K.diagonal().cwiseAbs2().minCoeff() < 1e-13 * stiffest)
-    fail(
-        "keep: the nodes that are kept do not hold the others: keep three or more that are not on "
-        "one line, of each part");
+    throw InputError("basis: characteristic: the nodes that are kept by " + keepers(options) +
+                     " do not hold the others: keep three or more that are not on one line, of "
+                     "each part (characteristic.keep)");
   Matrix Psi = -s.K_cc(b, a);
   solve_cholesky(K, Psi);
   follow_rigid_motions(R(a, Eigen::all), R(b, Eigen::all), Psi);
@@ -110,6 +124,16 @@ Matrix shapes_beside_kept(const Superelement& s, Index modes, const std::vector<
   figures.highest = std::sqrt(std::max(pairs.lambda(modes - 1), 0.0));
   T(b, Eigen::lastN(modes)) = pairs.Phi;
   return T;
+}
+
+// Static answers to loads (c x m) with the kept nodes held, which move as T has it.
+Matrix answers_beside_kept(const Superelement& s, const std::vector<Index>& b,
+                           const Matrix& loads) {
+  Matrix K = s.K_cc(b, b), of_b = loads(b, Eigen::all), answers = Matrix::Zero(s.c(), loads.cols());
+  if (!dense_cholesky(K)) return answers;  // which shapes_beside_kept() has refused
+  solve_cholesky(K, of_b);
+  answers(b, Eigen::all) = of_b;
+  return answers;
 }
 
 // Static responses of a free interface, loads being balanced by the inertia of its rigid motions R,
@@ -171,6 +195,7 @@ Index append(const Matrix& M, const Matrix& U, Matrix& T) {
   for (Index j = 0; j < U.cols(); ++j) {
     Vector u = U.col(j);
     const double length = std::sqrt(u.dot(M * u));
+    if (!(length > 0)) continue;
     u /= length;
     for (int pass = 0; pass < 2; ++pass) u -= Q * (Q.transpose() * (M * u));
     const double left = std::sqrt(u.dot(M * u));
@@ -232,6 +257,12 @@ void add_patterns(const Surface& surface, const CharacteristicOptions& options,
   };
   figures.left =
       std::max(figures.left, weighed(compliance_left(statics, all, T, f)) / weighed(all));
+}
+
+// inertia_of() as far as the fixed-interface modes have it: their share of P_I^T K_II^-1 P_I of R.
+Matrix inertia_in_modes(const Superelement& s, const Matrix& R) {
+  const Matrix pushed = s.M_kc * R;
+  return pushed.transpose() * s.eigenvalues.cwiseInverse().asDiagonal() * pushed;
 }
 
 // Superelement in the coordinates [k; those of T], which stand in the place of the interface's
@@ -329,18 +360,26 @@ CharacteristicFigures make_characteristic(const CharacteristicOptions& options,
   orthonormalise(s.M_cc, R, the_shapes);
   const std::vector<char> is_kept = kept_nodes(options, s);
   const auto [kept, others] = split(s, is_kept);
-  Matrix T = kept.empty()
-                 ? shapes_of_all(s, n_shapes(options, s.c() - R.cols()), R, figures)
-                 : shapes_beside_kept(s, n_shapes(options, static_cast<Index>(others.size())), kept,
-                                      others, R, figures);
+  Matrix T = kept.empty() ? shapes_of_all(s, n_shapes(options, s.c() - R.cols()), R, figures)
+                          : shapes_beside_kept(s, options, kept, others, R, figures);
   const std::vector<const Surface*> pressed = pressed_surfaces(options, is_kept, s);
   StaticShare& share = s.characteristic.statics = static_forces(options, s);
+  figures.bare = sets_without_statics(options, is_kept, s);
+  const Matrix loads = load_columns(options, is_kept, s);
   Matrix compliance;
-  if (!pressed.empty() || !share.empty()) {
+  if (!pressed.empty() || !share.empty() || loads.cols() > 0) {
     const Statics statics(s, R);
     for (const Surface* surface : pressed) add_patterns(*surface, options, statics, s, T, figures);
+    const Matrix answers = kept.empty() ? statics.solve(statics.in_equilibrium(loads))
+                                        : answers_beside_kept(s, others, loads);
+    figures.n_loads = append(s.M_cc, answers, T);
+    figures.n_dropped += loads.cols() - figures.n_loads;
+    // A load's answer has the interior's strain under inertia from fixed-interface modes alone.
+    // Forces of contact that are in balance with it take the same, so that the two cancel.
     if (!share.empty())
-      compliance = statics.compliance(forces_on_dofs(share, s), inertia_of(inertia, R));
+      compliance =
+          statics.compliance(forces_on_dofs(share, s),
+                             figures.n_loads > 0 ? inertia_in_modes(s, R) : inertia_of(inertia, R));
   }
   Superelement t = in_shapes(s, T);
   figures.mass = reduced_mass_condition(t);

@@ -26,7 +26,9 @@ struct CharacteristicFigures {
   Index n_kept = 0;         // dofs of kept nodes
   // responses to patterns, and those that the others span already
   Index n_patterns = 0, n_dropped = 0;
-  double highest = 0;  // rad/s, of the last characteristic mode
+  Index n_loads = 0;              // responses to the scene's loads
+  std::vector<std::string> bare;  // sets_without_statics()
+  double highest = 0;             // rad/s, of the last characteristic mode
   double left = 0;  // share of a pressure surface's compliance, its trace, that the basis does not
                     // have; the largest of the surfaces
   ConditionNumbers mass;  // of the shapes' reduced mass

@@ -82,6 +82,13 @@ SparseMatrix loads_of(const StaticShare& forces, const Partition& p, Index n_dof
   return B;
 }
 
+// Rows of the interface's dofs at their places in the component   (N x columns)
+Matrix of_component(const Matrix& B, const Partition& p, const Superelement& s, Index n_dofs) {
+  Matrix all = Matrix::Zero(n_dofs, B.cols());
+  for (Index i = 0; i < B.rows(); ++i) all.row(dof_in_component(p, s, i)) = B.row(i);
+  return all;
+}
+
 std::vector<Index> kept_dofs(const CharacteristicOptions& options, const Superelement& s) {
   const std::vector<char> is_kept = kept_nodes(options, s);
   std::vector<Index> dofs;
@@ -223,11 +230,19 @@ std::optional<FreeShapes> free_shapes(const CharacteristicOptions& options,
   shapes.n_modes = m;
   shapes.n_kept = static_cast<Index>(kept.size());
   shapes.n_patterns = uniform.cols();
-  shapes.U.resize(n, m + shapes.n_kept + shapes.n_patterns);
+  const std::vector<char> is_kept = kept_nodes(options, s);
+  shapes.bare = sets_without_statics(options, is_kept, s);
+  const Matrix loads = load_columns(options, is_kept, s);
+  shapes.n_loads = loads.cols();
+  shapes.U.resize(n, m + shapes.n_kept + shapes.n_patterns + shapes.n_loads);
   shapes.U.leftCols(m) = modes.Phi.leftCols(m);
   if (shapes.n_kept > 0) shapes.U.middleCols(m, shapes.n_kept) = kept_shapes(solve, kept, n);
-  if (shapes.n_patterns > 0) shapes.U.rightCols(shapes.n_patterns) = solve(uniform);
-  if (!forces.empty()) shapes.compliance = solve.compliance(loads_of(forces, p, n));
+  if (shapes.n_patterns > 0)
+    shapes.U.middleCols(m + shapes.n_kept, shapes.n_patterns) = solve(uniform);
+  if (shapes.n_loads > 0) shapes.U.rightCols(shapes.n_loads) = solve(of_component(loads, p, s, n));
+  const SparseMatrix B = loads_of(forces, p, n);
+  if (!forces.empty()) shapes.compliance = solve.compliance(B);
+  if (shapes.n_loads > 0) shapes.pushed = B.transpose() * shapes.N;
   report.end_progress();
   if (shapes.lambda.size() > 0 && !(shapes.lambda(0) > 0)) return {};
   return shapes;
@@ -245,6 +260,10 @@ void follow_statically(const Partition& p, const SparseCholesky& factor, FreeSha
   shapes.M_U(C, Eigen::all) = p.M_CC * U_C + p.M_IC.transpose() * U_I;
   shapes.M_U(I, Eigen::all) = p.M_II * U_I + p.M_IC * U_C;
   shapes.U(I, Eigen::all) = U_I;
+  if (shapes.n_loads > 0) {
+    const Matrix P_I = shapes.P(I, Eigen::all);
+    shapes.inertia = P_I.transpose() * factor.solve(P_I);
+  }
   const Matrix rigid = shapes.P.transpose() * shapes.U;
   shapes.U.noalias() -= shapes.N * rigid;
   shapes.M_U.noalias() -= shapes.P * rigid;
@@ -297,7 +316,13 @@ CharacteristicFigures take_free_shapes(const FreeShapes& shapes, const Vector& l
     interior->rightCols(e).noalias() += Phi * y.bottomRows(k);
   }
   StaticShare& share = s.characteristic.statics;
-  if (!share.empty()) share.F = compliance_that_is_left(shapes.compliance, share, n_rigid, s);
+  Matrix compliance = shapes.compliance;
+  // As make_characteristic(): strain under inertia as the fixed-interface modes have it
+  if (!share.empty() && shapes.n_loads > 0)
+    compliance -= shapes.pushed *
+                  (shapes.inertia - c * lambda.cwiseInverse().asDiagonal() * c.transpose()) *
+                  shapes.pushed.transpose();
+  if (!share.empty()) share.F = compliance_that_is_left(std::move(compliance), share, n_rigid, s);
   CharacteristicFigures figures;
   figures.n_fixed = k;
   figures.n_rigid = n_rigid;
@@ -305,6 +330,8 @@ CharacteristicFigures take_free_shapes(const FreeShapes& shapes, const Vector& l
   figures.n_kept = shapes.n_kept;
   figures.n_dropped = r + k - e;
   figures.n_patterns = shapes.n_patterns;
+  figures.n_loads = shapes.n_loads;
+  figures.bare = shapes.bare;
   figures.free_modes = true;
   if (shapes.n_modes > 0) figures.highest = std::sqrt(shapes.lambda(shapes.n_modes - 1));
   figures.mass = condition_of(M_kept);

@@ -21,7 +21,10 @@ struct FreeShapes {
   // ascending eigenvalues of the free component's elastic modes, some beyond those in U
   Vector lambda;
   Matrix compliance;  // s x s: B^T U_B of the static forces B, inertia in balance with them
-  Index n_modes = 0, n_kept = 0, n_patterns = 0;  // of the columns of U
+  Matrix pushed;      // s x 6, with loads: N^T B of these forces, transposed
+  Matrix inertia;     // 6 x 6, with loads: P_I^T K_II^-1 P_I, by follow_statically()
+  Index n_modes = 0, n_kept = 0, n_patterns = 0, n_loads = 0;  // of the columns of U
+  std::vector<std::string> bare;                               // sets_without_statics()
 };
 
 // Whether free_shapes() serves: a large interface, one part with an interior, few kept dofs, no
@@ -30,9 +33,9 @@ bool few_enough(const CharacteristicOptions& options, bool one_part, Index n_int
                 const Superelement& s);
 
 // Shapes: the `modes` lowest elastic modes of the free component (one more where the last has a
-// twin), unit displacements of kept dofs, answers to uniform pressures. p: whose interface s
-// describes; forces: of static_forces(). None when the stiffness lets more than rigid motions go
-// free. InputError: more modes than dofs. RunError: of the eigensolver.
+// twin), unit displacements of kept dofs, answers to uniform pressures and to the scene's loads. p:
+// whose interface s describes; forces: of static_forces(). None when the stiffness lets more than
+// rigid motions go free. InputError: more modes than dofs. RunError: of the eigensolver.
 std::optional<FreeShapes> free_shapes(const CharacteristicOptions& options,
                                       const FreeComponent& model, const FreeFactor& factor,
                                       const Partition& p, const StaticShare& forces,

@@ -9,6 +9,7 @@
 #include "common/base/error.hpp"
 #include "common/linalg/dense.hpp"
 #include "common/linalg/dense_factor.hpp"
+#include "common/mesh/face_weights.hpp"
 
 namespace cbr {
 namespace {
@@ -33,6 +34,37 @@ std::vector<std::string> set_names(const Superelement& s, bool nodesets) {
   throw InputError("characteristic." + key + ": the interface keeps no " + kind + " '" + name +
                    "'" + hint + (hint.empty() ? ", allowed: " : " allowed: ") +
                    (names.empty() ? "none" : join(names)));
+}
+
+// Of each node of s: its share of a force on the set, as loads_setup() of cbr-dyn has it.
+Vector weights_on(const Superelement& s, const std::string& name) {
+  if (const Surface* surface = find_surface(s, name)) return face_weights(*surface, s.coordinates);
+  Vector weights = Vector::Zero(s.coordinates.rows());
+  const auto set = s.nodesets.find(name);
+  if (set != s.nodesets.end()) weights(set->second).setOnes();
+  return weights;
+}
+
+// Forces at all nodes, for each kind of load on a set.
+std::vector<Points> load_forces(const Superelement& s, const std::string& name,
+                                const LoadKinds& kinds) {
+  std::vector<Points> loads;
+  const Vector weights = weights_on(s, name);
+  if (!(weights.sum() > 0)) return loads;
+  const Eigen::RowVector3d centre = weights.transpose() * s.coordinates / weights.sum();
+  for (Index axis = 0; axis < 3; ++axis) {
+    const Vector3 unit = Vector3::Unit(axis);
+    if (kinds.forces) loads.emplace_back(weights * unit.transpose());
+    if (!kinds.moments) continue;
+    Points forces(s.coordinates.rows(), 3);
+    for (Index i = 0; i < forces.rows(); ++i)
+      forces.row(i) =
+          weights(i) * unit.cross(Vector3((s.coordinates.row(i) - centre).transpose())).transpose();
+    loads.push_back(std::move(forces));
+  }
+  if (const Surface* surface = find_surface(s, name); surface != nullptr && kinds.pressure)
+    loads.push_back(face_normals(*surface, s.coordinates));
+  return loads;
 }
 
 // Nodes of a kept set; whether there is one.
@@ -82,6 +114,43 @@ StaticShare static_forces(const CharacteristicOptions& options, const Supereleme
   return options.no_statics
              ? StaticShare()
              : static_forces(touching_surfaces(options, s), kept_nodes(options, s), s);
+}
+
+Matrix load_columns(const CharacteristicOptions& options, const std::vector<char>& is_kept,
+                    const Superelement& s) {
+  std::vector<Points> loads;
+  std::vector<Index> nodes;
+  for (const auto& [name, kinds] : loads_beside_statics(options, options.needs)) {
+    if (!find_nodes(s, name, nodes)) continue;
+    if (std::all_of(nodes.begin(), nodes.end(),
+                    [&](Index node) { return is_kept[static_cast<std::size_t>(node)] != 0; }))
+      continue;
+    for (Points& forces : load_forces(s, name, kinds)) loads.push_back(std::move(forces));
+  }
+  Matrix B(s.c(), static_cast<Index>(loads.size()));
+  for (Index i = 0; i < s.c(); ++i)
+    for (std::size_t j = 0; j < loads.size(); ++j)
+      B(i, static_cast<Index>(j)) = loads[j](s.dof_node[static_cast<std::size_t>(i)],
+                                             s.dof_component[static_cast<std::size_t>(i)]);
+  return B;
+}
+
+std::vector<std::string> sets_without_statics(const CharacteristicOptions& options,
+                                              const std::vector<char>& is_kept,
+                                              const Superelement& s) {
+  std::vector<char> is_answered = is_kept;
+  for (const Index node : static_forces(options, s).node)
+    is_answered[static_cast<std::size_t>(node)] = 1;
+  const std::map<std::string, LoadKinds> loads = loads_beside_statics(options, options.needs);
+  std::vector<std::string> names;
+  std::vector<Index> nodes;
+  for (const std::string& name : set_names(s, true)) {
+    if (loads.count(name) > 0 || !find_nodes(s, name, nodes)) continue;
+    if (!std::all_of(nodes.begin(), nodes.end(),
+                     [&](Index node) { return is_answered[static_cast<std::size_t>(node)] != 0; }))
+      names.push_back(name);
+  }
+  return names;
 }
 
 Matrix along_forces(const StaticShare& forces, const Superelement& s, const Matrix& V) {

@@ -28,6 +28,16 @@ std::vector<char> kept_nodes(const CharacteristicOptions& options, const Superel
 // as nothing is left of theirs.
 StaticShare static_forces(const CharacteristicOptions& options, const Superelement& s);
 
+// The scene's loads that these and the kept nodes do not answer, on the interface's dofs: unit
+// tractions or forces along three axes, a pressure, moments about three axes   (c x loads)
+Matrix load_columns(const CharacteristicOptions& options, const std::vector<char>& is_kept,
+                    const Superelement& s);
+
+// Kept sets on which a force along some axis is answered by the few shapes alone.
+std::vector<std::string> sets_without_statics(const CharacteristicOptions& options,
+                                              const std::vector<char>& is_kept,
+                                              const Superelement& s);
+
 // B (c x s): column i is force i on the interface's dofs.
 Matrix forces_on_dofs(const StaticShare& forces, const Superelement& s);
 // B^T V for V (c x n)   (s x n)

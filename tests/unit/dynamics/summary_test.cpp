@@ -64,6 +64,38 @@ TEST_F(Summary, SaysBeforeTheStepsWhatIsToBeDone) {
   EXPECT_LT(text.find("instance left"), text.find("steps: 100")) << text;
 }
 
+// Of basis characteristic; nobody reduces such a file again when the scene changes.
+TEST_F(Summary, AFileAloneThatWasMadeForLessIsWarnedOf) {
+  const auto file = folder_.folder() / "alone.yaml";
+  const std::string materials =
+      "materials: {soft: {youngs_modulus: 1.0e4, poissons_ratio: 0.25, density: 1}}\n";
+  const auto warned = [&](const std::string& loads, const std::string& components, bool reduces) {
+    std::ofstream(file) << materials << "components: {block: {" << components
+                        << "}}\ninstances: {b: {component: block}}\nloads: [" << loads
+                        << "]\ntime: {end: 1.0e-3}\n";
+    Report report("cbr-dyn", Verbosity::quiet);
+    ReduceCommand command;
+    command.input = file.string();
+    if (reduces)
+      run_reduce(command, nullptr, report);
+    else
+      run_scene(file.string(), folder_.folder() / "r.h5", report);
+    return join(report.warnings());
+  };
+  const std::string load = "{instance: b, surface: x_max, traction: [1, 0, 0]}",
+                    mesh =
+                        "mesh: block.exo, material: soft, reduction: {basis: characteristic, "
+                        "interface: [x_min, x_max], modes: 6, superelement: alone.cbr.h5}",
+                    alone = "superelement: alone.cbr.h5", words = "was not made for what acts on ";
+  warned("", mesh, true);
+  const std::string text = warned(load, alone, false);
+  EXPECT_TRUE(has(text, words + "x_max (forces)")) << text;
+  EXPECT_FALSE(has(warned("", alone, false), words));
+  warned(load, mesh, true);
+  EXPECT_FALSE(has(warned(load, alone, false), words));
+  EXPECT_FALSE(has(warned("", mesh, false), "stale"));  // made for more: it is taken
+}
+
 TEST_F(Summary, StaticsBeyondSmallStrainsAreWarnedOf) {
   const auto statics = [&](const std::string& as, double traction) {
     return said("instances: {b: {component: block, as: " + as +

@@ -54,12 +54,24 @@ class Words : public testing::Test {
     return path("scene.yaml");
   }
 
-  static void reduce(const std::string& input) {
+  // The warnings.
+  static std::string reduce(const std::string& input) {
     ReduceCommand command;
     command.input = input;
     Report report("cbr-reduce", Verbosity::quiet);
     std::ostringstream scene;
     run_reduce(command, &scene, report);
+    return join(report.warnings());
+  }
+
+  // The first warning of materials and elements of a block of an element, of a material.
+  std::string warned_of(const std::string& element, const std::string& material) const {
+    std::ofstream(path("material.yaml"))
+        << "materials: {m: {" << material
+        << "}}\ncomponents:\n  box: {mesh: box.msh, material: m, element: " << element
+        << ", reduction: {interface: [x_max], modes: 2}}\ninstances:\n  a: {component: box}\n";
+    const std::string text = reduce(path("material.yaml"));
+    return text.find("block solid: ") == std::string::npos ? "" : text;
   }
 
   static std::string refusal(const std::string& input) {
@@ -104,6 +116,36 @@ TEST_F(Words, ShellsAreNotedWithTheirCountAndRefusedWhereTheSceneNamesThem) {
     EXPECT_NE(text.find(part), std::string::npos) << text;
 }
 
+// From the mesh, and of a file that is up to date.
+TEST_F(Words, ElementsThatLockAreWarnedOfNearIncompressibility) {
+  const std::string soft = "youngs_modulus: 1.0e6, density: 1000, poissons_ratio: ";
+  for (int time = 0; time < 2; ++time) {
+    const std::string text = warned_of("hex8", soft + "0.499");
+    for (const char* part : {"component 'box': ", "hex8 locks at a Poisson's ratio of 0.499",
+                             "hex8-hourglass", "tet10"})
+      EXPECT_NE(text.find(part), std::string::npos) << text;
+  }
+  EXPECT_EQ(warned_of("hex8", soft + "0.49"), "");
+  EXPECT_EQ(warned_of("hex8-incompatible", soft + "0.499"), "");
+  EXPECT_EQ(warned_of("hex8-hourglass", soft + "0.499"), "");
+}
+
+TEST_F(Words, WavesAsInNoSolidAreWarnedOfWithTheUnitsThatGiveThem) {
+  const auto of = [&](const std::string& E, const std::string& rho) {
+    return warned_of("hex8", "poissons_ratio: 0.3, youngs_modulus: " + E + ", density: " + rho);
+  };
+  const std::string slow = of("2.1e5", "7850"), fast = of("2.1e11", "7.85e-9");
+  EXPECT_NE(slow.find("sqrt(E / rho) = 5.17 length units a second, slower"), std::string::npos)
+      << slow;
+  EXPECT_NE(slow.find("MPa beside a density in kg/m^3"), std::string::npos) << slow;
+  EXPECT_NE(fast.find("5.17e+09 length units a second, faster"), std::string::npos) << fast;
+  EXPECT_EQ(of("2.1e11", "7850"), "");     // m, kg
+  EXPECT_EQ(of("2.1e5", "7.85e-9"), "");   // mm, t
+  EXPECT_EQ(of("2.1e8", "7.85e-6"), "");   // mm, kg
+  EXPECT_EQ(of("3.0e7", "7.3e-4"), "");    // inch, pound
+  EXPECT_EQ(of("1.22e6", "3.52e-9"), "");  // diamond, in mm
+}
+
 // gmsh's beams come as nodesets.
 TEST_F(Words, NodesetsOfNoSolidAreNotedLikeShells) {
   Mesh mesh = read_mesh(path("box.msh"));
@@ -122,6 +164,60 @@ TEST_F(Words, AStaleFileTellsWhichOptionDiffers) {
   const Scene other = read_scene(scene("box.msh", "4", "mass: consistent, "));
   EXPECT_EQ(stale_text(other, other.components.at("box")),
             "mass: lumped in the file, consistent in the scene");
+}
+
+// Of basis characteristic: what the scene does to its kept sets.
+class WordsOnStatics : public Words {
+ protected:
+  std::string loaded(const std::string& contact, const std::string& loads) const {
+    std::ofstream(path("statics.yaml"))
+        << "materials: {soft: {youngs_modulus: 1.0e6, poissons_ratio: 0.3, density: 2}}\n"
+           "components:\n  box: {mesh: box.msh, material: soft, reduction: {basis: characteristic, "
+           "interface: [x_min, x_max, y_max], modes: 4}}\ninstances:\n  a: {component: box}\n"
+           "walls: {w: {plane: {point: [0, 0, 0], normal: [1, 0, 0]}}}\n"
+           "contact: [{between: [a.x_min, w]" +
+               contact + "}]\nloads: [" + loads + "]\ntime: {end: 1.0}\n";
+    return path("statics.yaml");
+  }
+  static std::string said_of(const std::string& input) {
+    ReduceCommand command;
+    command.input = input;
+    testing::internal::CaptureStderr();
+    Report report("cbr-reduce", Verbosity::normal);
+    std::ostringstream scene;
+    run_reduce(command, &scene, report);
+    return testing::internal::GetCapturedStderr();
+  }
+  static std::string staleness_of(const std::string& input) {
+    const Scene now = read_scene(input);
+    return stale_text(now, now.components.at("box"));
+  }
+};
+
+TEST_F(WordsOnStatics, TheSummaryNamesKeptSetsWithoutStatics) {
+  const std::string load = "{instance: a, surface: x_max, traction: [1, 0, 0]}";
+  EXPECT_NE(said_of(loaded("", "")).find("no statics   x_max, y_max: "), std::string::npos);
+  const std::string text = said_of(loaded("", load));
+  EXPECT_NE(text.find("3 to the scene's loads"), std::string::npos) << text;
+  EXPECT_NE(text.find("no statics   y_max: "), std::string::npos) << text;
+}
+
+TEST_F(WordsOnStatics, AFileOfOtherLoadsIsStaleAndSaysWhich) {
+  const std::string load = "{instance: a, surface: x_max, traction: [1, 0, 0]}";
+  reduce(loaded("", ""));
+  EXPECT_EQ(staleness_of(loaded("", load)),
+            "needs x_max: not given in the file, forces in the scene");
+  EXPECT_EQ(staleness_of(loaded(", friction: 0.1", "")),
+            "needs x_min: contact in the file, contact, friction in the scene");
+  const Scene more = read_scene(loaded(", friction: 0.1", load)), less = read_scene(loaded("", ""));
+  const InterfaceNeeds of_more = interface_needs(more, more.components.at("box")),
+                       of_less = interface_needs(less, less.components.at("box"));
+  EXPECT_EQ(missing_needs(of_more, of_less), "");
+  EXPECT_EQ(missing_needs(of_less, of_more), "x_max (forces), x_min (friction)");
+  // There and back
+  EXPECT_EQ(needs_provenance(needs_in(needs_provenance(of_more))), needs_provenance(of_more));
+  EXPECT_EQ(content_hash(less, less.components.at("box"), of_more),
+            content_hash(more, more.components.at("box")));
 }
 
 TEST_F(Words, FilesOfOtherProgramsAreToldWhatToDoWith) {
