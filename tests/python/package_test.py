@@ -232,7 +232,7 @@ class Package(unittest.TestCase):
         assert drift is not None
         self.assertLess(float(drift.group(1)), 1e-10)
         self.assertNotIn("warnings", text)
-        self.assertNotIn("above: ", text)
+        self.assertIn("below 1e-10</td><td></td>", text)  # not marked
         copy = self.folder / "checked.h5"
         shutil.copy(self.runs["massless"].path, copy)
         with h5py.File(copy, "r+") as file:
