@@ -164,8 +164,10 @@ void warn_of_blocks(const Component& component,
       const std::string value = text(block + ": " + of);
       return value.empty() || value.front() == '[' ? NAN : std::strtod(value.c_str(), nullptr);
     };
-    const double speed = std::sqrt(number("youngs_modulus") / number("density"));
-    if (speed < slowest || speed > fastest) odd_speeds[speed_text(speed)].push_back(name);
+    // A density of 1 is that of quantities without units
+    const double density = number("density"), speed = std::sqrt(number("youngs_modulus") / density);
+    if (density != 1 && (speed < slowest || speed > fastest))
+      odd_speeds[speed_text(speed)].push_back(name);
     const double ratio = number("poissons_ratio");
     if (ratio > nearly_incompressible && locks(element))
       locking[element + " locks at a Poisson's ratio of " + format_text("%.6g", ratio)].push_back(

@@ -139,6 +139,7 @@ TEST_F(Words, WavesAsInNoSolidAreWarnedOfWithTheUnitsThatGiveThem) {
       << slow;
   EXPECT_NE(slow.find("MPa beside a density in kg/m^3"), std::string::npos) << slow;
   EXPECT_NE(fast.find("5.17e+09 length units a second, faster"), std::string::npos) << fast;
+  EXPECT_EQ(of("2", "1"), "");             // without units
   EXPECT_EQ(of("2.1e11", "7850"), "");     // m, kg
   EXPECT_EQ(of("2.1e5", "7.85e-9"), "");   // mm, t
   EXPECT_EQ(of("2.1e8", "7.85e-6"), "");   // mm, kg
