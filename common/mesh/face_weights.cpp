@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cmath>
+#include <vector>
 
 namespace cbr {
 namespace {
@@ -140,6 +141,20 @@ Points face_normals(const Surface& surface, const Points& coordinates) {
                    for (int i = 0; i < n; ++i) sum.row(nodes(i)) += shape.N[i] * area.transpose();
                  });
   return sum;
+}
+
+SparseMatrix face_mass(const Surface& surface, const Points& coordinates) {
+  std::vector<Eigen::Triplet<double, Index>> entries;
+  for_each_point(surface, coordinates,
+                 [&](const Shape& shape, int n, const auto& nodes, const Vector3& area) {
+                   for (int i = 0; i < n; ++i)
+                     for (int j = 0; j < n; ++j)
+                       entries.emplace_back(nodes(i), nodes(j),
+                                            shape.N[i] * shape.N[j] * area.norm());
+                 });
+  SparseMatrix M(coordinates.rows(), coordinates.rows());
+  M.setFromTriplets(entries.begin(), entries.end());
+  return M;
 }
 
 }  // namespace cbr

@@ -16,4 +16,8 @@ Vector face_weights(const Surface& surface, const Points& coordinates);
 // faces is the nodal forces -p x these.
 Points face_normals(const Surface& surface, const Points& coordinates);
 
+// Integral of N_i N_j over the surface (n_nodes x n_nodes, area units): M psi are the nodal forces
+// of a pressure whose values at the nodes are psi. Exact as above.
+SparseMatrix face_mass(const Surface& surface, const Points& coordinates);
+
 }  // namespace cbr

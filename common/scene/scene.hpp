@@ -264,6 +264,9 @@ struct ContactOptions {
   Enforcement enforcement = Enforcement::impulse;
   Formulation formulation = Formulation::node_face;
   double friction = 0;  // Coulomb's coefficient
+  // Key `pressures`: how many functions a face's contact has as unknowns. 0 (`nodes`): every node;
+  // not given (`auto`): as many as the face needs.
+  std::optional<Index> pressures;
   // penalty: share of the critical damping of the contact spring and the mass that it feels
   double damping = 0;
   bool tied = false;  // joined at the start, for good

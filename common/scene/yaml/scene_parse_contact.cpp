@@ -173,10 +173,21 @@ void parse_statics(const SceneMap& map, ContactOptions& contact) {
     overlap->fail("tied surfaces keep their distance, remove 'tied' or 'overlap'");
 }
 
+std::optional<Index> parse_pressures(const SceneNode& node) {
+  if (!node.is_scalar()) node.fail("expected auto, nodes, or a number of functions a face");
+  const std::string text = node.text();
+  if (text == "auto") return std::nullopt;
+  if (text == "nodes") return 0;
+  if (text.find_first_not_of("0123456789") != std::string::npos)
+    node.fail("found '" + text + "', expected auto, nodes, or a number of functions a face");
+  return node.index(1);
+}
+
 ContactOptions parse_one_contact(const SceneNode& node, const Scene& scene,
                                  const SceneNames& names) {
-  const SceneMap map = node.map({"between", "formulation", "enforcement", "friction", "damping",
-                                 "tied", "adjust", "pretension", "overlap"});
+  const SceneMap map =
+      node.map({"between", "formulation", "enforcement", "friction", "damping", "tied", "adjust",
+                "pretension", "overlap", "pressures"});
   ContactOptions contact;
   contact.source = node.source();
   parse_between(map.at("between"), scene, names, contact);
@@ -188,6 +199,8 @@ ContactOptions parse_one_contact(const SceneNode& node, const Scene& scene,
   if (const auto* damping = map.find("damping")) contact.damping = damping->not_negative();
   if (const auto* tied = map.find("tied")) contact.tied = tied->boolean();
   if (const auto* adjust = map.find("adjust")) contact.adjust = adjust->not_negative();
+  if (const auto* pressures = map.find("pressures"))
+    contact.pressures = parse_pressures(*pressures);
   parse_statics(map, contact);
   check_tied(map, contact);
   check_enforcement(map, contact);

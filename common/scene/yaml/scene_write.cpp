@@ -257,6 +257,8 @@ std::string contact_text(const ContactOptions& contact) {
   map.add("formulation", word_of(formulation_words, contact.formulation));
   map.add("enforcement", word_of(enforcement_words, contact.enforcement));
   map.add("friction", number_text(contact.friction)).add("damping", number_text(contact.damping));
+  if (contact.pressures)
+    map.add("pressures", *contact.pressures == 0 ? "nodes" : std::to_string(*contact.pressures));
   map.add("tied", contact.tied ? "true" : "false");
   if (contact.adjust) map.add("adjust", number_text(*contact.adjust));
   if (contact.pretension_force)

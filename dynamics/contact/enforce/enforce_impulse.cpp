@@ -268,17 +268,162 @@ double seen_residual(const ImpulseStep& step, const std::vector<ContactBody>& bo
   return violation <= round_off * reach ? 0 : step.residual;
 }
 
+// The last step's impulses of the unknowns that are there again.
+Vector guess_of(const ContactUnknowns& unknowns, const ImpulseMemory& memory) {
+  const std::vector<Index> first = first_rows(unknowns.laws),
+                           old_first = first_rows(memory.unknowns.laws);
+  Vector guess = Vector::Zero(first.back());
+  if (memory.x.size() != old_first.back()) return guess;
+  const auto& old = memory.unknowns.keys;
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < unknowns.keys.size(); ++i) {
+    // Both are in the order of searches, functions and points, so that most follow each other
+    const auto begin = old.begin() + static_cast<std::ptrdiff_t>(next);
+    const auto found = std::find(begin, old.end(), unknowns.keys[i]);
+    if (found == old.end()) continue;
+    next = static_cast<std::size_t>(found - old.begin());
+    const Index n = n_rows(unknowns.laws[i].law);
+    if (n_rows(memory.unknowns.laws[next].law) == n)
+      guess.segment(first[i], n) = memory.x.segment(old_first[next], n);
+    ++next;
+  }
+  return guess;
+}
+
+bool same_matrix(const SparseMatrix& a, const SparseMatrix& b) {
+  if (a.rows() != b.rows() || a.cols() != b.cols() || a.nonZeros() != b.nonZeros()) return false;
+  return std::equal(a.outerIndexPtr(), a.outerIndexPtr() + a.cols() + 1, b.outerIndexPtr()) &&
+         std::equal(a.innerIndexPtr(), a.innerIndexPtr() + a.nonZeros(), b.innerIndexPtr()) &&
+         std::equal(a.valuePtr(), a.valuePtr() + a.nonZeros(), b.valuePtr());
+}
+
+// A = N Y + E Z: shares of functions, and what single rows of points differ by from these.
+struct Decomposition {
+  std::vector<Index> rows;  // ascending, that E has a column for
+  SparseMatrix Y, Z;
+};
+
+Decomposition decompose(const ContactUnknowns& unknowns, const SparseMatrix& N) {
+  Decomposition of;
+  std::vector<Eigen::Triplet<double, Index>> shares, rest;
+  const auto add = [&](Index row, Index u, double value) {
+    if (value != 0) rest.emplace_back(row, u, value);
+  };
+  for (Index u = 0; u < unknowns.A.cols(); ++u) {
+    const Index column = unknowns.column[static_cast<std::size_t>(u)];
+    SparseMatrix::InnerIterator own(unknowns.A, u);
+    if (column < 0) {
+      for (; own; ++own) add(own.row(), u, own.value());
+      continue;
+    }
+    const double share = unknowns.share[u];
+    shares.emplace_back(column, u, share);
+    // What is cut off; the rest is the same number
+    for (SparseMatrix::InnerIterator whole(N, column); whole; ++whole) {
+      if (own && own.row() == whole.row()) {
+        ++own;
+      } else {
+        add(whole.row(), u, -share * whole.value());
+      }
+    }
+  }
+  for (const auto& entry : rest) of.rows.push_back(entry.row());
+  std::sort(of.rows.begin(), of.rows.end());
+  of.rows.erase(std::unique(of.rows.begin(), of.rows.end()), of.rows.end());
+  for (auto& entry : rest)
+    entry = {std::lower_bound(of.rows.begin(), of.rows.end(), entry.row()) - of.rows.begin(),
+             entry.col(), entry.value()};
+  of.Y.resize(N.cols(), unknowns.A.cols());
+  of.Y.setFromTriplets(shares.begin(), shares.end());
+  of.Z.resize(static_cast<Index>(of.rows.size()), unknowns.A.cols());
+  of.Z.setFromTriplets(rest.begin(), rest.end());
+  return of;
+}
+
+// A^T G S G^T A, from what is kept of all functions and from rows of single points.
+GapResponse response_of_unknowns(const ContactList& list, const std::vector<PointLaw>& laws,
+                                 const std::vector<ContactBody>& bodies,
+                                 const ContactUnknowns& unknowns, const Decomposition& of,
+                                 const ImpulseMemory& memory) {
+  GapResponse W;
+  W.dense = of.Y.transpose() * Matrix(memory.between * of.Y);
+  if (of.rows.empty()) return W;
+  std::vector<Eigen::Triplet<double, Index>> own;
+  for (std::size_t i = 0; i < of.rows.size(); ++i)
+    own.emplace_back(of.rows[i], static_cast<Index>(i), 1.0);
+  SparseMatrix E(unknowns.A.rows(), static_cast<Index>(of.rows.size()));
+  E.setFromTriplets(own.begin(), own.end());
+  const GapResponse single = gap_response(list, laws, bodies, &ContactBody::response, &E);
+  const Matrix beside = memory.answers(of.rows, Eigen::all) * of.Y;
+  const Matrix mixed = of.Z.transpose() * beside;
+  const Matrix among =
+      single.is_sparse ? Matrix(single.sparse * Matrix(of.Z)) : Matrix(single.dense * of.Z);
+  W.dense += mixed + mixed.transpose();
+  W.dense.noalias() += of.Z.transpose() * among;
+  W.dense = 0.5 * (W.dense + W.dense.transpose()).eval();
+  return W;
+}
+
+// Few unknowns: W is formed and factored whenever they change.
+EnforcementResult enforce_in_functions(const ContactList& list, const std::vector<PointLaw>& laws,
+                                       const std::vector<FunctionsOfSearch>& searches,
+                                       ContactUnknowns unknowns, double h,
+                                       std::vector<ContactBody>& bodies, ImpulseMemory& memory) {
+  const Vector g_points = pack(gaps(list), laws), g = unknowns.A.transpose() * g_points;
+  const Vector guess = guess_of(unknowns, memory);
+  const bool same_space = memory.solver && memory.h == h && memory.unknowns.reduced &&
+                          !any_turns(list, bodies) && same_laws(laws, memory.laws) &&
+                          same_rows(list, memory.rows, laws, same_row_tolerance);
+  if (!same_space) {
+    memory.rows = list;
+    memory.laws = laws;
+    memory.h = h;
+    memory.N = function_matrix(list, laws, searches);
+    memory.answers = gap_answers(list, laws, bodies, memory.N, memory.statics);
+    memory.between = memory.N.transpose() * memory.answers;
+    memory.keys.clear();
+    memory.defects.clear();
+    memory.extra = 0;
+  }
+  const Decomposition of = decompose(unknowns, memory.N);
+  if (!same_space || !same_laws(unknowns.laws, memory.unknowns.laws) ||
+      !same_matrix(unknowns.A, memory.unknowns.A)) {
+    memory.solver.emplace(response_of_unknowns(list, laws, bodies, unknowns, of, memory),
+                          unknowns.laws, false);
+    ++memory.n_formed;
+  }
+  const ContactSolution solution = memory.solver->solve(g, guess);
+  const Vector p = unknowns.A * solution.p;
+  Vector gap = g_points, rest = Vector::Zero(p.size());
+  rest(of.rows) = of.Z * solution.p;
+  const CombinedImpulses combined{memory.statics, of.Y * solution.p, std::move(rest)};
+  memory.moves.push(list, laws, p, bodies, &combined);
+  memory.moves.add_to_gaps(list, laws, gap);
+  memory.moves.give(bodies);
+  memory.unknowns = std::move(unknowns);
+  memory.x = solution.p;
+  EnforcementResult result{unpack(p, laws), unpack(gap, laws), solution.residual, solution.fallback,
+                           memory.unknowns.of_searches()};
+  spread_impulses(list, laws, result.p, bodies);
+  return result;
+}
+
 }  // namespace
 
 EnforcementResult enforce_impulse(const ContactList& list, const std::vector<PointLaw>& laws,
                                   const Points& guess, double h, std::vector<ContactBody>& bodies,
-                                  ImpulseMemory& memory) {
+                                  ImpulseMemory& memory,
+                                  const std::vector<FunctionsOfSearch>& searches) {
   if (stays_apart(list, laws)) {
     const Points none = Points::Zero(static_cast<Index>(laws.size()), 3);
     return {none, unpack(pack(gaps(list), laws), laws), 0, false};
   }
+  ContactUnknowns unknowns = choose_unknowns(list, laws, searches);
+  if (unknowns.reduced)
+    return enforce_in_functions(list, laws, searches, std::move(unknowns), h, bodies, memory);
   ImpulseStep step{list, laws, pack(gaps(list), laws), pack(guess, laws), {}, {}, 0, false, false};
-  const bool stands = memory.solver && memory.h == h;
+  const bool stands = memory.solver && memory.h == h && !memory.unknowns.reduced;
+  memory.unknowns = ContactUnknowns();
   if (stands && !any_turns(list, bodies) && same_laws(laws, memory.laws) &&
       same_rows(list, memory.rows, laws, same_row_tolerance)) {
     if (!solve_by_moves(step, bodies, memory)) solve_exactly(step, bodies, memory);

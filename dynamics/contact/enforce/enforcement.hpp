@@ -9,6 +9,7 @@
 #include <optional>
 #include <vector>
 
+#include "dynamics/contact/enforce/contact_unknowns.hpp"
 #include "dynamics/contact/response/body_moves.hpp"
 #include "dynamics/contact/solve/contact_solver.hpp"
 #include "dynamics/contact/solve/defect_model.hpp"
@@ -24,6 +25,8 @@ struct EnforcementResult {
   // of the laws, see ContactSolution; infinite: magnitudes beyond a double's reach, p = 0
   double residual = 0;
   bool fallback = false;
+  // Of impulse with functions, by search: functions and points that could have an impulse
+  std::vector<Index> n_unknowns = {};
 };
 
 // Where a row of W_0 belongs: the slave's slot, which of its points, and between which bodies.
@@ -57,6 +60,12 @@ struct ImpulseMemory {
   // So far: times that W was formed, or points were added to or taken from it; corrected steps, and
   // their products
   Index n_formed = 0, n_changed = 0, n_steps = 0, n_pushes = 0;
+  ContactUnknowns unknowns;  // of the last step in which there were fewer than points
+  Vector x;                  // their impulses
+  // Of `rows`: all functions, what the points' gaps answer them with, G S G^T N, and N^T of that
+  SparseMatrix N;
+  Matrix answers, between;
+  StaticAnswers statics;
 };
 
 // `impulse`: 0 <= p, 0 <= g_end, p . g_end = 0 with g_end = g + W p the gap at the END of the step
@@ -66,10 +75,12 @@ struct ImpulseMemory {
 // EnforcementResult::p). W and its factor are kept while the rows of G stand. A dense W is kept
 // also while they change little: with W_0 in its place the impulses leave a defect (W - W_0) p,
 // which products with the bodies' own responses tell and the next solution takes into g, until the
-// laws hold with W.
+// laws hold with W. `searches`: with functions, which are the unknowns where cells close
+// (contact_unknowns.hpp): the laws hold for these, and gaps of single points differ from 0.
 EnforcementResult enforce_impulse(const ContactList& list, const std::vector<PointLaw>& laws,
                                   const Points& guess, double h, std::vector<ContactBody>& bodies,
-                                  ImpulseMemory& memory);
+                                  ImpulseMemory& memory,
+                                  const std::vector<FunctionsOfSearch>& searches = {});
 
 // Newmark's contact closes gaps at the end of a step and would leave velocities of either sign
 // there, which go on from step to step. So the velocities obey a law of their own: of the points

@@ -25,11 +25,16 @@ void keep_state(StateArchive& archive, PointLaw& law) { archive(law.law, law.fri
 
 void keep_state(StateArchive& archive, GapResponse& W) { archive(W.is_sparse, W.dense, W.sparse); }
 
+static void keep_state(StateArchive& archive, StandingSearch& standing) {
+  archive(standing.list, standing.gap, standing.separation, standing.offset, standing.has_all);
+  archive(standing.extra, standing.slave_at, standing.master_at);
+}
+
 void keep_state(StateArchive& archive, PairMemory& memory) {
   archive(memory.face, memory.known_face, memory.further_faces, memory.offset, memory.impulse,
           memory.elastic_slip, memory.near);
   archive(memory.has_points, memory.adjust, memory.initial_overlap, memory.initial_gap,
-          memory.depth, memory.drift_taken);
+          memory.depth, memory.drift_taken, memory.standing);
 }
 
 }  // namespace cbr

@@ -50,8 +50,8 @@ double press(const StaticRows& rows, const Matrix& pressed, Matrix& still,
   return 8 * s * loaded;
 }
 
-double respond(const ThinResponse& S, const Matrix& p, Matrix& move, Matrix& still,
-               ThinWork& work) {
+double respond(const ThinResponse& S, const Matrix& p, Matrix& move, Matrix& still, ThinWork& work,
+               const KnownStill* known) {
   const Matrix& A = *S.A;
   move.setZero(p.rows(), p.cols());
   if (A.rows() > 0) {
@@ -66,9 +66,10 @@ double respond(const ThinResponse& S, const Matrix& p, Matrix& move, Matrix& sti
       move.col(q).noalias() = A.transpose() * work.kick;
     }
   }
-  S.rows->gather(p, work.pressed);
+  S.rows->gather(known != nullptr ? known->rest : p, work.pressed);
   work.pressed /= S.h;
   const double bytes = press(*S.rows, work.pressed, still, work.columns);
+  if (known != nullptr) still += known->still;
   S.rows->add_spread(still, move);
   return bytes + 16 * static_cast<double>(A.size() * p.cols());
 }

@@ -18,6 +18,7 @@ using RowMajorSparse = Eigen::SparseMatrix<double, Eigen::RowMajor, Index>;
 // What a body has of G, in the axes of its response: G_b (r x 3 m_b), and which rows of G these are
 // (ascending).
 struct BodyRows {
+  Index body = 0;
   const NodeResponse* response = nullptr;
   RowMajorSparse G;
   std::vector<Index> rows;
@@ -28,6 +29,7 @@ BodyRows rows_of_body(const ContactList& list, const std::vector<PointLaw>& laws
                       const std::vector<Index>& first, const std::vector<Index>& points, Index body,
                       const NodeResponse& S) {
   BodyRows part;
+  part.body = body;
   part.response = &S;
   std::vector<Eigen::Triplet<double, Index>> entries;
   for (const Index i : points) {
@@ -51,10 +53,31 @@ BodyRows rows_of_body(const ContactList& list, const std::vector<PointLaw>& laws
   return part;
 }
 
+// The rows of unknowns, A^T G_b, in the place of those of points.
+void combine(const SparseMatrix& A, BodyRows& part) {
+  std::vector<Eigen::Triplet<double, Index>> own;
+  for (std::size_t i = 0; i < part.rows.size(); ++i)
+    own.emplace_back(part.rows[i], static_cast<Index>(i), 1.0);
+  SparseMatrix place(A.rows(), static_cast<Index>(part.rows.size()));
+  place.setFromTriplets(own.begin(), own.end());
+  const RowMajorSparse share = A.transpose() * place;
+  part.rows.clear();
+  std::vector<Eigen::Triplet<double, Index>> filled;
+  for (Index u = 0; u < share.rows(); ++u) {
+    const std::size_t before = filled.size();
+    for (RowMajorSparse::InnerIterator it(share, u); it; ++it)
+      filled.emplace_back(static_cast<Index>(part.rows.size()), it.col(), it.value());
+    if (filled.size() > before) part.rows.push_back(u);
+  }
+  RowMajorSparse chosen(static_cast<Index>(part.rows.size()), share.cols());
+  chosen.setFromTriplets(filled.begin(), filled.end());
+  part.G = RowMajorSparse(chosen * part.G);
+}
+
 // The rows of all bodies that have any, in the order of the bodies.
 std::vector<BodyRows> rows_of_bodies(const ContactList& list, const std::vector<PointLaw>& laws,
                                      const std::vector<ContactBody>& bodies,
-                                     NodeResponse ContactBody::*of) {
+                                     NodeResponse ContactBody::*of, const SparseMatrix* A) {
   std::vector<std::pair<Index, Index>> meet;  // body, point
   for (std::size_t i = 0; i < list.points.size(); ++i) {
     const ContactPoint& point = list.points[i];
@@ -73,6 +96,7 @@ std::vector<BodyRows> rows_of_bodies(const ContactList& list, const std::vector<
     points.clear();
     for (; i < meet.size() && meet[i].first == body; ++i) points.push_back(meet[i].second);
     parts.push_back(rows_of_body(list, laws, first, points, body, bodies[body].*of));
+    if (A != nullptr) combine(*A, parts.back());
   }
   return parts;
 }
@@ -236,9 +260,10 @@ std::vector<Index> first_rows(const std::vector<PointLaw>& laws) {
 }
 
 GapResponse gap_response(const ContactList& list, const std::vector<PointLaw>& laws,
-                         const std::vector<ContactBody>& bodies, NodeResponse ContactBody::*of) {
-  const Index m = first_rows(laws).back();
-  const std::vector<BodyRows> parts = rows_of_bodies(list, laws, bodies, of);
+                         const std::vector<ContactBody>& bodies, NodeResponse ContactBody::*of,
+                         const SparseMatrix* A) {
+  const Index m = A != nullptr ? A->cols() : first_rows(laws).back();
+  const std::vector<BodyRows> parts = rows_of_bodies(list, laws, bodies, of, A);
   GapResponse W;
   W.is_sparse = is_sparse(parts, m);
   if (W.is_sparse) {
@@ -258,6 +283,60 @@ GapResponse gap_response(const ContactList& list, const std::vector<PointLaw>& l
   }
   mirror_lower(W.dense);
   return W;
+}
+
+namespace {
+
+// S_b x of sparse columns x   (3 m_b x k); the static share of a thin response: s x k
+Matrix answers_of(const NodeResponse& S, const SparseMatrix& x, Matrix& still) {
+  if (S.is_diagonal()) return S.diagonal.asDiagonal() * Matrix(x);
+  Matrix answer = Matrix::Zero(S.n_dofs(), x.cols());
+  if (S.block) {
+    for (Index k = 0; k < x.cols(); ++k)
+      for (SparseMatrix::InnerIterator it(x, k); it; ++it)
+        answer.col(k) += it.value() * S.block->col(it.row());
+    return answer;
+  }
+  const ThinResponse& thin = *S.thin;
+  const StaticRows& rows = *thin.rows;
+  still.setZero(rows.size(), x.cols());
+  Matrix shapes = Matrix::Zero(thin.A->rows(), x.cols());
+  for (Index k = 0; k < x.cols(); ++k)
+    for (SparseMatrix::InnerIterator it(x, k); it; ++it) {
+      const Index node = it.row() / 3, c = it.row() % 3;
+      for (Index i = rows.first[node]; i < rows.first[node + 1]; ++i)
+        if (rows.direction(i, c) != 0)
+          still.col(k) += it.value() * rows.direction(i, c) / thin.h * rows.F->col(i);
+      shapes.col(k) += it.value() * thin.A->col(it.row());
+    }
+  rows.add_spread(still, answer);
+  if (shapes.rows() > 0) answer.noalias() += thin.A->transpose() * thin.weighed(shapes);
+  return answer;
+}
+
+}  // namespace
+
+Matrix gap_answers(const ContactList& list, const std::vector<PointLaw>& laws,
+                   const std::vector<ContactBody>& bodies, const SparseMatrix& N,
+                   StaticAnswers& statics) {
+  statics = StaticAnswers();
+  Matrix answers = Matrix::Zero(N.rows(), N.cols());
+  for (const BodyRows& part : rows_of_bodies(list, laws, bodies, &ContactBody::response, nullptr)) {
+    std::vector<Eigen::Triplet<double, Index>> own;
+    for (std::size_t i = 0; i < part.rows.size(); ++i)
+      own.emplace_back(static_cast<Index>(i), part.rows[i], 1.0);
+    SparseMatrix choice(static_cast<Index>(part.rows.size()), N.rows());
+    choice.setFromTriplets(own.begin(), own.end());
+    const SparseMatrix on_nodes = SparseMatrix(part.G.transpose()) * SparseMatrix(choice * N);
+    Matrix still;
+    const Matrix gaps = part.G * answers_of(*part.response, on_nodes, still);
+    for (std::size_t i = 0; i < part.rows.size(); ++i)
+      answers.row(part.rows[i]) += gaps.row(static_cast<Index>(i));
+    if (still.size() == 0) continue;
+    statics.body.push_back(part.body);
+    statics.still.push_back(std::move(still));
+  }
+  return answers;
 }
 
 void spread_impulses(const ContactList& list, const std::vector<PointLaw>& laws, const Points& p,

@@ -31,10 +31,24 @@ std::vector<Index> first_rows(const std::vector<PointLaw>& laws);
 // W = G S G^T (m x m): change of the gaps at the end of the step per unit impulse; S of all bodies'
 // contact nodes. A row of G: coefficient x direction on the nodes of the point's terms, directions
 // being the rows of its frame. `of`: whose S, of positions or of velocities
-// (&ContactBody::velocity_response).
+// (&ContactBody::velocity_response). A: not null: rows of the points x n, W = A^T G S G^T A   (n x
+// n).
 GapResponse gap_response(const ContactList& list, const std::vector<PointLaw>& laws,
                          const std::vector<ContactBody>& bodies,
-                         NodeResponse ContactBody::*of = &ContactBody::response);
+                         NodeResponse ContactBody::*of = &ContactBody::response,
+                         const SparseMatrix* A = nullptr);
+
+// What static rows of bodies answer impulses on combinations of points: the columns of a matrix N
+// (rows of the points x k).
+struct StaticAnswers {
+  std::vector<Index> body;
+  std::vector<Matrix> still;  // of each: s x k
+};
+
+// G S G^T N   (rows of the points x k), of a sparse N; `statics` are filled.
+Matrix gap_answers(const ContactList& list, const std::vector<PointLaw>& laws,
+                   const std::vector<ContactBody>& bodies, const SparseMatrix& N,
+                   StaticAnswers& statics);
 
 // Adds impulses (points x 3, in the points' frames) to the bodies': normal ones, those of tied
 // points as they are, to `impulses`, tangential ones to `friction`.

@@ -41,8 +41,8 @@ void BestImpulses::offer(const ContactProblem& problem, double scale, Vector new
   residual = new_residual;
 }
 
-ContactMethods::ContactMethods(ContactProblem problem)
-    : problem_(std::move(problem)), is_finite_(all_finite(problem_.W)) {}
+ContactMethods::ContactMethods(ContactProblem problem, Index krylov_rows)
+    : problem_(std::move(problem)), krylov_rows_(krylov_rows), is_finite_(all_finite(problem_.W)) {}
 
 void ContactMethods::newton(const Vector& g, const Vector& p, const Vector& gap,
                             LinearSolver linear, int iterations, double scale, BestImpulses& best) {
@@ -53,7 +53,7 @@ void ContactMethods::newton(const Vector& g, const Vector& p, const Vector& gap,
 
 bool ContactMethods::inexact(const Vector& g, Vector p, Vector gap, double scale,
                              const GapsOf& gaps_of, BestImpulses& best) {
-  if (problem_.W.is_sparse || problem_.n_rows() <= krylov_rows) return false;
+  if (problem_.W.is_sparse || problem_.n_rows() <= krylov_rows_) return false;
   go_on(g, p, gap);
   const GapsOf by_W = [&](const Vector& of, Vector& its) { its = g + respond(problem_, of); };
   NewtonResult result =
@@ -161,7 +161,7 @@ void ContactMethods::keep_state(StateArchive& archive) {
     problem_ = contact_problem(std::move(problem_.W), std::move(problem_.laws));
     is_finite_ = all_finite(problem_.W);
   }
-  archive(basic_first_, cones_first_);
+  archive(basic_first_, cones_first_, krylov_rows_);
   newton_.keep_state(archive, problem_);
   inexact_.keep_state(archive, problem_);
   archive(last_.p, last_.answer, before_.p, before_.answer);

@@ -39,11 +39,13 @@ class ContactMethods {
  public:
   // A share of the largest |g|: what is aimed at.
   static constexpr double aim = 1e-12;
-  // Rows from which Krylov methods are faster than factors: docs/decisions/contact-solver.md.
-  static constexpr Index krylov_rows = 128;
+  // Rows from which Krylov methods are faster than factors where W stands for some steps
+  // (docs/decisions/contact-solver.md), and where it is another in each.
+  static constexpr Index krylov_rows_of_kept_W = 128, krylov_rows_of_new_W = 700;
   static constexpr int newton_iterations = 30, retry_iterations = 12;
 
-  explicit ContactMethods(ContactProblem problem);
+  explicit ContactMethods(ContactProblem problem, Index krylov_rows = krylov_rows_of_kept_W);
+  Index krylov_rows() const { return krylov_rows_; }
   const ContactProblem& problem() const { return problem_; }
   bool friction() const { return has_friction(problem_); }
   bool is_finite() const { return is_finite_; }  // of W
@@ -89,6 +91,7 @@ class ContactMethods {
   void go_on(const Vector& g, Vector& p, Vector& gap) const;
 
   ContactProblem problem_;
+  Index krylov_rows_;
   bool is_finite_ = true;
   ContactNewton newton_;
   InexactNewton inexact_;

@@ -31,9 +31,9 @@ constexpr int first_sweeps = 20, first_retry = 60, most_sweeps = 540, growth_ste
 constexpr double ridge = 1e-6, margin = 1e-9;
 constexpr int proximal_steps = 15;
 
-LinearSolver first_choice(const ContactProblem& problem) {
-  return problem.n_rows() > ContactMethods::krylov_rows ? LinearSolver::krylov
-                                                        : LinearSolver::factor;
+LinearSolver first_choice(const ContactMethods& methods) {
+  return methods.problem().n_rows() > methods.krylov_rows() ? LinearSolver::krylov
+                                                            : LinearSolver::factor;
 }
 
 bool can_factor(const ContactProblem& problem) {
@@ -54,7 +54,7 @@ void attempt(ContactMethods& methods, const Vector& g, const Vector& guess, doub
   const bool goes_on = standing.iterations > 0 && all_frictionless(problem);
   if (goes_on) {
     if (methods.inexact(g, standing.outside, standing.gap, scale, gaps_of, best)) return;
-    methods.newton(g, standing.outside, standing.gap, first_choice(problem), newton_iterations,
+    methods.newton(g, standing.outside, standing.gap, first_choice(methods), newton_iterations,
                    scale, best);
     if (best.done()) return;
   }
@@ -72,7 +72,7 @@ void attempt(ContactMethods& methods, const Vector& g, const Vector& guess, doub
     start.offer(problem, scale, std::move(p), std::move(gap), residual);
   }
   best.iterations += start.iterations;
-  const LinearSolver linear = first_choice(problem);
+  const LinearSolver linear = first_choice(methods);
   // Newton's impulses are the least of those with the same gaps, the sweeps' are not
   if (!(warm && start.residual <= aim * scale))
     methods.newton(g, start.p, start.gap, linear, newton_iterations, scale, best);
@@ -180,9 +180,11 @@ struct ContactSolver::Impl {
   ContactMethods methods;
 };
 
-ContactSolver::ContactSolver(GapResponse W, std::vector<PointLaw> laws)
+ContactSolver::ContactSolver(GapResponse W, std::vector<PointLaw> laws, bool stands)
     : impl_(std::make_unique<Impl>(
-          Impl{ContactMethods(contact_problem(std::move(W), std::move(laws)))})) {}
+          Impl{ContactMethods(contact_problem(std::move(W), std::move(laws)),
+                              stands ? ContactMethods::krylov_rows_of_kept_W
+                                     : ContactMethods::krylov_rows_of_new_W)})) {}
 ContactSolver::~ContactSolver() = default;
 ContactSolver::ContactSolver(ContactSolver&&) noexcept = default;
 ContactSolver& ContactSolver::operator=(ContactSolver&&) noexcept = default;

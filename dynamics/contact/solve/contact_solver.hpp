@@ -39,7 +39,8 @@ enum class Effort : char { all, first_methods };
 // Holds W and what it has factored, for as long as W stands.
 class ContactSolver {
  public:
-  ContactSolver(GapResponse W, std::vector<PointLaw> laws);
+  // stands: W serves more than a few solutions.
+  ContactSolver(GapResponse W, std::vector<PointLaw> laws, bool stands = true);
   ~ContactSolver();
   ContactSolver(ContactSolver&&) noexcept;
   ContactSolver& operator=(ContactSolver&&) noexcept;

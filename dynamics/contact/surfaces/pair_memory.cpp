@@ -29,7 +29,7 @@ void start_memory(Index n, PairMemory& memory) {
 }
 
 double contact_reach(double size, double motion, bool initial, const PairMemory& memory) {
-  const double reach = 0.02 * size + 0.5 * motion + memory.adjust;
+  const double reach = 0.02 * size + 0.5 * motion + memory.adjust + memory.extra_reach;
   return initial ? std::max(reach, size) : reach;
 }
 

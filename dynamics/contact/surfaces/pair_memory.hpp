@@ -18,6 +18,19 @@ struct KeptCandidates {
   Points slave_at, master_at;  // of the surfaces' nodes, at the end of the step
 };
 
+// The points of a search that later steps may take over: standing_search.hpp.
+struct StandingSearch {
+  ContactList list;      // empty: none
+  Vector gap;            // normal, of the points, at the search
+  Points separation;     // of the points: sum of coefficient x position then, scene axes
+  Vector offset;         // as in PairMemory, then
+  bool has_all = false;  // every slave node has a point
+  // Otherwise: how much nearer than the reach of a search its nodes may come, and where those of
+  // both surfaces were
+  double extra = 0;
+  Points slave_at, master_at;
+};
+
 // What a pair remembers from step to step, per slave node (in the order of the slave surface's
 // nodes).
 struct PairMemory {
@@ -37,6 +50,9 @@ struct PairMemory {
   std::vector<Box> node_boxes, face_boxes;
   BroadPhase grid;
   KeptCandidates kept;  // node-face
+  StandingSearch standing;
+  // Given before each search: a length by which it reaches farther than one step asks for
+  double extra_reach = 0;
   // Mortar: as faces slide, the weights of a point change and its gap with them. What impulses have
   // taken over such changes (impulse x length: energy x step) and may give back.
   double drift_taken = 0;

@@ -35,11 +35,20 @@ bool has_touched(const ContactPair& pair) {
   return pair.seen().largest_area > 0 || initial_overlap(pair) > 0;
 }
 
+std::string unknowns_text(const PairState& state) {
+  return format_text(
+      "; %.0f unknown pressures in the mean, %td at most",
+      static_cast<double>(state.n_unknowns) / static_cast<double>(state.n_function_steps),
+      static_cast<std::ptrdiff_t>(state.most_unknowns));
+}
+
 // What is good stands behind each figure.
 std::string penetration_text(const ContactPair& pair) {
   const double depth = pair.seen().penetration, face = pair.master->size;
   const double share = face > 0 ? 100 * depth / face : 0;
   std::string text = format_text(", largest penetration %.3g", depth);
+  if (pair.seen().n_function_steps > 0)
+    return text + format_text(" of a node, %.2g %% of a face", share) + unknowns_text(pair.seen());
   if (pair.enforcement == Enforcement::impulse) return text + " (good: 0, but for round-off)";
   return text + format_text(", %.2g %% of a face (good: below 1 %%)", share);
 }

@@ -37,6 +37,13 @@ void book_pair(const ContactGroup& group, const ContactSearch& of, const Enforce
   }
 }
 
+void book_unknowns(const EnforcementResult& result, std::size_t search, PairState& now) {
+  if (search >= result.n_unknowns.size() || result.n_unknowns[search] == 0) return;
+  ++now.n_function_steps;
+  now.n_unknowns += result.n_unknowns[search];
+  now.most_unknowns = std::max(now.most_unknowns, result.n_unknowns[search]);
+}
+
 // The normal impulses on the nodes, slave and master.
 void book_pressure(const ContactGroup& group, const ContactSearch& of,
                    const EnforcementResult& result, ContactState& state) {
@@ -64,6 +71,7 @@ void book(Simulation& sim, const ContactGroup& group, const EnforcementResult& r
     now.largest_area = std::max(now.largest_area, now.area);
     now.recent_residual = std::max(now.recent_residual, result.residual);
     now.n_fallbacks += result.fallback;
+    book_unknowns(result, static_cast<std::size_t>(&of - group.searches.data()), now);
     if (pair.law.law != ContactLaw::tied) book_pressure(group, of, result, state);
   }
 }

@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "dynamics/contact/search/mortar.hpp"
+#include "dynamics/contact/search/standing_search.hpp"
 #include "dynamics/run/contact/turning_links.hpp"
 
 namespace cbr {
@@ -43,8 +44,13 @@ void search(Simulation& sim, Index p, bool back, bool initial, ContactState& sta
   } else if (pair.formulation == Formulation::mortar) {
     detect_mortar(slave, slave_body, master, master_body, initial, sim.detection, memory,
                   group.list);
-  } else {
+  } else if (!pair.may_stand || initial ||
+             !take_standing(slave, slave_body, master, master_body, sim.detection, memory,
+                            group.list)) {
+    memory.extra_reach = pair.may_stand ? sim.detection.standing_reach * master.size : 0;
     detect(slave, slave_body, master, master_body, initial, sim.detection, memory, group.list);
+    if (pair.may_stand && !initial)
+      keep_standing(slave, slave_body, master, master_body, group.list, first, memory);
   }
   group.searches.push_back({p, &memory, first, group.list.points.size()});
   group.laws.resize(group.list.points.size(), pair.law);

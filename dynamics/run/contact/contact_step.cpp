@@ -105,13 +105,25 @@ void stretch_springs(const Simulation& sim, const ContactGroup& group,
   }
 }
 
+std::vector<FunctionsOfSearch> functions_of(const Simulation& sim, const ContactGroup& group) {
+  std::vector<FunctionsOfSearch> functions;
+  for (const ContactSearch& of : group.searches) {
+    const ContactPair& pair = sim.pairs[of.pair];
+    const bool back = of.memory != &pair.seen().memory;
+    functions.push_back(
+        {of.first, of.last, back ? pair.back_functions.get() : pair.functions.get()});
+  }
+  return functions;
+}
+
 // memory: null for nodal contact, which keeps none.
 EnforcementResult enforce(Simulation& sim, const ContactGroup& group, double h, ContactState& state,
                           ImpulseMemory* memory, ContactOutcome& outcome) {
   const bool nodal = memory == nullptr;
   EnforcementResult result =
       nodal ? enforce_nodal(group.list, group.guess, h, state.masses, state.bodies)
-            : enforce_impulse(group.list, group.laws, group.guess, h, state.bodies, *memory);
+            : enforce_impulse(group.list, group.laws, group.guess, h, state.bodies, *memory,
+                              functions_of(sim, group));
   balance_moments(sim, group, result.p, state);
   deliver(sim, group, nodal, h, state, outcome);
   if (holds_what_turns(sim, group)) close_what_turns(sim, group, h, state, result);

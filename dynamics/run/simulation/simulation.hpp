@@ -59,6 +59,8 @@ struct PairState {
   // residual of the laws
   double penetration = 0, residual = 0, recent_penetration = 0, recent_residual = 0;
   Index n_fallbacks = 0;
+  // In steps with functions: how many, and unknowns, summed over them and at most
+  Index n_function_steps = 0, n_unknowns = 0, most_unknowns = 0;
   // Of the last step: area of the points with an impulse. Since the last output: impulse on the
   // slave; normal impulses (magnitudes) and their first moment, scene axes
   double area = 0, largest_area = 0;
@@ -83,6 +85,9 @@ struct ContactPair {
   bool slave_is_first = true;  // of the two that the scene names
   Enforcement enforcement = Enforcement::impulse;
   Formulation formulation = Formulation::node_face;
+  // Of the slave's nodes, and of the master's in a two-way contact; null: every node is an unknown.
+  std::shared_ptr<const PressureFunctions> functions, back_functions;
+  bool may_stand = false;  // see standing_search.hpp
   PointLaw law;                  // frictionless, coulomb or tied
   double damping = 0;            // penalty
   std::optional<double> adjust;  // length, see ContactOptions

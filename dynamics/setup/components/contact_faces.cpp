@@ -84,6 +84,25 @@ IndexTable all_faces(const Geometry& geometry) {
 
 IndexTable all_whole_faces(const Geometry& geometry) { return joined_faces(geometry, whole); }
 
+std::vector<Surface> distinct_surfaces(const Geometry& geometry) {
+  Seen seen;
+  std::vector<Surface> surfaces;
+  for (const auto& [name, surface] : geometry.surfaces) {
+    surfaces.push_back(unseen(surface, seen));
+    if (surfaces.back().n_faces() == 0) surfaces.pop_back();
+  }
+  return surfaces;
+}
+
+Surface once(const Surface& surface) {
+  Seen seen;
+  return unseen(surface, seen);
+}
+
+bool is_second_order(const Surface& surface) {
+  return n_nodes(surface.kind) > n_corners(surface.kind);
+}
+
 bool has_faces(const Geometry& geometry) {
   return std::any_of(geometry.surfaces.begin(), geometry.surfaces.end(),
                      [](const auto& s) { return s.second.n_faces() > 0; });

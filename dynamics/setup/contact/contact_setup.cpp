@@ -103,6 +103,44 @@ ContactPair pair_of(const ContactEntry& entry, const ContactNumbers& contact_of_
   return pair;
 }
 
+// Nodes of a face from which functions are fewer by enough; how many nodes one function is for, and
+// how many functions any face needs: docs/decisions/pressures.md.
+constexpr Index least_nodes = 120, nodes_of_function = 12, least_functions = 40,
+                most_functions = 160;
+
+Index functions_wanted(const ContactOptions& options, Index n_nodes) {
+  if (options.pressures) return *options.pressures;
+  if (n_nodes < least_nodes) return 0;
+  return std::clamp(n_nodes / nodes_of_function, least_functions, most_functions);
+}
+
+// A mesh whose nodes have masses of their own keeps its nodes: W is nearly diagonal there.
+bool moves_in_shapes(const BuiltScene& built, const SideName& side) {
+  const auto& of = built.instances[side.instance];
+  return of.is_rigid || of.mesh == nullptr;
+}
+
+bool turns(const BuiltScene& built, const SideName& side) {
+  return built.simulation.bodies[side.instance]->turning() != nullptr;
+}
+
+void add_functions(const ContactEntry& entry, const BuiltScene& built, ContactSides& sides,
+                   ContactPair& pair) {
+  if (pair.enforcement != Enforcement::impulse || pair.law.law == ContactLaw::tied ||
+      pair.formulation == Formulation::mortar)
+    return;
+  const SideName& slave = *(pair.slave_is_first ? entry.first : entry.second);
+  const bool in_shapes =
+      moves_in_shapes(built, *entry.first) && (entry.wall || moves_in_shapes(built, *entry.second));
+  pair.may_stand =
+      in_shapes && !entry.wall && !turns(built, *entry.first) && !turns(built, *entry.second);
+  const Index wanted =
+      in_shapes ? functions_wanted(*entry.options, static_cast<Index>(pair.slave->nodes.size()))
+                : 0;
+  if (wanted == 0 && entry.options->pressures == Index{0}) return;
+  pair.functions = sides.functions(slave, wanted);
+}
+
 // Whether the body starts deeper in the wall than a face of its surface: on the wrong side, which
 // no contact can mend.
 bool starts_in_wall(const ContactPair& pair, const Simulation& sim, double& depth) {
@@ -176,6 +214,7 @@ std::vector<ContactKind> add_contact(const SceneIndex& index, BuiltScene& built,
   const ContactOptions* warned = nullptr;  // once for all pairs of an entry
   for (const ContactEntry& entry : entries.list) {
     ContactPair pair = pair_of(entry, contact_of_instance, shared, sides);
+    add_functions(entry, built, sides, pair);
     double depth = 0;
     if (pair.wall && starts_in_wall(pair, sim, depth)) {
       if (!pair.of_all) refuse_in_wall(pair, depth);

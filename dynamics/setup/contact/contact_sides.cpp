@@ -48,6 +48,22 @@ std::shared_ptr<const ContactSurface> ContactSides::surface(
   return at->second = std::make_shared<const ContactSurface>(std::move(surface));
 }
 
+std::shared_ptr<const PressureFunctions> ContactSides::functions(const SideName& name,
+                                                                 Index wanted) {
+  const auto [at, is_new] = functions_.try_emplace({&name, wanted});
+  if (!is_new) return at->second;
+  const auto& of = built_.instances[name.instance];
+  const std::vector<Surface> surfaces =
+      name.whole
+          ? distinct_surfaces(*of.geometry)
+          : std::vector<Surface>{once(find_surface(*of.geometry, of.name, name.surface, {}))};
+  if (wanted == 0 && std::none_of(surfaces.begin(), surfaces.end(), is_second_order)) return {};
+  const Points& x = of.geometry->coordinates;
+  at->second = std::make_shared<const PressureFunctions>(
+      wanted == 0 ? corner_functions(surfaces, x) : pressure_functions(surfaces, x, wanted));
+  return at->second;
+}
+
 IndexTable ContactSides::whole_faces_of(const SideName& name) const {
   const auto& of = built_.instances[name.instance];
   IndexTable faces = name.whole

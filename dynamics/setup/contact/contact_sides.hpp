@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/mesh/pressure_functions.hpp"
 #include "dynamics/setup/contact/contact_entries.hpp"
 
 namespace cbr {
@@ -28,6 +29,9 @@ class ContactSides {
   // not cut into linear ones.
   std::shared_ptr<const ContactSurface> surface(const SideName& name, bool whole,
                                                 const ContactNumbers& contact_of_instance);
+  // Of the surface's nodes, in its slots. wanted: how many; 0: one a corner of faces of second
+  // order, null where the faces are linear.
+  std::shared_ptr<const PressureFunctions> functions(const SideName& name, Index wanted);
 
  private:
   IndexTable whole_faces_of(const SideName& name) const;
@@ -36,6 +40,7 @@ class ContactSides {
   std::unordered_map<const SideName*, IndexTable> faces_;
   // with faces of second order cut, and whole
   std::unordered_map<const SideName*, std::shared_ptr<const ContactSurface>> cut_, whole_;
+  std::map<std::pair<const SideName*, Index>, std::shared_ptr<const PressureFunctions>> functions_;
 };
 
 // InputError where two surfaces of one instance have common nodes.

@@ -1,0 +1,288 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/contact/enforce/contact_unknowns.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "common/files/state_archive.hpp"
+#include "dynamics/contact/laws/keep_state.hpp"
+#include "dynamics/contact/response/response.hpp"
+
+namespace cbr {
+namespace {
+
+// Of the mean depth of a cell: a node that would go in by less may open where a mean stays closed.
+constexpr double least_depth = 0.2;
+// Of the deepest gap of a search: points that would stay farther apart get no impulse.
+constexpr double reach_of_points = 0.5;
+// Cosine to the cell's first normal: beyond 30 degrees its nodes meet different sides.
+constexpr double same_way = 0.866;
+// Points beside the functions of a search: W grows with them, by three rows each with friction.
+constexpr std::size_t most_points = 150, most_points_with_friction = 40;
+
+// What the nodes of one surface would do in the step.
+class Cells {
+ public:
+  Cells(const ContactList& list, const FunctionsOfSearch& search)
+      : list_(list), functions_(*search.functions) {
+    const std::size_t m = functions_.nodes.size(), k = static_cast<std::size_t>(functions_.size());
+    point_.assign(m, none);
+    for (auto i = search.first; i < search.last; ++i) {
+      const ContactPoint& point = list.points[i];
+      if (point.slot < 0 || point.n_slave_terms != 1) continue;
+      Index& at = point_[static_cast<std::size_t>(point.slot)];
+      at = at == none ? static_cast<Index>(i) : several;
+    }
+    mean_.assign(k, 0);
+    most_.assign(k, -HUGE_VAL);
+    normal_.assign(k, Vector3::Zero());
+    count_.assign(k, 0);
+    closed_.assign(k, 1);
+    visit([&](Index a, Index slot) { look(static_cast<std::size_t>(a), slot); });
+    is_possible_ = closed_;
+    for (std::size_t a = 0; a < k; ++a)
+      if (count_[a] == 0 || !(most_[a] < least_depth * mean_[a] / count_[a])) closed_[a] = 0;
+  }
+
+  // Cells that would go in by their means count as closed.
+  void close_means() {
+    for (std::size_t a = 0; a < closed_.size(); ++a)
+      closed_[a] = is_possible_[a] != 0 && mean_[a] < 0;
+  }
+
+  bool is_closed(Index cell) const { return closed_[static_cast<std::size_t>(cell)] != 0; }
+  // Its nodes have a point each, all one way.
+  bool is_possible(Index cell) const { return is_possible_[static_cast<std::size_t>(cell)] != 0; }
+  Index point_of(Index slot) const { return point_[static_cast<std::size_t>(slot)]; }
+  // The slots of closed cells.
+  std::vector<char> covered() const {
+    std::vector<char> is(point_.size(), 0);
+    visit([&](Index a, Index slot) {
+      if (is_closed(a)) is[static_cast<std::size_t>(slot)] = 1;
+    });
+    return is;
+  }
+
+ private:
+  static constexpr Index none = -1, several = -2;
+
+  // Each cell with its own nodes.
+  template <typename Visit>
+  void visit(const Visit& visit) const {
+    std::size_t entry = 0;
+    for (Index a = 0; a < functions_.size(); ++a)
+      for (SparseMatrix::InnerIterator it(functions_.N, a); it; ++it, ++entry)
+        if (functions_.entry_cell[entry] == a) visit(a, it.row());
+  }
+
+  void look(std::size_t cell, Index slot) {
+    const Index at = point_of(slot);
+    if (at < 0) {
+      closed_[cell] = 0;
+      return;
+    }
+    const ContactPoint& point = list_.points[static_cast<std::size_t>(at)];
+    if (count_[cell] == 0) normal_[cell] = point.normal();
+    if (!(normal_[cell].dot(point.normal()) > same_way)) closed_[cell] = 0;
+    ++count_[cell];
+    mean_[cell] += point.gap[0];
+    most_[cell] = std::max(most_[cell], point.gap[0]);
+  }
+
+  const ContactList& list_;
+  const PressureFunctions& functions_;
+  std::vector<Index> point_;  // by slot
+  std::vector<double> mean_, most_;
+  std::vector<Vector3> normal_;
+  std::vector<int> count_;
+  std::vector<char> closed_, is_possible_;
+};
+
+// Columns of function_matrix() before those of each search.
+std::vector<Index> first_columns(const std::vector<PointLaw>& laws,
+                                 const std::vector<FunctionsOfSearch>& searches) {
+  std::vector<Index> first{0};
+  for (const FunctionsOfSearch& search : searches) {
+    const bool has = search.functions != nullptr && search.last > search.first;
+    first.push_back(first.back() +
+                    (has ? search.functions->size() * n_rows(laws[search.first].law) : 0));
+  }
+  return first;
+}
+
+class Chooser {
+ public:
+  Chooser(const ContactList& list, const std::vector<PointLaw>& laws)
+      : list_(list), laws_(laws), first_(first_rows(laws)) {}
+
+  // column: of function_matrix(), the first of the search
+  void add(const FunctionsOfSearch& search, Index number, Index column) {
+    if (search.functions == nullptr || search.last == search.first) {
+      for (auto i = search.first; i < search.last; ++i) add_point(i, number);
+      return;
+    }
+    Cells cells(list_, search);
+    std::vector<std::size_t> points = points_beside(cells, search);
+    const bool friction = laws_[search.first].law == ContactLaw::coulomb;
+    const std::size_t most = friction ? most_points_with_friction : most_points;
+    const bool whole = points.size() > most;
+    if (whole) {
+      cells.close_means();
+      points = points_beside(cells, search);
+      keep_deepest(most, points);
+    }
+    add_functions(cells, *search.functions, number, column, whole);
+    for (const std::size_t i : points) add_point(i, number);
+  }
+
+  ContactUnknowns finish() {
+    unknowns_.reduced = true;
+    unknowns_.A.resize(first_.back(), row_);
+    unknowns_.A.setFromTriplets(entries_.begin(), entries_.end());
+    unknowns_.share = Eigen::Map<const Vector>(share_.data(), row_);
+    return std::move(unknowns_);
+  }
+
+ private:
+  std::vector<std::size_t> points_beside(const Cells& cells,
+                                         const FunctionsOfSearch& search) const {
+    const std::vector<char> covered = cells.covered();
+    double deepest = 0;
+    for (auto i = search.first; i < search.last; ++i)
+      deepest = std::max(deepest, -list_.points[i].gap[0]);
+    std::vector<std::size_t> points;
+    for (auto i = search.first; i < search.last; ++i) {
+      const ContactPoint& point = list_.points[i];
+      const bool by_function = point.slot >= 0 && cells.point_of(point.slot) >= 0 &&
+                               covered[static_cast<std::size_t>(point.slot)] != 0;
+      if (!by_function && point.gap[0] < reach_of_points * deepest) points.push_back(i);
+    }
+    return points;
+  }
+
+  void keep_deepest(std::size_t most, std::vector<std::size_t>& points) const {
+    if (points.size() <= most) return;
+    std::nth_element(points.begin(), points.begin() + static_cast<std::ptrdiff_t>(most),
+                     points.end(), [&](std::size_t a, std::size_t b) {
+                       return std::pair(list_.points[a].gap[0], a) <
+                              std::pair(list_.points[b].gap[0], b);
+                     });
+    points.resize(most);
+    std::sort(points.begin(), points.end());
+  }
+
+  void start_unknown(const UnknownKey& key, const PointLaw& law, Index column, double share) {
+    unknowns_.keys.push_back(key);
+    if (unknowns_.keys.size() > 1) {
+      UnknownKey before = unknowns_.keys[unknowns_.keys.size() - 2];
+      const Index ordinal = std::exchange(before.ordinal, 0);
+      if (before == key) unknowns_.keys.back().ordinal = ordinal + 1;
+    }
+    unknowns_.laws.push_back(law);
+    for (int d = 0; d < n_rows(law.law); ++d) {
+      unknowns_.column.push_back(column < 0 ? -1 : column + d);
+      share_.push_back(share);
+    }
+  }
+
+  void add_share(std::size_t point, double share) {
+    for (int d = 0; d < n_rows(laws_[point].law); ++d)
+      entries_.emplace_back(first_[point] + d, row_ + d, share);
+  }
+
+  void add_point(std::size_t point, Index number) {
+    start_unknown({number, -1, list_.points[point].slot, 0}, laws_[point], -1, 0);
+    add_share(point, 1);
+    row_ += n_rows(laws_[point].law);
+  }
+
+  // whole: functions are not cut off, and those of cells that stay open are unknowns too, so that
+  // these are the same from step to step.
+  void add_functions(const Cells& cells, const PressureFunctions& functions, Index number,
+                     Index column, bool whole) {
+    std::size_t entry = 0;
+    for (Index a = 0; a < functions.size(); ++a) {
+      const std::size_t begin = entry;
+      double sum = 0;
+      const auto each = [&](const auto& action) {
+        entry = begin;
+        for (SparseMatrix::InnerIterator it(functions.N, a); it; ++it, ++entry)
+          if (cells.point_of(it.row()) >= 0 &&
+              (whole || cells.is_closed(functions.entry_cell[entry])))
+            action(static_cast<std::size_t>(cells.point_of(it.row())), it.value());
+      };
+      std::size_t some = 0;
+      each([&](std::size_t point, double weight) {
+        sum += weight;
+        some = point;
+      });
+      if (!(sum > 0) || (whole && !cells.is_possible(a))) continue;
+      const Index n = n_rows(laws_[some].law);
+      start_unknown({number, a, -1, 0}, laws_[some], column + n * a, 1 / sum);
+      each([&](std::size_t point, double weight) { add_share(point, weight / sum); });
+      row_ += n;
+    }
+  }
+
+  const ContactList& list_;
+  const std::vector<PointLaw>& laws_;
+  const std::vector<Index> first_;
+  ContactUnknowns unknowns_;
+  std::vector<Eigen::Triplet<double, Index>> entries_;
+  std::vector<double> share_;
+  Index row_ = 0;
+};
+
+}  // namespace
+
+void keep_state(StateArchive& archive, UnknownKey& key) {
+  archive(key.search, key.function, key.slot, key.ordinal);
+}
+
+std::vector<Index> ContactUnknowns::of_searches() const {
+  std::vector<Index> n(static_cast<std::size_t>(n_searches), 0);
+  for (const UnknownKey& key : keys) ++n[static_cast<std::size_t>(key.search)];
+  return n;
+}
+
+void ContactUnknowns::keep_state(StateArchive& archive) {
+  archive(reduced, A, laws, keys, n_searches, column, share);
+}
+
+SparseMatrix function_matrix(const ContactList& list, const std::vector<PointLaw>& laws,
+                             const std::vector<FunctionsOfSearch>& searches) {
+  const std::vector<Index> rows = first_rows(laws), columns = first_columns(laws, searches);
+  std::vector<Eigen::Triplet<double, Index>> entries;
+  for (std::size_t s = 0; s < searches.size(); ++s) {
+    if (columns[s + 1] == columns[s]) continue;
+    const Cells cells(list, searches[s]);
+    const Index n = n_rows(laws[searches[s].first].law);
+    const SparseMatrix& N = searches[s].functions->N;
+    for (Index a = 0; a < N.cols(); ++a)
+      for (SparseMatrix::InnerIterator it(N, a); it; ++it)
+        for (Index d = 0; d < n && cells.point_of(it.row()) >= 0; ++d)
+          entries.emplace_back(rows[static_cast<std::size_t>(cells.point_of(it.row()))] + d,
+                               columns[s] + n * a + d, it.value());
+  }
+  SparseMatrix matrix(rows.back(), columns.back());
+  matrix.setFromTriplets(entries.begin(), entries.end());
+  return matrix;
+}
+
+ContactUnknowns choose_unknowns(const ContactList& list, const std::vector<PointLaw>& laws,
+                                const std::vector<FunctionsOfSearch>& searches) {
+  if (std::none_of(searches.begin(), searches.end(), [](const FunctionsOfSearch& search) {
+        return search.functions != nullptr && search.last > search.first;
+      }))
+    return {};
+  Chooser chooser(list, laws);
+  const std::vector<Index> columns = first_columns(laws, searches);
+  for (std::size_t s = 0; s < searches.size(); ++s)
+    chooser.add(searches[s], static_cast<Index>(s), columns[s]);
+  ContactUnknowns unknowns = chooser.finish();
+  unknowns.n_searches = static_cast<Index>(searches.size());
+  return unknowns;
+}
+
+}  // namespace cbr

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/contact/search/standing_search.hpp"
+
+#include <algorithm>
+
+namespace cbr {
+namespace {
+
+// sum of coefficient x position over the point's terms
+Vector3 separation_of(const ContactList& list, const ContactPoint& point, Index slave_body,
+                      const Points& slave, const Points& master) {
+  Vector3 r = Vector3::Zero();
+  for (Index t = point.first_term; t < point.first_term + point.n_terms; ++t) {
+    const ContactTerm& term = list.terms[t];
+    r += term.coefficient * (term.body == slave_body ? slave : master).row(term.node).transpose();
+  }
+  return r;
+}
+
+// The longest way of a node beyond `common`.
+double longest_way(const ContactSurface& surface, const Points& now, const Points& then,
+                   const Eigen::RowVector3d& common) {
+  double longest2 = 0;
+  for (std::size_t i = 0; i < surface.nodes.size(); ++i)
+    longest2 = std::max(
+        longest2,
+        (now.row(surface.nodes[i]) - then.row(static_cast<Index>(i)) - common).squaredNorm());
+  return std::sqrt(longest2);
+}
+
+// Whether a node without a point may have come within the reach of a search.
+bool others_stay_away(const ContactSurface& slave, const ContactBody& slave_body,
+                      const ContactSurface& master, const ContactBody& master_body,
+                      const StandingSearch& standing) {
+  if (standing.has_all) return true;
+  const Eigen::RowVector3d common =
+      slave_body.end.row(slave.nodes.front()) - standing.slave_at.row(0);
+  return longest_way(slave, slave_body.end, standing.slave_at, common) +
+             longest_way(master, master_body.end, standing.master_at, common) <=
+         standing.extra;
+}
+
+}  // namespace
+
+bool take_standing(const ContactSurface& slave, const ContactBody& slave_body,
+                   const ContactSurface& master, const ContactBody& master_body,
+                   const DetectionOptions& options, const PairMemory& memory, ContactList& list) {
+  const StandingSearch& standing = memory.standing;
+  if (standing.list.empty() || !memory.has_points || memory.offset != standing.offset) return false;
+  const double limit = options.standing_slip * master.size;
+  const std::size_t first = list.points.size();
+  const Index shift = static_cast<Index>(list.terms.size());
+  list.points.insert(list.points.end(), standing.list.points.begin(), standing.list.points.end());
+  for (std::size_t i = 0; i < standing.list.points.size(); ++i) {
+    ContactPoint& point = list.points[first + i];
+    const auto row = static_cast<Index>(i);
+    const Vector3 r =
+        separation_of(standing.list, point, slave.body, slave_body.end, master_body.end);
+    const Vector3 moved = point.frame * (r - standing.separation.row(row).transpose());
+    if (!(moved.tail<2>().squaredNorm() <= limit * limit)) {
+      list.points.resize(first);
+      return false;
+    }
+    point.gap = Vector3(standing.gap[row] + moved[0], 0, 0);
+    const Vector3 before =
+        separation_of(standing.list, point, slave.body, slave_body.start, master_body.start);
+    point.start_gap =
+        standing.gap[row] + point.normal().dot(before - standing.separation.row(row).transpose());
+    point.first_term += shift;
+  }
+  if (!others_stay_away(slave, slave_body, master, master_body, standing)) {
+    list.points.resize(first);
+    return false;
+  }
+  list.terms.insert(list.terms.end(), standing.list.terms.begin(), standing.list.terms.end());
+  return true;
+}
+
+void keep_standing(const ContactSurface& slave, const ContactBody& slave_body,
+                   const ContactSurface& master, const ContactBody& master_body,
+                   const ContactList& list, std::size_t first, PairMemory& memory) {
+  StandingSearch& standing = memory.standing;
+  standing = StandingSearch();
+  if (first == list.points.size()) return;
+  const Index shift = list.points[first].first_term;
+  standing.list.points.assign(list.points.begin() + static_cast<std::ptrdiff_t>(first),
+                              list.points.end());
+  standing.list.terms.assign(list.terms.begin() + shift, list.terms.end());
+  const auto n = static_cast<Index>(standing.list.points.size());
+  standing.gap.resize(n);
+  standing.separation.resize(n, 3);
+  std::vector<char> has(slave.nodes.size(), 0);
+  for (Index i = 0; i < n; ++i) {
+    ContactPoint& point = standing.list.points[static_cast<std::size_t>(i)];
+    point.first_term -= shift;
+    standing.gap[i] = point.gap[0];
+    standing.separation.row(i) =
+        separation_of(standing.list, point, slave.body, slave_body.end, master_body.end)
+            .transpose();
+    if (point.slot >= 0) has[static_cast<std::size_t>(point.slot)] = 1;
+  }
+  standing.offset = memory.offset;
+  standing.has_all = std::find(has.begin(), has.end(), 0) == has.end();
+  if (standing.has_all) return;
+  standing.extra = memory.extra_reach;
+  standing.slave_at = slave_body.end(slave.nodes, Eigen::all);
+  standing.master_at = master_body.end(master.nodes, Eigen::all);
+}
+
+}  // namespace cbr
