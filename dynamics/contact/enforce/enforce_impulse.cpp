@@ -408,6 +408,128 @@ EnforcementResult enforce_in_functions(const ContactList& list, const std::vecto
   return result;
 }
 
+// Bodies that no force deforms give way in six motions each: few points hold them, and all others
+// stay apart then.
+bool are_rigid(const ContactList& list, const std::vector<ContactBody>& bodies) {
+  constexpr Index rigid_motions = 6;
+  return std::all_of(list.terms.begin(), list.terms.end(), [&](const ContactTerm& term) {
+    const auto& thin = bodies[term.body].response.thin;
+    return thin && thin->A->rows() <= rigid_motions && thin->rows->size() == 0;
+  });
+}
+
+// The points that push, found one by one: those of the last step, and then in each round those that
+// would end deepest. None: they are too many for that.
+class PointByPoint {
+ public:
+  PointByPoint(const ContactList& list, const std::vector<PointLaw>& laws, const Points& guess,
+               const std::vector<FunctionsOfSearch>& searches,
+               const std::vector<ContactBody>& bodies)
+      : list_(list),
+        laws_(laws),
+        guess_(guess),
+        searches_(searches),
+        bodies_(bodies),
+        g_(pack(gaps(list), laws)) {
+    is_taken_.assign(laws.size(), 0);
+    for (std::size_t i = 0; i < laws.size(); ++i)
+      if (laws[i].law == ContactLaw::tied) is_taken_[i] = 1;
+    for (const FunctionsOfSearch& search : searches) take_pushing(search);
+    take_deepest(unpack(g_, laws), 0);
+  }
+
+  std::optional<EnforcementResult> solve(double h, std::vector<ContactBody>& bodies,
+                                         ImpulseMemory& memory) {
+    constexpr int most_rounds = 60;
+    // A share of the deepest: as far as a residual of contact's solution is felt
+    constexpr double closed = 1e-9;
+    const double deepest = g_.lpNorm<Eigen::Infinity>();
+    for (int round = 0; round < most_rounds; ++round) {
+      ContactList chosen;
+      chosen.terms = list_.terms;
+      std::vector<PointLaw> laws;
+      std::vector<Index> places;
+      for (std::size_t i = 0; i < laws_.size(); ++i) {
+        if (is_taken_[i] == 0) continue;
+        chosen.points.push_back(list_.points[i]);
+        laws.push_back(laws_[i]);
+        places.push_back(static_cast<Index>(i));
+      }
+      memory.solver.emplace(gap_response(chosen, laws, bodies), laws, false);
+      const ContactSolution solution = memory.solver->solve(
+          pack(gaps(chosen), laws), pack(Points(guess_(places, Eigen::all)), laws));
+      memory.moves.push(chosen, laws, solution.p, bodies);
+      Vector gap = g_;
+      memory.moves.add_to_gaps(list_, laws_, gap);
+      EnforcementResult result{Points::Zero(guess_.rows(), 3), unpack(gap, laws_),
+                               solution.residual, solution.fallback};
+      result.p(places, Eigen::all) = unpack(solution.p, laws);
+      if (!gap.allFinite()) return result;
+      if (take_deepest(result.gap, closed * deepest)) continue;
+      memory.h = h;
+      memory.moves.give(bodies);
+      for (const FunctionsOfSearch& search : searches_)
+        result.n_unknowns.push_back(
+            std::count(is_taken_.begin() + static_cast<std::ptrdiff_t>(search.first),
+                       is_taken_.begin() + static_cast<std::ptrdiff_t>(search.last), 1));
+      return result;
+    }
+    return std::nullopt;
+  }
+
+ private:
+  // Those that pushed most in the last step: where more did, others can hold as well.
+  void take_pushing(const FunctionsOfSearch& search) {
+    constexpr std::size_t most = 6;
+    std::vector<std::size_t> pushing;
+    for (std::size_t i = search.first; i < search.last; ++i)
+      if (guess_(static_cast<Index>(i), 0) > 0) pushing.push_back(i);
+    const auto end = pushing.begin() + static_cast<std::ptrdiff_t>(std::min(most, pushing.size()));
+    std::partial_sort(pushing.begin(), end, pushing.end(), [&](std::size_t a, std::size_t b) {
+      return std::pair(-guess_(static_cast<Index>(a), 0), a) <
+             std::pair(-guess_(static_cast<Index>(b), 0), b);
+    });
+    std::for_each(pushing.begin(), end, [&](std::size_t i) { is_taken_[i] = 1; });
+  }
+
+  // Of each search the deepest point that is not taken, and the one that is deep and far from it.
+  bool take_deepest(const Points& gap, double closed) {
+    bool any = false;
+    for (const FunctionsOfSearch& search : searches_) {
+      const std::size_t none = search.last;
+      const auto find = [&](const auto& weight) {
+        std::size_t best = none;
+        double most = 0;
+        for (std::size_t i = search.first; i < search.last; ++i) {
+          const double depth = -gap(static_cast<Index>(i), 0);
+          if (is_taken_[i] != 0 || !(depth > closed) || !(depth * weight(i) > most)) continue;
+          best = i;
+          most = depth * weight(i);
+        }
+        return best;
+      };
+      const std::size_t first = find([](std::size_t) { return 1.0; });
+      if (first == none) continue;
+      is_taken_[first] = 1;
+      any = true;
+      const std::size_t second =
+          find([&](std::size_t i) { return (place(i) - place(first)).norm(); });
+      if (second != none) is_taken_[second] = 1;
+    }
+    return any;
+  }
+
+  Vector3 place(std::size_t i) const { return slave_position(list_, list_.points[i], bodies_); }
+
+  const ContactList& list_;
+  const std::vector<PointLaw>& laws_;
+  const Points& guess_;
+  const std::vector<FunctionsOfSearch>& searches_;
+  const std::vector<ContactBody>& bodies_;
+  const Vector g_;
+  std::vector<char> is_taken_;
+};
+
 }  // namespace
 
 EnforcementResult enforce_impulse(const ContactList& list, const std::vector<PointLaw>& laws,
@@ -417,6 +539,14 @@ EnforcementResult enforce_impulse(const ContactList& list, const std::vector<Poi
   if (stays_apart(list, laws)) {
     const Points none = Points::Zero(static_cast<Index>(laws.size()), 3);
     return {none, unpack(pack(gaps(list), laws), laws), 0, false};
+  }
+  if (!searches.empty() && are_rigid(list, bodies)) {
+    memory.unknowns = ContactUnknowns();
+    if (auto result = PointByPoint(list, laws, guess, searches, bodies).solve(h, bodies, memory)) {
+      memory.rows = ContactList();
+      spread_impulses(list, laws, result->p, bodies);
+      return std::move(*result);
+    }
   }
   ContactUnknowns unknowns = choose_unknowns(list, laws, searches);
   if (unknowns.reduced)
