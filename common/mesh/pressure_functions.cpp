@@ -18,6 +18,9 @@ namespace {
 // cos 20 degrees: the faces of a coarse cylinder are one side still, those of a box are not.
 constexpr double same_side_of_edge = 0.94;
 
+// Of squares of distances that are equal on paper.
+constexpr double round_off = 1e-9;
+
 int corners_of(const Surface& surface, Index face) {
   const int n = n_corners(surface.kind);
   return n == 4 && surface.faces(face, 2) == surface.faces(face, 3) ? 3 : n;
@@ -119,6 +122,21 @@ SparseMatrix averages(const Patch& patch) {
   return count.cwiseInverse().asDiagonal() * average;
 }
 
+// The row of the largest value; of rows as large but for round-off the one whose place comes first
+// by x, y, z, so that it does not depend on the numbering of nodes.
+Index largest_row(const Vector& value, const Points& x) {
+  const double least = value.maxCoeff() * (1 - round_off);
+  const auto before = [&](Index a, Index b) {
+    for (int d = 0; d < 3; ++d)
+      if (x(a, d) != x(b, d)) return x(a, d) < x(b, d);
+    return false;
+  };
+  Index best = -1;
+  for (Index i = 0; i < value.size(); ++i)
+    if (value[i] >= least && (best < 0 || before(i, best))) best = i;
+  return best;
+}
+
 // The cell of each node: that of the nearest seed. Seeds are as far from each other as can be; the
 // first is the node farthest from the middle.
 std::vector<Index> cells_around_seeds(const Points& x, Index k) {
@@ -127,14 +145,13 @@ std::vector<Index> cells_around_seeds(const Points& x, Index k) {
     return (x.rowwise() - at).rowwise().squaredNorm();
   };
   std::vector<Index> cell(static_cast<std::size_t>(m), 0);
-  Index seed = 0;
-  far_from(x.colwise().mean()).maxCoeff(&seed);
+  Index seed = largest_row(far_from(x.colwise().mean()), x);
   Vector nearest = far_from(x.row(seed));
   for (Index c = 1; c < k; ++c) {
-    nearest.maxCoeff(&seed);
+    seed = largest_row(nearest, x);
     const Vector distance = far_from(x.row(seed));
     for (Index i = 0; i < m; ++i) {
-      if (!(distance[i] < nearest[i])) continue;
+      if (!(distance[i] < nearest[i] * (1 - round_off))) continue;
       nearest[i] = distance[i];
       cell[static_cast<std::size_t>(i)] = c;
     }

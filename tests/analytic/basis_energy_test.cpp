@@ -129,7 +129,7 @@ TEST(BasisEnergy, IsToldApartFromFrictionAndCommonMotion) {
   EXPECT_NEAR(rubbed->scale, 0.5 * (1 + 0.1 * 0.1) * 2, 1e-9);
   EXPECT_GT(rubbed->friction, 1e-3);
   EXPECT_NEAR(rubbed->energy + rubbed->friction, run.total.front() - run.total.back(), 1e-12);
-  EXPECT_NE(text_of(*rubbed, true).find("energy outside the basis: "), std::string::npos);
+  EXPECT_NE(text_of(*rubbed, true).find("energy lost to truncated modes: "), std::string::npos);
   const auto mesh = meet("mesh", "", "").first;
   ASSERT_TRUE(mesh);
   EXPECT_FALSE(mesh->has_modes);

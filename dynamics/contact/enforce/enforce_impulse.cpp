@@ -364,6 +364,35 @@ GapResponse response_of_unknowns(const ContactList& list, const std::vector<Poin
   return W;
 }
 
+// Nodes that answer by their own masses make a sparse W, which costs little to form anew.
+bool any_lumped(const ContactList& list, const std::vector<ContactBody>& bodies) {
+  return std::any_of(list.terms.begin(), list.terms.end(), [&](const ContactTerm& term) {
+    return bodies[term.body].response.is_diagonal();
+  });
+}
+
+void keep_functions(const ContactList& list, const std::vector<PointLaw>& laws,
+                    const std::vector<FunctionsOfSearch>& searches,
+                    const std::vector<ContactBody>& bodies, ImpulseMemory& memory) {
+  memory.statics = StaticAnswers();
+  memory.N.resize(0, 0);
+  if (any_lumped(list, bodies)) return;
+  memory.N = function_matrix(list, laws, searches);
+  memory.answers = gap_answers(list, laws, bodies, memory.N, memory.statics);
+  memory.between = memory.N.transpose() * memory.answers;
+}
+
+// p = A x; what functions do to static rows is known.
+void push_functions(const ContactList& list, const std::vector<PointLaw>& laws,
+                    const Decomposition& of, const Vector& p, const Vector& x,
+                    const std::vector<ContactBody>& bodies, ImpulseMemory& memory) {
+  if (memory.N.size() == 0) return memory.moves.push(list, laws, p, bodies);
+  Vector rest = Vector::Zero(p.size());
+  rest(of.rows) = of.Z * x;
+  const CombinedImpulses combined{memory.statics, of.Y * x, std::move(rest)};
+  memory.moves.push(list, laws, p, bodies, &combined);
+}
+
 // Few unknowns: W is formed and factored whenever they change.
 EnforcementResult enforce_in_functions(const ContactList& list, const std::vector<PointLaw>& laws,
                                        const std::vector<FunctionsOfSearch>& searches,
@@ -378,26 +407,25 @@ EnforcementResult enforce_in_functions(const ContactList& list, const std::vecto
     memory.rows = list;
     memory.laws = laws;
     memory.h = h;
-    memory.N = function_matrix(list, laws, searches);
-    memory.answers = gap_answers(list, laws, bodies, memory.N, memory.statics);
-    memory.between = memory.N.transpose() * memory.answers;
+    keep_functions(list, laws, searches, bodies, memory);
     memory.keys.clear();
     memory.defects.clear();
     memory.extra = 0;
   }
-  const Decomposition of = decompose(unknowns, memory.N);
+  const bool lumped = memory.N.size() == 0;
+  const Decomposition of = lumped ? Decomposition() : decompose(unknowns, memory.N);
   if (!same_space || !same_laws(unknowns.laws, memory.unknowns.laws) ||
       !same_matrix(unknowns.A, memory.unknowns.A)) {
-    memory.solver.emplace(response_of_unknowns(list, laws, bodies, unknowns, of, memory),
-                          unknowns.laws, false);
+    memory.solver.emplace(
+        lumped ? gap_response(list, laws, bodies, &ContactBody::response, &unknowns.A)
+               : response_of_unknowns(list, laws, bodies, unknowns, of, memory),
+        unknowns.laws, lumped);
     ++memory.n_formed;
   }
   const ContactSolution solution = memory.solver->solve(g, guess);
   const Vector p = unknowns.A * solution.p;
-  Vector gap = g_points, rest = Vector::Zero(p.size());
-  rest(of.rows) = of.Z * solution.p;
-  const CombinedImpulses combined{memory.statics, of.Y * solution.p, std::move(rest)};
-  memory.moves.push(list, laws, p, bodies, &combined);
+  push_functions(list, laws, of, p, solution.p, bodies, memory);
+  Vector gap = g_points;
   memory.moves.add_to_gaps(list, laws, gap);
   memory.moves.give(bodies);
   memory.unknowns = std::move(unknowns);

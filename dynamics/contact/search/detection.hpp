@@ -26,7 +26,7 @@ struct DetectionOptions {
   // tolerances.
   double kept_depth = 1e-3;
   // Slip since the last search up to which its points stand; 0: every step is searched.
-  double standing_slip = 5e-3;
+  double standing_slip = 1e-3;
   // How much farther such a search reaches.
   double standing_reach = 0.05;
   // Mortar: of what a point is found deeper than it was left, at most this share of the largest

@@ -40,6 +40,7 @@ std::optional<OutsideBasis> energy_outside_basis(const BuiltScene& built, const 
       if (is_massless(instance)) continue;
       any = true;
       outside.has_modes |= !instance.parts.empty();
+      outside.all_rigid &= instance.is_rigid;
     }
   }
   if (!any) return std::nullopt;
@@ -65,20 +66,26 @@ std::optional<double> share_outside_basis(const BuiltScene& built, const RunResu
 }
 
 std::string text_of(const OutsideBasis& outside, bool momentum_is_kept) {
+  std::string to = "to the mass of the faces' own nodes",
+              cure = "good: a few per cent; a finer mesh at the face lowers it";
+  if (outside.has_modes) {
+    to = "to truncated modes";
+    cure = "good: a few per cent; more modes and a finer mesh at the face lower it";
+  } else if (outside.all_rigid) {
+    to = "in impacts of rigid bodies";
+    cure = "they do not rebound";
+  }
   std::ostringstream text;
   text.precision(3);
-  text << "energy outside the " << (outside.has_modes ? "basis: " : "mesh: ") << outside.energy;
+  text << "energy lost " << to;
+  if (outside.has_others) text << ", and to springs and node-lumped contact";
+  text << ": " << outside.energy;
   if (outside.scale > 0)
     text << ", " << 100 * outside.energy / outside.scale << " % of "
          << (momentum_is_kept ? "the energy against the common centre of mass"
                               : "the largest energy or work of loads")
-         << " (good: a few per cent; "
-         << (outside.has_modes ? "more modes and a finer mesh at the face lower it)"
-                               : "a finer mesh at the face lowers it)");
-  text << ", taken by impulses" << (outside.has_others ? ", springs and node-lumped contact" : "")
-       << (outside.has_modes ? ": waves that the modes cannot hold"
-                             : ": the mass of the faces' own nodes")
-       << "; friction took " << outside.friction;
+         << " (" << cure << ")";
+  text << "; friction: " << outside.friction;
   return text.str();
 }
 

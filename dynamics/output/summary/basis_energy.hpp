@@ -22,6 +22,7 @@ struct OutsideBasis {
   double scale = 0;
   // a superelement with mass on its interface has been struck; else meshes alone
   bool has_modes = false;
+  bool all_rigid = true;  // nothing but rigid bodies and walls has been struck
   // springs or node-lumped contact have been at work too: theirs is in `energy`
   bool has_others = false;
 };
@@ -32,8 +33,8 @@ std::optional<OutsideBasis> energy_outside_basis(const BuiltScene& built, const 
 // Its energy over the scale; none as there, without a scale, and of statics.
 std::optional<double> share_outside_basis(const BuiltScene& built, const RunResult& result);
 
-// "energy outside the basis: 1.2e+06, 10.8 % of the energy against the common centre of mass, taken
-// by impulses; by friction 0"
+// "energy lost to truncated modes: 1.2e+06, 10.8 % of the energy against the common centre of mass
+// (good: ...); friction: 0"
 std::string text_of(const OutsideBasis& outside, bool momentum_is_kept);
 
 }  // namespace cbr

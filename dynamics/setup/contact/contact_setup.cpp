@@ -134,9 +134,12 @@ void add_functions(const ContactEntry& entry, const BuiltScene& built, ContactSi
       moves_in_shapes(built, *entry.first) && (entry.wall || moves_in_shapes(built, *entry.second));
   pair.may_stand =
       in_shapes && !entry.wall && !turns(built, *entry.first) && !turns(built, *entry.second);
-  const Index wanted =
-      in_shapes ? functions_wanted(*entry.options, static_cast<Index>(pair.slave->nodes.size()))
-                : 0;
+  const auto n_nodes = static_cast<Index>(pair.slave->nodes.size());
+  if (entry.options->pressures.value_or(0) > n_nodes)
+    throw InputError(entry.options->source.text() + ": contact[].pressures: found " +
+                     std::to_string(*entry.options->pressures) + ", but " + pair.slave->name +
+                     " has " + std::to_string(n_nodes) + " nodes: take fewer, 'nodes' or 'auto'");
+  const Index wanted = in_shapes ? functions_wanted(*entry.options, n_nodes) : 0;
   if (wanted == 0 && entry.options->pressures == Index{0}) return;
   pair.functions = sides.functions(slave, wanted);
 }

@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Contact in few pressures against contact at every node, on the same superelement.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "common/base/error.hpp"
+#include "tests/support/refusal.hpp"
+#include "tests/support/restarted_run.hpp"
+#include "tests/support/scene_run.hpp"
+
+namespace cbr::pressures_test {
+namespace {
+
+using test::Ran;
+using test::SceneFolder;
+
+// A block with a face of 13 x 13 nodes, which falls onto a wall.
+struct Fall {
+  std::string wall = "plane: {point: [0, 0, 0], normal: [1, 0, 0]}";
+  std::string contact, velocity = "[-1, 0, 0]", basis = "characteristic", time;
+  double end = 0.09;
+};
+
+std::string scene_of(const Fall& p) {
+  return "materials: {m: {youngs_modulus: 1000, poissons_ratio: 0.3, density: 1}}\n"
+         "components: {block: {mesh: block.exo, material: m, mass: lumped, reduction: {basis: " +
+         p.basis +
+         ", interface: [x_min], modes: 40}}}\n"
+         "instances: {b: {component: block, position: [0.01, -0.5, -0.5], velocity: " +
+         p.velocity + "}}\nwalls: {wall: {" + p.wall + "}}\ncontact: [{between: [b.x_min, wall]" +
+         p.contact + "}]\ntime: {end: " + test::text(p.end) + p.time +
+         "}\noutput: {every: 0.002, history: [b.x_min]}\n";
+}
+
+class Pressures : public testing::Test {
+ protected:
+  Pressures() { folder_.add("block.exo", test::block_mesh({{6, 12, 12}, {0.5, 1, 1}})); }
+
+  // Of `scene` from the same with every node an unknown, as a share of these: rms of the force, and
+  // the momentum at the end.
+  struct Distance {
+    double force = 0, momentum = 0, unknowns = 0;
+  };
+  Distance from_nodes(Fall scene, const std::string& pressures = "auto") {
+    const std::string contact = scene.contact;
+    scene.contact = contact + ", pressures: " + pressures;
+    const Ran few = folder_.run(scene_of(scene));
+    scene.contact = contact + ", pressures: nodes";
+    const Ran all = folder_.run(scene_of(scene));
+    const auto of = [](const Ran& ran) -> const std::vector<double>& {
+      return ran.monitor("b.x_min").force.values;
+    };
+    const Eigen::Map<const Vector> f(of(few).data(), static_cast<Index>(of(few).size())),
+        g(of(all).data(), static_cast<Index>(of(all).size()));
+    const std::size_t last = all.result.time.size() - 1;
+    const Vector3 p = test::at(few.body("b").momentum, last),
+                  q = test::at(all.body("b").momentum, last);
+    EXPECT_LT(test::energy_residual(few.result), 1e-12);
+    const double first = few.result.total.front();
+    for (const double energy : few.result.total) EXPECT_LE(energy, first * (1 + 1e-12));
+    const PairState& state = few.built.simulation.pairs.front().seen();
+    EXPECT_GT(state.n_function_steps, 0);
+    return {(f - g).norm() / g.norm(), (p - q).norm() / q.norm(),
+            static_cast<double>(state.n_unknowns) / static_cast<double>(state.n_function_steps)};
+  }
+
+  SceneFolder folder_;
+};
+
+TEST_F(Pressures, AFlatImpactNeedsAQuarterOfTheUnknowns) {
+  const Distance d = from_nodes({});
+  EXPECT_LT(d.force, 1e-3);
+  EXPECT_LT(d.momentum, 1e-3);
+  EXPECT_LT(d.unknowns, 169 / 3.0);
+}
+
+TEST_F(Pressures, AWallThatIsTiltedOrRoundMeetsNodesWhereTheFaceIsPartlyOpen) {
+  Fall tilted;
+  tilted.wall = "plane: {point: [0, 0, 0], normal: [0.99985, 0.01745, 0]}";
+  EXPECT_LT(from_nodes(tilted).force, 2e-3);
+  Fall round;
+  round.wall = "sphere: {center: [-20, 0, 0], radius: 20}";
+  EXPECT_LT(from_nodes(round).force, 2e-3);
+}
+
+TEST_F(Pressures, FrictionHoldsForFunctions) {
+  Fall sliding;
+  sliding.velocity = "[-1, 0.5, 0]";
+  sliding.contact = ", friction: 0.3";
+  const Distance d = from_nodes(sliding);
+  EXPECT_LT(d.momentum, 1e-2);
+  EXPECT_LT(d.force, 3e-2);
+}
+
+TEST_F(Pressures, AnInterfaceThatIsKeptHasThemToo) {
+  Fall kept;
+  kept.basis = "craig-bampton";
+  // The interface's own mass stops with it, a little less where a mean stops and not each node
+  EXPECT_LT(from_nodes(kept).momentum, 1e-2);
+}
+
+TEST_F(Pressures, MoreFunctionsAreNearerToNodes) {
+  const Fall scene;  // flat: the face closes as a whole, and no node is an unknown for long
+  std::vector<double> h, error;
+  for (const int n : {4, 9, 36}) {
+    h.push_back(1 / std::sqrt(n));
+    error.push_back(from_nodes(scene, std::to_string(n)).force);
+  }
+  EXPECT_GT(test::observed_order(h, error), 1) << error[0] << ' ' << error[1] << ' ' << error[2];
+}
+
+TEST_F(Pressures, ARestartGoesOnWithTheSameBits) {
+  for (const char* contact : {"", ", friction: 0.3"}) {
+    Fall scene;
+    scene.velocity = "[-1, 0.5, 0]";
+    scene.contact = contact;
+    const auto runs = test::restarted(folder_, scene_of(scene), 0.02);
+    EXPECT_EQ(runs.whole.monitor("b.x_min").force.values,
+              runs.rest.monitor("b.x_min").force.values);
+    EXPECT_EQ(runs.whole.result.total, runs.rest.result.total);
+  }
+}
+
+TEST_F(Pressures, BadNumbersAreRefused) {
+  const auto with = [&](const std::string& contact) {
+    Fall scene;
+    scene.contact = contact;
+    return test::refusal_of([&] { folder_.run(scene_of(scene)); });
+  };
+  EXPECT_NE(with(", pressures: 0").find("pressures"), std::string::npos);
+  EXPECT_NE(with(", pressures: some").find("expected auto, nodes"), std::string::npos);
+  EXPECT_NE(with(", pressures: 1000").find("169 nodes"), std::string::npos);
+}
+
+// Two superelements whose faces do not match: 13 x 13 nodes against 10 x 10, one mirrored.
+std::string pair_of_blocks(const std::string& contact) {
+  return "materials: {m: {youngs_modulus: 1000, poissons_ratio: 0.3, density: 1}}\n"
+         "components:\n"
+         "  fine: {mesh: block.exo, material: m, reduction: {basis: characteristic, interface: "
+         "[x_min], modes: 30}}\n"
+         "  coarse: {mesh: coarse.exo, material: m, reduction: {basis: characteristic, interface: "
+         "[x_min], modes: 30}}\n"
+         "instances:\n"
+         "  a: {component: fine, position: [0.01, 0, 0], velocity: [-1, 0.2, 0]}\n"
+         "  b: {component: coarse, mirror: x, position: [0, 0.03, -0.02]}\n"
+         "contact: [{between: [a.x_min, b.x_min]" +
+         contact + "}]\ntime: {end: 0.09}\noutput: {every: 0.002, history: [a.x_min]}\n";
+}
+
+TEST_F(Pressures, TwoSuperelementsKeepMomentumAndAngularMomentum) {
+  folder_.add("coarse.exo", test::block_mesh({{5, 9, 9}, {0.5, 1, 1}}));
+  for (const char* law : {"", ", friction: 0.2"}) {
+    const Ran few = folder_.run(pair_of_blocks(law));
+    EXPECT_LT(test::largest_change(few.result, &RunResult::OfBody::momentum), 1e-12);
+    // as far as small rotations keep it
+    EXPECT_LT(test::largest_change(few.result, &RunResult::OfBody::angular_momentum), 2e-2);
+    const Ran all = folder_.run(pair_of_blocks(std::string(law) + ", pressures: nodes"));
+    const std::size_t last = all.result.time.size() - 1;
+    const Vector3 p = test::at(few.body("a").momentum, last),
+                  q = test::at(all.body("a").momentum, last);
+    EXPECT_LT((p - q).norm(), 2e-3 * q.norm()) << law;
+  }
+}
+
+// The points of a search stand while nothing slides: as if every step were searched.
+TEST_F(Pressures, SearchesThatStandGiveTheSameAnswers) {
+  folder_.add("coarse.exo", test::block_mesh({{5, 9, 9}, {0.5, 1, 1}}));
+  for (const char* law : {"", ", friction: 0.2", ", pressures: nodes"}) {
+    const Ran stands = folder_.run(pair_of_blocks(law));
+    Ran each = folder_.prepare(pair_of_blocks(law));
+    each.built.simulation.detection.standing_slip = 0;
+    each.result = cbr::run(each.built.simulation, {});
+    const std::size_t last = each.result.time.size() - 1;
+    const Vector3 p = test::at(stands.body("a").momentum, last),
+                  q = test::at(each.body("a").momentum, last);
+    EXPECT_LT((p - q).norm(), 1e-3 * q.norm()) << law;
+  }
+}
+
+// Few points hold a rigid body, and no node of it goes in.
+TEST_F(Pressures, PointsOfRigidBodiesAreFoundOneByOne) {
+  const Ran ran = folder_.run(
+      "materials: {m: {youngs_modulus: 1000, poissons_ratio: 0.3, density: 1}}\n"
+      "components: {block: {mesh: block.exo, material: m}}\n"
+      "instances: {b: {component: block, as: rigid, position: [-0.25, -0.5, 0.3], rotation: [8, "
+      "12, 0]}}\n"
+      "walls: {floor: {plane: {point: [0, 0, 0], normal: [0, 0, 1]}}}\n"
+      "loads: [{gravity: [0, 0, -10]}]\ncontact: [{between: all, friction: 0.3}]\n"
+      "time: {end: 3, rotations: large}\noutput: {every: 0.01}\n");
+  const PairState& state = ran.built.simulation.pairs.front().seen();
+  EXPECT_LT(state.penetration, 1e-9);
+  EXPECT_GT(state.n_function_steps, 0);
+  EXPECT_LE(state.most_unknowns, 20);
+  // it lies on its face in the end
+  EXPECT_NEAR(test::at(ran.body("b").center_of_mass, ran.result.time.size() - 1)[2], 0.5, 1e-6);
+}
+
+}  // namespace
+}  // namespace cbr::pressures_test
