@@ -70,11 +70,6 @@ void NetcdfReader::check(int status, const std::string& what) const {
                      ": the file is damaged or no mesh");
 }
 
-bool NetcdfReader::has_dimension(const std::string& name) const {
-  int id = 0;
-  return nc_inq_dimid(file_, name.c_str(), &id) == NC_NOERR;
-}
-
 Index NetcdfReader::dimension(const std::string& name) const {
   int id = 0;
   if (nc_inq_dimid(file_, name.c_str(), &id) != NC_NOERR) return 0;

@@ -21,7 +21,6 @@ class NetcdfReader {
   NetcdfReader& operator=(const NetcdfReader&) = delete;
 
   const std::string& where() const { return where_; }
-  bool has_dimension(const std::string& name) const;
   Index dimension(const std::string& name) const;  // 0 when there is none, as Exodus II means it
   bool has(const std::string& variable) const;
   std::vector<Index> shape(const std::string& variable) const;

@@ -169,7 +169,6 @@ Vector symmetric_eigenvalues(const Matrix& A);
 SymmetricEigen tridiagonal_eigen(const Vector& diagonal, const Vector& beside);
 // K v = lambda M v with V^T M V = I, M positive definite.
 SymmetricEigen generalized_eigen(const Matrix& K, const Matrix& M);
-Vector generalized_eigenvalues(const Matrix& K, const Matrix& M);
 
 // The same of 3 x 3 matrices, and of 2 x 2 ones in closed form.
 struct SymmetricEigen3 {

@@ -37,11 +37,6 @@ SymmetricEigen generalized_eigen(const Matrix& K, const Matrix& M) {
   return taken(Eigen::GeneralizedSelfAdjointEigenSolver<Matrix>(K, M));
 }
 
-Vector generalized_eigenvalues(const Matrix& K, const Matrix& M) {
-  return Eigen::GeneralizedSelfAdjointEigenSolver<Matrix>(K, M, Eigen::EigenvaluesOnly)
-      .eigenvalues();
-}
-
 SymmetricEigen3 symmetric_eigen3(const Matrix3& A) {
   const Eigen::SelfAdjointEigenSolver<Matrix3> solver(A);
   return {solver.eigenvalues(), solver.eigenvectors()};

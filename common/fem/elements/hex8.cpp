@@ -38,11 +38,6 @@ Gradients<11> enhanced_gradients(const Hex8Nodes& X) {
 
 }  // namespace
 
-Hex8Matrix hex8_stiffness(const Hex8Nodes& X, const Material& material) {
-  const auto A = isoparametric::gradients<8>(X, reference_element(ElementType::hex8).stiffness);
-  return isoparametric::elastic_stiffness<8>(A, Elasticity(material));
-}
-
 Hex8Matrix hex8_incompatible_stiffness(const Hex8Nodes& X, const Material& material) {
   const DofMatrix<11> K =
       isoparametric::elastic_stiffness<11>(enhanced_gradients(X), Elasticity(material));

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The three formulations of the 8-node hex. For element.cpp; others call element_stiffness().
+// Incompatible modes and hourglass control of the 8-node hex. For element.cpp; others call
+// element_stiffness().
 #pragma once
 
 #include <array>
@@ -15,8 +16,6 @@ inline constexpr double hourglass_coefficient = 0.05 * 0.7 / (1.3 * 0.4);
 
 using Hex8Nodes = isoparametric::Nodes<8>;
 using Hex8Matrix = isoparametric::DofMatrix<8>;
-
-Hex8Matrix hex8_stiffness(const Hex8Nodes& X, const Material& material);
 
 // Nine internal displacements, (1 - xi_k^2) times each direction, condensed: K = K_uu - K_ua
 // K_aa^-1 K_au. Their gradients are mapped with J_0 = J(0) and scaled by det J_0 / det J (Taylor,

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <atomic>
 #include <cassert>
-#include <cmath>
 #include <new>
 #include <vector>
 
@@ -41,20 +40,16 @@ struct SparseCholesky::Impl {
   SupernodePattern leading;  // of a leading factor, to which `factor` points
   std::vector<Index> order, last;
   Vector diagonal;  // of A
-  Index n = 0, failed = -1, weakest = -1;
-  double smallest_pivot = 1, least = 1, largest = 1, n_nonzeros = 0, flops = 0;
-  bool is_whole = true;
+  Index n = 0, weakest = -1;
+  double smallest_pivot = 1, n_nonzeros = 0, flops = 0;
+  bool is_whole = true, is_definite = true;
 
   // The diagonal of L in the order of elimination stands at the head of each supernode's columns.
   void examine_pivots() {
-    least = HUGE_VAL;
-    largest = 0;
     for (Index s = 0; s < factor.n_super; ++s) {
       for (Index j = 0; j < factor.columns(s); ++j) {
         const Index column = factor.order[factor.first(s) + j];
         const double pivot = factor.x[factor.px[s] + j * (factor.stride(s) + 1)];
-        least = std::min(least, pivot);
-        largest = std::max(largest, pivot);
         const double ratio = pivot * pivot / diagonal(column);
         if (weakest >= 0 && ratio >= smallest_pivot) continue;
         smallest_pivot = ratio;
@@ -64,7 +59,8 @@ struct SparseCholesky::Impl {
   }
 
   void fail_at(Index column) {
-    failed = weakest = column;
+    is_definite = false;
+    weakest = column;
     smallest_pivot = 0;
   }
 
@@ -170,20 +166,13 @@ SparseCholesky::~SparseCholesky() = default;
 SparseCholesky::SparseCholesky(SparseCholesky&&) noexcept = default;
 SparseCholesky& SparseCholesky::operator=(SparseCholesky&&) noexcept = default;
 
-bool SparseCholesky::ok() const { return impl_->failed < 0; }
-Index SparseCholesky::failed_column() const { return impl_->failed; }
+bool SparseCholesky::ok() const { return impl_->is_definite; }
 double SparseCholesky::smallest_pivot() const { return impl_->smallest_pivot; }
 Index SparseCholesky::weakest_column() const { return impl_->weakest; }
 Index SparseCholesky::n_rows() const { return impl_->n; }
 double SparseCholesky::bytes() const { return impl_->n == 0 ? 0 : impl_->cholmod->bytes(); }
 double SparseCholesky::n_nonzeros() const { return impl_->n_nonzeros; }
 double SparseCholesky::flops() const { return impl_->flops; }
-
-double SparseCholesky::reciprocal_condition() const {
-  if (impl_->n == 0) return 1;
-  const double ratio = impl_->least / impl_->largest;
-  return ok() ? ratio * ratio : 0;
-}
 
 void SparseCholesky::solve_in_place(Eigen::Ref<Matrix> B) const {
   assert(ok() && B.rows() == n_rows());

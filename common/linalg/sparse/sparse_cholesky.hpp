@@ -52,11 +52,10 @@ class SparseCholesky {
   SparseCholesky& operator=(SparseCholesky&&) noexcept;
 
   bool ok() const;
-  Index failed_column() const;          // column of A where a pivot was not positive; -1 when ok
-  double reciprocal_condition() const;  // an estimate from the diagonal of L
   // min over the columns of L_jj^2 / A_jj, and the column of A where it is: what elimination left
   // of the diagonal. Independent of units and of stiffness ratios between parts, so it is the test
-  // for a singular A that round-off let pass (below 1e-13).
+  // for a singular A that round-off let pass (below 1e-13). Not ok(): 0, and the column whose pivot
+  // was not positive.
   double smallest_pivot() const;
   Index weakest_column() const;
   Index n_rows() const;
