@@ -100,8 +100,7 @@ void estimate_component(const ReduceCommand& command, const Scene& scene,
   const std::string title = "# " + component.name + " (" + component.mesh.filename().string() +
                             "), interface " + join(reduction.interface_sets) +
                             ": what a reduction would give and cost";
-  print_estimate(e, machine_rates(), command.memory > 0 ? command.memory : half_of_memory(), title,
-                 out);
+  print_estimate(e, command.memory > 0 ? command.memory : half_of_memory(), title, out);
 }
 
 }  // namespace

@@ -260,15 +260,14 @@ FewShapesEstimate few_shapes_estimate(const CharacteristicOptions& options,
   const auto n_pressed = static_cast<Index>(pressed_surfaces(options, is_kept, interface).size());
   const Index rigid = std::min<Index>(6, c - kept);
   few.n_static = static_forces(options, interface).size();
-  few.n_shapes = rigid + n_shapes(options, c - kept - rigid) + kept + options.patterns * n_pressed +
+  few.n_shapes = rigid + n_shapes(options, c - kept - rigid) + kept +
+                 (options.shear ? 3 : 1) * n_pressed +
                  load_columns(options, is_kept, interface).cols();
   few.is_sparse = few_enough(options, one_part, d.n_interior_dofs, interface);
   if (!few.is_sparse) return few;
   const double n_ratio = (d.n_interior() + d.c()) / d.n_interior();
   const FreeFactorCost cost =
       free_factor_cost({d.factor_nonzeros, d.factor_flops}, n_ratio, c, few.n_static);
-  few.whole_flops = cost.flops;
-  few.forces_flops = cost.forces_flops;
   few.whole_nonzeros = cost.is_one_factor
                            ? d.factor_nonzeros + nonzeros_with_interface * d.c() * d.c()
                            : n_ratio * d.factor_nonzeros;
@@ -387,12 +386,10 @@ Estimate estimate(const Mesh& mesh, const std::vector<BlockProperties>& properti
                         : nonzeros_of(node_graph(elements, all_elements, every, result.n_nodes));
   const FactorCost joined_factor = joined_factor_cost(joined);
   result.joined_factor_nonzeros = joined_factor.n_nonzeros;
-  result.joined_factor_flops = joined_factor.flops;
   if (options.has_second_reduction()) {
     result.second = second_estimate(elements, joined_interior, options, result);
     const double c = result.second->c();
     result.joined_factor_nonzeros = c * (c + 1) / 2;
-    result.joined_factor_flops = c * (c + 1) * (2 * c + 1) / 6;
   }
   result.modes_are_of_tolerance = options.tolerance.has_value();
   result.modes_are_estimated = !options.modes || options.second_cutoff_hz;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Front door of reducer/estimate: size, memory and time of a reduction before it is done.
+// Front door of reducer/estimate: size and memory of a reduction before it is done.
 //
 // What a reduction would cost and give, from the mesh's connectivity alone: no element, no matrix,
 // no factor is computed.
@@ -12,7 +12,6 @@
 
 #include "common/mesh/mesh.hpp"
 #include "common/scene/scene.hpp"
-#include "reducer/estimate/machine_rates.hpp"
 
 namespace cbr {
 
@@ -58,12 +57,10 @@ struct DomainEstimate {
 
 // What basis characteristic keeps of the interface.
 struct FewShapesEstimate {
-  Index n_shapes = 0;      // rigid motions, elastic shapes, kept dofs, patterns
+  Index n_shapes = 0;      // rigid motions, elastic shapes, kept dofs, responses
   Index n_static = 0;      // forces whose statics are kept
   bool is_sparse = false;  // by sparse solves alone; else from Craig and Bampton's dense matrices
-  // of all factorisations; of the free component's factor
-  double whole_flops = 0, whole_nonzeros = 0;
-  double forces_flops = 0;  // of the statics
+  double whole_nonzeros = 0;  // of the free component's factor
 };
 
 struct Estimate {
@@ -76,7 +73,7 @@ struct Estimate {
   std::vector<DomainEstimate> domains;
   // Of a Cholesky factor of the domains' interface dofs put together, which a step of central
   // differences or Newmark solves with.
-  double joined_factor_nonzeros = 0, joined_factor_flops = 0;
+  double joined_factor_nonzeros = 0;
   bool has_diagonal_form = false;
   bool has_recovery = false;
   bool modes_are_estimated = false;     // by Weyl's law, from a cutoff; or
@@ -129,23 +126,19 @@ Estimate estimate(const Mesh& mesh, const std::vector<BlockProperties>& properti
                   const ReductionOptions& options, const std::vector<Index>& domain,
                   Index diagonal_limit);
 
-struct PredictedTimes {
-  double factorisation = 0, modes = 0, condensation = 0, second = 0, diagonal_form = 0;  // s
-  double reduction() const { return factorisation + modes + condensation + second + diagonal_form; }
-  // Bytes that one step reads, and the time of it at the bandwidth.
-  struct Step {
-    double bytes = 0, seconds = 0;
-  };
-  Step exact, exact_in_contact, central_difference, newmark, mesh;
+// That one step reads: in diagonal form, without contact and with the whole interface in it; of
+// central differences and Newmark, of what is stored; of central differences, of the full mesh.
+struct StepBytes {
+  double exact = 0, exact_in_contact = 0, coupled = 0, mesh = 0;
 };
-PredictedTimes predicted_times(const Estimate& estimate, const MachineRates& rates, double memory);
+StepBytes step_bytes(const Estimate& estimate);
 
 // Bytes while reducing: the largest domain's matrices, factor, modes and constraint modes (or
 // panels of them).
 double reduction_memory(const Estimate& estimate, double memory);
 
 // The table, as Markdown: docs/formats.md. `title`: a line above it.
-void print_estimate(const Estimate& estimate, const MachineRates& rates, double memory,
-                    const std::string& title, std::ostream& out);
+void print_estimate(const Estimate& estimate, double memory, const std::string& title,
+                    std::ostream& out);
 
 }  // namespace cbr

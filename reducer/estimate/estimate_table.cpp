@@ -147,33 +147,18 @@ std::vector<Row> sizes(const Estimate& e, double memory) {
   };
 }
 
-std::vector<Row> times(const Estimate& e, const PredictedTimes& t) {
-  const auto of_step = [](const char* what, const PredictedTimes::Step& step) {
-    return Row{what, human_bytes(step.bytes), measure(step.seconds, "s")};
-  };
-  std::vector<Row> rows = {
-      {"time, about", "reads", "seconds"},
-      {"reduction: factorisation", "", measure(t.factorisation, "s")},
-      {"reduction: modes", "", measure(t.modes, "s")},
-      {e.few_shapes && e.few_shapes->is_sparse ? "reduction: shapes and statics"
-                                               : "reduction: condensation",
-       "", measure(t.condensation, "s")},
-      {"reduction: second one", "", e.second ? measure(t.second, "s") : "none"},
-      {"reduction: diagonal form", "",
-       e.has_diagonal_form ? measure(t.diagonal_form, "s") : "not made"},
-      {"reduction in all, without assembly and files", "", measure(t.reduction(), "s")},
-      of_step("step, exact, nothing near (diagonal form)", t.exact),
-      of_step("step, exact, whole interface looked at for contact", t.exact_in_contact),
-      of_step("step, central-difference, of what is stored", t.central_difference),
-      of_step("step, newmark, of what is stored", t.newmark),
-      of_step("step, central-difference, of the full mesh instead", t.mesh),
-  };
-  return rows;
+std::vector<Row> steps(const Estimate& e) {
+  const StepBytes bytes = step_bytes(e);
+  return {{"a step reads", "bytes"},
+          {"exact, nothing near (diagonal form)", human_bytes(bytes.exact)},
+          {"exact, whole interface looked at for contact", human_bytes(bytes.exact_in_contact)},
+          {"central-difference, of what is stored", human_bytes(bytes.coupled)},
+          {"newmark, of what is stored", human_bytes(bytes.coupled)},
+          {"central-difference, of the full mesh instead", human_bytes(bytes.mesh)}};
 }
 
 // What a user asks first; the tables follow.
-void print_first_lines(const Estimate& e, const PredictedTimes& t, double memory,
-                       std::ostream& out) {
+void print_first_lines(const Estimate& e, double memory, std::ostream& out) {
   const double full = 3 * static_cast<double>(e.n_nodes), reduced = e.n_final();
   const double modes = e.second ? e.second->k() : e.total(&DomainEstimate::k);
   out << "- dofs: " << number(reduced) << " (" << number(reduced - modes)
@@ -181,24 +166,19 @@ void print_first_lines(const Estimate& e, const PredictedTimes& t, double memory
       << number(full) << " of the mesh\n"
       << "- file: " << human_bytes(8 * e.file_nonzeros());
   if (e.has_recovery) out << ", of which recovery " << human_bytes(8 * e.recovery_nonzeros());
+  const StepBytes bytes = step_bytes(e);
+  const double step = e.has_diagonal_form || e.few_shapes ? bytes.exact_in_contact : bytes.coupled;
   out << "\n- memory while reducing: about " << human_bytes(reduction_memory(e, memory))
-      << "\n- time to reduce: about " << human_seconds(t.reduction())
-      << ", without assembly and files\n";
-  const PredictedTimes::Step& step =
-      e.has_diagonal_form || e.few_shapes ? t.exact_in_contact : t.central_difference;
-  out << "- a step in contact: about " << measure(1e3 * step.seconds, "ms") << ", "
-      << measure(step.seconds / t.mesh.seconds, "times") << " one of the full mesh ("
-      << measure(1e3 * t.mesh.seconds, "ms") << "); steps may differ in length\n\n";
+      << "\n- a step in contact reads " << measure(step / bytes.mesh, "times")
+      << " the bytes of one of the full mesh; steps may differ in length\n\n";
 }
 
 }  // namespace
 
-void print_estimate(const Estimate& e, const MachineRates& rates, double memory,
-                    const std::string& title, std::ostream& out) {
+void print_estimate(const Estimate& e, double memory, const std::string& title, std::ostream& out) {
   const CubeFormulas cube = equivalent_cube(e.n_nodes, static_cast<Index>(e.domains.size()));
   out << title << "\n\n";
-  const PredictedTimes predicted = predicted_times(e, rates, memory);
-  print_first_lines(e, predicted, memory, out);
+  print_first_lines(e, memory, out);
   out << "Eqs 5-17 of the paper. counted: this mesh, these domains, this interface. formula: a "
          "cube of N_EPL^3 hexes, its whole "
          "surface\n"
@@ -210,14 +190,7 @@ void print_estimate(const Estimate& e, const MachineRates& rates, double memory,
       << '\n';
   print_rows(2, equations(e, cube), out);
   print_rows(1, sizes(e, memory), out);
-  print_rows(1, times(e, predicted), out);
-  out << "Rates measured now, with " << rates.threads
-      << (rates.threads == 1 ? " thread" : " threads") << ": products "
-      << measure(1e-9 * rates.flops, "GFlop/s") << ", reading "
-      << measure(1e-9 * rates.bandwidth, "GB/s")
-      << " (134 MB;\nwhat fits a cache is read faster). Other work on the machine counts against "
-         "both. Domains share the "
-         "threads.\n\n";
+  print_rows(1, steps(e), out);
 }
 
 }  // namespace cbr

@@ -26,11 +26,6 @@ def read(out):
     return rows
 
 
-def read_rate(rows, threads):
-    """The best that any --estimate of the study measured: other work on the machine can only slow it."""
-    return max((r["bandwidth"] for r in rows if r["bandwidth"] and r["threads"] == threads), default=None)
-
-
 def rate(row):
     """Bytes a step reads over its time, the best one."""
     return row["step_bytes"] / row["step_low_s"]
@@ -78,7 +73,7 @@ def figure12(rows, out):
 
 
 def parts(rows, out):
-    """What it is made of: reduction, set-up, one step, and how near a step is to the memory's bandwidth."""
+    """What it is made of: reduction, set-up, one step, and how fast a step reads."""
     figure, axes = plt.subplots(2, 2, figsize=(11, 8))
     curves(axes[0, 0], rows, lambda r: r["reduce_s"], "faces", "newmark")
     axes[0, 0].set_title("reduction")
@@ -88,10 +83,7 @@ def parts(rows, out):
     axes[1, 0].set_title("one explicit step")
     curves(axes[1, 1], rows, lambda r: 1e-9 * rate(r), "faces", "central")
     axes[1, 1].set_title("GB/s that an explicit step reads, its best run")
-    for threads, style in ((2, "-"), (1, "--")):
-        if read_rate(rows, threads):
-            axes[1, 1].axhline(1e-9 * read_rate(rows, threads), color="k", linestyle=style, linewidth=1)
-    axes[1, 1].set_ylabel("GB/s; black: a matrix of 134 MB times a vector")
+    axes[1, 1].set_ylabel("GB/s")
     for axis in axes.flat[:3]:
         axis.set_ylabel("s")
     axes[1, 1].set_yscale("linear")
@@ -103,8 +95,8 @@ def parts(rows, out):
 
 
 def table(rows, out):
-    head = ["mesh", "interface", "domains", "kind", "threads", "coordinates", "reduce s", "predicted", "set-up s", "steps", "step ms",
-            "low-high", "predicted", "MB a step", "predicted", "GB/s", "run s"]
+    head = ["mesh", "interface", "domains", "kind", "threads", "coordinates", "reduce s", "set-up s", "steps", "step ms", "low-high",
+            "MB a step", "predicted", "GB/s", "run s"]
     lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
 
     def text(value, form="{:.3g}"):
@@ -115,9 +107,9 @@ def table(rows, out):
         modes = " all modes" if r["modes"] == "all" else ""
         lines.append("| " + " | ".join([
             f"{r['n']}³{modes}", r["interface"], str(r["domains"]), r["kind"], str(r["threads"]), str(r["coordinates"]),
-            text(r["reduce_s"]), text(r["predicted_reduce_s"]), text(r["setup_s"]), str(r["steps"]), text(1e3 * r["step_s"]),
+            text(r["reduce_s"]), text(r["setup_s"]), str(r["steps"]), text(1e3 * r["step_s"]),
             f"{1e3 * r['step_low_s']:.3g}-{1e3 * r['step_high_s']:.3g}",
-            text(1e3 * r["predicted_step_s"] if r["predicted_step_s"] else None), text(1e-6 * r["step_bytes"] if counted else None), text(1e-6 * r["predicted_bytes"] if counted else None),
+            text(1e-6 * r["step_bytes"] if counted else None), text(1e-6 * r["predicted_bytes"] if counted else None),
             text(1e-9 * rate(r) if counted else None), text(r["run_s"])]) + " |")
     with open(os.path.join(out, "table.md"), "w") as file:
         file.write("\n".join(lines) + "\n")

@@ -17,7 +17,7 @@ from step_bytes import step_bytes
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 FIELDS = ["n", "interface", "domains", "modes", "kind", "threads", "coordinates", "joined_dofs", "reduce_s", "setup_s", "steps", "step_s",
-          "step_low_s", "step_high_s", "step_bytes", "predicted_bytes", "bandwidth", "predicted_reduce_s", "predicted_step_s", "file_bytes"]
+          "step_low_s", "step_high_s", "step_bytes", "predicted_bytes", "file_bytes"]
 INTERFACES = {"faces": "[x_min, x_max]", "surface": "[surface]"}
 # What is put in place of TIME, and of the superelement.
 KINDS = {
@@ -111,7 +111,7 @@ def make_mesh(out, n):
 
 
 def reduce(binaries, path, n, threads, kind, repeats):
-    """Median wall time, and what --estimate says: {row: its last column}, bandwidth."""
+    """Median wall time, and what --estimate says: {row: its cells}."""
     # Without the diagonal form: it belongs to `exact`, and is no part of what the paper times.
     options = ["--threads", str(threads)] + ([] if kind == "second" else ["--diagonal-limit", "0"])
     reducer = os.path.join(binaries, "cbr-reduce")
@@ -119,14 +119,13 @@ def reduce(binaries, path, n, threads, kind, repeats):
     rows = {}
     for line in table.splitlines():
         cells = [cell.strip() for cell in line.strip("|").split("|")]
-        if line.startswith("|") and len(cells) == 3:
+        if line.startswith("|") and len(cells) in (2, 3):
             rows[cells[0]] = cells
-    bandwidth = 1e9 * float(re.search(r"reading ([0-9.e+-]+) GB/s", table)[1])
     seconds = []
     for _ in range(repeats if n <= 12 else 1):
         told = run([reducer, path, "--force", *options]).stderr
         seconds.append(float(re.search(r"^\s*total\s+([0-9.]+) s", told, re.M)[1]))
-    return statistics.median(seconds), rows, bandwidth
+    return statistics.median(seconds), rows
 
 
 def bytes_of(text):
@@ -143,13 +142,11 @@ def measure(binaries, out, case, reductions):
         key = (n, interface, domains, modes, kind == "second", threads)
         if key not in reductions:
             reductions[key] = reduce(binaries, path, n, threads, kind, repeats)
-        row["reduce_s"], rows, row["bandwidth"] = reductions[key]
+        row["reduce_s"], rows = reductions[key]
         step = {"newmark": "newmark", "central": "central-difference"}.get(kind)
         if step:
-            found = next(v for k, v in rows.items() if k.startswith("step, " + step) and "full mesh" not in k)
             row["step_bytes"] = step_bytes(superelement_of(out, path), "x_min")
-            row["predicted_bytes"], row["predicted_step_s"] = bytes_of(found[1]), float(found[2].split()[0])
-        row["predicted_reduce_s"] = float(rows["reduction in all, without assembly and files"][2].split()[0])
+            row["predicted_bytes"] = bytes_of(rows[step + ", of what is stored"][1])
         row["joined_dofs"] = int(rows["interface dofs, those of all domains once"][2])
         row["file_bytes"] = os.path.getsize(superelement_of(out, path))
     # 0: steps in the coordinates of the parts, whose mass is a full matrix, as the paper's; else in modal coordinates, where it is not.
