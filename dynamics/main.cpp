@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 
 #include "common/app/program.hpp"
+#include "common/base/error.hpp"
 #include "common/base/flush_denormals.hpp"
 #include "common/linalg/blas_kernels.hpp"
 #include "common/linalg/blas_threads.hpp"
@@ -20,7 +21,6 @@ int main(int argc, char** argv) {
       "examples:\n"
       "  cbr-dyn impact.yaml -o results.h5                       after cbr-reduce impact.yaml\n"
       "  cbr-reduce impact.yaml | cbr-skin - | cbr-dyn - -o results.h5\n"
-      "  cbr-dyn impact.yaml -o results.h5 --check-error         estimate the error of the modes\n"
       "  cbr-dyn impact.yaml -o results.h5 --restart results.checkpoint.h5");
   std::string scene, output, restart;
   cbr::BuildOptions build;
@@ -46,22 +46,24 @@ int main(int argc, char** argv) {
                  "continue from this checkpoint of the same scene (output.checkpoint)")
       ->type_name("FILE");
   bool check_error = false;
-  app.add_flag("--check-error", check_error,
-               "estimate the error of the modes: run again with half of them and print the "
-               "differences; doubles the run time and "
-               "leaves the results unchanged");
+  app.add_flag("--check-error", check_error)->group("");  // retired
   cbr::add_common_options(app, common);
   return cbr::run_program(app, argc, argv, [&] {
     cbr::set_threads(common.threads == 0 && !restart.empty() ? cbr::threads_of_checkpoint(restart)
                                                              : common.threads);
     cbr::Report report("cbr-dyn", common.verbosity(), common.timings);
-    cbr::require_output(modes, sweep, output, restart, check_error);
+    if (check_error)
+      throw cbr::InputError(
+          "--check-error is retired: cbr.check_error(SCENE) of the Python package cbr runs the "
+          "scene "
+          "twice, with every basis");
+    cbr::require_output(modes, sweep, output, restart);
     if (modes > 0) {
       cbr::print_modes(scene, modes, output, report, cbr::table_output());
     } else if (sweep) {
       cbr::sweep_scene(scene, output, report);
     } else {
-      cbr::run_scene(scene, output, report, build, restart, check_error, common.timings);
+      cbr::run_scene(scene, output, report, build, restart, common.timings);
     }
     report.write_timings();
   });

@@ -23,12 +23,10 @@
 #include "dynamics/output/results.hpp"
 #include "dynamics/output/summary/basis_energy.hpp"
 #include "dynamics/output/summary/contact_summary.hpp"
-#include "dynamics/output/summary/half_check.hpp"
 #include "dynamics/output/summary/progress.hpp"
 #include "dynamics/output/summary/summary.hpp"
 #include "dynamics/run/run.hpp"
 #include "dynamics/setup/build.hpp"
-#include "dynamics/setup/components/half_modes.hpp"
 #include "dynamics/setup/modal/harmonic.hpp"
 #include "dynamics/setup/modal/scene_modes.hpp"
 
@@ -69,57 +67,6 @@ bool is_worth_blas_threads(const Simulation& simulation) {
                        return dofs * dofs >= worth_threads_for_W ||
                               (has_all_modes && dofs * body.n_dofs() >= worth_threads_for_modes);
                      });
-}
-
-Index n_modes_of(const BuiltScene& built) {
-  Index n = 0;
-  for (const auto& instance : built.instances) n += instance.n_modal;
-  return n;
-}
-
-// InputError for what keep_half() would refuse when the run is over.
-void require_halves(const BuiltScene& built) {
-  for (const auto& instance : built.instances) {
-    try {
-      for (const ReducedPart& part : instance.parts)
-        if (part.superelement) require_half(*part.superelement);
-    } catch (const InputError& error) {
-      throw InputError("component '" + instance.component + "': " + error.what());
-    }
-  }
-}
-
-// --check-error: the same scene and steps with half of the modes, nothing written. False when a
-// signal has ended it.
-bool check_half(Scene scene, BuildOptions options, const BuiltScene& built, const RunResult& result,
-                const NotedSignals& signals, Report& report) {
-  const Index modes = n_modes_of(built);
-  if (modes == 0) {
-    report.line("check: no instance has modes, so there is nothing to leave out");
-    return true;
-  }
-  const auto phase = report.phase("check");
-  scene.output.fields.clear();
-  scene.output.stress.clear();
-  scene.output.checkpoint.reset();
-  scene.time->step = built.simulation.plan.h;
-  scene.time->cfl.reset();
-  options.half_modes = true;
-  Report silent("cbr-dyn", Verbosity::quiet);  // but for warnings
-  BuiltScene half = build(scene, silent, options);
-  RunOptions run_options;
-  RunProgress progress(report, "checking", half.simulation.plan.end);
-  run_options.on_progress = [&](double fraction) { progress.at(fraction); };
-  run_options.is_to_end = [&] { return signals.any(); };
-  std::optional<SingleThreadedBlas> one_thread;
-  if (!is_worth_blas_threads(half.simulation)) one_thread.emplace();
-  rest_blas_threads();
-  const RunResult of_half = cbr::run(half.simulation, run_options);
-  report.end_progress();
-  if (of_half.ended_at) return false;
-  say_half_difference(built.simulation, half_difference(result, of_half), modes, n_modes_of(half),
-                      report);
-  return true;
 }
 
 UnchangedFiles inputs_of(const Scene& scene) {
@@ -237,8 +184,6 @@ class Run {
                    restart_text());
   }
 
-  const NotedSignals& signals() const { return signals_; }
-
  private:
   // As soon as contact has looked at them: what is wrong at the start is not worth the run.
   void tell_overlaps() {
@@ -312,7 +257,6 @@ namespace {
 // What run_scene() was called with, but for the scene.
 struct RunCommand {
   std::filesystem::path results, restart;
-  bool check_error = false;
 };
 
 // With `rotations: auto`: whether the run that wrote the checkpoint had bodies that turn.
@@ -337,7 +281,6 @@ bool run_once(const Scene& scene, const BuildOptions& options, const RunCommand&
               const UnchangedFiles& inputs, std::optional<NotedSignals>& signals, Report& report) {
   const bool is_again = signals.has_value();
   BuiltScene built = build(scene, report, options);
-  if (command.check_error) require_halves(built);
   require_memory_for_outputs(scene, built.simulation, machine_memory_bytes());
   std::string hash;
   if (scene.output.checkpoint || !command.restart.empty()) {
@@ -357,21 +300,15 @@ bool run_once(const Scene& scene, const BuildOptions& options, const RunCommand&
   count_work(built.simulation, result, report);
   summarise(built, result, run.is_restarted(), report);  // its warnings go into the results
   run.write(result);
-  const bool is_checked = !command.check_error || result.ended_at ||
-                          check_half(scene, options, built, result, run.signals(), report);
   run.finish(result);
-  if (is_checked) return true;
-  report.write_timings();
-  throw RunError("stopped by " + run.signals().name() + " in the second run, of --check-error: " +
-                 command.results.string() + " holds the whole first run");
+  return true;
 }
 
 }  // namespace
 
 void run_scene(const std::string& scene_or_dash, const std::filesystem::path& results,
                Report& report, const BuildOptions& build_options,
-               const std::filesystem::path& restart, bool check_error,
-               const std::filesystem::path& timings) {
+               const std::filesystem::path& restart, const std::filesystem::path& timings) {
   std::optional<Scene> scene;
   {
     const auto phase = report.phase("read");
@@ -381,7 +318,7 @@ void run_scene(const std::string& scene_or_dash, const std::filesystem::path& re
   const UnchangedFiles inputs = inputs_of(*scene);
   BuildOptions options = build_options;
   options.turns = turns_in_checkpoint(*scene, options, restart);
-  RunCommand command{results, restart, check_error};
+  RunCommand command{results, restart};
   std::optional<NotedSignals> signals;
   if (run_once(*scene, options, command, inputs, signals, report)) return;
   options.turns = true;
@@ -428,12 +365,12 @@ void sweep_scene(const std::string& scene_or_dash, const std::filesystem::path& 
   report.line("sweep: " + results.string() + ", " + sweep_table(results).string());
 }
 
-void require_output(Index modes, bool sweep, const std::string& output, const std::string& restart,
-                    bool check_error) {
+void require_output(Index modes, bool sweep, const std::string& output,
+                    const std::string& restart) {
   if (modes > 0 && sweep) throw InputError("--modes and --sweep are two things: give one of them");
-  if ((modes > 0 || sweep) && (!restart.empty() || check_error))
+  if ((modes > 0 || sweep) && !restart.empty())
     throw InputError((sweep ? std::string("--sweep") : std::string("--modes")) +
-                     " runs nothing: leave out --restart and --check-error");
+                     " runs nothing: leave out --restart");
   if (modes == 0 && output.empty())
     throw InputError("--output is required: give -o RESULTS.h5" +
                      std::string(sweep ? "" : ", or --modes N"));

@@ -14,13 +14,12 @@
 namespace cbr {
 
 // Reads the scene ("-": stdin), runs it, writes `results` and the fields that it asks for beside
-// it. `restart`: a checkpoint to go on from, empty for none. `check_error`: run again with half of
-// the modes once all is written, and say what that makes. `timings`: where report.write_timings()
-// will go, which must not be another output, or empty. InputError, RunError: also after SIGINT,
-// SIGTERM or SIGHUP, when what was computed so far is written.
+// it. `restart`: a checkpoint to go on from, empty for none. `timings`: where
+// report.write_timings() will go, which must not be another output, or empty. InputError, RunError:
+// also after SIGINT, SIGTERM or SIGHUP, when what was computed so far is written.
 void run_scene(const std::string& scene_or_dash, const std::filesystem::path& results,
                Report& report, const BuildOptions& options = {},
-               const std::filesystem::path& restart = {}, bool check_error = false,
+               const std::filesystem::path& restart = {},
                const std::filesystem::path& timings = {});
 
 // Frequencies of each instance of the scene, or of those that ties join, the lowest `n`, as CSV:
@@ -35,7 +34,6 @@ void sweep_scene(const std::string& scene_or_dash, const std::filesystem::path& 
                  Report& report);
 
 // InputError: --modes (above 0) or --sweep with what only a run has, or nothing to do.
-void require_output(Index modes, bool sweep, const std::string& output, const std::string& restart,
-                    bool check_error);
+void require_output(Index modes, bool sweep, const std::string& output, const std::string& restart);
 
 }  // namespace cbr

@@ -13,7 +13,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 BOUNDS = {
     "lines of product": 83400,
     "files of product": 727,
-    "lines of python/cbr": 1000,
+    "lines of python/cbr": 1050,
     "lines of tests": 61800,
     "files of tests": 390,
     "numbers in contact/solve": 160,  # but for 0, 1, 2, 3 and 0.5

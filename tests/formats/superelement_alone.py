@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A component that is a superelement file alone moves as the same file beside its mesh, to the last bit: contact, supports, loads,
-fields, a restart, --check-error. usage: superelement_alone.py CBR_REDUCE CBR_DYN CBR_SKIN. Exit 77 without h5py."""
+fields, a restart. usage: superelement_alone.py CBR_REDUCE CBR_DYN CBR_SKIN. Exit 77 without h5py."""
 import subprocess
 import sys
 import tempfile
@@ -114,7 +114,8 @@ def check_programs(folder):
     reducer, runner, skinner = sys.argv[1:4]
     beside = run(folder, runner, "beside.yaml", "--modes", "9", "--threads", "1").stdout
     assert run(folder, runner, "passed.yaml", "--modes", "9", "--threads", "1").stdout == beside
-    run(folder, runner, "passed.yaml", "-o", "half.h5", "--check-error")
+    told = run(folder, runner, "passed.yaml", "-o", "half.h5", "--check-error", expect=2).stderr
+    assert "retired" in told and "cbr.check_error" in told and told.count("\n") == 1, told
     skin = "skin: {surfaces: [contact], youngs_modulus: 1, poissons_ratio: 0.3, density: 1, thickness: 0}\n"
     (folder / "skin.yaml").write_text((folder / "passed.yaml").read_text() + skin)
     done = run(folder, skinner, "skin.yaml", expect=2)

@@ -339,6 +339,42 @@ class Package(unittest.TestCase):
         self.assertEqual(cbr.report.differences(run, run).count(
             '<td class="number">0</td><td class="number">0</td>'), rows - 1)
 
+    def test_error_is_told_in_full(self) -> None:
+        """Random impacts, every basis: no less than the error against full meshes at half their step, to a tenth of it."""
+        random = np.random.default_rng(7)
+        for i in range(4):
+            for basis in BASES:
+                made = block(basis, 2e-5)
+                made["components"]["block"]["reduction"] |= {"modes": int(random.integers(6, 20)), "superelement": f"random-{i}-{basis}.cbr.h5"}
+                made["instances"]["left"] |= {"position": [-0.02541, *random.uniform(-5e-3, 5e-3, 2)], "velocity": [1, *random.uniform(-0.3, 0.3, 2)],
+                                              "rotation": [float(random.uniform(-2, 2)), 0, 0]}
+                made["instances"]["left"] = {key: [float(v) for v in value] if isinstance(value, list) else value
+                                             for key, value in made["instances"]["left"].items()}
+                told = cbr.check_error(made, self.folder / f"random-{i}-{basis}.yaml", bin=BIN)
+                fine = cbr.scene(**made)
+                fine["time"] = {"end": 2e-5, "step": {"cfl": 0.1}}
+                fine["instances"] = {name: of | {"as": "mesh"} for name, of in made["instances"].items()}
+                exact = cbr.check.compare(told.run, fine.run(self.folder / "fine.yaml", bin=BIN))
+                steps = cbr.check.compare(told.reference, cbr.results(self.folder / "fine.h5"))
+                self.assertGreater(told.largest, 1e-4)
+                for kind in ("surfaces", "instances"):
+                    for name, shares in getattr(told, kind).items():
+                        for what, share in shares.items():
+                            true, left = getattr(exact, kind)[name][what], getattr(steps, kind)[name][what]
+                            if what != "velocity":  # which the steps of the meshes decide, too
+                                self.assertGreater(share, 0.9 * true, (i, basis, name, what))
+                                self.assertLess(left, 0.3 * told.largest, (i, basis, name, what))
+        self.assertIn("left.contact: position", str(told))
+
+    def test_error_of_a_superelement_alone_is_not_known(self) -> None:
+        made = block("massless")
+        made["components"]["block"] = {"superelement": "massless.cbr.h5"}
+        with self.assertRaisesRegex(ValueError, "needs its mesh"):
+            cbr.check_error(made, self.folder / "alone.yaml", bin=BIN)
+        made["instances"] = {name: of | {"as": "mesh"} for name, of in made["instances"].items()}
+        with self.assertRaisesRegex(ValueError, "no superelement"):
+            cbr.check_error(made, self.folder / "alone.yaml", bin=BIN)
+
     def test_examples(self) -> None:
         examples = SOURCE / "python/examples"
         environment = {**os.environ, "PYTHONPATH": str(SOURCE / "python"), "CBR_BIN": str(BIN), "PYTHONDONTWRITEBYTECODE": "1"}
@@ -352,7 +388,7 @@ class Package(unittest.TestCase):
         self.assertLess(float(told[3].split(", ")[1].split()[0]), 0.01)
 
     def test_docstrings(self) -> None:
-        for module in ("cbr.results", "cbr.scene", "cbr.superelement", "cbr.report"):
+        for module in ("cbr.check", "cbr.results", "cbr.scene", "cbr.superelement", "cbr.report"):
             found = doctest.testmod(sys.modules[module])
             self.assertGreater(found.attempted, 0)
             self.assertEqual(found.failed, 0)

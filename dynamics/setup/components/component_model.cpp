@@ -12,7 +12,6 @@
 #include "common/scene/staleness.hpp"
 #include "common/superelement/superelement_check.hpp"
 #include "dynamics/motion/modal/forms/characteristic_form.hpp"
-#include "dynamics/setup/components/half_modes.hpp"
 #include "dynamics/setup/components/separate_rotations.hpp"
 #include "dynamics/setup/components/skin_shells.hpp"
 #include "dynamics/setup/components/superelement_alone.hpp"
@@ -160,13 +159,6 @@ void add_part(std::shared_ptr<const Superelement> superelement, std::vector<Inde
   reduced.n_dofs = reduced.n_modal + 3 * reduced.geometry->coordinates.rows();
 }
 
-// As the modes were picked.
-HalfBy half_by(const ReductionOptions& reduction) {
-  const bool by_frequency = reduction.has_second_reduction() ||
-                            (reduction.pick == Pick::frequency && !reduction.tolerance);
-  return by_frequency ? HalfBy::frequency : HalfBy::participation;
-}
-
 ReducedComponent of_one(const SceneIndex& index, const Component& component,
                         const BuildOptions& options) {
   const std::filesystem::path& file = component.reduction->superelement;
@@ -183,7 +175,7 @@ ReducedComponent of_one(const SceneIndex& index, const Component& component,
   for (Index i = 0; i < superelement->coordinates.rows(); ++i) node.push_back(i);
   add_part(superelement, std::move(node), reduced);
   reduced.n_dofs = superelement->n_coordinates();
-  const bool stored = !options.half_modes && stores_diagonal_form(file);
+  const bool stored = stores_diagonal_form(file);
   const bool recovery = needs_recovery(index.scene(), component, *reduced.geometry);
   SuperelementParts parts{true, false, superelement->is_characteristic() && recovery};
   reduced.plans = plan_superelements(index, component.name,
@@ -196,11 +188,6 @@ ReducedComponent of_one(const SceneIndex& index, const Component& component,
   separate_rotations(*superelement);
   // Of the stored form's modes
   if (!superelement->has_diagonal_form()) superelement->spin_couplings.resize(0, 0);
-  if (options.half_modes) {
-    keep_half(*superelement, half_by(*component.reduction));
-    reduced.n_modal = superelement->k();
-    reduced.n_dofs = superelement->n_coordinates();
-  }
   reduced.superelement = superelement;
   return reduced;
 }
@@ -218,7 +205,7 @@ ReducedComponent of_group(const SceneIndex& index, const Component& component,
   reduced.provenance = group.provenance;
   for (const Superelement& domain : group.domains) reduced.n_modal += domain.k();
   reduced.n_dofs = reduced.n_modal + 3 * nodes.coordinates.rows();
-  const bool stored = !options.half_modes && stores_diagonal_form(file);
+  const bool stored = stores_diagonal_form(file);
   reduced.plans = plan_superelements(
       index, component.name,
       {*reduced.geometry, reduced.n_dofs, stored, false, options.diagonal_limit});
@@ -227,11 +214,6 @@ ReducedComponent of_group(const SceneIndex& index, const Component& component,
       file, parts_to_read(needs, needs_recovery(index.scene(), component, *reduced.geometry)));
   for (std::size_t d = 0; d < group.domains.size(); ++d)
     check_rigid_motions(group.domains[d], file.string() + ": /domains/" + std::to_string(d + 1));
-  if (options.half_modes) {
-    for (Superelement& domain : group.domains) keep_half(domain, half_by(*component.reduction));
-    group.omega.resize(0);
-    group.V.resize(0, 0);
-  }
   if (needs.modal) {
     Vector omega = std::move(group.omega);
     RowMatrix V = std::move(group.V);
@@ -341,9 +323,9 @@ void warn_of_missing_statics(const Scene& scene, const Component& component,
   const std::string missing =
       missing_needs(needs_in(reduced.provenance), interface_needs(scene, component));
   if (missing.empty()) return;
-  report.warning("component '" + component.name + "': " +
-                 component.reduction->superelement.string() + " was not made for what acts on " +
-                 missing +
+  report.warning("component '" + component.name +
+                 "': " + component.reduction->superelement.string() +
+                 " was not made for what acts on " + missing +
                  ", where it may be too stiff: have cbr-reduce reduce its mesh with a scene that "
                  "acts there, or use basis: craig-bampton");
 }
@@ -357,10 +339,8 @@ ReducedComponent read_reduced(const SceneIndex& index, const Component& componen
                   ? of_group(index, component, options)
                   : of_one(index, component, options);
   }
-  if (!options.half_modes) {
-    warn_of_blocks(component, reduced.provenance, report);
-    tell_conditioning(component, reduced, report);
-  }
+  warn_of_blocks(component, reduced.provenance, report);
+  tell_conditioning(component, reduced, report);
   warn_of_missing_statics(index.scene(), component, reduced, report);
   refuse_shells_with_points(index.scene(), reduced);
   const std::string file = component.reduction->superelement.string();

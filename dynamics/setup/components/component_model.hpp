@@ -45,8 +45,6 @@ struct BuildOptions {
   std::optional<Index> diagonal_limit;
   // meshes move in these modes: frequencies and harmonic response
   std::optional<MeshModesWanted> mesh_modes = {};
-  // every superelement with half of its modes: of the run that --check-error compares with
-  bool half_modes = false;
   // with `rotations: auto`: bodies that can turn by any angle do
   bool turns = false;
   // What cbr-reduce saw, where the scene that is built is a part of it; null: the scene itself.

@@ -20,14 +20,6 @@ void take_options(ReductionOptions& reduction) {
         value_of(basis_words, file.read_string("/", "basis")).value_or(Basis::craig_bampton);
   if (is_superelement_group(reduction.superelement))
     reduction.domains = file.read_index("/", "n_domains");
-  const auto tells = [&](const char* option) {
-    return file.has("/provenance") && file.has_attribute("/provenance", option);
-  };
-  // Which modes are the better half: --check-error
-  if (tells("second_modes")) reduction.second_modes = 0;
-  if (tells("second_cutoff_hz")) reduction.second_cutoff_hz = 0;
-  if (tells("pick") && file.read_string("/provenance", "pick") != "frequency")
-    reduction.pick = Pick::participation;
 }
 
 }  // namespace

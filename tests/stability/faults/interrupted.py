@@ -96,30 +96,6 @@ def case_signal_on_a_full_disk(folder):
     require_same(folder / "whole.h5", folder / "part.h5", "full disk")
 
 
-def case_signal_in_the_check(folder):
-    """--check-error runs twice: a signal in the second run ends it, and the first one's results are whole."""
-    prepared(folder)
-    long_scene(folder, "")
-    for number in (signal.SIGINT, signal.SIGTERM):
-        for attempt in range(10):
-            process = start(folder, "cbr-dyn", "long.yaml", "-o", "checked.h5", "--check-error", "--timings", "checked.csv")
-            wait_for((folder / "checked.h5").exists, process, 60)
-            process.send_signal(number)
-            errors = process.communicate()[1]
-            if process.returncode != 0:
-                break
-            os.remove(folder / "checked.h5")
-        told = [line for line in errors.splitlines() if ": warning: " not in line]
-        assert process.returncode == 1 and len(told) == 1, (process.returncode, errors)
-        for word in (number.name, "--check-error", "checked.h5"):
-            assert word in told[0], errors
-        with h5py.File(folder / "checked.h5") as whole:
-            assert whole.attrs["partial"] == 0
-        assert (folder / "checked.csv").exists()
-        require_no_temporary(folder)
-        os.remove(folder / "checked.h5")
-
-
 def case_killed(folder):
     """SIGKILL at random moments, and on from the last checkpoint until the run comes to its end: the same bytes. Each file is whole
     or not there, at most temporaries are left, and the next run removes them."""
