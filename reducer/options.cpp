@@ -104,11 +104,8 @@ struct TakeWords {
     v.field(reduction) = number_in(option, value, v.above, v.below, v.allowed);
   }
   void operator()(const TrueOrFalse& v) const { v.field(reduction) = true; }
-  void operator()(const NameList& v) const {
-    const bool is_none = v.none != nullptr && words == std::vector<std::string>{"none"};
-    if (is_none) v.none(reduction) = true;
-    if (!is_none) v.field(reduction) = words;
-  }
+  void operator()(const NameList& v) const { v.field(reduction) = words; }
+  void operator()(const Retired&) const {}
   void operator()(const NamesOrTrue& v) const { v.field(reduction) = true; }
 };
 
@@ -121,6 +118,8 @@ ReductionOptions reduction_of(const ReduceCommand& command) {
     if (found == command.reduction.end()) continue;
     if (!key.goes_with(reduction.basis))
       throw InputError(key.option + " requires --basis " + word_of(basis_words, *key.only_with));
+    if (!key.retired.empty() && found->second == std::vector{key.retired})
+      throw InputError(key.option + ": '" + key.retired + "' is retired: " + key.successor);
     std::visit(TakeWords{key.option, found->second, reduction}, key.value);
     given.push_back(key.key);
   }
@@ -194,7 +193,7 @@ void add_reduce_options(CLI::App& app, ReduceCommand& command) {
           "superelement file (default: name of the mesh with .cbr.h5, in the current folder)")
       ->type_name("FILE");
   auto* estimate = app.add_flag("--estimate", command.estimate,
-                                "print the expected size, memory and time of the reduction, beside "
+                                "print the expected size and memory of the reduction, beside "
                                 "Eqs 5-17 of the paper, and do not reduce. A mesh "
                                 "needs no material for it, except with --cutoff-hz");
   auto* info = app.add_flag("--info", command.info,

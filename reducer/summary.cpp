@@ -116,21 +116,7 @@ void say_massless(const Superelement& s, const MasslessFigures& m, Report& repor
   report.line(format_text(
       "  step         highest frequency %.6g Hz with the interface held: critical step %.4g",
       s.massless.omega_closed / (2 * std::numbers::pi), 2 / s.massless.omega_closed));
-  if (!m.fixed) return say_free_modes(s, m, report);
-  if (!s.accuracy) return;
-  const Vector3& rho = s.accuracy->rho_res;
-  report.line(
-      format_text("  rho_res      x %.4f  y %.4f  z %.4f: share of the mass that was in no fixed "
-                  "mode along x, y, z and was given to "
-                  "those that are kept; of all rigid motions up to %.4f",
-                  rho(0), rho(1), rho(2), m.lost_mass));
-  if (m.lost_mass > large_residual_mass)
-    report.warning(format_text("much of the mass was in no fixed mode (up to %.2f of a rigid "
-                               "motion's) and was given to those that are kept: "
-                               "frequencies of the free body are off",
-                               m.lost_mass) +
-                   "; keep more modes, pick them by participation, or take massless_modes: free");
-  say_accuracy(s, report);
+  say_free_modes(s, m, report);
 }
 
 void say_characteristic(const Superelement& s, const ReductionFigures& figures, Report& report) {
@@ -143,8 +129,8 @@ void say_characteristic(const Superelement& s, const ReductionFigures& figures, 
   if (c.n_modes > 0) text += format_text(" up to %.6g Hz", c.highest / (2 * std::numbers::pi));
   text += c.n_kept > 0 ? format_text(", %lld dofs kept", count(c.n_kept))
                        : format_text(", %lld rigid motions", count(c.n_rigid));
-  if (c.n_patterns + c.n_dropped > 0)
-    text += format_text(", %lld responses to patterns of pressure", count(c.n_patterns));
+  if (c.n_uniform + c.n_dropped > 0)
+    text += format_text(", %lld responses to uniform pressures", count(c.n_uniform));
   if (c.n_loads > 0) text += format_text(", %lld to the scene's loads", count(c.n_loads));
   if (c.n_dropped > 0)
     text += format_text(" (%lld more are in the span of the others)", count(c.n_dropped));
@@ -163,11 +149,6 @@ void say_characteristic(const Superelement& s, const ReductionFigures& figures, 
     report.line("  no statics   " + join(c.bare) +
                 ": what is to act there must be in the scene that is reduced, or the sideset in "
                 "characteristic.statics");
-  if (c.n_patterns == 0 || !s.characteristic.statics.empty()) return;
-  report.line(
-      format_text("  compliance   %.4f of that of single nodes under pressure is not in the basis, "
-                  "nothing of that under a uniform one",
-                  c.left));
 }
 
 // The most that a lumped moment of inertia is above the geometry's, of itself.

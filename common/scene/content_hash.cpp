@@ -83,7 +83,6 @@ std::vector<std::string> as_set(std::vector<std::string> names) {
 
 // Sets that keep their statics, and whether in all directions.
 std::string statics_text(const CharacteristicOptions& options, const InterfaceNeeds& needs) {
-  if (options.no_statics) return "statics none\n";
   const bool everywhere = options.shear || needs.all_touch.value_or(false);
   std::map<std::string, bool> sets;
   for (const auto& [set, slides] : needs.touching)
@@ -106,8 +105,7 @@ std::string characteristic_text(const CharacteristicOptions& options, const Inte
   std::vector<std::string> keep = options.keep;
   keep.insert(keep.end(), needs.held.begin(), needs.held.end());
   for (const auto& set : as_set(keep)) text += "keep " + counted(set) + "\n";
-  for (const auto& set : as_set(options.pressure)) text += "pressure " + counted(set) + "\n";
-  text += "patterns " + std::to_string(options.patterns) + (options.shear ? " shear\n" : "\n");
+  text += options.shear ? "patterns 3 shear\n" : "patterns 1\n";
   for (const auto& [set, kinds] : loads_beside_statics(options, needs))
     text += "load on " + counted(set) + (kinds.forces ? " forces" : "") +
             (kinds.pressure ? " pressure" : "") + (kinds.moments ? " moments" : "") + "\n";

@@ -33,9 +33,10 @@ std::vector<ReductionKey> table() {
                   .only_with = Basis::massless,
                   .option = "--massless-modes",
                   .type_name = "WORD",
-                  .help = "with massless: free (default; MacNeal), tapered (free modes with a "
-                          "tapered interface part, for impacts) or fixed "
-                          "(modified Craig-Bampton)"});
+                  .help = "with massless: free (default; MacNeal) or tapered (free modes with "
+                          "a tapered interface part, for impacts)",
+                  .retired = "fixed",
+                  .successor = "take tapered for impacts, or free"});
   keys.push_back(
       {.key = "characteristic.modes",
        .value = WholeNumber{[](Options& r) -> Index& { return r.characteristic.modes; }, 0},
@@ -55,40 +56,29 @@ std::vector<ReductionKey> table() {
        .type_name = "NAME",
        .help = "with characteristic: set whose nodes keep all their dofs; may be repeated"});
   keys.push_back({.key = "characteristic.pressure",
-                  .value = NameList{[](Options& r) -> Names& { return r.characteristic.pressure; }},
-                  .provenance = "characteristic.pressure",
-                  .only_with = Basis::characteristic,
-                  .option = "--pressure",
-                  .type_name = "NAME",
-                  .help = "with characteristic: sideset that gets static responses to patterns of "
-                          "pressure (default: those of --statics); "
-                          "may be repeated"});
-  keys.push_back(
-      {.key = "characteristic.patterns",
-       .value = WholeNumber{[](Options& r) -> Index& { return r.characteristic.patterns; }, 0},
-       .provenance = "characteristic.patterns",
-       .only_with = Basis::characteristic,
-       .option = "--patterns",
-       .type_name = "N",
-       .help = "number of patterns for each of these sidesets (default: 1, with --shear 3)"});
+                  .value = Retired{},
+                  .successor = "leave it out: all sidesets of 'statics' get a uniform pressure"});
+  keys.push_back({.key = "characteristic.patterns",
+                  .value = Retired{},
+                  .successor = "leave it out: 'statics' keep the compliance of every node"});
   keys.push_back({.key = "characteristic.shear",
                   .value = TrueOrFalse{[](Options& r) -> bool& { return r.characteristic.shear; }},
                   .provenance = "characteristic.shear",
                   .only_with = Basis::characteristic,
                   .option = "--shear",
-                  .help = "patterns and statics in all directions, for friction (default: normal "
+                  .help = "statics in all directions, for friction (default: normal "
                           "to the faces only)"});
   keys.push_back(
       {.key = "characteristic.statics",
-       .value = NameList{[](Options& r) -> Names& { return r.characteristic.statics; },
-                         [](Options& r) -> bool& { return r.characteristic.no_statics; }},
+       .value = NameList{[](Options& r) -> Names& { return r.characteristic.statics; }},
        .provenance = "characteristic.statics",
        .only_with = Basis::characteristic,
        .option = "--statics",
        .type_name = "NAME",
-       .help = "with characteristic: contact sideset whose static compliance is kept in full, or "
-               "none (default: all sidesets of "
-               "the interface); may be repeated"});
+       .help = "with characteristic: contact sideset whose static compliance is kept in full "
+               "(default: all sidesets of the interface); may be repeated",
+       .retired = "none",
+       .successor = "leave it out, or take basis: craig-bampton"});
   keys.push_back({.key = "interface",
                   .value = NameList{[](Options& r) -> Names& { return r.interface_sets; }},
                   .hash = "interface",
@@ -178,6 +168,7 @@ std::vector<ReductionKey> table() {
 // Reads the fields of options that nobody changes.
 struct WordsOf {
   Options& r;
+  Names operator()(const Retired&) const { return {}; }
   template <typename Value>
   Names operator()(const OneWord<Value>& v) const {
     return {word_of(v.words, v.field(r))};
@@ -190,9 +181,7 @@ struct WordsOf {
     return v.field(r) ? Names{number_text(*v.field(r))} : Names();
   }
   Names operator()(const TrueOrFalse& v) const { return {v.field(r) ? "true" : "false"}; }
-  Names operator()(const NameList& v) const {
-    return v.none != nullptr && v.none(r) ? Names{"none"} : v.field(r);
-  }
+  Names operator()(const NameList& v) const { return v.field(r); }
   Names operator()(const NamesOrTrue& v) const {
     return v.names(r).empty() ? Names{v.field(r) ? "true" : "false"} : v.names(r);
   }
@@ -234,8 +223,6 @@ void complete(ReductionOptions& reduction, const std::vector<std::string>& given
   CharacteristicOptions& characteristic = reduction.characteristic;
   characteristic.is_default_modes = !is_given("characteristic.modes");
   if (characteristic.is_default_modes) characteristic.modes = default_shapes(reduction.modes);
-  if (!is_given("characteristic.patterns"))
-    characteristic.patterns = default_patterns(characteristic);
 }
 
 }  // namespace cbr

@@ -41,15 +41,15 @@ struct TrueOrFalse {
 };
 struct NameList {
   ReductionField<std::vector<std::string>> field;
-  ReductionField<bool> none = nullptr;  // what the word `none` in the place of names sets
 };
 struct NamesOrTrue {
   ReductionField<bool> field;
   ReductionField<std::vector<std::string>> names;  // of some alone
 };
+struct Retired {};  // refused, whatever its value
 using ReductionValue =
     std::variant<OneWord<Basis>, OneWord<Pick>, OneWord<MasslessModes>, WholeNumber,
-                 WholeNumberOrNone, NumberOrNone, TrueOrFalse, NameList, NamesOrTrue>;
+                 WholeNumberOrNone, NumberOrNone, TrueOrFalse, NameList, NamesOrTrue, Retired>;
 
 struct ReductionKey {
   std::string key;  // of `reduction` in the scene; of a map in it "characteristic.modes"
@@ -62,6 +62,8 @@ struct ReductionKey {
   std::optional<Basis> only_with = {};
   // Of cbr-reduce; empty: none.
   std::string option = {}, type_name = {}, help = {};
+  // A word that is refused, and what a user of it, or of a Retired key, does instead.
+  std::string retired = {}, successor = {};
 
   bool goes_with(Basis basis) const { return !only_with || *only_with == basis; }
 };

@@ -50,22 +50,15 @@ struct CharacteristicOptions {
   // elastic characteristic constraint modes; rigid motions come on top
   Index modes = 10;
   std::vector<std::string> keep = {};  // sets whose nodes keep a coordinate for each dof
-  // sidesets that get static responses to patterns of pressure; none: as statics
-  std::vector<std::string> pressure = {};
-  Index patterns = 1;  // of each of them
-  // patterns and statics in all directions, not only normal to the faces
+  // statics, and a uniform traction on each of their surfaces, in all directions, not only normal
+  // to the faces
   bool shear = false;
   // sidesets that keep their statics; none named: those that touch
   std::vector<std::string> statics = {};
-  bool no_statics = false;    // statics: none
   InterfaceNeeds needs = {};  // of the scene, interface_needs(); no key of its own
   // `modes` is default_shapes(), and as many as there is room for will do
   bool is_default_modes = false;
 };
-// A uniform pressure, or uniform tractions along three axes.
-inline Index default_patterns(const CharacteristicOptions& options) {
-  return options.shear ? 3 : 1;
-}
 // Of basis characteristic, where neither modes nor a cutoff is given.
 inline constexpr Index default_modes = 80;
 // A third as many as modes with the interface held, within 10 and 40:
@@ -78,9 +71,8 @@ inline Index default_shapes(const std::optional<Index>& modes) {
 enum class Basis { craig_bampton, massless, characteristic };
 // Which modes are kept: the lowest, or those that the interface excites most.
 enum class Pick { frequency, participation };
-// Basis massless: MacNeal's modes of the free body; the same with an interface part that falls off;
-// modified Craig-Bampton.
-enum class MasslessModes { free, tapered, fixed };
+// Basis massless: MacNeal's modes of the free body; the same with an interface part that falls off.
+enum class MasslessModes { free, tapered };
 
 struct ReductionOptions {
   Basis basis = Basis::craig_bampton;

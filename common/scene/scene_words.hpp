@@ -27,8 +27,7 @@ inline const Words<Basis> basis_words = {{"craig-bampton", Basis::craig_bampton}
 inline const Words<Pick> pick_words = {{"frequency", Pick::frequency},
                                        {"participation", Pick::participation}};
 inline const Words<MasslessModes> massless_words = {{"free", MasslessModes::free},
-                                                    {"tapered", MasslessModes::tapered},
-                                                    {"fixed", MasslessModes::fixed}};
+                                                    {"tapered", MasslessModes::tapered}};
 inline const Words<InstanceKind> instance_words = {{"superelement", InstanceKind::superelement},
                                                    {"mesh", InstanceKind::mesh},
                                                    {"rigid", InstanceKind::rigid}};
@@ -48,9 +47,8 @@ inline const Words<SupportMotion> turn_words = {
 inline const Words<SupportMotion> motion_words = {{"displacement", SupportMotion::displacement},
                                                   {"velocity", SupportMotion::velocity},
                                                   {"acceleration", SupportMotion::acceleration}};
-inline const Words<Rotations> rotations_words = {{"auto", Rotations::automatic},
-                                                 {"small", Rotations::small},
-                                                 {"large", Rotations::large}};
+inline const Words<Rotations> rotations_words = {
+    {"auto", Rotations::automatic}, {"small", Rotations::small}, {"large", Rotations::large}};
 inline const Words<FieldFormat> field_format_words = {{"xdmf", FieldFormat::xdmf},
                                                       {"exodus", FieldFormat::exodus}};
 inline const Words<Integrator> integrator_words = {

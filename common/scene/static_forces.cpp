@@ -67,8 +67,7 @@ std::map<std::string, LoadKinds> loads_beside_statics(const CharacteristicOption
     if (has(options.keep, name) || has(needs.held, name)) continue;
     const auto found = needs.touching.find(name);
     const bool is_named = found != needs.touching.end() || needs.all_touch,
-               touches = !options.no_statics &&
-                         (options.statics.empty() ? is_named : has(options.statics, name)),
+               touches = (options.statics.empty() ? is_named : has(options.statics, name)),
                slides = options.shear || needs.all_touch.value_or(false) ||
                         (found != needs.touching.end() && found->second);
     if (touches && slides) continue;

@@ -50,14 +50,9 @@ struct Superelement {
     // c x c, positive definite: compliance of the interface that is not in the modes
     Matrix F;
     double omega_closed = 0;  // rad/s, highest frequency with the interface held: limits a step
-    // What half of the modes would be can be told with the following; files before 1.5 do not have
-    // them.
-    std::string modes;      // free, tapered or fixed; empty: not known
-    double omega_fall = 0;  // rad/s, of tapered: where V falls to 0
-    Matrix rigid_momentum;  // c x r, of fixed: M_cc R of the rigid motions R = V_r, R^T M_cc R = I
-    // r x r, of fixed: A^1/2, A the rigid motions' mass in the modes before they were given the
-    // rest
-    Matrix rigid_share;
+    // free, tapered, or fixed (modified Craig-Bampton, of older files); empty: not known
+    std::string modes;
+    double omega_fall = 0;  // rad/s, of tapered: where V falls to 0; files before 1.5: 0
   } massless;
 
   // Basis "characteristic" (docs/theory.md, "An interface of few shapes"): q_k are all coordinates

@@ -204,11 +204,6 @@ class Checker {
       fail("/massless/omega_fall", number_text(m.omega_fall) +
                                        " is not above the highest frequency of the modes, " +
                                        number_text(highest));
-    if (m.rigid_momentum.size() == 0 && m.rigid_share.size() == 0) return;
-    const Index r = (s_.eigenvalues.array() == 0).count();
-    require_shape("/massless/rigid_momentum", m.rigid_momentum, s_.c(), r);
-    require_finite("/massless/rigid_momentum", m.rigid_momentum);
-    require_square("/massless/rigid_share", m.rigid_share, r);
   }
 
   void check_characteristic() const {

@@ -55,9 +55,6 @@ void write_half_of_massless(Hdf5Writer& file, const std::string& group,
                             const Superelement::Massless& massless) {
   if (!massless.modes.empty()) file.attribute(group + "/V", "modes", massless.modes);
   if (massless.omega_fall > 0) file.write(group + "/omega_fall", massless.omega_fall);
-  if (massless.rigid_share.size() == 0) return;
-  file.write(group + "/rigid_momentum", massless.rigid_momentum);
-  file.write(group + "/rigid_share", massless.rigid_share);
 }
 
 void write_statics(Hdf5Writer& file, const std::string& group, const StaticShare& statics) {
@@ -145,10 +142,6 @@ void read_half_of_massless(const Hdf5Reader& file, const std::string& group,
     massless.modes = file.read_string(group + "/V", "modes");
   if (file.has(group + "/omega_fall"))
     massless.omega_fall = file.read_scalar(group + "/omega_fall");
-  if (file.has(group + "/rigid_momentum"))
-    massless.rigid_momentum = file.read_matrix(group + "/rigid_momentum");
-  if (file.has(group + "/rigid_share"))
-    massless.rigid_share = file.read_matrix(group + "/rigid_share");
 }
 
 void read_statics(const Hdf5Reader& file, const std::string& group, StaticShare& statics) {

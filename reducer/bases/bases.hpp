@@ -20,10 +20,8 @@ struct Ingredients {
 // basis_craig_bampton.cpp
 void make_basis_craig_bampton(Reduction& r, Ingredients&& given, Superelement& s);
 
-// basis_massless.cpp. Of free modes, which it computes itself, or of fixed-interface modes.
-bool has_free_modes(const ReductionOptions& options);
-void make_basis_massless_free(Reduction& r, const SparseCholesky& factor, Superelement& s);
-void make_basis_massless_fixed(Reduction& r, Ingredients&& given, Superelement& s);
+// basis_massless.cpp. Of free modes, which it computes itself.
+void make_basis_massless(Reduction& r, const SparseCholesky& factor, Superelement& s);
 
 // basis_characteristic.cpp
 void make_basis_characteristic(Reduction& r, Ingredients&& given, Superelement& s);

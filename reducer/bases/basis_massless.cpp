@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Basis massless: modes carry all inertia, of the free component or with the interface held. The
-// algebra is in massless.cpp.
+// Basis massless: modes of the free component carry all inertia. The algebra is in massless.cpp.
 #include <cmath>
 #include <numbers>
 #include <utility>
@@ -30,18 +29,13 @@ void refuse_mechanism(Reduction& r, const Superelement& s) {
 
 }  // namespace
 
-bool has_free_modes(const ReductionOptions& options) {
-  return options.is_massless() && options.massless_modes != MasslessModes::fixed;
-}
-
-void make_basis_massless_free(Reduction& r, const SparseCholesky& factor, Superelement& s) {
+void make_basis_massless(Reduction& r, const SparseCholesky& factor, Superelement& s) {
   const auto phase = r.report.phase("free modes");
   refuse_mechanism(r, s);
-  MasslessFigures m =
-      make_massless_free({r.model.K, r.model.M, r.x, r.part}, r.p, factor,
-                         {r.options.modes.value_or(0), r.options.cutoff_hz.value_or(0),
-                          r.options.massless_modes == MasslessModes::tapered},
-                         s, r.report);
+  MasslessFigures m = make_massless({r.model.K, r.model.M, r.x, r.part}, r.p, factor,
+                                    {r.options.modes.value_or(0), r.options.cutoff_hz.value_or(0),
+                                     r.options.massless_modes == MasslessModes::tapered},
+                                    s, r.report);
   r.figures.n_candidates = s.k();
   r.figures.mode_method = m.method;
   r.figures.modes_proven = m.proven;
@@ -50,17 +44,6 @@ void make_basis_massless_free(Reduction& r, const SparseCholesky& factor, Supere
   if (r.options.modes) warn_of_cut_pair(s.eigenvalues, m.next, r.report);
   s.accuracy = accuracy_of_free_modes(s.eigenvalues.tail(s.k() - m.n_rigid), m.next, m.share);
   keep_figures(r, s, std::move(m));
-}
-
-void make_basis_massless_fixed(Reduction& r, Ingredients&& given, Superelement& s) {
-  take_matrices(r, given.modes, given.condensed, s);
-  const FreeEigenvalues free = look_before(r, given.factor, given.modes.Phi, s);
-  {
-    const auto phase = r.report.phase("massless form");
-    refuse_mechanism(r, s);
-    keep_figures(r, s, make_massless_fixed(parts_of_interface(r), s));
-  }
-  look_after(free, r.figures.massless.n_rigid, s);
 }
 
 }  // namespace cbr

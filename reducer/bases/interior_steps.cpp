@@ -79,7 +79,7 @@ FactorAndCondensed factorise_and_condense(Reduction& r) {
         r.settings.way == CondensationWay::fronts,
         [&](double share) { r.report.progress("factorisation and condensation", share); });
     if (factor) {
-      if (!has_free_modes(r.options)) {
+      if (!r.options.is_massless()) {
         r.model.K = SparseMatrix();
         r.model.M = SparseMatrix();
       }
@@ -87,7 +87,7 @@ FactorAndCondensed factorise_and_condense(Reduction& r) {
       return {std::move(*factor), std::move(condensed)};
     }
   }
-  if (!has_free_modes(r.options)) {
+  if (!r.options.is_massless()) {
     r.model.K = SparseMatrix();
     r.model.M = SparseMatrix();
   }

@@ -11,7 +11,7 @@
 #include "common/linalg/blas_threads.hpp"
 #include "common/linalg/dense_factor.hpp"
 #include "common/linalg/eigen/eigenpairs.hpp"
-#include "common/superelement/massless_modes.hpp"
+#include "common/mesh/face_weights.hpp"
 #include "reducer/modes/component_parts.hpp"
 #include "reducer/modes/diagonal_form.hpp"
 #include "reducer/modes/fixed_interface_modes.hpp"
@@ -24,6 +24,64 @@ constexpr double least_pivot = 1e-10;
 constexpr double no_strain = 1e-6;  // of the lowest elastic eigenvalue: a mechanism
 // of it: rigid motions that cannot be told from the others
 constexpr double rigid_tolerance = 1e-2;
+constexpr Index most_ahead = 20;
+// of the mean: docs/decisions/energy.md has the figures for others
+constexpr double takes_part = 0.05;
+constexpr double no_part = 1e-20;  // of |p|^2 |V_j|^2: round-off
+
+// Forces of a uniform pressure on each surface   (c x surfaces)
+Matrix pressures(const Superelement& s) {
+  Matrix P(s.c(), static_cast<Index>(s.surfaces.size()));
+  for (Index q = 0; q < P.cols(); ++q) {
+    const Points n = face_normals(s.surfaces[static_cast<std::size_t>(q)], s.coordinates);
+    for (Index i = 0; i < s.c(); ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      P(i, q) = n(s.dof_node[at], s.dof_component[at]);
+    }
+  }
+  return P;
+}
+
+// How many modes beyond `elastic` ones are looked at for the end of their fall; at least 1.
+Index modes_ahead(Index elastic) { return std::clamp<Index>((elastic + 1) / 2, 1, most_ahead); }
+
+// Where interface rows of the first k modes fall to 0 (rad/s): the first of the modes_ahead() that
+// takes part in a uniform pressure on one of the surfaces of `s`, at the latest the last of them;
+// the first one without surfaces. A mode takes part when its share of the impulse's answer, (p^T
+// V_j)^2, is a twentieth of the kept ones' mean, each weighed by itself, rigid motions as one.
+// lambda (at least k, ascending, n_rigid zeros first) and V (c x lambda.size(), or without the
+// last), V without a fall. Where nothing beyond is known, as much above the last as evenly spaced
+// frequencies would have it.
+double end_of_fall(const Superelement& s, const Matrix& V, const Vector& lambda, Index k,
+                   Index n_rigid) {
+  const Index e = k - n_rigid, last_looked_at = std::min(k + modes_ahead(e), lambda.size()) - 1;
+  const Matrix P = pressures(s), answers = (P.transpose() * V).cwiseAbs2();  // surfaces x modes
+  Vector enough = Vector::Constant(P.cols(), HUGE_VAL);
+  bool any = false;
+  for (Index q = 0; q < P.cols(); ++q) {
+    const double rigid = answers.row(q).head(n_rigid).sum();
+    const auto elastic = answers.row(q).segment(n_rigid, e);
+    const double sum = rigid + elastic.sum(), mean = (rigid * rigid + elastic.squaredNorm()) / sum;
+    if (!(sum > 0) || !(mean > no_part * P.col(q).squaredNorm() *
+                                   V.leftCols(k).colwise().squaredNorm().maxCoeff()))
+      continue;
+    enough(q) = takes_part * mean;
+    any = true;
+  }
+  const double last = k > 0 ? lambda(k - 1) : 0;
+  Index j = k;
+  const auto ends_here = [&] {
+    return lambda(j) > last && (!any || (answers.col(j) - enough).maxCoeff() >= 0);
+  };
+  while (j < last_looked_at && !ends_here()) ++j;
+  const double above = 1 + 1 / static_cast<double>(std::max<Index>(e, 1));
+  return std::sqrt(j < lambda.size() && lambda(j) > last ? lambda(j) : above * above * last);
+}
+
+// sqrt(1 - (omega_j / end)^3), k numbers: what multiplies the columns of V.
+Vector falling_weights(const Vector& lambda, double end) {
+  return (1 - (lambda.array().sqrt() / end).cube()).max(0.0).sqrt();
+}
 
 // Six of each part, about its middle and of its size, N^T M N = I   (N x 6 parts)
 Matrix rigid_motions(const FreeModel& model) {
@@ -187,8 +245,7 @@ void require_only_rigid(const Vector& lambda, Index n_rigid, double low) {
         "basis: massless: by round-off the stiffness resists rigid motions, so that the free modes "
         "cannot be told from them: look "
         "for parts of very unlike stiffness, very thin parts, slivers, Poisson's ratio near 0.5, "
-        "or use massless_modes: fixed or "
-        "basis: craig-bampton");
+        "or use basis: craig-bampton");
 }
 
 // V of the first k modes, whose rows on the interface fall off towards the end that those beyond
@@ -205,8 +262,7 @@ void taper(const FixedInterfaceModes& modes, Index k, Index n_rigid, Superelemen
 }
 
 // F's definiteness, and what is left of `elastic` in it; omega_closed.
-void finish(const Matrix& elastic, const std::string& what, MasslessFigures& figures,
-            Superelement& s) {
+void finish(const Matrix& elastic, MasslessFigures& figures, Superelement& s) {
   auto& m = s.massless;
   Matrix L = m.F;
   const bool definite = dense_cholesky(L);
@@ -214,8 +270,8 @@ void finish(const Matrix& elastic, const std::string& what, MasslessFigures& fig
       definite ? (L.diagonal().cwiseAbs2().cwiseQuotient(elastic.diagonal())).minCoeff() : 0;
   if (!(pivot > least_pivot)) {
     throw InputError(
-        "modes: " + std::to_string(s.k() - figures.n_rigid) + " " + what +
-        " leave the interface of " + std::to_string(s.c()) +
+        "modes: " + std::to_string(s.k() - figures.n_rigid) +
+        " free modes leave the interface of " + std::to_string(s.c()) +
         " dofs no compliance of its own, by which it answers contact: keep half as many" +
         (m.modes == "free" ? ", or use massless_modes: tapered, whose modes share it with "
                              "the interface"
@@ -247,9 +303,9 @@ void forget_matrices(Superelement& s) {
 
 }  // namespace
 
-MasslessFigures make_massless_free(const FreeModel& model, const Partition& p,
-                                   const SparseCholesky& factor_of_K_II,
-                                   const FreeModesWanted& wanted, Superelement& s, Report& report) {
+MasslessFigures make_massless(const FreeModel& model, const Partition& p,
+                              const SparseCholesky& factor_of_K_II, const FreeModesWanted& wanted,
+                              Superelement& s, Report& report) {
   MasslessFigures figures;
   const LargeBlasWork blas(std::pow(static_cast<double>(s.c()), 3));
   Matrix elastic;
@@ -295,32 +351,7 @@ MasslessFigures make_massless_free(const FreeModel& model, const Partition& p,
     s.massless.F.selfadjointView<Eigen::Lower>().rankUpdate(B, -1);
     mirror_lower(s.massless.F);
   }
-  finish(elastic, "free modes", figures, s);
-  return figures;
-}
-
-MasslessFigures make_massless_fixed(const std::vector<Index>& part, Superelement& s) {
-  MasslessFigures figures;
-  const LargeBlasWork blas(std::pow(static_cast<double>(s.c()), 3));
-  const Index k = s.k();
-  Matrix R = rigid_motions_of_parts(s, part).bottomRows(s.c());  // c x r
-  orthonormalise(s.M_cc, R, "the rigid motions");
-  const Index r = figures.n_rigid = R.cols();
-  const Matrix momentum = s.M_cc * R;
-  FixedModes modes{s.eigenvalues, std::move(s.M_kc), std::move(s.K_cc)};
-  forget_matrices(s);
-  figures.lost_mass = 1 - take_fixed_modes(std::move(modes), R, momentum, s);
-  figures.fixed = true;
-  figures.method = "of the fixed ones";
-  figures.proven = true;
-  Matrix elastic = s.massless.F;
-  const Index e = k - r;
-  if (e > 0) {
-    const Matrix V_e =
-        s.massless.V.rightCols(e) * s.eigenvalues.tail(e).cwiseSqrt().cwiseInverse().asDiagonal();
-    elastic.noalias() += V_e * V_e.transpose();
-  }
-  finish(elastic, "fixed modes", figures, s);
+  finish(elastic, figures, s);
   return figures;
 }
 

@@ -29,10 +29,6 @@ struct MasslessFigures {
   Vector3 left = Vector3::Zero();
   // tapered modes: of each elastic one's compliance at the interface, what moves with it
   Vector share;
-  bool fixed = false;  // of fixed modes
-  // fixed modes: largest share of a rigid motion's mass that was not in the modes, and was given to
-  // them
-  double lost_mass = 0;
 };
 
 // The full model, as far as free modes need it.
@@ -58,14 +54,9 @@ struct FreeModesWanted {
 // motions, and the compliance of the interface that they leave. s: of a reduction without modes;
 // its K_cc and M_cc are used up. InputError: a mechanism; more modes than leave the interface
 // compliance of its own. RunError: of the eigensolver.
-MasslessFigures make_massless_free(const FreeModel& model, const Partition& p,
-                                   const SparseCholesky& factor_of_K_II,
-                                   const FreeModesWanted& wanted, Superelement& s, Report& report);
-
-// Craig-Bampton's modes, the rest of the mass taken off the interface, and what rigid motions lose
-// by that given back to the modes. s: its K_cc, M_cc, M_kc are used up; part: per node of it.
-// InputError: modes that some rigid motion does not drive.
-MasslessFigures make_massless_fixed(const std::vector<Index>& part, Superelement& s);
+MasslessFigures make_massless(const FreeModel& model, const Partition& p,
+                              const SparseCholesky& factor_of_K_II, const FreeModesWanted& wanted,
+                              Superelement& s, Report& report);
 
 // InputError naming the node where the interface, which has no mass here, moves without stiffness
 // otherwise than as a rigid body, or where round-off has left nothing of its stiffness.

@@ -104,7 +104,7 @@ void add_loads(Reduction& r, const SparseCholesky& factor, FixedInterfaceModes& 
 }  // namespace
 
 FixedInterfaceModes first_modes(Reduction& r, const SparseCholesky& factor) {
-  if (!has_free_modes(r.options) && !r.options.tolerance) return modes_to_compute(r, factor);
+  if (!r.options.is_massless() && !r.options.tolerance) return modes_to_compute(r, factor);
   check_modes_wanted(r.options);
   FixedInterfaceModes none;
   none.Phi.resize(r.p.n_interior(), 0);

@@ -40,17 +40,11 @@ void make_basis(Reduction& r, Superelement& s) {
                 r.report);
   s.K_cc = std::move(condensed.K_cc);
   s.M_cc = std::move(condensed.M_cc);
-  if (has_free_modes(r.options)) return make_basis_massless_free(r, factor, s);
+  if (r.options.is_massless()) return make_basis_massless(r, factor, s);
   keep_modes(r, modes, condensed);
   Ingredients given{factor, std::move(modes), std::move(condensed)};
-  switch (r.options.basis) {
-    case Basis::craig_bampton:
-      return make_basis_craig_bampton(r, std::move(given), s);
-    case Basis::massless:
-      return make_basis_massless_fixed(r, std::move(given), s);
-    case Basis::characteristic:
-      return make_basis_characteristic(r, std::move(given), s);
-  }
+  return r.options.is_characteristic() ? make_basis_characteristic(r, std::move(given), s)
+                                       : make_basis_craig_bampton(r, std::move(given), s);
 }
 
 // Of the full K, as it was assembled.
@@ -148,7 +142,7 @@ Superelement reduce_to(const std::vector<Index>* interface, const Mesh& mesh,
       require_memory_for_interface(3 * static_cast<Index>(kept.size()), machine_memory_bytes());
     partition(r.model, kept, r.p);
     r.figures.n_interior = r.p.n_interior();
-    if (!has_free_modes(options) && !options.is_characteristic() && !may_condense_by_fronts(r)) {
+    if (!options.is_massless() && !options.is_characteristic() && !may_condense_by_fronts(r)) {
       r.model.K = SparseMatrix();
       r.model.M = SparseMatrix();
     }

@@ -227,7 +227,7 @@ TEST(ContactPatch, WavesPassBetweenMeshesThatDoNotMatch) {
   };
   for (const Way& way :
        {Way{true, "", 0}, Way{false, "craig-bampton", -1},
-        Way{false, "characteristic, characteristic: {modes: 0, pressure: [x_min, x_max]}", 3}}) {
+        Way{false, "characteristic, characteristic: {modes: 0, statics: [x_min, x_max]}", 3}}) {
     const Ran thin = strike(1, 1, "", way), mortar = strike(2, 3, ", formulation: mortar", way),
               node_face = strike(2, 3, "", way);
     const auto difference = [&](const Ran& ran) {

@@ -30,7 +30,6 @@ BASES = {
     "craig-bampton, central differences": ("", "integrator: central-difference"),
     "massless, free": ("basis: massless", ""),
     "massless, tapered": ("basis: massless, massless_modes: tapered", ""),
-    "massless, fixed": ("basis: massless, massless_modes: fixed", ""),
     "characteristic": ("basis: characteristic", ""),
 }
 

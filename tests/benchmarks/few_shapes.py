@@ -16,12 +16,12 @@ PICKED = "modes: 20, pick: participation"
 # Superelement: interface, entries of `reduction`
 REDUCTIONS = {
     "all": (FACE, PICKED),
-    "c10": (FACE, PICKED + ", basis: characteristic, characteristic: {modes: 10, pressure: [contact], patterns: 1}"),
-    "s20": (FACE, "modes: 20, basis: characteristic, characteristic: {modes: 10, pressure: [contact], patterns: 20, shear: true}"),
+    "c10": (FACE, PICKED + ", basis: characteristic, characteristic: {modes: 10}"),
+    "s20": (FACE, "modes: 20, basis: characteristic, characteristic: {modes: 10, shear: true}"),
     "surface-all": (SURFACE, PICKED),
     "surface-all-500": (SURFACE, "modes: 500"),
     "surface-keep": (SURFACE, PICKED + ", basis: characteristic, characteristic: {modes: 40, keep: [contact]}"),
-    "surface-pattern": (SURFACE, PICKED + ", basis: characteristic, characteristic: {modes: 40, pressure: [contact], patterns: 1}"),
+    "surface-pattern": (SURFACE, PICKED + ", basis: characteristic, characteristic: {modes: 40}"),
 }
 # Row: superelement, friction, speed of the left block along the face, the same without friction
 ROWS = {

@@ -104,9 +104,8 @@ TEST(SuperelementFile, SpinCouplingsComeBackAsTheyWere) {
   EXPECT_TRUE(test::identical(read, written));
 }
 
-// What half of its modes would be; files before 1.5 say which modes they are in /provenance, or not
-// at all.
-TEST(SuperelementFile, basisMasslessTellsWhatItsHalfIsMadeOf) {
+// Files before 1.5 say which modes they are in /provenance, or not at all.
+TEST(SuperelementFile, basisMasslessTellsItsModes) {
   const TemporaryFolder folder;
   const auto again = [&](const Superelement& s) {
     write_superelement(s, folder / "s.h5");
@@ -122,15 +121,9 @@ TEST(SuperelementFile, basisMasslessTellsWhatItsHalfIsMadeOf) {
   s.massless.modes = "tapered";
   s.massless.omega_fall = 40.5;
   EXPECT_EQ(again(s).omega_fall, 40.5);
-  EXPECT_EQ(again(s).rigid_share.size(), 0);
-  s.eigenvalues(0) = 0;
-  s.massless.modes = "fixed";
+  s.massless.modes = "fixed";  // of older files
   s.massless.omega_fall = 0;
-  s.massless.rigid_momentum = s.massless.V.col(1);
-  s.massless.rigid_share = Matrix::Constant(1, 1, 0.75);
   EXPECT_EQ(again(s).modes, "fixed");
-  EXPECT_EQ(again(s).rigid_momentum, s.massless.rigid_momentum);
-  EXPECT_EQ(again(s).rigid_share, s.massless.rigid_share);
 }
 
 Superelement sample_with_extras() {
@@ -238,12 +231,6 @@ TEST(SuperelementFile, basisMasslessIsChecked) {
   expect("/massless/omega_closed", [](Superelement& s) { s.massless.omega_closed = INFINITY; });
   expect("/massless/omega_fall", [](Superelement& s) { s.massless.omega_fall = 31; });
   expect("/massless/omega_fall", [](Superelement& s) { s.massless.omega_fall = INFINITY; });
-  expect("/massless/rigid_momentum",
-         [](Superelement& s) { s.massless.rigid_share = Matrix::Ones(1, 1); });
-  expect("/massless/rigid_share", [](Superelement& s) {
-    s.eigenvalues(0) = 0;
-    s.massless.rigid_momentum = s.massless.V.col(0);
-  });
   expect("/matrices/eigenvalues",
          [](Superelement& s) { std::swap(s.eigenvalues(0), s.eigenvalues(3)); });
   expect("/diagonal", [](Superelement& s) {

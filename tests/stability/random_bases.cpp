@@ -33,16 +33,15 @@ void take_impulses(RandomScene& scene, const RandomBody* body) {
 
 // Free modes leave the interface of c dofs a compliance of its own while they and the 6 rigid
 // motions are no more than the interior's dofs, and a compliance far above round-off while they are
-// far fewer. Fixed ones must carry all rigid motions.
+// far fewer.
 void make_massless(Dice& dice, RandomScene& scene, RandomBody& b) {
   const Index n = interior_dofs(b);
   if (n < 24) return;  // as it was
-  const Index way = dice.below(3);
-  constexpr const char* ways[] = {"free", "tapered", "fixed"};
+  constexpr const char* ways[] = {"free", "tapered"};
   b.basis = "massless";
-  b.reduction = std::string("massless_modes: ") + ways[way];
-  b.modes = way == 2 ? n - dice.below(n / 3) : dice.below(std::min<Index>(16, n / 2 - 6) + 1);
-  if (way != 2) b.pick = "frequency";
+  b.reduction = std::string("massless_modes: ") + ways[dice.below(2)];
+  b.modes = dice.below(std::min<Index>(16, n / 2 - 6) + 1);
+  b.pick = "frequency";
   // No force but impulses, and no step but an explicit one, finds an interface without mass
   if (scene.integrator == "newmark")
     scene.integrator = dice.once_in(2) ? "exact" : "central-difference";
@@ -55,8 +54,8 @@ std::string listed(const std::vector<std::string>& names) {
   return "[" + text + "]";
 }
 
-// Fewer of the interface's own modes than there are dofs to reduce, with or without patterns of
-// pressure on its two faces.
+// Fewer of the interface's own modes than there are dofs to reduce, with statics of
+// its two faces or of those that contact names.
 void make_characteristic(Dice& dice, const RandomScene& scene, RandomBody& b) {
   const Index n_interface = 3 * b.mesh.coordinates.rows() - interior_dofs(b);
   std::vector<std::string> keep;
@@ -73,7 +72,7 @@ void make_characteristic(Dice& dice, const RandomScene& scene, RandomBody& b) {
       "characteristic: {modes: " + std::to_string(dice.below(std::min<Index>(left - 1, 15)));
   if (!keep.empty()) b.reduction += ", keep: " + listed(keep);
   if (dice.once_in(2)) {
-    b.reduction += ", pressure: [x_min, x_max], patterns: " + std::to_string(1 + dice.below(3));
+    b.reduction += ", statics: [x_min, x_max]";
     if (dice.once_in(3)) b.reduction += ", shear: true";
   }
   b.reduction += "}";

@@ -27,13 +27,8 @@ struct ReadValue {
         std::isfinite(v.below) ? node.in_open_range(v.above, v.below) : node.positive();
   }
   void operator()(const TrueOrFalse& v) const { v.field(reduction) = node.boolean(); }
-  void operator()(const NameList& v) const {
-    const bool is_none = v.none != nullptr && node.is_scalar() && node.text() == "none";
-    if (v.none != nullptr) v.none(reduction) = is_none;
-    if (!is_none) v.field(reduction) = node.names();
-    if (v.none != nullptr && !is_none && v.field(reduction).empty())
-      node.fail("is empty, expected sidesets of the interface, or none");
-  }
+  void operator()(const NameList& v) const { v.field(reduction) = node.names(); }
+  void operator()(const Retired&) const {}
   void operator()(const NamesOrTrue& v) const {
     if (node.is_scalar()) {
       v.field(reduction) = node.boolean();
@@ -46,6 +41,16 @@ struct ReadValue {
   }
 };
 
+void read_value(const ReductionKey& key, const SceneNode& node, ReductionOptions& reduction) {
+  if (std::holds_alternative<Retired>(key.value)) node.fail("is retired: " + key.successor);
+  if (!key.retired.empty() && node.is_scalar() && node.text() == key.retired)
+    node.fail("'" + key.retired + "' is retired: " + key.successor);
+  std::visit(ReadValue{node, reduction}, key.value);
+  const auto* names = std::get_if<NameList>(&key.value);
+  if (names != nullptr && key.retired == "none" && names->field(reduction).empty())
+    node.fail("is empty, expected sidesets of the interface");
+}
+
 // Keys with a dot are those of a map of their own.
 std::vector<std::string> read_reduction_keys(const SceneMap& map, ReductionOptions& reduction) {
   std::vector<std::string> given;
@@ -56,12 +61,12 @@ std::vector<std::string> read_reduction_keys(const SceneMap& map, ReductionOptio
     if (!key.goes_with(reduction.basis))
       node->fail("requires basis: " + word_of(basis_words, *key.only_with));
     if (dot == std::string::npos) {
-      std::visit(ReadValue{*node, reduction}, key.value);
+      read_value(key, *node, reduction);
     } else {
       const SceneMap inside = node->map(keys_of_reduction(key.key.substr(0, dot)));
       const SceneNode* value = inside.find(key.key.substr(dot + 1));
       if (value == nullptr) continue;
-      std::visit(ReadValue{*value, reduction}, key.value);
+      read_value(key, *value, reduction);
     }
     given.push_back(key.key);
   }
@@ -147,8 +152,7 @@ void check_massless(const ReductionOptions& reduction, const std::string& where)
   if (reduction.tolerance) refuse("tolerance", "take modes or cutoff_hz");
   if (!reduction.loads.empty())
     refuse("loads inside the part", "take their sets into the interface");
-  if (reduction.massless_modes != MasslessModes::fixed && reduction.pick == Pick::participation)
-    refuse("pick: participation of free modes", "take massless_modes: fixed, or pick: frequency");
+  if (reduction.pick == Pick::participation) refuse("pick: participation", "pick: frequency");
 }
 
 void check_characteristic(const ReductionOptions& reduction, const std::string& where) {

@@ -88,8 +88,8 @@ std::string path(const std::filesystem::path& file) {
   return word(std::filesystem::absolute(file).lexically_normal().string());
 }
 
-// What the table says of the options, a map of their own on one line. Patterns, pick, domains and
-// recovery always, so that the scene says what is done.
+// What the table says of the options, a map of their own on one line. Pick, domains and recovery
+// always, so that the scene says what is done.
 bool is_written(const ReductionKey& key, const ReductionOptions& reduction) {
   if (!key.goes_with(reduction.basis)) return false;
   if (key.key == "characteristic.modes") return !reduction.characteristic.is_default_modes;
@@ -102,10 +102,9 @@ bool is_written(const ReductionKey& key, const ReductionOptions& reduction) {
 
 std::string written(const ReductionKey& key, const ReductionOptions& reduction) {
   const std::vector<std::string> found = words_of(key, reduction);
-  const auto* sets = std::get_if<NameList>(&key.value);
   const auto* some = std::get_if<NamesOrTrue>(&key.value);
   ReductionOptions copy = reduction;
-  const bool are_names = (sets != nullptr && !(sets->none != nullptr && sets->none(copy))) ||
+  const bool are_names = std::holds_alternative<NameList>(key.value) ||
                          (some != nullptr && !some->names(copy).empty());
   return are_names ? words(found) : found.front();
 }

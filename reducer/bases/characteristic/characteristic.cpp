@@ -141,12 +141,12 @@ Matrix answers_beside_kept(const Superelement& s, const std::vector<Index>& b,
 class Statics {
  public:
   Statics(const Superelement& s, const Matrix& R)
-      : s_(s), R_(R), P_(s.M_cc * R), held_(hold_rigid_motions(s.K_cc, R)) {
+      : R_(R), P_(s.M_cc * R), held_(hold_rigid_motions(s.K_cc, R)) {
     if (!dense_cholesky(held_.K))
       fail(
           "statics: the interface moves without strain in more ways than as a rigid body, or is "
           "too thin for a double: mend the "
-          "mesh, or use less flat elements, or leave both out (statics: none, patterns: 0)");
+          "mesh, or use less flat elements, or use basis: craig-bampton");
   }
 
   Matrix in_equilibrium(const Matrix& B) const { return B - P_ * (R_.transpose() * B); }
@@ -170,18 +170,7 @@ class Statics {
     return C;
   }
 
-  // f^T T (T^T K_cc T)^+ T^T f: what of the compliance the shapes T have, which span the rigid
-  // motions
-  Matrix compliance_in(const Matrix& T, const Matrix& f) const {
-    Matrix K = T.transpose() * (s_.K_cc * T);
-    const Matrix NT = held_.N.transpose() * T;
-    K.noalias() += held_.scale * NT.transpose() * NT;
-    const Matrix F = T.transpose() * f;
-    return F.transpose() * Ldlt(K).solve(F);
-  }
-
  private:
-  const Superelement& s_;
   Matrix R_, P_;
   HeldStiffness held_;  // K: its Cholesky factor
 };
@@ -209,54 +198,17 @@ Index append(const Matrix& M, const Matrix& U, Matrix& T) {
   return kept;
 }
 
-// B^T P^T (F - T (T^T K_cc T)^+ T^T) P B, of the shapes T as they are now; f = P B.
-Matrix compliance_left(const Statics& statics, const Matrix& all, const Matrix& T,
-                       const Matrix& f) {
-  const Matrix left = all - statics.compliance_in(T, f);
-  return 0.5 * (left + left.transpose());
-}
-
-// Responses U = F P B phi to the uniform pattern (with shear: in three directions), and then to the
-// patterns of which the shapes T lack most: S_left phi = A phi sigma, sigma the largest, A the
-// areas.
-void add_patterns(const Surface& surface, const CharacteristicOptions& options,
-                  const Statics& statics, const Superelement& s, Matrix& T,
-                  CharacteristicFigures& figures) {
-  const PressureLoads loads = pressure_loads(s, surface, options.shear);
-  const Index m = loads.B.cols();
-  const Index wanted = options.patterns;
-  if (wanted > m)
-    fail("patterns: " + std::to_string(options.patterns) + " requested on '" + surface.name +
-         "', which has only " + std::to_string(m) +
-         (options.shear ? " loads: three a node" : " loads: one a node"));
-  const Matrix f = statics.in_equilibrium(loads.B), Y = statics.solve(f), all = f.transpose() * Y;
-  const Index step = options.shear ? 3 : 1, n_uniform = std::min(step, wanted),
-              others = wanted - n_uniform;
-  Matrix uniform = Matrix::Zero(m, step);
+// Responses U = F P B to the uniform pressure, or to uniform tractions along three axes.
+void add_uniform(const Surface& surface, bool shear, const Statics& statics, const Superelement& s,
+                 Matrix& T, CharacteristicFigures& figures) {
+  const Matrix B = pressure_loads(s, surface, shear), Y = statics.solve(statics.in_equilibrium(B));
+  const Index step = shear ? 3 : 1;
+  Matrix uniform = Matrix::Zero(B.cols(), step);
   for (Index axis = 0; axis < step; ++axis)
-    for (Index i = axis; i < m; i += step) uniform(i, axis) = 1;
-  if (n_uniform < step) {
-    // The directions that the shapes lack most of, as those of the mesh's axes would make the basis
-    // depend on these
-    const Matrix left = uniform.transpose() * compliance_left(statics, all, T, f) * uniform;
-    const Matrix directions = symmetric_eigen(left).vectors;
-    uniform = (uniform * directions.rightCols(n_uniform)).eval();
-  }
-  Index kept = append(s.M_cc, Y * uniform, T);
-  if (others > 0) {
-    const Eigenpairs pairs = dense_eigenpairs(compliance_left(statics, all, T, f), loads.area, m);
-    if (!pairs.converged)
-      throw RunError("the patterns of pressure on '" + surface.name + "' could not be found");
-    kept += append(s.M_cc, Y * pairs.Phi.rightCols(others).rowwise().reverse(), T);
-  }
-  figures.n_patterns += kept;
-  figures.n_dropped += wanted - kept;
-  // Each load against its area: trace of A^-1/2 S A^-1/2
-  const auto weighed = [&](const Matrix& S) {
-    return S.diagonal().cwiseQuotient(loads.area).sum();
-  };
-  figures.left =
-      std::max(figures.left, weighed(compliance_left(statics, all, T, f)) / weighed(all));
+    for (Index i = axis; i < B.cols(); i += step) uniform(i, axis) = 1;
+  const Index kept = append(s.M_cc, Y * uniform, T);
+  figures.n_uniform += kept;
+  figures.n_dropped += step - kept;
 }
 
 // inertia_of() as far as the fixed-interface modes have it: their share of P_I^T K_II^-1 P_I of R.
@@ -294,25 +246,13 @@ std::vector<const Surface*> pressed_surfaces(const CharacteristicOptions& option
                                              const std::vector<char>& is_kept,
                                              const Superelement& s) {
   std::vector<const Surface*> pressed;
-  if (options.patterns == 0) return pressed;
-  CharacteristicOptions of = options;
-  of.statics = options.pressure;
-  try {
-    for (const auto& touching : touching_surfaces(options.pressure.empty() ? options : of, s))
-      pressed.push_back(touching.surface);
-  } catch (const InputError& error) {
-    if (options.pressure.empty()) throw;
-    std::string what = error.what();
-    throw InputError(what.replace(what.find("statics"), 7, "pressure"));
-  }
-  // Of a face that is kept whole the basis has all responses, unless it is asked for
-  if (options.pressure.empty()) {
-    std::erase_if(pressed, [&](const Surface* surface) {
-      const std::vector<Index> nodes = surface_nodes(*surface);
-      return std::all_of(nodes.begin(), nodes.end(),
-                         [&](Index node) { return is_kept[static_cast<std::size_t>(node)] != 0; });
-    });
-  }
+  for (const auto& touching : touching_surfaces(options, s)) pressed.push_back(touching.surface);
+  // Of a face that is kept whole the basis has all responses
+  std::erase_if(pressed, [&](const Surface* surface) {
+    const std::vector<Index> nodes = surface_nodes(*surface);
+    return std::all_of(nodes.begin(), nodes.end(),
+                       [&](Index node) { return is_kept[static_cast<std::size_t>(node)] != 0; });
+  });
   return pressed;
 }
 
@@ -326,27 +266,23 @@ void require_fewer(Index modes, Index dofs) {
        " dofs are to be reduced: take fewer, or basis: craig-bampton, which keeps them all");
 }
 
-PressureLoads pressure_loads(const Superelement& s, const Surface& surface, bool shear) {
+Matrix pressure_loads(const Superelement& s, const Surface& surface, bool shear) {
   const NodeAreas areas = node_areas(s, surface);
   std::vector<Index> place(s.node_ids.size(), -1);
   for (std::size_t i = 0; i < areas.node.size(); ++i)
     place[static_cast<std::size_t>(areas.node[i])] = static_cast<Index>(i);
-  PressureLoads loads;
-  const Index per_node = shear ? 3 : 1;
-  loads.B.setZero(s.c(), per_node * areas.area.size());
-  loads.area.resize(loads.B.cols());
-  for (Index j = 0; j < loads.area.size(); ++j) loads.area(j) = areas.area(j / per_node);
+  Matrix B = Matrix::Zero(s.c(), (shear ? 3 : 1) * areas.area.size());
   for (Index i = 0; i < s.c(); ++i) {
     const Index node = place[static_cast<std::size_t>(s.dof_node[static_cast<std::size_t>(i)])];
     if (node < 0) continue;
     const int d = s.dof_component[static_cast<std::size_t>(i)];
     if (shear) {
-      loads.B(i, 3 * node + d) = areas.area(node);
+      B(i, 3 * node + d) = areas.area(node);
     } else {
-      loads.B(i, node) = -areas.vector(node, d);
+      B(i, node) = -areas.vector(node, d);
     }
   }
-  return loads;
+  return B;
 }
 
 CharacteristicFigures make_characteristic(const CharacteristicOptions& options,
@@ -369,7 +305,8 @@ CharacteristicFigures make_characteristic(const CharacteristicOptions& options,
   Matrix compliance;
   if (!pressed.empty() || !share.empty() || loads.cols() > 0) {
     const Statics statics(s, R);
-    for (const Surface* surface : pressed) add_patterns(*surface, options, statics, s, T, figures);
+    for (const Surface* surface : pressed)
+      add_uniform(*surface, options.shear, statics, s, T, figures);
     const Matrix answers = kept.empty() ? statics.solve(statics.in_equilibrium(loads))
                                         : answers_beside_kept(s, others, loads);
     figures.n_loads = append(s.M_cc, answers, T);

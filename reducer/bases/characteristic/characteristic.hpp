@@ -3,7 +3,7 @@
 // interface and statics.
 //
 // Basis characteristic: the interface moves in a few shapes of its own (Castanier, Tan, Pierre
-// 2001, doi 10.2514/2.1445), with static responses to patterns of pressure where it touches.
+// 2001, doi 10.2514/2.1445), with static responses to uniform pressures where it touches.
 // docs/theory.md, "An interface of few shapes".
 #pragma once
 
@@ -24,14 +24,12 @@ struct CharacteristicFigures {
   Index n_modes = 0;
   bool free_modes = false;  // the latter
   Index n_kept = 0;         // dofs of kept nodes
-  // responses to patterns, and those that the others span already
-  Index n_patterns = 0, n_dropped = 0;
+  // responses to uniform pressures, and those that the others span already
+  Index n_uniform = 0, n_dropped = 0;
   Index n_loads = 0;              // responses to the scene's loads
   std::vector<std::string> bare;  // sets_without_statics()
   double highest = 0;             // rad/s, of the last characteristic mode
-  double left = 0;  // share of a pressure surface's compliance, its trace, that the basis does not
-                    // have; the largest of the surfaces
-  ConditionNumbers mass;  // of the shapes' reduced mass
+  ConditionNumbers mass;          // of the shapes' reduced mass
   // residual_mass_share() of Craig-Bampton's form, which rigid motions of the interface keep
   Vector3 rho = Vector3::Zero();
 };
@@ -49,8 +47,8 @@ CharacteristicFigures make_characteristic(const CharacteristicOptions& options,
 Index examine_characteristic(const Superelement& s, const CharacteristicFigures& figures,
                              const std::vector<Index>& part, Conditioning& condition);
 
-// The surfaces that get responses to patterns of pressure: those of `pressure`, or those that
-// touch. is_kept: kept_nodes(). InputError: one that the interface does not keep.
+// The surfaces that get responses to uniform pressures: those with statics, but for those that are
+// kept whole. is_kept: kept_nodes(). InputError: one that the interface does not keep.
 std::vector<const Surface*> pressed_surfaces(const CharacteristicOptions& options,
                                              const std::vector<char>& is_kept,
                                              const Superelement& s);
@@ -61,11 +59,7 @@ Index n_shapes(const CharacteristicOptions& options, Index dofs);
 void require_fewer(Index modes, Index dofs);
 
 // Forces of unit pressures at the surface's nodes on the interface's dofs, c x m, or 3 m with shear
-// (x, y, z of each node), and the areas that they act on (m or 3 m): of node_areas().
-struct PressureLoads {
-  Matrix B;
-  Vector area;
-};
-PressureLoads pressure_loads(const Superelement& s, const Surface& surface, bool shear);
+// (x, y, z of each node).
+Matrix pressure_loads(const Superelement& s, const Surface& surface, bool shear);
 
 }  // namespace cbr

@@ -99,7 +99,7 @@ std::vector<Index> kept_dofs(const CharacteristicOptions& options, const Superel
 }
 
 // Uniform pressures, or with shear tractions along three axes, on each of the surfaces   (N x
-// patterns)
+// tractions)
 Matrix uniform_loads(const CharacteristicOptions& options, const Partition& p,
                      const Superelement& s, Index n_dofs) {
   const std::vector<const Surface*> surfaces = pressed_surfaces(options, kept_nodes(options, s), s);
@@ -198,7 +198,6 @@ ConditionNumbers condition_of(const Matrix& A) {
 bool few_enough(const CharacteristicOptions& options, bool one_part, Index n_interior,
                 const Superelement& s) {
   if (!one_part || n_interior == 0 || s.c() <= large_interface) return false;
-  if (options.patterns != 0 && options.patterns != default_patterns(options)) return false;
   const auto n_kept = static_cast<Index>(kept_dofs(options, s).size());
   return n_kept <= most_kept && n_kept < s.c();
 }
@@ -229,16 +228,16 @@ std::optional<FreeShapes> free_shapes(const CharacteristicOptions& options,
     ++m;
   shapes.n_modes = m;
   shapes.n_kept = static_cast<Index>(kept.size());
-  shapes.n_patterns = uniform.cols();
+  shapes.n_uniform = uniform.cols();
   const std::vector<char> is_kept = kept_nodes(options, s);
   shapes.bare = sets_without_statics(options, is_kept, s);
   const Matrix loads = load_columns(options, is_kept, s);
   shapes.n_loads = loads.cols();
-  shapes.U.resize(n, m + shapes.n_kept + shapes.n_patterns + shapes.n_loads);
+  shapes.U.resize(n, m + shapes.n_kept + shapes.n_uniform + shapes.n_loads);
   shapes.U.leftCols(m) = modes.Phi.leftCols(m);
   if (shapes.n_kept > 0) shapes.U.middleCols(m, shapes.n_kept) = kept_shapes(solve, kept, n);
-  if (shapes.n_patterns > 0)
-    shapes.U.middleCols(m + shapes.n_kept, shapes.n_patterns) = solve(uniform);
+  if (shapes.n_uniform > 0)
+    shapes.U.middleCols(m + shapes.n_kept, shapes.n_uniform) = solve(uniform);
   if (shapes.n_loads > 0) shapes.U.rightCols(shapes.n_loads) = solve(of_component(loads, p, s, n));
   const SparseMatrix B = loads_of(forces, p, n);
   if (!forces.empty()) shapes.compliance = solve.compliance(B);
@@ -329,7 +328,7 @@ CharacteristicFigures take_free_shapes(const FreeShapes& shapes, const Vector& l
   figures.n_modes = shapes.n_modes;
   figures.n_kept = shapes.n_kept;
   figures.n_dropped = r + k - e;
-  figures.n_patterns = shapes.n_patterns;
+  figures.n_uniform = shapes.n_uniform;
   figures.n_loads = shapes.n_loads;
   figures.bare = shapes.bare;
   figures.free_modes = true;

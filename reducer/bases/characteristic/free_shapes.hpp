@@ -23,8 +23,8 @@ struct FreeShapes {
   Matrix compliance;  // s x s: B^T U_B of the static forces B, inertia in balance with them
   Matrix pushed;      // s x 6, with loads: N^T B of these forces, transposed
   Matrix inertia;     // 6 x 6, with loads: P_I^T K_II^-1 P_I, by follow_statically()
-  Index n_modes = 0, n_kept = 0, n_patterns = 0, n_loads = 0;  // of the columns of U
-  std::vector<std::string> bare;                               // sets_without_statics()
+  Index n_modes = 0, n_kept = 0, n_uniform = 0, n_loads = 0;  // of the columns of U
+  std::vector<std::string> bare;                              // sets_without_statics()
 };
 
 // Whether free_shapes() serves: a large interface, one part with an interior, few kept dofs, no

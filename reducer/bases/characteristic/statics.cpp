@@ -111,9 +111,7 @@ std::vector<char> kept_nodes(const CharacteristicOptions& options, const Superel
 }
 
 StaticShare static_forces(const CharacteristicOptions& options, const Superelement& s) {
-  return options.no_statics
-             ? StaticShare()
-             : static_forces(touching_surfaces(options, s), kept_nodes(options, s), s);
+  return static_forces(touching_surfaces(options, s), kept_nodes(options, s), s);
 }
 
 Matrix load_columns(const CharacteristicOptions& options, const std::vector<char>& is_kept,

@@ -43,21 +43,24 @@ TEST(ReductionKeys, EachHasAFieldOfItsOwn) {
   const ReductionOptions plain;
   for (const ReductionKey& changed : reduction_keys()) {
     ReductionOptions options;
+    if (std::holds_alternative<Retired>(changed.value)) continue;
     std::visit(
         [&](const auto& value) {
-          auto& field = value.field(options);
-          using Field = std::decay_t<decltype(field)>;
-          if constexpr (std::is_same_v<Field, std::vector<std::string>>) {
-            field = {"some"};
-          } else if constexpr (std::is_same_v<Field, std::optional<Index>> ||
-                               std::is_same_v<Field, std::optional<double>>) {
-            field = 7;
-          } else if constexpr (std::is_same_v<Field, Index>) {
-            field += 7;
-          } else if constexpr (std::is_same_v<Field, bool>) {
-            field = true;
-          } else {
-            field = value.words.back().second;
+          if constexpr (!std::is_same_v<std::decay_t<decltype(value)>, Retired>) {
+            auto& field = value.field(options);
+            using Field = std::decay_t<decltype(field)>;
+            if constexpr (std::is_same_v<Field, std::vector<std::string>>) {
+              field = {"some"};
+            } else if constexpr (std::is_same_v<Field, std::optional<Index>> ||
+                                 std::is_same_v<Field, std::optional<double>>) {
+              field = 7;
+            } else if constexpr (std::is_same_v<Field, Index>) {
+              field += 7;
+            } else if constexpr (std::is_same_v<Field, bool>) {
+              field = true;
+            } else {
+              field = value.words.back().second;
+            }
           }
         },
         changed.value);

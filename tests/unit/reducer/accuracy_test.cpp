@@ -168,9 +168,6 @@ TEST_P(Accuracy, EstimatedErrorsOfOtherBasesAreTheTrueOnes) {
   compare(options, "3 shapes");
   options.characteristic.modes = 15;
   compare(options, "15 shapes");
-  options.basis = Basis::massless;
-  options.massless_modes = MasslessModes::fixed;
-  compare(options, "fixed modes");
 }
 
 TEST_P(Accuracy, FreeModesAreExactAndNoneIsMissing) {

@@ -177,8 +177,6 @@ TEST(Statics, AreOfWhatIsAskedFor) {
   EXPECT_EQ(size(), 24);
   options.characteristic.shear = true;
   EXPECT_EQ(size(), 3 * 24);
-  options.characteristic.no_statics = true;
-  EXPECT_EQ(size(), 0);
   options.characteristic = {};
   options.characteristic.needs.all_touch = false;
   EXPECT_EQ(size(), 20 + 24);
