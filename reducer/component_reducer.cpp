@@ -20,8 +20,7 @@
 #include "reducer/modes/diagonal_form.hpp"
 #include "reducer/modes/interior_loads.hpp"
 #include "reducer/partition/geometry_body.hpp"
-#include "reducer/partition/kept_sets.hpp"
-#include "reducer/partition/recovered_sets.hpp"
+#include "reducer/partition/interface_sets.hpp"
 #include "reducer/superelement_state.hpp"
 
 namespace cbr {

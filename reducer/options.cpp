@@ -12,7 +12,7 @@
 #include "common/scene/scene_words.hpp"
 #include "reducer/command.hpp"
 #include "reducer/exchange/export/export_superelement.hpp"
-#include "reducer/exchange/import/import_matrices.hpp"
+#include "reducer/exchange/import/import.hpp"
 
 namespace cbr {
 namespace {

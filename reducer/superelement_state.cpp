@@ -13,7 +13,7 @@
 #include "common/scene/staleness.hpp"
 #include "common/superelement/superelement_file.hpp"
 #include "common/superelement/superelement_group.hpp"
-#include "reducer/partition/kept_sets.hpp"
+#include "reducer/partition/interface_sets.hpp"
 
 namespace cbr {
 namespace {

@@ -10,9 +10,7 @@
 #include "reducer/bases/bases.hpp"
 #include "reducer/bases/characteristic/characteristic.hpp"
 #include "reducer/bases/characteristic/free_shapes.hpp"
-#include "reducer/bases/error_steps.hpp"
-#include "reducer/bases/interior_steps.hpp"
-#include "reducer/bases/mode_steps.hpp"
+#include "reducer/bases/reduction_steps.hpp"
 #include "reducer/judgement/mode_tolerance.hpp"
 
 namespace cbr {

@@ -5,8 +5,7 @@
 #include <utility>
 
 #include "reducer/bases/bases.hpp"
-#include "reducer/bases/error_steps.hpp"
-#include "reducer/bases/mode_steps.hpp"
+#include "reducer/bases/reduction_steps.hpp"
 #include "reducer/condensation/residual_mass.hpp"
 #include "reducer/judgement/condition_numbers.hpp"
 #include "reducer/modes/diagonal_form.hpp"

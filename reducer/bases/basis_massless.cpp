@@ -5,9 +5,8 @@
 #include <utility>
 
 #include "reducer/bases/bases.hpp"
-#include "reducer/bases/error_steps.hpp"
 #include "reducer/bases/massless.hpp"
-#include "reducer/bases/mode_steps.hpp"
+#include "reducer/bases/reduction_steps.hpp"
 #include "reducer/condensation/reduced_rigid_motions.hpp"
 
 namespace cbr {

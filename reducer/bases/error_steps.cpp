@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "reducer/bases/error_steps.hpp"
+#include "reducer/bases/reduction_steps.hpp"
 
 #include <algorithm>
 

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "reducer/bases/mode_steps.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +7,7 @@
 
 #include "common/base/error.hpp"
 #include "reducer/bases/bases.hpp"
-#include "reducer/bases/interior_steps.hpp"
+#include "reducer/bases/reduction_steps.hpp"
 #include "reducer/condensation/residual_mass.hpp"
 #include "reducer/judgement/mode_tolerance.hpp"
 #include "reducer/modes/interior_loads.hpp"

@@ -10,8 +10,7 @@
 #include "common/fem/connected_parts.hpp"
 #include "common/scene/scene_words.hpp"
 #include "reducer/bases/bases.hpp"
-#include "reducer/bases/interior_steps.hpp"
-#include "reducer/bases/mode_steps.hpp"
+#include "reducer/bases/reduction_steps.hpp"
 #include "reducer/condensation/panel_memory.hpp"
 #include "reducer/partition/partition.hpp"
 

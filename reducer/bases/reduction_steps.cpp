@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "reducer/partition/interface_sets.hpp"
-#include "reducer/partition/recovered_sets.hpp"
 
 namespace cbr {
 namespace {

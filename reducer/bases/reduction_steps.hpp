@@ -2,12 +2,17 @@
 // What the steps of one reduction (reduce.cpp) work on, and what they ask of it.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "common/linalg/sparse/sparse_cholesky.hpp"
 #include "reducer/bases/reduce.hpp"
+#include "reducer/condensation/condensation.hpp"
 #include "reducer/judgement/accuracy.hpp"
 #include "reducer/modes/component_parts.hpp"
+#include "reducer/modes/fixed_interface_modes.hpp"
+#include "reducer/modes/free_factor.hpp"
 
 namespace cbr {
 
@@ -40,5 +45,83 @@ std::vector<ComponentPart> parts(const Reduction& r);
 Points coordinates_of(const Reduction& r, const std::vector<Index>& nodes);
 void describe_interface(const Reduction& r, Superelement& s);
 void add_recovery(const Reduction& r, Matrix&& Psi, Matrix&& Phi, Superelement& s);
+
+// --- interior_steps.cpp: K_II factored, and condensed onto the interface ---
+
+// Fronts, or a Lanczos basis, have left room in the heap that may be needed as one piece elsewhere.
+void return_room();
+
+// Whether the condensation may come with the factorisation: nothing reads Psi, nobody asks for a
+// way.
+bool may_condense_by_fronts(const Reduction& r);
+
+struct FactorAndCondensed {
+  SparseCholesky factor;
+  std::optional<Condensed> condensed;  // what came with the factorisation
+};
+
+// These three: InputError: K_II is singular.
+SparseCholesky factorise(Reduction& r);
+// Drops K and M of the model where no later step reads them.
+FactorAndCondensed factorise_and_condense(Reduction& r);
+// Of the free component, n_forces of which get their answers.
+FreeFactor factorise_free(Reduction& r, const FreeComponent& model, Index n_forces);
+
+// `by_fronts`: what came with the factorisation, or none. Phi: fixed-interface modes   (n_I x k)
+Condensation condense_with(Reduction& r, const SparseCholesky& factor, const Matrix& Phi,
+                           std::optional<Condensed>&& by_fronts);
+
+// M_kc by the Psi that K_cc and M_cc are made with, of modes that were not known then.
+void couple_again(Reduction& r, const SparseCholesky& factor, const Matrix& Phi, const Matrix& M_cc,
+                  Condensation& condensed);
+
+// Psi of the interior, column by column   (n_I x c)
+Matrix constraint_modes(const Reduction& r, const SparseCholesky& factor);
+
+// --- mode_steps.cpp: which modes are computed, which of them are kept, and what follows them ---
+
+// Modes that are known before the condensation; none where it decides about them, or the basis has
+// free modes.
+FixedInterfaceModes first_modes(Reduction& r, const SparseCholesky& factor);
+
+// Of `pick: participation` those that are kept; r.not_kept has the others.
+void keep_modes(Reduction& r, FixedInterfaceModes& modes, Condensation& condensed);
+
+// Of the modes that are kept, ascending: r.lowest.
+void keep_lowest(Reduction& r, const Matrix& Phi);
+
+// Motions of the interface that the errors are told of (is_judged) or that a tolerance needs.
+InterfaceMotions motions_to_judge(Reduction& r, const SparseCholesky& factor, bool is_judged,
+                                  const Superelement& s);
+
+// The modes that option `tolerance` needs and residual vectors of loads inside; then s takes M_kc
+// and the eigenvalues. InputError: a mass that is lost in round-off.
+void complete_modes(Reduction& r, const SparseCholesky& factor, const InterfaceMotions& motions,
+                    FixedInterfaceModes& modes, Condensation& condensed, Superelement& s);
+
+// M_kc, the eigenvalues and the highest frequency, of modes that are complete.
+void take_matrices(Reduction& r, const FixedInterfaceModes& modes, Condensation& condensed,
+                   Superelement& s);
+
+// --- error_steps.cpp: what a reduction tells of its errors ---
+
+// How far rigid motions of the interface are from costing no force.
+void judge_reduced_rigid(Reduction& r, const Superelement& s);
+
+// Of Craig-Bampton's form. M_res: residual_mass_factor().
+void add_accuracy(Reduction& r, const SparseCholesky& factor, const InterfaceMotions& motions,
+                  const Matrix& Phi, const Cholesky& M_res, Superelement& s);
+
+// Of Craig-Bampton's form, from which s is to go over to another basis: what is known of it, and
+// its lowest free modes.
+FreeEigenvalues look_before(Reduction& r, const SparseCholesky& factor, const Matrix& Phi,
+                            Superelement& s);
+// And of the basis that it became, whose elastic eigenvalues come after the rigid ones.
+void look_after(const FreeEigenvalues& free, Index n_rigid, Superelement& s);
+
+// What the fixed-interface modes leave out, and by how much the lowest frequencies are off: those
+// of the full component, `free`, are known.
+void add_accuracy_of_shapes(Reduction& r, const SparseCholesky& factor,
+                            const FixedInterfaceModes& modes, const Vector& free, Superelement& s);
 
 }  // namespace cbr

@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "common/base/error.hpp"
-#include "reducer/partition/face_graph.hpp"
 #include "reducer/partition/graph_partition.hpp"
 
 namespace cbr {

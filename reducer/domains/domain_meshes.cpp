@@ -3,7 +3,7 @@
 #include <map>
 
 #include "reducer/domains/decomposition.hpp"
-#include "reducer/partition/face_graph.hpp"
+#include "reducer/partition/graph_partition.hpp"
 
 namespace cbr {
 namespace {

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A graph cut into parts of about the same weight. The only code that includes metis.h is
-// graph_partition.cpp.
+// The volume elements of a mesh as a graph, cut into parts of about the same weight. The only code
+// that includes metis.h is graph_partition.cpp.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "common/base/types.hpp"
+#include "common/mesh/mesh.hpp"
 
 namespace cbr {
 
@@ -25,5 +27,20 @@ enum class GraphCut { bisections, k_way };
 // the same parts. Not from several threads at a time: METIS draws from the C library's random
 // numbers.
 std::vector<Index> partition_graph(const Graph& graph, Index n, GraphCut cut, int seed);
+
+// Nodes of the volume elements, in the order of the mesh's blocks.
+struct ElementNodes {
+  std::vector<Index> first = {0}, nodes;
+  Index size() const { return static_cast<Index>(first.size()) - 1; }
+  std::span<const Index> of(Index element) const {
+    const auto e = static_cast<std::size_t>(element);
+    return {nodes.data() + first[e], static_cast<std::size_t>(first[e + 1] - first[e])};
+  }
+};
+ElementNodes element_nodes(const Mesh& mesh);
+
+// Elements as vertices, joined where two have the same corner nodes on a face: the same in a mesh
+// of one type and of several. Weight: the element's number of nodes.
+Graph face_graph(const Mesh& mesh);
 
 }  // namespace cbr

@@ -3,7 +3,6 @@
 // *MATRIX ASSEMBLE; comments begin with two asterisks.
 #include "reducer/exchange/import/import_formats.hpp"
 #include "reducer/exchange/import/row_places.hpp"
-#include "reducer/exchange/import/symmetric_entries.hpp"
 
 namespace cbr {
 namespace {

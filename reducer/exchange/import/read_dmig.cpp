@@ -7,7 +7,6 @@
 
 #include "reducer/exchange/import/import_formats.hpp"
 #include "reducer/exchange/import/row_places.hpp"
-#include "reducer/exchange/import/symmetric_entries.hpp"
 
 namespace cbr {
 namespace {

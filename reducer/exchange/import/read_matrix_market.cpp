@@ -2,7 +2,7 @@
 // Boisvert, Pozo, Remington 1996, NISTIR 5935: a header, comments, the size line, then an entry a
 // line.
 #include "reducer/exchange/import/import_formats.hpp"
-#include "reducer/exchange/import/symmetric_entries.hpp"
+#include "reducer/exchange/import/row_places.hpp"
 
 namespace cbr {
 namespace {

@@ -3,7 +3,7 @@
 // lines "row column entry", one triangle; NAME.dof of lines "node.dof", one a row.
 #include "common/base/error.hpp"
 #include "reducer/exchange/import/import_formats.hpp"
-#include "reducer/exchange/import/symmetric_entries.hpp"
+#include "reducer/exchange/import/row_places.hpp"
 
 namespace cbr {
 namespace {

@@ -7,7 +7,7 @@
 #include <set>
 
 #include "common/base/error.hpp"
-#include "reducer/partition/face_graph.hpp"
+#include "reducer/partition/graph_partition.hpp"
 #include "tests/unit/reducer/cut_meshes.hpp"
 
 namespace cbr::test::decomposition_test {
