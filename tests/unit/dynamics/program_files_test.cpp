@@ -41,7 +41,7 @@ class ProgramFiles : public ::testing::Test {
     const auto at = [&](const std::string& name) {
       return name.empty() ? std::filesystem::path() : folder_ / name;
     };
-    run_scene(scene(output), folder_ / results, report, {}, at(restart), false, at(timings));
+    run_scene(scene(output), folder_ / results, report, {}, at(restart), at(timings));
   }
 
   // What is refused, and that it is so before the first step.

@@ -126,66 +126,6 @@ TEST_F(Program, SameInputSameDatasets) {
             Hdf5Reader(folder_ / "results.h5").read_matrix("/surfaces/right.x_max/mean_velocity"));
 }
 
-double count_of(const std::filesystem::path& timings, const std::string& name) {
-  std::ifstream in(timings);
-  for (std::string line; std::getline(in, line);)
-    if (line.rfind("count," + name + ",", 0) == 0)
-      return std::stod(line.substr(line.rfind(',') + 1));
-  ADD_FAILURE() << "no count " << name;
-  return 0;
-}
-
-TEST_F(Program, CheckErrorComparesWithHalfOfTheModes) {
-  const std::string file = scene("superelement", "", ", step: 0.005");
-  make_superelement(file, 40);
-  run(file);
-  const auto positions = [&] {
-    return Hdf5Reader(folder_ / "results.h5").read_points("/surfaces/left.x_max/mean_position");
-  };
-  const auto energy = [&] {
-    return Hdf5Reader(folder_ / "results.h5").read_vector("/instances/right/kinetic_energy");
-  };
-  const Points whole = positions();
-  const Vector whole_energy = energy();
-  std::string said;
-  {
-    testing::internal::CaptureStderr();
-    Report report("test", Verbosity::normal, folder_ / "timings.csv");
-    run_scene(file, folder_ / "results.h5", report, {}, {}, true);
-    report.write_timings();
-    said = testing::internal::GetCapturedStderr();
-  }
-  EXPECT_NE(said.find("40 of the 80 modes"), std::string::npos) << said;
-  EXPECT_NE(said.find("left.x_max: position"), std::string::npos) << said;
-  EXPECT_EQ(positions(), whole);  // those of the run itself
-  EXPECT_EQ(energy(), whole_energy);
-  EXPECT_EQ(Hdf5Reader(folder_ / "results.h5").read_index("/", "n_dofs"), 2 * (40 + 27));
-  // The same from two runs
-  make_superelement(file, 20);
-  run(file);
-  const Points half = positions();
-  const double motion = (whole.rowwise() - whole.row(0)).norm();
-  EXPECT_GT((whole - half).norm(), 1e-6 * motion);
-  EXPECT_GE(count_of(folder_ / "timings.csv", "check_position_share"),
-            (whole - half).norm() / motion * (1 - 1e-6));
-  EXPECT_LT(count_of(folder_ / "timings.csv", "check_position_share"),
-            10 * (whole - half).norm() / motion);
-  EXPECT_GE(
-      count_of(folder_ / "timings.csv", "check_energy_share") * 0.5 * 0.25 * 0.09 * (1 + 1e-6),
-      (whole_energy - energy()).cwiseAbs().maxCoeff());
-  EXPECT_EQ(count_of(folder_ / "timings.csv", "check_modes"), 40);
-}
-
-TEST_F(Program, CheckErrorSaysWhereThereIsNothingToLeaveOut) {
-  testing::internal::CaptureStderr();
-  {
-    Report report("test", Verbosity::normal);
-    run_scene(scene("mesh"), folder_ / "results.h5", report, {}, {}, true);
-  }
-  const std::string said = testing::internal::GetCapturedStderr();
-  EXPECT_NE(said.find("no instance has modes"), std::string::npos) << said;
-}
-
 TEST_F(Program, ASuperelementThatIsMissingOrStaleNamesTheCure) {
   const std::string file = scene("superelement");
   expect_refused(file, {"does not exist", "cbr-reduce", "scene.yaml"});

@@ -219,9 +219,6 @@ TEST(Estimate, JoinedFactorOfTwoDomains) {
   EXPECT_EQ(e.n_interface_nodes, 42);
   const double S = 27, A = 51;
   EXPECT_EQ(e.joined_factor_nonzeros, 2 * (A * (A + 1) / 2 + A * S) + S * (S + 1) / 2);
-  double flops = 0;
-  for (double rows = S + 1; rows <= S + A; ++rows) flops += 2 * rows * rows;
-  for (double rows = 1; rows <= S; ++rows) flops += rows * rows;
 }
 
 TEST(Estimate, CutoffCountsByWeylsLaw) {
