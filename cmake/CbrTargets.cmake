@@ -15,6 +15,12 @@ function(cbr_flags target)
   endif()
 endfunction()
 
+# Libraries and programs, not tests: checks of the stack and of the C library's buffers. The latter need an optimised build.
+function(cbr_harden target)
+  target_compile_options(${target} PRIVATE -fstack-protector-strong
+    $<$<CONFIG:Release>:-U_FORTIFY_SOURCE> $<$<CONFIG:Release>:-D_FORTIFY_SOURCE=3>)
+endfunction()
+
 # Tests spend their time in the libraries, which keep the build's own flags. Builds through a compiler cache keep them for
 # tests too: they find again what was compiled before.
 if(CBR_PRECOMPILE)
@@ -25,6 +31,9 @@ endif()
 # Those of tests bring the flags of tests, as the compiler takes precompiled headers only for the same flags.
 function(cbr_target target)
   cbr_flags(${target})
+  if(NOT "cbr_test_precompiled" IN_LIST ARGN)
+    cbr_harden(${target})
+  endif()
   if(CBR_PRECOMPILE)
     set(headers cbr_scene_precompiled ${ARGN})
     list(GET headers -1 headers)
@@ -81,7 +90,10 @@ function(cbr_program name)
   cmake_parse_arguments(ARG "" "" "SOURCES;LIBRARIES" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE ${ARG_LIBRARIES} CLI11::CLI11)
-  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
+  # CMake fills the path of libraries in the build with empty entries, for which the loader looks into the current folder. The
+  # system's libraries need no path.
+  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin BUILD_WITH_INSTALL_RPATH ON)
+  target_link_options(${name} PRIVATE -Wl,-z,relro,-z,now)
   cbr_target(${name})
   install(TARGETS ${name} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 endfunction()
