@@ -151,11 +151,26 @@ struct Hdf5Reader::Impl {
     if (object == "/") return true;
     for (auto slash = object.find('/', 1);; slash = object.find('/', slash + 1)) {
       const std::string part = object.substr(0, slash);
+      refuse_external(part);
       if (H5Lexists(file, part.c_str(), H5P_DEFAULT) <= 0 ||
           H5Oexists_by_name(file, part.c_str(), H5P_DEFAULT) <= 0)
         return false;
       if (slash == std::string::npos) return true;
     }
+  }
+
+  // A stranger's file must not make results of what else the user may read.
+  void refuse_external(const std::string& object) const {
+    H5L_info_t info;
+    if (H5Lget_info(file, object.c_str(), &info, H5P_DEFAULT) >= 0 &&
+        info.type == H5L_TYPE_EXTERNAL)
+      fail(object, "is a link to another file, which is not followed");
+  }
+
+  void refuse_external_data(hid_t dataset, const std::string& name) const {
+    const Handle properties(H5Dget_create_plist(dataset), H5Pclose);
+    if (H5Pget_external_count(properties) > 0 || H5Pget_layout(properties) == H5D_VIRTUAL)
+      fail(name, "has its values in another file, which is not read");
   }
 
   Handle open_object(const std::string& object) const {
@@ -169,6 +184,7 @@ struct Hdf5Reader::Impl {
     if (!exists(name)) fail(name, "missing");
     Handle dataset(H5Dopen2(file, name.c_str(), H5P_DEFAULT), H5Dclose);
     if (!dataset.ok()) fail(name, "is not a dataset, or the file is damaged");
+    refuse_external_data(dataset, name);
     return dataset;
   }
 

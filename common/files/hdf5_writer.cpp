@@ -23,6 +23,9 @@ using hdf5::Handle;
 // written included; ours are closed long before. To be said before its first use, by whomever:
 // netCDF uses it as well.
 [[maybe_unused]] const bool no_exit_handler = H5dont_atexit() >= 0;
+// A file names filters by number, for which the library would load code from the folders of
+// HDF5_PLUGIN_PATH; ours needs none.
+[[maybe_unused]] const bool no_plugins = H5PLset_loading_state(0) >= 0;
 
 // Checksums are of bytes in memory, which are those in the file
 static_assert(std::endian::native == std::endian::little);

@@ -13,6 +13,9 @@
 namespace cbr {
 namespace {
 
+// The library would read .ncrc, .dodsrc and .daprc of HOME and of the current folder.
+[[maybe_unused]] const bool no_settings = ::setenv("NCRCENV_IGNORE", "1", 1) == 0;
+
 // Opens the file and reads all its numbers: the library, or that of HDF5 below it, crashes on some
 // damaged files that are not classic.
 void read_all_numbers(const std::filesystem::path& path) {

@@ -28,7 +28,31 @@ namespace fs = std::filesystem;
 
 constexpr int no_program = 127;
 
-[[noreturn]] void become_gmsh(const fs::path& in, const fs::path& out, unsigned seconds) {
+// Of this user alone, and removed with all that is in it.
+class PrivateFolder {
+ public:
+  PrivateFolder() {
+    std::string name = fs::temp_directory_path() / "cbr-XXXXXX";
+    if (mkdtemp(name.data()) == nullptr)
+      throw RunError(name + ": cannot be made: " + std::strerror(errno));
+    path_ = name;
+  }
+  ~PrivateFolder() {
+    std::error_code error;
+    fs::remove_all(path_, error);
+  }
+  PrivateFolder(const PrivateFolder&) = delete;
+  PrivateFolder& operator=(const PrivateFolder&) = delete;
+  const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
+// gmsh runs scripts of the current folder, of HOME (.gmshrc, .gmsh-options), and those beside the
+// file that it reads (mesh.unv.opt): `folder` is all three and has none.
+[[noreturn]] void become_gmsh(const fs::path& folder, const fs::path& in, const fs::path& out,
+                              unsigned seconds) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   const rlimit none{0, 0}, time{seconds, seconds + 1};
   setrlimit(RLIMIT_CORE, &none);
@@ -41,14 +65,16 @@ constexpr int no_program = 127;
   sigset_t empty;
   sigemptyset(&empty);
   sigprocmask(SIG_SETMASK, &empty, nullptr);
+  if (chdir(folder.c_str()) != 0) _exit(no_program);
+  for (const char* variable : {"HOME", "GMSH_HOME"}) setenv(variable, folder.c_str(), 1);
   execlp("gmsh", "gmsh", in.c_str(), "-save", "-save_all", "-format", "msh41", "-o", out.c_str(),
          static_cast<char*>(nullptr));
   _exit(no_program);
 }
 
-int run_gmsh(const fs::path& in, const fs::path& out, unsigned seconds) {
+int run_gmsh(const fs::path& folder, const fs::path& in, const fs::path& out, unsigned seconds) {
   const pid_t child = fork();
-  if (child == 0) become_gmsh(in, out, seconds);
+  if (child == 0) become_gmsh(folder, in, out, seconds);
   if (child < 0) throw RunError(std::string("gmsh cannot be started: ") + std::strerror(errno));
   int status = 0;
   while (waitpid(child, &status, 0) < 0)
@@ -74,9 +100,12 @@ void require_whole_unv(const fs::path& file) {
 Mesh read_with_gmsh(const fs::path& file) {
   std::error_code error;
   if (file.extension() == ".unv" || file.extension() == ".UNV") require_whole_unv(file);
-  const TemporaryFile converted(fs::temp_directory_path() / "mesh.msh");  // never put in place
+  const PrivateFolder folder;
+  const fs::path in = folder.path() / ("mesh" + file.extension().string());
+  fs::create_symlink(fs::absolute(file), in);
+  const TemporaryFile converted(folder.path() / "mesh.msh");  // never put in place
   const fs::path& out = converted.path();
-  const int status = run_gmsh(fs::absolute(file), out, seconds_to_read(fs::file_size(file, error)));
+  const int status = run_gmsh(folder.path(), in, out, seconds_to_read(fs::file_size(file, error)));
   if (WIFEXITED(status) && WEXITSTATUS(status) == no_program)
     throw RunError(file.string() +
                    ": the program gmsh reads this format, and it is not there: install gmsh");
