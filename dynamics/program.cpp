@@ -281,6 +281,7 @@ bool run_once(const Scene& scene, const BuildOptions& options, const RunCommand&
               const UnchangedFiles& inputs, std::optional<NotedSignals>& signals, Report& report) {
   const bool is_again = signals.has_value();
   BuiltScene built = build(scene, report, options);
+  refuse_names_that_meet(built.simulation);
   require_memory_for_outputs(scene, built.simulation, machine_memory_bytes());
   std::string hash;
   if (scene.output.checkpoint || !command.restart.empty()) {

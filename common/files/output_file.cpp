@@ -17,6 +17,7 @@
 #include <string>
 
 #include "common/base/error.hpp"
+#include "common/base/name_text.hpp"
 
 namespace cbr {
 namespace {
@@ -81,9 +82,24 @@ void keep_mode(const fs::path& target, int descriptor) {
   ::fchmod(descriptor, mode);
 }
 
+// Found before the work: the temporary name is short, and rename() comes last.
+void require_name(const fs::path& target) {
+  const std::string name = target.filename().string();
+  if (const std::string problem = name_problem(name); !problem.empty())
+    throw InputError("the file name '" + printable_name(name) + "' " + problem +
+                     ": give another name");
+  const fs::path folder = target.has_parent_path() ? target.parent_path() : fs::path(".");
+  const long longest = ::pathconf(folder.c_str(), _PC_NAME_MAX);
+  if (longest > 0 && name.size() > static_cast<std::size_t>(longest))
+    throw InputError("the file name '" + name.substr(0, 40) + "...' has " +
+                     std::to_string(name.size()) + " bytes, at most " + std::to_string(longest) +
+                     " are allowed there: give a shorter name");
+}
+
 // rename() would put a regular file in the place of /dev/null, or of the link instead of what it
 // points to.
 fs::path resolved_target(const fs::path& target) {
+  require_name(target);
   std::error_code error;
   fs::path resolved = target;
   if (fs::is_symlink(target, error)) {

@@ -7,6 +7,7 @@
 #include <unordered_set>
 
 #include "common/base/error.hpp"
+#include "common/base/name_text.hpp"
 
 namespace cbr {
 namespace {
@@ -41,6 +42,10 @@ void sort_unique(std::vector<Index>& values) {
 template <class Sets>
 void check_names(const Sets& sets, const std::string& where, const std::string& what) {
   std::set<std::string> seen;
+  for (const auto& set : sets)
+    if (const std::string problem = name_problem(set.name); !problem.empty())
+      throw InputError(where + ": the name of " + what + " " + std::to_string(set.id) + ", '" +
+                       printable_name(set.name) + "', " + problem + ": rename it");
   for (const auto& set : sets)
     if (!seen.insert(set.name).second)
       throw InputError(where + ": two " + what + "s are named '" + set.name +

@@ -5,6 +5,7 @@
 
 #include "common/app/report.hpp"
 #include "common/base/error.hpp"
+#include "common/base/name_text.hpp"
 #include "common/base/version.hpp"
 #include "common/files/hdf5_file.hpp"
 #include "common/files/output_file.hpp"
@@ -55,9 +56,7 @@ void write_sweep(const std::filesystem::path& path, const HarmonicResponse& resp
   write_header(file, "cbr-sweep");
   file.write("/frequency_hz", response.frequency_hz);
   for (const HarmonicResponse::OfSet& set : response.sets) {
-    std::string name = set.name;
-    for (char& c : name)
-      if (c == '/') c = '_';
+    const std::string name = group_name(set.name);
     file.write("/surfaces/" + name + "/displacement_real", Points(set.displacement.real()));
     file.write("/surfaces/" + name + "/displacement_imag", Points(set.displacement.imag()));
   }

@@ -7,6 +7,7 @@
 
 #include "common/app/report.hpp"
 #include "common/base/error.hpp"
+#include "common/base/name_text.hpp"
 #include "common/base/version.hpp"
 #include "common/fem/stress_values.hpp"
 #include "common/files/hdf5_file.hpp"
@@ -20,18 +21,11 @@ Points points(const Series3& series) {
   return Eigen::Map<const Points>(series.values.data(), n, 3);
 }
 
-// '/' separates groups in HDF5.
-std::string safe(std::string name) {
-  for (char& c : name)
-    if (c == '/') c = '_';
-  return name;
-}
-
 void write_bodies(Hdf5Writer& file, const Simulation& simulation, const RunResult& result) {
   for (std::size_t b = 0; b < result.bodies.size(); ++b) {
     const bool is_joint = simulation.n_instances > 0 && b >= simulation.n_instances;
     const std::string group =
-        (is_joint ? "/joints/" : "/instances/") + safe(simulation.bodies[b]->name()) + "/";
+        (is_joint ? "/joints/" : "/instances/") + group_name(simulation.bodies[b]->name()) + "/";
     const RunResult::OfBody& of = result.bodies[b];
     file.write(group + "center_of_mass", points(of.center_of_mass));
     file.write(group + "momentum", points(of.momentum));
@@ -48,7 +42,7 @@ void write_bodies(Hdf5Writer& file, const Simulation& simulation, const RunResul
 
 void write_monitors(Hdf5Writer& file, const Simulation& simulation, const RunResult& result) {
   for (std::size_t m = 0; m < result.monitors.size(); ++m) {
-    const std::string group = "/surfaces/" + safe(simulation.monitors[m].name) + "/";
+    const std::string group = "/surfaces/" + group_name(simulation.monitors[m].name) + "/";
     file.write(group + "mean_position", points(result.monitors[m].mean_position));
     file.write(group + "mean_velocity", points(result.monitors[m].mean_velocity));
     file.write(group + "mean_acceleration", points(result.monitors[m].mean_acceleration));
@@ -64,7 +58,7 @@ void write_reactions(Hdf5Writer& file, const Simulation& simulation, const RunRe
     const ReactionWatch& watch = simulation.reactions[i];
     const ReactionSet& set = watch.body->reaction_sets()[watch.set];
     const std::string group =
-        "/instances/" + safe(watch.instance) + "/reactions/" + safe(set.name) + "/";
+        "/instances/" + group_name(watch.instance) + "/reactions/" + group_name(set.name) + "/";
     file.write(group + "force", points(result.reactions[i].force));
     file.write(group + "moment", points(result.reactions[i].moment));
     file.write(group + "point", Vector(set.point));
@@ -74,7 +68,8 @@ void write_reactions(Hdf5Writer& file, const Simulation& simulation, const RunRe
 void write_watches(Hdf5Writer& file, const Simulation& simulation, const RunResult& result) {
   for (std::size_t w = 0; w < result.watches.size(); ++w) {
     const StressWatch& watch = simulation.watches[w];
-    const std::string group = "/stress/" + safe(watch.name) + (watch.of_nodes ? "/" : "/elements/");
+    const std::string group =
+        "/stress/" + group_name(watch.name) + (watch.of_nodes ? "/" : "/elements/");
     file.write(group + (watch.of_nodes ? "node_id" : "element_id"), watch.ids);
     if (watch.of_nodes) file.write(group + "block_id", watch.block_ids);
     const auto m = static_cast<Index>(watch.ids.size()), n = static_cast<Index>(result.time.size());
@@ -99,7 +94,7 @@ void write_scans(Hdf5Writer& file, const Simulation& simulation, const RunResult
   for (std::size_t i = 0; i < result.scans.size(); ++i) {
     const StressScan& scan = simulation.scans[i];
     const RunResult::OfScan& of = result.scans[i];
-    const std::string group = "/stress/" + safe(scan.name) + "/";
+    const std::string group = "/stress/" + group_name(scan.name) + "/";
     if (scan.n_worst > 0) {
       const auto n = static_cast<Index>(result.time.size());
       IndexTable ids(n, scan.n_worst);
@@ -123,7 +118,7 @@ void write_contact(Hdf5Writer& file, const Simulation& simulation, const RunResu
   file.write("/contact/active", result.active);
   for (std::size_t p = 0; p < result.pairs.size(); ++p) {
     if (result.pairs[p].active.empty()) continue;
-    const std::string group = "/contact/" + safe(simulation.pairs[p].name) + "/";
+    const std::string group = "/contact/" + group_name(simulation.pairs[p].name) + "/";
     file.write(group + "active", result.pairs[p].active);
     file.write(group + "penetration", result.pairs[p].penetration);
     file.write(group + "residual", result.pairs[p].residual);
@@ -148,6 +143,22 @@ double values_per_output(const Simulation& simulation) {
 }
 
 }  // namespace
+
+void refuse_names_that_meet(const Simulation& simulation) {
+  const auto refuse = [](const auto& list, const std::string& what) {
+    std::vector<std::string> names;
+    for (const auto& one : list) names.push_back(one.name);
+    refuse_equal_groups(names, what);
+  };
+  refuse(simulation.monitors, "output.history: the sets");
+  refuse(simulation.pairs, "contact: the pairs");
+  refuse(simulation.watches, "output.stress: the sets");
+  refuse(simulation.scans, "output.stress: the sets");
+  std::vector<std::string> reactions;
+  for (const ReactionWatch& watch : simulation.reactions)
+    reactions.push_back(watch.instance + "." + watch.body->reaction_sets()[watch.set].name);
+  refuse_equal_groups(reactions, "output.reactions: the sets");
+}
 
 void require_memory_for_outputs(const Scene& scene, const Simulation& simulation, double memory) {
   const TimePlan& plan = simulation.plan;
@@ -205,8 +216,8 @@ void write_results(const std::filesystem::path& path, const Simulation& simulati
   write_monitors(file, simulation, result);
   write_bodies(file, simulation, result);
   for (const SuperelementOfInstance& of : superelements) {
-    file.attribute("/instances/" + safe(of.instance), "superelement", of.file);
-    file.attribute("/instances/" + safe(of.instance), "superelement_hash", of.content_hash);
+    file.attribute("/instances/" + group_name(of.instance), "superelement", of.file);
+    file.attribute("/instances/" + group_name(of.instance), "superelement_hash", of.content_hash);
   }
   write_reactions(file, simulation, result);
   write_watches(file, simulation, result);

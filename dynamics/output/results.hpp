@@ -16,6 +16,8 @@
 
 namespace cbr {
 
+// InputError, before the run, when two sets or pairs would have one group in the results.
+void refuse_names_that_meet(const Simulation& simulation);
 // InputError, before the run, when the outputs that it is to keep until it ends would take more
 // than `memory` bytes: how much, and what output.every would do. Pairs that `contact: all` stands
 // for count from when they meet, so not here.

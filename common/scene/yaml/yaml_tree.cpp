@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "common/base/error.hpp"
+#include "common/base/name_text.hpp"
 
 namespace cbr {
 
@@ -36,6 +37,9 @@ class YamlTreeBuilder final : public YAML::EventHandler {
   void OnAlias(const YAML::Mark&, YAML::anchor_t anchor) override { hand_on(anchors_.at(anchor)); }
   void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
                 const std::string& value) override {
+    if (const std::string problem = name_problem(value); !problem.empty())
+      throw InputError(tree_.name_ + ":" + std::to_string(mark.line + 1) + ": '" +
+                       printable_name(value) + "' " + problem + ": write it in UTF-8, without it");
     YamlTree::Value& scalar = add(YamlTree::Kind::scalar, mark, anchor);
     scalar.quoted = tag == "!";
     scalar.first = tree_.text_.size();

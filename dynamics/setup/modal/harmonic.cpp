@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "common/base/error.hpp"
+#include "common/base/name_text.hpp"
 #include "common/linalg/dense.hpp"
 #include "dynamics/setup/bodies/instance_damping.hpp"
 #include "dynamics/setup/bodies/support_motion.hpp"
@@ -370,6 +371,9 @@ HarmonicResponse harmonic_response(const Scene& scene_of_run, Report& report) {
   response.frequency_hz = frequencies(*scene.sweep);
   for (const Monitor& monitor : modal->built.simulation.monitors)
     response.sets.push_back({monitor.name, ComplexMatrix(response.frequency_hz.size(), 3)});
+  std::vector<std::string> names;
+  for (const HarmonicResponse::OfSet& set : response.sets) names.push_back(set.name);
+  refuse_equal_groups(names, "output.history: the sets");
   for (Index i = 0; i < response.frequency_hz.size(); ++i) {
     const ComplexVector u = sweep.at(2 * std::numbers::pi * response.frequency_hz[i]);
     for (std::size_t s = 0; s < response.sets.size(); ++s)
