@@ -32,6 +32,8 @@ bool TextLines::next() {
     return false;
   }
   ++count_;
+  constexpr std::string_view mark = "\xEF\xBB\xBF";  // UTF-8, as some editors begin a text
+  if (count_ == 1 && line_.starts_with(mark)) line_.erase(0, mark.size());
   if (in_.eof() && !may_end_anywhere_)
     fail("the last line has no end: the file seems to be cut off, export it again");
   if (!line_.empty() && line_.back() == '\r') line_.pop_back();

@@ -20,6 +20,7 @@ struct FileMaterial {
   std::string name;
   double youngs_modulus = 0, poissons_ratio = 0, density = 0;
   std::string problem = {};  // why it is of no use: "has no *DENSITY"; empty: it is
+  double alpha = 0, beta = 0, loss_factor = 0;  // *DAMPING: 1/s, s, K (1 + i loss_factor)
 };
 
 struct Block {
@@ -61,6 +62,8 @@ struct Mesh {
   std::vector<Block> blocks;      // volume blocks first or not: ask the type's dimension
   std::vector<Sideset> sidesets;  // a face may be in several
   std::vector<Nodeset> nodesets;
+  // What the file says and is not read: "*BOUNDARY (line 27), *PLASTIC (line 18)"; empty: nothing.
+  std::string dropped = {};
 };
 
 // Reads, as docs/meshes.md says, .msh (gmsh 2.2, 4.1), .exo .e .g .ncf .nc4 (Exodus II), .inp

@@ -184,4 +184,10 @@ void warn_of_blocks(const Component& component,
   report.about(before);
 }
 
+void tell_dropped(const Component& component, const Mesh& mesh, Report& report) {
+  if (mesh.dropped.empty()) return;
+  report.line("note: component '" + component.name + "': " + component.mesh.filename().string() +
+              ": not read: " + mesh.dropped + ": supports, loads and contact are the scene's");
+}
+
 }  // namespace cbr

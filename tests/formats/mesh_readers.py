@@ -253,6 +253,130 @@ def check_refusals(folder):
     assert "out.inp" in error and error.count("\n") == 1, error
 
 
+DECK = """*NODE, NSET=NALL
+NODES*ELEMENT, TYPE=C3D8, ELSET=EALL
+1, 1, 2, 3, 4, 5, 6, 7, 8
+2, 5, 6, 7, 8, 9, 10, 11, 12
+*N SET, NSET=TIP
+9, 10, 11, 12
+*BOUNDARY
+TIP, 1, 3
+*MATERIAL, NAME=STEEL
+*ELASTIC
+2.1e11, 0.3
+*DENSITY
+7850
+*DAMPING, ALPHA=0, BETA=1e-5
+*PLASTIC
+300, 0
+*SOLIDSECTION, ELSET=EALL, MATERIAL=STEEL
+*PRE-TENSION SECTION, SURFACE=S, NODE=1
+*BOUNDARY
+TIP, 1, 1
+*STEP
+*STATIC
+*END STEP
+"""
+
+
+def note_of(folder, program, *arguments):
+    done = subprocess.run([program, *arguments], cwd=folder, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    return [line for line in done.stderr.splitlines() if "not read:" in line]
+
+
+def check_decks(folder):
+    """Blanks inside keywords do not count; what a deck says and is not read is told in one line; its damping counts."""
+    write_hand_made(folder)
+    nodes = "".join(f"{i}, {x}, {y}, {z}\n" for i, (x, y, z) in enumerate(CORNERS, 1))
+    deck = DECK.replace("NODES", nodes)
+    line = {word: deck.splitlines().index(word) + 1 for word in ("*BOUNDARY", "*PLASTIC", "*STEP")}
+    (folder / "deck.inp").write_text(deck)
+    told = note_of(folder, sys.argv[1], "deck.inp", "--interface", "TIP", "--modes", "6", "-o", "deck.cbr.h5")
+    assert len(told) == 1, told
+    for words in (f"*BOUNDARY (line {line['*BOUNDARY']}, and 1 more)", f"*PLASTIC (line {line['*PLASTIC']})", "*PRE-TENSION SECTION (line ",
+                  f"*STEP (line {line['*STEP']} and all after it)"):
+        assert words in told[0], (words, told)
+    assert "DAMPING" not in told[0], told
+    for keyword in ("*RIGIDBODY", "*RIGID BODY", "*rigid  body", "*R IGIDBODY"):
+        (folder / "odd.inp").write_text(deck.replace("*STEP", f"{keyword}, NSET=TIP, REF NODE=9\n*STEP"))
+        error = reduce(folder, "odd.inp", "odd.cbr.h5", interface="TIP", expect=2)
+        assert "*RIGID BODY found" in error and error.count("\n") == 1, error
+    ratios = {}
+    for name, material, component in (("deck", "", ""), ("scene", "materials: {m: {youngs_modulus: 2.1e11, poissons_ratio: 0.3, "
+                                                         "density: 7850, damping: {beta: 1.0e-5}}}\n", "material: m, ")):
+        for kind in ("mesh", "superelement"):
+            reduction = f", reduction: {{interface: [TIP], modes: 6, superelement: {name}.own.h5}}" if kind == "superelement" else ""
+            (folder / "scene.yaml").write_text(f"{material}components: {{c: {{{component}mesh: deck.inp{reduction}}}}}\n"
+                                               f"instances: {{a: {{component: c, as: {kind}}}}}\ntime: {{end: 1.0e-5}}\n")
+            if reduction:
+                run(folder, sys.argv[1], "scene.yaml")
+            done = subprocess.run([sys.argv[3], "-q", "scene.yaml", "--modes", "8"], cwd=folder, capture_output=True, text=True, check=True)
+            ratios[name, kind] = [float(row.split(",")[3]) for row in done.stdout.split()[1:]]
+    assert max(ratios["scene", "mesh"]) > 0.001, ratios
+    for kind in ("mesh", "superelement"):
+        assert ratios["deck", kind] == ratios["scene", kind], ratios
+    # Two materials that are damped unlike each other
+    text = deck.replace("*SOLIDSECTION, ELSET=EALL, MATERIAL=STEEL", """*MATERIAL, NAME=SOFT
+*ELASTIC
+1e9, 0.3
+*DENSITY
+1000
+*ELSET, ELSET=ONE
+1
+*ELSET, ELSET=TWO
+2
+*SOLID SECTION, ELSET=ONE, MATERIAL=STEEL
+*SOLID SECTION, ELSET=TWO, MATERIAL=SOFT""")
+    (folder / "deck.inp").write_text(text)
+    (folder / "scene.yaml").write_text("components: {c: {mesh: deck.inp}}\ninstances: {a: {component: c, as: mesh}}\ntime: {end: 1.0e-5}\n")
+    error = run(folder, sys.argv[3], "scene.yaml", "--modes", "2", expect=2)
+    assert "'SOFT' and 'STEEL' are damped differently" in error, error
+
+
+def check_texts(folder):
+    """A byte order mark counts for nothing, and so do places on the geometry's curves and surfaces; a part of a split mesh is refused."""
+    write_hand_made(folder)
+    for name, interface in (("cae.inp", "Top"), ("hand.bdf", "surface_9")):
+        text = (folder / name).read_bytes()
+        reduce(folder, name, "plain.cbr.h5", interface=interface)
+        (folder / name).write_bytes(b"\xef\xbb\xbf" + text.replace(b"*Heading\n", b"").replace(b"** a comment\n", b""))
+        reduce(folder, name, "marked.cbr.h5", interface=interface)
+        for key, values in superelement(folder / "plain.cbr.h5")[0].items():
+            np.testing.assert_array_equal(superelement(folder / "marked.cbr.h5")[0][key], values, err_msg=key)
+    (folder / "box.geo").write_text('SetFactory("OpenCASCADE");\nBox(1) = {0, 0, 0, 1, 1, 1};\nMesh.MeshSizeMax = 0.5;\n'
+                                    'Physical Volume("v") = {1};\nPhysical Surface("contact") = {1};\n')
+
+    def box(name, *options):
+        subprocess.run(["gmsh", "-3", "box.geo", *options, "-o", name], cwd=folder, check=True, stdout=subprocess.DEVNULL)
+    box("plain.msh")
+    reduce(folder, "plain.msh", "plain.cbr.h5", *MATERIAL)
+    reference = superelement(folder / "plain.cbr.h5")[0]
+    for more in (["-format", "msh22"], ["-format", "msh22", "-bin"], ["-format", "msh41"]):
+        box("parametric.msh", *more, "-setnumber", "Mesh.SaveParametric", "1")
+        assert (b"$ParametricNodes" in (folder / "parametric.msh").read_bytes()) == ("msh22" in more), more
+        check_same(folder, "parametric.msh", reference)
+    box("parted.msh", "-part", "2")
+    reduce(folder, "parted.msh", "parted.cbr.h5", *MATERIAL)
+    box("parted.msh", "-part", "2", "-part_split")
+    for part in ("parted_1.msh", "parted_2.msh"):
+        error = reduce(folder, part, "part.cbr.h5", *MATERIAL, expect=2)
+        assert "is one file of a mesh that is split into 2, and holds 1" in error and error.count("\n") == 1, error
+
+
+def check_names(folder):
+    """Names of sets that no results can hold are refused where they are read."""
+    gmsh(folder, "plain.msh", nx=1, ny=1, nz=1)
+    text = (folder / "plain.msh").read_bytes()
+    for name, words in ((b"x\x01max", "holds a control character (code 1)"), (b"x\xe9max", "holds bytes that are not UTF-8"),
+                        (b"x\0max", "holds a control character (code 0)"), (b"x\xed\xa0\x80", "not UTF-8"), (b"x\x7f", "(code 127)")):
+        (folder / "odd.msh").write_bytes(text.replace(b'"x_max"', b'"' + name + b'"'))
+        error = reduce(folder, "odd.msh", "odd.cbr.h5", *MATERIAL, expect=2)
+        assert "odd.msh: the name of sideset" in error and words in error and error.count("\n") == 1, error
+    (folder / "good.msh").write_bytes(text.replace(b'"x_max"', '"gr\u00fcn \U0001f600"'.encode()))
+    reduce(folder, "good.msh", "good.cbr.h5", *MATERIAL)
+
+
 STEP = "ENS_MAA/mesh/-0000000000000000001-0000000000000000001"
 
 
@@ -380,6 +504,10 @@ def main():
         check_sets(folder)
         check_materials(folder)
         check_refusals(folder)
+        check_decks(folder)
+        check_texts(folder)
+        check_names(folder)
+        write_hand_made(folder)
         check_med(folder)
         check_med_sets(folder)
         check_med_refusals(folder)

@@ -65,6 +65,7 @@ class AbaqusMesh {
     for (const std::string& name : file_.elset_order) add_lines(file_.elsets.at(name), ids);
     for (const InpSurface& surface : file_.surfaces)
       surface.of_nodes ? add_node_surface(surface, ids) : add_surface(surface, ids);
+    mesh_.dropped = file_.dropped;
     return std::move(mesh_);
   }
 

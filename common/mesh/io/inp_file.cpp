@@ -8,16 +8,25 @@
 #include <cctype>
 #include <utility>
 
+#include "common/base/error.hpp"
 #include "common/base/text_lines.hpp"
 
 namespace cbr {
 namespace {
 
+// Blanks inside keywords and parameters do not count.
+std::string without_blanks(std::string text) {
+  std::erase_if(text, [](char c) { return c == ' ' || c == '\t'; });
+  return text;
+}
+
 struct Keyword {
-  std::string name;  // in capitals, without the asterisk
+  std::string name;   // in capitals, without the asterisk and blanks
+  std::string shown;  // as spelled
   // parameter in capitals -> value as spelled, "" when it has none
   std::map<std::string, std::string> values;
 
+  bool is(const std::string& word) const { return name == without_blanks(word); }
   bool has(const std::string& parameter) const { return values.count(parameter) > 0; }
   std::string value(const std::string& parameter) const {
     const auto found = values.find(parameter);
@@ -93,6 +102,7 @@ class InpReader {
       const Keyword keyword = parse_keyword(std::string(line.substr(1)));
       if (keyword.name == "STEP") {
         waits_for_data_.clear();
+        drop(keyword);
         require_end_of_steps();
         break;
       }
@@ -100,6 +110,7 @@ class InpReader {
     }
     require_whole_element();
     require_whole_file();
+    tell_dropped();
     if (file_.mesh.node_ids.empty())
       lines_.fail("holds no *NODE: not a mesh of Abaqus or CalculiX, or a damaged one");
     return std::move(file_);
@@ -114,11 +125,12 @@ class InpReader {
     while (text.ends_with(',') && lines_.next()) text += std::string(trimmed(lines_.line()));
     Keyword keyword;
     const Fields fields = fields_of(text, ',');
-    for (const char c : in_capitals(std::string(fields[0])))
-      if (c != ' ' || !keyword.name.ends_with(' ')) keyword.name += c;
+    keyword.shown = std::string(fields[0]);
+    keyword.name = in_capitals(without_blanks(keyword.shown));
     for (std::size_t i = 1; i < fields.size(); ++i) {
       const auto equals = fields[i].find('=');
-      const std::string parameter = in_capitals(std::string(trimmed(fields[i].substr(0, equals))));
+      const std::string parameter =
+          in_capitals(without_blanks(std::string(fields[i].substr(0, equals))));
       keyword.values[parameter] =
           equals == std::string_view::npos ? "" : unquoted(fields[i].substr(equals + 1));
     }
@@ -130,13 +142,12 @@ class InpReader {
     data_ = Data::skipped;
     const std::string& name = keyword.name;
     if (name == "PART" || name == "ASSEMBLY" || name == "INSTANCE") open_.push_back(name);
-    if (name.starts_with("END ") && !open_.empty() && name == "END " + open_.back())
-      open_.pop_back();
+    if (!open_.empty() && name == "END" + open_.back()) open_.pop_back();
     waits_for_data_.clear();
     for (const char* wants : {"NODE", "ELEMENT", "NSET", "ELSET", "SURFACE", "ELASTIC", "DENSITY"})
       if (name == wants && !keyword.has("INPUT")) waits_for_data_ = name;
     if (name == "ASSEMBLY") in_assembly_ = true;
-    if (name == "END ASSEMBLY") in_assembly_ = false;
+    if (name == "ENDASSEMBLY") in_assembly_ = false;
     if (name == "PART" && ++n_parts_ > 1)
       lines_.fail("a second *PART: a component is one part, give each a file of its own");
     if (name == "INSTANCE") {
@@ -150,8 +161,7 @@ class InpReader {
     if (name == "NSET") begin_set(keyword, "NSET", file_.nsets, file_.nset_order, Data::nset);
     if (name == "ELSET") begin_set(keyword, "ELSET", file_.elsets, file_.elset_order, Data::elset);
     if (name == "SURFACE") begin_surface(keyword);
-    if (name == "SOLID SECTION" || name == "SHELL SECTION" || name == "BEAM SECTION" ||
-        name == "MEMBRANE SECTION") {
+    if (is_section(keyword)) {
       file_.sections.push_back({in_capitals(keyword.value("ELSET")),
                                 in_capitals(keyword.value("MATERIAL")), lines_.count()});
     }
@@ -162,20 +172,73 @@ class InpReader {
     }
     if (name == "ELASTIC" && material_ != nullptr) begin_elastic(keyword);
     if (name == "DENSITY" && material_ != nullptr) data_ = Data::density;
+    if (name == "DAMPING" && material_ != nullptr) begin_damping(keyword);
+    if (!is_read(keyword)) drop(keyword);
+  }
+
+  static bool is_section(const Keyword& keyword) {
+    for (const char* name : {"SOLID SECTION", "SHELL SECTION", "BEAM SECTION", "MEMBRANE SECTION"})
+      if (keyword.is(name)) return true;
+    return false;
+  }
+
+  // Read, or of no weight: titles, what a run writes, and ends.
+  bool is_read(const Keyword& keyword) const {
+    for (const char* name :
+         {"NODE",      "ELEMENT",       "NSET",         "ELSET",          "SURFACE",
+          "MATERIAL",  "ELASTIC",       "DENSITY",      "PART",           "ASSEMBLY",
+          "INSTANCE",  "HEADING",       "PREPRINT",     "RESTART",        "NODE PRINT",
+          "NODE FILE", "EL PRINT",      "EL FILE",      "ELEMENT OUTPUT", "NODE OUTPUT",
+          "OUTPUT",    "CONTACT PRINT", "CONTACT FILE", "FILE FORMAT",    "PHYSICAL CONSTANTS"})
+      if (keyword.is(name)) return true;
+    if (keyword.is("DAMPING")) return material_ != nullptr && !keyword.has("COMPOSITE");
+    return is_section(keyword) || keyword.name.starts_with("END");
+  }
+
+  void drop(const Keyword& keyword) {
+    const std::string name = "*" + in_capitals(keyword.shown);
+    const auto known = std::find_if(dropped_.begin(), dropped_.end(),
+                                    [&](const Dropped& one) { return one.keyword == name; });
+    if (known != dropped_.end())
+      ++known->count;
+    else
+      dropped_.push_back({name, lines_.count(), 1});
+  }
+
+  void tell_dropped() {
+    std::vector<std::string> texts;
+    for (const Dropped& of : dropped_)
+      texts.push_back(of.keyword + " (line " + std::to_string(of.line) +
+                      (of.count > 1            ? ", and " + std::to_string(of.count - 1) + " more"
+                       : of.keyword == "*STEP" ? " and all after it"
+                                               : "") +
+                      ")");
+    file_.dropped = join(texts);
+  }
+
+  void begin_damping(const Keyword& keyword) {
+    const auto take = [&](const char* parameter, double& value) {
+      if (!keyword.has(parameter)) return;
+      value = lines_.number(keyword.value(parameter));
+      if (value < 0) lines_.fail("*DAMPING: " + std::string(parameter) + " is below 0");
+    };
+    take("ALPHA", material_->alpha);
+    take("BETA", material_->beta);
+    take("STRUCTURAL", material_->loss_factor);
   }
 
   // What changes the part, and would be missed without a word.
   void refuse(const Keyword& keyword) const {
     for (const char* name : {"MPC", "EQUATION", "TIE", "COUPLING", "KINEMATIC COUPLING",
                              "DISTRIBUTING COUPLING", "RIGID BODY", "EMBEDDED ELEMENT"})
-      if (keyword.name == name)
+      if (keyword.is(name))
         lines_.fail(
-            "*" + keyword.name +
+            "*" + std::string(name) +
             " found: constraints are not supported: take it out, or join the parts in the mesh");
     for (const char* name :
          {"NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM", "INCLUDE"})
-      if (keyword.name == name)
-        lines_.fail("*" + keyword.name +
+      if (keyword.is(name))
+        lines_.fail("*" + std::string(name) +
                     " found: a mesh is one file that lists its nodes and elements: write it out, "
                     "or name the " +
                     "file that holds the mesh");
@@ -318,9 +381,9 @@ class InpReader {
   void require_end_of_steps() {
     bool is_ended = false;
     while (lines_.next()) {
-      const std::string line = in_capitals(std::string(trimmed(lines_.line()).substr(0, 40)));
-      if (line.starts_with("*END STEP") || line.starts_with("*ENDSTEP") ||
-          line.starts_with("*INCLUDE"))
+      const std::string line =
+          in_capitals(without_blanks(std::string(trimmed(lines_.line()).substr(0, 40))));
+      if (line.starts_with("*ENDSTEP") || line.starts_with("*INCLUDE"))
         is_ended = true;
       else if (line.starts_with("*STEP"))
         is_ended = false;
@@ -384,6 +447,11 @@ class InpReader {
 
   static constexpr Index most_generated = 100'000'000;
 
+  struct Dropped {
+    std::string keyword;
+    Index line = 0, count = 0;
+  };
+
   TextLines lines_;
   InpFile file_;
   Data data_ = Data::skipped;
@@ -393,7 +461,8 @@ class InpReader {
   std::string elset_;
   std::vector<Index> pending_;     // number and nodes of an element that goes on in the next line
   std::vector<std::string> open_;  // *PART, *ASSEMBLY, *INSTANCE without their ends so far
-  std::string waits_for_data_;     // keyword of which no line of data has come
+  std::vector<Dropped> dropped_;
+  std::string waits_for_data_;  // keyword of which no line of data has come
   InpSet* set_ = nullptr;
   FileMaterial* material_ = nullptr;
 };

@@ -46,6 +46,7 @@ struct InpFile {
   std::vector<InpSurface> surfaces;
   std::vector<InpSection> sections;
   std::map<std::string, FileMaterial> materials;  // by the name in capitals
+  std::string dropped;                            // Mesh::dropped
 };
 
 std::string in_capitals(std::string text);

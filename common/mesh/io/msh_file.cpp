@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
+#include <set>
 
 #include "common/mesh/io/gmsh_types.hpp"
 #include "common/mesh/io/msh_cursor.hpp"
@@ -25,7 +26,7 @@ std::string printable(std::string_view text) {
 // Others may be there any number of times: data of several fields and times.
 bool is_read(const std::string& section) {
   for (const char* read : {"$MeshFormat", "$PhysicalNames", "$Entities", "$PartitionedEntities",
-                           "$Nodes", "$Elements"})
+                           "$Nodes", "$ParametricNodes", "$Elements"})
     if (section == read) return true;
   return false;
 }
@@ -124,8 +125,10 @@ class Reader {
 
   void read_entities(bool partitioned) {
     MshCursor cursor = open(partitioned ? "$PartitionedEntities" : "$Entities");
+    std::set<int> parts;  // of the entities of the highest dimension: others are shared
+    std::size_t n_parts = 0;
     if (partitioned) {
-      cursor.count();
+      n_parts = cursor.count();
       const auto ghosts = cursor.count();
       for (std::size_t i = 0; i < 2 * ghosts; ++i) cursor.number<int>();
     }
@@ -138,10 +141,12 @@ class Reader {
     for (int d = 0; d < 4; ++d)
       for (std::size_t e = 0; e < n[static_cast<std::size_t>(d)]; ++e) {
         const Index tag = cursor.number<int>();
+        if (e == 0) parts.clear();
         if (partitioned) {
           cursor.number<int>();
           cursor.number<int>();  // the parent
-          skip_list();           // the partitions
+          const auto length = cursor.count();
+          for (std::size_t i = 0; i < length; ++i) parts.insert(cursor.number<int>());
         }
         cursor.skip_doubles(d == 0 ? 3 : 6);
         auto& groups = msh_.groups_of_entity[{d, tag}];
@@ -150,6 +155,10 @@ class Reader {
           groups.push_back(std::abs(Index{cursor.number<int>()}));
         if (d > 0) skip_list();  // its boundary
       }
+    if (parts.size() < n_parts)
+      throw InputError(where_ + ": is one file of a mesh that is split into " +
+                       std::to_string(n_parts) + ", and holds " + std::to_string(parts.size()) +
+                       ": save the mesh in one file (gmsh: Mesh.PartitionSplitMeshFiles = 0)");
     cursor.expect_end();
   }
 
@@ -158,13 +167,21 @@ class Reader {
     msh_.node_ids.push_back(id);
   }
 
+  // $ParametricNodes (Mesh.SaveParametric): behind the coordinates the dimension and tag of the
+  // entity, and where on a curve or surface the node is.
   void read_old_nodes() {
-    MshCursor cursor = open("$Nodes");
+    const bool parametric = sections_.count("$ParametricNodes") > 0;
+    MshCursor cursor = open(parametric ? "$ParametricNodes" : "$Nodes");
     const auto n = cursor.text_count();
     if (msh_.binary) cursor.line();
     for (std::size_t i = 0; i < n; ++i) {
       add_node(cursor.number<int>(), cursor);
       for (int c = 0; c < 3; ++c) msh_.coordinates.push_back(cursor.number<double>());
+      if (!parametric) continue;
+      const int dimension = cursor.number<int>();
+      cursor.number<int>();
+      if (dimension == 1 || dimension == 2)
+        cursor.skip_doubles(static_cast<std::size_t>(dimension));
     }
     cursor.expect_end();
   }

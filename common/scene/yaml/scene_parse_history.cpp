@@ -60,7 +60,9 @@ History read_csv(const std::filesystem::path& file, const SceneNode& node) {
     node.fail(file.string() + ":" + std::to_string(number) + ": " + what);
   };
   bool is_first = true;
+  constexpr std::string_view mark = "\xEF\xBB\xBF";  // UTF-8, as Excel begins a file
   for (int number = 1; std::getline(in, line); ++number) {
+    if (number == 1 && line.starts_with(mark)) line.erase(0, mark.size());
     const std::size_t first = line.find_first_not_of(" \t\r");
     if (first == std::string::npos || line[first] == '#') continue;
     double value[2];

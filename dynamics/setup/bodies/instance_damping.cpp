@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/setup/bodies/instance_damping.hpp"
 
-#include <set>
+#include <map>
 #include <string>
 
 #include "common/base/error.hpp"
@@ -14,12 +14,16 @@ MaterialDamping damping_of_material(const Scene& scene, const std::string& mater
   return found == scene.damping.end() ? MaterialDamping() : found->second;
 }
 
-std::set<std::string> materials_of(const Component& component) {
-  std::set<std::string> names;
-  if (!component.material.empty()) names.insert(component.material);
-  for (const auto& [block, options] : component.blocks)
-    if (!options.material.empty()) names.insert(options.material);
-  return names;
+// Of the component's materials, those of its file included.
+std::map<std::string, MaterialDamping> dampings_of(const SceneIndex& index,
+                                                   const Component& component) {
+  std::map<std::string, MaterialDamping> all = index.damping_of_file(component);
+  const auto add = [&](const std::string& material) {
+    if (!material.empty()) all[material] = damping_of_material(index.scene(), material);
+  };
+  add(component.material);
+  for (const auto& [block, options] : component.blocks) add(options.material);
+  return all;
 }
 
 [[noreturn]] void refuse_damping(const Instance& instance, const std::string& what) {
@@ -30,15 +34,15 @@ std::set<std::string> materials_of(const Component& component) {
 
 Damping damping_of(const SceneIndex& index, const Instance& instance) {
   const Component& component = component_of(index.scene(), instance);
-  const std::set<std::string> materials = materials_of(component);
+  const std::map<std::string, MaterialDamping> dampings = dampings_of(index, component);
   Damping damping;
   damping.modal = instance.damping;
-  if (!materials.empty()) damping.material = damping_of_material(index.scene(), *materials.begin());
-  for (const std::string& other : materials) {
-    if (damping_of_material(index.scene(), other) == damping.material) continue;
+  if (!dampings.empty()) damping.material = dampings.begin()->second;
+  for (const auto& [other, of_other] : dampings) {
+    if (of_other == damping.material) continue;
     throw InputError(
         component.source.text() + ": components." + component.name + ": its materials '" +
-        *materials.begin() + "' and '" + other +
+        dampings.begin()->first + "' and '" + other +
         "' are damped differently: give all materials of a component the same damping" +
         (instance.as == InstanceKind::superelement
              ? ", or none and instances." + instance.name + ".damping: {ratio: ...}"

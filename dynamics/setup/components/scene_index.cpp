@@ -1,7 +1,25 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/setup/components/scene_index.hpp"
 
+#include "common/base/text_lines.hpp"
+
 namespace cbr {
+namespace {
+
+// Most decks have none, and are not read twice for it.
+bool holds_damping(const std::filesystem::path& deck) {
+  TextLines lines(deck, true);
+  while (lines.next()) {
+    if (!lines.line().starts_with('*')) continue;
+    std::string keyword = lines.line().substr(0, lines.line().find(','));
+    std::erase_if(keyword, [](char c) { return c == ' ' || c == '\t'; });
+    for (char& c : keyword) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+    if (keyword == "*DAMPING") return true;
+  }
+  return false;
+}
+
+}  // namespace
 
 SceneIndex::SceneIndex(const Scene& scene) : scene_(scene), of_(scene.instances.size()) {
   for (std::size_t i = 0; i < scene.instances.size(); ++i)
@@ -35,6 +53,32 @@ SceneIndex::SceneIndex(const Scene& scene) : scene_(scene), of_(scene.instances.
   for (const Instance& instance : scene.instances)
     for (const auto& [name, point] : component_of(scene, instance).points)
       if (point.has_mass() || point.rigid) find(instance.name)->other = true;
+  for (const Instance& instance : scene.instances)
+    if (instance.as != InstanceKind::rigid) read_damping(component_of(scene, instance));
+}
+
+void SceneIndex::read_damping(const Component& component) {
+  if (!component.has_mesh || !component.material.empty() || damping_.contains(component.name) ||
+      !may_hold_materials(component.mesh))
+    return;
+  auto& damping = damping_[component.name];
+  if (!holds_damping(component.mesh)) return;
+  const Mesh mesh = read_mesh(component);
+  for (const Block& block : mesh.blocks) {
+    const auto given = component.blocks.find(block.name);
+    if (!block.material || !is_structure(block) ||
+        (given != component.blocks.end() && !given->second.material.empty()))
+      continue;
+    const FileMaterial& material = *block.material;
+    damping[material.name] = {material.alpha, material.beta, material.loss_factor};
+  }
+}
+
+const std::map<std::string, MaterialDamping>& SceneIndex::damping_of_file(
+    const Component& component) const {
+  static const std::map<std::string, MaterialDamping> none;
+  const auto found = damping_.find(component.name);
+  return found == damping_.end() ? none : found->second;
 }
 
 }  // namespace cbr

@@ -3,6 +3,7 @@
 // thousands of lines that name one.
 #pragma once
 
+#include <map>
 #include <string>
 #include <unordered_map>
 #include <vector>
@@ -36,6 +37,8 @@ class SceneIndex {
   void keep_linear(const Instance& instance) {
     of_[static_cast<std::size_t>(place(instance.name))].linear = true;
   }
+  // *DAMPING of the materials that the component's file gives its blocks, by their names.
+  const std::map<std::string, MaterialDamping>& damping_of_file(const Component& component) const;
   bool stays_linear(const Instance& instance) const { return of(instance).linear; }
 
  private:
@@ -47,7 +50,10 @@ class SceneIndex {
     return of_[static_cast<std::size_t>(place(instance.name))];
   }
 
+  void read_damping(const Component& component);
+
   const Scene& scene_;
+  std::map<std::string, std::map<std::string, MaterialDamping>> damping_;  // by component
   std::unordered_map<std::string, Index> places_;
   std::vector<Of> of_;  // per instance
   bool all_touch_ = false, all_nodal_ = false, all_other_ = false;
