@@ -5,6 +5,7 @@
 #include <cmath>
 #include <set>
 
+#include "common/linalg/dense.hpp"
 #include "dynamics/contact/search/mortar.hpp"
 #include "dynamics/contact/surfaces/broad_phase.hpp"
 
@@ -64,6 +65,34 @@ void add_tie(const ContactSurface& slave, Index slot, const ContactSurface& mast
   ties.points.push_back(point);
 }
 
+// Of points with positions `x` (n x 3), each of which holds three directions.
+Index free_motions(const Points& x) {
+  constexpr double width = 1e-6;  // of their length, which is still a line
+  const Points apart = x.rowwise() - x.colwise().mean();
+  const Vector3 spread = symmetric_eigenvalues3(apart.transpose() * apart);
+  const double least = 1e-24 * x.cwiseAbs2().maxCoeff();  // round-off of the positions
+  if (!(spread[2] > least)) return 3;
+  return spread[1] > width * width * spread[2] ? 0 : 1;
+}
+
+Points tied_positions(const ContactList& ties, Index first_point, Index slave,
+                      const Points& positions) {
+  const Index n = static_cast<Index>(ties.points.size()) - first_point;
+  Points x = Points::Zero(n, 3);
+  for (Index i = 0; i < n; ++i) {
+    const ContactPoint& point = ties.points[static_cast<std::size_t>(first_point + i)];
+    double sum = 0;
+    for (Index t = point.first_term; t < point.first_term + point.n_terms; ++t) {
+      const ContactTerm& term = ties.terms[static_cast<std::size_t>(t)];
+      if (term.body != slave) continue;
+      x.row(i) += term.coefficient * positions.row(term.node);
+      sum += term.coefficient;
+    }
+    if (sum != 0) x.row(i) /= sum;
+  }
+  return x;
+}
+
 void append(const std::vector<Vector3>& found, Points& offsets) {
   const Index before = offsets.rows();
   offsets.conservativeResize(before + static_cast<Index>(found.size()), 3);
@@ -72,6 +101,16 @@ void append(const std::vector<Vector3>& found, Points& offsets) {
 }
 
 }  // namespace
+
+std::string tie_text(const TieReport& report, const ContactSurface& slave) {
+  const auto n = static_cast<Index>(slave.nodes.size());
+  if (report.without_partner == 0 && report.free_motions == 0) return "";
+  return std::to_string(n - report.without_partner) + " of the " + std::to_string(n) +
+         " nodes of " + slave.name + " are tied" +
+         (report.free_motions == 3   ? ", at one point: a ball joint, unless other ties hold too"
+          : report.free_motions == 1 ? ", along one line: a hinge, unless other ties hold too"
+                                     : "");
+}
 
 TieReport tie_surfaces(const ContactSurface& slave, const Points& slave_positions,
                        const ContactSurface& master, const Points& master_positions,
@@ -82,6 +121,7 @@ TieReport tie_surfaces(const ContactSurface& slave, const Points& slave_position
   fill_boxes(slave, slave_positions, master, master_positions, reach, nodes, faces);
   BroadPhase grid;
   find_candidates(nodes, faces, grid);
+  const auto before = static_cast<Index>(ties.points.size());
   TieReport report;
   std::vector<Vector3> found;
   for (Index slot = 0; slot < static_cast<Index>(slave.nodes.size()); ++slot) {
@@ -100,6 +140,8 @@ TieReport tie_surfaces(const ContactSurface& slave, const Points& slave_position
     report.largest_offset = std::max(report.largest_offset, nearest.distance);
   }
   append(found, offsets);
+  if (!found.empty())
+    report.free_motions = free_motions(tied_positions(ties, before, slave.body, slave_positions));
   return report;
 }
 
@@ -114,6 +156,7 @@ TieReport tie_mortar(const ContactSurface& slave, const Points& slave_positions,
   memory.lets_jump = true;
   ContactList near;
   detect_mortar(slave, a, master, b, true, options, memory, near);
+  const auto before = static_cast<Index>(ties.points.size());
   TieReport report;
   std::vector<Vector3> found;
   for (ContactPoint point : near.points) {
@@ -139,6 +182,8 @@ TieReport tie_mortar(const ContactSurface& slave, const Points& slave_positions,
   report.without_partner = std::count_if(slave.nodes.begin(), slave.nodes.end(),
                                          [&](Index node) { return !held.count(node); });
   append(found, offsets);
+  if (!found.empty())
+    report.free_motions = free_motions(tied_positions(ties, before, slave.body, slave_positions));
   return report;
 }
 

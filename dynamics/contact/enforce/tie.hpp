@@ -3,6 +3,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 
 #include "dynamics/contact/search/detection.hpp"
 #include "dynamics/contact/surfaces/contact_point.hpp"
@@ -14,7 +15,13 @@ struct TieReport {
   // slave nodes that no tie holds, none of the master being within the tolerance
   Index without_partner = 0;
   double largest_offset = 0;  // of those that are tied: length from the face
+  // Relative rigid motions that the tie leaves free: 3 of one point, 1 of points on a line.
+  Index free_motions = 0;
 };
+
+// "2 of its 4 nodes are tied", and what the tie leaves free: "... along one line only: ..."; empty
+// when it holds all of the slave's nodes.
+std::string tie_text(const TieReport& report, const ContactSurface& slave);
 
 // Ties each slave node to the closest point of the master's faces at these positions (rows: the
 // contact nodes of either body), when it is within `tolerance` (length; not given: 5 % of the

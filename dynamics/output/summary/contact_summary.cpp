@@ -100,6 +100,8 @@ std::string contact_line(const BuiltScene& built, Index p) {
 }
 
 void residual_warning(const ContactPair& pair, Report& report) {
+  if (pair.has_state() && pair.seen().tie_report.free_motions > 0)
+    report.warning("contact " + pair.name + ": " + tie_text(pair.seen().tie_report, *pair.slave));
   if (pair.enforcement != Enforcement::penalty && pair.seen().residual > 1e-6)
     report.warning(
         "contact " + pair.name +

@@ -45,6 +45,18 @@ void add_rows(const Simulation& sim, const ContactList& list, std::vector<TieRow
   }
 }
 
+// What a tie that holds some nodes only leaves free shows in the frequencies.
+void tell_ties(const Simulation& sim, Report& report) {
+  for (const ContactPair& pair : sim.pairs) {
+    if (!pair.has_state()) continue;
+    const TieReport& tie = pair.seen().tie_report;
+    const std::string text = tie_text(tie, *pair.slave);
+    if (text.empty()) continue;
+    tie.free_motions > 0 ? report.warning("contact " + pair.name + ": " + text)
+                         : report.line("note: contact " + pair.name + ": " + text);
+  }
+}
+
 // M = L L^T over the motions that have mass: L^-T as columns, 6 x n, so that V^T M V = 1.
 Matrix mass_shapes(const Matrix6& M) {
   std::vector<Index> rows;
@@ -260,7 +272,11 @@ std::unique_ptr<ModalScene> modal_scene(const Scene& scene, const MeshModesWante
   modal->scene.output.stress.clear();
   modal->scene.output.every = 0;
   if (!loads) modal->scene.loads.clear();
-  std::erase_if(modal->scene.contact, [](const ContactOptions& contact) { return !contact.tied; });
+  if (std::erase_if(modal->scene.contact,
+                    [](const ContactOptions& contact) { return !contact.tied; }) > 0)
+    report.line(
+        "note: contact that is not tied is left out: what it alone holds moves freely, with "
+        "frequencies of 0 (tied: true, or boundary, holds it)");
   for (Instance& instance : modal->scene.instances) instance.angular_velocity.setZero();
   for (BoundaryCondition& condition : modal->scene.boundary) condition.motion = SupportMotion::none;
   modal->scene.output.reactions.clear();
@@ -279,6 +295,7 @@ std::unique_ptr<ModalScene> modal_scene(const Scene& scene, const MeshModesWante
                                                    ? modal->built.instances[b].modes.get()
                                                    : nullptr);
   start_contact(sim);
+  tell_ties(sim, report);
   for (const ContactPair& pair : sim.pairs)
     if (pair.has_state()) add_rows(sim, pair.seen().ties, modal->ties);
   return modal;
