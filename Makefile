@@ -6,7 +6,7 @@ PRESET ?= release
 PYTHON ?= /usr/bin/python3
 export PYTHON
 
-.PHONY: help packages configure programs build test demo paper fig3 fig5 fig6 fig8 fig9 fig10 fig11 fig12 eqs eq18 dissimilar hertz small-features ordinary-part stress stress-table load seeds fuzz sanitize bench bench-docs bench-contact install deb check clean test-mpi
+.PHONY: help packages configure programs build test demo paper fig3 fig5 fig6 fig8 fig9 fig10 fig11 fig12 eqs eq18 dissimilar hertz small-features ordinary-part stress stress-table load seeds fuzz sanitize bench bench-docs bench-contact install deb check clean test-mpi test-kernels
 .DEFAULT_GOAL := help
 
 help:
@@ -27,6 +27,7 @@ help:
 	@echo "make bench-docs  the tables and plots of docs/benchmarks.md from $(BUILD)/bench"
 	@echo "make bench-contact  seconds a step against contact nodes, 100 to 10 000, by phase (5 minutes)"
 	@echo "make test      packages, build, all tests"
+	@echo "make test-kernels  all tests with each set of OpenBLAS's kernels that the processor can run, one thread and two (hours; ONLY=REGEX: some)"
 	@echo "make test-mpi  packages of packages-mpi.txt, cbr-reduce with MPI in $(BUILD)/mpi, reductions in 2 and 3 processes against one (two minutes)"
 	@echo "make programs  the three programs, in $(BUILD)/bin"
 	@echo "make build     the programs, the tests and the benchmarks"
@@ -50,6 +51,10 @@ build: configure
 
 test: build check
 	ctest --test-dir $(BUILD) --output-on-failure --parallel $(JOBS)
+
+# Round-off differs between the kernels of OpenBLAS. ONLY=REGEX: some tests; KERNELS="Haswell Zen": some kernels
+test-kernels: build
+	$(PYTHON) tests/kernels.py $(BUILD) --parallel $(JOBS) $(if $(ONLY),-R "$(ONLY)")
 
 # docs/distributed.md; after `make test` only the sources of reducer/distributed are left to compile
 test-mpi: packages
