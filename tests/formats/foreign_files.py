@@ -20,7 +20,7 @@ except ImportError as missing:
 sys.dont_write_bytecode = True
 PLUGIN = sys.argv[4]
 REDUCE, SKIN, DYN = (os.path.abspath(program) for program in sys.argv[1:4])
-MATERIAL = ["--youngs-modulus", "1", "--poissons-ratio", "0.3", "--density", "1"]
+MATERIAL = ["--youngs-modulus", "1e4", "--poissons-ratio", "0.3", "--density", "1"]
 BOX = """SetFactory("OpenCASCADE");
 Box(1) = {0, 0, 0, 1, 1, 1};
 Physical Volume("v") = {1};
@@ -80,7 +80,7 @@ def check_replaced_files(folder):
     (folder / "other.dofs.csv").unlink()
     run(folder, REDUCE, "--export", "abaqus", "x.cbr.h5", "-o", "other", expect=2, words=("other.K.abaqus.mtx: exists and is not",))
     (folder / "scene.yaml").write_text("""
-materials: {s: {youngs_modulus: 1, poissons_ratio: 0.3, density: 1}}
+materials: {s: {youngs_modulus: 1.0e4, poissons_ratio: 0.3, density: 1}}
 components: {box: {mesh: box.msh, material: s}}
 instances: {a: {component: box, as: mesh, velocity: [1, 0, 0]}}
 time: {end: 1.0e-2}
@@ -172,7 +172,7 @@ def check_hdf5(folder):
 
 
 SCENE = """
-materials: {s: {youngs_modulus: 1, poissons_ratio: 0.3, density: 1}}
+materials: {s: {youngs_modulus: 1.0e4, poissons_ratio: 0.3, density: 1}}
 components: {box: {mesh: box.msh, material: s}}
 instances: {a: {component: box, as: mesh, velocity: [1, 0, 0]}}
 time: {end: 1.0e-2}
