@@ -63,8 +63,8 @@ TEST(CharacteristicContact, APressedBarHasTheForceAndTheCompressionOfStatics) {
     const Ran ran = run(p);
     const std::size_t last = ran.result.time.size() - 1;
     // Uniform pressure on one end or on the other, balanced by inertia, moves the ends alike: one
-    // shape. The load's other two directions are two.
-    EXPECT_EQ(ran.built.simulation.bodies[0]->n_dofs(), 20 + 6 + 1 + 2);
+    // shape. The load's other two directions are two, and equal forces on all nodes three.
+    EXPECT_EQ(ran.built.simulation.bodies[0]->n_dofs(), 20 + 6 + 1 + 2 + 3);
     EXPECT_NEAR(test::at(ran.monitor("b.x_max").mean_position, last)[0], 1 - 0.01, 2e-4)
         << integrator;
     EXPECT_NEAR(test::at(ran.monitor("b.x_min").force, last)[0], 10 * 0.0625, 0.05 * 10 * 0.0625)
@@ -283,6 +283,13 @@ TEST(CharacteristicStatics, LoadsOnFacesThatTouchNothingDoTheWorkThatTheyDoOnThe
       const double work = mesh.result.work_external.back();
       EXPECT_GT(work, 1e-6) << load;
       EXPECT_NEAR(reduced.result.work_external.back(), work, tolerance * work) << n << " " << load;
+      const auto way = [](const Ran& ran) {
+        const Series3& position = ran.monitor("b.patch").mean_position;
+        const std::size_t last = ran.result.time.size() - 1;
+        return Vector3(test::at(position, last) - test::at(position, 0));
+      };
+      EXPECT_LT((way(reduced) - way(mesh)).norm(), tolerance * way(mesh).norm())
+          << n << " " << load;
     };
     compare("traction: [20, -10, -60]", 0, 1e-8);
     if (n > 5) continue;
@@ -312,9 +319,9 @@ TEST(CharacteristicStatics, PointsThatAreLinkedAndLoadedMoveAsThoseOfTheMesh) {
                 found = test::at(reduced.monitor("b.tip").mean_position, 1) - start;
   EXPECT_GT(expected.norm(), 1e-3);
   EXPECT_LT((found - expected).norm(), 1e-8 * expected.norm());
-  // All of the interface is in sets of points: 6 rigid motions, 10 fixed modes, 10 shapes, six
+  // All of the interface is in sets of points: 6 rigid motions, 10 fixed modes, 10 shapes, nine
   // loads on each of two points
-  EXPECT_LE(reduced.built.simulation.bodies[0]->n_dofs(), 6 + 10 + 10 + 12);
+  EXPECT_LE(reduced.built.simulation.bodies[0]->n_dofs(), 6 + 10 + 10 + 18);
 }
 
 // Nodes that the scene holds or ties have their dofs without being named.

@@ -55,6 +55,11 @@ std::vector<Points> load_forces(const Superelement& s, const std::string& name,
   for (Index axis = 0; axis < 3; ++axis) {
     const Vector3 unit = Vector3::Unit(axis);
     if (kinds.forces) loads.emplace_back(weights * unit.transpose());
+    // Histories are means of nodes, whatever the area of each
+    if (kinds.forces && find_surface(s, name) != nullptr)
+      loads.emplace_back(
+          weights.unaryExpr([](double weight) { return weight > 0 ? 1.0 : 0.0; }).eval() *
+          unit.transpose());
     if (!kinds.moments) continue;
     Points forces(s.coordinates.rows(), 3);
     for (Index i = 0; i < forces.rows(); ++i)

@@ -199,7 +199,7 @@ TEST_F(WordsOnStatics, TheSummaryNamesKeptSetsWithoutStatics) {
   const std::string load = "{instance: a, surface: x_max, traction: [1, 0, 0]}";
   EXPECT_NE(said_of(loaded("", "")).find("no statics   x_max, y_max: "), std::string::npos);
   const std::string text = said_of(loaded("", load));
-  EXPECT_NE(text.find("3 to the scene's loads"), std::string::npos) << text;
+  EXPECT_NE(text.find("6 to the scene's loads"), std::string::npos) << text;
   EXPECT_NE(text.find("no statics   y_max: "), std::string::npos) << text;
 }
 
