@@ -11,13 +11,13 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BOUNDS = {
-    "lines of product": 84500,
-    "files of product": 712,
+    "lines of product": 84800,
+    "files of product": 718,
     "lines of python/cbr": 1050,
     "lines of tests": 61800,
-    "files of tests": 387,
+    "files of tests": 390,
     "numbers in contact/solve": 156,  # but for 0, 1, 2, 3 and 0.5
-    "lines with InputError(": 395,
+    "lines with InputError(": 402,
     "classes derived from Body": 11,
     "members of the largest class": 65,
 }
