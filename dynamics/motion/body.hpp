@@ -101,6 +101,14 @@ class Body : public BodyReadings {
   void predict(double t, double h);
   virtual void take_impulses(Index set, const Impulses& impulses) = 0;
   void add_impulses(Index set, const Points& impulses, ImpulseKind kind = ImpulseKind::contact);
+  // Forces of contact on a set that go on through the next step: what `forces` has is force, not
+  // impulse. Once the impulses of this step are in and before accept(); without a call there are
+  // none. The next step moves under them, and its impulses are all of contact's, as ever: the body
+  // feels what these change. docs/theory.md, "Forces that last".
+  virtual void expect_forces(Index, const Impulses&) {}
+  // Of the impulse of such a force over a step, which share the momentum between two steps has
+  // before its impulse is given; < 0: lacks after it.
+  virtual double lasting_share() const { return 0; }
   virtual void accept() = 0;
 
   // Change of the predicted positions of the set's dofs per unit impulse on them, for a step h.

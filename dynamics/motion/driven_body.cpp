@@ -141,6 +141,21 @@ void DrivenBody::take_impulses(Index set, const Impulses& impulses) {
   impulses.each([&](const Points& p, ImpulseKind kind) { book(resultant(set, p), kind, t_); });
 }
 
+// The momentum has a share of what lasts before it is given, and so has the work.
+void DrivenBody::expect_forces(Index set, const Impulses& forces) {
+  inner_->expect_forces(set, forces);
+  Vector3 now[2] = {Vector3::Zero(), Vector3::Zero()};
+  forces.each([&](const Points& f, ImpulseKind kind) {
+    now[kind == ImpulseKind::friction] = resultant(set, f);
+  });
+  for (const ImpulseKind kind : {ImpulseKind::contact, ImpulseKind::friction}) {
+    Vector3& last = lasting_[kind == ImpulseKind::friction];
+    const Vector3& next = now[kind == ImpulseKind::friction];
+    book(lasting_share() * h_ * (next - last), kind, t_ + h_);
+    last = next;
+  }
+}
+
 Vector3 DrivenBody::add_velocities(Index set, const Points& velocities, const Vector3& momentum) {
   book(momentum, ImpulseKind::contact, t_);
   return inner_->nodal()->add_velocities(set, velocities, momentum);
@@ -190,6 +205,7 @@ void DrivenBody::displacements(Points& u, Points& v) const {
 void DrivenBody::keep_state(StateArchive& archive) {
   inner_->keep_state(archive);
   archive(now_, contact_, friction_, start_, forces_start_[0], forces_start_[1]);
+  archive(lasting_[0], lasting_[1]);
 }
 
 }  // namespace cbr

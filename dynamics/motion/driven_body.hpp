@@ -34,6 +34,7 @@ class DrivenBody final : public WrappedBody {
   void mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
 
   void take_impulses(Index set, const Impulses& impulses) override;
+  void expect_forces(Index set, const Impulses& forces) override;
   Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum) override;
   void accept() override;
   void end_velocities(Index set, Points& v) override;
@@ -78,6 +79,7 @@ class DrivenBody final : public WrappedBody {
   Vector3 forces_[2] = {Vector3::Zero(), Vector3::Zero()},
           forces_start_[2] = {Vector3::Zero(), Vector3::Zero()};
   double start_ = 0;
+  Vector3 lasting_[2] = {Vector3::Zero(), Vector3::Zero()};  // resultants of forces that last
   double contact_ = 0, friction_ = 0;  // work of impulses on the supports' motion
 };
 

@@ -362,6 +362,16 @@ void PointedBody::predicted_positions(Index set, Points& x) const {
   extend(sets_[set], inner, x);
 }
 
+void PointedBody::expect_forces(Index set, const Impulses& forces) {
+  const NodeSet& of = sets_[set];
+  if (is_plain(set)) return inner_->expect_forces(of.inner, forces);
+  Points nodal[2] = {Points(0, 3), Points(0, 3)};
+  forces.each([&](const Points& f, ImpulseKind kind) {
+    nodal[kind == ImpulseKind::friction] = spread(of, f);
+  });
+  inner_->expect_forces(of.inner, {nodal[0], nodal[1]});
+}
+
 void PointedBody::take_impulses(Index set, const Impulses& impulses) {
   const NodeSet& of = sets_[set];
   if (is_plain(set)) return inner_->take_impulses(of.inner, impulses);

@@ -97,6 +97,7 @@ class PointedBody final : public WrappedBody {
   }
 
   void take_impulses(Index set, const Impulses& impulses) override;
+  void expect_forces(Index set, const Impulses& forces) override;
   Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum) override;
   void end_velocities(Index set, Points& v) override;
   NodeResponse velocity_response(Index set) const override;

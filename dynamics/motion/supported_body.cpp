@@ -156,8 +156,7 @@ Vector SupportedBody::on_shapes(Index set, const Points& impulses) const {
   return sets_[static_cast<std::size_t>(set)].psi.transpose() * numbers_of(impulses);
 }
 
-void SupportedBody::book(Index set, const Points& impulses, ImpulseKind kind, double t) {
-  const Vector on = on_shapes(set, impulses);
+void SupportedBody::book(const Vector& on, ImpulseKind kind, double t) {
   pushed_ += on;
   if (n_drives() > 0)
     (kind == ImpulseKind::contact ? contact_ : friction_) += on.head(n_drives()).dot(velocity(t));
@@ -165,7 +164,23 @@ void SupportedBody::book(Index set, const Points& impulses, ImpulseKind kind, do
 
 void SupportedBody::take_impulses(Index set, const Impulses& impulses) {
   inner_->take_impulses(set, impulses);
-  impulses.each([&](const Points& p, ImpulseKind kind) { book(set, p, kind, t_); });
+  impulses.each([&](const Points& p, ImpulseKind kind) { book(on_shapes(set, p), kind, t_); });
+}
+
+// The momentum has a share of what lasts before it is given.
+void SupportedBody::expect_forces(Index set, const Impulses& forces) {
+  inner_->expect_forces(set, forces);
+  Vector now[2] = {Vector::Zero(n_shapes()), Vector::Zero(n_shapes())};
+  forces.each([&](const Points& f, ImpulseKind kind) {
+    now[kind == ImpulseKind::friction] = on_shapes(set, f);
+  });
+  for (const ImpulseKind kind : {ImpulseKind::contact, ImpulseKind::friction}) {
+    Vector& last = lasting_[kind == ImpulseKind::friction];
+    const Vector& next = now[kind == ImpulseKind::friction];
+    if (last.size() == 0) last.setZero(n_shapes());
+    book(lasting_share() * h_ * (next - last), kind, t_ + h_);
+    last = next;
+  }
 }
 
 void SupportedBody::end_velocities(Index set, Points& v) {
@@ -175,7 +190,7 @@ void SupportedBody::end_velocities(Index set, Points& v) {
 
 void SupportedBody::add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) {
   inner_->end_impulses()->add_end_impulses(set, impulses, kind);
-  book(set, impulses, kind, t_ + h_);
+  book(on_shapes(set, impulses), kind, t_ + h_);
 }
 
 void SupportedBody::relax(const Rest& rest) {
@@ -322,6 +337,7 @@ void SupportedBody::keep_state(StateArchive& archive) {
   inner_->keep_state(archive);
   archive(now_, contact_, friction_, pushed_, momenta_, start_);
   archive(forces_[0], forces_[1], forces_start_[0], forces_start_[1]);
+  archive(lasting_[0], lasting_[1]);
 }
 
 }  // namespace cbr

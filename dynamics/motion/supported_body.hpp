@@ -46,6 +46,7 @@ class SupportedBody final : public WrappedBody {
   void mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
 
   void take_impulses(Index set, const Impulses& impulses) override;
+  void expect_forces(Index set, const Impulses& forces) override;
   void accept() override;
   void end_velocities(Index set, Points& v) override;
   void add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
@@ -87,7 +88,7 @@ class SupportedBody final : public WrappedBody {
   MotionBound moved(MotionBound bound, Index set) const;
   // psi^T of impulses or forces on the set
   Vector on_shapes(Index set, const Points& impulses) const;
-  void book(Index set, const Points& impulses, ImpulseKind kind, double t);
+  void book(const Vector& on_shapes, ImpulseKind kind, double t);
   double energy_of_motion() const;
   Vector momenta() const;  // psi^T M u'
   std::vector<Reaction> by_sets(const Vector& on_shapes) const;
@@ -106,6 +107,8 @@ class SupportedBody final : public WrappedBody {
   // Statics: psi^T of contact and of friction, of this iteration and at the end of the last load
   // step, and its time
   Vector forces_[2], forces_start_[2];
+  // psi^T of forces that last, of contact and of friction; empty: none yet
+  Vector lasting_[2];
   double start_ = 0;
 };
 

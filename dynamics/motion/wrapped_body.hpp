@@ -30,6 +30,10 @@ class WrappedBody : public Body,
   void mean_motion(Index set, Vector3& position, Vector3& velocity) const override {
     inner_->mean_motion(set, position, velocity);
   }
+  void expect_forces(Index set, const Impulses& forces) override {
+    inner_->expect_forces(set, forces);
+  }
+  double lasting_share() const override { return inner_->lasting_share(); }
   void accept() override { inner_->accept(); }
   NodeResponse response(Index set, double h) const override { return inner_->response(set, h); }
 

@@ -328,6 +328,14 @@ void Equilibrium::resolve_overlaps(double share) {
 
 void Equilibrium::start_motion(double h) {
   for (auto& body : sim_.bodies) statics_of(*body).start_motion(h, {});
+  for (std::size_t c = 0; c < sim_.contact_nodes.size(); ++c) {
+    if (forces_[c].isZero(0)) continue;
+    ContactBody::Lasting& lasting = state_.bodies[c].lasting;
+    lasting.friction = state_.bodies[c].friction;
+    lasting.contact = forces_[c] - lasting.friction;
+    const ContactNodes& nodes = sim_.contact_nodes[c];
+    sim_.bodies[nodes.body]->expect_forces(nodes.set, {lasting.contact, lasting.friction});
+  }
   for (const Index p : pairs_) {
     const bool is_penalty = sim_.pairs[p].enforcement == Enforcement::penalty;
     PairState& pair = sim_.pairs[p].state();
@@ -335,6 +343,7 @@ void Equilibrium::start_motion(double h) {
       memory->lets_jump = is_penalty;
       memory->kept_share = 1;
       memory->impulse *= h;
+      memory->begins_in_equilibrium = true;
     }
     pair.impulse = pair.moment = Vector3::Zero();
     pair.normal_impulse = 0;

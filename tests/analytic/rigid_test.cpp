@@ -94,8 +94,7 @@ TEST_F(Rigid, ABlockSlidesToRest) {
     const RunResult::OfBody& body = ran.body("b");
     const std::size_t last = ran.result.time.size() - 1;
     EXPECT_NEAR(at(body.center_of_mass, last)[0], 0.2 + 1.44 / 6, 0.001);
-    // The impulse of the next step stops what gravity does in half of it
-    EXPECT_NEAR(at(body.momentum, last).norm(), mass * g * 0.0005, 1e-9);
+    EXPECT_LT(at(body.momentum, last).norm(), 1e-4 * mass * g * 0.0005);
     EXPECT_NEAR(at(body.center_of_mass, last)[2], 0.05, 1e-9);
     for (std::size_t i = 2; i < last; ++i)
       EXPECT_NEAR(at(ran.result.pairs[0].force, i)[2], mass * g, 1e-6 * mass * g) << i;

@@ -32,7 +32,8 @@ static void keep_state(StateArchive& archive, StandingSearch& standing) {
 
 void keep_state(StateArchive& archive, PairMemory& memory) {
   archive(memory.face, memory.known_face, memory.further_faces, memory.offset, memory.impulse,
-          memory.elastic_slip, memory.near);
+          memory.force, memory.force_before, memory.begins_in_equilibrium, memory.elastic_slip,
+          memory.near);
   archive(memory.has_points, memory.adjust, memory.initial_overlap, memory.initial_gap,
           memory.depth, memory.drift_taken, memory.standing);
 }

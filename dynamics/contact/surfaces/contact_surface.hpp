@@ -22,6 +22,12 @@ struct ContactBody {
   Points start, end;  // m x 3: positions now and predicted for the end of the step
   Points impulses;    // m x 3: of this step, filled by the enforcement; without friction
   Points friction;    // m x 3: of this step, of friction
+  // m x 3: forces that last through this step, and those through the next; 0 rows: none
+  struct Lasting {
+    Points contact = Points(0, 3), friction = Points(0, 3);
+    bool empty() const { return contact.rows() == 0; }
+  };
+  Lasting lasting, lasting_next;
   // m x 3: what both together do to `end`, where the enforcement knows it already (has_move)
   Points move;
   Vector still;  // with a thin response: what both do to its static rows

@@ -52,6 +52,8 @@ void forget(PairMemory& memory) {
   std::fill(memory.further_faces.begin(), memory.further_faces.end(), -1);
   memory.offset = memory.offset.cwiseMax(0);
   memory.impulse.setZero();
+  memory.force.setZero();
+  memory.force_before.setZero();
   memory.elastic_slip.setZero();
   memory.depth = 0;
 }

@@ -43,7 +43,11 @@ struct PairMemory {
   // Distance that counts as closed: < 0: overlap that is left as it is; > 0: an initial gap that
   // was adjusted.
   Vector offset;
-  Points impulse;       // of the last step, scene axes: where the solver starts from
+  Points impulse;  // of the last step, scene axes: where the solver starts from
+  // Forces of the last step and of the one before, by slots, of ties by points; scene axes. Empty
+  // before there were any
+  Points force, force_before;
+  bool begins_in_equilibrium = false;  // motion began with forces of statics, which had lasted
   Points elastic_slip;  // penalty with friction: tangential stretch of the springs, scene axes
   // mortar: slave and master face of each pair of faces that the last search found, ascending
   std::vector<Index> near;

@@ -66,6 +66,7 @@ const Vector& CoupledBody::stiffness_force() const {
 
 void CoupledBody::predict_end() {
   kicks_.clear();
+  lasting_.resize(0);
   kicked_ = velocity_kicked_ = false;
   if (scheme() == Scheme::central_difference) {
     predict_central(h_);
@@ -130,6 +131,20 @@ void CoupledBody::predict_newmark(double h) {
 
 void CoupledBody::take_impulses(Index set, const Impulses& impulses) {
   impulses.each([&](const Points& p, ImpulseKind kind) { take_impulses_of(set, p, kind); });
+}
+
+// Central differences: velocities between two steps are those under them.
+void CoupledBody::expect_forces(Index set, const Impulses& forces) {
+  v_now_is_current_ = scheme() == Scheme::newmark && v_now_is_current_;
+  lasting_.resize(0);
+  if (scheme() == Scheme::newmark) return;
+  forces.each([&](const Points& f, ImpulseKind) {
+    if (lasting_.size() == 0) lasting_.setZero(u_.size());
+    for (Index i = 0; i < f.rows(); ++i)
+      lasting_.segment<3>(system_->n_modal() + 3 * sets_[set][i]) +=
+          placement_.T.transpose() * f.row(i).transpose();
+  });
+  if (lasting_.size() > 0) system_->drop_held(lasting_);
 }
 
 void CoupledBody::take_impulses_of(Index set, const Points& impulses, ImpulseKind kind) {

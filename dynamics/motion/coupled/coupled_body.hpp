@@ -44,6 +44,8 @@ class CoupledBody final : public Body,
   void mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
 
   void take_impulses(Index set, const Impulses& impulses) override;
+  void expect_forces(Index set, const Impulses& forces) override;
+  double lasting_share() const override { return scheme() == Scheme::central_difference ? 0.5 : 0; }
   void accept() override;
   EndImpulseAbility* end_impulses() override { return this; }
   void end_velocities(Index set, Points& v) override;
@@ -133,6 +135,7 @@ class CoupledBody final : public Body,
   Vector u_, p_, v_, u_end_, p_end_, v_end_;
   std::vector<Kick> kicks_;  // of this step
   Vector kick_;              // their sum, n
+  Vector lasting_;           // forces that last, n; empty: none
   // Velocities that add_velocities() brought: M times their sum, and whether there are any
   Vector velocity_kick_;
   bool kicked_ = false, velocity_kicked_ = false;

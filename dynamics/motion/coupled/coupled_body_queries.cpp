@@ -56,6 +56,7 @@ const Vector& CoupledBody::present_velocities() const {
     v_now_ = p_;
     if (scheme() == Scheme::central_difference) {
       load(t_, work_vector_);
+      if (lasting_.size() > 0) work_vector_ += lasting_;
       v_now_ += 0.5 * last_h_ * (work_vector_ - stiffness_force());
       if (is_damped()) {
         damping_force(Vector::Zero(v_.size()), v_, damping_room_);  // beta K v- alone
@@ -188,7 +189,7 @@ void CoupledBody::keep_state(StateArchive& archive) {
   archive.expect(u_.size());
   archive(u_, p_, v_, t_, last_h_, work_);
   archive(started_, arrived_, F_, Ma_, f0_, a_, last_change_of_Ku_, last_change_of_f_, a0_Ma0_);
-  archive(Cv_, statics_);
+  archive(Cv_, statics_, lasting_);
   if (archive.restores()) Ku_is_current_ = v_now_is_current_ = false;
 }
 

@@ -37,6 +37,7 @@ StaticsBody::StaticsBody(std::string name, std::shared_ptr<const Superelement> s
       k_(superelement_->k()) {
   assert(scheme != Scheme::newmark || !form_->is_massless);
   modal_.kick_at_start();
+  if (form_->is_massless) modal_.kick_at_end();
   for (Vector* g : {&g_, &g_end_, &g_before_}) g->setZero(form_->rows.size());
   eta_before_ = modal_.modal_coordinates();
 }

@@ -43,6 +43,10 @@ class StaticsBody final : public Body,
   void mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
 
   void take_impulses(Index set, const Impulses& impulses) override;
+  void expect_forces(Index set, const Impulses& forces) override {
+    modal_.expect_forces(sets_[set].modal, forces);
+  }
+  double lasting_share() const override { return modal_.lasting_share(); }
   void accept() override;
   // Of the modes: what statics do to velocities is over at the end of a step.
   EndImpulseAbility* end_impulses() override { return this; }

@@ -136,20 +136,21 @@ void SuperelementBody::set_contact_step(double h) {
   weight_ = gain_.cwiseInverse();
 }
 
-// sum of a_j b_j, each mode weighed as its energy is.
+// sum of a_j b_j, each mode weighed as contact weighs it.
 double SuperelementBody::energy_product(const Vector& a, const Vector& b) const {
   return weight_.size() > 0 ? (a.array() * b.array() * weight_.array()).sum() : a.dot(b);
 }
 
 void SuperelementBody::predict_end() {
   kicked_ = rubbed_ = end_kicked_ = false;
-  if (late_end_kick_.size() > 0) {
-    late_end_kick_.setZero();
-    late_end_friction_.setZero();
+  if (late_end_.all.size() > 0) {
+    late_end_.all.setZero();
+    late_end_.friction.setZero();
   }
   switch (scheme()) {
     case Scheme::exact:
       propagate(eta_, v_, eta_end_, v_end_, nullptr);
+      if (!kicks_at_end_) kick_back();
       break;
     case Scheme::central_difference:
       predict_central(h_);
@@ -160,15 +161,20 @@ void SuperelementBody::predict_end() {
   }
 }
 
-// f_: what impulses on the set's nodes do to the modal velocities.
-void SuperelementBody::take_kick(Index set, const Points& impulses) {
+// f_: modal forces of forces on the set's nodes.
+void SuperelementBody::take_force(Index set, const Points& impulses) {
   sets_[set].rows->kick(impulses, placement_.T, local_, f_);
-  if (gain_.size() > 0) f_.array() *= gain_.array();
   if (!carried_) return;
   const auto E = form_->E.topLeftCorner(form_->n_rigid, 3);
   const Vector3 momentum =
       placement_.T.transpose() * (*carried_ * impulses.colwise().sum().transpose());
   f_.head(form_->n_rigid).noalias() = E * (momentum / E.col(0).squaredNorm());
+}
+
+// f_: what impulses on the set's nodes do to the modal velocities.
+void SuperelementBody::take_kick(Index set, const Points& impulses) {
+  take_force(set, impulses);
+  if (gain_.size() > 0) f_.array() *= gain_.array();
 }
 
 void SuperelementBody::take_impulses(Index set, const Impulses& impulses) {
@@ -177,6 +183,11 @@ void SuperelementBody::take_impulses(Index set, const Impulses& impulses) {
 
 void SuperelementBody::take_impulses_of(Index set, const Points& impulses, ImpulseKind kind) {
   take_kick(set, impulses);
+  feel_kick(kind);
+}
+
+// Of the modal kick f_ at the start of the step.
+void SuperelementBody::feel_kick(ImpulseKind kind) {
   if (!kicked_) kick_.setZero();
   kick_ += f_;
   kicked_ = true;
@@ -204,12 +215,12 @@ void SuperelementBody::take_impulses_of(Index set, const Points& impulses, Impul
 }
 
 void SuperelementBody::add_late(Index set, const Points& impulses, ImpulseKind kind) {
-  if (late_kick_.size() == 0)
-    for (Vector* kick : {&late_kick_, &late_friction_, &late_end_kick_, &late_end_friction_})
+  if (late_.all.size() == 0)
+    for (Vector* kick : {&late_.all, &late_.friction, &late_end_.all, &late_end_.friction})
       kick->setZero(eta_.size());
   take_kick(set, impulses);
-  late_end_kick_ += f_;
-  if (kind == ImpulseKind::friction) late_end_friction_ += f_;
+  late_end_.all += f_;
+  if (kind == ImpulseKind::friction) late_end_.friction += f_;
   v_end_ += f_;
 }
 
@@ -250,36 +261,32 @@ void SuperelementBody::book_friction(double work) {
   work_.contact -= work;
 }
 
-// Work of forces from the middle of the kick at the start to that of the kick at the end.
-void SuperelementBody::book_late_exact() {
-  const auto work = [&](const Vector& start, const Vector& end) {
-    return 0.5 * energy_product(start, v_) - 0.125 * energy_product(start, late_kick_) +
-           0.5 * energy_product(end, v_end_) - 0.375 * energy_product(end, late_end_kick_);
-  };
-  work_.contact += work(late_kick_, late_end_kick_);
-  book_friction(work(late_friction_, late_end_friction_));
-}
-
 void SuperelementBody::accept_exact() {
   spin_work_ = 0;
-  if (kicked_) work_.contact += energy_product(kick_, v_) + 0.5 * energy_product(kick_, kick_);
-  if (rubbed_)
-    book_friction(energy_product(friction_kick_, v_) + 0.5 * energy_product(friction_kick_, kick_));
+  if (kicked_) book_kick(kick_, rubbed_ ? &friction_kick_ : nullptr, v_);
   if (is_damped() || is_driven()) {
-    // Between the kicks energy changes by the work of loads and spin, and by what damping takes
+    // Between the kicks energy changes by the work of forces and spin, and by what damping takes
     if (kicked_) v_ += kick_;
     if (kicked_ && pulls_) pulls_->is_known = false;
-    FlowWork flow{is_damped() ? 0 : work_.external, 0};
+    FlowWork flow;
+    flow.external = is_damped() ? 0 : work_.external;
     propagate(eta_, v_, eta_end_, v_end_, &flow);
     work_.external = is_damped() ? work_.external + flow.external : flow.external;
+    work_.contact += flow.contact;
+    work_.friction += flow.friction;
     spin_work_ = flow.spin;
     if (pulls_) pulls_->is_known = false;
     if (is_damped())
-      work_.damping +=
-          flow_energy(eta_end_, v_end_) - flow_energy(eta_, v_) - flow.external - flow.spin;
-    if (late_end_kick_.size() > 0) v_end_ += late_end_kick_;
+      work_.damping += flow_energy(eta_end_, v_end_) - flow_energy(eta_, v_) - flow.sum();
+    if (late_end_.all.size() > 0) v_end_ += late_end_.all;
   }
-  if (late_kick_.size() > 0) book_late_exact();
+  if (late_.all.size() > 0) accept_late();
+  accept_end_kick();
+  if (!kicks_at_end_) change_force();
+}
+
+// Of nodal contact.
+void SuperelementBody::accept_end_kick() {
   if (!end_kicked_) return;
   if (!loads_.empty()) {
     eta_end_ += h_ * end_kick_;
@@ -295,12 +302,12 @@ void SuperelementBody::accept_exact() {
 
 void SuperelementBody::accept_central() {
   // What the rates were before and after all of the forces at the start
-  const bool late = late_kick_.size() > 0;
+  const bool late = late_.all.size() > 0;
   if (late) {
-    v_ -= late_kick_;
-    v_end_ -= late_end_kick_;
-    work_.contact += 0.5 * (late_kick_ + late_end_kick_).dot(v_end_);
-    book_friction(0.5 * (late_friction_ + late_end_friction_).dot(v_end_));
+    v_ -= late_.all;
+    v_end_ -= late_end_.all;
+    work_.contact += 0.5 * (late_.all + late_end_.all).dot(v_end_);
+    book_friction(0.5 * (late_.friction + late_end_.friction).dot(v_end_));
   }
   if (is_damped())
     work_.damping -=
@@ -321,7 +328,7 @@ void SuperelementBody::accept_central() {
     work_.numerical +=
         0.25 * (h_ - last_h_) * form_->omega.cwiseAbs2().cwiseProduct(eta_).dot(v_end_ - v_);
   last_h_ = h_;
-  if (late) v_end_ += late_end_kick_;
+  if (late) v_end_ += late_end_.all;
 }
 
 void SuperelementBody::accept() {
@@ -337,8 +344,10 @@ void SuperelementBody::accept() {
       arrived_ = false;
       break;
   }
-  late_kick_.swap(late_end_kick_);
-  late_friction_.swap(late_end_friction_);
+  lasting_.now = std::move(lasting_.next);
+  lasting_.next.clear();
+  late_.all.swap(late_end_.all);
+  late_.friction.swap(late_end_.friction);
   eta_.swap(eta_end_);
   v_.swap(v_end_);
   t_ += h_;

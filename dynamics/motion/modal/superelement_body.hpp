@@ -69,14 +69,21 @@ class SuperelementBody final : public Body,
   // it is no longer than the critical one. For bodies whose statics answer forces at once, which
   // have no law of velocities.
   void kick_at_start() { may_kick_at_start_ = true; }
+  // Impulses of contact come by add_end_impulses() then, without Newmark.
+  void kick_at_end() { kicks_at_end_ = true; }
   void take_impulses(Index set, const Impulses& impulses) override;
+  void expect_forces(Index set, const Impulses& forces) override;
+  double lasting_share() const override {
+    if (scheme() == Scheme::newmark) return 0;
+    return kicks_at_end_ ? -0.5 : 0.5;
+  }
   void accept() override;
   EndImpulseAbility* end_impulses() override { return this; }
   void end_velocities(Index set, Points& v) override;
   NodeResponse velocity_response(Index set) const override;
   // Without Newmark: forces at the end of the step, which StaticsBody knows then, times the step.
-  // Energies are of the middle of such a kick, momentum is of its end; with central differences it
-  // is half of what the rates of the next step get.
+  // Energies are of the middle of such a kick; with central differences it is half of what the
+  // rates of the next step get.
   void add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
   StaticsAbility* statics() override { return this; }
   void relax(const Rest& rest) override;
@@ -194,14 +201,17 @@ class SuperelementBody final : public Body,
   void append_load(const Vector& amplitude, const LoadHistory& history);
   void load_amplitudes(double t, Vector& f) const;
   struct FlowWork {
-    double external = 0, spin = 0;
+    double external = 0, spin = 0, contact = 0, friction = 0;
+    double sum() const { return external + spin + contact + friction; }
   };
   void propagate(const Vector& eta, const Vector& v, Vector& eta_end, Vector& v_end,
                  FlowWork* work);
   void propagate_driven(double from, double to, bool whole, Vector& eta_end, Vector& v_end,
                         FlowWork* work);
-  bool is_driven() const { return !loads_.empty() || turning_g_.cols() > 0; }
-  bool may_be_driven() const { return !loads_.empty() || turning_H_.size() > 0; }
+  bool is_driven() const {
+    return !loads_.empty() || turning_g_.cols() > 0 || !lasting_.now.empty();
+  }
+  bool may_be_driven() const { return !loads_.empty() || turning_H_.size() > 0 || lasting_.ever; }
   Vector turning_force(double t, Index first, Index count) const;
   double coupled_energy(const Vector& eta, const Vector& v) const;
   void pull_at_start(Vector& eta, Vector& v, FlowWork* work);
@@ -209,7 +219,12 @@ class SuperelementBody final : public Body,
   void add_coupled(const Vector& kick);
   void book_drift(const Vector& drift, double t, const Vector& v, FlowWork& work) const;
   void add_late(Index set, const Points& impulses, ImpulseKind kind);
+  void take_force(Index set, const Points& forces);
   void take_kick(Index set, const Points& impulses);
+  void feel_kick(ImpulseKind kind);
+  void kick_back();
+  void let_last(const Vector& contact, const Vector& friction);
+  Vector lasting_kick(double share, const Vector& force) const;
   Vector3 center_at(const Vector& eta) const;
   double flow_energy(const Vector& eta, const Vector& v) const;
   std::shared_ptr<const ModalPropagator> make_propagator(double h) const;
@@ -225,8 +240,11 @@ class SuperelementBody final : public Body,
   const Vector& newmark_weight(double h) const;
   void predict_newmark(double h);
   void push_newmark(const Vector& kick);
-  void book_late_exact();
+  void book_kick(const Vector& kick, const Vector* of_friction, const Vector& v);
+  void accept_late();
+  void change_force();
   void accept_exact();
+  void accept_end_kick();
   void accept_central();
   void accept_newmark();
   void newmark_rates();
@@ -260,9 +278,22 @@ class SuperelementBody final : public Body,
   // added at its end
   Vector kick_, friction_kick_, end_kick_;
   bool kicked_ = false, rubbed_ = false, end_kicked_ = false;
-  // Kicks of forces at the start of the step, which v_ has, and at its end; of friction among them.
+  // Modal forces or kicks of contact, and those of friction among them.
+  struct ContactShare {
+    Vector all, friction;  // n, or empty: none
+    bool empty() const { return all.size() == 0; }
+    void add(const Vector& force, ImpulseKind kind);
+    void clear() { *this = {}; }
+  };
+  // Forces that last, in this step and the next; whether there have been any
+  struct {
+    ContactShare now, next;
+    bool ever = false;
+  } lasting_;
+  bool kicks_at_end_ = false;
+  // Kicks of forces at the start of the step, which v_ has, and at its end. Without what lasts.
   // Empty before the first one
-  Vector late_kick_, late_friction_, late_end_kick_, late_end_friction_;
+  ContactShare late_, late_end_;
   Vector f_, f0_, f1_, work_eta_, work_v_;
   Points local_;                    // impulses in component axes
   std::optional<Matrix3> carried_;  // see carry()

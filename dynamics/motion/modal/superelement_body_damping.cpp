@@ -9,10 +9,10 @@ std::shared_ptr<const ModalPropagator> SuperelementBody::make_propagator(double 
   return form_->shared.propagator(form_->omega, h, may_be_driven());
 }
 
-// Kinetic and strain energy of such a motion, weighed as impulses of contact weigh it.
+// Kinetic and strain energy of such a motion.
 double SuperelementBody::flow_energy(const Vector& eta, const Vector& v) const {
   const Vector forces = form_->omega.cwiseProduct(eta);
-  return 0.5 * (energy_product(v, v) + energy_product(forces, forces));
+  return 0.5 * (v.squaredNorm() + forces.squaredNorm());
 }
 
 // Central differences: what a kick at the start of the step leaves in the rates at its middle.
@@ -37,12 +37,12 @@ void SuperelementBody::predict_central_damped() {
     last_h_ = h_;
   }
   // Forces that StaticsBody knows at the end of a step are a kick at the start of this one
-  const bool late = late_kick_.size() > 0;
-  if (late) v_ -= late_kick_;
+  const bool late = late_.all.size() > 0;
+  if (late) v_ -= late_.all;
   v_end_ = (1 - 0.5 * last_h_ * c) * v_.array() + 0.5 * (last_h_ + h_) * f_.array();
   if (late) {
-    v_end_ += late_kick_;
-    v_ += late_kick_;
+    v_end_ += late_.all;
+    v_ += late_.all;
   }
   v_end_.array() /= 1 + 0.5 * h_ * c;
   eta_end_ = eta_ + h_ * v_end_;

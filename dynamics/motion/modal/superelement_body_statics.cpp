@@ -66,15 +66,16 @@ Vector SuperelementBody::contact_kick(double h, const Vector& force) const {
   return kick;
 }
 
-// Impulses at the start of steps hold the body where it is at their ends, where it has half of a
-// kick less than in the mean. With central differences its rates are those half a step before, of a
-// body at rest under all forces.
+// With `exact` the forces of contact go on. Newmark's impulses at the start of steps hold the body
+// where it is at their ends, where it has half of a kick less than in the mean. With central
+// differences its rates are those half a step before, of a body at rest under all forces.
 void SuperelementBody::start_motion(double h, const std::vector<BodyLoad>& loads) {
   for (const BodyLoad& load : loads) take_load(load);
   if (statics_.empty()) return;
-  const Vector kick = contact_kick(h, statics_.contact + statics_.friction);
   work_ = BodyWork();
-  if (is_exact() || (scheme() == Scheme::newmark && kicks_at_start(h))) v_ -= 0.5 * kick;
+  if (scheme() != Scheme::newmark) let_last(statics_.contact, statics_.friction);
+  if (scheme() == Scheme::newmark && kicks_at_start(h))
+    v_ -= 0.5 * contact_kick(h, statics_.contact + statics_.friction);
   if (scheme() == Scheme::central_difference) last_h_ = h;
 }
 
@@ -82,16 +83,14 @@ void SuperelementBody::start_late_motion(double h, const std::vector<BodyLoad>& 
   for (const BodyLoad& load : loads) take_load(load);
   if (statics_.empty()) return;
   work_ = BodyWork();
-  late_friction_ = contact_kick(h, statics_.friction);
-  late_kick_ = contact_kick(h, statics_.contact) + late_friction_;
-  late_end_kick_.setZero(eta_.size());
-  late_end_friction_.setZero(eta_.size());
-  if (is_exact()) {
-    v_ += 0.5 * late_kick_;
-  } else {
-    v_ += late_kick_;
-    last_h_ = h;
-  }
+  let_last(statics_.contact, statics_.friction);
+  for (Vector* kick : {&late_.all, &late_.friction, &late_end_.all, &late_end_.friction})
+    kick->setZero(eta_.size());
+  if (is_exact()) return;
+  late_.friction = contact_kick(h, statics_.friction);
+  late_.all = contact_kick(h, statics_.contact) + late_.friction;
+  v_ += late_.all;
+  last_h_ = h;
 }
 
 }  // namespace cbr

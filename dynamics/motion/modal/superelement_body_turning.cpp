@@ -24,13 +24,23 @@ void SuperelementBody::propagate_driven(double from, double to, bool whole, Vect
   }
   propagate_free(step, work_eta_, work_v_, eta_end, v_end);
   add_load(step, f0_, f1_, eta_end, v_end);
+  const bool lasts = !lasting_.now.empty();
+  if (lasts) add_load(step, lasting_.now.all, lasting_.now.all, eta_end, v_end);
   const bool spins = turning_g_.cols() > 0 && n_spin_ > 0;
   const Vector spin0 = spins ? turning_force(from, 0, n_spin_) : Vector(),
                spin1 = spins ? turning_force(to, 0, n_spin_) : Vector();
   if (spins) add_load(step, spin0, spin1, eta_end, v_end);
   if (!work) return;
-  const auto work_of = [&](const LinearForce& all, const LinearForce& of) {
-    return load_work_among(step, work_eta_, work_v_, eta_end, all, of, weight_);
+  if (lasts) {
+    const double friction = lasting_.now.friction.dot(eta_end - work_eta_);
+    work->friction += friction;
+    work->contact += lasting_.now.all.dot(eta_end - work_eta_) - friction;
+  }
+  const auto work_of = [&](LinearForce all, const LinearForce& of) {
+    const Vector start = lasts ? Vector(all.start + lasting_.now.all) : Vector(),
+                 end = lasts ? Vector(all.end + lasting_.now.all) : Vector();
+    const LinearForce with_lasting{start, end};
+    return load_work_among(step, work_eta_, work_v_, eta_end, lasts ? with_lasting : all, of, {});
   };
   const bool has_others = !loads_.empty() || n_others > 0;
   if (!spins || !has_others) {
@@ -75,7 +85,7 @@ double SuperelementBody::coupled_energy(const Vector& eta, const Vector& v) cons
   double sum = 0;
   for (Index j = coupling_->first(); j < coupling_->first() + coupling_->size(); ++j) {
     const double force = form_->omega[j] * eta[j];
-    sum += (v[j] * v[j] + force * force) * (weight_.size() > 0 ? weight_[j] : 1);
+    sum += v[j] * v[j] + force * force;
   }
   return 0.5 * sum;
 }

@@ -242,6 +242,7 @@ const Field& MeshBody::present_velocities() const {
   v_now_ = v_;
   if (last_h_ > 0) {
     damped_accelerations(v_now_);
+    if (lasting_.rows() > 0) v_now_ += lasting_;
     v_now_ = kick_share(last_h_) * (v_ + 0.5 * last_h_ * v_now_);
   }
   v_now_is_current_ = true;
@@ -346,10 +347,22 @@ void MeshBody::predict_end() {
     leap(s, h);
   }
   kicks_.clear();
+  lasting_.resize(0, 3);
 }
 
 void MeshBody::take_impulses(Index set, const Impulses& impulses) {
   impulses.each([&](const Points& p, ImpulseKind kind) { take_impulses_of(set, p, kind); });
+}
+
+// Velocities between two steps are those under them.
+void MeshBody::expect_forces(Index set, const Impulses& forces) {
+  v_now_is_current_ = false;
+  lasting_.resize(0, 3);
+  forces.each([&](const Points& f, ImpulseKind) {
+    if (lasting_.rows() == 0) lasting_.setZero(u_.rows(), 3);
+    for (Index i = 0; i < f.rows(); ++i) lasting_.row(sets_[set][i]) += f.row(i) * placement_.T;
+  });
+  if (lasting_.rows() > 0) accelerations(Field(lasting_), lasting_);
 }
 
 void MeshBody::take_impulses_of(Index set, const Points& impulses, ImpulseKind kind) {

@@ -105,6 +105,8 @@ class MeshBody final : public Body,
   void start_motion(double h, const std::vector<BodyLoad>& loads) override;
 
   void take_impulses(Index set, const Impulses& impulses) override;
+  void expect_forces(Index set, const Impulses& forces) override;
+  double lasting_share() const override { return 0.5; }
   void accept() override;
 
   NodeResponse response(Index set, double h) const override;
@@ -223,6 +225,8 @@ class MeshBody final : public Body,
   mutable MeshForces::Work room_;
   mutable bool Ku_is_current_ = false, v_now_is_current_ = false;
   std::vector<Kick> kicks_;  // of this step
+  // What contact does to velocities all the time, component axes; 0 rows: nothing
+  Field lasting_;
   double last_h_ = 0;
   MaterialDamping damping_;
   // Damped, from predict() to accept(): v- and K v-

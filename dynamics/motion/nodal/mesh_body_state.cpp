@@ -21,7 +21,7 @@ void MeshBody::start_motion(double h, const std::vector<BodyLoad>& loads) {
 // same, but not when it is formed.
 void MeshBody::keep_state(StateArchive& archive) {
   archive.expect(u_.rows());
-  archive(u_, v_, t_, last_h_, work_);
+  archive(u_, v_, t_, last_h_, work_, lasting_);
   if (turning_) keep_turning(archive);
   bool is_known = Ku_is_current_;
   archive(is_known);

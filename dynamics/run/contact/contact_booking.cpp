@@ -83,11 +83,11 @@ struct WallImpulse {
 };
 
 WallImpulse wall_impulse(const ContactGroup& group, const ContactSearch& of,
-                         const EnforcementResult& result) {
+                         const Points& impulses) {
   WallImpulse sum;
   for (auto i = of.first; i < of.last; ++i) {
     const ContactPoint& point = group.list.points[i];
-    const Vector3 p = result.p.row(static_cast<Index>(i)).transpose();
+    const Vector3 p = impulses.row(static_cast<Index>(i)).transpose();
     sum.normal += p[0] * point.normal();
     sum.friction += point.frame.bottomRows<2>().transpose() * p.tail<2>();
   }
@@ -106,7 +106,7 @@ void book_walls(Simulation& sim, const ContactGroup& group, const EnforcementRes
   for (const ContactSearch& of : group.searches) {
     ContactPair& pair = sim.pairs[of.pair];
     if (pair.wall && !pair.wall->shift().way().isZero(0))
-      add_wall_work(wall_impulse(group, of, result), pair.wall->shift().way() / h, pair.state());
+      add_wall_work(wall_impulse(group, of, result.p), pair.wall->shift().way() / h, pair.state());
   }
 }
 
@@ -122,12 +122,38 @@ void book_last_forces_of_walls(Simulation& sim) {
   }
 }
 
+static void change_force_of_wall(const Simulation& sim, ContactPair& pair, const WallImpulse& force,
+                                 double h) {
+  PairState& state = pair.state();
+  const Body& body = *sim.bodies[sim.contact_nodes[pair.slave->body].body];
+  // Central differences have the work of impulses at the mean of the rates beside them
+  const double ahead = body.is_exact() ? body.lasting_share() * h : 0;
+  const WallImpulse change{ahead * (force.normal - state.wall_force),
+                           ahead * (force.friction - state.wall_friction)};
+  add_wall_work(change, pair.wall->shift().way() / h, state);
+  state.wall_force = force.normal;
+  state.wall_friction = force.friction;
+}
+
+void book_lasting_forces_of_walls(Simulation& sim, const ContactGroup& group, const Points& p,
+                                  double h) {
+  for (const ContactSearch& of : group.searches)
+    if (ContactPair& pair = sim.pairs[of.pair]; pair.wall)
+      change_force_of_wall(sim, pair, wall_impulse(group, of, p), h);
+}
+
+void end_lasting_forces_of_walls(Simulation& sim, const ContactOutcome& outcome, double h) {
+  for (const Index p : outcome.searched)
+    if (ContactPair& pair = sim.pairs[p]; pair.wall && !outcome.near[p] && pair.has_state())
+      change_force_of_wall(sim, pair, {}, h);
+}
+
 void book_walls_in_statics(Simulation& sim, const ContactGroup& group,
                            const EnforcementResult& result) {
   for (const ContactSearch& of : group.searches) {
     ContactPair& pair = sim.pairs[of.pair];
     if (!pair.wall) continue;
-    const WallImpulse force = wall_impulse(group, of, result);
+    const WallImpulse force = wall_impulse(group, of, result.p);
     add_wall_work(force, 0.5 * pair.wall->shift().way(), pair.state());
     pair.state().wall_force = force.normal;
     pair.state().wall_friction = force.friction;

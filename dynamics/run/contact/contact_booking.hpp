@@ -20,6 +20,11 @@ void book_walls(Simulation& simulation, const ContactGroup& group, const Enforce
 void book_last_forces_of_walls(Simulation& simulation);
 void book_walls_in_statics(Simulation& simulation, const ContactGroup& group,
                            const EnforcementResult& result);
+// Of forces that last a body's momentum has a share before it is given. p: those on the group's
+// points, as EnforcementResult::p; end: of walls that nothing has been near to in the step.
+void book_lasting_forces_of_walls(Simulation& simulation, const ContactGroup& group,
+                                  const Points& p, double h);
+void end_lasting_forces_of_walls(Simulation& simulation, const ContactOutcome& outcome, double h);
 
 // What the pairs' next search starts from.
 void remember(const Simulation& simulation, const ContactGroup& group,

@@ -8,6 +8,7 @@
 #include "common/linalg/blas_threads.hpp"
 #include "dynamics/run/contact/contact_booking.hpp"
 #include "dynamics/run/contact/contact_group.hpp"
+#include "dynamics/run/contact/lasting_forces.hpp"
 #include "dynamics/run/contact/settle_contact.hpp"
 #include "dynamics/run/contact/turning_links.hpp"
 #include "dynamics/run/simulation/stopwatch.hpp"
@@ -267,6 +268,7 @@ class Islands {
     book(sim_, group, result, state_, outcome_);
     book_walls(sim_, group, result, h_);
     remember(sim_, group, result);
+    if (island.memory != nullptr) find_lasting_forces(sim_, group, result, h_, state_);
   }
 
   // work() of those for which `shared` holds by several threads, then of the others.
@@ -374,6 +376,7 @@ void contact_step(Simulation& sim, const std::vector<Index>& due, double h, bool
   for (PushedSprings& springs : pushed) finish_springs(sim, state, springs);
   for (std::size_t b = 0; b < state.bodies.size(); ++b)
     if (outcome.touched[b] == 0) state.bodies[b].still.resize(0);
+  hand_lasting_forces(sim, h, state, outcome);
   for (const Index p : due) {
     if (!outcome.near[p] || outcome.has_met[p]) continue;
     outcome.has_met[p] = 1;

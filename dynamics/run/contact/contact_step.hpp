@@ -18,6 +18,8 @@ struct ContactState {
   std::map<Index, ImpulseMemory> islands;     // by the first pair of the island
   std::map<Index, ImpulseMemory> settled;     // likewise, of settle_velocities()
   std::vector<Points> impulses_since_output;  // per contact body
+  // likewise: what momentum has of forces that last beyond these impulses, or 0 rows: nothing
+  std::vector<Points> ahead_since_output;
   // likewise, without friction and ties, where nodal pressures are wanted, else empty
   std::vector<Points> normal_since_output;
 

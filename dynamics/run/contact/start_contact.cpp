@@ -73,6 +73,7 @@ ContactState start_contact(Simulation& sim) {
   state.bodies.resize(n);
   state.masses.resize(n);
   state.impulses_since_output.resize(n);
+  state.ahead_since_output.assign(n, Points(0, 3));
   state.normal_since_output.resize(n);
   for (std::size_t b = 0; b < n; ++b) {
     state.bodies[b].impulses.setZero(static_cast<Index>(sim.contact_nodes[b].nodes.size()), 3);
