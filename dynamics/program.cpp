@@ -128,6 +128,11 @@ class Run {
     RunProgress progress(report_, "stepping", built_.simulation.plan.end,
                          begun_at_ / built_.simulation.plan.end);
     options.on_progress = [&](double fraction) { progress.at(fraction); };
+    RunProgress statics(report_, "statics", built_.simulation.plan.end);
+    options.on_load_step = [&](Index done, Index all) {
+      statics.at(static_cast<double>(done) / static_cast<double>(all),
+                 "load step " + std::to_string(done) + " of " + std::to_string(all));
+    };
     if (!scene_.output.fields.empty()) {
       fields_ =
           std::make_unique<FieldWriter>(scene_, built_, results_, report_, hash_, saved_fields_);
@@ -180,6 +185,9 @@ class Run {
     report_.line("results: " + results_.string() + fields);
     report_.timings();
     if (!result.ended_at) return;
+    if (!result.failure.empty())
+      throw RunError(result.failure + "; " + results_.string() +
+                     format_text(": holds the outputs up to t = %.4g s", *result.ended_at));
     throw RunError(results_.string() + ": " + end_text(result) + ": holds the outputs up to there" +
                    restart_text());
   }
@@ -193,6 +201,7 @@ class Run {
   }
 
   std::string end_text(const RunResult& result) const {
+    if (!result.failure.empty()) return result.failure;
     std::ostringstream text;
     text << "stopped by " << signals_.name() << " at t = " << *result.ended_at << " s of "
          << built_.simulation.plan.end << " s, after " << result.reached << " of "

@@ -57,32 +57,35 @@ class EndImpulseAbility {
   ~EndImpulseAbility() = default;
 };
 
-// What a body is to be in equilibrium with, and how fast it may follow.
-struct Rest {
-  double t = 0, share = 1;  // the loads are those at time t, times share
-  // of the pull towards where the body is, a factor of the body's own choice
-  double hold = 1;
-};
-
 // What an iteration towards equilibrium has changed.
 struct Settled {
-  double change = 0;  // d . (K + sigma M) d of its move d: twice an energy
+  double change = 0;  // d . K d of its move d: twice an energy
   double energy = 0;  // u . K u
-  double way = 0;     // the move, rms over the mass
 };
 
-// Statics, without velocities: a load step is a number of iterations relax(), forces of contact,
-// settle(), and end_load_step(). (K + sigma M) d = f + contact - K u gives the move d of an
-// iteration; its sum over the iterations is the solution of K u = f + contact (the proximal point
-// method; Rockafellar 1976, doi 10.1137/0314056). sigma M keeps what nothing but contact holds in
-// its place; sigma = 0 where supports hold the body. docs/theory.md, "Statics".
+// R^T (f + contact), k, and how large the parts are that it is the sum of.
+struct FloatingForces {
+  Vector sum;
+  double largest = 0;
+};
+
+// Statics, without velocities: K u = f + contact. A load step is a number of iterations relax(),
+// forces of contact and moves, settle(), and end_load_step(). u = K^+ (f + contact) + R a with a
+// generalised inverse K^+ of the stiffness and the k motions R that it does not resist: the body
+// floats (Farhat, Roux 1991, doi 10.1002/nme.1620320604). K^+ leaves out what inertia would take of
+// forces that are not in equilibrium. R^T M R = m 1, m the mass, so that a is k lengths.
+// docs/theory.md, "Statics".
 class StaticsAbility {
  public:
-  // predicted_positions() are then those of the equilibrium without contact
-  virtual void relax(const Rest& rest) = 0;
-  // Change of the predicted positions of the set's dofs per unit force on them, and such forces (n
-  // x 3, scene axes).
-  virtual NodeResponse static_response(Index set, double hold) const = 0;
+  // The loads are those at time t, times share, and there is no contact. predicted_positions() are
+  // then those of K^+ f + R a, with a as it was.
+  virtual void relax(double t, double share) = 0;
+  virtual Matrix floating_motions(Index set) const = 0;  // R of the set, scene axes: 3 m x k
+  virtual FloatingForces floating_forces() const = 0;
+  virtual void float_by(const Vector& move) = 0;  // a += move
+  // K^+: change of the predicted positions of the set's dofs per unit force on them, and such
+  // forces (n x 3, scene axes).
+  virtual NodeResponse static_response(Index set) const = 0;
   virtual void add_static_forces(Index set, const Points& forces, ImpulseKind kind) = 0;
   virtual Settled settle() = 0;      // the predicted end becomes the state
   virtual void end_load_step() = 0;  // books the work since the last one

@@ -36,11 +36,11 @@ void DrivenBody::take_plan(const BodyPlan& plan) {
   energy_at_start_ = energy_of_motion();
 }
 
-void DrivenBody::relax(const Rest& rest) {
-  t_ = rest.t;
+void DrivenBody::relax(double t, double share) {
+  t_ = t;
   h_ = 0;
   for (Vector3& force : forces_) force.setZero();
-  inner_->statics()->relax(rest);
+  inner_->statics()->relax(t, share);
 }
 
 void DrivenBody::add_static_forces(Index set, const Points& forces, ImpulseKind kind) {

@@ -169,30 +169,56 @@ NodeResponse JointBody::response_of(Index set, const Matrix6& A) const {
 
 NodeResponse JointBody::response(Index set, double h) const { return response_of(set, answer(h)); }
 
-// Inertia has no part in equilibrium: a mass goes where its point goes.
-Matrix6 JointBody::static_answer(double hold) const {
-  return joint_.is_mass() ? Matrix6(inverse_mass_ / (joint_.static_pull * hold)) : compliance();
-}
-
 Matrix6 JointBody::compliance() const { return inverse_where_not_zero(joint_.stiffness); }
 
-void JointBody::relax(const Rest& rest) {
-  pull_ = rest.hold;
+// Inertia has no part in equilibrium: a mass goes where its point goes.
+void JointBody::relax(double, double) {
   r_end_ = joint_.is_mass() ? r_ : Vector6(Vector6::Zero());
+  pushed_.setZero();
 }
 
-NodeResponse JointBody::static_response(Index set, double hold) const {
-  return response_of(set, static_answer(hold));
+// Of a mass: each of its coordinates, rotations such that they have the same inertia.
+Matrix JointBody::floating() const {
+  const double mass = joint_.mass.trace() - joint_.mass.bottomRightCorner<3, 3>().trace(),
+               inertia = joint_.mass.bottomRightCorner<3, 3>().trace();
+  Matrix R = Matrix::Zero(6, 6);
+  Index k = 0;
+  for (Index i = 0; i < 6; ++i)
+    if (joint_.mass(i, i) > 0) R(i, k++) = i < 3 || !(mass > 0) ? 1 : std::sqrt(mass / inertia);
+  return R.leftCols(k);
+}
+
+Matrix JointBody::floating_motions(Index set) const {
+  const std::vector<Index>& nodes = sets_[static_cast<std::size_t>(set)];
+  const Matrix R = floating();
+  Matrix motions(3 * static_cast<Index>(nodes.size()), R.cols());
+  for (std::size_t i = 0; i < nodes.size(); ++i)
+    motions.middleRows(3 * static_cast<Index>(i), 3) =
+        to_scene(nodes[i]) * R.middleRows(3 * nodes[i], 3);
+  return motions;
+}
+
+FloatingForces JointBody::floating_forces() const {
+  const Matrix R = floating();
+  return {R.transpose() * pushed_, R.cols() > 0 ? pushed_.lpNorm<Eigen::Infinity>() : 0};
+}
+
+void JointBody::float_by(const Vector& move) { r_end_ += floating() * move; }
+
+NodeResponse JointBody::static_response(Index set) const {
+  return response_of(set, joint_.is_mass() ? Matrix6(Matrix6::Zero()) : compliance());
 }
 
 void JointBody::add_static_forces(Index set, const Points& forces, ImpulseKind) {
-  r_end_ += static_answer(pull_) * gathered(set, forces);
+  const Vector6 P = gathered(set, forces);
+  pushed_ += P;
+  if (!joint_.is_mass()) r_end_ += compliance() * P;
 }
 
 Settled JointBody::settle() {
   const Vector6 move = r_end_ - r_;
   r_ = r_end_;
-  return {2 * spring_energy(move), 2 * spring_energy(r_), 0};
+  return {2 * spring_energy(move), 2 * spring_energy(r_)};
 }
 
 void JointBody::end_load_step() {

@@ -22,7 +22,6 @@ struct Joint {
   Matrix3 axes = Matrix3::Identity();  // rows: the joint's, scene axes
   Matrix6 mass = Matrix6::Zero(), stiffness = Matrix6::Zero(), damping = Matrix6::Zero();
   Vector6 rates = Vector6::Zero();  // of a mass at the start, axes of the joint
-  double static_pull = 0;           // 1/s^2: sigma of StaticsAbility::relax() of a mass
   // springs to bodies without mass at the interface, which take impulses at the ends of steps
   bool is_late = false;
   bool is_mass() const { return !mass.isZero(0); }
@@ -67,8 +66,11 @@ class JointBody final : public Body, public EndImpulseAbility, public StaticsAbi
   void add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
 
   StaticsAbility* statics() override { return this; }
-  void relax(const Rest& rest) override;
-  NodeResponse static_response(Index set, double hold) const override;
+  void relax(double t, double share) override;
+  Matrix floating_motions(Index set) const override;
+  FloatingForces floating_forces() const override;
+  void float_by(const Vector& move) override;
+  NodeResponse static_response(Index set) const override;
   void add_static_forces(Index set, const Points& forces, ImpulseKind kind) override;
   Settled settle() override;
   void end_load_step() override;
@@ -87,7 +89,7 @@ class JointBody final : public Body, public EndImpulseAbility, public StaticsAbi
   void predict_end() override;
   bool is_newmark() const { return scheme() == Scheme::newmark; }
   Matrix6 answer(double h) const;  // of r_end_ to impulses, axes of the joint
-  Matrix6 static_answer(double hold) const;
+  Matrix floating() const;         // R of StaticsAbility, 6 x k
   NodeResponse response_of(Index set, const Matrix6& A) const;
   Matrix3 to_scene(Index node) const {
     return follows_ ? maps_[static_cast<std::size_t>(node)] : Matrix3(joint_.axes.transpose());
@@ -104,7 +106,8 @@ class JointBody final : public Body, public EndImpulseAbility, public StaticsAbi
   std::array<Matrix3, 2> maps_;  // once it follows
   Vector6 r_ = Vector6::Zero(), r_end_ = Vector6::Zero(), v_ = Vector6::Zero(),
           v_end_ = Vector6::Zero();
-  double last_h_ = 0, answer_h_ = 0, pull_ = 0;
+  Vector6 pushed_ = Vector6::Zero();  // statics: forces of this iteration
+  double last_h_ = 0, answer_h_ = 0;
   Matrix6 answer_ = Matrix6::Zero();  // answer(answer_h_)
   double energy_ = 0;                 // of the springs, as it is booked
   BodyWork work_;

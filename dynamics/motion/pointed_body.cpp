@@ -405,8 +405,13 @@ void PointedBody::add_end_impulses(Index set, const Points& impulses, ImpulseKin
       sets_[set].inner, is_plain(set) ? impulses : spread(sets_[set], impulses), kind);
 }
 
-NodeResponse PointedBody::static_response(Index set, double hold) const {
-  const NodeResponse inner = inner_->statics()->static_response(sets_[set].inner, hold);
+Matrix PointedBody::floating_motions(Index set) const {
+  const Matrix inner = inner_->statics()->floating_motions(sets_[set].inner);
+  return is_plain(set) ? inner : Matrix(sets_[set].E * inner);
+}
+
+NodeResponse PointedBody::static_response(Index set) const {
+  const NodeResponse inner = inner_->statics()->static_response(sets_[set].inner);
   return is_plain(set) ? inner : extended(sets_[set], inner);
 }
 

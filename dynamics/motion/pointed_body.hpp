@@ -103,7 +103,8 @@ class PointedBody final : public WrappedBody {
   NodeResponse velocity_response(Index set) const override;
   void add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
 
-  NodeResponse static_response(Index set, double hold) const override;
+  Matrix floating_motions(Index set) const override;
+  NodeResponse static_response(Index set) const override;
   void add_static_forces(Index set, const Points& forces, ImpulseKind kind) override;
 
   NodeResponse response(Index set, double h) const override;

@@ -30,7 +30,4 @@ struct StaticState {
   void keep_state(StateArchive& archive);
 };
 
-// Of the lowest elastic omega^2, what sigma is: docs/theory.md, "Statics".
-constexpr double static_pull_share = 0.01;
-
 }  // namespace cbr

@@ -193,11 +193,11 @@ void SupportedBody::add_end_impulses(Index set, const Points& impulses, ImpulseK
   book(on_shapes(set, impulses), kind, t_ + h_);
 }
 
-void SupportedBody::relax(const Rest& rest) {
-  t_ = rest.t;
+void SupportedBody::relax(double t, double share) {
+  t_ = t;
   h_ = 0;
   for (Vector& force : forces_) force.setZero();
-  inner_->statics()->relax(rest);
+  inner_->statics()->relax(t, share);
 }
 
 void SupportedBody::add_static_forces(Index set, const Points& forces, ImpulseKind kind) {

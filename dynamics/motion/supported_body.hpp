@@ -51,7 +51,7 @@ class SupportedBody final : public WrappedBody {
   void end_velocities(Index set, Points& v) override;
   void add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
 
-  void relax(const Rest& rest) override;
+  void relax(double t, double share) override;
   void add_static_forces(Index set, const Points& forces, ImpulseKind kind) override;
   Settled settle() override;
   void end_load_step() override;

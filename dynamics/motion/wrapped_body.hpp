@@ -68,9 +68,14 @@ class WrappedBody : public Body,
   }
 
   StaticsAbility* statics() override { return inner_->statics() ? this : nullptr; }
-  void relax(const Rest& rest) override { inner_->statics()->relax(rest); }
-  NodeResponse static_response(Index set, double hold) const override {
-    return inner_->statics()->static_response(set, hold);
+  void relax(double t, double share) override { inner_->statics()->relax(t, share); }
+  Matrix floating_motions(Index set) const override {
+    return inner_->statics()->floating_motions(set);
+  }
+  FloatingForces floating_forces() const override { return inner_->statics()->floating_forces(); }
+  void float_by(const Vector& move) override { inner_->statics()->float_by(move); }
+  NodeResponse static_response(Index set) const override {
+    return inner_->statics()->static_response(set);
   }
   void add_static_forces(Index set, const Points& forces, ImpulseKind kind) override {
     inner_->statics()->add_static_forces(set, forces, kind);

@@ -13,21 +13,22 @@
 namespace cbr {
 namespace {
 
-// Of the energy norm of the displacements: what an iteration changes at the end of a load step;
-// what is good enough when round-off or a node at the edge of a face lets no iteration do better,
-// and after how many of them.
+// Of the energy norm of the displacements, and of them where nothing is strained: what an iteration
+// changes at the end of a load step; what is good enough when round-off or a node at the edge of a
+// face lets no iteration do better, and after how many of them.
 constexpr double aim = 1e-8, enough = 1e-5;
-constexpr Index patience = 40, most_iterations = 200;
+constexpr Index patience = 20, most_iterations = 100;
 // Of the largest change in a load step: round-off where nothing is strained.
 constexpr double nothing = 1e-12;
-// Of positions: what moves by less, rms over the mass, moves by round-off.
-constexpr double round_off = 4e-15;
-// A body that goes on by more than this share of its last move is let go faster, by this factor at
-// a time.
-constexpr double goes_on = 0.5, let_go = 0.1, least_hold = 1e-6;
-// Bodies on springs, which are far softer than they, would be slow to follow; without contact that
-// opens nothing else has to be held.
-constexpr double sprung_hold = 1e-3;
+// Of positions: what moves by less moves by round-off.
+constexpr double round_off = 1e-14;
+// Of the least way that is worth a search: what nothing holds may go by less.
+constexpr double drift = 1e-9;
+// Of the forces that act on it, what may be left of those on a body that floats.
+constexpr double balanced = 1e-10;
+// Of a face, how far a body goes that nothing holds, before contact is searched anew; then twice as
+// far each time.
+constexpr double first_share = 0.3;
 // Of its own size, the way in one load step by which a body is not held.
 constexpr double lost = 10;
 
@@ -38,6 +39,8 @@ double extent_of(const Body& body) {
   return extent > 0 ? extent : (body.state().center_of_mass - X.row(0).transpose()).norm();
 }
 
+double largest(const Vector& x) { return x.size() > 0 ? x.lpNorm<Eigen::Infinity>() : 0; }
+
 }  // namespace
 
 Equilibrium::Equilibrium(Simulation& simulation, ContactState& state, ContactOutcome& outcome)
@@ -45,80 +48,72 @@ Equilibrium::Equilibrium(Simulation& simulation, ContactState& state, ContactOut
       state_(state),
       outcome_(outcome),
       pairs_(simulation.pairs.size()),
-      known_(simulation.pairs.size()) {
+      known_(simulation.pairs.size()),
+      closed_(simulation.pairs.size()) {
   std::iota(pairs_.begin(), pairs_.end(), Index{0});
   for (const auto& body : sim_.bodies) {
-    extent_.push_back(extent_of(*body));
     const Points& X = body->reference_positions();
     reach_ = std::max(reach_, X.size() > 0 ? X.cwiseAbs().maxCoeff() : 0.0);
   }
   for (const ContactNodes& nodes : sim_.contact_nodes)
     forces_.push_back(Points::Zero(static_cast<Index>(nodes.nodes.size()), 3));
-  moved_ = forces_;
+  moved_ = here_ = forces_;
   is_pushed_.assign(forces_.size(), 0);
-  state_.islands.clear();
-  const auto any = [&](const auto& is) {
-    return std::any_of(sim_.pairs.begin(), sim_.pairs.end(), is);
-  };
-  if (any([](const ContactPair& pair) { return pair.yields; }))
-    full_hold_ = any([](const ContactPair& pair) { return pair.law.law != ContactLaw::tied; })
-                     ? sprung_hold
-                     : least_hold;
 }
 
-void Equilibrium::preload(Index steps) {
+void Equilibrium::preload(Index steps, const std::function<void(Index step)>& on_step) {
   for (const Index p : pairs_)
     if (sim_.pairs[p].law.law != ContactLaw::tied) sim_.pairs[p].state().memory.lets_jump = true;
   add_bolts();
   sim_.shift_walls(0, 0);
-  for (Index i = 1; i <= steps; ++i) {
-    const double share = static_cast<double>(i) / static_cast<double>(steps);
+  n_preload_ = steps;
+  for (preload_ = 1; preload_ <= steps; ++preload_) {
+    const double share = static_cast<double>(preload_) / static_cast<double>(steps);
     resolve_overlaps(share);
-    iterate({0, share, full_hold_});
+    iterate(0, share);
+    if (on_step) on_step(preload_);
   }
+  preload_ = 0;
   lock_bolts();
 }
 
 void Equilibrium::step(double t) {
   sim_.shift_walls(last_t_, t);
   last_t_ = t;
-  iterate({t, 1, full_hold_});
+  iterate(t, 1);
 }
 
-void Equilibrium::iterate(const Rest& loads) {
+void Equilibrium::iterate(double t, double share) {
   outcome_.next_step();
   outcome_.searched = pairs_;
   for (std::size_t c = 0; c < sim_.contact_nodes.size(); ++c) {
     const ContactNodes& nodes = sim_.contact_nodes[c];
     sim_.bodies[nodes.body]->positions(nodes.set, state_.bodies[c].start);
   }
+  for (const Bolt& bolt : bolts_)
+    state_.bodies[bolt.body].start = bolt.length * bolt.normal.transpose();
   keep_known();
-  way_.assign(sim_.bodies.size(), 0);
-  last_way_ = way_;
-  hold_ = full_hold_;
+  most_way_ = first_way();
   most_change_ = 0;
+  moves_.resize(0);
+  for (std::size_t c = 0; c < here_.size(); ++c) here_[c] = state_.bodies[c].start;
   for (iteration_ = 1;; ++iteration_) {
-    ++n_iterations_;
-    Rest rest = loads;
-    rest.hold = hold_;
-    for (auto& body : sim_.bodies) statics_of(*body).relax(rest);
-    predict_bolts(loads.share);
-    locate(hold_);
-    solve(hold_);
-    double change = change_of_bolts(), energy = 0, way = 0;
-    std::vector<Settled> settled;
+    start_iteration(t, share);
+    locate();
+    Change change;
+    solve(change);
     for (auto& body : sim_.bodies) {
-      settled.push_back(statics_of(*body).settle());
-      change += settled.back().change;
-      energy += settled.back().energy;
-      way = std::max(way, settled.back().way);
+      const Settled settled = statics_of(*body).settle();
+      change.change += settled.change;
+      change.energy += settled.energy;
     }
-    if (!std::isfinite(change + energy))
-      throw RunError(
-          "statics: the equilibrium is no longer finite: are loads or units beyond a double's "
-          "reach?");
-    if (is_done(change, energy, way)) break;
-    watch(settled, loads.t);
+    look_at_nodes(change);
+    if (!std::isfinite(change.change + change.energy + change.moved))
+      throw RunError("statics: " + load_step() +
+                     ": the equilibrium is no longer finite: are loads or units beyond a double's "
+                     "reach?");
+    note_closed();
+    if (is_done(change)) break;
     recall();
   }
   for (auto& body : sim_.bodies) statics_of(*body).end_load_step();
@@ -126,71 +121,55 @@ void Equilibrium::iterate(const Rest& loads) {
   initial_ = false;
 }
 
-bool Equilibrium::is_done(double change, double energy, double way) {
-  most_change_ = std::max(most_change_, change);
-  const double scale = energy + nothing * most_change_;
-  // What moves without strain has no energy to compare with
-  const bool stands = change <= aim * aim * scale || way <= round_off * reach_;
-  if (stands && missing_pull_ <= aim && hold_ == full_hold_ && iteration_ > 1) return true;
-  if (change == 0 && missing_pull_ == 0) return true;
-  if (iteration_ >= patience && change <= enough * enough * scale) return true;
-  if (iteration_ < most_iterations) return false;
-  std::ostringstream text;
-  text.precision(3);
-  text << "statics: no equilibrium was found in " << most_iterations
-       << " iterations; the last one changed the displacements by "
-       << std::sqrt(change / std::max(scale, 1e-300))
-       << " of themselves (energy norm): take smaller load steps (time.step, "
-       << "time.preload), or hold what hardly anything holds";
-  throw RunError(text.str());
+void Equilibrium::start_iteration(double t, double share) {
+  std::vector<FloatingForces> forces;
+  for (auto& body : sim_.bodies) {
+    statics_of(*body).relax(t, share);
+    forces.push_back(statics_of(*body).floating_forces());
+  }
+  if (first_.empty()) number_floating(forces);
+  loads_.setZero(first_.back() + static_cast<Index>(bolts_.size()));
+  largest_load_ = 0;
+  for (std::size_t b = 0; b < forces.size(); ++b) {
+    loads_.segment(first_[b], forces[b].sum.size()) = forces[b].sum;
+    largest_load_ = std::max(largest_load_, forces[b].largest);
+  }
+  if (moves_.size() != loads_.size()) moves_.setZero(loads_.size());
+  for (std::size_t i = 0; i < bolts_.size(); ++i) {
+    Bolt& bolt = bolts_[i];
+    const Pretension& pretension = *sim_.pairs[bolt.pair].pretension;
+    if (pretension.force) {
+      loads_[first_.back() + static_cast<Index>(i)] = share * *pretension.force;
+    } else {
+      bolt.length = share * *pretension.shortening;
+    }
+    state_.bodies[bolt.body].end = bolt.length * bolt.normal.transpose();
+  }
 }
 
-// What contact is to stop and does not goes on and on: faster, so that it arrives, or is seen to be
-// lost.
-void Equilibrium::watch(const std::vector<Settled>& settled, double t) {
-  bool any = false;
-  for (std::size_t b = 0; b < settled.size(); ++b) {
-    way_[b] += settled[b].way;
-    if (way_[b] > lost * extent_[b]) refuse_unheld(static_cast<Index>(b), t);
-    any |= iteration_ > 3 && settled[b].way > goes_on * last_way_[b] &&
-           settled[b].change > 1e-6 * most_change_;
-    last_way_[b] = settled[b].way;
+void Equilibrium::number_floating(const std::vector<FloatingForces>& forces) {
+  first_.assign(1, 0);
+  for (const FloatingForces& of : forces) first_.push_back(first_.back() + of.sum.size());
+  for (std::size_t c = 0; c < sim_.contact_nodes.size(); ++c) {
+    const ContactNodes& nodes = sim_.contact_nodes[c];
+    StaticsAbility& body = statics_of(*sim_.bodies[nodes.body]);
+    state_.bodies[c].response = body.static_response(nodes.set);
+    floating_.push_back({body.floating_motions(nodes.set), first_[nodes.body]});
   }
-  hold_ = any ? std::max(least_hold, let_go * hold_) : std::min(full_hold_, hold_ / let_go);
-}
-
-void Equilibrium::refuse_unheld(Index b, double t) const {
-  const Body& body = *sim_.bodies[b];
-  Points u, v;
-  body.displacements(u, v);
-  const Vector3 mean = u.colwise().mean().transpose();
-  std::ostringstream text;
-  text.precision(3);
-  text << "statics: instance '" << body.name() << "' is not held: under its loads at t = " << t
-       << " s it ";
-  if (mean.norm() > 0.2 * u.rowwise().norm().mean()) {
-    const Vector3 way = mean.normalized();
-    text << "moves along [" << way[0] << ", " << way[1] << ", " << way[2] << "]";
-  } else {
-    text << "turns";
+  for (std::size_t i = 0; i < bolts_.size(); ++i) {
+    const bool floats = sim_.pairs[bolts_[i].pair].pretension->force.has_value();
+    floating_.push_back(
+        {floats ? Matrix(bolts_[i].normal) : Matrix(3, 0), first_.back() + static_cast<Index>(i)});
   }
-  text << " without end: hold it by boundary, tied surfaces, contact that it is pressed into, or "
-          "friction";
-  throw InputError(text.str());
 }
 
 // Where the last forces of contact take the nodes; without them the ends are where contact is
 // solved from.
-void Equilibrium::locate(double hold) {
+void Equilibrium::locate() {
   for (std::size_t c = 0; c < sim_.contact_nodes.size(); ++c) {
     const ContactNodes& nodes = sim_.contact_nodes[c];
     ContactBody& contact = state_.bodies[c];
-    Body& body = *sim_.bodies[nodes.body];
-    if (contact.response_h != -hold) {
-      contact.response = statics_of(body).static_response(nodes.set, hold);
-      contact.response_h = -hold;
-    }
-    body.predicted_positions(nodes.set, contact.end);
+    sim_.bodies[nodes.body]->predicted_positions(nodes.set, contact.end);
     moved_[c].setZero();
     if (is_pushed_[c]) contact.response.add_product(forces_[c], moved_[c]);
     contact.end += moved_[c];
@@ -198,20 +177,46 @@ void Equilibrium::locate(double hold) {
   }
 }
 
-void Equilibrium::solve(double hold) {
+void Equilibrium::solve(Change& change) {
   solved_.clear();
   for (Points& force : forces_) force.setZero();
   std::fill(is_pushed_.begin(), is_pushed_.end(), 0);
-  for (const auto& pairs : islands(sim_, pairs_, Enforcement::impulse)) solve_group(pairs, hold);
+  std::vector<char> is_in_pair(sim_.bodies.size(), 0);
+  for (const auto& pairs : islands(sim_, pairs_, Enforcement::impulse)) {
+    const std::vector<Index> columns = columns_of(pairs);
+    for (std::size_t b = 0; b < is_in_pair.size(); ++b)
+      is_in_pair[b] |= std::binary_search(columns.begin(), columns.end(), first_[b]);
+    solve_group(pairs, columns, change);
+  }
+  for (std::size_t b = 0; b < is_in_pair.size(); ++b)
+    if (!is_in_pair[b] &&
+        largest(loads_.segment(first_[b], first_[b + 1] - first_[b])) > balanced * largest_load_)
+      refuse_unheld(static_cast<Index>(b), loads_.segment(first_[b], first_[b + 1] - first_[b]));
 }
 
-void Equilibrium::solve_group(const std::vector<Index>& pairs, double hold) {
+// Of the bodies of pairs, and their bolts; ascending.
+std::vector<Index> Equilibrium::columns_of(const std::vector<Index>& pairs) const {
+  std::vector<Index> columns;
+  const auto add = [&](Index contact) {
+    if (contact < 0) return;
+    const FloatingNodes& of = floating_[static_cast<std::size_t>(contact)];
+    for (Index j = 0; j < of.R.cols(); ++j) columns.push_back(of.first + j);
+  };
+  for (const Index p : pairs) {
+    const ContactPair& pair = sim_.pairs[p];
+    for (const Index contact : {pair.slave->body, pair.master->body, pair.joint}) add(contact);
+    for (const Bolt& bolt : bolts_)
+      if (bolt.pair == p) add(bolt.body);
+  }
+  std::sort(columns.begin(), columns.end());
+  columns.erase(std::unique(columns.begin(), columns.end()), columns.end());
+  return columns;
+}
+
+void Equilibrium::solve_group(const std::vector<Index>& pairs, const std::vector<Index>& columns,
+                              Change& change) {
   Solved solved{collect(sim_, pairs, initial_, state_), {}};
   ContactGroup& group = solved.group;
-  if (group.list.empty()) {
-    for (const ContactSearch& of : group.searches) forget(*of.memory);
-    return;
-  }
   for (ContactPoint& point : group.list.points) {
     for (Index t = point.first_term; t < point.first_term + point.n_terms; ++t) {
       const ContactTerm& term = group.list.terms[t];
@@ -223,23 +228,39 @@ void Equilibrium::solve_group(const std::vector<Index>& pairs, double hold) {
   for (const Index b : group.bodies) {
     state_.bodies[b].impulses.setZero();
     state_.bodies[b].friction.setZero();
-    state_.bodies[b].has_move = false;
   }
-  ImpulseMemory& memory = state_.islands[pairs.front()];
-  solved.result = enforce_impulse(group.list, group.laws, group.guess, hold, state_.bodies, memory);
+  StaticResult result =
+      enforce_static(group.list, group.laws, group.guess, floating_, columns, loads_, largest_load_,
+                     most_way_, state_.bodies, memories_[pairs.front()]);
   for (const Index b : group.bodies) give(b);
+  move(columns, result, change);
+  solved.result = std::move(result.of_points);
+  if (group.list.empty()) {
+    for (const ContactSearch& of : group.searches) forget(*of.memory);
+    return;
+  }
   remember(sim_, group, solved.result);
   solved_.push_back(std::move(solved));
 }
 
+// How far the contact nodes have gone in this iteration, and in this load step.
+void Equilibrium::look_at_nodes(Change& change) {
+  Points x;
+  for (std::size_t c = 0; c < here_.size(); ++c) {
+    const ContactNodes& nodes = sim_.contact_nodes[c];
+    sim_.bodies[nodes.body]->positions(nodes.set, x);
+    if (x.size() == 0) continue;
+    change.moved = std::max(change.moved, (x - here_[c]).cwiseAbs().maxCoeff());
+    change.displaced =
+        std::max(change.displaced, (x - state_.bodies[c].start).cwiseAbs().maxCoeff());
+    here_[c].swap(x);
+  }
+}
+
 // Hands a contact body's forces to its body.
 void Equilibrium::give(Index b) {
+  if (b >= static_cast<Index>(sim_.contact_nodes.size())) return;
   ContactBody& contact = state_.bodies[b];
-  if (b >= static_cast<Index>(sim_.contact_nodes.size())) {
-    for (Bolt& bolt : bolts_)
-      if (bolt.body == b) bolt.force = -bolt.normal.dot(contact.impulses.row(0).transpose());
-    return;
-  }
   const ContactNodes& nodes = sim_.contact_nodes[b];
   StaticsAbility& body = statics_of(*sim_.bodies[nodes.body]);
   forces_[b] = contact.impulses + contact.friction;
@@ -249,6 +270,131 @@ void Equilibrium::give(Index b) {
     body.add_static_forces(nodes.set, contact.impulses, ImpulseKind::contact);
   if (!contact.friction.isZero(0))
     body.add_static_forces(nodes.set, contact.friction, ImpulseKind::friction);
+}
+
+// What is not in equilibrium goes on, until it meets what holds it or is lost.
+void Equilibrium::move(const std::vector<Index>& columns, const StaticResult& result,
+                       Change& change) {
+  const bool balances =
+      largest(result.left) <= balanced * std::max(largest_load_, result.largest_force);
+  change.balances &= balances;
+  Vector move = Vector::Zero(moves_.size()), left = move;
+  move(columns) = result.moves;
+  left(columns) = result.left;
+  moves_ += move;
+  for (std::size_t b = 0; b < sim_.bodies.size(); ++b) {
+    const Index first = first_[b], n = first_[b + 1] - first;
+    if (n == 0) continue;
+    statics_of(*sim_.bodies[b]).float_by(move.segment(first, n));
+    if (!balances && largest(moves_.segment(first, n)) > lost * extent_of(*sim_.bodies[b]))
+      refuse_unheld(static_cast<Index>(b), left.segment(first, n));
+  }
+  for (std::size_t i = 0; i < bolts_.size(); ++i)
+    bolts_[i].length += move[first_.back() + static_cast<Index>(i)];
+}
+
+bool Equilibrium::is_done(const Change& change) {
+  most_change_ = std::max(most_change_, change.change);
+  const double scale = change.energy + nothing * most_change_;
+  const auto stands = [&](double share) {
+    return change.change <= share * share * scale &&
+           change.moved <= std::max(share * change.displaced, drift * first_way());
+  };
+  if (change.balances && iteration_ > 1) {
+    if (stands(aim) || change.moved <= round_off * reach_) return true;
+    if (iteration_ >= patience && stands(enough)) return true;
+  }
+  if (iteration_ >= most_iterations) refuse_endless(change);
+  most_way_ = change.balances ? first_way() : 2 * most_way_;
+  return false;
+}
+
+double Equilibrium::first_way() const {
+  double size = HUGE_VAL;
+  for (const Index p : pairs_) {
+    const ContactPair& pair = sim_.pairs[p];
+    if (pair.law.law == ContactLaw::tied) continue;
+    for (const auto& side : {pair.slave, pair.master})
+      if (side->size > 0) size = std::min(size, side->size);
+  }
+  if (std::isfinite(size)) return first_share * size;
+  for (const auto& body : sim_.bodies) size = std::min(size, extent_of(*body));
+  return size;
+}
+
+// The slots of the points that push, pair by pair.
+void Equilibrium::note_closed() {
+  closed_before_.swap(closed_);
+  closed_.assign(pairs_.size(), {});
+  for (const Solved& solved : solved_) {
+    for (const ContactSearch& of : solved.group.searches)
+      for (auto i = of.first; i < of.last; ++i)
+        if (solved.result.p(static_cast<Index>(i), 0) > 0)
+          closed_[of.pair].push_back(solved.group.list.points[i].slot);
+  }
+  for (auto& slots : closed_) std::sort(slots.begin(), slots.end());
+}
+
+std::string Equilibrium::load_step() const {
+  std::ostringstream text;
+  text.precision(4);
+  if (preload_ > 0) {
+    text << "load step " << preload_ << " of " << n_preload_ << " before the time 0";
+  } else {
+    text << "load step to t = " << last_t_;
+  }
+  return text.str();
+}
+
+// By the pair whose points open and close most.
+void Equilibrium::refuse_endless(const Change& change) const {
+  std::size_t worst = 0, most = 0;
+  for (std::size_t p = 0; p < closed_.size(); ++p) {
+    std::vector<Index> changed;
+    std::set_symmetric_difference(closed_[p].begin(), closed_[p].end(), closed_before_[p].begin(),
+                                  closed_before_[p].end(), std::back_inserter(changed));
+    if (sim_.pairs[p].law.law == ContactLaw::tied || changed.size() < most) continue;
+    most = changed.size();
+    worst = p;
+  }
+  std::ostringstream text;
+  text.precision(3);
+  text << "statics: " << load_step() << ": no equilibrium in " << most_iterations
+       << " iterations: the last one changed the displacements by "
+       << std::sqrt(change.change / std::max(change.energy, 1e-300))
+       << " of themselves (energy norm)";
+  if (!closed_.empty())
+    text << "; in contact " << sim_.pairs[worst].name << " " << most << " of "
+         << std::max(closed_[worst].size(), closed_before_[worst].size())
+         << " points still open or close";
+  text << ": take smaller load steps (time.step, time.preload), or a finer mesh there";
+  throw RunError(text.str());
+}
+
+void Equilibrium::refuse_unheld(Index b, const Vector& left) const {
+  const Body& body = *sim_.bodies[b];
+  StaticsAbility& statics = statics_of(*sim_.bodies[b]);
+  statics.settle();
+  Points u, v, before;
+  body.displacements(before, v);
+  statics.float_by(left / largest(left) * extent_of(body));
+  statics.settle();
+  body.displacements(u, v);
+  u -= before;
+  const Vector3 mean = u.colwise().mean().transpose();
+  std::ostringstream text;
+  text.precision(3);
+  text << "statics: " << load_step() << ": instance '" << body.name()
+       << "' is not held: under its loads it ";
+  if (mean.norm() > 0.2 * u.rowwise().norm().mean()) {
+    const Vector3 way = mean.normalized();
+    text << "moves along [" << way[0] << ", " << way[1] << ", " << way[2] << "]";
+  } else {
+    text << "turns";
+  }
+  text << " without end: hold it by boundary, tied surfaces, contact that it is pressed into, or "
+          "friction";
+  throw InputError(text.str());
 }
 
 // Forces of this load step stand for those since the last output.
@@ -326,6 +472,55 @@ void Equilibrium::resolve_overlaps(double share) {
   resolved_ = share;
 }
 
+// The mean outward normal of the slave.
+void Equilibrium::add_bolts() {
+  for (const Index p : pairs_) {
+    ContactPair& pair = sim_.pairs[p];
+    if (!pair.pretension) continue;
+    Bolt bolt;
+    bolt.pair = p;
+    bolt.body = static_cast<Index>(state_.bodies.size());
+    bolt.normal = pair.slave->area_vectors.colwise().sum().transpose().normalized();
+    ContactBody body;
+    body.start = body.end = body.impulses = body.friction = Points::Zero(1, 3);
+    body.response.set_block(Matrix::Zero(3, 3));
+    state_.bodies.push_back(std::move(body));
+    ContactList with;
+    for (ContactPoint point : pair.state().ties.points) {
+      const auto first = pair.state().ties.terms.begin() + point.first_term;
+      point.first_term = static_cast<Index>(with.terms.size());
+      with.terms.insert(with.terms.end(), first, first + point.n_terms);
+      with.terms.push_back({bolt.body, 0, -1});
+      ++point.n_terms;
+      with.points.push_back(point);
+    }
+    pair.state().ties = std::move(with);
+    bolts_.push_back(bolt);
+  }
+}
+
+// The ties keep the length.
+void Equilibrium::lock_bolts() {
+  for (const Bolt& bolt : bolts_) {
+    ContactPair& pair = sim_.pairs[bolt.pair];
+    pair.pretension->length = bolt.length;
+    PairState& now = pair.state();
+    now.tie_offset.rowwise() += bolt.length * bolt.normal.transpose();
+    ContactList without;
+    for (ContactPoint point : now.ties.points) {
+      const auto first = now.ties.terms.begin() + point.first_term;
+      point.first_term = static_cast<Index>(without.terms.size());
+      --point.n_terms;
+      without.terms.insert(without.terms.end(), first, first + point.n_terms);
+      without.points.push_back(point);
+    }
+    now.ties = std::move(without);
+  }
+  state_.bodies.resize(sim_.contact_nodes.size());
+  if (!floating_.empty()) floating_.resize(sim_.contact_nodes.size());
+  bolts_.clear();
+}
+
 void Equilibrium::start_motion(double h) {
   for (auto& body : sim_.bodies) statics_of(*body).start_motion(h, {});
   for (std::size_t c = 0; c < sim_.contact_nodes.size(); ++c) {
@@ -351,7 +546,6 @@ void Equilibrium::start_motion(double h) {
   for (ContactBody& contact : state_.bodies) contact.response_h = 0;
   for (Points& impulses : state_.impulses_since_output) impulses.setZero();
   for (Points& impulses : state_.normal_since_output) impulses.setZero();
-  state_.islands.clear();
 }
 
 }  // namespace cbr

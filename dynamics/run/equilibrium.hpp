@@ -3,42 +3,41 @@
 // "Statics".
 #pragma once
 
+#include <functional>
 #include <map>
+#include <string>
 #include <vector>
 
-#include "dynamics/contact/enforce/enforcement.hpp"
+#include "dynamics/contact/enforce/enforce_static.hpp"
 #include "dynamics/run/contact/contact_group.hpp"
 #include "dynamics/run/contact/contact_step.hpp"
 
 namespace cbr {
 
-// Each load step is a number of iterations: bodies relax under the loads (Body::relax), points of
-// contact are found where the last forces of contact take them, and contact is solved with the
-// static response in the place of W. It ends when nothing changes. Slip of friction is that of the
-// load step. Only pairs of enforcement impulse.
+// Each load step is a number of iterations: points of contact are found where the last forces of
+// contact take the bodies, and the forces that hold them there, with the moves of what floats, are
+// found for these points (enforce_static.hpp). It ends when nothing changes. Slip of friction is
+// that of the load step. Only pairs of enforcement impulse.
 class Equilibrium {
  public:
   Equilibrium(Simulation& simulation, ContactState& state, ContactOutcome& outcome);
 
   // `steps` load steps under the loads of the time 0, which grow with pretensions, and with the
-  // overlaps that are resolved. What is pulled together is locked then.
-  void preload(Index steps);
+  // overlaps that are resolved. What is pulled together is locked then. on_step: after each.
+  void preload(Index steps, const std::function<void(Index step)>& on_step = {});
   // One load step, to the loads of time t.
   void step(double t);
   // What is kept for the steps of a run, whose length is h, that goes on from here.
   void start_motion(double h);
   void keep_state(StateArchive& archive);  // between load steps
-  Index iterations() const { return n_iterations_; }
 
  private:
-  // A pretension as a body of one node, whose position is that of the pull along the normal.
+  // A pretension as a body of one node, whose position is that of the pull along the normal. One of
+  // a given force floats.
   struct Bolt {
     Index pair = 0, body = 0;  // body: index into ContactState::bodies
     Vector3 normal;            // scene axes, outward from the slave
-    // of a given force: how far an iteration may go for what is missing of it
-    double compliance = 0;
-    double length = 0, force = 0;
-    double length_before = 0;
+    double length = 0;
   };
   // What the search of a pair knows at the start of a load step, from which each iteration
   // searches.
@@ -52,21 +51,32 @@ class Equilibrium {
     ContactGroup group;
     EnforcementResult result;
   };
+  // What an iteration has changed: energies as Settled has them, the longest move of a contact node
+  // and the longest since the start of the load step, and whether all is in equilibrium.
+  struct Change {
+    double change = 0, energy = 0, moved = 0, displaced = 0;
+    bool balances = true;
+  };
 
-  void iterate(const Rest& loads);
-  double relax(const Rest& rest);
-  void locate(double hold);
-  void predict_bolts(double share);
-  void solve(double hold);
-  void solve_group(const std::vector<Index>& pairs, double hold);
+  void number_floating(const std::vector<FloatingForces>& forces);
+  void iterate(double t, double share);
+  void start_iteration(double t, double share);
+  void locate();
+  void solve(Change& change);
+  void solve_group(const std::vector<Index>& pairs, const std::vector<Index>& columns,
+                   Change& change);
+  void move(const std::vector<Index>& columns, const StaticResult& result, Change& change);
+  std::vector<Index> columns_of(const std::vector<Index>& pairs) const;
   void give(Index contact_body);
+  void look_at_nodes(Change& change);
   void book();
-  double change_of_bolts();
-  bool is_done(double change, double energy, double way);
-  void watch(const std::vector<Settled>& settled, double t);
-  [[noreturn]] void refuse_unheld(Index body, double t) const;
+  bool is_done(const Change& change);
+  void note_closed();
+  [[noreturn]] void refuse_endless(const Change& change) const;
+  [[noreturn]] void refuse_unheld(Index body, const Vector& left) const;
+  std::string load_step() const;
+  double first_way() const;
   void add_bolts();
-  void find_compliance(Bolt& bolt, double hold);
   void lock_bolts();
   void keep_known();
   void recall();
@@ -78,21 +88,30 @@ class Equilibrium {
   std::vector<Index> pairs_;     // all
   std::vector<Points> forces_;   // per contact body, of the last iteration, scene axes
   std::vector<Points> moved_;    // what they do to the nodes
+  std::vector<Points> here_;     // per contact body: its nodes, after the last iteration
   std::vector<char> is_pushed_;  // per contact body: it has such forces
   std::vector<Solved> solved_;   // of this iteration
   // per pair: of its slave's nodes, and its master's (two-way)
   std::vector<std::vector<Known>> known_;
   std::vector<Bolt> bolts_;
-  // per body: in this load step, of the last iteration; of its box
-  std::vector<double> way_, last_way_, extent_;
+  // What floats: per contact body, with bolts; the columns of each body, first_[b] .. first_[b +
+  // 1] - 1, those of bolts last; forces on them without contact, and their moves in this load step
+  std::vector<FloatingNodes> floating_;
+  std::vector<Index> first_;
+  Vector loads_, moves_;
+  double largest_load_ = 0;                 // that adds up to one of them
+  std::map<Index, StaticMemory> memories_;  // by the first pair of the island
+  // Of this load step: what a move may be, per pair the slots that are closed, now and by the
+  // iteration before
+  double most_way_ = 0;
+  std::vector<std::vector<Index>> closed_, closed_before_;
   double reach_ = 0;  // the largest coordinate of a node
   bool initial_ = true;
-  double resolved_ = 0;   // share of the overlaps
-  double last_t_ = 0;     // of the last load step
-  double full_hold_ = 1;  // where nothing goes on
-  double hold_ = 1, most_change_ = 0;
-  double missing_pull_ = 0;  // of the pretensions' forces, the largest share
-  Index iteration_ = 0, n_iterations_ = 0;
+  double resolved_ = 0;  // share of the overlaps
+  double last_t_ = 0;    // of the last load step
+  double most_change_ = 0;
+  Index iteration_ = 0;
+  Index preload_ = 0, n_preload_ = 0;  // of the load steps before the time 0, this one; all
 };
 
 }  // namespace cbr

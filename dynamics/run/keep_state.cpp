@@ -109,7 +109,7 @@ static void keep_state(StateArchive& archive, RunResult& result) {
 }
 
 void Equilibrium::keep_state(StateArchive& archive) {
-  archive(forces_, is_pushed_, initial_, resolved_, last_t_, n_iterations_);
+  archive(forces_, is_pushed_, initial_, resolved_, last_t_);
 }
 
 void Recorder::keep_state(StateArchive& archive) { archive(result_, last_, work_, before_); }

@@ -15,6 +15,8 @@ struct RunOptions {
   bool jumps = true;
   std::function<void(Index step, double t)> on_output;  // after the bodies have arrived there
   std::function<void(double fraction)> on_progress;     // now and then
+  // of statics, after each of all load steps, those before the time 0 included
+  std::function<void(Index done, Index all)> on_load_step;
   // After each step but the last: whether to end the run there, with what is recorded so far.
   std::function<bool()> is_to_end;
   // After each step but the last: whether `on_checkpoint` is to get the state, from which a run

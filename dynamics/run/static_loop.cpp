@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/run/static_loop.hpp"
 
+#include <stdexcept>
+
 #include "common/files/state_archive.hpp"
 #include "dynamics/run/equilibrium.hpp"
 #include "dynamics/run/recorder.hpp"
@@ -28,20 +30,20 @@ class StaticLoop {
       options_.restart->finish();
       for (ContactBody& contact : state_.bodies) contact.response_h = 0;
     } else {
-      if (sim_.preload > 0) equilibrium_->preload(sim_.preload);
+      if (sim_.preload > 0)
+        equilibrium_->preload(sim_.preload, [this](Index done) { tell_load_steps(done); });
       equilibrium_->step(0);
+      tell_load_steps(sim_.preload + 1);
       record();
     }
     const TimePlan& plan = sim_.plan;
     while (step_ < plan.n_steps()) {
-      {
-        const Stopwatch watch(result.seconds.contact);
-        equilibrium_->step(plan.time(++step_));
-      }
+      if (!take_step(plan.time(step_ + 1))) break;
+      ++step_;
       ++result.steps;
       count();
       if (plan.is_output(step_)) record();
-      if (options_.on_progress) options_.on_progress(plan.time(step_) / plan.end);
+      tell_load_steps(sim_.preload + 1 + step_);
       if (step_ < plan.n_steps() && is_ended_here()) break;
     }
     result.reached = step_;
@@ -49,6 +51,23 @@ class StaticLoop {
   }
 
  private:
+  void tell_load_steps(Index done) const {
+    if (options_.on_load_step) options_.on_load_step(done, sim_.preload + 1 + sim_.plan.n_steps());
+  }
+
+  // False: there is no equilibrium. The load steps before it are not lost.
+  bool take_step(double t) {
+    RunResult& result = recorder_.result();
+    const Stopwatch watch(result.seconds.contact);
+    try {
+      equilibrium_->step(t);
+    } catch (const std::runtime_error& error) {
+      result.failure = error.what();
+      result.ended_at = sim_.plan.time(step_);
+    }
+    return result.failure.empty();
+  }
+
   void count() {
     RunResult& result = recorder_.result();
     Index active = 0;

@@ -71,7 +71,10 @@ class TimeLoop {
   // A run that goes on has the state of one that has been preloaded.
   void preload() {
     Equilibrium equilibrium(sim_, state_, outcome_);
-    if (!options_.restart) equilibrium.preload(sim_.preload);
+    if (!options_.restart)
+      equilibrium.preload(sim_.preload, [this](Index done) {
+        if (options_.on_load_step) options_.on_load_step(done, sim_.preload);
+      });
     equilibrium.start_motion(plan().h);
     outcome_.next_step();
   }

@@ -66,11 +66,11 @@ class Statics : public ::testing::TestWithParam<std::string> {
   Statics() { folder.add("bar.exo", test::block_mesh({{4, 2, 2}, {1, 1, 1}})); }
   std::string refusal(const Bars& bars) const {
     try {
-      folder.run(yaml(bars));
+      const Ran ran = folder.run(yaml(bars));
+      return ran.result.failure.empty() ? "not refused" : ran.result.failure;
     } catch (const InputError& error) {
       return error.what();
     }
-    return "not refused";
   }
   SceneFolder folder;
 };
@@ -161,6 +161,7 @@ TEST_P(Statics, FreeBarsPressEachOther) {
         "force: [-0.2, 0, 0]}\n";
     bars.contact = "  - {between: [a.x_max, b.x_min], formulation: " + formulation + "}\n";
     const Ran ran = folder.run(yaml(bars));
+    EXPECT_EQ(ran.result.failure, "") << formulation;
     const double length =
         last(ran.monitor("b.x_max").mean_position) - last(ran.monitor("a.x_min").mean_position);
     EXPECT_NEAR(length, 2 - 2 * 0.2 / EA, 1e-8) << formulation;
@@ -193,7 +194,139 @@ TEST_P(Statics, FrictionHoldsABar) {
   EXPECT_NEAR(last(ran.result.pairs[0].force, 1), -0.02, 1e-9);
   bars.contact = "  - {between: [a.x_min, floor], friction: 0.05}\n";
   const std::string text = refusal(bars);
-  EXPECT_NE(text.find("instance 'a' is not held"), std::string::npos) << text;
+  EXPECT_NE(text.find("load step to t = 0.5: instance 'a' is not held"), std::string::npos) << text;
+  EXPECT_NE(text.find(", 1, "), std::string::npos) << text;
+}
+
+// What has been found before a load step fails is not lost.
+TEST_P(Statics, LoadStepsBeforeAFailureAreKept) {
+  Bars bars{.kind = GetParam(), .history = "[a.x_min]"};
+  bars.instances = instance(bars, "a", 0);
+  bars.loads =
+      "  - {instance: a, surface: x_max, force: [-0.2, 0, 0], history: {time: [0, 0.1], value: [1, "
+      "1]}}\n  - {instance: a, surface: x_min, force: [0, 0.1, 0]}\n";
+  bars.walls = "  floor: {plane: {point: [0, 0, 0], normal: [1, 0, 0]}}\n";
+  bars.contact = "  - {between: [a.x_min, floor], friction: 0.35}\n";  // up to 0.07
+  bars.time = "end: 1, step: 0.25, static: true";
+  const Ran ran = folder.run(yaml(bars));
+  EXPECT_NE(ran.result.failure.find("load step to t = 0.75: instance 'a' is not held"),
+            std::string::npos)
+      << ran.result.failure;
+  ASSERT_EQ(ran.result.time.size(), 3U);
+  EXPECT_EQ(ran.result.ended_at, 0.5);
+  EXPECT_NEAR(last(ran.result.pairs[0].force, 1), -0.05, 1e-10);
+}
+
+// A row of cubes bends as one bar of the same elements: a tied scene is linear, whatever is soft in
+// it. It is free at both ends in the second half.
+TEST(StaticsOfTies, MakeOneBarOfCubes) {
+  for (const Index n : {12, 30}) {
+    SceneFolder folder;
+    const double length = 4.0 * static_cast<double>(n);
+    folder.add("cube.exo", test::block_mesh({{2, 2, 2}, {4, 4, 4}}));
+    folder.add("bar.exo", test::block_mesh({{2 * n, 2, 2}, {length, 4, 4}}));
+    const auto run = [&](const std::string& kind, Index parts, bool is_free) {
+      const std::string name = "c" + std::to_string(parts - 1);
+      std::string text =
+          "materials: {m: {youngs_modulus: 2.1e5, poissons_ratio: 0.3, density: 7.85e-9}}\n"
+          "components: {part: {mesh: " +
+          std::string(parts > 1 ? "cube" : "bar") + ".exo, material: m" +
+          (kind == "mesh" ? "" : ", reduction: {interface: [x_min, x_max], basis: " + kind + "}") +
+          "}}\ninstances:\n";
+      for (Index i = 0; i < parts; ++i)
+        text += "  c" + std::to_string(i) +
+                ": {component: part, as: " + (kind == "mesh" ? "mesh" : "superelement") +
+                ", position: [" + std::to_string(4 * i) + ", 0, 0]}\n";
+      if (is_free) {
+        text += "loads: [{instance: c0, surface: x_min, force: [-1, 0, 0]}, {instance: " + name +
+                ", surface: x_max, force: [1, 0, 0]}]\n";
+      } else {
+        text +=
+            "boundary: [{instance: c0, nodes: x_min, fix: [x, y, z]}]\nloads: [{instance: " + name +
+            ", surface: x_max, force: [0, 0, 1]}]\n";
+      }
+      if (parts > 1) text += "contact:\n";
+      for (Index i = 0; i + 1 < parts; ++i)
+        text += "  - {between: [c" + std::to_string(i) + ".x_max, c" + std::to_string(i + 1) +
+                ".x_min], tied: true}\n";
+      return folder.run(text +
+                        "time: {static: true, end: 1, step: 1}\noutput: {history: [c0.x_min, " +
+                        name + ".x_max]}\n");
+    };
+    for (const bool is_free : {false, true}) {
+      const auto moved = [&](const Ran& ran, Index parts) {
+        const auto of = [&](const std::string& name) {
+          const auto& x = ran.monitor(name).mean_position;
+          return Vector3(at(x, 1) - at(x, 0));
+        };
+        return Vector3(of("c" + std::to_string(parts - 1) + ".x_max") - of("c0.x_min"));
+      };
+      const Vector3 bar = moved(run("mesh", 1, is_free), 1);
+      for (const std::string kind : {"mesh", "craig-bampton, modes: 4"}) {
+        const Ran ran = run(kind, n, is_free);
+        EXPECT_LT((moved(ran, n) - bar).norm(), 1e-8 * bar.norm()) << kind << " " << n << is_free;
+        for (const RunResult::OfPair& pair : ran.result.pairs)
+          EXPECT_NEAR(last(pair.force, is_free ? 0 : 2), 1, 1e-9) << kind;
+      }
+    }
+  }
+}
+
+// Two thin plates, pressed together by two small blocks that pull each other: what is small and
+// stiff between what is soft is held by contact and friction alone.
+TEST(StaticsOfBolts, ClampAJointOfPlates) {
+  SceneFolder folder;
+  folder.add("plate.exo", test::block_mesh({{10, 4, 2}, {80, 30, 4}}));
+  folder.add("fine.exo", test::block_mesh({{14, 5, 2}, {80, 30, 4}}));
+  folder.add("bolt.exo", test::block_mesh({{3, 3, 2}, {10, 10, 5}}));
+  const auto reduction = [](const std::string& kind, const std::string& faces) {
+    return kind == "mesh" ? "" : ", reduction: {basis: " + kind + ", interface: [" + faces + "]}";
+  };
+  for (const std::string formulation : {"node-face", "mortar"}) {
+    for (const std::string kind : {"mesh", "craig-bampton, modes: 5", "massless, modes: 5"}) {
+      for (const std::string other : {"plate", "fine"}) {
+        const std::string as = kind == "mesh" ? "mesh" : "superelement",
+                          plate = reduction(kind, "z_min, z_max, x_min, x_max");
+        const std::string text =
+            "materials: {m: {youngs_modulus: 2.1e5, poissons_ratio: 0.3, density: 7.85e-9}}\n"
+            "components:\n  plate: {mesh: plate.exo, material: m" +
+            plate + "}\n  fine: {mesh: fine.exo, material: m" + plate +
+            "}\n  bolt: {mesh: bolt.exo, material: m" + reduction(kind, "z_min, z_max") +
+            "}\ninstances:\n  lower: {component: plate, as: " + as +
+            "}\n  upper: {component: " + other + ", as: " + as +
+            ", position: [50, 0, 4]}\n  head: {component: bolt, as: " + as +
+            ", position: [60, 10, 8]}\n  nut: {component: bolt, as: " + as +
+            ", position: [60, 10, -5]}\n"
+            "boundary: [{instance: lower, nodes: x_min, fix: [x, y, z]}]\n"
+            "loads: [{instance: upper, surface: x_max, force: [100, 0, 0]}]\n"
+            "contact:\n  - {between: [head.z_min, nut.z_max], adjust: 9, pretension: {force: "
+            "5000}}\n"
+            "  - {between: [upper.z_min, lower.z_max], friction: 0.2, formulation: " +
+            formulation +
+            "}\n  - {between: [head.z_min, upper.z_max], friction: 0.2, formulation: " +
+            formulation +
+            "}\n  - {between: [nut.z_max, lower.z_min], friction: 0.2, formulation: " +
+            formulation +
+            "}\ntime: {static: true, end: 1, step: 0.5}\noutput: {history: [upper.x_max]}\n";
+        const std::string where = formulation + " " + kind + " " + other;
+        const Ran ran = folder.run(text);
+        EXPECT_EQ(ran.result.failure, "") << where;
+        ASSERT_EQ(ran.result.time.size(), 3U) << where;
+        const auto force = [&](std::size_t pair, std::size_t i) {
+          return at(ran.result.pairs[pair].force, i);
+        };
+        EXPECT_NEAR(-force(0, 0)[2], 5000, 5) << where;
+        for (std::size_t i = 0; i < 3; ++i) {
+          EXPECT_LT((force(0, i) + force(2, i)).norm(), 1e-6) << where;
+          EXPECT_LT((force(0, i) - force(3, i)).norm(), 1e-6) << where;
+          const Vector3 load(50.0 * static_cast<double>(i), 0, 0);
+          EXPECT_LT((force(1, i) - force(2, i) + load).norm(), 1e-6) << where;
+          EXPECT_LT((at(ran.body("lower").reaction, i) + load).norm(), 1e-6) << where;
+        }
+        EXPECT_LT(test::energy_residual(ran.result), 1e-8) << where;
+      }
+    }
+  }
 }
 
 // Two bars between fixed ends that are too long by 0.02.

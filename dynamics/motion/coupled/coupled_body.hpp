@@ -53,8 +53,11 @@ class CoupledBody final : public Body,
   void add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
 
   StaticsAbility* statics() override { return this; }
-  void relax(const Rest& rest) override;
-  NodeResponse static_response(Index set, double hold) const override;
+  void relax(double t, double share) override;
+  Matrix floating_motions(Index set) const override;
+  FloatingForces floating_forces() const override;
+  void float_by(const Vector& move) override;
+  NodeResponse static_response(Index set) const override;
   void add_static_forces(Index set, const Points& forces, ImpulseKind kind) override;
   Settled settle() override;
   void end_load_step() override;
@@ -146,7 +149,6 @@ class CoupledBody final : public Body,
   Vector a_, last_change_of_Ku_, last_change_of_f_;
   double a0_Ma0_ = 0;
   StaticState statics_;  // empty before the first relax()
-  double pull_ = 0;      // sigma of the last one
   MaterialDamping damping_;
   // Damped: C v at the start of the step (newmark), beta K v- (central differences), and a
   // workspace

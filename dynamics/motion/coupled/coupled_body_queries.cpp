@@ -77,7 +77,7 @@ NodeResponse CoupledBody::mass_response(const std::vector<Index>& nodes, double 
   for (std::size_t i = 0; node_by_node && i < nodes.size(); ++i)
     node_by_node = !system_->is_held(nodes[i]);
   if (!node_by_node) {
-    response.set_block(weight * system_->nodal_inverse(0, nodes, placement_.T));
+    response.set_block(weight * system_->factor(0).nodal_inverse(nodes, placement_.T));
     return response;
   }
   const Index n_modal = system_->n_modal();
@@ -93,7 +93,7 @@ NodeResponse CoupledBody::response(Index set, double h) const {
   if (scheme() == Scheme::central_difference) return mass_response(sets_[set], h / mass_factor(h));
   NodeResponse response;
   response.set_block(0.5 * h / mass_factor(h) *
-                     system_->nodal_inverse(theta(h), sets_[set], placement_.T));
+                     system_->factor(theta(h)).nodal_inverse(sets_[set], placement_.T));
   return response;
 }
 

@@ -43,12 +43,17 @@ SparseMatrix rows_of(const SparseMatrix& Z, const std::vector<Index>& dof,
   return rows;
 }
 
-// S = Z^T (M_cc + theta K_cc - M_kc^T D^-1 M_kc) Z of one part; lower triangle at least.
+// Right-hand sides at once.
+constexpr Index solve_columns = 256;
+
+// S = Z^T (M_cc + theta K_cc - M_kc^T D^-1 M_kc) Z of one part; lower triangle at least. Of K
+// alone the modes have no part in it.
 FreeBlock condensed(const CoupledPart& part, const FreeDofs& free, double theta) {
   const Superelement& s = *part.superelement;
-  FreeBlock block{s.M_cc, part.dof};
-  if (theta != 0) block.S += theta * s.K_cc;
-  if (s.k() > 0) {
+  const bool with_mass = std::isfinite(theta);
+  FreeBlock block{with_mass ? s.M_cc : s.K_cc, part.dof};
+  if (with_mass && theta != 0) block.S += theta * s.K_cc;
+  if (with_mass && s.k() > 0) {
     const Vector weight = (1 + theta * s.eigenvalues.array()).rsqrt();
     const Matrix scaled = weight.asDiagonal() * s.M_kc;
     block.S.selfadjointView<Eigen::Lower>().rankUpdate(scaled.transpose(), -1);
@@ -133,7 +138,12 @@ class LowerSum {
 // M + theta K of meshes and shells on the free dofs; 0 x 0: none.
 SparseMatrix sparse_part(const CoupledModel& model, const FreeDofs& free, double theta) {
   SparseMatrix A;
-  if (model.M.size() > 0) A = model.M;
+  if (!std::isfinite(theta)) {
+    A = model.K;
+    theta = 0;
+  } else if (model.M.size() > 0) {
+    A = model.M;
+  }
   if (theta != 0 && model.K.size() > 0) {
     if (A.size() > 0) {
       A = (A + theta * model.K).eval();
@@ -165,6 +175,7 @@ struct CoupledFactor::Impl {
   std::vector<Vector> weights;  // D^-1 of each part
   Vector diagonal;
   std::optional<Cholesky> dense;
+  double dense_pivot = 1;
   std::optional<SparseCholesky> sparse;
   // Workspaces of solve(Vector)
   std::vector<Vector> part_c, part_k;
@@ -193,7 +204,10 @@ struct CoupledFactor::Impl {
               block.S(static_cast<Index>(a), static_cast<Index>(b));
       block.S = std::move(S);
     }
+    const Vector diagonal_of_S = block.S.diagonal();
     dense.emplace(std::move(block.S));
+    if (n > 0 && dense->ok())
+      dense_pivot = (dense->diagonal().array().square() / diagonal_of_S.array()).minCoeff();
     return dense->ok();
   }
 
@@ -214,18 +228,21 @@ struct CoupledFactor::Impl {
 
 CoupledFactor::CoupledFactor(const CoupledModel& model, const FreeDofs& free, double theta,
                              const std::string& where)
-    : impl_(std::make_unique<Impl>(Impl{model, free, theta, {}, {}, {}, {}, {}, {}, {}})) {
+    : impl_(std::make_unique<Impl>(Impl{model, free, theta, {}, {}, {}, 1, {}, {}, {}, {}})) {
   for (const CoupledPart& part : model.parts) {
-    impl_->weights.push_back((1 + theta * part.superelement->eigenvalues.array()).inverse());
+    const auto lambda = part.superelement->eigenvalues.array();
+    impl_->weights.emplace_back(lambda.inverse());
+    if (std::isfinite(theta)) impl_->weights.back() = (1 + theta * lambda).inverse();
     impl_->part_c.push_back(Vector::Zero(part.superelement->c()));
     impl_->part_k.push_back(Vector::Zero(part.superelement->k()));
   }
   impl_->y.setZero(free.Z.cols());
   if (!impl_->factor()) {
     throw RunError(where +
-                   (theta == 0
-                        ? ": the mass is not positive definite"
-                        : ": mass and stiffness of an implicit step are not positive definite"));
+                   (theta == 0 ? ": the mass is not positive definite"
+                    : std::isfinite(theta)
+                        ? ": mass and stiffness of an implicit step are not positive definite"
+                        : ": the stiffness is not positive definite"));
   }
 }
 CoupledFactor::~CoupledFactor() = default;
@@ -233,9 +250,13 @@ CoupledFactor::CoupledFactor(CoupledFactor&&) noexcept = default;
 CoupledFactor& CoupledFactor::operator=(CoupledFactor&&) noexcept = default;
 
 double CoupledFactor::theta() const { return impl_->theta; }
+double CoupledFactor::smallest_pivot() const {
+  return impl_->sparse ? impl_->sparse->smallest_pivot() : impl_->dense_pivot;
+}
 const Vector& CoupledFactor::diagonal() const { return impl_->diagonal; }
 
 void CoupledFactor::solve(Vector& f) const {
+  const bool couples = std::isfinite(theta());  // modes and nodes, by the mass
   const Index n_modal = f.size() - impl_->free.Z.rows();
   auto f_c = f.tail(impl_->free.Z.rows());
   Index first = 0;
@@ -246,10 +267,11 @@ void CoupledFactor::solve(Vector& f) const {
     // f_k <- D^-1 f_k,  f_c <- f_c - M_kc^T D^-1 f_k
     auto f_k = f.segment(first, k);
     f_k.array() *= impl_->weights[p].array();
+    first += k;
+    if (!couples) continue;
     Vector& c = impl_->part_c[p];
     c.noalias() = part.superelement->M_kc.transpose() * f_k;
     for (Index i = 0; i < c.size(); ++i) f_c[part.dof[i]] -= c[i];
-    first += k;
   }
   Vector& y = impl_->y;
   if (impl_->free.is_all) {
@@ -270,7 +292,7 @@ void CoupledFactor::solve(Vector& f) const {
     f_c.noalias() = impl_->free.Z * y;
   }
   first = 0;
-  for (std::size_t p = 0; p < impl_->weights.size(); ++p) {
+  for (std::size_t p = 0; couples && p < impl_->weights.size(); ++p) {
     const CoupledPart& part = impl_->model.parts[p];
     const Index k = part.superelement->k();
     if (k == 0) continue;
@@ -293,6 +315,32 @@ void CoupledFactor::solve_free(Eigen::Ref<Matrix> Y) const {
   } else if (impl_->sparse) {
     impl_->sparse->solve_in_place(Y);
   }
+}
+
+Matrix CoupledFactor::nodal_inverse(const std::vector<Index>& nodes, const Matrix3& T) const {
+  const SparseMatrix rows = impl_->free.Z.transpose();
+  const Index m = static_cast<Index>(nodes.size());
+  Matrix answer(3 * m, 3 * m), Y;
+  for (Index first = 0; first < 3 * m; first += solve_columns) {
+    const Index columns = std::min(solve_columns, 3 * m - first);
+    // Y = S^-1 Z^T [T^T e]   (free x columns)
+    Y.setZero(rows.rows(), columns);
+    for (Index j = 0; j < columns; ++j) {
+      const Index node = nodes[(first + j) / 3];
+      for (int d = 0; d < 3; ++d)
+        for (SparseMatrix::InnerIterator it(rows, 3 * node + d); it; ++it)
+          Y(it.row(), j) += T((first + j) % 3, d) * it.value();
+    }
+    solve_free(Y);
+    for (Index i = 0; i < m; ++i) {
+      Matrix local = Matrix::Zero(3, columns);
+      for (int d = 0; d < 3; ++d)
+        for (SparseMatrix::InnerIterator it(rows, 3 * nodes[i] + d); it; ++it)
+          local.row(d) += it.value() * Y.row(it.row());
+      answer.block(3 * i, first, 3, columns).noalias() = T * local;
+    }
+  }
+  return 0.5 * (answer + answer.transpose());
 }
 
 }  // namespace cbr

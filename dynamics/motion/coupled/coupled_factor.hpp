@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A = M + theta K of a coupled model, factored once: a step only solves.
+// A = M + theta K of a coupled model, or K, factored once: a step only solves.
 #pragma once
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "dynamics/motion/coupled/coupled_model.hpp"
 
@@ -16,7 +17,7 @@ namespace cbr {
 // one thread at a time; `model` and `free` must outlive it.
 class CoupledFactor {
  public:
-  // RunError when A is not positive definite, named by `where`.
+  // A = K where theta is infinite. RunError when A is not positive definite, named by `where`.
   CoupledFactor(const CoupledModel& model, const FreeDofs& free, double theta,
                 const std::string& where);
   ~CoupledFactor();
@@ -30,6 +31,11 @@ class CoupledFactor {
   // The block of A_free^-1 on the free nodal dofs, S^-1, in place: free x m. What forces on nodes
   // do to nodes.
   void solve_free(Eigen::Ref<Matrix> Y) const;
+  // G A^-1 G^T of the displacements of nodes in axes turned by T: rows 3 i + a of G are T_a .
+  // u(nodes[i])   (3m x 3m).
+  Matrix nodal_inverse(const std::vector<Index>& nodes, const Matrix3& T) const;
+  // The least of the diagonal of S that its elimination leaves, as a share of it.
+  double smallest_pivot() const;
   // S when it is diagonal, else empty.
   const Vector& diagonal() const;
 

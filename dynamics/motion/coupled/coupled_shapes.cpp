@@ -1,32 +1,20 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/motion/coupled/coupled_shapes.hpp"
 
-#include "dynamics/motion/coupled/coupled_system.hpp"
+#include "dynamics/motion/coupled/coupled_statics.hpp"
 
 namespace cbr {
 namespace {
 
-// Moves of an equilibrium: below this share of the whole they are round-off, and there are never
-// as many.
-constexpr double least_move = 1e-15;
-constexpr int most_moves = 60;
-
-// Equilibrium under forces at the held directions alone, which stay where psi has them: by moves d
-// of (K + sigma M) d = -K psi, as statics find it, so that what nothing holds stays where it is.
+// Equilibrium under forces at the held directions alone, which stay where psi has them: psi - K^+ K
+// psi. What nothing holds stays where it is. The second pass takes round-off out.
 void relax(CoupledSystem& system, Vector& psi) {
-  const double theta = 1 / system.static_pull();
   Vector d(psi.size());
-  double before = 0;
-  for (int i = 0; i < most_moves; ++i) {
+  for (int pass = 0; pass < 2; ++pass) {
     system.multiply_stiffness(psi, d);
-    d *= -theta;
     system.drop_held(d);
-    system.factor(theta).solve(d);
-    const double moved = d.norm();
-    if (i > 1 && moved >= 0.5 * before) return;  // round-off is all that is left
-    psi += d;
-    if (!(moved > least_move * psi.norm())) return;
-    before = moved;
+    system.statics().solve(d);
+    psi -= d;
   }
 }
 

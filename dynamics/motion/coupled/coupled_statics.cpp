@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A coupled model in equilibrium.
+#include "dynamics/motion/coupled/coupled_statics.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -15,80 +16,216 @@ namespace {
 constexpr double first_shift = 1e-13;
 // Rigid motions come out at some round-off of the shift, elastic ones of slender parts far above.
 constexpr double rigid_limit = 10;
-// Of a regular K.
-constexpr double pull_of_held = 1e-9;
-constexpr Index block = 14;  // the rigid motions of two parts, and two elastic ones
+// Of a diagonal entry, what is left of it when it is eliminated: below this K is singular.
+constexpr double least_pivot = 1e-13;
+constexpr Index first_block = 14;  // the rigid motions of two parts, and two elastic ones
 constexpr int sweeps = 4;
+constexpr double no_motion = 1e-9;  // of a rigid motion, at a node that is held
+
+// Of R's combinations those that move no held direction.
+Matrix unheld(const Matrix& R, Index n_modal, const std::vector<HeldDirection>& held) {
+  Matrix at_held(static_cast<Index>(held.size()), R.cols());
+  for (std::size_t i = 0; i < held.size(); ++i)
+    at_held.row(static_cast<Index>(i)) =
+        held[i].direction.transpose() * R.middleRows(n_modal + 3 * held[i].node, 3);
+  if (held.empty()) return R;
+  return R * null_space(at_held, no_motion);
+}
+
+bool comes_before(const HeldDirection& a, const HeldDirection& b) { return a.node < b.node; }
+
+// Adds as many held directions as R has columns, such that none of its motions is left.
+std::vector<HeldDirection> anchored(const CoupledModel& model, const Matrix& R,
+                                    std::vector<HeldDirection> held) {
+  const Index n = 3 * model.coordinates.rows();
+  Matrix motions = R.middleRows(model.n_modal(), n).transpose();
+  for (const Index node : model.turning) motions.middleCols(3 * node, 3).setZero();
+  const PivotedQr qr(motions);
+  for (Index j = 0; j < std::min(R.cols(), n); ++j) {
+    HeldDirection anchor{qr.column(j) / 3, Vector3::Unit(qr.column(j) % 3)};
+    for (const HeldDirection& h : held)
+      if (h.node == anchor.node)
+        anchor.direction -= anchor.direction.dot(h.direction) * h.direction;
+    anchor.direction.normalize();
+    held.push_back(anchor);
+  }
+  std::stable_sort(held.begin(), held.end(), comes_before);
+  return held;
+}
 
 }  // namespace
 
-// About the lowest eigenvalues of K x = lambda M x, from above: subspace iteration with K + shift
-// M. Rigid motions grow by far more than elastic ones, so that Gram and Schmidt's steps are done
-// twice.
-Vector CoupledSystem::lowest_eigenvalues(double shift, Index n) {
-  Matrix X(n_, n), MX(n_, n), KX(n_, n);
-  unsigned seed = 1;
-  for (Index i = 0; i < MX.size(); ++i) {
-    seed = seed * 1664525U + 1013904223U;
-    MX.data()[i] = static_cast<double>(seed) / 4294967296.0 - 0.5;
+// Mostly the model is one part, so that its rigid motions are all that floats.
+CoupledStatics::CoupledStatics(CoupledSystem& system, const std::vector<HeldDirection>& held,
+                               std::string where)
+    : system_(system), held_(held), where_(std::move(where)) {
+  const CoupledModel& model = system_.model();
+  const Matrix R = rigid_motions(model) * rigid_scales(model.rigid_body).asDiagonal();
+  Matrix floating = unheld(R, model.n_modal(), held_);
+  if (!is_anchored(floating)) {
+    floating = softest_motions();
+    if (!is_anchored(floating))
+      throw RunError(where_ + ": its stiffness is not positive definite: statics have no solution");
   }
-  Vector x(n_), y(n_), lambda;
-  for (int sweep = 0; sweep < sweeps; ++sweep) {
-    for (Index j = 0; j < n; ++j) {
-      x = MX.col(j);
-      drop_held(x);
-      factor(1 / shift).solve(x);
-      for (int pass = 0; pass < 2; ++pass) x -= X.leftCols(j) * (MX.leftCols(j).transpose() * x);
-      multiply_mass(x, y);
-      const double length = std::sqrt(x.dot(y));
-      X.col(j) = x / length;
-      MX.col(j) = y / length;
-      x = X.col(j);
-      multiply_stiffness(x, y);
-      KX.col(j) = y;
+  make_unit(std::move(floating));
+}
+
+// Factors K_a.
+bool CoupledStatics::is_anchored(const Matrix& R) {
+  factor_.reset();
+  free_ = free_dofs(system_.model(), anchored(system_.model(), R, held_));
+  try {
+    factor_ = std::make_unique<CoupledFactor>(system_.model(), free_, HUGE_VAL, where_);
+  } catch (const RunError&) {
+    return false;
+  }
+  return factor_->smallest_pivot() > least_pivot;
+}
+
+// What K hardly resists, by subspace iteration with K + shift M. Rigid motions grow by far more
+// than elastic ones, so that Gram and Schmidt's steps are done twice.
+Matrix CoupledStatics::softest_motions() {
+  const double shift = first_shift * std::pow(system_.largest_frequency(), 2);
+  const Index n = system_.n();
+  for (Index k = std::min(first_block, system_.n_free());; k = std::min(2 * k, system_.n_free())) {
+    Matrix X(n, k), MX(n, k), KX(n, k);
+    unsigned seed = 1;
+    for (Index i = 0; i < MX.size(); ++i) {
+      seed = seed * 1664525U + 1013904223U;
+      MX.data()[i] = static_cast<double>(seed) / 4294967296.0 - 0.5;
     }
-    const Matrix A = X.transpose() * KX;
-    const Eigenpairs pairs = dense_eigenpairs(A, n);
-    if (!pairs.converged || !A.allFinite()) return {};
-    lambda = pairs.lambda;
-    MX = (MX * pairs.Phi).eval();
+    Vector x(n), y(n), lambda;
+    for (int sweep = 0; sweep < sweeps; ++sweep) {
+      for (Index j = 0; j < k; ++j) {
+        x = MX.col(j);
+        system_.drop_held(x);
+        system_.factor(1 / shift).solve(x);
+        for (int pass = 0; pass < 2; ++pass) x -= X.leftCols(j) * (MX.leftCols(j).transpose() * x);
+        system_.multiply_mass(x, y);
+        const double length = std::sqrt(x.dot(y));
+        X.col(j) = x / length;
+        MX.col(j) = y / length;
+        x = X.col(j);
+        system_.multiply_stiffness(x, y);
+        KX.col(j) = y;
+      }
+      const Matrix A = X.transpose() * KX;
+      const Eigenpairs pairs = dense_eigenpairs(A, k);
+      if (!pairs.converged || !A.allFinite()) return Matrix(n, 0);
+      lambda = pairs.lambda;
+      X = (X * pairs.Phi).eval();
+      MX = (MX * pairs.Phi).eval();
+    }
+    const Index n_soft = (lambda.array() <= rigid_limit * shift).count();
+    if (n_soft < k || k == system_.n_free()) return X.leftCols(n_soft);
   }
-  return lambda;
 }
 
-double CoupledSystem::static_pull() {
-  if (static_pull_ >= 0) return static_pull_;
-  const double largest = std::pow(largest_frequency(), 2);
-  if (!(largest > 0)) return static_pull_ = 1;  // nothing elastic to compare with
-  const double shift = first_shift * largest;
-  const Index n = std::min(block, n_free());
-  const Vector lambda = lowest_eigenvalues(shift, n);
-  double elastic = 0;
-  for (Index j = 0; j < lambda.size() && elastic == 0; ++j)
-    if (lambda[j] > rigid_limit * shift) elastic = lambda[j];
-  const bool is_held = lambda.size() > 0 && lambda[0] > rigid_limit * shift;
-  if (elastic == 0) elastic = 1e3 * shift;  // many parts, each with its rigid motions
-  return static_pull_ = elastic * (is_held ? pull_of_held : static_pull_share);
+void CoupledStatics::make_unit(Matrix R) {
+  Vector x(system_.n()), y(system_.n());
+  MR_.resize(R.rows(), R.cols());
+  const auto multiply = [&] {
+    for (Index j = 0; j < R.cols(); ++j) {
+      x = R.col(j);
+      system_.multiply_mass(x, y);
+      MR_.col(j) = y;
+    }
+  };
+  multiply();
+  if (R.cols() > 0) {
+    const double root = std::sqrt(system_.model().rigid_body.mass);
+    const Cholesky mass(R.transpose() * MR_);
+    mass.divide_by_upper(R);
+    R *= root;
+    multiply();
+  }
+  R_ = std::move(R);
 }
 
-// With A = M + theta K, theta = 1 / sigma:   (K + sigma M)^-1 = theta A^-1.
-void CoupledBody::relax(const Rest& rest) {
+// x -= A B^T x / m
+void CoupledStatics::project(const Matrix& A, const Matrix& B, Vector& x) const {
+  if (A.cols() == 0) return;
+  const Vector share = B.transpose() * x / system_.model().rigid_body.mass;
+  x -= A * share;
+}
+
+void CoupledStatics::solve(Vector& f) {
+  project(MR_, R_, f);
+  factor_->solve(f);
+  project(R_, MR_, f);
+}
+
+// With Y = G K_a^-1 M R, B = G R and Z = R^T M K_a^-1 M R:  S_a - (B Y^T + Y B^T) / m + B Z B^T /
+// m^2
+std::shared_ptr<const Matrix> CoupledStatics::nodal_inverse(const std::vector<Index>& nodes) {
+  for (const auto& [of, S] : known_)
+    if (of == nodes) return S;
+  Matrix S = factor_->nodal_inverse(nodes, Matrix3::Identity());
+  const Index k = R_.cols(), m = static_cast<Index>(nodes.size());
+  const double mass = system_.model().rigid_body.mass;
+  Matrix B(3 * m, k), Y(3 * m, k), Z(k, k);
+  Vector x;
+  for (Index j = 0; j < k; ++j) {
+    x = MR_.col(j);
+    factor_->solve(x);
+    Z.col(j) = MR_.transpose() * x;
+    for (Index i = 0; i < m; ++i) {
+      const Index row = system_.n_modal() + 3 * nodes[static_cast<std::size_t>(i)];
+      B.block<3, 1>(3 * i, j) = R_.block<3, 1>(row, j);
+      Y.block<3, 1>(3 * i, j) = x.segment<3>(row);
+    }
+  }
+  if (k > 0) {
+    const Matrix half = (0.5 / mass * (B * Z) - Y) * B.transpose() / mass;
+    S += half + half.transpose();
+  }
+  return known_.emplace_back(nodes, std::make_shared<const Matrix>(std::move(S))).second;
+}
+
+CoupledStatics& CoupledSystem::statics() {
+  if (!statics_) statics_ = std::make_unique<CoupledStatics>(*this, held_, where_);
+  return *statics_;
+}
+
+CoupledSystem::~CoupledSystem() = default;
+
+// Of the state, from what the motions do to momenta: R^T M u / m.
+void CoupledBody::relax(double t, double share) {
   if (statics_.empty()) statics_.begin(u_);
-  pull_ = system_->static_pull() * rest.hold;
   Vector& f = work_vector_;
-  load(rest.t, f);
-  f *= rest.share;
+  load(t, f);
+  f *= share;
   statics_.begin_iteration(f);
-  u_end_ = f - stiffness_force();
-  system_->factor(1 / pull_).solve(u_end_);
-  u_end_ /= pull_;
-  u_end_ += u_;
+  u_end_ = f;
+  CoupledStatics& K = system_->statics();
+  K.solve(u_end_);
+  const Vector a = K.inertia().transpose() * u_ / system_->model().rigid_body.mass;
+  u_end_ += K.floating() * a;
 }
 
-NodeResponse CoupledBody::static_response(Index set, double hold) const {
-  const double pull = system_->static_pull() * hold;
+Matrix CoupledBody::floating_motions(Index set) const {
+  const Matrix& R = system_->statics().floating();
+  const std::vector<Index>& nodes = sets_[set];
+  Matrix motions(3 * static_cast<Index>(nodes.size()), R.cols());
+  for (std::size_t i = 0; i < nodes.size(); ++i)
+    motions.middleRows(3 * static_cast<Index>(i), 3) =
+        placement_.T * R.middleRows(system_->n_modal() + 3 * nodes[i], 3);
+  return motions;
+}
+
+FloatingForces CoupledBody::floating_forces() const {
+  const Matrix& R = system_->statics().floating();
+  const Vector f = statics_.loads + statics_.contact + statics_.friction;
+  const Vector parts = R.cwiseAbs().transpose() * f.cwiseAbs();
+  return {R.transpose() * f, parts.size() > 0 ? parts.maxCoeff() : 0};
+}
+
+void CoupledBody::float_by(const Vector& move) { u_end_ += system_->statics().floating() * move; }
+
+NodeResponse CoupledBody::static_response(Index set) const {
   NodeResponse response;
-  response.set_block(system_->nodal_inverse(1 / pull, sets_[set], placement_.T) / pull);
+  response.block = system_->statics().nodal_inverse(sets_[set]);
+  response.axes = placement_.T;
   return response;
 }
 
@@ -101,21 +238,16 @@ void CoupledBody::add_static_forces(Index set, const Points& forces, ImpulseKind
         placement_.T.transpose() * forces.row(i).transpose();
   system_->drop_held(f);
   statics_.add(f, kind);
-  system_->factor(1 / pull_).solve(f);
-  u_end_ += f / pull_;
+  system_->statics().solve(f);
+  u_end_ += f;
 }
 
 Settled CoupledBody::settle() {
-  const Vector move = u_end_ - u_;
-  Settled settled;
-  settled.change =
-      move.dot(statics_.loads + statics_.contact + statics_.friction - stiffness_force());
-  system_->multiply_mass(move, work_vector_);
-  settled.way = std::sqrt(std::max(0.0, move.dot(work_vector_)) / system_->model().rigid_body.mass);
+  const Vector move = u_end_ - u_, before = stiffness_force();
   u_ = u_end_;
   Ku_is_current_ = v_now_is_current_ = false;
-  settled.energy = u_.dot(stiffness_force());
-  return settled;
+  const Vector& after = stiffness_force();
+  return {move.dot(after - before), u_.dot(after)};
 }
 
 void CoupledBody::end_load_step() { statics_.book(u_, work_); }

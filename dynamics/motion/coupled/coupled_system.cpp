@@ -14,9 +14,6 @@ namespace {
 
 // Fewer block rows than this are done before a thread is awake.
 constexpr Index least_rows = 2000;
-// Right-hand sides at once.
-constexpr Index solve_columns = 256;
-
 void gather(const Vector& x, Index n_modal, const CoupledPart& part, Vector& x_c) {
   for (Index i = 0; i < x_c.size(); ++i) x_c[i] = x[n_modal + part.dof[i]];
 }
@@ -33,7 +30,6 @@ CoupledSystem::CoupledSystem(std::shared_ptr<const CoupledModel> model,
       held_(std::move(held)),
       where_(std::move(where)),
       free_(free_dofs(*model_, held_)),
-      free_rows_(free_.Z.transpose()),
       n_(model_->n()),
       n_modal_(model_->n_modal()),
       threads_(model_->K.rows() > 3 * least_rows ? n_threads() : 1) {
@@ -170,33 +166,6 @@ double CoupledSystem::largest_frequency() {
                    "look at the units of youngs_modulus and density, and of a skin's thickness");
   largest_frequency_ = std::sqrt(lambda);
   return largest_frequency_;
-}
-
-Matrix CoupledSystem::nodal_inverse(double theta, const std::vector<Index>& nodes,
-                                    const Matrix3& T) {
-  const CoupledFactor& A = factor(theta);
-  const Index m = static_cast<Index>(nodes.size());
-  Matrix answer(3 * m, 3 * m), Y;
-  for (Index first = 0; first < 3 * m; first += solve_columns) {
-    const Index columns = std::min(solve_columns, 3 * m - first);
-    // Y = S^-1 Z^T [T^T e]   (free x columns)
-    Y.setZero(free_.Z.cols(), columns);
-    for (Index j = 0; j < columns; ++j) {
-      const Index node = nodes[(first + j) / 3];
-      for (int d = 0; d < 3; ++d)
-        for (SparseMatrix::InnerIterator it(free_rows_, 3 * node + d); it; ++it)
-          Y(it.row(), j) += T((first + j) % 3, d) * it.value();
-    }
-    A.solve_free(Y);
-    for (Index i = 0; i < m; ++i) {
-      Matrix local = Matrix::Zero(3, columns);
-      for (int d = 0; d < 3; ++d)
-        for (SparseMatrix::InnerIterator it(free_rows_, 3 * nodes[i] + d); it; ++it)
-          local.row(d) += it.value() * Y.row(it.row());
-      answer.block(3 * i, first, 3, columns).noalias() = T * local;
-    }
-  }
-  return 0.5 * (answer + answer.transpose());
 }
 
 }  // namespace cbr

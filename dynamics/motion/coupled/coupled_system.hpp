@@ -13,6 +13,8 @@
 
 namespace cbr {
 
+class CoupledStatics;
+
 // For one thread at a time; products and solves allocate nothing.
 class CoupledSystem {
  public:
@@ -39,25 +41,18 @@ class CoupledSystem {
   // rad/s, of the model as it is held; computed when first asked for.
   double largest_frequency();
 
-  // sigma (1/s^2) of statics: a share of the lowest elastic eigenvalue of the model as it is held,
-  // which is found when first asked for. Where supports hold all of it, next to nothing: K is
-  // regular then.
-  double static_pull();
-
-  // G A^-1 G^T of the displacements of nodes in axes turned by T: rows 3 i + a of G are T_a .
-  // u(nodes[i])   (3m x 3m).
-  Matrix nodal_inverse(double theta, const std::vector<Index>& nodes, const Matrix3& T);
+  // Found when first asked for.
+  CoupledStatics& statics();
+  ~CoupledSystem();
 
  private:
   void multiply_stiffness_as_is(const Vector& x, Vector& y);
   bool translations_are_free();
-  Vector lowest_eigenvalues(double shift, Index n);
 
   std::shared_ptr<const CoupledModel> model_;
   std::vector<HeldDirection> held_;
   std::string where_;
   FreeDofs free_;
-  SparseMatrix free_rows_;  // Z^T
   Index n_ = 0, n_modal_ = 0;
   BlockMatrix K_, M_;
   RowThreads threads_;
@@ -66,7 +61,8 @@ class CoupledSystem {
   Vector deformation_;
   std::vector<Vector> part_in_, part_out_;
   std::unique_ptr<CoupledFactor> mass_, recent_, before_;
-  double largest_frequency_ = -1, static_pull_ = -1;
+  double largest_frequency_ = -1;
+  std::unique_ptr<CoupledStatics> statics_;
 };
 
 }  // namespace cbr

@@ -57,8 +57,11 @@ class StaticsBody final : public Body,
   }
 
   StaticsAbility* statics() override { return this; }
-  void relax(const Rest& rest) override;
-  NodeResponse static_response(Index set, double hold) const override;
+  void relax(double t, double share) override;
+  Matrix floating_motions(Index set) const override;
+  FloatingForces floating_forces() const override;
+  void float_by(const Vector& move) override;
+  NodeResponse static_response(Index set) const override;
   void add_static_forces(Index set, const Points& forces, ImpulseKind kind) override;
   Settled settle() override;
   void end_load_step() override;

@@ -31,7 +31,7 @@ void StaticsBody::keep_load_step() {
   load_step_.loads = loads_now_;
 }
 
-void StaticsBody::relax(const Rest& rest) {
+void StaticsBody::relax(double t, double share) {
   if (load_step_.g.size() == 0) {
     // The statics of loads that take_plan() found at the start come with the first load step
     g_.setZero();
@@ -39,14 +39,14 @@ void StaticsBody::relax(const Rest& rest) {
     std::fill(loads_now_.begin(), loads_now_.end(), 0.0);
     keep_load_step();
   }
-  modal_.relax(rest);
+  modal_.relax(t, share);
   following_ = 1;  // a force is as it is
   g_end_.setZero();
   for (NodeSet& set : sets_) {
     for (Vector* x : {&set.w_end, &set.force_end, &set.friction_end}) x->setZero();
   }
   for (std::size_t l = 0; l < loads_.size(); ++l) {
-    loads_end_[l] = rest.share * loads_[l].history.value(rest.t);
+    loads_end_[l] = share * loads_[l].history.value(t);
     g_end_ += loads_end_[l] * loads_[l].f;
     for (NodeSet& set : sets_)
       for (std::size_t i = 0; i < set.of->row.size(); ++i)
@@ -64,9 +64,17 @@ NodeResponse StaticsBody::massless_static_response(const NodeSet& set, const Res
   return response;
 }
 
-NodeResponse StaticsBody::static_response(Index set, double hold) const {
+Matrix StaticsBody::floating_motions(Index set) const {
+  return modal_.floating_motions(sets_[set].modal);
+}
+
+FloatingForces StaticsBody::floating_forces() const { return modal_.floating_forces(); }
+
+void StaticsBody::float_by(const Vector& move) { modal_.float_by(move); }
+
+NodeResponse StaticsBody::static_response(Index set) const {
   Vector weight;
-  const ResponseOf of = modal_.static_response_of(hold, weight);
+  const ResponseOf of = modal_.static_response_of(weight);
   if (form_->is_massless) return massless_static_response(sets_[set], of, weight);
   NodeResponse response;
   response.thin = form_->response(sets_[set].of, of, weight);

@@ -86,15 +86,18 @@ class SuperelementBody final : public Body,
   // rates of the next step get.
   void add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
   StaticsAbility* statics() override { return this; }
-  void relax(const Rest& rest) override;
-  NodeResponse static_response(Index set, double hold) const override;
+  void relax(double t, double share) override;
+  Matrix floating_motions(Index set) const override;
+  FloatingForces floating_forces() const override;
+  void float_by(const Vector& move) override;
+  NodeResponse static_response(Index set) const override;
   void add_static_forces(Index set, const Points& forces, ImpulseKind kind) override;
   Settled settle() override;
   void end_load_step() override;
   void start_motion(double h, const std::vector<BodyLoad>& loads) override;
   // The same with the forces of contact at the ends of steps, as those of add_end_impulses().
   void start_late_motion(double h, const std::vector<BodyLoad>& loads);
-  ResponseOf static_response_of(double hold, Vector& weight) const;  // as response_of()
+  ResponseOf static_response_of(Vector& weight) const;  // as response_of()
   double mass() const { return superelement_->rigid_body.mass; }
   Vector3 center_of_mass() const { return center_at(eta_); }
   // as predicted_positions()
@@ -228,7 +231,7 @@ class SuperelementBody final : public Body,
   Vector3 center_at(const Vector& eta) const;
   double flow_energy(const Vector& eta, const Vector& v) const;
   std::shared_ptr<const ModalPropagator> make_propagator(double h) const;
-  double static_pull() const;
+  Index n_floating() const;
   Vector contact_kick(double h, const Vector& force) const;
   Vector kicked_by(const Vector& kick) const;
   void set_contact_step(double h);
@@ -268,7 +271,6 @@ class SuperelementBody final : public Body,
   Breakpoints breakpoints_;  // of all histories
 
   StaticState statics_;  // in modal coordinates; empty before the first relax()
-  double pull_ = 0;      // sigma of the last one
   ModalRates damping_;
   // Of contact impulses, and its inverse, which weighs energies; empty: 1
   Vector gain_, weight_;

@@ -1,60 +1,83 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A superelement in equilibrium: its modes are uncoupled, so that nothing is solved.
+#include <algorithm>
 #include <cmath>
 
 #include "dynamics/motion/modal/superelement_body.hpp"
 
 namespace cbr {
 
-// Of rigid motions, and 0 where supports hold them all.
-double SuperelementBody::static_pull() const {
-  const Index n_rigid = form_->n_rigid;
-  if (n_rigid == 0 || form_->omega.size() == 0) return 0;
-  if (n_rigid == form_->omega.size()) return 1;  // nothing elastic to compare with
-  const double omega = form_->omega[n_rigid];
-  return static_pull_share * omega * omega;
+namespace {
+
+// Of the highest omega^2: what is below is no more than round-off of a mode without stiffness.
+constexpr double no_stiffness = 1e-12;
+
+}  // namespace
+
+// The first modes, those of further parts of the body included.
+Index SuperelementBody::n_floating() const {
+  const auto omega2 = form_->omega.array().square();
+  return std::max(form_->n_rigid,
+                  (omega2 <= no_stiffness * (omega2.size() > 0 ? omega2.maxCoeff() : 0)).count());
 }
 
-// (omega^2 + sigma) eta_end = f + sigma eta
-void SuperelementBody::relax(const Rest& rest) {
+void SuperelementBody::relax(double t, double share) {
   if (statics_.empty()) statics_.begin(eta_);
-  load_amplitudes(rest.t, f_);
-  f_ *= rest.share;
-  pull_ = static_pull() * rest.hold;
-  eta_end_ = (f_ + pull_ * eta_).array() / (form_->omega.array().square() + pull_);
+  load_amplitudes(t, f_);
+  f_ *= share;
   statics_.begin_iteration(f_);
+  eta_end_ = eta_;
+  const Index n = f_.size() - n_floating();
+  eta_end_.tail(n) = f_.tail(n).array() / form_->omega.tail(n).array().square();
 }
 
-ResponseOf SuperelementBody::static_response_of(double hold, Vector& weight) const {
+ResponseOf SuperelementBody::static_response_of(Vector& weight) const {
   ResponseOf of;
   of.weight = ResponseOf::Weight::statics;
   of.h = 1;
-  of.theta = static_pull() * hold;
-  weight = 1 / (form_->omega.array().square() + of.theta);
+  const Index n = n_floating();
+  weight.setZero(form_->omega.size());
+  weight.tail(weight.size() - n) = 1 / form_->omega.tail(weight.size() - n).array().square();
   return of;
 }
 
-NodeResponse SuperelementBody::static_response(Index set, double hold) const {
+NodeResponse SuperelementBody::static_response(Index set) const {
   Vector weight;
-  const ResponseOf of = static_response_of(hold, weight);
+  const ResponseOf of = static_response_of(weight);
   return answer(*sets_[set].rows, of, weight);
+}
+
+// Modes have a unit mass.
+Matrix SuperelementBody::floating_motions(Index set) const {
+  const Index n = n_floating();
+  const auto Vt = sets_[set].rows->Vt();
+  Matrix motions(Vt.cols(), n);
+  for (Index i = 0; i < Vt.cols(); i += 3)
+    motions.middleRows(i, 3) = std::sqrt(mass()) * placement_.T * Vt.block(0, i, n, 3).transpose();
+  return motions;
+}
+
+FloatingForces SuperelementBody::floating_forces() const {
+  const Vector f = std::sqrt(mass()) * (statics_.loads + statics_.contact + statics_.friction);
+  return {f.head(n_floating()), f.size() > 0 ? f.lpNorm<Eigen::Infinity>() : 0};
+}
+
+void SuperelementBody::float_by(const Vector& move) {
+  eta_end_.head(move.size()) += std::sqrt(mass()) * move;
 }
 
 void SuperelementBody::add_static_forces(Index set, const Points& forces, ImpulseKind kind) {
   sets_[set].rows->kick(forces, placement_.T, local_, f_);
   statics_.add(f_, kind);
-  eta_end_.array() += f_.array() / (form_->omega.array().square() + pull_);
+  const Index n = f_.size() - n_floating();
+  eta_end_.tail(n).array() += f_.tail(n).array() / form_->omega.tail(n).array().square();
 }
 
 Settled SuperelementBody::settle() {
   const auto omega2 = form_->omega.array().square();
   const Vector move = eta_end_ - eta_;
-  Settled settled;
-  settled.change = ((omega2 + pull_) * move.array().square()).sum();
-  settled.energy = (omega2 * eta_end_.array().square()).sum();
-  settled.way = move.norm() / std::sqrt(mass());
   eta_ = eta_end_;
-  return settled;
+  return {(omega2 * move.array().square()).sum(), (omega2 * eta_.array().square()).sum()};
 }
 
 void SuperelementBody::end_load_step() { statics_.book(eta_, work_); }

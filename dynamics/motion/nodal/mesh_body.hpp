@@ -93,9 +93,14 @@ class MeshBody final : public Body,
   void mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
 
   StaticsAbility* statics() override { return still_ ? this : nullptr; }
-  void relax(const Rest& rest) override { still_->statics()->relax(rest); }
-  NodeResponse static_response(Index set, double hold) const override {
-    return still_->statics()->static_response(set, hold);
+  void relax(double t, double share) override { still_->statics()->relax(t, share); }
+  Matrix floating_motions(Index set) const override {
+    return still_->statics()->floating_motions(set);
+  }
+  FloatingForces floating_forces() const override { return still_->statics()->floating_forces(); }
+  void float_by(const Vector& move) override { still_->statics()->float_by(move); }
+  NodeResponse static_response(Index set) const override {
+    return still_->statics()->static_response(set);
   }
   void add_static_forces(Index set, const Points& forces, ImpulseKind kind) override {
     still_->statics()->add_static_forces(set, forces, kind);

@@ -41,15 +41,15 @@ std::string RunProgress::left(double fraction, double elapsed) const {
   return ", " + human_seconds(elapsed * (1 - fraction) / (fraction - from_)) + " left";
 }
 
-void RunProgress::at(double fraction) {
+void RunProgress::at(double fraction, const std::string& where) {
   if (!std::isfinite(fraction)) return;
+  const std::string reached =
+      where.empty() ? format_text("t = %.4g s of %.4g s", fraction * end_, end_) : where;
   const double elapsed = clock_() - begin_;
   if (is_terminal_) {
     if (drawn_ >= 0 && elapsed - drawn_ < between_drawings) return;
     drawn_ = elapsed;
-    report_.draw(what_ +
-                 format_text(": %.0f %%, t = %.4g s of %.4g s", std::floor(100 * fraction),
-                             fraction * end_, end_) +
+    report_.draw(what_ + format_text(": %.0f %%, ", std::floor(100 * fraction)) + reached +
                  left(fraction, elapsed));
     return;
   }
@@ -57,9 +57,7 @@ void RunProgress::at(double fraction) {
   if (tenths <= told_ || tenths >= 10) return;
   told_ = tenths;
   if (elapsed < first_line) return;
-  report_.line(what_ +
-               format_text(": %d %%, t = %.4g s of %.4g s", 10 * tenths, fraction * end_, end_) +
-               left(fraction, elapsed));
+  report_.line(what_ + format_text(": %d %%, ", 10 * tenths) + reached + left(fraction, elapsed));
 }
 
 }  // namespace cbr

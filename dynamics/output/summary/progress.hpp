@@ -21,7 +21,8 @@ class RunProgress {
               Seconds clock);
   RunProgress(Report& report, std::string what, double end, double from = 0);
 
-  void at(double fraction);  // of the run's time
+  // Of the run's time; `where`: in the place of the time.
+  void at(double fraction, const std::string& where = {});
 
  private:
   std::string left(double fraction, double elapsed) const;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "common/base/types.hpp"
@@ -91,6 +92,7 @@ struct RunResult {
   Index reached = 0;
   // the time of the step after which the run was ended; none: it has come to its end
   std::optional<double> ended_at;
+  std::string failure = {};  // why no load step came after that; empty: it was asked to end
   // The body of RunOptions::turn_limit that has ended it, and how far it has turned then, rad.
   struct Turned {
     Index body = 0;

@@ -69,14 +69,6 @@ void refuse_rigid_contact(const SceneIndex& index, const Instance& instance) {
   }
 }
 
-// Equilibrium pulls bodies towards where they are by a share of their elastic frequencies.
-void refuse_rigid_statics(const Scene& scene, const Instance& instance, Index n_free) {
-  if (n_free == 0 || (!scene.time->is_static && preload_steps(scene) == 0)) return;
-  throw InputError(instance.source.text() + ": instance '" + instance.name +
-                   "' is a rigid body that may move, for which statics (time.static, time.preload) "
-                   "are not computed: use as: superelement or mesh, or hold all of its motions");
-}
-
 // Where supports move unlike each other, or reactions of sets are asked for.
 void refuse_shapes(const SceneIndex& index, const Instance& instance, bool has_shells) {
   const std::string what = "supports of instance '" + instance.name +
@@ -384,7 +376,6 @@ InstanceBody BodyMaker::make_rigid(const Instance& instance, const MeshedCompone
   }
   const std::shared_ptr<const DiagonalForm> form =
       rigid_form(*nodes, held_directions(index_, instance, *component.geometry), where(instance));
-  refuse_rigid_statics(scene_, instance, form->n_rigid);
   auto body = std::make_unique<SuperelementBody>(
       instance.name, nodes, form, placement_of(index_, instance), scheme_of(*scene_.time),
       NewmarkOptions{scene_.time->alpha}, damping_of(index_, instance));

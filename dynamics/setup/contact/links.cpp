@@ -157,8 +157,6 @@ class LinkMaker {
     Vector3 d, theta, velocity, spin;
     body.point_motion(place, d, theta, velocity, spin);
     joint.rates << joint.axes * velocity, joint.axes * spin;
-    const double omega = body.largest_frequency();
-    joint.static_pull = no_pull * (omega > 0 ? omega * omega : 1);
     std::array<bool, 6> is_on{};
     for (Index m = 0; m < 6; ++m) is_on[static_cast<std::size_t>(m)] = joint.mass(m, m) > 0;
     for (Index m = 0; m < 6; ++m)
@@ -231,9 +229,6 @@ class LinkMaker {
           node_of_point(*built_.instances[i].geometry, other, of.nodes) < 0)
         refuse(nodes_of(i, of.nodes, of.source), "the rigid point '" + other + "'");
   }
-
-  // Of the square of the highest frequency: without a share in equilibrium.
-  static constexpr double no_pull = 1e-10;
 
   Slot slot(Index contact, Index node) const {
     const auto& nodes = sim_.contact_nodes[contact].nodes;

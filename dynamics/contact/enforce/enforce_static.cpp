@@ -1,0 +1,512 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/contact/enforce/enforce_static.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <optional>
+#include <utility>
+
+#include "common/linalg/dense.hpp"
+#include "dynamics/contact/laws/contact_set.hpp"
+#include "dynamics/contact/response/packing.hpp"
+
+namespace cbr {
+namespace {
+
+// Of the largest diagonal entry: what supports hold on both sides of a row leaves round-off there.
+constexpr double no_answer = 1e-20;
+// Of a row's diagonal entry: a row of which less is left is implied by others.
+constexpr double implied = 1e-11;
+// Of the singular values of B: motions below it are not held by ties.
+constexpr double not_held = 1e-9;
+// Springs that hold what floats for one solution of contact, beside the compliance that it sees:
+// soft enough to leave what contact holds to contact, stiff enough to leave digits.
+constexpr double softness = 10;
+// Of a way that a step may take, what such springs give under the forces where nothing is elastic.
+constexpr double rigid_share = 1e-3;
+// Of these springs, what is left of them in a step of Newton's method: next to nothing, more where
+// that is too far or does not help.
+constexpr double least_hold = 1e-10, more_hold = 1e-4, most_hold = 1e3, slow = 0.7;
+// Of the forces that act, those that may be left.
+constexpr double balanced = 1e-12;
+constexpr int most_moves = 40;
+// Of the mean diagonal entry of W, beside a matrix that may be singular.
+constexpr double regular = 1e-12;
+
+// The rows of a positive semi-definite A with a unit diagonal that those before do not imply.
+std::vector<Index> independent_rows(const Matrix& A) {
+  constexpr Index panel = 64;
+  const Index n = A.rows();
+  Matrix L = Matrix::Zero(n, n);  // column r is that of the r-th independent row
+  std::vector<Index> rows;
+  for (Index first = 0; first < n; first += panel) {
+    const Index count = std::min(panel, n - first), before = static_cast<Index>(rows.size());
+    Matrix left = A.block(first, first, n - first, count);
+    left.noalias() -=
+        L.block(first, 0, n - first, before) * L.block(first, 0, count, before).transpose();
+    for (Index j = 0; j < count; ++j) {
+      const Index r = static_cast<Index>(rows.size()), below = n - first - j;
+      Vector column = left.col(j).tail(below);
+      column.noalias() -= L.block(first + j, before, below, r - before) *
+                          L.block(first + j, before, 1, r - before).transpose();
+      if (!(column[0] > implied)) continue;
+      L.col(r).tail(below) = column / std::sqrt(column[0]);
+      rows.push_back(first + j);
+    }
+  }
+  return rows;
+}
+
+// The x that makes x B B^T as large as W; `other` where either is 0.
+double floating_share(const Matrix& W, const Matrix& B, double other) {
+  const double of_W = W.trace(), of_B = B.squaredNorm();
+  return of_W > 0 && of_B > 0 ? of_W / of_B : other;
+}
+
+double largest(const Vector& x) { return x.size() > 0 ? x.lpNorm<Eigen::Infinity>() : 0; }
+
+// A x, of an A without rows too, which BLAS does not take.
+Vector times(const Matrix& A, const Vector& x) {
+  return A.size() > 0 ? Vector(A * x) : Vector::Zero(A.rows());
+}
+
+// Of moves N that nothing holds: along the forces on them, where these are more than round-off.
+Vector unheld_moves(const Vector& c, const Matrix& N, double force, double way) {
+  if (!(largest(c) > balanced * force)) return Vector::Zero(c.size());
+  return c * (way / largest(N * c));
+}
+
+}  // namespace
+
+// W and B, and what is factored of them. With rho B B^T beside W, and rho B c beside g, nothing
+// changes where forces are in equilibrium; W is regular then wherever rows are independent.
+class StaticSystem {
+ public:
+  // flexibility: length per force of what floats, where nothing is elastic.
+  StaticSystem(Matrix W, Matrix B, const std::vector<PointLaw>& laws, double flexibility);
+
+  struct Solution {
+    Vector p, gap, moves, left;
+    // violation: of a law, a length; scale: what it is measured by
+    double violation = 0, scale = 0, largest_force = 0;
+    bool fallback = false;
+  };
+  Solution solve(const Vector& g, const Vector& c, const Vector& guess, double largest_force,
+                 double most_way);
+
+ private:
+  struct Held {
+    Vector p, moves;  // of the rows of ties; of all that floats
+  };
+  void split(const std::vector<PointLaw>& laws);
+  void factor_ties();
+  void split_moves();
+  void reduce(double flexibility);
+  Held hold(const Vector& a, const Vector& b) const;
+  Vector press(const Vector& g, const Vector& c, double most_way, Solution& solution);
+  struct Step {
+    Vector p, moved;
+  };
+  Step step(const SetBases& bases, const Vector& g, const Vector& c, const Vector& moved,
+            double hold) const;
+  bool newton(const Vector& g, const Vector& c, double most_way, double force, Vector& p,
+              Vector& moved) const;
+  Vector search(const Vector& g, const Vector& c, double most_way, double force, Vector& p);
+  Matrix stiffness_of_contact(const Vector& p, const Vector& gap) const;
+  Vector next_move(const Matrix& H, const Vector& r, const Vector& moved, double most_way,
+                   double hold) const;
+
+  Matrix W_, B_;
+  double rho_ = 0;
+  std::vector<Index> tie_rows_, contact_rows_;  // of ties those that are independent
+  std::vector<PointLaw> contact_laws_;
+  // W of the ties = L L^T in rows times scale_, U = L^-1 B Q, S = U^T U. Q: the moves that ties
+  // hold, N: those that they do not, orthonormal
+  Vector scale_;
+  std::optional<Cholesky> L_, S_;
+  Matrix U_, Q_, N_;
+  // B and W of contact with what ties do to it; and with springs on the moves N
+  Matrix contact_B_;
+  double spring_ = 0;  // length per force
+  ContactProblem problem_;
+  std::optional<ContactProblem> sprung_;  // once it is needed
+};
+
+StaticSystem::StaticSystem(Matrix W, Matrix B, const std::vector<PointLaw>& laws,
+                           double flexibility)
+    : W_(std::move(W)), B_(std::move(B)) {
+  rho_ = floating_share(W_, B_, flexibility);
+  if (B_.cols() > 0) W_.noalias() += rho_ * B_ * B_.transpose();
+  split(laws);
+  factor_ties();
+  reduce(flexibility);
+}
+
+void StaticSystem::split(const std::vector<PointLaw>& laws) {
+  const Vector diagonal = W_.diagonal();
+  const double least = diagonal.size() > 0 ? no_answer * diagonal.maxCoeff() : 0;
+  Index row = 0;
+  for (const PointLaw& law : laws) {
+    const bool tied = law.law == ContactLaw::tied;
+    if (!tied) contact_laws_.push_back(law);
+    for (Index d = 0; d < n_rows(law.law); ++d, ++row) {
+      if (!tied) {
+        contact_rows_.push_back(row);
+      } else if (diagonal[row] > least) {
+        tie_rows_.push_back(row);
+      }
+    }
+  }
+}
+
+void StaticSystem::factor_ties() {
+  if (tie_rows_.empty()) return split_moves();
+  Matrix A = W_(tie_rows_, tie_rows_);
+  scale_ = A.diagonal().cwiseSqrt().cwiseInverse();
+  A = (scale_.asDiagonal() * A * scale_.asDiagonal()).eval();
+  L_.emplace(A);
+  if (!L_->ok() || !(L_->diagonal().array().square() > implied).all()) {
+    const std::vector<Index> rows = independent_rows(A);
+    std::vector<Index> kept;
+    for (const Index row : rows) kept.push_back(tie_rows_[static_cast<std::size_t>(row)]);
+    tie_rows_ = std::move(kept);
+    scale_ = Vector(scale_(rows));
+    L_.emplace(A(rows, rows));
+  }
+  split_moves();
+  U_.resize(static_cast<Index>(tie_rows_.size()), Q_.cols());
+  if (U_.size() > 0) U_ = scale_.asDiagonal() * Matrix(B_(tie_rows_, Eigen::all)) * Q_;
+  L_->solve_lower_in_place(U_);
+  S_.emplace(U_.transpose() * U_);
+}
+
+// The moves that ties hold, and those that they do not.
+void StaticSystem::split_moves() {
+  const Index n = B_.cols();
+  Q_ = N_ = Matrix::Identity(n, n);
+  if (tie_rows_.empty() || n == 0) {
+    Q_.resize(n, 0);
+    return;
+  }
+  Matrix B = Matrix::Zero(std::max(n, static_cast<Index>(tie_rows_.size())), n);
+  B.topRows(static_cast<Index>(tie_rows_.size())) = B_(tie_rows_, Eigen::all);
+  const RightSingular svd =
+      right_singular(householder_reflections(B).packed.topRows(n).triangularView<Eigen::Upper>());
+  const Index held = (svd.values.array() > not_held * svd.values[0]).count();
+  Q_ = svd.V.leftCols(held);
+  N_ = svd.V.rightCols(n - held);
+}
+
+// Of forces on contact alone, ties give way as far as they must: W - V^T V + E^T E.
+void StaticSystem::reduce(double flexibility) {
+  Matrix W = W_(contact_rows_, contact_rows_);
+  const Matrix B = B_(contact_rows_, Eigen::all);
+  if (!tie_rows_.empty() && !contact_rows_.empty()) {
+    Matrix V = scale_.asDiagonal() * Matrix(W_(tie_rows_, contact_rows_));
+    L_->solve_lower_in_place(V);
+    W.noalias() -= V.transpose() * V;
+    if (Q_.cols() > 0) {
+      Matrix E = U_.transpose() * V - Q_.transpose() * B.transpose();
+      S_->solve_lower_in_place(E);
+      W.noalias() += E.transpose() * E;
+    }
+    W = (0.5 * (W + W.transpose())).eval();
+  }
+  contact_B_ = N_.cols() > 0 ? Matrix(B * N_) : Matrix(B.rows(), 0);
+  if (N_.cols() > 0) spring_ = softness * floating_share(W, contact_B_, flexibility);
+  GapResponse response;
+  response.dense = std::move(W);
+  problem_ = contact_problem(std::move(response), contact_laws_);
+  // Rigid bodies have no compliance that the laws could be measured by
+  const double share = rigid_share * spring_;
+  for (Index i = 0; i < problem_.n_points(); ++i) {
+    for (Index row = problem_.first[i]; row < problem_.first[i + 1]; ++row) {
+      problem_.diagonal[row] += share * contact_B_.row(row).squaredNorm();
+      problem_.w[i] = std::max(problem_.w[i], problem_.diagonal[row]);
+    }
+  }
+}
+
+// W p + B moves = a of the ties, B^T p = b of the moves that they hold.
+StaticSystem::Held StaticSystem::hold(const Vector& a, const Vector& b) const {
+  if (tie_rows_.empty()) return {Vector(), Vector::Zero(b.size())};
+  Matrix x = scale_.cwiseProduct(a);
+  L_->solve_lower_in_place(x);
+  const Vector y = S_->solve(Vector(U_.transpose() * x.col(0) - times(Q_.transpose(), b)));
+  x.col(0) -= U_ * y;
+  L_->solve_upper_in_place(x);
+  return {scale_.cwiseProduct(x.col(0)), times(Q_, y)};
+}
+
+StaticSystem::Solution StaticSystem::solve(const Vector& g, const Vector& c, const Vector& guess,
+                                           double largest_force, double most_way) {
+  Solution solution;
+  solution.largest_force = std::max(largest_force, largest(c));
+  const Vector g_1 = g + rho_ * (B_ * c);
+  const auto held = [&](const Vector& gap, const Vector& force) {
+    return hold(-gap(tie_rows_), -force);
+  };
+  // With what holds the loads alone
+  const Held without = held(g_1, c);
+  solution.p.setZero(g.size());
+  solution.p(tie_rows_) = without.p;
+  Vector gap = g_1 + W_ * solution.p + B_ * without.moves;
+  solution.p(contact_rows_) = guess(contact_rows_);
+  const Vector moved = press(gap(contact_rows_), times(N_.transpose(), c), most_way, solution);
+  // And with contact; the second pass takes round-off out
+  solution.p(tie_rows_).setZero();
+  solution.moves = times(N_, moved);
+  for (int pass = 0; pass < 2; ++pass) {
+    gap = g_1 + W_ * solution.p + B_ * solution.moves;
+    const Held more = held(gap, c + B_.transpose() * solution.p);
+    solution.p(tie_rows_) += more.p;
+    solution.moves += more.moves;
+  }
+  solution.gap = g_1 + W_ * solution.p + B_ * solution.moves;
+  solution.left = c + B_.transpose() * solution.p;
+  solution.moves += rho_ * solution.left;
+  solution.largest_force =
+      std::max(solution.largest_force, largest(B_.cwiseAbs().transpose() * solution.p.cwiseAbs()));
+  const Vector of_contact =
+      law_violations(problem_, solution.p(contact_rows_), solution.gap(contact_rows_));
+  solution.scale = largest(g);
+  for (Index i = 0; i < problem_.n_points(); ++i)
+    solution.scale = std::max(
+        solution.scale, problem_.w[i] * std::abs(solution.p[contact_rows_[problem_.first[i]]]));
+  solution.violation = std::max(largest(of_contact), largest(solution.gap(tie_rows_)));
+  return solution;
+}
+
+// Fills p of contact; returns the moves N.
+Vector StaticSystem::press(const Vector& g, const Vector& c, double most_way, Solution& solution) {
+  Vector p = solution.p(contact_rows_), moved = Vector::Zero(N_.cols());
+  if (p.size() == 0) return unheld_moves(c, N_, solution.largest_force, most_way);
+  if (!newton(g, c, most_way, solution.largest_force, p, moved) ||
+      largest(times(N_, moved)) > most_way) {
+    solution.fallback = true;
+    p = solution.p(contact_rows_);
+    moved = search(g, c, most_way, solution.largest_force, p);
+  }
+  solution.p(contact_rows_) = p;
+  return moved;
+}
+
+// One step of Newton's method: p = C x and moves of a set. Springs of `hold` pull the moves towards
+// those of the step before, so that they have no part in the solution.
+StaticSystem::Step StaticSystem::step(const SetBases& bases, const Vector& g, const Vector& c,
+                                      const Vector& moved, double hold) const {
+  const Index n = bases.size(), nb = c.size();
+  const Matrix B = contact_B_(bases.rows, Eigen::all);
+  const double small = regular * problem_.diagonal.mean();
+  Matrix A = Matrix::Zero(n + nb, n + nb);
+  A.topLeftCorner(n, n) =
+      bases.R.transpose() * Matrix(problem_.W.dense(bases.rows, bases.rows)) * bases.C;
+  A.diagonal().head(n) += bases.alpha;
+  A.diagonal().head(n).array() += small;
+  A.topRightCorner(n, nb) = bases.R.transpose() * B;
+  A.bottomLeftCorner(nb, n) = B.transpose() * bases.C;
+  const double stiffness = nb > 0 ? hold / spring_ : 0;
+  A.diagonal().tail(nb).array() -= stiffness;
+  Vector b(n + nb);
+  b << -(bases.R.transpose() * Vector(g(bases.rows))), -c - stiffness * moved;
+  const Lu factor(std::move(A));
+  Vector x = factor.solve(b);
+  b << small * x.head(n), Vector::Zero(nb);
+  x += factor.solve(b);
+  Step step{Vector::Zero(g.size()), x.tail(nb)};
+  step.p(bases.rows) = bases.C * x.head(n);
+  return step;
+}
+
+// Newton's method on the laws and the balance together, from p and no move; a step is as long as
+// lowers what violates the laws.
+bool StaticSystem::newton(const Vector& g, const Vector& c, double most_way, double force,
+                          Vector& p, Vector& moved) const {
+  constexpr int most = 40, longest_stay = 10;
+  constexpr double aim = 1e-12, near = 1e3;
+  constexpr double holds[] = {1e-5, 1e-2, 1};
+  project(problem_, p);
+  Vector gap = g + problem_.W.dense * p;
+  // What no force moves stays where it is, to the bit
+  const auto tolerance_of = [&](const Vector& answer) {
+    return aim * std::max(largest(g), largest(answer)) + gap_round_off(problem_, p);
+  };
+  if (largest(c + contact_B_.transpose() * p) <= balanced * force &&
+      largest(law_violations(problem_, p, gap)) <= tolerance_of(gap - g))
+    return true;
+  double merit = HUGE_VAL, least = HUGE_VAL, before = HUGE_VAL;
+  for (int k = 0, stays = 0; k < most && stays < longest_stay; ++k) {
+    const SetBases bases = set_bases(problem_, contact_set(problem_, p, gap));
+    if (bases.size() == 0 && c.size() > 0) return false;
+    Step to;
+    for (const double next : holds) {
+      to = step(bases, g, c, moved, next);
+      if (to.p.allFinite() && largest(times(N_, to.moved)) <= most_way) break;
+    }
+    if (!to.p.allFinite()) return false;
+    const Vector answer = problem_.W.dense * to.p, to_gap = g + answer + contact_B_ * to.moved,
+                 left = c + contact_B_.transpose() * to.p;
+    const double violation = largest(law_violations(problem_, to.p, to_gap)),
+                 tolerance = tolerance_of(answer);
+    const bool stands =
+        violation <= tolerance || (violation <= near * tolerance && violation > 0.3 * before);
+    before = violation;
+    if (stands && largest(left) <= balanced * force) {
+      p = std::move(to.p);
+      project(problem_, p);
+      moved = std::move(to.moved);
+      return true;
+    }
+    double best_t = 1, best = HUGE_VAL;
+    for (double t = 1; t > (stays % 4 == 3 ? 0.5 : 0.01); t /= 2) {
+      const double of =
+          law_violations(problem_, p + t * (to.p - p), gap + t * (to_gap - gap)).norm();
+      if (of < best) {
+        best = of;
+        best_t = t;
+      }
+      if (of <= merit) break;
+    }
+    merit = best;
+    stays = best < 0.9 * least ? 0 : stays + 1;
+    least = std::min(least, best);
+    p += best_t * (to.p - p);
+    gap += best_t * (to_gap - gap);
+    moved += best_t * (to.moved - moved);
+  }
+  return false;
+}
+
+// By contact with springs on the moves, which are let go step by step.
+Vector StaticSystem::search(const Vector& g, const Vector& c, double most_way, double force,
+                            Vector& p) {
+  const Matrix& B = contact_B_;
+  Vector moved = Vector::Zero(B.cols());
+  if (!sprung_) {
+    GapResponse W = problem_.W;
+    W.dense.noalias() += spring_ * B * B.transpose();
+    sprung_ = contact_problem(std::move(W), contact_laws_);
+  }
+  // Without what other right-hand sides have taught it: restarts go on to the bit
+  ContactSolver solver(sprung_->W, contact_laws_);
+  double hold = least_hold, before = HUGE_VAL;
+  for (int k = 0;; ++k) {
+    const ContactSolution of_contact = solver.solve(g + B * (moved + spring_ * c), p);
+    p = of_contact.p;
+    const Vector r = c + B.transpose() * p, here = moved + spring_ * r;
+    const double acts = std::max(force, largest(B.cwiseAbs().transpose() * p.cwiseAbs()));
+    const bool is_far = largest(times(N_, moved)) >= (1 - 1e-9) * most_way;
+    if (!(largest(r) > balanced * acts) || k == most_moves || (is_far && k > 0)) return here;
+    hold = largest(r) > slow * before ? std::max(more_hold, 1e3 * hold)
+                                      : std::max(least_hold, 1e-3 * hold);
+    before = largest(r);
+    moved =
+        next_move(stiffness_of_contact(p, of_contact.gap), r, moved, most_way, std::min(hold, 1.0));
+  }
+}
+
+// How moves change the forces of what is closed, B^T C (R^T W C + alpha)^-1 R^T B, with springs.
+Matrix StaticSystem::stiffness_of_contact(const Vector& p, const Vector& gap) const {
+  const SetBases bases = set_bases(*sprung_, contact_set(*sprung_, p, gap));
+  const Index n = contact_B_.cols();
+  if (bases.size() == 0) return Matrix::Zero(n, n);
+  const Matrix B = contact_B_(bases.rows, Eigen::all);
+  Matrix A = bases.R.transpose() * Matrix(sprung_->W.dense(bases.rows, bases.rows)) * bases.C;
+  A.diagonal() += bases.alpha;
+  A.diagonal().array() += regular * sprung_->diagonal.mean();
+  return B.transpose() * (bases.C * Lu(std::move(A)).solve(Matrix(bases.R.transpose() * B)));
+}
+
+// With springs as far as they are needed to stay within most_way.
+Vector StaticSystem::next_move(const Matrix& H, const Vector& r, const Vector& moved,
+                               double most_way, double hold) const {
+  const double stiffness = 1 / spring_;
+  for (;; hold *= 10) {
+    Matrix A = H;
+    A.diagonal().array() += hold * stiffness;
+    const Vector next = moved + Lu(std::move(A)).solve(r);
+    const double way = largest(times(N_, next));
+    if (way <= most_way) return next;
+    if (hold > most_hold || !std::isfinite(way)) {
+      const Vector straight = moved + r * (most_way / largest(times(N_, r)));
+      return std::isfinite(way) ? Vector(next * (most_way / way)) : straight;
+    }
+  }
+}
+
+namespace {
+
+// What `floating` does to the gaps: a column for each of `columns`, ascending.
+Matrix floating_rows(const ContactList& list, const std::vector<PointLaw>& laws,
+                     const std::vector<FloatingNodes>& floating,
+                     const std::vector<Index>& columns) {
+  Matrix B = Matrix::Zero(first_rows(laws).back(), static_cast<Index>(columns.size()));
+  Index row = 0;
+  for (std::size_t i = 0; i < list.points.size(); ++i) {
+    const ContactPoint& point = list.points[i];
+    const Index n = n_rows(laws[i].law);
+    for (Index t = point.first_term; t < point.first_term + point.n_terms; ++t) {
+      const ContactTerm& term = list.terms[t];
+      const FloatingNodes& body = floating[static_cast<std::size_t>(term.body)];
+      if (body.R.cols() == 0) continue;
+      const Index at =
+          std::lower_bound(columns.begin(), columns.end(), body.first) - columns.begin();
+      B.block(row, at, n, body.R.cols()) +=
+          term.coefficient * point.frame.topRows(n) * body.R.middleRows(3 * term.node, 3);
+    }
+    row += n;
+  }
+  return B;
+}
+
+// Gaps are differences of positions: below the round-off of these there are none.
+double share_of_gaps(double violation, double scale, const ContactList& list,
+                     const std::vector<ContactBody>& bodies) {
+  constexpr double round_off = 1e-15;
+  double reach = 0;
+  for (const ContactTerm& term : list.terms)
+    reach = std::max(reach, bodies[term.body].end.row(term.node).lpNorm<Eigen::Infinity>());
+  return violation > round_off * reach ? violation / scale : 0;
+}
+
+}  // namespace
+
+StaticResult enforce_static(const ContactList& list, const std::vector<PointLaw>& laws,
+                            const Points& guess, const std::vector<FloatingNodes>& floating,
+                            const std::vector<Index>& columns, const Vector& forces,
+                            double largest_force, double most_way, std::vector<ContactBody>& bodies,
+                            StaticMemory& memory) {
+  const Vector c = forces(columns), g = pack(gaps(list), laws);
+  if (list.empty()) {
+    const auto n = static_cast<Index>(columns.size());
+    return {{Points(0, 3), Points(0, 3)},
+            unheld_moves(c, Matrix::Identity(n, n), largest_force, most_way),
+            c,
+            largest_force};
+  }
+  if (!memory.system || memory.columns != columns || !same_laws(laws, memory.laws) ||
+      !same_rows(list, memory.rows, laws, 0)) {
+    GapResponse W = gap_response(list, laws, bodies);
+    if (W.is_sparse) W.dense = W.sparse;
+    const double force = largest(c), flexibility = force > 0 ? rigid_share * most_way / force : 1;
+    memory.system = std::make_shared<StaticSystem>(
+        std::move(W.dense), floating_rows(list, laws, floating, columns), laws, flexibility);
+    memory.rows = list;
+    memory.laws = laws;
+    memory.columns = columns;
+  }
+  StaticSystem::Solution solution =
+      memory.system->solve(g, c, pack(guess, laws), largest_force, most_way);
+  StaticResult result;
+  result.of_points = {unpack(solution.p, laws), unpack(solution.gap, laws),
+                      share_of_gaps(solution.violation, solution.scale, list, bodies),
+                      solution.fallback};
+  result.moves = std::move(solution.moves);
+  result.left = std::move(solution.left);
+  result.largest_force = solution.largest_force;
+  spread_impulses(list, laws, result.of_points.p, bodies);
+  return result;
+}
+
+}  // namespace cbr
