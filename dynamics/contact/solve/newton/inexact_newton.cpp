@@ -287,7 +287,8 @@ void InexactNewton::begin_as(const InexactNewton& other) {
 
 void InexactNewton::keep_state(StateArchive& archive, const ContactProblem& problem) {
   Impl& of = *impl_;
-  std::vector<Index> points = of.closed.points(), serving;
+  std::vector<Index> points, serving;
+  if (of.stands) points = of.closed.points();  // else they are of another W, maybe a larger one
   for (const Index point : points)
     if (of.closed.first_row(point) >= 0) serving.push_back(point);
   bool has_neighbours = of.neighbours.has_value();
