@@ -11,8 +11,8 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BOUNDS = {
-    "lines of product": 84800,
-    "files of product": 718,
+    "lines of product": 84900,
+    "files of product": 727,
     "lines of python/cbr": 1050,
     "lines of tests": 61800,
     "files of tests": 390,

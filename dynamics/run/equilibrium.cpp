@@ -426,9 +426,9 @@ void Equilibrium::keep_known() {
   for (const Index p : pairs_) {
     PairState& pair = sim_.pairs[p].state();
     known_[p].clear();
-    for (const PairMemory* memory : {&pair.memory, &pair.back})
+    for (const PairMemory* memory : {&pair.memory, &pair.back, &pair.edges})
       known_[p].push_back({memory->face, memory->known_face, memory->further_faces, memory->offset,
-                           memory->has_points, memory->depth});
+                           memory->has_points, memory->depth, memory->edges});
   }
 }
 
@@ -438,8 +438,9 @@ void Equilibrium::recall() {
   for (const Index p : pairs_) {
     PairState& pair = sim_.pairs[p].state();
     std::size_t side = 0;
-    for (PairMemory* memory : {&pair.memory, &pair.back}) {
+    for (PairMemory* memory : {&pair.memory, &pair.back, &pair.edges}) {
       const Known& known = known_[p][side++];
+      renumber(known.edges, *memory);
       if (known.face.size() != memory->face.size()) {  // it was not searched before this load step
         std::fill(memory->face.begin(), memory->face.end(), -1);
         std::fill(memory->known_face.begin(), memory->known_face.end(), -1);
@@ -464,10 +465,12 @@ void Equilibrium::resolve_overlaps(double share) {
   const double left = resolved_ < 1 ? (1 - share) / (1 - resolved_) : 0;
   for (const Index p : pairs_) {
     if (!sim_.pairs[p].resolves_overlap) continue;
-    PairMemory& memory = sim_.pairs[p].state().memory;
-    memory.kept_share = 1 - share;
-    for (double& offset : memory.offset)
-      if (offset < 0) offset *= left;
+    PairState& pair = sim_.pairs[p].state();
+    for (PairMemory* memory : {&pair.memory, &pair.back, &pair.edges}) {
+      memory->kept_share = 1 - share;
+      for (double& offset : memory->offset)
+        if (offset < 0) offset *= left;
+    }
   }
   resolved_ = share;
 }
@@ -534,7 +537,7 @@ void Equilibrium::start_motion(double h) {
   for (const Index p : pairs_) {
     const bool is_penalty = sim_.pairs[p].enforcement == Enforcement::penalty;
     PairState& pair = sim_.pairs[p].state();
-    for (PairMemory* memory : {&pair.memory, &pair.back}) {
+    for (PairMemory* memory : {&pair.memory, &pair.back, &pair.edges}) {
       memory->lets_jump = is_penalty;
       memory->kept_share = 1;
       memory->impulse *= h;

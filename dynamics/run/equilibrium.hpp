@@ -46,6 +46,7 @@ class Equilibrium {
     Vector offset;
     bool has_points = false;
     double depth = 0;
+    std::vector<EdgePair> edges;
   };
   struct Solved {
     ContactGroup group;
@@ -91,7 +92,7 @@ class Equilibrium {
   std::vector<Points> here_;     // per contact body: its nodes, after the last iteration
   std::vector<char> is_pushed_;  // per contact body: it has such forces
   std::vector<Solved> solved_;   // of this iteration
-  // per pair: of its slave's nodes, and its master's (two-way)
+  // per pair: of its slave's nodes, its master's, and its edges
   std::vector<std::vector<Known>> known_;
   std::vector<Bolt> bolts_;
   // What floats: per contact body, with bolts; the columns of each body, first_[b] .. first_[b +

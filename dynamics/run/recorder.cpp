@@ -90,6 +90,8 @@ void Recorder::record_statics(double t, const std::vector<char>& resting, Contac
 }
 
 void Recorder::record_pairs(double interval, const ContactOutcome& outcome) {
+  // What overlaps at the start is found in the first step
+  if (result_.time.size() > 1) look_at_depths(sim_, outcome);
   double active = 0;
   const std::size_t before = result_.time.size() - 1;
   for (const Index p : outcome.met) {

@@ -120,7 +120,7 @@ TEST(BasisEnergy, IsToldApartFromFrictionAndCommonMotion) {
         ", velocity: [3, 0.2, 0]}\n  b: {component: c, as: " + as +
         ", mirror: x, position: [2.01, 0, 0], velocity: [1, 0, 0]}\ncontact: [{between: [a.x_max, "
         "b.x_max]" +
-        contact + "}]\ntime: {end: 0.5}\noutput: {every: 0.05}\n");
+        contact + "}]\ntime: {end: 0.5}\noutput: {every: 0.0025}\n");
     return std::make_pair(energy_outside_basis(ran.built, ran.result), ran.result);
   };
   const auto [rubbed, run] = meet("superelement", "", ", friction: 0.1");
@@ -134,7 +134,7 @@ TEST(BasisEnergy, IsToldApartFromFrictionAndCommonMotion) {
   ASSERT_TRUE(mesh);
   EXPECT_FALSE(mesh->has_modes);
   // the faces' own nodes: half a layer of elements of six
-  EXPECT_NEAR(mesh->energy / mesh->scale, 1.0 / 12, 0.02);
+  EXPECT_NEAR(mesh->energy / mesh->scale, 1.0 / 12, 0.002);
   EXPECT_FALSE(meet("mesh", "", ", enforcement: penalty").first);
   EXPECT_FALSE(meet("superelement", ", basis: massless", "").first);
 }

@@ -113,13 +113,16 @@ void expect_rest(const Way& way, const Limits& limits) {
   EXPECT_LT(gain, limits.gain) << way.name;
 }
 
+// Overlap is that of all nodes and edges. Constraints are linear in a step, and normals turn by the
+// strain: that is of second order. Of meshes that do not match nodes go in between those that hold.
+//
 // Without friction the least sideways push would make the stack slide: a node on the corner of four
 // faces that lean by about the strain must take no face's side.
 TEST(Stack, TenBlocksRest) {
-  expect_rest({"mesh", true, 2, 2, "", 12.5}, {3e-3, 0.07, 1e-8, 1e-12, 1e-9});
-  expect_rest({"superelement", false, 2, 2, "", 12.5}, {3e-3, 0.07, 1e-8, 1e-12, 1e-3});
+  expect_rest({"mesh", true, 2, 2, "", 12.5}, {3e-3, 0.07, 1e-8, 1e-5, 1e-9});
+  expect_rest({"superelement", false, 2, 2, "", 12.5}, {3e-3, 0.07, 1e-8, 1e-5, 1e-3});
   expect_rest({"superelement, non-matching", false, 2, 3, "", 12.5},
-              {3e-3, 0.07, 1e-8, 1e-12, 1e-3});
+              {3e-3, 0.07, 1e-8, 0.03, 1e-3});
   expect_rest({"mesh, penalty", true, 2, 2, ", enforcement: penalty", 12.5},
               {3e-3, 0.07, 1e-5, 1, 0.02});
 }
@@ -127,16 +130,16 @@ TEST(Stack, TenBlocksRest) {
 // Overlaps, and gaps, at the start that count as closed change nothing.
 TEST(Stack, AdjustedAtTheStart) {
   expect_rest({"overlap, adjusted", true, 2, 2, ", adjust: 1.0e-3", 12.5, 5e-4},
-              {3e-3, 0.07, 1e-8, 1e-12, 1e-9});
+              {3e-3, 0.07, 1e-8, 1e-5, 1e-9});
   expect_rest({"gap, adjusted", false, 2, 3, ", adjust: 1.0e-3", 12.5, -5e-4},
-              {3e-3, 0.07, 1e-8, 1e-12, 1e-3});
+              {3e-3, 0.07, 1e-8, 1e-5, 1e-3});
 }
 
 TEST(Stack, TenBlocksRestWithFriction) {
   expect_rest({"mesh, friction", true, 2, 2, ", friction: 0.3", 12.5},
-              {3e-3, 0.07, 1e-7, 1e-12, 1e-9});
+              {3e-3, 0.07, 1e-7, 1e-5, 1e-9});
   expect_rest({"superelement, friction", false, 2, 2, ", friction: 0.3", 12.5},
-              {3e-3, 0.07, 1e-7, 1e-12, 1e-3});
+              {3e-3, 0.07, 1e-7, 1e-5, 1e-3});
 }
 
 }  // namespace

@@ -55,7 +55,8 @@ class Oracle {
   }
 
   void compare() {
-    ran_ = run_in(folder_, scene_);
+    // Its search is that of the slave's nodes
+    ran_ = run_in(folder_, scene_, {}, false);
     is_clear_.assign(scene_.bodies.size(), 1);
     for (std::size_t i = 0; i < scene_.bodies.size(); ++i) {
       const RandomBody& b = scene_.bodies[i];

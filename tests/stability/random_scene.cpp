@@ -289,7 +289,7 @@ std::string yaml(const RandomScene& scene, const Change& change) {
          "]}\n";
 }
 
-Ran run_in(SceneFolder& folder, const RandomScene& scene, const Change& change) {
+Ran run_in(SceneFolder& folder, const RandomScene& scene, const Change& change, bool both_sides) {
   for (const RandomBody& b : scene.bodies) {
     Mesh mesh = b.mesh;
     mesh.coordinates *= change.length;
@@ -300,7 +300,10 @@ Ran run_in(SceneFolder& folder, const RandomScene& scene, const Change& change) 
     folder.add(b.name + ".exo", mesh);
   }
   set_threads(scene.threads);
-  return folder.run(yaml(scene, change));
+  Ran ran = folder.prepare(yaml(scene, change));
+  ran.built.simulation.detection.both_sides = both_sides;
+  ran.result = cbr::run(ran.built.simulation);
+  return ran;
 }
 
 Ran run(const RandomScene& scene, const Change& change) {

@@ -88,6 +88,8 @@ Index interior_dofs(const RandomBody& body);
 // The scene with a change of axes, units or common motion, as YAML; and its run.
 std::string yaml(const RandomScene& scene, const Change& change = {});
 Ran run(const RandomScene& scene, const Change& change = {});
-Ran run_in(SceneFolder& folder, const RandomScene& scene, const Change& change = {});
+// both_sides: DetectionOptions::both_sides.
+Ran run_in(SceneFolder& folder, const RandomScene& scene, const Change& change = {},
+           bool both_sides = true);
 
 }  // namespace cbr::test

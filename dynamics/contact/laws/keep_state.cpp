@@ -30,10 +30,12 @@ static void keep_state(StateArchive& archive, StandingSearch& standing) {
   archive(standing.extra, standing.slave_at, standing.master_at);
 }
 
+void keep_state(StateArchive& archive, EdgePair& edges) { archive(edges.slave, edges.master); }
+
 void keep_state(StateArchive& archive, PairMemory& memory) {
-  archive(memory.face, memory.known_face, memory.further_faces, memory.offset, memory.impulse,
-          memory.force, memory.force_before, memory.begins_in_equilibrium, memory.elastic_slip,
-          memory.near);
+  archive(memory.edges, memory.face, memory.known_face, memory.further_faces, memory.offset,
+          memory.impulse, memory.force, memory.force_before, memory.begins_in_equilibrium);
+  archive(memory.elastic_slip, memory.near);
   archive(memory.has_points, memory.adjust, memory.initial_overlap, memory.initial_gap,
           memory.depth, memory.drift_taken, memory.standing);
 }

@@ -9,6 +9,8 @@
 #include <span>
 #include <vector>
 
+#include "dynamics/contact/search/closeness.hpp"
+#include "dynamics/contact/search/edge_contact.hpp"
 #include "dynamics/contact/search/hollow_corners.hpp"
 #include "dynamics/contact/search/kept_candidates.hpp"
 #include "dynamics/contact/surfaces/pair_projection.hpp"
@@ -21,7 +23,8 @@ struct Step : DetectionStep {
   const ContactSurface& slave;
   const ContactBody& slave_body;
   bool initial;
-  CandidateSearch search;
+  const CandidateSearch& search;
+  const HeldNodes* held = nullptr;  // a node that these hold is left out
 };
 
 // Whether a node that is behind a face at the start of the step is to be held by it. Beside an edge
@@ -238,6 +241,26 @@ void sort(std::vector<FaceHit>& hits) {
       std::swap(hits[k], hits[k - 1]);
 }
 
+bool is_held(const Step& step, const FaceHit& hit) {
+  return step.held->hold(
+      step.master, hit.face,
+      {-hit.end.normal, hit.start_gap, hit.end_gap, step.master.sizes[hit.face]});
+}
+
+// What holds the node at one face holds it at those beside it, but in a hollow corner.
+void leave_out_held(const Step& step, std::vector<FaceHit>& hits) {
+  const auto held = [&](const FaceHit& hit) { return is_held(step, hit); };
+  const auto end = std::stable_partition(hits.begin(), hits.end(), held);
+  if (end == hits.begin()) return;
+  const std::vector<FaceHit> kept(hits.begin(), end);
+  hits.erase(hits.begin(), end);
+  std::erase_if(hits, [&](const FaceHit& hit) {
+    return std::none_of(kept.begin(), kept.end(), [&](const FaceHit& by) {
+      return rises_from(step.master, hit.face, by.face);
+    });
+  });
+}
+
 // The pairs are those of one node.
 void detect_node(const Step& step, Index slot, std::span<const NodeAndFace> pairs,
                  std::span<const PairProjection> found, PairMemory& memory, ContactList& points) {
@@ -250,6 +273,8 @@ void detect_node(const Step& step, Index slot, std::span<const NodeAndFace> pair
   if (hits.empty()) return;
   if (hits.size() > 1) find_entries(step, node, hits);
   sort(hits);
+  if (step.held != nullptr) leave_out_held(step, hits);
+  if (hits.empty()) return;
   const double start_gap = hits.front().start_gap;
   // Found behind a face that it has not come through: left where it is, not thrown out
   if (step.initial || (node.face < 0 && start_gap < 0))
@@ -299,39 +324,130 @@ bool are_apart(const ContactBody& slave, const ContactBody& master, const Contac
   return !slave.swept.meets(grown);
 }
 
+void start_search(const ContactSurface& slave, const ContactSurface& master, PairMemory& memory) {
+  const Index n = static_cast<Index>(slave.nodes.size());
+  start_memory(n, memory);
+  if (!master.rising.empty() && memory.further_faces.empty())
+    memory.further_faces.assign(PairMemory::n_further * static_cast<std::size_t>(n), -1);
+}
+
+// A node off the edge of a long face, or beyond a sharp corner, by a share of the face may be far
+// from it beside its size.
+double margin_of(double reach, const PairMemory& memory) { return std::max(reach, memory.depth); }
+
+void find_points(const Step& step, PairMemory& memory, ContactList& list) {
+  const std::size_t before = list.points.size();
+  detect_nodes(step, memory, list);
+  if (list.points.size() == before) forget(memory);
+}
+
+// What the run tells of the start: of all nodes, also those that others hold.
+void note_closeness(const CandidateSearch& search, const DetectionOptions& options,
+                    PairMemory& memory) {
+  const auto standing = [](const ContactBody& body) {
+    ContactBody at;
+    at.start = at.end = body.start;
+    at.turn = body.turn;
+    return at;
+  };
+  const Closeness of = closeness(search.slave, standing(search.slave_body), search.master,
+                                 standing(search.master_body), search.master.size, options);
+  memory.initial_overlap = std::max(memory.initial_overlap, of.depth);
+  memory.initial_gap = std::min(memory.initial_gap, of.gap);
+}
+
+// The motions of a step, relative to the mean of the master's.
+struct Motion {
+  Vector3 drift;
+  double longest = 0;
+  Motion(const ContactSurface& slave, const ContactBody& slave_body, const ContactSurface& master,
+         const ContactBody& master_body)
+      : drift(mean_motion(master, master_body)),
+        longest(largest_motion(slave, slave_body, drift) +
+                largest_motion(master, master_body, drift)) {}
+};
+
 }  // namespace
 
 void detect(const ContactSurface& slave, const ContactBody& slave_body,
             const ContactSurface& master, const ContactBody& master_body, bool initial,
             const DetectionOptions& options, PairMemory& memory, ContactList& list) {
-  const Index n = static_cast<Index>(slave.nodes.size());
-  start_memory(n, memory);
-  if (!master.rising.empty() && memory.further_faces.empty())
-    memory.further_faces.assign(PairMemory::n_further * static_cast<std::size_t>(n), -1);
-  if (are_apart(slave_body, master_body, master, initial, options, memory)) {
-    forget(memory);
-    return;
-  }
-  const Vector3 drift = mean_motion(master, master_body);
-  const double motion =
-      largest_motion(slave, slave_body, drift) + largest_motion(master, master_body, drift);
-  const double reach = contact_reach(master.size, motion, initial, memory);
-  // A node off the edge of a long face, or beyond a sharp corner, by a share of the face may be far
-  // from it beside its size
+  start_search(slave, master, memory);
+  if (are_apart(slave_body, master_body, master, initial, options, memory)) return forget(memory);
+  const Motion motion(slave, slave_body, master, master_body);
+  const double reach = contact_reach(master.size, motion.longest, initial, memory);
   const CandidateSearch search{slave,
                                master,
                                slave_body,
                                master_body,
-                               drift,
-                               motion,
-                               std::max(reach, memory.depth),
+                               motion.drift,
+                               motion.longest,
+                               margin_of(reach, memory),
                                options.late_depth,
                                options.overhang()};
-  const Step step{{master, master_body, options, reach}, slave, slave_body, initial, search};
-  update_candidates(search, memory);
-  const std::size_t before = list.points.size();
-  detect_nodes(step, memory, list);
-  if (list.points.size() == before) forget(memory);
+  update_candidates(search, nullptr, memory);
+  find_points({{master, master_body, options, reach}, slave, slave_body, initial, search}, memory,
+              list);
+}
+
+SearchEnds detect_both(const ContactSurface& slave, const ContactBody& slave_body,
+                       const ContactSurface& master, const ContactBody& master_body, bool initial,
+                       const DetectionOptions& options, PairMemory& memory, const OtherSide& other,
+                       ContactList& list) {
+  start_search(slave, master, memory);
+  start_search(other.nodes, slave, other.back);
+  if (are_apart(slave_body, master_body, master, initial, options, memory) &&
+      are_apart(master_body, slave_body, slave, initial, options, other.back)) {
+    for (PairMemory* of : {&memory, &other.back, &other.edges}) forget(*of);
+    return {list.points.size(), list.points.size(), list.points.size()};
+  }
+  const Motion motion(slave, slave_body, master, master_body),
+      back_motion(other.nodes, master_body, slave, slave_body);
+  const double size = std::min(slave.size, master.size),
+               reach = contact_reach(master.size, motion.longest, initial, memory),
+               back_reach = contact_reach(slave.size, back_motion.longest, initial, other.back),
+               edge_reach = contact_reach(size, motion.longest, initial, other.edges);
+  const CandidateSearch search{slave,
+                               master,
+                               slave_body,
+                               master_body,
+                               motion.drift,
+                               motion.longest,
+                               margin_of(reach, memory),
+                               options.late_depth,
+                               options.overhang()};
+  const CandidateSearch back{other.nodes,
+                             slave,
+                             master_body,
+                             slave_body,
+                             back_motion.drift,
+                             back_motion.longest,
+                             margin_of(back_reach, other.back),
+                             options.late_depth,
+                             options.overhang()};
+  const FurtherSearch further{
+      back, std::max(margin_of(edge_reach, other.edges), options.late_depth * size), other.back,
+      other.edges};
+  update_candidates(search, &further, memory);
+  SearchEnds ends;
+  const std::size_t first = list.points.size();
+  find_points({{master, master_body, options, reach}, slave, slave_body, initial, search}, memory,
+              list);
+  ends.nodes = list.points.size();
+  const HeldNodes held(list, first, ends.nodes, slave.nodes, 1, memory);
+  Step back_step{{slave, slave_body, options, back_reach}, other.nodes, master_body, initial, back};
+  if (other.only_unheld) back_step.held = &held;
+  find_points(back_step, other.back, list);
+  ends.back = list.points.size();
+  const HeldNodes held_back(list, ends.nodes, ends.back, other.nodes.nodes, -1, other.back);
+  if (options.both_sides)
+    detect_edges({slave, master, slave_body, master_body, options, size, edge_reach, motion.longest,
+                  initial},
+                 {&held, &held_back}, other.edges, list);
+  ends.edges = list.points.size();
+  if (ends.edges == ends.back) forget(other.edges);
+  if (initial) note_closeness(search, options, memory);
+  return ends;
 }
 
 }  // namespace cbr

@@ -32,6 +32,8 @@ struct DetectionOptions {
   // Mortar: of what a point is found deeper than it was left, at most this share of the largest
   // motion is pushed out in a step.
   double drift_share = 0.25;
+  // False: the slave's nodes alone, as the tests' dense arithmetic searches.
+  bool both_sides = true;
 
   // How far beyond a face's box the nodes may be that count as over it, as a share of the box: its
   // corners moved off a triangle's centre of area by 3, of a quad's by 2 edge tolerances; what is
@@ -48,5 +50,23 @@ struct DetectionOptions {
 void detect(const ContactSurface& slave, const ContactBody& slave_body,
             const ContactSurface& master, const ContactBody& master_body, bool initial,
             const DetectionOptions& options, PairMemory& memory, ContactList& list);
+
+// What is searched for beside the slave's nodes.
+struct OtherSide {
+  const ContactSurface& nodes;  // those of the master that are tested: all, or its ridge
+  bool only_unheld = true;      // not where the slave's nodes hold the spot already
+  PairMemory &back, &edges;
+};
+
+// Where the points of each search end in the list.
+struct SearchEnds {
+  std::size_t nodes = 0, back = 0, edges = 0;
+};
+
+// detect(), then the nodes of the master against the faces of the slave, then edges that cross.
+SearchEnds detect_both(const ContactSurface& slave, const ContactBody& slave_body,
+                       const ContactSurface& master, const ContactBody& master_body, bool initial,
+                       const DetectionOptions& options, PairMemory& memory, const OtherSide& other,
+                       ContactList& list);
 
 }  // namespace cbr

@@ -69,14 +69,34 @@ Points rows(const std::vector<Index>& nodes, const Points& x) {
 
 Box box_of(const Vector3& a, const Vector3& b) { return {a.cwiseMin(b), a.cwiseMax(b)}; }
 
+Box grown(const Box& box, double by) { return {box.lower.array() - by, box.upper.array() + by}; }
+
 Box grown(const Box& box, const CandidateSearch& search, Index face, double skin) {
   const double far = std::max(search.margin, search.size_share * search.master.sizes[face]) + skin;
   const Vector3 margin = far + (search.overhang * (box.upper - box.lower)).array();
   return {box.lower - margin, box.upper + margin};
 }
 
+Box joined(const Box& a, const Box& b) {
+  return {a.lower.cwiseMin(b.lower), a.upper.cwiseMax(b.upper)};
+}
+
+using Margins = std::array<double, 3>;
+
+Margins margins_of(const CandidateSearch& search, const FurtherSearch* further) {
+  if (further == nullptr) return {search.margin, 0, 0};
+  return {search.margin, further->back.margin, further->edge_margin};
+}
+
+// By how much the largest of `a` is above that of `b`.
+double most_above(const Margins& a, const Margins& b) {
+  double most = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) most = std::max(most, a[i] - b[i]);
+  return most;
+}
+
 // How far any node is from where it was found, relative to the master, at any time of the step.
-double moved(const CandidateSearch& search, const KeptCandidates& kept, double& of_master) {
+double moved(const CandidateSearch& search, const KeptCandidates& kept, double& of_one) {
   const Index first = search.master.nodes.front();
   const Vector3 shift = (search.master_body.end.row(first) - kept.master_at.row(0)).transpose();
   const Vector3 before = shift - search.drift;
@@ -85,89 +105,174 @@ double moved(const CandidateSearch& search, const KeptCandidates& kept, double& 
     return std::max(largest_difference(surface.nodes, body.end, ref, shift),
                     largest_difference(surface.nodes, body.start, ref, before));
   };
-  of_master = largest(search.master, search.master_body, kept.master_at);
-  return of_master + largest(search.slave, search.slave_body, kept.slave_at);
+  const double of_master = largest(search.master, search.master_body, kept.master_at),
+               of_slave = largest(search.slave, search.slave_body, kept.slave_at);
+  of_one = std::max(of_master, of_slave);
+  return of_master + of_slave;
 }
 
 // A search that reached far, as the first one does, has found more than is wanted from then on.
-bool is_too_wide(const CandidateSearch& search, const KeptCandidates& kept) {
+bool is_too_wide(const CandidateSearch& search, const FurtherSearch* further,
+                 const KeptCandidates& kept) {
   return kept.served >= enough_services &&
-         kept.margin > search.margin + 2 * most_skin * search.master.size;
+         most_above(kept.margins, margins_of(search, further)) > 2 * most_skin * search.master.size;
 }
 
-bool still_holds(const CandidateSearch& search, const KeptCandidates& kept) {
-  if (!kept.is_known || is_too_wide(search, kept)) return false;
-  double of_master = 0;
-  const double both = moved(search, kept, of_master);
-  const double more = std::max(0.0, search.margin - kept.margin);
-  return both + more + 2 * search.overhang * of_master <= kept.skin;
+bool still_holds(const CandidateSearch& search, const FurtherSearch* further,
+                 const KeptCandidates& kept) {
+  if (!kept.is_known || is_too_wide(search, further, kept)) return false;
+  double of_one = 0;
+  const double both = moved(search, kept, of_one);
+  const double more = most_above(margins_of(search, further), kept.margins);
+  return both + more + 2 * search.overhang * of_one <= kept.skin;
 }
+
+// Boxes of nodes and what they bound: where they are at the end of the step, to be kept with a
+// skin, or what they sweep in it.
+class Boxes {
+ public:
+  Boxes(bool are_swept, double skin) : are_swept_(are_swept), skin_(skin) {}
+
+  void of_nodes(const CandidateSearch& search, std::vector<Box>& boxes) const {
+    boxes.clear();
+    for (const Index node : search.slave.nodes)
+      boxes.push_back(of_node(search.slave_body, search.drift, node));
+  }
+  void of_faces(const CandidateSearch& search, std::vector<Box>& boxes) const {
+    boxes.clear();
+    for (Index f = 0; f < search.master.faces.rows(); ++f) boxes.push_back(of_face(search, f));
+  }
+  Box of_face(const CandidateSearch& search, Index face) const {
+    Box box = of_node(search.master_body, search.drift, search.master.faces(face, 0));
+    for (int a = 1; a < 4; ++a)
+      box = joined(box, of_node(search.master_body, search.drift, search.master.faces(face, a)));
+    return grown(box, search, face, skin_);
+  }
+  Box of_node(const ContactBody& body, const Vector3& drift, Index node) const {
+    const Vector3 x = body.end.row(node).transpose();
+    return are_swept_ ? box_of(body.start.row(node).transpose() + drift, x) : Box{x, x};
+  }
+  Box of_edge(const ContactBody& body, const Vector3& drift, const SurfaceEdge& edge) const {
+    return joined(of_node(body, drift, edge.a), of_node(body, drift, edge.b));
+  }
+  double skin() const { return skin_; }
+
+ private:
+  bool are_swept_;
+  double skin_;
+};
+
+// Workspace of a search; what is found is kept elsewhere.
+struct EdgeBoxes {
+  std::vector<Index> queried, tested;
+  std::vector<Box> queries, targets;
+  BroadPhase grid;
+};
+
+// Sharp edges of one side and edges of the other: all, or those that are not sharp.
+class EdgeCandidates {
+ public:
+  EdgeCandidates(const CandidateSearch& search, const Boxes& boxes, double margin)
+      : search_(search), boxes_(boxes), margin_(margin + boxes.skin()) {}
+
+  void find(std::vector<EdgePair>& pairs) {
+    pairs.clear();
+    const auto add = [&](bool slave_is_queried, bool any) {
+      find(slave_is_queried, any);
+      const CandidateList& list = work().grid.candidates;
+      for (std::size_t i = 0; i + 1 < list.first.size(); ++i)
+        for (Index k = list.first[i]; k < list.first[i + 1]; ++k) {
+          const Index one = work().queried[i], other = work().tested[list.target[k]];
+          pairs.push_back(slave_is_queried ? EdgePair{one, other} : EdgePair{other, one});
+        }
+    };
+    add(true, true);
+    add(false, false);
+    std::sort(pairs.begin(), pairs.end());
+  }
+
+ private:
+  static EdgeBoxes& work() {
+    thread_local EdgeBoxes boxes;
+    return boxes;
+  }
+
+  void find(bool slave_is_queried, bool any) {
+    const ContactSurface &one = slave_is_queried ? search_.slave : search_.master,
+                         &other = slave_is_queried ? search_.master : search_.slave;
+    const ContactBody &one_body = slave_is_queried ? search_.slave_body : search_.master_body,
+                      &other_body = slave_is_queried ? search_.master_body : search_.slave_body;
+    EdgeBoxes& to = work();
+    to.grid.candidates.first.clear();
+    to.queried.clear();
+    to.queries.clear();
+    for (std::size_t e = 0; e < one.edges.size(); ++e) {
+      if (!one.edges[e].sharp) continue;
+      to.queried.push_back(static_cast<Index>(e));
+      to.queries.push_back(boxes_.of_edge(one_body, search_.drift, one.edges[e]));
+    }
+    if (to.queried.empty()) return;
+    to.tested.clear();
+    to.targets.clear();
+    for (std::size_t e = 0; e < other.edges.size(); ++e) {
+      if (!any && other.edges[e].sharp) continue;
+      to.tested.push_back(static_cast<Index>(e));
+      to.targets.push_back(
+          grown(boxes_.of_edge(other_body, search_.drift, other.edges[e]), margin_));
+    }
+    find_candidates(to.queries, to.targets, to.grid);
+  }
+
+  const CandidateSearch& search_;
+  const Boxes& boxes_;
+  double margin_;
+};
 
 // Around where the nodes are at the end of the step, with the skin.
-void keep(const CandidateSearch& search, PairMemory& memory) {
-  KeptCandidates& kept = memory.kept;
+void keep(const CandidateSearch& search, const FurtherSearch* further, KeptCandidates& kept) {
   kept.slave_at = rows(search.slave.nodes, search.slave_body.end);
   kept.master_at = rows(search.master.nodes, search.master_body.end);
-  kept.margin = search.margin;
+  kept.margins = margins_of(search, further);
   kept.is_known = true;
   kept.served = 0;
-  memory.node_boxes.resize(search.slave.nodes.size());
-  for (std::size_t i = 0; i < memory.node_boxes.size(); ++i) {
-    const Vector3 x = kept.slave_at.row(static_cast<Index>(i)).transpose();
-    memory.node_boxes[i] = {x, x};
-  }
-  memory.face_boxes.resize(static_cast<std::size_t>(search.master.faces.rows()));
-  for (Index f = 0; f < search.master.faces.rows(); ++f) {
-    const FaceCorners x = corners(search.master, f, search.master_body.end);
-    const Box box{x[0].cwiseMin(x[1]).cwiseMin(x[2]).cwiseMin(x[3]),
-                  x[0].cwiseMax(x[1]).cwiseMax(x[2]).cwiseMax(x[3])};
-    memory.face_boxes[static_cast<std::size_t>(f)] = grown(box, search, f, kept.skin);
-  }
 }
 
-void sweep_boxes(const CandidateSearch& search, PairMemory& memory) {
-  memory.kept.is_known = false;
-  memory.node_boxes.resize(search.slave.nodes.size());
-  for (std::size_t i = 0; i < memory.node_boxes.size(); ++i)
-    memory.node_boxes[i] = node_box(search, search.slave.nodes[i]);
-  memory.face_boxes.resize(static_cast<std::size_t>(search.master.faces.rows()));
-  for (Index f = 0; f < search.master.faces.rows(); ++f)
-    memory.face_boxes[static_cast<std::size_t>(f)] = face_box(search, f);
+void find_nodes(const CandidateSearch& search, const Boxes& boxes, PairMemory& memory) {
+  boxes.of_nodes(search, memory.node_boxes);
+  boxes.of_faces(search, memory.face_boxes);
+  find_candidates(memory.node_boxes, memory.face_boxes, memory.grid);
 }
 
 }  // namespace
 
 Box node_box(const CandidateSearch& search, Index node) {
-  return box_of(search.slave_body.start.row(node).transpose() + search.drift,
-                search.slave_body.end.row(node).transpose());
+  return Boxes(true, 0).of_node(search.slave_body, search.drift, node);
 }
 
 Box face_box(const CandidateSearch& search, Index face) {
-  Box box{Vector3::Constant(HUGE_VAL), Vector3::Constant(-HUGE_VAL)};
-  for (int a = 0; a < 4; ++a) {
-    const Index node = search.master.faces(face, a);
-    const Box corner = box_of(search.master_body.start.row(node).transpose() + search.drift,
-                              search.master_body.end.row(node).transpose());
-    box.lower = box.lower.cwiseMin(corner.lower);
-    box.upper = box.upper.cwiseMax(corner.upper);
-  }
-  return grown(box, search, face, 0);
+  return Boxes(true, 0).of_face(search, face);
 }
 
-void update_candidates(const CandidateSearch& search, PairMemory& memory) {
-  if (still_holds(search, memory.kept)) {
-    memory.kept.served = std::min(memory.kept.served + 1, enough_services);
+void update_candidates(const CandidateSearch& search, const FurtherSearch* further,
+                       PairMemory& memory) {
+  KeptCandidates& kept = memory.kept;
+  if (still_holds(search, further, kept)) {
+    kept.served = std::min(kept.served + 1, enough_services);
     return;
   }
   const double size = search.master.size;
   // What is used up in a step or two is not worth a skin
-  if (!(skin_steps * search.motion <= 3 * most_skin * size)) {
-    sweep_boxes(search, memory);
-  } else {
-    memory.kept.skin = std::clamp(skin_steps * search.motion, least_skin * size, most_skin * size);
-    keep(search, memory);
+  const bool is_worth_it = skin_steps * search.motion <= 3 * most_skin * size;
+  kept.is_known = false;
+  if (is_worth_it) {
+    kept.skin = std::clamp(skin_steps * search.motion, least_skin * size, most_skin * size);
+    keep(search, further, kept);
   }
-  find_candidates(memory.node_boxes, memory.face_boxes, memory.grid);
+  const Boxes boxes(!is_worth_it, is_worth_it ? kept.skin : 0);
+  find_nodes(search, boxes, memory);
+  if (further == nullptr) return;
+  find_nodes(further->back, boxes, further->back_memory);
+  EdgeCandidates(search, boxes, further->edge_margin).find(further->edge_memory.edge_candidates);
 }
 
 }  // namespace cbr

@@ -19,6 +19,13 @@ struct CandidateSearch {
   double overhang = 0;    // and beside it within this share of its box
 };
 
+// What is searched for beside the slave's nodes.
+struct FurtherSearch {
+  const CandidateSearch& back;  // the master's nodes, and the slave's faces
+  double edge_margin = 0;       // edges are near each other within this
+  PairMemory &back_memory, &edge_memory;
+};
+
 // The box that a node sweeps, in axes that drift with the master.
 Box node_box(const CandidateSearch& search, Index node);
 
@@ -26,7 +33,9 @@ Box node_box(const CandidateSearch& search, Index node);
 Box face_box(const CandidateSearch& search, Index face);
 
 // Fills memory.grid.candidates with the faces that each slave node is near, by the boxes that both
-// sweep, and some more. Searches when what was found last may be short of one.
-void update_candidates(const CandidateSearch& search, PairMemory& memory);
+// sweep, and some more; with `further` likewise that of its back memory, and the edge_candidates of
+// its edge memory. Searches when what was found last may be short of one.
+void update_candidates(const CandidateSearch& search, const FurtherSearch* further,
+                       PairMemory& memory);
 
 }  // namespace cbr

@@ -5,7 +5,9 @@
 // What contact knows of the bodies: points now and predicted, and faces between them.
 #pragma once
 
+#include <array>
 #include <cmath>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -51,6 +53,13 @@ struct ContactBody {
 // one comparison each. Again when `end` has changed.
 void sweep(ContactBody& body);
 
+// Of a surface, from contact node a to b as its first face goes around; faces[1] -1: an open edge.
+struct SurfaceEdge {
+  Index a = 0, b = 0;
+  std::array<Index, 2> faces{-1, -1};
+  bool sharp = false;  // convex by more than 15 degrees, or open; undeformed
+};
+
 struct ContactSurface {
   std::string name;          // INSTANCE.SURFACE, for messages
   Index body = 0;            // index into the contact bodies
@@ -71,6 +80,9 @@ struct ContactSurface {
   // Faces that rise by more than 15 degrees from face f where they share a node with it:
   // rising[rising_begin[f]] and so on up to rising_begin[f + 1]. Both empty where no two faces do.
   std::vector<Index> rising_begin, rising;
+  // See fill_edges(): not filled where nothing but nodes is to be tested.
+  std::vector<SurfaceEdge> edges;
+  std::shared_ptr<const ContactSurface> ridge;  // the nodes of sharp edges; without faces
 };
 
 // Cosines between normals above which they hold a node in the same direction, 45 degrees, and above

@@ -28,6 +28,33 @@ void start_memory(Index n, PairMemory& memory) {
   }
 }
 
+void renumber(const std::vector<EdgePair>& edges, PairMemory& memory) {
+  if (edges == memory.edges) return;
+  const PairMemory old = {.face = memory.face,
+                          .known_face = memory.known_face,
+                          .offset = memory.offset,
+                          .impulse = memory.impulse,
+                          .elastic_slip = memory.elastic_slip,
+                          .edges = memory.edges};
+  const auto n = static_cast<Index>(edges.size());
+  memory.edges = edges;
+  memory.face.assign(edges.size(), -1);
+  memory.known_face.assign(edges.size(), -1);
+  memory.offset.setZero(n);
+  if (old.impulse.rows() > 0) memory.impulse.setZero(n, 3);
+  if (old.elastic_slip.rows() > 0) memory.elastic_slip.setZero(n, 3);
+  for (Index i = 0, k = 0; i < n; ++i) {
+    const auto n_old = static_cast<Index>(old.edges.size());
+    while (k < n_old && old.edges[k] < edges[i]) ++k;
+    if (k == n_old || old.edges[k] != edges[i]) continue;
+    memory.face[i] = old.face[k];
+    memory.known_face[i] = old.known_face[k];
+    memory.offset[i] = old.offset[k];
+    if (old.impulse.rows() > 0) memory.impulse.row(i) = old.impulse.row(k);
+    if (old.elastic_slip.rows() > 0) memory.elastic_slip.row(i) = old.elastic_slip.row(k);
+  }
+}
+
 double contact_reach(double size, double motion, bool initial, const PairMemory& memory) {
   const double reach = 0.02 * size + 0.5 * motion + memory.adjust + memory.extra_reach;
   return initial ? std::max(reach, size) : reach;

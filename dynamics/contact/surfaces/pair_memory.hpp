@@ -2,6 +2,7 @@
 // What a pair of surfaces remembers of its slave nodes; node-face, mortar and walls share it.
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <vector>
 
@@ -13,9 +14,16 @@ namespace cbr {
 // What candidates were found for: see kept_candidates.hpp. No answer depends on it.
 struct KeptCandidates {
   bool is_known = false;
-  double skin = 0, margin = 0;
-  int served = 0;              // searches since
-  Points slave_at, master_at;  // of the surfaces' nodes, at the end of the step
+  double skin = 0;
+  std::array<double, 3> margins{};  // of the slave's nodes, the master's, and edges
+  int served = 0;                   // searches since
+  Points slave_at, master_at;       // of the surfaces' nodes, at the end of the step
+};
+
+// Edges of slave and master.
+struct EdgePair {
+  Index slave = 0, master = 0;
+  auto operator<=>(const EdgePair&) const = default;
 };
 
 // The points of a search that later steps may take over: standing_search.hpp.
@@ -32,7 +40,7 @@ struct StandingSearch {
 };
 
 // What a pair remembers from step to step, per slave node (in the order of the slave surface's
-// nodes).
+// nodes), or per pair of edges.
 struct PairMemory {
   std::vector<Index> face;        // master face it touched in the last step, or -1
   std::vector<Index> known_face;  // the one that it touched last since the bodies were apart, or -1
@@ -51,9 +59,12 @@ struct PairMemory {
   Points elastic_slip;  // penalty with friction: tangential stretch of the springs, scene axes
   // mortar: slave and master face of each pair of faces that the last search found, ascending
   std::vector<Index> near;
+  // Of edges: those of slave and master that each slot stands for, ascending.
+  std::vector<EdgePair> edges;
   std::vector<Box> node_boxes, face_boxes;
   BroadPhase grid;
-  KeptCandidates kept;  // node-face
+  std::vector<EdgePair> edge_candidates;
+  KeptCandidates kept;  // node-face, for both sides' nodes and edges
   StandingSearch standing;
   // Given before each search: a length by which it reaches farther than one step asks for
   double extra_reach = 0;
@@ -75,6 +86,9 @@ struct PairMemory {
 
 // Sizes memory for n slave nodes at the first call.
 void start_memory(Index n, PairMemory& memory);
+
+// Gives slots to other pairs of edges, ascending: those that stay keep what is known of them.
+void renumber(const std::vector<EdgePair>& edges, PairMemory& memory);
 
 // Gaps up to this are looked at, for a side of face size `size` and a largest (relative) motion in
 // this step: neighbours of a node in contact may be drawn in by its impulse, about as far as

@@ -25,7 +25,7 @@ Vector3 mean_motion(const ContactSurface& surface, const ContactBody& body) {
   Vector3 sum = Vector3::Zero();
   for (const Index node : surface.nodes)
     sum += (body.end.row(node) - body.start.row(node)).transpose();
-  return sum / static_cast<double>(surface.nodes.size());
+  return sum / static_cast<double>(std::max<std::size_t>(1, surface.nodes.size()));
 }
 
 double largest_motion(const ContactSurface& surface, const ContactBody& body,

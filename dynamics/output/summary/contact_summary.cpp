@@ -19,20 +19,26 @@ std::string counted(Index n, const std::string& noun) {
 
 // 0 where it is round-off.
 double initial_overlap(const ContactPair& pair) {
-  const double overlap =
-      std::max(pair.seen().memory.initial_overlap, pair.seen().back.initial_overlap);
+  const PairState& state = pair.seen();
+  const double overlap = std::max(
+      {state.memory.initial_overlap, state.back.initial_overlap, state.edges.initial_overlap});
   return overlap > 1e-10 * pair.master->size ? overlap : 0;
 }
 
-// Of contact, which looks at what is near only, else as it was watched. HUGE_VAL: not known.
+// As it was watched, else of contact, which looks at what is near only. HUGE_VAL: not known.
 double initial_gap(const BuiltScene& built, Index p) {
-  const PairState& state = built.simulation.pairs[static_cast<std::size_t>(p)].seen();
-  const double seen = std::min(state.memory.initial_gap, state.back.initial_gap);
+  const double seen = built.simulation.pairs[static_cast<std::size_t>(p)].seen().memory.initial_gap;
   return std::isfinite(seen) ? seen : built.gaps.initial(built.simulation, p).value_or(HUGE_VAL);
 }
 
 bool has_touched(const ContactPair& pair) {
-  return pair.seen().largest_area > 0 || initial_overlap(pair) > 0;
+  return pair.seen().has_touched || initial_overlap(pair) > 0;
+}
+
+// A hard constraint leaves none at the points that it holds; what is between them may be deeper.
+double share_of_face(const ContactPair& pair) {
+  const double face = std::min(pair.slave->size, pair.master->size);
+  return face > 0 ? pair.seen().penetration / face : 0;
 }
 
 std::string unknowns_text(const PairState& state) {
@@ -44,13 +50,10 @@ std::string unknowns_text(const PairState& state) {
 
 // What is good stands behind each figure.
 std::string penetration_text(const ContactPair& pair) {
-  const double depth = pair.seen().penetration, face = pair.master->size;
-  const double share = face > 0 ? 100 * depth / face : 0;
-  std::string text = format_text(", largest penetration %.3g", depth);
-  if (pair.seen().n_function_steps > 0)
-    return text + format_text(" of a node, %.2g %% of a face", share) + unknowns_text(pair.seen());
-  if (pair.enforcement == Enforcement::impulse) return text + " (good: 0, but for round-off)";
-  return text + format_text(", %.2g %% of a face (good: below 1 %%)", share);
+  const double depth = pair.seen().penetration, share = 100 * share_of_face(pair);
+  std::string text = format_text(", largest penetration %.3g, %.2g %% of a face", depth, share);
+  if (pair.seen().n_function_steps > 0) return text + unknowns_text(pair.seen());
+  return text + " (good: below 1 %)";
 }
 
 // "contact a - b: never touched; the nearest gap at an output was 0.2; initial gap 0.3"
@@ -97,6 +100,24 @@ std::string contact_line(const BuiltScene& built, Index p) {
   const double gap = initial_gap(built, p);
   if (gap > 0 && std::isfinite(gap)) line << "; initial gap " << gap;
   return line.str();
+}
+
+// Deeper than what a mesh rounds off, although all that was tested is held.
+void penetration_warning(const ContactPair& pair, Report& report) {
+  constexpr double too_deep = 0.1;
+  if (pair.law.law == ContactLaw::tied || pair.wall || !(share_of_face(pair) > too_deep)) return;
+  std::ostringstream text;
+  text.precision(3);
+  text << "contact " << pair.name << ": the surfaces were " << pair.seen().penetration
+       << " inside each other, " << 100 * share_of_face(pair) << " % of a face; ";
+  if (pair.formulation == Formulation::mortar) {
+    text << "mortar holds means over faces: where edges or corners meet use formulation: node-face";
+  } else {
+    text << (pair.enforcement == Enforcement::impulse
+                 ? "look at the positions of the instances, and at what else pushes there"
+                 : "use enforcement: impulse, or a shorter step");
+  }
+  report.warning(text.str());
 }
 
 void residual_warning(const ContactPair& pair, Report& report) {
@@ -155,6 +176,7 @@ void contact_lines(const BuiltScene& built, bool is_restarted, Report& report) {
                       counted(pair.seen().n_fallbacks, "step"));
     }
     residual_warning(pair, report);
+    penetration_warning(pair, report);
   }
   if (n_apart > 0) report.line("contact: " + counted(n_apart, "more pair") + " that never touched");
 }

@@ -2,6 +2,10 @@
 #include "dynamics/run/contact/contact_booking.hpp"
 
 #include <algorithm>
+#include <map>
+#include <vector>
+
+#include "dynamics/contact/search/closeness.hpp"
 
 namespace cbr {
 namespace {
@@ -10,7 +14,7 @@ namespace {
 void book_pair(const ContactGroup& group, const ContactSearch& of, const EnforcementResult& result,
                const ContactState& state, const ContactPair& pair, PairState& now, Index& active) {
   const bool tied = pair.law.law == ContactLaw::tied;
-  const double side = of.memory == &now.memory ? 1 : -1;
+  const double side = of.memory == &now.back ? -1 : 1;
   const double share = pair.formulation == Formulation::two_way ? 0.5 : 1;  // seen from both sides
   Index counted = -1;  // a node that two faces hold stands for one area, the larger
   double counted_area = 0;
@@ -26,6 +30,7 @@ void book_pair(const ContactGroup& group, const ContactSearch& of, const Enforce
     if (!tied) now.recent_penetration = std::max(now.recent_penetration, -gap);
     if (!acts) continue;
     ++active;
+    now.has_touched = true;
     if (point.slot != counted) counted_area = 0;
     now.area += share * std::max(0.0, point.area - counted_area);
     counted = point.slot;
@@ -166,6 +171,55 @@ void remember(const Simulation& sim, const ContactGroup& group, const Enforcemen
     if (pair.law.law == ContactLaw::tied) continue;
     remember(group.list, of.first, of.last, result.gap, result.p, 1e-6 * pair.master->size,
              *of.memory);
+  }
+}
+
+namespace {
+
+// Where its contact nodes are now.
+ContactBody standing_body(const Simulation& sim, Index contact) {
+  const ContactNodes& nodes = sim.contact_nodes[contact];
+  Body& body = *sim.bodies[nodes.body];
+  ContactBody at;
+  body.positions(nodes.set, at.start);
+  at.end = at.start;
+  if (const TurningAbility* turning = body.turning()) at.turn = turning->turn_of_step();
+  return at;
+}
+
+Box box_of_nodes(const ContactSurface& surface, const Points& x, double margin) {
+  Box box{Vector3::Constant(HUGE_VAL), Vector3::Constant(-HUGE_VAL)};
+  for (const Index node : surface.nodes) {
+    box.lower = box.lower.cwiseMin(x.row(node).transpose());
+    box.upper = box.upper.cwiseMax(x.row(node).transpose());
+  }
+  return {box.lower.array() - margin, box.upper.array() + margin};
+}
+
+}  // namespace
+
+void look_at_depths(Simulation& sim, const ContactOutcome& outcome) {
+  std::vector<Index> pairs = outcome.met;
+  pairs.insert(pairs.end(), outcome.searched.begin(), outcome.searched.end());
+  std::sort(pairs.begin(), pairs.end());
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+  std::map<Index, ContactBody> bodies;
+  for (const Index p : pairs) {
+    ContactPair& pair = sim.pairs[p];
+    if (pair.wall || pair.is_link || pair.law.law == ContactLaw::tied || pair.resolves_overlap)
+      continue;
+    for (const Index b : {pair.slave->body, pair.master->body})
+      if (bodies.find(b) == bodies.end()) bodies.emplace(b, standing_body(sim, b));
+    const ContactBody &slave = bodies.at(pair.slave->body), &master = bodies.at(pair.master->body);
+    const double reach = std::max(pair.slave->size, pair.master->size);
+    if (!box_of_nodes(*pair.slave, slave.start, reach)
+             .meets(box_of_nodes(*pair.master, master.start, 0)))
+      continue;
+    const Closeness of = closeness(*pair.slave, slave, *pair.master, master, reach, sim.detection);
+    PairState& state = pair.state();
+    state.recent_penetration =
+        std::max(state.recent_penetration, of.depth - state.memory.initial_overlap);
+    state.penetration = std::max(state.penetration, state.recent_penetration);
   }
 }
 

@@ -28,31 +28,66 @@ void collect_ties(Simulation& sim, const ContactPair& tied, ContactState& state,
   }
 }
 
-void search(Simulation& sim, Index p, bool back, bool initial, ContactState& state,
-            ContactGroup& group) {
+// Whether the points of the last search stand: none were of the master's nodes or of edges, which
+// come no nearer than the slave's nodes slip.
+bool stands(const Simulation& sim, const ContactPair& pair, bool initial, PairState& now,
+            ContactState& state, ContactList& list) {
+  if (!pair.may_stand || initial || now.back.has_points || now.edges.has_points) return false;
+  return take_standing(*pair.slave, state.bodies[pair.slave->body], *pair.master,
+                       state.bodies[pair.master->body], sim.detection, now.memory, list);
+}
+
+// Appends the points of both sides' nodes and of edges, as searches of their own.
+void search_faces(Simulation& sim, Index p, bool initial, ContactState& state,
+                  ContactGroup& group) {
+  const ContactPair& pair = sim.pairs[p];
+  PairState& now = sim.pairs[p].state();
+  const ContactSurface &slave = *pair.slave, &master = *pair.master;
+  const ContactBody &slave_body = state.bodies[slave.body],
+                    &master_body = state.bodies[master.body];
+  const bool any = pair.formulation == Formulation::two_way;
+  ContactList& list = group.list;
+  const std::size_t first = list.points.size();
+  SearchEnds ends;
+  if (!stands(sim, pair, initial, now, state, list)) {
+    now.memory.extra_reach = pair.may_stand ? sim.detection.standing_reach * master.size : 0;
+    if (any || (sim.detection.both_sides && master.ridge)) {
+      ends = detect_both(slave, slave_body, master, master_body, initial, sim.detection, now.memory,
+                         {any ? master : *master.ridge, !any, now.back, now.edges}, list);
+    } else {
+      detect(slave, slave_body, master, master_body, initial, sim.detection, now.memory, list);
+    }
+    now.memory.standing = StandingSearch();
+    const bool has_others = ends.edges > ends.nodes;
+    if (pair.may_stand && !initial && !has_others)
+      keep_standing(slave, slave_body, master, master_body, list, first, now.memory);
+  }
+  if (ends.edges == 0) ends = {list.points.size(), list.points.size(), list.points.size()};
+  group.searches.push_back({p, &now.memory, first, ends.nodes});
+  group.searches.push_back({p, &now.back, ends.nodes, ends.back});
+  group.searches.push_back({p, &now.edges, ends.back, ends.edges});
+}
+
+void search(Simulation& sim, Index p, bool initial, ContactState& state, ContactGroup& group) {
   ContactPair& pair = sim.pairs[p];
-  PairMemory& memory = back ? pair.state().back : pair.state().memory;
-  const ContactSurface &slave = *(back ? pair.master : pair.slave),
-                       &master = *(back ? pair.slave : pair.master);
+  PairMemory& memory = pair.state().memory;
+  const ContactSurface &slave = *pair.slave, &master = *pair.master;
   const ContactBody &slave_body = state.bodies[slave.body],
                     &master_body = state.bodies[master.body];
   const std::size_t first = group.list.points.size();
-  if (pair.law.law == ContactLaw::tied) {
+  const bool is_tied = pair.law.law == ContactLaw::tied;
+  if (is_tied) {
     collect_ties(sim, pair, state, group.list);
   } else if (pair.wall) {
     detect_wall(slave, slave_body, *pair.wall, initial, memory, group.list);
   } else if (pair.formulation == Formulation::mortar) {
     detect_mortar(slave, slave_body, master, master_body, initial, sim.detection, memory,
                   group.list);
-  } else if (!pair.may_stand || initial ||
-             !take_standing(slave, slave_body, master, master_body, sim.detection, memory,
-                            group.list)) {
-    memory.extra_reach = pair.may_stand ? sim.detection.standing_reach * master.size : 0;
-    detect(slave, slave_body, master, master_body, initial, sim.detection, memory, group.list);
-    if (pair.may_stand && !initial)
-      keep_standing(slave, slave_body, master, master_body, group.list, first, memory);
+  } else {
+    search_faces(sim, p, initial, state, group);
   }
-  group.searches.push_back({p, &memory, first, group.list.points.size()});
+  if (is_tied || pair.wall || pair.formulation == Formulation::mortar)
+    group.searches.push_back({p, &memory, first, group.list.points.size()});
   group.laws.resize(group.list.points.size(), pair.law);
   if (pair.law.law != ContactLaw::coulomb) return;
   for (std::size_t i = first; i < group.list.points.size(); ++i) {
@@ -68,11 +103,7 @@ void search(Simulation& sim, Index p, bool back, bool initial, ContactState& sta
 ContactGroup collect(Simulation& sim, const std::vector<Index>& pairs, bool initial,
                      ContactState& state) {
   ContactGroup group;
-  for (const Index p : pairs) {
-    search(sim, p, false, initial, state, group);
-    if (sim.pairs[p].formulation == Formulation::two_way)
-      search(sim, p, true, initial, state, group);
-  }
+  for (const Index p : pairs) search(sim, p, initial, state, group);
   group.guess.setZero(static_cast<Index>(group.list.points.size()), 3);
   for (const ContactSearch& of : group.searches) {
     if (of.memory->impulse.rows() == 0) continue;

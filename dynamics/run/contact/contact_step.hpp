@@ -45,6 +45,10 @@ struct ContactOutcome {
 // and nowhere near each other.
 ContactState start_contact(Simulation& simulation);
 
+// How deep the surfaces of pairs that may touch are in each other now, by all their nodes and
+// edges: into their recent_penetration. Beyond what they were at the start of the run.
+void look_at_depths(Simulation& simulation, const ContactOutcome& outcome);
+
 // The bodies of the `due` pairs have been predicted over h and their contact nodes' start and end
 // are filled. Adds impulses to the bodies and updates `end`. Adds to search, response and contact
 // of `seconds`.

@@ -298,15 +298,18 @@ double PairSchedule::steps_apart(Index p, Index step) const {
   // Surfaces may overlap from the start by as much as a face, which flat ones seem apart by; later
   // by what was found then, or nodes are caught late. Adjusted gaps are closed at a distance
   const PairState& state = pair.seen();
-  const double overlap = std::max({state.memory.initial_overlap, state.memory.depth,
-                                   state.back.initial_overlap, state.back.depth});
-  const double margin = (step == 0 ? face_share(0) * largest_face_[p]
-                                   : sim_.detection.late_depth * pair.master->size + overlap) +
-                        pair.adjust.value_or(0);
+  double overlap = 0;
+  for (const PairMemory* of : {&state.memory, &state.back, &state.edges})
+    overlap = std::max({overlap, of->initial_overlap, of->depth});
+  const double margin =
+      (step == 0
+           ? face_share(0) * largest_face_[p]
+           : sim_.detection.late_depth * std::max(pair.master->size, pair.slave->size) + overlap) +
+      pair.adjust.value_or(0);
   const MotionBound slave = bound_at(pair.slave->body, step);
   if (pair.wall)
     return std::floor(pair.wall->time_apart(seen_from_wall(p, slave, step), margin) / plan().h);
-  // Nodes off the edges of faces may be held; two-way looks at those of either side
+  // Nodes off the edges of faces may be held, those of either side
   const Vector3 beside =
       sim_.detection.overhang() * pair.master->extent.cwiseMax(pair.slave->extent);
   const double apart =

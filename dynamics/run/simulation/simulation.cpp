@@ -6,7 +6,8 @@ namespace cbr {
 PairState& ContactPair::state() {
   if (!state_) {
     state_ = std::make_unique<PairState>();
-    state_->memory.adjust = state_->back.adjust = adjust.value_or(0);
+    for (PairMemory* of : {&state_->memory, &state_->back, &state_->edges})
+      of->adjust = adjust.value_or(0);
     state_->memory.lets_jump = enforcement == Enforcement::penalty;
   }
   return *state_;

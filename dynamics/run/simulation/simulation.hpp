@@ -50,7 +50,8 @@ struct TurningLink {
 
 // What a run makes of a pair.
 struct PairState {
-  PairMemory memory, back;  // back: of the master's nodes on the slave's faces (two-way)
+  // Of the slave's nodes on the master's faces, of the master's on the slave's, of crossing edges
+  PairMemory memory, back, edges;
   PenaltyMemory penalty;
   ContactList ties;   // tied: found at the start
   Points tie_offset;  // ties x 3, scene axes: relative positions that are kept
@@ -64,6 +65,7 @@ struct PairState {
   // Of the last step: area of the points with an impulse. Since the last output: impulse on the
   // slave; normal impulses (magnitudes) and their first moment, scene axes
   double area = 0, largest_area = 0;
+  bool has_touched = false;  // in any step
   Vector3 impulse = Vector3::Zero(), moment = Vector3::Zero();
   double normal_impulse = 0;
   // Of a wall that moves: what it has done on the body along normals and by friction; of statics
@@ -96,8 +98,8 @@ struct ContactPair {
   // of a link with springs: their contact body, a third one beside those of slave and master
   Index joint = -1;
   std::unique_ptr<TurningLink> turning;  // few pairs have one
-  bool yields = false;            // springs: what the pair joins may move apart
-  bool resolves_overlap = false;  // statics press apart what overlaps at the start
+  bool yields = false;                   // springs: what the pair joins may move apart
+  bool resolves_overlap = false;         // statics press apart what overlaps at the start
 
   bool has_state() const { return state_ != nullptr; }
   PairState& state();             // made when there is none

@@ -50,7 +50,7 @@ void GapWatch::start(Simulation& simulation) {
 
 void GapWatch::look(const Simulation& simulation) {
   for (Watched& watched : watched_) {
-    if (simulation.pairs[static_cast<std::size_t>(watched.pair)].seen().largest_area > 0) continue;
+    if (simulation.pairs[static_cast<std::size_t>(watched.pair)].seen().has_touched) continue;
     if (const auto& wall = simulation.pairs[static_cast<std::size_t>(watched.pair)].wall)
       watched.master.shift = wall->shift().end;
     for (Side* side : {&watched.slave, &watched.master}) {

@@ -37,6 +37,34 @@ double from_nodes_to_faces(const PlacedSurface& a, const PlacedSurface& b, doubl
   return least;
 }
 
+// Shortest distance of two segments (Ericson 2005, 5.1.9): a line through both that neither ends.
+double across(const Vector3& a0, const Vector3& a1, const Vector3& b0, const Vector3& b1) {
+  const Vector3 u = a1 - a0, v = b1 - b0, r = a0 - b0, n = u.cross(v);
+  const double n2 = n.squaredNorm();
+  if (!(n2 > 0)) return HUGE_VAL;
+  const double s = v.cross(r).dot(n) / n2, t = u.cross(r).dot(n) / n2;
+  return s >= 0 && s <= 1 && t >= 0 && t <= 1 ? std::abs(r.dot(n)) / std::sqrt(n2) : HUGE_VAL;
+}
+
+// Least distance of edges that cross, when below `least`.
+double from_edges_to_edges(const PlacedSurface& a, const PlacedSurface& b, double least) {
+  const auto sharp = [](const SurfaceEdge& edge) { return edge.sharp; };
+  const auto n_sharp = std::count_if(a.surface.edges.begin(), a.surface.edges.end(), sharp);
+  const double all = static_cast<double>(n_sharp) * static_cast<double>(b.surface.edges.size());
+  const auto stride = static_cast<std::size_t>(std::max(1.0, std::ceil(all / most_comparisons)));
+  const Vector3 shift = a.shift - b.shift;
+  std::size_t i = 0;
+  for (const SurfaceEdge& edge : a.surface.edges) {
+    if (!edge.sharp || i++ % stride != 0) continue;
+    const Vector3 a0 = a.points.row(edge.a).transpose() + shift,
+                  a1 = a.points.row(edge.b).transpose() + shift;
+    for (const SurfaceEdge& other : b.surface.edges)
+      least = std::min(least, across(a0, a1, b.points.row(other.a).transpose(),
+                                     b.points.row(other.b).transpose()));
+  }
+  return least;
+}
+
 }  // namespace
 
 Vector3 nearest_point(const Triangle& t, const Vector3& x) {
@@ -59,8 +87,10 @@ Vector3 nearest_point(const Triangle& t, const Vector3& x) {
 }
 
 double distance_between(const PlacedSurface& a, const PlacedSurface& b) {
-  const double of_a = from_nodes_to_faces(a, b, HUGE_VAL);
-  return from_nodes_to_faces(b, a, of_a);
+  double least = from_nodes_to_faces(a, b, HUGE_VAL);
+  least = from_nodes_to_faces(b, a, least);
+  least = from_edges_to_edges(a, b, least);
+  return from_edges_to_edges(b, a, least);
 }
 
 }  // namespace cbr

@@ -22,8 +22,8 @@ struct PlacedSurface {
   Vector3 shift = Vector3::Zero();
 };
 
-// Least distance of the nodes of each from the faces of the other, never below 0. Of large surfaces
-// every k-th node is looked at.
+// Least distance of the nodes of each from the faces of the other, and of sharp edges from edges,
+// never below 0. Of large surfaces every k-th node and edge is looked at.
 double distance_between(const PlacedSurface& a, const PlacedSurface& b);
 
 }  // namespace cbr

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "common/base/error.hpp"
+#include "dynamics/contact/surfaces/surface_edges.hpp"
 #include "dynamics/setup/components/contact_faces.hpp"
 
 namespace cbr {
@@ -43,7 +44,9 @@ std::shared_ptr<const ContactSurface> ContactSides::surface(
   surface.faces = faces.leftCols(4);
   if (whole && faces.rightCols(4).maxCoeff() >= 0) surface.middle = faces.rightCols(4);
   Body& body = *built_.simulation.bodies[contact.body];
-  fill_sizes(surface, body.reference_positions()(contact.nodes, Eigen::all));
+  const Points points = body.reference_positions()(contact.nodes, Eigen::all);
+  fill_sizes(surface, points);
+  fill_edges(surface, points);
   if (body.turning() != nullptr) surface.extent.setConstant(surface.extent.norm());
   return at->second = std::make_shared<const ContactSurface>(std::move(surface));
 }

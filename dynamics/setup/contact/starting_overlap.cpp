@@ -81,32 +81,38 @@ class Solids {
   std::map<std::string, std::optional<Solid>> solids_;
 };
 
+// The nodes of one surface of a pair, and the faces of the other.
+struct NodesAndFaces {
+  const ContactSurface &slave, &master;
+};
+
 // A point that belongs to the slave just inside its node, on no boundary that both share.
-Vector3 beneath(const ContactPair& pair, const Points& points, const Vector3& centre, Index slot) {
-  const auto at = std::lower_bound(pair.slave->nodes.begin(), pair.slave->nodes.end(), slot) -
-                  pair.slave->nodes.begin();
-  const Vector3 x = points.row(slot), outward = pair.slave->area_vectors.row(at).transpose();
-  return x + 1e-3 * (centre - x) - 1e-3 * pair.slave->size * outward.normalized();
+Vector3 beneath(const ContactSurface& slave, const Points& points, const Vector3& centre,
+                Index slot) {
+  const auto at =
+      std::lower_bound(slave.nodes.begin(), slave.nodes.end(), slot) - slave.nodes.begin();
+  const Vector3 x = points.row(slot), outward = slave.area_vectors.row(at).transpose();
+  return x + 1e-3 * (centre - x) - 1e-3 * slave.size * outward.normalized();
 }
 
 // Nodes of the pair straight behind a face of the master, the deepest first. Of large surfaces
 // every k-th node is looked at.
-std::vector<Found> behind_faces(const ContactPair& pair, const Simulation& sim,
+std::vector<Found> behind_faces(const NodesAndFaces& of, const Simulation& sim,
                                 const std::vector<Box>& boxes) {
-  const ContactNodes &slave = sim.contact_nodes[pair.slave->body],
-                     &master = sim.contact_nodes[pair.master->body];
+  const ContactNodes &slave = sim.contact_nodes[of.slave.body],
+                     &master = sim.contact_nodes[of.master.body];
   const Points& x = sim.bodies[slave.body]->reference_positions();
   std::vector<Index> inside;
-  for (const Index slot : pair.slave->nodes)
+  for (const Index slot : of.slave.nodes)
     if (is_within(boxes[master.body], x.row(slave.nodes[slot]).transpose())) inside.push_back(slot);
   std::vector<Found> list;
   if (inside.empty()) return list;
   const Points points = sim.bodies[master.body]->reference_positions()(master.nodes, Eigen::all);
   const double all =
-      static_cast<double>(inside.size()) * static_cast<double>(pair.master->faces.rows());
+      static_cast<double>(inside.size()) * static_cast<double>(of.master.faces.rows());
   const auto stride = static_cast<std::size_t>(std::max(1.0, std::ceil(all / most_comparisons)));
   for (std::size_t i = 0; i < inside.size(); i += stride) {
-    Found found = depth_of(x.row(slave.nodes[inside[i]]).transpose(), *pair.master, points);
+    Found found = depth_of(x.row(slave.nodes[inside[i]]).transpose(), of.master, points);
     found.slot = inside[i];
     if (found.depth > 0) list.push_back(found);
   }
@@ -116,42 +122,42 @@ std::vector<Found> behind_faces(const ContactPair& pair, const Simulation& sim,
 }
 
 // The deepest of the list that is in the master's body. Of many every k-th is looked at.
-const Found* deepest_inside(const std::vector<Found>& list, const ContactPair& pair,
+const Found* deepest_inside(const std::vector<Found>& list, const NodesAndFaces& of,
                             const BuiltScene& built, Solids& solids) {
   if (list.empty()) return nullptr;
   const Simulation& sim = built.simulation;
-  const ContactNodes& slave = sim.contact_nodes[pair.slave->body];
-  const BuiltScene::OfInstance& master = built.instances[sim.contact_nodes[pair.master->body].body];
+  const ContactNodes& slave = sim.contact_nodes[of.slave.body];
+  const BuiltScene::OfInstance& master = built.instances[sim.contact_nodes[of.master.body].body];
   const Solid* solid = solids.of(master);
   const Points x = sim.bodies[slave.body]->reference_positions()(slave.nodes, Eigen::all);
   if (solid == nullptr) {  // its nodes alone tell where it is
-    const Points& nodes =
-        sim.bodies[sim.contact_nodes[pair.master->body].body]->reference_positions();
+    const Points& nodes = sim.bodies[sim.contact_nodes[of.master.body].body]->reference_positions();
     const Box box{nodes.colwise().minCoeff().transpose(), nodes.colwise().maxCoeff().transpose()};
     const auto found = std::find_if(list.begin(), list.end(), [&](const Found& node) {
       return is_within(box, x.row(node.slot).transpose());
     });
     return found == list.end() ? nullptr : &*found;
   }
-  const Vector3 centre = x(pair.slave->nodes, Eigen::all).colwise().mean().transpose();
+  const Vector3 centre = x(of.slave.nodes, Eigen::all).colwise().mean().transpose();
   const double all = static_cast<double>(list.size()) * static_cast<double>(solid->n_triangles());
   const auto stride = static_cast<std::size_t>(std::max(1.0, std::ceil(all / most_angles)));
   for (std::size_t i = 0; i < list.size(); i += stride) {
-    const Vector3 point = beneath(pair, x, centre, list[i].slot) - master.placement.position;
+    const Vector3 point = beneath(of.slave, x, centre, list[i].slot) - master.placement.position;
     if (solid->holds(master.placement.T.transpose() * point)) return &list[i];
   }
   return nullptr;
 }
 
-void warn(const ContactPair& pair, const Found& found, const BuiltScene& built, Report& report) {
-  const ContactNodes& slave = built.simulation.contact_nodes[pair.slave->body];
+void warn(const ContactPair& pair, const NodesAndFaces& of, const Found& found,
+          const BuiltScene& built, Report& report) {
+  const ContactNodes& slave = built.simulation.contact_nodes[of.slave.body];
   const Geometry& geometry = *built.instances[slave.body].geometry;
   std::ostringstream text;
   text.precision(3);
   text << pair.source->text() << ": contact " << pair.name << ": node id "
        << geometry.node_ids[static_cast<std::size_t>(slave.nodes[found.slot])] << " of "
-       << pair.slave->name << " starts " << found.depth << " behind the faces of "
-       << pair.master->name << ", more than a face (" << found.size
+       << of.slave.name << " starts " << found.depth << " behind the faces of " << of.master.name
+       << ", more than a face (" << found.size
        << "): contact takes it for one on the other side and will not push it out; look at the "
           "positions of the instances";
   report.warning(text.str());
@@ -171,18 +177,23 @@ void look_for_overlaps(const Scene& scene, BuiltScene& built, Report& report) {
     const Index a = sim.contact_nodes[pair.slave->body].body,
                 b = sim.contact_nodes[pair.master->body].body;
     if (a == b || !boxes[a].meets(boxes[b])) continue;
-    std::vector<Found> deep = behind_faces(pair, sim, boxes);
-    const auto rest = std::stable_partition(
-        deep.begin(), deep.end(), [](const Found& found) { return found.depth > found.size; });
-    const Found shallow = rest != deep.end() ? *rest : Found();
-    deep.erase(rest, deep.end());
-    if (const Found* found = deepest_inside(deep, pair, built, solids)) {
-      warn(pair, *found, built, report);
-    } else if (shallow.depth > least_depth * shallow.size && sim.bodies[a]->at_rest() &&
-               sim.bodies[b]->at_rest()) {
-      pair.state().memory.initial_overlap =
-          std::max(pair.seen().memory.initial_overlap, shallow.depth);
-    }
+    const auto look = [&](const NodesAndFaces& of) {
+      std::vector<Found> deep = behind_faces(of, sim, boxes);
+      const auto rest = std::stable_partition(
+          deep.begin(), deep.end(), [](const Found& found) { return found.depth > found.size; });
+      const Found shallow = rest != deep.end() ? *rest : Found();
+      deep.erase(rest, deep.end());
+      if (const Found* found = deepest_inside(deep, of, built, solids)) {
+        warn(pair, of, *found, built, report);
+        return true;
+      }
+      if (shallow.depth > least_depth * shallow.size && sim.bodies[a]->at_rest() &&
+          sim.bodies[b]->at_rest())
+        pair.state().memory.initial_overlap =
+            std::max(pair.seen().memory.initial_overlap, shallow.depth);
+      return false;
+    };
+    if (!look({*pair.slave, *pair.master})) look({*pair.master, *pair.slave});
   }
 }
 

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <random>
 
+#include "dynamics/contact/surfaces/surface_edges.hpp"
 #include "tests/unit/dynamics/patch.hpp"
 
 namespace cbr::detection_test {
@@ -45,6 +46,43 @@ TEST(Detection, MatchingFacesKeepTheirEdgeNodes) {
     EXPECT_EQ(slave, 1);
     EXPECT_NEAR(master, -1, 1e-14);
   }
+}
+
+// A coarse patch above a fine one, both tested; turned by an angle about y. How many points are of
+// the fine nodes, of the coarse ones, and of edges.
+struct Found {
+  std::size_t nodes = 0, back = 0, edges = 0;
+};
+Found both_sides(double angle, double height) {
+  Patch fine = patch(10, 0, true), coarse = patch(2, 0, false, 0.5);
+  const Eigen::AngleAxisd turn(angle, Vector3::UnitY());
+  Points& x = coarse.body.start;
+  for (Index i = 0; i < x.rows(); ++i)
+    x.row(i) = (turn * Vector3(x.row(i).transpose())).transpose() +
+               Eigen::RowVector3d(0.213, 0.241, height);
+  move(coarse, Vector3(0, 0, -2 * height));
+  fill_sizes(coarse.surface, coarse.body.start);
+  coarse.surface.body = 1;
+  for (Patch* of : {&fine, &coarse}) fill_edges(of->surface, of->body.start);
+  PairMemory nodes, back, edges;
+  ContactList list;
+  const SearchEnds ends = detect_both(fine.surface, fine.body, coarse.surface, coarse.body, false,
+                                      {}, nodes, {*coarse.surface.ridge, true, back, edges}, list);
+  return {ends.nodes, ends.back - ends.nodes, ends.edges - ends.back};
+}
+
+TEST(Detection, WhatTheFinerNodesHoldIsNotHeldTwice) {
+  const Found flat = both_sides(0, 1e-3);
+  EXPECT_EQ(flat.nodes, 25u);  // of eleven by eleven those under the coarse patch
+  EXPECT_EQ(flat.back, 0u);
+  EXPECT_EQ(flat.edges, 0u);
+}
+
+TEST(Detection, AnEdgeIsHeldByItsNodes) {
+  const Found tilted = both_sides(-0.7, 1e-3);
+  EXPECT_EQ(tilted.nodes, 0u);
+  EXPECT_EQ(tilted.back, 3u);   // of the lower edge, of two sides
+  EXPECT_EQ(tilted.edges, 0u);  // between them it is as deep as they are
 }
 
 // A gap that counts as closed, and a node that is found nearer than that without having touched: it
