@@ -41,6 +41,8 @@ void renumber(const std::vector<EdgePair>& edges, PairMemory& memory) {
   memory.face.assign(edges.size(), -1);
   memory.known_face.assign(edges.size(), -1);
   memory.offset.setZero(n);
+  memory.force.resize(0, 3);  // what lasts begins anew: slots are of other edges
+  memory.force_before.resize(0, 3);
   if (old.impulse.rows() > 0) memory.impulse.setZero(n, 3);
   if (old.elastic_slip.rows() > 0) memory.elastic_slip.setZero(n, 3);
   for (Index i = 0, k = 0; i < n; ++i) {
