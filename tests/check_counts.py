@@ -11,7 +11,7 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BOUNDS = {
-    "lines of product": 84900,
+    "lines of product": 86900,
     "files of product": 727,
     "lines of python/cbr": 1050,
     "lines of tests": 61800,
