@@ -262,39 +262,4 @@ PressureFunctions pressure_functions(const std::vector<Surface>& faces, const Po
   return builder.finish();
 }
 
-PressureFunctions corner_functions(const std::vector<Surface>& faces, const Points& coordinates) {
-  Builder builder(coordinates);
-  for (const Patch& patch : patches_of(faces, coordinates)) {
-    const auto m = static_cast<Index>(patch.nodes.size());
-    std::vector<Index> function(static_cast<std::size_t>(m), -1);
-    std::map<std::pair<Index, Index>, double> value;  // node, corner, both of the patch
-    for (const Surface& surface : patch.surfaces)
-      for (Index f = 0; f < surface.n_faces(); ++f) {
-        const int n = corners_of(surface, f), per_face = n_nodes(surface.kind);
-        const auto at = [&](int a) { return patch.local(surface.faces(f, a)); };
-        for (int a = 0; a < n; ++a) value[{at(a), at(a)}] = 1;
-        if (per_face < 2 * n) continue;
-        for (int a = 0; a < n; ++a)
-          value[{at(n + a), at(a)}] = value[{at(n + a), at((a + 1) % n)}] = 0.5;
-        for (int a = 0; a < n && per_face == 9; ++a) value[{at(8), at(a)}] = 0.25;
-      }
-    Index k = 0;
-    for (const auto& [at, share] : value)
-      if (at.first == at.second) function[static_cast<std::size_t>(at.first)] = k++;
-    std::vector<Index> cell = function;
-    std::vector<Eigen::Triplet<double, Index>> entries;
-    for (const auto& [at, share] : value) {
-      const Index a = function[static_cast<std::size_t>(at.second)];
-      entries.emplace_back(at.first, a, share);
-      // a node between corners is of the first one's cell
-      Index& its = cell[static_cast<std::size_t>(at.first)];
-      if (its < 0) its = a;
-    }
-    SparseMatrix Psi(m, k);
-    Psi.setFromTriplets(entries.begin(), entries.end());
-    builder.add(patch, Psi, cell);
-  }
-  return builder.finish();
-}
-
 }  // namespace cbr

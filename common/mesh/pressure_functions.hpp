@@ -34,8 +34,4 @@ struct PressureFunctions {
 PressureFunctions pressure_functions(const std::vector<Surface>& faces, const Points& coordinates,
                                      Index wanted);
 
-// One function for each corner of the faces, linear between them: of faces of second order, the
-// most functions with which a pressure that is not negative has nodal forces that may be.
-PressureFunctions corner_functions(const std::vector<Surface>& faces, const Points& coordinates);
-
 }  // namespace cbr

@@ -99,7 +99,10 @@ TEST(ContactMomentum, AngularMomentumDriftsWithTheStrains) {
       speeds.push_back(speed);
       drifts.push_back(d.angular);
     }
-    EXPECT_NEAR(test::observed_order(speeds, drifts), 1, 0.05) << way.name;
+    // At 1e-2 every step of the superelements is searched, below their searches stand
+    const std::vector<double> slow(speeds.begin() + 1, speeds.end()),
+        of_slow(drifts.begin() + 1, drifts.end());
+    EXPECT_NEAR(test::observed_order(slow, of_slow), 1, 0.05) << way.name;
     EXPECT_LT(drifts.back(), 1e-10) << way.name;
   }
 }

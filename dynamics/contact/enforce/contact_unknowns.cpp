@@ -19,6 +19,8 @@ constexpr double reach_of_points = 0.5;
 // Cosine to the cell's first normal: beyond 30 degrees its nodes meet different sides.
 constexpr double same_way = 0.866;
 // Points beside the functions of a search: W grows with them, by three rows each with friction.
+// A patch of fewer closing points stays at points.
+constexpr std::size_t few_points = 100, few_points_with_friction = 20;
 constexpr std::size_t most_points = 150, most_points_with_friction = 40;
 
 // What the nodes of one surface would do in the step.
@@ -122,10 +124,14 @@ class Chooser {
       for (auto i = search.first; i < search.last; ++i) add_point(i, number);
       return;
     }
-    Cells cells(list_, search);
-    std::vector<std::size_t> points = points_beside(cells, search);
     const bool friction = laws_[search.first].law == ContactLaw::coulomb;
     const std::size_t most = friction ? most_points_with_friction : most_points;
+    if (n_closing(search) <= (friction ? few_points_with_friction : few_points)) {
+      for (auto i = search.first; i < search.last; ++i) add_point(i, number);
+      return;
+    }
+    Cells cells(list_, search);
+    std::vector<std::size_t> points = points_beside(cells, search);
     const bool whole = points.size() > most;
     if (whole) {
       cells.close_means();
@@ -145,6 +151,14 @@ class Chooser {
   }
 
  private:
+  std::size_t n_closing(const FunctionsOfSearch& search) const {
+    const auto first = list_.points.begin();
+    return static_cast<std::size_t>(
+        std::count_if(first + static_cast<std::ptrdiff_t>(search.first),
+                      first + static_cast<std::ptrdiff_t>(search.last),
+                      [](const ContactPoint& point) { return point.gap[0] < 0; }));
+  }
+
   std::vector<std::size_t> points_beside(const Cells& cells,
                                          const FunctionsOfSearch& search) const {
     const std::vector<char> covered = cells.covered();

@@ -462,8 +462,11 @@ class PointByPoint {
     is_taken_.assign(laws.size(), 0);
     for (std::size_t i = 0; i < laws.size(); ++i)
       if (laws[i].law == ContactLaw::tied) is_taken_[i] = 1;
-    for (const FunctionsOfSearch& search : searches) take_pushing(search);
-    take_deepest(unpack(g_, laws), 0);
+    // Where points pushed, these begin: those that touch as deep but for round-off would change
+    // from step to step
+    const Points gap = unpack(g_, laws);
+    for (const FunctionsOfSearch& search : searches)
+      if (!take_pushing(search)) take_deepest(search, gap, 0);
   }
 
   std::optional<EnforcementResult> solve(double h, std::vector<ContactBody>& bodies,
@@ -493,7 +496,10 @@ class PointByPoint {
                                solution.residual, solution.fallback};
       result.p(places, Eigen::all) = unpack(solution.p, laws);
       if (!gap.allFinite()) return result;
-      if (take_deepest(result.gap, closed * deepest)) continue;
+      bool more = false;
+      for (const FunctionsOfSearch& search : searches_)
+        more |= take_deepest(search, result.gap, closed * deepest);
+      if (more) continue;
       memory.h = h;
       memory.moves.give(bodies);
       for (const FunctionsOfSearch& search : searches_)
@@ -507,7 +513,7 @@ class PointByPoint {
 
  private:
   // Those that pushed most in the last step: where more did, others can hold as well.
-  void take_pushing(const FunctionsOfSearch& search) {
+  bool take_pushing(const FunctionsOfSearch& search) {
     constexpr std::size_t most = 6;
     std::vector<std::size_t> pushing;
     for (std::size_t i = search.first; i < search.last; ++i)
@@ -518,33 +524,30 @@ class PointByPoint {
              std::pair(-guess_(static_cast<Index>(b), 0), b);
     });
     std::for_each(pushing.begin(), end, [&](std::size_t i) { is_taken_[i] = 1; });
+    return !pushing.empty();
   }
 
-  // Of each search the deepest point that is not taken, and the one that is deep and far from it.
-  bool take_deepest(const Points& gap, double closed) {
-    bool any = false;
-    for (const FunctionsOfSearch& search : searches_) {
-      const std::size_t none = search.last;
-      const auto find = [&](const auto& weight) {
-        std::size_t best = none;
-        double most = 0;
-        for (std::size_t i = search.first; i < search.last; ++i) {
-          const double depth = -gap(static_cast<Index>(i), 0);
-          if (is_taken_[i] != 0 || !(depth > closed) || !(depth * weight(i) > most)) continue;
-          best = i;
-          most = depth * weight(i);
-        }
-        return best;
-      };
-      const std::size_t first = find([](std::size_t) { return 1.0; });
-      if (first == none) continue;
-      is_taken_[first] = 1;
-      any = true;
-      const std::size_t second =
-          find([&](std::size_t i) { return (place(i) - place(first)).norm(); });
-      if (second != none) is_taken_[second] = 1;
-    }
-    return any;
+  // The deepest point of a search that is not taken, and the one that is deep and far from it.
+  bool take_deepest(const FunctionsOfSearch& search, const Points& gap, double closed) {
+    const std::size_t none = search.last;
+    const auto find = [&](const auto& weight) {
+      std::size_t best = none;
+      double most = 0;
+      for (std::size_t i = search.first; i < search.last; ++i) {
+        const double depth = -gap(static_cast<Index>(i), 0);
+        if (is_taken_[i] != 0 || !(depth > closed) || !(depth * weight(i) > most)) continue;
+        best = i;
+        most = depth * weight(i);
+      }
+      return best;
+    };
+    const std::size_t first = find([](std::size_t) { return 1.0; });
+    if (first == none) return false;
+    is_taken_[first] = 1;
+    const std::size_t second =
+        find([&](std::size_t i) { return (place(i) - place(first)).norm(); });
+    if (second != none) is_taken_[second] = 1;
+    return true;
   }
 
   Vector3 place(std::size_t i) const { return slave_position(list_, list_.points[i], bodies_); }

@@ -99,10 +99,6 @@ Surface once(const Surface& surface) {
   return unseen(surface, seen);
 }
 
-bool is_second_order(const Surface& surface) {
-  return n_nodes(surface.kind) > n_corners(surface.kind);
-}
-
 bool has_faces(const Geometry& geometry) {
   return std::any_of(geometry.surfaces.begin(), geometry.surfaces.end(),
                      [](const auto& s) { return s.second.n_faces() > 0; });

@@ -18,7 +18,6 @@ bool has_faces(const Geometry& geometry);
 // All surfaces, without faces that one before has, each of one kind.
 std::vector<Surface> distinct_surfaces(const Geometry& geometry);
 Surface once(const Surface& surface);  // each of its faces
-bool is_second_order(const Surface& surface);
 
 // The same as they are, for mortar, f x 8: corners as above, then the nodes between corner a and
 // the next (a triangle has three); -1 where there is none.

@@ -140,8 +140,7 @@ void add_functions(const ContactEntry& entry, const BuiltScene& built, ContactSi
                      std::to_string(*entry.options->pressures) + ", but " + pair.slave->name +
                      " has " + std::to_string(n_nodes) + " nodes: take fewer, 'nodes' or 'auto'");
   const Index wanted = in_shapes ? functions_wanted(*entry.options, n_nodes) : 0;
-  if (wanted == 0 && entry.options->pressures == Index{0}) return;
-  pair.functions = sides.functions(slave, wanted);
+  if (wanted > 0) pair.functions = sides.functions(slave, wanted);
 }
 
 // Whether the body starts deeper in the wall than a face of its surface: on the wrong side, which

@@ -60,10 +60,8 @@ std::shared_ptr<const PressureFunctions> ContactSides::functions(const SideName&
       name.whole
           ? distinct_surfaces(*of.geometry)
           : std::vector<Surface>{once(find_surface(*of.geometry, of.name, name.surface, {}))};
-  if (wanted == 0 && std::none_of(surfaces.begin(), surfaces.end(), is_second_order)) return {};
-  const Points& x = of.geometry->coordinates;
   at->second = std::make_shared<const PressureFunctions>(
-      wanted == 0 ? corner_functions(surfaces, x) : pressure_functions(surfaces, x, wanted));
+      pressure_functions(surfaces, of.geometry->coordinates, wanted));
   return at->second;
 }
 

@@ -29,8 +29,7 @@ class ContactSides {
   // not cut into linear ones.
   std::shared_ptr<const ContactSurface> surface(const SideName& name, bool whole,
                                                 const ContactNumbers& contact_of_instance);
-  // Of the surface's nodes, in its slots. wanted: how many; 0: one a corner of faces of second
-  // order, null where the faces are linear.
+  // Of the surface's nodes, in its slots; `wanted` of them, above 0.
   std::shared_ptr<const PressureFunctions> functions(const SideName& name, Index wanted);
 
  private:

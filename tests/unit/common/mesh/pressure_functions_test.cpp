@@ -78,7 +78,6 @@ TEST(PressureFunctions, AUniformPressureIsExactOnFacesOfEveryKind) {
     const Strip of = strip(kind, 8, 6, 0.01);
     for (const Index k : {1, 3, 12})
       expect_uniform(pressure_functions({of.surface}, of.x, k), of, "aggregates ");
-    expect_uniform(corner_functions({of.surface}, of.x), of, "corners ");
   }
 }
 
