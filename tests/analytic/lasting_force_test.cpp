@@ -44,12 +44,14 @@ double largest(const std::vector<double>& series) {
 }
 
 // Velocity against that of the kinetic energy `energy` of a mass.
-void expect_rest(const Ran& ran, double energy) {
+// share: of the energy, what works may be. An interface without mass is as exact as the statics
+// that it begins with.
+void expect_rest(const Ran& ran, double energy, double share = 1e-9) {
   const RunResult& result = ran.result;
   const double scale = energy > 0 ? energy : result.total.front();
   for (const auto* work : {&result.work_contact, &result.work_friction, &result.work_damping,
                            &result.work_numerical, &result.work_external})
-    EXPECT_LT(largest(*work), 1e-9 * scale);
+    EXPECT_LT(largest(*work), share * scale);
   double kinetic = 0, momentum = 0, mass = 0;
   for (const auto& body : result.bodies) {
     kinetic = std::max(kinetic, largest(body.kinetic_energy));
@@ -57,9 +59,10 @@ void expect_rest(const Ran& ran, double energy) {
   }
   for (const auto& instance : ran.scene.instances) mass += ran.mass(instance.name);
   EXPECT_LT(kinetic, 1e-9 * scale);
-  EXPECT_LT(momentum * momentum / (2 * mass), 1e-18 * scale);
+  EXPECT_LT(momentum * momentum / (2 * mass), share * share * scale);
   for (const auto& monitor : result.monitors)
-    EXPECT_LT(0.5 * mass * std::pow(largest(monitor.mean_velocity.values), 2), 1e-18 * scale);
+    EXPECT_LT(0.5 * mass * std::pow(largest(monitor.mean_velocity.values), 2),
+              share * share * scale);
   EXPECT_LT(std::abs(result.total.back() - result.total.front()), 1e-9 * scale);
 }
 
@@ -106,7 +109,8 @@ TEST_P(Rest, OfTiedBlocks) {
                    "contact:\n  - {between: [a.z_max, b.z_min], tied: true}\n"
                    "  - {between: [a.z_min, floor], friction: 0.2}\n" +
                    time() + "output: {every: 0.1, history: [a.z_max, b.z_max]}\n");
-    expect_rest(ran, energy);
+    const bool massless = GetParam().component.find("massless") != std::string::npos;
+    expect_rest(ran, energy, massless ? 3e-8 : 1e-9);
   }
 }
 

@@ -13,6 +13,9 @@ namespace cbr {
 // What contact keeps from step to step.
 struct ContactState {
   std::vector<ContactBody> bodies;  // as Simulation::contact_nodes
+  // Some pair has penalty springs, whose dashpots know the motion of a step without impulses: no
+  // forces are carried then.
+  bool has_springs = false;
   // row-sum masses, where a nodal pair needs them, else empty
   std::vector<Points> masses;
   std::map<Index, ImpulseMemory> islands;     // by the first pair of the island

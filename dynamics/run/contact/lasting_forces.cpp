@@ -98,7 +98,7 @@ void find_lasting_forces(Simulation& sim, const ContactGroup& group,
   Points lasting = Points::Zero(static_cast<Index>(group.list.points.size()), 3);
   for (const ContactSearch& of : group.searches) {
     const ContactPair& pair = sim.pairs[of.pair];
-    if (!takes_lasting_forces(sim, pair, *of.memory)) continue;
+    if (state.has_springs || !takes_lasting_forces(sim, pair, *of.memory)) continue;
     add_part(group, of, pair.law.law != ContactLaw::tied, result.p, h, lasting);
   }
   if (!lasting.isZero(0)) spread(group, lasting, state);

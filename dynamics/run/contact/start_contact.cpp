@@ -83,6 +83,7 @@ ContactState start_contact(Simulation& sim) {
   }
   tie_pairs(sim, state);
   for (const ContactPair& pair : sim.pairs) {
+    state.has_springs |= pair.enforcement == Enforcement::penalty;
     if (pair.enforcement != Enforcement::nodal) continue;
     for (const Index b : {pair.slave->body, pair.master->body}) {
       const ContactNodes& nodes = sim.contact_nodes[b];

@@ -46,7 +46,10 @@ std::shared_ptr<const ContactSurface> ContactSides::surface(
   Body& body = *built_.simulation.bodies[contact.body];
   const Points points = body.reference_positions()(contact.nodes, Eigen::all);
   fill_sizes(surface, points);
-  fill_edges(surface, points);
+  // An interface without mass that turns brings energy where edges come and go
+  const auto& parts = built_.instances[name.instance].parts;
+  const bool massless = !parts.empty() && parts.front().superelement->is_massless();
+  if (!massless || body.turning() == nullptr) fill_edges(surface, points);
   if (body.turning() != nullptr) surface.extent.setConstant(surface.extent.norm());
   return at->second = std::make_shared<const ContactSurface>(std::move(surface));
 }
