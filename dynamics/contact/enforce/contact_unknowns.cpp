@@ -21,7 +21,7 @@ constexpr double same_way = 0.866;
 // Points beside the functions of a search: W grows with them, by three rows each with friction.
 // A patch of fewer closing points stays at points.
 constexpr std::size_t few_points = 100, few_points_with_friction = 20;
-constexpr std::size_t most_points = 150, most_points_with_friction = 40;
+constexpr std::size_t most_points = 400, most_points_with_friction = 40;
 
 // What the nodes of one surface would do in the step.
 class Cells {
