@@ -78,9 +78,12 @@ bool take_standing(const ContactSurface& slave, const ContactBody& slave_body,
 
 void keep_standing(const ContactSurface& slave, const ContactBody& slave_body,
                    const ContactSurface& master, const ContactBody& master_body,
-                   const ContactList& list, std::size_t first, PairMemory& memory) {
+                   const ContactList& list, std::size_t first, std::size_t nodes, std::size_t both,
+                   PairMemory& memory) {
   StandingSearch& standing = memory.standing;
   standing = StandingSearch();
+  standing.n_nodes = nodes - first;
+  standing.n_both = both - first;
   if (first == list.points.size()) return;
   const Index shift = list.points[first].first_term;
   standing.list.points.assign(list.points.begin() + static_cast<std::ptrdiff_t>(first),
@@ -97,7 +100,7 @@ void keep_standing(const ContactSurface& slave, const ContactBody& slave_body,
     standing.separation.row(i) =
         separation_of(standing.list, point, slave.body, slave_body.end, master_body.end)
             .transpose();
-    if (point.slot >= 0) has[static_cast<std::size_t>(point.slot)] = 1;
+    if (i < static_cast<Index>(standing.n_nodes)) has[static_cast<std::size_t>(point.slot)] = 1;
   }
   standing.offset = memory.offset;
   standing.has_all = std::find(has.begin(), has.end(), 0) == has.end();

@@ -13,9 +13,11 @@ bool take_standing(const ContactSurface& slave, const ContactBody& slave_body,
                    const ContactSurface& master, const ContactBody& master_body,
                    const DetectionOptions& options, const PairMemory& memory, ContactList& list);
 
-// Keeps the points from `first` on, which detect() has just found, for the steps to come.
+// Keeps the points from `first` on, which detect() or detect_both() has just found, for the steps
+// to come; those of the other side's nodes begin at `nodes`, those of edges at `both`.
 void keep_standing(const ContactSurface& slave, const ContactBody& slave_body,
                    const ContactSurface& master, const ContactBody& master_body,
-                   const ContactList& list, std::size_t first, PairMemory& memory);
+                   const ContactList& list, std::size_t first, std::size_t nodes, std::size_t both,
+                   PairMemory& memory);
 
 }  // namespace cbr

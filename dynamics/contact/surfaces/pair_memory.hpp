@@ -29,6 +29,8 @@ struct EdgePair {
 // The points of a search that later steps may take over: standing_search.hpp.
 struct StandingSearch {
   ContactList list;      // empty: none
+  // The first so many points are of the slave's nodes, those behind the second number of edges
+  std::size_t n_nodes = 0, n_both = 0;
   Vector gap;            // normal, of the points, at the search
   Points separation;     // of the points: sum of coefficient x position then, scene axes
   Vector offset;         // as in PairMemory, then

@@ -28,11 +28,12 @@ void collect_ties(Simulation& sim, const ContactPair& tied, ContactState& state,
   }
 }
 
-// Whether the points of the last search stand: none were of the master's nodes or of edges, which
-// come no nearer than the slave's nodes slip.
+// Whether the points of the last search stand. Overlaps that are left at edges may open: they are
+// searched.
 bool stands(const Simulation& sim, const ContactPair& pair, bool initial, PairState& now,
             ContactState& state, ContactList& list) {
-  if (!pair.may_stand || initial || now.back.has_points || now.edges.has_points) return false;
+  if (!pair.may_stand || initial || !now.back.offset.isZero(0) || !now.edges.offset.isZero(0))
+    return false;
   return take_standing(*pair.slave, state.bodies[pair.slave->body], *pair.master,
                        state.bodies[pair.master->body], sim.detection, now.memory, list);
 }
@@ -49,20 +50,23 @@ void search_faces(Simulation& sim, Index p, bool initial, ContactState& state,
   ContactList& list = group.list;
   const std::size_t first = list.points.size();
   SearchEnds ends;
-  if (!stands(sim, pair, initial, now, state, list)) {
+  if (stands(sim, pair, initial, now, state, list)) {
+    const StandingSearch& standing = now.memory.standing;
+    ends = {first + standing.n_nodes, first + standing.n_both, list.points.size()};
+  } else {
     now.memory.extra_reach = pair.may_stand ? sim.detection.standing_reach * master.size : 0;
     if (any || (sim.detection.both_sides && master.ridge)) {
       ends = detect_both(slave, slave_body, master, master_body, initial, sim.detection, now.memory,
                          {any ? master : *master.ridge, !any, now.back, now.edges}, list);
     } else {
       detect(slave, slave_body, master, master_body, initial, sim.detection, now.memory, list);
+      ends = {list.points.size(), list.points.size(), list.points.size()};
     }
     now.memory.standing = StandingSearch();
-    const bool has_others = ends.edges > ends.nodes;
-    if (pair.may_stand && !initial && !has_others)
-      keep_standing(slave, slave_body, master, master_body, list, first, now.memory);
+    if (pair.may_stand && !initial)
+      keep_standing(slave, slave_body, master, master_body, list, first, ends.nodes, ends.back,
+                    now.memory);
   }
-  if (ends.edges == 0) ends = {list.points.size(), list.points.size(), list.points.size()};
   group.searches.push_back({p, &now.memory, first, ends.nodes});
   group.searches.push_back({p, &now.back, ends.nodes, ends.back});
   group.searches.push_back({p, &now.edges, ends.back, ends.edges});
