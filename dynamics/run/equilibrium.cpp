@@ -215,6 +215,8 @@ std::vector<Index> Equilibrium::columns_of(const std::vector<Index>& pairs) cons
 
 void Equilibrium::solve_group(const std::vector<Index>& pairs, const std::vector<Index>& columns,
                               Change& change) {
+  // A load step goes as far as many steps of a motion: faces have turned since the last search
+  for (const Index p : pairs) sim_.pairs[p].state().memory.standing = StandingSearch();
   Solved solved{collect(sim_, pairs, initial_, state_), {}};
   ContactGroup& group = solved.group;
   for (ContactPoint& point : group.list.points) {
