@@ -143,7 +143,7 @@ void ScaledBody::propagate(const ScaledState& start, ScaledState& end, double& e
     load_amplitudes(to, f1_);
     propagate_free(step, part_, end);
     add_load(step, f0_, f1_, end);
-    external_work += load_work(step, part_, end, f0_, f1_, gain_);
+    external_work += load_work(step, part_, end, f0_, f1_);
   });
 }
 
@@ -256,7 +256,7 @@ void ScaledBody::take_known_moves(const Impulses& impulses) {
 
 void ScaledBody::accept() {
   if (kick_.any) {
-    const double all = kick_.work(kick_, now_, gain_),
+    const double all = kick_.work(kick_, now_),
                  rubbed = friction_.any ? kick_.work(friction_, now_, gain_) : 0;
     work_.contact += all - rubbed;
     work_.friction += rubbed;

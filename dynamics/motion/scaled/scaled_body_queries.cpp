@@ -25,8 +25,7 @@ NodeResponse ScaledBody::response(Index set, double h) const {
 
 double ScaledBody::scaled_energy() const {
   if (!is_scaled()) return 0;
-  return std::max(
-      0.0, scaled_kinetic_energy(now_, gain_) + scaled_strain_energy(now_, modes_->clip, gain_));
+  return std::max(0.0, scaled_kinetic_energy(now_) + scaled_strain_energy(now_, modes_->clip));
 }
 
 BodyState ScaledBody::state() const {
@@ -53,11 +52,11 @@ BodyState ScaledBody::state() const {
       T.determinant() * (T * rate.tail<3>()) + state.center_of_mass.cross(state.momentum);
   state.rotation = solve_symmetric(body.inertia, moment.tail<3>()).norm();
   if (!std::isfinite(state.rotation)) state.rotation = 0;
-  state.kinetic_energy = kept_energy(now_.v, gain_);
-  state.strain_energy = kept_energy(modes_->omega.cwiseProduct(now_.eta), gain_);
+  state.kinetic_energy = 0.5 * now_.v.squaredNorm();
+  state.strain_energy = 0.5 * modes_->omega.cwiseProduct(now_.eta).squaredNorm();
   if (is_scaled()) {
-    state.kinetic_energy += scaled_kinetic_energy(now_, gain_);
-    state.strain_energy += scaled_strain_energy(now_, modes_->clip, gain_);
+    state.kinetic_energy += scaled_kinetic_energy(now_);
+    state.strain_energy += scaled_strain_energy(now_, modes_->clip);
   }
   state.scaled_energy = scaled_energy();
   return state;

@@ -78,8 +78,8 @@ void add_load(const ScaledStep& step, const ScaledLoad& f0, const ScaledLoad& f1
 }
 
 double load_work(const ScaledStep& step, const ScaledState& start, const ScaledState& end,
-                 const ScaledLoad& f0, const ScaledLoad& f1, const ScaledGain& gain) {
-  const double kept = load_work(step.kept, start.eta, start.v, end.eta, f0.f, f1.f, gain.weight);
+                 const ScaledLoad& f0, const ScaledLoad& f1) {
+  const double kept = load_work(step.kept, start.eta, start.v, end.eta, f0.f, f1.f);
   const Index n = f0.a.size();
   if (end.r.size() == 0) return kept;
   // By parts as in modal_propagator.cpp, of the displacement y along each load: a0 (y1 - y0) + (a1
@@ -90,8 +90,7 @@ double load_work(const ScaledStep& step, const ScaledState& start, const ScaledS
                         s.i0[0] * f0.Sa.tail(n).array() + s.i1[0] * f1.Sa.tail(n).array();
   return kept + (f0.a.array() * (end.y - start.y).tail(n).array() +
                  (f1.a - f0.a).array() * (end.y.tail(n).array() - integral / step.h))
-                        .sum() /
-                    gain.scaled;
+                    .sum();
 }
 
 void add_kick(const ScaledStep& step, const ScaledKick& kick, ScaledState& end) {
@@ -110,17 +109,10 @@ void add_kick(const ScaledKick& kick, ScaledState& start) {
   start.dy += kick.Sp;
 }
 
-double scaled_kinetic_energy(const ScaledState& state, const ScaledGain& gain) {
-  return 0.5 * state.dr.dot(state.dy) / gain.scaled;
-}
+double scaled_kinetic_energy(const ScaledState& state) { return 0.5 * state.dr.dot(state.dy); }
 
-double scaled_strain_energy(const ScaledState& state, double clip, const ScaledGain& gain) {
-  return 0.5 * clip * clip * state.r.dot(state.y) / gain.scaled;
-}
-
-double kept_energy(const Vector& a, const ScaledGain& gain) {
-  return gain.weight.size() > 0 ? 0.5 * (a.array().square() * gain.weight.array()).sum()
-                                : 0.5 * a.squaredNorm();
+double scaled_strain_energy(const ScaledState& state, double clip) {
+  return 0.5 * clip * clip * state.r.dot(state.y);
 }
 
 }  // namespace cbr

@@ -15,8 +15,8 @@ struct ScaledState {
   void set_zero(Index n_kept, Index n_scaled);
 };
 
-// What contact_gain() gives to modal impulses: of the kept modes, and the one of the clip. Energies
-// are weighed by the inverse.
+// What contact_gain() gives to modal impulses: of the kept modes, and the one of the clip.
+// Contact's energies are weighed by the inverse.
 struct ScaledGain {
   Vector kept, weight;  // n_kept; empty: 1
   double scaled = 1;
@@ -33,8 +33,9 @@ struct ScaledKick {
 
   void set_zero(Index n_kept, Index n_scaled);
   void add(const ScaledKick& other);
-  // Energy that the part `of` of this kick brings to `start`: of . (rates + this / 2).
-  double work(const ScaledKick& of, const ScaledState& start, const ScaledGain& gain) const;
+  // Energy that the part `of` of this kick brings to `start`: of . (rates + this / 2), as the gain
+  // weighs it; without one that of the modes as they are.
+  double work(const ScaledKick& of, const ScaledState& start, const ScaledGain& gain = {}) const;
 };
 
 // Amplitudes of the loads at one time.
@@ -56,15 +57,13 @@ ScaledStep scaled_step(const Vector& omega, double clip, double h, bool with_loa
 void propagate_free(const ScaledStep& step, const ScaledState& start, ScaledState& end);
 void add_load(const ScaledStep& step, const ScaledLoad& f0, const ScaledLoad& f1, ScaledState& end);
 double load_work(const ScaledStep& step, const ScaledState& start, const ScaledState& end,
-                 const ScaledLoad& f0, const ScaledLoad& f1, const ScaledGain& gain);
+                 const ScaledLoad& f0, const ScaledLoad& f1);
 // Impulses at the start of the step, seen at its end; and at the start itself.
 void add_kick(const ScaledStep& step, const ScaledKick& kick, ScaledState& end);
 void add_kick(const ScaledKick& kick, ScaledState& start);
 
 // Kinetic and strain energy of the scaled part: r'.S r' / 2, clip^2 r.S r / 2.
-double scaled_kinetic_energy(const ScaledState& state, const ScaledGain& gain);
-double scaled_strain_energy(const ScaledState& state, double clip, const ScaledGain& gain);
-// The same of the kept modes.
-double kept_energy(const Vector& a, const ScaledGain& gain);
+double scaled_kinetic_energy(const ScaledState& state);
+double scaled_strain_energy(const ScaledState& state, double clip);
 
 }  // namespace cbr

@@ -198,13 +198,12 @@ void add_load(const ModalPropagator& step, const Vector& f0, const Vector& f1, V
 }
 
 double load_work(const ModalPropagator& step, const Vector& eta, const Vector& v,
-                 const Vector& eta_end, const Vector& f0, const Vector& f1, const Vector& weight) {
-  return load_work_among(step, eta, v, eta_end, {f0, f1}, {f0, f1}, weight);
+                 const Vector& eta_end, const Vector& f0, const Vector& f1) {
+  return load_work_among(step, eta, v, eta_end, {f0, f1}, {f0, f1});
 }
 
 double load_work_among(const ModalPropagator& step, const Vector& eta, const Vector& v,
-                       const Vector& eta_end, const LinearForce& all, const LinearForce& of,
-                       const Vector& weight) {
+                       const Vector& eta_end, const LinearForce& all, const LinearForce& of) {
   const Vector &f0 = of.start, &f1 = of.end;
   // By parts: int f eta' dt = f0 (eta1 - eta0) + (f1 - f0) (eta1 - (int eta dt) / h)
   if (step.is_damped()) {
@@ -212,13 +211,13 @@ double load_work_among(const ModalPropagator& step, const Vector& eta, const Vec
                             step.i0.cwiseProduct(all.start) + step.i1.cwiseProduct(all.end);
     const Vector work =
         f0.cwiseProduct(eta_end - eta) + (f1 - f0).cwiseProduct(eta_end - integral / step.h);
-    return weight.size() > 0 ? work.dot(weight) : work.sum();
+    return work.sum();
   }
   const auto integral = step.s.array() * eta.array() + step.b1.array() * step.h * v.array() +
                         step.i0.array() * all.start.array() + step.i1.array() * all.end.array();
   const auto work = f0.array() * (eta_end - eta).array() +
                     (f1 - f0).array() * (eta_end.array() - integral / step.h);
-  return weight.size() > 0 ? (work * weight.array()).sum() : work.sum();
+  return work.sum();
 }
 
 }  // namespace cbr
