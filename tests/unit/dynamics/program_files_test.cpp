@@ -149,11 +149,11 @@ TEST_F(ProgramFiles, FieldsReplaceFieldsAlone) {
   EXPECT_EQ(Hdf5Reader(in("r.fields.h5")).read_string("/", "format"), "cbr-fields");
   run(both);  // its own, again
   {
-    Hdf5Writer old(in("r.fields.h5"));  // of before there was a format
-    old.write("/grids/0/points", Matrix(Matrix::Zero(1, 3)));
-    old.commit();
+    Hdf5Writer other(in("r.fields.h5"));  // grids, but not of cbr, which writes a format
+    other.write("/grids/0/points", Matrix(Matrix::Zero(1, 3)));
+    other.commit();
   }
-  run(both);
+  expect_in(refused(both), {"r.fields.h5", "without a format", "another name"});
 }
 
 TEST_F(ProgramFiles, FieldsThatAreNotTheCheckpointsAreRefused) {
