@@ -10,7 +10,7 @@ from pathlib import Path
 
 import h5py
 
-from programs import (FIELDS, write_mesh, scene, start, run, datasets, require_same, require_no_temporary, prepared, wait_for, long_scene)
+from programs import (CALLS, FIELDS, write_mesh, scene, start, run, datasets, require_same, require_no_temporary, prepared, wait_for, long_scene)
 
 HDF5_BEFORE = b"\x89HDF\r\n\x1a\nbefore"  # a damaged file may be replaced, another kind of file not
 
@@ -51,7 +51,8 @@ def case_signals(folder):
         os.remove(folder / "part.checkpoint.h5")
     # Programs that have nothing to hand over yet
     write_mesh(folder / "large.msh", (14, 14, 14))
-    (folder / "large.cbr.h5").write_bytes(HDF5_BEFORE), (folder / "skinned.msh").write_text("before")
+    (folder / "large.cbr.h5").write_bytes(HDF5_BEFORE)
+    run(folder, *CALLS["skinned.msh"])
     files = set(os.listdir(folder))
     material = ("--youngs-modulus", 1, "--poissons-ratio", 0.3, "--density", 1)
     for call in (("cbr-reduce", "large.msh", "--interface", "contact", "--modes", 200, *material, "-o", "large.cbr.h5"),
