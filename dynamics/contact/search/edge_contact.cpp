@@ -14,6 +14,7 @@ namespace {
 // Of a face: a node that ends no more than this in front of a spot holds it as well, one that is
 // less deep than the spot by more than the other does not.
 constexpr double as_deep = 1e-3, less_deep = 0.01;
+constexpr double as_deep_on_paper = 1e-9;
 // Sine of the angle below which edges count as parallel: their ends hold them.
 constexpr double nearly_parallel = 0.05;
 // Sine of 15 degrees, by which a face may rise from the plane of the edges.
@@ -122,7 +123,8 @@ void keep_deepest(const EdgeStep& step, const EdgeHit& hit, std::vector<EdgeHit>
     return is_same_place(step, hit, other);
   });
   if (same == hits.end()) return hits.push_back(hit);
-  if (hit.end_gap < same->end_gap) *same = hit;
+  // Of those that are as deep but for round-off the first, in every step
+  if (hit.end_gap < same->end_gap - as_deep_on_paper * step.size) *same = hit;
 }
 
 bool is_held(const EdgeStep& step, const std::vector<const HeldNodes*>& held, const EdgeHit& hit) {

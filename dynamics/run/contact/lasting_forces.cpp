@@ -2,6 +2,7 @@
 #include "dynamics/run/contact/lasting_forces.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "dynamics/run/contact/contact_booking.hpp"
@@ -11,10 +12,13 @@ namespace {
 
 // The point of the line from a to b that is nearest to 0.
 Vector3 common(const Vector3& a, const Vector3& b) {
-  const Vector3 way = b - a;
+  // Squares of forces may be beyond a double's reach
+  const double size = std::max(a.lpNorm<Eigen::Infinity>(), b.lpNorm<Eigen::Infinity>());
+  if (!(size > 0) || !std::isfinite(size)) return a;
+  const Vector3 from = a / size, way = b / size - from;
   const double square = way.squaredNorm();
   if (!(square > 0)) return a;
-  return a + std::clamp(-a.dot(way) / square, 0.0, 1.0) * way;
+  return size * (from + std::clamp(-from.dot(way) / square, 0.0, 1.0) * way);
 }
 
 // Of forces by slots or points what those of the last three steps have in common: a body that lands
@@ -45,11 +49,11 @@ void add_part(const ContactGroup& group, const ContactSearch& of, bool by_slots,
   Vector sizes = Vector::Zero(now.rows());
   for (Index i = 0; i < n; ++i) {
     now.row(row(i)) += impulses.row(first + i) * point(i).frame / h;
-    sizes[row(i)] += impulses.row(first + i).norm();
+    sizes[row(i)] += impulses.row(first + i).lpNorm<Eigen::Infinity>();
   }
   const Points part = lasting_part(std::move(now), *of.memory);
   for (Index i = 0; i < n; ++i) {
-    const double size = impulses.row(first + i).norm();
+    const double size = impulses.row(first + i).lpNorm<Eigen::Infinity>();
     if (!(size > 0)) continue;
     lasting.row(first + i) = size / sizes[row(i)] * part.row(row(i)) * point(i).frame.transpose();
   }

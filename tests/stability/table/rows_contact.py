@@ -258,7 +258,7 @@ def stack(folder):
                                walls={"floor": {"plane": {"point": [0, 0, 0], "normal": [0, 0, 1]}}}, loads=[{"gravity": [0, 0, -g]}])).done()
         force = ran["contact/b0.z_min - floor/force"][:, 2].mean() / (n * g)
         sag, deep = n * n * g / 100 / 2, max(ran[f"contact/b{i}.z_max - b{i + 1}.z_min/penetration"].max() for i in range(n - 1))
-        return holds(f"{force:.2f} of the weight, {deep / sag:.0e}", "0.9 to 1.1, 3e-15", 0.9 < force < 1.1 and deep < 3e-15 * sag)
+        return holds(f"{force:.2f} of the weight, {deep / sag:.0e}", "0.9 to 1.1, 1e-11", 0.9 < force < 1.1 and deep < 1e-11 * sag)
     return both(run)
 
 
