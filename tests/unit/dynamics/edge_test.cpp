@@ -10,6 +10,7 @@
 #include <numbers>
 #include <random>
 
+#include "dynamics/contact/surfaces/surface_edges.hpp"
 #include "tests/unit/dynamics/bricks.hpp"
 
 namespace cbr::edge_test {
@@ -190,7 +191,9 @@ TEST(Edges, AConcaveCornerHoldsWithoutBringingEnergy) {
       }
       for (std::size_t k = 0; k < contact.nodes.size(); ++k)
         master.nodes.push_back(static_cast<Index>(k));
-      fill_sizes(master, sim.bodies[1]->reference_positions()(contact.nodes, Eigen::all));
+      const Points corners = sim.bodies[1]->reference_positions()(contact.nodes, Eigen::all);
+      fill_sizes(master, corners);
+      fill_edges(master, corners);
       sim.monitors[1].mean_set = sim.bodies[1]->track_mean(contact.nodes);
       sim.monitors[1].contact_slots = master.nodes;
       sim.pairs[0].master = std::make_shared<const ContactSurface>(std::move(master));
@@ -202,7 +205,8 @@ TEST(Edges, AConcaveCornerHoldsWithoutBringingEnergy) {
       // Pushed by both arms, and the cube is not inside
       EXPECT_LT(o.momentum_b[0], -0.05);
       EXPECT_LT(o.momentum_b[1], -0.05);
-      EXPECT_LT(sim.pairs[0].seen().penetration, 1e-9);
+      // Of all nodes and edges of both: 2 % of a face
+      EXPECT_LT(sim.pairs[0].seen().penetration, 0.02);
     }
   }
 }
