@@ -44,7 +44,7 @@ class Pressures : public testing::Test {
   struct Distance {
     double force = 0, momentum = 0, unknowns = 0;
   };
-  Distance from_nodes(Fall scene, const std::string& pressures = "auto") {
+  Distance from_nodes(Fall scene, const std::string& pressures = "40") {
     const std::string contact = scene.contact;
     scene.contact = contact + ", pressures: " + pressures;
     const Ran few = folder_.run(scene_of(scene));
@@ -113,7 +113,7 @@ TEST_F(Pressures, MoreFunctionsAreNearerToNodes) {
 }
 
 TEST_F(Pressures, ARestartGoesOnWithTheSameBits) {
-  for (const char* contact : {"", ", friction: 0.3"}) {
+  for (const char* contact : {", pressures: 40", ", friction: 0.3, pressures: 40"}) {
     Fall scene;
     scene.velocity = "[-1, 0.5, 0]";
     scene.contact = contact;
@@ -153,7 +153,7 @@ std::string pair_of_blocks(const std::string& contact) {
 TEST_F(Pressures, TwoSuperelementsKeepMomentumAndAngularMomentum) {
   folder_.add("coarse.exo", test::block_mesh({{5, 9, 9}, {0.5, 1, 1}}));
   for (const char* law : {"", ", friction: 0.2"}) {
-    const Ran few = folder_.run(pair_of_blocks(law));
+    const Ran few = folder_.run(pair_of_blocks(std::string(law) + ", pressures: 40"));
     EXPECT_LT(test::largest_change(few.result, &RunResult::OfBody::momentum), 1e-12);
     // as far as small rotations keep it
     EXPECT_LT(test::largest_change(few.result, &RunResult::OfBody::angular_momentum), 2e-2);
@@ -168,7 +168,8 @@ TEST_F(Pressures, TwoSuperelementsKeepMomentumAndAngularMomentum) {
 // The points of a search stand while nothing slides: as if every step were searched.
 TEST_F(Pressures, SearchesThatStandGiveTheSameAnswers) {
   folder_.add("coarse.exo", test::block_mesh({{5, 9, 9}, {0.5, 1, 1}}));
-  for (const char* law : {"", ", friction: 0.2", ", pressures: nodes"}) {
+  for (const char* law :
+       {", pressures: 40", ", friction: 0.2, pressures: 40", ", pressures: nodes"}) {
     const Ran stands = folder_.run(pair_of_blocks(law));
     Ran each = folder_.prepare(pair_of_blocks(law));
     each.built.simulation.detection.standing_slip = 0;
