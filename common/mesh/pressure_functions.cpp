@@ -173,7 +173,6 @@ class Builder {
         entries.emplace_back(patch.nodes[static_cast<std::size_t>(it.row())], a, it.value());
     on_owner.setFromTriplets(entries.begin(), entries.end());
     const SparseMatrix N = patch.M * on_owner;
-    const Vector area = patch.M * Vector::Ones(x_.rows());
     for (Index a = 0; a < N.cols(); ++a)
       for (SparseMatrix::InnerIterator it(N, a); it; ++it) {
         if (it.value() == 0) continue;
@@ -181,9 +180,6 @@ class Builder {
         cells_.emplace_back(it.row(), n_ + a,
                             n_ + cell[static_cast<std::size_t>(patch.local(it.row()))]);
       }
-    for (const auto& entry : entries)
-      Psi_.emplace_back(entry.row(), n_ + entry.col(),
-                        entry.value() * std::max(area[entry.row()], 1e-300));
     n_ += Psi.cols();
     nodes_.insert(nodes_.end(), patch.nodes.begin(), patch.nodes.end());
   }
@@ -195,9 +191,6 @@ class Builder {
     functions.N = compressed(N_);
     for (const auto& entry : ordered(cells_))
       functions.entry_cell.push_back(static_cast<Index>(entry.value()));
-    functions.Psi = compressed(Psi_);
-    const Vector sum = functions.Psi * Vector::Ones(n_);
-    functions.Psi = sum.cwiseInverse().asDiagonal() * functions.Psi;
     functions.nodes = std::move(nodes_);
     return functions;
   }
@@ -225,7 +218,7 @@ class Builder {
 
   const Points& x_;
   std::vector<Index> nodes_;
-  std::vector<Entry> N_, Psi_, cells_;
+  std::vector<Entry> N_, cells_;
   Index n_ = 0;
 };
 

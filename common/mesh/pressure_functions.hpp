@@ -20,8 +20,6 @@ struct PressureFunctions {
   // Of each entry of N, in its order: the cell that its node belongs to on the function's side of
   // sharp edges. Function a has cell a.
   std::vector<Index> entry_cell;
-  // m x k, shares of one at each node, by area where it is on a sharp edge
-  SparseMatrix Psi;
 
   Index size() const { return N.cols(); }
 };

@@ -213,9 +213,8 @@ std::string stale_text(const Scene& scene, const Component& component) try {
   const Hdf5Reader reader(component.reduction->superelement);
   const Provenance file = provenance_of(reader);
   Provenance now = option_provenance(component, wanted_mass(component, file));
-  const bool tells_needs = std::any_of(file.begin(), file.end(), [](const auto& item) {
-    return item.first.starts_with(needs_of);
-  });
+  const bool tells_needs = std::any_of(
+      file.begin(), file.end(), [](const auto& item) { return item.first.starts_with(needs_of); });
   if (tells_needs && component.reduction->is_characteristic())
     now.merge(needs_provenance(interface_needs(scene, component)));
   if (file.empty()) return "the file does not tell what it was made from";
@@ -231,8 +230,9 @@ std::string stale_text(const Scene& scene, const Component& component) try {
   for (const auto& [key, in_scene] : now)
     if (file.count(key) == 0) differences.add(key, "", in_scene);
   compare_blocks(scene, component, file, differences);
-  return differences.text().empty() ? "what contact, supports and loads ask of its interface has changed"
-                                    : differences.text();
+  return differences.text().empty()
+             ? "what contact, supports and loads ask of its interface has changed"
+             : differences.text();
 } catch (const InputError&) {
   return "the file cannot be read";
 }

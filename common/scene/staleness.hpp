@@ -29,8 +29,8 @@ std::map<std::string, std::string> point_provenance(const Component& component);
 std::map<std::string, std::string> needs_provenance(const InterfaceNeeds& needs);
 InterfaceNeeds needs_in(const std::map<std::string, std::string>& provenance);
 
-// "patch (forces), low (friction)": what the scene asks and the file was not made for; empty: all is
-// there.
+// "patch (forces), low (friction)": what the scene asks and the file was not made for; empty: all
+// is there.
 std::string missing_needs(const InterfaceNeeds& of_file, const InterfaceNeeds& of_scene);
 
 // The hash of the component for a scene that asks this of its interface.
@@ -38,8 +38,9 @@ std::string content_hash(const Scene& scene, const Component& component,
                          const InterfaceNeeds& needs);
 
 // What /provenance of the component's superelement says otherwise than the scene, as "modes: 40 in
-// the file, 41 in the scene"; differences are joined by "; ". When there is none: that what contact,
-// supports and loads ask of the interface has changed. Precondition: the component has a reduction.
+// the file, 41 in the scene"; differences are joined by "; ". When there is none: that what
+// contact, supports and loads ask of the interface has changed. Precondition: the component has a
+// reduction.
 std::string stale_text(const Scene& scene, const Component& component);
 
 // Whether /provenance of the component's superelement names another mass than the scene wants of

@@ -110,9 +110,8 @@ std::vector<FunctionsOfSearch> functions_of(const Simulation& sim, const Contact
   std::vector<FunctionsOfSearch> functions;
   for (const ContactSearch& of : group.searches) {
     const ContactPair& pair = sim.pairs[of.pair];
-    const bool back = of.memory != &pair.seen().memory;
-    functions.push_back(
-        {of.first, of.last, back ? pair.back_functions.get() : pair.functions.get()});
+    const bool is_slave = of.memory == &pair.seen().memory;
+    functions.push_back({of.first, of.last, is_slave ? pair.functions.get() : nullptr});
   }
   return functions;
 }

@@ -87,8 +87,8 @@ struct ContactPair {
   bool slave_is_first = true;  // of the two that the scene names
   Enforcement enforcement = Enforcement::impulse;
   Formulation formulation = Formulation::node_face;
-  // Of the slave's nodes, and of the master's in a two-way contact; null: every node is an unknown.
-  std::shared_ptr<const PressureFunctions> functions, back_functions;
+  // Of the slave's nodes; null: every node is an unknown.
+  std::shared_ptr<const PressureFunctions> functions;
   bool may_stand = false;  // see standing_search.hpp
   PointLaw law;                  // frictionless, coulomb or tied
   double damping = 0;            // penalty

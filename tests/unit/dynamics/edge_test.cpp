@@ -205,6 +205,7 @@ TEST(Edges, AConcaveCornerHoldsWithoutBringingEnergy) {
       // Pushed by both arms, and the cube is not inside
       EXPECT_LT(o.momentum_b[0], -0.05);
       EXPECT_LT(o.momentum_b[1], -0.05);
+      EXPECT_LT(sim.pairs[0].seen().memory.depth, 1e-9);
       // Of all nodes and edges of both: 2 % of a face
       EXPECT_LT(sim.pairs[0].seen().penetration, 0.02);
     }

@@ -65,8 +65,10 @@ TEST(Friction, SlidingForceIsMuTimesTheNormalForceAgainstTheSlip) {
       EXPECT_LT(result.work_friction.back(), 0);
       // Forces that last follow those of the steps by up to three, as contact ends too
       const double lag = 1e-3 * std::abs(result.work_friction.back());
+      double risen = 0;
       for (std::size_t i = 1; i < result.time.size(); ++i)
-        EXPECT_LE(result.work_friction[i], result.work_friction[i - 1] + lag);
+        risen += std::max(0.0, result.work_friction[i] - result.work_friction[i - 1]);
+      EXPECT_LT(risen, lag);
     }
   }
 }
