@@ -185,6 +185,11 @@ class Run {
     report_.line("results: " + results_.string() + fields);
     report_.timings();
     if (!result.ended_at) return;
+    if (result.preload_reached)
+      throw RunError(result.failure + "; " + results_.string() + ": holds load step " +
+                     std::to_string(*result.preload_reached) + " of " +
+                     std::to_string(built_.simulation.preload) +
+                     " before the time 0 as the output of t = 0");
     if (!result.failure.empty())
       throw RunError(result.failure + "; " + results_.string() +
                      format_text(": holds the outputs up to t = %.4g s", *result.ended_at));

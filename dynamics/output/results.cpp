@@ -202,11 +202,12 @@ void write_results(const std::filesystem::path& path, const Simulation& simulati
   const auto start = Clock::now();
   Hdf5Writer file(path);
   file.attribute("/", "format", std::string("cbr-results"));
-  file.attribute("/", "format_version", std::string("1.9"));
+  file.attribute("/", "format_version", std::string("1.10"));
   file.attribute("/", "generator", std::string("cbr-dyn ") + version());
   Index n_dofs = 0;
   for (const auto& body : simulation.bodies) n_dofs += body->n_dofs();
   file.attribute("/", "partial", Index{result.ended_at ? 1 : 0});
+  if (result.preload_reached) file.attribute("/", "preload_reached", *result.preload_reached);
   file.attribute("/", "steps", result.steps);
   file.attribute("/", "n_dofs", n_dofs);
   file.attribute("/", "warnings", join(report.warnings(), "\n"));

@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numeric>
 #include <sstream>
+#include <stdexcept>
 #include <utility>
 
 #include "common/base/error.hpp"
@@ -31,6 +33,8 @@ constexpr double balanced = 1e-10;
 constexpr double first_share = 0.3;
 // Of its own size, the way in one load step by which a body is not held.
 constexpr double lost = 10;
+// Of the points that open and close without end, how many a message gives.
+constexpr std::size_t told_points = 3;
 
 double extent_of(const Body& body) {
   const Points& X = body.reference_positions();
@@ -61,20 +65,58 @@ Equilibrium::Equilibrium(Simulation& simulation, ContactState& state, ContactOut
   is_pushed_.assign(forces_.size(), 0);
 }
 
-void Equilibrium::preload(Index steps, const std::function<void(Index step)>& on_step) {
+bool Equilibrium::preload(Index steps, RunResult& result,
+                          const std::function<void(Index step)>& on_step) {
   for (const Index p : pairs_)
     if (sim_.pairs[p].law.law != ContactLaw::tied) sim_.pairs[p].state().memory.lets_jump = true;
   add_bolts();
   sim_.shift_walls(0, 0);
   n_preload_ = steps;
+  StateArchive found;
   for (preload_ = 1; preload_ <= steps; ++preload_) {
     const double share = static_cast<double>(preload_) / static_cast<double>(steps);
-    resolve_overlaps(share);
-    iterate(0, share);
+    try {
+      resolve_overlaps(share);
+      iterate(0, share);
+    } catch (const std::runtime_error& error) {
+      if (preload_ == 1) throw;
+      result.failure = error.what();
+      result.ended_at = 0;
+      result.preload_reached = preload_ - 1;
+      restore(found);
+      break;
+    }
     if (on_step) on_step(preload_);
+    if (preload_ < steps) found = saved();
   }
   preload_ = 0;
   lock_bolts();
+  return result.failure.empty();
+}
+
+// What has been found, while the bodies of bolts stand behind those of contact.
+StateArchive Equilibrium::saved() {
+  const auto first = state_.bodies.begin() + static_cast<std::ptrdiff_t>(forces_.size());
+  std::vector<ContactBody> bolts(std::make_move_iterator(first),
+                                 std::make_move_iterator(state_.bodies.end()));
+  state_.bodies.erase(first, state_.bodies.end());
+  StateArchive archive = StateArchive::saved([this](StateArchive& state) { keep_found(state); });
+  std::move(bolts.begin(), bolts.end(), std::back_inserter(state_.bodies));
+  return archive;
+}
+
+// Lets bolts' bodies go: no load step follows.
+void Equilibrium::restore(const StateArchive& saved) {
+  state_.bodies.resize(forces_.size());
+  StateArchive archive(saved.words(), "the load step before");
+  keep_found(archive);
+}
+
+void Equilibrium::keep_found(StateArchive& archive) {
+  for (auto& body : sim_.bodies) body->keep_state(archive);
+  state_.keep_state(archive, sim_);
+  archive(outcome_, *this);
+  for (Bolt& bolt : bolts_) archive(bolt.length);
 }
 
 void Equilibrium::step(double t) {
@@ -102,10 +144,14 @@ void Equilibrium::iterate(double t, double share) {
     locate();
     Change change;
     solve(change);
-    for (auto& body : sim_.bodies) {
-      const Settled settled = statics_of(*body).settle();
+    double most = 0;
+    for (std::size_t b = 0; b < sim_.bodies.size(); ++b) {
+      const Settled settled = statics_of(*sim_.bodies[b]).settle();
       change.change += settled.change;
       change.energy += settled.energy;
+      if (settled.change <= most) continue;
+      most = settled.change;
+      change.body = b;
     }
     look_at_nodes(change);
     if (!std::isfinite(change.change + change.energy + change.moved))
@@ -326,17 +372,21 @@ double Equilibrium::first_way() const {
   return size;
 }
 
-// The slots of the points that push, pair by pair.
+// The points that push, pair by pair.
 void Equilibrium::note_closed() {
   closed_before_.swap(closed_);
   closed_.assign(pairs_.size(), {});
   for (const Solved& solved : solved_) {
-    for (const ContactSearch& of : solved.group.searches)
-      for (auto i = of.first; i < of.last; ++i)
-        if (solved.result.p(static_cast<Index>(i), 0) > 0)
-          closed_[of.pair].push_back(solved.group.list.points[i].slot);
+    const ContactList& list = solved.group.list;
+    for (const ContactSearch& of : solved.group.searches) {
+      for (auto i = of.first; i < of.last; ++i) {
+        if (!(solved.result.p(static_cast<Index>(i), 0) > 0)) continue;
+        const ContactTerm& term = list.terms[list.points[i].first_term];
+        closed_[of.pair].push_back({term.body, term.node, list.points[i].slot});
+      }
+    }
   }
-  for (auto& slots : closed_) std::sort(slots.begin(), slots.end());
+  for (auto& points : closed_) std::sort(points.begin(), points.end());
 }
 
 std::string Equilibrium::load_step() const {
@@ -350,15 +400,16 @@ std::string Equilibrium::load_step() const {
   return text.str();
 }
 
-// By the pair whose points open and close most.
+// By the body that changes most, and the pair whose points open and close most.
 void Equilibrium::refuse_endless(const Change& change) const {
-  std::size_t worst = 0, most = 0;
+  std::size_t worst = 0;
+  std::vector<Closed> most;
   for (std::size_t p = 0; p < closed_.size(); ++p) {
-    std::vector<Index> changed;
+    std::vector<Closed> changed;
     std::set_symmetric_difference(closed_[p].begin(), closed_[p].end(), closed_before_[p].begin(),
                                   closed_before_[p].end(), std::back_inserter(changed));
-    if (sim_.pairs[p].law.law == ContactLaw::tied || changed.size() < most) continue;
-    most = changed.size();
+    if (sim_.pairs[p].law.law == ContactLaw::tied || changed.size() < most.size()) continue;
+    most = std::move(changed);
     worst = p;
   }
   std::ostringstream text;
@@ -366,11 +417,24 @@ void Equilibrium::refuse_endless(const Change& change) const {
   text << "statics: " << load_step() << ": no equilibrium in " << most_iterations
        << " iterations: the last one changed the displacements by "
        << std::sqrt(change.change / std::max(change.energy, 1e-300))
-       << " of themselves (energy norm)";
-  if (!closed_.empty())
-    text << "; in contact " << sim_.pairs[worst].name << " " << most << " of "
-         << std::max(closed_[worst].size(), closed_before_[worst].size())
+       << " of themselves (energy norm), most in instance '" << sim_.bodies[change.body]->name()
+       << "'";
+  if (!closed_.empty()) {
+    const std::size_t both =
+        (closed_[worst].size() + closed_before_[worst].size() + most.size()) / 2;
+    text << "; in contact " << sim_.pairs[worst].name << " " << most.size() << " of " << both
          << " points still open or close";
+    most.erase(std::unique(most.begin(), most.end(),
+                           [](const Closed& x, const Closed& y) {
+                             return x.contact_body == y.contact_body && x.node == y.node;
+                           }),
+               most.end());
+    for (std::size_t i = 0; i < std::min(most.size(), told_points); ++i) {
+      const auto x = here_[static_cast<std::size_t>(most[i].contact_body)].row(most[i].node);
+      text << (i == 0 ? ", at [" : ", [") << x[0] << ", " << x[1] << ", " << x[2] << "]";
+    }
+    if (most.size() > told_points) text << " and others";
+  }
   text << ": take smaller load steps (time.step, time.preload), or a finer mesh there";
   throw RunError(text.str());
 }

@@ -3,14 +3,17 @@
 // "Statics".
 #pragma once
 
+#include <compare>
 #include <functional>
 #include <map>
 #include <string>
 #include <vector>
 
+#include "common/files/state_archive.hpp"
 #include "dynamics/contact/enforce/enforce_static.hpp"
 #include "dynamics/run/contact/contact_group.hpp"
 #include "dynamics/run/contact/contact_step.hpp"
+#include "dynamics/run/simulation/run_result.hpp"
 
 namespace cbr {
 
@@ -23,8 +26,10 @@ class Equilibrium {
   Equilibrium(Simulation& simulation, ContactState& state, ContactOutcome& outcome);
 
   // `steps` load steps under the loads of the time 0, which grow with pretensions, and with the
-  // overlaps that are resolved. What is pulled together is locked then. on_step: after each.
-  void preload(Index steps, const std::function<void(Index step)>& on_step = {});
+  // overlaps that are resolved. What is pulled together is locked then. on_step: after each. False:
+  // one of them has failed, as `result` says. All is as the load step before it has left it. A
+  // failure of the first one is thrown.
+  bool preload(Index steps, RunResult& result, const std::function<void(Index step)>& on_step);
   // One load step, to the loads of time t.
   void step(double t);
   // What is kept for the steps of a run, whose length is h, that goes on from here.
@@ -52,11 +57,18 @@ class Equilibrium {
     ContactGroup group;
     EnforcementResult result;
   };
-  // What an iteration has changed: energies as Settled has them, the longest move of a contact node
-  // and the longest since the start of the load step, and whether all is in equilibrium.
+  // What an iteration has changed: energies as Settled has them, the body that changed most, the
+  // longest move of a contact node and the longest since the start of the load step, and whether
+  // all is in equilibrium.
   struct Change {
     double change = 0, energy = 0, moved = 0, displaced = 0;
+    std::size_t body = 0;
     bool balances = true;
+  };
+  // A point that pushes: the first node of its slave, and its slot in the search that found it.
+  struct Closed {
+    Index contact_body = 0, node = 0, slot = 0;
+    auto operator<=>(const Closed&) const = default;
   };
 
   void number_floating(const std::vector<FloatingForces>& forces);
@@ -73,6 +85,9 @@ class Equilibrium {
   void book();
   bool is_done(const Change& change);
   void note_closed();
+  StateArchive saved();
+  void restore(const StateArchive& saved);
+  void keep_found(StateArchive& archive);
   [[noreturn]] void refuse_endless(const Change& change) const;
   [[noreturn]] void refuse_unheld(Index body, const Vector& left) const;
   std::string load_step() const;
@@ -102,10 +117,10 @@ class Equilibrium {
   Vector loads_, moves_;
   double largest_load_ = 0;                 // that adds up to one of them
   std::map<Index, StaticMemory> memories_;  // by the first pair of the island
-  // Of this load step: what a move may be, per pair the slots that are closed, now and by the
+  // Of this load step: what a move may be, per pair the points that are closed, now and by the
   // iteration before
   double most_way_ = 0;
-  std::vector<std::vector<Index>> closed_, closed_before_;
+  std::vector<std::vector<Closed>> closed_, closed_before_;
   double reach_ = 0;  // the largest coordinate of a node
   bool initial_ = true;
   double resolved_ = 0;  // share of the overlaps

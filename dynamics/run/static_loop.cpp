@@ -30,8 +30,12 @@ class StaticLoop {
       options_.restart->finish();
       for (ContactBody& contact : state_.bodies) contact.response_h = 0;
     } else {
-      if (sim_.preload > 0)
-        equilibrium_->preload(sim_.preload, [this](Index done) { tell_load_steps(done); });
+      if (sim_.preload > 0 && !equilibrium_->preload(sim_.preload, result, [this](Index done) {
+            tell_load_steps(done);
+          })) {
+        record();
+        return std::move(result);
+      }
       equilibrium_->step(0);
       tell_load_steps(sim_.preload + 1);
       record();

@@ -45,6 +45,9 @@ class TimeLoop {
     if (options_.restart) {
       keep_state(*options_.restart);
       options_.restart->finish();
+    } else if (!recorder_.result().failure.empty()) {
+      record_preload();
+      return std::move(recorder_.result());
     } else {
       schedule_.start();
       record();
@@ -71,12 +74,19 @@ class TimeLoop {
   // A run that goes on has the state of one that has been preloaded.
   void preload() {
     Equilibrium equilibrium(sim_, state_, outcome_);
-    if (!options_.restart)
-      equilibrium.preload(sim_.preload, [this](Index done) {
-        if (options_.on_load_step) options_.on_load_step(done, sim_.preload);
-      });
+    if (!options_.restart &&
+        !equilibrium.preload(sim_.preload, recorder_.result(), [this](Index done) {
+          if (options_.on_load_step) options_.on_load_step(done, sim_.preload);
+        }))
+      return;
     equilibrium.start_motion(plan().h);
     outcome_.next_step();
+  }
+
+  // What a preload has come to that fails: there is no motion.
+  void record_preload() {
+    recorder_.record_statics(0, resting_, state_, outcome_);
+    if (options_.on_output) options_.on_output(0, 0);
   }
 
   // One step, or a jump over several.

@@ -217,6 +217,61 @@ TEST_P(Statics, LoadStepsBeforeAFailureAreKept) {
   EXPECT_NEAR(last(ran.result.pairs[0].force, 1), -0.05, 1e-10);
 }
 
+// Those before the time 0 as well: a shelf takes what presses a bar on a rough floor, so that its
+// friction grows no more.
+TEST_P(Statics, LoadStepsOfAPreloadBeforeAFailureAreKept) {
+  Bars bars{.kind = GetParam()};
+  bars.instances = instance(bars, "a", 0);
+  bars.loads =
+      "  - {instance: a, surface: x_max, force: [-0.175, 0, 0], history: &lasts {time: [0, 1], "
+      "value: [1, 1]}}\n"
+      "  - {instance: a, surface: x_min, force: [0, 0.06, 0], history: *lasts}\n";
+  bars.walls =
+      "  floor: {plane: {point: [0, 0, 0], normal: [1, 0, 0]}}\n"
+      "  shelf: {plane: {point: [0.95, 0, 0], normal: [1, 0, 0]}}\n";
+  bars.contact =
+      "  - {between: [a.x_min, floor], friction: 0.5}\n  - {between: [a.x_max, shelf]}\n";
+  for (const std::string time : {"step: 1, static: true", "integrator: central-difference"}) {
+    bars.time = "end: 1, preload: 4, " + time;
+    const Ran ran = folder.run(yaml(bars));
+    const RunResult& result = ran.result;
+    EXPECT_NE(result.failure.find("load step 4 of 4 before the time 0: instance 'a' is not held"),
+              std::string::npos)
+        << result.failure;
+    EXPECT_EQ(result.ended_at, 0);
+    EXPECT_EQ(result.preload_reached, 3);
+    ASSERT_EQ(result.time, std::vector<double>{0});
+    EXPECT_NEAR(last(ran.monitor("a.x_max").mean_position), 0.95, 1e-9);
+    EXPECT_NEAR(last(result.pairs[0].force, 1), -0.75 * 0.06, 1e-9);
+    if (is_of_shapes(GetParam())) continue;
+    EXPECT_NEAR(last(result.pairs[0].force), 0.1, 1e-8);
+    EXPECT_NEAR(last(result.pairs[1].force), 0.75 * 0.175 - 0.1, 1e-8);
+    EXPECT_NEAR(result.total[0], 0.1 * 0.1 / (2 * EA), 1e-8);
+  }
+}
+
+// A block is pressed a third of a face deep onto the edge of another: a point opens and closes.
+TEST(StaticsWithoutEnd, NameInstancePairLoadStepAndPoints) {
+  SceneFolder folder;
+  folder.add("coarse.exo", test::block_mesh({{2, 2, 2}, {1, 1, 1}}));
+  folder.add("fine.exo", test::block_mesh({{3, 3, 3}, {1, 1, 1}}));
+  const Ran ran = folder.run(
+      "materials: {m: {youngs_modulus: 1, poissons_ratio: 0.3, density: 1}}\n"
+      "components: {coarse: {mesh: coarse.exo, material: m}, fine: {mesh: fine.exo, material: m}}\n"
+      "instances: {below: {component: fine, as: mesh, rotation: [0, 45, 0]}, above: {component: "
+      "coarse, as: mesh, position: [0.1, 0.2, 0.75]}}\n"
+      "boundary: [{instance: below, nodes: z_min, fix: [x, y, z]}, {instance: above, nodes: z_max, "
+      "fix: [x, y, z], displacement: [0, 0, -0.3], history: {time: [0, 1], value: [0, 1]}}]\n"
+      "contact: all\n"
+      "time: {static: true, end: 1, step: 0.25}\noutput: {every: 0.25}\n");
+  for (const std::string part :
+       {"load step to t = 0.5: no equilibrium in 100 iterations", "most in instance '",
+        "in contact below.all - above.all 1 of ", " points still open or close, at ["})
+    EXPECT_NE(ran.result.failure.find(part), std::string::npos) << ran.result.failure;
+  EXPECT_EQ(ran.result.time.size(), 2U);
+  EXPECT_EQ(ran.result.ended_at, 0.25);
+}
+
 // A row of cubes bends as one bar of the same elements: a tied scene is linear, whatever is soft in
 // it. It is free at both ends in the second half.
 TEST(StaticsOfTies, MakeOneBarOfCubes) {

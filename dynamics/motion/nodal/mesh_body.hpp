@@ -162,6 +162,7 @@ class MeshBody final : public Body,
   Points by_nodes(const Field& u) const;  // rows put in the order of the nodes
   void take_impulses_of(Index set, const Points& impulses, ImpulseKind kind);
   void add_loads(const std::vector<BodyLoad>& loads);
+  void take_still();
   void append_load(const Points& forces, const LoadHistory& history);
   void hold(Field& v) const;  // takes the held directions out
   void hold_velocity();

@@ -41,7 +41,10 @@ void reached_lines(const BuiltScene& built, const RunResult& result, Report& rep
   const TimePlan& plan = built.simulation.plan;
   std::ostringstream line;
   line.precision(5);
-  if (result.ended_at)
+  if (result.preload_reached)
+    line << "ended early: " << *result.preload_reached << " of " << built.simulation.preload
+         << " load steps before the time 0";
+  else if (result.ended_at)
     line << "ended early: " << result.reached << " of " << plan.n_steps()
          << " steps, t = " << *result.ended_at << " s of " << plan.end << " s";
   if (result.jumps > 0)

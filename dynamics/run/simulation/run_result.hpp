@@ -93,6 +93,8 @@ struct RunResult {
   // the time of the step after which the run was ended; none: it has come to its end
   std::optional<double> ended_at;
   std::string failure = {};  // why no load step came after that; empty: it was asked to end
+  // The load step before the time 0 that the only output shows, where the next one has failed.
+  std::optional<Index> preload_reached;
   // The body of RunOptions::turn_limit that has ended it, and how far it has turned then, rad.
   struct Turned {
     Index body = 0;

@@ -82,6 +82,36 @@ class Program : public ::testing::Test {
   std::filesystem::path folder_;
 };
 
+// A block is pressed on a rough floor and pushed along it; a shelf takes what presses it more.
+TEST_F(Program, ResultsHoldWhatAPreloadHasComeTo) {
+  const std::string file =
+      scene("mesh",
+            ", friction: 0.5}\n  - {between: [left.x_min, floor], friction: 0.5}\n"
+            "  - {between: [left.x_max, shelf]",
+            ", preload: 4",
+            "walls:\n  floor: {plane: {point: [0, 0, 0], normal: [1, 0, 0]}}\n"
+            "  shelf: {plane: {point: [0.999, 0, 0], normal: [1, 0, 0]}}\n"
+            "loads:\n  - {instance: left, surface: x_max, force: [-0.0437, 0, 0]}\n"
+            "  - {instance: left, surface: x_min, force: [0, 0.015, 0]}\n");
+  try {
+    run(file);
+    FAIL() << "no error";
+  } catch (const RunError& error) {
+    const std::string what = error.what();
+    EXPECT_NE(what.find("load step 4 of 4 before the time 0: instance 'left' is not held"),
+              std::string::npos)
+        << what;
+    EXPECT_NE(what.find("results.h5: holds load step 3 of 4 before the time 0 as the output of t"),
+              std::string::npos)
+        << what;
+  }
+  const Hdf5Reader results(folder_ / "results.h5");
+  EXPECT_EQ(results.read_index("/", "partial"), 1);
+  EXPECT_EQ(results.read_index("/", "preload_reached"), 3);
+  EXPECT_EQ(results.read_vector("/time").size(), 1);
+  EXPECT_NEAR(results.read_points("/contact/left.x_min - floor/force")(0, 1), -0.75 * 0.015, 1e-9);
+}
+
 TEST_F(Program, ResultsHoldWhatTheFormatSays) {
   for (const std::string kind : {"mesh", "superelement"}) {
     const std::string file = scene(kind);
@@ -89,7 +119,7 @@ TEST_F(Program, ResultsHoldWhatTheFormatSays) {
     run(file);
     const Hdf5Reader results(folder_ / "results.h5");
     EXPECT_EQ(results.read_string("/", "format"), "cbr-results");
-    EXPECT_EQ(results.read_string("/", "format_version"), "1.9");
+    EXPECT_EQ(results.read_string("/", "format_version"), "1.10");
     EXPECT_EQ(results.read_index("/", "partial"), 0);
     EXPECT_GT(results.read_index("/", "steps"), 0);
     EXPECT_EQ(results.read_index("/", "n_dofs"), kind == "mesh" ? 2 * 135 : 2 * (12 + 27));
