@@ -44,9 +44,8 @@ double largest(const std::vector<double>& series) {
 }
 
 // Velocity against that of the kinetic energy `energy` of a mass.
-// share: of the energy, what works may be. An interface without mass is as exact as the statics
-// that it begins with.
-void expect_rest(const Ran& ran, double energy, double share = 1e-9) {
+void expect_rest(const Ran& ran, double energy) {
+  constexpr double share = 1e-9;  // of the energy, what works may be
   const RunResult& result = ran.result;
   const double scale = energy > 0 ? energy : result.total.front();
   for (const auto* work : {&result.work_contact, &result.work_friction, &result.work_damping,
@@ -58,12 +57,12 @@ void expect_rest(const Ran& ran, double energy, double share = 1e-9) {
     momentum = std::max(momentum, largest(body.momentum.values));
   }
   for (const auto& instance : ran.scene.instances) mass += ran.mass(instance.name);
-  EXPECT_LT(kinetic, 1e-9 * scale);
+  EXPECT_LT(kinetic, share * scale);
   EXPECT_LT(momentum * momentum / (2 * mass), share * share * scale);
   for (const auto& monitor : result.monitors)
     EXPECT_LT(0.5 * mass * std::pow(largest(monitor.mean_velocity.values), 2),
               share * share * scale);
-  EXPECT_LT(std::abs(result.total.back() - result.total.front()), 1e-9 * scale);
+  EXPECT_LT(std::abs(result.total.back() - result.total.front()), share * scale);
 }
 
 class Rest : public ::testing::TestWithParam<Kind> {
@@ -109,8 +108,7 @@ TEST_P(Rest, OfTiedBlocks) {
                    "contact:\n  - {between: [a.z_max, b.z_min], tied: true}\n"
                    "  - {between: [a.z_min, floor], friction: 0.2}\n" +
                    time() + "output: {every: 0.1, history: [a.z_max, b.z_max]}\n");
-    const bool massless = GetParam().component.find("massless") != std::string::npos;
-    expect_rest(ran, energy, massless ? 3e-8 : 1e-9);
+    expect_rest(ran, energy);
   }
 }
 

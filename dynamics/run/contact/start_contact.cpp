@@ -13,14 +13,24 @@ std::string where(const ContactPair& pair) {
   return (pair.source ? pair.source->text() + ": " : "") + "contact " + pair.name + ": ";
 }
 
+// Where ties are found. Load steps begin with bodies as they were meshed; a motion begins with the
+// quasi-static displacements of its loads.
+const Points& start_of(const Simulation& sim, Index contact, ContactState& state) {
+  const ContactNodes& nodes = sim.contact_nodes[contact];
+  const Body& body = *sim.bodies[nodes.body];
+  Points& start = state.bodies[contact].start;
+  if (sim.is_static || sim.preload > 0) {
+    start = body.reference_positions()(nodes.nodes, Eigen::all);
+  } else {
+    body.positions(nodes.set, start);
+  }
+  return start;
+}
+
 // Of `all`, pairs that lie apart are not tied.
 void tie_pair(Simulation& sim, ContactPair& pair, ContactState& state) {
-  for (const Index b : {pair.slave->body, pair.master->body}) {
-    const ContactNodes& nodes = sim.contact_nodes[b];
-    sim.bodies[nodes.body]->positions(nodes.set, state.bodies[b].start);
-  }
-  const Points &slave = state.bodies[pair.slave->body].start,
-               &master = state.bodies[pair.master->body].start;
+  const Points &slave = start_of(sim, pair.slave->body, state),
+               &master = start_of(sim, pair.master->body, state);
   ContactList ties;
   Points offset;
   const TieReport report =
