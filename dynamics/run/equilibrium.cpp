@@ -263,7 +263,8 @@ void Equilibrium::solve_group(const std::vector<Index>& pairs, const std::vector
                               Change& change) {
   // A load step goes as far as many steps of a motion: faces have turned since the last search
   for (const Index p : pairs) sim_.pairs[p].state().memory.standing = StandingSearch();
-  Solved solved{collect(sim_, pairs, initial_, state_), {}};
+  // Moves come after the search: it reaches as far as they may go
+  Solved solved{collect(sim_, pairs, initial_, state_, first_way()), {}};
   ContactGroup& group = solved.group;
   for (ContactPoint& point : group.list.points) {
     for (Index t = point.first_term; t < point.first_term + point.n_terms; ++t) {

@@ -28,8 +28,13 @@ constexpr double rigid_share = 1e-3;
 // Of these springs, what is left of them in a step of Newton's method: next to nothing, more where
 // that is too far or does not help.
 constexpr double least_hold = 1e-10, more_hold = 1e-4, most_hold = 1e3, slow = 0.7;
-// Of the forces that act, those that may be left.
-constexpr double balanced = 1e-12;
+// Of the forces that act, those that may be left; and those that may where round-off lets no step
+// do better.
+constexpr double balanced = 1e-12, nearly_balanced = 1e-10;
+// Of a way that a step may take, the gap of what touches.
+constexpr double touching = 1e-9;
+// Of the largest diagonal entry of B^T B: motions below it have no grip on what is closed.
+constexpr double no_grip = 1e-10;
 constexpr int most_moves = 40;
 // Of the mean diagonal entry of W, beside a matrix that may be singular.
 constexpr double regular = 1e-12;
@@ -112,6 +117,7 @@ class StaticSystem {
             double hold) const;
   bool newton(const Vector& g, const Vector& c, double most_way, double force, Vector& p,
               Vector& moved) const;
+  Vector without_drift(const SetBases& bases, const Vector& moved) const;
   Vector search(const Vector& g, const Vector& c, double most_way, double force, Vector& p);
   Matrix stiffness_of_contact(const Vector& p, const Vector& gap) const;
   Vector next_move(const Matrix& H, const Vector& r, const Vector& moved, double most_way,
@@ -319,6 +325,22 @@ StaticSystem::Step StaticSystem::step(const SetBases& bases, const Vector& g, co
   return step;
 }
 
+// The least moves with the same gaps of what is closed. Springs leave round-off of the forces in
+// moves that nothing closed resists; such a drift would turn faces, and grow with each load step.
+Vector StaticSystem::without_drift(const SetBases& bases, const Vector& moved) const {
+  if (moved.size() == 0 || bases.size() == 0) return moved;
+  const Matrix B = bases.R.transpose() * Matrix(contact_B_(bases.rows, Eigen::all));
+  const Matrix A = B.transpose() * B;
+  Matrix shifted = A;
+  shifted.diagonal().array() += no_grip * A.diagonal().maxCoeff();
+  const Cholesky factor(std::move(shifted));
+  if (!factor.ok()) return moved;
+  Vector least = Vector::Zero(moved.size());
+  // A comes last: it takes out what round-off leaves where nothing has a grip
+  for (int pass = 0; pass < 3; ++pass) least += A * factor.solve(Vector(moved - least));
+  return least;
+}
+
 // Newton's method on the laws and the balance together, from p and no move; a step is as long as
 // lowers what violates the laws.
 bool StaticSystem::newton(const Vector& g, const Vector& c, double most_way, double force,
@@ -335,9 +357,14 @@ bool StaticSystem::newton(const Vector& g, const Vector& c, double most_way, dou
   if (largest(c + contact_B_.transpose() * p) <= balanced * force &&
       largest(law_violations(problem_, p, gap)) <= tolerance_of(gap - g))
     return true;
-  double merit = HUGE_VAL, least = HUGE_VAL, before = HUGE_VAL;
+  double merit = HUGE_VAL, least = HUGE_VAL, before = HUGE_VAL, left_before = HUGE_VAL;
   for (int k = 0, stays = 0; k < most && stays < longest_stay; ++k) {
-    const SetBases bases = set_bases(problem_, contact_set(problem_, p, gap));
+    // What touches but for round-off is closed at first: signs of round-off are no set
+    Vector seen = gap;
+    if (k == 0)
+      for (Index i = 0; i < problem_.n_points(); ++i)
+        seen[problem_.first[i]] -= touching * most_way;
+    const SetBases bases = set_bases(problem_, contact_set(problem_, p, seen));
     if (bases.size() == 0 && c.size() > 0) return false;
     Step to;
     for (const double next : holds) {
@@ -351,11 +378,15 @@ bool StaticSystem::newton(const Vector& g, const Vector& c, double most_way, dou
                  tolerance = tolerance_of(answer);
     const bool stands =
         violation <= tolerance || (violation <= near * tolerance && violation > 0.3 * before);
+    const bool balances =
+        largest(left) <= balanced * force ||
+        (largest(left) <= nearly_balanced * force && largest(left) > 0.3 * left_before);
     before = violation;
-    if (stands && largest(left) <= balanced * force) {
+    left_before = largest(left);
+    if (stands && balances) {
       p = std::move(to.p);
       project(problem_, p);
-      moved = std::move(to.moved);
+      moved = without_drift(bases, to.moved);
       return true;
     }
     double best_t = 1, best = HUGE_VAL;
@@ -397,7 +428,9 @@ Vector StaticSystem::search(const Vector& g, const Vector& c, double most_way, d
     const Vector r = c + B.transpose() * p, here = moved + spring_ * r;
     const double acts = std::max(force, largest(B.cwiseAbs().transpose() * p.cwiseAbs()));
     const bool is_far = largest(times(N_, moved)) >= (1 - 1e-9) * most_way;
-    if (!(largest(r) > balanced * acts) || k == most_moves || (is_far && k > 0)) return here;
+    if (!(largest(r) > balanced * acts))
+      return without_drift(set_bases(*sprung_, contact_set(*sprung_, p, of_contact.gap)), here);
+    if (k == most_moves || (is_far && k > 0)) return here;
     hold = largest(r) > slow * before ? std::max(more_hold, 1e3 * hold)
                                       : std::max(least_hold, 1e-3 * hold);
     before = largest(r);

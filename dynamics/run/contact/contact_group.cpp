@@ -54,7 +54,7 @@ void search_faces(Simulation& sim, Index p, bool initial, ContactState& state,
     const StandingSearch& standing = now.memory.standing;
     ends = {first + standing.n_nodes, first + standing.n_both, list.points.size()};
   } else {
-    now.memory.extra_reach = pair.may_stand ? sim.detection.standing_reach * master.size : 0;
+    if (pair.may_stand) now.memory.extra_reach += sim.detection.standing_reach * master.size;
     if (any || (sim.detection.both_sides && master.ridge)) {
       ends = detect_both(slave, slave_body, master, master_body, initial, sim.detection, now.memory,
                          {any ? master : *master.ridge, !any, now.back, now.edges}, list);
@@ -105,8 +105,13 @@ void search(Simulation& sim, Index p, bool initial, ContactState& state, Contact
 }  // namespace
 
 ContactGroup collect(Simulation& sim, const std::vector<Index>& pairs, bool initial,
-                     ContactState& state) {
+                     ContactState& state, double extra_reach) {
   ContactGroup group;
+  for (const Index p : pairs) {
+    PairState& pair = sim.pairs[p].state();
+    for (PairMemory* memory : {&pair.memory, &pair.back, &pair.edges})
+      memory->extra_reach = extra_reach;
+  }
   for (const Index p : pairs) search(sim, p, initial, state, group);
   group.guess.setZero(static_cast<Index>(group.list.points.size()), 3);
   for (const ContactSearch& of : group.searches) {

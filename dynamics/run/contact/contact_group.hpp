@@ -26,9 +26,9 @@ struct ContactGroup {
 };
 
 // The points of `pairs` at the bodies' start and predicted end; slips of those with friction are
-// filled.
+// filled. extra_reach: a length by which searches reach farther than this motion asks for.
 ContactGroup collect(Simulation& simulation, const std::vector<Index>& pairs, bool initial,
-                     ContactState& state);
+                     ContactState& state, double extra_reach = 0);
 
 // Of the due pairs those of one enforcement, pairs that share a body together.
 std::vector<std::vector<Index>> islands(const Simulation& simulation, const std::vector<Index>& due,
