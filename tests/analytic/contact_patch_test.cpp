@@ -53,7 +53,7 @@ ContactSurface surface_at(const Mesh& mesh, double z, Index body, bool whole) {
   contact.nodes = surface_nodes(surface);
   const IndexTable faces = whole ? whole_faces(surface) : contact_faces(surface);
   contact.faces = faces.leftCols(4);
-  if (whole) contact.middle = faces.rightCols(4);
+  if (whole) contact.middle = faces.rightCols(5);
   fill_sizes(contact, mesh.coordinates);
   return contact;
 }
@@ -184,7 +184,8 @@ TEST(ContactPatch, MortarStrainsElementsOfSecondOrderUniformly) {
       {hex20, hex20, {2, 2, 1}, {3, 3, 1}, 0},   {hex20, hex20, {2, 2, 1}, {3, 3, 1}, 0.2},
       {hex20, hex8, {2, 2, 1}, {3, 3, 1}, 0.2},  {tet10, tet10, {2, 2, 1}, {3, 3, 1}, 0.2},
       {tet10, hex20, {2, 2, 2}, {3, 3, 1}, 0.2}, {tet10, hex8, {3, 2, 1}, {2, 4, 1}, 0.2},
-      {hex20, hex20, {2, 2, 1}, {2, 2, 1}, 0.2}};
+      {hex20, hex20, {2, 2, 1}, {2, 2, 1}, 0.2}, {hex27, hex27, {2, 2, 1}, {3, 3, 1}, 0.2},
+      {hex27, hex8, {2, 2, 1}, {3, 3, 1}, 0.2},  {hex27, tet10, {2, 2, 1}, {3, 3, 1}, 0.2}};
   for (const Meshes& meshes : quadratic) {
     for (const bool slave_is_upper : {false, true}) {
       const Patch patch = solve(meshes, slave_is_upper, detect_mortar);

@@ -36,11 +36,11 @@ class TermSums {
  public:
   explicit TermSums(Index n_nodes) : sums_(n_nodes, 0.0), seen_(n_nodes, 0) {}
   // Values of a face's corners and mid-side nodes.
-  void add(const ContactSurface& surface, Index face, const Eigen::Matrix<double, 1, 8>& values) {
+  void add(const ContactSurface& surface, Index face, const Eigen::Matrix<double, 1, 9>& values) {
     for (int a = 0; a < (is_triangle(surface, face) ? 3 : 4); ++a)
       add(surface.faces(face, a), values[a]);
     if (!is_quadratic(surface, face)) return;
-    for (int a = 0; a < 4; ++a)
+    for (int a = 0; a < 5; ++a)
       if (surface.middle(face, a) >= 0) add(surface.middle(face, a), values[4 + a]);
   }
   // Appends sign x sum / (sum of all), ascending by node, and empties it.

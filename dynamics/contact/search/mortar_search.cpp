@@ -28,6 +28,11 @@ void fill_boxes(const ContactSurface& surface, const ContactBody& body, const Ve
   }
 }
 
+FaceOrder order_of(const ContactSurface& surface, Index face) {
+  if (has_centre(surface, face)) return FaceOrder::biquadratic;
+  return is_quadratic(surface, face) ? FaceOrder::quadratic : FaceOrder::linear;
+}
+
 // The slave face that is looked at.
 struct SlaveFace {
   Index face = 0;
@@ -58,7 +63,7 @@ SlaveFace slave_face(const MortarStep& step, const PairMemory& memory, Index fac
   s.frame = contact_frame(mean_normal(seen));
   s.origin = centre(seen);
   s.flat = flatten(seen, s.triangle, s.frame, s.origin, true);
-  s.flat.quadratic = is_quadratic(step.slave, face);
+  s.flat.order = order_of(step.slave, face);
   return s;
 }
 
@@ -78,19 +83,19 @@ Segment segment_at(const MortarStep& step, const SlaveFace& s, Index face, doubl
   FlatFace of_slave = flatten(slave, s.triangle, frame, origin, true),
            of_master = flatten(between(start, end, t), is_triangle(step.master, face), frame,
                                origin, false);
-  of_slave.quadratic = is_quadratic(step.slave, s.face);
-  of_master.quadratic = is_quadratic(step.master, face);
+  of_slave.order = order_of(step.slave, s.face);
+  of_master.order = order_of(step.master, face);
   return integrate(of_slave, of_master);
 }
 
 // sum of the face's nodes weighed by columns of D or M.
 Vector3 weighted_sum(const CornerByNode& weights, const ContactSurface& surface, Index face,
                      const Points& points) {
-  const Eigen::Matrix<double, 1, 8> w = weights.colwise().sum();
+  const Eigen::Matrix<double, 1, 9> w = weights.colwise().sum();
   Vector3 r = Vector3::Zero();
   for (int a = 0; a < 4; ++a) r += w[a] * points.row(surface.faces(face, a)).transpose();
   if (!is_quadratic(surface, face)) return r;
-  for (int a = 0; a < 4; ++a)
+  for (int a = 0; a < 5; ++a)
     if (surface.middle(face, a) >= 0)
       r += w[4 + a] * points.row(surface.middle(face, a)).transpose();
   return r;
@@ -183,7 +188,7 @@ bool meets(const MortarStep& step, const PairMemory& memory, const SlaveFace& s,
   pair.normal = normal;
   pair.master_normal = master_normal;
   FlatFace flat = flatten(seen, triangle, s.frame, s.origin, false);
-  flat.quadratic = is_quadratic(step.master, face);
+  flat.order = order_of(step.master, face);
   pair.segment = integrate(s.flat, flat);
   pair.on_the_way = !(pair.segment.area > 0);
   if (pair.on_the_way) {

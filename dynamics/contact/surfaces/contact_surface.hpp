@@ -65,8 +65,9 @@ struct ContactSurface {
   Index body = 0;            // index into the contact bodies
   std::vector<Index> nodes;  // of the faces, ascending, contact nodes of the body
   IndexTable faces;          // f x 4, contact nodes of the body; a triangle repeats its last
-  // f x 4 or empty, of mortar only: the mid-side nodes of faces of second order, between corner a
-  // and the next; a triangle has three. -1: none. Elsewhere such faces are cut into linear ones.
+  // f x 5 or empty, of mortar only: the mid-side nodes of faces of second order, between corner a
+  // and the next (a triangle has three), and the one in the middle of a face of nine nodes. -1:
+  // none. Elsewhere such faces are cut into linear ones.
   IndexTable middle;
   Vector sizes;     // f, sqrt of the undeformed area: the face's length scale
   double size = 0;  // their mean
@@ -117,6 +118,10 @@ double facing_area(const ContactSurface& surface, Index slot, const ContactBody&
 // How much the surface bends from face to face: 1 - |area vector| / area at its nodes, their
 // median; 0: flat, beta^2 / 8 for faces that meet at an angle of beta. Without area_vectors: 0.
 double bend(const ContactSurface& surface);
+
+inline bool has_centre(const ContactSurface& surface, Index face) {
+  return surface.middle.rows() > 0 && surface.middle(face, 4) >= 0;
+}
 
 FaceCorners corners(const ContactSurface& surface, Index face, const Points& points);
 

@@ -15,8 +15,8 @@ constexpr int capacity = 128;  // of a batch of quadrature points
 using Batch = Eigen::Array<double, Eigen::Dynamic, 1, Eigen::ColMajor, capacity, 1>;
 // columns: corners of the face
 using Shapes = Eigen::Array<double, Eigen::Dynamic, 4, Eigen::ColMajor, capacity, 4>;
-// and its mid-side nodes
-using NodeShapes = Eigen::Array<double, Eigen::Dynamic, 8, Eigen::ColMajor, capacity, 8>;
+// and its other nodes
+using NodeShapes = Eigen::Array<double, Eigen::Dynamic, 9, Eigen::ColMajor, capacity, 9>;
 
 struct TrianglePoint {
   double s, t, weight;  // weights sum to 1
@@ -159,8 +159,8 @@ int line_points(double rate, int degree) {
 }
 
 // The face's own shape functions, of second order, from those of its corners.
-NodeShapes quadratic_shapes(bool triangle, const Shapes& N) {
-  NodeShapes Q = NodeShapes::Zero(N.rows(), 8);
+NodeShapes quadratic_shapes(bool triangle, bool centre, const Shapes& N) {
+  NodeShapes Q = NodeShapes::Zero(N.rows(), 9);
   if (triangle) {
     for (int a = 0; a < 3; ++a) {
       Q.col(a) = N.col(a) * (2 * N.col(a) - 1);
@@ -175,13 +175,21 @@ NodeShapes quadratic_shapes(bool triangle, const Shapes& N) {
   Q.col(6) = 0.5 * (1 - s * s) * (1 + t);
   Q.col(7) = 0.5 * (1 - s) * (1 - t * t);
   for (int a = 0; a < 4; ++a) Q.col(a) = N.col(a) - 0.5 * (Q.col(4 + a) + Q.col(4 + (a + 3) % 4));
+  if (!centre) return Q;
+  Q.col(8) = (1 - s * s) * (1 - t * t);
+  for (int a = 0; a < 4; ++a) {
+    Q.col(a) += 0.25 * Q.col(8);
+    Q.col(4 + a) -= 0.5 * Q.col(8);
+  }
   return Q;
 }
 
-void add_products(const Shapes& weighted, const Shapes& corners, bool quadratic, bool triangle,
+void add_products(const Shapes& weighted, const Shapes& corners, const FlatFace& face,
                   CornerByNode& sum) {
-  if (quadratic) {
-    sum += weighted.matrix().transpose().lazyProduct(quadratic_shapes(triangle, corners).matrix());
+  if (face.order != FaceOrder::linear) {
+    const NodeShapes nodes =
+        quadratic_shapes(face.triangle, face.order == FaceOrder::biquadratic, corners);
+    sum += weighted.matrix().transpose().lazyProduct(nodes.matrix());
   } else {
     sum.leftCols<4>() += weighted.matrix().transpose().lazyProduct(corners.matrix());
   }
@@ -201,8 +209,8 @@ void add_batch(const Overlap& of, const Batch& x, const Batch& y, const Batch& w
   shape_functions(of.slave, x, y, of_slave);
   shape_functions(of.master, x, y, of_master);
   const Shapes weighted = of_slave.colwise() * w;
-  add_products(weighted, of_slave, of.slave_face.quadratic, of.slave_face.triangle, segment.D);
-  add_products(weighted, of_master, of.master_face.quadratic, of.master_face.triangle, segment.M);
+  add_products(weighted, of_slave, of.slave_face, segment.D);
+  add_products(weighted, of_master, of.master_face, segment.M);
   segment.area += w.sum();
 }
 
@@ -213,10 +221,13 @@ void add_polygon(const Overlap& of, double sliver, Segment& segment) {
     x[i] = shared.x[i][0];
     y[i] = shared.x[i][1];
   }
-  // Six points are exact to degree 4, three on a line to 5: a face of second order has 3 itself
-  const bool quadratic = of.slave_face.quadratic || of.master_face.quadratic;
+  // Six points are exact to degree 4, n on a line to 2 n - 1: a face of second order has degree 3
+  // itself, with a node in the middle 4
+  const FaceOrder order = std::max(of.slave_face.order, of.master_face.order);
+  constexpr std::array<int, 3> degrees{3, 5, 6}, least{0, 3, 4};
+  const auto of_order = static_cast<std::size_t>(order);
   const double rate = std::min(convergence(of.slave, x, y), convergence(of.master, x, y));
-  const int n_line = std::max(quadratic ? 3 : 0, line_points(rate, quadratic ? 5 : 3));
+  const int n_line = std::max(least[of_order], line_points(rate, degrees[of_order]));
   const auto& points = triangle_points(n_line);
   const Index n_points = static_cast<Index>(points.size());
   x.resize(capacity);

@@ -24,10 +24,13 @@ struct FacePiece {
   double area = 0;
 };
 
+// Quadratic: with nodes between the corners; biquadratic: a quad with one in the middle, too.
+enum class FaceOrder : char { linear, quadratic, biquadratic };
+
 // A face in the plane of `frame` (rows: normal, two tangents).
 struct FlatFace {
   bool triangle = false;
-  bool quadratic = false;  // of second order: with nodes between the corners
+  FaceOrder order = FaceOrder::linear;
   int n_pieces = 0;
   std::array<FacePiece, 2> pieces;
 };
@@ -36,9 +39,9 @@ struct FlatFace {
 FlatFace flatten(const FaceCorners& corners, bool triangle, const Matrix3& frame,
                  const Vector3& origin, bool counter_clockwise);
 
-// Corner by node: corners, then mid-side nodes. What a triangle or a linear face does not have is
-// 0.
-using CornerByNode = Eigen::Matrix<double, 4, 8>;
+// Corner by node: corners, then mid-side nodes, then the middle. What a triangle or a linear face
+// does not have is 0.
+using CornerByNode = Eigen::Matrix<double, 4, 9>;
 
 // Integrals over what a slave and a master face share.
 struct Segment {

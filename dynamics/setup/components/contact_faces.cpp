@@ -26,24 +26,15 @@ Surface unseen(const Surface& surface, Seen& seen) {
   return fresh;
 }
 
-// 4 f x 8: mortar's shape functions know no centre node, so a nine-node face is four bilinear ones
-// to it.
-IndexTable quarters(const Surface& surface) {
-  const IndexTable linear = linear_faces(surface).faces;
-  IndexTable faces = IndexTable::Constant(linear.rows(), 8, -1);
-  faces.leftCols(4) = linear;
-  return faces;
-}
-
-// f x 8, see whole_faces.
+// f x 9, see whole_faces.
 IndexTable whole(const Surface& surface) {
-  if (surface.kind == FaceKind::quad9) return quarters(surface);
-  IndexTable faces = IndexTable::Constant(surface.n_faces(), 8, -1);
+  IndexTable faces = IndexTable::Constant(surface.n_faces(), 9, -1);
   const bool triangle = surface.kind == FaceKind::tri3 || surface.kind == FaceKind::tri6;
   const int n = triangle ? 3 : 4;
   faces.leftCols(n) = surface.faces.leftCols(n);
   if (triangle) faces.col(3) = faces.col(2);
-  if (surface.faces.cols() == 2 * n) faces.middleCols(4, n) = surface.faces.rightCols(n);
+  if (surface.faces.cols() >= 2 * n) faces.middleCols(4, n) = surface.faces.middleCols(n, n);
+  if (surface.kind == FaceKind::quad9) faces.col(8) = surface.faces.col(8);
   return faces;
 }
 
@@ -110,10 +101,10 @@ void turn_over(IndexTable& faces) {
     if (row(2) == row(3)) {
       std::swap(row(1), row(2));
       row(3) = row(2);
-      if (row.size() == 8) std::swap(row(4), row(6));
+      if (row.size() == 9) std::swap(row(4), row(6));
     } else {
       std::swap(row(1), row(3));
-      if (row.size() == 8) {
+      if (row.size() == 9) {
         std::swap(row(4), row(7));
         std::swap(row(5), row(6));
       }

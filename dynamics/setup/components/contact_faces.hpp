@@ -19,13 +19,13 @@ bool has_faces(const Geometry& geometry);
 std::vector<Surface> distinct_surfaces(const Geometry& geometry);
 Surface once(const Surface& surface);  // each of its faces
 
-// The same as they are, for mortar, f x 8: corners as above, then the nodes between corner a and
-// the next (a triangle has three); -1 where there is none.
+// The same as they are, for mortar, f x 9: corners as above, then the nodes between corner a and
+// the next (a triangle has three), and the one in the middle; -1 where there is none.
 IndexTable whole_faces(const Surface& surface);
 IndexTable all_whole_faces(const Geometry& geometry);
 
 // A mirror turns faces inside out: (a b c d) -> (a d c b), a triangle (a b c c) -> (a c b b). f x 4
-// or f x 8.
+// or f x 9.
 void turn_over(IndexTable& faces);
 
 // Those of `faces` that are not in `all` yet are added to it; a face is its nodes, whichever way it

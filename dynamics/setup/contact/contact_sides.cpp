@@ -42,7 +42,7 @@ std::shared_ptr<const ContactSurface> ContactSides::surface(
   surface.nodes = nodes_of(faces);
   if (surface.nodes.front() < 0) surface.nodes.erase(surface.nodes.begin());
   surface.faces = faces.leftCols(4);
-  if (whole && faces.rightCols(4).maxCoeff() >= 0) surface.middle = faces.rightCols(4);
+  if (whole && faces.rightCols(5).maxCoeff() >= 0) surface.middle = faces.rightCols(5);
   Body& body = *built_.simulation.bodies[contact.body];
   const Points points = body.reference_positions()(contact.nodes, Eigen::all);
   fill_sizes(surface, points);

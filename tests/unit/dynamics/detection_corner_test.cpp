@@ -222,7 +222,7 @@ TEST(ContactSurface, BendsAsItsFacesDo) {
   p.surface.nodes = {0, 1, 2, 3, 4, 5, 6};
   fill_sizes(p.surface, x.topRows(7));
   EXPECT_NEAR(bend(p.surface), 1 - std::sqrt(0.5), 1e-12);
-  p.surface.middle = IndexTable::Constant(3, 4, -1);
+  p.surface.middle = IndexTable::Constant(3, 5, -1);
   Index n = 7;
   for (Index f = 0; f < 3; ++f)
     for (int a = 0; a < 3; ++a, ++n) {

@@ -381,8 +381,8 @@ TEST(Mortar, OnlyTheFaceThatHoldsHolds) {
 // Faces of second order for mortar: mid-side nodes lie between their corners, also when a mirror
 // has turned the faces over.
 TEST(Mortar, WholeFacesKeepTheirMiddles) {
-  for (const ElementType type :
-       {ElementType::hex8, ElementType::hex20, ElementType::tet4, ElementType::tet10}) {
+  for (const ElementType type : {ElementType::hex8, ElementType::hex20, ElementType::hex27,
+                                 ElementType::tet4, ElementType::tet10}) {
     const Mesh mesh = test::box_mesh(type, {2, 1, 1}, Vector3(2, 1, 1));
     Sideset top{"top", 1, {}};
     for (Index e = 0; e < mesh.blocks[0].connectivity.rows(); ++e)
@@ -391,7 +391,8 @@ TEST(Mortar, WholeFacesKeepTheirMiddles) {
           top.sides.push_back({0, e, side});
     const Surface surface = extract_surface(mesh, top);
     IndexTable faces = whole_faces(surface), linear = contact_faces(surface);
-    const bool quadratic = type == ElementType::hex20 || type == ElementType::tet10;
+    const bool has_centre = type == ElementType::hex27;
+    const bool quadratic = has_centre || type == ElementType::hex20 || type == ElementType::tet10;
     const auto area_vectors = [&](const IndexTable& table) {
       Vector3 sum = Vector3::Zero();
       for (Index f = 0; f < table.rows(); ++f)
@@ -420,6 +421,13 @@ TEST(Mortar, WholeFacesKeepTheirMiddles) {
                                 mesh.coordinates.row(faces(f, (a + 1) % n)));
           EXPECT_LT((mesh.coordinates.row(middle) - x).norm(), 1e-14);
         }
+        if (!has_centre) {
+          EXPECT_EQ(faces(f, 8), -1);
+          continue;
+        }
+        const auto centre =
+            0.5 * (mesh.coordinates.row(faces(f, 0)) + mesh.coordinates.row(faces(f, 2)));
+        EXPECT_LT((mesh.coordinates.row(faces(f, 8)) - centre).norm(), 1e-14);
       }
     }
   }
