@@ -184,11 +184,31 @@ class Builder {
     nodes_.insert(nodes_.end(), patch.nodes.begin(), patch.nodes.end());
   }
 
+  // The same, and their values and normals.
+  void add_corners(const Patch& patch, const SparseMatrix& Psi, const std::vector<Index>& cell) {
+    Points normals = Points::Zero(x_.rows(), 3);
+    for (const Surface& surface : patch.surfaces) normals += face_normals(surface, x_);
+    const Points of_patch = normals(patch.nodes, Eigen::all);
+    for (Index a = 0; a < Psi.cols(); ++a) {
+      Vector3 normal = Vector3::Zero();
+      for (SparseMatrix::InnerIterator it(Psi, a); it; ++it) {
+        Psi_.emplace_back(patch.nodes[static_cast<std::size_t>(it.row())], n_ + a, it.value());
+        normal += it.value() * of_patch.row(it.row()).transpose();
+      }
+      normals_.push_back(normal);
+    }
+    add(patch, Psi, cell);
+  }
+
   PressureFunctions finish() {
     PressureFunctions functions;
     std::sort(nodes_.begin(), nodes_.end());
     nodes_.erase(std::unique(nodes_.begin(), nodes_.end()), nodes_.end());
     functions.N = compressed(N_);
+    functions.Psi = compressed(Psi_);
+    functions.normals.resize(static_cast<Index>(normals_.size()), 3);
+    for (std::size_t a = 0; a < normals_.size(); ++a)
+      functions.normals.row(static_cast<Index>(a)) = normals_[a].transpose();
     for (const auto& entry : ordered(cells_))
       functions.entry_cell.push_back(static_cast<Index>(entry.value()));
     functions.nodes = std::move(nodes_);
@@ -218,7 +238,8 @@ class Builder {
 
   const Points& x_;
   std::vector<Index> nodes_;
-  std::vector<Entry> N_, cells_;
+  std::vector<Entry> N_, cells_, Psi_;
+  std::vector<Vector3> normals_;
   Index n_ = 0;
 };
 
@@ -251,6 +272,41 @@ PressureFunctions pressure_functions(const std::vector<Surface>& faces, const Po
     const long rounds = std::max(1L, std::lround(nodes_of_radius));
     for (long round = 0; round < rounds; ++round) Psi = SparseMatrix(average * Psi);
     builder.add(patch, Psi, cell);
+  }
+  return builder.finish();
+}
+
+PressureFunctions corner_functions(const std::vector<Surface>& faces, const Points& coordinates) {
+  Builder builder(coordinates);
+  for (const Patch& patch : patches_of(faces, coordinates)) {
+    std::map<std::pair<Index, Index>, double> value;  // node, corner, both of the patch
+    for (const Surface& surface : patch.surfaces)
+      for (Index f = 0; f < surface.n_faces(); ++f) {
+        const int n = corners_of(surface, f), per_face = n_nodes(surface.kind);
+        const auto at = [&](int a) { return patch.local(surface.faces(f, a)); };
+        for (int a = 0; a < n; ++a) value[{at(a), at(a)}] = 1;
+        if (per_face < 2 * n) continue;
+        for (int a = 0; a < n; ++a)
+          value[{at(n + a), at(a)}] = value[{at(n + a), at((a + 1) % n)}] = 0.5;
+        for (int a = 0; a < n && per_face == 9; ++a) value[{at(8), at(a)}] = 0.25;
+      }
+    const auto m = static_cast<Index>(patch.nodes.size());
+    std::vector<Index> function(static_cast<std::size_t>(m), -1);
+    Index k = 0;
+    for (const auto& [at, share] : value)
+      if (at.first == at.second) function[static_cast<std::size_t>(at.first)] = k++;
+    std::vector<Index> cell = function;
+    std::vector<Eigen::Triplet<double, Index>> entries;
+    for (const auto& [at, share] : value) {
+      const Index a = function[static_cast<std::size_t>(at.second)];
+      entries.emplace_back(at.first, a, share);
+      // A node between corners is of the first one's cell
+      Index& its = cell[static_cast<std::size_t>(at.first)];
+      if (its < 0) its = a;
+    }
+    SparseMatrix Psi(m, k);
+    Psi.setFromTriplets(entries.begin(), entries.end());
+    builder.add_corners(patch, Psi, cell);
   }
   return builder.finish();
 }

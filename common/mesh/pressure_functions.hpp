@@ -20,6 +20,10 @@ struct PressureFunctions {
   // Of each entry of N, in its order: the cell that its node belongs to on the function's side of
   // sharp edges. Function a has cell a.
   std::vector<Index> entry_cell;
+  // Of corner_functions(): the values of Psi (m x k), and integrals of each times the outward
+  // normal (k x 3).
+  SparseMatrix Psi;
+  Points normals = Points(0, 3);
 
   Index size() const { return N.cols(); }
 };
@@ -31,5 +35,10 @@ struct PressureFunctions {
 // Precondition: wanted >= 1; `faces` have at least one face.
 PressureFunctions pressure_functions(const std::vector<Surface>& faces, const Points& coordinates,
                                      Index wanted);
+
+// One function for each corner of the faces, linear between the corners: of faces of second order
+// the most functions of which a pressure that is not negative has nodal forces that may be. None
+// reaches over an edge that is sharper than 20 degrees. `faces`: as above.
+PressureFunctions corner_functions(const std::vector<Surface>& faces, const Points& coordinates);
 
 }  // namespace cbr

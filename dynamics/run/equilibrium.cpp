@@ -278,9 +278,11 @@ void Equilibrium::solve_group(const std::vector<Index>& pairs, const std::vector
     state_.bodies[b].impulses.setZero();
     state_.bodies[b].friction.setZero();
   }
+  std::vector<FunctionsOfSearch> searches = functions_of(sim_, group);
+  for (FunctionsOfSearch& of : searches) of.functions = nullptr;
   StaticResult result =
       enforce_static(group.list, group.laws, group.guess, floating_, columns, loads_, largest_load_,
-                     most_way_, state_.bodies, memories_[pairs.front()]);
+                     most_way_, state_.bodies, searches, memories_[pairs.front()]);
   for (const Index b : group.bodies) give(b);
   move(columns, result, change);
   solved.result = std::move(result.of_points);
@@ -381,7 +383,7 @@ void Equilibrium::note_closed() {
     const ContactList& list = solved.group.list;
     for (const ContactSearch& of : solved.group.searches) {
       for (auto i = of.first; i < of.last; ++i) {
-        if (!(solved.result.p(static_cast<Index>(i), 0) > 0)) continue;
+        if (!solved.result.pushes(static_cast<Index>(i))) continue;
         const ContactTerm& term = list.terms[list.points[i].first_term];
         closed_[of.pair].push_back({term.body, term.node, list.points[i].slot});
       }
@@ -478,7 +480,8 @@ void Equilibrium::book() {
     const ContactNodes& nodes = sim_.contact_nodes[c];
     sim_.bodies[nodes.body]->positions(nodes.set, state_.bodies[c].end);
     state_.impulses_since_output[c] = forces_[c];
-    if (state_.normal_since_output[c].rows() > 0) state_.normal_since_output[c].setZero();
+    state_.normal_since_output[c].setZero();
+    state_.pressure_since_output[c].setZero();
   }
   for (const Solved& solved : solved_) {
     cbr::book(sim_, solved.group, solved.result, state_, outcome_);
@@ -618,6 +621,7 @@ void Equilibrium::start_motion(double h) {
   for (ContactBody& contact : state_.bodies) contact.response_h = 0;
   for (Points& impulses : state_.impulses_since_output) impulses.setZero();
   for (Points& impulses : state_.normal_since_output) impulses.setZero();
+  for (Points& pressures : state_.pressure_since_output) pressures.setZero();
 }
 
 }  // namespace cbr

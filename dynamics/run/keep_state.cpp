@@ -44,7 +44,8 @@ void ContactState::keep_state(StateArchive& archive, Simulation& sim) {
     if (with_velocities)
       contact.velocity_response = body.end_impulses()->velocity_response(nodes.set);
   }
-  archive(islands, settled, impulses_since_output, ahead_since_output, normal_since_output);
+  archive(islands, settled, impulses_since_output, ahead_since_output, normal_since_output,
+          pressure_since_output);
 }
 
 void ContactOutcome::keep_state(StateArchive& archive) {

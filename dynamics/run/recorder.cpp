@@ -123,6 +123,24 @@ void Recorder::record_pairs(double interval, const ContactOutcome& outcome) {
   result_.active.push_back(active);
 }
 
+// Of nodal impulses on faces of second order the pressures at corners that do the same work on
+// linear motions, linear between the corners. A uniform pressure is exact, also on curved faces.
+static void add_corner_pressures(const Points& impulses, double interval,
+                                 const TurningAbility* turning, ContactNodes& nodes) {
+  if (nodes.corner_values.size() == 0 || impulses.isZero(0)) return;
+  Matrix at_corners = nodes.corner_values.transpose() * impulses;
+  if (turning != nullptr) at_corners = (at_corners * turning->turn_of_step()).eval();
+  Vector pressure = Vector::Zero(at_corners.rows());
+  for (Index a = 0; a < pressure.size(); ++a) {
+    const Vector3 impulse = at_corners.row(a).transpose(),
+                  normal = nodes.corner_normals.row(a).transpose();
+    // What pushes the other side of an edge is not of this one
+    if (-impulse.dot(normal) > same_side * impulse.norm() * normal.norm())
+      pressure[a] = -impulse.dot(normal) / (normal.squaredNorm() * interval);
+  }
+  nodes.pressure += nodes.corner_values * pressure;
+}
+
 void Recorder::record_pressure(double interval, ContactState& state) {
   for (std::size_t c = 0; c < sim_.contact_nodes.size(); ++c) {
     ContactNodes& nodes = sim_.contact_nodes[c];
@@ -139,7 +157,11 @@ void Recorder::record_pressure(double interval, ContactState& state) {
                       turning ? turning->turn_of_step().transpose() * normal : normal);
       if (area > 0) nodes.pressure[i] = J / (area * interval);
     }
+    if (interval > 0) add_corner_pressures(impulses, interval, turning, nodes);
+    Points& pressures = state.pressure_since_output[c];
+    if (interval > 0) nodes.pressure += pressures.rowwise().norm() / interval;
     impulses.setZero();
+    pressures.setZero();
   }
 }
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "common/files/state_archive.hpp"
@@ -115,21 +116,20 @@ std::vector<Index> first_columns(const std::vector<PointLaw>& laws,
 
 class Chooser {
  public:
-  Chooser(const ContactList& list, const std::vector<PointLaw>& laws)
-      : list_(list), laws_(laws), first_(first_rows(laws)) {}
+  Chooser(const ContactList& list, const std::vector<PointLaw>& laws, double flatness)
+      : list_(list), laws_(laws), flatness_(flatness), first_(first_rows(laws)) {
+    unknowns_.is_held.assign(laws.size(), 0);
+  }
 
   // column: of function_matrix(), the first of the search
   void add(const FunctionsOfSearch& search, Index number, Index column) {
-    if (search.functions == nullptr || search.last == search.first) {
-      for (auto i = search.first; i < search.last; ++i) add_point(i, number);
-      return;
-    }
+    std::vector<std::size_t> all(search.last - search.first);
+    std::iota(all.begin(), all.end(), search.first);
+    if (search.functions == nullptr || all.empty()) return add_points(all, search, number);
     const bool friction = laws_[search.first].law == ContactLaw::coulomb;
     const std::size_t most = friction ? most_points_with_friction : most_points;
-    if (n_closing(search) <= (friction ? few_points_with_friction : few_points)) {
-      for (auto i = search.first; i < search.last; ++i) add_point(i, number);
-      return;
-    }
+    if (n_closing(search) <= (friction ? few_points_with_friction : few_points))
+      return add_points(all, search, number);
     Cells cells(list_, search);
     std::vector<std::size_t> points = points_beside(cells, search);
     const bool whole = points.size() > most;
@@ -139,11 +139,14 @@ class Chooser {
       keep_deepest(most, points);
     }
     add_functions(cells, *search.functions, number, column, whole);
-    for (const std::size_t i : points) add_point(i, number);
+    add_points(points, search, number);
   }
 
   ContactUnknowns finish() {
     unknowns_.reduced = true;
+    unknowns_.values.resize(static_cast<Index>(laws_.size()), unknowns_.size());
+    unknowns_.values.setFromTriplets(values_.begin(), values_.end());
+    unknowns_.areas = Eigen::Map<const Vector>(areas_.data(), unknowns_.size());
     unknowns_.A.resize(first_.back(), row_);
     unknowns_.A.setFromTriplets(entries_.begin(), entries_.end());
     unknowns_.share = Eigen::Map<const Vector>(share_.data(), row_);
@@ -194,6 +197,7 @@ class Chooser {
       if (before == key) unknowns_.keys.back().ordinal = ordinal + 1;
     }
     unknowns_.laws.push_back(law);
+    areas_.push_back(0);
     for (int d = 0; d < n_rows(law.law); ++d) {
       unknowns_.column.push_back(column < 0 ? -1 : column + d);
       share_.push_back(share);
@@ -209,6 +213,58 @@ class Chooser {
     start_unknown({number, -1, list_.points[point].slot, 0}, laws_[point], -1, 0);
     add_share(point, 1);
     row_ += n_rows(laws_[point].law);
+  }
+
+  // Points, ascending, or the functions of corners that stand for them.
+  void add_points(const std::vector<std::size_t>& points, const FunctionsOfSearch& search,
+                  Index number) {
+    if (search.corners != nullptr) add_corners(points, search, number);
+    for (const std::size_t i : points)
+      if (unknowns_.is_held[i] == 0) add_point(i, number);
+  }
+
+  void add_corners(const std::vector<std::size_t>& points, const FunctionsOfSearch& search,
+                   Index number) {
+    const PressureFunctions& corners = *search.corners;
+    constexpr Index none = -1, several = -2;
+    std::vector<Index> point(corners.nodes.size(), none);
+    for (const std::size_t i : points) {
+      if (list_.points[i].slot < 0 || list_.points[i].n_slave_terms != 1) continue;
+      Index& at = point[static_cast<std::size_t>(list_.points[i].slot)];
+      at = at == none ? static_cast<Index>(i) : several;
+    }
+    const auto point_of = [&](Index slot) { return point[static_cast<std::size_t>(slot)]; };
+    const auto normal_of = [&](Index slot) {
+      return list_.points[static_cast<std::size_t>(point_of(slot))].normal();
+    };
+    const Index before = search.functions != nullptr ? search.functions->size() : 0;
+    for (Index a = 0; a < corners.size(); ++a) {
+      bool is_whole = true;
+      double area = 0, least = HUGE_VAL, most = -HUGE_VAL;
+      Index some = none;
+      for (SparseMatrix::InnerIterator it(corners.N, a); it && is_whole; ++it) {
+        if (some == none) some = it.row();
+        is_whole = point_of(it.row()) >= 0 && point_of(some) >= 0 &&
+                   normal_of(some).dot(normal_of(it.row())) > same_way;
+        if (!is_whole) break;
+        const double start = list_.points[static_cast<std::size_t>(point_of(it.row()))].start_gap;
+        least = std::min(least, start);
+        most = std::max(most, start);
+        area += it.value();
+      }
+      if (!is_whole || some == none || most - least > flatness_ * std::sqrt(area)) continue;
+      const PointLaw& law = laws_[static_cast<std::size_t>(point_of(some))];
+      start_unknown({number, before + a, -1, 0}, law, -1, 0);
+      areas_.back() = area;
+      for (SparseMatrix::InnerIterator it(corners.N, a); it; ++it) {
+        const auto at = static_cast<std::size_t>(point_of(it.row()));
+        add_share(at, it.value() / area);
+        unknowns_.is_held[at] = 1;
+      }
+      for (SparseMatrix::InnerIterator it(corners.Psi, a); it; ++it)
+        values_.emplace_back(point_of(it.row()), unknowns_.size() - 1, it.value());
+      row_ += n_rows(law.law);
+    }
   }
 
   // whole: functions are not cut off, and those of cells that stay open are unknowns too, so that
@@ -241,10 +297,11 @@ class Chooser {
 
   const ContactList& list_;
   const std::vector<PointLaw>& laws_;
+  const double flatness_;
   const std::vector<Index> first_;
   ContactUnknowns unknowns_;
-  std::vector<Eigen::Triplet<double, Index>> entries_;
-  std::vector<double> share_;
+  std::vector<Eigen::Triplet<double, Index>> entries_, values_;
+  std::vector<double> share_, areas_;
   Index row_ = 0;
 };
 
@@ -261,7 +318,35 @@ std::vector<Index> ContactUnknowns::of_searches() const {
 }
 
 void ContactUnknowns::keep_state(StateArchive& archive) {
-  archive(reduced, A, laws, keys, n_searches, column, share);
+  archive(reduced, A, laws, keys, n_searches, column, share, values, areas, is_held);
+}
+
+Vector ContactUnknowns::guess(const std::vector<PointLaw>& of_points, const Vector& p) const {
+  const std::vector<Index> first = first_rows(laws), first_of_points = first_rows(of_points);
+  Vector x = Vector::Zero(A.cols());
+  for (std::size_t u = 0; u < laws.size(); ++u)
+    for (Index row = first[u]; row < first[u + 1]; ++row) {
+      if (areas[static_cast<Index>(u)] > 0) {
+        for (SparseMatrix::InnerIterator it(values, static_cast<Index>(u)); it; ++it)
+          x[row] +=
+              it.value() * p[first_of_points[static_cast<std::size_t>(it.row())] + row - first[u]];
+        continue;
+      }
+      double square = 0;
+      for (SparseMatrix::InnerIterator it(A, row); it; ++it) {
+        x[row] += it.value() * p[it.row()];
+        square += it.value() * it.value();
+      }
+      x[row] /= square;
+    }
+  return x;
+}
+
+bool same_matrix(const SparseMatrix& a, const SparseMatrix& b) {
+  if (a.rows() != b.rows() || a.cols() != b.cols() || a.nonZeros() != b.nonZeros()) return false;
+  return std::equal(a.outerIndexPtr(), a.outerIndexPtr() + a.cols() + 1, b.outerIndexPtr()) &&
+         std::equal(a.innerIndexPtr(), a.innerIndexPtr() + a.nonZeros(), b.innerIndexPtr()) &&
+         std::equal(a.valuePtr(), a.valuePtr() + a.nonZeros(), b.valuePtr());
 }
 
 SparseMatrix function_matrix(const ContactList& list, const std::vector<PointLaw>& laws,
@@ -285,18 +370,52 @@ SparseMatrix function_matrix(const ContactList& list, const std::vector<PointLaw
 }
 
 ContactUnknowns choose_unknowns(const ContactList& list, const std::vector<PointLaw>& laws,
-                                const std::vector<FunctionsOfSearch>& searches) {
-  if (std::none_of(searches.begin(), searches.end(), [](const FunctionsOfSearch& search) {
-        return search.functions != nullptr && search.last > search.first;
-      }))
+                                const std::vector<FunctionsOfSearch>& searches, double flatness) {
+  if (std::none_of(searches.begin(), searches.end(),
+                   [](const FunctionsOfSearch& search) { return search.has_any(); }))
     return {};
-  Chooser chooser(list, laws);
+  Chooser chooser(list, laws, flatness);
   const std::vector<Index> columns = first_columns(laws, searches);
   for (std::size_t s = 0; s < searches.size(); ++s)
     chooser.add(searches[s], static_cast<Index>(s), columns[s]);
   ContactUnknowns unknowns = chooser.finish();
   unknowns.n_searches = static_cast<Index>(searches.size());
   return unknowns;
+}
+
+void keep_depths(const ContactList& list, const std::vector<PointLaw>& laws,
+                 const std::vector<FunctionsOfSearch>& searches, const ContactUnknowns& unknowns,
+                 Vector& g) {
+  const std::vector<Index> first = first_rows(laws), first_unknown = first_rows(unknowns.laws);
+  for (std::size_t u = 0; u < unknowns.keys.size(); ++u) {
+    if (searches[static_cast<std::size_t>(unknowns.keys[u].search)].corners == nullptr) continue;
+    double start = 0;
+    for (SparseMatrix::InnerIterator it(unknowns.A, first_unknown[u]); it; ++it) {
+      const auto at = std::upper_bound(first.begin(), first.end(), it.row()) - first.begin() - 1;
+      start += it.value() * list.points[static_cast<std::size_t>(at)].start_gap;
+    }
+    g[first_unknown[u]] -= std::min(0.0, start);
+  }
+}
+
+HeldPoints held_points(const ContactUnknowns& unknowns, const Vector& x) {
+  HeldPoints of;
+  if (unknowns.areas.size() == 0 || !(unknowns.areas.maxCoeff() > 0)) return of;
+  const std::vector<Index> first = first_rows(unknowns.laws);
+  of.pressure.setZero(unknowns.values.rows());
+  of.area.setZero(of.pressure.size());
+  for (std::size_t i = 0; i < unknowns.is_held.size(); ++i)
+    if (unknowns.is_held[i] == 0) of.pressure[static_cast<Index>(i)] = -1;
+  for (Index u = 0; u < unknowns.areas.size(); ++u) {
+    const double area = unknowns.areas[u], impulse = x[first[static_cast<std::size_t>(u)]];
+    if (!(area > 0 && impulse > 0)) continue;
+    const double all = unknowns.values.col(u).sum();
+    for (SparseMatrix::InnerIterator it(unknowns.values, u); it; ++it) {
+      of.pressure[it.row()] += it.value() * impulse / area;
+      of.area[it.row()] += it.value() * area / all;
+    }
+  }
+  return of;
 }
 
 }  // namespace cbr

@@ -278,7 +278,9 @@ EnforcementResult enforce_impulse(const ContactList& list, const std::vector<Poi
     if (auto result = enforce_point_by_point(list, laws, guess, searches, h, bodies, memory))
       return std::move(*result);
   }
-  ContactUnknowns unknowns = choose_unknowns(list, laws, searches);
+  // A function lets single nodes in by about half of what their gaps differ
+  constexpr double flatness = 0.003;
+  ContactUnknowns unknowns = choose_unknowns(list, laws, searches, flatness);
   if (unknowns.reduced)
     return enforce_in_functions(list, laws, searches, std::move(unknowns), h, bodies, memory);
   ImpulseStep step{list, laws, pack(gaps(list), laws), pack(guess, laws), {}, {}, 0, false, false};

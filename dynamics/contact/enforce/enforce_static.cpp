@@ -509,32 +509,51 @@ StaticResult enforce_static(const ContactList& list, const std::vector<PointLaw>
                             const Points& guess, const std::vector<FloatingNodes>& floating,
                             const std::vector<Index>& columns, const Vector& forces,
                             double largest_force, double most_way, std::vector<ContactBody>& bodies,
-                            StaticMemory& memory) {
-  const Vector c = forces(columns), g = pack(gaps(list), laws);
+                            const std::vector<FunctionsOfSearch>& searches, StaticMemory& memory) {
+  const Vector c = forces(columns);
   if (list.empty()) {
     const auto n = static_cast<Index>(columns.size());
-    return {{Points(0, 3), Points(0, 3)},
+    return {{.p = Points(0, 3), .gap = Points(0, 3)},
             unheld_moves(c, Matrix::Identity(n, n), largest_force, most_way),
             c,
             largest_force};
   }
+  const ContactUnknowns unknowns = choose_unknowns(list, laws, searches, HUGE_VAL);
   if (!memory.system || memory.columns != columns || !same_laws(laws, memory.laws) ||
-      !same_rows(list, memory.rows, laws, 0)) {
-    GapResponse W = gap_response(list, laws, bodies);
+      !same_rows(list, memory.rows, laws, 0) || !same_matrix(unknowns.A, memory.A)) {
+    const SparseMatrix* A = unknowns.reduced ? &unknowns.A : nullptr;
+    GapResponse W = gap_response(list, laws, bodies, &ContactBody::response, A);
     if (W.is_sparse) W.dense = W.sparse;
+    Matrix B = floating_rows(list, laws, floating, columns);
+    if (A != nullptr) B = (A->transpose() * B).eval();
     const double force = largest(c), flexibility = force > 0 ? rigid_share * most_way / force : 1;
     memory.system = std::make_shared<StaticSystem>(
-        std::move(W.dense), floating_rows(list, laws, floating, columns), laws, flexibility);
+        std::move(W.dense), std::move(B), unknowns.reduced ? unknowns.laws : laws, flexibility);
     memory.rows = list;
     memory.laws = laws;
     memory.columns = columns;
+    memory.A = unknowns.A;
   }
+  const Vector g = pack(gaps(list), laws), p = pack(guess, laws);
   StaticSystem::Solution solution =
-      memory.system->solve(g, c, pack(guess, laws), largest_force, most_way);
+      unknowns.reduced ? memory.system->solve(unknowns.A.transpose() * g, c,
+                                              unknowns.guess(laws, p), largest_force, most_way)
+                       : memory.system->solve(g, c, p, largest_force, most_way);
   StaticResult result;
-  result.of_points = {unpack(solution.p, laws), unpack(solution.gap, laws),
-                      share_of_gaps(solution.violation, solution.scale, list, bodies),
-                      solution.fallback};
+  if (unknowns.reduced) {
+    result.of_points.held = held_points(unknowns, solution.p);
+    solution.p = unknowns.A * solution.p;
+    BodyMoves moves;
+    moves.push(list, laws, solution.p, bodies);
+    solution.gap = g;
+    if (!columns.empty())
+      solution.gap += floating_rows(list, laws, floating, columns) * solution.moves;
+    moves.add_to_gaps(list, laws, solution.gap);
+  }
+  result.of_points.p = unpack(solution.p, laws);
+  result.of_points.gap = unpack(solution.gap, laws);
+  result.of_points.residual = share_of_gaps(solution.violation, solution.scale, list, bodies);
+  result.of_points.fallback = solution.fallback;
   result.moves = std::move(solution.moves);
   result.left = std::move(solution.left);
   result.largest_force = solution.largest_force;

@@ -22,6 +22,7 @@ struct StaticMemory {
   ContactList rows;
   std::vector<PointLaw> laws;
   std::vector<Index> columns;
+  SparseMatrix A;  // of the unknowns, see ContactUnknowns; empty: every point is one
   std::shared_ptr<StaticSystem> system;
 };
 
@@ -40,11 +41,12 @@ struct StaticResult {
 // doi 10.1002/cnm.881). Ties and what they hold are eliminated first, exactly; a row that others
 // imply is left out. What then floats is held by contact alone: its moves are found by Newton's
 // method on B^T p + c, each p by the solver of contact, up to most_way; more is for another search.
-// largest_force: of what adds up to c. Adds to the bodies' impulses.
+// largest_force: of what adds up to c. Adds to the bodies' impulses. `searches`: with functions of
+// corners, which are unknowns in the place of their points (contact_unknowns.hpp).
 StaticResult enforce_static(const ContactList& list, const std::vector<PointLaw>& laws,
                             const Points& guess, const std::vector<FloatingNodes>& floating,
                             const std::vector<Index>& columns, const Vector& forces,
                             double largest_force, double most_way, std::vector<ContactBody>& bodies,
-                            StaticMemory& memory);
+                            const std::vector<FunctionsOfSearch>& searches, StaticMemory& memory);
 
 }  // namespace cbr

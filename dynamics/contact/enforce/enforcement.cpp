@@ -103,8 +103,9 @@ Points settle_velocities(const ContactList& list, const std::vector<PointLaw>& l
   ContactList closed = points_of(list, rows);
   std::vector<PointLaw> closed_laws;
   for (const Index i : rows) closed_laws.push_back(laws[i]);
-  if (!memory.solver || !same_laws(closed_laws, memory.laws) ||
+  if (!memory.solver || memory.unknowns.A.size() > 0 || !same_laws(closed_laws, memory.laws) ||
       !same_rows(closed, memory.rows, closed_laws, same_row_tolerance)) {
+    memory.unknowns.A.resize(0, 0);
     memory.solver.emplace(
         gap_response(closed, closed_laws, bodies, &ContactBody::velocity_response), closed_laws);
     memory.rows = std::move(closed);
@@ -117,6 +118,52 @@ Points settle_velocities(const ContactList& list, const std::vector<PointLaw>& l
   if (!std::isfinite(solution.residual)) return Points::Constant(p.rows(), 3, solution.residual);
   change(rows, Eigen::all) = unpack(solution.p - packed_p, memory.laws);
   return change;
+}
+
+Points settle_unknowns(const ContactList& list, const std::vector<PointLaw>& laws,
+                       const ContactUnknowns& unknowns, const Points& velocities,
+                       const std::vector<ContactBody>& bodies, Vector& x, ImpulseMemory& memory) {
+  const std::vector<Index> first = first_rows(unknowns.laws), of_points = first_rows(laws);
+  std::vector<Index> rows;
+  std::vector<PointLaw> closed_laws;
+  for (std::size_t u = 0; u < unknowns.laws.size(); ++u) {
+    const Index n = first[u + 1] - first[u];
+    const bool tied = unknowns.laws[u].law == ContactLaw::tied;
+    if (tied ? x.segment(first[u], n).isZero(0) : !(x[first[u]] > 0)) continue;
+    bool settles = false;
+    for (SparseMatrix::InnerIterator it(unknowns.A, first[u]); it; ++it) {
+      const auto at = std::upper_bound(of_points.begin(), of_points.end(), it.row()) - 1;
+      settles =
+          !is_static(list, list.points[static_cast<std::size_t>(at - of_points.begin())], bodies);
+      if (!settles) break;
+    }
+    if (!settles) continue;
+    closed_laws.push_back(unknowns.laws[u]);
+    for (Index d = 0; d < n; ++d) rows.push_back(first[u] + d);
+  }
+  Points change = Points::Zero(static_cast<Index>(laws.size()), 3);
+  if (rows.empty()) return change;
+  std::vector<Eigen::Triplet<double, Index>> entries;
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    for (SparseMatrix::InnerIterator it(unknowns.A, rows[i]); it; ++it)
+      entries.emplace_back(it.row(), static_cast<Index>(i), it.value());
+  SparseMatrix A(unknowns.A.rows(), static_cast<Index>(rows.size()));
+  A.setFromTriplets(entries.begin(), entries.end());
+  if (!memory.solver || !same_laws(closed_laws, memory.laws) ||
+      !same_matrix(A, memory.unknowns.A) ||
+      !same_rows(list, memory.rows, laws, same_row_tolerance)) {
+    memory.solver.emplace(gap_response(list, laws, bodies, &ContactBody::velocity_response, &A),
+                          closed_laws);
+    memory.rows = list;
+    memory.laws = closed_laws;
+    memory.unknowns.A = A;
+  }
+  const Vector packed = x(rows);
+  const Vector without = A.transpose() * pack(velocities, laws) - apply(memory.solver->W(), packed);
+  const ContactSolution solution = memory.solver->solve(without, packed);
+  if (!std::isfinite(solution.residual)) return Points::Constant(change.rows(), 3, HUGE_VAL);
+  x(rows) = solution.p;
+  return unpack(A * (solution.p - packed), laws);
 }
 
 EnforcementResult enforce_penalty(const ContactList& list, const std::vector<PointLaw>& laws,

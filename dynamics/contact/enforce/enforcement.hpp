@@ -27,6 +27,13 @@ struct EnforcementResult {
   bool fallback = false;
   // Of impulse with functions, by search: functions and points that could have an impulse
   std::vector<Index> n_unknowns = {};
+  HeldPoints held = {};  // empty: none
+
+  bool is_held(Index point) const { return held.pressure.size() > 0 && held.pressure[point] >= 0; }
+  // Whether contact acts at a point: nodal forces of functions of corners may be negative.
+  bool pushes(Index point) const {
+    return p(point, 0) > 0 || (is_held(point) && (held.pressure[point] > 0 || p(point, 0) < 0));
+  }
 };
 
 // Where a row of W_0 belongs: the slave's slot, which of its points, and between which bodies.
@@ -96,6 +103,10 @@ EnforcementResult enforce_impulse(const ContactList& list, const std::vector<Poi
 Points settle_velocities(const ContactList& list, const std::vector<PointLaw>& laws,
                          const Points& p, const Points& velocities,
                          const std::vector<ContactBody>& bodies, ImpulseMemory& memory);
+// The same for unknowns that are reduced, p = A x; x is changed with p.
+Points settle_unknowns(const ContactList& list, const std::vector<PointLaw>& laws,
+                       const ContactUnknowns& unknowns, const Points& velocities,
+                       const std::vector<ContactBody>& bodies, Vector& x, ImpulseMemory& memory);
 
 // Kept from step to step by a penalty pair.
 struct PenaltyMemory {

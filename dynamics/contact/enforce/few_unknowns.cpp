@@ -31,13 +31,6 @@ Vector guess_of(const ContactUnknowns& unknowns, const ImpulseMemory& memory) {
   return guess;
 }
 
-bool same_matrix(const SparseMatrix& a, const SparseMatrix& b) {
-  if (a.rows() != b.rows() || a.cols() != b.cols() || a.nonZeros() != b.nonZeros()) return false;
-  return std::equal(a.outerIndexPtr(), a.outerIndexPtr() + a.cols() + 1, b.outerIndexPtr()) &&
-         std::equal(a.innerIndexPtr(), a.innerIndexPtr() + a.nonZeros(), b.innerIndexPtr()) &&
-         std::equal(a.valuePtr(), a.valuePtr() + a.nonZeros(), b.valuePtr());
-}
-
 // A = N Y + E Z: shares of functions, and what single rows of points differ by from these.
 struct Decomposition {
   std::vector<Index> rows;  // ascending, that E has a column for
@@ -260,7 +253,9 @@ EnforcementResult enforce_in_functions(const ContactList& list, const std::vecto
                                        const std::vector<FunctionsOfSearch>& searches,
                                        ContactUnknowns unknowns, double h,
                                        std::vector<ContactBody>& bodies, ImpulseMemory& memory) {
-  const Vector g_points = pack(gaps(list), laws), g = unknowns.A.transpose() * g_points;
+  const Vector g_points = pack(gaps(list), laws);
+  Vector g = unknowns.A.transpose() * g_points;
+  keep_depths(list, laws, searches, unknowns, g);
   const Vector guess = guess_of(unknowns, memory);
   const bool same_space = memory.solver && memory.h == h && memory.unknowns.reduced &&
                           !any_turns(list, bodies) && same_laws(laws, memory.laws) &&
@@ -292,8 +287,15 @@ EnforcementResult enforce_in_functions(const ContactList& list, const std::vecto
   memory.moves.give(bodies);
   memory.unknowns = std::move(unknowns);
   memory.x = solution.p;
-  EnforcementResult result{unpack(p, laws), unpack(gap, laws), solution.residual, solution.fallback,
-                           memory.unknowns.of_searches()};
+  EnforcementResult result{unpack(p, laws),
+                           unpack(gap, laws),
+                           solution.residual,
+                           solution.fallback,
+                           memory.unknowns.of_searches(),
+                           held_points(memory.unknowns, memory.x)};
+  // Faces of second order alone have no fewer unknowns than they must
+  for (std::size_t s = 0; s < searches.size(); ++s)
+    if (searches[s].functions == nullptr) result.n_unknowns[s] = 0;
   spread_impulses(list, laws, result.p, bodies);
   return result;
 }

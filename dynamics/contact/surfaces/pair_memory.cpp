@@ -88,7 +88,8 @@ void forget(PairMemory& memory) {
 }
 
 void remember(const ContactList& list, std::size_t first, std::size_t last, const Points& end_gap,
-              const Points& impulse, double closed, PairMemory& memory) {
+              const Points& impulse, double closed, PairMemory& memory,
+              const std::function<bool(std::size_t point)>& pushes) {
   if (first == last) return forget(memory);
   memory.has_points = true;
   for (std::size_t i = first; i < last && memory.impulse.rows() > 0; ++i) {
@@ -105,7 +106,7 @@ void remember(const ContactList& list, std::size_t first, std::size_t last, cons
     const ContactPoint& point = list.points[i];
     const Index row = static_cast<Index>(i);
     const double gap = end_gap(row, 0);
-    if (impulse(row, 0) > 0 || gap < closed)
+    if (impulse(row, 0) > 0 || gap < closed || (pushes && pushes(i)))
       touch(point.slot, std::max<Index>(point.face, 0), memory);
     memory.impulse.row(point.slot) += impulse.row(row) * point.frame;
     // The gap counts from the offset: what has opened stays open. The offset is that of the node's

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cmath>
+#include <functional>
 #include <vector>
 
 #include "dynamics/contact/surfaces/broad_phase.hpp"
@@ -28,7 +29,7 @@ struct EdgePair {
 
 // The points of a search that later steps may take over: standing_search.hpp.
 struct StandingSearch {
-  ContactList list;      // empty: none
+  ContactList list;  // empty: none
   // The first so many points are of the slave's nodes, those behind the second number of edges
   std::size_t n_nodes = 0, n_both = 0;
   Vector gap;            // normal, of the points, at the search
@@ -107,8 +108,10 @@ void forget(PairMemory& memory);
 
 // After the step: who touches (impulse or closed gap), and overlaps that have opened; forget()
 // without points. [first, last) are the points of this search; rows of `end_gap` and `impulse` (n x
-// 3, in the points' frames) go with list.points.
+// 3, in the points' frames) go with list.points. pushes: where contact acts, if not by impulses
+// above 0 alone.
 void remember(const ContactList& list, std::size_t first, std::size_t last, const Points& end_gap,
-              const Points& impulse, double closed, PairMemory& memory);
+              const Points& impulse, double closed, PairMemory& memory,
+              const std::function<bool(std::size_t point)>& pushes = {});
 
 }  // namespace cbr

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "dynamics/contact/search/closeness.hpp"
+#include "dynamics/contact/surfaces/surface_geometry.hpp"
 
 namespace cbr {
 namespace {
@@ -22,7 +23,7 @@ void book_pair(const ContactGroup& group, const ContactSearch& of, const Enforce
     const ContactPoint& point = group.list.points[i];
     const auto p = result.p.row(static_cast<Index>(i));
     const double normal = p[0];
-    const bool acts = tied ? !p.isZero(0) : normal > 0;
+    const bool acts = tied ? !p.isZero(0) : result.pushes(static_cast<Index>(i));
     // A penalty looks at gaps at the start of a step
     const double gap = pair.enforcement == Enforcement::penalty
                            ? point.start_gap
@@ -32,9 +33,11 @@ void book_pair(const ContactGroup& group, const ContactSearch& of, const Enforce
     ++active;
     now.has_touched = true;
     if (point.slot != counted) counted_area = 0;
-    now.area += share * std::max(0.0, point.area - counted_area);
+    const Index row = static_cast<Index>(i);
+    const double area = result.is_held(row) ? result.held.area[row] : point.area;
+    now.area += share * std::max(0.0, area - counted_area);
     counted = point.slot;
-    counted_area = std::max(counted_area, point.area);
+    counted_area = std::max(counted_area, area);
     now.impulse += side * (point.frame.transpose() * p.transpose());
     if (tied) continue;
     now.normal_impulse += normal;
@@ -49,18 +52,62 @@ void book_unknowns(const EnforcementResult& result, std::size_t search, PairStat
   now.most_unknowns = std::max(now.most_unknowns, result.n_unknowns[search]);
 }
 
-// The normal impulses on the nodes, slave and master.
-void book_pressure(const ContactGroup& group, const ContactSearch& of,
+// Adds pressures at the corners of a surface, and those that they have in the mean at the nodes
+// between them, of faces that they push.
+void spread_over_faces(const ContactSurface& surface, const ContactBody& body,
+                       const Points& at_corners, Points& sum) {
+  for (Index slot = 0; slot < at_corners.rows(); ++slot)
+    sum.row(surface.nodes[static_cast<std::size_t>(slot)]) += at_corners.row(slot);
+  std::vector<char> is_done(static_cast<std::size_t>(sum.rows()), 0);
+  for (Index f = 0; f < surface.faces.rows(); ++f) {
+    const int n = n_corners(surface, f);
+    const Vector3 normal = mean_normal(corners(surface, f, body.end));
+    const auto at = [&](int a) -> Vector3 {
+      return at_corners.row(slot_of(surface, f, a)).transpose();
+    };
+    Vector3 all = Vector3::Zero();
+    for (int a = 0; a < n; ++a) all += at(a) / n;
+    if (!(-all.dot(normal) > same_side * all.norm())) continue;
+    for (Index m = 0; m < surface.middle.cols(); ++m) {
+      const Index node = surface.middle(f, m);
+      if (node < 0 || is_done[static_cast<std::size_t>(node)] != 0) continue;
+      is_done[static_cast<std::size_t>(node)] = 1;
+      const int a = static_cast<int>(m);
+      sum.row(node) += (m < 4 ? Vector3(0.5 * (at(a) + at((a + 1) % n))) : all).transpose();
+    }
+  }
+}
+
+// The normal impulses on the nodes, slave and master; in their place pressures, where these are
+// known.
+void book_pressure(const ContactGroup& group, const ContactSearch& of, const ContactPair& pair,
                    const EnforcementResult& result, ContactState& state) {
+  const bool of_mortar = pair.formulation == Formulation::mortar && pair.slave->middle.rows() > 0;
+  const bool is_wanted = state.pressure_since_output[pair.slave->body].rows() > 0;
+  Points at_corners;
+  if (of_mortar && is_wanted) at_corners.setZero(static_cast<Index>(pair.slave->nodes.size()), 3);
   for (auto i = of.first; i < of.last; ++i) {
     const ContactPoint& point = group.list.points[i];
-    const Vector3 impulse = result.p(static_cast<Index>(i), 0) * point.normal();
+    const Index row = static_cast<Index>(i);
+    const Vector3 impulse = result.p(row, 0) * point.normal();
+    const bool is_known = of_mortar || result.is_held(row);
     for (Index t = point.first_term; t < point.first_term + point.n_terms; ++t) {
       const ContactTerm& term = group.list.terms[t];
+      if (is_known && t < point.first_term + point.n_slave_terms) continue;
       Points& sum = state.normal_since_output[term.body];
       if (sum.rows() > 0) sum.row(term.node) += term.coefficient * impulse.transpose();
     }
+    if (!is_known || !is_wanted) continue;
+    if (of_mortar) {
+      at_corners.row(point.slot) += impulse.transpose() / point.area;
+    } else {
+      state.pressure_since_output[pair.slave->body].row(group.list.terms[point.first_term].node) +=
+          result.held.pressure[row] * point.normal().transpose();
+    }
   }
+  if (at_corners.size() > 0 && !at_corners.isZero(0))
+    spread_over_faces(*pair.slave, state.bodies[pair.slave->body], at_corners,
+                      state.pressure_since_output[pair.slave->body]);
 }
 
 }  // namespace
@@ -77,7 +124,7 @@ void book(Simulation& sim, const ContactGroup& group, const EnforcementResult& r
     now.recent_residual = std::max(now.recent_residual, result.residual);
     now.n_fallbacks += result.fallback;
     book_unknowns(result, static_cast<std::size_t>(&of - group.searches.data()), now);
-    if (pair.law.law != ContactLaw::tied) book_pressure(group, of, result, state);
+    if (pair.law.law != ContactLaw::tied) book_pressure(group, of, pair, result, state);
   }
 }
 
@@ -170,7 +217,7 @@ void remember(const Simulation& sim, const ContactGroup& group, const Enforcemen
     const ContactPair& pair = sim.pairs[of.pair];
     if (pair.law.law == ContactLaw::tied) continue;
     remember(group.list, of.first, of.last, result.gap, result.p, 1e-6 * pair.master->size,
-             *of.memory);
+             *of.memory, [&](std::size_t i) { return result.pushes(static_cast<Index>(i)); });
   }
 }
 

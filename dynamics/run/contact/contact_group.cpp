@@ -129,6 +129,17 @@ ContactGroup collect(Simulation& sim, const std::vector<Index>& pairs, bool init
   return group;
 }
 
+std::vector<FunctionsOfSearch> functions_of(const Simulation& sim, const ContactGroup& group) {
+  std::vector<FunctionsOfSearch> functions;
+  for (const ContactSearch& of : group.searches) {
+    const ContactPair& pair = sim.pairs[of.pair];
+    const bool is_slave = of.memory == &pair.seen().memory;
+    functions.push_back({of.first, of.last, is_slave ? pair.functions.get() : nullptr,
+                         is_slave ? pair.corners.get() : nullptr});
+  }
+  return functions;
+}
+
 std::vector<std::vector<Index>> islands(const Simulation& sim, const std::vector<Index>& due,
                                         Enforcement enforcement) {
   std::vector<Index> root(sim.contact_nodes.size());

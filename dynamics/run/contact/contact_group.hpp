@@ -30,6 +30,10 @@ struct ContactGroup {
 ContactGroup collect(Simulation& simulation, const std::vector<Index>& pairs, bool initial,
                      ContactState& state, double extra_reach = 0);
 
+// The functions that the searches of a group may have as unknowns.
+std::vector<FunctionsOfSearch> functions_of(const Simulation& simulation,
+                                            const ContactGroup& group);
+
 // Of the due pairs those of one enforcement, pairs that share a body together.
 std::vector<std::vector<Index>> islands(const Simulation& simulation, const std::vector<Index>& due,
                                         Enforcement enforcement);

@@ -106,16 +106,6 @@ void stretch_springs(const Simulation& sim, const ContactGroup& group,
   }
 }
 
-std::vector<FunctionsOfSearch> functions_of(const Simulation& sim, const ContactGroup& group) {
-  std::vector<FunctionsOfSearch> functions;
-  for (const ContactSearch& of : group.searches) {
-    const ContactPair& pair = sim.pairs[of.pair];
-    const bool is_slave = of.memory == &pair.seen().memory;
-    functions.push_back({of.first, of.last, is_slave ? pair.functions.get() : nullptr});
-  }
-  return functions;
-}
-
 // memory: null for nodal contact, which keeps none.
 EnforcementResult enforce(Simulation& sim, const ContactGroup& group, double h, ContactState& state,
                           ImpulseMemory* memory, ContactOutcome& outcome) {
@@ -263,7 +253,7 @@ class Islands {
   void push(const Island& island) {
     const ContactGroup& group = island.group;
     EnforcementResult result = enforce(sim_, group, h_, state_, island.memory, outcome_);
-    if (is_newmark(sim_, group)) settle(sim_, group, state_, result);
+    if (is_newmark(sim_, group)) settle(sim_, group, island.memory, state_, result);
     book(sim_, group, result, state_, outcome_);
     book_walls(sim_, group, result, h_);
     remember(sim_, group, result);

@@ -25,6 +25,9 @@ struct ContactState {
   std::vector<Points> ahead_since_output;
   // likewise, without friction and ties, where nodal pressures are wanted, else empty
   std::vector<Points> normal_since_output;
+  // likewise: impulses per area along the normal, where contact has pressures as unknowns; the
+  // impulses of these are not among those above
+  std::vector<Points> pressure_since_output;
 
   // Together with what the pairs and contact nodes of the simulation keep. Restores a state of
   // start_contact(); the bodies are asked for their responses anew.

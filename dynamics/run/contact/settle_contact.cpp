@@ -61,6 +61,24 @@ Points relative_velocities(const ContactList& list, const std::map<Index, Points
   return relative;
 }
 
+// Those that have a share in the points of `places`, with rows of these alone.
+ContactUnknowns some_of(ContactUnknowns unknowns, const std::vector<PointLaw>& laws,
+                        const std::vector<Index>& places) {
+  if (places.size() == laws.size()) return unknowns;
+  const std::vector<Index> first = first_rows(laws);
+  std::vector<Index> to(static_cast<std::size_t>(first.back()), -1);
+  Index n = 0;
+  for (const Index place : places)
+    for (Index row = first[place]; row < first[place + 1]; ++row) to[row] = n++;
+  std::vector<Eigen::Triplet<double, Index>> entries;
+  for (Index u = 0; u < unknowns.A.cols(); ++u)
+    for (SparseMatrix::InnerIterator it(unknowns.A, u); it; ++it)
+      if (to[it.row()] >= 0) entries.emplace_back(to[it.row()], u, it.value());
+  unknowns.A.resize(n, unknowns.A.cols());
+  unknowns.A.setFromTriplets(entries.begin(), entries.end());
+  return unknowns;
+}
+
 }  // namespace
 
 bool is_newmark(const Simulation& sim, const ContactGroup& group) {
@@ -68,8 +86,8 @@ bool is_newmark(const Simulation& sim, const ContactGroup& group) {
          sim.bodies[sim.contact_nodes[group.bodies.front()].body]->scheme() == Scheme::newmark;
 }
 
-void settle(Simulation& sim, const ContactGroup& group, ContactState& state,
-            EnforcementResult& result) {
+void settle(Simulation& sim, const ContactGroup& group, const ImpulseMemory* memory,
+            ContactState& state, EnforcementResult& result) {
   const Holding holding = holding_points(sim, group, result.p);
   if (holding.p.isZero(0)) return;
   std::map<Index, Points> v;
@@ -83,9 +101,19 @@ void settle(Simulation& sim, const ContactGroup& group, ContactState& state,
     contact.impulses.setZero();
     contact.friction.setZero();
   }
-  const Points change = settle_velocities(holding.list, holding.laws, holding.p,
-                                          relative_velocities(holding.list, v, holding.walls),
-                                          state.bodies, state.settled[group.searches.front().pair]);
+  const Points relative = relative_velocities(holding.list, v, holding.walls);
+  ImpulseMemory& settled = state.settled[group.searches.front().pair];
+  Points change;
+  if (memory != nullptr && memory->unknowns.reduced) {
+    Vector x = memory->x;
+    change = settle_unknowns(holding.list, holding.laws,
+                             some_of(memory->unknowns, group.laws, holding.places), relative,
+                             state.bodies, x, settled);
+    if (change.allFinite()) result.held = held_points(memory->unknowns, x);
+  } else {
+    change =
+        settle_velocities(holding.list, holding.laws, holding.p, relative, state.bodies, settled);
+  }
   if (!change.allFinite()) {
     result.residual = std::numeric_limits<double>::infinity();
     return;

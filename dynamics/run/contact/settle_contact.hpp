@@ -12,8 +12,9 @@ namespace cbr {
 bool is_newmark(const Simulation& simulation, const ContactGroup& group);
 
 // Impulses at the end of the step that stop what is closed from moving into or, tied, along its
-// partner. `result` has the step's impulses, and gets these on top.
-void settle(Simulation& simulation, const ContactGroup& group, ContactState& state,
-            EnforcementResult& result);
+// partner. `result` has the step's impulses, and gets these on top. memory: of the step's impulses,
+// or null.
+void settle(Simulation& simulation, const ContactGroup& group, const ImpulseMemory* memory,
+            ContactState& state, EnforcementResult& result);
 
 }  // namespace cbr

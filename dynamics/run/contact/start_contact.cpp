@@ -85,11 +85,12 @@ ContactState start_contact(Simulation& sim) {
   state.impulses_since_output.resize(n);
   state.ahead_since_output.assign(n, Points(0, 3));
   state.normal_since_output.resize(n);
+  state.pressure_since_output.resize(n);
   for (std::size_t b = 0; b < n; ++b) {
     state.bodies[b].impulses.setZero(static_cast<Index>(sim.contact_nodes[b].nodes.size()), 3);
     state.impulses_since_output[b] = state.bodies[b].friction = state.bodies[b].impulses;
     if (sim.contact_nodes[b].areas.size() > 0)
-      state.normal_since_output[b] = state.bodies[b].impulses;
+      state.normal_since_output[b] = state.pressure_since_output[b] = state.bodies[b].impulses;
   }
   tie_pairs(sim, state);
   for (const ContactPair& pair : sim.pairs) {

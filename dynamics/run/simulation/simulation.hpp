@@ -89,7 +89,9 @@ struct ContactPair {
   Formulation formulation = Formulation::node_face;
   // Of the slave's nodes; null: every node is an unknown.
   std::shared_ptr<const PressureFunctions> functions;
-  bool may_stand = false;  // see standing_search.hpp
+  // Likewise, of its faces of second order: corner_functions(); null where all are linear.
+  std::shared_ptr<const PressureFunctions> corners;
+  bool may_stand = false;        // see standing_search.hpp
   PointLaw law;                  // frictionless, coulomb or tied
   double damping = 0;            // penalty
   std::optional<double> adjust;  // length, see ContactOptions
@@ -118,7 +120,11 @@ struct ContactNodes {
   // the contact faces' areas as the sum of their outward vectors, and as the sum of their
   // magnitudes
   Points area_vectors;
+  // 0 of nodes of faces of second order, which have functions of corners: values at the nodes
+  // (m x k), and integrals of each times the outward normal (k x 3).
   Vector areas;
+  SparseMatrix corner_values;
+  Points corner_normals = Points(0, 3);
   Vector pressure;  // normal force per area, mean since the last output
 };
 

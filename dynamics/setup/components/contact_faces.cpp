@@ -75,19 +75,24 @@ IndexTable all_faces(const Geometry& geometry) {
 
 IndexTable all_whole_faces(const Geometry& geometry) { return joined_faces(geometry, whole); }
 
-std::vector<Surface> distinct_surfaces(const Geometry& geometry) {
+std::vector<Surface> distinct_surfaces(const std::vector<const Surface*>& surfaces) {
   Seen seen;
-  std::vector<Surface> surfaces;
-  for (const auto& [name, surface] : geometry.surfaces) {
-    surfaces.push_back(unseen(surface, seen));
-    if (surfaces.back().n_faces() == 0) surfaces.pop_back();
+  std::vector<Surface> distinct;
+  for (const Surface* surface : surfaces) {
+    distinct.push_back(unseen(*surface, seen));
+    if (distinct.back().n_faces() == 0) distinct.pop_back();
   }
-  return surfaces;
+  return distinct;
 }
 
-Surface once(const Surface& surface) {
-  Seen seen;
-  return unseen(surface, seen);
+std::vector<const Surface*> all_surfaces(const Geometry& geometry) {
+  std::vector<const Surface*> all;
+  for (const auto& [name, surface] : geometry.surfaces) all.push_back(&surface);
+  return all;
+}
+
+bool is_second_order(const Surface& surface) {
+  return n_nodes(surface.kind) > n_corners(surface.kind);
 }
 
 bool has_faces(const Geometry& geometry) {

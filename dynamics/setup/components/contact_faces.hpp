@@ -15,9 +15,10 @@ IndexTable contact_faces(const Surface& surface);
 // The faces of all surfaces, those in several of them once.
 IndexTable all_faces(const Geometry& geometry);
 bool has_faces(const Geometry& geometry);
-// All surfaces, without faces that one before has, each of one kind.
-std::vector<Surface> distinct_surfaces(const Geometry& geometry);
-Surface once(const Surface& surface);  // each of its faces
+// Without faces that one before has, each of one kind; those without any are left out.
+std::vector<Surface> distinct_surfaces(const std::vector<const Surface*>& surfaces);
+std::vector<const Surface*> all_surfaces(const Geometry& geometry);
+bool is_second_order(const Surface& surface);
 
 // The same as they are, for mortar, f x 9: corners as above, then the nodes between corner a and
 // the next (a triangle has three), and the one in the middle; -1 where there is none.

@@ -21,7 +21,7 @@ const IndexTable& ContactSides::faces(const SideName& name, const SourceLine& so
   at->second = name.whole
                    ? all_faces(*of.geometry)
                    : contact_faces(find_surface(*of.geometry, of.name, name.surface, source));
-  if (of.placement.T.determinant() < 0) turn_over(at->second);
+  if (is_mirrored(name)) turn_over(at->second);
   return at->second;
 }
 
@@ -58,14 +58,55 @@ std::shared_ptr<const PressureFunctions> ContactSides::functions(const SideName&
                                                                  Index wanted) {
   const auto [at, is_new] = functions_.try_emplace({&name, wanted});
   if (!is_new) return at->second;
-  const auto& of = built_.instances[name.instance];
-  const std::vector<Surface> surfaces =
-      name.whole
-          ? distinct_surfaces(*of.geometry)
-          : std::vector<Surface>{once(find_surface(*of.geometry, of.name, name.surface, {}))};
   at->second = std::make_shared<const PressureFunctions>(
-      pressure_functions(surfaces, of.geometry->coordinates, wanted));
+      pressure_functions(distinct_surfaces(surfaces(name)),
+                         built_.instances[name.instance].geometry->coordinates, wanted));
   return at->second;
+}
+
+std::vector<const Surface*> ContactSides::surfaces(const SideName& name) const {
+  const auto& of = built_.instances[name.instance];
+  if (name.whole) return all_surfaces(*of.geometry);
+  return {&find_surface(*of.geometry, of.name, name.surface, {})};
+}
+
+namespace {
+
+std::vector<Surface> of_second_order(std::vector<Surface> surfaces) {
+  std::erase_if(surfaces, [](const Surface& surface) { return !is_second_order(surface); });
+  return surfaces;
+}
+
+// The rows of `matrix` are those of `from`: rows of `to`, which has them all.
+SparseMatrix on_nodes(const SparseMatrix& matrix, const std::vector<Index>& from,
+                      const std::vector<Index>& to) {
+  std::vector<Eigen::Triplet<double, Index>> entries;
+  for (Index a = 0; a < matrix.cols(); ++a)
+    for (SparseMatrix::InnerIterator it(matrix, a); it; ++it) {
+      const Index node = from[static_cast<std::size_t>(it.row())];
+      entries.emplace_back(std::lower_bound(to.begin(), to.end(), node) - to.begin(), a,
+                           it.value());
+    }
+  SparseMatrix moved(static_cast<Index>(to.size()), matrix.cols());
+  moved.setFromTriplets(entries.begin(), entries.end());
+  return moved;
+}
+
+}  // namespace
+
+std::shared_ptr<const PressureFunctions> ContactSides::corners(const SideName& name) {
+  const auto [at, is_new] = corners_.try_emplace(&name);
+  if (!is_new) return at->second;
+  const std::vector<Surface> second = of_second_order(distinct_surfaces(surfaces(name)));
+  if (second.empty()) return {};
+  PressureFunctions of =
+      corner_functions(second, built_.instances[name.instance].geometry->coordinates);
+  std::vector<Index> nodes = nodes_of(faces_.at(&name));
+  if (nodes.front() < 0) nodes.erase(nodes.begin());
+  of.N = on_nodes(of.N, of.nodes, nodes);
+  of.Psi = on_nodes(of.Psi, of.nodes, nodes);
+  of.nodes = std::move(nodes);
+  return at->second = std::make_shared<const PressureFunctions>(std::move(of));
 }
 
 IndexTable ContactSides::whole_faces_of(const SideName& name) const {
@@ -73,8 +114,12 @@ IndexTable ContactSides::whole_faces_of(const SideName& name) const {
   IndexTable faces = name.whole
                          ? all_whole_faces(*of.geometry)
                          : whole_faces(find_surface(*of.geometry, of.name, name.surface, {}));
-  if (of.placement.T.determinant() < 0) turn_over(faces);
+  if (is_mirrored(name)) turn_over(faces);
   return faces;
+}
+
+bool ContactSides::is_mirrored(const SideName& name) const {
+  return built_.instances[name.instance].placement.T.determinant() < 0;
 }
 
 // Two parts of one body may meet (the prongs of a fork), but not where they hang together.
@@ -151,6 +196,20 @@ void fill_areas(const SidesOfInstances& names, const ContactNumbers& contact_of_
       }
     }
     contact.pressure.setZero(contact.areas.size());
+    std::vector<const Surface*> surfaces;
+    for (const SideName* side : of_instance)
+      for (const Surface* surface : sides.surfaces(*side)) surfaces.push_back(surface);
+    const std::vector<Surface> second = of_second_order(distinct_surfaces(surfaces));
+    if (second.empty()) continue;
+    const PressureFunctions of = corner_functions(second, X);
+    contact.corner_values = on_nodes(of.Psi, of.nodes, contact.nodes);
+    contact.corner_normals = sides.is_mirrored(*of_instance.front()) ? -of.normals : of.normals;
+    for (const Index node : of.nodes) {
+      const Index slot = std::lower_bound(contact.nodes.begin(), contact.nodes.end(), node) -
+                         contact.nodes.begin();
+      contact.areas[slot] = 0;
+      contact.area_vectors.row(slot).setZero();
+    }
   }
 }
 

@@ -31,6 +31,11 @@ class ContactSides {
                                                 const ContactNumbers& contact_of_instance);
   // Of the surface's nodes, in its slots; `wanted` of them, above 0.
   std::shared_ptr<const PressureFunctions> functions(const SideName& name, Index wanted);
+  // Likewise: corner_functions() of faces of second order; null where all are linear.
+  std::shared_ptr<const PressureFunctions> corners(const SideName& name);
+  // In the instance's nodes, as the mesh has them.
+  std::vector<const Surface*> surfaces(const SideName& name) const;
+  bool is_mirrored(const SideName& name) const;
 
  private:
   IndexTable whole_faces_of(const SideName& name) const;
@@ -40,6 +45,7 @@ class ContactSides {
   // with faces of second order cut, and whole
   std::unordered_map<const SideName*, std::shared_ptr<const ContactSurface>> cut_, whole_;
   std::map<std::pair<const SideName*, Index>, std::shared_ptr<const PressureFunctions>> functions_;
+  std::unordered_map<const SideName*, std::shared_ptr<const PressureFunctions>> corners_;
 };
 
 // InputError where two surfaces of one instance have common nodes.

@@ -73,6 +73,13 @@ TEST(PressureFunctions, AUniformPressureIsExactOnFacesOfEveryKind) {
     const Strip of = strip(kind, 8, 6, 0.01);
     for (const Index k : {1, 3, 12})
       expect_uniform(pressure_functions({of.surface}, of.x, k), of, "aggregates ");
+    const PressureFunctions corners = corner_functions({of.surface}, of.x);
+    expect_uniform(corners, of, "corners ");
+    EXPECT_EQ(corners.size(), 9 * 7);
+    const Vector values = corners.Psi * Vector::Ones(corners.size());
+    EXPECT_LT((values.array() - 1).abs().maxCoeff(), 1e-14);
+    const Vector3 normal = face_normals(of.surface, of.x).colwise().sum().transpose();
+    EXPECT_LT((corners.normals.colwise().sum().transpose() - normal).norm(), 1e-13);
   }
 }
 
