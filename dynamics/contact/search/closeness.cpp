@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <vector>
 
 #include "dynamics/contact/search/edge_contact.hpp"
 #include "dynamics/contact/search/kept_candidates.hpp"
@@ -12,10 +11,14 @@
 namespace cbr {
 namespace {
 
+// Of a face: candidates serve until the surfaces have moved so far relative to each other.
+constexpr double kept_skin = 0.5;
+
 // Of a node: the nearest face.
 struct Nearest {
   double distance = HUGE_VAL, depth = 0;  // depth: straight behind the face
   Vector3 normal = Vector3::Zero();
+  Foot foot;
 };
 
 void take_nearer(const ContactSurface& faces, const ContactBody& body, Index face, const Vector3& x,
@@ -25,7 +28,7 @@ void take_nearer(const ContactSurface& faces, const ContactBody& body, Index fac
   const double distance = (x - foot).norm();
   if (distance >= nearest.distance) return;
   const bool is_behind = p.distance < 0 && p.outside <= 1e-9;
-  nearest = {distance, is_behind ? distance : 0, p.normal};
+  nearest = {distance, is_behind ? distance : 0, p.normal, {face, p.weights}};
 }
 
 // Of the node of a surface, undeformed, as the body has turned.
@@ -34,28 +37,121 @@ Vector3 outward(const ContactSurface& surface, std::size_t slot, const ContactBo
   return body.turn ? Vector3(*body.turn * area) : area;
 }
 
-void look_at_nodes(const CandidateSearch& search, const CandidateList& list, Closeness& of) {
-  thread_local std::vector<NodeAndFace> pairs;
-  thread_local std::vector<PairProjection> found;
-  pairs.clear();
-  for (std::size_t i = 0; i < search.slave.nodes.size(); ++i)
-    for (Index k = list.first[i]; k < list.first[i + 1]; ++k)
-      pairs.push_back({search.slave.nodes[i], list.target[k]});
-  project_pairs(search.master, search.master_body, search.slave_body, pairs, -HUGE_VAL, found);
-  for (std::size_t i = 0; i < search.slave.nodes.size(); ++i) {
-    const Vector3 x = search.slave_body.end.row(search.slave.nodes[i]).transpose();
-    Nearest nearest;
-    for (Index k = list.first[i]; k < list.first[i + 1]; ++k)
-      take_nearer(search.master, search.master_body, list.target[k], x,
-                  found[static_cast<std::size_t>(k)].end, nearest);
+// Faces within balls around the means of their corners.
+struct Balls {
+  Points centre;
+  Vector radius;
+
+  Balls(const ContactSurface& faces, const ContactBody& body)
+      : centre(faces.faces.rows(), 3), radius(faces.faces.rows()) {
+    for (Index f = 0; f < centre.rows(); ++f) {
+      const FaceCorners at = corners(faces, f, body.end);
+      const Vector3 mean = 0.25 * (at[0] + at[1] + at[2] + at[3]);
+      double most2 = 0;
+      for (const Vector3& corner : at) most2 = std::max(most2, (corner - mean).squaredNorm());
+      centre.row(f) = mean.transpose();
+      radius[f] = std::sqrt(most2);
+    }
+  }
+};
+
+// Pairs of the candidates that can be the nearest: some point of a face is no nearer than its ball,
+// and the nearest face no farther than any point of one.
+void take_nearest(const CandidateSearch& search, const CandidateList& list, const Balls& balls,
+                  Index slot, std::vector<NodeAndFace>& pairs) {
+  constexpr double round_off = 1e-9;
+  thread_local std::vector<double> distance;
+  const Index node = search.slave.nodes[slot];
+  const Eigen::RowVector3d x = search.slave_body.end.row(node);
+  double most = HUGE_VAL;
+  Index nearest = -1;
+  distance.clear();
+  for (Index k = list.first[slot]; k < list.first[slot + 1]; ++k) {
+    distance.push_back((x - balls.centre.row(list.target[k])).norm());
+    if (!(distance.back() < most)) continue;
+    most = distance.back();
+    nearest = list.target[k];
+  }
+  for (int a = 0; a < 4 && nearest >= 0; ++a)
+    most = std::min(most, (x - search.master_body.end.row(search.master.faces(nearest, a))).norm());
+  most += round_off * search.margin;
+  for (Index k = list.first[slot]; k < list.first[slot + 1]; ++k) {
+    const Index face = list.target[k];
+    const double least = distance[static_cast<std::size_t>(k - list.first[slot])];
+    if (!(least - balls.radius[face] > most)) pairs.push_back({node, face});
+  }
+}
+
+Vector3 place_of(const CandidateSearch& search, const Foot& foot) {
+  Vector3 x = Vector3::Zero();
+  for (int a = 0; a < 4; ++a)
+    x +=
+        foot.weights[a] * search.master_body.end.row(search.master.faces(foot.face, a)).transpose();
+  return x;
+}
+
+// A node is no deeper than it is far from any point of the surface, such as the foot that it had.
+// Those that cannot be deeper than `of` has it already are not looked at.
+class NodesAtFaces {
+ public:
+  NodesAtFaces(const CandidateSearch& search, const CandidateList& list, std::vector<Foot>& feet)
+      : search_(search), list_(list), feet_(feet) {
+    feet.resize(search.slave.nodes.size());
+  }
+
+  void look(Closeness& of) {
+    thread_local std::vector<NodeAndFace> pairs;
+    thread_local std::vector<std::size_t> first;
+    thread_local std::vector<Index> slots;
+    thread_local std::vector<PairProjection> found;
+    const Balls balls(search_.master, search_.master_body);
+    pairs.clear();
+    slots.clear();
+    first.assign(1, 0);
+    for (std::size_t i = 0; i < feet_.size(); ++i) {
+      const auto slot = static_cast<Index>(i);
+      if (feet_[i].face >= 0 && most_depth(slot) <= of.depth) continue;
+      take_nearest(search_, list_, balls, slot, pairs);
+      slots.push_back(slot);
+      first.push_back(pairs.size());
+    }
+    project_pairs(search_.master, search_.master_body, search_.slave_body, pairs, -HUGE_VAL, found);
+    for (std::size_t i = 0; i < slots.size(); ++i) {
+      Nearest nearest;
+      for (std::size_t k = first[i]; k < first[i + 1]; ++k)
+        take_nearer(search_.master, search_.master_body, pairs[k].face, at(slots[i]), found[k].end,
+                    nearest);
+      feet_[static_cast<std::size_t>(slots[i])] = nearest.foot;
+      take(slots[i], nearest, of);
+    }
+  }
+
+ private:
+  Vector3 at(Index slot) const {
+    return search_.slave_body.end.row(search_.slave.nodes[slot]).transpose();
+  }
+
+  // Feet of the nearest points are as exact as Newton's method leaves them.
+  double most_depth(Index slot) const {
+    constexpr double inexact = 1e-7;
+    const Foot& foot = feet_[static_cast<std::size_t>(slot)];
+    return (at(slot) - place_of(search_, foot)).norm() + inexact * search_.margin;
+  }
+
+  void take(Index slot, const Nearest& nearest, Closeness& of) const {
     if (nearest.depth == 0) {
       of.gap = std::min(of.gap, nearest.distance);
-    } else if (nearest.depth <= search.margin &&
-               nearest.normal.dot(outward(search.slave, i, search.slave_body)) < 0) {
+    } else if (nearest.depth <= search_.margin &&
+               nearest.normal.dot(outward(search_.slave, static_cast<std::size_t>(slot),
+                                          search_.slave_body)) < 0) {
       of.depth = std::max(of.depth, nearest.depth);
     }
   }
-}
+
+  const CandidateSearch& search_;
+  const CandidateList& list_;
+  std::vector<Foot>& feet_;
+};
 
 void look_at_edges(const EdgeStep& step, const std::vector<EdgePair>& edges, Closeness& of) {
   for (const EdgePair& pair : edges) {
@@ -70,20 +166,20 @@ void look_at_edges(const EdgeStep& step, const std::vector<EdgePair>& edges, Clo
 
 Closeness closeness(const ContactSurface& slave, const ContactBody& slave_body,
                     const ContactSurface& master, const ContactBody& master_body, double reach,
-                    const DetectionOptions& options) {
-  const CandidateSearch search{slave, master, slave_body, master_body, Vector3::Zero(), 0,
-                               reach, 0,      0};
+                    const DetectionOptions& options, double known, ClosenessMemory& memory) {
+  const CandidateSearch search{slave, master, slave_body, master_body, Vector3::Zero(),
+                               0,     reach,  0,          0,           kept_skin * master.size};
   const CandidateSearch back{master, slave, master_body, slave_body, Vector3::Zero(),
-                             0,      reach, 0,           0};
-  PairMemory nodes, back_nodes, edges;
-  const FurtherSearch further{back, reach, back_nodes, edges};
-  update_candidates(search, &further, nodes);
+                             0,      reach, 0,           0,          0};
+  const FurtherSearch further{back, reach, memory.back, memory.edges};
+  update_candidates(search, &further, memory.nodes);
   Closeness of;
-  look_at_nodes(search, nodes.grid.candidates, of);
-  look_at_nodes(back, back_nodes.grid.candidates, of);
+  of.depth = known;
+  NodesAtFaces(search, memory.nodes.grid.candidates, memory.feet).look(of);
+  NodesAtFaces(back, memory.back.grid.candidates, memory.back_feet).look(of);
   look_at_edges({slave, master, slave_body, master_body, options, std::min(slave.size, master.size),
                  reach, 0, true},
-                edges.edge_candidates, of);
+                memory.edges.edge_candidates, of);
   return of;
 }
 

@@ -350,8 +350,9 @@ void note_closeness(const CandidateSearch& search, const DetectionOptions& optio
     at.turn = body.turn;
     return at;
   };
+  ClosenessMemory once;
   const Closeness of = closeness(search.slave, standing(search.slave_body), search.master,
-                                 standing(search.master_body), search.master.size, options);
+                                 standing(search.master_body), search.master.size, options, 0, once);
   memory.initial_overlap = std::max(memory.initial_overlap, of.depth);
   memory.initial_gap = std::min(memory.initial_gap, of.gap);
 }

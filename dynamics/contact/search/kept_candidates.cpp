@@ -262,10 +262,12 @@ void update_candidates(const CandidateSearch& search, const FurtherSearch* furth
   }
   const double size = search.master.size;
   // What is used up in a step or two is not worth a skin
-  const bool is_worth_it = skin_steps * search.motion <= 3 * most_skin * size;
+  const bool is_worth_it = search.skin > 0 || skin_steps * search.motion <= 3 * most_skin * size;
   kept.is_known = false;
   if (is_worth_it) {
-    kept.skin = std::clamp(skin_steps * search.motion, least_skin * size, most_skin * size);
+    kept.skin = search.skin > 0
+                    ? search.skin
+                    : std::clamp(skin_steps * search.motion, least_skin * size, most_skin * size);
     keep(search, further, kept);
   }
   const Boxes boxes(!is_worth_it, is_worth_it ? kept.skin : 0);

@@ -17,6 +17,7 @@ struct CandidateSearch {
   double margin = 0;      // a node is near a face within this,
   double size_share = 0;  // within this share of the face's size,
   double overhang = 0;    // and beside it within this share of its box
+  double skin = 0;        // of what is kept; 0: chosen by the motion of the step
 };
 
 // What is searched for beside the slave's nodes.

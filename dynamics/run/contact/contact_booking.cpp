@@ -262,10 +262,11 @@ void look_at_depths(Simulation& sim, const ContactOutcome& outcome) {
     if (!box_of_nodes(*pair.slave, slave.start, reach)
              .meets(box_of_nodes(*pair.master, master.start, 0)))
       continue;
-    const Closeness of = closeness(*pair.slave, slave, *pair.master, master, reach, sim.detection);
     PairState& state = pair.state();
-    state.recent_penetration =
-        std::max(state.recent_penetration, of.depth - state.memory.initial_overlap);
+    const double known = std::max(0.0, state.recent_penetration + state.memory.initial_overlap);
+    const Closeness of = closeness(*pair.slave, slave, *pair.master, master, reach, sim.detection,
+                                   known, state.look);
+    if (of.depth > known) state.recent_penetration = of.depth - state.memory.initial_overlap;
     state.penetration = std::max(state.penetration, state.recent_penetration);
   }
 }

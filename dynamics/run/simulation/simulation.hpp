@@ -12,6 +12,7 @@
 
 #include "dynamics/contact/enforce/enforcement.hpp"
 #include "dynamics/contact/enforce/tie.hpp"
+#include "dynamics/contact/search/closeness.hpp"
 #include "dynamics/contact/search/detection.hpp"
 #include "dynamics/contact/search/rigid_wall.hpp"
 #include "dynamics/motion/body.hpp"
@@ -52,6 +53,7 @@ struct TurningLink {
 struct PairState {
   // Of the slave's nodes on the master's faces, of the master's on the slave's, of crossing edges
   PairMemory memory, back, edges;
+  ClosenessMemory look;  // at outputs
   PenaltyMemory penalty;
   ContactList ties;   // tied: found at the start
   Points tie_offset;  // ties x 3, scene axes: relative positions that are kept

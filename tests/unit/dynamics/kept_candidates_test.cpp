@@ -4,9 +4,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
+#include "dynamics/contact/search/closeness.hpp"
 #include "dynamics/contact/surfaces/pair_projection.hpp"
 #include "tests/unit/dynamics/patch.hpp"
 
@@ -161,6 +163,40 @@ TEST(PairProjection, IsThatOfOnePairAtATime) {
     EXPECT_EQ(alone[0].end.distance, found[i].end.distance);
     EXPECT_EQ(alone[0].before.weights, found[i].before.weights);
   }
+}
+
+// Two sheets with waves, one pressed into the other by other depths in each look.
+TEST(Closeness, LooksThatRememberFindTheSameDepths) {
+  Patch top = patch(6, 0, false, 0.4), bottom = patch(7, 0, true);
+  bottom.surface.body = 1;
+  top.body.start.leftCols(2).array() += 0.1;
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> any(-1, 1);
+  ClosenessMemory memory;
+  int deep = 0, known_enough = 0;
+  for (int k = 0; k < 60; ++k) {
+    top.body.start.leftCols(2).array() += 0.004 * any(random);
+    for (Patch* of : {&top, &bottom})
+      for (Index i = 0; i < of->body.start.rows(); ++i)
+        of->body.start(i, 2) =
+            height(of->body.start(i, 0), of->body.start(i, 1)) + 0.003 * any(random);
+    top.body.end = top.body.start;
+    bottom.body.end = bottom.body.start;
+    const auto look = [&](double known, ClosenessMemory& of) {
+      return closeness(top.surface, top.body, bottom.surface, bottom.body, bottom.surface.size,
+                       DetectionOptions(), known, of)
+          .depth;
+    };
+    ClosenessMemory fresh;
+    const double expected = look(0, fresh);
+    deep += expected > 1e-4;
+    const double known = k % 3 == 0 ? 0 : 0.9 * expected + 1e-3 * (k % 2);
+    known_enough += known > expected;
+    EXPECT_EQ(look(known, memory), std::max(known, expected)) << k;
+  }
+  EXPECT_GT(deep, 40);
+  EXPECT_GT(known_enough, 5);
+  EXPECT_LT(known_enough, 40);
 }
 
 }  // namespace
