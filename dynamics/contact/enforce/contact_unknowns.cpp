@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numeric>
 #include <utility>
 
@@ -116,8 +117,9 @@ std::vector<Index> first_columns(const std::vector<PointLaw>& laws,
 
 class Chooser {
  public:
-  Chooser(const ContactList& list, const std::vector<PointLaw>& laws, double flatness)
-      : list_(list), laws_(laws), flatness_(flatness), first_(first_rows(laws)) {
+  Chooser(const ContactList& list, const std::vector<PointLaw>& laws, double flatness,
+          const std::vector<std::size_t>& wanted)
+      : list_(list), laws_(laws), flatness_(flatness), wanted_(wanted), first_(first_rows(laws)) {
     unknowns_.is_held.assign(laws.size(), 0);
   }
 
@@ -129,7 +131,7 @@ class Chooser {
     const bool friction = laws_[search.first].law == ContactLaw::coulomb;
     const std::size_t most = friction ? most_points_with_friction : most_points;
     if (n_closing(search) <= (friction ? few_points_with_friction : few_points))
-      return add_points(all, search, number);
+      return add_patch(all, search, number);
     Cells cells(list_, search);
     std::vector<std::size_t> points = points_beside(cells, search);
     const bool whole = points.size() > most;
@@ -147,8 +149,8 @@ class Chooser {
     unknowns_.values.resize(static_cast<Index>(laws_.size()), unknowns_.size());
     unknowns_.values.setFromTriplets(values_.begin(), values_.end());
     unknowns_.areas = Eigen::Map<const Vector>(areas_.data(), unknowns_.size());
-    unknowns_.A.resize(first_.back(), row_);
-    unknowns_.A.setFromTriplets(entries_.begin(), entries_.end());
+    unknowns_.A = Eigen::Map<const SparseMatrix>(first_.back(), row_, begin_.back(), begin_.data(),
+                                                 point_rows_.data(), weights_.data());
     unknowns_.share = Eigen::Map<const Vector>(share_.data(), row_);
     return std::move(unknowns_);
   }
@@ -162,12 +164,30 @@ class Chooser {
                       [](const ContactPoint& point) { return point.gap[0] < 0; }));
   }
 
-  std::vector<std::size_t> points_beside(const Cells& cells,
-                                         const FunctionsOfSearch& search) const {
-    const std::vector<char> covered = cells.covered();
+  double deepest_of(const FunctionsOfSearch& search) const {
     double deepest = 0;
     for (auto i = search.first; i < search.last; ++i)
       deepest = std::max(deepest, -list_.points[i].gap[0]);
+    return deepest;
+  }
+
+  // Its points, but for those that will hardly close. Functions of corners need all.
+  void add_patch(std::vector<std::size_t> points, const FunctionsOfSearch& search, Index number) {
+    const double reach = reach_of_points * deepest_of(search);
+    const auto hardly_closes = [&](std::size_t i) {
+      return search.corners == nullptr && !(list_.points[i].gap[0] < reach) &&
+             !std::binary_search(wanted_.begin(), wanted_.end(), i);
+    };
+    std::copy_if(points.begin(), points.end(), std::back_inserter(unknowns_.left_out),
+                 hardly_closes);
+    std::erase_if(points, hardly_closes);
+    add_points(points, search, number);
+  }
+
+  std::vector<std::size_t> points_beside(const Cells& cells,
+                                         const FunctionsOfSearch& search) const {
+    const std::vector<char> covered = cells.covered();
+    const double deepest = deepest_of(search);
     std::vector<std::size_t> points;
     for (auto i = search.first; i < search.last; ++i) {
       const ContactPoint& point = list_.points[i];
@@ -204,15 +224,24 @@ class Chooser {
     }
   }
 
-  void add_share(std::size_t point, double share) {
-    for (int d = 0; d < n_rows(laws_[point].law); ++d)
-      entries_.emplace_back(first_[point] + d, row_ + d, share);
+  // Of the shares of its points.
+  void end_unknown(Index n) {
+    std::sort(shares_.begin(), shares_.end());
+    for (Index d = 0; d < n; ++d) {
+      for (const auto& [point, share] : shares_) {
+        point_rows_.push_back(first_[point] + d);
+        weights_.push_back(share);
+      }
+      begin_.push_back(static_cast<Index>(weights_.size()));
+    }
+    row_ += n;
+    shares_.clear();
   }
 
   void add_point(std::size_t point, Index number) {
     start_unknown({number, -1, list_.points[point].slot, 0}, laws_[point], -1, 0);
-    add_share(point, 1);
-    row_ += n_rows(laws_[point].law);
+    shares_.emplace_back(point, 1);
+    end_unknown(n_rows(laws_[point].law));
   }
 
   // Points, ascending, or the functions of corners that stand for them.
@@ -258,12 +287,12 @@ class Chooser {
       areas_.back() = area;
       for (SparseMatrix::InnerIterator it(corners.N, a); it; ++it) {
         const auto at = static_cast<std::size_t>(point_of(it.row()));
-        add_share(at, it.value() / area);
+        shares_.emplace_back(at, it.value() / area);
         unknowns_.is_held[at] = 1;
       }
       for (SparseMatrix::InnerIterator it(corners.Psi, a); it; ++it)
         values_.emplace_back(point_of(it.row()), unknowns_.size() - 1, it.value());
-      row_ += n_rows(law.law);
+      end_unknown(n_rows(law.law));
     }
   }
 
@@ -290,17 +319,22 @@ class Chooser {
       if (!(sum > 0) || (whole && !cells.is_possible(a))) continue;
       const Index n = n_rows(laws_[some].law);
       start_unknown({number, a, -1, 0}, laws_[some], column + n * a, 1 / sum);
-      each([&](std::size_t point, double weight) { add_share(point, weight / sum); });
-      row_ += n;
+      each([&](std::size_t point, double weight) { shares_.emplace_back(point, weight / sum); });
+      end_unknown(n);
     }
   }
 
   const ContactList& list_;
   const std::vector<PointLaw>& laws_;
   const double flatness_;
+  const std::vector<std::size_t>& wanted_;
   const std::vector<Index> first_;
   ContactUnknowns unknowns_;
-  std::vector<Eigen::Triplet<double, Index>> entries_, values_;
+  std::vector<std::pair<std::size_t, double>> shares_;  // of the unknown that is being made
+  // A by columns
+  std::vector<Index> begin_{0}, point_rows_;
+  std::vector<double> weights_;
+  std::vector<Eigen::Triplet<double, Index>> values_;
   std::vector<double> share_, areas_;
   Index row_ = 0;
 };
@@ -370,11 +404,12 @@ SparseMatrix function_matrix(const ContactList& list, const std::vector<PointLaw
 }
 
 ContactUnknowns choose_unknowns(const ContactList& list, const std::vector<PointLaw>& laws,
-                                const std::vector<FunctionsOfSearch>& searches, double flatness) {
+                                const std::vector<FunctionsOfSearch>& searches, double flatness,
+                                const std::vector<std::size_t>& wanted) {
   if (std::none_of(searches.begin(), searches.end(),
                    [](const FunctionsOfSearch& search) { return search.has_any(); }))
     return {};
-  Chooser chooser(list, laws, flatness);
+  Chooser chooser(list, laws, flatness, wanted);
   const std::vector<Index> columns = first_columns(laws, searches);
   for (std::size_t s = 0; s < searches.size(); ++s)
     chooser.add(searches[s], static_cast<Index>(s), columns[s]);

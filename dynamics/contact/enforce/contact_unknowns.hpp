@@ -46,6 +46,9 @@ struct ContactUnknowns {
   SparseMatrix values;
   Vector areas;
   std::vector<char> is_held;
+  // Points of small patches that are no unknowns, as they will hardly close, ascending. The laws
+  // are to hold for them too.
+  std::vector<std::size_t> left_out;
 
   Index size() const { return static_cast<Index>(keys.size()); }
   std::vector<Index> of_searches() const;  // how many are of each
@@ -70,8 +73,10 @@ SparseMatrix function_matrix(const ContactList& list, const std::vector<PointLaw
 // Where all nodes of a function of `corners` have points that look the same way, it stands for
 // them: nodal forces of a pressure on faces of second order may be negative, as no node's law
 // allows. flatness: of the root of its area, by how much gaps of its nodes may differ at the start.
+// `wanted` (ascending): points that are not left out.
 ContactUnknowns choose_unknowns(const ContactList& list, const std::vector<PointLaw>& laws,
-                                const std::vector<FunctionsOfSearch>& searches, double flatness);
+                                const std::vector<FunctionsOfSearch>& searches, double flatness,
+                                const std::vector<std::size_t>& wanted = {});
 
 // Of searches with `corners`: an unknown that is deep at the start of a step goes no deeper in it,
 // and is not pushed out. A mean of gaps lets single nodes in, which may become unknowns by

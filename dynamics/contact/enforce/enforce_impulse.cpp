@@ -105,21 +105,6 @@ bool solve_by_moves(ImpulseStep& step, const std::vector<ContactBody>& bodies,
   return true;
 }
 
-// For each point the old one with its key, or -1. Both lists are searched in the same order, so
-// that most follow each other.
-std::vector<Index> match(const std::vector<PointKey>& keys, const std::vector<PointKey>& old) {
-  std::vector<Index> from(keys.size(), -1);
-  std::size_t next = 0;
-  for (std::size_t i = 0; i < keys.size(); ++i) {
-    const auto begin = old.begin() + static_cast<std::ptrdiff_t>(next);
-    const auto found = std::find(begin, old.end(), keys[i]);
-    if (found == old.end()) continue;
-    next = static_cast<std::size_t>(found - old.begin());
-    from[i] = static_cast<Index>(next++);
-  }
-  return from;
-}
-
 // W_0 over the points of this step: rows of those that stay are kept, others formed, column by
 // column.
 void change_points(const ImpulseStep& step, const std::vector<Index>& from,
@@ -278,11 +263,9 @@ EnforcementResult enforce_impulse(const ContactList& list, const std::vector<Poi
     if (auto result = enforce_point_by_point(list, laws, guess, searches, h, bodies, memory))
       return std::move(*result);
   }
-  // A function lets single nodes in by about half of what their gaps differ
-  constexpr double flatness = 0.003;
-  ContactUnknowns unknowns = choose_unknowns(list, laws, searches, flatness);
+  ContactUnknowns unknowns = choose_unknowns(list, laws, searches, corner_flatness);
   if (unknowns.reduced)
-    return enforce_in_functions(list, laws, searches, std::move(unknowns), h, bodies, memory);
+    return enforce_in_functions(list, laws, searches, unknowns, h, bodies, memory);
   ImpulseStep step{list, laws, pack(gaps(list), laws), pack(guess, laws), {}, {}, 0, false, false};
   const bool stands = memory.solver && memory.h == h && !memory.unknowns.reduced;
   memory.unknowns = ContactUnknowns();

@@ -69,10 +69,9 @@ struct ImpulseMemory {
   Index n_formed = 0, n_changed = 0, n_steps = 0, n_pushes = 0;
   ContactUnknowns unknowns;  // of the last step in which there were fewer than points
   Vector x;                  // their impulses
-  // Of `rows`: all functions, what the points' gaps answer them with, G S G^T N, and N^T of that
+  // Of `rows`: all functions, and what these and the unknowns are answered with
   SparseMatrix N;
-  Matrix answers, between;
-  StaticAnswers statics;
+  StandingResponse standing;
 };
 
 // `impulse`: 0 <= p, 0 <= g_end, p . g_end = 0 with g_end = g + W p the gap at the END of the step

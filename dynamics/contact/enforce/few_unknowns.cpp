@@ -9,55 +9,76 @@
 namespace cbr {
 namespace {
 
+// For each unknown the last step's with its key and law, or -1.
+std::vector<Index> match(const ContactUnknowns& unknowns, const ContactUnknowns& old) {
+  std::vector<Index> from = match(unknowns.keys, old.keys);
+  for (std::size_t i = 0; i < from.size(); ++i)
+    if (from[i] >= 0 &&
+        !same_laws({unknowns.laws[i]}, {old.laws[static_cast<std::size_t>(from[i])]}))
+      from[i] = -1;
+  return from;
+}
+
 // The last step's impulses of the unknowns that are there again.
-Vector guess_of(const ContactUnknowns& unknowns, const ImpulseMemory& memory) {
+Vector guess_of(const ContactUnknowns& unknowns, const std::vector<Index>& from,
+                const ImpulseMemory& memory) {
   const std::vector<Index> first = first_rows(unknowns.laws),
                            old_first = first_rows(memory.unknowns.laws);
   Vector guess = Vector::Zero(first.back());
   if (memory.x.size() != old_first.back()) return guess;
-  const auto& old = memory.unknowns.keys;
-  std::size_t next = 0;
-  for (std::size_t i = 0; i < unknowns.keys.size(); ++i) {
-    // Both are in the order of searches, functions and points, so that most follow each other
-    const auto begin = old.begin() + static_cast<std::ptrdiff_t>(next);
-    const auto found = std::find(begin, old.end(), unknowns.keys[i]);
-    if (found == old.end()) continue;
-    next = static_cast<std::size_t>(found - old.begin());
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    if (from[i] < 0) continue;
     const Index n = n_rows(unknowns.laws[i].law);
-    if (n_rows(memory.unknowns.laws[next].law) == n)
-      guess.segment(first[i], n) = memory.x.segment(old_first[next], n);
-    ++next;
+    guess.segment(first[i], n) = memory.x.segment(old_first[static_cast<std::size_t>(from[i])], n);
   }
   return guess;
 }
 
-// A = N Y + E Z: shares of functions, and what single rows of points differ by from these.
-struct Decomposition {
-  std::vector<Index> rows;  // ascending, that E has a column for
-  SparseMatrix Y, Z;
-};
+bool same_column(const SparseMatrix& a, Index i, const SparseMatrix& b, Index j) {
+  SparseMatrix::InnerIterator x(a, i), y(b, j);
+  for (; x && y; ++x, ++y)
+    if (x.row() != y.row() || x.value() != y.value()) return false;
+  return !x && !y;
+}
 
-Decomposition decompose(const ContactUnknowns& unknowns, const SparseMatrix& N) {
-  Decomposition of;
+// Those of match() that act on the same points in the same way, the others become -1; as rows.
+std::vector<Index> keep_same(const ContactUnknowns& unknowns, const ContactUnknowns& old,
+                             std::vector<Index>& from) {
+  const std::vector<Index> first = first_rows(unknowns.laws), old_first = first_rows(old.laws);
+  std::vector<Index> rows(static_cast<std::size_t>(first.back()), -1);
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    if (from[i] < 0) continue;
+    const Index shift = old_first[static_cast<std::size_t>(from[i])] - first[i];
+    bool same = true;
+    for (Index row = first[i]; row < first[i + 1]; ++row)
+      same = same && same_column(unknowns.A, row, old.A, row + shift);
+    if (!same) from[i] = -1;
+    for (Index row = first[i]; same && row < first[i + 1]; ++row)
+      rows[static_cast<std::size_t>(row)] = row + shift;
+  }
+  return rows;
+}
+
+// Of a function that is cut off, what is left or what is cut off, whichever is less.
+Combinations combine(const ContactUnknowns& unknowns, const SparseMatrix& N) {
+  Combinations of;
   std::vector<Eigen::Triplet<double, Index>> shares, rest;
-  const auto add = [&](Index row, Index u, double value) {
-    if (value != 0) rest.emplace_back(row, u, value);
-  };
   for (Index u = 0; u < unknowns.A.cols(); ++u) {
     const Index column = unknowns.column[static_cast<std::size_t>(u)];
+    const Index left = unknowns.A.col(u).nonZeros();
+    const Index whole = column < 0 ? 0 : N.col(column).nonZeros();
     SparseMatrix::InnerIterator own(unknowns.A, u);
-    if (column < 0) {
-      for (; own; ++own) add(own.row(), u, own.value());
+    if (2 * left < whole || column < 0) {
+      for (; own; ++own) rest.emplace_back(own.row(), u, own.value());
       continue;
     }
     const double share = unknowns.share[u];
     shares.emplace_back(column, u, share);
-    // What is cut off; the rest is the same number
-    for (SparseMatrix::InnerIterator whole(N, column); whole; ++whole) {
-      if (own && own.row() == whole.row()) {
+    for (SparseMatrix::InnerIterator it(N, column); it; ++it) {
+      if (own && own.row() == it.row()) {
         ++own;
-      } else {
-        add(whole.row(), u, -share * whole.value());
+      } else if (it.value() != 0) {
+        rest.emplace_back(it.row(), u, -share * it.value());
       }
     }
   }
@@ -74,30 +95,6 @@ Decomposition decompose(const ContactUnknowns& unknowns, const SparseMatrix& N) 
   return of;
 }
 
-// A^T G S G^T A, from what is kept of all functions and from rows of single points.
-GapResponse response_of_unknowns(const ContactList& list, const std::vector<PointLaw>& laws,
-                                 const std::vector<ContactBody>& bodies,
-                                 const ContactUnknowns& unknowns, const Decomposition& of,
-                                 const ImpulseMemory& memory) {
-  GapResponse W;
-  W.dense = of.Y.transpose() * Matrix(memory.between * of.Y);
-  if (of.rows.empty()) return W;
-  std::vector<Eigen::Triplet<double, Index>> own;
-  for (std::size_t i = 0; i < of.rows.size(); ++i)
-    own.emplace_back(of.rows[i], static_cast<Index>(i), 1.0);
-  SparseMatrix E(unknowns.A.rows(), static_cast<Index>(of.rows.size()));
-  E.setFromTriplets(own.begin(), own.end());
-  const GapResponse single = gap_response(list, laws, bodies, &ContactBody::response, &E);
-  const Matrix beside = memory.answers(of.rows, Eigen::all) * of.Y;
-  const Matrix mixed = of.Z.transpose() * beside;
-  const Matrix among =
-      single.is_sparse ? Matrix(single.sparse * Matrix(of.Z)) : Matrix(single.dense * of.Z);
-  W.dense += mixed + mixed.transpose();
-  W.dense.noalias() += of.Z.transpose() * among;
-  W.dense = 0.5 * (W.dense + W.dense.transpose()).eval();
-  return W;
-}
-
 // Nodes that answer by their own masses make a sparse W, which costs little to form anew.
 bool any_lumped(const ContactList& list, const std::vector<ContactBody>& bodies) {
   return std::any_of(list.terms.begin(), list.terms.end(), [&](const ContactTerm& term) {
@@ -105,26 +102,50 @@ bool any_lumped(const ContactList& list, const std::vector<ContactBody>& bodies)
   });
 }
 
-void keep_functions(const ContactList& list, const std::vector<PointLaw>& laws,
-                    const std::vector<FunctionsOfSearch>& searches,
+void keep_functions(const std::vector<FunctionsOfSearch>& searches,
                     const std::vector<ContactBody>& bodies, ImpulseMemory& memory) {
-  memory.statics = StaticAnswers();
+  memory.standing.clear();
   memory.N.resize(0, 0);
-  if (any_lumped(list, bodies)) return;
-  memory.N = function_matrix(list, laws, searches);
-  memory.answers = gap_answers(list, laws, bodies, memory.N, memory.statics);
-  memory.between = memory.N.transpose() * memory.answers;
+  if (any_lumped(memory.rows, bodies)) return;
+  memory.N = function_matrix(memory.rows, memory.laws, searches);
+  memory.standing.start(memory.rows, memory.laws, bodies, memory.N);
 }
 
-// p = A x; what functions do to static rows is known.
-void push_functions(const ContactList& list, const std::vector<PointLaw>& laws,
-                    const Decomposition& of, const Vector& p, const Vector& x,
-                    const std::vector<ContactBody>& bodies, ImpulseMemory& memory) {
-  if (memory.N.size() == 0) return memory.moves.push(list, laws, p, bodies);
-  Vector rest = Vector::Zero(p.size());
-  rest(of.rows) = of.Z * x;
-  const CombinedImpulses combined{memory.statics, of.Y * x, std::move(rest)};
-  memory.moves.push(list, laws, p, bodies, &combined);
+// As it was before a checkpoint.
+void keep_again(const std::vector<ContactBody>& bodies, ImpulseMemory& memory) {
+  if (memory.N.size() == 0 || !memory.standing.empty()) return;
+  memory.standing.start(memory.rows, memory.laws, bodies, memory.N);
+  memory.standing.take(combine(memory.unknowns, memory.N),
+                       std::vector<Index>(static_cast<std::size_t>(memory.unknowns.A.cols()), -1));
+}
+
+// W of the unknowns; those of the last step in the same space keep what is theirs. False: they are
+// the same.
+bool form_few(const ContactList& list, const std::vector<PointLaw>& laws,
+              const ContactUnknowns& unknowns, bool same_space, std::vector<Index> from,
+              const std::vector<ContactBody>& bodies, ImpulseMemory& memory) {
+  if (!same_space) std::fill(from.begin(), from.end(), -1);
+  const std::vector<Index> rows = keep_same(unknowns, memory.unknowns, from);
+  const auto n = static_cast<Index>(rows.size());
+  Index kept = 0;
+  while (kept < n && rows[static_cast<std::size_t>(kept)] == kept) ++kept;
+  if (kept == n && n == memory.unknowns.A.cols()) return false;
+  ++memory.n_formed;
+  if (memory.N.size() == 0) {
+    memory.solver.emplace(gap_response(list, laws, bodies, &ContactBody::response, &unknowns.A),
+                          unknowns.laws, true);
+    return true;
+  }
+  memory.standing.take(combine(unknowns, memory.N), rows);
+  GapResponse W;
+  W.dense =
+      memory.standing.form(unknowns.A, rows, same_space ? &memory.solver->W().dense : nullptr);
+  if (same_space) {
+    memory.solver->renumber(std::move(W), unknowns.laws, from);
+  } else {
+    memory.solver.emplace(std::move(W), unknowns.laws, false);
+  }
+  return true;
 }
 
 // The points that push, found one by one: those of the last step, and then in each round those that
@@ -249,50 +270,79 @@ bool any_turns(const ContactList& list, const std::vector<ContactBody>& bodies) 
                      [&](const ContactTerm& term) { return bodies[term.body].turn.has_value(); });
 }
 
-EnforcementResult enforce_in_functions(const ContactList& list, const std::vector<PointLaw>& laws,
-                                       const std::vector<FunctionsOfSearch>& searches,
-                                       ContactUnknowns unknowns, double h,
-                                       std::vector<ContactBody>& bodies, ImpulseMemory& memory) {
-  const Vector g_points = pack(gaps(list), laws);
+namespace {
+
+// Solves for the unknowns; returns gaps of the points' rows with the impulses.
+Vector solve_few(const ContactList& list, const std::vector<PointLaw>& laws,
+                 const std::vector<FunctionsOfSearch>& searches, const Vector& g_points,
+                 const ContactUnknowns& unknowns, bool same_space,
+                 const std::vector<ContactBody>& bodies, ImpulseMemory& memory,
+                 ContactSolution& solution) {
   Vector g = unknowns.A.transpose() * g_points;
   keep_depths(list, laws, searches, unknowns, g);
-  const Vector guess = guess_of(unknowns, memory);
+  const std::vector<Index> from = match(unknowns, memory.unknowns);
+  const Vector guess = guess_of(unknowns, from, memory);
+  if (form_few(list, laws, unknowns, same_space, from, bodies, memory)) memory.unknowns = unknowns;
+  solution = memory.solver->solve(g, guess);
+  const StaticAnswers known = memory.standing.statics(solution.p);
+  memory.moves.push(list, laws, unknowns.A * solution.p, bodies, &known);
+  memory.x = solution.p;
+  Vector gap = g_points;
+  memory.moves.add_to_gaps(list, laws, gap);
+  return gap;
+}
+
+// Those left out that go in nevertheless are wanted from now on.
+bool want_more(const std::vector<PointLaw>& laws, const ContactUnknowns& unknowns,
+               const Vector& g_points, const Vector& gap, std::vector<std::size_t>& wanted) {
+  // A share of the deepest: as far as a residual of contact's solution is felt
+  constexpr double closed = 1e-9;
+  if (unknowns.left_out.empty() || !gap.allFinite()) return false;
+  const std::vector<Index> first = first_rows(laws);
+  const double least = -closed * g_points.lpNorm<Eigen::Infinity>();
+  const std::size_t before = wanted.size();
+  for (const std::size_t i : unknowns.left_out)
+    if (gap[first[i]] < least) wanted.push_back(i);
+  std::sort(wanted.begin(), wanted.end());
+  return wanted.size() > before;
+}
+
+}  // namespace
+
+EnforcementResult enforce_in_functions(const ContactList& list, const std::vector<PointLaw>& laws,
+                                       const std::vector<FunctionsOfSearch>& searches,
+                                       ContactUnknowns& unknowns, double h,
+                                       std::vector<ContactBody>& bodies, ImpulseMemory& memory) {
+  const Vector g_points = pack(gaps(list), laws);
   const bool same_space = memory.solver && memory.h == h && memory.unknowns.reduced &&
                           !any_turns(list, bodies) && same_laws(laws, memory.laws) &&
                           same_rows(list, memory.rows, laws, same_row_tolerance);
-  if (!same_space) {
+  if (same_space) {
+    keep_again(bodies, memory);
+  } else {
     memory.rows = list;
     memory.laws = laws;
     memory.h = h;
-    keep_functions(list, laws, searches, bodies, memory);
+    keep_functions(searches, bodies, memory);
     memory.keys.clear();
     memory.defects.clear();
     memory.extra = 0;
   }
-  const bool lumped = memory.N.size() == 0;
-  const Decomposition of = lumped ? Decomposition() : decompose(unknowns, memory.N);
-  if (!same_space || !same_laws(unknowns.laws, memory.unknowns.laws) ||
-      !same_matrix(unknowns.A, memory.unknowns.A)) {
-    memory.solver.emplace(
-        lumped ? gap_response(list, laws, bodies, &ContactBody::response, &unknowns.A)
-               : response_of_unknowns(list, laws, bodies, unknowns, of, memory),
-        unknowns.laws, lumped);
-    ++memory.n_formed;
+  ContactSolution solution;
+  std::vector<std::size_t> wanted;
+  Vector gap =
+      solve_few(list, laws, searches, g_points, unknowns, same_space, bodies, memory, solution);
+  while (want_more(laws, unknowns, g_points, gap, wanted)) {
+    unknowns = choose_unknowns(list, laws, searches, corner_flatness, wanted);
+    gap = solve_few(list, laws, searches, g_points, unknowns, true, bodies, memory, solution);
   }
-  const ContactSolution solution = memory.solver->solve(g, guess);
-  const Vector p = unknowns.A * solution.p;
-  push_functions(list, laws, of, p, solution.p, bodies, memory);
-  Vector gap = g_points;
-  memory.moves.add_to_gaps(list, laws, gap);
   memory.moves.give(bodies);
-  memory.unknowns = std::move(unknowns);
-  memory.x = solution.p;
-  EnforcementResult result{unpack(p, laws),
+  EnforcementResult result{unpack(unknowns.A * memory.x, laws),
                            unpack(gap, laws),
                            solution.residual,
                            solution.fallback,
-                           memory.unknowns.of_searches(),
-                           held_points(memory.unknowns, memory.x)};
+                           unknowns.of_searches(),
+                           held_points(unknowns, memory.x)};
   // Faces of second order alone have no fewer unknowns than they must
   for (std::size_t s = 0; s < searches.size(); ++s)
     if (searches[s].functions == nullptr) result.n_unknowns[s] = 0;

@@ -10,14 +10,17 @@
 
 namespace cbr {
 
+// A function of corners lets single nodes in by about half of what their gaps differ.
+constexpr double corner_flatness = 0.003;
+
 // A body that turns has a new response in each step.
 bool any_turns(const ContactList& list, const std::vector<ContactBody>& bodies);
 
-// The laws hold for `unknowns`, which are reduced. W of few unknowns is formed and factored
-// whenever they change. As enforce_impulse().
+// The laws hold for `unknowns`, which are reduced and may become more. W of few unknowns is formed
+// and factored whenever they change. As enforce_impulse().
 EnforcementResult enforce_in_functions(const ContactList& list, const std::vector<PointLaw>& laws,
                                        const std::vector<FunctionsOfSearch>& searches,
-                                       ContactUnknowns unknowns, double h,
+                                       ContactUnknowns& unknowns, double h,
                                        std::vector<ContactBody>& bodies, ImpulseMemory& memory);
 
 // Bodies that no force deforms give way in six motions each: few points hold them, and all others

@@ -15,11 +15,11 @@ void keep_state(StateArchive& archive, ImpulseMemory& memory) {
   archive(memory.rows, memory.laws, memory.h, memory.keys, memory.defects, memory.first_error,
           memory.extra);
   archive(memory.wait, memory.backoff, memory.n_formed, memory.n_changed, memory.n_steps,
-          memory.n_pushes, memory.unknowns, memory.x, memory.N, memory.answers, memory.between);
-  archive(memory.statics.body, memory.statics.still);
+          memory.n_pushes, memory.unknowns, memory.x, memory.N);
   bool has_solver = memory.solver.has_value();
   archive(has_solver);
   if (archive.restores()) {
+    memory.standing.clear();  // formed anew of the rest
     memory.solver.reset();
     if (has_solver) memory.solver.emplace(GapResponse(), std::vector<PointLaw>());
   }

@@ -51,7 +51,7 @@ double press(const StaticRows& rows, const Matrix& pressed, Matrix& still,
 }
 
 double respond(const ThinResponse& S, const Matrix& p, Matrix& move, Matrix& still, ThinWork& work,
-               const KnownStill* known) {
+               bool still_is_known) {
   const Matrix& A = *S.A;
   move.setZero(p.rows(), p.cols());
   if (A.rows() > 0) {
@@ -66,10 +66,12 @@ double respond(const ThinResponse& S, const Matrix& p, Matrix& move, Matrix& sti
       move.col(q).noalias() = A.transpose() * work.kick;
     }
   }
-  S.rows->gather(known != nullptr ? known->rest : p, work.pressed);
-  work.pressed /= S.h;
-  const double bytes = press(*S.rows, work.pressed, still, work.columns);
-  if (known != nullptr) still += known->still;
+  double bytes = 0;
+  if (!still_is_known) {
+    S.rows->gather(p, work.pressed);
+    work.pressed /= S.h;
+    bytes = press(*S.rows, work.pressed, still, work.columns);
+  }
   S.rows->add_spread(still, move);
   return bytes + 16 * static_cast<double>(A.size() * p.cols());
 }

@@ -48,16 +48,11 @@ struct ThinWork {
   std::vector<Index> columns;
 };
 
-// A part of the static share that is known already.
-struct KnownStill {
-  Matrix rest;   // 3 m x q: the impulses that are not in it
-  Matrix still;  // s x q
-};
-
 // move = S p and its static share: still = F B^T p / h   (s x q), for q = 1 or 2 columns of
-// impulses p (3 m x q). `known`: may be null. Returns the bytes of the response that were read.
+// impulses p (3 m x q). `still_is_known`:
+// it is given. Returns the bytes of the response that were read.
 double respond(const ThinResponse& S, const Matrix& p, Matrix& move, Matrix& still, ThinWork& work,
-               const KnownStill* known = nullptr);
+               bool still_is_known = false);
 // still (s x q) = F rows, of rows (s x q); the same choice of what is read.
 double press(const StaticRows& rows, const Matrix& pressed, Matrix& still,
              std::vector<Index>& columns);

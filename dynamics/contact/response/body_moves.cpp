@@ -27,44 +27,25 @@ void BodyMoves::find_bodies(const ContactList& list, const std::vector<ContactBo
     OfBody& part = parts_[n_parts_++];
     part.body = term.body;
     part.force.setZero(bodies[term.body].response.n_dofs() / 3, 3);
-    part.known.resize(0);
+    part.is_known = false;
     part.answered = false;
   }
 }
 
 void BodyMoves::push(const ContactList& list, const std::vector<PointLaw>& laws, const Vector& p,
-                     const std::vector<ContactBody>& bodies, const CombinedImpulses* combined) {
+                     const std::vector<ContactBody>& bodies, const StaticAnswers* known) {
   find_bodies(list, bodies);
-  add_forces(list, laws, p, &OfBody::force);
-  if (combined != nullptr) {
-    take_known(*combined, bodies);
-    add_forces(list, laws, combined->rest, &OfBody::rest);
+  add_forces(list, laws, p);
+  for (std::size_t i = 0; known != nullptr && i < known->body.size(); ++i) {
+    OfBody& part = parts_[place_of_body_.at(known->body[i])];
+    part.still = known->still[i];
+    part.is_known = true;
   }
   respond(bodies);
 }
 
-void BodyMoves::take_known(const CombinedImpulses& combined,
-                           const std::vector<ContactBody>& bodies) {
-  for (std::size_t a = 0; a < n_parts_; ++a) {
-    OfBody& part = parts_[a];
-    part.rest.setZero(part.force.rows(), 3);
-    const auto at =
-        std::find(combined.answers.body.begin(), combined.answers.body.end(), part.body);
-    if (at == combined.answers.body.end()) {
-      // nothing is known: all of it is rest
-      const Index s =
-          bodies[part.body].response.thin ? bodies[part.body].response.thin->rows->size() : 0;
-      part.known.setZero(s);
-      continue;
-    }
-    part.known =
-        combined.answers.still[static_cast<std::size_t>(at - combined.answers.body.begin())] *
-        combined.y;
-  }
-}
-
 void BodyMoves::add_forces(const ContactList& list, const std::vector<PointLaw>& laws,
-                           const Vector& p, Points OfBody::*to) {
+                           const Vector& p) {
   Index row = 0;
   for (std::size_t i = 0; i < list.points.size(); ++i) {
     const ContactPoint& point = list.points[i];
@@ -75,7 +56,7 @@ void BodyMoves::add_forces(const ContactList& list, const std::vector<PointLaw>&
     if (impulse.isZero(0)) continue;
     for (Index t = point.first_term; t < point.first_term + point.n_terms; ++t) {
       const ContactTerm& term = list.terms[t];
-      (parts_[place_of_term_[t]].*to).row(term.node) += term.coefficient * impulse.transpose();
+      parts_[place_of_term_[t]].force.row(term.node) += term.coefficient * impulse.transpose();
     }
   }
 }
@@ -111,22 +92,16 @@ void BodyMoves::respond_together(OfBody& a, OfBody* b, const std::vector<Contact
   const Index n = S.n_dofs();
   std::array<OfBody*, 2> parts{&a, b};
   given_.resize(n, b ? 2 : 1);
-  const bool is_known = S.thin && a.known.size() > 0;
-  if (is_known) {
-    known_.rest.resize(n, given_.cols());
-    known_.still.resize(a.known.size(), given_.cols());
-  }
+  const bool is_known = S.thin && a.is_known && (b == nullptr || b->is_known);
+  if (is_known) still_.resize(S.thin->rows->size(), given_.cols());
   for (Index k = 0; k < given_.cols(); ++k) {
     const Matrix3& axes = bodies[parts[k]->body].response.axes;
     for (Index i = 0; i < n / 3; ++i)
       given_.col(k).segment<3>(3 * i) = axes.transpose() * parts[k]->force.row(i).transpose();
-    if (!is_known) continue;
-    known_.still.col(k) = parts[k]->known;
-    for (Index i = 0; i < n / 3; ++i)
-      known_.rest.col(k).segment<3>(3 * i) = axes.transpose() * parts[k]->rest.row(i).transpose();
+    if (is_known) still_.col(k) = parts[k]->still;
   }
   if (S.thin) {
-    bytes_ += cbr::respond(*S.thin, given_, answer_, still_, work_, is_known ? &known_ : nullptr);
+    bytes_ += cbr::respond(*S.thin, given_, answer_, still_, work_, is_known);
   } else {
     multiply_block(*S.block);
   }

@@ -6,24 +6,19 @@
 #include <vector>
 
 #include "dynamics/contact/response/response.hpp"
+#include "dynamics/contact/response/standing_response.hpp"
 #include "dynamics/contact/surfaces/contact_point.hpp"
 #include "dynamics/contact/surfaces/contact_surface.hpp"
 
 namespace cbr {
 
-// Impulses of points, p = N y + rest.
-struct CombinedImpulses {
-  const StaticAnswers& answers;
-  Vector y, rest;
-};
-
 class BodyMoves {
  public:
   // move(b) = S_b f_b of all bodies that the list has terms on, f = G^T p (`p`: rows of W, see
   // first_rows). Bodies that share a response are answered in one pass over it.
-  // `combined`: the same impulses, or null.
+  // `known`: what static rows answer p, or null.
   void push(const ContactList& list, const std::vector<PointLaw>& laws, const Vector& p,
-            const std::vector<ContactBody>& bodies, const CombinedImpulses* combined = nullptr);
+            const std::vector<ContactBody>& bodies, const StaticAnswers* known = nullptr);
   // gap += G move, as rows of W; the list and laws of the last push().
   void add_to_gaps(const ContactList& list, const std::vector<PointLaw>& laws, Vector& gap) const;
   // Hands the moves to the bodies.
@@ -33,16 +28,13 @@ class BodyMoves {
  private:
   struct OfBody {
     Index body = 0;
-    Points force, move;  // scene axes
-    Points rest;         // of `force`, beside combinations whose static answer is known
-    Vector still;        // of a thin response
-    Vector known;        // of it, by combinations; empty: nothing
+    Points force, move;     // scene axes
+    Vector still;           // of a thin response
+    bool is_known = false;  // it is
     bool answered = false;
   };
   void find_bodies(const ContactList& list, const std::vector<ContactBody>& bodies);
-  void add_forces(const ContactList& list, const std::vector<PointLaw>& laws, const Vector& p,
-                  Points OfBody::*to);
-  void take_known(const CombinedImpulses& combined, const std::vector<ContactBody>& bodies);
+  void add_forces(const ContactList& list, const std::vector<PointLaw>& laws, const Vector& p);
   void respond(const std::vector<ContactBody>& bodies);
   OfBody* partner_of(std::size_t a, const std::vector<ContactBody>& bodies);
   void respond_together(OfBody& a, OfBody* b, const std::vector<ContactBody>& bodies);
@@ -58,7 +50,6 @@ class BodyMoves {
   // in the axes of a response, a column for each body that shares it
   Matrix given_, answer_, still_;
   ThinWork work_;
-  KnownStill known_;
   double bytes_ = 0;
 };
 

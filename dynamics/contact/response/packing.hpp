@@ -39,6 +39,22 @@ inline bool same_laws(const std::vector<PointLaw>& a, const std::vector<PointLaw
                     });
 }
 
+// For each key its place among the old ones, or -1. Both are in the same order, so that most follow
+// each other.
+template <typename Key>
+std::vector<Index> match(const std::vector<Key>& keys, const std::vector<Key>& old) {
+  std::vector<Index> from(keys.size(), -1);
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    const auto begin = old.begin() + static_cast<std::ptrdiff_t>(next);
+    const auto found = std::find(begin, old.end(), keys[i]);
+    if (found == old.end()) continue;
+    next = static_cast<std::size_t>(found - old.begin());
+    from[i] = static_cast<Index>(next++);
+  }
+  return from;
+}
+
 // Rows that differ by round-off give the same impulses to round-off.
 constexpr double same_row_tolerance = 1e-11;
 

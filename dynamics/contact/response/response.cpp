@@ -9,20 +9,10 @@
 #include "common/base/row_threads.hpp"
 #include "common/linalg/blas_threads.hpp"
 #include "common/linalg/dense_factor.hpp"
+#include "dynamics/contact/response/body_rows.hpp"
 
 namespace cbr {
 namespace {
-
-using RowMajorSparse = Eigen::SparseMatrix<double, Eigen::RowMajor, Index>;
-
-// What a body has of G, in the axes of its response: G_b (r x 3 m_b), and which rows of G these are
-// (ascending).
-struct BodyRows {
-  Index body = 0;
-  const NodeResponse* response = nullptr;
-  RowMajorSparse G;
-  std::vector<Index> rows;
-};
 
 // `points`: those with terms of the body, ascending; first: their first rows (first_rows()).
 BodyRows rows_of_body(const ContactList& list, const std::vector<PointLaw>& laws,
@@ -74,7 +64,8 @@ void combine(const SparseMatrix& A, BodyRows& part) {
   part.G = RowMajorSparse(chosen * part.G);
 }
 
-// The rows of all bodies that have any, in the order of the bodies.
+}  // namespace
+
 std::vector<BodyRows> rows_of_bodies(const ContactList& list, const std::vector<PointLaw>& laws,
                                      const std::vector<ContactBody>& bodies,
                                      NodeResponse ContactBody::*of, const SparseMatrix* A) {
@@ -100,6 +91,22 @@ std::vector<BodyRows> rows_of_bodies(const ContactList& list, const std::vector<
   }
   return parts;
 }
+
+RowMajorSparse static_rows_of(const RowMajorSparse& G, const StaticRows& rows) {
+  std::vector<Eigen::Triplet<double, Index>> entries;
+  for (Index j = 0; j < G.rows(); ++j)
+    for (RowMajorSparse::InnerIterator it(G, j); it; ++it) {
+      const Index node = it.col() / 3, c = it.col() % 3;
+      for (Index i = rows.first[node]; i < rows.first[node + 1]; ++i)
+        if (rows.direction(i, c) != 0)
+          entries.emplace_back(j, i, it.value() * rows.direction(i, c));
+    }
+  RowMajorSparse H(G.rows(), rows.size());
+  H.setFromTriplets(entries.begin(), entries.end());
+  return H;
+}
+
+namespace {
 
 // From so many entries on a second thread gains more than it costs.
 constexpr Index threaded_entries = 200 * 200;
@@ -134,19 +141,10 @@ void add_thin_block(const RowMajorSparse& G, const ThinResponse& S, const std::v
                     Matrix& W) {
   const Index r = G.rows();
   Matrix X = Matrix::Zero(S.A->rows(), r);
-  std::vector<Eigen::Triplet<double, Index>> entries;
-  for (Index j = 0; j < r; ++j) {
-    for (RowMajorSparse::InnerIterator it(G, j); it; ++it) {
+  for (Index j = 0; j < r; ++j)
+    for (RowMajorSparse::InnerIterator it(G, j); it; ++it)
       X.col(j) += it.value() * S.A->col(it.col());
-      const Index node = it.col() / 3, c = it.col() % 3;
-      for (Index i = S.rows->first[node]; i < S.rows->first[node + 1]; ++i)
-        if (S.rows->direction(i, c) != 0)
-          entries.emplace_back(j, i, it.value() * S.rows->direction(i, c));
-    }
-  }
-  RowMajorSparse H(G.rows(), S.rows->size());
-  H.setFromTriplets(entries.begin(), entries.end());
-  add_dense_block(H, *S.rows->F, 1 / S.h, at, W);
+  add_dense_block(static_rows_of(G, *S.rows), *S.rows->F, 1 / S.h, at, W);
   if (X.rows() == 0) return;
   // By panels of columns, from the diagonal on
   constexpr Index width = 128;
@@ -283,60 +281,6 @@ GapResponse gap_response(const ContactList& list, const std::vector<PointLaw>& l
   }
   mirror_lower(W.dense);
   return W;
-}
-
-namespace {
-
-// S_b x of sparse columns x   (3 m_b x k); the static share of a thin response: s x k
-Matrix answers_of(const NodeResponse& S, const SparseMatrix& x, Matrix& still) {
-  if (S.is_diagonal()) return S.diagonal.asDiagonal() * Matrix(x);
-  Matrix answer = Matrix::Zero(S.n_dofs(), x.cols());
-  if (S.block) {
-    for (Index k = 0; k < x.cols(); ++k)
-      for (SparseMatrix::InnerIterator it(x, k); it; ++it)
-        answer.col(k) += it.value() * S.block->col(it.row());
-    return answer;
-  }
-  const ThinResponse& thin = *S.thin;
-  const StaticRows& rows = *thin.rows;
-  still.setZero(rows.size(), x.cols());
-  Matrix shapes = Matrix::Zero(thin.A->rows(), x.cols());
-  for (Index k = 0; k < x.cols(); ++k)
-    for (SparseMatrix::InnerIterator it(x, k); it; ++it) {
-      const Index node = it.row() / 3, c = it.row() % 3;
-      for (Index i = rows.first[node]; i < rows.first[node + 1]; ++i)
-        if (rows.direction(i, c) != 0)
-          still.col(k) += it.value() * rows.direction(i, c) / thin.h * rows.F->col(i);
-      shapes.col(k) += it.value() * thin.A->col(it.row());
-    }
-  rows.add_spread(still, answer);
-  if (shapes.rows() > 0) answer.noalias() += thin.A->transpose() * thin.weighed(shapes);
-  return answer;
-}
-
-}  // namespace
-
-Matrix gap_answers(const ContactList& list, const std::vector<PointLaw>& laws,
-                   const std::vector<ContactBody>& bodies, const SparseMatrix& N,
-                   StaticAnswers& statics) {
-  statics = StaticAnswers();
-  Matrix answers = Matrix::Zero(N.rows(), N.cols());
-  for (const BodyRows& part : rows_of_bodies(list, laws, bodies, &ContactBody::response, nullptr)) {
-    std::vector<Eigen::Triplet<double, Index>> own;
-    for (std::size_t i = 0; i < part.rows.size(); ++i)
-      own.emplace_back(static_cast<Index>(i), part.rows[i], 1.0);
-    SparseMatrix choice(static_cast<Index>(part.rows.size()), N.rows());
-    choice.setFromTriplets(own.begin(), own.end());
-    const SparseMatrix on_nodes = SparseMatrix(part.G.transpose()) * SparseMatrix(choice * N);
-    Matrix still;
-    const Matrix gaps = part.G * answers_of(*part.response, on_nodes, still);
-    for (std::size_t i = 0; i < part.rows.size(); ++i)
-      answers.row(part.rows[i]) += gaps.row(static_cast<Index>(i));
-    if (still.size() == 0) continue;
-    statics.body.push_back(part.body);
-    statics.still.push_back(std::move(still));
-  }
-  return answers;
 }
 
 void spread_impulses(const ContactList& list, const std::vector<PointLaw>& laws, const Points& p,

@@ -11,6 +11,8 @@
 
 namespace cbr {
 
+using RowMajorSparse = Eigen::SparseMatrix<double, Eigen::RowMajor, Index>;
+
 // One of the two is filled: `sparse` when every body answers node by node and there are many rows,
 // else `dense`.
 struct GapResponse {
@@ -37,18 +39,6 @@ GapResponse gap_response(const ContactList& list, const std::vector<PointLaw>& l
                          const std::vector<ContactBody>& bodies,
                          NodeResponse ContactBody::*of = &ContactBody::response,
                          const SparseMatrix* A = nullptr);
-
-// What static rows of bodies answer impulses on combinations of points: the columns of a matrix N
-// (rows of the points x k).
-struct StaticAnswers {
-  std::vector<Index> body;
-  std::vector<Matrix> still;  // of each: s x k
-};
-
-// G S G^T N   (rows of the points x k), of a sparse N; `statics` are filled.
-Matrix gap_answers(const ContactList& list, const std::vector<PointLaw>& laws,
-                   const std::vector<ContactBody>& bodies, const SparseMatrix& N,
-                   StaticAnswers& statics);
 
 // Adds impulses (points x 3, in the points' frames) to the bodies': normal ones, those of tied
 // points as they are, to `impulses`, tangential ones to `friction`.

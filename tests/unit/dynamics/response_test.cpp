@@ -9,6 +9,7 @@
 
 #include "dynamics/contact/response/body_moves.hpp"
 #include "dynamics/contact/response/response.hpp"
+#include "dynamics/contact/response/standing_response.hpp"
 
 namespace cbr::response_test {
 namespace {
@@ -87,6 +88,68 @@ Scene random_scene(Index n_bodies, Index m, bool any_lumped, unsigned seed, bool
     }
   }
   return s;
+}
+
+// Shares of three functions, one cut off, and rows of points: A = N Y + E Z.
+struct RandomUnknowns {
+  SparseMatrix A;
+  Combinations of;
+};
+
+RandomUnknowns unknowns_of(const SparseMatrix& N, const std::vector<Index>& rows, double cut) {
+  RandomUnknowns u;
+  const auto n_rows = static_cast<Index>(rows.size());
+  u.of.rows = rows;
+  u.of.Y.resize(N.cols(), 3 + n_rows);
+  u.of.Z.resize(n_rows, 3 + n_rows);
+  SparseMatrix E(N.rows(), n_rows);
+  for (Index k = 0; k < 3; ++k) u.of.Y.insert(k, k) = 0.5 + static_cast<double>(k);
+  u.of.Z.insert(0, 1) = -cut;
+  for (Index i = 0; i < n_rows; ++i) {
+    E.insert(rows[static_cast<std::size_t>(i)], i) = 1;
+    u.of.Z.insert(i, 3 + i) = 1;
+  }
+  u.A = SparseMatrix(N * u.of.Y) + SparseMatrix(E * u.of.Z);
+  return u;
+}
+
+// Unknowns come, go and change: W is that of a new start, and what statics answer that of products
+// with the bodies' own responses.
+TEST(Response, UnknownsKeepWhatStandsOfW) {
+  for (unsigned seed = 0; seed < 4; ++seed) {
+    const Scene s = random_scene(3, 8, false, seed, seed % 2 == 0);
+    std::mt19937 random(seed);
+    std::normal_distribution<double> normal;
+    const Index m = first_rows(s.laws).back();
+    const Matrix any = Matrix::NullaryExpr(m, 3, [&] { return std::abs(normal(random)); });
+    const SparseMatrix N = any.sparseView();
+    StandingResponse standing;
+    standing.start(s.list, s.laws, s.bodies, N);
+    Matrix W;
+    const auto step = [&](const RandomUnknowns& u, const std::vector<Index>& from) {
+      standing.take(u.of, from);
+      W = standing.form(u.A, from, W.size() > 0 ? &W : nullptr);
+      const Matrix expected =
+          gap_response(s.list, s.laws, s.bodies, &ContactBody::response, &u.A).dense;
+      EXPECT_LT((W - expected).norm(), 1e-13 * expected.norm()) << seed;
+      EXPECT_EQ(W, W.transpose());
+      const Vector x = Vector::NullaryExpr(u.A.cols(), [&] { return normal(random); });
+      BodyMoves moves, known_moves;
+      const StaticAnswers known = standing.statics(x);
+      EXPECT_EQ(known.body.empty(), seed % 2 != 0);
+      moves.push(s.list, s.laws, u.A * x, s.bodies);
+      known_moves.push(s.list, s.laws, u.A * x, s.bodies, &known);
+      Vector gap = Vector::Zero(m), known_gap = gap;
+      moves.add_to_gaps(s.list, s.laws, gap);
+      known_moves.add_to_gaps(s.list, s.laws, known_gap);
+      EXPECT_LT((gap - known_gap).norm(), 1e-13 * gap.norm()) << seed;
+    };
+    step(unknowns_of(N, {1, 4, 9}, 0.3), {-1, -1, -1, -1, -1, -1});
+    step(unknowns_of(N, {1, 4, 9}, 0.3), {0, 1, 2, 3, 4, 5});
+    step(unknowns_of(N, {1, 2, 4, 7, 9}, 0.3), {0, 1, 2, 3, -1, 4, -1, 5});
+    step(unknowns_of(N, {1, 7, 9}, 0.6), {0, -1, 2, 3, 6, 7});
+    step(unknowns_of(N, {7, 9, 10}, 0.6), {0, -1, 2, 4, 5, -1});
+  }
 }
 
 // A C that is known to be diagonal is not multiplied as a full one: the same bits.

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// W of few unknowns while the rows of their points stand, in the coordinates of the bodies.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "dynamics/contact/response/response.hpp"
+
+namespace cbr {
+
+// p = A x with A = N Y + E Z: shares of combinations N of points, and what rows of single points
+// (E: unit columns of `rows`) differ by from these.
+struct Combinations {
+  std::vector<Index> rows;
+  SparseMatrix Y, Z;
+};
+
+// The static answer of thin responses, as far as it is known: still of each body (s).
+struct StaticAnswers {
+  std::vector<Index> body;
+  std::vector<Vector> still;
+};
+
+// G S G^T with S = V^T C V + B F B^T / h of each body: G V^T is formed once for the points, and
+// what V and F answer once for each combination and each unknown.
+class StandingResponse {
+ public:
+  bool empty() const { return parts_.empty(); }
+  void clear() { *this = {}; }
+  // Of bodies none of which answers node by node. N: rows of the points x k.
+  void start(const ContactList& list, const std::vector<PointLaw>& laws,
+             const std::vector<ContactBody>& bodies, const SparseMatrix& N);
+  // The columns of A are those of the unknowns; column u was column from[u] of the last call, or is
+  // another one: -1.
+  void take(Combinations of, const std::vector<Index>& from);
+  // A^T G S G^T A, of the A of take(); `old`: what it was before, of which the entries of columns
+  // that stayed are taken; null where none have.
+  Matrix form(const SparseMatrix& A, const std::vector<Index>& from, const Matrix* old) const;
+  // What static rows answer A x.
+  StaticAnswers statics(const Vector& x) const;
+
+ private:
+  struct Part {
+    Index body = 0;
+    std::shared_ptr<const ThinResponse> thin;  // or null: S itself is in the place of F
+    std::shared_ptr<const Matrix> F;           // s x s
+    double share = 1;                          // of F: 1 / h
+    RowMajorSparse H;                          // rows of the points x s: G B
+    Matrix X;                                  // r x rows of the points: V G^T
+    Matrix X_of_N, F_of_N;                     // X N and F H^T N / h
+    Matrix X_of_A, F_of_A;                     // X A, and of the mixed columns of A F H^T A / h
+    void add_row(Index row, double factor, double* x, double* f) const;
+    void add_statics(const Combinations& of, Index u, double factor, double* f) const;
+    void take(const Combinations& of, const std::vector<Index>& from,
+              const std::vector<Index>& mixed, const std::vector<Index>& mixed_from);
+  };
+  // A column of one row of a point has the statics of that row: they are not kept.
+  bool is_mixed(Index u) const { return mixed_[static_cast<std::size_t>(u)] >= 0; }
+
+  std::vector<Part> parts_;
+  Combinations of_;
+  std::vector<Index> mixed_;  // of each unknown: its column of F_of_A, or -1
+};
+
+}  // namespace cbr
