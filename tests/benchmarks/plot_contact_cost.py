@@ -9,8 +9,8 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
-PHASES = (("step s", "whole step", "#222222"), ("bodies s", "bodies", "#999999"), ("detection s", "detection", "#1f3b73"),
-          ("impulses s", "impulses", "#e07b00"))
+PHASES = (("step s", "whole step", "#222222"), ("bodies s", "bodies", "#999999"), ("search s", "search", "#1f3b73"),
+          ("response s", "response", "#3a9e5f"), ("contact s", "contact", "#e07b00"))
 
 
 def main():
