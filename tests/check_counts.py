@@ -11,10 +11,10 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BOUNDS = {
-    "lines of product": 87400,
+    "lines of product": 87800,
     "files of product": 727,
     "lines of python/cbr": 1050,
-    "lines of tests": 61950,
+    "lines of tests": 62000,
     "files of tests": 390,
     "numbers in contact/solve": 156,  # but for 0, 1, 2, 3 and 0.5
     "lines with InputError(": 402,

@@ -105,7 +105,7 @@ ContactPair pair_of(const ContactEntry& entry, const ContactNumbers& contact_of_
 
 // Nodes of a face from which functions are fewer by enough; how many nodes one function is for, and
 // how many functions any face needs: docs/decisions/pressures.md.
-constexpr Index least_nodes = 1000, nodes_of_function = 12, least_functions = 40,
+constexpr Index least_nodes = 500, nodes_of_function = 12, least_functions = 40,
                 most_functions = 160;
 
 Index functions_wanted(const ContactOptions& options, Index n_nodes) {
