@@ -226,7 +226,7 @@ class Chooser {
 
   // Of the shares of its points.
   void end_unknown(Index n) {
-    std::sort(shares_.begin(), shares_.end());
+    if (!std::is_sorted(shares_.begin(), shares_.end())) std::sort(shares_.begin(), shares_.end());
     for (Index d = 0; d < n; ++d) {
       for (const auto& [point, share] : shares_) {
         point_rows_.push_back(first_[point] + d);

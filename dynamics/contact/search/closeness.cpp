@@ -12,7 +12,7 @@ namespace cbr {
 namespace {
 
 // Of a face: candidates serve until the surfaces have moved so far relative to each other.
-constexpr double kept_skin = 0.5;
+constexpr double kept_skin = 1;
 
 // Of a node: the nearest face.
 struct Nearest {
