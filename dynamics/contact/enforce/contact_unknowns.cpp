@@ -25,6 +25,11 @@ constexpr double same_way = 0.866;
 constexpr std::size_t few_points = 100, few_points_with_friction = 20;
 constexpr std::size_t most_points = 400, most_points_with_friction = 40;
 
+// Of the root of a function's area: by how much gaps of its nodes may differ, as it lets single
+// nodes in by about half of that; and what is closed, as it begins where all of its nodes close.
+// Functions that began where some nodes were open lost energy, as others fell in.
+constexpr double flat_enough = 0.03, closed_enough = 1e-4;
+
 // What the nodes of one surface would do in the step.
 class Cells {
  public:
@@ -117,9 +122,10 @@ std::vector<Index> first_columns(const std::vector<PointLaw>& laws,
 
 class Chooser {
  public:
-  Chooser(const ContactList& list, const std::vector<PointLaw>& laws, double flatness,
+  // before: of the last step; null: functions of corners serve wherever they can
+  Chooser(const ContactList& list, const std::vector<PointLaw>& laws, const ContactUnknowns* before,
           const std::vector<std::size_t>& wanted)
-      : list_(list), laws_(laws), flatness_(flatness), wanted_(wanted), first_(first_rows(laws)) {
+      : list_(list), laws_(laws), before_(before), wanted_(wanted), first_(first_rows(laws)) {
     unknowns_.is_held.assign(laws.size(), 0);
   }
 
@@ -262,28 +268,20 @@ class Chooser {
       Index& at = point[static_cast<std::size_t>(list_.points[i].slot)];
       at = at == none ? static_cast<Index>(i) : several;
     }
-    const auto point_of = [&](Index slot) { return point[static_cast<std::size_t>(slot)]; };
-    const auto normal_of = [&](Index slot) {
-      return list_.points[static_cast<std::size_t>(point_of(slot))].normal();
-    };
-    const Index before = search.functions != nullptr ? search.functions->size() : 0;
+    const Index others = search.functions != nullptr ? search.functions->size() : 0;
+    std::vector<char> served(static_cast<std::size_t>(corners.size()), before_ == nullptr);
+    for (std::size_t u = 0; before_ != nullptr && u < before_->keys.size(); ++u) {
+      const UnknownKey& key = before_->keys[u];
+      if (key.search == number && key.function >= others)
+        served[static_cast<std::size_t>(key.function - others)] = 1;
+    }
     for (Index a = 0; a < corners.size(); ++a) {
-      bool is_whole = true;
-      double area = 0, least = HUGE_VAL, most = -HUGE_VAL;
-      Index some = none;
-      for (SparseMatrix::InnerIterator it(corners.N, a); it && is_whole; ++it) {
-        if (some == none) some = it.row();
-        is_whole = point_of(it.row()) >= 0 && point_of(some) >= 0 &&
-                   normal_of(some).dot(normal_of(it.row())) > same_way;
-        if (!is_whole) break;
-        const double start = list_.points[static_cast<std::size_t>(point_of(it.row()))].start_gap;
-        least = std::min(least, start);
-        most = std::max(most, start);
-        area += it.value();
-      }
-      if (!is_whole || some == none || most - least > flatness_ * std::sqrt(area)) continue;
-      const PointLaw& law = laws_[static_cast<std::size_t>(point_of(some))];
-      start_unknown({number, before + a, -1, 0}, law, -1, 0);
+      if (!can_serve(corners, a, point, served[static_cast<std::size_t>(a)] != 0)) continue;
+      const auto point_of = [&](Index slot) { return point[static_cast<std::size_t>(slot)]; };
+      const double area = corners.N.col(a).sum();
+      SparseMatrix::InnerIterator first(corners.N, a);
+      const PointLaw& law = laws_[static_cast<std::size_t>(point_of(first.row()))];
+      start_unknown({number, others + a, -1, 0}, law, -1, 0);
       areas_.back() = area;
       for (SparseMatrix::InnerIterator it(corners.N, a); it; ++it) {
         const auto at = static_cast<std::size_t>(point_of(it.row()));
@@ -294,6 +292,26 @@ class Chooser {
         values_.emplace_back(point_of(it.row()), unknowns_.size() - 1, it.value());
       end_unknown(n_rows(law.law));
     }
+  }
+
+  // point: of each slot, or below 0. serves: it did in the last step.
+  bool can_serve(const PressureFunctions& corners, Index a, const std::vector<Index>& point,
+                 bool serves) const {
+    Vector3 normal = Vector3::Zero();
+    double least = HUGE_VAL, most = -HUGE_VAL, farthest = -HUGE_VAL;
+    for (SparseMatrix::InnerIterator it(corners.N, a); it; ++it) {
+      const Index at = point[static_cast<std::size_t>(it.row())];
+      if (at < 0) return false;
+      const ContactPoint& its = list_.points[static_cast<std::size_t>(at)];
+      if (normal.isZero(0)) normal = its.normal();
+      if (!(normal.dot(its.normal()) > same_way)) return false;
+      least = std::min(least, its.start_gap);
+      most = std::max(most, its.start_gap);
+      farthest = std::max(farthest, std::min(its.start_gap, its.gap[0]));
+    }
+    const double size = std::sqrt(corners.N.col(a).sum());
+    return before_ == nullptr ||
+           (most - least <= flat_enough * size && (serves || farthest <= closed_enough * size));
   }
 
   // whole: functions are not cut off, and those of cells that stay open are unknowns too, so that
@@ -326,7 +344,7 @@ class Chooser {
 
   const ContactList& list_;
   const std::vector<PointLaw>& laws_;
-  const double flatness_;
+  const ContactUnknowns* before_;
   const std::vector<std::size_t>& wanted_;
   const std::vector<Index> first_;
   ContactUnknowns unknowns_;
@@ -404,12 +422,13 @@ SparseMatrix function_matrix(const ContactList& list, const std::vector<PointLaw
 }
 
 ContactUnknowns choose_unknowns(const ContactList& list, const std::vector<PointLaw>& laws,
-                                const std::vector<FunctionsOfSearch>& searches, double flatness,
+                                const std::vector<FunctionsOfSearch>& searches,
+                                const ContactUnknowns* before,
                                 const std::vector<std::size_t>& wanted) {
   if (std::none_of(searches.begin(), searches.end(),
                    [](const FunctionsOfSearch& search) { return search.has_any(); }))
     return {};
-  Chooser chooser(list, laws, flatness, wanted);
+  Chooser chooser(list, laws, before, wanted);
   const std::vector<Index> columns = first_columns(laws, searches);
   for (std::size_t s = 0; s < searches.size(); ++s)
     chooser.add(searches[s], static_cast<Index>(s), columns[s]);

@@ -72,10 +72,12 @@ SparseMatrix function_matrix(const ContactList& list, const std::vector<PointLaw
 // too many points, a cell that is closed in the mean keeps its function.
 // Where all nodes of a function of `corners` have points that look the same way, it stands for
 // them: nodal forces of a pressure on faces of second order may be negative, as no node's law
-// allows. flatness: of the root of its area, by how much gaps of its nodes may differ at the start.
-// `wanted` (ascending): points that are not left out.
+// allows. before: of the last step; a function begins where all of its nodes close, and serves as
+// long as their gaps are about as large. Null, in statics: wherever it can. `wanted` (ascending):
+// points that are not left out.
 ContactUnknowns choose_unknowns(const ContactList& list, const std::vector<PointLaw>& laws,
-                                const std::vector<FunctionsOfSearch>& searches, double flatness,
+                                const std::vector<FunctionsOfSearch>& searches,
+                                const ContactUnknowns* before,
                                 const std::vector<std::size_t>& wanted = {});
 
 // Of searches with `corners`: an unknown that is deep at the start of a step goes no deeper in it,

@@ -263,7 +263,7 @@ EnforcementResult enforce_impulse(const ContactList& list, const std::vector<Poi
     if (auto result = enforce_point_by_point(list, laws, guess, searches, h, bodies, memory))
       return std::move(*result);
   }
-  ContactUnknowns unknowns = choose_unknowns(list, laws, searches, corner_flatness);
+  ContactUnknowns unknowns = choose_unknowns(list, laws, searches, &memory.unknowns);
   if (unknowns.reduced)
     return enforce_in_functions(list, laws, searches, unknowns, h, bodies, memory);
   ImpulseStep step{list, laws, pack(gaps(list), laws), pack(guess, laws), {}, {}, 0, false, false};

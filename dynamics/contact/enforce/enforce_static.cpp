@@ -518,7 +518,7 @@ StaticResult enforce_static(const ContactList& list, const std::vector<PointLaw>
             c,
             largest_force};
   }
-  const ContactUnknowns unknowns = choose_unknowns(list, laws, searches, HUGE_VAL);
+  const ContactUnknowns unknowns = choose_unknowns(list, laws, searches, nullptr);
   if (!memory.system || memory.columns != columns || !same_laws(laws, memory.laws) ||
       !same_rows(list, memory.rows, laws, 0) || !same_matrix(unknowns.A, memory.A)) {
     const SparseMatrix* A = unknowns.reduced ? &unknowns.A : nullptr;

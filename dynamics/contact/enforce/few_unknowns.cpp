@@ -333,7 +333,7 @@ EnforcementResult enforce_in_functions(const ContactList& list, const std::vecto
   Vector gap =
       solve_few(list, laws, searches, g_points, unknowns, same_space, bodies, memory, solution);
   while (want_more(laws, unknowns, g_points, gap, wanted)) {
-    unknowns = choose_unknowns(list, laws, searches, corner_flatness, wanted);
+    unknowns = choose_unknowns(list, laws, searches, &memory.unknowns, wanted);
     gap = solve_few(list, laws, searches, g_points, unknowns, true, bodies, memory, solution);
   }
   memory.moves.give(bodies);

@@ -10,9 +10,6 @@
 
 namespace cbr {
 
-// A function of corners lets single nodes in by about half of what their gaps differ.
-constexpr double corner_flatness = 0.003;
-
 // A body that turns has a new response in each step.
 bool any_turns(const ContactList& list, const std::vector<ContactBody>& bodies);
 
