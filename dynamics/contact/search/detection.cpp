@@ -19,6 +19,9 @@
 namespace cbr {
 namespace {
 
+// Of a face: gaps that differ by less are the same but for round-off.
+constexpr double same_gap = 1e-9;
+
 struct Step : DetectionStep {
   const ContactSurface& slave;
   const ContactBody& slave_body;
@@ -148,8 +151,8 @@ bool meets(const Step& step, const SlaveNode& node, Index face, const PairProjec
 
 // Which face holds a node first: the one that it touches, until it is off its edge and over the
 // next one. Entries are rounded, so that faces of one plane are told apart by what they are at the
-// end.
-bool better(const FaceHit& a, const FaceHit& b) {
+// end. size: of the faces; gaps that differ by round-off do not tell.
+bool better(const FaceHit& a, const FaceHit& b, double size) {
   if (a.over_at_end != b.over_at_end) return a.over_at_end;
   if (a.follows != b.follows) return a.follows;
   if (a.follows && a.over_now != b.over_now) return a.over_now;
@@ -158,22 +161,32 @@ bool better(const FaceHit& a, const FaceHit& b) {
   // sink into the one that it is over
   if (!a.follows && a.right_over_at_end != b.right_over_at_end) return a.right_over_at_end;
   const double entry_a = std::round(1e10 * a.entry), entry_b = std::round(1e10 * b.entry);
-  return entry_a != entry_b ? entry_a > entry_b : std::abs(a.end_gap) < std::abs(b.end_gap);
+  if (entry_a != entry_b) return entry_a > entry_b;
+  return std::abs(a.end_gap) < std::abs(b.end_gap) - same_gap * size;
 }
 
 // Near an edge between faces that look nearly the same way a node that touches is held along a mean
 // of their normals, which goes over from the one to the other as the node slides across: no jump,
-// and no side is taken by a node on the edge itself.
+// and no side is taken by a node on the edge itself. Nor by one that arrives there.
 void blend_normals(const Step& step, const SlaveNode& node, std::vector<FaceHit>& hits) {
   constexpr double nearly_same_way = 0.866;  // 30 degrees
+  constexpr double bent = 1e-10;             // by less faces are of one plane
   FaceHit& first = hits.front();
+  const double size = step.master.sizes[first.face];
   Vector3 sum = first.end.normal;
   for (std::size_t i = 1; i < hits.size(); ++i) {
-    const double share = 1 - std::max(0.0, hits[i].outside) / step.options.edge_tolerance;
-    if (rises_from(step.master, hits[i].face, first.face)) continue;
-    if (hits[i].follows && share > 0 && hits[i].end.normal.dot(first.end.normal) >= nearly_same_way)
-      sum += share * hits[i].end.normal;
+    const FaceHit& hit = hits[i];
+    if (rises_from(step.master, hit.face, first.face)) continue;
+    if (hit.end.normal.dot(first.end.normal) < nearly_same_way) continue;
+    double share = 0;
+    if (first.follows) {
+      if (hit.follows) share = 1 - std::max(0.0, hit.outside) / step.options.edge_tolerance;
+    } else if (!better(first, hit, size) && (hit.end.normal - first.end.normal).norm() > bent) {
+      share = 1;
+    }
+    if (share > 0) sum += share * hit.end.normal;
   }
+  if (!first.follows && sum == first.end.normal) return;
   first.end.normal = sum.normalized();
   Vector3 foot = Vector3::Zero();
   for (int a = 0; a < 4; ++a)
@@ -235,9 +248,10 @@ void find_entries(const Step& step, const SlaveNode& node, std::vector<FaceHit>&
 }
 
 // Best first; those that are equal stay in their order. Most nodes have one hit.
-void sort(std::vector<FaceHit>& hits) {
+void sort(const Step& step, std::vector<FaceHit>& hits) {
+  const double size = step.master.sizes[hits.front().face];
   for (std::size_t i = 1; i < hits.size(); ++i)
-    for (std::size_t k = i; k > 0 && better(hits[k], hits[k - 1]); --k)
+    for (std::size_t k = i; k > 0 && better(hits[k], hits[k - 1], size); --k)
       std::swap(hits[k], hits[k - 1]);
 }
 
@@ -272,14 +286,14 @@ void detect_node(const Step& step, Index slot, std::span<const NodeAndFace> pair
     if (meets(step, node, pairs[k].face, found[k], hit)) hits.push_back(hit);
   if (hits.empty()) return;
   if (hits.size() > 1) find_entries(step, node, hits);
-  sort(hits);
+  sort(step, hits);
   if (step.held != nullptr) leave_out_held(step, hits);
   if (hits.empty()) return;
   const double start_gap = hits.front().start_gap;
   // Found behind a face that it has not come through: left where it is, not thrown out
   if (step.initial || (node.face < 0 && start_gap < 0))
     keep_overlap(slot, start_gap + node.lift, step.initial, memory);
-  if (hits.front().follows && hits.size() > 1) blend_normals(step, node, hits);
+  if (hits.size() > 1) blend_normals(step, node, hits);
   const std::size_t n_held = choose_holding(step, node, hits);
   for (std::size_t i = 0; i < n_held; ++i)
     add_point(step, node, hits[i], memory.offset[slot], points);

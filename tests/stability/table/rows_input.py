@@ -12,11 +12,10 @@ UNITS, BAD = "Units and magnitudes", "Bad input"
 
 
 def impact_in(folder, kind, length=1.0, mass=1.0, time=1.0, part=None, modes=6, way=None):
-    """Momenta of an impact in other units, brought back. No edge of one block ends on an edge of the other: round-off would
-    choose which of them touch (docs/decisions/edge-contact.md)."""
+    """Momenta of an impact in other units, brought back. Edges and nodes of one block meet edges of the other but for round-off."""
     part = (part or box((2, 2, 2))).scaled(length)
     speed = length / time
-    s = scene(folder, {"a": {"as": kind, "velocity": [0.1 * speed, 0, 0]}, "b": {"as": kind, "position": [1.001 * length, 0.1 * length, 0.03 * length]}}, PAIR, 1.0 * time,
+    s = scene(folder, {"a": {"as": kind, "velocity": [0.1 * speed, 0, 0]}, "b": {"as": kind, "position": [1.001 * length, 0.1 * length, 0]}}, PAIR, 1.0 * time,
               part, modes=modes, material={"youngs_modulus": 100 * mass / (length * time**2), "density": mass / length**3})
     s["components"]["block"]["reduction"].update(way or {})
     return folder.dyn(s).done()["instances/b/momentum"] / (mass * speed)

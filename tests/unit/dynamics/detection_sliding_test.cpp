@@ -55,6 +55,38 @@ TEST(Detection, NormalsGoOverAcrossAnEdge) {
   }
 }
 
+// The same roof: a node that arrives on the ridge is held by neither side, whatever round-off makes
+// of it in other units, turned, or with the faces in another order.
+TEST(Detection, ANodeThatArrivesOnAnEdgeTakesNoSide) {
+  Points x(6, 3), way(2, 3);
+  x << -1, 0, -0.1, 0, 0, 0, 1, 0, -0.1, -1, 1, -0.1, 0, 1, 0, 1, 1, -0.1;
+  way << 0, 0.3, 0.005, 0, 0.3, -0.005;
+  for (int k = 0; k < 40; ++k) {
+    const double length = std::pow(10, k % 9 - 4);
+    const Matrix3 turn =
+        Eigen::AngleAxisd(0.7 * k, Vector3(1, k % 3 - 1, 0.3 * k).normalized()).toRotationMatrix();
+    const auto placed = [&](const Points& at) { return Points(length * at * turn.transpose()); };
+    Patch roof = patch(1, 0, true), node = patch(1, 0, false);
+    roof.surface.faces.resize(2, 4);
+    roof.surface.faces << 0, 1, 4, 3, 1, 2, 5, 4;
+    if (k % 2 == 1) roof.surface.faces.row(0).swap(roof.surface.faces.row(1));
+    roof.surface.nodes = {0, 1, 2, 3, 4, 5};
+    roof.body.start = roof.body.end = placed(x);
+    fill_sizes(roof.surface, roof.body.start);
+    const Points along = placed(way);
+    for (Index i = 0; i < node.body.start.rows(); ++i) {
+      node.body.start.row(i) = along.row(0);
+      node.body.end.row(i) = along.row(1);
+    }
+    PairMemory memory;
+    const ContactList list = run(node, roof, memory);
+    ASSERT_FALSE(list.empty()) << k;
+    EXPECT_LT((list.points[0].normal() - turn.col(2)).norm(), 1e-12) << k;
+    // From where it is nearest to one of the faces: 0.1 is the tilt
+    EXPECT_NEAR(list.points[0].gap[0] / length, -0.005 / (1 + 0.1 * 0.1), 1e-12) << k;
+  }
+}
+
 // A flat patch of crooked quads; a node slides over it, pressed in by the same depth in each step.
 TEST(Detection, SlidingOverFaceBoundariesOfAFlatMeshIsSmooth) {
   std::mt19937 random(12);
