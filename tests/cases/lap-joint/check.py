@@ -1,0 +1,93 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the lap joint must show: the bolt's force, equilibrium, a loop whose area is what friction takes, and superelements as the
+meshes have it. Prints the table of README.md."""
+import sys
+
+import h5py
+import numpy as np
+
+PRETENSION = 5000.0
+EXACT = ("craig-bampton", "massless")  # of the bases: their statics are those of the mesh
+
+
+class Joint:
+    """One run. Times: 0 the bolt is locked, 1 100 N, 2 to 6 a cycle of load, 6 to 10 another."""
+
+    def __init__(self, name):
+        with h5py.File(f"{sys.argv[1]}/{name}.h5") as f:
+            def force(pair):
+                return f[f"contact/{pair}/force"][:]
+
+            def along(surface):
+                return f[f"surfaces/{surface}/mean_position"][:, 0]
+
+            self.time = f["time"][:]
+            self.bolt = -force("head.cut - nut.cut")[:, 2]
+            self.seat = force("washer.below - upper.outside")[:, 2]
+            # On the upper plate: by the lower one and by the washer
+            self.held = force("upper.inside - lower.inside")[:, 0] - force("washer.below - upper.outside")[:, 0]
+            self.pull = f["instances/lower/reaction"][:, 0]
+            self.end = along("upper.end")[0] - along("upper.end")
+            self.slip = along("lower.inside") - along("upper.inside")
+            self.friction, self.external = f["energy/work_friction"][:], f["energy/work_external"][:]
+            self.contact, self.total = f["energy/work_contact"][:], f["energy/total"][:]
+            self.seconds = f.attrs["wall_seconds_steps"]
+        self.cycle = self.time >= 6 - 1e-9
+
+    def change(self, values):
+        """Over the second cycle."""
+        return values[self.cycle][-1] - values[self.cycle][0]
+
+    def area(self):
+        """Of the second loop: force over displacement at the end."""
+        u, pull = self.end[self.cycle], self.pull[self.cycle]
+        return np.sum((pull[1:] + pull[:-1]) / 2 * np.diff(u))
+
+    def figures(self):
+        """mm, N, mJ"""
+        return {"end": np.interp(1, self.time, self.end), "cycle": np.ptp(self.end[self.cycle]), "slip": np.ptp(self.slip[self.cycle]),
+                "bolt": self.bolt[-1], "lost": -self.change(self.friction)}
+
+
+names = ("mesh", *EXACT, "characteristic", "coarse-mesh", "coarse-craig-bampton")
+runs = {name: Joint(name) for name in names}
+print(f"| {'run':20s} | {'100 N, um':>10s} | {'cycle, um':>10s} | {'slip, um':>10s} | {'bolt, N':>10s} | {'lost, uJ':>10s} | {'s':>6s} |")
+for name, run in runs.items():
+    of = run.figures()
+    print(f"| {name:20s} | {1e3 * of['end']:10.4f} | {1e3 * of['cycle']:10.4f} | {1e3 * of['slip']:10.4f} | {of['bolt']:10.2f} |"
+          f" {1e3 * of['lost']:10.4f} | {run.seconds:6.1f} |")
+checks = []
+for name, run in runs.items():
+    checks += [
+        # The length is locked, and slips of friction begin anew in the load step that finds the time 0
+        (f"{name}: the bolt's force before the load, from the pretension", abs(run.bolt[0] / PRETENSION - 1), 2e-5),
+        (f"{name}: the washer has the bolt's force", abs(run.seat / run.bolt - 1).max(), 1e-9),
+        (f"{name}: friction holds the load, of 600 N", abs(run.held - run.pull).max() / 600, 1e-9),
+        # The load is shared by areas, the displacement is a mean of nodes
+        (f"{name}: the loop's area, from the work of the load", abs(run.area() / run.change(run.external) - 1), 1e-3),
+        (f"{name}: energy is stored or lost, of what is stored",
+         abs(run.change(run.total - run.external - run.contact - run.friction)) / run.total.max(), 1e-9),
+        # Points of contact go with the faces from load step to load step
+        (f"{name}: what contact itself takes, of what friction takes", abs(run.change(run.contact) / run.change(run.friction)), 0.02),
+    ]
+
+
+def compare(name, other, bound):
+    one, two = runs[name].figures(), runs[other].figures()
+    return [(f"{name}, {key}, from {other}", abs(one[key] / two[key] - 1), bound) for key in one]
+
+
+for name in EXACT:
+    checks += compare(name, "mesh", 1e-7)
+checks += compare("coarse-craig-bampton", "coarse-mesh", 1e-7)
+# Few shapes of the load's face, and of the faces
+checks += compare("characteristic", "mesh", 0.05)
+# The lower plate has elements a third longer
+checks += compare("coarse-mesh", "mesh", 0.1)
+missed = 0
+for what, value, bound in checks:
+    held_to = value <= bound
+    missed += not held_to
+    print(f"{what:70s} {value:12.4g}  bound {bound:8.3g}  {'held' if held_to else 'MISSED'}")
+sys.exit(missed > 0)
