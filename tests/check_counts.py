@@ -14,7 +14,7 @@ BOUNDS = {
     "lines of product": 87800,
     "files of product": 727,
     "lines of python/cbr": 1050,
-    "lines of tests": 62000,
+    "lines of tests": 62150,
     "files of tests": 390,
     "numbers in contact/solve": 156,  # but for 0, 1, 2, 3 and 0.5
     "lines with InputError(": 402,
