@@ -83,7 +83,9 @@ bool Equilibrium::preload(Index steps, RunResult& result,
       result.failure = error.what();
       result.ended_at = 0;
       result.preload_reached = preload_ - 1;
-      restore(found);
+      state_.bodies.resize(forces_.size());  // those of bolts go
+      StateArchive restored(found.words(), "the load step before");
+      keep_found(restored);
       break;
     }
     if (on_step) on_step(preload_);
@@ -103,13 +105,6 @@ StateArchive Equilibrium::saved() {
   StateArchive archive = StateArchive::saved([this](StateArchive& state) { keep_found(state); });
   std::move(bolts.begin(), bolts.end(), std::back_inserter(state_.bodies));
   return archive;
-}
-
-// Lets bolts' bodies go: no load step follows.
-void Equilibrium::restore(const StateArchive& saved) {
-  state_.bodies.resize(forces_.size());
-  StateArchive archive(saved.words(), "the load step before");
-  keep_found(archive);
 }
 
 void Equilibrium::keep_found(StateArchive& archive) {

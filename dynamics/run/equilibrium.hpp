@@ -86,7 +86,6 @@ class Equilibrium {
   bool is_done(const Change& change);
   void note_closed();
   StateArchive saved();
-  void restore(const StateArchive& saved);
   void keep_found(StateArchive& archive);
   [[noreturn]] void refuse_endless(const Change& change) const;
   [[noreturn]] void refuse_unheld(Index body, const Vector& left) const;

@@ -46,7 +46,8 @@ class TimeLoop {
       keep_state(*options_.restart);
       options_.restart->finish();
     } else if (!recorder_.result().failure.empty()) {
-      record_preload();
+      recorder_.record_statics(0, resting_, state_, outcome_);  // there is no motion
+      if (options_.on_output) options_.on_output(0, 0);
       return std::move(recorder_.result());
     } else {
       schedule_.start();
@@ -81,12 +82,6 @@ class TimeLoop {
       return;
     equilibrium.start_motion(plan().h);
     outcome_.next_step();
-  }
-
-  // What a preload has come to that fails: there is no motion.
-  void record_preload() {
-    recorder_.record_statics(0, resting_, state_, outcome_);
-    if (options_.on_output) options_.on_output(0, 0);
   }
 
   // One step, or a jump over several.
