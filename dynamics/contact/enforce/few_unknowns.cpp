@@ -113,7 +113,7 @@ void keep_functions(const std::vector<FunctionsOfSearch>& searches,
 
 // As it was before a checkpoint.
 void keep_again(const std::vector<ContactBody>& bodies, ImpulseMemory& memory) {
-  if (memory.N.size() == 0 || !memory.standing.empty()) return;
+  if (memory.N.rows() == 0 || !memory.standing.empty()) return;
   memory.standing.start(memory.rows, memory.laws, bodies, memory.N);
   memory.standing.take(combine(memory.unknowns, memory.N),
                        std::vector<Index>(static_cast<std::size_t>(memory.unknowns.A.cols()), -1));
@@ -131,7 +131,7 @@ bool form_few(const ContactList& list, const std::vector<PointLaw>& laws,
   while (kept < n && rows[static_cast<std::size_t>(kept)] == kept) ++kept;
   if (kept == n && n == memory.unknowns.A.cols()) return false;
   ++memory.n_formed;
-  if (memory.N.size() == 0) {
+  if (memory.standing.empty()) {
     memory.solver.emplace(gap_response(list, laws, bodies, &ContactBody::response, &unknowns.A),
                           unknowns.laws, true);
     return true;
