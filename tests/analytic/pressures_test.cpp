@@ -95,6 +95,32 @@ TEST_F(Pressures, FrictionHoldsForFunctions) {
   EXPECT_LT(d.force, 3e-2);
 }
 
+// Tangents of neighbours are turned against each other where their normals differ: near -z by any
+// angle. A function's friction goes one way all the same.
+TEST_F(Pressures, FrictionOnARoundWallDoesNotDependOnItsDirection) {
+  std::vector<Vector3> momenta;
+  for (const double degrees : {0.0, 90.0, -90.0, 35.0}) {
+    const double angle = degrees * std::acos(-1.0) / 180;
+    const auto turned = [&](double x, double y, double z) {
+      const Vector3 at(std::cos(angle) * x + std::sin(angle) * z, y,
+                       std::cos(angle) * z - std::sin(angle) * x);
+      return "[" + test::text(at[0]) + ", " + test::text(at[1]) + ", " + test::text(at[2]) + "]";
+    };
+    const Ran ran = folder_.run(
+        "materials: {m: {youngs_modulus: 1000, poissons_ratio: 0.3, density: 1}}\n"
+        "components: {block: {mesh: block.exo, material: m, reduction: {basis: characteristic, "
+        "interface: [x_min], modes: 40}}}\ninstances: {b: {component: block, rotation: [0, " +
+        test::text(degrees) + ", 0], position: " + turned(0.001, -0.5, -0.5) + ", velocity: " +
+        turned(-1, 0.5, 0.2) + "}}\nwalls: {wall: {sphere: {center: " + turned(-20, 0, 0) +
+        ", radius: 20}}}\ncontact: [{between: [b.x_min, wall], friction: 0.3, pressures: 40}]\n"
+        "time: {end: 0.09}\noutput: {every: 0.01, history: [b.x_min]}\n");
+    const Vector3 p = test::at(ran.body("b").momentum, ran.result.time.size() - 1);
+    momenta.emplace_back(std::cos(angle) * p[0] - std::sin(angle) * p[2], p[1],
+                         std::cos(angle) * p[2] + std::sin(angle) * p[0]);
+  }
+  for (const Vector3& p : momenta) EXPECT_LT((p - momenta[0]).norm(), 1e-9 * momenta[0].norm());
+}
+
 TEST_F(Pressures, AnInterfaceThatIsKeptHasThemToo) {
   Fall kept;
   kept.basis = "craig-bampton";

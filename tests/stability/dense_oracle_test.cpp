@@ -50,8 +50,12 @@ class Oracle {
  public:
   Oracle(const RandomScene& scene, double motion_allowed, test::Worst& worst)
       : scene_(scene), motion_allowed_(motion_allowed), worst_(worst) {
-    // What has no dense counterpart here is mortar: nodes meet faces in its place
-    for (RandomPair& pair : scene_.pairs) drop(pair.options, ", formulation: mortar");
+    // What has no dense counterpart here are mortar and corners of faces of second order: nodes
+    // meet faces in their place
+    for (RandomPair& pair : scene_.pairs) {
+      drop(pair.options, ", formulation: mortar");
+      pair.options += ", pressures: nodes";
+    }
   }
 
   void compare() {

@@ -30,6 +30,31 @@ constexpr std::size_t most_points = 400, most_points_with_friction = 40;
 // Functions that began where some nodes were open lost energy, as others fell in.
 constexpr double flat_enough = 0.03, closed_enough = 1e-4;
 
+// From the tangents of one point to those of another, in turns about their normals. Frames of
+// points are the same where normals are; elsewhere they are turned against each other, near -z by
+// any angle.
+struct Turn {
+  double cosine = 1, sine = 0;
+};
+
+Turn turn_between(const ContactPoint& to, const ContactPoint& from) {
+  constexpr double none = 1e-12;
+  const Eigen::Matrix2d M = to.frame.bottomRows<2>() * from.frame.bottomRows<2>().transpose();
+  const double cosine = M(0, 0) + M(1, 1), sine = M(1, 0) - M(0, 1);
+  const double length = std::hypot(cosine, sine);
+  if (!(std::abs(sine) > none * length)) return {};
+  return {cosine / length, sine / length};
+}
+
+// Calls entry(row, d, factor) of what row d of a function's frame is in the rows of a point, which
+// begin at `first`.
+template <typename Entry>
+void rows_of_turn(const Turn& turn, Index first, Index d, const Entry& entry) {
+  if (d == 0 || turn.sine == 0) return entry(first + d, 1.0);
+  entry(first + 1, d == 1 ? turn.cosine : -turn.sine);
+  entry(first + 2, d == 1 ? turn.sine : turn.cosine);
+}
+
 // What the nodes of one surface would do in the step.
 class Cells {
  public:
@@ -64,6 +89,13 @@ class Cells {
   // Its nodes have a point each, all one way.
   bool is_possible(Index cell) const { return is_possible_[static_cast<std::size_t>(cell)] != 0; }
   Index point_of(Index slot) const { return point_[static_cast<std::size_t>(slot)]; }
+  // The point whose frame is the function's.
+  const ContactPoint* reference(const PressureFunctions& functions, Index a) const {
+    for (SparseMatrix::InnerIterator it(functions.N, a); it; ++it)
+      if (const Index at = point_of(it.row()); at >= 0)
+        return &list_.points[static_cast<std::size_t>(at)];
+    return nullptr;
+  }
   // The slots of closed cells.
   std::vector<char> covered() const {
     std::vector<char> is(point_.size(), 0);
@@ -232,11 +264,15 @@ class Chooser {
 
   // Of the shares of its points.
   void end_unknown(Index n) {
-    if (!std::is_sorted(shares_.begin(), shares_.end())) std::sort(shares_.begin(), shares_.end());
+    const auto by_point = [](const Share& a, const Share& b) { return a.point < b.point; };
+    if (!std::is_sorted(shares_.begin(), shares_.end(), by_point))
+      std::sort(shares_.begin(), shares_.end(), by_point);
     for (Index d = 0; d < n; ++d) {
-      for (const auto& [point, share] : shares_) {
-        point_rows_.push_back(first_[point] + d);
-        weights_.push_back(share);
+      for (const Share& of : shares_) {
+        rows_of_turn(of.turn, first_[of.point], d, [&](Index row, double factor) {
+          point_rows_.push_back(row);
+          weights_.push_back(factor * of.share);
+        });
       }
       begin_.push_back(static_cast<Index>(weights_.size()));
     }
@@ -246,7 +282,7 @@ class Chooser {
 
   void add_point(std::size_t point, Index number) {
     start_unknown({number, -1, list_.points[point].slot, 0}, laws_[point], -1, 0);
-    shares_.emplace_back(point, 1);
+    shares_.push_back({point, 1, {}});
     end_unknown(n_rows(laws_[point].law));
   }
 
@@ -281,11 +317,12 @@ class Chooser {
       const double area = corners.N.col(a).sum();
       SparseMatrix::InnerIterator first(corners.N, a);
       const PointLaw& law = laws_[static_cast<std::size_t>(point_of(first.row()))];
+      const ContactPoint& reference = list_.points[static_cast<std::size_t>(point_of(first.row()))];
       start_unknown({number, others + a, -1, 0}, law, -1, 0);
       areas_.back() = area;
       for (SparseMatrix::InnerIterator it(corners.N, a); it; ++it) {
         const auto at = static_cast<std::size_t>(point_of(it.row()));
-        shares_.emplace_back(at, it.value() / area);
+        shares_.push_back({at, it.value() / area, turn_between(list_.points[at], reference)});
         unknowns_.is_held[at] = 1;
       }
       for (SparseMatrix::InnerIterator it(corners.Psi, a); it; ++it)
@@ -337,7 +374,10 @@ class Chooser {
       if (!(sum > 0) || (whole && !cells.is_possible(a))) continue;
       const Index n = n_rows(laws_[some].law);
       start_unknown({number, a, -1, 0}, laws_[some], column + n * a, 1 / sum);
-      each([&](std::size_t point, double weight) { shares_.emplace_back(point, weight / sum); });
+      const ContactPoint& reference = *cells.reference(functions, a);
+      each([&](std::size_t point, double weight) {
+        shares_.push_back({point, weight / sum, turn_between(list_.points[point], reference)});
+      });
       end_unknown(n);
     }
   }
@@ -348,7 +388,12 @@ class Chooser {
   const std::vector<std::size_t>& wanted_;
   const std::vector<Index> first_;
   ContactUnknowns unknowns_;
-  std::vector<std::pair<std::size_t, double>> shares_;  // of the unknown that is being made
+  struct Share {
+    std::size_t point = 0;
+    double share = 0;
+    Turn turn;  // of the point's tangents
+  };
+  std::vector<Share> shares_;  // of the unknown that is being made
   // A by columns
   std::vector<Index> begin_{0}, point_rows_;
   std::vector<double> weights_;
@@ -410,11 +455,18 @@ SparseMatrix function_matrix(const ContactList& list, const std::vector<PointLaw
     const Cells cells(list, searches[s]);
     const Index n = n_rows(laws[searches[s].first].law);
     const SparseMatrix& N = searches[s].functions->N;
-    for (Index a = 0; a < N.cols(); ++a)
-      for (SparseMatrix::InnerIterator it(N, a); it; ++it)
-        for (Index d = 0; d < n && cells.point_of(it.row()) >= 0; ++d)
-          entries.emplace_back(rows[static_cast<std::size_t>(cells.point_of(it.row()))] + d,
-                               columns[s] + n * a + d, it.value());
+    for (Index a = 0; a < N.cols(); ++a) {
+      const ContactPoint* reference = cells.reference(*searches[s].functions, a);
+      for (SparseMatrix::InnerIterator it(N, a); it; ++it) {
+        if (cells.point_of(it.row()) < 0) continue;
+        const auto at = static_cast<std::size_t>(cells.point_of(it.row()));
+        const Turn turn = turn_between(list.points[at], *reference);
+        for (Index d = 0; d < n; ++d)
+          rows_of_turn(turn, rows[at], d, [&](Index row, double factor) {
+            entries.emplace_back(row, columns[s] + n * a + d, factor * it.value());
+          });
+      }
+    }
   }
   SparseMatrix matrix(rows.back(), columns.back());
   matrix.setFromTriplets(entries.begin(), entries.end());

@@ -141,7 +141,8 @@ void add_functions(const ContactEntry& entry, const BuiltScene& built, ContactSi
                      " has " + std::to_string(n_nodes) + " nodes: take fewer, 'nodes' or 'auto'");
   const Index wanted = in_shapes ? functions_wanted(*entry.options, n_nodes) : 0;
   if (wanted > 0) pair.functions = sides.functions(slave, wanted);
-  pair.corners = sides.corners(slave);
+  // `nodes`: those beside corners too
+  if (entry.options->pressures.value_or(1) != 0) pair.corners = sides.corners(slave);
 }
 
 // Whether the body starts deeper in the wall than a face of its surface: on the wrong side, which
