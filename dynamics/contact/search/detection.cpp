@@ -19,6 +19,9 @@
 namespace cbr {
 namespace {
 
+// Of a face: gaps that differ by less are the same but for round-off.
+constexpr double same_gap = 1e-9;
+
 struct Step : DetectionStep {
   const ContactSurface& slave;
   const ContactBody& slave_body;
@@ -146,24 +149,9 @@ bool meets(const Step& step, const SlaveNode& node, Index face, const PairProjec
          is_near(step, node, found, face);
 }
 
-// Whether b is gone through first. Faces of one plane are at once but for round-off, and so are two
-// that the node starts on.
-bool is_later(const FaceHit& a, const FaceHit& b, double size) {
-  const double nothing = same_gap * size;
-  const auto entry = [&](const FaceHit& of) {
-    if (std::abs(of.start_gap) > nothing) return of.entry;
-    return of.end_gap < -nothing ? 0.0 : 1.0;
-  };
-  // From behind entries are gaps of their own
-  const auto way = [&](const FaceHit& of) {
-    return of.start_gap > nothing ? std::abs(of.start_gap - of.end_gap) : size;
-  };
-  return (entry(a) - entry(b)) * std::max(way(a), way(b)) > nothing;
-}
-
 // Which face holds a node first: the one that it touches, until it is off its edge and over the
-// next one. Of those that are gone through at once, what they are at the end tells. size: of the
-// faces.
+// next one. Entries are rounded, so that faces of one plane are told apart by what they are at the
+// end. size: of the faces; gaps that differ by round-off do not tell.
 bool better(const FaceHit& a, const FaceHit& b, double size) {
   if (a.over_at_end != b.over_at_end) return a.over_at_end;
   if (a.follows != b.follows) return a.follows;
@@ -172,8 +160,8 @@ bool better(const FaceHit& a, const FaceHit& b, double size) {
   // In a valley the face beside it is gone through last: a node that has come off for a step would
   // sink into the one that it is over
   if (!a.follows && a.right_over_at_end != b.right_over_at_end) return a.right_over_at_end;
-  if (is_later(a, b, size)) return true;
-  if (is_later(b, a, size)) return false;
+  const double entry_a = std::round(1e10 * a.entry), entry_b = std::round(1e10 * b.entry);
+  if (entry_a != entry_b) return entry_a > entry_b;
   return std::abs(a.end_gap) < std::abs(b.end_gap) - same_gap * size;
 }
 

@@ -102,10 +102,10 @@ bool holds_from_foot(const DetectionStep& step, const SlaveNode& node, const Foo
 }
 
 // Of a slope of several faces the one that the foot is at comes first.
-bool nearer_the_foot(const FaceHit& a, const FaceHit& b, double size) {
+bool nearer_the_foot(const FaceHit& a, const FaceHit& b) {
   const double off_a = std::round(1e6 * std::max(0.0, a.outside)),
                off_b = std::round(1e6 * std::max(0.0, b.outside));
-  return off_a != off_b ? off_a < off_b : a.end_gap < b.end_gap - same_gap * size;
+  return off_a != off_b ? off_a < off_b : a.end_gap < b.end_gap;
 }
 
 // The faces that rise from the node's first one, and hold it, come next to it in `hits`. Each is
@@ -147,7 +147,7 @@ class RisingFaces {
     for (const Index face : faces_) {
       if (!holds_from_foot(step_, node_, foothold_, face, hit_) || !fits_those_that_hold(hit_))
         continue;
-      if (!any || nearer_the_foot(hit_, best, step_.master.sizes[best.face])) {
+      if (!any || nearer_the_foot(hit_, best)) {
         best = hit_;
         any = true;
       }
@@ -175,7 +175,7 @@ class RisingFaces {
         if (!rises_from(step_.master, other.face, one.face) || !holds_beside(other, one.face, hit_))
           continue;
         if (!fits_those_that_hold(hit_) || !holds_beside(one, other.face, other_hit_)) continue;
-        if (!any || nearer_the_foot(hit_, best, step_.master.sizes[best.face])) {
+        if (!any || nearer_the_foot(hit_, best)) {
           best = hit_;
           any = true;
         }

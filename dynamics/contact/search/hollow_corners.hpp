@@ -9,9 +9,6 @@
 
 namespace cbr {
 
-// Of a face: gaps that differ by less are the same but for round-off.
-constexpr double same_gap = 1e-9;
-
 // What a search knows of the faces.
 struct DetectionStep {
   const ContactSurface& master;
