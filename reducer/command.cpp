@@ -23,8 +23,9 @@ namespace {
 
 // The first option given that describes the component of a mesh; empty: none.
 std::string given_mesh_option(const ReduceCommand& c) {
-  for (const ReductionKey& key : reduction_keys())
-    if (c.reduction.count(key.key) > 0) return key.option;
+  ReductionOptions none;
+  for (const ReductionKey& key : reduction_keys(none))
+    if (c.reduction.count(key.scene.key) > 0) return key.option;
   const std::vector<std::pair<bool, const char*>> given = {
       {c.youngs_modulus.has_value(), "--youngs-modulus"},
       {c.poissons_ratio.has_value(), "--poissons-ratio"},

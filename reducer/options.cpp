@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The command line of cbr-reduce.
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <cstdlib>
@@ -30,14 +31,19 @@ double number_in(const std::string& option, const std::optional<double>& value, 
   return *value;
 }
 
+// The place of the word among those that are allowed.
+std::size_t place_of(const std::string& option, const std::string& found,
+                     const std::vector<std::string>& allowed) {
+  const auto word = std::find(allowed.begin(), allowed.end(), found);
+  if (word != allowed.end()) return static_cast<std::size_t>(word - allowed.begin());
+  throw InputError(option + ": '" + found + "' found, allowed: " + join(allowed) +
+                   nearest_name(found, allowed));
+}
+
 // The first of the words when there is none.
 template <typename Value>
 Value one_of(const std::string& option, const std::string& found, const Words<Value>& words) {
-  if (found.empty()) return words.front().second;
-  if (const auto value = value_of(words, found)) return *value;
-  const std::vector<std::string> allowed = texts_of(words);
-  throw InputError(option + ": '" + found + "' found, allowed: " + join(allowed) +
-                   nearest_name(found, allowed));
+  return words[found.empty() ? 0 : place_of(option, found, texts_of(words))].second;
 }
 
 // "4GB", "500 MB", "1e9"
@@ -85,43 +91,39 @@ Index whole_number_of(const std::string& option, const std::string& text, Index 
 
 // Takes the words that the command line gives for one key of the table.
 struct TakeWords {
-  const std::string& option;
+  const ReductionKey& key;
   const std::vector<std::string>& words;
-  ReductionOptions& reduction;
 
-  template <typename Value>
-  void operator()(const OneWord<Value>& v) const {
-    v.field(reduction) = one_of(option, words.front(), v.words);
+  void operator()(const OneWord& v) const {
+    v.take(place_of(key.option, words.front(), v.allowed()));
   }
   void operator()(const WholeNumber& v) const {
-    v.field(reduction) = whole_number_of(option, words.front(), v.least);
+    v.place.set(whole_number_of(key.option, words.front(), v.least));
   }
-  void operator()(const WholeNumberOrNone& v) const {
-    v.field(reduction) = whole_number_of(option, words.front(), v.least);
+  void operator()(const Number& v) const {
+    const double value =
+        converted<double>(key.option, words.front(), key.allowed.c_str(), std::strtod);
+    v.place.set(number_in(key.option, value, v.bounds.low, v.bounds.high, key.allowed));
   }
-  void operator()(const NumberOrNone& v) const {
-    const double value = converted<double>(option, words.front(), v.allowed.c_str(), std::strtod);
-    v.field(reduction) = number_in(option, value, v.above, v.below, v.allowed);
-  }
-  void operator()(const TrueOrFalse& v) const { v.field(reduction) = true; }
-  void operator()(const NameList& v) const { v.field(reduction) = words; }
-  void operator()(const Retired&) const {}
-  void operator()(const NamesOrTrue& v) const { v.field(reduction) = true; }
+  void operator()(const TrueOrFalse& v) const { v.member = true; }
+  void operator()(const NameList& v) const { v.names = words; }
+  void operator()(const NamesOrTrue& v) const { v.member = true; }
+  void operator()(const auto&) const {}  // no key with an option has such a value
 };
 
 ReductionOptions reduction_of(const ReduceCommand& command) {
   ReductionOptions reduction;
   reduction.source.file = "command line";
   std::vector<std::string> given;
-  for (const ReductionKey& key : reduction_keys()) {
-    const auto found = command.reduction.find(key.key);
+  for (const ReductionKey& key : reduction_keys(reduction)) {
+    const auto found = command.reduction.find(key.scene.key);
     if (found == command.reduction.end()) continue;
     if (!key.goes_with(reduction.basis))
       throw InputError(key.option + " requires --basis " + word_of(basis_words, *key.only_with));
     if (!key.retired.empty() && found->second == std::vector{key.retired})
       throw InputError(key.option + ": '" + key.retired + "' is retired: " + key.successor);
-    std::visit(TakeWords{key.option, found->second, reduction}, key.value);
-    given.push_back(key.key);
+    std::visit(TakeWords{key, found->second}, key.scene.value);
+    given.push_back(key.scene.key);
   }
   if (reduction.interface_sets.empty())
     throw InputError("--interface is missing: name the sideset or nodeset whose nodes are kept");
@@ -138,26 +140,26 @@ ReductionOptions reduction_of(const ReduceCommand& command) {
 
 void add_reduction_options(CLI::App& group, ReduceCommand& command) {
   std::map<std::string, CLI::Option*> options;
-  for (const ReductionKey& key : reduction_keys()) {
+  ReductionOptions none;
+  for (const ReductionKey& key : reduction_keys(none)) {
     if (key.option.empty()) continue;
+    const std::string& name = key.scene.key;
     auto& words = command.reduction;
     if (key.type_name.empty()) {
-      options[key.key] = group.add_flag_function(
-          key.option, [&words, name = key.key](std::int64_t) { words[name] = {"true"}; }, key.help);
-    } else if (std::holds_alternative<NameList>(key.value)) {
-      options[key.key] =
+      options[name] = group.add_flag_function(
+          key.option, [&words, name](std::int64_t) { words[name] = {"true"}; }, key.help);
+    } else if (std::holds_alternative<NameList>(key.scene.value)) {
+      options[name] =
           group
               .add_option_function<std::vector<std::string>>(
-                  key.option, [&words, name = key.key](const auto& texts) { words[name] = texts; },
-                  key.help)
+                  key.option, [&words, name](const auto& texts) { words[name] = texts; }, key.help)
               ->allow_extra_args(false)
               ->type_name(key.type_name);
     } else {
-      options[key.key] =
+      options[name] =
           group
               .add_option_function<std::string>(
-                  key.option, [&words, name = key.key](const auto& text) { words[name] = {text}; },
-                  key.help)
+                  key.option, [&words, name](const auto& text) { words[name] = {text}; }, key.help)
               ->type_name(key.type_name);
     }
   }

@@ -123,24 +123,23 @@ std::string points_text(const Component& component) {
 // A line for each option, by the table; names of sets each on a line, in any order.
 std::string reduction_text(const ReductionOptions& reduction, const InterfaceNeeds& needs) {
   std::string text;
-  for (const ReductionKey& key : reduction_keys()) {
-    if (key.key == "characteristic.modes" && reduction.is_characteristic())
+  ReductionOptions options = reduction;
+  for (const ReductionKey& key : reduction_keys(options)) {
+    const std::string& name = key.scene.key;
+    if (name == "characteristic.modes" && reduction.is_characteristic())
       text += characteristic_text(reduction.characteristic, needs);
     if (key.hash.empty() || !key.goes_with(reduction.basis)) continue;
     // Files of before it have no line of it
-    if (key.key == "condense_rotations" && !reduction.condenses_rotations) continue;
-    if (const auto* some = std::get_if<NamesOrTrue>(&key.value)) {
-      ReductionOptions copy = reduction;
-      text += key.hash + (some->field(copy) ? " true\n" : " false\n");
-      for (const auto& set : as_set(some->names(copy)))
-        text += key.hash + " of " + counted(set) + "\n";
-    } else if (std::holds_alternative<NameList>(key.value)) {
-      for (const auto& set : as_set(words_of(key, reduction)))
-        text += key.hash + " " + counted(set) + "\n";
+    if (name == "condense_rotations" && !reduction.condenses_rotations) continue;
+    if (const auto* some = std::get_if<NamesOrTrue>(&key.scene.value)) {
+      text += key.hash + (some->member ? " true\n" : " false\n");
+      for (const auto& set : as_set(some->names)) text += key.hash + " of " + counted(set) + "\n";
+    } else if (const auto* list = std::get_if<NameList>(&key.scene.value)) {
+      for (const auto& set : as_set(list->names)) text += key.hash + " " + counted(set) + "\n";
     } else {
-      for (const auto& word : words_of(key, reduction)) text += key.hash + " " + word + "\n";
+      for (const auto& word : words_of(key.scene.value)) text += key.hash + " " + word + "\n";
     }
-    if (key.key == "massless_modes" && reduction.massless_modes == MasslessModes::tapered)
+    if (name == "massless_modes" && reduction.massless_modes == MasslessModes::tapered)
       text += "falling to the next that takes part\n";  // since 1.5
   }
   return text;

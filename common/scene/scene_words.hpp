@@ -31,6 +31,15 @@ inline const Words<MasslessModes> massless_words = {{"free", MasslessModes::free
 inline const Words<InstanceKind> instance_words = {{"superelement", InstanceKind::superelement},
                                                    {"mesh", InstanceKind::mesh},
                                                    {"rigid", InstanceKind::rigid}};
+inline const Words<std::string> mirror_words = {{"x", "x"}, {"y", "y"}, {"z", "z"}};
+inline const Words<bool> coupling_words = {{"average", false}, {"rigid", true}};
+inline const Words<Load::Kind> load_words = {{"traction", Load::Kind::traction},
+                                             {"force", Load::Kind::force},
+                                             {"pressure", Load::Kind::pressure},
+                                             {"gravity", Load::Kind::gravity},
+                                             {"moment", Load::Kind::moment}};
+inline const Words<bool> overlap_words = {{"keep", false}, {"resolve", true}};
+inline const Words<bool> spacing_words = {{"linear", false}, {"log", true}};
 inline const Words<Enforcement> enforcement_words = {{"impulse", Enforcement::impulse},
                                                      {"penalty", Enforcement::penalty},
                                                      {"nodal", Enforcement::nodal}};

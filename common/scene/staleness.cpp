@@ -131,14 +131,14 @@ Provenance material_provenance(const Material& m) {
 }
 
 Provenance option_provenance(const Component& component, MassKind mass) {
-  const ReductionOptions& reduction = *component.reduction;
+  ReductionOptions reduction = *component.reduction;
   Provenance p;
   p["mass"] = word_of(mass_words, std::optional(mass));
-  for (const ReductionKey& key : reduction_keys()) {
+  for (const ReductionKey& key : reduction_keys(reduction)) {
     if (key.provenance.empty() || !key.goes_with(reduction.basis)) continue;
-    if (key.key == "condense_rotations" && !reduction.condenses_rotations) continue;
-    const std::vector<std::string> words = words_of(key, reduction);
-    if (!words.empty() || key.key == "interface") p[key.provenance] = join(words);
+    if (key.scene.key == "condense_rotations" && !reduction.condenses_rotations) continue;
+    const std::vector<std::string> words = words_of(key.scene.value);
+    if (!words.empty() || key.scene.key == "interface") p[key.provenance] = join(words);
   }
   if (reduction.tolerance) p["pick"] = "tolerance";
   p.merge(point_provenance(component));

@@ -39,6 +39,8 @@ void SceneNode::fail(const std::string& what) const {
   throw InputError(source().text() + ": " + (path_.empty() ? "" : path_ + ": ") + what);
 }
 
+void SceneNode::fail_repeated() const { fail("'" + text() + "' is listed twice: remove one"); }
+
 std::string SceneNode::found() const {
   switch (kind()) {
     case YamlTree::Kind::null:
@@ -52,8 +54,11 @@ std::string SceneNode::found() const {
   }
 }
 
-void SceneNode::fail_choice(const std::vector<std::string>& allowed) const {
-  const std::string hint = nearest_name(std::string(word()), allowed);
+std::size_t SceneNode::choice(const std::vector<std::string>& allowed) const {
+  const std::string word = text();
+  const auto place = std::find(allowed.begin(), allowed.end(), word);
+  if (place != allowed.end()) return static_cast<std::size_t>(place - allowed.begin());
+  const std::string hint = nearest_name(word, allowed);
   fail("unknown value " + found() + hint + (hint.empty() ? ", " : " ") +
        "allowed: " + join(allowed));
 }
@@ -82,28 +87,19 @@ double SceneNode::number() const {
   return value;
 }
 
-double SceneNode::positive() const {
+double SceneNode::number(const Bounds& bounds) const {
   const double value = number();
-  if (value <= 0) fail("found " + found() + ", expected a number above 0");
-  return value;
-}
-
-double SceneNode::not_negative() const {
-  const double value = number();
-  if (value < 0) fail("found " + found() + ", expected a number from 0");
-  return value;
-}
-
-double SceneNode::in_open_range(double low, double high) const {
-  const double value = number();
-  if (value > low && value < high) return value;
+  if (bounds.hold(value)) return value;
   const auto number_text = [](double bound) {
     std::string digits = std::to_string(bound);
     digits.erase(digits.find_last_not_of('0') + 1);
     return digits.back() == '.' ? digits.substr(0, digits.size() - 1) : digits;
   };
-  fail("found " + found() + ", expected a number between " + number_text(low) + " and " +
-       number_text(high) + ", both excluded");
+  const std::string low = number_text(bounds.low);
+  if (std::isfinite(bounds.high))
+    fail("found " + found() + ", expected a number between " + low + " and " +
+         number_text(bounds.high) + ", both excluded");
+  fail("found " + found() + ", expected a number " + (bounds.has_low ? "from " : "above ") + low);
 }
 
 Index SceneNode::index(Index least) const {
@@ -172,8 +168,7 @@ std::vector<std::string> SceneNode::names() const {
   std::set<std::string> seen;
   for (const auto& item : list_or_one()) {
     words.push_back(item.text());
-    if (!seen.insert(words.back()).second)
-      item.fail("'" + words.back() + "' is listed twice: remove one");
+    if (!seen.insert(words.back()).second) item.fail_repeated();
   }
   return words;
 }

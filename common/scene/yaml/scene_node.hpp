@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "common/scene/scene.hpp"
+#include "common/scene/scene_keys.hpp"
 #include "common/scene/yaml/yaml_tree.hpp"
 
 namespace cbr {
@@ -25,17 +25,16 @@ class SceneNode {
 
   // "impact.yaml:12: components.block.mesh: WHAT"
   [[noreturn]] void fail(const std::string& what) const;
+  [[noreturn]] void fail_repeated() const;  // an item of a list
   SourceLine source() const { return {tree_->name(), line_}; }
   const std::string& path() const { return path_; }
   bool is_map() const { return kind() == YamlTree::Kind::map; }
   bool is_scalar() const { return kind() == YamlTree::Kind::scalar; }
   bool is_list() const { return kind() == YamlTree::Kind::sequence; }
 
-  std::string text() const;     // a scalar that is not empty
-  double number() const;        // finite
-  double positive() const;      // finite, > 0
-  double not_negative() const;  // finite, >= 0
-  double in_open_range(double low, double high) const;
+  std::string text() const;  // a scalar that is not empty
+  double number() const;     // finite
+  double number(const Bounds& bounds) const;
   Index index(Index least) const;  // whole, >= least
   bool boolean() const;
   Vector3 vector3() const;  // a list of three numbers
@@ -52,9 +51,8 @@ class SceneNode {
   SceneMap map(std::vector<std::string> allowed) const;
   SceneMap map_of_any() const;  // the keys are names that the user gives; at least one
 
-  // The value that stands beside the scalar's text in `table`.
-  template <typename Value>
-  Value one_of(const std::vector<std::pair<std::string, Value>>& table) const;
+  // The place of the scalar's text among those that are allowed.
+  std::size_t choice(const std::vector<std::string>& allowed) const;
 
  private:
   friend class SceneMap;
@@ -64,7 +62,6 @@ class SceneNode {
   SceneNode item(std::size_t i) const;
   std::string found() const;  // for messages: "'abc'", "a map", ...
   [[noreturn]] void fail_number(std::errc error, bool whole) const;
-  [[noreturn]] void fail_choice(const std::vector<std::string>& allowed) const;
 
   const YamlTree* tree_;
   YamlTree::Id id_;
@@ -97,17 +94,6 @@ class SceneMap {
   std::unordered_map<std::string, std::size_t> place_;  // of a key in entries_
   int n_merges_ = 0;
 };
-
-template <typename Value>
-Value SceneNode::one_of(const std::vector<std::pair<std::string, Value>>& table) const {
-  const std::string found_text = text();
-  std::vector<std::string> allowed;
-  for (const auto& [word, value] : table) {
-    if (word == found_text) return value;
-    allowed.push_back(word);
-  }
-  fail_choice(allowed);
-}
 
 // InputError unless `name` is among `known`: "unknown component 'blok', did you mean 'block'?
 // known: ..."

@@ -16,48 +16,31 @@ namespace {
 
 // Of length 1. One that has it already, to rounding, is left alone: what is written is read back to
 // the last digit.
-Vector3 parse_direction(const SceneNode& node) {
-  Vector3 v = node.vector3();
-  if (std::abs(v.squaredNorm() - 1) <= 8 * std::numeric_limits<double>::epsilon()) return v;
+void read_direction(const SceneNode& node, const SceneReading&, Vector3& v) {
+  v = node.vector3();
+  if (std::abs(v.squaredNorm() - 1) <= 8 * std::numeric_limits<double>::epsilon()) return;
   const double largest = v.cwiseAbs().maxCoeff();
   if (largest == 0) node.fail("found [0, 0, 0], expected a direction: a vector that is not zero");
   v /= largest;  // no square overflows or vanishes
-  return v / v.norm();
+  v = (v / v.norm()).eval();
 }
 
-WallOptions parse_wall(const SceneNode& node, const std::filesystem::path& folder,
-                       const Scene& scene, const std::string& name) {
+WallOptions parse_wall(const SceneNode& node, const SceneReading& reading,
+                       const std::string& name) {
   if (node.is_map())
     if (const SceneNode* mass = SceneMap(node, {}).find("mass"))
       mass->fail(
           "is not known of a wall, whose motion is given: a wall with a mass of its own is an "
           "instance with as: rigid, held by boundary where it does not move");
-  const SceneMap map = node.map(
-      {"plane", "sphere", "cylinder", "displacement", "velocity", "acceleration", "history"});
   WallOptions wall;
   wall.name = name;
   wall.source = node.source();
-  GivenMotion given = parse_motion(map, folder, scene);
+  const SceneMap map = read_keys(node, scene_keys(wall), reading);
+  GivenMotion given = parse_motion(map, reading);
   wall.motion = given.motion;
   wall.value = given.value;
   wall.history = std::move(given.history);
-  const std::string shape = map.exactly_one({"plane", "sphere", "cylinder"});
-  const SceneNode& body = map.at(shape);
-  if (shape == "plane") {
-    wall.kind = WallOptions::Kind::plane;
-    const SceneMap plane = body.map({"point", "normal"});
-    wall.point = plane.at("point").vector3();
-    wall.direction = parse_direction(plane.at("normal"));
-    return wall;
-  }
-  const bool is_sphere = shape == "sphere";
-  wall.kind = is_sphere ? WallOptions::Kind::sphere : WallOptions::Kind::cylinder;
-  const SceneMap round = is_sphere ? body.map({"center", "radius", "inside"})
-                                   : body.map({"point", "axis", "radius", "inside"});
-  wall.point = round.at(is_sphere ? "center" : "point").vector3();
-  if (!is_sphere) wall.direction = parse_direction(round.at("axis"));
-  wall.radius = round.at("radius").positive();
-  if (const auto* inside = round.find("inside")) wall.inside = inside->boolean();
+  wall.kind = *value_of(wall_words, map.exactly_one(texts_of(wall_words)));
   return wall;
 }
 
@@ -68,22 +51,21 @@ std::vector<std::string> wall_names(const Scene& scene) {
 }
 
 // INSTANCE.SURFACE or a wall.
-SurfaceName parse_partner(const SceneNode& node, const Scene& scene, const SceneNames& known) {
+SurfaceName parse_partner(const SceneNode& node, const SceneReading& reading) {
   const std::string text = node.text();
   const std::size_t dot = text.find('.');
-  if (dot != std::string::npos && known.walls.contains(text.substr(0, dot)))
+  if (dot != std::string::npos && reading.walls.contains(text.substr(0, dot)))
     node.fail("found '" + text + "': '" + text.substr(0, dot) +
               "' is a rigid wall, which has no surfaces: name it alone");
-  if (dot != std::string::npos) return parse_surface_name(node, scene, known);
-  if (known.walls.contains(text)) return {"", text, node.source()};
-  const auto names = wall_names(scene);
+  if (dot != std::string::npos) return parse_surface_name(node, reading);
+  if (reading.walls.contains(text)) return {"", text, node.source()};
+  const auto names = wall_names(reading.scene);
   const std::string hint = nearest_name(text, names);
   node.fail("found '" + text + "', expected INSTANCE.SURFACE or the name of a wall" + hint +
             (hint.empty() ? ", " : " ") + "walls: " + (names.empty() ? "none" : join(names)));
 }
 
-void parse_between(const SceneNode& node, const Scene& scene, const SceneNames& names,
-                   ContactOptions& contact) {
+void read_between(const SceneNode& node, const SceneReading& reading, ContactOptions& contact) {
   if (node.is_scalar()) {
     if (node.text() != "all")
       node.fail("found '" + node.text() +
@@ -95,8 +77,8 @@ void parse_between(const SceneNode& node, const Scene& scene, const SceneNames& 
   if (surfaces.size() != 2)
     node.fail("has " + std::to_string(surfaces.size()) +
               " surfaces, expected two: [a.SURFACE, b.SURFACE]");
-  contact.first = parse_partner(surfaces[0], scene, names);
-  contact.second = parse_partner(surfaces[1], scene, names);
+  contact.first = parse_partner(surfaces[0], reading);
+  contact.second = parse_partner(surfaces[1], reading);
   if (contact.first.text() == contact.second.text())
     node.fail("'" + contact.first.text() + "' cannot be in contact with itself");
   if (contact.first.is_wall() && contact.second.is_wall())
@@ -155,53 +137,38 @@ void check_wall(const SceneMap& map, const ContactOptions& contact) {
 }
 
 // What only statics do: a pretension, and overlaps that are pressed apart.
-void parse_statics(const SceneMap& map, ContactOptions& contact) {
+void check_statics(const SceneMap& map, ContactOptions& contact) {
   if (const auto* pretension = map.find("pretension")) {
     if (contact.all || contact.second.is_wall())
       pretension->fail("pulls two surfaces together: name both in 'between'");
     if (const auto* tied = map.find("tied"); tied != nullptr && !contact.tied)
       tied->fail("surfaces with a pretension are tied: remove 'tied', or 'pretension'");
-    const SceneMap of = pretension->map({"force", "shortening"});
-    const std::string kind = of.exactly_one({"force", "shortening"});
-    (kind == "force" ? contact.pretension_force : contact.shortening) = of.at(kind).number();
+    pretension->map({"force", "shortening"}).exactly_one({"force", "shortening"});
     contact.tied = true;
   }
-  const auto* overlap = map.find("overlap");
-  if (overlap == nullptr) return;
-  contact.resolves_overlap = overlap->one_of<bool>({{"keep", false}, {"resolve", true}});
   if (contact.resolves_overlap && contact.tied)
-    overlap->fail("tied surfaces keep their distance, remove 'tied' or 'overlap'");
+    map.at("overlap").fail("tied surfaces keep their distance, remove 'tied' or 'overlap'");
 }
 
-std::optional<Index> parse_pressures(const SceneNode& node) {
+void read_pressures(const SceneNode& node, const SceneReading&, std::optional<Index>& pressures) {
   if (!node.is_scalar()) node.fail("expected auto, nodes, or a number of functions a face");
   const std::string text = node.text();
-  if (text == "auto") return std::nullopt;
-  if (text == "nodes") return 0;
-  if (text.find_first_not_of("0123456789") != std::string::npos)
+  if (text == "auto") return;
+  if (text != "nodes" && text.find_first_not_of("0123456789") != std::string::npos)
     node.fail("found '" + text + "', expected auto, nodes, or a number of functions a face");
-  return node.index(1);
+  pressures = text == "nodes" ? 0 : node.index(1);
 }
 
-ContactOptions parse_one_contact(const SceneNode& node, const Scene& scene,
-                                 const SceneNames& names) {
-  const SceneMap map =
-      node.map({"between", "formulation", "enforcement", "friction", "damping", "tied", "adjust",
-                "pretension", "overlap", "pressures"});
+std::string pressures_text(const std::optional<Index>& pressures) {
+  if (!pressures) return "";
+  return *pressures == 0 ? "nodes" : std::to_string(*pressures);
+}
+
+ContactOptions parse_one_contact(const SceneNode& node, const SceneReading& reading) {
   ContactOptions contact;
   contact.source = node.source();
-  parse_between(map.at("between"), scene, names, contact);
-  if (const auto* formulation = map.find("formulation"))
-    contact.formulation = formulation->one_of(formulation_words);
-  if (const auto* enforcement = map.find("enforcement"))
-    contact.enforcement = enforcement->one_of(enforcement_words);
-  if (const auto* friction = map.find("friction")) contact.friction = friction->not_negative();
-  if (const auto* damping = map.find("damping")) contact.damping = damping->not_negative();
-  if (const auto* tied = map.find("tied")) contact.tied = tied->boolean();
-  if (const auto* adjust = map.find("adjust")) contact.adjust = adjust->not_negative();
-  if (const auto* pressures = map.find("pressures"))
-    contact.pressures = parse_pressures(*pressures);
-  parse_statics(map, contact);
+  const SceneMap map = read_keys(node, scene_keys(contact), reading);
+  check_statics(map, contact);
   check_tied(map, contact);
   check_enforcement(map, contact);
   check_wall(map, contact);
@@ -218,33 +185,70 @@ std::pair<std::string, std::string> pair_key(const ContactOptions& contact) {
 
 }  // namespace
 
-SurfaceName parse_surface_name(const SceneNode& node, const Scene& scene, const SceneNames& names) {
+SurfaceName parse_surface_name(const SceneNode& node, const SceneReading& reading) {
   const std::string text = node.text();
   const auto dot = text.find('.');
   if (dot == std::string::npos || dot == 0 || dot + 1 == text.size())
     node.fail("found '" + text + "', expected INSTANCE.SURFACE");
-  return {parse_instance_name(node, text.substr(0, dot), scene, names), text.substr(dot + 1),
+  return {parse_instance_name(node, text.substr(0, dot), reading), text.substr(dot + 1),
           node.source()};
 }
 
-void parse_walls(const SceneNode& node, const std::filesystem::path& folder, Scene& scene,
-                 SceneNames& names) {
+std::vector<SceneKey> scene_keys(WallOptions& w) {
+  const Own direction{w.direction, read_direction, yaml_vector};
+  const bool is_plane = w.kind == WallOptions::Kind::plane,
+             is_sphere = w.kind == WallOptions::Kind::sphere,
+             is_cylinder = w.kind == WallOptions::Kind::cylinder;
+  std::vector<SceneKey> keys{{"plane.point", ThreeNumbers{w.point}, is_plane, true},
+                             {"plane.normal", direction, is_plane, true},
+                             {"sphere.center", ThreeNumbers{w.point}, is_sphere, true},
+                             {"sphere.radius", Number{w.radius, positive}, is_sphere, true},
+                             {"sphere.inside", TrueOrFalse{w.inside}, is_sphere},
+                             {"cylinder.point", ThreeNumbers{w.point}, is_cylinder, true},
+                             {"cylinder.axis", direction, is_cylinder, true},
+                             {"cylinder.radius", Number{w.radius, positive}, is_cylinder, true},
+                             {"cylinder.inside", TrueOrFalse{w.inside}, is_cylinder}};
+  add_motion_keys(keys, motion_words, w.motion, w.value);
+  keys.push_back({"history", Own{w.history, history_text}});
+  return keys;
+}
+
+void parse_walls(const SceneNode& node, SceneReading& reading) {
+  Scene& scene = reading.scene;
   const SceneMap map = node.map_of_any();
   for (const auto& [name, value] : map.entries()) {
     require_plain_name(value, "a wall", name);
-    if (names.instances.contains(name)) {
+    if (reading.instances.contains(name)) {
       const auto instance =
           std::find_if(scene.instances.begin(), scene.instances.end(),
                        [&, wall = name](const Instance& i) { return i.name == wall; });
       value.fail("an instance has the name '" + name + "' too (line " +
                  std::to_string(instance->source.line) + "): give the wall another one");
     }
-    scene.walls.push_back(parse_wall(value, folder, scene, name));
-    names.walls.insert(name);
+    scene.walls.push_back(parse_wall(value, reading, name));
+    reading.walls.insert(name);
   }
 }
 
-void parse_contact(const SceneNode& node, const SceneNames& names, Scene& scene) {
+std::vector<SceneKey> scene_keys(ContactOptions& c) {
+  const auto surfaces = [](const ContactOptions& of) {
+    return of.all ? "all" : yaml_words({of.first.text(), of.second.text()});
+  };
+  return {{"between", Own{c, read_between, surfaces}, true, true},
+          {"formulation", OneWord{c.formulation, formulation_words}},
+          {"enforcement", OneWord{c.enforcement, enforcement_words}},
+          {"friction", Number{c.friction, not_negative}},
+          {"damping", Number{c.damping, not_negative}},
+          {"pressures", Own{c.pressures, read_pressures, pressures_text}},
+          {"tied", TrueOrFalse{c.tied}},
+          {"adjust", Number{c.adjust, not_negative}},
+          {"pretension.force", Number{c.pretension_force}},
+          {"pretension.shortening", Number{c.shortening}},
+          {"overlap", OneWord{c.resolves_overlap, overlap_words}, c.resolves_overlap}};
+}
+
+void parse_contact(const SceneNode& node, SceneReading& reading) {
+  Scene& scene = reading.scene;
   if (node.is_scalar()) {
     if (node.text() != "all")
       node.fail("found '" + node.text() + "', expected all, or a list of {between: ...}");
@@ -256,7 +260,7 @@ void parse_contact(const SceneNode& node, const SceneNames& names, Scene& scene)
   }
   std::map<std::pair<std::string, std::string>, int> line_of;
   node.for_each_item([&](const SceneNode& item) {
-    ContactOptions contact = parse_one_contact(item, scene, names);
+    ContactOptions contact = parse_one_contact(item, reading);
     const auto [earlier, is_new] = line_of.try_emplace(pair_key(contact), contact.source.line);
     if (!is_new)
       item.fail(

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <fstream>
 #include <numbers>
+#include <optional>
 #include <string_view>
 
 #include "common/base/error.hpp"
@@ -84,20 +85,19 @@ History read_csv(const std::filesystem::path& file, const SceneNode& node) {
 
 // sin(2 pi f (t - start) + phase) from `start` for so many cycles, or to the end of the run; 0
 // before and after.
-History sample_sine(const SceneNode& node, const Scene& scene) {
-  const SceneMap map = node.map({"frequency_hz", "phase", "start", "cycles"});
-  const double frequency = map.at("frequency_hz").positive();
-  const double phase =
-      map.find("phase") != nullptr ? map.at("phase").number() * std::numbers::pi / 180 : 0;
-  const double start = map.find("start") != nullptr ? map.at("start").not_negative() : 0;
-  double cycles = 0;
-  if (const auto* given = map.find("cycles")) {
-    cycles = given->positive();
-  } else if (scene.time) {
-    cycles = std::max(0.0, (scene.time->end - start) * frequency) + 1;
-  } else {
-    node.fail("needs 'cycles' in a scene that has no 'time'");
-  }
+History sample_sine(const SceneNode& node, const SceneReading& reading) {
+  double frequency = 0, degrees = 0, start = 0;
+  std::optional<double> given;
+  read_keys(node,
+            {{"frequency_hz", Number{frequency, positive}, true, true},
+             {"phase", Number{degrees}},
+             {"start", Number{start, not_negative}},
+             {"cycles", Number{given, positive}}},
+            reading);
+  const double phase = degrees * std::numbers::pi / 180;
+  const std::optional<TimeOptions>& time = reading.scene.time;
+  if (!given && !time) node.fail("needs 'cycles' in a scene that has no 'time'");
+  const double cycles = given ? *given : std::max(0.0, (time->end - start) * frequency) + 1;
   const double n = std::ceil(cycles * points_per_period);
   if (n > most_points)
     node.fail("is of more than 5000 cycles: give 'cycles', a shorter run, or a lower frequency");
@@ -114,24 +114,26 @@ History sample_sine(const SceneNode& node, const Scene& scene) {
     const double cycle = cycles * i / count;
     add(start + cycle / frequency, std::sin(2 * std::numbers::pi * cycle + phase));
   }
-  if (map.find("cycles") != nullptr) add(start + cycles / frequency + jump, 0);
+  if (given) add(start + cycles / frequency + jump, 0);
   return history;
 }
 
 }  // namespace
 
-History parse_history(const SceneNode& node, const std::filesystem::path& folder,
-                      const Scene& scene) {
+void read_history(const SceneNode& node, const SceneReading& reading, History& history) {
   const SceneMap map = node.map({"time", "value", "file", "sine"});
-  for (const char* key : {"file", "sine"}) {
-    const SceneNode* other = map.find(key);
-    if (other == nullptr) continue;
-    if (map.entries().size() > 1)
-      node.fail(std::string("'") + key + "' stands alone: remove the other keys");
-    return std::string_view(key) == "file" ? read_csv(resolve_path(*other, folder), *other)
-                                           : sample_sine(*other, scene);
-  }
-  return parse_table(map);
+  const SceneNode *file = map.find("file"), *sine = map.find("sine");
+  if ((file != nullptr || sine != nullptr) && map.entries().size() > 1)
+    node.fail(std::string(file != nullptr ? "'file'" : "'sine'") +
+              " stands alone: remove the other keys");
+  history = file != nullptr   ? read_csv(resolve_path(*file, reading.folder), *file)
+            : sine != nullptr ? sample_sine(*sine, reading)
+                              : parse_table(map);
+}
+
+std::string history_text(const History& history) {
+  if (history.time.empty()) return "";
+  return "{time: " + yaml_numbers(history.time) + ", value: " + yaml_numbers(history.value) + "}";
 }
 
 }  // namespace cbr

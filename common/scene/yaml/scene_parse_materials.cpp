@@ -10,33 +10,11 @@
 namespace cbr {
 namespace {
 
-Vector3 positive_vector(const SceneNode& node) {
-  const Vector3 value = node.vector3();
-  if (!(value.minCoeff() > 0))
-    node.fail("found a number that is not positive, expected three positive ones");
-  return value;
-}
-
-// E_1 E_2 E_3, nu_12 nu_23 nu_13, G_12 G_23 G_13, and two axes of the material, the second made
-// normal to the first.
-Orthotropy parse_orthotropy(const SceneMap& map) {
-  Orthotropy of{.youngs_moduli = positive_vector(map.at("youngs_modulus")),
-                .poissons_ratios = map.at("poissons_ratio").vector3(),
-                .shear_moduli = positive_vector(map.at("shear_modulus"))};
-  const Matrix3 normal = normal_stiffness(of);
-  if (!(normal(0, 0) > 0 && normal.topLeftCorner<2, 2>().determinant() > 0 &&
-        normal.determinant() > 0))
-    map.at("poissons_ratio")
-        .fail(
-            "with these moduli strains exist that would give energy: expected nu_12^2 below E_1 / "
-            "E_2, "
-            "nu_23^2 below E_2 / E_3, nu_13^2 below E_1 / E_3, and all three small enough "
-            "together");
-  const SceneNode* axes = map.find("axes");
-  if (axes == nullptr) return of;
-  const std::vector<SceneNode> rows = axes->list();
+// Two axes of the material, the second made normal to the first.
+void read_material_axes(const SceneNode& node, const SceneReading&, Matrix3& axes) {
+  const std::vector<SceneNode> rows = node.list();
   if (rows.size() != 2)
-    axes->fail(
+    node.fail(
         "expected two lists of three numbers: the material's axes 1 and 2, in those of the mesh");
   // What is orthonormal to round-off stays as it is: a scene that is passed on means the same
   // material to the last bit.
@@ -46,56 +24,83 @@ Orthotropy parse_orthotropy(const SceneMap& map) {
   };
   const Vector3 first = unit(rows[0].vector3()), given = unit(rows[1].vector3());
   const double along = first.dot(given);
-  if (!(std::abs(along) < 1 - parallel))
-    axes->fail("are zero or parallel, expected two directions");
+  if (!(std::abs(along) < 1 - parallel)) node.fail("are zero or parallel, expected two directions");
   const Vector3 second = std::abs(along) < round_off ? given : unit(given - along * first);
-  of.axes << first.transpose(), second.transpose(), first.cross(second).transpose();
-  return of;
+  axes << first.transpose(), second.transpose(), first.cross(second).transpose();
 }
 
-Material parse_material(const SceneNode& node) {
-  const SceneMap map =
-      node.map({"youngs_modulus", "poissons_ratio", "shear_modulus", "axes", "density", "damping"});
+// E_1 E_2 E_3 and G_12 G_23 G_13
+void read_moduli(const SceneNode& node, const SceneReading&, Vector3& moduli) {
+  moduli = node.vector3();
+  if (!(moduli.minCoeff() > 0))
+    node.fail("found a number that is not positive, expected three positive ones");
+}
+
+void check_orthotropy(const SceneMap& map, const Orthotropy& of) {
+  const Matrix3 normal = normal_stiffness(of);
+  if (!(normal(0, 0) > 0 && normal.topLeftCorner<2, 2>().determinant() > 0 &&
+        normal.determinant() > 0))
+    map.at("poissons_ratio")
+        .fail(
+            "with these moduli strains exist that would give energy: expected nu_12^2 below E_1 / "
+            "E_2, "
+            "nu_23^2 below E_2 / E_3, nu_13^2 below E_1 / E_3, and all three small enough "
+            "together");
+}
+
+// By the keys that are given, which then are read otherwise.
+void begin_material(const SceneMap& map, Material& material) {
   if (map.find("shear_modulus") != nullptr) {
-    const Orthotropy orthotropy = parse_orthotropy(map);
-    return {.youngs_modulus = orthotropy.youngs_moduli.mean(),
-            .density = map.at("density").positive(),
-            .orthotropy = orthotropy};
+    material.orthotropy.emplace();
+    return;
   }
   if (const auto* axes = map.find("axes"))
     axes->fail(
         "needs shear_modulus, and three numbers under each modulus and ratio: an isotropic "
         "material has no axes");
-  const SceneNode& modulus = map.at("youngs_modulus");
-  if (modulus.is_list())
-    modulus.fail(
+  if (const auto* modulus = map.find("youngs_modulus"); modulus != nullptr && modulus->is_list())
+    modulus->fail(
         "found a list, expected a number; three numbers need shear_modulus beside them "
         "(orthotropic)");
-  return {.youngs_modulus = modulus.positive(),
-          .poissons_ratio = map.at("poissons_ratio").in_open_range(-1, 0.5),
-          .density = map.at("density").positive()};
 }
 
-MaterialDamping parse_material_damping(const SceneNode& node) {
-  const SceneMap map = node.map({"alpha", "beta", "loss_factor"});
-  MaterialDamping damping;
-  if (const auto* alpha = map.find("alpha")) damping.alpha = alpha->not_negative();
-  if (const auto* beta = map.find("beta")) damping.beta = beta->not_negative();
-  if (const auto* loss = map.find("loss_factor")) damping.loss_factor = loss->not_negative();
-  return damping;
+std::vector<SceneKey> elastic_keys(Material& m) {
+  if (!m.orthotropy)
+    return {{"youngs_modulus", Number{m.youngs_modulus, positive}, true, true},
+            {"poissons_ratio", Number{m.poissons_ratio, {.low = -1, .high = 0.5}}, true, true},
+            {"shear_modulus", Retired{}},
+            {"axes", Retired{}}};
+  Orthotropy& of = *m.orthotropy;
+  return {{"youngs_modulus", Own{of.youngs_moduli, read_moduli, yaml_vector}, true, true},
+          {"poissons_ratio", ThreeNumbers{of.poissons_ratios}, true, true},
+          {"shear_modulus", Own{of.shear_moduli, read_moduli, yaml_vector}, true, true},
+          {"axes", Own{of.axes, read_material_axes, yaml_rows}}};
 }
 
 }  // namespace
 
-void parse_materials(const SceneNode& node, Scene& scene) {
+std::vector<SceneKey> scene_keys(Material& m, MaterialDamping& damping) {
+  std::vector<SceneKey> keys = elastic_keys(m);
+  const bool is_damped = damping != MaterialDamping();
+  keys.push_back({"density", Number{m.density, positive}, true, true});
+  keys.push_back({"damping.alpha", Number{damping.alpha, not_negative}, is_damped});
+  keys.push_back({"damping.beta", Number{damping.beta, not_negative}, is_damped});
+  keys.push_back({"damping.loss_factor", Number{damping.loss_factor, not_negative}, is_damped});
+  return keys;
+}
+
+void parse_materials(const SceneNode& node, SceneReading& reading) {
   const SceneMap map = node.map_of_any();
   for (const auto& [name, value] : map.entries()) {
-    scene.materials[name] = parse_material(value);
-    const SceneMap keys = value.map_of_any();
-    if (const auto* damping = keys.find("damping")) {
-      const MaterialDamping of = parse_material_damping(*damping);
-      if (of != MaterialDamping()) scene.damping[name] = of;
+    Material& material = reading.scene.materials[name];
+    MaterialDamping damping;
+    begin_material(value.map(names_of(scene_keys(material, damping))), material);
+    const SceneMap keys = read_keys(value, scene_keys(material, damping), reading);
+    if (material.orthotropy) {
+      check_orthotropy(keys, *material.orthotropy);
+      material.youngs_modulus = material.orthotropy->youngs_moduli.mean();
     }
+    if (damping != MaterialDamping()) reading.scene.damping[name] = damping;
   }
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "common/scene/points_of_file.hpp"
+#include "common/scene/reduction_keys.hpp"
 #include "common/scene/scene_words.hpp"
 #include "common/scene/yaml/scene_parse.hpp"
 
@@ -10,19 +11,18 @@ namespace cbr {
 namespace {
 
 // {ratio: 0.02}, or {frequency_hz: [...], ratio: [...]}.
-ModalDamping parse_modal_damping(const SceneNode& node) {
+void read_damping(const SceneNode& node, const SceneReading&, ModalDamping& damping) {
   const SceneMap map = node.map({"ratio", "frequency_hz"});
-  ModalDamping damping;
   const SceneNode& ratio = map.at("ratio");
   const SceneNode* frequencies = map.find("frequency_hz");
   if (ratio.is_scalar() && frequencies == nullptr) {
     damping.frequency_hz = {0};
-    damping.ratio = {ratio.not_negative()};
-    return damping;
+    damping.ratio = {ratio.number(not_negative)};
+    return;
   }
-  for (const SceneNode& item : ratio.list()) damping.ratio.push_back(item.not_negative());
+  for (const SceneNode& item : ratio.list()) damping.ratio.push_back(item.number(not_negative));
   for (const SceneNode& item : map.at("frequency_hz").list()) {
-    const double hz = item.not_negative();
+    const double hz = item.number(not_negative);
     if (!damping.frequency_hz.empty() && hz <= damping.frequency_hz.back())
       item.fail("not above the frequency before it, frequencies must ascend");
     damping.frequency_hz.push_back(hz);
@@ -32,29 +32,36 @@ ModalDamping parse_modal_damping(const SceneNode& node) {
     ratio.fail("has " + std::to_string(damping.ratio.size()) +
                " entries, expected as many as 'frequency_hz' has: " +
                std::to_string(damping.frequency_hz.size()));
-  return damping;
 }
 
-std::string parse_material_name(const SceneNode& node, const Scene& scene) {
-  const std::string name = node.text();
-  if (!scene.materials.contains(name))
-    require_known(node, "material", name, keys_of(scene.materials));
-  return name;
+void read_material_name(const SceneNode& node, const SceneReading& reading, std::string& name) {
+  name = node.text();
+  if (!reading.scene.materials.contains(name))
+    require_known(node, "material", name, keys_of(reading.scene.materials));
 }
 
-Component::BlockOptions parse_block(const SceneNode& node, const Scene& scene) {
-  const SceneMap map = node.map({"material", "element", "thickness"});
-  Component::BlockOptions block;
-  block.source = node.source();
-  if (const auto* material = map.find("material"))
-    block.material = parse_material_name(*material, scene);
-  if (const auto* element = map.find("element")) block.element = element->one_of(hex8_words);
-  if (const auto* thickness = map.find("thickness")) block.thickness = thickness->positive();
-  return block;
+Own material_name(std::string& member) {
+  return {member, read_material_name,
+          [](const std::string& name) { return name.empty() ? "" : yaml_word(name); }};
+}
+
+// A map of maps, on lines of their own.
+template <typename Value>
+std::string lines_of(std::map<std::string, Value> maps) {
+  std::string text;
+  for (auto& [name, value] : maps)
+    text += "\n      " + yaml_word(name) + ": " + flow_map(scene_keys(value));
+  return text;
+}
+
+std::string damping_text(const ModalDamping& damping) {
+  if (damping.empty()) return "";
+  return "{frequency_hz: " + yaml_numbers(damping.frequency_hz) +
+         ", ratio: " + yaml_numbers(damping.ratio) + "}";
 }
 
 // The file alone: it holds all that a run needs, and nothing here could change it.
-void parse_superelement_alone(const SceneMap& map, const std::filesystem::path& folder,
+void parse_superelement_alone(const SceneMap& map, const SceneReading& reading,
                               Component& component) {
   for (const auto& [key, value] : map.entries()) {
     if (key == "superelement") continue;
@@ -66,79 +73,119 @@ void parse_superelement_alone(const SceneMap& map, const std::filesystem::path& 
   component.has_mesh = false;
   component.reduction.emplace();
   component.reduction->source = component.source;
-  component.reduction->superelement = resolve_path(map.at("superelement"), folder);
+  component.reduction->superelement = resolve_path(map.at("superelement"), reading.folder);
   add_points_of_file(component);
 }
 
+void read_blocks(const SceneNode& node, const SceneReading& reading, Component& component) {
+  const SceneMap entries = node.map_of_any();
+  for (const auto& [name, options] : entries.entries()) {
+    Component::BlockOptions& block = component.blocks[name];
+    block.source = options.source();
+    read_keys(options, scene_keys(block), reading);
+    if (component.material.empty() && block.material.empty() && !may_hold_materials(component.mesh))
+      options.fail("missing key 'material', and the component names no material for all blocks");
+  }
+}
+
 Component parse_component(const SceneNode& node, const std::string& name,
-                          const std::filesystem::path& folder, const Scene& scene) {
-  const SceneMap map = node.map(
-      {"mesh", "material", "blocks", "element", "mass", "reduction", "superelement", "points"});
-  require_plain_name(node, "a component", name);
+                          const SceneReading& reading) {
   Component component;
   component.name = name;
   component.source = node.source();
+  const std::vector<SceneKey> keys = scene_keys(component);
+  const SceneMap map = node.map(names_of(keys));
+  require_plain_name(node, "a component", name);
   if (map.find("superelement") != nullptr) {
-    parse_superelement_alone(map, folder, component);
+    parse_superelement_alone(map, reading, component);
     return component;
   }
-  component.mesh = resolve_path(map.at("mesh"), folder);
-  if (const auto* material = map.find("material"))
-    component.material = parse_material_name(*material, scene);
-  if (const auto* blocks = map.find("blocks")) {
-    const SceneMap entries = blocks->map_of_any();
-    for (const auto& [block, options] : entries.entries()) {
-      component.blocks[block] = parse_block(options, scene);
-      if (component.material.empty() && component.blocks[block].material.empty() &&
-          !may_hold_materials(component.mesh)) {
-        options.fail("missing key 'material', and the component names no material for all blocks");
-      }
-    }
-  } else if (component.material.empty() && !may_hold_materials(component.mesh)) {
+  read_keys(node, keys, reading);
+  if (component.blocks.empty() && component.material.empty() && !may_hold_materials(component.mesh))
     node.fail("missing key 'material': for all blocks, or for each under 'blocks'");
-  }
-  if (const auto* element = map.find("element")) component.element = element->one_of(hex8_words);
-  if (const auto* mass = map.find("mass")) {
-    component.mass = mass->one_of(mass_words);
-  }
-  if (const auto* points = map.find("points")) parse_points(*points, component);
-  if (const auto* reduction = map.find("reduction")) parse_reduction(*reduction, folder, component);
   return component;
 }
 
-Instance parse_instance(const SceneNode& node, const std::string& name, const Scene& scene) {
-  const SceneMap map = node.map({"component", "as", "position", "rotation", "mirror", "velocity",
-                                 "angular_velocity", "damping"});
-  require_plain_name(node, "an instance", name);
+std::string reduction_text(const Component& component) {
+  std::string text;
+  ReductionOptions of = component.reduction.value_or(ReductionOptions());
+  if (component.reduction)
+    for (const auto& [key, value] : written(scene_keys(of)))
+      text += "\n      " + key + ": " + value;
+  return text;
+}
+
+std::string superelement_text(const Component& component) {
+  return yaml_path(component.reduction ? component.reduction->superelement
+                                       : std::filesystem::path());
+}
+
+void read_component_name(const SceneNode& node, const SceneReading& reading, Instance& instance) {
+  instance.component = node.text();
+  const auto& components = reading.scene.components;
+  const auto found = components.find(instance.component);
+  if (found == components.end())
+    require_known(node, "component", instance.component, keys_of(components));
+  instance.as = found->second.reduction ? InstanceKind::superelement : InstanceKind::mesh;
+}
+
+// What its component makes possible.
+void read_kind(const SceneNode& node, const SceneReading& reading, Instance& instance) {
+  const Component& component = reading.scene.components.at(instance.component);
+  instance.as = instance_words[node.choice(texts_of(instance_words))].second;
+  if (instance.as == InstanceKind::superelement && !component.reduction)
+    node.fail("component '" + instance.component +
+              "' has no 'reduction': add one, or use the instance 'as: mesh'");
+  if (instance.as != InstanceKind::superelement && !component.has_mesh)
+    node.fail("component '" + instance.component +
+              "' is a superelement file without a mesh: use as: superelement, or give the "
+              "component 'mesh' and 'material'");
+}
+
+}  // namespace
+
+std::vector<SceneKey> scene_keys(Component::BlockOptions& block) {
+  return {{"material", material_name(block.material)},
+          {"element", OneWord{block.element, hex8_words}},
+          {"thickness", Number{block.thickness, positive}}};
+}
+
+std::vector<SceneKey> scene_keys(Component& c) {
+  const auto blocks = [](const Component& of) { return lines_of(of.blocks); };
+  const auto points = [](const Component& of) { return lines_of(of.points); };
+  return {{"mesh", File{c.mesh}, c.has_mesh, true},
+          {"material", material_name(c.material)},
+          {"blocks", Own{c, read_blocks, blocks}},
+          {"element", OneWord{c.element, hex8_words}, c.has_mesh},
+          {"mass", OneWord{c.mass, mass_words}, c.has_mesh},
+          {"points", Own{c, read_points, points}, c.has_mesh},
+          {"reduction", Own{c, read_reduction, reduction_text}, c.has_mesh},
+          {"superelement", Own{c, superelement_text}, !c.has_mesh}};
+}
+
+std::vector<SceneKey> scene_keys(Instance& i) {
+  const auto component = [](const Instance& of) { return yaml_word(of.component); };
+  const auto kind = [](const Instance& of) { return word_of(instance_words, of.as); };
+  return {{"component", Own{i, read_component_name, component}, true, true},
+          {"as", Own{i, read_kind, kind}},
+          {"position", ThreeNumbers{i.position}},
+          {"rotation", ThreeNumbers{i.rotation_degrees}},
+          {"mirror", OneWord{i.mirror, mirror_words}, !i.mirror.empty()},
+          {"velocity", ThreeNumbers{i.velocity}},
+          {"damping", Own{i.damping, read_damping, damping_text}},
+          {"angular_velocity", ThreeNumbers{i.angular_velocity}, !i.angular_velocity.isZero(0)}};
+}
+
+namespace {
+
+Instance parse_instance(const SceneNode& node, const std::string& name,
+                        const SceneReading& reading) {
   Instance instance;
   instance.name = name;
   instance.source = node.source();
-  instance.component = map.at("component").text();
-  const auto component = scene.components.find(instance.component);
-  if (component == scene.components.end())
-    require_known(map.at("component"), "component", instance.component, keys_of(scene.components));
-  const bool is_reduced = component->second.reduction.has_value();
-  instance.as = is_reduced ? InstanceKind::superelement : InstanceKind::mesh;
-  if (const auto* as = map.find("as")) {
-    instance.as = as->one_of(instance_words);
-    if (instance.as == InstanceKind::superelement && !is_reduced) {
-      as->fail("component '" + instance.component +
-               "' has no 'reduction': add one, or use the instance 'as: mesh'");
-    }
-    if (instance.as != InstanceKind::superelement && !component->second.has_mesh) {
-      as->fail("component '" + instance.component +
-               "' is a superelement file without a mesh: use as: superelement, or give the "
-               "component 'mesh' and 'material'");
-    }
-  }
-  if (const auto* position = map.find("position")) instance.position = position->vector3();
-  if (const auto* rotation = map.find("rotation")) instance.rotation_degrees = rotation->vector3();
-  if (const auto* mirror = map.find("mirror"))
-    instance.mirror = mirror->one_of<std::string>({{"x", "x"}, {"y", "y"}, {"z", "z"}});
-  if (const auto* velocity = map.find("velocity")) instance.velocity = velocity->vector3();
-  if (const auto* spin = map.find("angular_velocity")) instance.angular_velocity = spin->vector3();
+  const SceneMap map = read_keys(node, scene_keys(instance), reading);
+  require_plain_name(node, "an instance", name);
   if (const auto* damping = map.find("damping")) {
-    instance.damping = parse_modal_damping(*damping);
     if (instance.as == InstanceKind::rigid)
       damping->fail("goes with as: superelement: a rigid body has no elastic modes");
     if (instance.as == InstanceKind::mesh)
@@ -169,7 +216,8 @@ std::filesystem::path one_name(const std::filesystem::path& file) {
   return error ? file : name;
 }
 
-void parse_components(const SceneNode& node, const std::filesystem::path& folder, Scene& scene) {
+void parse_components(const SceneNode& node, SceneReading& reading) {
+  Scene& scene = reading.scene;
   const SceneMap map = node.map_of_any();
   std::map<std::filesystem::path, std::string> owner;
   const auto refuse = [](const SceneNode& place, const Component& component,
@@ -178,8 +226,7 @@ void parse_components(const SceneNode& node, const std::filesystem::path& folder
                "' is also that of component '" + other + "': give each a file of its own");
   };
   for (const auto& [name, value] : map.entries()) {
-    const Component& component = scene.components[name] =
-        parse_component(value, name, folder, scene);
+    const Component& component = scene.components[name] = parse_component(value, name, reading);
     if (!component.reduction || !component.has_mesh) continue;
     const auto [other, is_new] = owner.emplace(one_name(component.reduction->superelement), name);
     if (!is_new) refuse(value, component, other->second);
@@ -206,11 +253,11 @@ bool needs_no_materials(const SceneNode& node) {
   });
 }
 
-void parse_instances(const SceneNode& node, Scene& scene, SceneNames& names) {
+void parse_instances(const SceneNode& node, SceneReading& reading) {
   const SceneMap map = node.map_of_any();
   for (const auto& [name, value] : map.entries()) {
-    scene.instances.push_back(parse_instance(value, name, scene));
-    names.instances.insert(name);
+    reading.scene.instances.push_back(parse_instance(value, name, reading));
+    reading.instances.insert(name);
   }
 }
 

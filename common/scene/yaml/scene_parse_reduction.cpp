@@ -11,64 +11,26 @@
 namespace cbr {
 namespace {
 
-// Reads the value of one key of the table.
-struct ReadValue {
-  const SceneNode& node;
-  ReductionOptions& reduction;
-
-  template <typename Value>
-  void operator()(const OneWord<Value>& v) const {
-    v.field(reduction) = node.one_of(v.words);
-  }
-  void operator()(const WholeNumber& v) const { v.field(reduction) = node.index(v.least); }
-  void operator()(const WholeNumberOrNone& v) const { v.field(reduction) = node.index(v.least); }
-  void operator()(const NumberOrNone& v) const {
-    v.field(reduction) =
-        std::isfinite(v.below) ? node.in_open_range(v.above, v.below) : node.positive();
-  }
-  void operator()(const TrueOrFalse& v) const { v.field(reduction) = node.boolean(); }
-  void operator()(const NameList& v) const { v.field(reduction) = node.names(); }
-  void operator()(const Retired&) const {}
-  void operator()(const NamesOrTrue& v) const {
-    if (node.is_scalar()) {
-      v.field(reduction) = node.boolean();
-      return;
-    }
-    v.names(reduction) = node.names();
-    if (v.names(reduction).empty())
-      node.fail("is empty, expected sets or element blocks of the mesh, or true");
-    v.field(reduction) = true;
-  }
-};
-
-void read_value(const ReductionKey& key, const SceneNode& node, ReductionOptions& reduction) {
-  if (std::holds_alternative<Retired>(key.value)) node.fail("is retired: " + key.successor);
-  if (!key.retired.empty() && node.is_scalar() && node.text() == key.retired)
-    node.fail("'" + key.retired + "' is retired: " + key.successor);
-  std::visit(ReadValue{node, reduction}, key.value);
-  const auto* names = std::get_if<NameList>(&key.value);
-  if (names != nullptr && key.retired == "none" && names->field(reduction).empty())
-    node.fail("is empty, expected sidesets of the interface");
-}
-
-// Keys with a dot are those of a map of their own.
-std::vector<std::string> read_reduction_keys(const SceneMap& map, ReductionOptions& reduction) {
+// What is given, in the table's order: the basis first.
+std::vector<std::string> read_reduction_keys(const SceneMap& map, const SceneReading& reading,
+                                             ReductionOptions& reduction) {
   std::vector<std::string> given;
-  for (const ReductionKey& key : reduction_keys()) {
-    const auto dot = key.key.find('.');
-    const SceneNode* node = map.find(key.key.substr(0, dot));
-    if (node == nullptr) continue;
+  const std::vector<SceneKey> keys = scene_keys(reduction);
+  for (const ReductionKey& key : reduction_keys(reduction)) {
+    const std::string& name = key.scene.key;
+    const SceneNode* outer = map.find(name.substr(0, name.find('.')));
+    if (outer == nullptr) continue;
     if (!key.goes_with(reduction.basis))
-      node->fail("requires basis: " + word_of(basis_words, *key.only_with));
-    if (dot == std::string::npos) {
-      read_value(key, *node, reduction);
-    } else {
-      const SceneMap inside = node->map(keys_of_reduction(key.key.substr(0, dot)));
-      const SceneNode* value = inside.find(key.key.substr(dot + 1));
-      if (value == nullptr) continue;
-      read_value(key, *value, reduction);
-    }
-    given.push_back(key.key);
+      outer->fail("requires basis: " + word_of(basis_words, *key.only_with));
+    const std::optional<SceneNode> node = find_key(map, keys, key.scene);
+    if (!node) continue;
+    if (!key.retired.empty() && node->is_scalar() && node->text() == key.retired)
+      node->fail("'" + key.retired + "' is retired: " + key.successor);
+    read_value(key.scene, *node, reading);
+    const auto* names = std::get_if<NameList>(&key.scene.value);
+    if (names != nullptr && key.retired == "none" && names->names.empty())
+      node->fail("is empty, expected sidesets of the interface");
+    given.push_back(name);
   }
   return given;
 }
@@ -87,8 +49,7 @@ void check_reduction(const SceneMap& map, const ReductionOptions& reduction) {
       second->fail(
           "is not available with tolerance, which cannot bound its error: use modes or cutoff_hz "
           "instead");
-    second->map(keys_of_reduction("second_reduction"))
-        .exactly_one(keys_of_reduction("second_reduction"));
+    second->map({"modes", "cutoff_hz"}).exactly_one({"modes", "cutoff_hz"});
   }
   if (!reduction.recovery_sets.empty() && reduction.is_decomposed())
     map.at("recovery").fail("of some sets requires domains: 1; or give true");
@@ -122,22 +83,17 @@ void check_interface_points(const SceneNode& node, const Component& component) {
 
 }  // namespace
 
-void parse_reduction(const SceneNode& node, const std::filesystem::path& folder,
-                     Component& component) {
-  std::vector<std::string> allowed = keys_of_reduction();
-  allowed.push_back("superelement");
-  const SceneMap map = node.map(allowed);
+void read_reduction(const SceneNode& node, const SceneReading& reading, Component& component) {
   ReductionOptions& reduction = component.reduction.emplace();
   reduction.source = node.source();
+  reduction.superelement = reading.folder / (component.name + ".cbr.h5");
+  const SceneMap map = node.map(names_of(scene_keys(reduction)));
   if (map.find("points") == nullptr) map.at("interface");
-  const std::vector<std::string> given = read_reduction_keys(map, reduction);
+  const std::vector<std::string> given = read_reduction_keys(map, reading, reduction);
   check_reduction(map, reduction);
   complete(reduction, given);
   check_massless(reduction, node.source().text() + ": " + node.path());
   check_characteristic(reduction, node.source().text() + ": " + node.path());
-  const auto* file = map.find("superelement");
-  reduction.superelement =
-      file != nullptr ? resolve_path(*file, folder) : folder / (component.name + ".cbr.h5");
   if (const auto* points = map.find("points")) check_interface_points(*points, component);
 }
 

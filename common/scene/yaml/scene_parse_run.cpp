@@ -5,39 +5,28 @@
 #include <cmath>
 #include <set>
 
+#include "common/base/number_text.hpp"
 #include "common/scene/scene_words.hpp"
 #include "common/scene/yaml/scene_parse.hpp"
 
 namespace cbr {
 namespace {
 
-std::array<bool, 3> parse_axes(const SceneNode& node) {
-  std::array<bool, 3> axes{};
-  for (const auto& item : node.list_or_one()) {
-    const auto axis = item.one_of<std::size_t>({{"x", 0}, {"y", 1}, {"z", 2}});
-    if (axes[axis]) item.fail("'" + item.text() + "' is listed twice: remove one");
-    axes[axis] = true;
-  }
-  if (axes == std::array<bool, 3>{}) node.fail("is empty, expected some of x, y, z");
-  return axes;
+// Some of the axes, or none.
+void read_rotations(const SceneNode& node, const SceneReading& reading,
+                    std::optional<std::array<bool, 3>>& axes) {
+  axes.emplace().fill(false);
+  const auto items = node.list_or_one();
+  if (items.empty()) node.fail("is empty, expected some of x, y, z, or none");
+  if (items.size() > 1 || items.front().text() != "none") read_motions(node, reading, *axes);
 }
 
-// Some of the axes, or none.
-std::array<bool, 3> parse_rotations(const SceneNode& node) {
-  const auto items = node.list_or_one();
-  if (items.size() == 1 && items.front().text() == "none") return {};
-  std::array<bool, 3> axes{};
-  for (const auto& item : items) {
-    const auto axis = item.one_of<std::size_t>({{"x", 0}, {"y", 1}, {"z", 2}});
-    if (axes[axis]) item.fail("'" + item.text() + "' is listed twice: remove one");
-    axes[axis] = true;
-  }
-  if (items.empty()) node.fail("is empty, expected some of x, y, z, or none");
-  return axes;
+std::string rotations_text(const std::optional<std::array<bool, 3>>& axes) {
+  return axes ? motions_text(*axes) : "";
 }
 
 // A set, or a point, which takes forces and moments.
-void parse_place(const SceneMap& map, const std::string& kind, const Scene& scene, Load& load) {
+void parse_place(const SceneMap& map, const Scene& scene, Load& load) {
   const SceneNode* point = map.find("point");
   load.on_point = point != nullptr;
   if (!load.on_point) {
@@ -46,63 +35,54 @@ void parse_place(const SceneMap& map, const std::string& kind, const Scene& scen
   }
   if (const auto* surface = map.find("surface"))
     surface->fail("stands beside 'point', expected one of the two");
-  if (kind != "force" && kind != "moment") point->fail("takes a force or a moment, found " + kind);
+  if (load.kind != Load::Kind::force && load.kind != Load::Kind::moment)
+    point->fail("takes a force or a moment, found " + word_of(load_words, load.kind));
   load.surface = point->text();
   if (point_of(scene, load.instance, load.surface) == nullptr)
     point->fail("instance '" + load.instance + "' has no point '" + load.surface +
                 "': give it under components.NAME.points");
 }
 
-Load parse_load(const SceneNode& node, const std::filesystem::path& folder, const Scene& scene,
-                const SceneNames& names) {
-  const SceneMap map = node.map({"instance", "surface", "point", "traction", "force", "pressure",
-                                 "gravity", "moment", "history", "follow"});
+Load parse_load(const SceneNode& node, const SceneReading& reading) {
   Load load;
   load.source = node.source();
-  const std::string kind = map.exactly_one({"traction", "force", "pressure", "gravity", "moment"});
-  if (kind == "pressure") {
-    load.kind = Load::Kind::pressure;
-    load.value = Vector3(map.at(kind).number(), 0, 0);
-  } else {
-    load.value = map.at(kind).vector3();
-    load.kind = kind == "moment"     ? Load::Kind::moment
-                : kind == "traction" ? Load::Kind::traction
-                : kind == "force"    ? Load::Kind::force
-                                     : Load::Kind::gravity;
-  }
+  const SceneMap map = node.map(names_of(scene_keys(load)));
+  const std::string kind = map.exactly_one(texts_of(load_words));
+  load.kind = *value_of(load_words, kind);
+  const bool is_pressure = load.kind == Load::Kind::pressure;
+  load.value = is_pressure ? Vector3(map.at(kind).number(), 0, 0) : map.at(kind).vector3();
+  load.follows = is_pressure;
   if (load.kind == Load::Kind::gravity) {
     for (const char* key : {"instance", "surface", "follow"}) {
       if (const auto* value = map.find(key))
         value->fail(std::string("gravity acts on everything, remove '") + key + "'");
     }
   } else {
-    load.instance = parse_instance_name(map.at("instance"), scene, names);
-    parse_place(map, kind, scene, load);
+    map.at("instance");
   }
-  const auto* follow = map.find("follow");
-  load.follows = follow != nullptr ? follow->boolean() : load.kind == Load::Kind::pressure;
-  if (const auto* history = map.find("history"))
-    load.history = parse_history(*history, folder, scene);
+  read_keys(node, scene_keys(load), reading);
+  if (load.kind != Load::Kind::gravity) parse_place(map, reading.scene, load);
   return load;
 }
 
-void parse_step(const SceneNode& node, TimeOptions& time) {
+void read_step(const SceneNode& node, const SceneReading& reading, TimeOptions& time) {
   if (node.is_map()) {
-    const SceneMap map = node.map({"cfl"});
-    time.cfl = map.at("cfl").positive();
-    if (*time.cfl > 1 && time.integrator != Integrator::newmark && !time.mass_scaling)
-      map.at("cfl").fail(
-          "found a number above 1, expected one from above 0 to 1 (above 1 with integrator: "
-          "newmark or mass_scaling: true only)");
+    read_keys(node, {{"cfl", Number{time.cfl, positive}, true, true}}, reading);
   } else if (!node.is_scalar()) {
     node.fail("expected auto, seconds, or {cfl: NUMBER}");
   } else if (const std::string text = node.text(); text != "auto") {
     if (std::isalpha(static_cast<unsigned char>(text.front())) != 0)
       node.fail("found '" + text + "', expected auto, seconds, or {cfl: NUMBER}");
-    time.step = node.positive();
+    time.step = node.number(positive);
   }
 }
 
+std::string step_text(const TimeOptions& time) {
+  if (time.step) return number_text(*time.step);
+  return time.cfl ? "{cfl: " + number_text(*time.cfl) + "}" : "auto";
+}
+
+constexpr SupportMotion no_motion = SupportMotion::none;
 constexpr Index most_preload = 10000;
 
 // What has no meaning without motion.
@@ -156,8 +136,32 @@ void refuse_free_turn(const SceneMap& map, const GivenMotion& given,
 
 }  // namespace
 
-GivenMotion parse_motion(const SceneMap& map, const std::filesystem::path& folder,
-                         const Scene& scene) {
+void read_motions(const SceneNode& node, const SceneReading&, std::span<bool> fix) {
+  const std::vector<std::string> allowed(motion_names, motion_names + fix.size());
+  std::fill(fix.begin(), fix.end(), false);
+  const auto items = node.list_or_one();
+  for (const SceneNode& item : items) {
+    const std::size_t motion = item.choice(allowed);
+    if (fix[motion]) item.fail_repeated();
+    fix[motion] = true;
+  }
+  if (items.empty()) node.fail("is empty, expected some of " + join(allowed));
+}
+
+std::string motions_text(std::span<const bool> fix) {
+  std::vector<std::string> names;
+  for (std::size_t m = 0; m < fix.size(); ++m)
+    if (fix[m]) names.push_back(motion_names[m]);
+  return names.empty() ? "none" : yaml_list(names);
+}
+
+void add_motion_keys(std::vector<SceneKey>& keys, const Words<SupportMotion>& words,
+                     const SupportMotion& motion, const Vector3& value) {
+  for (const auto& [word, of] : words)
+    keys.push_back({word, Own{value, yaml_vector}, motion == of});
+}
+
+GivenMotion parse_motion(const SceneMap& map, const SceneReading& reading) {
   GivenMotion given;
   const SceneNode* value = nullptr;
   for (const auto& [word, motion] : motion_words) {
@@ -196,7 +200,7 @@ GivenMotion parse_motion(const SceneMap& map, const std::filesystem::path& folde
     history->fail(
         "a displacement that is a sine begins with a jump of the velocity: give velocity or "
         "acceleration with the sine");
-  given.history = parse_history(*history, folder, scene);
+  read_history(*history, reading, given.history);
   if (given.history.time.front() < 0)
     history->fail("begins before the time 0, expected times from 0 on");
   if (given.motion != SupportMotion::acceleration)
@@ -204,114 +208,133 @@ GivenMotion parse_motion(const SceneMap& map, const std::filesystem::path& folde
   return given;
 }
 
-std::string parse_instance_name(const SceneNode& node, const std::string& name, const Scene& scene,
-                                const SceneNames& names) {
-  if (names.instances.contains(name)) return name;
+std::string parse_instance_name(const SceneNode& node, const std::string& name,
+                                const SceneReading& reading) {
+  if (reading.instances.contains(name)) return name;
   std::vector<std::string> known;
-  for (const auto& instance : scene.instances) known.push_back(instance.name);
+  for (const auto& instance : reading.scene.instances) known.push_back(instance.name);
   require_known(node, "instance", name, known);
   return name;
 }
 
-std::string parse_instance_name(const SceneNode& node, const Scene& scene,
-                                const SceneNames& names) {
-  return parse_instance_name(node, node.text(), scene, names);
+Own instance_name(std::string& member) {
+  const auto read = [](const SceneNode& node, const SceneReading& reading, std::string& name) {
+    name = parse_instance_name(node, node.text(), reading);
+  };
+  return {member, read, yaml_word};
 }
 
-void parse_skin(const SceneNode& node, const std::filesystem::path& folder, Scene& scene) {
-  const SceneMap map =
-      node.map({"surfaces", "youngs_modulus", "poissons_ratio", "density", "thickness", "mesh"});
-  SkinOptions skin;
+std::vector<SceneKey> scene_keys(SkinOptions& skin) {
+  return {{"surfaces", NameList{skin.surfaces}, true, true},
+          // Shells for contact alone may have no stiffness and no mass.
+          {"youngs_modulus", Number{skin.youngs_modulus, not_negative}, true, true},
+          {"poissons_ratio", Number{skin.poissons_ratio, {.low = -1, .high = 0.5}}, true, true},
+          {"density", Number{skin.density, not_negative}, true, true},
+          {"thickness", Number{skin.thickness, not_negative}, true, true},
+          {"mesh", File{skin.mesh}}};
+}
+
+void parse_skin(const SceneNode& node, SceneReading& reading) {
+  SkinOptions& skin = reading.scene.skin.emplace();
   skin.source = node.source();
-  skin.surfaces = map.at("surfaces").names();
+  skin.mesh = reading.folder / "skinned.msh";
+  const SceneMap map = read_keys(node, scene_keys(skin), reading);
   if (skin.surfaces.empty()) map.at("surfaces").fail("is empty, expected at least one surface");
-  // Shells for contact alone may have no stiffness and no mass.
-  skin.youngs_modulus = map.at("youngs_modulus").not_negative();
-  skin.poissons_ratio = map.at("poissons_ratio").in_open_range(-1, 0.5);
-  skin.density = map.at("density").not_negative();
-  skin.thickness = map.at("thickness").not_negative();
-  const auto* mesh = map.find("mesh");
-  skin.mesh = mesh != nullptr ? resolve_path(*mesh, folder) : folder / "skinned.msh";
-  scene.skin = skin;
 }
 
-void parse_boundary(const SceneNode& node, const std::filesystem::path& folder,
-                    const SceneNames& names, Scene& scene) {
+std::vector<SceneKey> scene_keys(BoundaryCondition& c) {
+  std::vector<SceneKey> keys{{"instance", instance_name(c.instance), true, true},
+                             {"nodes", Text{c.nodes}, true, true},
+                             {"fix", Own{c.fix, read_motions, motions_text}, true, true},
+                             {"rotations", Own{c.fix_rotations, read_rotations, rotations_text}}};
+  add_motion_keys(keys, motion_words, c.motion, c.value);
+  add_motion_keys(keys, turn_words, c.turn == Vector3::Zero() ? no_motion : c.motion, c.turn);
+  keys.push_back({"about", ThreeNumbers{c.about}});
+  keys.push_back({"history", Own{c.history, history_text}});
+  return keys;
+}
+
+void parse_boundary(const SceneNode& node, SceneReading& reading) {
   node.for_each_item([&](const SceneNode& item) {
-    const SceneMap map = item.map({"instance", "nodes", "fix", "rotations", "displacement",
-                                   "velocity", "acceleration", "rotation", "angular_velocity",
-                                   "angular_acceleration", "about", "history"});
     BoundaryCondition condition;
     condition.source = item.source();
-    condition.instance = parse_instance_name(map.at("instance"), scene, names);
-    condition.nodes = map.at("nodes").text();
-    condition.fix = parse_axes(map.at("fix"));
-    if (const auto* rotations = map.find("rotations"))
-      condition.fix_rotations = parse_rotations(*rotations);
-    GivenMotion given = parse_motion(map, folder, scene);
+    const SceneMap map = read_keys(item, scene_keys(condition), reading);
+    GivenMotion given = parse_motion(map, reading);
     for (std::size_t axis = 0; axis < 3; ++axis)
       if (given.value[static_cast<Index>(axis)] != 0 && !condition.fix[axis])
-        map.at(std::string(word_of(motion_words, given.motion)))
+        map.at(word_of(motion_words, given.motion))
             .fail(std::string("moves along ") + "xyz"[axis] +
                   ", which 'fix' leaves free: add it to 'fix', or give 0 there");
     if (given.turn != Vector3::Zero()) refuse_free_turn(map, given, condition);
-    if (const auto* about = map.find("about")) {
-      if (given.turn == Vector3::Zero())
-        about->fail(
-            "is the point of a rotation, and there is none: give rotation, angular_velocity or "
-            "angular_acceleration beside it");
-      condition.about = about->vector3();
-    }
+    if (condition.about && given.turn == Vector3::Zero())
+      map.at("about").fail(
+          "is the point of a rotation, and there is none: give rotation, angular_velocity or "
+          "angular_acceleration beside it");
     condition.motion = given.motion;
     condition.value = given.value;
     condition.turn = given.turn;
     condition.history = std::move(given.history);
-    scene.boundary.push_back(condition);
+    reading.scene.boundary.push_back(std::move(condition));
   });
 }
 
-void parse_loads(const SceneNode& node, const std::filesystem::path& folder,
-                 const SceneNames& names, Scene& scene) {
-  node.for_each_item([&](const SceneNode& item) {
-    scene.loads.push_back(parse_load(item, folder, scene, names));
-  });
+std::vector<SceneKey> scene_keys(Load& load) {
+  const bool acts_on_all = load.kind == Load::Kind::gravity,
+             is_pressure = load.kind == Load::Kind::pressure;
+  const auto value = [is_pressure](const Vector3& of) {
+    return is_pressure ? number_text(of[0]) : yaml_vector(of);
+  };
+  std::vector<SceneKey> keys{
+      {"instance", instance_name(load.instance), !acts_on_all},
+      {"surface", Own{load.surface, yaml_word}, !acts_on_all && !load.on_point},
+      {"point", Own{load.surface, yaml_word}, load.on_point}};
+  for (const auto& [word, kind] : load_words)
+    keys.push_back({word, Own{load.value, value}, load.kind == kind});
+  keys.push_back({"follow", TrueOrFalse{load.follows}, load.follows != is_pressure});
+  keys.push_back({"history", Own{load.history, read_history, history_text}});
+  return keys;
 }
 
-void parse_time(const SceneNode& node, Scene& scene) {
-  const SceneMap map = node.map({"end", "step", "static", "preload", "integrator", "alpha",
-                                 "mass_scaling", "force", "rotations"});
-  TimeOptions time;
+void parse_loads(const SceneNode& node, SceneReading& reading) {
+  node.for_each_item(
+      [&](const SceneNode& item) { reading.scene.loads.push_back(parse_load(item, reading)); });
+}
+
+std::vector<SceneKey> scene_keys(TimeOptions& t) {
+  return {{"end", Number{t.end, positive}, true, true},
+          {"step", Own{t, read_step, step_text}},
+          {"static", TrueOrFalse{t.is_static}, t.is_static},
+          {"integrator", OneWord{t.integrator, integrator_words}, !t.is_static},
+          {"preload", WholeNumber{t.preload}},
+          {"alpha", Number{t.alpha}, t.alpha != 0},
+          {"mass_scaling", TrueOrFalse{t.mass_scaling}, t.mass_scaling},
+          {"rotations", OneWord{t.rotations, rotations_words}, t.rotations != Rotations::automatic},
+          {"force", TrueOrFalse{t.force_step}, t.force_step}};
+}
+
+void parse_time(const SceneNode& node, SceneReading& reading) {
+  TimeOptions& time = reading.scene.time.emplace();
   time.source = node.source();
-  time.end = map.at("end").positive();
-  if (const auto* integrator = map.find("integrator")) {
-    time.integrator = integrator->one_of(integrator_words);
-  }
-  if (const auto* rotations = map.find("rotations"))
-    time.rotations = rotations->one_of(rotations_words);
-  if (const auto* scaling = map.find("mass_scaling")) {
-    time.mass_scaling = scaling->boolean();
-    if (time.mass_scaling && time.integrator != Integrator::exact)
-      scaling->fail("requires integrator: exact");
-  }
-  if (const auto* step = map.find("step")) parse_step(*step, time);
-  if (const auto* force = map.find("force")) time.force_step = force->boolean();
+  const SceneMap map = read_keys(node, scene_keys(time), reading);
+  if (time.mass_scaling && time.integrator != Integrator::exact)
+    map.at("mass_scaling").fail("requires integrator: exact");
+  if (time.cfl && *time.cfl > 1 && time.integrator != Integrator::newmark && !time.mass_scaling)
+    map.at("step").map({"cfl"}).at("cfl").fail(
+        "found a number above 1, expected one from above 0 to 1 (above 1 with integrator: "
+        "newmark or mass_scaling: true only)");
   if (const auto* alpha = map.find("alpha")) {
-    time.alpha = alpha->number();
     if (time.integrator != Integrator::newmark) alpha->fail("requires integrator: newmark");
     if (!(time.alpha >= -1.0 / 3 && time.alpha <= 0))
       alpha->fail("found " + alpha->text() + ", expected a number from -1/3 to 0");
   }
-  if (const auto* still = map.find("static")) time.is_static = still->boolean();
   if (time.is_static) refuse_with_statics(map, time);
-  if (const auto* preload = map.find("preload")) {
-    time.preload = preload->index(0);
-    if (*time.preload > most_preload)
-      preload->fail("found " + preload->text() + ", expected at most 10000 load steps");
-    if (*time.preload > 0 && (time.mass_scaling || time.rotations == Rotations::large))
-      preload->fail(
-          "does not go with mass_scaling: true or rotations: large: leave one of the two out");
-  }
-  scene.time = time;
+  if (!time.preload) return;
+  const SceneNode& preload = map.at("preload");
+  if (*time.preload > most_preload)
+    preload.fail("found " + preload.text() + ", expected at most 10000 load steps");
+  if (*time.preload > 0 && (time.mass_scaling || time.rotations == Rotations::large))
+    preload.fail(
+        "does not go with mass_scaling: true or rotations: large: leave one of the two out");
 }
 
 }  // namespace cbr

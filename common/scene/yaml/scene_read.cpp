@@ -62,27 +62,77 @@ std::string read_text(const std::string& file_or_dash) {
   return text;
 }
 
-void parse_sections(const SceneMap& map, const fs::path& folder, Scene& scene) {
+void parse_sections(const SceneMap& map, SceneReading& reading) {
   const auto* components = map.find("components");
-  const bool has_materials = map.find("materials") != nullptr;
-  if (has_materials || components == nullptr || !needs_no_materials(*components))
-    parse_materials(map.at("materials"), scene);
-  parse_components(map.at("components"), folder, scene);
-  SceneNames names;
+  if (map.find("materials") != nullptr || components == nullptr || !needs_no_materials(*components))
+    parse_materials(map.at("materials"), reading);
+  parse_components(map.at("components"), reading);
   // The order is that of the references, not of the file.
-  if (const auto* node = map.find("instances")) parse_instances(*node, scene, names);
-  if (const auto* node = map.find("skin")) parse_skin(*node, folder, scene);
-  if (const auto* node = map.find("time")) parse_time(*node, scene);
-  if (const auto* node = map.find("boundary")) parse_boundary(*node, folder, names, scene);
-  if (const auto* node = map.find("loads")) parse_loads(*node, folder, names, scene);
-  if (const auto* node = map.find("walls")) parse_walls(*node, folder, scene, names);
-  if (const auto* node = map.find("contact")) parse_contact(*node, names, scene);
-  if (const auto* node = map.find("links")) parse_links(*node, names, scene);
-  if (const auto* node = map.find("output")) parse_output(*node, folder, names, scene);
-  if (const auto* node = map.find("sweep")) parse_sweep(*node, scene);
+  using Parse = void (*)(const SceneNode&, SceneReading&);
+  constexpr std::pair<const char*, Parse> sections[] = {
+      {"instances", parse_instances}, {"skin", parse_skin},   {"time", parse_time},
+      {"boundary", parse_boundary},   {"loads", parse_loads}, {"walls", parse_walls},
+      {"contact", parse_contact},     {"links", parse_links}, {"output", parse_output},
+      {"sweep", parse_sweep}};
+  for (const auto& [section, parse] : sections)
+    if (const SceneNode* node = map.find(section)) parse(*node, reading);
 }
 
+struct ReadValue {
+  const SceneNode& node;
+  const SceneReading& reading;
+
+  void operator()(const OneWord& v) const { v.take(node.choice(v.allowed())); }
+  void operator()(const Number& v) const { v.place.set(node.number(v.bounds)); }
+  void operator()(const WholeNumber& v) const { v.place.set(node.index(v.least)); }
+  void operator()(const TrueOrFalse& v) const { v.member = node.boolean(); }
+  void operator()(const NameList& v) const { v.names = node.names(); }
+  void operator()(const NamesOrTrue& v) const {
+    if (node.is_scalar()) {
+      v.member = node.boolean();
+      return;
+    }
+    v.names = node.names();
+    if (v.names.empty())
+      node.fail("is empty, expected sets or element blocks of the mesh, or true");
+    v.member = true;
+  }
+  void operator()(const ThreeNumbers& v) const { v.place.set(node.vector3()); }
+  void operator()(const Text& v) const { v.member = node.text(); }
+  void operator()(const File& v) const { v.member = resolve_path(node, reading.folder); }
+  void operator()(const Own& v) const {
+    if (v.read) v.read(node, reading);
+  }
+  void operator()(const Retired& v) const { node.fail("is retired: " + v.successor); }
+};
+
 }  // namespace
+
+void read_value(const SceneKey& key, const SceneNode& node, const SceneReading& reading) {
+  std::visit(ReadValue{node, reading}, key.value);
+}
+
+std::optional<SceneNode> find_key(const SceneMap& map, const std::vector<SceneKey>& keys,
+                                  const SceneKey& key) {
+  const auto found = [&](const SceneMap& in, const std::string& name) {
+    const SceneNode* value = key.is_required ? &in.at(name) : in.find(name);
+    return value != nullptr ? std::optional(*value) : std::nullopt;
+  };
+  const auto dot = key.key.find('.');
+  if (dot == std::string::npos) return found(map, key.key);
+  const std::string head = key.key.substr(0, dot);
+  const SceneNode* inside = map.find(head);
+  if (inside == nullptr) return std::nullopt;
+  return found(inside->map(names_of(keys, head)), key.key.substr(dot + 1));
+}
+
+SceneMap read_keys(const SceneNode& node, const std::vector<SceneKey>& keys,
+                   const SceneReading& reading) {
+  SceneMap map = node.map(names_of(keys));
+  for (const SceneKey& key : keys)
+    if (const auto value = find_key(map, keys, key)) read_value(key, *value, reading);
+  return map;
+}
 
 Scene read_scene(const std::string& file_or_dash) {
   const bool is_stdin = file_or_dash == "-";
@@ -96,13 +146,14 @@ Scene read_scene(const std::string& file_or_dash) {
     throw InputError(name + ": is empty, expected a scene" +
                      (is_stdin ? " (did the command before this one fail?)" : ""));
   }
-  const fs::path folder = is_stdin ? fs::current_path() : fs::absolute(file_or_dash).parent_path();
   const SceneNode root(tree, tree.root(), "", 1);
   Scene scene;
   scene.file = file_or_dash;
+  SceneReading reading{scene,
+                       is_stdin ? fs::current_path() : fs::absolute(file_or_dash).parent_path()};
   parse_sections(root.map({"materials", "components", "instances", "skin", "boundary", "loads",
                            "walls", "contact", "links", "time", "output", "sweep"}),
-                 folder, scene);
+                 reading);
   return scene;
 }
 

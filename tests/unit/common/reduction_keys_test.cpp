@@ -1,72 +1,79 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The table of the options of a reduction.
+// The keys of the scene, and the table of the options of a reduction.
 #include "common/scene/reduction_keys.hpp"
 
 #include <gtest/gtest.h>
 
 #include <fstream>
 #include <iterator>
+#include <regex>
 #include <set>
+#include <tuple>
+
+#include "common/scene/yaml/scene_parse.hpp"
 
 namespace cbr::reduction_keys_test {
 namespace {
 
-std::string formats() {
+// By their last name; of `reduction` by the row in full, of which second_reduction has one.
+TEST(SceneKeys, AreAllInTheContract) {
   std::ifstream in(std::string(CBR_SOURCE_DIR) + "/docs/formats.md");
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
-TEST(ReductionKeys, AreAllInTheContract) {
-  const std::string text = formats();
-  ASSERT_FALSE(text.empty());
-  for (const ReductionKey& key : reduction_keys()) {
-    // {modes: N} or {cutoff_hz: F} of one row
-    const bool is_inside = key.key.starts_with("second_reduction.");
-    const std::string row = is_inside ? "second_reduction" : key.key;
-    EXPECT_NE(text.find("`reduction." + row + "`"), std::string::npos) << key.key;
-    if (!key.option.empty()) EXPECT_FALSE(key.help.empty()) << key.key;
+  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  const auto check = [&](const std::vector<SceneKey>& keys) {
+    for (const SceneKey& key : keys) {
+      const std::regex word("\\b" + key.key.substr(key.key.find('.') + 1) + "\\b");
+      EXPECT_TRUE(std::regex_search(text, word)) << key.key;
+    }
+  };
+  std::tuple<Component, Component::BlockOptions, Component::Point, Instance, SkinOptions,
+             BoundaryCondition, Load, WallOptions, ContactOptions, LinkOptions, TimeOptions,
+             SweepOptions, OutputOptions, StressOptions, CheckpointOptions>
+      of;
+  std::apply([&](auto&... each) { (check(scene_keys(each)), ...); }, of);
+  ReductionOptions none;
+  for (const SceneKey& key : scene_keys(none)) {
+    const std::string row = key.key.starts_with("second_") ? "second_reduction" : key.key;
+    EXPECT_NE(text.find("`reduction." + row + "`"), std::string::npos) << row;
   }
 }
 
 TEST(ReductionKeys, AreUnlikeEachOther) {
   std::set<std::string> keys, hashes, attributes, options;
-  for (const ReductionKey& key : reduction_keys()) {
-    EXPECT_TRUE(keys.insert(key.key).second) << key.key;
-    if (!key.hash.empty()) EXPECT_TRUE(hashes.insert(key.hash).second) << key.key;
-    if (!key.provenance.empty()) EXPECT_TRUE(attributes.insert(key.provenance).second) << key.key;
-    if (!key.option.empty()) EXPECT_TRUE(options.insert(key.option).second) << key.key;
+  ReductionOptions none;
+  for (const ReductionKey& key : reduction_keys(none)) {
+    const std::string& name = key.scene.key;
+    EXPECT_TRUE(keys.insert(name).second) << name;
+    if (!key.hash.empty()) EXPECT_TRUE(hashes.insert(key.hash).second) << name;
+    if (!key.provenance.empty()) EXPECT_TRUE(attributes.insert(key.provenance).second) << name;
+    const bool is_new = key.option.empty() || options.insert(key.option).second;
+    EXPECT_TRUE(is_new && key.option.empty() == key.help.empty()) << name;
   }
 }
 
-// Each field is that of its own key: what one value changes, no other tells.
-TEST(ReductionKeys, EachHasAFieldOfItsOwn) {
-  const ReductionOptions plain;
-  for (const ReductionKey& changed : reduction_keys()) {
+// Gives a key another value than it has by default.
+struct Change {
+  void operator()(const OneWord& v) const { v.take(v.allowed().size() - 1); }
+  void operator()(const Number& v) const { v.place.set(7); }
+  void operator()(const WholeNumber& v) const { v.place.set(70); }
+  void operator()(const TrueOrFalse& v) const { v.member = true; }
+  void operator()(const NameList& v) const { v.names = {"some"}; }
+  void operator()(const NamesOrTrue& v) const { v.member = true; }
+  void operator()(const File& v) const { v.member = "/some"; }
+  void operator()(const auto&) const { FAIL(); }
+};
+
+// Each member is that of its own key: what one value changes, no other tells.
+TEST(ReductionKeys, EachHasAMemberOfItsOwn) {
+  ReductionOptions plain;
+  const auto plain_keys = reduction_keys(plain);
+  for (std::size_t changed = 0; changed < plain_keys.size(); ++changed) {
     ReductionOptions options;
-    if (std::holds_alternative<Retired>(changed.value)) continue;
-    std::visit(
-        [&](const auto& value) {
-          if constexpr (!std::is_same_v<std::decay_t<decltype(value)>, Retired>) {
-            auto& field = value.field(options);
-            using Field = std::decay_t<decltype(field)>;
-            if constexpr (std::is_same_v<Field, std::vector<std::string>>) {
-              field = {"some"};
-            } else if constexpr (std::is_same_v<Field, std::optional<Index>> ||
-                                 std::is_same_v<Field, std::optional<double>>) {
-              field = 7;
-            } else if constexpr (std::is_same_v<Field, Index>) {
-              field += 7;
-            } else if constexpr (std::is_same_v<Field, bool>) {
-              field = true;
-            } else {
-              field = value.words.back().second;
-            }
-          }
-        },
-        changed.value);
-    for (const ReductionKey& key : reduction_keys())
-      EXPECT_EQ(words_of(key, options) == words_of(key, plain), key.key != changed.key)
-          << key.key << " by " << changed.key;
+    const auto keys = reduction_keys(options);
+    if (std::holds_alternative<Retired>(keys[changed].scene.value)) continue;
+    std::visit(Change(), keys[changed].scene.value);
+    for (std::size_t i = 0; i < keys.size(); ++i)
+      EXPECT_EQ(words_of(keys[i].scene.value) == words_of(plain_keys[i].scene.value), i != changed)
+          << keys[i].scene.key << " by " << keys[changed].scene.key;
   }
 }
 
