@@ -1,251 +1,313 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The order of the methods. Newton first: with factors where there are few rows, with Krylov
-// methods where there are many. What it does not solve goes to other methods, each bounded: without
-// friction an active set that ends whatever W is, or projected gradients; with it sweeps, and
-// friction that grows from a tenth to the whole; and Newton again from there.
+// The order of the methods. Newton's first: by inexact steps where a dense W has many rows, with
+// factors or Krylov methods elsewhere. What it does not solve goes to the augmented Lagrangian, or
+// to sweeps where W is too large for that, and to Newton again from there. Each has a bound on its
+// work.
 #include "dynamics/contact/solve/contact_solver.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <utility>
 
-#include "dynamics/contact/solve/contact_methods.hpp"
+#include "dynamics/contact/laws/keep_state.hpp"
+#include "dynamics/contact/solve/augmented_lagrangian.hpp"
+#include "dynamics/contact/solve/block_gauss_seidel.hpp"
+#include "dynamics/contact/solve/newton/contact_newton.hpp"
+#include "dynamics/contact/solve/newton/inexact_newton.hpp"
 
 namespace cbr {
 namespace {
 
-// A share of the largest |g|: what is aimed at.
-constexpr double aim = ContactMethods::aim;
-// Up to how many points the active set that takes one at a time is tried.
-constexpr Index basic_rows = 1500;
+// Shares of the largest |g|: what is aimed at, by inexact steps with friction and by the augmented
+// Lagrangian, and what calls for no
+// other method.
+constexpr double aim = 1e-12, inexact_aim = 3e-12, lagrangian_aim = 1e-11, enough = 1e-10;
+// Rows from which Krylov methods are faster than factors where W stands for some steps
+// (docs/decisions/contact-solver.md), and where it is another in each.
+constexpr Index krylov_rows_of_kept_W = 128, krylov_rows_of_new_W = 700;
 // Where a factor is still tried when Krylov methods fail, by rows (dense) or entries of W (sparse):
 // seconds, not minutes, in all.
 constexpr Index factor_rows = 4000, factor_entries = 1000000, lu_rows = 1500, lu_entries = 200000;
-constexpr int newton_iterations = ContactMethods::newton_iterations,
-              retry_iterations = ContactMethods::retry_iterations;
-// Sweeps before Newton's first attempt from nothing, and the growing numbers of them after a failed
-// one.
-constexpr int first_sweeps = 20, first_retry = 60, most_sweeps = 540, growth_steps = 30;
-// Of the proximal problems that find the least violation.
-constexpr double ridge = 1e-6, margin = 1e-9;
-constexpr int proximal_steps = 15;
+constexpr int newton_iterations = 30;
+// Sweeps before Newton's first attempt from nothing, and where the augmented Lagrangian is too
+// dear.
+constexpr int first_sweeps = 20, most_sweeps = 540;
+// Without friction: what only impossible gaps leave, and how far these are opened beyond.
+constexpr double impossible = 1e-7, margin = 1e-9;
 
-LinearSolver first_choice(const ContactMethods& methods) {
-  return methods.problem().n_rows() > methods.krylov_rows() ? LinearSolver::krylov
-                                                            : LinearSolver::factor;
+bool has_law(const ContactProblem& problem, ContactLaw law) {
+  return std::any_of(problem.laws.begin(), problem.laws.end(),
+                     [law](const PointLaw& of) { return of.law == law; });
 }
 
 bool can_factor(const ContactProblem& problem) {
-  const bool friction = has_friction(problem);
+  const bool friction = has_law(problem, ContactLaw::coulomb);
   if (problem.W.is_sparse)
     return problem.W.sparse.nonZeros() <= (friction ? lu_entries : factor_entries);
   return problem.n_rows() <= (friction ? lu_rows : factor_rows);
 }
 
-// Newton's first attempt, warm from `guess` or from a few sweeps, and with factors when Krylov
-// methods fail.
-void attempt(ContactMethods& methods, const Vector& g, const Vector& guess, double scale,
-             const GapsOf& gaps_of, BestImpulses& best) {
-  const ContactProblem& problem = methods.problem();
-  const NewtonResult standing = methods.standing(g, scale, best);
-  if (standing.converged) return;
-  // Newton's first step from the last set is made: the next one goes on from there
-  const bool goes_on = standing.iterations > 0 && all_frictionless(problem);
-  if (goes_on) {
-    if (methods.inexact(g, standing.outside, standing.gap, scale, gaps_of, best)) return;
-    methods.newton(g, standing.outside, standing.gap, first_choice(methods), newton_iterations,
-                   scale, best);
-    if (best.done()) return;
-  }
-  BestImpulses start(g);
-  Vector p = guess.size() == g.size() ? guess : Vector::Zero(g.size());
-  project(problem, p);
-  const bool warm = !p.isZero(0);
-  if (!goes_on && methods.inexact(g, p, warm ? methods.gap_of(g, p) : g, scale, gaps_of, best))
-    return;
-  if (!warm && methods.friction()) {
-    methods.sweep(g, p, first_sweeps, scale, start);
-  } else {
-    Vector gap = warm ? methods.gap_of(g, p) : g;
-    const double residual = law_violations(problem, p, gap).lpNorm<Eigen::Infinity>();
-    start.offer(problem, scale, std::move(p), std::move(gap), residual);
-  }
-  best.iterations += start.iterations;
-  const LinearSolver linear = first_choice(methods);
-  // Newton's impulses are the least of those with the same gaps, the sweeps' are not
-  if (!(warm && start.residual <= aim * scale))
-    methods.newton(g, start.p, start.gap, linear, newton_iterations, scale, best);
-  if (!best.done() && !start.done() && linear == LinearSolver::krylov && can_factor(problem))
-    methods.newton(g, start.p, start.gap, LinearSolver::factor, newton_iterations, scale, best);
-  if (!best.done())
-    best.offer(problem, scale, std::move(start.p), std::move(start.gap), start.residual);
-}
+// The best so far; p within the laws' cones. None at first, which is what stays when magnitudes are
+// beyond a double's reach.
+struct BestImpulses {
+  explicit BestImpulses(const Vector& g) : p(Vector::Zero(g.size())), gap(g) {}
+  Vector p, gap;
+  double residual = std::numeric_limits<double>::infinity();  // a length
+  // a residual that calls for no other method
+  double good = 0;
+  int iterations = 0;
 
-// Without friction the impulses minimise an energy: descend, then let Newton take the set that was
-// found to round-off.
-void descend(ContactMethods& methods, const Vector& g, double scale, BestImpulses& best) {
-  const ContactProblem& problem = methods.problem();
-  if (all_frictionless(problem) && !problem.W.is_sparse && problem.n_rows() <= basic_rows)
-    methods.basic(g, scale, best);
-  if (best.done()) return;
-  methods.gradients(g, Vector::Zero(g.size()), scale, best);
-  if (best.done() || !can_factor(methods.problem())) return;
-  const BestImpulses start = best;
-  methods.newton(g, start.p, start.gap, LinearSolver::factor, newton_iterations, scale, best);
-}
-
-// Follows the solution while all friction grows from a tenth to the whole.
-void let_friction_grow(ContactMethods& methods, const Vector& g, double scale, BestImpulses& best) {
-  Vector p = Vector::Zero(g.size()), gap = g;
-  double share = 0, step = 0.1;
-  for (int i = 0; i < growth_steps && share < 1 && step > 1e-3; ++i) {
-    const double next = std::min(1.0, share + step);
-    if (methods.newton_with(next, g, scale, best, p, gap)) {
-      share = next;
-      step *= 2;
-    } else {
-      step /= 2;
-    }
+  bool done() const { return residual <= good; }
+  // Taken where it is better. `scale`: the largest |g|.
+  void offer(const ContactProblem& problem, double scale, Vector new_p, Vector new_gap,
+             double new_residual) {
+    if (!(new_residual < residual)) return;
+    good = std::min(enough * scale + gap_round_off(problem, new_p), 1e2 * enough * scale);
+    p = std::move(new_p);
+    gap = std::move(new_gap);
+    residual = new_residual;
   }
-  if (!(share < 1)) {
-    const double residual = law_violations(methods.problem(), p, gap).lpNorm<Eigen::Infinity>();
-    best.offer(methods.problem(), scale, std::move(p), std::move(gap), residual);
-  }
-}
-
-void sweep_and_attempt(ContactMethods& methods, const Vector& g, double scale, BestImpulses& best) {
-  const bool factor = can_factor(methods.problem()), singular = methods.singular_with_friction();
-  // where Newton cycles, more sweeps do not help it
-  const int most = singular ? first_retry : most_sweeps;
-  for (int n = first_retry; n <= most && !best.done(); n *= 3) {
-    methods.sweep(g, best.p, n, scale, best);
-    if (best.done()) return;
-    const BestImpulses start = best;
-    methods.newton(g, start.p, start.gap, factor ? LinearSolver::factor : LinearSolver::krylov,
-                   retry_iterations, scale, best);
-    if (!best.done() && factor && !singular && n == first_retry)
-      let_friction_grow(methods, g, scale, best);
-  }
-}
-
-// No impulse satisfies all: the proximal point method (Rockafellar 1976, doi 10.1137/0314056) tends
-// to the gaps that violate least (Chiche, Gilbert 2016), and with these forgiven the problem has a
-// solution of a bounded size.
-void forgive(ContactMethods& methods, const Vector& g, double scale, BestImpulses& best) {
-  ContactProblem shifted = methods.problem();
-  const Vector epsilon = ridge * shifted.diagonal;
-  if (shifted.W.is_sparse) {
-    for (Index i = 0; i < epsilon.size(); ++i)
-      if (epsilon[i] > 0) shifted.W.sparse.coeffRef(i, i) += epsilon[i];
-  } else {
-    shifted.W.dense.diagonal() += epsilon;
-  }
-  ContactMethods proximal(contact_problem(std::move(shifted.W), shifted.laws));
-  Vector p = Vector::Zero(g.size()), gap = g;
-  double moved = scale;
-  for (int i = 0; i < proximal_steps && moved > aim * scale; ++i) {
-    BestImpulses step(g);
-    attempt(proximal, g - epsilon.cwiseProduct(p), p, scale, {}, step);
-    best.iterations += step.iterations;
-    p = std::move(step.p);
-    const Vector next = g + respond(methods.problem(), p);
-    moved = (next - gap).lpNorm<Eigen::Infinity>();
-    gap = next;
-  }
-  Vector forgiven = g;
-  Index row = 0;
-  for (const PointLaw& law : shifted.laws) {
-    for (Index d = 0; d < n_rows(law.law); ++d, ++row)
-      if (law.law == ContactLaw::tied || gap[row] < 0)
-        forgiven[row] -= gap[row] - (law.law == ContactLaw::tied ? 0.0 : margin * scale);
-  }
-  BestImpulses bounded(forgiven);
-  attempt(methods, forgiven, Vector(), scale, {}, bounded);
-  if (!bounded.done()) descend(methods, forgiven, scale, bounded);
-  Vector bounded_gap = g + respond(methods.problem(), bounded.p);
-  const double residual =
-      law_violations(methods.problem(), bounded.p, bounded_gap).lpNorm<Eigen::Infinity>();
-  // A somewhat smaller violation that takes huge impulses in opposite directions is no better
-  if (residual <= 4 * best.residual || !(best.p.norm() < 1e4 * bounded.p.norm())) {
-    best.p = std::move(bounded.p);
-    best.gap = std::move(bounded_gap);
-    best.residual = residual;
-  }
-}
+};
 
 }  // namespace
 
+// Each method offers its impulses to `best` and adds its iterations. `scale`: the largest |g|.
 struct ContactSolver::Impl {
-  ContactMethods methods;
+  ContactProblem problem;
+  Index krylov_rows;
+  bool friction = has_law(problem, ContactLaw::coulomb);
+  bool is_finite = all_finite(problem.W);
+  ContactNewton newton = {};
+  InexactNewton inexact = {};
+  struct Remembered {
+    Vector p, answer;  // answer = W p
+  };
+  Remembered last = {}, before = {};  // of the last solution, and of the one before it
+  bool lagrangian_first = false;      // it has solved what Newton's method did not
+  std::optional<AugmentedLagrangian> lagrangian = {};
+  std::optional<BlockGaussSeidel> sweeps = {};
+
+  bool many_rows() const { return !problem.W.is_sparse && problem.n_rows() > krylov_rows; }
+  // The impulses that `p` is of are the last ones: their answer is known.
+  Vector gap_of(const Vector& g, const Vector& p) const {
+    const bool is_last = p.size() == last.p.size() && p == last.p;
+    return is_last ? Vector(g + last.answer) : g + respond(problem, p);
+  }
+  void start_over();
+  bool attempt(const Vector& g, const Vector& guess, double scale, const GapsOf& gaps_of,
+               BestImpulses& best);
+  bool by_newton(const Vector& g, const Vector& p, const Vector& gap, LinearSolver linear,
+                 double scale, BestImpulses& best);
+  bool by_inexact_steps(const Vector& g, Vector p, Vector gap, double scale, const GapsOf& gaps_of,
+                        BestImpulses& best);
+  void go_on(const Vector& g, Vector& p, Vector& gap) const;
+  void sweep(const Vector& g, Vector p, int n, double scale, BestImpulses& best);
+  bool by_lagrangian(const Vector& g, const Vector& guess, double scale, BestImpulses& best);
+  void forgive(const Vector& g, const Vector& motion, double scale, BestImpulses& best);
 };
 
+void ContactSolver::Impl::start_over() {
+  friction = has_law(problem, ContactLaw::coulomb);
+  is_finite = all_finite(problem.W);
+  lagrangian.reset();
+  sweeps.reset();
+}
+
+bool ContactSolver::Impl::by_newton(const Vector& g, const Vector& p, const Vector& gap,
+                                    LinearSolver linear, double scale, BestImpulses& best) {
+  NewtonResult result = newton.solve(problem, g, p, gap, linear, newton_iterations, aim * scale);
+  best.iterations += result.iterations;
+  best.offer(problem, scale, std::move(result.p), std::move(result.gap), result.residual);
+  return best.done();
+}
+
+// Of a dense W with many rows.
+bool ContactSolver::Impl::by_inexact_steps(const Vector& g, Vector p, Vector gap, double scale,
+                                           const GapsOf& gaps_of, BestImpulses& best) {
+  if (!many_rows()) return false;
+  go_on(g, p, gap);
+  const GapsOf by_W = [&](const Vector& of, Vector& its) { its = g + respond(problem, of); };
+  NewtonResult result =
+      inexact.solve(problem, g, std::move(p), std::move(gap), newton_iterations,
+                    (friction ? inexact_aim : aim) * scale, gaps_of ? gaps_of : by_W);
+  best.iterations += result.iterations;
+  best.offer(problem, scale, std::move(result.p), std::move(result.gap), result.residual);
+  if (best.done() && !friction) newton.ends_with(problem, contact_set(problem, best.p, best.gap));
+  return best.done();
+}
+
+// From the last impulses as they have changed lately, where that violates the laws less.
+void ContactSolver::Impl::go_on(const Vector& g, Vector& p, Vector& gap) const {
+  if (before.p.size() != p.size() || p.size() != last.p.size() || p != last.p) return;
+  Vector next = 2 * last.p - before.p, next_gap = g + 2 * last.answer - before.answer;
+  if (!(law_violations(problem, next, next_gap).norm() < law_violations(problem, p, gap).norm()))
+    return;
+  p = std::move(next);
+  gap = std::move(next_gap);
+}
+
+void ContactSolver::Impl::sweep(const Vector& g, Vector p, int n, double scale,
+                                BestImpulses& best) {
+  if (!sweeps) sweeps.emplace(problem);
+  Vector gap = g + respond(problem, p);
+  best.iterations += sweeps->sweep(problem, n, aim * scale, p, gap);
+  gap = g + respond(problem, p);
+  const double residual = law_violations(problem, p, gap).lpNorm<Eigen::Infinity>();
+  best.offer(problem, scale, std::move(p), std::move(gap), residual);
+}
+
+// Newton's first attempt, warm from `guess` or from a few sweeps.
+bool ContactSolver::Impl::attempt(const Vector& g, const Vector& guess, double scale,
+                                  const GapsOf& gaps_of, BestImpulses& best) {
+  const LinearSolver linear = problem.W.is_sparse ? LinearSolver::krylov : LinearSolver::factor;
+  const NewtonResult standing = newton.solve_standing(problem, g, aim * scale);
+  best.iterations += standing.iterations;
+  if (standing.converged) best.offer(problem, scale, standing.p, standing.gap, standing.residual);
+  if (best.done()) return true;
+  // Newton's first step from the last set is made: the next one goes on from there
+  const bool goes_on = standing.iterations > 0 && !friction && !has_law(problem, ContactLaw::tied);
+  Vector p = guess.size() == g.size() ? guess : Vector::Zero(g.size());
+  project(problem, p);
+  if (goes_on) p = standing.outside;
+  const bool warm = !p.isZero(0);
+  Vector gap = goes_on ? standing.gap : warm ? gap_of(g, p) : g;
+  if (by_inexact_steps(g, p, gap, scale, gaps_of, best)) return true;
+  if (!warm && friction) {
+    BestImpulses start(g);
+    sweep(g, p, first_sweeps, scale, start);
+    best.iterations += start.iterations;
+    p = start.p;
+    gap = start.gap;
+  }
+  const double residual = law_violations(problem, p, gap).lpNorm<Eigen::Infinity>();
+  // Newton's impulses are the least of those with the same gaps, the sweeps' are not
+  if (!(warm && residual <= aim * scale) && (linear == LinearSolver::krylov || can_factor(problem)))
+    by_newton(g, p, gap, linear, scale, best);
+  if (!best.done() && !goes_on) best.offer(problem, scale, std::move(p), std::move(gap), residual);
+  return best.done();
+}
+
+// False when W is too large for it, or when the laws do not hold.
+bool ContactSolver::Impl::by_lagrangian(const Vector& g, const Vector& guess, double scale,
+                                        BestImpulses& best) {
+  if (!lagrangian) lagrangian.emplace(problem);
+  if (!lagrangian->ok()) return false;
+  AugmentedLagrangian::Result found = lagrangian->solve(problem, g, guess, lagrangian_aim * scale);
+  best.iterations += found.steps;
+  Vector gap = g + respond(problem, found.p);
+  const double residual = law_violations(problem, found.p, gap).lpNorm<Eigen::Infinity>();
+  best.offer(problem, scale, std::move(found.p), std::move(gap), residual);
+  if (best.done()) lagrangian_first = true;
+  if (!friction && residual > impossible * scale) forgive(g, found.motion, scale, best);
+  return best.done();
+}
+
+// No impulse satisfies all gaps: with what violates least forgiven the problem has a solution of a
+// bounded size.
+void ContactSolver::Impl::forgive(const Vector& g, const Vector& motion, double scale,
+                                  BestImpulses& best) {
+  Vector forgiven = g;
+  Index row = 0;
+  for (const PointLaw& law : problem.laws)
+    for (Index d = 0; d < n_rows(law.law); ++d, ++row) {
+      if (law.law == ContactLaw::tied) forgiven[row] -= motion[row];
+      if (law.law != ContactLaw::tied && motion[row] < 0)
+        forgiven[row] += margin * scale - motion[row];
+    }
+  AugmentedLagrangian::Result bounded =
+      lagrangian->solve(problem, forgiven, Vector(), lagrangian_aim * scale);
+  best.iterations += bounded.steps;
+  Vector gap = g + respond(problem, bounded.p);
+  const double residual = law_violations(problem, bounded.p, gap).lpNorm<Eigen::Infinity>();
+  if (!(residual <= 2 * best.residual)) return;
+  best.p = std::move(bounded.p);
+  best.gap = std::move(gap);
+  best.residual = best.good = residual;  // no other method betters it
+}
+
 ContactSolver::ContactSolver(GapResponse W, std::vector<PointLaw> laws, bool stands)
-    : impl_(std::make_unique<Impl>(
-          Impl{ContactMethods(contact_problem(std::move(W), std::move(laws)),
-                              stands ? ContactMethods::krylov_rows_of_kept_W
-                                     : ContactMethods::krylov_rows_of_new_W)})) {}
+    : impl_(std::make_unique<Impl>(Impl{contact_problem(std::move(W), std::move(laws)),
+                                        stands ? krylov_rows_of_kept_W : krylov_rows_of_new_W})) {}
 ContactSolver::~ContactSolver() = default;
 ContactSolver::ContactSolver(ContactSolver&&) noexcept = default;
 ContactSolver& ContactSolver::operator=(ContactSolver&&) noexcept = default;
 
-const GapResponse& ContactSolver::W() const { return impl_->methods.problem().W; }
+const GapResponse& ContactSolver::W() const { return impl_->problem.W; }
 
 bool ContactSolver::standing_impulses(const Vector& g, Vector& p) {
-  ContactMethods& methods = impl_->methods;
-  return methods.is_finite() && g.allFinite() && methods.standing_impulses(g, p);
+  return impl_->is_finite && g.allFinite() && impl_->newton.standing_impulses(impl_->problem, g, p);
 }
 
 double ContactSolver::largest_violation(const Vector& p, const Vector& gap) const {
-  return p.size() > 0 ? law_violations(impl_->methods.problem(), p, gap).lpNorm<Eigen::Infinity>()
-                      : 0;
+  return p.size() > 0 ? law_violations(impl_->problem, p, gap).lpNorm<Eigen::Infinity>() : 0;
 }
 
 void ContactSolver::renumber(GapResponse W, std::vector<PointLaw> laws,
                              const std::vector<Index>& from) {
-  impl_->methods.renumber(std::move(W), std::move(laws), from);
+  Impl& of = *impl_;
+  const std::vector<Index> first = of.problem.first;
+  of.problem = contact_problem(std::move(W), std::move(laws));
+  of.start_over();
+  std::vector<Index> rows(static_cast<std::size_t>(of.problem.n_rows()), -1);
+  for (std::size_t i = 0; i < from.size(); ++i)
+    for (Index d = 0; from[i] >= 0 && d < n_rows(of.problem.laws[i].law); ++d)
+      rows[of.problem.first[i] + d] = first[from[i]] + d;
+  of.newton.renumber(rows);
+  of.inexact.forget();
+  of.last = of.before = Impl::Remembered();
 }
 
-void ContactSolver::keep_state(StateArchive& archive) { impl_->methods.keep_state(archive); }
-
-bool ContactSolver::W_is_singular() const {
-  return impl_->methods.cones_first() || impl_->methods.basic_first();
+// The rest follows from W and the laws, whenever it is asked for.
+void ContactSolver::keep_state(StateArchive& archive) {
+  Impl& of = *impl_;
+  archive(of.problem.W, of.problem.laws);
+  if (archive.restores()) {
+    of.problem = contact_problem(std::move(of.problem.W), std::move(of.problem.laws));
+    of.start_over();
+  }
+  archive(of.lagrangian_first, of.krylov_rows);
+  of.newton.keep_state(archive, of.problem);
+  of.inexact.keep_state(archive, of.problem);
+  archive(of.last.p, of.last.answer, of.before.p, of.before.answer);
 }
+
+bool ContactSolver::W_is_singular() const { return impl_->lagrangian_first; }
 
 void ContactSolver::begin_as(const ContactSolver& other) {
-  impl_->methods.begin_as(other.impl_->methods);
+  impl_->lagrangian_first = other.impl_->lagrangian_first;
+  impl_->inexact.begin_as(other.impl_->inexact);
 }
 
-Index ContactSolver::n_factored() const { return impl_->methods.n_factored(); }
+Index ContactSolver::n_factored() const { return impl_->newton.n_factored(); }
 
 ContactSolution ContactSolver::solve(const Vector& g, const Vector& guess, Effort effort,
                                      const GapsOf& gaps_of) {
-  ContactMethods& methods = impl_->methods;
+  Impl& of = *impl_;
   const double scale = g.size() > 0 ? g.lpNorm<Eigen::Infinity>() : 0;
   const Vector none = Vector::Zero(g.size());
   // Of the bodies' motion, or of magnitudes beyond a double's reach: the loop will say so
   const ContactSolution not_finite{none, g, std::numeric_limits<double>::infinity()};
-  if (!g.allFinite() || !methods.is_finite()) return not_finite;
-  if (!(scale > 0) || law_violations(methods.problem(), none, g).isZero(0)) return {none, g};
+  if (!g.allFinite() || !of.is_finite) return not_finite;
+  if (!(scale > 0) || law_violations(of.problem, none, g).isZero(0)) return {none, g};
   BestImpulses best(g);
-  if (methods.basic_first()) methods.basic(g, scale, best);
-  const bool cones_first = methods.cones_first();
-  const bool good = cones_first && methods.cones(g, guess, scale, best);
-  if (!best.done() && !good) attempt(methods, g, guess, scale, gaps_of, best);
   ContactSolution solution;
-  if (!best.done() && !good) {
+  const bool known = of.lagrangian_first && of.by_lagrangian(g, guess, scale, best);
+  if (!known && !of.attempt(g, guess, scale, gaps_of, best)) {
     solution.fallback = true;
-    if (effort == Effort::all && methods.friction()) {
-      if (cones_first || !methods.cones(g, guess, scale, best))
-        sweep_and_attempt(methods, g, scale, best);
-    } else if (effort == Effort::all) {
-      descend(methods, g, scale, best);
-      if (best.residual > 1e-7 * scale) forgive(methods, g, scale, best);
+    if (effort == Effort::all && !of.by_lagrangian(g, guess, scale, best)) {
+      if (!of.lagrangian->ok()) of.sweep(g, best.p, most_sweeps, scale, best);
+      if (!best.done() && can_factor(of.problem)) {
+        const BestImpulses start = best;
+        of.by_newton(g, start.p, start.gap, LinearSolver::factor, scale, best);
+      }
     }
   }
   if (!std::isfinite(best.residual) || !best.p.allFinite() || !best.gap.allFinite())
     return not_finite;
-  methods.remember(g, best.p, best.gap);
+  of.before = std::move(of.last);
+  of.last = {best.p, best.gap - g};
   solution.p = std::move(best.p);
   solution.gap = std::move(best.gap);
   solution.residual = best.residual / scale;

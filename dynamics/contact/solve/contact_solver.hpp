@@ -28,7 +28,7 @@ struct ContactSolution {
   // and p = 0, for a g or W that is not finite, and where magnitudes leave a double's reach on the
   // way.
   double residual = 0;
-  int iterations = 0;     // Newton's, sweeps, and products of projected gradients, added up
+  int iterations = 0;     // Newton's and sweeps, added up
   bool fallback = false;  // Newton's first attempt failed; see the .cpp for what comes then
 };
 

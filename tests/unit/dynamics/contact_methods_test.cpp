@@ -4,11 +4,10 @@
 
 #include <cmath>
 
-#include "dynamics/contact/solve/basic_impulses.hpp"
+#include "dynamics/contact/solve/augmented_lagrangian.hpp"
 #include "dynamics/contact/solve/block_gauss_seidel.hpp"
 #include "dynamics/contact/solve/contact_solver.hpp"
 #include "dynamics/contact/solve/newton/contact_newton.hpp"
-#include "dynamics/contact/solve/projected_gradients.hpp"
 #include "tests/unit/dynamics/contact_problems.hpp"
 
 namespace cbr::contact_methods_test {
@@ -19,29 +18,34 @@ using test::dense;
 using test::Press;
 using test::random_matrix;
 
+double violation(const ContactProblem& problem, const Vector& g, const Vector& p) {
+  return law_violations(problem, p, g + respond(problem, p)).lpNorm<Eigen::Infinity>();
+}
+
 // Each method alone, against Newton's answer.
-TEST(ContactMethods, SweepsAndGradientsFindTheSameImpulses) {
-  for (const bool soft : {false, true}) {
-    Press press = test::dense_press(12, ContactLaw::frictionless, 0, soft);
-    const ContactProblem problem = contact_problem(press.W, press.laws);
-    const double scale = press.g.lpNorm<Eigen::Infinity>();
-    const Vector zero = Vector::Zero(press.g.size());
-    for (const auto linear : {LinearSolver::factor, LinearSolver::krylov}) {
-      ContactNewton newton;
-      const NewtonResult expected =
-          newton.solve(problem, press.g, zero, press.g, linear, 30, 1e-12 * scale);
-      ASSERT_TRUE(expected.converged);
+TEST(ContactMethods, AllFindTheSameImpulses) {
+  for (const ContactLaw law : {ContactLaw::frictionless, ContactLaw::coulomb})
+    for (const bool soft : {false, true}) {
+      const Press press = test::dense_press(12, law, 0.3, soft);
+      const ContactProblem problem = contact_problem(press.W, press.laws);
+      const double scale = press.g.lpNorm<Eigen::Infinity>();
+      const Vector zero = Vector::Zero(press.g.size());
       Vector p = zero, gap = press.g;
-      EXPECT_LT(
-          projected_gradients(problem, press.g, scaled_norm(problem), 500, 1e-12 * scale, p, gap),
-          200);
-      EXPECT_LT((p - expected.p).norm(), 1e-9 * expected.p.norm());
-      p = zero;
-      gap = press.g;
       BlockGaussSeidel(problem).sweep(problem, 5000, 1e-13 * scale, p, gap);
-      EXPECT_LT((p - expected.p).norm(), 1e-8 * expected.p.norm());
+      for (const auto linear : {LinearSolver::factor, LinearSolver::krylov}) {
+        ContactNewton newton;
+        const Vector start = 0.9 * p;
+        const NewtonResult found = newton.solve(
+            problem, press.g, start, press.g + respond(problem, start), linear, 30, 1e-12 * scale);
+        ASSERT_TRUE(found.converged);
+        EXPECT_LT((p - found.p).norm(), 1e-8 * p.norm());
+      }
+      const AugmentedLagrangian lagrangian(problem);
+      ASSERT_TRUE(lagrangian.ok());
+      const auto found = lagrangian.solve(problem, press.g, zero, 1e-11 * scale);
+      EXPECT_LT(violation(problem, press.g, found.p), 1e-10 * scale);
+      EXPECT_LT((p - found.p).norm(), 1e-8 * p.norm());
     }
-  }
 }
 
 // Points on a face that moves in polynomials, the higher the lighter: as singular as the response
@@ -61,9 +65,8 @@ Matrix smooth_response(Index side, Index degree) {
   return G;
 }
 
-TEST(ContactMethods, BasicImpulsesEndOnAnyResponse) {
+TEST(ContactMethods, TheLagrangianEndsOnAnyResponseWithoutFriction) {
   std::mt19937 random(9);
-  int n_singular = 0;
   for (int trial = 0; trial < 40; ++trial) {
     const Index side = 5 + trial % 8, m = side * side;
     const Matrix G = smooth_response(side, trial % 5);
@@ -76,33 +79,18 @@ TEST(ContactMethods, BasicImpulsesEndOnAnyResponse) {
     const auto laws = all(m, ContactLaw::frictionless);
     const ContactProblem problem = contact_problem(W, laws);
     const double scale = g.lpNorm<Eigen::Infinity>();
-    const BasicImpulses basic = basic_impulses(problem, g, 1e-11 * scale);
-    EXPECT_TRUE(basic.found) << trial;
-    n_singular += basic.singular;
-    EXPECT_LT(law_violations(problem, basic.p, basic.gap).lpNorm<Eigen::Infinity>(), 2e-10 * scale)
-        << trial;
-    EXPECT_LT(basic.steps, 3 * m);
-    EXPECT_GE(basic.p.minCoeff(), 0);
+    const auto found = AugmentedLagrangian(problem).solve(problem, g, Vector(), 1e-11 * scale);
+    EXPECT_LT(violation(problem, g, found.p), 2e-10 * scale) << trial;
+    EXPECT_LT(found.steps, 100);
+    EXPECT_GE(found.p.minCoeff(), 0);
     ContactSolver solver(W, laws);
     const ContactSolution solution = solver.solve(g, Vector());
     EXPECT_LT(solution.residual, 1e-9) << trial;
     // the motion is unique
-    EXPECT_LT((solution.gap - basic.gap).lpNorm<Eigen::Infinity>(), 1e-8 * scale) << trial;
+    EXPECT_LT((solution.gap - g - respond(problem, found.p)).lpNorm<Eigen::Infinity>(),
+              1e-8 * scale)
+        << trial;
   }
-  EXPECT_GE(n_singular, 30);  // but where the wall is out of reach, or no coarser than the motions
-}
-
-TEST(ContactMethods, BasicImpulsesSayWhenNoneOpensAllGaps) {
-  Matrix W(2, 2);
-  W << 1, -1, -1, 1;  // one mass between two walls
-  const ContactProblem problem = contact_problem(dense(W), all(2, ContactLaw::frictionless));
-  const BasicImpulses basic = basic_impulses(problem, Vector(Eigen::Vector2d(-1, -0.5)), 1e-11);
-  EXPECT_FALSE(basic.found);
-  EXPECT_TRUE(basic.p.allFinite());
-}
-
-TEST(ContactMethods, GradientsDescendOnASingularResponse) {
-  std::mt19937 random(8);
   for (int trial = 0; trial < 50; ++trial) {
     const Index m = 60, rank = 10 + trial % 20;
     const Matrix G = random_matrix(random, m, rank);
@@ -110,11 +98,21 @@ TEST(ContactMethods, GradientsDescendOnASingularResponse) {
                  g = Vector(random_matrix(random, m, 1)).cwiseAbs() - G * y;
     const ContactProblem problem =
         contact_problem(dense(G * G.transpose()), all(m, ContactLaw::frictionless));
-    Vector p = Vector::Zero(m), gap = g;
     const double scale = g.lpNorm<Eigen::Infinity>();
-    projected_gradients(problem, g, scaled_norm(problem), 3000, 1e-11 * scale, p, gap);
-    EXPECT_LT(law_violations(problem, p, gap).lpNorm<Eigen::Infinity>(), 1e-10 * scale);
+    const auto found = AugmentedLagrangian(problem).solve(problem, g, Vector(), 1e-11 * scale);
+    EXPECT_LT(violation(problem, g, found.p), 1e-10 * scale);
   }
+}
+
+// One mass between two walls: each gap is off by the half of what both take.
+TEST(ContactMethods, TheLagrangianFindsTheLeastViolation) {
+  Matrix W(2, 2);
+  W << 1, -1, -1, 1;
+  const ContactProblem problem = contact_problem(dense(W), all(2, ContactLaw::frictionless));
+  const auto found = AugmentedLagrangian(problem).solve(problem, Vector(Eigen::Vector2d(-1, -0.5)),
+                                                        Vector(), 1e-11);
+  EXPECT_LT((found.motion - Eigen::Vector2d(-0.75, -0.75)).norm(), 1e-9);
+  EXPECT_TRUE(found.p.allFinite());
 }
 
 }  // namespace

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "dynamics/contact/solve/cone/cone_problem.hpp"
 #include "dynamics/contact/solve/contact_solver.hpp"
 #include "tests/unit/dynamics/contact_problems.hpp"
 
@@ -105,24 +104,6 @@ TEST(SingularFriction, BesideATiedPoint) {
     const auto result = solver.solve(problem.g, Vector());
     EXPECT_LT(result.residual, 1e-9) << "trial " << trial;
     EXPECT_LT(judge(problem.W, problem.laws, problem.g, result).law, 1e-7) << "trial " << trial;
-  }
-}
-
-// Rows of two geometries beside each other, each of a rank below its size: some eigenvalues of that
-// are negative, and what stops at the first pivot that is not positive would solve another problem.
-TEST(SingularFriction, AnIndefiniteResponseHasNoFactor) {
-  std::mt19937 random(16);
-  const Index n = 20, m = 3 * n;
-  const Matrix G = random_matrix(random, m, 12);
-  const auto rank = [&](const Matrix& W) {
-    return cone_problem(contact_problem(dense(W), all(n, ContactLaw::coulomb, 0.3)), m - 1).rank();
-  };
-  for (const double change : {1e-6, 1e-3, 0.1}) {
-    const Matrix now = G + change * random_matrix(random, m, 12);
-    Matrix W = now * now.transpose();
-    EXPECT_EQ(rank(W), 12);
-    W.topLeftCorner(45, 45) = G.topRows(45) * G.topRows(45).transpose();
-    EXPECT_EQ(rank(W), 0) << change;
   }
 }
 
