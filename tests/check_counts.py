@@ -12,7 +12,7 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BOUNDS = {
     "lines of product": 86470,
-    "files of product": 710,
+    "files of product": 712,
     "lines of python/cbr": 1050,
     "lines of tests": 62150,
     "files of tests": 390,
