@@ -15,7 +15,7 @@
 extern "C" {
 void openblas_set_num_threads(int n);
 int openblas_get_num_threads(void);
-// What OpenBLAS calls before a fork: threads are started anew when they are next needed.
+// OpenBLAS calls it before a fork: threads restart when they are next needed.
 [[gnu::weak]] int blas_thread_shutdown_(void);
 // A buffer of one caller, which stays its process's until the end
 [[gnu::weak]] void* blas_memory_alloc(int);
@@ -32,8 +32,7 @@ int spared = 0, n_raised = 0;  // threads for large work alone; 0: BLAS has them
 // More than any machine of today gains from, fewer than a system refuses to start.
 constexpr int most_threads = 256;
 
-// What OpenBLAS found when the program started: the processors of this process, or
-// OPENBLAS_NUM_THREADS.
+// OpenBLAS's choice at the start: the processors of this process, or OPENBLAS_NUM_THREADS.
 int initial_threads() {
   static const int n = openblas_get_num_threads();
   return n;

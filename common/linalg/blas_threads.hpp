@@ -12,8 +12,8 @@ namespace cbr {
 void set_threads(int threads);
 int n_threads();
 
-// BLAS with one thread while several of ours call it. Objects may overlap, in one thread or in
-// many: the last to go restores what the first one found.
+// Limits BLAS to one thread while several threads of this program call it. Objects may overlap, in
+// one thread or in many: the last to end restores the number that the first one found.
 class SingleThreadedBlas {
  public:
   SingleThreadedBlas();
@@ -22,25 +22,24 @@ class SingleThreadedBlas {
   SingleThreadedBlas& operator=(const SingleThreadedBlas&) = delete;
 };
 
-// Ends BLAS's threads, which spin for a tenth of a second after a product and take from ours; its
-// next product for which it wants them starts them again, as does a change of their number. Where
-// BLAS is not OpenBLAS nothing is done.
+// Ends BLAS's threads, which busy-wait for a tenth of a second after a product and delay ours. BLAS
+// restarts them at its next threaded product or change of their number. No effect unless BLAS is
+// OpenBLAS.
 void rest_blas_threads();
 
-// Where the address space is limited (ulimit -v): takes the buffers of n_threads() callers of BLAS
-// and one more now, as OpenBLAS, when it gets none, asks again for ever; so do its own threads,
-// which it starts with the program. Empty, or why there is no room for all of them: then the
-// process can end by std::_Exit() alone.
+// Reserves the buffers of n_threads() callers of BLAS and one more where the address space is
+// limited (ulimit -v). OpenBLAS and its own threads, which start with the program, retry a failed
+// allocation for ever. Returns an empty text, or why memory is short: then the process can end by
+// std::_Exit() alone.
 std::string reserve_blas_memory();
 
-// From here on BLAS has one thread, and `threads` only in the life of a BlasForWork that is worth
-// them: for a program whose own threads do most of the work. 0: BLAS has its threads again whenever
-// nobody takes them.
+// Limits BLAS to one thread from here on, and to `threads` in the life of a BlasForWork that is
+// worth them. For a program whose own threads do most of the work. 0: no limit but that of
+// SingleThreadedBlas.
 void spare_blas_threads(int threads);
 
-// BLAS with the threads that are spared for large work, where there are such (spare_blas_threads())
-// and `flops`, of all calls in the object's life, are more than about a tenth of a second's; else
-// as it was.
+// Raises the limit of spare_blas_threads(), if any, for work of more than a tenth of a second.
+// `flops`: of all calls in the object's life.
 class LargeBlasWork {
  public:
   explicit LargeBlasWork(double flops);
@@ -52,11 +51,10 @@ class LargeBlasWork {
   bool raised_ = false;
 };
 
-// BLAS with one thread for work of less than about a tenth of a second, and with all that it may
-// have for more. OpenBLAS's threads wait for each other by sched_yield, which beside other programs
-// gives a whole time slice away at each call, and spin for a tenth of a second after it. Beside
-// four compilers the reduction of an ordinary part took 11.4 s with BLAS's threads in every
-// product, 3.0 s on two idle processors.
+// Limits BLAS to one thread for work of less than a tenth of a second. OpenBLAS's threads wait by
+// sched_yield, which beside other programs yields a whole time slice at each call. They busy-wait
+// for a tenth of a second afterwards. The reduction of an ordinary part beside four compilers took
+// 11.4 s with BLAS's threads in every product, 3.0 s on two idle processors.
 class BlasForWork {
  public:
   explicit BlasForWork(double flops) : large_(flops) {

@@ -18,7 +18,7 @@ namespace cbr {
 using Matrix2 = Eigen::Matrix2d;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
-// What solve(b) returns: a Vector for a vector, else a Matrix.
+// Result of solve(b): a Vector for a vector, else a Matrix.
 template <class Derived>
 using DenseSolution = std::conditional_t<Derived::ColsAtCompileTime == 1, Vector, Matrix>;
 
@@ -28,7 +28,7 @@ class Cholesky {
   explicit Cholesky(Matrix A);  // std::move(A) takes no copy
 
   bool ok() const { return ok_; }  // false: A is not positive definite
-  // n x n: L in the lower triangle; what stands above it is A's.
+  // n x n: L in the lower triangle; the upper one is A's.
   const Matrix& factor() const { return L_; }
   Vector diagonal() const { return L_.diagonal(); }
   Matrix lower() const;  // n x n: L, zeros above
@@ -111,7 +111,7 @@ class Lu {
   std::shared_ptr<const Eigen::PartialPivLU<Matrix>> factor_;
 };
 
-// A basis of what A (m x n) maps to zero: n x dimension. Pivots up to `threshold` times the largest
+// A basis of the null space of A (m x n): n x dimension. Pivots up to `threshold` times the largest
 // count as zero.
 Matrix null_space(const Matrix& A, double threshold);
 
@@ -165,7 +165,7 @@ struct SymmetricEigen {
 };
 SymmetricEigen symmetric_eigen(const Matrix& A);
 Vector symmetric_eigenvalues(const Matrix& A);
-// Of the tridiagonal matrix with this diagonal (n) and what stands beside it (n - 1).
+// Of the tridiagonal matrix with this diagonal (n) and subdiagonal (n - 1).
 SymmetricEigen tridiagonal_eigen(const Vector& diagonal, const Vector& beside);
 // K v = lambda M v with V^T M V = I, M positive definite.
 SymmetricEigen generalized_eigen(const Matrix& K, const Matrix& M);

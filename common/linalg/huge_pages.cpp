@@ -63,7 +63,7 @@ void keep_heap_on_huge_pages(double ahead) {
 void one_heap_for_all_threads() { mallopt(M_ARENA_MAX, 1); }
 
 void return_unused_heap(double at_least) {
-  // What the heap has reserved and never written is not resident
+  // Heap that is reserved and never written is not resident
   double size = 0, resident = 0;
   std::ifstream("/proc/self/statm") >> size >> resident;
   const struct mallinfo2 used = mallinfo2();

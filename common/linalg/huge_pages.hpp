@@ -5,9 +5,9 @@
 
 namespace cbr {
 
-// Asks the system for pages of 2 MB for a large matrix that has not been written yet: a matrix of
-// 30 MB then costs 15 page faults and not 7600 (8 ms here), and products with it look few pages up.
-// A hint: nothing else changes.
+// Asks the system for pages of 2 MB for a large matrix that has not been written yet. A matrix of
+// 30 MB then costs 15 page faults, not 7600 (8 ms here), and fewer look-ups of pages. A hint:
+// nothing else changes.
 void prefer_huge_pages(const Matrix& A);
 Matrix on_huge_pages(Index rows, Index columns);  // not yet written
 Matrix zeros_on_huge_pages(Index rows, Index columns);
@@ -15,10 +15,10 @@ Matrix zeros_on_huge_pages(Index rows, Index columns);
 // The same for memory of any kind; for the .cpp that has asked for it from elsewhere.
 void prefer_huge_pages(const void* start, double bytes);
 
-// First in main(): freed memory stays with the program, and the next bytes (256 MB if not given)
-// that the heap grows by are asked for in such pages. They are only reserved, and use no memory
-// before they are written. Matrices of a step come and go: giving their pages back each time costs
-// more than the step. docs/decisions/contact-cost.md, "Pages", has what page faults cost.
+// First in main(): freed memory stays with the program, and the heap's next `ahead` bytes are
+// requested in such pages. They are only reserved, and use no memory before they are written.
+// Returning the pages of a step's matrices costs more than the step. Costs of page faults:
+// docs/decisions/contact-cost.md, "Pages".
 void keep_heap_on_huge_pages(double ahead = 268435456);
 // All threads allocate from that heap, which else each do from one of their own: for work whose
 // allocations are large and few.

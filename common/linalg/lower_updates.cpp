@@ -100,8 +100,8 @@ bool factor_columns(Eigen::Ref<Matrix> F) {
   return true;
 }
 
-// As LAPACK's dsygst: each block of columns takes its own division to the rows and columns after
-// it, and is then divided by what follows of L.
+// As LAPACK's dsygst: each block of columns updates the rows and columns after it, and is then
+// divided by the rest of L.
 void divide_both_sides(const Matrix& L, Eigen::Ref<Matrix> A) {
   constexpr Index block = 256, strip = 64;
   const Index n = A.rows(), a = A.outerStride(), l = L.outerStride();

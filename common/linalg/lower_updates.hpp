@@ -9,7 +9,7 @@
 
 namespace cbr {
 
-// Sides of what one thread takes at a time.
+// Sides of one thread's tile.
 constexpr Index update_tile = 256;
 constexpr Index update_tiles(Index n) { return (n + update_tile - 1) / update_tile; }
 
@@ -20,12 +20,12 @@ void subtract_square(const Eigen::Ref<const Matrix>& L, bool share, Eigen::Ref<M
 void subtract_pair(const Eigen::Ref<const Matrix>& W, const Eigen::Ref<const Matrix>& Y, bool share,
                    Eigen::Ref<Matrix> A);
 
-// F_1 = L_1 L_1^T of the first rows of F, as many as it has columns, and L_2 = F_2 L_1^-T of those
-// below, in place: by all threads, each with a BLAS of one. What stands above the diagonal is left
-// alone. False: F_1 is not positive definite.
+// Factors F_1 = L_1 L_1^T, the square top of F, and sets L_2 = F_2 L_1^-T below it, in place. All
+// threads work, each with a BLAS of one. Entries above the diagonal stay. False: F_1 is not
+// positive definite.
 bool factor_columns(Eigen::Ref<Matrix> F);
-// A <- L^-1 A L^-T of a symmetric A, in place: of both the lower triangles are read, and A's alone
-// is written; as above. Half of what two divisions of a whole A take.
+// A <- L^-1 A L^-T of a symmetric A, in place, by all threads. Reads both lower triangles and
+// writes A's alone. Half the cost of two divisions of a whole A.
 void divide_both_sides(const Matrix& L, Eigen::Ref<Matrix> A);
 // Rows of a square from which on both gain.
 constexpr Index worth_tiles = 1024;

@@ -58,7 +58,7 @@ Operand operand(const T& matrix) {
           bool(T::Flags & Eigen::RowMajorBit)};
 }
 
-// Column by column, entries of a column side by side: what Target can name.
+// Column-major with contiguous columns, as Target requires.
 template <class T>
 constexpr bool is_column_major_target =
     (T::RowsAtCompileTime == Eigen::Dynamic) && (T::ColsAtCompileTime == Eigen::Dynamic) &&
@@ -68,7 +68,7 @@ constexpr bool is_column_major_target =
 using ColumnMap = Eigen::Map<const Eigen::MatrixXd, 0, Eigen::OuterStride<>>;
 using RowMap = Eigen::Transpose<const ColumnMap>;
 
-// What f makes of the operand as one of two types.
+// Calls f with the operand as one of two types.
 template <class F>
 void with_map(const Operand& A, F&& f) {
   if (A.transposed) {

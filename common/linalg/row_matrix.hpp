@@ -5,8 +5,8 @@
 
 namespace cbr {
 
-// One row per coordinate, contiguous, as the files have it: what is asked for by a few of its rows
-// (V of a diagonal form).
+// One contiguous row per coordinate, as in the files, for access to a few rows (V of a diagonal
+// form).
 using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 }  // namespace cbr

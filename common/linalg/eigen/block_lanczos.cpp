@@ -133,7 +133,7 @@ class BlockLanczos {
         std::clamp(missing / digits * static_cast<double>(size_ - size_before_), 0.0, most));
   }
 
-  // The share of the work that the next look is at: what is missing converges at the pace so far.
+  // Fraction of the work at the next check, if missing pairs converge at the pace so far.
   void expect_looks(Index converged) {
     constexpr double most_looks = 12;
     const double gained = std::max<double>(1, static_cast<double>(converged - n_converged_)),
@@ -179,7 +179,7 @@ class BlockLanczos {
     const SingleThreadedBlas blas;
     H_ = Matrix::Zero(m_, m_);
     size_ = 0;
-    // One application of the operator takes out most of what no wanted vector has.
+    // One application of the operator damps unwanted eigenvectors.
     Matrix X, R;
     multiply_symmetric(M_, starting_block(n_, b_), X);
     auto first = V_.block(0);
@@ -218,7 +218,7 @@ class BlockLanczos {
       V_.subtract(rest, U);
       h += rest * R;
       multiply_symmetric(M_, U, P_);
-      // It was orthonormal but for round-off and what has just been taken away: once is enough
+      // U was orthonormal before the last subtraction, up to round-off: once is enough
       if (!orthonormalise_both(U, P_, R_again)) return false;
       last_ = R_again * R;
       H_.block(0, size_, columns, b_) = h;
@@ -231,8 +231,8 @@ class BlockLanczos {
     return true;
   }
 
-  // U <- U - V_j (V_j^T M U) - V_j-1 (V_j-1^T M U) of the last two blocks: what it has of others is
-  // round-off. P_: M V_j, then M U.
+  // U <- U - V_j (V_j^T M U) - V_j-1 (V_j-1^T M U) of the last two blocks; components along the
+  // others are round-off. P_: M V_j, then M U.
   Matrix three_terms(Eigen::Ref<Matrix> U) {
     Matrix h = Matrix::Zero(size_ + b_, b_);
     const Matrix own = tall_product(P_, U);
@@ -252,7 +252,7 @@ class BlockLanczos {
     goal_ = k_;
     if (options_.inside) return rayleigh_ritz_inside();
     const auto H = H_.topLeftCorner(size_, size_);
-    // A restart keeps a third of what is beyond k
+    // A restart keeps a third of the vectors beyond k
     const Index wanted = size_ < m_ ? k_ : kept();
     const BlasForWork blas(4.0 * static_cast<double>(size_ * size_ * size_));
     const Eigenpairs pairs =
@@ -291,7 +291,7 @@ class BlockLanczos {
 
   Vector lambda() const { return sigma_ + theta_.head(goal_).cwiseInverse().array(); }
 
-  // The residual of a Ritz pair is what the last block adds: R times the last rows of its vector.
+  // The last block gives the residual of a Ritz pair: R times the last rows of its vector.
   Index n_converged() {
     const Vector residual = (last_ * S_.bottomRows(b_)).colwise().norm();
     // Solves with a shift inside the spectrum lose a little more
@@ -316,7 +316,7 @@ class BlockLanczos {
     return count;
   }
 
-  // What is to be seen of the vectors that were not looked at yet.
+  // Applies `seen` to the vectors that are new since the last call.
   void see() {
     for (; n_seen_ < size_; n_seen_ += b_) {
       const Matrix seen = options_.wanted.seen(V_.block(n_seen_));

@@ -10,8 +10,8 @@
 
 namespace cbr {
 
-// What Lanczos starts from. Not symmetric in any way, so that no eigenvector is orthogonal to it by
-// the mesh's symmetry   (n x columns).
+// Starting block of Lanczos (n x columns). It has no symmetry, so that the mesh's symmetry makes no
+// eigenvector orthogonal to it.
 Matrix starting_block(Index n, Index columns);
 
 struct BlockLanczosOptions {
@@ -19,9 +19,9 @@ struct BlockLanczosOptions {
   Index basis = 0;  // vectors before a restart, 0: chosen from k and `bytes`
   // that the basis may take before its size has a restart, which takes more solves
   double bytes = 1e9;
-  // Residual in the M-norm of a Ritz pair (theta, x) of (K - sigma M)^-1 M, relative to theta; of
-  // pairs far below the largest theta (slender parts: 1e5 times) no more is asked than that one's
-  // round-off, which is in all of them.
+  // Residual in the M-norm of a Ritz pair (theta, x) of (K - sigma M)^-1 M, relative to theta.
+  // Pairs far below the largest theta (slender parts: 1e5 times) only reach its round-off, which
+  // all pairs contain.
   double tolerance = 1e-13;
   PairsWanted wanted;
   Index max_restarts = 200;
@@ -38,14 +38,13 @@ struct BlockLanczosOptions {
   Progress progress;
 };
 
-// The k eigenvalues of K x = lambda M x nearest above sigma (`inside`: nearest to it, ascending,
-// and more than k where those are not enough of one side); `solve` overwrites B (n x m) by (K -
-// sigma M)^-1 B. Everything costly is a product of matrices, and a block finds as many copies of a
-// multiple eigenvalue as it has columns (Grimes, Lewis, Simon 1994, doi 10.1137/S0895479888151111;
-// restarts: Wu, Simon 2000, doi 10.1137/S0895479898334605). The basis is kept M-orthonormal in
-// full. converged is false when restarts ran out or a block became dependent (an invariant
-// subspace, as in a matrix with few distinct eigenvalues): then another method must answer. Phi
-// comes without fixed signs.
+// The k eigenvalues of K x = lambda M x nearest above sigma. `inside`: nearest to it on both sides,
+// ascending, and more than k where one side has too few. `solve` overwrites B (n x m) by (K - sigma
+// M)^-1 B. A block finds as many copies of a multiple eigenvalue as it has columns, by products of
+// matrices. (Grimes, Lewis, Simon 1994, doi 10.1137/S0895479888151111; restarts: Wu, Simon 2000,
+// doi 10.1137/S0895479898334605.) The basis is fully M-orthonormalised. converged: false when
+// restarts ran out or a block became dependent. A block is dependent at an invariant subspace, as
+// in a matrix with few distinct eigenvalues: use another method. Phi comes without fixed signs.
 Eigenpairs block_lanczos(const SparseMatrix& M,
                          const std::function<void(Eigen::Ref<Matrix>)>& solve, double sigma,
                          Index k, const BlockLanczosOptions& options = {});

@@ -33,31 +33,30 @@ struct PairsWanted {
   double others = 1e-4;  // relative
   // A larger tolerance that will do where block_lanczos finds them from one shift.
   double enough = 0;
-  // Or those that are chosen, once all are right to `others`, by what a linear map `seen` makes of
-  // their vectors (n x b -> q x b). choose: the k eigenvalues and what is seen of their vectors (q
-  // x k) -> numbers of pairs. Both or none.
+  // Or pairs chosen by a linear map `seen` of their vectors (n x b -> q x b), once all are right to
+  // `others`. choose: the k eigenvalues and the mapped vectors (q x k) -> numbers of pairs. Both or
+  // none.
   std::function<Matrix(const Eigen::Ref<const Matrix>&)> seen{};
   std::function<std::vector<Index>(const Vector& lambda, const Matrix& seen)> choose{};
 };
 
-// The k eigenvalues nearest to sigma, all of them above it: shift-invert Lanczos about sigma with
+// The k eigenvalues nearest to sigma, all of them above it. Shift-invert Lanczos about sigma with
 // `factor` = Cholesky of K - sigma M (sigma <= 0 for a semi-definite K). M symmetric positive
-// definite. A few modes by ARPACK (dsaupd, mode 3: Lehoucq, Sorensen, Yang 1998,
-// doi 10.1137/1.9780898719628), more by our block_lanczos, whose work is products of matrices, and
-// hundreds by slices of the spectrum (spectrum_slices.hpp). A fixed start: the same input gives the
-// same bytes. An eigenvalue of a higher multiplicity than the Krylov space can tell apart (many
-// identical parts) may come with copies missing: negative_inertia() proves that none is. Where
-// neither can go (k > n / 2, tiny n) the dense solver answers. `ncv`: size of ARPACK's Krylov
-// space, which then is the method whatever k; 0: chosen. `wanted` is for block_lanczos from one
-// shift; others find all pairs to the tolerance.
+// definite. ARPACK finds a few modes (dsaupd, mode 3: Lehoucq, Sorensen, Yang 1998, doi
+// 10.1137/1.9780898719628). block_lanczos finds more by products of matrices, and slices of the
+// spectrum hundreds (spectrum_slices.hpp). A fixed start: the same input gives the same bytes.
+// Copies of an eigenvalue may be missing where its multiplicity is beyond the Krylov space (many
+// identical parts): negative_inertia() excludes that. The dense solver serves where neither can (k
+// > n / 2, tiny n). `ncv`: size of ARPACK's Krylov space and choice of ARPACK for any k; 0:
+// automatic. `wanted` is for block_lanczos from one shift; others find all pairs to the tolerance.
 Eigenpairs sparse_eigenpairs(const SparseMatrix& K, const SparseMatrix& M,
                              const SparseCholesky& factor, double sigma, Index k,
                              double tolerance = 1e-13, Index ncv = 0, const Progress& progress = {},
                              const PairsWanted& wanted = {});
 
-// The k lowest of what is M-orthogonal to Phi (n x m, Phi^T M Phi = I, eigenvectors that are
-// known), by block_lanczos about 0 with `factor` = Cholesky of K: nothing is solved for twice.
-// converged is false where block_lanczos gives up.
+// The k lowest pairs M-orthogonal to the eigenvectors Phi (n x m, Phi^T M Phi = I). block_lanczos
+// about 0 with `factor` = Cholesky of K, so that no pair is computed twice. converged: false where
+// block_lanczos fails.
 Eigenpairs sparse_eigenpairs_beyond(const SparseMatrix& M, const SparseCholesky& factor,
                                     const Matrix& Phi, Index k, double tolerance = 1e-13,
                                     const PairsWanted& wanted = {}, const Progress& progress = {});
@@ -68,18 +67,17 @@ Eigenpairs sparse_eigenpairs_onwards(const SparseMatrix& K, const SparseMatrix& 
                                      const SparseCholesky& factor, const Eigenpairs& known, Index k,
                                      double tolerance = 1e-13, const Progress& progress = {});
 
-// LAPACK on the dense generalised problem A x = lambda B x (n x n, symmetric, lower triangles read,
-// B positive definite): the first k pairs (k = n: all). A and B are overwritten. converged is false
-// when B is not positive definite or LAPACK gave up.
+// LAPACK on the dense generalised problem A x = lambda B x (n x n, symmetric, B positive definite):
+// the first k pairs (k = n: all). Reads lower triangles; overwrites A and B. converged: false when
+// B is not positive definite or LAPACK failed.
 Eigenpairs dense_eigenpairs(Matrix A, Matrix B, Index k);
 // The same with B = I, and with diagonal B (n, > 0), by scaling.
 Eigenpairs dense_eigenpairs(Matrix A, Index k);
 Eigenpairs dense_eigenpairs(Matrix A, const Vector& B, Index k);
 
-// All pairs, or the lowest `count` (from r on), where null vectors are known: the first r have
-// lambda = 0 exactly and span them, the others are orthogonal to them to round-off (in B's
-// product), also those whose lambda is no larger than A's own round-off. Q (n x r, orthonormal): of
-// A.
+// All pairs, or the lowest `count` (from r on), of a problem with given null vectors. The first r
+// have lambda = 0 exactly and span the null space. The others are orthogonal to it to round-off (in
+// B's product), even if lambda is within A's round-off. Q (n x r, orthonormal): of A.
 Eigenpairs dense_eigenpairs_beside(Matrix A, const Matrix& Q, std::optional<Index> count = {});
 // R (n x r, independent columns): of A x = lambda B x.
 Eigenpairs dense_eigenpairs_beside(Matrix A, Matrix B, const Matrix& R,
@@ -90,11 +88,11 @@ void fix_signs(Matrix& Phi);
 
 // y = A x, n-vectors.
 using LinearMap = std::function<void(const Vector& x, Vector& y)>;
-// Largest eigenvalue of M^-1 K, symmetric K and positive definite M (n x n), from above by the
-// residual of Lanczos in the inner product of M (Parlett 1980, 13-2): the critical step of central
-// differences is 2 / sqrt of it. solve_M: y = M^-1 x. Of a held problem x are coordinates of the
-// free directions alone, or both maps drop what is held: parts of x that neither sees grow from
-// product to product (twice the right answer, of a mesh of few nodes).
+// Largest eigenvalue of M^-1 K, symmetric K and positive definite M (n x n). Lanczos in the inner
+// product of M; its residual makes it an upper bound (Parlett 1980, 13-2). The critical step of
+// central differences is 2 / sqrt of it. solve_M: y = M^-1 x. In a constrained problem x has the
+// free coordinates alone, or both maps drop the constrained ones. Components in the null space of
+// both maps grow from product to product (twice the right answer, of a mesh of few nodes).
 double largest_eigenvalue(Index n, const LinearMap& multiply_K, const LinearMap& solve_M);
 
 struct RitzValue {

@@ -31,7 +31,7 @@ bool orthonormalise(Matrix& U, Matrix& P, Matrix& R) {
 
 // V^T M V = I and P = M V of the basis, H = V^T M K^-1 M V
 struct Basis {
-  // last: what couples the newest block, which H does not have yet, to the one before
+  // last: couples the newest block, which H does not have yet, to the one before
   Matrix V, P, H, last;
   Index size = 0;  // columns of V in H
 
@@ -55,7 +55,7 @@ Eigenpairs lanczos_below(Index n, Index n_rigid,
   pairs.method = "block lanczos";
   if (most < 2 * b) return pairs;
   Basis B;
-  // One application of the operator takes out most of what no wanted vector has.
+  // One application of the operator damps unwanted eigenvectors.
   Matrix U = multiply_M(starting_block(n, b)), R, R_again;
   solve(U);
   Matrix P = multiply_M(U);
@@ -87,8 +87,7 @@ Eigenpairs lanczos_below(Index n, Index n_rigid,
       B.H.block(B.size, columns, b, b) = B.last.transpose();
       B.size = columns;
     }
-    // H S = S diag(theta), theta descending; the residual of a Ritz pair is what the last block
-    // adds
+    // H S = S diag(theta), theta descending; the last block gives the residual of a Ritz pair
     const Index m = B.size;
     const Matrix H = 0.5 * (B.H.topLeftCorner(m, m) + B.H.topLeftCorner(m, m).transpose());
     const Eigenpairs ritz = dense_eigenpairs(-H, Vector(Vector::Ones(m)), m);

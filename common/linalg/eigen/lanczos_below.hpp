@@ -17,14 +17,13 @@ struct LanczosBelowOptions {
                              // value, or the largest one's round-off
 };
 
-// Block Lanczos without restarts on K^-1 M, M-orthonormal in full (Grimes, Lewis, Simon 1994,
-// doi 10.1137/S0895479888151111): a vector takes one product with M and one with K^-1. multiply_M:
-// M X; `solve` overwrites B by K^-1 B (n x q both); where it answers with the elastic flexibility
-// of a body that floats (rank n - n_rigid), the rigid motions are left out. Ends when an eigenvalue
-// above `bound` has converged, or options.count of them have: lambda holds all that have,
-// ascending. converged is false when the basis was full before, or a block became dependent; as
-// with any Krylov method copies of multiple eigenvalues may be missing, which only a count can
-// exclude.
+// Block Lanczos without restarts on K^-1 M, fully M-orthonormalised (Grimes, Lewis, Simon 1994, doi
+// 10.1137/S0895479888151111). A vector costs one product with M and one with K^-1. multiply_M: M X;
+// `solve` overwrites B by K^-1 B (n x q both). For a free body `solve` applies the elastic
+// flexibility (rank n - n_rigid), which excludes rigid motions. Ends when an eigenvalue above
+// `bound`, or options.count of them, have converged: lambda holds all that have, ascending.
+// converged: false when the basis was full before, or a block became dependent. Copies of multiple
+// eigenvalues may be missing, as with any Krylov method; only a count excludes that.
 Eigenpairs lanczos_below(Index n, Index n_rigid,
                          const std::function<Matrix(const Eigen::Ref<const Matrix>&)>& multiply_M,
                          const std::function<void(Eigen::Ref<Matrix>)>& solve, double bound,

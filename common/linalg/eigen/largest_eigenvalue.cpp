@@ -11,8 +11,8 @@
 namespace cbr {
 namespace {
 
-// From p and q = M^-1 p: p_i ~ M_ii^1/2, as far as q tells, where masses differ so much that some
-// coordinates (the rotations of a faint shell) would drown the others in round-off.
+// From p and q = M^-1 p: p_i ~ M_ii^1/2 as estimated by q, where masses differ widely. Else
+// round-off of some coordinates (the rotations of a faint shell) exceeds the others.
 void balance(const LinearMap& solve_M, Vector& p, Vector& q) {
   constexpr double alike = 1e10;
   double least = HUGE_VAL, most = 0;
@@ -38,9 +38,9 @@ void balance(const LinearMap& solve_M, Vector& p, Vector& q) {
 }  // namespace
 
 RitzValue largest_ritz_value(const Vector& alpha, const Vector& beta, Index n) {
-  // Eigen's QR of tridiagonal matrices compares squares of what is beside the diagonal with the
-  // diagonal (3.4): only entries near 1 are judged right, at 1e3 it may not converge, and then its
-  // values are in no order.
+  // Eigen's QR of tridiagonal matrices compares squares of off-diagonal entries with the diagonal
+  // (3.4). It judges only entries near 1 rightly. At 1e3 it may not converge, and then its values
+  // are unsorted.
   double unit = alpha.head(n).cwiseAbs().maxCoeff();
   if (n > 1) unit = std::max(unit, beta.head(n - 1).cwiseAbs().maxCoeff());
   if (!alpha.head(n).allFinite() || !beta.head(n - 1).allFinite()) return {NAN, NAN};
@@ -71,8 +71,8 @@ double largest_eigenvalue(Index n, const LinearMap& multiply_K, const LinearMap&
   p /= norm;
   RitzValue bound;
   for (Index j = 0; j < steps; ++j) {
-    // p_j+1 = K q_j - alpha_j p_j - beta_j-1 p_j-1, and q_j+1 solved from it: were both continued
-    // by recurrences they would drift apart, and Ritz values rise above the spectrum.
+    // p_j+1 = K q_j - alpha_j p_j - beta_j-1 p_j-1, and q_j+1 solved from it. Separate recurrences
+    // of both would drift apart and raise Ritz values above the spectrum.
     multiply_K(q, Kq);
     if (j > 0) Kq -= beta[j - 1] * p_before;
     alpha[j] = q.dot(Kq);

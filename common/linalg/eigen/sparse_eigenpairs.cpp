@@ -28,7 +28,7 @@ constexpr double orthonormality = 1e-13;
 // From here on blocks win (docs/decisions/eigen-crossover.md).
 constexpr Index least_for_blocks = 10;
 
-// What ARPACK's reverse communication asks for, as two functions of n-vectors.
+// Operators of ARPACK's reverse communication, as two functions of n-vectors.
 struct Operator {
   Index n = 0;
   a_int mode = 1;  // 1: A x; 3: (K - sigma M)^-1 M x
@@ -91,8 +91,8 @@ class Arpack {
       if (ido == 99) break;
       answer(ido);
     }
-    // 1: too many restarts, 3: no shifts could be applied; what has converged by then is handed
-    // over.
+    // 1: too many restarts, 3: no shifts could be applied; pairs that converged by then are
+    // returned.
     if (info < 0)
       throw RunError("eigensolver ARPACK dsaupd failed with code " + std::to_string(info));
     return extract();
@@ -230,8 +230,8 @@ Eigenpairs dense_answer(const SparseMatrix& K, const SparseMatrix& M, Index k) {
   return dense_eigenpairs(Matrix(K), Matrix(M), k);
 }
 
-// Half of what the factor takes, as a solve reads all of that, but no more than a quarter of what
-// it leaves of the memory.
+// Half of the factor's bytes, as a solve reads all of them, but at most a quarter of the memory
+// beside it.
 double bytes_of_basis(const SparseCholesky& factor) {
   return std::max(1e9,
                   std::min(0.5 * factor.bytes(), 0.25 * (machine_memory_bytes() - factor.bytes())));
@@ -340,8 +340,8 @@ Eigenpairs sparse_eigenpairs_beyond(const SparseMatrix& M, const SparseCholesky&
     factor.solve(M_phi.data(), x.data());
     options.largest = M_phi.dot(x);  // 1 / lambda_1
   }
-  // P K^-1 with P = I - Phi Phi^T M: what is known has the eigenvalue 0 there, the farthest from
-  // those that are looked for
+  // P K^-1 with P = I - Phi Phi^T M: known eigenvectors have the eigenvalue 0 there, the farthest
+  // from the wanted ones
   Eigenpairs pairs = block_lanczos(
       M,
       [&](Eigen::Ref<Matrix> B) {

@@ -17,8 +17,8 @@ namespace {
 // Slices are cut at the widest gap of the last so many pairs: vectors of two slices are orthogonal
 // to their residuals over the gap. So many on both sides of a cut are looked at.
 constexpr Index cut_among = 8;
-// Shifts that are tried for one slice: one may be too far off, at an eigenvalue, or leave so small
-// pivots that the solves lose digits.
+// Shifts tried for one slice. A shift may be too far off, or at an eigenvalue, or its small pivots
+// cost the solves digits.
 constexpr int most_shifts = 8;
 
 class Slices {
@@ -116,7 +116,7 @@ class Slices {
   }
 
   bool about(double sigma, SignedFactor& factor, Index below, Index width) {
-    // One more tells where to cut
+    // One more, to find the gap to cut at
     const Index above = std::max<Index>(std::min(width, k_ - have_ + 1) - below, 2);
     BlockLanczosOptions options = options_for(below + above);
     options.max_restarts = 0;  // its basis is large enough for none
@@ -132,7 +132,7 @@ class Slices {
     return true;
   }
 
-  // Whether the lowest of a slice are others than the last ones before it.
+  // False when the lowest vectors of a slice repeat the last ones before it.
   bool is_new(const Eigen::Ref<const Matrix>& Phi) const {
     constexpr double alike = 1e-6;
     if (Phi.cols() == 0) return true;

@@ -8,9 +8,9 @@
 
 namespace cbr {
 
-// Columns of length n, kept in panels: more of them move none. Products go by slabs of rows on our
-// own threads, and their sums are those of fixed parts, so that the bytes do not depend on how many
-// threads there are. BLAS must have one thread meanwhile.
+// Columns of length n in panels, so that growth copies nothing. Our own threads multiply slabs of
+// rows and sum fixed parts: the bytes do not depend on the number of threads. BLAS must have one
+// thread meanwhile.
 class TallBasis {
  public:
   // Columns come in blocks of `block`, at most `most` of them.

@@ -15,8 +15,8 @@ typedef double Lanes __attribute__((vector_size(width * sizeof(double))));
 // processor reads ahead.
 constexpr Index together = 8;
 
-// L is asked for this many numbers (4 kB) before it is needed: into the second cache, as a request
-// for the first waits in the queue that all other reads need.
+// Prefetch distance in L (4 kB). Into the second cache, as requests for the first queue with all
+// other reads.
 constexpr Index ahead = 512;
 constexpr int into_second_cache = 2, to_be_read = 0;
 
@@ -25,7 +25,7 @@ constexpr int into_second_cache = 2, to_be_read = 0;
 #define CBR_UNROLL _Pragma("GCC unroll 8")
 #define CBR_INLINE inline __attribute__((always_inline))
 
-// Asks for what is `skip` numbers behind row i of so many columns: one line at each call, all of
+// Prefetches entries `skip` numbers behind row i of so many columns: one line at each call, all of
 // them in `rows` calls.
 template <Index columns>
 CBR_INLINE void fetch(const double* L, Index stride, Index skip, Index i) {

@@ -12,9 +12,9 @@
 namespace cbr {
 namespace {
 
-// Most rows of a block: of four columns of X and of Y they fit the second cache (256 kB) beside
-// what streams through; longer pieces of a column mean fewer pages. Two blocks or more for each
-// part, so that the parts are of a size.
+// Most rows of a block: four columns each of X and Y fit the second cache (256 kB) beside S. Longer
+// pieces of a column touch fewer pages. Each part has two blocks or more, so that parts are of
+// similar size.
 constexpr Index most_block_rows = 4096;
 // Blocks are dealt to this many partial sums, whatever the number of threads.
 constexpr int n_parts = 4;
@@ -96,7 +96,7 @@ inline void product(const Strip& a, const double (&x)[strip][4], double (&dot)[s
   product_4(a, x, dot);
 }
 
-// The rows [first, last) of the lower triangle, and what they stand for above it.
+// The rows [first, last) of the lower triangle, and their mirror images above it.
 template <int m>
 void add_block(const Matrix& S, const double* X, Index first, Index last, double* Y) {
   const Index n = S.rows();

@@ -6,8 +6,8 @@
 namespace cbr {
 
 // Y += S X of a symmetric S (n x n, only the lower triangle is read), X and Y n x m with few
-// columns. What counts is reading S: half of it is read once for up to four columns, 4 n^2 bytes,
-// by up to `threads` threads. The sums do not depend on the number of threads.
+// columns. Reading S dominates the cost: 4 n^2 bytes for up to four columns, by up to `threads`
+// threads. The sums do not depend on the number of threads.
 void add_symmetric_product(const Matrix& S, const Matrix& X, Matrix& Y, int threads = 1);
 
 }  // namespace cbr

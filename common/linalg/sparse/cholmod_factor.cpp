@@ -178,8 +178,8 @@ void CholmodFactor::analyze(const SparseMatrix& A, const std::vector<Index>& las
 
 void CholmodFactor::analyze_rows(const SparseMatrix& A) {
   cholmod_sparse view = lower_view(A);
-  // METIS draws from the C library's random numbers, which it seeds itself: one ordering at a
-  // time, so that the same matrix gives the same factor whatever other threads do.
+  // METIS seeds and draws the C library's random numbers. One ordering at a time keeps the factor
+  // of a matrix independent of other threads.
   static std::mutex one_at_a_time;
   const std::lock_guard lock(one_at_a_time);
   h_->L = cholmod_l_analyze(&view, &h_->common);
@@ -216,7 +216,7 @@ void CholmodFactor::factorize(const SparseMatrix& A, const std::vector<Index>& l
   analyze(A, last, nodes);
   if (h_->L->is_super != 0 && h_->common.fl > worth_fronts && factorize_by_fronts(A, progress))
     return;
-  // Also where it is not positive definite: CHOLMOD tells the first column that fails
+  // Also where it is not positive definite: CHOLMOD reports the first column that fails
   cholmod_sparse view = lower_view(A);
   const BlasForWork blas(h_->common.fl);
   cholmod_l_factorize(&view, h_->L, &h_->common);
@@ -261,8 +261,8 @@ bool CholmodFactor::condense(const SparseMatrix& K, const SparseMatrix& M,
   return true;
 }
 
-// Whether elimination with `last` in its rows, of K and M, takes less time than the factor of
-// K_II alone and two solves of each constraint mode, or one and the product of all.
+// True when elimination of K and M with `last` in its rows is faster than the factor of K_II alone
+// and the constraint modes. Those cost two solves each, or one and the product of all.
 bool CholmodFactor::is_cheaper(Index n_I, double& more_flops) const {
   const SupernodalFactor f = view();
   const auto c = static_cast<double>(f.n - n_I);

@@ -26,8 +26,8 @@ class CholmodFactor {
   explicit CholmodFactor(Kind kind);
   ~CholmodFactor();
 
-  // The order of elimination that costs least on the graph of nodes (or of rows), and what follows
-  // from it for A. `last`, `nodes`: as of SparseCholesky.
+  // The cheapest order of elimination on the graph of nodes (or of rows), and the symbolic factor
+  // of A. `last`, `nodes`: as of SparseCholesky.
   void analyze(const SparseMatrix& A, const std::vector<Index>& last = {},
                std::vector<Index> nodes = {});
   void factorize(const SparseMatrix& A, const std::vector<Index>& last, const Progress& progress,

@@ -14,19 +14,19 @@ struct SupernodePattern {
   std::vector<Index> super, pi, px, rows;
 };
 
-// A supernode is stored as a rectangle, with the unused half of its diagonal block: for the wide
-// separators of solids a third more memory than the factor's entries. Those of more than `widest`
-// columns become pieces of nearly the same width, each a supernode that begins with its own rows of
-// the list that they share. The factor that the pattern holds is the same. `boundary`: a column at
-// which a supernode begins, whatever its width.
+// Splits supernodes of more than `widest` columns into pieces of nearly the same width. A supernode
+// is a rectangle with an unused half of its diagonal block: for wide separators of solids a third
+// more memory. Each piece is a supernode that begins with its own rows of the shared list. The
+// factor of the pattern is the same. `boundary`: a column at which a supernode begins, whatever its
+// width.
 SupernodePattern cut_supernodes(const SupernodalFactor& factor, Index widest, Index boundary = 0);
 
 // The supernodes of the first n columns alone, where one ends there: without px, as their values
 // stay where they are.
 SupernodePattern leading_pattern(const SupernodalFactor& factor, Index n);
 
-// What a factorisation and a solve allocate for a pattern, as entries of a matrix and of a vector;
-// at least 1.
+// Allocations of a factorisation and of a solve for a pattern, as entries of a matrix and of a
+// vector; at least 1.
 struct SupernodeWorkspace {
   // of one supernode by another: rows from the first they share on, times the rows they share
   Index largest_update = 1;

@@ -72,7 +72,7 @@ Fronts::Outcome Fronts::run() {
   std::vector<Index> position(static_cast<std::size_t>(f_.n), -1);
   std::size_t subtree = 0;
   for (const Index s : top_) {
-    // The subtrees below it first, and no others: what waits for a parent takes memory
+    // Only the subtrees below it first: updates that wait for a parent use memory
     std::size_t last = subtree;
     while (last < subtrees_.size() && subtrees_[last].last < s) ++last;
     eliminate_subtrees(subtree, last);
@@ -133,7 +133,7 @@ void Fronts::plan() {
   std::iota(top_.begin(), top_.end(), Index{0});
 }
 
-// The frontal matrices, their pivots eliminated; what is left of them waits for the parent.
+// The frontal matrices, their pivots eliminated; their Schur complements wait for the parent.
 void Fronts::front(Index s, std::vector<Index>& position, bool alone) {
   const Front& own = fronts_[static_cast<std::size_t>(s)];
   for (Index i = 0; i < own.height; ++i) position[static_cast<std::size_t>(own.rows[i])] = i;

@@ -39,16 +39,15 @@ struct Front {
   Index below() const { return height - columns; }
 };
 
-// What a front has of one matrix. F (height x columns, lower): columns of the matrix with all that
-// was eliminated before taken off. `rest` (below x below, lower triangle): what goes on to the
-// parent.
+// A front's part of one matrix. F (height x columns, lower): columns of the matrix less the updates
+// of earlier pivots. `rest` (below x below, lower triangle): the Schur complement for the parent.
 struct FrontMatrix {
   Matrix F, rest;
 };
 
-// Fronts in the order of the tree. Subtrees go side by side, each on one thread; the fronts above
-// them follow one by one with BLAS's threads. Neither the work nor its order depends on the number
-// of threads. What is done with a front's pivots is the heir's.
+// Fronts in the order of the tree. Subtrees run in parallel, each on one thread; the fronts above
+// follow one by one with BLAS's threads. Neither the work nor its order depends on the number of
+// threads. A derived class eliminates the pivots.
 class Fronts {
  public:
   // All must outlive the object; the matrices are permuted as the tree's factor is. From column
@@ -66,9 +65,9 @@ class Fronts {
 
   const SupernodalFactor& factor() const { return f_; }
   const ShiftedMatrix& matrix() const { return matrices_.front(); }
-  // Takes from each matrix' `rest` what these pivots take, or collects columns that are kept. False
-  // stops the whole. Called by several threads, but for a front that is `alone`: it is large, and
-  // all threads are free.
+  // Subtracts these pivots' updates from each matrix' `rest`, or collects kept columns. False stops
+  // the factorisation. Several threads call it, except for a front that is `alone`: it is large,
+  // and all threads are free.
   virtual bool eliminate(const Front& front, std::vector<FrontMatrix>& of, bool alone) = 0;
 
  private:
@@ -94,7 +93,7 @@ class Fronts {
   std::vector<Subtree> subtrees_;
   std::vector<Index> top_;
   std::atomic<bool> stopped_{false}, foreign_{false};
-  Progress progress_;  // told by the thread that runs
+  Progress progress_;  // reported by the thread that runs
   std::thread::id runs_;
   double all_flops_ = 0;
   std::atomic<double> done_flops_{0};

@@ -11,8 +11,8 @@
 namespace cbr {
 namespace {
 
-// Shares are even enough when the largest exceeds their mean by this; what all threads share takes
-// more steps, and so is no more than this part of the work.
+// Loads are even when the largest exceeds their mean by no more than this. The part that all
+// threads solve together needs more steps, which limits its fraction of the work.
 constexpr double even_enough = 1.05, most_at_top = 0.9;
 constexpr std::size_t most_subtrees = 256;
 // Columns of a supernode that one thread solves for while the others wait: some microseconds.
@@ -20,7 +20,7 @@ constexpr Index shared_block = 4 * SupernodeTree::tile;
 // Entries of L that are worth a piece of work of their own: ten microseconds.
 constexpr double worth_a_piece = 32768;
 
-// The largest to whoever has least; loads: of each thread. Who gets which.
+// Owner of each subtree: the largest goes to the thread with the least load.
 std::vector<int> dealt(const std::vector<Index>& subtrees, const std::vector<double>& work,
                        std::vector<double>& loads) {
   std::fill(loads.begin(), loads.end(), 0.0);
@@ -57,7 +57,7 @@ SharedSolve::SharedSolve(const SupernodeTree& tree, int threads, Vector signs)
   plan();
 }
 
-// Roots of subtrees go to the top, the largest first, until what is left can be shared evenly.
+// Moves roots of subtrees to the top, the largest first, until the rest divides evenly.
 void SharedSolve::share_out() {
   const SupernodalFactor& f = tree_.factor();
   const auto n = static_cast<std::size_t>(f.n_super);
@@ -135,7 +135,7 @@ std::vector<SharedSolve::Run> SharedSolve::runs(double least) const {
   return made;
 }
 
-// What is done at every solve, in its order.
+// The steps of every solve, in their order.
 void SharedSolve::plan() {
   const std::vector<Run> parts = runs(4 * worth_a_piece);
   for (std::size_t t = 0; t < own_.size(); ++t) work_.add([this, t](int) { begin(t); });
@@ -151,7 +151,7 @@ void SharedSolve::plan() {
     });
 }
 
-// Blocks of columns, and what they take from the rows after them.
+// Blocks of columns, and their updates of the rows below.
 void SharedSolve::plan_forward(Index s) {
   const SupernodalFactor& f = tree_.factor();
   const Index columns = f.columns(s), height = f.height(s);
@@ -230,7 +230,7 @@ void SharedSolve::apply_signs(Index first, Index columns, Matrix& X_t) const {
     if (signs_(j) < 0) X_t.col(j) = -X_t.col(j);
 }
 
-// A thread's subtrees, and what they take from the rows above them.
+// A thread's subtrees, and their updates of the rows above them.
 void SharedSolve::begin(std::size_t t) {
   const SupernodalFactor& f = tree_.factor();
   Matrix& X_t = panels_[t];
@@ -250,7 +250,7 @@ void SharedSolve::end(std::size_t t) {
   for (const Index s : own_[t].supernodes) store(s, X_t);
 }
 
-// What the threads have taken from rows of the top, in the threads' order.
+// Sums the threads' updates of rows of the top, in the threads' order.
 void SharedSolve::gather(const Run& run) {
   const SupernodalFactor& f = tree_.factor();
   for (std::size_t i = run.first; i < run.last; ++i) {

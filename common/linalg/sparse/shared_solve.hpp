@@ -54,7 +54,7 @@ class SharedSolve {
   std::vector<PanelSolver> solvers_;
   std::vector<Matrix> scratch_;  // of each thread, narrow::width x the longest supernode
   PhasedWork work_;
-  // What is being solved for
+  // Right-hand sides, overwritten by the solution
   double* X_ = nullptr;
   Index stride_ = 0, columns_ = 0;
 };

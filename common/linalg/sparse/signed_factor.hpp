@@ -16,8 +16,8 @@ namespace cbr {
 // negative pivots. These are chosen among the neighbours of a front (supernodal_ldl.hpp).
 class SignedFactor {
  public:
-  // In the order of `like`, the factor of a matrix with the pattern of K and M (n x n, both
-  // triangles stored), which must outlive this one.
+  // In the elimination order of `like`, which must outlive this object. `like`: factor of a matrix
+  // with the pattern of K and M (n x n, both triangles stored).
   SignedFactor(const SparseMatrix& K, double sigma, const SparseMatrix& M,
                const SparseCholesky& like);
   SignedFactor(const SignedFactor&) = delete;

@@ -15,7 +15,7 @@
 
 namespace cbr {
 
-// K and M of what is eliminated last, all else condensed statically   (c x c); flops beyond those
+// K and M condensed statically to the dofs that are eliminated last   (c x c); flops beyond those
 // of the factor.
 struct Condensed {
   Matrix K, M;
@@ -38,11 +38,11 @@ class SparseCholesky {
   // The factor of A without the rows `last`: the first columns of this one, of which it takes the
   // memory, not a copy. It may be fine where this one is not, as rows outside `last` come first.
   SparseCholesky leading() const;
-  // leading() of K, whose rows `last` are not factored. What it does to them comes with it: K and M
-  // (both n x n, both triangles stored) condensed to `last`, T^T K T and T^T M T with T = [-K_II^-1
-  // K_IC; 1]   (c x c, symmetric; Guyan 1965, doi 10.2514/3.2874). None: solves of the constraint
-  // modes cost less (by flops, unless `always`), or there is no memory for the fronts, or K_II is
-  // not positive definite, or M has an entry where K has none.
+  // leading() of K without factoring the rows `last`, and K and M condensed to them (Guyan 1965,
+  // doi 10.2514/3.2874). Condensed: T^T K T and T^T M T with T = [-K_II^-1 K_IC; 1]   (c x c,
+  // symmetric). K and M: n x n, both triangles stored. None when solves of the constraint modes
+  // cost less (by flops, unless `always`), or memory is too small for the fronts. None also when
+  // K_II is not positive definite, or M has an entry where K has none.
   static std::optional<SparseCholesky> condensing(const SparseMatrix& K, const SparseMatrix& M,
                                                   const std::vector<Index>& last,
                                                   Condensed& condensed, bool always = false,
@@ -52,15 +52,14 @@ class SparseCholesky {
   SparseCholesky& operator=(SparseCholesky&&) noexcept;
 
   bool ok() const;
-  // min over the columns of L_jj^2 / A_jj, and the column of A where it is: what elimination left
-  // of the diagonal. Independent of units and of stiffness ratios between parts, so it is the test
-  // for a singular A that round-off let pass (below 1e-13). Not ok(): 0, and the column whose pivot
-  // was not positive.
+  // min over the columns of L_jj^2 / A_jj, the pivot relative to the diagonal of A, and its column.
+  // Independent of units and of stiffness ratios between parts, hence a test for a singular A that
+  // passed by round-off (below 1e-13). Not ok(): 0, and the column whose pivot was not positive.
   double smallest_pivot() const;
   Index weakest_column() const;
   Index n_rows() const;
   double n_nonzeros() const;  // of L
-  double bytes() const;       // of memory: with what its rectangles hold beside these
+  double bytes() const;       // of memory: with the unused entries of its rectangles
   double flops() const;       // of the factorisation
 
   Matrix solve(const Matrix& B) const;              // A X = B, n x m
@@ -78,22 +77,21 @@ class SparseCholesky {
   std::unique_ptr<Impl> impl_;
 };
 
-// What SparseCholesky would take, found from the pattern alone. `nodes` (n x n, lower triangle with
-// its diagonal, values ignored) has an entry where two nodes share an element; each node stands for
+// Costs of SparseCholesky, estimated from the pattern alone. `nodes` (n x n, lower triangle with
+// its diagonal, values ignored) has an entry where two nodes share an element. Each node stands for
 // `dofs` columns that all meet. The order of elimination is that of the nodes, so that the figures
-// may differ by some percent from those of a factorisation.
+// may differ by some percent from a factorisation's.
 struct FactorCost {
   double n_nonzeros = 0, flops = 0;
   std::vector<Index> order{};  // of the nodes, by which it was counted
 };
 FactorCost factor_cost(const SparseMatrix& nodes, Index dofs);
 
-// Number of negative pivots of L D L^T = A, by Sylvester the number of eigenvalues below zero; -1
-// when a pivot vanished, which for A = K - sigma M means that sigma is an eigenvalue (to round-off)
-// or that the order of elimination met a singular leading part: move sigma a little. Costs about as
-// much as a factorisation. Both triangles are stored. `like`: the factor of a matrix with (at
-// least) the pattern of A, whose order of elimination then serves; where A has an entry that it
-// lacks a new order is found.
+// Number of negative pivots of L D L^T = A, by Sylvester the number of eigenvalues below zero. -1
+// when a pivot vanished: shift sigma of A = K - sigma M a little. Then sigma is an eigenvalue (to
+// round-off), or the order of elimination met a singular leading part. Costs about as much as a
+// factorisation. Both triangles are stored. `like`: factor of a matrix with (at least) the pattern
+// of A, for its order of elimination. Where A has an entry that `like` lacks, a new order is found.
 Index negative_inertia(const SparseMatrix& A, const SparseCholesky* like = nullptr);
 // Of K - sigma M, which is not formed with a `like` that serves.
 Index negative_inertia(const SparseMatrix& K, double sigma, const SparseMatrix& M,

@@ -17,9 +17,9 @@ namespace {
 // Columns of a panel that are moved at a time: a line of the cache.
 constexpr Index line = 8;
 
-// OpenBLAS has a kernel for small products that packs nothing, up to this many multiplications.
-// Where few columns of L meet a panel it is the faster one, and its slab of the panel is still in
-// the cache when it is scattered.
+// OpenBLAS has a kernel for small products that packs nothing, up to this many multiplications. It
+// is faster where few columns of L meet a panel, and keeps the panel's slab in the cache for the
+// scatter.
 constexpr Index small_product = 1000000, most_small_columns = 200;
 constexpr Index forward_slab = 64, backward_slab = 16;
 

@@ -9,10 +9,9 @@
 
 namespace cbr {
 
-// P A P^T = L L^T by supernodes, in postorder: columns super[s] .. super[s + 1] - 1 of L share the
-// rows rows[pi[s]] .. rows[pi[s + 1] - 1], of which the first are these columns themselves; their
-// values stand column by column from x[px[s]] on (x is null: the pattern alone). A view: whoever
-// made it owns it.
+// P A P^T = L L^T by supernodes, in postorder. Columns super[s] .. super[s + 1] - 1 of L share the
+// rows rows[pi[s]] .. rows[pi[s + 1] - 1], first these columns themselves. Their values follow
+// column by column from x[px[s]] on (x is null: the pattern alone). A view, which owns nothing.
 struct SupernodalFactor {
   Index n = 0, n_super = 0;
   const Index *super = nullptr, *pi = nullptr, *px = nullptr, *rows = nullptr;
@@ -27,7 +26,7 @@ struct SupernodalFactor {
   Index stride(Index s) const { return (px[s + 1] - px[s]) / columns(s); }
 };
 
-// Supernodes that a solve visits, in ascending order, and what it costs.
+// Supernodes that a solve visits, in ascending order, and its cost.
 struct SupernodeSet {
   std::vector<Index> supernodes;
   double flops_per_column = 0;  // of a forward or of a backward solve
@@ -40,16 +39,16 @@ class SupernodeTree {
   explicit SupernodeTree(const SupernodalFactor& factor);
 
   const SupernodalFactor& factor() const { return factor_; }
-  // Rows in the order of elimination -> the supernodes that hold them and all their ancestors:
-  // where L^-1 b is not zero when b is zero elsewhere, and all that L^-T y needs where only these
-  // rows of it are wanted (Gilbert, Liu 1993, doi 10.1137/0614019).
+  // Rows in the order of elimination -> the supernodes that hold them and all their ancestors. L^-1
+  // b vanishes elsewhere if b has only these rows. These rows of L^-T y need no others (Gilbert,
+  // Liu 1993, doi 10.1137/0614019).
   SupernodeSet reach(const std::vector<Index>& rows) const;
   const SupernodeSet& all() const { return all_; }
   Index parent(Index s) const { return parent_[static_cast<std::size_t>(s)]; }  // -1: a root
 
-  // The diagonal blocks of L are solved with through the inverses of their own diagonal tiles, as
-  // products run at three times the rate of dtrsm on few columns. A triangular inverse leaves a
-  // residual as small as substitution does (Higham 2002, 14.2).
+  // Solves with diagonal blocks of L use the inverses of their diagonal tiles, as products run at
+  // three times the rate of dtrsm on few columns. A triangular inverse leaves a residual as small
+  // as substitution does (Higham 2002, 14.2).
   static constexpr Index tile = 32;
   // L_tt^-1 of the tile that begins with this column of L, `tile` apart from the supernode's first
   // (leading dimension tile)
@@ -65,16 +64,16 @@ class SupernodeTree {
   SupernodeSet all_;
 };
 
-// Solves of one thread; keeps its workspace. Panels are transposed, X^T (width x n), and their
-// columns in the order of elimination, so that a row of X is contiguous: gathers and scatters move
-// whole lines, and every supernode is a few products of tiles and one dgemm.
+// Solves of one thread, with its workspace. Panels are transposed, X^T (width x n), with columns in
+// the order of elimination, so that a row of X is contiguous. Gathers and scatters copy whole
+// lines, and every supernode is a few products of tiles and one dgemm.
 class PanelSolver {
  public:
   PanelSolver(const SupernodeTree& tree, Index width);
 
-  // Panels of exactly narrow::width rows with that stride, which need not all be wanted, go without
-  // BLAS when the solver's width is narrow::width too. X <- L^-1 X; supernodes that are not in the
-  // set are neither read nor written, and X must be zero there.
+  // X <- L^-1 X. Supernodes outside the set are neither read nor written, and X must be zero there.
+  // Panels of narrow::width rows with that stride bypass BLAS when the solver's width is
+  // narrow::width too; unwanted rows are allowed.
   void forward(Eigen::Ref<Matrix> X_t, const SupernodeSet& set);
   // X <- L^-T X on the supernodes of the set, which must hold the ancestors of each; X is not
   // touched elsewhere.

@@ -52,7 +52,7 @@ class Factoriser final : public Fronts {
     return true;
   }
 
-  // What the columns of C have in the end.
+  // Stores the final columns of C.
   void collect(const Front& front, const std::vector<FrontMatrix>& of, bool alone) {
     for (std::size_t a = 0; a < of.size(); ++a) {
       share_columns(front.columns, alone, [&](Index j) {
@@ -62,9 +62,9 @@ class Factoriser final : public Fronts {
     }
   }
 
-  // With F = [L_1; L_2] and the mass [E; G]: W = L_2 L_1^-1 is minus what the rows below move the
-  // pivots by, transposed. T^T M T takes W Y^T + Y W^T from the mass of these rows, Y = G - W E / 2
-  // (below x columns). W takes the place of L_2.
+  // With F = [L_1; L_2] and the mass [E; G]: W = L_2 L_1^-1 overwrites L_2. -W^T are the pivots'
+  // displacements due to the rows below. T^T M T subtracts W Y^T + Y W^T from the mass of these
+  // rows, Y = G - W E / 2 (below x columns).
   static void condense_mass(const Front& front, Matrix& F, bool alone, FrontMatrix& mass) {
     const Index columns = front.columns, below = front.below();
     const int p = as_int(columns), height = as_int(front.height), m = as_int(below);

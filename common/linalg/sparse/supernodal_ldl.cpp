@@ -13,8 +13,8 @@
 namespace cbr {
 namespace {
 
-// Pivots eliminated one by one before a product takes over; columns of a front before those after
-// them are looked at; columns of a product with one triangle of its result.
+// Pivots eliminated one by one before a product; columns of a front that are eliminated before the
+// next are updated; columns of a product with one triangle of its result.
 constexpr Index pivot_block = 32, front_block = 128, update_block = 192;
 
 // Pivots above this share of the matrix' own diagonal enlarge no entry by much.
@@ -68,8 +68,8 @@ bool eliminate_square(Eigen::Ref<Matrix> A, const double* limit) {
   return true;
 }
 
-// The same, the largest of what is left of the diagonal first, in units of `scale`.
-// order[i]: the column of A that is pivot i.
+// The same with the largest remaining diagonal entry as pivot, in units of `scale`. order[i]: the
+// column of A that is pivot i.
 bool eliminate_by_size(Eigen::Ref<Matrix> A, const double* limit, const double* scale,
                        std::vector<Index>& order) {
   const Index n = A.rows();
@@ -160,8 +160,8 @@ class Eliminator final : public Fronts {
     }
   }
 
-  // In place, and in an order of its own where pivots are small in the given one, as they may be
-  // between negative and positive ones. order: empty, or the column that each pivot was.
+  // In place. Reorders pivots that are small in the given order, as they may be between negative
+  // and positive ones. order: empty, or the column that each pivot was.
   bool eliminate_pivots(Eigen::Ref<Matrix> A, Index first, std::vector<Index>& order) {
     const double *limit = limit_.data() + first, *scale = scale_.data() + first;
     const Matrix before = A;
@@ -186,7 +186,7 @@ class Eliminator final : public Fronts {
     const Index height = F.rows(), columns = F.cols();
     for (Index j = 0; j < columns; j += front_block) {
       const Index size = std::min(front_block, columns - j), after = j + size;
-      // What the pivots before have left: A - L (L D)^T
+      // Schur complement of the earlier pivots: A - L (L D)^T
       const Matrix LD = F.block(j, 0, size, j) * F.diagonal().head(j).asDiagonal();
       const auto subtract = [&](Index row, Index rows) {
         if (j > 0)
