@@ -10,7 +10,7 @@
 
 namespace cbr {
 
-// What a basis is made of, beside K_cc and M_cc, which the superelement has already.
+// Ingredients of a basis beside K_cc and M_cc, which the superelement has already.
 struct Ingredients {
   const SparseCholesky& factor;  // of K_II
   FixedInterfaceModes modes;     // of first_modes(), those that are kept

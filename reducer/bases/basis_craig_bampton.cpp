@@ -14,7 +14,7 @@
 namespace cbr {
 namespace {
 
-// Of what can turn by itself.
+// Only of a component that can rotate by itself.
 void add_spin_moments(const Reduction& r, const SparseCholesky& factor, const Matrix& Phi,
                       Superelement& s) {
   if (r.settings.is_domain || has_parts(r) || r.p.n_points > 0) return;
@@ -38,7 +38,7 @@ void add_spin_couplings(const Reduction& r, const SparseCholesky& factor, const 
 
 // Returns residual_mass_factor().
 Cholesky add_diagonal(Reduction& r, Superelement& s) {
-  // Where nothing reads the diagonal form, its lowest modes tell errors
+  // Where nothing reads the diagonal form, errors are estimated from its lowest modes
   const auto phase = r.report.phase(r.settings.is_diagonal_read ? "diagonal form" : "errors");
   const std::vector<Index> part = parts_of_interface(r);
   Cholesky M_res = residual_mass_factor(s);
@@ -58,7 +58,7 @@ Cholesky add_diagonal(Reduction& r, Superelement& s) {
 void make_basis_craig_bampton(Reduction& r, Ingredients&& given, Superelement& s) {
   const SparseCholesky& factor = given.factor;
   FixedInterfaceModes& modes = given.modes;
-  // The whole component tells errors, not its domains
+  // Errors are of the whole component, not of its domains
   const bool is_judged = !r.settings.is_domain;
   const InterfaceMotions motions = motions_to_judge(r, factor, is_judged, s);
   complete_modes(r, factor, motions, modes, given.condensed, s);

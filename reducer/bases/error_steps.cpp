@@ -10,8 +10,8 @@
 namespace cbr {
 namespace {
 
-// Accelerations of the interface as a rigid body, and what they ask of the interior; no matrices of
-// the interface are needed.
+// Rigid accelerations of the interface, and the interior's inertia forces; no matrices of the
+// interface are needed.
 InterfaceMotions rigid_accelerations(const Reduction& r, const SparseCholesky& factor,
                                      const Superelement& s) {
   InterfaceMotions motions;
@@ -24,8 +24,8 @@ InterfaceMotions rigid_accelerations(const Reduction& r, const SparseCholesky& f
   return motions;
 }
 
-// rho_res: of the mass of a translation what the fixed-interface modes do not have; they have Phi^T
-// (M t)_I of it.
+// rho_res: residual mass of the fixed-interface modes in a translation, relative; the modes have
+// Phi^T (M t)_I of it.
 Vector3 residual_mass_share(const InterfaceMotions& rigid, const Matrix& Phi, double mass) {
   const Matrix taken = Phi.transpose() * rigid.Y.leftCols(3);
   return Vector3::Ones() - taken.colwise().squaredNorm().transpose() / mass;

@@ -16,7 +16,7 @@ namespace {
 
 constexpr double singular_pivot = 1e-14;
 
-// What the factor of K_II says of it. InputError: it is singular.
+// Judges K_II by its factor. InputError: it is singular.
 void judge_interior(Reduction& r, const SparseCholesky& factor) {
   return_room();
   if (r.p.n_interior() == 0) return;

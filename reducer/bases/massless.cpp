@@ -22,7 +22,7 @@ namespace {
 // of F, as a share of the elastic compliance: below, it is round-off
 constexpr double least_pivot = 1e-10;
 constexpr double no_strain = 1e-6;  // of the lowest elastic eigenvalue: a mechanism
-// of it: rigid motions that cannot be told from the others
+// of it: round-off above this mixes rigid motions with elastic modes
 constexpr double rigid_tolerance = 1e-2;
 constexpr Index most_ahead = 20;
 // of the mean: docs/decisions/energy.md has the figures for others
@@ -45,13 +45,13 @@ Matrix pressures(const Superelement& s) {
 // How many modes beyond `elastic` ones are looked at for the end of their fall; at least 1.
 Index modes_ahead(Index elastic) { return std::clamp<Index>((elastic + 1) / 2, 1, most_ahead); }
 
-// Where interface rows of the first k modes fall to 0 (rad/s): the first of the modes_ahead() that
-// takes part in a uniform pressure on one of the surfaces of `s`, at the latest the last of them;
-// the first one without surfaces. A mode takes part when its share of the impulse's answer, (p^T
-// V_j)^2, is a twentieth of the kept ones' mean, each weighed by itself, rigid motions as one.
-// lambda (at least k, ascending, n_rigid zeros first) and V (c x lambda.size(), or without the
-// last), V without a fall. Where nothing beyond is known, as much above the last as evenly spaced
-// frequencies would have it.
+// End of the taper (rad/s), where interface rows of the first k modes fall to 0. It is the
+// frequency of the first of the modes_ahead() that takes part in a uniform pressure on one of the
+// surfaces of `s`. At the latest it is that of the last of them; without surfaces, of the first. A
+// mode takes part when its response to the impulse, (p^T V_j)^2, is a twentieth of the kept modes'
+// mean. The mean weighs each mode by its own response, and rigid motions as one. lambda: at least
+// k, ascending, n_rigid zeros first. V: c x lambda.size(), or without the last; not tapered.
+// Without eigenvalues beyond k the end is extrapolated as for evenly spaced frequencies.
 double end_of_fall(const Superelement& s, const Matrix& V, const Vector& lambda, Index k,
                    Index n_rigid) {
   const Index e = k - n_rigid, last_looked_at = std::min(k + modes_ahead(e), lambda.size()) - 1;
@@ -78,7 +78,7 @@ double end_of_fall(const Superelement& s, const Matrix& V, const Vector& lambda,
   return std::sqrt(j < lambda.size() && lambda(j) > last ? lambda(j) : above * above * last);
 }
 
-// sqrt(1 - (omega_j / end)^3), k numbers: what multiplies the columns of V.
+// sqrt(1 - (omega_j / end)^3), k numbers: factors of the columns of V.
 Vector falling_weights(const Vector& lambda, double end) {
   return (1 - (lambda.array().sqrt() / end).cube()).max(0.0).sqrt();
 }
@@ -120,8 +120,8 @@ Matrix compliance_of_interface(const Matrix& K_cc, const Matrix& N_c) {
   return K;
 }
 
-// What solves K u = f for loads f in equilibrium, from what a reduction has: (u_c; u_I) = G f, K G
-// K = K.
+// Solves K u = f for loads f in equilibrium, with the matrices of a reduction. (u_c; u_I) = G f, K
+// G K = K.
 class ReductionSolver {
  public:
   ReductionSolver(const FreeModel& model, const Partition& p, const SparseCholesky& factor,
@@ -158,8 +158,8 @@ class ReductionSolver {
     return 0.5 * (F + F.transpose());
   }
 
-  // Of the size of the lowest elastic eigenvalue: Rayleigh's quotient of what a load of no symmetry
-  // does.
+  // Estimates the lowest elastic eigenvalue by Rayleigh's quotient of the response to an
+  // unsymmetric load.
   double low_eigenvalue() const {
     Vector y(model_.K.rows());
     for (Index i = 0; i < y.size(); ++i) y[i] = 1 + std::sin(1.0 + 2.7 * static_cast<double>(i));
@@ -196,8 +196,8 @@ class ReductionSolver {
   Matrix N_, P_, N_c_, K_;
 };
 
-// Modes of K - sigma M, sigma < 0, as if all dofs were interior: what finds, counts and proves them
-// is there. Of tapered ones those ahead, too; n_kept: without them.
+// Modes of K - sigma M, sigma < 0, as if all dofs were interior, to reuse the search, count and
+// proof of fixed-interface modes. Tapered modes include those ahead; n_kept: without them.
 FixedInterfaceModes free_modes(const FreeModel& model, const Partition& p, double sigma,
                                Index n_rigid, const FreeModesWanted& wanted, Index& n_kept,
                                MasslessFigures& figures, Report& report) {
@@ -248,8 +248,7 @@ void require_only_rigid(const Vector& lambda, Index n_rigid, double low) {
         "or use basis: craig-bampton");
 }
 
-// V of the first k modes, whose rows on the interface fall off towards the end that those beyond
-// tell.
+// V of the first k modes; modes beyond them determine the end of the taper of their interface rows.
 void taper(const FixedInterfaceModes& modes, Index k, Index n_rigid, Superelement& s) {
   auto& m = s.massless;
   Vector lambda = modes.lambda;
@@ -261,7 +260,7 @@ void taper(const FixedInterfaceModes& modes, Index k, Index n_rigid, Superelemen
   m.V = Matrix(m.V.leftCols(k)) * falling_weights(lambda.head(k), m.omega_fall).asDiagonal();
 }
 
-// F's definiteness, and what is left of `elastic` in it; omega_closed.
+// Definiteness of the residual compliance F, relative to `elastic`; omega_closed.
 void finish(const Matrix& elastic, MasslessFigures& figures, Superelement& s) {
   auto& m = s.massless;
   Matrix L = m.F;

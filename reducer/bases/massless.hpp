@@ -15,7 +15,7 @@
 
 namespace cbr {
 
-// What the summary tells of it.
+// For the summary.
 struct MasslessFigures {
   Index n_rigid = 0;
   double next = 0;     // (rad/s)^2 of the free mode after the last one; 0: not known
@@ -23,11 +23,11 @@ struct MasslessFigures {
   bool proven = false;
   std::string counts;  // of the inertia
   ModeCheck modes;     // of the free modes
-  // What F has left of the elastic compliance: least pivot of its Cholesky factor, and under a
-  // uniform load along x, y, z
+  // Residual compliance F relative to the elastic compliance: least pivot of its Cholesky factor,
+  // and under a uniform load along x, y, z
   double smallest_pivot = 1;
   Vector3 left = Vector3::Zero();
-  // tapered modes: of each elastic one's compliance at the interface, what moves with it
+  // tapered modes: fraction of each elastic mode's compliance at the interface that moves with it
   Vector share;
 };
 
@@ -44,9 +44,9 @@ struct FreeModel {
 struct FreeModesWanted {
   Index modes = 0;
   double cutoff_hz = 0;  // 0: `modes` counts
-  // Interface rows that fall off towards the last mode, V_j <- V_j sqrt(1 - (omega_j / omega)^3)
-  // with omega of end_of_fall(), and F takes what that leaves of the compliance: docs/theory.md,
-  // "An interface without mass"; figures in docs/decisions/energy.md.
+  // Tapers interface rows towards the last mode, V_j <- V_j sqrt(1 - (omega_j / omega)^3) with
+  // omega of end_of_fall(). F receives the compliance that the taper removes. docs/theory.md, "An
+  // interface without mass"; figures in docs/decisions/energy.md.
   bool tapered = false;
 };
 
@@ -58,8 +58,8 @@ MasslessFigures make_massless(const FreeModel& model, const Partition& p,
                               const SparseCholesky& factor_of_K_II, const FreeModesWanted& wanted,
                               Superelement& s, Report& report);
 
-// InputError naming the node where the interface, which has no mass here, moves without stiffness
-// otherwise than as a rigid body, or where round-off has left nothing of its stiffness.
+// InputError naming the node of a mechanism of the massless interface, other than a rigid motion,
+// or of a stiffness lost to round-off.
 void refuse_mechanism(const SoftestMotion& softest, const std::string& node);
 
 }  // namespace cbr

@@ -15,8 +15,8 @@
 namespace cbr {
 namespace {
 
-// Residual of modes that nothing is built on but the basis: what couples them to the interface is
-// solved for, and eigenvalues are right to the square.
+// Residual of modes that only the basis uses. Their coupling to the interface is solved for, and
+// the error of eigenvalues is its square.
 constexpr double mode_residual = 1e-9;
 
 Index n_modes_wanted(const Reduction& r, const SparseCholesky& factor) {
@@ -86,7 +86,7 @@ void pick_by_tolerance(Reduction& r, const SparseCholesky& factor, const Interfa
   condensed.M_kc = mode_coupling(r.p, factor, modes.Phi, s.M_cc);
 }
 
-// Residual vectors of the loads inside, after the modes; and what the loads do to the coordinates.
+// Residual vectors of the interior loads, after the modes; and the generalised loads.
 void add_loads(Reduction& r, const SparseCholesky& factor, FixedInterfaceModes& modes,
                Condensation& condensed, Superelement& s) {
   const InteriorLoads loads = interior_loads(r.mesh, r.model, r.p, r.options.loads);

@@ -23,8 +23,8 @@ void make_basis(Reduction& r, Superelement& s) {
   FactorAndCondensed first = factorise_and_condense(r);
   const SparseCholesky factor = std::move(first.factor);
   FixedInterfaceModes modes = first_modes(r, factor);
-  // From here on only its factor is needed, and the space may be; an inertia count of modes to come
-  // takes K_II itself, and so do parts
+  // Later steps only need its factor, and memory may be short. An inertia count of later modes
+  // reads K_II itself, and so do parts
   if (!r.options.tolerance && !has_parts(r))
     r.p.K_II = SparseMatrix(r.p.n_interior(), r.p.n_interior());
   Condensation condensed = condense_with(r, factor, modes.Phi, std::move(first.condensed));

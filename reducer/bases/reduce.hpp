@@ -30,13 +30,13 @@ struct ReduceSettings {
   bool is_diagonal_read = true;
   CondensationWay way = CondensationWay::automatic;
   Index panel = 0;
-  // of a component: what holds it beside its own elements is not known here
+  // of a component: constraints beside its own elements are unknown here
   bool is_domain = false;
   // of the interface, beside the sets: rigid_points()
   std::vector<RigidPoint> points = {};
 };
 
-// What the summary tells beyond the superelement itself.
+// For the summary, beyond the superelement itself.
 struct ReductionFigures {
   Index n_dofs = 0, n_interior = 0;
   Index n_candidates = 0;        // modes computed; more than k with pick: participation
@@ -49,8 +49,8 @@ struct ReductionFigures {
   Index panel = 0;
   Conditioning condition;
   RigidFigures rigid;
-  // of lumped mass: by what share of themselves consistent mass would raise the lowest
-  // fixed-interface frequencies, to first order
+  // of lumped mass: relative shift of the lowest fixed-interface frequencies by consistent mass, to
+  // first order
   Vector mass_shift;
   // of basis characteristic: worst_of_ten beside Craig-Bampton's own; NaN: not known
   double shapes_error = NAN;

@@ -16,7 +16,7 @@
 
 namespace cbr {
 
-// What every step of one reduction works on.
+// Data common to the steps of one reduction.
 struct Reduction {
   const Mesh& mesh;
   const ReductionOptions& options;
@@ -51,13 +51,12 @@ void add_recovery(const Reduction& r, Matrix&& Psi, Matrix&& Phi, Superelement& 
 // Fronts, or a Lanczos basis, have left room in the heap that may be needed as one piece elsewhere.
 void return_room();
 
-// Whether the condensation may come with the factorisation: nothing reads Psi, nobody asks for a
-// way.
+// True if the factorisation may condense, too: nothing reads Psi, no option asks for another way.
 bool may_condense_by_fronts(const Reduction& r);
 
 struct FactorAndCondensed {
   SparseCholesky factor;
-  std::optional<Condensed> condensed;  // what came with the factorisation
+  std::optional<Condensed> condensed;  // of the factorisation
 };
 
 // These three: InputError: K_II is singular.
@@ -67,7 +66,7 @@ FactorAndCondensed factorise_and_condense(Reduction& r);
 // Of the free component, n_forces of which get their answers.
 FreeFactor factorise_free(Reduction& r, const FreeComponent& model, Index n_forces);
 
-// `by_fronts`: what came with the factorisation, or none. Phi: fixed-interface modes   (n_I x k)
+// `by_fronts`: of the factorisation, or none. Phi: fixed-interface modes   (n_I x k)
 Condensation condense_with(Reduction& r, const SparseCholesky& factor, const Matrix& Phi,
                            std::optional<Condensed>&& by_fronts);
 
@@ -78,7 +77,7 @@ void couple_again(Reduction& r, const SparseCholesky& factor, const Matrix& Phi,
 // Psi of the interior, column by column   (n_I x c)
 Matrix constraint_modes(const Reduction& r, const SparseCholesky& factor);
 
-// --- mode_steps.cpp: which modes are computed, which of them are kept, and what follows them ---
+// --- mode_steps.cpp: computes, selects and completes modes ---
 
 // Modes that are known before the condensation; none where it decides about them, or the basis has
 // free modes.
@@ -90,7 +89,7 @@ void keep_modes(Reduction& r, FixedInterfaceModes& modes, Condensation& condense
 // Of the modes that are kept, ascending: r.lowest.
 void keep_lowest(Reduction& r, const Matrix& Phi);
 
-// Motions of the interface that the errors are told of (is_judged) or that a tolerance needs.
+// Motions of the interface for the errors (is_judged) or for a tolerance.
 InterfaceMotions motions_to_judge(Reduction& r, const SparseCholesky& factor, bool is_judged,
                                   const Superelement& s);
 
@@ -103,7 +102,7 @@ void complete_modes(Reduction& r, const SparseCholesky& factor, const InterfaceM
 void take_matrices(Reduction& r, const FixedInterfaceModes& modes, Condensation& condensed,
                    Superelement& s);
 
-// --- error_steps.cpp: what a reduction tells of its errors ---
+// --- error_steps.cpp: error estimates of a reduction ---
 
 // How far rigid motions of the interface are from costing no force.
 void judge_reduced_rigid(Reduction& r, const Superelement& s);
@@ -112,15 +111,14 @@ void judge_reduced_rigid(Reduction& r, const Superelement& s);
 void add_accuracy(Reduction& r, const SparseCholesky& factor, const InterfaceMotions& motions,
                   const Matrix& Phi, const Cholesky& M_res, Superelement& s);
 
-// Of Craig-Bampton's form, from which s is to go over to another basis: what is known of it, and
-// its lowest free modes.
+// Accuracy of Craig-Bampton's form and its lowest free modes, before s changes to another basis.
 FreeEigenvalues look_before(Reduction& r, const SparseCholesky& factor, const Matrix& Phi,
                             Superelement& s);
 // And of the basis that it became, whose elastic eigenvalues come after the rigid ones.
 void look_after(const FreeEigenvalues& free, Index n_rigid, Superelement& s);
 
-// What the fixed-interface modes leave out, and by how much the lowest frequencies are off: those
-// of the full component, `free`, are known.
+// Strain energy outside the fixed-interface modes, and errors of the lowest frequencies against the
+// full component's, `free`.
 void add_accuracy_of_shapes(Reduction& r, const SparseCholesky& factor,
                             const FixedInterfaceModes& modes, const Vector& free, Superelement& s);
 

@@ -17,15 +17,15 @@
 namespace cbr {
 namespace {
 
-// of a response's length, beside what is in the basis: below, it is in it
+// of a response's length: a smaller remainder is in the span of the basis
 constexpr double least_left = 1e-5;
 constexpr double rigid_in_span = 1e-8;  // of rigid motions, in the span of the shapes
 constexpr const char* the_shapes = "the interface's shapes";
 
 [[noreturn]] void fail(const std::string& what) { throw InputError("characteristic." + what); }
 
-// Who keeps nodes: "characteristic.keep (left), and what the scene holds, ties or makes rigid
-// (right)".
+// Names the keepers of nodes: "characteristic.keep (left), and what the scene holds, ties or makes
+// rigid (right)".
 std::string keepers(const CharacteristicOptions& options) {
   std::string text;
   if (!options.keep.empty()) text = "characteristic.keep (" + join(options.keep) + ")";
@@ -78,8 +78,8 @@ Matrix shapes_of_all(const Superelement& s, Index modes, const Matrix& R,
   return T;
 }
 
-// Psi + (R_b - Psi R_a) R_a^+: what K_bb^-1 makes of rigid motions R   (c x r) is right but for
-// round-off.
+// Psi + (R_b - Psi R_a) R_a^+: corrects round-off of K_bb^-1, so that rigid motions R   (c x r) are
+// exact.
 void follow_rigid_motions(const Matrix& R_a, const Matrix& R_b, Matrix& Psi) {
   const PivotedQr qr(R_a);
   if (qr.rank() < R_a.cols()) return;
@@ -87,8 +87,8 @@ void follow_rigid_motions(const Matrix& R_a, const Matrix& R_b, Matrix& Psi) {
   Psi.noalias() += missing * qr.solve(Matrix::Identity(R_a.rows(), R_a.rows()));
 }
 
-// Of what is not kept, as Craig-Bampton's interior of the interface: [I 0; -K_bb^-1 K_ba X], K_bb X
-// = M_bb X mu   (c x (a + modes))
+// Constraint and fixed-interface modes of the interface, with the kept dofs a as its boundary: [I
+// 0; -K_bb^-1 K_ba X], K_bb X = M_bb X mu   (c x (a + modes))
 Matrix shapes_beside_kept(const Superelement& s, const CharacteristicOptions& options,
                           const std::vector<Index>& a, const std::vector<Index>& b, const Matrix& R,
                           CharacteristicFigures& figures) {
@@ -156,8 +156,7 @@ class Statics {
     return B;
   }
 
-  // Of the component under forces B on its interface, inertia in balance with them, to which the
-  // interior gives way by Q:
+  // Of the component under forces B on its interface in balance with inertia; Q is the interior's:
   //   f^T K_cc^+ f + (R^T B)^T Q R^T B,   f = B - P R^T B   (m x m)
   Matrix compliance(const Matrix& B, const Matrix& Q) const {
     Matrix f = in_equilibrium(B);
@@ -175,8 +174,8 @@ class Statics {
   HeldStiffness held_;  // K: its Cholesky factor
 };
 
-// Makes U orthogonal to T and itself, in M's product, and appends what is left of it. T need not be
-// orthonormal.
+// Orthonormalises U against T and itself in M's product, and appends the independent rest. T need
+// not be orthonormal.
 Index append(const Matrix& M, const Matrix& U, Matrix& T) {
   Matrix Q = T;
   orthonormalise(M, Q, the_shapes);

@@ -16,7 +16,7 @@
 
 namespace cbr {
 
-// What the summary tells of it.
+// For the summary.
 struct CharacteristicFigures {
   Index n_fixed = 0;  // fixed-interface modes
   Index n_rigid = 0;  // 0 with kept nodes, whose coordinates have them
@@ -53,12 +53,12 @@ std::vector<const Surface*> pressed_surfaces(const CharacteristicOptions& option
                                              const std::vector<char>& is_kept,
                                              const Superelement& s);
 // InputError: not fewer shapes than dofs.
-// Elastic shapes of an interface of which `dofs` are left to move: what was given, else the
-// default, or all but one.
+// Number of elastic shapes of an interface of `dofs` free dofs: as given, else the default, or all
+// but one.
 Index n_shapes(const CharacteristicOptions& options, Index dofs);
 void require_fewer(Index modes, Index dofs);
 
-// Forces of unit pressures at the surface's nodes on the interface's dofs, c x m, or 3 m with shear
+// Forces of unit pressures at the surface's nodes on the interface's dofs. c x m, or 3 m with shear
 // (x, y, z of each node).
 Matrix pressure_loads(const Superelement& s, const Surface& surface, bool shear);
 

@@ -22,7 +22,7 @@ constexpr Index large_interface = 1500;  // dofs: below, dense matrices of it co
 constexpr Index most_kept = 300;         // dofs with a coordinate each, of which each takes a solve
 constexpr double twin = 1e-6;            // relative distance of two equal eigenvalues
 constexpr double singular_whole = 1e-13;
-// of a shape's mass, beside what others have of it: below, they have all
+// of a shape's mass: with a smaller remainder it is in the span of the others
 constexpr double least_part = 1e-10;
 // of residuals: of eigenvalues its square, and the shapes only span a space
 constexpr double mode_tolerance = 1e-7;

@@ -13,7 +13,7 @@
 
 namespace cbr {
 
-// Motions of all N dofs of a free component of one part, and what contact's forces do to it.
+// Motions of all N dofs of a free component of one part, and its response to contact forces.
 struct FreeShapes {
   Matrix N, P;      // N x 6: rigid motions, N^T M N = 1, and P = M N
   Matrix U;         // N x r: shapes without rigid motions in them (P^T U = 0)
@@ -27,29 +27,29 @@ struct FreeShapes {
   std::vector<std::string> bare;                              // sets_without_statics()
 };
 
-// Whether free_shapes() serves: a large interface, one part with an interior, few kept dofs, no
-// patterns but uniform ones.
+// True where free_shapes() serves: a large interface, one part with an interior, few kept dofs,
+// only uniform patterns.
 bool few_enough(const CharacteristicOptions& options, bool one_part, Index n_interior,
                 const Superelement& s);
 
 // Shapes: the `modes` lowest elastic modes of the free component (one more where the last has a
-// twin), unit displacements of kept dofs, answers to uniform pressures and to the scene's loads. p:
-// whose interface s describes; forces: of static_forces(). None when the stiffness lets more than
-// rigid motions go free. InputError: more modes than dofs. RunError: of the eigensolver.
+// twin), unit displacements of kept dofs, responses to uniform pressures and to the scene's loads.
+// p: partition of the interface of s; forces: of static_forces(). None when the stiffness has more
+// null vectors than rigid motions. InputError: more modes than dofs. RunError: of the eigensolver.
 std::optional<FreeShapes> free_shapes(const CharacteristicOptions& options,
                                       const FreeComponent& model, const FreeFactor& factor,
                                       const Partition& p, const StaticShare& forces,
                                       const Superelement& s, Report& report);
 
 // The interior of the shapes follows their interface statically, U_I = -K_II^-1 K_IC U_C, so that
-// the space is one inside Craig and Bampton's; of what inertia does inside fixed-interface modes
-// know. r solves.
+// they span a subspace of Craig and Bampton's. Fixed-interface modes add the interior's dynamics. r
+// solves.
 void follow_statically(const Partition& p, const SparseCholesky& factor_of_K_II,
                        FreeShapes& shapes);
 
 // The component in the Ritz space of rigid motions, shapes and fixed-interface modes Phi (n_I x k,
-// of eigenvalues lambda): s.eigenvalues, s.characteristic.V and statics.F. Figures but rho. The
-// interior's rows of all coordinates (n_I x n), if wanted.
+// of eigenvalues lambda). Sets s.eigenvalues, s.characteristic.V and statics.F. Returns the figures
+// but rho. The interior's rows of all coordinates (n_I x n), if wanted.
 CharacteristicFigures take_free_shapes(const FreeShapes& shapes, const Vector& lambda,
                                        const Matrix& Phi, const Partition& p, Superelement& s,
                                        Matrix* interior);

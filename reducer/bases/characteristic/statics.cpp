@@ -55,8 +55,8 @@ std::vector<Points> load_forces(const Superelement& s, const std::string& name,
   for (Index axis = 0; axis < 3; ++axis) {
     const Vector3 unit = Vector3::Unit(axis);
     if (kinds.forces) loads.emplace_back(weights * unit.transpose());
-    // Histories are means of nodes, whatever the area of each: what else presses elsewhere does to
-    // them is right by these, as their work is
+    // Histories are means of nodes, whatever the area of each. These loads make them right under
+    // pressures elsewhere, as their work is
     if ((kinds.forces || kinds.pressure) && find_surface(s, name) != nullptr)
       loads.emplace_back(
           weights.unaryExpr([](double weight) { return weight > 0 ? 1.0 : 0.0; }).eval() *

@@ -19,16 +19,16 @@ namespace cbr {
 std::vector<TouchingSurface> touching_surfaces(const CharacteristicOptions& options,
                                                const Superelement& s);
 
-// Per node of s: whether it is of a set of `keep`, or of one that the scene holds. InputError: keep
-// names a set that the interface does not keep. (A scene may hold more than the interface: those
-// who run it tell.)
+// Per node of s: true if it is in a set of `keep`, or in one that the scene constrains. InputError:
+// keep names a set that the interface does not keep. (The scene may constrain more than the
+// interface: the programs that run it report that.)
 std::vector<char> kept_nodes(const CharacteristicOptions& options, const Superelement& s);
 
 // Nodes and directions of forces that statics are stored of: all but F. Kept nodes have no entry,
 // as nothing is left of theirs.
 StaticShare static_forces(const CharacteristicOptions& options, const Superelement& s);
 
-// The scene's loads that these and the kept nodes do not answer, on the interface's dofs: unit
+// Loads of the scene beyond these forces and the kept nodes, on the interface's dofs: unit
 // tractions or forces along three axes, a pressure, moments about three axes   (c x loads)
 Matrix load_columns(const CharacteristicOptions& options, const std::vector<char>& is_kept,
                     const Superelement& s);
@@ -43,8 +43,9 @@ Matrix forces_on_dofs(const StaticShare& forces, const Superelement& s);
 // B^T V for V (c x n)   (s x n)
 Matrix along_forces(const StaticShare& forces, const Superelement& s, const Matrix& V);
 
-// Strain of the held interior under its own inertia in rigid motions of the interface, twice its
-// energy: of R_C (c x r) Q = P_I^T K_II^-1 P_I, P = M R. Parts without an interior have no columns.
+// Strain energy, twice, of the fixed-interface interior under its inertia in rigid accelerations of
+// the interface. Of R_C (c x r) Q = P_I^T K_II^-1 P_I, P = M R. Parts without an interior have no
+// columns.
 struct InteriorInertia {
   Matrix R_C;
   Matrix Q;
@@ -53,8 +54,8 @@ InteriorInertia interior_inertia(const RigidMotions& rigid, const SparseCholesky
 // The same of other rigid motions, R = R_C X   (r x r)
 Matrix inertia_of(const InteriorInertia& inertia, const Matrix& R);
 
-// F = C - B^T V_e diag(1 / eigenvalues) V_e^T B: of the compliance C (s x s) what the elastic modes
-// leave. The first n_rigid columns of s.characteristic.V are rigid.
+// Residual compliance F = C - B^T V_e diag(1 / eigenvalues) V_e^T B of the compliance C (s x s),
+// without that of the elastic modes. The first n_rigid columns of s.characteristic.V are rigid.
 Matrix compliance_that_is_left(Matrix C, const StaticShare& forces, Index n_rigid,
                                const Superelement& s);
 
