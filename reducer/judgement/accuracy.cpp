@@ -27,9 +27,9 @@ constexpr double no_strain = 1e-12;
 constexpr Index largest_dense = 6000;
 // relative error of an eigenvalue: those above are of no interest
 constexpr double good_enough = 0.1;
-// Of the first held mode's frequency that is missing: nearer to it errors were estimated at 0.4
-// to 2.5 of what they are, and above it the full model has modes that the basis has not, so that
-// there is nothing to compare.
+// Of the frequency of the first missing fixed-interface mode. Estimates nearer to it were 0.4 to
+// 2.5 of the true errors. Above it the full model has modes outside the basis, so that there is
+// nothing to compare.
 constexpr double trusted = 0.95;
 // 1 % of the frequency, for modes beyond those looked at
 constexpr double good_eigenvalue = 0.95 * (1 - 0.99 * 0.99);
@@ -58,9 +58,9 @@ double complete_below(const ModesNotKept& m, const Superelement& s) {
   return std::sqrt(lowest) / (2 * std::numbers::pi);
 }
 
-// Statics of the free component under a uniform pressure on each of the surfaces, inertia of the
-// rigid motion that they set going in balance with them   (c x surfaces); without columns when K_cc
-// does not let it.
+// Static displacements of the free component under a uniform pressure on each of the surfaces, in
+// balance with rigid-body inertia   (c x surfaces). Without columns when K_cc is singular otherwise
+// than by rigid motions.
 Matrix pressure_motions(const Superelement& s, const std::vector<const Surface*>& surfaces,
                         const std::vector<Index>& part) {
   if (surfaces.empty() || s.c() > largest_dense) return Matrix(s.c(), 0);
@@ -185,8 +185,7 @@ double impact_share(const Superelement& s, const Cholesky& M_res, const Surface&
 
 namespace {
 
-// Of the free component's lowest elastic modes: eigenvalues, and by what share of themselves they
-// are too high.
+// Of the free component's lowest elastic modes: eigenvalues, and their relative excess.
 struct Estimates {
   using List = std::vector<std::pair<double, double>>;
   List list, trusted_list;  // trusted: far enough below the part's first held mode that is missing
@@ -224,8 +223,7 @@ void estimate_eigenvalue_errors(const Partition& p, const SparseCholesky& factor
                                 const Superelement& s, const Matrix& Phi, Index n_rigid,
                                 const ModesNotKept& not_kept, Estimates& estimates) {
   const Index m = n_free_motions(s, n_rigid);
-  // What drives the modes that are missing: the interface, and residual vectors, as these are no
-  // eigenvectors
+  // Missing modes are driven by the interface, and by residual vectors, which are no eigenvectors
   Matrix Y = inertia_forces(p, factor, s.M_cc, free_motions(s, n_rigid));
   const Index own = s.k() - s.n_residual, r = s.n_residual;
   if (r > 0) Y += p.M_II * Matrix(Phi.rightCols(r) * s.V.block(own, 0, r, m));
@@ -339,7 +337,7 @@ Superelement::Accuracy accuracy_of_strain(const InterfaceMotions& motions, const
   return a;
 }
 
-// What the reduced mass tells of the interface, and of each face, when it stops.
+// Residual mass of the interface, and loss of kinetic energy when a flat face stops.
 void add_stops(const Superelement& s, bool of_faces, const Cholesky* M_res,
                Superelement::Accuracy& a) {
   a.rho_res = residual_mass_share(s);

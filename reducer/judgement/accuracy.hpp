@@ -21,9 +21,9 @@
 
 namespace cbr {
 
-// Motions of the interface that errors are measured on: six rigid ones (translations along x, y, z
-// and rotations about them through the centre of mass), then for each of `surfaces` what a uniform
-// pressure on it does to the free component.
+// Motions of the interface for error measures. First six rigid ones: translations along x, y, z and
+// rotations about them through the centre of mass. Then for each of `surfaces` the response of the
+// free component to a uniform pressure.
 struct InterfaceMotions {
   std::vector<std::string> surfaces;  // the superelement's that are nearly flat
   Matrix W;                           // c x m, m = 6 + surfaces.size()
@@ -36,17 +36,17 @@ struct InterfaceMotions {
   Index size() const { return W.cols(); }
 };
 
-// s: K_cc, M_cc and what describes its interface. `part`: per node of it, the connected part of the
-// component. 2 m solves. Without of_faces rigid ones alone.
+// s: K_cc, M_cc and its interface. `part`: per interface node, the connected part of the component.
+// 2 m solves. Without of_faces rigid ones alone.
 InterfaceMotions interface_motions(const Partition& p, const SparseCholesky& factor,
                                    const Superelement& s, const std::vector<Index>& part,
                                    bool of_faces = true);
 
-// Of these surfaces and W alone, which the superelement itself tells.
+// Only `surfaces` and W, which need nothing but the superelement.
 InterfaceMotions motions_of_interface(const Superelement& s, const std::vector<Index>& part,
                                       bool of_faces = true);
 
-// What modes leave of E: D (m x m) of left_of_answer().
+// Strain energy outside the modes, relative to E. D (m x m): of left_of_answer().
 struct StrainLeftOut {
   Vector of_motion;    // m, shares
   double largest = 0;  // of all rigid motions
@@ -54,10 +54,9 @@ struct StrainLeftOut {
 };
 StrainLeftOut strain_left_out(const InterfaceMotions& motions, const Matrix& D);
 
-// Share of the energy of a free component that flies along the mean normal of a surface that it
-// loses when all nodes of the surface are stopped in the direction of its normals at once,
-// frictionless: (G r)^T (G M_res^-1 G^T)^-1 G r / r^T M_cc r with the normals' rows G and the rigid
-// translation r.
+// Relative loss of kinetic energy of a free component in translation r along the mean normal of a
+// surface. All its nodes stop in the direction of its normals at once, without friction. (G r)^T (G
+// M_res^-1 G^T)^-1 G r / r^T M_cc r with the normals' rows G.
 double impact_share(const Superelement& s, const Cholesky& M_res, const Surface& surface);
 
 // Fixed-interface modes that a superelement does not have.
@@ -69,8 +68,8 @@ struct ModesNotKept {
   std::vector<double> beyond_of_part;  // the same of each part, where it is known better
 };
 
-// With residual vectors, which have a part of every mode, the modes that were dropped are not apart
-// from the others any more; and `beyond`, where it is not known, by Lanczos.
+// Merges dropped modes with the others where there are residual vectors, which have a component
+// along every mode. Lanczos finds `beyond` where it is unknown.
 ModesNotKept settled(ModesNotKept m, const Partition& p, const SparseCholesky& factor,
                      const Superelement& s);
 
@@ -88,22 +87,20 @@ struct FreeEigenvalues {
 constexpr Index n_estimated = 32, n_beside = 16;
 
 // All of the above. Phi (n_I x k): the kept modes and residual vectors. `parts`: of the component,
-// when there are several: strain left out and free modes then are each part's own. n_rigid: columns
-// of V that are rigid motions; free modes are looked at when s has its diagonal form: their
-// eigenvalues are too high by what the modes that are not kept take from the reduced stiffness
-// (full_eigenvalues()); the lowest 32, none after the first that may be off by more than 0.1, and
-// none above 0.95 of the first held mode that is missing. Two solves a mode. not_kept.beyond, where
-// it is not known, is found by Lanczos. The lowest n_estimated + n_beside columns of the diagonal
-// form do. of_faces: also what is told of each face, by M_res: residual_mass_factor() of s, or
-// null: to be made.
+// when there are several; each then has its own strain energy and free modes. n_rigid: columns of V
+// that are rigid motions. of_faces: also figures of each face, by M_res: residual_mass_factor() of
+// s, or null: computed here. Free modes are judged when s has its diagonal form, or its lowest
+// n_estimated + n_beside columns. Missing modes would lower the reduced stiffness and so their
+// eigenvalues (full_eigenvalues()). Judges the lowest 32, none after the first whose error may
+// exceed 0.1. None above 0.95 of the frequency of the first missing fixed-interface mode. Two
+// solves a mode. Lanczos finds not_kept.beyond where it is unknown.
 Superelement::Accuracy accuracy_of(const Partition& p, const SparseCholesky& factor,
                                    const InterfaceMotions& motions, const Superelement& s,
                                    const Matrix& Phi, Index n_rigid, const ModesNotKept& not_kept,
                                    const std::vector<ComponentPart>& parts, bool of_faces,
                                    FreeEigenvalues* estimates, const Cholesky* M_res = nullptr);
 
-// The same of a component of one part whose interior has been asked already: what accuracy_of()
-// takes from it.
+// Data for accuracy_of() of a component of one part whose interior is solved already.
 struct InteriorAnswers {
   std::optional<Vector3> rho_floor;  // of the mass that is lumped at the interface
   Matrix D;                          // left_of_answer() of motions.Y
@@ -116,21 +113,21 @@ Superelement::Accuracy accuracy_of(const InteriorAnswers& answers, const Interfa
                                    bool of_faces = true, FreeEigenvalues* free = nullptr,
                                    const Cholesky* M_res = nullptr);
 
-// Of these only what fixed-interface modes leave out; without rho_res. s: eigenvalues and what
-// describes its interface; `others`: settled().
+// Only the strain energy outside fixed-interface modes; without rho_res. s: eigenvalues and its
+// interface; `others`: settled().
 Superelement::Accuracy accuracy_of_fixed_modes(const Partition& p, const SparseCholesky& factor,
                                                const InterfaceMotions& motions,
                                                const Superelement& s, const Matrix& Phi,
                                                const ModesNotKept& others);
 
-// Of a basis that was made of Craig-Bampton's form, whose figures are `a` and `estimates`: its own
-// elastic eigenvalues, ascending, are off by 1 - full / lambda at most, or from below by what
-// Craig-Bampton's are above them.
+// Of a basis made from Craig-Bampton's form with figures `a` and `estimates`. Its elastic
+// eigenvalues lambda, ascending, have errors of 1 - full / lambda at most. From below their error
+// is at most Craig-Bampton's excess over them.
 void judge_eigenvalues(const Vector& lambda, const FreeEigenvalues& estimates,
                        Superelement::Accuracy& a);
 
-// Of free modes, which are exact: elastic eigenvalues, ascending, and that of the next mode (0: not
-// known). share: of each mode's compliance at the interface, what moves with it; empty: all.
+// Of exact free modes: elastic eigenvalues, ascending, and that of the next mode (0: not known).
+// share: fraction of each mode's compliance at the interface that moves with it; empty: all.
 Superelement::Accuracy accuracy_of_free_modes(const Vector& lambda, double next,
                                               const Vector& share);
 

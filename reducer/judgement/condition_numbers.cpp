@@ -148,8 +148,8 @@ SoftestMotion softest_motion(Matrix K, const Matrix& R) {
   const Vector D =
       K.diagonal().unaryExpr([&](double d) { return 1 / std::sqrt(d > 0 ? d : largest); });
   K = D.asDiagonal() * K * D.asDiagonal();
-  // The rigid motions held by springs of the size of its diagonal; what then is soft still is
-  // another motion
+  // Springs of the size of its diagonal constrain the rigid motions; a soft motion then is another
+  // one
   const Matrix Q = orthonormal_basis(D.cwiseInverse().asDiagonal() * R);
   const Matrix scaled = K;
   K.noalias() += Q * Q.transpose();

@@ -21,14 +21,14 @@ ConditionNumbers condition_numbers(const SparseMatrix& A, const SparseCholesky& 
 ConditionNumbers reduced_mass_condition(const Superelement& superelement, const Cholesky& M_res);
 ConditionNumbers reduced_mass_condition(const Superelement& superelement);
 
-// By one product with random signs z: what one mode has too much of another cannot hide but by
-// chance. Without modes nothing is known.
+// One product with random signs z: only chance can hide modes that are not orthonormal. Without
+// modes the result is not known.
 ModeCheck check_modes(const Partition& partition, const Vector& lambda, const Matrix& Phi);
 
-// A motion that the reduced stiffness K_cc (c x c) hardly resists beside the rigid ones, the
-// columns of R (c x r): the least x^T D K D x found by inverse iteration, |x| = 1, D =
-// diag(K)^-1/2, x orthogonal to the rigid motions; and the dof that it moves most. What modes add
-// is stiff. c^3 / 3 flops and a second c x c matrix.
+// The softest motion of the reduced stiffness K_cc (c x c) beside rigid motions, the columns of R
+// (c x r), and its largest dof. The least x^T D K D x, |x| = 1, D = diag(K)^-1/2, x orthogonal to
+// the rigid motions, by inverse iteration. Motions that the modes add are stiff. c^3 / 3 flops and
+// a second c x c matrix.
 struct SoftestMotion {
   double stiffness = not_known;
   Index dof = -1;
@@ -38,10 +38,10 @@ SoftestMotion softest_motion(Matrix K_cc, const Matrix& R);
 // rad/s, of K^ x = omega^2 M^ x, by Lanczos; NaN: M^ is not positive definite.
 double largest_frequency(const Superelement& superelement, const Cholesky& M_res);
 
-// Fills what a reduced component's matrices tell: the condition of its mass, and by its diagonal
-// form or the lowest modes of it, when there is one (n_rigid then has to be known), its
-// frequencies, else the softest motion beside `rigid` (n x r, rows [k; c]). The interface dof that
-// a motion without stiffness moves most; -1: there is none. M_res: its residual_mass_factor().
+// Fills `condition` from a reduced component's matrices. Always the condition of the mass.
+// Frequencies by the diagonal form or its lowest modes, if any (n_rigid must be set then), else the
+// softest motion beside `rigid` (n x r, rows [k; c]). Returns the interface dof with the largest
+// motion of a mechanism; -1: there is none. M_res: its residual_mass_factor().
 Index examine_reduced(const Superelement& superelement, const Matrix& rigid, const Cholesky& M_res,
                       Conditioning& condition);
 

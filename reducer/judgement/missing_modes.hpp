@@ -11,21 +11,21 @@
 namespace cbr {
 
 // Y = (M_IC + M_II Psi) U   (n_I x m): the interior's inertia forces under accelerations U (c x m)
-// of the interface, negative. Psi is the one that follows rigid motions exactly, Psi U = R_I G U -
-// K_II^-1 K_IC (U - R_C G U), as K_cc, M_cc and M_kc are made with.
+// of the interface, negative. Psi follows rigid motions exactly, as in K_cc, M_cc and M_kc: Psi U =
+// R_I G U - K_II^-1 K_IC (U - R_C G U).
 Matrix inertia_forces(const Partition& p, const SparseCholesky& factor, const Matrix& M_cc,
                       const Matrix& U);
 
-// What some vectors leave of an answer K_II^-1 Y, Y (n_I x m).
+// Residual of a response X = K_II^-1 Y, Y (n_I x m), outside the span of some vectors.
 struct LeftOfAnswer {
-  Matrix D, D_2;  // m x m: X^T K_II X and X^T M_II X, X what is left
+  Matrix D, D_2;  // m x m: X^T K_II X and X^T M_II X of that residual X
 };
-// Of modes: the columns of each of `modes` (n_I x any), M-orthonormal eigenvectors all of them
-// together. Of `residual` vectors (lambda, n_I x r), which are no eigenvectors, but K- and
-// M-orthogonal to the modes. Nothing is subtracted of energies, of which the lowest modes have
-// nearly all in a slender part and their round-off would be all that is left: Y <- Y - M Phi Phi^T
-// Y and X <- X - Phi Phi^T M X, X = K_II^-1 Y, each twice; then X <- X - Phi_r Lambda_r^-1 Phi_r^T
-// Y. One solve a column.
+// Modes: the columns of each of `modes` (n_I x any), M-orthonormal eigenvectors all of them
+// together. `residual` vectors (lambda, n_I x r): no eigenvectors, but K- and M-orthogonal to the
+// modes. Projects vectors instead of subtracting energies: the lowest modes have nearly all energy
+// of a slender part, and the difference would be round-off. Y <- Y - M Phi Phi^T Y and X <- X - Phi
+// Phi^T M X, X = K_II^-1 Y, each twice; then X <- X - Phi_r Lambda_r^-1 Phi_r^T Y. One solve a
+// column.
 LeftOfAnswer left_of_answer(const Partition& p, const SparseCholesky& factor,
                             const std::vector<Eigen::Ref<const Matrix>>& modes,
                             const Vector& lambda, const Eigen::Ref<const Matrix>& residual,
@@ -41,9 +41,9 @@ struct MissingModes {
   double beyond = 0;  // none of the others has a lower eigenvalue; 0: there are no others
 
   // S(sigma) = sigma^2 (sum A_j^T A_j / (lambda_j - sigma) + D + sigma D_2 / (1 - sigma / beyond))
-  // of the leading m motions, for sigma < lowest(): what missing modes take from the reduced
-  // stiffness in motion. Exact but for the last term, which is an upper bound, D_2 taking all the
-  // others to be as low as the lowest of them.   (m x m)
+  // of the leading m motions, sigma < lowest()   (m x m). Missing modes lower the dynamic stiffness
+  // by S. The last term is an upper bound: D_2 assumes the lowest eigenvalue for all the others.
+  // The rest is exact.
   Matrix taken(double sigma, Index m) const;
   double lowest() const;  // HUGE_VAL: nothing is missing
 };

@@ -22,8 +22,8 @@ constexpr Index most_interface_dofs = 6000;  // interface dofs up to which free 
 constexpr double one_frequency = 1e-6;       // of eigenvalues: closer ones are taken together
 // times a free mode's eigenvalue: held modes below are kept in any case
 constexpr double near = 2;
-// Of the tolerance. What is picked for is less than what is put up with, as the free modes that
-// errors are estimated with are a little off until they are computed again.
+// Of the tolerance. Modes are picked for less than the accepted error, as the free modes are
+// inexact until they are computed again.
 constexpr double aim = 0.9, accepted = 0.98;
 constexpr Index beside = 16;  // free modes above the ten that these may mix with
 
@@ -120,7 +120,7 @@ class Picker {
     beyond_.A.resize(0, A_.cols());
   }
 
-  // Whether errors would be no more than aimed at, were all candidates taken.
+  // True if all candidates together reach the target error.
   bool suffices() const {
     if (beyond_.beyond == 0) return true;
     if (strain_left_out(motions_, rigid_beyond_).largest > tolerance_) return false;
@@ -128,8 +128,8 @@ class Picker {
            errors(beyond_).maxCoeff() <= aim * tolerance_;
   }
 
-  // Those given and as many more as the errors ask for. The free modes should be those of what is
-  // given: then the errors are right.
+  // Those given, and more as the errors require. Errors are exact if the free modes are those of
+  // the given ones.
   Taken pick(Taken given) const {
     given.resize(lambda_.size(), 0);
     Taken taken = given;
@@ -166,9 +166,9 @@ class Picker {
     }
   }
 
-  // Those that have most of a free mode's error, as many as bring it down to what is aimed at, or
-  // halve it. Not the error by number says which mode: where a poor one passes a good one on its
-  // way, the good one's place is as wrong and nothing of it is missing.
+  // Picks modes with the largest part in a free mode's error, until it is halved or reaches the
+  // target. An error by number does not identify the mode. Where a poor mode passes a good one, the
+  // good one's number has the same error, but lacks no modes.
   void pick_for_free_modes(Taken& taken, double enough) const {
     for (;; enough = aim) {
       MissingModes missing = beyond_;
@@ -216,9 +216,9 @@ class Picker {
   Matrix Y_;             // n_I x (m + f), of the motions and the free modes
   Vector lambda_;        // k, of the candidates
   Matrix rigid_;         // k x m, Phi^T Y / sqrt(lambda)
-  Matrix rigid_beyond_;  // m x m, D of the motions, of what all candidates lack
+  Matrix rigid_beyond_;  // m x m, D of the motions, outside all candidates
   Matrix A_;             // k x f, Phi^T Y of the free modes
-  MissingModes beyond_;  // what all candidates lack
+  MissingModes beyond_;  // outside all candidates
 };
 
 FixedInterfaceModes some_of(const FixedInterfaceModes& all, const Taken& taken, char value) {

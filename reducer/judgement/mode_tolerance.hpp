@@ -23,22 +23,21 @@ struct ModesOfTolerance {
   ModesNotKept not_kept;
 };
 
-// What an ill-conditioned interior makes of the tolerance; where in the mesh is for the caller to
-// say.
+// Mass lost to round-off in an ill-conditioned interior; the caller adds the place in the mesh.
 class LostMass : public InputError {
  public:
   using InputError::InputError;
 };
 
-// Modes such that both the share of strain energy that they leave out under any rigid acceleration
-// of the interface, and the relative errors of the eigenvalues of the free component's ten lowest
-// elastic modes, are no more than the tolerance. The errors are those of full_eigenvalues(), of the
-// reduced component as it is with what was picked. Candidates are computed, lowest first, until all
-// of them suffice; nothing is solved for twice. Of them those that take most part in the largest
-// error are taken, again and again; modes of one frequency are taken together, as their shapes are
-// arbitrary, and so are all within sqrt(2) of the free modes' frequencies. s: K_cc, M_cc; part: per
-// node of s. Above 6000 interface dofs rigid motions alone count. InputError: more than 5000 would
-// be needed and the interior has more. LostMass: no mass is left beside the modes.
+// Modes for a tolerance of two errors. One is the relative strain energy outside the modes under
+// any rigid acceleration of the interface. The other is the relative errors of the free component's
+// ten lowest elastic eigenvalues, by full_eigenvalues() of the reduced component with the picked
+// modes. Computes candidates, lowest first and each once, until all together suffice. Then picks
+// those with the largest part in the largest error, again and again. Modes of one frequency are
+// picked together, as their shapes are arbitrary, and so are all within sqrt(2) of the free modes'
+// frequencies. s: K_cc, M_cc; part: per node of s. Above 6000 interface dofs rigid motions alone
+// count. InputError: more than 5000 would be needed and the interior has more. LostMass: no mass is
+// left beside the modes.
 ModesOfTolerance modes_of_tolerance(const Partition& p, const SparseCholesky& factor,
                                     const InterfaceMotions& motions, const Superelement& s,
                                     const std::vector<Index>& part, double tolerance,

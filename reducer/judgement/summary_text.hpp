@@ -15,11 +15,10 @@ struct SummaryLine {
   bool detail = false;  // for --verbose only
 };
 
-// Errors that the reduction knows of, each with what is good; none without Superelement::accuracy.
+// Error estimates of the reduction, each with a good value; none without Superelement::accuracy.
 std::vector<SummaryLine> accuracy_lines(const Superelement& superelement);
 
-// The first six frequencies with the interface held and of the free part, in Hz, as far as the
-// superelement knows them.
+// The first six fixed-interface and free frequencies in Hz, as far as the superelement has them.
 std::vector<SummaryLine> frequency_lines(const Superelement& superelement);
 
 // At how many nodes the static compliance is in full, and in which directions. nodes: one of each
