@@ -23,19 +23,18 @@ class Processes;
 
 struct ReduceCommand {
   std::string input;  // a scene, "-", or a mesh
-  // With a mesh: what a scene says about its component. Empty: not given.
-  // by key of reduction_keys(): the words given for it
+  // With a mesh: keys of reduction_keys() and their words as given. Empty: not given.
   std::map<std::string, std::vector<std::string>> reduction;
   std::optional<double> youngs_modulus, poissons_ratio, density;
   std::string element, mass, output;
   // With both.
   bool force = false;
-  bool info = false;           // print what the file INPUT is
+  bool info = false;           // print a description of the file INPUT
   std::string export_format;   // write the superelement INPUT for another code; empty: no
   Index first_modal_node = 0;  // with export_format; 0: behind the interface's nodes
   std::string import_format;   // make a superelement of the file INPUT of another code; empty: no
   std::string faces;           // with it: the mesh that names the faces
-  bool estimate = false;       // print what the reductions would cost, and reduce nothing
+  bool estimate = false;       // print the costs of the reductions, and reduce nothing
   double memory = 0;
   std::optional<Index> diagonal_limit;
   std::string engine;                    // "petsc", or empty: by the number of processes
@@ -50,13 +49,13 @@ struct ReduceCommand {
 
 void add_reduce_options(CLI::App& app, ReduceCommand& command);
 
-// Reduces what is not up to date. A scene goes on to `scene_out` (null: nowhere).
-// InputError: mesh options with a scene, missing ones with a mesh, everything wrong with a
-// component (naming it). RunError: disk.
+// Reduces components that are out of date. Writes a scene to `scene_out` (null: nowhere).
+// InputError: mesh options with a scene, missing ones with a mesh, all errors of a component
+// (naming it). RunError: disk.
 void run_reduce(const ReduceCommand& command, std::ostream* scene_out, Report& report);
 
-// What the reductions would give and cost, as tables; reduces and writes nothing. InputErrors as of
-// run_reduce.
+// Prints results and costs of the reductions as tables; reduces and writes nothing. InputErrors as
+// of run_reduce.
 void run_estimate(const ReduceCommand& command, std::ostream& out, Report& report);
 
 // The superelement INPUT for another code. InputErrors as of export_superelement().

@@ -43,14 +43,14 @@ void write_after_the_work(const std::filesystem::path& file, const Write& write)
 // than its domains do.
 constexpr Index group_diagonal_limit = 3000;
 
-// A reduction to one superelement does; others, other bases and points know loads on their
+// A reduction to one superelement does; others, other bases and points support loads on their
 // interface only.
 bool takes_loads_in(const ReductionOptions& reduction) {
   return !reduction.is_decomposed() && reduction.basis == Basis::craig_bampton &&
          reduction.interface_points.empty();
 }
 
-// Ways that know three dofs a node.
+// Refuses shells where only three dofs a node are supported.
 void refuse_with_shells(const Mesh& mesh, const Component& component, bool is_distributed) {
   const ReductionOptions& reduction = *component.reduction;
   if (!has_shells(mesh)) {
@@ -117,7 +117,7 @@ void ComponentReducer::reduce_component(const Scene& scene, const Component& com
                  reduction.superelement.string());
     return;
   }
-  // what cannot be written is found before the work
+  // finds an unwritable file before the work
   if (command_.is_first()) const TemporaryFile probe(reduction.superelement);
   report_.line("reducing " + component.name + " (" + component.mesh.filename().string() + ")");
   make(scene, component, hash, inputs);

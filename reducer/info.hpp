@@ -7,9 +7,9 @@
 
 namespace cbr {
 
-// Superelements and groups of them: what they were made of, dofs, lowest frequencies, faces, mass,
-// errors. Results, fields and checkpoints: times, steps, who is in them. InputError: missing,
-// damaged, or a file of another kind.
+// Superelements and groups of them: provenance, dofs, lowest frequencies, faces, mass, errors.
+// Results, fields and checkpoints: times, steps, instances. InputError: missing, damaged, or a file
+// of another kind.
 void print_info(const std::filesystem::path& file, std::ostream& out);
 
 }  // namespace cbr

@@ -15,7 +15,7 @@ namespace {
 
 // More than this of the energy lost in a flat impact is worth a warning.
 constexpr double large_residual_mass = 0.2;
-// Of a moment of inertia, what lumping may add without a remark.
+// Of a moment of inertia: largest excess by lumping without a remark.
 constexpr double much_excess = 0.01;
 constexpr double same_inertia = 1e-6;  // share
 
@@ -86,7 +86,7 @@ void say_residual_mass(const Vector3& rho, const Superelement& s, Report& report
   warn_of_residual_mass(rho, s, report);
 }
 
-// Free ones are exact; what tapering takes from them at the interface.
+// Free modes are exact, but for the taper at the interface.
 void say_free_modes(const Superelement& s, const MasslessFigures& m, Report& report) {
   const Vector lambda = s.eigenvalues.tail(s.k() - m.n_rigid);
   if (!s.accuracy || lambda.size() == 0) return;

@@ -21,8 +21,8 @@ struct ComponentMass {
 void summarise(const Superelement& superelement, const ReductionFigures& figures,
                const ComponentMass& mass, const std::filesystem::path& file, Report& report);
 
-// A decomposed component: what its domains are like, and the file of the group.
-// rho: residual_mass_share() of the group; none: not computed.
+// A decomposed component: figures of its domains, and the file of the group. rho:
+// residual_mass_share() of the group; none: not computed.
 void summarise_domains(const SuperelementGroup& group, const GroupFigures& figures,
                        const std::optional<Vector3>& rho, Report& report);
 void summarise_group(const SuperelementGroup& group, const ComponentMass& mass,

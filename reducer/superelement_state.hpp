@@ -23,7 +23,7 @@ struct WantedForm {
   bool exact = false;
 };
 
-// What the file holds against the scene and its mesh; hash: content_hash(), loads: load_sets().
+// Compares the file with the scene and its mesh; hash: content_hash(), loads: load_sets().
 FileState state_of(const Scene& scene, const Component& component, const std::string& hash,
                    const std::vector<std::string>& loads, const WantedForm& wanted);
 
@@ -32,7 +32,7 @@ FileState state_of(const Scene& scene, const Component& component, const std::st
 void refuse_to_overwrite(const Scene& scene, const std::string& input,
                          const std::filesystem::path& target);
 
-// What the file tells of its making.
+// The file's provenance.
 std::map<std::string, std::string> provenance(const Scene& scene, const Component& component,
                                               const std::vector<BlockProperties>& properties,
                                               const Mesh& mesh);

@@ -61,7 +61,7 @@ class Condenser {
   }
 
  private:
-  // What one thread works with.
+  // Workspace of one thread.
   struct Workspace {
     PanelSolver solver;
     Matrix X, Y, out;  // transposed panels, w x n_I and w x c
@@ -316,7 +316,7 @@ class Condenser {
   PanelProduct K_IC_, M_IC_, M_II_;  // in these orders
   PanelProduct P_I_;                 // (M R)_I, its rows in this order
   const Matrix& Phi_;
-  SupernodeSet wanted_;  // what K_CI reads of a solution
+  SupernodeSet wanted_;  // of a solution, read by K_CI
   Vector mass_;          // lumped: the diagonal of M_II
   // n_I x k, in the order of elimination; empty when M_kc has been found by a solve
   Matrix M_Phi_;

@@ -21,8 +21,8 @@ enum class CondensationWay {
                  // n_I bytes per column of a panel
 };
 
-// Columns of a panel where memory allows: enough for BLAS, few enough that what a supernode touches
-// of a panel stays in the cache.
+// Columns of a panel where memory allows: enough for BLAS, few enough that a supernode's rows of a
+// panel stay in the cache.
 constexpr Index good_panel = 128;
 
 struct CondensationOptions {

@@ -135,7 +135,7 @@ class Compliance {
   SupernodeSet wanted_;
   std::vector<Index> offset_;  // of the supernodes that are wanted, in Y
   std::vector<Panel> panels_;
-  // Whether C = Y Y^T, Y = (L^-1 B)^T, costs less than L^-T Y^T and B^T of that; does Y fit?
+  // C = Y Y^T, Y = (L^-1 B)^T, costs less than L^-T Y^T and B^T of that, and Y fits
   bool is_square_ = false;
   Matrix Y_, C_;  // s x rows that are wanted
 };

@@ -14,14 +14,14 @@ namespace cbr {
 // belongs to.
 Matrix rigid_motions_of_parts(const Superelement& superelement, const std::vector<Index>& part);
 
-// X <- X L^-T with X^T M X = L L^T; twice, as the first pass leaves cond(X) times round-off.
+// X <- X L^-T with X^T M X = L L^T; twice, as one pass has an error of cond(X) times round-off.
 // RunError, naming `what`: M is not positive definite on X.
 void orthonormalise(const std::function<Matrix(const Matrix&)>& times_M, Matrix& X,
                     const char* what);
 void orthonormalise(const Matrix& M, Matrix& X, const char* what);
 
 // K = K_cc + scale N N^T, N an orthonormal basis of the rigid motions R (c x r), scale the mean of
-// K_cc's diagonal: positive definite where nothing else moves without strain, and its inverse is a
+// K_cc's diagonal. Positive definite unless K_cc has other null vectors; its inverse is a
 // generalised one of K_cc.
 struct HeldStiffness {
   Matrix K, N;

@@ -32,8 +32,8 @@ struct DistributedInterior {
   Index c() const { return rows.K_CC.rows(); }
 };
 
-// From the own rows of each process to those of the whole interior, in its order, in the first
-// process (empty in the others): by columns, so that nothing else is held twice.
+// Gathers the rows of all processes in the first one, in the interior's order (empty in the
+// others). By columns, to store nothing else twice.
 Matrix gather_rows(const InteriorRows& rows, const Matrix& own);
 
 // A^T B over all rows   (columns of A x columns of B), to all processes.

@@ -10,7 +10,7 @@
 
 namespace cbr {
 
-// InputError: `what` is for one process alone.
+// InputError: `what` is supported in one process only.
 [[noreturn]] void refuse(const std::string& what);
 void refuse_unknown(const ReductionOptions& options);
 

@@ -147,7 +147,7 @@ class DistributedReduction {
                    "another cutoff, or other modes");
   }
 
-  // And one more, which tells whether the last has a twin.
+  // And one more, to detect a twin of the last.
   void find_modes(Index ncv) {
     const Index n = interior_.rows.n, wanted = n_wanted();
     if (wanted > n)
@@ -289,7 +289,7 @@ class DistributedReduction {
     s_.spin_moments = generalised_forces(interior_, F_I, F_C, modes_.Phi, s_.M_cc);
   }
 
-  // What the reduced matrices tell: in the first process.
+  // Judges the reduced matrices in the first process.
   void judge() {
     const auto phase = r_.report.phase("diagonal form");
     Conditioning& condition = r_.figures.condition;
@@ -371,8 +371,8 @@ class DistributedReduction {
           (1 - free.with_basis.head(ten).array() / lambda.head(ten).array()).maxCoeff();
   }
 
-  // As accuracy_of(): the first process asks, all answer. of_faces: of each face, too. free: what
-  // the first process is told of the free modes, if it is asked.
+  // As accuracy_of(): the first process computes, all solve. of_faces: also figures of each face.
+  // free: the free modes' eigenvalues, in the first process, if not null.
   void estimate_errors(bool of_faces, FreeEigenvalues* free) {
     const auto phase = r_.report.phase("errors");
     const InteriorSolver& solver = *interior_.solver;

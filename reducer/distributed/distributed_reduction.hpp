@@ -8,10 +8,10 @@
 
 namespace cbr {
 
-// Called in all processes (processes.hpp) with the same arguments; the superelement is the first's,
-// others return an empty one. The numbers are those of reduce(): matrices and frequencies to 1e-9,
-// modes up to their signs. Basis craig-bampton; what it does not do is an InputError by name.
-// Errors, as those of reduce(), are thrown in all processes.
+// Called in all processes (processes.hpp) with the same arguments. The first returns the
+// superelement, others an empty one. The numbers are those of reduce(): matrices and frequencies to
+// 1e-9, modes up to their signs. Basis craig-bampton; InputError naming any unsupported option. All
+// processes throw errors, as those of reduce().
 Superelement reduce_in_processes(const Mesh& mesh, const std::vector<BlockProperties>& properties,
                                  MassKind mass, const ReductionOptions& options,
                                  const ReduceSettings& settings, Report& report,

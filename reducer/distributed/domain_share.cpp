@@ -23,8 +23,7 @@ int rank_of_domain(std::size_t d, int processes) {
   return static_cast<int>(d % static_cast<std::size_t>(processes));
 }
 
-// For files that live as long as it takes to read them: what a superelement is made of is written
-// and read in one place.
+// Place of short-lived files, which pass a superelement through its writer and reader.
 std::filesystem::path scratch() {
   std::error_code wrong;
   const std::filesystem::path folder = std::filesystem::temp_directory_path(wrong);
@@ -54,7 +53,7 @@ Superelement superelement_of(const std::string& bytes) {
   return read_superelement(file.path());
 }
 
-// What the summary tells of a domain beside its superelement, as lines.
+// Figures of a domain for the summary, beside its superelement, as lines.
 std::string text_of(const DomainFigures& f) {
   std::ostringstream text;
   text.precision(17);

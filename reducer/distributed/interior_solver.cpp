@@ -15,7 +15,7 @@ namespace {
 // the ordering of Debian's MUMPS that suits meshes of solids: it has no METIS and no Scotch
 constexpr int pord = 4;
 constexpr int good_block = 128;            // right-hand sides that MUMPS solves for at a time
-constexpr int room = 30, most_room = 500;  // per cent beyond what MUMPS expects a factor to take
+constexpr int room = 30, most_room = 500;  // per cent beyond MUMPS's estimate of a factor
 constexpr int no_room[] = {-8, -9, -14, -15, -17, -20};  // of INFOG(1): more room helps
 constexpr int out_of_memory[] = {-13, -19};
 

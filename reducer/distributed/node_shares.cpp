@@ -44,7 +44,7 @@ struct GraphRows {
   }
 };
 
-// PETSc frees what it gets here
+// PETSc frees these arrays
 Mat graph_of(const GraphRows& graph, Index n) {
   std::size_t entries = 0;
   for (const auto& row : graph.rows) entries += row.size();

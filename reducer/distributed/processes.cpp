@@ -21,14 +21,14 @@
 namespace cbr {
 namespace {
 
-// What Open MPI's mpirun, or another's that tells by PMI, has told this process.
+// This process's number from Open MPI's mpirun, or from another launcher by PMI.
 int number_in_environment(std::initializer_list<const char*> names, int otherwise) {
   for (const char* name : names)
     if (const char* text = std::getenv(name)) return std::atoi(text);
   return otherwise;
 }
 
-// From here on what this process prints is kept, not shown.
+// Redirects the output of this process to memory from here on.
 int keep_words() {
   const int voice = ::memfd_create("words", 0);
   if (voice < 0) return voice;
@@ -40,7 +40,7 @@ int keep_words() {
   return voice;
 }
 
-// Its last line, on what was its stderr.
+// Prints its last line on the former stderr.
 void show_last_words(int voice, int rank) {
   std::string text(
       static_cast<std::size_t>(std::max<off_t>(::lseek(STDERR_FILENO, 0, SEEK_END), 0)), '\0');
@@ -51,7 +51,7 @@ void show_last_words(int voice, int rank) {
   [[maybe_unused]] const auto written = ::write(voice, text.data(), text.size());
 }
 
-// Whether all processes come here within some seconds: they have failed alike.
+// True if all processes come here within `seconds`: they have failed alike.
 bool all_come(double seconds) {
   MPI_Request request;
   int done = 0;
@@ -116,8 +116,8 @@ int Processes::threads() const {
 }
 
 int Processes::end(int code) {
-  // mpirun takes a process that ends before MPI has begun for one that failed, which here it has or
-  // says what it is asked for
+  // mpirun reports a process as failed that ends before MPI has begun. Here it has failed, or only
+  // prints information
   if (!is_started_) return code;
   // Others may wait for this one for good: the first speaks and ends them
   const double patience = rank_ == 0 ? 2 : 5;
@@ -125,8 +125,8 @@ int Processes::end(int code) {
     if (voice_ >= 0) show_last_words(voice_, rank_);
     MPI_Abort(PETSC_COMM_WORLD, code);
   }
-  // All have failed together, and the first has spoken. mpirun sends SIGTERM to the others as soon
-  // as one is gone: it has nothing more to tell them.
+  // All have failed together, and the first has reported it. mpirun sends SIGTERM to the others as
+  // soon as one ends: ignored, as nothing is left to report.
   if (code != 0) std::signal(SIGTERM, SIG_IGN);
   SlepcFinalize();
   return code;

@@ -34,10 +34,10 @@ class Processes {
  private:
   bool is_started_ = false;
   int rank_ = 0, count_ = 1;
-  [[maybe_unused]] int voice_ = -1;  // what was the stderr of a process that may not print
+  [[maybe_unused]] int voice_ = -1;  // former stderr of a process that may not print
 };
 
-// What follows is for all processes at the same time, once they are started.
+// All processes call the following at the same time, once they are started.
 
 // Does `work` in each; the error of the first process that has one is thrown in all.
 void together(const std::function<void()>& work);

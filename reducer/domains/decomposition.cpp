@@ -72,8 +72,8 @@ Index best_neighbour(const Graph& graph, const std::vector<Index>& part, const P
   return best;
 }
 
-// Each part keeps its heaviest piece; of the others the lightest goes to a neighbour, which takes
-// one piece away from the total, until every part is one.
+// Each part keeps its heaviest piece. The lightest of the others joins a neighbour, which removes
+// one piece from the total, until every part is one.
 void move_strays(const Graph& graph, std::vector<Index>& part, Index n) {
   while (true) {
     const Pieces pieces = pieces_of(graph, part);
@@ -116,7 +116,7 @@ std::vector<Index> walk(const Graph& graph, const std::vector<Index>& part, Inde
 }
 
 // Halves the largest part (one piece) for an empty one: the first half of a walk is connected, and
-// what remains in pieces touches it.
+// the remaining pieces touch it.
 void fill_empty(const Graph& graph, std::vector<Index>& part, Index n) {
   for (Index empty = 0; empty < n; ++empty) {
     std::vector<Index> count(static_cast<std::size_t>(n), 0);

@@ -17,10 +17,10 @@ struct Decomposition {
 };
 
 // Cuts the volume elements into n domains of about the same number of element nodes with few nodes
-// shared. Two elements are neighbours when they share a face (its corner nodes); each domain is
-// connected by faces, so that one that is held at three nodes off one line can neither fall apart
-// nor hinge. Only where the mesh has more unconnected parts than n do domains hold several.
-// Deterministic. InputError: n below 1, or more domains than elements.
+// shared. Two elements are neighbours when they share a face (its corner nodes). Each domain is
+// connected by faces: constrained at three nodes off one line it can neither fall apart nor hinge.
+// Domains hold several parts only where the mesh has more than n. Deterministic. InputError: n
+// below 1, or more domains than elements.
 Decomposition decompose(const Mesh& mesh, Index n);
 
 struct Domain {

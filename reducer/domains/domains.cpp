@@ -119,7 +119,7 @@ class DomainReducer {
  private:
   // Of other processes, which do not print.
   void tell_warnings(Report& report) const {
-    report.about("");  // they say what they are about
+    report.about("");  // they name their subject
     for (std::size_t d = 0; d < figures_.size(); ++d)
       for (const std::string& warning : figures_[d].warnings)
         if (!share_.is_own(d)) report.warning(warning);

@@ -30,8 +30,7 @@ struct GroupFigures {
   double seconds = 0;  // of the domains' reduction, all together
 };
 
-// Of several processes, what one of them does (reducer/distributed/domain_share.hpp). As it is
-// here: of one alone.
+// Work of one of several processes (reducer/distributed/domain_share.hpp). By default of one alone.
 struct DomainShare {
   bool is_first = true;
   int processes = 1, here = 1;  // here: on this machine
@@ -58,10 +57,9 @@ SuperelementGroup reduce_domains(const Mesh& mesh, const std::vector<BlockProper
 // Ids of the nodes that the component keeps, in the order of the mesh.
 std::vector<Index> component_interface(const Mesh& mesh, const std::vector<std::string>& sets);
 
-// rho_res along x, y, z of what the domains make together: r^T S r / m, r a translation of
-// `interface_ids` (mesh ids), S the mass that they are left with when modes and the domains' other
-// nodes are free to move (a Schur complement of the joined mass). A dense factor of these nodes'
-// dofs: none above `most` of them.
+// rho_res along x, y, z of the joined domains: r^T S r / m, r a translation of `interface_ids`
+// (mesh ids). S is the Schur complement of the joined mass after elimination of modes and the
+// domains' other nodes. A dense factor of these nodes' dofs: none above `most` of them.
 std::optional<Vector3> residual_mass_share(const SuperelementGroup& group,
                                            const std::vector<Index>& interface_ids,
                                            Index most = 6000);

@@ -137,7 +137,7 @@ RigidMotions rigid_motions_of(const SuperelementGroup& group, const JoinedNodes&
       joined.coordinates(places.interface_nodes, Eigen::all), of(places.interface_nodes));
 }
 
-// What the messages call a coordinate of the joined interior.
+// Name of a coordinate of the joined interior in messages.
 std::string name_of(const JoinedNodes& joined, const JoinedPlaces& places, Index row) {
   const Index n_modal = places.n_interior - 3 * static_cast<Index>(places.shared_nodes.size());
   if (row < n_modal) return "a mode of a domain";

@@ -51,11 +51,11 @@ struct DomainEstimate {
   double n_interior() const { return static_cast<double>(n_interior_dofs); }
   double c() const { return 3 * static_cast<double>(n_interface_nodes); }
   double k() const { return static_cast<double>(n_modes); }
-  // K_cc, M_cc, M_kc, eigenvalues: what the file holds
+  // in the file: K_cc, M_cc, M_kc, eigenvalues
   double block_nonzeros() const { return 2 * c() * c() + k() * c() + k(); }
 };
 
-// What basis characteristic keeps of the interface.
+// Size of the reduced interface of basis characteristic.
 struct FewShapesEstimate {
   Index n_shapes = 0;      // rigid motions, elastic shapes, kept dofs, responses
   Index n_static = 0;      // forces whose statics are kept
@@ -90,7 +90,7 @@ struct Estimate {
   double n_joined() const {
     return total(&DomainEstimate::k) + 3 * static_cast<double>(n_joined_nodes);
   }
-  // Coordinates of what the file holds
+  // Coordinates in the file
   double n_final() const {
     if (few_shapes) return total(&DomainEstimate::k) + static_cast<double>(few_shapes->n_shapes);
     return second ? second->k() + second->c() : n_joined();
@@ -126,8 +126,9 @@ Estimate estimate(const Mesh& mesh, const std::vector<BlockProperties>& properti
                   const ReductionOptions& options, const std::vector<Index>& domain,
                   Index diagonal_limit);
 
-// That one step reads: in diagonal form, without contact and with the whole interface in it; of
-// central differences and Newmark, of what is stored; of central differences, of the full mesh.
+// Bytes that one step reads. In diagonal form, without contact and with the whole interface in it;
+// of central differences and Newmark, of the stored matrices; of central differences, of the full
+// mesh.
 struct StepBytes {
   double exact = 0, exact_in_contact = 0, coupled = 0, mesh = 0;
 };

@@ -11,10 +11,10 @@
 namespace cbr {
 namespace {
 
-// Shares of dgemm's rate at which solves for constraint modes, of nnz(L) times 4 flops a column,
-// and products with them run; and of those flops what the forward solve does not skip.
+// Rates relative to dgemm's of solves for constraint modes, of nnz(L) times 4 flops a column, and
+// of products with them. And the fraction of those flops that the forward solve does not skip.
 constexpr double solve_rate = 0.5, product_rate = 0.8, solved_share = 0.8;
-// Of the last front, K and M, and of what its children give it: squares of c.
+// Of the last front, K and M, and of its children's updates: squares of c.
 constexpr double front_squares = 4;
 constexpr double bytes_of_program = 32e6;
 

@@ -157,7 +157,7 @@ std::vector<Row> steps(const Estimate& e) {
           {"central-difference, of the full mesh instead", human_bytes(bytes.mesh)}};
 }
 
-// What a user asks first; the tables follow.
+// The main figures first; the tables follow.
 void print_first_lines(const Estimate& e, double memory, std::ostream& out) {
   const double full = 3 * static_cast<double>(e.n_nodes), reduced = e.n_final();
   const double modes = e.second ? e.second->k() : e.total(&DomainEstimate::k);

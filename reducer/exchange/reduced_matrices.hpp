@@ -24,7 +24,7 @@ struct ReducedMatrices {
   Matrix K, M;
   std::vector<ReducedRow> rows;  // n
   bool has_damping = false;      // an import's files have a damping matrix, which is not read
-  bool has_recovery = false;     // and what recovers the interior
+  bool has_recovery = false;     // and recovery data of the interior
 };
 
 // Modal coordinates are nodes from `first_modal_node` on; 0: from the first above all nodes of the

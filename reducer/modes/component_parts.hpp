@@ -27,8 +27,8 @@ struct ComponentPart {
 std::vector<ComponentPart> split(const Partition& p, const std::vector<Index>& part_I,
                                  const std::vector<Index>& part_C);
 
-// K_cc, M_cc and what describes the interface, of one part; the rest is empty. Its centre is that
-// of its interface nodes.
+// K_cc, M_cc and the interface of one part; the rest is empty. Its centre is that of its interface
+// nodes.
 Superelement part_of(const Superelement& s, const ComponentPart& part);
 
 // Which of `parts` each column of Phi (n_I x k) moves: the one with most of it.
@@ -40,9 +40,9 @@ std::vector<std::size_t> owners(const std::vector<ComponentPart>& parts, const M
 FixedInterfaceModes joined(const std::vector<ComponentPart>& parts,
                            const std::vector<FixedInterfaceModes>& modes, Index n_I);
 
-// The k lowest fixed-interface modes of all parts together: each part's own problem gives the
-// lowest it is likely to have of them, and more until none can be missing, so that equal parts are
-// no multiple eigenvalues to a solver. Errors: fixed_interface_modes().
+// The k lowest fixed-interface modes of all parts together. Each part's own problem gives its
+// likely number of them, and more until none can be missing. So a solver sees equal parts as no
+// multiple eigenvalues. Errors: fixed_interface_modes().
 FixedInterfaceModes fixed_interface_modes_by_part(const std::vector<ComponentPart>& parts,
                                                   Index n_I, Index k, Report& report);
 

@@ -79,7 +79,7 @@ void take_modes(Superelement& s, Matrix R, const Eigenpairs& elastic) {
   s.V.rightCols(e) = elastic.Phi - R * overlap;
 }
 
-// Whether X (n x m, X^T M^ X = 1) has all eigenvectors of eigenvalues below the shift: K^ - shift
+// True if X (n x m, X^T M^ X = 1) has all eigenvectors of eigenvalues below the shift: K^ - shift
 // M^ is positive definite once X is lifted above it.
 bool has_all_below(const Superelement& s, const Matrix& X, double shift) {
   const Index k = s.k(), c = s.c();
@@ -108,14 +108,14 @@ Index last_wide_gap(const Vector& lambda) {
 constexpr Index worth_lanczos = 500, least_ratio = 6;
 // Of residuals: of eigenvalues its square.
 constexpr double lanczos_tolerance = 1e-11;
-// Beside the others an eigenvalue may be 0, of a mechanism: all eigenvalues together tell.
+// A mechanism's eigenvalue is 0 relative to the others: then all eigenvalues are computed.
 constexpr double no_strain = 1e-10;
 
 // The lowest `count` elastic modes by block Lanczos with the flexibility (1 - R R^T M^) K~^-1 (1 -
-// M^ R R^T), K~ being K^ with its rigid motions held: K~_c is factored, c^3 / 3, where the dense
-// way spends 4/3 n^3 at the memory's rate. R (n x r, R^T M^ R = 1) has no part along modes. Not
-// converged where K~ is not positive definite, or the count of modes below the last says that one
-// is missing.
+// M^ R R^T). K~ is K^ with its rigid motions constrained. Factoring K~_c costs c^3 / 3 flops, the
+// dense way 4/3 n^3 at the memory's rate. R (n x r, R^T M^ R = 1) has no part along modes. Not
+// converged where K~ is not positive definite, or a mode is missing by the count of modes below the
+// last.
 Eigenpairs lowest_by_lanczos(const Superelement& s, const Matrix& R, Index count) {
   const Index k = s.k(), c = s.c(), n = s.n();
   Eigenpairs none;
@@ -148,8 +148,8 @@ Eigenpairs lowest_by_lanczos(const Superelement& s, const Matrix& R, Index count
   return pairs;
 }
 
-// All modes, or rigid motions and elastic ones up to `count` in all: by Lanczos, or of all, as what
-// is 0 shows beside the largest alone.
+// All modes, or rigid motions and elastic ones up to `count` in all. By Lanczos, or of all, as only
+// the largest eigenvalue shows which others are 0.
 void add_modes(Superelement& s, Matrix R, std::optional<Index> count,
                const Cholesky* M_res = nullptr) {
   const Index n = s.n(), n_rigid = R.cols();
@@ -174,7 +174,7 @@ void add_modes(Superelement& s, Matrix R, std::optional<Index> count,
   const Matrix overlap = times_mass(s, R).transpose() * elastic;
   elastic.noalias() -= R * overlap;
   pairs.Phi.leftCols(n_rigid) = R;
-  // Below this the eigensolver cannot tell an eigenvalue from 0: a mechanism inside the interface.
+  // Eigenvalues below this are 0 to the eigensolver's round-off: a mechanism of the interface.
   const double noise =
       n > 0 ? 10 * std::numeric_limits<double>::epsilon() * std::abs(pairs.lambda(n - 1)) : 0.0;
   const Index kept = count.value_or(n);

@@ -21,10 +21,10 @@ Index add_diagonal_form(Superelement& superelement, const std::vector<Index>& pa
 // The same with rigid motions R (n x r, independent columns) as they are.
 void add_diagonal_form(Superelement& superelement, Matrix R);
 
-// Of the diagonal form only the rigid motions and the `count` lowest columns beyond them (all,
-// where there are fewer): omega (m) and V (n x m), for estimates. It is no diagonal form that
-// others may see. By block Lanczos where that is cheaper; the count of modes below is held against
-// the definiteness of K^ - sigma M^, else all are computed.
+// Computes only the rigid motions and the `count` lowest columns beyond them (all, where there are
+// fewer) of the diagonal form: omega (m) and V (n x m). For estimates: it is no diagonal form for
+// other uses. By block Lanczos where that is cheaper and the definiteness of K^ - sigma M^ confirms
+// the count of modes below; else all are computed.
 Index add_lowest_modes(Superelement& superelement, const std::vector<Index>& part, Index count);
 
 }  // namespace cbr

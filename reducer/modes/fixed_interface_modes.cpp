@@ -29,7 +29,7 @@ constexpr Index least_candidates = 200, candidates_per_mode = 4;
 // Minutes of dense work and 5 GB, as a last resort.
 constexpr Index largest_dense = 15000;
 
-// Whether a count would fit this machine beside the matrices and the factor.
+// True if a count would fit this machine beside the matrices and the factor.
 bool count_fits(const Partition& p, const SparseCholesky& factor) {
   return factor.bytes() + front_bytes(factor.tree()) + 16 * static_cast<double>(p.K_II.nonZeros()) <
          0.9 * machine_memory_bytes();
@@ -69,7 +69,8 @@ Index last_gap(const Vector& lambda, double relative) {
   return j;
 }
 
-// Modes that the eigensolver missed below its last one; 0 when none is. `counts`: what was counted.
+// Modes that the eigensolver missed below its last one; 0 when none is. `counts`: a text of the
+// counts.
 Index n_missed(const Partition& p, const SparseCholesky& factor, const Vector& lambda, double gap,
                std::string& counts, Report& report) {
   const Index j = last_gap(lambda, gap);
@@ -207,7 +208,7 @@ FixedInterfaceModes fixed_interface_modes(const Partition& partition, const Spar
   }
   FixedInterfaceModes none{Vector(0), Matrix(n, 0), "none", true};
   if (k == 0) return none;
-  const Index asked = std::min(k + 1, n);  // one more tells whether the last has a twin
+  const Index asked = std::min(k + 1, n);  // one more, to detect a twin of the last
   FixedInterfaceModes modes =
       dense_is_faster(n, k, factor.n_nonzeros() + product_cost(partition.M_II))
           ? dense_modes(partition, asked)

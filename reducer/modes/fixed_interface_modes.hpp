@@ -29,7 +29,8 @@ struct FixedInterfaceModes {
   std::vector<Index> picked = {};
 };
 
-// What `method` to take for k of n_I modes. Measured: docs/decisions/eigen-crossover.md.
+// True if the dense solver is the faster one for k of n_I modes. Measured:
+// docs/decisions/eigen-crossover.md.
 bool dense_is_faster(Index n, Index k, double factor_nonzeros);
 
 // The k lowest. InputError when there are fewer than k; RunError when the eigensolver does not

@@ -23,9 +23,9 @@ Matrix rigid_motions_of(const FreeComponent& model) {
   return N;
 }
 
-// Springs at six dofs of the interface that hold the rigid motions, on the diagonal of K, for the
-// life of the object. A load in equilibrium leaves them without force, so that what K with springs
-// answers is an answer of K.
+// Springs at six dofs of the interface constrain the rigid motions, on the diagonal of K, for the
+// life of the object. A load in equilibrium strains no spring, so that K with springs gives a
+// response of K.
 class Springs {
  public:
   Springs(SparseMatrix& K, const Matrix& N, const std::vector<Index>& interface) : K_(K) {
@@ -47,8 +47,8 @@ class Springs {
   std::vector<std::pair<Index, double>> before_;
 };
 
-// Of c interface dofs: what eliminating them last adds, c^3 / 3 for themselves and more than twice
-// that for the rows that they have in the interior's columns (measured: faces of solids).
+// Of c interface dofs: flops to eliminate them last, c^3 / 3 for themselves and more than twice
+// that for their rows in the interior's columns (measured: faces of solids).
 constexpr double flops_of_interface = 1.1;
 // Share of a factor that a solve visits between forces on the interface and motions of it, both
 // ways.

@@ -9,8 +9,7 @@
 
 namespace cbr {
 
-// What a component's own matrices say; K is given springs for a while, and is back as it was in the
-// end.
+// A component's own matrices. K has springs for a while, and is restored in the end.
 struct FreeComponent {
   SparseMatrix& K;        // N x N
   const SparseMatrix& M;  // N x N
@@ -25,8 +24,8 @@ struct FreeFactor {
   std::optional<SparseCholesky> interior;
 };
 
-// What that takes, from the factor of the interior's stiffness alone: of a component with n_ratio
-// times the interior's dofs and c interface dofs, n_forces forces on these.
+// Its cost, from the factor of the interior's stiffness alone. Of a component with n_ratio times
+// the interior's dofs and c interface dofs, n_forces forces on these.
 struct FreeFactorCost {
   double flops = 0, forces_flops = 0;  // of the factorisations, of the answers to the forces
   bool is_one_factor = false;          // with the interface last; else two, of K and of K_II
@@ -35,9 +34,9 @@ struct FreeFactorCost {
 FreeFactorCost free_factor_cost(const FactorCost& interior, double n_ratio, Index c,
                                 Index n_forces);
 
-// The interface is eliminated last where that costs least, the answers to `n_forces` forces on it
-// included: these need the last columns of the factor alone. `whole` is not ok() where more than
-// rigid motions are without stiffness.
+// Eliminates the interface last where that costs least, with the responses to `n_forces` forces on
+// it: these need the last columns of the factor alone. `whole` is not ok() where K has other null
+// vectors than rigid motions.
 FreeFactor free_factor(const FreeComponent& model, const Partition& p, Index n_forces,
                        const Progress& progress = {});
 

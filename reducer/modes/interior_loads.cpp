@@ -14,8 +14,8 @@
 namespace cbr {
 namespace {
 
-// Of the strain energy of K_II^-1 F: what the modes leave of it, and what one vector has beside the
-// others, to be worth one.
+// Of the strain energy of K_II^-1 F: least energy outside the modes, and outside the other vectors,
+// for another vector.
 constexpr double round_off = 1e-10;
 
 // Place of each mesh node's first dof in u_I (>= 0) or, as -1 - place, in u_C.

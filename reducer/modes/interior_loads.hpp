@@ -32,26 +32,24 @@ InteriorLoads interior_loads(const Mesh& mesh, const FiniteElementModel& model, 
                              const std::vector<std::string>& sets);
 
 // InputError unless all of each of `sets` lies within the interface that the sets of the reduction
-// make. `takes_faces_in`: it knows loads inside, of sidesets; nodes that carry a load by themselves
-// are kept in any case.
+// make. `takes_faces_in`: supports interior loads, of sidesets; nodes that carry a load by
+// themselves are kept in any case.
 void refuse_loads_inside(const Mesh& mesh, const ReductionOptions& reduction,
                          const std::vector<std::string>& sets, bool takes_faces_in);
 
-// Residual vectors, as further columns of Phi with lambda of their own: what K_II^-1 F has that the
-// modes do not, X = K_II^-1 F - Phi Lambda^-1 Phi^T F, made orthonormal by the Ritz problem X^T
-// K_II X, X^T M_II X (Rubin 1975; MacNeal 1971). They are K- and M-orthogonal to the modes, so that
-// K_kk stays diagonal, M_kk = I and K_kc = 0, and K_II^-1 F is in the span. Parts of X that are
-// round-off of it, and those that would be the same twice, are left out. Returns how many there
-// are.
+// Appends residual vectors to Phi, with lambda of their own: X = K_II^-1 F - Phi Lambda^-1 Phi^T F,
+// orthonormalised by the Ritz problem X^T K_II X, X^T M_II X (Rubin 1975; MacNeal 1971). They are
+// K- and M-orthogonal to the modes, so that K_kk stays diagonal, M_kk = I and K_kc = 0, and K_II^-1
+// F is in the span. Drops dependent vectors and round-off. Returns their number.
 Index add_residual_vectors(const Partition& p, const SparseCholesky& factor, const Matrix& F_I,
                            FixedInterfaceModes& modes);
 // Of several parts, each of whose modes and vectors moves it alone.
 Index add_residual_vectors(const std::vector<ComponentPart>& parts, const Matrix& F_I,
                            FixedInterfaceModes& modes);
 
-// Forces on the coordinates: [Phi^T F_I; F_C + Psi^T F_I], Psi^T F_I = -K_CI K_II^-1 F_I, of which
-// rigid motions of the interface (M_cc: condense()'s) feel exactly what they feel of F   (k + c x
-// columns of F).
+// Forces on the coordinates: [Phi^T F_I; F_C + Psi^T F_I], Psi^T F_I = -K_CI K_II^-1 F_I   (k + c x
+// columns of F). Resultants on rigid motions of the interface (M_cc: condense()'s) are exactly
+// those of F.
 Matrix generalised_forces(const Partition& p, const SparseCholesky& factor, const Matrix& F_I,
                           const Matrix& F_C, const Matrix& Phi, const Matrix& M_cc);
 std::map<std::string, Superelement::InteriorLoad> generalised_loads(const Partition& p,

@@ -19,10 +19,9 @@ Matrix spin_moments(const Partition& p, const SparseCholesky& factor, const Poin
                     const Points& X_C, const Vector3& center, const Matrix& Phi,
                     const Matrix& M_cc);
 
-// P_ij = integral of rho phi_i phi_j^T (3 x 3 blocks, kg per unit of the coordinates squared) of
-// modes phi_i of the full component, whose coordinates are the columns of V ((k + c) x m): what
-// Coriolis forces and the inertia of second order are made of   (3 m x 3 m, exactly symmetric).
-// Takes m solves.
+// P_ij = integral of rho phi_i phi_j^T (3 x 3 blocks, kg per unit of the coordinates squared) for
+// Coriolis forces and the inertia of second order   (3 m x 3 m, exactly symmetric). phi_i: modes of
+// the full component, whose coordinates are the columns of V ((k + c) x m). Needs m solves.
 Matrix spin_couplings(const Partition& p, const SparseCholesky& factor, const Matrix& Phi,
                       const Matrix& V);
 

@@ -10,8 +10,8 @@
 namespace cbr {
 
 // Mass, centre and inertia about it, by the elements' quadrature of rho over their volume.
-// `properties`: one per block. Elements are not checked: to be asked of meshes that can be
-// assembled, or for what is only told.
+// `properties`: one per block. Elements are not checked: for meshes that can be assembled, or for
+// information only.
 RigidBody rigid_body_of_geometry(const Mesh& mesh, const std::vector<BlockProperties>& properties);
 
 }  // namespace cbr

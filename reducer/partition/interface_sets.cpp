@@ -173,7 +173,7 @@ void refuse_tractions_on_nodes(const Scene& scene, const Component& component, c
   }
 }
 
-// What recovery data cover.
+// True if the recovery data cover the set.
 bool is_recovered(const SetUse& use, const ReductionOptions& reduction) {
   const std::vector<std::string>& sets = reduction.recovery_sets;
   return use.may_be_inside && reduction.recovery &&

@@ -28,9 +28,9 @@ struct Partition {
   Index n_points = 0;
   // The last so many of either list are rotations of nodes of shells; none beside points.
   Index interior_rotations = 0, interface_rotations = 0;
-  RigidMotions rigid;  // what the condensation keeps exact; none unless set
+  RigidMotions rigid;  // exact in the condensation; none unless set
 
-  // Whether the dofs of the interface's node i are a rotation.
+  // True if the dofs of the interface's node i are a rotation.
   bool is_rotation(Index i) const {
     const Index first = static_cast<Index>(interface_nodes.size()) - 2 * n_points;
     if (n_points == 0) return i >= first - interface_rotations;
@@ -45,8 +45,8 @@ struct Partition {
   Index n_interface() const { return K_CC.rows(); }
 };
 
-// The nodes that solids and shells use, as assemble() numbers them, without K and M: what questions
-// of connectivity need. InputError: there are none.
+// The nodes that solids and shells use, as assemble() numbers them, without K and M: for questions
+// of connectivity. InputError: there are none.
 FiniteElementModel number_nodes(const Mesh& mesh);
 
 // The model nodes of the named sidesets and nodesets, ascending and unique. InputError: a name that
@@ -65,8 +65,8 @@ void partition(const FiniteElementModel& model, const std::vector<Index>& interf
                Partition& p);
 
 // K_II is singular where a part's interior can move as a rigid body against its interface nodes.
-// InputError naming the part by a node id, what it lacks (no interface node; fewer than three that
-// are not on one line) and the cure.
+// InputError naming the part by a node id, the missing constraint (no interface node; fewer than
+// three that are not on one line) and the cure.
 void check_interface_holds(const Mesh& mesh, const FiniteElementModel& model,
                            const Partition& partition, const std::vector<Index>& parts);
 

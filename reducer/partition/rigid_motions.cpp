@@ -206,7 +206,7 @@ RigidResidual rigid_residual(const SparseMatrix& K, const Matrix& R) {
 }
 
 RigidResidual rigid_residual(const Matrix& K, const Matrix& R) {
-  // Rows may be 0 but for round-off: what is not stiff at all is measured by what is stiffest.
+  // Rows may be 0 but for round-off: the stiffest row is the measure of all.
   const double largest = K.rows() > 0 ? K.cwiseAbs().rowwise().sum().maxCoeff() : 0.0;
   return worst_row(
       K.rows(), R, [&](Index) { return largest; }, K * R);

@@ -21,9 +21,9 @@ struct RigidMotions {
   Index count() const { return R_C.cols(); }
 };
 
-// x_I, x_C: nodes in the interior and on the interface, three dofs each, those inside from row
-// first_I on (modes of domains are before them); part_I, part_C: numbers of their connected parts.
-// A part whose interface does not tell its motions apart has none.
+// x_I, x_C: nodes in the interior and on the interface, three dofs each, the interior's from row
+// first_I on (modes of domains are before them). part_I, part_C: numbers of their connected parts.
+// A part has none if its interface does not determine its motions.
 RigidMotions rigid_motions(const Partition& p, const Points& x_I, const std::vector<Index>& part_I,
                            Index first_I, const Points& x_C, const std::vector<Index>& part_C);
 

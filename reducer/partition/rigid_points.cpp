@@ -25,7 +25,7 @@ Vector3 middle_of(const Mesh& mesh, const std::string& set, const std::vector<In
   return x.transpose() * weights / weights.sum();
 }
 
-// Whether the nodes tell all six rigid motions apart.
+// True if the nodes determine all six rigid motions.
 bool tell_rotations(const Mesh& mesh, const std::vector<Index>& nodes) {
   Points x = mesh.coordinates(nodes, Eigen::all);
   const Eigen::RowVector3d middle = x.colwise().mean();
@@ -153,7 +153,7 @@ void couple_rigidly(const Mesh& mesh, const std::vector<RigidPoint>& points,
   for (std::size_t j = 0; j < points.size(); ++j) {
     const Index row = first_point + 2 * static_cast<Index>(j);
     for (const Index node : points[j].nodes) model.row[static_cast<std::size_t>(node)] = row;
-    // What a message about the point names
+    // Messages about the point name this node
     nodes.insert(nodes.end(), 2, points[j].nodes.front());
     x_all.row(row) = x_all.row(row + 1) = points[j].at.transpose();
   }

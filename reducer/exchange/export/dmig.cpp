@@ -27,7 +27,7 @@ std::string field(Index value) { return format_text("%16lld", static_cast<long l
 // symmetric (IFO 6).
 void write_matrix(const char* name, const Matrix& A, const std::vector<ReducedRow>& rows,
                   std::ostream& out) {
-  Index n_entries = 0;  // the format itself does not tell when lines are missing
+  Index n_entries = 0;  // the format itself does not reveal missing lines
   for (Index j = 0; j < A.cols(); ++j)
     n_entries += (A.col(j).tail(A.rows() - j).array() != 0).count();
   out << "$ " << name << ": " << n_entries << " entries\n";

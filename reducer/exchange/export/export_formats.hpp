@@ -14,7 +14,7 @@
 
 namespace cbr {
 
-// One file of a format: what follows the name that the user gave, and what writes it.
+// One file of a format: the suffix of the user's name, and its writer.
 struct ExportFile {
   std::string suffix;  // ".K.mtx"
   // To `file`, which is put in place of NAME.suffix when all are whole. `name`: NAME without its

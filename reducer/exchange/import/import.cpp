@@ -94,7 +94,7 @@ void import_superelement(const ImportOptions& options, Report& report) {
   std::vector<std::filesystem::path> files = imported.files;
   if (!options.faces.empty()) files.push_back(options.faces);
   refuse_to_replace(options.target, files);
-  { const TemporaryFile probe(options.target); }  // what cannot be written is found before the work
+  { const TemporaryFile probe(options.target); }  // finds an unwritable file before the work
   for (const auto& file : files) inputs.add(file);
   const std::optional<Mesh> mesh = mesh_of(options, imported.needs_mesh, report);
   if (imported.needs_mesh)

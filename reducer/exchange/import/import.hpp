@@ -24,9 +24,9 @@ struct ImportOptions {
   Index diagonal_limit = 0;
 };
 
-// Writes `target`, whole or not at all. Without `faces` a warning says what the file cannot do.
-// InputErrors: those of import_matrices(), superelement_of() and add_faces(); `target` is one of
-// the files that are read, or a file of another kind. RunError: of the disk.
+// Writes `target`, whole or not at all. Warns of the file's limits without `faces`. InputErrors:
+// those of import_matrices(), superelement_of() and add_faces(); `target` is one of the files that
+// are read, or a file of another kind. RunError: of the disk.
 void import_superelement(const ImportOptions& options, Report& report);
 
 std::vector<std::string> import_format_names();

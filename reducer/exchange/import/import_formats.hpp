@@ -9,13 +9,13 @@
 
 namespace cbr {
 
-// The table beside exported files, NAME.dofs.csv: what each row of the matrices is. Rows of modal
-// coordinates have eigenvalue 0, which the matrices tell. InputError with file and line.
+// The table of rows beside exported files, NAME.dofs.csv. Rows of modal coordinates have eigenvalue
+// 0; the matrices have the true one. InputError with file and line.
 std::vector<ReducedRow> read_rows(const std::filesystem::path& file);
 
-// The matrices in the order of their rows, n x n, from what --export wrote. `stem`: the files'
-// names up to their suffixes. InputError with file and line: a missing or damaged file, an entry of
-// no row or twice, another kind of matrix.
+// The matrices of --export in the order of their rows, n x n. `stem`: the files' names up to their
+// suffixes. InputError with file and line: a missing or damaged file, an entry of no row or twice,
+// another kind of matrix.
 ReducedMatrices read_matrix_market(const std::filesystem::path& stem);
 ReducedMatrices read_dmig(const std::filesystem::path& stem);
 ReducedMatrices read_abaqus(const std::filesystem::path& stem);

@@ -56,7 +56,7 @@ class Importer {
   [[noreturn]] void fail(const std::string& what) const { throw InputError(where_ + ": " + what); }
   const ReducedRow& row(Index i) const { return r_.rows[static_cast<std::size_t>(i)]; }
 
-  // Exactly symmetric; what is so already keeps its bits.
+  // Exactly symmetric; a symmetric part keeps its bits.
   static Matrix part(const Matrix& A, const std::vector<Index>& dofs) {
     const Matrix A_cc = A(dofs, dofs);
     return 0.5 * (A_cc + A_cc.transpose());
@@ -89,7 +89,7 @@ class Importer {
     }
   }
 
-  // What turns is a point, which a scene names by its set.
+  // A node with rotations is a point, which a scene names by its set.
   void name_points() {
     for (std::size_t i = 0; i < s_.dof_node.size(); ++i)
       if (s_.dof_component[i] > 2)

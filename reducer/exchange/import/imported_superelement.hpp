@@ -12,11 +12,11 @@ namespace cbr {
 
 // Basis craig-bampton, without sets. Nodes in the order in which rows name them first, the dofs of
 // a node x, y, z; modes in the order of the rows. Mass, centre and inertia are those of the
-// interface's rigid motions in M_cc, which has the interior follow. InputError at `where`: K
+// interface's rigid motions in M_cc, which condenses the interior's mass. InputError at `where`: K
 // couples modes with the interface or with each other, M has other modal masses than 1 (1e-6 of the
 // diagonals), K or M is not symmetric; a mode of eigenvalue 0 or less; an interface dof without
-// stiffness or mass; rigid motions that the nodes do not determine, or that K resists.
-// `doubts`: what may be wrong, a sentence each.
+// stiffness or mass; rigid motions that the nodes do not determine, or that K resists. `doubts`:
+// possible errors, a sentence each.
 Superelement superelement_of(const ReducedMatrices& reduced, const std::string& where,
                              std::vector<std::string>& doubts);
 

@@ -16,7 +16,7 @@ constexpr int real_double = 2;
 
 using Matrices = std::map<std::string, Matrix>;
 
-// What a matrix may be called, be and how large it is; both kinds of file tell it.
+// Checks a matrix's name, type and size, which both kinds of file hold.
 template <typename Fail>
 Matrix empty_matrix(const std::string& name, const Matrices& found, Index columns, Index rows,
                     Index type, Index n, const Fail& fail) {

@@ -27,7 +27,7 @@ std::vector<ReducedRow> read_rows(const std::filesystem::path& file) {
       lines.fail("dof " + std::to_string(dof) +
                  " found, expected 1, 2, 3 (x, y, z), 4, 5, 6 (rotations) or 0 (modal)");
     row.dof = static_cast<int>(dof);
-    if (dof == 0) lines.number(fields[6]);  // the matrices tell it; a damaged one is still found
+    if (dof == 0) lines.number(fields[6]);  // the matrices have it; this finds a damaged one
     if (dof > 0)
       row.position = {lines.number(fields[3]), lines.number(fields[4]), lines.number(fields[5])};
     if (!seen.emplace(row.node, row.dof).second)

@@ -16,7 +16,7 @@ namespace cbr {
 
 class RowPlaces {
  public:
-  // modal_dof: what the format calls the dof of a modal coordinate.
+  // modal_dof: the format's dof of a modal coordinate.
   RowPlaces(const std::vector<ReducedRow>& rows, int modal_dof) {
     for (const ReducedRow& row : rows)
       places_.emplace(std::pair(row.node, Index{row.dof == 0 ? modal_dof : row.dof}),
