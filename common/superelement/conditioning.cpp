@@ -90,7 +90,7 @@ void warn_of_conditioning(const Conditioning& c, Report& report) {
                     "in the stiffness of the "
                     "interior, or ask for fewer modes",
                     c.modes.residual));
-  const double rigid = std::fmax(c.rigid, c.reduced_rigid);  // that which is known
+  const double rigid = std::fmax(c.rigid, c.reduced_rigid);  // the known one
   if (rigid > poor_rigid)
     report.warning(
         format_text("the stiffness resists rigid motions by %.0e of its size", rigid) +

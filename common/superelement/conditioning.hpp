@@ -16,9 +16,9 @@ namespace cbr {
 constexpr double not_known = std::numeric_limits<double>::quiet_NaN();
 
 // Of a symmetric positive definite matrix, in the 1-norm. `scaled`: of D A D with D = diag(A)^-1/2,
-// which does not depend on units and within a factor of the size is the least that a diagonal
-// scaling can reach (van der Sluis 1969, doi 10.1007/BF02165096): its product with 1e-16 is what
-// Cholesky's solutions lose.
+// which does not depend on units. Within a factor of the size no diagonal scaling has a smaller one
+// (van der Sluis 1969, doi 10.1007/BF02165096). Its product with 1e-16 is the relative error of
+// Cholesky's solutions.
 struct ConditionNumbers {
   double plain = not_known, scaled = not_known;
 };
@@ -30,7 +30,7 @@ struct ModeCheck {
   double residual = not_known;       // |K_II w - M_II Phi z| / |M_II Phi z|, w = Phi Lambda^-1 z
 };
 
-// What one reduction, or what its domains make together, knows about itself. NaN: not known.
+// Conditioning of one reduction, or of its domains joined. NaN: not known.
 struct Conditioning {
   // stiffness of the interior, reduced mass (infinite: not positive definite)
   ConditionNumbers K_II, mass;
@@ -58,8 +58,7 @@ struct Conditioning {
 bool is_without_stiffness(double softest);  // to round-off: a mechanism
 bool is_dependent(double orthogonality);    // one mode is nearly there twice
 
-// Figures for --verbose; `of_domain`: but those that only a whole component has. Warnings that say
-// what to do.
+// Figures for --verbose; `of_domain`: without those of a whole component. Warnings with a cure.
 void report_conditioning(const Conditioning& conditioning, Report& report, bool of_domain = false);
 void warn_of_conditioning(const Conditioning& conditioning, Report& report);
 

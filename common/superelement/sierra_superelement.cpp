@@ -15,7 +15,7 @@
 namespace cbr {
 namespace {
 
-// What only these files ask for, on top of the reader that Exodus files have too.
+// Additions of these files to the reader of Exodus files.
 class SierraFile {
  public:
   explicit SierraFile(const std::filesystem::path& file) : reader_(file) {}
@@ -125,7 +125,7 @@ namespace {
 
 constexpr Index name_length = 256, string_length = 33;
 
-// What both layouts have.
+// Common to both layouts.
 void define_sizes(NetcdfWriter& out, Index n, Index n_modes, Index n_nodes) {
   out.attribute("floating_point_word_size", 8);
   out.attribute("file_size", 1);
@@ -192,7 +192,7 @@ void write_matrix(NetcdfWriter& out, const std::string& name, const RowMatrix& A
   out.write(name, std::vector<double>(A.data(), A.data() + A.size()));
 }
 
-// What only one of the layouts has, but for cbmap.
+// Only in the newer layout, but for cbmap.
 void write_newer(NetcdfWriter& out, const SierraSuperelement& s) {
   for (const char* name : {"eb_names", "ns_names"})
     out.write(name, std::vector<std::string>{""}, name_length);

@@ -19,9 +19,9 @@
 
 namespace cbr {
 
-// What a few shapes leave of the static compliance of faces, without mass. Entry i is a force at a
-// node along a direction: the outward normal alone, or x, y and z in turn. A node that lies in two
-// faces with normals has an entry for each.
+// Residual compliance of faces beside the reduced interface, without mass. Entry i is a force at a
+// node along a direction: the outward normal alone, or x, y and z in turn. A node of two faces with
+// normals has an entry for each.
 struct StaticShare {
   std::vector<Index> node;          // s, index into node_ids
   Points direction = Points(0, 3);  // s x 3, unit vectors in the component's axes
@@ -93,11 +93,11 @@ struct Superelement {
   // nodes]. Read without them, too.
   std::map<std::string, std::vector<Index>> recovered_sets;
 
-  // Optional: what the reduction knows of its own errors (docs/theory.md, "Errors known before the
-  // run"), /accuracy.
+  // Optional: error estimates of the reduction (docs/theory.md, "Errors known before the run"),
+  // /accuracy.
   struct Accuracy {
     Vector3 rho_res = Vector3::Zero();  // residual_mass_share()
-    std::optional<Vector3> rho_floor;   // what all modes would leave of it; lumped mass only
+    std::optional<Vector3> rho_floor;   // its limit with all modes; lumped mass only
     // translations along, rotations about x, y, z through the centre of mass
     Vector strain_left_out = Vector::Zero(6);
     double largest_left_out = 0;  // of all rigid motions
@@ -121,12 +121,12 @@ struct Superelement {
   };
   std::optional<Accuracy> accuracy;
 
-  // optional, /conditioning: of what was reduced, as it was reduced
+  // optional, /conditioning: of the reduction as it was made
   std::optional<Conditioning> conditioning;
 
-  // Optional, /loads/NAME: faces that are not on the interface, and the forces on the coordinates
-  // that a unit traction along x, y, z on them makes. The last n_residual of the modes are residual
-  // vectors, which make statics under these loads exact.
+  // Optional, /loads/NAME: faces inside the component, and the forces of a unit traction along x,
+  // y, z on the coordinates. The last n_residual of the modes are residual vectors, which make the
+  // static response to these loads exact.
   struct InteriorLoad {
     double weight = 0;  // area of the faces
     Matrix force;       // n x 3
@@ -135,8 +135,8 @@ struct Superelement {
   Index n_residual = 0;
 
   // Optional, /spin_moments: sym of the integral of rho x u^T of each coordinate's displacement u,
-  // x from the centre of mass: xx, yy, zz, xy, yz, xz   (n x 6). How the inertia changes, and what
-  // a spin pulls with. Empty: not known.
+  // x from the centre of mass: xx, yy, zz, xy, yz, xz   (n x 6). For the change of inertia and
+  // centrifugal forces. Empty: not known.
   Matrix spin_moments;
   // Optional, /spin_couplings: P_ij = integral of rho phi_i phi_j^T of the m lowest elastic modes
   // of the diagonal form (3 m x 3 m, symmetric). Coriolis forces, and the inertia of second order.
@@ -157,7 +157,7 @@ struct Superelement {
   bool has_interface_matrices() const { return !is_massless() && !is_characteristic(); }
 };
 
-// What a caller does not need is not read: a run in diagonal form does not touch K_cc.
+// Reads only these parts: a run in diagonal form does not touch K_cc.
 struct SuperelementParts {
   bool matrices = true;  // K_cc, M_cc, M_kc, or those of `massless` or `characteristic`
   bool diagonal = true;
@@ -181,7 +181,7 @@ void write_superelement(const Superelement& superelement, const std::filesystem:
 // them; empty when the file is neither.
 std::string read_content_hash(const std::filesystem::path& file);
 
-// Whether a superelement's or group's file brings its diagonal form, which is not read for that.
+// True if the file of a superelement or group has its diagonal form, which this does not read.
 // InputError: no such file.
 bool stores_diagonal_form(const std::filesystem::path& file);
 

@@ -20,8 +20,8 @@ constexpr double symmetry_tolerance = 1e-10;  // of the largest entry
 constexpr double diagonal_tolerance = 1e-6;
 constexpr double unit_tolerance = 1e-6;   // of the length of a direction
 constexpr double largest_length = 1e150;  // coordinates: their squares are still numbers
-constexpr double most_round_off = 0.1;    // of the probe, however large what is summed
-// of the magnitudes that are summed: what M itself lets V be, when it is ill-conditioned
+constexpr double most_round_off = 0.1;    // of the probe, however large the terms
+// of the magnitudes of the terms: error of V with an ill-conditioned M
 constexpr double round_off = 2e-14;
 
 class Checker {
@@ -160,7 +160,7 @@ class Checker {
       if (component > 2) check_point(node, seen);
   }
 
-  // What turns has all six dofs.
+  // A node with rotations has all six dofs.
   void check_point(Index node, const std::set<std::pair<Index, int>>& dofs) const {
     if (!s_.has_interface_matrices())
       fail("/dofs/component", "rotations (3, 4, 5) do not go with basis " + s_.basis);

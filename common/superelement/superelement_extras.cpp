@@ -62,8 +62,8 @@ Superelement::Accuracy read_accuracy(const Hdf5Reader& file, const std::string& 
   return a;
 }
 
-// Of one figure: what it is called in the file, where it is, and what it can be at least; condition
-// numbers may be infinite.
+// Of one figure: its name in the file, its place and its least value; condition numbers may be
+// infinite.
 template <typename Of, typename Action>
 void each_figure(Of& c, const Action& action) {
   action("K_II", c.K_II.plain, 1);

@@ -50,7 +50,7 @@ void write_recovery(Hdf5Writer& file, const std::string& prefix,
   }
 }
 
-// What half of the modes takes.
+// Data of half of the modes.
 void write_half_of_massless(Hdf5Writer& file, const std::string& group,
                             const Superelement::Massless& massless) {
   if (!massless.modes.empty()) file.attribute(group + "/V", "modes", massless.modes);

@@ -12,11 +12,10 @@ namespace cbr {
 
 inline constexpr const char* superelement_format = "cbr-superelement";
 inline constexpr const char* superelement_group_format = "cbr-superelement-group";
-// Of what is written: datasets have checksums. What older ones lack, and how they are told apart,
-// is in docs/formats.md.
+// Of files written now: datasets have checksums. Older versions: docs/formats.md.
 inline constexpr const char *superelement_version = "1.10", *superelement_group_version = "1.2";
 
-// What a new superelement may replace.
+// A new superelement may replace these files.
 inline FileKind superelement_kind() {
   return {.noun = "a superelement",
           .hdf5_formats = {superelement_format, superelement_group_format}};
@@ -29,7 +28,7 @@ void write_superelement_at(Hdf5Writer& file, const std::string& prefix,
 Superelement read_superelement_at(const Hdf5Reader& file, const std::string& prefix,
                                   const SuperelementParts& parts);
 
-// What superelements and groups of them share.
+// Common to superelements and groups of them.
 void write_format(Hdf5Writer& file, const std::string& prefix, const std::string& format,
                   const std::string& format_version);
 void check_format(const Hdf5Reader& file, const std::string& prefix, const std::string& format);

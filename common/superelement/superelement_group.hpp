@@ -23,13 +23,13 @@ struct SuperelementGroup {
   // Optional diagonal form of join(): as Superelement::omega and V, in its order of coordinates.
   Vector omega;
   RowMatrix V;
-  std::optional<Conditioning> conditioning;  // optional, of what the domains make together
+  std::optional<Conditioning> conditioning;  // optional, of the joined domains
   std::map<std::string, std::string> provenance;
 
   bool has_diagonal_form() const { return omega.size() > 0; }
 };
 
-// The nodes of all domains, each once, ascending by id, with what is on them.
+// The nodes of all domains, each once, ascending by id, with their data.
 struct JoinedNodes {
   std::vector<Index> node_ids;            // n
   Points coordinates;                     // n x 3

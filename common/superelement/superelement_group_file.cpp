@@ -35,8 +35,7 @@ class GroupChecker {
     check_coordinates();
     const Superelement whole = described();
     check_mass(whole);
-    // What a superelement and a group have in common: shapes of /diagonal, the rigid body, faces
-    // that fit each other.
+    // Common to a superelement and a group: shapes of /diagonal, the rigid body, consistent faces.
     check_parts(whole, {false, parts.diagonal, false}, where_);
     check_conditioning(group_.conditioning, whole.n(), where_);
     if (group_.has_diagonal_form() && parts.matrices)

@@ -13,8 +13,8 @@
 namespace cbr {
 namespace {
 
-// Far above what reductions of thin parts leave, and the digits that another maker writes; far
-// below a wrong file.
+// Far above errors of reductions of thin parts and of other programs' digits; far below a wrong
+// file.
 constexpr double tolerance = 1e-2;
 constexpr double no_force = 1e-6;  // of |K_cc| |R|
 
@@ -29,7 +29,8 @@ class RigidCheck {
     // Rotations in units of length
     if (size_ > 0) R_.rightCols(3) /= size_;
     const PivotedQr qr(R_, 1e-6);
-    // Few nodes, or nodes with some of their dofs, do not tell all rigid motions of the component
+    // Few nodes, or nodes with some of their dofs, do not determine all rigid motions of the
+    // component
     is_told_ = std::isfinite(size_) && size_ > 0 && all_dofs_are_there() && qr.rank() == 6;
   }
 
