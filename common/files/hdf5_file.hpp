@@ -53,7 +53,7 @@ class Hdf5Writer {
   void attribute(const std::string& object, const std::string& name, Index value);
   void attribute(const std::string& object, const std::string& name, double value);
   bool remove(const std::string& object);  // false: is not there
-  // A whole file of what has been written so far; this one goes on.
+  // A whole file of the data written so far; this one stays open.
   void save_copy(const std::filesystem::path& target);
   void commit();
   // Instead of commit(): `use` reads the whole file under its temporary name, then it is gone.
@@ -65,14 +65,13 @@ class Hdf5Writer {
   std::unique_ptr<Impl> impl_;
 };
 
-// InputError "FILE: /dataset: ..." for what is missing, of the wrong type or shape, or not readable
-// (truncated). Nothing is allocated for a dataset that claims to hold more than the file can. A
-// scalar may be of shape () or (1). A dataset that has a checksum is refused when its numbers are
-// others; one without is taken as it is.
+// InputError "FILE: /dataset: ..." for a dataset that is missing, of the wrong type or shape, or
+// not readable (truncated). Allocates nothing for a dataset that claims to be larger than the file
+// allows. A scalar may be of shape () or (1). Checksums are verified where there are any.
 class Hdf5Reader {
  public:
-  // What is tried in a process of its own, as damage may end the library: all, or, for those who
-  // read no more, the root's attributes.
+  // Extent of the trial in a process of its own, as damage may crash the library: all, or the
+  // root's attributes for callers that read no more.
   enum class Look : char { all, root_attributes };
   explicit Hdf5Reader(const std::filesystem::path& file, Look look = Look::all);
   ~Hdf5Reader();

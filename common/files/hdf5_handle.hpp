@@ -35,7 +35,7 @@ class Handle {
   Close close_ = nullptr;
 };
 
-// The library prints its error stack unless told not to; the setting is per thread.
+// By default the library prints its error stack; the setting is per thread.
 inline void silence() { H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr); }
 
 // Rows copied at once between a column-major matrix and the file's rows: 16 MB, whatever the

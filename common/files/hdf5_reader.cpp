@@ -33,8 +33,8 @@ herr_t visit_attribute(hid_t owner, const char* name, const H5A_info_t*, void*) 
   return 0;
 }
 
-// What lies in one piece is only bytes; chunks and small datasets in headers are found by
-// structures of their own.
+// Contiguous data are only bytes; chunks and small datasets in headers need structures of their
+// own.
 void visit_dataset(hid_t dataset) {
   const Handle type(H5Dget_type(dataset), H5Tclose), space(H5Dget_space(dataset), H5Sclose),
       properties(H5Dget_create_plist(dataset), H5Pclose);
@@ -55,8 +55,8 @@ herr_t collect_hard_link(hid_t, const char* name, const H5L_info_t* info, void* 
   return 0;
 }
 
-// Group by group as children() does, and on after what cannot be read: H5Ovisit would stop there.
-// Each object once: damage may make circles. seen: addresses.
+// Group by group as children() does, and on after unreadable ones: H5Ovisit would stop there. Each
+// object once: damage may make circles. seen: addresses.
 void visit_object(hid_t object, std::set<haddr_t>& seen) {
   H5O_info_t info;
   if (H5Oget_info2(object, &info, H5O_INFO_BASIC) < 0 || !seen.insert(info.addr).second) return;
@@ -159,7 +159,7 @@ struct Hdf5Reader::Impl {
     }
   }
 
-  // A stranger's file must not make results of what else the user may read.
+  // A foreign file must not copy other files that the user may read into results.
   void refuse_external(const std::string& object) const {
     H5L_info_t info;
     if (H5Lget_info(file, object.c_str(), &info, H5P_DEFAULT) >= 0 &&

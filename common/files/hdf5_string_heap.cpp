@@ -40,7 +40,7 @@ using Sizes = std::map<std::uint64_t, std::uint64_t>;  // of the objects of a co
 
 // Three reserved bytes, the size, and objects that follow each other: index, reference count,
 // reserved, size, data padded to 8 bytes. Index 0 is the free space at the end, its size counts the
-// header. Empty when that is not what is found.
+// header. Empty for any other layout.
 Sizes read_collection(std::string_view bytes) {
   if (bytes.size() < header) return {};
   const std::uint64_t end = number(bytes, 8, 8);

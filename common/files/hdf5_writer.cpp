@@ -19,9 +19,8 @@ namespace {
 namespace fs = std::filesystem;
 using hdf5::Handle;
 
-// The library would close all files once more at the end of the program, those that could not be
-// written included; ours are closed long before. To be said before its first use, by whomever:
-// netCDF uses it as well.
+// The library would close all files once more at the end of the program, with those that could not
+// be written; ours are closed long before. Must precede any use of it: netCDF uses it as well.
 [[maybe_unused]] const bool no_exit_handler = H5dont_atexit() >= 0;
 // A file names filters by number, for which the library would load code from the folders of
 // HDF5_PLUGIN_PATH; ours needs none.
@@ -37,8 +36,7 @@ Handle string_type() {
   return type;
 }
 
-// Creation properties without time stamps, for what `make` makes (groups, datasets, the root
-// group).
+// Creation properties without time stamps (groups, datasets, the root group).
 Handle timeless(hid_t kind) {
   Handle properties(H5Pcreate(kind), H5Pclose);
   H5Pset_obj_track_times(properties, false);
@@ -70,8 +68,8 @@ struct Hdf5Writer::Impl {
   static Handle access() {
     Handle properties(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
     H5Pset_libver_bounds(properties, H5F_LIBVER_V18, H5F_LIBVER_V18);
-    // Small datasets would be held back until they are closed, where nobody hears of a write that
-    // fails: the file would be whole but for zeros.
+    // Else small datasets are buffered until they are closed, and a failed write goes unnoticed:
+    // the file would be whole but for zeros.
     H5Pset_sieve_buf_size(properties, 0);
 #if H5_VERSION_GE(1, 10, 7)
     // the file is ours alone; locks only fail on network disks
@@ -95,10 +93,10 @@ struct Hdf5Writer::Impl {
     if (!ok) fail(object, "cannot be written");
   }
 
-  // Closing would write what the library still holds, and a close that fails (disk full) leaves it
-  // with a half-closed file: the next file or the end of the program is then a segmentation fault
-  // (1.10.8). So what failed is never closed. The descriptor stays open, too: the library knows
-  // files by their inode, which must not go to another file. Its space is freed.
+  // Never closes a failed file. A close that fails (disk full) leaves the library with a
+  // half-closed file. The next file or the end of the program is then a segmentation fault
+  // (1.10.8). The descriptor stays open, too: the library identifies files by their inode, which
+  // must not go to another file. The file's space is freed.
   void abandon() {
     void* driver = nullptr;
     if (H5Fget_vfd_handle(file, H5P_DEFAULT, &driver) >= 0 && driver != nullptr) {

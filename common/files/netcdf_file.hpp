@@ -11,8 +11,8 @@
 
 namespace cbr {
 
-// InputError "FILE: variable: ..." for what is missing, of the wrong shape or type, or not readable
-// (damaged, cut short).
+// InputError "FILE: variable: ..." for a variable that is missing, of the wrong shape or type, or
+// not readable (damaged, cut short).
 class NetcdfReader {
  public:
   explicit NetcdfReader(const std::filesystem::path& file);

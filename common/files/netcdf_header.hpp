@@ -6,10 +6,10 @@
 
 namespace cbr {
 
-// Walks the header of a classic netCDF file (CDF-1, 2, 5) and throws InputError where it is
-// damaged, or where a variable ends beyond the file: the library crashes on some damaged headers
-// and reads zeros where a file has ended. Other files pass: false. Grammar: NetCDF Classic and
-// 64-bit Offset File Formats, OGC 11-054r1, and its 64-bit data extension.
+// Checks the header of a classic netCDF file (CDF-1, 2, 5). InputError where it is damaged, or
+// where a variable ends beyond the file. The library crashes on some damaged headers, and reads
+// zeros beyond the end of a file. Other files pass: false. Grammar: NetCDF Classic and 64-bit
+// Offset File Formats, OGC 11-054r1, and its 64-bit data extension.
 bool check_classic_netcdf(const std::filesystem::path& file);
 
 }  // namespace cbr

@@ -61,7 +61,7 @@ void refuse_protected(const fs::path& target, const fs::path& resolved) {
                    "u+w) or give another name");
 }
 
-// Of what is replaced: permissions, and the owner and group where the system lets us.
+// Keeps the permissions of the replaced file, and its owner and group where the system allows.
 void keep_mode(const fs::path& target, int descriptor) {
   struct stat old = {}, now = {};
   if (::fstat(descriptor, &now) != 0) return;
@@ -96,8 +96,7 @@ void require_name(const fs::path& target) {
                      " are allowed there: give a shorter name");
 }
 
-// rename() would put a regular file in the place of /dev/null, or of the link instead of what it
-// points to.
+// rename() would replace /dev/null by a regular file, or the link instead of its target.
 fs::path resolved_target(const fs::path& target) {
   require_name(target);
   std::error_code error;
@@ -105,7 +104,7 @@ fs::path resolved_target(const fs::path& target) {
   if (fs::is_symlink(target, error)) {
     const auto pointed = fs::weakly_canonical(target, error);
     if (!error) resolved = pointed;
-    // Whoever put the link into a folder that others write to would choose what we replace
+    // In a folder that others may write to, the link's owner would choose the replaced file
     if (fs::weakly_canonical(fs::absolute(target).parent_path(), error) != pointed.parent_path())
       throw InputError(target.string() + ": is a link to " + pointed.string() +
                        ", a file of another folder: give that name, or remove the link");
@@ -140,8 +139,8 @@ void sync_folder(const fs::path& folder) {
   ::close(descriptor);
 }
 
-// Of this machine and what it numbers its processes in (a container has numbers of its own):
-// elsewhere ours mean nothing.
+// Identifies this machine and its process namespace (containers number processes themselves):
+// elsewhere our process numbers mean nothing.
 std::string place_of_processes() {
   char text[256] = {};
   ::gethostname(text, sizeof text - 1);

@@ -9,11 +9,10 @@
 
 namespace cbr {
 
-// An empty file of a name of its own beside `target`, to be filled by whatever library writes it.
-// commit() puts it in the target's place in one step; without commit() it is gone when this goes
-// out of scope, and when a signal ends a program that went through run_program(). A file that is
-// replaced hands on its permissions. What a process that was killed outright left in the folder is
-// removed.
+// An empty file of a unique name beside `target`, for any library to fill. commit() renames it to
+// the target in one step. Without commit() the destructor removes it, and so does a signal that
+// ends a program of run_program(). A replaced file's permissions are kept. Removes files of
+// processes that were killed outright.
 class TemporaryFile {
  public:
   // InputError: the target's folder is missing, or the target is there and is no regular file, or a
@@ -24,7 +23,7 @@ class TemporaryFile {
   TemporaryFile(const TemporaryFile&) = delete;
   TemporaryFile& operator=(const TemporaryFile&) = delete;
 
-  const std::filesystem::path& path() const { return path_; }      // what to write to
+  const std::filesystem::path& path() const { return path_; }      // of the temporary file
   const std::filesystem::path& target() const { return target_; }  // symbolic links followed
   // To the disk, then renamed. Whoever wrote path() has closed it. RunError names the target.
   void commit();

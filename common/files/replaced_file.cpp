@@ -33,7 +33,7 @@ std::optional<std::string> hdf5_format(const std::filesystem::path& file) {
   }
 }
 
-// "" when it is of the formats, else what it is instead.
+// "" when it is of the formats, else a description of the file.
 std::string other_than_hdf5(const std::filesystem::path& file, const std::string& start,
                             const std::vector<std::string>& formats) {
   constexpr std::string_view signature = "\x89HDF\r\n\x1a\n";

@@ -8,7 +8,7 @@
 
 namespace cbr {
 
-// How a file of one kind is recognised as written by a program of cbr. What is empty is not tried.
+// Marks of a file of one kind, as written by a program of cbr. Empty ones are not checked.
 struct FileKind {
   std::string noun;                                // "a table of timings", for messages
   std::vector<std::string> hdf5_formats = {};      // the root attribute 'format' is one of these

@@ -12,15 +12,14 @@
 
 namespace cbr {
 
-// What has a state has a member keep_state(StateArchive&), or a free function
-// keep_state(StateArchive&, T&), that names what it consists of: archive(a, b, c). Saving appends
-// these, restoring fills them in the same order, so that the two cannot come apart. Numbers, enums,
-// strings, vectors, maps, Eigen's dense matrices and sparse ones are known.
+// A class with a state has a member keep_state(StateArchive&), or a free function
+// keep_state(StateArchive&, T&), that lists its data: archive(a, b, c). Saving appends these,
+// restoring fills them in the same order, so that the two stay consistent. Supports numbers, enums,
+// strings, vectors, maps, Eigen's dense matrices and sparse ones.
 class StateArchive {
  public:
   StateArchive() = default;  // saves
-  // Saves what is asked for twice: once to know how much room it takes, which may be most of the
-  // memory.
+  // Runs `keep` twice, first to measure the size, which may be most of the memory.
   template <typename Keep>
   static StateArchive saved(const Keep& keep) {
     StateArchive archive;
@@ -45,7 +44,7 @@ class StateArchive {
   void operator()(T&... values) {
     (one(values), ...);
   }
-  // What has to be the same when restoring as it was when saving. InputError when it is not.
+  // A value that must be the same when restoring and when saving. InputError when it is not.
   void expect(Index value);
   // The first columns of a matrix whose others have no meaning: they are left as they are, 0 when
   // the matrix is new.
