@@ -11,12 +11,13 @@
 namespace cbr {
 namespace {
 
-// Of a face: candidates serve until the surfaces have moved so far relative to each other.
+// Times the mean face size: relative motion of the surfaces up to which candidates are reused.
 constexpr double kept_skin = 1;
 
-// Of a node: the nearest face.
+// Face nearest to a node.
 struct Nearest {
-  double distance = HUGE_VAL, depth = 0;  // depth: straight behind the face
+  // depth: if the projection is behind the face, inside its edges
+  double distance = HUGE_VAL, depth = 0;
   Vector3 normal = Vector3::Zero();
   Foot foot;
 };
@@ -31,13 +32,13 @@ void take_nearer(const ContactSurface& faces, const ContactBody& body, Index fac
   nearest = {distance, is_behind ? distance : 0, p.normal, {face, p.weights}};
 }
 
-// Of the node of a surface, undeformed, as the body has turned.
+// Area vector of a surface's node: undeformed, rotated with the body.
 Vector3 outward(const ContactSurface& surface, std::size_t slot, const ContactBody& body) {
   const Vector3 area = surface.area_vectors.row(static_cast<Index>(slot)).transpose();
   return body.turn ? Vector3(*body.turn * area) : area;
 }
 
-// Faces within balls around the means of their corners.
+// Bounding balls of faces, around the means of their corners.
 struct Balls {
   Points centre;
   Vector radius;
@@ -55,8 +56,8 @@ struct Balls {
   }
 };
 
-// Pairs of the candidates that can be the nearest: some point of a face is no nearer than its ball,
-// and the nearest face no farther than any point of one.
+// Appends the candidate faces that can be nearest to a node. The ball of a face bounds its distance
+// from below. The ball centres, and the corners of one face, bound the least distance from above.
 void take_nearest(const CandidateSearch& search, const CandidateList& list, const Balls& balls,
                   Index slot, std::vector<NodeAndFace>& pairs) {
   constexpr double round_off = 1e-9;
@@ -90,8 +91,9 @@ Vector3 place_of(const CandidateSearch& search, const Foot& foot) {
   return x;
 }
 
-// A node is no deeper than it is far from any point of the surface, such as the foot that it had.
-// Those that cannot be deeper than `of` has it already are not looked at.
+// The distance to any point of the surface bounds the depth of a node from above. The last
+// projection point serves as such a point. Nodes whose bound is within the depth found so far are
+// skipped.
 class NodesAtFaces {
  public:
   NodesAtFaces(const CandidateSearch& search, const CandidateList& list, std::vector<Foot>& feet)
@@ -131,7 +133,7 @@ class NodesAtFaces {
     return search_.slave_body.end.row(search_.slave.nodes[slot]).transpose();
   }
 
-  // Feet of the nearest points are as exact as Newton's method leaves them.
+  // The tolerance covers the residual of Newton's method in projections of nodes onto faces.
   double most_depth(Index slot) const {
     constexpr double inexact = 1e-7;
     const Foot& foot = feet_[static_cast<std::size_t>(slot)];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How deep two surfaces are in each other, whatever points contact tests.
+// Largest penetration of two surfaces, independent of the contact points.
 #pragma once
 
 #include <array>
@@ -10,27 +10,27 @@
 namespace cbr {
 
 struct Closeness {
-  double depth = 0;       // of the deepest node, or of edges that cross
-  double gap = HUGE_VAL;  // of the nearest node to a face, or of edges; HUGE_VAL: beyond the reach
+  double depth = 0;       // of the deepest node, or of crossing edges
+  double gap = HUGE_VAL;  // smallest, of nodes to faces or of edges; HUGE_VAL: beyond the reach
 };
 
-// A point of a face; -1: none.
+// A point on a face; -1: none.
 struct Foot {
   Index face = -1;
   std::array<double, 4> weights{};  // of its corners
 };
 
-// Of the last look, for the next. No depth depends on it.
+// State of the last call, which speeds up the next. Depths do not depend on it.
 struct ClosenessMemory {
   PairMemory nodes, back, edges;      // their candidates
-  std::vector<Foot> feet, back_feet;  // of the slave's nodes, and of the master's
+  std::vector<Foot> feet, back_feet;  // projection points: of slave nodes, of master nodes
 };
 
-// All nodes of both surfaces against all faces of the other, and sharp edges against edges, where
-// the bodies are, start and end of the step being the same. Nodes that look the same way as the
-// face that they are behind are on the other side of a thin body. `reach`: what is deeper or
-// farther is not seen. `known`: a depth that there is already; less is not looked for, and with a
-// memory of earlier looks `gap` is not either.
+// Depth and gap at ContactBody::end. Tests all nodes of each surface against all faces of the
+// other, and sharp edges against edges. A node behind a face with a similar normal is on the other
+// side of a thin body and is ignored. `reach`: largest depth and gap that are found. `known`: a
+// depth found before; smaller depths are not searched. With `memory` of earlier calls `gap` is then
+// incomplete too.
 Closeness closeness(const ContactSurface& slave, const ContactBody& slave_body,
                     const ContactSurface& master, const ContactBody& master_body, double reach,
                     const DetectionOptions& options, double known, ClosenessMemory& memory);

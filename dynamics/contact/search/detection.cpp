@@ -19,7 +19,7 @@
 namespace cbr {
 namespace {
 
-// Of a face: gaps that differ by less are the same but for round-off.
+// Times the face size: gaps that differ by less are equal within round-off.
 constexpr double same_gap = 1e-9;
 
 struct Step : DetectionStep {
@@ -27,12 +27,12 @@ struct Step : DetectionStep {
   const ContactBody& slave_body;
   bool initial;
   const CandidateSearch& search;
-  const HeldNodes* held = nullptr;  // a node that these hold is left out
+  const HeldNodes* held = nullptr;  // nodes constrained by these are left out
 };
 
-// Whether a node that is behind a face at the start of the step is to be held by it. Beside an edge
-// of a body a node is behind the faces of both sides: the one that it neither touched nor lies
-// under is not to push it out.
+// Whether a face constrains a node that starts the step behind it. A node beside an edge of a body
+// is behind the faces of both sides. A face that it has neither touched nor lies under must not
+// push it out.
 bool held_from_behind(const Step& step, const Projection& before, const FaceHit& hit, double size,
                       double edge) {
   const double depth = -hit.start_gap;
@@ -42,8 +42,8 @@ bool held_from_behind(const Step& step, const Projection& before, const FaceHit&
   return depth <= step.options.late_depth * size && before.outside <= 1e-9;
 }
 
-// Whether it is over the moving face when it goes through; the time of that is found by regula
-// falsi, so that a ridge between two faces has no gap.
+// Whether the node is over the moving face when it crosses it. Regula falsi finds that time, so
+// that a ridge between two faces has no gap.
 bool passes_through(const FaceCorners& start, const FaceCorners& end, bool triangle,
                     const SlaveNode& node, FaceHit& hit, double size, double edge) {
   double t0 = 0, t1 = 1, d0 = hit.start_gap, d1 = hit.end_gap, outside = 0;
@@ -61,8 +61,8 @@ bool passes_through(const FaceCorners& start, const FaceCorners& end, bool trian
   return outside <= edge;
 }
 
-// Whether a node is beside the face all the time, told from where it starts and ends. Between these
-// its way over the face bends by a small share of its length.
+// Whether a node is beside the face during the whole step, judged by its start and end. In local
+// coordinates of the face its path is curved by a small fraction of its length.
 bool stays_beside(const PairProjection& found, double edge) {
   const FacePlace &from = found.before.place, &to = found.end.place;
   const double way = std::abs(to.xi - from.xi) + std::abs(to.eta - from.eta);
@@ -73,7 +73,7 @@ bool stays_beside(const PairProjection& found, double edge) {
   return way < 0.5 && (is_beyond(from.xi, to.xi) || is_beyond(from.eta, to.eta));
 }
 
-// Whether a node is over the face all the time, told in the same way, and clearly so.
+// Whether a node is over the face during the whole step by a clear margin, judged likewise.
 bool stays_over(const PairProjection& found, double edge) {
   const FacePlace &from = found.before.place, &to = found.end.place;
   const double way = std::abs(to.xi - from.xi) + std::abs(to.eta - from.eta);
@@ -82,8 +82,8 @@ bool stays_over(const PairProjection& found, double edge) {
   return way < 0.5 && outside + 0.05 * way + clearly < edge;
 }
 
-// Of a node that starts on the face but for round-off: it goes through at once, or all of its way
-// is so short. Whether it is over the face then; unknown near the edge.
+// For a node that starts on the face within round-off: whether it is over the face when it crosses
+// it. It crosses at once, or its whole path is that short. Undecided near the edge.
 std::optional<bool> passes_from_face(const PairProjection& found, double size, double edge,
                                      FaceHit& hit) {
   constexpr double unsure = 0.01;
@@ -94,8 +94,9 @@ std::optional<bool> passes_from_face(const PairProjection& found, double size, d
   return outside <= edge;
 }
 
-// Whether the boxes meet that node and face sweep. Candidates are more, and what is found must not
-// depend on which. Boxes are not looked at where node and face are nearer than any box ends.
+// Whether the swept boxes of node and face meet. Reused candidates include more faces, and contact
+// points must not depend on that. The test is skipped where node and face are closer than any box's
+// margin.
 bool is_near(const Step& step, const SlaveNode& node, const PairProjection& found, Index face) {
   const CandidateSearch& search = step.search;
   const double half = 0.5 * std::max(search.margin, search.size_share * step.master.sizes[face]);
@@ -106,7 +107,7 @@ bool is_near(const Step& step, const SlaveNode& node, const PairProjection& foun
   return node_box(search, step.slave.nodes[node.slot]).meets(face_box(search, face));
 }
 
-// Whether the node came through the face during the step, or touches or nears it; fills `hit`.
+// Whether the node crossed the face during the step, touches it or is near it; fills `hit`.
 bool meets(const Step& step, const SlaveNode& node, Index face, const PairProjection& found,
            FaceHit& hit) {
   if (!(found.end.distance <= step.reach)) return false;
@@ -149,28 +150,28 @@ bool meets(const Step& step, const SlaveNode& node, Index face, const PairProjec
          is_near(step, node, found, face);
 }
 
-// Which face holds a node first: the one that it touches, until it is off its edge and over the
-// next one. Entries are rounded, so that faces of one plane are told apart by what they are at the
-// end. size: of the faces; gaps that differ by round-off do not tell.
+// Order of the faces that constrain a node. The touched face comes first until the node is off its
+// edge and over the next one. Entry times are rounded, so that the end of the step decides between
+// coplanar faces. size: of the faces, for the round-off of gaps.
 bool better(const FaceHit& a, const FaceHit& b, double size) {
   if (a.over_at_end != b.over_at_end) return a.over_at_end;
   if (a.follows != b.follows) return a.follows;
   if (a.follows && a.over_now != b.over_now) return a.over_now;
   if (a.same != b.same) return a.same;
-  // In a valley the face beside it is gone through last: a node that has come off for a step would
-  // sink into the one that it is over
+  // In a valley the node crosses the neighbouring face last. Without this rule a node that lost
+  // contact for one step would sink into the face below it.
   if (!a.follows && a.right_over_at_end != b.right_over_at_end) return a.right_over_at_end;
   const double entry_a = std::round(1e10 * a.entry), entry_b = std::round(1e10 * b.entry);
   if (entry_a != entry_b) return entry_a > entry_b;
   return std::abs(a.end_gap) < std::abs(b.end_gap) - same_gap * size;
 }
 
-// Near an edge between faces that look nearly the same way a node that touches is held along a mean
-// of their normals, which goes over from the one to the other as the node slides across: no jump,
-// and no side is taken by a node on the edge itself. Nor by one that arrives there.
+// Blends normals near an edge between faces of similar orientation. The normal of a touching node
+// changes continuously as it slides across, so that forces do not jump. A node on the edge itself,
+// or arriving there, has the mean normal and so no preferred side.
 void blend_normals(const Step& step, const SlaveNode& node, std::vector<FaceHit>& hits) {
   constexpr double nearly_same_way = 0.866;  // 30 degrees
-  constexpr double bent = 1e-10;             // by less faces are of one plane
+  constexpr double bent = 1e-10;  // faces with a smaller difference of normals are coplanar
   FaceHit& first = hits.front();
   const double size = step.master.sizes[first.face];
   Vector3 sum = first.end.normal;
@@ -236,7 +237,7 @@ SlaveNode node_of(const Step& step, Index slot, const PairMemory& memory) {
   return node;
 }
 
-// Entries tell hits apart: one alone needs none.
+// Computes the exact times at which the node crosses faces. They only order several hits.
 void find_entries(const Step& step, const SlaveNode& node, std::vector<FaceHit>& hits) {
   for (FaceHit& hit : hits) {
     if (!hit.entry_is_rough) continue;
@@ -247,7 +248,7 @@ void find_entries(const Step& step, const SlaveNode& node, std::vector<FaceHit>&
   }
 }
 
-// Best first; those that are equal stay in their order. Most nodes have one hit.
+// Insertion sort, best first, stable: most nodes have one hit.
 void sort(const Step& step, std::vector<FaceHit>& hits) {
   const double size = step.master.sizes[hits.front().face];
   for (std::size_t i = 1; i < hits.size(); ++i)
@@ -261,7 +262,7 @@ bool is_held(const Step& step, const FaceHit& hit) {
       {-hit.end.normal, hit.start_gap, hit.end_gap, step.master.sizes[hit.face]});
 }
 
-// What holds the node at one face holds it at those beside it, but in a hollow corner.
+// A constraint at one face also serves the adjacent faces, except in a concave corner.
 void leave_out_held(const Step& step, std::vector<FaceHit>& hits) {
   const auto held = [&](const FaceHit& hit) { return is_held(step, hit); };
   const auto end = std::stable_partition(hits.begin(), hits.end(), held);
@@ -275,7 +276,7 @@ void leave_out_held(const Step& step, std::vector<FaceHit>& hits) {
   });
 }
 
-// The pairs are those of one node.
+// `pairs`: all of one node.
 void detect_node(const Step& step, Index slot, std::span<const NodeAndFace> pairs,
                  std::span<const PairProjection> found, PairMemory& memory, ContactList& points) {
   thread_local std::vector<FaceHit> hits;
@@ -290,7 +291,8 @@ void detect_node(const Step& step, Index slot, std::span<const NodeAndFace> pair
   if (step.held != nullptr) leave_out_held(step, hits);
   if (hits.empty()) return;
   const double start_gap = hits.front().start_gap;
-  // Found behind a face that it has not come through: left where it is, not thrown out
+  // A node behind a face that it has not crossed keeps its penetration, as pushing it out would add
+  // energy
   if (step.initial || (node.face < 0 && start_gap < 0))
     keep_overlap(slot, start_gap + node.lift, step.initial, memory);
   if (hits.size() > 1) blend_normals(step, node, hits);
@@ -299,7 +301,8 @@ void detect_node(const Step& step, Index slot, std::span<const NodeAndFace> pair
     add_point(step, node, hits[i], memory.offset[slot], points);
 }
 
-// Nodes are taken by so many pairs or a few more: what is found of them stays in the first cache.
+// Number of pairs in a batch of nodes, at least: projections of a batch fit into the first-level
+// cache.
 void detect_nodes(const Step& step, PairMemory& memory, ContactList& points) {
   constexpr std::size_t at_once = 128;
   thread_local std::vector<NodeAndFace> pairs;
@@ -323,12 +326,11 @@ void detect_nodes(const Step& step, PairMemory& memory, ContactList& points) {
   }
 }
 
-// Whether nothing of the two bodies can be within reach of each other; costs nothing that grows
-// with them.
+// Whether the two bodies are out of reach of each other. The cost does not depend on their size.
 bool are_apart(const ContactBody& slave, const ContactBody& master, const ContactSurface& faces,
                bool initial, const DetectionOptions& options, const PairMemory& memory) {
   if (!std::isfinite(slave.longest_way) || !std::isfinite(master.longest_way)) return false;
-  // The drift of the master is one of its nodes' ways at most
+  // The drift of the master is at most the longest path of its nodes
   const double reach =
       contact_reach(faces.size, slave.longest_way + 3 * master.longest_way, initial, memory);
   const double depth = std::max(memory.depth, options.late_depth * faces.extent.norm());
@@ -345,8 +347,8 @@ void start_search(const ContactSurface& slave, const ContactSurface& master, Pai
     memory.further_faces.assign(PairMemory::n_further * static_cast<std::size_t>(n), -1);
 }
 
-// A node off the edge of a long face, or beyond a sharp corner, by a share of the face may be far
-// from it beside its size.
+// A node slightly outside a long face or a sharp corner may be far from it relative to the face
+// size. So the margin covers the depth too.
 double margin_of(double reach, const PairMemory& memory) { return std::max(reach, memory.depth); }
 
 void find_points(const Step& step, PairMemory& memory, ContactList& list) {
@@ -355,7 +357,7 @@ void find_points(const Step& step, PairMemory& memory, ContactList& list) {
   if (list.points.size() == before) forget(memory);
 }
 
-// What the run tells of the start: of all nodes, also those that others hold.
+// Records initial overlap and gap for the report, of all nodes, including those left out above.
 void note_closeness(const CandidateSearch& search, const DetectionOptions& options,
                     PairMemory& memory) {
   const auto standing = [](const ContactBody& body) {
@@ -365,13 +367,14 @@ void note_closeness(const CandidateSearch& search, const DetectionOptions& optio
     return at;
   };
   ClosenessMemory once;
-  const Closeness of = closeness(search.slave, standing(search.slave_body), search.master,
-                                 standing(search.master_body), search.master.size, options, 0, once);
+  const Closeness of =
+      closeness(search.slave, standing(search.slave_body), search.master,
+                standing(search.master_body), search.master.size, options, 0, once);
   memory.initial_overlap = std::max(memory.initial_overlap, of.depth);
   memory.initial_gap = std::min(memory.initial_gap, of.gap);
 }
 
-// The motions of a step, relative to the mean of the master's.
+// Motions in a step relative to the mean motion of the master.
 struct Motion {
   Vector3 drift;
   double longest = 0;

@@ -11,15 +11,15 @@
 namespace cbr {
 namespace {
 
-// Of a face: a node that ends no more than this in front of a spot holds it as well, one that is
-// less deep than the spot by more than the other does not.
+// Times the face size. A node constrains a spot too if it ends at most `as_deep` in front of it. It
+// does not if it starts shallower than the spot by more than `less_deep`.
 constexpr double as_deep = 1e-3, less_deep = 0.01;
 constexpr double as_deep_on_paper = 1e-9;
-// Sine of the angle below which edges count as parallel: their ends hold them.
+// Sine of the angle below which edges count as parallel: their end nodes constrain them.
 constexpr double nearly_parallel = 0.05;
-// Sine of 15 degrees, by which a face may rise from the plane of the edges.
+// Sine of 15 degrees: the angle by which a face may rise from the plane of the edges.
 constexpr double flat_rise = 0.26;
-// Of an edge: what is nearer to its end is the node's.
+// Fraction of the edge near its ends where the nodes act instead.
 constexpr double at_end = 1e-3;
 
 struct Segments {
@@ -31,11 +31,11 @@ Segments between(const Segments& a, const Segments& b, double t) {
           (1 - t) * a.master_a + t * b.master_a, (1 - t) * a.master_b + t * b.master_b};
 }
 
-// The shortest connection of two lines, the unit normal of both and the distance along it.
+// Shortest connection of two lines: their common unit normal and the signed distance along it.
 struct Crossing {
   Vector3 normal;
   double on_slave = 0, on_master = 0, gap = 0;
-  double per_length = 0;  // how far the shares move at most, to first order, where ends move by 1
+  double per_length = 0;  // largest first-order change of the shares for unit motion of the ends
 };
 
 std::optional<Crossing> crossing(const Segments& x) {
@@ -65,13 +65,13 @@ bool is_within(const SurfaceEdge& edge, double share, double slack = 0) {
   return share >= least && share <= 1 - least;
 }
 
-// Off the same end of the edge at both times.
+// Beyond the same end of the edge at both times.
 bool stays_beyond(const SurfaceEdge& edge, double before, double after) {
   const double least = edge.sharp ? at_end : -1e-9;
   return std::max(before, after) < least || std::min(before, after) > 1 - least;
 }
 
-// Both wedges fall away from the plane.
+// Whether both wedges are on opposite sides of the plane.
 bool is_between(const EdgeWedge& slave, const EdgeWedge& master, const Vector3& normal) {
   for (std::size_t i = 0; i < 2; ++i)
     if (slave.inward[i].dot(normal) < -flat_rise || master.inward[i].dot(normal) > flat_rise)
@@ -109,7 +109,7 @@ void add_edge_point(const EdgeStep& step, const EdgeHit& hit, Index slot, double
   list.points.push_back(point);
 }
 
-// Edges that meet in a node cross the same sharp edge at one place: one of them is enough.
+// Edges that meet in a node cross the same sharp edge at one place: one point is enough.
 bool is_same_place(const EdgeStep& step, const EdgeHit& a, const EdgeHit& b) {
   if (a.edges.slave == b.edges.slave && step.slave.edges[a.edges.slave].sharp)
     return std::abs(a.on_slave - b.on_slave) < at_end;
@@ -123,7 +123,7 @@ void keep_deepest(const EdgeStep& step, const EdgeHit& hit, std::vector<EdgeHit>
     return is_same_place(step, hit, other);
   });
   if (same == hits.end()) return hits.push_back(hit);
-  // Of those that are as deep but for round-off the first, in every step
+  // Equal depths within round-off: the first one, so that the choice is the same in every step
   if (hit.end_gap < same->end_gap - as_deep_on_paper * step.size) *same = hit;
 }
 
@@ -178,13 +178,13 @@ std::optional<EdgeHit> cross(const EdgeStep& step, const EdgePair& edges, bool h
   const Segments end = segments(step, edges, &ContactBody::end);
   auto at = crossing(end);
   if (!at) return std::nullopt;
-  // Where no motion of this step can bring them together
+  // No motion of this step can close a larger distance
   const double size = step.size,
                deepest = (has_touched || step.initial) ? size : step.options.late_depth * size;
   if (std::abs(at->gap) > std::max(step.reach, deepest) + 2 * step.motion) return std::nullopt;
   const SurfaceEdge &slave = step.slave.edges[edges.slave],
                     &master = step.master.edges[edges.master];
-  // A few times what the ends can move: most pairs end here
+  // Rejects most pairs early: a few times the possible motion of the ends
   const double slack = 4 * step.motion * at->per_length;
   if (!is_within(slave, at->on_slave, slack) || !is_within(master, at->on_master, slack))
     return std::nullopt;
@@ -226,7 +226,7 @@ void detect_edges(const EdgeStep& step, const std::vector<const HeldNodes*>& hel
     keep_deepest(step, *hit, hits);
   }
   for (const EdgeHit& hit : hits) known.push_back(hit.edges);
-  for (std::size_t i = 0; i < memory.edges.size(); ++i)  // an adjusted gap stays closed
+  for (std::size_t i = 0; i < memory.edges.size(); ++i)  // adjusted gaps stay closed
     if (memory.offset[static_cast<Index>(i)] > 0) known.push_back(memory.edges[i]);
   std::sort(known.begin(), known.end());
   known.erase(std::unique(known.begin(), known.end()), known.end());

@@ -10,9 +10,9 @@
 namespace cbr {
 namespace {
 
-// Whether a node that `first` holds is to be held by `second` too: in a concave corner. At a convex
-// edge a node that is behind both faces came in by one of them; the other then holds it only when
-// the first does nothing against what this step does to it.
+// Whether `second` constrains a node in addition to `first`, as in a concave corner. At a convex
+// edge a node behind both faces entered through one of them. The other one is added only if the
+// first does not resist the motion of this step.
 bool holds_too(const DetectionStep& step, const FaceHit& first, const FaceHit& second) {
   if (!second.nearly_over || second.end_gap >= 0 ||
       second.end.normal.dot(first.end.normal) >= same_side)
@@ -25,8 +25,8 @@ bool holds_too(const DetectionStep& step, const FaceHit& first, const FaceHit& s
          second.start_gap >= 0.5 * second.end_gap;
 }
 
-// Where the faces that hold a node so far put it back, and what of them it stands on: orthonormal
-// directions, in front.
+// Where the faces found so far put a node back, and an orthonormal basis of the normals of the
+// active ones, first entries.
 struct Foothold {
   Vector3 at;
   std::array<Vector3, 3> directions;
@@ -34,7 +34,7 @@ struct Foothold {
   std::span<const Vector3> all() const { return std::span(directions).first(n_directions); }
 };
 
-// The nearest point in front of all their planes, by projections one after the other (Hildreth).
+// Projection onto the intersection of their half-spaces, by Hildreth's successive projections.
 void put_back(const SlaveNode& node, std::span<const FaceHit> holding, Foothold& foothold) {
   std::array<double, PairMemory::n_further + 1> push{};
   const std::size_t n = std::min(holding.size(), push.size());
@@ -57,10 +57,10 @@ void put_back(const SlaveNode& node, std::span<const FaceHit> holding, Foothold&
   }
 }
 
-// Whether a face that rises from those that hold the node is to hold it too; fills `hit`. Where
-// they let the node go is in front of the face or behind it whatever the node came through on its
-// way: all hold it from when it is near all, and as long as it is behind all, so that nothing jumps
-// while it goes over from one to another.
+// Whether a face that rises from the constraining faces constrains the node too; fills `hit`. The
+// test is made at the corrected position, in front of the face or behind it. The faces that the
+// node crossed do not matter. All faces act while the node is near all or behind all of them. So no
+// force jumps when the node moves from one face to another.
 bool holds_from_foot(const DetectionStep& step, const SlaveNode& node, const Foothold& foothold,
                      Index face, FaceHit& hit) {
   const bool triangle = is_triangle(step.master, face);
@@ -75,7 +75,7 @@ bool holds_from_foot(const DetectionStep& step, const SlaveNode& node, const Foo
   const FaceCorners start = corners(step.master, face, step.master_body.start);
   const Projection before = project(start, triangle, node.start);
   hit.start_gap = before.distance - node.lift;
-  // A face that it rises from is another one, however flat the two are bent
+  // A face and the one that it rises from are different, however flat they bend
   const auto is_this = [&](Index f) {
     return f == face ||
            (f >= 0 && !rises_from(step.master, face, f) && !rises_from(step.master, f, face) &&
@@ -85,8 +85,8 @@ bool holds_from_foot(const DetectionStep& step, const SlaveNode& node, const Foo
   const bool touched =
       is_this(node.face) || std::any_of(node.further.begin(), node.further.end(), is_this);
   if (-hit.start_gap > (touched ? 1 : step.options.kept_depth) * size) return false;
-  // The foot of the slope beside the node, or the corner that it makes with two others: what lies
-  // beyond the slope's ends does not hold it
+  // Foot of the slope beside the node, or the corner with two other faces. The slope must not act
+  // beyond its ends
   Vector3 along = ahead.normal;
   for (const Vector3& direction : foothold.all()) along -= direction.dot(along) * direction;
   const double slope = along.squaredNorm();
@@ -101,16 +101,15 @@ bool holds_from_foot(const DetectionStep& step, const SlaveNode& node, const Foo
   return true;
 }
 
-// Of a slope of several faces the one that the foot is at comes first.
+// Order of the faces of a slope: first the one at the foot.
 bool nearer_the_foot(const FaceHit& a, const FaceHit& b) {
   const double off_a = std::round(1e6 * std::max(0.0, a.outside)),
                off_b = std::round(1e6 * std::max(0.0, b.outside));
   return off_a != off_b ? off_a < off_b : a.end_gap < b.end_gap;
 }
 
-// The faces that rise from the node's first one, and hold it, come next to it in `hits`. Each is
-// asked with those that hold already: what is pressed into one wall is still to be seen by the
-// next.
+// Moves rising faces that constrain the node next to the first hit in `hits`. Each is tested
+// together with those chosen so far: correction along one wall may lead into the next.
 class RisingFaces {
  public:
   RisingFaces(const DetectionStep& step, const SlaveNode& node, std::vector<FaceHit>& hits)
@@ -120,7 +119,7 @@ class RisingFaces {
     faces_ = {begin + step.master.rising_begin[first], begin + step.master.rising_begin[first + 1]};
   }
 
-  // Returns how many hold.
+  // Returns how many constrain the node.
   std::size_t choose() {
     FaceHit best;
     while (next(best) || next_of_two(best)) {
@@ -140,7 +139,7 @@ class RisingFaces {
     return std::all_of(hits_.begin(), hits_.begin() + static_cast<std::ptrdiff_t>(n_held_), fits);
   }
 
-  // The best of all faces, where those that hold put the node back.
+  // The best face at the position corrected by the chosen ones.
   bool next(FaceHit& best) {
     put_back(node_, std::span(hits_).first(n_held_), foothold_);
     bool any = false;
@@ -155,15 +154,16 @@ class RisingFaces {
     return any;
   }
 
-  // Of two walls that it comes through in one step each lets it pass by the end of the other: where
-  // one puts it back, the other holds it, and the other way round. The best of such.
+  // For two walls crossed in one step. The uncorrected node passes each wall beyond the end of the
+  // other. The position corrected by one is inside the other, and vice versa. Picks the best such
+  // face.
   bool next_of_two(FaceHit& best) {
     thread_local std::vector<FaceHit> behind, holding;
     find_behind(behind);
     if (behind.size() < 2) return false;
     holding.assign(hits_.begin(), hits_.begin() + static_cast<std::ptrdiff_t>(n_held_));
     holding.emplace_back();
-    // Whether `face` holds the node that `other` puts back too
+    // Whether `face` constrains the node after correction by `other`
     const auto holds_beside = [&](const FaceHit& other, Index face, FaceHit& hit) {
       holding.back() = other;
       put_back(node_, holding, foothold_);
@@ -183,7 +183,7 @@ class RisingFaces {
     return any;
   }
 
-  // The faces that do not hold yet and that the node, if nothing holds it, ends behind.
+  // Faces not chosen yet that the unconstrained node ends behind.
   void find_behind(std::vector<FaceHit>& behind) const {
     behind.clear();
     for (const Index face : faces_) {

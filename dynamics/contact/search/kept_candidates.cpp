@@ -9,17 +9,17 @@
 namespace cbr {
 namespace {
 
-// A skin of so many steps' motions, within shares of the mean face: a thick one holds for longer
-// and holds more.
+// Skin in motions of a step, within fractions of the mean face. A thick skin lasts longer and has
+// more candidates.
 constexpr double skin_steps = 10, least_skin = 0.02, most_skin = 0.15;
 
-// Searches that candidates serve before it pays to find fewer.
+// Reuses of the candidates after which a smaller search pays off.
 constexpr int enough_services = 3;
 
 constexpr int lanes = 8;
 typedef double Lanes __attribute__((vector_size(lanes * sizeof(double))));
 
-// Largest |x - ref - shift| of n rows of three, by components; not a number counts as infinite.
+// Largest component of |x - ref - shift| over n rows of three; NaN counts as infinite.
 CBR_CLONES double largest_difference(const double* x, const double* ref, Index n,
                                      const double (&shift)[3]) {
   Lanes pattern[3], most[3] = {};
@@ -45,7 +45,7 @@ CBR_CLONES double largest_difference(const double* x, const double* ref, Index n
   return largest;
 }
 
-// Rows `nodes` of x; they follow each other where a body has no other contact nodes among them.
+// Rows `nodes` of x; they are contiguous unless other contact nodes of the body lie between.
 double largest_difference(const std::vector<Index>& nodes, const Points& x, const Points& ref,
                           const Vector3& shift) {
   const Index n = static_cast<Index>(nodes.size());
@@ -88,14 +88,15 @@ Margins margins_of(const CandidateSearch& search, const FurtherSearch* further) 
   return {search.margin, further->back.margin, further->edge_margin};
 }
 
-// By how much the largest of `a` is above that of `b`.
+// Largest excess of `a` over `b`, at least 0.
 double most_above(const Margins& a, const Margins& b) {
   double most = 0;
   for (std::size_t i = 0; i < a.size(); ++i) most = std::max(most, a[i] - b[i]);
   return most;
 }
 
-// How far any node is from where it was found, relative to the master, at any time of the step.
+// Motion since the search relative to the master, in the whole step: the largest of the master's
+// nodes plus that of the slave's. of_one: the larger of both.
 double moved(const CandidateSearch& search, const KeptCandidates& kept, double& of_one) {
   const Index first = search.master.nodes.front();
   const Vector3 shift = (search.master_body.end.row(first) - kept.master_at.row(0)).transpose();
@@ -111,7 +112,7 @@ double moved(const CandidateSearch& search, const KeptCandidates& kept, double& 
   return of_master + of_slave;
 }
 
-// A search that reached far, as the first one does, has found more than is wanted from then on.
+// A search with a large reach, as the first one, finds more candidates than later steps need.
 bool is_too_wide(const CandidateSearch& search, const FurtherSearch* further,
                  const KeptCandidates& kept) {
   return kept.served >= enough_services &&
@@ -127,8 +128,8 @@ bool still_holds(const CandidateSearch& search, const FurtherSearch* further,
   return both + more + 2 * search.overhang * of_one <= kept.skin;
 }
 
-// Boxes of nodes and what they bound: where they are at the end of the step, to be kept with a
-// skin, or what they sweep in it.
+// Bounding boxes of nodes, faces and edges: at the end of the step with a skin, for reuse, or swept
+// in the step.
 class Boxes {
  public:
   Boxes(bool are_swept, double skin) : are_swept_(are_swept), skin_(skin) {}
@@ -162,14 +163,14 @@ class Boxes {
   double skin_;
 };
 
-// Workspace of a search; what is found is kept elsewhere.
+// Workspace of a search for edges.
 struct EdgeBoxes {
   std::vector<Index> queried, tested;
   std::vector<Box> queries, targets;
   BroadPhase grid;
 };
 
-// Sharp edges of one side and edges of the other: all, or those that are not sharp.
+// Pairs of sharp edges of one side with edges of the other: all, or only those not sharp.
 class EdgeCandidates {
  public:
   EdgeCandidates(const CandidateSearch& search, const Boxes& boxes, double margin)
@@ -228,7 +229,7 @@ class EdgeCandidates {
   double margin_;
 };
 
-// Around where the nodes are at the end of the step, with the skin.
+// Records the positions of the nodes at the end of the step, for reuse of the candidates.
 void keep(const CandidateSearch& search, const FurtherSearch* further, KeptCandidates& kept) {
   kept.slave_at = rows(search.slave.nodes, search.slave_body.end);
   kept.master_at = rows(search.master.nodes, search.master_body.end);
@@ -261,7 +262,7 @@ void update_candidates(const CandidateSearch& search, const FurtherSearch* furth
     return;
   }
   const double size = search.master.size;
-  // What is used up in a step or two is not worth a skin
+  // A skin that lasts only a step or two costs more than it saves
   const bool is_worth_it = search.skin > 0 || skin_steps * search.motion <= 3 * most_skin * size;
   kept.is_known = false;
   if (is_worth_it) {

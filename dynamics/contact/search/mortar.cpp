@@ -11,10 +11,9 @@
 namespace cbr {
 namespace {
 
-// A slave node with less than this share of its part of the faces has no multiplier of its own:
-// beyond the master's rim there are more slave nodes than motions of the strip that is shared. Its
-// shape function goes to its neighbours in the face, so that the multipliers still sum to one
-// everywhere.
+// A slave node with a smaller fraction of its tributary area in contact has no multiplier of its
+// own. Beyond the master's rim there are more slave nodes than motions of the shared strip. Its
+// shape function is added to its neighbours in the face, so that the multipliers still sum to one.
 constexpr double least_share = 0.05;
 
 // Corner j of the slave face of a segment.
@@ -23,11 +22,11 @@ struct Corner {
   int j = 0;
 };
 
-// What makes one point: corners of one slave node on faces that look the same way.
+// The corners that make one point: of one slave node, on faces of similar orientation.
 struct Group {
   Index slot = 0;
   Vector3 first_normal;
-  double D = 0, share = 0;  // int N_j dA; the part of the faces' areas that is the node's
+  double D = 0, share = 0;  // int N_j dA; the node's tributary area of whole faces
   bool kept = false;
 };
 
@@ -70,9 +69,8 @@ class TermSums {
   std::vector<Index> nodes_;
 };
 
-// Corners of all segments, ascending by slot. Those of one slot from the largest face to the
-// smallest: which look the same way hangs on which comes first, and is not to hang on how the faces
-// are numbered.
+// Corners of all segments, ascending by slot; those of one slot by descending size of their faces.
+// The grouping by orientation depends on the first face and must not depend on face numbers.
 std::vector<Corner> corners_by_slot(const ContactSurface& slave,
                                     const std::vector<FacePair>& pairs) {
   std::vector<Corner> corners;
@@ -125,7 +123,7 @@ std::vector<Group> make_groups(const ContactSurface& slave, const std::vector<Fa
 // per segment, those of its corners; -1 beyond a triangle's third
 using FaceGroups = std::vector<std::array<Index, 4>>;
 
-// Groups with enough area, and of each face at least one.
+// Keeps groups with enough area, and at least one per face.
 void choose_kept(const std::vector<FacePair>& pairs, const FaceGroups& of,
                  std::vector<Group>& groups) {
   for (Group& group : groups) group.kept = group.D >= least_share * group.share;
@@ -141,7 +139,7 @@ void choose_kept(const std::vector<FacePair>& pairs, const FaceGroups& of,
   }
 }
 
-// Multipliers of groups that are not kept go to the others of the face in equal parts.
+// Distributes multipliers of dropped groups equally to the other groups of the face.
 void merge_rows(const FaceGroups& of, const std::vector<Group>& groups,
                 std::vector<FacePair>& pairs) {
   for (std::size_t i = 0; i < pairs.size(); ++i) {
@@ -161,7 +159,7 @@ void merge_rows(const FaceGroups& of, const std::vector<Group>& groups,
   }
 }
 
-// The last step's impulse on the point's node along the point's normal; 0 if it pushed another way.
+// Normal component of the last step's impulse on the point's node; 0 if it had another direction.
 double pushed_along(const ContactPoint& point, const PairMemory& memory) {
   if (memory.impulse.rows() == 0) return 0;
   const auto impulse = memory.impulse.row(point.slot);
@@ -169,16 +167,16 @@ double pushed_along(const ContactPoint& point, const PairMemory& memory) {
   return along > same_side * impulse.norm() ? along : 0;
 }
 
-// A point that is found deeper than contact left it, by `drift`.
+// A point whose penetration has grown by `drift` since the last step.
 struct Jump {
   std::size_t point = 0;
   double drift = 0, impulse = 0;  // of the last step
 };
 
-// Points that are found deeper than contact left them are not thrown out in one step. Found behind
-// faces that it has not come through, a node keeps all as overlap. A node on an edge has one
-// overlap for all its sides; `first` is the largest of them. False: another side is behind by so
-// much that it is not to count. What changed weights have done goes to `jumps`.
+// Keeps penetrations that contact did not close, so that no step removes them at once. A node
+// behind faces that it has not crossed keeps its whole penetration as overlap. A node on an edge
+// has one overlap for all sides; `first`: the largest side. False: the penetration of another side
+// is too large for contact. Drifts by changed weights go to `jumps`.
 bool keep_overlaps(const MortarStep& step, const ContactPoint& point, double start, bool first,
                    std::size_t place, PairMemory& memory, std::vector<Jump>& jumps) {
   if (first && (step.initial || (memory.face[point.slot] < 0 && start < 0))) {
@@ -192,10 +190,10 @@ bool keep_overlaps(const MortarStep& step, const ContactPoint& point, double sta
   return true;
 }
 
-// As the faces slide, the weights of the points change, and gaps with them. Impulses push out no
-// more of that than brings back the energy that such changes have taken, judged by the impulses of
-// the last step, each point its share; the rest stays as overlap. Gaps count from the overlaps
-// then.
+// The weights of the points change as the faces slide, and with them the gaps. Impulses correct
+// only a part of that drift: they return the energy that such changes have taken, estimated with
+// the last step's impulses. All points have the same fraction. The rest stays as overlap, from
+// which gaps then count.
 void settle_overlaps(const MortarStep& step, const std::vector<Jump>& jumps, std::size_t first,
                      PairMemory& memory, ContactList& list) {
   const double most = step.options.drift_share * step.motion;
@@ -216,8 +214,7 @@ void settle_overlaps(const MortarStep& step, const std::vector<Jump>& jumps, std
   }
 }
 
-// Appends the point of corners [first, last), its gaps without overlaps yet, or nothing if it is
-// out of reach.
+// Appends the point of corners `of`, gaps without overlaps yet; nothing if it is out of reach.
 void add_point(const MortarStep& step, const std::vector<FacePair>& pairs,
                const std::vector<const Corner*>& of, Index slot, bool is_first,
                TermSums& slave_sums, TermSums& master_sums, PairMemory& memory,
@@ -290,7 +287,7 @@ void detect_mortar(const ContactSurface& slave, const ContactBody& slave_body,
   std::vector<std::vector<const Corner*>> of(1);
   for (std::size_t first = 0, last = 0; first < corners.size(); first = last) {
     const Index slot = corners[first].slot, g0 = corners[first].group;
-    std::vector<Index> order;  // groups of the slot, the largest first: it owns the offset
+    std::vector<Index> order;  // groups of the slot, largest first: it owns the offset
     for (last = first; last < corners.size() && corners[last].slot == slot; ++last) {
       const std::size_t g = corners[last].group - g0;
       if (of.size() <= g) of.resize(g + 1);

@@ -11,7 +11,7 @@
 namespace cbr {
 namespace {
 
-constexpr double facing = -0.3;  // cosine between normals up to which faces look at each other
+constexpr double facing = -0.3;  // largest cosine between the normals of faces that can touch
 
 void fill_boxes(const ContactSurface& surface, const ContactBody& body, const Vector3& drift,
                 double margin, std::vector<Box>& boxes) {
@@ -33,12 +33,11 @@ FaceOrder order_of(const ContactSurface& surface, Index face) {
   return is_quadratic(surface, face) ? FaceOrder::quadratic : FaceOrder::linear;
 }
 
-// The slave face that is looked at.
+// The slave face of a pair.
 struct SlaveFace {
   Index face = 0;
   bool triangle = false;
-  // it touched in the last step, or the run begins: it is looked at where it is at the start of the
-  // step
+  // Evaluates it at the start of the step: it touched in the last step, or the run begins
   bool at_start = false;
   FaceCorners start, end;
   Matrix3 frame;  // rows: outward normal, two tangents
@@ -73,7 +72,7 @@ FaceCorners between(const FaceCorners& start, const FaceCorners& end, double t) 
   return x;
 }
 
-// What the faces share when t of the step is over.
+// The shared area of the faces at time t, as a fraction of the step.
 Segment segment_at(const MortarStep& step, const SlaveFace& s, Index face, double t) {
   const FaceCorners start = corners(step.master, face, step.master_body.start),
                     end = corners(step.master, face, step.master_body.end);
@@ -88,7 +87,7 @@ Segment segment_at(const MortarStep& step, const SlaveFace& s, Index face, doubl
   return integrate(of_slave, of_master);
 }
 
-// sum of the face's nodes weighed by columns of D or M.
+// Sum of the face's nodes, weighted by columns of D or M.
 Vector3 weighted_sum(const CornerByNode& weights, const ContactSurface& surface, Index face,
                      const Points& points) {
   const Eigen::Matrix<double, 1, 9> w = weights.colwise().sum();
@@ -101,7 +100,7 @@ Vector3 weighted_sum(const CornerByNode& weights, const ContactSurface& surface,
   return r;
 }
 
-// Mean over what they share, with the bodies' points at one time.
+// Mean gap over the shared area, for given positions.
 double mean_gap(const MortarStep& step, const FacePair& pair, const Points& slave,
                 const Points& master) {
   const Vector3 r = weighted_sum(pair.segment.M, step.master, pair.master_face, master) -
@@ -109,7 +108,7 @@ double mean_gap(const MortarStep& step, const FacePair& pair, const Points& slav
   return pair.normal.dot(r) / pair.segment.area;
 }
 
-// Least and largest gap that the corners allow, along the slave's normal.
+// Lower and upper bound of the gap by the corners, along the slave's normal.
 std::array<double, 2> gap_range(const Vector3& normal, const FaceCorners& slave,
                                 const FaceCorners& master) {
   double least = HUGE_VAL, most = -HUGE_VAL, lower = HUGE_VAL, upper = -HUGE_VAL;
@@ -130,10 +129,10 @@ bool share_a_node(const IndexTable& faces, Index f, Index g) {
   return false;
 }
 
-// Whether the last search saw the faces, or the slave face and a neighbour of the master face that
-// looks the same way: they have come together from the front, however deep they are now. A coarse
-// face beside one that bends away is deep in parts long before the mean over a node's faces closes;
-// left out until then, it would be pushed out in one step.
+// Whether the last search found this pair, or the slave face with a neighbour of similar
+// orientation of the master face. If so, they approached from the front, however deep they are now.
+// Parts of a coarse face beside a bend are deep long before the mean gap of a node's faces closes.
+// Without this test such a face would be found late and pushed out in one step.
 bool were_near(const MortarStep& step, const PairMemory& memory, Index slave_face,
                Index master_face, const Vector3& master_normal) {
   const auto n = static_cast<Index>(memory.near.size() / 2);
@@ -154,8 +153,8 @@ bool were_near(const MortarStep& step, const PairMemory& memory, Index slave_fac
   return false;
 }
 
-// How deep a master face may be in the slave face at the start of the step: deeper, it is that of
-// the other side of a thin body.
+// Largest penetration of a master face at the start of the step. A deeper one is on the other side
+// of a thin body.
 double allowed_depth(const MortarStep& step, const PairMemory& memory, const SlaveFace& s,
                      Index master_face, const Vector3& master_normal) {
   const double size = std::max(step.master.sizes[master_face], step.slave.sizes[s.face]);
@@ -203,7 +202,7 @@ bool meets(const MortarStep& step, const PairMemory& memory, const SlaveFace& s,
   if (pair.end_gap > step.far) return false;
   if (pair.start_gap < 0) {
     if (-pair.start_gap > allowed_depth(step, memory, s, face, master_normal)) return false;
-    // Sides of bodies that only now come to lie behind each other
+    // Sides of bodies that overlap only from now on
     if (!s.at_start && !(segment_at(step, s, face, 0).area > 0)) return false;
   }
   if (pair.on_the_way || pair.start_gap <= 0) return true;
@@ -231,8 +230,8 @@ double common_area(const MortarStep& step, const SlaveFace& s, Index face, Index
   return sum;
 }
 
-// Of master faces that lie over each other only the one counts that the slave face meets first.
-// pairs[first] .. are those of `s`.
+// Of overlapping master faces keeps only the one that the slave face meets first. pairs[first] ..
+// belong to `s`.
 void keep_first_layer(const MortarStep& step, const SlaveFace& s, std::size_t first,
                       std::vector<FacePair>& pairs) {
   const auto begin = pairs.begin() + static_cast<std::ptrdiff_t>(first);
@@ -255,7 +254,7 @@ void keep_first_layer(const MortarStep& step, const SlaveFace& s, std::size_t fi
   auto last = begin;
   for (auto pair = begin; pair != pairs.end(); ++pair) {
     const auto hides = [&](const FacePair& other) {
-      // Neighbours lie beside each other
+      // Neighbours are adjacent and do not overlap
       if (!more_than_whole && share_a_node(step.master.faces, pair->master_face, other.master_face))
         return false;
       return common_area(step, s, pair->master_face, other.master_face) > 1e-3 * pair->segment.area;
@@ -267,8 +266,7 @@ void keep_first_layer(const MortarStep& step, const SlaveFace& s, std::size_t fi
             [](const FacePair& a, const FacePair& b) { return a.master_face < b.master_face; });
 }
 
-// Per slave node: whether a point of it can be within reach. What is only near costs nothing but
-// this.
+// Per slave node: whether a point of it can be within reach. Cheap rejection of distant candidates.
 std::vector<char> nodes_in_reach(const MortarStep& step, const CandidateList& list) {
   std::vector<char> in_reach(step.slave_body.end.rows(), 0);
   for (Index f = 0; f < step.slave.faces.rows(); ++f) {
@@ -276,7 +274,7 @@ std::vector<char> nodes_in_reach(const MortarStep& step, const CandidateList& li
     const FaceCorners x = corners(step.slave, f, step.slave_body.end);
     const Vector3 normal = mean_normal(x);
     const auto reaches = [&](Index face) {
-      // A point's normal leans by up to 45 degrees
+      // A point's normal is at most 45 degrees off
       return same_side *
                  gap_range(normal, x, corners(step.master, face, step.master_body.end))[0] <=
              step.reach;

@@ -17,9 +17,9 @@ struct MortarStep {
   const ContactBody& master_body;
   const DetectionOptions& options;
   bool initial;
-  double motion;  // largest of any node against the master's mean, in the step
-  double reach;   // points with gaps up to this are of interest
-  double far;     // faces up to this: the support of a point on a curved surface
+  double motion;  // largest of any node relative to the master's mean, in the step
+  double reach;   // largest gap of interest for points
+  double far;     // the same for faces: the support of a point on a curved surface
   Vector3 drift;  // mean motion of the master: boxes are swept by relative motion only
 };
 MortarStep mortar_step(const ContactSurface& slave, const ContactBody& slave_body,
@@ -28,16 +28,16 @@ MortarStep mortar_step(const ContactSurface& slave, const ContactBody& slave_bod
 
 struct FacePair {
   Index slave_face = 0, master_face = 0;
-  // of the slave and the master face, outward, as they are looked at
+  // outward, of the slave and the master face, when evaluated
   Vector3 normal, master_normal;
   double start_gap = 0, end_gap = 0;  // mean, along the normal
-  bool on_the_way = false;            // what they share is that of where one went through the other
+  bool on_the_way = false;            // shared area at the time when one crossed the other
   Segment segment;
 };
 
-// Ascending by slave face, then master face. What is shared is seen along the slave
-// face's normal: at the start of the step for faces that touched in the last one (the prediction
-// knows no impulses of this step and would feed the shortest waves), at the end for others.
+// Ascending by slave face, then master face. The shared area is seen along the slave face's normal.
+// Faces that touched in the last step are evaluated at the start of the step, others at its end.
+// The prediction excludes the impulses of this step and would amplify the shortest waves.
 std::vector<FacePair> find_face_pairs(const MortarStep& step, PairMemory& memory);
 
 }  // namespace cbr

@@ -11,13 +11,13 @@ namespace {
 
 using Kind = WallOptions::Kind;
 
-// From the sphere's centre, or straight from the cylinder's axis, to x.
+// From the sphere's centre, or perpendicular from the cylinder's axis, to x.
 Vector3 radial(const WallOptions& wall, const Vector3& x) {
   const Vector3 d = x - wall.point;
   return wall.kind == Kind::cylinder ? Vector3(d - d.dot(wall.direction) * wall.direction) : d;
 }
 
-// Where the nodes can be after t, as a bound for the time from there on.
+// Bound of the nodes from time t on.
 MotionBound later(const MotionBound& bound, double t) {
   const Vector3 spread = bound.growth * t + bound.acceleration * (0.5 * t * t);
   MotionBound b = bound;
@@ -35,7 +35,7 @@ double first_root(double gap, double speed, double growth, double acceleration) 
   return 2 * gap / (closing + std::sqrt(closing * closing + 2 * acceleration * gap));
 }
 
-// How long all nodes are beyond the plane direction . x = level.
+// Time during which all nodes stay beyond the plane direction . x = level.
 double time_beyond(const MotionBound& b, const Vector3& direction, double level) {
   double gap = -level, speed = 0, growth = 0, acceleration = 0;
   for (int c = 0; c < 3; ++c) {
@@ -48,8 +48,8 @@ double time_beyond(const MotionBound& b, const Vector3& direction, double level)
   return first_root(gap, speed, growth, acceleration);
 }
 
-// The shortest radial vector within the box: a convex problem, by coordinates (one sweep for a
-// sphere).
+// The shortest radial vector in the box: a convex problem, solved by coordinate descent (one sweep
+// for a sphere).
 Vector3 nearest_radial(const WallOptions& wall, const Vector3& lower, const Vector3& upper) {
   Vector3 x = 0.5 * (lower + upper);
   for (int sweep = 0; sweep < 20; ++sweep) {
@@ -73,7 +73,7 @@ double farthest_radius(const WallOptions& wall, const Vector3& lower, const Vect
   return farthest;
 }
 
-// A plane between the nodes and the wall as the nodes are now holds for a while.
+// Time until the nodes can reach a plane between their box and the wall.
 double time_outside(const WallOptions& wall, const MotionBound& b, double margin) {
   const Vector3 r = nearest_radial(wall, b.lower, b.upper);
   const double distance = r.norm();
@@ -82,8 +82,8 @@ double time_outside(const WallOptions& wall, const MotionBound& b, double margin
   return time_beyond(b, direction, direction.dot(wall.point) + wall.radius + margin);
 }
 
-// As long as the box that the nodes sweep is inside; it is bounded by its two ends, as the bounds
-// are convex in time.
+// Time during which the swept box of the nodes stays inside. Bounds are convex in time, so that
+// both ends of an interval bound it.
 double time_inside(const WallOptions& wall, const MotionBound& b, double margin) {
   const auto is_free = [&](double t) {
     const MotionBound end = later(b, t);
@@ -94,7 +94,7 @@ double time_inside(const WallOptions& wall, const MotionBound& b, double margin)
   const double speed =
       std::max(b.lower_speed.cwiseAbs().maxCoeff(), b.upper_speed.cwiseAbs().maxCoeff()) +
       b.growth.maxCoeff();
-  double low = 0, high = HUGE_VAL;  // the nodes cannot be farther from each other than this
+  double low = 0, high = HUGE_VAL;  // the distance of two inside nodes is bounded by this
   const double way = 2 * wall.radius + margin;
   if (speed > 0) high = way / speed;
   if (b.acceleration.maxCoeff() > 0)
@@ -132,7 +132,7 @@ double RigidWall::time_apart(const MotionBound& bound, double margin) const {
   if (options_.kind == Kind::plane)
     return time_beyond(bound, options_.direction, options_.direction.dot(options_.point) + margin);
   double t = 0;
-  // What holds for a while is looked at anew from there
+  // Each bound holds for a limited time, after which a new one is computed
   for (int advance = 0; advance < 12; ++advance) {
     const MotionBound b = later(bound, t);
     const double more =
@@ -191,7 +191,7 @@ void detect_wall(const ContactSurface& slave, const ContactBody& slave_body, con
       normal = entry_normal;
       end = wall.distance(entry) + normal.dot(x1 - entry);
     } else if (memory.face[slot] >= 0 && start_normal.dot(normal) >= same_side) {
-      normal = start_normal;  // as for a node that touches a face, see detect()
+      normal = start_normal;  // as for a node that touches a face: touch_where_it_is()
       end = start + normal.dot(x1 - x0);
     }
     if (end > reach) continue;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A rigid wall: plane, sphere or cylinder. It may be shifted, but does not turn.
+// A rigid wall: plane, sphere or cylinder. It may translate, but does not rotate.
 #pragma once
 
 #include <string>
@@ -16,8 +16,8 @@ class RigidWall {
   explicit RigidWall(const WallOptions& options);
 
   const std::string& name() const { return options_.name; }
-  // By how much it is shifted at the start and at the end of a step, and how fast at the end. All
-  // calls below are about the wall where it was at first.
+  // Translation at the start and the end of a step, and velocity at the end. All calls below refer
+  // to the initial position of the wall.
   struct Shift {
     Vector3 start = Vector3::Zero(), end = Vector3::Zero(), velocity = Vector3::Zero();
     Vector3 way() const { return end - start; }
@@ -25,13 +25,13 @@ class RigidWall {
   void shift(const Shift& shift) { shift_ = shift; }
   const Shift& shift() const { return shift_; }
   double distance(const Vector3& x) const;  // signed; < 0: in the wall
-  // unit, out of the wall at the point nearest to x; on an axis or at a centre: any
+  // unit, out of the wall at the point nearest to x; arbitrary on an axis or at a centre
   Vector3 normal(const Vector3& x) const;
-  // Nodes within the bound do not reach the wall before this time (0: not known to be free of it;
-  // HUGE_VAL: never).
+  // Nodes within the bound do not reach the wall before this time. 0: they may touch now; HUGE_VAL:
+  // never.
   double time_apart(const MotionBound& bound, double margin) const;
-  // Where a straight way from x0 to x1 first gets into a solid sphere or cylinder: x0 when it
-  // starts there, x1 when it does not, and for the other walls, where the normal at x1 will do.
+  // Where the straight path from x0 to x1 enters a solid sphere or cylinder. x0 if it starts
+  // inside, x1 if it does not enter; x1 for other walls, whose normal at x1 is valid.
   Vector3 entry(const Vector3& x0, const Vector3& x1) const;
 
  private:
@@ -39,12 +39,12 @@ class RigidWall {
   Shift shift_;
 };
 
-// Appends a point for each slave node that is near the wall or gets behind it in this step; its
-// only term is the slave node. The normal is the wall's where the node is now when it touches, else
-// at the predicted end of the step, or where the node came in when it has turned by more than 45
-// degrees since then (through a ball within one step). Nodes that are behind the wall at the first
-// step, or found there without having touched it, keep that overlap. Arguments as for detect();
-// memory.face is 0 for nodes that touched in the last step.
+// Appends a point for each slave node that is near the wall or penetrates it in this step; its only
+// term is the slave node. The normal of a touching node is the wall's at the start of the step,
+// else at the predicted end. If it has rotated by more than 45 degrees since the entry (through a
+// ball in one step), it is that at the entry. Nodes that penetrate at the first step, or later
+// without having touched, keep that overlap. Arguments as for detect(); memory.face is 0 for nodes
+// that touched in the last step.
 void detect_wall(const ContactSurface& slave, const ContactBody& slave_body, const RigidWall& wall,
                  bool initial, PairMemory& memory, ContactList& list);
 

@@ -17,7 +17,7 @@ Vector3 separation_of(const ContactList& list, const ContactPoint& point, Index 
   return r;
 }
 
-// The longest way of a node beyond `common`.
+// Longest path of a node relative to the translation `common`.
 double longest_way(const ContactSurface& surface, const Points& now, const Points& then,
                    const Eigen::RowVector3d& common) {
   double longest2 = 0;
@@ -28,7 +28,7 @@ double longest_way(const ContactSurface& surface, const Points& now, const Point
   return std::sqrt(longest2);
 }
 
-// Whether a node without a point may have come within the reach of a search.
+// Whether no node without a point can have come within the reach of the search.
 bool others_stay_away(const ContactSurface& slave, const ContactBody& slave_body,
                       const ContactSurface& master, const ContactBody& master_body,
                       const StandingSearch& standing) {
