@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The map of a quad face by its two sides and its twist.
+// Bilinear map of a quad face, by its two sides and its twist.
 #pragma once
 
 #include "dynamics/contact/surfaces/contact_surface.hpp"

@@ -27,8 +27,7 @@ struct Grid {
     for (int c = 0; c < 3; ++c) {
       const auto cell = [&](double x) {
         const double position = (x - region.lower[c]) * inverse_cell[c];
-        // Not a number, where a motion that grows without bound has made boxes infinite: any cell
-        // will do
+        // NaN where divergent motion has made boxes infinite: any cell is valid
         return position > 0 ? static_cast<Index>(std::min(position, static_cast<double>(n[c] - 1)))
                             : Index{0};
       };
@@ -48,7 +47,8 @@ void for_cells(const Grid& grid, const Box& box, const Visit& visit) {
       for (Index x = r[0]; x <= r[3]; ++x) visit((z * grid.n[1] + y) * grid.n[0] + x);
 }
 
-// Cells of about the mean size of the near targets, at most some four for each.
+// Cell size: about the mean size of the near targets. Number of cells: at most about four per
+// target.
 Grid make_grid(const Box& region, const std::vector<Box>& targets, const std::vector<Index>& near) {
   Grid grid;
   grid.region = region;
@@ -86,7 +86,7 @@ void fill_cells(const Grid& grid, const std::vector<Box>& targets, BroadPhase& w
     for_cells(grid, targets[t], [&](Index cell) { work.cell_target[next[cell]++] = t; });
 }
 
-// Those that meet the region; what they span.
+// Fills `near` with the boxes that meet the region; returns their bounding box.
 Box select(const std::vector<Box>& boxes, const Box& region, std::vector<Index>& near) {
   Box span{Vector3::Constant(HUGE_VAL), Vector3::Constant(-HUGE_VAL)};
   near.clear();
@@ -112,7 +112,7 @@ void find_candidates(const std::vector<Box>& queries, const std::vector<Box>& ta
   target.clear();
   const Box q = union_of(queries), t = union_of(targets);
   if (queries.empty() || targets.empty() || !q.meets(t)) return;
-  // Only what reaches into the other side's box matters, and that box shrinks to what does
+  // Clips the region to the other side's boxes that reach into it
   Box region = intersection(q, t);
   const Box near_q = select(queries, region, work.near_queries);
   if (work.near_queries.empty()) return;
@@ -123,7 +123,7 @@ void find_candidates(const std::vector<Box>& queries, const std::vector<Box>& ta
   const Grid grid = make_grid(region, targets, work.near_targets);
   fill_cells(grid, targets, work);
   work.stamp.assign(targets.size(), -1);
-  Index filled = 0;  // queries before this one have their `first`
+  Index filled = 0;  // the queries before this one have `first` set
   for (const Index i : work.near_queries) {
     for (; filled < i; ++filled) first[filled + 1] = static_cast<Index>(target.size());
     for_cells(grid, queries[i], [&](Index cell) {

@@ -6,7 +6,7 @@
 namespace cbr {
 namespace {
 
-// What lies to the left of the line from `from` to `to`.
+// Clips to the half-plane on the left of the line from `from` to `to`.
 void keep_left(const Vector2& from, const Vector2& to, Polygon& polygon) {
   const Vector2 along = to - from;
   std::array<double, 12> side;
@@ -20,7 +20,8 @@ void keep_left(const Vector2& from, const Vector2& to, Polygon& polygon) {
   for (int i = 0; i < polygon.n; ++i) {
     const int next = i + 1 < polygon.n ? i + 1 : 0;
     const bool in = side[i] >= 0, next_in = side[next] >= 0;
-    // Rounding may make a polygon without area concave, with ever more corners: it is nothing
+    // Round-off may make a polygon without area concave, with a growing number of corners: it is
+    // empty
     if (result.n + 2 > static_cast<int>(result.x.size()) && next > 0 && in != next_in)
       return void(polygon.n = 0);
     if (in) result.x[result.n++] = polygon.x[i];

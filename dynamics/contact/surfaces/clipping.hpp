@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Convex polygons in a plane: what two faces share when one looks at them along a normal.
+// Convex polygons in a plane: the overlap of two faces seen along a normal.
 #pragma once
 
 #include <array>
@@ -12,7 +12,8 @@ using Vector2 = Eigen::Vector2d;
 
 inline double cross(const Vector2& a, const Vector2& b) { return a[0] * b[1] - a[1] * b[0]; }
 
-// Counter-clockwise. Two quads share at most eight corners, three at most twelve.
+// Counter-clockwise. The intersection of two quads has at most eight corners, of three at most
+// twelve.
 struct Polygon {
   std::array<Vector2, 12> x;
   int n = 0;
@@ -21,9 +22,9 @@ struct Polygon {
 // > 0 counter-clockwise.
 double area(const Polygon& polygon);
 
-// What two convex counter-clockwise polygons share (Sutherland and Hodgman 1974,
-// doi 10.1145/360767.360802); n < 3: nothing. Where they touch in an edge or a point the result may
-// have no area. The corners of `a` and `b` together must not be more than twelve.
+// Intersection of two convex counter-clockwise polygons (Sutherland and Hodgman 1974, doi
+// 10.1145/360767.360802); n < 3: empty. It may have no area if they touch at an edge or a point.
+// `a` and `b` together must have at most twelve corners.
 Polygon clip(const Polygon& a, const Polygon& b);
 
 }  // namespace cbr

@@ -11,8 +11,8 @@ Matrix3 contact_frame(const Vector3& normal) {
   const double x = normal[0], y = normal[1], z = normal[2], s2 = x * x + y * y;
   Matrix3 frame;
   frame.row(0) = normal.transpose();
-  // The least rotation that takes z to the normal, applied to x and y. 1 + z = s2 / (1 - z) keeps
-  // its digits near the pole z = -1.
+  // The smallest rotation from z to the normal, applied to x and y. 1 + z = s2 / (1 - z) avoids
+  // cancellation near the pole z = -1.
   const double one_plus_z = z > 0 ? 1 + z : s2 / (1 - z);
   if (!(one_plus_z > 1e-30)) {
     frame.row(1) << 0, -1, 0;

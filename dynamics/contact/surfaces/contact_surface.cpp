@@ -47,7 +47,7 @@ double facing_area(const ContactSurface& surface, Index slot, const ContactBody&
 
 double bend(const ContactSurface& surface) {
   if (surface.area_vectors.rows() == 0) return 0;
-  std::vector<double> of_nodes;  // nodes amid the sides of faces of second order carry no area
+  std::vector<double> of_nodes;  // without mid-side nodes of second-order faces, whose area is 0
   for (Index i = 0; i < surface.areas.size(); ++i)
     if (surface.areas[i] > 0)
       of_nodes.push_back(1 - surface.area_vectors.row(i).norm() / surface.areas[i]);
@@ -59,12 +59,12 @@ double bend(const ContactSurface& surface) {
 
 namespace {
 
-// Where it is, which way it looks.
+// Centre and normal of a face.
 struct FacePlane {
   Vector3 centre, normal;
 };
 
-// Whether two faces that share a corner make a corner that is hollow and sharper than 15 degrees.
+// Whether two faces that share a corner node form a concave corner sharper than 15 degrees.
 bool make_a_corner(const FacePlane& a, const FacePlane& b) {
   if (!(a.normal.dot(b.normal) < nearly_flat)) return false;
   const Vector3 between = b.centre - a.centre;
@@ -105,8 +105,7 @@ void fill_sizes(ContactSurface& surface, const Points& points) {
   surface.extent.setZero();
   for (Index f = 0; f < surface.faces.rows(); ++f) {
     const FaceCorners x = corners(surface, f, points);
-    // Half the cross product of the diagonals, for a quad and for a triangle with a repeated corner
-    // alike
+    // Half the cross product of the diagonals, also valid for a triangle with a repeated corner
     surface.sizes[f] = std::sqrt(0.5 * (x[2] - x[0]).cross(x[3] - x[1]).norm());
     for (int a = 1; a < 4; ++a)
       for (int b = 0; b < a; ++b)

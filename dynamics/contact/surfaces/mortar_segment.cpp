@@ -15,7 +15,7 @@ constexpr int capacity = 128;  // of a batch of quadrature points
 using Batch = Eigen::Array<double, Eigen::Dynamic, 1, Eigen::ColMajor, capacity, 1>;
 // columns: corners of the face
 using Shapes = Eigen::Array<double, Eigen::Dynamic, 4, Eigen::ColMajor, capacity, 4>;
-// and its other nodes
+// columns: all nodes of the face
 using NodeShapes = Eigen::Array<double, Eigen::Dynamic, 9, Eigen::ColMajor, capacity, 9>;
 
 struct TrianglePoint {
@@ -41,8 +41,8 @@ std::vector<LinePoint> gauss_unit_line(int n, bool jacobi) {
 
 constexpr int max_line = 11;
 
-// n < 3: six points of degree 4. Else a square of n x n Gauss points drawn together into a
-// triangle: degree 2 n - 1.
+// n < 3: six points of degree 4. Else n x n Gauss points of a square collapsed to a triangle:
+// degree 2 n - 1.
 const std::vector<TrianglePoint>& triangle_points(int n) {
   static const std::array<std::vector<TrianglePoint>, max_line + 1> rules = [] {
     std::array<std::vector<TrianglePoint>, max_line + 1> all;
@@ -79,7 +79,7 @@ FacePiece quad_piece(const std::array<Vector2, 4>& x) {
   return piece;
 }
 
-// The map's Jacobian is J0 (1 + c . (s, t)); a quad is convex where |c_s| + |c_t| < 1.
+// Jacobian of the map: J0 (1 + c . (s, t)); a quad is convex where |c_s| + |c_t| < 1.
 bool complete(const std::array<Vector2, 4>& x, bool counter_clockwise, FacePiece& piece) {
   const double J0 = cross(piece.a, piece.b);
   piece.area = piece.n == 3 ? 0.5 * std::abs(J0) : 4 * std::abs(J0);
@@ -131,10 +131,10 @@ void shape_functions(const FacePiece& piece, const Batch& x, const Batch& y, Sha
   N.col(3) = 0.25 * (1 - s) * (1 + t);
 }
 
-// How fast Gauss points converge for functions of the inverse map of a quad over a polygon: its
-// square root vanishes where the square of the Jacobian, linear along any line, goes through 0, so
-// that the error falls with (r + sqrt(r^2 - 1))^(-2 n), r the distance of that point from the
-// middle in half lengths.
+// Convergence rate of Gauss points for functions of the inverse map of a quad over a polygon. The
+// inverse map is singular at r, the zero of the squared Jacobian, which is linear along any line.
+// The distance r is from the middle of the line, in half lengths. The error then decreases as (r +
+// sqrt(r^2 - 1))^(-2 n).
 double convergence(const FacePiece& piece, const Batch& x, const Batch& y) {
   if (piece.distortion == 0) return HUGE_VAL;
   Batch s, t;
@@ -147,9 +147,9 @@ double convergence(const FacePiece& piece, const Batch& x, const Batch& y) {
   return r + std::sqrt(r * r - 1);
 }
 
-// Points on a line for an error of about 1e-10: the first term that degree 2 n - 1 misses is
-// rate^(-2 n + degree), `degree` that of the product of shape functions along it: 3, with those of
-// second order 5. 0: the six points of degree 4 are as good.
+// Points on a line for an error of about 1e-10. The first term beyond degree 2 n - 1 is rate^(-2 n
+// + degree). `degree` is that of the product of shape functions along the line: 3, for second order
+// 5. 0: the six points of degree 4 suffice.
 int line_points(double rate, int degree) {
   if (degree == 3 && rate > 1e4) return 0;
   if (!(rate > 1)) return max_line;
@@ -158,7 +158,7 @@ int line_points(double rate, int degree) {
       max_line);
 }
 
-// The face's own shape functions, of second order, from those of its corners.
+// Second-order shape functions of the face, from the linear ones of its corners.
 NodeShapes quadratic_shapes(bool triangle, bool centre, const Shapes& N) {
   NodeShapes Q = NodeShapes::Zero(N.rows(), 9);
   if (triangle) {
@@ -195,7 +195,7 @@ void add_products(const Shapes& weighted, const Shapes& corners, const FlatFace&
   }
 }
 
-// Two pieces and the faces that they are of.
+// Two overlapping pieces and their faces.
 struct Overlap {
   const FlatFace &slave_face, &master_face;
   const FacePiece &slave, &master;
@@ -221,8 +221,8 @@ void add_polygon(const Overlap& of, double sliver, Segment& segment) {
     x[i] = shared.x[i][0];
     y[i] = shared.x[i][1];
   }
-  // Six points are exact to degree 4, n on a line to 2 n - 1: a face of second order has degree 3
-  // itself, with a node in the middle 4
+  // Six points are exact to degree 4, n on a line to 2 n - 1. A second-order face has degree 3,
+  // with a central node 4
   const FaceOrder order = std::max(of.slave_face.order, of.master_face.order);
   constexpr std::array<int, 3> degrees{3, 5, 6}, least{0, 3, 4};
   const auto of_order = static_cast<std::size_t>(order);
@@ -268,15 +268,15 @@ FlatFace flatten(const FaceCorners& corners, bool triangle, const Matrix3& frame
     return face;
   }
   const FacePiece quad = quad_piece(x);
-  // Near the border of convexity the inverse map loses its digits
+  // Near the limit of convexity the inverse map loses accuracy
   const double J0 = std::abs(cross(quad.a, quad.b)),
                J1 = std::abs(cross(quad.a, quad.w)) + std::abs(cross(quad.w, quad.b));
   if (J1 < 0.95 * J0) {
     add(quad);
     return face;
   }
-  // The diagonal whose triangles are more alike: at a concave corner it is the one that stays
-  // inside
+  // Splits along the diagonal with the more similar triangles. At a concave corner it is the inner
+  // one
   const auto signed_area = [&](int i, int j, int k) {
     return cross(x[j] - x[i], x[k] - x[i]) * (counter_clockwise ? 1 : -1);
   };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What two faces share, integrated: pure geometry.
+// Integrals over the shared area of two faces: pure geometry.
 #pragma once
 
 #include <array>
@@ -10,8 +10,8 @@
 
 namespace cbr {
 
-// A convex piece of a face seen along a normal: the whole face, or one of the two triangles of a
-// quad that is not convex from there.
+// A convex piece of a face seen along a normal: the whole face if it is convex in that view, else
+// one of two triangles.
 struct FacePiece {
   int n = 0;                    // 3 or 4
   std::array<int, 4> corner{};  // of the face
@@ -24,7 +24,7 @@ struct FacePiece {
   double area = 0;
 };
 
-// Quadratic: with nodes between the corners; biquadratic: a quad with one in the middle, too.
+// Quadratic: with mid-side nodes; biquadratic: a quad with a central node too.
 enum class FaceOrder : char { linear, quadratic, biquadratic };
 
 // A face in the plane of `frame` (rows: normal, two tangents).
@@ -34,28 +34,27 @@ struct FlatFace {
   int n_pieces = 0;
   std::array<FacePiece, 2> pieces;
 };
-// Pieces without area, or whose sense of rotation about the normal is not `counter_clockwise`, are
-// left out.
+// Omits pieces without area, or whose orientation about the normal is not `counter_clockwise`.
 FlatFace flatten(const FaceCorners& corners, bool triangle, const Matrix3& frame,
                  const Vector3& origin, bool counter_clockwise);
 
-// Corner by node: corners, then mid-side nodes, then the middle. What a triangle or a linear face
-// does not have is 0.
+// Corner by node: corners, then mid-side nodes, then the central node. 0 for nodes that a triangle
+// or a linear face does not have.
 using CornerByNode = Eigen::Matrix<double, 4, 9>;
 
-// Integrals over what a slave and a master face share.
+// Integrals over the shared area of a slave and a master face.
 struct Segment {
   CornerByNode D = CornerByNode::Zero();  // D_jk = int N_j N_k dA, both of the slave
   CornerByNode M = CornerByNode::Zero();  // M_jl = int N_j N_l dA, l of the master
   double area = 0;
 };
-// Multipliers are linear on faces of second order too: N_j of the corners alone, all of one sign,
-// as a pressure is (the nodal forces of a uniform pressure on an 8-node face are not). N_k and N_l
-// are those of the face, of straight sides: what the corners span is integrated over. Slave and
-// master are integrated with the same points, so that rows of D and M have the same sum, and any
-// linear field is carried over exactly, whatever the error of the quadrature; that is none for
-// parallelograms and triangles and about 1e-10 for other quads down to a trapezoid of 1 to 5, 1e-7
-// at 1 to 10, 1e-5 at 1 to 40. What is smaller than `sliver` times the smaller face is left out.
+// Integrates with multipliers N_j that are linear on second-order faces too: those of the corners
+// alone. They have one sign, as pressures have; nodal forces of a uniform pressure on an 8-node
+// face do not. N_k and N_l are those of the face with straight sides, over the area between its
+// corners. Slave and master use the same quadrature points, so that rows of D and M have the same
+// sum. So linear fields are transferred exactly, independent of the quadrature error, which is 0
+// for parallelograms and triangles. It is about 1e-10 for other quads up to a trapezoid of 1 to 5,
+// 1e-7 at 1 to 10, 1e-5 at 1 to 40. Omits areas below `sliver` times the smaller face.
 Segment integrate(const FlatFace& slave, const FlatFace& master, double sliver = 1e-12);
 
 }  // namespace cbr

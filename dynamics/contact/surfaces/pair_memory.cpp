@@ -41,7 +41,7 @@ void renumber(const std::vector<EdgePair>& edges, PairMemory& memory) {
   memory.face.assign(edges.size(), -1);
   memory.known_face.assign(edges.size(), -1);
   memory.offset.setZero(n);
-  memory.force.resize(0, 3);  // what lasts begins anew: slots are of other edges
+  memory.force.resize(0, 3);  // slots are now of other edges
   memory.force_before.resize(0, 3);
   if (old.impulse.rows() > 0) memory.impulse.setZero(n, 3);
   if (old.elastic_slip.rows() > 0) memory.elastic_slip.setZero(n, 3);
@@ -93,7 +93,7 @@ void remember(const ContactList& list, std::size_t first, std::size_t last, cons
   if (first == last) return forget(memory);
   memory.has_points = true;
   for (std::size_t i = first; i < last && memory.impulse.rows() > 0; ++i) {
-    // what was closed, and is not now although nothing has moved yet
+    // closed points whose gap has changed before any motion: the weights have changed
     const ContactPoint& point = list.points[i];
     if (memory.impulse.row(point.slot).dot(point.normal()) > 0)
       memory.drift_taken += impulse(static_cast<Index>(i), 0) * point.start_gap;
@@ -109,8 +109,8 @@ void remember(const ContactList& list, std::size_t first, std::size_t last, cons
     if (impulse(row, 0) > 0 || gap < closed || (pushes && pushes(i)))
       touch(point.slot, std::max<Index>(point.face, 0), memory);
     memory.impulse.row(point.slot) += impulse.row(row) * point.frame;
-    // The gap counts from the offset: what has opened stays open. The offset is that of the node's
-    // first face
+    // The gap counts from the offset: overlap that has opened stays open. The offset is that of the
+    // node's first face
     double& offset = memory.offset[point.slot];
     memory.depth = std::max(memory.depth, -gap - offset);
     const bool is_first = i == first || list.points[i - 1].slot != point.slot;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a pair of surfaces remembers of its slave nodes; node-face, mortar and walls share it.
+// State of a pair of surfaces, per slave node; shared by node-face, mortar and walls.
 #pragma once
 
 #include <array>
@@ -12,104 +12,104 @@
 
 namespace cbr {
 
-// What candidates were found for: see kept_candidates.hpp. No answer depends on it.
+// Positions and margins of the last search for candidates: kept_candidates.hpp. Results do not
+// depend on them.
 struct KeptCandidates {
   bool is_known = false;
   double skin = 0;
   std::array<double, 3> margins{};  // of the slave's nodes, the master's, and edges
-  int served = 0;                   // searches since
-  Points slave_at, master_at;       // of the surfaces' nodes, at the end of the step
+  int served = 0;                   // reuses since the search
+  Points slave_at, master_at;       // positions of the surfaces' nodes at the end of that step
 };
 
-// Edges of slave and master.
+// An edge of the slave and one of the master.
 struct EdgePair {
   Index slave = 0, master = 0;
   auto operator<=>(const EdgePair&) const = default;
 };
 
-// The points of a search that later steps may take over: standing_search.hpp.
+// Points of a search for reuse in later steps: standing_search.hpp.
 struct StandingSearch {
   ContactList list;  // empty: none
-  // The first so many points are of the slave's nodes, those behind the second number of edges
+  // Numbers of leading points: of the slave's nodes; of both sides' nodes. Those of edges follow
   std::size_t n_nodes = 0, n_both = 0;
-  Vector gap;            // normal, of the points, at the search
-  Points separation;     // of the points: sum of coefficient x position then, scene axes
-  Vector offset;         // as in PairMemory, then
+  Vector gap;            // normal gap of each point at the search
+  Points separation;     // of each point: sum of coefficient x position at the search, scene axes
+  Vector offset;         // PairMemory::offset at the search
   bool has_all = false;  // every slave node has a point
-  // Otherwise: how much nearer than the reach of a search its nodes may come, and where those of
-  // both surfaces were
+  // Otherwise: extra reach of the search, which nodes may use up, and positions of both surfaces'
+  // nodes then
   double extra = 0;
   Points slave_at, master_at;
 };
 
-// What a pair remembers from step to step, per slave node (in the order of the slave surface's
-// nodes), or per pair of edges.
+// State of a pair from step to step, per slave node (in the order of the slave surface's nodes) or
+// per pair of edges.
 struct PairMemory {
-  std::vector<Index> face;        // master face it touched in the last step, or -1
-  std::vector<Index> known_face;  // the one that it touched last since the bodies were apart, or -1
-  // Further faces that it touched in the last step, so many places per node, -1 behind the last;
-  // empty where no faces rise from others.
+  std::vector<Index> face;        // master face touched in the last step, or -1
+  std::vector<Index> known_face;  // last touched face since the bodies were apart, or -1
+  // Further faces touched in the last step, n_further per node, -1 after the last; empty without
+  // rising faces.
   static constexpr std::size_t n_further = 7;
   std::vector<Index> further_faces;
-  // Distance that counts as closed: < 0: overlap that is left as it is; > 0: an initial gap that
-  // was adjusted.
+  // Distance that counts as closed. < 0: a tolerated overlap; > 0: an adjusted initial gap.
   Vector offset;
-  Points impulse;  // of the last step, scene axes: where the solver starts from
-  // Forces of the last step and of the one before, by slots, of ties by points; scene axes. Empty
-  // before there were any
+  Points impulse;  // of the last step, scene axes: the solver's starting point
+  // Forces of the last step and of the one before, by slot, of ties by point; scene axes. Empty at
+  // first
   Points force, force_before;
-  bool begins_in_equilibrium = false;  // motion began with forces of statics, which had lasted
-  Points elastic_slip;  // penalty with friction: tangential stretch of the springs, scene axes
-  // mortar: slave and master face of each pair of faces that the last search found, ascending
+  bool begins_in_equilibrium = false;  // the run began with static forces, assumed constant before
+  Points elastic_slip;  // penalty with friction: tangential extension of the springs, scene axes
+  // mortar: slave and master face of each pair of faces found by the last search, ascending
   std::vector<Index> near;
-  // Of edges: those of slave and master that each slot stands for, ascending.
+  // For edges: the slave and master edge of each slot, ascending.
   std::vector<EdgePair> edges;
   std::vector<Box> node_boxes, face_boxes;
   BroadPhase grid;
   std::vector<EdgePair> edge_candidates;
-  KeptCandidates kept;  // node-face, for both sides' nodes and edges
+  KeptCandidates kept;  // node-face: of both sides' nodes and edges
   StandingSearch standing;
-  // Given before each search: a length by which it reaches farther than one step asks for
+  // Set before each search: reach beyond that of one step
   double extra_reach = 0;
-  // Mortar: as faces slide, the weights of a point change and its gap with them. What impulses have
-  // taken over such changes (impulse x length: energy x step) and may give back.
+  // Mortar: gaps change with the weights of the points while faces slide. Work that impulses have
+  // taken by such changes (impulse x length: energy x step) and may return.
   double drift_taken = 0;
   bool has_points = false;  // in the last step
-  // given before the first step: initial gaps and overlaps up to this length count as closed
+  // set before the first step: initial gaps and overlaps up to this length count as closed
   double adjust = 0;
-  // Given before the first step: mortar's points found deeper than they were left count so at once:
-  // springs push them out softly, ties join them where they are.
+  // Set before the first step: penetrations of mortar points by changed weights count at once.
+  // Springs correct them smoothly, ties join points where they are.
   bool lets_jump = false;
-  double kept_share = 1;          // statics: of an overlap that is found, what is left as it is
-  double initial_overlap = 0;     // largest depth found by the initial detection
-  double initial_gap = HUGE_VAL;  // smallest gap from 0 that it found within reach
-  // largest depth at the end of the last step: what is behind a face is still looked for
+  double kept_share = 1;          // statics: fraction of an overlap that is tolerated
+  double initial_overlap = 0;     // largest penetration at the initial detection
+  double initial_gap = HUGE_VAL;  // smallest gap >= 0 within reach then
+  // largest penetration at the end of the last step: the search must cover it
   double depth = 0;
 };
 
-// Sizes memory for n slave nodes at the first call.
+// Sizes `memory` for n slave nodes at the first call.
 void start_memory(Index n, PairMemory& memory);
 
-// Gives slots to other pairs of edges, ascending: those that stay keep what is known of them.
+// Assigns slots to the pairs of edges, ascending. Pairs that remain keep their state.
 void renumber(const std::vector<EdgePair>& edges, PairMemory& memory);
 
-// Gaps up to this are looked at, for a side of face size `size` and a largest (relative) motion in
-// this step: neighbours of a node in contact may be drawn in by its impulse, about as far as
-// anything moves in the step.
+// Largest gap of interest, for faces of size `size` and the largest (relative) motion in this step.
+// Impulses may draw in neighbours of a touching node by about that motion.
 double contact_reach(double size, double motion, bool initial, const PairMemory& memory);
 
-// A slave node that has not touched before starts the step at this distance: overlaps are left as
-// they are, and with `initial` gaps within `adjust` are closed; reported with `initial`.
+// Sets the offset of a slave node without contact that starts the step at this distance. Overlaps
+// are tolerated. With `initial`, gaps within `adjust` count as closed and the extremes are
+// recorded.
 void keep_overlap(Index slot, double distance, bool initial, PairMemory& memory);
 
-// The bodies are apart: nothing touches, no overlap is left; an adjusted gap stays closed. Costs
-// nothing when that is so already.
+// Resets contact when the bodies are apart: no node touches, no overlap remains, adjusted gaps stay
+// closed. Free if nothing touched before.
 void forget(PairMemory& memory);
 
-// After the step: who touches (impulse or closed gap), and overlaps that have opened; forget()
-// without points. [first, last) are the points of this search; rows of `end_gap` and `impulse` (n x
-// 3, in the points' frames) go with list.points. pushes: where contact acts, if not by impulses
-// above 0 alone.
+// Updates the state after the step: touching nodes (impulse or closed gap), and overlaps that have
+// opened; forget() without points. [first, last): points of this search. Rows of `end_gap` and
+// `impulse` (n x 3, in the points' frames) correspond to list.points. pushes: whether contact acts
+// at a point; default: an impulse above 0.
 void remember(const ContactList& list, std::size_t first, std::size_t last, const Points& end_gap,
               const Points& impulse, double closed, PairMemory& memory,
               const std::function<bool(std::size_t point)>& pushes = {});

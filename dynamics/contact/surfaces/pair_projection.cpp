@@ -10,23 +10,23 @@
 namespace cbr {
 namespace {
 
-// Pairs that are projected together. All loops over them are plain, for the compiler to make
-// vectors of (see this file's options in CMakeLists.txt).
+// Number of pairs that are projected together. Loops over them are plain, so that the compiler
+// vectorises them (options of this file in CMakeLists.txt).
 constexpr int lanes = 16;
-// More steps than faces of meshes need; what is left then is projected by itself.
+// More iterations than meshes' faces need; unfinished pairs are projected one by one.
 constexpr int most_steps = 8;
-// Where a face's coordinates, from -1 to 1 on it, are cut off: as in projection.cpp.
+// Limit of a face's coordinates, which are -1 to 1 on it: as in projection.cpp.
 constexpr double farthest = 3;
 
 using Lanes = std::array<double, lanes>;
 using Three = std::array<Lanes, 3>;
 
-// Of one time: nodes x over faces p(xi, eta) = c + xi a + eta b + xi eta w, see bilinear_face.hpp.
+// Nodes x and faces p(xi, eta) = c + xi a + eta b + xi eta w at one time, see bilinear_face.hpp.
 struct Block {
   Three x, c, a, b, w;
   Lanes xi, eta, value;
-  Lanes unfinished, failed;  // 1 or 0; what has failed is to be projected by itself
-  // What Projection holds
+  Lanes unfinished, failed;  // 1 or 0; failed ones are projected one by one
+  // Members of Projection
   std::array<Lanes, 4> weights;
   Three normal;
   Lanes distance, outside;
@@ -37,7 +37,7 @@ struct Block {
 CBR_INLINE double dot(const Three& a, const Three& b, int i) {
   return a[0][i] * b[0][i] + a[1][i] * b[1][i] + a[2][i] * b[2][i];
 }
-// Loops with one choice each: the compiler makes vectors of those.
+// Loops with one selection each, which the compiler vectorises.
 CBR_INLINE void limit(Lanes& x, double most) {
   for (int i = 0; i < lanes; ++i) x[i] = x[i] < most ? x[i] : most;
   for (int i = 0; i < lanes; ++i) x[i] = x[i] > -most ? x[i] : -most;
@@ -49,8 +49,7 @@ CBR_INLINE void take_where(const Lanes& moves, const Lanes& from, Lanes& to) {
   }
 }
 
-// Where the minimum is for faces that are nearly parallelograms: linear in w. Faces without area
-// fail afterwards.
+// Minimum for nearly parallelogram faces: first order in w. Faces without area fail later.
 CBR_INLINE void guess(Block& p) {
   Lanes h11, h22, h12, da, db, twist;
   for (int i = 0; i < lanes; ++i) {
@@ -85,7 +84,7 @@ CBR_INLINE void guess(Block& p) {
   p.unfinished.fill(1);
 }
 
-// Newton's step from where the block is, and how far the minimum is from being regular.
+// A Newton step from the current point, and the regularity of the minimum.
 struct NewtonStep {
   Lanes xi, eta, value, round_off, twist, regular, length, change;
 };
@@ -121,9 +120,8 @@ CBR_INLINE void find_step(const Block& p, NewtonStep& to) {
     to.change[i] = std::abs(to.xi[i] - p.xi[i]) + std::abs(to.eta[i] - p.eta[i]);
 }
 
-// One of closest_point()'s steps in projection.cpp, where it is Newton's and whole. Neighbours of
-// the face that a node is over often have it where coordinates are cut off. A face that is nearly a
-// parallelogram has its minimum there then.
+// One step of closest_point() in projection.cpp, for full Newton steps. Neighbours of a node's face
+// often have their minimum at the limit of the coordinates, if nearly parallelograms.
 CBR_INLINE void step(Block& p) {
   NewtonStep to;
   find_step(p, to);
@@ -131,7 +129,7 @@ CBR_INLINE void step(Block& p) {
   for (int i = 0; i < lanes; ++i) beside[i] = std::abs(to.xi[i]);
   for (int i = 0; i < lanes; ++i)
     beside[i] = beside[i] > std::abs(to.eta[i]) ? beside[i] : std::abs(to.eta[i]);
-  // A node on the face has a value of round-off, which may grow
+  // For a node on the face the value is round-off, which may grow
   for (int i = 0; i < lanes; ++i) bad[i] = to.value[i] <= p.value[i] + to.round_off[i] ? bad[i] : 1;
   for (int i = 0; i < lanes; ++i) goes_on[i] = bad[i] > 0 ? 0 : 1;
   for (int i = 0; i < lanes; ++i) beside[i] = to.twist[i] < 0 ? beside[i] : 0;
@@ -185,7 +183,7 @@ CBR_INLINE void finish(Block& p) {
   for (int i = 0; i < lanes; ++i) p.outside[i] = 0.5 * (p.outside[i] - 1);
 }
 
-// Corners are in c, a, b, w when it begins.
+// On entry c, a, b, w hold the corners.
 CBR_CLONES void project_block(Block& p) {
   for (int k = 0; k < 3; ++k) {
     for (int i = 0; i < lanes; ++i) {
@@ -214,7 +212,7 @@ void put_row(const Points& x, Index row, int lane, Three& to) {
   for (std::size_t k = 0; k < 3; ++k) to[k][lane] = from[k];
 }
 
-// Up to `lanes` pairs.
+// Projects up to `lanes` pairs.
 class Projector {
  public:
   Projector(const ContactSurface& master, std::span<const NodeAndFace> pairs)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Closest points of many faces to many nodes, several at a time.
+// Closest points of many faces to many nodes, in batches.
 #pragma once
 
 #include <limits>
@@ -15,8 +15,8 @@ struct NodeAndFace {
   Index node = 0, face = 0;
 };
 
-// The face's coordinates of the nearest point of the face and of what lies beyond its edges, from
-// -1 to 1 on the face; not a number for triangles.
+// Local coordinates of the closest point on the face extended beyond its edges; -1 to 1 on the
+// face. NaN for triangles.
 struct FacePlace {
   double xi = std::numeric_limits<double>::quiet_NaN();
   double eta = std::numeric_limits<double>::quiet_NaN();
@@ -30,9 +30,8 @@ struct PairProjection {
   AtTime before, end;  // at the start and at the end of the step
 };
 
-// Fills results[i] for pairs[i], as project() does but for round-off. What is found of a pair does
-// not depend on the others. Where the node ends farther in front of the face than `reach`,
-// `before` may be missing.
+// Fills results[i] for pairs[i]: equal to project() within round-off, and independent of the other
+// pairs. `before` may be missing if the node ends farther than `reach` in front of the face.
 void project_pairs(const ContactSurface& master, const ContactBody& master_body,
                    const ContactBody& slave_body, std::span<const NodeAndFace> pairs, double reach,
                    std::vector<PairProjection>& results);

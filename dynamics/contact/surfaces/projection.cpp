@@ -54,10 +54,10 @@ Projection project_to_triangle(const FaceCorners& corners, const Vector3& x) {
   return finish(corners, weights, n, outside, x);
 }
 
-// What lies beyond the face only has to be told apart from it.
+// Limits a coordinate: beyond the face its exact value does not matter.
 double within_reach(double xi) { return std::clamp(xi, -3.0, 3.0); }
 
-// Where the minimum is for a face that is nearly a parallelogram: linear in w.
+// Minimum for a nearly parallelogram face: first order in w.
 void guess(const BilinearFace& p, const Vector3& x, double& xi, double& eta) {
   const double h11 = p.a.squaredNorm(), h22 = p.b.squaredNorm(), h12 = p.a.dot(p.b),
                determinant = h11 * h22 - h12 * h12;
@@ -90,8 +90,8 @@ void closest_point(const BilinearFace& p, const Vector3& x, double& xi, double& 
     if (!(determinant > 1e-14 * h11 * h22)) return;  // a face without area
     const double s1 = -(h22 * g1 - h12 * g2) / determinant,
                  s2 = -(h11 * g2 - h12 * g1) / determinant;
-    // What is left after such a step of Newton's is of the order of its square; the value could not
-    // tell it from its round-off
+    // The error after such a Newton step is of the order of its square. It is below the round-off
+    // of `value`
     if (newton && std::max(std::abs(s1), std::abs(s2)) < 1e-8) {
       xi = within_reach(xi + s1);
       eta = within_reach(eta + s2);
@@ -124,7 +124,7 @@ Projection project(const FaceCorners& corners, bool triangle, const Vector3& x) 
   double xi, eta;
   guess(p, x, xi, eta);
   closest_point(p, x, xi, eta);
-  // xi runs over a length of two: half of what it is beyond 1 is the share of the size.
+  // xi covers a length of two, so that the fraction of the size is half the excess over 1.
   const double outside = 0.5 * (std::max(std::abs(xi), std::abs(eta)) - 1);
   const double s = std::clamp(xi, -1.0, 1.0), t = std::clamp(eta, -1.0, 1.0);
   const std::array<double, 4> weights{0.25 * (1 - s) * (1 - t), 0.25 * (1 + s) * (1 - t),

@@ -11,7 +11,7 @@
 namespace cbr {
 namespace {
 
-// A side of a face, from a to b as the face goes around.
+// A side of a face, from a to b in the order of its corners.
 struct FaceSide {
   Index a, b, face;
   Index low() const { return std::min(a, b); }
@@ -33,7 +33,7 @@ std::vector<FaceSide> sides_of_faces(const ContactSurface& surface) {
   return sides;
 }
 
-// Convex, and bent by more than what counts as flat; open edges are sharp.
+// Convex with more than the angle that counts as flat; open edges are sharp.
 bool is_sharp(const ContactSurface& surface, const SurfaceEdge& edge, const Points& points) {
   if (edge.faces[1] < 0) return true;
   const EdgeWedge wedge = wedge_at(surface, edge, points);
@@ -41,7 +41,7 @@ bool is_sharp(const ContactSurface& surface, const SurfaceEdge& edge, const Poin
          wedge.normal[0].dot(wedge.inward[1]) < 0;
 }
 
-// The nodes of sharp edges as a slave of their own.
+// The nodes of sharp edges as a separate slave.
 std::shared_ptr<const ContactSurface> ridge_of(const ContactSurface& surface) {
   auto ridge = std::make_shared<ContactSurface>();
   ridge->name = surface.name;
@@ -90,7 +90,7 @@ void fill_edges(ContactSurface& surface, const Points& points) {
   for (std::size_t i = 0; i < sides.size(); ++i) {
     const FaceSide& side = sides[i];
     SurfaceEdge edge{side.a, side.b, {side.face, -1}, false};
-    // Where more than two faces meet, each two in turn
+    // More than two faces at an edge: pairs in turn
     const bool is_shared = i + 1 < sides.size() && sides[i + 1].low() == side.low() &&
                            sides[i + 1].high() == side.high();
     if (is_shared) edge.faces[1] = sides[++i].face;

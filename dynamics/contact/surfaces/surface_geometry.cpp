@@ -11,7 +11,7 @@ namespace cbr {
 Vector3 mean_normal(const FaceCorners& x) {
   const Vector3 across = (x[2] - x[0]).cross(x[3] - x[1]);
   const double length2 = across.squaredNorm();
-  // Where squares lose nothing two divisions are saved
+  // Where squares neither overflow nor underflow, this saves two divisions
   if (length2 > 1e-200 && length2 < 1e200) return across * (1 / std::sqrt(length2));
   return across.stableNormalized();
 }
