@@ -14,7 +14,7 @@ namespace {
 
 constexpr int width = 4, lanes = 8;
 using Lanes = double __attribute__((vector_size(8 * lanes)));
-// Packed: of a vector type that is only said to be unaligned Clang forgets it on the way.
+// Packed: Clang loses the alignment attribute of a vector type that is merely declared unaligned.
 struct __attribute__((packed, aligned(8), may_alias)) StoredLanes {
   Lanes v;
 };
@@ -129,7 +129,7 @@ void add_columns(const Matrix& S, const std::vector<Index>& columns, const Matri
       8.0 * static_cast<double>(n) * static_cast<double>(columns.size()) < threaded_bytes)
     return rows(0, n);
   run_kept_threads(threads, [&](int t) {
-    // the same sums for any number
+    // slices at multiples of `lanes`, so that sums do not depend on the number of threads
     const auto part = [&](int i) { return i == threads ? n : n * i / threads / lanes * lanes; };
     rows(part(t), part(t + 1));
   });

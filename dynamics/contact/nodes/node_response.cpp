@@ -9,7 +9,7 @@
 namespace cbr {
 namespace {
 
-// Of each node's dofs   (3 m)
+// Rotates the vectors of all nodes   (3 m)
 Matrix in_axes(const Points& p, const Matrix3& axes) {
   Matrix local(p.size(), 1);
   for (Index i = 0; i < p.rows(); ++i)

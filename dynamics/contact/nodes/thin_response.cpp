@@ -28,13 +28,13 @@ void StaticRows::add_spread(const Matrix& w, Matrix& u) const {
       u.col(q).segment<3>(3 * node[i]) += w(i, q) * direction.row(i).transpose();
 }
 
-// The same bits either way: products with zeros are zeros.
+// Both branches give the same bits: products with zeros are zeros.
 Matrix ThinResponse::weighed(const Matrix& x) const {
   if (C_is_diagonal) return C.diagonal().asDiagonal() * x;
   return C * x;
 }
 
-// Where most rows are pressed half of F is read for all, else the columns of those that are.
+// If most rows are loaded, reads half of the symmetric F, else the columns of loaded rows.
 double press(const StaticRows& rows, const Matrix& pressed, Matrix& still,
              std::vector<Index>& columns) {
   still.setZero(pressed.rows(), pressed.cols());
