@@ -14,25 +14,25 @@
 namespace cbr {
 namespace {
 
-// Of the mean depth of a cell: a node that would go in by less may open where a mean stays closed.
+// Times the mean depth of a cell. A node of smaller predicted depth may open while the mean stays
+// closed.
 constexpr double least_depth = 0.2;
-// Of the deepest gap of a search: points that would stay farther apart get no impulse.
+// Times the deepest gap of a search: points with larger gaps get no impulse.
 constexpr double reach_of_points = 0.5;
-// Cosine to the cell's first normal: beyond 30 degrees its nodes meet different sides.
+// Cosine to the first normal of a cell: beyond 30 degrees its nodes touch different sides.
 constexpr double same_way = 0.866;
-// Points beside the functions of a search: W grows with them, by three rows each with friction.
-// A patch of fewer closing points stays at points.
+// Points in addition to the functions of a search: W grows by one row each, by three with friction.
+// A patch with fewer closing points uses points alone.
 constexpr std::size_t few_points = 100, few_points_with_friction = 20;
 constexpr std::size_t most_points = 400, most_points_with_friction = 40;
 
-// Of the root of a function's area: by how much gaps of its nodes may differ, as it lets single
-// nodes in by about half of that; and what is closed, as it begins where all of its nodes close.
-// Functions that began where some nodes were open lost energy, as others fell in.
+// Times the root of a function's area. flat_enough: largest difference of gaps among its nodes;
+// single nodes penetrate by about half of it. closed_enough: largest gap at which a function
+// starts. All of its nodes must be closed then, as later impacts of open nodes lost energy.
 constexpr double flat_enough = 0.03, closed_enough = 1e-4;
 
-// From the tangents of one point to those of another, in turns about their normals. Frames of
-// points are the same where normals are; elsewhere they are turned against each other, near -z by
-// any angle.
+// Rotation about the normals from the tangents of one point to those of another. Frames with equal
+// normals are equal; others differ by a rotation, near -z by any angle.
 struct Turn {
   double cosine = 1, sine = 0;
 };
@@ -46,8 +46,8 @@ Turn turn_between(const ContactPoint& to, const ContactPoint& from) {
   return {cosine / length, sine / length};
 }
 
-// Calls entry(row, d, factor) of what row d of a function's frame is in the rows of a point, which
-// begin at `first`.
+// Calls entry(row, d, factor) for row d of a function's frame, expressed in the rows of a point
+// that begin at `first`.
 template <typename Entry>
 void rows_of_turn(const Turn& turn, Index first, Index d, const Entry& entry) {
   if (d == 0 || turn.sine == 0) return entry(first + d, 1.0);
@@ -55,7 +55,7 @@ void rows_of_turn(const Turn& turn, Index first, Index d, const Entry& entry) {
   entry(first + 2, d == 1 ? turn.sine : turn.cosine);
 }
 
-// What the nodes of one surface would do in the step.
+// Predicted state of the cells of one surface.
 class Cells {
  public:
   Cells(const ContactList& list, const FunctionsOfSearch& search)
@@ -79,17 +79,17 @@ class Cells {
       if (count_[a] == 0 || !(most_[a] < least_depth * mean_[a] / count_[a])) closed_[a] = 0;
   }
 
-  // Cells that would go in by their means count as closed.
+  // Counts cells with a negative mean gap as closed.
   void close_means() {
     for (std::size_t a = 0; a < closed_.size(); ++a)
       closed_[a] = is_possible_[a] != 0 && mean_[a] < 0;
   }
 
   bool is_closed(Index cell) const { return closed_[static_cast<std::size_t>(cell)] != 0; }
-  // Its nodes have a point each, all one way.
+  // Its nodes have one point each, of similar normals.
   bool is_possible(Index cell) const { return is_possible_[static_cast<std::size_t>(cell)] != 0; }
   Index point_of(Index slot) const { return point_[static_cast<std::size_t>(slot)]; }
-  // The point whose frame is the function's.
+  // The point whose frame the function uses.
   const ContactPoint* reference(const PressureFunctions& functions, Index a) const {
     for (SparseMatrix::InnerIterator it(functions.N, a); it; ++it)
       if (const Index at = point_of(it.row()); at >= 0)
@@ -154,14 +154,14 @@ std::vector<Index> first_columns(const std::vector<PointLaw>& laws,
 
 class Chooser {
  public:
-  // before: of the last step; null: functions of corners serve wherever they can
+  // before: unknowns of the last step; null: corner functions are used wherever possible
   Chooser(const ContactList& list, const std::vector<PointLaw>& laws, const ContactUnknowns* before,
           const std::vector<std::size_t>& wanted)
       : list_(list), laws_(laws), before_(before), wanted_(wanted), first_(first_rows(laws)) {
     unknowns_.is_held.assign(laws.size(), 0);
   }
 
-  // column: of function_matrix(), the first of the search
+  // column: first one of the search in function_matrix()
   void add(const FunctionsOfSearch& search, Index number, Index column) {
     std::vector<std::size_t> all(search.last - search.first);
     std::iota(all.begin(), all.end(), search.first);
@@ -209,7 +209,7 @@ class Chooser {
     return deepest;
   }
 
-  // Its points, but for those that will hardly close. Functions of corners need all.
+  // Adds the points of a small patch except those unlikely to close. Corner functions need all.
   void add_patch(std::vector<std::size_t> points, const FunctionsOfSearch& search, Index number) {
     const double reach = reach_of_points * deepest_of(search);
     const auto hardly_closes = [&](std::size_t i) {
@@ -262,7 +262,7 @@ class Chooser {
     }
   }
 
-  // Of the shares of its points.
+  // Completes an unknown from the shares of its points.
   void end_unknown(Index n) {
     const auto by_point = [](const Share& a, const Share& b) { return a.point < b.point; };
     if (!std::is_sorted(shares_.begin(), shares_.end(), by_point))
@@ -286,7 +286,7 @@ class Chooser {
     end_unknown(n_rows(laws_[point].law));
   }
 
-  // Points, ascending, or the functions of corners that stand for them.
+  // Adds points, ascending, or the corner functions that replace them.
   void add_points(const std::vector<std::size_t>& points, const FunctionsOfSearch& search,
                   Index number) {
     if (search.corners != nullptr) add_corners(points, search, number);
@@ -331,7 +331,7 @@ class Chooser {
     }
   }
 
-  // point: of each slot, or below 0. serves: it did in the last step.
+  // point: of each slot, or below 0. serves: the function was an unknown in the last step.
   bool can_serve(const PressureFunctions& corners, Index a, const std::vector<Index>& point,
                  bool serves) const {
     Vector3 normal = Vector3::Zero();
@@ -351,8 +351,8 @@ class Chooser {
            (most - least <= flat_enough * size && (serves || farthest <= closed_enough * size));
   }
 
-  // whole: functions are not cut off, and those of cells that stay open are unknowns too, so that
-  // these are the same from step to step.
+  // whole: functions are not truncated, and open cells keep theirs, so that the unknowns are the
+  // same in each step.
   void add_functions(const Cells& cells, const PressureFunctions& functions, Index number,
                      Index column, bool whole) {
     std::size_t entry = 0;
@@ -391,9 +391,9 @@ class Chooser {
   struct Share {
     std::size_t point = 0;
     double share = 0;
-    Turn turn;  // of the point's tangents
+    Turn turn;  // to the point's tangents
   };
-  std::vector<Share> shares_;  // of the unknown that is being made
+  std::vector<Share> shares_;  // of the unknown under construction
   // A by columns
   std::vector<Index> begin_{0}, point_rows_;
   std::vector<double> weights_;

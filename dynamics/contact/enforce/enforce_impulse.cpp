@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// `impulse`: a W that is formed, or kept and corrected by what the bodies themselves answer.
+// `impulse` with a W that is formed, or kept and corrected by the bodies' own responses.
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -11,19 +11,20 @@
 namespace cbr {
 namespace {
 
-// A defect that shrinks by less from product to product, or takes more of them, calls for a new W.
+// W is formed anew if the defect shrinks by less in one product, or after this number of products.
 constexpr double slowest_rate = 0.5;
 constexpr int most_pushes = 15;
-// A new W costs about this many products, and its factor one more for each so many rows:
-// docs/decisions/contact-cost.md.
+// Cost of a new W in products with the bodies' responses; its factor costs one more per so many
+// rows: docs/decisions/contact-cost.md.
 constexpr double products_of_W = 4, rows_of_a_product = 400;
-// Products a step that W_0 needs at any age where bodies turn, as W is another in each step: the
-// first tells the defect, the second that it is right. A new W saves none of them.
+// Products per step that W_0 always needs with large rotation, as W changes in each step. The first
+// finds the defect, the second confirms it. A new W saves none of them.
 constexpr int products_of_turns = 2;
 constexpr Index longest_wait = 64;
-// Points that come are added while they are fewer than this share.
+// New points are added to W_0 below this fraction.
 constexpr double most_new = 0.25;
-// Solutions between products, until what the model says of their impulses is what was taken for it.
+// Solutions between products, until the model's prediction of the defect agrees with the
+// assumption.
 constexpr int most_solutions = 4;
 
 void fill_keys(const ContactList& list, const std::vector<PointLaw>& laws,
@@ -68,8 +69,7 @@ void form(const ImpulseStep& step, double h, const std::vector<ContactBody>& bod
   ++memory.n_formed;
 }
 
-// The solver takes the gaps that it ends with from the bodies' own products, as these are wanted in
-// any case.
+// Solves with gaps from the bodies' own products, which the step needs anyway.
 void solve_exactly(ImpulseStep& step, const std::vector<ContactBody>& bodies,
                    ImpulseMemory& memory) {
   Vector pushed;
@@ -87,8 +87,8 @@ void solve_exactly(ImpulseStep& step, const std::vector<ContactBody>& bodies,
   step.moved = pushed.size() > 0 && pushed == step.p;
 }
 
-// While the rows and what is closed stand, the bodies' own products, which are wanted in any case,
-// tell the gaps: W is not read.
+// Tries the set of closed points of the last step. The bodies' own products, which the step needs
+// anyway, give the gaps, so that W is not read.
 bool solve_by_moves(ImpulseStep& step, const std::vector<ContactBody>& bodies,
                     ImpulseMemory& memory) {
   Vector p;
@@ -105,8 +105,8 @@ bool solve_by_moves(ImpulseStep& step, const std::vector<ContactBody>& bodies,
   return true;
 }
 
-// W_0 over the points of this step: rows of those that stay are kept, others formed, column by
-// column.
+// Updates W_0 to the points of this step: copies rows of points that remain, and computes others,
+// column by column.
 void change_points(const ImpulseStep& step, const std::vector<Index>& from,
                    const std::vector<ContactBody>& bodies, ImpulseMemory& memory) {
   const Matrix& old = memory.solver->W().dense;
@@ -134,20 +134,20 @@ void change_points(const ImpulseStep& step, const std::vector<Index>& from,
   }
   memory.defects.renumber(rows);
   memory.solver->renumber(std::move(W), step.laws, from);
-  memory.rows = ContactList();  // of several steps
+  memory.rows = ContactList();  // rows of several steps
   memory.laws = step.laws;
   memory.keys = memory.new_keys;
   ++memory.n_changed;
 }
 
-// Whether W_0 may serve: dense, regular, large enough, of about the same points; they are those of
-// the step then.
+// Whether W_0 is usable: dense, regular, large enough, for similar points. If so, its points are
+// updated to those of the step.
 bool keep(const ImpulseStep& step, const std::vector<ContactBody>& bodies, ImpulseMemory& memory) {
   if (memory.solver->W().is_sparse || step.g.size() < memory.options.least_rows ||
       !step.g.allFinite())
     return false;
-  // A solution is dearer than W then, with friction it ends short of what a correction needs, and
-  // rows of two geometries beside each other make no semi-definite W where it has no rank to spare
+  // With a singular W a solution costs more than a new W, and with friction it is too inexact for
+  // corrections. Rows of two geometries may make a singular W indefinite
   if (memory.solver->W_is_singular()) return false;
   if (memory.wait > 0) {
     --memory.wait;
@@ -171,13 +171,13 @@ bool has_friction(const std::vector<PointLaw>& laws) {
                      [](const PointLaw& law) { return law.law == ContactLaw::coulomb; });
 }
 
-// Impulses of W_0 with the defect that the model expects of them; `taken`: what was taken for it.
+// Impulses by W_0 with the defect that the model predicts for them; `taken`: the defect assumed.
 ContactSolution solve_with_model(const ImpulseStep& step, const Vector& guess, double enough,
                                  ImpulseMemory& memory, Vector& taken) {
   ContactSolution solution;
   memory.defects.predict(guess, taken);
   Vector expected;
-  // With friction a solution is dearer than a product
+  // With friction a solution costs more than a product
   const int most = memory.defects.empty() || has_friction(step.laws) ? 1 : most_solutions;
   for (int i = 0; i < most; ++i) {
     solution =
@@ -190,8 +190,8 @@ ContactSolution solve_with_model(const ImpulseStep& step, const Vector& guess, d
   return solution;
 }
 
-// With g + defect the laws hold for W_0, with what p does to the bodies for W: until both are the
-// same. False when that takes long.
+// Iterates until the defect (W - W_0) p is consistent: W_0 with g + defect satisfies the laws, and
+// so does W. False if it converges slowly.
 bool correct(ImpulseStep& step, const std::vector<ContactBody>& bodies, ImpulseMemory& memory) {
   const double scale = step.g.size() > 0 ? step.g.lpNorm<Eigen::Infinity>() : 0;
   const double aim = memory.options.tolerance * scale;
@@ -204,7 +204,7 @@ bool correct(ImpulseStep& step, const std::vector<ContactBody>& bodies, ImpulseM
     ++memory.n_pushes;
     step.gap = step.g;
     memory.moves.add_to_gaps(step.list, step.laws, step.gap);
-    const Vector error = step.gap - solution.gap;  // (W - W_0) p - what was taken for it
+    const Vector error = step.gap - solution.gap;  // (W - W_0) p - assumed defect
     const double violation = memory.solver->largest_violation(solution.p, step.gap),
                  size = error.lpNorm<Eigen::Infinity>();
     if (push == 1) memory.first_error = scale > 0 ? size / scale : 0;
@@ -229,15 +229,15 @@ bool correct(ImpulseStep& step, const std::vector<ContactBody>& bodies, ImpulseM
   return false;
 }
 
-// Without impulses no point closes: nothing has to be pushed, whatever W is.
+// Whether no point closes without impulses, so that all are 0 for any W.
 bool stays_apart(const ContactList& list, const std::vector<PointLaw>& laws) {
   for (std::size_t i = 0; i < list.points.size(); ++i)
     if (laws[i].law == ContactLaw::tied || !(list.points[i].gap[0] >= 0)) return false;
   return true;
 }
 
-// Gaps are differences of positions, and below the round-off of these there are none: `scale` may
-// be no more than that where nothing pushes.
+// Residual above the round-off of gaps, which are differences of positions. Without impulses
+// `scale` may itself be of that size.
 double seen_residual(const ImpulseStep& step, const std::vector<ContactBody>& bodies) {
   constexpr double worth_a_look = 1e-9, round_off = 1e-15;
   if (!(step.residual > worth_a_look) || !std::isfinite(step.residual)) return step.residual;

@@ -14,36 +14,37 @@
 namespace cbr {
 namespace {
 
-// Of the largest diagonal entry: what supports hold on both sides of a row leaves round-off there.
+// Times the largest diagonal entry: a row between supported bodies has a diagonal of round-off.
 constexpr double no_answer = 1e-20;
-// Of a row's diagonal entry: a row of which less is left is implied by others.
+// Times a row's diagonal entry: a row with a smaller pivot depends on earlier rows.
 constexpr double implied = 1e-11;
-// Of the singular values of B: motions below it are not held by ties.
+// Times the largest singular value of B: ties do not constrain motions below it.
 constexpr double not_held = 1e-9;
-// Springs that hold what floats for one solution of contact, beside the compliance that it sees:
-// soft enough to leave what contact holds to contact, stiff enough to leave digits.
+// Springs on floating bodies for one solution of contact, relative to the compliance of contact.
+// They must be soft so that contact carries the load, and stiff enough for accuracy.
 constexpr double softness = 10;
-// Of a way that a step may take, what such springs give under the forces where nothing is elastic.
+// Of the largest allowed motion: deflection of such springs under the forces if all bodies are
+// rigid.
 constexpr double rigid_share = 1e-3;
-// Of these springs, what is left of them in a step of Newton's method: next to nothing, more where
-// that is too far or does not help.
+// Fractions of these springs that remain in a Newton step. The least is negligible; more remains if
+// the step is too long or does not reduce the imbalance.
 constexpr double least_hold = 1e-10, more_hold = 1e-4, most_hold = 1e3, slow = 0.7;
-// Of the forces that act, those that may be left; and those that may where round-off lets no step
-// do better.
+// Relative to the acting forces: largest imbalance; and the one accepted when round-off prevents
+// any further reduction.
 constexpr double balanced = 1e-12, nearly_balanced = 1e-10;
-// Of a way that a step may take, the gap of what touches.
+// Of the largest allowed motion: gap that counts as touching.
 constexpr double touching = 1e-9;
-// Of the largest diagonal entry of B^T B: motions below it have no grip on what is closed.
+// Times the largest diagonal entry of B^T B: closed points do not resist motions below it.
 constexpr double no_grip = 1e-10;
 constexpr int most_moves = 40;
-// Of the mean diagonal entry of W, beside a matrix that may be singular.
+// Times the mean diagonal entry of W, added to a matrix that may be singular.
 constexpr double regular = 1e-12;
 
-// The rows of a positive semi-definite A with a unit diagonal that those before do not imply.
+// The linearly independent rows of a positive semi-definite A with a unit diagonal, in order.
 std::vector<Index> independent_rows(const Matrix& A) {
   constexpr Index panel = 64;
   const Index n = A.rows();
-  Matrix L = Matrix::Zero(n, n);  // column r is that of the r-th independent row
+  Matrix L = Matrix::Zero(n, n);  // column r belongs to the r-th independent row
   std::vector<Index> rows;
   for (Index first = 0; first < n; first += panel) {
     const Index count = std::min(panel, n - first), before = static_cast<Index>(rows.size());
@@ -63,7 +64,7 @@ std::vector<Index> independent_rows(const Matrix& A) {
   return rows;
 }
 
-// The x that makes x B B^T as large as W; `other` where either is 0.
+// The factor x that makes x B B^T as large as W; `other` if either is 0.
 double floating_share(const Matrix& W, const Matrix& B, double other) {
   const double of_W = W.trace(), of_B = B.squaredNorm();
   return of_W > 0 && of_B > 0 ? of_W / of_B : other;
@@ -71,12 +72,13 @@ double floating_share(const Matrix& W, const Matrix& B, double other) {
 
 double largest(const Vector& x) { return x.size() > 0 ? x.lpNorm<Eigen::Infinity>() : 0; }
 
-// A x, of an A without rows too, which BLAS does not take.
+// A x, also for an A without rows, which BLAS rejects.
 Vector times(const Matrix& A, const Vector& x) {
   return A.size() > 0 ? Vector(A * x) : Vector::Zero(A.rows());
 }
 
-// Of moves N that nothing holds: along the forces on them, where these are more than round-off.
+// Amplitudes of unconstrained motions N: along the forces on them if these exceed round-off, else
+// 0.
 Vector unheld_moves(const Vector& c, const Matrix& N, double force, double way) {
   if (!(largest(c) > balanced * force)) return Vector::Zero(c.size());
   return c * (way / largest(N * c));
@@ -84,16 +86,16 @@ Vector unheld_moves(const Vector& c, const Matrix& N, double force, double way) 
 
 }  // namespace
 
-// W and B, and what is factored of them. With rho B B^T beside W, and rho B c beside g, nothing
-// changes where forces are in equilibrium; W is regular then wherever rows are independent.
+// W and B, and their factors. Adding rho B B^T to W and rho B c to g does not change the solution
+// in equilibrium. W is then regular for independent rows.
 class StaticSystem {
  public:
-  // flexibility: length per force of what floats, where nothing is elastic.
+  // flexibility: length per force of floating bodies, if all bodies are rigid.
   StaticSystem(Matrix W, Matrix B, const std::vector<PointLaw>& laws, double flexibility);
 
   struct Solution {
     Vector p, gap, moves, left;
-    // violation: of a law, a length; scale: what it is measured by
+    // violation: of a law, a length; scale: its reference
     double violation = 0, scale = 0, largest_force = 0;
     bool fallback = false;
   };
@@ -102,7 +104,7 @@ class StaticSystem {
 
  private:
   struct Held {
-    Vector p, moves;  // of the rows of ties; of all that floats
+    Vector p, moves;  // of the rows of ties; of all floating bodies
   };
   void split(const std::vector<PointLaw>& laws);
   void factor_ties();
@@ -125,18 +127,18 @@ class StaticSystem {
 
   Matrix W_, B_;
   double rho_ = 0;
-  std::vector<Index> tie_rows_, contact_rows_;  // of ties those that are independent
+  std::vector<Index> tie_rows_, contact_rows_;  // independent rows of ties only
   std::vector<PointLaw> contact_laws_;
-  // W of the ties = L L^T in rows times scale_, U = L^-1 B Q, S = U^T U. Q: the moves that ties
-  // hold, N: those that they do not, orthonormal
+  // W of the ties = L L^T in rows times scale_, U = L^-1 B Q, S = U^T U. Q: motions that ties
+  // constrain, N: the remaining ones, orthonormal
   Vector scale_;
   std::optional<Cholesky> L_, S_;
   Matrix U_, Q_, N_;
-  // B and W of contact with what ties do to it; and with springs on the moves N
+  // B and W of contact, ties eliminated; and with springs on the motions N
   Matrix contact_B_;
   double spring_ = 0;  // length per force
   ContactProblem problem_;
-  std::optional<ContactProblem> sprung_;  // once it is needed
+  std::optional<ContactProblem> sprung_;  // formed on demand
 };
 
 StaticSystem::StaticSystem(Matrix W, Matrix B, const std::vector<PointLaw>& laws,
@@ -187,7 +189,7 @@ void StaticSystem::factor_ties() {
   S_.emplace(U_.transpose() * U_);
 }
 
-// The moves that ties hold, and those that they do not.
+// Splits motions into those that ties constrain and the others.
 void StaticSystem::split_moves() {
   const Index n = B_.cols();
   Q_ = N_ = Matrix::Identity(n, n);
@@ -204,7 +206,7 @@ void StaticSystem::split_moves() {
   N_ = svd.V.rightCols(n - held);
 }
 
-// Of forces on contact alone, ties give way as far as they must: W - V^T V + E^T E.
+// Eliminates ties for forces on contact: W - V^T V + E^T E.
 void StaticSystem::reduce(double flexibility) {
   Matrix W = W_(contact_rows_, contact_rows_);
   const Matrix B = B_(contact_rows_, Eigen::all);
@@ -224,7 +226,7 @@ void StaticSystem::reduce(double flexibility) {
   GapResponse response;
   response.dense = std::move(W);
   problem_ = contact_problem(std::move(response), contact_laws_);
-  // Rigid bodies have no compliance that the laws could be measured by
+  // Rigid bodies have no compliance to scale the laws with
   const double share = rigid_share * spring_;
   for (Index i = 0; i < problem_.n_points(); ++i) {
     for (Index row = problem_.first[i]; row < problem_.first[i + 1]; ++row) {
@@ -234,7 +236,7 @@ void StaticSystem::reduce(double flexibility) {
   }
 }
 
-// W p + B moves = a of the ties, B^T p = b of the moves that they hold.
+// W p + B moves = a of the ties, B^T p = b of the motions that they constrain.
 StaticSystem::Held StaticSystem::hold(const Vector& a, const Vector& b) const {
   if (tie_rows_.empty()) return {Vector(), Vector::Zero(b.size())};
   Matrix x = scale_.cwiseProduct(a);
@@ -253,14 +255,14 @@ StaticSystem::Solution StaticSystem::solve(const Vector& g, const Vector& c, con
   const auto held = [&](const Vector& gap, const Vector& force) {
     return hold(-gap(tie_rows_), -force);
   };
-  // With what holds the loads alone
+  // Tie forces under the loads alone
   const Held without = held(g_1, c);
   solution.p.setZero(g.size());
   solution.p(tie_rows_) = without.p;
   Vector gap = g_1 + W_ * solution.p + B_ * without.moves;
   solution.p(contact_rows_) = guess(contact_rows_);
   const Vector moved = press(gap(contact_rows_), times(N_.transpose(), c), most_way, solution);
-  // And with contact; the second pass takes round-off out
+  // Adds tie forces under contact; the second pass removes round-off
   solution.p(tie_rows_).setZero();
   solution.moves = times(N_, moved);
   for (int pass = 0; pass < 2; ++pass) {
@@ -284,7 +286,7 @@ StaticSystem::Solution StaticSystem::solve(const Vector& g, const Vector& c, con
   return solution;
 }
 
-// Fills p of contact; returns the moves N.
+// Fills p of contact; returns amplitudes of the motions N.
 Vector StaticSystem::press(const Vector& g, const Vector& c, double most_way, Solution& solution) {
   Vector p = solution.p(contact_rows_), moved = Vector::Zero(N_.cols());
   if (p.size() == 0) return unheld_moves(c, N_, solution.largest_force, most_way);
@@ -298,8 +300,8 @@ Vector StaticSystem::press(const Vector& g, const Vector& c, double most_way, So
   return moved;
 }
 
-// One step of Newton's method: p = C x and moves of a set. Springs of `hold` pull the moves towards
-// those of the step before, so that they have no part in the solution.
+// One Newton step for an active set: p = C x and the motions. Springs of `hold` act relative to the
+// previous motions, so that they vanish at convergence.
 StaticSystem::Step StaticSystem::step(const SetBases& bases, const Vector& g, const Vector& c,
                                       const Vector& moved, double hold) const {
   const Index n = bases.size(), nb = c.size();
@@ -325,8 +327,9 @@ StaticSystem::Step StaticSystem::step(const SetBases& bases, const Vector& g, co
   return step;
 }
 
-// The least moves with the same gaps of what is closed. Springs leave round-off of the forces in
-// moves that nothing closed resists; such a drift would turn faces, and grow with each load step.
+// The smallest motions with the same gaps at closed points. With springs, round-off of the forces
+// drifts into motions that no closed point resists. Such a drift would rotate faces, and grow with
+// each load step.
 Vector StaticSystem::without_drift(const SetBases& bases, const Vector& moved) const {
   if (moved.size() == 0 || bases.size() == 0) return moved;
   const Matrix B = bases.R.transpose() * Matrix(contact_B_(bases.rows, Eigen::all));
@@ -336,13 +339,13 @@ Vector StaticSystem::without_drift(const SetBases& bases, const Vector& moved) c
   const Cholesky factor(std::move(shifted));
   if (!factor.ok()) return moved;
   Vector least = Vector::Zero(moved.size());
-  // A comes last: it takes out what round-off leaves where nothing has a grip
+  // A comes last: it removes round-off in motions that closed points do not resist
   for (int pass = 0; pass < 3; ++pass) least += A * factor.solve(Vector(moved - least));
   return least;
 }
 
-// Newton's method on the laws and the balance together, from p and no move; a step is as long as
-// lowers what violates the laws.
+// Newton's method for laws and equilibrium together, from p and no motion. The step length reduces
+// the violation of the laws.
 bool StaticSystem::newton(const Vector& g, const Vector& c, double most_way, double force,
                           Vector& p, Vector& moved) const {
   constexpr int most = 40, longest_stay = 10;
@@ -350,7 +353,7 @@ bool StaticSystem::newton(const Vector& g, const Vector& c, double most_way, dou
   constexpr double holds[] = {1e-5, 1e-2, 1};
   project(problem_, p);
   Vector gap = g + problem_.W.dense * p;
-  // What no force moves stays where it is, to the bit
+  // A solution that holds already stays the same, to the bit
   const auto tolerance_of = [&](const Vector& answer) {
     return aim * std::max(largest(g), largest(answer)) + gap_round_off(problem_, p);
   };
@@ -359,7 +362,8 @@ bool StaticSystem::newton(const Vector& g, const Vector& c, double most_way, dou
     return true;
   double merit = HUGE_VAL, least = HUGE_VAL, before = HUGE_VAL, left_before = HUGE_VAL;
   for (int k = 0, stays = 0; k < most && stays < longest_stay; ++k) {
-    // What touches but for round-off is closed at first: signs of round-off are no set
+    // Counts points that touch within round-off as closed at first: signs of round-off are no
+    // active set
     Vector seen = gap;
     if (k == 0)
       for (Index i = 0; i < problem_.n_points(); ++i)
@@ -409,7 +413,7 @@ bool StaticSystem::newton(const Vector& g, const Vector& c, double most_way, dou
   return false;
 }
 
-// By contact with springs on the moves, which are let go step by step.
+// Solves contact with springs on the motions, and releases them step by step.
 Vector StaticSystem::search(const Vector& g, const Vector& c, double most_way, double force,
                             Vector& p) {
   const Matrix& B = contact_B_;
@@ -419,7 +423,7 @@ Vector StaticSystem::search(const Vector& g, const Vector& c, double most_way, d
     W.dense.noalias() += spring_ * B * B.transpose();
     sprung_ = contact_problem(std::move(W), contact_laws_);
   }
-  // Without what other right-hand sides have taught it: restarts go on to the bit
+  // A new solver: state from other right-hand sides would make restarts differ in bits
   ContactSolver solver(sprung_->W, contact_laws_);
   double hold = least_hold, before = HUGE_VAL;
   for (int k = 0;; ++k) {
@@ -439,7 +443,7 @@ Vector StaticSystem::search(const Vector& g, const Vector& c, double most_way, d
   }
 }
 
-// How moves change the forces of what is closed, B^T C (R^T W C + alpha)^-1 R^T B, with springs.
+// Derivative of the contact forces by the motions, B^T C (R^T W C + alpha)^-1 R^T B, with springs.
 Matrix StaticSystem::stiffness_of_contact(const Vector& p, const Vector& gap) const {
   const SetBases bases = set_bases(*sprung_, contact_set(*sprung_, p, gap));
   const Index n = contact_B_.cols();
@@ -451,7 +455,7 @@ Matrix StaticSystem::stiffness_of_contact(const Vector& p, const Vector& gap) co
   return B.transpose() * (bases.C * Lu(std::move(A)).solve(Matrix(bases.R.transpose() * B)));
 }
 
-// With springs as far as they are needed to stay within most_way.
+// Newton step with springs stiff enough to stay within most_way.
 Vector StaticSystem::next_move(const Matrix& H, const Vector& r, const Vector& moved,
                                double most_way, double hold) const {
   const double stiffness = 1 / spring_;
@@ -470,7 +474,7 @@ Vector StaticSystem::next_move(const Matrix& H, const Vector& r, const Vector& m
 
 namespace {
 
-// What `floating` does to the gaps: a column for each of `columns`, ascending.
+// Gaps per unit motion of `floating`: a column for each of `columns`, ascending.
 Matrix floating_rows(const ContactList& list, const std::vector<PointLaw>& laws,
                      const std::vector<FloatingNodes>& floating,
                      const std::vector<Index>& columns) {
@@ -493,7 +497,7 @@ Matrix floating_rows(const ContactList& list, const std::vector<PointLaw>& laws,
   return B;
 }
 
-// Gaps are differences of positions: below the round-off of these there are none.
+// Relative violation; 0 below the round-off of gaps, which are differences of positions.
 double share_of_gaps(double violation, double scale, const ContactList& list,
                      const std::vector<ContactBody>& bodies) {
   constexpr double round_off = 1e-15;

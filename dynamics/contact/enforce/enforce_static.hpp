@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Contact in equilibrium, of bodies that may float.
+// Contact in static equilibrium, with floating bodies.
 #pragma once
 
 #include <memory>
@@ -9,40 +9,40 @@
 
 namespace cbr {
 
-// The motions that a body's stiffness does not resist, at its contact nodes.
+// Rigid motions of a body without stiffness against them, at its contact nodes.
 struct FloatingNodes {
   Matrix R;         // 3 m x k, scene axes
-  Index first = 0;  // column of the first of them among those of all bodies
+  Index first = 0;  // column of the first one among those of all bodies
 };
 
 class StaticSystem;
 
-// Kept while rows stand.
+// State that stays valid while the rows do not change.
 struct StaticMemory {
   ContactList rows;
   std::vector<PointLaw> laws;
   std::vector<Index> columns;
-  SparseMatrix A;  // of the unknowns, see ContactUnknowns; empty: every point is one
+  SparseMatrix A;  // of ContactUnknowns; empty: every point is an unknown
   std::shared_ptr<StaticSystem> system;
 };
 
 struct StaticResult {
   EnforcementResult of_points;
-  Vector moves;  // of the columns
-  // of the columns: forces that are left; 0 when all is in equilibrium. Largest one that acts.
+  Vector moves;  // amplitudes of the columns
+  // of the columns: unbalanced forces, 0 in equilibrium; and the largest acting force
   Vector left;
   double largest_force = 0;
 };
 
-// Forces p of contact, ties and links, and moves a of what floats:
-//   gap = g + W p + B a,   B^T p + c = 0,   the laws of contact on (p, gap),
-// with W the static compliance of the bodies' responses, B what `floating` does to the gaps, and
-// `forces` = c of all bodies, of which `columns` take part (total FETI: Dostal, Horak, Kucera 2006,
-// doi 10.1002/cnm.881). Ties and what they hold are eliminated first, exactly; a row that others
-// imply is left out. What then floats is held by contact alone: its moves are found by Newton's
-// method on B^T p + c, each p by the solver of contact, up to most_way; more is for another search.
-// largest_force: of what adds up to c. Adds to the bodies' impulses. `searches`: with functions of
-// corners, which are unknowns in the place of their points (contact_unknowns.hpp).
+// Solves for forces p of contact, ties and links, and amplitudes a of floating motions:
+//   gap = g + W p + B a,   B^T p + c = 0,   the laws of contact on (p, gap).
+// W: static compliance of the bodies. B: gaps per unit motion of `floating`. c: the `columns` of
+// `forces`, those of all bodies (total FETI: Dostal, Horak, Kucera 2006, doi 10.1002/cnm.881). Ties
+// and the motions that they constrain are eliminated first, exactly; dependent rows are omitted.
+// Contact alone constrains the remaining motions, which Newton's method finds from B^T p + c. If it
+// fails, each p is found by the solver of contact. Motions stay within most_way; larger ones need a
+// new search. largest_force: of the forces that sum to c. Adds to the bodies' impulses. `searches`:
+// with corner functions as unknowns instead of their points (contact_unknowns.hpp).
 StaticResult enforce_static(const ContactList& list, const std::vector<PointLaw>& laws,
                             const Points& guess, const std::vector<FloatingNodes>& floating,
                             const std::vector<Index>& columns, const Vector& forces,

@@ -19,13 +19,13 @@ EnforcementResult solve(ContactSolver& solver, const ContactList& list,
           solution.fallback};
 }
 
-// Largest eigenvalue by Lanczos, reorthogonalised; converged to round-off, so that it does not
-// depend on the order of the points.
+// Largest eigenvalue by Lanczos with reorthogonalisation, converged to round-off, so that it does
+// not depend on the order of the points.
 double largest_eigenvalue(const GapResponse& W) {
   const Index n = W.size(), most = std::min<Index>(n, 300);
   Matrix Q(n, most);
   Vector alpha = Vector::Zero(most), beta = Vector::Zero(most);
-  Vector q = Vector::LinSpaced(n, 1.0, 2.0);  // no symmetry to hide behind
+  Vector q = Vector::LinSpaced(n, 1.0, 2.0);  // not orthogonal to modes of any symmetry
   for (Index i = 0; i < n; i += 2) q[i] = -0.7 * q[i];
   q.normalize();
   for (Index j = 0; j < most; ++j) {
@@ -38,16 +38,16 @@ double largest_eigenvalue(const GapResponse& W) {
     const bool exhausted = !(beta[j] > 1e-14 * std::abs(alpha[0])) || j + 1 == most;
     if (exhausted || j % 8 == 7) {
       const RitzValue ritz = largest_ritz_value(alpha, beta, j + 1);
-      // From above: the residual bounds what is missing
+      // Upper bound: adds the residual
       if (exhausted || ritz.residual <= 1e-13 * ritz.value) return ritz.value + ritz.residual;
     }
     q = w / beta[j];
   }
-  return 0;  // no rows
+  return 0;
 }
 
-// s of s + 4 zeta sqrt(s) = share (4 - x^2), and from it spring and dashpot. What no impulse moves
-// needs none.
+// Solves s + 4 zeta sqrt(s) = share (4 - x^2) for s, and sets spring and dashpot. Points that no
+// impulse moves need none.
 void fit_spring(double lambda, double h, double x, double damping, PenaltyMemory& memory) {
   if (!(lambda > 0)) return;
   const double root = std::sqrt(4 * damping * damping + penalty_share * (4 - x * x)) - 2 * damping,
@@ -57,8 +57,8 @@ void fit_spring(double lambda, double h, double x, double damping, PenaltyMemory
   memory.dashpot = 2 * damping * std::sqrt(memory.stiffness * h / lambda);
 }
 
-// Of a node that answers forces at once: its velocity follows from them, and no impulse changes it
-// by itself.
+// Whether a node of the point has residual compliance: forces set its velocity, impulses alone do
+// not change it.
 bool is_static(const ContactList& list, const ContactPoint& point,
                const std::vector<ContactBody>& bodies) {
   const auto first = list.terms.begin() + point.first_term;
@@ -67,7 +67,7 @@ bool is_static(const ContactList& list, const ContactPoint& point,
   });
 }
 
-// Points that are closed or tied, between nodes with mass: those that got an impulse.
+// Closed or tied points with an impulse, between nodes with mass.
 std::vector<Index> points_to_settle(const ContactList& list, const std::vector<PointLaw>& laws,
                                     const Points& p, const std::vector<ContactBody>& bodies) {
   std::vector<Index> rows;
@@ -78,8 +78,8 @@ std::vector<Index> points_to_settle(const ContactList& list, const std::vector<P
   return rows;
 }
 
-// Some of the points, with their own terms and no others, so that lists of unlike points are
-// unlike.
+// A selection of points with their own terms only, so that different selections have different
+// lists.
 ContactList points_of(const ContactList& list, const std::vector<Index>& rows) {
   ContactList some;
   for (const Index i : rows) {
@@ -180,7 +180,7 @@ EnforcementResult enforce_penalty(const ContactList& list, const std::vector<Poi
   }
   EnforcementResult result{
       Points::Zero(m, 3),
-      gaps(list)};  // gaps without this step's impulses: what may be behind a face at the end
+      gaps(list)};  // without this step's impulses: bounds the penetration at the end
   const double k = memory.stiffness, c = memory.dashpot;
   for (Index i = 0; i < m; ++i) {
     const ContactPoint& point = list.points[i];
@@ -188,15 +188,15 @@ EnforcementResult enforce_penalty(const ContactList& list, const std::vector<Poi
       result.p(i, 0) =
           h * std::max(0.0, -k * point.start_gap - c * (point.gap[0] - point.start_gap) / h);
     if (laws[i].law != ContactLaw::coulomb) continue;
-    // The spring with the slip of this step, as far as it is in the tangent plane, given way to the
-    // cone
+    // Extension of the spring with the slip of this step, in the tangent plane, reduced to the
+    // friction cone
     Vector3 stretch = point.frame * elastic_slip.row(i).transpose();
     stretch.tail<2>() += point.gap.tail<2>();
     stretch[0] = 0;
     const double pull = k * h * stretch.norm(), limit = laws[i].friction * result.p(i, 0);
     if (pull > limit) stretch *= limit / pull;
     result.p.row(i).tail<2>() = -k * h * stretch.tail<2>().transpose();
-    // What contact does to this step's slip is not yet in
+    // The slip without contact is subtracted; the caller adds the actual one
     stretch.tail<2>() -= point.gap.tail<2>();
     elastic_slip.row(i) = (point.frame.transpose() * stretch).transpose();
   }
@@ -207,8 +207,8 @@ EnforcementResult enforce_penalty(const ContactList& list, const std::vector<Poi
 EnforcementResult enforce_nodal(const ContactList& list, const Points& guess, double h,
                                 const std::vector<Points>& masses,
                                 std::vector<ContactBody>& bodies) {
-  // S = h / m of each node and direction: the mass matrix by its row sums. Bodies are numbered as
-  // they come in the list, which may be a small part of the scene
+  // S = h / m for each node and direction, with row sums of the mass matrix. Bodies are renumbered
+  // in the order of the list, which may be a small part of the scene
   std::vector<ContactBody> weighed;
   std::unordered_map<Index, Index> place;
   ContactList own = list;

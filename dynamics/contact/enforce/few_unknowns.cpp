@@ -9,7 +9,7 @@
 namespace cbr {
 namespace {
 
-// For each unknown the last step's with its key and law, or -1.
+// For each unknown the one of the last step with equal key and law, or -1.
 std::vector<Index> match(const ContactUnknowns& unknowns, const ContactUnknowns& old) {
   std::vector<Index> from = match(unknowns.keys, old.keys);
   for (std::size_t i = 0; i < from.size(); ++i)
@@ -19,7 +19,7 @@ std::vector<Index> match(const ContactUnknowns& unknowns, const ContactUnknowns&
   return from;
 }
 
-// The last step's impulses of the unknowns that are there again.
+// Impulses of the last step for matching unknowns, 0 for others.
 Vector guess_of(const ContactUnknowns& unknowns, const std::vector<Index>& from,
                 const ImpulseMemory& memory) {
   const std::vector<Index> first = first_rows(unknowns.laws),
@@ -41,7 +41,7 @@ bool same_column(const SparseMatrix& a, Index i, const SparseMatrix& b, Index j)
   return !x && !y;
 }
 
-// Those of match() that act on the same points in the same way, the others become -1; as rows.
+// Restricts match() to unknowns with equal columns of A, others become -1; returned as rows.
 std::vector<Index> keep_same(const ContactUnknowns& unknowns, const ContactUnknowns& old,
                              std::vector<Index>& from) {
   const std::vector<Index> first = first_rows(unknowns.laws), old_first = first_rows(old.laws);
@@ -59,7 +59,8 @@ std::vector<Index> keep_same(const ContactUnknowns& unknowns, const ContactUnkno
   return rows;
 }
 
-// Of a function that is cut off, what is left or what is cut off, whichever is less.
+// Combinations of functions and points for the unknowns. A truncated function is given by its
+// remaining points, or as the whole function minus the other points, whichever are fewer.
 Combinations combine(const ContactUnknowns& unknowns, const SparseMatrix& N) {
   Combinations of;
   std::vector<Eigen::Triplet<double, Index>> shares, rest;
@@ -95,7 +96,7 @@ Combinations combine(const ContactUnknowns& unknowns, const SparseMatrix& N) {
   return of;
 }
 
-// Nodes that answer by their own masses make a sparse W, which costs little to form anew.
+// Lumped nodes make W sparse, and so cheap to form anew.
 bool any_lumped(const ContactList& list, const std::vector<ContactBody>& bodies) {
   return std::any_of(list.terms.begin(), list.terms.end(), [&](const ContactTerm& term) {
     return bodies[term.body].response.is_diagonal();
@@ -111,7 +112,7 @@ void keep_functions(const std::vector<FunctionsOfSearch>& searches,
   memory.standing.start(memory.rows, memory.laws, bodies, memory.N);
 }
 
-// As it was before a checkpoint.
+// Restores the state from before a checkpoint.
 void keep_again(const std::vector<ContactBody>& bodies, ImpulseMemory& memory) {
   if (memory.N.rows() == 0 || !memory.standing.empty()) return;
   memory.standing.start(memory.rows, memory.laws, bodies, memory.N);
@@ -119,8 +120,7 @@ void keep_again(const std::vector<ContactBody>& bodies, ImpulseMemory& memory) {
                        std::vector<Index>(static_cast<std::size_t>(memory.unknowns.A.cols()), -1));
 }
 
-// W of the unknowns; those of the last step in the same space keep what is theirs. False: they are
-// the same.
+// Forms W of the unknowns; reuses rows of the last step in the same space. False: nothing changed.
 bool form_few(const ContactList& list, const std::vector<PointLaw>& laws,
               const ContactUnknowns& unknowns, bool same_space, std::vector<Index> from,
               const std::vector<ContactBody>& bodies, ImpulseMemory& memory) {
@@ -148,8 +148,8 @@ bool form_few(const ContactList& list, const std::vector<PointLaw>& laws,
   return true;
 }
 
-// The points that push, found one by one: those of the last step, and then in each round those that
-// would end deepest. None: they are too many for that.
+// Finds the active points one by one: those of the last step, then in each round those that would
+// end deepest. None: too many rounds.
 class PointByPoint {
  public:
   PointByPoint(const ContactList& list, const std::vector<PointLaw>& laws, const Points& guess,
@@ -164,8 +164,8 @@ class PointByPoint {
     is_taken_.assign(laws.size(), 0);
     for (std::size_t i = 0; i < laws.size(); ++i)
       if (laws[i].law == ContactLaw::tied) is_taken_[i] = 1;
-    // Where points pushed, these begin: those that touch as deep but for round-off would change
-    // from step to step
+    // Points of the last step come first: a choice among equal depths would change from step to
+    // step by round-off
     const Points gap = unpack(g_, laws);
     for (const FunctionsOfSearch& search : searches)
       if (!take_pushing(search)) take_deepest(search, gap, 0);
@@ -174,7 +174,7 @@ class PointByPoint {
   std::optional<EnforcementResult> solve(double h, std::vector<ContactBody>& bodies,
                                          ImpulseMemory& memory) {
     constexpr int most_rounds = 60;
-    // A share of the deepest: as far as a residual of contact's solution is felt
+    // Relative to the deepest gap: the effect of the residual of contact's solution
     constexpr double closed = 1e-9;
     const double deepest = g_.lpNorm<Eigen::Infinity>();
     for (int round = 0; round < most_rounds; ++round) {
@@ -214,7 +214,7 @@ class PointByPoint {
   }
 
  private:
-  // Those that pushed most in the last step: where more did, others can hold as well.
+  // Takes the largest impulses of the last step: if more points acted, a part of them suffices.
   bool take_pushing(const FunctionsOfSearch& search) {
     constexpr std::size_t most = 6;
     std::vector<std::size_t> pushing;
@@ -229,7 +229,7 @@ class PointByPoint {
     return !pushing.empty();
   }
 
-  // The deepest point of a search that is not taken, and the one that is deep and far from it.
+  // Takes the deepest free point of a search, and one that is deep and far from it.
   bool take_deepest(const FunctionsOfSearch& search, const Points& gap, double closed) {
     const std::size_t none = search.last;
     const auto find = [&](const auto& weight) {
@@ -272,7 +272,7 @@ bool any_turns(const ContactList& list, const std::vector<ContactBody>& bodies) 
 
 namespace {
 
-// Solves for the unknowns; returns gaps of the points' rows with the impulses.
+// Solves for the unknowns; returns the gaps of the points' rows with the impulses.
 Vector solve_few(const ContactList& list, const std::vector<PointLaw>& laws,
                  const std::vector<FunctionsOfSearch>& searches, const Vector& g_points,
                  const ContactUnknowns& unknowns, bool same_space,
@@ -292,10 +292,10 @@ Vector solve_few(const ContactList& list, const std::vector<PointLaw>& laws,
   return gap;
 }
 
-// Those left out that go in nevertheless are wanted from now on.
+// Adds omitted points that penetrate to `wanted`.
 bool want_more(const std::vector<PointLaw>& laws, const ContactUnknowns& unknowns,
                const Vector& g_points, const Vector& gap, std::vector<std::size_t>& wanted) {
-  // A share of the deepest: as far as a residual of contact's solution is felt
+  // Relative to the deepest gap: the effect of the residual of contact's solution
   constexpr double closed = 1e-9;
   if (unknowns.left_out.empty() || !gap.allFinite()) return false;
   const std::vector<Index> first = first_rows(laws);
@@ -343,7 +343,7 @@ EnforcementResult enforce_in_functions(const ContactList& list, const std::vecto
                            solution.fallback,
                            unknowns.of_searches(),
                            held_points(unknowns, memory.x)};
-  // Faces of second order alone have no fewer unknowns than they must
+  // Searches with second-order faces alone do not report reduced unknowns
   for (std::size_t s = 0; s < searches.size(); ++s)
     if (searches[s].functions == nullptr) result.n_unknowns[s] = 0;
   spread_impulses(list, laws, result.p, bodies);

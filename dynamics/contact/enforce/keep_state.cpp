@@ -19,7 +19,7 @@ void keep_state(StateArchive& archive, ImpulseMemory& memory) {
   bool has_solver = memory.solver.has_value();
   archive(has_solver);
   if (archive.restores()) {
-    memory.standing.clear();  // formed anew of the rest
+    memory.standing.clear();  // formed again from the rest
     memory.solver.reset();
     if (has_solver) memory.solver.emplace(GapResponse(), std::vector<PointLaw>());
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What contact keeps from step to step, for checkpoints (common/files/state_archive.hpp). Workspace
-// that each step fills anew is left out.
+// State of contact between steps, for checkpoints (common/files/state_archive.hpp). Without the
+// workspace that each step fills anew.
 #pragma once
 
 #include "common/files/state_archive.hpp"
@@ -11,10 +11,10 @@ namespace cbr {
 
 void keep_state(StateArchive& archive, PointKey& key);
 void keep_state(StateArchive& archive, PenaltyMemory& memory);
-// W and what is factored of it as they are: both have come about step by step, and made anew they
-// would differ in last digits.
+// Stores W and its factors as they are. They result from updates over steps; a new computation
+// would differ in the last digits.
 void keep_state(StateArchive& archive, ImpulseMemory& memory);
-// Without the responses, which are the bodies' to give.
+// Without the responses, which the bodies provide.
 void keep_state(StateArchive& archive, ContactBody& body);
 
 }  // namespace cbr

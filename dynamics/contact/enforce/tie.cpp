@@ -21,7 +21,7 @@ struct Foot {
   double distance = HUGE_VAL;
 };
 
-// The boxes of single points; of the faces, each grown by what a node may be away from it.
+// Boxes of slave nodes, without extent; of faces, each grown by the reach of a tie.
 void fill_boxes(const ContactSurface& slave, const Points& slave_positions,
                 const ContactSurface& master, const Points& master_positions, const Vector& reach,
                 std::vector<Box>& nodes, std::vector<Box>& faces) {
@@ -65,9 +65,9 @@ void add_tie(const ContactSurface& slave, Index slot, const ContactSurface& mast
   ties.points.push_back(point);
 }
 
-// Of points with positions `x` (n x 3), each of which holds three directions.
+// Free rigid motions of points at positions `x` (n x 3), with all directions tied at each.
 Index free_motions(const Points& x) {
-  constexpr double width = 1e-6;  // of their length, which is still a line
+  constexpr double width = 1e-6;  // relative to the length: a narrower set is a line
   const Points apart = x.rowwise() - x.colwise().mean();
   const Vector3 spread = symmetric_eigenvalues3(apart.transpose() * apart);
   const double least = 1e-24 * x.cwiseAbs2().maxCoeff();  // round-off of the positions
@@ -175,7 +175,7 @@ TieReport tie_mortar(const ContactSurface& slave, const Points& slave_positions,
     found.push_back(r);
     report.largest_offset = std::max(report.largest_offset, distance);
   }
-  // Beside an edge a node may have two points; one that has none may be in those of its neighbours
+  // Beside an edge a node may have two points. One without may be in those of its neighbours
   std::set<Index> held;
   for (const ContactTerm& term : ties.terms)
     if (term.body == slave.body) held.insert(term.node);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Surfaces that are joined at the start, for good.
+// Surfaces that are tied for the whole run.
 #pragma once
 
 #include <optional>
@@ -12,28 +12,28 @@
 namespace cbr {
 
 struct TieReport {
-  // slave nodes that no tie holds, none of the master being within the tolerance
+  // slave nodes without a tie: no master face within the tolerance
   Index without_partner = 0;
-  double largest_offset = 0;  // of those that are tied: length from the face
-  // Relative rigid motions that the tie leaves free: 3 of one point, 1 of points on a line.
+  double largest_offset = 0;  // of tied nodes: distance from the face
+  // Relative rigid motions that the tie leaves free: 3 for one point, 1 for points on a line.
   Index free_motions = 0;
 };
 
-// "2 of its 4 nodes are tied", and what the tie leaves free: "... along one line only: ..."; empty
-// when it holds all of the slave's nodes.
+// "2 of its 4 nodes are tied", and free motions: "... along one line only: ..."; empty if it
+// constrains all of the slave's nodes.
 std::string tie_text(const TieReport& report, const ContactSurface& slave);
 
-// Ties each slave node to the closest point of the master's faces at these positions (rows: the
-// contact nodes of either body), when it is within `tolerance` (length; not given: 5 % of the
-// face's size). Appends to `ties` points of identity frame and weights that stay, and to `offsets`
-// (points x 3, scene axes) the relative position sum coefficient x position that each of them
-// keeps. The master's side of the offset does not turn with the body, so a couple of offset x force
-// is lost: it is as small as the offset.
+// Ties each slave node to the closest point of the master's faces at these positions (rows: contact
+// nodes of each body). `tolerance`: largest distance (length; default: 5 % of the face's size).
+// Appends points of identity frame and constant weights to `ties`. Appends the relative positions
+// that they keep, sum coefficient x position, to `offsets` (points x 3, scene axes). The master's
+// part of the offset does not rotate with the body. So a couple of offset x force is lost, as small
+// as the offset.
 TieReport tie_surfaces(const ContactSurface& slave, const Points& slave_positions,
                        const ContactSurface& master, const Points& master_positions,
                        std::optional<double> tolerance, ContactList& ties, Points& offsets);
 
-// The same with the points of detect_mortar(): slave nodes whose averaged distance from the master
+// The same with the points of detect_mortar(): for slave nodes whose mean distance from the master
 // is within `tolerance`.
 TieReport tie_mortar(const ContactSurface& slave, const Points& slave_positions,
                      const ContactSurface& master, const Points& master_positions,
