@@ -20,7 +20,7 @@ std::string kind_of(const BuiltScene::OfInstance& of) {
                               : "superelement of " + std::to_string(of.parts.size()) + " domains";
 }
 
-// docs/decisions/truncation.md
+// Number of quasi-static modes: docs/decisions/truncation.md
 std::string following_text(const BuiltScene::OfInstance& of) {
   if (of.n_following == 0) return {};
   return " (" + std::to_string(of.n_following) + " faster ones follow contact as statics)";
@@ -36,7 +36,7 @@ void instance_lines(const BuiltScene& built, Report& report) {
          << (built.simulation.is_static ? "statics"
                                         : word_of(integrator_words, integrator_of(body.scheme())));
     report.line(line.str());
-    if (built.simulation.is_static) continue;  // no step depends on it
+    if (built.simulation.is_static) continue;  // not needed: there are no steps
     const double omega = body.largest_frequency();
     std::ostringstream detail;
     detail.precision(6);

@@ -11,7 +11,7 @@ bool is_massless(const BuiltScene::OfInstance& instance) {
   return !instance.parts.empty() && instance.parts.front().superelement->is_massless();
 }
 
-// Kinetic energy of all bodies moving together: what no contact among them can take.
+// Kinetic energy of the common motion of all bodies, which contact among them cannot change.
 double common_motion(const BuiltScene& built, const RunResult& result) {
   if (!built.momentum_is_kept) return 0;
   Vector3 momentum = Vector3::Zero();
@@ -47,7 +47,7 @@ std::optional<OutsideBasis> energy_outside_basis(const BuiltScene& built, const 
   std::size_t at = result.time.size() - 1;
   for (std::size_t i = 0; i < result.time.size(); ++i)
     if (result.active[i] == 0) at = i;
-  // it has not been apart since it met
+  // no separation since the first contact
   if (result.work_contact[at] == 0 && result.active.back() > 0) at = result.time.size() - 1;
   outside.energy = 0 - result.work_contact[at];
   outside.friction = 0 - result.work_friction.back();

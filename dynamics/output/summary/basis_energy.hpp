@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The energy that contact has taken because modes, or a mesh, cannot hold the waves that it sets
-// off (docs/theory.md, (44)).
+// Energy that contact loses because modes, or a mesh, cannot represent the waves that it excites
+// (docs/theory.md, (44)).
 #pragma once
 
 #include <optional>
@@ -13,24 +13,24 @@
 namespace cbr {
 
 struct OutsideBasis {
-  // Units of energy: what normal contact has taken, up to the last output at which nothing touched
-  // (the last of all when something always does; then what swings between the ends of steps is in
-  // it); what friction took in the whole run.
+  // Units of energy. energy: lost by normal contact up to the last output without contact, or the
+  // last output if there is none. It then includes oscillation within steps. friction: lost in the
+  // whole run.
   double energy = 0, friction = 0;
-  // largest energy against the common centre of mass (with supports or loads: energy or work at
-  // all)
+  // largest energy relative to the common centre of mass (with supports or loads: largest energy or
+  // work)
   double scale = 0;
-  // a superelement with mass on its interface has been struck; else meshes alone
+  // contact acted on a superelement with mass on its interface; false: on meshes only
   bool has_modes = false;
-  bool all_rigid = true;  // nothing but rigid bodies and walls has been struck
-  // springs or node-lumped contact have been at work too: theirs is in `energy`
+  bool all_rigid = true;  // contact acted on rigid bodies and walls only
+  // springs or node-lumped contact acted too: `energy` includes their loss
   bool has_others = false;
 };
 
-// None where no impulses have acted on a body with mass on its surface.
+// None if no impulses acted on a body with mass on its surface.
 std::optional<OutsideBasis> energy_outside_basis(const BuiltScene& built, const RunResult& result);
 
-// Its energy over the scale; none as there, without a scale, and of statics.
+// OutsideBasis::energy / scale. None likewise, with scale 0, and for statics.
 std::optional<double> share_outside_basis(const BuiltScene& built, const RunResult& result);
 
 // "energy lost to truncated modes: 1.2e+06, 10.8 % of the energy against the common centre of mass

@@ -17,7 +17,7 @@ std::string counted(Index n, const std::string& noun) {
   return std::to_string(n) + " " + noun + (n == 1 ? "" : "s");
 }
 
-// 0 where it is round-off.
+// Largest initial penetration, 0 within round-off.
 double initial_overlap(const ContactPair& pair) {
   const PairState& state = pair.seen();
   const double overlap = std::max(
@@ -25,7 +25,8 @@ double initial_overlap(const ContactPair& pair) {
   return overlap > 1e-10 * pair.master->size ? overlap : 0;
 }
 
-// As it was watched, else of contact, which looks at what is near only. HUGE_VAL: not known.
+// Initial gap of the gap watch, else of contact, which is limited to its reach. HUGE_VAL: not
+// known.
 double initial_gap(const BuiltScene& built, Index p) {
   const double seen = built.simulation.pairs[static_cast<std::size_t>(p)].seen().memory.initial_gap;
   return std::isfinite(seen) ? seen : built.gaps.initial(built.simulation, p).value_or(HUGE_VAL);
@@ -35,7 +36,7 @@ bool has_touched(const ContactPair& pair) {
   return pair.seen().has_touched || initial_overlap(pair) > 0;
 }
 
-// A hard constraint leaves none at the points that it holds; what is between them may be deeper.
+// Penetration relative to a face. A hard constraint has none at its points, but may between them.
 double share_of_face(const ContactPair& pair) {
   const double face = std::min(pair.slave->size, pair.master->size);
   return face > 0 ? pair.seen().penetration / face : 0;
@@ -48,7 +49,7 @@ std::string unknowns_text(const PairState& state) {
       static_cast<std::ptrdiff_t>(state.most_unknowns));
 }
 
-// What is good stands behind each figure.
+// Each figure is followed by its good range.
 std::string penetration_text(const ContactPair& pair) {
   const double depth = pair.seen().penetration, share = 100 * share_of_face(pair);
   std::string text = format_text(", largest penetration %.3g, %.2g %% of a face", depth, share);
@@ -95,14 +96,15 @@ std::string contact_line(const BuiltScene& built, Index p) {
   if (pair.enforcement == Enforcement::impulse)
     line << ", residual " << pair.seen().residual << " (good: below 1e-6)";
   if (initial_overlap(pair) > 0) line << "; initial overlap " << initial_overlap(pair);
-  // Surfaces that touch or overlap somewhere have no gap, however far their other nodes are.
+  // Surfaces that touch or overlap have no gap, however distant their other nodes are.
   if (initial_overlap(pair) > 0) return line.str();
   const double gap = initial_gap(built, p);
   if (gap > 0 && std::isfinite(gap)) line << "; initial gap " << gap;
   return line.str();
 }
 
-// Deeper than what a mesh rounds off, although all that was tested is held.
+// Warns of penetration above the effect of a coarse mesh, although all tested points are
+// constrained.
 void penetration_warning(const ContactPair& pair, Report& report) {
   constexpr double too_deep = 0.1;
   if (pair.law.law == ContactLaw::tied || pair.wall || !(share_of_face(pair) > too_deep)) return;
@@ -129,7 +131,7 @@ void residual_warning(const ContactPair& pair, Report& report) {
         ": not all gaps could be closed or opened (complementarity residual above 1e-6)");
 }
 
-// Statics press elastic bodies apart. Rigid ones that are free have none.
+// Statics can separate overlapping elastic bodies, but not free rigid ones.
 std::string cure_of_overlap(const BuiltScene& built, const ContactPair& pair) {
   bool rigid = false, turns = false;
   for (const Index b : {pair.slave->body, pair.master->body}) {
@@ -146,7 +148,7 @@ std::string cure_of_overlap(const BuiltScene& built, const ContactPair& pair) {
 
 void warn_of_initial_overlaps(const BuiltScene& built, Report& report) {
   for (const ContactPair& pair : built.simulation.pairs) {
-    if (pair.resolves_overlap) continue;  // statics press it apart
+    if (pair.resolves_overlap) continue;  // statics remove the overlap
     const double overlap = initial_overlap(pair);
     if (!(overlap > std::max(1e-6 * pair.master->size, pair.adjust.value_or(0)))) continue;
     std::ostringstream warning;
@@ -158,7 +160,7 @@ void warn_of_initial_overlaps(const BuiltScene& built, Report& report) {
   }
 }
 
-// Of many pairs only those that met, and the first that the scene names and that did not.
+// With many pairs: only those that met, and the first that the scene names and that did not.
 void contact_lines(const BuiltScene& built, bool is_restarted, Report& report) {
   constexpr std::size_t many = 10, most_named = 20;
   const auto& pairs = built.simulation.pairs;

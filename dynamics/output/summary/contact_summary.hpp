@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the summary says of contact.
+// Contact in the summary of a run.
 #pragma once
 
 #include "common/app/report.hpp"
@@ -7,12 +7,12 @@
 
 namespace cbr {
 
-// Pairs that overlap at the start, by more than round-off and `adjust`. After the first step:
-// contact has looked at them then.
+// Warns of pairs with an initial overlap above round-off and `adjust`. Call after the first step,
+// in which contact detects it.
 void warn_of_initial_overlaps(const BuiltScene& built, Report& report);
 
-// A line for each pair, and warnings; of many pairs of `all` only those that met. `is_restarted`:
-// gaps were watched from there.
+// A line per pair, and warnings; with many pairs of `all` only those that met. `is_restarted`: gaps
+// were watched since the restart.
 void contact_lines(const BuiltScene& built, bool is_restarted, Report& report);
 
 }  // namespace cbr

@@ -35,7 +35,7 @@ RunProgress::RunProgress(Report& report, std::string what, double end, double fr
     : RunProgress(report, std::move(what), end, from, ::isatty(STDERR_FILENO) == 1,
                   steady_seconds) {}
 
-// What is left takes as long as what is done did, share for share.
+// Remaining time, in proportion to the elapsed time.
 std::string RunProgress::left(double fraction, double elapsed) const {
   if (!(fraction > from_)) return "";
   return ", " + human_seconds(elapsed * (1 - fraction) / (fraction - from_)) + " left";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How far a run has come, while it runs.
+// Progress of a run while it runs.
 #pragma once
 
 #include <chrono>
@@ -10,18 +10,17 @@
 
 namespace cbr {
 
-// On a terminal a line that is redrawn: time reached, per cent, time left. In a log a line at every
-// tenth of the run, of runs that take longer than a second to the first of them.
+// On a terminal: a line that is redrawn, with time reached, per cent and time left. In a log: a
+// line at every tenth of the run, if the first tenth takes more than a second.
 class RunProgress {
  public:
-  using Seconds = std::function<double()>;  // wall time since any moment
-  // `what`: "stepping"; `end`: the run's time, s. `from`: the share of it that a run that goes on
-  // has behind it.
+  using Seconds = std::function<double()>;  // wall time since an arbitrary origin
+  // `what`: "stepping"; `end`: the run's time, s. `from`: fraction done before a restart.
   RunProgress(Report& report, std::string what, double end, double from, bool is_terminal,
               Seconds clock);
   RunProgress(Report& report, std::string what, double end, double from = 0);
 
-  // Of the run's time; `where`: in the place of the time.
+  // Fraction of the run's time; `where`: text instead of the time.
   void at(double fraction, const std::string& where = {});
 
  private:
@@ -34,7 +33,7 @@ class RunProgress {
   const Seconds clock_;
   const double begin_;
   double drawn_ = -1;  // seconds since `begin_`
-  int told_ = 0;       // tenths
+  int told_ = 0;       // tenths reported
 };
 
 }  // namespace cbr

@@ -25,7 +25,7 @@ double largest(const Series3& series) {
   return norm;
 }
 
-// Largest change of the sum over all bodies, as a share of `scale`.
+// Largest change of the sum over all bodies, divided by `scale`.
 double drift(const RunResult& result, Series3 RunResult::OfBody::*series, double scale) {
   double worst = 0;
   for (std::size_t i = 0; i < result.time.size(); ++i) {
@@ -36,7 +36,7 @@ double drift(const RunResult& result, Series3 RunResult::OfBody::*series, double
   return scale > 0 ? worst / scale : 0;
 }
 
-// How far the run has come, where that is not plain.
+// Reports the progress of a run that ended early or skipped steps.
 void reached_lines(const BuiltScene& built, const RunResult& result, Report& report) {
   const TimePlan& plan = built.simulation.plan;
   std::ostringstream line;
@@ -81,7 +81,7 @@ void scaling_lines(const BuiltScene& built, const RunResult& result, Report& rep
   }
 }
 
-// Of a centre of mass, from the start to an output.
+// Longest path of a centre of mass, from the start to an output.
 double longest_way(const RunResult& result) {
   double way = 0;
   for (const RunResult::OfBody& body : result.bodies) {
@@ -91,10 +91,10 @@ double longest_way(const RunResult& result) {
   return way;
 }
 
-// Energy that round-off brings: gaps are closed to the last digits of positions, some eps of the
-// reach in a step h, and so are velocities to some eps of reach / h. That times the mass, squared,
-// half of it. Statics have no h: m omega^2 is the largest stiffness against the same digits, and
-// the force of these works on the way that supports move bodies.
+// Bound of the energy error by round-off. Gaps are closed to the last digits of positions, some eps
+// times the reach per step h, velocities to some eps reach / h. The energy is half the mass times
+// that squared. Statics have no h: m omega^2 is the largest stiffness for the same digits. Its
+// force does work along the path of prescribed motions.
 double round_off_energy(const BuiltScene& built, const RunResult& result) {
   const Simulation& sim = built.simulation;
   double reach = 0, inertia = 0;
@@ -112,8 +112,7 @@ bool is_energy_kept(const BuiltScene& built, const RunResult& result, const Bala
   return b.energy <= 1e-8 || b.energy_off <= round_off_energy(built, result);
 }
 
-// Gaps and strains are differences of positions: far from the origin these keep too few digits of
-// them.
+// Gaps and strains are differences of positions, which have too few digits far from the origin.
 void distance_warning(const BuiltScene& built, Report& report) {
   for (std::size_t i = 0; i < built.instances.size(); ++i) {
     const Points& x = built.simulation.bodies[i]->reference_positions();
@@ -129,16 +128,16 @@ void distance_warning(const BuiltScene& built, Report& report) {
   }
 }
 
-// What contact has given beyond what it had taken, where that is an error.
+// Warns if contact has returned more energy than it had removed, by an error.
 void energy_warning(const BuiltScene& built, const RunResult& result, Report& report) {
-  // Frictionless contact can take energy, and give back what it took, but bring none.
+  // Frictionless contact can remove energy and return it, but not add any.
   double brought = 0;
   for (std::size_t i = 0; i < result.time.size(); ++i)
     if (result.active[i] == 0) brought = std::max(brought, result.work_contact[i]);
   const double scale = std::max(*std::max_element(result.total.begin(), result.total.end()),
                                 std::abs(result.work_external.back()));
-  // While nodes are held, they swing between the ends of exact steps, which counts as energy until
-  // they are let go: some per cent of a body that is pressed at its critical step.
+  // Nodes in contact oscillate within exact steps. That counts as energy until they are released: a
+  // few per cent for a body that is pressed at its critical step.
   constexpr double share_of_swings = 0.2;
   const double at_end = result.work_contact.back();
   if (result.active.back() == 0 || at_end > share_of_swings * scale)
@@ -160,8 +159,8 @@ void energy_warning(const BuiltScene& built, const RunResult& result, Report& re
   report.warning(warning.str());
 }
 
-// The largest work of the integrator, as a share of the largest energy or work of loads; 0 where
-// there is neither.
+// Largest work of the integrator, relative to the largest energy or work of loads; 0 if there is
+// neither.
 double numerical_share(const RunResult& result) {
   double scale = std::abs(result.work_external.back()), most = 0;
   for (const double total : result.total) scale = std::max(scale, total);
@@ -169,8 +168,7 @@ double numerical_share(const RunResult& result) {
   return scale > 0 ? most / scale : 0;
 }
 
-// ", of numerical damping -0.1 (2 %)"; of the steps of bodies that turn where that is more than
-// round-off.
+// ", of numerical damping -0.1 (2 %)"; for steps with large rotation if above round-off.
 std::string numerical_loss(const BuiltScene& built, const RunResult& result) {
   const bool damps = built.simulation.plan.newmark_alpha.value_or(0) != 0;
   const double share = numerical_share(result);
@@ -179,8 +177,8 @@ std::string numerical_loss(const BuiltScene& built, const RunResult& result) {
                      result.work_numerical.back(), 100 * share);
 }
 
-// Steps too long for how bodies turn and strain close their balance all the same: what they make or
-// take is booked.
+// Steps that are too long for the rotation and strain still close their balance, as the energy that
+// they add or remove is booked. Hence this warning.
 void steps_warning(const BuiltScene& built, const RunResult& result, Report& report) {
   constexpr double much = 0.01;
   const double share = numerical_share(result);
@@ -191,7 +189,7 @@ void steps_warning(const BuiltScene& built, const RunResult& result, Report& rep
       100 * share));
 }
 
-// What was done, of what the planned steps of every body and pair would have been.
+// Work done, relative to a step of each body and pair at each planned step.
 void work_line(const BuiltScene& built, const RunResult& result, Report& report) {
   const Simulation& sim = built.simulation;
   const Index steps = sim.plan.n_steps();
@@ -222,7 +220,7 @@ Balance balance(const RunResult& result) {
   double momentum = 0, angular = 0;
   for (const auto& body : result.bodies) {
     momentum += largest(body.momentum);
-    // An angular momentum that should be nil is measured by momentum times distance.
+    // Angular momenta near 0 are scaled by momentum times distance.
     angular += std::max(largest(body.angular_momentum),
                         largest(body.momentum) * largest(body.center_of_mass));
   }
@@ -251,7 +249,7 @@ void balance_lines(const BuiltScene& built, const RunResult& result, const Balan
   const bool all_turn = std::all_of(
       bodies.begin(), bodies.begin() + static_cast<std::ptrdiff_t>(built.instances.size()),
       [](const auto& body) { return body->turning() != nullptr; });
-  // What spins in its place has a momentum that is round-off
+  // A body that spins in place has a momentum of round-off
   double momentum = 0;
   for (std::size_t i = 0; i < built.instances.size(); ++i) {
     const auto& kinetic = result.bodies[i].kinetic_energy;
@@ -266,7 +264,7 @@ void balance_lines(const BuiltScene& built, const RunResult& result, const Balan
       all_turn ? "1e-10" : "1e-2; it grows with rotations, which bodies take as small"));
 }
 
-// What makes an instance turn by any angle.
+// Advice that enables large rotation of an instance.
 std::string cure_of_rotation(const BuiltScene& built, std::size_t i) {
   if (built.simulation.is_static) return {};
   if (const std::string& why = built.instances[i].why_linear; !why.empty()) return "; " + why;
@@ -275,7 +273,7 @@ std::string cure_of_rotation(const BuiltScene& built, std::size_t i) {
          built.large_is_refused;
 }
 
-// Bodies are linear: strains of a rotated one are wrong.
+// Linear bodies: strains are wrong after large rotations.
 void rotation_warnings(const BuiltScene& built, const RunResult& result, Report& report) {
   constexpr int most = 10;
   constexpr double limit = small_rotation * 180 / std::numbers::pi;
@@ -295,7 +293,7 @@ void rotation_warnings(const BuiltScene& built, const RunResult& result, Report&
         format_text("and %d more instances rotate by more than %.3g degrees", n - most, limit));
 }
 
-// Statics beyond small strains and displacements.
+// Warns of statics beyond small strains and displacements.
 void strain_warnings(const BuiltScene& built, Report& report) {
   const auto of = [&](const StrainWatch::Worst& worst) {
     return "instance '" + built.instances[static_cast<std::size_t>(worst.body)].name + "' ";

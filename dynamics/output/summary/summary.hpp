@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Front door of dynamics/output/summary: what a run tells on the terminal, before, during and after
-// its steps.
+// Front door of dynamics/output/summary: terminal output of a run, before, during and after its
+// steps.
 #pragma once
 
 #include "common/app/report.hpp"
@@ -14,19 +14,19 @@ namespace cbr {
 struct Balance {
   // |E(t) - E(0) - work of loads, contact and friction| / largest energy or work
   double energy = 0;
-  double energy_off = 0;        // the same, not divided
+  double energy_off = 0;        // the same, not relative
   double momentum_off = 0;      // |p(t) - p(0)|
-  double momentum = 0;          // the same / sum over bodies of the largest |p|
-  double angular_momentum = 0;  // likewise, but at least momentum x distance as the scale
+  double momentum = 0;          // momentum_off / sum over bodies of the largest |p|
+  double angular_momentum = 0;  // likewise, with a scale of at least momentum x distance
 };
 Balance balance(const RunResult& result);
 
-// Before the first step: instances, dofs, steps and what limits them. is_again: the instances have
-// been told.
+// Before the first step: instances, dofs, steps and their limits. is_again: instances have been
+// reported.
 void announce(const BuiltScene& built, bool is_again, Report& report);
 
-// Balances and contact, each figure with what is good, and warnings for what looks wrong. Counters
-// with --verbose alone.
+// Reports balances and contact, each figure with its good range, and warnings. Counters with
+// --verbose only.
 void summarise(const BuiltScene& built, const RunResult& result, bool is_restarted, Report& report);
 
 }  // namespace cbr
