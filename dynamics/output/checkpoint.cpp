@@ -18,10 +18,10 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* format_name = "cbr-checkpoint";
-// To be raised when what a keep_state() names changes: files of before cannot be read then.
+// Increase when the contents of a keep_state() change: older files cannot be read then.
 constexpr const char* format_version = "1.13";
 
-// Of all that a run that goes on takes from the file.
+// Hash of all data that a restarted run reads from the file.
 std::string hash_of(const Checkpoint& checkpoint, const std::vector<Index>& words) {
   const auto text = [](const auto* values, std::size_t n) {
     return bytes_hash({reinterpret_cast<const char*>(values), n * sizeof *values});
@@ -47,7 +47,7 @@ void require_checkpoint(const Hdf5Reader& file) {
     throw InputError(file.file().string() + ": is not a checkpoint of cbr-dyn");
 }
 
-// What reading it throws, with the cure.
+// Calls `read` and adds the cure to errors.
 template <typename Read>
 auto from_checkpoint(const Read& read) {
   try {
@@ -76,7 +76,7 @@ std::string generator() { return std::string("cbr-dyn ") + version(); }
 std::string run_hash(const Scene& scene, const BuildOptions& options) {
   Scene plain = scene;
   plain.output.checkpoint.reset();
-  if (plain.skin) plain.skin->mesh = "/";  // of cbr-skin
+  if (plain.skin) plain.skin->mesh = "/";  // part of cbr-skin
   std::set<std::string> meshed, reduced;
   for (const Instance& instance : scene.instances)
     (instance.as == InstanceKind::superelement ? reduced : meshed).insert(instance.component);
@@ -174,7 +174,7 @@ fs::path checkpoint_file(const CheckpointOptions& options, const fs::path& resul
   if (file.empty()) file = fs::path(results).replace_extension(".checkpoint.h5");
   std::error_code error;
   const bool same = is_same_file(file, results);
-  // what is wrong with it is said by who reads it
+  // read_checkpoint() reports its defects
   if (!same && !restart.empty() && is_same_file(file, restart)) return file;
   if (same || (fs::exists(file, error) && !is_checkpoint(file)))
     throw InputError(options.source.text() + ": output.checkpoint: " + file.string() +
@@ -184,7 +184,7 @@ fs::path checkpoint_file(const CheckpointOptions& options, const fs::path& resul
   return file;
 }
 
-// Whole intervals up to t; one that t misses by round-off counts.
+// Number of whole intervals up to t; an interval missed by round-off counts.
 double CheckpointClock::passed(double t) const {
   return options_.every ? std::floor(t / *options_.every * (1 + 1e-12)) : 0;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Checkpoints: files from which an interrupted run goes on, bit for bit (format "cbr-checkpoint",
-// docs/formats.md).
+// Checkpoints: files to restart an interrupted run with bitwise equal results (format
+// "cbr-checkpoint", docs/formats.md).
 #pragma once
 
 #include <chrono>
@@ -15,48 +15,48 @@
 
 namespace cbr {
 
-// Hash of all that the course of a run depends on: the scene but for paths and checkpoints, the
-// bytes of the meshes and superelements that it uses, --diagonal-limit. InputError when a file
-// cannot be read.
+// Hash of all inputs that determine a run: the scene except paths and checkpoints, the bytes of its
+// meshes and superelements, --diagonal-limit. InputError if a file cannot be read.
 std::string run_hash(const Scene& scene, const BuildOptions& options);
 
 struct Checkpoint {
   Index step = 0;
   double time = 0;
   std::vector<double> field_times;  // of the fields written so far
-  std::string fields_hash;          // of these: FieldHash
-  // that the run was begun with: with others BLAS adds in another order
+  std::string fields_hash;          // FieldHash of these fields
+  // at the start of the run: another number changes the order of sums in BLAS
   int threads = 0;
-  std::vector<std::string> warnings;  // told so far
+  std::vector<std::string> warnings;  // reported so far
 };
 
-// Whole or not at all. RunError when the disk refuses.
+// Writes the whole file or nothing. RunError for disk errors.
 void write_checkpoint(const std::filesystem::path& file, const std::string& hash,
                       const Checkpoint& checkpoint, const StateArchive& state);
-// And its state. InputError: no checkpoint, damaged, of another version of cbr-dyn, of a run with
-// another hash.
+// Also reads the state. InputError: no checkpoint, damaged, of another version of cbr-dyn, or of a
+// run with another hash.
 std::pair<Checkpoint, StateArchive> read_checkpoint(const std::filesystem::path& file,
                                                     const std::string& hash);
-// Whether it was written by a run of this run_hash(). InputError: no checkpoint.
+// Whether a run with this run_hash() wrote it. InputError: no checkpoint.
 bool is_checkpoint_of(const std::filesystem::path& file, const std::string& hash);
-// Of the checkpoint, for set_threads(), before anything is computed. InputError: no checkpoint.
+// Number of threads in the checkpoint, for set_threads() before any computation. InputError: no
+// checkpoint.
 int threads_of_checkpoint(const std::filesystem::path& file);
-// Of the fields, beside the checkpoint: impact.checkpoint.fields.h5.
+// File of the fields beside the checkpoint: impact.checkpoint.fields.h5.
 std::filesystem::path fields_of_checkpoint(const std::filesystem::path& checkpoint);
 
-// Where the scene's checkpoints go: beside the results unless it says so. InputError when something
-// else is there, but for `restart` (or empty), the checkpoint to go on from.
+// File of the scene's checkpoints, by default beside the results. InputError if another file has
+// that name, except `restart` (may be empty), the checkpoint of a restart.
 std::filesystem::path checkpoint_file(const CheckpointOptions& options,
                                       const std::filesystem::path& results,
                                       const std::filesystem::path& restart = {});
 
-// When the next one is due: times and steps are counted from the start of the run, minutes from the
-// last one.
+// Decides when the next checkpoint is due. Times and steps count from the start of the run, minutes
+// from the last checkpoint.
 class CheckpointClock {
  public:
   explicit CheckpointClock(const CheckpointOptions& options) : options_(options) {}
   void start_at(Index step, double t);
-  bool is_due(Index step, double t);  // true once for each
+  bool is_due(Index step, double t);  // true once per checkpoint
 
  private:
   using Clock = std::chrono::steady_clock;

@@ -27,8 +27,8 @@ ElementType type_of(const std::string& topology) {
   return types.at(topology);
 }
 
-// From VTK's order of an element's nodes to that of Exodus: the upright mid-edges of a hex before
-// the upper ones.
+// Reorders nodes from VTK to Exodus, which has the vertical mid-edges of a hex before the upper
+// ones.
 IndexTable exodus_order(const IndexTable& cells, ElementType type) {
   if (type != ElementType::hex20) return cells;
   IndexTable out = cells;
@@ -37,9 +37,9 @@ IndexTable exodus_order(const IndexTable& cells, ElementType type) {
   return out;
 }
 
-// Each list's ids plus a multiple, of the list's place, of a power of ten above all of them: unlike
-// each other, and still to be read. A list with an id twice (an element with two faces), or of too
-// large ones, is counted instead.
+// Makes the ids of all lists unique and readable: adds a multiple, the list's number, of a power of
+// ten above all ids. A list with repeated ids (an element with two faces) is numbered from 1. If
+// ids get too large, all are numbered consecutively.
 std::vector<std::vector<Index>> told_apart(std::vector<std::vector<Index>> lists) {
   Index highest = 0;
   for (auto& ids : lists) {
@@ -56,7 +56,7 @@ std::vector<std::vector<Index>> told_apart(std::vector<std::vector<Index>> lists
   return lists;
 }
 
-// Grids of one mesh have the same points, which the file has once.
+// Grids of one mesh have the same points, which the file stores once.
 class ExodusGrids {
  public:
   explicit ExodusGrids(const std::vector<FieldGrid>& grids) : grids_(grids) {
@@ -105,7 +105,7 @@ class ExodusGrids {
     return mesh;
   }
 
-  // All points at a step, one vector a component.
+  // Values of all points at a step, one vector per component.
   std::vector<std::vector<double>> nodal(const Hdf5Reader& heavy, std::size_t step,
                                          const std::string& field) const {
     std::vector<std::vector<double>> columns;
@@ -128,7 +128,7 @@ class ExodusGrids {
   const std::vector<FieldGrid>& grids_;
   Index n_points_ = 0;
   std::vector<Index> first_point_;           // of each set of points
-  std::vector<std::size_t> owner_, set_of_;  // the set's first grid; the set of each grid
+  std::vector<std::size_t> owner_, set_of_;  // first grid of each set; set of each grid
 };
 
 ExodusVariables variables_of(const std::vector<FieldGrid>& grids,

@@ -10,13 +10,13 @@
 
 namespace cbr {
 
-// Begins the title of these files, by which a later run knows that it may replace one.
+// Prefix of the title of these files. A later run may replace files with it.
 inline constexpr const char* exodus_title = "cbr-dyn";
 
-// Writes `target`, whole or not at all, from the file of fields `heavy` (docs/formats.md,
-// "Fields"). A grid is a block. Vectors become NAME_x, NAME_y, NAME_z. Ids are those of the mesh;
-// points of the second, third, ... mesh or superelement get a power of ten on top, so that no two
-// are alike. InputError: no grid. RunError: of the disk.
+// Writes `target`, the whole file or nothing, from the file of fields `heavy` (docs/formats.md,
+// "Fields"). A grid becomes a block. Vectors become NAME_x, NAME_y, NAME_z. Ids are those of the
+// mesh. For points of further meshes or superelements a multiple of a power of ten is added, so
+// that ids are unique. InputError: no grid. RunError: disk errors.
 void write_exodus_fields(const std::filesystem::path& heavy, const std::vector<double>& times,
                          const std::vector<FieldGrid>& grids,
                          const std::vector<std::string>& fields,

@@ -14,10 +14,10 @@ namespace {
 
 struct Cell {
   const char* topology;
-  std::vector<int> order;  // VTK's node i is our node order[i]
+  std::vector<int> order;  // node i in VTK's order is node order[i] here
 };
 
-// Exodus numbers the upright mid-edges of a hex before the upper ones, VTK after them. A hex27 is
+// Exodus numbers the vertical mid-edges of a hex before the upper ones, VTK after them. A hex27 is
 // shown by its first 20 nodes.
 Cell cell_of(ElementType type) {
   switch (type) {
@@ -59,7 +59,7 @@ const char* topology_of(FaceKind kind) {
   }
 }
 
-// The faces of all surfaces of one kind, each once, and the elements that they are sides of.
+// All surface faces of one kind, without repetition, and the elements that they belong to.
 IndexTable faces_of_kind(const Geometry& geometry, FaceKind kind, std::vector<Index>& element) {
   std::set<std::vector<Index>> seen;
   std::vector<std::vector<Index>> faces;
@@ -129,10 +129,10 @@ void add_block_grids(const BuiltScene::OfInstance& of, FieldGrid grid,
   }
 }
 
-// The interiors of all parts.
+// Adds the recovered interiors of all parts.
 void add_recovered_grids(const Scene& scene, const BuiltScene::OfInstance& of, FieldGrid grid,
                          std::vector<FieldGrid>& grids) {
-  std::map<std::string, BlockProperties> of_blocks;  // only stress reads them
+  std::map<std::string, BlockProperties> of_blocks;  // needed for stress only
   const Component& component = scene.components.at(of.component);
   if (is_stress_wanted(scene)) of_blocks = recovered_properties(component, scene, of);
   for (std::size_t p = 0; p < of.parts.size(); ++p) {
@@ -156,7 +156,7 @@ void add_instance_grids(const Scene& scene, const BuiltScene& built, Index i, Re
   const auto& of = built.instances[i];
   FieldGrid grid;
   grid.instance = i;
-  // Nodes of rotations, which come behind all others, are no places
+  // Rotation nodes, which follow all others, have no position
   const auto n =
       of.geometry->coordinates.rows() - static_cast<Index>(of.geometry->rotations.size());
   grid.points = built.simulation.bodies[i]->reference_positions().topRows(n);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Tells whether the fields that a checkpoint has kept are those that were written.
+// Hash of fields, to verify that those kept with a checkpoint are those written.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@
 
 namespace cbr {
 
-// A chain over datasets in the order in which they are written: each one's name, shape and values.
+// A hash chain over datasets in the order of writing: name, shape and values of each.
 class FieldHash {
  public:
   void add(const std::string& dataset, const RowMatrix& values);

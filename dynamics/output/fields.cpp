@@ -89,8 +89,7 @@ void FieldWriter::write_grids() {
   }
 }
 
-// The same chain as over what was written: of the grids, and of as many steps as the checkpoint
-// knows.
+// Repeats the hash chain of the writer from a file: the grids, and n_steps steps of the checkpoint.
 FieldHash FieldWriter::hash_of(const Hdf5Reader& file, std::size_t n_steps) const {
   FieldHash hash;
   for (std::size_t g = 0; g < grids_.size(); ++g) {
@@ -116,7 +115,8 @@ FieldHash FieldWriter::hash_of(const Hdf5Reader& file, std::size_t n_steps) cons
   return hash;
 }
 
-// A file that was saved after the checkpoint, whose own was no longer written, has more.
+// Continues from a saved file. It has more steps if it was saved after the checkpoint and the run
+// ended before the next one.
 void FieldWriter::go_on(const Saved& saved, const std::string& run_hash) {
   times_ = saved.times;
   std::error_code error;
@@ -157,7 +157,7 @@ bool FieldWriter::wanted(const std::string& field) const {
   return std::find(fields_.begin(), fields_.end(), field) != fields_.end();
 }
 
-// Of grids with elements: which of the instance's materials theirs is.
+// Finds the instance's material of each grid with elements.
 void FieldWriter::find_materials(const Scene& scene) {
   std::size_t group = 0;
   for (std::size_t g = 0; g < grids_.size(); ++g) {
@@ -178,7 +178,7 @@ void FieldWriter::find_materials(const Scene& scene) {
 
 namespace {
 
-// Of a body that turns by any angle, scene axes.
+// Rotation of a body with large rotation, scene axes.
 std::optional<Matrix3> turn_of(const Body& body) {
   const auto q = body.state().orientation;
   if (!q) return {};
@@ -213,7 +213,7 @@ FieldWriter::Motion FieldWriter::motion_of(const FieldGrid& grid) const {
       u_c[i] = q[of.n_modal + 3 * part.node[s.dof_node[i]] + d];
       u(s.dof_node[i], d) = u_c[i];
     }
-    // Nodes of rotations go where theirs go
+    // Rotation nodes move with their own node
     for (const auto& [node, rotation] : of.geometry->rotations) u.row(rotation) = u.row(node);
     // u_I = Psi u_c + Phi q_k, then to the scene's axes
     const Vector u_I = recovery.Psi * u_c + recovery.Phi * q.segment(part.first_mode, s.k());
@@ -252,8 +252,8 @@ Matrix FieldWriter::stresses(const FieldGrid& grid, const Motion& motion) const 
   return stress_values(turned_stress(out, motion.turn ? Matrix3(*motion.turn * T) : T));
 }
 
-// The same of shells of a mesh: at the face, top or bottom, where von Mises' is larger. A
-// superelement knows no rotations inside.
+// The same for shells of a mesh, at the face (top or bottom) with the larger von Mises stress. Not
+// for superelements, which have no interior rotations.
 Matrix FieldWriter::shell_stresses(const FieldGrid& grid) const {
   const IndexTable& connectivity = grid.block->connectivity;
   const auto& of = built_.instances[grid.instance];
@@ -278,8 +278,8 @@ Matrix FieldWriter::shell_stresses(const FieldGrid& grid) const {
   return out;
 }
 
-// stress_values() of each point of the grid in the material of its block, scene axes; 0 where no
-// element of it is.
+// stress_values() at each point of the grid in the material of its block, scene axes; 0 for points
+// without an element.
 Matrix FieldWriter::nodal_stresses(const FieldGrid& grid, const Motion& motion) {
   if (dimension(grid.block->type) != 3) return Matrix::Zero(grid.points.rows(), n_stress_values);
   const auto& of = built_.instances[grid.instance];
@@ -303,7 +303,7 @@ Matrix FieldWriter::nodal_stresses(const FieldGrid& grid, const Motion& motion) 
   return out;
 }
 
-// p x 1: on contact nodes, 0 elsewhere.
+// p x 1: at contact nodes, 0 elsewhere.
 Matrix FieldWriter::pressures(const FieldGrid& grid) const {
   const auto& of = built_.instances[grid.instance];
   Vector of_body = Vector::Zero(built_.simulation.bodies[grid.instance]->n_nodes());
@@ -316,7 +316,7 @@ Matrix FieldWriter::pressures(const FieldGrid& grid) const {
   return out;
 }
 
-// The grids of a mesh's blocks have all of its points, and so the same fields on them.
+// Grids of a mesh's blocks share all of its points, and so the fields at points.
 bool FieldWriter::shares_points(std::size_t g) const {
   return g > 0 && grids_[g].instance == grids_[g - 1].instance &&
          grids_[g].part == grids_[g - 1].part;

@@ -19,34 +19,33 @@
 
 namespace cbr {
 
-// Writes RESULTS.xdmf and RESULTS.fields.h5 beside the results file, or RESULTS.exo of the same
-// contents. Nothing is left behind without commit().
+// Writes RESULTS.xdmf and RESULTS.fields.h5 beside the results file, or RESULTS.exo with the same
+// contents. Without commit() no file remains.
 class FieldWriter {
  public:
-  // Fields that a checkpoint has kept: save()'s file, of which so many times count.
+  // Fields kept with a checkpoint: the file of save() and the times to use from it.
   struct Saved {
     std::filesystem::path file;
     std::vector<double> times;
     std::string hash;  // of the writer that saved them
   };
-  // `fields`: displacement, velocity, stress, nodal_stress, contact_pressure. Says on the report
-  // what cannot be shown. `saved`: goes on from there. `run_hash`: of the run that the fields are
-  // of, empty when there are no checkpoints. InputError: `saved` is of another one, or not what its
-  // hash says.
+  // `fields`: displacement, velocity, stress, nodal_stress, contact_pressure. Reports fields that
+  // are not available. `saved`: continues from there. `run_hash`: of the run, empty without
+  // checkpoints. InputError: `saved` is of another run, or does not match its hash.
   FieldWriter(const Scene& scene, const BuiltScene& built, const std::filesystem::path& results,
               Report& report, const std::string& run_hash = "",
               const std::optional<Saved>& saved = {});
-  void add(double t);  // the state of the bodies now
+  void add(double t);  // the current state of the bodies
   const std::vector<double>& times() const { return times_; }
-  const std::string& hash() const { return hash_.text(); }  // of all that is written so far
-  void save(const std::filesystem::path& file);             // a whole file of what there is so far
-  void commit();                                            // RunError when the disk refuses
-  const std::filesystem::path& file() const { return shown_; }  // the one that viewers open
+  const std::string& hash() const { return hash_.text(); }  // of all data written so far
+  void save(const std::filesystem::path& file);             // a complete file of the data so far
+  void commit();                                            // RunError for disk errors
+  const std::filesystem::path& file() const { return shown_; }  // the file for viewers
 
  private:
   struct Motion {
     Points u, v;
-    // Of a body that turns by any angle: by what, and u without it, which strains are of
+    // Large rotation: the rotation, and u without it, for strains
     std::optional<Matrix3> turn = {};
     Points strained = {};
   };
@@ -65,7 +64,7 @@ class FieldWriter {
   void write_grids();
   void commit_xdmf();
   bool wanted(const std::string& field) const;
-  bool shares_points(std::size_t grid) const;  // with the one before
+  bool shares_points(std::size_t grid) const;  // with the previous grid
 
   const BuiltScene& built_;
   std::vector<std::string> fields_;
@@ -75,7 +74,7 @@ class FieldWriter {
   std::vector<FieldGrid> grids_;
   std::vector<const ContactNodes*> contact_of_;                  // per instance, or null
   std::map<Index, std::unique_ptr<InstanceElements>> elements_;  // per instance with nodal stress
-  // stress_values() of nodal_of_, this time
+  // stress_values() of nodal_of_ at this time
   Matrix nodal_;
   Index nodal_of_ = -1;
   std::vector<double> times_;

@@ -38,7 +38,7 @@ void write_table(const std::filesystem::path& path, const HarmonicResponse& resp
   temporary.commit();
 }
 
-// One mode moves, and nothing else.
+// Sets one mode as the only motion.
 void show(SceneModes& modes, const InstanceModes& of, Index mode) {
   for (ModalBody& body : modes.scene->bodies) body.take_shape(Vector::Zero(body.omega().size()));
   for (std::size_t i = 0; i < of.bodies.size(); ++i)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Files of what is computed without steps: harmonic response, and modes with their shapes.
+// Files of results without time steps: harmonic response, and modes with their shapes.
 #pragma once
 
 #include <filesystem>
@@ -10,14 +10,14 @@
 
 namespace cbr {
 
-// Beside the results file: sweep.csv.
+// File of the table beside the results: sweep.csv.
 std::filesystem::path sweep_table(const std::filesystem::path& results);
 
-// HDF5, and the table beside it. RunError when the disk refuses.
+// Writes HDF5, and the table beside it. RunError for disk errors.
 void write_sweep(const std::filesystem::path& file, const HarmonicResponse& response);
 
-// HDF5: frequencies and damping ratios; and the shapes as fields beside it, a time for each mode:
-// its number, from 1.
+// Writes frequencies and damping ratios to HDF5, and shapes as fields beside it. The time of a
+// shape is the mode's number, from 1.
 void write_modes(const std::filesystem::path& file, SceneModes& modes, Report& report);
 
 }  // namespace cbr

@@ -57,14 +57,14 @@ void refuse_inputs(const Target& target, const Scene& scene, const RunFiles& fil
       refuse_input(target, component.reduction->superelement,
                    "the superelement of component '" + name + "'");
   }
-  // Checkpoints follow one another under one name
+  // The checkpoints of a run share one name
   if (files.restart.empty() || target.option == "output.checkpoint.file") return;
   refuse_input(target, files.restart, "the checkpoint");
   if (!scene.output.fields.empty())
     refuse_input(target, fields_of_checkpoint(files.restart), "the checkpoint's fields");
 }
 
-// What each output may replace.
+// Kind of file that each output may replace.
 FileKind kind_of(const Target& target, const RunFiles& files) {
   if (target.is_exodus)
     return {.noun = "an Exodus file", .netcdf_title = std::string(exodus_title) + "( .*)?"};
@@ -97,7 +97,7 @@ void check_outputs(const Scene& scene, const RunFiles& files) {
     refuse_inputs(targets[i], scene, files);
   }
   for (const Target& target : targets) {
-    // checkpoint_file has looked, and Report
+    // checkpoint_file() and Report have checked these
     if (target.what != "the checkpoint" && target.what != "the timings")
       refuse_other_file(target.file, kind_of(target, files), target.what, target.cure());
     const TemporaryFile probe(target.file);

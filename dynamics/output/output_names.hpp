@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a run is to write, looked at before its first step: no output takes another's place, an
-// input's, or that of a foreign file.
+// Checks the output files of a run before its first step. No output replaces another output, an
+// input, or a foreign file.
 #pragma once
 
 #include <filesystem>
@@ -10,17 +10,17 @@
 
 namespace cbr {
 
-// The files of one run; paths that are empty are not written, or not there.
+// The files of one run; an empty path: not written, or not given.
 struct RunFiles {
   std::filesystem::path results, restart, timings;
-  std::string format = "cbr-results";  // of `results`, which replaces files of this format alone
+  std::string format = "cbr-results";  // of `results`, which replaces files of this format only
   std::filesystem::path table = {};    // CSV
 };
 
-// InputError, naming the file and the option to change: two outputs (results, fields, checkpoint
-// and its fields, timings) of one name, an output that would replace the scene, a mesh, a
-// superelement, the checkpoint to go on from, or a file of another kind. RunError when one cannot
-// be written.
+// Checks all outputs: results, fields, checkpoint and its fields, timings. InputError with the file
+// and the option to change, if two have one name. Also if an output would replace an input (scene,
+// mesh, superelement, checkpoint of a restart) or a file of another kind. RunError if one cannot be
+// written.
 void check_outputs(const Scene& scene, const RunFiles& files);
 
 // Beside the results file: impact.xdmf and impact.fields.h5, or impact.exo.

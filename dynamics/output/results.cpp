@@ -52,7 +52,6 @@ void write_monitors(Hdf5Writer& file, const Simulation& simulation, const RunRes
   }
 }
 
-// Each of stress_values() under its name, a row an output and a column a node or element.
 void write_reactions(Hdf5Writer& file, const Simulation& simulation, const RunResult& result) {
   for (std::size_t i = 0; i < result.reactions.size(); ++i) {
     const ReactionWatch& watch = simulation.reactions[i];
@@ -65,6 +64,7 @@ void write_reactions(Hdf5Writer& file, const Simulation& simulation, const RunRe
   }
 }
 
+// Each column of stress_values() under its name; rows: outputs, columns: nodes or elements.
 void write_watches(Hdf5Writer& file, const Simulation& simulation, const RunResult& result) {
   for (std::size_t w = 0; w < result.watches.size(); ++w) {
     const StressWatch& watch = simulation.watches[w];
@@ -128,7 +128,7 @@ void write_contact(Hdf5Writer& file, const Simulation& simulation, const RunResu
   }
 }
 
-// Numbers of one output, as RunResult keeps them.
+// Number of values per output in RunResult.
 double values_per_output(const Simulation& simulation) {
   double values = 8;  // time, energies and works, active
   values += 11 * static_cast<double>(simulation.bodies.size()) +
@@ -231,7 +231,7 @@ void write_results(const std::filesystem::path& path, const Simulation& simulati
   file.write("/energy/work_numerical", result.work_numerical);
   if (outside_basis) file.attribute("/energy", "outside_basis", *outside_basis);
   write_contact(file, simulation, result);
-  // The phase is not over yet: all but the closing of the file
+  // The time so far: without closing the file
   file.attribute("/", "wall_seconds_write",
                  std::chrono::duration<double>(Clock::now() - start).count());
   file.commit();

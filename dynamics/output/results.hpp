@@ -16,24 +16,24 @@
 
 namespace cbr {
 
-// InputError, before the run, when two sets or pairs would have one group in the results.
+// InputError before the run, if two sets or pairs would have the same group in the results.
 void refuse_names_that_meet(const Simulation& simulation);
-// InputError, before the run, when the outputs that it is to keep until it ends would take more
-// than `memory` bytes: how much, and what output.every would do. Pairs that `contact: all` stands
-// for count from when they meet, so not here.
+// InputError before the run, if the outputs kept until its end would need more than `memory` bytes.
+// The message has their size and the effect of output.every. Pairs of `contact: all` count only
+// from their first contact, so that they are not included.
 void require_memory_for_outputs(const Scene& scene, const Simulation& simulation, double memory);
 
-// Of an instance that is a superelement: its file, as seen from the folder of the results, and the
-// content_hash that it has at the start.
+// For an instance that is a superelement: its file relative to the folder of the results, and its
+// content_hash at the start.
 struct SuperelementOfInstance {
   std::string instance, file, content_hash;
 };
 std::vector<SuperelementOfInstance> superelements_of(const Scene& scene,
                                                      const std::filesystem::path& results);
 
-// outside_basis: the share of the energy that impulses have taken outside the basis, if known. Wall
-// times and the report's warnings are attributes, so the datasets are the same bytes from run
-// to run. RunError when the disk refuses; nothing half-written.
+// outside_basis: fraction of the energy lost to truncated modes, if known. Wall times and the
+// report's warnings are attributes, so that datasets are the same bytes in each run. RunError for
+// disk errors; writes the whole file or nothing.
 void write_results(const std::filesystem::path& file, const Simulation& simulation,
                    const RunResult& result, const Report& report,
                    const std::vector<SuperelementOfInstance>& superelements = {},

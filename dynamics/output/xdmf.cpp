@@ -45,7 +45,7 @@ class XdmfText {
            const std::vector<std::string>& fields)
       : out_(out), heavy_(std::move(heavy)), grids_(grids), fields_(fields) {}
 
-  // With one grid there is no collection of them: some readers know series of single grids alone.
+  // A single grid is not put in a collection: some readers accept series of single grids only.
   void add_step(std::size_t step, double time) {
     std::ostringstream text;
     text << std::setprecision(17) << "<Time Value=\"" << time << "\"/>\n";

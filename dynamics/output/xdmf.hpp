@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The text beside a file of fields, by which viewers find them.
+// XDMF text beside a file of fields, the index for viewers.
 #pragma once
 
 #include <filesystem>
@@ -11,12 +11,12 @@
 
 namespace cbr {
 
-// Groups of the file of fields, with a slash at the end.
+// Groups of the file of fields, with a trailing slash.
 std::string step_group(std::size_t step);
 std::string grid_group(std::size_t grid);
 
-// XDMF 3: at every time all grids with those of the fields that they have, stress as one scalar for
-// each of datasets_of(). `heavy`: the file of fields, as the text names it.
+// Writes XDMF 3: at each time all grids with their fields, stress as one scalar per dataset of
+// datasets_of(). `heavy`: the file of fields, as named in the text.
 void write_xdmf(std::ostream& out, const std::filesystem::path& heavy,
                 const std::vector<double>& times, const std::vector<FieldGrid>& grids,
                 const std::vector<std::string>& fields);
