@@ -29,7 +29,7 @@
 namespace cbr {
 namespace {
 
-// In axes that move with the supports.
+// For a body in axes that follow the prescribed motion.
 Placement placement_of(const SceneIndex& index, const Instance& instance) {
   const Vector3 of_supports = support_motion(index, instance).velocity(0);
   return {instance.transformation(), instance.position, instance.velocity - of_supports};
@@ -57,7 +57,7 @@ CoupledModel model_of(const ReducedComponent& component) {
   return coupled_model(domains, component.geometry->coordinates, place, component.rigid_body);
 }
 
-// A rigid body has neither nodal masses nor a frequency that springs could be measured by.
+// A rigid body has neither nodal masses nor a natural frequency, which these enforcements need.
 void refuse_rigid_contact(const SceneIndex& index, const Instance& instance) {
   if (index.has_only_impulses(instance)) return;
   for (const ContactOptions& contact : index.scene().contact) {
@@ -69,7 +69,7 @@ void refuse_rigid_contact(const SceneIndex& index, const Instance& instance) {
   }
 }
 
-// Where supports move unlike each other, or reactions of sets are asked for.
+// Rejects supports with different motions, or reactions of sets, where they are not supported.
 void refuse_shapes(const SceneIndex& index, const Instance& instance, bool has_shells) {
   const std::string what = "supports of instance '" + instance.name +
                            "' that move unlike each other or turn, and output.reactions of them";
@@ -105,7 +105,7 @@ std::vector<HeldDirection> held_directions(const SceneIndex& index, const Instan
 
 template <typename Component>
 BodyMaker::Shelled& BodyMaker::shelled(const Instance& instance, const Component& component) {
-  // Of one component, instances differ in which of their surfaces the skin names.
+  // Instances of one component may differ in their skinned surfaces.
   std::string key =
       instance.component + (instance.as == InstanceKind::mesh ? " mesh" : " superelement");
   if (skin_acts(scene_))
@@ -190,7 +190,8 @@ std::shared_ptr<const StaticsForm> BodyMaker::truncated(const Instance& instance
                                                         const ReducedComponent& component,
                                                         const DiagonalForm& form) {
   const TimeOptions& time = *scene_.time;
-  // What acts on nodes beside the contact faces would find no statics there
+  // The truncated form has residual compliance at contact faces only, so that no other node may be
+  // loaded
   const bool has_points = !component_of(scene_, instance).points.empty();
   const bool is_free = !index_.is_held(instance) && !index_.has_loads(instance) && !has_points;
   if (time.is_static || preload_steps(scene_) > 0) return nullptr;

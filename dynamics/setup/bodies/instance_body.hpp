@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Front door of dynamics/setup/bodies: which body moves an instance.
+// Front door of dynamics/setup/bodies: the body of each instance.
 //
-// The body that an instance becomes: by what it is, what is on it, and the integrator.
+// Makes the body of an instance, by its kind, its supports and loads, and the integrator.
 #pragma once
 
 #include <map>
@@ -16,7 +16,7 @@
 
 namespace cbr {
 
-// The held directions of an instance in component axes; several conditions on one node are joined.
+// Constrained directions of an instance in component axes; conditions on the same node are merged.
 std::vector<HeldDirection> held_directions(const SceneIndex& index, const Instance& instance,
                                            const Geometry& geometry);
 
@@ -26,11 +26,11 @@ struct SupportShapes;
 
 struct InstanceBody {
   std::unique_ptr<Body> body;
-  double mass = 0;  // with shells
+  double mass = 0;  // including shells
   std::shared_ptr<const MeshModes> modes = {};
   std::vector<std::string> notes = {};  // for BuiltScene::notes
-  Index n_following = 0;  // coordinates that follow contact as statics, beside Body::n_dofs()
-  // within `body`, where reactions of sets are asked for or supports move unevenly
+  Index n_following = 0;                // quasi-static modes, in addition to Body::n_dofs()
+  // within `body`, for reactions of sets or multi-support excitation
   SupportedBody* supported = nullptr;
 };
 
@@ -39,8 +39,8 @@ class BodyMaker {
   BodyMaker(const SceneIndex& index, std::shared_ptr<RowThreads> threads)
       : index_(index), scene_(index.scene()), threads_(std::move(threads)) {}
 
-  // InputError: boundary conditions on nodes that are not there, or that move unlike each other;
-  // shells that cannot be. RunError: a mass that is not positive definite.
+  // InputError: boundary conditions on missing nodes, or with contradicting motions; shells that
+  // are not possible. RunError: a mass that is not positive definite.
   InstanceBody make(const Instance& instance, const ReducedComponent& component);
   InstanceBody make(const Instance& instance, const MeshedComponent& component);
 
@@ -49,15 +49,15 @@ class BodyMaker {
     std::shared_ptr<const CoupledModel> model;
     std::shared_ptr<const Superelement> nodes;  // of the model, for its diagonal form
     std::shared_ptr<const DiagonalForm> form;   // of the free model
-    std::shared_ptr<CoupledSystem> system;      // likewise
+    std::shared_ptr<CoupledSystem> system;      // for free instances
   };
-  // With supports at rest, in axes that move with them; and with their motion.
+  // With supports at rest, in axes that follow the prescribed motion; then with that motion.
   InstanceBody make_held(const Instance& instance, const ReducedComponent& component);
   InstanceBody make_held(const Instance& instance, const MeshedComponent& component);
   InstanceBody make_mesh_modes(const Instance& instance, const MeshedComponent& component) const;
   InstanceBody make_rigid(const Instance& instance, const MeshedComponent& component);
   InstanceBody driven(const Instance& instance, const Geometry& geometry, InstanceBody held) const;
-  // The same where supports move unlike each other, or their reactions are asked for.
+  // The same for multi-support excitation, or reactions of sets.
   template <typename Component>
   InstanceBody supported(const Instance& instance, const Component& component, InstanceBody held);
   SupportShapes shapes_of(const Instance& instance, const ReducedComponent& component,
@@ -69,15 +69,15 @@ class BodyMaker {
   InstanceBody make_coupled(const Instance& instance, const Geometry& geometry, Shelled& shelled);
   InstanceBody make_scaled_from_matrices(const Instance& instance,
                                          const ReducedComponent& component);
-  // One for all instances of a component that are held in the same way, in its own axes.
+  // Shared by all instances of a component with the same constraints, in component axes.
   std::shared_ptr<const DiagonalForm> held_form(const Instance& instance,
                                                 const ReducedComponent& component);
   InstanceBody make_with_statics(const Instance& instance, const ReducedComponent& component);
   InstanceBody make_modal(const Instance& instance, const ReducedComponent& component);
-  // Either of the two, free, in axes that turn with it.
+  // Either of the two above as a free body with large rotation.
   InstanceBody make_turning(const Instance& instance, const ReducedComponent& component);
-  // With step: auto, of a free superelement with a large face that touches: its highest modes
-  // answer at once. Else nothing.
+  // With step: auto, for a free superelement with a large contact face: its highest modes become
+  // quasi-static. Otherwise null.
   std::shared_ptr<const StaticsForm> truncated(const Instance& instance,
                                                const ReducedComponent& component,
                                                const DiagonalForm& form);
@@ -94,7 +94,7 @@ class BodyMaker {
       held_statics_;
   std::map<const DiagonalForm*, std::shared_ptr<const StaticsForm>> truncated_;
   std::map<const MeshedComponent*, std::shared_ptr<const Superelement>> nodes_of_rigid_;
-  // by what they were made from: a form or a superelement
+  // by their source: a form or a superelement
   std::map<const void*, std::shared_ptr<ScaledModel>> scaled_;
   // by component, kind and skinned surfaces
   std::map<std::string, Shelled> shelled_;

@@ -14,7 +14,7 @@ MaterialDamping damping_of_material(const Scene& scene, const std::string& mater
   return found == scene.damping.end() ? MaterialDamping() : found->second;
 }
 
-// Of the component's materials, those of its file included.
+// Damping of the component's materials, including those of its mesh file.
 std::map<std::string, MaterialDamping> dampings_of(const SceneIndex& index,
                                                    const Component& component) {
   std::map<std::string, MaterialDamping> all = index.damping_of_file(component);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The damping that a scene gives to an instance.
+// Damping of an instance by the scene.
 #pragma once
 
 #include "dynamics/motion/damping.hpp"
@@ -7,10 +7,10 @@
 
 namespace cbr {
 
-// Of its materials and its own. InputError: blocks of materials that are damped differently,
-// contact with enforcement: nodal.
+// By materials and by the instance. InputError: blocks with different damping, or contact with
+// enforcement: nodal.
 Damping damping_of(const SceneIndex& index, const Instance& instance);
-// That of an instance which does not move in modes. InputError: damping that needs them.
+// For an instance without modal coordinates. InputError: damping that needs modes.
 MaterialDamping damping_without_modes(const SceneIndex& index, const Instance& instance);
 void refuse_damping_of_scaled(const SceneIndex& index, const Instance& instance);
 

@@ -11,18 +11,18 @@
 namespace cbr {
 namespace {
 
-// The shift of free meshes, of their mean stiffness over mass: far below elastic modes, far above
+// Shift for free meshes, relative to mean stiffness over mass: far below elastic modes, far above
 // round-off.
 constexpr double shift = 1e-9;
-// Rigid motions come out at some round-off of that.
+// Relative to the shift: rigid motions have eigenvalues of its round-off.
 constexpr double rigid_share = 1e-3;
-// What is left out of a mesh with rigid motions is a series about this share below the lowest
-// elastic mode: they do not drown it then.
+// Shift of the residual series for a mesh with rigid motions, relative to the lowest elastic
+// eigenvalue, so that rigid motions do not dominate it.
 constexpr double series_shift = 0.1;
-// Joined meshes with as many free dofs, or few for the modes that are asked for, have all modes.
+// A joined mesh gets all modes if it has this many free dofs, or this many per mode requested.
 constexpr Index all_up_to = 1000, all_for_one = 12;
 
-// Orthonormal basis of what the held directions leave free   (3 n x free).
+// Orthonormal basis of the unconstrained directions   (3 n x free).
 SparseMatrix free_basis(Index n, const std::vector<HeldDirection>& held) {
   std::vector<std::vector<Vector3>> of_node(static_cast<std::size_t>(n));
   for (const HeldDirection& direction : held)
@@ -41,7 +41,7 @@ SparseMatrix free_basis(Index n, const std::vector<HeldDirection>& held) {
   return Z;
 }
 
-// The lowest so many, or more and more until one is above the frequency and elastic.
+// The lowest `count`, or increasing numbers until an elastic mode exceeds the frequency.
 Eigenpairs lowest_pairs(const SparseMatrix& K, const SparseMatrix& M, const SparseCholesky& factor,
                         double sigma, const MeshModesWanted& wanted, const std::string& where) {
   const Index n = static_cast<Index>(K.rows());
@@ -115,7 +115,7 @@ MeshModes mesh_modes(const MeshedComponent& component, const std::vector<HeldDir
   return modes;
 }
 
-// Modes are taken out after each solve, before the next one raises what round-off left of them.
+// Removes modes after each solve, as the next solve would amplify their round-off.
 std::vector<Matrix> MeshModes::left_out(const Matrix& forces, int terms) const {
   std::vector<Matrix> series;
   const Matrix Phi = Z.transpose() * form->V;

@@ -13,7 +13,7 @@
 namespace cbr {
 namespace {
 
-// Of motions that two conditions give to one node: what round-off of an arm leaves between them.
+// Relative difference of the motions of one node by two conditions, due to round-off of the arm.
 constexpr double same_motion = 1e-9;
 
 bool moves(const BoundaryCondition& condition, int axis) {
@@ -32,12 +32,12 @@ bool move_alike(const BoundaryCondition& a, const BoundaryCondition& b, int axis
 }
 
 std::array<bool, 3> held_rotations(const BoundaryCondition& condition) {
-  // A node that nothing lets move does not turn, unless the scene says so
+  // By default a fully constrained node does not rotate
   const bool is_whole = condition.fix[0] && condition.fix[1] && condition.fix[2];
   return condition.fix_rotations.value_or(std::array<bool, 3>{is_whole, is_whole, is_whole});
 }
 
-// Of the nodes of a condition and of their rotations.
+// Constrained displacements of the nodes of a condition, and their rotations.
 std::vector<HeldAxis> held_by(const BoundaryCondition& condition, const Instance& instance,
                               const Geometry& geometry) {
   std::vector<HeldAxis> held;
@@ -52,7 +52,7 @@ std::vector<HeldAxis> held_by(const BoundaryCondition& condition, const Instance
   return held;
 }
 
-// Where nodes are, and which are rotations.
+// Positions of nodes, and which are rotation nodes.
 class Places {
  public:
   Places(const Instance& instance, const Geometry& geometry)
@@ -68,10 +68,10 @@ class Places {
     for (const Index node : nodes) sum += at(node);
     return sum / static_cast<double>(nodes.size());
   }
-  // What a translation and a rotation about a point do along the axis.
+  // Displacement along the axis by a translation and a rotation about a point.
   double moved(const HeldAxis& held, const Vector3& translation, const Vector3& rotation,
                const Vector3& point) const {
-    // The axes of rotations are turned over by the instance's mirror
+    // A mirrored instance reverses the axes of rotations
     if (is_rotation(held.node)) return T_.determinant() * rotation[held.axis];
     return translation[held.axis] + rotation.cross(at(held.node) - point)[held.axis];
   }
@@ -83,8 +83,8 @@ class Places {
   std::set<Index> rotations_;
 };
 
-// Motions of one kind and one history, of which supports have multiples. `coasts`: the part that
-// the velocity of the instance brings.
+// Time functions of prescribed motions by kind and history, which supports scale. `coasts`: the
+// part due to the instance's initial velocity.
 class Drives {
  public:
   explicit Drives(double end) : end_(end) {}
@@ -112,7 +112,7 @@ class Drives {
   std::vector<DrivenAxis> axes_;
 };
 
-// A motion of the nodes of a condition: a multiple of a drive.
+// Motion of a condition's nodes: a multiple of a time function.
 struct Part {
   Index drive = 0;
   Vector3 translation = Vector3::Zero(), rotation = Vector3::Zero();
@@ -141,7 +141,7 @@ std::vector<Part> parts_of(const BoundaryCondition& condition, const Instance& i
   return parts;
 }
 
-// Of each held axis its multiples of the drives.
+// For each constrained axis its multiples of the time functions.
 void take_drives(const SceneIndex& index, const Instance& instance, const Geometry& geometry,
                  const std::vector<HeldAxis>& held, SupportShapesWanted& wanted) {
   const Places places(instance, geometry);
@@ -181,7 +181,7 @@ void take_drives(const SceneIndex& index, const Instance& instance, const Geomet
   }
 }
 
-// Six motions of what is held of a set's nodes.
+// Six rigid motions of the constrained axes of a set's nodes.
 void take_set(const SceneIndex& index, const Instance& instance, const Geometry& geometry,
               const SurfaceName& set, const std::vector<HeldAxis>& held,
               SupportShapesWanted& wanted) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How the scene's boundary conditions move the supports of an instance.
+// Prescribed motion of an instance's supports, from the scene's boundary conditions.
 #pragma once
 
 #include <string>
@@ -11,7 +11,7 @@
 
 namespace cbr {
 
-// A displacement that is held, along an axis of the scene. Of rotations it is one of their node,
+// A constrained displacement along an axis of the scene. For rotations: of their node,
 // geometry.rotations.
 struct HeldAxis {
   Index node = 0;
@@ -22,22 +22,23 @@ struct HeldAxis {
   bool operator==(const HeldAxis& other) const = default;
 };
 
-// Ascending; several conditions on one node are joined. InputError: rotations that are not there.
+// Ascending; conditions on the same node are merged. InputError: missing rotations.
 std::vector<HeldAxis> held_axes(const SceneIndex& index, const Instance& instance,
                                 const Geometry& geometry);
 
-// Whether supports move by one translation, and nobody asks for the reactions of sets.
+// Whether all supports have one translation, and no reactions of sets are requested.
 bool supports_move_alike(const SceneIndex& index, const Instance& instance);
-// That translation; none where they do not move alike.
+// That translation; none if supports move differently.
 DrivenMotion support_motion(const SceneIndex& index, const Instance& instance);
 
-// The motions of supports that do not, and of the sets whose reactions are asked for.
+// Multi-support excitation, and motions of the sets whose reactions are requested.
 struct SupportShapesWanted {
-  Matrix motion;  // along held_axes(), one column each: of the drives, then six of each set
+  Matrix motion;  // along held_axes(), a column each: of the time functions, then six per set
   std::vector<DrivenAxis> drives;
   std::vector<ReactionSet> sets;
 };
-// InputError: what two conditions hold and move unlike each other; no motion at all of a set.
+// InputError: two conditions constrain an axis with different motions; a set without constrained
+// axes.
 SupportShapesWanted support_shapes_wanted(const SceneIndex& index, const Instance& instance,
                                           const Geometry& geometry);
 

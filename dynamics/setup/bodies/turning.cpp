@@ -31,7 +31,7 @@ void refuse_spin(const Instance& instance, const std::string& why) {
                    "': angular_velocity needs " + why);
 }
 
-// What the whole run does.
+// Rejects settings of the whole run.
 void refuse_ways(const Scene& scene) {
   const TimeOptions& time = *scene.time;
   if (time.integrator != Integrator::exact)
@@ -51,7 +51,8 @@ void refuse_ways(const Scene& scene) {
 std::string why_contact_is_linear(const SceneIndex& index, const Instance& instance) {
   if (index.has_only_impulses(instance)) return {};
   for (const ContactOptions& contact : index.scene().contact) {
-    if (contact.enforcement == Enforcement::impulse) continue;  // one of thousands: before names
+    // first, as it is cheap: there may be thousands
+    if (contact.enforcement == Enforcement::impulse) continue;
     const bool touches = contact.all || contact.first.instance == instance.name ||
                          contact.second.instance == instance.name;
     if (!touches) continue;
@@ -62,7 +63,7 @@ std::string why_contact_is_linear(const SceneIndex& index, const Instance& insta
   return {};
 }
 
-// Their nodes' rotations take moments, which loads of bodies that turn do not know.
+// Nodes of shells have rotations, and moments on them are not supported with large rotation.
 bool has_shells(const Component& component) {
   return std::any_of(component.blocks.begin(), component.blocks.end(),
                      [](const auto& block) { return block.second.thickness.has_value(); });
@@ -95,7 +96,7 @@ std::string why_loads_are_linear(const Scene& scene, const Instance& instance) {
   return {};
 }
 
-// It keeps places together and lets a rotation go.
+// Whether the link constrains translations and leaves a rotation free.
 bool is_hinge(const LinkOptions& link) {
   bool holds = false, lets_go = false;
   for (std::size_t m = 0; m < 3; ++m) {
@@ -105,8 +106,8 @@ bool is_hinge(const LinkOptions& link) {
   return holds && lets_go;
 }
 
-// Whether a free instance hangs or stands on a hinge under gravity: its weight has a moment that a
-// linear body does not know at any angle.
+// Whether a free instance is on a hinge under gravity: its weight has a moment that depends on the
+// rotation, which a linear body neglects.
 bool any_hangs(const Scene& scene) {
   if (gravity_of(scene) == nullptr) return false;
   std::set<std::string> held;
@@ -206,7 +207,8 @@ std::string why_linear(const Damping& damping) {
 }
 
 void refuse_to_turn(const Instance& instance, const std::string& why) {
-  if (why.starts_with(instance.source.file + ":")) throw InputError(why);  // it names its line
+  // the reason contains the line
+  if (why.starts_with(instance.source.file + ":")) throw InputError(why);
   refuse(instance, why);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Which scenes and instances turn by large angles (time.rotations: large).
+// Scenes and instances with large rotation (time.rotations: large).
 #pragma once
 
 #include <string>
@@ -11,31 +11,31 @@
 
 namespace cbr {
 
-// Null: none.
+// Null: no gravity.
 const Load* gravity_of(const Scene& scene);
-// `automatic` as build() takes it: `small`, or `large` where the caller wants it or an instance
-// spins from the start or hangs on a hinge under gravity (then those turn that can).
+// Replaces `automatic`. `large` if the caller requests it, or an instance spins initially or is on
+// a hinge under gravity. It applies to instances that allow it. Else `small`.
 Rotations resolved(const Scene& scene, bool wants_large);
-// Whether an instance turns by any angle: with `large` each that nothing holds, and that can. All
-// others are linear.
+// Whether an instance has large rotation: with `large` all unconstrained ones that allow it. Others
+// are linear.
 bool turns(const SceneIndex& index, const Instance& instance);
-// InputError, one line that names what does not turn, before any file is read. `rotations: small`
-// refuses angular velocities alone.
+// InputError before any file is read, in one line with the item that does not allow large rotation.
+// `rotations: small` rejects angular velocities only.
 void refuse_what_does_not_turn(const SceneIndex& index);
-// Why an instance cannot turn by any angle, told by the scene's text, and by what it is made of;
-// empty: it can.
+// Reasons against large rotation of an instance, by the scene and by its component; empty: it is
+// possible.
 std::string why_linear(const SceneIndex& index, const Instance& instance);
 std::string why_linear(const ReducedComponent& component, const Instance& instance);
 std::string why_linear(const MeshedComponent& component, const Instance& instance);
 std::string why_linear(const Damping& damping);
-// InputError: the same.
+// InputError with that reason.
 [[noreturn]] void refuse_to_turn(const Instance& instance, const std::string& why);
-// What `large` would be refused for before any file is read, whatever turns; empty: nothing.
+// The reason against `large` for the whole scene, known before any file is read; empty: none.
 std::string what_large_is_refused_for(const Scene& scene);
-// What of its spin an instance that turns does not feel; empty: nothing worth a word.
+// Spin effects that the model of an instance neglects; empty: none that matters.
 std::vector<std::string> notes_of_spin(const Instance& instance, const Superelement& superelement,
                                        const TurningBody& body, const SuperelementBody& modal);
-// With `large`, one line that names those that stay linear; empty: all turn.
+// With `large`, one line with the instances that stay linear; empty: none.
 std::string note_of_what_stays(const SceneIndex& index);
 
 }  // namespace cbr
