@@ -25,7 +25,7 @@ bool is_same(const Material& a, const Material& b) {
 std::map<std::string, BlockProperties> recovered_properties(const Component& component,
                                                             const Scene& scene,
                                                             const BuiltScene::OfInstance& of) {
-  Mesh names;  // only names and types of blocks are asked for; a domain may lack some
+  Mesh names;  // only names and types of blocks are used; a domain may lack some
   for (const ReducedPart& part : of.parts)
     for (const Block& block : part.superelement->recovery.front().blocks)
       if (find_block(names, block.name) < 0) names.blocks.push_back(block);

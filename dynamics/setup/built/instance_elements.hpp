@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The elements of an instance, whatever it moves as, and how the motion of their nodes follows from
-// the body's coordinates.
+// Elements of an instance of any kind, and the motion of their nodes from the body's coordinates.
 #pragma once
 
 #include <map>
@@ -13,14 +12,14 @@
 
 namespace cbr {
 
-// Of the blocks that a superelement with recovery data, or its domains together, recover, by name.
-// InputError: a file alone that does not tell its materials.
+// Properties, by name, of the blocks that a superelement with recovery data, or its domains,
+// recover. InputError: a superelement file alone without its materials.
 std::map<std::string, BlockProperties> recovered_properties(const Component& component,
                                                             const Scene& scene,
                                                             const BuiltScene::OfInstance& of);
 
-// Nodes: those of the body, then the interior ones of each part of a superelement with recovery
-// data. Component axes.
+// Nodes of the elements: those of the body, then the interior ones of each part of a superelement
+// with recovery data. Component axes.
 class InstanceElements {
  public:
   struct Group {
@@ -33,8 +32,8 @@ class InstanceElements {
     Index material = 0;              // equal for blocks of equal materials
   };
 
-  // `of` must outlive it. InputError: a superelement without recovery data, at `source`; a file
-  // alone that does not tell its materials.
+  // `of` must outlive this object. InputError: a superelement without recovery data, at `source`; a
+  // superelement file alone without its materials.
   InstanceElements(const Scene& scene, const BuiltScene::OfInstance& of, const SourceLine& source);
 
   const std::vector<Group>& groups() const { return groups_; }
@@ -43,36 +42,37 @@ class InstanceElements {
   Index n_materials() const { return n_materials_; }
   Index node_id(Index node) const { return ids_[static_cast<std::size_t>(node)]; }
   Vector3 position(Index node) const { return X_.row(node).transpose(); }  // undeformed
-  // Of node `local` of [interface; interior] of a part.
+  // Node `local` of [interface; interior] of a part.
   Index node_of_part(std::size_t part, Index local) const;
-  // Nodes of a set of the mesh, body's or recovered ones, in ascending order; empty: there is none
-  // of this name.
+  // Nodes of a set of the mesh, the body's or recovered ones, ascending; empty: no set of this
+  // name.
   std::vector<Index> nodes_of_set(const std::string& name) const;
   std::vector<std::string> set_names() const;
 
   // N x 3 from the body's coordinates (Body::coordinates).
   Points displacements(const Vector& q) const;
-  // Rows of the nodes' displacements over the body's coordinates, 3 m x n_q: row 3 i + d is
+  // Rows of the nodes' displacements in terms of the body's coordinates, 3 m x n_q: row 3 i + d is
   // component d of node i.
   Matrix dense_rows(const std::vector<Index>& nodes) const;
   Index n_coordinates() const { return n_modal_ + 3 * n_body_; }
-  // Whether every node is one of the body's, whose dofs are coordinates.
+  // Whether all nodes are the body's, whose dofs are coordinates.
   bool is_mesh() const { return of_.mesh != nullptr; }
   Index dof(Index body_node) const { return n_modal_ + 3 * body_node; }
 
   Points element_points(const Group& group, Index e) const;                   // n x 3, undeformed
   Points element_motion(const Group& group, Index e, const Points& u) const;  // n x 3
 
-  // xx yy zz xy yz xz at the centres of all elements, group by group, component axes; e x 6.
+  // xx yy zz xy yz xz at the centres of all elements, by group, component axes; e x 6.
   Matrix element_stresses(const Points& u) const;
-  // A stress for each node and material that meets it; averaged over the elements of that material.
+  // A place for each node and each of its materials; its stress is the mean over elements of that
+  // material.
   struct NodalPlace {
     Index node = 0, material = 0;
-    Index block_id = 0;  // the lowest of the blocks of that material that meet there
+    Index block_id = 0;  // lowest of the blocks of that material at the node
   };
   const std::vector<NodalPlace>& nodal_places() const { return places_; }
   Matrix nodal_stresses(const Points& u) const;  // nodal_places() x 6
-  // Place of a node in a material, or -1.
+  // Index of the place of a node and a material, or -1.
   Index place(Index node, Index material) const { return place_(node, material); }
 
  private:

@@ -10,8 +10,7 @@ Box extents(const Body& body, const BuiltScene::OfInstance& instance) {
   const RigidBody& rigid = instance.parts.front().superelement->rigid_body;
   if (!(rigid.mass > 0)) return box;
   const Matrix3& T = instance.placement.T;
-  // int x x^T dm / m = (trace(I) / 2 1 - I) / m; of a box the square of half an edge is three times
-  // that
+  // int x x^T dm / m = (trace(I) / 2 1 - I) / m; for a box it is a third of the squared half edge
   const Matrix3 spread = T * (0.5 * rigid.inertia.trace() * Matrix3::Identity() - rigid.inertia) *
                          T.transpose() / rigid.mass;
   const Vector3 half = (3 * spread.diagonal()).cwiseMax(0).cwiseSqrt(),

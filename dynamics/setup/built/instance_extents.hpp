@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The box that an instance fills.
+// Bounding box of an instance.
 #pragma once
 
 #include "dynamics/contact/surfaces/broad_phase.hpp"
@@ -7,8 +7,8 @@
 
 namespace cbr {
 
-// Of the nodes; a superelement has those of its interface only, and its inertia tells how far it
-// reaches beyond them: the edges of a box with its mass and inertia. Scene axes, at the start.
+// Box around its nodes. A superelement has interface nodes only, so that a box with its mass and
+// inertia is added. Scene axes, initial position.
 Box extents(const Body& body, const BuiltScene::OfInstance& instance);
 
 }  // namespace cbr

@@ -26,7 +26,7 @@ std::vector<std::array<Index, 2>> edges_of(const Geometry& geometry,
   return {edges.begin(), edges.end()};
 }
 
-// Of points and shells the rotations are nodes of their own.
+// Without rotation nodes of points and shells.
 std::vector<Index> nodes_with_displacements(const Geometry& geometry, Index n) {
   std::set<Index> rotations;
   for (const auto& [node, rotation] : geometry.rotations) rotations.insert(rotation);

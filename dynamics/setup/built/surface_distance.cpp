@@ -9,9 +9,9 @@
 namespace cbr {
 namespace {
 
-constexpr double most_comparisons = 2e6;  // of a node and a face: some hundredths of a second
+constexpr double most_comparisons = 2e6;  // of a node and a face: a few hundredths of a second
 
-// Least distance of nodes of `a` from faces of `b`, when below `least`.
+// Least distance of nodes of `a` from faces of `b`, if below `least`.
 double from_nodes_to_faces(const PlacedSurface& a, const PlacedSurface& b, double least) {
   const Index n_faces = b.surface.faces.rows();
   Points centres(n_faces, 3);
@@ -37,7 +37,8 @@ double from_nodes_to_faces(const PlacedSurface& a, const PlacedSurface& b, doubl
   return least;
 }
 
-// Shortest distance of two segments (Ericson 2005, 5.1.9): a line through both that neither ends.
+// Distance of two segments along the common normal of their lines (Ericson 2005, 5.1.9), if its
+// ends are within both.
 double across(const Vector3& a0, const Vector3& a1, const Vector3& b0, const Vector3& b1) {
   const Vector3 u = a1 - a0, v = b1 - b0, r = a0 - b0, n = u.cross(v);
   const double n2 = n.squaredNorm();
@@ -46,7 +47,7 @@ double across(const Vector3& a0, const Vector3& a1, const Vector3& b0, const Vec
   return s >= 0 && s <= 1 && t >= 0 && t <= 1 ? std::abs(r.dot(n)) / std::sqrt(n2) : HUGE_VAL;
 }
 
-// Least distance of edges that cross, when below `least`.
+// Least distance of crossing edges, if below `least`.
 double from_edges_to_edges(const PlacedSurface& a, const PlacedSurface& b, double least) {
   const auto sharp = [](const SurfaceEdge& edge) { return edge.sharp; };
   const auto n_sharp = std::count_if(a.surface.edges.begin(), a.surface.edges.end(), sharp);
