@@ -23,8 +23,8 @@ std::string scene_argument(const Scene& scene) {
   return scene.file == "-" ? "SCENE" : scene.file.string();
 }
 
-// Whether the file was made for a scene that asks the same of its interface, and more: friction
-// where this one has none, loads on other sets.
+// Whether the file was made for a scene with the same interface and more: friction where this one
+// has none, or loads on other sets.
 bool is_made_for_more(const Scene& scene, const Component& component, const std::string& hash) {
   if (!component.reduction->is_characteristic()) return false;
   const InterfaceNeeds of_file =
@@ -42,7 +42,7 @@ void require_current(const Scene& scene, const Component& component,
   if (!std::filesystem::exists(reduction.superelement))
     throw InputError(where + " does not exist" + cure);
   const std::string hash = read_content_hash(reduction.superelement);
-  // says what is wrong with a damaged or foreign file
+  // reports the defect of a damaged or foreign file
   if (hash.empty()) read_superelement(reduction.superelement);
   const bool is_made_for_scene =
       hash == content_hash(scene, component) || is_made_for_more(scene, component, hash);
@@ -57,12 +57,11 @@ void require_current(const Scene& scene, const Component& component,
         cure);
 }
 
-// What is wrong with a mesh or a superelement is found where nobody knows who names it: the scene's
-// line and the component come first.
+// Adds the scene's line and the component to errors in a mesh or superelement, which lack them.
 template <typename Action>
 auto naming(const Component& component, const Action& action) {
   const auto named = [&](const std::string& what) {
-    if (what.starts_with(component.source.file + ":")) return what;  // says it already
+    if (what.starts_with(component.source.file + ":")) return what;  // it has the line already
     const std::string name = "component '" + component.name + "': ";
     return component.source.text() + ": " + (what.starts_with(name) ? "" : name) + what;
   };
@@ -75,7 +74,7 @@ auto naming(const Component& component, const Action& action) {
   }
 }
 
-// Errors of an action that knows elements, and not whose: the file comes first.
+// Adds the file to errors of an action on elements.
 template <typename Action>
 auto naming(const std::filesystem::path& file, const Action& action) {
   try {
@@ -95,7 +94,7 @@ std::vector<const Instance*> instances_of(const Scene& scene, const Component& c
   return list;
 }
 
-// Which parts of a file the instances need.
+// Parts of a file that the instances need.
 struct Needs {
   bool modal = false;     // an instance moves in the diagonal form
   bool matrices = false;  // K_cc, M_cc, M_kc
@@ -116,7 +115,7 @@ SuperelementParts parts_to_read(const Needs& needs, bool recovery) {
   return {needs.matrices, needs.diagonal, recovery};
 }
 
-constexpr SuperelementParts light = {false, false, false};  // enough to tell the needs by
+constexpr SuperelementParts light = {false, false, false};  // enough to find the needs
 
 Geometry geometry_of(const JoinedNodes& nodes, const SuperelementGroup& group) {
   Geometry geometry;
@@ -134,7 +133,7 @@ Geometry geometry_of_group(const SuperelementGroup& group) {
   return geometry_of(join_nodes(group), group);
 }
 
-// Fields, stress, and histories of sets inside.
+// For fields, stress, and histories of interior sets.
 bool needs_recovery(const Scene& scene, const Component& component, const Geometry& geometry) {
   if (!scene.output.fields.empty()) return true;
   for (const Instance* instance : instances_of(scene, component, InstanceKind::superelement)) {
@@ -186,7 +185,7 @@ ReducedComponent of_one(const SceneIndex& index, const Component& component,
   *superelement = read_superelement(file, parts);
   check_rigid_motions(*superelement, file.string());
   separate_rotations(*superelement);
-  // Of the stored form's modes
+  // They belong to the modes of the stored form
   if (!superelement->has_diagonal_form()) superelement->spin_couplings.resize(0, 0);
   reduced.superelement = superelement;
   return reduced;
@@ -222,7 +221,7 @@ ReducedComponent of_group(const SceneIndex& index, const Component& component,
     reduced.superelement->V = std::move(V);
   }
   reduced.n_modal = 0;
-  // which the group has for all
+  // stored once, for the group
   for (Superelement& domain : group.domains) domain.provenance = group.provenance;
   for (std::size_t d = 0; d < group.domains.size(); ++d)
     add_part(std::make_shared<Superelement>(std::move(group.domains[d])), nodes.place[d], reduced);
@@ -242,8 +241,7 @@ void tell_accuracy(const Superelement& s, Report& report) {
   report.detail(text);
 }
 
-// What the reduction knew of its conditioning and errors holds for every run: as cbr-reduce told
-// it.
+// Reports the conditioning and errors that cbr-reduce found, which hold for every run.
 void tell_conditioning(const Component& component, const ReducedComponent& reduced,
                        Report& report) {
   const std::string before = report.about(),
@@ -267,7 +265,7 @@ void tell_conditioning(const Component& component, const ReducedComponent& reduc
   report.about(before);
 }
 
-// Shells are put beside K_cc and M_cc.
+// Shells need K_cc and M_cc, which such a basis lacks.
 void refuse_shells(const Scene& scene, const Instance& instance, const std::string& basis,
                    const MotionPlans& plans) {
   if (!plans.at(instance.name).has_shells) return;
@@ -277,7 +275,7 @@ void refuse_shells(const Scene& scene, const Instance& instance, const std::stri
       "craig-bampton");
 }
 
-// And take the model's rotations for their own.
+// Shells would use the rotations of the model as their own.
 void refuse_shells_with_points(const Scene& scene, const ReducedComponent& reduced) {
   if (reduced.geometry->rotations.empty()) return;
   for (const auto& [name, plan] : reduced.plans)
@@ -287,7 +285,7 @@ void refuse_shells_with_points(const Scene& scene, const ReducedComponent& reduc
                        "cannot carry shells that act: leave it out of skin.surfaces");
 }
 
-// The faces of a skin have rotations of their own, which no shell of the mesh shares.
+// Faces of a skin have rotations of their own, which shells of the mesh do not share.
 void refuse_skin_on_shells(const Scene& scene, const MeshedComponent& meshed) {
   if (meshed.geometry->rotations.empty()) return;
   for (const auto& [name, plan] : meshed.plans)
@@ -315,7 +313,7 @@ void check_reduced(const Scene& scene, const Component& component, Report& repor
                                          : geometry_of(read_superelement(file, light))));
 }
 
-// Of a file that stands alone: nobody has compared what it was made for.
+// For a superelement file alone, whose scene cannot be compared.
 void warn_of_missing_statics(const Scene& scene, const Component& component,
                              const ReducedComponent& reduced, Report& report) {
   if (component.has_mesh || !reduced.superelement || !reduced.superelement->is_characteristic())
@@ -369,7 +367,7 @@ ReducedComponent read_reduced(const SceneIndex& index, const Component& componen
   return reduced;
 }
 
-// Of one component, by default.
+// Warns if instances of one component have different masses by default.
 void warn_of_two_masses(const Scene& scene, const Component& component,
                         const MeshedComponent& meshed, Report& report) {
   if (instances_of(scene, component, InstanceKind::superelement).empty()) return;

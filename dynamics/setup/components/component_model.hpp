@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Front door of dynamics/setup/components: what the instances of a component share.
+// Front door of dynamics/setup/components: data that the instances of a component share.
 //
-// What the instances of a component share: read once, however often it is placed.
+// Read once, for any number of instances.
 #pragma once
 
 #include <map>
@@ -26,45 +26,44 @@ namespace cbr {
 // One superelement of an instance: the only one, or a domain.
 struct ReducedPart {
   std::shared_ptr<const Superelement> superelement;
-  std::vector<Index> node;  // of each of its nodes: the body's
-  Index first_mode = 0;     // its modal coordinates among the body's
+  std::vector<Index> node;  // the body's node for each of its nodes
+  Index first_mode = 0;     // first of its modal coordinates in the body
 };
 
-// Which modes of a mesh.
+// Selection of the modes of a mesh.
 struct MeshModesWanted {
-  // the lowest so many; not given: as many as there are up to a frequency, and the next
+  // the number of lowest modes; not given: all up to a frequency, and the next
   std::optional<Index> count;
   double up_to_hz = 0;
-  bool is_joined = false;  // ties or links join meshes: small ones in all of their modes
+  bool is_joined = false;  // ties or links join meshes: small ones get all modes
 };
 
-// What the command line of cbr-dyn says.
+// Options of cbr-dyn's command line.
 struct BuildOptions {
-  // With central differences and newmark, superelements up to this many coordinates move in their
-  // diagonal form. Not given: those whose file has it, and small ones.
+  // With central differences and newmark, superelements up to this number of coordinates use their
+  // diagonal form. Not given: those with a stored form, and small ones.
   std::optional<Index> diagonal_limit;
-  // meshes move in these modes: frequencies and harmonic response
+  // meshes use these modes: frequencies and harmonic response
   std::optional<MeshModesWanted> mesh_modes = {};
-  // with `rotations: auto`: bodies that can turn by any angle do
+  // with `rotations: auto`: bodies that allow large rotation use it
   bool turns = false;
-  // What cbr-reduce saw, where the scene that is built is a part of it; null: the scene itself.
+  // The scene of cbr-reduce, if the built scene is a part of it; null: the built scene.
   const Scene* reduced_for = nullptr;
 };
 
 struct ReducedComponent {
   std::shared_ptr<const Geometry> geometry;
   std::vector<ReducedPart> parts;
-  // The only part, or the domains joined; of a group only when an instance moves in its diagonal
-  // form.
+  // The only part, or the joined domains; for a group only if an instance uses its diagonal form.
   std::shared_ptr<Superelement> superelement;
-  // of the free superelement, when an instance moves in it
+  // of the free superelement, if an instance uses it
   std::shared_ptr<const DiagonalForm> form;
-  // Of the free superelement, of basis massless or characteristic with statics; then there is no
-  // `form`.
+  // Of the free superelement, of basis massless or characteristic with residual compliance; then
+  // there is no `form`.
   std::shared_ptr<const StaticsForm> statics;
   RigidBody rigid_body;
   std::map<std::string, std::string> provenance;  // of the file
-  // of the domains together; that of a superelement, or a domain, is in `parts`
+  // of the joined domains; that of a superelement, or a domain, is in `parts`
   std::optional<Conditioning> conditioning;
   Index n_modal = 0, n_dofs = 0;
   MotionPlans plans;
@@ -75,23 +74,23 @@ struct MeshedComponent {
   std::shared_ptr<const Geometry> geometry;
   std::shared_ptr<const Mesh> mesh;
   std::vector<BlockProperties> properties;  // per block of the mesh
-  std::vector<Index> body_node;             // of each node of the mesh: the body's node, or -1
+  std::vector<Index> body_node;             // the body's node for each node of the mesh, or -1
   std::shared_ptr<const FiniteElementModel> fe;
   MassKind mass = MassKind::lumped;  // of fe
-  Index n_parts = 1;                 // that no elements join
+  Index n_parts = 1;                 // not connected by elements
   // of rigid instances: with consistent mass, so that the inertia is that of the volume
   std::optional<RigidBody> rigid_body;
-  std::shared_ptr<const MeshModel> model;  // when an instance moves as a MeshBody
+  std::shared_ptr<const MeshModel> model;  // if an instance is a MeshBody
   std::optional<MeshModesWanted> modes;
   MotionPlans plans;
 };
 
-// Reads of the component's superelement what tells its sets. InputError: it is missing or stale
-// (with the command to run), or does not keep a set that the scene names of an instance of it.
+// Reads the sets of the component's superelement. InputError: missing or stale (with the command to
+// run), or without a set that the scene uses.
 void check_reduced_component(const Scene& scene, const Component& component, Report& report);
 
-// In phases "read" and "setup" of the report. The superelement has been checked. InputError: a file
-// that is damaged, and of a mesh also a set that the scene names and that it does not have.
+// Logs phases "read" and "setup". Precondition: the superelement has been checked. InputError: a
+// damaged file; for a mesh also a missing set.
 ReducedComponent read_reduced_component(const SceneIndex& index, const Component& component,
                                         const BuildOptions& options, Report& report);
 MeshedComponent read_meshed_component(const SceneIndex& index, const Component& component,

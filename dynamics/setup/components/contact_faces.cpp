@@ -10,7 +10,7 @@ namespace {
 
 using Seen = std::set<std::vector<Index>>;
 
-// The faces that are not in `seen` yet, which they are added to.
+// The faces that are not in `seen`; adds them to it.
 Surface unseen(const Surface& surface, Seen& seen) {
   Surface fresh;
   fresh.kind = surface.kind;
@@ -18,7 +18,7 @@ Surface unseen(const Surface& surface, Seen& seen) {
   for (Index f = 0; f < surface.n_faces(); ++f) {
     std::vector<Index> nodes(surface.faces.row(f).begin(), surface.faces.row(f).end());
     std::sort(nodes.begin(), nodes.end());
-    // a triangle among quads is that of a surface of triangles
+    // a triangle among quads has the same nodes as in a surface of triangles
     nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
     if (seen.insert(std::move(nodes)).second) rows.push_back(f);
   }
@@ -38,7 +38,7 @@ IndexTable whole(const Surface& surface) {
   return faces;
 }
 
-// The faces of all surfaces, each once, as `table` gives them.
+// Faces of all surfaces without repetition, as returned by `table`.
 template <typename Table>
 IndexTable joined_faces(const Geometry& geometry, const Table& table) {
   Seen seen;

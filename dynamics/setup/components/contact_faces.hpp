@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Faces as contact sees them: linear, each once, outward.
+// Faces for contact: linear, without repetition, outward.
 #pragma once
 
 #include <vector>
@@ -8,32 +8,31 @@
 
 namespace cbr {
 
-// f x 4, a triangle repeats its last node; faces of second order cut into linear ones. A face that
-// is in the surface twice is kept once.
+// f x 4, a triangle repeats its last node; second-order faces cut into linear ones. Repeated faces
+// are kept once.
 IndexTable contact_faces(const Surface& surface);
 
-// The faces of all surfaces, those in several of them once.
+// Faces of all surfaces, without repetition.
 IndexTable all_faces(const Geometry& geometry);
 bool has_faces(const Geometry& geometry);
-// Without faces that one before has, each of one kind; those without any are left out.
+// The surfaces without the faces of earlier ones, split by kind of face; empty ones are omitted.
 std::vector<Surface> distinct_surfaces(const std::vector<const Surface*>& surfaces);
 std::vector<const Surface*> all_surfaces(const Geometry& geometry);
 bool is_second_order(const Surface& surface);
 
-// The same as they are, for mortar, f x 9: corners as above, then the nodes between corner a and
-// the next (a triangle has three), and the one in the middle; -1 where there is none.
+// The same without cutting, for mortar, f x 9. Corners as above, then mid-side nodes between corner
+// a and the next (a triangle has three), then the central node; -1: none.
 IndexTable whole_faces(const Surface& surface);
 IndexTable all_whole_faces(const Geometry& geometry);
 
-// A mirror turns faces inside out: (a b c d) -> (a d c b), a triangle (a b c c) -> (a c b b). f x 4
-// or f x 9.
+// Reverses the orientation of faces, for a mirror: (a b c d) -> (a d c b). A triangle: (a b c c) ->
+// (a c b b). f x 4 or f x 9.
 void turn_over(IndexTable& faces);
 
-// Those of `faces` that are not in `all` yet are added to it; a face is its nodes, whichever way it
-// is turned.
+// Adds the faces that are not in `all`; a face is identified by its nodes in any order.
 void join_faces(const IndexTable& faces, IndexTable& all);
 
-// Ascending, each once.
+// Ascending, without repetition.
 std::vector<Index> nodes_of(const IndexTable& faces);
 
 }  // namespace cbr

@@ -76,7 +76,7 @@ Geometry geometry_of(const Mesh& mesh, const FiniteElementModel& model) {
 
 Index node_of_point(const Geometry& geometry, const std::string& point, const std::string& set) {
   for (const std::string* name : {&point, &set}) {
-    if (name == &point && !geometry.reduced) continue;  // what a mesh calls so is another set
+    if (name == &point && !geometry.reduced) continue;  // a mesh may have another set of this name
     const auto found = geometry.nodesets.find(*name);
     if (found == geometry.nodesets.end() || found->second.size() != 1) continue;
     const Index node = found->second.front();

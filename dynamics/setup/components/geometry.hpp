@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Nodes, surfaces and node sets of a component by name, whatever it is advanced as; and what
-// follows from faces alone.
+// Nodes, surfaces and node sets of a component by name, for all kinds of instances; and functions
+// of the faces.
 #pragma once
 
 #include <map>
@@ -17,39 +17,40 @@
 
 namespace cbr {
 
-// Component axes. Faces and sets index the rows of `coordinates`, which are the body's nodes.
+// Component axes. Faces and sets index the rows of `coordinates`, the body's nodes.
 struct Geometry {
   std::vector<Index> node_ids;  // of the mesh
   Points coordinates;
   std::map<std::string, Surface> surfaces;
   std::map<std::string, std::vector<Index>> nodesets;
-  // Of points of a superelement's interface, and of nodes of shells: the node of x, y, z and that
-  // of its rotations, which comes behind all others. A nodeset of a point's name has the first.
+  // For points of a superelement's interface, and nodes of shells: from the node of x, y, z to its
+  // rotation node, which follows all others. A nodeset with a point's name has the first.
   std::map<Index, Index> rotations;
-  std::set<std::string> recovered;  // sets that recovery data of a superelement know, inside too
-  bool reduced = false;             // a superelement: what it does not keep is not there
-  bool has_mesh = true;  // false: a superelement file alone, which nobody can reduce again
+  // sets in a superelement's recovery data, including interior ones
+  std::set<std::string> recovered;
+  bool reduced = false;  // a superelement: only retained sets exist
+  bool has_mesh = true;  // false: a superelement file alone, which cannot be reduced again
 };
 
 Geometry geometry_of(const Superelement& superelement);
 Geometry geometry_of(const Mesh& mesh, const FiniteElementModel& model);
 
-// The node of x, y, z of a point that has six dofs: one of the interface, or one whose set is one
-// node with rotations. -1: the point has none.
+// The node of x, y, z of a point with six dofs: one of the interface, or a set of one node with
+// rotations. -1: none.
 Index node_of_point(const Geometry& geometry, const std::string& point, const std::string& set);
 
-// Whether the set is one of recovery data alone, not of the body's nodes.
+// Whether the set is in recovery data only, not among the body's nodes.
 bool is_inside(const Geometry& geometry, const std::string& set);
 
-// InputError at `source`, with the names there are and the cure: for a superelement, to keep the
+// InputError at `source`, with the existing names and the cure. For a superelement: keep the
 // surface and reduce again.
 const Surface& find_surface(const Geometry& geometry, const std::string& instance,
                             const std::string& name, const SourceLine& source);
-// InputError, as below: a use that does not find its surface or nodes.
+// InputError as below, if a use does not find its surface or nodes.
 void check_uses(const std::vector<SetUse>& uses, const Geometry& geometry);
 void check_uses(const std::vector<SetUse>& uses, const Mesh& mesh);
 
-// Of a surface or a nodeset.
+// Nodes of a surface or a nodeset.
 std::vector<Index> find_nodes(const Geometry& geometry, const std::string& instance,
                               const std::string& name, const SourceLine& source);
 

@@ -8,8 +8,8 @@
 namespace cbr {
 namespace {
 
-// Up to here a diagonal form that is not stored is made for a run that could do without: seconds,
-// and every step gains.
+// Largest number of dofs for which an optional diagonal form is computed. It takes seconds, and
+// makes every step faster.
 constexpr Index small_enough_to_diagonalise = 1500;
 
 Coordinates coordinates_of(const TimeOptions& time, const MotionPlan& plan,
@@ -21,7 +21,7 @@ Coordinates coordinates_of(const TimeOptions& time, const MotionPlan& plan,
   return stored || is_small ? Coordinates::modal : Coordinates::coupled;
 }
 
-// Of a component so large that the modes above the clip are not worth computing.
+// For large components the modes above the clip are too expensive.
 bool scales_from_matrices(const SceneIndex& index, const Instance& instance, const MotionPlan& plan,
                           const PlannedSuperelement& of) {
   const bool stored = of.has_form && !plan.is_held;
@@ -52,7 +52,7 @@ MotionPlans plan_superelements(const SceneIndex& index, const std::string& compo
   for (const Instance& instance : index.scene().instances)
     if (instance.component == component && instance.as == InstanceKind::superelement)
       plans[instance.name] = plan_of(index, instance, of);
-  // A form that one instance needs is there for all that are free.
+  // The form for one instance serves all free ones.
   const bool makes_form = std::any_of(plans.begin(), plans.end(), [](const auto& plan) {
     return plan.second.moves_freely_in_form();
   });

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How each instance moves, by what it is, what is on it, and the integrator: decided once.
+// Coordinates of each instance, decided once from its kind, supports and loads, and the integrator.
 #pragma once
 
 #include <map>
@@ -11,14 +11,14 @@
 
 namespace cbr {
 
-// How an instance's coordinates are advanced.
+// Coordinates of an instance in time integration.
 enum class Coordinates { modal, coupled, nodal };  // SuperelementBody, CoupledBody, MeshBody
 
 struct MotionPlan {
   Coordinates coordinates = Coordinates::modal;
-  bool has_shells = false;  // that act
-  bool is_held = false;     // by boundary conditions
-  bool as_stored = false;   // in the diagonal form of the superelement's file
+  bool has_shells = false;  // active ones
+  bool is_held = false;     // constrained by boundary conditions
+  bool as_stored = false;   // with the diagonal form of the superelement's file
   // modal mass scaling without a diagonal form: ScaledModel of the matrices
   bool from_matrices = false;
 
@@ -30,19 +30,19 @@ struct MotionPlan {
 
 using MotionPlans = std::map<std::string, MotionPlan>;  // by instance
 
-// What the plans of a superelement's instances follow from.
+// Inputs of the plans of a superelement's instances.
 struct PlannedSuperelement {
   const Geometry& geometry;
   Index n_dofs = 0;
   bool has_form = false;                     // the file stores the diagonal form
-  bool has_only_modes = false;               // basis characteristic: the form is all that there is
+  bool has_only_modes = false;               // basis characteristic: nothing but the form exists
   std::optional<Index> diagonal_limit = {};  // of the command line
 };
 
 bool has_shells(const Scene& scene, const Instance& instance, const Geometry& geometry);
 
-// Shells or newmark on a mesh, and superelements whose diagonal form is neither stored nor small,
-// are coupled; `exact` is modal.
+// Coupled: shells or newmark on a mesh, and superelements whose diagonal form is neither stored nor
+// small. `exact` is modal.
 MotionPlans plan_superelements(const SceneIndex& index, const std::string& component,
                                const PlannedSuperelement& of);
 MotionPlans plan_meshes(const SceneIndex& index, const std::string& component,

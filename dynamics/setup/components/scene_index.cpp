@@ -6,7 +6,7 @@
 namespace cbr {
 namespace {
 
-// Most decks have none, and are not read twice for it.
+// Most decks have no damping and are not parsed again.
 bool holds_damping(const std::filesystem::path& deck) {
   TextLines lines(deck, true);
   while (lines.next()) {

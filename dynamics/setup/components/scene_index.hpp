@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a scene says of each instance, by name: it may have thousands of instances, and hundreds of
-// thousands of lines that name one.
+// Entries of a scene by instance. A scene may have thousands of instances, and hundreds of
+// thousands of lines that refer to one.
 #pragma once
 
 #include <map>
@@ -14,30 +14,30 @@ namespace cbr {
 
 class SceneIndex {
  public:
-  // The scene must outlive it.
+  // The scene must outlive this object.
   explicit SceneIndex(const Scene& scene);
 
   const Scene& scene() const { return scene_; }
-  // Place in scene.instances; precondition: there is one (read_scene has seen to it).
+  // Index in scene.instances; precondition: it exists (read_scene has checked).
   Index place(const std::string& instance) const { return places_.at(instance); }
-  // Those of the instance, in the scene's order.
+  // Conditions of the instance, in the scene's order.
   const std::vector<const BoundaryCondition*>& boundary(const Instance& instance) const {
     return of(instance).boundary;
   }
   bool is_held(const Instance& instance) const { return !of(instance).boundary.empty(); }
-  // Whether a contact names the instance, and one that needs nodal masses.
+  // Whether a contact includes the instance, and one that needs nodal masses.
   bool may_touch(const Instance& instance) const { return all_touch_ || of(instance).touches; }
   bool is_nodal(const Instance& instance) const { return all_nodal_ || of(instance).nodal; }
-  // Whether contact meets it by `enforcement: impulse` alone, without ties.
+  // Whether all its contact has `enforcement: impulse`, without ties.
   bool has_only_impulses(const Instance& instance) const {
     return !all_other_ && !of(instance).other;
   }
-  bool has_loads(const Instance& instance) const { return of(instance).loaded; }  // but gravity
-  // It does not turn where others do (time.rotations), once its files tell why.
+  bool has_loads(const Instance& instance) const { return of(instance).loaded; }  // except gravity
+  // Excludes the instance from large rotation, for reasons found in its files.
   void keep_linear(const Instance& instance) {
     of_[static_cast<std::size_t>(place(instance.name))].linear = true;
   }
-  // *DAMPING of the materials that the component's file gives its blocks, by their names.
+  // *DAMPING of the materials that the component's file assigns, by block name.
   const std::map<std::string, MaterialDamping>& damping_of_file(const Component& component) const;
   bool stays_linear(const Instance& instance) const { return of(instance).linear; }
 

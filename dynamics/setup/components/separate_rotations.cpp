@@ -19,7 +19,7 @@ std::map<Index, Index> separate_rotations(Superelement& s) {
     s.coordinates.row(rotation) = s.coordinates.row(node);
     s.node_ids[static_cast<std::size_t>(rotation)] = s.node_ids[static_cast<std::size_t>(node)];
   }
-  // Recovery data count the nodes inside from the interface's last on
+  // Recovery data number interior nodes after the interface's last
   const auto shift = [&](Index& place) { place += place >= n ? more : 0; };
   for (Superelement::Recovery& recovery : s.recovery)
     for (Block& block : recovery.blocks)

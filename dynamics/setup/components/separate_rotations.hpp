@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Points of a superelement's interface as nodes of three dofs each, which is what bodies know.
+// Converts points of a superelement's interface to nodes of three dofs, as bodies need.
 #pragma once
 
 #include <map>
@@ -8,9 +8,9 @@
 
 namespace cbr {
 
-// Nodes with six dofs keep x, y, z. Their rotations get a node of their own at the same place,
-// behind all others; its components stay 3, 4, 5, by which rigid motions are told. Returns the node
-// of the rotations of each such node.
+// Nodes with six dofs keep x, y, z. Their rotations become a node at the same position, after all
+// others. Its components stay 3, 4, 5, which identifies rotations in rigid motions. Returns the
+// rotation node of each such node.
 std::map<Index, Index> separate_rotations(Superelement& s);
 
 }  // namespace cbr

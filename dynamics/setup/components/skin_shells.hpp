@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The scene's fictitious shells, as far as they act: stiffness and mass on an instance's own nodes.
+// The scene's active fictitious shells: stiffness and mass on an instance's own nodes.
 #pragma once
 
 #include <string>
@@ -11,14 +11,14 @@
 
 namespace cbr {
 
-// Shells without thickness, or with neither modulus nor density, do nothing and cost nothing.
+// Shells without thickness, or with neither modulus nor density, have no effect.
 bool skin_acts(const Scene& scene);
 
-// Faces of the instance that the skin names, as SURFACE or INSTANCE.SURFACE, linear, each once: f x
-// 4, none when the skin does not act.
+// Faces of the instance in the skin, as SURFACE or INSTANCE.SURFACE, linear, without repetition: f
+// x 4; none if the skin is inactive.
 IndexTable skin_faces(const Scene& scene, const std::string& instance, const Geometry& geometry);
 
-// The shells on them, on the nodes of `geometry`; component axes. InputError at the skin's line.
+// Shells on these faces, at the nodes of `geometry`; component axes. InputError at the skin's line.
 ShellModel skin_shells(const Scene& scene, const std::string& instance, const Geometry& geometry);
 
 }  // namespace cbr

@@ -14,7 +14,7 @@ namespace {
 
 void take_options(ReductionOptions& reduction) {
   const Hdf5Reader file(reduction.superelement);
-  // A basis of other programs has the matrices of Craig-Bampton.
+  // A basis of other programs has Craig-Bampton matrices.
   if (file.has_attribute("/", "basis"))
     reduction.basis =
         value_of(basis_words, file.read_string("/", "basis")).value_or(Basis::craig_bampton);
@@ -32,7 +32,7 @@ Scene with_options_of_files(const Scene& scene) {
     try {
       take_options(*found->second.reduction);
     } catch (const InputError&) {
-      // Told with its place when the file is read as a whole
+      // Reading the whole file reports it with its place
     }
   }
   return known;

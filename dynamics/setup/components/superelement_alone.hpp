@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Components that are a superelement file alone (key `superelement`): what a scene tells of other
-// components, their file tells.
+// Components that are a superelement file alone (key `superelement`): the file has the data that
+// the scene has for other components.
 #pragma once
 
 #include <map>
@@ -11,17 +11,16 @@
 
 namespace cbr {
 
-// The scene with the basis, the number of domains and the choice of modes of each file that an
-// instance uses alone. Files that cannot be read are left to require_superelement(). Reads
-// attributes only.
+// The scene with basis, number of domains and choice of modes of each superelement file used alone.
+// Reads attributes only. Leaves unreadable files to require_superelement().
 Scene with_options_of_files(const Scene& scene);
 
-// InputError: the file does not exist, or is of hex27 and of a version that lost the centre nodes
-// of its faces. Precondition: the component has no mesh.
+// InputError: the file does not exist, or has hex27 elements and a version that lost the central
+// nodes of their faces. Precondition: the component has no mesh.
 void require_superelement(const Component& component);
 
-// Of each block that the file recovers, by /provenance of the file. InputError at the component: a
-// block of which it does not tell the material, or whose material is orthotropic.
+// Properties of the blocks that the file recovers, from its /provenance. InputError at the
+// component: a block without its material, or with an orthotropic one.
 std::vector<BlockProperties> properties_in_file(
     const Component& component, const std::map<std::string, std::string>& provenance,
     const std::vector<Block>& blocks);
