@@ -15,7 +15,7 @@
 namespace cbr {
 namespace {
 
-// What explicit entries name: two instances, or an instance and a wall.
+// Members of explicit entries: two instances, or an instance and a wall.
 struct Named {
   std::set<std::pair<Index, Index>> instances;
   std::set<std::pair<Index, const WallOptions*>> walls;
@@ -53,7 +53,7 @@ ContactEntries explicit_entries(const SceneIndex& index) {
   return entries;
 }
 
-// Every two instances, and every instance with every wall, that no explicit entry names.
+// Adds all pairs of instances, and of instances and walls, without an explicit entry.
 void add_all(const Scene& scene, const BuiltScene& built, const ContactOptions& options,
              const Named& named, Report& report, ContactEntries& entries) {
   std::vector<const SideName*> sides;

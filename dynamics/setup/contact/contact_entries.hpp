@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Which pairs a scene asks for.
+// Contact pairs by the scene's entries.
 #pragma once
 
 #include <set>
@@ -11,8 +11,8 @@
 
 namespace cbr {
 
-// A surface of an instance that takes part, by the instance's index and the surface's name; "all"
-// with `whole`: all of them joined.
+// A surface of an instance in contact, by the instance's index and the surface's name; "all" with
+// `whole`: all surfaces joined.
 struct SideName {
   Index instance = 0;
   std::string surface;
@@ -23,25 +23,23 @@ struct SideName {
   }
 };
 
-// One pair to be: `all` makes many of one entry of the scene.
+// A pair to be made; `all` makes many from one entry of the scene.
 struct ContactEntry {
   const ContactOptions* options = nullptr;
   const SideName *first = nullptr, *second = nullptr;
-  const WallOptions* wall = nullptr;  // then there is no second
+  const WallOptions* wall = nullptr;  // then there is no second side
 };
 
 struct ContactEntries {
-  std::set<SideName> sides;  // that the entries point to
+  std::set<SideName> sides;  // targets of the entries' pointers
   std::vector<ContactEntry> list;
 };
 
-// Those that the scene names, then those that `all` stands for: every two instances, and every
-// instance with every wall, that no explicit entry names. InputError when `all` finds none, or more
-// than memory holds.
+// Explicit entries, then those of `all`: each pair of instances, or of an instance and a wall,
+// without an explicit entry. InputError if `all` finds none, or more than fit in memory.
 ContactEntries contact_entries(const SceneIndex& index, const BuiltScene& built, Report& report);
 
-// InputError when `contact: all` makes so many pairs that `memory` bytes cannot hold what each
-// keeps from step to step.
+// InputError if the state of the pairs of `contact: all` needs more than `memory` bytes.
 void require_memory_for_pairs(double n_pairs, double memory, const ContactOptions& all);
 
 }  // namespace cbr

@@ -22,7 +22,7 @@ PointLaw law_of(const ContactOptions& options) {
   return {};
 }
 
-// What pairs of one entry or one wall share.
+// Data shared by the pairs of one entry or one wall.
 class SharedByPairs {
  public:
   SharedByPairs(Simulation& simulation, double end) : sim_(simulation), end_(end) {}
@@ -56,9 +56,9 @@ class SharedByPairs {
   std::unordered_map<const WallOptions*, std::shared_ptr<RigidWall>> walls_;
 };
 
-// Whose nodes are looked at: those of the finer surface; of equal ones the first. Mortar pushes
-// along the master's normals: of a coarse ball's faces they would send it sideways off a plate, so
-// that the flatter surface is the master where one clearly is.
+// Selects the slave: the finer surface, or the first of equal ones. Mortar impulses act along the
+// master's normals. Those of a coarse ball's faces would push it sideways off a plate. So for
+// mortar the master is the flatter surface, if one clearly is.
 bool first_is_slave(const ContactSurface& first, const ContactSurface& second, bool by_bend) {
   constexpr double flat = 1e-3;  // 5 degrees from face to face
   if (by_bend) {
@@ -103,8 +103,8 @@ ContactPair pair_of(const ContactEntry& entry, const ContactNumbers& contact_of_
   return pair;
 }
 
-// Nodes of a face from which functions are fewer by enough; how many nodes one function is for, and
-// how many functions any face needs: docs/decisions/pressures.md.
+// Least nodes of a face with pressure functions, nodes per function, and bounds of their number:
+// docs/decisions/pressures.md.
 constexpr Index least_nodes = 500, nodes_of_function = 12, least_functions = 40,
                 most_functions = 160;
 
@@ -114,7 +114,7 @@ Index functions_wanted(const ContactOptions& options, Index n_nodes) {
   return std::clamp(n_nodes / nodes_of_function, least_functions, most_functions);
 }
 
-// A mesh whose nodes have masses of their own keeps its nodes: W is nearly diagonal there.
+// Lumped meshes keep their nodes, as W is nearly diagonal.
 bool moves_in_shapes(const BuiltScene& built, const SideName& side) {
   const auto& of = built.instances[side.instance];
   return of.is_rigid || of.mesh == nullptr;
@@ -141,12 +141,12 @@ void add_functions(const ContactEntry& entry, const BuiltScene& built, ContactSi
                      " has " + std::to_string(n_nodes) + " nodes: take fewer, 'nodes' or 'auto'");
   const Index wanted = in_shapes ? functions_wanted(*entry.options, n_nodes) : 0;
   if (wanted > 0) pair.functions = sides.functions(slave, wanted);
-  // `nodes`: those beside corners too
+  // `nodes`: including those beside corners
   if (entry.options->pressures.value_or(1) != 0) pair.corners = sides.corners(slave);
 }
 
-// Whether the body starts deeper in the wall than a face of its surface: on the wrong side, which
-// no contact can mend.
+// Whether the body starts deeper in the wall than a face of its surface. It is then on the wrong
+// side, beyond contact's correction.
 bool starts_in_wall(const ContactPair& pair, const Simulation& sim, double& depth) {
   const ContactNodes& contact = sim.contact_nodes[pair.slave->body];
   const Points& x = sim.bodies[contact.body]->reference_positions();

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Front door of dynamics/setup/contact: pairs, ties and links; where they start.
+// Front door of dynamics/setup/contact: pairs, ties and links, and their initial state.
 //
-// Contact pairs of a scene: which side is the slave, which nodes take part, and what a nodal
-// enforcement weighs.
+// Contact pairs of a scene: the slave side, the nodes in contact, and the weights of nodal
+// enforcement.
 #pragma once
 
 #include <vector>
@@ -12,8 +12,8 @@
 namespace cbr {
 
 // Fills contact_nodes and pairs. The finer surface (smaller mean face) gives the slave nodes; of
-// equal ones the first named. Adds links, and joints behind the bodies. Returns per body how it is
-// in a pair. Warns of `nodal` enforcement with the weights that it uses.
+// equal ones the first named. Adds links, and joints after the bodies. Returns the kind of contact
+// per body. Warns of `nodal` enforcement with its weights.
 std::vector<ContactKind> add_contact(const SceneIndex& index, BuiltScene& built, Report& report);
 
 }  // namespace cbr

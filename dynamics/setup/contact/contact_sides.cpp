@@ -46,7 +46,7 @@ std::shared_ptr<const ContactSurface> ContactSides::surface(
   Body& body = *built_.simulation.bodies[contact.body];
   const Points points = body.reference_positions()(contact.nodes, Eigen::all);
   fill_sizes(surface, points);
-  // An interface without mass that turns brings energy where edges come and go
+  // With large rotation a massless interface gains energy where edge contacts begin and end
   const auto& parts = built_.instances[name.instance].parts;
   const bool massless = !parts.empty() && parts.front().superelement->is_massless();
   if (!massless || body.turning() == nullptr) fill_edges(surface, points);
@@ -77,7 +77,7 @@ std::vector<Surface> of_second_order(std::vector<Surface> surfaces) {
   return surfaces;
 }
 
-// The rows of `matrix` are those of `from`: rows of `to`, which has them all.
+// Moves rows of `matrix` from nodes `from` to nodes `to`, a superset.
 SparseMatrix on_nodes(const SparseMatrix& matrix, const std::vector<Index>& from,
                       const std::vector<Index>& to) {
   std::vector<Eigen::Triplet<double, Index>> entries;
@@ -122,7 +122,7 @@ bool ContactSides::is_mirrored(const SideName& name) const {
   return built_.instances[name.instance].placement.T.determinant() < 0;
 }
 
-// Two parts of one body may meet (the prongs of a fork), but not where they hang together.
+// Two parts of one body may touch (prongs of a fork), unless they share nodes.
 void refuse_shared_nodes(const ContactEntry& entry, ContactSides& sides) {
   if (entry.wall || entry.first->instance != entry.second->instance) return;
   const ContactOptions& options = *entry.options;

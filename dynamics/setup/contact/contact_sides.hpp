@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Surfaces of instances that take part in contact, and the nodes of them.
+// Surfaces of instances in contact, and their nodes.
 #pragma once
 
 #include <map>
@@ -14,26 +14,26 @@
 
 namespace cbr {
 
-// By instance: its place in Simulation::contact_nodes.
+// By instance: its index in Simulation::contact_nodes.
 using ContactNumbers = std::map<Index, Index>;
 
-// What sides are, made once however many pairs they are in. By their addresses.
+// Data of sides, made once for all their pairs. Keyed by address.
 class ContactSides {
  public:
-  // `built` must outlive it.
+  // `built` must outlive this object.
   explicit ContactSides(const BuiltScene& built) : built_(built) {}
 
-  // Faces in the instance's nodes, outward in the scene.
+  // Faces by the instance's nodes, outward in the scene.
   const IndexTable& faces(const SideName& name, const SourceLine& source);
-  // In the contact nodes of its body, which are known by now. `whole`: faces of second order are
-  // not cut into linear ones.
+  // By the contact nodes of its body, which must exist. `whole`: second-order faces are not cut
+  // into linear ones.
   std::shared_ptr<const ContactSurface> surface(const SideName& name, bool whole,
                                                 const ContactNumbers& contact_of_instance);
-  // Of the surface's nodes, in its slots; `wanted` of them, above 0.
+  // By the surface's slots; `wanted`: number of functions, above 0.
   std::shared_ptr<const PressureFunctions> functions(const SideName& name, Index wanted);
-  // Likewise: corner_functions() of faces of second order; null where all are linear.
+  // Likewise: corner_functions() of second-order faces; null if all are linear.
   std::shared_ptr<const PressureFunctions> corners(const SideName& name);
-  // In the instance's nodes, as the mesh has them.
+  // By the instance's nodes, with the mesh's faces.
   std::vector<const Surface*> surfaces(const SideName& name) const;
   bool is_mirrored(const SideName& name) const;
 
@@ -42,26 +42,26 @@ class ContactSides {
 
   const BuiltScene& built_;
   std::unordered_map<const SideName*, IndexTable> faces_;
-  // with faces of second order cut, and whole
+  // with second-order faces cut, and whole
   std::unordered_map<const SideName*, std::shared_ptr<const ContactSurface>> cut_, whole_;
   std::map<std::pair<const SideName*, Index>, std::shared_ptr<const PressureFunctions>> functions_;
   std::unordered_map<const SideName*, std::shared_ptr<const PressureFunctions>> corners_;
 };
 
-// InputError where two surfaces of one instance have common nodes.
+// InputError if two surfaces of one instance share nodes.
 void refuse_shared_nodes(const ContactEntry& entry, ContactSides& sides);
 
-// Which instances take part, with which sides: few each, however many pairs they are in.
+// Instances in contact with their sides: few each, for any number of pairs.
 using SidesOfInstances = std::map<Index, std::vector<const SideName*>>;
 SidesOfInstances sides_of_instances(const std::vector<ContactEntry>& entries);
 
-// Makes Simulation::contact_nodes: the nodes with which instances take part. `linked`: further
-// ones, by instance.
+// Makes Simulation::contact_nodes: the nodes of instances in contact. `linked`: further ones, by
+// instance.
 ContactNumbers add_contact_nodes(SidesOfInstances names,
                                  const std::map<Index, std::set<Index>>& linked,
                                  ContactSides& sides, Simulation& sim);
 
-// What nodal pressures are measured by.
+// Tributary areas, for nodal pressures.
 void fill_areas(const SidesOfInstances& names, const ContactNumbers& contact_of_instance,
                 ContactSides& sides, Simulation& sim);
 

@@ -14,15 +14,14 @@
 namespace cbr {
 namespace {
 
-// Directions with less than this share of the largest are none.
+// Directions with a smaller fraction of the largest count as dependent.
 constexpr double weakest_shape = 1e-6;
 
 struct Shapes {
   Index found = 0, wanted = 0;
 };
 
-// Rank of the interface's rows of a face, and how many rows these are; nothing for bodies of other
-// bases.
+// Rank and number of the interface rows of a face; empty for other bases.
 Shapes shapes_of(const ReducedPart& part, const std::vector<char>& on_face) {
   const Superelement& s = *part.superelement;
   std::vector<Index> rows;
@@ -33,8 +32,8 @@ Shapes shapes_of(const ReducedPart& part, const std::vector<char>& on_face) {
   return {qr.rank(), static_cast<Index>(rows.size())};
 }
 
-// What is known of the statics of a face: of none of its nodes; of some, or in fewer than three
-// directions; of all that there is. Kept nodes have none, as none of theirs is left.
+// Residual compliance of a face. None: at no node; normal: at some node in fewer than three
+// directions; all: complete. Retained nodes have none, as they have no residual.
 enum class Statics : char { none, normal, all };
 
 Statics statics_of(const ReducedPart& part, const std::vector<char>& on_face) {

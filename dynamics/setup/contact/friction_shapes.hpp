@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Whether a face can give way to friction.
+// Checks residual compliance for friction.
 #pragma once
 
 #include "dynamics/setup/built/built_scene.hpp"
 
 namespace cbr {
 
-// Of a pair with friction, its faces of basis characteristic. Warns of one without statics whose
-// nodes have fewer shapes than directions: it slides and sticks in large pieces, and friction takes
-// several times what it should (docs/decisions/characteristic.md). InputError: one with statics
-// along the normals alone.
+// Checks faces of basis characteristic in a pair with friction. Warns of a face without residual
+// compliance and with fewer interface modes than directions. It slides and sticks in large patches,
+// and friction dissipates several times too much (docs/decisions/characteristic.md). InputError:
+// residual compliance along the normals only.
 void look_for_friction_shapes(const ContactPair& pair, const BuiltScene& built, const Scene& scene,
                               Report& report);
 

@@ -12,24 +12,24 @@
 namespace cbr {
 namespace {
 
-// At most so many steps to an output, and to the end where every step is one.
+// Largest number of steps between outputs, and in the run if every step is an output.
 constexpr double most_per_output = 1000, most_without_outputs = 1e5;
 
 Matrix6 transport(const Vector3& arm) {
   Matrix6 A = Matrix6::Identity();
-  // A point at `arm` moves by d + theta x arm
+  // Displacement of a point at `arm`: d + theta x arm
   A.block<3, 3>(0, 3) << 0, arm[2], -arm[1], -arm[2], 0, arm[0], arm[1], -arm[0], 0;
   return A;
 }
 
-// The largest eigenvalue of W K, both symmetric and without negative ones.
+// Largest eigenvalue of W K, both symmetric positive semi-definite.
 double largest_product(const Matrix6& W, const Matrix6& K) {
   const SymmetricEigen of = symmetric_eigen(W);
   const Matrix6 root = of.vectors * of.values.cwiseMax(0).cwiseSqrt().asDiagonal();
   return std::max(0.0, symmetric_eigenvalues(root.transpose() * K * root)[5]);
 }
 
-// A link's end on a rigid body: its node of translation among those of contact, the rotation's
+// A link's end on a rigid body: its translation node among those of contact; the rotation node
 // follows.
 struct RigidEnd {
   Index body = 0, contact = 0, slot = 0;
@@ -40,7 +40,7 @@ struct SprungLink {
   std::vector<RigidEnd> ends;
 };
 
-// Springs and dashpots of a rigid body and what moves it, at the place of the first of them.
+// Mobility of a rigid body with its springs and dashpots, at the first of them.
 struct Hung {
   Vector3 at = Vector3::Zero();
   Matrix6 mobility = Matrix6::Zero(), stiffness = Matrix6::Zero(), damping = Matrix6::Zero();
@@ -71,7 +71,7 @@ std::map<Index, SprungLink> sprung_links(const BuiltScene& built) {
   return links;
 }
 
-// Velocities of both nodes of the end by unit impulses on them.
+// Velocities of both nodes of the end per unit impulse on them.
 Matrix6 mobility_at(const Simulation& sim, const RigidEnd& end) {
   const ContactNodes& nodes = sim.contact_nodes[end.contact];
   const NodeResponse response = sim.bodies[end.body]->response(nodes.set, 1);

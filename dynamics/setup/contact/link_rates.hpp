@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How fast springs and dashpots move rigid bodies, which sets the step where nothing else does.
+// Rates of springs and dashpots on rigid bodies, which may determine the step.
 #pragma once
 
 #include <string>
@@ -8,19 +8,20 @@
 
 namespace cbr {
 
-// The fastest of the links on rigid bodies: the larger of omega (springs) and c / m (dashpots), as
-// if an end that is elastic stayed where it is.
+// Fastest link on rigid bodies: the larger of omega (springs) and c / m (dashpots), with elastic
+// ends held in place.
 struct LinkRate {
-  double rate = 0;  // 1 / s; 0: there is no such link
+  double rate = 0;  // 1 / s; 0: no such link
   std::string link;
 };
 LinkRate fastest_link(const BuiltScene& built);
 
-// Velocities at the end of a step lack half of the kick of the next one: h rate / 2 of them.
+// Largest h rate / 2, the relative error of velocities at the end of a step, which lack half of the
+// next impulse.
 constexpr double link_step_share = 0.01;
 
-// The longest step for it, 0: no limit. What is faster than outputs that are `every` apart can show
-// does not shorten it further: springs and dashpots are stable with any step.
+// Longest step for that error, 0: no limit. Rates that outputs at intervals `every` cannot show do
+// not reduce it further, as springs and dashpots are stable at any step.
 double link_step(const LinkRate& fastest, double every, double end);
 
 }  // namespace cbr

@@ -12,13 +12,13 @@
 namespace cbr {
 namespace {
 
-// A node of a point, or of a joint, by its contact body and its place there.
+// A node of a point or a joint, by its contact body and index there.
 struct Slot {
-  Index contact = 0, node = -1;  // -1: there is none
+  Index contact = 0, node = -1;  // -1: none
 };
 
-// A pair without faces: a point of three rows, each of them axis d of the frame where `is_on`. None
-// where no row is.
+// A pair without faces: a point of three rows, row d along axis d of the frame if `is_on`. No pair
+// without rows.
 struct PairOptions {
   std::string name;
   SourceLine source;
@@ -54,7 +54,7 @@ void add_pair(const PairOptions& options, const Slot& a, const Slot& b, const Sl
   bool any = false;
   for (std::size_t d = 0; d < 3; ++d) {
     any |= options.is_on[d];
-    // A row of zeros holds nothing
+    // A row of zeros constrains nothing
     if (!options.is_on[d]) point.frame.row(static_cast<Index>(d)).setZero();
   }
   if (!any) return;
@@ -82,7 +82,7 @@ void add_pair(const PairOptions& options, const Slot& a, const Slot& b, const Sl
   sim.pairs.push_back(std::move(pair));
 }
 
-// Its contact body.
+// Adds a joint body; returns its contact body.
 Index add_joint(Joint joint, const Scene& scene, Simulation& sim) {
   const Scheme scheme =
       scene.time->integrator == Integrator::newmark ? Scheme::newmark : Scheme::exact;
@@ -95,7 +95,7 @@ Index add_joint(Joint joint, const Scene& scene, Simulation& sim) {
   return static_cast<Index>(sim.contact_nodes.size()) - 1;
 }
 
-// A point of an instance as contact sees it: the nodes of its translation and rotation.
+// A point of an instance by its contact nodes: translation and rotation.
 struct PointSlots {
   Slot translation, rotation;
 };
@@ -142,7 +142,7 @@ class LinkMaker {
             {{contact, 0}, {contact, 1}});
   }
 
-  // The mass of a point, which its point carries along.
+  // Adds the mass of a point as a joint that moves with it.
   void add_mass(Index i, const std::string& name, const Component::Point& point) {
     const Instance& instance = index_.scene().instances[i];
     const Index place = point_place(index_, instance.name, name);
@@ -176,10 +176,11 @@ class LinkMaker {
     add_pair(options, a.rotation, {contact, 1}, {}, sim_);
   }
 
-  // Every motion of the set's nodes but that of a rigid body is held.
+  // Constrains all motions of the set's nodes except rigid ones.
   void add_rigid(Index i, const std::string& name, const Component::Point& point) {
     const std::string& instance = index_.scene().instances[i].name;
-    if (node_of_point(*built_.instances[i].geometry, name, point.nodes) >= 0) return;  // it is
+    // it is rigid by itself
+    if (node_of_point(*built_.instances[i].geometry, name, point.nodes) >= 0) return;
     refuse_what_is_held(i, name, point);
     const auto& body = static_cast<const PointedBody&>(*sim_.bodies[i]);
     const Index contact = contact_of_instance_.at(i);
@@ -209,7 +210,7 @@ class LinkMaker {
     return {nodes.begin(), nodes.end()};
   }
 
-  // What is held already cannot be held once more: the forces of either would be any.
+  // Rejects doubly constrained nodes, whose forces would be undetermined.
   void refuse_what_is_held(Index i, const std::string& name, const Component::Point& point) const {
     const Instance& instance = index_.scene().instances[i];
     const std::set<Index> rigid = nodes_of(i, point.nodes, point.source);
@@ -250,7 +251,7 @@ class LinkMaker {
            component.reduction->is_massless();
   }
 
-  // How the rows of a link follow its ends.
+  // Rotation of a link's rows with its ends.
   TurningLink turning_link(const LinkOptions& link, const PointSlots& a,
                            const PointSlots& b) const {
     TurningLink of;
@@ -266,7 +267,7 @@ class LinkMaker {
     return of;
   }
 
-  // Forces along `axes`, and moments about them.
+  // Adds forces along `axes`, and moments about them.
   void add_two(const LinkOptions& link, const std::string& force, const std::string& moment,
                const std::array<bool, 6>& is_on, const PointSlots& a, const PointSlots& b,
                const PointSlots& joint) {

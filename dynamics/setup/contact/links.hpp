@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What links the reference points of instances: pairs of surfaces without faces, and joints.
+// Links between reference points of instances: pairs of surfaces without faces, and joints.
 #pragma once
 
 #include <map>
@@ -9,9 +9,9 @@
 
 namespace cbr {
 
-// A pair of surfaces without faces for the translations that each link holds, and one for its
-// rotations; the same for those that have springs, and for the masses of points, each with a joint
-// behind the bodies; and one for what keeps a point's nodes rigid. contact_of_instance: places in
+// Adds pairs of surfaces without faces: for each link one for its constrained translations and one
+// for its rotations. Springs, and masses of points, get the same, each with a joint after the
+// bodies. A rigid point has one for its nodes. contact_of_instance: indices in
 // Simulation::contact_nodes.
 void add_links(const SceneIndex& index, const std::map<Index, Index>& contact_of_instance,
                BuiltScene& built);

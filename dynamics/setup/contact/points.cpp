@@ -8,7 +8,7 @@
 namespace cbr {
 namespace {
 
-// Shares of the faces' area, or one for each node of a nodeset.
+// Fractions of the faces' area, or equal weights for a nodeset.
 Vector weights_of(const Geometry& geometry, const std::string& instance,
                   const Component::Point& point, const std::vector<Index>& nodes) {
   if (geometry.surfaces.count(point.nodes) == 0)
@@ -39,7 +39,7 @@ AveragePoint average_point(const Instance& instance, const Geometry& geometry,
   average.at = instance.transformation() * at + instance.position;
   if (instance.as != InstanceKind::rigid)
     add_rotations(geometry, instance, geometry.coordinates, average);
-  // A rigid body's nodes need no couplings among them
+  // Nodes of a rigid body need no coupling
   average.rigid = point.rigid && instance.as != InstanceKind::rigid;
   return average;
 }
@@ -126,7 +126,7 @@ std::vector<AveragePoint> points_of(const SceneIndex& index, const BuiltScene& b
   for (const LinkOptions& link : scene.links) {
     if (link.second.instance != instance.name) continue;
     AveragePoint second = average(i, link.second.surface, named_point(index, link.second));
-    second.rigid = false;  // the point itself is
+    second.rigid = false;  // the point itself is rigid
     second.at = average(index.place(link.first.instance), link.first.surface,
                         named_point(index, link.first))
                     .at;

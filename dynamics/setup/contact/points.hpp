@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Reference points of instances: those that the scene names, and those that its links need.
+// Reference points of instances: those in the scene, and those of its links.
 #pragma once
 
 #include <functional>
@@ -14,34 +14,34 @@
 
 namespace cbr {
 
-// The points of an instance, in the order of their names, and behind them those that links need:
-// the second end of a link, taken to where the first one is, so that what links them has no length;
-// and the sliding ones.
+// The points of an instance by name, then those of links. For a link: its second end, at the
+// position of the first, so that the link has no length; and sliding points.
 std::vector<AveragePoint> points_of(const SceneIndex& index, const BuiltScene& built,
                                     Index instance);
 
-// Nodes on a line, or one, leave a rotation to the shells' own: then those are nodes of the point.
+// Nodes on a line, or a single one, do not define a rotation: the point then uses rotation nodes of
+// shells.
 void add_rotations(const Geometry& geometry, const Instance& instance, const Points& positions,
                    AveragePoint& point);
 
-// Place of a named point among them.
+// Index of a named point in points_of().
 Index point_place(const SceneIndex& index, const std::string& instance, const std::string& point);
-// Of the second end of a link among those of its instance.
+// Index of a link's second end in points_of() of its instance.
 Index second_place(const SceneIndex& index, const LinkOptions& link);
 
-// Whether an end turns by any angle.
+// Whether an end has large rotation.
 bool turns(const SceneIndex& index, const LinkOptions& link);
-// Whether what acts on the first end acts at the place of the second: the two may move apart, and
-// the directions in which they are held turn with the first. The place of its sliding point among
-// those of the first end's instance.
+// Whether the link's force on the first end acts at the position of the second. Ends may then
+// separate, and the constrained directions rotate with the first. And the index of the sliding
+// point in points_of() of the first end's instance.
 bool slides(const SceneIndex& index, const LinkOptions& link);
 Index sliding_place(const SceneIndex& index, const LinkOptions& link);
 
-// All points of all instances: the instance, the name, the point.
+// Visits all points of all instances: instance, name, point.
 using PointVisit = std::function<void(Index, const std::string&, const Component::Point&)>;
 void for_each_point(const SceneIndex& index, const PointVisit& visit);
 
-// The nodes of points that links hold, that have mass or are rigid, by instance.
+// Nodes of linked points, and of points with mass or rigid, by instance.
 std::map<Index, std::set<Index>> linked_nodes(const SceneIndex& index, const BuiltScene& built);
 
 }  // namespace cbr

@@ -10,7 +10,7 @@
 namespace cbr {
 namespace {
 
-// Corners, a triangle's last one twice; `key` is the same for both sides of an inner face.
+// Corners, a triangle's last one twice; `key` is equal for both sides of an interior face.
 struct Face {
   std::array<Index, 4> corners, key;
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What space a mesh fills.
+// Volume of a mesh.
 #pragma once
 
 #include <array>
@@ -9,14 +9,14 @@
 
 namespace cbr {
 
-// The boundary of the mesh's volume elements as triangles; faces of second order by their corners,
+// Boundary of the mesh's volume elements as triangles; second-order faces by their corners,
 // quadrilaterals cut in two.
 class Solid {
  public:
   explicit Solid(const Mesh& mesh);
-  // Whether x (the mesh's axes) is inside: the solid angle that the boundary takes up of all
-  // directions, seen from there, is above one half. Triangles by Van Oosterom, Strackee 1983
-  // (doi 10.1109/TBME.1983.325207). On the boundary either answer is possible.
+  // Whether x (mesh axes) is inside: the boundary's solid angle at x is above half of all
+  // directions. Triangles by Van Oosterom, Strackee 1983 (doi 10.1109/TBME.1983.325207). On the
+  // boundary either result is possible.
   bool holds(const Vector3& x) const;
   Index n_triangles() const { return static_cast<Index>(triangles_.size()); }
 

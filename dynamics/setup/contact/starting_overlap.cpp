@@ -18,10 +18,10 @@
 namespace cbr {
 namespace {
 
-// Comparisons of a node and a face for one pair, and of a node and a triangle of a boundary: a
-// tenth of a second each.
+// Largest number of comparisons per pair, of nodes and faces, and of nodes and boundary triangles:
+// a tenth of a second each.
 constexpr double most_comparisons = 5e6, most_angles = 1e6;
-// Of a face: less is round-off.
+// Times the face size: smaller depths are round-off.
 constexpr double least_depth = 1e-6;
 
 struct Found {
@@ -29,7 +29,7 @@ struct Found {
   Index slot = -1;             // contact node of the slave's body
 };
 
-// How deep x is straight behind the nearest of the faces; 0 where it is not.
+// Depth of x straight behind the nearest face; 0 if it is not behind.
 Found depth_of(const Vector3& x, const ContactSurface& master, const Points& points) {
   Found found;
   double nearest = HUGE_VAL;
@@ -57,13 +57,13 @@ bool is_within(const Box& box, const Vector3& x) {
          ((box.upper + margin - x).array() >= 0).all();
 }
 
-// The space that the master's body fills, from its mesh: faces of a surface alone do not tell
-// whether what is behind them is in the body or, with a notch or a thin wall, on its other side.
+// Volume of the master's body, from its mesh. A point behind faces of a surface may be inside the
+// body, or beyond its other side at a notch or thin wall.
 class Solids {
  public:
   explicit Solids(const Scene& scene) : scene_(scene) {}
 
-  // Null where there is no mesh, or where it cannot be read.
+  // Null without a readable mesh.
   const Solid* of(const BuiltScene::OfInstance& instance) {
     auto [at, is_new] = solids_.try_emplace(instance.component);
     if (!is_new) return at->second ? &*at->second : nullptr;
@@ -81,12 +81,12 @@ class Solids {
   std::map<std::string, std::optional<Solid>> solids_;
 };
 
-// The nodes of one surface of a pair, and the faces of the other.
+// Nodes of one surface of a pair, and faces of the other.
 struct NodesAndFaces {
   const ContactSurface &slave, &master;
 };
 
-// A point that belongs to the slave just inside its node, on no boundary that both share.
+// A point of the slave just inside its node, off any common boundary.
 Vector3 beneath(const ContactSurface& slave, const Points& points, const Vector3& centre,
                 Index slot) {
   const auto at =
@@ -95,8 +95,8 @@ Vector3 beneath(const ContactSurface& slave, const Points& points, const Vector3
   return x + 1e-3 * (centre - x) - 1e-3 * slave.size * outward.normalized();
 }
 
-// Nodes of the pair straight behind a face of the master, the deepest first. Of large surfaces
-// every k-th node is looked at.
+// Nodes of the pair straight behind a face of the master, deepest first. Large surfaces: every k-th
+// node.
 std::vector<Found> behind_faces(const NodesAndFaces& of, const Simulation& sim,
                                 const std::vector<Box>& boxes) {
   const ContactNodes &slave = sim.contact_nodes[of.slave.body],
@@ -121,7 +121,7 @@ std::vector<Found> behind_faces(const NodesAndFaces& of, const Simulation& sim,
   return list;
 }
 
-// The deepest of the list that is in the master's body. Of many every k-th is looked at.
+// The deepest of the list inside the master's body. Long lists: every k-th.
 const Found* deepest_inside(const std::vector<Found>& list, const NodesAndFaces& of,
                             const BuiltScene& built, Solids& solids) {
   if (list.empty()) return nullptr;
@@ -130,7 +130,7 @@ const Found* deepest_inside(const std::vector<Found>& list, const NodesAndFaces&
   const BuiltScene::OfInstance& master = built.instances[sim.contact_nodes[of.master.body].body];
   const Solid* solid = solids.of(master);
   const Points x = sim.bodies[slave.body]->reference_positions()(slave.nodes, Eigen::all);
-  if (solid == nullptr) {  // its nodes alone tell where it is
+  if (solid == nullptr) {  // only its nodes bound it
     const Points& nodes = sim.bodies[sim.contact_nodes[of.master.body].body]->reference_positions();
     const Box box{nodes.colwise().minCoeff().transpose(), nodes.colwise().maxCoeff().transpose()};
     const auto found = std::find_if(list.begin(), list.end(), [&](const Found& node) {
@@ -168,7 +168,7 @@ void warn(const ContactPair& pair, const NodesAndFaces& of, const Found& found,
 void look_for_overlaps(const Scene& scene, BuiltScene& built, Report& report) {
   Simulation& sim = built.simulation;
   Solids solids(scene);
-  // Joints, behind the instances, touch nothing
+  // Joints, after the instances, do not touch
   std::vector<Box> boxes(sim.bodies.size(), {Vector3::Zero(), Vector3::Zero()});
   for (std::size_t b = 0; b < built.instances.size(); ++b)
     boxes[b] = extents(*sim.bodies[b], built.instances[b]);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Bodies that are inside each other before the first step.
+// Bodies that overlap before the first step.
 #pragma once
 
 #include "common/app/report.hpp"
@@ -7,11 +7,11 @@
 
 namespace cbr {
 
-// Looks at every pair of two bodies: nodes of either within the other's extents whose nearest
-// point of the other's faces has them straight behind it. Deeper than a face, and in the other's
-// body as its mesh says: a warning with pair, depth and node id, as contact takes such a node for
-// one on the other side of a thin body. Less deep, between bodies at rest, which nobody searches:
-// noted as the pair's initial overlap. Of large surfaces every k-th node is looked at.
+// Checks every pair of two bodies. Candidates are nodes of each within the other's extents,
+// straight behind the nearest of its faces. Deeper than a face, and inside the other's mesh: a
+// warning with pair, depth and node id. Contact would take such a node to be beyond a thin body.
+// Less deep, between bodies at rest, which are not searched: recorded as the pair's initial
+// overlap. Large surfaces: every k-th node.
 void look_for_overlaps(const Scene& scene, BuiltScene& built, Report& report);
 
 }  // namespace cbr
