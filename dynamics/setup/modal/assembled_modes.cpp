@@ -14,10 +14,10 @@
 namespace cbr {
 namespace {
 
-// The shift, of the lowest elastic squared frequency of the parts: near enough to converge fast,
-// and far enough that rigid motions do not drown the compliance of ties.
+// Shift, relative to the lowest elastic eigenvalue of the parts. Near enough for fast convergence,
+// and far enough that rigid motions do not hide the compliance of ties.
 constexpr double shift_share = 0.1;
-// Columns of A^T that are solved for together.
+// Columns of A^T solved together.
 constexpr Index columns_at_a_time = 64;
 
 using Triplets = std::vector<Eigen::Triplet<double, Index>>;
@@ -25,7 +25,7 @@ using Triplets = std::vector<Eigen::Triplet<double, Index>>;
 struct Part {
   const ModalBody* body = nullptr;
   Index first = 0, size = 0;
-  const MeshModes* mesh = nullptr;                 // in all of its dofs, else in modal coordinates
+  const MeshModes* mesh = nullptr;                 // in all of its dofs; null: modal coordinates
   std::shared_ptr<const SparseCholesky> factor{};  // of the mesh: Z^T (K - sigma M) Z
 };
 
@@ -179,7 +179,7 @@ class Assembled {
     }
   }
 
-  // -W^-1 A y: what ties carry, by the rows that are kept; 0 of the others   (m x columns)
+  // -W^-1 A y: tie forces of kept rows, 0 in others   (m x columns)
   Matrix carried(const Matrix& y) const {
     const Matrix gaps = A_ * y;
     Matrix p = -gaps(kept_, Eigen::all);
@@ -226,7 +226,7 @@ class Assembled {
     return c;
   }
 
-  // alpha and beta by mass and stiffness, ratios and loss factors by the mesh's share of the strain
+  // alpha and beta by mass and stiffness, ratios and loss factors by the mesh's part of the strain
   // energy.
   static Vector of_mesh(const Damping& damping, const MeshModes& mesh, const Matrix& x,
                         const Vector& omega) {

@@ -21,15 +21,15 @@ namespace {
 using Complex = std::complex<double>;
 using ComplexVector = Eigen::Matrix<Complex, Eigen::Dynamic, 1>;
 
-// Meshes have modes up to this multiple of the sweep's end; the rest answers by two terms of its
-// series in (w / omega)^2.
+// Meshes have modes up to this multiple of the sweep's end; the others respond by a series in (w /
+// omega)^2.
 constexpr double modes_beyond = 2;
-// Terms of that series: each leaves a quarter of the error.
+// Terms of that series: each reduces the error to a quarter.
 constexpr int series_terms = 6;
-// |omega^2 - w^2| of an undamped mode below this share of omega^2: on the resonance, to round-off.
+// omega^2 - w^2| / omega^2 of an undamped mode that counts as resonance within round-off.
 constexpr double on_resonance = 1e-9;
 
-// Motion of an instance's supports: amplitude and what it is of, along each axis.
+// Harmonic motion of an instance's supports: amplitude and kind, along each axis.
 struct Drive {
   std::array<SupportMotion, 3> motion{};
   Vector3 value = Vector3::Zero();
@@ -77,17 +77,17 @@ std::vector<Drive> drives_of(const Scene& scene_of_run) {
   return drives;
 }
 
-// What a body is asked: its shares of the rows of ties, then three sums for each set in the output.
+// Output quantities of a body: its part of the rows of ties, then three sums for each output set.
 struct Asked {
   std::vector<NodalSum> sums;
-  std::vector<Index> tie;  // row of ties of the first sums
+  std::vector<Index> tie;  // row of ties for each of the first sums
   std::vector<std::size_t> set;
   ModalAnswer answer;
   Vector c, loads;
-  // of a mesh, whose series follows it: damping alpha M + beta K
+  // of a mesh, for its series: damping alpha M + beta K
   double alpha = 0, beta = 0;
   Complex stiffer(double w) const { return {1, w * beta}; }
-  // What stands for w^2 in the series, which then is divided by stiffer(w).
+  // Replaces w^2 in the series, which is then divided by stiffer(w).
   Complex square(double w) const { return Complex(w * w, -w * alpha) / stiffer(w); }
 };
 
@@ -171,7 +171,7 @@ class Sweep {
     return inverse;
   }
 
-  // The sums under the body's own loads and its supports' motion.
+  // The sums under the body's own loads and prescribed motion.
   ComplexVector alone(std::size_t b, const ComplexVector& inverse, double w) const {
     const ModalAnswer& of = asked_[b].answer;
     ComplexVector g = asked_[b].loads.cast<Complex>();
@@ -205,8 +205,8 @@ class Sweep {
     }
   }
 
-  // Of the ties all rows but those that others imply, which is seen at a shift below all modes.
-  // Rows of dashpots have no compliance there; in motion they have.
+  // Independent rows of the ties, found at a shift below all modes. Rows of dashpots, which have no
+  // compliance there, are all kept.
   void take_independent_rows() {
     const auto m = static_cast<Index>(modal_.ties.size());
     if (m == 0) return;
@@ -233,8 +233,8 @@ class Sweep {
     std::sort(rows_.begin(), rows_.end());
   }
 
-  // What a translation of the whole body adds to the sum, by its components. Rotations of points
-  // take no part.
+  // Change of the sum per unit translation of the whole body, by component. Rotation nodes do not
+  // count.
   Vector3 carried(std::size_t b, const NodalSum& sum) const {
     const auto& rotations = modal_.built.instances[b].geometry->rotations;
     Vector3 whole = Vector3::Zero();
@@ -246,7 +246,7 @@ class Sweep {
     return whole;
   }
 
-  // Of x^k terms_k
+  // Sum of x^k terms_k, by Horner's scheme
   template <class Term>
   static ComplexMatrix sum(const std::vector<Term>& terms, Complex x) {
     ComplexMatrix all = terms.back().template cast<Complex>();
@@ -286,7 +286,7 @@ class Sweep {
     }
   }
 
-  // W x = b by real arithmetic, without rows that nothing moves.
+  // Solves W x = b in real arithmetic, without rows of zeros.
   static ComplexVector solve(const ComplexMatrix& W, const ComplexVector& b) {
     std::vector<Index> rows;
     for (Index i = 0; i < W.rows(); ++i)

@@ -23,9 +23,9 @@ struct HarmonicResponse {
   std::vector<OfSet> sets;
 };
 
-// Loads are sines in phase, with the amplitude of their value; so is the motion of supports.
-// Histories and gravity are left out. InputError: no sweep, no output.history, contact that is not
-// tied, nothing that excites, a frequency at which an undamped scene answers without bounds.
+// Response to loads and prescribed motions as sines in phase, with their values as amplitudes.
+// Without histories and gravity. InputError: no sweep, no output.history, contact that is not tied,
+// no excitation, a resonance frequency of an undamped scene.
 HarmonicResponse harmonic_response(const Scene& scene, Report& report);
 
 }  // namespace cbr

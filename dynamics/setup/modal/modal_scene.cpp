@@ -12,7 +12,7 @@
 namespace cbr {
 namespace {
 
-// The motion of a joint that the weight is along has no spring.
+// Whether the joint has no spring against motion along the weight.
 bool is_without_spring(const JointBody& joint, Index node, const Vector3& weight) {
   if (joint.joint().is_mass()) return false;
   Vector6 motion = Vector6::Zero();
@@ -20,7 +20,8 @@ bool is_without_spring(const JointBody& joint, Index node, const Vector3& weight
   return (joint.joint().stiffness * motion).isZero(0);
 }
 
-// Components of the relative position of a tied point, each a row; a frame's row of zeros is none.
+// Adds a row for each component of the relative position of a tied point, except rows of zeros of
+// its frame.
 void add_rows(const Simulation& sim, const ContactList& list, std::vector<TieRow>& rows) {
   for (const ContactPoint& point : list.points) {
     for (int axis = 0; axis < 3; ++axis) {
@@ -45,7 +46,7 @@ void add_rows(const Simulation& sim, const ContactList& list, std::vector<TieRow
   }
 }
 
-// What a tie that holds some nodes only leaves free shows in the frequencies.
+// Reports incomplete ties, whose free motions appear in the frequencies.
 void tell_ties(const Simulation& sim, Report& report) {
   for (const ContactPair& pair : sim.pairs) {
     if (!pair.has_state()) continue;
@@ -57,7 +58,7 @@ void tell_ties(const Simulation& sim, Report& report) {
   }
 }
 
-// M = L L^T over the motions that have mass: L^-T as columns, 6 x n, so that V^T M V = 1.
+// M = L L^T over the motions with mass: L^-T as columns, 6 x n, so that V^T M V = 1.
 Matrix mass_shapes(const Matrix6& M) {
   std::vector<Index> rows;
   for (Index i = 0; i < 6; ++i)
@@ -199,7 +200,7 @@ ModalAnswer ModalBody::answer_of_modes(const std::vector<NodalSum>& sums, int te
   return answer;
 }
 
-// Some sums at a time: their forces fill as many vectors of the mesh.
+// In batches, as each sum needs a vector of the mesh's size.
 void ModalBody::add_series(const std::vector<NodalSum>& sums, int terms,
                            ModalAnswer& answer) const {
   constexpr Index at_a_time = 64;
@@ -234,7 +235,7 @@ void ModalBody::add_series(const std::vector<NodalSum>& sums, int terms,
 }
 
 std::vector<Index> independent_rows(const Matrix& W) {
-  // Of W's pivots, each row scaled to 1
+  // Relative to W's pivots, with rows scaled to 1
   constexpr double implied = 1e-11;
   std::vector<Index> moved;
   for (Index i = 0; i < W.rows(); ++i)
@@ -263,7 +264,7 @@ std::unique_ptr<ModalScene> modal_scene(const Scene& scene, const MeshModesWante
     throw InputError(scene.file.string() + ": the scene has no instances");
   auto modal = std::make_unique<ModalScene>();
   modal->scene = scene;
-  TimeOptions time;  // every superelement in its diagonal form; there are no steps
+  TimeOptions time;  // every superelement in its diagonal form; without steps
   time.end = 1;
   time.step = 1;
   time.force_step = true;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Front door of dynamics/setup/modal: modes and harmonic response of a scene.
 //
-// A linear scene: instances in modal coordinates, each free or held, and what ties join. For
-// frequencies and harmonic response.
+// A linear scene: instances in modal coordinates, free or constrained, and ties. For frequencies
+// and harmonic response.
 #pragma once
 
 #include <memory>
@@ -25,13 +25,13 @@ struct NodalSum {
   std::vector<std::pair<Index, Vector3>> terms;
 };
 
-// How a body answers: of m sums y and forces p on them, with eta'' + c eta' + omega^2 eta = g + A^T
-// p,
+// Response of m sums y of a body to forces p on them, with eta'' + c eta' + omega^2 eta = g + A^T
+// p.
 //   y = A eta + sum over k of (w^2 - sigma)^k (S_k p + r_k)
-// and of springs and dashpots y = B (K + i w C)^-1 B^T p, whose S_0 is that without C; and, of an
-// acceleration a of the whole body (component axes), sum of (w^2 - sigma)^k I_k a. S, r and I:
-// statics of what is not in the modes (bases massless and characteristic; meshes in their lowest
-// modes, w: rad/s).
+// With an acceleration a of the whole body (component axes), also sum of (w^2 - sigma)^k I_k a.
+// Springs and dashpots: y = B (K + i w C)^-1 B^T p, whose S_0 is that without C. S, r and I:
+// residual response, of bases massless and characteristic, and of meshes in their lowest modes; w:
+// rad/s.
 struct ModalAnswer {
   Matrix A;               // m x n
   std::vector<Matrix> S;  // m x m each, or none
@@ -42,7 +42,7 @@ struct ModalAnswer {
   Matrix6 K, C;
 };
 
-// One body of the scene, as build() has made it.
+// One body of a scene from build().
 class ModalBody {
  public:
   ModalBody(Body& body, const MeshModes* mesh);
@@ -50,14 +50,14 @@ class ModalBody {
   const Vector& omega() const { return omega_; }
   Vector damping_rates() const;  // n
   Vector loads() const;
-  // Forces of an acceleration of the whole body, scene axes (n): what modal coordinates feel of it.
+  // Modal forces of an acceleration of the whole body, scene axes (n).
   Vector gravity(const Vector3& acceleration) const;
-  // Of a mesh so many terms of its series.
+  // `terms`: of a mesh's series.
   ModalAnswer answer(const std::vector<NodalSum>& sums, int terms = 1) const;
   const MeshModes* mesh() const { return mesh_; }
-  // The sums of a mesh by its dofs, component axes   (m x 3 N)
+  // The sums by the dofs of a mesh, component axes   (m x 3 N)
   SparseMatrix mesh_rows(const std::vector<NodalSum>& sums) const;
-  // The sum by nodes of the body itself, without those of points.
+  // The sum by nodes of the body itself, without points.
   std::vector<std::pair<Index, Vector3>> inner_terms(const NodalSum& sum) const;
   Vector3 local(const Vector3& v) const {
     return modal_ != nullptr ? Vector3(modal_->axes().transpose() * v) : v;
@@ -65,8 +65,8 @@ class ModalBody {
   void take_shape(const Vector& eta) {
     if (modal_ != nullptr) modal_->take_shape(eta);
   }
-  // From here on its coordinates are these shapes of a mesh (3 N x n, component axes), for
-  // take_shape() alone.
+  // Replaces the coordinates by these shapes of a mesh (3 N x n, component axes), for take_shape()
+  // only.
   void take_shapes(const Matrix& shapes);
 
  private:
@@ -82,39 +82,39 @@ class ModalBody {
   const MeshModes* mesh_ = nullptr;
 };
 
-// A row of what ties keep at zero: sums of displacements of two bodies.
+// A tie constraint: a sum of displacements of two bodies that is zero.
 struct TieRow {
   std::vector<std::pair<Index, NodalSum>> of_bodies;
-  bool is_dashpot = false;  // no stiffness: it acts in a sweep, and as damping of modes
+  bool is_dashpot = false;  // without stiffness: for sweeps, and as damping of modes
 };
 
-// Springs and dashpots of a joint: what they join moves by -B^T y, y the rows of ties that they are
-// in.
+// Springs and dashpots of a joint. Its ends move by -B^T y relative to each other, y the sums of
+// its rows of ties.
 struct Dashpots {
   std::vector<Index> rows;
   Matrix B;  // rows x 6
   Matrix6 C;
 };
 
-// Squared frequencies up to this share of the lowest elastic one of the parts are rigid motions.
+// Eigenvalues below this fraction of the lowest elastic one of the parts are rigid motions.
 constexpr double rigid_share = 1e-8;
 
 struct ModalScene {
   Scene scene;
   BuiltScene built;
-  std::vector<ModalBody> bodies;  // as built.simulation.bodies
+  std::vector<ModalBody> bodies;  // in the order of built.simulation.bodies
   std::vector<TieRow> ties;
 };
 
-// Rows of a symmetric positive semi-definite W (m x m) that determine the others: without those of
-// zeros, and without those that others imply to round-off; ascending.
+// Independent rows of a symmetric positive semi-definite W (m x m): without rows of zeros, and
+// without rows that depend on others within round-off; ascending.
 std::vector<Index> independent_rows(const Matrix& W);
 
-// Whether ties, links or points may join instances, or hold nodes of one together.
+// Whether ties, links or points may join instances, or couple nodes of one.
 bool has_ties(const Scene& scene);
 
-// The scene without `time`, with supports at rest, and `loads` or none. Precondition: its contact
-// is tied. InputError: as of build().
+// Builds the scene without `time`, with supports at rest, and with or without loads. Precondition:
+// its contact is tied. InputError: as of build().
 std::unique_ptr<ModalScene> modal_scene(const Scene& scene, const MeshModesWanted& wanted,
                                         bool loads, Report& report);
 

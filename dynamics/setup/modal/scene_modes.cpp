@@ -15,16 +15,16 @@
 namespace cbr {
 namespace {
 
-// Of joined meshes so many modes at least, so that one of them is elastic: it tells the shift.
+// Least number of modes of joined meshes, so that one is elastic: it determines the shift.
 constexpr Index fewest_modes = 7;
-// Compliance of ties below this share of the softest mode's counts as none: the tie holds the modes
-// themselves.
+// Compliance of ties below this fraction of the softest mode's is neglected: the tie then
+// constrains the modes.
 constexpr double no_compliance = 1e-9;
-// Where all parts are rigid there is no elastic frequency: of the softest tie, and of the highest
-// frequency.
+// Tolerance if all parts are rigid and have no elastic frequency: relative to the softest tie, and
+// to the highest frequency.
 constexpr double round_off = 1e-14;
 
-// Bodies that ties join, by the first of each group.
+// Groups of bodies joined by ties, ordered by their first.
 std::vector<std::vector<Index>> groups_of(const ModalScene& scene) {
   std::vector<Index> first(scene.bodies.size());
   std::iota(first.begin(), first.end(), Index{0});
@@ -50,13 +50,13 @@ std::vector<std::vector<Index>> groups_of(const ModalScene& scene) {
   return groups;
 }
 
-// Coordinates of several bodies one after the other, and the rows that ties keep at zero: A eta + S
-// p = 0, p what the ties carry. Without joints a row is A eta + S_bodies p.
+// Concatenated coordinates of several bodies, and the rows of ties: A eta + S p = 0, p the tie
+// forces. Without joints a row is A eta + S_bodies p.
 struct Joined {
   Vector lambda, c;       // n, of the bodies' own modes
   Matrix A, S, S_bodies;  // m x n, m x m
   std::vector<Index> first;
-  // rows that carry a force: all but those of dashpots without springs
+  // rows with a force: all but those of dashpots without springs
   std::vector<Index> stiff;
   std::vector<Dashpots> dashpots;
 };
@@ -121,8 +121,7 @@ struct Modes {
   Matrix forces;  // m x modes, of ties with compliance
 };
 
-// Where ties have compliance of their own they are springs, p = -S^-1 A eta; where they have none
-// they hold: A eta = 0.
+// Ties with compliance are springs, p = -S^-1 A eta; others are constraints, A eta = 0.
 Modes modes_of(const Joined& joined, Index count) {
   const Index n = joined.lambda.size();
   const double lowest = lowest_elastic(joined.lambda);
@@ -154,7 +153,7 @@ Modes modes_of(const Joined& joined, Index count) {
                        : count > 0 ? round_off * pairs.values.maxCoeff()
                                    : 0;
   for (Index j = 0; j < count; ++j) {
-    // Not of K's round-off, which is that of its highest frequency
+    // By the Rayleigh quotient in parts: K has round-off of its highest frequency
     const Vector eta = modes.shapes.col(j);
     double lambda = joined.lambda.dot(eta.cwiseAbs2());
     if (!springs.empty()) lambda += stiffness.dot((B * eta).cwiseAbs2());
@@ -176,7 +175,7 @@ Modes modes_of_one(const ModalBody& body, Index count) {
   return modes;
 }
 
-// phi . C phi of each mode: what its own damping and dashpots take.
+// phi . C phi of each mode: its own damping and dashpots.
 Vector damping_of(const Joined& joined, const Modes& modes) {
   Vector c = (joined.c.transpose() * modes.shapes.cwiseAbs2()).transpose();
   if (joined.dashpots.empty()) return c;
@@ -206,7 +205,7 @@ GroupModes modes_of_joined(const ModalScene& scene, const std::vector<Index>& bo
   return of;
 }
 
-// Meshes take their shapes for coordinates.
+// Meshes use their mode shapes as coordinates.
 GroupModes modes_of_assembled(ModalScene& scene, const std::vector<Index>& bodies, Index count) {
   AssembledModes modes = assembled_modes(scene, bodies, count);
   GroupModes of{modes.lambda, modes.c, std::move(modes.shapes)};

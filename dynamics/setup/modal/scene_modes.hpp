@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Frequencies and mode shapes of a scene: of each instance as it is held and damped, or of
-// instances that ties join.
+// Frequencies and mode shapes of a scene: of each constrained and damped instance, or of instances
+// joined by ties.
 #pragma once
 
 #include <memory>
@@ -14,11 +14,11 @@
 namespace cbr {
 
 struct InstanceModes {
-  std::string instance;       // of joined ones "a+b"
-  std::vector<Index> bodies;  // as ModalScene::bodies
-  Vector frequency_hz;        // ascending; 0 of free rigid motions
-  Vector damping_ratio;       // c / (2 omega); 0 of free rigid motions
-  // of each of the bodies: its modal coordinates, n x modes; the mass of a mode is 1
+  std::string instance;       // joined ones: "a+b"
+  std::vector<Index> bodies;  // as in ModalScene::bodies
+  Vector frequency_hz;        // ascending; 0 for free rigid motions
+  Vector damping_ratio;       // c / (2 omega); 0 for free rigid motions
+  // of each body: its modal coordinates, n x modes; unit modal mass
   std::vector<Matrix> shapes;
 };
 
@@ -27,9 +27,8 @@ struct SceneModes {
   std::vector<InstanceModes> instances;
 };
 
-// The lowest `n` (or all that there are) of each instance, or group of instances that ties join, in
-// the scene's order. Loads and contact that is not tied are left out; the scene's `time` is not
-// needed. RunError: no convergence.
+// The lowest `n` modes (or all) of each instance, or group of tied instances, in the scene's order.
+// Without loads and contact that is not tied; `time` is not needed. RunError: no convergence.
 SceneModes scene_modes(const Scene& scene, Index n, Report& report);
 
 }  // namespace cbr
