@@ -53,8 +53,8 @@ void refuse_what_cannot_be(const Scene& scene) {
   }
 }
 
-// Springs and dashpots on rigid bodies are as stable as they are inexact with any step: where
-// nothing else makes steps short, they do.
+// Springs and dashpots on rigid bodies are stable at any step, but inaccurate at long ones. They
+// limit the step if nothing else does.
 TimePlan plan_motion(const Scene& scene, const BuiltScene& built,
                      const std::vector<ContactKind>& in_contact) {
   const double every = scene.output.every;
@@ -72,8 +72,8 @@ TimePlan plan_motion(const Scene& scene, const BuiltScene& built,
   return plan;
 }
 
-// Exact bodies that only impulses meet answer as to forces that last. Penalty and nodal enforcement
-// are kept as they are published.
+// Exact bodies with impulses only respond to them as to constant forces in the step. Penalty and
+// nodal enforcement stay as published.
 void take_contact_step(const std::vector<ContactKind>& contact, const Simulation& sim,
                        std::vector<BodyPlan>& plans) {
   std::vector<char> only_impulses(contact.size(), 1);
@@ -86,13 +86,13 @@ void take_contact_step(const std::vector<ContactKind>& contact, const Simulation
     if (contact[b] != ContactKind::none && only_impulses[b]) plans[b].contact_step = sim.plan.h;
 }
 
-// Modal mass scaling of what touches: modes above 2 / step. What does not is as it was.
+// Modal mass scaling of modes above 2 / step, for bodies in contact only.
 void take_clip(const std::vector<ContactKind>& contact, double clip, std::vector<BodyPlan>& plans) {
   for (std::size_t b = 0; b < contact.size(); ++b)
     if (clip > 0 && contact[b] != ContactKind::none) plans[b].clip = clip;
 }
 
-// A surface of the skin that no instance brings to cbr-dyn.
+// InputError: a surface of the skin that no instance has.
 void require_skin(const Scene& scene, const BuiltScene& built) {
   if (!skin_acts(scene)) return;
   std::set<std::string> there_are;
@@ -120,10 +120,10 @@ void note_shells(const Scene& scene, BuiltScene& built) {
         "nothing");
 }
 
-// Components, each read once, and the instances made of them.
+// Components, each read once, and their instances.
 class Builder {
  public:
-  // refuses: an instance that cannot turn is an error where it should, else it stays linear.
+  // refuses: large rotation that is not possible is an error; false: the instance stays linear.
   Builder(SceneIndex& index, const BuildOptions& options, bool refuses, Report& report,
           BuiltScene& built)
       : index_(index),
@@ -144,7 +144,7 @@ class Builder {
   }
 
  private:
-  // Before any file is read whole.
+  // Before any file is read completely.
   void check() {
     std::set<std::string> checked;
     for (const Instance& instance : scene_.instances)
@@ -181,8 +181,8 @@ class Builder {
     return why.empty() ? why_linear(damping_of(index_, instance)) : why;
   }
 
-  // Threads pay when a product takes longer than bringing them together, and much longer than that
-  // when the machine has other work.
+  // Threads pay if a product takes longer than their synchronisation, by a wide margin as the
+  // machine may be busy.
   std::shared_ptr<RowThreads> threads() const {
     constexpr double worth_it = 1e-4;
     double longest = 0;
@@ -250,7 +250,7 @@ class Builder {
   std::map<std::string, MeshedComponent> meshed_;
 };
 
-// Who turns by any angle, and who could in another run.
+// Notes instances with large rotation, and the limits of others that allow it.
 void note_turning(const SceneIndex& index, bool is_automatic, BuiltScene& built) {
   const Scene& scene = index.scene();
   if (scene.time->rotations == Rotations::small)

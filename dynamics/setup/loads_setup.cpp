@@ -19,8 +19,8 @@ bool is_nodeset(const Geometry& geometry, const std::string& name) {
   return geometry.surfaces.count(name) == 0 && geometry.nodesets.count(name) > 0;
 }
 
-// A load on faces that a superelement has not kept but knows (its /loads); nullptr: there are none
-// of this name.
+// A load on faces that a superelement does not retain but has in its /loads; nullptr: none of this
+// name.
 const Superelement::InteriorLoad* load_inside(const BuiltScene::OfInstance& of,
                                               const std::string& surface) {
   if (of.parts.size() != 1 || of.geometry->surfaces.count(surface) > 0) return nullptr;
@@ -29,14 +29,14 @@ const Superelement::InteriorLoad* load_inside(const BuiltScene::OfInstance& of,
   return found != loads.end() ? &found->second : nullptr;
 }
 
-// Of a superelement that could have it: cbr-reduce takes in what the scene's loads act on.
+// InputError if a superelement lacks an interior load that cbr-reduce would add.
 void require_load_inside(const Scene& scene, const Instance& instance, const Geometry& geometry,
                          const Load& load) {
   if (!geometry.reduced || geometry.surfaces.count(load.surface) > 0 ||
       is_nodeset(geometry, load.surface))
     return;
   const Component& component = component_of(scene, instance);
-  if (!component.has_mesh) return;  // nobody reduces it again
+  if (!component.has_mesh) return;  // it cannot be reduced again
   const ReductionOptions& reduction = *component.reduction;
   if (reduction.is_decomposed() || reduction.basis != Basis::craig_bampton) return;
   std::vector<std::string> kept;
@@ -70,8 +70,8 @@ Vector3 add_load_inside(const Superelement& s, const Superelement::InteriorLoad&
   return inside.weight * traction;
 }
 
-// A pressure pushes into the faces: -p times the nodes' share of the area, as vectors along the
-// outward normals. Returns the resultant.
+// Adds a pressure, positive into the faces: -p times the nodes' area vectors along outward normals.
+// Returns the resultant.
 Vector3 add_pressure(const Load& load, const BuiltScene::OfInstance& of, const LoadHistory& history,
                      std::vector<BodyLoad>& loads) {
   const Geometry& geometry = *of.geometry;
@@ -95,7 +95,7 @@ Vector3 add_pressure(const Load& load, const BuiltScene::OfInstance& of, const L
   return forces.colwise().sum().transpose();
 }
 
-// What each node takes of a load, n: its share of the faces' area, or one, of a nodeset.
+// Weights of the nodes (n) of a load: tributary areas, or one for a nodeset.
 Vector load_weights(const Geometry& geometry, const Load& load) {
   if (geometry.surfaces.count(load.surface) > 0 || load.kind == Load::Kind::traction)
     return face_weights(find_surface(geometry, load.instance, load.surface, load.source),
@@ -105,8 +105,8 @@ Vector load_weights(const Geometry& geometry, const Load& load) {
   return weights;
 }
 
-// A moment on the nodes of a set: the forces of least weighted squares that have it and no
-// resultant, as those on a point that moves with the set in the mean (RBE3).
+// Adds a moment on the nodes of a set. The forces have that moment, no resultant, and the least
+// weighted sum of squares, as for an averaged point (RBE3).
 void add_moment(const Load& load, const Instance& instance, const BuiltScene::OfInstance& of,
                 const Points& positions, const LoadHistory& history, std::vector<BodyLoad>& loads) {
   const Geometry& geometry = *of.geometry;
@@ -134,7 +134,7 @@ void add_moment(const Load& load, const Instance& instance, const BuiltScene::Of
   loads.push_back({.vector = std::move(vector), .history = history});
 }
 
-// A force on each node of `weights` times the traction.
+// Adds forces of `weights` times the traction.
 void add_traction(const Vector& weights, const Vector3& traction, const Load& load,
                   const LoadHistory& history, std::vector<BodyLoad>& loads) {
   VectorForce vector{{}, traction, load.follows};
@@ -153,7 +153,7 @@ void add_resultant(Index body, const Vector3& force, const LoadHistory& history,
 
 }  // namespace
 
-// Of surfaces and histories that many loads have there is one of each.
+// Surfaces and histories are shared among loads.
 std::vector<BodyPlan> body_plans(const SceneIndex& index, BuiltScene& built) {
   std::vector<BodyPlan> plans(built.simulation.bodies.size());
   std::map<std::pair<const Geometry*, std::string>, Vector> weights;

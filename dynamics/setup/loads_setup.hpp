@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The loads of a scene, on the bodies that they act on.
+// Loads of a scene, on their bodies.
 #pragma once
 
 #include <vector>
@@ -10,8 +10,8 @@
 
 namespace cbr {
 
-// The plan of each body, with its loads; supports get what they carry. InputError: a set that is
-// not there, or that cannot take this kind of load.
+// The plan of each body, with its loads; supports get their reaction sets. InputError: a missing
+// set, or a set that does not allow this kind of load.
 std::vector<BodyPlan> body_plans(const SceneIndex& index, BuiltScene& built);
 
 }  // namespace cbr

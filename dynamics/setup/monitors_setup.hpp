@@ -7,7 +7,7 @@
 
 namespace cbr {
 
-// After contact and the bodies. InputError: a set that is not there.
+// After contact and the bodies. InputError: a missing set.
 void add_monitors(const SceneIndex& index, BuiltScene& built);
 
 }  // namespace cbr

@@ -17,9 +17,9 @@
 namespace cbr {
 namespace {
 
-// Of a surface at most so many nodes, and of its partner faces, are looked at.
+// Largest number of nodes of a surface that are checked, and of its partner's faces.
 constexpr std::size_t most_looked_at = 300;
-// Cosine of 101 degrees: normals that oppose each other at least so much can touch.
+// Cosine of 101 degrees: normals with a smaller one can touch.
 constexpr double opposed = -0.2;
 
 Points contact_points(const Simulation& sim, const ContactSurface& surface) {
@@ -30,11 +30,11 @@ Points contact_points(const Simulation& sim, const ContactSurface& surface) {
 std::size_t stride_of(std::size_t n) { return std::max<std::size_t>(1, n / most_looked_at); }
 
 struct Look {
-  bool opposed = false;   // some node's normal is against some face's
-  bool in_front = false;  // and it is before the face, or no deeper behind it than its size
+  bool opposed = false;   // a node's normal opposes a face's
+  bool in_front = false;  // and it is in front of the face, or behind it by at most its size
 };
 
-// Nodes of the slave and faces of the master.
+// Checks nodes of the slave against faces of the master.
 Look look_at_faces(const ContactPair& pair, const Simulation& sim) {
   const Points x = contact_points(sim, *pair.slave), y = contact_points(sim, *pair.master);
   Look look;
@@ -74,7 +74,7 @@ void warn_of_backs(const ContactPair& pair, const Simulation& sim, const std::ve
     return;
   const Look look = pair.wall ? look_at_wall(pair, sim) : look_at_faces(pair, sim);
   if (look.in_front) return;
-  if (look.opposed) {  // bodies inside each other are another matter, told by look_for_overlaps()
+  if (look.opposed) {  // look_for_overlaps() reports overlapping bodies
     const auto box = [&](const ContactSurface& surface) {
       return boxes[sim.contact_nodes[surface.body].body];
     };
@@ -89,19 +89,19 @@ void warn_of_backs(const ContactPair& pair, const Simulation& sim, const std::ve
 
 double size_of(const Box& box) { return (box.upper - box.lower).maxCoeff(); }
 
-// Between two boxes.
+// Distance of two boxes.
 double gap_between(const Box& a, const Box& b) {
   const Vector3 apart = (a.lower - b.upper).cwiseMax(b.lower - a.upper).cwiseMax(0);
   return apart.norm();
 }
 
-// More than half of each edge of both.
+// Whether the overlap exceeds half of each edge of both.
 bool share_most(const Box& a, const Box& b) {
   const Vector3 shared = a.upper.cwiseMin(b.upper) - a.lower.cwiseMax(b.lower);
   return (shared.array() > 0.5 * (a.upper - a.lower).cwiseMax(b.upper - b.lower).array()).all();
 }
 
-// How far two instances can come towards each other by what the scene says of their speed.
+// Bound of the approach of two instances by the speeds and motions in the scene.
 double way_of(const Scene& scene, const Instance& a, const Instance& b) {
   double way = (a.velocity - b.velocity).norm() * scene.time->end;
   for (const Load& load : scene.loads)
@@ -138,7 +138,7 @@ void warn_of_unit(const Scene& scene, const std::vector<Box>& boxes, std::size_t
   report.warning(text.str());
 }
 
-// Shells whose rotations are inside are hinged where their mesh is clamped.
+// Shells whose rotations are interior are hinged where their mesh is clamped.
 void warn_of_hinge(const Scene& scene, const BoundaryCondition& condition, const BuiltScene& built,
                    Report& report) {
   const auto found = std::find_if(scene.instances.begin(), scene.instances.end(),
@@ -158,7 +158,7 @@ void warn_of_hinge(const Scene& scene, const BoundaryCondition& condition, const
                  "shells inside: to clamp it, set that to false and run cbr-reduce");
 }
 
-// The shortest time in which a history leaves a value and turns back.
+// Shortest time in which a history leaves a value and returns.
 double shortest_pulse(const History& history) {
   double shortest = std::numeric_limits<double>::infinity(), start = 0;
   int before = 0;
@@ -190,7 +190,7 @@ void warn_of_odd_scenes(const Scene& scene, const BuiltScene& built, Report& rep
     if (pair.wall) continue;
     const std::pair<Index, Index> two = std::minmax(sim.contact_nodes[pair.slave->body].body,
                                                     sim.contact_nodes[pair.master->body].body);
-    // Of many instances most may be far from each other and near to others
+    // Of many instances most may be distant from some and near to others
     const bool is_alone = !pair.of_all || built.instances.size() == 2;
     if (is_alone && two.first != two.second && two.second < static_cast<Index>(boxes.size()) &&
         looked_at.insert(two).second)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a scene can hardly mean, told before its run.
+// Warnings of implausible scenes, before the run.
 #pragma once
 
 #include "common/app/report.hpp"
@@ -8,13 +8,13 @@
 
 namespace cbr {
 
-// Warns of pairs of contact surfaces that look away from each other, and of instances whose
-// positions look like another unit of length than their mesh: apart by hundreds of their size
-// without the speed to meet, or one in the other. Where they start counts.
+// Warns of contact surfaces that face away from each other. Also of instances whose positions seem
+// to have another unit of length than their mesh. They are hundreds of sizes apart without the
+// speed to meet, or one is inside the other. Considers initial positions.
 void warn_of_odd_scenes(const Scene& scene, const BuiltScene& built, Report& report);
 
-// Of a pulse between two steps, which would leave no trace: only a body that moves exactly takes a
-// load as it is between its steps.
+// Warns of pulses between two steps, which would have no effect. Only bodies with exact motion
+// include loads within a step.
 void warn_of_missed_loads(const SceneIndex& index, const BuiltScene& built, Report& report);
 
 }  // namespace cbr

@@ -18,7 +18,7 @@ void refuse_motion(const Scene& scene) {
                        "': velocity has no meaning with time: {static: true}: remove it");
 }
 
-// Forces that last have no step to be as stiff as.
+// Static forces have no step to define a penalty stiffness.
 void refuse_enforcement(const Scene& scene) {
   for (const ContactOptions& contact : scene.contact)
     if (contact.enforcement != Enforcement::impulse)

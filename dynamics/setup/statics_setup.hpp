@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Scenes of statics: what they cannot have, and what they are run as.
+// Static scenes: unsupported keys, and the scene of the run.
 #pragma once
 
 #include "common/scene/scene.hpp"
@@ -7,14 +7,14 @@
 
 namespace cbr {
 
-// InputError: what statics, of the run or before it, do not know; what only statics know in a scene
+// InputError: keys that statics do not support, in the run or a preload; keys of statics in a scene
 // without them.
 void check_statics(const Scene& scene);
 
-// Loads without a history grow from 0 to what they are at the end.
+// Lets loads without a history grow from 0 to their value at the end.
 Scene with_growing_loads(Scene scene);
 
-// Load steps of time.step, or ten; fitted to the outputs.
+// Load steps of time.step, or ten; adjusted to the outputs.
 TimePlan plan_statics(const TimeOptions& time, double every);
 
 }  // namespace cbr

@@ -16,13 +16,13 @@ namespace {
 
 using Entries = std::vector<Eigen::Triplet<double, Index>>;
 
-// Stress as rows over the displacements of the instance's nodes (3 N), component axes.
+// Stresses as rows in terms of the displacements of the instance's nodes (3 N), component axes.
 class StressRows {
  public:
   explicit StressRows(const InstanceElements& elements) : elements_(elements) {}
 
-  // Six rows a node and material that meets it, by ids of nodes and blocks: the mean of the
-  // elements' stresses there.
+  // Adds six rows per node and material, by ids of nodes and blocks: the mean of the elements'
+  // stresses.
   void add_nodes(const std::vector<Index>& nodes, StressWatch& watch) {
     std::vector<std::array<Index, 3>> found;  // node id, block id, place
     for (const Index node : nodes)
@@ -46,7 +46,7 @@ class StressRows {
     rows_ = 6 * static_cast<Index>(watch.ids.size());
   }
 
-  // Six rows an element: the stress at its centre. False: there is no such element.
+  // Adds six rows for the stress at an element's centre. False: no such element.
   bool add_element(Index id, StressWatch& watch) {
     for (const auto& group : elements_.groups()) {
       const auto found = std::find(group.element_ids.begin(), group.element_ids.end(), id);
@@ -64,11 +64,11 @@ class StressRows {
     return false;
   }
 
-  // 6 m x 3 N, turned to the scene's axes by T.
+  // 6 m x 3 N, rotated to the scene's axes by T.
   SparseMatrix matrix(const Matrix3& T) const {
     SparseMatrix S(rows_, 3 * elements_.n_nodes()), turn(rows_, rows_);
     S.setFromTriplets(entries_.begin(), entries_.end());
-    // column j: of a unit component j
+    // column j: for a unit component j
     const Matrix of_one = turned_stress(Matrix::Identity(6, 6), T).transpose();
     Entries blocks;
     for (Index row = 0; row < rows_; row += 6)
@@ -120,7 +120,7 @@ class StressRows {
   Index rows_ = 0;
 };
 
-// Over the body's coordinates.
+// Rows in terms of the body's coordinates.
 void take_rows(const InstanceElements& elements, const SparseMatrix& S, StressWatch& watch) {
   if (elements.is_mesh()) {
     watch.sparse_rows = S;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// output.stress and histories of sets inside superelements: what the recorder evaluates.
+// Rows for output.stress and histories of interior sets of superelements.
 #pragma once
 
 #include "common/scene/scene.hpp"
@@ -8,11 +8,11 @@
 
 namespace cbr {
 
-// Fills simulation.watches and scans. InputError: no recovery data; a set or element that is not
-// there; a body that turns.
+// Fills simulation.watches and scans. InputError: no recovery data; a missing set or element; a
+// body with large rotation.
 void add_stress(const SceneIndex& index, BuiltScene& built);
 
-// Of a set that the superelement recovers: rows and reference of the monitor. InputError as above.
+// Fills rows and reference of the monitor of an interior set. InputError as above.
 void watch_inside(const SceneIndex& index, const SurfaceName& set, const BuiltScene::OfInstance& of,
                   Monitor& monitor);
 

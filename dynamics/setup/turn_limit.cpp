@@ -13,11 +13,11 @@
 namespace cbr {
 namespace {
 
-// A body that leans by its width over its height times this loses so much of the moment by which
-// its weight sets it upright.
+// Relative loss of the restoring moment of the weight, at the limit. The loss is 1 at an angle of
+// width over height.
 constexpr double weight_share = 0.05;
 
-// Up is the axis that gravity is nearest to.
+// The vertical axis is the one nearest to gravity.
 double limit_of_weight(const Box& box, const Vector3& gravity) {
   const Vector3 edges = box.upper - box.lower;
   Index up = 0;

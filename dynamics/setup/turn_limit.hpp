@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How far linear bodies may turn.
+// Limits of the rotation of linear bodies.
 #pragma once
 
 #include <vector>
@@ -9,9 +9,9 @@
 
 namespace cbr {
 
-// Per instance, rad: beyond it a linear one is wrong. 5 degrees; less of a tall one that stands or
-// hangs under gravity, whose weight loses 5 % of its moment before that. HUGE_VAL: it turns, or
-// cannot turn.
+// Per instance, rad: the rotation beyond which a linear model is wrong. 5 degrees; less for a tall
+// body that stands or hangs under gravity and loses 5 % of its restoring moment earlier. HUGE_VAL:
+// it has large rotation, or does not allow it.
 std::vector<double> turn_limits(const SceneIndex& index, const BuiltScene& built);
 
 }  // namespace cbr
