@@ -11,20 +11,21 @@
 namespace cbr {
 namespace {
 
-// The pair's share of a search: resultants, extremes.
+// Books the results of one search of the pair: resultants, extremes.
 void book_pair(const ContactGroup& group, const ContactSearch& of, const EnforcementResult& result,
                const ContactState& state, const ContactPair& pair, PairState& now, Index& active) {
   const bool tied = pair.law.law == ContactLaw::tied;
   const double side = of.memory == &now.back ? -1 : 1;
-  const double share = pair.formulation == Formulation::two_way ? 0.5 : 1;  // seen from both sides
-  Index counted = -1;  // a node that two faces hold stands for one area, the larger
+  // each side has its own search
+  const double share = pair.formulation == Formulation::two_way ? 0.5 : 1;
+  Index counted = -1;  // a node at two faces counts with the larger area only
   double counted_area = 0;
   for (auto i = of.first; i < of.last; ++i) {
     const ContactPoint& point = group.list.points[i];
     const auto p = result.p.row(static_cast<Index>(i));
     const double normal = p[0];
     const bool acts = tied ? !p.isZero(0) : result.pushes(static_cast<Index>(i));
-    // A penalty looks at gaps at the start of a step
+    // Penalty uses gaps at the start of a step
     const double gap = pair.enforcement == Enforcement::penalty
                            ? point.start_gap
                            : result.gap(static_cast<Index>(i), 0);
@@ -52,8 +53,8 @@ void book_unknowns(const EnforcementResult& result, std::size_t search, PairStat
   now.most_unknowns = std::max(now.most_unknowns, result.n_unknowns[search]);
 }
 
-// Adds pressures at the corners of a surface, and those that they have in the mean at the nodes
-// between them, of faces that they push.
+// Adds pressures at the corners of a surface, and their means at the other nodes of the loaded
+// faces.
 void spread_over_faces(const ContactSurface& surface, const ContactBody& body,
                        const Points& at_corners, Points& sum) {
   for (Index slot = 0; slot < at_corners.rows(); ++slot)
@@ -78,8 +79,7 @@ void spread_over_faces(const ContactSurface& surface, const ContactBody& body,
   }
 }
 
-// The normal impulses on the nodes, slave and master; in their place pressures, where these are
-// known.
+// Books normal impulses at slave and master nodes, or pressures where these are known.
 void book_pressure(const ContactGroup& group, const ContactSearch& of, const ContactPair& pair,
                    const EnforcementResult& result, ContactState& state) {
   const bool of_mortar = pair.formulation == Formulation::mortar && pair.slave->middle.rows() > 0;
@@ -162,8 +162,7 @@ void book_walls(Simulation& sim, const ContactGroup& group, const EnforcementRes
   }
 }
 
-// Of the mean force over a load step: half of the work of the one at its start, and of the one at
-// its end.
+// Work of the mean force over a load step: half by the force at its start, half by that at its end.
 void book_last_forces_of_walls(Simulation& sim) {
   for (ContactPair& pair : sim.pairs) {
     if (!pair.wall) continue;
@@ -178,7 +177,7 @@ static void change_force_of_wall(const Simulation& sim, ContactPair& pair, const
                                  double h) {
   PairState& state = pair.state();
   const Body& body = *sim.bodies[sim.contact_nodes[pair.slave->body].body];
-  // Central differences have the work of impulses at the mean of the rates beside them
+  // In central differences impulses do work with the mean of the adjacent rates
   const double ahead = body.is_exact() ? body.lasting_share() * h : 0;
   const WallImpulse change{ahead * (force.normal - state.wall_force),
                            ahead * (force.friction - state.wall_friction)};
@@ -223,7 +222,7 @@ void remember(const Simulation& sim, const ContactGroup& group, const Enforcemen
 
 namespace {
 
-// Where its contact nodes are now.
+// Current position of its contact nodes.
 ContactBody standing_body(const Simulation& sim, Index contact) {
   const ContactNodes& nodes = sim.contact_nodes[contact];
   Body& body = *sim.bodies[nodes.body];

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a solution of contact leaves in the pairs: resultants, extremes, and what the next search
-// knows.
+// Transfers a solution of contact to the pairs: resultants, extremes, and the state for the next
+// search.
 #pragma once
 
 #include "dynamics/contact/enforce/enforcement.hpp"
@@ -9,24 +9,24 @@
 
 namespace cbr {
 
-// Sums of the pairs and contact bodies since the last output, and the outcome of the step.
+// Adds to sums of pairs and contact bodies since the last output, and to the outcome of the step.
 void book(Simulation& simulation, const ContactGroup& group, const EnforcementResult& result,
           ContactState& state, ContactOutcome& outcome);
 
-// What walls that move have done on the bodies: h, a step's length; in statics first of the forces
-// at the start of a load step, for all pairs, and then of those at its end.
+// Work of moving walls on the bodies. h: length of the step. In statics first with the forces at
+// the start of a load step, for all pairs, then with those at its end.
 void book_walls(Simulation& simulation, const ContactGroup& group, const EnforcementResult& result,
                 double h);
 void book_last_forces_of_walls(Simulation& simulation);
 void book_walls_in_statics(Simulation& simulation, const ContactGroup& group,
                            const EnforcementResult& result);
-// Of forces that last a body's momentum has a share before it is given. p: those on the group's
-// points, as EnforcementResult::p; end: of walls that nothing has been near to in the step.
+// Lasting forces add a part of their impulse to a body's momentum before the step ends. p: forces
+// at the group's points, as EnforcementResult::p; end: for walls out of reach in the step.
 void book_lasting_forces_of_walls(Simulation& simulation, const ContactGroup& group,
                                   const Points& p, double h);
 void end_lasting_forces_of_walls(Simulation& simulation, const ContactOutcome& outcome, double h);
 
-// What the pairs' next search starts from.
+// State for the next search of the pairs.
 void remember(const Simulation& simulation, const ContactGroup& group,
               const EnforcementResult& result);
 

@@ -12,8 +12,7 @@
 namespace cbr {
 namespace {
 
-// Appends what holds tied surfaces and points together: the same rows in every step, but for links
-// of what turns.
+// Appends ties: the same rows in every step, except links with large rotation.
 void collect_ties(Simulation& sim, const ContactPair& tied, ContactState& state,
                   ContactList& list) {
   const PairState& pair = tied.seen();
@@ -28,8 +27,7 @@ void collect_ties(Simulation& sim, const ContactPair& tied, ContactState& state,
   }
 }
 
-// Whether the points of the last search stand. Overlaps that are left at edges may open: they are
-// searched.
+// Whether the points of the last search are reused. Overlaps at edges may open and need a search.
 bool stands(const Simulation& sim, const ContactPair& pair, bool initial, PairState& now,
             ContactState& state, ContactList& list) {
   if (!pair.may_stand || initial || !now.back.offset.isZero(0) || !now.edges.offset.isZero(0))
@@ -38,7 +36,7 @@ bool stands(const Simulation& sim, const ContactPair& pair, bool initial, PairSt
                        state.bodies[pair.master->body], sim.detection, now.memory, list);
 }
 
-// Appends the points of both sides' nodes and of edges, as searches of their own.
+// Appends the points of both sides' nodes and of edges, as separate searches.
 void search_faces(Simulation& sim, Index p, bool initial, ContactState& state,
                   ContactGroup& group) {
   const ContactPair& pair = sim.pairs[p];
@@ -145,7 +143,7 @@ std::vector<std::vector<Index>> islands(const Simulation& sim, const std::vector
   std::vector<Index> root(sim.contact_nodes.size());
   std::iota(root.begin(), root.end(), Index{0});
   const auto find = [&](Index b) {
-    for (; root[b] != b; b = root[b]) root[b] = root[root[b]];  // chains of bodies stay short
+    for (; root[b] != b; b = root[b]) root[b] = root[root[b]];  // path compression
     return b;
   };
   for (const Index p : due)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Which pairs are solved together in a step, and the points that their searches find.
+// Pairs that are solved together in a step, and the points of their searches.
 #pragma once
 
 #include <vector>
@@ -8,33 +8,32 @@
 
 namespace cbr {
 
-// The points that one search of a pair has found: its slave's nodes, or those of its master in a
-// two-way contact.
+// Points of one search of a pair: its slave's nodes, or the master's in two-way contact.
 struct ContactSearch {
   Index pair = 0;
   PairMemory* memory = nullptr;
   std::size_t first = 0, last = 0;
 };
 
-// The points of some pairs, solved together.
+// The points of several pairs, solved together.
 struct ContactGroup {
   std::vector<ContactSearch> searches;
   ContactList list;
   std::vector<PointLaw> laws;
   Points guess;               // impulses of the last step, in the points' frames
-  std::vector<Index> bodies;  // contact bodies that a point has terms on, ascending
+  std::vector<Index> bodies;  // contact bodies with terms in a point, ascending
 };
 
-// The points of `pairs` at the bodies' start and predicted end; slips of those with friction are
-// filled. extra_reach: a length by which searches reach farther than this motion asks for.
+// Points of `pairs` at the bodies' start and predicted end, with slips for friction. extra_reach:
+// reach beyond that for this motion.
 ContactGroup collect(Simulation& simulation, const std::vector<Index>& pairs, bool initial,
                      ContactState& state, double extra_reach = 0);
 
-// The functions that the searches of a group may have as unknowns.
+// Pressure functions that may be unknowns of a group's searches.
 std::vector<FunctionsOfSearch> functions_of(const Simulation& simulation,
                                             const ContactGroup& group);
 
-// Of the due pairs those of one enforcement, pairs that share a body together.
+// Groups the due pairs of one enforcement; pairs that share a body are in the same group.
 std::vector<std::vector<Index>> islands(const Simulation& simulation, const std::vector<Index>& due,
                                         Enforcement enforcement);
 

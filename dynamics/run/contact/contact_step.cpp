@@ -22,7 +22,7 @@ void add_and_move(Body& body, Index set, const Points& impulses, ImpulseKind kin
   contact.response.add_product(impulses, contact.end);
 }
 
-// Hands the impulses of the group to the bodies; nodal: as velocities of the nodes alone.
+// Applies the group's impulses to the bodies; nodal: as velocities of the nodes only.
 void deliver(Simulation& sim, const ContactGroup& group, bool nodal, double h, ContactState& state,
              ContactOutcome& outcome) {
   for (const Index b : group.bodies) {
@@ -75,7 +75,7 @@ double largest_frequency(const Simulation& sim, const ContactGroup& group) {
   return omega;
 }
 
-// The springs' stretch at the start of the step, per point.
+// Extension of the springs at the start of the step, per point.
 Points elastic_slips(const ContactGroup& group) {
   Points slip = Points::Zero(static_cast<Index>(group.list.points.size()), 3);
   for (const ContactSearch& of : group.searches) {
@@ -86,7 +86,7 @@ Points elastic_slips(const ContactGroup& group) {
   return slip;
 }
 
-// Adds the step's motion to the stretch of the springs in contact; the others are let go.
+// Adds the step's motion to the extension of springs in contact; resets the others.
 void stretch_springs(const Simulation& sim, const ContactGroup& group,
                      const EnforcementResult& result, const Points& slip,
                      const ContactState& state) {
@@ -106,7 +106,7 @@ void stretch_springs(const Simulation& sim, const ContactGroup& group,
   }
 }
 
-// memory: null for nodal contact, which keeps none.
+// memory: null for nodal contact, which has no state.
 EnforcementResult enforce(Simulation& sim, const ContactGroup& group, double h, ContactState& state,
                           ImpulseMemory* memory, ContactOutcome& outcome) {
   const bool nodal = memory == nullptr;
@@ -120,8 +120,8 @@ EnforcementResult enforce(Simulation& sim, const ContactGroup& group, double h, 
   return result;
 }
 
-// What statics do beside shapes with mass under the last step's forces, in scene axes: the
-// predicted end is without it, and nearly the same comes again. Empty: nothing.
+// Residual displacement under the last step's forces, scene axes. The predictor excludes it; it is
+// a good guess for this step. Empty: none.
 Points last_statics(const ContactBody& body) {
   const auto& thin = body.response.thin;
   if (!thin || thin->A->rows() == 0 || thin->rows->size() == 0 ||
@@ -135,8 +135,8 @@ Points last_statics(const ContactBody& body) {
   return statics;
 }
 
-// Finds the points where bodies will about be with the last forces, as what these do has no share
-// in a step's length; their gaps are those without any.
+// Searches with the residual displacement under the last forces, which does not count in the motion
+// of the step. The gaps of the points exclude it.
 ContactGroup collect_with_statics(Simulation& sim, const std::vector<Index>& pairs, bool initial,
                                   ContactState& state) {
   std::map<Index, Points> statics;
@@ -165,8 +165,7 @@ ContactGroup collect_with_statics(Simulation& sim, const std::vector<Index>& pai
   return group;
 }
 
-// The points of some pairs, ready to be solved; without points the pairs have forgotten what they
-// knew.
+// Points of several pairs, ready to be solved. Without points it resets the state of the pairs.
 ContactGroup start_group(Simulation& sim, const std::vector<Index>& pairs, double h, bool initial,
                          ContactState& state, StepSeconds& seconds) {
   ContactGroup group = [&] {
@@ -182,12 +181,12 @@ ContactGroup start_group(Simulation& sim, const std::vector<Index>& pairs, doubl
   return group;
 }
 
-// Some islands at a time: their points are kept until all have been searched.
+// Number of islands per batch, as the points of a batch are kept until all are searched.
 constexpr std::size_t islands_at_once = 256;
-// An island of more points is solved by itself, with all threads.
+// A larger island is solved alone, with all threads.
 constexpr std::size_t many_points = 256;
 
-// The islands of one enforcement, which share no body.
+// Islands of one enforcement, which share no body.
 class Islands {
  public:
   Islands(Simulation& sim, double h, bool initial, ContactState& state, ContactOutcome& outcome)
@@ -243,7 +242,7 @@ class Islands {
   }
   const Body& body(Index contact) const { return *sim_.bodies[sim_.contact_nodes[contact].body]; }
 
-  // What all bodies share is asked, and made, here.
+  // Computes data shared by bodies, in one thread.
   void get_ready(Island& island) {
     prepare(sim_, island.group, h_, state_);
     const Index p = island.pairs->front();
@@ -260,7 +259,7 @@ class Islands {
     if (island.memory != nullptr) find_lasting_forces(sim_, group, result, h_, state_);
   }
 
-  // work() of those for which `shared` holds by several threads, then of the others.
+  // work() for islands with `shared`, by several threads, then for the others.
   template <typename Shared, typename Work>
   void for_each(const Shared& shared, const Work& work) {
     order_.clear();
@@ -281,7 +280,7 @@ class Islands {
   std::vector<Island*> order_;
 };
 
-// Of the points, over the step as far as it is known.
+// Normal motion of the points in the step, as predicted so far.
 Vector normal_motions(const ContactGroup& group, const ContactState& state) {
   Vector motion(static_cast<Index>(group.list.points.size()));
   for (Index i = 0; i < motion.size(); ++i) {
@@ -291,12 +290,12 @@ Vector normal_motions(const ContactGroup& group, const ContactState& state) {
   return motion;
 }
 
-// A pair with springs that have pushed.
+// A penalty pair with applied impulses.
 struct PushedSprings {
   ContactGroup group;
-  EnforcementResult result;  // gaps without any impulses of the step
-  Points slip;               // see elastic_slips
-  Vector motion;             // of the points along their normals, as the gaps know it
+  EnforcementResult result;  // gaps without impulses of the step
+  Points slip;               // of elastic_slips()
+  Vector motion;             // normal motion of the points included in the gaps
 };
 
 void push_springs(Simulation& sim, Index p, double h, bool initial, ContactState& state,
@@ -317,9 +316,9 @@ void push_springs(Simulation& sim, Index p, double h, bool initial, ContactState
   pushed.push_back(std::move(springs));
 }
 
-// Once all that acts in the step is known: a node that is pressed into a face by what acts
-// elsewhere touches it as well as one that comes by itself. Else it would count as found behind the
-// face, and be left there, deeper with every step.
+// Updates gaps when all impulses of the step are known. Nodes that impulses elsewhere press into a
+// face then count as touching. Otherwise the next step would find them behind the face and keep
+// their penetration, which would grow with every step.
 void finish_springs(const Simulation& sim, const ContactState& state, PushedSprings& springs) {
   springs.result.gap.col(0) += normal_motions(springs.group, state) - springs.motion;
   stretch_springs(sim, springs.group, springs.result, springs.slip, state);
@@ -333,7 +332,7 @@ void ContactOutcome::start(const Simulation& simulation) {
   near.assign(simulation.pairs.size(), 0);
   has_met = near;
   active.assign(simulation.pairs.size(), 0);
-  // what the scene names is written whether it meets or not
+  // pairs named in the scene are recorded even if they never meet
   for (std::size_t p = 0; p < simulation.pairs.size(); ++p) {
     if (simulation.pairs[p].of_all) continue;
     has_met[p] = 1;
@@ -354,8 +353,8 @@ void contact_step(Simulation& sim, const std::vector<Index>& due, double h, bool
                   ContactState& state, ContactOutcome& outcome, StepSeconds& seconds) {
   outcome.next_step();
   outcome.searched = due;
-  // Penalty knows the start only; impulses see its effect on the end; nodal changes what the others
-  // leave.
+  // Penalty depends on the start only. Impulses include its effect on the end. Nodal corrects the
+  // remaining gaps.
   std::vector<PushedSprings> pushed;
   for (const Index p : due)
     if (sim.pairs[p].enforcement == Enforcement::penalty)

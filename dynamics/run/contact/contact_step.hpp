@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Contact of one step: between the bodies' prediction and its acceptance.
+// Contact of one step, between prediction and acceptance of the bodies.
 #pragma once
 
 #include <map>
@@ -10,36 +10,35 @@
 
 namespace cbr {
 
-// What contact keeps from step to step.
+// State of contact between steps.
 struct ContactState {
-  std::vector<ContactBody> bodies;  // as Simulation::contact_nodes
-  // Some pair has penalty springs, whose dashpots know the motion of a step without impulses: no
-  // forces are carried then.
+  std::vector<ContactBody> bodies;  // in the order of Simulation::contact_nodes
+  // A pair has penalty springs. Their dashpots use the motion of a step without impulses, so that
+  // no lasting forces are applied.
   bool has_springs = false;
-  // row-sum masses, where a nodal pair needs them, else empty
+  // row-sum masses for nodal pairs, else empty
   std::vector<Points> masses;
   std::map<Index, ImpulseMemory> islands;     // by the first pair of the island
   std::map<Index, ImpulseMemory> settled;     // likewise, of settle_velocities()
   std::vector<Points> impulses_since_output;  // per contact body
-  // likewise: what momentum has of forces that last beyond these impulses, or 0 rows: nothing
+  // likewise: momentum of lasting forces beyond these impulses; 0 rows: none
   std::vector<Points> ahead_since_output;
-  // likewise, without friction and ties, where nodal pressures are wanted, else empty
+  // likewise, without friction and ties, for nodal pressures, else empty
   std::vector<Points> normal_since_output;
-  // likewise: impulses per area along the normal, where contact has pressures as unknowns; the
-  // impulses of these are not among those above
+  // likewise: normal impulses per area where pressures are unknowns, which the sums above exclude
   std::vector<Points> pressure_since_output;
 
-  // Together with what the pairs and contact nodes of the simulation keep. Restores a state of
-  // start_contact(); the bodies are asked for their responses anew.
+  // Together with the state of pairs and contact nodes of the simulation. Restores a state of
+  // start_contact(); responses are requested again.
   void keep_state(StateArchive& archive, Simulation& simulation);
 };
 
 struct ContactOutcome {
-  std::vector<char> touched;    // per contact body: got impulses
-  std::vector<char> near;       // per pair: had constraints
+  std::vector<char> touched;    // per contact body: has impulses
+  std::vector<char> near;       // per pair: has constraints
   std::vector<Index> active;    // per pair: constraints with an impulse
-  std::vector<Index> searched;  // the pairs of the last step: only they have entries other than 0
-  std::vector<Index> met;       // pairs that have had constraints, in that order
+  std::vector<Index> searched;  // pairs of the last step; entries of others are 0
+  std::vector<Index> met;       // pairs that have had constraints, in order of time
   std::vector<char> has_met;    // per pair
 
   void start(const Simulation& simulation);
@@ -47,17 +46,17 @@ struct ContactOutcome {
   void keep_state(StateArchive& archive);
 };
 
-// Finds what tied pairs join. InputError: a nodal mass that is not positive; surfaces that are tied
-// and nowhere near each other.
+// Finds tie points. InputError: a nodal mass that is not positive; tied surfaces that are out of
+// reach of each other.
 ContactState start_contact(Simulation& simulation);
 
-// How deep the surfaces of pairs that may touch are in each other now, by all their nodes and
-// edges: into their recent_penetration. Beyond what they were at the start of the run.
+// Updates recent_penetration of pairs that may touch: current penetration by all nodes and edges,
+// beyond that at the start of the run.
 void look_at_depths(Simulation& simulation, const ContactOutcome& outcome);
 
-// The bodies of the `due` pairs have been predicted over h and their contact nodes' start and end
-// are filled. Adds impulses to the bodies and updates `end`. Adds to search, response and contact
-// of `seconds`.
+// Preconditions: the bodies of the `due` pairs are predicted over h, and start and end of their
+// contact nodes are filled. Adds impulses to the bodies and updates `end`. Adds to search, response
+// and contact of `seconds`.
 void contact_step(Simulation& simulation, const std::vector<Index>& due, double h, bool initial,
                   ContactState& state, ContactOutcome& outcome, StepSeconds& seconds);
 

@@ -10,9 +10,9 @@
 namespace cbr {
 namespace {
 
-// The point of the line from a to b that is nearest to 0.
+// The point of the segment from a to b nearest to 0.
 Vector3 common(const Vector3& a, const Vector3& b) {
-  // Squares of forces may be beyond a double's reach
+  // Squares of forces may overflow
   const double size = std::max(a.lpNorm<Eigen::Infinity>(), b.lpNorm<Eigen::Infinity>());
   if (!(size > 0) || !std::isfinite(size)) return a;
   const Vector3 from = a / size, way = b / size - from;
@@ -21,9 +21,9 @@ Vector3 common(const Vector3& a, const Vector3& b) {
   return size * (from + std::clamp(-from.dot(way) / square, 0.0, 1.0) * way);
 }
 
-// Of forces by slots or points what those of the last three steps have in common: a body that lands
-// has all of its impulses in two. (Forces that were extrapolated brought energy to damped bodies.)
-// The memory goes a step on.
+// Common part of the forces of the last three steps, by slot or point: the impulses of a landing
+// body act in two steps only. Extrapolated forces added energy to damped bodies. Advances `memory`
+// by a step.
 Points lasting_part(Points now, PairMemory& memory) {
   if (memory.force.rows() != now.rows()) {
     memory.force = memory.begins_in_equilibrium ? now : Points(Points::Zero(now.rows(), 3));
@@ -39,7 +39,7 @@ Points lasting_part(Points now, PairMemory& memory) {
   return part;
 }
 
-// Forces on the points of a search, in their frames.
+// Adds the lasting part of a search's forces, in the points' frames.
 void add_part(const ContactGroup& group, const ContactSearch& of, bool by_slots,
               const Points& impulses, double h, Points& lasting) {
   const Index first = static_cast<Index>(of.first), n = static_cast<Index>(of.last) - first;
@@ -59,23 +59,23 @@ void add_part(const ContactGroup& group, const ContactSearch& of, bool by_slots,
   }
 }
 
-// Of a body with mass and one without, one has its impulse a step before the other: what lasts
-// would come to be missing in the sum of their momenta, unless it has been there from the start.
+// With one massless body, the impulses of the two bodies differ by a step. Lasting forces would
+// then violate the sum of momenta, unless they act from the start of the run.
 bool takes_lasting_forces(const Simulation& sim, const ContactPair& pair,
                           const PairMemory& memory) {
-  if (pair.joint >= 0) return false;  // its springs have their forces in the middle of steps
+  if (pair.joint >= 0) return false;  // forces of its springs act in the middle of steps
   const auto body = [&](const ContactSurface& surface) -> Body& {
     return *sim.bodies[sim.contact_nodes[surface.body].body];
   };
-  // The arms of its moments change
+  // The lever arms of its moments change
   if (body(*pair.slave).turning() || body(*pair.master).turning()) return false;
   const auto share = [&](const ContactSurface& surface) { return body(surface).lasting_share(); };
   const double slave = share(*pair.slave), master = share(*pair.master);
-  // Masses of points know no forces that last
+  // Masses of points do not support lasting forces
   return slave == master || (memory.begins_in_equilibrium && slave * master < 0);
 }
 
-// Adds the forces to those of the bodies, in the place of the step's impulses.
+// Adds the forces to lasting_next, by a temporary swap with the step's impulses.
 void spread(const ContactGroup& group, const Points& lasting, ContactState& state) {
   for (const Index b : group.bodies) {
     ContactBody& body = state.bodies[b];

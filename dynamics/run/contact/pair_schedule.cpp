@@ -9,11 +9,11 @@ namespace cbr {
 namespace {
 
 constexpr Index longest_wait = 8;
-constexpr double many_steps = 8;  // apart: not worth a bound that says it better
-constexpr Index of_walls = -1;    // a partner's body
+constexpr double many_steps = 8;  // steps apart from which a better bound does not pay
+constexpr Index of_walls = -1;    // body of a partner that is a wall
 
-// Of the largest face, that a search may reach: more at the start, where surfaces may overlap by as
-// much as a face.
+// Largest reach of a search, relative to the largest face. More at the start, where surfaces may
+// overlap by a face.
 double face_share(Index step) { return step == 0 ? 1.5 : 0.5; }
 
 // First time at which g + w t - b t - a t^2 / 2 reaches 0, for g > 0.
@@ -24,7 +24,7 @@ double first_root(double gap, double speed, double growth, double acceleration) 
   return 2 * gap / (closing + std::sqrt(closing * closing + 2 * acceleration * gap));
 }
 
-// No contact before this time: on some axis one surface is still wholly on one side of the other.
+// Lower bound of the time of contact: until then the surfaces are separate on some axis.
 double time_apart(const MotionBound& a, const MotionBound& b, const Vector3& margin) {
   double apart = 0;
   for (int c = 0; c < 3; ++c) {
@@ -40,7 +40,7 @@ double time_apart(const MotionBound& a, const MotionBound& b, const Vector3& mar
   return apart;
 }
 
-// The bound as seen t >= 0 later.
+// The bound a time t >= 0 later.
 MotionBound later(const MotionBound& bound, double t) {
   MotionBound then = bound;
   const Vector3 spread = bound.growth * t + bound.acceleration * (0.5 * t * t);
@@ -102,7 +102,7 @@ PairSchedule::PairSchedule(Simulation& simulation, bool jumps, const std::vector
   }
 }
 
-// Tied surfaces that lie apart are one of all that have nothing to do with each other.
+// Tied surfaces without ties are pairs of `all` that are apart.
 PairSchedule::Kind PairSchedule::kind_of(const ContactPair& pair) const {
   if (pair.law.law == ContactLaw::tied)
     return pair.seen().ties.empty() ? Kind::never : Kind::always;
@@ -129,8 +129,8 @@ void PairSchedule::start() {
     if (kind_[p] == Kind::timed && is_free(p)) first_look(p);
 }
 
-// Springs are made for the points within reach at the first step; whether there are any must not
-// hang on boxes, which depend on the axes.
+// Penalty springs are fitted to the points within reach at the first step. Their existence must not
+// depend on boxes, which depend on the axes.
 void PairSchedule::first_look(Index p) {
   if (sim_.pairs[p].enforcement == Enforcement::penalty) return enqueue(p, 0);
   schedule(p, 0);
@@ -176,8 +176,7 @@ bool PairSchedule::is_far(Index p, bool initial, const ContactState& state) cons
   const ContactPair& pair = sim_.pairs[p];
   if (pair.wall || kind_[p] == Kind::always) return false;
   const ContactBody &a = state.bodies[pair.slave->body], &b = state.bodies[pair.master->body];
-  // Above every reach of a search: contact_reach() of either side's faces, with motions relative to
-  // either
+  // Above every reach of a search: contact_reach() for faces of either side, with relative motions
   const Vector3 reach =
       Vector3::Constant(face_share(initial ? 0 : 1) * largest_face_[p] +
                         2 * (a.longest_way + b.longest_way) + pair.adjust.value_or(0));
@@ -193,8 +192,7 @@ const Box& PairSchedule::box_of(Index c, Index step) {
   return known.box;
 }
 
-// The longest way of a node in the step. A free body's box spans it, and its reach grows with it as
-// is_far()'s does.
+// Longest path of a node in the step. For a free body it bounds its box, as in is_far().
 double PairSchedule::longest_way(Index c, Index step, const ContactState& state) const {
   if (known_[c].loose) return state.bodies[c].longest_way;
   const MotionBound& bound = known_[c].bound;
@@ -204,8 +202,8 @@ double PairSchedule::longest_way(Index c, Index step, const ContactState& state)
   return (speed + bound.acceleration * since).norm() * plan().step_length(step);
 }
 
-// Boxes of the loose bodies against those of all, each grown by its share of the largest reach of a
-// pair: what is left is compared pair by pair.
+// Boxes of loose bodies against those of all bodies, each grown by its part of the largest reach of
+// a pair. Candidates are then compared pair by pair.
 void PairSchedule::find_near(Index step, const ContactState& state) {
   const auto grown = [](const Box& box, double by) {
     return Box{box.lower.array() - by, box.upper.array() + by};
@@ -251,7 +249,7 @@ void PairSchedule::add_meetings(Index step, const ContactState& state, std::vect
   if (pairs.size() > before) std::sort(pairs.begin(), pairs.end());
 }
 
-// Quick ones are looser, and serve while bodies are far from each other.
+// A quick bound is less sharp, and suffices while bodies are distant.
 void PairSchedule::form(Index c, Index step, bool fine) {
   Known& known = known_[c];
   const ContactNodes& nodes = sim_.contact_nodes[c];
@@ -279,7 +277,7 @@ MotionBound PairSchedule::bound_at(Index c, Index step) const {
                             : later(known.bound, plan().time(step) - plan().time(known.step));
 }
 
-// Of a wall that moves: as if it stood still, and the bodies as much faster as it may be.
+// For a moving wall: the bound relative to it, with its largest speed added.
 MotionBound PairSchedule::seen_from_wall(Index p, MotionBound bound, Index step) const {
   for (const MovingWall& moving : sim_.moving_walls) {
     if (moving.wall != sim_.pairs[p].wall) continue;
@@ -295,8 +293,8 @@ MotionBound PairSchedule::seen_from_wall(Index p, MotionBound bound, Index step)
 
 double PairSchedule::steps_apart(Index p, Index step) const {
   const ContactPair& pair = sim_.pairs[p];
-  // Surfaces may overlap from the start by as much as a face, which flat ones seem apart by; later
-  // by what was found then, or nodes are caught late. Adjusted gaps are closed at a distance
+  // Initially surfaces may overlap by a face, in which case flat ones seem apart. Later by the
+  // recorded depths, or nodes are found late. Adjusted gaps are closed at a distance
   const PairState& state = pair.seen();
   double overlap = 0;
   for (const PairMemory* of : {&state.memory, &state.back, &state.edges})
@@ -309,7 +307,7 @@ double PairSchedule::steps_apart(Index p, Index step) const {
   const MotionBound slave = bound_at(pair.slave->body, step);
   if (pair.wall)
     return std::floor(pair.wall->time_apart(seen_from_wall(p, slave, step), margin) / plan().h);
-  // Nodes off the edges of faces may be held, those of either side
+  // Nodes of both sides may be constrained beyond the edges of faces
   const Vector3 beside =
       sim_.detection.overhang() * pair.master->extent.cwiseMax(pair.slave->extent);
   const double apart =
@@ -317,7 +315,7 @@ double PairSchedule::steps_apart(Index p, Index step) const {
   return std::floor(apart / plan().h);
 }
 
-// When a pair of free bodies has to be looked at again. A bound is dear compared with a step.
+// Schedules the next check of a pair of free bodies. A bound is expensive compared with a step.
 void PairSchedule::schedule(Index p, Index step) {
   if (step > 0 && --wait_[p] > 0) return enqueue(p, step);
   ++counts_.pair_looks;
@@ -346,7 +344,7 @@ void PairSchedule::loosen(Index c) {
   known.loose = true;
   known.step = -1;
   loose_.push_back(c);
-  // what its bound has said of them no longer holds
+  // Its bound is no longer valid
   for (const Partner& partner : partners_[c]) ++stamp_[partner.pair];
 }
 

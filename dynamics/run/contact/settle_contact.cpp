@@ -8,13 +8,13 @@
 namespace cbr {
 namespace {
 
-// The points of the group that hold: springs have velocities of their own.
+// Points of the group with constraints. Springs are excluded, as their velocities are independent.
 struct Holding {
   std::vector<Index> places;
   ContactList list;
   std::vector<PointLaw> laws;
   Points p;
-  Points walls;  // velocities of the walls that points meet
+  Points walls;  // velocities of walls at the points
 };
 
 Holding holding_points(const Simulation& sim, const ContactGroup& group, const Points& p) {
@@ -45,7 +45,7 @@ Holding holding_points(const Simulation& sim, const ContactGroup& group, const P
   return of;
 }
 
-// Of the points, in their frames.
+// Relative velocities of the points, in their frames.
 Points relative_velocities(const ContactList& list, const std::map<Index, Points>& v,
                            const Points& walls) {
   Points relative(static_cast<Index>(list.points.size()), 3);
@@ -61,7 +61,7 @@ Points relative_velocities(const ContactList& list, const std::map<Index, Points
   return relative;
 }
 
-// Those that have a share in the points of `places`, with rows of these alone.
+// Unknowns restricted to the rows of the points `places`.
 ContactUnknowns some_of(ContactUnknowns unknowns, const std::vector<PointLaw>& laws,
                         const std::vector<Index>& places) {
   if (places.size() == laws.size()) return unknowns;

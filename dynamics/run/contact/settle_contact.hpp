@@ -8,12 +8,12 @@
 
 namespace cbr {
 
-// Whether the group's bodies are stepped by Newmark, whose velocities are to be settled.
+// Whether the group's bodies use Newmark, whose velocities need a correction.
 bool is_newmark(const Simulation& simulation, const ContactGroup& group);
 
-// Impulses at the end of the step that stop what is closed from moving into or, tied, along its
-// partner. `result` has the step's impulses, and gets these on top. memory: of the step's impulses,
-// or null.
+// Impulses at the end of the step that stop closed points from moving into or, if tied, along the
+// partner. Adds them to `result`, which has the step's impulses. memory: of the step's impulses, or
+// null.
 void settle(Simulation& simulation, const ContactGroup& group, const ImpulseMemory* memory,
             ContactState& state, EnforcementResult& result);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What contact finds before the first step: the points of ties, and masses of nodes.
+// Initialisation of contact before the first step: points of ties, and masses of nodes.
 #include <sstream>
 
 #include "common/base/error.hpp"
@@ -13,7 +13,7 @@ std::string where(const ContactPair& pair) {
   return (pair.source ? pair.source->text() + ": " : "") + "contact " + pair.name + ": ";
 }
 
-// Where ties are found. Load steps begin with bodies as they were meshed; a motion begins with the
+// Positions for ties. Load steps start from the undeformed mesh; a motion starts with the
 // quasi-static displacements of its loads.
 const Points& start_of(const Simulation& sim, Index contact, ContactState& state) {
   const ContactNodes& nodes = sim.contact_nodes[contact];
@@ -27,7 +27,7 @@ const Points& start_of(const Simulation& sim, Index contact, ContactState& state
   return start;
 }
 
-// Of `all`, pairs that lie apart are not tied.
+// Pairs of `all` that are apart are not tied.
 void tie_pair(Simulation& sim, ContactPair& pair, ContactState& state) {
   const Points &slave = start_of(sim, pair.slave->body, state),
                &master = start_of(sim, pair.master->body, state);

@@ -15,7 +15,7 @@
 namespace cbr {
 namespace {
 
-// Where an end of a link is: its place, and its rotation since the start.
+// Position of an end of a link, and its rotation since the start.
 struct Place {
   Vector3 x;
   Matrix3 S = Matrix3::Identity();
@@ -36,11 +36,11 @@ Place place_of(const Simulation& sim, const TurningLink& link, const TurningLink
   return place;
 }
 
-// Both ends, and what carries the link's axes: the first end, or the ground.
+// Both ends, and the carrier of the link's axes: the first end, or the ground.
 struct Ends {
   Place first, second;
-  Matrix3 C, D;     // of what carries the axes, and of the other end
-  double side = 1;  // of the first end's rotation in that of the other relative to the carrier
+  Matrix3 C, D;     // rotations of the carrier and of the other end
+  double side = 1;  // sign of the first end's rotation in the relative one of the other end
 };
 
 Ends ends_of(const Simulation& sim, const TurningLink& link, bool at_end,
@@ -60,13 +60,13 @@ int n_fixed(const TurningLink& link) {
   return static_cast<int>(std::count(link.is_fixed.begin(), link.is_fixed.end(), true));
 }
 
-// What a row of rotations counts, and its rate per relative rate of rotation, axes of the link.
+// Relative rotation for a row, and its rate per relative angular velocity, axes of the link.
 struct Turned {
   Vector3 value = Vector3::Zero();
   Matrix3 rows = Matrix3::Zero();
 };
 
-// With two rotations held, how far the third has gone: by whole turns as `before` has counted.
+// Angle of the free rotation if two are constrained, with the number of whole turns of `before`.
 Turned twist(const Matrix3& Q, int k, double before) {
   const Eigen::Quaterniond q(Q);
   const double turn = 2 * std::numbers::pi;
@@ -78,14 +78,14 @@ Turned twist(const Matrix3& Q, int k, double before) {
   return of;
 }
 
-// log Q, by whole turns as `before` has counted, and d log Q / d omega = 1 - phi x / 2 + c phi x
+// log Q with the number of whole turns of `before`, and d log Q / d omega = 1 - phi x / 2 + c phi x
 // phi x.
 Turned logarithm(const Matrix3& Q, const Vector3& before) {
   const double turn = 2 * std::numbers::pi;
   const Eigen::AngleAxisd of(Q);
   Vector3 axis = of.axis();
   double angle = of.angle();
-  // Of what has come round, the axis is that of before
+  // After a whole turn the axis is undefined: keep the previous one
   if (angle < 1e-7 && before.norm() > std::numbers::pi) axis = before.normalized();
   angle += turn * std::round((before.dot(axis) - angle) / turn);
   const Vector3 phi = angle * axis;
@@ -99,8 +99,9 @@ Turned logarithm(const Matrix3& Q, const Vector3& before) {
   return {phi, Matrix3::Identity() - 0.5 * X + c * X * X};
 }
 
-// Held: no relative rotation at all; no rotation of axis k but about itself; or, of a universal
-// joint, axes j of the carrier and k of the other end at right angles.
+// Constraint rows by the number of constrained rotations. Three: no relative rotation. Two:
+// rotation about axis k only. One, a universal joint: axes j of the carrier and k of the other end
+// stay orthogonal.
 Turned held(const TurningLink& link, const Matrix3& Q) {
   if (n_fixed(link) == 3) return logarithm(Q, Vector3::Zero());
   const bool two = n_fixed(link) == 2;
@@ -119,11 +120,11 @@ Turned held(const TurningLink& link, const Matrix3& Q) {
   return of;
 }
 
-// The relative rotation that the pair's rows count, first end to the other, axes of the link.
-// before: of a spring, what they have counted so far.
+// Relative rotation in the pair's rows, first end to the other, axes of the link. before: of a
+// spring, its rotation so far.
 Turned turned_by(const ContactPair& pair, const Ends& ends, const Vector3& before) {
   const TurningLink& link = *pair.turning;
-  // Axes of the link: of the other end's rotation relative to the carrier
+  // Rotation of the other end relative to the carrier, in axes of the link
   const Matrix3 Q = link.axes * ends.C.transpose() * ends.D * link.axes.transpose();
   Turned of;
   if (!pair.yields) {
@@ -145,7 +146,7 @@ Matrix3 only(const TurningLink& link, Matrix3 rows) {
   return rows;
 }
 
-// A with rows A = 1 on the rows that are not 0, else 0: A = rows^T (rows rows^T)^-1
+// A with rows A = 1 on rows that are not 0, else 0: A = rows^T (rows rows^T)^-1
 Matrix3 inverse_of_rows(const Matrix3& rows) {
   Matrix3 square = rows * rows.transpose();
   for (Index d = 0; d < 3; ++d)
@@ -153,14 +154,14 @@ Matrix3 inverse_of_rows(const Matrix3& rows) {
   return rows.transpose() * square.inverse();
 }
 
-// Of a spring: node of its contact body that the pair's rows move.
+// For a spring: the node of its contact body in the pair's rows.
 Index joint_node(const TurningLink& link) { return link.of_rotations ? 1 : 0; }
 
 JointBody& joint_of(const Simulation& sim, const ContactPair& pair) {
   return static_cast<JointBody&>(*sim.bodies[sim.contact_nodes[pair.joint].body]);
 }
 
-// What the spring counts, axes of the link.
+// Extension of the spring, axes of the link.
 Vector3 stretch(const Simulation& sim, const ContactPair& pair) {
   if (pair.joint < 0) return Vector3::Zero();
   return joint_of(sim, pair).stretch().segment<3>(3 * joint_node(*pair.turning));
@@ -176,7 +177,7 @@ void locate_joint(const Simulation& sim, const ContactPair& pair, ContactState& 
   ContactBody& contact = state.bodies[pair.joint];
   sim.bodies[nodes.body]->positions(nodes.set, contact.start);
   sim.bodies[nodes.body]->predicted_positions(nodes.set, contact.end);
-  contact.response_h = 0;  // it has turned
+  contact.response_h = 0;  // its rotation has changed
   sweep(contact);
 }
 
@@ -221,7 +222,7 @@ Vector3 separation(const Simulation& sim, const ContactPair& pair, std::size_t i
   const PairState& of = pair.seen();
   const ContactPoint& point = of.ties.points[i];
   Vector3 offset = of.tie_offset.row(static_cast<Index>(i)).transpose();
-  // Surfaces that lie apart keep what is between them in the master's axes
+  // The offset between tied surfaces rotates with the master
   Body& master = *sim.bodies[sim.contact_nodes[pair.master->body].body];
   if (!pair.is_link && master.turning() != nullptr)
     offset = master.turning()->turn_at_end().R * offset;
@@ -242,7 +243,7 @@ void balance_moments(const Simulation& sim, const ContactGroup& group, const Poi
     std::fill(is_link.begin() + static_cast<std::ptrdiff_t>(of.first),
               is_link.begin() + static_cast<std::ptrdiff_t>(of.last), sim.pairs[of.pair].is_link);
   for (std::size_t i = 0; i < group.list.points.size(); ++i) {
-    if (is_link[i]) continue;  // it acts on both sides in one place
+    if (is_link[i]) continue;  // acts on both sides at one position
     const ContactPoint& point = group.list.points[i];
     const Vector3 of = p.row(static_cast<Index>(i)).transpose();
     const ContactTerm* terms = group.list.terms.data() + point.first_term;
@@ -272,14 +273,14 @@ bool holds_what_turns(const Simulation& sim, const ContactGroup& group) {
 
 namespace {
 
-// What holds of a group, as a list of its own.
+// Tied points of a group, as a separate list.
 struct Holds {
   ContactList list;
   std::vector<PointLaw> laws;
   std::vector<Index> points;  // of the group
   std::vector<Index> pairs;
   std::vector<std::size_t> places;  // in the pair's ties
-  Vector sizes;                     // what a separation is measured by
+  Vector sizes;                     // reference lengths of separations
 };
 
 double size_of(const Simulation& sim, const ContactPair& pair) {
@@ -311,7 +312,7 @@ Holds holds_of(const Simulation& sim, const ContactGroup& group) {
   return holds;
 }
 
-// The largest share of a size; fills the gaps of the list.
+// Largest relative separation; fills the gaps of the list.
 double separate(const Simulation& sim, const ContactGroup& group, Holds& holds,
                 ContactState& state) {
   for (const Index b : group.bodies) {
@@ -344,7 +345,7 @@ void push(Simulation& sim, const ContactGroup& group, ContactState& state) {
 
 void close_what_turns(Simulation& sim, const ContactGroup& group, double h, ContactState& state,
                       EnforcementResult& result) {
-  // Shares of a size: round-off, and what is no solution any more
+  // Relative separations: round-off, and the limit of a solution
   constexpr double closed = 1e-13, open = 1e-7;
   constexpr int most = 40;
   Holds holds = holds_of(sim, group);

@@ -1,33 +1,33 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Links of bodies that turn by any angle, and what else holds such bodies together.
+// Links and ties of bodies with large rotation.
 #pragma once
 
 #include "dynamics/run/contact/contact_group.hpp"
 
 namespace cbr {
 
-// Once the start of a step is known and before responses are asked for: the directions in which
-// the rows of a link act in this step, 3 x 3 (theory.md, "Links of bodies that turn"). Tells its
-// spring, and the place of the first end that slides, where they are.
+// Directions of a link's rows in this step, 3 x 3 (theory.md, "Links of bodies that turn"). Call
+// when the start of the step is known and before responses are requested. Updates its spring, and
+// the sliding point of the first end.
 Matrix3 aim_link(Simulation& simulation, const ContactPair& pair, ContactState& state);
 
-// What separates at the end of the step, so far as it is known, of point i of a tied pair or a
-// link; in the frame of the point.
+// Separation, at the predicted end of the step, of point i of a tied pair or a link; in the frame
+// of the point.
 Vector3 separation(const Simulation& simulation, const ContactPair& pair, std::size_t i,
                    const ContactState& state);
 
-// Impulses act where the nodes are at the start of a step, which is not where its contact is: a
-// point's two sides are some of the step's slip apart. Each side of a point gets half of the moment
-// that this leaves, so that the sum of all moments is 0. p: of the group's points. Fills the
-// moments of the bodies.
+// Impulses act at the start positions of nodes, but contact is at their end. The two sides of a
+// point differ by some of the step's slip. Each side gets half of the resulting moment, so that all
+// moments sum to 0. p: of the group's points. Fills the moments of the bodies.
 void balance_moments(const Simulation& simulation, const ContactGroup& group, const Points& p,
                      ContactState& state);
 
-// Whether what is held together in the group turns, so that linear answers do not close it.
+// Whether the group has ties or links of bodies with large rotation, which linear responses do not
+// close.
 bool holds_what_turns(const Simulation& simulation, const ContactGroup& group);
 
-// After the impulses of the group have been handed out: adds what closes its links and ties where
-// bodies come to by these, to the bodies and to `result`. RunError: it cannot be closed.
+// Closes links and ties at the bodies' new positions after the group's impulses are applied. Adds
+// the impulses to the bodies and to `result`. RunError: no convergence.
 void close_what_turns(Simulation& simulation, const ContactGroup& group, double h,
                       ContactState& state, EnforcementResult& result);
 
