@@ -5,7 +5,7 @@
 
 namespace cbr {
 
-// Adds the wall time of its life to `sum`.
+// Adds its lifetime in wall time to `sum`.
 class Stopwatch {
  public:
   explicit Stopwatch(double& sum) : sum_(sum), start_(std::chrono::steady_clock::now()) {}

@@ -11,9 +11,9 @@
 namespace cbr {
 namespace {
 
-// Of the critical step: central differences; penalty contact; exact with mass_scaling
+// Times the critical step: central differences; penalty contact; exact with mass_scaling
 constexpr double automatic_share = 0.9, penalty_step_share = 0.25, scaled_share = 2;
-constexpr double fit_tolerance = 1e-9;  // a step that overshoots by this much still fits
+constexpr double fit_tolerance = 1e-9;  // relative overshoot of a step that still fits
 
 std::string text(double value) {
   std::ostringstream out;
@@ -26,12 +26,11 @@ Index ceil_count(double ratio) {
   return std::max<Index>(1, static_cast<Index>(std::ceil(ratio * (1 - fit_tolerance))));
 }
 
-// More steps than any run takes, and the most outputs that memory is asked to hold: beyond them a
-// unit is wrong.
+// Limits of plausible runs and of memory: beyond them a unit is wrong.
 constexpr double most_steps = 1e13, most_outputs = 1e8;
 
 void require_countable(const TimeOptions& options, double h, double every) {
-  // Without a limit of any body the outputs alone make steps
+  // Without a limit by bodies the outputs define the steps
   const double step = h > 0 ? (every > 0 ? std::min(h, every) : h) : every;
   const double steps = step > 0 ? options.end / step : 0,
                outputs = every > 0 ? options.end / every : steps;
@@ -43,7 +42,7 @@ void require_countable(const TimeOptions& options, double h, double every) {
                    " are possible: look at the units of time.end, time.step and output.every");
 }
 
-// Smallest limit over the bodies, `share` applied to it; and who sets it.
+// Smallest limit over the bodies, times `share`, and its body.
 struct Limit {
   double h = 0, critical = 0;
   Body* body = nullptr;
@@ -65,7 +64,7 @@ bool is_scaled(const TimeOptions& options, Body& body) {
   return options.mass_scaling && body.facts().scales;
 }
 
-// The step to take as a share of the critical one.
+// Step of a body relative to its critical step.
 double share_of_critical(const TimeOptions& options, Body& body, ContactKind contact) {
   if (is_scaled(options, body)) return options.cfl.value_or(scaled_share);
   if (options.cfl && *options.cfl <= 1) return *options.cfl;
@@ -74,7 +73,7 @@ double share_of_critical(const TimeOptions& options, Body& body, ContactKind con
   return contact == ContactKind::hard ? std::min(share, body.facts().contact_share) : share;
 }
 
-// 2 / step where that is below a frequency of a body that is scaled, else 0.
+// 2 / step if below a frequency of a scaled body, else 0.
 double clip_of(const TimeOptions& options, const TimePlan& plan,
                const std::vector<std::unique_ptr<Body>>& bodies,
                const std::vector<ContactKind>& contact) {
@@ -86,8 +85,8 @@ double clip_of(const TimeOptions& options, const TimePlan& plan,
   return clip;
 }
 
-// Of the critical step: what springs are left of their stiffness, 4 - x^2 of 4, is 1 %; at the
-// critical step they hold nothing.
+// Times the critical step: springs keep (4 - x^2) / 4 = 1 % of their stiffness there, and none at
+// the critical step.
 constexpr double most_of_penalty = 0.995;
 
 void require_springs(const TimeOptions& options, double h,
@@ -105,12 +104,12 @@ void require_springs(const TimeOptions& options, double h,
   }
 }
 
-// Whether a step of h would have passed an output.
+// Whether outputs limit the step below h.
 bool cut_by_output(const TimePlan& plan, double h) {
   return plan.every > 0 && h > plan.every * (1 + fit_tolerance);
 }
 
-// Smallest 2 / highest frequency, whatever moves the bodies.
+// Smallest 2 / highest frequency, for any integrator.
 Limit frequency_limit(const std::vector<std::unique_ptr<Body>>& bodies) {
   Limit limit;
   for (const auto& body : bodies) {
@@ -124,7 +123,7 @@ Limit frequency_limit(const std::vector<std::unique_ptr<Body>>& bodies) {
 TimePlan plan_newmark(const TimeOptions& options, double every,
                       const std::vector<std::unique_ptr<Body>>& bodies) {
   const Limit critical = frequency_limit(bodies);
-  // With nothing that swings there is no critical step to take a multiple of
+  // Without elastic modes there is no critical step
   const double h = options.step ? *options.step : options.cfl ? *options.cfl * critical.h : 0;
   require_countable(options, h > 0 || every > 0 ? h : options.end / 1000, every);
   TimePlan plan = fit_steps(h, every, options.end);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Which steps a run takes: from limits and output times to step lengths.
+// Steps of a run, from limits and output times.
 #pragma once
 
 #include <memory>
@@ -12,19 +12,19 @@
 
 namespace cbr {
 
-// n_whole steps of h, steps_per_output to an output; then n_rest steps of h_rest when `end` is no
+// n_whole steps of h, steps_per_output per output. Then n_rest steps of h_rest if `end` is not a
 // multiple of the output interval.
 struct TimePlan {
   double h = 0, every = 0, h_rest = 0, end = 0;
   Index steps_per_output = 1, n_whole = 0, n_rest = 0;
-  std::string limit;  // what limits the step, for the summary; empty: nothing
-  // Under Newmark, for the summary: alpha, and the critical step that central differences would
-  // have (0: none, all bodies are rigid)
+  std::string limit;  // limit of the step, for the summary; empty: none
+  // Newmark, for the summary: alpha, and the critical step of central differences (0: none, all
+  // bodies are rigid)
   std::optional<double> newmark_alpha;
   double critical = 0;
-  // Bodies with scaling() get all modes above this frequency scaled to it (rad/s); 0: none.
+  // Bodies with scaling(): modes above this frequency (rad/s) are scaled to it; 0: none.
   double clip = 0;
-  // time.mass_scaling, whether or not the step is long enough for it to do something
+  // time.mass_scaling, even if the step is too short for an effect
   bool is_scaling_asked = false;
 
   Index n_steps() const { return n_whole + n_rest; }
@@ -35,25 +35,25 @@ struct TimePlan {
   Index next_output(Index step) const;  // the first after `step`
 };
 
-// The largest step <= h_max (0: none) that fits a whole number of times into `every` (0: every step
-// is an output) and `end`.
+// The largest step <= h_max (0: none) of which `every` (0: every step is an output) and `end` are
+// multiples.
 TimePlan fit_steps(double h_max, double every, double end);
 
-// The largest stable step of a body that is met in contact (`in_contact`) or not; 0: no limit, as
-// under Newmark. omega_max h <= 2: beyond it central differences are unstable, and below omega h =
-// pi the response of an exact body is definite; 2 keeps clear of it.
+// The largest stable step of a body in contact (`in_contact`) or not; 0: no limit, as for Newmark.
+// omega_max h <= 2 is the limit of central differences. The response of an exact body is definite
+// below omega h = pi; 2 leaves a margin.
 double critical_step(const Body& body, bool in_contact);
 
-// How a body takes part in contact.
+// Contact of a body.
 enum class ContactKind : char { none, hard, penalty };
 
-// From the scene's options: auto is the critical step of exact bodies and 0.9 of it for central
-// differences; a quarter of it for bodies in a penalty contact, whose spring is the stiffer the
-// further the step is below the critical one. Where all bodies are under Newmark, auto is one step
-// to an output (a thousandth of the end when every step is one) and cfl of any size is of what the
-// critical step would be. With mass_scaling the same holds, from a default of 2, for the critical
-// step of exact bodies in contact with scaling(); the others keep their limit. InputError: a step
-// above the critical one (unless time.force), more steps or outputs than can be.
+// Plans steps by the scene's options. auto: the critical step for exact bodies, 0.9 of it for
+// central differences. A quarter of it for bodies in penalty contact, whose spring gets stiffer
+// with shorter steps. If all bodies use Newmark: one step per output (a thousandth of the end if
+// every step is an output). cfl is then relative to the critical step of central differences, with
+// any value. With mass_scaling cfl, by default 2, is relative to the critical step of exact bodies
+// in contact with scaling(). Others keep their limit. InputError: a step above the critical one
+// (unless time.force), or too many steps or outputs.
 TimePlan plan_time(const TimeOptions& options, double every,
                    const std::vector<std::unique_ptr<Body>>& bodies,
                    const std::vector<ContactKind>& contact);
