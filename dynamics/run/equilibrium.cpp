@@ -15,31 +15,30 @@
 namespace cbr {
 namespace {
 
-// Of the energy norm of the displacements, and of them where nothing is strained: what an iteration
-// changes at the end of a load step; what is good enough when round-off or a node at the edge of a
-// face lets no iteration do better, and after how many of them.
+// Tolerances of an iteration at the end of a load step: change relative to the energy norm of the
+// displacements, and to displacements without strain. `enough` applies after `patience` iterations,
+// if round-off or a node at the edge of a face prevents further convergence.
 constexpr double aim = 1e-8, enough = 1e-5;
 constexpr Index patience = 20, most_iterations = 100;
-// Of the largest change in a load step: round-off where nothing is strained.
+// Relative to the largest change in a load step: round-off of displacements without strain.
 constexpr double nothing = 1e-12;
-// Of positions: what moves by less moves by round-off.
+// Relative to positions: smaller motions are round-off.
 constexpr double round_off = 1e-14;
-// Of the least way that is worth a search: what nothing holds may go by less.
+// Relative to the smallest motion worth a search: allowed drift of unconstrained motions.
 constexpr double drift = 1e-9;
-// Of the forces that act on it, what may be left of those on a body that floats.
+// Relative to the acting forces: largest imbalance of a floating body.
 constexpr double balanced = 1e-10;
-// Of a face, how far a body goes that nothing holds, before contact is searched anew; then twice as
-// far each time.
+// Motion of an unconstrained body before a new search, relative to the face; it doubles each time.
 constexpr double first_share = 0.3;
-// Of its own size, the way in one load step by which a body is not held.
+// Motion in one load step that shows an unconstrained body, relative to its size.
 constexpr double lost = 10;
-// Of the points that open and close without end, how many a message gives.
+// Number of points in a message, of those that open and close endlessly.
 constexpr std::size_t told_points = 3;
 
 double extent_of(const Body& body) {
   const Points& X = body.reference_positions();
   const double extent = (X.colwise().maxCoeff() - X.colwise().minCoeff()).norm();
-  // Of one point alone the part is as long as it is away from the point
+  // A body with a single point: its distance from the centre of mass
   return extent > 0 ? extent : (body.state().center_of_mass - X.row(0).transpose()).norm();
 }
 
@@ -83,7 +82,7 @@ bool Equilibrium::preload(Index steps, RunResult& result,
       result.failure = error.what();
       result.ended_at = 0;
       result.preload_reached = preload_ - 1;
-      state_.bodies.resize(forces_.size());  // those of bolts go
+      state_.bodies.resize(forces_.size());  // without bolts
       StateArchive restored(found.words(), "the load step before");
       keep_found(restored);
       break;
@@ -96,7 +95,7 @@ bool Equilibrium::preload(Index steps, RunResult& result,
   return result.failure.empty();
 }
 
-// What has been found, while the bodies of bolts stand behind those of contact.
+// Saves the state while the bodies of bolts follow those of contact.
 StateArchive Equilibrium::saved() {
   const auto first = state_.bodies.begin() + static_cast<std::ptrdiff_t>(forces_.size());
   std::vector<ContactBody> bolts(std::make_move_iterator(first),
@@ -204,8 +203,8 @@ void Equilibrium::number_floating(const std::vector<FloatingForces>& forces) {
   }
 }
 
-// Where the last forces of contact take the nodes; without them the ends are where contact is
-// solved from.
+// Positions of the nodes under the last contact forces. The ends without them are the reference of
+// the contact solution.
 void Equilibrium::locate() {
   for (std::size_t c = 0; c < sim_.contact_nodes.size(); ++c) {
     const ContactNodes& nodes = sim_.contact_nodes[c];
@@ -235,7 +234,7 @@ void Equilibrium::solve(Change& change) {
       refuse_unheld(static_cast<Index>(b), loads_.segment(first_[b], first_[b + 1] - first_[b]));
 }
 
-// Of the bodies of pairs, and their bolts; ascending.
+// Columns of the bodies of pairs, and of their bolts; ascending.
 std::vector<Index> Equilibrium::columns_of(const std::vector<Index>& pairs) const {
   std::vector<Index> columns;
   const auto add = [&](Index contact) {
@@ -256,9 +255,9 @@ std::vector<Index> Equilibrium::columns_of(const std::vector<Index>& pairs) cons
 
 void Equilibrium::solve_group(const std::vector<Index>& pairs, const std::vector<Index>& columns,
                               Change& change) {
-  // A load step goes as far as many steps of a motion: faces have turned since the last search
+  // A load step is as long as many time steps: faces have rotated since the last search
   for (const Index p : pairs) sim_.pairs[p].state().memory.standing = StandingSearch();
-  // Moves come after the search: it reaches as far as they may go
+  // Floating motions follow the search, whose reach must cover them
   Solved solved{collect(sim_, pairs, initial_, state_, first_way()), {}};
   ContactGroup& group = solved.group;
   for (ContactPoint& point : group.list.points) {
@@ -289,7 +288,7 @@ void Equilibrium::solve_group(const std::vector<Index>& pairs, const std::vector
   solved_.push_back(std::move(solved));
 }
 
-// How far the contact nodes have gone in this iteration, and in this load step.
+// Motion of the contact nodes in this iteration, and in this load step.
 void Equilibrium::look_at_nodes(Change& change) {
   Points x;
   for (std::size_t c = 0; c < here_.size(); ++c) {
@@ -303,7 +302,7 @@ void Equilibrium::look_at_nodes(Change& change) {
   }
 }
 
-// Hands a contact body's forces to its body.
+// Passes a contact body's forces to its body.
 void Equilibrium::give(Index b) {
   if (b >= static_cast<Index>(sim_.contact_nodes.size())) return;
   ContactBody& contact = state_.bodies[b];
@@ -318,7 +317,7 @@ void Equilibrium::give(Index b) {
     body.add_static_forces(nodes.set, contact.friction, ImpulseKind::friction);
 }
 
-// What is not in equilibrium goes on, until it meets what holds it or is lost.
+// Moves floating bodies, and rejects those that nothing constrains.
 void Equilibrium::move(const std::vector<Index>& columns, const StaticResult& result,
                        Change& change) {
   const bool balances =
@@ -348,7 +347,7 @@ bool Equilibrium::is_done(const Change& change) {
   };
   if (change.balances && iteration_ > 1) {
     if (stands(aim) || change.moved <= round_off * reach_) return true;
-    // Nothing that resists has moved: what goes on is what nothing holds, by round-off
+    // No elastic change: unconstrained motions drift by round-off
     if (change.change <= aim * aim * scale && closed_ == closed_before_) return true;
     if (iteration_ >= patience && stands(enough)) return true;
   }
@@ -370,7 +369,7 @@ double Equilibrium::first_way() const {
   return size;
 }
 
-// The points that push, pair by pair.
+// Records the points with an impulse, by pair.
 void Equilibrium::note_closed() {
   closed_before_.swap(closed_);
   closed_.assign(pairs_.size(), {});
@@ -398,7 +397,7 @@ std::string Equilibrium::load_step() const {
   return text.str();
 }
 
-// By the body that changes most, and the pair whose points open and close most.
+// Error with the body that changes most, and the pair whose points open and close most.
 void Equilibrium::refuse_endless(const Change& change) const {
   std::size_t worst = 0;
   std::vector<Closed> most;
@@ -463,7 +462,7 @@ void Equilibrium::refuse_unheld(Index b, const Vector& left) const {
   throw InputError(text.str());
 }
 
-// Forces of this load step stand for those since the last output.
+// Books the forces of this load step for the time since the last output.
 void Equilibrium::book() {
   for (const Index p : pairs_) {
     PairState& pair = sim_.pairs[p].state();
@@ -499,8 +498,8 @@ void Equilibrium::keep_known() {
   }
 }
 
-// What is searched for anew is searched from the start of the load step; forces to start the
-// solution from stay.
+// Restores search states of the start of the load step, for the next search. Forces stay as the
+// first guess of the solution.
 void Equilibrium::recall() {
   for (const Index p : pairs_) {
     PairState& pair = sim_.pairs[p].state();
@@ -508,7 +507,7 @@ void Equilibrium::recall() {
     for (PairMemory* memory : {&pair.memory, &pair.back, &pair.edges}) {
       const Known& known = known_[p][side++];
       renumber(known.edges, *memory);
-      if (known.face.size() != memory->face.size()) {  // it was not searched before this load step
+      if (known.face.size() != memory->face.size()) {  // not searched before this load step
         std::fill(memory->face.begin(), memory->face.end(), -1);
         std::fill(memory->known_face.begin(), memory->known_face.end(), -1);
         std::fill(memory->further_faces.begin(), memory->further_faces.end(), -1);
@@ -527,7 +526,7 @@ void Equilibrium::recall() {
   }
 }
 
-// Overlaps that are left as they are become less with each load step.
+// Reduces tolerated overlaps with each load step.
 void Equilibrium::resolve_overlaps(double share) {
   const double left = resolved_ < 1 ? (1 - share) / (1 - resolved_) : 0;
   for (const Index p : pairs_) {
@@ -542,7 +541,7 @@ void Equilibrium::resolve_overlaps(double share) {
   resolved_ = share;
 }
 
-// The mean outward normal of the slave.
+// Adds bolts along the mean outward normal of the slave.
 void Equilibrium::add_bolts() {
   for (const Index p : pairs_) {
     ContactPair& pair = sim_.pairs[p];
@@ -569,7 +568,7 @@ void Equilibrium::add_bolts() {
   }
 }
 
-// The ties keep the length.
+// Keeps the length by ties.
 void Equilibrium::lock_bolts() {
   for (const Bolt& bolt : bolts_) {
     ContactPair& pair = sim_.pairs[bolt.pair];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the parts of the time loop keep from step to step.
+// State of the time loop's parts between steps.
 #include "dynamics/contact/enforce/keep_state.hpp"
 #include "dynamics/run/contact/contact_step.hpp"
 #include "dynamics/run/contact/pair_schedule.hpp"
@@ -9,7 +9,7 @@
 namespace cbr {
 namespace {
 
-// Ties are found at the start, from where bodies are then: a run that goes on has found the same.
+// Without ties: a restarted run finds the same ones from the initial positions.
 void keep_pair(StateArchive& archive, ContactPair& pair) {
   bool has_state = pair.has_state();
   archive(has_state);

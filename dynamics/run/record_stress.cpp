@@ -27,7 +27,7 @@ void add_worst(const Matrix& elements, Index n, RunResult::OfScan& of) {
   }
 }
 
-// m x 4: von Mises, its time, the largest and the smallest principal stress
+// m x 4: von Mises, its time, largest and smallest principal stress
 void add_extremes(const Matrix& values, double t, Matrix& extremes) {
   const Index first = von_mises_column + 1, last = n_stress_values - 1;
   if (extremes.size() == 0) {
@@ -47,7 +47,7 @@ void add_extremes(const Matrix& values, double t, Matrix& extremes) {
   }
 }
 
-// Of a body that turns, whose stress comes in axes that go with it   (6 m, xx yy zz xy yz xz of
+// For a body with large rotation, whose stress is in rotating axes   (6 m, xx yy zz xy yz xz of
 // each)
 Vector in_scene(Vector stress, const std::optional<Eigen::Vector4d>& orientation) {
   if (!orientation) return stress;

@@ -19,8 +19,7 @@ bool ends_finite(const Series3& series) {
                                               [](double v) { return std::isfinite(v); });
 }
 
-// Of all that is to be written, not of the energies alone: an angular momentum overflows long
-// before they do.
+// Checks all outputs, not only energies: an angular momentum overflows earlier.
 bool ends_finite(const RunResult::OfBody& of) {
   return ends_finite(of.center_of_mass) && ends_finite(of.reaction) && ends_finite(of.momentum) &&
          ends_finite(of.angular_momentum) && ends_finite(of.kinetic_energy) &&
@@ -35,7 +34,7 @@ bool ends_finite(const RunResult::OfPair& of) {
          ends_finite(of.force) && ends_finite(of.center_of_pressure);
 }
 
-// What contact has brought to the momentum since the last output; without rows that are moments.
+// Momentum from contact since the last output; without rows of moments.
 Vector3 force_on(const Simulation& sim, std::size_t c, const ContactState& state) {
   const ContactNodes& nodes = sim.contact_nodes[c];
   const Points& ahead = state.ahead_since_output[c];
@@ -90,14 +89,14 @@ void Recorder::record_statics(double t, const std::vector<char>& resting, Contac
 }
 
 void Recorder::record_pairs(double interval, const ContactOutcome& outcome) {
-  // What overlaps at the start is found in the first step
+  // The first step finds initial overlaps
   if (result_.time.size() > 1) look_at_depths(sim_, outcome);
   double active = 0;
   const std::size_t before = result_.time.size() - 1;
   for (const Index p : outcome.met) {
     const PairState& pair = sim_.pairs[p].seen();
     RunResult::OfPair& of = result_.pairs[p];
-    if (of.active.size() < before) {  // it has met only now
+    if (of.active.size() < before) {  // first contact of this pair
       of.active.assign(before, 0);
       of.penetration = of.residual = of.area = of.active;
       of.force.values.assign(3 * before, 0);
@@ -123,8 +122,8 @@ void Recorder::record_pairs(double interval, const ContactOutcome& outcome) {
   result_.active.push_back(active);
 }
 
-// Of nodal impulses on faces of second order the pressures at corners that do the same work on
-// linear motions, linear between the corners. A uniform pressure is exact, also on curved faces.
+// Pressures from nodal impulses on second-order faces: corner values, linear between the corners,
+// with equal work on linear motions. A uniform pressure is exact, also on curved faces.
 static void add_corner_pressures(const Points& impulses, double interval,
                                  const TurningAbility* turning, ContactNodes& nodes) {
   if (nodes.corner_values.size() == 0 || impulses.isZero(0)) return;
@@ -134,7 +133,7 @@ static void add_corner_pressures(const Points& impulses, double interval,
   for (Index a = 0; a < pressure.size(); ++a) {
     const Vector3 impulse = at_corners.row(a).transpose(),
                   normal = nodes.corner_normals.row(a).transpose();
-    // What pushes the other side of an edge is not of this one
+    // Excludes impulses on the other side of an edge
     if (-impulse.dot(normal) > same_side * impulse.norm() * normal.norm())
       pressure[a] = -impulse.dot(normal) / (normal.squaredNorm() * interval);
   }
@@ -178,7 +177,8 @@ void Recorder::record_monitors(double interval, ContactState& state) {
       result_.monitors[i].rotation.add(theta);
     } else if (monitor.is_inside()) {
       const auto& [q, rates] = coordinates(monitor.body);
-      // What turns or drives the body is the same affine map for all points, and so for their mean
+      // Large rotation and prescribed motion are the same affine map for all points, and so for
+      // their mean
       const Points X = monitor.reference.transpose();
       Points u = (monitor.rows * q).transpose(), v = (monitor.rows * rates).transpose();
       sim_.bodies[monitor.body]->turn(X, u, v);
@@ -256,7 +256,8 @@ void Recorder::record_energy(const std::vector<char>& resting) {
   result_.work_numerical.push_back(numerical);
 }
 
-// What changes the momentum beside loads and contact. Before the sums of contact begin anew.
+// Reactions: change of momentum without loads and contact. Call before the sums of contact are
+// reset.
 void Recorder::record_reactions(double t, double interval, const ContactState& state) {
   std::vector<Vector3> of_contact(sim_.supports.empty() ? 0 : sim_.bodies.size(), Vector3::Zero());
   for (std::size_t c = 0; c < sim_.contact_nodes.size() && !of_contact.empty(); ++c)

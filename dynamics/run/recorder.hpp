@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a run writes down at its output times.
+// Records results at the output times.
 #pragma once
 
 #include <functional>
@@ -16,13 +16,12 @@ class Recorder {
  public:
   explicit Recorder(Simulation& simulation);
 
-  // All bodies are at time t, `interval` after the last record (0: the first). Sums of contact
-  // since then are taken and begin anew. RunError when anything that is recorded is no longer
-  // finite, by time and instance, pair or surface. resting, per body: has not moved since the last
-  // record.
+  // Precondition: all bodies are at time t, `interval` after the last record (0: the first). Takes
+  // and resets the sums of contact. RunError if a recorded value is not finite, with time and
+  // instance, pair or surface. resting, per body: at rest since the last record.
   void record(double t, double interval, const std::vector<char>& resting, ContactState& state,
               const ContactOutcome& outcome);
-  // In equilibrium: sums of contact are forces, and reactions what loads and contact leave.
+  // In equilibrium: sums of contact are forces, and reactions balance loads and contact.
   void record_statics(double t, const std::vector<char>& resting, ContactState& state,
                       const ContactOutcome& outcome);
   RunResult& result() { return result_; }
@@ -41,11 +40,11 @@ class Recorder {
 
   Simulation& sim_;
   RunResult result_;
-  // Coordinates and rates of a body now, for what follows from them; formed once an output.
+  // Current coordinates and rates of a body, computed once per output.
   const std::pair<Vector, Vector>& coordinates(Index body);
   std::vector<BodyState> last_;  // per body
   std::map<Index, std::pair<Vector, Vector>> coordinates_;
-  std::string not_finite_;  // stress that is not
+  std::string not_finite_;  // stress that is not finite
   std::vector<BodyWork> work_;
   BodyWork before_;  // of all bodies, before the first record: of a preload
 };

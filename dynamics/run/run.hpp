@@ -11,27 +11,27 @@
 namespace cbr {
 
 struct RunOptions {
-  // false: every step is taken and every pair looked at (for tests)
+  // false: takes every step and checks every pair (for tests)
   bool jumps = true;
-  std::function<void(Index step, double t)> on_output;  // after the bodies have arrived there
-  std::function<void(double fraction)> on_progress;     // now and then
-  // of statics, after each of all load steps, those before the time 0 included
+  std::function<void(Index step, double t)> on_output;  // with all bodies at that time
+  std::function<void(double fraction)> on_progress;     // occasionally
+  // statics: after each load step, including those before time 0
   std::function<void(Index done, Index all)> on_load_step;
-  // After each step but the last: whether to end the run there, with what is recorded so far.
+  // After each step except the last: whether to end the run, with the results so far.
   std::function<bool()> is_to_end;
-  // After each step but the last: whether `on_checkpoint` is to get the state, from which a run
-  // goes on bit for bit.
+  // After each step except the last: whether to call `on_checkpoint` with the state for a bitwise
+  // restart.
   std::function<bool(Index step, double t)> is_checkpoint;
   std::function<void(Index step, double t, const StateArchive& state)> on_checkpoint;
-  // Per body, rad: the run ends once it is seen to have turned by more, at an output or after
-  // every tenth of the steps. Empty: never.
+  // Per body, rad: larger rotations end the run, checked at outputs and after every tenth of the
+  // steps. Empty: never.
   std::vector<double> turn_limit;
-  StateArchive* restart = nullptr;  // to go on from, of the same simulation, built anew
+  StateArchive* restart = nullptr;  // state of the same simulation, built anew, to continue from
 };
 
-// RunError when the motion stops being finite, by time and instance. InputError: `restart` is of
-// another simulation. Of a simulation that is_static: equilibrium at the end of each step.
-// InputError: an instance that nothing holds.
+// RunError if the motion is not finite, with time and instance. InputError: `restart` is of another
+// simulation. is_static: equilibrium at the end of each step. InputError: an unconstrained
+// instance.
 RunResult run(Simulation& simulation, const RunOptions& options = {});
 
 }  // namespace cbr

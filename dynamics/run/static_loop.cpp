@@ -59,7 +59,7 @@ class StaticLoop {
     if (options_.on_load_step) options_.on_load_step(done, sim_.preload + 1 + sim_.plan.n_steps());
   }
 
-  // False: there is no equilibrium. The load steps before it are not lost.
+  // False: no equilibrium. Earlier load steps are kept.
   bool take_step(double t) {
     RunResult& result = recorder_.result();
     const Stopwatch watch(result.seconds.contact);

@@ -6,7 +6,7 @@
 
 namespace cbr {
 
-// As run(), of a simulation that is_static.
+// As run(), for a simulation that is_static.
 RunResult run_static(Simulation& simulation, const RunOptions& options);
 
 }  // namespace cbr

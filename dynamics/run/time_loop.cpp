@@ -46,7 +46,7 @@ class TimeLoop {
       keep_state(*options_.restart);
       options_.restart->finish();
     } else if (!recorder_.result().failure.empty()) {
-      recorder_.record_statics(0, resting_, state_, outcome_);  // there is no motion
+      recorder_.record_statics(0, resting_, state_, outcome_);  // at rest
       if (options_.on_output) options_.on_output(0, 0);
       return std::move(recorder_.result());
     } else {
@@ -72,7 +72,7 @@ class TimeLoop {
  private:
   const TimePlan& plan() const { return sim_.plan; }
 
-  // A run that goes on has the state of one that has been preloaded.
+  // A restarted run has the state after the preload.
   void preload() {
     Equilibrium equilibrium(sim_, state_, outcome_);
     if (!options_.restart &&
@@ -120,8 +120,7 @@ class TimeLoop {
     return ends;
   }
 
-  // Between two steps. Nothing is brought up to date for it: a run that is watched goes on as one
-  // that is not.
+  // State between two steps, without updating anything: checkpoints must not change a run.
   void keep_state(StateArchive& archive) {
     archive.expect(plan().n_steps());
     archive.expect(static_cast<Index>(sim_.bodies.size()));
@@ -131,7 +130,7 @@ class TimeLoop {
     archive(outcome_, schedule_, recorder_);
   }
 
-  // Whether a body has to be stepped although no pair is due.
+  // Whether a body needs a step although no pair is due.
   bool steps_something() const {
     if (!options_.jumps || !schedule_.loose().empty()) return true;
     for (std::size_t b = 0; b < resting_.size(); ++b)
@@ -139,14 +138,14 @@ class TimeLoop {
     return false;
   }
 
-  // The same for as many steps of one length, wherever they start: what is kept by the length of a
-  // step serves again.
+  // The same for equal numbers of steps of one length, wherever they start, so that data cached by
+  // step length are reused.
   double length(Index from, Index to) const {
     if (to <= plan().n_whole) return static_cast<double>(to - from) * plan().h;
     return to == from + 1 ? plan().step_length(from) : plan().time(to) - plan().time(from);
   }
 
-  // Brings an exact body that has been left behind to `step` in one jump; one at rest is there.
+  // Advances an exact body to `step` in one jump; a resting one is there.
   void bring(Index body, Index step) {
     if (is_behind(body, step)) ++recorder_.result().work.body_steps;
     jump(body, step);
@@ -163,7 +162,7 @@ class TimeLoop {
     at_[body] = step;
   }
 
-  // What setting out does with one body and, if any is wanted, its contact nodes.
+  // Start of a step for one body and, if requested, its contact nodes.
   struct Start {
     Index body = 0, contact = -1;
     bool moves = false;
@@ -198,7 +197,7 @@ class TimeLoop {
     starts_.clear();
   }
 
-  // work(item) of items that are of one body each: by several threads where bodies allow it.
+  // work(item) for items of one body each, by several threads where bodies allow it.
   template <typename Item, typename BodyOf, typename Work>
   void for_each_body(const std::vector<Item>& items, const BodyOf& body_of, const Work& work) {
     shared_.clear();
@@ -210,7 +209,7 @@ class TimeLoop {
       if (!alone_[body_of(item)]) work(item);
   }
 
-  // Start and predicted end of a contact body's nodes; the last step's end is this step's start.
+  // Start and predicted end of a contact body's nodes; the start is the end of the last step.
   void find_nodes(Index c) {
     const ContactNodes& nodes = sim_.contact_nodes[c];
     ContactBody& contact = state_.bodies[c];
@@ -239,7 +238,7 @@ class TimeLoop {
     std::fill(located_.begin(), located_.end(), 0);
     for (Index b = 0; b < static_cast<Index>(resting_.size()); ++b)
       if (!options_.jumps || (!resting_[b] && !sim_.bodies[b]->is_exact())) move(b, step);
-    do_starts(step);  // so that no body is in two starts at a time
+    do_starts(step);  // so that no body has two starts at a time
     for (const Index c : schedule_.loose()) locate(c, step);
     locate_due(step);
     do_starts(step);
@@ -248,7 +247,7 @@ class TimeLoop {
     do_starts(step);
   }
 
-  // One step of all bodies that take part in a due pair, are pushed, or are not exact.
+  // One step of all bodies in a due pair, with contact, or without exact motion.
   void advance(Index step) {
     const bool initial = step == 0 && sim_.preload == 0;
     StepSeconds& seconds = recorder_.result().seconds;
@@ -257,7 +256,7 @@ class TimeLoop {
       const Stopwatch watch(seconds.bodies);
       set_out(step);
     }
-    // A pair that had points in the last step is searched all the same, so that it forgets them
+    // Pairs with points in the last step are searched, so that their state is reset
     std::erase_if(
         due_, [&](Index p) { return !outcome_.near[p] && schedule_.is_far(p, initial, state_); });
     contact_step(sim_, due_, plan().step_length(step), initial, state_, outcome_, seconds);
@@ -288,7 +287,7 @@ class TimeLoop {
       is_moving_[b] = 0;
       const Index c = contact_of_[b];
       if (c < 0) return;
-      // Impulses turn a body otherwise than the linear answer tells
+      // With large rotation impulses rotate a body, unlike the linear response
       current_[c] = located_[c] && !(outcome_.touched[c] && sim_.bodies[b]->turning());
       if (outcome_.touched[c]) resting_[b] = 0;
     };
@@ -310,20 +309,20 @@ class TimeLoop {
 
   Simulation& sim_;
   const RunOptions& options_;
-  // Steps from one call of on_progress to the next: few steps are long ones
+  // Steps between calls of on_progress: in runs of few steps these are long
   const Index told_ = std::clamp<Index>(sim_.plan.n_steps() / 1000, 1, 16);
-  // Steps from one look for turned bodies to the next: a look costs as much as some steps
+  // Steps between checks of rotations: a check costs as much as a few steps
   const Index looked_ = std::max<Index>(50, sim_.plan.n_steps() / 10);
   ContactState state_;
   ContactOutcome outcome_;
   Recorder recorder_;
-  std::vector<char> resting_;  // per body: has not moved, and will not before it is pushed
+  std::vector<char> resting_;  // per body: at rest until an impulse acts
   PairSchedule schedule_;
-  Index step_ = 0, recorded_ = 0;  // that the run, and the last output, have reached
-  std::vector<Index> at_;          // per body: the step it has reached
+  Index step_ = 0, recorded_ = 0;  // reached by the run, and by the last output
+  std::vector<Index> at_;          // per body: the step reached
   std::vector<Index> contact_of_;  // per body: its contact body, or -1
-  std::vector<char> current_;      // per contact body: `end` is where it is now
-  std::vector<char> located_;      // per contact body: start and end are those of this step
+  std::vector<char> current_;      // per contact body: `end` is current
+  std::vector<char> located_;      // per contact body: start and end are of this step
   std::vector<char> is_moving_;    // per body
   std::vector<Index> moving_, due_;
   std::vector<char> alone_;          // per body: BodyFacts::steps_alone
