@@ -15,10 +15,10 @@ namespace {
 constexpr Index lanes = 16;
 typedef float Lanes __attribute__((vector_size(lanes * sizeof(float))));
 
-// From so many rows on (1.4 MB, a tenth of a millisecond) a second thread gains more than it costs.
+// Rows (1.4 MB, a tenth of a millisecond) from which a second thread pays.
 constexpr Index threaded_rows = 800;
 constexpr std::size_t threaded_points = 16;
-// Rows of points that rest are dropped when they are more than this share of all.
+// Inactive rows are dropped above this fraction.
 constexpr double most_resting = 0.4;
 
 Index padded(Index n) { return (n + lanes - 1) / lanes * lanes; }
@@ -31,8 +31,8 @@ __attribute__((always_inline)) inline float sum(const Lanes& a) {
   return part[0];
 }
 
-// y += rows^T x_rows and dot = rows x for P rows that follow each other, all of one length, a
-// multiple of the lanes.
+// y += rows^T x_rows and dot = rows x for P consecutive rows of one length, a multiple of the
+// lanes.
 template <int P>
 __attribute__((always_inline)) inline void row_product(const float* rows, Index length,
                                                        const float* x, const float* x_rows,
@@ -53,7 +53,7 @@ __attribute__((always_inline)) inline void row_product(const float* rows, Index 
   for (int k = 0; k < P; ++k) dot[k] = sum(sums[k]);
 }
 
-// Of n rows, by eight, by three and by one.
+// The same for n rows, in blocks of eight, three and one.
 CBR_CLONES void some_rows(const float* rows, Index n, Index length, const float* x,
                           const float* x_rows, float* y, float* dot) {
   Index i = 0;
@@ -62,7 +62,7 @@ CBR_CLONES void some_rows(const float* rows, Index n, Index length, const float*
   for (; i < n; ++i) row_product<1>(rows + i * length, length, x, x_rows + i, y, dot + i);
 }
 
-// y += columns x, of three columns of a length that is a multiple of the lanes.
+// y += columns x, for three columns whose length is a multiple of the lanes.
 CBR_CLONES void add_three(const float* column, Index length, const float* x, float* y) {
   for (Index i = 0; i < length; i += lanes) {
     Lanes y_i;
@@ -115,7 +115,7 @@ void ClosedResponse::add(const ContactProblem& problem, const std::vector<Index>
   });
 }
 
-// Its place, without entries.
+// Appends a point, without entries.
 void ClosedResponse::append(const ContactProblem& problem, Index point) {
   const Index first = n_rows(), n = cbr::n_rows(problem.laws[point].law),
               length = padded(first + n - 1);
@@ -132,7 +132,7 @@ void ClosedResponse::append(const ContactProblem& problem, Index point) {
   }
 }
 
-// The rows of points()[k].
+// Fills the rows of points()[k].
 void ClosedResponse::fill(const ContactProblem& problem, std::size_t k) {
   const Index first = position_[points_[k]],
               end = k + 1 < points_.size() ? position_[points_[k + 1]] : n_rows();
@@ -168,9 +168,9 @@ void ClosedResponse::keep(const std::vector<char>& kept) {
   if (n - static_cast<double>(n_serving_) > most_resting * n) drop(std::vector<char>(rests_));
 }
 
-// In place: no row moves up, so that nothing is overwritten that is still to be read.
+// In place: rows only move forward, so that unread entries are not overwritten.
 void ClosedResponse::drop(const std::vector<char>& dropped) {
-  std::vector<Index> from;  // rows before
+  std::vector<Index> from;  // old row indices
   std::size_t n_kept = 0;
   Index to_start = 0, known_kept = 0;
   const auto known = static_cast<Index>(normals_.size()) / normal_stride_;
@@ -212,8 +212,8 @@ void ClosedResponse::drop(const std::vector<char>& dropped) {
   normals_.resize(static_cast<std::size_t>(known_kept * normal_stride_));
 }
 
-// Half of the entries are in the rows above n / sqrt(2): where there are many a second thread takes
-// those below.
+// Rows above n / sqrt(2) have half of the entries. If there are many, a second thread takes the
+// others.
 void ClosedResponse::product(const FloatVector& x, FloatVector& y) const {
   const Index n = n_rows();
   x_.assign(static_cast<std::size_t>(padded(n)), 0.0F);
@@ -238,14 +238,14 @@ void ClosedResponse::product(const FloatVector& x, FloatVector& y) const {
   y = Eigen::Map<const FloatVector>(y_.data(), n) + Eigen::Map<const FloatVector>(below_.data(), n);
 }
 
-// Of some of points(), and what they stand for above the diagonal: points that serve together, as
-// far as their rows are of one length.
+// Products with some of points() and their transpose. Consecutive active points with rows of one
+// length are processed together.
 void ClosedResponse::add_rows(std::size_t begin, std::size_t past, float* y) const {
   const auto end_of = [&](std::size_t k) {
     return k + 1 < points_.size() ? position_[points_[k + 1]] : n_rows();
   };
   const auto length_of = [&](std::size_t k) { return padded(end_of(k) - 1); };
-  constexpr Index most = lanes + 2;  // rows of one length, the last point's beyond it
+  constexpr Index most = lanes + 2;  // rows of one length, and the last point's beyond
   float dot[most];
   for (std::size_t k = begin; k < past;) {
     if (rests_[points_[k]]) {
@@ -284,7 +284,7 @@ void ClosedResponse::normal_product(const ContactProblem& problem, const FloatVe
   y = result(y_) + result(below_);
 }
 
-// Of rows [begin, past) here.
+// For local rows [begin, past).
 void ClosedResponse::add_normals(Index begin, Index past, const float* x, float* y) const {
   Index i = begin;
   for (; i + 3 <= past; i += 3) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// W over the points that are closed or were lately: what a Krylov method reads in every product.
+// W over the points that are, or were recently, closed: the matrix of Krylov products.
 #pragma once
 
 #include <vector>
@@ -10,37 +10,37 @@ namespace cbr {
 
 using FloatVector = Eigen::VectorXf;
 
-// A part of a dense W in single precision, scaled to s W s with one s = 1 / sqrt(w) for each point:
-// the rows and columns of `points`, one triangle packed row by row, and beside it the normal rows
-// of all points. Points are added at the end. A point that rests keeps its rows for the time when
-// it is added again, but no product reads them.
+// A part of a dense W in single precision, scaled to s W s with s = 1 / sqrt(w) per point. It has
+// the rows and columns of `points`, one triangle packed by rows, and the normal rows of all points.
+// Points are appended. An inactive (resting) point keeps its rows for reuse, but products skip
+// them.
 class ClosedResponse {
  public:
-  // Of this problem, no point yet.
+  // For this problem, without points.
   void begin(const ContactProblem& problem);
   bool of(const ContactProblem& problem) const { return position_.size() == problem.laws.size(); }
-  // w > 0 at these points, and none of them serves yet.
+  // Precondition: these points have w > 0 and are not active.
   void add(const ContactProblem& problem, const std::vector<Index>& points);
-  // Points without an entry in `kept` rest from now on, or are dropped where many would rest. One
-  // entry for each point of the problem.
+  // Makes points without an entry in `kept` inactive, or drops them if many would be inactive. One
+  // entry per point of the problem.
   void keep(const std::vector<char>& kept);
 
-  // in the order of their rows, with those that rest
+  // in the order of their rows, including inactive ones
   const std::vector<Index>& points() const { return points_; }
   Index n_rows() const { return static_cast<Index>(row_.size()); }
-  // here; -1: not there, or resting
+  // local index; -1: absent or inactive
   Index first_row(Index point) const { return rests_[point] ? -1 : position_[point]; }
-  // points() that do not rest
+  // number of active points()
   Index n_serving() const { return n_serving_; }
-  const std::vector<Index>& rows() const { return row_; }  // of W, for each row here
-  double scale(Index row) const { return scale_[row]; }    // s, for each row here
+  const std::vector<Index>& rows() const { return row_; }  // row of W per local row
+  double scale(Index row) const { return scale_[row]; }    // s per local row
 
-  // y = s W s x   (n_rows()); x is 0 in the rows of points that rest, y is not set there
+  // y = s W s x   (n_rows()). x must be 0 in rows of inactive points, where y is not set
   void product(const FloatVector& x, FloatVector& y) const;
-  // y = s W_n s x over the normal rows of all points (0 where w = 0). Their entries are taken from
-  // the problem when they are first asked for.
+  // y = s W_n s x over the normal rows of all points (0 where w = 0). Reads their entries from the
+  // problem at the first call.
   void normal_product(const ContactProblem& problem, const FloatVector& x, FloatVector& y) const;
-  // Entry of s W s, i and j rows here.
+  // Entry of s W s for local rows i and j.
   float entry(Index i, Index j) const {
     return i == j ? diagonal_[i] : i > j ? lower_[start_[i] + j] : lower_[start_[j] + i];
   }
@@ -56,13 +56,13 @@ class ClosedResponse {
   void fill_normals(const ContactProblem& problem) const;
 
   std::vector<Index> points_, position_, row_, start_;
-  std::vector<char> rests_;  // for each point of the problem
+  std::vector<char> rests_;  // inactive, per point of the problem
   Index n_serving_ = 0;
   Index end_ = 0;  // of lower_
   std::vector<double> scale_, point_scale_;
   std::vector<float> lower_;     // left of the diagonal, rows padded with zeros
   std::vector<float> diagonal_;  // n_rows()
-  // for the first rows here, as many as were asked for: the normal rows of all points, padded
+  // normal rows of all points for the first local rows, as many as requested, padded
   mutable std::vector<float> normals_;
   Index normal_stride_ = 0;
   mutable std::vector<float> x_, y_, below_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The unknowns of a Newton step over the rows of a ClosedResponse.
+// Unknowns of a Newton step over the rows of a ClosedResponse.
 #pragma once
 
 #include <array>
@@ -10,25 +10,24 @@
 
 namespace cbr {
 
-// As SetBases (contact_set.hpp), in the rows and the scale of a ClosedResponse: p = C x, equations
-// R^T gap + alpha x = 0. Normals come first, then what is tangential, both in the order of the
-// points.
+// As SetBases (contact_set.hpp), with the rows and scale of a ClosedResponse: p = C x, equations
+// R^T gap + alpha x = 0. Normal unknowns first, then tangential ones, each in the order of points.
 class ClosedUnknowns {
  public:
   struct Unknown {
-    Index row = 0;              // the point's first row here
-    std::array<double, 3> c{};  // the column of R in the point's rows
-    // what the column of C has besides, in the tangential rows: mu d
+    Index row = 0;              // the point's first local row
+    std::array<double, 3> c{};  // column of R in the point's rows
+    // additional tangential entries of the column of C: mu d
     std::array<double, 2> friction{};
     double alpha = 0;  // scaled by s^2
   };
-  // Every point that is not open in `set` is among those of `closed`.
+  // Precondition: `closed` has every point that is not open in `set`.
   void build(const ContactProblem& problem, const ContactSet& set, const ClosedResponse& closed);
 
   Index size() const { return static_cast<Index>(unknowns_.size()); }
   Index n_normals() const { return n_normals_; }
   const Unknown& operator[](Index i) const { return unknowns_[i]; }
-  // Unknowns [first, last) of a point of the problem: its normal one, and its tangential ones.
+  // Unknowns [first, last) of a point of the problem: normal, and tangential.
   struct Range {
     Index first = 0, last = 0;
   };
@@ -36,7 +35,7 @@ class ClosedUnknowns {
   Range tangential(Index point) const { return tangential_[point]; }
   Index point(Index unknown) const { return point_[unknown]; }
 
-  // Vectors are in single or double precision.
+  // V: vectors in single or double precision.
   template <typename V>
   void expand(const V& x, V& p) const;  // p = C x
   template <typename V>

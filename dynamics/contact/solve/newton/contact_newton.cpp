@@ -13,31 +13,32 @@ namespace cbr {
 
 namespace {
 
-// Up to so many rows a set that has stood is factored: 1.2 GB, and the time of two or three solves
-// by Krylov products.
+// Largest number of rows for a factor of a set that has not changed: 1.2 GB, and the time of two or
+// three Krylov solves.
 constexpr std::size_t largest_kept_factor = 12000;
-// Closed rows of a dense W up to which a factor costs no more than Krylov products, and is exact.
+// Closed rows of a dense W up to which a factor, which is exact, costs no more than Krylov
+// products.
 constexpr std::size_t cheap_factor = 256;
-// Impulses outside of the cones are taken into them, with a product, when they violate the laws by
-// no more than so many tolerances.
+// Impulses outside of the cones are projected, with a product, if they violate the laws by at most
+// this number of tolerances.
 constexpr double nearly = 1e6;
 
 }  // namespace
 
 struct ContactNewton::Impl {
-  // Kept while nothing slides: of `held`, one of the two.
+  // While nothing slides: the state of one of the two factors below.
   std::vector<PointState> held;
   std::optional<SetMatrix> matrix;
-  // dense, not singular; of a set that is not far from `held` when `adapted` is false
+  // dense, regular; if not `adapted`, of a set near `held`
   KeptFactor factor;
   bool adapted = false;
   LinearSolver kind = LinearSolver::factor;
-  std::vector<PointState> settled;  // where the last solve ended
+  std::vector<PointState> settled;  // at the end of the last solve
   std::vector<PointState> last;     // of the last step
   std::vector<Index> rows;
   Vector b, x;
 
-  // A set that a whole solve has stood is factored: it is likely to stand again.
+  // Factors a set that a whole solve has not changed: it is likely to stay.
   LinearSolver choice(const ContactProblem& problem, const ContactSet& set,
                       LinearSolver wanted) const {
     if (problem.W.is_sparse) return wanted;
@@ -48,7 +49,7 @@ struct ContactNewton::Impl {
 
   Vector step(const ContactProblem& problem, const ContactSet& set, const Vector& g,
               const Vector& p, LinearSolver linear) {
-    // Coarsely while the set moves; Newton's own convergence is quadratic once it stands
+    // Coarse while the set changes; Newton's convergence is quadratic once it is fixed
     const double reduction = set.states == last ? 1e-8 : 1e-3;
     last = set.states;
     if (set.slides_anywhere()) return SetMatrix(problem, set, linear).solve(g, p, reduction);
@@ -99,7 +100,7 @@ ContactNewton& ContactNewton::operator=(ContactNewton&&) noexcept = default;
 
 namespace {
 
-// Takes p into the cones and keeps it when it is the best so far.
+// Projects p onto the cones and keeps it if it is the best so far.
 double keep_best(const ContactProblem& problem, const Vector& g, const Vector& p, const Vector& gap,
                  NewtonResult& best) {
   Vector inside = p;
@@ -114,8 +115,8 @@ double keep_best(const ContactProblem& problem, const Vector& g, const Vector& p
   return residual;
 }
 
-// Of p + t (target - p), t = 1, 1/2, .. 1/64, the one that violates the laws least; the gap is
-// linear on the way.
+// Line search over p + t (target - p), t = 1, 1/2, .. 1/64, for the least violation of the laws;
+// gaps are linear in t.
 void line_search(const ContactProblem& problem, const Vector& target, const Vector& target_gap,
                  double enough, Vector& p, Vector& gap) {
   double best = std::numeric_limits<double>::infinity(), best_t = 1;
@@ -178,7 +179,7 @@ void ContactNewton::renumber(const std::vector<Index>& from) {
   impl_->factor.renumber(from);
 }
 
-// A SetMatrix is a function of W and the set, the factor has come about by changes.
+// A SetMatrix is a function of W and the set, the factor depends on earlier updates.
 void ContactNewton::keep_state(StateArchive& archive, const ContactProblem& problem) {
   Impl& of = *impl_;
   bool has_matrix = of.matrix.has_value();
@@ -199,14 +200,14 @@ NewtonResult ContactNewton::solve(const ContactProblem& problem, const Vector& g
   best.gap = g;
   best.residual = std::numeric_limits<double>::infinity();
   std::vector<std::vector<PointState>> seen;
-  // of the least violation among impulses that were not taken into the cones
+  // of the least violation among impulses before projection
   Vector outside, outside_gap;
   double least = std::numeric_limits<double>::infinity();
   double merit = law_violations(problem, p, gap).norm();
   while (best.iterations < max_iterations && !best.converged) {
     const ContactSet set = contact_set(problem, p, gap);
     const bool slides = set.slides_anywhere();
-    // Without sliding the set decides all: the same set again is a cycle
+    // Without sliding the set determines the step: a repeated set is a cycle
     if (!slides && linear == LinearSolver::factor &&
         std::find(seen.begin(), seen.end(), set.states) != seen.end())
       break;

@@ -16,22 +16,22 @@ class StateArchive;
 
 struct NewtonResult {
   Vector p, gap;  // the best of all iterates, within the laws' cones
-  // largest violation of a law, a length; infinite, and p = 0, beyond a double's reach
+  // largest violation of a law, a length; infinite, and p = 0, on overflow
   double residual = 0;
   int iterations = 0;
   bool converged = false;
-  // of solve_standing(): the impulses that `gap` is of, which may be outside of the cones
+  // of solve_standing(): the impulses of `gap`, possibly outside of the cones
   Vector outside;
 };
 
-// Without sliding points this is the primal-dual active set (Hintermueller, Ito, Kunisch 2002,
-// doi 10.1137/S1052623401383558): its symmetric factor is kept as long as the set stands. A sliding
-// point has, in the form of Alart and Curnier (1991, doi 10.1016/0045-7825(91)90022-X) with one r =
-// 1 / w for its three rows, two unknowns: p_n, and p_s across the slip's direction d;
-//   gap_n = 0,  gap_s + alpha p_s = 0,  p_t = mu p_n d + p_s d_perp,  alpha = (|tau_t| - mu tau_n)
-//   / (mu tau_n r),  tau = p - r gap.
-// W singular: shifted by 1e-8 of its diagonal and refined, which leaves the least-norm impulses of
-// those that close the same gaps.
+// Without sliding points this is the primal-dual active set (Hintermueller, Ito, Kunisch 2002, doi
+// 10.1137/S1052623401383558), whose symmetric factor is reused while the set stays. A sliding point
+// is in the form of Alart and Curnier (1991, doi 10.1016/0045-7825(91)90022-X) with one r = 1 / w
+// for its three rows. It has two unknowns: p_n, and p_s across the slip's direction d;
+//   gap_n = 0,  gap_s + alpha p_s = 0,  p_t = mu p_n d + p_s d_perp,
+//   alpha = (|tau_t| - mu tau_n) / (mu tau_n r),  tau = p - r gap.
+// A singular W is shifted by 1e-8 of its diagonal and refined. That gives the least-norm impulses
+// among those that close the same gaps.
 class ContactNewton {
  public:
   ContactNewton();
@@ -39,24 +39,24 @@ class ContactNewton {
   ContactNewton(ContactNewton&&) noexcept;
   ContactNewton& operator=(ContactNewton&&) noexcept;
 
-  // From p (m) and gap = g + W p; `tolerance` is a length. The same problem in every call.
+  // Starts at p (m) and gap = g + W p; `tolerance` is a length. The problem must be the same in
+  // every call.
   NewtonResult solve(const ContactProblem& problem, const Vector& g, Vector p, Vector gap,
                      LinearSolver linear, int max_iterations, double tolerance);
-  // With the factor of the rows that the last solve ended with, where it is kept: converged when
-  // that solves this g too.
+  // By the factor of the last solve's final rows, if any. Converged if it solves this g too.
   NewtonResult solve_standing(const ContactProblem& problem, const Vector& g, double tolerance);
-  // The impulses that close the rows of that set, when there is a factor and they are within the
-  // cones; nothing else is checked.
+  // Impulses that close the rows of that set, if there is a factor and they are within the cones;
+  // without other checks.
   bool standing_impulses(const ContactProblem& problem, const Vector& g, Vector& p);
-  // Another method's solution ended with this set: one that two solutions have ended with is
-  // factored, so that it may stand in the next one. Without sliding points, W dense.
+  // Reports the final set of another method's solution. A set that ends two solutions is factored
+  // for the next. Without sliding points, W dense.
   void ends_with(const ContactProblem& problem, const ContactSet& set);
-  // W has got other rows: i was from[i] before, with the same entries of W, or is new (-1). The
-  // factor is adapted.
+  // New rows of W: i was from[i] before, with the same entries of W, or is new (-1). Updates the
+  // factor.
   void renumber(const std::vector<Index>& from);
   // `problem`: that of the last solve.
   void keep_state(StateArchive& archive, const ContactProblem& problem);
-  // factors of dense symmetric matrices so far that were not adapted ones
+  // factors of dense symmetric matrices so far, without updates
   Index n_factored() const;
 
  private:

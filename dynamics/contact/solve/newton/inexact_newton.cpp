@@ -17,34 +17,35 @@
 namespace cbr {
 namespace {
 
-// What a step leaves of its residual: while more than a share of the points changes state, while
-// some do, at least once none does. Near the solution (a violation below a share of the largest
-// |g|) it is not worth a step to learn that the set stands.
+// Relative residual of a step's linear system. `coarsest` while more than a fraction `most_changes`
+// of the points changes state, `coarse` while some do, down to `fine` once none does. Near the
+// solution (violation below `near` times the largest |g|) an extra step only to confirm the set
+// does not pay.
 constexpr double coarsest = 0.1, coarse = 1e-2, fine = 3e-6, most_changes = 0.05, near = 0.03;
-// Products before a step is taken as it is.
+// Limit of products per step.
 constexpr int most_products = 60;
-// A smaller share of open points costs less to read of W itself, in double precision, than of all
+// Below this fraction of open points reading W itself, in double precision, is cheaper than all
 // normal rows.
 constexpr double few_open = 0.1;
-// From so many rows on a second thread gains more than it costs.
+// Rows from which a second thread pays.
 constexpr Index rows_for_threads = 200;
-// What single precision may have made of gaps, as a share of what moved them.
+// Single-precision error of gaps, relative to their change.
 constexpr double single_precision = 5e-7;
-// Gaps are summed up anew when a violation is no larger than this many times that, and it is more
-// than this share of what is wanted.
+// Recomputes gaps if a violation is at most this multiple of that error, and the error exceeds this
+// fraction of the tolerance.
 constexpr double most_drift = 20, most_left = 0.1;
 
 }  // namespace
 
 struct InexactNewton::Impl {
   ClosedResponse closed;
-  bool stands = false;  // `closed` is of this W
+  bool stands = false;  // `closed` is valid for this W
   std::optional<Neighbours> neighbours;
   ClosedUnknowns unknowns;
   LocalInverse inverse;
   FloatGmres gmres;
   std::vector<PointState> last;
-  // of this Newton step: changes of p and, where it is kept, of gap (rows of the problem)
+  // of this Newton step: changes of p and, for active rows, of gap (rows of the problem)
   Vector step, moved;
   Vector scaled;  // over the rows of `closed`
   FloatVector x, b, p_closed, y, normal;
@@ -65,7 +66,7 @@ struct InexactNewton::Impl {
   void fill_moves(const ContactProblem& problem, const Vector& answer, const Vector& change);
 };
 
-// Points that are not open, or have an impulse that the first step may take away.
+// Activates points that are not open, or have an impulse that the first step may remove.
 void InexactNewton::Impl::begin(const ContactProblem& problem, const ContactSet& set,
                                 const Vector& p) {
   if (!neighbours || neighbours->n_points() != problem.n_points()) neighbours.emplace(problem);
@@ -85,7 +86,7 @@ void InexactNewton::Impl::begin(const ContactProblem& problem, const ContactSet&
   closed.add(problem, missing);
 }
 
-// Points that close get the gaps of all their rows, which are not kept of open ones.
+// Computes the gaps of all rows of points that close; open ones have a normal gap only.
 void InexactNewton::Impl::join(const ContactProblem& problem, const Vector& g, const Vector& p,
                                Vector& gap, ContactSet& set) {
   std::vector<Index> joined;
@@ -101,7 +102,7 @@ void InexactNewton::Impl::join(const ContactProblem& problem, const Vector& g, c
   set = contact_set(problem, p, gap);
 }
 
-// gap = g + W p over the rows that serve; no other point has an impulse.
+// gap = g + W p over active rows; other points have no impulse.
 void InexactNewton::Impl::sum_closed(const ContactProblem& problem, const Vector& g,
                                      const Vector& p, Vector& gap) {
   std::vector<Index> rows;
@@ -110,12 +111,12 @@ void InexactNewton::Impl::sum_closed(const ContactProblem& problem, const Vector
          closed.first_row(point) >= 0 && row < problem.first[point + 1]; ++row)
       rows.push_back(row);
   const auto n = static_cast<Index>(rows.size());
-  if (2 * n > p.size()) {  // most of W is read in any case: in its order, on all threads
+  if (2 * n > p.size()) {  // most of W is read anyway: in order, by all threads
     const Vector all = respond(problem, p);
     for (const Index row : rows) gap[row] = g[row] + all[row];
     return;
   }
-  // Two partial sums, whatever the number of threads, of about the same number of entries
+  // Two partial sums of similar size, for any number of threads
   const Vector impulse = p(rows);
   Matrix sums = Matrix::Zero(n, 2);
   const Index middle = static_cast<Index>(0.293 * static_cast<double>(n));
@@ -138,8 +139,8 @@ void InexactNewton::Impl::sum_closed(const ContactProblem& problem, const Vector
   for (Index i = 0; i < n; ++i) gap[rows[i]] = g[rows[i]] + (sums(i, 0) + sums(i, 1));
 }
 
-// Impulses within the laws' cones, and all gaps of them: summed up where they are `off`, or where
-// open points have rows that were not kept; else what the little change adds.
+// Projects impulses onto the laws' cones, and updates gaps. Recomputes them if `off`, or if open
+// points have rows without gaps; otherwise adds the effect of the projection.
 void InexactNewton::Impl::settle(const ContactProblem& problem, const GapsOf& gaps_of, bool off,
                                  Vector& p, Vector& gap) {
   const Vector before = p;
@@ -158,7 +159,7 @@ void InexactNewton::Impl::settle(const ContactProblem& problem, const GapsOf& ga
   gap += moved;
 }
 
-// y = s W s change, the result in units of what is returned.
+// y = s W s change, in units of the returned value.
 double InexactNewton::Impl::float_product(const Vector& change) {
   const double size = change.size() > 0 ? change.lpNorm<Eigen::Infinity>() : 0;
   if (!(size > 0) || !std::isfinite(size)) {
@@ -170,7 +171,7 @@ double InexactNewton::Impl::float_product(const Vector& change) {
   return size;
 }
 
-// K x = size b: adds C x to `change`, and s W s C x to `answer`.
+// Solves K x = size b; adds C x to `change`, and s W s C x to `answer`.
 void InexactNewton::Impl::solve_linear(double size, float reduction, Vector& change,
                                        Vector& answer) {
   const Index n = closed.n_rows();
@@ -192,7 +193,7 @@ void InexactNewton::Impl::solve_linear(double size, float reduction, Vector& cha
   answer += size * y.cast<double>();
 }
 
-// Points whose state is another than in the last step; all at first.
+// Number of points that changed state since the last step; initially all.
 double InexactNewton::Impl::n_changes(const ContactSet& set) const {
   if (last.size() != set.states.size()) return static_cast<double>(set.states.size());
   Index n = 0;
@@ -200,8 +201,8 @@ double InexactNewton::Impl::n_changes(const ContactSet& set) const {
   return static_cast<double>(n);
 }
 
-// Fills `step` and `moved`. `wanted`: share that is to be left of the violation when the set
-// stands.
+// Fills `step` and `moved`. `wanted`: violation after the step relative to that before, for a
+// constant set.
 void InexactNewton::Impl::newton_step(const ContactProblem& problem, const ContactSet& set,
                                       const Vector& p, const Vector& gap, double wanted, bool far) {
   const Index n = closed.n_rows();
@@ -209,7 +210,7 @@ void InexactNewton::Impl::newton_step(const ContactProblem& problem, const Conta
   const bool same = changes == 0;
   unknowns.build(problem, set, closed);
   if (!same) inverse.build(closed, unknowns, *neighbours);
-  // What the new set makes of p before anything is solved: C x_0 - p, x_0 = R^T p
+  // Change of p by the new set alone: C x_0 - p, x_0 = R^T p
   Vector old(n), change(n);
   for (Index i = 0; i < n; ++i) old[i] = p[closed.rows()[i]] / closed.scale(i);
   const Vector x_0 = unknowns.of_impulses(old);
@@ -235,7 +236,7 @@ void InexactNewton::Impl::newton_step(const ContactProblem& problem, const Conta
   fill_moves(problem, answer, change);
 }
 
-// `step` and `moved` of a change of scaled impulses and the answer to it, both over the rows of
+// `step` and `moved` from scaled impulse changes and their response, both over the rows of
 // `closed`.
 void InexactNewton::Impl::fill_moves(const ContactProblem& problem, const Vector& answer,
                                      const Vector& change) {
@@ -252,7 +253,7 @@ void InexactNewton::Impl::fill_moves(const ContactProblem& problem, const Vector
   move_open_points(problem, change);
 }
 
-// Normal gaps of the points that do not serve: few of them by W itself.
+// Normal gaps of inactive points: by W itself if there are few.
 void InexactNewton::Impl::move_open_points(const ContactProblem& problem, const Vector& change) {
   const double size = change.size() > 0 ? change.lpNorm<Eigen::Infinity>() : 0;
   const Index n_open = problem.n_points() - closed.n_serving();
@@ -288,7 +289,7 @@ void InexactNewton::begin_as(const InexactNewton& other) {
 void InexactNewton::keep_state(StateArchive& archive, const ContactProblem& problem) {
   Impl& of = *impl_;
   std::vector<Index> points, serving;
-  if (of.stands) points = of.closed.points();  // else they are of another W, maybe a larger one
+  if (of.stands) points = of.closed.points();  // otherwise of another, perhaps larger W
   for (const Index point : points)
     if (of.closed.first_row(point) >= 0) serving.push_back(point);
   bool has_neighbours = of.neighbours.has_value();
@@ -316,7 +317,7 @@ NewtonResult InexactNewton::solve(const ContactProblem& problem, const Vector& g
   ContactSet set = contact_set(problem, p, gap);
   of.begin(problem, set, p);
   const double scale = g.lpNorm<Eigen::Infinity>();
-  double drift = 0;  // what the gaps may be off by
+  double drift = 0;  // bound of the error of the gaps
   Vector violations = law_violations(problem, p, gap);
   double merit = violations.norm(), violation = violations.lpNorm<Eigen::Infinity>();
   while (best.iterations < max_iterations && !best.converged) {

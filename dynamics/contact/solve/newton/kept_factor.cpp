@@ -11,14 +11,14 @@
 namespace cbr {
 namespace {
 
-// Pivots of the scaled matrix below this are round-off.
+// Smaller pivots of the scaled matrix are round-off.
 constexpr double weakest_pivot = 1e-11;
-// Changes up to this share of the rows cost less than a new factor.
+// Fractions of the rows up to which updates cost less than a new factor.
 constexpr double most_removed = 0.25, most_added = 0.1;
-// Changes lose digits where pivots are smaller: then always a new factor.
+// Updates lose accuracy at smaller pivots: a new factor is made.
 constexpr double weakest_kept = 1e-7;
 
-// Smallest pivot, or 0 when it is round-off.
+// Factors A; returns the smallest pivot, or 0 if it is round-off.
 double factor_in_place(Eigen::Ref<Matrix> A) {
   if (A.rows() == 0) return 1;
   const double pivot = cholesky_in_place(A) ? A.diagonal().cwiseAbs2().minCoeff() : 0;
@@ -56,7 +56,7 @@ KeptFactor::Change KeptFactor::change(const std::vector<Index>& rows) const {
 bool KeptFactor::is_small(const Change& change) const {
   if (change.added.empty() && change.removed.empty() && change.returned.empty()) return true;
   if (pivot_ < weakest_kept) return false;
-  // append() refuses these
+  // append() rejects these
   if (!change.added.empty() && std::find(row_.begin(), row_.end(), Index{-1}) != row_.end())
     return false;
   const double n = static_cast<double>(n_);
@@ -101,7 +101,7 @@ bool KeptFactor::factor(const Matrix& W, const std::vector<Index>& rows) {
 // [L 0; B^T M] with B = L^-1 W_F,new, M M^T = W_new,new - B^T B
 bool KeptFactor::append(const Matrix& W, const std::vector<Index>& rows) {
   const Index k = static_cast<Index>(rows.size()), n = n_ + k;
-  // What W has no longer cannot be joined to it
+  // Rows that W lacks have no entries with new ones
   if (std::find(row_.begin(), row_.end(), Index{-1}) != row_.end()) return false;
   if (L_.rows() < n) L_.conservativeResize(n + n / 8, n + n / 8);
   scale_.conservativeResize(n);
@@ -119,7 +119,7 @@ bool KeptFactor::append(const Matrix& W, const std::vector<Index>& rows) {
   L_.block(n_, n_, k, k) = M;
   row_.insert(row_.end(), rows.begin(), rows.end());
   if (!removed_.empty()) {
-    // L^-1 E goes on below: -M^-1 B^T X
+    // Continues L^-1 E: -M^-1 B^T X
     Matrix below = -B.transpose() * X_;
     M.triangularView<Eigen::Lower>().solveInPlace(below);
     X_.conservativeResize(n, Eigen::NoChange);
@@ -146,7 +146,7 @@ bool KeptFactor::remove(const Change& change) {
   removed_.insert(removed_.end(), change.removed.begin(), change.removed.end());
   X_.conservativeResize(n_, kept + more);
   if (more > 0) {
-    // Nothing above the first of them
+    // Columns are 0 above the first of them
     const Index first = change.removed.front();
     auto columns = X_.rightCols(more);
     columns.setZero();
@@ -199,8 +199,7 @@ void KeptFactor::renumber(const std::vector<Index>& from) {
 
 void KeptFactor::keep_state(StateArchive& archive) {
   archive(n_, row_, scale_, removed_, X_, gram_, positions_, pivot_, n_factored_);
-  // What is not of the factor was never set: what stood in that memory before has no place in a
-  // file.
+  // The rest of L_ is uninitialised memory, which must not get into a file.
   for (Index j = 0; !archive.restores() && j < n_; ++j) {
     L_.col(j).head(j).setZero();
     L_.col(j).tail(L_.rows() - n_).setZero();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The Cholesky factor of a dense W over the rows in contact, adapted where a few rows come or go.
+// Cholesky factor of a dense W over the rows in contact, updated for changes of a few rows.
 #pragma once
 
 #include <vector>
@@ -10,18 +10,18 @@ namespace cbr {
 
 class StateArchive;
 
-// W_AA p_A = b over a set A of rows, W scaled to a unit diagonal. The factor L L^T is of a set F;
-// rows of A that are not in F are appended to it, and of those of F that are not in A p is held at
-// 0: with X = L^-1 E_removed, p = L^-T (I - X (X^T X)^-1 X^T) L^-1 b.
+// Solves W_AA p_A = b over a set A of rows, W scaled to a unit diagonal. The factor L L^T is of a
+// set F. Rows of A outside F are appended. For rows of F outside A, p is constrained to 0: with X =
+// L^-1 E_removed, p = L^-T (I - X (X^T X)^-1 X^T) L^-1 b.
 class KeptFactor {
  public:
-  // Makes it the factor of `rows` (ascending): by changes of what is there when these are fewer
-  // than a new one costs, see docs/decisions/contact-solver.md. False, and empty, when W over the
-  // rows is singular to round-off.
+  // Factors `rows` (ascending), by updates if they cost less than a new factor, see
+  // docs/decisions/contact-solver.md. False, and empty, if W over the rows is singular within
+  // round-off.
   bool adapt(const Matrix& W, const std::vector<Index>& rows);
   // Whether adapt() would not need a new factor.
   bool is_near(const std::vector<Index>& rows) const;
-  // b, p: entries go with the rows of the last adapt().
+  // b, p: entries of the rows of the last adapt().
   void solve(const Vector& b, Vector& p) const;
   // Row i of the new W was row from[i] of the old one (with the same entries), or is new: -1.
   void renumber(const std::vector<Index>& from);
@@ -43,7 +43,7 @@ class KeptFactor {
 
   Index n_ = 0;                   // rows of the factor
   Matrix L_;                      // capacity x capacity, the leading n x n lower triangle in use
-  std::vector<Index> row_;        // of W, per position in the factor; -1: W has it no longer
+  std::vector<Index> row_;        // of W, per position in the factor; -1: no longer in W
   Vector scale_;                  // per position
   std::vector<Index> removed_;    // positions
   Matrix X_;                      // n x removed: L^-1 E_removed

@@ -41,7 +41,7 @@ int gmres(const Product& A, const Vector& b, double tolerance, int max_products,
   Index k = 0;
   while (k + 1 < max_products && std::abs(s[k]) > tolerance) {
     Vector v = A(V[k]);
-    // Twice: Gram and Schmidt keep V orthogonal to round-off
+    // Gram-Schmidt twice keeps V orthogonal within round-off
     for (int pass = 0; pass < 2; ++pass) {
       for (Index i = 0; i <= k; ++i) {
         const double h = V[i].dot(v);
@@ -61,7 +61,7 @@ int gmres(const Product& A, const Vector& b, double tolerance, int max_products,
     if (!(length > 0)) break;
     V.push_back(v / length);
   }
-  // The last column of a singular A can have a zero on the diagonal: without it
+  // The last column of a singular A may have a zero diagonal: drop it
   while (k > 0 && H(k - 1, k - 1) == 0) --k;
   const Vector y = H.topLeftCorner(k, k).triangularView<Eigen::Upper>().solve(s.head(k));
   for (Index i = 0; i < k; ++i) x += y[i] * V[i];

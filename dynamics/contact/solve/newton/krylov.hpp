@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Krylov methods for systems of unit diagonal (Jacobi's preconditioner is in the scaling).
+// Krylov methods for systems with a unit diagonal (scaling is a Jacobi preconditioner).
 #pragma once
 
 #include <functional>
@@ -10,24 +10,23 @@ namespace cbr {
 
 using Product = std::function<Vector(const Vector&)>;
 
-// Both start from x, end when |b - A x| <= tolerance or after max_products products, and return the
-// number of products. A symmetric positive semi-definite, b in its range: x moves in the range of A
-// only.
+// Both start at x, end at |b - A x| <= tolerance or after max_products products, and return the
+// number of products. A symmetric positive semi-definite, b in its range; x changes only in the
+// range of A.
 int conjugate_gradients(const Product& A, const Vector& b, double tolerance, int max_products,
                         Vector& x);
-// Any A: GMRES without restarts (Saad, Schultz 1986, doi 10.1137/0907058), max_products vectors of
-// memory.
+// Any A: GMRES without restarts (Saad, Schultz 1986, doi 10.1137/0907058), with memory for
+// max_products vectors.
 int gmres(const Product& A, const Vector& b, double tolerance, int max_products, Vector& x);
 
 // y = A x, of the size of x.
 using FloatProduct = std::function<void(const Eigen::VectorXf&, Eigen::VectorXf&)>;
-// The same in single precision, from zero, until |b - A x| <= reduction |b|. Keeps its memory for
-// the next call.
+// The same in single precision, from zero, until |b - A x| <= reduction |b|. Reuses its memory.
 class FloatGmres {
  public:
   int solve(const FloatProduct& A, const Eigen::VectorXf& b, float reduction, int max_products,
             Eigen::VectorXf& x);
-  // x = sum of weights()[i] x (what the i-th product was of).
+  // x = sum of weights()[i] x (input of the i-th product).
   const Eigen::VectorXf& weights() const { return y_; }
 
  private:

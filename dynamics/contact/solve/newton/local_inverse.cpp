@@ -14,21 +14,21 @@ namespace cbr {
 namespace {
 
 constexpr int most = LocalInverse::most_in_row;
-// Pivots of a block below this share of its diagonal: the row has its diagonal alone then.
+// Smallest pivot of a block relative to its diagonal; below it a row uses its diagonal only.
 constexpr double weakest_in_block = 1e-5;
-// From so many points on a second thread gains more than it costs.
+// Points from which a second thread pays.
 constexpr Index points_for_threads = 100;
 
 using Unknown = ClosedUnknowns::Unknown;
 
-// a's and b's columns of R over W between their points, both normal.
+// r_a^T W r_b for columns of R of two normal unknowns.
 struct Normal {
   static double between(const ClosedResponse& closed, const Unknown& a, const Unknown& b) {
     return closed.entry(a.row, b.row);
   }
 };
 
-// The same, both tangential.
+// The same for two tangential unknowns.
 struct Tangential {
   static double between(const ClosedResponse& closed, const Unknown& a, const Unknown& b) {
     double sum = 0;
@@ -41,7 +41,7 @@ struct Tangential {
   }
 };
 
-// The unknowns of a point and of its nearest earlier points, its own last.
+// Unknowns of a point and of its nearest earlier points, its own last.
 struct UnknownBlock {
   int n = 0;
   std::array<Index, most> unknown;
@@ -51,7 +51,7 @@ struct UnknownBlock {
   }
 };
 
-// Cholesky's factor of a block's matrix, R^T W R + diag(alpha).
+// Cholesky factor of a block's matrix, R^T W R + diag(alpha).
 template <typename Kind>
 class BlockFactor {
  public:
@@ -74,8 +74,7 @@ class BlockFactor {
     }
   }
 
-  // The last row of the inverse of the factor of the first n: its diagonal alone where these are
-  // not regular.
+  // Last row of the inverse factor of the first n; only its diagonal if they are not regular.
   int last_row(int n, float* y) const {
     if (regular_ < n) {
       y[0] = own_[n - 1] > 0 ? static_cast<float>(1 / std::sqrt(own_[n - 1])) : 1.0F;
@@ -94,10 +93,10 @@ class BlockFactor {
  private:
   std::array<std::array<double, most>, most> L_;
   std::array<double, most> inverse_, own_;  // of the diagonal of L; the matrix's diagonal
-  int regular_ = 0;                         // leading rows that are
+  int regular_ = 0;                         // number of leading regular rows
 };
 
-// The unknowns range(point) of a point and of its nearest earlier points that have some.
+// Unknowns range(point) of a point and of its nearest earlier points with unknowns.
 template <typename RangeOf>
 UnknownBlock block_of(const std::vector<Index>& nearest, Index point, int wanted,
                       const RangeOf& range) {
@@ -113,7 +112,7 @@ UnknownBlock block_of(const std::vector<Index>& nearest, Index point, int wanted
   return block;
 }
 
-// The row of G of the block's unknown n - 1.
+// Row of G for the block's unknown n - 1.
 template <typename Kind>
 void set_row(const BlockFactor<Kind>& factor, const UnknownBlock& block, int n,
              LocalInverse::Row& row) {

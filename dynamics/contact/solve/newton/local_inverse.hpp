@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A sparse stand-in for the inverse of a Newton step's matrix, from each unknown's neighbours.
+// Sparse approximate inverse of a Newton step's matrix, from each unknown's neighbours.
 #pragma once
 
 #include <array>
@@ -11,8 +11,8 @@ namespace cbr {
 
 class StateArchive;
 
-// For each point the points whose normal gaps answer most to its normal impulse (each scaled by the
-// root of its W_ii), best first: on a face those that are nearest.
+// For each point the points whose normal gaps respond most to its normal impulse, largest first.
+// Gaps and impulses are scaled by the roots of W_ii. On a face these are the nearest points.
 class Neighbours {
  public:
   Neighbours() = default;
@@ -26,19 +26,20 @@ class Neighbours {
   std::vector<std::vector<Index>> nearest_;
 };
 
-// G^T G ~ (R^T W R + diag(alpha))^-1, G lower triangular: row i has the unknowns of i's point and
-// of its nearest earlier points, normals and tangents apart, and is the last row of the inverse of
-// their block's Cholesky factor (Kolotilina, Yeremin 1993, doi 10.1137/0614004). A static
-// compliance falls off like 1 / distance, its inverse like 1 / distance^3, so a few neighbours do.
+// G^T G ~ (R^T W R + diag(alpha))^-1, G lower triangular. Row i has the unknowns of i's point and
+// of its nearest earlier points, normal and tangential ones separately. It is the last row of the
+// inverse Cholesky factor of their block (Kolotilina, Yeremin 1993, doi 10.1137/0614004). Static
+// compliance decays like 1 / distance, its inverse like 1 / distance^3, so that a few neighbours
+// suffice.
 class LocalInverse {
  public:
-  // The same W since the last forget().
+  // With the same W since the last forget().
   void build(const ClosedResponse& closed, const ClosedUnknowns& unknowns,
              const Neighbours& neighbours);
   void forget() { of_normals_.clear(); }
   void apply(FloatVector& x) const;  // x := G^T G x
 
-  // Earlier points in a row of G: more gained nothing (docs/decisions/contact-solver.md).
+  // Earlier points in a row of G; more gave no benefit (docs/decisions/contact-solver.md).
   static constexpr int normal_neighbours = 5, tangential_neighbours = 4;
   static constexpr int most_in_row = 2 * (tangential_neighbours + 1);
 
@@ -53,7 +54,7 @@ class LocalInverse {
                       const std::vector<Index>& nearest, Index point);
 
   std::vector<Row> rows_;
-  // The row of a point's normal unknown, which stands while the same points make its block.
+  // Row of a point's normal unknown, valid while its block has the same points.
   struct Kept {
     int n_points = 0, n = 0;
     std::array<int, normal_neighbours + 1> points;

@@ -16,12 +16,12 @@
 namespace cbr {
 namespace {
 
-// Pivots below this share of the diagonal are round-off; the shift that then stands in for them.
+// Relative to the diagonal: pivots of round-off; and the shift that replaces them.
 constexpr double round_off_pivot = 1e-11, shift = 1e-8;
-// Products before a Krylov method gives up.
+// Limits of products of Krylov methods.
 constexpr int most_products_symmetric = 1000, most_products_gmres = 100;
 
-// One entry of W, or a small block's worth of them: r^T W c over the closed rows.
+// r^T W c over the closed rows: one entry of W, or of a small block.
 double between(const ContactProblem& problem, const SetBases& bases, Index j) {
   double sum = 0;
   for (SparseMatrix::InnerIterator r(bases.R, j); r; ++r)
@@ -34,8 +34,8 @@ double between(const ContactProblem& problem, const SetBases& bases, Index j) {
   return sum;
 }
 
-// Scale of each unknown that gives K a unit diagonal; what W itself has there bounds it where
-// friction takes the diagonal away.
+// Scale of each unknown for a unit diagonal of K. Friction may reduce the diagonal; W's own is the
+// lower bound.
 Vector unit_scale(const ContactProblem& problem, const SetBases& bases) {
   Vector scale(bases.size());
   for (Index j = 0; j < bases.size(); ++j) {
@@ -69,11 +69,11 @@ SparseMatrix sparse_part(const SparseMatrix& W, const std::vector<Index>& rows) 
 struct SetMatrix::Impl {
   const ContactProblem* problem = nullptr;
   SetBases bases;
-  Vector scale;  // n: solved with scale K scale, of unit diagonal
+  Vector scale;  // n: solves scale K scale, of unit diagonal
   LinearSolver solver = LinearSolver::factor;
   bool shifted = false;
-  // W over the closed rows (k x k); dense and krylov: only when much smaller than W, which else
-  // serves itself.
+  // W over the closed rows (k x k). Dense and krylov: only if much smaller than W, otherwise W is
+  // used.
   Matrix dense;
   SparseMatrix sparse;
   // One of the factors of scale K scale
@@ -138,7 +138,7 @@ bool SetMatrix::Impl::factor_sparse(double epsilon) {
   return false;
 }
 
-// Factors scaled K + epsilon I; false when a pivot is round-off.
+// Factors scaled K + epsilon I; false if a pivot is round-off.
 bool SetMatrix::Impl::factor(double epsilon) {
   if (problem->W.is_sparse) return factor_sparse(epsilon);
   Matrix K = dense_matrix();
@@ -174,8 +174,7 @@ Vector SetMatrix::Impl::product(const Vector& x) const {
                             bases.alpha.cwiseProduct(y));
 }
 
-// The shift is taken back by refinement; what the shift alone holds (the null space of W) stays
-// least.
+// Iterative refinement removes the shift; components in the null space of W stay minimal.
 Vector SetMatrix::Impl::refined(const Vector& b) const {
   Vector x = back_solve(b);
   double last = std::numeric_limits<double>::infinity();
