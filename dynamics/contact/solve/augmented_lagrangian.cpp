@@ -13,18 +13,18 @@ namespace cbr {
 namespace {
 
 constexpr Index most_rows = 6000, most_columns = 600;
-constexpr double weakest_pivot = 1e-13;  // of a unit diagonal
-// Newton's steps in all and for one sigma; problems that do not halve the violation.
+constexpr double weakest_pivot = 1e-13;  // relative to a unit diagonal
+// Newton steps in total and per sigma; subproblems that do not halve the violation.
 constexpr int most_steps = 150, steps_of_sigma = 30, most_idle = 20;
-// Beyond the largest sigma round-off of y is worth more than what it gains.
+// Above the largest sigma the round-off of y outweighs the gain in convergence.
 constexpr double growth = 10, largest_sigma = 1e5, least_sigma = 1e-3;
 constexpr double shortest_step = 0.003, least_descent = 0.01, round_off = 3e-15;
 
-// A = L L^T   (m x r) by Cholesky's factorisation with pivots, A symmetric positive semi-definite;
-// empty when r passes `most`.
+// A = L L^T   (m x r) by pivoted Cholesky factorisation of a symmetric positive semi-definite A;
+// empty if r exceeds `most`.
 Matrix pivoted_cholesky(const Matrix& A, Index most) {
   const Index m = A.rows();
-  Vector left = A.diagonal();  // of A - L L^T
+  Vector left = A.diagonal();  // diagonal of A - L L^T
   Matrix L(m, std::min(most, m));
   for (Index r = 0; r < m; ++r) {
     Index pivot = 0;
@@ -39,7 +39,7 @@ Matrix pivoted_cholesky(const Matrix& A, Index most) {
   return L;
 }
 
-// One p_k and sigma.
+// The problem for one p_k and sigma.
 class Subproblem {
  public:
   Subproblem(const ContactProblem& problem, const Matrix& L, const Vector& g, const Vector& p,
@@ -51,8 +51,8 @@ class Subproblem {
         convex_(std::none_of(problem.laws.begin(), problem.laws.end(),
                              [](const PointLaw& law) { return law.law == ContactLaw::coulomb; })) {}
 
-  // From y, until R is round-off or small beside the step from p that it stands for. False when it
-  // is neither.
+  // Newton's method from y, until R is round-off or small relative to the step from p. False:
+  // neither.
   bool solve(const Vector& p, Vector& y, int most, int& steps) {
     Vector Ly = L_ * y;
     evaluate(y, Ly);
@@ -100,7 +100,7 @@ class Subproblem {
         convex_ ? 0.5 * (y.squaredNorm() + next_.squaredNorm() / sigma_) : 0.5 * R_.squaredNorm();
   }
 
-  // One of P's generalised derivatives at a point: rows that are closed, and what sliding turns.
+  // A generalised derivative of P at a point: closed rows, and their derivative with sliding.
   void add_point(Index i, std::vector<Index>& rows, std::vector<Matrix3>& slides) const {
     const Index row = problem_.first[i];
     const PointLaw& law = problem_.laws[i];
@@ -170,8 +170,8 @@ AugmentedLagrangian::Result AugmentedLagrangian::solve(const ContactProblem& pro
                                                        double tolerance) const {
   const Vector scaled_g = scale_.cwiseProduct(g);
   const double largest = scaled_g.lpNorm<Eigen::Infinity>(), unit = largest > 0 ? largest : 1.0;
-  const Vector h = scaled_g / unit;  // scaled gaps, the largest 1
-  // gaps of any y, lengths; those of rows that nothing moves are g
+  const Vector h = scaled_g / unit;  // scaled gaps, largest 1
+  // gaps for y, lengths; rows of zeros of W keep g
   const auto gap_of = [&](const Vector& y) {
     Vector gap = g;
     const Vector Ly = L_ * y;
@@ -195,7 +195,7 @@ AugmentedLagrangian::Result AugmentedLagrangian::solve(const ContactProblem& pro
   project(problem, p);
   Result best{Vector::Zero(g.size()), {}};
   best.violation = std::numeric_limits<double>::infinity();
-  double now = offer(p, best), last = now;  // last: of the best when it was halved last
+  double now = offer(p, best), last = now;  // last: violation of the best at its last halving
   Vector y = L_.transpose() * p;
   double sigma = 1;
   int idle = 0;
@@ -216,7 +216,7 @@ AugmentedLagrangian::Result AugmentedLagrangian::solve(const ContactProblem& pro
     if (ok || after < 0.5 * now) {
       p = problem_of_k.next();
       now = after;
-      // nothing moves any more, and some laws are violated
+      // y is stationary, with some laws violated
       if (ok && sigma == largest_sigma && (y - before).norm() <= 1e-12 * y.norm()) break;
       if (ok && steps <= steps_of_sigma / 2) sigma = std::min(largest_sigma, sigma * growth);
     } else {

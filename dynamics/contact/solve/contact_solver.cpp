@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The order of the methods. Newton's first: by inexact steps where a dense W has many rows, with
-// factors or Krylov methods elsewhere. What it does not solve goes to the augmented Lagrangian, or
-// to sweeps where W is too large for that, and to Newton again from there. Each has a bound on its
-// work.
+// Order of the methods. First Newton: with inexact steps for a dense W with many rows, otherwise
+// with factors or Krylov methods. Its failures go to the augmented Lagrangian, or to sweeps if W is
+// too large, and then to Newton again. The work of each method is bounded.
 #include "dynamics/contact/solve/contact_solver.hpp"
 
 #include <algorithm>
@@ -20,21 +19,21 @@
 namespace cbr {
 namespace {
 
-// Shares of the largest |g|: what is aimed at, by inexact steps with friction and by the augmented
-// Lagrangian, and what calls for no
-// other method.
+// Relative to the largest |g|: tolerance, that of inexact steps with friction, and of the augmented
+// Lagrangian; and the residual that needs no further method.
 constexpr double aim = 1e-12, inexact_aim = 3e-12, lagrangian_aim = 1e-11, enough = 1e-10;
-// Rows from which Krylov methods are faster than factors where W stands for some steps
-// (docs/decisions/contact-solver.md), and where it is another in each.
+// Rows from which Krylov methods are faster than factors (docs/decisions/contact-solver.md). For a
+// W that is reused, and for a new W in each step.
 constexpr Index krylov_rows_of_kept_W = 128, krylov_rows_of_new_W = 700;
-// Where a factor is still tried when Krylov methods fail, by rows (dense) or entries of W (sparse):
-// seconds, not minutes, in all.
+// Limits for a factor when Krylov methods fail, by rows (dense) or entries (sparse) of W: seconds
+// in total.
 constexpr Index factor_rows = 4000, factor_entries = 1000000, lu_rows = 1500, lu_entries = 200000;
 constexpr int newton_iterations = 30;
-// Sweeps before Newton's first attempt from nothing, and where the augmented Lagrangian is too
-// dear.
+// Sweeps before the first Newton attempt without a guess, and when the augmented Lagrangian is too
+// expensive.
 constexpr int first_sweeps = 20, most_sweeps = 540;
-// Without friction: what only impossible gaps leave, and how far these are opened beyond.
+// Without friction: residual that shows incompatible gaps, and the margin by which they are opened
+// then.
 constexpr double impossible = 1e-7, margin = 1e-9;
 
 bool has_law(const ContactProblem& problem, ContactLaw law) {
@@ -49,18 +48,17 @@ bool can_factor(const ContactProblem& problem) {
   return problem.n_rows() <= (friction ? lu_rows : factor_rows);
 }
 
-// The best so far; p within the laws' cones. None at first, which is what stays when magnitudes are
-// beyond a double's reach.
+// The best solution so far; p within the laws' cones. Initially none, which remains after overflow.
 struct BestImpulses {
   explicit BestImpulses(const Vector& g) : p(Vector::Zero(g.size())), gap(g) {}
   Vector p, gap;
   double residual = std::numeric_limits<double>::infinity();  // a length
-  // a residual that calls for no other method
+  // a residual that needs no further method
   double good = 0;
   int iterations = 0;
 
   bool done() const { return residual <= good; }
-  // Taken where it is better. `scale`: the largest |g|.
+  // Accepts a better solution. `scale`: the largest |g|.
   void offer(const ContactProblem& problem, double scale, Vector new_p, Vector new_gap,
              double new_residual) {
     if (!(new_residual < residual)) return;
@@ -84,13 +82,13 @@ struct ContactSolver::Impl {
   struct Remembered {
     Vector p, answer;  // answer = W p
   };
-  Remembered last = {}, before = {};  // of the last solution, and of the one before it
-  bool lagrangian_first = false;      // it has solved what Newton's method did not
+  Remembered last = {}, before = {};  // of the last two solutions
+  bool lagrangian_first = false;      // it has succeeded where Newton failed
   std::optional<AugmentedLagrangian> lagrangian = {};
   std::optional<BlockGaussSeidel> sweeps = {};
 
   bool many_rows() const { return !problem.W.is_sparse && problem.n_rows() > krylov_rows; }
-  // The impulses that `p` is of are the last ones: their answer is known.
+  // g + W p, without a product for the last impulses.
   Vector gap_of(const Vector& g, const Vector& p) const {
     const bool is_last = p.size() == last.p.size() && p == last.p;
     return is_last ? Vector(g + last.answer) : g + respond(problem, p);
@@ -123,7 +121,7 @@ bool ContactSolver::Impl::by_newton(const Vector& g, const Vector& p, const Vect
   return best.done();
 }
 
-// Of a dense W with many rows.
+// For a dense W with many rows.
 bool ContactSolver::Impl::by_inexact_steps(const Vector& g, Vector p, Vector gap, double scale,
                                            const GapsOf& gaps_of, BestImpulses& best) {
   if (!many_rows()) return false;
@@ -138,7 +136,7 @@ bool ContactSolver::Impl::by_inexact_steps(const Vector& g, Vector p, Vector gap
   return best.done();
 }
 
-// From the last impulses as they have changed lately, where that violates the laws less.
+// Extrapolates the last impulses if that violates the laws less.
 void ContactSolver::Impl::go_on(const Vector& g, Vector& p, Vector& gap) const {
   if (before.p.size() != p.size() || p.size() != last.p.size() || p != last.p) return;
   Vector next = 2 * last.p - before.p, next_gap = g + 2 * last.answer - before.answer;
@@ -158,7 +156,7 @@ void ContactSolver::Impl::sweep(const Vector& g, Vector p, int n, double scale,
   best.offer(problem, scale, std::move(p), std::move(gap), residual);
 }
 
-// Newton's first attempt, warm from `guess` or from a few sweeps.
+// First Newton attempt, from `guess` or from a few sweeps.
 bool ContactSolver::Impl::attempt(const Vector& g, const Vector& guess, double scale,
                                   const GapsOf& gaps_of, BestImpulses& best) {
   const LinearSolver linear = problem.W.is_sparse ? LinearSolver::krylov : LinearSolver::factor;
@@ -166,7 +164,7 @@ bool ContactSolver::Impl::attempt(const Vector& g, const Vector& guess, double s
   best.iterations += standing.iterations;
   if (standing.converged) best.offer(problem, scale, standing.p, standing.gap, standing.residual);
   if (best.done()) return true;
-  // Newton's first step from the last set is made: the next one goes on from there
+  // The standing set gave the first Newton step: continue from it
   const bool goes_on = standing.iterations > 0 && !friction && !has_law(problem, ContactLaw::tied);
   Vector p = guess.size() == g.size() ? guess : Vector::Zero(g.size());
   project(problem, p);
@@ -182,14 +180,14 @@ bool ContactSolver::Impl::attempt(const Vector& g, const Vector& guess, double s
     gap = start.gap;
   }
   const double residual = law_violations(problem, p, gap).lpNorm<Eigen::Infinity>();
-  // Newton's impulses are the least of those with the same gaps, the sweeps' are not
+  // Newton's impulses are the smallest with their gaps, those of sweeps are not
   if (!(warm && residual <= aim * scale) && (linear == LinearSolver::krylov || can_factor(problem)))
     by_newton(g, p, gap, linear, scale, best);
   if (!best.done() && !goes_on) best.offer(problem, scale, std::move(p), std::move(gap), residual);
   return best.done();
 }
 
-// False when W is too large for it, or when the laws do not hold.
+// False if W is too large, or the laws do not hold.
 bool ContactSolver::Impl::by_lagrangian(const Vector& g, const Vector& guess, double scale,
                                         BestImpulses& best) {
   if (!lagrangian) lagrangian.emplace(problem);
@@ -204,8 +202,8 @@ bool ContactSolver::Impl::by_lagrangian(const Vector& g, const Vector& guess, do
   return best.done();
 }
 
-// No impulse satisfies all gaps: with what violates least forgiven the problem has a solution of a
-// bounded size.
+// For incompatible gaps: relaxing them by the least violation gives a problem with a bounded
+// solution.
 void ContactSolver::Impl::forgive(const Vector& g, const Vector& motion, double scale,
                                   BestImpulses& best) {
   Vector forgiven = g;
@@ -224,7 +222,7 @@ void ContactSolver::Impl::forgive(const Vector& g, const Vector& motion, double 
   if (!(residual <= 2 * best.residual)) return;
   best.p = std::move(bounded.p);
   best.gap = std::move(gap);
-  best.residual = best.good = residual;  // no other method betters it
+  best.residual = best.good = residual;  // no other method improves it
 }
 
 ContactSolver::ContactSolver(GapResponse W, std::vector<PointLaw> laws, bool stands)
@@ -259,7 +257,7 @@ void ContactSolver::renumber(GapResponse W, std::vector<PointLaw> laws,
   of.last = of.before = Impl::Remembered();
 }
 
-// The rest follows from W and the laws, whenever it is asked for.
+// All else is computed from W and the laws on demand.
 void ContactSolver::keep_state(StateArchive& archive) {
   Impl& of = *impl_;
   archive(of.problem.W, of.problem.laws);
@@ -287,7 +285,7 @@ ContactSolution ContactSolver::solve(const Vector& g, const Vector& guess, Effor
   Impl& of = *impl_;
   const double scale = g.size() > 0 ? g.lpNorm<Eigen::Infinity>() : 0;
   const Vector none = Vector::Zero(g.size());
-  // Of the bodies' motion, or of magnitudes beyond a double's reach: the loop will say so
+  // From the bodies' motion, or by overflow: the time loop reports it
   const ContactSolution not_finite{none, g, std::numeric_limits<double>::infinity()};
   if (!g.allFinite() || !of.is_finite) return not_finite;
   if (!(scale > 0) || law_violations(of.problem, none, g).isZero(0)) return {none, g};

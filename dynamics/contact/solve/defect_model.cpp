@@ -7,8 +7,8 @@ namespace cbr {
 namespace {
 
 constexpr Index most_pairs = 8;
-// Of a pair's p, what is left over when the newer ones are taken out; less is round-off of the
-// defects.
+// Relative to a pair's p: remainder after projection onto newer ones. Smaller remainders are
+// round-off of the defects.
 constexpr double least_share = 1e-6;
 
 }  // namespace

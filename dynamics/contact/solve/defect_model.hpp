@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a W that has changed does to impulses, from what it did to the last ones.
+// Model of the change of W, from its effect on the last impulses.
 #pragma once
 
 #include <vector>
@@ -10,8 +10,8 @@ namespace cbr {
 
 class StateArchive;
 
-// Pairs (p, (W - W_0) p) of some products tell of W - W_0 over their span; of the rest it is taken
-// for 0. The newest pairs count, and what they span already tells nothing new.
+// Pairs (p, (W - W_0) p) of recent products determine W - W_0 on their span; it is assumed 0
+// outside. Newer pairs take precedence, and pairs within their span are ignored.
 class DefectModel {
  public:
   void add(const Vector& p, const Vector& defect);
@@ -23,9 +23,9 @@ class DefectModel {
   void renumber(const std::vector<Index>& from);
 
  private:
-  Index n_ = 0, newest_ = -1;  // pairs; column of the last
-  Matrix p_, defect_;          // a ring of columns
-  // columns of p made orthonormal, newest first, and the defects of these
+  Index n_ = 0, newest_ = -1;  // number of pairs; column of the last
+  Matrix p_, defect_;          // a ring buffer of columns
+  // orthonormalised columns of p, newest first, and their defects
   Matrix Q_, E_;
   Index rank_ = 0;
   void orthonormalise();
