@@ -33,8 +33,8 @@
 namespace cbr {
 namespace {
 
-// From these sizes on BLAS's threads gain more than they take by waiting: factors of W, products
-// with modes at contact nodes.
+// Sizes from which BLAS threads pay despite their waits: factors of W, products with modes at
+// contact nodes.
 constexpr Index worth_threads_for_W = 20'000'000, worth_threads_for_modes = 1'000'000;
 
 void count_work(const Simulation& simulation, const RunResult& result, Report& report) {
@@ -80,10 +80,10 @@ UnchangedFiles inputs_of(const Scene& scene) {
   return inputs;
 }
 
-// One run, from a scene that is built to its files.
+// One run, from a built scene to its files.
 class Run {
  public:
-  // signals: noted from here on, also over a second run.
+  // signals: noted from here on, also for a second run.
   Run(const Scene& scene, BuiltScene& built, const std::filesystem::path& results,
       std::optional<NotedSignals>& signals, Report& report)
       : scene_(scene),
@@ -93,7 +93,7 @@ class Run {
         superelements_(superelements_of(scene, results)),
         signals_(signals ? *signals : signals.emplace()) {}
 
-  // Checkpoints to write, one to go on from, or both. `hash`: run_hash().
+  // Checkpoints to write, one to restart from, or both. `hash`: run_hash().
   void use_checkpoints(const std::string& hash, const std::filesystem::path& restart) {
     hash_ = hash;
     if (scene_.output.checkpoint) {
@@ -147,7 +147,7 @@ class Run {
       return signals_.any();
     };
     if (clock_) {
-      // One that a signal ends can go on from where it was
+      // A run ended by a signal can be continued from there
       options.is_checkpoint = [this](Index step, double t) {
         return clock_->is_due(step, t) || signals_.any();
       };
@@ -174,7 +174,7 @@ class Run {
                     share_outside_basis(built_, result));
       if (fields_) fields_->commit();
     } catch (const std::runtime_error& error) {
-      // InputError, too: a folder that was there before the run has gone
+      // Also for InputError: a folder of the inputs may have been removed
       throw RunError(error.what() + (result.ended_at ? "; " + end_text(result) : "") +
                      restart_text());
     }
@@ -198,7 +198,7 @@ class Run {
   }
 
  private:
-  // As soon as contact has looked at them: what is wrong at the start is not worth the run.
+  // Reports overlaps right after contact has found them, as the run may not be worth its time.
   void tell_overlaps() {
     if (has_told_overlaps_) return;
     has_told_overlaps_ = true;
@@ -225,8 +225,8 @@ class Run {
     std::ostringstream place;
     place << "checkpoint at t = " << t << " s: ";
     try {
-      // Fields first: with the checkpoint of before they are some too many, with this one they must
-      // not be too few
+      // Fields first: extra ones beside the old checkpoint do no harm, missing ones beside the new
+      // one would
       if (fields_) fields_->save(fields_of_checkpoint(file_));
       Checkpoint checkpoint{step, t, {}, "", n_threads(), report_.warnings()};
       if (fields_) {
@@ -237,8 +237,8 @@ class Run {
       report_.detail(place.str() + file_.string());
       has_failed_ = false;
       saved_at_ = t;
-    } catch (const std::runtime_error& error) {  // InputError: its folder has gone
-      // Hours of computing are not given up for it
+    } catch (const std::runtime_error& error) {  // InputError: its folder has been removed
+      // A failed checkpoint must not end a long run
       if (!has_failed_)
         report_.warning(place.str() + error.what() +
                         "; the run goes on, the checkpoint of before stays");
@@ -254,10 +254,10 @@ class Run {
   const NotedSignals& signals_;
   std::string hash_;
   std::filesystem::path file_;
-  double begun_at_ = 0;  // the time of the checkpoint that the run goes on from
+  double begun_at_ = 0;  // time of the checkpoint of a restart
   bool has_told_overlaps_ = false;
   bool has_failed_ = false;         // to write the last checkpoint
-  std::optional<double> saved_at_;  // the time of the last one that was written
+  std::optional<double> saved_at_;  // time of the last one written
   std::optional<CheckpointClock> clock_;
   std::optional<StateArchive> state_;
   std::optional<FieldWriter::Saved> saved_fields_;
@@ -268,12 +268,12 @@ class Run {
 
 namespace {
 
-// What run_scene() was called with, but for the scene.
+// Arguments of run_scene() except the scene.
 struct RunCommand {
   std::filesystem::path results, restart;
 };
 
-// With `rotations: auto`: whether the run that wrote the checkpoint had bodies that turn.
+// With `rotations: auto`: whether the run of the checkpoint had large rotation.
 bool turns_in_checkpoint(const Scene& scene, BuildOptions options,
                          const std::filesystem::path& restart) {
   if (restart.empty() || !scene.time || scene.time->rotations != Rotations::automatic) return false;
@@ -290,7 +290,7 @@ void say_that_it_starts_again(const Simulation& simulation, const RunResult::Tur
       turned.rotation * 180 / std::numbers::pi, turned.t));
 }
 
-// False: a body has turned too far for a linear one, and nothing is written.
+// False: a body has exceeded the rotation limit of linear bodies; writes nothing.
 bool run_once(const Scene& scene, const BuildOptions& options, const RunCommand& command,
               const UnchangedFiles& inputs, std::optional<NotedSignals>& signals, Report& report) {
   const bool is_again = signals.has_value();
@@ -313,7 +313,8 @@ bool run_once(const Scene& scene, const BuildOptions& options, const RunCommand&
     return false;
   }
   count_work(built.simulation, result, report);
-  summarise(built, result, run.is_restarted(), report);  // its warnings go into the results
+  // before writing, as the results include its warnings
+  summarise(built, result, run.is_restarted(), report);
   run.write(result);
   run.finish(result);
   return true;
