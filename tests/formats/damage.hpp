@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// One dataset changed: what a reader must refuse by name.
+// Damage to one dataset, which a reader must reject by name.
 #pragma once
 
 #include <vector>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A superelement file spelt out dataset by dataset, as docs/formats.md has it and without the
-// library's own writer of superelements: the reader's contract, and what the tests damage.
+// A superelement file by datasets as in docs/formats.md, without the library's writer of
+// superelements. It is the contract of the reader, and the file that tests damage.
 #pragma once
 
 #include <filesystem>

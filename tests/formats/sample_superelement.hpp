@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A small superelement with every optional part, of no mesh: numbers that obey each rule of the
-// format and nothing else.
+// A small superelement with every optional part, without a mesh: its numbers satisfy the rules of
+// the format only.
 #pragma once
 
 #include "common/superelement/superelement_group.hpp"
@@ -11,10 +11,10 @@ namespace cbr::test {
 // form, recovery of 2 nodes.
 Superelement sample_superelement(unsigned seed = 1);
 
-// Every number and name of the two, bit by bit.
+// Bitwise equality of all numbers and names.
 bool identical(const Superelement& a, const Superelement& b);
 
-// Three of them that share nodes, two by two and all three, each with a part of the surfaces; with
+// Three of them with shared nodes, pairwise and all three, each with a part of the surfaces; with
 // diagonal form and recovery.
 SuperelementGroup sample_group();
 bool identical(const SuperelementGroup& a, const SuperelementGroup& b);

@@ -10,7 +10,7 @@
 
 namespace cbr::test {
 
-// An empty folder of the test's own, gone with it.
+// A temporary folder for each test, initially empty.
 class TemporaryFolder {
  public:
   TemporaryFolder() {

@@ -7,7 +7,7 @@
 
 namespace cbr::fuzz {
 
-// Bytes taken one after the other as numbers; zeros when there are no more.
+// Reads bytes in sequence as numbers; zeros after the end.
 class ByteSource {
  public:
   explicit ByteSource(Bytes bytes) : rest_(bytes) {}

@@ -7,9 +7,8 @@
 
 namespace cbr::fuzz {
 
-// Changes a whole HDF5 file as the bytes say, through the library, so that its checksums stay
-// right: values, shapes, types, storage, attributes, links. What the library refuses to do is left
-// undone.
+// Edits a whole HDF5 file by the bytes, through the library, so that its checksums stay valid:
+// values, shapes, types, storage, attributes, links. Skips edits that the library rejects.
 void edit_hdf5(const std::filesystem::path& file, ByteSource& bytes);
 
 }  // namespace cbr::fuzz

@@ -5,7 +5,7 @@
 
 namespace cbr::fuzz {
 
-// Reads a superelement or a group; what is read is written and read again. False: refused.
+// Reads a superelement or a group, writes it and reads it again. False: rejected.
 bool read_any_superelement(const std::filesystem::path& file);
 
 }  // namespace cbr::fuzz

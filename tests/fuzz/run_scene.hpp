@@ -7,11 +7,11 @@
 
 namespace cbr::fuzz {
 
-// What cbr-reduce does with a scene, and the scene that it hands on. InputErrors and RunErrors as
-// of run_reduce.
+// Reduces like cbr-reduce; returns the scene for cbr-dyn. InputErrors and RunErrors as of
+// run_reduce.
 Scene reduced_scene(const std::string& file);
 
-// What cbr-dyn does with a scene, for a few steps: whatever comes out of a run is finite.
+// Runs a scene like cbr-dyn for a few steps; requires finite results.
 void run_briefly(const Scene& scene);
 
 }  // namespace cbr::fuzz

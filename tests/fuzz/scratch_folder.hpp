@@ -11,8 +11,7 @@
 
 namespace cbr::fuzz {
 
-// A folder of this process, in memory where the system has such a place. The readers take names of
-// files.
+// A folder of this process, in memory if possible, as readers take file names.
 class ScratchFolder {
  public:
   ScratchFolder() {
@@ -32,7 +31,7 @@ class ScratchFolder {
   ScratchFolder& operator=(const ScratchFolder&) = delete;
 
   const std::filesystem::path& path() const { return path_; }
-  // A name that was not used before: what is remembered of a file goes by its name.
+  // A new name, as caches are keyed by name.
   std::filesystem::path fresh(const std::string& suffix) {
     return path_ / (std::to_string(++count_) + suffix);
   }
@@ -47,7 +46,7 @@ inline ScratchFolder& scratch() {
   return folder;
 }
 
-// A file with these bytes, gone with the object.
+// A temporary file with these bytes.
 class ScratchFile {
  public:
   ScratchFile(const std::string& suffix, Bytes bytes) : path_(scratch().fresh(suffix)) {

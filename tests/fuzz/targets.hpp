@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the fuzzers drive: each target takes any bytes as a file of one kind, and aborts when a
-// reader accepts what it must not, or when what was accepted does harm further on. InputError and
-// RunError are the right answers. CONTRIBUTING.md says how to run them.
+// Targets of the fuzzers. Each takes any bytes as a file of one kind. It aborts if a reader accepts
+// invalid data, or accepted data do harm later. InputError and RunError are correct results. How to
+// run them: CONTRIBUTING.md.
 #pragma once
 
 #include <cstdint>
@@ -18,10 +18,10 @@ void gmsh(Bytes bytes);          // .msh: read, assembled, written, read again
 void exodus(Bytes bytes);        // Exodus II and Sierra's superelements: likewise
 void med(Bytes bytes);           // Salome's meshes: likewise
 void superelement(Bytes bytes);  // HDF5: read, checked, written, read again
-// bytes are a list of edits of a whole superelement file, which is then read and run
+// bytes are edits of a valid superelement file, which is then read and run
 void edits(Bytes bytes);
 void program(Bytes bytes);  // YAML: reduced, built and run on small meshes
-// bytes are damage to a checkpoint or its fields, from which a run then goes on
+// bytes are damage to a checkpoint or its fields, from which a run then continues
 void checkpoint(Bytes bytes);
 
 struct Target {
@@ -37,7 +37,7 @@ inline constexpr Target targets[] = {{"scene", scene},
                                      {"program", program},
                                      {"checkpoint", checkpoint}};
 
-// What must hold for every input.
+// A condition that holds for every input.
 inline void require(bool holds, const char* what) {
   if (holds) return;
   std::fprintf(stderr, "fuzz: %s\n", what);

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the product finds by sparse and clever ways, by dense matrices and brute force: models,
-// frequencies, reduction here, motion in dense_body.hpp, contact in dense_search.hpp,
-// dense_laws.hpp and dense_run.hpp. Nothing of the product is used but element matrices and the
-// weights of faces.
+// Reference results by dense matrices and brute force: models, frequencies and reduction here,
+// motion in dense_body.hpp, contact in dense_search.hpp, dense_laws.hpp and dense_run.hpp. Only
+// element matrices and weights of faces are the product's.
 #pragma once
 
 #include <vector>
@@ -14,13 +13,13 @@ namespace cbr::test {
 
 // Component axes; dof 3 i + c is component c of node i.
 struct DenseModel {
-  std::vector<Index> nodes;  // of the mesh, those that volume elements use, ascending
+  std::vector<Index> nodes;  // of the mesh, those in volume elements, ascending
   Matrix K, M;
 };
 DenseModel dense_model(const Mesh& mesh, const std::vector<BlockProperties>& properties,
                        MassKind mass);
 
-// M phi = lambda phi K, ascending; V^T M V = I. Rigid motions get lambda = 0.
+// K phi = lambda M phi, ascending; V^T M V = I. Rigid motions have lambda = 0.
 struct DenseModes {
   Vector lambda;
   Matrix V;
@@ -32,8 +31,8 @@ DenseModes dense_modes(const Matrix& K, const Matrix& M);
 struct DenseReduction {
   Vector eigenvalues;
   Matrix K_cc, M_cc, M_kc;
-  // of the measure by which modes were chosen, between the last one in and the first one out,
-  // relative
+  // relative difference of the measure for the choice of modes, between the last one in and the
+  // first one out
   double gap = 0;
   Matrix K() const;
   Matrix M() const;

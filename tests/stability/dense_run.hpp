@@ -21,11 +21,11 @@ struct DensePair {
 struct DenseMotion {
   struct OfBody {
     std::vector<Points> x;        // at each output: positions of its visible nodes
-    std::vector<Points> impulse;  // of contact, on each since the last output
+    std::vector<Points> impulse;  // of contact, on each node since the last output
   };
   std::vector<OfBody> bodies;
   std::vector<Index> n_pushes;  // of each pair: points with an impulse, summed over the steps
-  // see dense_depth(): the largest at the end of a step, of impulses between bodies
+  // see dense_depth(): the largest at the end of a step, for impulses between bodies
   double depth = 0;
   bool is_unique = true;  // no step had two solutions of Coulomb's law
 };

@@ -9,18 +9,17 @@ namespace cbr::test {
 
 DenseModel dense_model(const RandomBody& body);
 
-// Craig-Bampton; dofs are those of the superelement, in its order.
+// Craig-Bampton with the superelement's dofs, in its order.
 DenseReduction dense_reduction(const RandomBody& body, const DenseModel& model,
                                const Superelement& s);
 
-// Of the scene's body i, whose nodes, faces and sets are those of `ran`. The first as a mesh, the
-// second reduced.
+// The scene's body i, with the nodes, faces and sets of `ran`. First as a mesh, then reduced.
 DenseBody dense_body(const RandomScene& scene, const Ran& ran, std::size_t i,
                      const DenseModel& model);
 DenseBody dense_body(const RandomScene& scene, const Ran& ran, std::size_t i, const Superelement& s,
                      const DenseReduction& reduced);
 
-// The scene's pairs; those that `of` a body.
+// The scene's pairs, of two bodies or with a wall.
 std::vector<DensePair> dense_pairs(const RandomScene& scene, const Ran& ran);
 bool is_of(const RandomPair& pair, const RandomBody& body);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Where bodies can touch, by all nodes against all faces: docs/theory.md, "Points".
+// Contact points by all nodes against all faces: docs/theory.md, "Points".
 #pragma once
 
 #include <array>
@@ -11,13 +11,13 @@ namespace cbr::test {
 
 struct DenseSurface {
   Index body = 0;
-  // linear ones, outward, visible nodes of the body; a triangle repeats its last
+  // linear, outward, visible nodes of the body; a triangle repeats its last
   std::vector<std::array<Index, 4>> faces;
   std::vector<Index> nodes;   // of the faces
   std::vector<double> sizes;  // of the faces, sqrt(area), undeformed
-  double size = 0;            // their mean
+  double size = 0;            // mean of `sizes`
   std::vector<std::vector<Index>>
-      // of each face: those that meet it in a hollow corner sharper than 15 degrees, undeformed
+      // of each face: those that form a concave corner sharper than 15 degrees with it, undeformed
       rising;
 };
 // Faces of 3, 4, 6 or 8 nodes a row; X: undeformed, scene axes.
@@ -31,13 +31,13 @@ struct DenseWall {
   Vector3 normal(const Vector3& x) const;
 };
 
-// r = x of the slave node - sum of weight x of the master nodes; rows of `frame`: the normal out of
+// r = x of the slave node - sum of weight x of the master nodes. Rows of `frame`: the normal out of
 // the master, two tangents.
 struct DensePoint {
   Matrix3 frame;
   // normal . r - g_0 at the end of the step without impulses, and at its start
   double gap = 0, start_gap = 0;
-  // place of the slave node in its surface's nodes; of the master face
+  // position of the slave node in its surface's nodes; of the master face
   Index slot = 0, face = -1;
   struct Term {
     Index body, node;
@@ -46,13 +46,13 @@ struct DensePoint {
   std::vector<Term> terms;
 };
 
-// What a pair remembers of each slave node.
+// State of a pair, per slave node.
 struct DenseMemory {
-  // touched in the last step; last since the surfaces were apart. -1: none
+  // touched in the last step; last one since the surfaces were apart. -1: none
   std::vector<Index> face, known_face;
   std::vector<std::vector<Index>> touched;  // all faces, in the last step
-  std::vector<double> offset;               // g_0, not above 0: an overlap that is left
-  Points stretch;                           // of the springs of friction, scene axes
+  std::vector<double> offset;               // g_0 <= 0: a tolerated overlap
+  Points stretch;                           // of friction springs, scene axes
 };
 
 // Positions of all visible nodes of a body at the start and, without impulses, at the end of the
@@ -69,21 +69,21 @@ std::vector<DensePoint> dense_face_points(const DenseSurface& slave, const Dense
                                           const DenseSurface& master, const DensePath& master_path,
                                           bool initial, DenseMemory& memory);
 
-// How deep a node that starts the step in front of a face, well over it, ends behind it, whatever
-// the rules above make of the two: the deepest, as a share of the face's size.
+// Largest depth at the end of nodes that start the step in front of a face, well over it,
+// independent of the rules above. Relative to the face's size.
 double dense_depth(const DenseSurface& slave, const DensePath& slave_path,
                    const DenseSurface& master, const DensePath& master_path);
 
-// After the step, with the gaps at its end and the normal impulses.
+// Call after the step, with the final gaps and the normal impulses.
 void dense_remember(const DenseSurface& slave, const std::vector<DensePoint>& points,
                     const std::vector<double>& end_gap, const std::vector<double>& p_n,
                     double master_size, DenseMemory& memory);
 
-// What the searches share.
+// Initialises `memory`, for all searches.
 void start(const DenseSurface& slave, DenseMemory& memory);
 Matrix3 dense_frame(const Vector3& normal);
-// Gaps up to this belong to the step: nodes beside those in contact are drawn in by about as much
-// as anything moves.
+// Largest gap of interest in the step: neighbours of nodes in contact are drawn in by about the
+// largest motion.
 double dense_reach(double size, double way, bool initial);
 
 }  // namespace cbr::test

@@ -9,7 +9,7 @@
 
 namespace cbr::test {
 
-// Draws that do not depend on the standard library's distributions.
+// Random numbers independent of the standard library's distributions.
 class Dice {
  public:
   explicit Dice(unsigned seed) : random_(seed) {}

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Random scenes by seed: bodies of all kinds of elements, reduced or not, held, loaded, in contact
-// with walls and with each other.
+// Random scenes by seed: bodies of all element types, reduced or not, constrained, loaded, in
+// contact with walls and each other.
 #pragma once
 
 #include <optional>
@@ -22,8 +22,8 @@ struct RandomBody {
   bool reduced = false;
   Index modes = 0, domains = 1;
   std::vector<std::string> interface_sets;
-  // Other than Craig-Bampton: `reduction` is what a scene says of it, "massless_modes: free";
-  // domains reduced again to so many modes
+  // Other than Craig-Bampton: `reduction` has further keys of the scene, "massless_modes: free";
+  // second_modes: of domains that are reduced again
   std::string basis = "craig-bampton", reduction;
   std::optional<Index> second_modes;
   Matrix3 rotation = Matrix3::Identity();
@@ -59,30 +59,30 @@ struct RandomScene {
   std::string integrator = "exact";
   double cfl = 0.7, every = 0, end = 0;
   bool mass_scaling = false;
-  bool loads_inside = false;   // on surfaces that a reduced body does not keep
-  bool keeps_numbers = false;  // with another order of elements it is another model
-  // What the changes of the scene may do
+  bool loads_inside = false;   // on surfaces that a reduced body does not retain
+  bool keeps_numbers = false;  // another order of elements gives another model
+  // Allowed changes of the scene
   bool in_place = false;
   int threads = 1;
 
-  bool has(const std::string& option) const;  // in any pair's options
-  std::string text() const;                   // for a person: what is in it
+  bool has(const std::string& option) const;  // in the options of any pair
+  std::string text() const;                   // description of the contents
 };
 
-// The same seed gives the same scene. Surfaces that are to meet stand close and move towards each
-// other, in no special position, so that which nodes touch which faces does not hang on rounding.
+// The same seed gives the same scene. Surfaces that shall meet are close and approach each other in
+// general positions. So contact does not depend on round-off.
 RandomScene random_scene(unsigned seed);
 
 // The same with bodies of other bases, domains, second reductions, loads inside reduced parts, and
-// steps above the critical one: drawn from a stream of its own, so that random_scene() gives what
-// it gave.
+// steps above the critical one. From a separate random stream, so that random_scene() stays the
+// same.
 RandomScene random_scene_of_bases(unsigned seed);
 
-// Makes x_max of the first body a groove or a pit that a nose of the second comes into, from
-// whatever side; false for a scene of one body, which is left.
+// Makes x_max of the first body a groove or a pit, and of the second a nose that enters it, from
+// any side. False, without a change, for a scene of one body.
 bool make_groove(RandomScene& scene);
 
-// 3 for each node that no set of the interface has.
+// 3 per node that is in no interface set.
 Index interior_dofs(const RandomBody& body);
 
 // The scene with a change of axes, units or common motion, as YAML; and its run.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Which random scenes are tried, and how to try one of them again.
+// Seeds of random scenes, and how to repeat one.
 #pragma once
 
 #include <cstdio>
@@ -14,7 +14,7 @@ struct Seeds {
   bool thorough = false;  // every change of every scene
 };
 
-// CBR_SEEDS=FIRST:COUNT, then every change is tried on every scene. Without it 1 to `count`.
+// CBR_SEEDS=FIRST:COUNT: every change is tried on these scenes. Without it 1 to `count`.
 inline Seeds seeds(unsigned count = 40) {
   Seeds seeds{1, count};
   if (const char* text = std::getenv("CBR_SEEDS"))
@@ -26,7 +26,7 @@ inline std::string command(unsigned seed) {
   return "again: CBR_SEEDS=" + std::to_string(seed) + ":1 build/tests/stability/random_scenes";
 }
 
-// The worst of each kind of figure.
+// The worst value of each kind.
 class Worst {
  public:
   void add(const std::string& what, double share, double value, unsigned seed) {

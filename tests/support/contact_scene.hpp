@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Scenes of bodies that meet, which can be turned, mirrored, scaled and set in motion as a whole.
+// Scenes of bodies in contact, which can be rotated, mirrored, scaled and set in motion as a whole.
 #pragma once
 
 #include <string>
@@ -10,7 +10,7 @@
 namespace cbr::test {
 
 // x' = length * (S x) + shift, S orthogonal with determinant 1 or -1; velocities get a boost. Units
-// of the other kinds follow.
+// of other quantities follow.
 struct Change {
   Matrix3 S = Matrix3::Identity();
   Vector3 shift = Vector3::Zero(), boost = Vector3::Zero();
@@ -34,7 +34,7 @@ struct BodyPart {
   std::string basis = "craig-bampton";
   Matrix3 rotation = Matrix3::Identity();
   Vector3 position = Vector3::Zero(), velocity = Vector3::Zero();
-  Vector3 angular_velocity = Vector3::Zero();  // of scenes with large rotations
+  Vector3 angular_velocity = Vector3::Zero();  // for scenes with large rotation
 };
 
 struct ContactScene {
@@ -52,7 +52,7 @@ struct ContactScene {
   std::string integrator = "exact";
   bool large_rotations = false;
   int threads = 1;
-  bool in_place = false;  // meshes are moved to where their instances are
+  bool in_place = false;  // meshes are placed at their instances' positions
 };
 
 // [rx, ry, rz] in degrees of a rotation: about the fixed x, then y, then z axis.
@@ -62,9 +62,9 @@ std::string yaml(const ContactScene& scene, const Change& change);
 
 Ran run(const ContactScene& scene, const Change& change = {}, const RunOptions& options = {});
 
-// How far two runs of one scene are from each other when the change of the second is undone: the
-// largest difference in each kind of quantity as a share of its largest value in the run. Bodies
-// and surfaces are matched by name, pairs by their place.
+// Differences of two runs of one scene after undoing the change of the second. The largest
+// difference of each quantity, relative to its largest value in the run. Bodies and surfaces are
+// matched by name, pairs by index.
 struct Difference {
   double positions = 0, momenta = 0, angular = 0, forces = 0, energies = 0, pairs = 0;
   double largest() const {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A ball of hexes, graded towards one point of its surface: what a Hertz contact needs.
+// A ball of hexes, graded towards one point of its surface, for Hertz contact.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -17,13 +17,12 @@ namespace cbr::test {
 
 struct BallOptions {
   double radius = 10;
-  // half width of the evenly meshed patch about the contact point; the elements there are 2 core /
-  // m wide
+  // half width of the uniform patch at the contact point, with elements of width 2 core / m
   double core = 0.5;
-  // elements across the patch (even); a quarter of the azimuth is m elements wide everywhere
+  // elements across the patch (even); a quarter of the azimuth has m elements everywhere
   Index m = 8;
   Index shells = 14;     // between the patch and the far side
-  Index cap_shells = 2;  // so many rings about the patch belong to sideset `contact`
+  Index cap_shells = 2;  // number of rings around the patch in sideset `contact`
   bool quarter = false;  // x >= 0 and y >= 0 only, with nodesets `x_plane` and `y_plane`
 };
 
@@ -31,11 +30,11 @@ namespace ball_detail {
 
 constexpr double bulge = 0.35;  // 0: the core is a half cube, 1: a half ball with bad corners
 
-// A point of the half cube's surface, moved outwards: its factor.
+// Outward scaling factor of a point on the half cube's surface.
 inline double outward(const Vector3& p) { return (1 - bulge) * 0.85 + bulge / p.norm(); }
 
-// The half space Z > 0 on the ball of radius R with its lowest point at the origin: an inversion,
-// so angles are kept, and lengths near the origin too. Infinity is the far pole.
+// Maps the half space Z > 0 to the ball of radius R with its lowest point at the origin. As an
+// inversion it preserves angles, and lengths near the origin. Infinity becomes the far pole.
 inline Vector3 half_space_to_ball(const Vector3& x, double R) {
   const Vector3 centre(0, 0, -2 * R), d = x - centre;
   Vector3 y = centre + 4 * R * R * d / d.squaredNorm();
@@ -43,8 +42,8 @@ inline Vector3 half_space_to_ball(const Vector3& x, double R) {
   return y;
 }
 
-// One lattice point of the half cube [-1, 1]^2 x [0, 1], at equal angles, and its layer: -1 inside
-// the near core or on it, s its copy on shell s, L + 1 in the far core.
+// One lattice point of the half cube [-1, 1]^2 x [0, 1], at equal angles, and its layer. -1: inside
+// or on the near core; s: its copy on shell s; L + 1: in the far core.
 struct Lattice {
   BallOptions o;
   double rho0, rho1;
@@ -62,7 +61,7 @@ struct Lattice {
     if (q == 0) return p;
     return rho * p * ((1 - q * q) * (0.85 * (1 - bulge) + bulge) + q * q * outward(p / q));
   }
-  // Shells turn from box to ball and back to box, as the far core sees it through the inversion.
+  // Shells change from box to ball and back to a box, which is the far core under the inversion.
   Vector3 on_shell(const Vector3& p, Index s) const {
     const double t = double(s) / double(o.shells);
     const auto fade = [](double a) { return a > 0.5 ? 0.0 : (1 - 2 * a) * (1 - 2 * a); };
@@ -163,7 +162,7 @@ struct Builder {
 
 }  // namespace ball_detail
 
-// The ball z >= 0 that touches the plane z = 0 at the origin. Sidesets `contact` (the patch about
+// The ball z >= 0 that touches the plane z = 0 at the origin. Sidesets `contact` (the patch around
 // the origin) and `surface` (all).
 inline Mesh graded_ball(const BallOptions& options) {
   ball_detail::Builder ball(options);

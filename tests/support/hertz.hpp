@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What an elastic ball does that meets its equal or a rigid plane: Hertz's closed form, and the
-// quasi-static answer of a ball that is finite.
+// Impact of an elastic ball on an equal ball or a rigid plane: Hertz's closed form, and the
+// quasi-static solution of a finite ball.
 #pragma once
 
 #include <algorithm>
@@ -12,8 +12,8 @@
 
 namespace cbr::test {
 
-// SI units. `speed` is that of the approach; against a rigid plane the ball has all of it, against
-// its equal each ball half.
+// SI units. `speed`: of the approach. The ball has all of it on a rigid plane, and half of it on an
+// equal ball.
 struct BallImpact {
   double radius = 10e-3, speed = 1;
   Material material{210e9, 0.3, 7850};
@@ -26,13 +26,13 @@ struct BallImpact {
   double modulus() const {
     return material.youngs_modulus / (1 - std::pow(material.poissons_ratio, 2));
   }
-  // reduced
+  // reduced mass
   double mass() const { return on_plane ? ball_mass() : ball_mass() / 2; }
 };
 
 struct ImpactAnswer {
   double approach = 0, force = 0, duration = 0,
-         contact_radius = 0;  // duration: from first to last touch; the others at their largest
+         contact_radius = 0;          // duration: from first to last touch; the others: maxima
   std::vector<double> time, history;  // force against time from the first touch
   double force_at(double t) const {
     if (t <= time.front() || t >= time.back()) return 0;
@@ -57,33 +57,33 @@ inline ImpactAnswer hertz(const BallImpact& impact) {
   return answer;
 }
 
-// Compliance of a ball: the centre of mass moves by W(a) F against the pressed spot (the mean over
-// it, weighed by the pressure) when a force F is spread over a circle of radius a as Hertz does,
-// and met by the ball's inertia. By Legendre polynomials: a normal pressure q_n P_n moves the
-// surface by c_n q_n P_n (Lurie's solutions of the sphere; c_1 relative to the centre of mass, with
-// a uniform body force). A half space has W = 3 / (5 E* a). The plane pushes along the axis and not
-// along the ball's normal: an outward traction q r / R remains, whose work on the pressure's
-// displacements (half space, Betti) is -(1 - 2 nu) / (4 pi mu R) F^2 whatever a.
+// Compliance W(a) of a ball: displacement of the centre of mass relative to the contact circle, per
+// force F. The circle of radius a has Hertz's pressure, which also weights the mean displacement
+// over it. The ball's inertia balances F. By Legendre polynomials: a normal pressure q_n P_n moves
+// the surface by c_n q_n P_n (Lurie's solutions of the sphere; c_1 relative to the centre of mass,
+// with a uniform body force). A half-space has W = 3 / (5 E* a). The plane's pressure acts along
+// the axis and not along the ball's normal. The remaining outward traction q r / R does work on the
+// pressure's displacements (half-space, Betti) of -(1 - 2 nu) / (4 pi mu R) F^2 for every a.
 inline double ball_compliance(const BallImpact& impact, double a) {
   const double R = impact.radius, nu = impact.material.poissons_ratio,
                mu = impact.material.youngs_modulus / (2 * (1 + nu));
   double W = 0;
-  const int last = static_cast<int>(30 * R / a);  // terms fall as n^-4 beyond R / a
+  const int last = static_cast<int>(30 * R / a);  // terms decrease as n^-4 beyond R / a
   for (int n = 0; n < last; ++n) {
     const double k = n;
     double c = (4 * (1 - nu) * k * k + 2 * nu * k - 2 + 4 * nu) /
                ((k - 1) * (k * k + k + 1 + (2 * k + 1) * nu));
     if (n == 1) c = 6 * (1 - 2 * nu) / (5 * (1 + nu));
-    // the pressure's P_n, P_n ~ J_0
+    // P_n component of the pressure, P_n ~ J_0
     const double x = (k + 0.5) * a / R, s = 3 * (std::sin(x) - x * std::cos(x)) / (x * x * x);
     W += R / (4 * mu) * c * (2 * k + 1) / (4 * std::numbers::pi * R * R) * s * s;
   }
   return W - (1 - 2 * nu) / (4 * std::numbers::pi * mu * R);
 }
 
-// Quasi-static impact of a finite ball: for a circle of radius a, F and the approach make the
-// complementary energy F^2 W(a) / 2 + F (a^2 / 5 R - delta) stationary; m delta'' = -F then by
-// energy. Differs from Hertz by some a / R.
+// Quasi-static impact of a finite ball. For a circle of radius a, F and the approach make the
+// complementary energy F^2 W(a) / 2 + F (a^2 / 5 R - delta) stationary. Then m delta'' = -F by
+// energy. Differs from Hertz by terms of order a / R.
 inline ImpactAnswer finite_ball(const BallImpact& impact) {
   const double R = impact.radius, sides = impact.on_plane ? 1 : 2,
                a_hertz = hertz(impact).contact_radius;
@@ -100,8 +100,8 @@ inline ImpactAnswer finite_ball(const BallImpact& impact) {
                   ? 0.4 * force[i] * approach[i]
                   : work[i - 1] + (force[i] + force[i - 1]) / 2 * (approach[i] - approach[i - 1]);
   }
-  // Between the points the force goes as (delta - shift)^(3/2), and powers of it are nearly
-  // straight lines
+  // Between the points the force varies as (delta - shift)^(3/2), so that powers of it are nearly
+  // linear
   const auto interpolate = [&](const std::vector<double>& x, double x_power,
                                const std::vector<double>& y, double y_power, double x_at) {
     const auto i = std::clamp<std::size_t>(
@@ -117,10 +117,10 @@ inline ImpactAnswer finite_ball(const BallImpact& impact) {
   answer.approach = interpolate(work, 0.4, approach, 1, energy);
   answer.force = interpolate(approach, 1, force, 2.0 / 3, answer.approach);
   answer.contact_radius = interpolate(approach, 1, radius, 2, answer.approach);
-  // delta = delta_max (1 - s^2) takes the root of the speed out of the integral of dt = d delta /
+  // delta = delta_max (1 - s^2) removes the root of the speed from the integral of dt = d delta /
   // speed
   constexpr int steps = 4000;
-  std::vector<double> t(1, 0.0), F(1, answer.force);  // back from the largest approach
+  std::vector<double> t(1, 0.0), F(1, answer.force);  // backwards from the largest approach
   for (int i = 0; i < steps; ++i) {
     const double s = (i + 0.5) / steps, delta = answer.approach * (1 - s * s);
     const double speed =

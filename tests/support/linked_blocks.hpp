@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Scenes of equal blocks with points, which links join and which turn by any angle.
+// Scenes of equal blocks with points, joined by links, with large rotation.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@
 
 namespace cbr::test {
 
-// Of 0.4 x 0.2 x 0.1 and density 2: the mass is 0.016.
+// Density 2: the mass is 0.016.
 inline const Vector3 block_size(0.4, 0.2, 0.1);
 
 struct LinkedScene {

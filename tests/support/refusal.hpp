@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What an input is refused with.
+// The error of a rejected input.
 #pragma once
 
 #include "common/base/error.hpp"

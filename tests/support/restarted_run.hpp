@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A run, and the same from a checkpoint of it on.
+// A run, and its continuation from a checkpoint.
 #pragma once
 
 #include <optional>
@@ -14,10 +14,10 @@
 namespace cbr::test {
 
 struct RestartedRun {
-  Ran whole, rest;  // both with the outputs of all of the run
+  Ran whole, rest;  // both with the outputs of the whole run
 };
 
-// The checkpoint is the first after this time.
+// Restarts from the first checkpoint after this time.
 inline RestartedRun restarted(SceneFolder& folder, const std::string& yaml, double after) {
   std::optional<std::vector<Index>> words;
   RunOptions keeps;

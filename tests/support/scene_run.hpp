@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Whole scenes inside a test: meshes made in code, a scene in YAML, reduced, built and run in this
+// Whole scenes inside a test: generated meshes and a scene in YAML, reduced, built and run in this
 // process.
 #pragma once
 
@@ -19,8 +19,8 @@
 namespace cbr::test {
 
 // A block of hex8 from the origin to `size`, n elements along each edge, then moved by `map` (which
-// must not turn elements inside out). Block "block"; sidesets x_min, x_max, y_min, y_max, z_min,
-// z_max, contact loads and supports find them by name.
+// must not invert elements). Block "block"; sidesets x_min, x_max, y_min, y_max, z_min, z_max for
+// contact, loads and supports.
 struct BlockShape {
   std::array<Index, 3> n{1, 1, 1};
   Vector3 size = Vector3::Ones();
@@ -28,17 +28,17 @@ struct BlockShape {
 };
 Mesh block_mesh(const BlockShape& shape);
 
-// Random order and ids of nodes and elements, and random corners that the hexes start at, by
-// `seed`: the same body. hex8 only.
+// The same body with random order and ids of nodes and elements, and random first corners of the
+// hexes, by `seed`. hex8 only.
 Mesh renumbered(const Mesh& mesh, unsigned seed);
 
-// "1.2345678901234567e-07", and "[1, 2, 3]": numbers for YAML that read back the same.
+// "1.2345678901234567e-07", and "[1, 2, 3]": text for YAML that reads back exactly.
 std::string text(double value);
 std::string text(const Vector3& value);
 
 struct Ran {
   Scene scene;
-  BuiltScene built;  // simulation.pairs as the run has left them
+  BuiltScene built;  // with simulation.pairs as after the run
   RunResult result;
 
   // "left.x_max", in output.history
@@ -47,18 +47,18 @@ struct Ran {
   double mass(const std::string& instance) const;
 };
 
-// A folder of its own with meshes, superelements and scenes, gone with the object.
+// A temporary folder with meshes, superelements and scenes.
 class SceneFolder {
  public:
-  SceneFolder() { set_threads(1); }  // small scenes, and other tests run beside this one
+  SceneFolder() { set_threads(1); }  // small scenes; other tests run at the same time
 
-  // `file` with a suffix that write_mesh knows: .exo holds names up to 32 characters.
+  // `file` with a suffix of write_mesh: .exo allows names up to 32 characters.
   void add(const std::string& file, const Mesh& mesh) { write_mesh(mesh, folder_ / file); }
 
-  // What cbr-reduce and cbr-dyn do with this scene; mesh files by their plain name. A component
-  // that has been reduced in this folder is taken as it is. Throws what they throw.
+  // Reduces and runs a scene as cbr-reduce and cbr-dyn do; mesh files by their plain name. Reuses
+  // components that were reduced in this folder. Throws the programs' errors.
   Ran run(const std::string& yaml, const RunOptions& options = {}) const;
-  // The same, without the run.
+  // The same without the run.
   Ran prepare(const std::string& yaml) const;
 
   const TemporaryFolder& folder() const { return folder_; }
@@ -74,7 +74,7 @@ inline Vector3 at(const Series3& series, std::size_t i) {
   return Eigen::Map<const Vector3>(series.values.data() + 3 * i);
 }
 
-// Over all bodies that have the series, at output k; and its largest change since the start.
+// Sum over all bodies with the series, at output k; and its largest change since the start.
 Vector3 total(const RunResult& result, Series3 RunResult::OfBody::*series, std::size_t k);
 double largest_change(const RunResult& result, Series3 RunResult::OfBody::*series);
 
@@ -85,8 +85,8 @@ Vector3 integral(const RunResult& result, const Series3& series);
 double rms(const RunResult& result, const Series3& series,
            const std::function<Vector3(double)>& expected);
 
-// Largest |total - total(0) - work_external - work_contact - work_friction - ...| of the run, as a
-// share of the largest total or work.
+// Largest |total - total(0) - work_external - work_contact - work_friction - ...| of the run,
+// relative to the largest total or work.
 double energy_residual(const RunResult& result);
 
 // Slope of log(error) over log(h), by least squares.

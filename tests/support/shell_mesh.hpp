@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Surfaces of triangles and quads, and linear systems of shells on them, for the tests.
+// Surfaces of triangles and quads, and linear shell systems on them, for tests.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -63,7 +63,7 @@ inline Index shell_dof(Index m, Index i, int c) {
   return c < 3 ? 3 * i + c : 3 * m + 3 * i + c - 3;
 }
 
-// K u = f with u prescribed at some dofs (f there is ignored).
+// Solves K u = f with u prescribed at some dofs (f there is ignored).
 inline Vector solve_shells(const SparseMatrix& K, Vector f,
                            const std::map<Index, double>& prescribed) {
   Vector u = Vector::Zero(K.rows());

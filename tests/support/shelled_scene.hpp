@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Meshes of shells, alone and on solids, and the scenes that run them.
+// Meshes of shells, alone and on solids, and scenes with them.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -18,8 +18,8 @@
 
 namespace cbr::test::shelled {
 
-// Blocks `name` (and name_tri where there are both) on the grid, with nodesets of its edges x_0,
-// x_1, y_0, y_1 and of its corner.
+// Blocks `name` (and name_tri for mixed grids), with nodesets of the grid's edges x_0, x_1, y_0,
+// y_1 and of its corner.
 inline void add_grid(Faces kind, Index n_x, Index n_y,
                      const std::function<Vector3(double, double)>& map, const std::string& name,
                      Mesh& mesh) {
@@ -67,7 +67,7 @@ inline Mesh plate(Faces kind, Index n_x, Index n_y, double l_x, double l_y) {
   return mesh;
 }
 
-// Steel of 10 mm.
+// Steel, 10 mm thick.
 inline constexpr double E = 2.1e11, nu = 0.3, rho = 7850, t = 0.01;
 inline const double D = E * t * t * t / 12 / (1 - nu * nu);
 
@@ -119,8 +119,8 @@ inline double moved(const Ran& ran, const std::string& set, int axis) {
   return last(series, axis) - at(series, 0)[axis];
 }
 
-// A bar of solid with plates on two of its faces, The shells share nodes
-// with the solid and have material and thickness of their own.
+// A solid bar with plates on two of its faces. The shells share nodes with the solid and have
+// material and thickness of their own.
 inline Mesh covered_bar(Index n) {
   Mesh mesh = block_mesh({{4 * n, n, n}, {4, 1, 1}});
   Index element = mesh.blocks[0].connectivity.rows(), id = 2;

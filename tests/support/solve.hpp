@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// From a finite element model to frequencies and static solutions, for the tests.
+// From a finite element model to frequencies and static solutions, for tests.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@
 
 namespace cbr::test {
 
-// fixed(x, c): is component c of a node at x held?
+// fixed(x, c): whether component c of a node at x is constrained
 using Support = std::function<bool(const Vector3&, int)>;
 
 inline std::vector<Index> free_dofs(const Mesh& mesh, const FiniteElementModel& model,
@@ -44,19 +44,18 @@ inline SparseMatrix submatrix(const SparseMatrix& A, const std::vector<Index>& d
   return B;
 }
 
-// The lowest k frequencies in Hz, rigid motions (as zeros) among them.
+// The lowest k frequencies in Hz, including rigid motions (zeros).
 inline Vector frequencies(const Mesh& mesh, const BlockProperties& properties, MassKind mass,
                           const Support& fixed, Index k) {
   const auto model =
       assemble(mesh, std::vector<BlockProperties>(mesh.blocks.size(), properties), mass);
   const auto dofs = free_dofs(mesh, model, fixed);
   const SparseMatrix K = submatrix(model.K, dofs), M = submatrix(model.M, dofs);
-  // A shift far below the first elastic eigenvalue of any of these meshes, far above the rounding
-  // of a zero one.
+  // Shift far below the first elastic eigenvalue of these meshes, and far above the round-off of
+  // zero ones.
   const double sigma = -1e-6 * K.diagonal().sum() / M.diagonal().sum();
   const SparseMatrix shifted = K - sigma * M;
-  // Some more than asked for: a Lanczos process from one vector may give only one of an equal pair
-  // among its last ones.
+  // A few more modes: Lanczos from one vector may find only one of two equal eigenvalues at the end
   const auto pairs = sparse_eigenpairs(K, M, SparseCholesky(shifted), sigma, k + 6);
   EXPECT_TRUE(pairs.converged);
   return pairs.lambda.head(k).cwiseMax(0).cwiseSqrt() / (2 * std::numbers::pi);

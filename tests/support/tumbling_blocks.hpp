@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Two blocks that spin and hit each other, and what such a pair must keep whatever moves it: full
-// meshes and superelements have the same tests.
+// Impact of two spinning blocks, and invariants of such a pair for any kind of body: full meshes
+// and superelements have the same tests.
 #pragma once
 
 #include <functional>
@@ -10,16 +10,17 @@
 
 namespace cbr::test {
 
-// Two blocks askew as full meshes, with faces that do not match; the first flies with spin into the
-// second, which spins too. Waves go at about 10. `options`: more of the contact, ", friction: 0.3".
+// Two oblique blocks as full meshes with nonmatching faces. The first flies with spin into the
+// second, which spins too. Wave speeds are about 10. `options`: further contact options, ",
+// friction: 0.3".
 ContactScene tumbling_blocks(const std::string& options, double speed);
 
-// What changes in a scene that is turned, moved and given a boost, or turned and mirrored, as a
-// share of what is there.
+// Change of a scene under rotation, translation and boost, or rotation and reflection, relative to
+// its values.
 double change_of_a_turned_scene(const ContactScene& scene);
 
-// Blocks that hit each other as slowly as they turn little: the order in the speed by which runs
-// with large rotations and linear ones differ.
+// Blocks with slow impacts and small rotations: the order in the speed of the difference between
+// runs with large rotation and linear ones.
 double order_of_small_rotations(const std::function<ContactScene(double speed)>& blocks);
 
 }  // namespace cbr::test

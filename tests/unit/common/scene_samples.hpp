@@ -10,7 +10,7 @@
 
 namespace cbr::test {
 
-// Every key of docs/formats.md once, each with a value that is not its default.
+// Every key of docs/formats.md once, each with a value other than its default.
 inline const std::string full_scene = R"(materials:
   steel: {youngs_modulus: 5.17e12, poissons_ratio: 0.3, density: 7836}
   "soft stuff": {youngs_modulus: 1.0e-3, poissons_ratio: -0.25, density: 0.1}
@@ -69,7 +69,7 @@ output:
 sweep: {from_hz: 12.5, to_hz: 2125, points: 57, spacing: log, modes: 43}
 )";
 
-// A component that is a superelement alone: its file is all that the scene says of it.
+// A component that is a superelement file alone.
 inline const std::string alone_scene = R"(components:
   part: {superelement: parts/given.cbr.h5}
 instances:
@@ -87,7 +87,7 @@ inline Scene read_text(const TemporaryFolder& folder, const std::string& text) {
   return read_scene((folder / "impact.yaml").string());
 }
 
-// The message, without the folder's name; "" when the scene is read.
+// The message without the folder's name; "" if the scene is read.
 inline std::string refusal(const TemporaryFolder& folder, const std::string& text) {
   try {
     read_text(folder, text);

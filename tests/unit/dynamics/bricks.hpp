@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Small hex meshes made by hand, their superelements, and simulations of two bodies that meet face
-// to face.
+// Small hex meshes, their superelements, and simulations of two bodies in face-to-face contact.
 #pragma once
 
 #include <array>
@@ -32,7 +31,7 @@ Brick make_brick(std::array<Index, 3> n, const Vector3& size, const Material& ma
 
 Lattice as_lattice(const Brick& b, std::array<Index, 3> n);
 
-// How a body of a two-body simulation is made.
+// Options of a body in a two-body simulation.
 struct Part {
   std::array<Index, 3> n{4, 2, 2};
   Vector3 size{1, 0.5, 0.5};
@@ -40,7 +39,7 @@ struct Part {
   bool mesh = false;
   MassKind mass = MassKind::lumped;
   Index modes = 8;
-  bool both_faces = false;  // interface of the superelement: x_min too
+  bool both_faces = false;  // the superelement's interface includes x_min
   Scheme scheme = Scheme::exact;
   Placement placement;
   std::string face = "x_max";
@@ -48,8 +47,8 @@ struct Part {
 
 std::unique_ptr<Body> make_body(const std::string& name, const Part& part, Geometry& geometry);
 
-// Bodies a and b, their faces facing each other; the first is the slave. `h` of 0: the smaller
-// critical step times `share`.
+// Bodies a and b with opposite faces; the first is the slave. `h` of 0: the smaller critical step
+// times `share`.
 Simulation two_bodies(const Part& a, const Part& b, Enforcement enforcement, double end,
                       double every, double share = 0.9);
 

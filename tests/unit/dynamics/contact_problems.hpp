@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Problems of contact impulses for tests and benchmarks, and a judge of their solutions that shares
+// Problems of contact impulses for tests and benchmarks, and a check of their solutions that shares
 // no code with the solver.
 #pragma once
 
@@ -19,19 +19,19 @@ GapResponse sparse(SparseMatrix W);
 std::vector<PointLaw> all(Index n, ContactLaw law, double friction = 0);
 
 struct Verdict {
-  // largest violation, lengths as a share of |g|, impulses as a share of the largest
+  // largest violation, lengths relative to |g|, impulses relative to the largest
   double law = 0;
-  double gap = 0;  // |gap - (g + W p)| as a share of |g|
+  double gap = 0;  // |gap - (g + W p)| relative to |g|
   Index open = 0, stick = 0, slide = 0;
 };
 
-// Each law in its own words; a point slides when its tangential impulse is within 1e-9 of the
+// Checks each law by its definition. A point slides if its tangential impulse is within 1e-9 of the
 // cone's edge.
 Verdict judge(const GapResponse& W, const std::vector<PointLaw>& laws, const Vector& g,
               const ContactSolution& s);
 
-// A press of n x n points, spacing 1, of one law: W, and the gaps of a ball that a uniform and a
-// turning slip drags along.
+// n x n points, spacing 1, of one law: W, and the gaps of a ball with a uniform and a rotational
+// slip.
 struct Press {
   GapResponse W;
   std::vector<PointLaw> laws;
@@ -42,11 +42,11 @@ struct Press {
 // tangential rows coupled.
 Matrix3 mixing(double x, double y);
 
-// Gaps of a ball; `radius`: of the circle where it is under the surface, as a share of the side.
+// Gaps of a ball; `radius`: of its penetrating circle, relative to the side.
 Vector ball_gaps(Index n, ContactLaw law, double radius);
 
-// Every point answers to every other: `soft` as the half-space under a static load (condition of
-// the order of n), else as one under a short step, exp(-distance).
+// A dense W. `soft`: half-space under a static load (condition of the order of n), else under a
+// short step, exp(-distance).
 Press dense_press(Index n, ContactLaw law, double friction, bool soft, double radius = 0.6);
 
 // Lumped meshes: each point lies in a face of a master grid of n + 1 x n + 1 nodes. W = 1/m_s I + N

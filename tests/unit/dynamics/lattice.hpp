@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A block of springs and point masses: the smallest three-dimensional elastic body, for tests that
-// need no elements.
+// A block of springs and point masses: a minimal three-dimensional elastic body, for tests without
+// elements.
 #pragma once
 
 #include <memory>
@@ -26,16 +26,16 @@ Lattice lattice(std::array<Index, 3> n, double spacing, double stiffness, double
 
 RigidBody rigid_body_of(const Lattice& body);
 
-// The two x faces as surfaces "x_min" and "x_max", faces indexing `nodes` (positions in it).
+// The two x faces as surfaces "x_min" and "x_max"; faces are positions in `nodes`.
 std::vector<Surface> x_faces(const Lattice& body, const std::vector<Index>& nodes);
 
-// Nodes of the two x faces, x_max first when only one is asked for.
+// Nodes of the selected x faces.
 std::vector<Index> x_nodes(const Lattice& body, bool minimum, bool maximum);
 
 // Craig-Bampton with dense algebra, k lowest modes, no stored diagonal form.
 Superelement reduce(const Lattice& body, const std::vector<Index>& interface_nodes, Index k);
 
-// Fills omega and V as cbr-reduce does.
+// Fills omega and V like cbr-reduce.
 void store_diagonal_form(Superelement& s);
 
 struct Model {
@@ -45,7 +45,7 @@ struct Model {
 
 Model model(Superelement s);
 
-// In axes of its own, mirrored or not, and under way.
+// Oblique axes, mirrored or not, with a velocity.
 Placement oblique(bool mirrored);
 
 Points random_points(std::mt19937& random, Index n, double size);

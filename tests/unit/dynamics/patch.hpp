@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Flat patches of quads that move as told: contact surfaces without bodies.
+// Flat patches of quads with prescribed motion: contact surfaces without bodies.
 #pragma once
 
 #include "dynamics/contact/search/detection.hpp"
@@ -19,7 +19,7 @@ inline void move(Patch& p, const Vector3& d) {
   p.body.end = p.body.start.rowwise() + d.transpose();
 }
 
-// A box with the top in the plane z = 0, all six faces outward, n x n on each: one surface.
+// A box with its top in the plane z = 0, all six faces outward, n x n quads each: one surface.
 Patch box(int n, double size, double height);
 
 ContactList run(const Patch& slave, const Patch& master, PairMemory& memory, bool initial = false);

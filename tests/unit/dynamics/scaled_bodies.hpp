@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A block that is free or held, its bodies with and without modal mass scaling, and what two bodies
-// that should move alike do.
+// A free or constrained block with and without modal mass scaling, and a comparison of two bodies
+// that must move equally.
 #pragma once
 
 #include <memory>
@@ -18,7 +18,7 @@ struct Case {
   Shape shape = Shape::free;
   bool mirrored = false;
   Index k = 10;
-  double clip = 0.4;  // of the highest frequency
+  double clip = 0.4;  // relative to the highest frequency
 };
 
 const Lattice& block();
@@ -27,7 +27,7 @@ std::vector<HeldDirection> held_directions(Shape shape);
 
 Model model_of(const Case& c);
 
-// All modes, those above the clip slowed down one by one.
+// All modes; each one above the clip gets the clip frequency.
 std::shared_ptr<const DiagonalForm> slowed(const DiagonalForm& form, double clip);
 
 inline double energy(const Body& body) {
@@ -36,7 +36,7 @@ inline double energy(const Body& body) {
 
 inline double difference(const Points& a, const Points& b) { return (a - b).cwiseAbs().maxCoeff(); }
 
-// The same loads, impulses and steps for both; what they answer is equal.
+// Expects equal motion of both bodies under the same loads, impulses and steps.
 void expect_equal_motion(Body& body, Body& reference, double h, int steps, double tolerance,
                          double contact_step = 0);
 

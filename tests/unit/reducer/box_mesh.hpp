@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A block of hexes with a sideset on each face, made in code.
+// A block of hexes with a sideset on each face.
 #pragma once
 
 #include <array>
@@ -16,12 +16,12 @@ struct BoxSides {
   std::array<Index, 3> n = {4, 3, 2};  // elements
   std::array<double, 3> size = {4, 3, 2};
   std::array<double, 3> origin = {0, 0, 0};  // of the corner
-  // interior and surface nodes are moved by about this share of an element
+  // displacement of interior and surface nodes, relative to an element
   double skew = 0;
 };
 
 // Sidesets x_min, x_max, y_min, ..., surface (all six); nodesets corner (1 node), edge (the nodes
-// on the z edge at the origin).
+// of the z edge at the origin).
 inline Mesh box_mesh(const BoxSides& box) {
   const Index nx = box.n[0], ny = box.n[1], nz = box.n[2];
   Mesh mesh;
@@ -82,7 +82,7 @@ inline Mesh box_mesh(const BoxSides& box) {
   return mesh;
 }
 
-// The two meshes side by side in one, with no node in common.
+// Both meshes in one, side by side, without common nodes.
 inline Mesh both(const Mesh& a, const Mesh& b) {
   Mesh mesh = a;
   const Index n = a.coordinates.rows(), elements = a.blocks[0].connectivity.rows();

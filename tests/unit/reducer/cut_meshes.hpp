@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Meshes of several kinds on a warped lattice, and with elements left out: what is cut into
-// domains.
+// Meshes to be cut into domains: several element types on a warped lattice, also with elements
+// omitted.
 #pragma once
 
 #include <functional>
@@ -9,8 +9,7 @@
 
 namespace cbr::test {
 
-// Only elements of block 0 for which `keep` says so of their cell (i, j, k); sides of others are
-// dropped.
+// Keeps the elements of block 0 whose cell (i, j, k) satisfies `keep`, and their sides.
 inline Mesh with_cells(const Mesh& whole, std::array<Index, 3> n,
                        const std::function<bool(Index, Index, Index)>& keep) {
   Mesh mesh = whole;
@@ -37,7 +36,7 @@ inline Mesh with_cells(const Mesh& whole, std::array<Index, 3> n,
   return mesh;
 }
 
-// Teeth of one cell's width in x on a back of one layer in y, with gaps as wide.
+// A comb: teeth of one cell's width in x, with gaps as wide, on a back of one layer in y.
 inline Mesh comb_mesh(Index teeth, Index length) {
   const std::array<Index, 3> n = {2 * teeth - 1, length, 2};
   const Mesh box =
@@ -45,7 +44,7 @@ inline Mesh comb_mesh(Index teeth, Index length) {
   return with_cells(box, n, [](Index i, Index j, Index) { return j == 0 || i % 2 == 0; });
 }
 
-// Two blocks of m^3 cells that have one edge in common.
+// Two blocks of m^3 cells with one common edge.
 inline Mesh blocks_joined_at_an_edge(Index m) {
   const double size = 2.0 * static_cast<double>(m);
   const Mesh box = box_mesh({{2 * m, 2 * m, m}, {size, size, size / 2}, {0, 0, 0}, 0.05});
@@ -77,7 +76,7 @@ inline Mesh tet10_mesh(std::array<Index, 3> n, double skew) {
         x[a + 1] = x[a];
         x[a + 1][orders[o][a]] += 2;
       }
-      if (o >= 3) std::swap(x[2], x[3]);  // the other orientation
+      if (o >= 3) std::swap(x[2], x[3]);  // reverses the orientation
       const auto e = static_cast<Index>(block.element_ids.size());
       const auto middle = [&](std::size_t a, std::size_t b) {
         return node({(x[a][0] + x[b][0]) / 2, (x[a][1] + x[b][1]) / 2, (x[a][2] + x[b][2]) / 2});
@@ -99,8 +98,8 @@ inline Mesh tet10_mesh(std::array<Index, 3> n, double skew) {
   return mesh;
 }
 
-// Columns of hexes, of wedge pairs and of six pyramids around a node of their own. Sideset x_min
-// where the column is of hexes.
+// Columns of hexes, of wedge pairs, and of six pyramids around a node of their own. Sideset x_min
+// on columns of hexes.
 inline Mesh mixed_mesh(std::array<Index, 3> n, double skew) {
   Mesh mesh =
       box_mesh({n,
@@ -126,7 +125,7 @@ inline Mesh mixed_mesh(std::array<Index, 3> n, double skew) {
           mesh.coordinates(all.connectivity.row(e), Eigen::all).colwise().mean();
       mesh.node_ids.push_back(10 * center + 7);
       for (int side = 1; side <= 6; ++side) {
-        // outward, so the base is turned over
+        // outward, so that the base is reversed
         const auto& face = side_nodes(ElementType::hex8, side);
         rows[2].push_back({v(face[0]), v(face[3]), v(face[2]), v(face[1]), center});
       }

@@ -32,7 +32,7 @@ class ReduceProgram : public testing::Test {
 
   std::string path(const std::string& name) const { return (folder_ / name).string(); }
 
-  // Runs as the program does, and returns the scene handed on.
+  // Runs like the program; returns the scene for the next program.
   std::string run(std::vector<std::string> arguments, const std::string& timings = "") const {
     CLI::App app("test", "cbr-reduce");
     ReduceCommand command;

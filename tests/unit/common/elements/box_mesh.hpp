@@ -18,13 +18,12 @@ inline constexpr std::array<ElementType, 7> volume_types = {
     ElementType::tet4, ElementType::tet10, ElementType::pyramid5, ElementType::wedge6,
     ElementType::hex8, ElementType::hex20, ElementType::hex27};
 
-// The linear elements of which one cell is made, as numbers of its corners (hex8 order; 8 is its
-// centre).
+// Linear elements of one cell, by its corners (hex8 order; 8 is its centre).
 inline std::vector<std::vector<int>> cell_elements(ElementType type) {
   switch (type) {
     case ElementType::tet4:
     case ElementType::tet10: {
-      // Kuhn's six tetrahedra round the diagonal 0 - 6: they fit those of the next cell.
+      // Kuhn's six tetrahedra around the diagonal 0 - 6, which conform to those of the next cell.
       std::vector<std::vector<int>> tets;
       for (const auto& [a, b] :
            std::vector<std::pair<int, int>>{{1, 2}, {2, 3}, {3, 7}, {7, 4}, {4, 5}, {5, 1}})
@@ -52,7 +51,7 @@ inline Mesh box_mesh(
     ElementType type, const std::array<Index, 3>& cells, const Vector3& L,
     const std::function<Vector3(const Vector3&)>& warp = [](const Vector3& x) { return x; }) {
   std::map<std::array<Index, 3>, Index> corner_numbers;  // by twice the grid coordinates
-  // by the corners that the node is the mean of
+  // by the corners of which the node is the mean
   std::map<std::vector<Index>, Index> middle_numbers;
   std::vector<Vector3> x;
   std::vector<std::vector<Index>> elements;
@@ -127,7 +126,7 @@ inline Points points_of(const Mesh& mesh, const Block& block, Index e) {
   return X;
 }
 
-// In [-1, 1]; the same numbers everywhere.
+// In [-1, 1]; the same numbers on all platforms.
 class Random {
  public:
   explicit Random(std::uint64_t seed = 1) : state_(seed) {}
@@ -140,7 +139,7 @@ class Random {
   std::uint64_t state_;
 };
 
-// A rotation about no axis in particular.
+// A rotation about a general axis.
 inline Matrix3 some_rotation() {
   const Vector3 axis = Vector3(0.3, -0.8, 0.52).normalized();
   Matrix3 cross;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Matrices whose eigenvalues are known in closed form: springs on a cubic grid of N^3 points.
+// Matrices with eigenvalues in closed form: springs on a cubic grid of N^3 points.
 #pragma once
 
 #include <algorithm>
@@ -13,9 +13,8 @@ namespace cbr::test {
 
 using Triplets = std::vector<Eigen::Triplet<double, Index>>;
 
-// Every point is tied to its up to six neighbours by unit springs; `clamped`: those that are
-// missing hold on to a wall, so that the eigenvalues are sums of 2 - 2 cos(i pi / (N + 1)), i
-// = 1..N; else free, 2 - 2 cos(i pi / N), i = 0..N-1.
+// Unit springs between neighbours. `clamped`: missing neighbours are walls. Eigenvalues are then
+// sums of 2 - 2 cos(i pi / (N + 1)), i = 1..N; else of 2 - 2 cos(i pi / N), i = 0..N-1.
 inline SparseMatrix grid_stiffness(Index N, bool clamped) {
   const auto at = [N](Index x, Index y, Index z) { return x + N * (y + N * z); };
   Triplets entries;

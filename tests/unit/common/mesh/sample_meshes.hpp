@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Small meshes that several tests need, built without any file.
+// Small meshes for several tests, without files.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -24,9 +24,8 @@ inline constexpr std::array<ElementType, 12> all_types = {
     ElementType::quad9,  ElementType::tet4, ElementType::tet10, ElementType::pyramid5,
     ElementType::wedge6, ElementType::hex8, ElementType::hex20, ElementType::hex27};
 
-// Each node of an element as the corners that it is the mean of: the geometry behind a node order,
-// written down apart from the tables under test. From the figures of the Exodus II manual, numbers
-// from 0.
+// Each node of an element as the mean of corners, which defines the node order independently of the
+// tables under test. From the figures of the Exodus II manual, numbers from 0.
 inline std::vector<std::vector<int>> node_corners(ElementType type) {
   const auto corners = [](int n) {
     std::vector<std::vector<int>> list;
@@ -79,7 +78,7 @@ inline std::vector<std::vector<int>> node_corners(ElementType type) {
   return {};
 }
 
-// Coordinates of a straight-sided element of the type with the given corners, in Exodus order.
+// Coordinates of a straight-sided element with the given corners, in Exodus order.
 inline Points element_points(ElementType type, const Points& corners) {
   const auto parents = node_corners(type);
   Points X = Points::Zero(static_cast<Index>(parents.size()), 3);
@@ -89,8 +88,7 @@ inline Points element_points(ElementType type, const Points& corners) {
   return X;
 }
 
-// Corners of a slightly skew, right-handed element: no symmetry that a wrong order could hide
-// behind.
+// Corners of a slightly skew, right-handed element, without symmetry that could hide a wrong order.
 inline Points skew_corners(ElementType type) {
   Points X(n_corners(type), 3);
   switch (n_corners(type)) {
@@ -116,8 +114,8 @@ inline Points skew_corners(ElementType type) {
   return X;
 }
 
-// One element of each type, not connected, each its own block; volume elements with a sideset of
-// every side, a nodeset of corners.
+// One element of each type, not connected, each a block; volume elements with a sideset of every
+// side, and a nodeset of corners.
 inline Mesh zoo() {
   Mesh mesh;
   std::vector<Points> parts;
@@ -187,7 +185,7 @@ inline Mesh brick(Index nx, Index ny, Index nz) {
   return mesh;
 }
 
-// A folder of its own for each test, gone at the end.
+// A temporary folder for each test.
 class Folder {
  public:
   Folder() {
@@ -218,7 +216,7 @@ inline void write_text(const std::filesystem::path& file, const std::string& tex
   std::ofstream(file, std::ios::binary) << text;
 }
 
-// The message of the InputError that `action` must throw; "" when it does not.
+// The message of the InputError that `action` must throw; "" if it does not.
 inline std::string message_of(const std::function<void()>& action) {
   try {
     action();
@@ -243,7 +241,7 @@ inline void expect_equal(const Mesh& a, const Mesh& b, double tolerance = 0) {
     EXPECT_EQ(block.element_ids, found.element_ids);
     EXPECT_EQ(block.connectivity, found.connectivity);
   }
-  // Sides by element id and nodes, in any order: a file may keep blocks and faces in another order.
+  // Sides by element id and nodes, in any order: a file may reorder blocks and faces.
   const auto sides = [](const Mesh& mesh, const Sideset& set) {
     std::set<std::tuple<Index, int, std::vector<Index>>> all;
     for (const Side& s : set.sides)
