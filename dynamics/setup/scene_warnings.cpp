@@ -101,7 +101,7 @@ bool share_most(const Box& a, const Box& b) {
   return (shared.array() > 0.5 * (a.upper - a.lower).cwiseMax(b.upper - b.lower).array()).all();
 }
 
-// Bound of the approach of two instances by the speeds and motions in the scene.
+// Bound of the approach of two instances by initial velocities and gravity.
 double way_of(const Scene& scene, const Instance& a, const Instance& b) {
   double way = (a.velocity - b.velocity).norm() * scene.time->end;
   for (const Load& load : scene.loads)

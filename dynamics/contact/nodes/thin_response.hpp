@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Response of a body with a few modes and residual compliance of node directions.
+// Response of a body with few coordinates and with residual compliance of node directions.
 #pragma once
 
 #include <memory>
@@ -29,11 +29,11 @@ std::shared_ptr<const StaticRows> no_static_rows(std::size_t n_nodes);
 
 // S = A^T C A + B F B^T / h   (3 m x 3 m), never formed. Shared by the instances of a component.
 struct ThinResponse {
-  std::shared_ptr<const Matrix> A;  // r x 3 m, mode shapes at the nodes; r may be 0
-  Matrix C;  // r x r, symmetric: response of the modal coordinates to modal forces
+  std::shared_ptr<const Matrix> A;  // r x 3 m, nodal displacements per coordinate; r may be 0
+  Matrix C;  // r x r, symmetric: response of the coordinates to forces on them
   std::shared_ptr<const StaticRows> rows;
   double h = 0;
-  bool C_is_diagonal = false;  // products with C are then cheap
+  bool C_is_diagonal = false;  // modal coordinates: products with C are cheap
 
   Index n_dofs() const { return A->cols(); }
   // C x of columns x   (r x q)

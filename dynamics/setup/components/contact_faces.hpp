@@ -15,7 +15,7 @@ IndexTable contact_faces(const Surface& surface);
 // Faces of all surfaces, without repetition.
 IndexTable all_faces(const Geometry& geometry);
 bool has_faces(const Geometry& geometry);
-// The surfaces without the faces of earlier ones, split by kind of face; empty ones are omitted.
+// The surfaces without the faces of earlier ones; empty surfaces are omitted.
 std::vector<Surface> distinct_surfaces(const std::vector<const Surface*>& surfaces);
 std::vector<const Surface*> all_surfaces(const Geometry& geometry);
 bool is_second_order(const Surface& surface);

@@ -126,7 +126,7 @@ std::vector<AveragePoint> points_of(const SceneIndex& index, const BuiltScene& b
   for (const LinkOptions& link : scene.links) {
     if (link.second.instance != instance.name) continue;
     AveragePoint second = average(i, link.second.surface, named_point(index, link.second));
-    second.rigid = false;  // the point itself is rigid
+    second.rigid = false;  // the named point couples the nodes
     second.at = average(index.place(link.first.instance), link.first.surface,
                         named_point(index, link.first))
                     .at;
