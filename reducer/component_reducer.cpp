@@ -14,7 +14,6 @@
 #include "common/scene/staleness.hpp"
 #include "reducer/condensation/residual_mass.hpp"
 #include "reducer/distributed/distributed_reduction.hpp"
-#include "reducer/distributed/domain_share.hpp"
 #include "reducer/domains/domains.hpp"
 #include "reducer/domains/second_reduction.hpp"
 #include "reducer/modes/diagonal_form.hpp"

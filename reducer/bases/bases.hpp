@@ -3,7 +3,6 @@
 // matrices to a superelement.
 #pragma once
 
-#include "common/linalg/sparse/sparse_cholesky.hpp"
 #include "reducer/bases/reduction_steps.hpp"
 #include "reducer/condensation/condensation.hpp"
 #include "reducer/modes/fixed_interface_modes.hpp"
@@ -12,8 +11,7 @@ namespace cbr {
 
 // Ingredients of a basis beside K_cc and M_cc, which the superelement has already.
 struct Ingredients {
-  const SparseCholesky& factor;  // of K_II
-  FixedInterfaceModes modes;     // of first_modes(), those that are kept
+  FixedInterfaceModes modes;  // of first_modes(), those that are kept
   Condensation condensed;
 };
 
@@ -21,7 +19,7 @@ struct Ingredients {
 void make_basis_craig_bampton(Reduction& r, Ingredients&& given, Superelement& s);
 
 // basis_massless.cpp. Of free modes, which it computes itself.
-void make_basis_massless(Reduction& r, const SparseCholesky& factor, Superelement& s);
+void make_basis_massless(Reduction& r, Superelement& s);
 
 // basis_characteristic.cpp
 void make_basis_characteristic(Reduction& r, Ingredients&& given, Superelement& s);

@@ -23,10 +23,10 @@ void examine(Reduction& r, const Superelement& s) {
   if (loose >= 0) r.figures.condition.loose_node = node_of_interface_dof(r, loose);
 }
 
-void make_shapes(Reduction& r, const SparseCholesky& factor, Superelement& s) {
+void make_shapes(Reduction& r, const InteriorInertia& inertia, Superelement& s) {
   const auto phase = r.report.phase("characteristic modes");
-  r.figures.characteristic = make_characteristic(r.options.characteristic, parts_of_interface(r),
-                                                 interior_inertia(r.p.rigid, factor), s);
+  r.figures.characteristic =
+      make_characteristic(r.options.characteristic, parts_of_interface(r), inertia, s);
   examine(r, s);
 }
 
@@ -42,20 +42,24 @@ void compare_with_craig_bampton(Reduction& r, const FreeEigenvalues& free, const
 }  // namespace
 
 void make_basis_characteristic(Reduction& r, Ingredients&& given, Superelement& s) {
-  const SparseCholesky& factor = given.factor;
   FixedInterfaceModes& modes = given.modes;
-  const InterfaceMotions motions = motions_to_judge(r, factor, false, s);
-  complete_modes(r, factor, motions, modes, given.condensed, s);
+  const InterfaceMotions motions = motions_to_judge(r, false, s);
+  complete_modes(r, motions, modes, given.condensed, s);
   judge_reduced_rigid(r, s);
-  const FreeEigenvalues free = look_before(r, factor, modes.Phi, s);
+  const FreeEigenvalues free = look_before(r, modes.Phi, s);
   if (r.options.recovery) add_recovery(r, std::move(given.condensed.Psi), std::move(modes.Phi), s);
-  make_shapes(r, factor, s);
-  look_after(free, r.figures.condition.n_rigid, s);
-  compare_with_craig_bampton(r, free, s);
+  const InteriorInertia inertia = interior_inertia(*r.inside);
+  r.inside->in_first([&] {
+    make_shapes(r, inertia, s);
+    look_after(free, r.figures.condition.n_rigid, s);
+    compare_with_craig_bampton(r, free, s);
+  });
 }
 
 bool make_basis_of_free_shapes(Reduction& r, Superelement& s) {
   const CharacteristicOptions& options = r.options.characteristic;
+  // several processes have no whole model
+  if (r.model.K.rows() == 0) return false;
   if (!few_enough(options, !has_parts(r), r.p.n_interior(), s)) return false;
   std::optional<FreeShapes> shapes;
   s.characteristic.statics = static_forces(options, s);
@@ -70,10 +74,13 @@ bool make_basis_of_free_shapes(Reduction& r, Superelement& s) {
   r.model.M = SparseMatrix();
   std::optional<SparseCholesky> own = std::move(free->interior);
   free.reset();
-  if (!own) own = factorise(r);
-  const SparseCholesky& factor = *own;
-  follow_statically(r.p, factor, *shapes);
-  FixedInterfaceModes modes = first_modes(r, factor);
+  if (own) {
+    take_factor(r, std::move(*own));
+  } else {
+    factorise_interior(r);
+  }
+  follow_statically(r.p, *r.factor, *shapes);
+  FixedInterfaceModes modes = first_modes(r);
   r.p.K_II = SparseMatrix(r.p.n_interior(), r.p.n_interior());
   Condensation coupled;
   coupled.M_kc = coupling_of_eigenvectors(r.p, modes.lambda, modes.Phi);
@@ -88,11 +95,11 @@ bool make_basis_of_free_shapes(Reduction& r, Superelement& s) {
                                                 r.options.recovery ? &interior : nullptr);
     examine(r, s);
   }
-  add_accuracy_of_shapes(r, factor, modes, shapes->lambda, s);
+  add_accuracy_of_shapes(r, modes, shapes->lambda, s);
   if (!r.options.recovery) return true;
   const auto phase = r.report.phase("recovery");
   // u_I = Psi u_c + Phi q, of which the coordinates' own motion of the interface is in Psi u_c
-  Matrix Psi = constraint_modes(r, factor);
+  Matrix Psi = constraint_modes(r);
   interior.noalias() -= Psi * s.characteristic.V;
   add_recovery(r, std::move(Psi), std::move(interior), s);
   return true;

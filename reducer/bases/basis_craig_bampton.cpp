@@ -2,6 +2,7 @@
 // Basis craig-bampton: all dofs of the interface, and modes with the interface held. Its errors are
 // told here.
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "reducer/bases/bases.hpp"
@@ -15,25 +16,25 @@ namespace cbr {
 namespace {
 
 // Only of a component that can rotate by itself.
-void add_spin_moments(const Reduction& r, const SparseCholesky& factor, const Matrix& Phi,
-                      Superelement& s) {
+void add_spin_moments(const Reduction& r, const Matrix& Phi, Superelement& s) {
   if (r.settings.is_domain || has_parts(r) || r.p.n_points > 0) return;
-  s.spin_moments =
-      spin_moments(r.p, factor, coordinates_of(r, r.p.interior_nodes),
-                   coordinates_of(r, r.p.interface_nodes), s.rigid_body.center, Phi, s.M_cc);
+  s.spin_moments = spin_moments(*r.inside, coordinates_of(r, own_nodes(r)),
+                                coordinates_of(r, r.p.interface_nodes), s.rigid_body.center, Phi);
 }
 
 constexpr Index n_coupled = 8;
 
 // Of the lowest elastic modes of the diagonal form.
-void add_spin_couplings(const Reduction& r, const SparseCholesky& factor, const Matrix& Phi,
-                        Superelement& s) {
+void add_spin_couplings(const Reduction& r, const Matrix& Phi, Superelement& s) {
   constexpr Index n_rigid = 6;
   if (s.spin_moments.size() == 0 || !r.settings.is_diagonal_read) return;
-  if (!s.has_diagonal_form() || r.figures.condition.n_rigid != n_rigid) return;
+  const Matrix V = r.inside->from_first([&] {
+    if (!s.has_diagonal_form() || r.figures.condition.n_rigid != n_rigid) return Matrix();
+    return Matrix(s.V.middleCols(n_rigid, std::min(n_coupled, s.n() - n_rigid)));
+  });
+  if (V.cols() == 0) return;
   const auto phase = r.report.phase("spin couplings");
-  const Index m = std::min(n_coupled, s.n() - n_rigid);
-  s.spin_couplings = spin_couplings(r.p, factor, Phi, s.V.middleCols(n_rigid, m));
+  s.spin_couplings = spin_couplings(*r.inside, Phi, V);
 }
 
 // Returns residual_mass_factor().
@@ -56,18 +57,18 @@ Cholesky add_diagonal(Reduction& r, Superelement& s) {
 }  // namespace
 
 void make_basis_craig_bampton(Reduction& r, Ingredients&& given, Superelement& s) {
-  const SparseCholesky& factor = given.factor;
   FixedInterfaceModes& modes = given.modes;
   // Errors are of the whole component, not of its domains
   const bool is_judged = !r.settings.is_domain;
-  const InterfaceMotions motions = motions_to_judge(r, factor, is_judged, s);
-  complete_modes(r, factor, motions, modes, given.condensed, s);
-  add_spin_moments(r, factor, modes.Phi, s);
+  const InterfaceMotions motions = motions_to_judge(r, is_judged, s);
+  complete_modes(r, motions, modes, given.condensed, s);
+  add_spin_moments(r, modes.Phi, s);
   judge_reduced_rigid(r, s);
   if (is_judged) {
-    const Cholesky M_res = add_diagonal(r, s);
-    add_spin_couplings(r, factor, modes.Phi, s);
-    add_accuracy(r, factor, motions, modes.Phi, M_res, s);
+    std::optional<Cholesky> M_res;
+    r.inside->in_first([&] { M_res = add_diagonal(r, s); });
+    add_spin_couplings(r, modes.Phi, s);
+    add_accuracy(r, motions, modes.Phi, M_res ? &*M_res : nullptr, s);
   }
   if (!r.settings.is_diagonal_read) {
     s.omega.resize(0);

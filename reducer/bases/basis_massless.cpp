@@ -28,10 +28,10 @@ void refuse_mechanism(Reduction& r, const Superelement& s) {
 
 }  // namespace
 
-void make_basis_massless(Reduction& r, const SparseCholesky& factor, Superelement& s) {
+void make_basis_massless(Reduction& r, Superelement& s) {
   const auto phase = r.report.phase("free modes");
   refuse_mechanism(r, s);
-  MasslessFigures m = make_massless({r.model.K, r.model.M, r.x, r.part}, r.p, factor,
+  MasslessFigures m = make_massless({r.model.K, r.model.M, r.x, r.part}, r.p, *r.factor,
                                     {r.options.modes.value_or(0), r.options.cutoff_hz.value_or(0),
                                      r.options.massless_modes == MasslessModes::tapered},
                                     s, r.report);

@@ -12,14 +12,13 @@ namespace {
 
 // Rigid accelerations of the interface, and the interior's inertia forces; no matrices of the
 // interface are needed.
-InterfaceMotions rigid_accelerations(const Reduction& r, const SparseCholesky& factor,
-                                     const Superelement& s) {
+InterfaceMotions rigid_accelerations(const Reduction& r, const Superelement& s) {
   InterfaceMotions motions;
   const Vector3& center = s.rigid_body.center;
   const Matrix R_I = rigid_modes(coordinates_of(r, r.p.interior_nodes), center);
   motions.W = rigid_modes(s.coordinates, center);
   motions.Y = r.p.M_II * R_I + r.p.M_IC * motions.W;
-  motions.E = motions.Y.transpose() * factor.solve(motions.Y);
+  motions.E = motions.Y.transpose() * r.factor->solve(motions.Y);
   motions.E = (0.5 * (motions.E + motions.E.transpose())).eval();
   return motions;
 }
@@ -34,37 +33,39 @@ Vector3 residual_mass_share(const InterfaceMotions& rigid, const Matrix& Phi, do
 }  // namespace
 
 void judge_reduced_rigid(Reduction& r, const Superelement& s) {
-  r.figures.condition.reduced_rigid =
-      rigid_residual(s.K_cc, reduced_rigid_modes(s, s.rigid_body.center).bottomRows(s.c())).value;
+  r.inside->in_first([&] {
+    const Matrix R = reduced_rigid_modes(s, s.rigid_body.center).bottomRows(s.c());
+    r.figures.condition.reduced_rigid = rigid_residual(s.K_cc, R).value;
+  });
 }
 
-void add_accuracy(Reduction& r, const SparseCholesky& factor, const InterfaceMotions& motions,
-                  const Matrix& Phi, const Cholesky& M_res, Superelement& s) {
+void add_accuracy(Reduction& r, const InterfaceMotions& motions, const Matrix& Phi,
+                  const Cholesky* M_res, Superelement& s) {
   const auto phase = r.report.phase("errors");
   FreeEigenvalues free;
-  s.accuracy = accuracy_of(r.p, factor, motions, s, Phi, r.figures.condition.n_rigid, r.not_kept,
-                           parts(r), true, &free, &M_res);
+  s.accuracy = accuracy_of(*r.inside, motions, s, Phi, r.figures.condition.n_rigid, r.not_kept,
+                           parts(r), true, &free, M_res);
   if (r.options.tolerance)
     judge_tolerance(*r.options.tolerance, s.accuracy->largest_left_out, free.worst_of_ten,
                     r.figures.condition.K_II.scaled, r.report);
   s.accuracy->tolerance = r.options.tolerance.value_or(0);
 }
 
-FreeEigenvalues look_before(Reduction& r, const SparseCholesky& factor, const Matrix& Phi,
-                            Superelement& s) {
+FreeEigenvalues look_before(Reduction& r, const Matrix& Phi, Superelement& s) {
   const auto phase = r.report.phase("errors");
   FreeEigenvalues free;
   const std::vector<Index> part = parts_of_interface(r);
-  const InterfaceMotions motions = interface_motions(r.p, factor, s, part, false);
+  const InterfaceMotions motions = interface_motions(*r.inside, s, part, false);
   Index n_rigid = 0;
-  try {
-    if (s.n() <= r.settings.diagonal_limit)
-      n_rigid = add_lowest_modes(s, part, n_estimated + n_beside);
-  } catch (const InputError&) {
-    s.omega.resize(0);  // a mass of round-off, with which the other basis may get on
-  }
-  s.accuracy =
-      accuracy_of(r.p, factor, motions, s, Phi, n_rigid, r.not_kept, parts(r), false, &free);
+  r.inside->in_first([&] {
+    try {
+      if (s.n() <= r.settings.diagonal_limit)
+        n_rigid = add_lowest_modes(s, part, n_estimated + n_beside);
+    } catch (const InputError&) {
+      s.omega.resize(0);  // a mass of round-off, with which the other basis may get on
+    }
+  });
+  s.accuracy = accuracy_of(*r.inside, motions, s, Phi, n_rigid, r.not_kept, parts(r), false, &free);
   s.omega.resize(0);
   s.V.resize(0, 0);
   return free;
@@ -74,17 +75,17 @@ void look_after(const FreeEigenvalues& free, Index n_rigid, Superelement& s) {
   judge_eigenvalues(s.eigenvalues.tail(s.k() - n_rigid), free, *s.accuracy);
 }
 
-void add_accuracy_of_shapes(Reduction& r, const SparseCholesky& factor,
-                            const FixedInterfaceModes& modes, const Vector& free, Superelement& s) {
+void add_accuracy_of_shapes(Reduction& r, const FixedInterfaceModes& modes, const Vector& free,
+                            Superelement& s) {
   const auto phase = r.report.phase("errors");
-  const InterfaceMotions rigid = rigid_accelerations(r, factor, s);
+  const InterfaceMotions rigid = rigid_accelerations(r, s);
   Superelement held;
   held.eigenvalues = modes.lambda;
   held.rigid_body = s.rigid_body;
   held.dof_node = s.dof_node;
   held.dof_component = s.dof_component;
-  s.accuracy = accuracy_of_fixed_modes(r.p, factor, rigid, held, modes.Phi,
-                                       settled(r.not_kept, r.p, factor, held));
+  s.accuracy = accuracy_of_fixed_modes(*r.inside, rigid, held, modes.Phi,
+                                       settled(r.not_kept, *r.inside, held));
   s.accuracy->rho_res = r.figures.characteristic.rho =
       residual_mass_share(rigid, modes.Phi, s.rigid_body.mass);
   const Vector lambda = s.eigenvalues.tail(s.k() - r.figures.characteristic.n_rigid);

@@ -226,8 +226,9 @@ FixedInterfaceModes free_modes(const FreeModel& model, const Partition& p, doubl
   FixedInterfaceModes modes = one_part ? fixed_interface_modes(all, factor, k, report)
                                        : fixed_interface_modes_by_part(split(all, model.part, {}),
                                                                        model.K.rows(), k, report);
-  figures.modes = check_modes(all, modes.lambda, modes.Phi);
-  require_independent(all, modes.Phi, figures.modes);
+  const LocalInterior interior(all, factor);
+  figures.modes = check_modes(interior, modes.lambda, modes.Phi);
+  require_independent(interior, modes.Phi, figures.modes);
   modes.lambda.array() += sigma;
   if (modes.next > 0) modes.next += sigma;
   return modes;

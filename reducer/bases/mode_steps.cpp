@@ -6,24 +6,18 @@
 #include <utility>
 
 #include "common/base/error.hpp"
-#include "reducer/bases/bases.hpp"
-#include "reducer/bases/reduction_steps.hpp"
-#include "reducer/condensation/residual_mass.hpp"
+#include "reducer/bases/engine.hpp"
 #include "reducer/judgement/mode_tolerance.hpp"
 #include "reducer/modes/interior_loads.hpp"
 
 namespace cbr {
 namespace {
 
-// Residual of modes that only the basis uses. Their coupling to the interface is solved for, and
-// the error of eigenvalues is its square.
-constexpr double mode_residual = 1e-9;
-
-Index n_modes_wanted(const Reduction& r, const SparseCholesky& factor) {
+Index n_modes_wanted(Reduction& r) {
   check_modes_wanted(r.options);
   if (r.options.modes) return *r.options.modes;
   const auto phase = r.report.phase("modes: count below cutoff");
-  return count_modes_below(r.p, factor, *r.options.cutoff_hz, r.report);
+  return r.engine->count_below(r, *r.options.cutoff_hz);
 }
 
 void check_found(Reduction& r, const FixedInterfaceModes& modes) {
@@ -31,27 +25,22 @@ void check_found(Reduction& r, const FixedInterfaceModes& modes) {
   r.figures.modes_proven = modes.proven;
   r.figures.condition.counts = modes.counts;
   const auto check = [&](const Vector& lambda, const Matrix& Phi) {
-    r.figures.condition.modes = check_modes(r.p, lambda, Phi);
-    require_independent(r.p, Phi, r.figures.condition.modes);
+    r.figures.condition.modes = check_modes(*r.inside, lambda, Phi);
+    require_independent(*r.inside, Phi, r.figures.condition.modes);
   };
   if (modes.picked.empty()) return check(modes.lambda, modes.Phi);
   check(modes.lambda(modes.picked), modes.Phi(Eigen::all, modes.picked));
 }
 
-FixedInterfaceModes modes_to_compute(Reduction& r, const SparseCholesky& factor) {
-  const Index wanted = n_modes_wanted(r, factor), n_I = r.p.n_interior();
+FixedInterfaceModes modes_to_compute(Reduction& r) {
+  const Index wanted = n_modes_wanted(r), n_I = r.p.n_interior();
   if (r.options.pick == Pick::participation && !r.options.modes)
     throw InputError("pick: participation needs `modes`: a cutoff keeps every mode below it");
   const Index candidates = n_mode_candidates(r.options.pick, wanted, n_I),
               picked = candidates > wanted ? wanted : 0;
   const auto phase = r.report.phase("fixed-interface modes");
   r.report.progress("fixed-interface modes", 0);
-  FixedInterfaceModes modes =
-      has_parts(r) && candidates <= n_I
-          ? fixed_interface_modes_by_part(parts(r), n_I, candidates, r.report)
-          : fixed_interface_modes(r.p, factor, candidates, r.report, picked, mode_residual);
-  r.report.end_progress();
-  return_room();
+  FixedInterfaceModes modes = r.engine->lowest_modes(r, candidates, picked);
   if (r.options.cutoff_hz && wanted > 0) {
     const double cutoff = 2 * std::numbers::pi * *r.options.cutoff_hz;
     if (modes.lambda(wanted - 1) > cutoff * cutoff * (1 + 1e-9)) {
@@ -67,13 +56,13 @@ FixedInterfaceModes modes_to_compute(Reduction& r, const SparseCholesky& factor)
   return modes;
 }
 
-void pick_by_tolerance(Reduction& r, const SparseCholesky& factor, const InterfaceMotions& motions,
-                       const Superelement& s, FixedInterfaceModes& modes, Condensation& condensed) {
+void pick_by_tolerance(Reduction& r, const InterfaceMotions& motions, const Superelement& s,
+                       FixedInterfaceModes& modes, Condensation& condensed) {
   const auto phase = r.report.phase("fixed-interface modes");
   ModesOfTolerance found = [&] {
     try {
       return has_parts(r) ? modes_of_tolerance(r.p, parts(r), s, *r.options.tolerance, r.report)
-                          : modes_of_tolerance(r.p, factor, motions, s, parts_of_interface(r),
+                          : modes_of_tolerance(r.p, *r.factor, motions, s, parts_of_interface(r),
                                                *r.options.tolerance, r.report);
     } catch (const LostMass& lost) {
       throw InputError(lost.what() + ("; first at " + r.figures.condition.weakest));
@@ -83,27 +72,32 @@ void pick_by_tolerance(Reduction& r, const SparseCholesky& factor, const Interfa
   r.not_kept = std::move(found.not_kept);
   modes = std::move(found.modes);
   check_found(r, modes);
-  condensed.M_kc = mode_coupling(r.p, factor, modes.Phi, s.M_cc);
+  condensed.M_kc = mode_coupling(*r.inside, modes.Phi);
+}
+
+// Rows of this process.
+void keep_own_rows(const Interior& inside, Matrix& F_I) {
+  if (inside.own_nodes() != nullptr) F_I = Matrix(F_I(dofs_of(*inside.own_nodes()), Eigen::all));
 }
 
 // Residual vectors of the interior loads, after the modes; and the generalised loads.
-void add_loads(Reduction& r, const SparseCholesky& factor, FixedInterfaceModes& modes,
-               Condensation& condensed, Superelement& s) {
-  const InteriorLoads loads = interior_loads(r.mesh, r.model, r.p, r.options.loads);
+void add_loads(Reduction& r, FixedInterfaceModes& modes, Condensation& condensed, Superelement& s) {
+  InteriorLoads loads = interior_loads(r.mesh, r.model, r.p, r.options.loads);
   if (!loads.any()) return;
+  keep_own_rows(*r.inside, loads.F_I);
   const auto phase = r.report.phase("residual vectors");
   s.n_residual = has_parts(r) ? add_residual_vectors(parts(r), loads.F_I, modes)
-                              : add_residual_vectors(r.p, factor, loads.F_I, modes);
-  const Matrix more = mode_coupling(r.p, factor, modes.Phi.rightCols(s.n_residual), s.M_cc);
+                              : add_residual_vectors(*r.inside, loads.F_I, modes);
+  const Matrix more = mode_coupling(*r.inside, modes.Phi.rightCols(s.n_residual));
   condensed.M_kc.conservativeResize(modes.lambda.size(), r.p.n_interface());
   condensed.M_kc.bottomRows(s.n_residual) = more;
-  s.loads = generalised_loads(r.p, factor, loads, modes.Phi, s.M_cc);
+  s.loads = generalised_loads(*r.inside, loads, modes.Phi);
 }
 
 }  // namespace
 
-FixedInterfaceModes first_modes(Reduction& r, const SparseCholesky& factor) {
-  if (!r.options.is_massless() && !r.options.tolerance) return modes_to_compute(r, factor);
+FixedInterfaceModes first_modes(Reduction& r) {
+  if (!r.options.is_massless() && !r.options.tolerance) return modes_to_compute(r);
   check_modes_wanted(r.options);
   FixedInterfaceModes none;
   none.Phi.resize(r.p.n_interior(), 0);
@@ -111,13 +105,15 @@ FixedInterfaceModes first_modes(Reduction& r, const SparseCholesky& factor) {
 }
 
 void keep_modes(Reduction& r, FixedInterfaceModes& modes, Condensation& condensed) {
-  r.not_kept.Phi.resize(r.p.n_interior(), 0);
+  r.not_kept.Phi.resize(r.inside->n_rows(), 0);
+  r.not_kept.beyond = modes.next;
   if (modes.lambda.size() > 0)
     r.not_kept.beyond = std::max(modes.next, modes.lambda(modes.lambda.size() - 1));
   if (r.options.pick != Pick::participation || modes.lambda.size() <= *r.options.modes) return;
-  const std::vector<Index> kept = modes.picked.empty()
-                                      ? modes_by_participation(condensed.M_kc, *r.options.modes)
-                                      : modes.picked;
+  std::vector<Index> kept = modes.picked;
+  if (kept.empty())
+    kept = r.inside->list_from_first(
+        [&] { return modes_by_participation(condensed.M_kc, *r.options.modes); });
   std::vector<Index> others;
   for (Index j = 0; j < modes.lambda.size(); ++j)
     if (!std::binary_search(kept.begin(), kept.end(), j)) others.push_back(j);
@@ -128,31 +124,19 @@ void keep_modes(Reduction& r, FixedInterfaceModes& modes, Condensation& condense
   condensed.M_kc = Matrix(condensed.M_kc(kept, Eigen::all));
 }
 
-InterfaceMotions motions_to_judge(Reduction& r, const SparseCholesky& factor, bool is_judged,
-                                  const Superelement& s) {
+InterfaceMotions motions_to_judge(Reduction& r, bool is_judged, const Superelement& s) {
   if (!is_judged && (!r.options.tolerance || has_parts(r))) return {};
   const auto phase = r.report.phase("errors");
-  return interface_motions(r.p, factor, s, parts_of_interface(r));
+  return interface_motions(*r.inside, s, parts_of_interface(r));
 }
 
-void complete_modes(Reduction& r, const SparseCholesky& factor, const InterfaceMotions& motions,
-                    FixedInterfaceModes& modes, Condensation& condensed, Superelement& s) {
+void complete_modes(Reduction& r, const InterfaceMotions& motions, FixedInterfaceModes& modes,
+                    Condensation& condensed, Superelement& s) {
   if (r.options.tolerance) {
-    pick_by_tolerance(r, factor, motions, s, modes, condensed);
-    if (needs_one_Psi(r.figures.condition.K_II.scaled))
-      couple_again(r, factor, modes.Phi, s.M_cc, condensed);
+    pick_by_tolerance(r, motions, s, modes, condensed);
+    if (needs_one_Psi(r.figures.condition.K_II.scaled)) couple_again(r, modes.Phi, condensed);
   }
-  if (!r.options.loads.empty()) add_loads(r, factor, modes, condensed, s);
-  take_matrices(r, modes, condensed, s);
-}
-
-void keep_lowest(Reduction& r, const Matrix& Phi) {
-  constexpr Index n_listed = 6;  // in the summary
-  r.lowest = Phi.leftCols(std::min(n_listed, Phi.cols()));
-}
-
-void take_matrices(Reduction& r, const FixedInterfaceModes& modes, Condensation& condensed,
-                   Superelement& s) {
+  if (!r.options.loads.empty()) add_loads(r, modes, condensed, s);
   keep_lowest(r, modes.Phi.leftCols(modes.Phi.cols() - s.n_residual));
   s.eigenvalues = modes.lambda;
   s.M_kc = std::move(condensed.M_kc);
@@ -160,6 +144,11 @@ void take_matrices(Reduction& r, const FixedInterfaceModes& modes, Condensation&
   if (own > 0)
     r.figures.highest_frequency =
         std::sqrt(s.eigenvalues.head(own).maxCoeff()) / (2 * std::numbers::pi);
+}
+
+void keep_lowest(Reduction& r, const Matrix& Phi) {
+  constexpr Index n_listed = 6;  // in the summary
+  r.lowest = Phi.leftCols(std::min(n_listed, Phi.cols()));
 }
 
 }  // namespace cbr

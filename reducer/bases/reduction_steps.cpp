@@ -110,7 +110,17 @@ Points coordinates_of(const Reduction& r, const std::vector<Index>& nodes) {
   return r.x(nodes, Eigen::all);
 }
 
-void add_recovery(const Reduction& r, Matrix&& Psi, Matrix&& Phi, Superelement& s) {
+std::vector<Index> own_nodes(const Reduction& r) {
+  const std::vector<Index>* numbers = r.inside->own_nodes();
+  if (numbers == nullptr) return r.p.interior_nodes;
+  std::vector<Index> own;
+  for (const Index i : *numbers) own.push_back(r.p.interior_nodes[static_cast<std::size_t>(i)]);
+  return own;
+}
+
+namespace {
+
+void recover_in_one(const Reduction& r, Matrix&& Psi, Matrix&& Phi, Superelement& s) {
   Superelement::Recovery recovery;
   const std::vector<Index> inside = mesh_nodes_inside(r);
   recovery.node_ids = ids_of(r, inside);
@@ -137,6 +147,13 @@ void add_recovery(const Reduction& r, Matrix&& Psi, Matrix&& Phi, Superelement& 
   if (!r.options.recovery_sets.empty())
     keep_elements_at(r.mesh, r.options.recovery_sets, place, recovery);
   s.recovery.push_back(std::move(recovery));
+}
+
+}  // namespace
+
+void add_recovery(const Reduction& r, Matrix&& Psi, Matrix&& Phi, Superelement& s) {
+  Matrix all = r.inside->gather(std::move(Phi));
+  r.inside->in_first([&] { recover_in_one(r, std::move(Psi), std::move(all), s); });
 }
 
 void describe_interface(const Reduction& r, Superelement& s) {

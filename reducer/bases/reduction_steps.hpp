@@ -2,6 +2,7 @@
 // What the steps of one reduction (reduce.cpp) work on, and what they ask of it.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -16,19 +17,26 @@
 
 namespace cbr {
 
+class Engine;
+
 // Data common to the steps of one reduction.
 struct Reduction {
   const Mesh& mesh;
+  const std::vector<BlockProperties>& properties;
+  MassKind mass;
   const ReductionOptions& options;
   const ReduceSettings& settings;
   Report& report;
-  FiniteElementModel model;
-  Partition p;
-  std::vector<Index> part;  // per model node
-  Points x;                 // of the model's nodes
-  ReductionFigures figures;
-  ModesNotKept not_kept;
-  Matrix lowest = {};  // n_I x m: the lowest of the kept fixed-interface modes
+  Engine* engine = nullptr;
+  FiniteElementModel model = {};  // K and M in one process alone, while a step reads them
+  Partition p = {};
+  std::vector<Index> part = {};  // per model node
+  Points x = {};                 // of the model's nodes
+  ReductionFigures figures = {};
+  ModesNotKept not_kept = {};
+  Matrix lowest = {};                           // n_rows x m: the lowest of the kept modes
+  std::optional<SparseCholesky> factor = {};    // of K_II in one process
+  std::unique_ptr<const Interior> inside = {};  // from the factorisation on
 };
 
 Index mesh_node(const Reduction& r, Index model_node);
@@ -43,10 +51,13 @@ bool has_parts(const Reduction& r);  // more than one
 std::vector<ComponentPart> parts(const Reduction& r);
 
 Points coordinates_of(const Reduction& r, const std::vector<Index>& nodes);
+// Model nodes of the interior that this process has.
+std::vector<Index> own_nodes(const Reduction& r);
 void describe_interface(const Reduction& r, Superelement& s);
+// Psi: of the first process; Phi: n_rows x k.
 void add_recovery(const Reduction& r, Matrix&& Psi, Matrix&& Phi, Superelement& s);
 
-// --- interior_steps.cpp: K_II factored, and condensed onto the interface ---
+// --- local_engine.cpp: K_II of one process ---
 
 // Fronts, or a Lanczos basis, have left room in the heap that may be needed as one piece elsewhere.
 void return_room();
@@ -54,34 +65,23 @@ void return_room();
 // True if the factorisation may condense, too: nothing reads Psi, no option asks for another way.
 bool may_condense_by_fronts(const Reduction& r);
 
-struct FactorAndCondensed {
-  SparseCholesky factor;
-  std::optional<Condensed> condensed;  // of the factorisation
-};
-
-// These three: InputError: K_II is singular.
-SparseCholesky factorise(Reduction& r);
-// Drops K and M of the model where no later step reads them.
-FactorAndCondensed factorise_and_condense(Reduction& r);
+void take_factor(Reduction& r, SparseCholesky&& factor);
+// These two: InputError: K_II is singular.
+void factorise_interior(Reduction& r);
 // Of the free component, n_forces of which get their answers.
 FreeFactor factorise_free(Reduction& r, const FreeComponent& model, Index n_forces);
 
-// `by_fronts`: of the factorisation, or none. Phi: fixed-interface modes   (n_I x k)
-Condensation condense_with(Reduction& r, const SparseCholesky& factor, const Matrix& Phi,
-                           std::optional<Condensed>&& by_fronts);
-
 // M_kc by the Psi that K_cc and M_cc are made with, of modes that were not known then.
-void couple_again(Reduction& r, const SparseCholesky& factor, const Matrix& Phi, const Matrix& M_cc,
-                  Condensation& condensed);
+void couple_again(Reduction& r, const Matrix& Phi, Condensation& condensed);
 
 // Psi of the interior, column by column   (n_I x c)
-Matrix constraint_modes(const Reduction& r, const SparseCholesky& factor);
+Matrix constraint_modes(const Reduction& r);
 
 // --- mode_steps.cpp: computes, selects and completes modes ---
 
 // Modes that are known before the condensation; none where it decides about them, or the basis has
 // free modes.
-FixedInterfaceModes first_modes(Reduction& r, const SparseCholesky& factor);
+FixedInterfaceModes first_modes(Reduction& r);
 
 // Of `pick: participation` those that are kept; r.not_kept has the others.
 void keep_modes(Reduction& r, FixedInterfaceModes& modes, Condensation& condensed);
@@ -90,36 +90,30 @@ void keep_modes(Reduction& r, FixedInterfaceModes& modes, Condensation& condense
 void keep_lowest(Reduction& r, const Matrix& Phi);
 
 // Motions of the interface for the errors (is_judged) or for a tolerance.
-InterfaceMotions motions_to_judge(Reduction& r, const SparseCholesky& factor, bool is_judged,
-                                  const Superelement& s);
+InterfaceMotions motions_to_judge(Reduction& r, bool is_judged, const Superelement& s);
 
 // The modes that option `tolerance` needs and residual vectors of loads inside; then s takes M_kc
 // and the eigenvalues. InputError: a mass that is lost in round-off.
-void complete_modes(Reduction& r, const SparseCholesky& factor, const InterfaceMotions& motions,
-                    FixedInterfaceModes& modes, Condensation& condensed, Superelement& s);
+void complete_modes(Reduction& r, const InterfaceMotions& motions, FixedInterfaceModes& modes,
+                    Condensation& condensed, Superelement& s);
 
-// M_kc, the eigenvalues and the highest frequency, of modes that are complete.
-void take_matrices(Reduction& r, const FixedInterfaceModes& modes, Condensation& condensed,
-                   Superelement& s);
-
-// --- error_steps.cpp: error estimates of a reduction ---
+// --- error_steps.cpp: error estimates of a reduction, in the first process ---
 
 // How far rigid motions of the interface are from costing no force.
 void judge_reduced_rigid(Reduction& r, const Superelement& s);
 
-// Of Craig-Bampton's form. M_res: residual_mass_factor().
-void add_accuracy(Reduction& r, const SparseCholesky& factor, const InterfaceMotions& motions,
-                  const Matrix& Phi, const Cholesky& M_res, Superelement& s);
+// Of Craig-Bampton's form. M_res: residual_mass_factor(), of the first process.
+void add_accuracy(Reduction& r, const InterfaceMotions& motions, const Matrix& Phi,
+                  const Cholesky* M_res, Superelement& s);
 
 // Accuracy of Craig-Bampton's form and its lowest free modes, before s changes to another basis.
-FreeEigenvalues look_before(Reduction& r, const SparseCholesky& factor, const Matrix& Phi,
-                            Superelement& s);
+FreeEigenvalues look_before(Reduction& r, const Matrix& Phi, Superelement& s);
 // And of the basis that it became, whose elastic eigenvalues come after the rigid ones.
 void look_after(const FreeEigenvalues& free, Index n_rigid, Superelement& s);
 
 // Strain energy outside the fixed-interface modes, and errors of the lowest frequencies against the
 // full component's, `free`.
-void add_accuracy_of_shapes(Reduction& r, const SparseCholesky& factor,
-                            const FixedInterfaceModes& modes, const Vector& free, Superelement& s);
+void add_accuracy_of_shapes(Reduction& r, const FixedInterfaceModes& modes, const Vector& free,
+                            Superelement& s);
 
 }  // namespace cbr

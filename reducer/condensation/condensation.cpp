@@ -38,14 +38,14 @@ class Condenser {
     couple(Phi);
   }
 
-  Matrix coupling(const Matrix& M_cc) {
+  Matrix coupling() {
     if (M_Phi_.cols() > 0) {
       for_panels([&](Index first, Index width, Workspace& work) {
         constraint_modes(first, width, work);
         couple_panel(first, work.X);
       });
     }
-    follow_rigid_motions(p_.rigid, rigid_content(p_.rigid, M_cc), Phi_, result_.M_kc);
+    follow_rigid_motions(p_.rigid, p_.rigid.G, p_.rigid.momentum(Phi_), result_.M_kc);
     return std::move(result_.M_kc);
   }
 
@@ -226,11 +226,11 @@ class Condenser {
     if (rigid.count() == 0) return;
     m_ += rigid.P_C;
     result_.rigid = follow_rigid_motions(rigid, m_, result_.K_cc, result_.M_cc);
-    const SparseMatrix G = rigid_content(rigid, result_.M_cc);
-    follow_rigid_motions(rigid, G, Phi_, result_.M_kc);
+    result_.G = rigid_content(rigid, result_.M_cc);
+    follow_rigid_motions(rigid, result_.G, rigid.momentum(Phi_), result_.M_kc);
     if (!options_.keep_Psi) return;
     const Matrix missing = Matrix(rigid.R_I) - result_.Psi * rigid.R_C;
-    result_.Psi += missing * G;
+    result_.Psi += missing * result_.G;
   }
 
   void keep(Index first, const Matrix& X) {
@@ -354,27 +354,27 @@ Condensation complete(const Partition& p, const SparseCholesky& factor, const Ma
     result.M_kc += product(SparseMatrix(p.M_IC.transpose()), Phi).transpose();
   const Matrix m = Matrix(p.rigid.P_C) + T.rightCols(r);
   result.rigid = follow_rigid_motions(p.rigid, m, result.K_cc, result.M_cc);
-  follow_rigid_motions(p.rigid, rigid_content(p.rigid, result.M_cc), Phi, result.M_kc);
+  result.G = rigid_content(p.rigid, result.M_cc);
+  follow_rigid_motions(p.rigid, result.G, p.rigid.momentum(Phi), result.M_kc);
   return result;
 }
 
 Matrix mode_coupling_of_one_Psi(const Partition& p, const SparseCholesky& factor, const Matrix& Phi,
-                                const Matrix& M_cc, const CondensationOptions& options,
-                                Report& report) {
+                                const CondensationOptions& options, Report& report) {
   if (Phi.cols() == 0 || p.n_interface() == 0 || p.n_interior() == 0)
     return Matrix::Zero(Phi.cols(), p.n_interface());
   CondensationOptions one = options;
   one.one_Psi = true;
-  return Condenser(p, factor, Phi, one, report).coupling(M_cc);
+  return Condenser(p, factor, Phi, one, report).coupling();
 }
 
-Matrix mode_coupling(const Partition& p, const SparseCholesky& factor, const Matrix& Phi,
-                     const Matrix& M_cc) {
+Matrix mode_coupling(const Interior& interior, const Matrix& Phi) {
+  const Partition& p = interior.p;
   if (Phi.cols() == 0 || p.n_interface() == 0) return Matrix::Zero(Phi.cols(), p.n_interface());
-  Matrix W = p.M_II * Phi;
-  factor.solve_in_place(W);
-  Matrix M_kc = Matrix(p.M_IC.transpose() * Phi - p.K_IC.transpose() * W).transpose();
-  follow_rigid_motions(p.rigid, rigid_content(p.rigid, M_cc), Phi, M_kc);
+  Matrix W = interior.times_mass(Phi);
+  interior.solve_in_place(W);
+  Matrix M_kc = interior.sum(p.M_IC.transpose() * Phi - p.K_IC.transpose() * W).transpose();
+  follow_rigid_motions(p.rigid, p.rigid.G, interior.sum(p.rigid.momentum(Phi)), M_kc);
   return M_kc;
 }
 

@@ -9,7 +9,7 @@
 #include "common/app/report.hpp"
 #include "common/base/types.hpp"
 #include "common/linalg/sparse/sparse_cholesky.hpp"
-#include "reducer/partition/partition.hpp"
+#include "reducer/partition/interior.hpp"
 
 namespace cbr {
 
@@ -45,6 +45,7 @@ struct Condensation {
   Index panel = 0;
   double solve_flops = 0, product_flops = 0, front_flops = 0;
   RigidFigures rigid;
+  SparseMatrix G;  // rigid_content() of M_cc, for RigidMotions
 };
 
 // Psi = -K_II^-1 K_IC; K_cc = K_CC + K_CI Psi; M_cc = M_CC + Psi^T M_IC + M_CI Psi + Psi^T M_II
@@ -59,14 +60,13 @@ Condensation complete(const Partition& partition, const SparseCholesky& factor, 
                       Condensed&& condensed);
 
 // M_kc = Phi^T M_IC - (K_II^-1 M_II Phi)^T K_IC   (k x c): the same for vectors that come later. k
-// solves. M_cc: condense()'s.
-Matrix mode_coupling(const Partition& partition, const SparseCholesky& factor, const Matrix& Phi,
-                     const Matrix& M_cc);
+// solves.
+Matrix mode_coupling(const Interior& interior, const Matrix& Phi);
 
 // The same by the very Psi of condense(), in panels that are for M_kc alone: without the products
 // for K_cc and M_cc.
 Matrix mode_coupling_of_one_Psi(const Partition& partition, const SparseCholesky& factor,
-                                const Matrix& Phi, const Matrix& M_cc,
-                                const CondensationOptions& options, Report& report);
+                                const Matrix& Phi, const CondensationOptions& options,
+                                Report& report);
 
 }  // namespace cbr

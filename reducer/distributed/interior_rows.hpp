@@ -1,14 +1,25 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What one process has of a component: its nodes' rows of K and M, assembled from the elements
-// around them.
+// Rows of K and M that one process has: its nodes', by PT-Scotch on the graph of elements' nodes.
+// It assembles them from the elements around these nodes.
 #pragma once
 
 #include <vector>
 
 #include "common/fem/assembly.hpp"
-#include "reducer/distributed/node_shares.hpp"
+#include "common/mesh/mesh.hpp"
 
 namespace cbr {
+
+// Of the interior's nodes, numbered as in Partition::interior_nodes. Each process's are numbered
+// together, in the order of the whole.
+struct NodeShares {
+  std::vector<int> owner;     // per node its process
+  std::vector<Index> number;  // per node its number in the order of the processes
+  std::vector<Index> first;   // per process its first number; one more: of all
+};
+
+// node: per node of the mesh its place in the interior, or -1. To be called in all processes.
+NodeShares share_nodes(const Mesh& mesh, const std::vector<Index>& node, Index n_interior);
 
 // Square, symmetric, distributed by rows: compressed rows, columns ascending, numbered over all
 // processes.

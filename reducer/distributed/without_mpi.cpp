@@ -5,7 +5,6 @@
 
 #include "common/base/error.hpp"
 #include "reducer/distributed/distributed_reduction.hpp"
-#include "reducer/distributed/domain_share.hpp"
 #include "reducer/distributed/processes.hpp"
 
 namespace cbr {

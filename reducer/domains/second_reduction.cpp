@@ -222,8 +222,9 @@ Superelement reduce_again(const SuperelementGroup& group, const std::vector<Inde
   f.condition.K_II = condition_numbers(p.K_II, factor);
   if (p.n_interior() > 0) f.condition.weakest = name_of(joined, places, factor.weakest_column());
   f.condition.counts = modes.counts;
-  f.condition.modes = check_modes(p, modes.lambda, modes.Phi);
-  require_independent(p, modes.Phi, f.condition.modes);
+  const LocalInterior interior(p, factor);
+  f.condition.modes = check_modes(interior, modes.lambda, modes.Phi);
+  require_independent(interior, modes.Phi, f.condition.modes);
   CondensationOptions how;
   how.memory = panel_memory(settings.memory, p, factor, modes.Phi);
   how.way = settings.way;

@@ -81,51 +81,48 @@ Matrix pressure_motions(const Superelement& s, const std::vector<const Surface*>
 
 }  // namespace
 
-ModesNotKept settled(ModesNotKept m, const Partition& p, const SparseCholesky& factor,
-                     const Superelement& s) {
-  const Index n_known = s.k() - s.n_residual + m.lambda.size();
-  if (n_known >= p.n_interior()) {
+ModesNotKept settled(ModesNotKept m, const Interior& interior, const Superelement& s) {
+  const Index n = interior.p.n_interior(), n_known = s.k() - s.n_residual + m.lambda.size();
+  if (n_known >= n) {
     m.beyond = 0;
   } else if (m.beyond == 0) {
-    const auto times_mass = [&](const Vector& x, Vector& y) { y = p.M_II * x; };
-    m.beyond = 1 / largest_eigenvalue(p.n_interior(), times_mass, [&](const Vector& x, Vector& y) {
-                 y = factor.solve(Matrix(x));
+    const auto times_mass = [&](const Vector& x, Vector& y) { y = interior.times_mass(x); };
+    m.beyond = 1 / largest_eigenvalue(n, times_mass, [&](const Vector& x, Vector& y) {
+                 Matrix X = x;
+                 interior.solve_in_place(X);
+                 y = X;
                });
   }
   if (s.n_residual > 0 && m.lambda.size() > 0) {
     m.beyond = m.beyond > 0 ? std::min(m.beyond, m.lambda.minCoeff()) : m.lambda.minCoeff();
     m.lambda.resize(0);
-    m.Phi.resize(p.n_interior(), 0);
+    m.Phi.resize(interior.n_rows(), 0);
   }
   return m;
 }
 
-InterfaceMotions motions_of_interface(const Superelement& s, const std::vector<Index>& part,
-                                      bool of_faces) {
+InterfaceMotions interface_motions(const Interior& interior, const Superelement& s,
+                                   const std::vector<Index>& part, bool of_faces) {
   InterfaceMotions motions;
-  std::vector<const Surface*> flat;
-  for (const Surface& surface : s.surfaces)
-    if (of_faces && is_nearly_flat(s, surface)) flat.push_back(&surface);
-  const Matrix pressed = pressure_motions(s, flat, part);
-  motions.W.resize(s.c(), InterfaceMotions::n_rigid + pressed.cols());
-  motions.W << reduced_rigid_modes(s, s.rigid_body.center).bottomRows(s.c()), pressed;
-  for (Index j = 0; j < pressed.cols(); ++j) motions.surfaces.push_back(flat[j]->name);
-  return motions;
-}
-
-InterfaceMotions interface_motions(const Partition& p, const SparseCholesky& factor,
-                                   const Superelement& s, const std::vector<Index>& part,
-                                   bool of_faces) {
-  InterfaceMotions motions = motions_of_interface(s, part, of_faces);
-  if (p.n_interior() == 0) {
+  motions.W = interior.from_first([&] {
+    std::vector<const Surface*> flat;
+    for (const Surface& surface : s.surfaces)
+      if (of_faces && is_nearly_flat(s, surface)) flat.push_back(&surface);
+    const Matrix pressed = pressure_motions(s, flat, part);
+    Matrix W(s.c(), InterfaceMotions::n_rigid + pressed.cols());
+    W << reduced_rigid_modes(s, s.rigid_body.center).bottomRows(s.c()), pressed;
+    for (Index j = 0; j < pressed.cols(); ++j) motions.surfaces.push_back(flat[j]->name);
+    return W;
+  });
+  if (interior.p.n_interior() == 0) {
     motions.Y.resize(0, motions.size());
     motions.E = Matrix::Zero(motions.size(), motions.size());
     return motions;
   }
-  motions.Y = inertia_forces(p, factor, s.M_cc, motions.W);
+  motions.Y = inertia_forces(interior, motions.W);
   Matrix X = motions.Y;
-  factor.solve_in_place(X);
-  motions.E.noalias() = motions.Y.transpose() * X;
+  interior.solve_in_place(X);
+  motions.E = interior.inner(motions.Y, X);
   motions.E = (0.5 * (motions.E + motions.E.transpose())).eval();
   return motions;
 }
@@ -219,20 +216,27 @@ void estimate_eigenvalue_errors(const Superelement& s, Index n_rigid, const Miss
 }
 
 // Of one connected part.
-void estimate_eigenvalue_errors(const Partition& p, const SparseCholesky& factor,
-                                const Superelement& s, const Matrix& Phi, Index n_rigid,
-                                const ModesNotKept& not_kept, Estimates& estimates) {
-  const Index m = n_free_motions(s, n_rigid);
-  // Missing modes are driven by the interface, and by residual vectors, which are no eigenvectors
-  Matrix Y = inertia_forces(p, factor, s.M_cc, free_motions(s, n_rigid));
+void estimate_eigenvalue_errors(const Interior& interior, const Superelement& s, const Matrix& Phi,
+                                Index n_rigid, const ModesNotKept& not_kept, Estimates& estimates) {
   const Index own = s.k() - s.n_residual, r = s.n_residual;
-  if (r > 0) Y += p.M_II * Matrix(Phi.rightCols(r) * s.V.block(own, 0, r, m));
-  MissingModes missing{not_kept.lambda, not_kept.Phi.transpose() * Y, {}, {}, not_kept.beyond};
-  LeftOfAnswer left = left_of_answer(p, factor, {Phi.leftCols(own), not_kept.Phi},
+  // Of the lowest free modes the interface and the residual vectors   ((c + r) x m)
+  const Matrix V = interior.from_first([&] {
+    if (!s.has_diagonal_form()) return Matrix();
+    const Index m = n_free_motions(s, n_rigid);
+    Matrix V(s.c() + r, m);
+    V << s.V.block(s.k(), 0, s.c(), m), s.V.block(own, 0, r, m);
+    return V;
+  });
+  if (V.cols() == 0) return;
+  // Missing modes are driven by the interface, and by residual vectors, which are no eigenvectors
+  Matrix Y = inertia_forces(interior, V.topRows(s.c()));
+  if (r > 0) Y += interior.times_mass(Phi.rightCols(r) * V.bottomRows(r));
+  MissingModes missing{not_kept.lambda, interior.inner(not_kept.Phi, Y), {}, {}, not_kept.beyond};
+  LeftOfAnswer left = left_of_answer(interior, {Phi.leftCols(own), not_kept.Phi},
                                      s.eigenvalues.tail(r), Phi.rightCols(r), std::move(Y));
   missing.D = std::move(left.D);
   missing.D_2 = std::move(left.D_2);
-  estimate_eigenvalue_errors(s, n_rigid, missing, estimates);
+  interior.in_first([&] { estimate_eigenvalue_errors(s, n_rigid, missing, estimates); });
 }
 
 Vector sorted(Vector v) {
@@ -310,16 +314,16 @@ void look_at_parts(const std::vector<ComponentPart>& parts, const Superelement& 
         not_kept.beyond_of_part.empty() ? not_kept.beyond : not_kept.beyond_of_part[q],
         {}};
     const SparseCholesky factor(part.p.K_II);
-    const InterfaceMotions motions = interface_motions(part.p, factor, own, part.one());
+    const LocalInterior interior(part.p, factor);
+    const InterfaceMotions motions = interface_motions(interior, own, part.one());
     const Index k = own.k() - own.n_residual, r = own.n_residual;
-    const LeftOfAnswer left =
-        left_of_answer(part.p, factor, {own_Phi.leftCols(k)}, own.eigenvalues.tail(r),
-                       own_Phi.rightCols(r), motions.Y);
+    const LeftOfAnswer left = left_of_answer(
+        interior, {own_Phi.leftCols(k)}, own.eigenvalues.tail(r), own_Phi.rightCols(r), motions.Y);
     a.largest_left_out = std::max(a.largest_left_out, strain_left_out(motions, left.D).largest);
     if (!s.has_diagonal_form()) continue;
     const Index n_rigid = add_lowest_modes(own, part.one(), n_estimated + n_beside);
-    estimate_eigenvalue_errors(part.p, factor, own, own_Phi, n_rigid,
-                               settled(std::move(own_others), part.p, factor, own), estimates);
+    estimate_eigenvalue_errors(interior, own, own_Phi, n_rigid,
+                               settled(std::move(own_others), interior, own), estimates);
   }
 }
 
@@ -354,63 +358,45 @@ void add_stops(const Superelement& s, bool of_faces, const Cholesky* M_res,
 
 }  // namespace
 
-Matrix free_motions(const Superelement& s, Index n_rigid) {
-  return s.V.block(s.k(), 0, s.c(), n_free_motions(s, n_rigid));
-}
-
-Superelement::Accuracy accuracy_of(const InteriorAnswers& answers, const InterfaceMotions& motions,
-                                   const Superelement& s, Index n_rigid, const ModesNotKept& others,
-                                   bool of_faces, FreeEigenvalues* free, const Cholesky* M_res) {
-  Superelement::Accuracy a = accuracy_of_strain(motions, answers.D, s, others);
-  a.rho_floor = answers.rho_floor;
-  add_stops(s, of_faces, M_res, a);
-  if (answers.missing.D.rows() == 0) return a;
-  Estimates estimates;
-  estimate_eigenvalue_errors(s, n_rigid, answers.missing, estimates);
-  if (!estimates.list.empty()) a.worst_of_ten = estimates.worst_of_ten;
-  if (free != nullptr) {
-    *free = eigenvalues_of(estimates);
-    if (others.beyond > 0 || others.lambda.size() > 0) free->end_hz = trusted * a.complete_hz;
-  }
-  take_estimates(std::move(estimates.trusted_list), HUGE_VAL, a);
-  return a;
-}
-
-Superelement::Accuracy accuracy_of_fixed_modes(const Partition& p, const SparseCholesky& factor,
+Superelement::Accuracy accuracy_of_fixed_modes(const Interior& interior,
                                                const InterfaceMotions& motions,
                                                const Superelement& s, const Matrix& Phi,
                                                const ModesNotKept& others) {
   const Index own = s.k() - s.n_residual, r = s.n_residual;
-  const LeftOfAnswer unheld = left_of_answer(p, factor, {Phi.leftCols(own)}, s.eigenvalues.tail(r),
+  const LeftOfAnswer unheld = left_of_answer(interior, {Phi.leftCols(own)}, s.eigenvalues.tail(r),
                                              Phi.rightCols(r), motions.Y);
-  Superelement::Accuracy a = accuracy_of_strain(motions, unheld.D, s, others);
-  if (p.lumped) {
+  Superelement::Accuracy a;
+  interior.in_first([&] {
+    a = accuracy_of_strain(motions, unheld.D, s, others);
+    if (!interior.p.lumped) return;
     Vector3 floor = Vector3::Zero();
     for (Index i = 0; i < s.c(); ++i)
-      if (s.dof_component[i] < 3) floor(s.dof_component[i]) += p.M_CC.coeff(i, i);
+      if (s.dof_component[i] < 3) floor(s.dof_component[i]) += interior.p.M_CC.coeff(i, i);
     a.rho_floor = floor / s.rigid_body.mass;
-  }
+  });
   return a;
 }
 
-Superelement::Accuracy accuracy_of(const Partition& p, const SparseCholesky& factor,
-                                   const InterfaceMotions& motions, const Superelement& s,
-                                   const Matrix& Phi, Index n_rigid, const ModesNotKept& not_kept,
+Superelement::Accuracy accuracy_of(const Interior& interior, const InterfaceMotions& motions,
+                                   const Superelement& s, const Matrix& Phi, Index n_rigid,
+                                   const ModesNotKept& not_kept,
                                    const std::vector<ComponentPart>& parts, bool of_faces,
                                    FreeEigenvalues* free, const Cholesky* M_res) {
-  const ModesNotKept others = settled(not_kept, p, factor, s);
-  Superelement::Accuracy a = accuracy_of_fixed_modes(p, factor, motions, s, Phi, others);
-  add_stops(s, of_faces, M_res, a);
+  const ModesNotKept others = settled(not_kept, interior, s);
+  Superelement::Accuracy a = accuracy_of_fixed_modes(interior, motions, s, Phi, others);
   Estimates estimates;
   if (!parts.empty()) {
     look_at_parts(parts, s, Phi, not_kept, a, estimates);
-  } else if (s.has_diagonal_form()) {
-    estimate_eigenvalue_errors(p, factor, s, Phi, n_rigid, others, estimates);
+  } else {
+    estimate_eigenvalue_errors(interior, s, Phi, n_rigid, others, estimates);
   }
-  *free = eigenvalues_of(estimates);
-  if (free->known()) a.worst_of_ten = estimates.worst_of_ten;
-  if (others.beyond > 0 || others.lambda.size() > 0) free->end_hz = trusted * a.complete_hz;
-  take_estimates(std::move(estimates.trusted_list), HUGE_VAL, a);
+  interior.in_first([&] {
+    add_stops(s, of_faces, M_res, a);
+    *free = eigenvalues_of(estimates);
+    if (free->known()) a.worst_of_ten = estimates.worst_of_ten;
+    if (others.beyond > 0 || others.lambda.size() > 0) free->end_hz = trusted * a.complete_hz;
+    take_estimates(std::move(estimates.trusted_list), HUGE_VAL, a);
+  });
   return a;
 }
 

@@ -13,11 +13,10 @@
 
 #include "common/app/report.hpp"
 #include "common/linalg/dense.hpp"
-#include "common/linalg/sparse/sparse_cholesky.hpp"
 #include "common/superelement/superelement.hpp"
 #include "reducer/judgement/missing_modes.hpp"
 #include "reducer/modes/component_parts.hpp"
-#include "reducer/partition/partition.hpp"
+#include "reducer/partition/interior.hpp"
 
 namespace cbr {
 
@@ -36,15 +35,11 @@ struct InterfaceMotions {
   Index size() const { return W.cols(); }
 };
 
-// s: K_cc, M_cc and its interface. `part`: per interface node, the connected part of the component.
-// 2 m solves. Without of_faces rigid ones alone.
-InterfaceMotions interface_motions(const Partition& p, const SparseCholesky& factor,
-                                   const Superelement& s, const std::vector<Index>& part,
-                                   bool of_faces = true);
-
-// Only `surfaces` and W, which need nothing but the superelement.
-InterfaceMotions motions_of_interface(const Superelement& s, const std::vector<Index>& part,
-                                      bool of_faces = true);
+// s: its interface and, in the first process, K_cc and M_cc. `part`: per interface node, the
+// connected part of the component. 2 m solves. Without of_faces rigid ones alone. Only the first
+// process has `surfaces`.
+InterfaceMotions interface_motions(const Interior& interior, const Superelement& s,
+                                   const std::vector<Index>& part, bool of_faces = true);
 
 // Strain energy outside the modes, relative to E. D (m x m): of left_of_answer().
 struct StrainLeftOut {
@@ -62,7 +57,7 @@ double impact_share(const Superelement& s, const Cholesky& M_res, const Surface&
 // Fixed-interface modes that a superelement does not have.
 struct ModesNotKept {
   Vector lambda;  // d, of those that were computed and dropped
-  Matrix Phi;     // n_I x d
+  Matrix Phi;     // n_I x d, the rows of this process
   // no other has a lower eigenvalue; 0: there are no others, or that is not known
   double beyond = 0;
   std::vector<double> beyond_of_part;  // the same of each part, where it is known better
@@ -70,8 +65,7 @@ struct ModesNotKept {
 
 // Merges dropped modes with the others where there are residual vectors, which have a component
 // along every mode. Lanczos finds `beyond` where it is unknown.
-ModesNotKept settled(ModesNotKept m, const Partition& p, const SparseCholesky& factor,
-                     const Superelement& s);
+ModesNotKept settled(ModesNotKept m, const Interior& interior, const Superelement& s);
 
 // Elastic eigenvalues of the free component, of the lowest modes of each of its parts.
 struct FreeEigenvalues {
@@ -94,28 +88,16 @@ constexpr Index n_estimated = 32, n_beside = 16;
 // eigenvalues (full_eigenvalues()). Judges the lowest 32, none after the first whose error may
 // exceed 0.1. None above 0.95 of the frequency of the first missing fixed-interface mode. Two
 // solves a mode. Lanczos finds not_kept.beyond where it is unknown.
-Superelement::Accuracy accuracy_of(const Partition& p, const SparseCholesky& factor,
-                                   const InterfaceMotions& motions, const Superelement& s,
-                                   const Matrix& Phi, Index n_rigid, const ModesNotKept& not_kept,
+// The first process gets the result and the estimates.
+Superelement::Accuracy accuracy_of(const Interior& interior, const InterfaceMotions& motions,
+                                   const Superelement& s, const Matrix& Phi, Index n_rigid,
+                                   const ModesNotKept& not_kept,
                                    const std::vector<ComponentPart>& parts, bool of_faces,
                                    FreeEigenvalues* estimates, const Cholesky* M_res = nullptr);
 
-// Data for accuracy_of() of a component of one part whose interior is solved already.
-struct InteriorAnswers {
-  std::optional<Vector3> rho_floor;  // of the mass that is lumped at the interface
-  Matrix D;                          // left_of_answer() of motions.Y
-  MissingModes missing;              // of free_motions(); D without rows: not asked
-};
-// of the interface in the lowest free modes   (c x m)
-Matrix free_motions(const Superelement& s, Index n_rigid);
-Superelement::Accuracy accuracy_of(const InteriorAnswers& answers, const InterfaceMotions& motions,
-                                   const Superelement& s, Index n_rigid, const ModesNotKept& others,
-                                   bool of_faces = true, FreeEigenvalues* free = nullptr,
-                                   const Cholesky* M_res = nullptr);
-
 // Only the strain energy outside fixed-interface modes; without rho_res. s: eigenvalues and its
 // interface; `others`: settled().
-Superelement::Accuracy accuracy_of_fixed_modes(const Partition& p, const SparseCholesky& factor,
+Superelement::Accuracy accuracy_of_fixed_modes(const Interior& interior,
                                                const InterfaceMotions& motions,
                                                const Superelement& s, const Matrix& Phi,
                                                const ModesNotKept& others);

@@ -113,21 +113,22 @@ ConditionNumbers reduced_mass_condition(const Superelement& s) {
   return reduced_mass_condition(s, residual_mass_factor(s));
 }
 
-ModeCheck check_modes(const Partition& p, const Vector& lambda, const Matrix& Phi) {
+ModeCheck check_modes(const Interior& interior, const Vector& lambda, const Matrix& Phi) {
   const Index k = lambda.size();
   if (k == 0) return {};
   ModeCheck check;
   const Vector z = random_signs(k);
-  const Vector M_Phi_z = p.M_II * Vector(Phi * z);
-  check.orthogonality = (Phi.transpose() * M_Phi_z - z).cwiseAbs().maxCoeff(&check.worst);
-  const Vector w = Phi * z.cwiseQuotient(lambda);
-  check.residual = (p.K_II * w - M_Phi_z).norm() / M_Phi_z.norm();
+  const Matrix M_Phi_z = interior.times_mass(Phi * z);
+  const Vector along = interior.inner(Phi, M_Phi_z) - z;
+  check.orthogonality = along.cwiseAbs().maxCoeff(&check.worst);
+  const Matrix difference = interior.times_stiffness(Phi * z.cwiseQuotient(lambda)) - M_Phi_z;
+  check.residual = interior.norm(difference) / interior.norm(M_Phi_z);
   return check;
 }
 
-void require_independent(const Partition& p, const Matrix& Phi, const ModeCheck& check) {
+void require_independent(const Interior& interior, const Matrix& Phi, const ModeCheck& check) {
   if (check.worst < 0 || !is_dependent(check.orthogonality)) return;
-  Vector overlap = Phi.transpose() * Vector(p.M_II * Phi.col(check.worst));
+  Vector overlap = interior.inner(Phi, interior.times_mass(Phi.col(check.worst)));
   overlap(check.worst) = 0;
   Index other = 0;
   const double share = overlap.cwiseAbs().maxCoeff(&other);

@@ -10,7 +10,7 @@
 #include "common/superelement/conditioning.hpp"
 #include "common/superelement/superelement.hpp"
 #include "reducer/judgement/inverse_norm.hpp"
-#include "reducer/partition/partition.hpp"
+#include "reducer/partition/interior.hpp"
 
 namespace cbr {
 
@@ -23,7 +23,7 @@ ConditionNumbers reduced_mass_condition(const Superelement& superelement);
 
 // One product with random signs z: only chance can hide modes that are not orthonormal. Without
 // modes the result is not known.
-ModeCheck check_modes(const Partition& partition, const Vector& lambda, const Matrix& Phi);
+ModeCheck check_modes(const Interior& interior, const Vector& lambda, const Matrix& Phi);
 
 // The softest motion of the reduced stiffness K_cc (c x c) beside rigid motions, the columns of R
 // (c x r), and its largest dof. The least x^T D K D x, |x| = 1, D = diag(K)^-1/2, x orthogonal to
@@ -46,6 +46,6 @@ Index examine_reduced(const Superelement& superelement, const Matrix& rigid, con
                       Conditioning& condition);
 
 // RunError naming both modes when one is there twice, or nearly so.
-void require_independent(const Partition& partition, const Matrix& Phi, const ModeCheck& check);
+void require_independent(const Interior& interior, const Matrix& Phi, const ModeCheck& check);
 
 }  // namespace cbr

@@ -74,39 +74,41 @@ double zero_of(const Reduced& reduced, double lambda, double top) {
 
 }  // namespace
 
-Matrix inertia_forces(const Partition& p, const SparseCholesky& factor, const Matrix& M_cc,
-                      const Matrix& U) {
+Matrix inertia_forces(const Interior& interior, const Matrix& U) {
+  const Partition& p = interior.p;
   const RigidMotions& rigid = p.rigid;
-  if (rigid.count() == 0) {
-    Matrix X = p.K_IC * U;
-    factor.solve_in_place(X);
-    return p.M_IC * U - p.M_II * X;
+  Matrix rest = U, Y = Matrix::Zero(interior.n_rows(), U.cols());
+  if (rigid.count() > 0) {
+    const Matrix rigid_part = rigid.G * U;
+    rest.noalias() -= rigid.R_C * rigid_part;
+    Y.noalias() += rigid.P_I * rigid_part;
   }
-  const Matrix rigid_part = rigid_content(rigid, M_cc) * U, rest = U - rigid.R_C * rigid_part;
   Matrix X = p.K_IC * rest;
-  factor.solve_in_place(X);
-  return rigid.P_I * rigid_part + p.M_IC * rest - p.M_II * X;
+  interior.solve_in_place(X);
+  Y.noalias() += p.M_IC * rest;
+  interior.add_mass(-X, Y);
+  return Y;
 }
 
-LeftOfAnswer left_of_answer(const Partition& p, const SparseCholesky& factor,
+LeftOfAnswer left_of_answer(const Interior& interior,
                             const std::vector<Eigen::Ref<const Matrix>>& modes,
                             const Vector& lambda, const Eigen::Ref<const Matrix>& residual,
                             Matrix Y) {
   const Index m = Y.cols();
   LeftOfAnswer left{Matrix::Zero(m, m), Matrix::Zero(m, m)};
-  if (p.n_interior() == 0 || m == 0) return left;
+  if (interior.p.n_interior() == 0 || m == 0) return left;
   constexpr int passes = 2;
   for (int pass = 0; pass < passes; ++pass)
-    for (const auto& Phi : modes) Y -= p.M_II * Matrix(Phi * Matrix(Phi.transpose() * Y));
+    for (const auto& Phi : modes) Y -= interior.times_mass(Phi * interior.inner(Phi, Y));
   Matrix X = Y;
-  factor.solve_in_place(X);
+  interior.solve_in_place(X);
   for (int pass = 0; pass < passes; ++pass)
-    for (const auto& Phi : modes) X.noalias() -= Phi * Matrix(Phi.transpose() * Matrix(p.M_II * X));
+    for (const auto& Phi : modes) X.noalias() -= Phi * interior.inner(Phi, interior.times_mass(X));
   if (residual.cols() > 0)
     X.noalias() -=
-        residual * Matrix(lambda.cwiseInverse().asDiagonal() * Matrix(residual.transpose() * Y));
-  left.D.noalias() = Y.transpose() * X;
-  left.D_2.noalias() = X.transpose() * Matrix(p.M_II * X);
+        residual * Matrix(lambda.cwiseInverse().asDiagonal() * interior.inner(residual, Y));
+  left.D = interior.inner(Y, X);
+  left.D_2 = interior.inner(X, interior.times_mass(X));
   left.D = (0.5 * (left.D + left.D.transpose())).eval();
   left.D_2 = (0.5 * (left.D_2 + left.D_2.transpose())).eval();
   return left;

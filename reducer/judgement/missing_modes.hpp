@@ -5,16 +5,14 @@
 
 #include <vector>
 
-#include "common/linalg/sparse/sparse_cholesky.hpp"
-#include "reducer/partition/partition.hpp"
+#include "reducer/partition/interior.hpp"
 
 namespace cbr {
 
 // Y = (M_IC + M_II Psi) U   (n_I x m): the interior's inertia forces under accelerations U (c x m)
 // of the interface, negative. Psi follows rigid motions exactly, as in K_cc, M_cc and M_kc: Psi U =
 // R_I G U - K_II^-1 K_IC (U - R_C G U).
-Matrix inertia_forces(const Partition& p, const SparseCholesky& factor, const Matrix& M_cc,
-                      const Matrix& U);
+Matrix inertia_forces(const Interior& interior, const Matrix& U);
 
 // Residual of a response X = K_II^-1 Y, Y (n_I x m), outside the span of some vectors.
 struct LeftOfAnswer {
@@ -26,7 +24,7 @@ struct LeftOfAnswer {
 // of a slender part, and the difference would be round-off. Y <- Y - M Phi Phi^T Y and X <- X - Phi
 // Phi^T M X, X = K_II^-1 Y, each twice; then X <- X - Phi_r Lambda_r^-1 Phi_r^T Y. One solve a
 // column.
-LeftOfAnswer left_of_answer(const Partition& p, const SparseCholesky& factor,
+LeftOfAnswer left_of_answer(const Interior& interior,
                             const std::vector<Eigen::Ref<const Matrix>>& modes,
                             const Vector& lambda, const Eigen::Ref<const Matrix>& residual,
                             Matrix Y);

@@ -60,7 +60,7 @@ FreeModes free_modes(const Partition& p, const Superelement& s, const std::vecto
   reduced.K_cc = s.K_cc;
   reduced.M_cc = s.M_cc;
   reduced.M_kc = coupling_of_modes(p, modes);
-  follow_rigid_motions(p.rigid, rigid_content(p.rigid, s.M_cc), modes.Phi, reduced.M_kc);
+  follow_rigid_motions(p.rigid, p.rigid.G, p.rigid.momentum(modes.Phi), reduced.M_kc);
   const Index n_rigid = rigid_motions_of_parts(reduced, part).cols();
   const Index asked = std::min(reduced.n() - n_rigid, n_free_modes_of_tolerance);
   const Index count = std::min(reduced.n(), n_rigid + asked + beside);
@@ -93,30 +93,29 @@ std::vector<Index> rows(const Taken& taken, char value) {
 
 class Picker {
  public:
-  Picker(const Partition& p, const SparseCholesky& factor, const Matrix& M_cc,
-         const InterfaceMotions& motions, double tolerance)
-      : factor_(factor), M_cc_(M_cc), motions_(motions), tolerance_(tolerance), p_(p) {}
+  Picker(const Interior& interior, const InterfaceMotions& motions, double tolerance)
+      : interior_(interior), motions_(motions), tolerance_(tolerance) {}
 
   void set_free_modes(FreeModes&& free) {
     free_ = std::move(free);
-    Y_.resize(p_.n_interior(), motions_.size() + free_.U.cols());
-    Y_ << motions_.Y, inertia_forces(p_, factor_, M_cc_, free_.U);
+    Y_.resize(interior_.n_rows(), motions_.size() + free_.U.cols());
+    Y_ << motions_.Y, inertia_forces(interior_, free_.U);
   }
 
   // From now on these are the candidates.
   void set_candidates(const FixedInterfaceModes& modes) {
-    const Index m = motions_.size(), f = free_.U.cols();
+    const Index m = motions_.size(), f = free_.U.cols(), n = interior_.p.n_interior();
     lambda_ = modes.lambda;
     const Matrix all = modes.Phi.transpose() * Y_;
     rigid_ = lambda_.cwiseSqrt().cwiseInverse().asDiagonal() * all.leftCols(m);
     A_ = all.rightCols(f);
     LeftOfAnswer left{Matrix::Zero(m + f, m + f), Matrix::Zero(m + f, m + f)};
-    if (lambda_.size() < p_.n_interior())
-      left = left_of_answer(p_, factor_, {modes.Phi}, Vector(0), Matrix(p_.n_interior(), 0), Y_);
+    if (lambda_.size() < n)
+      left = left_of_answer(interior_, {modes.Phi}, Vector(0), Matrix(n, 0), Y_);
     rigid_beyond_ = left.D.topLeftCorner(m, m);
     beyond_.D = left.D.bottomRightCorner(f, f);
     beyond_.D_2 = left.D_2.bottomRightCorner(f, f);
-    beyond_.beyond = lambda_.size() < p_.n_interior() ? lambda_.maxCoeff() : 0;
+    beyond_.beyond = lambda_.size() < n ? lambda_.maxCoeff() : 0;
     beyond_.A.resize(0, A_.cols());
   }
 
@@ -207,11 +206,9 @@ class Picker {
     for (Index j = row - 1; j >= 0 && alike(j + 1, j); --j) taken[j] = 1;
   }
 
-  const SparseCholesky& factor_;
-  const Matrix& M_cc_;
+  const Interior& interior_;
   const InterfaceMotions& motions_;
   const double tolerance_;
-  const Partition& p_;
   FreeModes free_;
   Matrix Y_;             // n_I x (m + f), of the motions and the free modes
   Vector lambda_;        // k, of the candidates
@@ -239,7 +236,8 @@ ModesOfTolerance modes_of_tolerance(const Partition& p, const SparseCholesky& fa
   result.not_kept.Phi.resize(p.n_interior(), 0);
   if (p.n_interior() == 0) return result;
   FixedInterfaceModes candidates = more_modes(p, factor, result.modes, first_candidates, report);
-  Picker picker(p, factor, s.M_cc, motions, tolerance);
+  const LocalInterior interior(p, factor);
+  Picker picker(interior, motions, tolerance);
   picker.set_free_modes(free_modes(p, s, part, candidates));
   picker.set_candidates(candidates);
   const auto enough_candidates = [&] {
@@ -310,7 +308,8 @@ ModesOfTolerance modes_of_tolerance(const Partition& p, const std::vector<Compon
   for (const ComponentPart& part : parts) {
     const SparseCholesky factor(part.p.K_II);
     const Superelement own = part_of(s, part);
-    const InterfaceMotions motions = interface_motions(part.p, factor, own, part.one());
+    const InterfaceMotions motions =
+        interface_motions(LocalInterior(part.p, factor), own, part.one());
     ModesOfTolerance found =
         modes_of_tolerance(part.p, factor, motions, own, part.one(), tolerance, report);
     all.n_candidates += found.n_candidates;

@@ -52,6 +52,18 @@ Index last_row(const SparseMatrix& A, Index first, Index count) {
   return last;
 }
 
+// Six rows of G, in the part's columns.
+SparseMatrix content_of(const SparseMatrix& G, Index first, const std::vector<Index>& columns) {
+  SparseMatrix own(6, static_cast<Index>(columns.size()));
+  if (G.rows() == 0) return own;
+  for (std::size_t j = 0; j < columns.size(); ++j)
+    for (SparseMatrix::InnerIterator it(G, columns[j]); it; ++it)
+      if (it.row() >= first && it.row() < first + 6)
+        own.insert(it.row() - first, static_cast<Index>(j)) = it.value();
+  own.makeCompressed();
+  return own;
+}
+
 // Each six of the motions to the part whose interface they move.
 void share_out(const RigidMotions& rigid, const Local& I, const Local& C,
                const std::vector<Index>& part_C, std::vector<ComponentPart>& parts) {
@@ -64,7 +76,8 @@ void share_out(const RigidMotions& rigid, const Local& I, const Local& C,
     const auto n_I = static_cast<Index>(part.inside.size()),
                c = static_cast<Index>(part.on_interface.size());
     part.p.rigid = {block(rigid.R_I, I.row, n_I, six), block(rigid.R_C, C.row, c, six),
-                    block(rigid.P_I, I.row, n_I, six), block(rigid.P_C, C.row, c, six)};
+                    block(rigid.P_I, I.row, n_I, six), block(rigid.P_C, C.row, c, six),
+                    content_of(rigid.G, first, part.on_interface)};
   }
 }
 

@@ -198,14 +198,17 @@ bool dense_is_faster(Index n, Index k, double factor_nonzeros) {
   return n <= 200 || 2 * k > n || dense < sparse;
 }
 
-FixedInterfaceModes fixed_interface_modes(const Partition& partition, const SparseCholesky& factor,
-                                          Index k, Report& report, Index picked, double enough) {
-  const Index n = partition.n_interior();
-  if (k > n) {
+void require_dofs_for_modes(Index k, Index n) {
+  if (k > n)
     throw InputError("modes: " + std::to_string(k) + " requested, but the interior has only " +
                      std::to_string(n) + " dofs and so " + std::to_string(n) +
                      " fixed-interface modes: ask for at most that many");
-  }
+}
+
+FixedInterfaceModes fixed_interface_modes(const Partition& partition, const SparseCholesky& factor,
+                                          Index k, Report& report, Index picked, double enough) {
+  const Index n = partition.n_interior();
+  require_dofs_for_modes(k, n);
   FixedInterfaceModes none{Vector(0), Matrix(n, 0), "none", true};
   if (k == 0) return none;
   const Index asked = std::min(k + 1, n);  // one more, to detect a twin of the last

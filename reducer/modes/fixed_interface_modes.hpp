@@ -33,6 +33,9 @@ struct FixedInterfaceModes {
 // docs/decisions/eigen-crossover.md.
 bool dense_is_faster(Index n, Index k, double factor_nonzeros);
 
+// InputError: fewer than k of n_I dofs.
+void require_dofs_for_modes(Index k, Index n_interior);
+
 // The k lowest. InputError when there are fewer than k; RunError when the eigensolver does not
 // converge. `picked` > 0: so many of them are to be kept, by participation. The others may come
 // with residuals of 1e-4. `enough`: the residual that will do for the vectors, where it is above

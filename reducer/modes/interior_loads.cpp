@@ -109,26 +109,28 @@ InteriorLoads interior_loads(const Mesh& mesh, const FiniteElementModel& model, 
   return loads;
 }
 
-Index add_residual_vectors(const Partition& p, const SparseCholesky& factor, const Matrix& F_I,
+Index add_residual_vectors(const Interior& interior, const Matrix& F_I,
                            FixedInterfaceModes& modes) {
-  if (F_I.cols() == 0 || p.n_interior() == 0) return 0;
+  if (F_I.cols() == 0 || interior.p.n_interior() == 0) return 0;
   const Index k = modes.lambda.size();
   Matrix X = F_I;
-  factor.solve_in_place(X);
-  const Vector energy = F_I.cwiseProduct(X).colwise().sum();  // F^T K_II^-1 F, diagonal
-  Matrix F = F_I;                                             // K_II X
+  interior.solve_in_place(X);
+  // F^T K_II^-1 F, diagonal
+  const Vector energy = interior.sum(F_I.cwiseProduct(X).colwise().sum()).transpose();
+  Matrix F = F_I;  // K_II X
   if (k > 0) {
     // X <- X - Phi (Phi^T M_II X) twice, so that round-off leaves nothing of the modes in it; K_II
     // X goes along by M_II Phi Lambda
     for (int pass = 0; pass < 2; ++pass) {
-      const Matrix overlap = modes.Phi.transpose() * Matrix(p.M_II * X);
+      const Matrix overlap = interior.inner(modes.Phi, interior.times_mass(X));
       X.noalias() -= modes.Phi * overlap;
-      F.noalias() -= p.M_II * Matrix(modes.Phi * Matrix(modes.lambda.asDiagonal() * overlap));
+      const Matrix W = modes.Phi * Matrix(modes.lambda.asDiagonal() * overlap);
+      interior.add_mass(-W, F);
     }
   }
   const Vector scale = energy.unaryExpr([](double e) { return e > 0 ? 1 / std::sqrt(e) : 0.0; });
   X = X * scale.asDiagonal();
-  Matrix K = X.transpose() * F * scale.asDiagonal();
+  Matrix K = interior.inner(X, F) * scale.asDiagonal();
   K = 0.5 * (K + K.transpose()).eval();
   // Independent directions in energy: K = U diag(e) U^T
   const SymmetricEigen independent = symmetric_eigen(K);
@@ -139,12 +141,12 @@ Index add_residual_vectors(const Partition& p, const SparseCholesky& factor, con
   const Vector root = Vector(independent.values(kept)).cwiseSqrt().cwiseInverse();
   const Matrix T = Matrix(independent.vectors(Eigen::all, kept)) * root.asDiagonal();
   X = X * T;  // X^T K_II X = I
-  const Matrix M = X.transpose() * Matrix(p.M_II * X);
+  const Matrix M = interior.inner(X, interior.times_mass(X));
   const SymmetricEigen ritz = symmetric_eigen(M);
   const Vector mu = ritz.values.reverse();  // 1 / lambda, lambda ascending
   Matrix more = X * Matrix(ritz.vectors.rowwise().reverse()) *
                 Matrix(mu.cwiseSqrt().cwiseInverse().asDiagonal());
-  fix_signs(more);
+  if (interior.own_nodes() == nullptr) fix_signs(more);
   const Index r = more.cols();
   modes.lambda.conservativeResize(k + r);
   modes.lambda.tail(r) = mu.cwiseInverse();
@@ -169,7 +171,8 @@ Index add_residual_vectors(const std::vector<ComponentPart>& parts, const Matrix
     FixedInterfaceModes own;
     own.lambda = modes.lambda(kept);
     own.Phi = modes.Phi(part.inside, kept);
-    const Index r = add_residual_vectors(part.p, SparseCholesky(part.p.K_II), F, own);
+    const SparseCholesky factor(part.p.K_II);
+    const Index r = add_residual_vectors(LocalInterior(part.p, factor), F, own);
     vectors[q].lambda = own.lambda.tail(r);
     vectors[q].Phi = own.Phi.rightCols(r);
   }
@@ -182,28 +185,27 @@ Index add_residual_vectors(const std::vector<ComponentPart>& parts, const Matrix
   return r;
 }
 
-Matrix generalised_forces(const Partition& p, const SparseCholesky& factor, const Matrix& F_I,
-                          const Matrix& F_C, const Matrix& Phi, const Matrix& M_cc) {
+Matrix generalised_forces(const Interior& interior, const Matrix& F_I, const Matrix& F_C,
+                          const Matrix& Phi) {
+  const Partition& p = interior.p;
   Matrix X = F_I;
-  factor.solve_in_place(X);
+  interior.solve_in_place(X);
   Matrix Q(Phi.cols() + p.n_interface(), F_I.cols());
-  Q << Phi.transpose() * F_I, F_C - p.K_IC.transpose() * X;
+  Q << interior.inner(Phi, F_I), F_C - interior.sum(p.K_IC.transpose() * X);
   if (const RigidMotions& rigid = p.rigid; rigid.count() > 0) {
     // F_c <- F_c + G^T (R^T F - R_C^T F_c)
     auto F_c = Q.bottomRows(p.n_interface());
-    const Matrix missing = SparseMatrix(rigid.R_I.transpose()) * F_I +
+    const Matrix missing = interior.sum(SparseMatrix(rigid.R_I.transpose()) * F_I) +
                            SparseMatrix(rigid.R_C.transpose()) * Matrix(F_C - F_c);
-    F_c += SparseMatrix(rigid_content(rigid, M_cc).transpose()) * missing;
+    F_c += SparseMatrix(rigid.G.transpose()) * missing;
   }
   return Q;
 }
 
-std::map<std::string, Superelement::InteriorLoad> generalised_loads(const Partition& p,
-                                                                    const SparseCholesky& factor,
+std::map<std::string, Superelement::InteriorLoad> generalised_loads(const Interior& interior,
                                                                     const InteriorLoads& loads,
-                                                                    const Matrix& Phi,
-                                                                    const Matrix& M_cc) {
-  const Matrix Q = generalised_forces(p, factor, loads.F_I, loads.F_C, Phi, M_cc);
+                                                                    const Matrix& Phi) {
+  const Matrix Q = generalised_forces(interior, loads.F_I, loads.F_C, Phi);
   std::map<std::string, Superelement::InteriorLoad> result;
   for (std::size_t j = 0; j < loads.names.size(); ++j)
     result[loads.names[j]] = {loads.areas[j], Q.middleCols(3 * static_cast<Index>(j), 3)};

@@ -7,13 +7,12 @@
 #include <string>
 #include <vector>
 
-#include "common/linalg/sparse/sparse_cholesky.hpp"
 #include "common/mesh/mesh.hpp"
 #include "common/scene/scene.hpp"
 #include "common/superelement/superelement.hpp"
 #include "reducer/modes/component_parts.hpp"
 #include "reducer/modes/fixed_interface_modes.hpp"
-#include "reducer/partition/partition.hpp"
+#include "reducer/partition/interior.hpp"
 
 namespace cbr {
 
@@ -41,21 +40,18 @@ void refuse_loads_inside(const Mesh& mesh, const ReductionOptions& reduction,
 // orthonormalised by the Ritz problem X^T K_II X, X^T M_II X (Rubin 1975; MacNeal 1971). They are
 // K- and M-orthogonal to the modes, so that K_kk stays diagonal, M_kk = I and K_kc = 0, and K_II^-1
 // F is in the span. Drops dependent vectors and round-off. Returns their number.
-Index add_residual_vectors(const Partition& p, const SparseCholesky& factor, const Matrix& F_I,
-                           FixedInterfaceModes& modes);
+Index add_residual_vectors(const Interior& interior, const Matrix& F_I, FixedInterfaceModes& modes);
 // Of several parts, each of whose modes and vectors moves it alone.
 Index add_residual_vectors(const std::vector<ComponentPart>& parts, const Matrix& F_I,
                            FixedInterfaceModes& modes);
 
 // Forces on the coordinates: [Phi^T F_I; F_C + Psi^T F_I], Psi^T F_I = -K_CI K_II^-1 F_I   (k + c x
-// columns of F). Resultants on rigid motions of the interface (M_cc: condense()'s) are exactly
-// those of F.
-Matrix generalised_forces(const Partition& p, const SparseCholesky& factor, const Matrix& F_I,
-                          const Matrix& F_C, const Matrix& Phi, const Matrix& M_cc);
-std::map<std::string, Superelement::InteriorLoad> generalised_loads(const Partition& p,
-                                                                    const SparseCholesky& factor,
+// columns of F). Resultants on rigid motions of the interface are exactly those of F. F_C: the same
+// in all processes.
+Matrix generalised_forces(const Interior& interior, const Matrix& F_I, const Matrix& F_C,
+                          const Matrix& Phi);
+std::map<std::string, Superelement::InteriorLoad> generalised_loads(const Interior& interior,
                                                                     const InteriorLoads& loads,
-                                                                    const Matrix& Phi,
-                                                                    const Matrix& M_cc);
+                                                                    const Matrix& Phi);
 
 }  // namespace cbr

@@ -19,16 +19,17 @@ Matrix unit_strains(const Points& X, const Vector3& center) {
   return D;
 }
 
-Matrix spin_moments(const Partition& p, const SparseCholesky& factor, const Points& X_I,
-                    const Points& X_C, const Vector3& center, const Matrix& Phi,
-                    const Matrix& M_cc) {
+Matrix spin_moments(const Interior& interior, const Points& X_I, const Points& X_C,
+                    const Vector3& center, const Matrix& Phi) {
+  const Partition& p = interior.p;
   Matrix D_I = unit_strains(X_I, center), D_C = unit_strains(X_C, center);
   // Rotations of shells move their mid-surface not at all
   D_I.bottomRows(3 * p.interior_rotations).setZero();
   D_C.bottomRows(3 * p.interface_rotations).setZero();
-  const Matrix F_I = p.M_II * D_I + p.M_IC * D_C;
-  const Matrix F_C = p.M_CC * D_C + p.M_IC.transpose() * D_I;
-  return generalised_forces(p, factor, F_I, F_C, Phi, M_cc);
+  Matrix F_I = interior.times_mass(D_I);
+  F_I.noalias() += p.M_IC * D_C;
+  const Matrix F_C = interior.sum(p.M_CC * D_C + p.M_IC.transpose() * D_I);
+  return generalised_forces(interior, F_I, F_C, Phi);
 }
 
 namespace {
@@ -46,18 +47,21 @@ void add_node_products(const Matrix& X, const Matrix& Y, Matrix& P) {
 
 }  // namespace
 
-Matrix spin_couplings(const Partition& p, const SparseCholesky& factor, const Matrix& Phi,
-                      const Matrix& V) {
+Matrix spin_couplings(const Interior& interior, const Matrix& Phi, const Matrix& V) {
+  const Partition& p = interior.p;
   Matrix X_C = V.bottomRows(p.n_interface());
   Matrix X_I = p.K_IC * X_C;
-  factor.solve_in_place(X_I);
+  interior.solve_in_place(X_I);
   X_I = Phi * V.topRows(Phi.cols()) - X_I;
   // As above; masses of translations are the same in x, y and z, and mix none of them
   X_I.bottomRows(3 * p.interior_rotations).setZero();
   X_C.bottomRows(3 * p.interface_rotations).setZero();
   Matrix P = Matrix::Zero(3 * V.cols(), 3 * V.cols());
-  add_node_products(X_I, p.M_II * X_I + p.M_IC * X_C, P);
+  Matrix Y_I = interior.times_mass(X_I);
+  Y_I.noalias() += p.M_IC * X_C;
+  add_node_products(X_I, Y_I, P);
   add_node_products(X_C, p.M_CC * X_C + p.M_IC.transpose() * X_I, P);
+  P = interior.sum(std::move(P));
   return 0.5 * (P + P.transpose());
 }
 

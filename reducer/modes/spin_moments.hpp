@@ -2,8 +2,7 @@
 // How a component's inertia changes as it deforms: what a spin pulls its coordinates with.
 #pragma once
 
-#include "common/linalg/sparse/sparse_cholesky.hpp"
-#include "reducer/partition/partition.hpp"
+#include "reducer/partition/interior.hpp"
 
 namespace cbr {
 
@@ -13,16 +12,14 @@ Matrix unit_strains(const Points& X, const Vector3& center);
 // S_j = sym of the integral of rho x u_j^T, of each coordinate's displacement u_j, x from the
 // centre of mass: xx, yy, zz, xy, yz, xz as columns, kg m per unit of the coordinate   ((k + c) x
 // 6). The inertia changes by 2 (tr S 1 - S), and a spin w pulls with |w|^2 tr S - w . S w (Shabana,
-// Dynamics of Multibody Systems, 2013, section 5.3). X_I, X_C: places of the nodes inside and on
-// the interface. M_cc: condense()'s.
-Matrix spin_moments(const Partition& p, const SparseCholesky& factor, const Points& X_I,
-                    const Points& X_C, const Vector3& center, const Matrix& Phi,
-                    const Matrix& M_cc);
+// Dynamics of Multibody Systems, 2013, section 5.3). X_I, X_C: places of this process's nodes
+// inside and of the nodes on the interface.
+Matrix spin_moments(const Interior& interior, const Points& X_I, const Points& X_C,
+                    const Vector3& center, const Matrix& Phi);
 
 // P_ij = integral of rho phi_i phi_j^T (3 x 3 blocks, kg per unit of the coordinates squared) for
 // Coriolis forces and the inertia of second order   (3 m x 3 m, exactly symmetric). phi_i: modes of
 // the full component, whose coordinates are the columns of V ((k + c) x m). Needs m solves.
-Matrix spin_couplings(const Partition& p, const SparseCholesky& factor, const Matrix& Phi,
-                      const Matrix& V);
+Matrix spin_couplings(const Interior& interior, const Matrix& Phi, const Matrix& V);
 
 }  // namespace cbr

@@ -244,11 +244,10 @@ SparseMatrix rigid_content(const RigidMotions& rigid, const Matrix& M_cc) {
   return Matrix(Matrix(M_cc * rigid.R_C).transpose()).sparseView(0.0, 0.0);
 }
 
-void follow_rigid_motions(const RigidMotions& rigid, const SparseMatrix& G, const Matrix& Phi,
+void follow_rigid_motions(const RigidMotions& rigid, const SparseMatrix& G, const Matrix& momentum,
                           Matrix& M_kc) {
   if (rigid.count() == 0 || M_kc.rows() == 0) return;
-  const Matrix missing =
-      Matrix(SparseMatrix(rigid.P_I.transpose()) * Phi).transpose() - M_kc * rigid.R_C;
+  const Matrix missing = momentum.transpose() - M_kc * rigid.R_C;
   M_kc += missing * G;
 }
 

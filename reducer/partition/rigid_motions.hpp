@@ -17,8 +17,11 @@ struct Partition;
 struct RigidMotions {
   SparseMatrix R_I, R_C;  // n_I x r, c x r
   SparseMatrix P_I, P_C;  // M R
+  // r x c, rigid_content() of the condensed mass; empty before the condensation
+  SparseMatrix G = {};
 
   Index count() const { return R_C.cols(); }
+  Matrix momentum(const Matrix& Phi) const { return SparseMatrix(P_I.transpose()) * Phi; }
 };
 
 // x_I, x_C: nodes in the interior and on the interface, three dofs each, the interior's from row
@@ -55,8 +58,9 @@ RigidFigures follow_rigid_motions(const RigidMotions& rigid, const Matrix& m, Ma
 // G of an M_cc that does follow: G^T = M_cc R_C   (r x c)
 SparseMatrix rigid_content(const RigidMotions& rigid, const Matrix& M_cc);
 
-// M_kc + (Phi^T P_I - M_kc R_C) G   (k x c): Phi^T (M_IC + M_II Psi) with the same Psi.
-void follow_rigid_motions(const RigidMotions& rigid, const SparseMatrix& G, const Matrix& Phi,
+// M_kc + (Phi^T P_I - M_kc R_C) G   (k x c): Phi^T (M_IC + M_II Psi) with the same Psi. momentum:
+// P_I^T Phi, over all processes   (r x k)
+void follow_rigid_motions(const RigidMotions& rigid, const SparseMatrix& G, const Matrix& momentum,
                           Matrix& M_kc);
 
 // For --verbose, and warnings; InputError where round-off has left too little of the interior's own

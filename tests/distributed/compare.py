@@ -41,9 +41,7 @@ def differences(one, other):
     sign = np.ones(0) if has_shapes else np.sign(np.sum(a["matrices/M_kc"] * b["matrices/M_kc"], axis=1))
     size = np.ptp(a["nodes/coordinates"], axis=0).max()
     for name in sorted(a.keys() | b.keys()):
-        if name in NOT_COMPARED or name in ("diagonal/V", "characteristic/V"):
-            continue
-        if name == "spin_couplings":  # of one process alone
+        if name in NOT_COMPARED or name in ("diagonal/V", "characteristic/V", "spin_couplings") or has_shapes and name == "recovery/Phi":
             continue
         if name not in a or name not in b:
             yield f"{name} is in one file alone"
@@ -76,6 +74,11 @@ def shapes(a, b):
     worst = max(np.abs(left).max(initial=0), apart.max(initial=0)) / np.abs(V).max()
     if not worst <= TOLERANCE:
         yield f"characteristic/V differs by {worst:.1e}"
+    if "recovery/Phi" in a:
+        sign = np.sign(np.sum(V * W, axis=0))
+        inside = np.abs(a["recovery/Phi"] - sign * b["recovery/Phi"])[:, alone].max(initial=0) / np.abs(a["recovery/Phi"]).max()
+        if not inside <= TOLERANCE:
+            yield f"recovery/Phi differs by {inside:.1e}"
 
 
 def modes(a, b, sign):
@@ -85,6 +88,15 @@ def modes(a, b, sign):
     M = np.block([[np.eye(k), a["matrices/M_kc"]], [a["matrices/M_kc"].T, a["matrices/M_cc"]]])
     omega = a["diagonal/omega"]
     alone = [j for j in range(6, min(40, len(omega) - 1)) if min(omega[j + 1] - omega[j], omega[j] - omega[j - 1]) > 1e-3 * omega[j]]
-    share = np.abs(np.sum(V[:, alone] * (M @ W[:, alone]), axis=0))
-    if not np.all(np.abs(share - 1) < TOLERANCE):
-        yield f"diagonal/V: modes overlap by {share.min():.12f} of 1"
+    overlap = np.sum(V[:, alone] * (M @ W[:, alone]), axis=0)
+    if not np.all(np.abs(np.abs(overlap) - 1) < TOLERANCE):
+        yield f"diagonal/V: modes overlap by {np.abs(overlap).min():.12f} of 1"
+    if "spin_couplings" not in a:
+        return
+    coupled = [(j, s) for j, s in zip(alone, np.sign(overlap)) if 3 * (j - 6) < len(a["spin_couplings"])]
+    rows = np.ix_(*2 * [[3 * (j - 6) + d for j, _ in coupled for d in range(3)]])
+    signs = np.repeat([s for _, s in coupled], 3)
+    P, Q = a["spin_couplings"][rows], np.outer(signs, signs) * b["spin_couplings"][rows]
+    apart = np.abs(P - Q).max(initial=0) / np.abs(a["spin_couplings"]).max()
+    if not apart <= TOLERANCE:
+        yield f"spin_couplings differ by {apart:.1e}"

@@ -186,12 +186,15 @@ Matrix forces_on_dofs(const StaticShare& forces, const Superelement& s) {
   return B;
 }
 
-InteriorInertia interior_inertia(const RigidMotions& rigid, const SparseCholesky& factor_of_K_II) {
+InteriorInertia interior_inertia(const Interior& interior) {
+  const RigidMotions& rigid = interior.p.rigid;
   InteriorInertia inertia;
   inertia.R_C = Matrix(rigid.R_C);
   if (rigid.count() == 0) return inertia;
   const Matrix P_I = Matrix(rigid.P_I);
-  inertia.Q = P_I.transpose() * factor_of_K_II.solve(P_I);
+  Matrix X = P_I;
+  interior.solve_in_place(X);
+  inertia.Q = interior.inner(P_I, X);
   return inertia;
 }
 

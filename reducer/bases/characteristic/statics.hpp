@@ -6,11 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "common/linalg/sparse/sparse_cholesky.hpp"
 #include "common/scene/scene.hpp"
 #include "common/scene/static_forces.hpp"
 #include "common/superelement/superelement.hpp"
-#include "reducer/partition/rigid_motions.hpp"
+#include "reducer/partition/interior.hpp"
 
 namespace cbr {
 
@@ -50,7 +49,7 @@ struct InteriorInertia {
   Matrix R_C;
   Matrix Q;
 };
-InteriorInertia interior_inertia(const RigidMotions& rigid, const SparseCholesky& factor_of_K_II);
+InteriorInertia interior_inertia(const Interior& interior);
 // The same of other rigid motions, R = R_C X   (r x r)
 Matrix inertia_of(const InteriorInertia& inertia, const Matrix& R);
 

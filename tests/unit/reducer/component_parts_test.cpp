@@ -201,7 +201,7 @@ TEST(ComponentParts, TheCouplingByOnePsiIsThatOfTheCondensation) {
   options.one_Psi = true;
   options.panel = 17;
   const Condensation c = condense(p, factor, Phi, options, report);
-  EXPECT_EQ(mode_coupling_of_one_Psi(p, factor, Phi, c.M_cc, options, report), c.M_kc);
+  EXPECT_EQ(mode_coupling_of_one_Psi(p, factor, Phi, options, report), c.M_kc);
 }
 
 TEST(ModeTolerance, TellsWhereItIsNotMet) {
