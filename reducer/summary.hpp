@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What cbr-reduce says at the end about a superelement that it made.
+// The summary of cbr-reduce about a superelement that it made.
 #pragma once
 
 #include <filesystem>

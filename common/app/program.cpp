@@ -29,7 +29,7 @@ const char* signal_name(int number) {
                              : "a signal";
 }
 
-// What a handler may look at.
+// Data that a handler may read.
 volatile std::sig_atomic_t is_noting = 0, noted = 0;
 char name_for_handler[64] = "cbr";
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Front door of common/app: what the three programs share: arguments, signals, the report.
 //
-// What the three programs share on the command line: --help, --version, --quiet, --verbose,
+// Options that the three programs share: --help, --version, --quiet, --verbose,
 // --threads, --timings, and how they end.
 #pragma once
 

@@ -24,7 +24,7 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-// A value or an attribute of a damaged file may be of any length. What is wrong stands before it,
+// A value or an attribute of a damaged file may be of any length. The fault stands before it,
 // the cure behind.
 std::string in_short(const std::string& text) {
   constexpr std::size_t longest = 3000, head = 800, tail = 800;
@@ -73,8 +73,8 @@ std::string table_row(const std::string& kind, const std::string& name, double v
 
 constexpr const char* table_header = "kind,name,value";
 
-// A mistyped --timings would cost the user a scene, a mesh or the results. What is no regular file
-// is refused by who writes it.
+// A mistyped --timings would cost the user a scene, a mesh or the results. Anything but a regular
+// file is refused by who writes it.
 void refuse_to_replace(const std::filesystem::path& file) {
   refuse_other_file(file,
                     {.noun = "a table of timings", .start = "^" + std::string(table_header) + "\n"},

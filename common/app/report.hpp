@@ -18,11 +18,11 @@ enum class Verbosity { quiet, normal, verbose };
 
 class Report {
  public:
-  // `timings_file`: what --timings names, empty for none. InputError, before the work: no file can
+  // `timings_file`: of --timings, empty for none. InputError, before the work: no file can
   // be written there, or one is there that is no table of timings.
   Report(std::string program, Verbosity verbosity, std::filesystem::path timings_file = {});
 
-  // What warnings and details are about from now on, put before them: "component 'block': ". Empty:
+  // The subject of warnings and details from now on, put before them: "component 'block': ". Empty:
   // nothing.
   void about(std::string what) { about_ = std::move(what); }
   const std::string& about() const { return about_; }
@@ -30,16 +30,17 @@ class Report {
   void line(const std::string& text);     // not when quiet
   void detail(const std::string& text);   // --verbose only
   void warning(const std::string& text);  // always; kept
-  // All so far, each a line, in the order in which they were told.
+  // All so far, each a line, in the order in which they were given.
   const std::vector<std::string>& warnings() const { return warnings_; }
-  // Those of the run that this one goes on from: kept before the others, not told again.
+  // Those of the run that this one continues: kept before the others, not printed again.
   void recall(const std::vector<std::string>& warnings);
-  // The work begins anew: warnings so far are no longer kept, and not told again.
+  // The work begins anew: warnings so far are no longer kept, and not printed again.
   void start_again();
   int n_warnings() const { return static_cast<int>(warnings_.size()); }
 
   // "factorisation  42 %, 12 s left": redrawn in place, only when stderr is a terminal and not
-  // quiet, at most ten times a second. What is left is told after two seconds, at the speed so far.
+  // quiet, at most ten times a second. It gives the time left after two seconds, at the speed so
+  // far.
   void progress(const std::string& what, double fraction);
   // The same with a text of the caller's own.
   void draw(const std::string& text);
@@ -82,14 +83,14 @@ class Report {
   Verbosity verbosity_;
   std::vector<std::string> warnings_, told_before_;
   bool in_progress_ = false;
-  std::string in_work_;     // what progress() was last told of
+  std::string in_work_;     // the last work of progress()
   double first_share_ = 0;  // and how much of that was done, `work_start_`
   std::filesystem::path timings_file_;
   std::vector<std::pair<std::string, double>> phases_, parts_, counts_;
   std::chrono::steady_clock::time_point start_, last_progress_, work_start_;
 };
 
-// "PROGRAM: error: TEXT" on one line; run_program() prints so what ended the run.
+// "PROGRAM: error: TEXT" on one line, as run_program() prints the error that ended the run.
 void print_error(const std::string& program, const std::string& text);
 
 double peak_memory_bytes();                 // of this process

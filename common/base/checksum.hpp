@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// XXH3 of 64 bits, piece by piece: tells numbers that were altered from those that were written. No
+// XXH3 of 64 bits, piece by piece: detects numbers that were altered after writing. No
 // defence against intent.
 #pragma once
 

@@ -23,7 +23,7 @@ namespace {
                               sigset_t signals) {
   for (const int number : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGXCPU})
     signal(number, SIG_DFL);
-  // What asks the programs to end, or is ignored, is the parent's to heed; the child goes with it
+  // The parent handles signals that end the programs, or are ignored; the child goes with it
   for (const int number : {SIGTERM, SIGINT, SIGHUP}) sigaddset(&signals, number);
   sigprocmask(SIG_SETMASK, &signals, nullptr);
   prctl(PR_SET_PDEATHSIG, SIGKILL);

@@ -7,9 +7,9 @@
 
 namespace cbr {
 
-// Does `action` in a copy of this process, and tells whether it came back after at most so many
+// Runs `action` in a forked child; returns whether it ended after at most so many
 // seconds of a processor's time: for libraries that crash on damaged files, or go round in them for
-// ever. What it changes is lost. True without a trial where the system makes no copy. RunError
+// ever. Side effects are lost. True without a trial where the system makes no copy. RunError
 // names `what` if somebody else ended the copy.
 bool survives_in_child(const std::string& what, const std::function<void()>& action,
                        unsigned seconds);

@@ -8,8 +8,8 @@
 
 namespace cbr {
 
-// The user's input or command line is wrong: one line saying where (file, line, key, id), what was
-// found, what is allowed and the cure. main() prints it after "PROGRAM: error: " and exits 2.
+// The user's input or command line is wrong: one line with the place (file, line, key, id),
+// found and allowed values, and the cure. main() prints it after "PROGRAM: error: " and exits 2.
 struct InputError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };

@@ -6,7 +6,7 @@
 
 namespace cbr {
 
-// What std::snprintf makes of it, at most 319 characters.
+// The text of std::snprintf, at most 319 characters.
 template <typename... Values>
 std::string format_text(const char* pattern, Values... values) {
   char text[320];

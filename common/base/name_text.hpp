@@ -8,7 +8,7 @@
 
 namespace cbr {
 
-// What is wrong with a name: "holds bytes that are not UTF-8", "holds a control character (code
+// The fault of a name: "holds bytes that are not UTF-8", "holds a control character (code
 // 7)"; empty: nothing.
 std::string name_problem(std::string_view name);
 

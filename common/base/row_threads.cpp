@@ -79,7 +79,7 @@ RowThreads::RowThreads(int n_threads) {
   try {
     for (int t = 1; t < n_threads; ++t)
       impl_->threads.emplace_back([impl = impl_.get(), t] { impl->loop(t); });
-  } catch (const std::system_error&) {  // the system grants no more: size() tells
+  } catch (const std::system_error&) {  // the system grants no more: see size()
   }
 }
 

@@ -9,7 +9,7 @@
 namespace cbr {
 namespace {
 
-// What stands in messages of a field that may be a whole binary file.
+// Text for messages of a field that may be a whole binary file.
 std::string shown(std::string_view field) {
   return "'" + std::string(field.substr(0, 40)) + (field.size() > 40 ? "..." : "") + "'";
 }

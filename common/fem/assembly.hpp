@@ -31,7 +31,7 @@ struct FiniteElementModel {
   Index n_translations() const { return static_cast<Index>(nodes.size()) - n_rotations; }
 };
 
-// What is wrong with a mesh of shells and beams alone, and what to do.
+// Message about a mesh of shells and beams alone: the fault and its cure.
 inline constexpr const char* no_volume_elements =
     "the mesh has no volume elements (hexes, tetrahedra, wedges, pyramids), and no block of shells "
     "with a thickness: there is nothing to compute; give shells one, as blocks: {NAME: {thickness: "

@@ -26,7 +26,7 @@ Index root(std::vector<Index>& parent, Index i) {
   return i;
 }
 
-// Per model node: what is nearer than a thousandth of the shortest edge of its elements is at the
+// Per model node: a node nearer than a thousandth of the shortest edge of its elements is at the
 // same place, but for round-off.
 std::vector<double> near_enough(const Mesh& mesh, const FiniteElementModel& model) {
   constexpr double share = 1e-3;

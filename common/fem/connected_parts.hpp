@@ -24,7 +24,7 @@ std::vector<NearNodes> near_nodes(const Mesh& mesh, const FiniteElementModel& mo
                                   const std::vector<Index>& part);
 std::string how_near(double apart);  // "at the same place", "only 5e-07 apart"
 
-// What to tell of these, as if a mesh had been put together without joining it; empty when there
+// A warning about these, as if a mesh had been put together without joining it; empty when there
 // are none.
 std::string unjoined_parts(const Mesh& mesh, const FiniteElementModel& model,
                            const std::vector<Index>& part);

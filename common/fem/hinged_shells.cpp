@@ -12,7 +12,7 @@ namespace {
 
 constexpr double on_a_line = 1e-6;  // of the size of the nodes' set
 
-// Whether the six rigid motions of these places are told apart by their displacements.
+// True if displacements of these places determine all six rigid motions.
 bool hold(const Points& all) {
   Points x = all.rowwise() - all.colwise().mean();
   const double size = x.rowwise().norm().maxCoeff();

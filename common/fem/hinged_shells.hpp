@@ -8,7 +8,7 @@
 
 namespace cbr {
 
-// What to tell of shells that hold together and share nodes with solids on one line only, about
+// A warning about shells that hold together and share nodes with solids on one line only, about
 // which they turn; empty when there are none.
 std::string hinged_shells(const Mesh& mesh, const FiniteElementModel& model);
 

@@ -16,7 +16,7 @@
 namespace cbr {
 namespace {
 
-// Below this an element's Jacobian is zero, for all that rounded coordinates can tell.
+// Below this an element's Jacobian is zero within the round-off of coordinates.
 constexpr double smallest_quality = 1e-10;
 
 std::string rounded_text(double value) {

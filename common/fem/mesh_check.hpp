@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What assembly refuses: materials, nodes and elements that give no usable stiffness and mass.
+// Checks before assembly: materials, nodes and elements that give no usable stiffness and mass.
 #pragma once
 
 #include <vector>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What files say of a stress: components, von Mises and principal values.
+// Values of a stress in files: components, von Mises and principal values.
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What an element type is as topology: its nodes, dimension and sides, in Exodus II's order.
+// Topology of element types: nodes, dimension and sides, in Exodus II's order.
 // Tables, no numerics.
 #pragma once
 
@@ -23,7 +23,7 @@ enum class ElementType {
   hex27
 };
 
-// The faces that contact and superelement files know; the value is the number of nodes.
+// The faces of contact and of superelement files; the value is the number of nodes.
 enum class FaceKind { tri3 = 3, quad4 = 4, tri6 = 6, quad8 = 8, quad9 = 9 };
 
 std::string_view name(ElementType type);  // "hex8"

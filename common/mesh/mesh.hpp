@@ -15,7 +15,7 @@
 
 namespace cbr {
 
-// What a file says of a block's material (.inp, .bdf), in its own units.
+// A block's material in a file (.inp, .bdf), in the file's units.
 struct FileMaterial {
   std::string name;
   double youngs_modulus = 0, poissons_ratio = 0, density = 0;
@@ -62,13 +62,14 @@ struct Mesh {
   std::vector<Block> blocks;      // volume blocks first or not: ask the type's dimension
   std::vector<Sideset> sidesets;  // a face may be in several
   std::vector<Nodeset> nodesets;
-  // What the file says and is not read: "*BOUNDARY (line 27), *PLASTIC (line 18)"; empty: nothing.
+  // Keywords of the file that are not read: "*BOUNDARY (line 27), *PLASTIC (line 18)"; empty:
+  // nothing.
   std::string dropped = {};
 };
 
 // Reads, as docs/meshes.md says, .msh (gmsh 2.2, 4.1), .exo .e .g .ncf .nc4 (Exodus II), .inp
 // (Abaqus, CalculiX), .bdf .nas (Nastran), .med (Salome), and through the program gmsh .unv and
-// .vtk. InputError names the file and what is wrong in it: missing, truncated, an element type that
+// .vtk. InputError names the file and its fault: missing, truncated, an element type that
 // is not supported, a side of no element, a repeated id.
 Mesh read_mesh(const std::filesystem::path& file);
 
@@ -106,7 +107,7 @@ std::vector<Index> nodes_of_side(const Mesh& mesh, const Side& side);
 // (nodesets)".
 std::string set_names(const Mesh& mesh);
 
-// Throws InputError for what no reader may hand on: node indices out of range, a repeated node or
+// InputError, the same for all readers: node indices out of range, a repeated node or
 // element id, a non-finite coordinate, a side of no element, two blocks or two sidesets of one
 // name. `where` starts the message: the file.
 void check_mesh(const Mesh& mesh, const std::string& where);

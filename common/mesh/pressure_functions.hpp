@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Few pressures on a surface: what contact has as unknowns where a face closes as a whole.
+// Few pressures on a surface: the unknowns of contact where a face closes as a whole.
 #pragma once
 
 #include <vector>

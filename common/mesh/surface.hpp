@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A sideset as faces: what a superelement keeps of its interface, what the skinner turns to shells,
-// what contact sees.
+// A sideset as faces: superelements keep them, the skinner makes shells of them, contact uses them.
 #pragma once
 
 #include <string>

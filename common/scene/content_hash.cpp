@@ -68,7 +68,7 @@ std::string component_text(const Scene& scene, const Component& component) {
     if (options.thickness)
       text += "shells " + counted(block) + " " + number_text(*options.thickness) + "\n";
   }
-  // Files of before `auto` hold lumped mass: those that it does not suit are told by their
+  // Files of before `auto` hold lumped mass: those that it does not suit are recognised by their
   // provenance, is_of_other_mass().
   return text + "mass " + word_of(mass_words, component.mass ? component.mass : MassKind::lumped) +
          "\n";
@@ -112,7 +112,7 @@ std::string characteristic_text(const CharacteristicOptions& options, const Inte
   return text + statics_text(options, needs);
 }
 
-// Where the points of the interface are, and what they move.
+// Places of the interface's points, and the sets that they move.
 std::string points_text(const Component& component) {
   std::string text;
   for (const auto& [name, of] : point_provenance(component))

@@ -42,7 +42,7 @@ std::vector<std::string> loose_nodesets(const Mesh& mesh) {
 }
 
 // Such as the last elements of a file that is cut between two lines have left. A few reference
-// points are usual, and nodes of nodesets are told with these.
+// points are usual, and the warning counts nodes of nodesets among these.
 void add_unused_nodes(const Mesh& mesh, std::vector<std::string>& texts) {
   std::vector<char> is_used = nodes_of_structure(mesh);
   for (const Nodeset& set : mesh.nodesets)

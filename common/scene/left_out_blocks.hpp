@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Blocks of a mesh as all programs tell of them: those that none computes with, shells without a
+// Messages of all programs about blocks of a mesh: those that none computes with, shells without a
 // thickness and beams, and those whose material or elements can hardly be meant.
 #pragma once
 

@@ -7,7 +7,7 @@
 namespace cbr {
 
 // Nodes with six dofs become points of the component, under the names of the sets that have them
-// alone. None of a file that is not there or is damaged, which is told when it is read as a whole.
+// alone. None of a file that is not there or is damaged: reading it as a whole gives the error.
 // Precondition: the component has no mesh.
 void add_points_of_file(Component& component);
 

@@ -121,7 +121,7 @@ std::vector<ReductionKey> reduction_keys(ReductionOptions& r) {
        .provenance = "recovery",
        .option = "--recovery",
        .help = "store Psi, Phi and the connectivity, to recover the interior's motion and stress"},
-      // Its sets are part of the superelement, which tells them itself: /loads.
+      // Its sets stand in the superelement itself: /loads.
       {.scene = {"loads", NameList{r.loads}, !r.loads.empty()}},
       {.scene = {"superelement", File{r.superelement}}},
   };

@@ -15,16 +15,16 @@ namespace cbr {
 struct ReductionKey {
   SceneKey scene;  // of `reduction`
   // How its line of the hash begins. Empty: the option does not change the superelement, or
-  // characteristic_text() tells it.
+  // characteristic_text() has it.
   std::string hash = {};
   // The attribute of /provenance; empty: none.
   std::string provenance = {};
   std::optional<Basis> only_with = {};
   // Of cbr-reduce; empty: none.
   std::string option = {}, type_name = {}, help = {};
-  // What --option allows, for its message.
+  // Values that --option allows, for its message.
   std::string allowed = {};
-  // A word that is refused, and what a user of it does instead.
+  // A word that is refused, and the cure.
   std::string retired = {}, successor = {};
 
   bool goes_with(Basis basis) const { return !only_with || *only_with == basis; }
@@ -35,7 +35,7 @@ std::vector<ReductionKey> reduction_keys(ReductionOptions& reduction);
 // Its keys of the scene, of which those of other bases are not written.
 std::vector<SceneKey> scene_keys(ReductionOptions& reduction);
 
-// Whether `given` names the key: what is not given follows from what is.
+// True if `given` names the key. Keys that are not given follow from those that are.
 void complete(ReductionOptions& reduction, const std::vector<std::string>& given);
 
 }  // namespace cbr

@@ -31,12 +31,12 @@ struct SourceLine {
   std::string text() const;  // "impact.yaml:12"
 };
 
-// What acts on a set: forces along any axis (a traction, too), a pressure, moments.
+// Actions on a set: forces along any axis (a traction, too), a pressure, moments.
 struct LoadKinds {
   bool forces = false, pressure = false, moments = false;
 };
 
-// What a scene asks of a component's interface beside the component's own options.
+// Needs of a scene of a component's interface beside the component's own options.
 struct InterfaceNeeds {
   std::map<std::string, bool> touching;  // sidesets that contact names -> whether with friction
   std::optional<bool> all_touch = {};    // contact of all surfaces; with friction
@@ -45,7 +45,7 @@ struct InterfaceNeeds {
   std::map<std::string, LoadKinds> loaded = {};  // sets of loads, and of points that are no nodes
 };
 
-// Basis characteristic: what stands for the interface's dofs.
+// Basis characteristic: the coordinates that replace the interface's dofs.
 struct CharacteristicOptions {
   // elastic characteristic constraint modes; rigid motions come on top
   Index modes = 10;
@@ -67,7 +67,7 @@ inline Index default_shapes(const std::optional<Index>& modes) {
   return std::clamp<Index>(modes.value_or(0) / 3, 10, 40);
 }
 
-// What stands for the interior and for the interface: docs/formats.md, `reduction.basis`.
+// Coordinates of the interior and of the interface: docs/formats.md, `reduction.basis`.
 enum class Basis { craig_bampton, massless, characteristic };
 // Which modes are kept: the lowest, or those that the interface excites most.
 enum class Pick { frequency, participation };
@@ -166,7 +166,7 @@ struct Instance {
   // "", "x", "y" or "z": the coordinate that changes sign; before the rotation
   std::string mirror;
   Vector3 velocity = Vector3::Zero();
-  ModalDamping damping;                        // on top of what its materials have
+  ModalDamping damping;                        // added to that of its materials
   Vector3 angular_velocity = Vector3::Zero();  // rad/s, scene axes, about the centre of mass
   SourceLine source;
   Matrix3 transformation() const;  // rotation * mirror: x_scene = T x_component + position
@@ -191,7 +191,7 @@ struct History {
   std::vector<double> time, value;
 };  // piecewise linear; constant before and after; empty: 1
 
-// How the nodes of a boundary condition, or a wall, move: not at all, or by what is given of their
+// How the nodes of a boundary condition, or a wall, move: not at all, or by the given part of their
 // motion.
 enum class SupportMotion { none, displacement, velocity, acceleration };
 
@@ -206,7 +206,7 @@ struct WallOptions {
   double radius = 0;    // of sphere and cylinder
   bool inside = false;  // bodies are inside the sphere or cylinder
   SupportMotion motion = SupportMotion::none;
-  Vector3 value = Vector3::Zero();  // of the motion: what the history multiplies
+  Vector3 value = Vector3::Zero();  // of the motion: the history multiplies it
   History history;
   SourceLine source;
 };
@@ -217,7 +217,7 @@ struct BoundaryCondition {
   // Rotations about these axes, of nodes that have any. Not given: all, where `fix` has all axes.
   std::optional<std::array<bool, 3>> fix_rotations = {};
   SupportMotion motion = SupportMotion::none;
-  // of the motion: what the history multiplies, 0 along axes that are not fixed
+  // of the motion: the history multiplies it; 0 along axes that are not fixed
   Vector3 value = Vector3::Zero();
   // The same of a rotation, in degrees, rad/s or rad/s^2, about a point: scene axes, or the centre
   // of the nodes.
@@ -245,7 +245,7 @@ enum class Formulation {
   node_face,  // nodes of the finer surface, faces of the other
   two_way,    // nodes of each against the faces of the other (penalty only: hard constraints from
               // both sides are too many)
-  mortar      // gaps integrated over what the surfaces share
+  mortar      // gaps integrated over the surfaces' common part
 };
 
 struct ContactOptions {
@@ -268,7 +268,7 @@ struct ContactOptions {
   // key `overlap: resolve`: statics press surfaces apart that overlap at the start
   bool resolves_overlap = false;
   // length: gaps and overlaps up to this at the start count as closed. Not given: overlaps are kept
-  // as they are; tied takes in what is within 5 % of a face
+  // as they are; tied includes nodes within 5 % of a face
   std::optional<double> adjust;
   SourceLine source;
 };
@@ -312,7 +312,7 @@ struct TimeOptions {
   SourceLine source;
 };
 
-// From what a run that was interrupted goes on.
+// The checkpoint from which an interrupted run continues.
 struct CheckpointOptions {
   // When: exactly one is given
   std::optional<double> every;  // seconds of the scene's time
@@ -386,7 +386,8 @@ Index preload_steps(const Scene& scene);
 // reduced for a run that cannot be.
 void check_contact_with_time(const Scene& scene);
 
-// The scene as YAML with absolute paths: what a filter hands on. read_scene(write_scene(s)) == s.
+// The scene as YAML with absolute paths, for the next program of a pipeline.
+// read_scene(write_scene(s)) == s.
 void write_scene(const Scene& scene, std::ostream& out);
 
 const Component& component_of(const Scene& scene, const Instance& instance);
@@ -418,9 +419,9 @@ void check_characteristic(const ReductionOptions& reduction, const std::string& 
 
 // XXH3 (128 bit, hex) of a file's bytes. InputError when it cannot be read.
 std::string file_hash(const std::filesystem::path& file);
-std::string bytes_hash(std::string_view bytes);  // the same of what is in memory
+std::string bytes_hash(std::string_view bytes);  // the same of bytes in memory
 
-// What contact and boundary conditions ask of the component, over all instances that stand as its
+// Needs of contact and boundary conditions of the component, over all instances that stand as its
 // superelement. Of a mesh without a scene (Scene::file is empty): all sets of its interface may
 // touch, without friction.
 InterfaceNeeds interface_needs(const Scene& scene, const Component& component);

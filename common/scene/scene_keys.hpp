@@ -19,7 +19,7 @@ namespace cbr {
 class SceneNode;
 struct SceneReading;
 
-// What a number may be: above `low`, or from it on, and below `high`.
+// The allowed range of a number: above `low`, or from it on, and below `high`.
 struct Bounds {
   double low = -HUGE_VAL, high = HUGE_VAL;
   bool has_low = false;
@@ -114,7 +114,7 @@ struct Own {
 };
 // Refused, whatever its value.
 struct Retired {
-  std::string successor;  // what a user of it does instead
+  std::string successor;  // the cure for a user of it
 };
 using SceneValue = std::variant<OneWord, Number, WholeNumber, TrueOrFalse, NameList, NamesOrTrue,
                                 ThreeNumbers, Text, File, Own, Retired>;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The words of a scene file and what they stand for: one table for reading, writing and hashing.
+// The words of a scene file and their values: one table for reading, writing and hashing.
 #pragma once
 
 #include <cassert>

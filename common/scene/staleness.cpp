@@ -17,7 +17,7 @@ namespace {
 
 using Provenance = std::map<std::string, std::string>;
 
-// Keys of /provenance of what the scene asks of sets.
+// Keys of /provenance of the scene's needs of sets.
 const std::string needs_of = "needs ", all_sets = "needs of all";
 
 std::vector<std::string> words_in(const std::string& names) {
@@ -90,7 +90,7 @@ void compare_blocks(const Scene& scene, const Component& component, const Proven
   }
 }
 
-// What the scene wants of the elements that the file was made of.
+// The mass matrix that the scene gives the elements of the file.
 MassKind wanted_mass(const Component& component, const Provenance& file) {
   if (component.mass) return *component.mass;
   const bool spoilt = std::any_of(file.begin(), file.end(), [](const auto& item) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// In what a superelement's file is not of the present scene, in words.
+// Differences of a superelement's file from the present scene, in words.
 #pragma once
 
 #include <filesystem>
@@ -24,12 +24,12 @@ std::map<std::string, std::string> material_provenance(const Material& material)
 // Precondition: the component has a reduction.
 std::map<std::string, std::string> point_provenance(const Component& component);
 
-// Of basis characteristic, what the scene asks of each set: "needs patch" and "forces, pressure";
+// Of basis characteristic, the scene's needs of each set: "needs patch" and "forces, pressure";
 // of contact of all surfaces "needs of all". The second is the way back from /provenance.
 std::map<std::string, std::string> needs_provenance(const InterfaceNeeds& needs);
 InterfaceNeeds needs_in(const std::map<std::string, std::string>& provenance);
 
-// "patch (forces), low (friction)": what the scene asks and the file was not made for; empty: all
+// "patch (forces), low (friction)": needs of the scene that the file was not made for; empty: all
 // is there.
 std::string missing_needs(const InterfaceNeeds& of_file, const InterfaceNeeds& of_scene);
 
@@ -44,7 +44,7 @@ std::string content_hash(const Scene& scene, const Component& component,
 std::string stale_text(const Scene& scene, const Component& component);
 
 // Whether /provenance of the component's superelement names another mass than the scene wants of
-// such elements. False for a file that cannot be read, or tells nothing. Precondition: the
+// such elements. False for a file that cannot be read, or lacks them. Precondition: the
 // component has a reduction.
 bool is_of_other_mass(const Component& component);
 

@@ -23,7 +23,7 @@ std::vector<TouchingSurface> touching_surfaces(const InterfaceNeeds& needs, cons
                                                bool everywhere = false);
 
 // Of the scene's loads on the interface those that neither kept nodes nor the statics of faces that
-// touch answer already, as far as the names of sets tell.
+// touch answer already, by the names of sets.
 std::map<std::string, LoadKinds> loads_beside_statics(const CharacteristicOptions& options,
                                                       const InterfaceNeeds& needs);
 

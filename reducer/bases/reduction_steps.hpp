@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the steps of one reduction (reduce.cpp) work on, and what they ask of it.
+// Data of the steps of one reduction (reduce.cpp), and these steps.
 #pragma once
 
 #include <memory>

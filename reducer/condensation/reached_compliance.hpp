@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a factored matrix answers at a few rows to forces on these rows.
+// Compliance of a factored matrix at a few rows.
 #pragma once
 
 #include "common/base/types.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the full model's lowest eigenvalues are, from a reduced one's and what its modes lack
+// The full model's lowest eigenvalues, from a reduced one's and the modes that it lacks
 // (docs/theory.md, (12)).
 #pragma once
 

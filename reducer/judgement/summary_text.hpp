@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What is told about a superelement, by the summary of a reduction and by --info.
+// Lines about a superelement in the summary of a reduction and of --info.
 #pragma once
 
 #include <filesystem>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How a component's inertia changes as it deforms: what a spin pulls its coordinates with.
+// Change of a component's inertia as it deforms: centrifugal forces on its coordinates.
 #pragma once
 
 #include "reducer/partition/interior.hpp"
@@ -11,9 +11,9 @@ Matrix unit_strains(const Points& X, const Vector3& center);
 
 // S_j = sym of the integral of rho x u_j^T, of each coordinate's displacement u_j, x from the
 // centre of mass: xx, yy, zz, xy, yz, xz as columns, kg m per unit of the coordinate   ((k + c) x
-// 6). The inertia changes by 2 (tr S 1 - S), and a spin w pulls with |w|^2 tr S - w . S w (Shabana,
-// Dynamics of Multibody Systems, 2013, section 5.3). X_I, X_C: places of this process's nodes
-// inside and of the nodes on the interface.
+// 6). The inertia changes by 2 (tr S 1 - S), and the centrifugal force of a spin w is |w|^2 tr S -
+// w . S w (Shabana, Dynamics of Multibody Systems, 2013, section 5.3). X_I, X_C: places of this
+// process's nodes inside and of the nodes on the interface.
 Matrix spin_moments(const Interior& interior, const Points& X_I, const Points& X_C,
                     const Vector3& center, const Matrix& Phi);
 

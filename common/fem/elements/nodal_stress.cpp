@@ -13,7 +13,7 @@ namespace {
 using isoparametric::Elasticity;
 using isoparametric::Nodes;
 
-// Where stress is sampled, and what the nodes make of it.
+// Points where stress is sampled, and their extrapolation to the nodes.
 struct Sampling {
   std::vector<Points> dN;  // at each of the points, n x 3
   Matrix at_nodes;         // points x n: column a are the weights of the points at node a

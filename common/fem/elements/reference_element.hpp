@@ -27,7 +27,7 @@ ShapeFunctions tet10_shape(const Vector3& xi);
 ShapeFunctions wedge6_shape(const Vector3& xi);
 // The rational functions (Bedrosian 1992), in the coordinates (a, b, zeta) of pyramid_rule(), where
 // they are the polynomials N_i = (1 - zeta) n_i(a, b), N_5 = zeta. dN are the derivatives by a and
-// b divided by (1 - zeta), and by zeta: what is left out of the Jacobian determinant, (1 - zeta)^2,
+// b divided by (1 - zeta), and by zeta: the factor (1 - zeta)^2 of the Jacobian determinant,
 // is in the weights of pyramid_rule(). So nothing is singular, not even at the apex.
 ShapeFunctions pyramid5_shape(const Vector3& xi);
 

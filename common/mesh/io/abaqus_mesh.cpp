@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What an input file of Abaqus or CalculiX means as a mesh. Sections become blocks, surfaces and
+// A mesh from an input file of Abaqus or CalculiX. Sections become blocks, surfaces and
 // sets of face elements sidesets, node sets nodesets.
 #include <algorithm>
 #include <array>

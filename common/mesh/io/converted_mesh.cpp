@@ -121,7 +121,7 @@ Mesh read_with_gmsh(const fs::path& file) {
     return mesh;
   } catch (const InputError& wrong) {
     std::string text = wrong.what();
-    // What gmsh writes of a damaged file may be no mesh: its sections are not those of the file
+    // Of a damaged file gmsh may write no mesh: its sections are not those of the file
     if (text.find('$') != std::string::npos)
       throw InputError(file.string() +
                        ": gmsh finds no whole mesh in it: is it cut short, or damaged?");

@@ -11,7 +11,7 @@
 namespace cbr {
 namespace {
 
-// The usual spellings differ in what follows the family's name; the number of nodes decides.
+// The usual spellings differ after the family's name; the number of nodes decides.
 ElementType element_type(const NetcdfReader& file, const std::string& block,
                          const std::string& text, Index n_nodes_found) {
   std::string upper = text;
@@ -160,7 +160,7 @@ void read_sidesets(const NetcdfReader& file, Mesh& mesh) {
                            std::to_string(element[i]) + " found, allowed are 1 to " +
                            std::to_string(elements.size()));
         Side found = elements[static_cast<std::size_t>(element[i] - 1)];
-        // check_mesh refuses what is no side
+        // check_mesh refuses wrong sides
         found.side = static_cast<int>(std::clamp<Index>(side[i], -1, 1000));
         set.sides.push_back(found);
       }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Writes Exodus II in the 64-bit offset format of netCDF, which every reader of Exodus knows.
+// Writes Exodus II in the 64-bit offset format of netCDF, which every reader of Exodus supports.
 #include <algorithm>
 #include <set>
 

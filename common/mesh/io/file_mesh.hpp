@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What readers of text files collect, node by node and element by element, and the mesh that it
+// Nodes and elements that readers of text files collect one by one, and the mesh that it
 // makes. For the .cpp of this folder.
 #pragma once
 
@@ -16,7 +16,7 @@ struct FileElement {
   Index id = 0;
   ElementType type = ElementType::hex8;
   std::size_t first = 0;  // of its nodes in FileMesh::element_nodes
-  std::string block;      // what it is in: a section's set, a property
+  std::string block;      // a section's set, a property
 };
 
 struct FileMesh {

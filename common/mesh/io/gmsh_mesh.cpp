@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a .msh file means as a mesh. Physical volumes become blocks, physical surfaces sidesets,
+// A mesh from a .msh file. Physical volumes become blocks, physical surfaces sidesets,
 // physical curves and points nodesets.
 #include <algorithm>
 #include <map>
@@ -88,7 +88,7 @@ NodeIndex load_nodes(const std::string& where, const MshFile& msh, Mesh& mesh) {
   return index;
 }
 
-// What is needed to look at an element.
+// The elements of a file, and the numbers of their nodes.
 struct Source {
   const MshFile& msh;
   const std::string& where;

@@ -182,7 +182,7 @@ class InpReader {
     return false;
   }
 
-  // Read, or of no weight: titles, what a run writes, and ends.
+  // Read, or without effect: titles, output requests, and ends.
   bool is_read(const Keyword& keyword) const {
     for (const char* name :
          {"NODE",      "ELEMENT",       "NSET",         "ELSET",          "SURFACE",
@@ -227,7 +227,7 @@ class InpReader {
     take("STRUCTURAL", material_->loss_factor);
   }
 
-  // What changes the part, and would be missed without a word.
+  // These change the part: a warning names them.
   void refuse(const Keyword& keyword) const {
     for (const char* name : {"MPC", "EQUATION", "TIE", "COUPLING", "KINEMATIC COUPLING",
                              "DISTRIBUTING COUPLING", "RIGID BODY", "EMBEDDED ELEMENT"})
@@ -369,7 +369,7 @@ class InpReader {
       lines_.fail("element " + std::to_string(pending_.front()) + " before has too few nodes");
   }
 
-  // Nothing but such ends tells a file that is cut between two lines from a whole one.
+  // Only such ends distinguish a whole file from one that is cut between two lines.
   void require_whole_file() const {
     const std::string cure = ": the file is cut short, export it again";
     if (!open_.empty()) lines_.fail("ends without *END " + open_.back() + cure);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // An input file of Abaqus or CalculiX as it stands: its nodes, elements, sets, surfaces, sections
-// and materials. What a run would do (steps, supports, loads, output) is skipped.
+// and materials. Data of a run (steps, supports, loads, output) are skipped.
 #pragma once
 
 #include <filesystem>
@@ -15,7 +15,7 @@ namespace cbr {
 
 // Ids of nodes or elements, in the file's order.
 struct InpSet {
-  std::string name;  // as it was first spelled; Abaqus does not tell letters of two cases apart
+  std::string name;  // as it was first spelled; Abaqus ignores the case of letters
   std::vector<Index> ids;
   bool internal = false;                 // made by a program for its own use
   std::vector<std::string> elsets = {};  // of a node set: element sets whose nodes are in it, too

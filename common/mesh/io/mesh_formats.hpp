@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Front door of common/mesh/io: meshes in the files of other codes.
 //
-// The formats behind read_mesh and write_mesh, and what their readers share. For the .cpp of this
+// The formats of read_mesh and write_mesh, and shared code of their readers. For the .cpp of this
 // folder.
 #pragma once
 
@@ -19,7 +19,7 @@ namespace cbr {
 std::string foreign_mesh_cure(const std::filesystem::path& file);
 
 Mesh read_gmsh(const std::filesystem::path& file);
-// By what files of write_mesh are recognised.
+// Marks by which files of write_mesh are recognised.
 inline constexpr const char *gmsh_mark = "Written by cbr\n", *exodus_mesh_title = "cbr";
 // The writers write to `file` as it is and call it `where` in messages.
 void write_gmsh(const Mesh& mesh, const std::filesystem::path& file, const std::string& where);

@@ -17,7 +17,7 @@ namespace cbr {
 
 struct MshElement {
   Index id = 0;
-  int type = 0;  // gmsh's, one that find_gmsh_type knows
+  int type = 0;  // gmsh's, one that find_gmsh_type() finds
   int dimension = 0;
   Index entity = 0;       // geometrical
   Index group = 0;        // format 2: the physical group, 0: none

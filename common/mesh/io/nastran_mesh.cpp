@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What bulk data of Nastran means as a mesh. Properties of solids become blocks, those of faces on
+// A mesh from bulk data of Nastran. Properties of solids become blocks, those of faces on
 // them sidesets; sets of points nodesets. Cards: MSC Nastran Quick Reference Guide.
 #include <algorithm>
 #include <cmath>
@@ -77,7 +77,7 @@ class NastranMesh {
     refuse(card);
   }
 
-  // What changes the part, and would be missed without a word. Bars without a property are the
+  // These change the part: a warning names them. Bars without a property are the
   // curves of a mesh.
   void refuse(const BdfCard& card) const {
     for (const char* name :

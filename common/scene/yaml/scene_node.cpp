@@ -142,7 +142,7 @@ std::vector<SceneNode> SceneNode::list_or_one() const {
   return is_scalar() ? std::vector<SceneNode>{*this} : list();
 }
 
-// Long tables: a path is made only for what is no number.
+// Long tables: a path is made only for entries that are no numbers.
 std::vector<double> SceneNode::numbers() const {
   std::vector<double> values(list_size());
   for (std::size_t i = 0; i < values.size(); ++i) {
@@ -226,7 +226,7 @@ void SceneMap::add(YamlTree::Id map, bool merged, int depth) {
   for (const YamlTree::Id value : merge) add_merged(value, depth + 1);
 }
 
-// What is merged in gives way to what is there: https://yaml.org/type/merge.html
+// Own keys override merged ones: https://yaml.org/type/merge.html
 void SceneMap::add_merged(YamlTree::Id value, int depth) {
   if (depth > deepest_merge)
     node_.fail("merge keys (<<) are nested too deeply, or one holds itself");

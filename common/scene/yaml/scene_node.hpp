@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A strict view of a YAML tree: every question about a value knows its file, line and key, and
-// answers with an InputError when the value is not what was asked for.
+// A strict view of a YAML tree. A value of another kind than asked for is an InputError with file,
+// line and key.
 #pragma once
 
 #include <string>

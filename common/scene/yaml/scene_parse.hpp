@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Front door of common/scene/yaml: the scene read and written.
 //
-// The sections of a scene: in one file each section's keys, what they mean for each other, and the
+// The sections of a scene: in one file each section's keys, their dependences, and the
 // values that are no plain numbers or words. scene_read.cpp and scene_write.cpp put them together.
 #pragma once
 

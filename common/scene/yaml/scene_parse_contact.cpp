@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Surfaces, rigid walls, contact: what may touch what, and how.
+// Surfaces, rigid walls, contact pairs and their enforcement.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -87,7 +87,7 @@ void read_between(const SceneNode& node, const SceneReading& reading, ContactOpt
   if (contact.first.is_wall()) std::swap(contact.first, contact.second);
 }
 
-// What a key asks for and the enforcement or the formulation cannot do.
+// Keys that the enforcement or the formulation does not support.
 void check_enforcement(const SceneMap& map, const ContactOptions& contact) {
   const bool is_nodal = contact.enforcement == Enforcement::nodal,
              is_penalty = contact.enforcement == Enforcement::penalty;
@@ -136,7 +136,7 @@ void check_wall(const SceneMap& map, const ContactOptions& contact) {
   }
 }
 
-// What only statics do: a pretension, and overlaps that are pressed apart.
+// Of statics alone: a pretension, and overlaps that are pressed apart.
 void check_statics(const SceneMap& map, ContactOptions& contact) {
   if (const auto* pretension = map.find("pretension")) {
     if (contact.all || contact.second.is_wall())
@@ -279,7 +279,7 @@ bool is_named(const ContactOptions& contact, const Instance& instance) {
 
 using Entries = std::vector<const ContactOptions*>;
 
-// What an interface without a coordinate for each dof cannot do. nodal: the entries that are.
+// Refused of an interface without a coordinate for each dof. nodal: the entries that are.
 void refuse_characteristic(const Entries& nodal, const Instance& instance) {
   for (const ContactOptions* contact : nodal) {
     if (!is_named(*contact, instance)) continue;
@@ -290,7 +290,7 @@ void refuse_characteristic(const Entries& nodal, const Instance& instance) {
   }
 }
 
-// What an interface without mass cannot do. other: the entries without impulses.
+// Refused of an interface without mass. other: the entries without impulses.
 void refuse_massless(const Scene& scene, const Entries& other, const Instance& instance) {
   const std::string its = "instance '" + instance.name + "' (basis: massless) ",
                     cure = ", or reduce it with basis: craig-bampton";

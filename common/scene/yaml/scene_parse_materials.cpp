@@ -16,8 +16,8 @@ void read_material_axes(const SceneNode& node, const SceneReading&, Matrix3& axe
   if (rows.size() != 2)
     node.fail(
         "expected two lists of three numbers: the material's axes 1 and 2, in those of the mesh");
-  // What is orthonormal to round-off stays as it is: a scene that is passed on means the same
-  // material to the last bit.
+  // Axes that are orthonormal to round-off stay as they are: a scene that is passed on means the
+  // same material to the last bit.
   constexpr double round_off = 1e-14, parallel = 1e-6;
   const auto unit = [](const Vector3& v) {
     return std::abs(v.norm() - 1) < round_off ? v : Vector3(v / v.norm());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Components and instances: what there is.
+// Components and instances.
 #include <algorithm>
 
 #include "common/scene/points_of_file.hpp"
@@ -129,7 +129,7 @@ void read_component_name(const SceneNode& node, const SceneReading& reading, Ins
   instance.as = found->second.reduction ? InstanceKind::superelement : InstanceKind::mesh;
 }
 
-// What its component makes possible.
+// Limits that follow from its component.
 void read_kind(const SceneNode& node, const SceneReading& reading, Instance& instance) {
   const Component& component = reading.scene.components.at(instance.component);
   instance.as = instance_words[node.choice(texts_of(instance_words))].second;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Output and sweep: what a run writes down.
+// Output and sweep.
 #include <algorithm>
 #include <set>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A component's reduction: its keys by the table of reduction_keys.hpp, and what they mean for each
-// other.
+// A component's reduction: its keys by the table of reduction_keys.hpp, and their dependences on
+// each other.
 #include <cmath>
 
 #include "common/base/error.hpp"
@@ -11,7 +11,7 @@
 namespace cbr {
 namespace {
 
-// What is given, in the table's order: the basis first.
+// The given keys, in the table's order: the basis first.
 std::vector<std::string> read_reduction_keys(const SceneMap& map, const SceneReading& reading,
                                              ReductionOptions& reduction) {
   std::vector<std::string> given;
@@ -35,7 +35,7 @@ std::vector<std::string> read_reduction_keys(const SceneMap& map, const SceneRea
   return given;
 }
 
-// What the keys mean for each other.
+// Keys that need or exclude each other.
 void check_reduction(const SceneMap& map, const ReductionOptions& reduction) {
   const bool has_default = reduction.is_characteristic() && !reduction.modes &&
                            !reduction.cutoff_hz && !reduction.tolerance;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Skin, boundary, loads, time: what is done with it.
+// Skin, boundary, loads, time.
 #include <algorithm>
 #include <cctype>
 #include <cmath>
@@ -85,7 +85,7 @@ std::string step_text(const TimeOptions& time) {
 constexpr SupportMotion no_motion = SupportMotion::none;
 constexpr Index most_preload = 10000;
 
-// What has no meaning without motion.
+// Keys without effect in statics.
 void refuse_with_statics(const SceneMap& map, const TimeOptions& time) {
   for (const char* key : {"integrator", "alpha", "mass_scaling", "force", "rotations"})
     if (const auto* value = map.find(key))

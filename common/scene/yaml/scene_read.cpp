@@ -13,7 +13,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A pipe or a device may have no end: what is no text, or longer than any scene, is not read on.
+// A pipe or a device may have no end: reading stops at bytes that are no text, or beyond the length
+// of any scene.
 constexpr std::size_t most_bytes = 1'000'000'000;
 
 [[noreturn]] void refuse_size(const std::string& name, const std::string& found) {

@@ -16,7 +16,7 @@
 
 namespace cbr {
 
-// Appends what the parser comes to.
+// Appends the parser's events to the tree.
 class YamlTreeBuilder final : public YAML::EventHandler {
  public:
   explicit YamlTreeBuilder(YamlTree& tree) : tree_(tree) {}
@@ -77,7 +77,7 @@ class YamlTreeBuilder final : public YAML::EventHandler {
   }
 
   void open(YamlTree::Kind kind, const YAML::Mark& mark, YAML::anchor_t anchor) {
-    // The parser's own limit knows no line
+    // The parser's own limit gives no line
     constexpr std::size_t deepest = 100;
     if (open_.size() >= deepest)
       throw InputError(tree_.name_ + ":" + std::to_string(mark.line + 1) +
