@@ -73,7 +73,8 @@ UnchangedFiles inputs_of(const Scene& scene) {
   UnchangedFiles inputs;
   for (const Instance& instance : scene.instances) {
     const Component& component = component_of(scene, instance);
-    if (component.has_mesh) inputs.add(component.mesh);
+    if (component.has_mesh)
+      for (const auto& file : mesh_files(component.mesh)) inputs.add(file);
     if (instance.as == InstanceKind::superelement && component.reduction)
       inputs.add(component.reduction->superelement);
   }

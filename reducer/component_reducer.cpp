@@ -90,7 +90,7 @@ void ComponentReducer::reduce_component(const Scene& scene, const Component& com
   settings_.diagonal_limit = diagonal_limit(command_, reduction);
   settings_.is_diagonal_read = command_.diagonal_limit || reads_diagonal_form(scene, component);
   UnchangedFiles inputs;
-  inputs.add(component.mesh);
+  for (const auto& file : mesh_files(component.mesh)) inputs.add(file);
   const std::string hash = content_hash(scene, component);
   loads_ = load_sets(scene, component);
   needs_ = interface_needs(scene, component);

@@ -84,7 +84,7 @@ std::map<std::string, std::string> provenance(const Scene& scene, const Componen
   std::map<std::string, std::string> p =
       option_provenance(component, mass_of_superelement(component, mesh));
   p["mesh"] = component.mesh.filename().string();
-  p["mesh_hash"] = file_hash(component.mesh);
+  p["mesh_hash"] = mesh_hash(component.mesh);
   if (component.reduction->is_characteristic())
     p.merge(needs_provenance(interface_needs(scene, component)));
   p.merge(block_provenance(mesh, properties));

@@ -62,7 +62,7 @@ void skin_a_mesh(const SkinCommand& command, Report& report) {
   refuse_other_mesh(command.output, "the skinned mesh", "give -o another name");
   report.refuse_timings_at(command.output, "the skinned mesh");
   UnchangedFiles inputs;
-  inputs.add(command.input);
+  for (const auto& file : mesh_files(command.input)) inputs.add(file);
   SkinnedMesh skinned;
   {
     const auto phase = report.phase("reading the mesh");
@@ -106,7 +106,7 @@ void skin_a_scene(const SkinCommand& command, std::ostream* scene_out, Report& r
     UnchangedFiles inputs;
     for (const Instance& instance : scene.instances)
       if (const Component& component = component_of(scene, instance); component.has_mesh)
-        inputs.add(component.mesh);
+        for (const auto& file : mesh_files(component.mesh)) inputs.add(file);
     SkinnedMesh skinned;
     {
       const auto phase = report.phase("reading and skinning");

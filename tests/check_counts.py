@@ -14,7 +14,7 @@ BOUNDS = {
     "lines of product": 86470,
     "files of product": 712,
     "lines of python/cbr": 1050,
-    "lines of tests": 62150,
+    "lines of tests": 62260,
     "files of tests": 390,
     "numbers in contact/solve": 92,  # but for 0, 1, 2, 3 and 0.5
     "lines with InputError(": 402,

@@ -67,14 +67,19 @@ struct Mesh {
   std::string dropped = {};
 };
 
-// Reads, as docs/meshes.md says, .msh (gmsh 2.2, 4.1), .exo .e .g .ncf .nc4 (Exodus II), .inp
-// (Abaqus, CalculiX), .bdf .nas (Nastran), .med (Salome), and through the program gmsh .unv and
-// .vtk. InputError names the file and its fault: missing, truncated, an element type that
-// is not supported, a side of no element, a repeated id.
+// Reads, as docs/meshes.md says, .msh (gmsh 2.2, 4.1, or Abaqus), .exo .e .g .ncf .nc4 (Exodus II),
+// .inp (Abaqus, CalculiX), .bdf .nas (Nastran), .med (Salome), and through the program gmsh .unv
+// and .vtk. InputError names the file and its fault: missing, truncated, an element type
+// that is not supported, a side of no element, a repeated id.
 Mesh read_mesh(const std::filesystem::path& file);
 
-// Whether the suffix is one that read_mesh knows; one that write_mesh knows; one of a format that
-// has materials.
+// The file, and those that it includes (*INCLUDE of .inp, INCLUDE of .bdf), as read_mesh reads
+// them. InputError: an include that cannot be read. One that is no mesh, or not there, is given
+// back.
+std::vector<std::filesystem::path> mesh_files(const std::filesystem::path& file);
+
+// Whether the suffix is one that read_mesh knows; one that write_mesh knows; whether the file is of
+// a format that has materials.
 bool is_mesh_name(const std::filesystem::path& file);
 bool is_written_mesh_name(const std::filesystem::path& file);
 bool may_hold_materials(const std::filesystem::path& file);

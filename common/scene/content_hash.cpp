@@ -169,6 +169,14 @@ std::string file_hash(const std::filesystem::path& file) {
   return hexadecimal(XXH3_128bits_digest(state.get()));
 }
 
+std::string mesh_hash(const std::filesystem::path& file) {
+  const auto files = mesh_files(file);
+  if (files.size() == 1) return file_hash(file);
+  std::string text;
+  for (const auto& one : files) text += file_hash(one) + "\n";
+  return bytes_hash(text);
+}
+
 struct Checksum::State {
   XXH3_state_t* const xxh3 = XXH3_createState();
   State() { XXH3_64bits_reset(xxh3); }
@@ -195,7 +203,7 @@ std::string content_hash(const Scene& scene, const Component& component) {
 std::string content_hash(const Scene& scene, const Component& component,
                          const InterfaceNeeds& needs) {
   std::string text =
-      "cbr content hash " + std::to_string(scheme) + "\nmesh " + file_hash(component.mesh) + "\n";
+      "cbr content hash " + std::to_string(scheme) + "\nmesh " + mesh_hash(component.mesh) + "\n";
   text += component_text(scene, component);
   if (component.reduction)
     text += reduction_text(*component.reduction, needs) + points_text(component);

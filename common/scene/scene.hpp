@@ -417,8 +417,10 @@ void check_massless(const ReductionOptions& reduction, const std::string& where)
 // the same of basis characteristic
 void check_characteristic(const ReductionOptions& reduction, const std::string& where);
 
-// XXH3 (128 bit, hex) of a file's bytes. InputError when it cannot be read.
+// XXH3 (128 bit, hex) of a file's bytes. InputError when it cannot be read. Of a mesh, with those
+// of the files that it includes.
 std::string file_hash(const std::filesystem::path& file);
+std::string mesh_hash(const std::filesystem::path& file);
 std::string bytes_hash(std::string_view bytes);  // the same of bytes in memory
 
 // Needs of contact and boundary conditions of the component, over all instances that stand as its

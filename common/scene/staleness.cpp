@@ -222,7 +222,7 @@ std::string stale_text(const Scene& scene, const Component& component) try {
   if (reader.has_attribute("/", "basis"))
     differences.add("basis", reader.read_string("/", "basis"),
                     word_of(basis_words, component.reduction->basis));
-  if (value(file, "mesh_hash") != file_hash(component.mesh))
+  if (value(file, "mesh_hash") != mesh_hash(component.mesh))
     differences.add("the mesh " + component.mesh.filename().string() +
                     " is another than that of the file");
   for (const auto& [key, in_file] : file)

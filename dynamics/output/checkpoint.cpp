@@ -81,7 +81,7 @@ std::string run_hash(const Scene& scene, const BuildOptions& options) {
   for (const Instance& instance : scene.instances)
     (instance.as == InstanceKind::superelement ? reduced : meshed).insert(instance.component);
   for (auto& [name, component] : plain.components) {
-    component.mesh = "/" + (meshed.count(name) ? file_hash(component.mesh) : "");
+    component.mesh = "/" + (meshed.count(name) ? mesh_hash(component.mesh) : "");
     if (!component.reduction) continue;
     fs::path& superelement = component.reduction->superelement;
     superelement = "/" + (reduced.count(name) ? file_hash(superelement) : "");

@@ -223,7 +223,7 @@ def check_refusals(folder):
     text = (folder / "cae.inp").read_text()
     bulk = (folder / "hand.bdf").read_text()
     cases = [("odd.inp", text.replace("C3D8R", "C3D27"), ["odd.inp:", "C3D27", "C3D20"]),
-             ("odd.inp", text.replace("*Step", "*Tie, name=t\nTop, Bottom\n*Step"), ["TIE", "constraints"]),
+             ("odd.inp", text.replace("*Step", "*Tie, name=t\nTop, Bottom\n*Step"), ["odd.inp:", "*TIE found", "tied: true"]),
              ("odd.inp", text.replace("_Top_S2, S2", "_Top_S2, S9"), ["odd.inp:", "S9"]),
              ("odd.inp", text.replace("_Top_S2, S2", "Nowhere, S2"), ["odd.inp:", "NOWHERE"]),
              ("odd.inp", text.replace("5, 6, 7, 8, 9, 10, 11, 12", "5, 6, 7, 8, 9, 10, 11, 99"), ["element 2", "node 99"]),
@@ -234,7 +234,7 @@ def check_refusals(folder):
              ("odd.inp", text.replace("2.1e+11", "2.1x+11"), ["error: odd.inp:", "'2.1x+11' found, expected a finite number"]),
              ("odd.bdf", bulk.replace("ENDDATA\n", ""), ["odd.bdf:", "ENDDATA", "cut short"]),
              ("odd.bdf", bulk[:bulk.index("PSOLID")], ["odd.bdf:", "ENDDATA", "cut short"]),
-             ("odd.bdf", bulk.replace("ENDDATA", "RBE2,5,1,123,2\nENDDATA"), ["odd.bdf:", "RBE2"]),
+             ("odd.bdf", bulk.replace("ENDDATA", "RBE2,5,1,123,2\nENDDATA"), ["odd.bdf:", "RBE2: found", "points"]),
              ("odd.bdf", bulk.replace("MAT1*   3", "MAT8*   3"), ["MAT8", "material"]),
              ("odd.bdf", bulk.replace("+,11,12", "+,11,99"), ["element 2", "node 99"]),
              ("odd.bdf", bulk.replace("GRID,1,,", "GRID,1,4,"), ["coordinate system 4"])]
@@ -301,7 +301,10 @@ def check_decks(folder):
     for keyword in ("*RIGIDBODY", "*RIGID BODY", "*rigid  body", "*R IGIDBODY"):
         (folder / "odd.inp").write_text(deck.replace("*STEP", f"{keyword}, NSET=TIP, REF NODE=9\n*STEP"))
         error = reduce(folder, "odd.inp", "odd.cbr.h5", interface="TIP", expect=2)
-        assert "*RIGID BODY found" in error and error.count("\n") == 1, error
+        assert "*RIGIDBODYfound:" in error.upper().replace(" ", "").replace("FOUND", "found") and error.count("\n") == 1, error
+    at, end = deck.index("*MATERIAL"), deck.index("*SOLIDSECTION")
+    (folder / "steel.inp").write_text(deck[at:end])
+    (folder / "deck.inp").write_text(f"{deck[:at]}*INCLUDE, INPUT=steel.inp\n{deck[end:]}")
     ratios = {}
     for name, material, component in (("deck", "", ""), ("scene", "materials: {m: {youngs_modulus: 2.1e11, poissons_ratio: 0.3, "
                                                          "density: 7850, damping: {beta: 1.0e-5}}}\n", "material: m, ")):
@@ -316,6 +319,10 @@ def check_decks(folder):
     assert max(ratios["scene", "mesh"]) > 0.001, ratios
     for kind in ("mesh", "superelement"):
         assert ratios["deck", kind] == ratios["scene", kind], ratios
+    for words in ("up to date", "reducing c (deck.inp)"):
+        done = subprocess.run([sys.argv[1], "scene.yaml"], cwd=folder, capture_output=True, text=True, check=True)
+        assert words in done.stderr, done.stderr
+        (folder / "steel.inp").write_text("** another\n" + deck[at:end])
     # Two materials that are damped unlike each other
     text = deck.replace("*SOLIDSECTION, ELSET=EALL, MATERIAL=STEEL", """*MATERIAL, NAME=SOFT
 *ELASTIC

@@ -5,7 +5,6 @@
 #include <array>
 #include <set>
 
-#include "common/base/error.hpp"
 #include "common/mesh/io/inp_file.hpp"
 #include "common/mesh/io/mesh_formats.hpp"
 
@@ -50,8 +49,7 @@ int exodus_side(ElementType type, int label) {
 
 class AbaqusMesh {
  public:
-  explicit AbaqusMesh(const std::filesystem::path& file)
-      : where_(file.string()), file_(read_inp(file)) {}
+  explicit AbaqusMesh(const std::filesystem::path& file) : file_(read_inp(file)) {}
 
   Mesh run() {
     for (std::size_t e = 0; e < file_.mesh.elements.size(); ++e)
@@ -70,29 +68,25 @@ class AbaqusMesh {
   }
 
  private:
-  [[noreturn]] void fail(Index line, const std::string& what) const {
-    throw InputError(where_ + ":" + std::to_string(line) + ": " + what);
-  }
-
-  const InpSet& elset(const std::string& name, Index line) const {
+  const InpSet& elset(const std::string& name, const DeckPlace& place) const {
     const auto found = file_.elsets.find(name);
-    if (found == file_.elsets.end()) fail(line, "there is no element set '" + name + "'");
+    if (found == file_.elsets.end()) place.fail("there is no element set '" + name + "'");
     return found->second;
   }
 
   void add_section(const InpSection& section) {
-    const InpSet& set = elset(section.elset, section.line);
+    const InpSet& set = elset(section.elset, section.place);
     for (const Index id : set.ids) {
       if (file_.lines.count(id) > 0)
-        fail(section.line,
-             "element " + std::to_string(id) +
-                 " is a beam or truss, which are not supported: take them out of the mesh");
+        section.place.fail(
+            "element " + std::to_string(id) +
+            " is a beam or truss, which are not supported: take them out of the mesh");
       const auto found = place_.find(id);
       if (found == place_.end())
-        fail(section.line,
-             "element " + std::to_string(id) + " of set '" + set.name + "' does not exist");
+        section.place.fail("element " + std::to_string(id) + " of set '" + set.name +
+                           "' does not exist");
       if (!has_section_.insert(id).second)
-        fail(section.line, "element " + std::to_string(id) + " has two sections");
+        section.place.fail("element " + std::to_string(id) + " has two sections");
       file_.mesh.elements[found->second].block = set.name;
     }
     const auto material = file_.materials.find(section.material);
@@ -141,22 +135,21 @@ class AbaqusMesh {
   }
 
   std::vector<Index> ids_of(const InpSurface::Entry& entry) const {
-    return entry.set.empty() ? std::vector<Index>{entry.id} : elset(entry.set, entry.line).ids;
+    return entry.set.empty() ? std::vector<Index>{entry.id} : elset(entry.set, entry.place).ids;
   }
 
-  Index node(Index id, const std::string& set, const MeshIds& ids) const {
+  static Index node(Index id, const std::string& set, const DeckPlace& place, const MeshIds& ids) {
     const Index found = ids.node(id);
     if (found < 0)
-      throw InputError(where_ + ": node " + std::to_string(id) + " of set '" + set +
-                       "' does not exist");
+      place.fail("node " + std::to_string(id) + " of set '" + set + "' does not exist");
     return found;
   }
 
   void add_nodes(const InpSet& set, const MeshIds& ids) {
     std::vector<Index> nodes;
-    for (const Index id : set.ids) nodes.push_back(node(id, set.name, ids));
+    for (const Index id : set.ids) nodes.push_back(node(id, set.name, set.place, ids));
     for (const std::string& name : set.elsets) {
-      for (const Index id : elset(name, 0).ids) {
+      for (const Index id : elset(name, set.place).ids) {
         const Side element = ids.element(id);
         if (element.element < 0) continue;
         const auto row =
@@ -173,7 +166,7 @@ class AbaqusMesh {
     for (const Index id : set.ids) {
       const auto line = file_.lines.find(id);
       if (line == file_.lines.end()) return;
-      for (const Index its : line->second) nodes.push_back(node(its, set.name, ids));
+      for (const Index its : line->second) nodes.push_back(node(its, set.name, set.place, ids));
     }
     if (!nodes.empty() && !set.internal) add_nodeset(mesh_, set.name, nodes);
   }
@@ -183,10 +176,10 @@ class AbaqusMesh {
     for (const auto& entry : surface.entries) {
       const auto set = file_.nsets.find(entry.set);
       if (!entry.set.empty() && set == file_.nsets.end())
-        fail(entry.line, "there is no node set '" + entry.set + "'");
+        entry.place.fail("there is no node set '" + entry.set + "'");
       const std::vector<Index> members =
           entry.set.empty() ? std::vector<Index>{entry.id} : set->second.ids;
-      for (const Index id : members) nodes.push_back(node(id, surface.name, ids));
+      for (const Index id : members) nodes.push_back(node(id, surface.name, entry.place, ids));
     }
     add_nodeset(mesh_, surface.name, nodes);
   }
@@ -198,8 +191,8 @@ class AbaqusMesh {
       for (const Index id : ids_of(entry)) {
         const Side element = ids.element(id);
         if (element.element < 0)
-          fail(entry.line, "element " + std::to_string(id) + " of surface '" + surface.name +
-                               "' does not exist");
+          entry.place.fail("element " + std::to_string(id) + " of surface '" + surface.name +
+                           "' does not exist");
         entry.label.empty() ? add_outer_sides(element, set) : add_side(element, entry, set);
       }
     }
@@ -211,7 +204,7 @@ class AbaqusMesh {
     const bool is_face = entry.label.size() == 2 && entry.label[0] == 'S';
     element.side = is_face ? exodus_side(type, entry.label[1] - '0') : 0;
     if (element.side == 0)
-      fail(entry.line, "face '" + entry.label + "' found, expected S1, S2, ... of a solid element");
+      entry.place.fail("face '" + entry.label + "' found, expected S1, S2, ... of a solid element");
     set.sides.push_back(element);
   }
 
@@ -240,7 +233,6 @@ class AbaqusMesh {
     }
   }
 
-  const std::string where_;
   InpFile file_;
   Mesh mesh_;
   std::unordered_map<Index, std::size_t> place_;  // of an element in FileMesh::elements

@@ -2,10 +2,10 @@
 // Reads Exodus II. Names of dimensions and variables: Schoof and Yarberry, EXODUS II: A Finite
 // Element Data Model, SAND92-2137.
 #include <algorithm>
-#include <cctype>
 
 #include "common/base/error.hpp"
 #include "common/files/netcdf_file.hpp"
+#include "common/mesh/io/deck_lines.hpp"
 #include "common/mesh/io/mesh_formats.hpp"
 
 namespace cbr {
@@ -14,9 +14,7 @@ namespace {
 // The usual spellings differ after the family's name; the number of nodes decides.
 ElementType element_type(const NetcdfReader& file, const std::string& block,
                          const std::string& text, Index n_nodes_found) {
-  std::string upper = text;
-  std::transform(upper.begin(), upper.end(), upper.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+  const std::string upper = in_capitals(text);
   struct Family {
     const char* prefix;
     std::vector<ElementType> types;

@@ -9,37 +9,9 @@
 #include <utility>
 
 #include "common/base/error.hpp"
-#include "common/base/text_lines.hpp"
 
 namespace cbr {
 namespace {
-
-// Blanks inside keywords and parameters do not count.
-std::string without_blanks(std::string text) {
-  std::erase_if(text, [](char c) { return c == ' ' || c == '\t'; });
-  return text;
-}
-
-struct Keyword {
-  std::string name;   // in capitals, without the asterisk and blanks
-  std::string shown;  // as spelled
-  // parameter in capitals -> value as spelled, "" when it has none
-  std::map<std::string, std::string> values;
-
-  bool is(const std::string& word) const { return name == without_blanks(word); }
-  bool has(const std::string& parameter) const { return values.count(parameter) > 0; }
-  std::string value(const std::string& parameter) const {
-    const auto found = values.find(parameter);
-    return found == values.end() ? "" : found->second;
-  }
-};
-
-std::string unquoted(std::string_view text) {
-  text = trimmed(text);
-  if (text.size() >= 2 && text.front() == '"' && text.back() == '"')
-    text = text.substr(1, text.size() - 2);
-  return std::string(text);
-}
 
 struct InpType {
   std::optional<ElementType> type;  // none: of one dimension
@@ -83,7 +55,7 @@ std::optional<InpType> inp_type(const std::string& word) {
 
 class InpReader {
  public:
-  explicit InpReader(const std::filesystem::path& file) : lines_(file, true) {
+  explicit InpReader(const std::filesystem::path& file) : lines_(file, DeckLines::Kind::inp) {
     file_.mesh.where = file.string();
   }
 
@@ -99,14 +71,13 @@ class InpReader {
         continue;
       }
       require_whole_element();
-      const Keyword keyword = parse_keyword(std::string(line.substr(1)));
-      if (keyword.name == "STEP") {
+      if (lines_.keyword().is("STEP")) {
         waits_for_data_.clear();
-        drop(keyword);
+        drop(lines_.keyword());
         require_end_of_steps();
         break;
       }
-      begin(keyword);
+      begin(lines_.keyword());
     }
     require_whole_element();
     require_whole_file();
@@ -120,24 +91,7 @@ class InpReader {
   using Fields = std::vector<std::string_view>;
   enum class Data { skipped, nodes, elements, nset, elset, surface, elastic, density, placement };
 
-  // A line that ends with a comma goes on in the next one.
-  Keyword parse_keyword(std::string text) {
-    while (text.ends_with(',') && lines_.next()) text += std::string(trimmed(lines_.line()));
-    Keyword keyword;
-    const Fields fields = fields_of(text, ',');
-    keyword.shown = std::string(fields[0]);
-    keyword.name = in_capitals(without_blanks(keyword.shown));
-    for (std::size_t i = 1; i < fields.size(); ++i) {
-      const auto equals = fields[i].find('=');
-      const std::string parameter =
-          in_capitals(without_blanks(std::string(fields[i].substr(0, equals))));
-      keyword.values[parameter] =
-          equals == std::string_view::npos ? "" : unquoted(fields[i].substr(equals + 1));
-    }
-    return keyword;
-  }
-
-  void begin(const Keyword& keyword) {
+  void begin(const InpKeyword& keyword) {
     refuse(keyword);
     data_ = Data::skipped;
     const std::string& name = keyword.name;
@@ -145,7 +99,7 @@ class InpReader {
     if (!open_.empty() && name == "END" + open_.back()) open_.pop_back();
     waits_for_data_.clear();
     for (const char* wants : {"NODE", "ELEMENT", "NSET", "ELSET", "SURFACE", "ELASTIC", "DENSITY"})
-      if (name == wants && !keyword.has("INPUT")) waits_for_data_ = name;
+      if (name == wants) waits_for_data_ = name;
     if (name == "ASSEMBLY") in_assembly_ = true;
     if (name == "ENDASSEMBLY") in_assembly_ = false;
     if (name == "PART" && ++n_parts_ > 1)
@@ -163,7 +117,7 @@ class InpReader {
     if (name == "SURFACE") begin_surface(keyword);
     if (is_section(keyword)) {
       file_.sections.push_back({in_capitals(keyword.value("ELSET")),
-                                in_capitals(keyword.value("MATERIAL")), lines_.count()});
+                                in_capitals(keyword.value("MATERIAL")), lines_.place()});
     }
     if (name == "MATERIAL") {
       material_ = &file_.materials[in_capitals(keyword.value("NAME"))];
@@ -176,14 +130,14 @@ class InpReader {
     if (!is_read(keyword)) drop(keyword);
   }
 
-  static bool is_section(const Keyword& keyword) {
+  static bool is_section(const InpKeyword& keyword) {
     for (const char* name : {"SOLID SECTION", "SHELL SECTION", "BEAM SECTION", "MEMBRANE SECTION"})
       if (keyword.is(name)) return true;
     return false;
   }
 
   // Read, or without effect: titles, output requests, and ends.
-  bool is_read(const Keyword& keyword) const {
+  bool is_read(const InpKeyword& keyword) const {
     for (const char* name :
          {"NODE",      "ELEMENT",       "NSET",         "ELSET",          "SURFACE",
           "MATERIAL",  "ELASTIC",       "DENSITY",      "PART",           "ASSEMBLY",
@@ -195,20 +149,25 @@ class InpReader {
     return is_section(keyword) || keyword.name.starts_with("END");
   }
 
-  void drop(const Keyword& keyword) {
+  void drop(const InpKeyword& keyword) {
     const std::string name = "*" + in_capitals(keyword.shown);
     const auto known = std::find_if(dropped_.begin(), dropped_.end(),
                                     [&](const Dropped& one) { return one.keyword == name; });
     if (known != dropped_.end())
       ++known->count;
     else
-      dropped_.push_back({name, lines_.count(), 1});
+      dropped_.push_back({name, place_text(), 1});
+  }
+
+  std::string place_text() const {
+    const DeckPlace place = lines_.place();
+    return (lines_.is_in_deck() ? "line " : *place.file + ":") + std::to_string(place.line);
   }
 
   void tell_dropped() {
     std::vector<std::string> texts;
     for (const Dropped& of : dropped_)
-      texts.push_back(of.keyword + " (line " + std::to_string(of.line) +
+      texts.push_back(of.keyword + " (" + of.where +
                       (of.count > 1            ? ", and " + std::to_string(of.count - 1) + " more"
                        : of.keyword == "*STEP" ? " and all after it"
                                                : "") +
@@ -216,7 +175,7 @@ class InpReader {
     file_.dropped = join(texts);
   }
 
-  void begin_damping(const Keyword& keyword) {
+  void begin_damping(const InpKeyword& keyword) {
     const auto take = [&](const char* parameter, double& value) {
       if (!keyword.has(parameter)) return;
       value = lines_.number(keyword.value(parameter));
@@ -227,24 +186,21 @@ class InpReader {
     take("STRUCTURAL", material_->loss_factor);
   }
 
-  // These change the part: a warning names them.
-  void refuse(const Keyword& keyword) const {
-    for (const char* name : {"MPC", "EQUATION", "TIE", "COUPLING", "KINEMATIC COUPLING",
-                             "DISTRIBUTING COUPLING", "RIGID BODY", "EMBEDDED ELEMENT"})
-      if (keyword.is(name))
-        lines_.fail(
-            "*" + std::string(name) +
-            " found: constraints are not supported: take it out, or join the parts in the mesh");
-    for (const char* name :
-         {"NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM", "INCLUDE"})
-      if (keyword.is(name))
-        lines_.fail("*" + std::string(name) +
-                    " found: a mesh is one file that lists its nodes and elements: write it out, "
-                    "or name the " +
-                    "file that holds the mesh");
+  // These change the part: each is an error with its cure.
+  void refuse(const InpKeyword& keyword) const {
+    static const std::vector<Instead> all = {
+        {instead_of_ties, {"TIE"}},
+        {instead_of_equations, {"EQUATION", "MPC"}},
+        {instead_of_points, {"COUPLING", "KINEMATICCOUPLING", "DISTRIBUTINGCOUPLING", "RIGIDBODY"}},
+        {"not in this version: mesh the parts so that they share nodes", {"EMBEDDEDELEMENT"}},
+        {"not in this version: mesh the whole part", {"CYCLICSYMMETRYMODEL"}},
+        {"a mesh lists its nodes and elements: write them out",
+         {"NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM"}}};
+    if (const std::string cure = cure_of(all, keyword.name); !cure.empty())
+      lines_.fail("*" + in_capitals(keyword.shown) + " found: " + cure);
   }
 
-  void begin_nodes(const Keyword& keyword) {
+  void begin_nodes(const InpKeyword& keyword) {
     if (in_assembly_) return;  // reference points
     if (const std::string system = in_capitals(keyword.value("SYSTEM"));
         !system.empty() && system != "R")
@@ -254,34 +210,41 @@ class InpReader {
                                : nullptr;
   }
 
-  void begin_elements(const Keyword& keyword) {
+  void begin_elements(const InpKeyword& keyword) {
     const std::string word = in_capitals(keyword.value("TYPE"));
     const auto type = inp_type(word);
+    static const std::vector<Instead> all = {
+        {instead_of_points, {"MASS", "ROTARYI", "DCOUP3D", "DCOUP2D"}},
+        {instead_of_springs, {"SPRINGA", "SPRING1", "SPRING2", "DASHPOTA", "DASHPOT1", "DASHPOT2"}},
+        {instead_of_gaps, {"GAPUNI"}}};
+    const std::string cure = cure_of(all, word);
     if (!type)
-      lines_.fail(
-          "element type '" + word +
-          "' is not supported: use C3D4, C3D5, C3D6, C3D8, C3D10 or C3D20 (with any letters " +
-          "after them), shells for faces, and take the others out of the mesh");
+      lines_.fail("element type '" + word + "' is not supported: " +
+                  (cure.empty()
+                       ? "use C3D4, C3D5, C3D6, C3D8, C3D10 or C3D20 (with any letters after "
+                         "them), shells for faces, and take the others out of the mesh"
+                       : cure));
     type_ = *type;
     data_ = Data::elements;
     elset_ = keyword.value("ELSET");
     set_ = elset_.empty() ? nullptr : &set_named(elset_, file_.elsets, file_.elset_order);
   }
 
-  void begin_set(const Keyword& keyword, const std::string& parameter,
+  void begin_set(const InpKeyword& keyword, const std::string& parameter,
                  std::map<std::string, InpSet>& sets, std::vector<std::string>& order, Data data) {
     if (in_assembly_ && !keyword.has("INSTANCE")) return;  // of reference points
     if (keyword.value(parameter).empty())
       lines_.fail("*" + keyword.name + " without " + parameter + "=NAME");
     data_ = data;
     set_ = &set_named(keyword.value(parameter), sets, order);
+    set_->place = lines_.place();
     set_->internal = keyword.has("INTERNAL");
     generates_ = keyword.has("GENERATE");
     if (data == Data::nset && keyword.has("ELSET"))
       set_->elsets.push_back(in_capitals(keyword.value("ELSET")));
   }
 
-  void begin_surface(const Keyword& keyword) {
+  void begin_surface(const InpKeyword& keyword) {
     const std::string type = in_capitals(keyword.value("TYPE"));
     if ((!type.empty() && type != "ELEMENT" && type != "NODE") || keyword.has("COMBINE"))
       lines_.fail(
@@ -290,7 +253,7 @@ class InpReader {
     file_.surfaces.push_back({keyword.value("NAME"), type == "NODE", {}});
   }
 
-  void begin_elastic(const Keyword& keyword) {
+  void begin_elastic(const InpKeyword& keyword) {
     const std::string type = in_capitals(keyword.value("TYPE"));
     data_ = Data::elastic;
     if (!type.empty() && !type.starts_with("ISO")) {
@@ -426,7 +389,7 @@ class InpReader {
     if (n_instances_ > 0 && set.find('.') != std::string::npos) set = set.substr(set.find('.') + 1);
     InpSurface::Entry entry{in_capitals(set), 0,
                             fields.size() > 1 ? in_capitals(std::string(fields[1])) : "",
-                            lines_.count()};
+                            lines_.place()};
     if (is_number(set) && file_.elsets.count(entry.set) == 0 && file_.nsets.count(entry.set) == 0) {
       entry.id = lines_.whole(set);
       entry.set.clear();
@@ -449,10 +412,11 @@ class InpReader {
 
   struct Dropped {
     std::string keyword;
-    Index line = 0, count = 0;
+    std::string where;
+    Index count = 0;
   };
 
-  TextLines lines_;
+  DeckLines lines_;
   InpFile file_;
   Data data_ = Data::skipped;
   bool in_assembly_ = false, generates_ = false, has_elastic_ = false, has_density_ = false;
@@ -468,12 +432,6 @@ class InpReader {
 };
 
 }  // namespace
-
-std::string in_capitals(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
-  return text;
-}
 
 InpFile read_inp(const std::filesystem::path& file) { return InpReader(file).run(); }
 

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "common/mesh/io/deck_lines.hpp"
 #include "common/mesh/io/file_mesh.hpp"
 
 namespace cbr {
@@ -17,6 +18,7 @@ namespace cbr {
 struct InpSet {
   std::string name;  // as it was first spelled; Abaqus ignores the case of letters
   std::vector<Index> ids;
+  DeckPlace place;
   bool internal = false;                 // made by a program for its own use
   std::vector<std::string> elsets = {};  // of a node set: element sets whose nodes are in it, too
 };
@@ -26,7 +28,7 @@ struct InpSurface {
     std::string set;  // its name in capitals; empty: the element `id`
     Index id = 0;
     std::string label;  // "S1"; empty: the outer faces
-    Index line = 0;
+    DeckPlace place;
   };
   std::string name;
   bool of_nodes = false;
@@ -35,7 +37,7 @@ struct InpSurface {
 
 struct InpSection {
   std::string elset, material;  // in capitals
-  Index line = 0;
+  DeckPlace place;
 };
 
 struct InpFile {
@@ -48,8 +50,6 @@ struct InpFile {
   std::map<std::string, FileMaterial> materials;  // by the name in capitals
   std::string dropped;                            // Mesh::dropped
 };
-
-std::string in_capitals(std::string text);
 
 // InputError with file and line: an element type, a keyword that would change the part and is not
 // supported, a malformed line.

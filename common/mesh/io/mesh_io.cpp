@@ -3,11 +3,13 @@
 
 #include <algorithm>
 #include <cctype>
+#include <fstream>
 #include <system_error>
 
 #include "common/base/error.hpp"
 #include "common/files/output_file.hpp"
 #include "common/files/replaced_file.hpp"
+#include "common/mesh/io/deck_lines.hpp"
 #include "common/mesh/io/mesh_formats.hpp"
 
 namespace cbr {
@@ -33,6 +35,18 @@ Format format_of(const std::filesystem::path& file) {
   if (suffix == ".med") return Format::med;
   if (suffix == ".unv" || suffix == ".vtk") return Format::other;
   return Format::none;
+}
+
+// CalculiX's pre-processor calls its decks .msh, too.
+Format found_format(const std::filesystem::path& file) {
+  std::error_code error;
+  const Format format = format_of(file);
+  if (format != Format::gmsh || !std::filesystem::is_regular_file(file, error)) return format;
+  TextLines lines(file, true);
+  while (lines.next())
+    if (const auto text = trimmed(lines.line()); !text.empty())
+      return text.starts_with('*') ? Format::abaqus : Format::gmsh;
+  return format;
 }
 
 bool is_among(const std::string& suffix, const std::vector<std::string>& list) {
@@ -125,12 +139,22 @@ bool is_written_mesh_name(const std::filesystem::path& file) {
 }
 
 bool may_hold_materials(const std::filesystem::path& file) {
-  const Format format = format_of(file);
+  const Format format = found_format(file);
   return format == Format::abaqus || format == Format::nastran;
 }
 
+std::vector<std::filesystem::path> mesh_files(const std::filesystem::path& file) {
+  std::error_code error;
+  if (!may_hold_materials(file) || !std::filesystem::is_regular_file(file, error)) return {file};
+  const bool is_inp = found_format(file) == Format::abaqus;
+  DeckLines lines(file, is_inp ? DeckLines::Kind::inp : DeckLines::Kind::bdf);
+  while (lines.next() && lines.includes()) {
+  }
+  return lines.files();
+}
+
 Mesh read_mesh(const std::filesystem::path& file) {
-  const Format format = known_format(file);
+  known_format(file);
   std::error_code error;
   const auto status = std::filesystem::status(file, error);
   if (status.type() == std::filesystem::file_type::not_found)
@@ -141,7 +165,7 @@ Mesh read_mesh(const std::filesystem::path& file) {
     throw InputError(file.string() + ": is not a regular file: give the path of a mesh");
   if (access(file.c_str(), R_OK) != 0)
     throw InputError(file.string() + ": is not readable: check its permissions");
-  Mesh mesh = read(file, format);
+  Mesh mesh = read(file, found_format(file));
   check_mesh(mesh, file.string());
   return mesh;
 }

@@ -92,7 +92,7 @@ GivenMotion parse_motion(const SceneMap& map, const SceneReading& reading);
 
 // Whether every entry under `components` is a superelement file alone, or has the materials of its
 // mesh file: then the scene needs none.
-bool needs_no_materials(const SceneNode& node);
+bool needs_no_materials(const SceneNode& node, const std::filesystem::path& folder);
 
 // The keys of a scene that are maps or lists of maps.
 std::vector<SceneKey> scene_keys(Material& material, MaterialDamping& damping);

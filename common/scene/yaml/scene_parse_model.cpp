@@ -240,16 +240,17 @@ void parse_components(const SceneNode& node, SceneReading& reading) {
   }
 }
 
-bool needs_no_materials(const SceneNode& node) {
+bool needs_no_materials(const SceneNode& node, const std::filesystem::path& folder) {
   if (!node.is_map()) return false;
   const SceneMap map = node.map_of_any();
-  return std::all_of(map.entries().begin(), map.entries().end(), [](const auto& entry) {
+  return std::all_of(map.entries().begin(), map.entries().end(), [&](const auto& entry) {
     if (!entry.second.is_map()) return false;
     const SceneMap component = entry.second.map_of_any();
     if (component.find("superelement") != nullptr) return true;
     const SceneNode* mesh = component.find("mesh");
     const bool is_file = mesh != nullptr && mesh->is_scalar();
-    return is_file && may_hold_materials(mesh->text()) && component.find("material") == nullptr;
+    return is_file && may_hold_materials(resolve_path(*mesh, folder)) &&
+           component.find("material") == nullptr;
   });
 }
 

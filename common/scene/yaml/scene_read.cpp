@@ -65,7 +65,8 @@ std::string read_text(const std::string& file_or_dash) {
 
 void parse_sections(const SceneMap& map, SceneReading& reading) {
   const auto* components = map.find("components");
-  if (map.find("materials") != nullptr || components == nullptr || !needs_no_materials(*components))
+  if (map.find("materials") != nullptr || components == nullptr ||
+      !needs_no_materials(*components, reading.folder))
     parse_materials(map.at("materials"), reading);
   parse_components(map.at("components"), reading);
   // The order is that of the references, not of the file.

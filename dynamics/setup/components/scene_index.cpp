@@ -8,13 +8,15 @@ namespace {
 
 // Most decks have no damping and are not parsed again.
 bool holds_damping(const std::filesystem::path& deck) {
-  TextLines lines(deck, true);
-  while (lines.next()) {
-    if (!lines.line().starts_with('*')) continue;
-    std::string keyword = lines.line().substr(0, lines.line().find(','));
-    std::erase_if(keyword, [](char c) { return c == ' ' || c == '\t'; });
-    for (char& c : keyword) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-    if (keyword == "*DAMPING") return true;
+  for (const auto& file : mesh_files(deck)) {
+    TextLines lines(file, true);
+    while (lines.next()) {
+      if (!lines.line().starts_with('*')) continue;
+      std::string keyword = lines.line().substr(0, lines.line().find(','));
+      std::erase_if(keyword, [](char c) { return c == ' ' || c == '\t'; });
+      for (char& c : keyword) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+      if (keyword == "*DAMPING") return true;
+    }
   }
   return false;
 }

@@ -92,7 +92,8 @@ void import_superelement(const ImportOptions& options, Report& report) {
         ": its OTM is left out: the superelement has no recovery of the interior, so that "
         "fields and stress show the interface alone");
   std::vector<std::filesystem::path> files = imported.files;
-  if (!options.faces.empty()) files.push_back(options.faces);
+  if (!options.faces.empty())
+    for (const auto& file : mesh_files(options.faces)) files.push_back(file);
   refuse_to_replace(options.target, files);
   { const TemporaryFile probe(options.target); }  // finds an unwritable file before the work
   for (const auto& file : files) inputs.add(file);

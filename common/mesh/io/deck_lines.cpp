@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "common/mesh/io/deck_lines.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <utility>
+
+#include "common/base/error.hpp"
+
+namespace cbr {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A few files that include each other twice could go on for ever.
+constexpr std::size_t most_files = 1000;
+
+InpKeyword keyword_of(const std::string& line) {
+  InpKeyword keyword;
+  const auto fields = fields_of(std::string_view(line).substr(1), ',');
+  keyword.shown = std::string(fields[0]);
+  keyword.name = in_capitals(without_blanks(keyword.shown));
+  for (std::size_t i = 1; i < fields.size(); ++i) {
+    const auto equals = fields[i].find('=');
+    const std::string parameter =
+        in_capitals(without_blanks(std::string(fields[i].substr(0, equals))));
+    keyword.values[parameter] =
+        equals == std::string_view::npos ? "" : unquoted(fields[i].substr(equals + 1));
+  }
+  return keyword;
+}
+
+}  // namespace
+
+std::string in_capitals(std::string_view text) {
+  std::string out(text);
+  std::transform(out.begin(), out.end(), out.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+  return out;
+}
+
+std::string without_blanks(std::string text) {
+  std::erase_if(text, [](char c) { return c == ' ' || c == '\t'; });
+  return text;
+}
+
+std::string unquoted(std::string_view text) {
+  text = trimmed(text);
+  if (text.size() >= 2 && text.front() == '"' && text.back() == '"')
+    text = text.substr(1, text.size() - 2);
+  return std::string(text);
+}
+
+std::string cure_of(const std::vector<Instead>& all, const std::string& word) {
+  for (const Instead& of : all)
+    if (std::find(of.words.begin(), of.words.end(), word) != of.words.end()) return of.cure;
+  return "";
+}
+
+bool InpKeyword::is(const std::string& word) const { return name == without_blanks(word); }
+
+std::string InpKeyword::value(const std::string& parameter) const {
+  const auto found = values.find(parameter);
+  return found == values.end() ? "" : found->second;
+}
+
+void DeckPlace::fail(const std::string& what) const {
+  throw InputError(*file + ":" + std::to_string(line) + ": " + what);
+}
+
+DeckLines::DeckLines(const fs::path& file, Kind kind) : kind_(kind) { open(file); }
+
+void DeckLines::open(const fs::path& file) {
+  levels_.push_back(
+      Level{file, std::make_shared<const std::string>(file.string()), TextLines(file, true)});
+  files_.push_back(file);
+}
+
+// Abaqus and CalculiX take names from the folder of the deck, people from that of the file.
+void DeckLines::include(std::string name) {
+  const std::string include = kind_ == Kind::inp ? "*INCLUDE: " : "INCLUDE: ";
+  if (name.empty()) fail(include + "found without the name of a file");
+  std::error_code error;
+  std::replace(name.begin(), name.end(), '\\', '/');  // of Windows
+  fs::path file = (levels_.back().file.parent_path() / name).lexically_normal();
+  if (const fs::path other = (levels_.front().file.parent_path() / name).lexically_normal();
+      !fs::exists(file, error) && fs::exists(other, error))
+    file = other;
+  for (const Level& level : levels_)
+    if (fs::equivalent(level.file, file, error))
+      fail(include + file.string() + " includes itself: take one of the includes out");
+  if (files_.size() >= most_files)
+    fail(include + "more than " + std::to_string(most_files) +
+         " files found: write them into fewer");
+  try {
+    open(file);
+  } catch (const InputError& wrong) {
+    fail(include + wrong.what() +
+         (fs::exists(file, error)
+              ? ": include a text file that can be read"
+              : ": give its path from the folder of this file or of the first one"));
+  }
+}
+
+bool DeckLines::next() {
+  if (!data_file_.empty()) include(std::exchange(data_file_, {}));
+  while (true) {
+    if (levels_.back().lines.next()) {
+      line_ = levels_.back().lines.line();
+      if (kind_ == Kind::inp ? take_inp_line() : take_bdf_line()) return true;
+    } else if (is_in_deck()) {
+      return false;
+    } else {
+      levels_.pop_back();
+    }
+  }
+}
+
+// Whether it is to be read, as it includes no file.
+bool DeckLines::take_inp_line() {
+  const std::string_view start = trimmed(line_);
+  if (!start.starts_with('*') || start.starts_with("**")) return true;
+  line_ = std::string(start);
+  TextLines& lines = levels_.back().lines;
+  while (line_.ends_with(',') && lines.next()) line_ += std::string(trimmed(lines.line()));
+  keyword_ = keyword_of(line_);
+  if (keyword_.is("STEP")) includes_ = false;
+  if (!includes_) return true;
+  if (keyword_.is("INCLUDE")) {
+    include(keyword_.value("INPUT"));
+    return false;
+  }
+  if (keyword_.is("NODE") || keyword_.is("ELEMENT")) data_file_ = keyword_.value("INPUT");
+  return true;
+}
+
+// INCLUDE 'FILE', whose name may go on in other lines up to the second quote.
+bool DeckLines::take_bdf_line() {
+  const std::string start = in_capitals(trimmed(line_).substr(0, 8));
+  if (start.starts_with("ENDDATA")) includes_ = false;
+  if (!includes_ || !start.starts_with("INCLUDE") ||
+      (start.size() == 8 && std::string_view(" \t='\"").find(start[7]) == std::string_view::npos))
+    return true;
+  std::string name(trimmed(trimmed(line_).substr(7)));
+  if (name.starts_with('=')) name = std::string(trimmed(std::string_view(name).substr(1)));
+  if (name.starts_with('\'') || name.starts_with('"')) {
+    const char quote = name[0];
+    TextLines& lines = levels_.back().lines;
+    while (name.find(quote, 1) == std::string::npos && lines.next())
+      name += std::string(trimmed(lines.line()));
+    name = name.substr(1, name.find(quote, 1) - 1);
+  } else {
+    name = name.substr(0, name.find_first_of(" \t$"));
+  }
+  include(name);
+  return false;
+}
+
+}  // namespace cbr

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Decks of Abaqus and Nastran that include other files, also hostile ones.
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include "common/scene/scene.hpp"
+#include "sample_meshes.hpp"
+
+namespace cbr::deck_test {
+namespace {
+
+using test::Folder;
+using test::message_of;
+
+const std::string nodes = "1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n4, 0, 0, 1\n",
+                  tet = "*ELEMENT, TYPE=C3D4, ELSET=ALL\n1, 1, 2, 3, 4\n",
+                  grid = "GRID,1,,0.,0.,0.\nGRID,2,,1.,0.,0.\nGRID,3,,0.,1.,0.\nGRID,4,,0.,0.,1.\n";
+
+std::filesystem::path put(const Folder& folder, const std::string& name, const std::string& text) {
+  const auto file = folder / name;
+  std::filesystem::create_directories(file.parent_path());
+  test::write_text(file, text);
+  return file;
+}
+
+TEST(Deck, includesAreReadInTheirPlace) {
+  const Folder folder;
+  put(folder, "a/b/nodes.txt", nodes);
+  put(folder, "a/b/tip.inp", "*NSET, NSET=TIP\n4\n");
+  put(folder, "a/one.inp", "*include, input=\"b\\two.inp\"\n*NSET, NSET=ONE\n1\n");
+  // b/tip.inp: from the folder of the deck's own file, where there is none beside two.inp
+  put(folder, "a/b/two.inp", "*NODE, INPUT=nodes.txt\n*INCLUDE, INPUT=a/b/tip.inp\n");
+  const std::string deck = "*INCLUDE,\n INPUT = a/one.inp\n" + tet;
+  const auto file = put(folder, "deck.inp", deck + "*STEP\n*INCLUDE, INPUT=not there\n");
+  const Mesh mesh = read_mesh(file);
+  EXPECT_EQ(mesh.coordinates.rows(), 4);
+  EXPECT_EQ(set_names(mesh), "TIP, ONE (nodesets)");
+  EXPECT_EQ(mesh.dropped, "*STEP (line 5 and all after it)");
+  std::vector<std::string> names;
+  for (const auto& one : mesh_files(file)) names.push_back(one.lexically_relative(folder / ""));
+  EXPECT_EQ(names, (std::vector<std::string>{"deck.inp", "a/one.inp", "a/b/two.inp",
+                                             "a/b/nodes.txt", "a/b/tip.inp"}));
+
+  put(folder, "in/grid.bdf", grid);
+  put(folder, "in/all.bdf", "CTETRA,1,1,1,2,3,4\nINCLUDE grid.bdf\n");
+  const auto bulk =
+      put(folder, "deck.bdf", "BEGIN BULK\ninclude 'in/\n  all.bdf' $ all\nENDDATA\n");
+  EXPECT_EQ(read_mesh(bulk).coordinates, mesh.coordinates);
+  EXPECT_EQ(mesh_files(bulk).size(), 3U);
+}
+
+TEST(Deck, aMshOfAbaqusTextIsRecognised) {
+  const Folder folder;
+  const auto file = put(folder, "all.msh", "\n** cgx\n*NODE, NSET=Nall\n" + nodes + tet);
+  EXPECT_TRUE(may_hold_materials(file));
+  EXPECT_EQ(read_mesh(file).blocks.at(0).name, "ALL");
+  EXPECT_FALSE(may_hold_materials(put(folder, "new.msh", "$MeshFormat\n")));
+}
+
+TEST(Deck, theHashCoversIncludedFiles) {
+  const Folder folder;
+  const auto file = put(folder, "deck.inp", "*INCLUDE, INPUT=n.inp\n" + tet);
+  const auto alone = put(folder, "alone.inp", "*NODE\n" + nodes + tet);
+  put(folder, "n.inp", "*NODE\n" + nodes);
+  const std::string before = mesh_hash(file);
+  put(folder, "n.inp", "*NODE\n" + nodes + "5, 9, 9, 9\n");
+  EXPECT_NE(mesh_hash(file), before);
+  EXPECT_EQ(mesh_hash(alone), file_hash(alone));
+}
+
+TEST(Deck, hostileIncludesAreOneLine) {
+  const Folder folder;
+  std::filesystem::create_directory(folder / "folder");
+  ASSERT_EQ(mkfifo((folder / "fifo").c_str(), 0600), 0);
+  put(folder, "self.inp", "\n*INCLUDE, INPUT=self.inp\n");
+  put(folder, "ring.inp", "*INCLUDE, INPUT=folder/back.inp\n");
+  put(folder, "folder/back.inp", "*HEADING\n*INCLUDE, INPUT=../ring.inp\n");
+  std::filesystem::create_symlink("self.inp", folder / "link.inp");
+  // Each of twenty files includes the next one twice: a million
+  for (int i = 0; i < 20; ++i) {
+    const std::string next = "*INCLUDE, INPUT=bomb" + std::to_string(i + 1) + "\n";
+    put(folder, "bomb" + std::to_string(i), next + next);
+  }
+  put(folder, "bomb20", "");
+  put(folder, "bad.inp", "*NODE\n1, 0, 0, x\n");
+  put(folder, "binary.inp", std::string("*NODE\n\0\0", 8));
+  put(folder, "sets.inp", "*SURFACE, NAME=S\n7, S1\n");
+  for (const auto& [name, words] : std::vector<std::pair<std::string, std::vector<std::string>>>{
+           {"missing.inp", {"deck.inp:2: ", "missing.inp: no such file", "give its path"}},
+           {"", {"deck.inp:2: ", "without the name"}},
+           {"folder", {"deck.inp:2: ", "not a regular file"}},
+           {"fifo", {"deck.inp:2: ", "not a regular file"}},
+           {"/dev/zero", {"deck.inp:2: ", "/dev/zero: is not a regular file"}},
+           {"deck.inp", {"deck.inp:2: ", "includes itself"}},
+           {"self.inp", {"self.inp:2: ", "includes itself"}},
+           {"link.inp", {"link.inp:2: ", "includes itself"}},
+           {"ring.inp", {"folder/back.inp:2: ", "ring.inp includes itself"}},
+           {"bomb0", {"bomb", "more than 1000 files"}},
+           {"bad.inp", {"bad.inp:2: ", "finite number"}},
+           {"binary.inp", {"binary.inp:2: ", "is no text"}},
+           {"sets.inp", {"sets.inp:2: ", "element 7 of surface 'S'"}}}) {
+    const auto file =
+        put(folder, "deck.inp", "*HEADING\n*INCLUDE, INPUT=" + name + "\n*NODE\n" + nodes + tet);
+    const std::string message = message_of([&] { read_mesh(file); });
+    for (const std::string& word : words)
+      EXPECT_NE(message.find(word), std::string::npos) << name << ": " << message;
+    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+  }
+  const auto bulk = put(folder, "deck.bdf", "INCLUDE 'deck.bdf'\n");
+  EXPECT_NE(message_of([&] { read_mesh(bulk); }).find("deck.bdf:1: INCLUDE: "), std::string::npos);
+  put(folder, "g.bdf", grid + "GRID,5,,0.,0.,1.x\n");
+  put(folder, "deck.bdf", "INCLUDE 'g.bdf'\nCTETRA,1,1,1,2,3,4\n");
+  EXPECT_NE(message_of([&] { read_mesh(bulk); }).find("g.bdf:5: GRID: '1.x' found"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace cbr::deck_test
