@@ -11,11 +11,11 @@
 #include "common/scene/left_out_blocks.hpp"
 #include "common/scene/reduction_keys.hpp"
 #include "reducer/component_reducer.hpp"
-#include "reducer/condensation/panel_memory.hpp"
+#include "reducer/condensation/condensation.hpp"
 #include "reducer/distributed/processes.hpp"
 #include "reducer/domains/decomposition.hpp"
 #include "reducer/estimate/estimate.hpp"
-#include "reducer/exchange/export/export_superelement.hpp"
+#include "reducer/exchange/export/export_formats.hpp"
 #include "reducer/exchange/import/import.hpp"
 
 namespace cbr {

@@ -12,7 +12,7 @@
 #include "common/scene/left_out_blocks.hpp"
 #include "common/scene/scene_words.hpp"
 #include "common/scene/staleness.hpp"
-#include "reducer/condensation/residual_mass.hpp"
+#include "reducer/condensation/superelement_algebra.hpp"
 #include "reducer/distributed/distributed_reduction.hpp"
 #include "reducer/domains/domains.hpp"
 #include "reducer/domains/second_reduction.hpp"

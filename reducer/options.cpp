@@ -12,7 +12,7 @@
 #include "common/scene/reduction_keys.hpp"
 #include "common/scene/scene_words.hpp"
 #include "reducer/command.hpp"
-#include "reducer/exchange/export/export_superelement.hpp"
+#include "reducer/exchange/export/export_formats.hpp"
 #include "reducer/exchange/import/import.hpp"
 
 namespace cbr {

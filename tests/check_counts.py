@@ -11,13 +11,13 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BOUNDS = {
-    "lines of product": 86470,
-    "files of product": 712,
+    "lines of product": 86100,
+    "files of product": 686,
     "lines of python/cbr": 1050,
     "lines of tests": 62260,
     "files of tests": 390,
     "numbers in contact/solve": 92,  # but for 0, 1, 2, 3 and 0.5
-    "lines with InputError(": 402,
+    "lines with InputError(": 394,
     "classes derived from Body": 11,
     "members of the largest class": 65,
 }

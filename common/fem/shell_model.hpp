@@ -3,9 +3,11 @@
 // each.
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "common/base/types.hpp"
+#include "common/fem/assembly.hpp"
 #include "common/fem/elements/shell.hpp"
 
 namespace cbr {
@@ -30,5 +32,9 @@ struct ShellModel {
 // so large that an entry overflows.
 ShellModel assemble_shells(const IndexTable& faces, const Points& points,
                            const ShellProperties& shell);
+
+// What to tell of shells that hold together and share nodes with solids on one line only, about
+// which they turn; empty when there are none.
+std::string hinged_shells(const Mesh& mesh, const FiniteElementModel& model);
 
 }  // namespace cbr

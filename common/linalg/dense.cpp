@@ -2,8 +2,10 @@
 #include "common/linalg/dense.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <Eigen/QR>
+#include <Eigen/SVD>
 
 #include <lapacke.h>
 
@@ -172,5 +174,60 @@ Matrix PivotedQr::Q() const {
 Matrix3 PivotedQr::axes() const { return factor_->householderQ(); }
 Vector PivotedQr::solve_vector(const Vector& b) const { return factor_->solve(b); }
 Matrix PivotedQr::solve_matrix(const Matrix& B) const { return factor_->solve(B); }
+
+// By rotations. BDCSVD, faster for many columns, does the same below 16, and the callers have six.
+// It would cost the compiler three times as much.
+RightSingular right_singular(const Matrix& A) {
+  const Eigen::JacobiSVD<Matrix> svd(A, Eigen::ComputeThinV);
+  return {svd.singularValues(), svd.matrixV()};
+}
+
+namespace {
+
+SymmetricEigen taken(const Eigen::SelfAdjointEigenSolver<Matrix>& solver) {
+  return {solver.eigenvalues(), solver.eigenvectors(), solver.info() == Eigen::Success};
+}
+
+}  // namespace
+
+Matrix SymmetricEigen::root() const {
+  return vectors * values.cwiseSqrt().asDiagonal() * vectors.adjoint();
+}
+Matrix SymmetricEigen::inverse_root() const {
+  return vectors * values.cwiseInverse().cwiseSqrt().asDiagonal() * vectors.adjoint();
+}
+
+SymmetricEigen symmetric_eigen(const Matrix& A) {
+  return taken(Eigen::SelfAdjointEigenSolver<Matrix>(A));
+}
+
+Vector symmetric_eigenvalues(const Matrix& A) {
+  return Eigen::SelfAdjointEigenSolver<Matrix>(A, Eigen::EigenvaluesOnly).eigenvalues();
+}
+
+SymmetricEigen tridiagonal_eigen(const Vector& diagonal, const Vector& beside) {
+  Eigen::SelfAdjointEigenSolver<Matrix> solver;
+  solver.computeFromTridiagonal(diagonal, beside, Eigen::ComputeEigenvectors);
+  return taken(solver);
+}
+
+SymmetricEigen generalized_eigen(const Matrix& K, const Matrix& M) {
+  return taken(Eigen::GeneralizedSelfAdjointEigenSolver<Matrix>(K, M));
+}
+
+SymmetricEigen3 symmetric_eigen3(const Matrix3& A) {
+  const Eigen::SelfAdjointEigenSolver<Matrix3> solver(A);
+  return {solver.eigenvalues(), solver.eigenvectors()};
+}
+
+Vector3 symmetric_eigenvalues3(const Matrix3& A) {
+  return Eigen::SelfAdjointEigenSolver<Matrix3>(A, Eigen::EigenvaluesOnly).eigenvalues();
+}
+
+SymmetricEigen2 symmetric_eigen2(const Matrix2& A) {
+  Eigen::SelfAdjointEigenSolver<Matrix2> solver;
+  solver.computeDirect(A);
+  return {solver.eigenvalues(), solver.eigenvectors()};
+}
 
 }  // namespace cbr

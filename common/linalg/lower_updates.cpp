@@ -4,11 +4,13 @@
 #include <cblas.h>
 #include <lapacke.h>
 
+#include <algorithm>
 #include <atomic>
 
 #include "common/base/row_threads.hpp"
 #include "common/linalg/blas_int.hpp"
 #include "common/linalg/blas_threads.hpp"
+#include "common/linalg/dense_factor.hpp"
 
 namespace cbr {
 namespace {
@@ -144,6 +146,17 @@ void share_tasks(Index n, bool share, const std::function<void(Index)>& task) {
   run_kept_threads(threads, [&](int) {
     for (Index i = next++; i < n; i = next++) task(i);
   });
+}
+
+void mirror_lower(Matrix& A) {
+  constexpr Index tile = 64;
+  const Index n = A.rows();
+  for (Index j0 = 0; j0 < n; j0 += tile) {
+    for (Index i0 = j0; i0 < n; i0 += tile) {
+      for (Index j = j0; j < std::min(j0 + tile, n); ++j)
+        for (Index i = std::max(i0, j + 1); i < std::min(i0 + tile, n); ++i) A(j, i) = A(i, j);
+    }
+  }
 }
 
 }  // namespace cbr

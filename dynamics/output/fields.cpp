@@ -13,7 +13,7 @@
 #include "common/app/report.hpp"
 #include "common/base/error.hpp"
 #include "common/base/version.hpp"
-#include "common/fem/elements/shell_stress.hpp"
+#include "common/fem/elements/nodal_stress.hpp"
 #include "common/fem/stress_values.hpp"
 #include "common/files/output_file.hpp"
 #include "dynamics/output/exodus_fields.hpp"

@@ -7,7 +7,6 @@
 #include <optional>
 #include <utility>
 
-#include "reducer/bases/bases.hpp"
 #include "reducer/bases/characteristic/characteristic.hpp"
 #include "reducer/bases/characteristic/free_shapes.hpp"
 #include "reducer/bases/reduction_steps.hpp"

@@ -5,9 +5,8 @@
 #include <optional>
 #include <utility>
 
-#include "reducer/bases/bases.hpp"
 #include "reducer/bases/reduction_steps.hpp"
-#include "reducer/condensation/residual_mass.hpp"
+#include "reducer/condensation/superelement_algebra.hpp"
 #include "reducer/judgement/condition_numbers.hpp"
 #include "reducer/modes/diagonal_form.hpp"
 #include "reducer/modes/spin_moments.hpp"

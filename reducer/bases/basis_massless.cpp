@@ -4,10 +4,9 @@
 #include <numbers>
 #include <utility>
 
-#include "reducer/bases/bases.hpp"
 #include "reducer/bases/massless.hpp"
 #include "reducer/bases/reduction_steps.hpp"
-#include "reducer/condensation/reduced_rigid_motions.hpp"
+#include "reducer/condensation/superelement_algebra.hpp"
 
 namespace cbr {
 namespace {

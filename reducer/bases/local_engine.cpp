@@ -9,7 +9,7 @@
 #include "common/fem/connected_parts.hpp"
 #include "common/linalg/huge_pages.hpp"
 #include "reducer/bases/engine.hpp"
-#include "reducer/condensation/panel_memory.hpp"
+#include "reducer/condensation/condensation.hpp"
 #include "reducer/judgement/condition_numbers.hpp"
 #include "reducer/partition/partition.hpp"
 

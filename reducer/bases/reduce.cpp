@@ -6,9 +6,9 @@
 #include "common/base/machine_memory.hpp"
 #include "common/fem/block_elements.hpp"
 #include "common/scene/scene_words.hpp"
-#include "reducer/bases/bases.hpp"
 #include "reducer/bases/engine.hpp"
-#include "reducer/condensation/panel_memory.hpp"
+#include "reducer/bases/reduction_steps.hpp"
+#include "reducer/condensation/condensation.hpp"
 #include "reducer/partition/partition.hpp"
 
 namespace cbr {

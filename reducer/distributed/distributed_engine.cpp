@@ -11,7 +11,7 @@
 #include "common/fem/connected_parts.hpp"
 #include "common/linalg/dense.hpp"
 #include "reducer/bases/engine.hpp"
-#include "reducer/condensation/panel_memory.hpp"
+#include "reducer/condensation/condensation.hpp"
 #include "reducer/distributed/distributed_interior.hpp"
 #include "reducer/distributed/distributed_reduction.hpp"
 #include "reducer/distributed/processes.hpp"

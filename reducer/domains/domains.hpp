@@ -30,7 +30,8 @@ struct GroupFigures {
   double seconds = 0;  // of the domains' reduction, all together
 };
 
-// Work of one of several processes (reducer/distributed/domain_share.hpp). By default of one alone.
+// Work of one of several processes (reducer/distributed/distributed_reduction.hpp). By default of
+// one alone.
 struct DomainShare {
   bool is_first = true;
   int processes = 1, here = 1;  // here: on this machine

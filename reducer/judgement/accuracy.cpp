@@ -11,7 +11,7 @@
 #include "common/linalg/dense_factor.hpp"
 #include "common/linalg/eigen/eigenpairs.hpp"
 #include "common/mesh/face_weights.hpp"
-#include "reducer/condensation/residual_mass.hpp"
+#include "reducer/condensation/superelement_algebra.hpp"
 #include "reducer/judgement/missing_modes.hpp"
 #include "reducer/judgement/mode_tolerance.hpp"
 #include "reducer/modes/diagonal_form.hpp"

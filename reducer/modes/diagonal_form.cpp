@@ -12,7 +12,7 @@
 #include "common/linalg/dense_factor.hpp"
 #include "common/linalg/eigen/eigenpairs.hpp"
 #include "common/linalg/eigen/lanczos_below.hpp"
-#include "reducer/condensation/residual_mass.hpp"
+#include "reducer/condensation/superelement_algebra.hpp"
 
 namespace cbr {
 namespace {

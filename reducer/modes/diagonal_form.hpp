@@ -6,7 +6,7 @@
 
 #include "common/linalg/dense.hpp"
 #include "common/superelement/superelement.hpp"
-#include "reducer/condensation/reduced_rigid_motions.hpp"
+#include "reducer/condensation/superelement_algebra.hpp"
 
 namespace cbr {
 

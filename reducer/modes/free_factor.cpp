@@ -7,7 +7,7 @@
 #include "common/fem/assembly.hpp"
 #include "common/linalg/dense.hpp"
 #include "common/linalg/sparse/elimination_order.hpp"
-#include "reducer/condensation/reduced_rigid_motions.hpp"
+#include "reducer/condensation/superelement_algebra.hpp"
 
 namespace cbr {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "common/base/error.hpp"
 #include "common/fem/connected_parts.hpp"
-#include "common/fem/hinged_shells.hpp"
+#include "common/fem/shell_model.hpp"
 #include "common/linalg/dense.hpp"
 
 namespace cbr {

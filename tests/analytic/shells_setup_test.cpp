@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "common/fem/hinged_shells.hpp"
+#include "common/fem/shell_model.hpp"
 #include "tests/support/shelled_scene.hpp"
 
 namespace cbr::shells_setup_test {

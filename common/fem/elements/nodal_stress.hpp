@@ -3,6 +3,7 @@
 #pragma once
 
 #include "common/fem/elements/element.hpp"
+#include "common/fem/elements/shell.hpp"
 
 namespace cbr {
 
@@ -16,5 +17,11 @@ namespace cbr {
 //   base's coordinates; their mean at the apex
 Matrix element_nodal_stress(ElementType type, Hex8Formulation hex8, const Points& X,
                             const Material& material, const Points& u);
+
+// Cauchy stress (xx yy zz xy yz zx) in the element's middle at the top (along the normal), in the
+// middle of the thickness and at the bottom: 3 x 6. u, theta: n x 3, displacements and rotations of
+// the nodes. Shear across the thickness is left out: it is 0 at top and bottom.
+Matrix shell_stress(ElementType type, const Points& X, const ShellProperties& shell,
+                    const Points& u, const Points& theta);
 
 }  // namespace cbr

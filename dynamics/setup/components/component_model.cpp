@@ -6,7 +6,7 @@
 #include "common/base/error.hpp"
 #include "common/base/format_text.hpp"
 #include "common/fem/connected_parts.hpp"
-#include "common/fem/hinged_shells.hpp"
+#include "common/fem/shell_model.hpp"
 #include "common/scene/component_mass.hpp"
 #include "common/scene/left_out_blocks.hpp"
 #include "common/scene/staleness.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "reducer/exchange/export/export_superelement.hpp"
+#include "reducer/exchange/export/export_formats.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -14,7 +14,6 @@
 #include "common/files/output_file.hpp"
 #include "common/files/replaced_file.hpp"
 #include "common/superelement/superelement.hpp"
-#include "reducer/exchange/export/export_formats.hpp"
 #include "reducer/exchange/reduced_matrices.hpp"
 
 namespace cbr {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Lines "row node, dof, column node, dof, entry" of Abaqus's *MATRIX INPUT and CalculiX's
 // *MATRIX ASSEMBLE; comments begin with two asterisks.
-#include "reducer/exchange/import/import_formats.hpp"
+#include "reducer/exchange/import/import.hpp"
 #include "reducer/exchange/import/row_places.hpp"
 
 namespace cbr {

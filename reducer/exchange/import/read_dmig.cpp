@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "reducer/exchange/import/import_formats.hpp"
+#include "reducer/exchange/import/import.hpp"
 #include "reducer/exchange/import/row_places.hpp"
 
 namespace cbr {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Boisvert, Pozo, Remington 1996, NISTIR 5935: a header, comments, the size line, then an entry a
 // line.
-#include "reducer/exchange/import/import_formats.hpp"
+#include "reducer/exchange/import/import.hpp"
 #include "reducer/exchange/import/row_places.hpp"
 
 namespace cbr {

@@ -7,7 +7,7 @@
 
 #include "common/base/error.hpp"
 #include "common/base/text_lines.hpp"
-#include "reducer/exchange/import/import_formats.hpp"
+#include "reducer/exchange/import/import.hpp"
 
 namespace cbr {
 namespace {

@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "common/base/text_lines.hpp"
-#include "reducer/exchange/import/import_formats.hpp"
+#include "reducer/exchange/import/import.hpp"
 
 namespace cbr {
 

@@ -4,7 +4,7 @@
 
 #include "common/base/error.hpp"
 #include "common/superelement/sierra_superelement.hpp"
-#include "reducer/exchange/import/import_formats.hpp"
+#include "reducer/exchange/import/import.hpp"
 
 namespace cbr {
 

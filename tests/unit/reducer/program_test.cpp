@@ -5,7 +5,7 @@
 #include <sstream>
 
 #include "common/superelement/superelement_group.hpp"
-#include "reducer/condensation/panel_memory.hpp"
+#include "reducer/condensation/condensation.hpp"
 #include "tests/unit/reducer/reduce_program.hpp"
 
 namespace cbr::test::program_test {

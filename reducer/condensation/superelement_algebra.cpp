@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "reducer/condensation/reduced_rigid_motions.hpp"
+#include "reducer/condensation/superelement_algebra.hpp"
 
 #include <algorithm>
 #include <string>
+#include <utility>
 
 #include "common/base/error.hpp"
 #include "common/linalg/dense.hpp"
@@ -70,6 +71,12 @@ HeldStiffness hold_rigid_motions(const Matrix& K_cc, const Matrix& R) {
   HeldStiffness held{K_cc, orthonormal_basis(R), K_cc.diagonal().mean()};
   held.K.noalias() += held.scale * held.N * held.N.transpose();
   return held;
+}
+
+Cholesky residual_mass_factor(const Superelement& s) {
+  Matrix M_res = s.M_cc;
+  if (s.k() > 0) M_res.noalias() -= s.M_kc.transpose() * s.M_kc;
+  return Cholesky(std::move(M_res));
 }
 
 }  // namespace cbr

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What every form of a superelement does with rigid motions of its interface.
+// Algebra of a superelement's reduced matrices: rigid motions of its interface, its residual mass.
 #pragma once
 
 #include <functional>
 #include <vector>
 
+#include "common/linalg/dense.hpp"
 #include "common/superelement/superelement.hpp"
 
 namespace cbr {
@@ -28,5 +29,10 @@ struct HeldStiffness {
   double scale = 1;
 };
 HeldStiffness hold_rigid_motions(const Matrix& K_cc, const Matrix& R);
+
+// L of the Schur complement M_res = M_cc - M_kc^T M_kc = L L^T, the interface's mass without the
+// modes' (c x c). 2 k c^2 + c^3 / 3 flops, so that callers pass it on. Not ok(): the reduced mass
+// is not positive definite.
+Cholesky residual_mass_factor(const Superelement& superelement);
 
 }  // namespace cbr

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Shape functions of the hexes, nodes in Exodus II's order: corners, edges (bottom, upright, top),
-// then for 27 nodes the centre and the faces at -z, +z, -x, +x, -y, +y.
+// Shape functions of solids, nodes in Exodus II's order.
 #include <array>
 
 #include "common/fem/elements/reference_element.hpp"
@@ -8,6 +7,8 @@
 namespace cbr {
 namespace {
 
+// Hexes: corners, edges (bottom, upright, top), then for 27 nodes the centre and the faces at -z,
+// +z, -x, +x, -y, +y.
 constexpr std::array<std::array<int, 3>, 27> hex_nodes = {
     {{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1}, {-1, -1, 1}, {1, -1, 1},  {1, 1, 1},
      {-1, 1, 1},   {0, -1, -1}, {1, 0, -1}, {0, 1, -1},  {-1, 0, -1}, {-1, -1, 0}, {1, -1, 0},
@@ -67,6 +68,62 @@ ShapeFunctions hex20_shape(const Vector3& xi) {
       shape.dN.row(i) -= 0.5 * all.dN.row(e);
     }
   }
+  return shape;
+}
+
+// Tetrahedra.
+ShapeFunctions tet4_shape(const Vector3& xi) {
+  ShapeFunctions shape{Vector(4), Points::Zero(4, 3)};
+  shape.N << 1 - xi.sum(), xi;
+  shape.dN.row(0).setConstant(-1);
+  shape.dN.bottomRows(3).setIdentity();
+  return shape;
+}
+
+ShapeFunctions tet10_shape(const Vector3& xi) {
+  constexpr std::array<std::array<int, 2>, 6> edges = {
+      {{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}}};
+  const auto [L, dL] = tet4_shape(xi);
+  ShapeFunctions shape{Vector(10), Points(10, 3)};
+  for (int i = 0; i < 4; ++i) {
+    shape.N(i) = L(i) * (2 * L(i) - 1);
+    shape.dN.row(i) = (4 * L(i) - 1) * dL.row(i);
+  }
+  for (int e = 0; e < 6; ++e) {
+    const auto [i, j] = edges[static_cast<std::size_t>(e)];
+    shape.N(4 + e) = 4 * L(i) * L(j);
+    shape.dN.row(4 + e) = 4 * (L(j) * dL.row(i) + L(i) * dL.row(j));
+  }
+  return shape;
+}
+
+// The wedge: the triangle at zeta = -1, then the one at zeta = 1.
+ShapeFunctions wedge6_shape(const Vector3& xi) {
+  const Vector3 L(1 - xi(0) - xi(1), xi(0), xi(1));
+  ShapeFunctions shape{Vector(6), Points(6, 3)};
+  for (int i = 0; i < 6; ++i) {
+    const int corner = i % 3, side = i < 3 ? -1 : 1;
+    const double height = 0.5 * (1 + side * xi(2));
+    const double dr = corner == 0 ? -1 : corner == 1, ds = corner == 0 ? -1 : corner == 2;
+    shape.N(i) = L(corner) * height;
+    shape.dN.row(i) << dr * height, ds * height, 0.5 * side * L(corner);
+  }
+  return shape;
+}
+
+// The pyramid: the base, then the apex.
+ShapeFunctions pyramid5_shape(const Vector3& xi) {
+  constexpr std::array<std::array<int, 2>, 4> base = {{{-1, -1}, {1, -1}, {1, 1}, {-1, 1}}};
+  const double a = xi(0), b = xi(1), zeta = xi(2);
+  ShapeFunctions shape{Vector(5), Points(5, 3)};
+  for (int i = 0; i < 4; ++i) {
+    const auto [a_i, b_i] = base[static_cast<std::size_t>(i)];
+    const double n_a = 0.5 * (1 + a_i * a), n_b = 0.5 * (1 + b_i * b);
+    shape.N(i) = (1 - zeta) * n_a * n_b;
+    shape.dN.row(i) << 0.5 * a_i * n_b, 0.5 * b_i * n_a, -n_a * n_b;
+  }
+  shape.N(4) = zeta;
+  shape.dN.row(4) << 0, 0, 1;
   return shape;
 }
 
