@@ -386,6 +386,27 @@ void Equilibrium::note_closed() {
   for (auto& points : closed_) std::sort(points.begin(), points.end());
 }
 
+std::vector<ContactList> Equilibrium::closed_points() const {
+  std::vector<ContactList> closed(pairs_.size());
+  for (const Solved& solved : solved_) {
+    const ContactList& list = solved.group.list;
+    for (const ContactSearch& of : solved.group.searches) {
+      ContactList& of_pair = closed[static_cast<std::size_t>(of.pair)];
+      for (auto i = of.first; i < of.last; ++i) {
+        const PointLaw& law = solved.group.laws[i];
+        if (law.law == ContactLaw::tied || !solved.result.pushes(static_cast<Index>(i))) continue;
+        ContactPoint point = list.points[i];
+        if (law.law == ContactLaw::frictionless) point.frame.bottomRows<2>().setZero();
+        const auto first = list.terms.begin() + point.first_term;
+        point.first_term = static_cast<Index>(of_pair.terms.size());
+        of_pair.terms.insert(of_pair.terms.end(), first, first + point.n_terms);
+        of_pair.points.push_back(point);
+      }
+    }
+  }
+  return closed;
+}
+
 std::string Equilibrium::load_step() const {
   std::ostringstream text;
   text.precision(4);

@@ -31,6 +31,9 @@ class Equilibrium {
   bool preload(Index steps, RunResult& result, const std::function<void(Index step)>& on_step);
   // One load step, to the loads of time t.
   void step(double t);
+  // Per pair the points that push after the last load step; none of ties. The tangents of their
+  // frames are zero without friction.
+  std::vector<ContactList> closed_points() const;
   // Initial state of a run with steps of length h that continues from here.
   void start_motion(double h);
   void keep_state(StateArchive& archive);  // between load steps

@@ -145,7 +145,7 @@ class Halves : public OfScene, public ::testing::WithParamInterface<Kinds> {
            "{interface: [x_min, x_max], modes: 135}}\n  whole: {mesh: whole.exo, material: soft, "
            "mass: lumped}\ninstances:\n  a: {component: half, as: " +
            of.a + "}\n  b: {component: half, as: " + of.b + ", position: [0.5, 0, 0]}\n" + rest +
-           "time: {end: 1}\n";
+           "time:\n  end: 1\n";
   }
   void SetUp() override {
     const bool fine = GetParam().fine;
@@ -177,6 +177,41 @@ TEST_P(Halves, TiedTogetherAreTheWhole) {
     }
     std::printf("%s, %s: largest error %.2g of the highest frequency\n", GetParam().name.c_str(),
                 boundary.empty() ? "free" : "held", worst);
+  }
+}
+
+// Pressed together they are the whole as long as friction holds them. Without it one slides on the
+// other along two axes and turns about the third, and the whole moves along the axis as before.
+TEST_P(Halves, PressedTogetherAreTheWhole) {
+  const auto pressed = [&](const std::string& law) {
+    return modes(halves("  whole: {component: whole, as: mesh, position: [0, 9, 0]}\n"
+                        "contact: [{between: [a.x_max, b.x_min]" +
+                        law +
+                        "}]\nloads: [{instance: b, surface: x_max, force: [-1.0e-3, 0, 0]}]\n"
+                        "boundary: [{instance: a, nodes: x_min, fix: [x, y, z]}, {instance: whole, "
+                        "nodes: x_min, fix: [x, y, z]}]\n") +
+                     "  preload: 1\n",
+                 15);
+  };
+  for (const std::string law : {", friction: 0.3", ""}) {
+    const auto found = pressed(law);
+    ASSERT_EQ(found.size(), 2u);
+    EXPECT_EQ(found[0].instance, "a+b");
+    const Vector &both = found[0].frequency_hz, &whole = found[1].frequency_hz;
+    if (!law.empty()) {
+      EXPECT_LT((both - whole).cwiseAbs().maxCoeff(), 1e-8 * whole[14]);
+      continue;
+    }
+    EXPECT_EQ(both.head(3), Vector::Zero(3));
+    EXPECT_GT(both[3], 0.1 * whole[0]);
+    const double along = 0.25 * std::sqrt(200.0);
+    const auto nearest = [&](const Vector& hz) {
+      return *std::min_element(hz.begin(), hz.end(), [&](double x, double y) {
+        return std::abs(x - along) < std::abs(y - along);
+      });
+    };
+    EXPECT_NEAR(nearest(whole), along, 0.02 * along);
+    EXPECT_NEAR(nearest(both), nearest(whole), 2e-3 * along);
   }
 }
 

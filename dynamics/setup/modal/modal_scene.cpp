@@ -8,6 +8,7 @@
 #include "common/linalg/dense.hpp"
 #include "common/scene/scene_words.hpp"
 #include "dynamics/run/contact/contact_step.hpp"
+#include "dynamics/run/equilibrium.hpp"
 
 namespace cbr {
 namespace {
@@ -55,6 +56,51 @@ void tell_ties(const Simulation& sim, Report& report) {
     if (text.empty()) continue;
     tie.free_motions > 0 ? report.warning("contact " + pair.name + ": " + text)
                          : report.line("note: contact " + pair.name + ": " + text);
+  }
+}
+
+// The scene as statics load it before the time 0. With `loads` they are amplitudes of a sweep.
+Scene preloaded(Scene scene, bool loads) {
+  const bool grow = scene.time->is_static;
+  TimeOptions time;
+  time.end = 1;
+  time.step = 1;
+  time.is_static = true;
+  time.preload = preload_steps(scene);
+  scene.time = time;
+  if (loads) scene.loads.clear();
+  for (Load& load : scene.loads)
+    if (!grow && load.history.time.empty()) load.history = {{0, 1}, {1, 1}};
+  for (Instance& instance : scene.instances) instance.velocity.setZero();
+  return scene;
+}
+
+// Rows of contact that the preload closes: no gap opens, and nothing with friction slips. A point
+// that slips in the preload sticks in a small oscillation: its force is within the limit once the
+// motion has turned back.
+void add_closed(const Scene& scene, const BuildOptions& options, Report& report,
+                std::vector<TieRow>& rows) {
+  BuiltScene built = build(scene, report, options);
+  Simulation& sim = built.simulation;
+  const auto phase = report.phase("statics");
+  ContactState state = start_contact(sim);
+  ContactOutcome outcome;
+  outcome.start(sim);
+  Equilibrium equilibrium(sim, state, outcome);
+  RunResult result;
+  const bool is_found = equilibrium.preload(sim.preload, result, [&](Index done) {
+    report.progress("statics", static_cast<double>(done) / static_cast<double>(sim.preload));
+  });
+  report.end_progress();
+  if (!is_found) throw RunError(result.failure);
+  const std::vector<ContactList> closed = equilibrium.closed_points();
+  for (std::size_t p = 0; p < closed.size(); ++p) {
+    const ContactPair& pair = sim.pairs[p];
+    if (pair.law.law == ContactLaw::tied) continue;
+    add_rows(sim, closed[p], rows);
+    report.line("contact " + pair.name + ": " + std::to_string(closed[p].points.size()) +
+                " points are closed by the preload" +
+                (pair.law.law == ContactLaw::coulomb ? ", and stick" : ""));
   }
 }
 
@@ -251,7 +297,7 @@ std::vector<Index> independent_rows(const Matrix& W) {
 }
 
 bool has_ties(const Scene& scene) {
-  return !scene.links.empty() ||
+  return !scene.links.empty() || preload_steps(scene) > 0 ||
          std::any_of(scene.contact.begin(), scene.contact.end(),
                      [](const ContactOptions& contact) { return contact.tied; }) ||
          std::any_of(scene.components.begin(), scene.components.end(),
@@ -272,15 +318,19 @@ std::unique_ptr<ModalScene> modal_scene(const Scene& scene, const MeshModesWante
   modal->scene.output.checkpoint.reset();
   modal->scene.output.stress.clear();
   modal->scene.output.every = 0;
-  if (!loads) modal->scene.loads.clear();
-  if (std::erase_if(modal->scene.contact,
-                    [](const ContactOptions& contact) { return !contact.tied; }) > 0)
-    report.line(
-        "note: contact that is not tied is left out: what it alone holds moves freely, with "
-        "frequencies of 0 (tied: true, or boundary, holds it)");
   for (Instance& instance : modal->scene.instances) instance.angular_velocity.setZero();
   for (BoundaryCondition& condition : modal->scene.boundary) condition.motion = SupportMotion::none;
   modal->scene.output.reactions.clear();
+  Scene before = modal->scene;
+  before.time = scene.time;
+  if (!loads) modal->scene.loads.clear();
+  const auto n_closing = std::erase_if(modal->scene.contact,
+                                       [](const ContactOptions& contact) { return !contact.tied; });
+  const bool is_preloaded = n_closing > 0 && preload_steps(scene) > 0;
+  if (n_closing > 0 && !is_preloaded)
+    report.line(
+        "note: contact that is not tied is left out: what it alone holds moves freely, with "
+        "frequencies of 0 (time.preload, tied: true, or boundary, holds it)");
   BuildOptions options;
   options.mesh_modes = wanted;
   options.reduced_for = &scene;
@@ -299,6 +349,10 @@ std::unique_ptr<ModalScene> modal_scene(const Scene& scene, const MeshModesWante
   tell_ties(sim, report);
   for (const ContactPair& pair : sim.pairs)
     if (pair.has_state()) add_rows(sim, pair.seen().ties, modal->ties);
+  if (is_preloaded) {
+    options.mesh_modes.reset();
+    add_closed(preloaded(std::move(before), loads), options, report, modal->ties);
+  }
   return modal;
 }
 
