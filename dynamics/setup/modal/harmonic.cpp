@@ -328,11 +328,11 @@ class Sweep {
 
 void refuse_open_contact(const Scene& scene) {
   for (const ContactOptions& contact : scene.contact)
-    if (!contact.tied)
+    if (!contact.tied && preload_steps(scene) == 0)
       throw InputError(
           contact.source.text() +
           ": contact: --sweep is of a linear scene, in which nothing opens: give the entry " +
-          "tied: true, or leave it out");
+          "tied: true, or load steps that close it (time.preload), or leave it out");
 }
 
 Vector frequencies(const SweepOptions& sweep) {

@@ -88,6 +88,34 @@ checks += compare("coarse-craig-bampton", "coarse-mesh", SLIP)
 checks += compare("characteristic", "mesh", 0.05)
 # The lower plate has elements a third longer
 checks += compare("coarse-mesh", "mesh", 0.1)
+
+
+class Tight:
+    """The joint after its pretension: frequencies (Hz), a sweep (mm along x and z), and a pulse in motion."""
+
+    def __init__(self, name):
+        at = f"{sys.argv[1]}/{name}"
+        self.frequencies = np.genfromtxt(f"{at}-modes.csv", delimiter=",", skip_header=1, usecols=2)
+        with h5py.File(f"{at}-sweep.h5") as f:
+            end = f["surfaces/upper.end"]
+            self.sweep = np.hypot(end["displacement_real"][:], end["displacement_imag"][:])[:, [0, 2]]
+        with h5py.File(f"{at}-pulse.h5") as f:
+            end = f["surfaces/upper.end/mean_position"][:]
+            self.end = end - end[0]
+            self.lost = -f["energy/work_friction"][-1]
+            self.seconds = f.attrs["wall_seconds_steps"]
+
+
+mesh, reduced = Tight("mesh"), Tight("craig-bampton")
+print("tight, Hz:", *(f"{hz:.5g}" for hz in mesh.frequencies), f"; pulse: mesh {mesh.seconds:.1f} s, craig-bampton {reduced.seconds:.1f} s")
+far = np.abs(reduced.end - mesh.end).max(axis=0) / np.ptp(mesh.end, axis=0)
+checks += [
+    ("tight: frequencies of craig-bampton from the mesh's", abs(reduced.frequencies / mesh.frequencies - 1).max(), 3e-3),
+    ("sweep: craig-bampton from the mesh", abs(reduced.sweep / mesh.sweep - 1).max(), 0.01),
+    ("pulse: path of the end, x, of its length, from the mesh", far[0], 0.01),
+    ("pulse: path of the end, z, of its length, from the mesh", far[2], 0.002),
+    ("pulse: what friction takes, from the mesh", abs(reduced.lost / mesh.lost - 1), 0.02),
+]
 missed = 0
 for what, value, bound in checks:
     held_to = value <= bound
