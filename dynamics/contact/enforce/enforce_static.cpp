@@ -18,8 +18,9 @@ namespace {
 constexpr double no_answer = 1e-20;
 // Times a row's diagonal entry: a row with a smaller pivot depends on earlier rows.
 constexpr double implied = 1e-11;
-// Times the largest singular value of B: ties do not constrain motions below it.
-constexpr double not_held = 1e-9;
+// Times the largest singular value of B of the ties: they do not constrain motions below it. Times
+// the norm of B: such entries are round-off, as of a rigid point, which deforms in no rigid motion.
+constexpr double not_held = 1e-9, no_motion = 1e-12;
 // Springs on floating bodies for one solution of contact, relative to the compliance of contact.
 // They must be soft so that contact carries the load, and stiff enough for accuracy.
 constexpr double softness = 10;
@@ -201,7 +202,8 @@ void StaticSystem::split_moves() {
   B.topRows(static_cast<Index>(tie_rows_.size())) = B_(tie_rows_, Eigen::all);
   const RightSingular svd =
       right_singular(householder_reflections(B).packed.topRows(n).triangularView<Eigen::Upper>());
-  const Index held = (svd.values.array() > not_held * svd.values[0]).count();
+  const double least = std::max(not_held * svd.values[0], no_motion * B_.norm());
+  const Index held = (svd.values.array() > least).count();
   Q_ = svd.V.leftCols(held);
   N_ = svd.V.rightCols(n - held);
 }
