@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "common/base/text_lines.hpp"
 
+#include <cerrno>
 #include <charconv>
 #include <cmath>
+#include <cstring>
 
 #include "common/base/error.hpp"
 
@@ -23,7 +25,7 @@ TextLines::TextLines(const std::filesystem::path& file, bool may_end_anywhere)
   if (!std::filesystem::is_regular_file(file, error))
     throw InputError(file.string() + ": is not a regular file");
   in_.open(file);
-  if (!in_) throw InputError(file.string() + ": cannot be opened");
+  if (!in_) throw InputError(file.string() + ": cannot be opened: " + std::strerror(errno));
 }
 
 bool TextLines::next() {
