@@ -63,22 +63,28 @@ void divide_by_upper(const Matrix& L, Eigen::Ref<Matrix> X);
 // L of a 6 x 6 matrix, zeros above; nothing when it is not positive definite.
 std::optional<Matrix6> small_cholesky(const Matrix6& A);
 
+// solve() of a factorisation, by its solve_vector() and solve_matrix().
+template <class Factor>
+class Solves {
+ public:
+  template <class Derived>
+  DenseSolution<Derived> solve(const Eigen::MatrixBase<Derived>& b) const {
+    const auto& factor = static_cast<const Factor&>(*this);
+    if constexpr (Derived::ColsAtCompileTime == 1)
+      return factor.solve_vector(b);
+    else
+      return factor.solve_matrix(b);
+  }
+};
+
 // A = P^T L D L^T P of a symmetric matrix (n x n) without pivots of both signs; the lower triangle
 // is read.
-class Ldlt {
+class Ldlt : public Solves<Ldlt> {
  public:
   explicit Ldlt(const Matrix& A);
 
   Vector solve_vector(const Vector& b) const;  // A^-1 b
   Matrix solve_matrix(const Matrix& B) const;  // A^-1 B
-
-  template <class Derived>
-  DenseSolution<Derived> solve(const Eigen::MatrixBase<Derived>& b) const {
-    if constexpr (Derived::ColsAtCompileTime == 1)
-      return solve_vector(b);
-    else
-      return solve_matrix(b);
-  }
 
  private:
   std::shared_ptr<const Eigen::LDLT<Matrix>> factor_;
@@ -90,7 +96,7 @@ Vector3 solve_symmetric(const Matrix3& A, const Vector3& b);
 std::optional<Vector3> solve_semidefinite(const Matrix3& A, const Vector3& b);
 
 // P A = L U of a square matrix (n x n).
-class Lu {
+class Lu : public Solves<Lu> {
  public:
   explicit Lu(Matrix A);  // std::move(A) takes no copy
 
@@ -98,14 +104,6 @@ class Lu {
   Matrix inverse() const;                      // A^-1
   Vector solve_vector(const Vector& b) const;  // A^-1 b
   Matrix solve_matrix(const Matrix& B) const;  // A^-1 B
-
-  template <class Derived>
-  DenseSolution<Derived> solve(const Eigen::MatrixBase<Derived>& b) const {
-    if constexpr (Derived::ColsAtCompileTime == 1)
-      return solve_vector(b);
-    else
-      return solve_matrix(b);
-  }
 
  private:
   std::shared_ptr<const Eigen::PartialPivLU<Matrix>> factor_;
@@ -128,7 +126,7 @@ Matrix orthonormal_basis(const Matrix& A);
 Matrix3 orthonormal_axes(const Matrix& A);
 
 // A P = Q R of any matrix (m x n), the largest column first.
-class PivotedQr {
+class PivotedQr : public Solves<PivotedQr> {
  public:
   explicit PivotedQr(const Matrix& A);  // threshold: round-off times min(m, n)
   PivotedQr(const Matrix& A, double threshold);
@@ -141,14 +139,6 @@ class PivotedQr {
   // pivot but 0 counts here.
   Vector solve_vector(const Vector& b) const;
   Matrix solve_matrix(const Matrix& B) const;
-
-  template <class Derived>
-  DenseSolution<Derived> solve(const Eigen::MatrixBase<Derived>& b) const {
-    if constexpr (Derived::ColsAtCompileTime == 1)
-      return solve_vector(b);
-    else
-      return solve_matrix(b);
-  }
 
  private:
   std::shared_ptr<const Eigen::ColPivHouseholderQR<Matrix>> factor_;

@@ -10,6 +10,7 @@
 #include <sstream>
 #include <utility>
 
+#include "common/base/format_text.hpp"
 #include "dynamics/contact/surfaces/broad_phase.hpp"
 #include "dynamics/motion/pointed_body.hpp"
 #include "dynamics/setup/built/instance_extents.hpp"
@@ -210,12 +211,11 @@ void warn_of_missed_loads(const SceneIndex& index, const BuiltScene& built, Repo
         load.kind == Load::Kind::gravity || !bodies[index.place(load.instance)]->is_exact();
     const double pulse = shortest_pulse(load.history);
     if (!sampled || pulse >= 2 * h * (1 - 1e-9)) continue;
-    std::ostringstream text;
-    text.precision(4);
-    text << load.source.text() << ": loads[" << i << "].history rises and falls within " << pulse
-         << " s, less than two steps of " << h
-         << " s, and is seen at the ends of steps only: take a smaller step";
-    report.warning(text.str());
+    report.warning(
+        load.source.text() +
+        format_text(": loads[%zu].history rises and falls within %.4g s, less than two steps of "
+                    "%.4g s, and is seen at the ends of steps only: take a smaller step",
+                    i, pulse, h));
   }
 }
 

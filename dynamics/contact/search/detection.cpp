@@ -385,6 +385,14 @@ struct Motion {
                 largest_motion(master, master_body, drift)) {}
 };
 
+CandidateSearch search_of(const ContactSurface& slave, const ContactBody& slave_body,
+                          const ContactSurface& master, const ContactBody& master_body,
+                          const Motion& motion, double margin, const DetectionOptions& options) {
+  const double late_depth = options.late_depth, overhang = options.overhang();
+  return {slave,          master, slave_body, master_body, motion.drift,
+          motion.longest, margin, late_depth, overhang};
+}
+
 }  // namespace
 
 void detect(const ContactSurface& slave, const ContactBody& slave_body,
@@ -394,15 +402,8 @@ void detect(const ContactSurface& slave, const ContactBody& slave_body,
   if (are_apart(slave_body, master_body, master, initial, options, memory)) return forget(memory);
   const Motion motion(slave, slave_body, master, master_body);
   const double reach = contact_reach(master.size, motion.longest, initial, memory);
-  const CandidateSearch search{slave,
-                               master,
-                               slave_body,
-                               master_body,
-                               motion.drift,
-                               motion.longest,
-                               margin_of(reach, memory),
-                               options.late_depth,
-                               options.overhang()};
+  const CandidateSearch search =
+      search_of(slave, slave_body, master, master_body, motion, margin_of(reach, memory), options);
   update_candidates(search, nullptr, memory);
   find_points({{master, master_body, options, reach}, slave, slave_body, initial, search}, memory,
               list);
@@ -425,24 +426,10 @@ SearchEnds detect_both(const ContactSurface& slave, const ContactBody& slave_bod
                reach = contact_reach(master.size, motion.longest, initial, memory),
                back_reach = contact_reach(slave.size, back_motion.longest, initial, other.back),
                edge_reach = contact_reach(size, motion.longest, initial, other.edges);
-  const CandidateSearch search{slave,
-                               master,
-                               slave_body,
-                               master_body,
-                               motion.drift,
-                               motion.longest,
-                               margin_of(reach, memory),
-                               options.late_depth,
-                               options.overhang()};
-  const CandidateSearch back{other.nodes,
-                             slave,
-                             master_body,
-                             slave_body,
-                             back_motion.drift,
-                             back_motion.longest,
-                             margin_of(back_reach, other.back),
-                             options.late_depth,
-                             options.overhang()};
+  const CandidateSearch search =
+      search_of(slave, slave_body, master, master_body, motion, margin_of(reach, memory), options);
+  const CandidateSearch back = search_of(other.nodes, master_body, slave, slave_body, back_motion,
+                                         margin_of(back_reach, other.back), options);
   const FurtherSearch further{
       back, std::max(margin_of(edge_reach, other.edges), options.late_depth * size), other.back,
       other.edges};

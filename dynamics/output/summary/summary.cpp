@@ -143,20 +143,18 @@ void energy_warning(const BuiltScene& built, const RunResult& result, Report& re
   if (result.active.back() == 0 || at_end > share_of_swings * scale)
     brought = std::max(brought, at_end);
   if (!(brought > std::max(0.01 * scale, round_off_energy(built, result)))) return;
-  std::ostringstream warning;
-  warning.precision(3);
-  warning << "contact brought energy: up to " << brought << " of " << scale
-          << ": try a smaller step; where it does not bring less, nodes were pushed out of faces "
-             "that they were deep in: look at the "
-             "surfaces";
-  const auto& pairs = built.simulation.pairs;
-  const auto is_mortar = [](const ContactPair& pair) {
+  const bool has_mortar = std::ranges::any_of(built.simulation.pairs, [](const ContactPair& pair) {
     return pair.formulation == Formulation::mortar && pair.law.law != ContactLaw::tied;
-  };
-  if (std::any_of(pairs.begin(), pairs.end(), is_mortar))
-    warning << "; mortar is for faces that look at each other: for bodies that go over convex "
-               "edges take formulation: node-face";
-  report.warning(warning.str());
+  });
+  report.warning(
+      format_text(
+          "contact brought energy: up to %.3g of %.3g: try a smaller step; where it does not "
+          "bring less, nodes were pushed out of faces that they were deep in: look at the "
+          "surfaces",
+          brought, scale) +
+      (has_mortar ? "; mortar is for faces that look at each other: for bodies that go over convex "
+                    "edges take formulation: node-face"
+                  : ""));
 }
 
 // Largest work of the integrator, relative to the largest energy or work of loads; 0 if there is

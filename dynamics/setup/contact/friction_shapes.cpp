@@ -4,7 +4,6 @@
 #include <Eigen/LU>
 
 #include <algorithm>
-#include <sstream>
 #include <vector>
 
 #include "common/app/report.hpp"
@@ -91,13 +90,12 @@ void look_for_friction_shapes(const ContactPair& pair, const BuiltScene& built, 
     if (statics == Statics::all) continue;
     const Shapes shapes = shapes_of(part, on_face);
     if (shapes.found == shapes.wanted) continue;
-    std::ostringstream text;
-    text << pair.source->text() << ": contact " << pair.name << ": friction on " << surface->name
-         << ", whose " << shapes.wanted << " directions move in " << shapes.found
-         << " shapes only (basis: characteristic), takes up to several times the energy that it "
-            "should: keep the face's statics "
-            "(characteristic.statics), or take it without friction";
-    report.warning(text.str());
+    report.warning(
+        pair.source->text() + ": contact " + pair.name + ": friction on " + surface->name +
+        ", whose " + std::to_string(shapes.wanted) + " directions move in " +
+        std::to_string(shapes.found) +
+        " shapes only (basis: characteristic), takes up to several times the energy that it "
+        "should: keep the face's statics (characteristic.statics), or take it without friction");
   }
 }
 

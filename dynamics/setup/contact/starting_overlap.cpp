@@ -7,9 +7,9 @@
 #include <cmath>
 #include <map>
 #include <optional>
-#include <sstream>
 
 #include "common/base/error.hpp"
+#include "common/base/format_text.hpp"
 #include "dynamics/contact/surfaces/broad_phase.hpp"
 #include "dynamics/setup/built/instance_extents.hpp"
 #include "dynamics/setup/built/surface_distance.hpp"
@@ -152,15 +152,14 @@ void warn(const ContactPair& pair, const NodesAndFaces& of, const Found& found,
           const BuiltScene& built, Report& report) {
   const ContactNodes& slave = built.simulation.contact_nodes[of.slave.body];
   const Geometry& geometry = *built.instances[slave.body].geometry;
-  std::ostringstream text;
-  text.precision(3);
-  text << pair.source->text() << ": contact " << pair.name << ": node id "
-       << geometry.node_ids[static_cast<std::size_t>(slave.nodes[found.slot])] << " of "
-       << of.slave.name << " starts " << found.depth << " behind the faces of " << of.master.name
-       << ", more than a face (" << found.size
-       << "): contact takes it for one on the other side and will not push it out; look at the "
-          "positions of the instances";
-  report.warning(text.str());
+  const Index id = geometry.node_ids[static_cast<std::size_t>(slave.nodes[found.slot])];
+  report.warning(
+      pair.source->text() + ": contact " + pair.name + ": node id " + std::to_string(id) + " of " +
+      of.slave.name + format_text(" starts %.3g behind the faces of ", found.depth) +
+      of.master.name +
+      format_text(", more than a face (%.3g): contact takes it for one on the other side and will "
+                  "not push it out; look at the positions of the instances",
+                  found.size));
 }
 
 }  // namespace

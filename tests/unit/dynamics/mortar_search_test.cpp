@@ -19,20 +19,8 @@
 #include "mortar_run.hpp"
 #include "tests/unit/common/elements/box_mesh.hpp"
 
-namespace cbr::mortar_search_test {
+namespace cbr::test::mortar_search_test {
 namespace {
-
-using test::apply;
-using test::face_grid;
-using test::FaceGrid;
-using test::GridFaces;
-using test::move;
-using test::pressure_forces;
-using test::run;
-using test::shared_area;
-using test::shift;
-using test::transform;
-using test::turn;
 
 struct CurvedPair {
   FaceGrid slave, master;
@@ -434,4 +422,4 @@ TEST(Mortar, WholeFacesKeepTheirMiddles) {
 }
 
 }  // namespace
-}  // namespace cbr::mortar_search_test
+}  // namespace cbr::test::mortar_search_test

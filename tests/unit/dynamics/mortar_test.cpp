@@ -18,20 +18,8 @@
 #include "mortar_run.hpp"
 #include "tests/unit/common/elements/box_mesh.hpp"
 
-namespace cbr::mortar_test {
+namespace cbr::test::mortar_test {
 namespace {
-
-using test::apply;
-using test::face_grid;
-using test::FaceGrid;
-using test::GridFaces;
-using test::move;
-using test::pressure_forces;
-using test::run;
-using test::shared_area;
-using test::shift;
-using test::transform;
-using test::turn;
 
 // int N_k dA of a surface by its own 3 x 3 Gauss points: exact for flat faces.
 Vector consistent_forces(const FaceGrid& grid) {
@@ -274,4 +262,4 @@ TEST(Mortar, EqualMeshesTieEachNodeToItsTwin) {
 }
 
 }  // namespace
-}  // namespace cbr::mortar_test
+}  // namespace cbr::test::mortar_test
