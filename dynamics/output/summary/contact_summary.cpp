@@ -25,15 +25,18 @@ double initial_overlap(const ContactPair& pair) {
   return overlap > 1e-10 * pair.master->size ? overlap : 0;
 }
 
-// Initial gap of the gap watch, else of contact, which is limited to its reach. HUGE_VAL: not
-// known.
+// Of contact, within its reach, else of the gap watch, as mortar's is a mean. HUGE_VAL: not known.
 double initial_gap(const BuiltScene& built, Index p) {
-  const double seen = built.simulation.pairs[static_cast<std::size_t>(p)].seen().memory.initial_gap;
-  return std::isfinite(seen) ? seen : built.gaps.initial(built.simulation, p).value_or(HUGE_VAL);
+  const ContactPair& pair = built.simulation.pairs[static_cast<std::size_t>(p)];
+  const double seen = pair.seen().memory.initial_gap;
+  const bool is_known = std::isfinite(seen) && pair.formulation != Formulation::mortar;
+  return is_known ? seen : built.gaps.initial(built.simulation, p).value_or(seen);
 }
 
+// Mortar may see no overlap where an edge or a corner goes in.
 bool has_touched(const ContactPair& pair) {
-  return pair.seen().has_touched || initial_overlap(pair) > 0;
+  return pair.seen().has_touched || initial_overlap(pair) > 0 ||
+         pair.seen().penetration > 1e-10 * pair.master->size;
 }
 
 // Penetration relative to a face. A hard constraint has none at its points, but may between them.
@@ -108,18 +111,16 @@ std::string contact_line(const BuiltScene& built, Index p) {
 void penetration_warning(const ContactPair& pair, Report& report) {
   constexpr double too_deep = 0.1;
   if (pair.law.law == ContactLaw::tied || pair.wall || !(share_of_face(pair) > too_deep)) return;
-  std::ostringstream text;
-  text.precision(3);
-  text << "contact " << pair.name << ": the surfaces were " << pair.seen().penetration
-       << " inside each other, " << 100 * share_of_face(pair) << " % of a face; ";
-  if (pair.formulation == Formulation::mortar) {
-    text << "mortar holds means over faces: where edges or corners meet use formulation: node-face";
-  } else {
-    text << (pair.enforcement == Enforcement::impulse
-                 ? "look at the positions of the instances, and at what else pushes there"
-                 : "use enforcement: impulse, or a shorter step");
-  }
-  report.warning(text.str());
+  const char* cure =
+      pair.formulation == Formulation::mortar
+          ? "mortar holds means over faces: where edges or corners meet use formulation: node-face"
+      : pair.enforcement == Enforcement::impulse
+          ? "look at the positions of the instances, and at what else pushes there"
+          : "use enforcement: impulse, or a shorter step";
+  report.warning("contact " + pair.name +
+                 format_text(": the surfaces were %.3g inside each other, %.3g %% of a face; ",
+                             pair.seen().penetration, 100 * share_of_face(pair)) +
+                 cure);
 }
 
 void residual_warning(const ContactPair& pair, Report& report) {
@@ -151,12 +152,12 @@ void warn_of_initial_overlaps(const BuiltScene& built, Report& report) {
     if (pair.resolves_overlap) continue;  // statics remove the overlap
     const double overlap = initial_overlap(pair);
     if (!(overlap > std::max(1e-6 * pair.master->size, pair.adjust.value_or(0)))) continue;
-    std::ostringstream warning;
-    warning.precision(3);
-    warning << "contact " << pair.name << ": the surfaces overlap by " << overlap
-            << " at the start; nodes that overlap are held where they are, not pushed out"
-            << cure_of_overlap(built, pair);
-    report.warning(warning.str());
+    report.warning(
+        "contact " + pair.name +
+        format_text(": the surfaces overlap by %.3g at the start; nodes that overlap are "
+                    "held where they are, not pushed out",
+                    overlap) +
+        cure_of_overlap(built, pair));
   }
 }
 

@@ -162,6 +162,18 @@ TEST_F(Summary, TellsTheNearestGapOfSurfacesThatNeverTouched) {
   }
 }
 
+// Mortar sees no faces that look at each other there.
+TEST_F(Summary, TellsTheDepthOfAnEdgeInsideAFaceWithMortar) {
+  for (const std::string as : {"mesh", "superelement"}) {
+    const std::string text = said(
+        instances(as, "position: [1.55, 0.1, 0.1], rotation: [0, 0, 80], velocity: [-1, 0, 0]") +
+        "contact: [{between: [left.x_max, right.x_min], formulation: mortar}]\n"
+        "time: {end: 0.1}\noutput: {every: 0.01}\n");
+    EXPECT_TRUE(has(text, "largest penetration 0.0")) << text;
+    EXPECT_FALSE(has(text, "never touched")) << text;
+  }
+}
+
 TEST_F(Summary, TellsTheInitialGapToAWallOfSuperelementsToo) {
   for (const std::string as : {"mesh", "superelement"}) {
     const std::string text =
