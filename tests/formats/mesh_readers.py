@@ -363,12 +363,13 @@ def check_texts(folder):
         box("parametric.msh", *more, "-setnumber", "Mesh.SaveParametric", "1")
         assert (b"$ParametricNodes" in (folder / "parametric.msh").read_bytes()) == ("msh22" in more), more
         check_same(folder, "parametric.msh", reference)
-    box("parted.msh", "-part", "2")
-    reduce(folder, "parted.msh", "parted.cbr.h5", *MATERIAL)
-    box("parted.msh", "-part", "2", "-part_split")
-    for part in ("parted_1.msh", "parted_2.msh"):
-        error = reduce(folder, part, "part.cbr.h5", *MATERIAL, expect=2)
-        assert "is one file of a mesh that is split into 2, and holds 1" in error and error.count("\n") == 1, error
+    for more in (["-format", "msh41"], ["-format", "msh22"], ["-format", "msh22", "-bin"], ["-format", "msh22", "-part_ghosts"]):
+        box("parted.msh", "-part", "2", *more)
+        reduce(folder, "parted.msh", "parted.cbr.h5", *MATERIAL)
+        box("parted.msh", "-part", "2", "-part_split", *more)
+        for part in ("parted_1.msh", "parted_2.msh"):
+            error = reduce(folder, part, "part.cbr.h5", *MATERIAL, expect=2)
+            assert "is one file of a mesh that is split into 2" in error and "and holds 1" in error and error.count("\n") == 1, error
 
 
 def check_names(folder):

@@ -123,6 +123,12 @@ class Reader {
     }
   }
 
+  void refuse_part(const std::string& n_parts, std::size_t n_held) const {
+    throw InputError(where_ + ": is one file of a mesh that is split into " + n_parts +
+                     ", and holds " + std::to_string(n_held) +
+                     ": save the mesh in one file (gmsh: Mesh.PartitionSplitMeshFiles = 0)");
+  }
+
   void read_entities(bool partitioned) {
     MshCursor cursor = open(partitioned ? "$PartitionedEntities" : "$Entities");
     std::set<int> parts;  // of the entities of the highest dimension: others are shared
@@ -155,10 +161,7 @@ class Reader {
           groups.push_back(std::abs(Index{cursor.number<int>()}));
         if (d > 0) skip_list();  // its boundary
       }
-    if (parts.size() < n_parts)
-      throw InputError(where_ + ": is one file of a mesh that is split into " +
-                       std::to_string(n_parts) + ", and holds " + std::to_string(parts.size()) +
-                       ": save the mesh in one file (gmsh: Mesh.PartitionSplitMeshFiles = 0)");
+    if (parts.size() < n_parts) refuse_part(std::to_string(n_parts), parts.size());
     cursor.expect_end();
   }
 
@@ -234,6 +237,8 @@ class Reader {
     MshCursor cursor = open("$Elements");
     const auto n = cursor.text_count();
     if (msh_.binary) cursor.line();
+    std::set<Index> parts;  // of the elements
+    Index last_part = 0;    // of ghosts, too
     while (msh_.elements.size() < n) {
       MshElement element;
       if (!msh_.binary) element.id = cursor.number<int>();
@@ -247,14 +252,25 @@ class Reader {
       for (int r = 0; r < rows; ++r) {
         if (msh_.binary) element.id = cursor.number<int>();
         element.group = element.entity = 0;
+        // The group, the entity, the number of partitions, its own, and those that have its ghost
+        bool has_parts = false;
         for (int t = 0; t < tags; ++t) {
-          const Index tag = std::abs(static_cast<Index>(cursor.number<int>()));
+          const Index tag = std::abs(Index{cursor.number<int>()});
           if (t == 0) element.group = tag;
           if (t == 1) element.entity = tag;
+          if (t == 2) has_parts = tag == tags - 3;
+          if (t == 3 && has_parts) parts.insert(tag);
+          if (t >= 3 && has_parts) last_part = std::max(last_part, tag);
         }
         add_element<int>(element, type.n_nodes, cursor);
       }
     }
+    // gmsh numbers partitions where it makes two or more. Of the first part's file only the nodes
+    // that it leaves out show that it is one.
+    const bool lacks_nodes = std::ranges::any_of(
+        msh_.node_ids, [&](Index id) { return id > std::ssize(msh_.node_ids); });
+    if (std::ssize(parts) < last_part || (last_part == 1 && lacks_nodes))
+      refuse_part(std::to_string(std::max(last_part, Index{2})) + " or more", parts.size());
     cursor.expect_end();
   }
 
