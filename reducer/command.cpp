@@ -92,7 +92,7 @@ void estimate_component(const ReduceCommand& command, const Scene& scene,
   const Mesh mesh = read_mesh(component);
   const std::vector<BlockProperties> properties = block_properties(scene, component, mesh);
   warn_of_blocks(component, block_provenance(mesh, properties), report);
-  tell_dropped(component, mesh, report);
+  warn_of_dropped(component, mesh, report);
   if (has_shells(mesh))
     throw InputError(component.source.text() + ": component '" + component.name +
                      "': --estimate does not know shells (blocks.NAME.thickness): reduce it");

@@ -75,6 +75,13 @@ std::string speed_text(double speed) {
                 "t/mm^3? With lengths in mm give MPa, with m give kg/m^3");
 }
 
+void warn_of_component(const Component& component, Report& report, const std::string& text) {
+  const std::string before = report.about();
+  report.about("component '" + component.name + "': ");
+  report.warning(text);
+  report.about(before);
+}
+
 }  // namespace
 
 void refuse_left_out_blocks(const Component& component, const Mesh& mesh) {
@@ -116,16 +123,13 @@ void warn_of_left_out_blocks(const Component& component, const std::string& bloc
                        named + ": not computed with are " + blocks +
                        ": give the block a thickness, with which tri3 and quad4 are shells, or "
                        "take it out of the scene");
-  const std::string before = report.about();
-  report.about("");
-  report.warning("component '" + component.name + "': " +
-                 (component.has_mesh ? component.mesh : component.reduction->superelement)
-                     .filename()
-                     .string() +
-                 ": left out: " + blocks +
-                 ": only solids are used, and shells with a thickness (blocks.NAME.thickness); "
-                 "these have no stiffness and no mass");
-  report.about(before);
+  warn_of_component(component, report,
+                    (component.has_mesh ? component.mesh : component.reduction->superelement)
+                            .filename()
+                            .string() +
+                        ": left out: " + blocks +
+                        ": only solids are used, and shells with a thickness "
+                        "(blocks.NAME.thickness); these have no stiffness and no mass");
 }
 
 std::map<std::string, std::string> block_provenance(
@@ -173,21 +177,22 @@ void warn_of_blocks(const Component& component,
       locking[element + " locks at a Poisson's ratio of " + format_text("%.6g", ratio)].push_back(
           name);
   }
-  const std::string before = report.about();
-  report.about("component '" + component.name + "': ");
   for (const auto& [what, blocks] : odd_speeds)
-    report.warning("block " + join(blocks) + ": waves travel at sqrt(E / rho) = " + what);
+    warn_of_component(component, report,
+                      "block " + join(blocks) + ": waves travel at sqrt(E / rho) = " + what);
   for (const auto& [what, blocks] : locking)
-    report.warning("block " + join(blocks) + ": " + what +
-                   ", so that the part is too stiff in bending: use element: hex8-incompatible or "
-                   "hex8-hourglass, or a mesh of hex20, hex27 or tet10");
-  report.about(before);
+    warn_of_component(
+        component, report,
+        "block " + join(blocks) + ": " + what +
+            ", so that the part is too stiff in bending: use element: "
+            "hex8-incompatible or hex8-hourglass, or a mesh of hex20, hex27 or tet10");
 }
 
-void tell_dropped(const Component& component, const Mesh& mesh, Report& report) {
+void warn_of_dropped(const Component& component, const Mesh& mesh, Report& report) {
   if (mesh.dropped.empty()) return;
-  report.line("note: component '" + component.name + "': " + component.mesh.filename().string() +
-              ": not read: " + mesh.dropped + ": supports, loads and contact are the scene's");
+  warn_of_component(component, report,
+                    component.mesh.filename().string() + ": not read: " + mesh.dropped +
+                        ": supports, loads and contact are the scene's");
 }
 
 }  // namespace cbr

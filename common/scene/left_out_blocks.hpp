@@ -34,7 +34,7 @@ std::map<std::string, std::string> block_provenance(const Mesh& mesh,
 // materials alone). InputError as above.
 void warn_of_blocks(const Component& component,
                     const std::map<std::string, std::string>& provenance, Report& report);
-// One line of what the component's file says and is not read (Mesh::dropped), if anything.
-void tell_dropped(const Component& component, const Mesh& mesh, Report& report);
+// Of what the component's file says and is not read (Mesh::dropped), if anything.
+void warn_of_dropped(const Component& component, const Mesh& mesh, Report& report);
 
 }  // namespace cbr

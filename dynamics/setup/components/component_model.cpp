@@ -393,7 +393,7 @@ MeshedComponent read_meshed(const SceneIndex& index, const Component& component,
   const auto phase = report.phase("setup");
   meshed.properties = block_properties(scene, component, *meshed.mesh);
   warn_of_blocks(component, block_provenance(*meshed.mesh, meshed.properties), report);
-  tell_dropped(component, *meshed.mesh, report);
+  warn_of_dropped(component, *meshed.mesh, report);
   const auto assembled = [&](MassKind mass) {
     return std::make_shared<FiniteElementModel>(
         naming(component.mesh, [&] { return assemble(*meshed.mesh, meshed.properties, mass); }));
