@@ -131,7 +131,8 @@ void ComponentReducer::make(const Scene& scene, const Component& component, cons
   }
   const std::vector<BlockProperties> properties = block_properties(scene, component, mesh);
   warn_of_dropped(component, mesh, report_);
-  mass_ = {mass_of_superelement(component, mesh), rigid_body_of_geometry(mesh, properties)};
+  mass_ = {mass_of_superelement(component, mesh), rigid_body_of_geometry(mesh, properties),
+           scene.time && scene.time->is_static};
   const auto p = provenance(scene, component, properties, mesh);
   warn_of_blocks(component, p, report_);
   inputs.check();
@@ -199,7 +200,7 @@ void ComponentReducer::make_group(const Mesh& mesh, const std::vector<BlockPrope
   if (!command_.is_first()) return;
   const std::optional<Vector3> rho =
       residual_mass_share(group, component_interface(mesh, component.reduction->interface_sets));
-  summarise_domains(group, figures, rho, report_);
+  summarise_domains(group, figures, rho, mass_, report_);
   if (component.reduction->has_second_reduction()) {
     make_second(mesh, group, figures.n_dofs, component, hash, provenance);
     return;

@@ -77,13 +77,14 @@ void warn_of_residual_mass(const Vector3& rho, const Superelement& s, Report& re
                                 floor)));
 }
 
-void say_residual_mass(const Vector3& rho, const Superelement& s, Report& report) {
+void say_residual_mass(const Vector3& rho, const Superelement& s, const ComponentMass& mass,
+                       Report& report) {
   report.line(
       format_text("  rho_res      x %.4f  y %.4f  z %.4f: share of a body's energy of motion along "
                   "x, y, z that is lost when its whole "
                   "interface stops at once (good: below 0.05)",
                   rho(0), rho(1), rho(2)));
-  warn_of_residual_mass(rho, s, report);
+  if (!mass.is_static) warn_of_residual_mass(rho, s, report);
 }
 
 // Free modes are exact, but for the taper at the interface.
@@ -267,7 +268,7 @@ void summarise(const Superelement& s, const ReductionFigures& figures, const Com
     say_massless(s, figures.massless, report);
   } else {
     say_residual_mass(s.is_characteristic() ? figures.characteristic.rho : residual_mass_share(s),
-                      s, report);
+                      s, mass, report);
     say_accuracy(s, report);
   }
   say_rigid_body(s.rigid_body, mass, report);
@@ -283,7 +284,8 @@ void summarise(const Superelement& s, const ReductionFigures& figures, const Com
 }
 
 void summarise_domains(const SuperelementGroup& group, const GroupFigures& f,
-                       const std::optional<Vector3>& rho, Report& report) {
+                       const std::optional<Vector3>& rho, const ComponentMass& mass,
+                       Report& report) {
   const auto of = [&](auto figure) { return range_text(f, figure); };
   report.line("  domains      " + std::to_string(f.domains.size()) + " of " +
               of([&](std::size_t d) { return f.domains[d].n_elements; }) +
@@ -300,7 +302,7 @@ void summarise_domains(const SuperelementGroup& group, const GroupFigures& f,
   report.line("  joined       " + std::to_string(k) + " modes, " + std::to_string(c) +
               " dofs of nodes, " + std::to_string(k + c) + " reduced");
   say_missing_modes(group, f, report);
-  if (rho) say_residual_mass(*rho, {}, report);
+  if (rho) say_residual_mass(*rho, {}, mass, report);
   report.line(
       "  errors       of what the domains make together are not estimated, neither its frequencies "
       "nor its flat impacts: "

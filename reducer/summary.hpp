@@ -12,10 +12,12 @@
 
 namespace cbr {
 
-// The mass that the component has, and the rigid body that its geometry is.
+// The mass that the component has, the rigid body that its geometry is, and whether the scene has
+// statics alone.
 struct ComponentMass {
   MassKind kind = MassKind::lumped;
   RigidBody geometry;
+  bool is_static = false;
 };
 
 void summarise(const Superelement& superelement, const ReductionFigures& figures,
@@ -24,7 +26,8 @@ void summarise(const Superelement& superelement, const ReductionFigures& figures
 // A decomposed component: figures of its domains, and the file of the group. rho:
 // residual_mass_share() of the group; none: not computed.
 void summarise_domains(const SuperelementGroup& group, const GroupFigures& figures,
-                       const std::optional<Vector3>& rho, Report& report);
+                       const std::optional<Vector3>& rho, const ComponentMass& mass,
+                       Report& report);
 void summarise_group(const SuperelementGroup& group, const ComponentMass& mass,
                      const std::filesystem::path& file, Report& report);
 

@@ -44,13 +44,13 @@ class Words : public testing::Test {
   std::string path(const std::string& name) const { return (folder_ / name).string(); }
 
   std::string scene(const std::string& mesh, const std::string& modes,
-                    const std::string& blocks = "") const {
+                    const std::string& blocks = "", const std::string& time = "") const {
     std::ofstream(path("scene.yaml"))
         << "materials: {soft: {youngs_modulus: 1000, poissons_ratio: 0.3, density: 2}}\n"
            "components:\n  box: {mesh: "
         << mesh << ", material: soft, " << blocks
         << "reduction: {interface: [x_max], modes: " << modes
-        << "}}\ninstances:\n  a: {component: box, as: superelement}\ntime: {end: 1.0}\n";
+        << "}}\ninstances:\n  a: {component: box}\ntime: {" << time << "end: 1.0}\n";
     return path("scene.yaml");
   }
 
@@ -114,6 +114,12 @@ TEST_F(Words, ShellsAreNotedWithTheirCountAndRefusedWhereTheSceneNamesThem) {
   const std::string text = refusal(scene("fin.exo", "4", "blocks: {fin: {material: soft}}, "));
   for (const char* part : {"scene.yaml:3", "blocks.fin", "2 quad4", "a thickness", "take it out"})
     EXPECT_NE(text.find(part), std::string::npos) << text;
+}
+
+TEST_F(Words, MassLeftOnTheInterfaceIsWarnedOfWhereBodiesMove) {
+  EXPECT_EQ(reduce(scene("box.msh", "0", "", "static: true, ")), "");
+  fs::remove(path("box.cbr.h5"));
+  EXPECT_NE(reduce(scene("box.msh", "0")).find("much mass is left"), std::string::npos);
 }
 
 // From the mesh, and of a file that is up to date.
