@@ -57,14 +57,18 @@ void add_unused_nodes(const Mesh& mesh, std::vector<std::string>& texts) {
 
 // sqrt(E / rho) of solids: foam has some 10 m/s, diamond 2e7 mm/s.
 constexpr double slowest = 10, fastest = 2e7;
-constexpr double nearly_incompressible = 0.49;
 
-bool locks(const std::string& element) {
-  return element == "hex8" || element == "tet4" || element == "wedge6" || element == "pyramid5";
+// Of elements that are too stiff in bending near a Poisson's ratio of 0.5: docs/theory.md, "1.
+// Finite elements". Empty: no need.
+std::string cure_of_locking(const std::string& element, double ratio) {
+  constexpr double round_off = 1e-9;
+  if (element.starts_with("hex8"))
+    return element != "hex8-hourglass" && ratio >= (element == "hex8" ? 0.49 : 0.499) - round_off
+               ? "element: hex8-hourglass, or a mesh of hex20 or hex27"
+               : "";
+  const bool locks = element == "tet4" || element == "wedge6" || element == "pyramid5";
+  return locks && ratio >= 0.49 - round_off ? "a mesh of tet10" : "";
 }
-
-// Names of blocks, by a text on them.
-using BlocksByText = std::map<std::string, std::vector<std::string>>;
 
 std::string speed_text(double speed) {
   return format_text("%.3g length units a second, ", speed) +
@@ -157,7 +161,7 @@ void warn_of_blocks(const Component& component,
     return found == provenance.end() ? std::string() : found->second;
   };
   warn_of_left_out_blocks(component, text("left_out"), report);
-  BlocksByText odd_speeds, locking;
+  std::map<std::string, std::vector<std::string>> warnings;  // with the names of their blocks
   for (const auto& [key, element] : provenance) {
     constexpr std::string_view begin = "block ", end = ": element";
     if (!key.starts_with(begin) || !key.ends_with(end)) continue;
@@ -168,24 +172,18 @@ void warn_of_blocks(const Component& component,
       const std::string value = text(block + ": " + of);
       return value.empty() || value.front() == '[' ? NAN : std::strtod(value.c_str(), nullptr);
     };
+    const double youngs_modulus = number("youngs_modulus"), density = number("density"),
+                 ratio = number("poissons_ratio"), speed = std::sqrt(youngs_modulus / density);
     // A density of 1 is that of quantities without units
-    const double density = number("density"), speed = std::sqrt(number("youngs_modulus") / density);
     if (density != 1 && (speed < slowest || speed > fastest))
-      odd_speeds[speed_text(speed)].push_back(name);
-    const double ratio = number("poissons_ratio");
-    if (ratio > nearly_incompressible && locks(element))
-      locking[element + " locks at a Poisson's ratio of " + format_text("%.6g", ratio)].push_back(
-          name);
+      warnings["waves travel at sqrt(E / rho) = " + speed_text(speed)].push_back(name);
+    if (const std::string cure = cure_of_locking(element, ratio); !cure.empty())
+      warnings[element + " locks at a Poisson's ratio of " + format_text("%.6g", ratio) +
+               ", so that the part is too stiff in bending: use " + cure]
+          .push_back(name);
   }
-  for (const auto& [what, blocks] : odd_speeds)
-    warn_of_component(component, report,
-                      "block " + join(blocks) + ": waves travel at sqrt(E / rho) = " + what);
-  for (const auto& [what, blocks] : locking)
-    warn_of_component(
-        component, report,
-        "block " + join(blocks) + ": " + what +
-            ", so that the part is too stiff in bending: use element: "
-            "hex8-incompatible or hex8-hourglass, or a mesh of hex20, hex27 or tet10");
+  for (const auto& [what, blocks] : warnings)
+    warn_of_component(component, report, "block " + join(blocks) + ": " + what);
 }
 
 void warn_of_dropped(const Component& component, const Mesh& mesh, Report& report) {

@@ -127,13 +127,26 @@ TEST_F(Words, ElementsThatLockAreWarnedOfNearIncompressibility) {
   const std::string soft = "youngs_modulus: 1.0e6, density: 1000, poissons_ratio: ";
   for (int time = 0; time < 2; ++time) {
     const std::string text = warned_of("hex8", soft + "0.499");
-    for (const char* part : {"component 'box': ", "hex8 locks at a Poisson's ratio of 0.499",
-                             "hex8-hourglass", "tet10"})
-      EXPECT_NE(text.find(part), std::string::npos) << text;
+    EXPECT_NE(
+        text.find("component 'box': block solid: hex8 locks at a Poisson's ratio of 0.499, so"),
+        std::string::npos)
+        << text;
   }
-  EXPECT_EQ(warned_of("hex8", soft + "0.49"), "");
-  EXPECT_EQ(warned_of("hex8-incompatible", soft + "0.499"), "");
-  EXPECT_EQ(warned_of("hex8-hourglass", soft + "0.499"), "");
+  const auto cure_of = [](const char* element, const char* ratio) {
+    Report report("test", Verbosity::quiet);
+    warn_of_blocks({}, {{"block b: element", element}, {"block b: poissons_ratio", ratio}}, report);
+    const std::string text = join(report.warnings());
+    return text.substr(std::min(text.size(), text.find("use ")));
+  };
+  const std::string of_hexes = "use element: hex8-hourglass, or a mesh of hex20 or hex27";
+  EXPECT_EQ(cure_of("hex8", "0.489"), "");
+  EXPECT_EQ(cure_of("hex8", "0.49"), of_hexes);
+  EXPECT_EQ(cure_of("hex8-incompatible", "0.498"), "");
+  EXPECT_EQ(cure_of("hex8-incompatible", "0.49899999999999999"), of_hexes);
+  for (const char* element : {"tet4", "wedge6", "pyramid5"})
+    EXPECT_EQ(cure_of(element, "0.48999999999999999"), "use a mesh of tet10");
+  for (const char* element : {"hex8-hourglass", "tet10", "hex20", "hex27"})
+    EXPECT_EQ(cure_of(element, "0.4999"), "");
 }
 
 TEST_F(Words, WavesAsInNoSolidAreWarnedOfWithTheUnitsThatGiveThem) {
