@@ -70,6 +70,14 @@ std::string cure_of_locking(const std::string& element, double ratio) {
   return locks && ratio >= 0.49 - round_off ? "a mesh of tet10" : "";
 }
 
+// Numbers as in tables of psi and lbf/in^3. Of two metals alone, as other units have such numbers.
+bool is_weight(double youngs_modulus, double density) {
+  const auto are = [&](double E, double weight) {
+    return std::abs(youngs_modulus / E - 1) < 0.05 && std::abs(density / weight - 1) < 0.05;
+  };
+  return are(2.95e7, 0.285) || are(1.015e7, 0.099);  // steel, aluminium
+}
+
 std::string speed_text(double speed) {
   return format_text("%.3g length units a second, ", speed) +
          (speed < slowest
@@ -177,6 +185,11 @@ void warn_of_blocks(const Component& component,
     // A density of 1 is that of quantities without units
     if (density != 1 && (speed < slowest || speed > fastest))
       warnings["waves travel at sqrt(E / rho) = " + speed_text(speed)].push_back(name);
+    if (is_weight(youngs_modulus, density))
+      warnings[format_text("a density of %g beside %g psi is a metal's weight in lbf/in^3: divide "
+                           "it by 386.1 in/s^2",
+                           density, youngs_modulus)]
+          .push_back(name);
     if (const std::string cure = cure_of_locking(element, ratio); !cure.empty())
       warnings[element + " locks at a Poisson's ratio of " + format_text("%.6g", ratio) +
                ", so that the part is too stiff in bending: use " + cure]

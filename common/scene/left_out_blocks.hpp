@@ -30,8 +30,8 @@ std::map<std::string, std::string> block_provenance(const Mesh& mesh,
                                                     const std::vector<BlockProperties>& properties);
 
 // Warns of what /provenance, or block_provenance(), says of the blocks: those left out, a speed of
-// waves that no consistent units give, and elements that lock near incompressibility (isotropic
-// materials alone). InputError as above.
+// waves that no consistent units give, a metal's weight as its density, and elements that lock near
+// incompressibility (isotropic materials alone). InputError as above.
 void warn_of_blocks(const Component& component,
                     const std::map<std::string, std::string>& provenance, Report& report);
 // Of what the component's file says and is not read (Mesh::dropped), if anything.

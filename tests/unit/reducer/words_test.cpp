@@ -164,6 +164,9 @@ TEST_F(Words, WavesAsInNoSolidAreWarnedOfWithTheUnitsThatGiveThem) {
   EXPECT_EQ(of("2.1e8", "7.85e-6"), "");   // mm, kg
   EXPECT_EQ(of("3.0e7", "7.3e-4"), "");    // inch, pound
   EXPECT_EQ(of("1.22e6", "3.52e-9"), "");  // diamond, in mm
+  for (const std::string& text : {of("3.0e7", "0.283"), of("1.0e7", "0.098")})
+    EXPECT_NE(text.find("weight in lbf/in^3: divide it by 386.1"), std::string::npos) << text;
+  EXPECT_EQ(of("3.0e7", "0.1"), "");  // some rubber, in cm and g
 }
 
 // gmsh's beams come as nodesets.
