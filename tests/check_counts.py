@@ -11,10 +11,10 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BOUNDS = {
-    "lines of product": 86130,
-    "files of product": 686,
+    "lines of product": 86400,
+    "files of product": 688,
     "lines of python/cbr": 1050,
-    "lines of tests": 62330,
+    "lines of tests": 62435,
     "files of tests": 390,
     "numbers in contact/solve": 92,  # but for 0, 1, 2, 3 and 0.5
     "lines with InputError(": 394,

@@ -170,7 +170,7 @@ InterfaceNeeds interface_needs(const Scene& scene, const Component& component) {
     if (instance.as == InstanceKind::superelement && instance.component == component.name)
       reduced.insert(instance.name);
   for (const ContactOptions& contact : scene.contact) {
-    const bool slides = contact.friction > 0;
+    const bool slides = contact.friction.at_rest > 0;
     if (contact.all && !reduced.empty())
       needs.all_touch = needs.all_touch.value_or(false) || slides;
     if (contact.all) continue;

@@ -248,6 +248,13 @@ enum class Formulation {
   mortar      // gaps integrated over the surfaces' common part
 };
 
+// Coefficients of friction, by which dynamics/contact/laws/friction_law.hpp chooses the law.
+struct FrictionOptions {
+  double at_rest = 0;  // 0: none
+  // both or neither: the coefficient at high speed, and how fast it is reached, time per length
+  std::optional<double> kinetic, decay;
+};
+
 struct ContactOptions {
   // `all`: every instance's surfaces against those of every other instance; first and second are
   // not used then.
@@ -255,7 +262,7 @@ struct ContactOptions {
   SurfaceName first, second;  // `second` may be a wall
   Enforcement enforcement = Enforcement::impulse;
   Formulation formulation = Formulation::node_face;
-  double friction = 0;  // Coulomb's coefficient
+  FrictionOptions friction;
   // Key `pressures`: how many functions a face's contact has as unknowns. 0 (`nodes`): every node;
   // not given (`auto`): as many as the face needs.
   std::optional<Index> pressures;

@@ -284,7 +284,7 @@ void Equilibrium::solve_group(const std::vector<Index>& pairs, const std::vector
     for (const ContactSearch& of : group.searches) forget(*of.memory);
     return;
   }
-  remember(sim_, group, solved.result);
+  remember(sim_, group, solved.result, 0, state_);
   solved_.push_back(std::move(solved));
 }
 

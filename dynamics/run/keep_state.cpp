@@ -20,7 +20,8 @@ void keep_pair(StateArchive& archive, ContactPair& pair) {
   archive(state.memory, state.back, state.edges, state.penalty);
   if (pair.pretension) archive(state.tie_offset, pair.pretension->length);
   archive(state.penetration, state.residual, state.recent_penetration, state.recent_residual,
-          state.n_fallbacks, state.n_function_steps, state.n_unknowns, state.most_unknowns);
+          state.friction_change, state.n_fallbacks, state.n_function_steps, state.n_unknowns,
+          state.most_unknowns);
   if (pair.wall)
     archive(state.wall_work, state.wall_friction_work, state.wall_force, state.wall_friction);
   archive(state.has_touched, state.area, state.largest_area, state.impulse, state.moment,

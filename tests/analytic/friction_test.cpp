@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Coulomb friction against closed forms: a block on a slope, a block that slides to rest, a ball
-// that hits a wall obliquely.
+// Friction against closed forms: a block on a slope, a block that slides to rest, a ball that hits
+// a wall obliquely; a coefficient that decays with the slip speed, and stick-slip.
 #include <gtest/gtest.h>
 #include <Eigen/Geometry>
 
@@ -28,6 +28,10 @@ struct SlopeScene {
   double ramp = 0;
   double end = 1;
   std::string as = "superelement", slope = "wall", contact = "enforcement: impulse", step = "auto";
+  std::string integrator = "exact", basis = "modes: 12, pick: participation";
+  std::string damping = {};     // of the block
+  std::string law;              // in the place of `friction`
+  double belt = 0, spring = 0;  // speed of the wall along x; stiffness between foot and ground
   Index refinement = 1;
   Vector3 downhill() const { return {std::cos(angle()), 0, -std::sin(angle())}; }
   Vector3 uphill_normal() const { return {std::sin(angle()), 0, std::cos(angle())}; }
@@ -42,24 +46,30 @@ std::string scene_of(const SlopeScene& slope) {
     << ", poissons_ratio: 0, density: " << text(density) << "}\n"
     << "  hard: {youngs_modulus: " << text(100 * modulus)
     << ", poissons_ratio: 0, density: " << text(density) << "}\n"
-    << "components:\n  block: {mesh: block.exo, material: soft, reduction: {interface: [z_min], "
-       "modes: 12, pick: participation}}\n"
-    << "  slope: {mesh: slope.exo, material: hard}\n"
+    << "components:\n  block: {mesh: block.exo, material: soft, points: {foot: {surface: z_min}}"
+    << (slope.as == "superelement" ? ", reduction: {interface: [z_min], " + slope.basis + "}" : "")
+    << "}\n  slope: {mesh: slope.exo, material: hard}\n"
     << "instances:\n  block: {component: block, as: " << slope.as << ", " << turned
-    << ", velocity: " << text(velocity) << "}\n";
+    << ", velocity: " << text(velocity) << slope.damping << "}\n";
+  const std::string belt = slope.belt > 0 ? ", velocity: [" + text(slope.belt) + ", 0, 0]" : "";
   if (slope.slope == "wall") {
-    s << "walls: {slope: {plane: {point: [0, 0, 0], normal: " << text(slope.uphill_normal())
-      << "}}}\n";
+    s << "walls: {slope: {plane: {point: [0, 0, 0], normal: " << text(slope.uphill_normal()) << "}"
+      << belt << "}}\n";
   } else {
     s << "  slope: {component: slope, as: mesh, " << turned << "}\n"
       << "boundary:\n  - {instance: slope, nodes: z_min, fix: [x, y, z]}\n";
   }
+  if (slope.spring > 0)
+    s << "links:\n  - {between: [block.foot, ground], stiffness: [" << text(slope.spring)
+      << ", 0, 0, 0, 0, 0]}\n";
   s << "loads:\n  - {gravity: [0, 0, " << text(-gravity) << "]";
   if (slope.ramp > 0) s << ", history: {time: [0, " << text(slope.ramp) << "], value: [0, 1]}";
   s << "}\ncontact:\n  - {between: [block.z_min, "
-    << (slope.slope == "wall" ? "slope" : "slope.z_max") << "], friction: " << text(slope.friction)
-    << ", " << slope.contact << "}\n"
-    << "time: {end: " << text(slope.end) << ", step: " << slope.step << "}\n"
+    << (slope.slope == "wall" ? "slope" : "slope.z_max")
+    << "], friction: " << (slope.law.empty() ? text(slope.friction) : slope.law) << ", "
+    << slope.contact << "}\n"
+    << "time: {end: " << text(slope.end) << ", step: " << slope.step
+    << ", integrator: " << slope.integrator << "}\n"
     << "output: {every: " << text(slope.end / 100) << ", history: [block.z_min]}\n";
   return s.str();
 }
@@ -276,6 +286,144 @@ TEST(Slope, SlidesToRest) {
     EXPECT_LT(creep, shear);
     EXPECT_LT(energy_residual(result), 1e-10);
   });
+}
+
+// mu(v) = mu_k + (mu_s - mu_k) exp(-d v) on the level, v' = -mu(v) g.
+struct Decay {
+  double mu_s = 0.4, mu_k = 0.2, d = 2;
+  double at(double v) const { return mu_k + (mu_s - mu_k) * std::exp(-d * std::abs(v)); }
+  std::string law() const {
+    return "{static: " + text(mu_s) + ", kinetic: " + text(mu_k) + ", decay: " + text(d) + "}";
+  }
+  // w = exp(d v): w' = -g d (mu_k w + mu_s - mu_k)
+  double speed(double v_0, double t) const {
+    const double c = mu_s / mu_k - 1;
+    const double w = (std::exp(d * v_0) + c) * std::exp(-gravity * d * mu_k * t) - c;
+    return std::log(std::max(1.0, w)) / d;
+  }
+};
+
+SlopeScene level(const Decay& decay) {
+  SlopeScene slope;
+  slope.degrees = 0;
+  slope.law = decay.law();
+  return slope;
+}
+
+// mu is that of the step before: of first order in the step, while it slides and when it has
+// stopped.
+TEST(FrictionLaw, DecayingFrictionIsOfFirstOrderInTheStep) {
+  const Decay decay;
+  SlopeScene slope = level(decay);
+  slope.as = "rigid";
+  slope.speed = 1.5;
+  slope.end = 0.4;
+  std::vector<double> steps{0.004, 0.002, 0.001}, errors;
+  for (const double h : steps) {
+    slope.step = text(h);
+    const SlopeRun r = run_slope(slope);
+    errors.push_back(std::abs(r.speed.back() - decay.speed(slope.speed, slope.end)));
+    std::printf("h %g: v %.6f, error %.2e\n", h, r.speed.back(), errors.back());
+  }
+  EXPECT_LT(errors.back(), 1e-3);
+  EXPECT_NEAR(observed_order(steps, errors), 1, 0.1);
+}
+
+// All bodies, bases, integrators and kinds of contact. Gravity is put on at once: the pressure
+// swings about the weight.
+TEST(FrictionLaw, EveryBodyDeceleratesAsTheClosedForm) {
+  const Decay decay;
+  std::vector<SlopeScene> all;
+  each_slope([&](const SlopeScene& of) {
+    all.push_back(level(decay));
+    all.back().as = of.as;
+    all.back().slope = of.slope;
+    all.back().contact =
+        of.contact + (of.contact == "enforcement: penalty" ? ", damping: 0.5" : "");
+  });
+  const auto add = [&](auto change) {
+    all.push_back(level(decay));
+    change(all.back());
+  };
+  for (const char* basis : {"basis: massless, modes: 20", "basis: characteristic, modes: 20"})
+    add([&](SlopeScene& of) { of.basis = basis; });
+  for (const char* integrator : {"central-difference", "newmark"})
+    for (const char* as : {"superelement", "mesh"})
+      add([&](SlopeScene& of) {
+        of.integrator = integrator;
+        of.as = as;
+        if (of.integrator == "newmark") of.step = "1.0e-3";
+      });
+  add([](SlopeScene& of) {
+    of.contact += ", pressures: 4";
+    of.refinement = 3;
+  });
+  for (const char* formulation :
+       {"formulation: mortar", "formulation: two-way, enforcement: penalty, damping: 0.5"})
+    add([&](SlopeScene& of) {
+      of.contact = formulation;
+      of.slope = "mesh";
+    });
+  for (SlopeScene& of : all) {
+    of.speed = 1.5;
+    of.end = 0.8;
+    const SlopeRun r = run_slope(of);
+    double error = 0;
+    for (std::size_t i = 0; i < r.t.size(); ++i)
+      error = std::max(error, std::abs(r.speed[i] - decay.speed(of.speed, r.t[i])));
+    print("decay", of, r, error, r.speed.back());
+    EXPECT_LT(error, 5e-2) << of.as << " " << of.basis << " " << of.integrator << " " << of.contact;
+    EXPECT_GT(r.speed[50], 0.1);
+    EXPECT_LT(energy_residual(r.ran.result), 1e-8);
+  }
+}
+
+// A block on a spring and on a belt: it sticks until mu_s N, and slips back. Against the equation
+// of motion in steps of 1e-5 s.
+TEST(FrictionLaw, StickSlip) {
+  const Decay decay{0.4, 0.2, 20};
+  SlopeScene slope = level(decay);
+  slope.belt = 0.1;
+  slope.spring = 1e4;
+  slope.ramp = 0.1;
+  slope.end = 3;
+  const double mass = density * 0.5 * height;
+  std::vector<double> expected{0};
+  double x = 0, v = 0;
+  bool sticks = false;
+  constexpr double dt = 1e-5;
+  for (int i = 1; i <= 300000; ++i) {
+    const double t = i * dt, N = mass * gravity * std::min(1.0, t / slope.ramp),
+                 pull = -slope.spring * x;
+    sticks = sticks && std::abs(pull) <= decay.mu_s * N;
+    const double slip = slope.belt - v;
+    if (!sticks) v += dt * (pull + decay.at(slip) * N * (slip < 0 ? -1 : 1)) / mass;
+    if (!sticks && slip * (slope.belt - v) <= 0 && std::abs(pull) <= decay.mu_s * N) {
+      sticks = true;
+      v = slope.belt;
+    }
+    x += dt * v;
+    if (i % 3000 == 0) expected.push_back(x);
+  }
+  const auto range = [](const std::vector<double>& along) {
+    const auto [least, most] = std::minmax_element(along.begin() + 50, along.end());
+    return *most - *least;
+  };
+  EXPECT_GT(range(expected), 0.06);  // it slips back: mu_s N / k is 0.05
+  for (const char* as : {"rigid", "superelement", "mesh"}) {
+    slope.as = as;
+    slope.step = slope.as == "rigid" ? "1.0e-4" : "auto";
+    // Oscillations of the block make it slip too early
+    slope.damping = slope.as == "superelement" ? ", damping: {ratio: 0.05}" : "";
+    const SlopeRun r = run_slope(slope);
+    double error = 0;
+    ASSERT_EQ(r.along.size(), expected.size());
+    for (std::size_t i = 0; i < expected.size(); ++i)
+      error = std::max(error, std::abs(r.along[i] - expected[i]));
+    print("stick-slip", slope, r, error, range(r.along));
+    EXPECT_NEAR(range(r.along), range(expected), slope.as == "rigid" ? 1e-4 : 3e-3) << as;
+    if (slope.as == "rigid") EXPECT_LT(error, 3e-4);
+  }
 }
 
 // A steel ball meets a wall at 1 m/s with 2 m/s along it, mu = 0.1: it slides through the whole

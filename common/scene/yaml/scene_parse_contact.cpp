@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/base/error.hpp"
+#include "common/base/number_text.hpp"
 #include "common/scene/scene_words.hpp"
 #include "common/scene/yaml/scene_parse.hpp"
 
@@ -91,7 +92,7 @@ void read_between(const SceneNode& node, const SceneReading& reading, ContactOpt
 void check_enforcement(const SceneMap& map, const ContactOptions& contact) {
   const bool is_nodal = contact.enforcement == Enforcement::nodal,
              is_penalty = contact.enforcement == Enforcement::penalty;
-  if (contact.friction > 0 && is_nodal) {
+  if (contact.friction.at_rest > 0 && is_nodal) {
     map.at("friction").fail("'enforcement: nodal' knows no friction, use impulse or penalty");
   }
   if (contact.damping > 0 && !is_penalty) {
@@ -115,7 +116,7 @@ void check_enforcement(const SceneMap& map, const ContactOptions& contact) {
 
 void check_tied(const SceneMap& map, const ContactOptions& contact) {
   if (!contact.tied) return;
-  if (contact.friction > 0)
+  if (contact.friction.at_rest > 0)
     map.at("friction").fail("tied surfaces do not slide, remove 'friction' or 'tied'");
   if (contact.enforcement != Enforcement::impulse) {
     map.at("enforcement")
@@ -162,6 +163,24 @@ void read_pressures(const SceneNode& node, const SceneReading&, std::optional<In
 std::string pressures_text(const std::optional<Index>& pressures) {
   if (!pressures) return "";
   return *pressures == 0 ? "nodes" : std::to_string(*pressures);
+}
+
+std::vector<SceneKey> friction_keys(FrictionOptions& f) {
+  return {{"static", Number{f.at_rest, positive}, true, true},
+          {"kinetic", Number{f.kinetic, not_negative}, true, true},
+          {"decay", Number{f.decay, positive}, true, true}};
+}
+
+void read_friction(const SceneNode& node, const SceneReading& reading, FrictionOptions& friction) {
+  if (node.is_map()) {
+    read_keys(node, friction_keys(friction), reading);
+  } else {
+    friction.at_rest = node.number(not_negative);
+  }
+}
+
+std::string friction_text(FrictionOptions friction) {
+  return friction.kinetic ? flow_map(friction_keys(friction)) : number_text(friction.at_rest);
 }
 
 ContactOptions parse_one_contact(const SceneNode& node, const SceneReading& reading) {
@@ -237,7 +256,7 @@ std::vector<SceneKey> scene_keys(ContactOptions& c) {
   return {{"between", Own{c, read_between, surfaces}, true, true},
           {"formulation", OneWord{c.formulation, formulation_words}},
           {"enforcement", OneWord{c.enforcement, enforcement_words}},
-          {"friction", Number{c.friction, not_negative}},
+          {"friction", Own{c.friction, read_friction, friction_text}},
           {"damping", Number{c.damping, not_negative}},
           {"pressures", Own{c.pressures, read_pressures, pressures_text}},
           {"tied", TrueOrFalse{c.tied}},

@@ -262,11 +262,15 @@ class Chooser {
     }
   }
 
-  // Completes an unknown from the shares of its points.
+  // Completes an unknown from the shares of its points, which sum to 1: friction is their mean.
   void end_unknown(Index n) {
     const auto by_point = [](const Share& a, const Share& b) { return a.point < b.point; };
     if (!std::is_sorted(shares_.begin(), shares_.end(), by_point))
       std::sort(shares_.begin(), shares_.end(), by_point);
+    // To the bit where it is the same at all points
+    double& mu = unknowns_.laws.back().friction;
+    const double first_mu = mu;
+    for (const Share& of : shares_) mu += of.share * (laws_[of.point].friction - first_mu);
     for (Index d = 0; d < n; ++d) {
       for (const Share& of : shares_) {
         rows_of_turn(of.turn, first_[of.point], d, [&](Index row, double factor) {

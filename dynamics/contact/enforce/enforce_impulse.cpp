@@ -156,12 +156,13 @@ bool keep(const ImpulseStep& step, const std::vector<ContactBody>& bodies, Impul
   const double dear = products_of_W + static_cast<double>(step.g.size()) / rows_of_a_product;
   if (memory.extra > dear) return false;
   fill_keys(step.list, step.laws, memory.new_keys);
-  if (memory.new_keys == memory.keys) return same_laws(step.laws, memory.laws);
+  if (memory.new_keys == memory.keys) {
+    take_friction(step.laws, memory);
+    return true;
+  }
   const std::vector<Index> from = match(memory.new_keys, memory.keys);
   const auto n_new = static_cast<double>(std::count(from.begin(), from.end(), Index{-1}));
   if (n_new > most_new * static_cast<double>(from.size())) return false;
-  for (std::size_t i = 0; i < from.size(); ++i)
-    if (from[i] >= 0 && !same_laws({step.laws[i]}, {memory.laws[from[i]]})) return false;
   change_points(step, from, bodies, memory);
   return true;
 }
@@ -271,6 +272,7 @@ EnforcementResult enforce_impulse(const ContactList& list, const std::vector<Poi
   memory.unknowns = ContactUnknowns();
   if (stands && !any_turns(list, bodies) && same_laws(laws, memory.laws) &&
       same_rows(list, memory.rows, laws, same_row_tolerance)) {
+    take_friction(laws, memory);
     if (!solve_by_moves(step, bodies, memory)) solve_exactly(step, bodies, memory);
   } else if (!stands || !keep(step, bodies, memory) || !correct(step, bodies, memory)) {
     form(step, h, bodies, memory);

@@ -109,8 +109,8 @@ Points settle_velocities(const ContactList& list, const std::vector<PointLaw>& l
     memory.solver.emplace(
         gap_response(closed, closed_laws, bodies, &ContactBody::velocity_response), closed_laws);
     memory.rows = std::move(closed);
-    memory.laws = std::move(closed_laws);
   }
+  take_friction(closed_laws, memory);
   const Vector packed_p = pack(p(rows, Eigen::all), memory.laws);
   const Vector without =
       pack(velocities(rows, Eigen::all), memory.laws) - apply(memory.solver->W(), packed_p);
@@ -155,9 +155,9 @@ Points settle_unknowns(const ContactList& list, const std::vector<PointLaw>& law
     memory.solver.emplace(gap_response(list, laws, bodies, &ContactBody::velocity_response, &A),
                           closed_laws);
     memory.rows = list;
-    memory.laws = closed_laws;
     memory.unknowns.A = A;
   }
+  take_friction(closed_laws, memory);
   const Vector packed = x(rows);
   const Vector without = A.transpose() * pack(velocities, laws) - apply(memory.solver->W(), packed);
   const ContactSolution solution = memory.solver->solve(without, packed);

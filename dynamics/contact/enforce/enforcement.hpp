@@ -73,6 +73,12 @@ struct ImpulseMemory {
   StandingResponse standing;
 };
 
+// The laws of this step, at points with those of the last one but for the coefficients of friction.
+inline void take_friction(const std::vector<PointLaw>& laws, ImpulseMemory& memory) {
+  memory.laws = laws;
+  memory.solver->take_friction(laws);
+}
+
 // `impulse`: 0 <= p, 0 <= g_end, p . g_end = 0 with g_end = g + W p the gap at the END of the step.
 // As in Carpenter, Taylor, Katona 1991, doi 10.1002/nme.1620320107, with the bodies' full response.
 // With friction, Coulomb's law for the slip in the step; tied points stay together. Adds to the
@@ -117,9 +123,10 @@ struct PenaltyMemory {
 // omega_max h. A step of impulses k h G G^T and free motion is stable for s = k h lambda_max(W) <=
 // 4 - x^2, by central differences. Exact motion allows the larger 2 + 2 cos x. With a dashpot c = 2
 // zeta sqrt(k h / lambda_max) it is stable for s + 4 zeta sqrt(s) <= 4 - x^2. s is penalty_share of
-// that limit. k is set at the first contact and reduced only when the number of points grows, so
-// that a contact keeps its spring. `x` < 2. Friction: tangential springs k with extension
-// `elastic_slip` (points x 3, scene axes, at the start of the step), which slide at mu p_n.
+// that limit: at the limit a contact lasts one step, at a fifth of it 3.4 or more. k is set at the
+// first contact and reduced only when the number of points grows, so that a contact keeps its
+// spring. `x` < 2. Friction: tangential springs k with extension `elastic_slip` (points x 3, scene
+// axes, at the start of the step), which slide at mu p_n.
 constexpr double penalty_share = 0.2;
 EnforcementResult enforce_penalty(const ContactList& list, const std::vector<PointLaw>& laws,
                                   double h, double x, double damping,

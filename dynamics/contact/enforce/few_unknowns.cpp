@@ -13,8 +13,7 @@ namespace {
 std::vector<Index> match(const ContactUnknowns& unknowns, const ContactUnknowns& old) {
   std::vector<Index> from = match(unknowns.keys, old.keys);
   for (std::size_t i = 0; i < from.size(); ++i)
-    if (from[i] >= 0 &&
-        !same_laws({unknowns.laws[i]}, {old.laws[static_cast<std::size_t>(from[i])]}))
+    if (from[i] >= 0 && unknowns.laws[i].law != old.laws[static_cast<std::size_t>(from[i])].law)
       from[i] = -1;
   return from;
 }
@@ -283,6 +282,8 @@ Vector solve_few(const ContactList& list, const std::vector<PointLaw>& laws,
   const std::vector<Index> from = match(unknowns, memory.unknowns);
   const Vector guess = guess_of(unknowns, from, memory);
   if (form_few(list, laws, unknowns, same_space, from, bodies, memory)) memory.unknowns = unknowns;
+  memory.unknowns.laws = unknowns.laws;
+  memory.solver->take_friction(unknowns.laws);
   solution = memory.solver->solve(g, guess);
   const StaticAnswers known = memory.standing.statics(solution.p);
   memory.moves.push(list, laws, unknowns.A * solution.p, bodies, &known);

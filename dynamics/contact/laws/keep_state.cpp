@@ -36,7 +36,7 @@ void keep_state(StateArchive& archive, EdgePair& edges) { archive(edges.slave, e
 void keep_state(StateArchive& archive, PairMemory& memory) {
   archive(memory.edges, memory.face, memory.known_face, memory.further_faces, memory.offset,
           memory.impulse, memory.force, memory.force_before, memory.begins_in_equilibrium);
-  archive(memory.elastic_slip, memory.near);
+  archive(memory.velocity, memory.elastic_slip, memory.near);
   archive(memory.has_points, memory.adjust, memory.initial_overlap, memory.initial_gap,
           memory.depth, memory.drift_taken, memory.standing);
 }

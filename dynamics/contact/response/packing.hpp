@@ -32,11 +32,10 @@ inline Points gaps(const ContactList& list) {
   return g;
 }
 
+// Whatever the coefficients of friction are.
 inline bool same_laws(const std::vector<PointLaw>& a, const std::vector<PointLaw>& b) {
   return std::equal(a.begin(), a.end(), b.begin(), b.end(),
-                    [](const PointLaw& x, const PointLaw& y) {
-                      return x.law == y.law && x.friction == y.friction;
-                    });
+                    [](const PointLaw& x, const PointLaw& y) { return x.law == y.law; });
 }
 
 // For each key its place among the old ones, or -1. Both are in the same order, so that most follow

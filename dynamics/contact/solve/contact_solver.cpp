@@ -257,6 +257,12 @@ void ContactSolver::renumber(GapResponse W, std::vector<PointLaw> laws,
   of.last = of.before = Impl::Remembered();
 }
 
+void ContactSolver::take_friction(const std::vector<PointLaw>& laws) {
+  if (laws == impl_->problem.laws) return;
+  impl_->problem.laws = laws;
+  impl_->sweeps.reset();
+}
+
 // All else is computed from W and the laws on demand.
 void ContactSolver::keep_state(StateArchive& archive) {
   Impl& of = *impl_;

@@ -55,6 +55,8 @@ class ContactSolver {
   // Changes the points: i was point from[i] before, with the same law and entries of W, or is new
   // (-1). Updates factors.
   void renumber(GapResponse W, std::vector<PointLaw> laws, const std::vector<Index>& from);
+  // The same laws with other coefficients of friction: what was factored stands.
+  void take_friction(const std::vector<PointLaw>& laws);
   void keep_state(StateArchive& archive);
   // Starts with the methods that a singular W of the same bodies needed before.
   void begin_as(const ContactSolver& other);

@@ -30,7 +30,8 @@ inline Index n_rows(ContactLaw law) { return law == ContactLaw::frictionless ? 1
 // normal first.
 struct PointLaw {
   ContactLaw law = ContactLaw::frictionless;
-  double friction = 0;  // mu > 0, for coulomb
+  double friction = 0;  // mu > 0 in this step, for coulomb: laws/friction_law.hpp
+  bool operator==(const PointLaw&) const = default;
 };
 
 // A weighted relative position r = sum of terms. Coefficients of slave nodes sum to 1, those of

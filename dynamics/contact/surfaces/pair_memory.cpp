@@ -34,6 +34,7 @@ void renumber(const std::vector<EdgePair>& edges, PairMemory& memory) {
                           .known_face = memory.known_face,
                           .offset = memory.offset,
                           .impulse = memory.impulse,
+                          .velocity = memory.velocity,
                           .elastic_slip = memory.elastic_slip,
                           .edges = memory.edges};
   const auto n = static_cast<Index>(edges.size());
@@ -44,6 +45,7 @@ void renumber(const std::vector<EdgePair>& edges, PairMemory& memory) {
   memory.force.resize(0, 3);  // slots are now of other edges
   memory.force_before.resize(0, 3);
   if (old.impulse.rows() > 0) memory.impulse.setZero(n, 3);
+  if (old.velocity.rows() > 0) memory.velocity.setConstant(n, 3, HUGE_VAL);
   if (old.elastic_slip.rows() > 0) memory.elastic_slip.setZero(n, 3);
   for (Index i = 0, k = 0; i < n; ++i) {
     const auto n_old = static_cast<Index>(old.edges.size());
@@ -53,6 +55,7 @@ void renumber(const std::vector<EdgePair>& edges, PairMemory& memory) {
     memory.known_face[i] = old.known_face[k];
     memory.offset[i] = old.offset[k];
     if (old.impulse.rows() > 0) memory.impulse.row(i) = old.impulse.row(k);
+    if (old.velocity.rows() > 0) memory.velocity.row(i) = old.velocity.row(k);
     if (old.elastic_slip.rows() > 0) memory.elastic_slip.row(i) = old.elastic_slip.row(k);
   }
 }
@@ -83,6 +86,7 @@ void forget(PairMemory& memory) {
   memory.impulse.setZero();
   memory.force.setZero();
   memory.force_before.setZero();
+  memory.velocity.setConstant(HUGE_VAL);
   memory.elastic_slip.setZero();
   memory.depth = 0;
 }

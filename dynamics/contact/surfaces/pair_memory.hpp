@@ -59,6 +59,9 @@ struct PairMemory {
   // first
   Points force, force_before;
   bool begins_in_equilibrium = false;  // the run began with static forces, assumed constant before
+  // Where friction depends on the slip speed: relative velocities in the last step, by slots, scene
+  // axes; infinite where there was no point
+  Points velocity;
   Points elastic_slip;  // penalty with friction: tangential extension of the springs, scene axes
   // mortar: slave and master face of each pair of faces found by the last search, ascending
   std::vector<Index> near;

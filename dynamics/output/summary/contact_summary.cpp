@@ -92,7 +92,8 @@ std::string contact_line(const BuiltScene& built, Index p) {
   }
   line << ", " << word_of(formulation_words, pair.formulation) << ", "
        << word_of(enforcement_words, pair.enforcement);
-  if (pair.law.law == ContactLaw::coulomb) line << ", friction " << pair.law.friction;
+  if (pair.law.law == ContactLaw::coulomb)
+    line << ", friction " << pair.law.friction << (pair.friction.varies() ? " at rest" : "");
   if (pair.damping > 0) line << ", damping " << pair.damping;
   line << "; largest area in contact " << pair.seen().largest_area;
   if (pair.law.law != ContactLaw::tied) line << penetration_text(pair);
@@ -121,6 +122,15 @@ void penetration_warning(const ContactPair& pair, Report& report) {
                  format_text(": the surfaces were %.3g inside each other, %.3g %% of a face; ",
                              pair.seen().penetration, 100 * share_of_face(pair)) +
                  cure);
+}
+
+void friction_warning(const ContactPair& pair, Report& report) {
+  if (!(pair.seen().friction_change > 1)) return;
+  report.warning("contact " + pair.name +
+                 format_text(": within one step friction changed the slip speed so much that its "
+                             "coefficient changes by %.2g of itself (good: below 1, theory.md, "
+                             "\"Friction\"): take a smaller time.step",
+                             pair.seen().friction_change));
 }
 
 void residual_warning(const ContactPair& pair, Report& report) {
@@ -179,6 +189,7 @@ void contact_lines(const BuiltScene& built, bool is_restarted, Report& report) {
                       counted(pair.seen().n_fallbacks, "step"));
     }
     residual_warning(pair, report);
+    friction_warning(pair, report);
     penetration_warning(pair, report);
   }
   if (n_apart > 0) report.line("contact: " + counted(n_apart, "more pair") + " that never touched");

@@ -2,6 +2,7 @@
 #include "dynamics/run/contact/contact_booking.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <vector>
 
@@ -10,6 +11,9 @@
 
 namespace cbr {
 namespace {
+
+// Of mu p_n: where a tangential impulse is it but for round-off, the point slides.
+constexpr double slides = 1 - 1e-6;
 
 // Books the results of one search of the pair: resultants, extremes.
 void book_pair(const ContactGroup& group, const ContactSearch& of, const EnforcementResult& result,
@@ -211,10 +215,35 @@ void book_walls_in_statics(Simulation& sim, const ContactGroup& group,
   }
 }
 
-void remember(const Simulation& sim, const ContactGroup& group, const EnforcementResult& result) {
+// Relative velocities over the step; and by how much of itself mu would change, with what it has
+// changed of the slip speed.
+static void remember_slip(const ContactGroup& group, const ContactSearch& of,
+                          const EnforcementResult& result, double h, const ContactState& state,
+                          ContactPair& pair) {
+  if (!pair.friction.varies()) return;
+  of.memory->velocity.setConstant(of.memory->offset.size(), 3, HUGE_VAL);
+  for (auto i = of.first; i < of.last; ++i) {
+    const ContactPoint& point = group.list.points[i];
+    Vector3 velocity = Vector3::Zero();
+    if (h > 0) velocity = motion_of(pair, group.list, point, state) / h;
+    of.memory->velocity.row(point.slot) = velocity.transpose();
+    const auto p = result.p.row(static_cast<Index>(i));
+    const double mu = group.laws[i].friction, limit = mu * p[0];
+    if (!(h > 0) || !(limit > 0) || p.tail<2>().norm() < slides * limit) continue;
+    const Eigen::Vector2d slip = point.frame.bottomRows<2>() * velocity;
+    const double change = (slip - point.gap.tail<2>() / h).norm();
+    PairState& now = pair.state();
+    now.friction_change =
+        std::max(now.friction_change, std::abs(pair.friction.slope(slip.norm())) * change / mu);
+  }
+}
+
+void remember(Simulation& sim, const ContactGroup& group, const EnforcementResult& result, double h,
+              const ContactState& state) {
   for (const ContactSearch& of : group.searches) {
-    const ContactPair& pair = sim.pairs[of.pair];
+    ContactPair& pair = sim.pairs[of.pair];
     if (pair.law.law == ContactLaw::tied) continue;
+    remember_slip(group, of, result, h, state, pair);
     remember(group.list, of.first, of.last, result.gap, result.p, 1e-6 * pair.master->size,
              *of.memory, [&](std::size_t i) { return result.pushes(static_cast<Index>(i)); });
   }

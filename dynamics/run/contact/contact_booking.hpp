@@ -26,8 +26,9 @@ void book_lasting_forces_of_walls(Simulation& simulation, const ContactGroup& gr
                                   const Points& p, double h);
 void end_lasting_forces_of_walls(Simulation& simulation, const ContactOutcome& outcome, double h);
 
-// State for the next search of the pairs.
-void remember(const Simulation& simulation, const ContactGroup& group,
-              const EnforcementResult& result);
+// State for the next search of the pairs, and the slip speed that friction depends on. h: length of
+// the step; 0: statics, without slip.
+void remember(Simulation& simulation, const ContactGroup& group, const EnforcementResult& result,
+              double h, const ContactState& state);
 
 }  // namespace cbr

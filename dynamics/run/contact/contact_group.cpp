@@ -94,13 +94,17 @@ void search(Simulation& sim, Index p, bool initial, ContactState& state, Contact
   if (pair.law.law != ContactLaw::coulomb) return;
   for (std::size_t i = first; i < group.list.points.size(); ++i) {
     ContactPoint& point = group.list.points[i];
-    const Vector3 of_wall = pair.wall ? pair.wall->shift().way() : Vector3::Zero();
-    point.gap.tail<2>() =
-        point.frame.bottomRows<2>() * (relative_motion(group.list, point, state.bodies) - of_wall);
+    point.gap.tail<2>() = point.frame.bottomRows<2>() * motion_of(pair, group.list, point, state);
   }
 }
 
 }  // namespace
+
+Vector3 motion_of(const ContactPair& pair, const ContactList& list, const ContactPoint& point,
+                  const ContactState& state) {
+  const Vector3 motion = relative_motion(list, point, state.bodies);
+  return pair.wall ? Vector3(motion - pair.wall->shift().way()) : motion;
+}
 
 ContactGroup collect(Simulation& sim, const std::vector<Index>& pairs, bool initial,
                      ContactState& state, double extra_reach) {

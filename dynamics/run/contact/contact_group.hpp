@@ -29,6 +29,11 @@ struct ContactGroup {
 ContactGroup collect(Simulation& simulation, const std::vector<Index>& pairs, bool initial,
                      ContactState& state, double extra_reach = 0);
 
+// A point's relative displacement over the step, scene axes; against a wall, relative to its
+// motion.
+Vector3 motion_of(const ContactPair& pair, const ContactList& list, const ContactPoint& point,
+                  const ContactState& state);
+
 // Pressure functions that may be unknowns of a group's searches.
 std::vector<FunctionsOfSearch> functions_of(const Simulation& simulation,
                                             const ContactGroup& group);

@@ -2,6 +2,7 @@
 #include "dynamics/run/contact/contact_step.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 
 #include "common/base/row_threads.hpp"
@@ -54,7 +55,25 @@ void deliver(Simulation& sim, const ContactGroup& group, bool nodal, double h, C
   }
 }
 
-void prepare(const Simulation& sim, const ContactGroup& group, double h, ContactState& state) {
+// mu at the slip speed of the last step; of a point that was not there, at that of this step
+// without contact.
+void evaluate_friction(const Simulation& sim, double h, ContactGroup& group) {
+  for (const ContactSearch& of : group.searches) {
+    const FrictionLaw& friction = sim.pairs[of.pair].friction;
+    const Points& velocity = of.memory->velocity;
+    for (auto i = of.first; friction.varies() && i < of.last; ++i) {
+      const ContactPoint& point = group.list.points[i];
+      const bool is_known = velocity.rows() > 0 && std::isfinite(velocity(point.slot, 0));
+      const double speed =
+          is_known ? (point.frame.bottomRows<2>() * velocity.row(point.slot).transpose()).norm()
+                   : point.gap.tail<2>().norm() / h;
+      group.laws[i].friction = friction.coefficient(speed);
+    }
+  }
+}
+
+void prepare(const Simulation& sim, double h, ContactGroup& group, ContactState& state) {
+  evaluate_friction(sim, h, group);
   for (const Index b : group.bodies) {
     ContactBody& body = state.bodies[b];
     body.impulses.setZero();
@@ -92,13 +111,11 @@ void stretch_springs(const Simulation& sim, const ContactGroup& group,
                      const ContactState& state) {
   for (const ContactSearch& of : group.searches) {
     of.memory->elastic_slip.setZero(of.memory->offset.size(), 3);
-    const auto& wall = sim.pairs[of.pair].wall;
     for (auto i = of.first; i < of.last; ++i) {
       const ContactPoint& point = group.list.points[i];
       if (group.laws[i].law != ContactLaw::coulomb || !(result.p(static_cast<Index>(i), 0) > 0))
         continue;
-      Vector3 motion = relative_motion(group.list, point, state.bodies);
-      if (wall) motion -= wall->shift().way();
+      const Vector3 motion = motion_of(sim.pairs[of.pair], group.list, point, state);
       of.memory->elastic_slip.row(point.slot) =
           slip.row(static_cast<Index>(i)) +
           (motion - point.normal() * point.normal().dot(motion)).transpose();
@@ -177,7 +194,7 @@ ContactGroup start_group(Simulation& sim, const std::vector<Index>& pairs, doubl
     return group;
   }
   const Stopwatch watch(seconds.response);
-  prepare(sim, group, h, state);
+  prepare(sim, h, group, state);
   return group;
 }
 
@@ -244,7 +261,7 @@ class Islands {
 
   // Computes data shared by bodies, in one thread.
   void get_ready(Island& island) {
-    prepare(sim_, island.group, h_, state_);
+    prepare(sim_, h_, island.group, state_);
     const Index p = island.pairs->front();
     if (sim_.pairs[p].enforcement != Enforcement::nodal) island.memory = &state_.islands[p];
   }
@@ -255,7 +272,7 @@ class Islands {
     if (is_newmark(sim_, group)) settle(sim_, group, island.memory, state_, result);
     book(sim_, group, result, state_, outcome_);
     book_walls(sim_, group, result, h_);
-    remember(sim_, group, result);
+    remember(sim_, group, result, h_, state_);
     if (island.memory != nullptr) find_lasting_forces(sim_, group, result, h_, state_);
   }
 
@@ -319,10 +336,10 @@ void push_springs(Simulation& sim, Index p, double h, bool initial, ContactState
 // Updates gaps when all impulses of the step are known. Nodes that impulses elsewhere press into a
 // face then count as touching. Otherwise the next step would find them behind the face and keep
 // their penetration, which would grow with every step.
-void finish_springs(const Simulation& sim, const ContactState& state, PushedSprings& springs) {
+void finish_springs(Simulation& sim, double h, const ContactState& state, PushedSprings& springs) {
   springs.result.gap.col(0) += normal_motions(springs.group, state) - springs.motion;
   stretch_springs(sim, springs.group, springs.result, springs.slip, state);
-  remember(sim, springs.group, springs.result);
+  remember(sim, springs.group, springs.result, h, state);
 }
 
 }  // namespace
@@ -361,7 +378,7 @@ void contact_step(Simulation& sim, const std::vector<Index>& due, double h, bool
       push_springs(sim, p, h, initial, state, outcome, seconds, pushed);
   for (const Enforcement enforcement : {Enforcement::impulse, Enforcement::nodal})
     Islands(sim, h, initial, state, outcome).solve(islands(sim, due, enforcement), seconds);
-  for (PushedSprings& springs : pushed) finish_springs(sim, state, springs);
+  for (PushedSprings& springs : pushed) finish_springs(sim, h, state, springs);
   for (std::size_t b = 0; b < state.bodies.size(); ++b)
     if (outcome.touched[b] == 0) state.bodies[b].still.resize(0);
   hand_lasting_forces(sim, h, state, outcome);

@@ -12,6 +12,7 @@
 
 #include "dynamics/contact/enforce/enforcement.hpp"
 #include "dynamics/contact/enforce/tie.hpp"
+#include "dynamics/contact/laws/friction_law.hpp"
 #include "dynamics/contact/search/closeness.hpp"
 #include "dynamics/contact/search/detection.hpp"
 #include "dynamics/contact/search/rigid_wall.hpp"
@@ -70,6 +71,9 @@ struct PairState {
   bool has_touched = false;  // in any step
   Vector3 impulse = Vector3::Zero(), moment = Vector3::Zero();
   double normal_impulse = 0;
+  // Where friction depends on the slip speed: the largest |dmu/dv| / mu in the run, times what
+  // friction changed of the slip speed v in a step. Beyond 1 the step is too long for the law.
+  double friction_change = 0;
   // Moving wall: its work on the body by normal impulses and by friction. In statics its forces of
   // both kinds at the end of the last load step
   double wall_work = 0, wall_friction_work = 0;
@@ -93,8 +97,9 @@ struct ContactPair {
   std::shared_ptr<const PressureFunctions> functions;
   // Likewise, corner_functions() of second-order faces; null if all are linear.
   std::shared_ptr<const PressureFunctions> corners;
-  bool may_stand = false;        // see standing_search.hpp
-  PointLaw law;                  // frictionless, coulomb or tied
+  bool may_stand = false;  // see standing_search.hpp
+  PointLaw law;            // frictionless, coulomb or tied; friction: at rest
+  FrictionLaw friction;
   double damping = 0;            // penalty
   std::optional<double> adjust;  // length, see ContactOptions
   std::optional<Pretension> pretension;

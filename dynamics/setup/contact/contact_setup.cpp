@@ -18,7 +18,7 @@ namespace {
 
 PointLaw law_of(const ContactOptions& options) {
   if (options.tied) return {ContactLaw::tied, 0};
-  if (options.friction > 0) return {ContactLaw::coulomb, options.friction};
+  if (options.friction.at_rest > 0) return {ContactLaw::coulomb, options.friction.at_rest};
   return {};
 }
 
@@ -77,6 +77,7 @@ ContactPair pair_of(const ContactEntry& entry, const ContactNumbers& contact_of_
   pair.enforcement = options.enforcement;
   pair.formulation = entry.wall ? Formulation::node_face : options.formulation;
   pair.law = law_of(options);
+  pair.friction = FrictionLaw(options.friction);
   pair.damping = options.damping;
   pair.adjust = options.adjust;
   pair.resolves_overlap = options.resolves_overlap;

@@ -56,7 +56,7 @@ contact:
   - {between: [left.top, right.a.b], enforcement: nodal}
   - {between: [floor, left.contact], friction: 0.375, adjust: 1.0e-5}
   - {between: [left.side, third.top], tied: true, formulation: mortar}
-  - {between: all, adjust: 0}
+  - {between: all, friction: {static: 0.5, kinetic: 0.125, decay: 8}, adjust: 0}
 time: {end: 1.2e-5, step: 1.0e-8, integrator: newmark, alpha: -0.125, force: true, rotations: large}
 output:
   every: 1.0e-7

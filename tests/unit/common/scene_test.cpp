@@ -89,7 +89,7 @@ TEST(Scene, everyKeyOfARunArrives) {
   EXPECT_EQ(scene.loads[2].value, Vector3(0, 0, -9.81));
   ASSERT_EQ(scene.contact.size(), 5u);
   EXPECT_EQ(scene.contact[0].enforcement, Enforcement::penalty);
-  EXPECT_EQ(scene.contact[0].friction, 0.25);
+  EXPECT_EQ(scene.contact[0].friction.at_rest, 0.25);
   EXPECT_EQ(scene.contact[1].second.instance, "right");
   EXPECT_EQ(scene.contact[1].second.surface, "a.b");
   EXPECT_EQ(scene.time->end, 1.2e-5);
@@ -155,13 +155,16 @@ TEST(Scene, wallsAndContactArrive) {
   EXPECT_EQ(scene.contact[2].first.text(), "left.contact");
   EXPECT_EQ(scene.contact[2].second.text(), "floor");
   EXPECT_TRUE(scene.contact[2].second.is_wall());
-  EXPECT_EQ(scene.contact[2].friction, 0.375);
+  EXPECT_EQ(scene.contact[2].friction.at_rest, 0.375);
   EXPECT_EQ(scene.contact[2].adjust, 1e-5);
   EXPECT_TRUE(scene.contact[3].tied);
   EXPECT_EQ(scene.contact[3].formulation, Formulation::mortar);
   EXPECT_FALSE(scene.contact[3].all || scene.contact[3].adjust);
   EXPECT_TRUE(scene.contact[4].all);
   EXPECT_EQ(scene.contact[4].adjust, 0);
+  EXPECT_EQ(scene.contact[4].friction.at_rest, 0.5);
+  EXPECT_EQ(scene.contact[4].friction.kinetic, 0.125);
+  EXPECT_EQ(scene.contact[4].friction.decay, 8);
 }
 
 TEST(Scene, contactAllIsShortForAListOfIt) {
@@ -204,7 +207,7 @@ TEST(Scene, defaultsAreThoseOfTheContract) {
       "time: {end: 1}\n");
   EXPECT_EQ(scene.instances[0].as, InstanceKind::superelement);
   EXPECT_EQ(scene.contact[0].enforcement, Enforcement::impulse);
-  EXPECT_EQ(scene.contact[0].friction, 0);
+  EXPECT_EQ(scene.contact[0].friction.at_rest, 0);
   EXPECT_EQ(scene.contact[0].formulation, Formulation::node_face);
   EXPECT_EQ(scene.contact[0].damping, 0);
   EXPECT_FALSE(scene.contact[0].all || scene.contact[0].tied || scene.contact[0].adjust);
