@@ -12,7 +12,7 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BOUNDS = {
     "lines of product": 86400,
-    "files of product": 688,
+    "files of product": 686,
     "lines of python/cbr": 1050,
     "lines of tests": 62435,
     "files of tests": 390,

@@ -117,14 +117,14 @@ void write_scans(Hdf5Writer& file, const Simulation& simulation, const RunResult
 void write_contact(Hdf5Writer& file, const Simulation& simulation, const RunResult& result) {
   file.write("/contact/active", result.active);
   for (std::size_t p = 0; p < result.pairs.size(); ++p) {
-    if (result.pairs[p].active.empty()) continue;
+    const RunResult::OfPair& of = result.pairs[p];
     const std::string group = "/contact/" + group_name(simulation.pairs[p].name) + "/";
-    file.write(group + "active", result.pairs[p].active);
-    file.write(group + "penetration", result.pairs[p].penetration);
-    file.write(group + "residual", result.pairs[p].residual);
-    file.write(group + "area", result.pairs[p].area);
-    file.write(group + "force", points(result.pairs[p].force));
-    file.write(group + "center_of_pressure", points(result.pairs[p].center_of_pressure));
+    for (std::size_t i = 0; i < of.series.size(); ++i) {
+      const PairOutput& output = pair_outputs()[i];
+      if (output.size == 1) file.write(group + output.name, of.series[i].values);
+      if (output.size == 3) file.write(group + output.name, points(of.series[i]));
+      file.attribute(group + output.name, "dimension", output.dimension);
+    }
   }
 }
 
@@ -138,7 +138,9 @@ double values_per_output(const Simulation& simulation) {
     values += 6 * static_cast<double>(watch.ids.size());
   for (const StressScan& scan : simulation.scans) values += 2 * static_cast<double>(scan.n_worst);
   for (const auto& supports : simulation.supports) values += supports ? 3 : 0;
-  for (const ContactPair& pair : simulation.pairs) values += pair.of_all ? 0 : 10;
+  double of_pair = 0;
+  for (const PairOutput& output : pair_outputs()) of_pair += static_cast<double>(output.size);
+  for (const ContactPair& pair : simulation.pairs) values += pair.of_all ? 0 : of_pair;
   return values;
 }
 
@@ -202,7 +204,7 @@ void write_results(const std::filesystem::path& path, const Simulation& simulati
   const auto start = Clock::now();
   Hdf5Writer file(path);
   file.attribute("/", "format", std::string("cbr-results"));
-  file.attribute("/", "format_version", std::string("1.10"));
+  file.attribute("/", "format_version", std::string("1.11"));
   file.attribute("/", "generator", std::string("cbr-dyn ") + version());
   Index n_dofs = 0;
   for (const auto& body : simulation.bodies) n_dofs += body->n_dofs();

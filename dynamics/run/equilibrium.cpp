@@ -487,8 +487,8 @@ void Equilibrium::refuse_unheld(Index b, const Vector& left) const {
 void Equilibrium::book() {
   for (const Index p : pairs_) {
     PairState& pair = sim_.pairs[p].state();
-    pair.impulse = pair.moment = Vector3::Zero();
-    pair.normal_impulse = pair.area = 0;
+    pair.kept.clear();
+    pair.step = {};
   }
   book_last_forces_of_walls(sim_);
   for (std::size_t c = 0; c < forces_.size(); ++c) {
@@ -503,6 +503,9 @@ void Equilibrium::book() {
     book_walls_in_statics(sim_, solved.group, solved.result);
   }
   for (const Index p : pairs_) {
+    PairState& pair = sim_.pairs[p].state();
+    pair.is_active = outcome_.active[p] > 0;
+    add_step(pair.step, pair.kept);
     if (!outcome_.near[p] || outcome_.has_met[p]) continue;
     outcome_.has_met[p] = 1;
     outcome_.met.push_back(p);
@@ -630,8 +633,7 @@ void Equilibrium::start_motion(double h) {
       memory->impulse *= h;
       memory->begins_in_equilibrium = true;
     }
-    pair.impulse = pair.moment = Vector3::Zero();
-    pair.normal_impulse = 0;
+    pair.kept.clear();
   }
   for (ContactBody& contact : state_.bodies) contact.response_h = 0;
   for (Points& impulses : state_.impulses_since_output) impulses.setZero();

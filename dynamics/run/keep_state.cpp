@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // State of the time loop's parts between steps.
-#include "dynamics/contact/enforce/keep_state.hpp"
+#include "dynamics/contact/laws/keep_state.hpp"
 #include "dynamics/run/contact/contact_step.hpp"
 #include "dynamics/run/contact/pair_schedule.hpp"
 #include "dynamics/run/equilibrium.hpp"
@@ -24,8 +24,7 @@ void keep_pair(StateArchive& archive, ContactPair& pair) {
           state.most_unknowns);
   if (pair.wall)
     archive(state.wall_work, state.wall_friction_work, state.wall_force, state.wall_friction);
-  archive(state.has_touched, state.area, state.largest_area, state.impulse, state.moment,
-          state.normal_impulse);
+  archive(state.has_touched, state.is_active, state.kept, state.largest_area);
 }
 
 }  // namespace
@@ -86,12 +85,7 @@ static void keep_state(StateArchive& archive, RunResult::OfScan& of) {
   archive(of.worst, of.worst_stress, of.of_elements, of.of_nodes);
 }
 
-static void keep_state(StateArchive& archive, RunResult::OfPair& of) {
-  bool has_met = !of.active.empty();
-  archive(has_met);
-  if (!has_met) return;
-  archive(of.active, of.penetration, of.residual, of.area, of.force, of.center_of_pressure);
-}
+static void keep_state(StateArchive& archive, RunResult::OfPair& of) { archive(of.series); }
 
 static void keep_state(StateArchive& archive, WorkCounts& work) {
   archive(work.body_steps, work.pair_looks, work.pair_searches, work.bounds);

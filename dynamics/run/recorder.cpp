@@ -15,8 +15,9 @@ bool ends_finite(const std::vector<double>& series) {
   return series.empty() || std::isfinite(series.back());
 }
 bool ends_finite(const Series3& series) {
-  return series.values.empty() || std::all_of(series.values.end() - 3, series.values.end(),
-                                              [](double v) { return std::isfinite(v); });
+  const std::vector<double>& values = series.values;
+  return std::all_of(values.end() - std::min<std::ptrdiff_t>(3, std::ssize(values)), values.end(),
+                     [](double v) { return std::isfinite(v); });
 }
 
 // Checks all outputs, not only energies: an angular momentum overflows earlier.
@@ -30,8 +31,8 @@ bool ends_finite(const RunResult::OfMonitor& of) {
          ends_finite(of.mean_acceleration) && ends_finite(of.force);
 }
 bool ends_finite(const RunResult::OfPair& of) {
-  return ends_finite(of.area) && ends_finite(of.penetration) && ends_finite(of.residual) &&
-         ends_finite(of.force) && ends_finite(of.center_of_pressure);
+  return std::all_of(of.series.begin(), of.series.end(),
+                     [](const Series3& series) { return ends_finite(series); });
 }
 
 // Momentum from contact since the last output; without rows of moments.
@@ -94,30 +95,16 @@ void Recorder::record_pairs(double interval, const ContactOutcome& outcome) {
   double active = 0;
   const std::size_t before = result_.time.size() - 1;
   for (const Index p : outcome.met) {
-    const PairState& pair = sim_.pairs[p].seen();
-    RunResult::OfPair& of = result_.pairs[p];
-    if (of.active.size() < before) {  // first contact of this pair
-      of.active.assign(before, 0);
-      of.penetration = of.residual = of.area = of.active;
-      of.force.values.assign(3 * before, 0);
-      of.center_of_pressure = of.force;
-    }
-    of.active.push_back(static_cast<double>(outcome.active[p]));
-    of.area.push_back(outcome.active[p] > 0 ? pair.area : 0);
-    of.penetration.push_back(pair.recent_penetration);
-    of.residual.push_back(pair.recent_residual);
-    of.force.add(interval > 0
-                     ? Vector3((sim_.pairs[p].slave_is_first ? 1 : -1) * pair.impulse / interval)
-                     : Vector3::Zero());
-    of.center_of_pressure.add(pair.normal_impulse > 0 ? Vector3(pair.moment / pair.normal_impulse)
-                                                      : Vector3::Zero());
+    ContactPair& pair = sim_.pairs[p];
+    std::vector<double> none;
+    add_values({pair, outcome.active[p], interval}, before,
+               pair.has_state() ? pair.state().kept : none, result_.pairs[p]);
     active += static_cast<double>(outcome.active[p]);
-    if (!sim_.pairs[p].has_state()) continue;
-    PairState& next = sim_.pairs[p].state();
+    if (!pair.has_state()) continue;
+    PairState& next = pair.state();
     next.penetration = std::max(next.penetration, next.recent_penetration);
     next.residual = std::max(next.residual, next.recent_residual);
-    next.recent_penetration = next.recent_residual = next.normal_impulse = 0;
-    next.impulse = next.moment = Vector3::Zero();
+    next.recent_penetration = next.recent_residual = 0;
   }
   result_.active.push_back(active);
 }

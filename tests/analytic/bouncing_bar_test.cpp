@@ -92,7 +92,7 @@ Outcome drop(const Way& way, Index n) {
   outcome.impulse = std::abs(outcome.impulse / (800.0 / 3) - 1);
   outcome.ten = std::sqrt(sum / double(n_all));
   outcome.energy_kept = 1 + ran.result.work_contact.back() / (bar.mass() * gravity * height);
-  for (const double p : ran.result.pairs[0].penetration)
+  for (const double p : ran.result.pairs[0]["penetration"].values)
     outcome.penetration = std::max(outcome.penetration, p / height);
   return outcome;
 }

@@ -48,7 +48,7 @@ Ran run(const Bar& p) {
 double worst_residual(const Ran& ran) {
   double residual = 0;
   for (const auto& pair : ran.result.pairs)
-    for (const double value : pair.residual) residual = std::max(residual, value);
+    for (const double value : pair["residual"].values) residual = std::max(residual, value);
   return residual;
 }
 

@@ -140,7 +140,8 @@ TEST(StaticsOfTies, GoWithSupportsOfBothSides) {
                        "contact: [{between: [a.z_max, b.z_min], tied: true}]\n"
                        "loads: [{instance: b, surface: z_max, force: [0, 0, 2.1e5]}]\n");
   const std::size_t end = tied.result.time.size() - 1;
-  EXPECT_LT((at(tied.result.pairs[0].force, end).cwiseAbs() - Vector3(0, 0, 2.1e5)).norm(), 1e-3);
+  EXPECT_LT((at(tied.result.pairs[0]["force"], end).cwiseAbs() - Vector3(0, 0, 2.1e5)).norm(),
+            1e-3);
   EXPECT_NEAR(tied.result.total.back(), 2.1, 1e-6);  // F^2 L / (2 E A)
   EXPECT_LT(tied.built.simulation.pairs[0].seen().residual, 1e-6);
   // Pulled together by 2e-5 between walls: e = 1e-4
@@ -168,8 +169,8 @@ TEST_P(Statics, FreeBarsPressEachOther) {
       const double length =
           last(ran.monitor("b.x_max").mean_position) - last(ran.monitor("a.x_min").mean_position);
       EXPECT_NEAR(length, 2 - 2 * force / EA, 1e-8);
-      EXPECT_NEAR(last(ran.result.pairs[0].force), -force, 1e-9);
-      EXPECT_NEAR(ran.result.pairs[0].area.back(), 1, 1e-11);
+      EXPECT_NEAR(last(ran.result.pairs[0]["force"]), -force, 1e-9);
+      EXPECT_NEAR(ran.result.pairs[0]["area"].values.back(), 1, 1e-11);
     }
   }
 }
@@ -185,7 +186,7 @@ TEST_P(Statics, ABarStandsOnAWallByItsWeight) {
     std::string text = yaml(bars);
     text.insert(text.find("bar.exo") + 7, point);
     const Ran ran = folder.run(text);
-    EXPECT_NEAR(last(ran.result.pairs[0].force), 0.1, 1e-9) << point;
+    EXPECT_NEAR(last(ran.result.pairs[0]["force"]), 0.1, 1e-9) << point;
     if (is_of_shapes(GetParam())) continue;
     EXPECT_NEAR(last(ran.monitor("a.x_max").mean_position), 1 - 0.5 * 0.1 / EA, 1e-8) << point;
   }
@@ -199,8 +200,8 @@ TEST_P(Statics, FrictionHoldsABar) {
   bars.walls = "  floor: {plane: {point: [0, 0, 0], normal: [1, 0, 0]}}\n";
   bars.contact = "  - {between: [a.x_min, floor], friction: 0.5}\n";
   const Ran ran = folder.run(yaml(bars));
-  EXPECT_NEAR(last(ran.result.pairs[0].force, 0), 0.2, 1e-9);
-  EXPECT_NEAR(last(ran.result.pairs[0].force, 1), -0.02, 1e-9);
+  EXPECT_NEAR(last(ran.result.pairs[0]["force"], 0), 0.2, 1e-9);
+  EXPECT_NEAR(last(ran.result.pairs[0]["force"], 1), -0.02, 1e-9);
   bars.contact = "  - {between: [a.x_min, floor], friction: 0.05}\n";
   const std::string text = refusal(bars);
   EXPECT_NE(text.find("load step to t = 0.5: instance 'a' is not held"), std::string::npos) << text;
@@ -223,7 +224,7 @@ TEST_P(Statics, LoadStepsBeforeAFailureAreKept) {
       << ran.result.failure;
   ASSERT_EQ(ran.result.time.size(), 3U);
   EXPECT_EQ(ran.result.ended_at, 0.5);
-  EXPECT_NEAR(last(ran.result.pairs[0].force, 1), -0.05, 1e-10);
+  EXPECT_NEAR(last(ran.result.pairs[0]["force"], 1), -0.05, 1e-10);
 }
 
 // Those before the time 0 as well: a shelf takes what presses a bar on a rough floor, so that its
@@ -251,10 +252,10 @@ TEST_P(Statics, LoadStepsOfAPreloadBeforeAFailureAreKept) {
     EXPECT_EQ(result.preload_reached, 3);
     ASSERT_EQ(result.time, std::vector<double>{0});
     EXPECT_NEAR(last(ran.monitor("a.x_max").mean_position), 0.95, 1e-9);
-    EXPECT_NEAR(last(result.pairs[0].force, 1), -0.75 * 0.06, 1e-9);
+    EXPECT_NEAR(last(result.pairs[0]["force"], 1), -0.75 * 0.06, 1e-9);
     if (is_of_shapes(GetParam())) continue;
-    EXPECT_NEAR(last(result.pairs[0].force), 0.1, 1e-8);
-    EXPECT_NEAR(last(result.pairs[1].force), 0.75 * 0.175 - 0.1, 1e-8);
+    EXPECT_NEAR(last(result.pairs[0]["force"]), 0.1, 1e-8);
+    EXPECT_NEAR(last(result.pairs[1]["force"]), 0.75 * 0.175 - 0.1, 1e-8);
     EXPECT_NEAR(result.total[0], 0.1 * 0.1 / (2 * EA), 1e-8);
   }
 }
@@ -330,7 +331,7 @@ TEST(StaticsOfTies, MakeOneBarOfCubes) {
         const Ran ran = run(kind, n, is_free);
         EXPECT_LT((moved(ran, n) - bar).norm(), 1e-8 * bar.norm()) << kind << " " << n << is_free;
         for (const RunResult::OfPair& pair : ran.result.pairs)
-          EXPECT_NEAR(last(pair.force, is_free ? 0 : 2), 1, 1e-9) << kind;
+          EXPECT_NEAR(last(pair["force"], is_free ? 0 : 2), 1, 1e-9) << kind;
       }
     }
   }
@@ -377,7 +378,7 @@ TEST(StaticsOfBolts, ClampAJointOfPlates) {
         EXPECT_EQ(ran.result.failure, "") << where;
         ASSERT_EQ(ran.result.time.size(), 3U) << where;
         const auto force = [&](std::size_t pair, std::size_t i) {
-          return at(ran.result.pairs[pair].force, i);
+          return at(ran.result.pairs[pair]["force"], i);
         };
         EXPECT_NEAR(-force(0, 0)[2], 5000, 5) << where;
         for (std::size_t i = 0; i < 3; ++i) {
@@ -404,8 +405,8 @@ TEST_P(Statics, AnInterferenceFitIsPressedTogether) {
     bars.contact =
         "  - {between: [a.x_max, b.x_min], overlap: resolve, formulation: " + formulation + "}\n";
     const Ran ran = folder.run(yaml(bars));
-    EXPECT_NEAR(at(ran.result.pairs[0].force, 0)[0], -0.02 * EA / 2, 1e-9) << formulation;
-    EXPECT_NEAR(last(ran.result.pairs[0].force), -0.02 * EA / 2, 1e-9);
+    EXPECT_NEAR(at(ran.result.pairs[0]["force"], 0)[0], -0.02 * EA / 2, 1e-9) << formulation;
+    EXPECT_NEAR(last(ran.result.pairs[0]["force"]), -0.02 * EA / 2, 1e-9);
     EXPECT_NEAR(last(ran.monitor("a.x_max").mean_position), 0.99, 1e-9);
     Report report("test", Verbosity::quiet);
     warn_of_initial_overlaps(ran.built, report);
@@ -426,12 +427,12 @@ TEST_P(Statics, ABoltIsPulledTogetherAndLocked) {
     bars.contact = "  - {between: [a.x_max, b.x_min], pretension: {" + pretension + "}}\n";
     const Ran ran = folder.run(yaml(bars));
     // On a: a pull along +x; of a shortening d the pull is d E A / 2
-    EXPECT_NEAR(at(ran.result.pairs[0].force, 0)[0], 0.1, 1e-8) << pretension;
+    EXPECT_NEAR(at(ran.result.pairs[0]["force"], 0)[0], 0.1, 1e-8) << pretension;
     const double apart =
         last(ran.monitor("a.x_max").mean_position) - last(ran.monitor("b.x_min").mean_position);
     EXPECT_NEAR(apart, 0.1 * 2 / EA, 1e-8);  // pulled through each other
     // The load goes half into either bar
-    EXPECT_NEAR(last(ran.result.pairs[0].force), 0.1 - 0.02, 1e-8);
+    EXPECT_NEAR(last(ran.result.pairs[0]["force"]), 0.1 - 0.02, 1e-8);
     EXPECT_NEAR(last(ran.monitor("a.x_max").mean_position), 1 + (0.1 + 0.02) / EA, 1e-8);
   }
 }
@@ -457,7 +458,7 @@ TEST_P(Statics, RestartsGoOnBitForBit) {
   const Ran again = folder.run(yaml(bars), going_on);
   EXPECT_EQ(whole.result.total, again.result.total);
   EXPECT_EQ(whole.result.work_external, again.result.work_external);
-  EXPECT_EQ(whole.result.pairs[0].force.values, again.result.pairs[0].force.values);
+  EXPECT_EQ(whole.result.pairs[0]["force"].values, again.result.pairs[0]["force"].values);
   EXPECT_EQ(whole.monitor("a.x_max").mean_position.values,
             again.monitor("a.x_max").mean_position.values);
 }
@@ -481,8 +482,8 @@ TEST_P(Statics, MotionBeginsInEquilibrium) {
     }
     for (std::size_t i = 1; i < ran.result.time.size(); ++i) {
       EXPECT_LT((at(x, i) - at(x, 0)).norm(), 1e-8) << integrator << " " << i;
-      EXPECT_NEAR(at(ran.result.pairs[0].force, i)[0], 0.1, 1e-7) << integrator;
-      EXPECT_NEAR(at(ran.result.pairs[0].force, i)[1], -0.01, 1e-7) << integrator;
+      EXPECT_NEAR(at(ran.result.pairs[0]["force"], i)[0], 0.1, 1e-7) << integrator;
+      EXPECT_NEAR(at(ran.result.pairs[0]["force"], i)[1], -0.01, 1e-7) << integrator;
     }
   }
 }

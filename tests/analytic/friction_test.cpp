@@ -458,7 +458,7 @@ BallRun oblique(const std::string& as, double friction, double along, Index m) {
   const auto& t = ran.result.time;
   const double mass = ran.mass("ball"), R = 10e-3;
   BallRun r;
-  r.impulse = integral(ran.result, pair.force) / mass;
+  r.impulse = integral(ran.result, pair["force"]) / mass;
   const std::size_t last = t.size() - 1;
   r.velocity = at(body.momentum, last) / mass;
   const Vector3 spin = at(body.angular_momentum, last) -
@@ -467,10 +467,10 @@ BallRun oblique(const std::string& as, double friction, double along, Index m) {
   r.friction = ran.result.work_friction.back() / mass;
   Vector3 turned = at(body.angular_momentum, 0);
   for (std::size_t i = 1; i < t.size(); ++i) {
-    const Vector3 F = at(pair.force, i);
+    const Vector3 F = at(pair["force"], i);
     if (friction > 0 && F.z() > 0)
       r.steepest = std::max(r.steepest, F.head<2>().norm() / (friction * F.z()));
-    turned += at(pair.center_of_pressure, i).cross(F) * (t[i] - t[i - 1]);
+    turned += at(pair["center_of_pressure"], i).cross(F) * (t[i] - t[i - 1]);
     r.turning = std::max(r.turning, (at(body.angular_momentum, i) - turned).norm() / (mass * R));
   }
   r.balance = energy_residual(ran.result);

@@ -114,7 +114,7 @@ Errors errors_of(const BallScene& ball, const Ran& ran, const ImpactAnswer& refe
   const auto& pair = ran.result.pairs[0];
   double sum = 0, peak = 0;
   for (std::size_t i = 1; i < t.size(); ++i) {
-    const double F = at(pair.force, i).z() / share,
+    const double F = at(pair["force"], i).z() / share,
                  wanted = reference.force_at((t[i] + t[i - 1]) / 2 - begin);
     sum += (F - wanted) * (F - wanted) * (t[i] - t[i - 1]);
     peak = std::max(peak, F);
@@ -123,7 +123,7 @@ Errors errors_of(const BallScene& ball, const Ran& ran, const ImpactAnswer& refe
   e.peak = peak / reference.force - 1;
   const auto& p = ran.body("a").momentum;
   e.rebound = -at(p, t.size() - 1).z() / at(p, 0).z();
-  e.area = *std::max_element(pair.area.begin(), pair.area.end()) / share /
+  e.area = *std::max_element(pair["area"].values.begin(), pair["area"].values.end()) / share /
                (std::numbers::pi * std::pow(reference.contact_radius, 2)) -
            1;
   e.energy_residual = energy_residual(ran.result);

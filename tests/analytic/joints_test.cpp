@@ -174,7 +174,7 @@ TEST_P(Joints, ABushingHoldsByItsMatrix) {
   expected << 0.02, -0.03, 0.01, 0.01, 0.03, 0.02;
   EXPECT_LT((K * r - expected).norm(), 1e-7 * expected.norm());
   EXPECT_NEAR(ran.result.total.back(), 0.5 * r.dot(K * r), 1e-6 * ran.result.total.back());
-  EXPECT_NEAR(last(ran.result.pairs[0].force, 2), 0.03, 1e-8);  // on a
+  EXPECT_NEAR(last(ran.result.pairs[0]["force"], 2), 0.03, 1e-8);  // on a
 }
 
 // Statics first, then motion from there: what is in equilibrium stays.

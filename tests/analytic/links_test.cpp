@@ -121,7 +121,7 @@ TEST_P(Links, AWeldStretchesAsOneBar) {
   scene.links = "  - {between: [a.tip, b.base]}\n";
   const Ran ran = folder.run(yaml(scene));
   EXPECT_NEAR(last(ran.monitor("b.tip").mean_position, 0), 2 * length * (1 + 0.1 / EA), 1e-8);
-  EXPECT_NEAR(last(ran.result.pairs[0].force, 0), 0.1, 1e-9);
+  EXPECT_NEAR(last(ran.result.pairs[0]["force"], 0), 0.1, 1e-9);
 }
 
 // A hinge hands on no moment: of the weight of b each end carries one half.
@@ -135,9 +135,9 @@ TEST_P(Links, AHingeCarriesHalfOfTheWeight) {
       "[z]}\n";
   const Ran ran = folder.run(yaml(scene));
   const double weight = 0.001 * length;
-  EXPECT_NEAR(last(ran.result.pairs[0].force, 2), -weight / 2, 1e-8 * weight);  // on a
-  EXPECT_NEAR(last(ran.result.pairs[2].force, 2), weight / 2, 1e-8 * weight);   // on b
-  EXPECT_NEAR(last(ran.result.pairs[1].force, 1), 0, 1e-8 * weight);            // its moment
+  EXPECT_NEAR(last(ran.result.pairs[0]["force"], 2), -weight / 2, 1e-8 * weight);  // on a
+  EXPECT_NEAR(last(ran.result.pairs[2]["force"], 2), weight / 2, 1e-8 * weight);   // on b
+  EXPECT_NEAR(last(ran.result.pairs[1]["force"], 1), 0, 1e-8 * weight);            // its moment
 }
 
 // The moment of a link is no force on the supports.
@@ -151,7 +151,7 @@ TEST_P(Links, ReactionsHoldNoMoments) {
     scene.time = time;
     scene.output = time.ends_with("true") ? "" : "every: 0.5";
     const Ran ran = folder.run(yaml(scene));
-    const double moment = last(ran.result.pairs[0].force, 1);
+    const double moment = last(ran.result.pairs[0]["force"], 1);
     EXPECT_NEAR(std::abs(moment), 0.01 * length / 2, 0.02 * 0.01 * length / 2);
     EXPECT_LT((at(ran.body("a").reaction, ran.result.time.size() - 1) + Vector3(0, 0, 0.01)).norm(),
               1e-8)

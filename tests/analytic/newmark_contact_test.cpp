@@ -103,7 +103,7 @@ Errors errors_of(const Ran& ran) {
       test::error_of(r, ran.monitor("b1.x_min").mean_position, waves.lower[1], 0.001, v * T));
   e.centres = test::error_of(r, ran.body("b0").center_of_mass, waves.centre[0], 0.001, v * T);
   for (std::size_t i = 0; i < r.time.size(); ++i)
-    e.force = std::max(e.force, at(r.pairs[0].force, i).norm() / (Z * v / 2));
+    e.force = std::max(e.force, at(r.pairs[0]["force"], i).norm() / (Z * v / 2));
   e.lost = 1 - r.total.back() / r.total.front();
   e.numerical = r.work_numerical.back() / r.total.front();
   if (ran.built.simulation.plan.critical > 0)
@@ -321,7 +321,7 @@ TEST(NewmarkContact, BlockRestsOnAWall) {
       std::size_t n = 0;
       for (std::size_t i = 0; i < r.time.size(); ++i) {
         if (r.time[i] < 4) continue;
-        const double f = at(r.pairs[0].force, i)[2] / 1e4;
+        const double f = at(r.pairs[0]["force"], i)[2] / 1e4;
         mean += f;
         ++n;
         unrest = std::max(unrest, std::abs(f - 1));
@@ -407,7 +407,7 @@ TEST(NewmarkContact, BlockReboundsAtAnyStep) {
     if (integrator != "exact") expect_conserved(ran);
     double force = 0;
     for (std::size_t i = 0; i < r.time.size(); ++i)
-      force = std::max(force, at(r.pairs[0].force, i).norm());
+      force = std::max(force, at(r.pairs[0]["force"], i).norm());
     const double speed = at(ran.body("b").momentum, r.time.size() - 1)[0] / ran.mass("b") / 1905;
     std::printf(
         "block: %-14s %5.2f critical steps (%3ld): rebound %.4f, energy kept %.4f, damped %.4f, "

@@ -97,7 +97,7 @@ TEST_F(Rigid, ABlockSlidesToRest) {
     EXPECT_LT(at(body.momentum, last).norm(), 1e-4 * mass * g * 0.0005);
     EXPECT_NEAR(at(body.center_of_mass, last)[2], 0.05, 1e-9);
     for (std::size_t i = 2; i < last; ++i)
-      EXPECT_NEAR(at(ran.result.pairs[0].force, i)[2], mass * g, 1e-6 * mass * g) << i;
+      EXPECT_NEAR(at(ran.result.pairs[0]["force"], i)[2], mass * g, 1e-6 * mass * g) << i;
     EXPECT_LT(test::energy_residual(ran.result), 1e-10);
   }
 }
@@ -241,7 +241,7 @@ TEST_F(Rigid, APressHasNoCoordinatesOfItsOwn) {
             "{end: 1, static: true}", "every: 0.25"));
   const double force = 1000 * 0.01 * 0.01 / 2;
   EXPECT_NEAR(at(ran.body("press").reaction, 4)[0], -force, 1e-6 * force);
-  EXPECT_NEAR(at(ran.result.pairs[0].force, 4)[0], -force, 1e-6 * force);
+  EXPECT_NEAR(at(ran.result.pairs[0]["force"], 4)[0], -force, 1e-6 * force);
 }
 
 // Newmark and central differences move it alike.
@@ -271,7 +271,8 @@ TEST_F(Rigid, StandsInStatics) {
   const Ran ran = folder.run(scene(b, loaded("[1, 0, -10]"), statics));
   EXPECT_EQ(ran.result.failure, "");
   const std::size_t end = ran.result.time.size() - 1;
-  EXPECT_LT((at(ran.result.pairs[0].force, end) - mass * Vector3(-1, 0, 10)).norm(), 1e-9 * mass);
+  EXPECT_LT((at(ran.result.pairs[0]["force"], end) - mass * Vector3(-1, 0, 10)).norm(),
+            1e-9 * mass);
   EXPECT_NEAR(at(ran.body("b").center_of_mass, end)[2], size[2] / 2, 1e-9);
   const Ran lost = folder.run(scene(b, loaded("[3, 0, -10]"), statics));
   EXPECT_NE(lost.result.failure.find("'b' is not held: under its loads it moves along [1, "),

@@ -125,7 +125,7 @@ TEST(SecondOrderContact, AUniformPressureIsOneInStatics) {
     const Errors of = errors(ran, its);
     EXPECT_LT(of.pressure, 1e-8);
     EXPECT_LT(of.displacement, 1e-8);
-    EXPECT_NEAR(ran.built.simulation.pairs[0].seen().area, 1, 1e-12);
+    EXPECT_NEAR(ran.built.simulation.pairs[0].seen().step.area, 1, 1e-12);
   }
 }
 
@@ -135,8 +135,9 @@ TEST(SecondOrderContact, NodesOnOtherFacesCarryTheForce) {
     const Case its{type, {2, 2, 2}, {3, 3, 2}};
     SCOPED_TRACE(name(its));
     const Ran ran = run(its, "static: true, end: 1, step: 1");
-    EXPECT_NEAR(ran.built.simulation.pairs[0].seen().area, 1, 1e-12);
-    EXPECT_NEAR(test::at(ran.result.pairs[0].force, ran.result.time.size() - 1)[2], pressure, 1e-9);
+    EXPECT_NEAR(ran.built.simulation.pairs[0].seen().step.area, 1, 1e-12);
+    EXPECT_NEAR(test::at(ran.result.pairs[0]["force"], ran.result.time.size() - 1)[2], pressure,
+                1e-9);
   }
 }
 
@@ -152,7 +153,7 @@ TEST(SecondOrderContact, WhatStaticsPressStaysSoInMotion) {
       const Errors of = errors(ran, its);
       EXPECT_LT(of.pressure, 1e-7);
       EXPECT_LT(of.displacement, 1e-8);
-      EXPECT_NEAR(ran.built.simulation.pairs[0].seen().area, 1, 1e-12);
+      EXPECT_NEAR(ran.built.simulation.pairs[0].seen().step.area, 1, 1e-12);
       EXPECT_LT(ran.body("u").kinetic_energy.back(), 1e-12 * ran.result.total.back());
     }
 }

@@ -95,8 +95,8 @@ class SharpContact : public ::testing::TestWithParam<std::string> {
     EXPECT_LT(state.penetration, 0.01 * size);
     EXPECT_NEAR(state.memory.initial_gap, way, 1e-12);
     std::size_t first = 0;
-    const auto n = static_cast<std::size_t>(pair.force.values.size() / 3);
-    while (first < n && at(pair.force, first).norm() == 0) ++first;
+    const auto n = static_cast<std::size_t>(pair["force"].values.size() / 3);
+    while (first < n && at(pair["force"], first).norm() == 0) ++first;
     ASSERT_LT(first, n);
     const double since = ran.result.time.back() - every * static_cast<double>(n - 1 - first);
     EXPECT_GE(since, t);

@@ -85,13 +85,13 @@ void expect_rest(const Way& way, const Limits& limits) {
     const double weight = (n_blocks - i) * rho * g, sag = 0.5 * rho * g * n_blocks * n_blocks / E;
     Vector3 force = Vector3::Zero();
     for (std::size_t k = first; k < end; ++k) {
-      force += at(r.pairs[i].force, k) / double(end - first);
-      unrest = std::max(unrest, std::abs(at(r.pairs[i].force, k)[2] / weight - 1));
+      force += at(r.pairs[i]["force"], k) / double(end - first);
+      unrest = std::max(unrest, std::abs(at(r.pairs[i]["force"], k)[2] / weight - 1));
     }
     reactions = std::max(reactions, (force - Vector3(0, 0, weight)).norm() / weight);
-    overlap = std::max(
-        overlap,
-        *std::max_element(r.pairs[i].penetration.begin(), r.pairs[i].penetration.end()) / sag);
+    overlap = std::max(overlap, *std::max_element(r.pairs[i]["penetration"].values.begin(),
+                                                  r.pairs[i]["penetration"].values.end()) /
+                                    sag);
     const auto& x = r.monitors[i].mean_position;
     for (std::size_t k = 0; k < end; ++k)
       sideways = std::max(sideways, (at(x, k) - at(x, 0)).head<2>().norm() / sag);

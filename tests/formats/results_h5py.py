@@ -3,6 +3,7 @@
 """Two blocks meet; the results file is read as a user's script would and held against docs/formats.md, and against what must be true
 of any results: balances, and the same bytes from run to run. usage: results_h5py.py CBR_REDUCE CBR_DYN. Exit 77 without h5py."""
 import itertools
+import re
 import subprocess
 import sys
 import tempfile
@@ -15,6 +16,7 @@ except ImportError as missing:
     print(f"skipped: {missing}")
     sys.exit(77)
 
+DOCS = Path(__file__).resolve().parents[2] / "docs" / "formats.md"
 CELLS, SIZE, SPEED, GAP = (4, 2, 2), (1.0, 0.5, 0.5), 0.01, 1e-4
 MASS = SIZE[0] * SIZE[1] * SIZE[2]  # density 1
 SCENE = f"""
@@ -62,13 +64,15 @@ def check_contract(file):
         expected.update({f"instances/{instance}/{what}": (n,) for what in ("kinetic_energy", "strain_energy")})
     expected.update({f"energy/{what}": (n,) for what in ("total", "work_external", "work_contact", "work_friction", "work_damping", "work_numerical")})
     pair = "contact/left.contact - right.contact"
-    expected.update({f"{pair}/{what}": (n,) for what in ("active", "area", "penetration", "residual")})
-    expected.update({f"{pair}/{what}": (n, 3) for what in ("force", "center_of_pressure")})
+    rows = re.findall(r"^\| /contact/FIRST - SECOND/(.*?) \| (n|n x 3) \|", DOCS.read_text(), re.M)
+    expected.update({f"{pair}/{what}": (n,) if shape == "n" else (n, 3) for names, shape in rows for what in names.split(", /")})
+    assert {f"{pair}/{what}" for what in file[pair]} == {name for name in expected if name.startswith(pair)}, list(file[pair])
+    assert all("dimension" in of.attrs for of in file[pair].values())
     for name, shape in expected.items():
         assert file[name].shape == shape, (name, file[name].shape)
         assert file[name].dtype == F or name == "contact/active", (name, file[name].dtype)
         assert np.isfinite(file[name][()]).all(), name
-    assert (file.attrs["format"], file.attrs["format_version"]) == ("cbr-results", "1.10")
+    assert (file.attrs["format"], file.attrs["format_version"]) == ("cbr-results", "1.11")
     assert file.attrs["warnings"] == ""
     assert file["instances/left"].attrs["superelement"] == "block.cbr.h5" and len(file["instances/left"].attrs["superelement_hash"]) == 32
     assert "superelement" not in file["instances/right"].attrs

@@ -33,12 +33,9 @@ void check_result(const RunResult& result) {
   for (const auto& monitor : result.monitors)
     for (const Series3* series : {&monitor.mean_position, &monitor.mean_velocity, &monitor.force})
       require(finite(series->values), "a surface's motion is not finite");
-  for (const auto& pair : result.pairs) {
-    for (const auto* values : {&pair.active, &pair.penetration, &pair.residual, &pair.area})
-      require(finite(*values), "a pair's figures are not finite");
-    require(finite(pair.force.values) && finite(pair.center_of_pressure.values),
-            "a pair's force is not finite");
-  }
+  for (const auto& pair : result.pairs)
+    for (const Series3& series : pair.series)
+      require(finite(series.values), "a pair's figures are not finite");
   for (const auto* values :
        {&result.time, &result.total, &result.work_external, &result.work_contact,
         &result.work_friction, &result.work_damping, &result.work_numerical, &result.active})

@@ -128,19 +128,21 @@ Difference difference(const Ran& plain, const Ran& changed, const Change& change
     }
     for (std::size_t i = 0; i < a.pairs.size(); ++i) {
       // one of all that never met
-      if (a.pairs[i].active.empty() && b.pairs[i].active.empty()) continue;
-      if (a.pairs[i].active.empty() != b.pairs[i].active.empty()) return {1, 1, 1, 1, 1, 1};
-      d.pairs = std::max(d.pairs, std::abs(a.pairs[i].active[k] - b.pairs[i].active[k]));
-      d.pairs = std::max(
-          d.pairs, std::abs(a.pairs[i].penetration[k] - b.pairs[i].penetration[k] / change.length));
-      d.pairs = std::max(
-          d.pairs, std::abs(a.pairs[i].area[k] - b.pairs[i].area[k] / std::pow(change.length, 2)));
+      if (a.pairs[i].empty() && b.pairs[i].empty()) continue;
+      if (a.pairs[i].empty() != b.pairs[i].empty()) return {1, 1, 1, 1, 1, 1};
+      d.pairs = std::max(d.pairs,
+                         std::abs(a.pairs[i]["active"].values[k] - b.pairs[i]["active"].values[k]));
+      d.pairs = std::max(d.pairs, std::abs(a.pairs[i]["penetration"].values[k] -
+                                           b.pairs[i]["penetration"].values[k] / change.length));
+      d.pairs =
+          std::max(d.pairs, std::abs(a.pairs[i]["area"].values[k] -
+                                     b.pairs[i]["area"].values[k] / std::pow(change.length, 2)));
       // The force is that on the surface named first
       const double sign =
           plain.built.simulation.pairs[i].name == changed.built.simulation.pairs[i].name ? 1 : -1;
       f = std::max(
-          f,
-          (sign * back(at(b.pairs[i].force, k), change.force()) - at(a.pairs[i].force, k)).norm());
+          f, (sign * back(at(b.pairs[i]["force"], k), change.force()) - at(a.pairs[i]["force"], k))
+                 .norm());
     }
   }
   // Bodies are about a unit long: what turns little is measured by what it could

@@ -140,4 +140,11 @@ EnforcementResult enforce_nodal(const ContactList& list, const Points& guess, do
                                 const std::vector<Points>& masses,
                                 std::vector<ContactBody>& bodies);
 
+// For checkpoints, without the workspace that each step fills anew. W and its factors as they are:
+// they result from updates over steps, and a new computation would differ in the last digits.
+void keep_state(StateArchive& archive, PointKey& key);
+void keep_state(StateArchive& archive, PenaltyMemory& memory);
+void keep_state(StateArchive& archive, ImpulseMemory& memory);
+void keep_state(StateArchive& archive, ContactBody& body);  // without responses
+
 }  // namespace cbr

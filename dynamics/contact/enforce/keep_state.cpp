@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "dynamics/contact/enforce/keep_state.hpp"
+#include "dynamics/contact/laws/keep_state.hpp"
+
+#include "dynamics/contact/enforce/enforcement.hpp"
 
 namespace cbr {
 

@@ -125,12 +125,13 @@ void penetration_warning(const ContactPair& pair, Report& report) {
 }
 
 void friction_warning(const ContactPair& pair, Report& report) {
-  if (!(pair.seen().friction_change > 1)) return;
+  const double change = pair.seen().friction_change;
+  if (!(change > 1)) return;
   report.warning("contact " + pair.name +
-                 format_text(": within one step friction changed the slip speed so much that its "
-                             "coefficient changes by %.2g of itself (good: below 1, theory.md, "
-                             "\"Friction\"): take a smaller time.step",
-                             pair.seen().friction_change));
+                 format_text(": in one step friction changed the slip speed so much that its "
+                             "coefficient changes by %.2g of itself (good: below 1): take a "
+                             "smaller time.step",
+                             change));
 }
 
 void residual_warning(const ContactPair& pair, Report& report) {

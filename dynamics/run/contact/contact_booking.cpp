@@ -40,13 +40,13 @@ void book_pair(const ContactGroup& group, const ContactSearch& of, const Enforce
     if (point.slot != counted) counted_area = 0;
     const Index row = static_cast<Index>(i);
     const double area = result.is_held(row) ? result.held.area[row] : point.area;
-    now.area += share * std::max(0.0, area - counted_area);
+    now.step.area += share * std::max(0.0, area - counted_area);
     counted = point.slot;
     counted_area = std::max(counted_area, area);
-    now.impulse += side * (point.frame.transpose() * p.transpose());
+    now.step.impulse += side * (point.frame.transpose() * p.transpose());
     if (tied) continue;
-    now.normal_impulse += normal;
-    now.moment += normal * slave_position(group.list, point, state.bodies);
+    now.step.normal_impulse += normal;
+    now.step.moment += normal * slave_position(group.list, point, state.bodies);
   }
 }
 
@@ -118,13 +118,13 @@ void book_pressure(const ContactGroup& group, const ContactSearch& of, const Con
 
 void book(Simulation& sim, const ContactGroup& group, const EnforcementResult& result,
           ContactState& state, ContactOutcome& outcome) {
-  for (const ContactSearch& of : group.searches) sim.pairs[of.pair].state().area = 0;
+  for (const ContactSearch& of : group.searches) sim.pairs[of.pair].state().step = {};
   for (const ContactSearch& of : group.searches) {
     ContactPair& pair = sim.pairs[of.pair];
     PairState& now = pair.state();
     outcome.near[of.pair] |= of.last > of.first;
     book_pair(group, of, result, state, pair, now, outcome.active[of.pair]);
-    now.largest_area = std::max(now.largest_area, now.area);
+    now.largest_area = std::max(now.largest_area, now.step.area);
     now.recent_residual = std::max(now.recent_residual, result.residual);
     now.n_fallbacks += result.fallback;
     book_unknowns(result, static_cast<std::size_t>(&of - group.searches.data()), now);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <utility>
 
 #include "common/base/row_threads.hpp"
 #include "common/linalg/blas_threads.hpp"
@@ -382,6 +383,15 @@ void contact_step(Simulation& sim, const std::vector<Index>& due, double h, bool
   for (std::size_t b = 0; b < state.bodies.size(); ++b)
     if (outcome.touched[b] == 0) state.bodies[b].still.resize(0);
   hand_lasting_forces(sim, h, state, outcome);
+  for (const Index p : due) {
+    if (!sim.pairs[p].has_state()) continue;
+    PairState& now = sim.pairs[p].state();
+    const bool was_active = std::exchange(now.is_active, outcome.active[p] > 0);
+    if (!now.is_active) continue;
+    now.step.h = h;
+    now.step.begins = !was_active;
+    add_step(now.step, now.kept);
+  }
   for (const Index p : due) {
     if (!outcome.near[p] || outcome.has_met[p]) continue;
     outcome.has_met[p] = 1;

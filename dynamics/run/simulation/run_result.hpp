@@ -4,6 +4,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "common/base/types.hpp"
@@ -55,10 +56,9 @@ struct RunResult {
   };
   // Empty for a pair of `contact: all` that has never been near.
   struct OfPair {
-    std::vector<double> active, penetration, residual;  // at the output; largest since the last one
-    std::vector<double> area;                           // in contact at the output
-    // on the first-named surface, mean since the last output; and its position, 0 without a force
-    Series3 force, center_of_pressure;
+    std::vector<Series3> series;  // of pair_outputs(): so many numbers of each output time
+    bool empty() const { return series.empty(); }
+    const Series3& operator[](std::string_view name) const;
   };
   // Extremes over the outputs: von Mises stress and its time, largest and smallest principal stress
   // (m x 4)

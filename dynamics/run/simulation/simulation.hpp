@@ -20,6 +20,7 @@
 #include "dynamics/motion/driven_motion.hpp"
 #include "dynamics/motion/pointed_body.hpp"
 #include "dynamics/motion/supported_body.hpp"
+#include "dynamics/run/simulation/pair_outputs.hpp"
 #include "dynamics/run/simulation/time_plan.hpp"
 
 namespace cbr {
@@ -65,12 +66,11 @@ struct PairState {
   Index n_fallbacks = 0;
   // Steps with pressure functions: their number, sum of unknowns, largest number of unknowns
   Index n_function_steps = 0, n_unknowns = 0, most_unknowns = 0;
-  // Of the last step: area of points with an impulse. Since the last output: impulse on the slave;
-  // normal impulses (magnitudes) and their first moment, scene axes
-  double area = 0, largest_area = 0;
+  PairStep step;             // of the last search
+  bool is_active = false;    // some point had an impulse then
+  std::vector<double> kept;  // by outputs: add_step()
+  double largest_area = 0;
   bool has_touched = false;  // in any step
-  Vector3 impulse = Vector3::Zero(), moment = Vector3::Zero();
-  double normal_impulse = 0;
   // Where friction depends on the slip speed: the largest |dmu/dv| / mu in the run, times what
   // friction changed of the slip speed v in a step. Beyond 1 the step is too long for the law.
   double friction_change = 0;

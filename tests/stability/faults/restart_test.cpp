@@ -191,7 +191,9 @@ const std::string pulse =
 
 TEST_F(Restart, Superelements) {
   expect_same_after_restarts(impact("superelement", "superelement", "", ""));
-  expect_same_after_restarts(impact("superelement", "superelement", ", friction: 0.3", "", pulse));
+  expect_same_after_restarts(impact("superelement", "superelement",
+                                    ", friction: {static: 0.3, kinetic: 0.2, decay: 5}", "",
+                                    pulse));
   expect_same_after_restarts(impact("superelement", "superelement", ", formulation: mortar", ""));
 }
 
@@ -241,15 +243,18 @@ TEST_F(Restart, Newmark) {
 TEST_F(Restart, Meshes) {
   const std::string held = pulse + "boundary: [{instance: right, nodes: x_max, fix: [x, y]}]\n";
   expect_same_after_restarts(impact("mesh", "mesh", "", "", held));
-  expect_same_after_restarts(
-      impact("mesh", "mesh", ", friction: 0.2, enforcement: penalty, damping: 0.1", "", held));
+  expect_same_after_restarts(impact(
+      "mesh", "mesh",
+      ", friction: {static: 0.3, kinetic: 0.2, decay: 5}, enforcement: penalty, damping: 0.1", "",
+      held));
   expect_same_after_restarts(
       impact("mesh", "mesh", ", enforcement: nodal", ", integrator: central-difference"));
 }
 
 TEST_F(Restart, CentralDifferences) {
   const std::string time = ", integrator: central-difference";
-  expect_same_after_restarts(impact("superelement", "mesh", ", friction: 0.2", time, pulse));
+  expect_same_after_restarts(impact(
+      "superelement", "mesh", ", friction: {static: 0.3, kinetic: 0.2, decay: 5}", time, pulse));
   expect_same_after_restarts(
       impact("superelement", "superelement", ", formulation: two-way, enforcement: penalty", time));
   const std::string skin =

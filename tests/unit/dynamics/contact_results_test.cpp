@@ -80,7 +80,7 @@ TEST_F(ContactResults, PressureIsForceOverAreaWhereBarsMeet) {
             const bool takes_part =
                 !sim.pairs[p].wall || sim.pairs[p].slave->body == static_cast<Index>(c);
             if (takes_part && std::abs(x - met) < 1e-9)
-              expected += std::abs(at(result.pairs[p].force, i)[0]) / area;
+              expected += std::abs(at(result.pairs[p]["force"], i)[0]) / area;
           }
           largest = std::max(largest, expected);
           if (!is_penalty) {
@@ -119,13 +119,13 @@ TEST_F(ContactResults, ResultantsChangeTheMotion) {
       // Where bodies touch at an output, their momenta have half a step of the force that lasts,
       // which is no larger than the mean of the interval here; apart they have none
       const double ahead =
-          0.5 * ran.built.simulation.plan.h * at(pair.force, ran.result.time.size() - 1).norm();
-      EXPECT_LT((side * test::integral(ran.result, pair.force) - change).norm(),
+          0.5 * ran.built.simulation.plan.h * at(pair["force"], ran.result.time.size() - 1).norm();
+      EXPECT_LT((side * test::integral(ran.result, pair["force"]) - change).norm(),
                 1e-12 * change.norm() + ahead);
       Vector3 twist = Vector3::Zero();
       for (std::size_t i = 1; i < ran.result.time.size(); ++i) {
         const double dt = ran.result.time[i] - ran.result.time[i - 1];
-        const Vector3 x = at(pair.center_of_pressure, i), f = at(pair.force, i);
+        const Vector3 x = at(pair["center_of_pressure"], i), f = at(pair["force"], i);
         twist += side * dt * x.cross(f);
         if (f.norm() == 0) {
           EXPECT_EQ(x.norm(), 0);
@@ -138,7 +138,8 @@ TEST_F(ContactResults, ResultantsChangeTheMotion) {
       const Vector3 turned = at(ran.body("a").angular_momentum, ran.result.time.size() - 1) -
                              at(ran.body("a").angular_momentum, 0);
       EXPECT_LT((twist - turned).norm(), 0.01 * turned.norm());
-      EXPECT_GT(*std::max_element(pair.area.begin(), pair.area.end()), 0.5 * 0.3 * 0.45);
+      EXPECT_GT(*std::max_element(pair["area"].values.begin(), pair["area"].values.end()),
+                0.5 * 0.3 * 0.45);
       EXPECT_LE(ran.built.simulation.pairs[0].seen().largest_area, area);
     }
   }
@@ -151,9 +152,17 @@ TEST_F(ContactResults, AWallTakesWhatTheBodyLoses) {
   const Vector3 change =
       at(ran.body("a").momentum, ran.result.time.size() - 1) - at(ran.body("a").momentum, 0);
   EXPECT_LT(change[0], -1.8 * area * 0.01);  // it comes back
-  EXPECT_LT((test::integral(ran.result, ran.result.pairs[0].force) - change).norm(),
+  EXPECT_LT((test::integral(ran.result, ran.result.pairs[0]["force"]) - change).norm(),
             1e-12 * change.norm());
   EXPECT_EQ(ran.built.simulation.pairs[0].name, "a.x_max - end");
+  const auto last = [&](const char* name) { return ran.result.pairs[0][name].values.back(); };
+  EXPECT_EQ(last("impacts"), 1);
+  EXPECT_NEAR(last("impulse"), change.norm(), 1e-12 * change.norm());
+  double largest = 0;  // of the means between outputs
+  for (std::size_t i = 0; i < ran.result.time.size(); ++i)
+    largest = std::max(largest, at(ran.result.pairs[0]["force"], i).norm());
+  EXPECT_GE(last("peak_force"), largest * (1 - 1e-12));
+  EXPECT_LT(last("peak_force"), 4 * largest);
 }
 
 }  // namespace

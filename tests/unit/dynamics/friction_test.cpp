@@ -54,7 +54,8 @@ TEST(Friction, SlidingForceIsMuTimesTheNormalForceAgainstTheSlip) {
       EXPECT_LT(b.energy, 1e-11);
       EXPECT_LT(b.momentum, 1e-12);
       Vector3 total = Vector3::Zero();
-      for (std::size_t i = 1; i < result.time.size(); ++i) total += row(result.pairs[0].force, i);
+      for (std::size_t i = 1; i < result.time.size(); ++i)
+        total += row(result.pairs[0]["force"], i);
       ASSERT_LT(total[0], 0);
       // The slip's direction is (0, 3, 4) / 5 but for what the faces do themselves
       // The springs of a penalty stretch a little before they give way
@@ -96,7 +97,7 @@ TEST(Friction, StickingTakesNoEnergy) {
   EXPECT_LE(std::abs(result.work_friction.back()), 0.02 * result.total[0]);
   double tangential = 0;
   for (std::size_t i = 1; i < result.time.size(); ++i)
-    tangential = std::max(tangential, row(result.pairs[0].force, i).tail<2>().norm());
+    tangential = std::max(tangential, row(result.pairs[0]["force"], i).tail<2>().norm());
   EXPECT_GT(tangential, 0);
 }
 
