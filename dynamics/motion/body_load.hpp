@@ -28,7 +28,7 @@ class NodalForces {
   Points forces_;
 };
 
-// These, and forces on the first of the modal coordinates of BodyReadings::coordinates() (empty:
+// These, and forces on the first of the modal coordinates of Body::coordinates() (empty:
 // none), which a load inside a superelement has.
 struct ForcePattern {
   NodalForces forces = {};

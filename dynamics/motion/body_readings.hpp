@@ -3,7 +3,6 @@
 #pragma once
 
 #include <optional>
-#include <vector>
 
 #include "common/base/types.hpp"
 
@@ -37,24 +36,9 @@ struct BodyWork {
   double numerical = 0;
 };
 
-class BodyReadings {
- public:
-  virtual ~BodyReadings() = default;
-
-  virtual BodyState state() const = 0;
-  virtual BodyWork work() const = 0;
-  // of all nodes, and their velocities; scene axes, n_nodes x 3
-  virtual void displacements(Points& u, Points& v) const = 0;
-  // All coordinates and their rates, component axes: modal ones (of the parts one after the other),
-  // then x, y, z of the nodes, then rotations of nodes. A recovery of interiors starts from them.
-  virtual void coordinates(Vector& q, Vector& rates) const = 0;
-  // Of a body that turns: adds the turn, which coordinates() leaves out, to u and v (n x 3, scene
-  // axes) of its points X (n x 3, undeformed, scene axes).
-  virtual void turn(const Points& /*X*/, Points& /*u*/, Points& /*v*/) const {}
-  // Number of a node set for mean_motion(); as Body::track().
-  virtual Index track_mean(const std::vector<Index>& nodes) = 0;
-  // the plain mean of its nodes
-  virtual void mean_motion(Index set, Vector3& position, Vector3& velocity) const = 0;
+// Of a set of supports on the body, scene axes.
+struct Reaction {
+  Vector3 force = Vector3::Zero(), moment = Vector3::Zero();
 };
 
 void keep_state(StateArchive& archive, BodyState& state);

@@ -54,7 +54,7 @@ Matrix6 JointBody::in_scene_axes(const Matrix6& A) const {
   return turned;
 }
 
-Index JointBody::track(const std::vector<Index>& nodes) {
+Index JointBody::own_track(const std::vector<Index>& nodes) {
   sets_.push_back(nodes);
   return static_cast<Index>(sets_.size()) - 1;
 }
@@ -78,7 +78,7 @@ Vector6 JointBody::gathered(Index set, const Points& impulses) const {
   return P;
 }
 
-void JointBody::mean_motion(Index set, Vector3& position, Vector3& velocity) const {
+void JointBody::own_mean_motion(Index set, Vector3& position, Vector3& velocity) const {
   Points x;
   fill(r_, set, x);
   position = x.colwise().mean().transpose();
@@ -112,7 +112,7 @@ void JointBody::predict_end() {
   }
 }
 
-void JointBody::take_impulses(Index set, const Impulses& impulses) {
+void JointBody::own_take_impulses(Index set, const Impulses& impulses) {
   impulses.each([&](const Points& p, ImpulseKind) {
     const Vector6 P = gathered(set, p);
     r_end_ += answer_ * P;
@@ -122,7 +122,7 @@ void JointBody::take_impulses(Index set, const Impulses& impulses) {
 
 // What springs store and dashpots take is what the bodies that they join have done on them, to the
 // error of the step.
-void JointBody::accept() {
+void JointBody::own_accept() {
   if (joint_.is_mass()) {
     work_.contact += 0.5 * (v_end_.dot(joint_.mass * v_end_) - v_.dot(joint_.mass * v_));
   } else {
@@ -140,16 +140,16 @@ void JointBody::accept() {
   last_h_ = h_;
 }
 
-void JointBody::end_velocities(Index set, Points& v) {
+void JointBody::own_end_velocities(Index set, Points& v) {
   fill(v_end_, set, v);
   v.rowwise() -= joint_.at.transpose();
 }
 
-NodeResponse JointBody::velocity_response(Index set) const {
+NodeResponse JointBody::own_velocity_response(Index set) const {
   return response_of(set, inverse_mass_);
 }
 
-void JointBody::add_end_impulses(Index set, const Points& impulses, ImpulseKind) {
+void JointBody::own_add_end_impulses(Index set, const Points& impulses, ImpulseKind) {
   v_end_ += inverse_mass_ * gathered(set, impulses);
 }
 
@@ -167,12 +167,14 @@ NodeResponse JointBody::response_of(Index set, const Matrix6& A) const {
   return response;
 }
 
-NodeResponse JointBody::response(Index set, double h) const { return response_of(set, answer(h)); }
+NodeResponse JointBody::own_response(Index set, double h) const {
+  return response_of(set, answer(h));
+}
 
 Matrix6 JointBody::compliance() const { return inverse_where_not_zero(joint_.stiffness); }
 
 // Inertia has no part in equilibrium: a mass goes where its point goes.
-void JointBody::relax(double, double) {
+void JointBody::own_relax(double, double) {
   r_end_ = joint_.is_mass() ? r_ : Vector6(Vector6::Zero());
   pushed_.setZero();
 }
@@ -188,7 +190,7 @@ Matrix JointBody::floating() const {
   return R.leftCols(k);
 }
 
-Matrix JointBody::floating_motions(Index set) const {
+Matrix JointBody::own_floating_motions(Index set) const {
   const std::vector<Index>& nodes = sets_[static_cast<std::size_t>(set)];
   const Matrix R = floating();
   Matrix motions(3 * static_cast<Index>(nodes.size()), R.cols());
@@ -205,34 +207,34 @@ FloatingForces JointBody::floating_forces() const {
 
 void JointBody::float_by(const Vector& move) { r_end_ += floating() * move; }
 
-NodeResponse JointBody::static_response(Index set) const {
+NodeResponse JointBody::own_static_response(Index set) const {
   return response_of(set, joint_.is_mass() ? Matrix6(Matrix6::Zero()) : compliance());
 }
 
-void JointBody::add_static_forces(Index set, const Points& forces, ImpulseKind) {
+void JointBody::own_add_static_forces(Index set, const Points& forces, ImpulseKind) {
   const Vector6 P = gathered(set, forces);
   pushed_ += P;
   if (!joint_.is_mass()) r_end_ += compliance() * P;
 }
 
-Settled JointBody::settle() {
+Settled JointBody::own_settle() {
   const Vector6 move = r_end_ - r_;
   r_ = r_end_;
   return {2 * spring_energy(move), 2 * spring_energy(r_)};
 }
 
-void JointBody::end_load_step() {
+void JointBody::own_end_load_step() {
   work_.contact += spring_energy(r_) - energy_;
   energy_ = spring_energy(r_);
 }
 
-void JointBody::start_motion(double h, const std::vector<BodyLoad>&) {
+void JointBody::own_start_motion(double h, const std::vector<BodyLoad>&) {
   work_ = BodyWork();
   v_ = joint_.rates;
   last_h_ = h;
 }
 
-BodyState JointBody::state() const {
+BodyState JointBody::own_state() const {
   BodyState state;
   state.center_of_mass = joint_.at + to_scene(0) * r_.head<3>();
   state.strain_energy = energy_;
@@ -245,7 +247,7 @@ BodyState JointBody::state() const {
   return state;
 }
 
-void JointBody::displacements(Points& u, Points& v) const {
+void JointBody::own_displacements(Points& u, Points& v) const {
   u.resize(2, 3);
   v.resize(2, 3);
   for (Index i = 0; i < 2; ++i) {
@@ -254,12 +256,12 @@ void JointBody::displacements(Points& u, Points& v) const {
   }
 }
 
-void JointBody::coordinates(Vector& q, Vector& rates) const {
+void JointBody::own_coordinates(Vector& q, Vector& rates) const {
   q = r_;
   rates = v_;
 }
 
-void JointBody::keep_state(StateArchive& archive) {
+void JointBody::own_keep_state(StateArchive& archive) {
   archive(r_, v_, h_, last_h_, energy_, work_);
   if (follows_) archive(maps_[0], maps_[1]);
 }

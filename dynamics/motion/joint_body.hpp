@@ -37,7 +37,7 @@ struct Joint {
 // rbar the middle of a step, to round-off with masses that move so. Late ones act at the end of a
 // step: p_n = h K r_{n+1} + h C (3 v_n - v_{n-1}) / 2. Under Newmark impulses last, and p = h K
 // (r_n + r_{n+1}) / 2 + C (r_{n+1} - r_n).
-class JointBody final : public Body, public EndImpulseAbility, public StaticsAbility {
+class JointBody final : public Body {
  public:
   JointBody(Joint joint, Scheme scheme);
 
@@ -52,44 +52,39 @@ class JointBody final : public Body, public EndImpulseAbility, public StaticsAbi
   const Vector6& stretch_at_end() const { return r_end_; }
 
   double largest_frequency() const override { return 0; }
-  Index track(const std::vector<Index>& nodes) override;
-  void positions(Index set, Points& x) const override { fill(r_, set, x); }
-  void predicted_positions(Index set, Points& x) const override { fill(r_end_, set, x); }
-  Index track_mean(const std::vector<Index>& nodes) override { return track(nodes); }
-  void mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
 
-  void take_impulses(Index set, const Impulses& impulses) override;
-  void accept() override;
-  EndImpulseAbility* end_impulses() override { return this; }
-  void end_velocities(Index set, Points& v) override;
-  NodeResponse velocity_response(Index set) const override;
-  void add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
-
-  StaticsAbility* statics() override { return this; }
-  void relax(double t, double share) override;
-  Matrix floating_motions(Index set) const override;
   FloatingForces floating_forces() const override;
   void float_by(const Vector& move) override;
-  NodeResponse static_response(Index set) const override;
-  void add_static_forces(Index set, const Points& forces, ImpulseKind kind) override;
-  Settled settle() override;
-  void end_load_step() override;
-  void start_motion(double h, const std::vector<BodyLoad>& loads) override;
-
-  NodeResponse response(Index set, double h) const override;
-
-  BodyState state() const override;
-  BodyWork work() const override { return work_; }
-  void displacements(Points& u, Points& v) const override;
-  void coordinates(Vector& q, Vector& rates) const override;
-  void keep_state(StateArchive& archive) override;
 
  private:
+  Index own_track(const std::vector<Index>& nodes) override;
+  void own_positions(Index set, Points& x) const override { fill(r_, set, x); }
+  void own_predicted_positions(Index set, Points& x) const override { fill(r_end_, set, x); }
+  Index own_track_mean(const std::vector<Index>& nodes) override { return own_track(nodes); }
+  void own_mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
+  void own_take_impulses(Index set, const Impulses& impulses) override;
+  void own_accept() override;
+  void own_end_velocities(Index set, Points& v) override;
+  NodeResponse own_velocity_response(Index set) const override;
+  void own_add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
+  void own_relax(double t, double share) override;
+  Matrix own_floating_motions(Index set) const override;
+  NodeResponse own_static_response(Index set) const override;
+  void own_add_static_forces(Index set, const Points& forces, ImpulseKind kind) override;
+  Settled own_settle() override;
+  void own_end_load_step() override;
+  void own_start_motion(double h, const std::vector<BodyLoad>& loads) override;
+  NodeResponse own_response(Index set, double h) const override;
+  BodyState own_state() const override;
+  BodyWork own_work() const override { return work_; }
+  void own_displacements(Points& u, Points& v) const override;
+  void own_coordinates(Vector& q, Vector& rates) const override;
+  void own_keep_state(StateArchive& archive) override;
   void take_plan(const BodyPlan&) override {}  // what loads a point acts on the body that has it
   void predict_end() override;
   bool is_newmark() const { return scheme() == Scheme::newmark; }
   Matrix6 answer(double h) const;  // of r_end_ to impulses, axes of the joint
-  Matrix floating() const;         // R of StaticsAbility, 6 x k
+  Matrix floating() const;         // R of Body::relax(), 6 x k
   NodeResponse response_of(Index set, const Matrix6& A) const;
   Matrix3 to_scene(Index node) const {
     return follows_ ? maps_[static_cast<std::size_t>(node)] : Matrix3(joint_.axes.transpose());

@@ -194,10 +194,10 @@ FieldWriter::Motion FieldWriter::motion_of(const FieldGrid& grid) const {
     body.displacements(motion.u, motion.v);
     motion.u.conservativeResize(grid.points.rows(), Eigen::NoChange);
     motion.v.conservativeResize(grid.points.rows(), Eigen::NoChange);
-    if (const TurningAbility* turning = body.turning()) {
+    if (body.turns()) {
       motion.turn = turn_of(body);
       Points rates;
-      turning->unturned_displacements(motion.strained, rates);
+      body.unturned_displacements(motion.strained, rates);
     }
     return motion;
   }

@@ -55,7 +55,7 @@ void write_monitors(Hdf5Writer& file, const Simulation& simulation, const RunRes
 void write_reactions(Hdf5Writer& file, const Simulation& simulation, const RunResult& result) {
   for (std::size_t i = 0; i < result.reactions.size(); ++i) {
     const ReactionWatch& watch = simulation.reactions[i];
-    const ReactionSet& set = watch.body->reaction_sets()[watch.set];
+    const ReactionSet& set = watch.body->supports()->sets()[watch.set];
     const std::string group =
         "/instances/" + group_name(watch.instance) + "/reactions/" + group_name(set.name) + "/";
     file.write(group + "force", points(result.reactions[i].force));
@@ -158,7 +158,7 @@ void refuse_names_that_meet(const Simulation& simulation) {
   refuse(simulation.scans, "output.stress: the sets");
   std::vector<std::string> reactions;
   for (const ReactionWatch& watch : simulation.reactions)
-    reactions.push_back(watch.instance + "." + watch.body->reaction_sets()[watch.set].name);
+    reactions.push_back(watch.instance + "." + watch.body->supports()->sets()[watch.set].name);
   refuse_equal_groups(reactions, "output.reactions: the sets");
 }
 

@@ -140,7 +140,7 @@ void Equilibrium::iterate(double t, double share) {
     solve(change);
     double most = 0;
     for (std::size_t b = 0; b < sim_.bodies.size(); ++b) {
-      const Settled settled = statics_of(*sim_.bodies[b]).settle();
+      const Settled settled = sim_.bodies[b]->settle();
       change.change += settled.change;
       change.energy += settled.energy;
       if (settled.change <= most) continue;
@@ -156,7 +156,7 @@ void Equilibrium::iterate(double t, double share) {
     if (is_done(change)) break;
     recall();
   }
-  for (auto& body : sim_.bodies) statics_of(*body).end_load_step();
+  for (auto& body : sim_.bodies) body->end_load_step();
   book();
   initial_ = false;
 }
@@ -164,8 +164,8 @@ void Equilibrium::iterate(double t, double share) {
 void Equilibrium::start_iteration(double t, double share) {
   std::vector<FloatingForces> forces;
   for (auto& body : sim_.bodies) {
-    statics_of(*body).relax(t, share);
-    forces.push_back(statics_of(*body).floating_forces());
+    body->relax(t, share);
+    forces.push_back(body->floating_forces());
   }
   if (first_.empty()) number_floating(forces);
   loads_.setZero(first_.back() + static_cast<Index>(bolts_.size()));
@@ -192,7 +192,7 @@ void Equilibrium::number_floating(const std::vector<FloatingForces>& forces) {
   for (const FloatingForces& of : forces) first_.push_back(first_.back() + of.sum.size());
   for (std::size_t c = 0; c < sim_.contact_nodes.size(); ++c) {
     const ContactNodes& nodes = sim_.contact_nodes[c];
-    StaticsAbility& body = statics_of(*sim_.bodies[nodes.body]);
+    Body& body = *sim_.bodies[nodes.body];
     state_.bodies[c].response = body.static_response(nodes.set);
     floating_.push_back({body.floating_motions(nodes.set), first_[nodes.body]});
   }
@@ -307,7 +307,7 @@ void Equilibrium::give(Index b) {
   if (b >= static_cast<Index>(sim_.contact_nodes.size())) return;
   ContactBody& contact = state_.bodies[b];
   const ContactNodes& nodes = sim_.contact_nodes[b];
-  StaticsAbility& body = statics_of(*sim_.bodies[nodes.body]);
+  Body& body = *sim_.bodies[nodes.body];
   forces_[b] = contact.impulses + contact.friction;
   is_pushed_[b] = !forces_[b].isZero(0);
   outcome_.touched[b] |= is_pushed_[b];
@@ -330,7 +330,7 @@ void Equilibrium::move(const std::vector<Index>& columns, const StaticResult& re
   for (std::size_t b = 0; b < sim_.bodies.size(); ++b) {
     const Index first = first_[b], n = first_[b + 1] - first;
     if (n == 0) continue;
-    statics_of(*sim_.bodies[b]).float_by(move.segment(first, n));
+    sim_.bodies[b]->float_by(move.segment(first, n));
     if (!balances && largest(moves_.segment(first, n)) > lost * extent_of(*sim_.bodies[b]))
       refuse_unheld(static_cast<Index>(b), left.segment(first, n));
   }
@@ -458,13 +458,12 @@ void Equilibrium::refuse_endless(const Change& change) const {
 }
 
 void Equilibrium::refuse_unheld(Index b, const Vector& left) const {
-  const Body& body = *sim_.bodies[b];
-  StaticsAbility& statics = statics_of(*sim_.bodies[b]);
-  statics.settle();
+  Body& body = *sim_.bodies[b];
+  body.settle();
   Points u, v, before;
   body.displacements(before, v);
-  statics.float_by(left / largest(left) * extent_of(body));
-  statics.settle();
+  body.float_by(left / largest(left) * extent_of(body));
+  body.settle();
   body.displacements(u, v);
   u -= before;
   const Vector3 mean = u.colwise().mean().transpose();
@@ -615,7 +614,7 @@ void Equilibrium::lock_bolts() {
 }
 
 void Equilibrium::start_motion(double h) {
-  for (auto& body : sim_.bodies) statics_of(*body).start_motion(h, {});
+  for (auto& body : sim_.bodies) body->start_motion(h, {});
   for (std::size_t c = 0; c < sim_.contact_nodes.size(); ++c) {
     if (forces_[c].isZero(0)) continue;
     ContactBody::Lasting& lasting = state_.bodies[c].lasting;

@@ -41,8 +41,7 @@ void ContactState::keep_state(StateArchive& archive, Simulation& sim) {
     if (!archive.restores()) continue;
     Body& body = *sim.bodies[nodes.body];
     if (contact.response_h > 0) contact.response = body.response(nodes.set, contact.response_h);
-    if (with_velocities)
-      contact.velocity_response = body.end_impulses()->velocity_response(nodes.set);
+    if (with_velocities) contact.velocity_response = body.velocity_response(nodes.set);
   }
   archive(islands, settled, impulses_since_output, ahead_since_output, normal_since_output,
           pressure_since_output);

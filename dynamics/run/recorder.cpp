@@ -41,12 +41,11 @@ Vector3 force_on(const Simulation& sim, std::size_t c, const ContactState& state
   const Points& ahead = state.ahead_since_output[c];
   const Points impulses = ahead.rows() > 0 ? Points(state.impulses_since_output[c] + ahead)
                                            : state.impulses_since_output[c];
-  const auto* pointed = dynamic_cast<const PointedBody*>(sim.bodies[nodes.body].get());
-  if (pointed == nullptr) return impulses.colwise().sum().transpose();
+  const BodyPoints* points = sim.bodies[nodes.body]->points();
+  if (points == nullptr) return impulses.colwise().sum().transpose();
   Vector3 sum = Vector3::Zero();
   for (std::size_t i = 0; i < nodes.nodes.size(); ++i)
-    if (pointed->takes_force(nodes.nodes[i]))
-      sum += impulses.row(static_cast<Index>(i)).transpose();
+    if (points->takes_force(nodes.nodes[i])) sum += impulses.row(static_cast<Index>(i)).transpose();
   return sum;
 }
 
@@ -111,11 +110,11 @@ void Recorder::record_pairs(double interval, const ContactOutcome& outcome) {
 
 // Pressures from nodal impulses on second-order faces: corner values, linear between the corners,
 // with equal work on linear motions. A uniform pressure is exact, also on curved faces.
-static void add_corner_pressures(const Points& impulses, double interval,
-                                 const TurningAbility* turning, ContactNodes& nodes) {
+static void add_corner_pressures(const Points& impulses, double interval, const Body& body,
+                                 ContactNodes& nodes) {
   if (nodes.corner_values.size() == 0 || impulses.isZero(0)) return;
   Matrix at_corners = nodes.corner_values.transpose() * impulses;
-  if (turning != nullptr) at_corners = (at_corners * turning->turn_of_step()).eval();
+  if (body.turns()) at_corners = (at_corners * body.turn_of_step()).eval();
   Vector pressure = Vector::Zero(at_corners.rows());
   for (Index a = 0; a < pressure.size(); ++a) {
     const Vector3 impulse = at_corners.row(a).transpose(),
@@ -132,7 +131,7 @@ void Recorder::record_pressure(double interval, ContactState& state) {
     ContactNodes& nodes = sim_.contact_nodes[c];
     Points& impulses = state.normal_since_output[c];
     if (impulses.rows() == 0) continue;
-    TurningAbility* turning = sim_.bodies[nodes.body]->turning();
+    const Body& body = *sim_.bodies[nodes.body];
     nodes.pressure.setZero(impulses.rows());
     for (Index i = 0; i < impulses.rows() && interval > 0; ++i) {
       const double J = impulses.row(i).norm();
@@ -140,10 +139,10 @@ void Recorder::record_pressure(double interval, ContactState& state) {
       const Vector3 normal = impulses.row(i).transpose() / J;
       const double area =
           facing_area(nodes.areas[i], nodes.area_vectors.row(i),
-                      turning ? turning->turn_of_step().transpose() * normal : normal);
+                      body.turns() ? body.turn_of_step().transpose() * normal : normal);
       if (area > 0) nodes.pressure[i] = J / (area * interval);
     }
-    if (interval > 0) add_corner_pressures(impulses, interval, turning, nodes);
+    if (interval > 0) add_corner_pressures(impulses, interval, body, nodes);
     Points& pressures = state.pressure_since_output[c];
     if (interval > 0) nodes.pressure += pressures.rowwise().norm() / interval;
     impulses.setZero();
@@ -155,12 +154,12 @@ void Recorder::record_monitors(double interval, ContactState& state) {
   for (std::size_t i = 0; i < sim_.monitors.size(); ++i) {
     const Monitor& monitor = sim_.monitors[i];
     Vector3 position, velocity, impulse = Vector3::Zero();
-    if (monitor.pointed != nullptr) {
+    if (monitor.has_point) {
       Vector3 theta, spin;
-      monitor.pointed->point_motion(monitor.point, position, theta, velocity, spin);
-      position += monitor.pointed->reference_positions()
-                      .row(monitor.pointed->translation_node(monitor.point))
-                      .transpose();
+      const Body& body = *sim_.bodies[monitor.body];
+      const BodyPoints& points = *body.points();
+      points.point_motion(body, monitor.point, position, theta, velocity, spin);
+      position += points.positions().row(points.translation_node(monitor.point)).transpose();
       result_.monitors[i].rotation.add(theta);
     } else if (monitor.is_inside()) {
       const auto& [q, rates] = coordinates(monitor.body);
@@ -264,12 +263,11 @@ void Recorder::record_reactions(double t, double interval, const ContactState& s
       impulse -= load.history.integral(t - interval, t) * load.force;
     of.reaction.add(impulse / interval);
   }
-  record_sets([&](SupportedBody& body) { return body.take_reactions(t, interval); });
+  record_sets([&](Body& body) { return body.take_reactions(t, interval); });
 }
 
-void Recorder::record_sets(
-    const std::function<std::vector<SupportedBody::Reaction>(SupportedBody&)>& ask) {
-  std::vector<SupportedBody::Reaction> of_body;
+void Recorder::record_sets(const std::function<std::vector<Reaction>(Body&)>& ask) {
+  std::vector<Reaction> of_body;
   for (std::size_t i = 0; i < sim_.reactions.size(); ++i) {
     const ReactionWatch& watch = sim_.reactions[i];
     if (watch.set == 0) of_body = ask(*watch.body);
@@ -288,7 +286,7 @@ void Recorder::record_static_reactions(double t, const ContactState& state) {
       rest[b] -= load.history.value(t) * load.force;
     result_.bodies[b].reaction.add(rest[b]);
   }
-  record_sets([&](SupportedBody& body) { return body.static_reactions(t); });
+  record_sets([&](Body& body) { return body.static_reactions(t); });
 }
 
 void Recorder::check_finite(double t, const ContactOutcome& outcome) const {

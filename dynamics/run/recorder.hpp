@@ -32,7 +32,7 @@ class Recorder {
   void record_energy(const std::vector<char>& resting);
   void record_stress(double t);
   void record_reactions(double t, double interval, const ContactState& state);
-  void record_sets(const std::function<std::vector<SupportedBody::Reaction>(SupportedBody&)>& ask);
+  void record_sets(const std::function<std::vector<Reaction>(Body&)>& ask);
   void record_static_reactions(double t, const ContactState& state);
   void record_pairs(double interval, const ContactOutcome& outcome);
   void record_pressure(double interval, ContactState& state);

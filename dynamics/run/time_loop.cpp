@@ -219,8 +219,7 @@ class TimeLoop {
       sim_.bodies[nodes.body]->positions(nodes.set, contact.start);
     }
     sim_.bodies[nodes.body]->predicted_positions(nodes.set, contact.end);
-    if (TurningAbility* turning = sim_.bodies[nodes.body]->turning())
-      contact.turn = turning->turn_of_step();
+    if (sim_.bodies[nodes.body]->turns()) contact.turn = sim_.bodies[nodes.body]->turn_of_step();
     sweep(contact);
   }
 
@@ -288,7 +287,7 @@ class TimeLoop {
       const Index c = contact_of_[b];
       if (c < 0) return;
       // With large rotation impulses rotate a body, unlike the linear response
-      current_[c] = located_[c] && !(outcome_.touched[c] && sim_.bodies[b]->turning());
+      current_[c] = located_[c] && !(outcome_.touched[c] && sim_.bodies[b]->turns());
       if (outcome_.touched[c]) resting_[b] = 0;
     };
     for_each_body(

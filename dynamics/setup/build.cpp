@@ -13,6 +13,8 @@
 #include "common/linalg/blas_threads.hpp"
 #include "common/scene/scene_uses.hpp"
 #include "common/scene/scene_words.hpp"
+#include "dynamics/motion/body_points.hpp"
+#include "dynamics/motion/prescribed_motion.hpp"
 #include "dynamics/setup/bodies/instance_body.hpp"
 #include "dynamics/setup/bodies/instance_damping.hpp"
 #include "dynamics/setup/bodies/turning.hpp"
@@ -194,9 +196,8 @@ class Builder {
   void add_points(Index i) {
     const Instance& instance = scene_.instances[i];
     if (component_of(scene_, instance).points.empty()) return;
-    auto& body = built_.simulation.bodies[i];
-    body = std::make_unique<PointedBody>(
-        std::move(body), points_of(index_, built_, i),
+    built_.simulation.bodies[i]->add_points(
+        points_of(index_, built_, i),
         instance.source.text() + ": points of instance '" + instance.name + "'");
   }
 
@@ -231,8 +232,9 @@ class Builder {
     of.modes = made.modes;
     if (damping_of(index_, instance).material.alpha > 0) built_.momentum_is_kept = false;
     of.n_shell_faces = skin_faces(scene_, instance.name, *of.geometry).rows();
-    for (std::size_t i = 0; made.supported && i < made.supported->reaction_sets().size(); ++i)
-      built_.simulation.reactions.push_back({instance.name, made.supported, i});
+    const PrescribedMotion* supports = made.body->supports();
+    for (std::size_t i = 0; supports != nullptr && i < supports->sets().size(); ++i)
+      built_.simulation.reactions.push_back({instance.name, made.body.get(), i});
     built_.simulation.bodies.push_back(std::move(made.body));
     built_.simulation.supports.push_back(
         index_.is_held(instance) ? std::optional<Supports>(Supports()) : std::nullopt);

@@ -9,7 +9,7 @@
 #include "common/base/error.hpp"
 #include "common/mesh/face_weights.hpp"
 #include "common/scene/scene_uses.hpp"
-#include "dynamics/motion/pointed_body.hpp"
+#include "dynamics/motion/body_points.hpp"
 #include "dynamics/setup/contact/points.hpp"
 
 namespace cbr {
@@ -170,8 +170,8 @@ std::vector<BodyPlan> body_plans(const SceneIndex& index, BuiltScene& built) {
       for_each_point(index, [&](Index i, const std::string& name, const Component::Point& point) {
         if (!(point.mass > 0)) return;
         const Index place = point_place(index, index.scene().instances[i].name, name);
-        plans[i].loads.push_back(static_cast<PointedBody&>(*built.simulation.bodies[i])
-                                     .point_load(true, place, point.mass * load.value, history));
+        plans[i].loads.push_back(built.simulation.bodies[i]->points()->point_load(
+            true, place, point.mass * load.value, history));
         add_resultant(i, point.mass * load.value, history, built.simulation);
       });
       continue;
@@ -182,8 +182,8 @@ std::vector<BodyPlan> body_plans(const SceneIndex& index, BuiltScene& built) {
     if (load.on_point) {
       const bool is_force = load.kind == Load::Kind::force;
       const Index place = point_place(index, load.instance, load.surface);
-      loads.push_back(static_cast<PointedBody&>(*built.simulation.bodies[i])
-                          .point_load(is_force, place, load.value, history, load.follows));
+      loads.push_back(built.simulation.bodies[i]->points()->point_load(is_force, place, load.value,
+                                                                       history, load.follows));
       add_resultant(i, is_force ? load.value : Vector3::Zero(), history, built.simulation);
       continue;
     }

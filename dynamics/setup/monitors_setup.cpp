@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "dynamics/motion/pointed_body.hpp"
+#include "dynamics/motion/body_points.hpp"
 #include "dynamics/setup/contact/points.hpp"
 #include "dynamics/setup/stress_setup.hpp"
 
@@ -20,7 +20,7 @@ void add_monitors(const SceneIndex& index, BuiltScene& built) {
     monitor.name = surface.text();
     monitor.body = index.place(surface.instance);
     if (point_of(index.scene(), surface.instance, surface.surface) != nullptr) {
-      monitor.pointed = static_cast<const PointedBody*>(sim.bodies[monitor.body].get());
+      monitor.has_point = true;
       monitor.point = point_place(index, surface.instance, surface.surface);
       sim.monitors.push_back(std::move(monitor));
       continue;

@@ -230,7 +230,7 @@ TEST(TurningMesh, ImpulsesTurnItByTheirMoments) {
         impulses.data()[k] = 1e-4 * std::sin(i + 2.5 * static_cast<double>(k));
       const Vector3 moment(1e-5, 2e-5, -1e-5);
       body.add_impulses(set, impulses, ImpulseKind::friction);
-      body.turning()->add_moment(moment, ImpulseKind::contact);
+      body.add_moment(moment, ImpulseKind::contact);
       for (Index k = 0; k < 3; ++k) {
         L += Vector3(x.row(k)).cross(Vector3(impulses.row(k)));
         p += impulses.row(k).transpose();

@@ -50,7 +50,7 @@ std::string held(const std::string& set, const std::string& motion = {},
 const RunResult::OfReaction& reaction(const Ran& ran, const std::string& set) {
   const Simulation& sim = ran.built.simulation;
   for (std::size_t i = 0; i < sim.reactions.size(); ++i)
-    if (sim.reactions[i].body->reaction_sets()[sim.reactions[i].set].name == set)
+    if (sim.reactions[i].body->supports()->sets()[sim.reactions[i].set].name == set)
       return ran.result.reactions[i];
   throw std::runtime_error("no reaction of " + set);
 }

@@ -129,12 +129,12 @@ void CoupledBody::predict_newmark(double h) {
   u_end_ = u_ + move_;
 }
 
-void CoupledBody::take_impulses(Index set, const Impulses& impulses) {
+void CoupledBody::own_take_impulses(Index set, const Impulses& impulses) {
   impulses.each([&](const Points& p, ImpulseKind kind) { take_impulses_of(set, p, kind); });
 }
 
 // Central differences: velocities between two steps are those under them.
-void CoupledBody::expect_forces(Index set, const Impulses& forces) {
+void CoupledBody::own_expect_forces(Index set, const Impulses& forces) {
   v_now_is_current_ = scheme() == Scheme::newmark && v_now_is_current_;
   lasting_.resize(0);
   if (scheme() == Scheme::newmark) return;
@@ -175,7 +175,8 @@ void CoupledBody::take_impulses_of(Index set, const Points& impulses, ImpulseKin
   }
 }
 
-Vector3 CoupledBody::add_velocities(Index set, const Points& velocities, const Vector3& momentum) {
+Vector3 CoupledBody::own_add_velocities(Index set, const Points& velocities,
+                                        const Vector3& momentum) {
   assert(scheme() == Scheme::central_difference && !is_damped());
   const auto& nodes = sets_[set];
   const Index n_modal = system_->n_modal();
@@ -294,7 +295,7 @@ void CoupledBody::book_scheme(const Vector& change_of_Ku) {
   a_.swap(a_1);
 }
 
-void CoupledBody::accept() {
+void CoupledBody::own_accept() {
   v_now_is_current_ = false;
   if (scheme() == Scheme::central_difference) {
     accept_central();
@@ -312,7 +313,7 @@ void CoupledBody::arrive_newmark() {
   arrived_ = true;
 }
 
-void CoupledBody::end_velocities(Index set, Points& v) {
+void CoupledBody::own_end_velocities(Index set, Points& v) {
   arrive_newmark();
   v_now_ = p_;
   system_->factor(0).solve(v_now_);
@@ -323,7 +324,7 @@ void CoupledBody::end_velocities(Index set, Points& v) {
 }
 
 // Precondition: end_velocities() has been asked for in this step.
-void CoupledBody::add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) {
+void CoupledBody::own_add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) {
   const auto& nodes = sets_[set];
   Vector& dv = work_vector_;
   dv.setZero();

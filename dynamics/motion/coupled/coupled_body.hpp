@@ -21,11 +21,7 @@ namespace cbr {
 // central differences solves with M once and multiplies with K once; one of Newmark solves with A =
 // M + theta K instead; HHT-alpha solves with M too, to account for its damping. Nothing is
 // allocated.
-class CoupledBody final : public Body,
-                          public NodalAbility,
-                          public EndImpulseAbility,
-                          public StartImpulseAbility,
-                          public StaticsAbility {
+class CoupledBody final : public Body {
  public:
   // `scheme` is not exact. add_velocities() is not for Scheme::newmark.
   CoupledBody(std::string name, std::shared_ptr<CoupledSystem> system, const Placement& placement,
@@ -37,46 +33,40 @@ class CoupledBody final : public Body,
                               scheme() == Scheme::newmark ? 0 : damping_.beta);
   }
 
-  Index track(const std::vector<Index>& nodes) override;
-  void positions(Index set, Points& x) const override;
-  void predicted_positions(Index set, Points& x) const override;
-  Index track_mean(const std::vector<Index>& nodes) override;
-  void mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
-
-  void take_impulses(Index set, const Impulses& impulses) override;
-  void expect_forces(Index set, const Impulses& forces) override;
   double lasting_share() const override { return scheme() == Scheme::central_difference ? 0.5 : 0; }
-  void accept() override;
-  EndImpulseAbility* end_impulses() override { return this; }
-  void end_velocities(Index set, Points& v) override;
-  NodeResponse velocity_response(Index set) const override;
-  void add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
 
-  StaticsAbility* statics() override { return this; }
-  void relax(double t, double share) override;
-  Matrix floating_motions(Index set) const override;
   FloatingForces floating_forces() const override;
   void float_by(const Vector& move) override;
-  NodeResponse static_response(Index set) const override;
-  void add_static_forces(Index set, const Points& forces, ImpulseKind kind) override;
-  Settled settle() override;
-  void end_load_step() override;
-  void start_motion(double h, const std::vector<BodyLoad>& loads) override;
 
-  NodeResponse response(Index set, double h) const override;
-  NodalAbility* nodal() override { return this; }
   Points nodal_masses(Index set) const override;
-  Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum) override;
-  StartImpulseAbility* start_impulses() override { return this; }
   void add_start_impulse(const Vector& impulse) override;
 
-  BodyState state() const override;
-  BodyWork work() const override { return work_; }
-  void displacements(Points& u, Points& v) const override;
-  void coordinates(Vector& q, Vector& rates) const override;
-  void keep_state(StateArchive& archive) override;
-
  private:
+  Index own_track(const std::vector<Index>& nodes) override;
+  void own_positions(Index set, Points& x) const override;
+  void own_predicted_positions(Index set, Points& x) const override;
+  Index own_track_mean(const std::vector<Index>& nodes) override;
+  void own_mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
+  void own_take_impulses(Index set, const Impulses& impulses) override;
+  void own_expect_forces(Index set, const Impulses& forces) override;
+  void own_accept() override;
+  void own_end_velocities(Index set, Points& v) override;
+  NodeResponse own_velocity_response(Index set) const override;
+  void own_add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
+  void own_relax(double t, double share) override;
+  Matrix own_floating_motions(Index set) const override;
+  NodeResponse own_static_response(Index set) const override;
+  void own_add_static_forces(Index set, const Points& forces, ImpulseKind kind) override;
+  Settled own_settle() override;
+  void own_end_load_step() override;
+  void own_start_motion(double h, const std::vector<BodyLoad>& loads) override;
+  NodeResponse own_response(Index set, double h) const override;
+  Vector3 own_add_velocities(Index set, const Points& velocities, const Vector3& momentum) override;
+  BodyState own_state() const override;
+  BodyWork own_work() const override { return work_; }
+  void own_displacements(Points& u, Points& v) const override;
+  void own_coordinates(Vector& q, Vector& rates) const override;
+  void own_keep_state(StateArchive& archive) override;
   void take_plan(const BodyPlan& plan) override { add_loads(plan.loads); }
   void predict_end() override;
 

@@ -13,12 +13,12 @@
 
 namespace cbr {
 
-Index CoupledBody::track(const std::vector<Index>& nodes) {
+Index CoupledBody::own_track(const std::vector<Index>& nodes) {
   sets_.push_back(nodes);
   return static_cast<Index>(sets_.size()) - 1;
 }
 
-Index CoupledBody::track_mean(const std::vector<Index>& nodes) {
+Index CoupledBody::own_track_mean(const std::vector<Index>& nodes) {
   means_.push_back(nodes);
   return static_cast<Index>(means_.size()) - 1;
 }
@@ -26,19 +26,20 @@ Index CoupledBody::track_mean(const std::vector<Index>& nodes) {
 void CoupledBody::gather(const Vector& u, const std::vector<Index>& nodes, Points& x) const {
   x.resize(static_cast<Index>(nodes.size()), 3);
   for (Index i = 0; i < x.rows(); ++i)
-    x.row(i) = reference_positions().row(nodes[i]) +
-               (placement_.T * displacement(u, nodes[i])).transpose();
+    x.row(i) = own_nodes().row(nodes[i]) + (placement_.T * displacement(u, nodes[i])).transpose();
 }
 
-void CoupledBody::positions(Index set, Points& x) const { gather(u_, sets_[set], x); }
-void CoupledBody::predicted_positions(Index set, Points& x) const { gather(u_end_, sets_[set], x); }
+void CoupledBody::own_positions(Index set, Points& x) const { gather(u_, sets_[set], x); }
+void CoupledBody::own_predicted_positions(Index set, Points& x) const {
+  gather(u_end_, sets_[set], x);
+}
 
-void CoupledBody::mean_motion(Index set, Vector3& position, Vector3& velocity) const {
+void CoupledBody::own_mean_motion(Index set, Vector3& position, Vector3& velocity) const {
   const Vector& present = present_velocities();
   position.setZero();
   velocity.setZero();
   for (const Index node : means_[set]) {
-    position += reference_positions().row(node).transpose() + placement_.T * displacement(u_, node);
+    position += own_nodes().row(node).transpose() + placement_.T * displacement(u_, node);
     velocity += placement_.T * displacement(present, node);
   }
   const double n = static_cast<double>(means_[set].size());
@@ -89,7 +90,7 @@ NodeResponse CoupledBody::mass_response(const std::vector<Index>& nodes, double 
 }
 
 // h M^-1, or h / 2 A^-1 (newmark.hpp).
-NodeResponse CoupledBody::response(Index set, double h) const {
+NodeResponse CoupledBody::own_response(Index set, double h) const {
   if (scheme() == Scheme::central_difference) return mass_response(sets_[set], h / mass_factor(h));
   NodeResponse response;
   response.set_block(0.5 * h / mass_factor(h) *
@@ -97,7 +98,7 @@ NodeResponse CoupledBody::response(Index set, double h) const {
   return response;
 }
 
-NodeResponse CoupledBody::velocity_response(Index set) const {
+NodeResponse CoupledBody::own_velocity_response(Index set) const {
   return mass_response(sets_[set], 1);
 }
 
@@ -148,7 +149,7 @@ void CoupledBody::add_start_impulse(const Vector& impulse) {
   solve_for_velocities();
 }
 
-BodyState CoupledBody::state() const {
+BodyState CoupledBody::own_state() const {
   const Matrix3& T = placement_.T;
   const RigidBody& rigid = system_->model().rigid_body;
   const Matrix& MR = system_->rigid_momentum();
@@ -173,19 +174,19 @@ BodyState CoupledBody::state() const {
   return state;
 }
 
-void CoupledBody::coordinates(Vector& q, Vector& rates) const {
+void CoupledBody::own_coordinates(Vector& q, Vector& rates) const {
   q = u_;
   rates = present_velocities();
 }
 
-void CoupledBody::displacements(Points& u, Points& v) const {
-  const Index n_modal = system_->n_modal(), n = n_nodes();
+void CoupledBody::own_displacements(Points& u, Points& v) const {
+  const Index n_modal = system_->n_modal(), n = own_nodes().rows();
   u = Eigen::Map<const Points>(u_.data() + n_modal, n, 3) * placement_.T.transpose();
   v = Eigen::Map<const Points>(present_velocities().data() + n_modal, n, 3) *
       placement_.T.transpose();
 }
 
-void CoupledBody::keep_state(StateArchive& archive) {
+void CoupledBody::own_keep_state(StateArchive& archive) {
   archive.expect(u_.size());
   archive(u_, p_, v_, t_, last_h_, work_);
   archive(started_, arrived_, F_, Ma_, f0_, a_, last_change_of_Ku_, last_change_of_f_, a0_Ma0_);

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "dynamics/motion/coupled/coupled_model.hpp"
-#include "dynamics/motion/support_shapes.hpp"
+#include "dynamics/motion/prescribed_motion.hpp"
 
 namespace cbr {
 

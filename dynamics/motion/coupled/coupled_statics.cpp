@@ -190,7 +190,7 @@ CoupledStatics& CoupledSystem::statics() {
 CoupledSystem::~CoupledSystem() = default;
 
 // Of the state, from what the motions do to momenta: R^T M u / m.
-void CoupledBody::relax(double t, double share) {
+void CoupledBody::own_relax(double t, double share) {
   if (statics_.empty()) statics_.begin(u_);
   Vector& f = work_vector_;
   load(t, f);
@@ -203,7 +203,7 @@ void CoupledBody::relax(double t, double share) {
   u_end_ += K.floating() * a;
 }
 
-Matrix CoupledBody::floating_motions(Index set) const {
+Matrix CoupledBody::own_floating_motions(Index set) const {
   const Matrix& R = system_->statics().floating();
   const std::vector<Index>& nodes = sets_[set];
   Matrix motions(3 * static_cast<Index>(nodes.size()), R.cols());
@@ -222,14 +222,14 @@ FloatingForces CoupledBody::floating_forces() const {
 
 void CoupledBody::float_by(const Vector& move) { u_end_ += system_->statics().floating() * move; }
 
-NodeResponse CoupledBody::static_response(Index set) const {
+NodeResponse CoupledBody::own_static_response(Index set) const {
   NodeResponse response;
   response.block = system_->statics().nodal_inverse(sets_[set]);
   response.axes = placement_.T;
   return response;
 }
 
-void CoupledBody::add_static_forces(Index set, const Points& forces, ImpulseKind kind) {
+void CoupledBody::own_add_static_forces(Index set, const Points& forces, ImpulseKind kind) {
   const auto& nodes = sets_[set];
   Vector& f = work_vector_;
   f.setZero();
@@ -242,7 +242,7 @@ void CoupledBody::add_static_forces(Index set, const Points& forces, ImpulseKind
   u_end_ += f;
 }
 
-Settled CoupledBody::settle() {
+Settled CoupledBody::own_settle() {
   const Vector move = u_end_ - u_, before = stiffness_force();
   u_ = u_end_;
   Ku_is_current_ = v_now_is_current_ = false;
@@ -250,10 +250,10 @@ Settled CoupledBody::settle() {
   return {move.dot(after - before), u_.dot(after)};
 }
 
-void CoupledBody::end_load_step() { statics_.book(u_, work_); }
+void CoupledBody::own_end_load_step() { statics_.book(u_, work_); }
 
 // Central differences keep rates half a step before, of a body at rest under all forces.
-void CoupledBody::start_motion(double h, const std::vector<BodyLoad>& loads) {
+void CoupledBody::own_start_motion(double h, const std::vector<BodyLoad>& loads) {
   add_loads(loads);
   work_ = BodyWork();
   if (scheme() == Scheme::central_difference && !statics_.empty()) last_h_ = h;

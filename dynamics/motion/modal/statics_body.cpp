@@ -46,7 +46,7 @@ StaticsBody::StaticsBody(std::string name, std::shared_ptr<const Superelement> s
   eta_before_ = modal_.modal_coordinates();
 }
 
-Index StaticsBody::track(const std::vector<Index>& nodes) {
+Index StaticsBody::own_track(const std::vector<Index>& nodes) {
   NodeSet set;
   set.modal = modal_.track(nodes);
   set.of = form_->of_nodes(modal_.node_rows(set.modal));
@@ -58,7 +58,7 @@ Index StaticsBody::track(const std::vector<Index>& nodes) {
   return static_cast<Index>(sets_.size()) - 1;
 }
 
-Index StaticsBody::track_mean(const std::vector<Index>& nodes) {
+Index StaticsBody::own_track_mean(const std::vector<Index>& nodes) {
   MeanSet set;
   set.modal = modal_.track_mean(nodes);
   const StaticRows& rows = form_->rows;
@@ -79,12 +79,12 @@ void StaticsBody::add_rows(const NodeSet& set, const Vector& w, Points& x) const
     x.row(rows.node[i]) += (T_ * (w[i] * rows.direction.row(i).transpose())).transpose();
 }
 
-void StaticsBody::positions(Index set, Points& x) const {
+void StaticsBody::own_positions(Index set, Points& x) const {
   modal_.positions(sets_[set].modal, x);
   if (has_force_ || !loads_.empty()) add_rows(sets_[set], sets_[set].w, x);
 }
 
-void StaticsBody::predicted_positions(Index set, Points& x) const {
+void StaticsBody::own_predicted_positions(Index set, Points& x) const {
   modal_.predicted_positions(sets_[set].modal, x);
   if (is_pushed_ || !loads_.empty()) add_rows(sets_[set], sets_[set].w_end, x);
 }
@@ -151,7 +151,7 @@ void StaticsBody::kick(Index set, const Points& impulses, ImpulseKind kind) {
   }
 }
 
-void StaticsBody::take_impulses(Index set, const Impulses& impulses) {
+void StaticsBody::own_take_impulses(Index set, const Impulses& impulses) {
   NodeSet& its = sets_[set];
   if (impulses.still == nullptr)
     return impulses.each([&](const Points& p, ImpulseKind kind) {
@@ -176,7 +176,7 @@ void StaticsBody::take_impulses(Index set, const Impulses& impulses) {
 
 // The statics' energy 1/2 g . F g changes by exactly what mean forces do on its displacements. What
 // lambda does beyond that is lost.
-void StaticsBody::accept() {
+void StaticsBody::own_accept() {
   for (NodeSet& set : sets_) {
     if (is_pushed_ || has_force_) {
       const double all = 0.5 * (set.force + set.force_end).dot(set.w_end - set.w);
@@ -201,7 +201,7 @@ void StaticsBody::accept() {
   modal_.accept();
 }
 
-NodeResponse StaticsBody::response(Index set, double h) const {
+NodeResponse StaticsBody::own_response(Index set, double h) const {
   ResponseOf of;
   of.h = h;
   Vector weight;
@@ -212,7 +212,7 @@ NodeResponse StaticsBody::response(Index set, double h) const {
   return response;
 }
 
-NodeResponse StaticsBody::velocity_response(Index set) const {
+NodeResponse StaticsBody::own_velocity_response(Index set) const {
   NodeResponse response;
   response.thin =
       form_->response(sets_[set].of, {ResponseOf::Weight::velocity}, Vector::Ones(n_dofs()));
@@ -278,15 +278,9 @@ Vector StaticsBody::static_load() const {
   return sum;
 }
 
-MotionBound StaticsBody::motion_bound(Index set) const {
-  return with_statics(modal_.motion_bound(sets_[set].modal), set);
-}
-MotionBound StaticsBody::quick_motion_bound(Index set) const {
-  return with_statics(modal_.quick_motion_bound(sets_[set].modal), set);
-}
-
 // The interface springs back to where its modes are once it is let go.
-MotionBound StaticsBody::with_statics(MotionBound bound, Index set) const {
+MotionBound StaticsBody::own_motion_bound(Index set, bool quick) const {
+  MotionBound bound = modal_.motion_bound(sets_[set].modal, quick);
   const NodeSet& its = sets_[set];
   Vector3 spread = Vector3::Zero();
   Points moved;
@@ -308,7 +302,7 @@ MotionBound StaticsBody::with_statics(MotionBound bound, Index set) const {
 
 // What contact holds follows what it meets: without mass its velocity is that of the last step, not
 // of the modes.
-void StaticsBody::mean_motion(Index set, Vector3& position, Vector3& velocity) const {
+void StaticsBody::own_mean_motion(Index set, Vector3& position, Vector3& velocity) const {
   const MeanSet& its = means_[set];
   modal_.mean_motion(its.modal, position, velocity);
   position += T_ * Vector3(its.F.transpose() * g_);
@@ -322,7 +316,7 @@ void StaticsBody::mean_motion(Index set, Vector3& position, Vector3& velocity) c
   }
 }
 
-BodyState StaticsBody::state() const {
+BodyState StaticsBody::own_state() const {
   BodyState state = modal_.state();
   // 1/2 g . F g
   for (const NodeSet& set : sets_) state.strain_energy += 0.5 * set.force.dot(set.w);
@@ -331,7 +325,7 @@ BodyState StaticsBody::state() const {
   return state;
 }
 
-BodyWork StaticsBody::work() const {
+BodyWork StaticsBody::own_work() const {
   BodyWork work = modal_.work();
   work.external += work_.external;
   work.contact += work_.contact;
@@ -340,7 +334,7 @@ BodyWork StaticsBody::work() const {
   return work;
 }
 
-void StaticsBody::coordinates(Vector& q, Vector& rates) const {
+void StaticsBody::own_coordinates(Vector& q, Vector& rates) const {
   modal_.coordinates(q, rates);
   if (was_in_contact_ && form_->is_massless) {
     const IndexTable& row = *form_->modal.shared.row_table(*superelement_);
@@ -360,10 +354,10 @@ void StaticsBody::coordinates(Vector& q, Vector& rates) const {
   if (was_in_contact_) spread(g_ - g_before_, 1 / h_, rates);
 }
 
-void StaticsBody::displacements(Points& u, Points& v) const {
+void StaticsBody::own_displacements(Points& u, Points& v) const {
   Vector q, rates;
-  coordinates(q, rates);
-  const Index n = n_nodes();
+  own_coordinates(q, rates);
+  const Index n = own_nodes().rows();
   u = Eigen::Map<const Points>(q.data() + k_, n, 3) * T_.transpose();
   v = Eigen::Map<const Points>(rates.data() + k_, n, 3) * T_.transpose();
 }

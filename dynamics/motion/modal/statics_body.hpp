@@ -21,72 +21,64 @@ namespace cbr {
 // as those of SuperelementBody. The statics lose theta (1 - theta / 2) |lambda - g|_F^2 in a step
 // and never bring energy. Neither with add_velocities() or nodal_masses(). Damping is of the modes:
 // statics follow forces at once, without it.
-class StaticsBody final : public Body,
-                          public BoundAbility,
-                          public EndImpulseAbility,
-                          public StartImpulseAbility,
-                          public StaticsAbility {
+class StaticsBody final : public Body {
  public:
   StaticsBody(std::string name, std::shared_ptr<const Superelement> superelement,
               std::shared_ptr<const StaticsForm> form, const Placement& placement, Scheme scheme,
               const NewmarkOptions& newmark = {}, const Damping& damping = {});
 
   double largest_frequency() const override { return form_->omega_limit; }
-  Index track(const std::vector<Index>& nodes) override;
-  void positions(Index set, Points& x) const override;
-  void predicted_positions(Index set, Points& x) const override;
-  const BoundAbility* bounds() const override { return is_exact() ? this : nullptr; }
-  MotionBound motion_bound(Index set) const override;
-  MotionBound quick_motion_bound(Index set) const override;
-  bool at_rest() const override { return modal_.at_rest() && g_.isZero(0) && loads_.empty(); }
-  Index track_mean(const std::vector<Index>& nodes) override;
-  void mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
 
-  void take_impulses(Index set, const Impulses& impulses) override;
-  void expect_forces(Index set, const Impulses& forces) override {
-    modal_.expect_forces(sets_[set].modal, forces);
-  }
   double lasting_share() const override { return modal_.lasting_share(); }
-  void accept() override;
-  // Of the modes: what statics do to velocities is over at the end of a step.
-  EndImpulseAbility* end_impulses() override { return this; }
-  void end_velocities(Index set, Points& v) override { modal_.end_velocities(sets_[set].modal, v); }
-  NodeResponse velocity_response(Index set) const override;
-  void add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) override {
-    modal_.add_end_impulses(sets_[set].modal, impulses, kind);
-  }
 
-  StaticsAbility* statics() override { return this; }
-  void relax(double t, double share) override;
-  Matrix floating_motions(Index set) const override;
   FloatingForces floating_forces() const override;
   void float_by(const Vector& move) override;
-  NodeResponse static_response(Index set) const override;
-  void add_static_forces(Index set, const Points& forces, ImpulseKind kind) override;
-  Settled settle() override;
-  void end_load_step() override;
-  void start_motion(double h, const std::vector<BodyLoad>& loads) override;
   const SuperelementBody& modal() const { return modal_; }
   SuperelementBody& modal() { return modal_; }
   const StaticRows& static_rows() const { return form_->rows; }  // of all nodes, component axes
   // of all loads with a factor of 1, s
   Vector static_load() const;
 
-  NodeResponse response(Index set, double h) const override;
   // Statics of nodal forces whose factor another sets, as SuperelementBody::turn_forces() has it of
   // their modal forces: first `factor`, then at the end of the next step a number for each call.
   void add_turning_statics(const Points& forces, double factor, const LoadHistory& history);
   void turn_statics(const Vector& factors, const Vector& largest);
-  StartImpulseAbility* start_impulses() override { return this; }
   void add_start_impulse(const Vector& impulse) override { modal_.add_start_impulse(impulse); }
 
-  BodyState state() const override;
-  BodyWork work() const override;
-  void displacements(Points& u, Points& v) const override;
-  void coordinates(Vector& q, Vector& rates) const override;
-  void keep_state(StateArchive& archive) override;
-
  private:
+  Index own_track(const std::vector<Index>& nodes) override;
+  void own_positions(Index set, Points& x) const override;
+  void own_predicted_positions(Index set, Points& x) const override;
+  MotionBound own_motion_bound(Index set, bool quick) const override;
+  bool own_at_rest() const override { return modal_.at_rest() && g_.isZero(0) && loads_.empty(); }
+  Index own_track_mean(const std::vector<Index>& nodes) override;
+  void own_mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
+  void own_take_impulses(Index set, const Impulses& impulses) override;
+  void own_expect_forces(Index set, const Impulses& forces) override {
+    modal_.expect_forces(sets_[set].modal, forces);
+  }
+  void own_accept() override;
+  // Of the modes: what statics do to velocities is over at the end of a step.
+  void own_end_velocities(Index set, Points& v) override {
+    modal_.end_velocities(sets_[set].modal, v);
+  }
+  NodeResponse own_velocity_response(Index set) const override;
+  void own_add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) override {
+    modal_.add_end_impulses(sets_[set].modal, impulses, kind);
+  }
+  void own_relax(double t, double share) override;
+  Matrix own_floating_motions(Index set) const override;
+  NodeResponse own_static_response(Index set) const override;
+  void own_add_static_forces(Index set, const Points& forces, ImpulseKind kind) override;
+  Settled own_settle() override;
+  void own_end_load_step() override;
+  void own_start_motion(double h, const std::vector<BodyLoad>& loads) override;
+  NodeResponse own_response(Index set, double h) const override;
+  BodyState own_state() const override;
+  BodyWork own_work() const override;
+  void own_displacements(Points& u, Points& v) const override;
+  void own_coordinates(Vector& q, Vector& rates) const override;
+  void own_keep_state(StateArchive& archive) override;
   void take_plan(const BodyPlan& plan) override;
   void predict_end() override;
 
@@ -121,7 +113,6 @@ class StaticsBody final : public Body,
   void pressed_by(const NodeSet& set, const Points& impulses, Vector& rows) const;
   void push(Index set, const Vector& pressed, const Vector& still);
   void kick(Index set, const Points& impulses, ImpulseKind kind);
-  MotionBound with_statics(MotionBound bound, Index set) const;
 
   SuperelementBody modal_;
   std::shared_ptr<const Superelement> superelement_;

@@ -31,7 +31,7 @@ void StaticsBody::keep_load_step() {
   load_step_.loads = loads_now_;
 }
 
-void StaticsBody::relax(double t, double share) {
+void StaticsBody::own_relax(double t, double share) {
   if (load_step_.g.size() == 0) {
     // The statics of loads that take_plan() found at the start come with the first load step
     g_.setZero();
@@ -64,7 +64,7 @@ NodeResponse StaticsBody::massless_static_response(const NodeSet& set, const Res
   return response;
 }
 
-Matrix StaticsBody::floating_motions(Index set) const {
+Matrix StaticsBody::own_floating_motions(Index set) const {
   return modal_.floating_motions(sets_[set].modal);
 }
 
@@ -72,7 +72,7 @@ FloatingForces StaticsBody::floating_forces() const { return modal_.floating_for
 
 void StaticsBody::float_by(const Vector& move) { modal_.float_by(move); }
 
-NodeResponse StaticsBody::static_response(Index set) const {
+NodeResponse StaticsBody::own_static_response(Index set) const {
   Vector weight;
   const ResponseOf of = modal_.static_response_of(weight);
   if (form_->is_massless) return massless_static_response(sets_[set], of, weight);
@@ -82,7 +82,7 @@ NodeResponse StaticsBody::static_response(Index set) const {
   return response;
 }
 
-void StaticsBody::add_static_forces(Index set, const Points& forces, ImpulseKind kind) {
+void StaticsBody::own_add_static_forces(Index set, const Points& forces, ImpulseKind kind) {
   NodeSet& its = sets_[set];
   pressed_by(its, forces, pressed_);
   rows_ = pressed_;
@@ -92,7 +92,7 @@ void StaticsBody::add_static_forces(Index set, const Points& forces, ImpulseKind
   modal_.add_static_forces(its.modal, forces, kind);
 }
 
-Settled StaticsBody::settle() {
+Settled StaticsBody::own_settle() {
   Settled settled = modal_.settle();
   const Vector change = g_end_ - g_;
   settled.change += change.dot(*form_->rows.F * change);
@@ -108,7 +108,7 @@ Settled StaticsBody::settle() {
   return settled;
 }
 
-void StaticsBody::end_load_step() {
+void StaticsBody::own_end_load_step() {
   modal_.end_load_step();
   for (std::size_t s = 0; s < sets_.size(); ++s) {
     const Vector move = sets_[s].w - load_step_.w[s];
@@ -123,7 +123,7 @@ void StaticsBody::end_load_step() {
 }
 
 // Forces that last have been followed for long.
-void StaticsBody::start_motion(double h, const std::vector<BodyLoad>& loads) {
+void StaticsBody::own_start_motion(double h, const std::vector<BodyLoad>& loads) {
   add_statics(loads);
   if (load_step_.g.size() == 0) return modal_.start_motion(h, loads);
   work_ = BodyWork();
@@ -139,7 +139,7 @@ void StaticsBody::start_motion(double h, const std::vector<BodyLoad>& loads) {
   }
 }
 
-void StaticsBody::keep_state(StateArchive& archive) {
+void StaticsBody::own_keep_state(StateArchive& archive) {
   modal_.keep_state(archive);
   archive.expect(static_cast<Index>(sets_.size()));
   archive(g_, g_before_, eta_before_, loads_now_, t_, h_, work_, was_in_contact_, has_force_,

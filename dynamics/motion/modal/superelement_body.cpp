@@ -44,30 +44,29 @@ double SuperelementBody::largest_frequency() const {
   return form_->omega.size() ? form_->omega.maxCoeff() : 0;
 }
 
-Index SuperelementBody::track(const std::vector<Index>& nodes) {
-  sets_.push_back(
-      {form_->shared.rows(form_->V, *rows_, nodes), reference_positions()(nodes, Eigen::all)});
+Index SuperelementBody::own_track(const std::vector<Index>& nodes) {
+  sets_.push_back({form_->shared.rows(form_->V, *rows_, nodes), own_nodes()(nodes, Eigen::all)});
   local_.resize(std::max<Index>(local_.rows(), static_cast<Index>(nodes.size())), 3);
   return static_cast<Index>(sets_.size()) - 1;
 }
 
-Index SuperelementBody::track_mean(const std::vector<Index>& nodes) {
+Index SuperelementBody::own_track_mean(const std::vector<Index>& nodes) {
   means_.push_back({form_->shared.mean_rows(form_->V, *rows_, nodes),
-                    reference_positions()(nodes, Eigen::all).colwise().mean().transpose()});
+                    own_nodes()(nodes, Eigen::all).colwise().mean().transpose()});
   return static_cast<Index>(means_.size()) - 1;
 }
 
-void SuperelementBody::positions(Index set, Points& x) const {
+void SuperelementBody::own_positions(Index set, Points& x) const {
   sets_[set].rows->displacements(eta_, placement_.T, x);
   x += sets_[set].X;
 }
 
-void SuperelementBody::predicted_positions(Index set, Points& x) const {
+void SuperelementBody::own_predicted_positions(Index set, Points& x) const {
   sets_[set].rows->displacements(eta_end_, placement_.T, x);
   x += sets_[set].X;
 }
 
-void SuperelementBody::mean_motion(Index set, Vector3& position, Vector3& velocity) const {
+void SuperelementBody::own_mean_motion(Index set, Vector3& position, Vector3& velocity) const {
   const MeanSet& s = means_[set];
   position = s.X;
   velocity.setZero();
@@ -177,7 +176,7 @@ void SuperelementBody::take_kick(Index set, const Points& impulses) {
   if (gain_.size() > 0) f_.array() *= gain_.array();
 }
 
-void SuperelementBody::take_impulses(Index set, const Impulses& impulses) {
+void SuperelementBody::own_take_impulses(Index set, const Impulses& impulses) {
   impulses.each([&](const Points& p, ImpulseKind kind) { take_impulses_of(set, p, kind); });
 }
 
@@ -224,8 +223,8 @@ void SuperelementBody::add_late(Index set, const Points& impulses, ImpulseKind k
   v_end_ += f_;
 }
 
-Vector3 SuperelementBody::add_velocities(Index set, const Points& velocities,
-                                         const Vector3& momentum) {
+Vector3 SuperelementBody::own_add_velocities(Index set, const Points& velocities,
+                                             const Vector3& momentum) {
   assert(scheme() != Scheme::newmark && gain_.size() == 0 && !is_damped());
   const Matrix3& T = placement_.T;
   const Matrix& B = velocity_map(*sets_[set].rows);
@@ -331,7 +330,7 @@ void SuperelementBody::accept_central() {
   if (late) v_end_ += late_end_.all;
 }
 
-void SuperelementBody::accept() {
+void SuperelementBody::own_accept() {
   switch (scheme()) {
     case Scheme::exact:
       accept_exact();

@@ -38,12 +38,7 @@ struct Placement {
 
 // Assumes small displacements and rotations relative to the placed component (state().rotation says
 // how far that is stretched).
-class SuperelementBody final : public Body,
-                               public BoundAbility,
-                               public NodalAbility,
-                               public EndImpulseAbility,
-                               public StartImpulseAbility,
-                               public StaticsAbility {
+class SuperelementBody final : public Body {
  public:
   // `form` belongs to `superelement`; both are shared by the instances of a component (a held
   // instance has its own form). add_velocities() and nodal_masses() need the superelement's
@@ -54,16 +49,7 @@ class SuperelementBody final : public Body,
                    Scheme scheme, const NewmarkOptions& newmark = {}, const Damping& damping = {});
 
   double largest_frequency() const override;
-  Index track(const std::vector<Index>& nodes) override;
-  void positions(Index set, Points& x) const override;
-  void predicted_positions(Index set, Points& x) const override;
-  const BoundAbility* bounds() const override { return is_exact() ? this : nullptr; }
-  MotionBound motion_bound(Index set) const override;
-  MotionBound quick_motion_bound(Index set) const override;
   bool is_damped() const { return damping_.hash != 0; }
-  bool at_rest() const override { return loads_.empty() && v_.isZero(0) && eta_.isZero(0); }
-  Index track_mean(const std::vector<Index>& nodes) override;
-  void mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
 
   // Newmark: impulses of contact act at the start of a step, as with the other integrators, where
   // it is no longer than the critical one. For bodies whose statics answer forces at once, which
@@ -71,30 +57,12 @@ class SuperelementBody final : public Body,
   void kick_at_start() { may_kick_at_start_ = true; }
   // Impulses of contact come by add_end_impulses() then, without Newmark.
   void kick_at_end() { kicks_at_end_ = true; }
-  void take_impulses(Index set, const Impulses& impulses) override;
-  void expect_forces(Index set, const Impulses& forces) override;
   double lasting_share() const override {
     if (scheme() == Scheme::newmark) return 0;
     return kicks_at_end_ ? -0.5 : 0.5;
   }
-  void accept() override;
-  EndImpulseAbility* end_impulses() override { return this; }
-  void end_velocities(Index set, Points& v) override;
-  NodeResponse velocity_response(Index set) const override;
-  // Without Newmark: forces at the end of the step, which StaticsBody knows then, times the step.
-  // Energies are of the middle of such a kick; with central differences it is half of what the
-  // rates of the next step get.
-  void add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
-  StaticsAbility* statics() override { return this; }
-  void relax(double t, double share) override;
-  Matrix floating_motions(Index set) const override;
   FloatingForces floating_forces() const override;
   void float_by(const Vector& move) override;
-  NodeResponse static_response(Index set) const override;
-  void add_static_forces(Index set, const Points& forces, ImpulseKind kind) override;
-  Settled settle() override;
-  void end_load_step() override;
-  void start_motion(double h, const std::vector<BodyLoad>& loads) override;
   // The same with the forces of contact at the ends of steps, as those of add_end_impulses().
   void start_late_motion(double h, const std::vector<BodyLoad>& loads);
   ResponseOf static_response_of(Vector& weight) const;  // as response_of()
@@ -157,29 +125,49 @@ class SuperelementBody final : public Body,
   // Shapes alone follow: other coordinates of the same nodes, for take_shape() and displacements().
   void take_form(std::shared_ptr<const DiagonalForm> form);
   // From here on forces on nodes are also summed, with a factor of 1 (N x 3, component axes).
-  void sum_forces() { forces_ = Points::Zero(n_nodes(), 3); }
+  void sum_forces() { forces_ = Points::Zero(own_nodes().rows(), 3); }
   const Points& forces() const { return forces_; }
   // What response(set, h) is V_c diag(weight) V_c^T of, for those that do not want it formed; the
   // rows V_c of a set.
   ResponseOf response_of(double h, Vector& weight) const;
   const NodeRows& node_rows(Index set) const { return *sets_[set].rows; }
 
-  NodeResponse response(Index set, double h) const override;
   // V_c diag(weight) V_c^T of the rows, formed or as its factors, whichever is smaller.
   NodeResponse answer(const NodeRows& rows, const ResponseOf& of, const Vector& weight) const;
-  NodalAbility* nodal() override { return this; }
   Points nodal_masses(Index set) const override;
-  Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum) override;
-  StartImpulseAbility* start_impulses() override { return this; }
   void add_start_impulse(const Vector& impulse) override;
 
-  BodyState state() const override;
-  BodyWork work() const override { return work_; }
-  void displacements(Points& u, Points& v) const override;
-  void coordinates(Vector& q, Vector& rates) const override;  // q = V eta
-  void keep_state(StateArchive& archive) override;
-
  private:
+  Index own_track(const std::vector<Index>& nodes) override;
+  void own_positions(Index set, Points& x) const override;
+  void own_predicted_positions(Index set, Points& x) const override;
+  MotionBound own_motion_bound(Index set, bool quick) const override;
+  bool own_at_rest() const override { return loads_.empty() && v_.isZero(0) && eta_.isZero(0); }
+  Index own_track_mean(const std::vector<Index>& nodes) override;
+  void own_mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
+  void own_take_impulses(Index set, const Impulses& impulses) override;
+  void own_expect_forces(Index set, const Impulses& forces) override;
+  void own_accept() override;
+  void own_end_velocities(Index set, Points& v) override;
+  NodeResponse own_velocity_response(Index set) const override;
+  // Without Newmark: forces at the end of the step, which StaticsBody knows then, times the step.
+  // Energies are of the middle of such a kick; with central differences it is half of what the
+  // rates of the next step get.
+  void own_add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
+  void own_relax(double t, double share) override;
+  Matrix own_floating_motions(Index set) const override;
+  NodeResponse own_static_response(Index set) const override;
+  void own_add_static_forces(Index set, const Points& forces, ImpulseKind kind) override;
+  Settled own_settle() override;
+  void own_end_load_step() override;
+  void own_start_motion(double h, const std::vector<BodyLoad>& loads) override;
+  NodeResponse own_response(Index set, double h) const override;
+  Vector3 own_add_velocities(Index set, const Points& velocities, const Vector3& momentum) override;
+  BodyState own_state() const override;
+  BodyWork own_work() const override { return work_; }
+  void own_displacements(Points& u, Points& v) const override;
+  void own_coordinates(Vector& q, Vector& rates) const override;  // q = V eta
+  void own_keep_state(StateArchive& archive) override;
   void take_plan(const BodyPlan& plan) override;
   void predict_end() override;
 
@@ -199,7 +187,6 @@ class SuperelementBody final : public Body,
   const Matrix& velocity_map(const NodeRows& rows) const;
   const ModalPropagator& propagator(double h) const;
   const Vector& present_rates() const;
-  MotionBound bound(Index set, bool quick) const;  // eta' at the time of eta
   void take_load(const BodyLoad& load);
   void append_load(const Vector& amplitude, const LoadHistory& history);
   void load_amplitudes(double t, Vector& f) const;

@@ -20,7 +20,7 @@ Vector SuperelementBody::lasting_kick(double share, const Vector& force) const {
   return share * contact_kick(h_, force);
 }
 
-void SuperelementBody::expect_forces(Index set, const Impulses& forces) {
+void SuperelementBody::own_expect_forces(Index set, const Impulses& forces) {
   lasting_.next.clear();
   if (scheme() == Scheme::newmark) return;
   forces.each([&](const Points& f, ImpulseKind kind) {

@@ -150,17 +150,17 @@ void SuperelementBody::arrive_newmark() {
   arrived_ = true;
 }
 
-void SuperelementBody::end_velocities(Index set, Points& v) {
+void SuperelementBody::own_end_velocities(Index set, Points& v) {
   arrive_newmark();
   sets_[set].rows->displacements(v_end_, placement_.T, v);
 }
 
-NodeResponse SuperelementBody::velocity_response(Index set) const {
+NodeResponse SuperelementBody::own_velocity_response(Index set) const {
   return answer(*sets_[set].rows, {ResponseOf::Weight::velocity},
                 Vector::Ones(form_->omega.size()));
 }
 
-void SuperelementBody::add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) {
+void SuperelementBody::own_add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) {
   if (scheme() != Scheme::newmark) return add_late(set, impulses, kind);
   arrive_newmark();
   sets_[set].rows->kick(impulses, placement_.T, local_, f_);

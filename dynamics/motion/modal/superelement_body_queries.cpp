@@ -14,12 +14,9 @@
 
 namespace cbr {
 
-MotionBound SuperelementBody::motion_bound(Index set) const { return bound(set, false); }
-MotionBound SuperelementBody::quick_motion_bound(Index set) const { return bound(set, true); }
-
 // quick: of elastic motion the same spread for all nodes, from the largest that each mode moves
 // one.
-MotionBound SuperelementBody::bound(Index set, bool quick) const {
+MotionBound SuperelementBody::own_motion_bound(Index set, bool quick) const {
   assert(is_exact());
   const NodeSet& s = sets_[set];
   const Matrix3& T = placement_.T;
@@ -117,7 +114,7 @@ ResponseOf SuperelementBody::response_of(double h, Vector& weight) const {
 }
 
 // S = V_c diag(w) V_c^T   (3m x 3m)
-NodeResponse SuperelementBody::response(Index set, double h) const {
+NodeResponse SuperelementBody::own_response(Index set, double h) const {
   Vector weight;
   const ResponseOf of = response_of(h, weight);
   return answer(*sets_[set].rows, of, weight);
@@ -263,7 +260,7 @@ Vector3 SuperelementBody::center_velocity() const {
                                 superelement_->rigid_body.mass);
 }
 
-BodyState SuperelementBody::state() const {
+BodyState SuperelementBody::own_state() const {
   const RigidBody& rigid = superelement_->rigid_body;
   const Matrix3& T = placement_.T;
   BodyState state;
@@ -300,8 +297,8 @@ BodyState SuperelementBody::state() const {
   return state;
 }
 
-void SuperelementBody::coordinates(Vector& q, Vector& rates) const {
-  const Index k = superelement_->k(), n = n_nodes();
+void SuperelementBody::own_coordinates(Vector& q, Vector& rates) const {
+  const Index k = superelement_->k(), n = own_nodes().rows();
   q.setZero(k + 3 * n);
   rates.setZero(k + 3 * n);
   if (eta_.size() == 0) return;
@@ -318,15 +315,15 @@ void SuperelementBody::coordinates(Vector& q, Vector& rates) const {
   }
 }
 
-void SuperelementBody::displacements(Points& u, Points& v) const {
+void SuperelementBody::own_displacements(Points& u, Points& v) const {
   Vector q, rates;
-  coordinates(q, rates);
-  const Index k = superelement_->k(), n = n_nodes();
+  own_coordinates(q, rates);
+  const Index k = superelement_->k(), n = own_nodes().rows();
   u = Eigen::Map<const Points>(q.data() + k, n, 3) * placement_.T.transpose();
   v = Eigen::Map<const Points>(rates.data() + k, n, 3) * placement_.T.transpose();
 }
 
-void SuperelementBody::keep_state(StateArchive& archive) {
+void SuperelementBody::own_keep_state(StateArchive& archive) {
   archive.expect(eta_.size());
   archive(eta_, v_, t_, last_h_, work_);
   // Newmark: the end of a step gives the next one its accelerations and loads; HHT-alpha looks back

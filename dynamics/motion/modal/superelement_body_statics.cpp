@@ -21,7 +21,7 @@ Index SuperelementBody::n_floating() const {
                   (omega2 <= no_stiffness * (omega2.size() > 0 ? omega2.maxCoeff() : 0)).count());
 }
 
-void SuperelementBody::relax(double t, double share) {
+void SuperelementBody::own_relax(double t, double share) {
   if (statics_.empty()) statics_.begin(eta_);
   load_amplitudes(t, f_);
   f_ *= share;
@@ -41,14 +41,14 @@ ResponseOf SuperelementBody::static_response_of(Vector& weight) const {
   return of;
 }
 
-NodeResponse SuperelementBody::static_response(Index set) const {
+NodeResponse SuperelementBody::own_static_response(Index set) const {
   Vector weight;
   const ResponseOf of = static_response_of(weight);
   return answer(*sets_[set].rows, of, weight);
 }
 
 // Modes have a unit mass.
-Matrix SuperelementBody::floating_motions(Index set) const {
+Matrix SuperelementBody::own_floating_motions(Index set) const {
   const Index n = n_floating();
   const auto Vt = sets_[set].rows->Vt();
   Matrix motions(Vt.cols(), n);
@@ -66,21 +66,21 @@ void SuperelementBody::float_by(const Vector& move) {
   eta_end_.head(move.size()) += std::sqrt(mass()) * move;
 }
 
-void SuperelementBody::add_static_forces(Index set, const Points& forces, ImpulseKind kind) {
+void SuperelementBody::own_add_static_forces(Index set, const Points& forces, ImpulseKind kind) {
   sets_[set].rows->kick(forces, placement_.T, local_, f_);
   statics_.add(f_, kind);
   const Index n = f_.size() - n_floating();
   eta_end_.tail(n).array() += f_.tail(n).array() / form_->omega.tail(n).array().square();
 }
 
-Settled SuperelementBody::settle() {
+Settled SuperelementBody::own_settle() {
   const auto omega2 = form_->omega.array().square();
   const Vector move = eta_end_ - eta_;
   eta_ = eta_end_;
   return {(omega2 * move.array().square()).sum(), (omega2 * eta_.array().square()).sum()};
 }
 
-void SuperelementBody::end_load_step() { statics_.book(eta_, work_); }
+void SuperelementBody::own_end_load_step() { statics_.book(eta_, work_); }
 
 // What forces of contact that last do to the rates, as impulses of steps h.
 Vector SuperelementBody::contact_kick(double h, const Vector& force) const {
@@ -92,7 +92,7 @@ Vector SuperelementBody::contact_kick(double h, const Vector& force) const {
 // With `exact` the forces of contact go on. Newmark's impulses at the start of steps hold the body
 // where it is at their ends, where it has half of a kick less than in the mean. With central
 // differences its rates are those half a step before, of a body at rest under all forces.
-void SuperelementBody::start_motion(double h, const std::vector<BodyLoad>& loads) {
+void SuperelementBody::own_start_motion(double h, const std::vector<BodyLoad>& loads) {
   for (const BodyLoad& load : loads) take_load(load);
   if (statics_.empty()) return;
   work_ = BodyWork();

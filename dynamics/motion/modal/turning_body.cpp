@@ -73,18 +73,18 @@ void TurningBody::expect_turning() {
   modal_.expect_turning(largest, is_coupled() ? energy_for_modes(momentum) : -1);
 }
 
-Index TurningBody::track(const std::vector<Index>& nodes) {
+Index TurningBody::own_track(const std::vector<Index>& nodes) {
   placed_.emplace_back();
   return inner_->track(nodes);
 }
 
-void TurningBody::positions(Index set, Points& x) const {
+void TurningBody::own_positions(Index set, Points& x) const {
   inner_->positions(set, x);
   turn_about(modal_.center_of_mass(), q_, x);
   if (!late_) placed_[set] = {x, true};
 }
 
-void TurningBody::predicted_positions(Index set, Points& x) const {
+void TurningBody::own_predicted_positions(Index set, Points& x) const {
   inner_->predicted_positions(set, x);
   turn_about(modal_.predicted_center_of_mass(), end(), x);
   if (late_) placed_[set] = {x, true};
@@ -117,7 +117,7 @@ MotionBound TurningBody::in_any_position(MotionBound bound) const {
   return bound;
 }
 
-void TurningBody::mean_motion(Index set, Vector3& position, Vector3& velocity) const {
+void TurningBody::own_mean_motion(Index set, Vector3& position, Vector3& velocity) const {
   inner_->mean_motion(set, position, velocity);
   const Vector3 c = modal_.center_of_mass(), v_c = modal_.center_velocity();
   const Vector3 arm = q_ * (position - c);
@@ -166,13 +166,13 @@ void TurningBody::add_moment(const Vector3& moment, ImpulseKind kind) {
 
 void TurningBody::add_moments(Index set, const Points& impulses, ImpulseKind kind) {
   Points x;
-  if (!placed_[set].known && late_) predicted_positions(set, x);
-  if (!placed_[set].known && !late_) positions(set, x);
+  if (!placed_[set].known && late_) own_predicted_positions(set, x);
+  if (!placed_[set].known && !late_) own_positions(set, x);
   const Vector3 c = late_ ? modal_.predicted_center_of_mass() : modal_.center_of_mass();
   add_moment(moment_about(c, placed_[set].x, impulses), kind);
 }
 
-void TurningBody::take_impulses(Index set, const Impulses& impulses) {
+void TurningBody::own_take_impulses(Index set, const Impulses& impulses) {
   impulses.each([&](const Points& p, ImpulseKind kind) { add_moments(set, p, kind); });
   const Points contact = impulses.contact * R_, friction = impulses.friction * R_;
   inner_->take_impulses(set, {contact, friction, impulses.move, impulses.still});
@@ -185,7 +185,7 @@ void TurningBody::book(const Moments& moments, const Vector3& w, const Vector3& 
   work_.friction += friction;
 }
 
-void TurningBody::accept() {
+void TurningBody::own_accept() {
   const double longest = is_coupled() && !is_kicked_ ? longest_part() : h_;
   if (!(h_ > longest)) return accept_part();
   // Nothing pushed it, and no one looks at it in between
@@ -259,7 +259,7 @@ void TurningBody::move_on() {
     work_.numerical += spin_energy(now_) - energy - work + modal_.spin_work();
 }
 
-NodeResponse TurningBody::response(Index set, double h) const {
+NodeResponse TurningBody::own_response(Index set, double h) const {
   NodeResponse response = inner_->response(set, h);
   response.axes = R_ * response.axes;
   return response;
@@ -300,8 +300,9 @@ void TurningBody::add_vector_force(const VectorForce& force, const LoadHistory& 
     modal_.add_turning_force(added.elastic().col(a), history);
     const NodalForces& forces = force.patterns[static_cast<std::size_t>(a)].forces;
     if (statics_ != nullptr)
-      statics_->add_turning_statics(forces ? forces.on_nodes() : Points(Points::Zero(n_nodes(), 3)),
-                                    force.value[a], history);
+      statics_->add_turning_statics(
+          forces ? forces.on_nodes() : Points(Points::Zero(own_nodes().rows(), 3)), force.value[a],
+          history);
   }
   // The centre of mass moves in the scene's axes, as under SuperelementBody::carry()
   for (Index d = 0; d < 3; ++d) {
@@ -315,7 +316,7 @@ void TurningBody::add_vector_force(const VectorForce& force, const LoadHistory& 
 }
 
 // Energy in the middle of a late kick, momentum at its end, as of the inner body.
-BodyState TurningBody::state() const {
+BodyState TurningBody::own_state() const {
   BodyState state = inner_->state();
   const Vector3 half = 0.5 * last_kick_.all, l = L_ - half;
   state.angular_momentum = L_ + state.center_of_mass.cross(state.momentum);
@@ -325,7 +326,7 @@ BodyState TurningBody::state() const {
   return state;
 }
 
-BodyWork TurningBody::work() const {
+BodyWork TurningBody::own_work() const {
   BodyWork work = inner_->work();
   work.external += work_.external;
   work.contact += work_.contact;
@@ -334,16 +335,16 @@ BodyWork TurningBody::work() const {
   return work;
 }
 
-void TurningBody::turn(const Points& X, Points& u, Points& v) const {
+void TurningBody::own_turn(const Points& X, Points& u, Points& v) const {
   turn_points(turn_now(), modal_.center_velocity(), angular_velocity(), X, u, v);
 }
 
-void TurningBody::displacements(Points& u, Points& v) const {
+void TurningBody::own_displacements(Points& u, Points& v) const {
   inner_->displacements(u, v);
-  turn(reference_positions(), u, v);
+  own_turn(own_nodes(), u, v);
 }
 
-void TurningBody::keep_state(StateArchive& archive) {
+void TurningBody::own_keep_state(StateArchive& archive) {
   inner_->keep_state(archive);
   if (!loads_.empty()) archive(t_);
   archive(q_.coeffs(), L_, R_, last_kick_.all, last_kick_.friction, work_);

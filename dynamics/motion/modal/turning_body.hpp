@@ -16,7 +16,7 @@ namespace cbr {
 // mass c and what is measured from it without the turn, X + u - c_0. It gets impulses in its own
 // axes, and never turns (SuperelementBody::carry). R comes from the angular momentum L about c,
 // which impulses and loads change by their moments about c, with the arms of the deformed body.
-class TurningBody final : public Body, public BoundAbility, public TurningAbility {
+class TurningBody final : public Body {
  public:
   // inner: free, with Scheme::exact, before any set is tracked. modal: the SuperelementBody inside
   // it, or itself, with six rigid modes. statics: inner, if it is a StaticsBody, or else null.
@@ -32,46 +32,44 @@ class TurningBody final : public Body, public BoundAbility, public TurningAbilit
   // Whether the superelement knows what couples them with each other and the turn.
   bool has_coupling() const { return coupling_ != nullptr; }
   Vector3 angular_velocity() const { return now_.angular_velocity(q_, L_); }
-  Index track(const std::vector<Index>& nodes) override;
-  void positions(Index set, Points& x) const override;
-  void predicted_positions(Index set, Points& x) const override;
-  const BoundAbility* bounds() const override { return this; }
-  MotionBound motion_bound(Index set) const override {
-    return in_any_position(inner_->bounds()->motion_bound(set));
-  }
-  MotionBound quick_motion_bound(Index set) const override {
-    return in_any_position(inner_->bounds()->quick_motion_bound(set));
-  }
-  bool at_rest() const override { return L_.isZero(0) && loads_.empty() && inner_->at_rest(); }
-  Index track_mean(const std::vector<Index>& nodes) override { return inner_->track_mean(nodes); }
-  void mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
 
-  void accept() override;
-  void take_impulses(Index set, const Impulses& impulses) override;
   void add_moment(const Vector3& moment, ImpulseKind kind) override;
-  TurningAbility* turning() override { return this; }
-  const Matrix3& turn_of_step() const override { return R_; }
+  bool turns() const override { return true; }
+  Matrix3 turn_of_step() const override { return R_; }
   BodyTurn turn_now() const override { return {modal_.center_of_mass(), q_.toRotationMatrix()}; }
   BodyTurn turn_at_end() const override {
     return {modal_.predicted_center_of_mass(), end().toRotationMatrix()};
   }
   Vector3 spin() const override { return angular_velocity(); }
+  void unturned_displacements(Points& u, Points& v) const override { inner_->displacements(u, v); }
+
+ private:
+  Index own_track(const std::vector<Index>& nodes) override;
+  void own_positions(Index set, Points& x) const override;
+  void own_predicted_positions(Index set, Points& x) const override;
+  MotionBound own_motion_bound(Index set, bool quick) const override {
+    return in_any_position(inner_->motion_bound(set, quick));
+  }
+  bool own_at_rest() const override { return L_.isZero(0) && loads_.empty() && inner_->at_rest(); }
+  Index own_track_mean(const std::vector<Index>& nodes) override {
+    return inner_->track_mean(nodes);
+  }
+  void own_mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
+  void own_accept() override;
+  void own_take_impulses(Index set, const Impulses& impulses) override;
   void unturned_positions(Index set, Points& x) const override { inner_->positions(set, x); }
   void unturned_end(Index set, Points& x) const override { inner_->predicted_positions(set, x); }
-  void unturned_displacements(Points& u, Points& v) const override { inner_->displacements(u, v); }
   NodeResponse unturned_response(Index set, double h) const override {
     return inner_->response(set, h);
   }
-  NodeResponse response(Index set, double h) const override;
-  BodyState state() const override;
-  BodyWork work() const override;
-  void displacements(Points& u, Points& v) const override;
+  NodeResponse own_response(Index set, double h) const override;
+  BodyState own_state() const override;
+  BodyWork own_work() const override;
+  void own_displacements(Points& u, Points& v) const override;
   // In axes that turn with the body; turn() does the rest.
-  void coordinates(Vector& q, Vector& rates) const override { inner_->coordinates(q, rates); }
-  void turn(const Points& X, Points& u, Points& v) const override;
-  void keep_state(StateArchive& archive) override;
-
- private:
+  void own_coordinates(Vector& q, Vector& rates) const override { inner_->coordinates(q, rates); }
+  void own_turn(const Points& X, Points& u, Points& v) const override;
+  void own_keep_state(StateArchive& archive) override;
   void take_plan(const BodyPlan& plan) override;
   void predict_end() override;
   void add_fixed_forces(const Points& forces, const LoadHistory& history);

@@ -89,14 +89,14 @@ Points MeshBody::by_nodes(const Field& u) const {
   return p;
 }
 
-Index MeshBody::track(const std::vector<Index>& nodes) {
+Index MeshBody::own_track(const std::vector<Index>& nodes) {
   sets_.push_back(rows(nodes));
   v_before_.emplace_back(static_cast<Index>(nodes.size()), 3);
   if (still_) still_->track(nodes);
   return static_cast<Index>(sets_.size()) - 1;
 }
 
-Index MeshBody::track_mean(const std::vector<Index>& nodes) {
+Index MeshBody::own_track_mean(const std::vector<Index>& nodes) {
   means_.push_back(rows(nodes));
   return static_cast<Index>(means_.size()) - 1;
 }
@@ -104,26 +104,26 @@ Index MeshBody::track_mean(const std::vector<Index>& nodes) {
 void MeshBody::gather(const Field& u, const std::vector<Index>& rows, Points& x) const {
   x.resize(static_cast<Index>(rows.size()), 3);
   const auto& node = model_->forces.order();
-  const Points& X = reference_positions();
+  const Points& X = own_nodes();
   for (Index i = 0; i < x.rows(); ++i)
     x.row(i) = X.row(node[rows[i]]) + (placement_.T * u.row(rows[i]).transpose()).transpose();
 }
 
-void MeshBody::positions(Index set, Points& x) const {
+void MeshBody::own_positions(Index set, Points& x) const {
   if (still_) return still_->positions(set, x);
   gather(u_, sets_[set], x);
 }
-void MeshBody::predicted_positions(Index set, Points& x) const {
+void MeshBody::own_predicted_positions(Index set, Points& x) const {
   if (still_) return still_->predicted_positions(set, x);
   gather(u_end_, sets_[set], x);
 }
 
-void MeshBody::mean_motion(Index set, Vector3& position, Vector3& velocity) const {
+void MeshBody::own_mean_motion(Index set, Vector3& position, Vector3& velocity) const {
   const Field& v = present_velocities();
   const auto& node = model_->forces.order();
   Vector3 X = Vector3::Zero(), u = X, rate = X;
   for (const Index row : means_[set]) {
-    X += reference_positions().row(node[row]).transpose();
+    X += own_nodes().row(node[row]).transpose();
     u += u_.row(row).transpose();
     rate += v.row(row).transpose();
   }
@@ -350,12 +350,12 @@ void MeshBody::predict_end() {
   lasting_.resize(0, 3);
 }
 
-void MeshBody::take_impulses(Index set, const Impulses& impulses) {
+void MeshBody::own_take_impulses(Index set, const Impulses& impulses) {
   impulses.each([&](const Points& p, ImpulseKind kind) { take_impulses_of(set, p, kind); });
 }
 
 // Velocities between two steps are those under them.
-void MeshBody::expect_forces(Index set, const Impulses& forces) {
+void MeshBody::own_expect_forces(Index set, const Impulses& forces) {
   v_now_is_current_ = false;
   lasting_.resize(0, 3);
   forces.each([&](const Points& f, ImpulseKind) {
@@ -392,7 +392,7 @@ void MeshBody::take_impulses_of(Index set, const Points& impulses, ImpulseKind k
   }
 }
 
-Vector3 MeshBody::add_velocities(Index set, const Points& velocities, const Vector3&) {
+Vector3 MeshBody::own_add_velocities(Index set, const Points& velocities, const Vector3&) {
   // With nodal masses impulses do just this; a consistent mass is weighed by its row sums, as a
   // nodal enforcement would have it.
   Points impulses = velocities;
@@ -401,7 +401,7 @@ Vector3 MeshBody::add_velocities(Index set, const Points& velocities, const Vect
   return Vector3::Zero();
 }
 
-void MeshBody::accept() {
+void MeshBody::own_accept() {
   // The leapfrog's own energy answers to forces with the average of v- and v+.
   for (const Kick& kick : kicks_) {
     const double work = 0.5 * kick.impulse.dot(kick.v_before + v_.row(kick.row).transpose());

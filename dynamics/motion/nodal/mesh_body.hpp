@@ -71,11 +71,7 @@ struct MeshOptions {
 };
 
 // `held`: ascending by node, component axes.
-class MeshBody final : public Body,
-                       public NodalAbility,
-                       public StartImpulseAbility,
-                       public StaticsAbility,
-                       public TurningAbility {
+class MeshBody final : public Body {
  public:
   MeshBody(std::string name, std::shared_ptr<const MeshModel> model, const Placement& placement,
            const std::vector<HeldDirection>& held, std::shared_ptr<RowThreads> threads,
@@ -86,62 +82,57 @@ class MeshBody final : public Body,
     return critical_frequency(largest_frequency_, damping_.beta);
   }
 
-  Index track(const std::vector<Index>& nodes) override;
-  void positions(Index set, Points& x) const override;
-  void predicted_positions(Index set, Points& x) const override;
-  Index track_mean(const std::vector<Index>& nodes) override;
-  void mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
+  FloatingForces floating_forces() const override { return still().floating_forces(); }
+  void float_by(const Vector& move) override { still().float_by(move); }
 
-  StaticsAbility* statics() override { return still_ ? this : nullptr; }
-  void relax(double t, double share) override { still_->statics()->relax(t, share); }
-  Matrix floating_motions(Index set) const override {
-    return still_->statics()->floating_motions(set);
-  }
-  FloatingForces floating_forces() const override { return still_->statics()->floating_forces(); }
-  void float_by(const Vector& move) override { still_->statics()->float_by(move); }
-  NodeResponse static_response(Index set) const override {
-    return still_->statics()->static_response(set);
-  }
-  void add_static_forces(Index set, const Points& forces, ImpulseKind kind) override {
-    still_->statics()->add_static_forces(set, forces, kind);
-  }
-  Settled settle() override { return still_->statics()->settle(); }
-  void end_load_step() override { still_->statics()->end_load_step(); }
-  void start_motion(double h, const std::vector<BodyLoad>& loads) override;
-
-  void take_impulses(Index set, const Impulses& impulses) override;
-  void expect_forces(Index set, const Impulses& forces) override;
   double lasting_share() const override { return 0.5; }
-  void accept() override;
 
-  NodeResponse response(Index set, double h) const override;
-  NodalAbility* nodal() override { return turning_ ? nullptr : this; }
   Points nodal_masses(Index set) const override;
-  Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum) override;
-  StartImpulseAbility* start_impulses() override { return this; }
-  void add_start_impulse(const Vector& impulse) override;
 
-  BodyState state() const override;
-  BodyWork work() const override;
-  void displacements(Points& u, Points& v) const override;
-  // Of a body that turns in its own axes: turn() does the rest.
-  void coordinates(Vector& q, Vector& rates) const override;
-  void turn(const Points& X, Points& u, Points& v) const override;
-  void keep_state(StateArchive& archive) override;
-
-  TurningAbility* turning() override;
-  const Matrix3& turn_of_step() const override;  // at the start of the step
+  bool turns() const override { return turning_ != nullptr; }
+  Matrix3 turn_of_step() const override;  // at the start of the step
   BodyTurn turn_now() const override;
   BodyTurn turn_at_end() const override;
   Vector3 spin() const override;
-  void unturned_positions(Index set, Points& x) const override;
-  void unturned_end(Index set, Points& x) const override;
   void unturned_displacements(Points& u, Points& v) const override;
-  // The mass is the same along all axes.
-  NodeResponse unturned_response(Index set, double h) const override { return response(set, h); }
   void add_moment(const Vector3& moment, ImpulseKind kind) override;
+  void add_start_impulse(const Vector& impulse) override;
 
  private:
+  Index own_track(const std::vector<Index>& nodes) override;
+  void own_positions(Index set, Points& x) const override;
+  void own_predicted_positions(Index set, Points& x) const override;
+  Index own_track_mean(const std::vector<Index>& nodes) override;
+  void own_mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
+  void own_relax(double t, double share) override { still().relax(t, share); }
+  Matrix own_floating_motions(Index set) const override { return still().floating_motions(set); }
+  NodeResponse own_static_response(Index set) const override {
+    return still().static_response(set);
+  }
+  void own_add_static_forces(Index set, const Points& forces, ImpulseKind kind) override {
+    still().add_static_forces(set, forces, kind);
+  }
+  Settled own_settle() override { return still().settle(); }
+  void own_end_load_step() override { still().end_load_step(); }
+  void own_start_motion(double h, const std::vector<BodyLoad>& loads) override;
+  void own_take_impulses(Index set, const Impulses& impulses) override;
+  void own_expect_forces(Index set, const Impulses& forces) override;
+  void own_accept() override;
+  NodeResponse own_response(Index set, double h) const override;
+  Vector3 own_add_velocities(Index set, const Points& velocities, const Vector3& momentum) override;
+  BodyState own_state() const override;
+  BodyWork own_work() const override;
+  void own_displacements(Points& u, Points& v) const override;
+  // Of a body that turns in its own axes: turn() does the rest.
+  void own_coordinates(Vector& q, Vector& rates) const override;
+  void own_turn(const Points& X, Points& u, Points& v) const override;
+  void own_keep_state(StateArchive& archive) override;
+  void unturned_positions(Index set, Points& x) const override;
+  void unturned_end(Index set, Points& x) const override;
+  // The mass is the same along all axes.
+  NodeResponse unturned_response(Index set, double h) const override {
+    return own_response(set, h);
+  }
   void take_plan(const BodyPlan& plan) override;
   void predict_end() override;
 
@@ -163,6 +154,10 @@ class MeshBody final : public Body,
   void take_impulses_of(Index set, const Points& impulses, ImpulseKind kind);
   void add_loads(const std::vector<BodyLoad>& loads);
   void take_still();
+  Body& still() const {
+    if (!still_) lacks_statics();
+    return *still_;
+  }
   void append_load(const Points& forces, const LoadHistory& history);
   void hold(Field& v) const;  // takes the held directions out
   void hold_velocity();
@@ -212,7 +207,7 @@ class MeshBody final : public Body,
   BodyState turned_state() const;
   void keep_turning(StateArchive& archive);
 
-  std::unique_ptr<Body> still_;  // none: motion has begun
+  std::unique_ptr<Body> still_;  // does statics; none: there are none, or motion has begun
   std::shared_ptr<const MeshModel> model_;
   Placement placement_;
   std::vector<HeldDirection> held_;  // ascending; the row in place of the node

@@ -6,7 +6,7 @@
 namespace cbr {
 
 // Rates are those half a step before, of a body at rest under all forces.
-void MeshBody::start_motion(double h, const std::vector<BodyLoad>& loads) {
+void MeshBody::own_start_motion(double h, const std::vector<BodyLoad>& loads) {
   add_loads(loads);
   take_still();
   last_h_ = h;
@@ -24,7 +24,7 @@ void MeshBody::take_still() {
 
 // K u is formed anew where it was known: from it and in the pass that forms it velocities are the
 // same, but not when it is formed.
-void MeshBody::keep_state(StateArchive& archive) {
+void MeshBody::own_keep_state(StateArchive& archive) {
   archive.expect(u_.rows());
   archive(u_, v_, t_, last_h_, work_, lasting_);
   if (turning_) keep_turning(archive);

@@ -175,8 +175,7 @@ void MeshBody::add_turned_load(const VectorForce& force, const LoadHistory& hist
   turning_->loads.push_back(std::move(added));
 }
 
-TurningAbility* MeshBody::turning() { return turning_ ? this : nullptr; }
-const Matrix3& MeshBody::turn_of_step() const { return turning_->R; }
+Matrix3 MeshBody::turn_of_step() const { return turning_->R; }
 
 BodyTurn MeshBody::turn_of(const MeshFit& fit) const {
   const Matrix3& T = placement_.T;
@@ -198,7 +197,7 @@ void MeshBody::unturned(const MeshFit& fit, const Field& u, Index set, Points& x
   x.resize(static_cast<Index>(rows.size()), 3);
   for (Index i = 0; i < x.rows(); ++i) {
     const Vector3 all = fit.shift + turning_->frame->strain(fit, u, rows[i]);
-    x.row(i) = reference_positions().row(node[rows[i]]) + (placement_.T * all).transpose();
+    x.row(i) = own_nodes().row(node[rows[i]]) + (placement_.T * all).transpose();
   }
 }
 void MeshBody::unturned_positions(Index set, Points& x) const {
@@ -226,7 +225,7 @@ void MeshBody::unturned_displacements(Points& u, Points& v) const {
   v = by_nodes(rates) * placement_.T.transpose();
 }
 
-void MeshBody::turn(const Points& X, Points& u, Points& v) const {
+void MeshBody::own_turn(const Points& X, Points& u, Points& v) const {
   if (!turning_) return;
   const Vector3 v_c =
       placement_.T * (momenta(present_velocities()).head<3>() / model_->rigid_body.mass);
@@ -296,7 +295,7 @@ BodyState MeshBody::turned_state() const {
 
 // Central differences keep no energy of forces that are not linear: what is left, which swings with
 // the square of the step, is the integrator's.
-BodyWork MeshBody::work() const {
+BodyWork MeshBody::own_work() const {
   if (!turning_) return work_;
   BodyWork work = work_;
   const BodyState now = turned_state();

@@ -92,7 +92,7 @@ MeshModel mesh_model(const FiniteElementModel& model, const Points& coordinates,
   return mesh;
 }
 
-NodeResponse MeshBody::response(Index set, double h) const {
+NodeResponse MeshBody::own_response(Index set, double h) const {
   const auto& nodes = sets_[set];
   const Index m = static_cast<Index>(nodes.size());
   const double push = h * kick_share(h);
@@ -128,7 +128,10 @@ NodeResponse MeshBody::response(Index set, double h) const {
   return response;
 }
 
-Points MeshBody::nodal_masses(Index set) const { return model_->mass(sets_[set]).replicate(1, 3); }
+Points MeshBody::nodal_masses(Index set) const {
+  if (turning_) lacks_nodal_masses();
+  return model_->mass(sets_[set]).replicate(1, 3);
+}
 
 // Forces by rows, component axes.
 void MeshBody::append_load(const Points& forces, const LoadHistory& history) {
@@ -218,7 +221,7 @@ Eigen::Matrix<double, 6, 1> MeshBody::momenta(const Field& v) const {
   return p;
 }
 
-BodyState MeshBody::state() const {
+BodyState MeshBody::own_state() const {
   if (turning_) return turned_state();
   const Matrix3& T = placement_.T;
   const RigidBody& rigid = model_->rigid_body;
@@ -238,13 +241,13 @@ BodyState MeshBody::state() const {
   return state;
 }
 
-void MeshBody::displacements(Points& u, Points& v) const {
+void MeshBody::own_displacements(Points& u, Points& v) const {
   if (still_) return still_->displacements(u, v);
   u = by_nodes(u_) * placement_.T.transpose();
   v = by_nodes(present_velocities()) * placement_.T.transpose();
 }
 
-void MeshBody::coordinates(Vector& q, Vector& rates) const {
+void MeshBody::own_coordinates(Vector& q, Vector& rates) const {
   Field unturned, its_rates;
   if (turning_) unturned_fields(unturned, its_rates);
   const Points u = by_nodes(turning_ ? unturned : u_),

@@ -24,7 +24,7 @@ ScaledBody::ScaledBody(std::string name, std::shared_ptr<ScaledModel> model,
             .scales = true}),
       model_(std::move(model)),
       placement_(placement) {
-  slot_of_.assign(static_cast<std::size_t>(n_nodes()), -1);
+  slot_of_.assign(static_cast<std::size_t>(own_nodes().rows()), -1);
   if (placement_.velocity.isZero(0)) return;
   Load start;
   start.rigid.setZero();
@@ -43,11 +43,11 @@ void ScaledBody::require_plan(bool is_there) const {
                            "': nodes are tracked before prepare(), the rest is asked after it");
 }
 
-Index ScaledBody::track(const std::vector<Index>& nodes) {
+Index ScaledBody::own_track(const std::vector<Index>& nodes) {
   require_plan(false);
   NodeSet set;
   set.nodes = nodes;
-  set.X = reference_positions()(nodes, Eigen::all);
+  set.X = own_nodes()(nodes, Eigen::all);
   for (const Index node : nodes) {
     if (slot_of_[node] < 0) {
       slot_of_[node] = static_cast<Index>(tracked_.size());
@@ -59,10 +59,9 @@ Index ScaledBody::track(const std::vector<Index>& nodes) {
   return static_cast<Index>(sets_.size()) - 1;
 }
 
-Index ScaledBody::track_mean(const std::vector<Index>& nodes) {
+Index ScaledBody::own_track_mean(const std::vector<Index>& nodes) {
   require_plan(false);
-  means_.push_back(
-      {nodes, reference_positions()(nodes, Eigen::all).colwise().mean().transpose(), {}, {}});
+  means_.push_back({nodes, own_nodes()(nodes, Eigen::all).colwise().mean().transpose(), {}, {}});
   return static_cast<Index>(means_.size()) - 1;
 }
 
@@ -85,12 +84,12 @@ void ScaledBody::write_positions(const NodeSet& set, const ScaledState& state, P
   }
 }
 
-void ScaledBody::positions(Index set, Points& x) const { write_positions(sets_[set], now_, x); }
-void ScaledBody::predicted_positions(Index set, Points& x) const {
+void ScaledBody::own_positions(Index set, Points& x) const { write_positions(sets_[set], now_, x); }
+void ScaledBody::own_predicted_positions(Index set, Points& x) const {
   write_positions(sets_[set], end_, x);
 }
 
-void ScaledBody::mean_motion(Index set, Vector3& position, Vector3& velocity) const {
+void ScaledBody::own_mean_motion(Index set, Vector3& position, Vector3& velocity) const {
   const MeanSet& s = means_[set];
   position = s.X;
   velocity.setZero();
@@ -193,7 +192,7 @@ void ScaledBody::local_kick(const NodeSet& set, const Points& impulses) {
   for (Index l = 0; l < loads; ++l) fresh_.Sp[n + l] = load_scaled_.col(l).head(n).dot(local_);
 }
 
-void ScaledBody::take_impulses(Index set, const Impulses& impulses) {
+void ScaledBody::own_take_impulses(Index set, const Impulses& impulses) {
   // Near a multiple of pi the scaled part's move says nothing
   if (impulses.move != nullptr && rows_->S && sets_[set].whole && modes_->clip * h_ < 2.8 &&
       !kick_.any)
@@ -254,7 +253,7 @@ void ScaledBody::take_known_moves(const Impulses& impulses) {
   add_kick(step, kick_, end_);
 }
 
-void ScaledBody::accept() {
+void ScaledBody::own_accept() {
   if (kick_.any) {
     const double all = kick_.work(kick_, now_),
                  rubbed = friction_.any ? kick_.work(friction_, now_, gain_) : 0;

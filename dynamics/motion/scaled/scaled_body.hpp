@@ -22,7 +22,7 @@ namespace cbr {
 // small displacements and rotations as SuperelementBody does. Nothing is scaled when BodyPlan::clip
 // is not below the highest frequency or no node is tracked. Sets are tracked before prepare():
 // std::logic_error after it. RunError: ScaledModel::clipped().
-class ScaledBody final : public Body, public BoundAbility {
+class ScaledBody final : public Body {
  public:
   // `model` is shared by the instances of a component (a held instance has its own).
   ScaledBody(std::string name, std::shared_ptr<ScaledModel> model, const Placement& placement);
@@ -37,26 +37,21 @@ class ScaledBody final : public Body, public BoundAbility {
   // of the superelement before prepare(), of what it has become after
   double largest_frequency() const override;
 
-  Index track(const std::vector<Index>& nodes) override;
-  void positions(Index set, Points& x) const override;
-  void predicted_positions(Index set, Points& x) const override;
-  const BoundAbility* bounds() const override { return this; }
-  MotionBound motion_bound(Index set) const override;
-  Index track_mean(const std::vector<Index>& nodes) override;
-  void mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
-
-  void take_impulses(Index set, const Impulses& impulses) override;
-  void accept() override;
-
-  NodeResponse response(Index set, double h) const override;  // shared between the instances
-
-  BodyState state() const override;
-  BodyWork work() const override { return work_; }
-  void displacements(Points& u, Points& v) const override;
-  void coordinates(Vector& q, Vector& rates) const override;
-  void keep_state(StateArchive& archive) override;
-
  private:
+  Index own_track(const std::vector<Index>& nodes) override;
+  void own_positions(Index set, Points& x) const override;
+  void own_predicted_positions(Index set, Points& x) const override;
+  MotionBound own_motion_bound(Index set, bool) const override;
+  Index own_track_mean(const std::vector<Index>& nodes) override;
+  void own_mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
+  void own_take_impulses(Index set, const Impulses& impulses) override;
+  void own_accept() override;
+  NodeResponse own_response(Index set, double h) const override;  // shared between the instances
+  BodyState own_state() const override;
+  BodyWork own_work() const override { return work_; }
+  void own_displacements(Points& u, Points& v) const override;
+  void own_coordinates(Vector& q, Vector& rates) const override;
+  void own_keep_state(StateArchive& archive) override;
   void take_plan(const BodyPlan& plan) override;
   void predict_end() override;
 

@@ -13,7 +13,7 @@
 
 namespace cbr {
 
-NodeResponse ScaledBody::response(Index set, double h) const {
+NodeResponse ScaledBody::own_response(Index set, double h) const {
   require_plan(true);
   const NodeSet& s = sets_[set];
   if (!s.rows) s.rows = modes_->node_rows(s.nodes);
@@ -28,7 +28,7 @@ double ScaledBody::scaled_energy() const {
   return std::max(0.0, scaled_kinetic_energy(now_) + scaled_strain_energy(now_, modes_->clip));
 }
 
-BodyState ScaledBody::state() const {
+BodyState ScaledBody::own_state() const {
   require_plan(true);
   const RigidBody& body = model_->superelement().rigid_body;
   const Matrix3& T = placement_.T;
@@ -62,7 +62,7 @@ BodyState ScaledBody::state() const {
   return state;
 }
 
-MotionBound ScaledBody::motion_bound(Index set) const {
+MotionBound ScaledBody::own_motion_bound(Index set, bool) const {
   require_plan(true);
   const NodeSet& s = sets_[set];
   const Matrix3& T = placement_.T;
@@ -133,8 +133,8 @@ Matrix ScaledBody::whole_motion() const {
   return q;
 }
 
-void ScaledBody::coordinates(Vector& q, Vector& rates) const {
-  const Index k = model_->superelement().k(), n = n_nodes();
+void ScaledBody::own_coordinates(Vector& q, Vector& rates) const {
+  const Index k = model_->superelement().k(), n = own_nodes().rows();
   q.setZero(k + 3 * n);
   rates.setZero(k + 3 * n);
   if (!modes_) return;
@@ -149,11 +149,11 @@ void ScaledBody::coordinates(Vector& q, Vector& rates) const {
       }
 }
 
-void ScaledBody::displacements(Points& u, Points& v) const {
+void ScaledBody::own_displacements(Points& u, Points& v) const {
   if (modes_ && tracked_.size() == slot_of_.size()) {
-    u.resize(n_nodes(), 3);
-    v.resize(n_nodes(), 3);
-    for (Index i = 0; i < n_nodes(); ++i) {
+    u.resize(own_nodes().rows(), 3);
+    v.resize(own_nodes().rows(), 3);
+    for (Index i = 0; i < own_nodes().rows(); ++i) {
       const Index at = 3 * slot_of_[i];
       Vector3 of_node = Vector3::Zero(), rate = of_node;
       for (int c = 0; c < 3 && now_.eta.size() > 0; ++c) {
@@ -169,14 +169,14 @@ void ScaledBody::displacements(Points& u, Points& v) const {
     }
     return;
   }
-  const Index k = model_->superelement().k(), n = n_nodes();
+  const Index k = model_->superelement().k(), n = own_nodes().rows();
   Vector q, rates;
-  coordinates(q, rates);
+  own_coordinates(q, rates);
   u = Eigen::Map<const Points>(q.data() + k, n, 3) * placement_.T.transpose();
   v = Eigen::Map<const Points>(rates.data() + k, n, 3) * placement_.T.transpose();
 }
 
-void ScaledBody::keep_state(StateArchive& archive) {
+void ScaledBody::own_keep_state(StateArchive& archive) {
   if (!modes_) scale(HUGE_VAL);  // as the first step does
   archive.expect(now_.eta.size());
   archive.expect(now_.r.size());

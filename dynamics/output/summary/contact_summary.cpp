@@ -149,7 +149,7 @@ std::string cure_of_overlap(const BuiltScene& built, const ContactPair& pair) {
   for (const Index b : {pair.slave->body, pair.master->body}) {
     const Index i = built.simulation.contact_nodes[b].body;
     rigid |= built.instances[i].is_rigid;
-    turns |= built.simulation.bodies[i]->turning() != nullptr;
+    turns |= built.simulation.bodies[i]->turns();
   }
   if (rigid) return ", and rigid bodies may jam: move the instances apart (position)";
   return turns ? ": move the instances apart (position)"

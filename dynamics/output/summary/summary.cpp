@@ -246,7 +246,7 @@ void balance_lines(const BuiltScene& built, const RunResult& result, const Balan
   const auto& bodies = built.simulation.bodies;
   const bool all_turn = std::all_of(
       bodies.begin(), bodies.begin() + static_cast<std::ptrdiff_t>(built.instances.size()),
-      [](const auto& body) { return body->turning() != nullptr; });
+      [](const auto& body) { return body->turns(); });
   // A body that spins in place has a momentum of round-off
   double momentum = 0;
   for (std::size_t i = 0; i < built.instances.size(); ++i) {

@@ -258,7 +258,7 @@ ContactBody standing_body(const Simulation& sim, Index contact) {
   ContactBody at;
   body.positions(nodes.set, at.start);
   at.end = at.start;
-  if (const TurningAbility* turning = body.turning()) at.turn = turning->turn_of_step();
+  if (body.turns()) at.turn = body.turn_of_step();
   return at;
 }
 

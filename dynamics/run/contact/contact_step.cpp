@@ -36,7 +36,7 @@ void deliver(Simulation& sim, const ContactGroup& group, bool nodal, double h, C
     if (pushed && nodal) {
       const Points velocities = contact.impulses.cwiseQuotient(state.masses[b]);
       const Vector3 momentum = contact.impulses.colwise().sum().transpose();
-      const Vector3 extra = nodal_of(body).add_velocities(nodes.set, velocities, momentum);
+      const Vector3 extra = body.add_velocities(nodes.set, velocities, momentum);
       contact.end += h * (velocities.rowwise() + extra.transpose());
     } else if (contact.has_move && (pushed || rubbed)) {
       body.take_impulses(nodes.set,
@@ -47,8 +47,8 @@ void deliver(Simulation& sim, const ContactGroup& group, bool nodal, double h, C
       if (rubbed) add_and_move(body, nodes.set, contact.friction, ImpulseKind::friction, contact);
     }
     if (contact.turn) {
-      body.turning()->add_moment(contact.moment, ImpulseKind::contact);
-      body.turning()->add_moment(contact.friction_moment, ImpulseKind::friction);
+      body.add_moment(contact.moment, ImpulseKind::contact);
+      body.add_moment(contact.friction_moment, ImpulseKind::friction);
     }
     if (pushed || rubbed) sweep(contact);
     if (pushed) state.impulses_since_output[b] += contact.impulses;

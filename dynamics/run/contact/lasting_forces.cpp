@@ -68,7 +68,7 @@ bool takes_lasting_forces(const Simulation& sim, const ContactPair& pair,
     return *sim.bodies[sim.contact_nodes[surface.body].body];
   };
   // The lever arms of its moments change
-  if (body(*pair.slave).turning() || body(*pair.master).turning()) return false;
+  if (body(*pair.slave).turns() || body(*pair.master).turns()) return false;
   const auto share = [&](const ContactSurface& surface) { return body(surface).lasting_share(); };
   const double slave = share(*pair.slave), master = share(*pair.master);
   // Masses of points do not support lasting forces

@@ -262,8 +262,7 @@ void PairSchedule::form(Index c, Index step, bool fine) {
     known.fine = true;
   } else {
     bring_(nodes.body, step);
-    const BoundAbility& body = *sim_.bodies[nodes.body]->bounds();
-    known.bound = fine ? body.motion_bound(nodes.set) : body.quick_motion_bound(nodes.set);
+    known.bound = sim_.bodies[nodes.body]->motion_bound(nodes.set, !fine);
     known.fine = fine;
     ++counts_.bounds;
   }

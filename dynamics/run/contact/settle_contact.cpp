@@ -94,7 +94,7 @@ void settle(Simulation& sim, const ContactGroup& group, const ImpulseMemory* mem
   for (const Index b : group.bodies) {
     const ContactNodes& nodes = sim.contact_nodes[b];
     ContactBody& contact = state.bodies[b];
-    EndImpulseAbility& body = *sim.bodies[nodes.body]->end_impulses();
+    Body& body = *sim.bodies[nodes.body];
     body.end_velocities(nodes.set, v[b]);
     if (contact.velocity_response.empty())
       contact.velocity_response = body.velocity_response(nodes.set);
@@ -122,7 +122,7 @@ void settle(Simulation& sim, const ContactGroup& group, const ImpulseMemory* mem
   for (const Index b : group.bodies) {
     ContactBody& contact = state.bodies[b];
     const ContactNodes& nodes = sim.contact_nodes[b];
-    EndImpulseAbility& body = *sim.bodies[nodes.body]->end_impulses();
+    Body& body = *sim.bodies[nodes.body];
     if (!contact.impulses.isZero(0))
       body.add_end_impulses(nodes.set, contact.impulses, ImpulseKind::contact);
     if (!contact.friction.isZero(0))

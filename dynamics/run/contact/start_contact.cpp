@@ -98,7 +98,7 @@ ContactState start_contact(Simulation& sim) {
     if (pair.enforcement != Enforcement::nodal) continue;
     for (const Index b : {pair.slave->body, pair.master->body}) {
       const ContactNodes& nodes = sim.contact_nodes[b];
-      state.masses[b] = nodal_of(*sim.bodies[nodes.body]).nodal_masses(nodes.set);
+      state.masses[b] = sim.bodies[nodes.body]->nodal_masses(nodes.set);
       if (!(state.masses[b].minCoeff() > 0)) {
         throw InputError(where(pair) + "nodal enforcement: instance '" +
                          sim.bodies[nodes.body]->name() +

@@ -9,8 +9,8 @@
 #include <sstream>
 
 #include "common/base/error.hpp"
+#include "dynamics/motion/body_points.hpp"
 #include "dynamics/motion/joint_body.hpp"
-#include "dynamics/motion/pointed_body.hpp"
 
 namespace cbr {
 namespace {
@@ -31,8 +31,7 @@ Place place_of(const Simulation& sim, const TurningLink& link, const TurningLink
   const Vector3 theta =
       (x.row(end.rotation) - body.reference_positions().row(nodes.nodes[end.rotation])).transpose();
   Place place{x.row(end.translation).transpose(), rotation_of(theta)};
-  if (const TurningAbility* turning = body.turning())
-    place.S *= (at_end ? turning->turn_at_end() : turning->turn_now()).R;
+  if (body.turns()) place.S *= (at_end ? body.turn_at_end() : body.turn_now()).R;
   return place;
 }
 
@@ -203,8 +202,8 @@ Matrix3 aim_link(Simulation& sim, const ContactPair& pair, ContactState& state) 
   if (link.of_rotations) rows = turned_by(pair, ends, stretch(sim, pair)).rows * axes;
   if (link.slides >= 0) {
     const ContactNodes& nodes = sim.contact_nodes[link.first.contact];
-    static_cast<PointedBody&>(*sim.bodies[nodes.body])
-        .slide(link.slides, ends.first.S.transpose() * (ends.second.x - ends.first.x));
+    sim.bodies[nodes.body]->points()->slide(
+        link.slides, ends.first.S.transpose() * (ends.second.x - ends.first.x));
     state.bodies[link.first.contact].response_h = 0;
   }
   rows = only(link, rows);
@@ -224,8 +223,7 @@ Vector3 separation(const Simulation& sim, const ContactPair& pair, std::size_t i
   Vector3 offset = of.tie_offset.row(static_cast<Index>(i)).transpose();
   // The offset between tied surfaces rotates with the master
   Body& master = *sim.bodies[sim.contact_nodes[pair.master->body].body];
-  if (!pair.is_link && master.turning() != nullptr)
-    offset = master.turning()->turn_at_end().R * offset;
+  if (!pair.is_link && master.turns()) offset = master.turn_at_end().R * offset;
   Vector3 r = -offset;
   for (Index t = point.first_term; t < point.first_term + point.n_terms; ++t) {
     const ContactTerm& term = of.ties.terms[t];
@@ -267,7 +265,7 @@ bool holds_what_turns(const Simulation& sim, const ContactGroup& group) {
       group.searches.begin(), group.searches.end(),
       [&](const ContactSearch& of) { return sim.pairs[of.pair].law.law == ContactLaw::tied; });
   return holds && std::any_of(group.bodies.begin(), group.bodies.end(), [&](Index b) {
-           return sim.bodies[sim.contact_nodes[b].body]->turning() != nullptr;
+           return sim.bodies[sim.contact_nodes[b].body]->turns();
          });
 }
 
@@ -336,7 +334,7 @@ void push(Simulation& sim, const ContactGroup& group, ContactState& state) {
     Body& body = *sim.bodies[nodes.body];
     body.add_impulses(nodes.set, contact.impulses, ImpulseKind::contact);
     if (contact.turn)
-      body.turning()->add_moment(contact.moment + contact.friction_moment, ImpulseKind::contact);
+      body.add_moment(contact.moment + contact.friction_moment, ImpulseKind::contact);
     state.impulses_since_output[b] += contact.impulses;
   }
 }

@@ -17,9 +17,8 @@
 #include "dynamics/contact/search/detection.hpp"
 #include "dynamics/contact/search/rigid_wall.hpp"
 #include "dynamics/motion/body.hpp"
-#include "dynamics/motion/driven_motion.hpp"
-#include "dynamics/motion/pointed_body.hpp"
-#include "dynamics/motion/supported_body.hpp"
+#include "dynamics/motion/body_points.hpp"
+#include "dynamics/motion/prescribed_motion.hpp"
 #include "dynamics/run/simulation/pair_outputs.hpp"
 #include "dynamics/run/simulation/time_plan.hpp"
 
@@ -46,7 +45,7 @@ struct TurningLink {
   std::array<bool, 3> is_fixed{};      // constrained rotations of the link
   Matrix3 axes = Matrix3::Identity();  // rows: initial axes, scene axes
   Vector3 at = Vector3::Zero();        // of the first end, initially
-  // sliding point of the first end, at the position of the second: PointedBody::slide()
+  // sliding point of the first end, at the position of the second: BodyPoints::slide()
   Index slides = -1;
   double size = 1;  // reference length of the joined bodies
 };
@@ -138,9 +137,9 @@ struct ContactNodes {
 struct Monitor {
   std::string name;  // INSTANCE.SURFACE
   Index body = 0, mean_set = 0;
-  Index contact = -1;                    // index into contact_nodes; -1: no contact on this body
-  std::vector<Index> contact_slots;      // contact nodes of that body in this surface
-  const PointedBody* pointed = nullptr;  // for a point: its body, and its index there
+  Index contact = -1;                // index into contact_nodes; -1: no contact on this body
+  std::vector<Index> contact_slots;  // contact nodes of that body in this surface
+  bool has_point = false;            // of a point of the body, with this index
   Index point = 0;
   // For an interior set of a superelement, without mean_set: mean displacement = rows * coordinates
   // (3 x n_q, scene axes), and the mean undeformed position
@@ -190,8 +189,8 @@ struct Supports {
 // A set with recorded reactions.
 struct ReactionWatch {
   std::string instance;
-  SupportedBody* body = nullptr;  // inside one of the bodies
-  std::size_t set = 0;            // of its reaction_sets()
+  Body* body = nullptr;
+  std::size_t set = 0;  // of PrescribedMotion::sets()
 };
 
 // A wall with prescribed motion.

@@ -10,7 +10,6 @@
 #include "common/scene/static_forces.hpp"
 #include "dynamics/motion/coupled/coupled_body.hpp"
 #include "dynamics/motion/coupled/coupled_shapes.hpp"
-#include "dynamics/motion/driven_body.hpp"
 #include "dynamics/motion/modal/forms/characteristic_form.hpp"
 #include "dynamics/motion/modal/forms/modal_shapes.hpp"
 #include "dynamics/motion/modal/forms/rigid_form.hpp"
@@ -18,8 +17,8 @@
 #include "dynamics/motion/modal/statics_body.hpp"
 #include "dynamics/motion/modal/superelement_body.hpp"
 #include "dynamics/motion/modal/turning_body.hpp"
+#include "dynamics/motion/prescribed_motion.hpp"
 #include "dynamics/motion/scaled/scaled_body.hpp"
-#include "dynamics/motion/supported_body.hpp"
 #include "dynamics/setup/bodies/instance_damping.hpp"
 #include "dynamics/setup/bodies/mesh_modes.hpp"
 #include "dynamics/setup/bodies/support_motion.hpp"
@@ -268,17 +267,23 @@ InstanceBody BodyMaker::make_modal_with_shells(const Instance& instance,
 }
 
 InstanceBody BodyMaker::make(const Instance& instance, const ReducedComponent& component) {
-  InstanceBody held = make_held(instance, component);
-  return supports_move_alike(index_, instance)
-             ? driven(instance, *component.geometry, std::move(held))
-             : supported(instance, component, std::move(held));
+  return make_supported(instance, component);
 }
 
 InstanceBody BodyMaker::make(const Instance& instance, const MeshedComponent& component) {
-  InstanceBody held = make_held(instance, component);
-  return supports_move_alike(index_, instance)
-             ? driven(instance, *component.geometry, std::move(held))
-             : supported(instance, component, std::move(held));
+  return make_supported(instance, component);
+}
+
+template <typename Component>
+InstanceBody BodyMaker::make_supported(const Instance& instance, const Component& component) {
+  InstanceBody made = make_held(instance, component);
+  const bool is_translation = supports_move_alike(index_, instance);
+  SupportPlan plan = is_translation ? translation(instance, *component.geometry, made.mass)
+                                    : shapes(instance, component, *made.body);
+  plan.has_inertia = !scene_.time->is_static;
+  plan.waits = preload_steps(scene_) > 0;
+  if (!is_translation || !plan.drives.empty()) made.body->move_supports(std::move(plan));
+  return made;
 }
 
 SupportShapes BodyMaker::shapes_of(const Instance& instance, const ReducedComponent& component,
@@ -303,8 +308,8 @@ SupportShapes BodyMaker::shapes_of(const Instance& instance, const MeshedCompone
 }
 
 template <typename Component>
-InstanceBody BodyMaker::supported(const Instance& instance, const Component& component,
-                                  InstanceBody held) {
+SupportPlan BodyMaker::shapes(const Instance& instance, const Component& component,
+                              const Body& held) {
   refuse_shapes(index_, instance, has_shells(scene_, instance, *component.geometry));
   SupportShapesWanted wanted = support_shapes_wanted(index_, instance, *component.geometry);
   SupportPlan plan;
@@ -312,30 +317,27 @@ InstanceBody BodyMaker::supported(const Instance& instance, const Component& com
                           held_directions(index_, instance, *component.geometry), wanted.motion);
   plan.drives = std::move(wanted.drives);
   plan.sets = std::move(wanted.sets);
-  plan.n_modal = plan.shapes.psi.rows() - 3 * held.body->n_nodes();
+  plan.n_modal = plan.shapes.psi.rows() - 3 * held.n_nodes();
   plan.T = instance.transformation();
   const RigidBody rigid = rigid_body_of(instance, component);
   plan.mass = rigid.mass;
   plan.inertia = rigid.inertia;
-  plan.has_inertia = !scene_.time->is_static;
-  plan.waits = preload_steps(scene_) > 0;
-  auto body = std::make_unique<SupportedBody>(std::move(held.body), std::move(plan));
-  held.supported = body.get();
-  held.body = std::move(body);
-  return held;
+  return plan;
 }
 
-InstanceBody BodyMaker::driven(const Instance& instance, const Geometry& geometry,
-                               InstanceBody held) const {
-  DrivenMotion motion = support_motion(index_, instance);
-  std::vector<Index> rotations;
-  for (const auto& [node, rotation] : geometry.rotations) rotations.push_back(rotation);
-  std::sort(rotations.begin(), rotations.end());
-  if (!motion.empty())
-    held.body = std::make_unique<DrivenBody>(std::move(held.body), std::move(motion), held.mass,
-                                             !scene_.time->is_static, preload_steps(scene_) > 0,
-                                             std::move(rotations));
-  return held;
+SupportPlan BodyMaker::translation(const Instance& instance, const Geometry& geometry,
+                                   double mass) const {
+  const DrivenMotion motion = support_motion(index_, instance);
+  SupportPlan plan{.mass = mass};
+  plan.directions.resize(3, 0);
+  for (Index axis = 0; axis < 3; ++axis)
+    for (const DrivenAxis& drive : motion.axes[static_cast<std::size_t>(axis)]) {
+      plan.drives.push_back(drive);
+      plan.directions.conservativeResize(Eigen::NoChange, plan.directions.cols() + 1);
+      plan.directions.rightCols(1) = Vector3::Unit(axis);
+    }
+  for (const auto& [node, rotation] : geometry.rotations) plan.rotations.push_back(rotation);
+  return plan;
 }
 
 InstanceBody BodyMaker::make_held(const Instance& instance, const ReducedComponent& component) {

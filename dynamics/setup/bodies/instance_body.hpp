@@ -21,7 +21,6 @@ std::vector<HeldDirection> held_directions(const SceneIndex& index, const Instan
                                            const Geometry& geometry);
 
 struct MeshModes;
-class SupportedBody;
 struct SupportShapes;
 
 struct InstanceBody {
@@ -30,8 +29,6 @@ struct InstanceBody {
   std::shared_ptr<const MeshModes> modes = {};
   std::vector<std::string> notes = {};  // for BuiltScene::notes
   Index n_following = 0;                // quasi-static modes, in addition to Body::n_dofs()
-  // within `body`, for reactions of sets or multi-support excitation
-  SupportedBody* supported = nullptr;
 };
 
 class BodyMaker {
@@ -56,10 +53,12 @@ class BodyMaker {
   InstanceBody make_held(const Instance& instance, const MeshedComponent& component);
   InstanceBody make_mesh_modes(const Instance& instance, const MeshedComponent& component) const;
   InstanceBody make_rigid(const Instance& instance, const MeshedComponent& component);
-  InstanceBody driven(const Instance& instance, const Geometry& geometry, InstanceBody held) const;
-  // The same for multi-support excitation, or reactions of sets.
   template <typename Component>
-  InstanceBody supported(const Instance& instance, const Component& component, InstanceBody held);
+  InstanceBody make_supported(const Instance& instance, const Component& component);
+  SupportPlan translation(const Instance& instance, const Geometry& geometry, double mass) const;
+  // For multi-support excitation, or reactions of sets.
+  template <typename Component>
+  SupportPlan shapes(const Instance& instance, const Component& component, const Body& held);
   SupportShapes shapes_of(const Instance& instance, const ReducedComponent& component,
                           const std::vector<HeldDirection>& held, const Matrix& motion);
   SupportShapes shapes_of(const Instance& instance, const MeshedComponent& component,

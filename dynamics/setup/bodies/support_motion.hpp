@@ -5,8 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "dynamics/motion/driven_motion.hpp"
-#include "dynamics/motion/support_shapes.hpp"
+#include "dynamics/motion/prescribed_motion.hpp"
 #include "dynamics/setup/components/component_model.hpp"
 
 namespace cbr {

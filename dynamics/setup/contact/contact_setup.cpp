@@ -122,7 +122,7 @@ bool moves_in_shapes(const BuiltScene& built, const SideName& side) {
 }
 
 bool turns(const BuiltScene& built, const SideName& side) {
-  return built.simulation.bodies[side.instance]->turning() != nullptr;
+  return built.simulation.bodies[side.instance]->turns();
 }
 
 void add_functions(const ContactEntry& entry, const BuiltScene& built, ContactSides& sides,
@@ -177,7 +177,7 @@ void warn_nodal(const ContactOptions& options, const BuiltScene& built, const Co
     if (surface->nodes.empty()) continue;  // a wall
     const ContactNodes& contact = built.simulation.contact_nodes[surface->body];
     Body& body = *built.simulation.bodies[contact.body];
-    const Points masses = nodal_of(body).nodal_masses(contact.set);
+    const Points masses = body.nodal_masses(contact.set);
     double sum = 0;  // mean over the three directions
     for (const Index node : surface->nodes) sum += masses.row(node).mean();
     const double total = built.instances[contact.body].mass;

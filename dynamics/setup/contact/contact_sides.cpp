@@ -49,8 +49,8 @@ std::shared_ptr<const ContactSurface> ContactSides::surface(
   // With large rotation a massless interface gains energy where edge contacts begin and end
   const auto& parts = built_.instances[name.instance].parts;
   const bool massless = !parts.empty() && parts.front().superelement->is_massless();
-  if (!massless || body.turning() == nullptr) fill_edges(surface, points);
-  if (body.turning() != nullptr) surface.extent.setConstant(surface.extent.norm());
+  if (!massless || !body.turns()) fill_edges(surface, points);
+  if (body.turns()) surface.extent.setConstant(surface.extent.norm());
   return at->second = std::make_shared<const ContactSurface>(std::move(surface));
 }
 

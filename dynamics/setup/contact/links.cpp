@@ -147,15 +147,15 @@ class LinkMaker {
     const Instance& instance = index_.scene().instances[i];
     const Index place = point_place(index_, instance.name, name);
     const PointSlots a = slots(instance.name, place);
-    const auto& body = static_cast<const PointedBody&>(*sim_.bodies[i]);
+    const BodyPoints& points = *sim_.bodies[i]->points();
     Joint joint;
     joint.name = instance.name + "." + name;
-    joint.at = body.reference_positions().row(body.translation_node(place)).transpose();
+    joint.at = points.positions().row(points.translation_node(place)).transpose();
     joint.axes = instance.transformation().transpose();
     joint.mass.diagonal().head<3>().setConstant(point.mass);
     joint.mass.bottomRightCorner<3, 3>() = point.inertia;
     Vector3 d, theta, velocity, spin;
-    body.point_motion(place, d, theta, velocity, spin);
+    points.point_motion(*sim_.bodies[i], place, d, theta, velocity, spin);
     joint.rates << joint.axes * velocity, joint.axes * spin;
     std::array<bool, 6> is_on{};
     for (Index m = 0; m < 6; ++m) is_on[static_cast<std::size_t>(m)] = joint.mass(m, m) > 0;
@@ -182,7 +182,7 @@ class LinkMaker {
     // it is rigid by itself
     if (node_of_point(*built_.instances[i].geometry, name, point.nodes) >= 0) return;
     refuse_what_is_held(i, name, point);
-    const auto& body = static_cast<const PointedBody&>(*sim_.bodies[i]);
+    const BodyPoints& points = *sim_.bodies[i]->points();
     const Index contact = contact_of_instance_.at(i);
     PairOptions options;
     options.name = instance + "." + name + ", rigid";
@@ -190,7 +190,7 @@ class LinkMaker {
     options.first = options.second = {instance, name, point.source};
     ContactPair pair = pair_of(options, contact, contact);
     PairState& state = pair.state();
-    const std::vector<Index> nodes = body.deformation_nodes(point_place(index_, instance, name));
+    const std::vector<Index> nodes = points.deformation_nodes(point_place(index_, instance, name));
     state.tie_offset.resize(static_cast<Index>(nodes.size()), 3);
     for (std::size_t k = 0; k < nodes.size(); ++k) {
       ContactPoint held;
@@ -198,7 +198,7 @@ class LinkMaker {
       held.n_terms = 1;
       state.ties.terms.push_back({contact, slot(contact, nodes[k]).node, 1});
       state.ties.points.push_back(held);
-      state.tie_offset.row(static_cast<Index>(k)) = body.reference_positions().row(nodes[k]);
+      state.tie_offset.row(static_cast<Index>(k)) = points.positions().row(nodes[k]);
     }
     if (!nodes.empty()) sim_.pairs.push_back(std::move(pair));
   }
@@ -239,8 +239,9 @@ class LinkMaker {
 
   PointSlots slots(const std::string& instance, Index place) const {
     const Index i = index_.place(instance), contact = contact_of_instance_.at(i);
-    const auto& body = static_cast<const PointedBody&>(*sim_.bodies[i]);
-    return {slot(contact, body.translation_node(place)), slot(contact, body.rotation_node(place))};
+    const BodyPoints& points = *sim_.bodies[i]->points();
+    return {slot(contact, points.translation_node(place)),
+            slot(contact, points.rotation_node(place))};
   }
 
   bool is_massless(const SurfaceName& end) const {
@@ -276,10 +277,10 @@ class LinkMaker {
     Slot first = a.translation;
     if (turns(index_, link)) options.turning = turning_link(link, a, b);
     if (slides(index_, link)) {
-      const auto& body =
-          static_cast<const PointedBody&>(*sim_.bodies[sim_.contact_nodes[first.contact].body]);
+      const Index i = sim_.contact_nodes[first.contact].body;
       options.turning->slides = sliding_place(index_, link);
-      first = slot(first.contact, body.translation_node(options.turning->slides));
+      first =
+          slot(first.contact, sim_.bodies[i]->points()->translation_node(options.turning->slides));
     }
     add_pair(options, first, b.translation, joint.translation, sim_);
     options.name = moment;

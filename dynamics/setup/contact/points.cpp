@@ -150,15 +150,15 @@ Index point_place(const SceneIndex& index, const std::string& instance, const st
 std::map<Index, std::set<Index>> linked_nodes(const SceneIndex& index, const BuiltScene& built) {
   std::map<Index, std::set<Index>> nodes;
   const auto add = [&](Index instance, Index place) {
-    const auto& body = static_cast<const PointedBody&>(*built.simulation.bodies[instance]);
-    nodes[instance].insert({body.translation_node(place), body.rotation_node(place)});
+    const BodyPoints& points = *built.simulation.bodies[instance]->points();
+    nodes[instance].insert({points.translation_node(place), points.rotation_node(place)});
   };
   for_each_point(index, [&](Index i, const std::string& name, const Component::Point& point) {
     const Index place = point_place(index, index.scene().instances[i].name, name);
     if (point.has_mass()) add(i, place);
     if (!point.rigid) return;
-    const auto& body = static_cast<const PointedBody&>(*built.simulation.bodies[i]);
-    for (const Index node : body.deformation_nodes(place)) nodes[i].insert(node);
+    const BodyPoints& points = *built.simulation.bodies[i]->points();
+    for (const Index node : points.deformation_nodes(place)) nodes[i].insert(node);
   });
   for (const LinkOptions& link : index.scene().links) {
     add(index.place(link.first.instance),

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "dynamics/motion/pointed_body.hpp"
+#include "dynamics/motion/body_points.hpp"
 #include "dynamics/setup/built/built_scene.hpp"
 #include "dynamics/setup/components/scene_index.hpp"
 

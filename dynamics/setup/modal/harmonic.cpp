@@ -141,10 +141,10 @@ class Sweep {
       throw InputError(name.source.text() + ": output.history: '" + name.text() +
                        "' is inside a superelement: a sweep knows nodes of the interface only");
     const auto& of = modal_.built.instances[static_cast<std::size_t>(monitor.body)];
+    const Body& body = *modal_.built.simulation.bodies[static_cast<std::size_t>(monitor.body)];
     const std::vector<Index> nodes =
-        monitor.pointed != nullptr
-            ? std::vector<Index>{monitor.pointed->translation_node(monitor.point)}
-            : find_nodes(*of.geometry, name.instance, name.surface, name.source);
+        monitor.has_point ? std::vector<Index>{body.points()->translation_node(monitor.point)}
+                          : find_nodes(*of.geometry, name.instance, name.surface, name.source);
     Asked& asked = asked_[static_cast<std::size_t>(monitor.body)];
     asked.set.push_back(set);
     for (int axis = 0; axis < 3; ++axis) {

@@ -125,17 +125,15 @@ ModalBody::ModalBody(Body& body_of_scene, const MeshModes* mesh) : mesh_(mesh) {
     omega_ = Vector::Zero(mass_shapes(joint_->joint().mass).cols());
     return;
   }
-  auto* pointed = dynamic_cast<PointedBody*>(&body_of_scene);
-  pointed_ = pointed;
-  Body& body = pointed != nullptr ? pointed->inner() : body_of_scene;
-  if (auto* statics = dynamic_cast<StaticsBody*>(&body)) {
+  points_ = body_of_scene.points();
+  if (auto* statics = dynamic_cast<StaticsBody*>(&body_of_scene)) {
     statics_ = statics;
     modal_ = &statics->modal();
   } else {
-    modal_ = dynamic_cast<SuperelementBody*>(&body);
+    modal_ = dynamic_cast<SuperelementBody*>(&body_of_scene);
   }
   if (modal_ == nullptr)
-    throw InputError("instance '" + body.name() + "' does not move in modal coordinates");
+    throw InputError("instance '" + body_of_scene.name() + "' does not move in modal coordinates");
   omega_ = modal_->form().omega;
 }
 
@@ -168,15 +166,15 @@ Matrix ModalBody::modal_rows(const std::vector<NodalSum>& sums) const {
 }
 
 std::vector<std::pair<Index, Vector3>> ModalBody::inner_terms(const NodalSum& sum) const {
-  if (pointed_ == nullptr) return sum.terms;
+  if (points_ == nullptr) return sum.terms;
   std::vector<std::pair<Index, Vector3>> terms;
-  for (const auto& [node, weight] : sum.terms) pointed_->add_inner_terms(node, weight, terms);
+  for (const auto& [node, weight] : sum.terms) points_->add_own_terms(node, weight, terms);
   return terms;
 }
 
 ModalAnswer ModalBody::answer(const std::vector<NodalSum>& sums, int terms) const {
   if (is_joint()) return answer_of_joint(sums);
-  if (pointed_ == nullptr) return answer_of_modes(sums, terms);
+  if (points_ == nullptr) return answer_of_modes(sums, terms);
   std::vector<NodalSum> inner(sums.size());
   for (std::size_t i = 0; i < sums.size(); ++i) inner[i].terms = inner_terms(sums[i]);
   return answer_of_modes(inner, terms);
@@ -190,7 +188,7 @@ SparseMatrix ModalBody::mesh_rows(const std::vector<NodalSum>& sums) const {
       for (int c = 0; c < 3; ++c)
         if (own[c] != 0) entries.emplace_back(static_cast<Index>(i), 3 * node + c, own[c]);
     }
-  SparseMatrix A(static_cast<Index>(sums.size()), 3 * modal_->n_nodes());
+  SparseMatrix A(static_cast<Index>(sums.size()), 3 * modal_->own_nodes().rows());
   A.setFromTriplets(entries.begin(), entries.end());
   return A;
 }
@@ -252,7 +250,7 @@ void ModalBody::add_series(const std::vector<NodalSum>& sums, int terms,
   constexpr Index at_a_time = 64;
   const auto m = static_cast<Index>(sums.size());
   const auto n = static_cast<std::size_t>(terms);
-  SparseMatrix A(m, 3 * modal_->n_nodes());
+  SparseMatrix A(m, 3 * modal_->own_nodes().rows());
   std::vector<Eigen::Triplet<double, Index>> entries;
   for (Index i = 0; i < m; ++i)
     for (const auto& [node, weight] : sums[static_cast<std::size_t>(i)].terms)
@@ -268,7 +266,7 @@ void ModalBody::add_series(const std::vector<NodalSum>& sums, int terms,
     const std::vector<Matrix> R = mesh_->left_out(Matrix(At.middleCols(j, q)), terms);
     for (std::size_t k = 0; k < n; ++k) answer.S[k].middleCols(j, q) = A * R[k];
   }
-  Matrix own(3 * modal_->n_nodes(), 4);
+  Matrix own(3 * modal_->own_nodes().rows(), 4);
   const Points& forces = modal_->forces();
   own.col(0) = Eigen::Map<const Vector>(forces.data(), forces.size());
   own.rightCols(3) = mesh_->inertia();

@@ -12,9 +12,9 @@
 
 #include "common/app/report.hpp"
 #include "common/scene/scene.hpp"
+#include "dynamics/motion/body_points.hpp"
 #include "dynamics/motion/joint_body.hpp"
 #include "dynamics/motion/modal/statics_body.hpp"
-#include "dynamics/motion/pointed_body.hpp"
 #include "dynamics/setup/bodies/mesh_modes.hpp"
 #include "dynamics/setup/build.hpp"
 
@@ -76,7 +76,7 @@ class ModalBody {
   ModalAnswer answer_of_joint(const std::vector<NodalSum>& sums) const;
   SuperelementBody* modal_ = nullptr;  // or
   const JointBody* joint_ = nullptr;
-  const PointedBody* pointed_ = nullptr;  // of the first
+  const BodyPoints* points_ = nullptr;  // of the body
   Vector omega_;
   const StaticsBody* statics_ = nullptr;
   const MeshModes* mesh_ = nullptr;

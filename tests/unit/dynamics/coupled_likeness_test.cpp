@@ -53,8 +53,8 @@ void move_alike(Body& a, Body& b, double share, double tolerance) {
     set = body->track(nodes);
     body->prepare({.loads = {force_load(force, ramp), gravity_load(Vector3(0.1, 0.2, -1))}});
   }
-  EXPECT_LT((nodal_of(a).nodal_masses(set) - nodal_of(b).nodal_masses(set)).norm(),
-            tolerance * nodal_of(b).nodal_masses(set).norm());
+  EXPECT_LT((a.nodal_masses(set) - b.nodal_masses(set)).norm(),
+            tolerance * b.nodal_masses(set).norm());
   const double h = share / b.largest_frequency();
   for (int step = 0; step < 60; ++step) {
     const Points p = random_points(random, 4, 0.1);
@@ -65,7 +65,7 @@ void move_alike(Body& a, Body& b, double share, double tolerance) {
         body->add_impulses(set, 0.1 * p, ImpulseKind::friction);
       }
       if (step % 11 == 5 && a.scheme() == Scheme::central_difference)
-        nodal_of(*body).add_velocities(set, 0.2 * p, p.colwise().sum().transpose());
+        body->add_velocities(set, 0.2 * p, p.colwise().sum().transpose());
       body->accept();
     }
     if (step % 10 == 9) expect_equal_states(a, b, tolerance);

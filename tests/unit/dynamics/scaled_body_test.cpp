@@ -327,7 +327,7 @@ TEST(ScaledBody, RefusesWhatNeedsNodalMasses) {
   ScaledBody body("body", scaled_model(m.superelement, m.form), Placement{});
   body.track({1});
   body.prepare({.clip = 10});
-  EXPECT_THROW(nodal_of(body), InputError);
+  EXPECT_THROW(body.nodal_masses(0), InputError);
 }
 
 TEST(ScaledBody, ItsPlanComesOnceAfterItsSetsAndBeforeItsSteps) {

@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "common/base/error.hpp"
-#include "dynamics/motion/wrapped_body.hpp"
 #include "tests/unit/dynamics/bricks.hpp"
+#include "tests/unit/dynamics/scaled_bodies.hpp"
 
 namespace cbr::time_plan_test {
 namespace {
@@ -43,21 +43,12 @@ TEST(TimePlan, StepsFitOutputsAndTheEnd) {
   expect_consistent(fit_steps(0.3, 0, 1), 0.3, 0, 1);
 }
 
-// A body that says it can be scaled; everything else is as of the body within.
-class Scalable final : public WrappedBody {
- public:
-  explicit Scalable(std::unique_ptr<Body> body) : WrappedBody(std::move(body)) {
-    facts_.scales = true;
-  }
-  void take_impulses(Index set, const Impulses& impulses) override {
-    inner_->take_impulses(set, impulses);
-  }
-};
-
 TEST(TimePlan, MassScalingTakesLongStepsAndClipsAtTheirs) {
-  Geometry geometry, mesh_geometry;
+  Geometry mesh_geometry;
   std::vector<std::unique_ptr<Body>> bodies;
-  bodies.push_back(std::make_unique<Scalable>(test::make_body("scaled", test::Part{}, geometry)));
+  const test::Model m = test::model_of({});
+  bodies.push_back(
+      std::make_unique<ScaledBody>("scaled", scaled_model(m.superelement, m.form), Placement()));
   const double critical = 2 / bodies[0]->largest_frequency();
   TimeOptions options;
   options.end = 600 * critical;

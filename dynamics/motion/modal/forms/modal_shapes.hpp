@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "dynamics/motion/modal/forms/diagonal_form.hpp"
-#include "dynamics/motion/support_shapes.hpp"
+#include "dynamics/motion/prescribed_motion.hpp"
 
 namespace cbr {
 

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A body with reference points: weighted averages of the motion of some nodes, which others see as
+// Reference points of a body: weighted averages of the motion of some nodes, which others see as
 // nodes of their own.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "dynamics/motion/wrapped_body.hpp"
+#include "dynamics/motion/body.hpp"
 
 namespace cbr {
 
@@ -24,7 +25,7 @@ struct AveragePoint {
   // The last so many nodes are rotations of others: theta has from them what nodes on a line, or
   // one node, do not determine.
   Index n_rotations = 0;
-  bool slides = false;  // its translation is that of a place that PointedBody::slide() gives
+  bool slides = false;  // its translation is that of a place that BodyPoints::slide() gives
   // A point of the superelement's interface: its nodes are that of its translation and that of its
   // rotation, about axes that the instance's mirror (-1) turns over.
   bool is_of_interface = false;
@@ -53,16 +54,16 @@ Matrix deformation_rows(const AveragePoint& point, const Points& positions);
 // Of a body that turns, points and their maps turn with it: the nodes of translations are places,
 // and those of rotations are at `at` plus what the point turns in the body, in the scene's axes.
 //
-// Point j has two nodes behind those of the inner body: n + 2 j moves by d, n + 2 j + 1 by theta,
+// Point j has two nodes behind the n of the body itself: n + 2 j moves by d, n + 2 j + 1 by theta,
 // both from `at`. Impulses on them are impulses and impulses of moments. Behind those of all points
 // a rigid one has nodes that move by deformation_rows(), three each, from `at`: what holds them
 // makes it rigid (RBE2).
-class PointedBody final : public WrappedBody {
+class BodyPoints {
  public:
-  // Before any set is tracked.
-  PointedBody(std::unique_ptr<Body> inner, std::vector<AveragePoint> points,
-              const std::string& where);
+  // own_nodes: of the body itself, undeformed.
+  BodyPoints(std::vector<AveragePoint> points, const Points& own_nodes, const std::string& where);
 
+  const Points& positions() const { return positions_; }  // of all nodes, undeformed
   Index translation_node(Index point) const { return n_ + 2 * point; }
   Index rotation_node(Index point) const { return n_ + 2 * point + 1; }
   std::vector<Index> deformation_nodes(Index point) const;  // none where it is not rigid
@@ -71,58 +72,45 @@ class PointedBody final : public WrappedBody {
     return node < n_ ||
            (node < n_ + 2 * static_cast<Index>(points_.size()) && (node - n_) % 2 == 0);
   }
-  // Translation and rotation now, and their rates, scene axes.
-  void point_motion(Index point, Vector3& d, Vector3& theta, Vector3& velocity,
+  // Translation and rotation now of a point of the body, and their rates, scene axes.
+  void point_motion(const Body& body, Index point, Vector3& d, Vector3& theta, Vector3& velocity,
                     Vector3& spin) const;
-  Body& inner() { return *inner_; }
-  // weight . u(node) of one of its nodes as a sum over those of the inner body.
-  void add_inner_terms(Index node, const Vector3& weight,
-                       std::vector<std::pair<Index, Vector3>>& terms) const;
+  // weight . u(node) of one of all nodes as a sum over those of the body itself.
+  void add_own_terms(Index node, const Vector3& weight,
+                     std::vector<std::pair<Index, Vector3>>& terms) const;
   // A force, or a moment, on the point; follows: it turns with the body.
   BodyLoad point_load(bool is_force, Index point, const Vector3& value, const LoadHistory& history,
                       bool follows = false) const;
   // Of a point that slides: it moves as what is rigid with the point and `arm` from it does.
   void slide(Index point, const Vector3& arm) { arms_[static_cast<std::size_t>(point)] = arm; }
 
-  bool at_rest() const override { return inner_->at_rest(); }
-
-  Index track(const std::vector<Index>& nodes) override;
-  void positions(Index set, Points& x) const override;
-  void predicted_positions(Index set, Points& x) const override;
-  MotionBound motion_bound(Index set) const override {
-    return inner_->bounds()->motion_bound(sets_[set].inner);
-  }
-  MotionBound quick_motion_bound(Index set) const override {
-    return inner_->bounds()->quick_motion_bound(sets_[set].inner);
-  }
-
-  void take_impulses(Index set, const Impulses& impulses) override;
-  void expect_forces(Index set, const Impulses& forces) override;
-  Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum) override;
-  void end_velocities(Index set, Points& v) override;
-  NodeResponse velocity_response(Index set) const override;
-  void add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
-
-  Matrix floating_motions(Index set) const override;
-  NodeResponse static_response(Index set) const override;
-  void add_static_forces(Index set, const Points& forces, ImpulseKind kind) override;
-
-  NodeResponse response(Index set, double h) const override;
-  Points nodal_masses(Index set) const override {
-    return inner_->nodal()->nodal_masses(sets_[set].inner);
-  }
-  TurningAbility* turning() override { return inner_->turning(); }
-
-  void displacements(Points& u, Points& v) const override { inner_->displacements(u, v); }
-  void keep_state(StateArchive& archive) override;
+  // What Body does with a set of its nodes that has points; `own`: of the nodes of the body itself
+  // that the set moves by, without the turn.
+  // Returns these nodes.
+  std::vector<Index> track(const std::vector<Index>& nodes);
+  bool has_points(Index set) const { return sets_[set].E.size() > 0; }
+  // Their places become those of the set, with the turn.
+  void extend(Index set, const BodyTurn& turn, Points& own) const;
+  void extend_rates(Index set, Points& own) const;
+  Matrix extended(Index set, const Matrix& own) const { return sets_[set].E * own; }
+  NodeResponse extended(Index set, const NodeResponse& own) const;
+  // Kept until h changes: the block turns with the body, to the last bit after a restart.
+  NodeResponse turned_response(Index set, double h, const Matrix3& turn,
+                               const std::function<NodeResponse()>& own) const;
+  // Impulses on the set as those on its own nodes, in axes that turn with the body.
+  Points spread(Index set, const Points& impulses) const;
+  // Of impulses on the set, what the spread ones leave of their moment: a body takes those where
+  // its nodes are now, and their shares are those of the middle of the step.
+  Vector3 missing_moment(Index set, const BodyTurn& turn, const Points& own, const Points& impulses,
+                         const Points& spread) const;
+  void keep_state(StateArchive& archive);
 
  private:
-  // x = X + E (x_inner - X_inner); without points E is empty, and the set is the inner body's.
-  // Rows behind those of the set's nodes are rotations of points that slide.
+  // x = X + E (x_own - X_own); without points E is empty, and the set is the body's own. Rows
+  // behind those of the set's nodes are rotations of points that slide.
   struct NodeSet {
-    Index inner = 0;
-    Points X, X_inner;
-    SparseMatrix E;            // 3 m x 3 m_inner
+    Points X, X_own;
+    SparseMatrix E;            // 3 m x 3 m_own
     std::vector<Index> nodes;  // m
     Index n_nodes = 0;         // without those behind
     // of a point that slides: the row of its translation, that of its rotation, the point
@@ -131,32 +119,26 @@ class PointedBody final : public WrappedBody {
       std::size_t point = 0;
     };
     std::vector<Slide> slides;
-    // E S E^T of the inner body's response S to a step of length h, in axes that turn with it
+    // E S E^T of the body's response S to a step of length h, in axes that turn with it
     mutable std::shared_ptr<const Matrix> answer;
     mutable double answer_h = 0;
   };
-  bool is_plain(Index set) const { return sets_[set].E.size() == 0; }
-  void extend(const NodeSet& set, const Points& inner, Points& x) const;
-  void extend_turned(const NodeSet& set, const Points& inner, const BodyTurn& turn,
-                     Points& x) const;
-  Points spread(const NodeSet& set, const Points& forces) const;
-  Vector3 missing_moment(const NodeSet& set, const Points& impulses, const Points& nodal) const;
-  NodeResponse turned_response(const NodeSet& set, double h) const;
-  Matrix slid(const NodeSet& set, const Matrix& S) const;
-  TurningAbility* turned() const { return inner_->turning(); }
-  NodeResponse extended(const NodeSet& set, const NodeResponse& inner) const;
-
-  // A node behind those of the inner body: of which point, and its maps of that one's nodes.
+  // A node behind those of all points: of which point, and its maps of that one's nodes.
   struct Extra {
     std::size_t point = 0;
     std::vector<Matrix3> maps;
   };
+  void add_deformations(std::size_t point, const Points& own_nodes, const std::string& where);
+  const std::vector<Matrix3>& maps_of(Index node, std::size_t& point) const;
+  void extend(const NodeSet& set, Points& own) const;
+  Matrix slid(const NodeSet& set, const Matrix& S) const;
+  Matrix product(const NodeSet& set, const NodeResponse& own) const;
+
+  Index n_ = 0;  // nodes of the body itself
   std::vector<AveragePoint> points_;
   std::vector<AverageMaps> maps_;
   std::vector<Extra> deformations_;  // nodes from n + 2 points on
-  void add_deformations(std::size_t point, const std::string& where);
-  const std::vector<Matrix3>& maps_of(Index node, std::size_t& point) const;
-  Index n_ = 0;                // nodes of the inner body
+  Points positions_;
   std::vector<Vector3> arms_;  // of points that slide
   std::vector<NodeSet> sets_;
 };
