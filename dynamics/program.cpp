@@ -63,9 +63,8 @@ bool is_worth_blas_threads(const Simulation& simulation) {
                      [&](const ContactNodes& set) {
                        Body& body = *simulation.bodies[set.body];
                        const Index dofs = 3 * static_cast<Index>(set.nodes.size());
-                       const bool has_all_modes = body.is_exact() && !body.facts().scales;
                        return dofs * dofs >= worth_threads_for_W ||
-                              (has_all_modes && dofs * body.n_dofs() >= worth_threads_for_modes);
+                              (body.is_exact() && dofs * body.n_dofs() >= worth_threads_for_modes);
                      });
 }
 

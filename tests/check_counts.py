@@ -11,14 +11,14 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BOUNDS = {
-    "lines of product": 86400,
-    "files of product": 686,
+    "lines of product": 84230,
+    "files of product": 668,
     "lines of python/cbr": 1050,
-    "lines of tests": 62435,
-    "files of tests": 390,
+    "lines of tests": 61880,
+    "files of tests": 386,
     "numbers in contact/solve": 92,  # but for 0, 1, 2, 3 and 0.5
-    "lines with InputError(": 394,
-    "classes derived from Body": 7,
+    "lines with InputError(": 389,
+    "classes derived from Body": 6,
     "members of the largest class": 64,
 }
 CODE = {".cpp", ".hpp"}

@@ -307,11 +307,10 @@ struct TimeOptions {
   // load steps of statics before the time 0; not given: preload_steps()
   std::optional<Index> preload;
   std::optional<double> step;  // seconds; neither step nor cfl: auto
-  // of the critical step of central differences; above 1 with newmark and mass_scaling only
+  // of the critical step of central differences; above 1 with newmark and exact only
   std::optional<double> cfl;
   double alpha = 0;  // newmark: HHT's, in [-1/3, 0]
   // exact: superelements' modes above 2 / step get that frequency and more modal mass (extension)
-  bool mass_scaling = false;
   // key `force: true`: a step above the critical one is run all the same (extension)
   bool force_step = false;
   Integrator integrator = Integrator::exact;

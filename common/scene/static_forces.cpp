@@ -99,9 +99,23 @@ NodeAreas node_areas(const Superelement& s, const Surface& surface) {
   return areas;
 }
 
+std::vector<Index> loaded_nodes(const InterfaceNeeds& needs, const Superelement& s) {
+  std::vector<Index> nodes;
+  const auto add = [&](const std::vector<Index>& its) {
+    nodes.insert(nodes.end(), its.begin(), its.end());
+  };
+  for (const Surface& surface : s.surfaces)
+    if (needs.loaded.contains(surface.name)) add(surface_nodes(surface));
+  for (const auto& [name, its] : s.nodesets)
+    if (needs.loaded.contains(name)) add(its);
+  return nodes;
+}
+
 StaticShare static_forces(const std::vector<TouchingSurface>& touching,
-                          const std::vector<char>& is_kept, const Superelement& s) {
+                          const std::vector<char>& is_kept, const Superelement& s,
+                          const std::vector<Index>& loaded) {
   std::map<Index, NodeForces> of_node;
+  for (const Index node : loaded) of_node[node].all_directions = true;
   for (const auto& [surface, all_directions] : touching) {
     const NodeAreas areas = node_areas(s, *surface);
     for (std::size_t i = 0; i < areas.node.size(); ++i) {

@@ -36,9 +36,13 @@ struct NodeAreas {
 };
 NodeAreas node_areas(const Superelement& s, const Surface& surface);
 
+// Nodes of the superelement's sets that the scene's loads act on.
+std::vector<Index> loaded_nodes(const InterfaceNeeds& needs, const Superelement& s);
+
 // Nodes and unit directions of the forces, by node; no F. is_kept: nodes without any, by node of s;
-// empty: none.
+// empty: none. loaded: nodes with all directions.
 StaticShare static_forces(const std::vector<TouchingSurface>& touching,
-                          const std::vector<char>& is_kept, const Superelement& s);
+                          const std::vector<char>& is_kept, const Superelement& s,
+                          const std::vector<Index>& loaded = {});
 
 }  // namespace cbr

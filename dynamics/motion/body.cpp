@@ -261,7 +261,7 @@ void Body::lacks_statics() const {
 
 void Body::lacks_nodal_masses() const {
   throw InputError("instance '" + name() +
-                   "': enforcement: nodal has no masses of nodes to weigh with mass_scaling, "
+                   "': enforcement: nodal has no masses of nodes to weigh with "
                    "newmark, rotations: large, or an interface without mass: take enforcement "
                    "impulse or penalty");
 }
@@ -297,7 +297,7 @@ void turn_points(const BodyTurn& turn, const Vector3& velocity, const Vector3& s
 void keep_state(StateArchive& archive, BodyState& state) {
   archive(state.center_of_mass, state.momentum, state.angular_momentum, state.kinetic_energy,
           state.strain_energy);
-  archive(state.rotation, state.scaled_energy);
+  archive(state.rotation);
   bool turns = state.orientation.has_value();
   archive(turns);
   if (!turns) return;

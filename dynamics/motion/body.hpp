@@ -30,9 +30,6 @@ struct BodyPlan {
   // The step at which contact will push, omega_max h < pi; 0: none. Exact bodies then answer
   // impulses with the compliance of a force that lasts (contact_gain.hpp).
   double contact_step = 0;
-  // rad/s. Where BodyFacts::scales, every mode above it gets this frequency by more modal mass;
-  // statics, rigid motion and all other modes stay as they are.
-  double clip = HUGE_VAL;
 };
 
 // What an impulse comes from: whose work it is.
@@ -71,7 +68,6 @@ struct BodyFacts {
   bool steps_alone = false;
   // The largest stable step in contact, as a share of the critical step: `step: auto` takes it.
   double contact_share = 1;
-  bool scales = false;  // its modes, to BodyPlan::clip
 };
 
 // What an iteration towards equilibrium has changed.
@@ -134,11 +130,10 @@ class Body {
   std::vector<Reaction> take_reactions(double t, double interval);
   std::vector<Reaction> static_reactions(double t) const;
 
-  // rad/s, of the body alone; sets the step. That of a scaled one after prepare().
+  // rad/s, of the body alone; sets the step.
   virtual double largest_frequency() const = 0;
 
-  // Number of a node set, for the calls below. Of a body that scales before prepare():
-  // std::logic_error after it.
+  // Number of a node set, for the calls below.
   Index track(const std::vector<Index>& nodes);
   // Once, before the first step: std::logic_error otherwise. InputError: a load that it cannot
   // take.

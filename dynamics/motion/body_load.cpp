@@ -52,8 +52,7 @@ void require_no_modal_forces(const BodyLoad& load, const std::string& name) {
   if (!any) return;
   throw InputError("instance '" + name +
                    "': a load on faces inside the part acts on superelements of basis "
-                   "craig-bampton without mass_scaling only: take "
-                   "the faces into the interface");
+                   "craig-bampton only: take the faces into the interface");
 }
 
 }  // namespace cbr

@@ -21,8 +21,6 @@ struct BodyState {
   double rotation = 0;
   // Of a body that turns by any angle: unit quaternion w x y z since the start, scene axes.
   std::optional<Eigen::Vector4d> orientation = {};
-  // kinetic + strain, of what moves with scaled modal mass: what that costs in accuracy at most
-  double scaled_energy = 0;
 };
 
 // Work done on a body since the start of the run; kinetic + strain energy changes by their sum, to

@@ -95,8 +95,7 @@ static void keep_state(StateArchive& archive, RunResult& result) {
   archive(result.time, result.monitors, result.bodies, result.pairs);
   archive(result.total, result.work_external, result.work_contact, result.work_friction,
           result.work_damping, result.work_numerical, result.active);
-  archive(result.steps, result.jumps, result.contact_steps, result.contact_rows,
-          result.scaled_energy_share, result.work);
+  archive(result.steps, result.jumps, result.contact_steps, result.contact_rows, result.work);
   archive(result.largest_rotation);
   archive.expect(static_cast<Index>(result.reactions.size()));
   archive(result.reactions);

@@ -191,7 +191,7 @@ void Recorder::record_monitors(double interval, ContactState& state) {
 }
 
 void Recorder::record_energy(const std::vector<char>& resting) {
-  double total = 0, scaled = 0, external = 0, contact = 0, friction = 0, damping = 0, numerical = 0;
+  double total = 0, external = 0, contact = 0, friction = 0, damping = 0, numerical = 0;
   for (std::size_t b = 0; b < sim_.bodies.size(); ++b) {
     if (!resting[b] || result_.time.size() == 1) {
       last_[b] = sim_.bodies[b]->state();
@@ -209,7 +209,6 @@ void Recorder::record_energy(const std::vector<char>& resting) {
       series.orientation.insert(series.orientation.end(), now.orientation->begin(),
                                 now.orientation->end());
     total += now.kinetic_energy + now.strain_energy;
-    scaled += now.scaled_energy;
     external += work.external;
     contact += work.contact;
     friction += work.friction;
@@ -233,8 +232,6 @@ void Recorder::record_energy(const std::vector<char>& resting) {
   damping -= before_.damping;
   numerical -= before_.numerical;
   result_.total.push_back(total);
-  if (scaled > 0)
-    result_.scaled_energy_share = std::max(result_.scaled_energy_share, scaled / total);
   result_.work_external.push_back(external);
   result_.work_contact.push_back(contact);
   result_.work_friction.push_back(friction);
@@ -310,8 +307,7 @@ void Recorder::check_finite(double t, const ContactOutcome& outcome) const {
     if (!ends_finite(r.monitors[m])) where.push_back("surface " + sim_.monitors[m].name);
   if (where.empty() && ends_finite(r.total) && ends_finite(r.work_external) &&
       ends_finite(r.work_contact) && ends_finite(r.work_friction) && ends_finite(r.work_damping) &&
-      ends_finite(r.work_numerical) && std::isfinite(r.largest_rotation) &&
-      std::isfinite(r.scaled_energy_share))
+      ends_finite(r.work_numerical) && std::isfinite(r.largest_rotation))
     return;
   constexpr std::size_t most = 4;  // names
   if (where.size() > most) {

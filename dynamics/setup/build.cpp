@@ -88,12 +88,6 @@ void take_contact_step(const std::vector<ContactKind>& contact, const Simulation
     if (contact[b] != ContactKind::none && only_impulses[b]) plans[b].contact_step = sim.plan.h;
 }
 
-// Modal mass scaling of modes above 2 / step, for bodies in contact only.
-void take_clip(const std::vector<ContactKind>& contact, double clip, std::vector<BodyPlan>& plans) {
-  for (std::size_t b = 0; b < contact.size(); ++b)
-    if (clip > 0 && contact[b] != ContactKind::none) plans[b].clip = clip;
-}
-
 // InputError: a surface of the skin that no instance has.
 void require_skin(const Scene& scene, const BuiltScene& built) {
   if (!skin_acts(scene)) return;
@@ -309,7 +303,6 @@ BuiltScene build(const Scene& scene_of_run, Report& report, const BuildOptions& 
   } else {
     built.simulation.plan = plan_motion(scene, built, in_contact);
     take_contact_step(in_contact, built.simulation, plans);
-    take_clip(in_contact, built.simulation.plan.clip, plans);
   }
   for (std::size_t b = 0; b < plans.size(); ++b) built.simulation.bodies[b]->prepare(plans[b]);
   look_for_overlaps(scene, built, report);

@@ -171,20 +171,6 @@ TEST(CharacteristicContact, SlidesAsCoulombSays) {
   }
 }
 
-// Modal mass scaling goes with it; statics stay.
-TEST(CharacteristicContact, TakesLongerStepsByMassScaling) {
-  Bar p;
-  p.loads =
-      "{instance: b, surface: x_max, traction: [-10, 0, 0], history: {time: [0, 2], value: [0, "
-      "1]}}";
-  p.end = 3;
-  p.time = ", mass_scaling: true, step: {cfl: 3}";
-  const Ran ran = run(p);
-  const std::size_t last = ran.result.time.size() - 1;
-  EXPECT_NEAR(test::at(ran.monitor("b.x_max").mean_position, last)[0], 1 - 0.01, 2e-4);
-  EXPECT_LT(test::energy_residual(ran.result), 1e-9);
-}
-
 // Held nodes take a coordinate each: kept ones have it.
 TEST(CharacteristicContact, HeldNodesStayWhenTheyAreKept) {
   Bar p;

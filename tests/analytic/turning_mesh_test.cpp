@@ -303,7 +303,6 @@ TEST(TurningMesh, WhatDoesNotTurnIsRefusedByName) {
            "only");
   expect(scene("{end: 1, integrator: newmark, step: 1e-3, rotations: large}"),
          "time.rotations: large goes with integrator: exact only");
-  expect(scene("{end: 1, mass_scaling: true, rotations: large}"), "mass_scaling");
   expect(scene(steps_of(1e-3), "as: mesh", "boundary: [{instance: b, nodes: x_min, fix: x}]\n"),
          "'b': angular_velocity needs a body without supports");
   // A second block that no element joins to the first

@@ -243,8 +243,6 @@ TEST(Turning, WhatDoesNotTurnIsRefusedByName) {
   expect(scene("{end: 1, rotations: big}", "as: mesh"), "rotations");
   expect(scene("{end: 1, integrator: newmark, rotations: large}", "as: superelement"),
          "integrator: exact only");
-  expect(scene("{end: 1, mass_scaling: true, rotations: large}", "as: superelement"),
-         "mass_scaling");
   expect(scene(plain, "angular_velocity: [0, 0, 1]",
                "boundary: [{instance: b, nodes: x_min, fix: x}]\n"),
          "'b': angular_velocity needs a body without supports");

@@ -45,14 +45,13 @@ def flight_step(rates, n):
     return rates.seconds(flops=6 * n, data=40 * n)
 
 
-def contact_step(rates, n, m, rows, scaled=False):
-    """A step of two instances of one superelement of n coordinates (scaled: those below the clip) whose m nodes each are in contact,
+def contact_step(rates, n, m, rows):
+    """A step of two instances of one superelement of n coordinates that move whose m nodes each are in contact,
     `rows` of them active: the flight of both; V's 3 m rows, shared, read once for the end and once for the impulse; half of the
-    symmetric response of 3 m dofs read once; scaled: r, r' of 3 m dofs read and written."""
+    symmetric response of 3 m dofs read once."""
     data = 2 * 8 * 3 * m * n + 4 * (3 * m) ** 2
-    state = 2 * 4 * 8 * 3 * m if scaled else 0
     flops = 2 * data / 8 + 2 * rows**2
-    return 2 * flight_step(rates, n) + max(flops / rates.flops(), data / rates.reading(data)) + rates.seconds(data=state)
+    return 2 * flight_step(rates, n) + max(flops / rates.flops(), data / rates.reading(data))
 
 
 def shapes_step(rates, n, m, rows):

@@ -9,7 +9,7 @@ from matplotlib.lines import Line2D
 from runs import read_csv
 
 MARKERS = {1: "o", 2: "s", 4: "^"}
-KINDS = {"full": ("full mesh", "#1f3b73"), "a": ("(a) contact face", "#2a9d4a"), "a scaled": ("(a), modal mass scaling", "#8ac926"),
+KINDS = {"full": ("full mesh", "#1f3b73"), "a": ("(a) contact face", "#2a9d4a"), "a long": ("(a), long steps", "#8ac926"),
          "b": ("(b) both x faces", "#e07b00"), "c": ("(c) whole surface", "#b3202c"),
          "shapes": ("(a), basis characteristic", "#7b3fa0")}
 TARGETS = {1: 10, 2: 30, 4: 60}
@@ -17,8 +17,7 @@ ERROR = "rms_percent_of_half_speed"
 
 
 def kind(row):
-    scaled = "mass_scaling" in str(row["step_option"])
-    return "a scaled" if scaled and row["model"] == "a" else row["model"]
+    return "a long" if "cfl" in str(row["step_option"]) and row["model"] == "a" else row["model"]
 
 
 def measured(rows):

@@ -42,30 +42,30 @@ BASES = {"shapes": ", basis: characteristic"}
 def rows_of(r, smoke):
     """(model, modes, pick, enforcement, entry of time) of the rivals on mesh r. Every mesh has the full mesh as its first."""
     rivals = [("full", 0, "frequency", "impulse", "")]
-    # The same steps in seconds on every mesh, so the same frequency to which modes are clipped
-    scaled = [f", mass_scaling: true, step: {{cfl: {cfl * r:g}}}" for cfl in ((2,) if smoke else (1, 1.5, 2, 3))]
+    # The same steps in seconds on every mesh, so the same modes that move
+    long = [f", step: {{cfl: {cfl * r:g}}}" for cfl in ((2,) if smoke else (1, 1.5, 2, 3))]
     picked = ("a", 5 if smoke else 20, "participation", "impulse")
     rivals += [("shapes", n, "participation", "impulse", "") for n in ((5,) if smoke else (20, 40))]
     # All 7503 dofs of the face at r = 4 take an hour to reduce
     if r >= 4:
         return rivals
-    rivals += [picked + (time,) for time in ("", *scaled)]
+    rivals += [picked + (time,) for time in ("", *long)]
     if smoke:
         return rivals
     if r == 1:
         rivals += [("full", 0, "frequency", "penalty", ""), ("full", 0, "frequency", "nodal", "")]
         rivals += [("a", 20, "participation", e, "") for e in ("penalty", "nodal")]
         rivals += [("a", 20, "participation", "impulse", f", step: {step}") for step in (1e-7, 5e-8)]
-        rivals += [("c", 500, "frequency", "impulse", time) for time in ("", scaled[2])]
-    rivals += [("a", 80, "participation", "impulse", time) for time in ("", scaled[2])]
-    rivals += [("a", modes, "frequency", "impulse", time) for modes in (80, 200, 500) for time in ("", scaled[2])]
-    return rivals + [("b", 80, "frequency", "impulse", time) for time in ("", scaled[2])]
+        rivals += [("c", 500, "frequency", "impulse", time) for time in ("", long[2])]
+    rivals += [("a", 80, "participation", "impulse", time) for time in ("", long[2])]
+    rivals += [("a", modes, "frequency", "impulse", time) for modes in (80, 200, 500) for time in ("", long[2])]
+    return rivals + [("b", 80, "frequency", "impulse", time) for time in ("", long[2])]
 
 
 def label(r, model, modes, pick, enforcement, time):
     name = f"r{r} {model}" + ("" if model == "full" else f" {modes}" + (" picked" if pick == "participation" else ""))
     name += "" if enforcement == "impulse" else f" {enforcement}"
-    option = time.replace(", mass_scaling: true", " scaled").replace(", step: ", " ").replace("{cfl: ", "cfl ").replace("}", "")
+    option = time.replace(", step: ", " ").replace("{cfl: ", "cfl ").replace("}", "")
     return name + option
 
 
@@ -155,17 +155,8 @@ class Case:
             n = median(tables, "count", "dofs") / 2
             in_contact = touching * limits.shapes_step(rates, n, m, rows)
             return 2 * (steps - touching) * limits.flight_step(rates, n) + in_contact
-        n, scaled = self.n_coordinates(median(tables, "count", "dofs") / 2, median(tables, "count", "steps_planned"))
-        return 2 * (steps - touching) * limits.flight_step(rates, n) + touching * limits.contact_step(rates, n, m, rows, scaled)
-
-    def n_coordinates(self, n, steps):
-        """Coordinates that move by themselves, and whether there are others: modes above 2 / step when they are scaled. Without a
-        diagonal form in the file they are taken to be as many as the modes kept."""
-        if "mass_scaling" not in self.time:
-            return n, False
-        with h5py.File(self.folder / self.superelement) as f:
-            omega = f["diagonal/omega"][:] if "diagonal" in f else None
-        return (self.modes, True) if omega is None else (int(np.sum(omega < 2 * steps / END)), True)
+        n = median(tables, "count", "dofs") / 2
+        return 2 * (steps - touching) * limits.flight_step(rates, n) + touching * limits.contact_step(rates, n, m, rows)
 
     def bytes_to_read(self):
         """What a run cannot do without: the mesh; of a superelement V, or where there is none its matrices."""

@@ -38,12 +38,7 @@ double value(const History& history, double t) {
 
 DenseMotionModes dense_motion_modes(const DenseBody& body) {
   const DenseModes modes = dense_modes(body.K, body.M);
-  const Vector omega = modes.lambda.cwiseSqrt();
-  // A modal mass (omega / clip)^2 times as large, of coordinates that are omega / clip times as
-  // large
-  const Vector scale = (omega / body.clip).cwiseMax(1);
-  return {omega.cwiseMin(body.clip), modes.V * scale.cwiseInverse().asDiagonal(),
-          scale.asDiagonal() * modes.V.transpose() * body.M};
+  return {modes.lambda.cwiseSqrt(), modes.V, modes.V.transpose() * body.M};
 }
 
 Matrix dense_response(const DenseBody& body, double h) {

@@ -21,8 +21,6 @@ struct DenseBody {
   enum class Scheme { exact, central, newmark } scheme = Scheme::exact;
   // impulses of contact have the compliance of a constant force (docs/theory.md, (35))
   bool lasting = false;
-  // exact: modes above this frequency get it by modal mass: docs/theory.md, (28)
-  double clip = HUGE_VAL;
 };
 
 // Modes of the body's motion; `inverse`: V^-1.

@@ -210,7 +210,6 @@ DenseBody dense_body(const RandomScene& scene, const Ran& ran, std::size_t i, co
                  std::none_of(scene.pairs.begin(), scene.pairs.end(), [&](const RandomPair& pair) {
                    return its(pair) && has(pair.options, "penalty");
                  });
-  if (scene.mass_scaling && body.lasting) body.clip = 2 / ran.built.simulation.plan.h;
   return body;
 }
 

@@ -143,7 +143,6 @@ RandomScene random_scene_of_bases(unsigned seed) {
     }
   }
   if (scene.integrator == "exact" && !scene.loads_inside && dice.once_in(2)) {
-    scene.mass_scaling = true;
     scene.cfl = dice.uniform(0.9, 4);
     take_impulses(scene, nullptr);
   }

@@ -218,7 +218,7 @@ std::string RandomScene::text() const {
   for (const RandomLoad& load : loads)
     words += "; " + load.kind +
              (load.surface.empty() ? "" : " on " + load.instance + "." + load.surface);
-  if (mass_scaling) words += "; mass scaling, " + test::text(cfl) + " of the critical step";
+  if (cfl > 1) words += "; " + test::text(cfl) + " critical steps";
   for (const auto& name : held) words += "; held " + name;
   return words + (skin ? "; skin" : "");
 }
@@ -284,7 +284,6 @@ std::string yaml(const RandomScene& scene, const Change& change) {
             ", thickness: " + test::text(random_skin.thickness * change.length) + "}\n";
   return text + "time: {end: " + test::text(change.time * scene.end) +
          ", step: {cfl: " + test::text(scene.cfl) + "}, integrator: " + scene.integrator +
-         (scene.mass_scaling ? ", mass_scaling: true" : "") +
          "}\noutput: {every: " + test::text(change.time * scene.every) + ", history: [" + history +
          "]}\n";
 }

@@ -58,7 +58,6 @@ struct RandomScene {
   std::optional<std::string> skin;  // "a.x_max"
   std::string integrator = "exact";
   double cfl = 0.7, every = 0, end = 0;
-  bool mass_scaling = false;
   bool loads_inside = false;   // on surfaces that a reduced body does not retain
   bool keeps_numbers = false;  // another order of elements gives another model
   // Allowed changes of the scene

@@ -347,10 +347,6 @@ void check_contact_with_time(const Scene& scene) {
   }
   for (const ContactOptions& contact : scene.contact) {
     if (contact.enforcement == Enforcement::impulse) continue;
-    if (scene.time->mass_scaling)
-      throw InputError(contact.source.text() + ": contact: 'enforcement: " +
-                       word_of(enforcement_words, contact.enforcement) +
-                       "' is not available with time.mass_scaling: use 'enforcement: impulse'");
     if (scene.time->integrator != Integrator::newmark) continue;
     throw InputError(contact.source.text() +
                      ": contact: 'enforcement: " + word_of(enforcement_words, contact.enforcement) +

@@ -87,7 +87,7 @@ constexpr Index most_preload = 10000;
 
 // Keys without effect in statics.
 void refuse_with_statics(const SceneMap& map, const TimeOptions& time) {
-  for (const char* key : {"integrator", "alpha", "mass_scaling", "force", "rotations"})
+  for (const char* key : {"integrator", "alpha", "force", "rotations"})
     if (const auto* value = map.find(key))
       value->fail(std::string("static: true computes equilibrium and has no '") + key +
                   "': remove one of the two");
@@ -307,7 +307,7 @@ std::vector<SceneKey> scene_keys(TimeOptions& t) {
           {"integrator", OneWord{t.integrator, integrator_words}, !t.is_static},
           {"preload", WholeNumber{t.preload}},
           {"alpha", Number{t.alpha}, t.alpha != 0},
-          {"mass_scaling", TrueOrFalse{t.mass_scaling}, t.mass_scaling},
+          {"mass_scaling", Retired{"leave it out, and take step: {cfl: 2} for long steps"}},
           {"rotations", OneWord{t.rotations, rotations_words}, t.rotations != Rotations::automatic},
           {"force", TrueOrFalse{t.force_step}, t.force_step}};
 }
@@ -316,12 +316,10 @@ void parse_time(const SceneNode& node, SceneReading& reading) {
   TimeOptions& time = reading.scene.time.emplace();
   time.source = node.source();
   const SceneMap map = read_keys(node, scene_keys(time), reading);
-  if (time.mass_scaling && time.integrator != Integrator::exact)
-    map.at("mass_scaling").fail("requires integrator: exact");
-  if (time.cfl && *time.cfl > 1 && time.integrator != Integrator::newmark && !time.mass_scaling)
+  if (time.cfl && *time.cfl > 1 && time.integrator == Integrator::central_difference)
     map.at("step").map({"cfl"}).at("cfl").fail(
         "found a number above 1, expected one from above 0 to 1 (above 1 with integrator: "
-        "newmark or mass_scaling: true only)");
+        "exact or newmark only)");
   if (const auto* alpha = map.find("alpha")) {
     if (time.integrator != Integrator::newmark) alpha->fail("requires integrator: newmark");
     if (!(time.alpha >= -1.0 / 3 && time.alpha <= 0))
@@ -332,9 +330,8 @@ void parse_time(const SceneNode& node, SceneReading& reading) {
   const SceneNode& preload = map.at("preload");
   if (*time.preload > most_preload)
     preload.fail("found " + preload.text() + ", expected at most 10000 load steps");
-  if (*time.preload > 0 && (time.mass_scaling || time.rotations == Rotations::large))
-    preload.fail(
-        "does not go with mass_scaling: true or rotations: large: leave one of the two out");
+  if (*time.preload > 0 && time.rotations == Rotations::large)
+    preload.fail("does not go with rotations: large: leave one of the two out");
 }
 
 }  // namespace cbr

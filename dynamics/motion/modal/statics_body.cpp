@@ -62,11 +62,13 @@ Index StaticsBody::own_track_mean(const std::vector<Index>& nodes) {
   MeanSet set;
   set.modal = modal_.track_mean(nodes);
   const StaticRows& rows = form_->rows;
-  set.Vt = form_->modal.shared.mean_rows(form_->modal.V,
-                                         *form_->modal.shared.row_table(*superelement_), nodes);
-  set.F.setZero(rows.size(), 3);
-  for (const Index node : nodes)
-    for (Index j = rows.first[node]; j < rows.first[node + 1]; ++j)
+  FormCache& shared = form_->modal.shared;
+  const IndexTable& row = *shared.row_table(*superelement_);
+  set.Vt = shared.mean_rows(form_->modal.V, row, nodes);
+  if (form_->D) set.F = mean_of_nodes(*form_->D, row, nodes);
+  if (!form_->D) set.F.setZero(rows.size(), 3);
+  for (std::size_t i = 0; !form_->D && i < nodes.size(); ++i)
+    for (Index j = rows.first[nodes[i]]; j < rows.first[nodes[i] + 1]; ++j)
       set.F += rows.F->col(j) * rows.direction.row(j) / static_cast<double>(nodes.size());
   means_.push_back(std::move(set));
   return static_cast<Index>(means_.size()) - 1;
@@ -336,16 +338,20 @@ BodyWork StaticsBody::own_work() const {
 
 void StaticsBody::own_coordinates(Vector& q, Vector& rates) const {
   modal_.coordinates(q, rates);
-  if (was_in_contact_ && form_->is_massless) {
+  const auto add = [&](const Vector& moved, Vector& x) {  // k + c
     const IndexTable& row = *form_->modal.shared.row_table(*superelement_);
-    const Vector moved = form_->modal.V * (modal_.modal_coordinates() - eta_before_) / h_;  // k + c
-    rates.head(k_) = moved.head(k_);
+    x.head(k_) += moved.head(k_);
     for (Index i = 0; i < row.rows(); ++i)
       for (int d = 0; d < 3; ++d)
-        if (row(i, d) >= 0) rates[k_ + 3 * i + d] = moved[row(i, d)];
+        if (row(i, d) >= 0) x[k_ + 3 * i + d] += moved[row(i, d)];
+  };
+  if (was_in_contact_ && form_->is_massless) {
+    rates.setZero();
+    add(form_->modal.V * (modal_.modal_coordinates() - eta_before_) / h_, rates);
   }
   const StaticRows& rows = form_->rows;
   const auto spread = [&](const Vector& g, double factor, Vector& x) {
+    if (form_->D) return add(factor * (*form_->D * g), x);
     const Vector w = factor * (*rows.F * g);
     for (Index i = 0; i < rows.size(); ++i)
       x.segment<3>(k_ + 3 * rows.node[i]) += w[i] * rows.direction.row(i).transpose();

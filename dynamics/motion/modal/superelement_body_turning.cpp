@@ -40,7 +40,7 @@ void SuperelementBody::propagate_driven(double from, double to, bool whole, Vect
     const Vector start = lasts ? Vector(all.start + lasting_.now.all) : Vector(),
                  end = lasts ? Vector(all.end + lasting_.now.all) : Vector();
     const LinearForce with_lasting{start, end};
-    return load_work_among(step, work_eta_, work_v_, eta_end, lasts ? with_lasting : all, of);
+    return load_work(step, work_eta_, work_v_, eta_end, lasts ? with_lasting : all, of);
   };
   const bool has_others = !loads_.empty() || n_others > 0;
   if (!spins || !has_others) {

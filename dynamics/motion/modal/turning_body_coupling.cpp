@@ -108,9 +108,10 @@ TurningBody::TurnAtEnd TurningBody::turn_at_end(Vector3 L, const TurnInertia& la
   const double most = loads_.empty() ? largest_turn : largest_turn_of_loads;
   const double angle = now_.rate_per_momentum * momentum * h_;
   if (!(angle < largest_turn_of_step))
-    throw RunError(format_text("instance '%s' turns by %.3g rad in a step of %.3g s at t = %.4g s: "
-                               "look at the loads and their units, or at the step",
-                               name().c_str(), angle, h_, t_));
+    throw RunError(
+        format_text("instance '%s' turns by %.3g rad in a step of %.3g s at t = %.4g s: "
+                    "look at the loads and their units, or at the step",
+                    name().c_str(), angle, h_, t_));
   const auto n = std::max<Index>(1, static_cast<Index>(std::ceil(angle / most)));
   const auto part = 1 / static_cast<double>(n);
   const auto at = [&](double share) { return FreeTurn::between(now_, last, share); };

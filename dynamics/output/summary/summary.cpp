@@ -53,34 +53,6 @@ void reached_lines(const BuiltScene& built, const RunResult& result, Report& rep
   if (!line.str().empty()) report.line(line.str());
 }
 
-void scaling_lines(const BuiltScene& built, const RunResult& result, Report& report) {
-  const TimePlan& plan = built.simulation.plan;
-  if (plan.clip == 0) {
-    if (plan.is_scaling_asked)
-      report.line(
-          "mass scaling: nothing is scaled, as the step is not above the critical one of any "
-          "superelement that touches" +
-          std::string(plan.limit == "output.every"
-                          ? ": a longer output.every would allow longer steps"
-                          : ""));
-    return;
-  }
-  std::ostringstream scaling;
-  scaling.precision(3);
-  scaling << "mass scaling: in superelements that touch, all modes above "
-          << plan.clip / (2 * std::numbers::pi) << " Hz have that frequency; they held at most "
-          << 100 * result.scaled_energy_share << " % of the energy at an output";
-  report.line(scaling.str());
-  constexpr double too_much = 0.1;
-  if (result.scaled_energy_share > too_much) {
-    std::ostringstream warning;
-    warning.precision(2);
-    warning << "mass scaling: the modes that are scaled held " << 100 * result.scaled_energy_share
-            << " % of the energy: their motion is not that of the body; take a smaller step";
-    report.warning(warning.str());
-  }
-}
-
 // Longest path of a centre of mass, from the start to an output.
 double longest_way(const RunResult& result) {
   double way = 0;
@@ -314,7 +286,6 @@ void strain_warnings(const BuiltScene& built, Report& report) {
 void summarise(const BuiltScene& built, const RunResult& result, bool is_restarted,
                Report& report) {
   reached_lines(built, result, report);
-  scaling_lines(built, result, report);
   work_line(built, result, report);
   const Balance b = balance(result);
   balance_lines(built, result, b, report);

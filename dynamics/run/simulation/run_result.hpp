@@ -83,8 +83,6 @@ struct RunResult {
   Index steps = 0, jumps = 0;
   Index contact_steps = 0;  // steps with a constraint of contact
   double contact_rows = 0;  // constraints with an impulse, summed over the steps
-  // largest fraction of the energy at an output in modes of scaled mass
-  double scaled_energy_share = 0;
   WorkCounts work;
   StepSeconds seconds;          // of the current part of a restarted run
   double largest_rotation = 0;  // rad

@@ -19,8 +19,6 @@ constexpr double automatic_share = 0.9;
 // (enforcement.hpp): at 0.25 they are 64 times as stiff as at 0.9, and surfaces so much less deep
 // in each other.
 constexpr double penalty_step_share = 0.25;
-// Mass scaling lowers frequencies above omega_max / s to it: 2 leaves the lower half as it is.
-constexpr double scaled_share = 2;
 constexpr double fit_tolerance = 1e-9;  // relative overshoot of a step that still fits
 
 std::string text(double value) {
@@ -68,29 +66,12 @@ Limit smallest(const std::vector<std::unique_ptr<Body>>& bodies,
   return limit;
 }
 
-bool is_scaled(const TimeOptions& options, Body& body) {
-  return options.mass_scaling && body.facts().scales;
-}
-
 // Step of a body relative to its critical step.
 double share_of_critical(const TimeOptions& options, Body& body, ContactKind contact) {
-  if (is_scaled(options, body)) return options.cfl.value_or(scaled_share);
   if (options.cfl && *options.cfl <= 1) return *options.cfl;
   if (contact == ContactKind::penalty) return penalty_step_share;
   const double share = body.is_exact() ? 1 : automatic_share;
   return contact == ContactKind::hard ? std::min(share, body.facts().contact_share) : share;
-}
-
-// 2 / step if below a frequency of a scaled body, else 0.
-double clip_of(const TimeOptions& options, const TimePlan& plan,
-               const std::vector<std::unique_ptr<Body>>& bodies,
-               const std::vector<ContactKind>& contact) {
-  double clip = 0;
-  for (std::size_t b = 0; b < bodies.size(); ++b)
-    if (is_scaled(options, *bodies[b]) && contact[b] != ContactKind::none &&
-        bodies[b]->largest_frequency() * plan.h > 2)
-      clip = 2 / plan.h;
-  return clip;
 }
 
 // Times the critical step: springs keep (4 - x^2) / 4 = 1 % of their stiffness there, and none at
@@ -193,9 +174,7 @@ TimePlan plan_time(const TimeOptions& options, double every,
   const bool newmark = std::any_of(bodies.begin(), bodies.end(),
                                    [](const auto& b) { return b->scheme() == Scheme::newmark; });
   if (newmark) return plan_newmark(options, every, bodies);
-  const Limit critical = smallest(bodies, contact, [&](Body& body, ContactKind) {
-    return is_scaled(options, body) ? HUGE_VAL : 1.0;
-  });
+  const Limit critical = smallest(bodies, contact, [](Body&, ContactKind) { return 1.0; });
   const Limit limit = smallest(bodies, contact, [&](Body& body, ContactKind kind) {
     return share_of_critical(options, body, kind);
   });
@@ -207,8 +186,6 @@ TimePlan plan_time(const TimeOptions& options, double every,
   } else if (limit.body) {
     reason = "'" + limit.body->name() + "' (critical step " + text(limit.critical) +
              " s, highest frequency " + text(limit.body->largest_frequency()) + " rad/s)";
-    if (is_scaled(options, *limit.body))
-      reason = text(limit.h / limit.critical) + " critical steps of " + reason;
   }
   require_countable(options, h, every);
   TimePlan plan = fit_steps(h, every, options.end);
@@ -220,8 +197,6 @@ TimePlan plan_time(const TimeOptions& options, double every,
                      "run it all the same");
   }
   require_springs(options, plan.h, bodies, contact);
-  plan.clip = clip_of(options, plan, bodies, contact);
-  plan.is_scaling_asked = options.mass_scaling;
   plan.limit = cut_by_output(plan, h) ? "output.every" : reason;
   return plan;
 }

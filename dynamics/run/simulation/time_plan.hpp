@@ -22,10 +22,6 @@ struct TimePlan {
   // bodies are rigid)
   std::optional<double> newmark_alpha;
   double critical = 0;
-  // Bodies with scaling(): modes above this frequency (rad/s) are scaled to it; 0: none.
-  double clip = 0;
-  // time.mass_scaling, even if the step is too short for an effect
-  bool is_scaling_asked = false;
 
   Index n_steps() const { return n_whole + n_rest; }
   double time(Index step) const;
@@ -51,9 +47,9 @@ enum class ContactKind : char { none, hard, penalty };
 // central differences. A quarter of it for bodies in penalty contact, whose spring gets stiffer
 // with shorter steps. If all bodies use Newmark: one step per output (a thousandth of the end if
 // every step is an output). cfl is then relative to the critical step of central differences, with
-// any value. With mass_scaling cfl, by default 2, is relative to the critical step of exact bodies
-// in contact with scaling(). Others keep their limit. InputError: a step above the critical one
-// (unless time.force), or too many steps or outputs.
+// any value. Otherwise cfl above 1 is as auto: it has set the quasi-static modes of the bodies
+// (BodyMaker). InputError: a step above the critical one (unless time.force), or too many steps or
+// outputs.
 TimePlan plan_time(const TimeOptions& options, double every,
                    const std::vector<std::unique_ptr<Body>>& bodies,
                    const std::vector<ContactKind>& contact);

@@ -18,7 +18,6 @@
 #include "dynamics/motion/modal/superelement_body.hpp"
 #include "dynamics/motion/modal/turning_body.hpp"
 #include "dynamics/motion/prescribed_motion.hpp"
-#include "dynamics/motion/scaled/scaled_body.hpp"
 #include "dynamics/setup/bodies/instance_damping.hpp"
 #include "dynamics/setup/bodies/mesh_modes.hpp"
 #include "dynamics/setup/bodies/support_motion.hpp"
@@ -75,10 +74,18 @@ void refuse_shapes(const SceneIndex& index, const Instance& instance, bool has_s
   const std::string at = index.boundary(instance).front()->source.text() + ": boundary: " + what;
   if (has_shells)
     throw InputError(at + ", are not known with a skin that acts: leave it out of skin.surfaces");
-  if (index.scene().time->mass_scaling)
-    throw InputError(at + ", are not known with time.mass_scaling: leave it out");
   if (index.is_nodal(instance))
     throw InputError(at + ", are not known with enforcement: nodal: take impulse or penalty");
+}
+
+bool takes_long_steps(const TimeOptions& time) { return time.cfl.value_or(0) > 1; }
+
+// The highest frequency (rad/s) that steps of time.cfl critical steps resolve, or steps of
+// output.every, which bounds them; none if steps resolve all modes.
+std::optional<double> limit_of_long_steps(const Scene& scene, const DiagonalForm& form) {
+  const double all = form.omega.size() > 0 ? form.omega.maxCoeff() : 0, every = scene.output.every;
+  const double highest = std::max(all / *scene.time->cfl, every > 0 ? 2 / every : 0);
+  return highest < all ? std::optional(highest) : std::nullopt;
 }
 
 const RigidBody& rigid_body_of(const Instance&, const ReducedComponent& component) {
@@ -139,18 +146,6 @@ InstanceBody BodyMaker::make_coupled(const Instance& instance, const Geometry& g
           shelled.model->rigid_body.mass};
 }
 
-InstanceBody BodyMaker::make_scaled_from_matrices(const Instance& instance,
-                                                  const ReducedComponent& component) {
-  std::vector<HeldDirection> held = held_directions(index_, instance, *component.geometry);
-  std::shared_ptr<ScaledModel> of_instance;
-  std::shared_ptr<ScaledModel>& model =
-      held.empty() ? scaled_[component.superelement.get()] : of_instance;
-  refuse_damping_of_scaled(index_, instance);
-  if (!model) model = scaled_model(component.superelement, std::move(held), where(instance));
-  return {std::make_unique<ScaledBody>(instance.name, model, placement_of(index_, instance)),
-          component.rigid_body.mass};
-}
-
 std::shared_ptr<const DiagonalForm> BodyMaker::held_form(const Instance& instance,
                                                          const ReducedComponent& component) {
   std::vector<HeldDirection> held = held_directions(index_, instance, *component.geometry);
@@ -185,40 +180,38 @@ InstanceBody BodyMaker::make_with_statics(const Instance& instance,
           component.rigid_body.mass};
 }
 
+bool BodyMaker::may_truncate(const Instance& instance) const {
+  const TimeOptions& time = *scene_.time;
+  if (time.is_static || preload_steps(scene_) > 0 || scheme_of(time) != Scheme::exact) return false;
+  // The truncated form has residual compliance at contact faces and loaded sets only
+  if (!component_of(scene_, instance).points.empty()) return false;
+  if (!index_.may_touch(instance) || !index_.has_only_impulses(instance)) return false;
+  if (takes_long_steps(time)) return supports_move_alike(index_, instance);
+  return !time.step && !time.cfl && !index_.is_held(instance) && !index_.has_loads(instance);
+}
+
 std::shared_ptr<const StaticsForm> BodyMaker::truncated(const Instance& instance,
                                                         const ReducedComponent& component,
                                                         const DiagonalForm& form) {
-  const TimeOptions& time = *scene_.time;
-  // The truncated form has residual compliance at contact faces only, so that no other node may be
-  // loaded
-  const bool has_points = !component_of(scene_, instance).points.empty();
-  const bool is_free = !index_.is_held(instance) && !index_.has_loads(instance) && !has_points;
-  if (time.is_static || preload_steps(scene_) > 0) return nullptr;
-  if (time.step || time.cfl || !is_free || scheme_of(time) != Scheme::exact) return nullptr;
-  if (!index_.may_touch(instance) || !index_.has_only_impulses(instance)) return nullptr;
+  if (!may_truncate(instance)) return nullptr;
   const auto [at, is_new] = truncated_.try_emplace(&form);
   if (!is_new) return at->second;
   const Superelement& s = *component.superelement;
-  const double highest = dynamic_limit(s.eigenvalues);
-  if (!may_truncate(highest, form)) return nullptr;
-  const StaticShare forces = static_forces(
-      touching_surfaces(interface_needs(scene_, component_of(scene_, instance)), s), {}, s);
-  if (is_large_face(forces)) at->second = truncated_form(highest, form, forces, s);
+  const bool is_asked = takes_long_steps(*scene_.time);
+  const std::optional<double> highest =
+      is_asked ? limit_of_long_steps(scene_, form) : automatic_limit(s.eigenvalues, form);
+  if (!highest) return nullptr;
+  const InterfaceNeeds needs = interface_needs(scene_, component_of(scene_, instance));
+  const std::vector<Index> loaded = is_asked ? loaded_nodes(needs, s) : std::vector<Index>();
+  const StaticShare forces = static_forces(touching_surfaces(needs, s), {}, s, loaded);
+  if (is_asked || is_large_face(forces)) at->second = truncated_form(*highest, form, forces, s);
   return at->second;
 }
 
 InstanceBody BodyMaker::make_modal(const Instance& instance, const ReducedComponent& component) {
   const MotionPlan& plan = component.plans.at(instance.name);
-  if (plan.from_matrices) return make_scaled_from_matrices(instance, component);
   const std::shared_ptr<const DiagonalForm> form =
       plan.is_held ? held_form(instance, component) : component.form;
-  if (scene_.time->mass_scaling && index_.may_touch(instance)) {
-    refuse_damping_of_scaled(index_, instance);
-    std::shared_ptr<ScaledModel>& model = scaled_[form.get()];
-    if (!model) model = scaled_model(component.superelement, form);
-    return {std::make_unique<ScaledBody>(instance.name, model, placement_of(index_, instance)),
-            component.rigid_body.mass};
-  }
   if (const std::shared_ptr<const StaticsForm> part = truncated(instance, component, *form))
     return {.body = std::make_unique<StaticsBody>(instance.name, component.superelement, part,
                                                   placement_of(index_, instance), Scheme::exact,

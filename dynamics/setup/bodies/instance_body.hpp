@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "dynamics/motion/coupled/coupled_system.hpp"
-#include "dynamics/motion/scaled/scaled_model.hpp"
 #include "dynamics/setup/components/component_model.hpp"
 
 namespace cbr {
@@ -66,8 +65,6 @@ class BodyMaker {
   template <typename Component>
   Shelled& shelled(const Instance& instance, const Component& component);
   InstanceBody make_coupled(const Instance& instance, const Geometry& geometry, Shelled& shelled);
-  InstanceBody make_scaled_from_matrices(const Instance& instance,
-                                         const ReducedComponent& component);
   // Shared by all instances of a component with the same constraints, in component axes.
   std::shared_ptr<const DiagonalForm> held_form(const Instance& instance,
                                                 const ReducedComponent& component);
@@ -75,11 +72,12 @@ class BodyMaker {
   InstanceBody make_modal(const Instance& instance, const ReducedComponent& component);
   // Either of the two above as a free body with large rotation.
   InstanceBody make_turning(const Instance& instance, const ReducedComponent& component);
-  // With step: auto, for a free superelement with a large contact face: its highest modes become
-  // quasi-static. Otherwise null.
+  // For a superelement in contact whose highest modes become quasi-static: with step: auto if it is
+  // free and has a large contact face, with cfl above 1 always. Otherwise null.
   std::shared_ptr<const StaticsForm> truncated(const Instance& instance,
                                                const ReducedComponent& component,
                                                const DiagonalForm& form);
+  bool may_truncate(const Instance& instance) const;
   InstanceBody make_modal_with_shells(const Instance& instance, const ReducedComponent& component);
 
   const SceneIndex& index_;
@@ -93,8 +91,6 @@ class BodyMaker {
       held_statics_;
   std::map<const DiagonalForm*, std::shared_ptr<const StaticsForm>> truncated_;
   std::map<const MeshedComponent*, std::shared_ptr<const Superelement>> nodes_of_rigid_;
-  // by their source: a form or a superelement
-  std::map<const void*, std::shared_ptr<ScaledModel>> scaled_;
   // by component, kind and skinned surfaces
   std::map<std::string, Shelled> shelled_;
 };

@@ -69,10 +69,4 @@ MaterialDamping damping_without_modes(const SceneIndex& index, const Instance& i
   return damping.material;
 }
 
-void refuse_damping_of_scaled(const SceneIndex& index, const Instance& instance) {
-  if (!damping_of(index, instance).none())
-    refuse_damping(instance,
-                   "damping cannot be had with time.mass_scaling: leave one of the two out");
-}
-
 }  // namespace cbr

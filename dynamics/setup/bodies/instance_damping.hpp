@@ -12,6 +12,5 @@ namespace cbr {
 Damping damping_of(const SceneIndex& index, const Instance& instance);
 // For an instance without modal coordinates. InputError: damping that needs modes.
 MaterialDamping damping_without_modes(const SceneIndex& index, const Instance& instance);
-void refuse_damping_of_scaled(const SceneIndex& index, const Instance& instance);
 
 }  // namespace cbr

@@ -37,9 +37,6 @@ void refuse_ways(const Scene& scene) {
   if (time.integrator != Integrator::exact)
     refuse(time.source, "time.rotations: large goes with integrator: exact only",
            "; take integrator: exact, by which meshes move by central differences");
-  if (time.mass_scaling)
-    refuse(time.source, "time.rotations: large does not go with mass_scaling: true",
-           "; take mass_scaling: false");
   if (time.is_static || preload_steps(scene) > 0)
     refuse(time.source,
            "time.rotations: large does not go with statics, those before the time 0 included "

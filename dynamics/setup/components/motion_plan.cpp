@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/setup/components/motion_plan.hpp"
 
-#include <algorithm>
-
 #include "dynamics/setup/components/skin_shells.hpp"
 
 namespace cbr {
@@ -21,14 +19,6 @@ Coordinates coordinates_of(const TimeOptions& time, const MotionPlan& plan,
   return stored || is_small ? Coordinates::modal : Coordinates::coupled;
 }
 
-// For large components the modes above the clip are too expensive.
-bool scales_from_matrices(const SceneIndex& index, const Instance& instance, const MotionPlan& plan,
-                          const PlannedSuperelement& of) {
-  const bool stored = of.has_form && !plan.is_held;
-  return index.scene().time->mass_scaling && index.may_touch(instance) && !stored &&
-         !plan.has_shells && !of.has_only_modes && of.n_dofs > small_enough_to_diagonalise;
-}
-
 MotionPlan plan_of(const SceneIndex& index, const Instance& instance,
                    const PlannedSuperelement& of) {
   MotionPlan plan;
@@ -36,7 +26,6 @@ MotionPlan plan_of(const SceneIndex& index, const Instance& instance,
   plan.is_held = index.is_held(instance);
   plan.coordinates = coordinates_of(*index.scene().time, plan, of);
   plan.as_stored = plan.is_modal() && of.has_form && !plan.is_held && !plan.has_shells;
-  plan.from_matrices = scales_from_matrices(index, instance, plan, of);
   return plan;
 }
 
@@ -52,12 +41,6 @@ MotionPlans plan_superelements(const SceneIndex& index, const std::string& compo
   for (const Instance& instance : index.scene().instances)
     if (instance.component == component && instance.as == InstanceKind::superelement)
       plans[instance.name] = plan_of(index, instance, of);
-  // The form for one instance serves all free ones.
-  const bool makes_form = std::any_of(plans.begin(), plans.end(), [](const auto& plan) {
-    return plan.second.moves_freely_in_form();
-  });
-  for (auto& [name, plan] : plans)
-    if (makes_form && !plan.is_held) plan.from_matrices = false;
   return plans;
 }
 

@@ -19,13 +19,9 @@ struct MotionPlan {
   bool has_shells = false;  // active ones
   bool is_held = false;     // constrained by boundary conditions
   bool as_stored = false;   // with the diagonal form of the superelement's file
-  // modal mass scaling without a diagonal form: ScaledModel of the matrices
-  bool from_matrices = false;
 
   bool is_modal() const { return coordinates == Coordinates::modal; }
-  bool moves_freely_in_form() const {
-    return is_modal() && !is_held && !has_shells && !from_matrices;
-  }
+  bool moves_freely_in_form() const { return is_modal() && !is_held && !has_shells; }
 };
 
 using MotionPlans = std::map<std::string, MotionPlan>;  // by instance

@@ -34,12 +34,12 @@ class Check:
         no part in the rebound but through what is left in bending between the two blows. Bounds: rms 1 % of the way at 5 m/s over the contact time (measured: 0.1 to
         0.3 % with 80 modes, 0.8 % with 20), rebound 1 % of the speed with 80 modes, 3 % with 20 (0.3 %, 2 %). tet10 in place of
         tet4 changes the mesh's own rebound by 9 %."""
-        if run.modes < 20 or (run.scaling or 1) > 4:
+        if run.modes < 20 or (run.factor or 1) > 4:
             return
         self.below(run.name, "rms of the pad's position against the full mesh", rms(run, full), 0.01)
         self.below(run.name, "rebound, off the full mesh's, share of the speed", abs(run.rebound - full.rebound), 0.01 if run.modes >= 80 else 0.03)
         self.below(run.name, "rms of the force in windows of 6 us against the full mesh", rms_force(run, full), 0.05)
-        if not run.scaling:
+        if not run.factor:
             # Both blows lose at most rho_res each, on top of what the mesh loses by its own face layer.
             self.below(run.name, "energy lost beyond the mesh, over rho_res", (full.kept - run.kept) / run.rho_res, 2)
         # The step of the mesh is that of its smallest tetrahedra, ours that of the pad.
@@ -47,7 +47,7 @@ class Check:
 
     def modes(self, mesh):
         """More modes leave less mass without coordinates on the pad, and keep more energy."""
-        found = [r for r in self.runs.all if r.mesh == mesh and r.kind == "k" and not r.scaling]
+        found = [r for r in self.runs.all if r.mesh == mesh and r.kind == "k" and not r.factor]
         for fewer, more in zip(found, found[1:]):
             self.below(more.name, f"rho_res, over that of {fewer.modes} modes", more.rho_res / fewer.rho_res, 1)
             self.below(more.name, f"energy lost, over that with {fewer.modes} modes", (1 - more.kept) / (1 - fewer.kept), 1)

@@ -28,7 +28,7 @@ def draw(runs, folder):
         for name, colour in zip((f"{mesh}-{s}" for s in SHOWN), COLOURS):
             if name in runs:
                 run = runs[name]
-                what = f"{run.modes} modes" + (f", mass scaling, {run.scaling:g} critical steps" if run.scaling else "")
+                what = f"{run.modes} modes" + (f", {run.factor:g} critical steps" if run.factor else "")
                 thin = dict(color=colour, linewidth=1.2, label=f"{what}: {run.dofs} dofs, {run.steps} steps")
                 top.plot(1e6 * run.t, 1e6 * (run.x - run.x[0] - SPEED * TOUCH), **thin)
                 bottom.plot(1e6 * middle, -1e-3 * run.force[1:], **thin)

@@ -19,8 +19,8 @@ class Run:
 
     def __init__(self, path):
         self.name = path.stem
-        self.mesh, self.model, self.kind, modes, scaling = NAME.fullmatch(self.name).groups()
-        self.modes, self.scaling = modes and int(modes), scaling and float(scaling)
+        self.mesh, self.model, self.kind, modes, factor = NAME.fullmatch(self.name).groups()
+        self.modes, self.factor = modes and int(modes), factor and float(factor)
         with h5py.File(path) as f:
             pad, body = f["surfaces/bracket.contact"], f["instances/bracket"]
             self.t, self.x, self.v = f["time"][:], pad["mean_position"][:, 2], pad["mean_velocity"][:, 2]
@@ -75,7 +75,7 @@ def rms_force(run, reference, window=6e-6):
 class Runs:
     def __init__(self, folder):
         found = [Run(p) for p in sorted(pathlib.Path(folder).glob("*-*.h5")) if NAME.fullmatch(p.stem)]
-        self.all = sorted(found, key=lambda r: (r.mesh, r.model != "full", r.kind or "", r.modes or 0, r.scaling or 0))
+        self.all = sorted(found, key=lambda r: (r.mesh, r.model != "full", r.kind or "", r.modes or 0, r.factor or 0))
         self.by_name = {r.name: r for r in self.all}
 
     def __contains__(self, name):

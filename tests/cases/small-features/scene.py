@@ -5,7 +5,7 @@
     MESH    small: for tests; tet4; tet10; fine: tet10, to see the others' error. Sizes in the Makefile
     MODEL   full: the finite element mesh; kN: superelement, the N modes that the pad takes most part in; lN: the N lowest;
             mN: as kN, and the mounting face is interface too
-    sF      superelements: modal mass scaling, steps F times the critical one
+    sF      superelements: steps F times the critical one, whose highest modes are quasi-static
 """
 import re
 import sys
@@ -17,7 +17,7 @@ def variant(text, name):
     found = NAME.fullmatch(name)
     if not found or (found[2] == "full" and found[5]):
         sys.exit(f"scene.py: {name}: see --help")
-    mesh, model, kind, modes, scaling = found.groups()
+    mesh, model, kind, modes, factor = found.groups()
     changes = [("mesh: tet4.msh", f"mesh: {mesh}.msh")]
     if model == "full":
         changes.append(("as: superelement", "as: mesh"))
@@ -27,8 +27,8 @@ def variant(text, name):
             changes.append(("pick: participation", "pick: frequency"))
         if kind == "m":
             changes.append(("interface: [contact]", "interface: [contact, mount]"))
-    if scaling:
-        changes.append(("end: 1.0e-4", f"end: 1.0e-4, step: {{cfl: {scaling}}}, mass_scaling: true"))
+    if factor:
+        changes.append(("end: 1.0e-4", f"end: 1.0e-4, step: {{cfl: {factor}}}"))
     for old, new in changes:
         if old not in text:
             sys.exit(f"scene.py: impact.yaml has no '{old}'")

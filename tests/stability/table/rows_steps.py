@@ -36,7 +36,7 @@ def drift(ran, after=0.2):
     return np.abs(E - E[0]).max() / E[0]
 
 
-WAYS = [("superelement, exact", "superelement", {"integrator": "exact"}), ("superelement, mass scaling", "superelement", {"integrator": "exact", "mass_scaling": True}),
+WAYS = [("superelement, exact", "superelement", {"integrator": "exact"}),
         ("mesh in an exact run", "mesh", {"integrator": "exact"}), ("superelement, central differences", "superelement", {"integrator": "central-difference"}),
         ("mesh, central differences", "mesh", {"integrator": "central-difference"}), ("superelement, newmark", "superelement", {"integrator": "newmark"}),
         ("mesh, newmark", "mesh", {"integrator": "newmark"})]

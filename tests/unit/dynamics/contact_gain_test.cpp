@@ -7,7 +7,7 @@
 
 #include <cmath>
 
-#include "tests/unit/dynamics/scaled_bodies.hpp"
+#include "tests/unit/dynamics/lattice.hpp"
 
 namespace cbr::test::contact_gain_test {
 namespace {
@@ -15,6 +15,19 @@ namespace {
 const std::vector<Index>& pressed() {
   static const std::vector<Index> nodes{1, 3, 5};
   return nodes;
+}
+
+Model free_block() { return model(reduce(block(), x_nodes(block(), true, true), 10)); }
+
+Model held_block() {
+  Model m = free_block();
+  std::vector<HeldDirection> held{{2, Vector3::UnitZ()},
+                                  {7, Vector3::UnitZ()},
+                                  {4, Vector3::UnitZ()},
+                                  {0, Vector3(1, -1, 0).normalized()}};
+  for (const Index node : {0, 2, 4}) held.push_back({node, Vector3(1, 1, 0).normalized()});
+  m.form = std::make_shared<DiagonalForm>(held_diagonal_form(*m.superelement, held, "test"));
+  return m;
 }
 
 // Rows of the pressed nodes' dofs in V   (9 x n)
@@ -64,7 +77,7 @@ TEST(ContactGain, IsOneForRigidMotionsAndSlowModes) {
 }
 
 TEST(ContactGain, WhatIsPressedForLongCompressesAsItShould) {
-  const Model m = model_of({Shape::held});
+  const Model m = held_block();
   const Points force = some_force();
   const Vector expected = statics(m, force);
   const double h = 1.9 / m.form->omega.maxCoeff();
@@ -79,25 +92,10 @@ TEST(ContactGain, WhatIsPressedForLongCompressesAsItShould) {
   EXPECT_GT(error[0], 1e-3);  // what the gain mends
 }
 
-TEST(ContactGain, OfScaledModesToo) {
-  const Model m = model_of({Shape::held});
-  const Points force = some_force();
-  const Vector expected = statics(m, force);
-  // A clip below all modes too: nothing is kept
-  for (const double share : {0.2, 1e-3}) {
-    const double clip = share * m.form->omega.maxCoeff(), h = 1.9 / clip;
-    ScaledBody body("body", scaled_model(m.superelement, m.form), Placement{});
-    const Index set = body.track(pressed());
-    body.prepare({.contact_step = h, .clip = clip});
-    EXPECT_EQ(body.n_kept() == 0, share < 0.1);
-    EXPECT_LT((pressed_down(body, set, force, h, 5000) - expected).norm(), 1e-6 * expected.norm());
-  }
-}
-
 // W's block: V diag(2 (1 - cos omega h) / (omega^2 h)) V^T, what a constant force h does in one
 // step.
 TEST(ContactGain, ResponseIsThatOfAForceOverTheStep) {
-  const Model m = model_of({});
+  const Model m = free_block();
   const Matrix V = rows_of(m);
   const double h = 1.9 / m.form->omega.maxCoeff();
   Vector weight(V.cols());
@@ -125,7 +123,7 @@ TEST(ContactGain, ResponseIsThatOfAForceOverTheStep) {
 }
 
 TEST(ContactGain, IsLeftOutWhereForcedStepsAreTooLong) {
-  const Model m = model_of({});
+  const Model m = free_block();
   const double h = 2.5 / m.form->omega.maxCoeff();
   SuperelementBody with("with", m.superelement, m.form, Placement{}, Scheme::exact);
   SuperelementBody without("without", m.superelement, m.form, Placement{}, Scheme::exact);

@@ -32,6 +32,11 @@ Lattice lattice(std::array<Index, 3> n, double spacing, double stiffness, double
   return body;
 }
 
+const Lattice& block() {
+  static const Lattice body = lattice({4, 3, 3}, 0.1, 2e3, 0.5);
+  return body;
+}
+
 RigidBody rigid_body_of(const Lattice& body) {
   RigidBody rigid;
   rigid.mass = body.mass.sum();

@@ -23,6 +23,8 @@ struct Lattice {
 };
 
 Lattice lattice(std::array<Index, 3> n, double spacing, double stiffness, double mass);
+// of 4 x 3 x 3 nodes
+const Lattice& block();
 
 RigidBody rigid_body_of(const Lattice& body);
 

@@ -61,7 +61,7 @@ TEST(ModalPropagator, LoadWorkIsTheEnergyItBrings) {
     const auto energy = [&](double q, double rate) {
       return 0.5 * rate * rate + 0.5 * std::pow(omega[j] * q, 2);
     };
-    EXPECT_NEAR(load_work(step, eta, v, eta_end, f0, f1),
+    EXPECT_NEAR(load_work(step, eta, v, eta_end, {f0, f1}, {f0, f1}),
                 energy(eta_end[j], v_end[j]) - energy(eta[j], v[j]),
                 1e-13 * std::max(1.0, omega[j] * omega[j]));
   }

@@ -10,17 +10,18 @@
 #include <numeric>
 #include <random>
 
-#include "tests/unit/dynamics/scaled_bodies.hpp"
+#include "tests/unit/dynamics/lattice.hpp"
 
 namespace cbr::superelement_body_test {
 namespace {
 
 using test::block;
-using test::energy;
 using test::lattice;
 using test::Lattice;
 using test::oblique;
 using test::random_points;
+
+double energy(const Body& body) { return body.state().kinetic_energy + body.state().strain_energy; }
 
 std::vector<Index> all_nodes(const Body& body) {
   std::vector<Index> nodes(body.n_nodes());

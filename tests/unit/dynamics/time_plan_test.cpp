@@ -7,7 +7,6 @@
 
 #include "common/base/error.hpp"
 #include "tests/unit/dynamics/bricks.hpp"
-#include "tests/unit/dynamics/scaled_bodies.hpp"
 
 namespace cbr::time_plan_test {
 namespace {
@@ -41,38 +40,6 @@ TEST(TimePlan, StepsFitOutputsAndTheEnd) {
       for (const double end : {1.0, 2.5, 0.7, 3.0})
         expect_consistent(fit_steps(h, std::min(every, end), end), h, std::min(every, end), end);
   expect_consistent(fit_steps(0.3, 0, 1), 0.3, 0, 1);
-}
-
-TEST(TimePlan, MassScalingTakesLongStepsAndClipsAtTheirs) {
-  Geometry mesh_geometry;
-  std::vector<std::unique_ptr<Body>> bodies;
-  const test::Model m = test::model_of({});
-  bodies.push_back(
-      std::make_unique<ScaledBody>("scaled", scaled_model(m.superelement, m.form), Placement()));
-  const double critical = 2 / bodies[0]->largest_frequency();
-  TimeOptions options;
-  options.end = 600 * critical;
-  options.mass_scaling = true;
-  const std::vector<ContactKind> hard{ContactKind::hard};
-  EXPECT_NEAR(plan_time(options, 0, bodies, hard).h, 2 * critical, 1e-9 * critical);  // auto
-  EXPECT_DOUBLE_EQ(plan_time(options, 0, bodies, {ContactKind::none}).clip, 0);
-  for (const double cfl : {0.5, 1.0, 3.0}) {
-    options.cfl = cfl;
-    const TimePlan plan = plan_time(options, 0, bodies, hard);
-    EXPECT_NEAR(plan.h, cfl * critical, 1e-9 * critical);
-    EXPECT_DOUBLE_EQ(plan.clip, plan.h > critical * (1 + 1e-9) ? 2 / plan.h : 0);
-  }
-  options.cfl.reset();
-  options.step = 5 * critical;
-  EXPECT_NEAR(plan_time(options, 0, bodies, hard).clip, 2 / (5 * critical), 1e-9 / critical);
-  // A mesh beside it keeps its own limit
-  test::Part mesh;
-  mesh.mesh = true;
-  bodies.push_back(test::make_body("mesh", mesh, mesh_geometry));
-  EXPECT_THROW(plan_time(options, 0, bodies, {ContactKind::hard, ContactKind::hard}), InputError);
-  options.step.reset();
-  EXPECT_LE(plan_time(options, 0, bodies, {ContactKind::hard, ContactKind::hard}).h,
-            1.8 / bodies[1]->largest_frequency());
 }
 
 TEST(TimePlan, AutomaticStepsAndTheCriticalOne) {
@@ -170,11 +137,9 @@ TEST(TimePlan, OutputsThatHoldTheStepBackAreNamed) {
   const double critical = critical_step(*bodies[0], true);
   TimeOptions options;
   options.end = 100 * critical;
-  options.mass_scaling = true;
   for (const double every : {0.5, 3.0}) {
     const TimePlan plan = plan_time(options, every * critical, bodies, {ContactKind::hard});
     EXPECT_EQ(plan.limit == "output.every", every < 1) << plan.limit;
-    EXPECT_TRUE(plan.is_scaling_asked);
   }
 }
 

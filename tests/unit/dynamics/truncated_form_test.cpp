@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Modes that answer at once: whose they are, and that their statics are kept. What such a body does
+// Quasi-static modes: whose they are, and that their statics are kept. What such a body does
 // is compared with its full mesh in tests/cases/ordinary-part.
 #include <gtest/gtest.h>
 
@@ -53,6 +53,17 @@ TEST_F(LargeFace, LosesTheMassOfItsHighestModesWithAnAutomaticStep) {
   EXPECT_EQ(coordinates({.more = load}), all);
 }
 
+TEST_F(LargeFace, LosesTheMassOfModesThatLongStepsDoNotShow) {
+  const std::string held =
+      "boundary: [{instance: block, nodes: x_min, fix: [x]}]\n"
+      "loads: [{instance: block, surface: x_max, force: [1, 0, 0]}]\n";
+  const Index half = coordinates({.time = ", step: {cfl: 2}"}),
+              third = coordinates({.time = ", step: {cfl: 3}"});
+  EXPECT_LT(half, 3 * 144 + 6);
+  EXPECT_LT(third, half);
+  EXPECT_LT(coordinates({.time = ", step: {cfl: 2}", .more = held}), half);
+}
+
 // Of any modes: those that move and the statics of the others comply under forces as all of them
 // together.
 TEST(TruncatedForm, CompliesAsAllModesDo) {
@@ -83,10 +94,18 @@ TEST(TruncatedForm, CompliesAsAllModesDo) {
   };
   const auto form = truncated_form(3.5, all, forces, s);
   EXPECT_EQ(form->modal.omega.size(), 4);
-  EXPECT_EQ(form->omega_limit, 3);
+  EXPECT_EQ(form->omega_limit, 3.5);
   const Matrix both = compliance(form->modal.V, form->modal.omega) + *form->rows.F,
                whole = compliance(all.V, all.omega);
   EXPECT_LT((both - whole).norm(), 1e-13 * whole.norm());
+  // So do all coordinates, whether forces act there or not
+  const auto moved = [&](const RowMatrix& V, const Vector& omega) {
+    return Matrix(V.rightCols(omega.size() - 1) *
+                  omega.tail(omega.size() - 1).cwiseAbs2().cwiseInverse().asDiagonal() *
+                  V.rightCols(omega.size() - 1).transpose() * B);
+  };
+  const Matrix everywhere = moved(form->modal.V, form->modal.omega) + *form->D;
+  EXPECT_LT((everywhere - moved(all.V, all.omega)).norm(), 1e-13 * everywhere.norm());
 }
 
 }  // namespace

@@ -87,7 +87,10 @@ Vector rigid_scales(const RigidBody& body) {
   return scales;
 }
 
-SparseMatrix free_interface_basis(const Superelement& s, const std::vector<HeldDirection>& held) {
+// Z (c x (c - held)): orthonormal basis of the interface displacements that held directions leave
+// free.
+static SparseMatrix free_interface_basis(const Superelement& s,
+                                         const std::vector<HeldDirection>& held) {
   const IndexTable rows = displacement_rows(s);
   std::vector<std::vector<Vector3>> of_node(s.node_ids.size());
   for (const auto& h : held) of_node[h.node].push_back(h.direction);
@@ -153,11 +156,6 @@ Matrix free_rigid_motions(const Matrix& R, const RigidBody& body, const IndexTab
   Matrix kernel = null_space(C, 1e-9);
   kernel.bottomRows(3) /= size;
   return kernel;
-}
-
-Index n_free_rigid_motions(const Matrix& R, const RigidBody& body, const IndexTable& rows,
-                           const std::vector<HeldDirection>& held, const Matrix& resisted) {
-  return free_rigid_motions(R, body, rows, held, resisted).cols();
 }
 
 Matrix3 complete_basis(const std::vector<Vector3>& directions) {

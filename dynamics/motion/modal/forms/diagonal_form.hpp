@@ -63,10 +63,6 @@ void take_frequencies(const Vector& lambda, Index n_rigid, DiagonalForm& form);
 bool use_exact_rigid_modes(const Matrix& R, const RigidBody& body, DiagonalForm& form);
 // InputError: a free body's rigid modes, or its matrices, do not fit its mass and its nodes.
 [[noreturn]] void refuse_rigid_modes(const std::string& where);
-// Z (c x (c - held)): orthonormal basis of the interface displacements that held directions leave
-// free.
-SparseMatrix free_interface_basis(const Superelement& superelement,
-                                  const std::vector<HeldDirection>& held);
 // Of the rigid motions R_s (n x 6, by rigid_scales()) those that the stiffness resists, orthonormal
 // combinations of its columns   (r x 6): none of a free part; other makers' may be held inside.
 // Forces count from 1e-6 of |K| |R_s| on: far above what the digits of a float leave, far below
@@ -79,10 +75,6 @@ Matrix resisted_rigid_motions(const Superelement& superelement);
 Matrix free_rigid_motions(const Matrix& R, const RigidBody& body, const IndexTable& rows,
                           const std::vector<HeldDirection>& held,
                           const Matrix& resisted = Matrix(0, 6));
-// How many there are.
-Index n_free_rigid_motions(const Matrix& R, const RigidBody& body, const IndexTable& rows,
-                           const std::vector<HeldDirection>& held,
-                           const Matrix& resisted = Matrix(0, 6));
 
 // Row of V of each node and component, n_nodes x 3; -1 where the superelement has no such dof.
 IndexTable displacement_rows(const Superelement& superelement);

@@ -198,12 +198,7 @@ void add_load(const ModalPropagator& step, const Vector& f0, const Vector& f1, V
 }
 
 double load_work(const ModalPropagator& step, const Vector& eta, const Vector& v,
-                 const Vector& eta_end, const Vector& f0, const Vector& f1) {
-  return load_work_among(step, eta, v, eta_end, {f0, f1}, {f0, f1});
-}
-
-double load_work_among(const ModalPropagator& step, const Vector& eta, const Vector& v,
-                       const Vector& eta_end, const LinearForce& all, const LinearForce& of) {
+                 const Vector& eta_end, const LinearForce& all, const LinearForce& of) {
   const Vector &f0 = of.start, &f1 = of.end;
   // By parts: int f eta' dt = f0 (eta1 - eta0) + (f1 - f0) (eta1 - (int eta dt) / h)
   if (step.is_damped()) {

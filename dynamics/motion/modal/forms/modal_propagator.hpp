@@ -55,16 +55,12 @@ void propagate_free(const ModalPropagator& step, const Vector& eta, const Vector
 void add_load(const ModalPropagator& step, const Vector& f0, const Vector& f1, Vector& eta_end,
               Vector& v_end);
 
-// Work of that load over the step, exact for the exact motion that starts at (eta, v) and ends at
-// eta_end.
-double load_work(const ModalPropagator& step, const Vector& eta, const Vector& v,
-                 const Vector& eta_end, const Vector& f0, const Vector& f1);
-
-// The same of one force where others act beside it; all: with it.
 struct LinearForce {
   const Vector &start, &end;
 };
-double load_work_among(const ModalPropagator& step, const Vector& eta, const Vector& v,
-                       const Vector& eta_end, const LinearForce& all, const LinearForce& of);
+// Work of one load over the step, exact for the exact motion that starts at (eta, v) and ends at
+// eta_end under `all` loads together, itself among them.
+double load_work(const ModalPropagator& step, const Vector& eta, const Vector& v,
+                 const Vector& eta_end, const LinearForce& all, const LinearForce& of);
 
 }  // namespace cbr

@@ -19,6 +19,9 @@ namespace cbr {
 struct StaticsForm {
   DiagonalForm modal;  // V has the coordinates q_k of the file above V_c
   StaticRows rows;     // of all nodes of the superelement, component axes
+  // Displacements of all coordinates under unit forces along the rows (rows of modal.V x s); null:
+  // B F.
+  std::shared_ptr<const RowMatrix> D;
   bool is_massless = false;
   // rad/s, limits a step: massless, with the interface held; else the highest of `modal`
   double omega_limit = 0;

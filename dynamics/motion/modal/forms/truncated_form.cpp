@@ -17,7 +17,7 @@ Index modes_up_to(double highest, const DiagonalForm& all) {
   return std::upper_bound(all.omega.begin(), all.omega.end(), highest) - all.omega.begin();
 }
 
-// diag(1 / omega_h) V_h^T B, of the modes from `first` on   (h x s)
+// diag(1 / omega_h) V_h^T B, of the modes from `first` on   (h x s).
 Matrix along_forces(const DiagonalForm& all, Index first, const StaticShare& forces,
                     const IndexTable& row) {
   const Index h = all.omega.size() - first;
@@ -31,15 +31,12 @@ Matrix along_forces(const DiagonalForm& all, Index first, const StaticShare& for
 
 }  // namespace
 
-double dynamic_limit(const Vector& eigenvalues) {
-  return eigenvalues.size() > 0
-             ? share_of_fixed_modes * std::sqrt(std::max(0.0, eigenvalues.maxCoeff()))
-             : 0;
-}
-
-bool may_truncate(double highest, const DiagonalForm& all) {
-  const Index n = modes_up_to(highest, all), h = all.omega.size() - n;
-  return n > all.n_rigid && 2 * h >= n && all.E.bottomRows(h).isZero(0);
+std::optional<double> automatic_limit(const Vector& eigenvalues, const DiagonalForm& all) {
+  if (eigenvalues.size() == 0) return std::nullopt;
+  const double limit = share_of_fixed_modes * std::sqrt(std::max(0.0, eigenvalues.maxCoeff()));
+  const Index n = modes_up_to(limit, all), h = all.omega.size() - n;
+  const bool pays = n > all.n_rigid && 2 * h >= n && all.E.bottomRows(h).isZero(0);
+  return pays ? std::optional(all.omega[n - 1]) : std::nullopt;
 }
 
 bool is_large_face(const StaticShare& forces) {
@@ -55,13 +52,16 @@ std::shared_ptr<const StaticsForm> truncated_form(double highest, const Diagonal
   form->modal.V = all.V.leftCols(n);
   form->modal.E = all.E.topRows(n);
   form->modal.n_rigid = all.n_rigid;
-  const Matrix G = along_forces(all, n, forces, displacement_rows(s));
+  const Index h = all.omega.size() - n;
+  Matrix G = along_forces(all, n, forces, displacement_rows(s));
   Matrix F = Matrix::Zero(forces.size(), forces.size());
   F.selfadjointView<Eigen::Lower>().rankUpdate(G.transpose());
   mirror_lower(F);
   form->rows = static_rows(forces.node, forces.direction,
                            std::make_shared<const Matrix>(std::move(F)), s.coordinates.rows());
-  form->omega_limit = n > 0 ? all.omega[n - 1] : 0;
+  form->omega_limit = highest;
+  G.array().colwise() /= all.omega.tail(h).array();
+  form->D = std::make_shared<const RowMatrix>(all.V.rightCols(h) * G);
   return form;
 }
 

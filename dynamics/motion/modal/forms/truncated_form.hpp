@@ -4,24 +4,23 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "dynamics/motion/modal/forms/statics_form.hpp"
 
 namespace cbr {
 
-// Up to here (rad/s) modes of a Craig-Bampton superelement have to move: 2.5 times its highest
-// fixed-interface mode, above which its interior has no mass of its own. 0 without such modes.
-// docs/decisions/truncation.md. eigenvalues: (rad/s)^2.
-double dynamic_limit(const Vector& eigenvalues);
-// Whether a third of the modes or more are above the limit, and none of them carries momentum.
-bool may_truncate(double highest, const DiagonalForm& all);
+// The highest frequency (rad/s) of dynamic modes of a free Craig-Bampton superelement: up to 2.5
+// times its highest fixed-interface mode, above which its interior has no mass of its own. None if
+// fewer than a third of the modes are higher. docs/decisions/truncation.md. eigenvalues: (rad/s)^2.
+std::optional<double> automatic_limit(const Vector& eigenvalues, const DiagonalForm& all);
 // Whether the forces are at so many nodes that steps pay which do not read every mode for each of
 // them.
 bool is_large_face(const StaticShare& forces);
 
 // The modes of `all` up to `highest` (rad/s) as they are; what those above it (h) answer along
 // `forces` (no F), at once:
-//   F = B^T V_h diag(1 / omega_h^2) V_h^T B   (docs/theory.md, "Modes that answer at once").
+//   F = B^T D,  D = V_h diag(1 / omega_h^2) V_h^T B   (docs/theory.md, "Quasi-static modes").
 std::shared_ptr<const StaticsForm> truncated_form(double highest, const DiagonalForm& all,
                                                   const StaticShare& forces,
                                                   const Superelement& superelement);
