@@ -11,7 +11,7 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BOUNDS = {
-    "lines of product": 84230,
+    "lines of product": 84320,
     "files of product": 668,
     "lines of python/cbr": 1050,
     "lines of tests": 61880,

@@ -37,8 +37,9 @@ struct Turn {
   double cosine = 1, sine = 0;
 };
 
-Turn turn_between(const ContactPoint& to, const ContactPoint& from) {
+Turn turn_between(const ContactPoint& to, const ContactPoint& from, const PointLaw& law) {
   constexpr double none = 1e-12;
+  if (n_rows(law.law) == 1 || to.frame == from.frame) return {};
   const Eigen::Matrix2d M = to.frame.bottomRows<2>() * from.frame.bottomRows<2>().transpose();
   const double cosine = M(0, 0) + M(1, 1), sine = M(1, 0) - M(0, 1);
   const double length = std::hypot(cosine, sine);
@@ -326,7 +327,7 @@ class Chooser {
       areas_.back() = area;
       for (SparseMatrix::InnerIterator it(corners.N, a); it; ++it) {
         const auto at = static_cast<std::size_t>(point_of(it.row()));
-        shares_.push_back({at, it.value() / area, turn_between(list_.points[at], reference)});
+        shares_.push_back({at, it.value() / area, turn_between(list_.points[at], reference, law)});
         unknowns_.is_held[at] = 1;
       }
       for (SparseMatrix::InnerIterator it(corners.Psi, a); it; ++it)
@@ -380,7 +381,8 @@ class Chooser {
       start_unknown({number, a, -1, 0}, laws_[some], column + n * a, 1 / sum);
       const ContactPoint& reference = *cells.reference(functions, a);
       each([&](std::size_t point, double weight) {
-        shares_.push_back({point, weight / sum, turn_between(list_.points[point], reference)});
+        shares_.push_back(
+            {point, weight / sum, turn_between(list_.points[point], reference, laws_[some])});
       });
       end_unknown(n);
     }
@@ -464,7 +466,7 @@ SparseMatrix function_matrix(const ContactList& list, const std::vector<PointLaw
       for (SparseMatrix::InnerIterator it(N, a); it; ++it) {
         if (cells.point_of(it.row()) < 0) continue;
         const auto at = static_cast<std::size_t>(cells.point_of(it.row()));
-        const Turn turn = turn_between(list.points[at], *reference);
+        const Turn turn = turn_between(list.points[at], *reference, laws[at]);
         for (Index d = 0; d < n; ++d)
           rows_of_turn(turn, rows[at], d, [&](Index row, double factor) {
             entries.emplace_back(row, columns[s] + n * a + d, factor * it.value());
@@ -497,13 +499,11 @@ void keep_depths(const ContactList& list, const std::vector<PointLaw>& laws,
                  const std::vector<FunctionsOfSearch>& searches, const ContactUnknowns& unknowns,
                  Vector& g) {
   const std::vector<Index> first = first_rows(laws), first_unknown = first_rows(unknowns.laws);
+  Vector start_gaps = Vector::Zero(first.back());
+  for (std::size_t i = 0; i < laws.size(); ++i) start_gaps[first[i]] = list.points[i].start_gap;
   for (std::size_t u = 0; u < unknowns.keys.size(); ++u) {
     if (searches[static_cast<std::size_t>(unknowns.keys[u].search)].corners == nullptr) continue;
-    double start = 0;
-    for (SparseMatrix::InnerIterator it(unknowns.A, first_unknown[u]); it; ++it) {
-      const auto at = std::upper_bound(first.begin(), first.end(), it.row()) - first.begin() - 1;
-      start += it.value() * list.points[static_cast<std::size_t>(at)].start_gap;
-    }
+    const double start = unknowns.A.col(first_unknown[u]).dot(start_gaps);
     g[first_unknown[u]] -= std::min(0.0, start);
   }
 }

@@ -137,8 +137,7 @@ bool form_few(const ContactList& list, const std::vector<PointLaw>& laws,
   }
   memory.standing.take(combine(unknowns, memory.N), rows);
   GapResponse W;
-  W.dense =
-      memory.standing.form(unknowns.A, rows, same_space ? &memory.solver->W().dense : nullptr);
+  W.dense = memory.standing.form(rows, same_space ? &memory.solver->W().dense : nullptr);
   if (same_space) {
     memory.solver->renumber(std::move(W), unknowns.laws, from);
   } else {

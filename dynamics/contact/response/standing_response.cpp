@@ -1,16 +1,42 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/contact/response/standing_response.hpp"
 
+#include <algorithm>
+
 #include "common/linalg/blas_threads.hpp"
+#include "common/linalg/kernels/clones.hpp"
 #include "dynamics/contact/response/body_rows.hpp"
 
 namespace cbr {
 namespace {
 
-using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+// y += factor x
+CBR_CLONES void add_scaled(const double* __restrict__ x, Index n, double factor,
+                           double* __restrict__ y) {
+  for (Index i = 0; i < n; ++i) y[i] += factor * x[i];
+}
 
-void add_scaled(const double* from, Index n, double factor, double* to) {
-  Eigen::Map<Vector>(to, n) += factor * Eigen::Map<const Vector>(from, n);
+// y += sum of four columns x their weights
+CBR_CLONES void add_four(const double* const* column, const double* weight, Index n,
+                         double* __restrict__ y) {
+  const double *a = column[0], *b = column[1], *c = column[2], *d = column[3];
+  const double wa = weight[0], wb = weight[1], wc = weight[2], wd = weight[3];
+  for (Index i = 0; i < n; ++i) y[i] += wa * a[i] + wb * b[i] + (wc * c[i] + wd * d[i]);
+}
+
+// f += F z over the rows [begin, end)
+void add_product(const Matrix& F, const std::vector<RowWeight>& z, Index begin, Index end,
+                 double* f) {
+  for (std::size_t i = 0; i < z.size(); i += 4) {
+    const double* column[4];
+    double weight[4] = {};
+    for (std::size_t k = 0; k < 4; ++k) {
+      const RowWeight& of = z[std::min(i + k, z.size() - 1)];
+      column[k] = F.col(of.row).data() + begin;
+      if (i + k < z.size()) weight[k] = of.weight;
+    }
+    add_four(column, weight, end - begin, f + begin);
+  }
 }
 
 // Columns of `all` go where they are from now on; others are 0. Those that stay keep their order,
@@ -34,17 +60,24 @@ bool has_one_row(const Combinations& of, Index u) {
 
 }  // namespace
 
-// What one row of the points gets as a unit impulse.
-void StandingResponse::Part::add_row(Index row, double factor, double* x, double* f) const {
-  if (x != nullptr && X.rows() > 0) add_scaled(X.col(row).data(), X.rows(), factor, x);
-  for (RowMajorSparse::InnerIterator it(H, row); it; ++it)
-    add_scaled(F->col(it.col()).data(), F->rows(), factor * share * it.value(), f);
+// share H^T of rows of the points with their weights: rows of F.
+std::vector<RowWeight> StandingResponse::Part::pressed(const std::vector<RowWeight>& rows) const {
+  Vector sum = Vector::Zero(H.cols());
+  for (const RowWeight& of : rows)
+    for (RowMajorSparse::InnerIterator it(H, of.row); it; ++it)
+      sum[it.col()] += share * of.weight * it.value();
+  std::vector<RowWeight> z;
+  for (Index i = 0; i < sum.size(); ++i)
+    if (sum[i] != 0) z.push_back({i, sum[i]});
+  return z;
 }
 
 void StandingResponse::start(const ContactList& list, const std::vector<PointLaw>& laws,
                              const std::vector<ContactBody>& bodies, const SparseMatrix& N) {
   parts_.clear();
-  const RowMajorSparse by_rows = N;  // a column of F serves all functions while it is in the cache
+  constexpr Index rows_at_once = 128;  // of F: these stay in the cache for all functions
+  of_N_.setZero(N.cols(), N.cols());
+  rows_of_N_.setZero(N.cols(), N.rows());
   for (const BodyRows& rows : rows_of_bodies(list, laws, bodies, &ContactBody::response, nullptr)) {
     Part part;
     part.body = rows.body;
@@ -71,20 +104,40 @@ void StandingResponse::start(const ContactList& list, const std::vector<PointLaw
     part.H.setFromTriplets(entries.begin(), entries.end());
     part.X_of_N.setZero(part.X.rows(), N.cols());
     part.F_of_N.setZero(part.H.cols(), N.cols());
-    for (Index row = 0; row < by_rows.rows(); ++row)
-      for (RowMajorSparse::InnerIterator it(by_rows, row); it; ++it)
-        part.add_row(row, it.value(), part.X_of_N.col(it.col()).data(),
-                     part.F_of_N.col(it.col()).data());
+    std::vector<std::vector<RowWeight>> pressed;
+    for (Index a = 0; a < N.cols(); ++a) {
+      std::vector<RowWeight> rows_of_a;
+      for (SparseMatrix::InnerIterator it(N, a); it; ++it) {
+        rows_of_a.push_back({it.row(), it.value()});
+        if (part.X.rows() == 0) continue;
+        add_scaled(part.X.col(it.row()).data(), part.X.rows(), it.value(),
+                   part.X_of_N.col(a).data());
+      }
+      pressed.push_back(part.pressed(rows_of_a));
+    }
+    for (Index begin = 0, s = part.H.cols(); begin < s; begin += rows_at_once)
+      for (Index a = 0; a < N.cols(); ++a)
+        add_product(*part.F, pressed[static_cast<std::size_t>(a)], begin,
+                    std::min(begin + rows_at_once, s), part.F_of_N.col(a).data());
+    const Matrix by_rows = part.F_of_N.transpose();
+    for (Index row = 0; row < N.rows(); ++row)
+      for (RowMajorSparse::InnerIterator it(part.H, row); it; ++it)
+        add_scaled(by_rows.col(it.col()).data(), N.cols(), it.value(), rows_of_N_.col(row).data());
     parts_.push_back(std::move(part));
   }
+  for (Index a = 0; a < N.cols(); ++a)
+    for (SparseMatrix::InnerIterator it(N, a); it; ++it)
+      add_scaled(rows_of_N_.col(it.row()).data(), N.cols(), it.value(), of_N_.col(a).data());
 }
 
-void StandingResponse::Part::add_statics(const Combinations& of, Index u, double factor,
-                                         double* f) const {
+// F H^T / h of column u of A, of which f has 0.
+void StandingResponse::Part::fill_statics(const Combinations& of, Index u, double* f) const {
   for (SparseMatrix::InnerIterator it(of.Y, u); it; ++it)
-    add_scaled(F_of_N.col(it.row()).data(), H.cols(), factor * it.value(), f);
+    add_scaled(F_of_N.col(it.row()).data(), H.cols(), it.value(), f);
+  std::vector<RowWeight> rows;
   for (SparseMatrix::InnerIterator it(of.Z, u); it; ++it)
-    add_row(of.rows[static_cast<std::size_t>(it.row())], factor * it.value(), nullptr, f);
+    rows.push_back({of.rows[static_cast<std::size_t>(it.row())], it.value()});
+  add_product(*F, pressed(rows), 0, H.cols(), f);
 }
 
 void StandingResponse::Part::take(const Combinations& of, const std::vector<Index>& from,
@@ -103,7 +156,7 @@ void StandingResponse::Part::take(const Combinations& of, const std::vector<Inde
                    x);
     }
     if (mixed[u] >= 0 && mixed_from[static_cast<std::size_t>(mixed[u])] < 0)
-      add_statics(of, column, 1, F_of_A.col(mixed[u]).data());
+      fill_statics(of, column, F_of_A.col(mixed[u]).data());
   }
 }
 
@@ -119,50 +172,61 @@ void StandingResponse::take(Combinations of, const std::vector<Index>& from) {
   mixed_ = std::move(mixed);
 }
 
-Matrix StandingResponse::form(const SparseMatrix& A, const std::vector<Index>& from,
-                              const Matrix* old) const {
-  const Index n = A.cols();
-  std::vector<Index> changed;
-  for (Index u = 0; u < n; ++u)
-    if (from[static_cast<std::size_t>(u)] < 0) changed.push_back(u);
+// Column k of `rows` += H of the statics of column u of A, at the single rows.
+void StandingResponse::Part::add_to_rows(const StandingResponse& all, Index u, Index k,
+                                         RowMajor& rows) const {
+  const std::vector<Index>& single = all.of_.rows;
+  const auto add = [&](const double* f, double factor) {
+    for (std::size_t i = 0; i < single.size(); ++i)
+      for (RowMajorSparse::InnerIterator it(H, single[i]); it; ++it)
+        rows(static_cast<Index>(i), k) += factor * it.value() * f[it.col()];
+  };
+  if (all.is_mixed(u)) return add(F_of_A.col(all.mixed_[static_cast<std::size_t>(u)]).data(), 1);
+  const SparseMatrix::InnerIterator one(all.of_.Z, u);
+  for (RowMajorSparse::InnerIterator it(H, single[static_cast<std::size_t>(one.row())]); it; ++it)
+    add(F->col(it.col()).data(), share * one.value() * it.value());
+}
+
+Matrix StandingResponse::form(const std::vector<Index>& from, const Matrix* old) const {
+  const auto n = static_cast<Index>(from.size());
+  std::vector<Index> changed, stays, was;
+  for (Index u = 0; u < n; ++u) {
+    const Index before = from[static_cast<std::size_t>(u)];
+    (before < 0 ? changed : stays).push_back(u);
+    if (before >= 0) was.push_back(before);
+  }
   const auto n_changed = static_cast<Index>(changed.size());
-  // Of the points' rows
-  RowMajor answers = RowMajor::Zero(A.rows(), n_changed), statics;
+  // What the functions, and the rows of single points, get by the statics of the changed columns
+  RowMajor of_N = RowMajor::Zero(of_N_.rows(), n_changed),
+           of_rows = RowMajor::Zero(static_cast<Index>(of_.rows.size()), n_changed);
   Matrix columns = Matrix::Zero(n, n_changed);
-  Vector one;
+  Vector sum(of_N_.rows());
+  for (Index k = 0; k < n_changed; ++k) {
+    const Index u = changed[static_cast<std::size_t>(k)];
+    sum.setZero();
+    for (SparseMatrix::InnerIterator it(of_.Y, u); it; ++it)
+      add_scaled(of_N_.col(it.row()).data(), sum.size(), it.value(), sum.data());
+    for (SparseMatrix::InnerIterator it(of_.Z, u); it; ++it)
+      add_scaled(rows_of_N_.col(of_.rows[static_cast<std::size_t>(it.row())]).data(), sum.size(),
+                 it.value(), sum.data());
+    of_N.col(k) = sum;
+    for (const Part& part : parts_) part.add_to_rows(*this, u, k, of_rows);
+  }
   for (const Part& part : parts_) {
-    statics.resize(part.H.cols(), n_changed);
-    for (Index k = 0; k < n_changed; ++k) {
-      const Index u = changed[static_cast<std::size_t>(k)];
-      if (is_mixed(u)) {
-        statics.col(k) = part.F_of_A.col(mixed_[static_cast<std::size_t>(u)]);
-        continue;
-      }
-      one.setZero(part.H.cols());
-      part.add_statics(of_, u, 1, one.data());
-      statics.col(k) = one;
-    }
-    for (Index row = 0; row < A.rows(); ++row)
-      for (RowMajorSparse::InnerIterator it(part.H, row); it; ++it)
-        add_scaled(statics.row(it.col()).data(), n_changed, it.value(), answers.row(row).data());
     if (part.X.rows() == 0) continue;
     const Matrix X_of_changed = part.X_of_A(Eigen::all, changed);
     columns.noalias() += part.X_of_A.leftCols(n).transpose() * part.thin->weighed(X_of_changed);
   }
-  Vector sum(n_changed);
+  RowMajor statics = RowMajor::Zero(n, n_changed);
   for (Index u = 0; u < n; ++u) {
-    sum.setZero();
-    for (SparseMatrix::InnerIterator it(A, u); it; ++it)
-      add_scaled(answers.row(it.row()).data(), n_changed, it.value(), sum.data());
-    columns.row(u) += sum.transpose();
+    for (SparseMatrix::InnerIterator it(of_.Y, u); it; ++it)
+      add_scaled(of_N.row(it.row()).data(), n_changed, it.value(), statics.row(u).data());
+    for (SparseMatrix::InnerIterator it(of_.Z, u); it; ++it)
+      add_scaled(of_rows.row(it.row()).data(), n_changed, it.value(), statics.row(u).data());
   }
+  columns += statics;
   Matrix W(n, n);
-  for (Index j = 0; j < n && old != nullptr; ++j) {
-    const Index before = from[static_cast<std::size_t>(j)];
-    for (Index i = 0; before >= 0 && i < n; ++i)
-      if (from[static_cast<std::size_t>(i)] >= 0)
-        W(i, j) = (*old)(from[static_cast<std::size_t>(i)], before);
-  }
+  if (old != nullptr) W(stays, stays) = (*old)(was, was);
   for (Index k = 0; k < n_changed; ++k) {
     const Index j = changed[static_cast<std::size_t>(k)];
     W.col(j) = columns.col(k);
@@ -180,19 +244,26 @@ Matrix StandingResponse::form(const SparseMatrix& A, const std::vector<Index>& f
 
 StaticAnswers StandingResponse::statics(const Vector& x) const {
   StaticAnswers answers;
+  if (empty()) return answers;
+  Vector of_mixed =
+      Vector::Zero(std::count_if(mixed_.begin(), mixed_.end(), [](Index i) { return i >= 0; }));
+  std::vector<RowWeight> rows;
+  for (Index u = 0; u < x.size(); ++u) {
+    if (x[u] == 0) continue;
+    if (is_mixed(u)) {
+      of_mixed[mixed_[static_cast<std::size_t>(u)]] = x[u];
+    } else {
+      const SparseMatrix::InnerIterator one(of_.Z, u);
+      rows.push_back({of_.rows[static_cast<std::size_t>(one.row())], x[u] * one.value()});
+    }
+  }
   for (const Part& part : parts_) {
     if (!part.thin || part.H.cols() == 0) continue;
     answers.body.push_back(part.body);
     Vector still = Vector::Zero(part.H.cols());
-    for (Index u = 0; u < x.size(); ++u) {
-      if (x[u] == 0) continue;
-      if (is_mixed(u)) {
-        add_scaled(part.F_of_A.col(mixed_[static_cast<std::size_t>(u)]).data(), still.size(), x[u],
-                   still.data());
-      } else {
-        part.add_statics(of_, u, x[u], still.data());
-      }
-    }
+    const SerialBlas serial(part.F_of_A.size());
+    if (of_mixed.size() > 0) still.noalias() += part.F_of_A.leftCols(of_mixed.size()) * of_mixed;
+    add_product(*part.F, part.pressed(rows), 0, still.size(), still.data());
     answers.still.push_back(std::move(still));
   }
   return answers;

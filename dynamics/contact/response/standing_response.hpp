@@ -16,6 +16,12 @@ struct Combinations {
   SparseMatrix Y, Z;
 };
 
+// A row of a matrix, and its factor.
+struct RowWeight {
+  Index row = 0;
+  double weight = 0;
+};
+
 // The static answer of thin responses, as far as it is known: still of each body (s).
 struct StaticAnswers {
   std::vector<Index> body;
@@ -36,11 +42,12 @@ class StandingResponse {
   void take(Combinations of, const std::vector<Index>& from);
   // A^T G S G^T A, of the A of take(); `old`: what it was before, of which the entries of columns
   // that stayed are taken; null where none have.
-  Matrix form(const SparseMatrix& A, const std::vector<Index>& from, const Matrix* old) const;
+  Matrix form(const std::vector<Index>& from, const Matrix* old) const;
   // What static rows answer A x.
   StaticAnswers statics(const Vector& x) const;
 
  private:
+  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   struct Part {
     Index body = 0;
     std::shared_ptr<const ThinResponse> thin;  // or null: S itself is in the place of F
@@ -50,8 +57,9 @@ class StandingResponse {
     Matrix X;                                  // r x rows of the points: V G^T
     Matrix X_of_N, F_of_N;                     // X N and F H^T N / h
     Matrix X_of_A, F_of_A;                     // X A, and of the mixed columns of A F H^T A / h
-    void add_row(Index row, double factor, double* x, double* f) const;
-    void add_statics(const Combinations& of, Index u, double factor, double* f) const;
+    std::vector<RowWeight> pressed(const std::vector<RowWeight>& rows) const;
+    void fill_statics(const Combinations& of, Index u, double* f) const;
+    void add_to_rows(const StandingResponse& all, Index u, Index k, RowMajor& rows) const;
     void take(const Combinations& of, const std::vector<Index>& from,
               const std::vector<Index>& mixed, const std::vector<Index>& mixed_from);
   };
@@ -59,6 +67,7 @@ class StandingResponse {
   bool is_mixed(Index u) const { return mixed_[static_cast<std::size_t>(u)] >= 0; }
 
   std::vector<Part> parts_;
+  Matrix of_N_, rows_of_N_;  // N^T and all rows (transposed) of the statics of N: k x k, k x rows
   Combinations of_;
   std::vector<Index> mixed_;  // of each unknown: its column of F_of_A, or -1
 };
