@@ -107,6 +107,21 @@ double time_inside(const WallOptions& wall, const MotionBound& b, double margin)
   return low;
 }
 
+// Nodes at these distances from a plane, of which some are within `reach`: those that have a point,
+// so that rows of contact stand while nodes at the rim come and go.
+void choose_standing(const Vector& distance, double reach, double standing_reach,
+                     std::vector<char>& has) {
+  has.resize(static_cast<std::size_t>(distance.size()), 0);
+  const auto is_new = [&](Index slot) {
+    return distance[slot] <= reach && has[static_cast<std::size_t>(slot)] == 0;
+  };
+  Index slot = 0;
+  while (slot < distance.size() && !is_new(slot)) ++slot;
+  if (slot == distance.size()) return;
+  for (slot = 0; slot < distance.size(); ++slot)
+    has[static_cast<std::size_t>(slot)] = distance[slot] <= reach + standing_reach;
+}
+
 }  // namespace
 
 RigidWall::RigidWall(const WallOptions& options) : options_(options) {
@@ -157,7 +172,7 @@ Vector3 RigidWall::entry(const Vector3& x0, const Vector3& x1) const {
 }
 
 void detect_wall(const ContactSurface& slave, const ContactBody& slave_body, const RigidWall& wall,
-                 bool initial, PairMemory& memory, ContactList& list) {
+                 bool initial, double standing_reach, PairMemory& memory, ContactList& list) {
   const Index n = static_cast<Index>(slave.nodes.size());
   start_memory(n, memory);
   const Vector3 &from = wall.shift().start, &to = wall.shift().end;
@@ -179,7 +194,16 @@ void detect_wall(const ContactSurface& slave, const ContactBody& slave_body, con
         way2, ((slave_body.end.row(node) - slave_body.start.row(node)).transpose() - (to - from))
                   .squaredNorm());
   const double reach = contact_reach(slave.size, std::sqrt(way2), initial, memory);
+  const bool stands = standing_reach > 0 && wall.is_plane() && !initial;
+  if (stands) {
+    Vector distance(n);
+    for (Index slot = 0; slot < n; ++slot)
+      distance[slot] = wall.distance(slave_body.end.row(slave.nodes[slot]).transpose() - to);
+    if (!(distance.minCoeff() <= reach)) return;
+    choose_standing(distance, reach, standing_reach, memory.standing.has);
+  }
   for (Index slot = 0; slot < n; ++slot) {
+    if (stands && memory.standing.has[static_cast<std::size_t>(slot)] == 0) continue;
     const Vector3 x0 = slave_body.start.row(slave.nodes[slot]).transpose() - from;
     const Vector3 x1 = slave_body.end.row(slave.nodes[slot]).transpose() - to;
     const double start = wall.distance(x0);
@@ -194,7 +218,7 @@ void detect_wall(const ContactSurface& slave, const ContactBody& slave_body, con
       normal = start_normal;  // as for a node that touches a face: touch_where_it_is()
       end = start + normal.dot(x1 - x0);
     }
-    if (end > reach) continue;
+    if (end > reach && !stands) continue;
     if (initial || (memory.face[slot] < 0 && start < 0)) keep_overlap(slot, start, initial, memory);
     ContactPoint point;
     point.frame = contact_frame(normal);

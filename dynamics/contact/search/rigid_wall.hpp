@@ -24,6 +24,7 @@ class RigidWall {
   };
   void shift(const Shift& shift) { shift_ = shift; }
   const Shift& shift() const { return shift_; }
+  bool is_plane() const { return options_.kind == WallOptions::Kind::plane; }
   double distance(const Vector3& x) const;  // signed; < 0: in the wall
   // unit, out of the wall at the point nearest to x; arbitrary on an axis or at a centre
   Vector3 normal(const Vector3& x) const;
@@ -44,8 +45,10 @@ class RigidWall {
 // else at the predicted end. If it has rotated by more than 45 degrees since the entry (through a
 // ball in one step), it is that at the entry. Nodes that penetrate at the first step, or later
 // without having touched, keep that overlap. Arguments as for detect(); memory.face is 0 for nodes
-// that touched in the last step.
+// that touched in the last step. standing_reach above 0, of planes: the nodes that have a point
+// stay the same until another one comes near, and then all within this length beyond the reach have
+// one.
 void detect_wall(const ContactSurface& slave, const ContactBody& slave_body, const RigidWall& wall,
-                 bool initial, PairMemory& memory, ContactList& list);
+                 bool initial, double standing_reach, PairMemory& memory, ContactList& list);
 
 }  // namespace cbr

@@ -33,10 +33,11 @@ struct StandingSearch {
   ContactList list;  // empty: none
   // Numbers of leading points: of the slave's nodes; of both sides' nodes. Those of edges follow
   std::size_t n_nodes = 0, n_both = 0;
-  Vector gap;            // normal gap of each point at the search
-  Points separation;     // of each point: sum of coefficient x position at the search, scene axes
-  Vector offset;         // PairMemory::offset at the search
-  bool has_all = false;  // every slave node has a point
+  Vector gap;             // normal gap of each point at the search
+  Points separation;      // of each point: sum of coefficient x position at the search, scene axes
+  Vector offset;          // PairMemory::offset at the search
+  std::vector<char> has;  // of each slave node: whether it has a point. Of a wall this is all
+  bool has_all = false;   // every slave node has one
   // Otherwise: extra reach of the search, which nodes may use up, and positions of both surfaces'
   // nodes then
   double extra = 0;

@@ -81,7 +81,8 @@ void search(Simulation& sim, Index p, bool initial, ContactState& state, Contact
   if (is_tied) {
     collect_ties(sim, pair, state, group.list);
   } else if (pair.wall) {
-    detect_wall(slave, slave_body, *pair.wall, initial, memory, group.list);
+    const double standing_reach = pair.may_stand ? sim.detection.standing_reach * slave.size : 0;
+    detect_wall(slave, slave_body, *pair.wall, initial, standing_reach, memory, group.list);
   } else if (pair.formulation == Formulation::mortar) {
     detect_mortar(slave, slave_body, master, master_body, initial, sim.detection, memory,
                   group.list);

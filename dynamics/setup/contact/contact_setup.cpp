@@ -134,7 +134,7 @@ void add_functions(const ContactEntry& entry, const BuiltScene& built, ContactSi
   const bool in_shapes =
       moves_in_shapes(built, *entry.first) && (entry.wall || moves_in_shapes(built, *entry.second));
   pair.may_stand =
-      in_shapes && !entry.wall && !turns(built, *entry.first) && !turns(built, *entry.second);
+      in_shapes && !turns(built, *entry.first) && (entry.wall || !turns(built, *entry.second));
   const auto n_nodes = static_cast<Index>(pair.slave->nodes.size());
   if (entry.options->pressures.value_or(0) > n_nodes)
     throw InputError(entry.options->source.text() + ": contact[].pressures: found " +

@@ -177,9 +177,9 @@ Nodes nodes(const Points& start, const Points& end) {
 }
 
 ContactList detect_once(const Nodes& s, const WallOptions& options, bool initial,
-                        PairMemory& memory) {
+                        PairMemory& memory, double standing_reach = 0) {
   ContactList list;
-  detect_wall(s.surface, s.body, RigidWall(options), initial, memory, list);
+  detect_wall(s.surface, s.body, RigidWall(options), initial, standing_reach, memory, list);
   return list;
 }
 
@@ -287,6 +287,26 @@ TEST(RigidWallDetection, FarNodesMakeNoPoints) {
   PairMemory memory;
   EXPECT_TRUE(detect_once(nodes(far, far), WallOptions{}, true, memory).empty());
   EXPECT_TRUE(detect_once(nodes(far, far), ball(100, true), false, memory).empty());
+}
+
+// Nodes of a plane that come within the reach of 0.01 and leave it. Within 0.1 beyond that they
+// have points that stand until a node without one comes near.
+TEST(RigidWallDetection, PointsOfAPlaneStandWhileNodesComeAndGo) {
+  PairMemory memory;
+  const auto slots = [&](double a, double b, double c) {
+    const Points at = (Points(3, 3) << 0, 0, a, 1, 0, b, 2, 0, c).finished();
+    std::vector<Index> list;
+    for (const ContactPoint& point : detect_once(nodes(at, at), {}, false, memory, 0.1).points)
+      list.push_back(point.slot);
+    return list;
+  };
+  using List = std::vector<Index>;
+  EXPECT_EQ(slots(0.02, 0.02, 0.2), List());
+  EXPECT_EQ(slots(0, 0.05, 0.2), List({0, 1}));
+  EXPECT_EQ(slots(0, 0, 0.2), List({0, 1}));
+  EXPECT_EQ(slots(0.3, 0, 0.05), List({0, 1}));
+  EXPECT_EQ(slots(0.3, 0, 0), List({1, 2}));
+  EXPECT_EQ(slots(0.3, 0.02, 0.02), List());
 }
 
 }  // namespace
