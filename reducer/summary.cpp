@@ -132,7 +132,10 @@ void say_characteristic(const Superelement& s, const ReductionFigures& figures, 
                        : format_text(", %lld rigid motions", count(c.n_rigid));
   if (c.n_uniform + c.n_dropped > 0)
     text += format_text(", %lld responses to uniform pressures", count(c.n_uniform));
-  if (c.n_loads > 0) text += format_text(", %lld to the scene's loads", count(c.n_loads));
+  if (c.n_loads > 0)
+    text +=
+        format_text(c.n_kept > 0 ? ", %lld to loads and inertia" : ", %lld to the scene's loads",
+                    count(c.n_loads));
   if (c.n_dropped > 0)
     text += format_text(" (%lld more are in the span of the others)", count(c.n_dropped));
   report.line(text);

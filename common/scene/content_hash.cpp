@@ -106,10 +106,14 @@ std::string characteristic_text(const CharacteristicOptions& options, const Inte
   keep.insert(keep.end(), needs.held.begin(), needs.held.end());
   for (const auto& set : as_set(keep)) text += "keep " + counted(set) + "\n";
   text += options.shear ? "patterns 3 shear\n" : "patterns 1\n";
-  for (const auto& [set, kinds] : loads_beside_statics(options, needs))
+  const std::map<std::string, LoadKinds> loads = loads_beside_statics(options, needs);
+  for (const auto& [set, kinds] : loads)
     text += "load on " + counted(set) + (kinds.forces ? " forces" : "") +
             (kinds.pressure ? " pressure" : "") + (kinds.moments ? " moments" : "") + "\n";
-  return text + statics_text(options, needs);
+  const std::string statics = statics_text(options, needs);
+  // Older files are wrong where forces of contact balance others on the interface
+  const bool may_balance = !statics.empty() && (!keep.empty() || !loads.empty());
+  return text + (may_balance ? "balance of contact\n" : "") + statics;
 }
 
 // Places of the interface's points, and the sets that they move.

@@ -190,13 +190,9 @@ TEST(CharacteristicContact, HeldNodesStayWhenTheyAreKept) {
   EXPECT_LT(test::energy_residual(ran.result), 1e-10);
 }
 
-std::string message_of(const Bar& p) {
-  return test::refusal_of([&] { run(p); });
-}
-
 TEST(CharacteristicContact, RefusesWhatItCannotDo) {
   const auto expect = [](const Bar& p, const std::string& part) {
-    const std::string message = message_of(p);
+    const std::string message = test::refusal_of([&] { run(p); });
     EXPECT_NE(message.find(part), std::string::npos) << message;
     EXPECT_NE(message.find("characteristic"), std::string::npos) << message;
   };
@@ -241,46 +237,51 @@ Mesh block_with_patch(Index n) {
   return mesh;
 }
 
-// Pressed on a wall with friction.
-Ran press_patch(const SceneFolder& folder, const std::string& as, const std::string& load,
-                double gravity) {
+// Pressed on a wall with friction. acts: loads, and supports of the patch.
+Ran press_patch(const SceneFolder& folder, const std::string& as, const std::string& acts) {
   return folder.run(
       "materials: {m: {youngs_modulus: 1.0e4, poissons_ratio: 0.3, density: 1}}\ncomponents: "
       "{block: {mesh: block.exo, material: m, reduction: {basis: characteristic, interface: "
-      "[z_min, patch], modes: 20}}}\ninstances: {b: {component: block, as: " +
+      "[z_min, patch, y_max], modes: 20}}}\ninstances: {b: {component: block, as: " +
       as +
       "}}\nwalls: {floor: {plane: {point: [0, 0, 0], normal: [0, 0, 1]}}}\n"
-      "contact: [{between: [b.z_min, floor], friction: 0.5}]\nloads: [{gravity: [0, 0, " +
-      text(-gravity) + "]}, {instance: b, surface: patch, " + load +
-      ", history: {time: [0, 1], value: [0.1, 1]}}]\n"
-      "time: {static: true, end: 1, step: 0.5}\noutput: {history: [b.patch]}\n");
+      "contact: [{between: [b.z_min, floor], friction: 0.5}]\n" +
+      acts + "time: {static: true, end: 1, step: 0.5}\noutput: {history: [b.patch]}\n");
 }
 
 // The work of a load is that of the mean displacement that it works on. 22 elements along an edge
 // are above 1500 dofs of the interface, so that the shapes come of sparse solves. Of the strain of
 // the held interior under gravity fixed-interface modes have a share.
-TEST(CharacteristicStatics, LoadsOnFacesThatTouchNothingDoTheWorkThatTheyDoOnTheMesh) {
+TEST(CharacteristicStatics, LoadsAndHeldFacesDoTheWorkThatTheyDoOnTheMesh) {
+  const std::string history = ", history: {time: [0, 1], value: [0.1, 1]}}";
+  const std::string on = "{instance: b, surface: ", held = "{instance: b, nodes: patch, fix: ";
+  const std::string patch = "loads: [" + on + "patch, traction: [20, -10, -60]" + history;
+  const std::string side = on + "y_max, traction: [1, 2, -3]}]\n";  // has an edge with z_min
   for (const Index n : {5, 22}) {
     SceneFolder folder;
     folder.add("block.exo", block_with_patch(n));
-    const auto compare = [&](const std::string& load, double gravity, double tolerance) {
-      const Ran mesh = press_patch(folder, "mesh", load, gravity);
-      const Ran reduced = press_patch(folder, "superelement", load, gravity);
+    const auto compare = [&](const std::string& acts, double tolerance = 1e-8) {
+      const Ran mesh = press_patch(folder, "mesh", acts);
+      const Ran reduced = press_patch(folder, "superelement", acts);
       const double work = mesh.result.work_external.back();
-      EXPECT_GT(work, 1e-6) << load;
-      EXPECT_NEAR(reduced.result.work_external.back(), work, tolerance * work) << n << " " << load;
+      EXPECT_GT(work, 1e-6) << acts;
+      EXPECT_NEAR(reduced.result.work_external.back(), work, tolerance * work) << n << " " << acts;
       const auto way = [](const Ran& ran) {
         const Series3& position = ran.monitor("b.patch").mean_position;
         const std::size_t last = ran.result.time.size() - 1;
         return Vector3(test::at(position, last) - test::at(position, 0));
       };
       EXPECT_LT((way(reduced) - way(mesh)).norm(), tolerance * way(mesh).norm())
-          << n << " " << load;
+          << n << " " << acts;
     };
-    compare("traction: [20, -10, -60]", 0, 1e-8);
+    compare(patch + "]\n");
+    compare("boundary: [" + held + "[x, y]}]\n" + patch + ", " + side);
+    compare("boundary: [" + held + "[x, y, z], displacement: [0, 0, -0.001]" + history +
+            "]\nloads: [" + side);
     if (n > 5) continue;
-    for (const std::string load : {"pressure: 50", "force: [0.1, 0, -1]"}) compare(load, 0, 1e-8);
-    compare("traction: [20, -10, -60]", 1, 1e-3);
+    for (const std::string load : {"pressure: 50", "force: [0.1, 0, -1]"})
+      compare("loads: [" + on + "patch, " + load + history + "]\n");
+    compare(patch + ", {gravity: [0, 0, -1]}]\n", 1e-3);
   }
 }
 

@@ -53,6 +53,13 @@ void solve_cholesky(const Matrix& L, Matrix& B) {
   L.transpose().triangularView<Eigen::Upper>().solveInPlace(B);
 }
 
+void require_found(const Eigenpairs& pairs) {
+  if (!pairs.converged)
+    throw RunError(
+        "the characteristic constraint modes could not be found: is the mass of the interface "
+        "definite?");
+}
+
 // Of all of the interface: rigid motions R and the lowest elastic modes, K_cc X = M_cc X mu   (c x
 // (r + modes))
 Matrix shapes_of_all(const Superelement& s, Index modes, const Matrix& R,
@@ -66,10 +73,7 @@ Matrix shapes_of_all(const Superelement& s, Index modes, const Matrix& R,
   if (modes == 0) return T;
   // Beside the rigid motions: a mechanism has their frequency, and would be cut in two with them
   const Eigenpairs pairs = dense_eigenpairs_beside(s.K_cc, s.M_cc, R, r + modes);
-  if (!pairs.converged)
-    throw RunError(
-        "the characteristic constraint modes could not be found: is the mass of the interface "
-        "definite?");
+  require_found(pairs);
   figures.highest = std::sqrt(std::max(pairs.lambda(r + modes - 1), 0.0));
   Matrix X = pairs.Phi.rightCols(modes);
   for (int pass = 0; pass < 2; ++pass) X -= R * ((s.M_cc * R).transpose() * X).eval();
@@ -117,10 +121,7 @@ Matrix shapes_beside_kept(const Superelement& s, const CharacteristicOptions& op
   T(b, Eigen::seqN(0, n_a)) = Psi;
   if (modes == 0) return T;
   const Eigenpairs pairs = dense_eigenpairs(K_bb, Matrix(s.M_cc(b, b)), modes);
-  if (!pairs.converged)
-    throw RunError(
-        "the characteristic constraint modes could not be found: is the mass of the interface "
-        "definite?");
+  require_found(pairs);
   figures.highest = std::sqrt(std::max(pairs.lambda(modes - 1), 0.0));
   T(b, Eigen::lastN(modes)) = pairs.Phi;
   return T;
@@ -300,7 +301,12 @@ CharacteristicFigures make_characteristic(const CharacteristicOptions& options,
   const std::vector<const Surface*> pressed = pressed_surfaces(options, is_kept, s);
   StaticShare& share = s.characteristic.statics = static_forces(options, s);
   figures.bare = sets_without_statics(options, is_kept, s);
-  const Matrix loads = load_columns(options, is_kept, s);
+  Matrix loads = load_columns(options, is_kept, s);
+  // Forces on kept nodes alone are no equilibrium: inertia of rigid motion balances them, too
+  if (!kept.empty()) {
+    loads.conservativeResize(Eigen::NoChange, loads.cols() + R.cols());
+    loads.rightCols(R.cols()) = s.M_cc * R;
+  }
   Matrix compliance;
   if (!pressed.empty() || !share.empty() || loads.cols() > 0) {
     const Statics statics(s, R);
@@ -310,11 +316,12 @@ CharacteristicFigures make_characteristic(const CharacteristicOptions& options,
                                         : answers_beside_kept(s, others, loads);
     figures.n_loads = append(s.M_cc, answers, T);
     figures.n_dropped += loads.cols() - figures.n_loads;
-    // A load's answer has the interior's strain under inertia from fixed-interface modes alone.
-    // Forces of contact that are in balance with it take the same, so that the two cancel.
+    // Answers to loads and to forces on kept nodes have the interior's strain under inertia from
+    // fixed-interface modes alone. Forces of contact that are in balance with them take the same,
+    // so that the two cancel.
     if (!share.empty())
       compliance =
-          statics.compliance(forces_on_dofs(share, s),
+          statics.compliance(Matrix(forces_on_dofs(share, s)),
                              figures.n_loads > 0 ? inertia_in_modes(s, R) : inertia_of(inertia, R));
   }
   Superelement t = in_shapes(s, T);

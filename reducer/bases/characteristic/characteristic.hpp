@@ -26,7 +26,7 @@ struct CharacteristicFigures {
   Index n_kept = 0;         // dofs of kept nodes
   // responses to uniform pressures, and those that the others span already
   Index n_uniform = 0, n_dropped = 0;
-  Index n_loads = 0;              // responses to the scene's loads
+  Index n_loads = 0;  // responses to the scene's loads, and beside kept nodes to inertia
   std::vector<std::string> bare;  // sets_without_statics()
   double highest = 0;             // rad/s, of the last characteristic mode
   ConditionNumbers mass;          // of the shapes' reduced mass

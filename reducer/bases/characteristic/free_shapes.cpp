@@ -13,6 +13,7 @@
 #include "reducer/condensation/panel_product.hpp"
 #include "reducer/condensation/reached_compliance.hpp"
 #include "reducer/judgement/accuracy.hpp"
+#include "reducer/judgement/condition_numbers.hpp"
 #include "reducer/modes/fixed_interface_modes.hpp"
 
 namespace cbr {
@@ -68,18 +69,12 @@ Index dof_in_component(const Partition& p, const Superelement& s, Index dof) {
 }
 
 // Static forces on the component's dofs   (N x s)
-SparseMatrix loads_of(const StaticShare& forces, const Partition& p, Index n_dofs) {
-  std::vector<Eigen::Triplet<double, Index>> entries;
-  for (Index i = 0; i < forces.size(); ++i) {
-    const Index node =
-        p.interface_nodes[static_cast<std::size_t>(forces.node[static_cast<std::size_t>(i)])];
-    for (Index d = 0; d < 3; ++d)
-      if (forces.direction(i, d) != 0)
-        entries.emplace_back(3 * node + d, i, forces.direction(i, d));
-  }
-  SparseMatrix B(n_dofs, forces.size());
-  B.setFromTriplets(entries.begin(), entries.end());
-  return B;
+SparseMatrix loads_of(const StaticShare& forces, const Partition& p, const Superelement& s,
+                      Index n_dofs) {
+  SparseMatrix places(n_dofs, s.c());
+  places.reserve(Eigen::VectorXi::Ones(s.c()));
+  for (Index i = 0; i < s.c(); ++i) places.insert(dof_in_component(p, s, i), i) = 1;
+  return places * forces_on_dofs(forces, s);
 }
 
 // Rows of the interface's dofs at their places in the component   (N x columns)
@@ -178,21 +173,6 @@ std::vector<Index> independent(const Matrix& G) {
   return kept;
 }
 
-double inverse_one_norm(const Matrix& A) {
-  const Cholesky factor(A);
-  if (!factor.ok()) return HUGE_VAL;
-  return factor.solve(Matrix::Identity(A.rows(), A.rows())).cwiseAbs().colwise().sum().maxCoeff();
-}
-
-ConditionNumbers condition_of(const Matrix& A) {
-  ConditionNumbers condition;
-  const Vector d = A.diagonal().cwiseSqrt().cwiseInverse();
-  const Matrix scaled = d.asDiagonal() * A * d.asDiagonal();
-  condition.plain = A.cwiseAbs().colwise().sum().maxCoeff() * inverse_one_norm(A);
-  condition.scaled = scaled.cwiseAbs().colwise().sum().maxCoeff() * inverse_one_norm(scaled);
-  return condition;
-}
-
 }  // namespace
 
 bool few_enough(const CharacteristicOptions& options, bool one_part, Index n_interior,
@@ -239,9 +219,9 @@ std::optional<FreeShapes> free_shapes(const CharacteristicOptions& options,
   if (shapes.n_uniform > 0)
     shapes.U.middleCols(m + shapes.n_kept, shapes.n_uniform) = solve(uniform);
   if (shapes.n_loads > 0) shapes.U.rightCols(shapes.n_loads) = solve(of_component(loads, p, s, n));
-  const SparseMatrix B = loads_of(forces, p, n);
+  const SparseMatrix B = loads_of(forces, p, s, n);
   if (!forces.empty()) shapes.compliance = solve.compliance(B);
-  if (shapes.n_loads > 0) shapes.pushed = B.transpose() * shapes.N;
+  if (shapes.n_loads + shapes.n_kept > 0) shapes.pushed = B.transpose() * shapes.N;
   report.end_progress();
   if (shapes.lambda.size() > 0 && !(shapes.lambda(0) > 0)) return {};
   return shapes;
@@ -259,7 +239,7 @@ void follow_statically(const Partition& p, const SparseCholesky& factor, FreeSha
   shapes.M_U(C, Eigen::all) = p.M_CC * U_C + p.M_IC.transpose() * U_I;
   shapes.M_U(I, Eigen::all) = p.M_II * U_I + p.M_IC * U_C;
   shapes.U(I, Eigen::all) = U_I;
-  if (shapes.n_loads > 0) {
+  if (shapes.pushed.size() > 0) {
     const Matrix P_I = shapes.P(I, Eigen::all);
     shapes.inertia = P_I.transpose() * factor.solve(P_I);
   }
@@ -317,7 +297,7 @@ CharacteristicFigures take_free_shapes(const FreeShapes& shapes, const Vector& l
   StaticShare& share = s.characteristic.statics;
   Matrix compliance = shapes.compliance;
   // As make_characteristic(): strain under inertia as the fixed-interface modes have it
-  if (!share.empty() && shapes.n_loads > 0)
+  if (shapes.pushed.size() > 0)
     compliance -= shapes.pushed *
                   (shapes.inertia - c * lambda.cwiseInverse().asDiagonal() * c.transpose()) *
                   shapes.pushed.transpose();
@@ -333,7 +313,10 @@ CharacteristicFigures take_free_shapes(const FreeShapes& shapes, const Vector& l
   figures.bare = shapes.bare;
   figures.free_modes = true;
   if (shapes.n_modes > 0) figures.highest = std::sqrt(shapes.lambda(shapes.n_modes - 1));
-  figures.mass = condition_of(M_kept);
+  Superelement of_shapes;
+  of_shapes.dof_node.resize(kept.size());
+  of_shapes.M_cc = M_kept;
+  figures.mass = reduced_mass_condition(of_shapes);
   return figures;
 }
 

@@ -21,8 +21,8 @@ struct FreeShapes {
   // ascending eigenvalues of the free component's elastic modes, some beyond those in U
   Vector lambda;
   Matrix compliance;  // s x s: B^T U_B of the static forces B, inertia in balance with them
-  Matrix pushed;      // s x 6, with loads: N^T B of these forces, transposed
-  Matrix inertia;     // 6 x 6, with loads: P_I^T K_II^-1 P_I, by follow_statically()
+  Matrix pushed;      // s x 6, with loads or kept dofs: N^T B of these forces, transposed
+  Matrix inertia;     // 6 x 6, with pushed: P_I^T K_II^-1 P_I, by follow_statically()
   Index n_modes = 0, n_kept = 0, n_uniform = 0, n_loads = 0;  // of the columns of U
   std::vector<std::string> bare;                              // sets_without_statics()
 };

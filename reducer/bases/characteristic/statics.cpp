@@ -131,12 +131,20 @@ Matrix load_columns(const CharacteristicOptions& options, const std::vector<char
       continue;
     for (Points& forces : load_forces(s, name, kinds)) loads.push_back(std::move(forces));
   }
-  Matrix B(s.c(), static_cast<Index>(loads.size()));
+  const auto n = static_cast<Index>(loads.size());
+  Matrix B(s.c(), 2 * n);
   for (Index i = 0; i < s.c(); ++i)
     for (std::size_t j = 0; j < loads.size(); ++j)
       B(i, static_cast<Index>(j)) = loads[j](s.dof_node[static_cast<std::size_t>(i)],
                                              s.dof_component[static_cast<std::size_t>(i)]);
-  return B;
+  // The residual compliance answers the part of a load along these forces. It adds nothing to the
+  // load's shape when that part has one, too
+  const SparseMatrix along = forces_on_dofs(static_forces(options, s), s);
+  B.rightCols(n) = along * Matrix(along.transpose() * B.leftCols(n));
+  std::vector<Index> loaded;
+  for (Index j = 0; j < B.cols(); ++j)
+    if (j < n || !B.col(j).isZero(0)) loaded.push_back(j);
+  return B(Eigen::all, loaded);
 }
 
 std::vector<std::string> sets_without_statics(const CharacteristicOptions& options,
@@ -157,32 +165,19 @@ std::vector<std::string> sets_without_statics(const CharacteristicOptions& optio
   return names;
 }
 
-Matrix along_forces(const StaticShare& forces, const Superelement& s, const Matrix& V) {
-  std::vector<std::array<Index, 3>> dofs(s.node_ids.size(), {-1, -1, -1});
-  for (Index i = 0; i < s.c(); ++i)
-    dofs[static_cast<std::size_t>(s.dof_node[static_cast<std::size_t>(i)])]
-        [static_cast<std::size_t>(s.dof_component[static_cast<std::size_t>(i)])] = i;
-  Matrix G = Matrix::Zero(forces.size(), V.cols());
-  for (Index i = 0; i < forces.size(); ++i) {
-    const auto& its = dofs[static_cast<std::size_t>(forces.node[static_cast<std::size_t>(i)])];
-    for (Index d = 0; d < 3; ++d)
-      if (its[static_cast<std::size_t>(d)] >= 0)
-        G.row(i) += forces.direction(i, d) * V.row(its[static_cast<std::size_t>(d)]);
-  }
-  return G;
-}
-
-Matrix forces_on_dofs(const StaticShare& forces, const Superelement& s) {
-  Matrix B = Matrix::Zero(s.c(), forces.size());
+SparseMatrix forces_on_dofs(const StaticShare& forces, const Superelement& s) {
   std::multimap<Index, Index> of_node;
   for (Index i = 0; i < forces.size(); ++i)
     of_node.emplace(forces.node[static_cast<std::size_t>(i)], i);
+  std::vector<Eigen::Triplet<double, Index>> entries;
   for (Index dof = 0; dof < s.c(); ++dof) {
     const auto [first, end] = of_node.equal_range(s.dof_node[static_cast<std::size_t>(dof)]);
+    const int axis = s.dof_component[static_cast<std::size_t>(dof)];
     for (auto entry = first; entry != end; ++entry)
-      B(dof, entry->second) =
-          forces.direction(entry->second, s.dof_component[static_cast<std::size_t>(dof)]);
+      entries.emplace_back(dof, entry->second, forces.direction(entry->second, axis));
   }
+  SparseMatrix B(s.c(), forces.size());
+  B.setFromTriplets(entries.begin(), entries.end());
   return B;
 }
 
@@ -207,7 +202,7 @@ Matrix inertia_of(const InteriorInertia& inertia, const Matrix& R) {
 Matrix compliance_that_is_left(Matrix C, const StaticShare& forces, Index n_rigid,
                                const Superelement& s) {
   const Index e = s.k() - n_rigid;
-  const Matrix V = along_forces(forces, s, s.characteristic.V);
+  const Matrix V = forces_on_dofs(forces, s).transpose() * s.characteristic.V;
   const Matrix G = V.rightCols(e) * s.eigenvalues.tail(e).cwiseSqrt().cwiseInverse().asDiagonal();
   C.selfadjointView<Eigen::Lower>().rankUpdate(G, -1);
   // Nothing left of a node's own is round-off, which may have either sign

@@ -38,9 +38,7 @@ std::vector<std::string> sets_without_statics(const CharacteristicOptions& optio
                                               const Superelement& s);
 
 // B (c x s): column i is force i on the interface's dofs.
-Matrix forces_on_dofs(const StaticShare& forces, const Superelement& s);
-// B^T V for V (c x n)   (s x n)
-Matrix along_forces(const StaticShare& forces, const Superelement& s, const Matrix& V);
+SparseMatrix forces_on_dofs(const StaticShare& forces, const Superelement& s);
 
 // Strain energy, twice, of the fixed-interface interior under its inertia in rigid accelerations of
 // the interface. Of R_C (c x r) Q = P_I^T K_II^-1 P_I, P = M R. Parts without an interior have no

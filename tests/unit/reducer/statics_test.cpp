@@ -76,8 +76,8 @@ Matrix forces_on_component(const Mesh& mesh, const Superelement& s) {
 }
 
 Matrix of_modes(const Superelement& s) {
-  const Matrix G =
-      along_forces(s.characteristic.statics, s, s.characteristic.V).rightCols(s.k() - 6);
+  const Matrix G = forces_on_dofs(s.characteristic.statics, s).transpose() *
+                   s.characteristic.V.rightCols(s.k() - 6);
   return G * s.eigenvalues.tail(s.k() - 6).cwiseInverse().asDiagonal() * G.transpose();
 }
 
@@ -162,7 +162,7 @@ TEST(Statics, KeptAndHeldNodesNeedNone) {
   options.characteristic.needs.held = {"y_max", "a set that the interface does not keep"};
   const Superelement s = reduced(mesh, options);
   EXPECT_EQ(s.characteristic.statics.size(), 20 - 4);
-  EXPECT_EQ(s.k(), 8 + 3 * 24 + 4 + 1);
+  EXPECT_EQ(s.k(), 8 + 3 * 24 + 4 + 1 + 6);  // six of inertia
   options.characteristic.needs.held.clear();
   options.characteristic.keep = {"x_max"};
   EXPECT_TRUE(reduced(mesh, options).characteristic.statics.empty());
