@@ -404,6 +404,15 @@ TEST_F(UnevenSupports, PointsOfTheInterfaceTurn) {
   }
 }
 
+TEST_F(UnevenSupports, ReactionsOfSupportsAtRestThatShareNodesBalanceLoads) {
+  Way way{.as = "mesh", .mesh = "many.exo", .reactions = "bar.x_min"};
+  way.boundary = held("x_min") + held("y_min", "", "[y]");
+  way.more = "loads: [{instance: bar, surface: x_max, force: [1, 2, 3]}]\n";
+  const Vector3 force = last(reaction(folder.run(scene(way)), "x_min").force);
+  EXPECT_NEAR(force[0], -1, 1e-9);
+  EXPECT_NEAR(force[2], -3, 1e-9);
+}
+
 // A rigid body turns with its supports: the moment is that of its inertia about the point.
 TEST_F(UnevenSupports, ARigidBodyIsTurned) {
   Way way{.as = "rigid", .time = "integrator: exact", .mesh = "many.exo", .mass = "lumped"};

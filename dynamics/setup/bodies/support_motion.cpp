@@ -169,8 +169,10 @@ void take_drives(const SceneIndex& index, const Instance& instance, const Geomet
         continue;
       }
       const Vector known = wanted.motion.row(at).transpose();
-      const double scale = std::max(moved.cwiseAbs().maxCoeff(), known.cwiseAbs().maxCoeff());
-      if ((moved - known).cwiseAbs().maxCoeff() > same_motion * scale)
+      // With reactions alone there are no drives, and no largest entry
+      const double scale =
+          std::max(moved.lpNorm<Eigen::Infinity>(), known.lpNorm<Eigen::Infinity>());
+      if ((moved - known).lpNorm<Eigen::Infinity>() > same_motion * scale)
         throw InputError(condition.source.text() + ": boundary: '" + condition.nodes +
                          "' of instance '" + instance.name + "' moves unlike '" + of->nodes +
                          "' along " + "xyz"[axis.axis] +
