@@ -201,14 +201,10 @@ Index append(const Matrix& M, const Matrix& U, Matrix& T) {
 // Responses U = F P B to the uniform pressure, or to uniform tractions along three axes.
 void add_uniform(const Surface& surface, bool shear, const Statics& statics, const Superelement& s,
                  Matrix& T, CharacteristicFigures& figures) {
-  const Matrix B = pressure_loads(s, surface, shear), Y = statics.solve(statics.in_equilibrium(B));
-  const Index step = shear ? 3 : 1;
-  Matrix uniform = Matrix::Zero(B.cols(), step);
-  for (Index axis = 0; axis < step; ++axis)
-    for (Index i = axis; i < B.cols(); i += step) uniform(i, axis) = 1;
-  const Index kept = append(s.M_cc, Y * uniform, T);
+  const Matrix B = uniform_loads(s, surface, shear);
+  const Index kept = append(s.M_cc, statics.solve(statics.in_equilibrium(B)), T);
   figures.n_uniform += kept;
-  figures.n_dropped += step - kept;
+  figures.n_dropped += B.cols() - kept;
 }
 
 // inertia_of() as far as the fixed-interface modes have it: their share of P_I^T K_II^-1 P_I of R.
@@ -266,21 +262,21 @@ void require_fewer(Index modes, Index dofs) {
        " dofs are to be reduced: take fewer, or basis: craig-bampton, which keeps them all");
 }
 
-Matrix pressure_loads(const Superelement& s, const Surface& surface, bool shear) {
+Matrix uniform_loads(const Superelement& s, const Surface& surface, bool shear) {
   const NodeAreas areas = node_areas(s, surface);
-  std::vector<Index> place(s.node_ids.size(), -1);
-  for (std::size_t i = 0; i < areas.node.size(); ++i)
-    place[static_cast<std::size_t>(areas.node[i])] = static_cast<Index>(i);
-  Matrix B = Matrix::Zero(s.c(), (shear ? 3 : 1) * areas.area.size());
-  for (Index i = 0; i < s.c(); ++i) {
-    const Index node = place[static_cast<std::size_t>(s.dof_node[static_cast<std::size_t>(i)])];
-    if (node < 0) continue;
-    const int d = s.dof_component[static_cast<std::size_t>(i)];
+  Points of_node = Points::Zero(s.coordinates.rows(), 3);
+  for (std::size_t i = 0; i < areas.node.size(); ++i) {
+    const auto a = static_cast<Index>(i);
     if (shear) {
-      B(i, 3 * node + d) = areas.area(node);
+      of_node.row(areas.node[i]).setConstant(areas.area(a));
     } else {
-      B(i, node) = -areas.vector(node, d);
+      of_node.row(areas.node[i]) = -areas.vector.row(a);
     }
+  }
+  Matrix B = Matrix::Zero(s.c(), shear ? 3 : 1);
+  for (Index i = 0; i < s.c(); ++i) {
+    const int d = s.dof_component[static_cast<std::size_t>(i)];
+    B(i, shear ? d : 0) = of_node(s.dof_node[static_cast<std::size_t>(i)], d);
   }
   return B;
 }

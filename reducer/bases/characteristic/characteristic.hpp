@@ -58,8 +58,8 @@ std::vector<const Surface*> pressed_surfaces(const CharacteristicOptions& option
 Index n_shapes(const CharacteristicOptions& options, Index dofs);
 void require_fewer(Index modes, Index dofs);
 
-// Forces of unit pressures at the surface's nodes on the interface's dofs. c x m, or 3 m with shear
-// (x, y, z of each node).
-Matrix pressure_loads(const Superelement& s, const Surface& surface, bool shear);
+// Forces of a unit pressure on the interface's dofs   (c x 1); with shear of unit tractions along
+// x, y and z   (c x 3).
+Matrix uniform_loads(const Superelement& s, const Surface& surface, bool shear);
 
 }  // namespace cbr

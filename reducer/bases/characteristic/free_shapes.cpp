@@ -93,29 +93,15 @@ std::vector<Index> kept_dofs(const CharacteristicOptions& options, const Superel
   return dofs;
 }
 
-// Uniform pressures, or with shear tractions along three axes, on each of the surfaces   (N x
-// tractions)
-Matrix uniform_loads(const CharacteristicOptions& options, const Partition& p,
-                     const Superelement& s, Index n_dofs) {
+// uniform_loads() on each of the surfaces   (c x tractions)
+Matrix loads_of_surfaces(const CharacteristicOptions& options, const Superelement& s) {
   const std::vector<const Surface*> surfaces = pressed_surfaces(options, kept_nodes(options, s), s);
   const Index of_each = options.shear ? 3 : 1;
-  Matrix F = Matrix::Zero(n_dofs, of_each * static_cast<Index>(surfaces.size()));
-  for (std::size_t f = 0; f < surfaces.size(); ++f) {
-    const NodeAreas areas = node_areas(s, *surfaces[f]);
-    for (std::size_t i = 0; i < areas.node.size(); ++i) {
-      const Index row = 3 * p.interface_nodes[static_cast<std::size_t>(areas.node[i])],
-                  a = static_cast<Index>(i);
-      const Index column = of_each * static_cast<Index>(f);
-      for (Index d = 0; d < 3; ++d) {
-        if (options.shear) {
-          F(row + d, column + d) = areas.area(a);
-        } else {
-          F(row + d, column) = -areas.vector(a, d);
-        }
-      }
-    }
-  }
-  return F;
+  Matrix B(s.c(), of_each * static_cast<Index>(surfaces.size()));
+  for (Index f = 0; f * of_each < B.cols(); ++f)
+    B.middleCols(f * of_each, of_each) =
+        uniform_loads(s, *surfaces[static_cast<std::size_t>(f)], options.shear);
+  return B;
 }
 
 // The lowest elastic modes of the free component, of which the first `exact` become shapes; of the
@@ -193,7 +179,7 @@ std::optional<FreeShapes> free_shapes(const CharacteristicOptions& options,
   shapes.P = factor.P;
   std::vector<Index> kept;
   for (const Index dof : kept_dofs(options, s)) kept.push_back(dof_in_component(p, s, dof));
-  const Matrix uniform = uniform_loads(options, p, s, n);
+  const Matrix uniform = of_component(loads_of_surfaces(options, s), p, s, n);
   const Index n_reduced = s.c() - static_cast<Index>(kept.size());
   const Index n_elastic = n_shapes(options, n_reduced - shapes.N.cols());
   require_fewer(shapes.N.cols() + n_elastic, n_reduced);
