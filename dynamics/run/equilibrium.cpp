@@ -5,6 +5,7 @@
 #include <cmath>
 #include <iterator>
 #include <numeric>
+#include <set>
 #include <sstream>
 #include <stdexcept>
 #include <utility>
@@ -32,6 +33,10 @@ constexpr double balanced = 1e-10;
 constexpr double first_share = 0.3;
 // Motion in one load step that shows an unconstrained body, relative to its size.
 constexpr double lost = 10;
+// Of Coulomb's limit: a point with more friction slides. Iterations in which a body that slides has
+// not yet left its place.
+constexpr double at_limit = 1 - 1e-6;
+constexpr Index first_slides = 3;
 // Number of points in a message, of those that open and close endlessly.
 constexpr std::size_t told_points = 3;
 
@@ -132,6 +137,7 @@ void Equilibrium::iterate(double t, double share) {
   most_way_ = first_way();
   most_change_ = 0;
   moves_.resize(0);
+  slides_.assign(sim_.bodies.size(), {});
   for (std::size_t c = 0; c < here_.size(); ++c) here_[c] = state_.bodies[c].start;
   for (iteration_ = 1;; ++iteration_) {
     start_iteration(t, share);
@@ -219,6 +225,7 @@ void Equilibrium::locate() {
 
 void Equilibrium::solve(Change& change) {
   solved_.clear();
+  left_.setZero(moves_.size());
   for (Points& force : forces_) force.setZero();
   std::fill(is_pushed_.begin(), is_pushed_.end(), 0);
   std::vector<char> is_in_pair(sim_.bodies.size(), 0);
@@ -228,10 +235,48 @@ void Equilibrium::solve(Change& change) {
       is_in_pair[b] |= std::binary_search(columns.begin(), columns.end(), first_[b]);
     solve_group(pairs, columns, change);
   }
-  for (std::size_t b = 0; b < is_in_pair.size(); ++b)
-    if (!is_in_pair[b] &&
-        largest(loads_.segment(first_[b], first_[b + 1] - first_[b])) > balanced * largest_load_)
-      refuse_unheld(static_cast<Index>(b), loads_.segment(first_[b], first_[b + 1] - first_[b]));
+  for (std::size_t b = 0; b < is_in_pair.size(); ++b) {
+    const Index first = first_[b], n = first_[b + 1] - first;
+    if (!is_in_pair[b] && largest(loads_.segment(first, n)) > balanced * largest_load_)
+      refuse_unheld(static_cast<Index>(b), loads_.segment(first, n));
+    note_slide(static_cast<Index>(b), left_.segment(first, n));
+    if (largest(left_.segment(first, n)) > 0 &&
+        largest(moves_.segment(first, n)) > lost * extent_of(*sim_.bodies[b]))
+      refuse_unheld(static_cast<Index>(b), left_.segment(first, n));
+  }
+}
+
+// A body without balance slides if all of its points do so where it begins, before it leaves them.
+void Equilibrium::note_slide(Index b, const Vector& left) {
+  Slide& slide = slides_[static_cast<std::size_t>(b)];
+  if (largest(left) == 0) {
+    slide = {};
+    return;
+  }
+  if (++slide.n > first_slides) return;
+  const std::string pairs = sliding_pairs(b);
+  if (slide.n == 1 || pairs.empty()) slide.pairs = pairs;
+  if (slide.n == 1 || left.norm() < slide.left.norm()) slide.left = left;
+}
+
+// The pairs of a body's closed points, if friction is at its limit at every one.
+std::string Equilibrium::sliding_pairs(Index b) const {
+  std::set<std::string> names;
+  bool slides = true;
+  at_pushing_points([&](const Solved& solved, std::size_t p, std::size_t i) {
+    const ContactPair& pair = sim_.pairs[p];
+    const PointLaw& law = solved.group.laws[i];
+    const auto is_of = [&](Index contact) {
+      return contact >= 0 && sim_.contact_nodes[static_cast<std::size_t>(contact)].body == b;
+    };
+    if (law.law == ContactLaw::frictionless) return;
+    if (!is_of(pair.slave->body) && !is_of(pair.master->body)) return;
+    const Vector3 force = solved.result.p.row(static_cast<Index>(i));
+    slides &= law.law == ContactLaw::coulomb &&
+              force.tail<2>().norm() >= at_limit * law.friction * force[0];
+    names.insert(pair.name);
+  });
+  return slides ? join({names.begin(), names.end()}) : "";
 }
 
 // Columns of the bodies of pairs, and of their bolts; ascending.
@@ -317,23 +362,19 @@ void Equilibrium::give(Index b) {
     body.add_static_forces(nodes.set, contact.friction, ImpulseKind::friction);
 }
 
-// Moves floating bodies, and rejects those that nothing constrains.
+// Moves floating bodies; notes what is left without balance.
 void Equilibrium::move(const std::vector<Index>& columns, const StaticResult& result,
                        Change& change) {
   const bool balances =
       largest(result.left) <= balanced * std::max(largest_load_, result.largest_force);
   change.balances &= balances;
-  Vector move = Vector::Zero(moves_.size()), left = move;
+  Vector move = Vector::Zero(moves_.size());
   move(columns) = result.moves;
-  left(columns) = result.left;
+  if (!balances) left_(columns) = result.left;
   moves_ += move;
-  for (std::size_t b = 0; b < sim_.bodies.size(); ++b) {
-    const Index first = first_[b], n = first_[b + 1] - first;
-    if (n == 0) continue;
-    sim_.bodies[b]->float_by(move.segment(first, n));
-    if (!balances && largest(moves_.segment(first, n)) > lost * extent_of(*sim_.bodies[b]))
-      refuse_unheld(static_cast<Index>(b), left.segment(first, n));
-  }
+  for (std::size_t b = 0; b < sim_.bodies.size(); ++b)
+    if (const Index n = first_[b + 1] - first_[b]; n > 0)
+      sim_.bodies[b]->float_by(move.segment(first_[b], n));
   for (std::size_t i = 0; i < bolts_.size(); ++i)
     bolts_[i].length += move[first_.back() + static_cast<Index>(i)];
 }
@@ -351,7 +392,12 @@ bool Equilibrium::is_done(const Change& change) {
     if (change.change <= aim * aim * scale && closed_ == closed_before_) return true;
     if (iteration_ >= patience && stands(enough)) return true;
   }
-  if (iteration_ >= most_iterations) refuse_endless(change);
+  if (iteration_ >= most_iterations) {
+    for (std::size_t b = 0; b < slides_.size(); ++b)
+      if (!slides_[b].pairs.empty() && slides_[b].n > first_slides)
+        refuse_unheld(static_cast<Index>(b), slides_[b].left);
+    refuse_endless(change);
+  }
   most_way_ = change.balances ? first_way() : 2 * most_way_;
   return false;
 }
@@ -369,41 +415,39 @@ double Equilibrium::first_way() const {
   return size;
 }
 
+void Equilibrium::at_pushing_points(const PointTaker& take) const {
+  for (const Solved& solved : solved_)
+    for (const ContactSearch& of : solved.group.searches)
+      for (auto i = of.first; i < of.last; ++i)
+        if (solved.result.pushes(static_cast<Index>(i)))
+          take(solved, static_cast<std::size_t>(of.pair), i);
+}
+
 // Records the points with an impulse, by pair.
 void Equilibrium::note_closed() {
   closed_before_.swap(closed_);
   closed_.assign(pairs_.size(), {});
-  for (const Solved& solved : solved_) {
+  at_pushing_points([&](const Solved& solved, std::size_t pair, std::size_t i) {
     const ContactList& list = solved.group.list;
-    for (const ContactSearch& of : solved.group.searches) {
-      for (auto i = of.first; i < of.last; ++i) {
-        if (!solved.result.pushes(static_cast<Index>(i))) continue;
-        const ContactTerm& term = list.terms[list.points[i].first_term];
-        closed_[of.pair].push_back({term.body, term.node, list.points[i].slot});
-      }
-    }
-  }
+    const ContactTerm& term = list.terms[list.points[i].first_term];
+    closed_[pair].push_back({term.body, term.node, list.points[i].slot});
+  });
   for (auto& points : closed_) std::sort(points.begin(), points.end());
 }
 
 std::vector<ContactList> Equilibrium::closed_points() const {
   std::vector<ContactList> closed(pairs_.size());
-  for (const Solved& solved : solved_) {
+  at_pushing_points([&](const Solved& solved, std::size_t pair, std::size_t i) {
+    const ContactLaw law = solved.group.laws[i].law;
+    if (law == ContactLaw::tied) return;
     const ContactList& list = solved.group.list;
-    for (const ContactSearch& of : solved.group.searches) {
-      ContactList& of_pair = closed[static_cast<std::size_t>(of.pair)];
-      for (auto i = of.first; i < of.last; ++i) {
-        const PointLaw& law = solved.group.laws[i];
-        if (law.law == ContactLaw::tied || !solved.result.pushes(static_cast<Index>(i))) continue;
-        ContactPoint point = list.points[i];
-        if (law.law == ContactLaw::frictionless) point.frame.bottomRows<2>().setZero();
-        const auto first = list.terms.begin() + point.first_term;
-        point.first_term = static_cast<Index>(of_pair.terms.size());
-        of_pair.terms.insert(of_pair.terms.end(), first, first + point.n_terms);
-        of_pair.points.push_back(point);
-      }
-    }
-  }
+    ContactPoint point = list.points[i];
+    if (law == ContactLaw::frictionless) point.frame.bottomRows<2>().setZero();
+    const auto first = list.terms.begin() + point.first_term;
+    point.first_term = static_cast<Index>(closed[pair].terms.size());
+    closed[pair].terms.insert(closed[pair].terms.end(), first, first + point.n_terms);
+    closed[pair].points.push_back(point);
+  });
   return closed;
 }
 
@@ -457,8 +501,10 @@ void Equilibrium::refuse_endless(const Change& change) const {
   throw RunError(text.str());
 }
 
-void Equilibrium::refuse_unheld(Index b, const Vector& left) const {
+void Equilibrium::refuse_unheld(Index b, Vector left) const {
   Body& body = *sim_.bodies[b];
+  const std::string& pairs = slides_[static_cast<std::size_t>(b)].pairs;
+  if (!pairs.empty()) left = slides_[static_cast<std::size_t>(b)].left;
   body.settle();
   Points u, v, before;
   body.displacements(before, v);
@@ -477,8 +523,15 @@ void Equilibrium::refuse_unheld(Index b, const Vector& left) const {
   } else {
     text << "turns";
   }
-  text << " without end: hold it by boundary, tied surfaces, contact that it is pressed into, or "
-          "friction";
+  text << " without end: ";
+  if (pairs.empty()) {
+    text << "hold it by boundary, tied surfaces, contact that it is pressed into, or friction";
+  } else {
+    const double load = left.dot(loads_.segment(first_[b], left.size())) / left.squaredNorm();
+    text << "it slides in contact " << pairs << ", where friction is at its limit at every point";
+    if (load > 1) text << " and holds " << 1 - 1 / load << " of the load that way";
+    text << ": press it more, raise contact[].friction, or hold it by boundary or tied surfaces";
+  }
   throw InputError(text.str());
 }
 

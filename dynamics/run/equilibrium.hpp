@@ -72,6 +72,14 @@ class Equilibrium {
     auto operator<=>(const Closed&) const = default;
   };
 
+  // Iterations of a body without balance, one after another; the forces left in the first. The
+  // pairs in which it slides; empty: it does not.
+  struct Slide {
+    Index n = 0;
+    Vector left;
+    std::string pairs;
+  };
+
   void number_floating(const std::vector<FloatingForces>& forces);
   void iterate(double t, double share);
   void start_iteration(double t, double share);
@@ -89,7 +97,12 @@ class Equilibrium {
   StateArchive saved();
   void keep_found(StateArchive& archive);
   [[noreturn]] void refuse_endless(const Change& change) const;
-  [[noreturn]] void refuse_unheld(Index body, const Vector& left) const;
+  [[noreturn]] void refuse_unheld(Index body, Vector left) const;
+  void note_slide(Index body, const Vector& left);
+  std::string sliding_pairs(Index body) const;
+  // Of this iteration: solved, pair, place in its list.
+  using PointTaker = std::function<void(const Solved&, std::size_t, std::size_t)>;
+  void at_pushing_points(const PointTaker& take) const;
   std::string load_step() const;
   double first_way() const;
   void add_bolts();
@@ -114,7 +127,8 @@ class Equilibrium {
   // 1, those of bolts last. Forces on them without contact, and their motions in this load step
   std::vector<FloatingNodes> floating_;
   std::vector<Index> first_;
-  Vector loads_, moves_;
+  Vector loads_, moves_, left_;             // left_: forces without balance in this iteration
+  std::vector<Slide> slides_;               // per body, in this load step
   double largest_load_ = 0;                 // the largest force that adds to one of them
   std::map<Index, StaticMemory> memories_;  // by the first pair of the island
   // For this load step: largest motion allowed; per pair the closed points, now and in the previous

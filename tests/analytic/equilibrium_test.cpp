@@ -206,6 +206,10 @@ TEST_P(Statics, FrictionHoldsABar) {
   const std::string text = refusal(bars);
   EXPECT_NE(text.find("load step to t = 0.5: instance 'a' is not held"), std::string::npos) << text;
   EXPECT_NE(text.find(", 1, "), std::string::npos) << text;
+  EXPECT_NE(text.find("slides in contact a.x_min - floor, where friction is at its limit at every "
+                      "point and holds 0.5 of"),
+            std::string::npos)
+      << text;
 }
 
 // What has been found before a load step fails is not lost.
@@ -257,6 +261,28 @@ TEST_P(Statics, LoadStepsOfAPreloadBeforeAFailureAreKept) {
     EXPECT_NEAR(last(result.pairs[0]["force"]), 0.1, 1e-8);
     EXPECT_NEAR(last(result.pairs[1]["force"]), 0.75 * 0.175 - 0.1, 1e-8);
     EXPECT_NEAR(result.total[0], 0.1 * 0.1 / (2 * EA), 1e-8);
+  }
+}
+
+// Plates that overlap: the upper one leaves its place before statics end.
+TEST(StaticsWithoutEnd, NameTheJointThatSlides) {
+  SceneFolder folder;
+  folder.add("plate.exo", test::block_mesh({{8, 4, 2}, {40, 20, 5}}));
+  for (const char* as : {"mesh", "superelement"}) {
+    const Ran ran = folder.run(
+        "materials: {m: {youngs_modulus: 2.1e5, poissons_ratio: 0.3, density: 7.85e-9}}\n"
+        "components: {plate: {mesh: plate.exo, material: m, reduction: {interface: [x_min, x_max, "
+        "z_min, z_max], modes: 20}}}\ninstances: {low: {component: plate, as: " +
+        std::string(as) + "}, up: {component: plate, as: " + as +
+        ", position: [10, 0, 5]}}\nboundary: [{instance: low, nodes: z_min, fix: [x, y, z]}]\n"
+        "loads: [{instance: up, surface: z_max, force: [0, 0, -1000]}, {instance: up, surface: "
+        "x_max, force: [500, 0, 0], history: {time: [0, 0.5, 1], value: [0, 0, 1]}}]\n"
+        "contact: [{between: [low.z_max, up.z_min], friction: 0.3}]\n"
+        "time: {static: true, end: 1, step: 0.25}\noutput: {every: 0.25}\n");
+    // 0.3 x 750 of 250
+    for (const std::string part : {"load step to t = 0.75: instance 'up' is not held",
+                                   "in contact low.z_max - up.z_min,", "holds 0.9 of the load"})
+      EXPECT_NE(ran.result.failure.find(part), std::string::npos) << ran.result.failure;
   }
 }
 
