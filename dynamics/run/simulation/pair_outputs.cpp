@@ -51,7 +51,7 @@ constexpr PairOutput pair_output_list[] = {
      [](const At&, double* kept) { return one_number(*kept); }},
     {"peak_force", "force", 1, 1,
      [](const PairStep& step, double* kept) {
-       *kept = std::max(step.begins ? 0 : *kept, step.impulse.norm() / step.h);
+       *kept = std::max(step.begins ? 0 : *kept, step.impulse.stableNorm() / step.h);
      },
      [](const At&, double* kept) { return one_number(*kept); }},
     {"impulse", "impulse", 1, 3,
@@ -59,7 +59,7 @@ constexpr PairOutput pair_output_list[] = {
        if (step.begins) std::fill_n(kept, 3, 0.0);
        Eigen::Map<Vector3>(kept) += step.impulse;
      },
-     [](const At&, double* kept) { return one_number(Vector3(kept).norm()); }},
+     [](const At&, double* kept) { return one_number(Vector3(kept).stableNorm()); }},
 };
 
 constexpr std::size_t n_kept = [] {
