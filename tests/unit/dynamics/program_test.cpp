@@ -119,7 +119,7 @@ TEST_F(Program, ResultsHoldWhatTheFormatSays) {
     run(file);
     const Hdf5Reader results(folder_ / "results.h5");
     EXPECT_EQ(results.read_string("/", "format"), "cbr-results");
-    EXPECT_EQ(results.read_string("/", "format_version"), "1.10");
+    EXPECT_EQ(results.read_string("/", "format_version"), "1.11");
     EXPECT_EQ(results.read_index("/", "partial"), 0);
     EXPECT_GT(results.read_index("/", "steps"), 0);
     EXPECT_EQ(results.read_index("/", "n_dofs"), kind == "mesh" ? 2 * 135 : 2 * (12 + 27));
@@ -224,14 +224,14 @@ TEST_F(Program, OutputsThatMemoryCannotHoldAreRefusedBeforeTheRun) {
   Report report("test", Verbosity::quiet);
   const BuiltScene built = build(read, report);
   // 13 outputs of time, energies, two bodies, two surfaces and a pair
-  constexpr double bytes = 8 * 13 * (8 + 2 * 11 + 2 * 12 + 10);
+  constexpr double bytes = 8 * 13 * (8 + 2 * 11 + 2 * 12 + 13);
   EXPECT_NO_THROW(require_memory_for_outputs(read, built.simulation, bytes));
   try {
     require_memory_for_outputs(read, built.simulation, bytes / 10);
     FAIL() << "no error";
   } catch (const InputError& error) {
-    for (const char* part : {"scene.yaml:", "output.every: 13 outputs of 64 numbers", "6.7 kB",
-                             "666 B", "give output.every"})
+    for (const char* part : {"scene.yaml:", "output.every: 13 outputs of 67 numbers", "7.0 kB",
+                             "697 B", "give output.every"})
       EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
   }
 }
