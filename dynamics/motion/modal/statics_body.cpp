@@ -65,11 +65,16 @@ Index StaticsBody::own_track_mean(const std::vector<Index>& nodes) {
   FormCache& shared = form_->modal.shared;
   const IndexTable& row = *shared.row_table(*superelement_);
   set.Vt = shared.mean_rows(form_->modal.V, row, nodes);
-  if (form_->D) set.F = mean_of_nodes(*form_->D, row, nodes);
-  if (!form_->D) set.F.setZero(rows.size(), 3);
-  for (std::size_t i = 0; !form_->D && i < nodes.size(); ++i)
-    for (Index j = rows.first[nodes[i]]; j < rows.first[nodes[i] + 1]; ++j)
-      set.F += rows.F->col(j) * rows.direction.row(j) / static_cast<double>(nodes.size());
+  if (form_->whole) {
+    const auto mean = form_->whole->shared.mean_rows(form_->whole->V, row, nodes);
+    const Matrix& quasi_static = form_->quasi_static;
+    set.F = quasi_static.transpose() * mean->bottomRows(quasi_static.rows());
+  } else {
+    set.F.setZero(rows.size(), 3);
+    for (const Index node : nodes)
+      for (Index j = rows.first[node]; j < rows.first[node + 1]; ++j)
+        set.F += rows.F->col(j) * rows.direction.row(j) / static_cast<double>(nodes.size());
+  }
   means_.push_back(std::move(set));
   return static_cast<Index>(means_.size()) - 1;
 }
@@ -351,7 +356,7 @@ void StaticsBody::own_coordinates(Vector& q, Vector& rates) const {
   }
   const StaticRows& rows = form_->rows;
   const auto spread = [&](const Vector& g, double factor, Vector& x) {
-    if (form_->D) return add(factor * (*form_->D * g), x);
+    if (form_->whole) return add(factor * form_->displacements(g), x);
     const Vector w = factor * (*rows.F * g);
     for (Index i = 0; i < rows.size(); ++i)
       x.segment<3>(k_ + 3 * rows.node[i]) += w[i] * rows.direction.row(i).transpose();

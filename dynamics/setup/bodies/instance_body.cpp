@@ -190,16 +190,16 @@ bool BodyMaker::may_truncate(const Instance& instance) const {
   return !time.step && !time.cfl && !index_.is_held(instance) && !index_.has_loads(instance);
 }
 
-std::shared_ptr<const StaticsForm> BodyMaker::truncated(const Instance& instance,
-                                                        const ReducedComponent& component,
-                                                        const DiagonalForm& form) {
+std::shared_ptr<const StaticsForm> BodyMaker::truncated(
+    const Instance& instance, const ReducedComponent& component,
+    const std::shared_ptr<const DiagonalForm>& form) {
   if (!may_truncate(instance)) return nullptr;
-  const auto [at, is_new] = truncated_.try_emplace(&form);
+  const auto [at, is_new] = truncated_.try_emplace(form.get());
   if (!is_new) return at->second;
   const Superelement& s = *component.superelement;
   const bool is_asked = takes_long_steps(*scene_.time);
   const std::optional<double> highest =
-      is_asked ? limit_of_long_steps(scene_, form) : automatic_limit(s.eigenvalues, form);
+      is_asked ? limit_of_long_steps(scene_, *form) : automatic_limit(s.eigenvalues, *form);
   if (!highest) return nullptr;
   const InterfaceNeeds needs = interface_needs(scene_, component_of(scene_, instance));
   const std::vector<Index> loaded = is_asked ? loaded_nodes(needs, s) : std::vector<Index>();
@@ -212,7 +212,7 @@ InstanceBody BodyMaker::make_modal(const Instance& instance, const ReducedCompon
   const MotionPlan& plan = component.plans.at(instance.name);
   const std::shared_ptr<const DiagonalForm> form =
       plan.is_held ? held_form(instance, component) : component.form;
-  if (const std::shared_ptr<const StaticsForm> part = truncated(instance, component, *form))
+  if (const std::shared_ptr<const StaticsForm> part = truncated(instance, component, form))
     return {.body = std::make_unique<StaticsBody>(instance.name, component.superelement, part,
                                                   placement_of(index_, instance), Scheme::exact,
                                                   NewmarkOptions{}, damping_of(index_, instance)),

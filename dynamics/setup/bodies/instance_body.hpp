@@ -76,7 +76,7 @@ class BodyMaker {
   // free and has a large contact face, with cfl above 1 always. Otherwise null.
   std::shared_ptr<const StaticsForm> truncated(const Instance& instance,
                                                const ReducedComponent& component,
-                                               const DiagonalForm& form);
+                                               const std::shared_ptr<const DiagonalForm>& form);
   bool may_truncate(const Instance& instance) const;
   InstanceBody make_modal_with_shells(const Instance& instance, const ReducedComponent& component);
 

@@ -163,19 +163,16 @@ std::shared_ptr<const NodeRows> FormCache::rows(const RowMatrix& V, const IndexT
   return rows_.back();
 }
 
-Matrix mean_of_nodes(const RowMatrix& V, const IndexTable& row, const std::vector<Index>& nodes) {
-  Matrix mean = Matrix::Zero(V.cols(), 3);
-  for (const Index node : nodes)
-    for (int d = 0; d < 3; ++d)
-      if (row(node, d) >= 0) mean.col(d) += V.row(row(node, d)).transpose();
-  return mean / static_cast<double>(nodes.size());
-}
-
 std::shared_ptr<const Matrix> FormCache::mean_rows(const RowMatrix& V, const IndexTable& row,
                                                    const std::vector<Index>& nodes) {
   for (const auto& [known, mean] : means_)
     if (known == nodes) return mean;
-  means_.emplace_back(nodes, std::make_shared<const Matrix>(mean_of_nodes(V, row, nodes)));
+  Matrix mean = Matrix::Zero(V.cols(), 3);
+  for (const Index node : nodes)
+    for (int d = 0; d < 3; ++d)
+      if (row(node, d) >= 0) mean.col(d) += V.row(row(node, d)).transpose();
+  mean /= static_cast<double>(nodes.size());
+  means_.emplace_back(nodes, std::make_shared<const Matrix>(std::move(mean)));
   return means_.back().second;
 }
 

@@ -88,9 +88,6 @@ class NodeRows {
   mutable Matrix envelope_;
 };
 
-// Mean over the nodes of V_c^T   (n x 3)
-Matrix mean_of_nodes(const RowMatrix& V, const IndexTable& row, const std::vector<Index>& nodes);
-
 // Lives in a DiagonalForm and goes with its matrices: a copy of the form starts with an empty one.
 // propagator() may be asked by several threads, the others by one alone.
 class FormCache {
@@ -106,7 +103,7 @@ class FormCache {
 
   std::shared_ptr<const NodeRows> rows(const RowMatrix& V, const IndexTable& row,
                                        const std::vector<Index>& nodes);
-  // mean_of_nodes(), kept
+  // Mean over the nodes of V_c^T   (n x 3)
   std::shared_ptr<const Matrix> mean_rows(const RowMatrix& V, const IndexTable& row,
                                           const std::vector<Index>& nodes);
   std::shared_ptr<const ModalPropagator> propagator(const Vector& omega, double h, bool with_loads);

@@ -19,9 +19,11 @@ namespace cbr {
 struct StaticsForm {
   DiagonalForm modal;  // V has the coordinates q_k of the file above V_c
   StaticRows rows;     // of all nodes of the superelement, component axes
-  // Displacements of all coordinates under unit forces along the rows (rows of modal.V x s); null:
-  // B F.
-  std::shared_ptr<const RowMatrix> D;
+  // Of truncated modes: the form with all n of them, whose last h are quasi-static, and
+  // diag(1 / omega_h^2) V_h^T B (h x s). Null, and empty: forces along the rows displace the rows
+  // alone.
+  std::shared_ptr<const DiagonalForm> whole;
+  Matrix quasi_static;
   bool is_massless = false;
   // rad/s, limits a step: massless, with the interface held; else the highest of `modal`
   double omega_limit = 0;
@@ -31,6 +33,11 @@ struct StaticsForm {
   // short steps; but h / 1.8 or more, as statics swing without end at h / tau = 2.
   // docs/theory.md, (41).
   double following(double h) const;
+
+  // With `whole`: displacements of its coordinates (rows of V) under forces g along the rows (s).
+  Vector displacements(const Vector& g) const {
+    return whole->V.rightCols(quasi_static.rows()) * (quasi_static * g);
+  }
 
   // The rows of some nodes, numbered by their places in `nodes`, and the shapes that these move in,
   // V_c^T = Q A, kept for those that ask for the same again.

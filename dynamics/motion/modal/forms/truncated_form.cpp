@@ -17,7 +17,7 @@ Index modes_up_to(double highest, const DiagonalForm& all) {
   return std::upper_bound(all.omega.begin(), all.omega.end(), highest) - all.omega.begin();
 }
 
-// diag(1 / omega_h) V_h^T B, of the modes from `first` on   (h x s).
+// diag(1 / omega_h) V_h^T B, of the modes from `first` on   (h x s)
 Matrix along_forces(const DiagonalForm& all, Index first, const StaticShare& forces,
                     const IndexTable& row) {
   const Index h = all.omega.size() - first;
@@ -43,25 +43,25 @@ bool is_large_face(const StaticShare& forces) {
   return std::set<Index>(forces.node.begin(), forces.node.end()).size() >= least_nodes;
 }
 
-std::shared_ptr<const StaticsForm> truncated_form(double highest, const DiagonalForm& all,
+std::shared_ptr<const StaticsForm> truncated_form(double highest,
+                                                  std::shared_ptr<const DiagonalForm> all,
                                                   const StaticShare& forces,
                                                   const Superelement& s) {
-  const Index n = modes_up_to(highest, all);
+  const Index n = modes_up_to(highest, *all), h = all->omega.size() - n;
   auto form = std::make_shared<StaticsForm>();
-  form->modal.omega = all.omega.head(n);
-  form->modal.V = all.V.leftCols(n);
-  form->modal.E = all.E.topRows(n);
-  form->modal.n_rigid = all.n_rigid;
-  const Index h = all.omega.size() - n;
-  Matrix G = along_forces(all, n, forces, displacement_rows(s));
+  form->modal.omega = all->omega.head(n);
+  form->modal.V = all->V.leftCols(n);
+  form->modal.E = all->E.topRows(n);
+  form->modal.n_rigid = all->n_rigid;
+  form->quasi_static = along_forces(*all, n, forces, displacement_rows(s));
   Matrix F = Matrix::Zero(forces.size(), forces.size());
-  F.selfadjointView<Eigen::Lower>().rankUpdate(G.transpose());
+  F.selfadjointView<Eigen::Lower>().rankUpdate(form->quasi_static.transpose());
   mirror_lower(F);
   form->rows = static_rows(forces.node, forces.direction,
                            std::make_shared<const Matrix>(std::move(F)), s.coordinates.rows());
+  form->quasi_static.array().colwise() /= all->omega.tail(h).array();
   form->omega_limit = highest;
-  G.array().colwise() /= all.omega.tail(h).array();
-  form->D = std::make_shared<const RowMatrix>(all.V.rightCols(h) * G);
+  form->whole = std::move(all);
   return form;
 }
 

@@ -20,8 +20,9 @@ bool is_large_face(const StaticShare& forces);
 
 // The modes of `all` up to `highest` (rad/s) as they are; what those above it (h) answer along
 // `forces` (no F), at once:
-//   F = B^T D,  D = V_h diag(1 / omega_h^2) V_h^T B   (docs/theory.md, "Quasi-static modes").
-std::shared_ptr<const StaticsForm> truncated_form(double highest, const DiagonalForm& all,
+//   F = B^T V_h diag(1 / omega_h^2) V_h^T B   (docs/theory.md, "Quasi-static modes").
+std::shared_ptr<const StaticsForm> truncated_form(double highest,
+                                                  std::shared_ptr<const DiagonalForm> all,
                                                   const StaticShare& forces,
                                                   const Superelement& superelement);
 
