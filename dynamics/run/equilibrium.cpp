@@ -33,9 +33,7 @@ constexpr double balanced = 1e-10;
 constexpr double first_share = 0.3;
 // Motion in one load step that shows an unconstrained body, relative to its size.
 constexpr double lost = 10;
-// Of Coulomb's limit: a point with more friction slides. Iterations in which a body that slides has
-// not yet left its place.
-constexpr double at_limit = 1 - 1e-6;
+// Iterations in which a body that slides has not yet left its place.
 constexpr Index first_slides = 3;
 // Number of points in a message, of those that open and close endlessly.
 constexpr std::size_t told_points = 3;
@@ -262,7 +260,7 @@ void Equilibrium::note_slide(Index b, const Vector& left) {
 // The pairs of a body's closed points, if friction is at its limit at every one.
 std::string Equilibrium::sliding_pairs(Index b) const {
   std::set<std::string> names;
-  bool slides = true;
+  bool all_slide = true;
   at_pushing_points([&](const Solved& solved, std::size_t p, std::size_t i) {
     const ContactPair& pair = sim_.pairs[p];
     const PointLaw& law = solved.group.laws[i];
@@ -271,12 +269,11 @@ std::string Equilibrium::sliding_pairs(Index b) const {
     };
     if (law.law == ContactLaw::frictionless) return;
     if (!is_of(pair.slave->body) && !is_of(pair.master->body)) return;
-    const Vector3 force = solved.result.p.row(static_cast<Index>(i));
-    slides &= law.law == ContactLaw::coulomb &&
-              force.tail<2>().norm() >= at_limit * law.friction * force[0];
+    all_slide &= law.law == ContactLaw::coulomb &&
+                 slides(solved.result.p.row(static_cast<Index>(i)), law.friction);
     names.insert(pair.name);
   });
-  return slides ? join({names.begin(), names.end()}) : "";
+  return all_slide ? join({names.begin(), names.end()}) : "";
 }
 
 // Columns of the bodies of pairs, and of their bolts; ascending.

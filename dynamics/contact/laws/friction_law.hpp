@@ -25,6 +25,12 @@ struct DecayingFriction {
   double slope(double v) const { return -d * (mu_s - mu_k) * std::exp(-d * v); }
 };
 
+// Whether the impulse p of a point (normal first) is at Coulomb's limit, but for round-off.
+inline bool slides(const Vector3& p, double mu) {
+  constexpr double at_limit = 1 - 1e-6;
+  return p.tail<2>().norm() >= at_limit * mu * p[0];
+}
+
 class FrictionLaw {
  public:
   FrictionLaw() = default;

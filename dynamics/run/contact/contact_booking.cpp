@@ -12,9 +12,6 @@
 namespace cbr {
 namespace {
 
-// Of mu p_n: where a tangential impulse is it but for round-off, the point slides.
-constexpr double slides = 1 - 1e-6;
-
 // Books the results of one search of the pair: resultants, extremes.
 void book_pair(const ContactGroup& group, const ContactSearch& of, const EnforcementResult& result,
                const ContactState& state, const ContactPair& pair, PairState& now, Index& active) {
@@ -227,9 +224,9 @@ static void remember_slip(const ContactGroup& group, const ContactSearch& of,
     Vector3 velocity = Vector3::Zero();
     if (h > 0) velocity = motion_of(pair, group.list, point, state) / h;
     of.memory->velocity.row(point.slot) = velocity.transpose();
-    const auto p = result.p.row(static_cast<Index>(i));
-    const double mu = group.laws[i].friction, limit = mu * p[0];
-    if (!(h > 0) || !(limit > 0) || p.tail<2>().norm() < slides * limit) continue;
+    const Vector3 p = result.p.row(static_cast<Index>(i));
+    const double mu = group.laws[i].friction;
+    if (!(h > 0) || !(mu * p[0] > 0) || !slides(p, mu)) continue;
     const Eigen::Vector2d slip = point.frame.bottomRows<2>() * velocity;
     const double change = (slip - point.gap.tail<2>() / h).norm();
     PairState& now = pair.state();
