@@ -195,8 +195,9 @@ void detect_wall(const ContactSurface& slave, const ContactBody& slave_body, con
                   .squaredNorm());
   const double reach = contact_reach(slave.size, std::sqrt(way2), initial, memory);
   const bool stands = standing_reach > 0 && wall.is_plane() && !initial;
+  Vector distance;
   if (stands) {
-    Vector distance(n);
+    distance.resize(n);
     for (Index slot = 0; slot < n; ++slot)
       distance[slot] = wall.distance(slave_body.end.row(slave.nodes[slot]).transpose() - to);
     if (!(distance.minCoeff() <= reach)) return;
@@ -207,7 +208,7 @@ void detect_wall(const ContactSurface& slave, const ContactBody& slave_body, con
     const Vector3 x0 = slave_body.start.row(slave.nodes[slot]).transpose() - from;
     const Vector3 x1 = slave_body.end.row(slave.nodes[slot]).transpose() - to;
     const double start = wall.distance(x0);
-    double end = wall.distance(x1);
+    double end = stands ? distance[slot] : wall.distance(x1);
     Vector3 normal = wall.normal(x1);
     const Vector3 entry = wall.entry(x0, x1), entry_normal = wall.normal(entry),
                   start_normal = wall.normal(x0);
