@@ -193,9 +193,6 @@ SymmetricEigen taken(const Eigen::SelfAdjointEigenSolver<Matrix>& solver) {
 Matrix SymmetricEigen::root() const {
   return vectors * values.cwiseSqrt().asDiagonal() * vectors.adjoint();
 }
-Matrix SymmetricEigen::inverse_root() const {
-  return vectors * values.cwiseInverse().cwiseSqrt().asDiagonal() * vectors.adjoint();
-}
 
 SymmetricEigen symmetric_eigen(const Matrix& A) {
   return taken(Eigen::SelfAdjointEigenSolver<Matrix>(A));

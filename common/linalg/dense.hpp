@@ -150,8 +150,7 @@ struct SymmetricEigen {
   Matrix vectors;
   bool converged = true;
 
-  Matrix root() const;          // A^1/2, symmetric
-  Matrix inverse_root() const;  // A^-1/2, symmetric
+  Matrix root() const;  // A^1/2, symmetric
 };
 SymmetricEigen symmetric_eigen(const Matrix& A);
 Vector symmetric_eigenvalues(const Matrix& A);

@@ -310,7 +310,6 @@ struct TimeOptions {
   // of the critical step of central differences; above 1 with newmark and exact only
   std::optional<double> cfl;
   double alpha = 0;  // newmark: HHT's, in [-1/3, 0]
-  // exact: superelements' modes above 2 / step get that frequency and more modal mass (extension)
   // key `force: true`: a step above the critical one is run all the same (extension)
   bool force_step = false;
   Integrator integrator = Integrator::exact;

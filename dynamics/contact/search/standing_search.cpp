@@ -92,8 +92,7 @@ void keep_standing(const ContactSurface& slave, const ContactBody& slave_body,
   const auto n = static_cast<Index>(standing.list.points.size());
   standing.gap.resize(n);
   standing.separation.resize(n, 3);
-  std::vector<char>& has = standing.has;
-  has.assign(slave.nodes.size(), 0);
+  std::vector<char> has(slave.nodes.size(), 0);
   for (Index i = 0; i < n; ++i) {
     ContactPoint& point = standing.list.points[static_cast<std::size_t>(i)];
     point.first_term -= shift;

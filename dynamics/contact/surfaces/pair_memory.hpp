@@ -36,8 +36,8 @@ struct StandingSearch {
   Vector gap;             // normal gap of each point at the search
   Points separation;      // of each point: sum of coefficient x position at the search, scene axes
   Vector offset;          // PairMemory::offset at the search
-  std::vector<char> has;  // of each slave node: whether it has a point. Of a wall this is all
-  bool has_all = false;   // every slave node has one
+  bool has_all = false;   // every slave node has a point
+  std::vector<char> has;  // of a wall, which needs no more: whether each slave node has a point
   // Otherwise: extra reach of the search, which nodes may use up, and positions of both surfaces'
   // nodes then
   double extra = 0;

@@ -16,7 +16,6 @@ struct ContactPair;
 // Contact of a pair in one step, or one load step of statics. On the slave, scene axes.
 struct PairStep {
   double h = 1;               // length of the step; 1 in statics
-  Index active = 0;           // points with an impulse
   bool begins = false;        // none had one in the step before
   double area = 0;            // of the active points
   double normal_impulse = 0;  // sum of the magnitudes
