@@ -103,35 +103,27 @@ void Body::push(Index set, const Impulses& impulses) {
 
 void Body::take_impulses(Index set, const Impulses& impulses) {
   if (!has_points(set)) return push(set, impulses);
-  impulses.each([&](const Points& p, ImpulseKind kind) {
-    const Points none(0, 3);
-    const Matrix3 R = turns() ? turn_of_step() : Matrix3::Identity();
-    const Points nodal =
-        turns() ? Points(points_->spread(set, p * R) * R.transpose()) : points_->spread(set, p);
-    const bool rubs = kind == ImpulseKind::friction;
-    push(set, {rubs ? none : nodal, rubs ? nodal : none});
-    if (!turns()) return;
-    Points x;
-    unturned_positions(set, x);
-    add_moment(points_->missing_moment(set, turn_now(), x, p, nodal), kind);
-  });
+  const Points& p = impulses.all;
+  if (!turns()) return push(set, {points_->spread(set, p)});
+  const Matrix3 R = turn_of_step();
+  const Points nodal = points_->spread(set, p * R) * R.transpose();
+  push(set, {nodal});
+  Points x;
+  unturned_positions(set, x);
+  add_moment(points_->missing_moment(set, turn_now(), x, p, nodal));
 }
 
-void Body::add_impulses(Index set, const Points& impulses, ImpulseKind kind) {
-  const Points none(0, 3);
-  const bool rubs = kind == ImpulseKind::friction;
-  take_impulses(set, {rubs ? none : impulses, rubs ? impulses : none});
-}
-
-void Body::expect_forces(Index set, const Impulses& forces) {
-  Points nodal[2] = {Points(0, 3), Points(0, 3)};
-  if (has_points(set))
-    forces.each([&](const Points& f, ImpulseKind kind) {
-      nodal[kind == ImpulseKind::friction] = points_->spread(set, f);
-    });
-  const Impulses own = has_points(set) ? Impulses{nodal[0], nodal[1]} : forces;
+void Body::expect_forces(Index set, const Points& forces) {
+  Points spread;
+  const Points& own = forces.rows() > 0 ? spread_on(set, forces, spread) : forces;
   own_expect_forces(set, own);
   if (supports_) supports_->expect_forces(set, own, lasting_share());
+}
+
+double Body::residual_friction(Index set, const Points& impulses, bool between) {
+  Points spread;
+  const Points& own = impulses.rows() > 0 ? spread_on(set, impulses, spread) : impulses;
+  return own_residual_friction(set, own, between);
 }
 
 void Body::accept() {
@@ -162,11 +154,11 @@ NodeResponse Body::velocity_response(Index set) const {
   return has_points(set) ? points_->extended(set, own) : own;
 }
 
-void Body::add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) {
+void Body::add_end_impulses(Index set, const Points& impulses) {
   Points spread;
   const Points& own = spread_on(set, impulses, spread);
-  own_add_end_impulses(set, own, kind);
-  if (supports_) supports_->add_end_impulses(set, own, kind);
+  own_add_end_impulses(set, own);
+  if (supports_) supports_->add_end_impulses(set, own);
 }
 
 void Body::relax(double t, double share) {
@@ -184,11 +176,11 @@ NodeResponse Body::static_response(Index set) const {
   return has_points(set) ? points_->extended(set, own) : own;
 }
 
-void Body::add_static_forces(Index set, const Points& forces, ImpulseKind kind) {
+void Body::add_static_forces(Index set, const Points& forces) {
   Points spread;
   const Points& own = spread_on(set, forces, spread);
-  if (supports_) supports_->add_static_forces(set, own, kind);
-  own_add_static_forces(set, own, kind);
+  if (supports_) supports_->add_static_forces(set, own);
+  own_add_static_forces(set, own);
 }
 
 Settled Body::settle() {
@@ -271,18 +263,18 @@ Vector3 Body::own_add_velocities(Index, const Points&, const Vector3&) { lacks_n
 MotionBound Body::own_motion_bound(Index, bool) const { lacks("motion bounds"); }
 void Body::own_end_velocities(Index, Points&) { lacks("end velocities"); }
 NodeResponse Body::own_velocity_response(Index) const { lacks("end velocities"); }
-void Body::own_add_end_impulses(Index, const Points&, ImpulseKind) { lacks("end velocities"); }
+void Body::own_add_end_impulses(Index, const Points&) { lacks("end velocities"); }
 void Body::own_relax(double, double) { lacks_statics(); }
 Matrix Body::own_floating_motions(Index) const { lacks_statics(); }
 FloatingForces Body::floating_forces() const { lacks_statics(); }
 void Body::float_by(const Vector&) { lacks_statics(); }
 NodeResponse Body::own_static_response(Index) const { lacks_statics(); }
-void Body::own_add_static_forces(Index, const Points&, ImpulseKind) { lacks_statics(); }
+void Body::own_add_static_forces(Index, const Points&) { lacks_statics(); }
 Settled Body::own_settle() { lacks_statics(); }
 void Body::own_end_load_step() { lacks_statics(); }
 void Body::own_start_motion(double, const std::vector<BodyLoad>&) { lacks_statics(); }
 void Body::add_start_impulse(const Vector&) { lacks("impulses at the start"); }
-void Body::add_moment(const Vector3&, ImpulseKind) { lacks("turn"); }
+void Body::add_moment(const Vector3&) { lacks("turn"); }
 
 void turn_points(const BodyTurn& turn, const Vector3& velocity, const Vector3& spin,
                  const Points& X, Points& u, Points& v) {
@@ -307,7 +299,7 @@ void keep_state(StateArchive& archive, BodyState& state) {
 }
 
 void keep_state(StateArchive& archive, BodyWork& work) {
-  archive(work.external, work.contact, work.friction, work.damping, work.numerical);
+  archive(work.external, work.contact, work.damping, work.numerical);
 }
 
 }  // namespace cbr

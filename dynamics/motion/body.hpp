@@ -32,26 +32,14 @@ struct BodyPlan {
   double contact_step = 0;
 };
 
-// What an impulse comes from: whose work it is.
-enum class ImpulseKind : char { contact, friction };
-
-// All impulses (force x time) of contact on a set at once, at the start of the step: n x 3, scene
-// axes; 0 rows: none.
+// Impulses (force x time) of contact on a set, at the start of the step: n x 3, scene axes.
 struct Impulses {
-  const Points& contact;
-  const Points& friction;
-  // response() of the step times both, and the part of it that the rows of static compliance have
+  const Points& all;
+  // response() of the step times these, and the part of it that the rows of static compliance have
   // (thin responses only). A body that needs these products need not compute them again. Null: not
   // known.
   const Points* move = nullptr;
   const Vector* still = nullptr;
-
-  // take(impulses, kind) of both, where they are not zero.
-  template <typename Take>
-  void each(const Take& take) const {
-    if (contact.rows() > 0 && !contact.isZero(0)) take(contact, ImpulseKind::contact);
-    if (friction.rows() > 0 && !friction.isZero(0)) take(friction, ImpulseKind::friction);
-  }
 };
 
 // How a body is advanced.
@@ -68,6 +56,7 @@ struct BodyFacts {
   bool steps_alone = false;
   // The largest stable step in contact, as a share of the critical step: `step: auto` takes it.
   double contact_share = 1;
+  bool kicks_at_end = false;  // impulses of contact act at the end of a step, not at its start
 };
 
 // What an iteration towards equilibrium has changed.
@@ -153,15 +142,19 @@ class Body {
 
   void predict(double t, double h);
   void take_impulses(Index set, const Impulses& impulses);
-  void add_impulses(Index set, const Points& impulses, ImpulseKind kind = ImpulseKind::contact);
-  // Forces of contact on a set that go on through the next step: what `forces` has is force, not
-  // impulse. Once the impulses of this step are in and before accept(); without a call there are
-  // none. The next step moves under them, and its impulses are all of contact's, as ever: the body
-  // feels what these change. docs/theory.md, "Forces that last".
-  void expect_forces(Index set, const Impulses& forces);
+  void add_impulses(Index set, const Points& impulses) { take_impulses(set, {impulses}); }
+  // Forces of contact on a set that go on through the next step, n x 3; 0 rows: none. Once the
+  // impulses of this step are in and before accept(); without a call there are none. The next step
+  // moves under them, and its impulses are all of contact's, as ever: the body feels what these
+  // change. docs/theory.md, "Forces that last".
+  void expect_forces(Index set, const Points& forces);
   // Of the impulse of such a force over a step, which share the momentum between two steps has
   // before its impulse is given; < 0: lacks after it.
   virtual double lasting_share() const { return 0; }
+  // In each step, with the impulses of friction on a set (0 rows: none): work of friction on the
+  // residual compliance, which follows forces with a lag, less the impulses' own on its velocity of
+  // this step, or, with `between`, on the mean of this step and the last.
+  double residual_friction(Index set, const Points& impulses, bool between);
   void accept();
 
   // Change of the predicted positions of the set's dofs per unit impulse on them, for a step h.
@@ -181,7 +174,7 @@ class Body {
   // The change of these per unit impulse there, G M^-1 G^T.
   NodeResponse velocity_response(Index set) const;
   // Impulses at the end of the step: positions stay.
-  void add_end_impulses(Index set, const Points& impulses, ImpulseKind kind);
+  void add_end_impulses(Index set, const Points& impulses);
 
   // Statics, without velocities: K u = f + contact. A load step is a number of iterations relax(),
   // forces of contact and moves, settle(), and end_load_step(). u = K^+ (f + contact) + R a with a
@@ -199,7 +192,7 @@ class Body {
   // K^+: change of the predicted positions of the set's dofs per unit force on them, and such
   // forces (n x 3, scene axes).
   NodeResponse static_response(Index set) const;
-  void add_static_forces(Index set, const Points& forces, ImpulseKind kind);
+  void add_static_forces(Index set, const Points& forces);
   Settled settle();      // the predicted end becomes the state
   void end_load_step();  // books the work since the last one
   // Once statics are over, before the first predict(), with its h: motion begins in the state that
@@ -217,7 +210,7 @@ class Body {
   // Displacements and velocities of the body's own nodes, as they would be without the turn.
   virtual void unturned_displacements(Points& u, Points& v) const { displacements(u, v); }
   // A moment (times time) on the body, beside impulses on its nodes.
-  virtual void add_moment(const Vector3& moment, ImpulseKind kind);
+  virtual void add_moment(const Vector3& moment);
 
   // What outputs read between two steps.
   BodyState state() const;
@@ -254,17 +247,18 @@ class Body {
   // of the step from t_ to t_ + h_
   virtual void predict_end() = 0;
   virtual void own_take_impulses(Index set, const Impulses& impulses) = 0;
-  virtual void own_expect_forces(Index, const Impulses&) {}
+  virtual void own_expect_forces(Index, const Points&) {}
+  virtual double own_residual_friction(Index, const Points&, bool) { return 0; }
   virtual void own_accept() = 0;
   virtual NodeResponse own_response(Index set, double h) const = 0;
   virtual Vector3 own_add_velocities(Index set, const Points& velocities, const Vector3& momentum);
   virtual void own_end_velocities(Index set, Points& v);
   virtual NodeResponse own_velocity_response(Index set) const;
-  virtual void own_add_end_impulses(Index set, const Points& impulses, ImpulseKind kind);
+  virtual void own_add_end_impulses(Index set, const Points& impulses);
   virtual void own_relax(double t, double share);
   virtual Matrix own_floating_motions(Index set) const;
   virtual NodeResponse own_static_response(Index set) const;
-  virtual void own_add_static_forces(Index set, const Points& forces, ImpulseKind kind);
+  virtual void own_add_static_forces(Index set, const Points& forces);
   virtual Settled own_settle();
   virtual void own_end_load_step();
   virtual void own_start_motion(double h, const std::vector<BodyLoad>& loads);

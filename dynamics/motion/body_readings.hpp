@@ -26,7 +26,7 @@ struct BodyState {
 // Work done on a body since the start of the run; kinetic + strain energy changes by their sum, to
 // round-off.
 struct BodyWork {
-  double external = 0, contact = 0, friction = 0;
+  double external = 0, contact = 0;  // contact: with friction
   // of the material's and the modes' damping: never above 0 but for changes of the step
   double damping = 0;
   // what the integrator takes or gives by itself: HHT-alpha's damping, central differences' changes

@@ -113,11 +113,9 @@ void JointBody::predict_end() {
 }
 
 void JointBody::own_take_impulses(Index set, const Impulses& impulses) {
-  impulses.each([&](const Points& p, ImpulseKind) {
-    const Vector6 P = gathered(set, p);
-    r_end_ += answer_ * P;
-    v_end_ += inverse_mass_ * P;
-  });
+  const Vector6 P = gathered(set, impulses.all);
+  r_end_ += answer_ * P;
+  v_end_ += inverse_mass_ * P;
 }
 
 // What springs store and dashpots take is what the bodies that they join have done on them, to the
@@ -149,7 +147,7 @@ NodeResponse JointBody::own_velocity_response(Index set) const {
   return response_of(set, inverse_mass_);
 }
 
-void JointBody::own_add_end_impulses(Index set, const Points& impulses, ImpulseKind) {
+void JointBody::own_add_end_impulses(Index set, const Points& impulses) {
   v_end_ += inverse_mass_ * gathered(set, impulses);
 }
 
@@ -211,7 +209,7 @@ NodeResponse JointBody::own_static_response(Index set) const {
   return response_of(set, joint_.is_mass() ? Matrix6(Matrix6::Zero()) : compliance());
 }
 
-void JointBody::own_add_static_forces(Index set, const Points& forces, ImpulseKind) {
+void JointBody::own_add_static_forces(Index set, const Points& forces) {
   const Vector6 P = gathered(set, forces);
   pushed_ += P;
   if (!joint_.is_mass()) r_end_ += compliance() * P;

@@ -66,11 +66,11 @@ class JointBody final : public Body {
   void own_accept() override;
   void own_end_velocities(Index set, Points& v) override;
   NodeResponse own_velocity_response(Index set) const override;
-  void own_add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
+  void own_add_end_impulses(Index set, const Points& impulses) override;
   void own_relax(double t, double share) override;
   Matrix own_floating_motions(Index set) const override;
   NodeResponse own_static_response(Index set) const override;
-  void own_add_static_forces(Index set, const Points& forces, ImpulseKind kind) override;
+  void own_add_static_forces(Index set, const Points& forces) override;
   Settled own_settle() override;
   void own_end_load_step() override;
   void own_start_motion(double h, const std::vector<BodyLoad>& loads) override;

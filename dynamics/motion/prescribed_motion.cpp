@@ -33,8 +33,7 @@ PrescribedMotion::PrescribedMotion(SupportPlan plan, Index n_nodes) : plan_(std:
       nodal_.middleRows(i, 3) = plan_.T * psi.middleRows(plan_.n_modal + i, 3);
     mass_ = plan_.shapes.mass();
   }
-  for (Vector* sum : {&pushed_, &momenta_, &forces_[0], &forces_[1], &forces_start_[0],
-                      &forces_start_[1], &lasting_[0], &lasting_[1]})
+  for (Vector* sum : {&pushed_, &momenta_, &forces_, &forces_start_, &lasting_})
     sum->setZero(n_shapes());
 }
 
@@ -159,44 +158,37 @@ Vector PrescribedMotion::on_shapes(Index set, const Points& impulses) const {
   return sets_[static_cast<std::size_t>(set)].psi.transpose() * numbers_of(impulses);
 }
 
-void PrescribedMotion::book(const Vector& on, ImpulseKind kind, double t) {
+void PrescribedMotion::book(const Vector& on, double t) {
   pushed_ += on;
-  (kind == ImpulseKind::contact ? contact_ : friction_) += on.head(n_drives()).dot(velocity(t));
+  contact_ += on.head(n_drives()).dot(velocity(t));
 }
 
 void PrescribedMotion::take_impulses(Index set, const Impulses& impulses) {
-  impulses.each([&](const Points& p, ImpulseKind kind) { book(on_shapes(set, p), kind, t_); });
+  book(on_shapes(set, impulses.all), t_);
 }
 
 void PrescribedMotion::take_momentum(const Vector3& momentum) {
-  book(plan_.directions.transpose() * momentum, ImpulseKind::contact, t_);
+  book(plan_.directions.transpose() * momentum, t_);
 }
 
-void PrescribedMotion::add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) {
-  book(on_shapes(set, impulses), kind, t_ + h_);
+void PrescribedMotion::add_end_impulses(Index set, const Points& impulses) {
+  book(on_shapes(set, impulses), t_ + h_);
 }
 
 // The momentum has a share of what lasts before it is given, and so has the work.
-void PrescribedMotion::expect_forces(Index set, const Impulses& forces, double lasting_share) {
-  Vector now[2] = {Vector::Zero(n_shapes()), Vector::Zero(n_shapes())};
-  forces.each([&](const Points& f, ImpulseKind kind) {
-    now[kind == ImpulseKind::friction] = on_shapes(set, f);
-  });
-  for (const ImpulseKind kind : {ImpulseKind::contact, ImpulseKind::friction}) {
-    Vector& last = lasting_[kind == ImpulseKind::friction];
-    const Vector& next = now[kind == ImpulseKind::friction];
-    book(lasting_share * h_ * (next - last), kind, t_ + h_);
-    last = next;
-  }
+void PrescribedMotion::expect_forces(Index set, const Points& forces, double lasting_share) {
+  const Vector next = forces.rows() > 0 ? on_shapes(set, forces) : Vector(Vector::Zero(n_shapes()));
+  book(lasting_share * h_ * (next - lasting_), t_ + h_);
+  lasting_ = next;
 }
 
 void PrescribedMotion::relax(double t) {
   predict(t, 0);
-  for (Vector& force : forces_) force.setZero();
+  forces_.setZero();
 }
 
-void PrescribedMotion::add_static_forces(Index set, const Points& forces, ImpulseKind kind) {
-  forces_[kind == ImpulseKind::friction] += on_shapes(set, forces);
+void PrescribedMotion::add_static_forces(Index set, const Points& forces) {
+  forces_ += on_shapes(set, forces);
 }
 
 double PrescribedMotion::settle() {
@@ -208,14 +200,13 @@ double PrescribedMotion::settle() {
 void PrescribedMotion::end_load_step() {
   const Index m = n_drives();
   const Vector path = displacement(now_) - displacement(start_);
-  contact_ += 0.5 * path.dot((forces_start_[0] + forces_[0]).head(m));
-  friction_ += 0.5 * path.dot((forces_start_[1] + forces_[1]).head(m));
-  for (int kind = 0; kind < 2; ++kind) forces_start_[kind] = forces_[kind];
+  contact_ += 0.5 * path.dot((forces_start_ + forces_).head(m));
+  forces_start_ = forces_;
   start_ = now_;
 }
 
 std::vector<BodyLoad> PrescribedMotion::start_motion(const std::vector<BodyLoad>& loads) {
-  contact_ = friction_ = 0;
+  contact_ = 0;
   const bool begins = std::exchange(plan_.waits, false) && plan_.has_inertia;
   return begins ? with_inertia(loads) : loads;
 }
@@ -260,9 +251,8 @@ BodyState PrescribedMotion::moved(BodyState state, const Vector& own_rates) cons
 
 BodyWork PrescribedMotion::worked(BodyWork work, const BodyState& own,
                                   const Vector& own_rates) const {
-  work.external += energy(own.momentum, own_rates) - energy_at_start_ - contact_ - friction_;
+  work.external += energy(own.momentum, own_rates) - energy_at_start_ - contact_;
   work.contact += contact_;
-  work.friction += friction_;
   return work;
 }
 
@@ -313,16 +303,14 @@ std::vector<Reaction> PrescribedMotion::take_reactions(double t, double interval
 }
 
 std::vector<Reaction> PrescribedMotion::static_reactions(double t) const {
-  Vector force = -forces_[0] - forces_[1];
+  Vector force = -forces_;
   for (const WorkingLoad& load : loads_) force -= load.history.value(t) * load.on_shapes;
   if (moves()) force += plan_.shapes.stiffness.leftCols(n_drives()) * displacement(t);
   return by_sets(force);
 }
 
 void PrescribedMotion::keep_state(StateArchive& archive) {
-  archive(now_, contact_, friction_, pushed_, momenta_, start_);
-  archive(forces_[0], forces_[1], forces_start_[0], forces_start_[1]);
-  archive(lasting_[0], lasting_[1]);
+  archive(now_, contact_, pushed_, momenta_, start_, forces_, forces_start_, lasting_);
 }
 
 }  // namespace cbr

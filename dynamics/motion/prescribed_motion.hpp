@@ -77,12 +77,12 @@ class PrescribedMotion {
   MotionBound moved(Index set, MotionBound bound) const;
   void take_impulses(Index set, const Impulses& impulses);
   void take_momentum(const Vector3& momentum);  // of a translation
-  void add_end_impulses(Index set, const Points& impulses, ImpulseKind kind);
-  void expect_forces(Index set, const Impulses& forces, double lasting_share);
+  void add_end_impulses(Index set, const Points& impulses);
+  void expect_forces(Index set, const Points& forces, double lasting_share);
   void accept() { now_ = t_ + h_; }
 
   void relax(double t);
-  void add_static_forces(Index set, const Points& forces, ImpulseKind kind);
+  void add_static_forces(Index set, const Points& forces);
   double settle();  // returns g . K g
   void end_load_step();
   std::vector<BodyLoad> start_motion(const std::vector<BodyLoad>& loads);
@@ -117,7 +117,7 @@ class PrescribedMotion {
   void move(Index set, const Vector& g, Points& x) const;
   // psi^T of impulses or forces on the set
   Vector on_shapes(Index set, const Points& impulses) const;
-  void book(const Vector& on_shapes, ImpulseKind kind, double t);
+  void book(const Vector& on_shapes, double t);
   double strain_energy(const Vector& g) const;
   // Kinetic energy beyond the body's own.
   double kinetic_energy(const Vector& v, const Vector3& own_momentum,
@@ -134,14 +134,13 @@ class PrescribedMotion {
   double t_ = 0, h_ = 0;  // of the last step
   double now_ = 0;
   double energy_at_start_ = 0;
-  double contact_ = 0, friction_ = 0;  // work of impulses on the supports' motion
-  Vector pushed_;                      // psi^T of impulses since the last take_reactions()
-  Vector momenta_;                     // psi^T M u' then
-  // Statics: psi^T of contact and of friction, of this iteration and at the end of the last load
-  // step, and its time
-  Vector forces_[2], forces_start_[2];
+  double contact_ = 0;  // work of impulses on the supports' motion
+  Vector pushed_;       // psi^T of impulses since the last take_reactions()
+  Vector momenta_;      // psi^T M u' then
+  // Statics: psi^T of contact, of this iteration and at the end of the last load step, and its time
+  Vector forces_, forces_start_;
   double start_ = 0;
-  Vector lasting_[2];  // psi^T of forces that last, of contact and of friction
+  Vector lasting_;  // psi^T of forces that last
 };
 
 }  // namespace cbr

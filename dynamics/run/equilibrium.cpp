@@ -125,6 +125,8 @@ void Equilibrium::step(double t) {
 void Equilibrium::iterate(double t, double share) {
   outcome_.next_step();
   outcome_.searched = pairs_;
+  // Load steps begin without loads: what these do at once is no overlap
+  for (std::size_t b = 0; initial_ && b < sim_.bodies.size(); ++b) sim_.bodies[b]->relax(t, 0);
   for (std::size_t c = 0; c < sim_.contact_nodes.size(); ++c) {
     const ContactNodes& nodes = sim_.contact_nodes[c];
     sim_.bodies[nodes.body]->positions(nodes.set, state_.bodies[c].start);
@@ -353,10 +355,7 @@ void Equilibrium::give(Index b) {
   forces_[b] = contact.impulses + contact.friction;
   is_pushed_[b] = !forces_[b].isZero(0);
   outcome_.touched[b] |= is_pushed_[b];
-  if (!contact.impulses.isZero(0))
-    body.add_static_forces(nodes.set, contact.impulses, ImpulseKind::contact);
-  if (!contact.friction.isZero(0))
-    body.add_static_forces(nodes.set, contact.friction, ImpulseKind::friction);
+  if (is_pushed_[b]) body.add_static_forces(nodes.set, forces_[b]);
 }
 
 // Moves floating bodies; notes what is left without balance.
@@ -546,7 +545,9 @@ void Equilibrium::book() {
     state_.impulses_since_output[c] = forces_[c];
     state_.normal_since_output[c].setZero();
     state_.pressure_since_output[c].setZero();
+    state_.bodies[c].rubbed = state_.bodies[c].friction;
   }
+  book_friction(sim_, 1, true, state_);
   for (const Solved& solved : solved_) {
     cbr::book(sim_, solved.group, solved.result, state_, outcome_);
     book_walls_in_statics(sim_, solved.group, solved.result);
@@ -667,11 +668,9 @@ void Equilibrium::start_motion(double h) {
   for (auto& body : sim_.bodies) body->start_motion(h, {});
   for (std::size_t c = 0; c < sim_.contact_nodes.size(); ++c) {
     if (forces_[c].isZero(0)) continue;
-    ContactBody::Lasting& lasting = state_.bodies[c].lasting;
-    lasting.friction = state_.bodies[c].friction;
-    lasting.contact = forces_[c] - lasting.friction;
+    state_.bodies[c].lasting = forces_[c];
     const ContactNodes& nodes = sim_.contact_nodes[c];
-    sim_.bodies[nodes.body]->expect_forces(nodes.set, {lasting.contact, lasting.friction});
+    sim_.bodies[nodes.body]->expect_forces(nodes.set, forces_[c]);
   }
   for (const Index p : pairs_) {
     const bool is_penalty = sim_.pairs[p].enforcement == Enforcement::penalty;
@@ -683,8 +682,12 @@ void Equilibrium::start_motion(double h) {
       memory->begins_in_equilibrium = true;
     }
     pair.kept.clear();
+    pair.wall_force += pair.wall_friction;
   }
-  for (ContactBody& contact : state_.bodies) contact.response_h = 0;
+  for (ContactBody& contact : state_.bodies) {
+    contact.response_h = 0;
+    contact.rubbed_before *= h;
+  }
   for (Points& impulses : state_.impulses_since_output) impulses.setZero();
   for (Points& impulses : state_.normal_since_output) impulses.setZero();
   for (Points& pressures : state_.pressure_since_output) pressures.setZero();

@@ -43,8 +43,8 @@ void ContactState::keep_state(StateArchive& archive, Simulation& sim) {
     if (contact.response_h > 0) contact.response = body.response(nodes.set, contact.response_h);
     if (with_velocities) contact.velocity_response = body.velocity_response(nodes.set);
   }
-  archive(islands, settled, impulses_since_output, ahead_since_output, normal_since_output,
-          pressure_since_output);
+  archive(islands, settled, friction_work, impulses_since_output, ahead_since_output,
+          normal_since_output, pressure_since_output);
 }
 
 void ContactOutcome::keep_state(StateArchive& archive) {
@@ -107,6 +107,8 @@ void Equilibrium::keep_state(StateArchive& archive) {
   archive(forces_, is_pushed_, initial_, resolved_, last_t_);
 }
 
-void Recorder::keep_state(StateArchive& archive) { archive(result_, last_, work_, before_); }
+void Recorder::keep_state(StateArchive& archive) {
+  archive(result_, last_, work_, before_, friction_before_);
+}
 
 }  // namespace cbr

@@ -66,7 +66,7 @@ void Recorder::record(double t, double interval, const std::vector<char>& restin
                       ContactState& state, const ContactOutcome& outcome) {
   result_.time.push_back(t);
   coordinates_.clear();
-  record_energy(resting);
+  record_energy(resting, state.friction_work);
   record_reactions(t, interval, state);
   record_monitors(interval, state);
   record_stress(t);
@@ -79,7 +79,7 @@ void Recorder::record_statics(double t, const std::vector<char>& resting, Contac
                               const ContactOutcome& outcome) {
   result_.time.push_back(t);
   coordinates_.clear();
-  record_energy(resting);
+  record_energy(resting, state.friction_work);
   record_static_reactions(t, state);
   record_monitors(1, state);
   record_stress(t);
@@ -190,8 +190,8 @@ void Recorder::record_monitors(double interval, ContactState& state) {
   for (auto& ahead : state.ahead_since_output) ahead.setZero();
 }
 
-void Recorder::record_energy(const std::vector<char>& resting) {
-  double total = 0, external = 0, contact = 0, friction = 0, damping = 0, numerical = 0;
+void Recorder::record_energy(const std::vector<char>& resting, double friction) {
+  double total = 0, external = 0, contact = -friction, damping = 0, numerical = 0;
   for (std::size_t b = 0; b < sim_.bodies.size(); ++b) {
     if (!resting[b] || result_.time.size() == 1) {
       last_[b] = sim_.bodies[b]->state();
@@ -211,7 +211,6 @@ void Recorder::record_energy(const std::vector<char>& resting) {
     total += now.kinetic_energy + now.strain_energy;
     external += work.external;
     contact += work.contact;
-    friction += work.friction;
     damping += work.damping;
     numerical += work.numerical;
     result_.largest_rotation = std::max(result_.largest_rotation, now.rotation);
@@ -225,10 +224,13 @@ void Recorder::record_energy(const std::vector<char>& resting) {
     contact -= seen.wall_work;
     friction -= seen.wall_friction_work;
   }
-  if (result_.time.size() == 1) before_ = {external, contact, friction, damping, numerical};
+  if (result_.time.size() == 1) {
+    before_ = {external, contact, damping, numerical};
+    friction_before_ = friction;
+  }
   external -= before_.external;
   contact -= before_.contact;
-  friction -= before_.friction;
+  friction -= friction_before_;
   damping -= before_.damping;
   numerical -= before_.numerical;
   result_.total.push_back(total);

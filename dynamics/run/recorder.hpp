@@ -29,7 +29,7 @@ class Recorder {
 
  private:
   void record_monitors(double interval, ContactState& state);
-  void record_energy(const std::vector<char>& resting);
+  void record_energy(const std::vector<char>& resting, double friction);
   void record_stress(double t);
   void record_reactions(double t, double interval, const ContactState& state);
   void record_sets(const std::function<std::vector<Reaction>(Body&)>& ask);
@@ -46,7 +46,8 @@ class Recorder {
   std::map<Index, std::pair<Vector, Vector>> coordinates_;
   std::string not_finite_;  // stress that is not finite
   std::vector<BodyWork> work_;
-  BodyWork before_;  // of all bodies, before the first record: of a preload
+  BodyWork before_;             // of all bodies, before the first record: of a preload
+  double friction_before_ = 0;  // likewise
 };
 
 }  // namespace cbr

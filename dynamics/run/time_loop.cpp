@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "common/base/row_threads.hpp"
 #include "common/files/state_archive.hpp"
@@ -32,6 +33,7 @@ class TimeLoop {
     is_moving_.assign(sim_.bodies.size(), 0);
     current_.assign(sim_.contact_nodes.size(), 0);
     located_ = current_;
+    located_at_.assign(sim_.contact_nodes.size(), -2);
     for (const auto& body : sim_.bodies) alone_.push_back(body->facts().steps_alone);
     contact_of_.assign(sim_.bodies.size(), -1);
     for (std::size_t c = 0; c < sim_.contact_nodes.size(); ++c)
@@ -124,7 +126,7 @@ class TimeLoop {
   void keep_state(StateArchive& archive) {
     archive.expect(plan().n_steps());
     archive.expect(static_cast<Index>(sim_.bodies.size()));
-    archive(step_, recorded_, at_, current_, resting_);
+    archive(step_, recorded_, at_, current_, located_at_, resting_);
     for (auto& body : sim_.bodies) body->keep_state(archive);
     state_.keep_state(archive, sim_);
     archive(outcome_, schedule_, recorder_);
@@ -192,7 +194,7 @@ class TimeLoop {
             jump(start.body, step);
             sim_.bodies[start.body]->predict(plan().time(step), plan().step_length(step));
           }
-          if (start.contact >= 0) find_nodes(start.contact);
+          if (start.contact >= 0) find_nodes(start.contact, step);
         });
     starts_.clear();
   }
@@ -210,15 +212,26 @@ class TimeLoop {
   }
 
   // Start and predicted end of a contact body's nodes; the start is the end of the last step.
-  void find_nodes(Index c) {
+  void find_nodes(Index c, Index step) {
     const ContactNodes& nodes = sim_.contact_nodes[c];
     ContactBody& contact = state_.bodies[c];
+    const bool was_located = std::exchange(located_at_[c], step) == step - 1;
+    contact.velocity_before = contact.start;
     if (current_[c]) {
       contact.start.swap(contact.end);
     } else {
       sim_.bodies[nodes.body]->positions(nodes.set, contact.start);
     }
     sim_.bodies[nodes.body]->predicted_positions(nodes.set, contact.end);
+    // Free motion goes on as in the step before; what forces last in it is not known here
+    if (was_located) {
+      contact.velocity_before =
+          (contact.start - contact.velocity_before) / plan().step_length(step - 1);
+    } else if (contact.lasting.rows() == 0) {
+      contact.velocity_before = (contact.end - contact.start) / plan().step_length(step);
+    } else {
+      contact.velocity_before.resize(0, 3);
+    }
     if (sim_.bodies[nodes.body]->turns()) contact.turn = sim_.bodies[nodes.body]->turn_of_step();
     sweep(contact);
   }
@@ -322,6 +335,7 @@ class TimeLoop {
   std::vector<Index> contact_of_;  // per body: its contact body, or -1
   std::vector<char> current_;      // per contact body: `end` is current
   std::vector<char> located_;      // per contact body: start and end are of this step
+  std::vector<Index> located_at_;  // per contact body: the last step with start and end
   std::vector<char> is_moving_;    // per body
   std::vector<Index> moving_, due_;
   std::vector<char> alone_;          // per body: BodyFacts::steps_alone

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Bodies at rest in contact: they have no velocity, and nothing works on them, with damping and
-// without (docs/theory.md, "Forces that last").
+// Bodies in contact that lasts: at rest they have no velocity, and nothing works on them, with
+// damping and without; in a cycle of shear friction and damping take as much as of the mesh
+// (docs/theory.md, "Forces that last").
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -65,55 +67,70 @@ void expect_rest(const Ran& ran, double energy) {
   EXPECT_LT(std::abs(result.total.back() - result.total.front()), share * scale);
 }
 
-class Rest : public ::testing::TestWithParam<Kind> {
- protected:
-  Rest() { folder.add("block.exo", test::block_mesh({{3, 3, 2}, {2, 2, 1}})); }
-  std::string component(const std::string& beta) const {
-    return "materials: {m: {youngs_modulus: 100, poissons_ratio: 0.3, density: 1, damping: "
-           "{beta: " +
-           beta + "}}}\ncomponents: {block: {mesh: block.exo, material: m" + GetParam().component +
-           "}}\n";
-  }
-  std::string instance(const std::string& name, const std::string& z) const {
-    return "  " + name + ": {component: block, position: [0, 0, " + z + "]" + GetParam().instance +
-           "}\n";
-  }
-  std::string time() const { return "time: {end: 1, preload: 2" + GetParam().time + "}\n"; }
-  // of the block under the pressure 1, about
-  static constexpr double energy = 2 * 2 * 0.5 / 100;
-  SceneFolder folder;
-};
-
-// A pressed block between a wall and its load, with friction that holds the Poisson expansion.
-TEST_P(Rest, OfAPressedBlock) {
-  for (const std::string beta : {"0", "1.0e-3", "0.1"}) {
-    SCOPED_TRACE(beta);
-    const Ran ran = folder.run(component(beta) + "instances:\n" + instance("a", "0") +
-                               "walls: {floor: {plane: {point: [0, 0, 0], normal: [0, 0, 1]}}}\n"
-                               "loads: [{instance: a, surface: z_max, pressure: 1}]\n"
-                               "contact: [{between: [a.z_min, floor], friction: 0.2}]\n" +
-                               time() + "output: {every: 0.1, history: [a.z_max]}\n");
-    expect_rest(ran, energy);
-  }
+// A pressed block on a wall, or two, tied; time and output are to follow.
+std::string on_wall(const Kind& kind, const std::string& beta, bool two,
+                    const std::string& load = "") {
+  const auto instance = [&](const std::string& name, const std::string& z) {
+    return "  " + name + ": {component: block, position: [0, 0, " + z + "]" + kind.instance + "}\n";
+  };
+  return "materials: {m: {youngs_modulus: 100, poissons_ratio: 0.3, density: 1, damping: {beta: " +
+         beta + "}}}\ncomponents: {block: {mesh: block.exo, material: m" + kind.component +
+         "}}\ninstances:\n" + instance("a", "0") + (two ? instance("b", "1") : "") +
+         "walls: {floor: {plane: {point: [0, 0, 0], normal: [0, 0, 1]}}}\n"
+         "contact:\n  - {between: [a.z_min, floor], friction: 0.3}\n" +
+         (two ? "  - {between: [a.z_max, b.z_min], tied: true}\n" : "") +
+         "loads:\n  - {instance: " + (two ? "b" : "a") + ", surface: z_max, pressure: 1}\n" + load;
 }
 
-// Two blocks, tied, on a wall.
-TEST_P(Rest, OfTiedBlocks) {
-  for (const std::string beta : {"0", "1.0e-3"}) {
-    SCOPED_TRACE(beta);
-    const Ran ran =
-        folder.run(component(beta) + "instances:\n" + instance("a", "0") + instance("b", "1") +
-                   "walls: {floor: {plane: {point: [0, 0, 0], normal: [0, 0, 1]}}}\n"
-                   "loads: [{instance: b, surface: z_max, pressure: 1}]\n"
-                   "contact:\n  - {between: [a.z_max, b.z_min], tied: true}\n"
-                   "  - {between: [a.z_min, floor], friction: 0.2}\n" +
-                   time() + "output: {every: 0.1, history: [a.z_max, b.z_max]}\n");
-    expect_rest(ran, energy);
-  }
+class Rest : public ::testing::TestWithParam<Kind> {};
+
+// With friction that holds the Poisson expansion.
+TEST_P(Rest, OfPressedBlocks) {
+  constexpr double energy = 2 * 2 * 0.5 / 100;  // under the pressure 1, about
+  SceneFolder folder;
+  folder.add("block.exo", test::block_mesh({{3, 3, 2}, {2, 2, 1}}));
+  for (const bool two : {false, true})
+    for (const std::string beta : {"0", "1.0e-3", "0.1"}) {
+      SCOPED_TRACE((two ? "two, beta " : "beta ") + beta);
+      expect_rest(folder.run(on_wall(GetParam(), beta, two) + "time: {end: 1, preload: 2" +
+                             GetParam().time + "}\noutput: {every: 0.1, history: [a.z_max" +
+                             (two ? ", b.z_max" : "") + "]}\n"),
+                  energy);
+    }
 }
 
 INSTANTIATE_TEST_SUITE_P(Bodies, Rest, ::testing::ValuesIn(kinds),
                          [](const auto& info) { return info.param.name; });
+
+// A pressed block is sheared to and fro, slowly for its modes: its rim slides. Without damping it
+// rings as the shear begins, less so in a longer period.
+TEST(Microslip, TakesAsMuchAsOfTheMesh) {
+  SceneFolder folder;
+  folder.add("block.exo", test::block_mesh({{6, 6, 3}, {2, 2, 1}}));
+  const auto taken = [&](const Kind& kind, const std::string& beta, double period) {
+    const RunResult result =
+        folder
+            .run(on_wall(kind, beta, false,
+                         "  - {instance: a, surface: z_max, traction: [0.2, 0, 0], history: {sine: "
+                         "{frequency_hz: " +
+                             test::text(1 / period) + ", cycles: 1}}}\n") +
+                 "time: {end: " + test::text(period) + ", preload: 2}\noutput: {every: 1}\n")
+            .result;
+    EXPECT_LT(test::energy_residual(result), 1e-10);
+    return std::array{-result.work_friction.back(), -result.work_damping.back()};
+  };
+  for (const std::string beta : {"0", "0.01", "0.1"}) {
+    const double period = beta == "0" ? 200 : 40;
+    const auto [friction, damping] = taken(kinds[3], beta, period);
+    EXPECT_GT(friction, 1e-4);
+    for (const Kind& kind : {kinds[0], kinds[1], kinds[2]}) {
+      SCOPED_TRACE(kind.name + " " + beta);
+      const auto [rubbed, damped] = taken(kind, beta, period);
+      EXPECT_NEAR(rubbed, friction, 0.03 * friction);
+      EXPECT_NEAR(damped, damping, 0.03 * damping);
+    }
+  }
+}
 
 }  // namespace
 }  // namespace cbr::lasting_force_test

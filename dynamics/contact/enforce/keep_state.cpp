@@ -31,7 +31,7 @@ void keep_state(StateArchive& archive, ImpulseMemory& memory) {
 void keep_state(StateArchive& archive, ContactBody& body) {
   archive(body.start, body.end, body.impulses, body.friction, body.move, body.has_move, body.swept,
           body.longest_way);
-  archive(body.still, body.lasting.contact, body.lasting.friction);
+  archive(body.still, body.lasting, body.rubbed_before);
 }
 
 }  // namespace cbr

@@ -16,10 +16,11 @@ class RigidWall {
   explicit RigidWall(const WallOptions& options);
 
   const std::string& name() const { return options_.name; }
-  // Translation at the start and the end of a step, and velocity at the end. All calls below refer
-  // to the initial position of the wall.
+  // Translation at the start and the end of a step, velocity at the end, and translation over as
+  // long a step before. All calls below refer to the initial position of the wall.
   struct Shift {
-    Vector3 start = Vector3::Zero(), end = Vector3::Zero(), velocity = Vector3::Zero();
+    Vector3 start = Vector3::Zero(), end = Vector3::Zero(), velocity = Vector3::Zero(),
+            way_before = Vector3::Zero();
     Vector3 way() const { return end - start; }
   };
   void shift(const Shift& shift) { shift_ = shift; }

@@ -24,12 +24,11 @@ struct ContactBody {
   Points start, end;  // m x 3: positions at the start and, as predicted, at the end of the step
   Points impulses;    // m x 3: in this step, without friction; filled by the enforcement
   Points friction;    // m x 3: friction impulses of this step
+  // m x 3: friction impulses of this step, all groups of pairs, and of the last step; mean
+  // velocities of the last step. 0 rows: none, unknown
+  Points rubbed = Points(0, 3), rubbed_before = Points(0, 3), velocity_before = Points(0, 3);
   // m x 3: constant forces during this step, and during the next; 0 rows: none
-  struct Lasting {
-    Points contact = Points(0, 3), friction = Points(0, 3);
-    bool empty() const { return contact.rows() == 0; }
-  };
-  Lasting lasting, lasting_next;
+  Points lasting = Points(0, 3), lasting_next = Points(0, 3);
   // m x 3: change of `end` by impulses and friction, if the enforcement has computed it (has_move)
   Points move;
   Vector still;  // with a thin response: their effect on its static rows
@@ -39,8 +38,8 @@ struct ContactBody {
   // Large rotation: rotation of the body since the start of this step. The response rotates with
   // it.
   std::optional<Matrix3> turn;
-  // Large rotation: moments of this step, those of the impulses excluded, and of friction
-  Vector3 moment = Vector3::Zero(), friction_moment = Vector3::Zero();
+  // Large rotation: moment of this step, those of the impulses excluded
+  Vector3 moment = Vector3::Zero();
   // Newmark: response of the velocities at the end of a step, filled on demand
   NodeResponse velocity_response;
   // Swept box of all nodes in this step, and the longest path of one, see sweep(). Default:

@@ -129,25 +129,21 @@ void CoupledBody::predict_newmark(double h) {
   u_end_ = u_ + move_;
 }
 
-void CoupledBody::own_take_impulses(Index set, const Impulses& impulses) {
-  impulses.each([&](const Points& p, ImpulseKind kind) { take_impulses_of(set, p, kind); });
-}
-
 // Central differences: velocities between two steps are those under them.
-void CoupledBody::own_expect_forces(Index set, const Impulses& forces) {
+void CoupledBody::own_expect_forces(Index set, const Points& forces) {
   v_now_is_current_ = scheme() == Scheme::newmark && v_now_is_current_;
   lasting_.resize(0);
   if (scheme() == Scheme::newmark) return;
-  forces.each([&](const Points& f, ImpulseKind) {
-    if (lasting_.size() == 0) lasting_.setZero(u_.size());
-    for (Index i = 0; i < f.rows(); ++i)
-      lasting_.segment<3>(system_->n_modal() + 3 * sets_[set][i]) +=
-          placement_.T.transpose() * f.row(i).transpose();
-  });
-  if (lasting_.size() > 0) system_->drop_held(lasting_);
+  if (forces.rows() == 0) return;
+  lasting_.setZero(u_.size());
+  for (Index i = 0; i < forces.rows(); ++i)
+    lasting_.segment<3>(system_->n_modal() + 3 * sets_[set][i]) +=
+        placement_.T.transpose() * forces.row(i).transpose();
+  system_->drop_held(lasting_);
 }
 
-void CoupledBody::take_impulses_of(Index set, const Points& impulses, ImpulseKind kind) {
+void CoupledBody::own_take_impulses(Index set, const Impulses& of) {
+  const Points& impulses = of.all;
   const auto& nodes = sets_[set];
   Vector& dp = work_vector_;
   dp.setZero();
@@ -156,7 +152,7 @@ void CoupledBody::take_impulses_of(Index set, const Points& impulses, ImpulseKin
     if (impulses.row(i).isZero(0)) continue;
     any = true;
     const Vector3 p = placement_.T.transpose() * impulses.row(i).transpose();
-    kicks_.push_back({nodes[i], p, kind});
+    kicks_.push_back({nodes[i], p});
     dp.segment<3>(system_->n_modal() + 3 * nodes[i]) += p;
   }
   if (!any) return;
@@ -212,10 +208,8 @@ Vector3 CoupledBody::own_add_velocities(Index set, const Points& velocities,
 
 // Kicks work with a mean velocity: of those before and after them, or of the step.
 void CoupledBody::book_kicks(const Vector& mean_velocity) {
-  for (const Kick& kick : kicks_) {
-    const double work = kick.impulse.dot(displacement(mean_velocity, kick.node));
-    (kick.kind == ImpulseKind::friction ? work_.friction : work_.contact) += work;
-  }
+  for (const Kick& kick : kicks_)
+    work_.contact += kick.impulse.dot(displacement(mean_velocity, kick.node));
 }
 
 void CoupledBody::accept_central() {
@@ -324,7 +318,7 @@ void CoupledBody::own_end_velocities(Index set, Points& v) {
 }
 
 // Precondition: end_velocities() has been asked for in this step.
-void CoupledBody::own_add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) {
+void CoupledBody::own_add_end_impulses(Index set, const Points& impulses) {
   const auto& nodes = sets_[set];
   Vector& dv = work_vector_;
   dv.setZero();
@@ -333,11 +327,10 @@ void CoupledBody::own_add_end_impulses(Index set, const Points& impulses, Impuls
         placement_.T.transpose() * impulses.row(i).transpose();
   system_->drop_held(dv);
   p_ += dv;
-  double work = v_now_.dot(dv);
+  work_.contact += v_now_.dot(dv);
   kick_ = dv;
   system_->factor(0).solve(dv);
-  work += 0.5 * kick_.dot(dv);
-  (kind == ImpulseKind::friction ? work_.friction : work_.contact) += work;
+  work_.contact += 0.5 * kick_.dot(dv);
   v_now_ += dv;
   if (is_damped()) {
     damping_force(kick_, dv, damping_room_);

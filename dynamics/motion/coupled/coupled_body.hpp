@@ -48,15 +48,15 @@ class CoupledBody final : public Body {
   Index own_track_mean(const std::vector<Index>& nodes) override;
   void own_mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
   void own_take_impulses(Index set, const Impulses& impulses) override;
-  void own_expect_forces(Index set, const Impulses& forces) override;
+  void own_expect_forces(Index set, const Points& forces) override;
   void own_accept() override;
   void own_end_velocities(Index set, Points& v) override;
   NodeResponse own_velocity_response(Index set) const override;
-  void own_add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
+  void own_add_end_impulses(Index set, const Points& impulses) override;
   void own_relax(double t, double share) override;
   Matrix own_floating_motions(Index set) const override;
   NodeResponse own_static_response(Index set) const override;
-  void own_add_static_forces(Index set, const Points& forces, ImpulseKind kind) override;
+  void own_add_static_forces(Index set, const Points& forces) override;
   Settled own_settle() override;
   void own_end_load_step() override;
   void own_start_motion(double h, const std::vector<BodyLoad>& loads) override;
@@ -77,7 +77,6 @@ class CoupledBody final : public Body {
   struct Kick {
     Index node;
     Vector3 impulse;  // component axes
-    ImpulseKind kind;
   };
 
   bool is_damped() const { return damping_ != MaterialDamping(); }
@@ -92,7 +91,6 @@ class CoupledBody final : public Body {
     if (scheme() != Scheme::newmark) return 1 + 0.5 * h * damping_.alpha;
     return 1 + 2 * newmark_.stiffness_factor(h) * damping_.alpha / h;
   }
-  void take_impulses_of(Index set, const Points& impulses, ImpulseKind kind);
   void solve_for_velocities();
   void damping_force(const Vector& p, const Vector& v, Vector& f) const;
   void predict_central_damped();

@@ -107,8 +107,7 @@ void CoupledBody::accept_newmark_damped() {
   work_.damping += step.damping;
   work_.external += step.external;
   if (alpha != 0) {
-    const double contact =
-        work_.contact + work_.friction - before_step.contact - before_step.friction;
+    const double contact = work_.contact - before_step.contact;
     const double after = 0.5 * (p_.dot(v_) + u_.dot(stiffness_force()));
     work_.numerical += after - before - contact - step.external - step.damping;
   }

@@ -215,7 +215,7 @@ Matrix CoupledBody::own_floating_motions(Index set) const {
 
 FloatingForces CoupledBody::floating_forces() const {
   const Matrix& R = system_->statics().floating();
-  const Vector f = statics_.loads + statics_.contact + statics_.friction;
+  const Vector f = statics_.loads + statics_.contact;
   const Vector parts = R.cwiseAbs().transpose() * f.cwiseAbs();
   return {R.transpose() * f, parts.size() > 0 ? parts.maxCoeff() : 0};
 }
@@ -229,7 +229,7 @@ NodeResponse CoupledBody::own_static_response(Index set) const {
   return response;
 }
 
-void CoupledBody::own_add_static_forces(Index set, const Points& forces, ImpulseKind kind) {
+void CoupledBody::own_add_static_forces(Index set, const Points& forces) {
   const auto& nodes = sets_[set];
   Vector& f = work_vector_;
   f.setZero();
@@ -237,7 +237,7 @@ void CoupledBody::own_add_static_forces(Index set, const Points& forces, Impulse
     f.segment<3>(system_->n_modal() + 3 * nodes[i]) +=
         placement_.T.transpose() * forces.row(i).transpose();
   system_->drop_held(f);
-  statics_.add(f, kind);
+  statics_.add(f);
   system_->statics().solve(f);
   u_end_ += f;
 }

@@ -33,12 +33,14 @@ StaticsBody::StaticsBody(std::string name, std::shared_ptr<const Superelement> s
             .n_dofs = form->modal.omega.size(),
             .positions = placement.placed(superelement->coordinates),
             .steps_alone = scheme == Scheme::exact,
-            .contact_share = form->is_massless ? massless_share : 1}),
+            .contact_share = form->is_massless ? massless_share : 1,
+            .kicks_at_end = form->is_massless}),
       modal_(std::move(name), superelement, modal_of(form), placement, scheme, newmark, damping),
       superelement_(std::move(superelement)),
       form_(std::move(form)),
       T_(placement.T),
-      k_(superelement_->k()) {
+      k_(superelement_->k()),
+      beta_(damping.material.beta) {
   assert(scheme != Scheme::newmark || !form_->is_massless);
   modal_.kick_at_start();
   if (form_->is_massless) modal_.kick_at_end();
@@ -51,7 +53,7 @@ Index StaticsBody::own_track(const std::vector<Index>& nodes) {
   set.modal = modal_.track(nodes);
   set.of = form_->of_nodes(modal_.node_rows(set.modal));
   for (Vector* x :
-       {&set.w, &set.w_end, &set.force, &set.force_end, &set.friction, &set.friction_end})
+       {&set.w, &set.w_end, &set.force, &set.force_end, &set.rate_before, &set.friction})
     x->setZero(set.of->rows->size());
   if (!g_.isZero(0)) take_rows(*form_->rows.F * g_, set.of->row, 1, set.w);
   sets_.push_back(std::move(set));
@@ -97,17 +99,17 @@ void StaticsBody::own_predicted_positions(Index set, Points& x) const {
 }
 
 void StaticsBody::predict_end() {
-  following_ = form_->following(h_);
+  following_ = form_->following(h_, beta_);
   modal_.predict(t_, h_);
   const double left = follow_on(1 - h_ / following_);
   for (NodeSet& set : sets_) {
     set.w_end = left * set.w;
     set.force_end = left * set.force;
-    set.friction_end = left * set.friction;
   }
   g_end_ = left * g_;
   for (std::size_t l = 0; l < loads_.size(); ++l) {
-    loads_end_[l] = loads_[l].factor * loads_[l].history.value(t_ + h_);
+    const double load = loads_[l].factor * loads_[l].history.value(t_ + h_);
+    loads_end_[l] = beta_ > 0 ? (beta_ * loads_now_[l] + h_ * load) / (beta_ + h_) : load;
     const double change = loads_end_[l] - left * loads_now_[l];
     g_end_ += change * loads_[l].f;
     for (NodeSet& set : sets_) take_rows(loads_[l].Ff, set.of->row, change, set.w_end);
@@ -150,53 +152,63 @@ void StaticsBody::push(Index set, const Vector& pressed, const Vector& still) {
       take_rows(moved, sets_[other].of->row, 1, sets_[other].w_end);
 }
 
-void StaticsBody::kick(Index set, const Points& impulses, ImpulseKind kind) {
+void StaticsBody::kick(Index set, const Points& impulses) {
   if (form_->is_massless) {
-    modal_.add_end_impulses(sets_[set].modal, impulses, kind);
+    modal_.add_end_impulses(sets_[set].modal, impulses);
   } else {
-    modal_.add_impulses(sets_[set].modal, impulses, kind);
+    modal_.add_impulses(sets_[set].modal, impulses);
   }
 }
 
 void StaticsBody::own_take_impulses(Index set, const Impulses& impulses) {
-  NodeSet& its = sets_[set];
-  if (impulses.still == nullptr)
-    return impulses.each([&](const Points& p, ImpulseKind kind) {
-      pressed_by(its, p, pressed_);
-      rows_ = pressed_;
-      press(*its.of->rows, rows_, still_, columns_);
-      push(set, pressed_, still_.col(0));
-      if (kind == ImpulseKind::friction) its.friction_end += pressed_;
-      kick(set, p, kind);
-    });
-  pressed_by(its, impulses.contact, pressed_);
-  const bool rubs = !impulses.friction.isZero(0);
-  if (rubs) {
-    pressed_by(its, impulses.friction, rubbed_);
-    its.friction_end += rubbed_;
-    pressed_ += rubbed_;
+  const NodeSet& its = sets_[set];
+  pressed_by(its, impulses.all, pressed_);
+  if (impulses.still == nullptr) {
+    rows_ = pressed_;
+    press(*its.of->rows, rows_, still_, columns_);
   }
-  push(set, pressed_, *impulses.still);
-  kick(set, impulses.contact, ImpulseKind::contact);
-  if (rubs) kick(set, impulses.friction, ImpulseKind::friction);
+  push(set, pressed_, impulses.still != nullptr ? *impulses.still : Vector(still_.col(0)));
+  kick(set, impulses.all);
 }
 
 // The statics' energy 1/2 g . F g changes by exactly what mean forces do on its displacements. What
-// lambda does beyond that is lost.
+// lambda does beyond that is lost, but for what damping takes, beta g' . F g'.
+double StaticsBody::own_residual_friction(Index set, const Points& impulses, bool between) {
+  NodeSet& its = sets_[set];
+  const bool rubs = impulses.rows() > 0;
+  if (!rubs && its.friction.isZero(0)) return 0;
+  const Vector move = its.w_end - its.w;
+  double work = 0.5 * its.friction.dot(move);
+  its.friction *= 1 - h_ / following_;
+  if (rubs) {
+    pressed_by(its, impulses, pressed_);
+    its.friction += pressed_;
+    const double share = between ? 0.5 : 1;
+    work -= share * following_ * pressed_.dot(move) / h_;
+    if (between) work -= 0.5 * following_ * pressed_.dot(its.rate_before);
+  }
+  return work + 0.5 * its.friction.dot(move);
+}
+
 void StaticsBody::own_accept() {
+  const double rate = beta_ / h_;
   for (NodeSet& set : sets_) {
+    set.rate_before = (set.w_end - set.w) / h_;
     if (is_pushed_ || has_force_) {
-      const double all = 0.5 * (set.force + set.force_end).dot(set.w_end - set.w);
-      const double friction = 0.5 * (set.friction + set.friction_end).dot(set.w_end - set.w);
-      work_.friction += friction;
-      work_.contact += all - friction;
+      const Vector move = set.w_end - set.w;
+      const double damped = rate * move.dot(set.force_end - set.force);
+      work_.contact += 0.5 * move.dot(set.force + set.force_end) + damped;
+      work_.damping -= damped;
       set.force.swap(set.force_end);
-      set.friction.swap(set.friction_end);
     }
     set.w.swap(set.w_end);
   }
-  for (std::size_t l = 0; l < loads_.size(); ++l)
-    work_.external += 0.5 * (loads_now_[l] + loads_end_[l]) * loads_[l].Ff.dot(g_end_ - g_);
+  for (std::size_t l = 0; l < loads_.size(); ++l) {
+    const double move = loads_[l].Ff.dot(g_end_ - g_),
+                 damped = rate * move * (loads_end_[l] - loads_now_[l]);
+    work_.external += 0.5 * move * (loads_now_[l] + loads_end_[l]) + damped;
+    work_.damping -= damped;
+  }
   loads_now_.swap(loads_end_);
   was_in_contact_ = is_pushed_ || has_force_;
   has_force_ = is_pushed_;
@@ -214,7 +226,7 @@ NodeResponse StaticsBody::own_response(Index set, double h) const {
   Vector weight;
   if (!form_->is_massless) of = modal_.response_of(h, weight);
   NodeResponse response;
-  response.thin = form_->response(sets_[set].of, of, weight);
+  response.thin = form_->response(sets_[set].of, of, weight, beta_);
   response.axes = T_;
   return response;
 }
@@ -222,7 +234,7 @@ NodeResponse StaticsBody::own_response(Index set, double h) const {
 NodeResponse StaticsBody::own_velocity_response(Index set) const {
   NodeResponse response;
   response.thin =
-      form_->response(sets_[set].of, {ResponseOf::Weight::velocity}, Vector::Ones(n_dofs()));
+      form_->response(sets_[set].of, {ResponseOf::Weight::velocity}, Vector::Ones(n_dofs()), beta_);
   response.axes = T_;
   return response;
 }
@@ -336,7 +348,6 @@ BodyWork StaticsBody::own_work() const {
   BodyWork work = modal_.work();
   work.external += work_.external;
   work.contact += work_.contact;
-  work.friction += work_.friction;
   work.damping += work_.damping;
   return work;
 }

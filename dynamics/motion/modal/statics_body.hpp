@@ -13,21 +13,23 @@ namespace cbr {
 
 // u_c = V_c eta + B F B^T (f + g). Contact at the end of a step finds the force lambda there, given
 // as impulse / h. Statics follow it: g_end = (1 - theta) g + theta lambda, theta = h /
-// StaticsForm::following(h), at most 1.8; massless: 1. The interface moves by theta B F B^T lambda,
-// which is in its response. Massless: the modes feel lambda from then on as half a kick before and
-// half a kick after that moment. With Scheme::exact that is Gautschi's trigonometric scheme, by the
-// gain of BodyPlan::contact_step; with central differences leapfrog. docs/theory.md, (39), (40).
-// Not with Scheme::newmark. Shapes with mass: the modes get the impulse at the start of the step,
-// as those of SuperelementBody. The statics lose theta (1 - theta / 2) |lambda - g|_F^2 in a step
-// and never bring energy. Neither with add_velocities() or nodal_masses(). Damping is of the modes:
-// statics follow forces at once, without it.
+// StaticsForm::following(h); massless without damping: 1. The interface moves by theta B F B^T
+// lambda, which is in its response. Massless: the modes feel lambda from then on as half a kick
+// before and half a kick after that moment. With Scheme::exact that is Gautschi's trigonometric
+// scheme, by the gain of BodyPlan::contact_step; with central differences leapfrog. docs/theory.md,
+// (39), (40). Not with Scheme::newmark. Shapes with mass: the modes get the impulse at the start of
+// the step, as those of SuperelementBody. The statics lose theta (1 - theta / 2) |lambda - g|_F^2
+// in a step and never bring energy. Neither with add_velocities() or nodal_masses().
+// Stiffness-proportional damping acts on the statics too, other damping on the modes alone.
 class StaticsBody final : public Body {
  public:
   StaticsBody(std::string name, std::shared_ptr<const Superelement> superelement,
               std::shared_ptr<const StaticsForm> form, const Placement& placement, Scheme scheme,
               const NewmarkOptions& newmark = {}, const Damping& damping = {});
 
-  double largest_frequency() const override { return form_->omega_limit; }
+  double largest_frequency() const override {
+    return form_->is_massless ? critical_frequency(form_->omega_limit, beta_) : form_->omega_limit;
+  }
 
   double lasting_share() const override { return modal_.lasting_share(); }
 
@@ -54,22 +56,23 @@ class StaticsBody final : public Body {
   Index own_track_mean(const std::vector<Index>& nodes) override;
   void own_mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
   void own_take_impulses(Index set, const Impulses& impulses) override;
-  void own_expect_forces(Index set, const Impulses& forces) override {
+  void own_expect_forces(Index set, const Points& forces) override {
     modal_.expect_forces(sets_[set].modal, forces);
   }
+  double own_residual_friction(Index set, const Points& impulses, bool between) override;
   void own_accept() override;
   // Of the modes: what statics do to velocities is over at the end of a step.
   void own_end_velocities(Index set, Points& v) override {
     modal_.end_velocities(sets_[set].modal, v);
   }
   NodeResponse own_velocity_response(Index set) const override;
-  void own_add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) override {
-    modal_.add_end_impulses(sets_[set].modal, impulses, kind);
+  void own_add_end_impulses(Index set, const Points& impulses) override {
+    modal_.add_end_impulses(sets_[set].modal, impulses);
   }
   void own_relax(double t, double share) override;
   Matrix own_floating_motions(Index set) const override;
   NodeResponse own_static_response(Index set) const override;
-  void own_add_static_forces(Index set, const Points& forces, ImpulseKind kind) override;
+  void own_add_static_forces(Index set, const Points& forces) override;
   Settled own_settle() override;
   void own_end_load_step() override;
   void own_start_motion(double h, const std::vector<BodyLoad>& loads) override;
@@ -82,12 +85,12 @@ class StaticsBody final : public Body {
   void take_plan(const BodyPlan& plan) override;
   void predict_end() override;
 
-  // Of the set's static rows (s'), now and at the end of the step. w: F (f + g); force, friction:
-  // g, of all and of friction.
+  // Of the set's static rows (s'), now and at the end of the step. w: F (f + g); force: g;
+  // rate_before: of w in the last step; friction: of friction, as force is.
   struct NodeSet {
     Index modal = 0;
     std::shared_ptr<const StaticsForm::OfNodes> of;
-    Vector w, w_end, force, force_end, friction, friction_end;
+    Vector w, w_end, force, force_end, rate_before, friction;
   };
   struct MeanSet {
     Index modal = 0;
@@ -112,16 +115,17 @@ class StaticsBody final : public Body {
   void add_rows(const NodeSet& set, const Vector& w, Points& x) const;
   void pressed_by(const NodeSet& set, const Points& impulses, Vector& rows) const;
   void push(Index set, const Vector& pressed, const Vector& still);
-  void kick(Index set, const Points& impulses, ImpulseKind kind);
+  void kick(Index set, const Points& impulses);
 
   SuperelementBody modal_;
   std::shared_ptr<const Superelement> superelement_;
   std::shared_ptr<const StaticsForm> form_;
   Matrix3 T_;
   Index k_ = 0;
+  double beta_ = 0;  // s, damping of the stiffness
   // At the end of the last load step, of each set and of the whole body.
   struct LoadStep {
-    std::vector<Vector> w, force, friction;
+    std::vector<Vector> w, force;
     Vector g;
     std::vector<double> loads;
   };
@@ -132,7 +136,7 @@ class StaticsBody final : public Body {
   Vector g_, g_end_, g_before_;  // s, f + g along the rows; before: of the last step
   Vector eta_before_;
   std::vector<double> loads_now_, loads_end_;  // values of the histories
-  Vector pressed_, rubbed_;                    // workspaces: impulses / h along a set's rows
+  Vector pressed_;                             // workspace: impulses / h along a set's rows
   Matrix rows_, still_;
   std::vector<Index> columns_;
   double following_ = 0;

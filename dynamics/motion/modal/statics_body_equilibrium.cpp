@@ -21,11 +21,9 @@ Matrix formed(const StaticRows& rows, Index n_nodes) {
 void StaticsBody::keep_load_step() {
   load_step_.w.clear();
   load_step_.force.clear();
-  load_step_.friction.clear();
   for (const NodeSet& set : sets_) {
     load_step_.w.push_back(set.w);
     load_step_.force.push_back(set.force);
-    load_step_.friction.push_back(set.friction);
   }
   load_step_.g = g_;
   load_step_.loads = loads_now_;
@@ -43,7 +41,7 @@ void StaticsBody::own_relax(double t, double share) {
   following_ = 1;  // a force is as it is
   g_end_.setZero();
   for (NodeSet& set : sets_) {
-    for (Vector* x : {&set.w_end, &set.force_end, &set.friction_end}) x->setZero();
+    for (Vector* x : {&set.w_end, &set.force_end}) x->setZero();
   }
   for (std::size_t l = 0; l < loads_.size(); ++l) {
     loads_end_[l] = share * loads_[l].history.value(t);
@@ -77,19 +75,18 @@ NodeResponse StaticsBody::own_static_response(Index set) const {
   const ResponseOf of = modal_.static_response_of(weight);
   if (form_->is_massless) return massless_static_response(sets_[set], of, weight);
   NodeResponse response;
-  response.thin = form_->response(sets_[set].of, of, weight);
+  response.thin = form_->response(sets_[set].of, of, weight, beta_);
   response.axes = T_;
   return response;
 }
 
-void StaticsBody::own_add_static_forces(Index set, const Points& forces, ImpulseKind kind) {
+void StaticsBody::own_add_static_forces(Index set, const Points& forces) {
   NodeSet& its = sets_[set];
   pressed_by(its, forces, pressed_);
   rows_ = pressed_;
   press(*its.of->rows, rows_, still_, columns_);
   push(set, pressed_, still_.col(0));
-  if (kind == ImpulseKind::friction) its.friction_end += pressed_;
-  modal_.add_static_forces(its.modal, forces, kind);
+  modal_.add_static_forces(its.modal, forces);
 }
 
 Settled StaticsBody::own_settle() {
@@ -100,7 +97,6 @@ Settled StaticsBody::own_settle() {
   for (NodeSet& set : sets_) {
     set.w = set.w_end;
     set.force = set.force_end;
-    set.friction = set.friction_end;
   }
   g_ = g_end_;
   loads_now_ = loads_end_;
@@ -112,9 +108,7 @@ void StaticsBody::own_end_load_step() {
   modal_.end_load_step();
   for (std::size_t s = 0; s < sets_.size(); ++s) {
     const Vector move = sets_[s].w - load_step_.w[s];
-    const double friction = 0.5 * move.dot(load_step_.friction[s] + sets_[s].friction);
-    work_.friction += friction;
-    work_.contact += 0.5 * move.dot(load_step_.force[s] + sets_[s].force) - friction;
+    work_.contact += 0.5 * move.dot(load_step_.force[s] + sets_[s].force);
   }
   for (std::size_t l = 0; l < loads_.size(); ++l)
     work_.external +=
@@ -144,7 +138,7 @@ void StaticsBody::own_keep_state(StateArchive& archive) {
   archive.expect(static_cast<Index>(sets_.size()));
   archive(g_, g_before_, eta_before_, loads_now_, t_, h_, work_, was_in_contact_, has_force_,
           still_left_);
-  for (NodeSet& set : sets_) archive(set.w, set.force, set.friction);
+  for (NodeSet& set : sets_) archive(set.w, set.force, set.rate_before, set.friction);
   bool is_still = load_step_.g.size() > 0;
   archive(is_still);
   if (is_still && archive.restores()) keep_load_step();

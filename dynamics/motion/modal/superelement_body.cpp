@@ -33,8 +33,8 @@ SuperelementBody::SuperelementBody(std::string name,
       rows_(form_->shared.row_table(*superelement_)),
       damping_(damping.rates(form_->omega)) {
   const Index n = form_->omega.size();
-  for (Vector* x : {&eta_, &v_, &eta_end_, &v_end_, &kick_, &friction_kick_, &end_kick_, &f_, &f0_,
-                    &f1_, &work_eta_, &work_v_})
+  for (Vector* x :
+       {&eta_, &v_, &eta_end_, &v_end_, &kick_, &end_kick_, &f_, &f0_, &f1_, &work_eta_, &work_v_})
     x->setZero(n);
   // v = V^T M^ R_t v0: the rigid motion, or its projection when directions are held.
   v_.noalias() = form_->E.leftCols(3) * (placement_.T.transpose() * placement_.velocity);
@@ -132,20 +132,11 @@ void SuperelementBody::set_contact_step(double h) {
   contact_step_ = h;
   gain_ = is_damped() ? contact_gain(form_->omega, damping_.c, form_->n_rigid, h)
                       : contact_gain(form_->omega, h);
-  weight_ = gain_.cwiseInverse();
-}
-
-// sum of a_j b_j, each mode weighed as contact weighs it.
-double SuperelementBody::energy_product(const Vector& a, const Vector& b) const {
-  return weight_.size() > 0 ? (a.array() * b.array() * weight_.array()).sum() : a.dot(b);
 }
 
 void SuperelementBody::predict_end() {
-  kicked_ = rubbed_ = end_kicked_ = false;
-  if (late_end_.all.size() > 0) {
-    late_end_.all.setZero();
-    late_end_.friction.setZero();
-  }
+  kicked_ = end_kicked_ = false;
+  late_end_.setZero();
   switch (scheme()) {
     case Scheme::exact:
       propagate(eta_, v_, eta_end_, v_end_, nullptr);
@@ -177,24 +168,15 @@ void SuperelementBody::take_kick(Index set, const Points& impulses) {
 }
 
 void SuperelementBody::own_take_impulses(Index set, const Impulses& impulses) {
-  impulses.each([&](const Points& p, ImpulseKind kind) { take_impulses_of(set, p, kind); });
-}
-
-void SuperelementBody::take_impulses_of(Index set, const Points& impulses, ImpulseKind kind) {
-  take_kick(set, impulses);
-  feel_kick(kind);
+  take_kick(set, impulses.all);
+  feel_kick();
 }
 
 // Of the modal kick f_ at the start of the step.
-void SuperelementBody::feel_kick(ImpulseKind kind) {
+void SuperelementBody::feel_kick() {
   if (!kicked_) kick_.setZero();
   kick_ += f_;
   kicked_ = true;
-  if (kind == ImpulseKind::friction) {
-    if (!rubbed_) friction_kick_.setZero();
-    friction_kick_ += f_;
-    rubbed_ = true;
-  }
   if (pulls_) {
     add_coupled(f_);
   } else if (is_exact()) {
@@ -213,13 +195,11 @@ void SuperelementBody::feel_kick(ImpulseKind kind) {
   }
 }
 
-void SuperelementBody::add_late(Index set, const Points& impulses, ImpulseKind kind) {
-  if (late_.all.size() == 0)
-    for (Vector* kick : {&late_.all, &late_.friction, &late_end_.all, &late_end_.friction})
-      kick->setZero(eta_.size());
+void SuperelementBody::add_late(Index set, const Points& impulses) {
+  if (late_.size() == 0)
+    for (Vector* kick : {&late_, &late_end_}) kick->setZero(eta_.size());
   take_kick(set, impulses);
-  late_end_.all += f_;
-  if (kind == ImpulseKind::friction) late_end_.friction += f_;
+  late_end_ += f_;
   v_end_ += f_;
 }
 
@@ -254,15 +234,9 @@ Vector3 SuperelementBody::own_add_velocities(Index set, const Points& velocities
   return extra;
 }
 
-// Its share of what has been booked as work of contact.
-void SuperelementBody::book_friction(double work) {
-  work_.friction += work;
-  work_.contact -= work;
-}
-
 void SuperelementBody::accept_exact() {
   spin_work_ = 0;
-  if (kicked_) book_kick(kick_, rubbed_ ? &friction_kick_ : nullptr, v_);
+  if (kicked_) book_kick(kick_, v_);
   if (is_damped() || is_driven()) {
     // Between the kicks energy changes by the work of forces and spin, and by what damping takes
     if (kicked_) v_ += kick_;
@@ -272,14 +246,13 @@ void SuperelementBody::accept_exact() {
     propagate(eta_, v_, eta_end_, v_end_, &flow);
     work_.external = is_damped() ? work_.external + flow.external : flow.external;
     work_.contact += flow.contact;
-    work_.friction += flow.friction;
     spin_work_ = flow.spin;
     if (pulls_) pulls_->is_known = false;
     if (is_damped())
       work_.damping += flow_energy(eta_end_, v_end_) - flow_energy(eta_, v_) - flow.sum();
-    if (late_end_.all.size() > 0) v_end_ += late_end_.all;
+    if (late_end_.size() > 0) v_end_ += late_end_;
   }
-  if (late_.all.size() > 0) accept_late();
+  if (late_.size() > 0) accept_late();
   accept_end_kick();
   if (!kicks_at_end_) change_force();
 }
@@ -301,12 +274,11 @@ void SuperelementBody::accept_end_kick() {
 
 void SuperelementBody::accept_central() {
   // What the rates were before and after all of the forces at the start
-  const bool late = late_.all.size() > 0;
+  const bool late = late_.size() > 0;
   if (late) {
-    v_ -= late_.all;
-    v_end_ -= late_end_.all;
-    work_.contact += 0.5 * (late_.all + late_end_.all).dot(v_end_);
-    book_friction(0.5 * (late_.friction + late_end_.friction).dot(v_end_));
+    v_ -= late_;
+    v_end_ -= late_end_;
+    work_.contact += 0.5 * (late_ + late_end_).dot(v_end_);
   }
   if (is_damped())
     work_.damping -=
@@ -316,7 +288,6 @@ void SuperelementBody::accept_central() {
   // to
   const double mean_h = 0.5 * (last_h_ + h_);
   if (kicked_) work_.contact += 0.5 * kick_.dot(v_ + v_end_);
-  if (rubbed_) book_friction(0.5 * friction_kick_.dot(v_ + v_end_));
   if (!loads_.empty()) {
     load_amplitudes(t_, f_);
     work_.external += 0.5 * mean_h * f_.dot(v_ + v_end_);
@@ -327,7 +298,7 @@ void SuperelementBody::accept_central() {
     work_.numerical +=
         0.25 * (h_ - last_h_) * form_->omega.cwiseAbs2().cwiseProduct(eta_).dot(v_end_ - v_);
   last_h_ = h_;
-  if (late) v_end_ += late_end_.all;
+  if (late) v_end_ += late_end_;
 }
 
 void SuperelementBody::own_accept() {
@@ -344,9 +315,8 @@ void SuperelementBody::own_accept() {
       break;
   }
   lasting_.now = std::move(lasting_.next);
-  lasting_.next.clear();
-  late_.all.swap(late_end_.all);
-  late_.friction.swap(late_end_.friction);
+  lasting_.next.resize(0);
+  late_.swap(late_end_);
   eta_.swap(eta_end_);
   v_.swap(v_end_);
   t_ += h_;

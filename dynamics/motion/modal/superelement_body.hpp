@@ -109,9 +109,8 @@ class SuperelementBody final : public Body {
   const Vector& predicted_modal_coordinates() const { return eta_end_; }
   const Vector& modal_velocities() const { return v_; }
   const Vector& predicted_modal_velocities() const { return v_end_; }
-  // Of all impulses on nodes since predict(), and of those of friction; null: none.
+  // Of all impulses on nodes since predict(); null: none.
   const Vector* kick() const { return kicked_ ? &kick_ : nullptr; }
-  const Vector* friction_kick() const { return rubbed_ ? &friction_kick_ : nullptr; }
   // V^T f, and V^T of what the pattern has on the modal coordinates
   Vector modal_force(const ForcePattern& pattern) const;
   // What a harmonic response and mode shapes are made of.
@@ -146,18 +145,18 @@ class SuperelementBody final : public Body {
   Index own_track_mean(const std::vector<Index>& nodes) override;
   void own_mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
   void own_take_impulses(Index set, const Impulses& impulses) override;
-  void own_expect_forces(Index set, const Impulses& forces) override;
+  void own_expect_forces(Index set, const Points& forces) override;
   void own_accept() override;
   void own_end_velocities(Index set, Points& v) override;
   NodeResponse own_velocity_response(Index set) const override;
   // Without Newmark: forces at the end of the step, which StaticsBody knows then, times the step.
   // Energies are of the middle of such a kick; with central differences it is half of what the
   // rates of the next step get.
-  void own_add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
+  void own_add_end_impulses(Index set, const Points& impulses) override;
   void own_relax(double t, double share) override;
   Matrix own_floating_motions(Index set) const override;
   NodeResponse own_static_response(Index set) const override;
-  void own_add_static_forces(Index set, const Points& forces, ImpulseKind kind) override;
+  void own_add_static_forces(Index set, const Points& forces) override;
   Settled own_settle() override;
   void own_end_load_step() override;
   void own_start_motion(double h, const std::vector<BodyLoad>& loads) override;
@@ -191,15 +190,15 @@ class SuperelementBody final : public Body {
   void append_load(const Vector& amplitude, const LoadHistory& history);
   void load_amplitudes(double t, Vector& f) const;
   struct FlowWork {
-    double external = 0, spin = 0, contact = 0, friction = 0;
-    double sum() const { return external + spin + contact + friction; }
+    double external = 0, spin = 0, contact = 0;
+    double sum() const { return external + spin + contact; }
   };
   void propagate(const Vector& eta, const Vector& v, Vector& eta_end, Vector& v_end,
                  FlowWork* work);
   void propagate_driven(double from, double to, bool whole, Vector& eta_end, Vector& v_end,
                         FlowWork* work);
   bool is_driven() const {
-    return !loads_.empty() || turning_g_.cols() > 0 || !lasting_.now.empty();
+    return !loads_.empty() || turning_g_.cols() > 0 || lasting_.now.size() > 0;
   }
   bool may_be_driven() const { return !loads_.empty() || turning_H_.size() > 0 || lasting_.ever; }
   Vector turning_force(double t, Index first, Index count) const;
@@ -208,12 +207,12 @@ class SuperelementBody final : public Body {
   void pull_at_end(Vector& eta, Vector& v, FlowWork* work);
   void add_coupled(const Vector& kick);
   void book_drift(const Vector& drift, double t, const Vector& v, FlowWork& work) const;
-  void add_late(Index set, const Points& impulses, ImpulseKind kind);
+  void add_late(Index set, const Points& impulses);
   void take_force(Index set, const Points& forces);
   void take_kick(Index set, const Points& impulses);
-  void feel_kick(ImpulseKind kind);
+  void feel_kick();
   void kick_back();
-  void let_last(const Vector& contact, const Vector& friction);
+  void let_last(const Vector& force);
   Vector lasting_kick(double share, const Vector& force) const;
   Vector3 center_at(const Vector& eta) const;
   double flow_energy(const Vector& eta, const Vector& v) const;
@@ -222,7 +221,6 @@ class SuperelementBody final : public Body {
   Vector contact_kick(double h, const Vector& force) const;
   Vector kicked_by(const Vector& kick) const;
   void set_contact_step(double h);
-  void take_impulses_of(Index set, const Points& impulses, ImpulseKind kind);
   void predict_central(double h);
   void predict_central_damped();
   void predict_newmark_damped(double h);
@@ -230,7 +228,7 @@ class SuperelementBody final : public Body {
   const Vector& newmark_weight(double h) const;
   void predict_newmark(double h);
   void push_newmark(const Vector& kick);
-  void book_kick(const Vector& kick, const Vector* of_friction, const Vector& v);
+  void book_kick(const Vector& kick, const Vector& v);
   void accept_late();
   void change_force();
   void accept_exact();
@@ -241,8 +239,6 @@ class SuperelementBody final : public Body {
   bool kicks_at_start(double h) const;
   const Vector& newmark_kick_weight(double h) const;
   void begin_with_kick();
-  double energy_product(const Vector& a, const Vector& b) const;
-  void book_friction(double work);
   void arrive_newmark();
 
   std::shared_ptr<const Superelement> superelement_;
@@ -259,30 +255,22 @@ class SuperelementBody final : public Body {
 
   StaticState statics_;  // in modal coordinates; empty before the first relax()
   ModalRates damping_;
-  // Of contact impulses, and its inverse, which weighs energies; empty: 1
-  Vector gain_, weight_;
+  Vector gain_;  // of contact impulses; empty: 1
   double contact_step_ = 0;
   Vector eta_, v_, eta_end_, v_end_;  // central differences: v_ is half a step behind eta_
-  // Modal impulses at the start of the step, and those of friction among them; modal velocities
-  // added at its end
-  Vector kick_, friction_kick_, end_kick_;
-  bool kicked_ = false, rubbed_ = false, end_kicked_ = false;
-  // Modal forces or kicks of contact, and those of friction among them.
-  struct ContactShare {
-    Vector all, friction;  // n, or empty: none
-    bool empty() const { return all.size() == 0; }
-    void add(const Vector& force, ImpulseKind kind);
-    void clear() { *this = {}; }
-  };
-  // Forces that last, in this step and the next; whether there have been any
+  // Modal impulses at the start of the step; modal velocities added at its end
+  Vector kick_, end_kick_;
+  bool kicked_ = false, end_kicked_ = false;
+  // Modal forces that last, in this step and the next, n or empty: none; whether there have been
+  // any
   struct {
-    ContactShare now, next;
+    Vector now, next;
     bool ever = false;
   } lasting_;
   bool kicks_at_end_ = false;
   // Kicks of forces at the start of the step, which v_ has, and at its end. Without what lasts.
   // Empty before the first one
-  ContactShare late_, late_end_;
+  Vector late_, late_end_;
   Vector f_, f0_, f1_, work_eta_, work_v_;
   Points local_;                    // impulses in component axes
   std::optional<Matrix3> carried_;  // see carry()

@@ -37,12 +37,12 @@ void SuperelementBody::predict_central_damped() {
     last_h_ = h_;
   }
   // Forces that StaticsBody knows at the end of a step are a kick at the start of this one
-  const bool late = late_.all.size() > 0;
-  if (late) v_ -= late_.all;
+  const bool late = late_.size() > 0;
+  if (late) v_ -= late_;
   v_end_ = (1 - 0.5 * last_h_ * c) * v_.array() + 0.5 * (last_h_ + h_) * f_.array();
   if (late) {
-    v_end_ += late_.all;
-    v_ += late_.all;
+    v_end_ += late_;
+    v_ += late_;
   }
   v_end_.array() /= 1 + 0.5 * h_ * c;
   eta_end_ = eta_ + h_ * v_end_;
@@ -98,7 +98,6 @@ void SuperelementBody::accept_newmark_damped() {
   work_.external += step.external;
   work_.damping += step.damping;
   work_.numerical += step.numerical;
-  if (rubbed_) book_friction(friction_kick_.dot(d_) / h_);
   a_.swap(e_);
   f0_.swap(f1_);
 }

@@ -72,10 +72,9 @@ void SuperelementBody::push_newmark(const Vector& kick) {
 // A kick at the start changes the velocity that the step begins with; the rest is a step without.
 void SuperelementBody::begin_with_kick() {
   if (!kicked_ || !kicks_at_start(h_)) return;
-  work_.contact += kick_.dot(v_) + 0.5 * kick_.squaredNorm();
-  if (rubbed_) book_friction(friction_kick_.dot(v_) + 0.5 * friction_kick_.dot(kick_));
+  book_kick(kick_, v_);
   v_ += kick_;
-  kicked_ = rubbed_ = false;
+  kicked_ = false;
   if (!is_damped()) return;
   a_.array() -= damping_.c.array() * kick_.array();
   e_.array() += (1 + 2 * newmark_.alpha) * damping_.c.array() * kick_.array();
@@ -95,7 +94,6 @@ void SuperelementBody::accept_newmark() {
   const double alpha = newmark_.alpha, quarter = 0.25 * alpha * alpha * h_,
                k = alpha * (0.5 + alpha);
   if (kicked_) work_.contact += kick_.dot(d_) / h_;
-  if (rubbed_) book_friction(friction_kick_.dot(d_) / h_);
   e_.array() -= (1 + alpha) * omega2 * d_.array();  // a_1
   newmark_rates();
   if (!loads_.empty()) {
@@ -160,12 +158,11 @@ NodeResponse SuperelementBody::own_velocity_response(Index set) const {
                 Vector::Ones(form_->omega.size()));
 }
 
-void SuperelementBody::own_add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) {
-  if (scheme() != Scheme::newmark) return add_late(set, impulses, kind);
+void SuperelementBody::own_add_end_impulses(Index set, const Points& impulses) {
+  if (scheme() != Scheme::newmark) return add_late(set, impulses);
   arrive_newmark();
   sets_[set].rows->kick(impulses, placement_.T, local_, f_);
-  const double work = f_.dot(v_end_) + 0.5 * f_.squaredNorm();
-  (kind == ImpulseKind::friction ? work_.friction : work_.contact) += work;
+  book_kick(f_, v_end_);
   v_end_ += f_;
   if (is_damped()) a_.array() -= damping_.c.array() * f_.array();
 }

@@ -25,7 +25,7 @@ MotionBound SuperelementBody::own_motion_bound(Index set, bool quick) const {
   const auto omega = form_->omega.tail(e).array();
   Vector force = Vector::Zero(eta_.size());  // largest modal force at any time
   for (const auto& load : loads_) force += load.history.largest() * load.amplitude.cwiseAbs();
-  if (!lasting_.now.empty()) force += lasting_.now.all.cwiseAbs();
+  if (lasting_.now.size() > 0) force += lasting_.now.cwiseAbs();
   if (turning_H_.size() > 0) force += turning_H_.cwiseAbs() * turning_largest_;
   const Index n_loads = turning_H_.cols() - n_spin_;
   const Vector force_of_loads =
@@ -242,7 +242,7 @@ void SuperelementBody::add_start_impulse(const Vector& impulse) {
 const Vector& SuperelementBody::present_rates() const {
   if (scheme() != Scheme::central_difference) return drift_.size() > 0 ? rates_ = v_ + drift_ : v_;
   load_amplitudes(t_, rates_);
-  if (!lasting_.now.empty()) rates_ += 2 * lasting_share() * lasting_.now.all;
+  if (lasting_.now.size() > 0) rates_ += 2 * lasting_share() * lasting_.now;
   rates_ = v_ + 0.5 * last_h_ * (rates_ - form_->omega.cwiseAbs2().cwiseProduct(eta_));
   if (is_damped()) rates_.array() /= 1 + 0.5 * last_h_ * damping_.c.array();
   return rates_;
@@ -282,13 +282,12 @@ BodyState SuperelementBody::own_state() const {
   if (scheme() != Scheme::central_difference) {
     // In the middle of a kick of forces
     state.kinetic_energy = 0.5 * v_.squaredNorm();
-    if (late_.all.size() > 0)
-      state.kinetic_energy -= 0.5 * late_.all.dot(v_) - 0.125 * late_.all.squaredNorm();
+    if (late_.size() > 0) state.kinetic_energy -= 0.5 * late_.dot(v_) - 0.125 * late_.squaredNorm();
   } else {
     // 1/2 v- . v+ with v+ of the forces of strain and contact alone: what leapfrog conserves
     // together with the strain energy
     const auto before = [&](const Vector& v) {
-      return late_.all.size() > 0 ? v.dot(v_ - late_.all) : v.dot(v_);
+      return late_.size() > 0 ? v.dot(v_ - late_) : v.dot(v_);
     };
     state.kinetic_energy =
         0.5 * before(v_) - 0.5 * last_h_ * before((omega.square() * eta_.array()).matrix());
@@ -329,11 +328,10 @@ void SuperelementBody::own_keep_state(StateArchive& archive) {
   // Newmark: the end of a step gives the next one its accelerations and loads; HHT-alpha looks back
   // one step more
   archive(started_, arrived_, a_, f0_, move_, load_change_);
-  archive(late_.all, late_.friction);
-  if (late_end_.all.size() != late_.all.size())
-    for (Vector* kick : {&late_end_.all, &late_end_.friction}) kick->setZero(late_.all.size());
-  archive(statics_, lasting_.now.all, lasting_.now.friction);
-  if (archive.restores() && !lasting_.now.empty()) lasting_.ever = true;
+  archive(late_);
+  if (late_end_.size() != late_.size()) late_end_.setZero(late_.size());
+  archive(statics_, lasting_.now);
+  if (archive.restores() && lasting_.now.size() > 0) lasting_.ever = true;
   if (archive.restores()) regular_ = other_ = nullptr;
 }
 

@@ -58,7 +58,7 @@ Matrix SuperelementBody::own_floating_motions(Index set) const {
 }
 
 FloatingForces SuperelementBody::floating_forces() const {
-  const Vector f = std::sqrt(mass()) * (statics_.loads + statics_.contact + statics_.friction);
+  const Vector f = std::sqrt(mass()) * (statics_.loads + statics_.contact);
   return {f.head(n_floating()), f.size() > 0 ? f.lpNorm<Eigen::Infinity>() : 0};
 }
 
@@ -66,9 +66,9 @@ void SuperelementBody::float_by(const Vector& move) {
   eta_end_.head(move.size()) += std::sqrt(mass()) * move;
 }
 
-void SuperelementBody::own_add_static_forces(Index set, const Points& forces, ImpulseKind kind) {
+void SuperelementBody::own_add_static_forces(Index set, const Points& forces) {
   sets_[set].rows->kick(forces, placement_.T, local_, f_);
-  statics_.add(f_, kind);
+  statics_.add(f_);
   const Index n = f_.size() - n_floating();
   eta_end_.tail(n).array() += f_.tail(n).array() / form_->omega.tail(n).array().square();
 }
@@ -96,9 +96,9 @@ void SuperelementBody::own_start_motion(double h, const std::vector<BodyLoad>& l
   for (const BodyLoad& load : loads) take_load(load);
   if (statics_.empty()) return;
   work_ = BodyWork();
-  if (scheme() != Scheme::newmark) let_last(statics_.contact, statics_.friction);
+  if (scheme() != Scheme::newmark) let_last(statics_.contact);
   if (scheme() == Scheme::newmark && kicks_at_start(h))
-    v_ -= 0.5 * contact_kick(h, statics_.contact + statics_.friction);
+    v_ -= 0.5 * contact_kick(h, statics_.contact);
   if (scheme() == Scheme::central_difference) last_h_ = h;
 }
 
@@ -106,13 +106,11 @@ void SuperelementBody::start_late_motion(double h, const std::vector<BodyLoad>& 
   for (const BodyLoad& load : loads) take_load(load);
   if (statics_.empty()) return;
   work_ = BodyWork();
-  let_last(statics_.contact, statics_.friction);
-  for (Vector* kick : {&late_.all, &late_.friction, &late_end_.all, &late_end_.friction})
-    kick->setZero(eta_.size());
+  let_last(statics_.contact);
+  for (Vector* kick : {&late_, &late_end_}) kick->setZero(eta_.size());
   if (is_exact()) return;
-  late_.friction = contact_kick(h, statics_.friction);
-  late_.all = contact_kick(h, statics_.contact) + late_.friction;
-  v_ += late_.all;
+  late_ = contact_kick(h, statics_.contact);
+  v_ += late_;
   last_h_ = h;
 }
 

@@ -24,21 +24,17 @@ void SuperelementBody::propagate_driven(double from, double to, bool whole, Vect
   }
   propagate_free(step, work_eta_, work_v_, eta_end, v_end);
   add_load(step, f0_, f1_, eta_end, v_end);
-  const bool lasts = !lasting_.now.empty();
-  if (lasts) add_load(step, lasting_.now.all, lasting_.now.all, eta_end, v_end);
+  const bool lasts = lasting_.now.size() > 0;
+  if (lasts) add_load(step, lasting_.now, lasting_.now, eta_end, v_end);
   const bool spins = turning_g_.cols() > 0 && n_spin_ > 0;
   const Vector spin0 = spins ? turning_force(from, 0, n_spin_) : Vector(),
                spin1 = spins ? turning_force(to, 0, n_spin_) : Vector();
   if (spins) add_load(step, spin0, spin1, eta_end, v_end);
   if (!work) return;
-  if (lasts) {
-    const double friction = lasting_.now.friction.dot(eta_end - work_eta_);
-    work->friction += friction;
-    work->contact += lasting_.now.all.dot(eta_end - work_eta_) - friction;
-  }
+  if (lasts) work->contact += lasting_.now.dot(eta_end - work_eta_);
   const auto work_of = [&](LinearForce all, const LinearForce& of) {
-    const Vector start = lasts ? Vector(all.start + lasting_.now.all) : Vector(),
-                 end = lasts ? Vector(all.end + lasting_.now.all) : Vector();
+    const Vector start = lasts ? Vector(all.start + lasting_.now) : Vector(),
+                 end = lasts ? Vector(all.end + lasting_.now) : Vector();
     const LinearForce with_lasting{start, end};
     return load_work(step, work_eta_, work_v_, eta_end, lasts ? with_lasting : all, of);
   };

@@ -92,7 +92,7 @@ void TurningBody::own_predicted_positions(Index set, Points& x) const {
 
 const Eigen::Quaterniond& TurningBody::end() const {
   if (ends_there_) return q_end_;
-  const Vector3 L = late_ ? L_ : Vector3(L_ + kick_.all);
+  const Vector3 L = late_ ? L_ : Vector3(L_ + kick_);
   if (loads_.empty()) {
     q_end_ = step_.turned(q_, L, h_);
   } else {
@@ -137,7 +137,7 @@ void TurningBody::take_axes() {
 }
 
 void TurningBody::predict_end() {
-  kick_ = {};
+  kick_.setZero();
   is_kicked_ = false;
   if (!loads_.empty()) eta_start_ = eta_end_ = modal_.modal_coordinates();
   const bool spins = feels_ && !L_.isZero(0);
@@ -157,32 +157,29 @@ void TurningBody::predict_end() {
 
 double TurningBody::spin_energy(const FreeTurn& of) const { return of.energy(q_, L_); }
 
-void TurningBody::add_moment(const Vector3& moment, ImpulseKind kind) {
+void TurningBody::add_moment(const Vector3& moment) {
   is_kicked_ = true;
-  kick_.all += moment;
-  if (kind == ImpulseKind::friction) kick_.friction += moment;
+  kick_ += moment;
   ends_there_ = late_;
 }
 
-void TurningBody::add_moments(Index set, const Points& impulses, ImpulseKind kind) {
+void TurningBody::add_moments(Index set, const Points& impulses) {
   Points x;
   if (!placed_[set].known && late_) own_predicted_positions(set, x);
   if (!placed_[set].known && !late_) own_positions(set, x);
   const Vector3 c = late_ ? modal_.predicted_center_of_mass() : modal_.center_of_mass();
-  add_moment(moment_about(c, placed_[set].x, impulses), kind);
+  add_moment(moment_about(c, placed_[set].x, impulses));
 }
 
 void TurningBody::own_take_impulses(Index set, const Impulses& impulses) {
-  impulses.each([&](const Points& p, ImpulseKind kind) { add_moments(set, p, kind); });
-  const Points contact = impulses.contact * R_, friction = impulses.friction * R_;
-  inner_->take_impulses(set, {contact, friction, impulses.move, impulses.still});
+  add_moments(set, impulses.all);
+  const Points turned = impulses.all * R_;
+  inner_->take_impulses(set, {turned, impulses.move, impulses.still});
 }
 
 // What moments do to a spin that goes from w to w + J^-1 M as `share_of_kick` of J^-1 M is there.
-void TurningBody::book(const Moments& moments, const Vector3& w, const Vector3& share_of_kick) {
-  const double friction = moments.friction.dot(w + share_of_kick);
-  work_.contact += moments.all.dot(w + share_of_kick) - friction;
-  work_.friction += friction;
+void TurningBody::book(const Vector3& moment, const Vector3& w, const Vector3& share_of_kick) {
+  work_.contact += moment.dot(w + share_of_kick);
 }
 
 void TurningBody::own_accept() {
@@ -199,35 +196,29 @@ void TurningBody::own_accept() {
 void TurningBody::accept_part() {
   const Vector3 w = now_.angular_velocity(q_, L_);
   // What kicks of the modes bring to what moves inside is none of the turn's
-  Moments inside;
-  if (is_coupled() && modal_.kick() != nullptr) {
-    const Vector& eta = modal_.modal_coordinates();
-    inside.all = axial(coupling_->momentum(eta, *modal_.kick()));
-    if (modal_.friction_kick() != nullptr)
-      inside.friction = axial(coupling_->momentum(eta, *modal_.friction_kick()));
-  }
+  Vector3 inside = Vector3::Zero();
+  if (is_coupled() && modal_.kick() != nullptr)
+    inside = axial(coupling_->momentum(modal_.modal_coordinates(), *modal_.kick()));
   inner_->accept();
   if (late_) {
     // From the middle of the kick at the start to that of the kick at the end
-    const Moments half{0.5 * last_kick_.all, 0.5 * last_kick_.friction};
-    book(half, w, -0.25 * now_.change(q_, last_kick_.all));
+    book(0.5 * last_kick_, w, -0.25 * now_.change(q_, last_kick_));
     q_ = end();
     if (!loads_.empty()) {
       L_ = L_end_;
       work_.external += work_end_;
     }
-    const Moments next{0.5 * kick_.all, 0.5 * kick_.friction};
-    book(next, now_.angular_velocity(q_, L_), 0.25 * now_.change(q_, kick_.all));
+    book(0.5 * kick_, now_.angular_velocity(q_, L_), 0.25 * now_.change(q_, kick_));
     last_kick_ = kick_;
-    L_ += kick_.all;
+    L_ += kick_;
   } else {
-    const Moments of_turn{kick_.all - q_ * inside.all, kick_.friction - q_ * inside.friction};
-    book(of_turn, w, 0.5 * now_.change(q_, of_turn.all));
-    L_ += kick_.all;
-    now_.inner += inside.all;
+    const Vector3 of_turn = kick_ - q_ * inside;
+    book(of_turn, w, 0.5 * now_.change(q_, of_turn));
+    L_ += kick_;
+    now_.inner += inside;
     move_on();
   }
-  kick_ = {};
+  kick_.setZero();
   t_ += h_;
   expect_turning();
   for (PlacedSet& of : placed_) of.known = false;
@@ -318,7 +309,7 @@ void TurningBody::add_vector_force(const VectorForce& force, const LoadHistory& 
 // Energy in the middle of a late kick, momentum at its end, as of the inner body.
 BodyState TurningBody::own_state() const {
   BodyState state = inner_->state();
-  const Vector3 half = 0.5 * last_kick_.all, l = L_ - half;
+  const Vector3 half = 0.5 * last_kick_, l = L_ - half;
   state.angular_momentum = L_ + state.center_of_mass.cross(state.momentum);
   state.kinetic_energy += now_.energy(q_, l);
   state.rotation = 0;
@@ -330,7 +321,6 @@ BodyWork TurningBody::own_work() const {
   BodyWork work = inner_->work();
   work.external += work_.external;
   work.contact += work_.contact;
-  work.friction += work_.friction;
   work.numerical += work_.numerical;
   return work;
 }
@@ -347,7 +337,7 @@ void TurningBody::own_displacements(Points& u, Points& v) const {
 void TurningBody::own_keep_state(StateArchive& archive) {
   inner_->keep_state(archive);
   if (!loads_.empty()) archive(t_);
-  archive(q_.coeffs(), L_, R_, last_kick_.all, last_kick_.friction, work_);
+  archive(q_.coeffs(), L_, R_, last_kick_, work_);
   if (archive.restores() && feels_) {
     SpinCoupling::Shape shape;
     now_ = FreeTurn(present_turn(shape));

@@ -33,7 +33,7 @@ class TurningBody final : public Body {
   bool has_coupling() const { return coupling_ != nullptr; }
   Vector3 angular_velocity() const { return now_.angular_velocity(q_, L_); }
 
-  void add_moment(const Vector3& moment, ImpulseKind kind) override;
+  void add_moment(const Vector3& moment) override;
   bool turns() const override { return true; }
   Matrix3 turn_of_step() const override { return R_; }
   BodyTurn turn_now() const override { return {modal_.center_of_mass(), q_.toRotationMatrix()}; }
@@ -63,6 +63,9 @@ class TurningBody final : public Body {
     return inner_->response(set, h);
   }
   NodeResponse own_response(Index set, double h) const override;
+  double own_residual_friction(Index set, const Points& impulses, bool between) override {
+    return inner_->residual_friction(set, impulses * R_, between);
+  }
   BodyState own_state() const override;
   BodyWork own_work() const override;
   void own_displacements(Points& u, Points& v) const override;
@@ -79,10 +82,6 @@ class TurningBody final : public Body {
   struct PlacedSet {
     Points x;
     bool known = false;
-  };
-  // Moments of impulses, all and those of friction among them.
-  struct Moments {
-    Vector3 all = Vector3::Zero(), friction = Vector3::Zero();
   };
   // Where a turn is at the end of a step, what moments of loads have done to it, and the factors of
   // the forces that turn with the body (SuperelementBody::turn_forces()).
@@ -116,8 +115,8 @@ class TurningBody final : public Body {
   double spin_energy(const FreeTurn& of) const;
   void take_axes();
   const Eigen::Quaterniond& end() const;
-  void add_moments(Index set, const Points& impulses, ImpulseKind kind);
-  void book(const Moments& moments, const Vector3& w, const Vector3& share_of_kick);
+  void add_moments(Index set, const Points& impulses);
+  void book(const Vector3& moment, const Vector3& w, const Vector3& share_of_kick);
 
   std::unique_ptr<Body> inner_;
   SuperelementBody& modal_;
@@ -141,9 +140,9 @@ class TurningBody final : public Body {
   mutable bool ends_there_ = true;   // these are of all moments so far
   Matrix3 R_ = Matrix3::Identity();  // in the middle of the step, without impulses of contact
   Vector3 L_ = Vector3::Zero();      // about the centre of mass, scene axes
-  Moments kick_;                     // of the step
+  Vector3 kick_ = Vector3::Zero();   // moment of the impulses of the step
   bool is_kicked_ = false;
-  Moments last_kick_;  // late: of the last step, which L_ has
+  Vector3 last_kick_ = Vector3::Zero();  // late: of the last step, which L_ has
   mutable std::vector<PlacedSet> placed_;
   BodyWork work_;  // of the spin
 };

@@ -350,22 +350,19 @@ void MeshBody::predict_end() {
   lasting_.resize(0, 3);
 }
 
-void MeshBody::own_take_impulses(Index set, const Impulses& impulses) {
-  impulses.each([&](const Points& p, ImpulseKind kind) { take_impulses_of(set, p, kind); });
-}
-
 // Velocities between two steps are those under them.
-void MeshBody::own_expect_forces(Index set, const Impulses& forces) {
+void MeshBody::own_expect_forces(Index set, const Points& forces) {
   v_now_is_current_ = false;
   lasting_.resize(0, 3);
-  forces.each([&](const Points& f, ImpulseKind) {
-    if (lasting_.rows() == 0) lasting_.setZero(u_.rows(), 3);
-    for (Index i = 0; i < f.rows(); ++i) lasting_.row(sets_[set][i]) += f.row(i) * placement_.T;
-  });
-  if (lasting_.rows() > 0) accelerations(Field(lasting_), lasting_);
+  if (forces.rows() == 0) return;
+  lasting_.setZero(u_.rows(), 3);
+  for (Index i = 0; i < forces.rows(); ++i)
+    lasting_.row(sets_[set][i]) += forces.row(i) * placement_.T;
+  accelerations(Field(lasting_), lasting_);
 }
 
-void MeshBody::take_impulses_of(Index set, const Points& impulses, ImpulseKind kind) {
+void MeshBody::own_take_impulses(Index set, const Impulses& of) {
+  const Points& impulses = of.all;
   if (turning_ && consistent()) forget_end();
   const auto& rows = sets_[set];
   if (consistent()) {
@@ -381,7 +378,7 @@ void MeshBody::take_impulses_of(Index set, const Points& impulses, ImpulseKind k
     if (impulses.row(i).isZero(0)) continue;
     const Index row = rows[i];
     const Vector3 p = placement_.T.transpose() * impulses.row(i).transpose();
-    kicks_.push_back({row, p, v_before_[set].row(i).transpose(), kind});
+    kicks_.push_back({row, p, v_before_[set].row(i).transpose()});
     if (consistent()) continue;
     Vector3 dv = p / model_->mass[row];
     if (is_damped()) dv *= kick_share(h_);
@@ -397,16 +394,14 @@ Vector3 MeshBody::own_add_velocities(Index set, const Points& velocities, const 
   // nodal enforcement would have it.
   Points impulses = velocities;
   for (Index i = 0; i < impulses.rows(); ++i) impulses.row(i) *= model_->mass[sets_[set][i]];
-  take_impulses_of(set, impulses, ImpulseKind::contact);
+  take_impulses(set, {impulses});
   return Vector3::Zero();
 }
 
 void MeshBody::own_accept() {
   // The leapfrog's own energy answers to forces with the average of v- and v+.
-  for (const Kick& kick : kicks_) {
-    const double work = 0.5 * kick.impulse.dot(kick.v_before + v_.row(kick.row).transpose());
-    (kick.kind == ImpulseKind::friction ? work_.friction : work_.contact) += work;
-  }
+  for (const Kick& kick : kicks_)
+    work_.contact += 0.5 * kick.impulse.dot(kick.v_before + v_.row(kick.row).transpose());
   if (turning_) book_moments();
   if (is_loaded()) work_.external += 0.25 * (last_h_ + h_) * flat(load_).dot(flat(v_));
   if (is_damped()) work_.damping += damping_work();

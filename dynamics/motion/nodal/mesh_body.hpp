@@ -95,7 +95,7 @@ class MeshBody final : public Body {
   BodyTurn turn_at_end() const override;
   Vector3 spin() const override;
   void unturned_displacements(Points& u, Points& v) const override;
-  void add_moment(const Vector3& moment, ImpulseKind kind) override;
+  void add_moment(const Vector3& moment) override;
   void add_start_impulse(const Vector& impulse) override;
 
  private:
@@ -109,14 +109,14 @@ class MeshBody final : public Body {
   NodeResponse own_static_response(Index set) const override {
     return still().static_response(set);
   }
-  void own_add_static_forces(Index set, const Points& forces, ImpulseKind kind) override {
-    still().add_static_forces(set, forces, kind);
+  void own_add_static_forces(Index set, const Points& forces) override {
+    still().add_static_forces(set, forces);
   }
   Settled own_settle() override { return still().settle(); }
   void own_end_load_step() override { still().end_load_step(); }
   void own_start_motion(double h, const std::vector<BodyLoad>& loads) override;
   void own_take_impulses(Index set, const Impulses& impulses) override;
-  void own_expect_forces(Index set, const Impulses& forces) override;
+  void own_expect_forces(Index set, const Points& forces) override;
   void own_accept() override;
   NodeResponse own_response(Index set, double h) const override;
   Vector3 own_add_velocities(Index set, const Points& velocities, const Vector3& momentum) override;
@@ -145,13 +145,11 @@ class MeshBody final : public Body {
   struct Kick {
     Index row;
     Vector3 impulse, v_before;  // component axes; the velocity half a step before
-    ImpulseKind kind;
   };
 
   bool consistent() const { return model_->M.size() > 0; }
   std::vector<Index> rows(const std::vector<Index>& nodes) const;
   Points by_nodes(const Field& u) const;  // rows put in the order of the nodes
-  void take_impulses_of(Index set, const Points& impulses, ImpulseKind kind);
   void add_loads(const std::vector<BodyLoad>& loads);
   void take_still();
   Body& still() const {

@@ -45,7 +45,6 @@ struct MeshBody::Turning {
   // Moments of this step: a turn of the velocities by `w` each, component axes.
   struct Moment {
     Vector3 moment, w;
-    ImpulseKind kind;
   };
 
   std::shared_ptr<const MeshFrame> frame;
@@ -244,7 +243,7 @@ Field MeshBody::momenta_of_nodes(const Field& v) const {
 }
 
 // As impulses on all nodes that set the body spinning as if it were rigid.
-void MeshBody::add_moment(const Vector3& moment, ImpulseKind kind) {
+void MeshBody::add_moment(const Vector3& moment) {
   if (moment.isZero(0)) return;
   const Matrix3& T = placement_.T;
   const Field y = arms_now();
@@ -252,7 +251,7 @@ void MeshBody::add_moment(const Vector3& moment, ImpulseKind kind) {
   const Matrix3 J = P.trace() * Matrix3::Identity() - P;
   const Vector3 of = T.determinant() * (T.transpose() * moment);
   const Vector3 w = J.inverse() * of;
-  turning_->moments.push_back({of, w, kind});
+  turning_->moments.push_back({of, w});
   const Field change = turned_by(w, y);
   v_ += change;
   u_end_ += h_ * change;
@@ -270,8 +269,7 @@ void MeshBody::book_moments() {
   for (const Kick& kick : kicks_) change += Vector3(y.row(kick.row)).cross(kick.impulse);
   if (is_loaded()) change += 0.5 * (last_h_ + h_) * sum_of_moments(y, load_);
   const Vector3 mean = sum_of_moments(y, momenta_of_nodes(v_)) - 0.5 * change;
-  for (const Turning::Moment& moment : of.moments)
-    (moment.kind == ImpulseKind::friction ? work_.friction : work_.contact) += moment.w.dot(mean);
+  for (const Turning::Moment& moment : of.moments) work_.contact += moment.w.dot(mean);
   of.moments.clear();
 }
 
@@ -300,7 +298,7 @@ BodyWork MeshBody::own_work() const {
   BodyWork work = work_;
   const BodyState now = turned_state();
   work.numerical = now.kinetic_energy + now.strain_energy - turning_->energy_0 - work.external -
-                   work.contact - work.friction - work.damping;
+                   work.contact - work.damping;
   return work;
 }
 

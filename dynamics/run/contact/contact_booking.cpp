@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <utility>
 #include <vector>
 
 #include "dynamics/contact/search/closeness.hpp"
@@ -152,14 +153,71 @@ void add_wall_work(const WallImpulse& impulse, const Vector3& way, PairState& st
   state.wall_friction_work += impulse.friction.dot(way);
 }
 
+const BodyFacts& facts_of(const Simulation& sim, Index contact) {
+  return sim.bodies[sim.contact_nodes[contact].body]->facts();
+}
+
+// Whether impulses on the contact body act between two steps whose motions are known.
+bool acts_between(const Simulation& sim, Index contact, const ContactState& state) {
+  const BodyFacts& body = facts_of(sim, contact);
+  return body.scheme != Scheme::newmark && !body.kicks_at_end &&
+         state.bodies[contact].velocity_before.rows() > 0;
+}
+
 }  // namespace
 
+// Friction as in book_friction().
 void book_walls(Simulation& sim, const ContactGroup& group, const EnforcementResult& result,
-                double h) {
+                double h, const ContactState& state) {
   for (const ContactSearch& of : group.searches) {
     ContactPair& pair = sim.pairs[of.pair];
-    if (pair.wall && !pair.wall->shift().way().isZero(0))
-      add_wall_work(wall_impulse(group, of, result.p), pair.wall->shift().way() / h, pair.state());
+    if (!pair.wall) continue;
+    PairState& now = pair.state();
+    const RigidWall::Shift& shift = pair.wall->shift();
+    const WallImpulse impulse = wall_impulse(group, of, result.p);
+    const Vector3 velocity = shift.way() / h;
+    now.wall_work += impulse.normal.dot(velocity);
+    const Index body = pair.slave->body;
+    if (facts_of(sim, body).kicks_at_end) {
+      now.wall_friction_work += 0.5 * (impulse.friction + h * now.wall_friction).dot(velocity);
+      now.wall_friction = impulse.friction / h;
+    } else {
+      const Vector3 before =
+          acts_between(sim, body, state) ? shift.way_before / h : Vector3(velocity);
+      now.wall_friction_work += 0.5 * impulse.friction.dot(velocity + before);
+    }
+  }
+}
+
+// Impulses between two steps work at the mean of the velocities in them. Those of newmark are
+// forces of a step. What acts at the ends of steps does the mean work of both over a step.
+void book_friction(const Simulation& sim, double h, bool is_static, ContactState& state) {
+  for (std::size_t c = 0; c < sim.contact_nodes.size(); ++c) {
+    ContactBody& contact = state.bodies[c];
+    Points &now = contact.rubbed, &last = contact.rubbed_before;
+    const Index body = static_cast<Index>(c);
+    const bool lasts = is_static || facts_of(sim, body).kicks_at_end,
+               between = !lasts && acts_between(sim, body, state);
+    if (!lasts) {
+      const ContactNodes& nodes = sim.contact_nodes[c];
+      state.friction_work += sim.bodies[nodes.body]->residual_friction(nodes.set, now, between);
+    }
+    if (now.rows() == 0 && last.rows() == 0) continue;
+    const auto book = [&](const Points& impulses, const Points& velocity, double share) {
+      if (impulses.rows() > 0) state.friction_work += share * impulses.cwiseProduct(velocity).sum();
+    };
+    const Points velocity = (contact.end - contact.start) / h;
+    if (lasts) {
+      book(now, velocity, 0.5);
+      book(last, velocity, 0.5);
+    } else if (between) {
+      book(now, velocity, 0.5);
+      book(now, contact.velocity_before, 0.5);
+    } else {
+      book(now, velocity, 1);
+    }
+    last = lasts ? std::move(now) : Points(0, 3);
+    now.resize(0, 3);
   }
 }
 
@@ -180,11 +238,9 @@ static void change_force_of_wall(const Simulation& sim, ContactPair& pair, const
   const Body& body = *sim.bodies[sim.contact_nodes[pair.slave->body].body];
   // In central differences impulses do work with the mean of the adjacent rates
   const double ahead = body.is_exact() ? body.lasting_share() * h : 0;
-  const WallImpulse change{ahead * (force.normal - state.wall_force),
-                           ahead * (force.friction - state.wall_friction)};
-  add_wall_work(change, pair.wall->shift().way() / h, state);
-  state.wall_force = force.normal;
-  state.wall_friction = force.friction;
+  const Vector3 all = force.normal + force.friction;
+  state.wall_work += ahead * (all - state.wall_force).dot(pair.wall->shift().way()) / h;
+  state.wall_force = all;
 }
 
 void book_lasting_forces_of_walls(Simulation& sim, const ContactGroup& group, const Points& p,
@@ -196,8 +252,13 @@ void book_lasting_forces_of_walls(Simulation& sim, const ContactGroup& group, co
 
 void end_lasting_forces_of_walls(Simulation& sim, const ContactOutcome& outcome, double h) {
   for (const Index p : outcome.searched)
-    if (ContactPair& pair = sim.pairs[p]; pair.wall && !outcome.near[p] && pair.has_state())
+    if (ContactPair& pair = sim.pairs[p]; pair.wall && !outcome.near[p] && pair.has_state()) {
       change_force_of_wall(sim, pair, {}, h);
+      PairState& state = pair.state();
+      if (facts_of(sim, pair.slave->body).kicks_at_end)
+        state.wall_friction_work += 0.5 * state.wall_friction.dot(pair.wall->shift().way());
+      state.wall_friction.setZero();
+    }
 }
 
 void book_walls_in_statics(Simulation& sim, const ContactGroup& group,

@@ -16,10 +16,12 @@ void book(Simulation& simulation, const ContactGroup& group, const EnforcementRe
 // Work of moving walls on the bodies. h: length of the step. In statics first with the forces at
 // the start of a load step, for all pairs, then with those at its end.
 void book_walls(Simulation& simulation, const ContactGroup& group, const EnforcementResult& result,
-                double h);
+                double h, const ContactState& state);
 void book_last_forces_of_walls(Simulation& simulation);
 void book_walls_in_statics(Simulation& simulation, const ContactGroup& group,
                            const EnforcementResult& result);
+// After the step's enforcement: work of friction on the bodies. is_static: of a load step, h = 1.
+void book_friction(const Simulation& simulation, double h, bool is_static, ContactState& state);
 // Lasting forces add a part of their impulse to a body's momentum before the step ends. p: forces
 // at the group's points, as EnforcementResult::p; end: for walls out of reach in the step.
 void book_lasting_forces_of_walls(Simulation& simulation, const ContactGroup& group,

@@ -18,12 +18,6 @@
 namespace cbr {
 namespace {
 
-void add_and_move(Body& body, Index set, const Points& impulses, ImpulseKind kind,
-                  ContactBody& contact) {
-  body.add_impulses(set, impulses, kind);
-  contact.response.add_product(impulses, contact.end);
-}
-
 // Applies the group's impulses to the bodies; nodal: as velocities of the nodes only.
 void deliver(Simulation& sim, const ContactGroup& group, bool nodal, double h, ContactState& state,
              ContactOutcome& outcome) {
@@ -38,21 +32,23 @@ void deliver(Simulation& sim, const ContactGroup& group, bool nodal, double h, C
       const Vector3 momentum = contact.impulses.colwise().sum().transpose();
       const Vector3 extra = body.add_velocities(nodes.set, velocities, momentum);
       contact.end += h * (velocities.rowwise() + extra.transpose());
-    } else if (contact.has_move && (pushed || rubbed)) {
-      body.take_impulses(nodes.set,
-                         {contact.impulses, contact.friction, &contact.move, &contact.still});
-      contact.end += contact.move;
-    } else {
-      if (pushed) add_and_move(body, nodes.set, contact.impulses, ImpulseKind::contact, contact);
-      if (rubbed) add_and_move(body, nodes.set, contact.friction, ImpulseKind::friction, contact);
+    } else if (pushed || rubbed) {
+      const Points all = contact.impulses + contact.friction;
+      if (contact.has_move) {
+        body.take_impulses(nodes.set, {all, &contact.move, &contact.still});
+        contact.end += contact.move;
+      } else {
+        body.add_impulses(nodes.set, all);
+        contact.response.add_product(all, contact.end);
+      }
     }
-    if (contact.turn) {
-      body.add_moment(contact.moment, ImpulseKind::contact);
-      body.add_moment(contact.friction_moment, ImpulseKind::friction);
-    }
+    if (contact.turn) body.add_moment(contact.moment);
     if (pushed || rubbed) sweep(contact);
     if (pushed) state.impulses_since_output[b] += contact.impulses;
-    if (rubbed) state.impulses_since_output[b] += contact.friction;
+    if (!rubbed) continue;
+    state.impulses_since_output[b] += contact.friction;
+    if (contact.rubbed.rows() == 0) contact.rubbed.setZero(contact.friction.rows(), 3);
+    contact.rubbed += contact.friction;
   }
 }
 
@@ -80,7 +76,6 @@ void prepare(const Simulation& sim, double h, ContactGroup& group, ContactState&
     body.impulses.setZero();
     body.friction.setZero();
     body.moment.setZero();
-    body.friction_moment.setZero();
     body.has_move = false;
     if (body.response_h == h && !body.turn) continue;
     body.response = sim.bodies[sim.contact_nodes[b].body]->response(sim.contact_nodes[b].set, h);
@@ -272,7 +267,7 @@ class Islands {
     EnforcementResult result = enforce(sim_, group, h_, state_, island.memory, outcome_);
     if (is_newmark(sim_, group)) settle(sim_, group, island.memory, state_, result);
     book(sim_, group, result, state_, outcome_);
-    book_walls(sim_, group, result, h_);
+    book_walls(sim_, group, result, h_, state_);
     remember(sim_, group, result, h_, state_);
     if (island.memory != nullptr) find_lasting_forces(sim_, group, result, h_, state_);
   }
@@ -330,7 +325,7 @@ void push_springs(Simulation& sim, Index p, double h, bool initial, ContactState
                                    pair.damping, state.bodies, pair.state().penalty, springs.slip);
   deliver(sim, group, false, h, state, outcome);
   book(sim, group, springs.result, state, outcome);
-  book_walls(sim, group, springs.result, h);
+  book_walls(sim, group, springs.result, h, state);
   pushed.push_back(std::move(springs));
 }
 
@@ -382,6 +377,7 @@ void contact_step(Simulation& sim, const std::vector<Index>& due, double h, bool
   for (PushedSprings& springs : pushed) finish_springs(sim, h, state, springs);
   for (std::size_t b = 0; b < state.bodies.size(); ++b)
     if (outcome.touched[b] == 0) state.bodies[b].still.resize(0);
+  book_friction(sim, h, false, state);
   hand_lasting_forces(sim, h, state, outcome);
   for (const Index p : due) {
     if (!sim.pairs[p].has_state()) continue;

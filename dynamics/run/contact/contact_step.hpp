@@ -21,6 +21,7 @@ struct ContactState {
   std::map<Index, ImpulseMemory> islands;     // by the first pair of the island
   std::map<Index, ImpulseMemory> settled;     // likewise, of settle_velocities()
   std::vector<Points> impulses_since_output;  // per contact body
+  double friction_work = 0;                   // on bodies
   // likewise: momentum of lasting forces beyond these impulses; 0 rows: none
   std::vector<Points> ahead_since_output;
   // likewise, without friction and ties, for nodal pressures, else empty

@@ -21,9 +21,10 @@ Vector3 common(const Vector3& a, const Vector3& b) {
   return size * (from + std::clamp(-from.dot(way) / square, 0.0, 1.0) * way);
 }
 
-// Common part of the forces of the last three steps, by slot or point: the impulses of a landing
-// body act in two steps only. Extrapolated forces added energy to damped bodies. Advances `memory`
-// by a step.
+// Forces in the middle of the next step, by slot or point, on the least-squares line through the
+// last three. Their difference from the common part of the three is at most half of it: the
+// impulses of a landing body act in two steps only. The line through two added energy to damped
+// bodies. Advances `memory` by a step.
 Points lasting_part(Points now, PairMemory& memory) {
   if (memory.force.rows() != now.rows()) {
     memory.force = memory.begins_in_equilibrium ? now : Points(Points::Zero(now.rows(), 3));
@@ -31,8 +32,11 @@ Points lasting_part(Points now, PairMemory& memory) {
   }
   Points part = now;
   for (Index i = 0; i < now.rows(); ++i) {
-    const Vector3 last = memory.force.row(i), before = memory.force_before.row(i);
-    part.row(i) = common(common(now.row(i), last), before);
+    const Vector3 p1 = now.row(i), p2 = memory.force.row(i), p3 = memory.force_before.row(i);
+    const Vector3 lasts = common(common(p1, p2), p3),
+                  change = (19 * p1 + 4 * p2 - 11 * p3) / 12 - lasts;
+    const double size = change.norm(), most = 0.5 * lasts.norm();
+    part.row(i) = lasts + (size > most ? most / size : 1.0) * change;
   }
   memory.force_before.swap(memory.force);
   memory.force.swap(now);
@@ -56,6 +60,8 @@ void add_part(const ContactGroup& group, const ContactSearch& of, bool by_slots,
     const double size = impulses.row(first + i).lpNorm<Eigen::Infinity>();
     if (!(size > 0)) continue;
     lasting.row(first + i) = size / sizes[row(i)] * part.row(row(i)) * point(i).frame.transpose();
+    if (group.laws[first + i].law == ContactLaw::frictionless)
+      lasting.row(first + i).tail<2>().setZero();
   }
 }
 
@@ -75,23 +81,19 @@ bool takes_lasting_forces(const Simulation& sim, const ContactPair& pair,
   return slave == master || (memory.begins_in_equilibrium && slave * master < 0);
 }
 
-// Adds the forces to lasting_next, by a temporary swap with the step's impulses.
+// Adds the forces to lasting_next.
 void spread(const ContactGroup& group, const Points& lasting, ContactState& state) {
   for (const Index b : group.bodies) {
     ContactBody& body = state.bodies[b];
-    ContactBody::Lasting& next = body.lasting_next;
-    if (next.empty()) {
-      next.contact.setZero(body.impulses.rows(), 3);
-      next.friction = next.contact;
-    }
-    body.impulses.swap(next.contact);
-    body.friction.swap(next.friction);
+    if (body.lasting_next.rows() == 0) body.lasting_next.setZero(body.impulses.rows(), 3);
   }
-  spread_impulses(group.list, group.laws, lasting, state.bodies);
-  for (const Index b : group.bodies) {
-    ContactBody& body = state.bodies[b];
-    body.impulses.swap(body.lasting_next.contact);
-    body.friction.swap(body.lasting_next.friction);
+  for (std::size_t i = 0; i < group.list.points.size(); ++i) {
+    const ContactPoint& point = group.list.points[i];
+    const Vector3 force = point.frame.transpose() * lasting.row(static_cast<Index>(i)).transpose();
+    for (Index t = point.first_term; t < point.first_term + point.n_terms; ++t) {
+      const ContactTerm& term = group.list.terms[t];
+      state.bodies[term.body].lasting_next.row(term.node) += term.coefficient * force.transpose();
+    }
   }
 }
 
@@ -113,20 +115,18 @@ void hand_lasting_forces(Simulation& sim, double h, ContactState& state, Contact
   end_lasting_forces_of_walls(sim, outcome, h);
   for (std::size_t c = 0; c < state.bodies.size(); ++c) {
     ContactBody& contact = state.bodies[c];
-    if (contact.lasting.empty() && contact.lasting_next.empty()) continue;
+    if (contact.lasting.rows() == 0 && contact.lasting_next.rows() == 0) continue;
     outcome.touched[c] = 1;
     const ContactNodes& nodes = sim.contact_nodes[c];
     Body& body = *sim.bodies[nodes.body];
-    const ContactBody::Lasting& next = contact.lasting_next;
-    body.expect_forces(nodes.set, {next.contact, next.friction});
+    body.expect_forces(nodes.set, contact.lasting_next);
     Points& ahead = state.ahead_since_output[c];
     const double share = body.lasting_share() * h;
     if (ahead.rows() == 0) ahead.setZero(contact.impulses.rows(), 3);
-    if (!next.empty()) ahead += share * (next.contact + next.friction);
-    if (!contact.lasting.empty())
-      ahead -= share * (contact.lasting.contact + contact.lasting.friction);
-    std::swap(contact.lasting, contact.lasting_next);
-    contact.lasting_next = {};
+    if (contact.lasting_next.rows() > 0) ahead += share * contact.lasting_next;
+    if (contact.lasting.rows() > 0) ahead -= share * contact.lasting;
+    contact.lasting = std::move(contact.lasting_next);
+    contact.lasting_next.resize(0, 3);
   }
 }
 

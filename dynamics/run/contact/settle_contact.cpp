@@ -123,11 +123,14 @@ void settle(Simulation& sim, const ContactGroup& group, const ImpulseMemory* mem
     ContactBody& contact = state.bodies[b];
     const ContactNodes& nodes = sim.contact_nodes[b];
     Body& body = *sim.bodies[nodes.body];
-    if (!contact.impulses.isZero(0))
-      body.add_end_impulses(nodes.set, contact.impulses, ImpulseKind::contact);
-    if (!contact.friction.isZero(0))
-      body.add_end_impulses(nodes.set, contact.friction, ImpulseKind::friction);
-    state.impulses_since_output[b] += contact.impulses + contact.friction;
+    const Points all = contact.impulses + contact.friction;
+    if (!all.isZero(0)) body.add_end_impulses(nodes.set, all);
+    if (!contact.friction.isZero(0)) {
+      Points after;
+      body.end_velocities(nodes.set, after);
+      state.friction_work += 0.5 * contact.friction.cwiseProduct(v[b] + after).sum();
+    }
+    state.impulses_since_output[b] += all;
   }
   for (std::size_t i = 0; i < holding.places.size(); ++i)
     result.p.row(holding.places[i]) += change.row(static_cast<Index>(i));

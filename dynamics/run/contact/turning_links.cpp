@@ -251,12 +251,8 @@ void balance_moments(const Simulation& sim, const ContactGroup& group, const Poi
     for (Index t = 0; t < point.n_terms; ++t)
       apart +=
           terms[t].coefficient * state.bodies[terms[t].body].start.row(terms[t].node).transpose();
-    const Vector3 normal = apart.cross(Vector3(of[0] * point.normal()));
-    const Vector3 all = apart.cross(Vector3(point.frame.transpose() * of));
-    for (const Index b : {slave, master}) {
-      state.bodies[b].moment -= 0.5 * normal;
-      state.bodies[b].friction_moment -= 0.5 * (all - normal);
-    }
+    const Vector3 moment = apart.cross(Vector3(point.frame.transpose() * of));
+    for (const Index b : {slave, master}) state.bodies[b].moment -= 0.5 * moment;
   }
 }
 
@@ -332,9 +328,8 @@ void push(Simulation& sim, const ContactGroup& group, ContactState& state) {
     if (contact.impulses.isZero(0)) continue;
     const ContactNodes& nodes = sim.contact_nodes[b];
     Body& body = *sim.bodies[nodes.body];
-    body.add_impulses(nodes.set, contact.impulses, ImpulseKind::contact);
-    if (contact.turn)
-      body.add_moment(contact.moment + contact.friction_moment, ImpulseKind::contact);
+    body.add_impulses(nodes.set, contact.impulses);
+    if (contact.turn) body.add_moment(contact.moment);
     state.impulses_since_output[b] += contact.impulses;
   }
 }
@@ -356,7 +351,6 @@ void close_what_turns(Simulation& sim, const ContactGroup& group, double h, Cont
       contact.impulses.setZero();
       contact.friction.setZero();
       contact.moment.setZero();
-      contact.friction_moment.setZero();
       contact.has_move = false;
     }
     const EnforcementResult more =

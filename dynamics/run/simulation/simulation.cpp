@@ -19,9 +19,11 @@ const PairState& ContactPair::seen() const {
 }
 
 void Simulation::shift_walls(double from, double to) {
-  for (const MovingWall& moving : moving_walls)
-    moving.wall->shift({moving.motion.displacement(from), moving.motion.displacement(to),
-                        moving.motion.velocity(to)});
+  for (const auto& [wall, motion] : moving_walls) {
+    const Vector3 start = motion.displacement(from);
+    wall->shift({start, motion.displacement(to), motion.velocity(to),
+                 start - motion.displacement(2 * from - to)});
+  }
 }
 
 }  // namespace cbr

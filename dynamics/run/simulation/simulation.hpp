@@ -74,7 +74,7 @@ struct PairState {
   // friction changed of the slip speed v in a step. Beyond 1 the step is too long for the law.
   double friction_change = 0;
   // Moving wall: its work on the body by normal impulses and by friction. In statics its forces of
-  // both kinds at the end of the last load step
+  // both kinds at the end of the last load step; in motion the sum that lasts, and friction alone
   double wall_work = 0, wall_friction_work = 0;
   Vector3 wall_force = Vector3::Zero(), wall_friction = Vector3::Zero();
 };

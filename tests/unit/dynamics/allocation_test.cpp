@@ -81,13 +81,13 @@ struct Steps {
   void step(double t, double h) {
     body.predict(t, h);
     body.predicted_positions(whole, x);
-    body.add_impulses(whole, p, ImpulseKind::contact);
-    body.add_impulses(some, q, ImpulseKind::friction);
+    body.add_impulses(whole, p);
+    body.add_impulses(some, q);
     body.predicted_positions(some, y);
     body.predicted_positions(whole, x);
     if (body.scheme() == Scheme::newmark) {
       body.end_velocities(whole, x);
-      body.add_end_impulses(whole, p, ImpulseKind::contact);
+      body.add_end_impulses(whole, p);
     }
     body.accept();
     body.positions(whole, x);

@@ -40,7 +40,7 @@ std::vector<std::shared_ptr<const CoupledModel>> all_models() {
 
 double energy(const Body& body) { return body.state().kinetic_energy + body.state().strain_energy; }
 double booked(const Body& body) {
-  return body.work().external + body.work().contact + body.work().friction + body.work().numerical;
+  return body.work().external + body.work().contact + body.work().numerical;
 }
 
 std::vector<Index> all_nodes(const Body& body) {
@@ -120,10 +120,7 @@ TEST(CoupledBody, IsTheSchemeOfTheDenseMatrices) {
           const double h = (step < 30 ? share : 0.7) / body->largest_frequency();
           dense.step(h, last_h, history_value(ramp, t), history_value(ramp, t + h), step % 9 == 3);
           body->predict(t, h);
-          if (step % 9 == 3) {
-            body->add_impulses(set, 0.25 * impulse);
-            body->add_impulses(set, 0.75 * impulse, ImpulseKind::friction);
-          }
+          if (step % 9 == 3) body->add_impulses(set, impulse);
           body->accept();
           t += h;
           last_h = h;
@@ -159,8 +156,7 @@ TEST(CoupledBody, EnergyBalanceClosesToRoundOff) {
           const double h = (step < 120 ? share : 0.5 * share) / body->largest_frequency();
           body->predict(t, h);
           if (step % 7 == 0) body->add_impulses(set, random_points(random, 3, 0.1));
-          if (step % 11 == 0)
-            body->add_impulses(set, random_points(random, 3, 0.1), ImpulseKind::friction);
+          if (step % 11 == 0) body->add_impulses(set, random_points(random, 3, 0.1));
           if (step % 13 == 0 && method.scheme == Scheme::central_difference)
             body->add_velocities(set, random_points(random, 3, 0.05), Vector3(0.1, 0, -0.1));
           body->accept();

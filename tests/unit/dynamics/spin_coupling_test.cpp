@@ -196,7 +196,7 @@ Spinning tumbling(Superelement s, double w, const Matrix3& axes) {
     impulses.row(1) = -impulses.row(0);
   }
   of.body->predict(0, 1e-4);
-  of.body->add_impulses(0, impulses, ImpulseKind::contact);
+  of.body->add_impulses(0, impulses);
   of.body->accept();
   return of;
 }

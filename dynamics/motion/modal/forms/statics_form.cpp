@@ -154,13 +154,15 @@ std::shared_ptr<const StaticsForm::OfNodes> StaticsForm::of_nodes(
   return of;
 }
 
-double StaticsForm::following(double h) const {
+double StaticsForm::following(double h, double beta) const {
   constexpr double most_share = 1.8;
-  return is_massless || omega_limit == 0 ? h : std::max(h / most_share, 1 / omega_limit);
+  if (is_massless || omega_limit == 0) return h + beta;
+  return std::max({h / most_share, 1 / omega_limit, 0.5 * h + beta});
 }
 
 std::shared_ptr<const ThinResponse> StaticsForm::response(
-    const std::shared_ptr<const OfNodes>& nodes, const ResponseOf& of, const Vector& weight) const {
+    const std::shared_ptr<const OfNodes>& nodes, const ResponseOf& of, const Vector& weight,
+    double beta) const {
   for (const Known& known : known_)
     if (known.nodes == nodes && known.of == of) return known.response;
   if (known_.size() == most_known) known_.erase(known_.begin());
@@ -169,7 +171,7 @@ std::shared_ptr<const ThinResponse> StaticsForm::response(
   if (nodes->A->rows() > 0)
     C = nodes->Q.size() > 0 ? Matrix(nodes->Q.transpose() * weight.asDiagonal() * nodes->Q)
                             : Matrix(weight.asDiagonal());
-  const double h = of.weight == ResponseOf::Weight::statics ? 1 : following(of.h);
+  const double h = of.weight == ResponseOf::Weight::statics ? 1 : following(of.h, beta);
   auto response = std::make_shared<ThinResponse>(
       ThinResponse{nodes->A, C, nodes->rows, h, nodes->Q.size() == 0});
   if (of_velocity) {

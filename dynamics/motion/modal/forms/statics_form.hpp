@@ -30,9 +30,9 @@ struct StaticsForm {
 
   // The time tau over which statics follow a force: a force f moves them by F f h / tau in a step.
   // Massless: h, at once. Beside shapes with mass: 1 / omega_limit, else contact bounces on them in
-  // short steps; but h / 1.8 or more, as statics swing without end at h / tau = 2.
-  // docs/theory.md, (41).
-  double following(double h) const;
+  // short steps; but h / 1.8 or more, as statics swing without end at h / tau = 2. Damping of the
+  // stiffness, by beta (s), holds them back. docs/theory.md, (41).
+  double following(double h, double beta) const;
 
   // With `whole`: displacements of its coordinates (rows of V) under forces g along the rows (s).
   Vector displacements(const Vector& g) const {
@@ -52,7 +52,8 @@ struct StaticsForm {
   // As contact sees them, with the weights of the modes; the last few are kept. Velocities have no
   // statics.
   std::shared_ptr<const ThinResponse> response(const std::shared_ptr<const OfNodes>& nodes,
-                                               const ResponseOf& of, const Vector& weight) const;
+                                               const ResponseOf& of, const Vector& weight,
+                                               double beta) const;
 
  private:
   struct Known {
