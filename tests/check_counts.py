@@ -13,8 +13,8 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 BOUNDS = {
     "lines of product": 84390,
     "files of product": 668,
-    "lines of python/cbr": 1050,
-    "lines of tests": 61940,
+    "lines of python/cbr": 1305,
+    "lines of tests": 62075,
     "files of tests": 386,
     "numbers in contact/solve": 92,  # but for 0, 1, 2, 3 and 0.5
     "lines with InputError(": 389,

@@ -71,16 +71,20 @@ def compare(run: Results, reference: Results) -> ErrorCheck:
     return ErrorCheck(surfaces, instances, run, reference)
 
 
-def check_error(scene: Scene, path: str | os.PathLike[str], bin: str | os.PathLike[str] | None = None,
+def check_error(scene: Scene, path: str | os.PathLike[str] = "check.h5", bin: str | os.PathLike[str] | None = None,
                 progress: Callable[[str], object] | None = None) -> ErrorCheck:
     """Runs the scene twice, as Scene.run() does: as it is, and with the full mesh of every superelement
     (NAME-mesh.h5 beside NAME.h5), with short steps, as its own error must be small beside it. So the figures are the error itself, whatever the basis: fewer modes
     or shorter steps show how a run changes, which is less than its error wherever the error falls slowly.
+    Both have 200 outputs where the scene does not say how many (`output.every`).
     The second run takes five times as long as the full meshes do: shorten `time.end` to check a long run.
     ValueError: the scene has no superelement, or one without a mesh. Failed: as of Scene.run(), also
     where the full meshes cannot do what the scene asks (damping of modes).
     """
-    path = pathlib.Path(path)
+    path, scene = pathlib.Path(path), Scene(copy.deepcopy(dict(scene)))
+    every = scene.setdefault("output", {}).get("every", 0)
+    if not every and not scene.get("time", {}).get("static"):
+        scene["output"]["every"] = scene["time"]["end"] / 200
     reference = Scene(copy.deepcopy(dict(scene)))
     reduced = [name for name, of in reference["instances"].items() if of.get("as", "superelement") == "superelement"
                and ("reduction" in reference["components"][of["component"]] or "superelement" in reference["components"][of["component"]])]

@@ -36,7 +36,7 @@ def replace_text(path: str | os.PathLike[str], text: str, noun: str, is_ours: Ca
         mask = os.umask(0)
         os.umask(mask)
         mode = 0o666 & ~mask
-    with tempfile.NamedTemporaryFile("w", dir=target.parent, prefix=".cbr-", suffix=".tmp", delete=False) as file:
+    with tempfile.NamedTemporaryFile("w", encoding="utf-8", dir=target.parent, prefix=".cbr-", suffix=".tmp", delete=False) as file:
         try:
             file.write(text)
             file.flush()

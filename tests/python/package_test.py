@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The package `cbr` on superelements and results that the programs write: package_test.py BIN SOURCE."""
+"""The package `cbr` on superelements and results that the programs write: package_test.py BIN SOURCE [TEST...]."""
 import contextlib
 import doctest
 import html
@@ -130,6 +130,79 @@ class Package(unittest.TestCase):
             cbr.superelement(self.folder / "block.msh")
         with self.assertRaisesRegex(cbr.FileError, "none.h5: no such file"):
             cbr.superelement(self.folder / "none.h5")
+
+    def test_numbers_and_paths_of_any_kind(self) -> None:
+        """Arrays, numpy's numbers and paths in a scene; names and folders in other alphabets."""
+        folder = self.folder / "Prüfung 部品"
+        folder.mkdir()
+        shutil.copy(self.folder / "block.msh", folder / "Körper.msh")
+        made, plain = block("massless"), self.runs["massless"]
+        made["components"]["block"]["mesh"] = pathlib.Path("Körper.msh")
+        made["instances"]["left"] |= {"position": np.array([-0.0254005, 0, 0]), "velocity": np.array([1, 0, 0])}
+        made["time"] = {"end": np.float64(4e-5)}
+        made["components"]["block"]["reduction"]["modes"] = np.int64(30)
+        run = made.run(folder / "Stoß 🜨.yaml", bin=BIN)
+        np.testing.assert_array_equal(run["energy/total"], plain["energy/total"])
+        made["instances"] = {"左": made["instances"]["left"], "жук": made["instances"]["right"]}
+        made["contact"] = [{"between": ["左.contact", "жук.contact"]}]
+        made["output"] = {"every": 1e-6}
+        run = made.run(folder / "Stoß 🜨.yaml", bin=BIN)
+        self.assertEqual(set(run.instances), {"左", "жук"})
+        made.write(folder / "Stoß.yaml")
+        self.assertIn("Körper.msh", (folder / "Stoß.yaml").read_text(encoding="utf-8"))
+        made["time"]["end"] = {1e-5}
+        with self.assertRaisesRegex(TypeError, "a scene has dictionaries, lists, numbers.*, not a set"):
+            made.write(folder / "Stoß.yaml")
+
+    def test_errors_have_the_lines_of_program_and_scene_and_the_signal(self) -> None:
+        wrong = block("characteristic")
+        wrong["time"]["end"] = -1
+        with self.assertRaisesRegex(cbr.Failed, r"cbr-reduce: error: <stdin>:\d+: time.end: .*; line \d+: \"end\": -1$") as caught:
+            wrong.run(self.folder / "wrong.yaml", bin=BIN)
+        self.assertTrue(str(caught.exception).startswith(caught.exception.line))
+        dying = self.folder / "dying"
+        dying.mkdir()
+        (dying / "cbr-reduce").symlink_to(BIN / "cbr-reduce")
+        for name in ("SEGV", "KILL"):
+            (dying / "cbr-dyn").write_text(f"#!/bin/sh\ncase $* in *-2.h5*) kill -{name} $$;; esac\nexec '{BIN}/cbr-dyn' \"$@\"\n")
+            (dying / "cbr-dyn").chmod(0o755)
+            with self.assertRaisesRegex(cbr.Failed, f"^cbr-dyn: ended by SIG{name}") as died:
+                block("characteristic").run(self.folder / "died-2.yaml", bin=dying)
+            self.assertLess(died.exception.returncode, 0)
+        made = cbr.study(block("characteristic"), "time.end", [1e-5, 2e-5, 3e-5], self.folder / "died.h5", bin=dying, progress=False)
+        self.assertEqual(made.failures, {1: "cbr-dyn: ended by SIGKILL"})
+        self.assertIsNone(made.runs[1])
+        self.assertEqual(list(np.isnan(made.columns["energy"])), [False, True, False])
+        self.assertRegex(str(made), r"2e-05 +nan +nan +cbr-dyn: ended by SIGKILL\n3e-05 +0\.")
+
+    def test_study(self) -> None:
+        """Ten angles on one reduction: each row is that of a run of its own."""
+        made, angles = block("characteristic", 1e-5), np.zeros((10, 3))
+        angles[:, 2] = np.linspace(0, 2, 10)
+        before = (self.folder / "characteristic.cbr.h5").read_bytes()
+        with contextlib.redirect_stderr(io.StringIO()) as bar:
+            table = cbr.study(made, "instances.left.rotation", angles, self.folder / "angle.h5", bin=BIN)
+        self.assertEqual((self.folder / "characteristic.cbr.h5").read_bytes(), before)
+        self.assertIn("[###                           ] 1 of 10 runs, ", bar.getvalue())
+        self.assertIn(f"[{'#' * 30}] 10 of 10 runs\n", bar.getvalue())
+        made["instances"]["left"]["rotation"] = angles[7]
+        run = made.run(self.folder / "one.yaml", bin=BIN)
+        np.testing.assert_array_equal(table.runs[7]["energy/total"], run["energy/total"])  # type: ignore[index]
+        force = table.columns["force of left.contact - right.contact"]
+        self.assertEqual(force[7], np.linalg.norm(run["contact/left.contact - right.contact/force"], axis=1).max())
+        self.assertEqual(len(str(table).splitlines()), 11)
+        self.assertNotIn("rotation", block("characteristic")["instances"]["left"])
+        speed = cbr.study(made, "output.history.1", ["right.contact"], self.folder / "n.h5", {"n": lambda run: len(run.time)}, BIN,
+                          progress=False)
+        self.assertEqual(list(speed.columns["n"]), [11])
+        for parameter, words in (("instances.middle.rotation", "instances has no 'middle'; it has: left, right"),
+                                 ("output.history.2", "output.history has entries 0 to 1, not '2'")):
+            with self.assertRaisesRegex(KeyError, words):
+                cbr.study(made, parameter, [1], self.folder / "n.h5", bin=BIN)
+        with self.assertRaisesRegex(cbr.Failed, "did you mean 'step'"):
+            cbr.study(made, "time.stepp", [1], self.folder / "n.h5", bin=BIN, progress=False)
+        with self.assertRaisesRegex(ValueError, "there are none"):
+            cbr.study(made, "time.end", [], self.folder / "n.h5", bin=BIN)
 
     def test_replaces_no_file_but_its_own(self) -> None:
         """A path that names a mesh, notes, or a scene that somebody wrote by hand costs nobody a file."""
@@ -388,7 +461,8 @@ class Package(unittest.TestCase):
         self.assertLess(float(told[3].split(", ")[1].split()[0]), 0.01)
 
     def test_docstrings(self) -> None:
-        for module in ("cbr.check", "cbr.results", "cbr.scene", "cbr.superelement", "cbr.report"):
+        for module in ("cbr.check", "cbr.results", "cbr.scene", "cbr.study", "cbr.superelement",
+                       "cbr.report"):
             found = doctest.testmod(sys.modules[module])
             self.assertGreater(found.attempted, 0)
             self.assertEqual(found.failed, 0)
@@ -430,4 +504,4 @@ class Page(html.parser.HTMLParser):
 
 
 if __name__ == "__main__":
-    unittest.main(argv=sys.argv[:1])
+    unittest.main(argv=[sys.argv[0], *sys.argv[3:]])
