@@ -461,11 +461,79 @@ class Package(unittest.TestCase):
         self.assertLess(float(told[3].split(", ")[1].split()[0]), 0.01)
 
     def test_docstrings(self) -> None:
-        for module in ("cbr.check", "cbr.results", "cbr.scene", "cbr.study", "cbr.superelement",
+        for module in ("cbr.check", "cbr.results", "cbr.scene", "cbr.signals", "cbr.study", "cbr.superelement",
                        "cbr.report"):
             found = doctest.testmod(sys.modules[module])
             self.assertGreater(found.attempted, 0)
             self.assertEqual(found.failed, 0)
+
+
+class Signals(unittest.TestCase):
+    """Filters and spectra against closed forms."""
+
+    def test_classes_are_those_of_j211(self) -> None:
+        """The recursion of SAE J211-1, Appendix C, there and back over noise between two rests; its gain; 5/3 of the class."""
+        step, n = 1e-4, 20000
+        x, t = np.zeros(n), step * np.arange(n)
+        x[8000:12000] = np.random.default_rng(1).standard_normal(4000)
+        for channel in cbr.signals.CFC:
+            wa = np.tan(np.pi * channel * 2.0775 * step)
+            a0, b1, b2 = (number / (1 + np.sqrt(2) * wa + wa**2) for number in (wa**2, -2 * (wa**2 - 1), -1 + np.sqrt(2) * wa - wa**2))
+            expected = x
+            for _ in range(2):
+                y = np.zeros(n)
+                for i in range(2, n):
+                    y[i] = a0 * (expected[i] + 2 * expected[i - 1] + expected[i - 2]) + b1 * y[i - 1] + b2 * y[i - 2]
+                expected = y[::-1]
+            np.testing.assert_allclose(cbr.cfc(t, x, channel), expected, atol=1e-12 * np.abs(expected).max())
+            for hz in (0.3 * channel, 5 / 3 * channel, 3 * channel):
+                gain = 1 / (1 + (np.tan(np.pi * hz * step) / wa)**4)
+                sine, inside = np.sin(2 * np.pi * hz * t), slice(3000, 17000)
+                np.testing.assert_allclose(cbr.cfc(t, sine, channel)[inside], gain * sine[inside], atol=1e-11)
+        fine = 1e-6 * np.arange(300000)
+        sine = np.sin(2 * np.pi * 1000 * fine)
+        self.assertAlmostEqual(20 * np.log10(np.abs(cbr.cfc(fine, sine, 600)[100000:200000]).max()), 10 * np.log10(0.5), places=3)
+
+    def test_butterworth_has_its_gain(self) -> None:
+        t, inside = 1e-4 * np.arange(20000), slice(5000, 15000)
+        for order in (1, 2, 3, 8):
+            for hz in (100, 200, 350):
+                r = np.tan(np.pi * hz * 1e-4) / np.tan(np.pi * 200 * 1e-4)
+                both = np.column_stack([np.sin(2 * np.pi * hz * t), np.cos(2 * np.pi * hz * t)])
+                for above in (False, True):
+                    gain = 1 / (1 + (np.sqrt(2) - 1) * (1 / r if above else r)**(2 * order))
+                    found = cbr.butterworth(t, both, 200, order, above)
+                    np.testing.assert_allclose(found[inside], gain * both[inside], atol=1e-11)
+                    if hz == 200:
+                        self.assertAlmostEqual(gain, np.sqrt(0.5), places=14)
+            np.testing.assert_allclose(cbr.butterworth(t, 3 + 2 * t, 200, order), 3 + 2 * t, atol=1e-11)
+            np.testing.assert_allclose(cbr.butterworth(t, 3 + 2 * t, 200, order, True), 0, atol=1e-11)
+
+    def test_spectrum_has_the_mean_square(self) -> None:
+        """Of a sine on a frequency of the spectrum to round-off; of noise, whose density is 2 sigma^2 / samples a second, to
+        its scatter."""
+        t = np.arange(2**18) / 5000
+        noise = 0.3 * np.random.default_rng(5).standard_normal(len(t))
+        hz, density = cbr.psd(t, np.column_stack([4 * np.sin(2 * np.pi * 625 * t), noise]), 1024)
+        self.assertEqual(density.shape, (513, 2))
+        self.assertAlmostEqual(hz[density[:, 0].argmax()], 625, places=9)
+        np.testing.assert_allclose(density[:, 0].sum() * hz[1], 4**2 / 2, rtol=1e-12)
+        # 511 segments, which overlap by half: 1 / sqrt(270) a frequency, a sixteenth of it for a mean of 256
+        for band in (slice(1, 257), slice(257, 512)):
+            self.assertLess(abs(density[band, 1].mean() / (2 * 0.3**2 / 5000) - 1), 3 / np.sqrt(256 * 270))
+        self.assertLess(np.abs(density[2:511, 1] / (2 * 0.3**2 / 5000) - 1).max(), 5 / np.sqrt(270))
+        for odd in (999, 1000):  # with and without a highest frequency of its own
+            hz, density = cbr.psd(t, noise, odd)
+            self.assertLess(abs(density.sum() * hz[1] / np.mean(noise**2) - 1), 0.01)
+
+    def test_refusals(self) -> None:
+        t = np.arange(100) / 1000
+        for words, call in (("no class 70", lambda: cbr.cfc(t, t, 70)), ("class 180 needs 10 times", lambda: cbr.cfc(t, t, 180)),
+                            ("between 0 and 500 Hz", lambda: cbr.butterworth(t, t, 500)), ("order 0", lambda: cbr.butterworth(t, t, 5, 0)),
+                            ("not evenly spaced", lambda: cbr.psd(t**2, t)), ("not finite", lambda: cbr.psd(t, t / 0 * np.nan)),
+                            ("give n times", lambda: cbr.psd(t, t[1:])), ("from 4 to 100", lambda: cbr.psd(t, t, 101))):
+            with self.assertRaisesRegex(ValueError, words), np.errstate(all="ignore"):
+                call()
 
 
 VOID = {"meta", "br", "img", "path", "use", "rect", "line"}
