@@ -14,8 +14,8 @@ BOUNDS = {
     "lines of product": 84390,
     "files of product": 668,
     "lines of python/cbr": 1305,
-    "lines of tests": 62075,
-    "files of tests": 386,
+    "lines of tests": 62205,
+    "files of tests": 391,
     "numbers in contact/solve": 92,  # but for 0, 1, 2, 3 and 0.5
     "lines with InputError(": 389,
     "classes derived from Body": 6,

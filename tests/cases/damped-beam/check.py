@@ -6,6 +6,9 @@ import sys
 import h5py
 import numpy as np
 
+sys.path.append("..")
+from checks import report
+
 with h5py.File(sys.argv[1]) as f:
     t = f["time"][:]
     z = {name: f[f"surfaces/{name}.z_max/mean_position"][:, 2] for name in ("reduced", "full", "measured")}
@@ -33,9 +36,4 @@ checks = [
     ("decay of the mesh's swing, from the first mode's", abs(decay("full") / expected["full"] - 1), 0.05),
     ("decay of the measured beam's swing, likewise", abs(decay("measured") / expected["measured"] - 1), 0.05),
 ]
-missed = 0
-for what, value, bound in checks:
-    held = value <= bound
-    missed += not held
-    print(f"{what:55s} {value:12.4g}  bound {bound:8.3g}  {'held' if held else 'MISSED'}")
-sys.exit(missed > 0)
+sys.exit(report(checks))

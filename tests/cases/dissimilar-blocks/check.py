@@ -13,15 +13,13 @@ import numpy as np
 
 from plot import BODIES, CONVERGED, SIZES, Runs, load_rows, rms
 
+sys.path.append("..")
+from checks import Checks
 
-class Check:
+
+class Check(Checks):
     def __init__(self, runs):
-        self.runs, self.missed = runs, 0
-
-    def below(self, run, what, value, bound):
-        held = value <= bound
-        self.missed += not held
-        print(f"{run:30s} {what:46s} {value:12.4g}  bound {bound:10.4g}  {'held' if held else 'MISSED'}")
+        self.runs = runs
 
     def velocity(self, name):
         return self.runs[name]["v"]["right"][-1]
@@ -123,7 +121,7 @@ def main():
             check.balances(name)
     check.sides()
     check.row(load_rows(folder))
-    return 1 if check.missed else 0
+    return check.exit_code()
 
 
 if __name__ == "__main__":

@@ -7,6 +7,9 @@ It is a little less along the block's way, as the foot also slips sideways where
 import csv
 import sys
 
+sys.path.append("..")
+from checks import report
+
 with open(sys.argv[1]) as file:
     rows = [{key: float(value) for key, value in row.items()} for row in csv.DictReader(file)]
 largest = max(row["normal_impulse"] for row in rows)
@@ -16,9 +19,5 @@ checks = [
     ("scenes that do not rebound", sum(row["rebound"] <= 0 for row in rows), 0),
     ("rebound above the speed of the drop", max(0.0, max(row["rebound"] for row in rows) - 1), 0),
 ]
-missed = 0
-for name, value, allowed in checks:
-    print(f"{name}: {value:.3g} (at most {allowed:g})")
-    missed += not value <= allowed
 print(f"{len(rows)} scenes")
-sys.exit(1 if missed else 0)
+sys.exit(report(checks))

@@ -8,27 +8,23 @@ import sys
 
 from runs import Runs, against
 
+sys.path.append("..")
+from checks import Checks
 
-class Check:
+
+class Check(Checks):
     def __init__(self, folder):
-        self.runs, self.missed, self.counted = Runs(folder), 0, 0
-
-    def below(self, run, what, value, bound):
-        held = bool(value <= bound)
-        self.missed += not held
-        self.counted += 1
-        word = "held" if held else "MISSED"
-        print(f"{run.name:24s} {what:56s} {value:12.4g}  bound {bound:10.4g}  {word}")
+        self.runs = Runs(folder)
 
     def holds(self, run):
         """Laws that every run obeys by itself, to round-off or to the solver's tolerance."""
-        self.below(run, "energy that no work accounts for, share", run.balance, 1e-10)
-        self.below(run, "energy above what there was at the start, share", run.gained, 1e-3)
-        self.below(run, "largest residual of the contact laws", run.residual, 1e-8)
+        self.below(run.name, "energy that no work accounts for, share", run.balance, 1e-10)
+        self.below(run.name, "energy above what there was at the start, share", run.gained, 1e-3)
+        self.below(run.name, "largest residual of the contact laws", run.residual, 1e-8)
         brought = abs(run.p[0, 0])
         if not run.friction:
             change = abs(run.p[:, 0] - run.p[0, 0]).max() / brought
-            self.below(run, "momentum along a floor without friction, share", change, 1e-10)
+            self.below(run.name, "momentum along a floor without friction, share", change, 1e-10)
 
     def agrees(self, run, full):
         """A superelement against the full mesh `part`: 1.5 % of the way without friction, 4 % with
@@ -37,11 +33,11 @@ class Check:
         factor = 2 if run.mesh == "small" else 1
         off = against(run, full)
         way = 4 if run.friction else 1.5
-        self.below(run, "centre of mass off, % of its way", off["way_percent"], way * factor)
+        self.below(run.name, "centre of mass off, % of its way", off["way_percent"], way * factor)
         if run.friction:
             along = abs(off["momentum_off_percent"])
-            self.below(run, "momentum along the floor off, %", along, 15 * factor)
-        self.below(run, "its steps over the mesh's", run.steps / full.steps, 1)
+            self.below(run.name, "momentum along the floor off, %", along, 15 * factor)
+        self.below(run.name, "its steps over the mesh's", run.steps / full.steps, 1)
 
 
 def main():
@@ -51,8 +47,7 @@ def main():
         full = check.runs.full(run)
         if full and run is not full:
             check.agrees(run, full)
-    print(f"{check.counted - check.missed} of {check.counted} held")
-    return 1 if check.missed or not check.counted else 0
+    return check.exit_code()
 
 
 if __name__ == "__main__":

@@ -9,6 +9,8 @@ import numpy as np
 from runs import SURFACES, Runs, apart, extrapolated, load_impulse
 from scene import dofs
 
+sys.path.append("..")
+from checks import Checks
 
 FIRST = {"coarse": 24, "fine": 48}  # 0.3 us over a twelfth of the critical step
 
@@ -16,15 +18,9 @@ FIRST = {"coarse": 24, "fine": 48}  # 0.3 us over a twelfth of the critical step
 BOUND = {"coarse-a": 1e-12, "coarse-b": 1e-12, "coarse-c": 1e-12, "fine-a": 1e-9, "fine-b": 1e-12, "fine-c": 3e-3}
 
 
-class Check:
+class Check(Checks):
     def __init__(self, runs):
-        self.runs, self.missed, self.counted = runs, 0, 0
-
-    def below(self, run, what, value, bound):
-        held = bool(value <= bound)
-        self.missed += not held
-        self.counted += 1
-        print(f"{run:38s} {what:58s} {value:12.4g}  bound {bound:10.4g}  {'held' if held else 'MISSED'}")
+        self.runs = runs
 
     def between(self, run, what, value, low, high):
         self.below(run, f"{what}, at most", value, high)
@@ -126,8 +122,7 @@ def main():
     if len(hexes) > 1:
         for form, value in hexes["fine"].items():
             check.below(f"fine-{form}", "difference from hex8-incompatible, of the coarse mesh's", value / hexes["coarse"][form], 0.8)
-    print(f"{check.counted - check.missed} of {check.counted} held")
-    return 1 if check.missed or not check.counted else 0
+    return check.exit_code()
 
 
 if __name__ == "__main__":

@@ -8,16 +8,13 @@ import numpy as np
 
 from runs import Runs, rms, rms_force
 
+sys.path.append("..")
+from checks import Checks
 
-class Check:
+
+class Check(Checks):
     def __init__(self, folder):
-        self.runs, self.folder, self.missed, self.counted = Runs(folder), folder, 0, 0
-
-    def below(self, run, what, value, bound):
-        held = bool(value <= bound)
-        self.missed += not held
-        self.counted += 1
-        print(f"{run:16s} {what:62s} {value:12.4g}  bound {bound:10.4g}  {'held' if held else 'MISSED'}")
+        self.runs, self.folder = Runs(folder), folder
 
     def balances(self, run):
         """Momentum and energy: to round-off, each run by itself."""
@@ -62,8 +59,7 @@ def main():
             check.agrees(run, full)
     for mesh in check.runs.meshes():
         check.modes(mesh)
-    print(f"{check.counted - check.missed} of {check.counted} held")
-    return 1 if check.missed or not check.counted else 0
+    return check.exit_code()
 
 
 if __name__ == "__main__":

@@ -7,6 +7,9 @@ import sys
 import h5py
 import numpy as np
 
+sys.path.append("..")
+from checks import report
+
 folder = pathlib.Path(sys.argv[1])
 
 
@@ -38,9 +41,4 @@ checks = [
     ("change of size", abs(size("large") - 1).max(), 0.01),
     ("share of that of the linear body", abs(size("large") - 1).max() / abs(size("small") - 1).max(), 0.02),
 ]
-missed = 0
-for what, value, bound in checks:
-    held = value <= bound
-    missed += not held
-    print(f"{what:55s} {value:12.4g}  bound {bound:8.3g}  {'held' if held else 'MISSED'}")
-sys.exit(missed > 0)
+sys.exit(report(checks))

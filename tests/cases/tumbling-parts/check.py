@@ -7,18 +7,12 @@ import sys
 import h5py
 import numpy as np
 
+sys.path.append("..")
+from checks import Checks
+
 folder = pathlib.Path(sys.argv[1])
 walls = ("floor", "west", "east", "south", "north")
-missed = 0
-
-
-def check(what, value, bound):
-    global missed
-    held = value <= bound
-    missed += not held
-    print(f"{what:70s} {value:12.4g}  bound {bound:8.3g}  {'held' if held else 'MISSED'}")
-
-
+checks = Checks()
 print(f"{'parts':14s} {'coordinates':>11s} {'steps':>7s} {'stepping s':>11s} {'pairs that touch':>17s} {'energy lost':>12s} {'turned up to':>13s}")
 runs = {name: h5py.File(folder / f"{name}.h5") for name in ("superelement", "mesh", "rigid")}
 for name, f in runs.items():
@@ -31,14 +25,14 @@ for name, f in runs.items():
     time = f["time"][:]
     energy = {key: f[f"energy/{key}"][:] for key in f["energy"]}
     left = energy["total"] - sum(energy[key] for key in energy if key != "total")
-    check(f"{name}: energy that no work accounts for, share", abs(left - left[0]).max() / energy["total"].max(), 1e-12)
+    checks.below(f"{name}: energy that no work accounts for, share", abs(left - left[0]).max() / energy["total"].max(), 1e-12)
     if name == "mesh":
         # Central differences of what turns keep no energy exactly, and book what is left
-        check(f"{name}: energy that the steps give or take, share", abs(energy["work_numerical"]).max() / energy["total"].max(), 1e-4)
+        checks.below(f"{name}: energy that the steps give or take, share", abs(energy["work_numerical"]).max() / energy["total"].max(), 1e-4)
     given = energy["work_contact"] + energy["work_friction"]
     # What contact takes swings while parts touch
     flies = f["contact/active"][:] == 0
-    check(f"{name}: energy that contact has given whenever all fly, share", given[flies].max() / energy["total"][0], 1e-9)
+    checks.below(f"{name}: energy that contact has given whenever all fly, share", given[flies].max() / energy["total"][0], 1e-9)
     bodies = list(f["instances"].values())
     momentum = sum(body["momentum"][:] for body in bodies)
     # Gravity moves the mass, walls give impulses: forces are means since the last output, on the first-named surface
@@ -49,6 +43,6 @@ for name, f in runs.items():
     free = momentum - pushed
     slope = np.polyfit(time, free[:, 2], 1)[0]  # the weight of all parts
     drift = free - free[0] - np.outer(time, [0, 0, slope])
-    check(f"{name}: momentum beside gravity's and the walls', share", abs(drift).max() / np.linalg.norm(momentum, axis=1).max(), 1e-12)
-    check(f"{name}: deepest penetration at an output, m", max(pair["penetration"][:].max() for pair in f["contact"].values() if isinstance(pair, h5py.Group)), 1e-9)
-sys.exit(missed > 0)
+    checks.below(f"{name}: momentum beside gravity's and the walls', share", abs(drift).max() / np.linalg.norm(momentum, axis=1).max(), 1e-12)
+    checks.below(f"{name}: deepest penetration at an output, m", max(pair["penetration"][:].max() for pair in f["contact"].values() if isinstance(pair, h5py.Group)), 1e-9)
+sys.exit(checks.exit_code())
