@@ -35,7 +35,8 @@ Points lasting_part(Points now, PairMemory& memory) {
     const Vector3 p1 = now.row(i), p2 = memory.force.row(i), p3 = memory.force_before.row(i);
     const Vector3 lasts = common(common(p1, p2), p3),
                   change = (19 * p1 + 4 * p2 - 11 * p3) / 12 - lasts;
-    const double size = change.norm(), most = 0.5 * lasts.norm();
+    // Their squares may underflow or overflow
+    const double size = change.stableNorm(), most = 0.5 * lasts.stableNorm();
     part.row(i) = lasts + (size > most ? most / size : 1.0) * change;
   }
   memory.force_before.swap(memory.force);
