@@ -33,6 +33,13 @@ def main():
     lefts = [load(folder / f"{name}.h5")["v"]["left"][-1] for name in ("a-nodal", "b-nodal", "c-nodal", "full-nodal")]
     ordered = all(more > less + 0.05 * SPEED for more, less in zip(lefts, lefts[1:]))
     expect("nodal", "a > b > c > full", float(ordered), 1, 0)
+    # Half and quarter models
+    whole = load(folder / "symmetry/full-mesh.h5")["v"]
+    for part in ("full", "half", "quarter"):
+        for kind, tolerance in (("mesh", 1e-11), ("superelement", 0.005)):
+            run = load(folder / f"symmetry/{part}-{kind}.h5")["v"]
+            for block in ("left", "right"):
+                expect(f"{part}-{kind}", f"{block}, m/s", run[block][-1], whole[block][-1], tolerance * SPEED)
     for path in sorted(folder.glob("*.h5")):
         if not path.name.endswith(".cbr.h5"):
             run = load(path)
