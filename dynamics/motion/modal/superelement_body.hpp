@@ -19,6 +19,7 @@
 #include "dynamics/motion/modal/forms/diagonal_form.hpp"
 #include "dynamics/motion/modal/forms/modal_propagator.hpp"
 #include "dynamics/motion/modal/forms/spin_coupling.hpp"
+#include "dynamics/motion/modal/residual_motion.hpp"
 #include "dynamics/motion/newmark.hpp"
 #include "dynamics/motion/static_state.hpp"
 
@@ -36,14 +37,17 @@ struct Placement {
   }
 };
 
-// Assumes small displacements and rotations relative to the placed component (state().rotation says
-// how far that is stretched).
+// Modes and residual compliance. Modes with mass get impulses of contact at the start of the step.
+// Beside a massless interface they get half of the force of contact before the end of the step and
+// half after it: Gautschi's trigonometric scheme with Scheme::exact, by the gain of
+// BodyPlan::contact_step, and leapfrog with central differences (docs/theory.md, (39), (40)).
+// Displacements and rotations relative to the placed component are small (state().rotation).
 class SuperelementBody final : public Body {
  public:
   // `form` belongs to `superelement`; both are shared by the instances of a component (a held
   // instance has its own form). add_velocities() and nodal_masses() need the superelement's
-  // matrices. Not with Scheme::newmark: add_velocities(), motion_bound(). `newmark` is looked at
-  // with Scheme::newmark only.
+  // matrices, and no residual compliance. Not with Scheme::newmark: add_velocities(),
+  // motion_bound(), a massless interface. `newmark` is read with Scheme::newmark only.
   SuperelementBody(std::string name, std::shared_ptr<const Superelement> superelement,
                    std::shared_ptr<const DiagonalForm> form, const Placement& placement,
                    Scheme scheme, const NewmarkOptions& newmark = {}, const Damping& damping = {});
@@ -51,21 +55,14 @@ class SuperelementBody final : public Body {
   double largest_frequency() const override;
   bool is_damped() const { return damping_.hash != 0; }
 
-  // Newmark: impulses of contact act at the start of a step, as with the other integrators, where
-  // it is no longer than the critical one. For bodies whose statics answer forces at once, which
-  // have no law of velocities.
-  void kick_at_start() { may_kick_at_start_ = true; }
-  // Impulses of contact come by add_end_impulses() then, without Newmark.
-  void kick_at_end() { kicks_at_end_ = true; }
   double lasting_share() const override {
     if (scheme() == Scheme::newmark) return 0;
-    return kicks_at_end_ ? -0.5 : 0.5;
+    return facts_.kicks_at_end ? -0.5 : 0.5;
   }
   FloatingForces floating_forces() const override;
   void float_by(const Vector& move) override;
-  // The same with the forces of contact at the ends of steps, as those of add_end_impulses().
-  void start_late_motion(double h, const std::vector<BodyLoad>& loads);
-  ResponseOf static_response_of(Vector& weight) const;  // as response_of()
+  const ResidualMotion& residual() const { return residual_; }
+  ResidualMotion& residual() { return residual_; }
   double mass() const { return superelement_->rigid_body.mass; }
   Vector3 center_of_mass() const { return center_at(eta_); }
   // as predicted_positions()
@@ -126,13 +123,6 @@ class SuperelementBody final : public Body {
   // From here on forces on nodes are also summed, with a factor of 1 (N x 3, component axes).
   void sum_forces() { forces_ = Points::Zero(own_nodes().rows(), 3); }
   const Points& forces() const { return forces_; }
-  // What response(set, h) is V_c diag(weight) V_c^T of, for those that do not want it formed; the
-  // rows V_c of a set.
-  ResponseOf response_of(double h, Vector& weight) const;
-  const NodeRows& node_rows(Index set) const { return *sets_[set].rows; }
-
-  // V_c diag(weight) V_c^T of the rows, formed or as its factors, whichever is smaller.
-  NodeResponse answer(const NodeRows& rows, const ResponseOf& of, const Vector& weight) const;
   Points nodal_masses(Index set) const override;
   void add_start_impulse(const Vector& impulse) override;
 
@@ -141,17 +131,20 @@ class SuperelementBody final : public Body {
   void own_positions(Index set, Points& x) const override;
   void own_predicted_positions(Index set, Points& x) const override;
   MotionBound own_motion_bound(Index set, bool quick) const override;
-  bool own_at_rest() const override { return loads_.empty() && v_.isZero(0) && eta_.isZero(0); }
+  bool own_at_rest() const override {
+    return loads_.empty() && v_.isZero(0) && eta_.isZero(0) && residual_.at_rest();
+  }
   Index own_track_mean(const std::vector<Index>& nodes) override;
   void own_mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
   void own_take_impulses(Index set, const Impulses& impulses) override;
   void own_expect_forces(Index set, const Points& forces) override;
+  double own_residual_friction(Index set, const Points& impulses, bool between) override {
+    return residual_.friction(set, impulses, between);
+  }
   void own_accept() override;
   void own_end_velocities(Index set, Points& v) override;
   NodeResponse own_velocity_response(Index set) const override;
-  // Without Newmark: forces at the end of the step, which StaticsBody knows then, times the step.
-  // Energies are of the middle of such a kick; with central differences it is half of what the
-  // rates of the next step get.
+  // At the end of a step the residual compliance moves no further: velocities are of the modes.
   void own_add_end_impulses(Index set, const Points& impulses) override;
   void own_relax(double t, double share) override;
   Matrix own_floating_motions(Index set) const override;
@@ -163,7 +156,11 @@ class SuperelementBody final : public Body {
   NodeResponse own_response(Index set, double h) const override;
   Vector3 own_add_velocities(Index set, const Points& velocities, const Vector3& momentum) override;
   BodyState own_state() const override;
-  BodyWork own_work() const override { return work_; }
+  BodyWork own_work() const override {
+    BodyWork work = work_;
+    residual_.add_work(work);
+    return work;
+  }
   void own_displacements(Points& u, Points& v) const override;
   void own_coordinates(Vector& q, Vector& rates) const override;  // q = V eta
   void own_keep_state(StateArchive& archive) override;
@@ -183,6 +180,12 @@ class SuperelementBody final : public Body {
     LoadHistory history;
   };
 
+  double highest_mode() const { return form_->omega.size() ? form_->omega.maxCoeff() : 0; }
+  // Of V_c diag(weight) V_c^T, for a step h, and of it in equilibrium.
+  ResponseOf response_of(double h, Vector& weight) const;
+  ResponseOf static_response_of(Vector& weight) const;
+  // The same and the residual compliance, formed or as factors, whichever is smaller.
+  NodeResponse answer(Index set, const ResponseOf& of, const Vector& weight) const;
   const Matrix& velocity_map(const NodeRows& rows) const;
   const ModalPropagator& propagator(double h) const;
   const Vector& present_rates() const;
@@ -250,6 +253,7 @@ class SuperelementBody final : public Body {
   std::vector<MeanSet> means_;
   std::vector<ModalLoad> loads_;
   LoadNumbers load_of_;
+  ResidualMotion residual_;
   Points forces_;
   Breakpoints breakpoints_;  // of all histories
 
@@ -267,7 +271,6 @@ class SuperelementBody final : public Body {
     Vector now, next;
     bool ever = false;
   } lasting_;
-  bool kicks_at_end_ = false;
   // Kicks of forces at the start of the step, which v_ has, and at its end. Without what lasts.
   // Empty before the first one
   Vector late_, late_end_;
@@ -285,7 +288,6 @@ class SuperelementBody final : public Body {
   mutable Index n_soft_ = 0;  // modes whose omega h is not large
   // arrived_: the end of the step is known, impulses included
   bool started_ = false, arrived_ = false;
-  bool may_kick_at_start_ = false;  // see kick_at_start()
   BodyWork work_;
   Matrix turning_H_, turning_g_;  // see feel_spin(), whose columns are the first n_spin_
   std::vector<LoadHistory> turning_histories_;

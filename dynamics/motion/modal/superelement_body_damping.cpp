@@ -36,7 +36,7 @@ void SuperelementBody::predict_central_damped() {
     v_ -= 0.5 * h_ * all;
     last_h_ = h_;
   }
-  // Forces that StaticsBody knows at the end of a step are a kick at the start of this one
+  // Forces at the end of the last step are a kick at the start of this one
   const bool late = late_.size() > 0;
   if (late) v_ -= late_;
   v_end_ = (1 - 0.5 * last_h_ * c) * v_.array() + 0.5 * (last_h_ + h_) * f_.array();

@@ -55,8 +55,10 @@ void SuperelementBody::predict_newmark(double h) {
   eta_end_ = eta_ + d_;
 }
 
+// Residual compliance follows forces at once and has no velocities: impulses of contact act at the
+// start of a step, as with the other schemes, where it is no longer than the critical one.
 bool SuperelementBody::kicks_at_start(double h) const {
-  return may_kick_at_start_ && largest_frequency() * h <= 2;
+  return form_->residual && highest_mode() * h <= 2;
 }
 
 const Vector& SuperelementBody::newmark_kick_weight(double h) const {
@@ -154,8 +156,7 @@ void SuperelementBody::own_end_velocities(Index set, Points& v) {
 }
 
 NodeResponse SuperelementBody::own_velocity_response(Index set) const {
-  return answer(*sets_[set].rows, {ResponseOf::Weight::velocity},
-                Vector::Ones(form_->omega.size()));
+  return answer(set, {ResponseOf::Weight::velocity}, Vector::Ones(form_->omega.size()));
 }
 
 void SuperelementBody::own_add_end_impulses(Index set, const Points& impulses) {

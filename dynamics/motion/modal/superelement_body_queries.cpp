@@ -88,6 +88,7 @@ MotionBound SuperelementBody::own_motion_bound(Index set, bool quick) const {
     bound.growth = bound.growth.cwiseMax(T.cwiseAbs() * growth);
     bound.acceleration = bound.acceleration.cwiseMax(T.cwiseAbs() * acceleration);
   }
+  residual_.add_bound(set, bound);
   return bound;
 }
 
@@ -113,18 +114,20 @@ ResponseOf SuperelementBody::response_of(double h, Vector& weight) const {
   return of;
 }
 
-// S = V_c diag(w) V_c^T   (3m x 3m)
+// S = V_c diag(w) V_c^T + B F B^T / following(h)   (3m x 3m)
 NodeResponse SuperelementBody::own_response(Index set, double h) const {
   Vector weight;
   const ResponseOf of = response_of(h, weight);
-  return answer(*sets_[set].rows, of, weight);
+  return answer(set, of, weight);
 }
 
-NodeResponse SuperelementBody::answer(const NodeRows& rows, const ResponseOf& of,
-                                      const Vector& weight) const {
+NodeResponse SuperelementBody::answer(Index set, const ResponseOf& of, const Vector& weight) const {
+  const NodeRows& rows = *sets_[set].rows;
   NodeResponse response;
   response.axes = placement_.T;
-  if (rows.has_few_modes()) {
+  if (form_->residual) {
+    response.thin = residual_.response(set, of, weight);
+  } else if (rows.has_few_modes()) {
     response.thin = rows.thin_response(of, weight);
   } else {
     response.block = rows.response(of, weight);
@@ -133,6 +136,7 @@ NodeResponse SuperelementBody::answer(const NodeRows& rows, const ResponseOf& of
 }
 
 Points SuperelementBody::nodal_masses(Index set) const {
+  if (form_->residual) lacks_nodal_masses();
   const auto& nodes = sets_[set].rows->nodes();
   const Index k = superelement_->k(), c = superelement_->c();
   if (superelement_->M_cc.rows() != c) return Points::Zero(static_cast<Index>(nodes.size()), 3);
@@ -202,6 +206,7 @@ void SuperelementBody::take_plan(const BodyPlan& plan) {
 void SuperelementBody::take_load(const BodyLoad& load) {
   const auto [forces, modal] = forces_of(load);
   if (forces) {
+    residual_.add_load(forces, load.history);
     if (forces_.size() > 0) forces_ += forces.on_nodes() * placement_.T;
     append_load(modal_force({forces}), load.history);
   }
@@ -293,6 +298,7 @@ BodyState SuperelementBody::own_state() const {
         0.5 * before(v_) - 0.5 * last_h_ * before((omega.square() * eta_.array()).matrix());
   }
   state.strain_energy = 0.5 * (omega * eta_.array()).square().sum();
+  residual_.add_strain_energy(state.strain_energy);
   return state;
 }
 
@@ -300,18 +306,11 @@ void SuperelementBody::own_coordinates(Vector& q, Vector& rates) const {
   const Index k = superelement_->k(), n = own_nodes().rows();
   q.setZero(k + 3 * n);
   rates.setZero(k + 3 * n);
-  if (eta_.size() == 0) return;
-  const Vector all = form_->V * eta_, all_rates = form_->V * present_rates();
-  q.head(k) = all.head(k);
-  rates.head(k) = all_rates.head(k);
-  for (Index i = 0; i < n; ++i) {
-    for (int d = 0; d < 3; ++d) {
-      if ((*rows_)(i, d) >= 0) {
-        q[k + 3 * i + d] = all[(*rows_)(i, d)];
-        rates[k + 3 * i + d] = all_rates[(*rows_)(i, d)];
-      }
-    }
+  if (eta_.size() > 0) {
+    add_to_coordinates(*rows_, form_->V * eta_, q);
+    add_to_coordinates(*rows_, form_->V * present_rates(), rates);
   }
+  residual_.add_coordinates(eta_, q, rates);
 }
 
 void SuperelementBody::own_displacements(Points& u, Points& v) const {
@@ -333,6 +332,7 @@ void SuperelementBody::own_keep_state(StateArchive& archive) {
   archive(statics_, lasting_.now);
   if (archive.restores() && lasting_.now.size() > 0) lasting_.ever = true;
   if (archive.restores()) regular_ = other_ = nullptr;
+  residual_.keep_state(archive);
 }
 
 }  // namespace cbr

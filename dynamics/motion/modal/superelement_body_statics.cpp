@@ -29,6 +29,7 @@ void SuperelementBody::own_relax(double t, double share) {
   eta_end_ = eta_;
   const Index n = f_.size() - n_floating();
   eta_end_.tail(n) = f_.tail(n).array() / form_->omega.tail(n).array().square();
+  residual_.relax(t, share);
 }
 
 ResponseOf SuperelementBody::static_response_of(Vector& weight) const {
@@ -44,7 +45,11 @@ ResponseOf SuperelementBody::static_response_of(Vector& weight) const {
 NodeResponse SuperelementBody::own_static_response(Index set) const {
   Vector weight;
   const ResponseOf of = static_response_of(weight);
-  return answer(*sets_[set].rows, of, weight);
+  if (!residual_.is_massless()) return answer(set, of, weight);
+  NodeResponse response;
+  response.set_block(*sets_[set].rows->response(of, weight) + residual_.compliance(set));
+  response.axes = placement_.T;
+  return response;
 }
 
 // Modes have a unit mass.
@@ -67,6 +72,7 @@ void SuperelementBody::float_by(const Vector& move) {
 }
 
 void SuperelementBody::own_add_static_forces(Index set, const Points& forces) {
+  residual_.push(set, {forces});
   sets_[set].rows->kick(forces, placement_.T, local_, f_);
   statics_.add(f_);
   const Index n = f_.size() - n_floating();
@@ -77,10 +83,15 @@ Settled SuperelementBody::own_settle() {
   const auto omega2 = form_->omega.array().square();
   const Vector move = eta_end_ - eta_;
   eta_ = eta_end_;
-  return {(omega2 * move.array().square()).sum(), (omega2 * eta_.array().square()).sum()};
+  Settled settled{(omega2 * move.array().square()).sum(), (omega2 * eta_.array().square()).sum()};
+  residual_.settle(settled);
+  return settled;
 }
 
-void SuperelementBody::own_end_load_step() { statics_.book(eta_, work_); }
+void SuperelementBody::own_end_load_step() {
+  statics_.book(eta_, work_);
+  residual_.end_load_step();
+}
 
 // What forces of contact that last do to the rates, as impulses of steps h.
 Vector SuperelementBody::contact_kick(double h, const Vector& force) const {
@@ -89,29 +100,24 @@ Vector SuperelementBody::contact_kick(double h, const Vector& force) const {
   return kick;
 }
 
-// With `exact` the forces of contact go on. Newmark's impulses at the start of steps hold the body
-// where it is at their ends, where it has half of a kick less than in the mean. With central
-// differences its rates are those half a step before, of a body at rest under all forces.
+// With `exact` the forces of contact go on, at the ends of steps beside a massless interface.
+// Newmark's impulses at the start of steps hold the body where it is at their ends, where it has
+// half of a kick less than in the mean. With central differences its rates are those half a step
+// before, of a body at rest under all forces.
 void SuperelementBody::own_start_motion(double h, const std::vector<BodyLoad>& loads) {
   for (const BodyLoad& load : loads) take_load(load);
+  residual_.start_motion(h, eta_);
   if (statics_.empty()) return;
   work_ = BodyWork();
   if (scheme() != Scheme::newmark) let_last(statics_.contact);
   if (scheme() == Scheme::newmark && kicks_at_start(h))
     v_ -= 0.5 * contact_kick(h, statics_.contact);
   if (scheme() == Scheme::central_difference) last_h_ = h;
-}
-
-void SuperelementBody::start_late_motion(double h, const std::vector<BodyLoad>& loads) {
-  for (const BodyLoad& load : loads) take_load(load);
-  if (statics_.empty()) return;
-  work_ = BodyWork();
-  let_last(statics_.contact);
+  if (!facts_.kicks_at_end) return;
   for (Vector* kick : {&late_, &late_end_}) kick->setZero(eta_.size());
   if (is_exact()) return;
   late_ = contact_kick(h, statics_.contact);
   v_ += late_;
-  last_h_ = h;
 }
 
 }  // namespace cbr

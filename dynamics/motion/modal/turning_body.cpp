@@ -34,17 +34,16 @@ Vector3 moment_about(const Vector3& c, const Points& x, const Points& impulses) 
 
 }  // namespace
 
-TurningBody::TurningBody(std::unique_ptr<Body> inner, SuperelementBody& modal, StaticsBody* statics,
-                         bool late, const Vector3& angular_velocity, double end)
+TurningBody::TurningBody(std::unique_ptr<SuperelementBody> inner, const Vector3& angular_velocity,
+                         double end)
     : Body(inner->facts()),
       inner_(std::move(inner)),
-      modal_(modal),
-      statics_(statics),
-      late_(late),
-      feels_(!late && modal.feel_spin()),
-      coupling_(feels_ ? modal.coupling() : nullptr),
+      modal_(*inner_),
+      late_(facts().kicks_at_end),
+      feels_(!late_ && modal_.feel_spin()),
+      coupling_(feels_ ? modal_.coupling() : nullptr),
       run_end_(end),
-      J_0_(inertia_of(modal)),
+      J_0_(inertia_of(modal_)),
       largest_inertia_(symmetric_eigen(J_0_).values.maxCoeff()),
       now_(J_0_),
       step_(J_0_),
@@ -289,11 +288,8 @@ void TurningBody::add_vector_force(const VectorForce& force, const LoadHistory& 
   const auto E = form.E.topLeftCorner(form.n_rigid, 3);
   for (Index a = 0; a < 3; ++a) {
     modal_.add_turning_force(added.elastic().col(a), history);
-    const NodalForces& forces = force.patterns[static_cast<std::size_t>(a)].forces;
-    if (statics_ != nullptr)
-      statics_->add_turning_statics(
-          forces ? forces.on_nodes() : Points(Points::Zero(own_nodes().rows(), 3)), force.value[a],
-          history);
+    modal_.residual().add_turning_load(force.patterns[static_cast<std::size_t>(a)].forces,
+                                       force.value[a], history);
   }
   // The centre of mass moves in the scene's axes, as under SuperelementBody::carry()
   for (Index d = 0; d < 3; ++d) {

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "dynamics/motion/modal/free_turn.hpp"
-#include "dynamics/motion/modal/statics_body.hpp"
 #include "dynamics/motion/modal/superelement_body.hpp"
 #include "dynamics/motion/modal/turning_load.hpp"
 
@@ -18,13 +17,9 @@ namespace cbr {
 // which impulses and loads change by their moments about c, with the arms of the deformed body.
 class TurningBody final : public Body {
  public:
-  // inner: free, with Scheme::exact, before any set is tracked. modal: the SuperelementBody inside
-  // it, or itself, with six rigid modes. statics: inner, if it is a StaticsBody, or else null.
-  // late: impulses of contact act at the end of a step, not at its start (StaticsBody without
-  // mass). angular_velocity: rad/s, scene axes, at the start. end: of the run, s, for motion
-  // bounds.
-  TurningBody(std::unique_ptr<Body> inner, SuperelementBody& modal, StaticsBody* statics, bool late,
-              const Vector3& angular_velocity, double end);
+  // inner: free, with Scheme::exact and six rigid modes, before any set is tracked.
+  // angular_velocity: rad/s, scene axes, at the start. end: of the run, s, for motion bounds.
+  TurningBody(std::unique_ptr<SuperelementBody> inner, const Vector3& angular_velocity, double end);
 
   double largest_frequency() const override { return inner_->largest_frequency(); }
   // Whether the modes feel the spin: the superelement knows its moments.
@@ -118,10 +113,9 @@ class TurningBody final : public Body {
   void add_moments(Index set, const Points& impulses);
   void book(const Vector3& moment, const Vector3& w, const Vector3& share_of_kick);
 
-  std::unique_ptr<Body> inner_;
-  SuperelementBody& modal_;
-  StaticsBody* statics_;  // the inner body, if it is one
-  const bool late_;
+  std::unique_ptr<SuperelementBody> inner_;
+  SuperelementBody& modal_;  // inner_
+  const bool late_;          // impulses of contact act at the end of a step, not at its start
   const bool feels_;
   const SpinCoupling* coupling_;  // of the superelement; null: not known
   const double run_end_;

@@ -137,7 +137,7 @@ void TurningBody::turn_inner(const TurnInertia& last) {
   if (is_coupled())
     modal_.couple(in_component(q_.conjugate() * now_.angular_velocity(q_, L_)),
                   in_component(to.q.conjugate() * to.w));
-  if (statics_ != nullptr && !loads_.empty()) {
+  if (!loads_.empty()) {
     const auto n = static_cast<Index>(loads_.size());
     Vector of_loads(3 * n), largest(3 * n);
     for (Index l = 0; l < n; ++l) {
@@ -145,7 +145,7 @@ void TurningBody::turn_inner(const TurnInertia& last) {
       of_loads.segment<3>(3 * l) = to.g.col(to.g.cols() - 1).segment<3>(row);
       largest.segment<3>(3 * l).setConstant(loads_[static_cast<std::size_t>(l)].largest_vector());
     }
-    statics_->turn_statics(of_loads, largest);
+    modal_.residual().turn_loads(of_loads, largest);
   }
   modal_.turn_forces(std::move(to.g));
 }

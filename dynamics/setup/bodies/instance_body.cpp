@@ -14,7 +14,6 @@
 #include "dynamics/motion/modal/forms/modal_shapes.hpp"
 #include "dynamics/motion/modal/forms/rigid_form.hpp"
 #include "dynamics/motion/modal/forms/truncated_form.hpp"
-#include "dynamics/motion/modal/statics_body.hpp"
 #include "dynamics/motion/modal/superelement_body.hpp"
 #include "dynamics/motion/modal/turning_body.hpp"
 #include "dynamics/motion/prescribed_motion.hpp"
@@ -153,31 +152,14 @@ std::shared_ptr<const DiagonalForm> BodyMaker::held_form(const Instance& instanc
   for (const auto& [known, form] : forms)
     if (known == held) return form;
   const Superelement& s = *component.superelement;
-  auto form = std::make_shared<const DiagonalForm>(
-      s.is_characteristic() ? held_characteristic_form(s, held, where(instance))
-                            : held_diagonal_form(s, held, where(instance)));
+  const auto form =
+      component.has_residual()
+          ? held_residual_form(s, *component.form, held, where(instance))
+          : std::make_shared<const DiagonalForm>(
+                s.is_characteristic() ? held_characteristic_form(s, held, where(instance))
+                                      : held_diagonal_form(s, held, where(instance)));
   forms.emplace_back(std::move(held), form);
   return form;
-}
-
-InstanceBody BodyMaker::make_with_statics(const Instance& instance,
-                                          const ReducedComponent& component) {
-  std::shared_ptr<const StaticsForm> form = component.statics;
-  std::vector<HeldDirection> held = held_directions(index_, instance, *component.geometry);
-  if (!held.empty()) {
-    auto& forms = held_statics_[component.superelement.get()];
-    const auto known = std::find_if(forms.begin(), forms.end(),
-                                    [&](const auto& other) { return other.first == held; });
-    form = known != forms.end()
-               ? known->second
-               : held_statics_form(*component.superelement, *form, held, where(instance));
-    if (known == forms.end()) forms.emplace_back(std::move(held), form);
-  }
-  return {std::make_unique<StaticsBody>(instance.name, component.superelement, form,
-                                        placement_of(index_, instance), scheme_of(*scene_.time),
-                                        NewmarkOptions{scene_.time->alpha},
-                                        damping_of(index_, instance)),
-          component.rigid_body.mass};
 }
 
 bool BodyMaker::may_truncate(const Instance& instance) const {
@@ -190,10 +172,10 @@ bool BodyMaker::may_truncate(const Instance& instance) const {
   return !time.step && !time.cfl && !index_.is_held(instance) && !index_.has_loads(instance);
 }
 
-std::shared_ptr<const StaticsForm> BodyMaker::truncated(
+std::shared_ptr<const DiagonalForm> BodyMaker::truncated(
     const Instance& instance, const ReducedComponent& component,
     const std::shared_ptr<const DiagonalForm>& form) {
-  if (!may_truncate(instance)) return nullptr;
+  if (form->residual || !may_truncate(instance)) return nullptr;
   const auto [at, is_new] = truncated_.try_emplace(form.get());
   if (!is_new) return at->second;
   const Superelement& s = *component.superelement;
@@ -209,31 +191,24 @@ std::shared_ptr<const StaticsForm> BodyMaker::truncated(
 }
 
 InstanceBody BodyMaker::make_modal(const Instance& instance, const ReducedComponent& component) {
-  const MotionPlan& plan = component.plans.at(instance.name);
-  const std::shared_ptr<const DiagonalForm> form =
-      plan.is_held ? held_form(instance, component) : component.form;
-  if (const std::shared_ptr<const StaticsForm> part = truncated(instance, component, form))
-    return {.body = std::make_unique<StaticsBody>(instance.name, component.superelement, part,
-                                                  placement_of(index_, instance), Scheme::exact,
-                                                  NewmarkOptions{}, damping_of(index_, instance)),
-            .mass = component.rigid_body.mass,
-            .n_following = form->omega.size() - part->modal.omega.size()};
-  return {std::make_unique<SuperelementBody>(
+  const std::shared_ptr<const DiagonalForm> whole =
+      index_.is_held(instance) ? held_form(instance, component) : component.form;
+  const std::shared_ptr<const DiagonalForm> part = truncated(instance, component, whole);
+  const auto& form = part ? part : whole;
+  return {.body = std::make_unique<SuperelementBody>(
               instance.name, component.superelement, form, placement_of(index_, instance),
               scheme_of(*scene_.time), NewmarkOptions{scene_.time->alpha},
               damping_of(index_, instance)),
-          component.rigid_body.mass};
+          .mass = component.rigid_body.mass,
+          .n_following = whole->omega.size() - form->omega.size()};
 }
 
 InstanceBody BodyMaker::make_turning(const Instance& instance, const ReducedComponent& component) {
-  InstanceBody made =
-      component.statics ? make_with_statics(instance, component) : make_modal(instance, component);
-  auto* statics = dynamic_cast<StaticsBody*>(made.body.get());
-  SuperelementBody& modal =
-      statics ? statics->modal() : dynamic_cast<SuperelementBody&>(*made.body);
-  const bool late = component.statics && component.statics->is_massless;
-  auto body = std::make_unique<TurningBody>(std::move(made.body), modal, statics, late,
-                                            instance.angular_velocity, scene_.time->end);
+  InstanceBody made = make_modal(instance, component);
+  std::unique_ptr<SuperelementBody> inner(&dynamic_cast<SuperelementBody&>(*made.body.release()));
+  const SuperelementBody& modal = *inner;
+  auto body =
+      std::make_unique<TurningBody>(std::move(inner), instance.angular_velocity, scene_.time->end);
   made.notes = notes_of_spin(instance, *component.superelement, *body, modal);
   made.body = std::move(body);
   return made;
@@ -283,7 +258,7 @@ SupportShapes BodyMaker::shapes_of(const Instance& instance, const ReducedCompon
                                    const std::vector<HeldDirection>& held, const Matrix& motion) {
   if (component.parts.size() == 1) {
     const Superelement& s = *component.parts.front().superelement;
-    if (s.is_massless()) return modal_shapes(s, component.statics->modal, held, motion);
+    if (s.is_massless()) return modal_shapes(s, *component.form, held, motion);
     if (s.is_characteristic())
       return modal_shapes(s, free_characteristic_form(s, where(instance)), held, motion);
   }
@@ -335,7 +310,7 @@ SupportPlan BodyMaker::translation(const Instance& instance, const Geometry& geo
 
 InstanceBody BodyMaker::make_held(const Instance& instance, const ReducedComponent& component) {
   if (turns(index_, instance)) return make_turning(instance, component);
-  if (component.statics) return make_with_statics(instance, component);
+  if (component.has_residual()) return make_modal(instance, component);
   const MotionPlan& plan = component.plans.at(instance.name);
   if (!plan.is_modal())
     return make_coupled(instance, *component.geometry, shelled(instance, component));
@@ -377,9 +352,8 @@ InstanceBody BodyMaker::make_rigid(const Instance& instance, const MeshedCompone
       NewmarkOptions{scene_.time->alpha}, damping_of(index_, instance));
   InstanceBody made{nullptr, nodes->rigid_body.mass};
   if (turns(index_, instance)) {
-    SuperelementBody& modal = *body;
-    made.body = std::make_unique<TurningBody>(std::move(body), modal, nullptr, false,
-                                              instance.angular_velocity, scene_.time->end);
+    made.body =
+        std::make_unique<TurningBody>(std::move(body), instance.angular_velocity, scene_.time->end);
   } else {
     made.body = std::move(body);
   }

@@ -68,15 +68,14 @@ class BodyMaker {
   // Shared by all instances of a component with the same constraints, in component axes.
   std::shared_ptr<const DiagonalForm> held_form(const Instance& instance,
                                                 const ReducedComponent& component);
-  InstanceBody make_with_statics(const Instance& instance, const ReducedComponent& component);
   InstanceBody make_modal(const Instance& instance, const ReducedComponent& component);
-  // Either of the two above as a free body with large rotation.
+  // The same as a free body with large rotation.
   InstanceBody make_turning(const Instance& instance, const ReducedComponent& component);
   // For a superelement in contact whose highest modes become quasi-static: with step: auto if it is
   // free and has a large contact face, with cfl above 1 always. Otherwise null.
-  std::shared_ptr<const StaticsForm> truncated(const Instance& instance,
-                                               const ReducedComponent& component,
-                                               const std::shared_ptr<const DiagonalForm>& form);
+  std::shared_ptr<const DiagonalForm> truncated(const Instance& instance,
+                                                const ReducedComponent& component,
+                                                const std::shared_ptr<const DiagonalForm>& form);
   bool may_truncate(const Instance& instance) const;
   InstanceBody make_modal_with_shells(const Instance& instance, const ReducedComponent& component);
 
@@ -86,10 +85,7 @@ class BodyMaker {
   std::map<const Superelement*,
            std::vector<std::pair<std::vector<HeldDirection>, std::shared_ptr<const DiagonalForm>>>>
       held_forms_;
-  std::map<const Superelement*,
-           std::vector<std::pair<std::vector<HeldDirection>, std::shared_ptr<const StaticsForm>>>>
-      held_statics_;
-  std::map<const DiagonalForm*, std::shared_ptr<const StaticsForm>> truncated_;
+  std::map<const DiagonalForm*, std::shared_ptr<const DiagonalForm>> truncated_;
   std::map<const MeshedComponent*, std::shared_ptr<const Superelement>> nodes_of_rigid_;
   // by component, kind and skinned surfaces
   std::map<std::string, Shelled> shelled_;

@@ -179,10 +179,8 @@ std::string why_linear(const ReducedComponent& component, const Instance& instan
     return "time.rotations: large does not turn superelements of several domains: reduce it in one";
   if (component.plans.at(instance.name).has_shells)
     return "time.rotations: large does not go with shells that act (skin)";
-  if (!component.statics && !component.form)
-    return "time.rotations: large needs a superelement with its diagonal form";
-  const Index n_rigid =
-      component.statics ? component.statics->modal.n_rigid : component.form->n_rigid;
+  if (!component.form) return "time.rotations: large needs a superelement with its diagonal form";
+  const Index n_rigid = component.form->n_rigid;
   if (n_rigid == 6) return {};
   return "time.rotations: large turns free bodies of one part only, found " +
          std::to_string(n_rigid) + " rigid motions where 6 are allowed";

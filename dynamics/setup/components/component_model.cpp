@@ -353,7 +353,7 @@ ReducedComponent read_reduced(const SceneIndex& index, const Component& componen
       refuse_shells(index.scene(), *instance, reduced.superelement->basis, reduced.plans);
     const bool has_statics = !reduced.superelement->characteristic.statics.node.empty();
     if (reduced.superelement->is_massless() || has_statics) {
-      reduced.statics = free_statics_form(reduced.superelement, file);
+      reduced.form = free_residual_form(reduced.superelement, file);
     } else {
       reduced.form =
           std::make_shared<DiagonalForm>(free_characteristic_form(*reduced.superelement, file));

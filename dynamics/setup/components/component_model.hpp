@@ -15,7 +15,7 @@
 #include "common/superelement/superelement_group.hpp"
 #include "dynamics/motion/coupled/coupled_model.hpp"
 #include "dynamics/motion/modal/forms/diagonal_form.hpp"
-#include "dynamics/motion/modal/forms/statics_form.hpp"
+#include "dynamics/motion/modal/forms/residual_compliance.hpp"
 #include "dynamics/motion/nodal/mesh_body.hpp"
 #include "dynamics/setup/components/geometry.hpp"
 #include "dynamics/setup/components/motion_plan.hpp"
@@ -58,9 +58,8 @@ struct ReducedComponent {
   std::shared_ptr<Superelement> superelement;
   // of the free superelement, if an instance uses it
   std::shared_ptr<const DiagonalForm> form;
-  // Of the free superelement, of basis massless or characteristic with residual compliance; then
-  // there is no `form`.
-  std::shared_ptr<const StaticsForm> statics;
+  // basis massless, or characteristic with residual compliance
+  bool has_residual() const { return form && form->residual; }
   RigidBody rigid_body;
   std::map<std::string, std::string> provenance;  // of the file
   // of the joined domains; that of a superelement, or a domain, is in `parts`

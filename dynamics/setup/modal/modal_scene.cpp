@@ -126,12 +126,7 @@ ModalBody::ModalBody(Body& body_of_scene, const MeshModes* mesh) : mesh_(mesh) {
     return;
   }
   points_ = body_of_scene.points();
-  if (auto* statics = dynamic_cast<StaticsBody*>(&body_of_scene)) {
-    statics_ = statics;
-    modal_ = &statics->modal();
-  } else {
-    modal_ = dynamic_cast<SuperelementBody*>(&body_of_scene);
-  }
+  modal_ = dynamic_cast<SuperelementBody*>(&body_of_scene);
   if (modal_ == nullptr)
     throw InputError("instance '" + body_of_scene.name() + "' does not move in modal coordinates");
   omega_ = modal_->form().omega;
@@ -228,8 +223,8 @@ ModalAnswer ModalBody::answer_of_modes(const std::vector<NodalSum>& sums, int te
   answer.r = {Vector::Zero(m)};
   answer.I = {Matrix::Zero(m, 3)};
   const Matrix3& T = modal_->axes();
-  if (statics_ != nullptr) {
-    const StaticRows& rows = statics_->static_rows();
+  if (modal_->form().residual) {
+    const StaticRows& rows = modal_->form().residual->rows;
     Matrix B = Matrix::Zero(m, rows.size());
     for (Index i = 0; i < m; ++i)
       for (const auto& [node, weight] : sums[static_cast<std::size_t>(i)].terms)
@@ -238,7 +233,7 @@ ModalAnswer ModalBody::answer_of_modes(const std::vector<NodalSum>& sums, int te
             B(i, s) += rows.direction.row(s) * (T.transpose() * weight);
     const Matrix FB = *rows.F * B.transpose();
     answer.S = {B * FB};
-    answer.r = {FB.transpose() * statics_->static_load()};
+    answer.r = {FB.transpose() * modal_->residual().load()};
   }
   if (mesh_ != nullptr && !mesh_->is_complete()) add_series(sums, terms, answer);
   return answer;

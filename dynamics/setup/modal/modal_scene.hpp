@@ -14,7 +14,7 @@
 #include "common/scene/scene.hpp"
 #include "dynamics/motion/body_points.hpp"
 #include "dynamics/motion/joint_body.hpp"
-#include "dynamics/motion/modal/statics_body.hpp"
+#include "dynamics/motion/modal/superelement_body.hpp"
 #include "dynamics/setup/bodies/mesh_modes.hpp"
 #include "dynamics/setup/build.hpp"
 
@@ -78,7 +78,6 @@ class ModalBody {
   const JointBody* joint_ = nullptr;
   const BodyPoints* points_ = nullptr;  // of the body
   Vector omega_;
-  const StaticsBody* statics_ = nullptr;
   const MeshModes* mesh_ = nullptr;
 };
 

@@ -67,8 +67,7 @@ Spinning spinning(Superelement s, const Vector3& w, const Matrix3& axes = Matrix
       std::make_unique<SuperelementBody>("b", std::make_shared<const Superelement>(std::move(s)),
                                          form, Placement{axes}, Scheme::exact);
   spinning.modal = inner.get();
-  spinning.body =
-      std::make_unique<TurningBody>(std::move(inner), *spinning.modal, nullptr, false, w, 1e3);
+  spinning.body = std::make_unique<TurningBody>(std::move(inner), w, 1e3);
   return spinning;
 }
 

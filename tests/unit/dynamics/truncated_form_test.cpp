@@ -91,13 +91,15 @@ TEST(TruncatedForm, CompliesAsAllModesDo) {
                   V.rightCols(omega.size() - 1).transpose() * B);
   };
   const auto form = truncated_form(3.5, std::make_shared<const DiagonalForm>(all), forces, s);
-  EXPECT_EQ(form->modal.omega.size(), 4);
-  EXPECT_EQ(form->omega_limit, 3.5);
-  const Matrix whole = moved(all.V, all.omega), part = moved(form->modal.V, form->modal.omega),
+  const ResidualCompliance& residual = *form->residual;
+  EXPECT_EQ(form->omega.size(), 4);
+  EXPECT_EQ(residual.omega_limit, 3.5);
+  const Matrix whole = moved(all.V, all.omega), part = moved(form->V, form->omega),
                compliance = B.transpose() * whole;
-  EXPECT_LT((B.transpose() * part + *form->rows.F - compliance).norm(), 1e-13 * compliance.norm());
+  EXPECT_LT((B.transpose() * part + *residual.rows.F - compliance).norm(),
+            1e-13 * compliance.norm());
   for (Index i = 0; i < 3; ++i) {
-    const Vector both = part.col(i) + form->displacements(Vector::Unit(3, i));
+    const Vector both = part.col(i) + residual.displacements(Vector::Unit(3, i));
     EXPECT_LT((both - whole.col(i)).norm(), 1e-13 * whole.norm());
   }
 }

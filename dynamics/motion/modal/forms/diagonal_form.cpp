@@ -247,4 +247,12 @@ DiagonalForm held_diagonal_form(const Superelement& s, const std::vector<HeldDir
   return form;
 }
 
+void add_to_coordinates(const IndexTable& rows, const Vector& of_rows, Vector& x) {
+  const Index k = x.size() - 3 * rows.rows();
+  x.head(k) += of_rows.head(k);
+  for (Index i = 0; i < rows.rows(); ++i)
+    for (int d = 0; d < 3; ++d)
+      if (rows(i, d) >= 0) x[k + 3 * i + d] += of_rows[rows(i, d)];
+}
+
 }  // namespace cbr

@@ -14,6 +14,8 @@
 
 namespace cbr {
 
+struct ResidualCompliance;
+
 // q = V eta, eta'' + omega^2 eta = V^T f. With constraints V has fewer columns than rows.
 struct DiagonalForm {
   Vector omega;  // n, rad/s; the first n_rigid are 0
@@ -23,6 +25,8 @@ struct DiagonalForm {
   // Momentum is E^T eta'. Free body: only rigid modes carry any, so the other rows are exactly
   // zero.
   Matrix E;
+  // of forces on the interface, beside the modes; null: none
+  std::shared_ptr<const ResidualCompliance> residual;
   mutable FormCache shared;
 };
 
@@ -78,5 +82,7 @@ Matrix free_rigid_motions(const Matrix& R, const RigidBody& body, const IndexTab
 
 // Row of V of each node and component, n_nodes x 3; -1 where the superelement has no such dof.
 IndexTable displacement_rows(const Superelement& superelement);
+// x += of_rows, as displacement_rows() has them; of_rows: rows of V, x: of Body::coordinates().
+void add_to_coordinates(const IndexTable& rows, const Vector& of_rows, Vector& x);
 
 }  // namespace cbr

@@ -43,25 +43,27 @@ bool is_large_face(const StaticShare& forces) {
   return std::set<Index>(forces.node.begin(), forces.node.end()).size() >= least_nodes;
 }
 
-std::shared_ptr<const StaticsForm> truncated_form(double highest,
-                                                  std::shared_ptr<const DiagonalForm> all,
-                                                  const StaticShare& forces,
-                                                  const Superelement& s) {
+std::shared_ptr<const DiagonalForm> truncated_form(double highest,
+                                                   std::shared_ptr<const DiagonalForm> all,
+                                                   const StaticShare& forces,
+                                                   const Superelement& s) {
   const Index n = modes_up_to(highest, *all), h = all->omega.size() - n;
-  auto form = std::make_shared<StaticsForm>();
-  form->modal.omega = all->omega.head(n);
-  form->modal.V = all->V.leftCols(n);
-  form->modal.E = all->E.topRows(n);
-  form->modal.n_rigid = all->n_rigid;
-  form->quasi_static = along_forces(*all, n, forces, displacement_rows(s));
+  auto form = std::make_shared<DiagonalForm>();
+  form->omega = all->omega.head(n);
+  form->V = all->V.leftCols(n);
+  form->E = all->E.topRows(n);
+  form->n_rigid = all->n_rigid;
+  auto residual = std::make_shared<ResidualCompliance>();
+  residual->quasi_static = along_forces(*all, n, forces, displacement_rows(s));
   Matrix F = Matrix::Zero(forces.size(), forces.size());
-  F.selfadjointView<Eigen::Lower>().rankUpdate(form->quasi_static.transpose());
+  F.selfadjointView<Eigen::Lower>().rankUpdate(residual->quasi_static.transpose());
   mirror_lower(F);
-  form->rows = static_rows(forces.node, forces.direction,
-                           std::make_shared<const Matrix>(std::move(F)), s.coordinates.rows());
-  form->quasi_static.array().colwise() /= all->omega.tail(h).array();
-  form->omega_limit = highest;
-  form->whole = std::move(all);
+  residual->rows = static_rows(forces.node, forces.direction,
+                               std::make_shared<const Matrix>(std::move(F)), s.coordinates.rows());
+  residual->quasi_static.array().colwise() /= all->omega.tail(h).array();
+  residual->omega_limit = highest;
+  residual->whole = std::move(all);
+  form->residual = std::move(residual);
   return form;
 }
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Modal truncation with the statics of what is left out: the modes that the steps of a contact
-// cannot show lose their mass.
+// Modal truncation with residual compliance: the modes that the steps of a contact cannot resolve
+// become quasi-static.
 #pragma once
 
 #include <memory>
 #include <optional>
 
-#include "dynamics/motion/modal/forms/statics_form.hpp"
+#include "dynamics/motion/modal/forms/residual_compliance.hpp"
 
 namespace cbr {
 
@@ -18,12 +18,12 @@ std::optional<double> automatic_limit(const Vector& eigenvalues, const DiagonalF
 // them.
 bool is_large_face(const StaticShare& forces);
 
-// The modes of `all` up to `highest` (rad/s) as they are; what those above it (h) answer along
-// `forces` (no F), at once:
+// The modes of `all` up to `highest` (rad/s) as they are; those above it (h) are quasi-static along
+// `forces` (no F):
 //   F = B^T V_h diag(1 / omega_h^2) V_h^T B   (docs/theory.md, "Quasi-static modes").
-std::shared_ptr<const StaticsForm> truncated_form(double highest,
-                                                  std::shared_ptr<const DiagonalForm> all,
-                                                  const StaticShare& forces,
-                                                  const Superelement& superelement);
+std::shared_ptr<const DiagonalForm> truncated_form(double highest,
+                                                   std::shared_ptr<const DiagonalForm> all,
+                                                   const StaticShare& forces,
+                                                   const Superelement& superelement);
 
 }  // namespace cbr

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "dynamics/motion/modal/forms/statics_form.hpp"
+#include "dynamics/motion/modal/forms/residual_compliance.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -39,40 +39,45 @@ void hold_row(Index j, double least, Matrix& F) {
   F.col(j).setZero();
 }
 
-std::shared_ptr<const StaticsForm> held_characteristic(const Superelement& s,
-                                                       const StaticsForm& free,
-                                                       const std::vector<HeldDirection>& held,
-                                                       const std::string& where) {
-  auto form = std::make_shared<StaticsForm>();
-  form->modal = held_characteristic_form(s, held, where);
-  form->rows = free.rows;
-  form->omega_limit = form->modal.omega.size() > 0 ? form->modal.omega.maxCoeff() : 0;
-  Matrix F = *free.rows.F;
+std::shared_ptr<const DiagonalForm> with_residual(DiagonalForm form, ResidualCompliance residual) {
+  form.residual = std::make_shared<const ResidualCompliance>(std::move(residual));
+  return std::make_shared<const DiagonalForm>(std::move(form));
+}
+
+std::shared_ptr<const DiagonalForm> held_characteristic(const Superelement& s,
+                                                        const StaticRows& free,
+                                                        const std::vector<HeldDirection>& held,
+                                                        const std::string& where) {
+  DiagonalForm form = held_characteristic_form(s, held, where);
+  ResidualCompliance residual;
+  residual.rows = free;
+  residual.omega_limit = form.omega.size() > 0 ? form.omega.maxCoeff() : 0;
+  Matrix F = *free.F;
   const Vector whole = F.diagonal();
   bool changed = false;
   for (const HeldDirection& direction : held) {
-    for (Index j = free.rows.first[direction.node]; j < free.rows.first[direction.node + 1]; ++j) {
-      if (std::abs(free.rows.direction.row(j).dot(direction.direction)) < 1e-6) continue;
+    for (Index j = free.first[direction.node]; j < free.first[direction.node + 1]; ++j) {
+      if (std::abs(free.direction.row(j).dot(direction.direction)) < 1e-6) continue;
       hold_row(j, least_share * whole[j], F);
       changed = true;
     }
   }
-  if (changed) form->rows.F = std::make_shared<const Matrix>(0.5 * (F + F.transpose()));
-  return form;
+  if (changed) residual.rows.F = std::make_shared<const Matrix>(0.5 * (F + F.transpose()));
+  return with_residual(std::move(form), std::move(residual));
 }
 
-std::shared_ptr<const StaticsForm> held_massless(const Superelement& s, const StaticsForm& free,
-                                                 const std::vector<HeldDirection>& held,
-                                                 const std::string& where) {
+std::shared_ptr<const DiagonalForm> held_massless(const Superelement& s, const DiagonalForm& free,
+                                                  const std::vector<HeldDirection>& held,
+                                                  const std::string& where) {
   const IndexTable rows = displacement_rows(s);
-  const Index k = s.k(), c = s.c(), n = free.modal.omega.size();
+  const Index k = s.k(), c = s.c(), n = free.omega.size();
   Matrix C = Matrix::Zero(static_cast<Index>(held.size()), c);  // C u_c = 0
   for (Index i = 0; i < C.rows(); ++i)
     for (int d = 0; d < 3; ++d)
       if (const Index row = rows(held[i].node, d); row >= 0) C(i, row - k) = held[i].direction[d];
-  auto form = std::make_shared<StaticsForm>();
-  form->is_massless = true;
-  form->omega_limit = free.omega_limit;
+  ResidualCompliance residual;
+  residual.is_massless = true;
+  residual.omega_limit = free.residual->omega_limit;
   // With D = C F C^T and the reactions -D^-1 C (V_c eta + F f):
   //   F <- F - F C^T D^-1 C F,   V_c <- V_c - F C^T D^-1 C V_c,   K = diag(omega^2) + (C V_c)^T
   //   D^-1 C V_c
@@ -80,29 +85,29 @@ std::shared_ptr<const StaticsForm> held_massless(const Superelement& s, const St
   const Cholesky D(C * FC);
   if (!D.ok())
     throw InputError(where + ": the conditions on its nodes cannot be told from each other");
-  const Matrix V_c = free.modal.V.bottomRows(c), CV = C * V_c, DCV = D.solve(CV);
+  const Matrix V_c = free.V.bottomRows(c), CV = C * V_c, DCV = D.solve(CV);
   Matrix F = s.massless.F - FC * D.solve(FC.transpose());
   F = 0.5 * (F + F.transpose()).eval();
-  form->rows = rows_of_massless(s, std::make_shared<const Matrix>(std::move(F)));
+  residual.rows = rows_of_massless(s, std::make_shared<const Matrix>(std::move(F)));
   const Matrix V_held = V_c - FC * DCV;
   Matrix K = CV.transpose() * DCV;
   K = 0.5 * (K + K.transpose()).eval();
-  K.diagonal() += free.modal.omega.cwiseAbs2();
+  K.diagonal() += free.omega.cwiseAbs2();
   // Rigid motions that are left: E y
   const Matrix N =
       free_rigid_motions(reduced_rigid_modes(s, s.rigid_body.center), s.rigid_body, rows, held);
-  Matrix Q = free.modal.E * N;
+  Matrix Q = free.E * N;
   if (Q.cols() > 0) Q = orthonormal_basis(Q);
   const Eigenpairs pairs = dense_eigenpairs_beside(std::move(K), Q);
   if (!pairs.converged)
     throw RunError(where + ": the modes of the held superelement could not be found");
-  DiagonalForm& modal = form->modal;
+  DiagonalForm modal;
   take_frequencies(pairs.lambda, N.cols(), modal);
   modal.V.resize(k + c, n);
   modal.V.topRows(k) = pairs.Phi;
   modal.V.bottomRows(c) = V_held * pairs.Phi;
-  modal.E = pairs.Phi.transpose() * free.modal.E;
-  return form;
+  modal.E = pairs.Phi.transpose() * free.E;
+  return with_residual(std::move(modal), std::move(residual));
 }
 
 }  // namespace
@@ -123,7 +128,7 @@ StaticRows static_rows(const std::vector<Index>& node, const Points& direction,
   return rows;
 }
 
-std::shared_ptr<const StaticsForm::OfNodes> StaticsForm::of_nodes(
+std::shared_ptr<const ResidualCompliance::OfNodes> ResidualCompliance::of_nodes(
     const NodeRows& modal_rows) const {
   for (const auto& known : sets_)
     if (known->nodes == modal_rows.nodes()) return known;
@@ -154,13 +159,13 @@ std::shared_ptr<const StaticsForm::OfNodes> StaticsForm::of_nodes(
   return of;
 }
 
-double StaticsForm::following(double h, double beta) const {
+double ResidualCompliance::following(double h, double beta) const {
   constexpr double most_share = 1.8;
   if (is_massless || omega_limit == 0) return h + beta;
   return std::max({h / most_share, 1 / omega_limit, 0.5 * h + beta});
 }
 
-std::shared_ptr<const ThinResponse> StaticsForm::response(
+std::shared_ptr<const ThinResponse> ResidualCompliance::response(
     const std::shared_ptr<const OfNodes>& nodes, const ResponseOf& of, const Vector& weight,
     double beta) const {
   for (const Known& known : known_)
@@ -182,28 +187,30 @@ std::shared_ptr<const ThinResponse> StaticsForm::response(
   return response;
 }
 
-std::shared_ptr<const StaticsForm> free_statics_form(
+std::shared_ptr<const DiagonalForm> free_residual_form(
     const std::shared_ptr<const Superelement>& superelement, const std::string& where) {
   const Superelement& s = *superelement;
-  auto form = std::make_shared<StaticsForm>();
-  form->is_massless = s.is_massless();
-  if (form->is_massless) {
-    form->modal = form_of_modes(s, s.massless.V, "/massless/V", where);
-    form->rows = rows_of_massless(s, {superelement, &s.massless.F});
-    form->omega_limit = s.massless.omega_closed;
+  ResidualCompliance residual;
+  residual.is_massless = s.is_massless();
+  DiagonalForm form;
+  if (residual.is_massless) {
+    form = form_of_modes(s, s.massless.V, "/massless/V", where);
+    residual.rows = rows_of_massless(s, {superelement, &s.massless.F});
+    residual.omega_limit = s.massless.omega_closed;
   } else {
-    form->modal = free_characteristic_form(s, where);
-    form->rows = rows_of_characteristic(superelement);
-    form->omega_limit = form->modal.omega.size() > 0 ? form->modal.omega.maxCoeff() : 0;
+    form = free_characteristic_form(s, where);
+    residual.rows = rows_of_characteristic(superelement);
+    residual.omega_limit = form.omega.size() > 0 ? form.omega.maxCoeff() : 0;
   }
-  return form;
+  return with_residual(std::move(form), std::move(residual));
 }
 
-std::shared_ptr<const StaticsForm> held_statics_form(const Superelement& s, const StaticsForm& free,
-                                                     const std::vector<HeldDirection>& held,
-                                                     const std::string& where) {
-  return free.is_massless ? held_massless(s, free, held, where)
-                          : held_characteristic(s, free, held, where);
+std::shared_ptr<const DiagonalForm> held_residual_form(const Superelement& s,
+                                                       const DiagonalForm& free,
+                                                       const std::vector<HeldDirection>& held,
+                                                       const std::string& where) {
+  return free.residual->is_massless ? held_massless(s, free, held, where)
+                                    : held_characteristic(s, free.residual->rows, held, where);
 }
 
 }  // namespace cbr
