@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Front door of dynamics/motion: what a body is; its damping, loads, supports and points.
+// Front door of dynamics/motion: the body, its damping, loads, supports and points.
 //
-// Something that moves, has nodes, and answers impulses on them. Body is the only abstract class of
-// the motion.
+// A body moves, has nodes, and responds to impulses on them. Body is the only abstract class of the
+// motion.
 #pragma once
 
 #include <cmath>
@@ -24,75 +24,74 @@ class BodyPoints;
 class PrescribedMotion;
 struct SupportPlan;
 
-// What a body is told before it moves.
+// Loads and the step of contact, given before the first step.
 struct BodyPlan {
   std::vector<BodyLoad> loads = {};
-  // The step at which contact will push, omega_max h < pi; 0: none. Exact bodies then answer
-  // impulses with the compliance of a force that lasts (contact_gain.hpp).
+  // The step at which contact acts, omega_max h < pi; 0: none. Exact bodies then respond to
+  // impulses with the compliance of a lasting force (contact_gain.hpp).
   double contact_step = 0;
 };
 
 // Impulses (force x time) of contact on a set, at the start of the step: n x 3, scene axes.
 struct Impulses {
   const Points& all;
-  // response() of the step times these, and the part of it that the rows of static compliance have
-  // (thin responses only). A body that needs these products need not compute them again. Null: not
-  // known.
+  // response() of the step times these, and its part of the residual compliance (thin responses
+  // only), so that a body need not compute these products again. Null: not computed.
   const Points* move = nullptr;
   const Vector* still = nullptr;
 };
 
-// How a body is advanced.
+// Time integration of a body.
 enum class Scheme : char { exact, central_difference, newmark };
 
-// What never changes of a body.
+// Constants of a body.
 struct BodyFacts {
   std::string name;
   Scheme scheme = Scheme::exact;
   Index n_dofs = 0;
   std::shared_ptr<const Points> positions;  // of its own nodes, n x 3, scene axes, undeformed
-  // Whether a thread may step it while others step other bodies: it changes nothing that it shares
-  // with them, or under a lock. response() and motion bounds are asked by one thread alone.
+  // Whether a thread may step it while others step other bodies: it changes shared data only under
+  // a lock. One thread alone calls response() and motion_bound().
   bool steps_alone = false;
   // The largest stable step in contact, as a share of the critical step: `step: auto` takes it.
   double contact_share = 1;
   bool kicks_at_end = false;  // impulses of contact act at the end of a step, not at its start
 };
 
-// What an iteration towards equilibrium has changed.
+// Changes of an iteration towards equilibrium.
 struct Settled {
   double change = 0;  // d . K d of its move d: twice an energy
   double energy = 0;  // u . K u
 };
 
-// R^T (f + contact), k, and how large the parts are that it is the sum of.
+// R^T (f + contact), k, and the size of the terms of this sum.
 struct FloatingForces {
   Vector sum;
   double largest = 0;
 };
 
-// Where a body that turns has its points: x = center + R (y - center), y the place that the point
-// would have without the turn; scene axes.
+// Rotation of a floating frame: x = center + R (y - center), y the place of a point without it;
+// scene axes.
 struct BodyTurn {
   Vector3 center = Vector3::Zero();
   Matrix3 R = Matrix3::Identity();  // since the start
 };
 
-// u and v (n x 3, scene axes) of points X of a body (n x 3, undeformed), as they would be without
-// the turn, become as they are. velocity, spin: of the centre, and rad/s.
+// Applies the rotation to u and v (n x 3, scene axes) of points X of a body (n x 3, undeformed).
+// velocity, spin: of the centre, and rad/s.
 void turn_points(const BodyTurn& turn, const Vector3& velocity, const Vector3& spin,
                  const Points& X, Points& u, Points& v);
 
-// A body is made, gets supports and points, is told which nodes are asked for (track), told its
-// loads (prepare), and stepped.
+// The order of calls: the constructor, supports and points, sets of nodes (track), loads (prepare),
+// and steps.
 //
-// A step goes: predict(t, h) computes the end of the step without contact; contact asks positions
-// and response at the nodes it cares about and hands back impulses; accept() makes the end the new
-// state. Nodes are indices 0 .. n_nodes() - 1: those of the body itself, then those of its points.
+// In a step predict(t, h) computes the end of the step without contact. Contact reads positions and
+// the response of its nodes and gives impulses. accept() makes the end the new state. Nodes are
+// indices 0 .. n_nodes() - 1: those of the body itself, then those of its points.
 //
-// Supports' motion and points are data. The public functions apply them to what the body itself
-// does, which are the virtual functions own_...: without the motion of supports, and on sets of
-// nodes of the body itself.
+// Prescribed motion and points are data. The public functions apply them to the motion of the body
+// itself, the virtual functions own_...: with supports at rest, on sets of nodes of the body
+// itself.
 class Body {
  public:
   virtual ~Body();
@@ -106,9 +105,9 @@ class Body {
   const Points& reference_positions() const;                     // n_nodes x 3, undeformed
   Index n_nodes() const { return reference_positions().rows(); }
 
-  // Before any set is tracked, supports first. The body is held where they are.
+  // Before any set is tracked, supports first. The body is constrained there.
   void move_supports(SupportPlan plan);
-  // InputError, with `where`: points that their nodes do not determine.
+  // InputError, with `where`: points whose nodes do not determine their motion.
   void add_points(std::vector<AveragePoint> points, const std::string& where);
   // Null: none.
   const PrescribedMotion* supports() const { return supports_.get(); }
@@ -124,32 +123,32 @@ class Body {
 
   // Number of a node set, for the calls below.
   Index track(const std::vector<Index>& nodes);
-  // Once, before the first step: std::logic_error otherwise. InputError: a load that it cannot
-  // take.
+  // Once, before the first step: std::logic_error otherwise. InputError: a load that the body does
+  // not support.
   void prepare(const BodyPlan& plan);
 
   void positions(Index set, Points& x) const;  // now
   // at the end of the step, with the impulses added so far
   void predicted_positions(Index set, Points& x) const;
-  // Of exact bodies: where the nodes can be after any time. quick: looser where that is cheaper.
+  // Of exact bodies: bounds of the nodes after any time. quick: looser where that is cheaper.
   MotionBound motion_bound(Index set, bool quick = false) const;
-  // nothing moves it but impulses: a step leaves it as it is
+  // a step without impulses does not change the state
   bool at_rest() const;
 
-  // Impulses on all of coordinates(), component axes, that change the velocities at the start and
-  // are nobody's work. Before the first predict().
+  // Impulses on all of coordinates(), component axes, that change the velocities at the start
+  // without work. Before the first predict().
   virtual void add_start_impulse(const Vector& impulse);
 
   void predict(double t, double h);
   void take_impulses(Index set, const Impulses& impulses);
   void add_impulses(Index set, const Points& impulses) { take_impulses(set, {impulses}); }
-  // Forces of contact on a set that go on through the next step, n x 3; 0 rows: none. Once the
-  // impulses of this step are in and before accept(); without a call there are none. The next step
-  // moves under them, and its impulses are all of contact's, as ever: the body feels what these
-  // change. docs/theory.md, "Forces that last".
+  // Lasting forces of contact on a set through the next step, n x 3; 0 rows, or no call: none.
+  // After the impulses of this step and before accept(). The next step moves under them; its
+  // impulses are the total of contact, and the body takes the difference. docs/theory.md, "Forces
+  // that last".
   void expect_forces(Index set, const Points& forces);
-  // Of the impulse of such a force over a step, which share the momentum between two steps has
-  // before its impulse is given; < 0: lacks after it.
+  // The share of such a force's impulse over a step that the momentum between two steps has before
+  // the impulse is given; < 0: lacks after it.
   virtual double lasting_share() const { return 0; }
   // In each step, with the impulses of friction on a set (0 rows: none): work of friction on the
   // residual compliance, which follows forces with a lag, less the impulses' own on its velocity of
@@ -164,12 +163,12 @@ class Body {
   // The mass of each node and scene direction: row sums of the mass over the body's nodes, n x 3.
   virtual Points nodal_masses(Index set) const;
   // Changes the velocities of the set's nodes (n x 3, scene axes), and of no other coordinate, such
-  // that the end moves by h times as much. Row sums do not tell all of the momentum that this
-  // brings; what is missing from `momentum` is made up by a velocity that all nodes of the set get,
-  // which is returned. Not with BodyPlan::contact_step.
+  // that the end moves by h times as much. Row sums are not all of the mass of this motion: a
+  // uniform velocity of the set makes up the difference from `momentum`, and is returned. Not with
+  // BodyPlan::contact_step.
   Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum);
 
-  // Of bodies under Newmark's method, once all impulses of the step are in and until accept().
+  // Of bodies under Newmark's method, after all impulses of the step and until accept().
   void end_velocities(Index set, Points& v);  // at the end of the step, scene axes
   // The change of these per unit impulse there, G M^-1 G^T.
   NodeResponse velocity_response(Index set) const;
@@ -179,8 +178,8 @@ class Body {
   // Statics, without velocities: K u = f + contact. A load step is a number of iterations relax(),
   // forces of contact and moves, settle(), and end_load_step(). u = K^+ (f + contact) + R a with a
   // generalised inverse K^+ of the stiffness and the k motions R that it does not resist: the body
-  // floats (Farhat, Roux 1991, doi 10.1002/nme.1620320604). K^+ leaves out what inertia would take
-  // of forces that are not in equilibrium. R^T M R = m 1, m the mass, so that a is k lengths.
+  // floats (Farhat, Roux 1991, doi 10.1002/nme.1620320604). K^+ excludes the inertial part of
+  // forces that are not in equilibrium. R^T M R = m 1, m the mass, so that a is k lengths.
   // docs/theory.md, "Statics". InputError, of all: the body has no statics.
   //
   // The loads are those at time t, times share, and there is no contact. predicted_positions() are
@@ -195,42 +194,41 @@ class Body {
   void add_static_forces(Index set, const Points& forces);
   Settled settle();      // the predicted end becomes the state
   void end_load_step();  // books the work since the last one
-  // Once statics are over, before the first predict(), with its h: motion begins in the state that
-  // they have left, under the same forces of contact. loads: those that begin with it.
+  // After statics and before the first predict(), with its h: motion begins in equilibrium, under
+  // the same forces of contact. loads: those that begin with it.
   void start_motion(double h, const std::vector<BodyLoad>& loads);
 
-  // Whether it turns by any angle. The functions below are of bodies that do.
+  // Whether it has large rotation. The functions below are of such bodies.
   virtual bool turns() const { return false; }
-  // the rotation since the start in which this step's response() is
+  // the rotation since the start of the axes of this step's response()
   virtual Matrix3 turn_of_step() const { return Matrix3::Identity(); }
   virtual BodyTurn turn_now() const { return {}; }
   // at the end of the step, with the impulses and moments added so far
   virtual BodyTurn turn_at_end() const { return {}; }
   virtual Vector3 spin() const { return Vector3::Zero(); }  // now, rad/s, scene axes
-  // Displacements and velocities of the body's own nodes, as they would be without the turn.
+  // Displacements and velocities of the body's own nodes, without the rotation.
   virtual void unturned_displacements(Points& u, Points& v) const { displacements(u, v); }
-  // A moment (times time) on the body, beside impulses on its nodes.
+  // A moment (times time) on the body, in addition to impulses on its nodes.
   virtual void add_moment(const Vector3& moment);
 
-  // What outputs read between two steps.
+  // Outputs, between two steps.
   BodyState state() const;
-  BodyWork work() const;  // what supports do is external
+  BodyWork work() const;  // work of supports is external
   // of the body's own nodes, and their velocities; scene axes
   void displacements(Points& u, Points& v) const;
   // All coordinates and their rates, component axes: modal ones (of the parts one after the other),
   // then x, y, z of the nodes, then rotations of nodes. A recovery of interiors starts from them.
   void coordinates(Vector& q, Vector& rates) const;
-  // Adds what coordinates() leaves out, the turn of a body and the translation of its supports, to
-  // u and v (n x 3, scene axes) of its points X (n x 3, undeformed, scene axes).
+  // Adds the rotation of a body and the translation of its supports, which coordinates() excludes,
+  // to u and v (n x 3, scene axes) of its points X (n x 3, undeformed, scene axes).
   void turn(const Points& X, Points& u, Points& v) const;
   // Number of a node set for mean_motion(); as track().
   Index track_mean(const std::vector<Index>& nodes);
   // the plain mean of its nodes
   void mean_motion(Index set, Vector3& position, Vector3& velocity) const;
 
-  // Between two steps: all that steps have made of the body, for a checkpoint
-  // (common/files/state_archive.hpp). A body that was built in the same way and gets this goes on
-  // bit for bit as this one.
+  // Between two steps: the state, for a checkpoint (common/files/state_archive.hpp). A body that
+  // was built in the same way continues from it bit for bit.
   void keep_state(StateArchive& archive);
 
  protected:
@@ -262,7 +260,7 @@ class Body {
   virtual Settled own_settle();
   virtual void own_end_load_step();
   virtual void own_start_motion(double h, const std::vector<BodyLoad>& loads);
-  // Of a set, as they would be without the turn.
+  // Of a set, without the rotation.
   virtual void unturned_positions(Index set, Points& x) const { own_positions(set, x); }
   virtual void unturned_end(Index set, Points& x) const { own_predicted_positions(set, x); }
   virtual NodeResponse unturned_response(Index set, double h) const { return own_response(set, h); }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What outputs read of a body between two steps.
+// Outputs of a body between two steps.
 #pragma once
 
 #include <optional>
@@ -10,7 +10,7 @@ namespace cbr {
 
 class StateArchive;
 
-// What a body answers about itself, all in the scene's axes.
+// State of a body, scene axes.
 struct BodyState {
   // angular_momentum: about the scene's origin, of the linearised motion (arms of the undeformed
   // body about its centre of mass).
@@ -19,7 +19,7 @@ struct BodyState {
   double kinetic_energy = 0, strain_energy = 0;
   // mean rotation since the start, rad: a linear body's must stay small
   double rotation = 0;
-  // Of a body that turns by any angle: unit quaternion w x y z since the start, scene axes.
+  // Of a body with large rotation: unit quaternion w x y z since the start, scene axes.
   std::optional<Eigen::Vector4d> orientation = {};
 };
 
@@ -29,8 +29,7 @@ struct BodyWork {
   double external = 0, contact = 0;  // contact: with friction
   // of the material's and the modes' damping: never above 0 but for changes of the step
   double damping = 0;
-  // what the integrator takes or gives by itself: HHT-alpha's damping, central differences' changes
-  // of step
+  // of the integrator: HHT-alpha's damping, central differences' changes of step
   double numerical = 0;
 };
 
