@@ -10,8 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cbr.results import Array, Results
+from cbr.results import Results
 from cbr.scene import Scene
+from cbr.superelement import Array
 
 
 def _rms(values: Array) -> float:

@@ -13,8 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from cbr.results import Array, Results
+from cbr.results import Results
 from cbr.scene import Failed, Scene
+from cbr.superelement import Array
 
 
 def _text(value: Any) -> str:

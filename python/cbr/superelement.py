@@ -2,14 +2,18 @@
 """Superelements: what cbr-reduce writes."""
 from __future__ import annotations
 
-import errno
+import contextlib
 import os
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import h5py
 import numpy as np
 import numpy.typing as npt
+
+from cbr.checksum import xxh3
+from cbr.soundness import is_sound
 
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
@@ -138,24 +142,24 @@ def _compliance(f: h5py.File, node: Indices, component: Indices) -> Array:
     if "characteristic/statics" not in f:
         return np.zeros((c, c))
     statics = f["characteristic/statics"]
-    at, direction = statics["node"][:], statics["direction"][:]
+    at, direction = read(statics["node"]), read(statics["direction"])
     B = np.where(node[:, None] == at[None, :], direction[:, component].T, 0.0)
-    compliance: Array = B @ statics["F"][:] @ B.T
+    compliance: Array = B @ read(statics["F"]) @ B.T
     return compliance
 
 
 def _matrices(f: h5py.File, node: Indices, component: Indices) -> tuple[Array, Array, Array, Array]:
     """K, M, V and F."""
-    lam, c = f["matrices/eigenvalues"][:], len(node)
+    lam, c = read(f["matrices/eigenvalues"]), len(node)
     k = len(lam)
     if "massless" in f:
-        return np.diag(lam), np.eye(k), f["massless/V"][:], f["massless/F"][:]
+        return np.diag(lam), np.eye(k), read(f["massless/V"]), read(f["massless/F"])
     if "characteristic" in f:
         F = _compliance(f, node, component)
-        return np.diag(lam), np.eye(k), f["characteristic/V"][:], F
+        return np.diag(lam), np.eye(k), read(f["characteristic/V"]), F
     K, M = np.diag(np.concatenate([lam, np.zeros(c)])), np.eye(k + c)
-    K[k:, k:], M[k:, k:] = f["matrices/K_cc"][:], f["matrices/M_cc"][:]
-    M[:k, k:] = f["matrices/M_kc"][:]
+    K[k:, k:], M[k:, k:] = read(f["matrices/K_cc"]), read(f["matrices/M_cc"])
+    M[:k, k:] = read(f["matrices/M_kc"])
     M[k:, :k] = M[:k, k:].T
     return K, M, np.hstack([np.zeros((c, k)), np.eye(c)]), np.zeros((c, c))
 
@@ -163,54 +167,73 @@ def _matrices(f: h5py.File, node: Indices, component: Indices) -> tuple[Array, A
 def _tree(group: h5py.Group) -> dict[str, Any]:
     """A group as nested dictionaries; datasets of one entry as numbers."""
     return {name: _tree(item) if isinstance(item, h5py.Group)
-            else (item[0].item() if item.shape == (1,) else item[()]) for name, item in group.items()}
+            else (read(item)[0].item() if item.shape == (1,) else read(item)) for name, item in group.items()}
 
 
 def _faces(group: h5py.Group) -> Faces:
-    return Faces(str(group["faces"].attrs["kind"]), group["faces"][:], group["element"][:], group["side"][:])
+    kind = str(group["faces"].attrs["kind"])
+    if kind not in ("tri3", "quad4", "tri6", "quad8", "quad9"):
+        raise ValueError(f"{group.name}: faces of kind '{kind}'")
+    return Faces(kind, read(group["faces"]), read(group["element"]), read(group["side"]))
 
 
-def _damaged(error: OSError) -> str:
-    """HDF5's own words name no file and tell of its blocks."""
-    if error.errno == errno.EACCES:
-        return "cannot be opened: Permission denied"
-    return "cannot be read: the HDF5 file is truncated or damaged"
+def read(item: h5py.Dataset) -> Any:
+    """The numbers of a dataset. FileError: they do not match its attribute `checksum`, if it has one."""
+    values = item[()]
+    if "checksum" in item.attrs:
+        words = np.ascontiguousarray(values, values.dtype.newbyteorder("<")).reshape(-1).view(np.uint64)
+        if xxh3(words) != int(item.attrs["checksum"]) % 2**64:
+            raise FileError(f"{item.file.filename}: {item.name}: its numbers are not those that were written (attribute 'checksum'): "
+                            "the file was damaged")
+    return values
 
 
-def open_file(path: str | os.PathLike[str], wanted: str) -> h5py.File:
-    """A file of the cbr programs, to read. FileError: there is none, or it has another format.
+@contextlib.contextmanager
+def open_file(path: str | os.PathLike[str], *wanted: str) -> Iterator[h5py.File]:
+    """A file of the cbr programs, to read, of one of the wanted formats. FileError: there is none, it has another
+    format, or something in it cannot be read.
 
-    >>> open_file("none.h5", "cbr-results")
+    >>> with open_file("none.h5", "cbr-results") as file:
+    ...     pass
     Traceback (most recent call last):
     cbr.superelement.FileError: none.h5: no such file
     """
-    name = os.fspath(path)
+    name, expected = os.fspath(path), " or ".join(wanted)
     if not os.path.isfile(name):
         raise FileError(f"{name}: no such file")
+    if not os.access(name, os.R_OK):
+        raise FileError(f"{name}: cannot be opened: Permission denied")
     if not h5py.is_hdf5(name):
-        raise FileError(f"{name}: is not an HDF5 file, expected {wanted}")
+        raise FileError(f"{name}: is not an HDF5 file, expected {expected}")
     try:
-        f = h5py.File(name)
-    except OSError as error:
-        raise FileError(f"{name}: {_damaged(error)}") from error
-    found = f.attrs.get("format", "an HDF5 file of another program")
-    if found != wanted:
-        f.close()
-        raise FileError(f"{name}: is {found}, expected {wanted}")
-    return f
+        if not is_sound(name):
+            raise OSError
+        with h5py.File(name, "r") as f:
+            found = f.attrs.get("format", "an HDF5 file of another program")
+            if found not in wanted:
+                raise FileError(f"{name}: is {found}, expected {expected}")
+            yield f
+    except KeyError as error:  # h5py's words, in quotes
+        raise FileError(f"{name}: is incomplete or damaged: {error.args[0] if error.args else error}") from error
+    except OSError as error:  # HDF5's own words name no file and speak of its blocks
+        raise FileError(f"{name}: cannot be read: the HDF5 file is truncated or damaged") from error
+    except (ArithmeticError, AttributeError, IndexError, MemoryError, RuntimeError, TypeError, ValueError) as error:
+        raise FileError(f"{name}: is damaged, or no {expected}: {error}") from error
 
 
 def superelement(path: str | os.PathLike[str]) -> Superelement:
     """Reads a superelement. FileError: it is none, or a group of several (`domains` above 1)."""
     with open_file(path, "cbr-superelement") as f:
-        node, component = f["dofs/node"][:], f["dofs/component"][:]
+        if f.attrs["basis"] not in ("craig-bampton", "massless", "characteristic"):
+            raise ValueError(f"basis '{f.attrs['basis']}'")
+        node, component = read(f["dofs/node"]), read(f["dofs/component"])
         K, M, V, F = _matrices(f, node, component)
         return Superelement(
             path=os.fspath(path), basis=str(f.attrs["basis"]), K=K, M=M, V=V, F=F, node=node,
-            component=component, node_id=f["nodes/id"][:], coordinates=f["nodes/coordinates"][:],
+            component=component, node_id=read(f["nodes/id"]), coordinates=read(f["nodes/coordinates"]),
             faces={name: _faces(group) for name, group in f.get("interface", {}).items()},
-            nodesets={name: item[:] for name, item in f.get("nodesets", {}).items()},
-            content_hash=str(f.attrs.get("content_hash", "")), mass=float(f["rigid_body/mass"][0]), center=f["rigid_body/center"][:],
-            inertia=f["rigid_body/inertia"][:], n_modes=int(f.attrs["n_modes"]),
+            nodesets={name: read(item) for name, item in f.get("nodesets", {}).items()},
+            content_hash=str(f.attrs.get("content_hash", "")), mass=float(read(f["rigid_body/mass"])[0]), center=read(f["rigid_body/center"]),
+            inertia=read(f["rigid_body/inertia"]), n_modes=int(f.attrs["n_modes"]),
             accuracy=_tree(f["accuracy"]) if "accuracy" in f else {},
             provenance={k: str(v) for k, v in f["provenance"].attrs.items()} if "provenance" in f else {})
