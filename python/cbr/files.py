@@ -40,6 +40,7 @@ def replace_text(path: str | os.PathLike[str], text: str, noun: str, is_ours: Ca
         try:
             file.write(text)
             file.flush()
+            os.fsync(file.fileno())
             os.chmod(file.name, mode)
             os.replace(file.name, target)
         except BaseException:

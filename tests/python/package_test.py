@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The package `cbr` on superelements and results that the programs write: package_test.py BIN SOURCE [TEST...]."""
+import base64
 import contextlib
+import ctypes.util
 import doctest
 import html
 import html.parser
@@ -15,6 +17,7 @@ import subprocess
 import sys
 import tempfile
 import unittest
+import warnings
 
 import numpy as np
 
@@ -259,7 +262,7 @@ class Package(unittest.TestCase):
         done = subprocess.run([*browser, "--dump-dom", f"file://{self.folder / 'probe.html'}"], capture_output=True, text=True,
                               check=True, timeout=120)
         seen = json.loads(html.unescape(re.search("<title>(.*?)</title>", done.stdout, re.S).group(1)))  # type: ignore[union-attr]
-        self.assertEqual(len(seen["figures"]), 5)
+        self.assertEqual(len(seen["figures"]), 7)
         for width, height in seen["figures"]:
             self.assertGreater(min(width, height), 100)
         self.assertLessEqual(seen["width"], seen["window"])
@@ -278,10 +281,10 @@ class Package(unittest.TestCase):
         page.close()
         self.assertEqual(page.open, [])
         self.assertEqual(len(page.ids), len(set(page.ids)))
-        self.assertEqual([a for a in page.addresses if not a.startswith("#")], [])
+        self.assertEqual([a for a in page.addresses if not a.startswith(("#", "data:"))], [])
         self.assertNotIn("@import", text)
-        # Energy, momentum along x, force, area, times
-        self.assertEqual(page.figures, 5)
+        # Energy, momentum along x, two histories, force, area, times
+        self.assertEqual(page.figures, 7)
         for words in ("Can it be trusted", "energy that work does not account for", "Differences",
                       "instances/right/momentum", "left.contact - right.contact", "basis characteristic",
                       "Warnings of craig-bampton.h5"):
@@ -329,6 +332,100 @@ class Package(unittest.TestCase):
                     file[name] = np.zeros((3, 3))
             self.assertNotIn("drift", cbr.report.checks(cbr.results(copy)), name)
 
+    def test_report_draws_what_the_scene_asks_for(self) -> None:
+        """A superelement hits a mesh that is held: histories, reactions, stress, the start, modes and animations."""
+        from PIL import Image
+        scene = block("craig-bampton", 2e-5)
+        scene["components"]["block"]["reduction"] |= {"recovery": True, "superelement": "recovered.cbr.h5", "modes": 40}
+        scene["instances"]["right"]["as"] = "mesh"
+        scene["boundary"] = [{"instance": "right", "nodes": "x_min", "fix": ["x", "y", "z"]}]
+        scene["output"] |= {"fields": ["displacement", "stress"], "reactions": ["right.x_min"],
+                            "stress": ["left.contact", {"instance": "right", "worst": 3, "envelope": True}]}
+        run = scene.run(self.folder / "asked.yaml", bin=BIN)
+        text = cbr.report.page(run, animate=True)
+        for words in ("<h2>Histories</h2>\n<h3>left.contact</h3>", "All supports of right", "right.x_min: force", ">moment<", ">acceleration<",
+                      "Largest von Mises stress", "<p>Contact pairs:</p><ol><li>left.contact - right.contact</li></ol>"):
+            self.assertIn(words, text)
+        worst, ids = run["stress/right/worst/von_mises"], run["stress/right/worst/element_id"]
+        at = np.unravel_index(worst.argmax(), worst.shape)
+        self.assertIn(f"<td>right/worst</td><td class=\"number\">{worst.max():.4g}</td><td>element {ids[at]}</td>"
+                      f"<td class=\"number\">{run.time[at[0]]:.4g}</td>", text)
+        caption = re.search(r"<figcaption>Displacements (\d+) times as large; colours: von Mises stress from 0 to ", text)
+        moves = [cbr.pictures.Fields(run.path).displacements(step) or [] for step in range(len(run.time))]
+        self.assertGreater(int(caption[1]) * max(np.abs(u).max() for of in moves for u in of), 0.02 * 0.102)  # type: ignore[index]
+        start, moving = (Image.open(io.BytesIO(data)) for data in pictures_in(text))
+        self.assertEqual((start.format, moving.format, moving.n_frames), ("PNG", "GIF", len(run.time)))
+        first = np.asarray(moving.convert("RGB"))
+        moving.seek(len(run.time) - 1)
+        self.assertGreater(np.mean(np.any(first != np.asarray(moving.convert("RGB")), axis=2)), 0.1)
+        # The outside alone: 2 (6 x 3 + 6 x 4 + 3 x 4) sides
+        parts = cbr.pictures.at_start(run)
+        self.assertEqual([(part.instance, len(part.faces)) for part in parts], [("left", 108), ("right", 108)])
+        np.testing.assert_allclose(cbr.pictures.extent([[part.points for part in parts]])[1] - cbr.pictures.extent([[parts[0].points]])[1],
+                                   (np.array([0.050801, 0, 0]) @ cbr.pictures.PLANE).clip(0), atol=1e-12)
+        scene.write(self.folder / "asked.yaml")
+        listed = subprocess.run([BIN / "cbr-dyn", "asked.yaml", "--modes", "2", "-o", "shapes.h5"], cwd=self.folder, check=True,
+                                capture_output=True, text=True).stdout.splitlines()
+        self.assertEqual(cbr.report.main([str(self.folder / "shapes.h5"), "-o", str(self.folder / "shapes.html")]), 0)
+        text = (self.folder / "shapes.html").read_text()
+        self.assertEqual(len(pictures_in(text)), 4)
+        self.assertIn(f"right, mode 1: {float(listed[3].split(',')[2]):.4g} Hz", text)
+        with contextlib.redirect_stderr(io.StringIO()) as refused:
+            self.assertEqual(cbr.report.main([self.runs["massless"].path, "-o", str(self.folder / "no.html"), "--animate"]), 2)
+        self.assertIn("massless.fields.h5: no such file", refused.getvalue())
+        self.assertIn("No picture: ", cbr.report.page(self.runs["massless"]))
+
+    def test_scene_of_results(self) -> None:
+        """As the programs write it, in the attribute `scene`: keys that differ, and superelements placed as the run has them."""
+        import h5py
+        runs = []
+        for i in range(2):
+            scene = block("massless", 1e-5)
+            scene["instances"]["left"] |= {"position": [-0.03, 0.01, 0], "rotation": [10, -20, 30]}
+            scene["instances"]["_$right$ \\, a: [é]"] = scene["instances"].pop("right") | {"rotation": [5, 6, 7 + i]}
+            scene["contact"], scene["output"]["history"] = [], ["left.contact", "_$right$ \\, a: [é].contact"]
+            if i == 0:
+                scene["contact"] = [{"between": scene["output"]["history"], "friction": {"static": 0.3, "kinetic": 0.2, "decay": 0.5}}]
+            run = scene.run(self.folder / f"placed-{i}.yaml", bin=BIN)
+            scene.write(self.folder / "placed.yaml")
+            text = subprocess.run([BIN / "cbr-skin", "placed.yaml"], cwd=self.folder, check=True, capture_output=True, text=True).stdout
+            with h5py.File(run.path, "r+") as file:
+                file.attrs["scene"] = text
+            runs.append(cbr.results(run.path))
+        read = runs[0].scene
+        for name, of in scene["instances"].items():
+            self.assertLessEqual({**of, "rotation": read["instances"][name]["rotation"]}.items(), read["instances"][name].items())
+        self.assertEqual(read["contact"]["0"]["friction"], {"static": 0.3, "kinetic": 0.2, "decay": 0.5})
+        self.assertEqual(read["components"]["block"]["reduction"]["modes"], 30)
+        parts = cbr.pictures.at_start(runs[0])
+        without = {name: runs[0][f"surfaces/{name}/mean_position"][0] for name in runs[0].surfaces}
+        runs[0]._names = [name for name in runs[0] if not name.startswith("surfaces/")]
+        for name, point in cbr.pictures.surface_points(runs[0], parts).items():
+            np.testing.assert_allclose(point, without[name], atol=1e-12)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            text = html.unescape(cbr.report.page(*runs))
+        for words in ("The runs differ in instances._$right$ \\, a: [é].rotation: 5, 6, 7 in placed-0.h5, 5, 6, 8 in placed-1.h5.",
+                      "Only placed-0.h5 has the key contact.0.friction.decay: 0.5."):
+            self.assertIn(words, text)
+            name, report = "_$right$ \\, a: [é]", cbr.report
+            curve = report.Runs(runs[0], None).curves(report.Panel("$", "", [(name, "energy/total", report.same)]))
+        self.assertIn(f">\u200a{name}</text>", html.unescape(curve))
+        self.assertEqual(text.count("The runs differ"), 1)
+
+    def test_full_disk_leaves_the_old_page(self) -> None:
+        out = self.folder / "kept.html"
+        self.assertEqual(cbr.report.main([self.runs["massless"].path, "-o", str(out)]), 0)
+        before = out.read_bytes()
+        code = ("import resource, sys; sys.path.insert(0, sys.argv[1]); resource.setrlimit(resource.RLIMIT_FSIZE, (9999, 9999)); "
+                "import cbr.report; sys.exit(cbr.report.main(sys.argv[2:]))")
+        done = subprocess.run([sys.executable, "-c", code, str(SOURCE / "python"), self.runs["massless"].path, "-o", str(out)],
+                              capture_output=True, text=True, env={**os.environ, "MPLCONFIGDIR": str(self.folder)})
+        self.assertEqual(done.returncode, 1)
+        self.assertRegex(done.stderr, "cbr-report: error: .*kept.html: cannot be written: File too large\n$")
+        self.assertEqual(out.read_bytes(), before)
+        self.assertEqual(list(self.folder.glob(".cbr-*")), [])
+
     def test_report_tells_how_scenes_differ(self) -> None:
         scene = block("massless", end=2e-5)
         del scene["contact"], scene["output"]["history"]
@@ -358,6 +455,47 @@ class Package(unittest.TestCase):
             with contextlib.redirect_stderr(io.StringIO()) as told:
                 self.assertEqual(cbr.report.main(arguments), 2)
             self.assertRegex(told.getvalue(), f"^cbr-report: error: .*{words}.*\n$")
+
+    def test_flipped_bits_change_no_number(self) -> None:
+        """Of files with checksums: a bit anywhere, and in the strings, where the HDF5 library crashes or searches without end."""
+        import h5py
+        whole = self.folder / "whole.h5"
+        shutil.copy(self.runs["massless"].path, whole)
+        with h5py.File(whole, "r+") as file:
+            file.visititems(lambda name, item: item.attrs.create("checksum", np.array(cbr.checksum.xxh3(
+                np.ascontiguousarray(item[()]).reshape(-1).view(np.uint64))).astype(np.int64)) if isinstance(item, h5py.Dataset) else None)
+
+        def of_results(path: pathlib.Path) -> list[bytes]:
+            return [values.tobytes() for values in cbr.results(path).values()]
+
+        def of_part(path: pathlib.Path) -> list[bytes]:
+            part = cbr.superelement(path)
+            return [x.tobytes() for x in (part.K, part.M, part.V, part.F, part.node, part.coordinates, part.faces["contact"].nodes)]
+
+        flipped, random, refused = self.folder / "flipped.h5", np.random.default_rng(4), 0
+        for path, read in ((whole, of_results), (pathlib.Path(self.parts["characteristic"].path), of_part)):
+            good, expected = path.read_bytes(), read(path)
+            strings = good.index(b"GCOL")
+            for at in [*random.integers(0, len(good), 80), *(strings + random.integers(0, 600, 20)), strings + 26]:
+                bad = bytearray(good)
+                bad[at] ^= 1 << int(random.integers(8))
+                flipped.write_bytes(bad)
+                try:
+                    self.assertEqual(read(flipped), expected, at)
+                except cbr.FileError as error:
+                    refused += 1
+                    self.assertIn("flipped.h5: ", str(error))
+        self.assertGreater(refused, 80)
+
+    def test_checksums_are_xxh3(self) -> None:
+        library = ctypes.util.find_library("xxhash")
+        if library is None:
+            self.skipTest("needs libxxhash")
+        expected = ctypes.CDLL(library).XXH3_64bits
+        expected.restype, expected.argtypes = ctypes.c_uint64, (ctypes.c_char_p, ctypes.c_size_t)
+        for n in [*range(300), 1023, 1024, 1025, 2 * 4096 * 128 + 77]:
+            words = np.random.default_rng(n).integers(0, 2**64, n, dtype=np.uint64)
+            self.assertEqual(cbr.checksum.xxh3(words), expected(words.tobytes(), 8 * n), n)
 
     def test_report_shows_warnings_and_superelements_of_the_run(self) -> None:
         """A block that turns by more than its linear model holds, and a superelement that is reduced again."""
@@ -461,8 +599,8 @@ class Package(unittest.TestCase):
         self.assertLess(float(told[3].split(", ")[1].split()[0]), 0.01)
 
     def test_docstrings(self) -> None:
-        for module in ("cbr.check", "cbr.results", "cbr.scene", "cbr.signals", "cbr.study", "cbr.superelement",
-                       "cbr.report"):
+        for module in ("cbr.check", "cbr.checksum", "cbr.results", "cbr.scene", "cbr.signals", "cbr.study", "cbr.superelement",
+                       "cbr.pictures", "cbr.report"):
             found = doctest.testmod(sys.modules[module])
             self.assertGreater(found.attempted, 0)
             self.assertEqual(found.failed, 0)
@@ -534,6 +672,10 @@ class Signals(unittest.TestCase):
                             ("give n times", lambda: cbr.psd(t, t[1:])), ("from 4 to 100", lambda: cbr.psd(t, t, 101))):
             with self.assertRaisesRegex(ValueError, words), np.errstate(all="ignore"):
                 call()
+
+
+def pictures_in(text: str) -> list[bytes]:
+    return [base64.b64decode(data) for data in re.findall(r'src="data:image/\w+;base64,([^"]+)"', text)]
 
 
 VOID = {"meta", "br", "img", "path", "use", "rect", "line"}
