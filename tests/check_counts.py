@@ -13,8 +13,8 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 BOUNDS = {
     "lines of product": 84160,
     "files of product": 667,
-    "lines of python/cbr": 2055,
-    "lines of tests": 62345,
+    "lines of python/cbr": 2075,
+    "lines of tests": 62355,
     "files of tests": 391,
     "numbers in contact/solve": 92,  # but for 0, 1, 2, 3 and 0.5
     "lines with InputError(": 389,

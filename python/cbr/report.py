@@ -13,7 +13,7 @@ import sys
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Tuple
+from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -103,7 +103,7 @@ def image(data: bytes, kind: str, caption: str) -> str:
     return f'<figure><img alt="{escape(caption)}" src="data:image/{kind};base64,{text}"><figcaption>{escape(caption)}</figcaption></figure>'
 
 
-Curve = Tuple[str, str, Callable[[Array], Array]]  # label, dataset, and what to draw of it (n, from n x anything)
+Curve = tuple[str, str, Callable[[Array], Array]]  # label, dataset, and what to draw of it (n, from n x anything)
 
 
 @dataclass
@@ -389,12 +389,16 @@ def motion(runs: Runs) -> str:
 def histories(runs: Runs) -> str:
     """Of each surface or point in output.history: displacement, velocity, acceleration, and the rotation of points."""
     parts, run = [], runs.run
+    covered = run.covered_hz if run.surfaces else {}
     for name in run.surfaces[:MOST_CURVES]:
+        instance = name.split(".")[0]
         drawn = (("displacement", "mean_position", True), ("velocity", "mean_velocity", False),
                  ("acceleration", "mean_acceleration", False), ("rotation, rad", "rotation", False))
         parts += [f"<h3>{escape(name)}</h3>", runs.curves(*(
             Panel(title, "", components(f"surfaces/{name}/{of}", from_start)) for title, of, from_start in drawn
             if f"surfaces/{name}/{of}" in run), height=2.4)]
+        if instance in covered:
+            parts.append(f"<p>Frequencies of {escape(instance)} are right to 1 % up to {number(covered[instance])} Hz: filter above it.</p>")
     return "\n".join(parts)
 
 

@@ -2,6 +2,7 @@
 """Results: what cbr-dyn writes."""
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import re
@@ -10,7 +11,7 @@ from typing import Any
 
 import h5py
 
-from cbr.superelement import Array, open_file, read
+from cbr.superelement import Array, FileError, open_file, read
 
 _WORD = re.compile(r'"(?:\\.|[^"\\])*"|[^\s\[\]{},:]+')
 
@@ -133,6 +134,17 @@ class Results(Mapping[str, Array]):
         """Of the instances that are superelements, since version 1.8: file, and content_hash that it had."""
         folder = os.path.dirname(self.path)
         return {name: (os.path.join(folder, file), self._hashes[name]) for name, file in self._files.items()}
+
+    @property
+    def covered_hz(self) -> dict[str, float]:
+        """Of instances that are superelements: the frequency, Hz, up to which theirs are right to 1 %, and histories of
+        them with them; 0: none is. Left out: without that figure, or where the file is gone or has been made again."""
+        found = {}
+        for name, (file, content_hash) in self.superelements.items():
+            with contextlib.suppress(FileError), open_file(file, "cbr-superelement") as f:
+                if "accuracy/covered_hz" in f and f.attrs.get("content_hash") == content_hash:
+                    found[name] = float(read(f["accuracy/covered_hz"])[0])
+        return found
 
     @property
     def seconds(self) -> dict[str, float]:

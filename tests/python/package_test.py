@@ -116,6 +116,10 @@ class Package(unittest.TestCase):
         self.assertLess(np.abs(momentum - momentum[0]).max(), 1e-12 * np.abs(momentum).max())
         self.assertGreater(run["instances/right/momentum"][-1, 0], 0.5 * momentum[0, 0])
         self.assertIn("steps", run.seconds)
+        covered = self.parts["characteristic"].accuracy["covered_hz"]
+        self.assertGreater(covered, 1e4)
+        self.assertEqual(run.covered_hz, {"left": covered, "right": covered})
+        self.assertIn(f"Frequencies of left are right to 1 % up to {covered:.4g} Hz", cbr.report.histories(cbr.report.Runs(run, None)))
         with self.assertRaisesRegex(KeyError, "no dataset 'momentum'; there are: "):
             run["momentum"]
 
@@ -578,7 +582,10 @@ class Package(unittest.TestCase):
         self.assertIn("left.contact: position", str(told))
 
     def test_error_of_a_superelement_alone_is_not_known(self) -> None:
-        made = block("massless")
+        made = block("massless", 1e-5)
+        del made["output"]  # outputs of both runs at the same times all the same
+        told = cbr.check_error(made, self.folder / "alone.yaml", bin=BIN)
+        self.assertEqual((set(told.instances), told.surfaces, len(told.run["time"])), ({"left", "right"}, {}, 201))  # type: ignore[index]
         made["components"]["block"] = {"superelement": "massless.cbr.h5"}
         with self.assertRaisesRegex(ValueError, "needs its mesh"):
             cbr.check_error(made, self.folder / "alone.yaml", bin=BIN)
