@@ -81,7 +81,7 @@ class Equilibrium {
   };
 
   void number_floating(const std::vector<FloatingForces>& forces);
-  void iterate(double t, double share);
+  double iterate(double t, double share);  // returns Change::displaced
   void start_iteration(double t, double share);
   void locate();
   void solve(Change& change);

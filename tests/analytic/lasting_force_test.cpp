@@ -99,6 +99,26 @@ TEST_P(Rest, OfPressedBlocks) {
     }
 }
 
+// On a mesh, sheared until a part of its face slid in the load steps.
+TEST_P(Rest, OfABlockThatSlid) {
+  SceneFolder folder;
+  folder.add("block.exo", test::block_mesh({{4, 4, 2}, {2, 2, 1}}));
+  const Ran ran = folder.run(
+      "materials: {m: {youngs_modulus: 100, poissons_ratio: 0.3, density: 1}}\ncomponents:\n"
+      "  block: {mesh: block.exo, material: m" +
+      GetParam().component + "}\n  base: {mesh: block.exo, material: m}\ninstances:\n" +
+      "  a: {component: block, position: [0, 0, 1]" + GetParam().instance + "}\n" +
+      "  base: {component: base, as: mesh" +
+      (GetParam().name == "Mesh" ? "" : GetParam().instance) + "}\n" +
+      "boundary: [{instance: base, nodes: z_min, fix: [x, y, z]}]\n"
+      "contact: [{between: [a.z_min, base.z_max], friction: 0.3}]\n"
+      "loads:\n  - {instance: a, surface: z_max, pressure: 1}\n"
+      "  - {instance: a, surface: z_max, traction: [0.2, 0, 0]}\n"
+      "time: {end: 1, preload: 2" +
+      GetParam().time + "}\noutput: {every: 0.1, history: [a.z_max]}\n");
+  expect_rest(ran, 0);
+}
+
 INSTANTIATE_TEST_SUITE_P(Bodies, Rest, ::testing::ValuesIn(kinds),
                          [](const auto& info) { return info.param.name; });
 
