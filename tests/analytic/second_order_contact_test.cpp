@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/app/report.hpp"
 #include "tests/support/restarted_run.hpp"
 #include "tests/support/scene_run.hpp"
 #include "tests/unit/common/elements/box_mesh.hpp"
@@ -113,7 +114,7 @@ std::vector<Case> cases() {
       all.push_back({type, {2, 2, 2}, {2, 2, 2}, "node-face", as});
       all.push_back({type, {2, 2, 2}, {2, 2, 2}, "node-face", as, ", friction: 0.3"});
       all.push_back({type, {2, 2, 2}, {2, 2, 2}, "mortar", as});
-      all.push_back({type, {2, 2, 2}, {3, 3, 2}, "mortar", as});
+      all.push_back({type, {2, 2, 2}, {3, 3, 2}, "node-face", as});
     }
   return all;
 }
@@ -126,16 +127,63 @@ TEST(SecondOrderContact, AUniformPressureIsOneInStatics) {
     EXPECT_LT(of.pressure, 1e-8);
     EXPECT_LT(of.displacement, 1e-8);
     EXPECT_NEAR(ran.built.simulation.pairs[0].seen().step.area, 1, 1e-12);
+    EXPECT_EQ(ran.built.simulation.pairs[0].formulation == Formulation::mortar,
+              its.formulation == "mortar" || !its.matches());
   }
+}
+
+TEST(SecondOrderContact, ATieCarriesAUniformPressure) {
+  for (const ElementType type : {hex20, hex27, tet10})
+    for (const char* as : {"mesh", "superelement"}) {
+      const Case its{type, {2, 2, 2}, {3, 3, 2}, "node-face", as, ", tied: true"};
+      SCOPED_TRACE(name(its));
+      EXPECT_LT(errors(run(its, "static: true, end: 1, step: 1"), its).displacement, 1e-8);
+    }
+}
+
+// Bodies that strike meet by nodes and edges, also where faces meet later. Faces that match keep
+// their nodes.
+TEST(SecondOrderContact, MortarIsForUnlikeFacesThatMeetAndStay) {
+  struct Choice {
+    Formulation formulation;
+    bool warns;
+    bool operator==(const Choice&) const = default;
+  };
+  const auto choice = [](const Case& its, const std::string& time, const std::string& z = "0.5") {
+    test::SceneFolder folder;
+    folder.add("upper.exo", box(its.type, its.upper));
+    folder.add("lower.exo", box(its.type, its.lower));
+    std::string scene = yaml(its, time);
+    scene.replace(scene.find("0, 0, 0.5]}"), 9, "0, 0, " + z);
+    Report told("test", Verbosity::quiet);
+    const BuiltScene built = build(folder.prepare(scene).scene, told);
+    const std::vector<std::string>& all = told.warnings();
+    return Choice{built.simulation.pairs[0].formulation,
+                  std::any_of(all.begin(), all.end(), [](const std::string& text) {
+                    return text.find("take formulation: mortar") != std::string::npos;
+                  })};
+  };
+  const Choice nodes{Formulation::node_face, false}, uneven{Formulation::node_face, true},
+      mortar{Formulation::mortar, false};
+  const std::string statics = "static: true, end: 1, step: 1", motion = "end: 1";
+  const Case unlike{hex20, {2, 2, 2}, {3, 3, 2}, "node-face"};
+  EXPECT_EQ(choice(unlike, statics), mortar);
+  EXPECT_EQ(choice(unlike, "preload: 1, end: 1"), mortar);
+  EXPECT_EQ(choice(unlike, motion), uneven);
+  EXPECT_EQ(choice(unlike, statics, "0.6"), nodes);
+  EXPECT_EQ(choice({hex20, {2, 2, 2}, {2, 2, 2}, "node-face"}, statics), nodes);
+  EXPECT_EQ(choice({hex8, {2, 2, 2}, {3, 3, 2}, "node-face"}, statics), nodes);
+  EXPECT_EQ(
+      choice({hex20, {2, 2, 2}, {3, 3, 2}, "node-face", "mesh", ", pressures: nodes"}, statics),
+      uneven);
 }
 
 // Nodes against faces of another mesh load it unevenly: the pressure's sum is right.
 TEST(SecondOrderContact, NodesOnOtherFacesCarryTheForce) {
   for (const ElementType type : {hex20, hex27, tet10}) {
-    const Case its{type, {2, 2, 2}, {3, 3, 2}};
+    const Case its{type, {2, 2, 2}, {3, 3, 2}, "node-face", "mesh", ", pressures: nodes"};
     SCOPED_TRACE(name(its));
     const Ran ran = run(its, "static: true, end: 1, step: 1");
-    EXPECT_NEAR(ran.built.simulation.pairs[0].seen().step.area, 1, 1e-12);
     EXPECT_NEAR(test::at(ran.result.pairs[0]["force"], ran.result.time.size() - 1)[2], pressure,
                 1e-9);
   }

@@ -114,7 +114,8 @@ void penetration_warning(const ContactPair& pair, Report& report) {
   if (pair.law.law == ContactLaw::tied || pair.wall || !(share_of_face(pair) > too_deep)) return;
   const char* cure =
       pair.formulation == Formulation::mortar
-          ? "mortar holds means over faces: where edges or corners meet use formulation: node-face"
+          ? "mortar holds means over faces: where edges or corners meet use formulation: node-face "
+            "and pressures: nodes"
       : pair.enforcement == Enforcement::impulse
           ? "look at the positions of the instances, and at what else pushes there"
           : "use enforcement: impulse, or a shorter step";

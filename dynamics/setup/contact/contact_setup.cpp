@@ -2,12 +2,14 @@
 #include "dynamics/setup/contact/contact_setup.hpp"
 
 #include <algorithm>
+#include <set>
 #include <sstream>
 #include <unordered_map>
 #include <utility>
 
 #include "common/app/report.hpp"
 #include "common/base/error.hpp"
+#include "dynamics/contact/enforce/tie.hpp"
 #include "dynamics/setup/contact/contact_sides.hpp"
 #include "dynamics/setup/contact/friction_shapes.hpp"
 #include "dynamics/setup/contact/links.hpp"
@@ -68,14 +70,54 @@ bool first_is_slave(const ContactSurface& first, const ContactSurface& second, b
   return !(second.size < first.size * (1 - 1e-6));
 }
 
-ContactPair pair_of(const ContactEntry& entry, const ContactNumbers& contact_of_instance,
-                    SharedByPairs& shared, ContactSides& sides) {
+ContactList ties_of(const ContactSurface& slave, const ContactSurface& master,
+                    const std::optional<double>& adjust, const Simulation& sim) {
+  const auto positions = [&](const ContactSurface& surface) {
+    const ContactNodes& nodes = sim.contact_nodes[surface.body];
+    return Points(sim.bodies[nodes.body]->reference_positions()(nodes.nodes, Eigen::all));
+  };
+  ContactList ties;
+  Points offsets;
+  tie_surfaces(slave, positions(slave), master, positions(master), adjust, ties, offsets);
+  return ties;
+}
+
+// Whether faces of second order lie on those of another mesh at the start: all nodes of a slave
+// face, and some beside the master's nodes.
+bool meets_unlike(const ContactEntry& entry, const ContactPair& pair, const Simulation& sim,
+                  ContactSides& sides) {
+  constexpr double at_node = 0.99;  // weight in the face
+  if (pair.wall || pair.formulation != Formulation::node_face ||
+      pair.enforcement != Enforcement::impulse)
+    return false;
+  if (!sides.corners(*entry.first) && !sides.corners(*entry.second)) return false;
+  const ContactSurface& slave = *pair.slave;
+  const ContactList ties = ties_of(slave, *pair.master, pair.adjust, sim);
+  std::set<Index> met;
+  bool any_beside = false;
+  for (const ContactPoint& point : ties.points) {
+    met.insert(slave.nodes[static_cast<std::size_t>(point.slot)]);
+    double most = 0;
+    for (Index t = point.first_term + 1; t < point.first_term + point.n_terms; ++t)
+      most = std::max(most, -ties.terms[static_cast<std::size_t>(t)].coefficient);
+    any_beside |= most < at_node;
+  }
+  for (Index f = 0; any_beside && f < slave.faces.rows(); ++f)
+    if (std::all_of(slave.faces.row(f).begin(), slave.faces.row(f).end(),
+                    [&](Index node) { return met.count(node) != 0; }))
+      return true;
+  return false;
+}
+
+ContactPair pair_of(const ContactEntry& entry, Formulation formulation,
+                    const ContactNumbers& contact_of_instance, SharedByPairs& shared,
+                    ContactSides& sides) {
   const ContactOptions& options = *entry.options;
   ContactPair pair;
   pair.source = shared.source(options);
   pair.of_all = options.all;
   pair.enforcement = options.enforcement;
-  pair.formulation = entry.wall ? Formulation::node_face : options.formulation;
+  pair.formulation = entry.wall ? Formulation::node_face : formulation;
   pair.law = law_of(options);
   pair.friction = FrictionLaw(options.friction);
   pair.damping = options.damping;
@@ -83,7 +125,7 @@ ContactPair pair_of(const ContactEntry& entry, const ContactNumbers& contact_of_
   pair.resolves_overlap = options.resolves_overlap;
   if (options.pretension_force || options.shortening)
     pair.pretension = Pretension{options.pretension_force, options.shortening};
-  const bool whole = pair.formulation == Formulation::mortar && pair.law.law != ContactLaw::tied;
+  const bool whole = pair.formulation == Formulation::mortar;
   const auto first = sides.surface(*entry.first, whole, contact_of_instance);
   if (entry.wall) {
     ContactSurface of_wall;
@@ -98,10 +140,24 @@ ContactPair pair_of(const ContactEntry& entry, const ContactNumbers& contact_of_
   }
   const auto second = sides.surface(*entry.second, whole, contact_of_instance);
   pair.name = first->name + " - " + second->name;
-  pair.slave_is_first = first_is_slave(*first, *second, whole);
+  pair.slave_is_first = first_is_slave(*first, *second, whole && pair.law.law != ContactLaw::tied);
   pair.slave = pair.slave_is_first ? first : second;
   pair.master = pair.slave_is_first ? second : first;
   return pair;
+}
+
+// Nodes load unlike faces of second order unevenly. Mortar does not, but bodies that strike pass
+// through its means with edges and corners: so it is for faces that meet already and stay.
+void note_unlike(const ContactPair& pair, bool takes_mortar, Report& report) {
+  const std::string unlike =
+      "contact " + pair.name + ": faces of second order meet those of another mesh: ";
+  if (takes_mortar) {
+    report.line("note: " + unlike + "mortar is taken for node-face (pressures: nodes keeps nodes)");
+  } else {
+    report.warning(pair.source->text() + ": " + unlike +
+                   "nodes load them unevenly, by 0 to 1.6 times the right pressure: take "
+                   "formulation: mortar, but not where edges or corners strike");
+  }
 }
 
 // Least nodes of a face with pressure functions, nodes per function, and bounds of their number:
@@ -216,9 +272,20 @@ std::vector<ContactKind> add_contact(const SceneIndex& index, BuiltScene& built,
     fill_areas(names, contact_of_instance, sides, sim);
   sim.pairs.reserve(entries.list.size());
   SharedByPairs shared(sim, index.scene().time->end);
-  const ContactOptions* warned = nullptr;  // once for all pairs of an entry
+  const ContactOptions *warned = nullptr, *unlike = nullptr;  // once for all pairs of an entry
+  const bool is_static = index.scene().time->is_static || preload_steps(index.scene()) > 0;
   for (const ContactEntry& entry : entries.list) {
-    ContactPair pair = pair_of(entry, contact_of_instance, shared, sides);
+    const auto make = [&](Formulation formulation) {
+      return pair_of(entry, formulation, contact_of_instance, shared, sides);
+    };
+    ContactPair pair = make(entry.options->formulation);
+    if (meets_unlike(entry, pair, sim, sides)) {
+      const bool stays = is_static || pair.law.law == ContactLaw::tied;
+      const bool takes_mortar = stays && !entry.options->pressures;
+      if (takes_mortar) pair = make(Formulation::mortar);
+      if (std::exchange(unlike, entry.options) != entry.options)
+        note_unlike(pair, takes_mortar, report);
+    }
     add_functions(entry, built, sides, pair);
     double depth = 0;
     if (pair.wall && starts_in_wall(pair, sim, depth)) {
