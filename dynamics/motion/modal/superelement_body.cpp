@@ -57,6 +57,7 @@ double SuperelementBody::largest_frequency() const {
 Index SuperelementBody::own_track(const std::vector<Index>& nodes) {
   sets_.push_back({form_->shared.rows(form_->V, *rows_, nodes), own_nodes()(nodes, Eigen::all)});
   residual_.track(*sets_.back().rows);
+  if (frame_) frame_->track();
   local_.resize(std::max<Index>(local_.rows(), static_cast<Index>(nodes.size())), 3);
   return static_cast<Index>(sets_.size()) - 1;
 }
@@ -69,12 +70,22 @@ Index SuperelementBody::own_track_mean(const std::vector<Index>& nodes) {
 }
 
 void SuperelementBody::own_positions(Index set, Points& x) const {
+  unturned_positions(set, x);
+  if (frame_) frame_->turn_positions(set, x);
+}
+
+void SuperelementBody::own_predicted_positions(Index set, Points& x) const {
+  unturned_end(set, x);
+  if (frame_) frame_->turn_predicted_positions(set, x);
+}
+
+void SuperelementBody::unturned_positions(Index set, Points& x) const {
   sets_[set].rows->displacements(eta_, placement_.T, x);
   x += sets_[set].X;
   residual_.add_positions(set, x);
 }
 
-void SuperelementBody::own_predicted_positions(Index set, Points& x) const {
+void SuperelementBody::unturned_end(Index set, Points& x) const {
   sets_[set].rows->displacements(eta_end_, placement_.T, x);
   x += sets_[set].X;
   residual_.add_predicted_positions(set, x);
@@ -89,6 +100,7 @@ void SuperelementBody::own_mean_motion(Index set, Vector3& position, Vector3& ve
     velocity = placement_.T * Vector3(s.Vt->transpose() * present_rates());
   }
   residual_.add_mean_motion(set, *s.Vt, eta_, position, velocity);
+  if (frame_) frame_->turn_mean_motion(position, velocity);
 }
 
 void SuperelementBody::load_amplitudes(double t, Vector& f) const {
@@ -110,8 +122,8 @@ void SuperelementBody::propagate(const Vector& eta, const Vector& v, Vector& eta
   if (!is_driven()) return propagate_free(propagator(h_), eta, v, eta_end, v_end);
   eta_end = eta;
   v_end = v;
-  if (pulls_) pull_at_start(eta_end, v_end, work);
-  const Index n = std::max<Index>(1, turning_g_.cols() - 1);
+  if (turning_.couples()) turning_.pull_at_start(t_, h_, eta_end, v_end, work);
+  const Index n = std::max<Index>(1, turning_.n_parts());
   breakpoints_.cut(t_, h_, [&](double from, double to, bool whole) {
     for (Index i = 0; i < n; ++i) {
       const double start =
@@ -123,7 +135,7 @@ void SuperelementBody::propagate(const Vector& eta, const Vector& v, Vector& eta
         propagate_driven(start, end, whole && n == 1, eta_end, v_end, work);
     }
   });
-  if (pulls_) pull_at_end(eta_end, v_end, work);
+  if (turning_.couples()) turning_.pull_at_end(t_, h_, eta_end, v_end, work);
 }
 
 // Leapfrog: v+ = v- + (h- + h)/2 (f - omega^2 eta), eta+ = eta + h v+. At the start v- is half a
@@ -150,7 +162,9 @@ void SuperelementBody::set_contact_step(double h) {
                       : contact_gain(form_->omega, h);
 }
 
-void SuperelementBody::predict_end() {
+void SuperelementBody::predict_end() { frame_ ? frame_->predict(t_, h_) : predict_modes(); }
+
+void SuperelementBody::predict_modes() {
   kicked_ = end_kicked_ = false;
   late_end_.setZero();
   switch (scheme()) {
@@ -168,13 +182,14 @@ void SuperelementBody::predict_end() {
   residual_.predict(t_, h_);
 }
 
-// f_: modal forces of forces on the set's nodes.
+// f_: modal forces of forces on the set's nodes. In a frame their sum moves the centre of mass in
+// the scene's axes.
 void SuperelementBody::take_force(Index set, const Points& impulses) {
   sets_[set].rows->kick(impulses, placement_.T, local_, f_);
-  if (!carried_) return;
+  if (!frame_) return;
   const auto E = form_->E.topLeftCorner(form_->n_rigid, 3);
   const Vector3 momentum =
-      placement_.T.transpose() * (*carried_ * impulses.colwise().sum().transpose());
+      placement_.T.transpose() * (frame_->R() * impulses.colwise().sum().transpose());
   f_.head(form_->n_rigid).noalias() = E * (momentum / E.col(0).squaredNorm());
 }
 
@@ -196,7 +211,7 @@ void SuperelementBody::feel_kick() {
   if (!kicked_) kick_.setZero();
   kick_ += f_;
   kicked_ = true;
-  if (pulls_) {
+  if (turning_.couples()) {
     add_coupled(f_);
   } else if (is_exact()) {
     const ModalPropagator& step = propagator(h_);
@@ -207,6 +222,10 @@ void SuperelementBody::feel_kick() {
   } else if (is_damped()) {
     const Vector change = kicked_by(f_);
     eta_end_ += h_ * change;
+  frame_ ? frame_->take_impulses(set, impulses) : push_modes(set, impulses);
+}
+
+void SuperelementBody::push_modes(Index set, const Impulses& impulses) {
     v_end_ += change;
   } else {
     eta_end_ += h_ * f_;
@@ -262,14 +281,14 @@ void SuperelementBody::accept_exact() {
   if (is_damped() || is_driven()) {
     // Between the kicks energy changes by the work of forces and spin, and by what damping takes
     if (kicked_) v_ += kick_;
-    if (kicked_ && pulls_) pulls_->is_known = false;
+    if (kicked_) turning_.forget_start();
     FlowWork flow;
     flow.external = is_damped() ? 0 : work_.external;
     propagate(eta_, v_, eta_end_, v_end_, &flow);
     work_.external = is_damped() ? work_.external + flow.external : flow.external;
     work_.contact += flow.contact;
     spin_work_ = flow.spin;
-    if (pulls_) pulls_->is_known = false;
+    turning_.forget_start();
     if (is_damped())
       work_.damping += flow_energy(eta_end_, v_end_) - flow_energy(eta_, v_) - flow.sum();
     if (late_end_.size() > 0) v_end_ += late_end_;
@@ -323,7 +342,9 @@ void SuperelementBody::accept_central() {
   if (late) v_end_ += late_end_;
 }
 
-void SuperelementBody::own_accept() {
+void SuperelementBody::own_accept() { frame_ ? frame_->accept() : accept_modes(); }
+
+void SuperelementBody::accept_modes() {
   residual_.accept(eta_);
   switch (scheme()) {
     case Scheme::exact:

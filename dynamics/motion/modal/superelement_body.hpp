@@ -3,7 +3,7 @@
 // rotations.
 //
 // A superelement that moves: modal coordinates of the diagonal form, advanced exactly, by central
-// differences or by Newmark.
+// differences or by Newmark. With large rotation in a floating frame.
 #pragma once
 
 #include <memory>
@@ -18,8 +18,9 @@
 #include "dynamics/motion/damping.hpp"
 #include "dynamics/motion/modal/forms/diagonal_form.hpp"
 #include "dynamics/motion/modal/forms/modal_propagator.hpp"
-#include "dynamics/motion/modal/forms/spin_coupling.hpp"
+#include "dynamics/motion/modal/frame.hpp"
 #include "dynamics/motion/modal/residual_motion.hpp"
+#include "dynamics/motion/modal/turning_forces.hpp"
 #include "dynamics/motion/newmark.hpp"
 #include "dynamics/motion/static_state.hpp"
 
@@ -55,59 +56,36 @@ class SuperelementBody final : public Body {
   double largest_frequency() const override;
   bool is_damped() const { return damping_.hash != 0; }
 
+  // From here on a free body with large rotation. angular_velocity: rad/s, scene axes; end: of the
+  // run, s.
+  void turn_freely(const Vector3& angular_velocity, double end) {
+    frame_ = std::make_unique<Frame>(*this, angular_velocity, end);
+  }
+  const Frame* frame() const { return frame_.get(); }  // null: rotations are small
+
   double lasting_share() const override {
-    if (scheme() == Scheme::newmark) return 0;
+    if (scheme() == Scheme::newmark || frame_) return 0;
     return facts_.kicks_at_end ? -0.5 : 0.5;
   }
   FloatingForces floating_forces() const override;
   void float_by(const Vector& move) override;
   const ResidualMotion& residual() const { return residual_; }
-  ResidualMotion& residual() { return residual_; }
   double mass() const { return superelement_->rigid_body.mass; }
   Vector3 center_of_mass() const { return center_at(eta_); }
   // as predicted_positions()
   Vector3 predicted_center_of_mass() const { return center_at(eta_end_); }
   Vector3 center_velocity() const;
-  // From here on another carries the rotation of this free body, which stays as it is: impulses
-  // come in axes that R turns into the scene's, and their sum moves the centre of mass in the
-  // scene's axes.
-  void carry(const Matrix3& R) { carried_ = R; }
-  // Before the first predict(): forces on the modes that turn with such a body, H g, each column of
-  // H times its history. First those of a spin on the elastic modes, H = V^T spin_moments (n x 6):
-  // false where the superelement has no moments. Then those of loads.
-  bool feel_spin();
-  void add_turning_force(const Vector& column, const LoadHistory& history);
-  // Before each predict(): g at equal times from the start of the step to its end, linear in
-  // between (a row for each column of H; 0 or more than 1 columns).
-  void turn_forces(Matrix g) { turning_g_ = std::move(g); }
-  // After feel_spin(): what couples the modes with each other and the turn; null: not known.
-  const SpinCoupling* coupling() const { return coupling_.get(); }
-  // The modes' velocities v are then the momenta p of SpinCoupling. Before each predict(): the spin
-  // at the start and the end of the step, component axes, beside turn_forces(); or none.
-  void couple(const Vector3& start, const Vector3& end);
-  void uncouple() { pulls_.reset(); }
-  // The eta' that coupled modes have beyond p, until the next call   (m); empty: none.
-  void take_drift(const Vector& drift);
-  // of each |g|, at most, until the next call: for motion bounds. energy: J, which the coupled
-  // modes may get from the spin; below 0: they are not coupled.
-  void expect_turning(const Vector& largest, double energy = -1) {
-    turning_largest_ = largest;
-    energy_of_spin_ = energy;
-  }
-  // H^T eta of a spin, 6
-  Vector spin_shape() const { return turning_H_.leftCols(n_spin_).transpose() * eta_; }
-  // as predicted_positions()
-  Vector predicted_spin_shape() const {
-    return turning_H_.leftCols(n_spin_).transpose() * eta_end_;
-  }
-  // of the spin on the modes, of the last accepted step
-  double spin_work() const { return spin_work_; }
+  bool turns() const override { return frame_ != nullptr; }
+  Matrix3 turn_of_step() const override { return frame_->R(); }
+  BodyTurn turn_now() const override { return frame_->now(); }
+  BodyTurn turn_at_end() const override { return frame_->at_end(); }
+  Vector3 spin() const override { return frame_->angular_velocity(); }
+  void unturned_displacements(Points& u, Points& v) const override;
+  void add_moment(const Vector3& moment) override { frame_->add_moment(moment); }
   const Vector& modal_coordinates() const { return eta_; }
   const Vector& predicted_modal_coordinates() const { return eta_end_; }
   const Vector& modal_velocities() const { return v_; }
   const Vector& predicted_modal_velocities() const { return v_end_; }
-  // Of all impulses on nodes since predict(); null: none.
-  const Vector* kick() const { return kicked_ ? &kick_ : nullptr; }
   // V^T f, and V^T of what the pattern has on the modal coordinates
   Vector modal_force(const ForcePattern& pattern) const;
   // What a harmonic response and mode shapes are made of.
@@ -130,16 +108,23 @@ class SuperelementBody final : public Body {
   Index own_track(const std::vector<Index>& nodes) override;
   void own_positions(Index set, Points& x) const override;
   void own_predicted_positions(Index set, Points& x) const override;
+  friend class Frame;
+
   MotionBound own_motion_bound(Index set, bool quick) const override;
   bool own_at_rest() const override {
-    return loads_.empty() && v_.isZero(0) && eta_.isZero(0) && residual_.at_rest();
+    return loads_.empty() && v_.isZero(0) && eta_.isZero(0) && residual_.at_rest() &&
+           (!frame_ || frame_->at_rest());
+  void unturned_positions(Index set, Points& x) const override;
+  void unturned_end(Index set, Points& x) const override;
+  NodeResponse unturned_response(Index set, double h) const override;
   }
   Index own_track_mean(const std::vector<Index>& nodes) override;
   void own_mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
   void own_take_impulses(Index set, const Impulses& impulses) override;
   void own_expect_forces(Index set, const Points& forces) override;
   double own_residual_friction(Index set, const Points& impulses, bool between) override {
-    return residual_.friction(set, impulses, between);
+    return frame_ ? residual_.friction(set, impulses * frame_->R(), between)
+                  : residual_.friction(set, impulses, between);
   }
   void own_accept() override;
   void own_end_velocities(Index set, Points& v) override;
@@ -162,7 +147,11 @@ class SuperelementBody final : public Body {
     return work;
   }
   void own_displacements(Points& u, Points& v) const override;
-  void own_coordinates(Vector& q, Vector& rates) const override;  // q = V eta
+    if (frame_) frame_->add_work(work);
+  void own_coordinates(Vector& q, Vector& rates) const override;  // q = V eta, in axes that turn
+  void own_turn(const Points& X, Points& u, Points& v) const override {
+    if (frame_) frame_->turn(X, u, v);
+  }
   void own_keep_state(StateArchive& archive) override;
   void take_plan(const BodyPlan& plan) override;
   void predict_end() override;
@@ -192,24 +181,19 @@ class SuperelementBody final : public Body {
   void take_load(const BodyLoad& load);
   void append_load(const Vector& amplitude, const LoadHistory& history);
   void load_amplitudes(double t, Vector& f) const;
-  struct FlowWork {
-    double external = 0, spin = 0, contact = 0;
-    double sum() const { return external + spin + contact; }
-  };
   void propagate(const Vector& eta, const Vector& v, Vector& eta_end, Vector& v_end,
                  FlowWork* work);
   void propagate_driven(double from, double to, bool whole, Vector& eta_end, Vector& v_end,
                         FlowWork* work);
-  bool is_driven() const {
-    return !loads_.empty() || turning_g_.cols() > 0 || lasting_.now.size() > 0;
-  }
-  bool may_be_driven() const { return !loads_.empty() || turning_H_.size() > 0 || lasting_.ever; }
-  Vector turning_force(double t, Index first, Index count) const;
-  double coupled_energy(const Vector& eta, const Vector& v) const;
-  void pull_at_start(Vector& eta, Vector& v, FlowWork* work);
-  void pull_at_end(Vector& eta, Vector& v, FlowWork* work);
+  bool is_driven() const { return !loads_.empty() || turning_.act() || lasting_.now.size() > 0; }
+  bool may_be_driven() const { return !loads_.empty() || !turning_.empty() || lasting_.ever; }
+  // The parts of a step and of the public functions that the modes have in the axes of the frame.
+  void predict_modes();
+  void push_modes(Index set, const Impulses& impulses);
+  void accept_modes();
+  void add_turning_force(const Vector& column, const LoadHistory& history);
+  const Vector* kick() const { return kicked_ ? &kick_ : nullptr; }  // of impulses on nodes
   void add_coupled(const Vector& kick);
-  void book_drift(const Vector& drift, double t, const Vector& v, FlowWork& work) const;
   void add_late(Index set, const Points& impulses);
   void take_force(Index set, const Points& forces);
   void take_kick(Index set, const Points& impulses);
@@ -275,8 +259,7 @@ class SuperelementBody final : public Body {
   // Empty before the first one
   Vector late_, late_end_;
   Vector f_, f0_, f1_, work_eta_, work_v_;
-  Points local_;                    // impulses in component axes
-  std::optional<Matrix3> carried_;  // see carry()
+  Points local_;          // impulses in component axes
   mutable Vector rates_;  // central differences, and coupled with a spin: eta' at the time of eta
   double last_h_ = 0;
   mutable std::shared_ptr<const ModalPropagator> regular_, other_;  // of the last two step lengths
@@ -289,23 +272,9 @@ class SuperelementBody final : public Body {
   // arrived_: the end of the step is known, impulses included
   bool started_ = false, arrived_ = false;
   BodyWork work_;
-  Matrix turning_H_, turning_g_;  // see feel_spin(), whose columns are the first n_spin_
-  std::vector<LoadHistory> turning_histories_;
-  Vector turning_largest_;
-  Index n_spin_ = 0;
-  double spin_work_ = 0;
-  std::shared_ptr<const SpinCoupling> coupling_;
-  struct Pulls {
-    Vector3 w_start;  // component axes
-    SpinCoupling::Pull start, end;
-    // after the pull at the start of a step h, once it is known for the state as it is
-    Vector eta, v;
-    double h;
-    bool is_known;
-  };
-  std::optional<Pulls> pulls_;
-  Vector drift_;  // n, or empty
-  double energy_of_spin_ = -1;
+  double spin_work_ = 0;  // of the spin on the modes, of the last accepted step
+  TurningForces turning_;
+  std::unique_ptr<Frame> frame_;  // null: rotations are small
 };
 
 }  // namespace cbr

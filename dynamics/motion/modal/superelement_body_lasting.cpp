@@ -13,7 +13,7 @@ Vector SuperelementBody::lasting_kick(double share, const Vector& force) const {
 
 void SuperelementBody::own_expect_forces(Index set, const Points& forces) {
   lasting_.next.resize(0);
-  if (scheme() == Scheme::newmark || forces.rows() == 0) return;
+  if (scheme() == Scheme::newmark || frame_ || forces.rows() == 0) return;
   take_force(set, forces);
   lasting_.next = f_;
   if (lasting_.ever) return;

@@ -26,21 +26,19 @@ MotionBound SuperelementBody::own_motion_bound(Index set, bool quick) const {
   Vector force = Vector::Zero(eta_.size());  // largest modal force at any time
   for (const auto& load : loads_) force += load.history.largest() * load.amplitude.cwiseAbs();
   if (lasting_.now.size() > 0) force += lasting_.now.cwiseAbs();
-  if (turning_H_.size() > 0) force += turning_H_.cwiseAbs() * turning_largest_;
-  const Index n_loads = turning_H_.cols() - n_spin_;
-  const Vector force_of_loads =
-      turning_H_.rightCols(n_loads).cwiseAbs() * turning_largest_.tail(n_loads);
+  if (!turning_.empty()) force += turning_.largest_force();
+  const Vector force_of_loads = turning_.largest_load();
   // Amplitude sqrt(eta^2 + (v / omega)^2); a force adds at most its impulse / omega.
   const Vector amplitude =
       (eta_.tail(e).array().square() + (v_.tail(e).array() / omega).square()).sqrt();
   const Vector rate = force.tail(e).array() / omega;
   // Coupled modes, the first m elastic ones, exchange energy, and get some from the spin: beyond
   // that loads alone drive them
-  const Index m = energy_of_spin_ >= 0 ? coupling_->size() : 0;
+  const Index m = turning_.n_coupled();
   double together = 0, together_rate = 0;
   if (m > 0) {
     together = std::sqrt((omega.head(m) * amplitude.head(m).array()).matrix().squaredNorm() +
-                         2 * energy_of_spin_);
+                         2 * turning_.energy_of_spin());
     // of eta' = p + G eta, of which the latter is the smaller
     together_rate = 2 * force_of_loads.segment(r, m).norm();
   }
@@ -89,7 +87,7 @@ MotionBound SuperelementBody::own_motion_bound(Index set, bool quick) const {
     bound.acceleration = bound.acceleration.cwiseMax(T.cwiseAbs() * acceleration);
   }
   residual_.add_bound(set, bound);
-  return bound;
+  return frame_ ? frame_->in_any_position(bound) : bound;
 }
 
 // w = sin(omega h)/omega, h, or h/2 / (1 + theta omega^2), twice that where impulses act at the
@@ -115,10 +113,16 @@ ResponseOf SuperelementBody::response_of(double h, Vector& weight) const {
 }
 
 // S = V_c diag(w) V_c^T + B F B^T / following(h)   (3m x 3m)
-NodeResponse SuperelementBody::own_response(Index set, double h) const {
+NodeResponse SuperelementBody::unturned_response(Index set, double h) const {
   Vector weight;
   const ResponseOf of = response_of(h, weight);
   return answer(set, of, weight);
+}
+
+NodeResponse SuperelementBody::own_response(Index set, double h) const {
+  NodeResponse response = unturned_response(set, h);
+  if (frame_) response.axes = frame_->R() * response.axes;
+  return response;
 }
 
 NodeResponse SuperelementBody::answer(Index set, const ResponseOf& of, const Vector& weight) const {
@@ -198,7 +202,8 @@ void SuperelementBody::take_form(std::shared_ptr<const DiagonalForm> form) {
   take_shape(Vector::Zero(form_->omega.size()));
 }
 
-void SuperelementBody::take_plan(const BodyPlan& plan) {
+void SuperelementBody::take_plan(const BodyPlan& given) {
+  const BodyPlan plan = frame_ ? frame_->take_plan(given) : given;
   for (const BodyLoad& load : plan.loads) take_load(load);
   if (plan.contact_step > 0) set_contact_step(plan.contact_step);
 }
@@ -245,7 +250,9 @@ void SuperelementBody::add_start_impulse(const Vector& impulse) {
 // Central differences: the mid-step velocity, half a step on under the internal forces and loads,
 // second order at t_.
 const Vector& SuperelementBody::present_rates() const {
-  if (scheme() != Scheme::central_difference) return drift_.size() > 0 ? rates_ = v_ + drift_ : v_;
+  if (scheme() != Scheme::central_difference) {
+    return turning_.drift().size() > 0 ? rates_ = v_ + turning_.drift() : v_;
+  }
   load_amplitudes(t_, rates_);
   if (lasting_.now.size() > 0) rates_ += 2 * lasting_share() * lasting_.now;
   rates_ = v_ + 0.5 * last_h_ * (rates_ - form_->omega.cwiseAbs2().cwiseProduct(eta_));
@@ -302,6 +309,7 @@ BodyState SuperelementBody::own_state() const {
   return state;
 }
 
+  if (frame_) frame_->turn_state(state);
 void SuperelementBody::own_coordinates(Vector& q, Vector& rates) const {
   const Index k = superelement_->k(), n = own_nodes().rows();
   q.setZero(k + 3 * n);
@@ -317,6 +325,11 @@ void SuperelementBody::own_displacements(Points& u, Points& v) const {
   Vector q, rates;
   own_coordinates(q, rates);
   const Index k = superelement_->k(), n = own_nodes().rows();
+  unturned_displacements(u, v);
+  own_turn(own_nodes(), u, v);
+}
+
+void SuperelementBody::unturned_displacements(Points& u, Points& v) const {
   u = Eigen::Map<const Points>(q.data() + k, n, 3) * placement_.T.transpose();
   v = Eigen::Map<const Points>(rates.data() + k, n, 3) * placement_.T.transpose();
 }
@@ -336,3 +349,4 @@ void SuperelementBody::own_keep_state(StateArchive& archive) {
 }
 
 }  // namespace cbr
+  if (frame_) frame_->keep_state(archive);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/motion/modal/turning_load.hpp"
 
+#include "dynamics/motion/modal/superelement_body.hpp"
+
 namespace cbr {
 
 TurningLoad::TurningLoad(const VectorForce& force, const LoadHistory& history,
@@ -11,7 +13,7 @@ TurningLoad::TurningLoad(const VectorForce& force, const LoadHistory& history,
       elastic_(Matrix::Zero(modal.n_dofs(), 3)),
       bend_(Matrix::Zero(modal.n_dofs(), 9)) {
   const Vector3 c = modal.center_of_mass();
-  const Points& X = modal.reference_positions();
+  const Points& X = modal.own_nodes();
   const Matrix& V = modal.form().V;
   for (Index a = 0; a < 3; ++a) {
     const ForcePattern& pattern = force.patterns[static_cast<std::size_t>(a)];

@@ -5,9 +5,10 @@
 #include <Eigen/Geometry>
 
 #include "dynamics/motion/body.hpp"
-#include "dynamics/motion/modal/superelement_body.hpp"
 
 namespace cbr {
+
+class SuperelementBody;
 
 // What a VectorForce does to a body in axes that turn with it: all is linear in the vector b there.
 class TurningLoad {

@@ -15,7 +15,6 @@
 #include "dynamics/motion/modal/forms/rigid_form.hpp"
 #include "dynamics/motion/modal/forms/truncated_form.hpp"
 #include "dynamics/motion/modal/superelement_body.hpp"
-#include "dynamics/motion/modal/turning_body.hpp"
 #include "dynamics/motion/prescribed_motion.hpp"
 #include "dynamics/setup/bodies/instance_damping.hpp"
 #include "dynamics/setup/bodies/mesh_modes.hpp"
@@ -195,21 +194,15 @@ InstanceBody BodyMaker::make_modal(const Instance& instance, const ReducedCompon
       index_.is_held(instance) ? held_form(instance, component) : component.form;
   const std::shared_ptr<const DiagonalForm> part = truncated(instance, component, whole);
   const auto& form = part ? part : whole;
-  return {.body = std::make_unique<SuperelementBody>(
-              instance.name, component.superelement, form, placement_of(index_, instance),
-              scheme_of(*scene_.time), NewmarkOptions{scene_.time->alpha},
-              damping_of(index_, instance)),
-          .mass = component.rigid_body.mass,
-          .n_following = whole->omega.size() - form->omega.size()};
-}
-
-InstanceBody BodyMaker::make_turning(const Instance& instance, const ReducedComponent& component) {
-  InstanceBody made = make_modal(instance, component);
-  std::unique_ptr<SuperelementBody> inner(&dynamic_cast<SuperelementBody&>(*made.body.release()));
-  const SuperelementBody& modal = *inner;
-  auto body =
-      std::make_unique<TurningBody>(std::move(inner), instance.angular_velocity, scene_.time->end);
-  made.notes = notes_of_spin(instance, *component.superelement, *body, modal);
+  auto body = std::make_unique<SuperelementBody>(
+      instance.name, component.superelement, form, placement_of(index_, instance),
+      scheme_of(*scene_.time), NewmarkOptions{scene_.time->alpha}, damping_of(index_, instance));
+  InstanceBody made{.mass = component.rigid_body.mass,
+                    .n_following = whole->omega.size() - form->omega.size()};
+  if (turns(index_, instance)) {
+    body->turn_freely(instance.angular_velocity, scene_.time->end);
+    made.notes = notes_of_spin(instance, *component.superelement, *body);
+  }
   made.body = std::move(body);
   return made;
 }
@@ -309,8 +302,7 @@ SupportPlan BodyMaker::translation(const Instance& instance, const Geometry& geo
 }
 
 InstanceBody BodyMaker::make_held(const Instance& instance, const ReducedComponent& component) {
-  if (turns(index_, instance)) return make_turning(instance, component);
-  if (component.has_residual()) return make_modal(instance, component);
+  if (component.has_residual() || turns(index_, instance)) return make_modal(instance, component);
   const MotionPlan& plan = component.plans.at(instance.name);
   if (!plan.is_modal())
     return make_coupled(instance, *component.geometry, shelled(instance, component));
@@ -350,14 +342,8 @@ InstanceBody BodyMaker::make_rigid(const Instance& instance, const MeshedCompone
   auto body = std::make_unique<SuperelementBody>(
       instance.name, nodes, form, placement_of(index_, instance), scheme_of(*scene_.time),
       NewmarkOptions{scene_.time->alpha}, damping_of(index_, instance));
-  InstanceBody made{nullptr, nodes->rigid_body.mass};
-  if (turns(index_, instance)) {
-    made.body =
-        std::make_unique<TurningBody>(std::move(body), instance.angular_velocity, scene_.time->end);
-  } else {
-    made.body = std::move(body);
-  }
-  return made;
+  if (turns(index_, instance)) body->turn_freely(instance.angular_velocity, scene_.time->end);
+  return {std::move(body), nodes->rigid_body.mass};
 }
 
 InstanceBody BodyMaker::make_held(const Instance& instance, const MeshedComponent& component) {

@@ -69,8 +69,6 @@ class BodyMaker {
   std::shared_ptr<const DiagonalForm> held_form(const Instance& instance,
                                                 const ReducedComponent& component);
   InstanceBody make_modal(const Instance& instance, const ReducedComponent& component);
-  // The same as a free body with large rotation.
-  InstanceBody make_turning(const Instance& instance, const ReducedComponent& component);
   // For a superelement in contact whose highest modes become quasi-static: with step: auto if it is
   // free and has a large contact face, with cfl above 1 always. Otherwise null.
   std::shared_ptr<const DiagonalForm> truncated(const Instance& instance,

@@ -208,25 +208,25 @@ void refuse_to_turn(const Instance& instance, const std::string& why) {
 }
 
 std::vector<std::string> notes_of_spin(const Instance& instance, const Superelement& superelement,
-                                       const TurningBody& body, const SuperelementBody& modal) {
+                                       const SuperelementBody& body) {
   std::vector<std::string> notes;
   const std::string name = "instance '" + instance.name + "'";
-  if (!body.feels_spin()) {
+  if (!body.frame()->feels_spin()) {
     notes.push_back(name + " turns without the forces of its spin on its modes: " +
                     (superelement.has_interface_matrices()
                          ? "its superelement file is older than 1.8 (cbr-reduce --force)"
                          : "basis " + superelement.basis + " does not know them"));
   }
-  const DiagonalForm& form = modal.form();
+  const DiagonalForm& form = body.form();
   const double lowest = form.omega.size() > form.n_rigid ? form.omega[form.n_rigid] : HUGE_VAL;
   const double spin = instance.angular_velocity.norm();
   if (spin > 0.1 * lowest)
-    notes.push_back(name + " spins at " + number_text(spin) +
-                    " rad/s, more than a tenth of its lowest frequency of " + number_text(lowest) +
-                    " rad/s: " +
-                    (body.has_coupling() ? "stiffening by the spin is left out"
-                                         : "Coriolis forces and stiffening by the spin are left "
-                                           "out"));
+    notes.push_back(
+        name + " spins at " + number_text(spin) +
+        " rad/s, more than a tenth of its lowest frequency of " + number_text(lowest) + " rad/s: " +
+        (body.frame()->has_coupling() ? "stiffening by the spin is left out"
+                                      : "Coriolis forces and stiffening by the spin are left "
+                                        "out"));
   return notes;
 }
 

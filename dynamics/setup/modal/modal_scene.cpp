@@ -127,7 +127,7 @@ ModalBody::ModalBody(Body& body_of_scene, const MeshModes* mesh) : mesh_(mesh) {
   }
   points_ = body_of_scene.points();
   modal_ = dynamic_cast<SuperelementBody*>(&body_of_scene);
-  if (modal_ == nullptr)
+  if (modal_ == nullptr || modal_->turns())
     throw InputError("instance '" + body_of_scene.name() + "' does not move in modal coordinates");
   omega_ = modal_->form().omega;
 }

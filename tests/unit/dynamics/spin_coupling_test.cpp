@@ -18,7 +18,7 @@
 #include <vector>
 
 #include "common/app/report.hpp"
-#include "dynamics/motion/modal/turning_body.hpp"
+#include "dynamics/motion/modal/superelement_body.hpp"
 #include "reducer/bases/reduce.hpp"
 #include "tests/support/scene_run.hpp"
 
@@ -49,8 +49,7 @@ Superelement block() {
 }
 
 struct Spinning {
-  std::unique_ptr<TurningBody> body;
-  SuperelementBody* modal = nullptr;
+  std::unique_ptr<SuperelementBody> body;
 
   void step(double t, double h) const {
     body->predict(t, h);
@@ -63,11 +62,10 @@ Spinning spinning(Superelement s, const Vector3& w, const Matrix3& axes = Matrix
   auto form = std::make_shared<DiagonalForm>(free_diagonal_form(s, "block"));
   if (change) change(*form);
   Spinning spinning;
-  auto inner =
+  spinning.body =
       std::make_unique<SuperelementBody>("b", std::make_shared<const Superelement>(std::move(s)),
                                          form, Placement{axes}, Scheme::exact);
-  spinning.modal = inner.get();
-  spinning.body = std::make_unique<TurningBody>(std::move(inner), w, 1e3);
+  spinning.body->turn_freely(w, 1e3);
   return spinning;
 }
 
@@ -86,9 +84,9 @@ Spinning rotor(double w, const Vector& start) {
         form.omega[7] = omega_y;
         form.E.rightCols(3) *= 1e6;  // of the flywheel
       });
-  Vector eta = Vector::Zero(rotor.modal->n_dofs());
+  Vector eta = Vector::Zero(rotor.body->n_dofs());
   eta.segment(6, 2) = start;
-  rotor.modal->take_shape(eta);
+  rotor.body->take_shape(eta);
   return rotor;
 }
 
@@ -122,7 +120,7 @@ TEST(SpinCoupling, AMassOnSpringsMovesByItsEquations) {
     const Spinning of = rotor(w, start);
     for (int i = 0; i < n; ++i) of.step(i * end / n, end / n);
     steps.push_back(end / n);
-    errors.push_back((of.modal->modal_coordinates().segment(6, 2) - expected.head(2)).norm() /
+    errors.push_back((of.body->modal_coordinates().segment(6, 2) - expected.head(2)).norm() /
                      start.norm());
     std::printf("step %.3f: off by %.2e\n", steps.back(), errors.back());
   }
@@ -139,7 +137,7 @@ double growth(double w, int n) {
     for (std::size_t half = 0; half < 2; ++half) {
       const int from = half == 0 ? 5 * n / 12 : 11 * n / 12, to = half == 0 ? n / 2 : n;
       if (i >= from && i < to)
-        largest[half] = std::max(largest[half], of.modal->modal_coordinates().segment(6, 2).norm());
+        largest[half] = std::max(largest[half], of.body->modal_coordinates().segment(6, 2).norm());
     }
   }
   return std::log(largest[1] / largest[0]) / 24;
@@ -211,14 +209,14 @@ class TumblingBlock : public testing::TestWithParam<bool> {
 // The momenta of the modes are none of their velocities: L and the energy of all masses say so.
 TEST_P(TumblingBlock, HasTheMomentumAndTheEnergyOfItsMasses) {
   const Spinning of = tumbling(block(), 2, axes());
-  const Points masses = of.modal->nodal_masses(0);
+  const Points masses = of.body->nodal_masses(0);
   const Vector3 L = of.body->state().angular_momentum;
   for (int i = 0; i < 300; ++i) {
     of.step(0, 5e-3);
     if (i % 20 > 0) continue;
     const BodyState state = of.body->state();
     const OfMasses found = of_masses(of, masses);
-    const double moves = of.modal->modal_coordinates().tail(30).norm();
+    const double moves = of.body->modal_coordinates().tail(30).norm();
     EXPECT_LT((state.angular_momentum - L).norm(), 1e-13 * L.norm());
     EXPECT_LT((found.angular - L).norm(), 1e-12 * L.norm()) << i;
     EXPECT_NEAR(found.kinetic, state.kinetic_energy, 1e-12 * state.kinetic_energy);
@@ -276,8 +274,8 @@ TEST(SpinCoupling, WithoutSpinNothingIsCoupled) {
   without.spin_couplings.resize(0, 0);
   const Spinning a = tumbling(std::move(s), 0, Matrix3::Identity()),
                  b = tumbling(std::move(without), 0, Matrix3::Identity());
-  EXPECT_TRUE(a.body->has_coupling());
-  EXPECT_FALSE(b.body->has_coupling());
+  EXPECT_TRUE(a.body->frame()->has_coupling());
+  EXPECT_FALSE(b.body->frame()->has_coupling());
   for (int i = 0; i < 50; ++i) {
     a.step(0, 0.01);
     b.step(0, 0.01);

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What couples the turn of a body with its modes and its loads over a step.
+// The coupling of the rotation of a body with its modes and its loads over a step.
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "common/base/error.hpp"
 #include "common/base/format_text.hpp"
-#include "dynamics/motion/modal/turning_body.hpp"
+#include "dynamics/motion/modal/frame.hpp"
+#include "dynamics/motion/modal/superelement_body.hpp"
 
 namespace cbr {
 namespace {
@@ -26,7 +27,7 @@ constexpr double largest_turn_of_coupling = 0.1, largest_phase = 2;
 
 // J, the most that coupled modes may get from the spin: all but what the axis of the largest
 // inertia leaves, which swings. momentum: the most there can be, where loads bring any.
-double TurningBody::energy_for_modes(double momentum) const {
+double Frame::energy_for_modes(double momentum) const {
   const double all =
       loads_.empty() ? spin_energy(now_) : 0.5 * momentum * momentum * now_.rate_per_momentum;
   const double left = loads_.empty() ? 0.5 * L_.squaredNorm() / (1.1 * largest_inertia_) : 0;
@@ -35,7 +36,7 @@ double TurningBody::energy_for_modes(double momentum) const {
 
 // J_0 + 2 (tr S 1 - S): what the modes make of the inertia, first order; shape: S, component axes,
 // as xx, yy, zz, xy, yz, xz.
-Matrix3 TurningBody::inertia(const Vector& shape) const {
+Matrix3 Frame::inertia(const Vector& shape) const {
   Matrix3 S;
   S << shape[0], shape[3], shape[5], shape[3], shape[1], shape[4], shape[5], shape[4], shape[2];
   return J_0_ +
@@ -43,42 +44,44 @@ Matrix3 TurningBody::inertia(const Vector& shape) const {
 }
 
 // An axial vector of the component's axes in those of the body, and back.
-Vector3 TurningBody::axial(const Vector3& of_component) const {
+Vector3 Frame::axial(const Vector3& of_component) const {
   return modal_.axes().determinant() * (modal_.axes() * of_component);
 }
 
-Vector3 TurningBody::in_component(const Vector3& axial) const {
+Vector3 Frame::in_component(const Vector3& axial) const {
   return modal_.axes().determinant() * (modal_.axes().transpose() * axial);
 }
 
 // Of the body as its modes are, where it feels its spin.
-TurnInertia TurningBody::present_turn(SpinCoupling::Shape& shape) const {
-  const Matrix3 J = inertia(modal_.spin_shape());
+TurnInertia Frame::present_turn(SpinCoupling::Shape& shape) const {
+  const Matrix3 J = inertia(modal_.turning_.spin_shape(modal_.modal_coordinates()));
   if (!is_coupled()) return {J};
   shape = coupling_->shape(modal_.modal_coordinates(), modal_.modal_velocities());
   return with(J, shape);
 }
 
-TurnInertia TurningBody::predicted_turn() const {
-  const Matrix3 J = inertia(modal_.predicted_spin_shape());
+TurnInertia Frame::predicted_turn() const {
+  const Matrix3 J = inertia(modal_.turning_.spin_shape(modal_.predicted_modal_coordinates()));
   if (!is_coupled()) return {J};
   return with(J, coupling_->shape(modal_.predicted_modal_coordinates(),
                                   modal_.predicted_modal_velocities()));
 }
 
-TurnInertia TurningBody::with(const Matrix3& J, const SpinCoupling::Shape& shape) const {
+TurnInertia Frame::with(const Matrix3& J, const SpinCoupling::Shape& shape) const {
   return {J + modal_.axes() * shape.inertia * modal_.axes().transpose(), axial(shape.momentum)};
 }
 
-void TurningBody::take_drift(const SpinCoupling::Shape& shape) {
-  modal_.take_drift(is_coupled() ? Vector(shape.drift * in_component(q_.conjugate() *
-                                                                     now_.angular_velocity(q_, L_)))
-                                 : Vector());
+void Frame::take_drift(const SpinCoupling::Shape& shape) {
+  modal_.turning_.take_drift(
+      is_coupled()
+          ? Vector(shape.drift * in_component(q_.conjugate() * now_.angular_velocity(q_, L_)))
+          : Vector(),
+      modal_.n_dofs());
 }
 
 // Of the forces that turn with the body: of the spin, and of each load its vector, for the elastic
 // modes, and its resultant, for the centre of mass. w: scene axes.
-Vector TurningBody::factors(const Eigen::Quaterniond& q, const Vector3& w) const {
+Vector Frame::factors(const Eigen::Quaterniond& q, const Vector3& w) const {
   const Index n_spin = feels_ ? 6 : 0;
   Vector g(n_spin + 6 * static_cast<Index>(loads_.size()));
   if (feels_) g.head(6) = centrifugal(modal_.axes().transpose() * (q.conjugate() * w));
@@ -89,8 +92,8 @@ Vector TurningBody::factors(const Eigen::Quaterniond& q, const Vector3& w) const
 
 // A part of the step, from t = from to `to`: a moment changes the momentum at either end by its
 // integral with the weight of a hat that is 1 there. `share` of the step has gone at this end.
-void TurningBody::add_moments_of_loads(double from, double to, double share, bool at_end,
-                                       const FreeTurn& turn, TurnAtEnd& end) const {
+void Frame::add_moments_of_loads(double from, double to, double share, bool at_end,
+                                 const FreeTurn& turn, TurnAtEnd& end) const {
   const Vector eta = (1 - share) * eta_start_ + share * eta_end_;
   Vector3 sum = Vector3::Zero();
   for (const TurningLoad& load : loads_) {
@@ -102,7 +105,7 @@ void TurningBody::add_moments_of_loads(double from, double to, double share, boo
 }
 
 // From here, with L, while the inertia goes from what it is to that of `last`.
-TurningBody::TurnAtEnd TurningBody::turn_at_end(Vector3 L, const TurnInertia& last) const {
+Frame::TurnAtEnd Frame::turn_at_end(Vector3 L, const TurnInertia& last) const {
   double momentum = L.norm();
   for (const TurningLoad& load : loads_) momentum += load.largest_moment() * h_;
   const double most = loads_.empty() ? largest_turn : largest_turn_of_loads;
@@ -111,7 +114,7 @@ TurningBody::TurnAtEnd TurningBody::turn_at_end(Vector3 L, const TurnInertia& la
     throw RunError(
         format_text("instance '%s' turns by %.3g rad in a step of %.3g s at t = %.4g s: "
                     "look at the loads and their units, or at the step",
-                    name().c_str(), angle, h_, t_));
+                    modal_.name().c_str(), angle, h_, t_));
   const auto n = std::max<Index>(1, static_cast<Index>(std::ceil(angle / most)));
   const auto part = 1 / static_cast<double>(n);
   const auto at = [&](double share) { return FreeTurn::between(now_, last, share); };
@@ -132,11 +135,11 @@ TurningBody::TurnAtEnd TurningBody::turn_at_end(Vector3 L, const TurnInertia& la
   return end;
 }
 
-void TurningBody::turn_inner(const TurnInertia& last) {
+void Frame::turn_modes(const TurnInertia& last) {
   TurnAtEnd to = turn_at_end(L_, last);
   if (is_coupled())
-    modal_.couple(in_component(q_.conjugate() * now_.angular_velocity(q_, L_)),
-                  in_component(to.q.conjugate() * to.w));
+    modal_.turning_.couple(in_component(q_.conjugate() * now_.angular_velocity(q_, L_)),
+                           in_component(to.q.conjugate() * to.w));
   if (!loads_.empty()) {
     const auto n = static_cast<Index>(loads_.size());
     Vector of_loads(3 * n), largest(3 * n);
@@ -145,13 +148,13 @@ void TurningBody::turn_inner(const TurnInertia& last) {
       of_loads.segment<3>(3 * l) = to.g.col(to.g.cols() - 1).segment<3>(row);
       largest.segment<3>(3 * l).setConstant(loads_[static_cast<std::size_t>(l)].largest_vector());
     }
-    modal_.residual().turn_loads(of_loads, largest);
+    modal_.residual_.turn_loads(of_loads, largest);
   }
-  modal_.turn_forces(std::move(to.g));
+  modal_.turning_.take_factors(std::move(to.g));
 }
 
 // s, of a step in which the ends may stand for all of it.
-double TurningBody::longest_part() const {
+double Frame::longest_part() const {
   const Index highest = coupling_->first() + coupling_->size() - 1;
   const double w = now_.angular_velocity(q_, L_).norm();
   return std::min(largest_phase / modal_.form().omega[highest], largest_turn_of_coupling / w);
