@@ -11,15 +11,15 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BOUNDS = {
-    "lines of product": 84160,
+    "lines of product": 84137,
     "files of product": 667,
     "lines of python/cbr": 2075,
     "lines of tests": 62355,
     "files of tests": 391,
     "numbers in contact/solve": 92,  # but for 0, 1, 2, 3 and 0.5
     "lines with InputError(": 389,
-    "classes derived from Body": 5,
-    "members of the largest class": 61,
+    "classes derived from Body": 4,
+    "members of the largest class": 53,
 }
 CODE = {".cpp", ".hpp"}
 COMMENT_OR_TEXT = re.compile(r'//[^\n]*|"(?:\\.|[^"\\\n])*"')

@@ -25,8 +25,8 @@ double ratio_at(const ModalDamping& table, double hz) {
 
 ModalRates Damping::rates(const Vector& omega) const {
   ModalRates rates;
+  rates.c.setZero(omega.size());
   if (none()) return rates;
-  rates.c.resize(omega.size());
   for (Index j = 0; j < omega.size(); ++j) {
     const double w = omega[j], ratio = ratio_at(modal, w / (2 * std::numbers::pi));
     rates.c[j] = material.alpha + material.beta * w * w + (2 * ratio + material.loss_factor) * w;

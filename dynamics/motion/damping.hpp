@@ -11,7 +11,7 @@ namespace cbr {
 
 // Rates c of eta'' + c eta' + omega^2 eta = f, and a hash of them that is not 0.
 struct ModalRates {
-  Vector c;              // n, 1/s; empty: no damping
+  Vector c;              // n, 1/s
   std::size_t hash = 0;  // 0: no damping
 };
 

@@ -75,8 +75,8 @@ void CoupledBody::predict_end() {
   }
 }
 
-// Leapfrog: p+ = p- + (h- + h)/2 (f - K u), u+ = u + h M^-1 p+. At the start p- is half a step
-// before t = 0.
+// Leapfrog: (1 + alpha h / 2) p+ = (1 - alpha h- / 2) p- + (h- + h)/2 (f - K u - beta K v-), u+ = u
+// + h M^-1 p+. At the start p- is half a step before t = 0.
 void CoupledBody::predict_central(double h) {
   Vector& F = work_vector_;
   if (loads_.empty()) {
@@ -85,47 +85,68 @@ void CoupledBody::predict_central(double h) {
     load(t_, F);
     F -= stiffness_force();
   }
-  if (last_h_ == 0 && !is_damped()) {
-    // The half kick back is booked as work of the loads, so that the energy balance starts from the
-    // given velocity.
-    v_end_ = F;
-    system_->factor(0).solve(v_end_);
-    work_.external += 0.5 * h * F.dot(0.25 * h * v_end_ - v_);
-    p_ -= 0.5 * h * F;
-    v_ -= 0.5 * h * v_end_;
-    last_h_ = h;
+  if (last_h_ == 0) begin_central(h, F);
+  if (is_damped()) {
+    damping_force(Vector::Zero(p_.size()), v_, Cv_);
+    F -= Cv_;
   }
-  if (is_damped()) return predict_central_damped();
-  p_end_ = p_ + 0.5 * (last_h_ + h) * F;
+  p_end_ = (1 - 0.5 * last_h_ * damping_.alpha) * p_ + 0.5 * (last_h_ + h) * F;
+  p_end_ /= mass_factor(h);
   v_end_ = p_end_;
   system_->factor(0).solve(v_end_);
   u_end_ = u_ + h * v_end_;
 }
 
-// Of the move d = u_1 - u_0, with M a_1 = e - (1 + alpha) K d and e = (1 + alpha) f_1 - alpha f_0 -
-// K u_0:
-//   (M + theta K) d = h p_0 + h^2 ((1/2 - beta) M a_0 + beta e).
+// The half kick back is booked as work of the loads and of damping, so that the energy balance
+// starts from the given velocity.
+void CoupledBody::begin_central(double h, const Vector& F) {
+  last_h_ = h;
+  v_end_ = F;
+  system_->factor(0).solve(v_end_);
+  const double of_loads = 0.5 * h * F.dot(0.25 * h * v_end_ - v_);
+  work_.external += of_loads;
+  if (!is_damped()) {
+    p_ -= 0.5 * h * F;
+    v_ -= 0.5 * h * v_end_;
+    return;
+  }
+  damping_force(p_, v_, Cv_);
+  const double given = p_.dot(v_);
+  p_ -= 0.5 * h * (F - Cv_);
+  v_ = p_;
+  system_->factor(0).solve(v_);
+  work_.damping += 0.5 * (p_.dot(v_) - given) - of_loads;
+}
+
+// Of the move d = u_1 - u_0, the velocity at the end being taken from it with damping: 2 d / h -
+// v_0. So C is a stiffness 2 C / h more:
+//   (M + theta (K + 2 C / h)) d = h p_0 + h^2 ((1/2 - beta) M a_0 + beta e),
+//   e = (1 + alpha) f_1 - alpha f_0 - K u_0 + (1 + 2 alpha) C v_0.
 // The small move, not the end, is solved for: stiff modes then lose no digits.
 void CoupledBody::predict_newmark(double h) {
-  if (is_damped()) return predict_newmark_damped(h);
   const double alpha = newmark_.alpha, beta = newmark_.beta();
   if (!started_) {
     load(t_, f0_);
     F_ = f0_ - stiffness_force();
+    if (is_damped()) F_ -= Cv_;
     Ma_ = F_;
-    if (alpha != 0) {
+    if (alpha != 0 && !is_damped()) {
       a_ = Ma_;
       system_->factor(0).solve(a_);
       a0_Ma0_ = a_.dot(Ma_);
     }
     started_ = true;
   }
-  move_ = h * p_ + h * h * ((0.5 - beta) * Ma_ - beta * stiffness_force());
+  Vector& e = work_vector_;
+  e = -stiffness_force();
+  if (is_damped()) e += (1 + 2 * alpha) * Cv_;
+  move_ = h * p_ + h * h * ((0.5 - beta) * Ma_ + beta * e);
   if (!loads_.empty()) {
     load(t_ + h, f1_);
     move_ += (h * h * beta) * ((1 + alpha) * f1_ - alpha * f0_);
   }
   system_->factor(theta(h)).solve(move_);
+  move_ /= mass_factor(h);
   u_end_ = u_ + move_;
 }
 
@@ -161,7 +182,7 @@ void CoupledBody::own_take_impulses(Index set, const Impulses& of) {
   kick_ += dp;
   kicked_ = true;
   system_->factor(theta(h_)).solve(dp);
-  if (is_damped()) dp /= mass_factor(h_);
+  dp /= mass_factor(h_);
   if (scheme() == Scheme::central_difference) {
     v_end_ += dp;
     u_end_ += h_ * dp;
@@ -223,11 +244,8 @@ void CoupledBody::accept_central() {
   }
   // Its energy holds a term -h/2 v . K u: a change of h brings (h - h-)/4 K u . (v+ - v-).
   if (h_ != last_h_) work_.numerical += 0.25 * (h_ - last_h_) * stiffness_force().dot(v_end_ - v_);
-  if (is_damped()) {
-    book_central_damping();
-    if (kicked_) kick_ /= mass_factor(h_);
-  }
-  if (kicked_) p_end_ += kick_;
+  if (is_damped()) book_central_damping();
+  if (kicked_) p_end_ += kick_ / mass_factor(h_);
   if (velocity_kicked_) p_end_ += velocity_kick_;
   last_h_ = h_;
   p_.swap(p_end_);

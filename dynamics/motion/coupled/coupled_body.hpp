@@ -93,8 +93,6 @@ class CoupledBody final : public Body {
   }
   void solve_for_velocities();
   void damping_force(const Vector& p, const Vector& v, Vector& f) const;
-  void predict_central_damped();
-  void predict_newmark_damped(double h);
   void accept_newmark_damped();
   void book_central_damping();
   auto displacement(const Vector& u, Index node) const {
@@ -109,6 +107,7 @@ class CoupledBody final : public Body {
   const Vector& stiffness_force() const;  // K u, formed once for each u
   const Vector& present_velocities() const;
   void predict_central(double h);
+  void begin_central(double h, const Vector& F);
   void predict_newmark(double h);
   void accept_central();
   void accept_newmark();

@@ -16,60 +16,12 @@ void CoupledBody::damping_force(const Vector& p, const Vector& v, Vector& f) con
   f = damping_.alpha * p + damping_.beta * f;
 }
 
-// Leapfrog: (1 + alpha h / 2) p+ = (1 - alpha h- / 2) p- + (h- + h)/2 (f - K u - beta K v-); F = f
-// - K u in the workspace.
-void CoupledBody::predict_central_damped() {
-  Vector& F = work_vector_;
-  if (last_h_ == 0) {
-    damping_force(p_, v_, Cv_);
-    const Vector p_given = p_, v_given = v_;
-    v_end_ = F;
-    system_->factor(0).solve(v_end_);
-    const double of_loads = 0.5 * h_ * F.dot(0.25 * h_ * v_end_ - v_);
-    p_ -= 0.5 * h_ * (F - Cv_);
-    v_ = p_;
-    system_->factor(0).solve(v_);
-    work_.external += of_loads;
-    work_.damping += 0.5 * (p_.dot(v_) - p_given.dot(v_given)) - of_loads;
-    last_h_ = h_;
-  }
-  damping_force(Vector::Zero(p_.size()), v_, Cv_);
-  p_end_ = (1 - 0.5 * last_h_ * damping_.alpha) * p_ + 0.5 * (last_h_ + h_) * (F - Cv_);
-  p_end_ /= mass_factor(h_);
-  v_end_ = p_end_;
-  system_->factor(0).solve(v_end_);
-  u_end_ = u_ + h_ * v_end_;
-}
-
 // The mean of v- and v+ (v_now_) times the damping's impulse. p_end_ does not have the kicks yet.
 void CoupledBody::book_central_damping() {
   const double alpha = damping_.alpha;
   const Vector p_end = kicked_ ? Vector(p_end_ + kick_ / mass_factor(h_)) : p_end_;
   work_.damping -=
       0.5 * alpha * v_now_.dot(last_h_ * p_ + h_ * p_end) + 0.5 * (last_h_ + h_) * v_now_.dot(Cv_);
-}
-
-// As without damping, the velocity at the end being taken from the move d: 2 d / h - v_0. So C is a
-// stiffness 2 C / h more:
-//   (M + theta (K + 2 C / h)) d = h p_0 + h^2 ((1/2 - beta) M a_0 + beta e),
-//   e = (1 + alpha) f_1 - alpha f_0 - K u_0 + (1 + 2 alpha) C v_0.
-void CoupledBody::predict_newmark_damped(double h) {
-  const double alpha = newmark_.alpha, beta = newmark_.beta();
-  if (!started_) {
-    load(t_, f0_);
-    F_ = f0_ - stiffness_force() - Cv_;
-    Ma_ = F_;
-    started_ = true;
-  }
-  move_ =
-      h * p_ + h * h * ((0.5 - beta) * Ma_ + beta * ((1 + 2 * alpha) * Cv_ - stiffness_force()));
-  if (!loads_.empty()) {
-    load(t_ + h, f1_);
-    move_ += (h * h * beta) * ((1 + alpha) * f1_ - alpha * f0_);
-  }
-  system_->factor(theta(h)).solve(move_);
-  move_ /= mass_factor(h);
-  u_end_ = u_ + move_;
 }
 
 // M a_1 = (1 + alpha) (f_1 - K u_1 - C (2 d / h - v_0)) - alpha (f_0 - K u_0 - C v_0). Damping

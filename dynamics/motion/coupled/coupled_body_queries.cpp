@@ -150,19 +150,10 @@ void CoupledBody::add_start_impulse(const Vector& impulse) {
 }
 
 BodyState CoupledBody::own_state() const {
-  const Matrix3& T = placement_.T;
-  const RigidBody& rigid = system_->model().rigid_body;
   const Matrix& MR = system_->rigid_momentum();
   const Vector &Ku = stiffness_force(), &present = present_velocities();
-  const Vector moment = MR.transpose() * u_, rate = MR.transpose() * present;
-  BodyState state;
-  state.center_of_mass = T * (rigid.center + moment.head<3>() / rigid.mass) + placement_.position;
-  state.momentum = T * rate.head<3>();
-  // A rotation is a pseudo-vector: a mirror changes its sign.
-  state.angular_momentum =
-      T.determinant() * (T * rate.tail<3>()) + state.center_of_mass.cross(state.momentum);
-  state.rotation = solve_symmetric(rigid.inertia, moment.tail<3>()).norm();
-  if (!std::isfinite(state.rotation)) state.rotation = 0;
+  BodyState state =
+      placement_.state(system_->model().rigid_body, MR.transpose() * u_, MR.transpose() * present);
   if (scheme() == Scheme::central_difference) {
     // 1/2 v- M v+ with v+ of the internal forces alone: what leapfrog conserves together with the
     // strain energy

@@ -138,21 +138,43 @@ void SuperelementBody::propagate(const Vector& eta, const Vector& v, Vector& eta
   if (turning_.couples()) turning_.pull_at_end(t_, h_, eta_end, v_end, work);
 }
 
-// Leapfrog: v+ = v- + (h- + h)/2 (f - omega^2 eta), eta+ = eta + h v+. At the start v- is half a
-// step before t = 0.
+// Leapfrog with the damping of half a step on each side of t, so that the critical step stays:
+//   (1 + c h / 2) v+ = (1 - c h- / 2) v- + (h- + h)/2 (f - omega^2 eta),   eta+ = eta + h v+.
+// At the start v- is half a step before t = 0.
 void SuperelementBody::predict_central(double h) {
   load_amplitudes(t_, f_);
-  if (is_damped()) return predict_central_damped();
-  v_end_ = f_ - form_->omega.cwiseAbs2().cwiseProduct(eta_);
+  f_ -= form_->omega.cwiseAbs2().cwiseProduct(eta_);
+  const auto c = damping_.c.array();
   if (last_h_ == 0) {
-    // The half kick back is booked as work of the loads, so that the energy balance starts from the
-    // given velocity.
-    work_.external += 0.5 * h * v_end_.dot(0.25 * h * v_end_ - v_);
-    v_ -= 0.5 * h * v_end_;
+    // The half kick back is booked as work of the loads and of damping: the energy balance starts
+    // from the given velocity.
+    const Vector all = f_.array() - c * v_.array();
+    const double of_loads = 0.5 * h * f_.dot(0.25 * h * f_ - v_);
+    work_.external += of_loads;
+    work_.damping += 0.5 * h * all.dot(0.25 * h * all - v_) - of_loads;
+    v_ -= 0.5 * h * all;
     last_h_ = h;
   }
-  v_end_ = v_ + 0.5 * (last_h_ + h) * v_end_;
+  // Forces at the end of the last step are a kick at the start of this one
+  const bool late = is_damped() && late_.size() > 0;
+  if (late) v_ -= late_;
+  v_end_ = (1 - 0.5 * last_h_ * c) * v_.array() + 0.5 * (last_h_ + h) * f_.array();
+  if (late) {
+    v_end_ += late_;
+    v_ += late_;
+  }
+  v_end_.array() /= 1 + 0.5 * h * c;
   eta_end_ = eta_ + h * v_end_;
+}
+
+std::shared_ptr<const ModalPropagator> SuperelementBody::make_propagator(double h) const {
+  if (is_damped()) return form_->shared.propagator(form_->omega, damping_, h, may_be_driven());
+  return form_->shared.propagator(form_->omega, h, may_be_driven());
+}
+
+double SuperelementBody::flow_energy(const Vector& eta, const Vector& v) const {
+  const Vector forces = form_->omega.cwiseProduct(eta);
+  return 0.5 * (v.squaredNorm() + forces.squaredNorm());
 }
 
 void SuperelementBody::set_contact_step(double h) {
@@ -200,6 +222,10 @@ void SuperelementBody::take_kick(Index set, const Points& impulses) {
 }
 
 void SuperelementBody::own_take_impulses(Index set, const Impulses& impulses) {
+  frame_ ? frame_->take_impulses(set, impulses) : push_modes(set, impulses);
+}
+
+void SuperelementBody::push_modes(Index set, const Impulses& impulses) {
   residual_.push(set, impulses);
   if (facts_.kicks_at_end) return add_late(set, impulses.all);
   take_kick(set, impulses.all);
@@ -219,15 +245,8 @@ void SuperelementBody::feel_kick() {
     v_end_.array() += step.velocity_left().array() * f_.array();
   } else if (scheme() == Scheme::newmark) {
     push_newmark(f_);
-  } else if (is_damped()) {
-    const Vector change = kicked_by(f_);
-    eta_end_ += h_ * change;
-  frame_ ? frame_->take_impulses(set, impulses) : push_modes(set, impulses);
-}
-
-void SuperelementBody::push_modes(Index set, const Impulses& impulses) {
-    v_end_ += change;
   } else {
+    f_.array() /= 1 + 0.5 * h_ * damping_.c.array();
     eta_end_ += h_ * f_;
     v_end_ += f_;
   }

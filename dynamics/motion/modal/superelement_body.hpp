@@ -36,6 +36,9 @@ struct Placement {
   std::shared_ptr<const Points> placed(const Points& x) const {
     return std::make_shared<const Points>((x * T.transpose()).rowwise() + position.transpose());
   }
+  // Of a linear motion, without energies. moment, rate: 6, R^T M u and R^T M v of the rigid motions
+  // R about the centre of mass, component axes.
+  BodyState state(const RigidBody& rigid, const Vector& moment, const Vector& rate) const;
 };
 
 // Modes and residual compliance. Modes with mass get impulses of contact at the start of the step.
@@ -53,15 +56,15 @@ class SuperelementBody final : public Body {
                    std::shared_ptr<const DiagonalForm> form, const Placement& placement,
                    Scheme scheme, const NewmarkOptions& newmark = {}, const Damping& damping = {});
 
-  double largest_frequency() const override;
-  bool is_damped() const { return damping_.hash != 0; }
-
   // From here on a free body with large rotation. angular_velocity: rad/s, scene axes; end: of the
   // run, s.
   void turn_freely(const Vector3& angular_velocity, double end) {
     frame_ = std::make_unique<Frame>(*this, angular_velocity, end);
   }
   const Frame* frame() const { return frame_.get(); }  // null: rotations are small
+
+  double largest_frequency() const override;
+  bool is_damped() const { return damping_.hash != 0; }
 
   double lasting_share() const override {
     if (scheme() == Scheme::newmark || frame_) return 0;
@@ -105,18 +108,18 @@ class SuperelementBody final : public Body {
   void add_start_impulse(const Vector& impulse) override;
 
  private:
+  friend class Frame;
+
   Index own_track(const std::vector<Index>& nodes) override;
   void own_positions(Index set, Points& x) const override;
   void own_predicted_positions(Index set, Points& x) const override;
-  friend class Frame;
-
+  void unturned_positions(Index set, Points& x) const override;
+  void unturned_end(Index set, Points& x) const override;
+  NodeResponse unturned_response(Index set, double h) const override;
   MotionBound own_motion_bound(Index set, bool quick) const override;
   bool own_at_rest() const override {
     return loads_.empty() && v_.isZero(0) && eta_.isZero(0) && residual_.at_rest() &&
            (!frame_ || frame_->at_rest());
-  void unturned_positions(Index set, Points& x) const override;
-  void unturned_end(Index set, Points& x) const override;
-  NodeResponse unturned_response(Index set, double h) const override;
   }
   Index own_track_mean(const std::vector<Index>& nodes) override;
   void own_mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
@@ -144,10 +147,10 @@ class SuperelementBody final : public Body {
   BodyWork own_work() const override {
     BodyWork work = work_;
     residual_.add_work(work);
+    if (frame_) frame_->add_work(work);
     return work;
   }
   void own_displacements(Points& u, Points& v) const override;
-    if (frame_) frame_->add_work(work);
   void own_coordinates(Vector& q, Vector& rates) const override;  // q = V eta, in axes that turn
   void own_turn(const Points& X, Points& u, Points& v) const override {
     if (frame_) frame_->turn(X, u, v);
@@ -202,15 +205,12 @@ class SuperelementBody final : public Body {
   void let_last(const Vector& force);
   Vector lasting_kick(double share, const Vector& force) const;
   Vector3 center_at(const Vector& eta) const;
-  double flow_energy(const Vector& eta, const Vector& v) const;
+  double flow_energy(const Vector& eta, const Vector& v) const;  // kinetic and strain energy
   std::shared_ptr<const ModalPropagator> make_propagator(double h) const;
   Index n_floating() const;
   Vector contact_kick(double h, const Vector& force) const;
-  Vector kicked_by(const Vector& kick) const;
   void set_contact_step(double h);
   void predict_central(double h);
-  void predict_central_damped();
-  void predict_newmark_damped(double h);
   void accept_newmark_damped();
   const Vector& newmark_weight(double h) const;
   void predict_newmark(double h);

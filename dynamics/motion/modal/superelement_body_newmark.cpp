@@ -19,12 +19,10 @@ constexpr double stiff = 20;  // omega h of a mode whose rates are taken from it
 // takes an acceleration from a_0.
 const Vector& SuperelementBody::newmark_weight(double h) const {
   if (newmark_h_ != h || newmark_weight_.size() != form_->omega.size()) {
-    newmark_weight_ = h / (1 + newmark_.stiffness_factor(h) * form_->omega.array().square());
-    if (is_damped())
-      newmark_weight_ = h / (1 + newmark_.stiffness_factor(h) *
-                                     (form_->omega.array().square() + 2 / h * damping_.c.array()));
+    newmark_weight_ = h / (1 + newmark_.stiffness_factor(h) *
+                                   (form_->omega.array().square() + 2 / h * damping_.c.array()));
     newmark_kick_weight_ = (kicks_at_start(h) ? 1.0 : 0.5) * newmark_weight_;
-    if (is_damped() && kicks_at_start(h)) {
+    if (kicks_at_start(h)) {
       const double slowed = 2 * (1 + newmark_.alpha) * newmark_.beta() - 0.5;
       newmark_kick_weight_.array() *= 1 + h * slowed * damping_.c.array();
     }
@@ -35,22 +33,26 @@ const Vector& SuperelementBody::newmark_weight(double h) const {
   return newmark_weight_;
 }
 
-// Of the move d = eta_1 - eta_0, which is kept by itself as it may be small beside both, with a_1 =
-// e - (1 + alpha) omega^2 d and e = (1 + alpha) f_1 - alpha f_0 - omega^2 eta_0:
-//   (1 + theta omega^2) d = h v_0 + h^2 ((1/2 - beta) a_0 + beta e).
+// Of the move d = eta_1 - eta_0, which is kept by itself as it may be small beside both. Damping
+// takes the rate at the end from the move, v_1 = 2 d / h - v_0, and so is a stiffness 2 c / h more
+// and a force:
+//   a_1 = e - (1 + alpha) (omega^2 + 2 c / h) d,
+//   e = (1 + alpha) (f_1 + 2 c v_0) - alpha f_0 - omega^2 eta_0 - c v_0,
+//   (1 + theta (omega^2 + 2 c / h)) d = h v_0 + h^2 ((1/2 - beta) a_0 + beta e).
 void SuperelementBody::predict_newmark(double h) {
-  if (is_damped()) return predict_newmark_damped(h);
   const auto omega2 = form_->omega.array().square();
+  const auto c = damping_.c.array();
   const double alpha = newmark_.alpha, beta = newmark_.beta();
   if (!started_) {
     load_amplitudes(t_, f0_);
-    a_ = f0_.array() - omega2 * eta_.array();
+    a_ = f0_.array() - omega2 * eta_.array() - c * v_.array();
     move_.setZero(eta_.size());
     load_change_.setZero(eta_.size());
     started_ = true;
   }
   load_amplitudes(t_ + h, f1_);
-  e_ = (1 + alpha) * f1_.array() - alpha * f0_.array() - omega2 * eta_.array();
+  e_ = (1 + alpha) * f1_.array() - alpha * f0_.array() - omega2 * eta_.array() +
+       (1 + 2 * alpha) * c * v_.array();
   d_ = newmark_weight(h).array() * (v_ + h * ((0.5 - beta) * a_ + beta * e_)).array();
   eta_end_ = eta_ + d_;
 }
@@ -77,7 +79,6 @@ void SuperelementBody::begin_with_kick() {
   book_kick(kick_, v_);
   v_ += kick_;
   kicked_ = false;
-  if (!is_damped()) return;
   a_.array() -= damping_.c.array() * kick_.array();
   e_.array() += (1 + 2 * newmark_.alpha) * damping_.c.array() * kick_.array();
 }
@@ -110,6 +111,38 @@ void SuperelementBody::accept_newmark() {
     load_change_ = f1_ - f0_;
     move_.swap(d_);
   }
+  a_.swap(e_);
+  f0_.swap(f1_);
+}
+
+// With alpha = 0 the energy changes by the loads' and impulses' work along the move and by -c d^2 /
+// h of each mode. With another alpha what is left is the scheme's own.
+void SuperelementBody::accept_newmark_damped() {
+  const auto omega2 = form_->omega.array().square();
+  const auto c = damping_.c.array();
+  const double alpha = newmark_.alpha, beta = newmark_.beta(), gamma = newmark_.gamma();
+  const double before = flow_energy(eta_, v_);
+  e_.array() -= (1 + alpha) * (omega2 + 2 / h_ * c) * d_.array();  // a_1
+  for (Index j = 0; j < eta_.size(); ++j) {
+    const double kick = kicked_ ? kick_[j] : 0;
+    if (newmark_weight_[j] > 0.01 * h_) {
+      v_end_[j] = v_[j] + h_ * ((1 - gamma) * a_[j] + gamma * e_[j]) + kick;
+    } else {  // a_1 as the forces' small difference would lose digits
+      e_[j] = ((d_[j] / h_ - v_[j] - 0.5 * kick) / h_ - (0.5 - beta) * a_[j]) / beta;
+      v_end_[j] = 2 / h_ * d_[j] - v_[j] - 0.5 * alpha * alpha * h_ * (e_[j] - a_[j]);
+    }
+  }
+  BodyWork step;
+  if (kicked_) step.contact = kick_.dot(d_) / h_;
+  if (!loads_.empty()) step.external = 0.5 * d_.dot(f0_ + f1_);
+  step.damping = -(c * d_.array().square()).sum() / h_;
+  if (alpha != 0)
+    step.numerical =
+        flow_energy(eta_end_, v_end_) - before - step.contact - step.external - step.damping;
+  work_.contact += step.contact;
+  work_.external += step.external;
+  work_.damping += step.damping;
+  work_.numerical += step.numerical;
   a_.swap(e_);
   f0_.swap(f1_);
 }
@@ -165,7 +198,7 @@ void SuperelementBody::own_add_end_impulses(Index set, const Points& impulses) {
   sets_[set].rows->kick(impulses, placement_.T, local_, f_);
   book_kick(f_, v_end_);
   v_end_ += f_;
-  if (is_damped()) a_.array() -= damping_.c.array() * f_.array();
+  a_.array() -= damping_.c.array() * f_.array();
 }
 
 }  // namespace cbr

@@ -106,7 +106,7 @@ ResponseOf SuperelementBody::response_of(double h, Vector& weight) const {
     weight = newmark_kick_weight(h);
   } else {
     weight.setConstant(form_->omega.size(), h);
-    if (is_damped()) weight.array() /= 1 + 0.5 * h * damping_.c.array();
+    weight.array() /= 1 + 0.5 * h * damping_.c.array();
   }
   of.damping = damping_.hash;
   return of;
@@ -256,8 +256,20 @@ const Vector& SuperelementBody::present_rates() const {
   load_amplitudes(t_, rates_);
   if (lasting_.now.size() > 0) rates_ += 2 * lasting_share() * lasting_.now;
   rates_ = v_ + 0.5 * last_h_ * (rates_ - form_->omega.cwiseAbs2().cwiseProduct(eta_));
-  if (is_damped()) rates_.array() /= 1 + 0.5 * last_h_ * damping_.c.array();
+  rates_.array() /= 1 + 0.5 * last_h_ * damping_.c.array();
   return rates_;
+}
+
+BodyState Placement::state(const RigidBody& rigid, const Vector& moment, const Vector& rate) const {
+  BodyState state;
+  state.center_of_mass = T * (rigid.center + moment.head<3>() / rigid.mass) + position;
+  state.momentum = T * rate.head<3>();
+  // A rotation is a pseudo-vector: a mirror changes its sign.
+  state.angular_momentum =
+      T.determinant() * (T * rate.tail<3>()) + state.center_of_mass.cross(state.momentum);
+  state.rotation = solve_symmetric(rigid.inertia, moment.tail<3>()).norm();
+  if (!std::isfinite(state.rotation)) state.rotation = 0;
+  return state;
 }
 
 // E^T eta: mass times displacement of the centre of mass
@@ -273,9 +285,6 @@ Vector3 SuperelementBody::center_velocity() const {
 }
 
 BodyState SuperelementBody::own_state() const {
-  const RigidBody& rigid = superelement_->rigid_body;
-  const Matrix3& T = placement_.T;
-  BodyState state;
   // The first three columns of E^T eta are mass times displacement of the centre of mass, the last
   // three inertia times rotation.
   Vector moment = Vector::Zero(6), rate = moment;
@@ -283,13 +292,7 @@ BodyState SuperelementBody::own_state() const {
     moment = form_->E.transpose() * eta_;
     rate = form_->E.transpose() * present_rates();
   }
-  state.center_of_mass = T * (rigid.center + moment.head<3>() / rigid.mass) + placement_.position;
-  state.momentum = T * rate.head<3>();
-  // A rotation is a pseudo-vector: a mirror changes its sign.
-  state.angular_momentum =
-      T.determinant() * (T * rate.tail<3>()) + state.center_of_mass.cross(state.momentum);
-  state.rotation = solve_symmetric(rigid.inertia, moment.tail<3>()).norm();
-  if (!std::isfinite(state.rotation)) state.rotation = 0;
+  BodyState state = placement_.state(superelement_->rigid_body, moment, rate);
   const auto omega = form_->omega.array();
   if (scheme() != Scheme::central_difference) {
     // In the middle of a kick of forces
@@ -306,10 +309,10 @@ BodyState SuperelementBody::own_state() const {
   }
   state.strain_energy = 0.5 * (omega * eta_.array()).square().sum();
   residual_.add_strain_energy(state.strain_energy);
+  if (frame_) frame_->turn_state(state);
   return state;
 }
 
-  if (frame_) frame_->turn_state(state);
 void SuperelementBody::own_coordinates(Vector& q, Vector& rates) const {
   const Index k = superelement_->k(), n = own_nodes().rows();
   q.setZero(k + 3 * n);
@@ -322,14 +325,14 @@ void SuperelementBody::own_coordinates(Vector& q, Vector& rates) const {
 }
 
 void SuperelementBody::own_displacements(Points& u, Points& v) const {
-  Vector q, rates;
-  own_coordinates(q, rates);
-  const Index k = superelement_->k(), n = own_nodes().rows();
   unturned_displacements(u, v);
   own_turn(own_nodes(), u, v);
 }
 
 void SuperelementBody::unturned_displacements(Points& u, Points& v) const {
+  Vector q, rates;
+  own_coordinates(q, rates);
+  const Index k = superelement_->k(), n = own_nodes().rows();
   u = Eigen::Map<const Points>(q.data() + k, n, 3) * placement_.T.transpose();
   v = Eigen::Map<const Points>(rates.data() + k, n, 3) * placement_.T.transpose();
 }
@@ -346,7 +349,7 @@ void SuperelementBody::own_keep_state(StateArchive& archive) {
   if (archive.restores() && lasting_.now.size() > 0) lasting_.ever = true;
   if (archive.restores()) regular_ = other_ = nullptr;
   residual_.keep_state(archive);
+  if (frame_) frame_->keep_state(archive);
 }
 
 }  // namespace cbr
-  if (frame_) frame_->keep_state(archive);

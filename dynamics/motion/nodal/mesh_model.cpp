@@ -223,17 +223,9 @@ Eigen::Matrix<double, 6, 1> MeshBody::momenta(const Field& v) const {
 
 BodyState MeshBody::own_state() const {
   if (turning_) return turned_state();
-  const Matrix3& T = placement_.T;
-  const RigidBody& rigid = model_->rigid_body;
   const Field& Ku = internal_forces();
-  const auto moment = momenta(u_), rate = momenta(present_velocities());
-  BodyState state;
-  state.center_of_mass = T * (rigid.center + moment.head<3>() / rigid.mass) + placement_.position;
-  state.momentum = T * rate.head<3>();
-  state.angular_momentum =
-      T.determinant() * (T * rate.tail<3>()) + state.center_of_mass.cross(state.momentum);
-  state.rotation = solve_symmetric(rigid.inertia, moment.tail<3>()).norm();
-  if (!std::isfinite(state.rotation)) state.rotation = 0;
+  BodyState state =
+      placement_.state(model_->rigid_body, momenta(u_), momenta(present_velocities()));
   // 1/2 v- M v+ with v+ of the internal forces alone: what leapfrog conserves together with the
   // strain energy
   state.kinetic_energy = 0.5 * scalar_product(v_, v_) - 0.5 * last_h_ * v_.cwiseProduct(Ku).sum();

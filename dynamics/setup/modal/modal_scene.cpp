@@ -133,7 +133,7 @@ ModalBody::ModalBody(Body& body_of_scene, const MeshModes* mesh) : mesh_(mesh) {
 }
 
 Vector ModalBody::damping_rates() const {
-  if (is_joint() || modal_->damping_rates().size() == 0) return Vector::Zero(omega().size());
+  if (is_joint() || !modal_->is_damped()) return Vector::Zero(omega().size());
   return modal_->damping_rates();
 }
 
