@@ -52,7 +52,7 @@ Frame::Frame(SuperelementBody& modal, const Vector3& angular_velocity, double en
 }
 
 // Bounds of the factors until the end of the run. Of the spin: |g| <= |w|^2, however its axes lie,
-// and a tenth more for the inertia that swings.
+// and a tenth more for the inertia that oscillates.
 void Frame::expect_turning() {
   if (!feels_ && loads_.empty()) return;
   double momentum = L_.norm();
@@ -173,7 +173,7 @@ void Frame::take_impulses(Index set, const Impulses& impulses) {
   modal_.push_modes(set, {turned, impulses.move, impulses.still});
 }
 
-// What moments do to a spin that goes from w to w + J^-1 M as `share_of_kick` of J^-1 M is there.
+// Work of moments on a spin that goes from w to w + J^-1 M; share_of_kick: the mean part of J^-1 M.
 void Frame::book(const Vector3& moment, const Vector3& w, const Vector3& share_of_kick) {
   work_.contact += moment.dot(w + share_of_kick);
 }
@@ -181,7 +181,7 @@ void Frame::book(const Vector3& moment, const Vector3& w, const Vector3& share_o
 void Frame::accept() {
   const double longest = is_coupled() && !is_kicked_ ? longest_part() : h_;
   if (!(h_ > longest)) return accept_part();
-  // Nothing pushed it, and no one looks at it in between
+  // No impulses in this step, and no output in between
   const double t = t_, n = std::ceil(h_ / longest), h = h_ / n;
   for (double i = 0; i < n; ++i) {
     modal_.predict(t + i * h, h);
@@ -191,7 +191,7 @@ void Frame::accept() {
 
 void Frame::accept_part() {
   const Vector3 w = now_.angular_velocity(q_, L_);
-  // What kicks of the modes bring to what moves inside is none of the turn's
+  // The momentum of kicks in the motion of the modes is no part of the rotation's
   Vector3 inside = Vector3::Zero();
   if (is_coupled() && modal_.kick() != nullptr)
     inside = axial(coupling_->momentum(modal_.modal_coordinates(), *modal_.kick()));

@@ -43,7 +43,7 @@ class Frame {
   BodyPlan take_plan(const BodyPlan& plan);
   void keep_state(StateArchive& archive);
 
-  // Each applies the rotation to an answer of the modes.
+  // Each applies the rotation to a result of the modes.
   void turn_positions(Index set, Points& x) const;
   void turn_predicted_positions(Index set, Points& x) const;
   void turn_mean_motion(Vector3& position, Vector3& velocity) const;
@@ -53,13 +53,12 @@ class Frame {
   MotionBound in_any_position(MotionBound bound) const;
 
  private:
-  // Positions of a set at the moment at which impulses act, once asked for.
+  // Positions of a set at the moment at which impulses act, once computed.
   struct PlacedSet {
     Points x;
     bool known = false;
   };
-  // Where a turn is at the end of a step, what moments of loads have done to it, and the factors of
-  // the forces that turn with the body (TurningForces).
+  // The rotation at the end of a step, with the moments of loads, and the factors of TurningForces.
   struct TurnAtEnd {
     Eigen::Quaterniond q;
     Vector3 L;
@@ -97,7 +96,7 @@ class Frame {
   SuperelementBody& modal_;
   const bool late_;  // impulses of contact act at the end of a step, not at its start
   const bool feels_;
-  const SpinCoupling* coupling_;  // of the superelement; null: not known
+  const SpinCoupling* coupling_;  // of the superelement; null: it has none
   const double run_end_;
   double t_ = 0, h_ = 0;  // of the step
   std::vector<TurningLoad> loads_;
@@ -109,7 +108,7 @@ class Frame {
   mutable Eigen::Quaterniond q_end_ = q_;
   mutable Vector3 L_end_ = Vector3::Zero();
   mutable double work_end_ = 0;
-  // with loads: the modes at the start, and as far as they are known at the end
+  // with loads: the modes at the start, and as predicted at the end
   Vector eta_start_;
   mutable Vector eta_end_;
   mutable bool ends_there_ = true;   // these are of all moments so far

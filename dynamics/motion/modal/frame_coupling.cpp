@@ -13,20 +13,21 @@ namespace cbr {
 namespace {
 
 // rad, the most that a body turns in a part of a step. Forces that turn with it are linear in time
-// there, which is wrong by the square of this angle / 12: small beside what the first order in the
-// strain leaves out. Moments of loads act at the ends of a part, and need smaller ones.
+// there, with an error of the square of this angle / 12: small beside the terms of second order in
+// the strain, which are neglected. Moments of loads act at the ends of a part, and need smaller
+// ones.
 constexpr double largest_turn = 0.1, largest_turn_of_loads = 0.02;
 // rad: beyond it a step has millions of parts, and the scene is wrong.
 constexpr double largest_turn_of_step = 1e4;
 
-// What couples modes acts at the ends of a step: it turns by this at most, and the phase of the
+// The coupling of modes acts at the ends of a step: it turns by this at most, and the phase of the
 // highest coupled mode by that, rad.
 constexpr double largest_turn_of_coupling = 0.1, largest_phase = 2;
 
 }  // namespace
 
-// J, the most that coupled modes may get from the spin: all but what the axis of the largest
-// inertia leaves, which swings. momentum: the most there can be, where loads bring any.
+// J, an upper bound of the energy of coupled modes from the spin: all of it but that of the same
+// momentum about the axis of the largest inertia, which oscillates. momentum: at most, with loads.
 double Frame::energy_for_modes(double momentum) const {
   const double all =
       loads_.empty() ? spin_energy(now_) : 0.5 * momentum * momentum * now_.rate_per_momentum;
@@ -34,7 +35,7 @@ double Frame::energy_for_modes(double momentum) const {
   return std::max(0.0, all - left);
 }
 
-// J_0 + 2 (tr S 1 - S): what the modes make of the inertia, first order; shape: S, component axes,
+// J_0 + 2 (tr S 1 - S): the inertia of the deformed body, first order; shape: S, component axes,
 // as xx, yy, zz, xy, yz, xz.
 Matrix3 Frame::inertia(const Vector& shape) const {
   Matrix3 S;
@@ -52,7 +53,7 @@ Vector3 Frame::in_component(const Vector3& axial) const {
   return modal_.axes().determinant() * (modal_.axes().transpose() * axial);
 }
 
-// Of the body as its modes are, where it feels its spin.
+// Of the deformed body, where the modes have the forces of the spin.
 TurnInertia Frame::present_turn(SpinCoupling::Shape& shape) const {
   const Matrix3 J = inertia(modal_.turning_.spin_shape(modal_.modal_coordinates()));
   if (!is_coupled()) return {J};
@@ -104,7 +105,7 @@ void Frame::add_moments_of_loads(double from, double to, double share, bool at_e
   end.L += sum;
 }
 
-// From here, with L, while the inertia goes from what it is to that of `last`.
+// From here, with L, while the inertia changes from its present value to that of `last`.
 Frame::TurnAtEnd Frame::turn_at_end(Vector3 L, const TurnInertia& last) const {
   double momentum = L.norm();
   for (const TurningLoad& load : loads_) momentum += load.largest_moment() * h_;

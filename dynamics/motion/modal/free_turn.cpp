@@ -15,7 +15,7 @@ constexpr int highest_order = 14;
 // Of a part of `angle` at most: angle^(order + 1) is 1e-17, below round-off.
 int order_of(double angle) {
   constexpr double digits = 17;
-  if (!(angle > 0)) return 2;  // what is not finite stays so
+  if (!(angle > 0)) return 2;  // keeps values that are not finite
   const double n = std::ceil(digits / -std::log10(std::min(angle, largest_part)));
   return static_cast<int>(std::clamp(n, 2.0, static_cast<double>(highest_order)));
 }

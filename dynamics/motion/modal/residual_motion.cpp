@@ -139,8 +139,8 @@ void ResidualMotion::push(Index set, const Impulses& impulses) {
   add_force(set, still_.col(0));
 }
 
-// The energy 1/2 g . F g changes by exactly the work of mean forces on its displacements. What
-// lambda does beyond that is lost, but for what damping takes, beta g' . F g'.
+// The energy 1/2 g . F g changes by exactly the work of mean forces on its displacements. The rest
+// of the work of lambda is lost, but for that of damping, beta g' . F g'.
 double ResidualMotion::friction(Index set, const Points& impulses, bool between) {
   if (!of_) return 0;
   NodeSet& its = sets_[set];

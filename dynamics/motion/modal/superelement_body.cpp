@@ -46,7 +46,7 @@ SuperelementBody::SuperelementBody(std::string name,
   for (Vector* x :
        {&eta_, &v_, &eta_end_, &v_end_, &kick_, &end_kick_, &f_, &f0_, &f1_, &work_eta_, &work_v_})
     x->setZero(n);
-  // v = V^T M^ R_t v0: the rigid motion, or its projection when directions are held.
+  // v = V^T M^ R_t v0: the rigid motion, or its projection when directions are constrained.
   v_.noalias() = form_->E.leftCols(3) * (placement_.T.transpose() * placement_.velocity);
 }
 
@@ -215,7 +215,7 @@ void SuperelementBody::take_force(Index set, const Points& impulses) {
   f_.head(form_->n_rigid).noalias() = E * (momentum / E.col(0).squaredNorm());
 }
 
-// f_: what impulses on the set's nodes do to the modal velocities.
+// f_: change of the modal velocities by impulses on the set's nodes.
 void SuperelementBody::take_kick(Index set, const Points& impulses) {
   take_force(set, impulses);
   if (gain_.size() > 0) f_.array() *= gain_.array();
@@ -253,7 +253,7 @@ void SuperelementBody::feel_kick() {
 }
 
 // Forces at the end of the step, times the step. Energies are of the middle of such a kick; with
-// central differences it is half of what the rates of the next step get.
+// central differences it is half of the kick of the rates of the next step.
 void SuperelementBody::add_late(Index set, const Points& impulses) {
   if (late_.size() == 0)
     for (Vector* kick : {&late_, &late_end_}) kick->setZero(eta_.size());
@@ -298,7 +298,7 @@ void SuperelementBody::accept_exact() {
   spin_work_ = 0;
   if (kicked_) book_kick(kick_, v_);
   if (is_damped() || is_driven()) {
-    // Between the kicks energy changes by the work of forces and spin, and by what damping takes
+    // Between the kicks energy changes by the work of forces, spin and damping
     if (kicked_) v_ += kick_;
     if (kicked_) turning_.forget_start();
     FlowWork flow;
@@ -333,7 +333,7 @@ void SuperelementBody::accept_end_kick() {
 }
 
 void SuperelementBody::accept_central() {
-  // What the rates were before and after all of the forces at the start
+  // The rates before and after all of the forces at the start
   const bool late = late_.size() > 0;
   if (late) {
     v_ -= late_;

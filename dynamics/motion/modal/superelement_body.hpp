@@ -89,9 +89,9 @@ class SuperelementBody final : public Body {
   const Vector& predicted_modal_coordinates() const { return eta_end_; }
   const Vector& modal_velocities() const { return v_; }
   const Vector& predicted_modal_velocities() const { return v_end_; }
-  // V^T f, and V^T of what the pattern has on the modal coordinates
+  // V^T f, with the pattern's forces on modal coordinates
   Vector modal_force(const ForcePattern& pattern) const;
-  // What a harmonic response and mode shapes are made of.
+  // Inputs of a harmonic response and of mode shapes.
   const DiagonalForm& form() const { return *form_; }
   const Vector& damping_rates() const { return damping_.c; }  // empty: none
   const Matrix3& axes() const { return placement_.T; }
@@ -255,7 +255,7 @@ class SuperelementBody final : public Body {
     Vector now, next;
     bool ever = false;
   } lasting_;
-  // Kicks of forces at the start of the step, which v_ has, and at its end. Without what lasts.
+  // Kicks of forces at the start of the step, which v_ has, and at its end, without lasting forces.
   // Empty before the first one
   Vector late_, late_end_;
   Vector f_, f0_, f1_, work_eta_, work_v_;
@@ -263,8 +263,8 @@ class SuperelementBody final : public Body {
   mutable Vector rates_;  // central differences, and coupled with a spin: eta' at the time of eta
   double last_h_ = 0;
   mutable std::shared_ptr<const ModalPropagator> regular_, other_;  // of the last two step lengths
-  // Newmark: the step's move; modal accelerations at its start, and at its end before what the move
-  // takes from them; of HHT-alpha the last step's move and change of load
+  // Newmark: the step's move; modal accelerations at its start, and at its end without the part of
+  // the move; of HHT-alpha the last step's move and change of load
   Vector d_, a_, e_, move_, load_change_;
   mutable Vector newmark_weight_, newmark_kick_weight_;
   mutable double newmark_h_ = 0;

@@ -14,8 +14,8 @@ constexpr double stiff = 20;  // omega h of a mode whose rates are taken from it
 
 }  // namespace
 
-// h / (1 + theta omega^2). Beside it what a unit impulse on a mode moves its end by: half of that
-// as a force over the step; all of it as a velocity more at the start, where with damping it also
+// h / (1 + theta omega^2), and the move of a mode's end by a unit impulse: half of the former as a
+// force over the step; all of it as a velocity more at the start, where with damping it also
 // takes an acceleration from a_0.
 const Vector& SuperelementBody::newmark_weight(double h) const {
   if (newmark_h_ != h || newmark_weight_.size() != form_->omega.size()) {
@@ -116,7 +116,7 @@ void SuperelementBody::accept_newmark() {
 }
 
 // With alpha = 0 the energy changes by the loads' and impulses' work along the move and by -c d^2 /
-// h of each mode. With another alpha what is left is the scheme's own.
+// h of each mode. With another alpha the rest is that of the scheme.
 void SuperelementBody::accept_newmark_damped() {
   const auto omega2 = form_->omega.array().square();
   const auto c = damping_.c.array();

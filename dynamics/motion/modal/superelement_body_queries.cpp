@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a superelement answers about itself: response, masses, loads, momentum, energy.
+// Queries of a superelement's body: response, masses, loads, momentum, energy.
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
@@ -299,7 +299,7 @@ BodyState SuperelementBody::own_state() const {
     state.kinetic_energy = 0.5 * v_.squaredNorm();
     if (late_.size() > 0) state.kinetic_energy -= 0.5 * late_.dot(v_) - 0.125 * late_.squaredNorm();
   } else {
-    // 1/2 v- . v+ with v+ of the forces of strain and contact alone: what leapfrog conserves
+    // 1/2 v- . v+ with v+ of the forces of strain and contact alone: leapfrog conserves this
     // together with the strain energy
     const auto before = [&](const Vector& v) {
       return late_.size() > 0 ? v.dot(v_ - late_) : v.dot(v_);

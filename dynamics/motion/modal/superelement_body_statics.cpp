@@ -9,7 +9,7 @@ namespace cbr {
 
 namespace {
 
-// Of the highest omega^2: what is below is no more than round-off of a mode without stiffness.
+// Of the highest omega^2: below, it is round-off of a mode without stiffness.
 constexpr double no_stiffness = 1e-12;
 
 }  // namespace
@@ -93,7 +93,7 @@ void SuperelementBody::own_end_load_step() {
   residual_.end_load_step();
 }
 
-// What forces of contact that last do to the rates, as impulses of steps h.
+// Change of the rates by lasting forces of contact, as impulses of steps h.
 Vector SuperelementBody::contact_kick(double h, const Vector& force) const {
   Vector kick = h * force;
   if (gain_.size() > 0) kick.array() *= gain_.array();

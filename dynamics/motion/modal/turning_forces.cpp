@@ -93,7 +93,7 @@ void TurningForces::book_drift(const Vector& drift, double t, double t_0, double
     work.external += loads;
     work.spin -= loads;
   }
-  if (damping_.size() > 0)  // which takes what is left
+  if (damping_.size() > 0)  // which takes the rest
     work.spin += 0.5 * h *
                  (damping_.segment(first, m).array() * drift.array() *
                   (2 * v.segment(first, m) + drift).array())

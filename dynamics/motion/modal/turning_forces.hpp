@@ -32,7 +32,7 @@ class TurningForces {
   // Before each step: g at equal times from its start to its end, linear in between (a row for each
   // column of H; 0 or more than 1 columns).
   void take_factors(Matrix g) { g_ = std::move(g); }
-  // Null: not known.
+  // Null: the superelement has none.
   const SpinCoupling* coupling() const { return coupling_.get(); }
   // Before each step: the spin at its start and its end, component axes; or none.
   void couple(const Vector3& start, const Vector3& end);
@@ -85,7 +85,7 @@ class TurningForces {
   struct Pulls {
     Vector3 w_start;  // component axes
     SpinCoupling::Pull start, end;
-    // after the pull at the start of a step h, once it is known for the state as it is
+    // after the pull at the start of a step h; is_known: for the present state
     Vector eta, v;
     double h;
     bool is_known;

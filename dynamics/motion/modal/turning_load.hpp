@@ -10,7 +10,7 @@ namespace cbr {
 
 class SuperelementBody;
 
-// What a VectorForce does to a body in axes that turn with it: all is linear in the vector b there.
+// A VectorForce on a body in axes that turn with it: all is linear in the vector b there.
 class TurningLoad {
  public:
   // axes: those of the scene at the start. modal: undeformed.
@@ -42,7 +42,7 @@ class TurningLoad {
   LoadHistory history_;
   Matrix elastic_;
   Matrix3 resultant_ = Matrix3::Zero(), moment_ = Matrix3::Zero();  // columns: of unit vectors b
-  Matrix bend_;  // n x 9: what a modal coordinate adds to moment_, column after column
+  Matrix bend_;  // n x 9: change of moment_ by each modal coordinate, column by column
 };
 
 }  // namespace cbr

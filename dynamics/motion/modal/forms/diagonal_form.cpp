@@ -139,7 +139,7 @@ void refuse_rigid_modes(const std::string& where) {
 Matrix free_rigid_motions(const Matrix& R, const RigidBody& body, const IndexTable& rows,
                           const std::vector<HeldDirection>& held, const Matrix& resisted) {
   const auto n_held = static_cast<Index>(held.size());
-  // C x = held displacements of the rigid motion R x, and what is resisted
+  // C x = held displacements of the rigid motion R x, and of the resisted ones
   Matrix C(n_held + resisted.rows(), 6);
   const double size = 1 / rigid_scales(body)(5);
   for (Index i = 0; i < n_held; ++i) {

@@ -30,7 +30,7 @@ struct DiagonalForm {
   mutable FormCache shared;
 };
 
-// A displacement component that is held: direction . u(node) = 0, component axes.
+// A constrained displacement component: direction . u(node) = 0, component axes.
 struct HeldDirection {
   Index node = 0;     // index into the superelement's nodes
   Vector3 direction;  // unit; the directions of one node are orthogonal
@@ -58,11 +58,11 @@ DiagonalForm held_diagonal_form(const Superelement& superelement,
 // inertia for rotations   (6)
 Vector rigid_scales(const RigidBody& body);
 
-// What the forms of all kinds of systems are finished with. lambda: all eigenvalues, ascending; the
+// The last steps of the forms of all kinds of systems. lambda: all eigenvalues, ascending; the
 // first n_rigid become 0 exactly.
 void take_frequencies(const Vector& lambda, Index n_rigid, DiagonalForm& form);
 // The rigid modes of a free system become R L^-T, L L^T = R^T M R (R: its rigid motions about the
-// centre of mass, rows of V), and E what follows from them. False, and `form` as it was, when they
+// centre of mass, rows of V), and E follows from them. False, and `form` as it was, when they
 // do not span the same motions.
 bool use_exact_rigid_modes(const Matrix& R, const RigidBody& body, DiagonalForm& form);
 // InputError: a free body's rigid modes, or its matrices, do not fit its mass and its nodes.
@@ -70,7 +70,7 @@ bool use_exact_rigid_modes(const Matrix& R, const RigidBody& body, DiagonalForm&
 // Of the rigid motions R_s (n x 6, by rigid_scales()) those that the stiffness resists, orthonormal
 // combinations of its columns   (r x 6): none of a free part; other makers' may be held inside.
 // Forces count from 1e-6 of |K| |R_s| on: far above what the digits of a float leave, far below
-// what one clamped node makes.
+// that of one clamped node.
 Matrix resisted_rigid_motions(const Matrix& K, const Matrix& R_s);
 // of its K_cc; none when that is not read
 Matrix resisted_rigid_motions(const Superelement& superelement);

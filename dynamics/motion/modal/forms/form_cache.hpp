@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the bodies that move in one diagonal form share: rows of node sets, responses, propagators.
+// Data shared by the bodies of one diagonal form: rows of node sets, responses, propagators.
 // In component axes, which the bodies rotate 3-vectors into and out of.
 #pragma once
 
@@ -18,9 +18,9 @@
 
 namespace cbr {
 
-// What a response is of: weights sin(omega h)/omega (exact), h (central differences) or h/2 / (1 +
-// theta omega^2) (Newmark; twice that for impulses at the start) of the modes, 1 for velocities, or
-// 1 / (omega^2 + theta) for statics.
+// The operator of a response: weights sin(omega h)/omega (exact), h (central differences) or h/2 /
+// (1 + theta omega^2) (Newmark; twice that for impulses at the start) of the modes, 1 for
+// velocities, or 1 / (omega^2 + theta) for statics.
 struct ResponseOf {
   enum class Weight : char {
     exact,
@@ -89,7 +89,7 @@ class NodeRows {
 };
 
 // Lives in a DiagonalForm and goes with its matrices: a copy of the form starts with an empty one.
-// propagator() may be asked by several threads, the others by one alone.
+// Several threads may call propagator(), one alone the others.
 class FormCache {
  public:
   FormCache() = default;
@@ -107,7 +107,7 @@ class FormCache {
   std::shared_ptr<const Matrix> mean_rows(const RowMatrix& V, const IndexTable& row,
                                           const std::vector<Index>& nodes);
   std::shared_ptr<const ModalPropagator> propagator(const Vector& omega, double h, bool with_loads);
-  // The same with damping; `damping` has the rates and their hash, which tells them from others'.
+  // The same with damping; `damping` has the rates and their hash, which identifies them.
   std::shared_ptr<const ModalPropagator> propagator(const Vector& omega, const ModalRates& damping,
                                                     double h, bool with_loads);
   // displacement_rows() of the superelement that the form belongs to.

@@ -70,7 +70,7 @@ ModalPropagator modal_propagator(const Vector& omega, double h, bool with_loads)
 
 namespace {
 
-// phi_k(z) = sum over m of z^m / (m + k)!: what e^(z t) integrated k times from 0 to 1 is. z <= 0.
+// phi_k(z) = sum over m of z^m / (m + k)!: e^(z t) integrated k times from 0 to 1. z <= 0.
 struct Phi {
   double p0, p1, p2, p3;
 };

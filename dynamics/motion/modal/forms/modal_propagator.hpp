@@ -9,14 +9,14 @@ namespace cbr {
 
 // Coefficients per mode (n) for one step length. With x = omega h:
 //   eta(h) = c eta0 + s v0 + a0 f0 + a1 f1,   v(h) = -omega sin(x) eta0 + c v0 + b0 f0 + b1 f1,
-//   integral of eta over the step = s eta0 + b1 h v0 + i0 f0 + i1 f1     (what the work of a load
-//   needs)
+//   integral of eta over the step = s eta0 + b1 h v0 + i0 f0 + i1 f1     (for the work of a
+//   load)
 struct ModalPropagator {
   double h = 0;
   Vector c, s;  // cos x, sin(x)/omega (h for a rigid mode)
   // omega tan(y / 2), +1 for y = x; where cos x < 0 y = x - pi, and -1
   Vector t, sign;
-  Vector a0, a1, b0, b1, i0, i1;  // load terms; empty unless asked for
+  Vector a0, a1, b0, b1, i0, i1;  // load terms; empty unless requested
   // With damping eta'' + c eta' + omega^2 eta = f, else empty (then t and sign are):
   //   eta(h) = c eta0 + s v0 + ...,   v(h) = back eta0 + stay v0 + ...,   integral = j0 eta0 + j1
   //   v0 + ...
@@ -28,7 +28,7 @@ struct ModalPropagator {
 };
 
 // G(1) of g'' + d g' + x^2 g = 0, g(0) = 0, g'(0) = 1, its slope, and G integrated once, twice and
-// three times from 0 to 1: what all coefficients of a damped step are made of, under, at and above
+// three times from 0 to 1: the parts of all coefficients of a damped step, under, at and above
 // critical damping. x, d >= 0.
 struct DampedStep {
   double G, slope, P1, P2, P3;

@@ -11,7 +11,7 @@
 namespace cbr {
 
 // Of u_c = V_c q + F f_c, as the bases massless and characteristic (without F) have it. `free`: its
-// free form. Column j of `motion` (held x m) moves the held directions in the j-th way.
+// free form. Column j of `motion` (held x m) moves the held directions in the j-th motion.
 SupportShapes modal_shapes(const Superelement& superelement, const DiagonalForm& free,
                            const std::vector<HeldDirection>& held, const Matrix& motion);
 

@@ -28,7 +28,7 @@ class SpinCoupling {
   Index first() const { return first_; }
   Index size() const { return G_[0].rows(); }
 
-  // What a shape does to the turn.
+  // Of a deformed shape on the rotation.
   struct Shape {
     Matrix3 inertia = Matrix3::Zero();   // of second order, less Q
     Vector3 momentum = Vector3::Zero();  // h
@@ -37,7 +37,7 @@ class SpinCoupling {
   Shape shape(const Vector& eta, const Vector& p) const;
   Vector3 momentum(const Vector& eta, const Vector& p) const { return momentum(drift(eta), p); }
 
-  // What a spin does to the modes.
+  // Of a spin on the modes.
   struct Pull {
     double w = 0;  // rad/s
     Matrix G, C;   // m x m
