@@ -105,6 +105,45 @@ TEST(Tied, HalvesThatDoNotMatchTendToTheBar) {
   }
 }
 
+// The rims of tied surfaces lie on each other: contact of all surfaces must not act there.
+TEST(Tied, ContactOfAllSurfacesLeavesTiesAlone) {
+  SceneFolder folder;
+  add_meshes(folder);
+  const std::string tie =
+      "contact:\n  - {between: [left.x_max, right.x_min], tied: true, adjust: 0.001}\n";
+  for (const char* right : {"half", "fine"})
+    for (const char* all : {"  - {between: all}\n", "  - {between: all, formulation: mortar}\n"}) {
+      const Ran tied = folder.run(scene("", halves("mesh", right), tie, "right"));
+      const Ran beside = folder.run(scene("", halves("mesh", right), tie + all, "right"));
+      ASSERT_EQ(beside.built.simulation.pairs.size(), 2u);
+      EXPECT_LT(difference(beside, "right.x_max", tied, "right.x_max"), 1e-12) << right << all;
+    }
+}
+
+// A lid is tied where it lies on a block, and bends until the rest of its lower face meets it.
+TEST(Tied, TheRestOfTiedBodiesMeets) {
+  SceneFolder folder;
+  folder.add("block.exo", test::block_mesh({{4, 2, 1}, {4, 1, 1}}));
+  folder.add("lid.exo", test::block_mesh({{12, 3, 1}, {4, 1, 0.25}, [](const Vector3& x) {
+                                            const double rise = 0.02 * std::max(0.0, x[0] - 1);
+                                            return Vector3(x[0], x[1], x[2] + rise);
+                                          }}));
+  const Ran ran = folder.run(
+      "materials: {soft: {youngs_modulus: 100, poissons_ratio: 0.3, density: 1}}\n"
+      "components:\n  block: {mesh: block.exo, material: soft}\n"
+      "  lid: {mesh: lid.exo, material: soft}\n"
+      "instances:\n  block: {component: block, as: mesh}\n"
+      "  lid: {component: lid, as: mesh, position: [0, 0, 1]}\n"
+      "boundary: [{instance: block, nodes: z_min, fix: [x, y, z]}]\n"
+      "loads: [{instance: lid, surface: z_max, traction: [0, 0, -0.05]}]\n"
+      "contact: [{between: [lid.z_min, block.z_max], tied: true}, {between: all}]\n"
+      "time: {static: true, end: 1, step: 0.25}\n");
+  ASSERT_EQ(ran.result.pairs.size(), 2u);
+  const std::size_t last = ran.result.time.size() - 1;
+  EXPECT_GT(at(ran.result.pairs[1]["force"], last).norm(), 0.01);
+  EXPECT_LT(ran.result.pairs[1]["penetration"].values.back(), 1e-3);  // with nodes of the block
+}
+
 TEST(Tied, WhatLiesBetweenIsKeptAndTooFarIsRefused) {
   SceneFolder folder;
   add_meshes(folder);

@@ -41,6 +41,11 @@ bool is_sharp(const ContactSurface& surface, const SurfaceEdge& edge, const Poin
          wedge.normal[0].dot(wedge.inward[1]) < 0;
 }
 
+// Nodes of faces that are none of the surface are tied to the other side.
+bool has_node(const ContactSurface& surface, Index node) {
+  return std::binary_search(surface.nodes.begin(), surface.nodes.end(), node);
+}
+
 // The nodes of sharp edges as a separate slave.
 std::shared_ptr<const ContactSurface> ridge_of(const ContactSurface& surface) {
   auto ridge = std::make_shared<ContactSurface>();
@@ -48,6 +53,7 @@ std::shared_ptr<const ContactSurface> ridge_of(const ContactSurface& surface) {
   ridge->body = surface.body;
   for (const SurfaceEdge& edge : surface.edges)
     if (edge.sharp) ridge->nodes.insert(ridge->nodes.end(), {edge.a, edge.b});
+  std::erase_if(ridge->nodes, [&](Index node) { return !has_node(surface, node); });
   std::sort(ridge->nodes.begin(), ridge->nodes.end());
   ridge->nodes.erase(std::unique(ridge->nodes.begin(), ridge->nodes.end()), ridge->nodes.end());
   const auto n = static_cast<Index>(ridge->nodes.size());
@@ -94,6 +100,7 @@ void fill_edges(ContactSurface& surface, const Points& points) {
     const bool is_shared = i + 1 < sides.size() && sides[i + 1].low() == side.low() &&
                            sides[i + 1].high() == side.high();
     if (is_shared) edge.faces[1] = sides[++i].face;
+    if (!has_node(surface, edge.a) && !has_node(surface, edge.b)) continue;
     edge.sharp = is_sharp(surface, edge, points);
     surface.edges.push_back(edge);
   }

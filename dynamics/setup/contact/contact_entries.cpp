@@ -15,17 +15,19 @@
 namespace cbr {
 namespace {
 
-// Members of explicit entries: two instances, or an instance and a wall.
+// Members of explicit entries: two instances, or an instance and a wall. Ties without a pretension
+// are not among them: what is not tied of their instances meets.
 struct Named {
   std::set<std::pair<Index, Index>> instances;
   std::set<std::pair<Index, const WallOptions*>> walls;
 };
 
-Named named_by(const std::vector<ContactEntry>& entries) {
+Named named_by(const std::vector<ContactEntry>& entries, const ContactOptions& all) {
   Named named;
   for (const ContactEntry& entry : entries) {
     if (entry.wall) named.walls.emplace(entry.first->instance, entry.wall);
-    if (!entry.wall)
+    const ContactOptions& of = *entry.options;
+    if (!entry.wall && (all.tied || !of.tied || of.pretension_force || of.shortening))
       named.instances.insert(std::minmax(entry.first->instance, entry.second->instance));
   }
   return named;
@@ -105,9 +107,9 @@ void require_memory_for_pairs(double n_pairs, double memory, const ContactOption
 ContactEntries contact_entries(const SceneIndex& index, const BuiltScene& built, Report& report) {
   const Scene& scene = index.scene();
   ContactEntries entries = explicit_entries(index);
-  const Named named = named_by(entries.list);
   for (const ContactOptions& options : scene.contact)
-    if (options.all) add_all(scene, built, options, named, report, entries);
+    if (options.all)
+      add_all(scene, built, options, named_by(entries.list, options), report, entries);
   return entries;
 }
 

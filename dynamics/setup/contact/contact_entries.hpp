@@ -36,7 +36,8 @@ struct ContactEntries {
 };
 
 // Explicit entries, then those of `all`: each pair of instances, or of an instance and a wall,
-// without an explicit entry. InputError if `all` finds none, or more than fit in memory.
+// without an explicit entry, or with ties alone. InputError if `all` finds none, or more than fit
+// in memory.
 ContactEntries contact_entries(const SceneIndex& index, const BuiltScene& built, Report& report);
 
 // InputError if the state of the pairs of `contact: all` needs more than `memory` bytes.

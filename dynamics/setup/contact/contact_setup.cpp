@@ -2,6 +2,7 @@
 #include "dynamics/setup/contact/contact_setup.hpp"
 
 #include <algorithm>
+#include <map>
 #include <set>
 #include <sstream>
 #include <unordered_map>
@@ -81,6 +82,33 @@ ContactList ties_of(const ContactSurface& slave, const ContactSurface& master,
   tie_surfaces(slave, positions(slave), master, positions(master), adjust, ties, offsets);
   return ties;
 }
+
+// Nodes by which two bodies are tied. Contact of all their surfaces leaves them out.
+class TiedNodes {
+ public:
+  void add(const ContactPair& pair, const Simulation& sim) {
+    const auto add_slave = [&](const ContactSurface& slave, const ContactSurface& master) {
+      std::set<Index>& nodes = nodes_[{slave.body, master.body}];
+      for (const ContactPoint& point : ties_of(slave, master, pair.adjust, sim).points)
+        nodes.insert(slave.nodes[static_cast<std::size_t>(point.slot)]);
+    };
+    add_slave(*pair.slave, *pair.master);
+    add_slave(*pair.master, *pair.slave);
+  }
+  bool leaves_out(const ContactPair& pair) const {
+    return pair.of_all && nodes_.count({pair.slave->body, pair.master->body}) != 0;
+  }
+  void leave_out(const ContactSides& sides, ContactPair& pair) const {
+    if (!leaves_out(pair)) return;
+    const std::pair<Index, Index> two{pair.slave->body, pair.master->body};
+    const bool by_nodes = pair.formulation != Formulation::mortar;
+    pair.slave = sides.untied(*pair.slave, nodes_.at(two), by_nodes);
+    pair.master = sides.untied(*pair.master, nodes_.at({two.second, two.first}), by_nodes);
+  }
+
+ private:
+  std::map<std::pair<Index, Index>, std::set<Index>> nodes_;  // of the first body, at the second
+};
 
 // Whether faces of second order lie on those of another mesh at the start: all nodes of a slave
 // face, and some beside the master's nodes.
@@ -272,11 +300,14 @@ std::vector<ContactKind> add_contact(const SceneIndex& index, BuiltScene& built,
     fill_areas(names, contact_of_instance, sides, sim);
   sim.pairs.reserve(entries.list.size());
   SharedByPairs shared(sim, index.scene().time->end);
+  TiedNodes tied;
   const ContactOptions *warned = nullptr, *unlike = nullptr;  // once for all pairs of an entry
   const bool is_static = index.scene().time->is_static || preload_steps(index.scene()) > 0;
   for (const ContactEntry& entry : entries.list) {
     const auto make = [&](Formulation formulation) {
-      return pair_of(entry, formulation, contact_of_instance, shared, sides);
+      ContactPair made = pair_of(entry, formulation, contact_of_instance, shared, sides);
+      tied.leave_out(sides, made);
+      return made;
     };
     ContactPair pair = make(entry.options->formulation);
     if (meets_unlike(entry, pair, sim, sides)) {
@@ -286,7 +317,9 @@ std::vector<ContactKind> add_contact(const SceneIndex& index, BuiltScene& built,
       if (std::exchange(unlike, entry.options) != entry.options)
         note_unlike(pair, takes_mortar, report);
     }
-    add_functions(entry, built, sides, pair);
+    if (!pair.wall && (pair.slave->faces.rows() == 0 || pair.master->faces.rows() == 0)) continue;
+    if (pair.law.law == ContactLaw::tied && !pair.of_all) tied.add(pair, sim);
+    if (!tied.leaves_out(pair)) add_functions(entry, built, sides, pair);
     double depth = 0;
     if (pair.wall && starts_in_wall(pair, sim, depth)) {
       if (!pair.of_all) refuse_in_wall(pair, depth);

@@ -43,15 +43,44 @@ std::shared_ptr<const ContactSurface> ContactSides::surface(
   if (surface.nodes.front() < 0) surface.nodes.erase(surface.nodes.begin());
   surface.faces = faces.leftCols(4);
   if (whole && faces.rightCols(5).maxCoeff() >= 0) surface.middle = faces.rightCols(5);
+  measure({}, surface);
+  return at->second = std::make_shared<const ContactSurface>(std::move(surface));
+}
+
+// tied: nodes that are not tested. Faces may have them, but not all of their nodes.
+void ContactSides::measure(const std::set<Index>& tied, ContactSurface& surface) const {
+  const ContactNodes& contact = built_.simulation.contact_nodes[surface.body];
   Body& body = *built_.simulation.bodies[contact.body];
   const Points points = body.reference_positions()(contact.nodes, Eigen::all);
   fill_sizes(surface, points);
+  if (!tied.empty()) {
+    std::vector<Index> kept;
+    for (std::size_t slot = 0; slot < surface.nodes.size(); ++slot)
+      if (tied.count(surface.nodes[slot]) == 0) kept.push_back(static_cast<Index>(slot));
+    surface.areas = surface.areas(kept).eval();
+    surface.area_vectors = surface.area_vectors(kept, Eigen::all).eval();
+    std::erase_if(surface.nodes, [&](Index node) { return tied.count(node) != 0; });
+  }
   // With large rotation a massless interface gains energy where edge contacts begin and end
-  const auto& parts = built_.instances[name.instance].parts;
+  const auto& parts = built_.instances[contact.body].parts;
   const bool massless = !parts.empty() && parts.front().superelement->is_massless();
   if (!massless || !body.turns()) fill_edges(surface, points);
   if (body.turns()) surface.extent.setConstant(surface.extent.norm());
-  return at->second = std::make_shared<const ContactSurface>(std::move(surface));
+}
+
+std::shared_ptr<const ContactSurface> ContactSides::untied(const ContactSurface& surface,
+                                                           const std::set<Index>& tied,
+                                                           bool by_nodes) const {
+  ContactSurface rest = surface;
+  std::vector<Index> kept;
+  for (Index f = 0; f < surface.faces.rows(); ++f)
+    if (std::any_of(surface.faces.row(f).begin(), surface.faces.row(f).end(),
+                    [&](Index node) { return tied.count(node) == 0; }))
+      kept.push_back(f);
+  rest.faces = surface.faces(kept, Eigen::all);
+  if (surface.middle.rows() > 0) rest.middle = surface.middle(kept, Eigen::all);
+  measure(by_nodes ? tied : std::set<Index>(), rest);
+  return std::make_shared<const ContactSurface>(std::move(rest));
 }
 
 std::shared_ptr<const PressureFunctions> ContactSides::functions(const SideName& name,

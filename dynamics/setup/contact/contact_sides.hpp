@@ -29,6 +29,10 @@ class ContactSides {
   // into linear ones.
   std::shared_ptr<const ContactSurface> surface(const SideName& name, bool whole,
                                                 const ContactNumbers& contact_of_instance);
+  // A surface without the faces between nodes in `tied`, which are tied to the other side, and
+  // `by_nodes`: without the nodes, as none of them is to be tested.
+  std::shared_ptr<const ContactSurface> untied(const ContactSurface& surface,
+                                               const std::set<Index>& tied, bool by_nodes) const;
   // By the surface's slots; `wanted`: number of functions, above 0.
   std::shared_ptr<const PressureFunctions> functions(const SideName& name, Index wanted);
   // Likewise: corner_functions() of second-order faces; null if all are linear.
@@ -39,6 +43,7 @@ class ContactSides {
 
  private:
   IndexTable whole_faces_of(const SideName& name) const;
+  void measure(const std::set<Index>& tied, ContactSurface& surface) const;
 
   const BuiltScene& built_;
   std::unordered_map<const SideName*, IndexTable> faces_;

@@ -230,6 +230,25 @@ TEST_F(ContactSetup, allTiesWhatLiesTogether) {
   }
 }
 
+TEST_F(ContactSetup, tiedInstancesMeetByWhatIsNotTied) {
+  const std::string touching =
+      "a: {component: coarse}, b: {component: fine, position: [1.5, 0, 0]}";
+  const BuiltScene scene =
+      built("[{between: [a.x_max, b.x_min], tied: true}, {between: all}]", touching);
+  ASSERT_EQ(names(scene), (std::vector<std::string>{"a.x_max - b.x_min", "a.all - b.all"}));
+  const ContactPair& pair = scene.simulation.pairs[1];
+  for (const ContactSurface* surface : {pair.slave.get(), pair.master.get()}) {
+    const bool fine = surface->name == "b.all";
+    EXPECT_EQ(surface->faces.rows(), fine ? 80 : 28);
+    EXPECT_EQ(surface->nodes.size(), fine ? 73u : 25u);
+    EXPECT_EQ(surface->ridge->nodes.size(), fine ? 28u : 16u);  // edges but for those of the tie
+  }
+  // Pulled together, or in contact by surfaces that are named: nothing else meets
+  EXPECT_EQ(built("[{between: [a.x_max, b.x_min], friction: 0.1}, {between: all}]", touching)
+                .simulation.pairs.size(),
+            1u);
+}
+
 TEST_F(ContactSetup, facesThatASidesetNamesTwiceAreThereOnce) {
   const BuiltScene scene = built("[{between: ['a.x_max again', b.x_min]}]", three);
   EXPECT_EQ(scene.simulation.pairs[0].master->faces.rows(), 4);
