@@ -20,7 +20,7 @@ from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
 from cbr.results import Results
-from cbr.superelement import Array, FileError, Indices, open_file, read
+from cbr.superelement import Array, FileError, Indices, child, open_file, read
 
 COLOURS = ["#1f3b73", "#b3202c", "#2a9d4a", "#e07b00", "#7b2d8e", "#555555"]
 # Corners of the sides of an element; a triangle repeats its last
@@ -122,7 +122,7 @@ def kept_faces(file: str) -> tuple[Indices, Array, dict[str, Indices]]:
         for part in f["domains"].values() if "domains" in f else [f]:
             ids.append(read(part["nodes/id"]))
             coordinates.append(read(part["nodes/coordinates"]))
-            for name, group in part.get("interface", {}).items():
+            for name, group in child(part, "interface").items():
                 nodes, kind = read(group["faces"]), str(group["faces"].attrs["kind"])
                 corners = n + nodes[:, [0, 1, 2, 2] if kind.startswith("tri") else [0, 1, 2, 3]]
                 faces[name] = np.vstack([faces[name], corners]) if name in faces else corners

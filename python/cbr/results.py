@@ -11,7 +11,7 @@ from typing import Any
 
 import h5py
 
-from cbr.superelement import Array, FileError, open_file, read
+from cbr.superelement import Array, FileError, child, open_file, read
 
 _WORD = re.compile(r'"(?:\\.|[^"\\])*"|[^\s\[\]{},:]+')
 
@@ -76,10 +76,10 @@ class Results(Mapping[str, Array]):
         self._names: list[str] = []
         with open_file(path, "cbr-results") as f:
             self.attributes = dict(f.attrs)
-            bodies = {name: dict(body.attrs) for name, body in f.get("instances", {}).items()}
+            bodies = {name: dict(body.attrs) for name, body in child(f, "instances").items()}
             self._files = {name: str(of["superelement"]) for name, of in bodies.items() if "superelement" in of}
             self._hashes = {name: str(of.get("superelement_hash", "")) for name, of in bodies.items()}
-            share = f["energy"].attrs.get("outside_basis") if "energy" in f else None
+            share = f["energy"].attrs.get("outside_basis") if child(f, "energy") else None
             self.outside_basis: float | None = None if share is None else float(share)  # share of the energy; None: unknown
             f.visititems(lambda name, item: self._names.append(name) if isinstance(item, h5py.Dataset) else None)
 
@@ -142,8 +142,9 @@ class Results(Mapping[str, Array]):
         found = {}
         for name, (file, content_hash) in self.superelements.items():
             with contextlib.suppress(FileError), open_file(file, "cbr-superelement") as f:
-                if "accuracy/covered_hz" in f and f.attrs.get("content_hash") == content_hash:
-                    found[name] = float(read(f["accuracy/covered_hz"])[0])
+                figures = child(f, "accuracy")
+                if "covered_hz" in figures and f.attrs.get("content_hash") == content_hash:
+                    found[name] = float(read(figures["covered_hz"])[0])
         return found
 
     @property

@@ -139,9 +139,9 @@ class Superelement:
 def _compliance(f: h5py.File, node: Indices, component: Indices) -> Array:
     """B F B^T of /characteristic/statics (c x c)."""
     c = len(node)
-    if "characteristic/statics" not in f:
+    statics = child(f["characteristic"], "statics")
+    if not statics:
         return np.zeros((c, c))
-    statics = f["characteristic/statics"]
     at, direction = read(statics["node"]), read(statics["direction"])
     B = np.where(node[:, None] == at[None, :], direction[:, component].T, 0.0)
     compliance: Array = B @ read(statics["F"]) @ B.T
@@ -152,9 +152,9 @@ def _matrices(f: h5py.File, node: Indices, component: Indices) -> tuple[Array, A
     """K, M, V and F."""
     lam, c = read(f["matrices/eigenvalues"]), len(node)
     k = len(lam)
-    if "massless" in f:
+    if f.attrs["basis"] == "massless":
         return np.diag(lam), np.eye(k), read(f["massless/V"]), read(f["massless/F"])
-    if "characteristic" in f:
+    if f.attrs["basis"] == "characteristic":
         F = _compliance(f, node, component)
         return np.diag(lam), np.eye(k), read(f["characteristic/V"]), F
     K, M = np.diag(np.concatenate([lam, np.zeros(c)])), np.eye(k + c)
@@ -175,6 +175,11 @@ def _faces(group: h5py.Group) -> Faces:
     if kind not in ("tri3", "quad4", "tri6", "quad8", "quad9"):
         raise ValueError(f"{group.name}: faces of kind '{kind}'")
     return Faces(kind, read(group["faces"]), read(group["element"]), read(group["side"]))
+
+
+def child(group: Any, name: str) -> Any:
+    """A group in a group, empty where there is none. KeyError: it cannot be read, which h5py's get() takes for none."""
+    return group[name] if group and group.id.links.exists(name.encode()) else {}
 
 
 def read(item: h5py.Dataset) -> Any:
@@ -231,9 +236,9 @@ def superelement(path: str | os.PathLike[str]) -> Superelement:
         return Superelement(
             path=os.fspath(path), basis=str(f.attrs["basis"]), K=K, M=M, V=V, F=F, node=node,
             component=component, node_id=read(f["nodes/id"]), coordinates=read(f["nodes/coordinates"]),
-            faces={name: _faces(group) for name, group in f.get("interface", {}).items()},
-            nodesets={name: read(item) for name, item in f.get("nodesets", {}).items()},
+            faces={name: _faces(group) for name, group in child(f, "interface").items()},
+            nodesets={name: read(item) for name, item in child(f, "nodesets").items()},
             content_hash=str(f.attrs.get("content_hash", "")), mass=float(read(f["rigid_body/mass"])[0]), center=read(f["rigid_body/center"]),
             inertia=read(f["rigid_body/inertia"]), n_modes=int(f.attrs["n_modes"]),
-            accuracy=_tree(f["accuracy"]) if "accuracy" in f else {},
-            provenance={k: str(v) for k, v in f["provenance"].attrs.items()} if "provenance" in f else {})
+            accuracy=_tree(child(f, "accuracy")),
+            provenance={k: str(v) for k, v in getattr(child(f, "provenance"), "attrs", {}).items()})

@@ -480,7 +480,7 @@ class Package(unittest.TestCase):
         for path, read in ((whole, of_results), (pathlib.Path(self.parts["characteristic"].path), of_part)):
             good, expected = path.read_bytes(), read(path)
             strings = good.index(b"GCOL")
-            for at in [*random.integers(0, len(good), 80), *(strings + random.integers(0, 600, 20)), strings + 26]:
+            for at in [*random.integers(0, len(good), 80), *(strings + random.integers(0, 600, 20)), strings + 26, good.rindex(b"\7contact")]:
                 bad = bytearray(good)
                 bad[at] ^= 1 << int(random.integers(8))
                 flipped.write_bytes(bad)
