@@ -16,7 +16,7 @@ Index preload_steps(const Scene& scene) {
   if (!scene.time) return 0;
   if (scene.time->preload) return *scene.time->preload;
   const auto needs = [](const ContactOptions& c) {
-    return c.pretension_force || c.shortening || c.resolves_overlap;
+    return c.pretension_force || c.shortening || c.resolves_overlap || c.interference > 0;
   };
   return std::any_of(scene.contact.begin(), scene.contact.end(), needs) ? usual : 0;
 }

@@ -274,6 +274,9 @@ struct ContactOptions {
   std::optional<double> pretension_force, shortening;
   // key `overlap: resolve`: statics press surfaces apart that overlap at the start
   bool resolves_overlap = false;
+  // Length by which statics press surfaces apart that touch as meshed; < 0: clearance, by which
+  // they approach each other before they touch
+  double interference = 0;
   // length: gaps and overlaps up to this at the start count as closed. Not given: overlaps are kept
   // as they are; tied includes nodes within 5 % of a face
   std::optional<double> adjust;

@@ -594,7 +594,7 @@ void Equilibrium::recall() {
         std::fill(memory->face.begin(), memory->face.end(), -1);
         std::fill(memory->known_face.begin(), memory->known_face.end(), -1);
         std::fill(memory->further_faces.begin(), memory->further_faces.end(), -1);
-        memory->offset.setZero();
+        memory->offset.setConstant(memory->rest);
         memory->has_points = false;
         memory->depth = 0;
         continue;
@@ -609,16 +609,22 @@ void Equilibrium::recall() {
   }
 }
 
-// Reduces tolerated overlaps with each load step.
+// Reduces tolerated overlaps, and applies interference, with each load step.
 void Equilibrium::resolve_overlaps(double share) {
   const double left = resolved_ < 1 ? (1 - share) / (1 - resolved_) : 0;
   for (const Index p : pairs_) {
-    if (!sim_.pairs[p].resolves_overlap) continue;
-    PairState& pair = sim_.pairs[p].state();
-    for (PairMemory* memory : {&pair.memory, &pair.back, &pair.edges}) {
-      memory->kept_share = 1 - share;
-      for (double& offset : memory->offset)
-        if (offset < 0) offset *= left;
+    ContactPair& pair = sim_.pairs[p];
+    const double interference = std::max(0.0, pair.interference);
+    if (!pair.resolves_overlap && interference == 0) continue;
+    PairState& state = pair.state();
+    for (PairMemory* memory : {&state.memory, &state.back, &state.edges}) {
+      if (pair.resolves_overlap) memory->kept_share = 1 - share;
+      const double rest = interference > 0 ? share * interference : memory->rest;
+      for (double& offset : memory->offset) {
+        const double beyond = offset - memory->rest;
+        offset = rest + (pair.resolves_overlap && beyond < 0 ? left * beyond : beyond);
+      }
+      memory->rest_before = std::exchange(memory->rest, rest);
     }
   }
   resolved_ = share;
@@ -687,6 +693,7 @@ void Equilibrium::start_motion(double h) {
     for (PairMemory* memory : {&pair.memory, &pair.back, &pair.edges}) {
       memory->lets_jump = is_penalty;
       memory->kept_share = 1;
+      memory->rest_before = memory->rest;
       memory->impulse *= h;
       memory->begins_in_equilibrium = true;
     }

@@ -31,9 +31,11 @@ void refuse_enforcement(const Scene& scene) {
 void refuse_without_statics(const Scene& scene) {
   for (const ContactOptions& contact : scene.contact) {
     const bool pulls = contact.pretension_force || contact.shortening;
-    if (!pulls && !contact.resolves_overlap) continue;
-    throw InputError(contact.source.text() +
-                     ": contact: " + (pulls ? "pretension" : "overlap: resolve") +
+    if (!pulls && !contact.resolves_overlap && !(contact.interference > 0)) continue;
+    throw InputError(contact.source.text() + ": contact: " +
+                     (pulls                      ? "pretension"
+                      : contact.resolves_overlap ? "overlap: resolve"
+                                                 : "interference") +
                      " needs load steps of statics: remove time.preload, whose default are five, "
                      "or let it be 1 or more");
   }

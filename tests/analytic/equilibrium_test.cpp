@@ -420,23 +420,49 @@ TEST(StaticsOfBolts, ClampAJointOfPlates) {
   }
 }
 
-// Two bars between fixed ends that are too long by 0.02.
+// Two bars between fixed ends that are too long by 0.02: as meshed, or by a length in the scene.
 TEST_P(Statics, AnInterferenceFitIsPressedTogether) {
+  const std::vector<std::pair<double, std::string>> fits{{0.98, "overlap: resolve"},
+                                                         {1, "interference: 0.02"},
+                                                         {1.003, "interference: 0.02"},
+                                                         {1.005, "interference: 0.025, adjust: 0"}};
+  for (const std::string formulation : {"node-face", "mortar"}) {
+    for (const auto& [place, key] : fits) {
+      const std::string where = formulation + " " + key;
+      Bars bars{.kind = GetParam(), .history = "[a.x_max]"};
+      bars.instances = instance(bars, "a", 0) + instance(bars, "b", place);
+      bars.boundary =
+          "  - {instance: a, nodes: x_min, fix: [x, y, z]}\n"
+          "  - {instance: b, nodes: x_max, fix: [x, y, z]}\n";
+      bars.contact =
+          "  - {between: [a.x_max, b.x_min], " + key + ", formulation: " + formulation + "}\n";
+      const Ran ran = folder.run(yaml(bars));
+      EXPECT_NEAR(at(ran.result.pairs[0]["force"], 0)[0], -0.02 * EA / 2, 1e-9) << where;
+      EXPECT_NEAR(last(ran.result.pairs[0]["force"]), -0.02 * EA / 2, 1e-9) << where;
+      EXPECT_NEAR(last(ran.monitor("a.x_max").mean_position), 0.99, 1e-9) << where;
+      Report report("test", Verbosity::quiet);
+      warn_of_initial_overlaps(ran.built, report);
+      EXPECT_EQ(report.n_warnings(), 0) << where;
+    }
+  }
+}
+
+// A bar is pushed towards another: the first 0.02 of the approach are free.
+TEST_P(Statics, AClearanceIsFree) {
   for (const std::string formulation : {"node-face", "mortar"}) {
     Bars bars{.kind = GetParam(), .history = "[a.x_max]"};
-    bars.instances = instance(bars, "a", 0) + instance(bars, "b", 0.98);
+    bars.instances = instance(bars, "a", 0) + instance(bars, "b", 1);
     bars.boundary =
-        "  - {instance: a, nodes: x_min, fix: [x, y, z]}\n  - {instance: b, nodes: x_max, fix: [x, "
-        "y, z]}\n";
+        "  - {instance: a, nodes: x_min, fix: [x, y, z]}\n"
+        "  - {instance: b, nodes: x_max, fix: [x, y, z]}\n";
+    const double load = 0.06 * EA;
+    bars.loads = "  - {instance: a, surface: x_max, force: [" + test::text(load) + ", 0, 0]}\n";
     bars.contact =
-        "  - {between: [a.x_max, b.x_min], overlap: resolve, formulation: " + formulation + "}\n";
+        "  - {between: [a.x_max, b.x_min], interference: -0.02, formulation: " + formulation +
+        "}\n";
     const Ran ran = folder.run(yaml(bars));
-    EXPECT_NEAR(at(ran.result.pairs[0]["force"], 0)[0], -0.02 * EA / 2, 1e-9) << formulation;
-    EXPECT_NEAR(last(ran.result.pairs[0]["force"]), -0.02 * EA / 2, 1e-9);
-    EXPECT_NEAR(last(ran.monitor("a.x_max").mean_position), 0.99, 1e-9);
-    Report report("test", Verbosity::quiet);
-    warn_of_initial_overlaps(ran.built, report);
-    EXPECT_EQ(report.n_warnings(), 0);
+    EXPECT_NEAR(last(ran.result.pairs[0]["force"]), -(load - 0.02 * EA) / 2, 1e-9) << formulation;
+    EXPECT_NEAR(last(ran.monitor("a.x_max").mean_position), 1.04, 1e-9) << formulation;
   }
 }
 

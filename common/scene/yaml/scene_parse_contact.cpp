@@ -147,6 +147,11 @@ void check_statics(const SceneMap& map, ContactOptions& contact) {
     pretension->map({"force", "shortening"}).exactly_one({"force", "shortening"});
     contact.tied = true;
   }
+  if (contact.interference != 0 && contact.all)
+    map.at("interference").fail("is a length of two surfaces: name both in 'between'");
+  if (contact.interference != 0 && contact.tied)
+    map.at("interference")
+        .fail("tied surfaces keep their distance, remove 'tied' or 'interference'");
   if (contact.resolves_overlap && contact.tied)
     map.at("overlap").fail("tied surfaces keep their distance, remove 'tied' or 'overlap'");
 }
@@ -263,7 +268,8 @@ std::vector<SceneKey> scene_keys(ContactOptions& c) {
           {"adjust", Number{c.adjust, not_negative}},
           {"pretension.force", Number{c.pretension_force}},
           {"pretension.shortening", Number{c.shortening}},
-          {"overlap", OneWord{c.resolves_overlap, overlap_words}, c.resolves_overlap}};
+          {"overlap", OneWord{c.resolves_overlap, overlap_words}, c.resolves_overlap},
+          {"interference", Number{c.interference}, c.interference != 0}};
 }
 
 void parse_contact(const SceneNode& node, SceneReading& reading) {

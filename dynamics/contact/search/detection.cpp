@@ -229,7 +229,7 @@ SlaveNode node_of(const Step& step, Index slot, const PairMemory& memory) {
     node.normal = node.face == known
                       ? node.known_normal
                       : mean_normal(corners(step.master, node.face, step.master_body.start));
-  node.lift = std::max(0.0, memory.offset[slot]);
+  node.lift = memory.lift(slot);
   if (!memory.further_faces.empty())
     node.further =
         std::span(memory.further_faces)

@@ -79,6 +79,13 @@ bool is_between(const EdgeWedge& slave, const EdgeWedge& master, const Vector3& 
   return true;
 }
 
+// The side of a rim is no part of the surface: contact there is not asked for, and rims at both
+// ends of a bore would overlap by its length.
+bool faces(const SurfaceEdge& edge, const EdgeWedge& wedge, const Vector3& out) {
+  constexpr double least = 0.2;  // cosine
+  return edge.faces[1] >= 0 || wedge.normal[0].dot(out) > least;
+}
+
 double gap_of(const EdgeHit& hit, const Segments& x) {
   const Vector3 slave = x.slave_a + hit.on_slave * (x.slave_b - x.slave_a),
                 master = x.master_a + hit.on_master * (x.master_b - x.master_a);
@@ -127,8 +134,10 @@ void keep_deepest(const EdgeStep& step, const EdgeHit& hit, std::vector<EdgeHit>
   if (hit.end_gap < same->end_gap - as_deep_on_paper * step.size) *same = hit;
 }
 
-bool is_held(const EdgeStep& step, const std::vector<const HeldNodes*>& held, const EdgeHit& hit) {
-  const Spot spot{hit.normal, hit.start_gap, hit.end_gap, step.size};
+// rest: PairMemory::rest
+bool is_held(const EdgeStep& step, const std::vector<const HeldNodes*>& held, double rest,
+             const EdgeHit& hit) {
+  const Spot spot{hit.normal, hit.start_gap - rest, hit.end_gap - rest, step.size};
   const auto by = [&](const ContactSurface& surface, const SurfaceEdge& edge,
                       const HeldNodes& nodes) {
     return std::any_of(edge.faces.begin(), edge.faces.end(),
@@ -161,14 +170,14 @@ bool HeldNodes::holds(Index node, const Spot& spot) const {
   if (at == nodes_.end() || *at != node) return false;
   const auto slot = at - nodes_.begin();
   const Index first = point_of_[static_cast<std::size_t>(slot)];
-  const double offset = memory_.offset[slot];
+  const double overlap = memory_.offset[slot] - memory_.lift(slot);  // at most 0
   const bool touched = memory_.face[static_cast<std::size_t>(slot)] >= 0;
   for (auto i = static_cast<std::size_t>(first); first >= 0 && i < last_; ++i) {
     const ContactPoint& point = list_.points[i];
     if (point.slot != slot) break;
-    const bool is_closed = touched || point.gap[0] + offset <= spot.end + as_deep * spot.size;
+    const bool is_closed = touched || point.gap[0] + overlap <= spot.end + as_deep * spot.size;
     if (is_closed && side_ * point.normal().dot(spot.normal) >= nearly_flat &&
-        spot.start >= point.start_gap + offset - less_deep * spot.size)
+        spot.start >= point.start_gap + overlap - less_deep * spot.size)
       return true;
   }
   return false;
@@ -205,7 +214,9 @@ std::optional<EdgeHit> cross(const EdgeStep& step, const EdgePair& edges, bool h
   }
   if (!is_within(slave, at->on_slave) || !is_within(master, at->on_master)) return std::nullopt;
   EdgeHit hit{edges, side * at->normal, at->on_slave, at->on_master, 0, 0};
-  if (!is_between(of_slave, of_master, hit.normal)) return std::nullopt;
+  if (!is_between(of_slave, of_master, hit.normal) || !faces(master, of_master, hit.normal) ||
+      !faces(slave, of_slave, -hit.normal))
+    return std::nullopt;
   hit.start_gap = gap_of(hit, start);
   hit.end_gap = gap_of(hit, end);
   if (hit.end_gap > step.reach || hit.start_gap < -deepest) return std::nullopt;
@@ -222,19 +233,20 @@ void detect_edges(const EdgeStep& step, const std::vector<const HeldNodes*>& hel
     while (next < memory.edges.size() && memory.edges[next] < edges) ++next;
     const bool is_known = next < memory.edges.size() && memory.edges[next] == edges;
     const auto hit = cross(step, edges, is_known && memory.face[next] >= 0);
-    if (!hit || is_held(step, held, *hit)) continue;
+    if (!hit || is_held(step, held, memory.rest, *hit)) continue;
     keep_deepest(step, *hit, hits);
   }
   for (const EdgeHit& hit : hits) known.push_back(hit.edges);
   for (std::size_t i = 0; i < memory.edges.size(); ++i)  // adjusted gaps stay closed
-    if (memory.offset[static_cast<Index>(i)] > 0) known.push_back(memory.edges[i]);
+    if (memory.offset[static_cast<Index>(i)] > memory.rest) known.push_back(memory.edges[i]);
   std::sort(known.begin(), known.end());
   known.erase(std::unique(known.begin(), known.end()), known.end());
   renumber(known, memory);
   for (const EdgeHit& hit : hits) {
     const auto slot =
         static_cast<Index>(std::lower_bound(known.begin(), known.end(), hit.edges) - known.begin());
-    if (step.initial || (memory.face[static_cast<std::size_t>(slot)] < 0 && hit.start_gap < 0))
+    if (step.initial ||
+        (memory.face[static_cast<std::size_t>(slot)] < 0 && hit.start_gap < memory.rest))
       keep_overlap(slot, hit.start_gap, step.initial, memory);
     add_edge_point(step, hit, slot, memory.offset[slot], list);
   }

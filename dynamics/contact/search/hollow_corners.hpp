@@ -47,7 +47,7 @@ struct SlaveNode {
   Vector3 known_normal = Vector3::Zero();
   // further faces touched in the last step, -1 after the last
   std::span<const Index> further;
-  double lift = 0;  // an adjusted initial gap
+  double lift = 0;  // an adjusted initial gap, interference or clearance
 };
 
 // Uses the normal and projection point of the start of the step for a touching node. The prediction

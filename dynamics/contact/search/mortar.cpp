@@ -179,11 +179,11 @@ struct Jump {
 // is too large for contact. Drifts by changed weights go to `jumps`.
 bool keep_overlaps(const MortarStep& step, const ContactPoint& point, double start, bool first,
                    std::size_t place, PairMemory& memory, std::vector<Jump>& jumps) {
-  if (first && (step.initial || (memory.face[point.slot] < 0 && start < 0))) {
+  if (first && (step.initial || (memory.face[point.slot] < 0 && start < memory.rest))) {
     keep_overlap(point.slot, start, step.initial, memory);
     return true;
   }
-  const double drift = std::min(0.0, memory.offset[point.slot]) - start;
+  const double drift = std::min(memory.rest, memory.offset[point.slot]) - start;
   if (memory.lets_jump || !(drift > 0)) return true;
   if (!first && drift > step.options.late_depth * step.master.sizes[point.face]) return false;
   jumps.push_back({place, drift, pushed_along(point, memory)});
@@ -205,7 +205,7 @@ void settle_overlaps(const MortarStep& step, const std::vector<Jump>& jumps, std
     const double given = jump.impulse > 0 ? share * std::min(jump.drift, most) : 0.0;
     const double left = point.start_gap + given;
     // an adjusted gap stays closed
-    if (left < 0) memory.offset[point.slot] = std::min(memory.offset[point.slot], left);
+    if (left < memory.rest) memory.offset[point.slot] = std::min(memory.offset[point.slot], left);
   }
   for (std::size_t i = first; i < list.points.size(); ++i) {
     ContactPoint& point = list.points[i];

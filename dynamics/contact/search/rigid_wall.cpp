@@ -220,7 +220,8 @@ void detect_wall(const ContactSurface& slave, const ContactBody& slave_body, con
       end = start + normal.dot(x1 - x0);
     }
     if (end > reach && !stands) continue;
-    if (initial || (memory.face[slot] < 0 && start < 0)) keep_overlap(slot, start, initial, memory);
+    if (initial || (memory.face[slot] < 0 && start < memory.rest))
+      keep_overlap(slot, start, initial, memory);
     ContactPoint point;
     point.frame = contact_frame(normal);
     point.gap[0] = end - memory.offset[slot];

@@ -22,7 +22,7 @@ void touch(Index slot, Index face, PairMemory& memory) {
 
 void start_memory(Index n, PairMemory& memory) {
   if (memory.offset.size() != n) {
-    memory.offset.setZero(n);
+    memory.offset.setConstant(n, memory.rest);
     memory.face.assign(n, -1);
     memory.known_face.assign(n, -1);
   }
@@ -41,7 +41,7 @@ void renumber(const std::vector<EdgePair>& edges, PairMemory& memory) {
   memory.edges = edges;
   memory.face.assign(edges.size(), -1);
   memory.known_face.assign(edges.size(), -1);
-  memory.offset.setZero(n);
+  memory.offset.setConstant(n, memory.rest);
   memory.force.resize(0, 3);  // slots are now of other edges
   memory.force_before.resize(0, 3);
   if (old.impulse.rows() > 0) memory.impulse.setZero(n, 3);
@@ -61,19 +61,26 @@ void renumber(const std::vector<EdgePair>& edges, PairMemory& memory) {
 }
 
 double contact_reach(double size, double motion, bool initial, const PairMemory& memory) {
-  const double reach = 0.02 * size + 0.5 * motion + memory.adjust + memory.extra_reach;
+  const double reach =
+      0.02 * size + 0.5 * motion + memory.adjust + memory.extra_reach + std::max(0.0, memory.rest);
   return initial ? std::max(reach, size) : reach;
 }
 
-void keep_overlap(Index slot, double distance, bool initial, PairMemory& memory) {
+void keep_overlap(Index slot, double from_surface, bool initial, PairMemory& memory) {
+  // A gap or overlap of up to `adjust` is an error of the meshes. Beyond, interference applies to
+  // the meshed distances, and a clearance allows them to be below 0
+  const bool fits = initial && std::abs(from_surface) <= memory.adjust;
+  const double distance = from_surface - (fits      ? 0.0
+                                          : initial ? std::min(0.0, memory.rest)
+                                                    : memory.rest_before);
   if (initial) {
     memory.initial_overlap = std::max(memory.initial_overlap, -distance);
     if (distance >= 0) memory.initial_gap = std::min(memory.initial_gap, distance);
   }
-  const double closed = initial ? (distance <= memory.adjust ? memory.adjust : 0.0)
-                                : std::max(0.0, memory.offset[slot]);
-  memory.offset[slot] =
-      distance < 0 ? std::min(memory.kept_share * distance, closed) : std::min(distance, closed);
+  const double closed =
+      initial ? (fits ? memory.adjust : 0.0) : std::max(0.0, memory.offset[slot] - memory.rest);
+  memory.offset[slot] = memory.rest + (distance < 0 ? std::min(memory.kept_share * distance, closed)
+                                                    : std::min(distance, closed));
 }
 
 void forget(PairMemory& memory) {
@@ -82,7 +89,7 @@ void forget(PairMemory& memory) {
   std::fill(memory.face.begin(), memory.face.end(), -1);
   std::fill(memory.known_face.begin(), memory.known_face.end(), -1);
   std::fill(memory.further_faces.begin(), memory.further_faces.end(), -1);
-  memory.offset = memory.offset.cwiseMax(0);
+  memory.offset = memory.offset.cwiseMax(memory.rest);
   memory.impulse.setZero();
   memory.force.setZero();
   memory.force_before.setZero();
@@ -118,7 +125,8 @@ void remember(const ContactList& list, std::size_t first, std::size_t last, cons
     double& offset = memory.offset[point.slot];
     memory.depth = std::max(memory.depth, -gap - offset);
     const bool is_first = i == first || list.points[i - 1].slot != point.slot;
-    if (offset < 0 && is_first) offset = std::min(0.0, offset + std::max(0.0, gap));
+    if (offset < memory.rest && is_first)
+      offset = std::min(memory.rest, offset + std::max(0.0, gap));
   }
 }
 

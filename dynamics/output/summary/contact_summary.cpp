@@ -62,10 +62,13 @@ std::string penetration_text(const ContactPair& pair) {
 
 // "contact a - b: never touched; the nearest gap at an output was 0.2; initial gap 0.3"
 std::string apart_line(const BuiltScene& built, Index p, bool is_restarted) {
-  std::string text =
-      "contact " + built.simulation.pairs[static_cast<std::size_t>(p)].name + ": never touched";
+  const ContactPair& pair = built.simulation.pairs[static_cast<std::size_t>(p)];
   const auto nearest = built.gaps.nearest(built.simulation, p),
              initial = built.gaps.initial(built.simulation, p);
+  std::string text = "contact " + pair.name;
+  // As in statics whose first load step failed
+  if (nearest && *nearest <= 1e-10 * pair.slave->size) return text + ": touched without a force";
+  text += ": never touched";
   if (!nearest || !initial) return text;
   text += format_text("; the nearest gap at an output was %.3g", *nearest);
   if (is_restarted) text += " (since the restart)";

@@ -339,7 +339,8 @@ void look_at_depths(Simulation& sim, const ContactOutcome& outcome) {
   std::map<Index, ContactBody> bodies;
   for (const Index p : pairs) {
     ContactPair& pair = sim.pairs[p];
-    if (pair.wall || pair.is_link || pair.law.law == ContactLaw::tied || pair.resolves_overlap)
+    if (pair.wall || pair.is_link || pair.law.law == ContactLaw::tied || pair.resolves_overlap ||
+        pair.interference != 0)
       continue;
     for (const Index b : {pair.slave->body, pair.master->body})
       if (bodies.find(b) == bodies.end()) bodies.emplace(b, standing_body(sim, b));

@@ -93,7 +93,7 @@ PairSchedule::PairSchedule(Simulation& simulation, bool jumps, const std::vector
     if (pair.wall) continue;
     partners_[master].push_back({slave, static_cast<Index>(p)});
     face_of_any_ = std::max(face_of_any_, largest_face_.back());
-    adjust_of_any_ = std::max(adjust_of_any_, pair.adjust.value_or(0));
+    adjust_of_any_ = std::max(adjust_of_any_, pair.closed_reach());
   }
   for (std::size_t c = 0; c < partners_.size(); ++c) {
     std::sort(partners_[c].begin(), partners_[c].end());
@@ -179,7 +179,7 @@ bool PairSchedule::is_far(Index p, bool initial, const ContactState& state) cons
   // Above every reach of a search: contact_reach() for faces of either side, with relative motions
   const Vector3 reach =
       Vector3::Constant(face_share(initial ? 0 : 1) * largest_face_[p] +
-                        2 * (a.longest_way + b.longest_way) + pair.adjust.value_or(0));
+                        2 * (a.longest_way + b.longest_way) + pair.closed_reach());
   return !Box{a.swept.lower - reach, a.swept.upper + reach}.meets(b.swept);
 }
 
@@ -240,7 +240,7 @@ void PairSchedule::add_meetings(Index step, const ContactState& state, std::vect
         if (taken_at_[p] == step) continue;
         ++counts_.pair_looks;
         const Vector3 reach = Vector3::Constant(face_share(step) * largest_face_[p] + 2 * way +
-                                                sim_.pairs[p].adjust.value_or(0));
+                                                sim_.pairs[p].closed_reach());
         if (Box{body.swept.lower - reach, body.swept.upper + reach}.meets(other))
           take(p, step, pairs);
       }
@@ -302,7 +302,7 @@ double PairSchedule::steps_apart(Index p, Index step) const {
       (step == 0
            ? face_share(0) * largest_face_[p]
            : sim_.detection.late_depth * std::max(pair.master->size, pair.slave->size) + overlap) +
-      pair.adjust.value_or(0);
+      pair.closed_reach();
   const MotionBound slave = bound_at(pair.slave->body, step);
   if (pair.wall)
     return std::floor(pair.wall->time_apart(seen_from_wall(p, slave, step), margin) / plan().h);

@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/run/simulation/simulation.hpp"
 
+#include <algorithm>
+
 namespace cbr {
 
 PairState& ContactPair::state() {
   if (!state_) {
     state_ = std::make_unique<PairState>();
-    for (PairMemory* of : {&state_->memory, &state_->back, &state_->edges})
+    for (PairMemory* of : {&state_->memory, &state_->back, &state_->edges}) {
       of->adjust = adjust.value_or(0);
+      of->rest = of->rest_before = interference;
+    }
     state_->memory.lets_jump = enforcement == Enforcement::penalty;
   }
   return *state_;
@@ -16,6 +20,10 @@ PairState& ContactPair::state() {
 const PairState& ContactPair::seen() const {
   static const PairState nothing;
   return state_ ? *state_ : nothing;
+}
+
+double ContactPair::closed_reach() const {
+  return adjust.value_or(0) + std::max(0.0, interference);
 }
 
 void Simulation::shift_walls(double from, double to) {

@@ -108,10 +108,12 @@ struct ContactPair {
   std::unique_ptr<TurningLink> turning;  // few pairs have one
   bool yields = false;                   // springs: the joined points may separate
   bool resolves_overlap = false;         // statics remove the initial overlap
+  double interference = 0;               // length, see ContactOptions
 
   bool has_state() const { return state_ != nullptr; }
   PairState& state();             // made on demand
   const PairState& seen() const;  // an empty state if none was made
+  double closed_reach() const;    // largest distance that may count as closed
 
  private:
   std::unique_ptr<PairState> state_;

@@ -137,6 +137,10 @@ bool meets_unlike(const ContactEntry& entry, const ContactPair& pair, const Simu
   return false;
 }
 
+// Without `adjust`, an interference or clearance closes gaps of the meshes, as ties do: shares of
+// the face's size
+constexpr double fitted_share = 0.05;
+
 ContactPair pair_of(const ContactEntry& entry, Formulation formulation,
                     const ContactNumbers& contact_of_instance, SharedByPairs& shared,
                     ContactSides& sides) {
@@ -149,12 +153,16 @@ ContactPair pair_of(const ContactEntry& entry, Formulation formulation,
   pair.law = law_of(options);
   pair.friction = FrictionLaw(options.friction);
   pair.damping = options.damping;
-  pair.adjust = options.adjust;
   pair.resolves_overlap = options.resolves_overlap;
+  pair.interference = options.interference;
   if (options.pretension_force || options.shortening)
     pair.pretension = Pretension{options.pretension_force, options.shortening};
   const bool whole = pair.formulation == Formulation::mortar;
   const auto first = sides.surface(*entry.first, whole, contact_of_instance);
+  const auto set_adjust = [&](double face) {
+    pair.adjust = options.adjust;
+    if (!pair.adjust && options.interference != 0) pair.adjust = fitted_share * face;
+  };
   if (entry.wall) {
     ContactSurface of_wall;
     of_wall.name = entry.wall->name;
@@ -163,6 +171,7 @@ ContactPair pair_of(const ContactEntry& entry, Formulation formulation,
     pair.name = first->name + " - " + entry.wall->name;
     pair.wall = shared.wall(*entry.wall);
     pair.slave = first;
+    set_adjust(first->size);
     pair.master = std::make_shared<const ContactSurface>(std::move(of_wall));
     return pair;
   }
@@ -171,6 +180,7 @@ ContactPair pair_of(const ContactEntry& entry, Formulation formulation,
   pair.slave_is_first = first_is_slave(*first, *second, whole && pair.law.law != ContactLaw::tied);
   pair.slave = pair.slave_is_first ? first : second;
   pair.master = pair.slave_is_first ? second : first;
+  set_adjust(pair.master->size);
   return pair;
 }
 

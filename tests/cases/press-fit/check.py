@@ -13,7 +13,8 @@ E, NU, BORE, OUTER, INTERFERENCE, THICKNESS = 2.1e5, 0.3, 10.0, 20.0, 0.01, 1.0
 ratio = (OUTER**2 + BORE**2) / (OUTER**2 - BORE**2)
 # Radial interference over the radius: the hub's (ratio + nu) p / E, and of a solid shaft (1 - nu) p / E
 PRESSURE = {"hub": E * INTERFERENCE / BORE / (ratio + 1), "other": E * INTERFERENCE / BORE / (ratio + NU)}
-PAIR = {"hub": "shaft.outside - hub.inside", "other": "other.inside - arbor"}
+PRESSURE["third"] = PRESSURE["hub"]
+PAIR = {"hub": "shaft.outside - hub.inside", "other": "other.inside - arbor", "third": "drawn.outside - third.inside"}
 
 
 def read(name, hub):
