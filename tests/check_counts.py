@@ -11,7 +11,7 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BOUNDS = {
-    "lines of product": 84359,
+    "lines of product": 84366,
     "files of product": 667,
     "lines of python/cbr": 2080,
     "lines of tests": 62502,

@@ -242,6 +242,7 @@ enum class Enforcement { impulse, penalty, nodal };
 
 // Which points of two surfaces are kept apart.
 enum class Formulation {
+  automatic,  // key `auto`: node_face, or mortar for unlike faces of second order
   node_face,  // nodes of the finer surface, faces of the other
   two_way,    // nodes of each against the faces of the other (penalty only: hard constraints from
               // both sides are too many)
@@ -261,7 +262,7 @@ struct ContactOptions {
   bool all = false;
   SurfaceName first, second;  // `second` may be a wall
   Enforcement enforcement = Enforcement::impulse;
-  Formulation formulation = Formulation::node_face;
+  Formulation formulation = Formulation::automatic;
   FrictionOptions friction;
   // Key `pressures`: how many functions a face's contact has as unknowns. 0 (`nodes`): every node;
   // not given (`auto`): as many as the face needs.

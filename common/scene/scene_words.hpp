@@ -43,7 +43,8 @@ inline const Words<bool> spacing_words = {{"linear", false}, {"log", true}};
 inline const Words<Enforcement> enforcement_words = {{"impulse", Enforcement::impulse},
                                                      {"penalty", Enforcement::penalty},
                                                      {"nodal", Enforcement::nodal}};
-inline const Words<Formulation> formulation_words = {{"node-face", Formulation::node_face},
+inline const Words<Formulation> formulation_words = {{"auto", Formulation::automatic},
+                                                     {"node-face", Formulation::node_face},
                                                      {"two-way", Formulation::two_way},
                                                      {"mortar", Formulation::mortar}};
 inline const Words<WallOptions::Kind> wall_words = {{"plane", WallOptions::Kind::plane},

@@ -131,7 +131,7 @@ void check_wall(const SceneMap& map, const ContactOptions& contact) {
   const std::string wall = "'" + contact.second.text() + "' is a rigid wall";
   if (contact.tied)
     map.at("tied").fail(wall + ": nothing can be tied to it, use 'boundary' to hold nodes");
-  if (contact.formulation != Formulation::node_face) {
+  if (contact.formulation == Formulation::mortar || contact.formulation == Formulation::two_way) {
     map.at("formulation")
         .fail(wall + ", which has no nodes and no faces: only 'node-face' goes with it");
   }

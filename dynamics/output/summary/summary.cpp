@@ -115,9 +115,11 @@ void energy_warning(const BuiltScene& built, const RunResult& result, Report& re
   if (result.active.back() == 0 || at_end > share_of_swings * scale)
     brought = std::max(brought, at_end);
   if (!(brought > std::max(0.01 * scale, round_off_energy(built, result)))) return;
-  const bool has_mortar = std::ranges::any_of(built.simulation.pairs, [](const ContactPair& pair) {
-    return pair.formulation == Formulation::mortar && pair.law.law != ContactLaw::tied;
-  });
+  bool has_mortar = false, has_springs = false;
+  for (const ContactPair& pair : built.simulation.pairs) {
+    has_mortar |= pair.formulation == Formulation::mortar && pair.law.law != ContactLaw::tied;
+    has_springs |= pair.enforcement == Enforcement::penalty && pair.damping == 0;
+  }
   report.warning(
       format_text(
           "contact brought energy: up to %.3g of %.3g: try a smaller step; where it does not "
@@ -126,7 +128,9 @@ void energy_warning(const BuiltScene& built, const RunResult& result, Report& re
           brought, scale) +
       (has_mortar ? "; mortar is for faces that look at each other: for bodies that go over convex "
                     "edges take formulation: node-face"
-                  : ""));
+                  : "") +
+      (has_springs ? "; springs of penalty on which a body rests need contact[].damping, as 0.5"
+                   : ""));
 }
 
 // Largest work of the integrator, relative to the largest energy or work of loads; 0 if there is

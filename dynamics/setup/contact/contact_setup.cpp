@@ -190,7 +190,7 @@ void note_unlike(const ContactPair& pair, bool takes_mortar, Report& report) {
   const std::string unlike =
       "contact " + pair.name + ": faces of second order meet those of another mesh: ";
   if (takes_mortar) {
-    report.line("note: " + unlike + "mortar is taken for node-face (pressures: nodes keeps nodes)");
+    report.line("note: " + unlike + "mortar is taken (formulation: node-face keeps nodes)");
   } else {
     report.warning(pair.source->text() + ": " + unlike +
                    "nodes load them unevenly, by 0 to 1.6 times the right pressure: take "
@@ -319,10 +319,11 @@ std::vector<ContactKind> add_contact(const SceneIndex& index, BuiltScene& built,
       tied.leave_out(sides, made);
       return made;
     };
-    ContactPair pair = make(entry.options->formulation);
+    const bool is_chosen = entry.options->formulation != Formulation::automatic;
+    ContactPair pair = make(is_chosen ? entry.options->formulation : Formulation::node_face);
     if (meets_unlike(entry, pair, sim, sides)) {
       const bool stays = is_static || pair.law.law == ContactLaw::tied;
-      const bool takes_mortar = stays && !entry.options->pressures;
+      const bool takes_mortar = stays && !is_chosen && !entry.options->pressures;
       if (takes_mortar) pair = make(Formulation::mortar);
       if (std::exchange(unlike, entry.options) != entry.options)
         note_unlike(pair, takes_mortar, report);

@@ -335,7 +335,7 @@ const std::vector<Mistake> mistakes = {
      {"impact.yaml:47: contact[5]: all is listed twice"}},
     {"formulation: two-way",
      "formulation: two_way",
-     {"did you mean 'two-way'? allowed: node-face, two-way, mortar"}},
+     {"did you mean 'two-way'? allowed: auto, node-face, two-way, mortar"}},
     {"two-way, enforcement: penalty, friction: 0.25, damping: 0.125",
      "two-way",
      {"contact[0].formulation: two-way needs 'enforcement: penalty'", "node-face"}},

@@ -208,7 +208,7 @@ TEST(Scene, defaultsAreThoseOfTheContract) {
   EXPECT_EQ(scene.instances[0].as, InstanceKind::superelement);
   EXPECT_EQ(scene.contact[0].enforcement, Enforcement::impulse);
   EXPECT_EQ(scene.contact[0].friction.at_rest, 0);
-  EXPECT_EQ(scene.contact[0].formulation, Formulation::node_face);
+  EXPECT_EQ(scene.contact[0].formulation, Formulation::automatic);
   EXPECT_EQ(scene.contact[0].damping, 0);
   EXPECT_FALSE(scene.contact[0].all || scene.contact[0].tied || scene.contact[0].adjust);
   EXPECT_TRUE(scene.walls.empty());
