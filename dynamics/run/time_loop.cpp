@@ -216,7 +216,7 @@ class TimeLoop {
     const ContactNodes& nodes = sim_.contact_nodes[c];
     ContactBody& contact = state_.bodies[c];
     const bool was_located = std::exchange(located_at_[c], step) == step - 1;
-    contact.velocity_before = contact.start;
+    if (contact.rubs) contact.velocity_before = contact.start;
     if (current_[c]) {
       contact.start.swap(contact.end);
     } else {
@@ -224,10 +224,10 @@ class TimeLoop {
     }
     sim_.bodies[nodes.body]->predicted_positions(nodes.set, contact.end);
     // Free motion goes on as in the step before; what forces last in it is not known here
-    if (was_located) {
+    if (contact.rubs && was_located) {
       contact.velocity_before =
           (contact.start - contact.velocity_before) / plan().step_length(step - 1);
-    } else if (contact.lasting.rows() == 0) {
+    } else if (contact.rubs && contact.lasting.rows() == 0) {
       contact.velocity_before = (contact.end - contact.start) / plan().step_length(step);
     } else {
       contact.velocity_before.resize(0, 3);

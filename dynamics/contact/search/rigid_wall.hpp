@@ -23,6 +23,7 @@ class RigidWall {
             way_before = Vector3::Zero();
     Vector3 way() const { return end - start; }
   };
+  bool moves() const { return options_.motion != SupportMotion::none; }  // else it does no work
   void shift(const Shift& shift) { shift_ = shift; }
   const Shift& shift() const { return shift_; }
   bool is_plane() const { return options_.kind == WallOptions::Kind::plane; }

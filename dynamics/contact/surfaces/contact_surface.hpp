@@ -24,6 +24,7 @@ struct ContactBody {
   Points start, end;  // m x 3: positions at the start and, as predicted, at the end of the step
   Points impulses;    // m x 3: in this step, without friction; filled by the enforcement
   Points friction;    // m x 3: friction impulses of this step
+  bool rubs = false;  // a pair of the body has friction
   // m x 3: friction impulses of this step, all groups of pairs, and of the last step; mean
   // velocities of the last step. 0 rows: none, unknown
   Points rubbed = Points(0, 3), rubbed_before = Points(0, 3), velocity_before = Points(0, 3);

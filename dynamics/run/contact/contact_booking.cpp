@@ -153,6 +153,8 @@ void add_wall_work(const WallImpulse& impulse, const Vector3& way, PairState& st
   state.wall_friction_work += impulse.friction.dot(way);
 }
 
+bool has_moving_wall(const ContactPair& pair) { return pair.wall && pair.wall->moves(); }
+
 const BodyFacts& facts_of(const Simulation& sim, Index contact) {
   return sim.bodies[sim.contact_nodes[contact].body]->facts();
 }
@@ -171,7 +173,7 @@ void book_walls(Simulation& sim, const ContactGroup& group, const EnforcementRes
                 double h, const ContactState& state) {
   for (const ContactSearch& of : group.searches) {
     ContactPair& pair = sim.pairs[of.pair];
-    if (!pair.wall) continue;
+    if (!has_moving_wall(pair)) continue;
     PairState& now = pair.state();
     const RigidWall::Shift& shift = pair.wall->shift();
     const WallImpulse impulse = wall_impulse(group, of, result.p);
@@ -194,6 +196,7 @@ void book_walls(Simulation& sim, const ContactGroup& group, const EnforcementRes
 void book_friction(const Simulation& sim, double h, bool is_static, ContactState& state) {
   for (std::size_t c = 0; c < sim.contact_nodes.size(); ++c) {
     ContactBody& contact = state.bodies[c];
+    if (!contact.rubs) continue;
     Points &now = contact.rubbed, &last = contact.rubbed_before;
     const Index body = static_cast<Index>(c);
     const bool lasts = is_static || facts_of(sim, body).kicks_at_end,
@@ -224,7 +227,7 @@ void book_friction(const Simulation& sim, double h, bool is_static, ContactState
 // Work of the mean force over a load step: half by the force at its start, half by that at its end.
 void book_last_forces_of_walls(Simulation& sim) {
   for (ContactPair& pair : sim.pairs) {
-    if (!pair.wall) continue;
+    if (!has_moving_wall(pair)) continue;
     PairState& state = pair.state();
     add_wall_work({state.wall_force, state.wall_friction}, 0.5 * pair.wall->shift().way(), state);
     state.wall_force.setZero();
@@ -246,13 +249,14 @@ static void change_force_of_wall(const Simulation& sim, ContactPair& pair, const
 void book_lasting_forces_of_walls(Simulation& sim, const ContactGroup& group, const Points& p,
                                   double h) {
   for (const ContactSearch& of : group.searches)
-    if (ContactPair& pair = sim.pairs[of.pair]; pair.wall)
+    if (ContactPair& pair = sim.pairs[of.pair]; has_moving_wall(pair))
       change_force_of_wall(sim, pair, wall_impulse(group, of, p), h);
 }
 
 void end_lasting_forces_of_walls(Simulation& sim, const ContactOutcome& outcome, double h) {
   for (const Index p : outcome.searched)
-    if (ContactPair& pair = sim.pairs[p]; pair.wall && !outcome.near[p] && pair.has_state()) {
+    if (ContactPair& pair = sim.pairs[p];
+        has_moving_wall(pair) && !outcome.near[p] && pair.has_state()) {
       change_force_of_wall(sim, pair, {}, h);
       PairState& state = pair.state();
       if (facts_of(sim, pair.slave->body).kicks_at_end)
@@ -265,7 +269,7 @@ void book_walls_in_statics(Simulation& sim, const ContactGroup& group,
                            const EnforcementResult& result) {
   for (const ContactSearch& of : group.searches) {
     ContactPair& pair = sim.pairs[of.pair];
-    if (!pair.wall) continue;
+    if (!has_moving_wall(pair)) continue;
     const WallImpulse force = wall_impulse(group, of, result.p);
     add_wall_work(force, 0.5 * pair.wall->shift().way(), pair.state());
     pair.state().wall_force = force.normal;

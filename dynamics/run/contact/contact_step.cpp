@@ -33,7 +33,8 @@ void deliver(Simulation& sim, const ContactGroup& group, bool nodal, double h, C
       const Vector3 extra = body.add_velocities(nodes.set, velocities, momentum);
       contact.end += h * (velocities.rowwise() + extra.transpose());
     } else if (pushed || rubbed) {
-      const Points all = contact.impulses + contact.friction;
+      const Points sum = rubbed ? Points(contact.impulses + contact.friction) : Points();
+      const Points& all = rubbed ? sum : contact.impulses;
       if (contact.has_move) {
         body.take_impulses(nodes.set, {all, &contact.move, &contact.still});
         contact.end += contact.move;

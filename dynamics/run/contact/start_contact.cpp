@@ -95,6 +95,8 @@ ContactState start_contact(Simulation& sim) {
   tie_pairs(sim, state);
   for (const ContactPair& pair : sim.pairs) {
     state.has_springs |= pair.enforcement == Enforcement::penalty;
+    if (pair.law.law == ContactLaw::coulomb)
+      state.bodies[pair.slave->body].rubs = state.bodies[pair.master->body].rubs = true;
     if (pair.enforcement != Enforcement::nodal) continue;
     for (const Index b : {pair.slave->body, pair.master->body}) {
       const ContactNodes& nodes = sim.contact_nodes[b];

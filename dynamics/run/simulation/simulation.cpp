@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/run/simulation/simulation.hpp"
 
-#include <algorithm>
-
 namespace cbr {
 
 PairState& ContactPair::state() {
@@ -20,10 +18,6 @@ PairState& ContactPair::state() {
 const PairState& ContactPair::seen() const {
   static const PairState nothing;
   return state_ ? *state_ : nothing;
-}
-
-double ContactPair::closed_reach() const {
-  return adjust.value_or(0) + std::max(0.0, interference);
 }
 
 void Simulation::shift_walls(double from, double to) {

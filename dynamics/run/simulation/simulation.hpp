@@ -3,6 +3,7 @@
 // monitored surfaces, steps.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <functional>
 #include <memory>
@@ -113,7 +114,8 @@ struct ContactPair {
   bool has_state() const { return state_ != nullptr; }
   PairState& state();             // made on demand
   const PairState& seen() const;  // an empty state if none was made
-  double closed_reach() const;    // largest distance that may count as closed
+  // largest distance that may count as closed
+  double closed_reach() const { return adjust.value_or(0) + std::max(0.0, interference); }
 
  private:
   std::unique_ptr<PairState> state_;
