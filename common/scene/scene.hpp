@@ -279,7 +279,7 @@ struct ContactOptions {
   // they approach each other before they touch
   double interference = 0;
   // length: gaps and overlaps up to this at the start count as closed. Not given: overlaps are kept
-  // as they are; tied includes nodes within 5 % of a face
+  // as they are; ties, interference and clearances include nodes within 5 % of a face
   std::optional<double> adjust;
   SourceLine source;
 };

@@ -149,11 +149,9 @@ void check_statics(const SceneMap& map, ContactOptions& contact) {
   }
   if (contact.interference != 0 && contact.all)
     map.at("interference").fail("is a length of two surfaces: name both in 'between'");
-  if (contact.interference != 0 && contact.tied)
-    map.at("interference")
-        .fail("tied surfaces keep their distance, remove 'tied' or 'interference'");
-  if (contact.resolves_overlap && contact.tied)
-    map.at("overlap").fail("tied surfaces keep their distance, remove 'tied' or 'overlap'");
+  const std::string key = contact.interference != 0 ? "interference" : "overlap";
+  if (contact.tied && (contact.interference != 0 || contact.resolves_overlap))
+    map.at(key).fail("tied surfaces keep their distance, remove 'tied' or '" + key + "'");
 }
 
 void read_pressures(const SceneNode& node, const SceneReading&, std::optional<Index>& pressures) {

@@ -12,8 +12,6 @@
 namespace cbr {
 namespace {
 
-constexpr double default_share = 0.05;
-
 struct Foot {
   Index face = -1;
   std::array<double, 4> weights{};
@@ -116,7 +114,7 @@ TieReport tie_surfaces(const ContactSurface& slave, const Points& slave_position
                        const ContactSurface& master, const Points& master_positions,
                        std::optional<double> tolerance, ContactList& ties, Points& offsets) {
   const Vector reach = tolerance ? Vector::Constant(master.faces.rows(), *tolerance)
-                                 : Vector(default_share * master.sizes);
+                                 : Vector(usual_adjust * master.sizes);
   std::vector<Box> nodes, faces;
   fill_boxes(slave, slave_positions, master, master_positions, reach, nodes, faces);
   BroadPhase grid;
@@ -161,7 +159,7 @@ TieReport tie_mortar(const ContactSurface& slave, const Points& slave_positions,
   std::vector<Vector3> found;
   for (ContactPoint point : near.points) {
     const double distance = std::abs(point.start_gap + memory.offset[point.slot]);
-    if (distance > tolerance.value_or(default_share * master.size)) continue;
+    if (distance > tolerance.value_or(usual_adjust * master.size)) continue;
     Vector3 r = Vector3::Zero();
     const Index first = static_cast<Index>(ties.terms.size());
     for (Index t = point.first_term; t < point.first_term + point.n_terms; ++t) {

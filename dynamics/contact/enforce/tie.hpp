@@ -11,6 +11,9 @@
 
 namespace cbr {
 
+// Without `adjust`, surfaces count as joined within this share of the face's size.
+constexpr double usual_adjust = 0.05;
+
 struct TieReport {
   // slave nodes without a tie: no master face within the tolerance
   Index without_partner = 0;

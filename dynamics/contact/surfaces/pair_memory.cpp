@@ -70,9 +70,9 @@ void keep_overlap(Index slot, double from_surface, bool initial, PairMemory& mem
   // A gap or overlap of up to `adjust` is an error of the meshes. Beyond, interference applies to
   // the meshed distances, and a clearance allows them to be below 0
   const bool fits = initial && std::abs(from_surface) <= memory.adjust;
-  const double distance = from_surface - (fits      ? 0.0
-                                          : initial ? std::min(0.0, memory.rest)
-                                                    : memory.rest_before);
+  double distance = from_surface;
+  if (!initial) distance -= memory.rest_before;
+  if (initial && !fits) distance -= std::min(0.0, memory.rest);
   if (initial) {
     memory.initial_overlap = std::max(memory.initial_overlap, -distance);
     if (distance >= 0) memory.initial_gap = std::min(memory.initial_gap, distance);

@@ -59,6 +59,8 @@ struct PairMemory {
   // Offset of other nodes. > 0: interference; < 0: clearance. Set as `adjust`. Before: at the start
   // of a load step, which may increase it
   double rest = 0, rest_before = 0;
+  // Of a slot: distance from which gaps count, but for tolerated overlaps
+  double lift(Index slot) const { return std::max(std::min(0.0, rest), offset[slot]); }
   Points impulse;  // of the last step, scene axes: the solver's starting point
   // Forces of the last step and of the one before, by slot, of ties by point; scene axes. Empty at
   // first
@@ -68,8 +70,6 @@ struct PairMemory {
   // axes; infinite where there was no point
   Points velocity;
   Points elastic_slip;  // penalty with friction: tangential extension of the springs, scene axes
-  // Of a slot: distance from which gaps count, but for tolerated overlaps
-  double lift(Index slot) const { return std::max(std::min(0.0, rest), offset[slot]); }
   // mortar: slave and master face of each pair of faces found by the last search, ascending
   std::vector<Index> near;
   // For edges: the slave and master edge of each slot, ascending.
@@ -108,9 +108,8 @@ void renumber(const std::vector<EdgePair>& edges, PairMemory& memory);
 double contact_reach(double size, double motion, bool initial, const PairMemory& memory);
 
 // Sets the offset of a slave node without contact that starts the step at this distance from the
-// surface. Overlaps
-// are tolerated. With `initial`, gaps within `adjust` count as closed and the extremes are
-// recorded.
+// surface. Overlaps are tolerated. With `initial`, gaps within `adjust` count as closed and the
+// extremes are recorded.
 void keep_overlap(Index slot, double from_surface, bool initial, PairMemory& memory);
 
 // Resets contact when the bodies are apart: no node touches, no overlap remains, adjusted gaps stay

@@ -116,9 +116,9 @@ bool meets_unlike(const ContactEntry& entry, const ContactPair& pair, const Simu
                   ContactSides& sides) {
   constexpr double at_node = 0.99;  // weight in the face
   if (pair.wall || pair.formulation != Formulation::node_face ||
-      pair.enforcement != Enforcement::impulse)
+      pair.enforcement != Enforcement::impulse ||
+      (!sides.corners(*entry.first) && !sides.corners(*entry.second)))
     return false;
-  if (!sides.corners(*entry.first) && !sides.corners(*entry.second)) return false;
   const ContactSurface& slave = *pair.slave;
   const ContactList ties = ties_of(slave, *pair.master, pair.adjust, sim);
   std::set<Index> met;
@@ -136,10 +136,6 @@ bool meets_unlike(const ContactEntry& entry, const ContactPair& pair, const Simu
       return true;
   return false;
 }
-
-// Without `adjust`, an interference or clearance closes gaps of the meshes, as ties do: shares of
-// the face's size
-constexpr double fitted_share = 0.05;
 
 ContactPair pair_of(const ContactEntry& entry, Formulation formulation,
                     const ContactNumbers& contact_of_instance, SharedByPairs& shared,
@@ -159,9 +155,10 @@ ContactPair pair_of(const ContactEntry& entry, Formulation formulation,
     pair.pretension = Pretension{options.pretension_force, options.shortening};
   const bool whole = pair.formulation == Formulation::mortar;
   const auto first = sides.surface(*entry.first, whole, contact_of_instance);
+  // An interference or a clearance closes gaps of the meshes, as ties do
   const auto set_adjust = [&](double face) {
     pair.adjust = options.adjust;
-    if (!pair.adjust && options.interference != 0) pair.adjust = fitted_share * face;
+    if (!pair.adjust && options.interference != 0) pair.adjust = usual_adjust * face;
   };
   if (entry.wall) {
     ContactSurface of_wall;
