@@ -8,7 +8,6 @@ import pathlib
 import warnings
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import matplotlib
 
@@ -130,41 +129,11 @@ def kept_faces(file: str) -> tuple[Indices, Array, dict[str, Indices]]:
     return np.concatenate(ids), np.vstack(coordinates), faces
 
 
-def placed(points: Array, instance: dict[str, Any]) -> Array:
-    """Points of a component (n x 3) as an instance of the scene has them.
-
-    >>> print(placed(np.array([[1.0, 2.0, 3.0]]), {"rotation": [0, 0, 90], "mirror": "x", "position": [10, 0, 0]}).round(9))
-    [[ 8. -1.  3.]]
-    """
-    x = points.copy()
-    if "mirror" in instance:
-        x[:, "xyz".index(instance["mirror"])] *= -1
-    for axis, angle in enumerate(np.radians(instance.get("rotation", [0, 0, 0]))):
-        a, b = (axis + 1) % 3, (axis + 2) % 3
-        x[:, a], x[:, b] = np.cos(angle) * x[:, a] - np.sin(angle) * x[:, b], np.sin(angle) * x[:, a] + np.cos(angle) * x[:, b]
-    x += np.asarray(instance.get("position", [0, 0, 0]))
-    return x
-
-
 def at_start(run: Results) -> list[Part]:
-    """Of the fields of a run; without them, of the superelements that its scene places. FileError: neither is there."""
-    try:
-        return Fields(run.path).parts
-    except FileError:
-        if os.path.exists(os.path.splitext(run.path)[0] + ".fields.h5"):
-            raise
-    parts = []
-    for name, (file, _) in run.superelements.items() if run.scene else ():
-        try:
-            ids, points, faces = kept_faces(file)
-        except FileError:
-            continue
-        if faces:
-            corners = np.unique(np.vstack(list(faces.values())), axis=0)
-            parts.append(Part(name, placed(points, run.scene["instances"][name]), ids, corners, np.arange(len(corners))))
-    if not parts:
+    """Of the fields of a run. FileError: it has none, or they are damaged."""
+    if not os.path.exists(os.path.splitext(run.path)[0] + ".fields.h5"):
         raise FileError(f"{run.path}: has no shapes to draw: give output.fields: [displacement] in the scene")
-    return parts
+    return Fields(run.path).parts
 
 
 def surface_points(run: Results, parts: list[Part]) -> dict[str, Array]:

@@ -38,7 +38,6 @@ MOST_CURVES = 12  # instances or surfaces in one figure
 MOST_WARNINGS = 20
 MOST_FRAMES = 40  # of an animation
 MOST_MODES = 12  # whose shapes are drawn
-MOST_DIFFERENCES = 40
 
 
 def number(x: float) -> str:
@@ -226,31 +225,12 @@ def what_ran(run: Results, other: Results | None = None) -> str:
     theirs = of_what_ran(other)
     names = [pathlib.Path(r.path).name for r in (run, other)]
     rows: list[list[str | float]] = [[name, mine.get(name, "-"), theirs.get(name, "-")] for name in {**mine, **theirs}]
-    if run.scene and other.scene:
-        lines = unlike(entries(run.scene), entries(other.scene), names, "key ")
-    else:
-        told = [{what: of[what] for what in of if what in ("end", "dofs") or what.startswith("instance ")} for of in (mine, theirs)]
-        lines = unlike(told[0], told[1], names)
-    if len(lines) > MOST_DIFFERENCES:
-        lines[MOST_DIFFERENCES:] = [f"And in {len(lines) - MOST_DIFFERENCES} more."]
-    lines = [f"<li>{escape(line)}</li>" for line in lines]
+    told = [{what: of[what] for what in of if what in ("end", "dofs") or what.startswith("instance ")} for of in (mine, theirs)]
+    lines = [f"<li>{escape(line)}</li>" for line in unlike(told[0], told[1], names)]
     return "\n".join([table(["what ran", *names], rows), *(["<ul>", *lines, "</ul>"] if lines else [])])
 
 
-def entries(scene: Any, above: str = "") -> dict[str, str | float]:
-    """The keys of a scene, joined by dots, and their values.
-
-    >>> entries({"time": {"end": 1}, "contact": {"0": {"between": ["a.s", "b.s"]}}})
-    {'time.end': 1.0, 'contact.0.between': 'a.s, b.s'}
-    """
-    if isinstance(scene, dict):
-        return {key: value for name, of in scene.items() for key, value in entries(of, f"{above}.{name}" if above else name).items()}
-    if isinstance(scene, list):
-        return {above: ", ".join(str(entry) for entry in scene)}
-    return {above: float(scene) if isinstance(scene, (int, float)) and not isinstance(scene, bool) else str(scene)}
-
-
-def unlike(mine: dict[str, Any], theirs: dict[str, Any], names: list[str], noun: str = "") -> list[str]:
+def unlike(mine: dict[str, Any], theirs: dict[str, Any], names: list[str]) -> list[str]:
     """Sentences on what makes two runs those of different scenes.
 
     >>> unlike({"end": 1.0, "instance a": "superelement"}, {"end": 2.0}, ["p.h5", "q.h5"])
@@ -259,8 +239,7 @@ def unlike(mine: dict[str, Any], theirs: dict[str, Any], names: list[str], noun:
     say = []
     for what in {**mine, **theirs}:
         if what not in mine or what not in theirs:
-            value = mine.get(what, theirs.get(what)) if noun else ""
-            say.append(f"Only {names[what not in mine]} has the {noun}{what}{f': {value}' if noun else ''}.")
+            say.append(f"Only {names[what not in mine]} has the {what}.")
         elif mine[what] != theirs[what]:
             a, b = (x if isinstance(x, str) else f"{x:.10g}" for x in (mine[what], theirs[what]))
             say.append(f"The runs differ in {what}: {a} in {names[0]}, {b} in {names[1]}.")

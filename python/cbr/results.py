@@ -3,54 +3,12 @@
 from __future__ import annotations
 
 import contextlib
-import json
 import os
-import re
 from collections.abc import Iterator, Mapping
-from typing import Any
 
 import h5py
 
 from cbr.superelement import Array, FileError, child, open_file, read
-
-_WORD = re.compile(r'"(?:\\.|[^"\\])*"|[^\s\[\]{},:]+')
-
-
-def _value(text: str) -> Any:
-    """Of a scene as the programs write it: words in lists and maps become JSON's."""
-    def word(found: re.Match[str]) -> str:
-        if found[0].startswith('"'):
-            return found[0].replace("\\x", "\\u00")
-        is_json = re.fullmatch(r"true|false|-?\d+(\.\d+)?(e[-+]?\d+)?", found[0])
-        return found[0] if is_json else json.dumps(found[0])
-
-    return json.loads(_WORD.sub(word, text))
-
-
-def read_scene(text: str) -> dict[str, Any]:
-    """The scene that the programs wrote (to the next program, or into results): maps and lists, of which those that
-    take several lines are maps from '0' on. ValueError: it is none.
-
-    >>> read_scene('instances:\\n  left: {position: [1, 0, 1e-06], mirror: x}\\nloads:\\n  - {gravity: [0, 0, -9.81]}\\n')
-    {'instances': {'left': {'position': [1, 0, 1e-06], 'mirror': 'x'}}, 'loads': {'0': {'gravity': [0, 0, -9.81]}}}
-    """
-    open_maps: list[tuple[int, dict[str, Any]]] = [(-1, {})]
-    for line in filter(str.strip, text.splitlines()):
-        indent, content = len(line) - len(line.lstrip()), line.strip()
-        while open_maps[-1][0] >= indent:
-            open_maps.pop()
-        inside = open_maps[-1][1]
-        entry = re.match(r'("(?:\\.|[^"\\])*"|[^\s:]+):(?: (.*))?$', content)
-        if content.startswith("- "):
-            inside[str(len(inside))] = _value(content[2:])
-        elif entry is None:
-            raise ValueError(f"no scene: {content}")
-        elif entry[2]:
-            inside[str(_value(entry[1]))] = _value(entry[2])
-        else:
-            open_maps.append((indent, inside.setdefault(str(_value(entry[1])), {})))
-    return open_maps[0][1]
-
 
 class Results(Mapping[str, Array]):
     """Every dataset of a results file by its name, read when it is asked for.
@@ -123,11 +81,6 @@ class Results(Mapping[str, Array]):
     def warnings(self) -> list[str] | None:
         """What cbr-dyn warned of, in order. None: the file is older than version 1.8 and does not tell."""
         return str(self.attributes["warnings"]).splitlines() if "warnings" in self.attributes else None
-
-    @property
-    def scene(self) -> dict[str, Any]:
-        """The scene of the run as read_scene() gives it; empty: the file does not hold it."""
-        return read_scene(str(self.attributes.get("scene", "")))
 
     @property
     def superelements(self) -> dict[str, tuple[str, str]]:
