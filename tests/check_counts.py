@@ -11,15 +11,15 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BOUNDS = {
-    "lines of product": 84366,
-    "files of product": 667,
+    "lines of product": 84353,
+    "files of product": 661,
     "lines of python/cbr": 1885,
     "lines of tests": 62475,
     "files of tests": 391,
     "numbers in contact/solve": 92,  # but for 0, 1, 2, 3 and 0.5
     "lines with InputError(": 389,
     "classes derived from Body": 4,
-    "members of the largest class": 53,
+    "members of the largest class": 30,
 }
 CODE = {".cpp", ".hpp"}
 COMMENT_OR_TEXT = re.compile(r'//[^\n]*|"(?:\\.|[^"\\\n])*"')

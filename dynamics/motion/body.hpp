@@ -28,7 +28,7 @@ struct SupportPlan;
 struct BodyPlan {
   std::vector<BodyLoad> loads = {};
   // The step at which contact acts, omega_max h < pi; 0: none. Exact bodies then respond to
-  // impulses with the compliance of a lasting force (contact_gain.hpp).
+  // impulses with the compliance of a lasting force (contact_gain()).
   double contact_step = 0;
 };
 

@@ -19,6 +19,11 @@ Points NodalForces::on_nodes() const {
   return all;
 }
 
+void NodalForces::add_to(Eigen::Matrix<double, Eigen::Dynamic, 3>& f, double factor) const {
+  for (std::size_t i = 0; i < nodes_.size(); ++i)
+    f.row(nodes_[i]) += factor * forces_.row(static_cast<Index>(i));
+}
+
 BodyLoad force_load(const Points& forces, LoadHistory history) {
   return {.fixed = {forces}, .history = std::move(history)};
 }

@@ -21,6 +21,11 @@ class NodalForces {
   NodalForces(const Points& forces);
   explicit operator bool() const { return n_ > 0; }
   Points on_nodes() const;  // n_nodes x 3
+  NodalForces& operator+=(const NodalForces& more) {
+    return *this = Points(on_nodes() + more.on_nodes());
+  }
+  // f += factor times these
+  void add_to(Eigen::Matrix<double, Eigen::Dynamic, 3>& f, double factor) const;
 
  private:
   Index n_ = 0;

@@ -31,6 +31,14 @@ struct BodyWork {
   double damping = 0;
   // of the integrator: HHT-alpha's damping, central differences' changes of step
   double numerical = 0;
+
+  BodyWork& operator+=(const BodyWork& more) {
+    external += more.external;
+    contact += more.contact;
+    damping += more.damping;
+    numerical += more.numerical;
+    return *this;
+  }
 };
 
 // Of a set of supports on the body, scene axes.

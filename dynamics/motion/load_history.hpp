@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The history of a load. Copies share its points: a table of a million times may act on a thousand
-// bodies.
+// The history of a load, and the loads of a body. Copies share its points: a table of a million
+// times may act on a thousand bodies.
 #pragma once
 
 #include <algorithm>
@@ -52,17 +52,70 @@ class LoadHistory {
   std::shared_ptr<const Shared> of_;
 };
 
-// Which of a body's loads has a history: loads of one history are one load.
-class LoadNumbers {
+// Loads on a body, forces times histories: loads of one history are one load.
+template <class Force>
+class Loads {
  public:
-  // Number of the load with this history; `next`, which it then has from now on, when there is
-  // none.
-  std::size_t find_or_add(const LoadHistory& history, std::size_t next) {
-    return numbers_.try_emplace(history, next).first->second;
+  struct Load {
+    Force force;
+    LoadHistory history;
+  };
+
+  // Returns whether the history is new.
+  bool add(const Force& force, const LoadHistory& history) {
+    const auto [number, is_new] = numbers_.try_emplace(history, loads_.size());
+    if (is_new) {
+      loads_.push_back({force, history});
+    } else {
+      loads_[number->second].force += force;
+    }
+    return is_new;
+  }
+
+  bool empty() const { return loads_.empty(); }
+  auto begin() const { return loads_.begin(); }
+  auto end() const { return loads_.end(); }
+  // f := their sum at t.
+  void sum(double t, Force& f) const {
+    f.setZero();
+    for (const Load& load : loads_) f += load.history.value(t) * load.force;
   }
 
  private:
+  std::vector<Load> loads_;
   std::unordered_map<LoadHistory, std::size_t, LoadHistory::Hash> numbers_;
+};
+
+// Times at which load histories bend.
+class Breakpoints {
+ public:
+  // Each history once: every cut asks all of them.
+  void add(const LoadHistory& history) {
+    if (history.has_points()) histories_.push_back(history);
+  }
+
+  // piece(from, to, whole) for the parts of [t, t + h] in which all histories are linear, in order;
+  // `whole`: there is only one. Breakpoints that differ by round-off are one: no part is shorter
+  // than 1e-9 h.
+  template <class Piece>
+  void cut(double t, double h, const Piece& piece) const {
+    const double end = t + h, tolerance = 1e-9 * h;
+    for (double from = t;;) {
+      const double next = next_bend(from + tolerance);
+      if (!(next < end - tolerance)) return piece(from, end, from == t);
+      piece(from, next, false);
+      from = next;
+    }
+  }
+
+ private:
+  double next_bend(double t) const {
+    double next = HUGE_VAL;
+    for (const LoadHistory& history : histories_) next = std::min(next, history.next_bend(t));
+    return next;
+  }
+
+  std::vector<LoadHistory> histories_;
 };
 
 }  // namespace cbr

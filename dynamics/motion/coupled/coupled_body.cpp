@@ -5,6 +5,7 @@
 #include <cassert>
 #include <utility>
 
+#include "common/files/state_archive.hpp"
 #include "common/linalg/dense.hpp"
 
 namespace cbr {
@@ -18,23 +19,29 @@ CoupledBody::CoupledBody(std::string name, std::shared_ptr<CoupledSystem> system
             .positions = placement.placed(system->model().coordinates)}),
       system_(std::move(system)),
       placement_(placement),
-      newmark_(newmark),
+      kick_(system_->n()),
       damping_(damping) {
   assert(scheme != Scheme::exact);
-  for (Vector* x : {&u_, &u_end_, &p_end_, &kick_, &work_vector_, &Ku_, &v_now_})
-    x->setZero(system_->n());
+  for (Vector* x : {&u_, &u_end_, &p_end_, &work_vector_, &Ku_, &v_now_}) x->setZero(system_->n());
   // The rigid motion, or its projection when directions are held.
   p_.noalias() =
       system_->rigid_momentum().leftCols(3) * (placement_.T.transpose() * placement_.velocity);
   system_->drop_held(p_);
   if (is_damped())
     for (Vector* x : {&damping_room_, &Cv_}) x->setZero(system_->n());
-  if (scheme != Scheme::central_difference) {
-    for (Vector* x : {&move_, &F_, &Ma_, &f0_, &f1_}) x->setZero(system_->n());
-    if (newmark_.alpha != 0)
-      for (Vector* x : {&a_, &last_change_of_Ku_, &last_change_of_f_}) x->setZero(system_->n());
-  }
+  newmark_.numbers = newmark;
+  if (scheme == Scheme::newmark) newmark_.resize(system_->n());
   solve_for_velocities();
+}
+
+void CoupledBody::Newmark::resize(Index n) {
+  for (Vector* x : {&move, &F, &Ma, &f0, &f1}) x->setZero(n);
+  if (numbers.alpha != 0)
+    for (Vector* x : {&a, &last_change_of_Ku, &last_change_of_f}) x->setZero(n);
+}
+
+void CoupledBody::Newmark::keep_state(StateArchive& archive) {
+  archive(has_started, has_arrived, F, Ma, f0, a, last_change_of_Ku, last_change_of_f, a0_Ma0);
 }
 
 // Of the momenta at the start, where the scheme or the damping needs them.
@@ -44,15 +51,10 @@ void CoupledBody::solve_for_velocities() {
   v_ = p_;
   system_->factor(0).solve(v_);
   if (is_central) {
-    v_end_ = velocity_kick_ = v_;
+    v_end_ = v_;
   } else {
     damping_force(p_, v_, Cv_);
   }
-}
-
-void CoupledBody::load(double t, Vector& f) const {
-  f.setZero();
-  for (const Load& load : loads_) f += load.history.value(t) * load.force;
 }
 
 const Vector& CoupledBody::stiffness_force() const {
@@ -67,7 +69,8 @@ const Vector& CoupledBody::stiffness_force() const {
 void CoupledBody::predict_end() {
   kicks_.clear();
   lasting_.resize(0);
-  kicked_ = velocity_kicked_ = false;
+  kick_.clear();
+  velocity_kick_.clear();
   if (scheme() == Scheme::central_difference) {
     predict_central(h_);
   } else {
@@ -82,7 +85,7 @@ void CoupledBody::predict_central(double h) {
   if (loads_.empty()) {
     F = -stiffness_force();
   } else {
-    load(t_, F);
+    loads_.sum(t_, F);
     F -= stiffness_force();
   }
   if (last_h_ == 0) begin_central(h, F);
@@ -124,30 +127,30 @@ void CoupledBody::begin_central(double h, const Vector& F) {
 //   e = (1 + alpha) f_1 - alpha f_0 - K u_0 + (1 + 2 alpha) C v_0.
 // The small move, not the end, is solved for: stiff modes then lose no digits.
 void CoupledBody::predict_newmark(double h) {
-  const double alpha = newmark_.alpha, beta = newmark_.beta();
-  if (!started_) {
-    load(t_, f0_);
-    F_ = f0_ - stiffness_force();
-    if (is_damped()) F_ -= Cv_;
-    Ma_ = F_;
+  const double alpha = newmark_.numbers.alpha, beta = newmark_.numbers.beta();
+  if (!newmark_.has_started) {
+    loads_.sum(t_, newmark_.f0);
+    newmark_.F = newmark_.f0 - stiffness_force();
+    if (is_damped()) newmark_.F -= Cv_;
+    newmark_.Ma = newmark_.F;
     if (alpha != 0 && !is_damped()) {
-      a_ = Ma_;
-      system_->factor(0).solve(a_);
-      a0_Ma0_ = a_.dot(Ma_);
+      newmark_.a = newmark_.Ma;
+      system_->factor(0).solve(newmark_.a);
+      newmark_.a0_Ma0 = newmark_.a.dot(newmark_.Ma);
     }
-    started_ = true;
+    newmark_.has_started = true;
   }
   Vector& e = work_vector_;
   e = -stiffness_force();
   if (is_damped()) e += (1 + 2 * alpha) * Cv_;
-  move_ = h * p_ + h * h * ((0.5 - beta) * Ma_ + beta * e);
+  newmark_.move = h * p_ + h * h * ((0.5 - beta) * newmark_.Ma + beta * e);
   if (!loads_.empty()) {
-    load(t_ + h, f1_);
-    move_ += (h * h * beta) * ((1 + alpha) * f1_ - alpha * f0_);
+    loads_.sum(t_ + h, newmark_.f1);
+    newmark_.move += (h * h * beta) * ((1 + alpha) * newmark_.f1 - alpha * newmark_.f0);
   }
-  system_->factor(theta(h)).solve(move_);
-  move_ /= mass_factor(h);
-  u_end_ = u_ + move_;
+  system_->factor(theta(h)).solve(newmark_.move);
+  newmark_.move /= mass_factor(h);
+  u_end_ = u_ + newmark_.move;
 }
 
 // Central differences: velocities between two steps are those under them.
@@ -178,17 +181,15 @@ void CoupledBody::own_take_impulses(Index set, const Impulses& of) {
   }
   if (!any) return;
   system_->drop_held(dp);
-  if (!kicked_) kick_.setZero();
-  kick_ += dp;
-  kicked_ = true;
+  kick_.add(dp);
   system_->factor(theta(h_)).solve(dp);
   dp /= mass_factor(h_);
   if (scheme() == Scheme::central_difference) {
     v_end_ += dp;
     u_end_ += h_ * dp;
   } else {
-    move_ += 0.5 * h_ * dp;
-    u_end_ = u_ + move_;
+    newmark_.move += 0.5 * h_ * dp;
+    u_end_ = u_ + newmark_.move;
   }
 }
 
@@ -219,9 +220,7 @@ Vector3 CoupledBody::own_add_velocities(Index set, const Points& velocities,
   dv += all * extra;
   system_->multiply_mass(dv, work_vector_);
   system_->drop_held(work_vector_);
-  if (!velocity_kicked_) velocity_kick_.setZero();
-  velocity_kick_ += work_vector_;
-  velocity_kicked_ = true;
+  velocity_kick_.add(work_vector_);
   v_end_ += dv;
   u_end_ += h_ * dv;
   return extra;
@@ -229,7 +228,7 @@ Vector3 CoupledBody::own_add_velocities(Index set, const Points& velocities,
 
 // Kicks work with a mean velocity: of those before and after them, or of the step.
 void CoupledBody::book_kicks(const Vector& mean_velocity) {
-  for (const Kick& kick : kicks_)
+  for (const NodeKick& kick : kicks_)
     work_.contact += kick.impulse.dot(displacement(mean_velocity, kick.node));
 }
 
@@ -237,16 +236,16 @@ void CoupledBody::accept_central() {
   // The leapfrog's own energy answers to forces with the average of v- and v+.
   v_now_ = 0.5 * (v_ + v_end_);
   book_kicks(v_now_);
-  if (velocity_kicked_) work_.contact += velocity_kick_.dot(v_now_);
+  if (velocity_kick_) work_.contact += velocity_kick_.sum().dot(v_now_);
   if (!loads_.empty()) {
-    load(t_, work_vector_);
+    loads_.sum(t_, work_vector_);
     work_.external += 0.5 * (last_h_ + h_) * work_vector_.dot(v_now_);
   }
   // Its energy holds a term -h/2 v . K u: a change of h brings (h - h-)/4 K u . (v+ - v-).
   if (h_ != last_h_) work_.numerical += 0.25 * (h_ - last_h_) * stiffness_force().dot(v_end_ - v_);
   if (is_damped()) book_central_damping();
-  if (kicked_) p_end_ += kick_ / mass_factor(h_);
-  if (velocity_kicked_) p_end_ += velocity_kick_;
+  if (kick_) p_end_ += kick_.sum() / mass_factor(h_);
+  if (velocity_kick_) p_end_ += velocity_kick_.sum();
   last_h_ = h_;
   p_.swap(p_end_);
   v_.swap(v_end_);
@@ -254,33 +253,33 @@ void CoupledBody::accept_central() {
 
 // What belongs to the end follows from the move that contact has left: F_1 = f_1 - K u_1, M a_1 =
 // (1 + alpha) F_1 - alpha F_0 and p_1 = p_0 + h ((1 - gamma) M a_0 + gamma M a_1) + the impulses,
-// which are no part of a (newmark.hpp).
+// which are no part of a (schemes.hpp).
 void CoupledBody::accept_newmark() {
   if (is_damped()) return accept_newmark_damped();
-  const double alpha = newmark_.alpha, gamma = newmark_.gamma();
-  if (kicked_) {
-    v_now_ = move_ / h_;
+  const double alpha = newmark_.numbers.alpha, gamma = newmark_.numbers.gamma();
+  if (kick_) {
+    v_now_ = newmark_.move / h_;
     book_kicks(v_now_);
-    p_ += kick_;
+    p_ += kick_.sum();
   }
   Vector& change_of_Ku = work_vector_;
   change_of_Ku = -stiffness_force();
   u_.swap(u_end_);
   Ku_is_current_ = false;
   change_of_Ku += stiffness_force();
-  p_ += h_ * (1 - gamma) * Ma_;
-  Ma_ = -alpha * F_;
+  p_ += h_ * (1 - gamma) * newmark_.Ma;
+  newmark_.Ma = -alpha * newmark_.F;
   if (loads_.empty()) {
-    F_ = -stiffness_force();
+    newmark_.F = -stiffness_force();
   } else {
-    work_.external += 0.5 * move_.dot(f0_ + f1_);
-    F_ = f1_ - stiffness_force();
+    work_.external += 0.5 * newmark_.move.dot(newmark_.f0 + newmark_.f1);
+    newmark_.F = newmark_.f1 - stiffness_force();
   }
-  Ma_ += (1 + alpha) * F_;
-  system_->drop_held(Ma_);
-  p_ += h_ * gamma * Ma_;
+  newmark_.Ma += (1 + alpha) * newmark_.F;
+  system_->drop_held(newmark_.Ma);
+  p_ += h_ * gamma * newmark_.Ma;
   if (alpha != 0) book_scheme(change_of_Ku);
-  if (!loads_.empty()) f0_.swap(f1_);
+  if (!loads_.empty()) newmark_.f0.swap(newmark_.f1);
 }
 
 // With [.] the change over a step and [.]' that over the step before, the energy changes beyond the
@@ -289,22 +288,25 @@ void CoupledBody::accept_newmark() {
 //   scheme:  k [u] . ([K u] - [K u]') - alpha^2 h^2 / 4 (1/2 [a . M a] - alpha [a] . M [a]) -
 //   alpha^2 h / 4 impulses . [a].
 void CoupledBody::book_scheme(const Vector& change_of_Ku) {
-  const double alpha = newmark_.alpha, k = alpha * (0.5 + alpha),
+  const double alpha = newmark_.numbers.alpha, k = alpha * (0.5 + alpha),
                quarter = 0.25 * alpha * alpha * h_ * h_;
   if (!loads_.empty()) {
-    work_.external -= k * (move_.dot(f1_) - move_.dot(f0_) - move_.dot(last_change_of_f_));
-    last_change_of_f_ = f1_ - f0_;
+    work_.external -= k * (newmark_.move.dot(newmark_.f1) - newmark_.move.dot(newmark_.f0) -
+                           newmark_.move.dot(newmark_.last_change_of_f));
+    newmark_.last_change_of_f = newmark_.f1 - newmark_.f0;
   }
-  work_.numerical += k * (move_.dot(change_of_Ku) - move_.dot(last_change_of_Ku_));
-  last_change_of_Ku_ = change_of_Ku;
+  work_.numerical +=
+      k * (newmark_.move.dot(change_of_Ku) - newmark_.move.dot(newmark_.last_change_of_Ku));
+  newmark_.last_change_of_Ku = change_of_Ku;
   Vector& a_1 = v_now_;
-  a_1 = Ma_;
+  a_1 = newmark_.Ma;
   system_->factor(0).solve(a_1);
-  const double a1_Ma1 = a_1.dot(Ma_), a0_Ma1 = a_.dot(Ma_);
-  work_.numerical -= quarter * (0.5 * (a1_Ma1 - a0_Ma0_) - alpha * (a1_Ma1 - 2 * a0_Ma1 + a0_Ma0_));
-  if (kicked_) work_.numerical -= quarter / h_ * (kick_.dot(a_1) - kick_.dot(a_));
-  a0_Ma0_ = a1_Ma1;
-  a_.swap(a_1);
+  const double a1_Ma1 = a_1.dot(newmark_.Ma), a0_Ma1 = newmark_.a.dot(newmark_.Ma);
+  work_.numerical -= quarter * (0.5 * (a1_Ma1 - newmark_.a0_Ma0) -
+                                alpha * (a1_Ma1 - 2 * a0_Ma1 + newmark_.a0_Ma0));
+  if (kick_) work_.numerical -= quarter / h_ * (kick_.sum().dot(a_1) - kick_.sum().dot(newmark_.a));
+  newmark_.a0_Ma0 = a1_Ma1;
+  newmark_.a.swap(a_1);
 }
 
 void CoupledBody::own_accept() {
@@ -315,14 +317,14 @@ void CoupledBody::own_accept() {
     Ku_is_current_ = false;
   } else {
     arrive_newmark();
-    arrived_ = false;
+    newmark_.has_arrived = false;
   }
   t_ += h_;
 }
 
 void CoupledBody::arrive_newmark() {
-  if (!arrived_) accept_newmark();
-  arrived_ = true;
+  if (!newmark_.has_arrived) accept_newmark();
+  newmark_.has_arrived = true;
 }
 
 void CoupledBody::own_end_velocities(Index set, Points& v) {
@@ -346,13 +348,14 @@ void CoupledBody::own_add_end_impulses(Index set, const Points& impulses) {
   system_->drop_held(dv);
   p_ += dv;
   work_.contact += v_now_.dot(dv);
-  kick_ = dv;
+  Vector& dp = newmark_.move;  // which has served
+  dp = dv;
   system_->factor(0).solve(dv);
-  work_.contact += 0.5 * kick_.dot(dv);
+  work_.contact += 0.5 * dp.dot(dv);
   v_now_ += dv;
   if (is_damped()) {
-    damping_force(kick_, dv, damping_room_);
-    Ma_ -= damping_room_;
+    damping_force(dp, dv, damping_room_);
+    newmark_.Ma -= damping_room_;
     Cv_ += damping_room_;
     v_ += dv;
   }

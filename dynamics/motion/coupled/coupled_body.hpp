@@ -11,7 +11,7 @@
 #include "dynamics/motion/coupled/coupled_model.hpp"
 #include "dynamics/motion/coupled/coupled_system.hpp"
 #include "dynamics/motion/modal/superelement_body.hpp"
-#include "dynamics/motion/newmark.hpp"
+#include "dynamics/motion/schemes.hpp"
 #include "dynamics/motion/static_state.hpp"
 
 namespace cbr {
@@ -70,13 +70,22 @@ class CoupledBody final : public Body {
   void take_plan(const BodyPlan& plan) override { add_loads(plan.loads); }
   void predict_end() override;
 
-  struct Load {
-    Vector force;  // n, component axes
-    LoadHistory history;
-  };
-  struct Kick {
+  struct NodeKick {
     Index node;
     Vector3 impulse;  // component axes
+  };
+  struct Newmark {
+    NewmarkOptions numbers;
+    // n: the move u_end - u, forces F = f - K u and M a at the start of the step; loads at both its
+    // ends
+    Vector move, F, Ma, f0, f1;
+    // HHT-alpha: of the step before, for its accounts
+    Vector a, last_change_of_Ku, last_change_of_f;
+    double a0_Ma0 = 0;
+    // has_arrived: the end of the step is known, impulses included
+    bool has_started = false, has_arrived = false;
+    void resize(Index n);
+    void keep_state(StateArchive& archive);
   };
 
   bool is_damped() const { return damping_ != MaterialDamping(); }
@@ -84,12 +93,12 @@ class CoupledBody final : public Body {
   // adds to both.
   double theta(double h) const {
     if (scheme() != Scheme::newmark) return 0;
-    const double theta = newmark_.stiffness_factor(h);
+    const double theta = newmark_.numbers.stiffness_factor(h);
     return is_damped() ? theta * (1 + 2 * damping_.beta / h) / mass_factor(h) : theta;
   }
   double mass_factor(double h) const {
     if (scheme() != Scheme::newmark) return 1 + 0.5 * h * damping_.alpha;
-    return 1 + 2 * newmark_.stiffness_factor(h) * damping_.alpha / h;
+    return 1 + 2 * newmark_.numbers.stiffness_factor(h) * damping_.alpha / h;
   }
   void solve_for_velocities();
   void damping_force(const Vector& p, const Vector& v, Vector& f) const;
@@ -103,7 +112,6 @@ class CoupledBody final : public Body {
   NodeResponse mass_response(const std::vector<Index>& nodes, double weight) const;
   void add_loads(const std::vector<BodyLoad>& loads);
   void append_load(Vector force, const LoadHistory& history);
-  void load(double t, Vector& f) const;
   const Vector& stiffness_force() const;  // K u, formed once for each u
   const Vector& present_velocities() const;
   void predict_central(double h);
@@ -117,24 +125,15 @@ class CoupledBody final : public Body {
 
   std::shared_ptr<CoupledSystem> system_;
   Placement placement_;
-  NewmarkOptions newmark_;
   std::vector<std::vector<Index>> sets_, means_;
-  std::vector<Load> loads_;
-  LoadNumbers load_of_;
+  Loads<Vector> loads_;  // n, component axes
   // Component axes. Central differences: p_ and v_ are half a step behind u_. Newmark has no v_.
   Vector u_, p_, v_, u_end_, p_end_, v_end_;
-  std::vector<Kick> kicks_;  // of this step
-  Vector kick_;              // their sum, n
-  Vector lasting_;           // forces that last, n; empty: none
-  // Velocities that add_velocities() brought: M times their sum, and whether there are any
-  Vector velocity_kick_;
-  bool kicked_ = false, velocity_kicked_ = false;
-  // Newmark: the move u_end - u, forces F = f - K u and M a at the start of the step; loads at both
-  // its ends
-  Vector move_, F_, Ma_, f0_, f1_;
-  // HHT-alpha: what its accounts need of the step before
-  Vector a_, last_change_of_Ku_, last_change_of_f_;
-  double a0_Ma0_ = 0;
+  std::vector<NodeKick> kicks_;  // of this step
+  Kick kick_;                    // their sum
+  Vector lasting_;               // forces that last, n; empty: none
+  Kick velocity_kick_;           // M times the velocities that add_velocities() brought
+  Newmark newmark_;
   StaticState statics_;  // empty before the first relax()
   MaterialDamping damping_;
   // Damped: C v at the start of the step (newmark), beta K v- (central differences), and a
@@ -143,8 +142,6 @@ class CoupledBody final : public Body {
   mutable Vector damping_room_;
   mutable Vector work_vector_, Ku_, v_now_;
   mutable bool Ku_is_current_ = false, v_now_is_current_ = false;
-  // arrived_: the end of the step is known, impulses included
-  bool started_ = false, arrived_ = false;
   double last_h_ = 0;
   BodyWork work_;
 };

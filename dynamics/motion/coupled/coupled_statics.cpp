@@ -193,7 +193,7 @@ CoupledSystem::~CoupledSystem() = default;
 void CoupledBody::own_relax(double t, double share) {
   if (statics_.empty()) statics_.begin(u_);
   Vector& f = work_vector_;
-  load(t, f);
+  loads_.sum(t, f);
   f *= share;
   statics_.begin_iteration(f);
   u_end_ = f;

@@ -39,8 +39,8 @@ Frame::Frame(SuperelementBody& modal, const Vector3& angular_velocity, double en
     : modal_(modal),
       late_(modal.facts().kicks_at_end),
       feels_(!late_ &&
-             modal.turning_.feel_spin(*modal.superelement_, modal.form(), modal.damping_)),
-      coupling_(feels_ ? modal.turning_.coupling() : nullptr),
+             modal.flow_.turning().feel_spin(*modal.superelement_, modal.form(), modal.damping_)),
+      coupling_(feels_ ? modal.flow_.turning().coupling() : nullptr),
       run_end_(end),
       J_0_(inertia_of(modal_)),
       largest_inertia_(symmetric_eigen(J_0_).values.maxCoeff()),
@@ -67,7 +67,7 @@ void Frame::expect_turning() {
     of_load.head<3>().setConstant(loads_[l].largest_vector());
     of_load.tail<3>().setConstant(loads_[l].largest_resultant());
   }
-  modal_.turning_.expect(largest, is_coupled() ? energy_for_modes(momentum) : -1);
+  modal_.flow_.turning().expect(largest, is_coupled() ? energy_for_modes(momentum) : -1);
 }
 
 BodyTurn Frame::now() const { return {modal_.center_of_mass(), q_.toRotationMatrix()}; }
@@ -137,8 +137,8 @@ void Frame::predict(double t, double h) {
   is_kicked_ = false;
   if (!loads_.empty()) eta_start_ = eta_end_ = modal_.modal_coordinates();
   const bool spins = feels_ && !L_.isZero(0);
-  if (feels_ && L_.isZero(0) && loads_.empty()) modal_.turning_.take_factors({});
-  if (!is_coupled()) modal_.turning_.uncouple();
+  if (feels_ && L_.isZero(0) && loads_.empty()) modal_.flow_.turning().take_factors({});
+  if (!is_coupled()) modal_.flow_.turning().uncouple();
   if (spins || !loads_.empty()) turn_modes(now_);
   if (spins) {
     modal_.predict_modes();
@@ -193,8 +193,8 @@ void Frame::accept_part() {
   const Vector3 w = now_.angular_velocity(q_, L_);
   // The momentum of kicks in the motion of the modes is no part of the rotation's
   Vector3 inside = Vector3::Zero();
-  if (is_coupled() && modal_.kick() != nullptr)
-    inside = axial(coupling_->momentum(modal_.modal_coordinates(), *modal_.kick()));
+  if (is_coupled() && modal_.kick_)
+    inside = axial(coupling_->momentum(modal_.modal_coordinates(), modal_.kick_.sum()));
   modal_.accept_modes();
   if (late_) {
     // From the middle of the kick at the start to that of the kick at the end
@@ -278,7 +278,7 @@ void Frame::add_vector_force(const VectorForce& force, const LoadHistory& histor
   const DiagonalForm& form = modal_.form();
   const auto E = form.E.topLeftCorner(form.n_rigid, 3);
   for (Index a = 0; a < 3; ++a) {
-    modal_.add_turning_force(added.elastic().col(a), history);
+    modal_.flow_.add_turning_force(added.elastic().col(a), history);
     modal_.residual_.add_turning_load(force.patterns[static_cast<std::size_t>(a)].forces,
                                       force.value[a], history);
   }
@@ -287,7 +287,7 @@ void Frame::add_vector_force(const VectorForce& force, const LoadHistory& histor
     Vector column = Vector::Zero(modal_.n_dofs());
     column.head(form.n_rigid) =
         E * (modal_.axes().transpose() * Vector3::Unit(d) / E.col(0).squaredNorm());
-    modal_.add_turning_force(column, history);
+    modal_.flow_.add_turning_force(column, history);
   }
   loads_.push_back(added);
   expect_turning();
@@ -300,12 +300,6 @@ void Frame::turn_state(BodyState& state) const {
   state.kinetic_energy += now_.energy(q_, l);
   state.rotation = 0;
   state.orientation = Eigen::Vector4d(q_.w(), q_.x(), q_.y(), q_.z());
-}
-
-void Frame::add_work(BodyWork& work) const {
-  work.external += work_.external;
-  work.contact += work_.contact;
-  work.numerical += work_.numerical;
 }
 
 void Frame::turn(const Points& X, Points& u, Points& v) const {

@@ -49,8 +49,8 @@ class Frame {
   void turn_mean_motion(Vector3& position, Vector3& velocity) const;
   void turn(const Points& X, Points& u, Points& v) const;
   void turn_state(BodyState& state) const;
-  void add_work(BodyWork& work) const;
   MotionBound in_any_position(MotionBound bound) const;
+  const BodyWork& work() const { return work_; }  // of the spin
 
  private:
   // Positions of a set at the moment at which impulses act, once computed.

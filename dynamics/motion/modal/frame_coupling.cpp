@@ -55,14 +55,15 @@ Vector3 Frame::in_component(const Vector3& axial) const {
 
 // Of the deformed body, where the modes have the forces of the spin.
 TurnInertia Frame::present_turn(SpinCoupling::Shape& shape) const {
-  const Matrix3 J = inertia(modal_.turning_.spin_shape(modal_.modal_coordinates()));
+  const Matrix3 J = inertia(modal_.flow_.turning().spin_shape(modal_.modal_coordinates()));
   if (!is_coupled()) return {J};
   shape = coupling_->shape(modal_.modal_coordinates(), modal_.modal_velocities());
   return with(J, shape);
 }
 
 TurnInertia Frame::predicted_turn() const {
-  const Matrix3 J = inertia(modal_.turning_.spin_shape(modal_.predicted_modal_coordinates()));
+  const Matrix3 J =
+      inertia(modal_.flow_.turning().spin_shape(modal_.predicted_modal_coordinates()));
   if (!is_coupled()) return {J};
   return with(J, coupling_->shape(modal_.predicted_modal_coordinates(),
                                   modal_.predicted_modal_velocities()));
@@ -73,7 +74,7 @@ TurnInertia Frame::with(const Matrix3& J, const SpinCoupling::Shape& shape) cons
 }
 
 void Frame::take_drift(const SpinCoupling::Shape& shape) {
-  modal_.turning_.take_drift(
+  modal_.flow_.turning().take_drift(
       is_coupled()
           ? Vector(shape.drift * in_component(q_.conjugate() * now_.angular_velocity(q_, L_)))
           : Vector(),
@@ -139,8 +140,8 @@ Frame::TurnAtEnd Frame::turn_at_end(Vector3 L, const TurnInertia& last) const {
 void Frame::turn_modes(const TurnInertia& last) {
   TurnAtEnd to = turn_at_end(L_, last);
   if (is_coupled())
-    modal_.turning_.couple(in_component(q_.conjugate() * now_.angular_velocity(q_, L_)),
-                           in_component(to.q.conjugate() * to.w));
+    modal_.flow_.turning().couple(in_component(q_.conjugate() * now_.angular_velocity(q_, L_)),
+                                  in_component(to.q.conjugate() * to.w));
   if (!loads_.empty()) {
     const auto n = static_cast<Index>(loads_.size());
     Vector of_loads(3 * n), largest(3 * n);
@@ -151,7 +152,7 @@ void Frame::turn_modes(const TurnInertia& last) {
     }
     modal_.residual_.turn_loads(of_loads, largest);
   }
-  modal_.turning_.take_factors(std::move(to.g));
+  modal_.flow_.turning().take_factors(std::move(to.g));
 }
 
 // s, of a step in which the ends may stand for all of it.

@@ -293,12 +293,6 @@ void ResidualMotion::add_strain_energy(double& energy) const {
   for (const ResidualLoad& load : loads_) energy += 0.5 * load.now * load.Ff.dot(g_);
 }
 
-void ResidualMotion::add_work(BodyWork& work) const {
-  work.external += work_.external;
-  work.contact += work_.contact;
-  work.damping += work_.damping;
-}
-
 void ResidualMotion::add_coordinates(const Vector& eta, Vector& q, Vector& rates) const {
   if (!of_) return;
   const Index k = q.size() - 3 * rows_->rows();

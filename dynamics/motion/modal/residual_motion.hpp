@@ -40,6 +40,7 @@ class ResidualMotion {
   void predict(double t, double h);
   void push(Index set, const Impulses& impulses);
   double friction(Index set, const Points& impulses, bool between);
+  const BodyWork& work() const { return work_; }
   void accept(const Vector& eta);  // eta: modal coordinates at the start of the step
 
   // Each adds the part of the residual compliance.
@@ -47,7 +48,6 @@ class ResidualMotion {
   void add_predicted_positions(Index set, Points& x) const;
   void add_bound(Index set, MotionBound& bound) const;
   void add_strain_energy(double& energy) const;
-  void add_work(BodyWork& work) const;
   // Velocities of an interface without mass in contact are those of the last step, of the modes
   // too. Vt: n x 3, modal rows of the mean.
   void add_mean_motion(Index set, const Matrix& Vt, const Vector& eta, Vector3& position,

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "common/linalg/dense.hpp"
-#include "dynamics/motion/modal/contact_gain.hpp"
 
 namespace cbr {
 namespace {
@@ -37,21 +36,22 @@ SuperelementBody::SuperelementBody(std::string name,
       superelement_(std::move(superelement)),
       form_(std::move(form)),
       placement_(placement),
-      newmark_(newmark),
       rows_(form_->shared.row_table(*superelement_)),
       residual_(form_, rows_, placement.T, damping.material.beta),
-      damping_(damping.rates(form_->omega)) {
+      damping_(damping.rates(form_->omega)),
+      flow_(form_, damping_),
+      newmark_(newmark, form_, damping_),
+      kick_(form_->omega.size()),
+      end_kick_(form_->omega.size()) {
   assert(scheme != Scheme::newmark || !is_massless(*form_));
   const Index n = form_->omega.size();
-  for (Vector* x :
-       {&eta_, &v_, &eta_end_, &v_end_, &kick_, &end_kick_, &f_, &f0_, &f1_, &work_eta_, &work_v_})
-    x->setZero(n);
+  for (Vector* x : {&now_.eta, &now_.v, &end_.eta, &end_.v, &f_}) x->setZero(n);
   // v = V^T M^ R_t v0: the rigid motion, or its projection when directions are constrained.
-  v_.noalias() = form_->E.leftCols(3) * (placement_.T.transpose() * placement_.velocity);
+  now_.v.noalias() = form_->E.leftCols(3) * (placement_.T.transpose() * placement_.velocity);
 }
 
 double SuperelementBody::largest_frequency() const {
-  return form_->residual ? residual_.critical_frequency() : highest_mode();
+  return form_->residual ? residual_.critical_frequency() : form_->highest();
 }
 
 Index SuperelementBody::own_track(const std::vector<Index>& nodes) {
@@ -80,13 +80,13 @@ void SuperelementBody::own_predicted_positions(Index set, Points& x) const {
 }
 
 void SuperelementBody::unturned_positions(Index set, Points& x) const {
-  sets_[set].rows->displacements(eta_, placement_.T, x);
+  sets_[set].rows->displacements(now_.eta, placement_.T, x);
   x += sets_[set].X;
   residual_.add_positions(set, x);
 }
 
 void SuperelementBody::unturned_end(Index set, Points& x) const {
-  sets_[set].rows->displacements(eta_end_, placement_.T, x);
+  sets_[set].rows->displacements(end_.eta, placement_.T, x);
   x += sets_[set].X;
   residual_.add_predicted_positions(set, x);
 }
@@ -95,110 +95,59 @@ void SuperelementBody::own_mean_motion(Index set, Vector3& position, Vector3& ve
   const MeanSet& s = means_[set];
   position = s.X;
   velocity.setZero();
-  if (eta_.size() > 0) {
-    position += placement_.T * Vector3(s.Vt->transpose() * eta_);
+  if (now_.eta.size() > 0) {
+    position += placement_.T * Vector3(s.Vt->transpose() * now_.eta);
     velocity = placement_.T * Vector3(s.Vt->transpose() * present_rates());
   }
-  residual_.add_mean_motion(set, *s.Vt, eta_, position, velocity);
+  residual_.add_mean_motion(set, *s.Vt, now_.eta, position, velocity);
   if (frame_) frame_->turn_mean_motion(position, velocity);
-}
-
-void SuperelementBody::load_amplitudes(double t, Vector& f) const {
-  f.setZero(form_->omega.size());
-  for (const auto& load : loads_) f += load.history.value(t) * load.amplitude;
-}
-
-const ModalPropagator& SuperelementBody::propagator(double h) const {
-  if (regular_ && regular_->h == h) return *regular_;
-  std::swap(regular_, other_);
-  if (!regular_ || regular_->h != h) regular_ = make_propagator(h);
-  return *regular_;
-}
-
-// From t_ to t_ + h_ with loads, cut at the histories' breakpoints, and where forces that turn with
-// the body bend, so that each part is linear in time.
-void SuperelementBody::propagate(const Vector& eta, const Vector& v, Vector& eta_end, Vector& v_end,
-                                 FlowWork* work) {
-  if (!is_driven()) return propagate_free(propagator(h_), eta, v, eta_end, v_end);
-  eta_end = eta;
-  v_end = v;
-  if (turning_.couples()) turning_.pull_at_start(t_, h_, eta_end, v_end, work);
-  const Index n = std::max<Index>(1, turning_.n_parts());
-  breakpoints_.cut(t_, h_, [&](double from, double to, bool whole) {
-    for (Index i = 0; i < n; ++i) {
-      const double start =
-          std::max(from, t_ + h_ * static_cast<double>(i) / static_cast<double>(n));
-      const double end =
-          i + 1 == n ? to
-                     : std::min(to, t_ + h_ * static_cast<double>(i + 1) / static_cast<double>(n));
-      if (n == 1 || end > start)
-        propagate_driven(start, end, whole && n == 1, eta_end, v_end, work);
-    }
-  });
-  if (turning_.couples()) turning_.pull_at_end(t_, h_, eta_end, v_end, work);
 }
 
 // Leapfrog with the damping of half a step on each side of t, so that the critical step stays:
 //   (1 + c h / 2) v+ = (1 - c h- / 2) v- + (h- + h)/2 (f - omega^2 eta),   eta+ = eta + h v+.
 // At the start v- is half a step before t = 0.
 void SuperelementBody::predict_central(double h) {
-  load_amplitudes(t_, f_);
-  f_ -= form_->omega.cwiseAbs2().cwiseProduct(eta_);
+  flow_.loads().sum(t_, f_);
+  f_ -= form_->omega.cwiseAbs2().cwiseProduct(now_.eta);
   const auto c = damping_.c.array();
   if (last_h_ == 0) {
     // The half kick back is booked as work of the loads and of damping: the energy balance starts
     // from the given velocity.
-    const Vector all = f_.array() - c * v_.array();
-    const double of_loads = 0.5 * h * f_.dot(0.25 * h * f_ - v_);
+    const Vector all = f_.array() - c * now_.v.array();
+    const double of_loads = 0.5 * h * f_.dot(0.25 * h * f_ - now_.v);
     work_.external += of_loads;
-    work_.damping += 0.5 * h * all.dot(0.25 * h * all - v_) - of_loads;
-    v_ -= 0.5 * h * all;
+    work_.damping += 0.5 * h * all.dot(0.25 * h * all - now_.v) - of_loads;
+    now_.v -= 0.5 * h * all;
     last_h_ = h;
   }
   // Forces at the end of the last step are a kick at the start of this one
-  const bool late = is_damped() && late_.size() > 0;
-  if (late) v_ -= late_;
-  v_end_ = (1 - 0.5 * last_h_ * c) * v_.array() + 0.5 * (last_h_ + h) * f_.array();
+  const bool late = is_damped() && late_;
+  if (late) now_.v -= late_.start;
+  end_.v = (1 - 0.5 * last_h_ * c) * now_.v.array() + 0.5 * (last_h_ + h) * f_.array();
   if (late) {
-    v_end_ += late_;
-    v_ += late_;
+    end_.v += late_.start;
+    now_.v += late_.start;
   }
-  v_end_.array() /= 1 + 0.5 * h * c;
-  eta_end_ = eta_ + h * v_end_;
-}
-
-std::shared_ptr<const ModalPropagator> SuperelementBody::make_propagator(double h) const {
-  if (is_damped()) return form_->shared.propagator(form_->omega, damping_, h, may_be_driven());
-  return form_->shared.propagator(form_->omega, h, may_be_driven());
-}
-
-double SuperelementBody::flow_energy(const Vector& eta, const Vector& v) const {
-  const Vector forces = form_->omega.cwiseProduct(eta);
-  return 0.5 * (v.squaredNorm() + forces.squaredNorm());
-}
-
-void SuperelementBody::set_contact_step(double h) {
-  if (!is_exact() || highest_mode() * h > 2.1) return;  // above: forced steps
-  contact_step_ = h;
-  gain_ = is_damped() ? contact_gain(form_->omega, damping_.c, form_->n_rigid, h)
-                      : contact_gain(form_->omega, h);
+  end_.v.array() /= 1 + 0.5 * h * c;
+  end_.eta = now_.eta + h * end_.v;
 }
 
 void SuperelementBody::predict_end() { frame_ ? frame_->predict(t_, h_) : predict_modes(); }
 
 void SuperelementBody::predict_modes() {
-  kicked_ = end_kicked_ = false;
-  late_end_.setZero();
+  kick_.clear();
+  end_kick_.clear();
+  late_.end.setZero();
   switch (scheme()) {
     case Scheme::exact:
-      propagate(eta_, v_, eta_end_, v_end_, nullptr);
+      flow_.advance(t_, h_, now_, end_, nullptr);
       if (!facts_.kicks_at_end) kick_back();
       break;
     case Scheme::central_difference:
       predict_central(h_);
       break;
     case Scheme::newmark:
-      predict_newmark(h_);
+      newmark_.predict(t_, h_, flow_.loads(), now_, end_);
       break;
   }
   residual_.predict(t_, h_);
@@ -215,12 +164,6 @@ void SuperelementBody::take_force(Index set, const Points& impulses) {
   f_.head(form_->n_rigid).noalias() = E * (momentum / E.col(0).squaredNorm());
 }
 
-// f_: change of the modal velocities by impulses on the set's nodes.
-void SuperelementBody::take_kick(Index set, const Points& impulses) {
-  take_force(set, impulses);
-  if (gain_.size() > 0) f_.array() *= gain_.array();
-}
-
 void SuperelementBody::own_take_impulses(Index set, const Impulses& impulses) {
   frame_ ? frame_->take_impulses(set, impulses) : push_modes(set, impulses);
 }
@@ -228,44 +171,35 @@ void SuperelementBody::own_take_impulses(Index set, const Impulses& impulses) {
 void SuperelementBody::push_modes(Index set, const Impulses& impulses) {
   residual_.push(set, impulses);
   if (facts_.kicks_at_end) return add_late(set, impulses.all);
-  take_kick(set, impulses.all);
+  take_force(set, impulses.all);
+  flow_.amplify(f_);
   feel_kick();
 }
 
 // Of the modal kick f_ at the start of the step.
 void SuperelementBody::feel_kick() {
-  if (!kicked_) kick_.setZero();
-  kick_ += f_;
-  kicked_ = true;
-  if (turning_.couples()) {
-    add_coupled(f_);
-  } else if (is_exact()) {
-    const ModalPropagator& step = propagator(h_);
-    eta_end_.array() += step.s.array() * f_.array();
-    v_end_.array() += step.velocity_left().array() * f_.array();
-  } else if (scheme() == Scheme::newmark) {
-    push_newmark(f_);
-  } else {
-    f_.array() /= 1 + 0.5 * h_ * damping_.c.array();
-    eta_end_ += h_ * f_;
-    v_end_ += f_;
-  }
+  kick_.add(f_);
+  if (is_exact()) return flow_.push(h_, f_, end_);
+  if (scheme() == Scheme::newmark) return newmark_.push(f_, now_, end_);
+  f_.array() /= 1 + 0.5 * h_ * damping_.c.array();
+  end_.eta += h_ * f_;
+  end_.v += f_;
 }
 
 // Forces at the end of the step, times the step. Energies are of the middle of such a kick; with
 // central differences it is half of the kick of the rates of the next step.
 void SuperelementBody::add_late(Index set, const Points& impulses) {
-  if (late_.size() == 0)
-    for (Vector* kick : {&late_, &late_end_}) kick->setZero(eta_.size());
-  take_kick(set, impulses);
-  late_end_ += f_;
-  v_end_ += f_;
+  if (!late_) late_.begin(now_.eta.size());
+  take_force(set, impulses);
+  flow_.amplify(f_);
+  late_.end += f_;
+  end_.v += f_;
 }
 
 Vector3 SuperelementBody::own_add_velocities(Index set, const Points& velocities,
                                              const Vector3& momentum) {
   if (form_->residual) lacks_nodal_masses();
-  assert(scheme() != Scheme::newmark && gain_.size() == 0 && !is_damped());
+  assert(scheme() != Scheme::newmark && flow_.contact_step() == 0 && !is_damped());
   const Matrix3& T = placement_.T;
   const Matrix& B = velocity_map(*sets_[set].rows);
   // change = V^T M^ [0; dv]: V^-1 of a velocity of the interface dofs alone
@@ -280,91 +214,81 @@ Vector3 SuperelementBody::own_add_velocities(Index set, const Points& velocities
   const Vector3 missing = momentum - T * (to_momentum * f_);
   const Vector3 extra = solve_semidefinite(mass, missing).value_or(Vector3::Zero());
   f_.noalias() += uniform * (T.transpose() * extra);
-  if (is_exact()) {
-    if (!end_kicked_) end_kick_.setZero();
-    end_kick_ += f_;
-    end_kicked_ = true;
-  } else {
-    if (!kicked_) kick_.setZero();
-    kick_ += f_;
-    kicked_ = true;
-  }
-  eta_end_ += h_ * f_;
-  v_end_ += f_;
+  (is_exact() ? end_kick_ : kick_).add(f_);
+  end_.eta += h_ * f_;
+  end_.v += f_;
   return extra;
 }
 
+// Between the kicks energy changes by the work of forces, spin and damping.
 void SuperelementBody::accept_exact() {
   spin_work_ = 0;
-  if (kicked_) book_kick(kick_, v_);
-  if (is_damped() || is_driven()) {
-    // Between the kicks energy changes by the work of forces, spin and damping
-    if (kicked_) v_ += kick_;
-    if (kicked_) turning_.forget_start();
+  if (kick_) book_kick(kick_.sum(), now_.v, work_);
+  if (is_damped() || flow_.is_driven()) {
+    if (kick_) now_.v += kick_.sum();
+    if (kick_) flow_.turning().forget_start();
     FlowWork flow;
     flow.external = is_damped() ? 0 : work_.external;
-    propagate(eta_, v_, eta_end_, v_end_, &flow);
+    flow_.advance(t_, h_, now_, end_, &flow);
     work_.external = is_damped() ? work_.external + flow.external : flow.external;
     work_.contact += flow.contact;
     spin_work_ = flow.spin;
-    turning_.forget_start();
+    flow_.turning().forget_start();
     if (is_damped())
-      work_.damping += flow_energy(eta_end_, v_end_) - flow_energy(eta_, v_) - flow.sum();
-    if (late_end_.size() > 0) v_end_ += late_end_;
+      work_.damping +=
+          modal_energy(form_->omega, end_) - modal_energy(form_->omega, now_) - flow.sum();
+    if (late_) end_.v += late_.end;
   }
-  if (late_.size() > 0) accept_late();
-  accept_end_kick();
+  if (late_) accept_late();
+  if (end_kick_) accept_end_kick(end_kick_.sum());
   if (!facts_.kicks_at_end) change_force();
 }
 
 // Of nodal contact.
-void SuperelementBody::accept_end_kick() {
-  if (!end_kicked_) return;
-  if (!loads_.empty()) {
-    eta_end_ += h_ * end_kick_;
-    v_end_ += end_kick_;
+void SuperelementBody::accept_end_kick(const Vector& kick) {
+  if (!flow_.loads().empty()) {
+    end_.eta += h_ * kick;
+    end_.v += kick;
   }
   // Energy that the change at the end of the step brought: of (eta + h d, v + d) less that of (eta,
   // v)
   const auto omega2 = form_->omega.cwiseAbs2().array();
-  work_.contact +=
-      end_kick_.dot(v_end_) - 0.5 * end_kick_.squaredNorm() +
-      h_ * (omega2 * end_kick_.array() * (eta_end_ - 0.5 * h_ * end_kick_).array()).sum();
+  work_.contact += kick.dot(end_.v) - 0.5 * kick.squaredNorm() +
+                   h_ * (omega2 * kick.array() * (end_.eta - 0.5 * h_ * kick).array()).sum();
 }
 
 void SuperelementBody::accept_central() {
   // The rates before and after all of the forces at the start
-  const bool late = late_.size() > 0;
-  if (late) {
-    v_ -= late_;
-    v_end_ -= late_end_;
-    work_.contact += 0.5 * (late_ + late_end_).dot(v_end_);
+  if (late_) {
+    now_.v -= late_.start;
+    end_.v -= late_.end;
+    work_.contact += 0.5 * (late_.start + late_.end).dot(end_.v);
   }
   if (is_damped())
-    work_.damping -=
-        0.25 *
-        (damping_.c.array() * (last_h_ * v_ + h_ * v_end_).array()).matrix().dot(v_ + v_end_);
+    work_.damping -= 0.25 * (damping_.c.array() * (last_h_ * now_.v + h_ * end_.v).array())
+                                .matrix()
+                                .dot(now_.v + end_.v);
   // v- and v+ average: the work of the kick and of the load that the leapfrog's own energy answers
   // to
   const double mean_h = 0.5 * (last_h_ + h_);
-  if (kicked_) work_.contact += 0.5 * kick_.dot(v_ + v_end_);
-  if (!loads_.empty()) {
-    load_amplitudes(t_, f_);
-    work_.external += 0.5 * mean_h * f_.dot(v_ + v_end_);
+  if (kick_) work_.contact += 0.5 * kick_.sum().dot(now_.v + end_.v);
+  if (!flow_.loads().empty()) {
+    flow_.loads().sum(t_, f_);
+    work_.external += 0.5 * mean_h * f_.dot(now_.v + end_.v);
   }
   // Its energy holds a term -h/2 v . omega^2 eta: a change of h brings (h - h-)/4 omega^2 eta . (v+
   // - v-).
   if (h_ != last_h_)
-    work_.numerical +=
-        0.25 * (h_ - last_h_) * form_->omega.cwiseAbs2().cwiseProduct(eta_).dot(v_end_ - v_);
+    work_.numerical += 0.25 * (h_ - last_h_) *
+                       form_->omega.cwiseAbs2().cwiseProduct(now_.eta).dot(end_.v - now_.v);
   last_h_ = h_;
-  if (late) v_end_ += late_end_;
+  if (late_) end_.v += late_.end;
 }
 
 void SuperelementBody::own_accept() { frame_ ? frame_->accept() : accept_modes(); }
 
 void SuperelementBody::accept_modes() {
-  residual_.accept(eta_);
+  residual_.accept(now_.eta);
   switch (scheme()) {
     case Scheme::exact:
       accept_exact();
@@ -374,15 +298,63 @@ void SuperelementBody::accept_modes() {
       break;
     case Scheme::newmark:
       arrive_newmark();
-      arrived_ = false;
+      newmark_.accept();
       break;
   }
-  lasting_.now = std::move(lasting_.next);
-  lasting_.next.resize(0);
-  late_.swap(late_end_);
-  eta_.swap(eta_end_);
-  v_.swap(v_end_);
+  flow_.accept();
+  late_.start.swap(late_.end);
+  std::swap(now_, end_);
   t_ += h_;
+}
+
+void SuperelementBody::arrive_newmark() {
+  newmark_.arrive(flow_.loads(), kick_, now_, end_, work_);
+}
+
+void SuperelementBody::own_end_velocities(Index set, Points& v) {
+  arrive_newmark();
+  sets_[set].rows->displacements(end_.v, placement_.T, v);
+}
+
+void SuperelementBody::own_add_end_impulses(Index set, const Points& impulses) {
+  if (scheme() != Scheme::newmark) return add_late(set, impulses);
+  arrive_newmark();
+  sets_[set].rows->kick(impulses, placement_.T, local_, f_);
+  newmark_.push_end(f_, end_, work_);
+}
+
+void SuperelementBody::own_expect_forces(Index set, const Points& forces) {
+  if (scheme() == Scheme::newmark || frame_ || forces.rows() == 0) return flow_.expect({});
+  take_force(set, forces);
+  flow_.expect(f_);
+}
+
+// The impulses of contact to come have the lasting forces in them, which act by themselves.
+void SuperelementBody::kick_back() {
+  if (flow_.lasting().size() == 0) return;
+  f_ = -contact_kick(h_, flow_.lasting());
+  feel_kick();
+}
+
+// Half of the change of forces acts before the moment at which they do, and half after it.
+void SuperelementBody::change_force() {
+  if (flow_.lasting().size() == 0 && flow_.next_lasting().size() == 0) return;
+  const Vector kick =
+      0.5 * contact_kick(h_, flow_.next_lasting()) - 0.5 * contact_kick(h_, flow_.lasting());
+  book_kick(kick, end_.v, work_);
+  end_.v += kick;
+}
+
+// Work of forces at the ends of steps, from the middle of the kick at the start of the step to that
+// of the kick at its end. The next step gets the rest of that kick.
+void SuperelementBody::accept_late() {
+  const Vector start = 0.5 * late_.start;
+  book_kick(start, now_.v - start, work_);
+  end_.v -= late_.end;
+  const Vector before = 0.5 * (late_.end - contact_kick(h_, flow_.lasting()));
+  book_kick(before, end_.v, work_);
+  late_.end -= contact_kick(h_, flow_.next_lasting());
+  end_.v += before + 0.5 * late_.end;
 }
 
 }  // namespace cbr

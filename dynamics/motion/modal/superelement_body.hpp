@@ -7,21 +7,18 @@
 #pragma once
 
 #include <memory>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "common/superelement/superelement.hpp"
 #include "dynamics/motion/body.hpp"
-#include "dynamics/motion/breakpoints.hpp"
 #include "dynamics/motion/damping.hpp"
 #include "dynamics/motion/modal/forms/diagonal_form.hpp"
-#include "dynamics/motion/modal/forms/modal_propagator.hpp"
 #include "dynamics/motion/modal/frame.hpp"
+#include "dynamics/motion/modal/modal_flow.hpp"
+#include "dynamics/motion/modal/modal_newmark.hpp"
 #include "dynamics/motion/modal/residual_motion.hpp"
-#include "dynamics/motion/modal/turning_forces.hpp"
-#include "dynamics/motion/newmark.hpp"
 #include "dynamics/motion/static_state.hpp"
 
 namespace cbr {
@@ -74,9 +71,9 @@ class SuperelementBody final : public Body {
   void float_by(const Vector& move) override;
   const ResidualMotion& residual() const { return residual_; }
   double mass() const { return superelement_->rigid_body.mass; }
-  Vector3 center_of_mass() const { return center_at(eta_); }
+  Vector3 center_of_mass() const { return center_at(now_.eta); }
   // as predicted_positions()
-  Vector3 predicted_center_of_mass() const { return center_at(eta_end_); }
+  Vector3 predicted_center_of_mass() const { return center_at(end_.eta); }
   Vector3 center_velocity() const;
   bool turns() const override { return frame_ != nullptr; }
   Matrix3 turn_of_step() const override { return frame_->R(); }
@@ -85,10 +82,10 @@ class SuperelementBody final : public Body {
   Vector3 spin() const override { return frame_->angular_velocity(); }
   void unturned_displacements(Points& u, Points& v) const override;
   void add_moment(const Vector3& moment) override { frame_->add_moment(moment); }
-  const Vector& modal_coordinates() const { return eta_; }
-  const Vector& predicted_modal_coordinates() const { return eta_end_; }
-  const Vector& modal_velocities() const { return v_; }
-  const Vector& predicted_modal_velocities() const { return v_end_; }
+  const Vector& modal_coordinates() const { return now_.eta; }
+  const Vector& predicted_modal_coordinates() const { return end_.eta; }
+  const Vector& modal_velocities() const { return now_.v; }
+  const Vector& predicted_modal_velocities() const { return end_.v; }
   // V^T f, with the pattern's forces on modal coordinates
   Vector modal_force(const ForcePattern& pattern) const;
   // Inputs of a harmonic response and of mode shapes.
@@ -118,7 +115,7 @@ class SuperelementBody final : public Body {
   NodeResponse unturned_response(Index set, double h) const override;
   MotionBound own_motion_bound(Index set, bool quick) const override;
   bool own_at_rest() const override {
-    return loads_.empty() && v_.isZero(0) && eta_.isZero(0) && residual_.at_rest() &&
+    return flow_.loads().empty() && now_.v.isZero(0) && now_.eta.isZero(0) && residual_.at_rest() &&
            (!frame_ || frame_->at_rest());
   }
   Index own_track_mean(const std::vector<Index>& nodes) override;
@@ -146,8 +143,8 @@ class SuperelementBody final : public Body {
   BodyState own_state() const override;
   BodyWork own_work() const override {
     BodyWork work = work_;
-    residual_.add_work(work);
-    if (frame_) frame_->add_work(work);
+    work += residual_.work();
+    if (frame_) work += frame_->work();
     return work;
   }
   void own_displacements(Points& u, Points& v) const override;
@@ -167,113 +164,64 @@ class SuperelementBody final : public Body {
     std::shared_ptr<const Matrix> Vt;  // n x 3, component axes
     Vector3 X;                         // scene axes
   };
-  struct ModalLoad {
-    Vector amplitude;  // n, V^T f
-    LoadHistory history;
+  // Impulses of contact at the ends of steps.
+  struct LateKicks {
+    Vector start, end;  // n, without lasting forces; the rates have `start`. Empty: none yet
+    explicit operator bool() const { return start.size() > 0; }
+    void begin(Index n) {
+      for (Vector* kick : {&start, &end}) kick->setZero(n);
+    }
   };
 
-  double highest_mode() const { return form_->omega.size() ? form_->omega.maxCoeff() : 0; }
   // Of V_c diag(weight) V_c^T, for a step h, and of it in equilibrium.
   ResponseOf response_of(double h, Vector& weight) const;
   ResponseOf static_response_of(Vector& weight) const;
   // The same and the residual compliance, formed or as factors, whichever is smaller.
   NodeResponse answer(Index set, const ResponseOf& of, const Vector& weight) const;
   const Matrix& velocity_map(const NodeRows& rows) const;
-  const ModalPropagator& propagator(double h) const;
   const Vector& present_rates() const;
   void take_load(const BodyLoad& load);
-  void append_load(const Vector& amplitude, const LoadHistory& history);
-  void load_amplitudes(double t, Vector& f) const;
-  void propagate(const Vector& eta, const Vector& v, Vector& eta_end, Vector& v_end,
-                 FlowWork* work);
-  void propagate_driven(double from, double to, bool whole, Vector& eta_end, Vector& v_end,
-                        FlowWork* work);
-  bool is_driven() const { return !loads_.empty() || turning_.act() || lasting_.now.size() > 0; }
-  bool may_be_driven() const { return !loads_.empty() || !turning_.empty() || lasting_.ever; }
   // The parts of a step and of the public functions that the modes have in the axes of the frame.
   void predict_modes();
   void push_modes(Index set, const Impulses& impulses);
   void accept_modes();
-  void add_turning_force(const Vector& column, const LoadHistory& history);
-  const Vector* kick() const { return kicked_ ? &kick_ : nullptr; }  // of impulses on nodes
-  void add_coupled(const Vector& kick);
   void add_late(Index set, const Points& impulses);
   void take_force(Index set, const Points& forces);
-  void take_kick(Index set, const Points& impulses);
   void feel_kick();
   void kick_back();
-  void let_last(const Vector& force);
-  Vector lasting_kick(double share, const Vector& force) const;
   Vector3 center_at(const Vector& eta) const;
-  double flow_energy(const Vector& eta, const Vector& v) const;  // kinetic and strain energy
-  std::shared_ptr<const ModalPropagator> make_propagator(double h) const;
   Index n_floating() const;
   Vector contact_kick(double h, const Vector& force) const;
-  void set_contact_step(double h);
   void predict_central(double h);
-  void accept_newmark_damped();
-  const Vector& newmark_weight(double h) const;
-  void predict_newmark(double h);
-  void push_newmark(const Vector& kick);
-  void book_kick(const Vector& kick, const Vector& v);
   void accept_late();
   void change_force();
   void accept_exact();
-  void accept_end_kick();
+  void accept_end_kick(const Vector& kick);
   void accept_central();
-  void accept_newmark();
-  void newmark_rates();
-  bool kicks_at_start(double h) const;
-  const Vector& newmark_kick_weight(double h) const;
-  void begin_with_kick();
   void arrive_newmark();
 
   std::shared_ptr<const Superelement> superelement_;
   std::shared_ptr<const DiagonalForm> form_;
   Placement placement_;
-  NewmarkOptions newmark_;
   std::shared_ptr<const IndexTable> rows_;
   std::vector<NodeSet> sets_;
   std::vector<MeanSet> means_;
-  std::vector<ModalLoad> loads_;
-  LoadNumbers load_of_;
   ResidualMotion residual_;
   Points forces_;
-  Breakpoints breakpoints_;  // of all histories
-
   StaticState statics_;  // in modal coordinates; empty before the first relax()
   ModalRates damping_;
-  Vector gain_;  // of contact impulses; empty: 1
-  double contact_step_ = 0;
-  Vector eta_, v_, eta_end_, v_end_;  // central differences: v_ is half a step behind eta_
-  // Modal impulses at the start of the step; modal velocities added at its end
-  Vector kick_, end_kick_;
-  bool kicked_ = false, end_kicked_ = false;
-  // Modal forces that last, in this step and the next, n or empty: none; whether there have been
-  // any
-  struct {
-    Vector now, next;
-    bool ever = false;
-  } lasting_;
-  // Kicks of forces at the start of the step, which v_ has, and at its end, without lasting forces.
-  // Empty before the first one
-  Vector late_, late_end_;
-  Vector f_, f0_, f1_, work_eta_, work_v_;
-  Points local_;          // impulses in component axes
+  ModalFlow flow_;
+  ModalNewmark newmark_;
+  ModalState now_, end_;  // central differences: rates are half a step behind
+  // Modal impulses at the start of the step; changes of the rates at its end
+  Kick kick_, end_kick_;
+  LateKicks late_;
+  Vector f_;  // workspaces: modal forces, impulses in component axes
+  Points local_;
   mutable Vector rates_;  // central differences, and coupled with a spin: eta' at the time of eta
   double last_h_ = 0;
-  mutable std::shared_ptr<const ModalPropagator> regular_, other_;  // of the last two step lengths
-  // Newmark: the step's move; modal accelerations at its start, and at its end without the part of
-  // the move; of HHT-alpha the last step's move and change of load
-  Vector d_, a_, e_, move_, load_change_;
-  mutable Vector newmark_weight_, newmark_kick_weight_;
-  mutable double newmark_h_ = 0;
-  mutable Index n_soft_ = 0;  // modes whose omega h is not large
-  // arrived_: the end of the step is known, impulses included
-  bool started_ = false, arrived_ = false;
   BodyWork work_;
-  double spin_work_ = 0;  // of the spin on the modes, of the last accepted step
-  TurningForces turning_;
+  double spin_work_ = 0;          // of the spin on the modes, of the last accepted step
   std::unique_ptr<Frame> frame_;  // null: rotations are small
 };
 

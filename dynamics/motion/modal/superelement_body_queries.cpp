@@ -21,24 +21,24 @@ MotionBound SuperelementBody::own_motion_bound(Index set, bool quick) const {
   const NodeSet& s = sets_[set];
   const Matrix3& T = placement_.T;
   const auto Vt = s.rows->Vt();
-  const Index r = form_->n_rigid, e = eta_.size() - r, n_nodes = s.X.rows();
+  const Index r = form_->n_rigid, e = now_.eta.size() - r, n_nodes = s.X.rows();
   const auto omega = form_->omega.tail(e).array();
-  Vector force = Vector::Zero(eta_.size());  // largest modal force at any time
-  for (const auto& load : loads_) force += load.history.largest() * load.amplitude.cwiseAbs();
-  if (lasting_.now.size() > 0) force += lasting_.now.cwiseAbs();
-  if (!turning_.empty()) force += turning_.largest_force();
-  const Vector force_of_loads = turning_.largest_load();
+  Vector force = Vector::Zero(now_.eta.size());  // largest modal force at any time
+  for (const auto& load : flow_.loads()) force += load.history.largest() * load.force.cwiseAbs();
+  if (flow_.lasting().size() > 0) force += flow_.lasting().cwiseAbs();
+  if (!flow_.turning().empty()) force += flow_.turning().largest_force();
+  const Vector force_of_loads = flow_.turning().largest_load();
   // Amplitude sqrt(eta^2 + (v / omega)^2); a force adds at most its impulse / omega.
   const Vector amplitude =
-      (eta_.tail(e).array().square() + (v_.tail(e).array() / omega).square()).sqrt();
+      (now_.eta.tail(e).array().square() + (now_.v.tail(e).array() / omega).square()).sqrt();
   const Vector rate = force.tail(e).array() / omega;
   // Coupled modes, the first m elastic ones, exchange energy, and get some from the spin: beyond
   // that loads alone drive them
-  const Index m = turning_.n_coupled();
+  const Index m = flow_.turning().n_coupled();
   double together = 0, together_rate = 0;
   if (m > 0) {
     together = std::sqrt((omega.head(m) * amplitude.head(m).array()).matrix().squaredNorm() +
-                         2 * turning_.energy_of_spin());
+                         2 * flow_.turning().energy_of_spin());
     // of eta' = p + G eta, of which the latter is the smaller
     together_rate = 2 * force_of_loads.segment(r, m).norm();
   }
@@ -46,7 +46,7 @@ MotionBound SuperelementBody::own_motion_bound(Index set, bool quick) const {
   if (quick && e > 0) {
     const auto envelope = s.rows->envelope().bottomRows(e);
     spread = envelope.bottomRows(e - m).transpose() * amplitude.tail(e - m);
-    if (may_be_driven()) growth = envelope.bottomRows(e - m).transpose() * rate.tail(e - m);
+    if (flow_.may_be_driven()) growth = envelope.bottomRows(e - m).transpose() * rate.tail(e - m);
     for (int d = 0; d < 3 && m > 0; ++d) {
       const double per_root = (envelope.col(d).head(m).array() / omega.head(m)).matrix().norm();
       spread[d] += together * per_root;
@@ -65,12 +65,12 @@ MotionBound SuperelementBody::own_motion_bound(Index set, bool quick) const {
     for (int d = 0; d < 3; ++d) {
       const auto rigid = Vt.col(3 * i + d).head(r);
       const auto elastic = Vt.col(3 * i + d).tail(e).cwiseAbs();
-      u[d] = rigid.dot(eta_.head(r));
-      speed[d] = rigid.dot(v_.head(r));
+      u[d] = rigid.dot(now_.eta.head(r));
+      speed[d] = rigid.dot(now_.v.head(r));
       const double per_root =
           m > 0 && !quick ? (elastic.head(m).array() / omega.head(m)).matrix().norm() : 0;
       if (swings) spread[d] = elastic.tail(e - m).dot(amplitude.tail(e - m)) + together * per_root;
-      if (!may_be_driven()) continue;
+      if (!flow_.may_be_driven()) continue;
       acceleration[d] = rigid.cwiseAbs().dot(force.head(r));
       if (!quick) growth[d] = elastic.tail(e - m).dot(rate.tail(e - m)) + together_rate * per_root;
     }
@@ -96,14 +96,14 @@ ResponseOf SuperelementBody::response_of(double h, Vector& weight) const {
   ResponseOf of{ResponseOf::Weight::central, h, 0};
   if (is_exact()) {
     of.weight = ResponseOf::Weight::exact;
-    of.contact_step = contact_step_;
-    weight = propagator(h).s;
-    if (gain_.size() > 0) weight.array() *= gain_.array();
+    of.contact_step = flow_.contact_step();
+    weight = flow_.propagator(h).s;
+    flow_.amplify(weight);
   } else if (scheme() == Scheme::newmark) {
-    of.weight =
-        kicks_at_start(h) ? ResponseOf::Weight::newmark_at_start : ResponseOf::Weight::newmark;
+    of.weight = newmark_.kicks_at_start(h) ? ResponseOf::Weight::newmark_at_start
+                                           : ResponseOf::Weight::newmark;
     of.theta = newmark_.stiffness_factor(h);
-    weight = newmark_kick_weight(h);
+    weight = newmark_.kick_weight(h);
   } else {
     weight.setConstant(form_->omega.size(), h);
     weight.array() /= 1 + 0.5 * h * damping_.c.array();
@@ -123,6 +123,10 @@ NodeResponse SuperelementBody::own_response(Index set, double h) const {
   NodeResponse response = unturned_response(set, h);
   if (frame_) response.axes = frame_->R() * response.axes;
   return response;
+}
+
+NodeResponse SuperelementBody::own_velocity_response(Index set) const {
+  return answer(set, {ResponseOf::Weight::velocity}, Vector::Ones(form_->omega.size()));
 }
 
 NodeResponse SuperelementBody::answer(Index set, const ResponseOf& of, const Vector& weight) const {
@@ -174,26 +178,15 @@ const Matrix& SuperelementBody::velocity_map(const NodeRows& rows) const {
   return rows.velocity_map;
 }
 
-void SuperelementBody::append_load(const Vector& amplitude, const LoadHistory& history) {
-  regular_ = other_ = nullptr;
-  const std::size_t load = load_of_.find_or_add(history, loads_.size());
-  if (load < loads_.size()) {
-    loads_[load].amplitude += amplitude;
-    return;
-  }
-  loads_.push_back({amplitude, history});
-  breakpoints_.add(history);
-}
-
 Vector SuperelementBody::load_amplitude() const {
   Vector sum = Vector::Zero(form_->omega.size());
-  for (const ModalLoad& load : loads_) sum += load.amplitude;
+  for (const auto& load : flow_.loads()) sum += load.force;
   return sum;
 }
 
 void SuperelementBody::take_shape(const Vector& eta) {
-  eta_ = eta;
-  v_.setZero(eta.size());
+  now_.eta = eta;
+  now_.v.setZero(eta.size());
 }
 
 void SuperelementBody::take_form(std::shared_ptr<const DiagonalForm> form) {
@@ -205,7 +198,9 @@ void SuperelementBody::take_form(std::shared_ptr<const DiagonalForm> form) {
 void SuperelementBody::take_plan(const BodyPlan& given) {
   const BodyPlan plan = frame_ ? frame_->take_plan(given) : given;
   for (const BodyLoad& load : plan.loads) take_load(load);
-  if (plan.contact_step > 0) set_contact_step(plan.contact_step);
+  const double h = plan.contact_step;
+  if (h > 0 && is_exact() && form_->highest() * h <= 2.1)
+    flow_.set_contact_step(h);  // above: forced steps
 }
 
 void SuperelementBody::take_load(const BodyLoad& load) {
@@ -213,13 +208,13 @@ void SuperelementBody::take_load(const BodyLoad& load) {
   if (forces) {
     residual_.add_load(forces, load.history);
     if (forces_.size() > 0) forces_ += forces.on_nodes() * placement_.T;
-    append_load(modal_force({forces}), load.history);
+    flow_.add_load(modal_force({forces}), load.history);
   }
   if (modal.size() > 0)
-    append_load(form_->V.topRows(modal.size()).transpose() * modal, load.history);
+    flow_.add_load(form_->V.topRows(modal.size()).transpose() * modal, load.history);
   if (load.acceleration)
-    append_load(form_->E.leftCols(3) * (placement_.T.transpose() * *load.acceleration),
-                load.history);
+    flow_.add_load(form_->E.leftCols(3) * (placement_.T.transpose() * *load.acceleration),
+                   load.history);
 }
 
 // f in component axes: T^T f of each node, of few most often
@@ -240,22 +235,23 @@ Vector SuperelementBody::modal_force(const ForcePattern& pattern) const {
 
 void SuperelementBody::add_start_impulse(const Vector& impulse) {
   const Index k = superelement_->k();
-  v_ += form_->V.topRows(k).transpose() * impulse.head(k);
+  now_.v += form_->V.topRows(k).transpose() * impulse.head(k);
   for (Index i = 0; i < rows_->rows(); ++i)
     for (int d = 0; d < 3; ++d)
       if (const Index row = (*rows_)(i, d); row >= 0)
-        v_ += impulse[k + 3 * i + d] * form_->V.row(row).transpose();
+        now_.v += impulse[k + 3 * i + d] * form_->V.row(row).transpose();
 }
 
 // Central differences: the mid-step velocity, half a step on under the internal forces and loads,
 // second order at t_.
 const Vector& SuperelementBody::present_rates() const {
   if (scheme() != Scheme::central_difference) {
-    return turning_.drift().size() > 0 ? rates_ = v_ + turning_.drift() : v_;
+    return flow_.turning().drift().size() > 0 ? rates_ = now_.v + flow_.turning().drift() : now_.v;
   }
-  load_amplitudes(t_, rates_);
-  if (lasting_.now.size() > 0) rates_ += 2 * lasting_share() * lasting_.now;
-  rates_ = v_ + 0.5 * last_h_ * (rates_ - form_->omega.cwiseAbs2().cwiseProduct(eta_));
+  rates_.resize(now_.eta.size());
+  flow_.loads().sum(t_, rates_);
+  if (flow_.lasting().size() > 0) rates_ += 2 * lasting_share() * flow_.lasting();
+  rates_ = now_.v + 0.5 * last_h_ * (rates_ - form_->omega.cwiseAbs2().cwiseProduct(now_.eta));
   rates_.array() /= 1 + 0.5 * last_h_ * damping_.c.array();
   return rates_;
 }
@@ -288,26 +284,27 @@ BodyState SuperelementBody::own_state() const {
   // The first three columns of E^T eta are mass times displacement of the centre of mass, the last
   // three inertia times rotation.
   Vector moment = Vector::Zero(6), rate = moment;
-  if (eta_.size() > 0) {
-    moment = form_->E.transpose() * eta_;
+  if (now_.eta.size() > 0) {
+    moment = form_->E.transpose() * now_.eta;
     rate = form_->E.transpose() * present_rates();
   }
   BodyState state = placement_.state(superelement_->rigid_body, moment, rate);
   const auto omega = form_->omega.array();
   if (scheme() != Scheme::central_difference) {
     // In the middle of a kick of forces
-    state.kinetic_energy = 0.5 * v_.squaredNorm();
-    if (late_.size() > 0) state.kinetic_energy -= 0.5 * late_.dot(v_) - 0.125 * late_.squaredNorm();
+    state.kinetic_energy = 0.5 * now_.v.squaredNorm();
+    if (late_)
+      state.kinetic_energy -= 0.5 * late_.start.dot(now_.v) - 0.125 * late_.start.squaredNorm();
   } else {
     // 1/2 v- . v+ with v+ of the forces of strain and contact alone: leapfrog conserves this
     // together with the strain energy
     const auto before = [&](const Vector& v) {
-      return late_.size() > 0 ? v.dot(v_ - late_) : v.dot(v_);
+      return late_ ? v.dot(now_.v - late_.start) : v.dot(now_.v);
     };
     state.kinetic_energy =
-        0.5 * before(v_) - 0.5 * last_h_ * before((omega.square() * eta_.array()).matrix());
+        0.5 * before(now_.v) - 0.5 * last_h_ * before((omega.square() * now_.eta.array()).matrix());
   }
-  state.strain_energy = 0.5 * (omega * eta_.array()).square().sum();
+  state.strain_energy = 0.5 * (omega * now_.eta.array()).square().sum();
   residual_.add_strain_energy(state.strain_energy);
   if (frame_) frame_->turn_state(state);
   return state;
@@ -317,11 +314,11 @@ void SuperelementBody::own_coordinates(Vector& q, Vector& rates) const {
   const Index k = superelement_->k(), n = own_nodes().rows();
   q.setZero(k + 3 * n);
   rates.setZero(k + 3 * n);
-  if (eta_.size() > 0) {
-    add_to_coordinates(*rows_, form_->V * eta_, q);
+  if (now_.eta.size() > 0) {
+    add_to_coordinates(*rows_, form_->V * now_.eta, q);
     add_to_coordinates(*rows_, form_->V * present_rates(), rates);
   }
-  residual_.add_coordinates(eta_, q, rates);
+  residual_.add_coordinates(now_.eta, q, rates);
 }
 
 void SuperelementBody::own_displacements(Points& u, Points& v) const {
@@ -338,16 +335,11 @@ void SuperelementBody::unturned_displacements(Points& u, Points& v) const {
 }
 
 void SuperelementBody::own_keep_state(StateArchive& archive) {
-  archive.expect(eta_.size());
-  archive(eta_, v_, t_, last_h_, work_);
-  // Newmark: the end of a step gives the next one its accelerations and loads; HHT-alpha looks back
-  // one step more
-  archive(started_, arrived_, a_, f0_, move_, load_change_);
-  archive(late_);
-  if (late_end_.size() != late_.size()) late_end_.setZero(late_.size());
-  archive(statics_, lasting_.now);
-  if (archive.restores() && lasting_.now.size() > 0) lasting_.ever = true;
-  if (archive.restores()) regular_ = other_ = nullptr;
+  archive.expect(now_.eta.size());
+  archive(now_.eta, now_.v, t_, last_h_, work_);
+  archive(newmark_, late_.start);
+  if (late_.end.size() != late_.start.size()) late_.end.setZero(late_.start.size());
+  archive(statics_, flow_);
   residual_.keep_state(archive);
   if (frame_) frame_->keep_state(archive);
 }

@@ -22,13 +22,13 @@ Index SuperelementBody::n_floating() const {
 }
 
 void SuperelementBody::own_relax(double t, double share) {
-  if (statics_.empty()) statics_.begin(eta_);
-  load_amplitudes(t, f_);
+  if (statics_.empty()) statics_.begin(now_.eta);
+  flow_.loads().sum(t, f_);
   f_ *= share;
   statics_.begin_iteration(f_);
-  eta_end_ = eta_;
+  end_.eta = now_.eta;
   const Index n = f_.size() - n_floating();
-  eta_end_.tail(n) = f_.tail(n).array() / form_->omega.tail(n).array().square();
+  end_.eta.tail(n) = f_.tail(n).array() / form_->omega.tail(n).array().square();
   residual_.relax(t, share);
 }
 
@@ -68,7 +68,7 @@ FloatingForces SuperelementBody::floating_forces() const {
 }
 
 void SuperelementBody::float_by(const Vector& move) {
-  eta_end_.head(move.size()) += std::sqrt(mass()) * move;
+  end_.eta.head(move.size()) += std::sqrt(mass()) * move;
 }
 
 void SuperelementBody::own_add_static_forces(Index set, const Points& forces) {
@@ -76,27 +76,29 @@ void SuperelementBody::own_add_static_forces(Index set, const Points& forces) {
   sets_[set].rows->kick(forces, placement_.T, local_, f_);
   statics_.add(f_);
   const Index n = f_.size() - n_floating();
-  eta_end_.tail(n).array() += f_.tail(n).array() / form_->omega.tail(n).array().square();
+  end_.eta.tail(n).array() += f_.tail(n).array() / form_->omega.tail(n).array().square();
 }
 
 Settled SuperelementBody::own_settle() {
   const auto omega2 = form_->omega.array().square();
-  const Vector move = eta_end_ - eta_;
-  eta_ = eta_end_;
-  Settled settled{(omega2 * move.array().square()).sum(), (omega2 * eta_.array().square()).sum()};
+  const Vector move = end_.eta - now_.eta;
+  now_.eta = end_.eta;
+  Settled settled{(omega2 * move.array().square()).sum(),
+                  (omega2 * now_.eta.array().square()).sum()};
   residual_.settle(settled);
   return settled;
 }
 
 void SuperelementBody::own_end_load_step() {
-  statics_.book(eta_, work_);
+  statics_.book(now_.eta, work_);
   residual_.end_load_step();
 }
 
-// Change of the rates by lasting forces of contact, as impulses of steps h.
+// Change of the rates by lasting forces of contact (empty: none), as impulses of steps h.
 Vector SuperelementBody::contact_kick(double h, const Vector& force) const {
+  if (force.size() == 0) return Vector::Zero(now_.eta.size());
   Vector kick = h * force;
-  if (gain_.size() > 0) kick.array() *= gain_.array();
+  flow_.amplify(kick);
   return kick;
 }
 
@@ -106,18 +108,18 @@ Vector SuperelementBody::contact_kick(double h, const Vector& force) const {
 // before, of a body at rest under all forces.
 void SuperelementBody::own_start_motion(double h, const std::vector<BodyLoad>& loads) {
   for (const BodyLoad& load : loads) take_load(load);
-  residual_.start_motion(h, eta_);
+  residual_.start_motion(h, now_.eta);
   if (statics_.empty()) return;
   work_ = BodyWork();
-  if (scheme() != Scheme::newmark) let_last(statics_.contact);
-  if (scheme() == Scheme::newmark && kicks_at_start(h))
-    v_ -= 0.5 * contact_kick(h, statics_.contact);
+  if (scheme() != Scheme::newmark) flow_.let_last(statics_.contact);
+  if (scheme() == Scheme::newmark && newmark_.kicks_at_start(h))
+    now_.v -= 0.5 * contact_kick(h, statics_.contact);
   if (scheme() == Scheme::central_difference) last_h_ = h;
   if (!facts_.kicks_at_end) return;
-  for (Vector* kick : {&late_, &late_end_}) kick->setZero(eta_.size());
+  late_.begin(now_.eta.size());
   if (is_exact()) return;
-  late_ = contact_kick(h, statics_.contact);
-  v_ += late_;
+  late_.start = contact_kick(h, statics_.contact);
+  now_.v += late_.start;
 }
 
 }  // namespace cbr

@@ -134,11 +134,7 @@ void MeshBody::own_mean_motion(Index set, Vector3& position, Vector3& velocity) 
 
 void MeshBody::load(double t, Field& f) const {
   f.setZero();
-  for (const NodalLoad& load : loads_) {
-    const double factor = load.history.value(t);
-    for (std::size_t i = 0; i < load.rows.size(); ++i)
-      f.row(load.rows[i]) += factor * load.forces.row(static_cast<Index>(i));
-  }
+  for (const auto& load : loads_) load.force.add_to(f, load.history.value(t));
   if (turning_) add_turned_loads(t, f);
 }
 

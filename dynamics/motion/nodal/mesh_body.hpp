@@ -137,11 +137,6 @@ class MeshBody final : public Body {
   void predict_end() override;
 
   struct Turning;
-  struct NodalLoad {
-    std::vector<Index> rows;  // ascending: those of a surface, or all
-    Points forces;            // of these, component axes
-    LoadHistory history;
-  };
   struct Kick {
     Index row;
     Vector3 impulse, v_before;  // component axes; the velocity half a step before
@@ -156,7 +151,6 @@ class MeshBody final : public Body {
     if (!still_) lacks_statics();
     return *still_;
   }
-  void append_load(const Points& forces, const LoadHistory& history);
   void hold(Field& v) const;  // takes the held directions out
   void hold_velocity();
   void accelerations(const Field& force, Field& a) const;  // M^-1 f on the free directions
@@ -216,10 +210,9 @@ class MeshBody final : public Body {
   std::vector<std::vector<Index>> sets_, means_;  // rows
   // of each set, before the step that predict() has begun
   std::vector<Points> v_before_;
-  std::vector<NodalLoad> loads_;
-  LoadNumbers load_of_;
-  Field u_, u_end_;  // component axes, by rows
-  Field v_;          // half a step behind u_; half a step behind u_end_ from predict() to accept()
+  Loads<NodalForces> loads_;  // component axes, by rows
+  Field u_, u_end_;           // component axes, by rows
+  Field v_;  // half a step behind u_; half a step behind u_end_ from predict() to accept()
   mutable Field load_, Ku_, v_now_;
   mutable MeshForces::Work room_;
   mutable bool Ku_is_current_ = false, v_now_is_current_ = false;

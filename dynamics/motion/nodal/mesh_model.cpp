@@ -6,10 +6,10 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <iterator>
 #include <utility>
 
 #include "common/base/error.hpp"
+#include "common/files/state_archive.hpp"
 #include "common/linalg/blas_threads.hpp"
 #include "common/linalg/dense.hpp"
 #include "common/linalg/eigen/eigenpairs.hpp"
@@ -133,33 +133,6 @@ Points MeshBody::nodal_masses(Index set) const {
   return model_->mass(sets_[set]).replicate(1, 3);
 }
 
-// Forces by rows, component axes.
-void MeshBody::append_load(const Points& forces, const LoadHistory& history) {
-  NodalLoad load;
-  load.history = history;
-  for (Index i = 0; i < forces.rows(); ++i)
-    if (!forces.row(i).isZero(0)) load.rows.push_back(i);
-  const std::size_t place = load_of_.find_or_add(history, loads_.size());
-  if (place == loads_.size()) {
-    load.forces = forces(load.rows, Eigen::all);
-    loads_.push_back(std::move(load));
-    return;
-  }
-  NodalLoad& other = loads_[place];
-  if (other.rows != load.rows) {
-    std::vector<Index> rows;
-    std::set_union(other.rows.begin(), other.rows.end(), load.rows.begin(), load.rows.end(),
-                   std::back_inserter(rows));
-    Points wider = Points::Zero(static_cast<Index>(rows.size()), 3);
-    for (std::size_t i = 0, k = 0; k < other.rows.size(); ++i)
-      if (rows[i] == other.rows[k])
-        wider.row(static_cast<Index>(i)) = other.forces.row(static_cast<Index>(k++));
-    other.rows = std::move(rows);
-    other.forces = std::move(wider);
-  }
-  other.forces += forces(other.rows, Eigen::all);
-}
-
 void MeshBody::take_plan(const BodyPlan& plan) {
   add_loads(plan.loads);
   if (still_) still_->prepare(plan);
@@ -174,12 +147,12 @@ void MeshBody::add_loads(const std::vector<BodyLoad>& loads) {
       Points by_rows(forces.rows(), 3);
       for (Index i = 0; i < by_rows.rows(); ++i)
         by_rows.row(i) = forces.row(model_->forces.order()[i]) * placement_.T;
-      append_load(by_rows, load.history);
+      loads_.add(by_rows, load.history);
     }
     // M r g: row sums, lumped or consistent
     if (load.acceleration)
-      append_load(model_->mass * (placement_.T.transpose() * *load.acceleration).transpose(),
-                  load.history);
+      loads_.add(Points(model_->mass * (placement_.T.transpose() * *load.acceleration).transpose()),
+                 load.history);
   }
 }
 
@@ -246,6 +219,40 @@ void MeshBody::own_coordinates(Vector& q, Vector& rates) const {
                v = by_nodes(turning_ ? its_rates : present_velocities());
   q = Eigen::Map<const Vector>(u.data(), u.size());
   rates = Eigen::Map<const Vector>(v.data(), v.size());
+}
+
+// Rates are those half a step before, of a body at rest under all forces.
+void MeshBody::own_start_motion(double h, const std::vector<BodyLoad>& loads) {
+  add_loads(loads);
+  take_still();
+  last_h_ = h;
+  Ku_is_current_ = v_now_is_current_ = false;
+  still_.reset();
+}
+
+// Displacements as equilibrium has them.
+void MeshBody::take_still() {
+  Points u, v;
+  still_->displacements(u, v);
+  const Points local = u * placement_.T;
+  for (Index i = 0; i < local.rows(); ++i) u_.row(model_->row_of_node[i]) = local.row(i);
+}
+
+// K u is formed anew where it was known: from it and in the pass that forms it velocities are the
+// same, but not when it is formed.
+void MeshBody::own_keep_state(StateArchive& archive) {
+  archive.expect(u_.rows());
+  archive(u_, v_, t_, last_h_, work_, lasting_);
+  if (turning_) keep_turning(archive);
+  if (still_) {
+    still_->keep_state(archive);
+    if (archive.restores()) take_still();
+  }
+  bool is_known = Ku_is_current_;
+  archive(is_known);
+  if (!archive.restores()) return;
+  Ku_is_current_ = v_now_is_current_ = false;
+  if (is_known) internal_forces();
 }
 
 }  // namespace cbr

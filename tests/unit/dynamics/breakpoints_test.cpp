@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "dynamics/motion/breakpoints.hpp"
+#include "dynamics/motion/load_history.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Impulses of contact on a body that moves exactly: with the gain, what is pressed for long
 // compresses as it should, at any step.
-#include "dynamics/motion/modal/contact_gain.hpp"
+#include "dynamics/motion/modal/forms/modal_propagator.hpp"
 
 #include <gtest/gtest.h>
 

@@ -9,7 +9,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "dynamics/motion/modal/contact_gain.hpp"
 #include "dynamics/motion/modal/forms/modal_propagator.hpp"
 
 namespace cbr::damping_test {

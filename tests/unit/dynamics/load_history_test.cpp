@@ -7,7 +7,6 @@
 
 #include <random>
 
-#include "dynamics/motion/breakpoints.hpp"
 #include "tests/unit/dynamics/bricks.hpp"
 
 namespace cbr::load_history_test {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "dynamics/motion/modal/forms/characteristic_form.hpp"
+#include "dynamics/motion/modal/forms/diagonal_form.hpp"
 
 #include "common/base/error.hpp"
 #include "common/linalg/dense.hpp"

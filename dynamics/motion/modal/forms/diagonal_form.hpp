@@ -28,6 +28,8 @@ struct DiagonalForm {
   // of forces on the interface, beside the modes; null: none
   std::shared_ptr<const ResidualCompliance> residual;
   mutable FormCache shared;
+
+  double highest() const { return omega.size() ? omega.maxCoeff() : 0; }  // of omega
 };
 
 // A constrained displacement component: direction . u(node) = 0, component axes.
@@ -53,6 +55,28 @@ DiagonalForm free_diagonal_form(Superelement& superelement, const std::string& w
 // Of a superelement with held directions. Needs the matrices.
 DiagonalForm held_diagonal_form(const Superelement& superelement,
                                 const std::vector<HeldDirection>& held, const std::string& where);
+
+// Of basis characteristic: u_c = V_c q, q'' + diag(eigenvalues) q = V_c^T f_c: V of the form is [I;
+// V_c], ((k + c) x k). InputError, which calls V_c `dataset`, when the modes of frequency 0 are not
+// the rigid motions of /rigid_body.
+DiagonalForm form_of_modes(const Superelement& superelement, const Matrix& V_c,
+                           const std::string& dataset, const std::string& where);
+
+DiagonalForm free_characteristic_form(const Superelement& superelement, const std::string& where);
+
+// With held directions, which take a coordinate each. InputError when the interface's coordinates
+// cannot hold them one by one, as then they would hold more than themselves.
+DiagonalForm held_characteristic_form(const Superelement& superelement,
+                                      const std::vector<HeldDirection>& held,
+                                      const std::string& where);
+
+// Of a rigid body: the nodes of a mesh move by rigid motions alone, as many as its supports leave.
+// nodes: all of the mesh, with its mass and inertia; no matrices. The form has up to six columns,
+// all of frequency 0, and none when the supports hold every rigid motion. RunError, named by
+// `where`: a mass or an inertia that is not positive.
+std::shared_ptr<const DiagonalForm> rigid_form(const Superelement& nodes,
+                                               const std::vector<HeldDirection>& held,
+                                               const std::string& where);
 
 // Of the columns of rigid motions, so that they are of one size: 1 for translations, 1 / radius of
 // inertia for rotations   (6)

@@ -189,18 +189,6 @@ std::shared_ptr<const SpinCoupling> FormCache::spin_coupling(const Superelement&
   return spin_coupling_;
 }
 
-std::shared_ptr<const ModalPropagator> FormCache::propagator(const Vector& omega, double h,
-                                                             bool with_loads) {
-  const std::scoped_lock lock(propagators_in_use);
-  for (const auto& known : propagators_)
-    if (known->h == h && known->damping == 0 && (!with_loads || known->a0.size() == omega.size()))
-      return known;
-  if (propagators_.size() == most_propagators) propagators_.erase(propagators_.begin());
-  propagators_.push_back(
-      std::make_shared<const ModalPropagator>(modal_propagator(omega, h, with_loads)));
-  return propagators_.back();
-}
-
 std::shared_ptr<const ModalPropagator> FormCache::propagator(const Vector& omega,
                                                              const ModalRates& damping, double h,
                                                              bool with_loads) {
@@ -210,9 +198,8 @@ std::shared_ptr<const ModalPropagator> FormCache::propagator(const Vector& omega
         (!with_loads || known->a0.size() == omega.size()))
       return known;
   if (propagators_.size() == most_propagators) propagators_.erase(propagators_.begin());
-  ModalPropagator made = damped_propagator(omega, damping.c, h, with_loads);
-  made.damping = damping.hash;
-  propagators_.push_back(std::make_shared<const ModalPropagator>(std::move(made)));
+  propagators_.push_back(
+      std::make_shared<const ModalPropagator>(modal_propagator(omega, damping, h, with_loads)));
   return propagators_.back();
 }
 

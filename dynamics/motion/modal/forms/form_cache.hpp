@@ -12,7 +12,6 @@
 #include "common/linalg/row_matrix.hpp"
 #include "common/superelement/superelement.hpp"
 #include "dynamics/contact/nodes/thin_response.hpp"
-#include "dynamics/motion/damping.hpp"
 #include "dynamics/motion/modal/forms/modal_propagator.hpp"
 #include "dynamics/motion/modal/forms/spin_coupling.hpp"
 
@@ -106,8 +105,7 @@ class FormCache {
   // Mean over the nodes of V_c^T   (n x 3)
   std::shared_ptr<const Matrix> mean_rows(const RowMatrix& V, const IndexTable& row,
                                           const std::vector<Index>& nodes);
-  std::shared_ptr<const ModalPropagator> propagator(const Vector& omega, double h, bool with_loads);
-  // The same with damping; `damping` has the rates and their hash, which identifies them.
+  // `damping` has the rates and their hash, which identifies them.
   std::shared_ptr<const ModalPropagator> propagator(const Vector& omega, const ModalRates& damping,
                                                     double h, bool with_loads);
   // displacement_rows() of the superelement that the form belongs to.

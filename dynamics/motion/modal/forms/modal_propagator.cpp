@@ -2,7 +2,9 @@
 #include "dynamics/motion/modal/forms/modal_propagator.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
+#include <numbers>
 
 namespace cbr {
 namespace {
@@ -40,6 +42,11 @@ LoadTerms load_terms(double x) {
 }
 
 }  // namespace
+
+double modal_energy(const Vector& omega, const ModalState& state) {
+  const Vector forces = omega.cwiseProduct(state.eta);
+  return 0.5 * (state.v.squaredNorm() + forces.squaredNorm());
+}
 
 ModalPropagator modal_propagator(const Vector& omega, double h, bool with_loads) {
   const Index n = omega.size();
@@ -170,6 +177,14 @@ ModalPropagator damped_propagator(const Vector& omega, const Vector& damping, do
   return step;
 }
 
+ModalPropagator modal_propagator(const Vector& omega, const ModalRates& damping, double h,
+                                 bool with_loads) {
+  if (damping.hash == 0) return modal_propagator(omega, h, with_loads);
+  ModalPropagator step = damped_propagator(omega, damping.c, h, with_loads);
+  step.damping = damping.hash;
+  return step;
+}
+
 void propagate_free(const ModalPropagator& step, const Vector& eta, const Vector& v,
                     Vector& eta_end, Vector& v_end) {
   const Index n = eta.size();
@@ -213,6 +228,25 @@ double load_work(const ModalPropagator& step, const Vector& eta, const Vector& v
   const auto work = f0.array() * (eta_end - eta).array() +
                     (f1 - f0).array() * (eta_end.array() - integral / step.h);
   return work.sum();
+}
+
+Vector contact_gain(const Vector& omega, double h) {
+  Vector gain(omega.size());
+  for (Index j = 0; j < omega.size(); ++j) {
+    const double x = 0.5 * omega[j] * h;
+    assert(x < 0.5 * std::numbers::pi);
+    gain[j] = x < 1e-4 ? 1 + x * x / 3 : std::tan(x) / x;
+  }
+  return gain;
+}
+
+Vector contact_gain(const Vector& omega, const Vector& damping, Index n_rigid, double h) {
+  Vector gain = Vector::Ones(omega.size());
+  for (Index j = n_rigid; j < omega.size(); ++j) {
+    const DampedStep of = damped_step(omega[j] * h, damping[j] * h);
+    gain[j] = (of.P1 * (1 - of.slope) + of.G * of.G) / of.G;
+  }
+  return gain;
 }
 
 }  // namespace cbr

@@ -8,7 +8,6 @@
 #include "common/base/error.hpp"
 #include "common/linalg/dense.hpp"
 #include "common/linalg/eigen/eigenpairs.hpp"
-#include "dynamics/motion/modal/forms/characteristic_form.hpp"
 
 namespace cbr {
 namespace {

@@ -1,8 +1,35 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Newmark's method and its HHT-alpha form: the numbers that all bodies share.
+// What the time integrations of all bodies share: the impulses of a step, the numbers of Newmark's
+// method and its HHT-alpha form.
 #pragma once
 
+#include "common/base/types.hpp"
+#include "dynamics/motion/body_readings.hpp"
+
 namespace cbr {
+
+// The sum of the impulses of a step   (n); false: there are none.
+class Kick {
+ public:
+  explicit Kick(Index n = 0) : sum_(Vector::Zero(n)) {}
+  void clear() { any_ = false; }
+  void add(const Vector& impulse) {
+    if (!any_) sum_.setZero(impulse.size());
+    sum_ += impulse;
+    any_ = true;
+  }
+  explicit operator bool() const { return any_; }
+  const Vector& sum() const { return sum_; }
+
+ private:
+  Vector sum_;
+  bool any_ = false;
+};
+
+// Of an impulse on coordinates of mass 1 whose rates are v before it.
+inline void book_kick(const Vector& impulse, const Vector& v, BodyWork& work) {
+  work.contact += impulse.dot(v) + 0.5 * impulse.squaredNorm();
+}
 
 // M a_{n+1} + (1 + alpha) (K u_{n+1} - f_{n+1}) - alpha (K u_n - f_n) = 0 (Hilber, Hughes, Taylor
 // 1977, doi 10.1002/eqe.4290050306), alpha in [-1/3, 0]; 0: average acceleration (Newmark 1959),
