@@ -40,7 +40,7 @@ void write_table(const std::filesystem::path& path, const HarmonicResponse& resp
 
 // Sets one mode as the only motion.
 void show(SceneModes& modes, const InstanceModes& of, Index mode) {
-  for (ModalBody& body : modes.scene->bodies) body.take_shape(Vector::Zero(body.omega().size()));
+  for (BodyModes& body : modes.scene->bodies) body.take_shape(Vector::Zero(body.omega().size()));
   for (std::size_t i = 0; i < of.bodies.size(); ++i)
     modes.scene->bodies[static_cast<std::size_t>(of.bodies[i])].take_shape(of.shapes[i].col(mode));
 }

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "dynamics/motion/modal/superelement_body.hpp"
+#include "dynamics/motion/modal/modal_body.hpp"
 #include "reducer/bases/reduce.hpp"
 #include "reducer/partition/partition.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
@@ -110,8 +110,8 @@ TEST_P(AcceleratedInterface, TransientSwingsAboutTheSteadyState) {
   std::vector<HeldDirection> held;
   for (Index i = 0; i < 4; ++i)
     for (Index c = 0; c < 3; ++c) held.push_back({i, Vector3::Unit(c)});
-  const auto form = std::make_shared<DiagonalForm>(held_diagonal_form(s, held, "test"));
-  SuperelementBody body("bar", b.superelement, form, Placement{}, Scheme::exact);
+  const auto form = std::make_shared<ModalForm>(held_modal_form(s, held, "test"));
+  ModalBody body("bar", b.superelement, form, Placement{}, Scheme::exact);
   body.prepare({.loads = {gravity_load(Vector3(-a, 0, 0))}});
   const double omega = std::sqrt((GetParam() == MassKind::lumped ? 2 : 3) * k / m);
   const double h = 0.37 / omega;
@@ -129,8 +129,8 @@ TEST_P(AcceleratedInterface, TransientSwingsAboutTheSteadyState) {
 TEST_P(AcceleratedInterface, FreeBarPushedAtItsInterface) {
   const Bar b = bar(1, GetParam());
   const auto superelement = std::make_shared<Superelement>(*b.superelement);
-  const auto form = std::make_shared<DiagonalForm>(free_diagonal_form(*superelement, "test"));
-  SuperelementBody body("bar", superelement, form, Placement{}, Scheme::exact);
+  const auto form = std::make_shared<ModalForm>(free_modal_form(*superelement, "test"));
+  ModalBody body("bar", superelement, form, Placement{}, Scheme::exact);
   const double F = m * a;
   Points force = Points::Zero(4, 3);
   force.col(0).setConstant(F / 4);

@@ -10,7 +10,7 @@
 #include "dynamics/motion/body.hpp"
 #include "dynamics/motion/coupled/coupled_model.hpp"
 #include "dynamics/motion/coupled/coupled_system.hpp"
-#include "dynamics/motion/modal/superelement_body.hpp"
+#include "dynamics/motion/modal/modal_body.hpp"
 #include "dynamics/motion/schemes.hpp"
 #include "dynamics/motion/static_state.hpp"
 

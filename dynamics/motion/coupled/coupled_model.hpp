@@ -14,7 +14,7 @@
 #include "common/fem/assembly.hpp"
 #include "common/fem/shell_model.hpp"
 #include "common/superelement/superelement.hpp"
-#include "dynamics/motion/modal/forms/diagonal_form.hpp"
+#include "dynamics/motion/modal/forms/modal_form.hpp"
 
 namespace cbr {
 
@@ -69,13 +69,13 @@ FreeDofs free_dofs(const CoupledModel& model, const std::vector<HeldDirection>& 
 
 // K V = M V diag(omega^2), V^T M V = I of the model with held directions (nodes of the model),
 // dense: for `exact`, and as an oracle. V has the rows of the coordinates. Without held directions
-// the rigid modes are exact rigid motions, as those of free_diagonal_form(). RunError when M is not
+// the rigid modes are exact rigid motions, as those of free_modal_form(). RunError when M is not
 // positive definite, named by `where`.
-DiagonalForm diagonal_form(const CoupledModel& model, const std::vector<HeldDirection>& held,
-                           const std::string& where);
+ModalForm modal_form(const CoupledModel& model, const std::vector<HeldDirection>& held,
+                     const std::string& where);
 
-// Nodes, coordinates and rigid body as a superelement without matrices: what SuperelementBody takes
-// beside diagonal_form(). k = n_modal and c = 3 n, so that rows of nodes are those of V, whose last
+// Nodes, coordinates and rigid body as a superelement without matrices: what ModalBody takes
+// beside modal_form(). k = n_modal and c = 3 n, so that rows of nodes are those of V, whose last
 // rows may be rotations. Not for a nodal enforcement, which asks for M_cc and M_kc.
 Superelement nodes_only(const CoupledModel& model);
 

@@ -8,13 +8,13 @@
 
 #include "common/files/state_archive.hpp"
 #include "common/linalg/dense.hpp"
-#include "dynamics/motion/modal/superelement_body.hpp"
+#include "dynamics/motion/modal/modal_body.hpp"
 
 namespace cbr {
 namespace {
 
 // Of the reduced mass about the centre of mass, scene axes.
-Matrix3 inertia_of(const SuperelementBody& modal) {
+Matrix3 inertia_of(const ModalBody& modal) {
   const auto E = modal.form().E.rightCols(3);
   return modal.axes() * (E.transpose() * E) * modal.axes().transpose();
 }
@@ -35,7 +35,7 @@ Vector3 moment_about(const Vector3& c, const Points& x, const Points& impulses) 
 
 }  // namespace
 
-Frame::Frame(SuperelementBody& modal, const Vector3& angular_velocity, double end)
+Frame::Frame(ModalBody& modal, const Vector3& angular_velocity, double end)
     : modal_(modal),
       late_(modal.facts().kicks_at_end),
       feels_(!late_ &&
@@ -275,7 +275,7 @@ void Frame::add_fixed_forces(const Points& forces, const LoadHistory& history) {
 
 void Frame::add_vector_force(const VectorForce& force, const LoadHistory& history) {
   const TurningLoad added(force, history, modal_);
-  const DiagonalForm& form = modal_.form();
+  const ModalForm& form = modal_.form();
   const auto E = form.E.topLeftCorner(form.n_rigid, 3);
   for (Index a = 0; a < 3; ++a) {
     modal_.flow_.add_turning_force(added.elastic().col(a), history);

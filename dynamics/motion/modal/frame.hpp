@@ -11,7 +11,7 @@
 
 namespace cbr {
 
-class SuperelementBody;
+class ModalBody;
 
 // x = c + R (X + u - c_0), docs/theory.md, "Bodies that turn". The modes of the body give the
 // centre of mass c and the place relative to it without the rotation, X + u - c_0. They take
@@ -21,7 +21,7 @@ class Frame {
  public:
   // modal: free, with Scheme::exact and six rigid modes, before any set is tracked.
   // angular_velocity: rad/s, scene axes, at the start. end: of the run, s, for motion bounds.
-  Frame(SuperelementBody& modal, const Vector3& angular_velocity, double end);
+  Frame(ModalBody& modal, const Vector3& angular_velocity, double end);
 
   // Whether the modes have the forces of the spin: the superelement has its moments.
   bool feels_spin() const { return feels_; }
@@ -93,7 +93,7 @@ class Frame {
   void add_moments(Index set, const Points& impulses);
   void book(const Vector3& moment, const Vector3& w, const Vector3& share_of_kick);
 
-  SuperelementBody& modal_;
+  ModalBody& modal_;
   const bool late_;  // impulses of contact act at the end of a step, not at its start
   const bool feels_;
   const SpinCoupling* coupling_;  // of the superelement; null: it has none

@@ -7,7 +7,7 @@
 #include "common/base/error.hpp"
 #include "common/base/format_text.hpp"
 #include "dynamics/motion/modal/frame.hpp"
-#include "dynamics/motion/modal/superelement_body.hpp"
+#include "dynamics/motion/modal/modal_body.hpp"
 
 namespace cbr {
 namespace {

@@ -8,7 +8,7 @@
 
 namespace cbr {
 
-ModalFlow::ModalFlow(std::shared_ptr<const DiagonalForm> form, ModalRates damping)
+ModalFlow::ModalFlow(std::shared_ptr<const ModalForm> form, ModalRates damping)
     : form_(std::move(form)), damping_(std::move(damping)) {
   for (Vector* x : {&start_.eta, &start_.v, &f0_, &f1_}) x->setZero(form_->omega.size());
 }

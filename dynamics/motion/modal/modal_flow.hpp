@@ -15,7 +15,7 @@ namespace cbr {
 // forces alone. All forces are modal, V^T f   (n).
 class ModalFlow {
  public:
-  ModalFlow(std::shared_ptr<const DiagonalForm> form, ModalRates damping);
+  ModalFlow(std::shared_ptr<const ModalForm> form, ModalRates damping);
 
   void add_load(const Vector& amplitude, const LoadHistory& history);
   void add_turning_force(const Vector& column, const LoadHistory& history);
@@ -52,7 +52,7 @@ class ModalFlow {
                     FlowWork* work);
   void forget_propagators() { regular_ = other_ = nullptr; }
 
-  std::shared_ptr<const DiagonalForm> form_;
+  std::shared_ptr<const ModalForm> form_;
   ModalRates damping_;
   Loads<Vector> loads_;
   Breakpoints breakpoints_;  // of all histories

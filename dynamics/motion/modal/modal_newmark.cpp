@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cassert>
 
-#include "dynamics/motion/modal/superelement_body.hpp"
+#include "dynamics/motion/modal/modal_body.hpp"
 
 namespace cbr {
 namespace {

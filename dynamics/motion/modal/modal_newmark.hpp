@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "dynamics/motion/load_history.hpp"
-#include "dynamics/motion/modal/forms/diagonal_form.hpp"
+#include "dynamics/motion/modal/forms/modal_form.hpp"
 #include "dynamics/motion/schemes.hpp"
 
 namespace cbr {
@@ -15,7 +15,7 @@ namespace cbr {
 // nothing. In a step predict() comes first, then push() for each impulse, and then arrive().
 class ModalNewmark {
  public:
-  ModalNewmark(const NewmarkOptions& numbers, std::shared_ptr<const DiagonalForm> form,
+  ModalNewmark(const NewmarkOptions& numbers, std::shared_ptr<const ModalForm> form,
                ModalRates damping)
       : numbers_(numbers), form_(std::move(form)), damping_(std::move(damping)) {}
 
@@ -51,7 +51,7 @@ class ModalNewmark {
   void find_rates(const Kick& kick, const ModalState& start, ModalState& end);
 
   NewmarkOptions numbers_;
-  std::shared_ptr<const DiagonalForm> form_;
+  std::shared_ptr<const ModalForm> form_;
   ModalRates damping_;
   // The step's move; accelerations at its start, and at its end without the part of the move; of
   // HHT-alpha the last step's move and change of load

@@ -22,7 +22,7 @@ double along(const StaticRows& rows, Index i, const Matrix3& T, const Points& p)
 
 }  // namespace
 
-ResidualMotion::ResidualMotion(std::shared_ptr<const DiagonalForm> form,
+ResidualMotion::ResidualMotion(std::shared_ptr<const ModalForm> form,
                                std::shared_ptr<const IndexTable> rows, const Matrix3& T,
                                double beta)
     : form_(std::move(form)), of_(form_->residual), rows_(std::move(rows)), T_(T), beta_(beta) {

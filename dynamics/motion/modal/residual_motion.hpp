@@ -20,7 +20,7 @@ namespace cbr {
 class ResidualMotion {
  public:
   // rows: of the form's V, for each node and component; T: component axes to scene axes.
-  ResidualMotion(std::shared_ptr<const DiagonalForm> form, std::shared_ptr<const IndexTable> rows,
+  ResidualMotion(std::shared_ptr<const ModalForm> form, std::shared_ptr<const IndexTable> rows,
                  const Matrix3& T, double beta);
 
   bool is_massless() const { return of_ && of_->is_massless; }
@@ -91,7 +91,7 @@ class ResidualMotion {
   void press_on(const NodeSet& set, const Points& impulses);
   void add_force(Index set, const Vector& still);
 
-  std::shared_ptr<const DiagonalForm> form_;
+  std::shared_ptr<const ModalForm> form_;
   std::shared_ptr<const ResidualCompliance> of_;  // null: none
   std::shared_ptr<const IndexTable> rows_;
   Matrix3 T_;

@@ -5,7 +5,7 @@
 
 namespace cbr {
 
-bool TurningForces::feel_spin(const Superelement& superelement, const DiagonalForm& form,
+bool TurningForces::feel_spin(const Superelement& superelement, const ModalForm& form,
                               const ModalRates& damping) {
   const Matrix& moments = superelement.spin_moments;
   if (moments.rows() != form.V.rows() || moments.rows() == 0) return false;

@@ -10,7 +10,7 @@
 #include "common/superelement/superelement.hpp"
 #include "dynamics/motion/damping.hpp"
 #include "dynamics/motion/load_history.hpp"
-#include "dynamics/motion/modal/forms/diagonal_form.hpp"
+#include "dynamics/motion/modal/forms/modal_form.hpp"
 
 namespace cbr {
 
@@ -26,7 +26,7 @@ struct FlowWork {
 class TurningForces {
  public:
   // Before the first step. False: the superelement has no moments.
-  bool feel_spin(const Superelement& superelement, const DiagonalForm& form,
+  bool feel_spin(const Superelement& superelement, const ModalForm& form,
                  const ModalRates& damping);
   void add(const Vector& column, const LoadHistory& history);
   // Before each step: g at equal times from its start to its end, linear in between (a row for each

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/motion/modal/turning_load.hpp"
 
-#include "dynamics/motion/modal/superelement_body.hpp"
+#include "dynamics/motion/modal/modal_body.hpp"
 
 namespace cbr {
 
 TurningLoad::TurningLoad(const VectorForce& force, const LoadHistory& history,
-                         const SuperelementBody& modal)
+                         const ModalBody& modal)
     : value_(force.value),
       follows_(force.follows),
       history_(history),

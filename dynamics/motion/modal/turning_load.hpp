@@ -8,13 +8,13 @@
 
 namespace cbr {
 
-class SuperelementBody;
+class ModalBody;
 
 // A VectorForce on a body in axes that turn with it: all is linear in the vector b there.
 class TurningLoad {
  public:
   // axes: those of the scene at the start. modal: undeformed.
-  TurningLoad(const VectorForce& force, const LoadHistory& history, const SuperelementBody& modal);
+  TurningLoad(const VectorForce& force, const LoadHistory& history, const ModalBody& modal);
 
   // n x 3: forces on the elastic modes, b = unit vectors
   const Matrix& elastic() const { return elastic_; }

@@ -15,7 +15,7 @@
 #include "common/fem/assembly.hpp"
 #include "common/linalg/sparse/sparse_cholesky.hpp"
 #include "dynamics/motion/body.hpp"
-#include "dynamics/motion/modal/superelement_body.hpp"
+#include "dynamics/motion/modal/modal_body.hpp"
 #include "dynamics/motion/nodal/mesh_forces.hpp"
 
 namespace cbr {

@@ -12,7 +12,7 @@
 #include "dynamics/motion/coupled/coupled_shapes.hpp"
 #include "dynamics/motion/modal/forms/modal_shapes.hpp"
 #include "dynamics/motion/modal/forms/truncated_form.hpp"
-#include "dynamics/motion/modal/superelement_body.hpp"
+#include "dynamics/motion/modal/modal_body.hpp"
 #include "dynamics/motion/prescribed_motion.hpp"
 #include "dynamics/setup/bodies/instance_damping.hpp"
 #include "dynamics/setup/bodies/mesh_modes.hpp"
@@ -78,7 +78,7 @@ bool takes_long_steps(const TimeOptions& time) { return time.cfl.value_or(0) > 1
 
 // The highest frequency (rad/s) that steps of time.cfl critical steps resolve, or steps of
 // output.every, which bounds them; none if steps resolve all modes.
-std::optional<double> limit_of_long_steps(const Scene& scene, const DiagonalForm& form) {
+std::optional<double> limit_of_long_steps(const Scene& scene, const ModalForm& form) {
   const double all = form.omega.size() > 0 ? form.omega.maxCoeff() : 0, every = scene.output.every;
   const double highest = std::max(all / *scene.time->cfl, every > 0 ? 2 / every : 0);
   return highest < all ? std::optional(highest) : std::nullopt;
@@ -142,8 +142,8 @@ InstanceBody BodyMaker::make_coupled(const Instance& instance, const Geometry& g
           shelled.model->rigid_body.mass};
 }
 
-std::shared_ptr<const DiagonalForm> BodyMaker::held_form(const Instance& instance,
-                                                         const ReducedComponent& component) {
+std::shared_ptr<const ModalForm> BodyMaker::held_form(const Instance& instance,
+                                                      const ReducedComponent& component) {
   std::vector<HeldDirection> held = held_directions(index_, instance, *component.geometry);
   auto& forms = held_forms_[component.superelement.get()];
   for (const auto& [known, form] : forms)
@@ -152,9 +152,9 @@ std::shared_ptr<const DiagonalForm> BodyMaker::held_form(const Instance& instanc
   const auto form =
       component.has_residual()
           ? held_residual_form(s, *component.form, held, where(instance))
-          : std::make_shared<const DiagonalForm>(
+          : std::make_shared<const ModalForm>(
                 s.is_characteristic() ? held_characteristic_form(s, held, where(instance))
-                                      : held_diagonal_form(s, held, where(instance)));
+                                      : held_modal_form(s, held, where(instance)));
   forms.emplace_back(std::move(held), form);
   return form;
 }
@@ -169,9 +169,9 @@ bool BodyMaker::may_truncate(const Instance& instance) const {
   return !time.step && !time.cfl && !index_.is_held(instance) && !index_.has_loads(instance);
 }
 
-std::shared_ptr<const DiagonalForm> BodyMaker::truncated(
+std::shared_ptr<const ModalForm> BodyMaker::truncated(
     const Instance& instance, const ReducedComponent& component,
-    const std::shared_ptr<const DiagonalForm>& form) {
+    const std::shared_ptr<const ModalForm>& form) {
   if (form->residual || !may_truncate(instance)) return nullptr;
   const auto [at, is_new] = truncated_.try_emplace(form.get());
   if (!is_new) return at->second;
@@ -188,11 +188,11 @@ std::shared_ptr<const DiagonalForm> BodyMaker::truncated(
 }
 
 InstanceBody BodyMaker::make_modal(const Instance& instance, const ReducedComponent& component) {
-  const std::shared_ptr<const DiagonalForm> whole =
+  const std::shared_ptr<const ModalForm> whole =
       index_.is_held(instance) ? held_form(instance, component) : component.form;
-  const std::shared_ptr<const DiagonalForm> part = truncated(instance, component, whole);
+  const std::shared_ptr<const ModalForm> part = truncated(instance, component, whole);
   const auto& form = part ? part : whole;
-  auto body = std::make_unique<SuperelementBody>(
+  auto body = std::make_unique<ModalBody>(
       instance.name, component.superelement, form, placement_of(index_, instance),
       scheme_of(*scene_.time), NewmarkOptions{scene_.time->alpha}, damping_of(index_, instance));
   InstanceBody made{.mass = component.rigid_body.mass,
@@ -210,19 +210,19 @@ InstanceBody BodyMaker::make_modal_with_shells(const Instance& instance,
   Shelled& with = shelled(instance, component);
   if (!with.nodes) with.nodes = std::make_shared<Superelement>(nodes_only(*with.model));
   const auto form_of = [&](const std::vector<HeldDirection>& held) {
-    return std::make_shared<DiagonalForm>(diagonal_form(*with.model, held, where(instance)));
+    return std::make_shared<ModalForm>(modal_form(*with.model, held, where(instance)));
   };
-  std::shared_ptr<const DiagonalForm> form;
+  std::shared_ptr<const ModalForm> form;
   if (index_.is_held(instance)) {
     form = form_of(held_directions(index_, instance, *component.geometry));
   } else {
     if (!with.form) with.form = form_of({});
     form = with.form;
   }
-  return {std::make_unique<SuperelementBody>(instance.name, with.nodes, form,
-                                             placement_of(index_, instance), Scheme::exact,
-                                             NewmarkOptions{}, damping_of(index_, instance)),
-          with.model->rigid_body.mass};
+  return {
+      std::make_unique<ModalBody>(instance.name, with.nodes, form, placement_of(index_, instance),
+                                  Scheme::exact, NewmarkOptions{}, damping_of(index_, instance)),
+      with.model->rigid_body.mass};
 }
 
 InstanceBody BodyMaker::make(const Instance& instance, const ReducedComponent& component) {
@@ -317,9 +317,9 @@ InstanceBody BodyMaker::make_mesh_modes(const Instance& instance,
   auto modes = std::make_shared<MeshModes>(
       mesh_modes(component, held_directions(index_, instance, *component.geometry),
                  *component.modes, where(instance)));
-  auto body = std::make_unique<SuperelementBody>(instance.name, modes->nodes, modes->form,
-                                                 placement_of(index_, instance), Scheme::exact,
-                                                 NewmarkOptions{}, damping_of(index_, instance));
+  auto body = std::make_unique<ModalBody>(instance.name, modes->nodes, modes->form,
+                                          placement_of(index_, instance), Scheme::exact,
+                                          NewmarkOptions{}, damping_of(index_, instance));
   body->sum_forces();
   return {std::move(body), modes->nodes->rigid_body.mass, modes};
 }
@@ -335,9 +335,9 @@ InstanceBody BodyMaker::make_rigid(const Instance& instance, const MeshedCompone
     of_mesh->rigid_body = *component.rigid_body;
     nodes = of_mesh;
   }
-  const std::shared_ptr<const DiagonalForm> form =
+  const std::shared_ptr<const ModalForm> form =
       rigid_form(*nodes, held_directions(index_, instance, *component.geometry), where(instance));
-  auto body = std::make_unique<SuperelementBody>(
+  auto body = std::make_unique<ModalBody>(
       instance.name, nodes, form, placement_of(index_, instance), scheme_of(*scene_.time),
       NewmarkOptions{scene_.time->alpha}, damping_of(index_, instance));
   if (turns(index_, instance)) body->turn_freely(instance.angular_velocity, scene_.time->end);

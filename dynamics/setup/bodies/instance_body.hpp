@@ -44,7 +44,7 @@ class BodyMaker {
   struct Shelled {
     std::shared_ptr<const CoupledModel> model;
     std::shared_ptr<const Superelement> nodes;  // of the model, for its diagonal form
-    std::shared_ptr<const DiagonalForm> form;   // of the free model
+    std::shared_ptr<const ModalForm> form;      // of the free model
     std::shared_ptr<CoupledSystem> system;      // for free instances
   };
   // With supports at rest, in axes that follow the prescribed motion; then with that motion.
@@ -66,14 +66,14 @@ class BodyMaker {
   Shelled& shelled(const Instance& instance, const Component& component);
   InstanceBody make_coupled(const Instance& instance, const Geometry& geometry, Shelled& shelled);
   // Shared by all instances of a component with the same constraints, in component axes.
-  std::shared_ptr<const DiagonalForm> held_form(const Instance& instance,
-                                                const ReducedComponent& component);
+  std::shared_ptr<const ModalForm> held_form(const Instance& instance,
+                                             const ReducedComponent& component);
   InstanceBody make_modal(const Instance& instance, const ReducedComponent& component);
   // For a superelement in contact whose highest modes become quasi-static: with step: auto if it is
   // free and has a large contact face, with cfl above 1 always. Otherwise null.
-  std::shared_ptr<const DiagonalForm> truncated(const Instance& instance,
-                                                const ReducedComponent& component,
-                                                const std::shared_ptr<const DiagonalForm>& form);
+  std::shared_ptr<const ModalForm> truncated(const Instance& instance,
+                                             const ReducedComponent& component,
+                                             const std::shared_ptr<const ModalForm>& form);
   bool may_truncate(const Instance& instance) const;
   InstanceBody make_modal_with_shells(const Instance& instance, const ReducedComponent& component);
 
@@ -81,9 +81,9 @@ class BodyMaker {
   const Scene& scene_;
   std::shared_ptr<RowThreads> threads_;
   std::map<const Superelement*,
-           std::vector<std::pair<std::vector<HeldDirection>, std::shared_ptr<const DiagonalForm>>>>
+           std::vector<std::pair<std::vector<HeldDirection>, std::shared_ptr<const ModalForm>>>>
       held_forms_;
-  std::map<const DiagonalForm*, std::shared_ptr<const DiagonalForm>> truncated_;
+  std::map<const ModalForm*, std::shared_ptr<const ModalForm>> truncated_;
   std::map<const MeshedComponent*, std::shared_ptr<const Superelement>> nodes_of_rigid_;
   // by component, kind and skinned surfaces
   std::map<std::string, Shelled> shelled_;

@@ -80,7 +80,7 @@ MeshModes mesh_modes(const MeshedComponent& component, const std::vector<HeldDir
                      const MeshModesWanted& wanted, const std::string& where) {
   MeshModes modes;
   auto nodes = mesh_nodes(component);
-  auto form = std::make_shared<DiagonalForm>();
+  auto form = std::make_shared<ModalForm>();
   modes.Z = free_basis(nodes->coordinates.rows(), held);
   modes.K = modes.Z.transpose() * component.fe->K * modes.Z;
   modes.M = modes.Z.transpose() * component.fe->M * modes.Z;

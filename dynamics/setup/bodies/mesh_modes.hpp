@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "common/linalg/sparse/sparse_cholesky.hpp"
-#include "dynamics/motion/modal/forms/diagonal_form.hpp"
+#include "dynamics/motion/modal/forms/modal_form.hpp"
 #include "dynamics/setup/components/component_model.hpp"
 
 namespace cbr {
@@ -17,9 +17,9 @@ namespace cbr {
 std::shared_ptr<Superelement> mesh_nodes(const MeshedComponent& component);
 
 struct MeshModes {
-  // of the mesh, without modes: SuperelementBody needs it together with the form
+  // of the mesh, without modes: ModalBody needs it together with the form
   std::shared_ptr<const Superelement> nodes;
-  std::shared_ptr<const DiagonalForm> form;  // V: 3 N x n, 0 in constrained directions
+  std::shared_ptr<const ModalForm> form;  // V: 3 N x n, 0 in constrained directions
   // Z: 3 N x free, orthonormal basis of unconstrained directions; Z^T K Z, Z^T M Z
   SparseMatrix Z, K, M;
 

@@ -208,7 +208,7 @@ void refuse_to_turn(const Instance& instance, const std::string& why) {
 }
 
 std::vector<std::string> notes_of_spin(const Instance& instance, const Superelement& superelement,
-                                       const SuperelementBody& body) {
+                                       const ModalBody& body) {
   std::vector<std::string> notes;
   const std::string name = "instance '" + instance.name + "'";
   if (!body.frame()->feels_spin()) {
@@ -217,7 +217,7 @@ std::vector<std::string> notes_of_spin(const Instance& instance, const Superelem
                          ? "its superelement file is older than 1.8 (cbr-reduce --force)"
                          : "basis " + superelement.basis + " does not know them"));
   }
-  const DiagonalForm& form = body.form();
+  const ModalForm& form = body.form();
   const double lowest = form.omega.size() > form.n_rigid ? form.omega[form.n_rigid] : HUGE_VAL;
   const double spin = instance.angular_velocity.norm();
   if (spin > 0.1 * lowest)

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "dynamics/motion/modal/superelement_body.hpp"
+#include "dynamics/motion/modal/modal_body.hpp"
 #include "dynamics/setup/components/component_model.hpp"
 
 namespace cbr {
@@ -33,7 +33,7 @@ std::string why_linear(const Damping& damping);
 std::string what_large_is_refused_for(const Scene& scene);
 // Spin effects that the model of an instance neglects; empty: none that matters.
 std::vector<std::string> notes_of_spin(const Instance& instance, const Superelement& superelement,
-                                       const SuperelementBody& body);
+                                       const ModalBody& body);
 // With `large`, one line with the instances that stay linear; empty: none.
 std::string note_of_what_stays(const SceneIndex& index);
 

@@ -355,13 +355,13 @@ ReducedComponent read_reduced(const SceneIndex& index, const Component& componen
       reduced.form = free_residual_form(reduced.superelement, file);
     } else {
       reduced.form =
-          std::make_shared<DiagonalForm>(free_characteristic_form(*reduced.superelement, file));
+          std::make_shared<ModalForm>(free_characteristic_form(*reduced.superelement, file));
     }
   } else if (std::any_of(reduced.plans.begin(), reduced.plans.end(),
                          [](const auto& p) { return p.second.moves_freely_in_form(); })) {
     const auto phase = report.phase("setup");
-    reduced.form = std::make_shared<DiagonalForm>(
-        free_diagonal_form(*reduced.superelement, component.reduction->superelement.string()));
+    reduced.form = std::make_shared<ModalForm>(
+        free_modal_form(*reduced.superelement, component.reduction->superelement.string()));
   }
   return reduced;
 }

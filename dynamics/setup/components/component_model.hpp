@@ -14,7 +14,7 @@
 #include "common/scene/scene.hpp"
 #include "common/superelement/superelement_group.hpp"
 #include "dynamics/motion/coupled/coupled_model.hpp"
-#include "dynamics/motion/modal/forms/diagonal_form.hpp"
+#include "dynamics/motion/modal/forms/modal_form.hpp"
 #include "dynamics/motion/modal/forms/residual_compliance.hpp"
 #include "dynamics/motion/nodal/mesh_body.hpp"
 #include "dynamics/setup/components/geometry.hpp"
@@ -57,7 +57,7 @@ struct ReducedComponent {
   // The only part, or the joined domains; for a group only if an instance uses its diagonal form.
   std::shared_ptr<Superelement> superelement;
   // of the free superelement, if an instance uses it
-  std::shared_ptr<const DiagonalForm> form;
+  std::shared_ptr<const ModalForm> form;
   // basis massless, or characteristic with residual compliance
   bool has_residual() const { return form && form->residual; }
   RigidBody rigid_body;

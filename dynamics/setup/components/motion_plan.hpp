@@ -12,7 +12,7 @@
 namespace cbr {
 
 // Coordinates of an instance in time integration.
-enum class Coordinates { modal, coupled, nodal };  // SuperelementBody, CoupledBody, MeshBody
+enum class Coordinates { modal, coupled, nodal };  // ModalBody, CoupledBody, MeshBody
 
 struct MotionPlan {
   Coordinates coordinates = Coordinates::modal;

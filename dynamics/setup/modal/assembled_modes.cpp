@@ -23,7 +23,7 @@ constexpr Index columns_at_a_time = 64;
 using Triplets = std::vector<Eigen::Triplet<double, Index>>;
 
 struct Part {
-  const ModalBody* body = nullptr;
+  const BodyModes* body = nullptr;
   Index first = 0, size = 0;
   const MeshModes* mesh = nullptr;                 // in all of its dofs; null: modal coordinates
   std::shared_ptr<const SparseCholesky> factor{};  // of the mesh: Z^T (K - sigma M) Z
@@ -62,7 +62,7 @@ class Assembled {
     Triplets mass;
     double lowest = std::numeric_limits<double>::infinity(), far = 0;
     for (const Index b : bodies_) {
-      const ModalBody& body = scene_.bodies[static_cast<std::size_t>(b)];
+      const BodyModes& body = scene_.bodies[static_cast<std::size_t>(b)];
       Part part{&body, n, body.omega().size(), nullptr};
       if (body.mesh() != nullptr && !body.mesh()->is_complete()) {
         part.mesh = body.mesh();

@@ -211,7 +211,7 @@ class Sweep {
     const auto m = static_cast<Index>(modal_.ties.size());
     if (m == 0) return;
     double shift = 0;
-    for (const ModalBody& body : modal_.bodies)
+    for (const BodyModes& body : modal_.bodies)
       for (const double omega : body.omega())
         if (omega > 0 && (shift == 0 || omega * omega < shift)) shift = omega * omega;
     if (shift == 0) shift = 1;

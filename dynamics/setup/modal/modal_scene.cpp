@@ -119,35 +119,35 @@ Matrix mass_shapes(const Matrix6& M) {
 
 }  // namespace
 
-ModalBody::ModalBody(Body& body_of_scene, const MeshModes* mesh) : mesh_(mesh) {
+BodyModes::BodyModes(Body& body_of_scene, const MeshModes* mesh) : mesh_(mesh) {
   joint_ = dynamic_cast<const JointBody*>(&body_of_scene);
   if (joint_ != nullptr) {
     omega_ = Vector::Zero(mass_shapes(joint_->joint().mass).cols());
     return;
   }
   points_ = body_of_scene.points();
-  modal_ = dynamic_cast<SuperelementBody*>(&body_of_scene);
+  modal_ = dynamic_cast<ModalBody*>(&body_of_scene);
   if (modal_ == nullptr || modal_->turns())
     throw InputError("instance '" + body_of_scene.name() + "' does not move in modal coordinates");
   omega_ = modal_->form().omega;
 }
 
-Vector ModalBody::damping_rates() const {
+Vector BodyModes::damping_rates() const {
   if (is_joint() || !modal_->is_damped()) return Vector::Zero(omega().size());
   return modal_->damping_rates();
 }
 
-Vector ModalBody::loads() const {
+Vector BodyModes::loads() const {
   return is_joint() ? Vector(Vector::Zero(omega().size())) : modal_->load_amplitude();
 }
 
-Vector ModalBody::gravity(const Vector3& acceleration) const {
+Vector BodyModes::gravity(const Vector3& acceleration) const {
   if (is_joint()) return Vector::Zero(omega().size());
   return modal_->form().E.leftCols(3) * (modal_->axes().transpose() * acceleration);
 }
 
-Matrix ModalBody::modal_rows(const std::vector<NodalSum>& sums) const {
-  const DiagonalForm& form = modal_->form();
+Matrix BodyModes::modal_rows(const std::vector<NodalSum>& sums) const {
+  const ModalForm& form = modal_->form();
   Matrix A = Matrix::Zero(static_cast<Index>(sums.size()), form.omega.size());
   for (Index i = 0; i < A.rows(); ++i) {
     for (const auto& [node, weight] : sums[static_cast<std::size_t>(i)].terms) {
@@ -160,14 +160,14 @@ Matrix ModalBody::modal_rows(const std::vector<NodalSum>& sums) const {
   return A;
 }
 
-std::vector<std::pair<Index, Vector3>> ModalBody::inner_terms(const NodalSum& sum) const {
+std::vector<std::pair<Index, Vector3>> BodyModes::inner_terms(const NodalSum& sum) const {
   if (points_ == nullptr) return sum.terms;
   std::vector<std::pair<Index, Vector3>> terms;
   for (const auto& [node, weight] : sum.terms) points_->add_own_terms(node, weight, terms);
   return terms;
 }
 
-ModalAnswer ModalBody::answer(const std::vector<NodalSum>& sums, int terms) const {
+ModalAnswer BodyModes::answer(const std::vector<NodalSum>& sums, int terms) const {
   if (is_joint()) return answer_of_joint(sums);
   if (points_ == nullptr) return answer_of_modes(sums, terms);
   std::vector<NodalSum> inner(sums.size());
@@ -175,7 +175,7 @@ ModalAnswer ModalBody::answer(const std::vector<NodalSum>& sums, int terms) cons
   return answer_of_modes(inner, terms);
 }
 
-SparseMatrix ModalBody::mesh_rows(const std::vector<NodalSum>& sums) const {
+SparseMatrix BodyModes::mesh_rows(const std::vector<NodalSum>& sums) const {
   std::vector<Eigen::Triplet<double, Index>> entries;
   for (std::size_t i = 0; i < sums.size(); ++i)
     for (const auto& [node, weight] : inner_terms(sums[i])) {
@@ -188,8 +188,8 @@ SparseMatrix ModalBody::mesh_rows(const std::vector<NodalSum>& sums) const {
   return A;
 }
 
-void ModalBody::take_shapes(const Matrix& shapes) {
-  auto form = std::make_shared<DiagonalForm>();
+void BodyModes::take_shapes(const Matrix& shapes) {
+  auto form = std::make_shared<ModalForm>();
   form->omega = omega_ = Vector::Zero(shapes.cols());
   form->V = shapes;
   form->n_rigid = shapes.cols();
@@ -197,7 +197,7 @@ void ModalBody::take_shapes(const Matrix& shapes) {
   modal_->take_form(std::move(form));
 }
 
-ModalAnswer ModalBody::answer_of_joint(const std::vector<NodalSum>& sums) const {
+ModalAnswer BodyModes::answer_of_joint(const std::vector<NodalSum>& sums) const {
   const Joint& joint = joint_->joint();
   const auto m = static_cast<Index>(sums.size());
   Matrix B = Matrix::Zero(m, 6);
@@ -216,7 +216,7 @@ ModalAnswer ModalBody::answer_of_joint(const std::vector<NodalSum>& sums) const 
   return answer;
 }
 
-ModalAnswer ModalBody::answer_of_modes(const std::vector<NodalSum>& sums, int terms) const {
+ModalAnswer BodyModes::answer_of_modes(const std::vector<NodalSum>& sums, int terms) const {
   ModalAnswer answer;
   answer.A = modal_rows(sums);
   const auto m = static_cast<Index>(sums.size());
@@ -240,7 +240,7 @@ ModalAnswer ModalBody::answer_of_modes(const std::vector<NodalSum>& sums, int te
 }
 
 // In batches, as each sum needs a vector of the mesh's size.
-void ModalBody::add_series(const std::vector<NodalSum>& sums, int terms,
+void BodyModes::add_series(const std::vector<NodalSum>& sums, int terms,
                            ModalAnswer& answer) const {
   constexpr Index at_a_time = 64;
   const auto m = static_cast<Index>(sums.size());

@@ -14,7 +14,7 @@
 #include "common/scene/scene.hpp"
 #include "dynamics/motion/body_points.hpp"
 #include "dynamics/motion/joint_body.hpp"
-#include "dynamics/motion/modal/superelement_body.hpp"
+#include "dynamics/motion/modal/modal_body.hpp"
 #include "dynamics/setup/bodies/mesh_modes.hpp"
 #include "dynamics/setup/build.hpp"
 
@@ -43,9 +43,9 @@ struct ModalAnswer {
 };
 
 // One body of a scene from build().
-class ModalBody {
+class BodyModes {
  public:
-  ModalBody(Body& body, const MeshModes* mesh);
+  BodyModes(Body& body, const MeshModes* mesh);
   bool is_joint() const { return joint_ != nullptr; }
   const Vector& omega() const { return omega_; }
   Vector damping_rates() const;  // n
@@ -74,7 +74,7 @@ class ModalBody {
   ModalAnswer answer_of_modes(const std::vector<NodalSum>& sums, int terms) const;
   void add_series(const std::vector<NodalSum>& sums, int terms, ModalAnswer& answer) const;
   ModalAnswer answer_of_joint(const std::vector<NodalSum>& sums) const;
-  SuperelementBody* modal_ = nullptr;  // or
+  ModalBody* modal_ = nullptr;  // or
   const JointBody* joint_ = nullptr;
   const BodyPoints* points_ = nullptr;  // of the body
   Vector omega_;
@@ -101,7 +101,7 @@ constexpr double rigid_share = 1e-8;
 struct ModalScene {
   Scene scene;
   BuiltScene built;
-  std::vector<ModalBody> bodies;  // in the order of built.simulation.bodies
+  std::vector<BodyModes> bodies;  // in the order of built.simulation.bodies
   std::vector<TieRow> ties;
 };
 

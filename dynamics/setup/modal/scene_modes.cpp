@@ -61,7 +61,7 @@ struct Joined {
   std::vector<Dashpots> dashpots;
 };
 
-void join_body(const ModalBody& body, const std::vector<NodalSum>& sums,
+void join_body(const BodyModes& body, const std::vector<NodalSum>& sums,
                const std::vector<Index>& rows, Index first, Joined& joined) {
   const ModalAnswer answer = body.answer(sums);
   joined.A(rows, Eigen::seqN(first, answer.A.cols())) += answer.A;
@@ -91,7 +91,7 @@ Joined join(const ModalScene& scene, const std::vector<Index>& bodies) {
   joined.A = Matrix::Zero(m, n);
   joined.S = joined.S_bodies = Matrix::Zero(m, m);
   for (std::size_t i = 0; i < bodies.size(); ++i) {
-    const ModalBody& body = scene.bodies[static_cast<std::size_t>(bodies[i])];
+    const BodyModes& body = scene.bodies[static_cast<std::size_t>(bodies[i])];
     const Index size = body.omega().size();
     joined.lambda.segment(joined.first[i], size) = body.omega().cwiseAbs2();
     joined.c.segment(joined.first[i], size) = body.damping_rates();
@@ -162,7 +162,7 @@ Modes modes_of(const Joined& joined, Index count) {
   return modes;
 }
 
-Modes modes_of_one(const ModalBody& body, Index count) {
+Modes modes_of_one(const BodyModes& body, Index count) {
   const Vector lambda = body.omega().cwiseAbs2();
   std::vector<Index> order(static_cast<std::size_t>(lambda.size()));
   std::iota(order.begin(), order.end(), Index{0});
@@ -210,7 +210,7 @@ GroupModes modes_of_assembled(ModalScene& scene, const std::vector<Index>& bodie
   AssembledModes modes = assembled_modes(scene, bodies, count);
   GroupModes of{modes.lambda, modes.c, std::move(modes.shapes)};
   for (std::size_t i = 0; i < bodies.size(); ++i) {
-    ModalBody& body = scene.bodies[static_cast<std::size_t>(bodies[i])];
+    BodyModes& body = scene.bodies[static_cast<std::size_t>(bodies[i])];
     if (body.mesh() == nullptr || body.mesh()->is_complete()) continue;
     body.take_shapes(of.shapes[i]);
     of.shapes[i] = Matrix::Identity(of.lambda.size(), of.lambda.size());

@@ -11,7 +11,7 @@
 #include <numeric>
 #include <random>
 
-#include "dynamics/motion/modal/superelement_body.hpp"
+#include "dynamics/motion/modal/modal_body.hpp"
 #include "tests/unit/dynamics/lattice.hpp"
 
 namespace {
@@ -60,7 +60,7 @@ Placement placed(double angle) {
 }
 
 struct Steps {
-  SuperelementBody body;
+  ModalBody body;
   Index whole, some;
   Points p, q, x, y;
 
@@ -117,8 +117,8 @@ TEST(SharedRows, InstancesOfAFormShareResponsesAndRows) {
   std::vector<Index> nodes(model.superelement->node_ids.size());
   std::iota(nodes.begin(), nodes.end(), Index{0});
   for (const Scheme scheme : {Scheme::exact, Scheme::central_difference, Scheme::newmark}) {
-    SuperelementBody a("a", model.superelement, model.form, placed(0.3), scheme);
-    SuperelementBody b("b", model.superelement, model.form, placed(1.9), scheme);
+    ModalBody a("a", model.superelement, model.form, placed(0.3), scheme);
+    ModalBody b("b", model.superelement, model.form, placed(1.9), scheme);
     const Index of_a = a.track(nodes), of_b = b.track(nodes);
     const double h = 1.2 / a.largest_frequency();
     const NodeResponse S_a = a.response(of_a, h), S_b = b.response(of_b, h);
@@ -130,16 +130,15 @@ TEST(SharedRows, InstancesOfAFormShareResponsesAndRows) {
     EXPECT_NE(a.velocity_response(of_a).block.get(), S_a.block.get());
   }
   // Schemes do not mix
-  SuperelementBody exact("e", model.superelement, model.form, placed(0), Scheme::exact);
-  SuperelementBody central("c", model.superelement, model.form, placed(0),
-                           Scheme::central_difference);
+  ModalBody exact("e", model.superelement, model.form, placed(0), Scheme::exact);
+  ModalBody central("c", model.superelement, model.form, placed(0), Scheme::central_difference);
   const Index of_exact = exact.track(nodes), of_central = central.track(nodes);
   const double h = 1.2 / exact.largest_frequency();
   EXPECT_NE(exact.response(of_exact, h).block.get(), central.response(of_central, h).block.get());
 }
 
 TEST(SharedRows, ACopyOfAFormHasItsOwn) {
-  DiagonalForm copy = *block().form;
+  ModalForm copy = *block().form;
   IndexTable row = displacement_rows(*block().superelement);
   const auto of_original = block().form->shared.rows(block().form->V, row, {0, 1});
   copy.V *= 2;

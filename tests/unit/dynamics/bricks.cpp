@@ -82,8 +82,7 @@ std::unique_ptr<Body> make_body(const std::string& name, const Part& part, Geome
   const Index interior = 3 * (full.mass.size() - static_cast<Index>(nodes.size()));
   const Model m = model(reduce(full, nodes, std::min(part.modes, interior)));
   geometry = geometry_of(*m.superelement);
-  return std::make_unique<SuperelementBody>(name, m.superelement, m.form, part.placement,
-                                            part.scheme);
+  return std::make_unique<ModalBody>(name, m.superelement, m.form, part.placement, part.scheme);
 }
 
 Simulation two_bodies(const Part& a, const Part& b, Enforcement enforcement, double end,

@@ -9,7 +9,7 @@
 
 #include "common/fem/assembly.hpp"
 #include "common/mesh/mesh.hpp"
-#include "dynamics/motion/modal/superelement_body.hpp"
+#include "dynamics/motion/modal/modal_body.hpp"
 #include "dynamics/motion/nodal/mesh_body.hpp"
 #include "dynamics/run/run.hpp"
 #include "dynamics/setup/components/geometry.hpp"

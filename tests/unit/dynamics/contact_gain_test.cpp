@@ -26,7 +26,7 @@ Model held_block() {
                                   {4, Vector3::UnitZ()},
                                   {0, Vector3(1, -1, 0).normalized()}};
   for (const Index node : {0, 2, 4}) held.push_back({node, Vector3(1, 1, 0).normalized()});
-  m.form = std::make_shared<DiagonalForm>(held_diagonal_form(*m.superelement, held, "test"));
+  m.form = std::make_shared<ModalForm>(held_modal_form(*m.superelement, held, "test"));
   return m;
 }
 
@@ -83,7 +83,7 @@ TEST(ContactGain, WhatIsPressedForLongCompressesAsItShould) {
   const double h = 1.9 / m.form->omega.maxCoeff();
   double error[2];
   for (const bool gain : {false, true}) {
-    SuperelementBody body("body", m.superelement, m.form, Placement{}, Scheme::exact);
+    ModalBody body("body", m.superelement, m.form, Placement{}, Scheme::exact);
     const Index set = body.track(pressed());
     if (gain) body.prepare({.contact_step = h});
     error[gain] = (pressed_down(body, set, force, h, 20000) - expected).norm() / expected.norm();
@@ -103,7 +103,7 @@ TEST(ContactGain, ResponseIsThatOfAForceOverTheStep) {
     const double x = 0.5 * m.form->omega[j] * h;  // 2 (1 - cos 2 x) / (4 x^2 / h) = h (sin x / x)^2
     weight[j] = x < 1e-6 ? h : h * std::pow(std::sin(x) / x, 2);
   }
-  SuperelementBody body("body", m.superelement, m.form, Placement{}, Scheme::exact);
+  ModalBody body("body", m.superelement, m.form, Placement{}, Scheme::exact);
   const Index set = body.track(pressed());
   body.prepare({.contact_step = h});
   const Matrix expected = V * weight.asDiagonal() * V.transpose(),
@@ -125,8 +125,8 @@ TEST(ContactGain, ResponseIsThatOfAForceOverTheStep) {
 TEST(ContactGain, IsLeftOutWhereForcedStepsAreTooLong) {
   const Model m = free_block();
   const double h = 2.5 / m.form->omega.maxCoeff();
-  SuperelementBody with("with", m.superelement, m.form, Placement{}, Scheme::exact);
-  SuperelementBody without("without", m.superelement, m.form, Placement{}, Scheme::exact);
+  ModalBody with("with", m.superelement, m.form, Placement{}, Scheme::exact);
+  ModalBody without("without", m.superelement, m.form, Placement{}, Scheme::exact);
   with.track(pressed());
   without.track(pressed());
   with.prepare({.contact_step = h});

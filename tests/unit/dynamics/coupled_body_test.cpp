@@ -263,10 +263,9 @@ TEST(CoupledBody, ResponseIsWhatImpulsesDoAndMomentumIsTheirs) {
 // Against the exact motion of the diagonal form, smooth loads: errors fall with h^2.
 TEST(CoupledBody, ConvergesWithTheSquareOfTheStep) {
   const auto model = shared(chain_with_shells(2));
-  const auto form =
-      std::make_shared<const DiagonalForm>(diagonal_form(*model, some_held(), "test"));
+  const auto form = std::make_shared<const ModalForm>(modal_form(*model, some_held(), "test"));
   const auto nodes = std::make_shared<const Superelement>(nodes_only(*model));
-  SuperelementBody exact("b", nodes, form, oblique(true), Scheme::exact);
+  ModalBody exact("b", nodes, form, oblique(true), Scheme::exact);
   const double end = 4.0 / exact.largest_frequency();
   std::mt19937 random(2);
   const Points force = random_points(random, exact.n_nodes(), 50);

@@ -79,9 +79,9 @@ TEST(CoupledBody, OneSuperelementMovesAsSuperelementBody) {
           std::make_shared<Superelement>(test::reduce(block, test::x_nodes(block, true, true), 9));
       const auto body = coupled_body("b", shared(coupled_model(s)), oblique(true), held,
                                      method.scheme, {method.alpha});
-      const auto form = std::make_shared<DiagonalForm>(hold ? held_diagonal_form(*s, held, "test")
-                                                            : free_diagonal_form(*s, "test"));
-      SuperelementBody other("b", s, form, oblique(true), method.scheme, {method.alpha});
+      const auto form = std::make_shared<ModalForm>(hold ? held_modal_form(*s, held, "test")
+                                                         : free_modal_form(*s, "test"));
+      ModalBody other("b", s, form, oblique(true), method.scheme, {method.alpha});
       EXPECT_NEAR(body->largest_frequency() / other.largest_frequency(), 1, 1e-6);
       EXPECT_GE(body->largest_frequency(), other.largest_frequency() * (1 - 1e-12));
       const Index set = body->track({1, 5}), other_set = other.track({1, 5});

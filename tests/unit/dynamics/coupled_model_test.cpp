@@ -57,7 +57,7 @@ TEST(CoupledModel, AllModesOfTheDomainsAreTheWholeBody) {
   // unreduced:
   const test::Chain c = chain(2, 18);
   const CoupledModel model = c.model();
-  const DiagonalForm form = diagonal_form(model, {}, "test");
+  const ModalForm form = modal_form(model, {}, "test");
   const test::Lattice a = test::lattice({3, 2, 3}, 0.1, 2e3, 0.3),
                       b = test::lattice({3, 2, 3}, 0.1, 4e3, 0.5);
   // Nodes of a at x plane 2 are those of b at plane 0: number the planes 0 .. 4
@@ -82,7 +82,7 @@ TEST(CoupledModel, DiagonalFormDiagonalises) {
   for (const CoupledModel& model : all_models()) {
     for (const bool hold : {false, true}) {
       const auto held = hold ? some_held() : std::vector<HeldDirection>{};
-      const DiagonalForm form = diagonal_form(model, held, "test");
+      const ModalForm form = modal_form(model, held, "test");
       const Matrix K = test::whole_stiffness(model), M = test::whole_mass(model), V = form.V;
       const Index n = form.omega.size();
       ASSERT_EQ(n, model.n() - static_cast<Index>(held.size()));
@@ -153,7 +153,7 @@ TEST(CoupledModel, DofsThatASuperelementHasNotAreLeftOut) {
   const CoupledModel model = coupled_model(std::make_shared<Superelement>(s));
   EXPECT_EQ(free_dofs(model, {}).Z.cols(), s.c());
   const Vector lambda = generalized_eigen(K, M).values;
-  const DiagonalForm form = diagonal_form(model, {}, "test");
+  const ModalForm form = modal_form(model, {}, "test");
   EXPECT_LT((form.omega.cwiseAbs2() - lambda).cwiseAbs().maxCoeff(), 1e-11 * lambda.maxCoeff());
   // What is held obliquely in the plane x z is held along x: z is not there.
   const FreeDofs held = free_dofs(model, {{5, Vector3(1, 0, 1).normalized()}});
@@ -163,11 +163,11 @@ TEST(CoupledModel, DofsThatASuperelementHasNotAreLeftOut) {
 
 TEST(CoupledModel, SuperelementBodyTakesItsDiagonalForm) {
   const CoupledModel model = chain_with_shells(3);
-  const auto form = std::make_shared<const DiagonalForm>(diagonal_form(model, {}, "test"));
+  const auto form = std::make_shared<const ModalForm>(modal_form(model, {}, "test"));
   const auto nodes = std::make_shared<const Superelement>(nodes_only(model));
   Placement placement;
   placement.velocity = Vector3(1, -2, 0.5);
-  SuperelementBody body("b", nodes, form, placement, Scheme::exact);
+  ModalBody body("b", nodes, form, placement, Scheme::exact);
   ASSERT_EQ(body.n_nodes(), model.coordinates.rows());
   EXPECT_LT((body.state().momentum - model.rigid_body.mass * placement.velocity).norm(),
             1e-12 * body.state().momentum.norm());
@@ -195,7 +195,7 @@ TEST(CoupledModel, AMassThatIsNotPositiveIsRefused) {
   s->M_kc *= 10;
   const CoupledModel model = coupled_model({s, c.domains[1]}, c.coordinates, c.place, c.body);
   EXPECT_THROW(CoupledFactor(model, free_dofs(model, {}), 0, "test"), RunError);
-  EXPECT_THROW(diagonal_form(model, {}, "test"), RunError);
+  EXPECT_THROW(modal_form(model, {}, "test"), RunError);
 }
 
 }  // namespace

@@ -11,7 +11,7 @@
 #include "common/linalg/dense.hpp"
 #include "common/linalg/eigen/eigenpairs.hpp"
 #include "common/superelement/superelement_check.hpp"
-#include "dynamics/motion/modal/superelement_body.hpp"
+#include "dynamics/motion/modal/modal_body.hpp"
 #include "reducer/bases/reduce.hpp"
 #include "tests/support/scene_run.hpp"
 
@@ -65,7 +65,7 @@ TEST(HeldInside, IsReadAndHasNoRigidMotions) {
   const Vector omega = dense.values.cwiseSqrt();
   const Matrix E =
       dense.vectors.transpose() * reduced_mass(s) * reduced_rigid_modes(s, s.rigid_body.center);
-  const DiagonalForm form = free_diagonal_form(s, "s.h5");
+  const ModalForm form = free_modal_form(s, "s.h5");
   EXPECT_EQ(form.n_rigid, 0);
   EXPECT_LT((form.omega - omega).cwiseQuotient(omega).cwiseAbs().maxCoeff(), 1e-9);
   EXPECT_LT((form.E.transpose() * form.E - E.transpose() * E).norm(), 1e-9 * E.squaredNorm());
@@ -81,7 +81,7 @@ TEST(HeldInside, IsReadAndHasNoRigidMotions) {
     }
     EXPECT_TRUE(is_held_inside(stored));
     check_rigid_motions(stored, "s.h5");
-    const DiagonalForm of_file = free_diagonal_form(stored, "s.h5");
+    const ModalForm of_file = free_modal_form(stored, "s.h5");
     EXPECT_EQ(of_file.n_rigid, 0);
     EXPECT_LT((of_file.E - E).norm(), 1e-9 * E.norm());
   }
@@ -99,9 +99,9 @@ TEST(HeldInside, SwingsAsItsMatricesSay) {
   for (Index i = 0; i < s->c(); ++i) start(s->k() + i) = placement.velocity[s->dof_component[i]];
   const Vector rates = dense.vectors.transpose() * reduced_mass(*s) * start;
   Superelement copy = *s;
-  const auto form = std::make_shared<DiagonalForm>(free_diagonal_form(copy, "s.h5"));
+  const auto form = std::make_shared<ModalForm>(free_modal_form(copy, "s.h5"));
   for (const Scheme scheme : {Scheme::exact, Scheme::central_difference, Scheme::newmark}) {
-    SuperelementBody body("body", s, form, placement, scheme);
+    ModalBody body("body", s, form, placement, scheme);
     const double end = std::numbers::pi / omega(0);
     const auto steps = static_cast<int>(std::ceil(end * omega(omega.size() - 1) / 0.05));
     const double h = end / steps;
@@ -143,7 +143,7 @@ TEST(HeldInside, MoreDirectionsHeldLeaveNoRigidMotions) {
   const Matrix K = reduced_stiffness(s)(left, left), M = reduced_mass(s)(left, left);
   const Vector dense = generalized_eigen(K, M).values;
   const Vector omega = dense.cwiseSqrt();
-  const DiagonalForm form = held_diagonal_form(s, held, "s.h5");
+  const ModalForm form = held_modal_form(s, held, "s.h5");
   EXPECT_EQ(form.n_rigid, 0);
   ASSERT_EQ(form.omega.size(), omega.size());
   EXPECT_LT((form.omega - omega).cwiseQuotient(omega).cwiseAbs().maxCoeff(), 1e-9);

@@ -312,8 +312,8 @@ TEST(Impact, HangingOnAFixedEndUnderGravity) {
       for (const Index node : surface_nodes(surface))
         for (int c = 0; c < 3; ++c) held.push_back({node, Vector3::Unit(c)});
   const auto shared = std::make_shared<Superelement>(s);
-  const auto form = std::make_shared<DiagonalForm>(held_diagonal_form(s, held, "test"));
-  SuperelementBody body("bar", shared, form, Placement{}, Scheme::exact);
+  const auto form = std::make_shared<ModalForm>(held_modal_form(s, held, "test"));
+  ModalBody body("bar", shared, form, Placement{}, Scheme::exact);
   const Index tip = body.track_mean(surface_nodes(s.surfaces[1]));
   body.prepare({.loads = {gravity_load(Vector3(9.81, 0, 0))}});
   double mean = 0;

@@ -6,7 +6,7 @@
 
 #include "common/base/error.hpp"
 #include "dynamics/motion/coupled/coupled_body.hpp"
-#include "dynamics/motion/modal/superelement_body.hpp"
+#include "dynamics/motion/modal/modal_body.hpp"
 #include "dynamics/motion/nodal/mesh_body.hpp"
 #include "tests/support/scene_run.hpp"
 
@@ -43,7 +43,7 @@ std::string kind(const Body& body) {
   const std::string scheme = body.scheme() == Scheme::exact     ? "exact"
                              : body.scheme() == Scheme::newmark ? "newmark"
                                                                 : "central";
-  if (dynamic_cast<const SuperelementBody*>(&body)) return "superelement " + scheme;
+  if (dynamic_cast<const ModalBody*>(&body)) return "superelement " + scheme;
   if (dynamic_cast<const CoupledBody*>(&body)) return "coupled " + scheme;
   return dynamic_cast<const MeshBody*>(&body) ? "mesh " + scheme : "?";
 }

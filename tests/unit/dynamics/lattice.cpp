@@ -131,7 +131,7 @@ Model model(Superelement s) {
   store_diagonal_form(s);
   Model m;
   m.superelement = std::make_shared<Superelement>(std::move(s));
-  m.form = std::make_shared<DiagonalForm>(free_diagonal_form(*m.superelement, "test"));
+  m.form = std::make_shared<ModalForm>(free_modal_form(*m.superelement, "test"));
   return m;
 }
 

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "common/superelement/superelement.hpp"
-#include "dynamics/motion/modal/forms/diagonal_form.hpp"
-#include "dynamics/motion/modal/superelement_body.hpp"
+#include "dynamics/motion/modal/forms/modal_form.hpp"
+#include "dynamics/motion/modal/modal_body.hpp"
 
 namespace cbr::test {
 
@@ -42,7 +42,7 @@ void store_diagonal_form(Superelement& s);
 
 struct Model {
   std::shared_ptr<Superelement> superelement;
-  std::shared_ptr<const DiagonalForm> form;
+  std::shared_ptr<const ModalForm> form;
 };
 
 Model model(Superelement s);

@@ -12,7 +12,7 @@
 #include <utility>
 
 #include "common/linalg/dense.hpp"
-#include "dynamics/motion/modal/superelement_body.hpp"
+#include "dynamics/motion/modal/modal_body.hpp"
 #include "tests/unit/dynamics/lattice.hpp"
 
 namespace cbr::newmark_test {
@@ -25,7 +25,7 @@ Superelement reduced(Index k) {
   return test::reduce(block, test::x_nodes(block, true, true), k);
 }
 
-SuperelementBody make_body(Index k, Scheme scheme, double alpha, const Placement& placement = {}) {
+ModalBody make_body(Index k, Scheme scheme, double alpha, const Placement& placement = {}) {
   const auto model = test::model(reduced(k));
   return {"body", model.superelement, model.form, placement, scheme, NewmarkOptions{alpha}};
 }
@@ -53,8 +53,8 @@ TEST(Newmark, IsTheSchemeOfTheDenseMatrices) {
     const Matrix K = reduced_stiffness(s), M = reduced_mass(s);
     const double beta = 0.25 * (1 - alpha) * (1 - alpha), gamma = 0.5 - alpha;
     const auto model = test::model(s);
-    SuperelementBody body("body", model.superelement, model.form, Placement{}, Scheme::newmark,
-                          NewmarkOptions{alpha});
+    ModalBody body("body", model.superelement, model.form, Placement{}, Scheme::newmark,
+                   NewmarkOptions{alpha});
     const Index set = body.track({2, 5});
     Points force = Points::Zero(body.n_nodes(), 3), impulse(2, 3);
     force.row(7) << 3, -1, 2;
@@ -90,7 +90,7 @@ TEST(Newmark, IsTheSchemeOfTheDenseMatrices) {
 TEST(Newmark, ResponseIsWhatImpulsesDoAndTheInverseOfTheSystemMatrix) {
   std::mt19937 random(2);
   for (const double alpha : alphas) {
-    SuperelementBody body = make_body(8, Scheme::newmark, alpha, test::oblique(true));
+    ModalBody body = make_body(8, Scheme::newmark, alpha, test::oblique(true));
     const Index set = body.track({0, 3, 5, 11});
     for (const double share : {0.5, 2.0, 300.0}) {
       const double h = share / body.largest_frequency();
@@ -110,7 +110,7 @@ TEST(Newmark, ResponseIsWhatImpulsesDoAndTheInverseOfTheSystemMatrix) {
     }
     // h / 2 A^-1 at the dofs of an upright body
     const Superelement s = reduced(8);
-    SuperelementBody upright = make_body(8, Scheme::newmark, alpha);
+    ModalBody upright = make_body(8, Scheme::newmark, alpha);
     const Index one = upright.track({4});
     const double h = 5 / upright.largest_frequency();
     const NewmarkOptions newmark{alpha};
@@ -123,7 +123,7 @@ TEST(Newmark, ResponseIsWhatImpulsesDoAndTheInverseOfTheSystemMatrix) {
 TEST(Newmark, MomentumIsThatOfTheImpulses) {
   std::mt19937 random(1);
   for (const double alpha : alphas) {
-    SuperelementBody body = make_body(12, Scheme::newmark, alpha, test::oblique(true));
+    ModalBody body = make_body(12, Scheme::newmark, alpha, test::oblique(true));
     std::vector<Index> nodes(body.n_nodes());
     std::iota(nodes.begin(), nodes.end(), Index{0});
     const Index set = body.track(nodes);
@@ -155,7 +155,7 @@ TEST(Newmark, EnergyBalanceClosesToRoundOff) {
   std::mt19937 random(3);
   for (const double alpha : alphas) {
     for (const double share : {1.2, 150.0}) {
-      SuperelementBody body = make_body(12, Scheme::newmark, alpha, test::oblique(true));
+      ModalBody body = make_body(12, Scheme::newmark, alpha, test::oblique(true));
       const Index set = body.track({1, 4, 7});
       body.prepare({.loads = {force_load(random_points(random, body.n_nodes(), 4.0), ramp),
                               gravity_load(Vector3(0, 0, -9.81))}});
@@ -185,7 +185,7 @@ TEST(Newmark, EnergyBalanceClosesToRoundOff) {
 TEST(Newmark, AverageAccelerationKeepsAllEnergyAndHhtTakesIt) {
   for (const double share : {0.2, 1.0, 2.0, 20.0, 200.0}) {
     for (const double alpha : alphas) {
-      SuperelementBody body = make_body(20, Scheme::newmark, alpha);
+      ModalBody body = make_body(20, Scheme::newmark, alpha);
       const Index set = body.track({0});
       Points p(1, 3);
       p << 1, -2, 3;
@@ -220,12 +220,12 @@ TEST(Newmark, EachModeKeepsItsEnergyInManySteps) {
   std::vector<HeldDirection> held;
   for (Index node = 0; node < 6; ++node)
     for (int d = 0; d < 3; ++d) held.push_back({node, Vector3::Unit(d)});
-  const auto form = std::make_shared<DiagonalForm>(held_diagonal_form(*s, held, "body"));
+  const auto form = std::make_shared<ModalForm>(held_modal_form(*s, held, "body"));
   ASSERT_EQ(form->n_rigid, 0);
   const Matrix VtM = form->V.transpose() * reduced_mass(*s);
   constexpr int n = 100000;
   for (const double share : {0.3, 3.7, 60.0, 4e3}) {
-    SuperelementBody body("body", s, form, Placement{}, Scheme::newmark, NewmarkOptions{});
+    ModalBody body("body", s, form, Placement{}, Scheme::newmark, NewmarkOptions{});
     const double h = share / body.largest_frequency();
     std::mt19937 random(8);
     std::vector<Index> nodes(static_cast<std::size_t>(body.n_nodes()));
@@ -258,7 +258,7 @@ TEST(Newmark, EachModeKeepsItsEnergyInManySteps) {
 // longer by (omega h)^2 / 12.
 TEST(Newmark, HhtDampsHighFrequenciesAndSparesLowOnes) {
   const auto left_after = [](double x, double alpha) {
-    SuperelementBody body = make_body(20, Scheme::newmark, alpha);
+    ModalBody body = make_body(20, Scheme::newmark, alpha);
     const Index set = body.track({0});
     Points p(1, 3);
     p << 1, 0, 0;
@@ -290,7 +290,7 @@ TEST(Newmark, IsOfSecondOrder) {
     smooth.value.push_back(0.5 - 0.5 * std::cos(2 * std::numbers::pi * smooth.time.back() / 0.4));
   }
   const auto end_of = [&](Scheme scheme, double alpha, int steps) {
-    SuperelementBody body = make_body(5, scheme, alpha);
+    ModalBody body = make_body(5, scheme, alpha);
     body.prepare({.loads = {force_load(force, smooth)}});
     const double h = 0.4 / steps;
     for (int i = 0; i < steps; ++i) {

@@ -293,10 +293,10 @@ TEST(SettleVelocities, SuperelementsTakeImpulsesAtTheEnd) {
   const auto model = test::model(test::reduce(block, test::x_nodes(block, true, true), 6));
   for (const double alpha : {0.0, -0.1, -1.0 / 3}) {
     const auto make = [&] {
-      return SuperelementBody("body", model.superelement, model.form, test::oblique(true),
-                              Scheme::newmark, NewmarkOptions{alpha});
+      return ModalBody("body", model.superelement, model.form, test::oblique(true), Scheme::newmark,
+                       NewmarkOptions{alpha});
     };
-    SuperelementBody body = make(), twin = make();
+    ModalBody body = make(), twin = make();
     expect_end_impulses(body, twin, true);
   }
 }

@@ -18,7 +18,7 @@
 #include <vector>
 
 #include "common/app/report.hpp"
-#include "dynamics/motion/modal/superelement_body.hpp"
+#include "dynamics/motion/modal/modal_body.hpp"
 #include "reducer/bases/reduce.hpp"
 #include "tests/support/scene_run.hpp"
 
@@ -49,7 +49,7 @@ Superelement block() {
 }
 
 struct Spinning {
-  std::unique_ptr<SuperelementBody> body;
+  std::unique_ptr<ModalBody> body;
 
   void step(double t, double h) const {
     body->predict(t, h);
@@ -58,13 +58,13 @@ struct Spinning {
 };
 
 Spinning spinning(Superelement s, const Vector3& w, const Matrix3& axes = Matrix3::Identity(),
-                  const std::function<void(DiagonalForm&)>& change = {}) {
-  auto form = std::make_shared<DiagonalForm>(free_diagonal_form(s, "block"));
+                  const std::function<void(ModalForm&)>& change = {}) {
+  auto form = std::make_shared<ModalForm>(free_modal_form(s, "block"));
   if (change) change(*form);
   Spinning spinning;
   spinning.body =
-      std::make_unique<SuperelementBody>("b", std::make_shared<const Superelement>(std::move(s)),
-                                         form, Placement{axes}, Scheme::exact);
+      std::make_unique<ModalBody>("b", std::make_shared<const Superelement>(std::move(s)), form,
+                                  Placement{axes}, Scheme::exact);
   spinning.body->turn_freely(w, 1e3);
   return spinning;
 }
@@ -79,7 +79,7 @@ Spinning rotor(double w, const Vector& start) {
   for (const Index row : {0, 4})
     for (const Index column : {0, 4}) s.spin_couplings(row, column) = 1;
   Spinning rotor =
-      spinning(std::move(s), Vector3(0, 0, w), Matrix3::Identity(), [](DiagonalForm& form) {
+      spinning(std::move(s), Vector3(0, 0, w), Matrix3::Identity(), [](ModalForm& form) {
         form.omega[6] = omega_x;
         form.omega[7] = omega_y;
         form.E.rightCols(3) *= 1e6;  // of the flywheel

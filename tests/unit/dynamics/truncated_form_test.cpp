@@ -72,7 +72,7 @@ TEST(TruncatedForm, CompliesAsAllModesDo) {
     s.dof_component.push_back(static_cast<int>(i % 3));
   }
   s.eigenvalues = Vector::Constant(2, 1.0);
-  DiagonalForm all;
+  ModalForm all;
   all.omega = Vector::LinSpaced(8, 0, 7);
   all.n_rigid = 1;
   all.V = Matrix::Random(8, 8);
@@ -90,7 +90,7 @@ TEST(TruncatedForm, CompliesAsAllModesDo) {
                   omega.tail(omega.size() - 1).cwiseAbs2().cwiseInverse().asDiagonal() *
                   V.rightCols(omega.size() - 1).transpose() * B);
   };
-  const auto form = truncated_form(3.5, std::make_shared<const DiagonalForm>(all), forces, s);
+  const auto form = truncated_form(3.5, std::make_shared<const ModalForm>(all), forces, s);
   const ResidualCompliance& residual = *form->residual;
   EXPECT_EQ(form->omega.size(), 4);
   EXPECT_EQ(residual.omega_limit, 3.5);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "dynamics/motion/modal/forms/diagonal_form.hpp"
+#include "dynamics/motion/modal/forms/modal_form.hpp"
 
 #include "common/base/error.hpp"
 #include "common/linalg/dense.hpp"
@@ -13,9 +13,9 @@ constexpr double least_pivot = 1e-9;
 
 }  // namespace
 
-DiagonalForm form_of_modes(const Superelement& s, const Matrix& V_c, const std::string& dataset,
-                           const std::string& where) {
-  DiagonalForm form;
+ModalForm form_of_modes(const Superelement& s, const Matrix& V_c, const std::string& dataset,
+                        const std::string& where) {
+  ModalForm form;
   form.omega = s.eigenvalues.cwiseSqrt();
   const Index r = form.n_rigid = (form.omega.array() == 0).count();
   form.V.setZero(s.k() + s.c(), s.k());
@@ -51,13 +51,13 @@ DiagonalForm form_of_modes(const Superelement& s, const Matrix& V_c, const std::
   return form;
 }
 
-DiagonalForm free_characteristic_form(const Superelement& s, const std::string& where) {
+ModalForm free_characteristic_form(const Superelement& s, const std::string& where) {
   return form_of_modes(s, s.characteristic.V, "/characteristic/V", where);
 }
 
-DiagonalForm held_characteristic_form(const Superelement& s, const std::vector<HeldDirection>& held,
-                                      const std::string& where) {
-  const DiagonalForm free = free_characteristic_form(s, where);
+ModalForm held_characteristic_form(const Superelement& s, const std::vector<HeldDirection>& held,
+                                   const std::string& where) {
+  const ModalForm free = free_characteristic_form(s, where);
   const IndexTable rows = displacement_rows(s);
   const Index k = s.k();
   // C q = 0, rows of one length   (held x k)
@@ -86,7 +86,7 @@ DiagonalForm held_characteristic_form(const Superelement& s, const std::vector<H
   const Eigenpairs pairs = dense_eigenpairs_beside(K, Q);
   if (!pairs.converged)
     throw RunError(where + ": the modes of the held superelement could not be found");
-  DiagonalForm form;
+  ModalForm form;
   take_frequencies(pairs.lambda, N.cols(), form);
   const Matrix Y = Z * pairs.Phi;
   form.V.noalias() = free.V * Y;

@@ -8,7 +8,7 @@
 #include "common/linalg/dense.hpp"
 #include "common/linalg/dense_factor.hpp"
 #include "common/linalg/huge_pages.hpp"
-#include "dynamics/motion/modal/forms/diagonal_form.hpp"
+#include "dynamics/motion/modal/forms/modal_form.hpp"
 
 namespace cbr {
 namespace {

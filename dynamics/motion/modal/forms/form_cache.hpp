@@ -72,7 +72,7 @@ class NodeRows {
   // Largest magnitude over the nodes of each mode's displacement   (n x 3)
   const Matrix& envelope() const;
 
-  // SuperelementBody's: V^T M^ of unit velocities of the dofs, n x 3 m; filled when first needed
+  // ModalBody's: V^T M^ of unit velocities of the dofs, n x 3 m; filled when first needed
   mutable Matrix velocity_map;
 
  private:
@@ -87,7 +87,7 @@ class NodeRows {
   mutable Matrix envelope_;
 };
 
-// Lives in a DiagonalForm and goes with its matrices: a copy of the form starts with an empty one.
+// Lives in a ModalForm and goes with its matrices: a copy of the form starts with an empty one.
 // Several threads may call propagator(), one alone the others.
 class FormCache {
  public:

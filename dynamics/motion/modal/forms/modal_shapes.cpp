@@ -37,7 +37,7 @@ Matrix held_rows(const Superelement& s, const std::vector<HeldDirection>& held) 
 // diag(omega^2) q = V_b^T f and V_b q + F_bb f = u_b, where b is what is held and f acts on it:
 //   (F_bb + V_e omega^-2 V_e^T) f + V_r q_r = u_b,   V_r^T f = 0,
 // e the elastic modes and r the rigid motions, of which those that move nothing held stay 0.
-SupportShapes modal_shapes(const Superelement& s, const DiagonalForm& free,
+SupportShapes modal_shapes(const Superelement& s, const ModalForm& free,
                            const std::vector<HeldDirection>& held, const Matrix& motion) {
   const Index k = s.k(), c = s.c(), r = free.n_rigid, b = motion.rows(), m = motion.cols();
   const Matrix C = held_rows(s, held), V = free.V.bottomRows(c), V_b = C * V;

@@ -5,14 +5,14 @@
 #include <string>
 #include <vector>
 
-#include "dynamics/motion/modal/forms/diagonal_form.hpp"
+#include "dynamics/motion/modal/forms/modal_form.hpp"
 #include "dynamics/motion/prescribed_motion.hpp"
 
 namespace cbr {
 
 // Of u_c = V_c q + F f_c, as the bases massless and characteristic (without F) have it. `free`: its
 // free form. Column j of `motion` (held x m) moves the held directions in the j-th motion.
-SupportShapes modal_shapes(const Superelement& superelement, const DiagonalForm& free,
+SupportShapes modal_shapes(const Superelement& superelement, const ModalForm& free,
                            const std::vector<HeldDirection>& held, const Matrix& motion);
 
 // Of the nodes of a rigid body. InputError, after `where`: motions that would strain it.

@@ -38,16 +38,15 @@ void hold_row(Index j, double least, Matrix& F) {
   F.col(j).setZero();
 }
 
-std::shared_ptr<const DiagonalForm> with_residual(DiagonalForm form, ResidualCompliance residual) {
+std::shared_ptr<const ModalForm> with_residual(ModalForm form, ResidualCompliance residual) {
   form.residual = std::make_shared<const ResidualCompliance>(std::move(residual));
-  return std::make_shared<const DiagonalForm>(std::move(form));
+  return std::make_shared<const ModalForm>(std::move(form));
 }
 
-std::shared_ptr<const DiagonalForm> held_characteristic(const Superelement& s,
-                                                        const StaticRows& free,
-                                                        const std::vector<HeldDirection>& held,
-                                                        const std::string& where) {
-  DiagonalForm form = held_characteristic_form(s, held, where);
+std::shared_ptr<const ModalForm> held_characteristic(const Superelement& s, const StaticRows& free,
+                                                     const std::vector<HeldDirection>& held,
+                                                     const std::string& where) {
+  ModalForm form = held_characteristic_form(s, held, where);
   ResidualCompliance residual;
   residual.rows = free;
   residual.omega_limit = form.omega.size() > 0 ? form.omega.maxCoeff() : 0;
@@ -65,9 +64,9 @@ std::shared_ptr<const DiagonalForm> held_characteristic(const Superelement& s,
   return with_residual(std::move(form), std::move(residual));
 }
 
-std::shared_ptr<const DiagonalForm> held_massless(const Superelement& s, const DiagonalForm& free,
-                                                  const std::vector<HeldDirection>& held,
-                                                  const std::string& where) {
+std::shared_ptr<const ModalForm> held_massless(const Superelement& s, const ModalForm& free,
+                                               const std::vector<HeldDirection>& held,
+                                               const std::string& where) {
   const IndexTable rows = displacement_rows(s);
   const Index k = s.k(), c = s.c(), n = free.omega.size();
   Matrix C = Matrix::Zero(static_cast<Index>(held.size()), c);  // C u_c = 0
@@ -100,7 +99,7 @@ std::shared_ptr<const DiagonalForm> held_massless(const Superelement& s, const D
   const Eigenpairs pairs = dense_eigenpairs_beside(std::move(K), Q);
   if (!pairs.converged)
     throw RunError(where + ": the modes of the held superelement could not be found");
-  DiagonalForm modal;
+  ModalForm modal;
   take_frequencies(pairs.lambda, N.cols(), modal);
   modal.V.resize(k + c, n);
   modal.V.topRows(k) = pairs.Phi;
@@ -186,12 +185,12 @@ std::shared_ptr<const ThinResponse> ResidualCompliance::response(
   return response;
 }
 
-std::shared_ptr<const DiagonalForm> free_residual_form(
+std::shared_ptr<const ModalForm> free_residual_form(
     const std::shared_ptr<const Superelement>& superelement, const std::string& where) {
   const Superelement& s = *superelement;
   ResidualCompliance residual;
   residual.is_massless = s.is_massless();
-  DiagonalForm form;
+  ModalForm form;
   if (residual.is_massless) {
     form = form_of_modes(s, s.massless.V, "/massless/V", where);
     residual.rows = rows_of_massless(s, {superelement, &s.massless.F});
@@ -204,10 +203,9 @@ std::shared_ptr<const DiagonalForm> free_residual_form(
   return with_residual(std::move(form), std::move(residual));
 }
 
-std::shared_ptr<const DiagonalForm> held_residual_form(const Superelement& s,
-                                                       const DiagonalForm& free,
-                                                       const std::vector<HeldDirection>& held,
-                                                       const std::string& where) {
+std::shared_ptr<const ModalForm> held_residual_form(const Superelement& s, const ModalForm& free,
+                                                    const std::vector<HeldDirection>& held,
+                                                    const std::string& where) {
   return free.residual->is_massless ? held_massless(s, free, held, where)
                                     : held_characteristic(s, free.residual->rows, held, where);
 }

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "dynamics/contact/nodes/thin_response.hpp"
-#include "dynamics/motion/modal/forms/diagonal_form.hpp"
+#include "dynamics/motion/modal/forms/modal_form.hpp"
 
 namespace cbr {
 
@@ -20,7 +20,7 @@ struct ResidualCompliance {
   // Of truncated modes: the form with all n of them, whose last h are quasi-static, and
   // diag(1 / omega_h^2) V_h^T B (h x s). Null, and empty: forces along the rows displace the rows
   // alone.
-  std::shared_ptr<const DiagonalForm> whole;
+  std::shared_ptr<const ModalForm> whole;
   Matrix quasi_static;
   bool is_massless = false;
   // rad/s, limits a step: massless, with the interface held; else the highest of the form
@@ -69,14 +69,14 @@ StaticRows static_rows(const std::vector<Index>& node, const Points& direction,
 
 // Of basis massless, or characteristic with residual compliance. InputError when the rigid modes do
 // not agree with /rigid_body, named by `where`.
-std::shared_ptr<const DiagonalForm> free_residual_form(
+std::shared_ptr<const ModalForm> free_residual_form(
     const std::shared_ptr<const Superelement>& superelement, const std::string& where);
 // The same with held directions. Massless: their reactions are forces on an interface without
 // inertia, so that they are eliminated as contact is. Characteristic: coordinates are held as in
 // held_characteristic_form(), and residual compliance at held nodes is left out.
-std::shared_ptr<const DiagonalForm> held_residual_form(const Superelement& superelement,
-                                                       const DiagonalForm& free,
-                                                       const std::vector<HeldDirection>& held,
-                                                       const std::string& where);
+std::shared_ptr<const ModalForm> held_residual_form(const Superelement& superelement,
+                                                    const ModalForm& free,
+                                                    const std::vector<HeldDirection>& held,
+                                                    const std::string& where);
 
 }  // namespace cbr

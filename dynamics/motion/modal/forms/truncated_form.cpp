@@ -13,12 +13,12 @@ namespace {
 constexpr double share_of_fixed_modes = 2.5;
 constexpr std::size_t least_nodes = 100;
 
-Index modes_up_to(double highest, const DiagonalForm& all) {
+Index modes_up_to(double highest, const ModalForm& all) {
   return std::upper_bound(all.omega.begin(), all.omega.end(), highest) - all.omega.begin();
 }
 
 // diag(1 / omega_h) V_h^T B, of the modes from `first` on   (h x s)
-Matrix along_forces(const DiagonalForm& all, Index first, const StaticShare& forces,
+Matrix along_forces(const ModalForm& all, Index first, const StaticShare& forces,
                     const IndexTable& row) {
   const Index h = all.omega.size() - first;
   Matrix G = Matrix::Zero(h, forces.size());
@@ -31,7 +31,7 @@ Matrix along_forces(const DiagonalForm& all, Index first, const StaticShare& for
 
 }  // namespace
 
-std::optional<double> automatic_limit(const Vector& eigenvalues, const DiagonalForm& all) {
+std::optional<double> automatic_limit(const Vector& eigenvalues, const ModalForm& all) {
   if (eigenvalues.size() == 0) return std::nullopt;
   const double limit = share_of_fixed_modes * std::sqrt(std::max(0.0, eigenvalues.maxCoeff()));
   const Index n = modes_up_to(limit, all), h = all.omega.size() - n;
@@ -43,12 +43,11 @@ bool is_large_face(const StaticShare& forces) {
   return std::set<Index>(forces.node.begin(), forces.node.end()).size() >= least_nodes;
 }
 
-std::shared_ptr<const DiagonalForm> truncated_form(double highest,
-                                                   std::shared_ptr<const DiagonalForm> all,
-                                                   const StaticShare& forces,
-                                                   const Superelement& s) {
+std::shared_ptr<const ModalForm> truncated_form(double highest,
+                                                std::shared_ptr<const ModalForm> all,
+                                                const StaticShare& forces, const Superelement& s) {
   const Index n = modes_up_to(highest, *all), h = all->omega.size() - n;
-  auto form = std::make_shared<DiagonalForm>();
+  auto form = std::make_shared<ModalForm>();
   form->omega = all->omega.head(n);
   form->V = all->V.leftCols(n);
   form->E = all->E.topRows(n);

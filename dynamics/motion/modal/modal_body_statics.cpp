@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "dynamics/motion/modal/superelement_body.hpp"
+#include "dynamics/motion/modal/modal_body.hpp"
 
 namespace cbr {
 
@@ -15,13 +15,13 @@ constexpr double no_stiffness = 1e-12;
 }  // namespace
 
 // The first modes, those of further parts of the body included.
-Index SuperelementBody::n_floating() const {
+Index ModalBody::n_floating() const {
   const auto omega2 = form_->omega.array().square();
   return std::max(form_->n_rigid,
                   (omega2 <= no_stiffness * (omega2.size() > 0 ? omega2.maxCoeff() : 0)).count());
 }
 
-void SuperelementBody::own_relax(double t, double share) {
+void ModalBody::own_relax(double t, double share) {
   if (statics_.empty()) statics_.begin(now_.eta);
   flow_.loads().sum(t, f_);
   f_ *= share;
@@ -32,7 +32,7 @@ void SuperelementBody::own_relax(double t, double share) {
   residual_.relax(t, share);
 }
 
-ResponseOf SuperelementBody::static_response_of(Vector& weight) const {
+ResponseOf ModalBody::static_response_of(Vector& weight) const {
   ResponseOf of;
   of.weight = ResponseOf::Weight::statics;
   of.h = 1;
@@ -42,7 +42,7 @@ ResponseOf SuperelementBody::static_response_of(Vector& weight) const {
   return of;
 }
 
-NodeResponse SuperelementBody::own_static_response(Index set) const {
+NodeResponse ModalBody::own_static_response(Index set) const {
   Vector weight;
   const ResponseOf of = static_response_of(weight);
   if (!residual_.is_massless()) return answer(set, of, weight);
@@ -53,7 +53,7 @@ NodeResponse SuperelementBody::own_static_response(Index set) const {
 }
 
 // Modes have a unit mass.
-Matrix SuperelementBody::own_floating_motions(Index set) const {
+Matrix ModalBody::own_floating_motions(Index set) const {
   const Index n = n_floating();
   const auto Vt = sets_[set].rows->Vt();
   Matrix motions(Vt.cols(), n);
@@ -62,16 +62,16 @@ Matrix SuperelementBody::own_floating_motions(Index set) const {
   return motions;
 }
 
-FloatingForces SuperelementBody::floating_forces() const {
+FloatingForces ModalBody::floating_forces() const {
   const Vector f = std::sqrt(mass()) * (statics_.loads + statics_.contact);
   return {f.head(n_floating()), f.size() > 0 ? f.lpNorm<Eigen::Infinity>() : 0};
 }
 
-void SuperelementBody::float_by(const Vector& move) {
+void ModalBody::float_by(const Vector& move) {
   end_.eta.head(move.size()) += std::sqrt(mass()) * move;
 }
 
-void SuperelementBody::own_add_static_forces(Index set, const Points& forces) {
+void ModalBody::own_add_static_forces(Index set, const Points& forces) {
   residual_.push(set, {forces});
   sets_[set].rows->kick(forces, placement_.T, local_, f_);
   statics_.add(f_);
@@ -79,7 +79,7 @@ void SuperelementBody::own_add_static_forces(Index set, const Points& forces) {
   end_.eta.tail(n).array() += f_.tail(n).array() / form_->omega.tail(n).array().square();
 }
 
-Settled SuperelementBody::own_settle() {
+Settled ModalBody::own_settle() {
   const auto omega2 = form_->omega.array().square();
   const Vector move = end_.eta - now_.eta;
   now_.eta = end_.eta;
@@ -89,13 +89,13 @@ Settled SuperelementBody::own_settle() {
   return settled;
 }
 
-void SuperelementBody::own_end_load_step() {
+void ModalBody::own_end_load_step() {
   statics_.book(now_.eta, work_);
   residual_.end_load_step();
 }
 
 // Change of the rates by lasting forces of contact (empty: none), as impulses of steps h.
-Vector SuperelementBody::contact_kick(double h, const Vector& force) const {
+Vector ModalBody::contact_kick(double h, const Vector& force) const {
   if (force.size() == 0) return Vector::Zero(now_.eta.size());
   Vector kick = h * force;
   flow_.amplify(kick);
@@ -106,7 +106,7 @@ Vector SuperelementBody::contact_kick(double h, const Vector& force) const {
 // Newmark's impulses at the start of steps hold the body where it is at their ends, where it has
 // half of a kick less than in the mean. With central differences its rates are those half a step
 // before, of a body at rest under all forces.
-void SuperelementBody::own_start_motion(double h, const std::vector<BodyLoad>& loads) {
+void ModalBody::own_start_motion(double h, const std::vector<BodyLoad>& loads) {
   for (const BodyLoad& load : loads) take_load(load);
   residual_.start_motion(h, now_.eta);
   if (statics_.empty()) return;

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Front door of dynamics/motion/modal: superelements in modal coordinates, advanced exactly; large
-// rotations.
+// Front door of dynamics/motion/modal: bodies in modal coordinates; large rotations.
 //
-// A superelement that moves: modal coordinates of the diagonal form, advanced exactly, by central
-// differences or by Newmark. With large rotation in a floating frame.
+// A body that moves by the modes of a form, advanced exactly, by central differences or by Newmark.
+// With large rotation in a floating frame.
 #pragma once
 
 #include <memory>
@@ -14,7 +13,7 @@
 #include "common/superelement/superelement.hpp"
 #include "dynamics/motion/body.hpp"
 #include "dynamics/motion/damping.hpp"
-#include "dynamics/motion/modal/forms/diagonal_form.hpp"
+#include "dynamics/motion/modal/forms/modal_form.hpp"
 #include "dynamics/motion/modal/frame.hpp"
 #include "dynamics/motion/modal/modal_flow.hpp"
 #include "dynamics/motion/modal/modal_newmark.hpp"
@@ -38,20 +37,20 @@ struct Placement {
   BodyState state(const RigidBody& rigid, const Vector& moment, const Vector& rate) const;
 };
 
-// Modes and residual compliance. Modes with mass get impulses of contact at the start of the step.
-// Beside a massless interface they get half of the force of contact before the end of the step and
-// half after it: Gautschi's trigonometric scheme with Scheme::exact, by the gain of
-// BodyPlan::contact_step, and leapfrog with central differences (docs/theory.md, (39), (40)).
-// Displacements and rotations relative to the placed component are small (state().rotation).
-class SuperelementBody final : public Body {
+// The modes of a form and its residual compliance. Modes with mass get impulses of contact at the
+// start of the step. Beside a massless interface they get half of the force of contact before the
+// end of the step and half after it: Gautschi's trigonometric scheme with Scheme::exact, by the
+// gain of BodyPlan::contact_step, and leapfrog with central differences (docs/theory.md, (39),
+// (40)). Displacements and rotations relative to the placed component are small (state().rotation).
+class ModalBody final : public Body {
  public:
   // `form` belongs to `superelement`; both are shared by the instances of a component (a held
   // instance has its own form). add_velocities() and nodal_masses() need the superelement's
   // matrices, and no residual compliance. Not with Scheme::newmark: add_velocities(),
   // motion_bound(), a massless interface. `newmark` is read with Scheme::newmark only.
-  SuperelementBody(std::string name, std::shared_ptr<const Superelement> superelement,
-                   std::shared_ptr<const DiagonalForm> form, const Placement& placement,
-                   Scheme scheme, const NewmarkOptions& newmark = {}, const Damping& damping = {});
+  ModalBody(std::string name, std::shared_ptr<const Superelement> superelement,
+            std::shared_ptr<const ModalForm> form, const Placement& placement, Scheme scheme,
+            const NewmarkOptions& newmark = {}, const Damping& damping = {});
 
   // From here on a free body with large rotation. angular_velocity: rad/s, scene axes; end: of the
   // run, s.
@@ -89,7 +88,7 @@ class SuperelementBody final : public Body {
   // V^T f, with the pattern's forces on modal coordinates
   Vector modal_force(const ForcePattern& pattern) const;
   // Inputs of a harmonic response and of mode shapes.
-  const DiagonalForm& form() const { return *form_; }
+  const ModalForm& form() const { return *form_; }
   const Vector& damping_rates() const { return damping_.c; }  // empty: none
   const Matrix3& axes() const { return placement_.T; }
   // of form().V, for each node and component; -1: none
@@ -97,7 +96,7 @@ class SuperelementBody final : public Body {
   Vector load_amplitude() const;       // of all loads with a factor of 1, n
   void take_shape(const Vector& eta);  // at rest there, until the next predict()
   // Shapes alone follow: other coordinates of the same nodes, for take_shape() and displacements().
-  void take_form(std::shared_ptr<const DiagonalForm> form);
+  void take_form(std::shared_ptr<const ModalForm> form);
   // From here on forces on nodes are also summed, with a factor of 1 (N x 3, component axes).
   void sum_forces() { forces_ = Points::Zero(own_nodes().rows(), 3); }
   const Points& forces() const { return forces_; }
@@ -201,7 +200,7 @@ class SuperelementBody final : public Body {
   void arrive_newmark();
 
   std::shared_ptr<const Superelement> superelement_;
-  std::shared_ptr<const DiagonalForm> form_;
+  std::shared_ptr<const ModalForm> form_;
   Placement placement_;
   std::shared_ptr<const IndexTable> rows_;
   std::vector<NodeSet> sets_;

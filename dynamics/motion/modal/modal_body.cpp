@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "dynamics/motion/modal/superelement_body.hpp"
+#include "dynamics/motion/modal/modal_body.hpp"
 
 #include <algorithm>
 #include <cassert>
@@ -13,7 +13,7 @@ namespace {
 
 Eigen::Map<Vector> flat(Points& p) { return {p.data(), p.size()}; }
 
-bool is_massless(const DiagonalForm& form) { return form.residual && form.residual->is_massless; }
+bool is_massless(const ModalForm& form) { return form.residual && form.residual->is_massless; }
 
 // An interface without mass changes the energy as it lands and lets go. Of a bouncing bar it was
 // 1.3e-3 at 0.16 of the critical step and 3.5e-2 at 0.33: docs/decisions/massless.md, "Steps".
@@ -21,11 +21,9 @@ constexpr double massless_share = 0.2;
 
 }  // namespace
 
-SuperelementBody::SuperelementBody(std::string name,
-                                   std::shared_ptr<const Superelement> superelement,
-                                   std::shared_ptr<const DiagonalForm> form,
-                                   const Placement& placement, Scheme scheme,
-                                   const NewmarkOptions& newmark, const Damping& damping)
+ModalBody::ModalBody(std::string name, std::shared_ptr<const Superelement> superelement,
+                     std::shared_ptr<const ModalForm> form, const Placement& placement,
+                     Scheme scheme, const NewmarkOptions& newmark, const Damping& damping)
     : Body({.name = std::move(name),
             .scheme = scheme,
             .n_dofs = form->omega.size(),
@@ -50,11 +48,11 @@ SuperelementBody::SuperelementBody(std::string name,
   now_.v.noalias() = form_->E.leftCols(3) * (placement_.T.transpose() * placement_.velocity);
 }
 
-double SuperelementBody::largest_frequency() const {
+double ModalBody::largest_frequency() const {
   return form_->residual ? residual_.critical_frequency() : form_->highest();
 }
 
-Index SuperelementBody::own_track(const std::vector<Index>& nodes) {
+Index ModalBody::own_track(const std::vector<Index>& nodes) {
   sets_.push_back({form_->shared.rows(form_->V, *rows_, nodes), own_nodes()(nodes, Eigen::all)});
   residual_.track(*sets_.back().rows);
   if (frame_) frame_->track();
@@ -62,36 +60,36 @@ Index SuperelementBody::own_track(const std::vector<Index>& nodes) {
   return static_cast<Index>(sets_.size()) - 1;
 }
 
-Index SuperelementBody::own_track_mean(const std::vector<Index>& nodes) {
+Index ModalBody::own_track_mean(const std::vector<Index>& nodes) {
   means_.push_back({form_->shared.mean_rows(form_->V, *rows_, nodes),
                     own_nodes()(nodes, Eigen::all).colwise().mean().transpose()});
   residual_.track_mean(nodes);
   return static_cast<Index>(means_.size()) - 1;
 }
 
-void SuperelementBody::own_positions(Index set, Points& x) const {
+void ModalBody::own_positions(Index set, Points& x) const {
   unturned_positions(set, x);
   if (frame_) frame_->turn_positions(set, x);
 }
 
-void SuperelementBody::own_predicted_positions(Index set, Points& x) const {
+void ModalBody::own_predicted_positions(Index set, Points& x) const {
   unturned_end(set, x);
   if (frame_) frame_->turn_predicted_positions(set, x);
 }
 
-void SuperelementBody::unturned_positions(Index set, Points& x) const {
+void ModalBody::unturned_positions(Index set, Points& x) const {
   sets_[set].rows->displacements(now_.eta, placement_.T, x);
   x += sets_[set].X;
   residual_.add_positions(set, x);
 }
 
-void SuperelementBody::unturned_end(Index set, Points& x) const {
+void ModalBody::unturned_end(Index set, Points& x) const {
   sets_[set].rows->displacements(end_.eta, placement_.T, x);
   x += sets_[set].X;
   residual_.add_predicted_positions(set, x);
 }
 
-void SuperelementBody::own_mean_motion(Index set, Vector3& position, Vector3& velocity) const {
+void ModalBody::own_mean_motion(Index set, Vector3& position, Vector3& velocity) const {
   const MeanSet& s = means_[set];
   position = s.X;
   velocity.setZero();
@@ -106,7 +104,7 @@ void SuperelementBody::own_mean_motion(Index set, Vector3& position, Vector3& ve
 // Leapfrog with the damping of half a step on each side of t, so that the critical step stays:
 //   (1 + c h / 2) v+ = (1 - c h- / 2) v- + (h- + h)/2 (f - omega^2 eta),   eta+ = eta + h v+.
 // At the start v- is half a step before t = 0.
-void SuperelementBody::predict_central(double h) {
+void ModalBody::predict_central(double h) {
   flow_.loads().sum(t_, f_);
   f_ -= form_->omega.cwiseAbs2().cwiseProduct(now_.eta);
   const auto c = damping_.c.array();
@@ -132,9 +130,9 @@ void SuperelementBody::predict_central(double h) {
   end_.eta = now_.eta + h * end_.v;
 }
 
-void SuperelementBody::predict_end() { frame_ ? frame_->predict(t_, h_) : predict_modes(); }
+void ModalBody::predict_end() { frame_ ? frame_->predict(t_, h_) : predict_modes(); }
 
-void SuperelementBody::predict_modes() {
+void ModalBody::predict_modes() {
   kick_.clear();
   end_kick_.clear();
   late_.end.setZero();
@@ -155,7 +153,7 @@ void SuperelementBody::predict_modes() {
 
 // f_: modal forces of forces on the set's nodes. In a frame their sum moves the centre of mass in
 // the scene's axes.
-void SuperelementBody::take_force(Index set, const Points& impulses) {
+void ModalBody::take_force(Index set, const Points& impulses) {
   sets_[set].rows->kick(impulses, placement_.T, local_, f_);
   if (!frame_) return;
   const auto E = form_->E.topLeftCorner(form_->n_rigid, 3);
@@ -164,11 +162,11 @@ void SuperelementBody::take_force(Index set, const Points& impulses) {
   f_.head(form_->n_rigid).noalias() = E * (momentum / E.col(0).squaredNorm());
 }
 
-void SuperelementBody::own_take_impulses(Index set, const Impulses& impulses) {
+void ModalBody::own_take_impulses(Index set, const Impulses& impulses) {
   frame_ ? frame_->take_impulses(set, impulses) : push_modes(set, impulses);
 }
 
-void SuperelementBody::push_modes(Index set, const Impulses& impulses) {
+void ModalBody::push_modes(Index set, const Impulses& impulses) {
   residual_.push(set, impulses);
   if (facts_.kicks_at_end) return add_late(set, impulses.all);
   take_force(set, impulses.all);
@@ -177,7 +175,7 @@ void SuperelementBody::push_modes(Index set, const Impulses& impulses) {
 }
 
 // Of the modal kick f_ at the start of the step.
-void SuperelementBody::feel_kick() {
+void ModalBody::feel_kick() {
   kick_.add(f_);
   if (is_exact()) return flow_.push(h_, f_, end_);
   if (scheme() == Scheme::newmark) return newmark_.push(f_, now_, end_);
@@ -188,7 +186,7 @@ void SuperelementBody::feel_kick() {
 
 // Forces at the end of the step, times the step. Energies are of the middle of such a kick; with
 // central differences it is half of the kick of the rates of the next step.
-void SuperelementBody::add_late(Index set, const Points& impulses) {
+void ModalBody::add_late(Index set, const Points& impulses) {
   if (!late_) late_.begin(now_.eta.size());
   take_force(set, impulses);
   flow_.amplify(f_);
@@ -196,8 +194,8 @@ void SuperelementBody::add_late(Index set, const Points& impulses) {
   end_.v += f_;
 }
 
-Vector3 SuperelementBody::own_add_velocities(Index set, const Points& velocities,
-                                             const Vector3& momentum) {
+Vector3 ModalBody::own_add_velocities(Index set, const Points& velocities,
+                                      const Vector3& momentum) {
   if (form_->residual) lacks_nodal_masses();
   assert(scheme() != Scheme::newmark && flow_.contact_step() == 0 && !is_damped());
   const Matrix3& T = placement_.T;
@@ -221,7 +219,7 @@ Vector3 SuperelementBody::own_add_velocities(Index set, const Points& velocities
 }
 
 // Between the kicks energy changes by the work of forces, spin and damping.
-void SuperelementBody::accept_exact() {
+void ModalBody::accept_exact() {
   spin_work_ = 0;
   if (kick_) book_kick(kick_.sum(), now_.v, work_);
   if (is_damped() || flow_.is_driven()) {
@@ -245,7 +243,7 @@ void SuperelementBody::accept_exact() {
 }
 
 // Of nodal contact.
-void SuperelementBody::accept_end_kick(const Vector& kick) {
+void ModalBody::accept_end_kick(const Vector& kick) {
   if (!flow_.loads().empty()) {
     end_.eta += h_ * kick;
     end_.v += kick;
@@ -257,7 +255,7 @@ void SuperelementBody::accept_end_kick(const Vector& kick) {
                    h_ * (omega2 * kick.array() * (end_.eta - 0.5 * h_ * kick).array()).sum();
 }
 
-void SuperelementBody::accept_central() {
+void ModalBody::accept_central() {
   // The rates before and after all of the forces at the start
   if (late_) {
     now_.v -= late_.start;
@@ -285,9 +283,9 @@ void SuperelementBody::accept_central() {
   if (late_) end_.v += late_.end;
 }
 
-void SuperelementBody::own_accept() { frame_ ? frame_->accept() : accept_modes(); }
+void ModalBody::own_accept() { frame_ ? frame_->accept() : accept_modes(); }
 
-void SuperelementBody::accept_modes() {
+void ModalBody::accept_modes() {
   residual_.accept(now_.eta);
   switch (scheme()) {
     case Scheme::exact:
@@ -307,37 +305,35 @@ void SuperelementBody::accept_modes() {
   t_ += h_;
 }
 
-void SuperelementBody::arrive_newmark() {
-  newmark_.arrive(flow_.loads(), kick_, now_, end_, work_);
-}
+void ModalBody::arrive_newmark() { newmark_.arrive(flow_.loads(), kick_, now_, end_, work_); }
 
-void SuperelementBody::own_end_velocities(Index set, Points& v) {
+void ModalBody::own_end_velocities(Index set, Points& v) {
   arrive_newmark();
   sets_[set].rows->displacements(end_.v, placement_.T, v);
 }
 
-void SuperelementBody::own_add_end_impulses(Index set, const Points& impulses) {
+void ModalBody::own_add_end_impulses(Index set, const Points& impulses) {
   if (scheme() != Scheme::newmark) return add_late(set, impulses);
   arrive_newmark();
   sets_[set].rows->kick(impulses, placement_.T, local_, f_);
   newmark_.push_end(f_, end_, work_);
 }
 
-void SuperelementBody::own_expect_forces(Index set, const Points& forces) {
+void ModalBody::own_expect_forces(Index set, const Points& forces) {
   if (scheme() == Scheme::newmark || frame_ || forces.rows() == 0) return flow_.expect({});
   take_force(set, forces);
   flow_.expect(f_);
 }
 
 // The impulses of contact to come have the lasting forces in them, which act by themselves.
-void SuperelementBody::kick_back() {
+void ModalBody::kick_back() {
   if (flow_.lasting().size() == 0) return;
   f_ = -contact_kick(h_, flow_.lasting());
   feel_kick();
 }
 
 // Half of the change of forces acts before the moment at which they do, and half after it.
-void SuperelementBody::change_force() {
+void ModalBody::change_force() {
   if (flow_.lasting().size() == 0 && flow_.next_lasting().size() == 0) return;
   const Vector kick =
       0.5 * contact_kick(h_, flow_.next_lasting()) - 0.5 * contact_kick(h_, flow_.lasting());
@@ -347,7 +343,7 @@ void SuperelementBody::change_force() {
 
 // Work of forces at the ends of steps, from the middle of the kick at the start of the step to that
 // of the kick at its end. The next step gets the rest of that kick.
-void SuperelementBody::accept_late() {
+void ModalBody::accept_late() {
   const Vector start = 0.5 * late_.start;
   book_kick(start, now_.v - start, work_);
   end_.v -= late_.end;

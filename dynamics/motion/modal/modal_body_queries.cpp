@@ -10,13 +10,13 @@
 
 #include "common/files/state_archive.hpp"
 #include "common/linalg/dense.hpp"
-#include "dynamics/motion/modal/superelement_body.hpp"
+#include "dynamics/motion/modal/modal_body.hpp"
 
 namespace cbr {
 
 // quick: of elastic motion the same spread for all nodes, from the largest that each mode moves
 // one.
-MotionBound SuperelementBody::own_motion_bound(Index set, bool quick) const {
+MotionBound ModalBody::own_motion_bound(Index set, bool quick) const {
   assert(is_exact());
   const NodeSet& s = sets_[set];
   const Matrix3& T = placement_.T;
@@ -92,7 +92,7 @@ MotionBound SuperelementBody::own_motion_bound(Index set, bool quick) const {
 
 // w = sin(omega h)/omega, h, or h/2 / (1 + theta omega^2), twice that where impulses act at the
 // start
-ResponseOf SuperelementBody::response_of(double h, Vector& weight) const {
+ResponseOf ModalBody::response_of(double h, Vector& weight) const {
   ResponseOf of{ResponseOf::Weight::central, h, 0};
   if (is_exact()) {
     of.weight = ResponseOf::Weight::exact;
@@ -113,23 +113,23 @@ ResponseOf SuperelementBody::response_of(double h, Vector& weight) const {
 }
 
 // S = V_c diag(w) V_c^T + B F B^T / following(h)   (3m x 3m)
-NodeResponse SuperelementBody::unturned_response(Index set, double h) const {
+NodeResponse ModalBody::unturned_response(Index set, double h) const {
   Vector weight;
   const ResponseOf of = response_of(h, weight);
   return answer(set, of, weight);
 }
 
-NodeResponse SuperelementBody::own_response(Index set, double h) const {
+NodeResponse ModalBody::own_response(Index set, double h) const {
   NodeResponse response = unturned_response(set, h);
   if (frame_) response.axes = frame_->R() * response.axes;
   return response;
 }
 
-NodeResponse SuperelementBody::own_velocity_response(Index set) const {
+NodeResponse ModalBody::own_velocity_response(Index set) const {
   return answer(set, {ResponseOf::Weight::velocity}, Vector::Ones(form_->omega.size()));
 }
 
-NodeResponse SuperelementBody::answer(Index set, const ResponseOf& of, const Vector& weight) const {
+NodeResponse ModalBody::answer(Index set, const ResponseOf& of, const Vector& weight) const {
   const NodeRows& rows = *sets_[set].rows;
   NodeResponse response;
   response.axes = placement_.T;
@@ -143,7 +143,7 @@ NodeResponse SuperelementBody::answer(Index set, const ResponseOf& of, const Vec
   return response;
 }
 
-Points SuperelementBody::nodal_masses(Index set) const {
+Points ModalBody::nodal_masses(Index set) const {
   if (form_->residual) lacks_nodal_masses();
   const auto& nodes = sets_[set].rows->nodes();
   const Index k = superelement_->k(), c = superelement_->c();
@@ -161,7 +161,7 @@ Points SuperelementBody::nodal_masses(Index set) const {
   return masses;
 }
 
-const Matrix& SuperelementBody::velocity_map(const NodeRows& rows) const {
+const Matrix& ModalBody::velocity_map(const NodeRows& rows) const {
   if (rows.velocity_map.size() > 0) return rows.velocity_map;
   const Index k = superelement_->k(), c = superelement_->c();
   assert(superelement_->M_cc.rows() == c);
@@ -178,24 +178,24 @@ const Matrix& SuperelementBody::velocity_map(const NodeRows& rows) const {
   return rows.velocity_map;
 }
 
-Vector SuperelementBody::load_amplitude() const {
+Vector ModalBody::load_amplitude() const {
   Vector sum = Vector::Zero(form_->omega.size());
   for (const auto& load : flow_.loads()) sum += load.force;
   return sum;
 }
 
-void SuperelementBody::take_shape(const Vector& eta) {
+void ModalBody::take_shape(const Vector& eta) {
   now_.eta = eta;
   now_.v.setZero(eta.size());
 }
 
-void SuperelementBody::take_form(std::shared_ptr<const DiagonalForm> form) {
+void ModalBody::take_form(std::shared_ptr<const ModalForm> form) {
   form_ = std::move(form);
   facts_.n_dofs = form_->omega.size();
   take_shape(Vector::Zero(form_->omega.size()));
 }
 
-void SuperelementBody::take_plan(const BodyPlan& given) {
+void ModalBody::take_plan(const BodyPlan& given) {
   const BodyPlan plan = frame_ ? frame_->take_plan(given) : given;
   for (const BodyLoad& load : plan.loads) take_load(load);
   const double h = plan.contact_step;
@@ -203,7 +203,7 @@ void SuperelementBody::take_plan(const BodyPlan& given) {
     flow_.set_contact_step(h);  // above: forced steps
 }
 
-void SuperelementBody::take_load(const BodyLoad& load) {
+void ModalBody::take_load(const BodyLoad& load) {
   const auto [forces, modal] = forces_of(load);
   if (forces) {
     residual_.add_load(forces, load.history);
@@ -218,7 +218,7 @@ void SuperelementBody::take_load(const BodyLoad& load) {
 }
 
 // f in component axes: T^T f of each node, of few most often
-Vector SuperelementBody::modal_force(const ForcePattern& pattern) const {
+Vector ModalBody::modal_force(const ForcePattern& pattern) const {
   Vector amplitude = Vector::Zero(form_->V.cols());
   const Points forces = pattern.forces.on_nodes();
   for (Index i = 0; i < forces.rows(); ++i) {
@@ -233,7 +233,7 @@ Vector SuperelementBody::modal_force(const ForcePattern& pattern) const {
   return amplitude;
 }
 
-void SuperelementBody::add_start_impulse(const Vector& impulse) {
+void ModalBody::add_start_impulse(const Vector& impulse) {
   const Index k = superelement_->k();
   now_.v += form_->V.topRows(k).transpose() * impulse.head(k);
   for (Index i = 0; i < rows_->rows(); ++i)
@@ -244,7 +244,7 @@ void SuperelementBody::add_start_impulse(const Vector& impulse) {
 
 // Central differences: the mid-step velocity, half a step on under the internal forces and loads,
 // second order at t_.
-const Vector& SuperelementBody::present_rates() const {
+const Vector& ModalBody::present_rates() const {
   if (scheme() != Scheme::central_difference) {
     return flow_.turning().drift().size() > 0 ? rates_ = now_.v + flow_.turning().drift() : now_.v;
   }
@@ -269,18 +269,18 @@ BodyState Placement::state(const RigidBody& rigid, const Vector& moment, const V
 }
 
 // E^T eta: mass times displacement of the centre of mass
-Vector3 SuperelementBody::center_at(const Vector& eta) const {
+Vector3 ModalBody::center_at(const Vector& eta) const {
   const RigidBody& rigid = superelement_->rigid_body;
   const Vector3 moment = form_->E.leftCols(3).transpose() * eta;
   return placement_.T * (rigid.center + moment / rigid.mass) + placement_.position;
 }
 
-Vector3 SuperelementBody::center_velocity() const {
+Vector3 ModalBody::center_velocity() const {
   return placement_.T * Vector3(form_->E.leftCols(3).transpose() * present_rates() /
                                 superelement_->rigid_body.mass);
 }
 
-BodyState SuperelementBody::own_state() const {
+BodyState ModalBody::own_state() const {
   // The first three columns of E^T eta are mass times displacement of the centre of mass, the last
   // three inertia times rotation.
   Vector moment = Vector::Zero(6), rate = moment;
@@ -310,7 +310,7 @@ BodyState SuperelementBody::own_state() const {
   return state;
 }
 
-void SuperelementBody::own_coordinates(Vector& q, Vector& rates) const {
+void ModalBody::own_coordinates(Vector& q, Vector& rates) const {
   const Index k = superelement_->k(), n = own_nodes().rows();
   q.setZero(k + 3 * n);
   rates.setZero(k + 3 * n);
@@ -321,12 +321,12 @@ void SuperelementBody::own_coordinates(Vector& q, Vector& rates) const {
   residual_.add_coordinates(now_.eta, q, rates);
 }
 
-void SuperelementBody::own_displacements(Points& u, Points& v) const {
+void ModalBody::own_displacements(Points& u, Points& v) const {
   unturned_displacements(u, v);
   own_turn(own_nodes(), u, v);
 }
 
-void SuperelementBody::unturned_displacements(Points& u, Points& v) const {
+void ModalBody::unturned_displacements(Points& u, Points& v) const {
   Vector q, rates;
   own_coordinates(q, rates);
   const Index k = superelement_->k(), n = own_nodes().rows();
@@ -334,7 +334,7 @@ void SuperelementBody::unturned_displacements(Points& u, Points& v) const {
   v = Eigen::Map<const Points>(rates.data() + k, n, 3) * placement_.T.transpose();
 }
 
-void SuperelementBody::own_keep_state(StateArchive& archive) {
+void ModalBody::own_keep_state(StateArchive& archive) {
   archive.expect(now_.eta.size());
   archive(now_.eta, now_.v, t_, last_h_, work_);
   archive(newmark_, late_.start);

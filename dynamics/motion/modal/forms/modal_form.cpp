@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "dynamics/motion/modal/forms/diagonal_form.hpp"
+#include "dynamics/motion/modal/forms/modal_form.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -45,7 +45,7 @@ void require_converged(const Eigenpairs& pairs, Index n, const std::string& wher
 
 // Columns 0 .. 5 of V become R L^-T with L L^T = R^T M R, when they span the same motions; E
 // accordingly.
-bool replace_rigid_modes(const Matrix& R, const RigidBody& body, DiagonalForm& form) {
+bool replace_rigid_modes(const Matrix& R, const RigidBody& body, ModalForm& form) {
   const Matrix6 S = Vector(rigid_scales(body)).asDiagonal(), mass = S * rigid_mass(body) * S;
   const std::optional<Matrix6> L = small_cholesky(mass);
   if (form.n_rigid < 6 || !L) return false;  // a mechanism has more, its rigid ones first
@@ -68,7 +68,7 @@ bool replace_rigid_modes(const Matrix& R, const RigidBody& body, DiagonalForm& f
 
 // E from V_r E_r = R, V_r the rigid columns of V: for a component of several parts, which has more
 // than six. False when they do not span R.
-bool rigid_modes_span(const Matrix& R, const RigidBody& body, DiagonalForm& form) {
+bool rigid_modes_span(const Matrix& R, const RigidBody& body, ModalForm& form) {
   const Vector S = rigid_scales(body);
   const Matrix V_r = form.V.leftCols(form.n_rigid);
   const Matrix R_s = R * S.asDiagonal(), E_r = PivotedQr(V_r).solve(R_s);
@@ -113,7 +113,7 @@ static SparseMatrix free_interface_basis(const Superelement& s,
   return Z;
 }
 
-void take_frequencies(const Vector& lambda, Index n_rigid, DiagonalForm& form) {
+void take_frequencies(const Vector& lambda, Index n_rigid, ModalForm& form) {
   form.omega = lambda.cwiseMax(0).cwiseSqrt();
   // a file may hold fewer coordinates than rigid motions
   form.omega.head(std::min(n_rigid, form.omega.size())).setZero();
@@ -121,7 +121,7 @@ void take_frequencies(const Vector& lambda, Index n_rigid, DiagonalForm& form) {
   form.n_rigid = (form.omega.array() == 0).count();
 }
 
-bool use_exact_rigid_modes(const Matrix& R, const RigidBody& body, DiagonalForm& form) {
+bool use_exact_rigid_modes(const Matrix& R, const RigidBody& body, ModalForm& form) {
   return replace_rigid_modes(R, body, form) ||
          (form.n_rigid > 6 && rigid_modes_span(R, body, form));
 }
@@ -186,8 +186,8 @@ Matrix resisted_rigid_motions(const Superelement& s) {
                                     rigid_scales(s.rigid_body).asDiagonal());
 }
 
-DiagonalForm free_diagonal_form(Superelement& s, const std::string& where) {
-  DiagonalForm form;
+ModalForm free_modal_form(Superelement& s, const std::string& where) {
+  ModalForm form;
   const Matrix R = reduced_rigid_modes(s, s.rigid_body.center);
   if (s.has_diagonal_form()) {
     form.omega = std::move(s.omega);
@@ -219,8 +219,8 @@ DiagonalForm free_diagonal_form(Superelement& s, const std::string& where) {
   return form;
 }
 
-DiagonalForm held_diagonal_form(const Superelement& s, const std::vector<HeldDirection>& held,
-                                const std::string& where) {
+ModalForm held_modal_form(const Superelement& s, const std::vector<HeldDirection>& held,
+                          const std::string& where) {
   const SparseMatrix Z = free_interface_basis(s, held);
   const Matrix R = reduced_rigid_modes(s, s.rigid_body.center);
   const Index k = s.k(), n = k + Z.cols();
@@ -238,7 +238,7 @@ DiagonalForm held_diagonal_form(const Superelement& s, const std::vector<HeldDir
   if (N.cols() > 0) R_f.bottomRows(Z.cols()) = Z.transpose() * (R.bottomRows(s.c()) * N);
   const Eigenpairs pairs = dense_eigenpairs_beside(std::move(K), std::move(M), R_f);
   require_converged(pairs, n, where);
-  DiagonalForm form;
+  ModalForm form;
   take_frequencies(pairs.lambda, N.cols(), form);
   form.V.resize(s.n(), n);
   form.V.topRows(k) = pairs.Phi.topRows(k);
@@ -255,9 +255,9 @@ void add_to_coordinates(const IndexTable& rows, const Vector& of_rows, Vector& x
       if (rows(i, d) >= 0) x[k + 3 * i + d] += of_rows[rows(i, d)];
 }
 
-std::shared_ptr<const DiagonalForm> rigid_form(const Superelement& nodes,
-                                               const std::vector<HeldDirection>& held,
-                                               const std::string& where) {
+std::shared_ptr<const ModalForm> rigid_form(const Superelement& nodes,
+                                            const std::vector<HeldDirection>& held,
+                                            const std::string& where) {
   const RigidBody& body = nodes.rigid_body;
   const auto n_turning = std::count_if(nodes.dof_component.begin(), nodes.dof_component.end(),
                                        [](int component) { return component > 2; });
@@ -267,7 +267,7 @@ std::shared_ptr<const DiagonalForm> rigid_form(const Superelement& nodes,
   mass.bottomRightCorner(3, 3) = body.inertia;
   Matrix N = Vector(rigid_scales(body)).asDiagonal();
   if (!held.empty()) N = free_rigid_motions(R, body, displacement_rows(nodes), held);
-  auto form = std::make_shared<DiagonalForm>();
+  auto form = std::make_shared<ModalForm>();
   const Index r = form->n_rigid = N.cols();
   form->omega.setZero(r);
   form->V.resize(R.rows(), r);

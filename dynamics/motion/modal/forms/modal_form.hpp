@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Front door of dynamics/motion/modal/forms: coordinates in which a superelement moves exactly.
+// Front door of dynamics/motion/modal/forms: coordinates in which a body moves exactly.
 //
-// The diagonal form of a superelement, made ready for time stepping.
+// The modes of a superelement of any basis, of a mesh or of a rigid body, ready for time stepping.
 #pragma once
 
 #include <memory>
@@ -17,7 +17,7 @@ namespace cbr {
 struct ResidualCompliance;
 
 // q = V eta, eta'' + omega^2 eta = V^T f. With constraints V has fewer columns than rows.
-struct DiagonalForm {
+struct ModalForm {
   Vector omega;  // n, rad/s; the first n_rigid are 0
   RowMatrix V;   // (k + c) x n
   Index n_rigid = 0;
@@ -50,33 +50,33 @@ Matrix3 complete_basis(const std::vector<Vector3>& directions);
 // by exact rigid motions, so that impulses change the momentum by exactly their sum. RunError when
 // the eigenvalue problem fails (reduced mass not positive definite), InputError when rigid modes,
 // nodes and mass of a free body do not agree, named by `where`.
-DiagonalForm free_diagonal_form(Superelement& superelement, const std::string& where);
+ModalForm free_modal_form(Superelement& superelement, const std::string& where);
 
 // Of a superelement with held directions. Needs the matrices.
-DiagonalForm held_diagonal_form(const Superelement& superelement,
-                                const std::vector<HeldDirection>& held, const std::string& where);
+ModalForm held_modal_form(const Superelement& superelement, const std::vector<HeldDirection>& held,
+                          const std::string& where);
 
 // Of basis characteristic: u_c = V_c q, q'' + diag(eigenvalues) q = V_c^T f_c: V of the form is [I;
 // V_c], ((k + c) x k). InputError, which calls V_c `dataset`, when the modes of frequency 0 are not
 // the rigid motions of /rigid_body.
-DiagonalForm form_of_modes(const Superelement& superelement, const Matrix& V_c,
-                           const std::string& dataset, const std::string& where);
+ModalForm form_of_modes(const Superelement& superelement, const Matrix& V_c,
+                        const std::string& dataset, const std::string& where);
 
-DiagonalForm free_characteristic_form(const Superelement& superelement, const std::string& where);
+ModalForm free_characteristic_form(const Superelement& superelement, const std::string& where);
 
 // With held directions, which take a coordinate each. InputError when the interface's coordinates
 // cannot hold them one by one, as then they would hold more than themselves.
-DiagonalForm held_characteristic_form(const Superelement& superelement,
-                                      const std::vector<HeldDirection>& held,
-                                      const std::string& where);
+ModalForm held_characteristic_form(const Superelement& superelement,
+                                   const std::vector<HeldDirection>& held,
+                                   const std::string& where);
 
 // Of a rigid body: the nodes of a mesh move by rigid motions alone, as many as its supports leave.
 // nodes: all of the mesh, with its mass and inertia; no matrices. The form has up to six columns,
 // all of frequency 0, and none when the supports hold every rigid motion. RunError, named by
 // `where`: a mass or an inertia that is not positive.
-std::shared_ptr<const DiagonalForm> rigid_form(const Superelement& nodes,
-                                               const std::vector<HeldDirection>& held,
-                                               const std::string& where);
+std::shared_ptr<const ModalForm> rigid_form(const Superelement& nodes,
+                                            const std::vector<HeldDirection>& held,
+                                            const std::string& where);
 
 // Of the columns of rigid motions, so that they are of one size: 1 for translations, 1 / radius of
 // inertia for rotations   (6)
@@ -84,11 +84,11 @@ Vector rigid_scales(const RigidBody& body);
 
 // The last steps of the forms of all kinds of systems. lambda: all eigenvalues, ascending; the
 // first n_rigid become 0 exactly.
-void take_frequencies(const Vector& lambda, Index n_rigid, DiagonalForm& form);
+void take_frequencies(const Vector& lambda, Index n_rigid, ModalForm& form);
 // The rigid modes of a free system become R L^-T, L L^T = R^T M R (R: its rigid motions about the
 // centre of mass, rows of V), and E follows from them. False, and `form` as it was, when they
 // do not span the same motions.
-bool use_exact_rigid_modes(const Matrix& R, const RigidBody& body, DiagonalForm& form);
+bool use_exact_rigid_modes(const Matrix& R, const RigidBody& body, ModalForm& form);
 // InputError: a free body's rigid modes, or its matrices, do not fit its mass and its nodes.
 [[noreturn]] void refuse_rigid_modes(const std::string& where);
 // Of the rigid motions R_s (n x 6, by rigid_scales()) those that the stiffness resists, orthonormal

@@ -68,8 +68,8 @@ Matrix on_free(const Matrix& A, const FreeDofs& free, Index n_modal) {
 
 }  // namespace
 
-DiagonalForm diagonal_form(const CoupledModel& model, const std::vector<HeldDirection>& held,
-                           const std::string& where) {
+ModalForm modal_form(const CoupledModel& model, const std::vector<HeldDirection>& held,
+                     const std::string& where) {
   const Index n_modal = model.n_modal();
   const FreeDofs free = free_dofs(model, held);
   const Matrix R = rigid_motions(model);
@@ -98,7 +98,7 @@ DiagonalForm diagonal_form(const CoupledModel& model, const std::vector<HeldDire
   if (!pairs.converged || pairs.n_converged < n)
     throw RunError(where +
                    ": the diagonal form cannot be computed: the mass is not positive definite");
-  DiagonalForm form;
+  ModalForm form;
   take_frequencies(pairs.lambda, N.cols(), form);
   if (free.is_all) {
     form.V = std::move(pairs.Phi);

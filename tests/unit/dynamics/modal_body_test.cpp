@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "dynamics/motion/modal/superelement_body.hpp"
+#include "dynamics/motion/modal/modal_body.hpp"
 #include "common/linalg/dense.hpp"
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 
 #include "tests/unit/dynamics/lattice.hpp"
 
-namespace cbr::superelement_body_test {
+namespace cbr::modal_body_test {
 namespace {
 
 using test::block;
@@ -29,13 +29,13 @@ std::vector<Index> all_nodes(const Body& body) {
   return nodes;
 }
 
-SuperelementBody make_body(Index k, Scheme scheme, bool mirrored = false) {
+ModalBody make_body(Index k, Scheme scheme, bool mirrored = false) {
   const auto model = test::model(test::reduce(block(), test::x_nodes(block(), true, true), k));
   return {"body", model.superelement, model.form, oblique(mirrored), scheme};
 }
 
-TEST(SuperelementBody, RigidFlightIsExact) {
-  SuperelementBody body = make_body(10, Scheme::exact);
+TEST(ModalBody, RigidFlightIsExact) {
+  ModalBody body = make_body(10, Scheme::exact);
   const Index set = body.track(all_nodes(body));
   const BodyState before = body.state();
   EXPECT_LT((before.momentum - 18 * Vector3(2, -1, 0.5)).norm(), 1e-13 * before.momentum.norm());
@@ -50,11 +50,11 @@ TEST(SuperelementBody, RigidFlightIsExact) {
   EXPECT_LT(body.state().strain_energy, 1e-20);
 }
 
-TEST(SuperelementBody, ImpulsesChangeMomentumByTheirSum) {
+TEST(ModalBody, ImpulsesChangeMomentumByTheirSum) {
   std::mt19937 random(1);
   for (const Scheme scheme : {Scheme::exact, Scheme::central_difference}) {
     for (const bool mirrored : {false, true}) {
-      SuperelementBody body = make_body(12, scheme, mirrored);
+      ModalBody body = make_body(12, scheme, mirrored);
       const Index set = body.track(all_nodes(body));
       const double h = 1.5 / body.largest_frequency();
       body.predict(0, h);
@@ -83,10 +83,10 @@ TEST(SuperelementBody, ImpulsesChangeMomentumByTheirSum) {
   }
 }
 
-TEST(SuperelementBody, ResponseIsWhatImpulsesDo) {
+TEST(ModalBody, ResponseIsWhatImpulsesDo) {
   std::mt19937 random(2);
   for (const Scheme scheme : {Scheme::exact, Scheme::central_difference}) {
-    SuperelementBody body = make_body(8, scheme, true);
+    ModalBody body = make_body(8, scheme, true);
     const Index set = body.track({0, 3, 5, 11});
     const double h = 1.9 / body.largest_frequency();
     const NodeResponse S = body.response(set, h);
@@ -105,10 +105,10 @@ TEST(SuperelementBody, ResponseIsWhatImpulsesDo) {
   }
 }
 
-TEST(SuperelementBody, EnergyBalanceClosesToRoundOff) {
+TEST(ModalBody, EnergyBalanceClosesToRoundOff) {
   std::mt19937 random(3);
   for (const Scheme scheme : {Scheme::exact, Scheme::central_difference}) {
-    SuperelementBody body = make_body(12, scheme);
+    ModalBody body = make_body(12, scheme);
     const Index set = body.track({1, 4, 7});
     body.prepare({.loads = {force_load(random_points(random, body.n_nodes(), 4.0),
                                        {{0.0, 0.013, 0.041, 0.3}, {1.0, 3.0, -2.0, 0.5}}),
@@ -134,7 +134,7 @@ TEST(SuperelementBody, EnergyBalanceClosesToRoundOff) {
   }
 }
 
-TEST(SuperelementBody, AllModesAreTheFullModel) {
+TEST(ModalBody, AllModesAreTheFullModel) {
   const Lattice& full = block();
   const Index N = full.mass.size();
   // Exact motion of the full model from its own eigenvectors, against the superelement with every
@@ -145,7 +145,7 @@ TEST(SuperelementBody, AllModesAreTheFullModel) {
   const auto nodes = test::x_nodes(full, true, true);
   const auto model =
       test::model(test::reduce(full, nodes, 3 * (N - static_cast<Index>(nodes.size()))));
-  SuperelementBody body("body", model.superelement, model.form, Placement{}, Scheme::exact);
+  ModalBody body("body", model.superelement, model.form, Placement{}, Scheme::exact);
   const Index set = body.track(all_nodes(body));
   Points p = Points::Zero(body.n_nodes(), 3);
   p(0, 0) = 1;
@@ -171,12 +171,12 @@ TEST(SuperelementBody, AllModesAreTheFullModel) {
         1e-9 * u.norm());
 }
 
-TEST(SuperelementBody, LoadsWithBreakpointsInsideAStepAreExact) {
+TEST(ModalBody, LoadsWithBreakpointsInsideAStepAreExact) {
   std::mt19937 random(4);
   const Points force = random_points(random, make_body(5, Scheme::exact).n_nodes(), 3.0);
   const History history{{0.0, 0.11, 0.12, 0.5}, {0.0, 2.0, -1.0, 0.3}};
   const auto final_positions = [&](int steps) {
-    SuperelementBody body = make_body(5, Scheme::exact);
+    ModalBody body = make_body(5, Scheme::exact);
     const Index set = body.track(all_nodes(body));
     body.prepare({.loads = {force_load(force, history)}});
     const double h = 0.6 / steps;
@@ -193,13 +193,13 @@ TEST(SuperelementBody, LoadsWithBreakpointsInsideAStepAreExact) {
     EXPECT_LT((final_positions(steps) - one).cwiseAbs().maxCoeff(), 1e-11) << steps;
 }
 
-TEST(SuperelementBody, LoadsThatShareBreakpointsBringTheirWork) {
+TEST(ModalBody, LoadsThatShareBreakpointsBringTheirWork) {
   std::mt19937 random(4);
   const Points force = random_points(random, make_body(5, Scheme::exact).n_nodes(), 3.0);
   const History history{{0.0, 0.11, 0.12, 0.5}, {0.0, 2.0, -1.0, 0.3}};
   History shifted = history;
   for (double& t : shifted.time) t *= 1 + 1e-15;
-  SuperelementBody body = make_body(5, Scheme::exact);
+  ModalBody body = make_body(5, Scheme::exact);
   body.prepare({.loads = {force_load(force, history), force_load(force, history),
                           gravity_load(Vector3(0, 1, 2), shifted)}});
   const auto energy = [&] { return body.state().kinetic_energy + body.state().strain_energy; };
@@ -211,9 +211,9 @@ TEST(SuperelementBody, LoadsThatShareBreakpointsBringTheirWork) {
   EXPECT_NEAR(body.work().external, energy() - before, 1e-11 * (energy() + before));
 }
 
-TEST(SuperelementBody, MomentumUnderLoadsIsOfTheTimeWritten) {
+TEST(ModalBody, MomentumUnderLoadsIsOfTheTimeWritten) {
   for (const Scheme scheme : {Scheme::exact, Scheme::central_difference}) {
-    SuperelementBody body = make_body(5, scheme);
+    ModalBody body = make_body(5, scheme);
     const Vector3 before = body.state().momentum;
     body.prepare({.loads = {gravity_load(Vector3(0, 1, -2))}});
     const double h = 1 / body.largest_frequency();
@@ -230,12 +230,11 @@ TEST(SuperelementBody, MomentumUnderLoadsIsOfTheTimeWritten) {
   }
 }
 
-TEST(SuperelementBody, CentralDifferencesAreThoseOfTheDenseMass) {
+TEST(ModalBody, CentralDifferencesAreThoseOfTheDenseMass) {
   const Superelement s = test::reduce(block(), test::x_nodes(block(), true, true), 6);
   const Matrix K = reduced_stiffness(s), M = reduced_mass(s);
   const auto model = test::model(s);
-  SuperelementBody body("body", model.superelement, model.form, Placement{},
-                        Scheme::central_difference);
+  ModalBody body("body", model.superelement, model.form, Placement{}, Scheme::central_difference);
   const Index set = body.track({2});
   const double h = 0.8 * 2 / body.largest_frequency();
   Vector q = Vector::Zero(s.n()), v = q, p = q;
@@ -257,10 +256,10 @@ TEST(SuperelementBody, CentralDifferencesAreThoseOfTheDenseMass) {
   EXPECT_LT((coordinates - q).norm(), 1e-10 * q.norm());
 }
 
-TEST(SuperelementBody, MotionBoundHoldsTheMotion) {
+TEST(ModalBody, MotionBoundHoldsTheMotion) {
   std::mt19937 random(5);
   for (const bool loaded : {false, true}) {
-    SuperelementBody body = make_body(10, Scheme::exact);
+    ModalBody body = make_body(10, Scheme::exact);
     const Index set = body.track({0, 2, 6, 9});
     if (loaded)
       body.prepare({.loads = {force_load(random_points(random, body.n_nodes(), 5.0),
@@ -288,8 +287,8 @@ TEST(SuperelementBody, MotionBoundHoldsTheMotion) {
   }
 }
 
-TEST(SuperelementBody, NodalVelocitiesLeaveModalCoordinatesAlone) {
-  SuperelementBody body = make_body(9, Scheme::exact);
+TEST(ModalBody, NodalVelocitiesLeaveModalCoordinatesAlone) {
+  ModalBody body = make_body(9, Scheme::exact);
   const Index set = body.track(all_nodes(body));
   Points dv = Points::Zero(body.n_nodes(), 3);
   dv.row(3) << 1, -2, 3;
@@ -308,12 +307,12 @@ TEST(SuperelementBody, NodalVelocitiesLeaveModalCoordinatesAlone) {
   EXPECT_NEAR(change.norm(), dv.norm(), 1e-6);
 }
 
-TEST(DiagonalForm, HeldDirectionsStayWhereTheyAre) {
+TEST(ModalForm, HeldDirectionsStayWhereTheyAre) {
   const Superelement s = test::reduce(block(), test::x_nodes(block(), true, true), 7);
   std::vector<HeldDirection> held;
   for (const Index node : {0, 1, 2, 3}) held.push_back({node, Vector3(1, 1, 0).normalized()});
   held.push_back({2, Vector3(0, 0, 1)});
-  const DiagonalForm form = held_diagonal_form(s, held, "test");
+  const ModalForm form = held_modal_form(s, held, "test");
   const IndexTable rows = displacement_rows(s);
   EXPECT_EQ(form.V.cols(), s.n() - 5);
   for (const auto& h : held) {
@@ -355,7 +354,7 @@ Superelement two_parts() {
   return s;
 }
 
-TEST(DiagonalForm, OfAComponentOfTwoPartsNeedsNoMatrices) {
+TEST(ModalForm, OfAComponentOfTwoPartsNeedsNoMatrices) {
   Superelement s = two_parts();
   const Matrix M = reduced_mass(s), R = reduced_rigid_modes(s, s.rigid_body.center);
   const SymmetricEigen modes = generalized_eigen(reduced_stiffness(s), M);
@@ -368,11 +367,11 @@ TEST(DiagonalForm, OfAComponentOfTwoPartsNeedsNoMatrices) {
   s.K_cc.resize(0, 0);
   s.M_cc.resize(0, 0);
   s.M_kc.resize(0, 0);
-  const DiagonalForm form = free_diagonal_form(s, "test");
+  const ModalForm form = free_modal_form(s, "test");
   EXPECT_EQ(form.n_rigid, 12);
   EXPECT_LT((form.E - expected).norm(), 1e-9 * expected.norm());
   EXPECT_NEAR(form.E.col(0).squaredNorm(), s.rigid_body.mass, 1e-9 * s.rigid_body.mass);
 }
 
 }  // namespace
-}  // namespace cbr::superelement_body_test
+}  // namespace cbr::modal_body_test
