@@ -6,7 +6,7 @@ PRESET ?= release
 PYTHON ?= /usr/bin/python3
 export PYTHON
 
-.PHONY: help packages configure programs build test demo paper fig3 fig5 fig6 fig8 fig9 fig10 fig11 fig12 eqs eq18 dissimilar hertz small-features ordinary-part stress stress-table load seeds fuzz sanitize bench bench-docs bench-contact install deb check clean test-mpi test-kernels
+.PHONY: help packages configure programs build test demo paper fig3 fig5 fig6 fig8 fig9 fig10 fig11 fig12 eqs eq18 dissimilar hertz small-features ordinary-part stress stress-table load seeds fuzz sanitize bench bench-docs bench-peers bench-contact install deb check clean test-mpi test-kernels
 .DEFAULT_GOAL := help
 
 help:
@@ -25,6 +25,7 @@ help:
 	@echo "make sanitize  all tests under the address and undefined-behaviour sanitizers, in build-debug (an hour)"
 	@echo "make bench     run time against error, reduction, skipping, small features: CSV and plots in $(BUILD)/bench (an hour, with r = 4 half an hour more; SMOKE=1: seconds)"
 	@echo "make bench-docs  the tables and plots of docs/benchmarks.md from $(BUILD)/bench"
+	@echo "make bench-peers  cbr beside the peers on PATH (CalculiX, SciPy), one thread, processor seconds (hours with CalculiX; ONLY=REGEX: some rows; LIMIT=600: seconds of a process)"
 	@echo "make bench-contact  seconds a step against contact nodes, 100 to 10 000, by phase (5 minutes)"
 	@echo "make test      packages, build, all tests"
 	@echo "make test-kernels  all tests with each set of OpenBLAS's kernels that the processor can run, one thread and two (hours; ONLY=REGEX: some)"
@@ -132,6 +133,9 @@ bench: programs
 
 bench-docs:
 	$(MAKE) -C tests/benchmarks docs OUT=$(abspath $(BUILD))/bench
+
+bench-peers: programs
+	$(MAKE) -C tests/benchmarks peers plots BIN=$(abspath $(BUILD))/bin BENCH=$(abspath $(BUILD))/tests/benchmarks OUT=$(abspath $(BUILD))/bench ONLY="$(ONLY)" LIMIT=$(LIMIT)
 
 bench-contact: configure
 	cmake --build $(BUILD) --parallel $(JOBS) --target bench_contact_cost

@@ -14,7 +14,7 @@ BOUNDS = {
     "lines of product": 84345,
     "files of product": 661,
     "lines of python/cbr": 1885,
-    "lines of tests": 62463,
+    "lines of tests": 62768,
     "files of tests": 391,
     "numbers in contact/solve": 92,  # but for 0, 1, 2, 3 and 0.5
     "lines with InputError(": 389,

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The benchmarks of `make bench`: bench.py PART ... with PART of machine, t1, projected, reduction, interior, skipping, features,
-ordinary, bases, few_shapes, calculix, largest, plots; all but largest without any.
+ordinary, bases, few_shapes, peers, largest, plots; all but peers (in a smoke run with it) and largest without any.
 
 BIN and BENCH (folders of the programs and of bench_machine), OUT (folder of the CSV files and plots) and as options SMOKE=1 (smallest
 sizes, one run each), REPEATS (3), REFINEMENTS ("1 2 4") come from the environment: tests/benchmarks/Makefile. When each part was
@@ -15,11 +15,11 @@ import sys
 
 import bases
 import case_rows
-import ccx
 import few_shapes
 import interior
 import limits
 import machine
+import peers
 import plots
 import projected
 import reduction
@@ -82,10 +82,6 @@ def measure_interior(settings):
     write_csv(settings.out / "interior.csv", interior.measure(settings), interior.COLUMNS)
 
 
-def measure_calculix(settings):
-    write_csv(settings.out / "calculix.csv", ccx.measure(settings), ccx.COLUMNS)
-
-
 def measure_largest(settings):
     hexes = [int(word) for word in (os.environ.get("HEXES") or "166 36 53").split()]
     write_csv(settings.out / "largest.csv", reduction.largest(settings, settings.rates(), hexes), reduction.COLUMNS)
@@ -119,7 +115,7 @@ def measure_ordinary(settings):
 
 PARTS = {"machine": measure_machine, "t1": measure_t1, "projected": measure_projected, "reduction": measure_reduction,
          "interior": measure_interior, "skipping": measure_skipping,
-         "features": measure_features, "ordinary": measure_ordinary, "bases": measure_bases, "few_shapes": measure_few_shapes, "calculix": measure_calculix, "largest": measure_largest, "plots": lambda settings: plots.make(settings.out)}
+         "features": measure_features, "ordinary": measure_ordinary, "bases": measure_bases, "few_shapes": measure_few_shapes, "peers": peers.measure, "largest": measure_largest, "plots": lambda settings: plots.make(settings.out)}
 
 
 def record(settings, part):
@@ -132,7 +128,7 @@ def record(settings, part):
 
 def main():
     settings = Settings()
-    wanted = sys.argv[1:] or [part for part in PARTS if part != "largest"]
+    wanted = sys.argv[1:] or [part for part in PARTS if part != "largest" and (part != "peers" or settings.smoke)]
     for part in wanted:
         if part not in PARTS:
             sys.exit(f"bench.py: no part '{part}'; there are {', '.join(PARTS)}")

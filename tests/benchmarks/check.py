@@ -22,6 +22,7 @@ WANTED = {
     "few_shapes.csv": ("n", "steps", "separation", "energy", "stepping_s", "reduction_s", "file_bytes"),
     "features.csv": ("dofs", "steps", "steps_s", "setup_s"),
     "ordinary.csv": ("dofs", "steps", "steps_s", "setup_s"),
+    "peers.csv": ("runs", "seconds", "megabytes"),
     "t1.csv": ("dofs", "steps", "contact_steps", "mean_rows", "rms_percent", "stepping_s", "setup_s", "limit_s", "share_of_limit", "peak_memory_bytes", "speedup"),
 }
 SHARES = {"t1.csv": "share_of_limit", "reduction.csv": "share_of_limit"}  # of rows that have one

@@ -141,10 +141,12 @@ def projected_table(out):
                   for row in read_csv(out / "projected.csv")])
 
 
-def calculix_table(out):
-    rows = [row for row in read_csv(out / "calculix.csv") if not row["note"]]
-    return table(["CalculiX", "seconds, all", "threads", "left, m/s", "right, m/s", "rms %"],
-                 [[row["row"], row["seconds"], row["threads"], row["left_velocity"], row["right_velocity"], row["rms_percent_of_half_speed"]] for row in rows]) if rows else ""
+def peers_table(out):
+    columns = ("case", "program", "setting", "runs", "reduction_s", "seconds", "steps_percent", "megabytes", "error_percent", "second", "note")
+    header = ["case", "program", "setting", "runs", "reduction s", "s", "of it steps %", "MB", "error %", "second figure", "remark"]
+    rows = [[row[column] for column in columns] for row in read_csv(out / "peers.csv")]
+    of = ", ".join(row["peer"] for row in read_csv(out / "peer-versions.csv"))
+    return f"Peers: {of}.\n\n{table(header, rows)}" if rows else ""
 
 
 def best(rows, r):
@@ -195,7 +197,7 @@ def target_table(out):
 
 
 TABLES = {"machine": machine_table, "t1": t1_table, "parts": parts_table, "reduction": reduction_table, "interior": interior_table, "bases": bases_table, "runs": runs_table, "again": again_table, "skipping": skipping_table, "features": features_table,
-          "ordinary": ordinary_table, "targets": target_table, "projected": projected_table, "calculix": calculix_table}
+          "ordinary": ordinary_table, "targets": target_table, "projected": projected_table, "peers": peers_table}
 
 
 def main():

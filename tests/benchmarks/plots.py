@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Plots of the benchmarks from their CSV files: OUT/bench-t1.png, bench-ratio.png, bench-phases.png."""
+"""Plots of the benchmarks from their CSV files: OUT/bench-t1.png, bench-ratio.png, bench-phases.png, bench-peers.png."""
 import matplotlib
 
 matplotlib.use("Agg")
@@ -106,7 +106,32 @@ def plot_phases(t1_rows, reduction_rows, file):
     plt.close(fig)
 
 
+def plot_peers(rows, file):
+    """A panel for each case; a dashed line where a run ended without an answer."""
+    rows = [row for row in rows if isinstance(row["seconds"], float)]
+    cases = [case for case in dict.fromkeys(row["case"] for row in rows) if len({row["program"] for row in rows if row["case"] == case}) > 1]
+    if not cases:
+        return
+    columns = min(len(cases), 3)
+    fig, axes = plt.subplots(-(-len(cases) // columns), columns, figsize=(4.4 * columns, 5 * -(-len(cases) // columns)), layout="constrained", squeeze=False)
+    for axis in axes.flat[len(cases):]:
+        axis.set_visible(False)
+    for axis, case in zip(axes.flat, cases):
+        for number, row in enumerate([row for row in rows if row["case"] == case]):
+            colour, label = plt.get_cmap("tab10").colors[number % 10], f"{row['program']}: {row['setting']}"
+            if isinstance(row["error_percent"], float):
+                axis.loglog(row["seconds"], max(row["error_percent"], 1e-8), "o" if row["program"] == "cbr" else "s", color=colour, markersize=7, linestyle="", label=label)
+            else:
+                axis.axvline(row["seconds"], color=colour, linestyle="--", label=f"{label}: no answer")
+        style(axis, case, "seconds of the processor", "error, %")
+        axis.margins(y=0.3)
+        axis.legend(frameon=False, fontsize=7, loc="upper left", bbox_to_anchor=(0, -0.14))
+    fig.savefig(file, dpi=110)
+    plt.close(fig)
+
+
 def make(out):
+    plot_peers(read_csv(out / "peers.csv"), out / "bench-peers.png")
     rows = measured(read_csv(out / "t1.csv"))
     if rows:
         plot_time_and_error(rows, out / "bench-t1.png")
