@@ -68,7 +68,7 @@ bool is_worth_blas_threads(const Simulation& simulation) {
                      });
 }
 
-UnchangedFiles inputs_of(const Scene& scene) {
+UnchangedFiles files_of(const Scene& scene) {
   UnchangedFiles inputs;
   for (const Instance& instance : scene.instances) {
     const Component& component = component_of(scene, instance);
@@ -84,24 +84,23 @@ UnchangedFiles inputs_of(const Scene& scene) {
 class Run {
  public:
   // signals: noted from here on, also for a second run.
-  Run(const Scene& scene, BuiltScene& built, const std::filesystem::path& results,
-      std::optional<NotedSignals>& signals, Report& report)
+  Run(const Scene& scene, BuiltScene& built, const RunInputs& inputs,
+      const std::filesystem::path& results, std::optional<NotedSignals>& signals, Report& report)
       : scene_(scene),
         built_(built),
         results_(results),
         report_(report),
-        superelements_(superelements_of(scene, results)),
+        inputs_(inputs),
         signals_(signals ? *signals : signals.emplace()) {}
 
-  // Checkpoints to write, one to restart from, or both. `hash`: run_hash().
-  void use_checkpoints(const std::string& hash, const std::filesystem::path& restart) {
-    hash_ = hash;
+  // Checkpoints to write, one to restart from, or both.
+  void use_checkpoints(const std::filesystem::path& restart) {
     if (scene_.output.checkpoint) {
       file_ = checkpoint_file(*scene_.output.checkpoint, results_, restart);
       clock_.emplace(*scene_.output.checkpoint);
     }
     if (restart.empty()) return;
-    auto [from, state] = read_checkpoint(restart, hash);
+    auto [from, state] = read_checkpoint(restart, inputs_.hash);
     std::ostringstream line;
     line << "going on from step " << from.step << ", t = " << from.time << " s ("
          << restart.string() << ")";
@@ -115,7 +114,7 @@ class Run {
     report_.recall(from.warnings);
     if (clock_) clock_->start_at(from.step, from.time);
     saved_fields_ = {fields_of_checkpoint(restart), std::move(from.field_times),
-                     std::move(from.fields_hash)};
+                     from.fields_digest};
     state_ = std::move(state);
     begun_at_ = from.time;
     has_told_overlaps_ = true;
@@ -134,8 +133,8 @@ class Run {
                  "load step " + std::to_string(done) + " of " + std::to_string(all));
     };
     if (!scene_.output.fields.empty()) {
-      fields_ =
-          std::make_unique<FieldWriter>(scene_, built_, results_, report_, hash_, saved_fields_);
+      fields_ = std::make_unique<FieldWriter>(scene_, built_, results_, report_, inputs_.hash,
+                                              saved_fields_);
     }
     options.on_output = [this](Index, double t) {
       if (fields_) fields_->add(t);  // counted with the steps
@@ -170,9 +169,10 @@ class Run {
   void write(const RunResult& result) {
     const auto phase = report_.phase("write");
     try {
-      write_results(results_, built_.simulation, result, report_, superelements_,
-                    share_outside_basis(built_, result));
+      // The results last: who finds them finds the fields beside them
       if (fields_) fields_->commit();
+      write_results(results_, built_.simulation, result, report_, inputs_,
+                    share_outside_basis(built_, result));
     } catch (const std::runtime_error& error) {
       // Also for InputError: a folder of the inputs may have been removed
       throw RunError(error.what() + (result.ended_at ? "; " + end_text(result) : "") +
@@ -228,12 +228,12 @@ class Run {
       // Fields first: extra ones beside the old checkpoint do no harm, missing ones beside the new
       // one would
       if (fields_) fields_->save(fields_of_checkpoint(file_));
-      Checkpoint checkpoint{step, t, {}, "", n_threads(), report_.warnings()};
+      Checkpoint checkpoint{step, t, {}, 0, n_threads(), report_.warnings()};
       if (fields_) {
         checkpoint.field_times = fields_->times();
-        checkpoint.fields_hash = fields_->hash();
+        checkpoint.fields_digest = fields_->digest();
       }
-      write_checkpoint(file_, hash_, checkpoint, state);
+      write_checkpoint(file_, inputs_.hash, checkpoint, state);
       report_.detail(place.str() + file_.string());
       has_failed_ = false;
       saved_at_ = t;
@@ -250,9 +250,8 @@ class Run {
   BuiltScene& built_;
   const std::filesystem::path results_;
   Report& report_;
-  const std::vector<SuperelementOfInstance> superelements_;
+  const RunInputs& inputs_;
   const NotedSignals& signals_;
-  std::string hash_;
   std::filesystem::path file_;
   double begun_at_ = 0;  // time of the checkpoint of a restart
   bool has_told_overlaps_ = false;
@@ -263,10 +262,6 @@ class Run {
   std::optional<FieldWriter::Saved> saved_fields_;
   std::unique_ptr<FieldWriter> fields_;
 };
-
-}  // namespace
-
-namespace {
 
 // Arguments of run_scene() except the scene.
 struct RunCommand {
@@ -297,14 +292,14 @@ bool run_once(const Scene& scene, const BuildOptions& options, const RunCommand&
   BuiltScene built = build(scene, report, options);
   refuse_names_that_meet(built.simulation);
   require_memory_for_outputs(scene, built.simulation, machine_memory_bytes());
-  std::string hash;
-  if (scene.output.checkpoint || !command.restart.empty()) {
+  RunInputs from;
+  {
     const auto phase = report.phase("read");
-    hash = run_hash(with_rotations(scene, options), options);
+    from = inputs_of(scene, run_hash(with_rotations(scene, options), options), command.results);
   }
   inputs.check();
-  Run run(scene, built, command.results, signals, report);
-  if (!hash.empty()) run.use_checkpoints(hash, command.restart);
+  Run run(scene, built, from, command.results, signals, report);
+  run.use_checkpoints(command.restart);
   announce(built, is_again, report);
   const RunResult result = run.run();
   if (result.turned && !result.ended_at) {
@@ -320,41 +315,38 @@ bool run_once(const Scene& scene, const BuildOptions& options, const RunCommand&
   return true;
 }
 
+Scene read_timed(const std::string& scene_or_dash, Report& report) {
+  const auto phase = report.phase("read");
+  return read_scene(scene_or_dash);
+}
+
 }  // namespace
 
 void run_scene(const std::string& scene_or_dash, const std::filesystem::path& results,
                Report& report, const BuildOptions& build_options,
                const std::filesystem::path& restart, const std::filesystem::path& timings) {
-  std::optional<Scene> scene;
-  {
-    const auto phase = report.phase("read");
-    scene = read_scene(scene_or_dash);
-  }
-  check_outputs(*scene, {results, restart, timings});
-  const UnchangedFiles inputs = inputs_of(*scene);
+  const Scene scene = read_timed(scene_or_dash, report);
+  check_outputs(scene, {results, restart, timings});
+  const UnchangedFiles inputs = files_of(scene);
   BuildOptions options = build_options;
-  options.turns = turns_in_checkpoint(*scene, options, restart);
+  options.turns = turns_in_checkpoint(scene, options, restart);
   RunCommand command{results, restart};
   std::optional<NotedSignals> signals;
-  if (run_once(*scene, options, command, inputs, signals, report)) return;
+  if (run_once(scene, options, command, inputs, signals, report)) return;
   options.turns = true;
   command.restart.clear();
-  run_once(*scene, options, command, inputs, signals, report);
+  run_once(scene, options, command, inputs, signals, report);
 }
 
 void print_modes(const std::string& scene_or_dash, Index n, const std::filesystem::path& results,
                  Report& report, std::ostream& out) {
-  std::optional<Scene> scene;
-  {
-    const auto phase = report.phase("read");
-    scene = read_scene(scene_or_dash);
-  }
-  scene->output.checkpoint.reset();
-  if (results.empty()) scene->output.fields.clear();
-  std::erase(scene->output.fields, "contact_pressure");
-  if (!results.empty() && scene->output.fields.empty()) scene->output.fields = {"displacement"};
-  if (!results.empty()) check_outputs(*scene, {results, {}, {}, "cbr-modes"});
-  SceneModes modes = scene_modes(*scene, n, report);
+  Scene scene = read_timed(scene_or_dash, report);
+  scene.output.checkpoint.reset();
+  if (results.empty()) scene.output.fields.clear();
+  std::erase(scene.output.fields, "contact_pressure");
+  if (!results.empty() && scene.output.fields.empty()) scene.output.fields = {"displacement"};
+  if (!results.empty()) check_outputs(scene, {results, {}, {}, "cbr-modes"});
+  SceneModes modes = scene_modes(scene, n, report);
   if (!results.empty()) write_modes(results, modes, report);
   out << "instance,mode,frequency_hz,damping_ratio\n";
   out.precision(10);
@@ -367,15 +359,11 @@ void print_modes(const std::string& scene_or_dash, Index n, const std::filesyste
 
 void sweep_scene(const std::string& scene_or_dash, const std::filesystem::path& results,
                  Report& report) {
-  std::optional<Scene> scene;
-  {
-    const auto phase = report.phase("read");
-    scene = read_scene(scene_or_dash);
-  }
-  scene->output.checkpoint.reset();
-  scene->output.fields.clear();
-  check_outputs(*scene, {results, {}, {}, "cbr-sweep", sweep_table(results)});
-  const HarmonicResponse response = harmonic_response(*scene, report);
+  Scene scene = read_timed(scene_or_dash, report);
+  scene.output.checkpoint.reset();
+  scene.output.fields.clear();
+  check_outputs(scene, {results, {}, {}, "cbr-sweep", sweep_table(results)});
+  const HarmonicResponse response = harmonic_response(scene, report);
   const auto phase = report.phase("write");
   write_sweep(results, response);
   report.line("sweep: " + results.string() + ", " + sweep_table(results).string());

@@ -35,8 +35,8 @@ void print_lines(const std::vector<SummaryLine>& lines, std::ostream& out) {
     if (!line.detail) out << line.text << '\n';
 }
 
-void print_superelement(const std::filesystem::path& file, std::ostream& out) {
-  const Superelement s = read_superelement(file, {false, true, false});
+void print_superelement(const Hdf5Reader& file, std::ostream& out) {
+  const Superelement s = read_superelement(file.file(), {false, true, false});
   print_made_of(s.provenance, out);
   out << "  basis        " << s.basis << '\n'
       << "  dofs         " << s.n_coordinates() << ": " << s.c() << " of the interface ("
@@ -52,17 +52,16 @@ void print_superelement(const std::filesystem::path& file, std::ostream& out) {
         << '\n';
   }
   // The compliance itself may fill the memory, so the nodes are read alone.
-  const Hdf5Reader reader(file);
   const std::string nodes = "/characteristic/statics/node";
-  if (reader.has(nodes)) print_lines(statics_lines(reader.read_indices(nodes)), out);
+  if (file.has(nodes)) print_lines(statics_lines(file.read_indices(nodes)), out);
   out << "  sets kept    " << sets_text(s) << '\n';
   print_body(s.rigid_body, out);
   print_lines(accuracy_lines(s), out);
   if (!s.accuracy) out << "  errors       not in the file\n";
 }
 
-void print_group(const std::filesystem::path& file, std::ostream& out) {
-  const SuperelementGroup group = read_superelement_group(file, {false, true, false});
+void print_group(const Hdf5Reader& file, std::ostream& out) {
+  const SuperelementGroup group = read_superelement_group(file.file(), {false, true, false});
   JoinedNodes joined = join_nodes(group);
   Superelement described;
   described.omega = group.omega;
@@ -124,14 +123,9 @@ void print_checkpoint(const Hdf5Reader& file, std::ostream& out) {
       << "  use          cbr-dyn SCENE -o RESULTS --restart " << file.file().string() << '\n';
 }
 
-std::string kind_of(const Hdf5Reader& file) {
-  if (!file.has_attribute("/", "format"))
-    throw InputError(file.file().string() +
-                     ": has no attribute 'format': it was not written by cbr");
-  return file.read_string("/", "format");
-}
-
+// InputError: a checksum does not match.
 void print_head(const Hdf5Reader& file, const std::string& what, std::ostream& out) {
+  const ComparedChecksums compared = file.compare_checksums("/");
   std::error_code error;
   const auto size = std::filesystem::file_size(file.file(), error);
   const auto text = [&](const char* attribute) {
@@ -140,33 +134,50 @@ void print_head(const Hdf5Reader& file, const std::string& what, std::ostream& o
   };
   out << file.file().string() << ": " << what << ", format " << text("format_version") << ", by "
       << text("generator") << (error ? "" : ", " + human_bytes(static_cast<double>(size))) << '\n';
+  out << "  checksums    "
+      << (compared.datasets == 0
+              ? "none: written by a version without them, or by a script"
+              : "match in " + std::to_string(compared.datasets) + " datasets" +
+                    (compared.without > 0 ? "; " + std::to_string(compared.without) + " have none"
+                                          : ""))
+      << '\n';
 }
+
+struct Kind {
+  const char *format, *words;
+  void (*print)(const Hdf5Reader& file, std::ostream& out);
+};
+
+const Kind kinds[] = {
+    {superelement_format, "a superelement", print_superelement},
+    {superelement_group_format, "a group of superelements that share nodes", print_group},
+    {"cbr-results", "results of a run", print_results},
+    {"cbr-checkpoint", "a checkpoint of a run", print_checkpoint},
+    {"cbr-fields", "fields of a run (open the .xdmf beside it)",
+     [](const auto& file, auto& out) { print_times(file, "/times", out); }},
+    {"cbr-modes", "modes of a scene",
+     [](const auto& file, auto& out) {
+       print_children(file, "  instances    ", "/instances", out);
+     }},
+    {"cbr-sweep", "harmonic response of a scene", [](const auto& file, auto& out) {
+       print_children(file, "  surfaces     ", "/surfaces", out);
+     }}};
 
 }  // namespace
 
 void print_info(const std::filesystem::path& path, std::ostream& out) {
   const Hdf5Reader file(path);
-  const std::string kind = kind_of(file);
-  if (kind == superelement_format) {
-    print_head(file, "a superelement", out);
-    print_superelement(path, out);
-  } else if (kind == superelement_group_format) {
-    print_head(file, "a group of superelements that share nodes", out);
-    print_group(path, out);
-  } else if (kind == "cbr-results") {
-    print_head(file, "results of a run", out);
-    print_results(file, out);
-  } else if (kind == "cbr-checkpoint") {
-    print_head(file, "a checkpoint of a run", out);
-    print_checkpoint(file, out);
-  } else if (kind == "cbr-fields") {
-    print_head(file, "fields of a run (open the .xdmf beside it)", out);
-    print_times(file, "/times", out);
-  } else {
-    throw InputError(
-        path.string() + ": format '" + kind +
-        "' found, known: superelements, groups of them, results, fields and checkpoints of cbr");
+  if (!file.has_attribute("/", "format"))
+    throw InputError(path.string() + ": has no attribute 'format': it was not written by cbr");
+  const std::string format = file.read_string("/", "format");
+  for (const Kind& kind : kinds) {
+    if (format != kind.format) continue;
+    print_head(file, kind.words, out);
+    return kind.print(file, out);
   }
+  throw InputError(
+      path.string() + ": format '" + format +
+      "' found, known: superelements, groups of them, results, fields and checkpoints of cbr");
 }
 
 }  // namespace cbr

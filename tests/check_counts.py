@@ -12,12 +12,12 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BOUNDS = {
     "lines of product": 84345,
-    "files of product": 661,
-    "lines of python/cbr": 1885,
-    "lines of tests": 62768,
+    "files of product": 659,
+    "lines of python/cbr": 1945,
+    "lines of tests": 62870,
     "files of tests": 391,
     "numbers in contact/solve": 92,  # but for 0, 1, 2, 3 and 0.5
-    "lines with InputError(": 389,
+    "lines with InputError(": 388,
     "classes derived from Body": 4,
     "members of the largest class": 30,
 }

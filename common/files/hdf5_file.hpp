@@ -15,8 +15,6 @@
 
 namespace cbr {
 
-inline constexpr const char* checksum_attribute = "checksum";
-
 // Writes to a temporary file beside `file`; commit() renames it. Without commit() nothing is left
 // behind. Groups on the way are made. RunError names the path when the system refuses. Strings are
 // UTF-8 of variable length, which h5py reads as str. Superblock and object headers of HDF5 1.8 and
@@ -43,9 +41,12 @@ class Hdf5Writer {
   // likewise, without a copy
   void write(const std::string& dataset, const RowMatrix& values);
   void write(const std::string& dataset, const Points& values);
-  // From here on each dataset gets the attribute `checksum_attribute`: XXH3 (64 bit) of its numbers
-  // as they are in the file, int64.
-  void add_checksums();
+  // From here on each dataset gets the attribute `checksum`: XXH3 (64 bit) of its numbers as they
+  // are in the file, int64. `digest`: of those that a copy holds.
+  void add_checksums(Index digest = 0);
+  // add_checksums(), and the root attributes that each of our formats has.
+  void start(const std::string& format, const std::string& version, const std::string& program);
+  Index digest() const;  // ComparedChecksums::digest of all written so far
   // one more name of a dataset that is there
   void link(const std::string& dataset, const std::string& name);
   // Object "/" is the root; a group that is not there yet is made.
@@ -63,6 +64,11 @@ class Hdf5Writer {
   void close();
   struct Impl;
   std::unique_ptr<Impl> impl_;
+};
+
+struct ComparedChecksums {
+  Index datasets = 0, without = 0;  // that match; that have none
+  Index digest = 0;                 // XOR of the hash of each name and checksum
 };
 
 // InputError "FILE: /dataset: ..." for a dataset that is missing, of the wrong type or shape, or
@@ -97,6 +103,8 @@ class Hdf5Reader {
   bool is_string(const std::string& object, const std::string& attribute) const;
   std::string read_string(const std::string& object, const std::string& attribute) const;
   Index read_index(const std::string& object, const std::string& attribute) const;
+  // Reads all datasets of a group, in pieces. InputError names the first that does not match.
+  ComparedChecksums compare_checksums(const std::string& group) const;
 
  private:
   struct Impl;

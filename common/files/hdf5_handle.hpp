@@ -5,8 +5,11 @@
 #include <hdf5.h>
 
 #include <algorithm>
+#include <optional>
+#include <string>
 #include <utility>
 
+#include "common/base/checksum.hpp"
 #include "common/base/types.hpp"
 
 namespace cbr::hdf5 {
@@ -52,6 +55,27 @@ inline std::pair<Handle, Handle> panel(hid_t dataset, Index first, Index rows, I
       file(H5Dget_space(dataset), H5Sclose);
   H5Sselect_hyperslab(file, H5S_SELECT_SET, start, nullptr, count, nullptr);
   return {std::move(memory), std::move(file)};
+}
+
+inline constexpr const char* checksum_attribute = "checksum";
+
+// XXH3 (64 bit) of a dataset's numbers as they are in the file, int64. Empty: not one whole number.
+inline std::optional<Index> checksum_of(hid_t dataset) {
+  const Handle attribute(H5Aopen(dataset, checksum_attribute, H5P_DEFAULT), H5Aclose);
+  const Handle type(H5Aget_type(attribute), H5Tclose), space(H5Aget_space(attribute), H5Sclose);
+  Index value = 0;
+  if (H5Tget_class(type) != H5T_INTEGER || H5Sget_simple_extent_npoints(space) != 1 ||
+      H5Aread(attribute, H5T_NATIVE_INT64, &value) < 0)
+    return {};
+  return value;
+}
+
+// Term of ComparedChecksums::digest
+inline Index digest_term(const std::string& dataset, Index value) {
+  Checksum term;
+  term.add(dataset.data(), dataset.size());
+  term.add(&value, sizeof value);
+  return term.value();
 }
 
 }  // namespace cbr::hdf5

@@ -5,6 +5,9 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <functional>
+#include <map>
+#include <numeric>
 #include <set>
 #include <string_view>
 
@@ -48,6 +51,12 @@ void visit_dataset(hid_t dataset) {
   std::vector<double> values(static_cast<std::size_t>(n));
   H5Dread(dataset, real ? H5T_NATIVE_DOUBLE : H5T_NATIVE_INT64, H5S_ALL, H5S_ALL, H5P_DEFAULT,
           values.data());
+}
+
+template <typename Info>
+herr_t collect_name(hid_t, const char* name, const Info*, void* list) {
+  static_cast<std::vector<std::string>*>(list)->emplace_back(name);
+  return 0;
 }
 
 herr_t collect_hard_link(hid_t, const char* name, const H5L_info_t* info, void* list) {
@@ -215,8 +224,6 @@ struct Hdf5Reader::Impl {
     for (const Index length : extent) bytes *= static_cast<double>(length);
     const Handle properties(H5Dget_create_plist(dataset), H5Pclose);
     const H5D_layout_t layout = H5Pget_layout(properties);
-    if (layout == H5D_VIRTUAL || H5Pget_external_count(properties) > 0)
-      fail(name, "is stored outside of the file, which is not read");
     // Deflate, the strongest filter that HDF5 brings along, shrinks at most 1032 times.
     const double most = (layout == H5D_CHUNKED ? 1032.0 : 1.0) *
                         std::min(file_size, static_cast<double>(H5Dget_storage_size(dataset)));
@@ -245,20 +252,92 @@ struct Hdf5Reader::Impl {
     require_checksum(dataset, name, checksum);
   }
 
-  static bool has_checksum(hid_t dataset) { return H5Aexists(dataset, checksum_attribute) > 0; }
+  // Values: a vector or a row-major table, of double or Index
+  template <typename Values>
+  Values read(const std::string& name) const {
+    constexpr bool real = std::is_same_v<typename Values::Scalar, double>;
+    constexpr bool is_table = Values::ColsAtCompileTime != 1;
+    const Handle dataset = open_dataset(name);
+    const auto extent = expect(dataset, name, real ? H5T_FLOAT : H5T_INTEGER, is_table ? 2 : 1);
+    Values values(extent[0], is_table ? extent.back() : 1);
+    read_whole(dataset, name, real ? H5T_NATIVE_DOUBLE : H5T_NATIVE_INT64, values.data(),
+               values.size());
+    return values;
+  }
+
+  static bool has_checksum(hid_t dataset) {
+    return H5Aexists(dataset, hdf5::checksum_attribute) > 0;
+  }
 
   void require_checksum(hid_t dataset, const std::string& name, const Checksum& checksum) const {
-    const Handle attribute(H5Aopen(dataset, checksum_attribute, H5P_DEFAULT), H5Aclose);
-    const Handle type(H5Aget_type(attribute), H5Tclose), space(H5Aget_space(attribute), H5Sclose);
-    Index value = 0;
-    if (H5Tget_class(type) != H5T_INTEGER || H5Sget_simple_extent_npoints(space) != 1 ||
-        H5Aread(attribute, H5T_NATIVE_INT64, &value) < 0)
-      fail(name, "attribute 'checksum' is not one whole number");
-    if (value == checksum.value()) return;
+    const auto value = hdf5::checksum_of(dataset);
+    if (!value) fail(name, "attribute 'checksum' is not one whole number");
+    if (*value == checksum.value()) return;
     fail(name,
          "its numbers are not those that were written (attribute 'checksum'): the file was damaged "
          "or edited; make it anew (for a "
          "superelement: cbr-reduce --force), or, where the change is meant, delete the attribute");
+  }
+
+  // In pieces: `use` has the number of the first row and the rows.
+  template <typename Use>
+  void read_rows(hid_t dataset, const std::string& name, Index n_rows, Index n_columns,
+                 const Use& use) const {
+    if (n_rows == 0 || n_columns == 0) return;
+    const bool checked = has_checksum(dataset);
+    Checksum checksum;
+    RowMatrix rows;
+    for (Index first = 0, step = hdf5::panel_rows(n_columns); first < n_rows; first += step) {
+      rows.resize(std::min<Index>(step, n_rows - first), n_columns);
+      const auto [memory, of_file] = hdf5::panel(dataset, first, rows.rows(), n_columns);
+      if (H5Dread(dataset, H5T_NATIVE_DOUBLE, memory, of_file, H5P_DEFAULT, rows.data()) < 0)
+        fail(name, "cannot be read: the file is truncated or damaged");
+      if (checked) checksum.add(rows.data(), 8 * static_cast<std::size_t>(rows.size()));
+      use(first, rows);
+    }
+    if (checked) require_checksum(dataset, name, checksum);
+  }
+
+  // Of all below `object`; what has several names is read once. known: checksums by address.
+  void compare(const std::string& object, std::map<haddr_t, std::optional<Index>>& known,
+               ComparedChecksums& found) const {
+    const Handle opened = open_object(object);
+    H5O_info_t info;
+    if (H5Oget_info2(opened, &info, H5O_INFO_BASIC) < 0)
+      fail(object, "cannot be read: the file is damaged");
+    const auto [known_as, is_new] = known.try_emplace(info.addr);
+    if (info.type == H5O_TYPE_GROUP && is_new) {
+      for (const std::string& name : children(object))
+        compare((object == "/" ? "" : object) + "/" + name, known, found);
+    }
+    if (info.type != H5O_TYPE_DATASET) return;
+    if (is_new && has_checksum(opened)) {
+      compare(object);
+      known_as->second = hdf5::checksum_of(opened);
+    }
+    if (known_as->second) found.digest ^= hdf5::digest_term(object, *known_as->second);
+    if (is_new) ++(known_as->second ? found.datasets : found.without);
+  }
+
+  void compare(const std::string& name) const {
+    const Handle dataset = open_dataset(name);
+    const bool real = H5Tget_class(Handle(H5Dget_type(dataset), H5Tclose)) == H5T_FLOAT;
+    const auto extent = expect(dataset, name, real ? H5T_FLOAT : H5T_INTEGER, 0);
+    if (real && extent.size() == 2)
+      return read_rows(dataset, name, extent[0], extent[1], [](Index, const RowMatrix&) {});
+    const Index size = std::accumulate(extent.begin(), extent.end(), Index{1}, std::multiplies<>());
+    read_whole(dataset, name, real ? H5T_NATIVE_DOUBLE : H5T_NATIVE_INT64, Vector(size).data(),
+               size);
+  }
+
+  std::vector<std::string> children(const std::string& group) const {
+    const Handle owner = open_object(group);
+    if (H5Iget_type(owner) != H5I_GROUP) fail(group, "is not a group");
+    std::vector<std::string> names;
+    if (H5Literate(owner, H5_INDEX_NAME, H5_ITER_INC, nullptr, collect_name<H5L_info_t>, &names) <
+        0)
+      fail(group, "cannot be read: damaged");
+    return names;
   }
 
   Handle open_attribute(const std::string& object, const std::string& name) const {
@@ -282,26 +361,20 @@ const fs::path& Hdf5Reader::file() const { return impl_->path; }
 bool Hdf5Reader::has(const std::string& object) const { return impl_->exists(object); }
 
 std::vector<std::string> Hdf5Reader::children(const std::string& group) const {
-  const Handle owner = impl_->open_object(group);
-  if (H5Iget_type(owner) != H5I_GROUP) impl_->fail(group, "is not a group");
-  std::vector<std::string> names;
-  const auto collect = [](hid_t, const char* name, const H5L_info_t*, void* list) -> herr_t {
-    static_cast<std::vector<std::string>*>(list)->emplace_back(name);
-    return 0;
-  };
-  if (H5Literate(owner, H5_INDEX_NAME, H5_ITER_INC, nullptr, collect, &names) < 0)
-    impl_->fail(group, "cannot be read: damaged");
-  return names;
+  return impl_->children(group);
+}
+
+ComparedChecksums Hdf5Reader::compare_checksums(const std::string& group) const {
+  std::map<haddr_t, std::optional<Index>> known;
+  ComparedChecksums found;
+  impl_->compare(group, known, found);
+  return found;
 }
 
 std::vector<std::string> Hdf5Reader::attributes(const std::string& object) const {
   const Handle owner = impl_->open_object(object);
   std::vector<std::string> names;
-  const auto collect = [](hid_t, const char* name, const H5A_info_t*, void* list) -> herr_t {
-    static_cast<std::vector<std::string>*>(list)->emplace_back(name);
-    return 0;
-  };
-  if (H5Aiterate2(owner, H5_INDEX_NAME, H5_ITER_INC, nullptr, collect, &names) < 0)
+  if (H5Aiterate2(owner, H5_INDEX_NAME, H5_ITER_INC, nullptr, collect_name<H5A_info_t>, &names) < 0)
     impl_->fail(object, "cannot be read: damaged");
   return names;
 }
@@ -322,67 +395,37 @@ double Hdf5Reader::read_scalar(const std::string& dataset) const {
 }
 
 Vector Hdf5Reader::read_vector(const std::string& dataset) const {
-  const Handle opened = impl_->open_dataset(dataset);
-  Vector values(impl_->expect(opened, dataset, H5T_FLOAT, 1)[0]);
-  impl_->read_whole(opened, dataset, H5T_NATIVE_DOUBLE, values.data(), values.size());
-  return values;
+  return impl_->read<Vector>(dataset);
 }
 
 Matrix Hdf5Reader::read_matrix(const std::string& dataset) const {
   const Handle opened = impl_->open_dataset(dataset);
   const auto extent = impl_->expect(opened, dataset, H5T_FLOAT, 2);
   Matrix values(extent[0], extent[1]);
-  if (values.size() == 0) return values;
-  const bool checked = Impl::has_checksum(opened);
-  Checksum checksum;
-  RowMatrix rows;
-  for (Index first = 0, step = hdf5::panel_rows(values.cols()); first < values.rows();
-       first += step) {
-    rows.resize(std::min<Index>(step, values.rows() - first), values.cols());
-    const auto [memory, file] = hdf5::panel(opened, first, rows.rows(), rows.cols());
-    if (H5Dread(opened, H5T_NATIVE_DOUBLE, memory, file, H5P_DEFAULT, rows.data()) < 0) {
-      impl_->fail(dataset, "cannot be read: the file is truncated or damaged");
-    }
-    if (checked) checksum.add(rows.data(), sizeof(double) * static_cast<std::size_t>(rows.size()));
-    values.middleRows(first, rows.rows()) = rows;
-  }
-  if (checked) impl_->require_checksum(opened, dataset, checksum);
+  impl_->read_rows(
+      opened, dataset, values.rows(), values.cols(),
+      [&](Index first, const RowMatrix& rows) { values.middleRows(first, rows.rows()) = rows; });
   return values;
 }
 
 RowMatrix Hdf5Reader::read_row_matrix(const std::string& dataset) const {
-  const Handle opened = impl_->open_dataset(dataset);
-  const auto extent = impl_->expect(opened, dataset, H5T_FLOAT, 2);
-  RowMatrix values(extent[0], extent[1]);
-  impl_->read_whole(opened, dataset, H5T_NATIVE_DOUBLE, values.data(), values.size());
-  return values;
+  return impl_->read<RowMatrix>(dataset);
 }
 
 Points Hdf5Reader::read_points(const std::string& dataset) const {
-  const Handle opened = impl_->open_dataset(dataset);
-  const auto extent = impl_->expect(opened, dataset, H5T_FLOAT, 2);
-  if (extent[1] != 3)
+  const auto extent = shape(dataset);
+  if (extent.size() == 2 && extent[1] != 3)
     impl_->fail(dataset, "wrong shape (" + Impl::shape_text(extent) + "), expected 3 columns");
-  Points values(extent[0], 3);
-  impl_->read_whole(opened, dataset, H5T_NATIVE_DOUBLE, values.data(), values.size());
-  return values;
+  return impl_->read<Points>(dataset);
 }
 
 std::vector<Index> Hdf5Reader::read_indices(const std::string& dataset) const {
-  const Handle opened = impl_->open_dataset(dataset);
-  std::vector<Index> values(
-      static_cast<std::size_t>(impl_->expect(opened, dataset, H5T_INTEGER, 1)[0]));
-  impl_->read_whole(opened, dataset, H5T_NATIVE_INT64, values.data(),
-                    static_cast<Index>(values.size()));
-  return values;
+  const auto values = impl_->read<Eigen::VectorX<Index>>(dataset);
+  return {values.begin(), values.end()};
 }
 
 IndexTable Hdf5Reader::read_index_table(const std::string& dataset) const {
-  const Handle opened = impl_->open_dataset(dataset);
-  const auto extent = impl_->expect(opened, dataset, H5T_INTEGER, 2);
-  IndexTable values(extent[0], extent[1]);
-  impl_->read_whole(opened, dataset, H5T_NATIVE_INT64, values.data(), values.size());
-  return values;
+  return impl_->read<IndexTable>(dataset);
 }
 
 std::vector<std::string> Hdf5Reader::read_texts(const std::string& dataset) const {

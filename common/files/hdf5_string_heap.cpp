@@ -100,10 +100,6 @@ Window read(std::ifstream& in, std::uint64_t begin, std::uint64_t size) {
   return window;
 }
 
-}  // namespace
-
-namespace {
-
 bool look_through(const std::filesystem::path& file, std::uint64_t size) {
   std::ifstream in(file, std::ios::binary);
   if (!in.is_open()) return false;

@@ -9,6 +9,7 @@
 
 #include "common/base/checksum.hpp"
 #include "common/base/error.hpp"
+#include "common/base/version.hpp"
 #include "common/files/hdf5_file.hpp"
 #include "common/files/hdf5_handle.hpp"
 #include "common/files/output_file.hpp"
@@ -49,6 +50,7 @@ struct Hdf5Writer::Impl {
   TemporaryFile temporary;
   Handle file;
   bool checksums = false;
+  Index digest = 0;
 
   explicit Impl(const fs::path& target) : temporary(target) {
     hdf5::silence();
@@ -134,19 +136,20 @@ struct Hdf5Writer::Impl {
     return dataset;
   }
 
-  void write_checksum(hid_t dataset, const std::string& name, const Checksum& checksum) const {
+  void write_checksum(hid_t dataset, const std::string& name, const Checksum& checksum) {
     const Index value = checksum.value();
-    const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
-    const Handle attribute(
-        H5Acreate2(dataset, checksum_attribute, H5T_STD_I64LE, space, H5P_DEFAULT, H5P_DEFAULT),
-        H5Aclose);
-    require(attribute.ok() && H5Awrite(attribute, H5T_NATIVE_INT64, &value) >= 0, name);
+    write_attribute(dataset, name, hdf5::checksum_attribute, H5T_STD_I64LE, H5T_NATIVE_INT64,
+                    &value);
+    digest ^= hdf5::digest_term(name, value);
   }
 
-  // `data` is row-major, as in the file, of 8 bytes a number.
-  void write_whole(const std::string& name, hid_t file_type, hid_t memory_type,
-                   const std::vector<hsize_t>& shape, const void* data) const {
-    const Handle dataset = make_dataset(name, file_type, shape);
+  // `data` is row-major, as in the file. Number: double or Index
+  template <typename Number>
+  void write_whole(const std::string& name, const std::vector<Index>& extent, const Number* data) {
+    const bool real = std::is_same_v<Number, double>;
+    const std::vector<hsize_t> shape(extent.begin(), extent.end());
+    const Handle dataset = make_dataset(name, real ? H5T_IEEE_F64LE : H5T_STD_I64LE, shape);
+    const hid_t memory_type = real ? H5T_NATIVE_DOUBLE : H5T_NATIVE_INT64;
     std::size_t size = 1;
     for (const hsize_t length : shape) size *= length;
     require(size == 0 || H5Dwrite(dataset, memory_type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) >= 0,
@@ -162,8 +165,13 @@ struct Hdf5Writer::Impl {
     errno = 0;
     make_groups(object);
     if (object != "/") make_group(object);
-    const Handle owner(H5Oopen(file, object.c_str(), H5P_DEFAULT), H5Oclose),
-        space(H5Screate(H5S_SCALAR), H5Sclose);
+    write_attribute(Handle(H5Oopen(file, object.c_str(), H5P_DEFAULT), H5Oclose), object, name,
+                    type, memory_type, value);
+  }
+
+  void write_attribute(hid_t owner, const std::string& object, const std::string& name, hid_t type,
+                       hid_t memory_type, const void* value) const {
+    const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
     const Handle attribute(H5Acreate2(owner, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT),
                            H5Aclose);
     require(attribute.ok() && H5Awrite(attribute, memory_type, value) >= 0,
@@ -177,20 +185,19 @@ Hdf5Writer::Hdf5Writer(const fs::path& file, const fs::path& from)
 Hdf5Writer::~Hdf5Writer() = default;
 
 void Hdf5Writer::write(const std::string& dataset, double value) {
-  impl_->write_whole(dataset, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, {1}, &value);
+  impl_->write_whole(dataset, {1}, &value);
 }
 
 void Hdf5Writer::write(const std::string& dataset, const Vector& values) {
-  impl_->write_whole(dataset, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE,
-                     {static_cast<hsize_t>(values.size())}, values.data());
+  impl_->write_whole(dataset, {values.size()}, values.data());
 }
 
 void Hdf5Writer::write(const std::string& dataset, const std::vector<double>& values) {
-  impl_->write_whole(dataset, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, {values.size()}, values.data());
+  impl_->write_whole(dataset, {static_cast<Index>(values.size())}, values.data());
 }
 
 void Hdf5Writer::write(const std::string& dataset, const std::vector<Index>& values) {
-  impl_->write_whole(dataset, H5T_STD_I64LE, H5T_NATIVE_INT64, {values.size()}, values.data());
+  impl_->write_whole(dataset, {static_cast<Index>(values.size())}, values.data());
 }
 
 void Hdf5Writer::write(const std::string& dataset, const std::vector<int>& values) {
@@ -198,20 +205,15 @@ void Hdf5Writer::write(const std::string& dataset, const std::vector<int>& value
 }
 
 void Hdf5Writer::write(const std::string& dataset, const IndexTable& values) {
-  impl_->write_whole(dataset, H5T_STD_I64LE, H5T_NATIVE_INT64,
-                     {static_cast<hsize_t>(values.rows()), static_cast<hsize_t>(values.cols())},
-                     values.data());
+  impl_->write_whole(dataset, {values.rows(), values.cols()}, values.data());
 }
 
 void Hdf5Writer::write(const std::string& dataset, const Points& values) {
-  impl_->write_whole(dataset, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE,
-                     {static_cast<hsize_t>(values.rows()), 3}, values.data());
+  impl_->write_whole(dataset, {values.rows(), 3}, values.data());
 }
 
 void Hdf5Writer::write(const std::string& dataset, const RowMatrix& values) {
-  impl_->write_whole(dataset, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE,
-                     {static_cast<hsize_t>(values.rows()), static_cast<hsize_t>(values.cols())},
-                     values.data());
+  impl_->write_whole(dataset, {values.rows(), values.cols()}, values.data());
 }
 
 void Hdf5Writer::write(const std::string& dataset, const Matrix& values) {
@@ -232,7 +234,20 @@ void Hdf5Writer::write(const std::string& dataset, const Matrix& values) {
   if (impl_->checksums) impl_->write_checksum(made, dataset, checksum);
 }
 
-void Hdf5Writer::add_checksums() { impl_->checksums = true; }
+void Hdf5Writer::start(const std::string& format, const std::string& version,
+                       const std::string& program) {
+  add_checksums();
+  attribute("/", "format", format);
+  attribute("/", "format_version", version);
+  attribute("/", "generator", program + " " + cbr::version());
+}
+
+void Hdf5Writer::add_checksums(Index digest) {
+  impl_->checksums = true;
+  impl_->digest = digest;
+}
+
+Index Hdf5Writer::digest() const { return impl_->digest; }
 
 void Hdf5Writer::link(const std::string& dataset, const std::string& name) {
   errno = 0;
@@ -240,6 +255,9 @@ void Hdf5Writer::link(const std::string& dataset, const std::string& name) {
   impl_->require(H5Lcreate_hard(impl_->file, dataset.c_str(), impl_->file, name.c_str(),
                                 H5P_DEFAULT, H5P_DEFAULT) >= 0,
                  name);
+  if (!impl_->checksums) return;
+  const Handle linked(H5Dopen2(impl_->file, dataset.c_str(), H5P_DEFAULT), H5Dclose);
+  impl_->digest ^= hdf5::digest_term(name, hdf5::checksum_of(linked).value_or(0));
 }
 
 void Hdf5Writer::attribute(const std::string& object, const std::string& name,

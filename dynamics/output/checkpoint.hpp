@@ -23,7 +23,7 @@ struct Checkpoint {
   Index step = 0;
   double time = 0;
   std::vector<double> field_times;  // of the fields written so far
-  std::string fields_hash;          // FieldHash of these fields
+  Index fields_digest = 0;          // ComparedChecksums::digest of these fields
   // at the start of the run: another number changes the order of sums in BLAS
   int threads = 0;
   std::vector<std::string> warnings;  // reported so far

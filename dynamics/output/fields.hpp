@@ -13,7 +13,6 @@
 #include "common/app/report.hpp"
 #include "common/files/hdf5_file.hpp"
 #include "dynamics/output/field_grids.hpp"
-#include "dynamics/output/field_hash.hpp"
 #include "dynamics/setup/built/built_scene.hpp"
 #include "dynamics/setup/built/instance_elements.hpp"
 
@@ -27,19 +26,19 @@ class FieldWriter {
   struct Saved {
     std::filesystem::path file;
     std::vector<double> times;
-    std::string hash;  // of the writer that saved them
+    Index digest = 0;  // of the writer that saved them
   };
   // `fields`: displacement, velocity, stress, nodal_stress, contact_pressure. Reports fields that
-  // are not available. `saved`: continues from there. `run_hash`: of the run, empty without
-  // checkpoints. InputError: `saved` is of another run, or does not match its hash.
+  // are not available. `saved`: continues from there. `run_hash`: of the run, empty for modes.
+  // InputError: `saved` is of another run, or does not match its checksums and digest.
   FieldWriter(const Scene& scene, const BuiltScene& built, const std::filesystem::path& results,
               Report& report, const std::string& run_hash = "",
               const std::optional<Saved>& saved = {});
   void add(double t);  // the current state of the bodies
   const std::vector<double>& times() const { return times_; }
-  const std::string& hash() const { return hash_.text(); }  // of all data written so far
-  void save(const std::filesystem::path& file);             // a complete file of the data so far
-  void commit();                                            // RunError for disk errors
+  Index digest() const { return heavy_->digest(); }  // of all data written so far
+  void save(const std::filesystem::path& file);      // a complete file of the data so far
+  void commit();                                     // RunError for disk errors
   const std::filesystem::path& file() const { return shown_; }  // the file for viewers
 
  private:
@@ -51,8 +50,6 @@ class FieldWriter {
   };
   void start(const std::string& run_hash);
   void go_on(const Saved& saved, const std::string& run_hash);
-  FieldHash hash_of(const Hdf5Reader& file, std::size_t n_steps) const;
-  static void require(const Hdf5Reader& file, const std::string& dataset);
   Motion motion_of(const FieldGrid& grid) const;
   Matrix pressures(const FieldGrid& grid) const;
   Matrix stresses(const FieldGrid& grid, const Motion& motion) const;
@@ -78,7 +75,6 @@ class FieldWriter {
   Matrix nodal_;
   Index nodal_of_ = -1;
   std::vector<double> times_;
-  FieldHash hash_;
 };
 
 }  // namespace cbr

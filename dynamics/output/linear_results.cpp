@@ -6,19 +6,12 @@
 #include "common/app/report.hpp"
 #include "common/base/error.hpp"
 #include "common/base/name_text.hpp"
-#include "common/base/version.hpp"
 #include "common/files/hdf5_file.hpp"
 #include "common/files/output_file.hpp"
 #include "dynamics/output/fields.hpp"
 
 namespace cbr {
 namespace {
-
-void write_header(Hdf5Writer& file, const std::string& format) {
-  file.attribute("/", "format", format);
-  file.attribute("/", "format_version", std::string("1.0"));
-  file.attribute("/", "generator", std::string("cbr-dyn ") + version());
-}
 
 void write_table(const std::filesystem::path& path, const HarmonicResponse& response) {
   TemporaryFile temporary(path);
@@ -53,7 +46,7 @@ std::filesystem::path sweep_table(const std::filesystem::path& results) {
 
 void write_sweep(const std::filesystem::path& path, const HarmonicResponse& response) {
   Hdf5Writer file(path);
-  write_header(file, "cbr-sweep");
+  file.start("cbr-sweep", "1.1", "cbr-dyn");
   file.write("/frequency_hz", response.frequency_hz);
   for (const HarmonicResponse::OfSet& set : response.sets) {
     const std::string name = group_name(set.name);
@@ -66,7 +59,7 @@ void write_sweep(const std::filesystem::path& path, const HarmonicResponse& resp
 
 void write_modes(const std::filesystem::path& path, SceneModes& modes, Report& report) {
   Hdf5Writer file(path);
-  write_header(file, "cbr-modes");
+  file.start("cbr-modes", "1.1", "cbr-dyn");
   FieldWriter fields(modes.scene->scene, modes.scene->built, path, report);
   double number = 0;
   for (const InstanceModes& of : modes.instances) {

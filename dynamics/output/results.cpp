@@ -8,7 +8,6 @@
 #include "common/app/report.hpp"
 #include "common/base/error.hpp"
 #include "common/base/name_text.hpp"
-#include "common/base/version.hpp"
 #include "common/fem/stress_values.hpp"
 #include "common/files/hdf5_file.hpp"
 #include "common/superelement/superelement.hpp"
@@ -178,34 +177,34 @@ void require_memory_for_outputs(const Scene& scene, const Simulation& simulation
   throw InputError(text.str());
 }
 
-std::vector<SuperelementOfInstance> superelements_of(const Scene& scene,
-                                                     const std::filesystem::path& results) {
+RunInputs inputs_of(const Scene& scene, const std::string& hash,
+                    const std::filesystem::path& results) {
   const auto folder = std::filesystem::absolute(results).parent_path();
-  std::vector<SuperelementOfInstance> all;
+  std::ostringstream text;
+  write_scene(scene, text);
+  RunInputs inputs{text.str(), hash, {}};
   std::map<std::filesystem::path, std::string> hashes;  // thousands of instances may share a file
   for (const Instance& instance : scene.instances) {
     const Component& component = component_of(scene, instance);
     if (instance.as != InstanceKind::superelement || !component.reduction) continue;
     const std::filesystem::path& file = component.reduction->superelement;
-    const auto [hash, is_new] = hashes.try_emplace(file);
-    if (is_new) hash->second = read_content_hash(file);
-    all.push_back({instance.name,
-                   std::filesystem::absolute(file).lexically_proximate(folder).generic_string(),
-                   hash->second});
+    const auto [known, is_new] = hashes.try_emplace(file);
+    if (is_new) known->second = read_content_hash(file);
+    inputs.superelements.push_back(
+        {instance.name,
+         std::filesystem::absolute(file).lexically_proximate(folder).generic_string(),
+         known->second});
   }
-  return all;
+  return inputs;
 }
 
 void write_results(const std::filesystem::path& path, const Simulation& simulation,
-                   const RunResult& result, const Report& report,
-                   const std::vector<SuperelementOfInstance>& superelements,
+                   const RunResult& result, const Report& report, const RunInputs& inputs,
                    std::optional<double> outside_basis) {
   using Clock = std::chrono::steady_clock;
   const auto start = Clock::now();
   Hdf5Writer file(path);
-  file.attribute("/", "format", std::string("cbr-results"));
-  file.attribute("/", "format_version", std::string("1.11"));
-  file.attribute("/", "generator", std::string("cbr-dyn ") + version());
+  file.start("cbr-results", "1.12", "cbr-dyn");
   Index n_dofs = 0;
   for (const auto& body : simulation.bodies) n_dofs += body->n_dofs();
   file.attribute("/", "partial", Index{result.ended_at ? 1 : 0});
@@ -213,12 +212,14 @@ void write_results(const std::filesystem::path& path, const Simulation& simulati
   file.attribute("/", "steps", result.steps);
   file.attribute("/", "n_dofs", n_dofs);
   file.attribute("/", "warnings", join(report.warnings(), "\n"));
+  if (!inputs.scene.empty()) file.attribute("/", "scene", inputs.scene);
+  if (!inputs.hash.empty()) file.attribute("/", "run_hash", inputs.hash);
   for (const char* phase : {"read", "setup", "steps"})
     file.attribute("/", std::string("wall_seconds_") + phase, report.seconds(phase));
   file.write("/time", result.time);
   write_monitors(file, simulation, result);
   write_bodies(file, simulation, result);
-  for (const SuperelementOfInstance& of : superelements) {
+  for (const SuperelementOfInstance& of : inputs.superelements) {
     file.attribute("/instances/" + group_name(of.instance), "superelement", of.file);
     file.attribute("/instances/" + group_name(of.instance), "superelement_hash", of.content_hash);
   }

@@ -28,15 +28,19 @@ void require_memory_for_outputs(const Scene& scene, const Simulation& simulation
 struct SuperelementOfInstance {
   std::string instance, file, content_hash;
 };
-std::vector<SuperelementOfInstance> superelements_of(const Scene& scene,
-                                                     const std::filesystem::path& results);
+// Origin of the results of a run. scene: as write_scene() writes it; hash: run_hash().
+struct RunInputs {
+  std::string scene, hash;
+  std::vector<SuperelementOfInstance> superelements;
+};
+RunInputs inputs_of(const Scene& scene, const std::string& hash,
+                    const std::filesystem::path& results);
 
 // outside_basis: fraction of the energy lost to truncated modes, if known. Wall times and the
 // report's warnings are attributes, so that datasets are the same bytes in each run. RunError for
 // disk errors; writes the whole file or nothing.
 void write_results(const std::filesystem::path& file, const Simulation& simulation,
-                   const RunResult& result, const Report& report,
-                   const std::vector<SuperelementOfInstance>& superelements = {},
+                   const RunResult& result, const Report& report, const RunInputs& inputs = {},
                    std::optional<double> outside_basis = {});
 
 }  // namespace cbr

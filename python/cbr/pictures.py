@@ -8,6 +8,7 @@ import pathlib
 import warnings
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import matplotlib
 
@@ -82,12 +83,16 @@ def outer(cells: Indices, topology: str) -> tuple[Indices, Indices]:
 
 
 class Fields:
-    """The fields of a run, NAME.fields.h5 beside its results. FileError: there are none, or they are damaged."""
+    """The fields of a run, NAME.fields.h5 beside its results. FileError: there are none, they are damaged, or of another run."""
 
     def __init__(self, results: str | os.PathLike[str]):
         self.path = os.fspath(pathlib.Path(results).with_suffix(".fields.h5"))
         self.parts: list[Part] = []
+        with open_file(results, "cbr-results", "cbr-modes") as f:
+            run = f.attrs.get("run_hash")
         with open_file(self.path, "cbr-fields") as f:
+            if run and f.attrs.get("run_hash") != run:
+                raise FileError(f"{self.path}: is not of the run of {os.fspath(results)} (attribute 'run_hash')")
             self.times: Array = read(f["times"])
             grids = {int(number): grid for number, grid in f["grids"].items()}
             inner = {str(g.attrs["instance"]) for g in grids.values() if not str(g.attrs["name"]).endswith(".interface")}
@@ -129,11 +134,35 @@ def kept_faces(file: str) -> tuple[Indices, Array, dict[str, Indices]]:
     return np.concatenate(ids), np.vstack(coordinates), faces
 
 
+def placed(points: Array, instance: dict[str, Any]) -> Array:
+    """Points of a component (n x 3) as an instance of the scene has them.
+
+    >>> print(placed(np.array([[1.0, 2.0, 3.0]]), {"rotation": ["0", "0", "90"], "mirror": "x", "position": [10, 0, 0]}).round(9))
+    [[ 8. -1.  3.]]
+    """
+    x = points.copy()
+    if "mirror" in instance:
+        x[:, "xyz".index(instance["mirror"])] *= -1
+    for axis, angle in enumerate(np.radians(np.asarray(instance.get("rotation", [0, 0, 0]), float))):
+        a, b = (axis + 1) % 3, (axis + 2) % 3
+        x[:, a], x[:, b] = np.cos(angle) * x[:, a] - np.sin(angle) * x[:, b], np.sin(angle) * x[:, a] + np.cos(angle) * x[:, b]
+    x += np.asarray(instance.get("position", [0, 0, 0]), float)
+    return x
+
+
 def at_start(run: Results) -> list[Part]:
-    """Of the fields of a run. FileError: it has none, or they are damaged."""
-    if not os.path.exists(os.path.splitext(run.path)[0] + ".fields.h5"):
+    """Of the fields of a run; without them, of the superelements that its scene places. FileError: neither can be read."""
+    if os.path.exists(os.path.splitext(run.path)[0] + ".fields.h5"):
+        return Fields(run.path).parts
+    parts = []
+    for name, (file, _) in run.superelements.items() if "scene" in run.attributes else ():
+        ids, points, faces = kept_faces(file)
+        if faces:
+            corners = np.unique(np.vstack(list(faces.values())), axis=0)
+            parts.append(Part(name, placed(points, run.scene["instances"][name]), ids, corners, np.arange(len(corners))))
+    if not parts:
         raise FileError(f"{run.path}: has no shapes to draw: give output.fields: [displacement] in the scene")
-    return Fields(run.path).parts
+    return parts
 
 
 def surface_points(run: Results, parts: list[Part]) -> dict[str, Array]:

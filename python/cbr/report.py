@@ -38,6 +38,7 @@ MOST_CURVES = 12  # instances or surfaces in one figure
 MOST_WARNINGS = 20
 MOST_FRAMES = 40  # of an animation
 MOST_MODES = 12  # whose shapes are drawn
+MOST_KEYS = 40  # in which two scenes differ
 
 
 def number(x: float) -> str:
@@ -218,31 +219,47 @@ def of_what_ran(run: Results) -> dict[str, str | float]:
 
 
 def what_ran(run: Results, other: Results | None = None) -> str:
-    """A column for each run, and below them a line for each thing in which their scenes differ."""
+    """A column for each run, and below them a line for each key in which their scenes differ."""
     mine = of_what_ran(run)
     if other is None:
         return table(["what ran", ""], [[name, value] for name, value in mine.items()])
     theirs = of_what_ran(other)
     names = [pathlib.Path(r.path).name for r in (run, other)]
     rows: list[list[str | float]] = [[name, mine.get(name, "-"), theirs.get(name, "-")] for name in {**mine, **theirs}]
-    told = [{what: of[what] for what in of if what in ("end", "dofs") or what.startswith("instance ")} for of in (mine, theirs)]
-    lines = [f"<li>{escape(line)}</li>" for line in unlike(told[0], told[1], names)]
-    return "\n".join([table(["what ran", *names], rows), *(["<ul>", *lines, "</ul>"] if lines else [])])
+    try:
+        lines = unlike(entries(run.scene), entries(other.scene), names) if run.scene and other.scene else []
+    except FileError as error:
+        lines = [f"The scenes are not compared: {error}."]
+    if len(lines) > MOST_KEYS:
+        lines[MOST_KEYS:] = [f"And in {len(lines) - MOST_KEYS} more."]
+    return "\n".join([table(["what ran", *names], rows), *(["<ul>", *(f"<li>{escape(line)}</li>" for line in lines), "</ul>"] if lines else [])])
 
 
-def unlike(mine: dict[str, Any], theirs: dict[str, Any], names: list[str]) -> list[str]:
-    """Sentences on what makes two runs those of different scenes.
+def entries(scene: Any, above: str = "") -> dict[str, str]:
+    """The keys of a scene, joined by dots, and their values.
 
-    >>> unlike({"end": 1.0, "instance a": "superelement"}, {"end": 2.0}, ["p.h5", "q.h5"])
-    ['The runs differ in end: 1 in p.h5, 2 in q.h5.', 'Only p.h5 has the instance a.']
+    >>> entries({"time": {"end": "1"}, "contact": [{"between": ["a.s", "b.s"]}]})
+    {'time.end': '1', 'contact.0.between': 'a.s, b.s'}
+    """
+    if isinstance(scene, list) and any(isinstance(entry, dict) for entry in scene):
+        scene = {str(i): entry for i, entry in enumerate(scene)}
+    if isinstance(scene, dict):
+        return {key: value for name, of in scene.items() for key, value in entries(of, f"{above}.{name}" if above else name).items()}
+    return {above: ", ".join(str(entry) for entry in scene) if isinstance(scene, list) else str(scene)}
+
+
+def unlike(mine: dict[str, str], theirs: dict[str, str], names: list[str]) -> list[str]:
+    """Sentences on the keys in which two scenes differ, from entries() of each.
+
+    >>> unlike({"time.end": "1", "time.cfl": "0.5"}, {"time.end": "2"}, ["p.h5", "q.h5"])
+    ['The runs differ in time.end: 1 in p.h5, 2 in q.h5.', 'Only p.h5 has the key time.cfl: 0.5.']
     """
     say = []
-    for what in {**mine, **theirs}:
-        if what not in mine or what not in theirs:
-            say.append(f"Only {names[what not in mine]} has the {what}.")
-        elif mine[what] != theirs[what]:
-            a, b = (x if isinstance(x, str) else f"{x:.10g}" for x in (mine[what], theirs[what]))
-            say.append(f"The runs differ in {what}: {a} in {names[0]}, {b} in {names[1]}.")
+    for key in {**mine, **theirs}:
+        if key not in mine or key not in theirs:
+            say.append(f"Only {names[key not in mine]} has the key {key}: {mine.get(key, theirs.get(key))}.")
+        elif mine[key] != theirs[key]:
+            say.append(f"The runs differ in {key}: {mine[key]} in {names[0]}, {theirs[key]} in {names[1]}.")
     return say
 
 

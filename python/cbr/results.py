@@ -5,10 +5,12 @@ from __future__ import annotations
 import contextlib
 import os
 from collections.abc import Iterator, Mapping
+from typing import Any
 
 import h5py
 
 from cbr.superelement import Array, FileError, child, open_file, read
+
 
 class Results(Mapping[str, Array]):
     """Every dataset of a results file by its name, read when it is asked for.
@@ -81,6 +83,19 @@ class Results(Mapping[str, Array]):
     def warnings(self) -> list[str] | None:
         """What cbr-dyn warned of, in order. None: the file is older than version 1.8 and does not tell."""
         return str(self.attributes["warnings"]).splitlines() if "warnings" in self.attributes else None
+
+    @property
+    def scene(self) -> dict[str, Any]:
+        """The scene of the run: dictionaries and lists of texts; empty before version 1.12. FileError: no PyYAML, or damaged."""
+        try:
+            import yaml
+        except ImportError as error:
+            raise FileError(f"{self.path}: its scene needs Debian's python3-yaml (PyYAML), which is not installed") from error
+        try:
+            found: dict[str, Any] = yaml.load(str(self.attributes.get("scene", "{}")), Loader=yaml.BaseLoader)
+        except yaml.YAMLError as error:
+            raise FileError(f"{self.path}: attribute 'scene' is damaged") from error
+        return found
 
     @property
     def superelements(self) -> dict[str, tuple[str, str]]:

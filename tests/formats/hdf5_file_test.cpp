@@ -120,6 +120,7 @@ TEST(Hdf5File, numbersThatAreNotThoseThatWereWrittenAreRefused) {
     std::string damaged = bytes;
     damaged[at] = static_cast<char>(damaged[at] ^ 1);  // the last bit of 53
     test::write_bytes(file, damaged);
+    EXPECT_THROW(Hdf5Reader(file).compare_checksums("/"), InputError) << dataset;
     try {
       read_all();
       ADD_FAILURE() << dataset;
@@ -130,6 +131,36 @@ TEST(Hdf5File, numbersThatAreNotThoseThatWereWrittenAreRefused) {
           << error.what();
     }
   }
+}
+
+TEST(Hdf5File, comparesAllChecksumsOfAGroup) {
+  const TemporaryFolder folder;
+  Hdf5Writer writer(folder / "f.h5");
+  writer.write("/old", 1.0);
+  writer.add_checksums();
+  writer.write("/steps/0/u", Vector(Vector::Random(3)));
+  writer.write("/steps/0/ids", std::vector<Index>{4, 5});
+  const Index first = writer.digest();
+  writer.link("/steps/0/u", "/steps/1/u");
+  writer.write("/steps/1/table", IndexTable(IndexTable::Random(2, 3)));
+  const Index all = writer.digest();
+  writer.commit();
+  const Hdf5Reader reader(folder / "f.h5");
+  const ComparedChecksums found = reader.compare_checksums("/"),
+                          begun = reader.compare_checksums("/steps/0");
+  EXPECT_EQ(found.datasets, 3);
+  EXPECT_EQ(found.without, 1);
+  EXPECT_EQ(found.digest, all);
+  EXPECT_EQ(begun.datasets, 2);
+  EXPECT_EQ(begun.digest, first);
+  EXPECT_EQ(begun.digest ^ reader.compare_checksums("/steps/1").digest, all);
+  EXPECT_NE(first, all);
+  Hdf5Writer more(folder / "more.h5", folder / "f.h5");
+  more.add_checksums(all);
+  more.write("/steps/2/u", Vector(Vector::Random(3)));
+  const Index with_more = more.digest();
+  more.commit();
+  EXPECT_EQ(Hdf5Reader(folder / "more.h5").compare_checksums("/").digest, with_more);
 }
 
 // Larger than what is looked at whole for damaged strings; strings at the beginning, in the middle

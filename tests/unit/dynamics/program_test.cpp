@@ -119,7 +119,7 @@ TEST_F(Program, ResultsHoldWhatTheFormatSays) {
     run(file);
     const Hdf5Reader results(folder_ / "results.h5");
     EXPECT_EQ(results.read_string("/", "format"), "cbr-results");
-    EXPECT_EQ(results.read_string("/", "format_version"), "1.11");
+    EXPECT_EQ(results.read_string("/", "format_version"), "1.12");
     EXPECT_EQ(results.read_index("/", "partial"), 0);
     EXPECT_GT(results.read_index("/", "steps"), 0);
     EXPECT_EQ(results.read_index("/", "n_dofs"), kind == "mesh" ? 2 * 135 : 2 * (12 + 27));
@@ -143,7 +143,26 @@ TEST_F(Program, ResultsHoldWhatTheFormatSays) {
                              "/instances/left/kinetic_energy", "/instances/left/strain_energy",
                              "/energy/work_external", "/energy/work_friction", "/contact/active"})
       EXPECT_EQ(results.shape(name)[0], 13) << name;
+    EXPECT_EQ(results.compare_checksums("/").without, 0);
+    EXPECT_GT(results.compare_checksums("/").datasets, 20);
+    std::ostringstream text;
+    write_scene(read_scene(file), text);
+    EXPECT_EQ(results.read_string("/", "scene"), text.str());
+    EXPECT_EQ(results.read_string("/", "run_hash").size(), 32u);
   }
+}
+
+// Longer than the 64 KB that an attribute of fixed length holds
+TEST_F(Program, ResultsHoldALongScene) {
+  std::string rows;
+  for (int i = 0; i < 20000; ++i) rows += "  - {instance: left, nodes: x_min, fix: [y]}\n";
+  const std::string file = scene("mesh", "", "", "boundary:\n" + rows);
+  run(file);
+  const Hdf5Reader results(folder_ / "results.h5");
+  std::ostringstream text;
+  write_scene(read_scene(file), text);
+  EXPECT_GT(text.str().size(), 500000u);
+  EXPECT_EQ(results.read_string("/", "scene"), text.str());
 }
 
 TEST_F(Program, SameInputSameDatasets) {
