@@ -11,10 +11,10 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BOUNDS = {
-    "lines of product": 84345,
+    "lines of product": 84375,
     "files of product": 659,
     "lines of python/cbr": 1945,
-    "lines of tests": 62870,
+    "lines of tests": 62952,
     "files of tests": 391,
     "numbers in contact/solve": 92,  # but for 0, 1, 2, 3 and 0.5
     "lines with InputError(": 388,

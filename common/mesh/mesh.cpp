@@ -34,11 +34,6 @@ std::vector<std::string> names_of(const Sets& sets) {
   return names;
 }
 
-void sort_unique(std::vector<Index>& values) {
-  std::sort(values.begin(), values.end());
-  values.erase(std::unique(values.begin(), values.end()), values.end());
-}
-
 template <class Sets>
 void check_names(const Sets& sets, const std::string& where, const std::string& what) {
   std::set<std::string> seen;
@@ -157,7 +152,8 @@ std::vector<Index> set_nodes(const Mesh& mesh, const std::string& name) {
   } else {
     nodes = mesh.nodesets[static_cast<std::size_t>(n)].nodes;
   }
-  sort_unique(nodes);
+  std::sort(nodes.begin(), nodes.end());
+  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
   return nodes;
 }
 

@@ -85,7 +85,7 @@ class AbaqusMesh {
       if (found == place_.end())
         section.place.fail("element " + std::to_string(id) + " of set '" + set.name +
                            "' does not exist");
-      if (!has_section_.insert(id).second)
+      if (section_of_.try_emplace(id, &section).first->second != &section)
         section.place.fail("element " + std::to_string(id) + " has two sections");
       file_.mesh.elements[found->second].block = set.name;
     }
@@ -202,9 +202,13 @@ class AbaqusMesh {
   void add_side(Side element, const InpSurface::Entry& entry, Sideset& set) const {
     const ElementType type = mesh_.blocks[static_cast<std::size_t>(element.block)].type;
     const bool is_face = entry.label.size() == 2 && entry.label[0] == 'S';
-    element.side = is_face ? exodus_side(type, entry.label[1] - '0') : 0;
+    if (is_face) element.side = exodus_side(type, entry.label[1] - '0');
+    if (dimension(type) == 2)
+      element.side = entry.label == "SPOS" ? 1 : entry.label == "SNEG" ? 2 : 0;
     if (element.side == 0)
-      entry.place.fail("face '" + entry.label + "' found, expected S1, S2, ... of a solid element");
+      entry.place.fail(
+          "face '" + entry.label +
+          "' found, expected S1, S2, ... of a solid element, or SPOS, SNEG of a shell");
     set.sides.push_back(element);
   }
 
@@ -236,7 +240,7 @@ class AbaqusMesh {
   InpFile file_;
   Mesh mesh_;
   std::unordered_map<Index, std::size_t> place_;  // of an element in FileMesh::elements
-  std::set<Index> has_section_;
+  std::map<Index, const InpSection*> section_of_;
   std::map<std::vector<Index>, int> n_shared_;
 };
 

@@ -57,6 +57,28 @@ std::string cure_of(const std::vector<Instead>& all, const std::string& word) {
   return "";
 }
 
+void DroppedWords::add(const std::string& word, const DeckPlace& place) {
+  const auto known =
+      std::find_if(all_.begin(), all_.end(), [&](const Dropped& one) { return one.word == word; });
+  if (known != all_.end())
+    ++known->count;
+  else
+    all_.push_back({word, place, 1});
+}
+
+std::string DroppedWords::text(const std::filesystem::path& deck, const std::string& last) const {
+  std::vector<std::string> texts;
+  for (const Dropped& of : all_)
+    texts.push_back(of.word + " (" +
+                    (*of.place.file == deck.string() ? "line " : *of.place.file + ":") +
+                    std::to_string(of.place.line) +
+                    (of.count > 1      ? ", and " + std::to_string(of.count - 1) + " more"
+                     : of.word == last ? " and all after it"
+                                       : "") +
+                    ")");
+  return join(texts);
+}
+
 bool InpKeyword::is(const std::string& word) const { return name == without_blanks(word); }
 
 std::string InpKeyword::value(const std::string& parameter) const {
@@ -108,7 +130,7 @@ bool DeckLines::next() {
     if (levels_.back().lines.next()) {
       line_ = levels_.back().lines.line();
       if (kind_ == Kind::inp ? take_inp_line() : take_bdf_line()) return true;
-    } else if (is_in_deck()) {
+    } else if (levels_.size() == 1) {
       return false;
     } else {
       levels_.pop_back();

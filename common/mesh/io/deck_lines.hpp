@@ -57,6 +57,22 @@ struct DeckPlace {
   [[noreturn]] void fail(const std::string& what) const;  // InputError "FILE:LINE: what"
 };
 
+// Words of a deck that are not read, for Mesh::dropped: each with the line of its first.
+class DroppedWords {
+ public:
+  void add(const std::string& word, const DeckPlace& place);
+  // Lines are those of this file, unless another is named. `last`: all after it are not read.
+  std::string text(const std::filesystem::path& deck, const std::string& last = "") const;
+
+ private:
+  struct Dropped {
+    std::string word;
+    DeckPlace place;
+    Index count = 0;
+  };
+  std::vector<Dropped> all_;
+};
+
 class DeckLines {
  public:
   enum class Kind { inp, bdf };
@@ -73,8 +89,7 @@ class DeckLines {
   // Of a line of an .inp that begins with one asterisk.
   const InpKeyword& keyword() const { return keyword_; }
   DeckPlace place() const { return {levels_.back().name, levels_.back().lines.count()}; }
-  bool is_in_deck() const { return levels_.size() == 1; }  // and not in a file that it includes
-  bool includes() const { return includes_; }              // whether from here on
+  bool includes() const { return includes_; }  // whether from here on
   const std::vector<std::filesystem::path>& files() const { return files_; }  // read so far
 
   [[noreturn]] void fail(const std::string& what) const { place().fail(what); }

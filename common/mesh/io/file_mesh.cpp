@@ -147,11 +147,11 @@ Side MeshIds::element(Index id) const {
   return found == elements_.end() ? Side{-1, -1, 0} : found->second;
 }
 
-void add_nodeset(Mesh& mesh, const std::string& name, std::vector<Index> nodes) {
+void add_nodeset(Mesh& mesh, const std::string& name, std::vector<Index> nodes, Index id) {
   Index n = find_nodeset(mesh, name);
   if (n < 0) {
     n = static_cast<Index>(mesh.nodesets.size());
-    mesh.nodesets.push_back({name, n + 1, {}});
+    mesh.nodesets.push_back({name, id == 0 ? n + 1 : id, {}});
   }
   auto& all = mesh.nodesets[static_cast<std::size_t>(n)].nodes;
   all.insert(all.end(), nodes.begin(), nodes.end());

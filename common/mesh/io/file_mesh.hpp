@@ -51,7 +51,7 @@ class MeshIds {
   std::unordered_map<Index, Side> elements_;
 };
 
-// Adds a nodeset, or nodes to the one of this name. `nodes` are indices.
-void add_nodeset(Mesh& mesh, const std::string& name, std::vector<Index> nodes);
+// Adds a nodeset, or nodes to the one of this name. `nodes` are indices. Without id it is counted.
+void add_nodeset(Mesh& mesh, const std::string& name, std::vector<Index> nodes, Index id = 0);
 
 }  // namespace cbr

@@ -10,6 +10,7 @@
 #include <unordered_set>
 
 #include "common/base/error.hpp"
+#include "common/mesh/io/file_mesh.hpp"
 #include "common/mesh/io/gmsh_types.hpp"
 #include "common/mesh/io/mesh_formats.hpp"
 #include "common/mesh/io/msh_file.hpp"
@@ -181,16 +182,10 @@ void add_surface(const Group& group, const Source& source, const SideLookup& loo
 }
 
 void add_nodes(const Group& group, const Source& source, Mesh& mesh) {
-  Index n = find_nodeset(mesh, group.name);
-  if (n < 0) {
-    n = static_cast<Index>(mesh.nodesets.size());
-    mesh.nodesets.push_back({group.name, group.tag, {}});
-  }
-  auto& nodes = mesh.nodesets[static_cast<std::size_t>(n)].nodes;
+  std::vector<Index> nodes;
   for (const MshElement* element : group.elements)
     for (const Index node : source.nodes_of(*element)) nodes.push_back(node);
-  std::sort(nodes.begin(), nodes.end());
-  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+  add_nodeset(mesh, group.name, std::move(nodes), group.tag);
 }
 
 // Flags the nodes of all faces in physical groups.

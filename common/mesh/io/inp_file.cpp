@@ -81,7 +81,7 @@ class InpReader {
     }
     require_whole_element();
     require_whole_file();
-    tell_dropped();
+    file_.dropped = dropped_.text(file_.mesh.where, "*STEP");
     if (file_.mesh.node_ids.empty())
       lines_.fail("holds no *NODE: not a mesh of Abaqus or CalculiX, or a damaged one");
     return std::move(file_);
@@ -150,29 +150,7 @@ class InpReader {
   }
 
   void drop(const InpKeyword& keyword) {
-    const std::string name = "*" + in_capitals(keyword.shown);
-    const auto known = std::find_if(dropped_.begin(), dropped_.end(),
-                                    [&](const Dropped& one) { return one.keyword == name; });
-    if (known != dropped_.end())
-      ++known->count;
-    else
-      dropped_.push_back({name, place_text(), 1});
-  }
-
-  std::string place_text() const {
-    const DeckPlace place = lines_.place();
-    return (lines_.is_in_deck() ? "line " : *place.file + ":") + std::to_string(place.line);
-  }
-
-  void tell_dropped() {
-    std::vector<std::string> texts;
-    for (const Dropped& of : dropped_)
-      texts.push_back(of.keyword + " (" + of.where +
-                      (of.count > 1            ? ", and " + std::to_string(of.count - 1) + " more"
-                       : of.keyword == "*STEP" ? " and all after it"
-                                               : "") +
-                      ")");
-    file_.dropped = join(texts);
+    dropped_.add("*" + in_capitals(keyword.shown), lines_.place());
   }
 
   void begin_damping(const InpKeyword& keyword) {
@@ -194,6 +172,10 @@ class InpReader {
         {instead_of_points, {"COUPLING", "KINEMATICCOUPLING", "DISTRIBUTINGCOUPLING", "RIGIDBODY"}},
         {"not in this version: mesh the parts so that they share nodes", {"EMBEDDEDELEMENT"}},
         {"not in this version: mesh the whole part", {"CYCLICSYMMETRYMODEL"}},
+        {"not in this version: take it out; superelements of matrices are read by cbr-reduce "
+         "--import",
+         {"MATRIXINPUT", "MATRIXASSEMBLE", "USERELEMENT"}},
+        {"not in this version: write the part as it is without it", {"MODELCHANGE"}},
         {"a mesh lists its nodes and elements: write them out",
          {"NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM"}}};
     if (const std::string cure = cure_of(all, keyword.name); !cure.empty())
@@ -346,6 +328,8 @@ class InpReader {
     while (lines_.next()) {
       const std::string line =
           in_capitals(without_blanks(std::string(trimmed(lines_.line()).substr(0, 40))));
+      if (line.starts_with("*MODELCHANGE") && line.find("=CONTACT") == std::string::npos)
+        refuse(lines_.keyword());
       if (line.starts_with("*ENDSTEP") || line.starts_with("*INCLUDE"))
         is_ended = true;
       else if (line.starts_with("*STEP"))
@@ -410,12 +394,6 @@ class InpReader {
 
   static constexpr Index most_generated = 100'000'000;
 
-  struct Dropped {
-    std::string keyword;
-    std::string where;
-    Index count = 0;
-  };
-
   DeckLines lines_;
   InpFile file_;
   Data data_ = Data::skipped;
@@ -425,7 +403,7 @@ class InpReader {
   std::string elset_;
   std::vector<Index> pending_;     // number and nodes of an element that goes on in the next line
   std::vector<std::string> open_;  // *PART, *ASSEMBLY, *INSTANCE without their ends so far
-  std::vector<Dropped> dropped_;
+  DroppedWords dropped_;
   std::string waits_for_data_;  // keyword of which no line of data has come
   InpSet* set_ = nullptr;
   FileMaterial* material_ = nullptr;

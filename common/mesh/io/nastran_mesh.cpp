@@ -27,6 +27,7 @@ class BdfCards {
  public:
   explicit BdfCards(const std::filesystem::path& file);
 
+  bool is_of_gmsh() const { return is_of_gmsh_; }
   // The next card of the bulk data; none after ENDDATA or the last line.
   std::optional<BdfCard> next();
   // InputError "FILE:LINE: what", with the card's line.
@@ -49,7 +50,7 @@ class BdfCards {
   DeckLines lines_;
   std::string line_;  // without comment, tabs expanded
   bool has_line_ = false, is_bulk_ = false;
-  bool must_end_ = false;  // with ENDDATA
+  bool must_end_ = false, is_of_gmsh_ = false;  // with ENDDATA; of gmsh
 };
 
 constexpr std::size_t small = 8, large = 16, last_column = 72;
@@ -86,9 +87,9 @@ BdfCards::BdfCards(const std::filesystem::path& file) : lines_(file, DeckLines::
       all.fail("is no text: expected bulk data of Nastran");
     const std::string start = in_capitals(trimmed(plain(all.line()).substr(0, 40)));
     if (start.starts_with("BEGIN") && start.find("BULK") != std::string::npos) is_bulk_ = false;
-    must_end_ |= all.line().starts_with("$ Created by Gmsh");
+    is_of_gmsh_ |= all.line().starts_with("$ Created by Gmsh");
   }
-  must_end_ |= !is_bulk_;
+  must_end_ = !is_bulk_ || is_of_gmsh_;
 }
 
 bool BdfCards::next_line() {
@@ -208,6 +209,7 @@ class NastranMesh {
     for (const auto& [property, elements] : faces_)
       faces.push_back({face_name(property), elements});
     Mesh mesh = mesh_of(file_, faces);
+    mesh.dropped = dropped_.text(file_.where);
     const MeshIds ids(mesh);
     for (const auto& [name, points] : points_) {
       std::vector<Index> nodes;
@@ -226,9 +228,11 @@ class NastranMesh {
     if (card.name == "GRID") take_point(card);
     if (card.name == "PSOLID") material_of_[cards_.whole(card, 0)] = cards_.whole(card, 1);
     if (card.name == "MAT1") take_material(card);
-    if (card.name.starts_with("MAT") && card.name != "MAT1" && card.name.size() == 4)
+    static const std::set<std::string> laws = {"MAT2",  "MAT3",  "MAT8",  "MAT9",
+                                               "MAT10", "MAT11", "MAT12", "MATHP"};
+    if (laws.contains(card.name))
       materials_[cards_.whole(card, 0)] = {.name = cards_.text(card, 0),
-                                           .problem = "is a " + card.name};
+                                           .problem = "is a " + card.name + ", not supported"};
     if (card.name == "PARAM" && cards_.text(card, 0) == "WTMASS")
       weight_to_mass_ = cards_.real(card, 1, 1);
     if (card.name == "SET1") take_points(card, "set_" + cards_.text(card, 0), 1);
@@ -236,6 +240,20 @@ class NastranMesh {
     if (card.name == "ASET1") take_points(card, "aset", 1);
     if (const Family* family = family_of(card.name)) return take_element(card, *family);
     refuse(card);
+    if (!laws.contains(card.name)) drop(card);
+  }
+
+  // Cards that are not read, but for those without effect on the part, and curves of gmsh.
+  void drop(const BdfCard& card) {
+    static const std::set<std::string> silent = {
+        "GRID",   "PSOLID", "PSHELL", "MAT1",   "SET1",  "SPC1", "ASET1", "CORD1R", "CORD2R",
+        "CORD1C", "CORD2C", "CORD1S", "CORD2S", "EIGRL", "EIGR", "TSTEP", "FREQ",   "FREQ1"};
+    static const std::set<std::string> damping = {"ALPHA1", "ALPHA2", "G"};
+    const bool is_parameter = card.name == "PARAM";
+    if (silent.contains(card.name) || (card.name == "CBAR" && cards_.is_of_gmsh()) ||
+        (is_parameter && !damping.contains(cards_.text(card, 0))))
+      return;
+    dropped_.add(is_parameter ? "PARAM," + cards_.text(card, 0) : card.name, card.place);
   }
 
   // These change the part: each is an error with its cure. Bars without a property are the
@@ -327,6 +345,7 @@ class NastranMesh {
     material.youngs_modulus = E;
     material.poissons_ratio = nu;
     material.density = cards_.real(card, 4, 0);
+    if (cards_.real(card, 7, 0) != 0) dropped_.add("GE of MAT1", card.place);
     materials_[cards_.whole(card, 0)] = material;
   }
 
@@ -349,6 +368,7 @@ class NastranMesh {
   std::map<Index, FileMaterial> materials_;
   std::map<std::string, std::vector<Index>> points_;
   double weight_to_mass_ = 1;
+  DroppedWords dropped_;
 };
 
 }  // namespace

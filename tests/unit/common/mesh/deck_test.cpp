@@ -114,5 +114,87 @@ TEST(Deck, hostileIncludesAreOneLine) {
             std::string::npos);
 }
 
+TEST(Deck, cardsOfNastranThatAreNotReadAreListed) {
+  const Folder folder;
+  const auto deck = [&](const std::string& cards) {
+    return read_mesh(
+        put(folder, "deck.bdf",
+            "BEGIN BULK\n" + grid + "CTETRA,1,1,1,2,3,4\nPSOLID,1,7\n" + cards + "ENDDATA\n"));
+  };
+  const std::string steel = "MAT1,7,2.1e11,,.3,7850.\n";
+  EXPECT_EQ(deck(steel + "CORD2R,4,,0.,0.,0.\nPARAM,POST,-1\nSET1,3,1,2\n").dropped, "");
+  EXPECT_EQ(deck(steel + "CBAR,2,9,1,2,0.,0.,1.\nDMIG,K,0,6,1\nMATS1,7,,PLASTIC\nDMIG,K,1,1\n" +
+                 "CYJOIN,1,,5\nPARAM,G,.02\n")
+                .dropped,
+            "CBAR (line 9), DMIG (line 10, and 1 more), MATS1 (line 11), CYJOIN (line 13), PARAM,G "
+            "(line 14)");
+  EXPECT_EQ(deck("MAT1,7,2.1e11,,.3,7850.,1.2e-5,20.,.01\n").dropped, "GE of MAT1 (line 8)");
+  put(folder, "more.bdf", "CELAS9,1\n");
+  EXPECT_EQ(deck(steel + "INCLUDE 'more.bdf'\n").dropped,
+            "CELAS9 (" + (folder / "more.bdf").string() + ":1)");
+  EXPECT_EQ(deck("MAT11,7,1.e9\n").blocks.at(0).material->problem, "is a MAT11, not supported");
+  EXPECT_EQ(deck("MAT11,8,1.e9\n" + steel).blocks.at(0).material->problem, "");
+  // gmsh writes curves as bars
+  EXPECT_EQ(read_mesh(put(folder, "deck.bdf",
+                          "$ Created by Gmsh\n" + grid +
+                              "CTETRA,1,1,1,2,3,4\nCBAR,2,9,1,2,0.,0.,1.\nENDDATA\n"))
+                .dropped,
+            "");
+}
+
+TEST(Deck, keywordsThatChangeThePartAreRefused) {
+  const Folder folder;
+  const std::string whole = "*NODE\n" + nodes + tet, step = "*STEP\n*STATIC\n";
+  const auto deck = [&](const std::string& text) { return put(folder, "deck.inp", whole + text); };
+  for (const auto& [text, words] : std::vector<std::pair<std::string, std::string>>{
+           {"*MATRIX INPUT, NAME=K, INPUT=k.mtx\n", "deck.inp:8: *MATRIX INPUT found: not in this"},
+           {"*USER ELEMENT, TYPE=U1, NODES=2\n", "deck.inp:8: *USER ELEMENT found: not in this"},
+           {"*MODEL CHANGE, TYPE=ELEMENT, REMOVE\nALL\n", "deck.inp:8: *MODEL CHANGE found: not"},
+           {step + "*Model Change, type=element, remove\nALL\n*END STEP\n",
+            "deck.inp:10: *MODEL CHANGE found: not"}}) {
+    const auto file = deck(text);
+    const std::string message = message_of([&] { read_mesh(file); });
+    EXPECT_NE(message.find(words), std::string::npos) << message;
+    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+  }
+  EXPECT_NO_THROW(
+      read_mesh(deck(step + "*MODEL CHANGE, TYPE=CONTACT PAIR, REMOVE\nA, B\n*END STEP\n")));
+}
+
+TEST(Deck, aSetMayNameAnElementTwice) {
+  const Folder folder;
+  const std::string whole = "*NODE\n" + nodes + tet, twice = "*ELSET, ELSET=TWICE\n1, 1\n",
+                    material = "*MATERIAL, NAME=M\n*ELASTIC\n1., .3\n",
+                    section = "*SOLID SECTION, ELSET=TWICE, MATERIAL=M\n";
+  const Mesh mesh = read_mesh(put(folder, "deck.inp", whole + twice + material + section));
+  EXPECT_EQ(mesh.blocks.at(0).name, "TWICE");
+  const auto two =
+      put(folder, "two.inp",
+          whole + twice + material + section + "*SOLID SECTION, ELSET=ALL, MATERIAL=M\n");
+  EXPECT_NE(message_of([&] { read_mesh(two); }).find("element 1 has two sections"),
+            std::string::npos);
+}
+
+TEST(Deck, surfacesOfShellsHaveTwoFaces) {
+  const Folder folder;
+  const std::string shells =
+                        "*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n4, 1, 1, 0\n"
+                        "*ELEMENT, TYPE=S3, ELSET=PLATE\n1, 1, 2, 3\n2, 2, 4, 3\n",
+                    top = "*SURFACE, NAME=TOP\nPLATE, SPOS\n",
+                    under = "*SURFACE, NAME=UNDER\n2, SNEG\n";
+  const Mesh mesh = read_mesh(put(folder, "deck.inp", shells + top + under));
+  ASSERT_EQ(mesh.sidesets.size(), 2U);
+  const std::vector<Side> both = mesh.sidesets[0].sides, one = mesh.sidesets[1].sides;
+  ASSERT_EQ(both.size(), 2U);
+  ASSERT_EQ(one.size(), 1U);
+  EXPECT_EQ(nodes_of_side(mesh, both[0]), (std::vector<Index>{0, 1, 2}));
+  EXPECT_EQ(nodes_of_side(mesh, one[0]).size(), 3U);
+  EXPECT_EQ(both[1].side, 1);
+  EXPECT_EQ(one[0].side, 2);
+  const auto solid =
+      put(folder, "deck.inp", "*NODE\n" + nodes + tet + "*SURFACE, NAME=S\n1, SPOS\n");
+  EXPECT_NE(message_of([&] { read_mesh(solid); }).find("SPOS, SNEG of a shell"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace cbr::deck_test
