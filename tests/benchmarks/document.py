@@ -144,7 +144,7 @@ def projected_table(out):
 def peers_table(out):
     columns = ("case", "program", "setting", "runs", "reduction_s", "seconds", "steps_percent", "megabytes", "error_percent", "second", "note")
     header = ["case", "program", "setting", "runs", "reduction s", "s", "of it steps %", "MB", "error %", "second figure", "remark"]
-    rows = [[row[column] for column in columns] for row in read_csv(out / "peers.csv")]
+    rows = [[number(row[column], 4 if column == "second" else 3) for column in columns] for row in read_csv(out / "peers.csv")]
     of = ", ".join(row["peer"] for row in read_csv(out / "peer-versions.csv"))
     return f"Peers: {of}.\n\n{table(header, rows)}" if rows else ""
 
