@@ -73,8 +73,6 @@ struct Measured {
   Index nodes = 0, active = 0;
   Phases median;
   Index timed = 0, formed = 0;  // steps that count; times that W was formed anew in them
-  // with the bodies' responses, in the steps in which W was kept
-  Index products = 0;
   // of dense responses: read by products in a step, and what one step must read
   double bytes = 0, least_bytes = 0;
   double residual = 0;
@@ -98,7 +96,6 @@ class Stepper {
       const cbr::ImpulseMemory& memory = state_.islands[0];
       if (step < steps / 2) {
         result.formed = -memory.n_formed;
-        result.products = -memory.n_pushes;
         result.bytes = -memory.moves.bytes();
         continue;
       }
@@ -108,7 +105,6 @@ class Stepper {
     const cbr::ImpulseMemory& memory = state_.islands[0];
     result.timed = static_cast<Index>(timed.size());
     result.formed += memory.n_formed;
-    result.products += memory.n_pushes;
     result.bytes = (result.bytes + memory.moves.bytes()) / static_cast<double>(result.timed);
     result.least_bytes = least_bytes();
     result.median = medians(timed);
@@ -204,13 +200,11 @@ std::string scene(const std::string& as, const std::string& formulation, double 
 
 void print(const std::string& as, const std::string& formulation, const Measured& m,
            double bandwidth) {
-  const double timed = static_cast<double>(m.timed),
-               corrected = timed - static_cast<double>(m.formed);
-  std::printf("%s,%s,%td,%td,%.3e,%.3e,%.3e,%.3e,%.3e,%.2f,%.2f,%.3e,%.2f,%.1e\n", as.c_str(),
+  const double timed = static_cast<double>(m.timed);
+  std::printf("%s,%s,%td,%td,%.3e,%.3e,%.3e,%.3e,%.3e,%.2f,%.3e,%.2f,%.1e\n", as.c_str(),
               formulation.c_str(), m.nodes, m.active, m.median.bodies, m.median.search,
               m.median.response, m.median.contact, m.median.total(),
-              static_cast<double>(m.formed) / timed,
-              corrected > 0 ? static_cast<double>(m.products) / corrected : 0.0, m.bytes,
+              static_cast<double>(m.formed) / timed, m.bytes,
               m.least_bytes / bandwidth / m.median.contact, m.residual);
   std::fflush(stdout);
 }
@@ -261,7 +255,7 @@ int main(int argc, char** argv) {
   bool same = true;
   std::printf(
       "model,formulation,slave nodes,active,bodies s,search s,response s,contact s,step s,W "
-      "formed,products,bytes read,share of "
+      "formed,bytes read,share of "
       "bandwidth,residual\n");
   for (const std::string as : {"mesh", "superelement"}) {
     for (const std::string formulation : {"node-face", "mortar"}) {

@@ -12,7 +12,6 @@
 #include "dynamics/contact/enforce/contact_unknowns.hpp"
 #include "dynamics/contact/response/body_moves.hpp"
 #include "dynamics/contact/solve/contact_solver.hpp"
-#include "dynamics/contact/solve/defect_model.hpp"
 #include "dynamics/contact/surfaces/contact_point.hpp"
 #include "dynamics/contact/surfaces/contact_surface.hpp"
 
@@ -36,36 +35,14 @@ struct EnforcementResult {
   }
 };
 
-// Identity of a row of W_0: the slave's slot, its number there, and the two bodies.
-struct PointKey {
-  Index slave = 0, master = 0, slot = 0, node = 0, ordinal = 0;
-  ContactLaw law = ContactLaw::frictionless;
-  bool operator==(const PointKey&) const = default;
-};
-
-// Use of W_0, the W of an earlier step.
-struct CorrectionOptions {
-  Index least_rows = 48;     // with fewer rows W is formed in each step
-  double tolerance = 1e-11;  // of the laws with the true W, relative to the largest |g|
-};
-
 // State of a group of points that is solved together, kept between steps.
 struct ImpulseMemory {
-  ContactList rows;  // rows of W; if they differ from those of the step, W is W_0
+  ContactList rows;  // of W
   std::vector<PointLaw> laws;
   double h = 0;
   std::optional<ContactSolver> solver;
-  CorrectionOptions options;
-  std::vector<PointKey> keys, new_keys;  // of the points of W_0; of the step
-  DefectModel defects;                   // of W_0
-  // of the last corrected step's first product, relative to the largest |g|
-  double first_error = 0;
-  double extra = 0;  // products since W was formed, beyond those that any W needs
-  BodyMoves moves;   // of this step's impulses
-  // remaining steps without an attempt to reuse W after a failure
-  Index wait = 0, backoff = 1;
-  // Counts so far: W formed, points added to or removed from it, corrected steps and their products
-  Index n_formed = 0, n_changed = 0, n_steps = 0, n_pushes = 0;
+  BodyMoves moves;           // of this step's impulses
+  Index n_formed = 0;        // W formed so far
   ContactUnknowns unknowns;  // of the last step with fewer unknowns than points
   Vector x;                  // their impulses
   // For `rows`: all functions, and responses to them and to the unknowns
@@ -83,10 +60,8 @@ inline void take_friction(const std::vector<PointLaw>& laws, ImpulseMemory& memo
 // As in Carpenter, Taylor, Katona 1991, doi 10.1002/nme.1620320107, with the bodies' full response.
 // With friction, Coulomb's law for the slip in the step; tied points stay together. Adds to the
 // bodies' impulses and fills their moves. `guess`: impulses of the last step (as
-// EnforcementResult::p). W and its factor are reused while the rows of G do not change. A dense W
-// is reused as W_0 while they change little. Its impulses leave a defect (W - W_0) p, which
-// products with the bodies' own responses give. The next solution adds it to g, until the laws hold
-// with W. `searches`: with functions, which are the unknowns in closed cells
+// EnforcementResult::p). W and its factor are reused while the rows of G do not change. `searches`:
+// with functions, which are the unknowns in closed cells
 // (contact_unknowns.hpp). The laws then hold for functions, and gaps of single points differ from
 // 0.
 EnforcementResult enforce_impulse(const ContactList& list, const std::vector<PointLaw>& laws,
@@ -142,7 +117,6 @@ EnforcementResult enforce_nodal(const ContactList& list, const Points& guess, do
 
 // For checkpoints, without the workspace that each step fills anew. W and its factors as they are:
 // they result from updates over steps, and a new computation would differ in the last digits.
-void keep_state(StateArchive& archive, PointKey& key);
 void keep_state(StateArchive& archive, PenaltyMemory& memory);
 void keep_state(StateArchive& archive, ImpulseMemory& memory);
 void keep_state(StateArchive& archive, ContactBody& body);  // without responses

@@ -132,17 +132,13 @@ bool form_few(const ContactList& list, const std::vector<PointLaw>& laws,
   ++memory.n_formed;
   if (memory.standing.empty()) {
     memory.solver.emplace(gap_response(list, laws, bodies, &ContactBody::response, &unknowns.A),
-                          unknowns.laws, true);
+                          unknowns.laws);
     return true;
   }
   memory.standing.take(combine(unknowns, memory.N), rows);
   GapResponse W;
   W.dense = memory.standing.form(rows, same_space ? &memory.solver->W().dense : nullptr);
-  if (same_space) {
-    memory.solver->renumber(std::move(W), unknowns.laws, from);
-  } else {
-    memory.solver.emplace(std::move(W), unknowns.laws, false);
-  }
+  memory.solver.emplace(std::move(W), unknowns.laws);
   return true;
 }
 
@@ -186,7 +182,7 @@ class PointByPoint {
         laws.push_back(laws_[i]);
         places.push_back(static_cast<Index>(i));
       }
-      memory.solver.emplace(gap_response(chosen, laws, bodies), laws, false);
+      memory.solver.emplace(gap_response(chosen, laws, bodies), laws);
       const ContactSolution solution = memory.solver->solve(
           pack(gaps(chosen), laws), pack(Points(guess_(places, Eigen::all)), laws));
       memory.moves.push(chosen, laws, solution.p, bodies);
@@ -324,9 +320,6 @@ EnforcementResult enforce_in_functions(const ContactList& list, const std::vecto
     memory.laws = laws;
     memory.h = h;
     keep_functions(searches, bodies, memory);
-    memory.keys.clear();
-    memory.defects.clear();
-    memory.extra = 0;
   }
   ContactSolution solution;
   std::vector<std::size_t> wanted;

@@ -5,19 +5,12 @@
 
 namespace cbr {
 
-void keep_state(StateArchive& archive, PointKey& key) {
-  archive(key.slave, key.master, key.slot, key.node, key.ordinal, key.law);
-}
-
 void keep_state(StateArchive& archive, PenaltyMemory& memory) {
   archive(memory.stiffness, memory.dashpot, memory.n_seen);
 }
 
 void keep_state(StateArchive& archive, ImpulseMemory& memory) {
-  archive(memory.rows, memory.laws, memory.h, memory.keys, memory.defects, memory.first_error,
-          memory.extra);
-  archive(memory.wait, memory.backoff, memory.n_formed, memory.n_changed, memory.n_steps,
-          memory.n_pushes, memory.unknowns, memory.x, memory.N);
+  archive(memory.rows, memory.laws, memory.h, memory.n_formed, memory.unknowns, memory.x, memory.N);
   bool has_solver = memory.solver.has_value();
   archive(has_solver);
   if (archive.restores()) {

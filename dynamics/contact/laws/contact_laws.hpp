@@ -6,7 +6,6 @@
 #pragma once
 
 #include <cmath>
-#include <functional>
 #include <vector>
 
 #include "dynamics/contact/response/response.hpp"
@@ -34,9 +33,6 @@ Matrix3 point_block(const ContactProblem& problem, Index point);
 
 // W p, from one triangle of W: half the memory to read.
 Vector respond(const ContactProblem& problem, const Vector& p);
-
-// gap = g + W p, by whoever answers for W: W itself, or what it was formed from.
-using GapsOf = std::function<void(const Vector& p, Vector& gap)>;
 
 // y += W(:, rows of the point) x change; `change` has as many entries as the point has rows.
 void add_response(const ContactProblem& problem, Index point, const double* change, Vector& y);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Order of the methods. First Newton: with inexact steps for a dense W with many rows, otherwise
-// with factors or Krylov methods. Its failures go to the augmented Lagrangian, or to sweeps if W is
-// too large, and then to Newton again. The work of each method is bounded.
+// Order of the methods. First Newton, with factors or Krylov methods. Its failures go to the
+// augmented Lagrangian, or to sweeps if W is too large, and then to Newton with factors. The work
+// of each method is bounded.
 #include "dynamics/contact/solve/contact_solver.hpp"
 
 #include <algorithm>
@@ -14,17 +14,16 @@
 #include "dynamics/contact/solve/augmented_lagrangian.hpp"
 #include "dynamics/contact/solve/block_gauss_seidel.hpp"
 #include "dynamics/contact/solve/newton/contact_newton.hpp"
-#include "dynamics/contact/solve/newton/inexact_newton.hpp"
 
 namespace cbr {
 namespace {
 
-// Relative to the largest |g|: tolerance, that of inexact steps with friction, and of the augmented
-// Lagrangian; and the residual that needs no further method.
-constexpr double aim = 1e-12, inexact_aim = 3e-12, lagrangian_aim = 1e-11, enough = 1e-10;
-// Rows from which Krylov methods are faster than factors (docs/decisions/contact-solver.md). For a
-// W that is reused, and for a new W in each step.
-constexpr Index krylov_rows_of_kept_W = 128, krylov_rows_of_new_W = 700;
+// Relative to the largest |g|: tolerance, that of the augmented Lagrangian, and the residual that
+// needs no further method.
+constexpr double aim = 1e-12, lagrangian_aim = 1e-11, enough = 1e-10;
+// Rows of a dense W from which Krylov methods are faster than factors
+// (docs/decisions/contact-solver.md).
+constexpr Index krylov_rows = 400;
 // Limits for a factor when Krylov methods fail, by rows (dense) or entries (sparse) of W: seconds
 // in total.
 constexpr Index factor_rows = 4000, factor_entries = 1000000, lu_rows = 1500, lu_entries = 200000;
@@ -74,33 +73,23 @@ struct BestImpulses {
 // Each method offers its impulses to `best` and adds its iterations. `scale`: the largest |g|.
 struct ContactSolver::Impl {
   ContactProblem problem;
-  Index krylov_rows;
   bool friction = has_law(problem, ContactLaw::coulomb);
   bool is_finite = all_finite(problem.W);
   ContactNewton newton = {};
-  InexactNewton inexact = {};
-  struct Remembered {
-    Vector p, answer;  // answer = W p
-  };
-  Remembered last = {}, before = {};  // of the last two solutions
-  bool lagrangian_first = false;      // it has succeeded where Newton failed
+  Vector last = {}, last_answer = {};  // p of the last solution, and W p
+  bool lagrangian_first = false;       // it has succeeded where Newton failed
   std::optional<AugmentedLagrangian> lagrangian = {};
   std::optional<BlockGaussSeidel> sweeps = {};
 
-  bool many_rows() const { return !problem.W.is_sparse && problem.n_rows() > krylov_rows; }
   // g + W p, without a product for the last impulses.
   Vector gap_of(const Vector& g, const Vector& p) const {
-    const bool is_last = p.size() == last.p.size() && p == last.p;
-    return is_last ? Vector(g + last.answer) : g + respond(problem, p);
+    const bool is_last = p.size() == last.size() && p == last;
+    return is_last ? Vector(g + last_answer) : g + respond(problem, p);
   }
   void start_over();
-  bool attempt(const Vector& g, const Vector& guess, double scale, const GapsOf& gaps_of,
-               BestImpulses& best);
+  bool attempt(const Vector& g, const Vector& guess, double scale, BestImpulses& best);
   bool by_newton(const Vector& g, const Vector& p, const Vector& gap, LinearSolver linear,
                  double scale, BestImpulses& best);
-  bool by_inexact_steps(const Vector& g, Vector p, Vector gap, double scale, const GapsOf& gaps_of,
-                        BestImpulses& best);
-  void go_on(const Vector& g, Vector& p, Vector& gap) const;
   void sweep(const Vector& g, Vector p, int n, double scale, BestImpulses& best);
   bool by_lagrangian(const Vector& g, const Vector& guess, double scale, BestImpulses& best);
   void forgive(const Vector& g, const Vector& motion, double scale, BestImpulses& best);
@@ -121,31 +110,6 @@ bool ContactSolver::Impl::by_newton(const Vector& g, const Vector& p, const Vect
   return best.done();
 }
 
-// For a dense W with many rows.
-bool ContactSolver::Impl::by_inexact_steps(const Vector& g, Vector p, Vector gap, double scale,
-                                           const GapsOf& gaps_of, BestImpulses& best) {
-  if (!many_rows()) return false;
-  go_on(g, p, gap);
-  const GapsOf by_W = [&](const Vector& of, Vector& its) { its = g + respond(problem, of); };
-  NewtonResult result =
-      inexact.solve(problem, g, std::move(p), std::move(gap), newton_iterations,
-                    (friction ? inexact_aim : aim) * scale, gaps_of ? gaps_of : by_W);
-  best.iterations += result.iterations;
-  best.offer(problem, scale, std::move(result.p), std::move(result.gap), result.residual);
-  if (best.done() && !friction) newton.ends_with(problem, contact_set(problem, best.p, best.gap));
-  return best.done();
-}
-
-// Extrapolates the last impulses if that violates the laws less.
-void ContactSolver::Impl::go_on(const Vector& g, Vector& p, Vector& gap) const {
-  if (before.p.size() != p.size() || p.size() != last.p.size() || p != last.p) return;
-  Vector next = 2 * last.p - before.p, next_gap = g + 2 * last.answer - before.answer;
-  if (!(law_violations(problem, next, next_gap).norm() < law_violations(problem, p, gap).norm()))
-    return;
-  p = std::move(next);
-  gap = std::move(next_gap);
-}
-
 void ContactSolver::Impl::sweep(const Vector& g, Vector p, int n, double scale,
                                 BestImpulses& best) {
   if (!sweeps) sweeps.emplace(problem);
@@ -158,8 +122,9 @@ void ContactSolver::Impl::sweep(const Vector& g, Vector p, int n, double scale,
 
 // First Newton attempt, from `guess` or from a few sweeps.
 bool ContactSolver::Impl::attempt(const Vector& g, const Vector& guess, double scale,
-                                  const GapsOf& gaps_of, BestImpulses& best) {
-  const LinearSolver linear = problem.W.is_sparse ? LinearSolver::krylov : LinearSolver::factor;
+                                  BestImpulses& best) {
+  const bool many = problem.W.is_sparse || problem.n_rows() > krylov_rows;
+  const LinearSolver linear = many ? LinearSolver::krylov : LinearSolver::factor;
   const NewtonResult standing = newton.solve_standing(problem, g, aim * scale);
   best.iterations += standing.iterations;
   if (standing.converged) best.offer(problem, scale, standing.p, standing.gap, standing.residual);
@@ -171,7 +136,6 @@ bool ContactSolver::Impl::attempt(const Vector& g, const Vector& guess, double s
   if (goes_on) p = standing.outside;
   const bool warm = !p.isZero(0);
   Vector gap = goes_on ? standing.gap : warm ? gap_of(g, p) : g;
-  if (by_inexact_steps(g, p, gap, scale, gaps_of, best)) return true;
   if (!warm && friction) {
     BestImpulses start(g);
     sweep(g, p, first_sweeps, scale, start);
@@ -181,8 +145,7 @@ bool ContactSolver::Impl::attempt(const Vector& g, const Vector& guess, double s
   }
   const double residual = law_violations(problem, p, gap).lpNorm<Eigen::Infinity>();
   // Newton's impulses are the smallest with their gaps, those of sweeps are not
-  if (!(warm && residual <= aim * scale) && (linear == LinearSolver::krylov || can_factor(problem)))
-    by_newton(g, p, gap, linear, scale, best);
+  if (!(warm && residual <= aim * scale)) by_newton(g, p, gap, linear, scale, best);
   if (!best.done() && !goes_on) best.offer(problem, scale, std::move(p), std::move(gap), residual);
   return best.done();
 }
@@ -225,9 +188,8 @@ void ContactSolver::Impl::forgive(const Vector& g, const Vector& motion, double 
   best.residual = best.good = residual;  // no other method improves it
 }
 
-ContactSolver::ContactSolver(GapResponse W, std::vector<PointLaw> laws, bool stands)
-    : impl_(std::make_unique<Impl>(Impl{contact_problem(std::move(W), std::move(laws)),
-                                        stands ? krylov_rows_of_kept_W : krylov_rows_of_new_W})) {}
+ContactSolver::ContactSolver(GapResponse W, std::vector<PointLaw> laws)
+    : impl_(std::make_unique<Impl>(Impl{contact_problem(std::move(W), std::move(laws))})) {}
 ContactSolver::~ContactSolver() = default;
 ContactSolver::ContactSolver(ContactSolver&&) noexcept = default;
 ContactSolver& ContactSolver::operator=(ContactSolver&&) noexcept = default;
@@ -240,21 +202,6 @@ bool ContactSolver::standing_impulses(const Vector& g, Vector& p) {
 
 double ContactSolver::largest_violation(const Vector& p, const Vector& gap) const {
   return p.size() > 0 ? law_violations(impl_->problem, p, gap).lpNorm<Eigen::Infinity>() : 0;
-}
-
-void ContactSolver::renumber(GapResponse W, std::vector<PointLaw> laws,
-                             const std::vector<Index>& from) {
-  Impl& of = *impl_;
-  const std::vector<Index> first = of.problem.first;
-  of.problem = contact_problem(std::move(W), std::move(laws));
-  of.start_over();
-  std::vector<Index> rows(static_cast<std::size_t>(of.problem.n_rows()), -1);
-  for (std::size_t i = 0; i < from.size(); ++i)
-    for (Index d = 0; from[i] >= 0 && d < n_rows(of.problem.laws[i].law); ++d)
-      rows[of.problem.first[i] + d] = first[from[i]] + d;
-  of.newton.renumber(rows);
-  of.inexact.forget();
-  of.last = of.before = Impl::Remembered();
 }
 
 void ContactSolver::take_friction(const std::vector<PointLaw>& laws) {
@@ -271,23 +218,16 @@ void ContactSolver::keep_state(StateArchive& archive) {
     of.problem = contact_problem(std::move(of.problem.W), std::move(of.problem.laws));
     of.start_over();
   }
-  archive(of.lagrangian_first, of.krylov_rows);
+  archive(of.lagrangian_first);
   of.newton.keep_state(archive, of.problem);
-  of.inexact.keep_state(archive, of.problem);
-  archive(of.last.p, of.last.answer, of.before.p, of.before.answer);
+  archive(of.last, of.last_answer);
 }
-
-bool ContactSolver::W_is_singular() const { return impl_->lagrangian_first; }
 
 void ContactSolver::begin_as(const ContactSolver& other) {
   impl_->lagrangian_first = other.impl_->lagrangian_first;
-  impl_->inexact.begin_as(other.impl_->inexact);
 }
 
-Index ContactSolver::n_factored() const { return impl_->newton.n_factored(); }
-
-ContactSolution ContactSolver::solve(const Vector& g, const Vector& guess, Effort effort,
-                                     const GapsOf& gaps_of) {
+ContactSolution ContactSolver::solve(const Vector& g, const Vector& guess) {
   Impl& of = *impl_;
   const double scale = g.size() > 0 ? g.lpNorm<Eigen::Infinity>() : 0;
   const Vector none = Vector::Zero(g.size());
@@ -298,9 +238,9 @@ ContactSolution ContactSolver::solve(const Vector& g, const Vector& guess, Effor
   BestImpulses best(g);
   ContactSolution solution;
   const bool known = of.lagrangian_first && of.by_lagrangian(g, guess, scale, best);
-  if (!known && !of.attempt(g, guess, scale, gaps_of, best)) {
+  if (!known && !of.attempt(g, guess, scale, best)) {
     solution.fallback = true;
-    if (effort == Effort::all && !of.by_lagrangian(g, guess, scale, best)) {
+    if (!of.by_lagrangian(g, guess, scale, best)) {
       if (!of.lagrangian->ok()) of.sweep(g, best.p, most_sweeps, scale, best);
       if (!best.done() && can_factor(of.problem)) {
         const BestImpulses start = best;
@@ -310,8 +250,8 @@ ContactSolution ContactSolver::solve(const Vector& g, const Vector& guess, Effor
   }
   if (!std::isfinite(best.residual) || !best.p.allFinite() || !best.gap.allFinite())
     return not_finite;
-  of.before = std::move(of.last);
-  of.last = {best.p, best.gap - g};
+  of.last = best.p;
+  of.last_answer = best.gap - g;
   solution.p = std::move(best.p);
   solution.gap = std::move(best.gap);
   solution.residual = best.residual / scale;

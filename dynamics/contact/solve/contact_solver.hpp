@@ -18,7 +18,7 @@ struct ContactSolution {
   // Impulses within the laws' cones. If W is singular (redundant points): the smallest, weighted by
   // the roots of W_ii. With many rows (Krylov methods) the nearest to the guess.
   Vector p;
-  Vector gap;  // g + W p, by W or by `gaps_of`
+  Vector gap;  // g + W p
   // Largest violation of a law relative to the largest |g|, by the natural map, w |p - P(p - gap /
   // w)|. w: largest diagonal entry of W among the point's rows. It covers negative and unclosed
   // gaps, and Coulomb's law as a length. Not small if no p satisfies all. Without friction p is
@@ -29,40 +29,28 @@ struct ContactSolution {
   bool fallback = false;  // the first Newton attempt failed; next methods: see contact_solver.cpp
 };
 
-// `first_methods`: stops at a ContactSolution::fallback, for callers that can form a new W instead.
-enum class Effort : char { all, first_methods };
-
 // Holds W and its factors while W is valid.
 class ContactSolver {
  public:
-  // stands: W is used for more than a few solutions.
-  ContactSolver(GapResponse W, std::vector<PointLaw> laws, bool stands = true);
+  ContactSolver(GapResponse W, std::vector<PointLaw> laws);
   ~ContactSolver();
   ContactSolver(ContactSolver&&) noexcept;
   ContactSolver& operator=(ContactSolver&&) noexcept;
 
   const GapResponse& W() const;
-  // `guess`: impulses of the last step (same rows) to start from, or empty. `gaps_of`: for callers
-  // that need the effect of the solution anyway; empty: by W.
-  ContactSolution solve(const Vector& g, const Vector& guess, Effort effort = Effort::all,
-                        const GapsOf& gaps_of = {});
+  // `guess`: impulses of the last step (same rows) to start from, or empty.
+  ContactSolution solve(const Vector& g, const Vector& guess);
   // Impulses from the factor of the last closed rows, if there is one and they are within the laws'
   // cones. For callers with another way to compute gaps.
   bool standing_impulses(const Vector& g, Vector& p);
   // Largest violation of a law, a length (see ContactSolution::residual); `gap` may be another than
   // W gives.
   double largest_violation(const Vector& p, const Vector& gap) const;
-  // Changes the points: i was point from[i] before, with the same law and entries of W, or is new
-  // (-1). Updates factors.
-  void renumber(GapResponse W, std::vector<PointLaw> laws, const std::vector<Index>& from);
   // The same laws with other coefficients of friction: what was factored stands.
   void take_friction(const std::vector<PointLaw>& laws);
   void keep_state(StateArchive& archive);
   // Starts with the methods that a singular W of the same bodies needed before.
   void begin_as(const ContactSolver& other);
-  bool W_is_singular() const;  // as far as solutions have found
-  // dense symmetric factors so far, without updates
-  Index n_factored() const;
 
  private:
   struct Impl;

@@ -195,14 +195,14 @@ void note_unlike(const ContactPair& pair, bool takes_mortar, Report& report) {
   }
 }
 
-// Least nodes of a face with pressure functions, nodes per function, and bounds of their number:
-// docs/decisions/pressures.md.
-constexpr Index least_nodes = 500, nodes_of_function = 12, least_functions = 40,
-                most_functions = 160;
+// Least nodes of a face with pressure functions, without and with friction, nodes per function, and
+// bounds of their number: docs/decisions/pressures.md.
+constexpr Index least_nodes = 500, least_nodes_with_friction = 150, nodes_of_function = 12,
+                least_functions = 40, most_functions = 160;
 
-Index functions_wanted(const ContactOptions& options, Index n_nodes) {
+Index functions_wanted(const ContactOptions& options, bool friction, Index n_nodes) {
   if (options.pressures) return *options.pressures;
-  if (n_nodes < least_nodes) return 0;
+  if (n_nodes < (friction ? least_nodes_with_friction : least_nodes)) return 0;
   return std::clamp(n_nodes / nodes_of_function, least_functions, most_functions);
 }
 
@@ -231,7 +231,8 @@ void add_functions(const ContactEntry& entry, const BuiltScene& built, ContactSi
     throw InputError(entry.options->source.text() + ": contact[].pressures: found " +
                      std::to_string(*entry.options->pressures) + ", but " + pair.slave->name +
                      " has " + std::to_string(n_nodes) + " nodes: take fewer, 'nodes' or 'auto'");
-  const Index wanted = in_shapes ? functions_wanted(*entry.options, n_nodes) : 0;
+  const bool friction = pair.law.law == ContactLaw::coulomb;
+  const Index wanted = in_shapes ? functions_wanted(*entry.options, friction, n_nodes) : 0;
   if (wanted > 0) pair.functions = sides.functions(slave, wanted);
   // `nodes`: including those beside corners
   if (entry.options->pressures.value_or(1) != 0) pair.corners = sides.corners(slave);

@@ -122,10 +122,6 @@ TEST(SingularFriction, VeryLittleAndVeryMuch) {
       if (friction < 1) {
         EXPECT_LT(result.residual, 1e-9) << friction;
       }
-      // What has solved one right-hand side is not forgotten by another
-      if (!solver.W_is_singular()) continue;
-      solver.solve(-problem.g, Vector());
-      EXPECT_TRUE(solver.W_is_singular());
     }
   }
 }

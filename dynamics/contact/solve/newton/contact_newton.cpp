@@ -158,27 +158,6 @@ NewtonResult ContactNewton::solve_standing(const ContactProblem& problem, const 
   return result;
 }
 
-void ContactNewton::ends_with(const ContactProblem& problem, const ContactSet& set) {
-  Impl& of = *impl_;
-  const bool same = of.settled == set.states;
-  of.last = of.settled = set.states;
-  if (!same || (of.adapted && of.held == set.states)) return;
-  of.closed_rows(problem, set);
-  if (of.rows.size() > largest_kept_factor) return;
-  of.held = set.states;
-  of.matrix.reset();
-  of.adapted = of.factor.adapt(problem.W.dense, of.rows);
-}
-
-void ContactNewton::renumber(const std::vector<Index>& from) {
-  impl_->held.clear();
-  impl_->settled.clear();
-  impl_->last.clear();
-  impl_->matrix.reset();
-  impl_->adapted = false;
-  impl_->factor.renumber(from);
-}
-
 // A SetMatrix is a function of W and the set, the factor depends on earlier updates.
 void ContactNewton::keep_state(StateArchive& archive, const ContactProblem& problem) {
   Impl& of = *impl_;
@@ -189,8 +168,6 @@ void ContactNewton::keep_state(StateArchive& archive, const ContactProblem& prob
   if (has_matrix)
     of.matrix.emplace(problem, ContactSet{of.held, Points::Zero(problem.n_points(), 3)}, of.kind);
 }
-
-Index ContactNewton::n_factored() const { return impl_->factor.n_factored(); }
 
 NewtonResult ContactNewton::solve(const ContactProblem& problem, const Vector& g, Vector p,
                                   Vector gap, LinearSolver linear, int max_iterations,

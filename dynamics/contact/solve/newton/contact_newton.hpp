@@ -48,16 +48,8 @@ class ContactNewton {
   // Impulses that close the rows of that set, if there is a factor and they are within the cones;
   // without other checks.
   bool standing_impulses(const ContactProblem& problem, const Vector& g, Vector& p);
-  // Reports the final set of another method's solution. A set that ends two solutions is factored
-  // for the next. Without sliding points, W dense.
-  void ends_with(const ContactProblem& problem, const ContactSet& set);
-  // New rows of W: i was from[i] before, with the same entries of W, or is new (-1). Updates the
-  // factor.
-  void renumber(const std::vector<Index>& from);
   // `problem`: that of the last solve.
   void keep_state(StateArchive& archive, const ContactProblem& problem);
-  // factors of dense symmetric matrices so far, without updates
-  Index n_factored() const;
 
  private:
   struct Impl;

@@ -43,7 +43,7 @@ KeptFactor::Change KeptFactor::change(const std::vector<Index>& rows) const {
   for (const Index row : rows) wanted[row] = 1;
   for (const Index position : removed_) was_removed[position] = 1;
   for (Index i = 0; i < n_; ++i) {
-    const bool want = row_[i] >= 0 && row_[i] < largest && wanted[row_[i]];
+    const bool want = row_[i] < largest && wanted[row_[i]];
     if (want) wanted[row_[i]] = 2;
     if (want && was_removed[i]) change.returned.push_back(i);
     if (!want && !was_removed[i]) change.removed.push_back(i);
@@ -56,9 +56,6 @@ KeptFactor::Change KeptFactor::change(const std::vector<Index>& rows) const {
 bool KeptFactor::is_small(const Change& change) const {
   if (change.added.empty() && change.removed.empty() && change.returned.empty()) return true;
   if (pivot_ < weakest_kept) return false;
-  // append() rejects these
-  if (!change.added.empty() && std::find(row_.begin(), row_.end(), Index{-1}) != row_.end())
-    return false;
   const double n = static_cast<double>(n_);
   const std::size_t removed = removed_.size() + change.removed.size() - change.returned.size();
   return static_cast<double>(removed) <= most_removed * n &&
@@ -93,7 +90,6 @@ bool KeptFactor::factor(const Matrix& W, const std::vector<Index>& rows) {
   for (Index j = 0; j < n_; ++j)
     for (Index i = j; i < n_; ++i) L_(i, j) = scale_[i] * scale_[j] * W(rows[i], rows[j]);
   row_ = rows;
-  ++n_factored_;
   pivot_ = factor_in_place(L_.topLeftCorner(n_, n_));
   return pivot_ > 0;
 }
@@ -101,8 +97,6 @@ bool KeptFactor::factor(const Matrix& W, const std::vector<Index>& rows) {
 // [L 0; B^T M] with B = L^-1 W_F,new, M M^T = W_new,new - B^T B
 bool KeptFactor::append(const Matrix& W, const std::vector<Index>& rows) {
   const Index k = static_cast<Index>(rows.size()), n = n_ + k;
-  // Rows that W lacks have no entries with new ones
-  if (std::find(row_.begin(), row_.end(), Index{-1}) != row_.end()) return false;
   if (L_.rows() < n) L_.conservativeResize(n + n / 8, n + n / 8);
   scale_.conservativeResize(n);
   scale_.tail(k) = W.diagonal()(rows).cwiseSqrt().cwiseInverse();
@@ -166,7 +160,7 @@ void KeptFactor::place(const std::vector<Index>& rows) {
   const Index largest = rows.empty() ? 0 : rows.back() + 1;
   std::vector<Index> position(static_cast<std::size_t>(largest), -1);
   for (Index i = 0; i < n_; ++i)
-    if (row_[i] >= 0 && row_[i] < largest) position[row_[i]] = i;
+    if (row_[i] < largest) position[row_[i]] = i;
   for (std::size_t i = 0; i < rows.size(); ++i) positions_[i] = position[rows[i]];
 }
 
@@ -188,17 +182,8 @@ void KeptFactor::solve(const Vector& b, Vector& p) const {
     p[static_cast<Index>(i)] = scale_[positions_[i]] * y_[positions_[i]];
 }
 
-void KeptFactor::renumber(const std::vector<Index>& from) {
-  Index largest = 0;
-  for (const Index old : from) largest = std::max(largest, old + 1);
-  std::vector<Index> to(static_cast<std::size_t>(largest), -1);
-  for (std::size_t i = 0; i < from.size(); ++i)
-    if (from[i] >= 0) to[from[i]] = static_cast<Index>(i);
-  for (Index& row : row_) row = row >= 0 && row < largest ? to[row] : -1;
-}
-
 void KeptFactor::keep_state(StateArchive& archive) {
-  archive(n_, row_, scale_, removed_, X_, gram_, positions_, pivot_, n_factored_);
+  archive(n_, row_, scale_, removed_, X_, gram_, positions_, pivot_);
   // The rest of L_ is uninitialised memory, which must not get into a file.
   for (Index j = 0; !archive.restores() && j < n_; ++j) {
     L_.col(j).head(j).setZero();

@@ -23,12 +23,9 @@ class KeptFactor {
   bool is_near(const std::vector<Index>& rows) const;
   // b, p: entries of the rows of the last adapt().
   void solve(const Vector& b, Vector& p) const;
-  // Row i of the new W was row from[i] of the old one (with the same entries), or is new: -1.
-  void renumber(const std::vector<Index>& from);
   void keep_state(StateArchive& archive);
   void clear();
   bool empty() const { return n_ == 0; }
-  Index n_factored() const { return n_factored_; }  // new factors so far
 
  private:
   struct Change {
@@ -43,14 +40,13 @@ class KeptFactor {
 
   Index n_ = 0;                   // rows of the factor
   Matrix L_;                      // capacity x capacity, the leading n x n lower triangle in use
-  std::vector<Index> row_;        // of W, per position in the factor; -1: no longer in W
+  std::vector<Index> row_;        // of W, per position in the factor
   Vector scale_;                  // per position
   std::vector<Index> removed_;    // positions
   Matrix X_;                      // n x removed: L^-1 E_removed
   Matrix gram_;                   // removed x removed: X^T X, then its factor (lower)
   std::vector<Index> positions_;  // of the rows of the last adapt()
   double pivot_ = 0;              // smallest
-  Index n_factored_ = 0;
   mutable Vector y_, small_;
 };
 

@@ -68,43 +68,4 @@ int gmres(const Product& A, const Vector& b, double tolerance, int max_products,
   return static_cast<int>(k) + 1;
 }
 
-int FloatGmres::solve(const FloatProduct& A, const Eigen::VectorXf& b, float reduction,
-                      int max_products, Eigen::VectorXf& x) {
-  const Index n = b.size();
-  x.setZero(n);
-  y_.resize(0);
-  const float beta = b.norm();
-  if (!(beta > 0) || !std::isfinite(beta)) return 0;
-  if (V_.rows() != n || V_.cols() < max_products + 1) V_.resize(n, max_products + 1);
-  H_.setZero(max_products + 1, max_products);
-  s_.setZero(max_products + 1);
-  s_[0] = beta;
-  V_.col(0) = b / beta;
-  std::vector<Eigen::JacobiRotation<float>> rotations;
-  Index k = 0;
-  while (k < max_products && std::abs(s_[k]) > reduction * beta) {
-    A(V_.col(k), v_);
-    for (Index i = 0; i <= k; ++i) {
-      H_(i, k) = V_.col(i).dot(v_);
-      v_ -= H_(i, k) * V_.col(i);
-    }
-    const float length = v_.norm();
-    for (Index i = 0; i < k; ++i) H_.col(k).applyOnTheLeft(i, i + 1, rotations[i].adjoint());
-    H_(k + 1, k) = length;
-    Eigen::JacobiRotation<float> rotation;
-    rotation.makeGivens(H_(k, k), H_(k + 1, k));
-    rotations.push_back(rotation);
-    H_.col(k).applyOnTheLeft(k, k + 1, rotation.adjoint());
-    s_.applyOnTheLeft(k, k + 1, rotation.adjoint());
-    ++k;
-    if (!(length > 0)) break;
-    V_.col(k) = v_ / length;
-  }
-  const Index products = k;
-  while (k > 0 && H_(k - 1, k - 1) == 0) --k;
-  y_ = H_.topLeftCorner(k, k).triangularView<Eigen::Upper>().solve(s_.head(k));
-  for (Index i = 0; i < k; ++i) x += y_[i] * V_.col(i);
-  return static_cast<int>(products);
-}
-
 }  // namespace cbr

@@ -19,19 +19,4 @@ int conjugate_gradients(const Product& A, const Vector& b, double tolerance, int
 // max_products vectors.
 int gmres(const Product& A, const Vector& b, double tolerance, int max_products, Vector& x);
 
-// y = A x, of the size of x.
-using FloatProduct = std::function<void(const Eigen::VectorXf&, Eigen::VectorXf&)>;
-// The same in single precision, from zero, until |b - A x| <= reduction |b|. Reuses its memory.
-class FloatGmres {
- public:
-  int solve(const FloatProduct& A, const Eigen::VectorXf& b, float reduction, int max_products,
-            Eigen::VectorXf& x);
-  // x = sum of weights()[i] x (input of the i-th product).
-  const Eigen::VectorXf& weights() const { return y_; }
-
- private:
-  Eigen::MatrixXf V_, H_;
-  Eigen::VectorXf v_, s_, y_;
-};
-
 }  // namespace cbr
