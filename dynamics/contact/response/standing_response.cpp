@@ -2,6 +2,7 @@
 #include "dynamics/contact/response/standing_response.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "common/linalg/blas_threads.hpp"
 #include "common/linalg/kernels/clones.hpp"
@@ -75,7 +76,8 @@ std::vector<RowWeight> StandingResponse::Part::pressed(const std::vector<RowWeig
 void StandingResponse::start(const ContactList& list, const std::vector<PointLaw>& laws,
                              const std::vector<ContactBody>& bodies, const SparseMatrix& N) {
   parts_.clear();
-  constexpr Index rows_at_once = 128;  // of F: these stay in the cache for all functions
+  N_ = N;
+  has_.assign(static_cast<std::size_t>(N.cols()), 0);
   of_N_.setZero(N.cols(), N.cols());
   rows_of_N_.setZero(N.cols(), N.rows());
   for (const BodyRows& rows : rows_of_bodies(list, laws, bodies, &ContactBody::response, nullptr)) {
@@ -102,32 +104,54 @@ void StandingResponse::start(const ContactList& list, const std::vector<PointLaw
         entries.emplace_back(rows.rows[static_cast<std::size_t>(j)], it.col(), it.value());
     part.H.resize(N.rows(), own.cols());
     part.H.setFromTriplets(entries.begin(), entries.end());
-    part.X_of_N.setZero(part.X.rows(), N.cols());
-    part.F_of_N.setZero(part.H.cols(), N.cols());
-    std::vector<std::vector<RowWeight>> pressed;
-    for (Index a = 0; a < N.cols(); ++a) {
-      std::vector<RowWeight> rows_of_a;
-      for (SparseMatrix::InnerIterator it(N, a); it; ++it) {
-        rows_of_a.push_back({it.row(), it.value()});
-        if (part.X.rows() == 0) continue;
-        add_scaled(part.X.col(it.row()).data(), part.X.rows(), it.value(),
-                   part.X_of_N.col(a).data());
-      }
-      pressed.push_back(part.pressed(rows_of_a));
-    }
-    for (Index begin = 0, s = part.H.cols(); begin < s; begin += rows_at_once)
-      for (Index a = 0; a < N.cols(); ++a)
-        add_product(*part.F, pressed[static_cast<std::size_t>(a)], begin,
-                    std::min(begin + rows_at_once, s), part.F_of_N.col(a).data());
-    const Matrix by_rows = part.F_of_N.transpose();
-    for (Index row = 0; row < N.rows(); ++row)
-      for (RowMajorSparse::InnerIterator it(part.H, row); it; ++it)
-        add_scaled(by_rows.col(it.col()).data(), N.cols(), it.value(), rows_of_N_.col(row).data());
+    part.X_of_N.resize(part.X.rows(), N.cols());
+    part.F_of_N.resize(part.H.cols(), N.cols());
     parts_.push_back(std::move(part));
   }
-  for (Index a = 0; a < N.cols(); ++a)
-    for (SparseMatrix::InnerIterator it(N, a); it; ++it)
-      add_scaled(rows_of_N_.col(it.row()).data(), N.cols(), it.value(), of_N_.col(a).data());
+}
+
+void StandingResponse::Part::combine(const SparseMatrix& N, const std::vector<Index>& fresh) {
+  constexpr Index rows_at_once = 128;  // of F: these stay in the cache for all functions
+  std::vector<std::vector<RowWeight>> of_fresh;
+  for (const Index a : fresh) {
+    X_of_N.col(a).setZero();
+    F_of_N.col(a).setZero();
+    std::vector<RowWeight> rows;
+    for (SparseMatrix::InnerIterator it(N, a); it; ++it) {
+      rows.push_back({it.row(), it.value()});
+      if (X.rows() > 0)
+        add_scaled(X.col(it.row()).data(), X.rows(), it.value(), X_of_N.col(a).data());
+    }
+    of_fresh.push_back(pressed(rows));
+  }
+  for (Index begin = 0, s = H.cols(); begin < s; begin += rows_at_once)
+    for (std::size_t i = 0; i < fresh.size(); ++i)
+      add_product(*F, of_fresh[i], begin, std::min(begin + rows_at_once, s),
+                  F_of_N.col(fresh[i]).data());
+}
+
+// Forms the responses of combinations that an unknown has a share of for the first time.
+void StandingResponse::form_combinations(const Combinations& of) {
+  std::vector<Index> fresh;
+  for (Index u = 0; u < of.Y.cols(); ++u)
+    for (SparseMatrix::InnerIterator it(of.Y, u); it; ++it)
+      if (!std::exchange(has_[static_cast<std::size_t>(it.row())], 1)) fresh.push_back(it.row());
+  if (fresh.empty()) return;
+  std::sort(fresh.begin(), fresh.end());
+  const auto k = static_cast<Index>(fresh.size());
+  Matrix of_rows = Matrix::Zero(k, N_.rows()), of_N = Matrix::Zero(k, N_.cols());
+  for (Part& part : parts_) {
+    part.combine(N_, fresh);
+    const Matrix by_rows = part.F_of_N(Eigen::all, fresh).transpose();
+    for (Index row = 0; row < N_.rows(); ++row)
+      for (RowMajorSparse::InnerIterator it(part.H, row); it; ++it)
+        add_scaled(by_rows.col(it.col()).data(), k, it.value(), of_rows.col(row).data());
+  }
+  for (Index a = 0; a < N_.cols(); ++a)
+    for (SparseMatrix::InnerIterator it(N_, a); it; ++it)
+      add_scaled(of_rows.col(it.row()).data(), k, it.value(), of_N.col(a).data());
+  rows_of_N_(fresh, Eigen::all) = of_rows;
+  of_N_(fresh, Eigen::all) = of_N;
 }
 
 // F H^T / h of column u of A, of which f has 0.
@@ -161,6 +185,7 @@ void StandingResponse::Part::take(const Combinations& of, const std::vector<Inde
 }
 
 void StandingResponse::take(Combinations of, const std::vector<Index>& from) {
+  form_combinations(of);
   std::vector<Index> mixed(from.size(), -1), mixed_from;
   for (std::size_t u = 0; u < from.size(); ++u) {
     if (has_one_row(of, static_cast<Index>(u))) continue;

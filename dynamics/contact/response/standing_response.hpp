@@ -28,8 +28,9 @@ struct StaticAnswers {
   std::vector<Vector> still;
 };
 
-// G S G^T with S = V^T C V + B F B^T / h of each body: G V^T is formed once for the points, and
-// what V and F answer once for each combination and each unknown.
+// G S G^T with S = V^T C V + B F B^T / h of each body: G V^T is formed once for the points. The
+// responses of V and F are formed once for each combination, when an unknown first has a share of
+// it, and for each unknown.
 class StandingResponse {
  public:
   bool empty() const { return parts_.empty(); }
@@ -58,15 +59,20 @@ class StandingResponse {
     Matrix X_of_N, F_of_N;                     // X N and F H^T N / h
     Matrix X_of_A, F_of_A;                     // X A, and of the mixed columns of A F H^T A / h
     std::vector<RowWeight> pressed(const std::vector<RowWeight>& rows) const;
+    // Columns `fresh` of X_of_N and F_of_N.
+    void combine(const SparseMatrix& N, const std::vector<Index>& fresh);
     void fill_statics(const Combinations& of, Index u, double* f) const;
     void add_to_rows(const StandingResponse& all, Index u, Index k, RowMajor& rows) const;
     void take(const Combinations& of, const std::vector<Index>& from,
               const std::vector<Index>& mixed, const std::vector<Index>& mixed_from);
   };
+  void form_combinations(const Combinations& of);
   // A column of one row of a point has the statics of that row: they are not kept.
   bool is_mixed(Index u) const { return mixed_[static_cast<std::size_t>(u)] >= 0; }
 
   std::vector<Part> parts_;
+  SparseMatrix N_;
+  std::vector<char> has_;    // of each combination: whether its responses are formed; else 0
   Matrix of_N_, rows_of_N_;  // N^T and all rows (transposed) of the statics of N: k x k, k x rows
   Combinations of_;
   std::vector<Index> mixed_;  // of each unknown: its column of F_of_A, or -1
