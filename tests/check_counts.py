@@ -11,11 +11,11 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BOUNDS = {
-    "lines of product": 84375,
-    "files of product": 659,
-    "lines of python/cbr": 1945,
-    "lines of tests": 62952,
-    "files of tests": 391,
+    "lines of product": 82689,
+    "files of product": 649,
+    "lines of python/cbr": 1944,
+    "lines of tests": 62722,
+    "files of tests": 390,
     "numbers in contact/solve": 58,  # but for 0, 1, 2, 3 and 0.5
     "lines with InputError(": 388,
     "classes derived from Body": 4,
