@@ -154,7 +154,6 @@ TEST(Hdf5File, comparesAllChecksumsOfAGroup) {
   EXPECT_EQ(begun.datasets, 2);
   EXPECT_EQ(begun.digest, first);
   EXPECT_EQ(begun.digest ^ reader.compare_checksums("/steps/1").digest, all);
-  EXPECT_NE(first, all);
   Hdf5Writer more(folder / "more.h5", folder / "f.h5");
   more.add_checksums(all);
   more.write("/steps/2/u", Vector(Vector::Random(3)));
