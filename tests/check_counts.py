@@ -11,8 +11,8 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BOUNDS = {
-    "lines of product": 82689,
-    "files of product": 649,
+    "lines of product": 82641,
+    "files of product": 648,
     "lines of python/cbr": 1944,
     "lines of tests": 62722,
     "files of tests": 390,

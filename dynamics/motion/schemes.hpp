@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the time integrations of all bodies share: the impulses of a step, the numbers of Newmark's
-// method and its HHT-alpha form.
+// What the time integrations of all bodies share: the impulses of a step, and Newmark's method with
+// its HHT-alpha form.
 #pragma once
+
+#include <functional>
+#include <utility>
 
 #include "common/base/types.hpp"
 #include "dynamics/motion/body_readings.hpp"
+#include "dynamics/motion/load_history.hpp"
 
 namespace cbr {
 
@@ -50,6 +54,66 @@ struct NewmarkOptions {
   double gamma() const { return 0.5 - alpha; }
   // theta: A = M + theta K
   double stiffness_factor(double h) const { return (1 + alpha) * beta() * h * h; }
+};
+
+// A step h of Newmark's method on a body with displacements u and momenta p = M v, n each, once all
+// impulses are known.
+struct NewmarkStep {
+  double h;
+  const Vector &u, &p;  // at the start
+  const Vector &move, &Ma, &f0, &f1;
+  const Kick& kick;
+  Vector &u_end, &p_end, &Ma_end;
+};
+
+// What the method needs of a body. Functions set their last argument.
+struct NewmarkOperators {
+  std::function<void(const Vector& u, Vector& Ku)> stiffness;
+  std::function<void(const Vector& move, const Vector& u_end, Vector& K_move)> stiffness_of_move;
+  std::function<void(const Vector& p, Vector& Cv)> damping;  // C M^-1 p; null: none
+  std::function<void(const Vector& move, Vector& C_move)> damping_of_move;
+  std::function<void(double h, Vector& f)> solve;  // h A^-1 f, A = M + theta (K + 2 C / h)
+  std::function<void(Vector& f)> solve_mass;       // M^-1 f
+  std::function<double(const Vector& u, const Vector& p)> energy;
+  // Corrects the ends of coordinates whose rates the forces' difference would spoil; null: none.
+  std::function<void(const NewmarkStep& step)> correct;
+};
+
+// In a step predict() comes first, then push() for each impulse, and arrive().
+class Newmark {
+ public:
+  Newmark(const NewmarkOptions& numbers, NewmarkOperators of)
+      : numbers_(numbers), of_(std::move(of)) {}
+  const NewmarkOptions& numbers() const { return numbers_; }
+
+  void predict(double t, double h, const Loads<Vector>& loads, const Vector& u, const Vector& p,
+               Vector& u_end);
+  // An impulse of contact moves the end.
+  void push(const Vector& move, const Vector& u, Vector& u_end);
+  bool has_arrived() const { return arrived_; }
+  // p_end, and the work of the step. Once a step.
+  void arrive(bool loaded, const Kick& kick, const Vector& u, const Vector& p, Vector& u_end,
+              Vector& p_end, BodyWork& work);
+  // Impulses that act at the start, before arrive(), and at the end, after it: their damping.
+  void feel_start(const Vector& impulse);
+  void feel_end(const Vector& impulse);
+  void accept() { arrived_ = false; }
+  void keep_state(StateArchive& archive);
+
+ private:
+  void book_damped(bool loaded, const NewmarkStep& step, double energy, BodyWork& work);
+  void book(bool loaded, const NewmarkStep& step, BodyWork& work);
+
+  NewmarkOptions numbers_;
+  NewmarkOperators of_;
+  double h_ = 0;
+  // The step's move; M a at its start, and at its end, until arrive() without the part of the move;
+  // loads at both
+  Vector move_, Ma_, e_, f0_, f1_;
+  Vector last_move_, last_change_of_f_;  // HHT-alpha
+  Vector Ku_, Cv_;                       // workspaces: of the start, then of the move
+  // arrived_: the end of the step is known, impulses included
+  bool started_ = false, arrived_ = false;
 };
 
 }  // namespace cbr

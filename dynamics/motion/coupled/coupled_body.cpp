@@ -5,7 +5,6 @@
 #include <cassert>
 #include <utility>
 
-#include "common/files/state_archive.hpp"
 #include "common/linalg/dense.hpp"
 
 namespace cbr {
@@ -20,41 +19,24 @@ CoupledBody::CoupledBody(std::string name, std::shared_ptr<CoupledSystem> system
       system_(std::move(system)),
       placement_(placement),
       kick_(system_->n()),
-      damping_(damping) {
+      damping_(damping),
+      newmark_(newmark, operators()) {
   assert(scheme != Scheme::exact);
-  for (Vector* x : {&u_, &u_end_, &p_end_, &work_vector_, &Ku_, &v_now_}) x->setZero(system_->n());
+  for (Vector* x : {&u_, &u_end_, &p_end_, &work_vector_, &room_, &Ku_, &v_now_})
+    x->setZero(system_->n());
   // The rigid motion, or its projection when directions are held.
   p_.noalias() =
       system_->rigid_momentum().leftCols(3) * (placement_.T.transpose() * placement_.velocity);
   system_->drop_held(p_);
-  if (is_damped())
-    for (Vector* x : {&damping_room_, &Cv_}) x->setZero(system_->n());
-  newmark_.numbers = newmark;
-  if (scheme == Scheme::newmark) newmark_.resize(system_->n());
   solve_for_velocities();
 }
 
-void CoupledBody::Newmark::resize(Index n) {
-  for (Vector* x : {&move, &F, &Ma, &f0, &f1}) x->setZero(n);
-  if (numbers.alpha != 0)
-    for (Vector* x : {&a, &last_change_of_Ku, &last_change_of_f}) x->setZero(n);
-}
-
-void CoupledBody::Newmark::keep_state(StateArchive& archive) {
-  archive(has_started, has_arrived, F, Ma, f0, a, last_change_of_Ku, last_change_of_f, a0_Ma0);
-}
-
-// Of the momenta at the start, where the scheme or the damping needs them.
+// Central differences move velocities, too.
 void CoupledBody::solve_for_velocities() {
-  const bool is_central = scheme() == Scheme::central_difference;
-  if (!is_central && !is_damped()) return;
+  if (scheme() == Scheme::newmark) return;
   v_ = p_;
   system_->factor(0).solve(v_);
-  if (is_central) {
-    v_end_ = v_;
-  } else {
-    damping_force(p_, v_, Cv_);
-  }
+  v_end_ = v_;
 }
 
 const Vector& CoupledBody::stiffness_force() const {
@@ -67,14 +49,13 @@ const Vector& CoupledBody::stiffness_force() const {
 }
 
 void CoupledBody::predict_end() {
-  kicks_.clear();
   lasting_.resize(0);
   kick_.clear();
   velocity_kick_.clear();
   if (scheme() == Scheme::central_difference) {
     predict_central(h_);
   } else {
-    predict_newmark(h_);
+    newmark_.predict(t_, h_, loads_, u_, p_, u_end_);
   }
 }
 
@@ -121,36 +102,38 @@ void CoupledBody::begin_central(double h, const Vector& F) {
   work_.damping += 0.5 * (p_.dot(v_) - given) - of_loads;
 }
 
-// Of the move d = u_1 - u_0, the velocity at the end being taken from it with damping: 2 d / h -
-// v_0. So C is a stiffness 2 C / h more:
-//   (M + theta (K + 2 C / h)) d = h p_0 + h^2 ((1/2 - beta) M a_0 + beta e),
-//   e = (1 + alpha) f_1 - alpha f_0 - K u_0 + (1 + 2 alpha) C v_0.
-// The small move, not the end, is solved for: stiff modes then lose no digits.
-void CoupledBody::predict_newmark(double h) {
-  const double alpha = newmark_.numbers.alpha, beta = newmark_.numbers.beta();
-  if (!newmark_.has_started) {
-    loads_.sum(t_, newmark_.f0);
-    newmark_.F = newmark_.f0 - stiffness_force();
-    if (is_damped()) newmark_.F -= Cv_;
-    newmark_.Ma = newmark_.F;
-    if (alpha != 0 && !is_damped()) {
-      newmark_.a = newmark_.Ma;
-      system_->factor(0).solve(newmark_.a);
-      newmark_.a0_Ma0 = newmark_.a.dot(newmark_.Ma);
-    }
-    newmark_.has_started = true;
-  }
-  Vector& e = work_vector_;
-  e = -stiffness_force();
-  if (is_damped()) e += (1 + 2 * alpha) * Cv_;
-  newmark_.move = h * p_ + h * h * ((0.5 - beta) * newmark_.Ma + beta * e);
-  if (!loads_.empty()) {
-    loads_.sum(t_ + h, newmark_.f1);
-    newmark_.move += (h * h * beta) * ((1 + alpha) * newmark_.f1 - alpha * newmark_.f0);
-  }
-  system_->factor(theta(h)).solve(newmark_.move);
-  newmark_.move /= mass_factor(h);
-  u_end_ = u_ + newmark_.move;
+// A step multiplies with K once: at its end, which is the start of the next.
+NewmarkOperators CoupledBody::operators() {
+  NewmarkOperators of;
+  of.stiffness = [this](const Vector&, Vector& Ku) { Ku = stiffness_force(); };
+  of.stiffness_of_move = [this](const Vector&, const Vector& u_end, Vector& K_move) {
+    Ku_end_.resize(u_end.size());
+    system_->multiply_stiffness(u_end, Ku_end_);
+    system_->drop_held(Ku_end_);
+    K_move = Ku_end_ - stiffness_force();
+  };
+  of.solve_mass = [this](Vector& f) { system_->factor(0).solve(f); };
+  of.solve = [this](double h, Vector& f) {
+    system_->factor(theta(h)).solve(f);
+    f *= h / mass_factor(h);
+  };
+  if (!is_damped()) return of;
+  of.damping = [this](const Vector& p, Vector& Cv) {
+    room_ = p;
+    system_->factor(0).solve(room_);
+    damping_force(p, room_, Cv);
+  };
+  of.damping_of_move = [this](const Vector& move, Vector& Cd) {
+    system_->multiply_mass(move, room_);
+    system_->drop_held(room_);
+    damping_force(room_, move, Cd);
+  };
+  of.energy = [this](const Vector& u, const Vector& p) {
+    room_ = p;
+    system_->factor(0).solve(room_);
+    return 0.5 * (p.dot(room_) + u.dot(&u == &u_ ? stiffness_force() : Ku_end_));
+  };
+  return of;
 }
 
 // Central differences: velocities between two steps are those under them.
@@ -176,7 +159,6 @@ void CoupledBody::own_take_impulses(Index set, const Impulses& of) {
     if (impulses.row(i).isZero(0)) continue;
     any = true;
     const Vector3 p = placement_.T.transpose() * impulses.row(i).transpose();
-    kicks_.push_back({nodes[i], p});
     dp.segment<3>(system_->n_modal() + 3 * nodes[i]) += p;
   }
   if (!any) return;
@@ -188,8 +170,8 @@ void CoupledBody::own_take_impulses(Index set, const Impulses& of) {
     v_end_ += dp;
     u_end_ += h_ * dp;
   } else {
-    newmark_.move += 0.5 * h_ * dp;
-    u_end_ = u_ + newmark_.move;
+    dp *= 0.5 * h_;
+    newmark_.push(dp, u_, u_end_);
   }
 }
 
@@ -226,16 +208,10 @@ Vector3 CoupledBody::own_add_velocities(Index set, const Points& velocities,
   return extra;
 }
 
-// Kicks work with a mean velocity: of those before and after them, or of the step.
-void CoupledBody::book_kicks(const Vector& mean_velocity) {
-  for (const NodeKick& kick : kicks_)
-    work_.contact += kick.impulse.dot(displacement(mean_velocity, kick.node));
-}
-
 void CoupledBody::accept_central() {
   // The leapfrog's own energy answers to forces with the average of v- and v+.
   v_now_ = 0.5 * (v_ + v_end_);
-  book_kicks(v_now_);
+  if (kick_) work_.contact += kick_.sum().dot(v_now_);
   if (velocity_kick_) work_.contact += velocity_kick_.sum().dot(v_now_);
   if (!loads_.empty()) {
     loads_.sum(t_, work_vector_);
@@ -251,85 +227,29 @@ void CoupledBody::accept_central() {
   v_.swap(v_end_);
 }
 
-// What belongs to the end follows from the move that contact has left: F_1 = f_1 - K u_1, M a_1 =
-// (1 + alpha) F_1 - alpha F_0 and p_1 = p_0 + h ((1 - gamma) M a_0 + gamma M a_1) + the impulses,
-// which are no part of a (schemes.hpp).
-void CoupledBody::accept_newmark() {
-  if (is_damped()) return accept_newmark_damped();
-  const double alpha = newmark_.numbers.alpha, gamma = newmark_.numbers.gamma();
-  if (kick_) {
-    v_now_ = newmark_.move / h_;
-    book_kicks(v_now_);
-    p_ += kick_.sum();
-  }
-  Vector& change_of_Ku = work_vector_;
-  change_of_Ku = -stiffness_force();
-  u_.swap(u_end_);
-  Ku_is_current_ = false;
-  change_of_Ku += stiffness_force();
-  p_ += h_ * (1 - gamma) * newmark_.Ma;
-  newmark_.Ma = -alpha * newmark_.F;
-  if (loads_.empty()) {
-    newmark_.F = -stiffness_force();
-  } else {
-    work_.external += 0.5 * newmark_.move.dot(newmark_.f0 + newmark_.f1);
-    newmark_.F = newmark_.f1 - stiffness_force();
-  }
-  newmark_.Ma += (1 + alpha) * newmark_.F;
-  system_->drop_held(newmark_.Ma);
-  p_ += h_ * gamma * newmark_.Ma;
-  if (alpha != 0) book_scheme(change_of_Ku);
-  if (!loads_.empty()) newmark_.f0.swap(newmark_.f1);
-}
-
-// With [.] the change over a step and [.]' that over the step before, the energy changes beyond the
-// loads' [u] . (f_0 + f_1) / 2 by
-//   loads:   -k [u] . ([f] - [f]'),   k = alpha (1/2 + alpha)
-//   scheme:  k [u] . ([K u] - [K u]') - alpha^2 h^2 / 4 (1/2 [a . M a] - alpha [a] . M [a]) -
-//   alpha^2 h / 4 impulses . [a].
-void CoupledBody::book_scheme(const Vector& change_of_Ku) {
-  const double alpha = newmark_.numbers.alpha, k = alpha * (0.5 + alpha),
-               quarter = 0.25 * alpha * alpha * h_ * h_;
-  if (!loads_.empty()) {
-    work_.external -= k * (newmark_.move.dot(newmark_.f1) - newmark_.move.dot(newmark_.f0) -
-                           newmark_.move.dot(newmark_.last_change_of_f));
-    newmark_.last_change_of_f = newmark_.f1 - newmark_.f0;
-  }
-  work_.numerical +=
-      k * (newmark_.move.dot(change_of_Ku) - newmark_.move.dot(newmark_.last_change_of_Ku));
-  newmark_.last_change_of_Ku = change_of_Ku;
-  Vector& a_1 = v_now_;
-  a_1 = newmark_.Ma;
-  system_->factor(0).solve(a_1);
-  const double a1_Ma1 = a_1.dot(newmark_.Ma), a0_Ma1 = newmark_.a.dot(newmark_.Ma);
-  work_.numerical -= quarter * (0.5 * (a1_Ma1 - newmark_.a0_Ma0) -
-                                alpha * (a1_Ma1 - 2 * a0_Ma1 + newmark_.a0_Ma0));
-  if (kick_) work_.numerical -= quarter / h_ * (kick_.sum().dot(a_1) - kick_.sum().dot(newmark_.a));
-  newmark_.a0_Ma0 = a1_Ma1;
-  newmark_.a.swap(a_1);
-}
-
 void CoupledBody::own_accept() {
   v_now_is_current_ = false;
   if (scheme() == Scheme::central_difference) {
     accept_central();
-    u_.swap(u_end_);
     Ku_is_current_ = false;
   } else {
     arrive_newmark();
-    newmark_.has_arrived = false;
+    newmark_.accept();
+    p_.swap(p_end_);
+    Ku_.swap(Ku_end_);
   }
+  u_.swap(u_end_);
   t_ += h_;
 }
 
 void CoupledBody::arrive_newmark() {
-  if (!newmark_.has_arrived) accept_newmark();
-  newmark_.has_arrived = true;
+  if (!newmark_.has_arrived())
+    newmark_.arrive(!loads_.empty(), kick_, u_, p_, u_end_, p_end_, work_);
 }
 
 void CoupledBody::own_end_velocities(Index set, Points& v) {
   arrive_newmark();
-  v_now_ = p_;
+  v_now_ = p_end_;
   system_->factor(0).solve(v_now_);
   const auto& nodes = sets_[set];
   v.resize(static_cast<Index>(nodes.size()), 3);
@@ -340,25 +260,19 @@ void CoupledBody::own_end_velocities(Index set, Points& v) {
 // Precondition: end_velocities() has been asked for in this step.
 void CoupledBody::own_add_end_impulses(Index set, const Points& impulses) {
   const auto& nodes = sets_[set];
-  Vector& dv = work_vector_;
-  dv.setZero();
+  Vector& dp = work_vector_;
+  dp.setZero();
   for (Index i = 0; i < impulses.rows(); ++i)
-    dv.segment<3>(system_->n_modal() + 3 * nodes[i]) +=
+    dp.segment<3>(system_->n_modal() + 3 * nodes[i]) +=
         placement_.T.transpose() * impulses.row(i).transpose();
-  system_->drop_held(dv);
-  p_ += dv;
-  work_.contact += v_now_.dot(dv);
-  Vector& dp = newmark_.move;  // which has served
-  dp = dv;
+  system_->drop_held(dp);
+  newmark_.feel_end(dp);
+  p_end_ += dp;
+  Vector& dv = room_;
+  dv = dp;
   system_->factor(0).solve(dv);
-  work_.contact += 0.5 * dp.dot(dv);
+  work_.contact += v_now_.dot(dp) + 0.5 * dp.dot(dv);
   v_now_ += dv;
-  if (is_damped()) {
-    damping_force(dp, dv, damping_room_);
-    newmark_.Ma -= damping_room_;
-    Cv_ += damping_room_;
-    v_ += dv;
-  }
 }
 
 std::unique_ptr<Body> coupled_body(std::string name, std::shared_ptr<const CoupledModel> model,

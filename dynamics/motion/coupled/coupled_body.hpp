@@ -70,39 +70,20 @@ class CoupledBody final : public Body {
   void take_plan(const BodyPlan& plan) override { add_loads(plan.loads); }
   void predict_end() override;
 
-  struct NodeKick {
-    Index node;
-    Vector3 impulse;  // component axes
-  };
-  struct Newmark {
-    NewmarkOptions numbers;
-    // n: the move u_end - u, forces F = f - K u and M a at the start of the step; loads at both its
-    // ends
-    Vector move, F, Ma, f0, f1;
-    // HHT-alpha: of the step before, for its accounts
-    Vector a, last_change_of_Ku, last_change_of_f;
-    double a0_Ma0 = 0;
-    // has_arrived: the end of the step is known, impulses included
-    bool has_started = false, has_arrived = false;
-    void resize(Index n);
-    void keep_state(StateArchive& archive);
-  };
-
   bool is_damped() const { return damping_ != MaterialDamping(); }
   // Of the matrix whose inverse answers impulses, mass_factor (M + theta K): of damped bodies C
   // adds to both.
   double theta(double h) const {
     if (scheme() != Scheme::newmark) return 0;
-    const double theta = newmark_.numbers.stiffness_factor(h);
+    const double theta = newmark_.numbers().stiffness_factor(h);
     return is_damped() ? theta * (1 + 2 * damping_.beta / h) / mass_factor(h) : theta;
   }
   double mass_factor(double h) const {
     if (scheme() != Scheme::newmark) return 1 + 0.5 * h * damping_.alpha;
-    return 1 + 2 * newmark_.numbers.stiffness_factor(h) * damping_.alpha / h;
+    return 1 + 2 * newmark_.numbers().stiffness_factor(h) * damping_.alpha / h;
   }
   void solve_for_velocities();
   void damping_force(const Vector& p, const Vector& v, Vector& f) const;
-  void accept_newmark_damped();
   void book_central_damping();
   auto displacement(const Vector& u, Index node) const {
     return u.segment<3>(system_->n_modal() + 3 * node);
@@ -116,12 +97,9 @@ class CoupledBody final : public Body {
   const Vector& present_velocities() const;
   void predict_central(double h);
   void begin_central(double h, const Vector& F);
-  void predict_newmark(double h);
   void accept_central();
-  void accept_newmark();
+  NewmarkOperators operators();
   void arrive_newmark();
-  void book_kicks(const Vector& mean_velocity);
-  void book_scheme(const Vector& change_of_Ku);
 
   std::shared_ptr<CoupledSystem> system_;
   Placement placement_;
@@ -129,18 +107,15 @@ class CoupledBody final : public Body {
   Loads<Vector> loads_;  // n, component axes
   // Component axes. Central differences: p_ and v_ are half a step behind u_. Newmark has no v_.
   Vector u_, p_, v_, u_end_, p_end_, v_end_;
-  std::vector<NodeKick> kicks_;  // of this step
-  Kick kick_;                    // their sum
-  Vector lasting_;               // forces that last, n; empty: none
-  Kick velocity_kick_;           // M times the velocities that add_velocities() brought
+  Kick kick_;
+  Vector lasting_;      // forces that last, n; empty: none
+  Kick velocity_kick_;  // M times the velocities that add_velocities() brought
+  MaterialDamping damping_;
   Newmark newmark_;
   StaticState statics_;  // empty before the first relax()
-  MaterialDamping damping_;
-  // Damped: C v at the start of the step (newmark), beta K v- (central differences), and a
-  // workspace
-  Vector Cv_;
-  mutable Vector damping_room_;
-  mutable Vector work_vector_, Ku_, v_now_;
+  Vector Cv_;            // damped central differences: beta K v-
+  mutable Vector room_, work_vector_, Ku_, v_now_;
+  Vector Ku_end_;  // Newmark
   mutable bool Ku_is_current_ = false, v_now_is_current_ = false;
   double last_h_ = 0;
   BodyWork work_;

@@ -60,8 +60,8 @@ const Vector& CoupledBody::present_velocities() const {
       if (lasting_.size() > 0) work_vector_ += lasting_;
       v_now_ += 0.5 * last_h_ * (work_vector_ - stiffness_force());
       if (is_damped()) {
-        damping_force(Vector::Zero(v_.size()), v_, damping_room_);  // beta K v- alone
-        v_now_ = (v_now_ - 0.5 * last_h_ * damping_room_) / (1 + 0.5 * last_h_ * damping_.alpha);
+        damping_force(Vector::Zero(v_.size()), v_, room_);  // beta K v- alone
+        v_now_ = (v_now_ - 0.5 * last_h_ * room_) / (1 + 0.5 * last_h_ * damping_.alpha);
       }
     }
     system_->factor(0).solve(v_now_);
@@ -175,8 +175,7 @@ void CoupledBody::own_displacements(Points& u, Points& v) const {
 void CoupledBody::own_keep_state(StateArchive& archive) {
   archive.expect(u_.size());
   archive(u_, p_, v_, t_, last_h_, work_);
-  archive(newmark_);
-  archive(Cv_, statics_, lasting_);
+  archive(newmark_, statics_, lasting_);
   if (archive.restores()) Ku_is_current_ = v_now_is_current_ = false;
 }
 
@@ -198,48 +197,6 @@ void CoupledBody::book_central_damping() {
   const Vector p_end = kick_ ? Vector(p_end_ + kick_.sum() / mass_factor(h_)) : p_end_;
   work_.damping -=
       0.5 * alpha * v_now_.dot(last_h_ * p_ + h_ * p_end) + 0.5 * (last_h_ + h_) * v_now_.dot(Cv_);
-}
-
-// M a_1 = (1 + alpha) (f_1 - K u_1 - C (2 d / h - v_0)) - alpha (f_0 - K u_0 - C v_0). Damping
-// takes d . C d / h; with another alpha than 0 what is left of the change of energy is the scheme's
-// own.
-void CoupledBody::accept_newmark_damped() {
-  const double alpha = newmark_.numbers.alpha, gamma = newmark_.numbers.gamma();
-  BodyWork step;
-  const BodyWork before_step = work_;
-  const double before = 0.5 * (p_.dot(v_) + u_.dot(stiffness_force()));
-  if (kick_) {
-    v_now_ = newmark_.move / h_;
-    book_kicks(v_now_);
-    p_ += kick_.sum();
-  }
-  const Vector F0 = newmark_.f0 - stiffness_force() - Cv_;
-  u_.swap(u_end_);
-  Ku_is_current_ = false;
-  // C d
-  Vector& Cd = work_vector_;
-  system_->multiply_mass(newmark_.move, damping_room_);
-  system_->drop_held(damping_room_);
-  damping_force(Vector(damping_room_), newmark_.move, Cd);
-  step.damping = -newmark_.move.dot(Cd) / h_;
-  if (!loads_.empty()) step.external = 0.5 * newmark_.move.dot(newmark_.f0 + newmark_.f1);
-  p_ += h_ * (1 - gamma) * newmark_.Ma;
-  newmark_.F = Cv_ - 2 / h_ * Cd - stiffness_force();
-  if (!loads_.empty()) newmark_.F += newmark_.f1;
-  newmark_.Ma = (1 + alpha) * newmark_.F - alpha * F0;
-  system_->drop_held(newmark_.Ma);
-  p_ += h_ * gamma * newmark_.Ma;
-  v_ = p_;
-  system_->factor(0).solve(v_);
-  damping_force(p_, v_, Cv_);
-  work_.damping += step.damping;
-  work_.external += step.external;
-  if (alpha != 0) {
-    const double contact = work_.contact - before_step.contact;
-    const double after = 0.5 * (p_.dot(v_) + u_.dot(stiffness_force()));
-    work_.numerical += after - before - contact - step.external - step.damping;
-  }
-  if (!loads_.empty()) newmark_.f0.swap(newmark_.f1);
 }
 
 }  // namespace cbr

@@ -11,7 +11,7 @@
 #include "dynamics/motion/coupled/coupled_body.hpp"
 #include "dynamics/motion/coupled/coupled_shapes.hpp"
 #include "dynamics/motion/modal/forms/modal_shapes.hpp"
-#include "dynamics/motion/modal/forms/truncated_form.hpp"
+#include "dynamics/motion/modal/forms/residual_compliance.hpp"
 #include "dynamics/motion/modal/modal_body.hpp"
 #include "dynamics/motion/prescribed_motion.hpp"
 #include "dynamics/setup/bodies/instance_damping.hpp"

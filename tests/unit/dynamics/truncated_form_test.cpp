@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "dynamics/motion/modal/forms/truncated_form.hpp"
+#include "dynamics/motion/modal/forms/residual_compliance.hpp"
 #include "tests/support/scene_run.hpp"
 
 namespace cbr::truncated_form_test {
