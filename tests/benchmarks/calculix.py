@@ -198,10 +198,10 @@ def speed(stem, name, weights):
 
 
 def joint_figures(stem):
-    """Travel of the end in the second cycle, and the bolt's force at the end: mm, N."""
+    """Travel of the end in the second cycle, mm; the bolt's force at the end, N, by the share of the reaction to 5000 N, which has a factor."""
     ends = [rows[:, 1].mean() for kind, name, _, rows in blocks(stem) if name == "NUPPER_END"]
     bolt = [rows[0, 1] for kind, name, _, rows in blocks(stem) if name == "BOLT"]
-    return np.ptp(ends[-3:]), bolt[-1]
+    return np.ptp(ends[-3:]), 5000 * bolt[-1] / bolt[0]
 
 
 def triangle(path, n):
