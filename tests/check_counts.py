@@ -11,7 +11,7 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BOUNDS = {
-    "lines of product": 82641,
+    "lines of product": 82646,
     "files of product": 648,
     "lines of python/cbr": 1944,
     "lines of tests": 62722,

@@ -502,7 +502,12 @@ void Equilibrium::refuse_endless(const Change& change) const {
     }
     if (most.size() > told_points) text << " and others";
   }
-  text << ": take smaller load steps (time.step, time.preload), or a finer mesh there";
+  // The same points stay closed, and move from face to face without a force that stops them
+  const bool goes_round = !closed_.empty() && most.empty() && !sim_.pairs[worst].wall &&
+                          sim_.pairs[worst].formulation != Formulation::mortar;
+  text << (goes_round
+               ? ": give this contact formulation: mortar, or friction"
+               : ": take smaller load steps (time.step, time.preload), or a finer mesh there");
   throw RunError(text.str());
 }
 
