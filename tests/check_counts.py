@@ -13,8 +13,8 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 BOUNDS = {
     "lines of product": 82646,
     "files of product": 648,
-    "lines of python/cbr": 1944,
-    "lines of tests": 62722,
+    "lines of python/cbr": 1951,
+    "lines of tests": 62723,
     "files of tests": 390,
     "numbers in contact/solve": 58,  # but for 0, 1, 2, 3 and 0.5
     "lines with InputError(": 388,

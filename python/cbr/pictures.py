@@ -118,11 +118,14 @@ class Fields:
             return [read(f[name])[part.cell, 0] if name in f else np.zeros(len(part.faces)) for name, part in zip(names, self.parts)]
 
 
-def kept_faces(file: str) -> tuple[Indices, Array, dict[str, Indices]]:
-    """Of a superelement or a group of them: node ids, coordinates and the corners of the faces of each surface."""
+def kept_faces(file: str, content_hash: str) -> tuple[Indices, Array, dict[str, Indices]]:
+    """Of a superelement or a group of them: node ids, coordinates and the corners of the faces of each surface. FileError: another
+    content_hash."""
     ids, coordinates, n = [], [], 0
     faces: dict[str, Indices] = {}
     with open_file(file, "cbr-superelement", "cbr-superelement-group") as f:
+        if f.attrs.get("content_hash") != content_hash:
+            raise FileError(f"{file}: was made again after the run")
         for part in f["domains"].values() if "domains" in f else [f]:
             ids.append(read(part["nodes/id"]))
             coordinates.append(read(part["nodes/coordinates"]))
@@ -155,11 +158,12 @@ def at_start(run: Results) -> list[Part]:
     if os.path.exists(os.path.splitext(run.path)[0] + ".fields.h5"):
         return Fields(run.path).parts
     parts = []
-    for name, (file, _) in run.superelements.items() if "scene" in run.attributes else ():
-        ids, points, faces = kept_faces(file)
+    placed_as = run.scene.get("instances", {})
+    for name, (file, content_hash) in run.superelements.items() if placed_as else ():
+        ids, points, faces = kept_faces(file, content_hash)
         if faces:
             corners = np.unique(np.vstack(list(faces.values())), axis=0)
-            parts.append(Part(name, placed(points, run.scene["instances"][name]), ids, corners, np.arange(len(corners))))
+            parts.append(Part(name, placed(points, placed_as[name]), ids, corners, np.arange(len(corners))))
     if not parts:
         raise FileError(f"{run.path}: has no shapes to draw: give output.fields: [displacement] in the scene")
     return parts
@@ -173,7 +177,7 @@ def surface_points(run: Results, parts: list[Part]) -> dict[str, Array]:
         if side in at or instance not in run.superelements:
             continue
         try:
-            ids, _, faces = kept_faces(run.superelements[instance][0])
+            ids, _, faces = kept_faces(*run.superelements[instance])
         except FileError:
             continue
         corners = [of for name, of in faces.items() if surface in (name, "all")]

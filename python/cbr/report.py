@@ -306,7 +306,7 @@ def face_size(run: Results, pair: str) -> float:
     sizes = [np.inf]
     for instance, _, surface in (side.partition(".") for side in pair.split(" - ")):
         try:
-            _, points, faces = pictures.kept_faces(run.superelements[instance][0])
+            _, points, faces = pictures.kept_faces(*run.superelements[instance])
         except (FileError, KeyError):
             continue
         corners = [points[of] for name, of in faces.items() if surface in (name, "all")]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import os
 from collections.abc import Iterator, Mapping
 from typing import Any
@@ -81,10 +82,10 @@ class Results(Mapping[str, Array]):
 
     @property
     def warnings(self) -> list[str] | None:
-        """What cbr-dyn warned of, in order. None: the file is older than version 1.8 and does not tell."""
+        """What cbr-dyn warned of, in order. None: the file is older than version 1.8 and has none."""
         return str(self.attributes["warnings"]).splitlines() if "warnings" in self.attributes else None
 
-    @property
+    @functools.cached_property
     def scene(self) -> dict[str, Any]:
         """The scene of the run: dictionaries and lists of texts; empty before version 1.12. FileError: no PyYAML, or damaged."""
         try:
@@ -92,9 +93,11 @@ class Results(Mapping[str, Array]):
         except ImportError as error:
             raise FileError(f"{self.path}: its scene needs Debian's python3-yaml (PyYAML), which is not installed") from error
         try:
-            found: dict[str, Any] = yaml.load(str(self.attributes.get("scene", "{}")), Loader=yaml.BaseLoader)
-        except yaml.YAMLError as error:
-            raise FileError(f"{self.path}: attribute 'scene' is damaged") from error
+            found = yaml.load(str(self.attributes.get("scene", "{}")), Loader=yaml.BaseLoader)
+        except yaml.YAMLError:
+            found = None
+        if not isinstance(found, dict):
+            raise FileError(f"{self.path}: attribute 'scene' is damaged")
         return found
 
     @property

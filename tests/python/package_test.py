@@ -379,7 +379,7 @@ class Package(unittest.TestCase):
             self.assertEqual(cbr.report.main([self.runs["massless"].path, "-o", str(self.folder / "no.html"), "--animate"]), 2)
         self.assertIn("massless.fields.h5: no such file", refused.getvalue())
         with unittest.mock.patch.dict(sys.modules, {"yaml": None}):
-            self.assertIn("No picture: ", cbr.report.page(self.runs["massless"]))
+            self.assertIn("No picture: ", cbr.report.page(cbr.results(self.runs["massless"].path)))
 
     def test_names_in_figures_are_text(self) -> None:
         """Not mathematics of matplotlib, and not hidden as names that begin with _."""
@@ -417,7 +417,8 @@ class Package(unittest.TestCase):
             self.assertIn(words, text)
         self.assertNotIn("The runs differ", cbr.report.page(run, run))
         with unittest.mock.patch.dict(sys.modules, {"yaml": None}):
-            self.assertIn("The scenes are not compared: ", page := cbr.report.page(run, other))
+            page = cbr.report.page(cbr.results(run.path), cbr.results(other.path))
+            self.assertIn("The scenes are not compared: ", page)
         self.assertIn("its scene needs Debian&#x27;s python3-yaml (PyYAML), which is not installed", page)
 
     def test_report_of_damaged_files_and_folders(self) -> None:
