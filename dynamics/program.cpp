@@ -169,7 +169,7 @@ class Run {
   void write(const RunResult& result) {
     const auto phase = report_.phase("write");
     try {
-      // The results last: who finds them finds the fields beside them
+      // The results last, so that new results have their fields beside them
       if (fields_) fields_->commit();
       write_results(results_, built_.simulation, result, report_, inputs_,
                     share_outside_basis(built_, result));

@@ -175,9 +175,9 @@ void print_info(const std::filesystem::path& path, std::ostream& out) {
     print_head(file, kind.words, out);
     return kind.print(file, out);
   }
-  throw InputError(
-      path.string() + ": format '" + format +
-      "' found, known: superelements, groups of them, results, fields and checkpoints of cbr");
+  throw InputError(path.string() + ": format '" + format +
+                   "' found, known: superelements, groups of them, results, fields, checkpoints, "
+                   "modes and sweeps of cbr");
 }
 
 }  // namespace cbr

@@ -46,7 +46,7 @@ class Hdf5Writer {
   void add_checksums(Index digest = 0);
   // add_checksums(), and the root attributes that each of our formats has.
   void start(const std::string& format, const std::string& version, const std::string& program);
-  Index digest() const;  // ComparedChecksums::digest of all written so far
+  Index digest() const;  // ComparedChecksums::digest of all written; remove() does not change it
   // one more name of a dataset that is there
   void link(const std::string& dataset, const std::string& name);
   // Object "/" is the root; a group that is not there yet is made.
@@ -103,7 +103,8 @@ class Hdf5Reader {
   bool is_string(const std::string& object, const std::string& attribute) const;
   std::string read_string(const std::string& object, const std::string& attribute) const;
   Index read_index(const std::string& object, const std::string& attribute) const;
-  // Reads all datasets of a group, in pieces. InputError names the first that does not match.
+  // Reads all datasets of a group, tables of doubles in pieces. InputError names the first that
+  // does not match.
   ComparedChecksums compare_checksums(const std::string& group) const;
 
  private:

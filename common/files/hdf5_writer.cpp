@@ -257,7 +257,8 @@ void Hdf5Writer::link(const std::string& dataset, const std::string& name) {
                  name);
   if (!impl_->checksums) return;
   const Handle linked(H5Dopen2(impl_->file, dataset.c_str(), H5P_DEFAULT), H5Dclose);
-  impl_->digest ^= hdf5::digest_term(name, hdf5::checksum_of(linked).value_or(0));
+  if (const auto value = hdf5::checksum_of(linked))
+    impl_->digest ^= hdf5::digest_term(name, *value);
 }
 
 void Hdf5Writer::attribute(const std::string& object, const std::string& name,

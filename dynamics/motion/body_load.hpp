@@ -12,8 +12,8 @@
 
 namespace cbr {
 
-// Forces on the nodes of a body, scene axes. Many loads may act on few nodes of many: rows of zeros
-// are not kept.
+// Forces on the nodes of a body, in the axes of their owner. Many loads may act on few nodes of
+// many: rows of zeros are not kept.
 class NodalForces {
  public:
   NodalForces() = default;  // none

@@ -89,7 +89,7 @@ class Loads {
 // Times at which load histories bend.
 class Breakpoints {
  public:
-  // Each history once: every cut asks all of them.
+  // Each history once: every cut goes through all of them.
   void add(const LoadHistory& history) {
     if (history.has_points()) histories_.push_back(history);
   }

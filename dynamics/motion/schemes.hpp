@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the time integrations of all bodies share: the impulses of a step, and Newmark's method with
+// Shared by the time integrations of all bodies: the impulses of a step, and Newmark's method with
 // its HHT-alpha form.
 #pragma once
 
@@ -66,7 +66,7 @@ struct NewmarkStep {
   Vector &u_end, &p_end, &Ma_end;
 };
 
-// What the method needs of a body. Functions set their last argument.
+// The body's part in the method. Functions set their last argument.
 struct NewmarkOperators {
   std::function<void(const Vector& u, Vector& Ku)> stiffness;
   std::function<void(const Vector& move, const Vector& u_end, Vector& K_move)> stiffness_of_move;

@@ -60,10 +60,9 @@ inline void take_friction(const std::vector<PointLaw>& laws, ImpulseMemory& memo
 // As in Carpenter, Taylor, Katona 1991, doi 10.1002/nme.1620320107, with the bodies' full response.
 // With friction, Coulomb's law for the slip in the step; tied points stay together. Adds to the
 // bodies' impulses and fills their moves. `guess`: impulses of the last step (as
-// EnforcementResult::p). W and its factor are reused while the rows of G do not change. `searches`:
-// with functions, which are the unknowns in closed cells
-// (contact_unknowns.hpp). The laws then hold for functions, and gaps of single points differ from
-// 0.
+// EnforcementResult::p). W and its factor are reused while the rows of G do not change. With
+// `searches` that have functions, these are the unknowns in closed cells (contact_unknowns.hpp).
+// The laws then hold for functions, and gaps of single points differ from 0.
 EnforcementResult enforce_impulse(const ContactList& list, const std::vector<PointLaw>& laws,
                                   const Points& guess, double h, std::vector<ContactBody>& bodies,
                                   ImpulseMemory& memory,

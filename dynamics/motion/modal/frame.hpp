@@ -50,7 +50,7 @@ class Frame {
   void turn(const Points& X, Points& u, Points& v) const;
   void turn_state(BodyState& state) const;
   MotionBound in_any_position(MotionBound bound) const;
-  const BodyWork& work() const { return work_; }  // of the spin
+  const BodyWork& work() const { return work_; }  // beside that of the modes
 
  private:
   // Positions of a set at the moment at which impulses act, once computed.

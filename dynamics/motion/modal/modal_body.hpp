@@ -89,7 +89,7 @@ class ModalBody final : public Body {
   Vector modal_force(const ForcePattern& pattern) const;
   // Inputs of a harmonic response and of mode shapes.
   const ModalForm& form() const { return *form_; }
-  const Vector& damping_rates() const { return damping_.c; }  // empty: none
+  const Vector& damping_rates() const { return damping_.c; }  // n; 0: none
   const Matrix3& axes() const { return placement_.T; }
   // of form().V, for each node and component; -1: none
   const IndexTable& rows() const { return *rows_; }

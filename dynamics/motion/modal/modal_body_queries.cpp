@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Queries of a superelement's body: response, masses, loads, momentum, energy.
+// Queries of a modal body: response, masses, loads, momentum, energy.
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 

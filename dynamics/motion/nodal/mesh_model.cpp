@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The mesh body's shared data, and what a mesh body answers about itself.
+// Shared data of mesh bodies, their queries, their start and their checkpoints.
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
@@ -238,8 +238,7 @@ void MeshBody::take_still() {
   for (Index i = 0; i < local.rows(); ++i) u_.row(model_->row_of_node[i]) = local.row(i);
 }
 
-// K u is formed anew where it was known: from it and in the pass that forms it velocities are the
-// same, but not when it is formed.
+// K u is formed anew where it was known. Velocities are the same with either.
 void MeshBody::own_keep_state(StateArchive& archive) {
   archive.expect(u_.rows());
   archive(u_, v_, t_, last_h_, work_, lasting_);

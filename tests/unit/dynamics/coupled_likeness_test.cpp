@@ -68,7 +68,7 @@ void move_alike(Body& a, Body& b, double share, double tolerance) {
   }
 }
 
-TEST(CoupledBody, OneSuperelementMovesAsSuperelementBody) {
+TEST(CoupledBody, OneSuperelementMovesAsModalBody) {
   const test::Lattice block = test::lattice({4, 3, 3}, 0.1, 2e3, 0.5);
   for (const bool hold : {false, true}) {
     for (const Method& method : methods) {

@@ -78,7 +78,7 @@ TEST(CoupledModel, AllModesOfTheDomainsAreTheWholeBody) {
   EXPECT_LT((form.omega.cwiseAbs2() - lambda).cwiseAbs().maxCoeff(), 1e-11 * lambda.maxCoeff());
 }
 
-TEST(CoupledModel, DiagonalFormDiagonalises) {
+TEST(CoupledModel, ModalFormDiagonalises) {
   for (const CoupledModel& model : all_models()) {
     for (const bool hold : {false, true}) {
       const auto held = hold ? some_held() : std::vector<HeldDirection>{};
@@ -161,7 +161,7 @@ TEST(CoupledModel, DofsThatASuperelementHasNotAreLeftOut) {
   EXPECT_EQ((Matrix(held.Z).middleRows(15, 3).rowwise().norm().array() > 1e-12).count(), 1);
 }
 
-TEST(CoupledModel, SuperelementBodyTakesItsDiagonalForm) {
+TEST(CoupledModel, ModalBodyTakesItsModalForm) {
   const CoupledModel model = chain_with_shells(3);
   const auto form = std::make_shared<const ModalForm>(modal_form(model, {}, "test"));
   const auto nodes = std::make_shared<const Superelement>(nodes_only(model));

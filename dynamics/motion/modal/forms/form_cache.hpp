@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Data shared by the bodies of one diagonal form: rows of node sets, responses, propagators.
+// Data shared by the bodies of one ModalForm: rows of node sets, responses, propagators.
 // In component axes, which the bodies rotate 3-vectors into and out of.
 #pragma once
 
@@ -19,7 +19,7 @@ namespace cbr {
 
 // The operator of a response: weights sin(omega h)/omega (exact), h (central differences) or h/2 /
 // (1 + theta omega^2) (Newmark; twice that for impulses at the start) of the modes, 1 for
-// velocities, or 1 / (omega^2 + theta) for statics.
+// velocities, or 1 / omega^2 (0 for floating motions) for statics.
 struct ResponseOf {
   enum class Weight : char {
     exact,
