@@ -11,12 +11,12 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BOUNDS = {
-    "lines of product": 82646,
-    "files of product": 648,
+    "lines of product": 82322,
+    "files of product": 646,
     "lines of python/cbr": 1951,
-    "lines of tests": 62723,
+    "lines of tests": 62681,
     "files of tests": 390,
-    "numbers in contact/solve": 58,  # but for 0, 1, 2, 3 and 0.5
+    "numbers in contact/solve": 50,  # but for 0, 1, 2, 3 and 0.5
     "lines with InputError(": 388,
     "classes derived from Body": 4,
     "members of the largest class": 30,

@@ -138,7 +138,9 @@ bool form_few(const ContactList& list, const std::vector<PointLaw>& laws,
   memory.standing.take(combine(unknowns, memory.N), rows);
   GapResponse W;
   W.dense = memory.standing.form(rows, same_space ? &memory.solver->W().dense : nullptr);
-  memory.solver.emplace(std::move(W), unknowns.laws);
+  ContactSolver solver(std::move(W), unknowns.laws);
+  if (same_space) solver.begin_as(*memory.solver);
+  memory.solver = std::move(solver);
   return true;
 }
 

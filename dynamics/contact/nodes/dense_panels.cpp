@@ -46,52 +46,6 @@ void add_panel(const Columns<P>& column, Index begin, Index end, const double (&
       for (int c = 0; c < P; ++c) y[k][i] += column[c][i] * factor[k][c];
 }
 
-// columns^T y over the rows [begin, end)
-template <int P>
-std::array<double, P> dot_panel(const Columns<P>& column, Index begin, Index end, const double* y) {
-  Lanes sums[P] = {};
-  Index i = begin;
-  for (; i + lanes <= end; i += lanes)
-    for (int c = 0; c < P; ++c) sums[c] += at(column[c] + i)->v * at(y + i)->v;
-  std::array<double, P> dot{};
-  for (int c = 0; c < P; ++c) {
-    for (int lane = 0; lane < lanes; ++lane) dot[c] += sums[c][lane];
-    for (Index row = i; row < end; ++row) dot[c] += column[c][row] * y[row];
-  }
-  return dot;
-}
-
-template <int P>
-Columns<P> columns_from(const Matrix& L, Index first) {
-  Columns<P> column;
-  for (int c = 0; c < P; ++c) column[c] = L.col(first + c).data();
-  return column;
-}
-
-template <int P>
-void lower_panel(const Matrix& L, Index first, Index n, double* y) {
-  const Columns<P> column = columns_from<P>(L, first);
-  double factor[1][P];
-  for (int c = 0; c < P; ++c) {
-    for (int b = 0; b < c; ++b) y[first + c] += column[b][first + c] * factor[0][b];
-    y[first + c] /= column[c][first + c];
-    factor[0][c] = -y[first + c];
-  }
-  add_panel<P, 1>(column, first + P, n, factor, {y});
-}
-
-template <int P>
-void transposed_panel(const Matrix& L, Index first, Index n, double* y) {
-  const Columns<P> column = columns_from<P>(L, first);
-  const std::array<double, P> dot = dot_panel<P>(column, first + P, n, y);
-  for (int c = P - 1; c >= 0; --c) {
-    double& of = y[first + c];
-    of -= dot[c];
-    for (int b = c + 1; b < P; ++b) of -= column[c][first + b] * y[first + b];
-    of /= column[c][first + c];
-  }
-}
-
 template <int P, int K>
 void add_some(const Matrix& S, const Index* columns, const Matrix& X, Index begin, Index end,
               Matrix& Y) {
@@ -141,18 +95,6 @@ Vector symmetric_product(const Matrix& S, const Vector& x) {
   answer.setZero(x.size(), 1);
   add_symmetric_product(S, given, answer, n_threads());
   return answer.col(0);
-}
-
-void solve_lower(const Matrix& L, Index n, double* y) {
-  Index j = 0;
-  for (; j + width <= n; j += width) lower_panel<width>(L, j, n, y);
-  for (; j < n; ++j) lower_panel<1>(L, j, n, y);
-}
-
-void solve_lower_transposed(const Matrix& L, Index n, double* y) {
-  Index j = n;
-  while (j % width != 0) transposed_panel<1>(L, --j, n, y);
-  for (; j > 0; j -= width) transposed_panel<width>(L, j - width, n, y);
 }
 
 }  // namespace cbr

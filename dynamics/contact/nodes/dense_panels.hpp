@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Products and triangular solves with one or two vectors, by panels of columns, bounded by memory
-// bandwidth. Not by BLAS, whose threads wait actively between small calls.
+// Products with one or two vectors, by panels of columns, bounded by memory bandwidth. Not by BLAS,
+// whose threads wait actively between small calls.
 #pragma once
 
 #include <vector>
@@ -16,9 +16,5 @@ void add_columns(const Matrix& S, const std::vector<Index>& columns, const Matri
 
 // S x, from the lower triangle of a symmetric S: half the memory traffic.
 Vector symmetric_product(const Matrix& S, const Vector& x);
-
-// y = L^-1 y and y = L^-T y with the leading n x n lower triangle of L.
-void solve_lower(const Matrix& L, Index n, double* y);
-void solve_lower_transposed(const Matrix& L, Index n, double* y);
 
 }  // namespace cbr

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "common/files/state_archive.hpp"
-#include "dynamics/contact/solve/newton/kept_factor.hpp"
 
 namespace cbr {
 
@@ -26,23 +25,20 @@ constexpr double nearly = 1e6;
 }  // namespace
 
 struct ContactNewton::Impl {
-  // While nothing slides: the state of one of the two factors below.
-  std::vector<PointState> held;
+  std::vector<PointState> held;  // while nothing slides: the set of `matrix`
   std::optional<SetMatrix> matrix;
-  // dense, regular; if not `adapted`, of a set near `held`
-  KeptFactor factor;
-  bool adapted = false;
   LinearSolver kind = LinearSolver::factor;
   std::vector<PointState> settled;  // at the end of the last solve
   std::vector<PointState> last;     // of the last step
-  std::vector<Index> rows;
-  Vector b, x;
 
   // Factors a set that a whole solve has not changed: it is likely to stay.
   LinearSolver choice(const ContactProblem& problem, const ContactSet& set,
                       LinearSolver wanted) const {
     if (problem.W.is_sparse) return wanted;
-    if (rows.size() <= cheap_factor) return LinearSolver::factor;
+    std::size_t rows = 0;
+    for (const PointState state : set.states)
+      if (state != PointState::open) rows += state == PointState::stick ? 3 : 1;
+    if (rows <= cheap_factor) return LinearSolver::factor;
     return set.states == settled && set.states.size() <= largest_kept_factor ? LinearSolver::factor
                                                                              : wanted;
   }
@@ -53,43 +49,20 @@ struct ContactNewton::Impl {
     const double reduction = set.states == last ? 1e-8 : 1e-3;
     last = set.states;
     if (set.slides_anywhere()) return SetMatrix(problem, set, linear).solve(g, p, reduction);
-    const bool same = held == set.states;
-    if (same && adapted) return solve_kept(g);
-    if (!problem.W.is_sparse) closed_rows(problem, set);
     const LinearSolver chosen = choice(problem, set, linear);
-    if (same && matrix && (kind == LinearSolver::factor || chosen != LinearSolver::factor))
-      return matrix->solve(g, p, reduction);
-    held = set.states;
-    if (!problem.W.is_sparse) {
-      adapted = (chosen == LinearSolver::factor || factor.is_near(rows)) &&
-                factor.adapt(problem.W.dense, rows);
-      if (adapted) {
-        matrix.reset();
-        return solve_kept(g);
-      }
+    const bool serves = matrix && held == set.states &&
+                        (kind == LinearSolver::factor || chosen != LinearSolver::factor);
+    if (!serves) {
+      held = set.states;
+      kind = chosen;
+      matrix.emplace(problem, set, kind);
     }
-    matrix.emplace(problem, set, chosen);
-    kind = chosen;
     return matrix->solve(g, p, reduction);
   }
 
-  void closed_rows(const ContactProblem& problem, const ContactSet& set) {
-    rows.clear();
-    for (Index i = 0; i < problem.n_points(); ++i) {
-      const Index first = problem.first[i], n = set.states[i] == PointState::open    ? 0
-                                                : set.states[i] == PointState::stick ? 3
-                                                                                     : 1;
-      for (Index d = 0; d < n; ++d)
-        if (problem.diagonal[first + d] > 0) rows.push_back(first + d);
-    }
-  }
-
-  Vector solve_kept(const Vector& g) {
-    Vector p = Vector::Zero(g.size());
-    b = -g(rows);
-    factor.solve(b, x);
-    p(rows) = x;
-    return p;
+  // Whether there is a factor of the last set.
+  bool stands(const ContactProblem& problem) const {
+    return matrix && matrix->has_factor() && !problem.W.is_sparse && last == held;
   }
 };
 
@@ -136,8 +109,8 @@ void line_search(const ContactProblem& problem, const Vector& target, const Vect
 }  // namespace
 
 bool ContactNewton::standing_impulses(const ContactProblem& problem, const Vector& g, Vector& p) {
-  if (!impl_->adapted || impl_->last != impl_->held) return false;
-  p = impl_->solve_kept(g);
+  if (!impl_->stands(problem)) return false;
+  p = impl_->matrix->solve(g, Vector(), 0);
   Vector inside = p;
   project(problem, inside);
   return inside == p;
@@ -146,8 +119,8 @@ bool ContactNewton::standing_impulses(const ContactProblem& problem, const Vecto
 NewtonResult ContactNewton::solve_standing(const ContactProblem& problem, const Vector& g,
                                            double tolerance) {
   NewtonResult result;
-  if (!impl_->adapted || impl_->last != impl_->held) return result;
-  result.p = impl_->solve_kept(g);
+  if (!impl_->stands(problem)) return result;
+  result.p = impl_->matrix->solve(g, Vector(), 0);
   result.gap = g + respond(problem, result.p);
   result.iterations = 1;
   result.outside = result.p;
@@ -158,11 +131,11 @@ NewtonResult ContactNewton::solve_standing(const ContactProblem& problem, const 
   return result;
 }
 
-// A SetMatrix is a function of W and the set, the factor depends on earlier updates.
+// A SetMatrix is a function of W and the set.
 void ContactNewton::keep_state(StateArchive& archive, const ContactProblem& problem) {
   Impl& of = *impl_;
   bool has_matrix = of.matrix.has_value();
-  archive(of.held, of.factor, of.adapted, of.kind, of.settled, of.last, of.rows, has_matrix);
+  archive(of.held, of.kind, of.settled, of.last, has_matrix);
   if (!archive.restores()) return;
   of.matrix.reset();
   if (has_matrix)

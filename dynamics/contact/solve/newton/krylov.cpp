@@ -3,7 +3,6 @@
 
 #include <Eigen/Jacobi>
 
-#include <algorithm>
 #include <cmath>
 #include <vector>
 

@@ -209,11 +209,19 @@ SetMatrix::SetMatrix(const ContactProblem& problem, const ContactSet& set, Linea
   impl_->gather();
   if (solver == LinearSolver::krylov) return;
   impl_->shifted = !impl_->factor(0);
-  if (impl_->shifted) impl_->factor(shift);
+  if (impl_->shifted) {
+    impl_->factor(shift);
+  } else {
+    impl_->dense.resize(0, 0);  // refinement alone needs it
+  }
 }
 SetMatrix::~SetMatrix() = default;
 SetMatrix::SetMatrix(SetMatrix&&) noexcept = default;
 SetMatrix& SetMatrix::operator=(SetMatrix&&) noexcept = default;
+
+bool SetMatrix::has_factor() const {
+  return impl_->solver == LinearSolver::factor && !impl_->shifted;
+}
 
 Vector SetMatrix::solve(const Vector& g, const Vector& start, double reduction) const {
   const Impl& of = *impl_;

@@ -19,6 +19,8 @@ class SetMatrix {
   ~SetMatrix();
   SetMatrix(SetMatrix&&) noexcept;
   SetMatrix& operator=(SetMatrix&&) noexcept;
+  // Factored without a shift.
+  bool has_factor() const;
   // p (m) with R^T (g + W C x) + alpha x = 0. krylov: starts at `start` (m) and reduces its
   // residual by the factor `reduction`.
   Vector solve(const Vector& g, const Vector& start, double reduction) const;
