@@ -56,7 +56,7 @@ void Newmark::arrive(bool loaded, const Kick& kick, const Vector& u, const Vecto
                      Vector& p_end, BodyWork& work) {
   const double alpha = numbers_.alpha, gamma = numbers_.gamma();
   arrived_ = true;
-  const double energy = of_.damping && alpha != 0 ? of_.energy(u, p) : 0;
+  const double energy = of_.damping && alpha != 0 ? of_.energy(u, p, false) : 0;
   of_.stiffness_of_move(move_, u_end, Ku_);
   e_ -= (1 + alpha) * Ku_;
   if (of_.damping) {
@@ -110,7 +110,8 @@ void Newmark::book_damped(bool loaded, const NewmarkStep& step, double energy, B
   work.external += external;
   work.damping += damping;
   if (numbers_.alpha != 0)
-    work.numerical += of_.energy(step.u_end, step.p_end) - energy - contact - external - damping;
+    work.numerical +=
+        of_.energy(step.u_end, step.p_end, true) - energy - contact - external - damping;
 }
 
 // The end of a step gives the next one its accelerations and loads; HHT-alpha looks back one step

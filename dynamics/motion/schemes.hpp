@@ -74,7 +74,8 @@ struct NewmarkOperators {
   std::function<void(const Vector& move, Vector& C_move)> damping_of_move;
   std::function<void(double h, Vector& f)> solve;  // h A^-1 f, A = M + theta (K + 2 C / h)
   std::function<void(Vector& f)> solve_mass;       // M^-1 f
-  std::function<double(const Vector& u, const Vector& p)> energy;
+  // at_end: of u_end, after stiffness_of_move()
+  std::function<double(const Vector& u, const Vector& p, bool at_end)> energy;
   // Corrects the ends of coordinates whose rates the forces' difference would spoil; null: none.
   std::function<void(const NewmarkStep& step)> correct;
 };

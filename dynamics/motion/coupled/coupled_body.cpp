@@ -128,10 +128,10 @@ NewmarkOperators CoupledBody::operators() {
     system_->drop_held(room_);
     damping_force(room_, move, Cd);
   };
-  of.energy = [this](const Vector& u, const Vector& p) {
+  of.energy = [this](const Vector& u, const Vector& p, bool at_end) {
     room_ = p;
     system_->factor(0).solve(room_);
-    return 0.5 * (p.dot(room_) + u.dot(&u == &u_ ? stiffness_force() : Ku_end_));
+    return 0.5 * (p.dot(room_) + u.dot(at_end ? Ku_end_ : stiffness_force()));
   };
   return of;
 }

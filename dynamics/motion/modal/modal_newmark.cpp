@@ -32,7 +32,7 @@ NewmarkOperators ModalNewmark::operators() {
     f.array() *= weight_.array();
   };
   of.solve_mass = [](Vector&) {};
-  of.energy = [this](const Vector& eta, const Vector& v) {
+  of.energy = [this](const Vector& eta, const Vector& v, bool) {
     return modal_energy(form_->omega, {eta, v});
   };
   of.correct = [this](const NewmarkStep& step) {
