@@ -132,9 +132,7 @@ std::string reduction_text(const ReductionOptions& reduction, const InterfaceNee
     const std::string& name = key.scene.key;
     if (name == "characteristic.modes" && reduction.is_characteristic())
       text += characteristic_text(reduction.characteristic, needs);
-    if (key.hash.empty() || !key.goes_with(reduction.basis)) continue;
-    // Files of before it have no line of it
-    if (name == "condense_rotations" && !reduction.condenses_rotations) continue;
+    if (key.hash.empty() || !key.has_line(reduction.basis)) continue;
     if (const auto* some = std::get_if<NamesOrTrue>(&key.scene.value)) {
       text += key.hash + (some->member ? " true\n" : " false\n");
       for (const auto& set : as_set(some->names)) text += key.hash + " of " + counted(set) + "\n";

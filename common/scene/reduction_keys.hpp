@@ -27,7 +27,12 @@ struct ReductionKey {
   // A word that is refused, and the cure.
   std::string retired = {}, successor = {};
 
+  // Files that are older than the key have no line of it, and are up to date where it is not
+  // written.
+  bool is_younger = false;
+
   bool goes_with(Basis basis) const { return !only_with || *only_with == basis; }
+  bool has_line(Basis basis) const { return goes_with(basis) && (!is_younger || scene.is_written); }
 };
 
 // The table, bound to these options.

@@ -85,6 +85,7 @@ struct ReductionOptions {
   // share of the interior's strain energy that modes may leave out (docs/theory.md)
   std::optional<double> tolerance;
   Pick pick = Pick::frequency;
+  bool exact_modes = false;
   MasslessModes massless_modes = MasslessModes::free;
   Index domains = 1;  // parts that are reduced each by itself and share nodes (METIS)
   // Of the domains, put together: reduced again to the component's interface, and so to one

@@ -135,8 +135,7 @@ Provenance option_provenance(const Component& component, MassKind mass) {
   Provenance p;
   p["mass"] = word_of(mass_words, std::optional(mass));
   for (const ReductionKey& key : reduction_keys(reduction)) {
-    if (key.provenance.empty() || !key.goes_with(reduction.basis)) continue;
-    if (key.scene.key == "condense_rotations" && !reduction.condenses_rotations) continue;
+    if (key.provenance.empty() || !key.has_line(reduction.basis)) continue;
     const std::vector<std::string> words = words_of(key.scene.value);
     if (!words.empty() || key.scene.key == "interface") p[key.provenance] = join(words);
   }

@@ -11,9 +11,10 @@ namespace cbr {
 namespace {
 
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
-// Beyond these a warning is due: four digits are left of sixteen; a mode in another; forces on a
-// body that only moves.
-constexpr double poor_condition = 1e12, poor_pivot = 1e-11, poor_modes = 1e-6, poor_rigid = 1e-8;
+// Beyond these a warning is due: four digits are left of sixteen; a mode in another; ten times the
+// residual of modes that a basis uses; forces on a body that only moves.
+constexpr double poor_condition = 1e12, poor_pivot = 1e-11, poor_modes = 1e-6, poor_residual = 1e-2,
+                 poor_rigid = 1e-8;
 // Of the stiffness against a motion beside that of its own diagonal: below it is a mechanism, or as
 // good as one.
 constexpr double no_stiffness = 1e-12;
@@ -84,7 +85,7 @@ void warn_of_conditioning(const Conditioning& c, Report& report) {
                     c.mass.scaled, digits_lost(c.mass.scaled)) +
         "keep fewer modes, or widen the interface: its nodes may hold the rest as a needle's point "
         "does, or be much lighter");
-  if (c.modes.residual > poor_modes)
+  if (c.modes.residual > poor_residual)
     report.warning(
         format_text("the fixed-interface modes are inaccurate (residual %.0e): look for the cause "
                     "in the stiffness of the "

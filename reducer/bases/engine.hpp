@@ -18,7 +18,7 @@ class Engine {
   // Number of fixed-interface modes below a frequency (Hz).
   virtual Index count_below(Reduction& r, double hz) = 0;
   // As fixed_interface_modes().
-  virtual FixedInterfaceModes lowest_modes(Reduction& r, Index k, Index picked) = 0;
+  virtual FixedInterfaceModes lowest_modes(Reduction& r, Index k) = 0;
   // r.p.rigid but for G, and the matrices of the interface, which the first process gets. Phi:
   // fixed-interface modes   (n_rows x k)
   virtual Condensation condense(Reduction& r, const Matrix& Phi) = 0;
@@ -36,7 +36,7 @@ class LocalEngine final : public Engine {
   void assemble(Reduction& r, Superelement& s) override;
   void factorise(Reduction& r) override;
   Index count_below(Reduction& r, double hz) override;
-  FixedInterfaceModes lowest_modes(Reduction& r, Index k, Index picked) override;
+  FixedInterfaceModes lowest_modes(Reduction& r, Index k) override;
   Condensation condense(Reduction& r, const Matrix& Phi) override;
 
  private:

@@ -17,9 +17,7 @@ namespace cbr {
 namespace {
 
 constexpr double singular_pivot = 1e-14;
-// Residual of modes that only the basis uses. Their coupling to the interface is solved for, and
-// the error of eigenvalues is its square.
-constexpr double mode_residual = 1e-9;
+constexpr double to_round_off = 1e-13;
 
 // Of the full K, as it was assembled.
 void check_rigid_motions(Reduction& r, const Vector3& center) {
@@ -198,12 +196,14 @@ Index LocalEngine::count_below(Reduction& r, double hz) {
   return count_modes_below(r.p, *r.factor, hz, r.report);
 }
 
-FixedInterfaceModes LocalEngine::lowest_modes(Reduction& r, Index k, Index picked) {
+FixedInterfaceModes LocalEngine::lowest_modes(Reduction& r, Index k) {
   const Index n_I = r.p.n_interior();
-  FixedInterfaceModes modes =
-      has_parts(r) && k <= n_I
-          ? fixed_interface_modes_by_part(parts(r), n_I, k, r.report)
-          : fixed_interface_modes(r.p, *r.factor, k, r.report, picked, mode_residual);
+  // Residual vectors of loads are K-orthogonal to eigenvectors alone
+  const bool is_exact = r.options.exact_modes || !r.options.loads.empty();
+  FixedInterfaceModes modes = has_parts(r) && k <= n_I
+                                  ? fixed_interface_modes_by_part(parts(r), n_I, k, r.report)
+                                  : fixed_interface_modes(r.p, *r.factor, k, r.report,
+                                                          is_exact ? to_round_off : basis_residual);
   r.report.end_progress();
   return_room();
   return modes;

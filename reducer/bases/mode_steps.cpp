@@ -24,26 +24,21 @@ void check_found(Reduction& r, const FixedInterfaceModes& modes) {
   r.figures.mode_method = modes.method;
   r.figures.modes_proven = modes.proven;
   r.figures.condition.counts = modes.counts;
-  const auto check = [&](const Vector& lambda, const Matrix& Phi) {
-    r.figures.condition.modes = check_modes(*r.inside, lambda, Phi);
-    require_independent(*r.inside, Phi, r.figures.condition.modes);
-  };
-  if (modes.picked.empty()) return check(modes.lambda, modes.Phi);
-  check(modes.lambda(modes.picked), modes.Phi(Eigen::all, modes.picked));
+  r.figures.condition.modes = check_modes(*r.inside, modes.lambda, modes.Phi);
+  require_independent(*r.inside, modes.Phi, r.figures.condition.modes);
 }
 
 FixedInterfaceModes modes_to_compute(Reduction& r) {
   const Index wanted = n_modes_wanted(r), n_I = r.p.n_interior();
   if (r.options.pick == Pick::participation && !r.options.modes)
     throw InputError("pick: participation needs `modes`: a cutoff keeps every mode below it");
-  const Index candidates = n_mode_candidates(r.options.pick, wanted, n_I),
-              picked = candidates > wanted ? wanted : 0;
+  const Index candidates = n_mode_candidates(r.options.pick, wanted, n_I);
   const auto phase = r.report.phase("fixed-interface modes");
   r.report.progress("fixed-interface modes", 0);
-  FixedInterfaceModes modes = r.engine->lowest_modes(r, candidates, picked);
+  FixedInterfaceModes modes = r.engine->lowest_modes(r, candidates);
   if (r.options.cutoff_hz && wanted > 0) {
     const double cutoff = 2 * std::numbers::pi * *r.options.cutoff_hz;
-    if (modes.lambda(wanted - 1) > cutoff * cutoff * (1 + 1e-9)) {
+    if (modes.lambda(wanted - 1) > cutoff * cutoff * (1 + basis_residual)) {
       throw RunError(
           "the eigensolver found fewer modes below the cutoff than the inertia count says: choose "
           "another cutoff");
@@ -110,10 +105,8 @@ void keep_modes(Reduction& r, FixedInterfaceModes& modes, Condensation& condense
   if (modes.lambda.size() > 0)
     r.not_kept.beyond = std::max(modes.next, modes.lambda(modes.lambda.size() - 1));
   if (r.options.pick != Pick::participation || modes.lambda.size() <= *r.options.modes) return;
-  std::vector<Index> kept = modes.picked;
-  if (kept.empty())
-    kept = r.inside->list_from_first(
-        [&] { return modes_by_participation(condensed.M_kc, *r.options.modes); });
+  const std::vector<Index> kept = r.inside->list_from_first(
+      [&] { return modes_by_participation(condensed.M_kc, *r.options.modes); });
   std::vector<Index> others;
   for (Index j = 0; j < modes.lambda.size(); ++j)
     if (!std::binary_search(kept.begin(), kept.end(), j)) others.push_back(j);

@@ -189,7 +189,7 @@ class DistributedEngine final : public Engine {
     return count_below(omega * omega);
   }
 
-  FixedInterfaceModes lowest_modes(Reduction& r, Index k, Index) override {
+  FixedInterfaceModes lowest_modes(Reduction& r, Index k) override {
     const Index n = r.p.n_interior();
     require_dofs_for_modes(k, n);
     FixedInterfaceModes modes;

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <memory>
 #include <numbers>
 #include <numeric>
 #include <utility>
@@ -19,11 +18,10 @@
 namespace cbr {
 namespace {
 
-// Two eigenvalues closer than this are one multiple eigenvalue to the inertia count.
-constexpr double relative_gap = 1e-7;
-// And so far apart they must be where eigenvectors are right in outline only (1e-4): eigenvalues to
-// its square over their distance.
-constexpr double gap_in_outline = 1e-5;
+// Two eigenvalues closer than this are one multiple eigenvalue to the inertia count; those of a
+// basis are right to 1e-6.
+constexpr double relative_gap = 1e-5;
+constexpr double to_round_off = 1e-13;
 // Candidates for pick: participation (docs/decisions/reduction.md).
 constexpr Index least_candidates = 200, candidates_per_mode = 4;
 // Minutes of dense work and 5 GB, as a last resort.
@@ -63,17 +61,17 @@ Index inertia_below(const Partition& p, const SparseCholesky& factor, double sig
 
 // The highest gap in lambda that a shift fits into: index j with lambda(j) well above lambda(j -
 // 1); 0 when there is none.
-Index last_gap(const Vector& lambda, double relative) {
+Index last_gap(const Vector& lambda) {
   Index j = lambda.size() - 1;
-  while (j > 0 && lambda(j) - lambda(j - 1) < relative * lambda(j)) --j;
+  while (j > 0 && lambda(j) - lambda(j - 1) < relative_gap * lambda(j)) --j;
   return j;
 }
 
 // Modes that the eigensolver missed below its last one; 0 when none is. `counts`: a text of the
 // counts.
-Index n_missed(const Partition& p, const SparseCholesky& factor, const Vector& lambda, double gap,
+Index n_missed(const Partition& p, const SparseCholesky& factor, const Vector& lambda,
                std::string& counts, Report& report) {
-  const Index j = last_gap(lambda, gap);
+  const Index j = last_gap(lambda);
   const double sigma = j > 0 ? 0.5 * (lambda(j) + lambda(j - 1)) : 0.5 * lambda(0);
   const Index below = inertia_below(p, factor, sigma, report);
   char text[96];
@@ -90,42 +88,16 @@ FixedInterfaceModes dense_modes(const Partition& p, Index k) {
   return {std::move(pairs.lambda), std::move(pairs.Phi), pairs.method, true};
 }
 
-// M_kc of eigenvectors, by M_IC^T Phi and K_IC^T Phi above each other (2 c x k).
-Matrix coupling_seen(const Vector& lambda, const Matrix& seen) {
-  const Index c = seen.rows() / 2;
-  return (seen.topRows(c) - seen.bottomRows(c) * lambda.cwiseInverse().asDiagonal()).transpose();
-}
-
-// Of the k lowest, which are all found in outline, those with the largest participation to
-// round-off.
-PairsWanted of_participation(const Partition& p, Index k, Index count) {
-  PairsWanted wanted;
-  if (count == 0) return wanted;
-  const auto M_CI = std::make_shared<SparseMatrix>(p.M_IC.transpose()),
-             K_CI = std::make_shared<SparseMatrix>(p.K_IC.transpose());
-  wanted.seen = [M_CI, K_CI](const Eigen::Ref<const Matrix>& V) {
-    Matrix seen(2 * M_CI->rows(), V.cols());
-    seen << *M_CI * V, *K_CI * V;
-    return seen;
-  };
-  wanted.choose = [k, count](const Vector& lambda, const Matrix& seen) {
-    return modes_by_participation(coupling_seen(lambda.head(k), seen.leftCols(k)), count);
-  };
-  return wanted;
-}
-
-// `k` and one more. `picked`: see fixed_interface_modes.
+// `k` and one more.
 FixedInterfaceModes sparse_modes(const Partition& p, const SparseCholesky& factor, Index k,
-                                 Index picked, double enough, Report& report) {
+                                 double residual, Report& report) {
   const Index n = p.n_interior();
   Index ncv = 0;
   std::string counts;
-  PairsWanted wanted = of_participation(p, k - 1, picked);
-  wanted.enough = enough;
-  for (int attempt = wanted.choose ? 0 : 1; attempt < 3; ++attempt) {
-    Eigenpairs pairs = sparse_eigenpairs(
-        p.K_II, p.M_II, factor, 0, k, 1e-13, ncv,
-        [&](double share) { report.progress("fixed-interface modes", share); }, wanted);
+  for (int attempt = residual > to_round_off ? 0 : 1; attempt < 3; ++attempt) {
+    Eigenpairs pairs =
+        sparse_eigenpairs(p.K_II, p.M_II, factor, 0, k, attempt == 0 ? residual : to_round_off, ncv,
+                          [&](double share) { report.progress("fixed-interface modes", share); });
     if (!pairs.converged && n <= largest_dense) return dense_modes(p, k);
     if (!pairs.converged) {
       throw RunError("fixed-interface modes: " + std::to_string(pairs.n_converged) + " of " +
@@ -135,18 +107,15 @@ FixedInterfaceModes sparse_modes(const Partition& p, const SparseCholesky& facto
     report.end_progress();
     report.detail(pairs.method + ": " + steps_text(pairs));
     FixedInterfaceModes modes{std::move(pairs.lambda), std::move(pairs.Phi), pairs.method, true};
-    modes.picked = std::move(pairs.chosen);
     if (pairs.method != "lapack") modes.proven = count_fits(p, factor);
-    const double gap = modes.picked.empty() ? relative_gap : gap_in_outline;
     const bool is_all = pairs.method == "lapack" || !modes.proven ||
-                        n_missed(p, factor, modes.lambda, gap, counts, report) == 0;
+                        n_missed(p, factor, modes.lambda, counts, report) == 0;
     modes.counts = counts;
     if (is_all) return modes;
     // First all to round-off; then a larger Krylov space, which gives the lost copy of a multiple
     // eigenvalue the round-off to grow from.
-    if (!modes.picked.empty()) {
-      wanted = {};
-      report.detail("the inertia count found a missed mode: again, all of them to round-off");
+    if (attempt == 0) {
+      report.detail("the inertia count found a missed mode: again, to round-off");
       continue;
     }
     ncv = std::min(n, 3 * k + 40);
@@ -206,7 +175,7 @@ void require_dofs_for_modes(Index k, Index n) {
 }
 
 FixedInterfaceModes fixed_interface_modes(const Partition& partition, const SparseCholesky& factor,
-                                          Index k, Report& report, Index picked, double enough) {
+                                          Index k, Report& report, double residual) {
   const Index n = partition.n_interior();
   require_dofs_for_modes(k, n);
   FixedInterfaceModes none{Vector(0), Matrix(n, 0), "none", true};
@@ -215,8 +184,7 @@ FixedInterfaceModes fixed_interface_modes(const Partition& partition, const Spar
   FixedInterfaceModes modes =
       dense_is_faster(n, k, factor.n_nonzeros() + product_cost(partition.M_II))
           ? dense_modes(partition, asked)
-          : sparse_modes(partition, factor, asked, asked > k && picked < k ? picked : 0, enough,
-                         report);
+          : sparse_modes(partition, factor, asked, residual, report);
   if (asked == k) return modes;
   modes.next = modes.lambda(k);
   modes.lambda.conservativeResize(k);
@@ -237,14 +205,14 @@ FixedInterfaceModes more_modes(const Partition& partition, const SparseCholesky&
                     share);
   };
   FixedInterfaceModes all;
-  Eigenpairs found = sparse_eigenpairs_onwards(partition.K_II, partition.M_II, factor,
-                                               {known.lambda, known.Phi}, k, 1e-13, progress);
+  Eigenpairs found = sparse_eigenpairs_onwards(
+      partition.K_II, partition.M_II, factor, {known.lambda, known.Phi}, k, to_round_off, progress);
   if (found.converged) {
     all.lambda = std::move(found.lambda);
     all.Phi = std::move(found.Phi);
   } else {
-    found =
-        sparse_eigenpairs_beyond(partition.M_II, factor, known.Phi, k - have, 1e-13, {}, progress);
+    found = sparse_eigenpairs_beyond(partition.M_II, factor, known.Phi, k - have, to_round_off,
+                                     progress);
     if (found.converged) all = merged(std::move(known), found);
   }
   report.end_progress();
@@ -253,9 +221,7 @@ FixedInterfaceModes more_modes(const Partition& partition, const SparseCholesky&
     report.detail(found.method + ": " + std::to_string(k - have) + " modes more, " +
                   steps_text(found));
     all.proven = count_fits(partition, factor);
-    if (!all.proven ||
-        n_missed(partition, factor, all.lambda, relative_gap, all.counts, report) == 0)
-      return all;
+    if (!all.proven || n_missed(partition, factor, all.lambda, all.counts, report) == 0) return all;
   }
   return fixed_interface_modes(partition, factor, k, report);
 }

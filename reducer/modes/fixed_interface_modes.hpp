@@ -25,8 +25,6 @@ struct FixedInterfaceModes {
   // lambda of the next mode, which is not kept; 0: there is none, or none was computed
   double next = 0;
   std::string counts = {};  // of the inertia: "79 below 1.2e+06 Hz, 79 found"; empty: none was made
-  // those of the largest participation, if the others were computed in outline only
-  std::vector<Index> picked = {};
 };
 
 // True if the dense solver is the faster one for k of n_I modes. Measured:
@@ -36,13 +34,14 @@ bool dense_is_faster(Index n, Index k, double factor_nonzeros);
 // InputError: fewer than k of n_I dofs.
 void require_dofs_for_modes(Index k, Index n_interior);
 
+// Relative residual of modes that a basis alone uses (docs/decisions/reduction.md). Eigenvalues are
+// right to its square, and M_kc comes from solves.
+constexpr double basis_residual = 1e-3;
+
 // The k lowest. InputError when there are fewer than k; RunError when the eigensolver does not
-// converge. `picked` > 0: so many of them are to be kept, by participation. The others may come
-// with residuals of 1e-4. `enough`: the residual that will do for the vectors, where it is above
-// 1e-13; of eigenvalues and of Phi^T K Phi its square counts.
+// converge. residual: relative, enough for the vectors; Phi^T K Phi is diagonal whatever it is.
 FixedInterfaceModes fixed_interface_modes(const Partition& partition, const SparseCholesky& factor,
-                                          Index k, Report& report, Index picked = 0,
-                                          double enough = 0);
+                                          Index k, Report& report, double residual = 1e-13);
 
 // The k lowest (all, where there are fewer) when some lowest ones are known already: these are not
 // solved for again. Where the dense solver is the faster one, all n_I come.

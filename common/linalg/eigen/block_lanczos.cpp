@@ -28,6 +28,9 @@ Matrix starting_block(Index n, Index columns) {
 
 namespace {
 
+// Up to this tolerance Ritz vectors are eigenvectors to about round-off.
+constexpr double to_round_off = 1e-9;
+
 class BlockLanczos {
  public:
   BlockLanczos(const SparseMatrix& M, const std::function<void(Eigen::Ref<Matrix>)>& solve, Index k,
@@ -63,12 +66,14 @@ class BlockLanczos {
       look = m_;
     }
     pairs.converged = true;
-    // OP x = theta x, theta = 1 / (lambda - sigma): the largest theta is the lowest lambda
     if (options_.inside) put_in_order();
-    pairs.lambda = lambda();
-    pairs.chosen = std::move(chosen_);
+    // OP x = theta x, theta = 1 / (lambda - sigma): the largest theta is the lowest lambda
+    pairs.lambda = theta_.head(goal_).cwiseInverse();
+    Matrix S = S_.leftCols(goal_);
+    if (options_.tolerance > to_round_off) iterate_once(pairs.lambda, S);
+    pairs.lambda.array() += sigma_;
     const SingleThreadedBlas blas;
-    pairs.Phi = V_.combined(S_.leftCols(goal_));
+    pairs.Phi = V_.combined(S);
     return pairs;
   }
 
@@ -106,12 +111,10 @@ class BlockLanczos {
   // vectors in outline.
   Index first_look() const {
     if (options_.inside) return std::min(m_, whole_blocks(5 * k_ / 2 + 4 * b_));
-    if (options_.wanted.exact > 0) return std::min(m_, whole_blocks(2 * k_ + 5 * b_));
-    if (options_.wanted.choose) return std::min(m_, whole_blocks(5 * k_ / 2 + 5 * b_));
-    if (k_ < 64) return std::min(m_, whole_blocks(5 * k_ / 2 + 12 * b_));
-    // Each digit takes some 13 vectors
-    const double digits_less = std::clamp(std::log10(options_.tolerance / 1e-13), 0.0, 9.0);
-    return std::min(m_, whole_blocks(5 * k_ / 2 + 24 * b_ - static_cast<Index>(13 * digits_less)));
+    const auto last_digits = static_cast<double>((k_ < 64 ? 12 : 24) * b_);
+    const double digits = std::clamp(-std::log10(options_.tolerance), 0.0, 13.0);
+    return std::min(m_,
+                    whole_blocks(5 * k_ / 2 + static_cast<Index>(last_digits * (0.08 * digits))));
   }
 
   // Ritz pairs converge at about the rate at which they did so far; looks cost an eigenvalue
@@ -284,12 +287,21 @@ class BlockLanczos {
     S_ = pairs.Phi(Eigen::all, order);
   }
 
-  double tolerance_of(Index pair) const {
-    const bool exact = options_.wanted.exact == 0 || pair < options_.wanted.exact;
-    return exact ? options_.tolerance : std::max(options_.tolerance, options_.wanted.others);
+  // The space of OP X, X the Ritz vectors, holds less of the higher eigenvectors. By OP X = X
+  // diag(theta) + V_next E it has x = X + V_next E diag(theta)^-1, where x^T (K - sigma M) x is
+  // diag(theta)^-1. lambda, S: of X, then of the Ritz vectors of K in that space, the rows of
+  // V_next behind.
+  void iterate_once(Vector& lambda, Matrix& S) const {
+    const Matrix E = last_ * S.bottomRows(b_) * lambda.asDiagonal();
+    Matrix mass = E.transpose() * E;
+    mass.diagonal().array() += 1;
+    const Eigenpairs pairs = dense_eigenpairs(Matrix(lambda.asDiagonal()), mass, goal_);
+    assert(pairs.converged);
+    lambda = pairs.lambda;
+    Matrix both(size_ + b_, goal_);
+    both << S * pairs.Phi, E * pairs.Phi;
+    S = std::move(both);
   }
-
-  Vector lambda() const { return sigma_ + theta_.head(goal_).cwiseInverse().array(); }
 
   // The last block gives the residual of a Ritz pair: R times the last rows of its vector.
   Index n_converged() {
@@ -298,31 +310,14 @@ class BlockLanczos {
     const double lost = options_.inside ? 16 : 1;
     const double round_off = lost * std::numeric_limits<double>::epsilon() *
                              std::max(options_.largest, std::abs(theta_(0)));
-    const auto is_within = [&](Index pair, double tolerance) {
-      return residual(pair) <= std::max(tolerance * std::abs(theta_(pair)), round_off);
+    const auto is_within = [&](Index pair) {
+      return residual(pair) <= std::max(options_.tolerance * std::abs(theta_(pair)), round_off);
     };
     worst_before_ = std::exchange(
         worst_, (residual.head(goal_).array() / theta_.head(goal_).array().abs()).maxCoeff());
-    const bool chooses = static_cast<bool>(options_.wanted.choose);
     Index count = 0;
-    while (count < goal_ &&
-           is_within(count, chooses ? options_.wanted.others : tolerance_of(count)))
-      ++count;
-    if (!chooses || count < goal_) return count;
-    see();
-    chosen_ = options_.wanted.choose(lambda(), seen_.leftCols(size_) * S_.leftCols(k_));
-    for (const Index pair : chosen_)
-      if (!is_within(pair, options_.tolerance)) --count;
+    while (count < goal_ && is_within(count)) ++count;
     return count;
-  }
-
-  // Applies `seen` to the vectors that are new since the last call.
-  void see() {
-    for (; n_seen_ < size_; n_seen_ += b_) {
-      const Matrix seen = options_.wanted.seen(V_.block(n_seen_));
-      if (seen_.size() == 0) seen_.resize(seen.rows(), m_);
-      seen_.middleCols(n_seen_, b_) = seen;
-    }
   }
 
   // A third of the space above k goes on, as the pairs next in line help the last ones to converge.
@@ -337,7 +332,6 @@ class BlockLanczos {
     H_.setZero();
     H_.diagonal().head(kept) = theta_.head(kept);
     size_ = kept;
-    n_seen_ = 0;
     is_restarted_ = true;
   }
 
@@ -345,7 +339,7 @@ class BlockLanczos {
   const std::function<void(Eigen::Ref<Matrix>)>& solve_;
   const BlockLanczosOptions& options_;
   Index goal_ = 0;  // pairs that must converge: k, or more of those inside the spectrum
-  Index n_ = 0, k_ = 0, b_ = 0, m_ = 0, size_ = 0, n_seen_ = 0;
+  Index n_ = 0, k_ = 0, b_ = 0, m_ = 0, size_ = 0;
   Index n_converged_ = 0;
   double share_ = 0, next_share_ = 0.8;  // of the work: at the last look, and at the next one
   double sigma_ = 0;
@@ -353,9 +347,8 @@ class BlockLanczos {
   double worst_ = HUGE_VAL, worst_before_ = HUGE_VAL;
   Index size_before_ = 0;
   TallBasis V_;
-  Matrix P_, H_, S_, last_, seen_, inverse_;
+  Matrix P_, H_, S_, last_, inverse_;
   Vector theta_;
-  std::vector<Index> chosen_;
   bool is_restarted_ = false;
 };
 

@@ -23,7 +23,6 @@ struct BlockLanczosOptions {
   // Pairs far below the largest theta (slender parts: 1e5 times) only reach its round-off, which
   // all pairs contain.
   double tolerance = 1e-13;
-  PairsWanted wanted;
   Index max_restarts = 200;
   // Sigma lies inside the spectrum: the nearest on both sides are found, as many as make k, and at
   // least so many below and above.

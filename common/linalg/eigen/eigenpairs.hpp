@@ -22,22 +22,6 @@ struct Eigenpairs {
   Index n_converged = 0;
   Index iterations = 0;  // restarts, or slices
   std::string method{};  // "arpack", "lapack", ... for the summary
-  // of PairsWanted::choose; empty where all pairs are to the tolerance
-  std::vector<Index> chosen{};
-};
-
-// Of k pairs those that a solver need not find to its tolerance: an eigenvalue is right to the
-// square of its pair's residual.
-struct PairsWanted {
-  Index exact = 0;       // the first so many to the tolerance, others to this residual; 0: all
-  double others = 1e-4;  // relative
-  // A larger tolerance that will do where block_lanczos finds them from one shift.
-  double enough = 0;
-  // Or pairs chosen by a linear map `seen` of their vectors (n x b -> q x b), once all are right to
-  // `others`. choose: the k eigenvalues and the mapped vectors (q x k) -> numbers of pairs. Both or
-  // none.
-  std::function<Matrix(const Eigen::Ref<const Matrix>&)> seen{};
-  std::function<std::vector<Index>(const Vector& lambda, const Matrix& seen)> choose{};
 };
 
 // The k eigenvalues nearest to sigma, all of them above it. Shift-invert Lanczos about sigma with
@@ -48,18 +32,20 @@ struct PairsWanted {
 // Copies of an eigenvalue may be missing where its multiplicity is beyond the Krylov space (many
 // identical parts): negative_inertia() excludes that. The dense solver serves where neither can (k
 // > n / 2, tiny n). `ncv`: size of ARPACK's Krylov space and choice of ARPACK for any k; 0:
-// automatic. `wanted` is for block_lanczos from one shift; others find all pairs to the tolerance.
+// automatic. `tolerance`: relative residual that is enough for the vectors where block_lanczos
+// finds them from one shift. Phi^T K Phi is diagonal then too, and eigenvalues are right to its
+// square.
 Eigenpairs sparse_eigenpairs(const SparseMatrix& K, const SparseMatrix& M,
                              const SparseCholesky& factor, double sigma, Index k,
-                             double tolerance = 1e-13, Index ncv = 0, const Progress& progress = {},
-                             const PairsWanted& wanted = {});
+                             double tolerance = 1e-13, Index ncv = 0,
+                             const Progress& progress = {});
 
 // The k lowest pairs M-orthogonal to the eigenvectors Phi (n x m, Phi^T M Phi = I). block_lanczos
 // about 0 with `factor` = Cholesky of K, so that no pair is computed twice. converged: false where
 // block_lanczos fails.
 Eigenpairs sparse_eigenpairs_beyond(const SparseMatrix& M, const SparseCholesky& factor,
                                     const Matrix& Phi, Index k, double tolerance = 1e-13,
-                                    const PairsWanted& wanted = {}, const Progress& progress = {});
+                                    const Progress& progress = {});
 
 // The k lowest, of which `known` are the lowest, in slices of the spectrum about shifts of their
 // own. converged is false where that does not pay, does not fit the machine, or gives up.

@@ -25,6 +25,8 @@ namespace {
 
 constexpr Index max_restarts = 1000;
 constexpr double orthonormality = 1e-13;
+// Of slices, whose vectors are orthogonal to their residuals, and of few pairs, which cost little.
+constexpr double least_tolerance = 1e-13;
 // From here on blocks win (docs/decisions/eigen-crossover.md).
 constexpr Index least_for_blocks = 10;
 
@@ -182,17 +184,13 @@ Eigenpairs finished(const SparseMatrix& M, Eigenpairs&& pairs) {
 constexpr std::ptrdiff_t at_a_time = 32;
 
 // Where the spectrum is wide, 1 / theta has more of the largest theta's round-off than Rayleigh's
-// quotient has of K's. Not of vectors that are right in outline only, whose quotient is far above.
+// quotient has of K's.
 void sharpen(const SparseMatrix& K, const SparseMatrix& M, Eigenpairs& pairs) {
   const double scale = (K.diagonal().array() / M.diagonal().array()).maxCoeff(),
                lowest = pairs.lambda(0);
   std::vector<Index> blurred;
-  const auto is_exact = [&](Index j) {
-    return pairs.chosen.empty() || std::binary_search(pairs.chosen.begin(), pairs.chosen.end(), j);
-  };
   for (Index j = 0; j < pairs.lambda.size(); ++j)
-    if (is_exact(j) && pairs.lambda(j) * pairs.lambda(j) / lowest > 10 * scale)
-      blurred.push_back(j);
+    if (pairs.lambda(j) * pairs.lambda(j) / lowest > 10 * scale) blurred.push_back(j);
   const auto quotients = [&](const std::vector<Index>& columns) {
     const Matrix Phi = pairs.Phi(Eigen::all, columns);
     Matrix K_Phi;
@@ -214,10 +212,6 @@ void sharpen(const SparseMatrix& K, const SparseMatrix& M, Eigenpairs& pairs) {
                    [&](Index a, Index b) { return pairs.lambda(a) < pairs.lambda(b); });
   pairs.lambda = Vector(pairs.lambda(order));
   pairs.Phi = Matrix(pairs.Phi(Eigen::all, order));
-  std::vector<Index> chosen;
-  for (std::size_t j = 0; j < order.size(); ++j)
-    if (!pairs.chosen.empty() && is_exact(order[j])) chosen.push_back(static_cast<Index>(j));
-  pairs.chosen = std::move(chosen);
 }
 
 Eigenpairs dense_answer(const SparseMatrix& K, const SparseMatrix& M, Index k) {
@@ -263,7 +257,7 @@ void fix_signs(Matrix& Phi) {
 
 Eigenpairs sparse_eigenpairs(const SparseMatrix& K, const SparseMatrix& M,
                              const SparseCholesky& factor, double sigma, Index k, double tolerance,
-                             Index ncv, const Progress& progress, const PairsWanted& wanted) {
+                             Index ncv, const Progress& progress) {
   const Index n = K.rows();
   assert(k >= 0 && k <= n && M.rows() == n);
   Eigenpairs pairs;
@@ -279,13 +273,11 @@ Eigenpairs sparse_eigenpairs(const SparseMatrix& K, const SparseMatrix& M,
     BlockLanczosOptions options;
     options.tolerance = tolerance;
     options.bytes = bytes_of_basis(factor);
-    options.wanted = wanted;
     options.progress = progress;
     const Index width = slice_width(n, factor.flops());
-    if (sigma == 0 && slices_pay(k, width, static_cast<bool>(wanted.choose)) &&
+    if (sigma == 0 && slices_pay(k, width, tolerance > least_tolerance) &&
         slices_fit(factor, k, width))
-      pairs = eigenpairs_by_slices(K, M, factor, k, width, tolerance, progress);
-    options.tolerance = std::max(tolerance, wanted.enough);
+      pairs = eigenpairs_by_slices(K, M, factor, k, width, least_tolerance, progress);
     if (!pairs.converged)
       pairs = block_lanczos(
           M, [&](Eigen::Ref<Matrix> B) { factor.solve_in_place(B); }, sigma, k, options);
@@ -311,7 +303,7 @@ Eigenpairs sparse_eigenpairs(const SparseMatrix& K, const SparseMatrix& M,
   };
   const std::scoped_lock lock(arpack_lock());
   const SingleThreadedBlas blas;  // vectors and triangular solves: memory is the limit
-  Ritz ritz = Arpack(op, k, ncv, tolerance).run();
+  Ritz ritz = Arpack(op, k, ncv, least_tolerance).run();
   const Index n_converged = ritz.n_converged, restarts = ritz.restarts;
   pairs = ascending(std::move(ritz));
   pairs.n_converged = n_converged;
@@ -323,7 +315,7 @@ Eigenpairs sparse_eigenpairs(const SparseMatrix& K, const SparseMatrix& M,
 
 Eigenpairs sparse_eigenpairs_beyond(const SparseMatrix& M, const SparseCholesky& factor,
                                     const Matrix& Phi, Index k, double tolerance,
-                                    const PairsWanted& wanted, const Progress& progress) {
+                                    const Progress& progress) {
   assert(Phi.rows() == M.rows() && k > 0);
   const auto project = [&](Eigen::Ref<Matrix> B) {
     const Matrix M_B = M * B;
@@ -332,7 +324,6 @@ Eigenpairs sparse_eigenpairs_beyond(const SparseMatrix& M, const SparseCholesky&
   BlockLanczosOptions options;
   options.tolerance = tolerance;
   options.bytes = bytes_of_basis(factor);
-  options.wanted = wanted;
   options.progress = progress;
   if (Phi.cols() > 0) {
     const Vector M_phi = M * Phi.col(0);

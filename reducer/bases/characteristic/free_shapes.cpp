@@ -25,8 +25,6 @@ constexpr double twin = 1e-6;            // relative distance of two equal eigen
 constexpr double singular_whole = 1e-13;
 // of a shape's mass: with a smaller remainder it is in the span of the others
 constexpr double least_part = 1e-10;
-// of residuals: of eigenvalues its square, and the shapes only span a space
-constexpr double mode_tolerance = 1e-7;
 constexpr Index largest_dense = 15000;
 
 // Solves of the free component, inertia in balance with the loads, no rigid motion in the answers.
@@ -104,18 +102,15 @@ Matrix loads_of_surfaces(const CharacteristicOptions& options, const Superelemen
   return B;
 }
 
-// The lowest elastic modes of the free component, of which the first `exact` become shapes; of the
-// others the frequencies count.
+// The lowest elastic modes of the free component: shapes, which only span a space, and frequencies.
 Eigenpairs free_modes(const FreeComponent& model, const SparseCholesky& factor, const Matrix& N,
-                      Index count, Index exact, Report& report) {
+                      Index count, Report& report) {
   const Index n = N.rows();
   Eigenpairs pairs;
   if (!dense_is_faster(n, count, factor.n_nonzeros())) {
-    PairsWanted wanted;
-    wanted.exact = exact;
-    pairs = sparse_eigenpairs_beyond(
-        model.M, factor, N, count, mode_tolerance, wanted,
-        [&](double share) { report.progress("shapes of the interface", share); });
+    pairs = sparse_eigenpairs_beyond(model.M, factor, N, count, basis_residual, [&](double share) {
+      report.progress("shapes of the interface", share);
+    });
   }
   if (!pairs.converged && n <= largest_dense) {
     pairs = dense_eigenpairs_beside(Matrix(model.K), Matrix(model.M), N, N.cols() + count);
@@ -186,7 +181,7 @@ std::optional<FreeShapes> free_shapes(const CharacteristicOptions& options,
   const FreeSolver solve(factor.whole, shapes.N, shapes.P);
   report.progress("shapes of the interface", 0);
   const Index looked_at = std::min(std::max(n_elastic + 1, n_estimated), n - shapes.N.cols());
-  Eigenpairs modes = free_modes(model, factor.whole, shapes.N, looked_at, n_elastic + 1, report);
+  Eigenpairs modes = free_modes(model, factor.whole, shapes.N, looked_at, report);
   shapes.lambda = std::move(modes.lambda);
   Index m = std::min(n_elastic, shapes.lambda.size());
   while (m > 0 && m < shapes.lambda.size() &&

@@ -45,7 +45,7 @@ TEST(ContentHash, isTheSameForWhatDoesNotMatter) {
        "    element: hex8-incompatible\n    mass: lumped\n    reduction"},  // the defaults
       {"modes: 10",
        "modes: 10, pick: frequency, domains: 1, recovery: false, basis: craig-bampton, "
-       "condense_rotations: false"},
+       "condense_rotations: false, exact_modes: false"},
       {"  block:\n", "  brick:\n"}};
   for (const auto& [old, with] : same)
     EXPECT_EQ(hash_of(replaced(scene_text, old, with)), hash) << with;
@@ -67,6 +67,7 @@ TEST(ContentHash, differsForWhatMatters) {
       {"core: {element: hex8}", "core: {element: hex8, thickness: 0.1}"},
       {"core: {element: hex8}", "core: {element: hex8, thickness: 0.2}"},
       {"modes: 10", "modes: 10, condense_rotations: true"},
+      {"modes: 10", "modes: 10, exact_modes: true"},
       {"    reduction", "    element: hex8-hourglass\n    reduction"},
       {"    reduction", "    mass: consistent\n    reduction"},
       {"[a, b]", "[a]"},

@@ -34,7 +34,7 @@ components:
   plate:
     mesh: /elsewhere/plate.e
     material: steel
-    reduction: {interface: contact, cutoff_hz: 2.0e6, domains: 2, second_reduction: {cutoff_hz: 1.5e6}, condense_rotations: true}
+    reduction: {interface: contact, cutoff_hz: 2.0e6, domains: 2, second_reduction: {cutoff_hz: 1.5e6}, condense_rotations: true, exact_modes: true}
   bare: {mesh: bare.msh, blocks: {all: {material: steel}}}
 instances:
   right: {component: block, as: mesh, position: [0.0381, 0, 0], rotation: [10, -20.5, 1e-3], mirror: x, velocity: [-1, 0.1, 3810], angular_velocity: [1, 2, -3]}

@@ -38,7 +38,9 @@ Superelement again(const Mesh& mesh, const ReductionOptions& options,
 
 Superelement once(const Mesh& mesh, Index modes, MassKind mass = MassKind::lumped) {
   Report report("test", Verbosity::quiet);
-  return reduce(mesh, properties(mesh, soft), mass, options_of(1, modes, 0), {}, report);
+  ReductionOptions options = options_of(1, modes, 0);
+  options.exact_modes = true;
+  return reduce(mesh, properties(mesh, soft), mass, options, {}, report);
 }
 
 double relative(const Matrix& A, const Matrix& B) {

@@ -61,6 +61,7 @@ TEST(Sierra, OurSuperelementIsTheirs) {
   ReductionOptions options;
   options.interface_sets = {mesh.nodesets.at(0).name};
   options.modes = 30;
+  options.exact_modes = true;
   Report report("test", Verbosity::quiet);
   const Superelement ours = reduce(mesh, properties(mesh, {70.33e9, 0.33, 2704.32669}),
                                    MassKind::consistent, options, {}, report);

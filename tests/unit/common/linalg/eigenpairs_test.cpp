@@ -204,28 +204,9 @@ SparseMatrix unlike_grid() {
   return A;
 }
 
-TEST(SparseEigenpairs, FewAreFoundToTheToleranceWhereFrequenciesAreEnough) {
-  const SparseMatrix A = unlike_grid();
-  SparseMatrix M(A.rows(), A.rows());
-  M.setIdentity();
-  const SparseCholesky factor(A);
-  const Index k = 32;
-  const Eigenpairs exact = sparse_eigenpairs(A, M, factor, 0, k);
-  PairsWanted wanted;
-  wanted.exact = 11;
-  const Eigenpairs pairs =
-      sparse_eigenpairs_beyond(M, factor, Matrix(A.rows(), 0), k, 1e-10, wanted);
-  ASSERT_TRUE(pairs.converged);
-  ASSERT_EQ(pairs.lambda.size(), k);
-  EXPECT_LT((pairs.lambda - exact.lambda).cwiseQuotient(exact.lambda).cwiseAbs().maxCoeff(), 1e-6);
-  for (Index j = 0; j < k; ++j) {
-    const Vector x = pairs.Phi.col(j);
-    EXPECT_LT((A * x - pairs.lambda(j) * x).norm(), (j < 11 ? 1e-7 : 1e-2) * pairs.lambda(j)) << j;
-  }
-}
-
-// Errors of eigenvalues, and of A between two vectors, are of second order in the residual.
-TEST(SparseEigenpairs, EigenvaluesAreExactWhereLessIsEnoughForVectors) {
+// Errors of eigenvalues are of second order in the residual. Phi^T A Phi is diagonal whatever it
+// is.
+TEST(SparseEigenpairs, RitzVectorsAreOfAWhereLessIsEnoughForVectors) {
   const SparseMatrix A = unlike_grid();
   SparseMatrix M(A.rows(), A.rows());
   M.setIdentity();
@@ -236,58 +217,17 @@ TEST(SparseEigenpairs, EigenvaluesAreExactWhereLessIsEnoughForVectors) {
     return (R.colwise().norm().transpose().array() / pairs.lambda.array()).maxCoeff();
   };
   const Eigenpairs exact = sparse_eigenpairs(A, M, factor, 0, k);
-  PairsWanted wanted;
-  wanted.enough = 1e-8;
-  const Eigenpairs pairs = sparse_eigenpairs(A, M, factor, 0, k, 1e-13, 0, {}, wanted);
+  const Eigenpairs pairs = sparse_eigenpairs(A, M, factor, 0, k, 1e-3);
   ASSERT_TRUE(pairs.converged);
   EXPECT_EQ(pairs.method, "block lanczos");
-  EXPECT_GT(worst(pairs), 10 * worst(exact));
-  EXPECT_LT(worst(pairs), 1e-6);
-  EXPECT_LT((pairs.lambda - exact.lambda).cwiseQuotient(exact.lambda).cwiseAbs().maxCoeff(), 1e-12);
+  EXPECT_GT(worst(pairs), 1e4 * worst(exact));
+  EXPECT_LT(worst(pairs), 1e-2);
+  EXPECT_LT((pairs.lambda - exact.lambda).cwiseQuotient(exact.lambda).cwiseAbs().maxCoeff(), 1e-6);
   Matrix H = pairs.Phi.transpose() * (A * pairs.Phi);
   H.diagonal() -= pairs.lambda;
   EXPECT_LT(H.cwiseAbs().maxCoeff(), 1e-12 * pairs.lambda(k - 1));
   EXPECT_LT((pairs.Phi.transpose() * pairs.Phi - Matrix::Identity(k, k)).cwiseAbs().maxCoeff(),
             1e-12);
-}
-
-// Those that a vector sees most of, which are anywhere among the k.
-TEST(SparseEigenpairs, ChosenOnesAreFoundToTheTolerance) {
-  const SparseMatrix A = unlike_grid();
-  SparseMatrix M(A.rows(), A.rows());
-  M.setIdentity();
-  const SparseCholesky factor(A);
-  const Index k = 60, n_chosen = 5;
-  const Eigenpairs exact = sparse_eigenpairs(A, M, factor, 0, k);
-  Vector load = Vector::Zero(A.rows());
-  load(A.rows() / 3) = 1;
-  load(7) = -2;
-  const auto largest = [&](const Matrix& seen) {
-    std::vector<Index> order(static_cast<std::size_t>(k));
-    std::iota(order.begin(), order.end(), Index{0});
-    std::stable_sort(order.begin(), order.end(),
-                     [&](Index a, Index b) { return std::abs(seen(0, a)) > std::abs(seen(0, b)); });
-    order.resize(n_chosen);
-    std::sort(order.begin(), order.end());
-    return order;
-  };
-  PairsWanted wanted;
-  wanted.seen = [&](const Eigen::Ref<const Matrix>& V) { return Matrix(load.transpose() * V); };
-  wanted.choose = [&](const Vector& lambda, const Matrix& seen) {
-    EXPECT_EQ(lambda.size(), k);
-    EXPECT_EQ(seen.cols(), k);
-    return largest(seen);
-  };
-  const Eigenpairs pairs = sparse_eigenpairs(A, M, factor, 0, k, 1e-13, 0, {}, wanted);
-  ASSERT_TRUE(pairs.converged);
-  EXPECT_EQ(pairs.chosen, largest(load.transpose() * exact.Phi));
-  EXPECT_LT((pairs.lambda - exact.lambda).cwiseQuotient(exact.lambda).cwiseAbs().maxCoeff(), 1e-6);
-  EXPECT_LT((pairs.Phi.transpose() * pairs.Phi - Matrix::Identity(k, k)).cwiseAbs().maxCoeff(),
-            1e-12);
-  for (const Index j : pairs.chosen) {
-    EXPECT_NEAR(pairs.lambda(j), exact.lambda(j), 1e-12 * exact.lambda(j)) << j;
-    EXPECT_LT((pairs.Phi.col(j) - exact.Phi.col(j)).norm(), 1e-8) << j;
-  }
 }
 
 TEST(LargestEigenvalue, IsAnUpperBoundAndSharp) {
