@@ -11,10 +11,10 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BOUNDS = {
-    "lines of product": 82322,
+    "lines of product": 82255,
     "files of product": 646,
     "lines of python/cbr": 1951,
-    "lines of tests": 62681,
+    "lines of tests": 62640,
     "files of tests": 390,
     "numbers in contact/solve": 50,  # but for 0, 1, 2, 3 and 0.5
     "lines with InputError(": 388,
