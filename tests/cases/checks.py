@@ -10,11 +10,17 @@ class Checks:
     def below(self, *row):
         """row: names of the run and the figure, the figure, and its bound. A figure that is not a number misses."""
         *names, value, bound = row
-        held = bool(value <= bound)
+        words = " ".join(f"{name:{width}s}" for name, width in zip(names, (30, 60) if len(names) > 1 else (70,)))
+        self.condition(f"{words} {value:12.4g}  bound {bound:9.3g}", value <= bound)
+
+    def near(self, run, what, value, wanted, tolerance):
+        self.condition(f"{run:14s} {what:22s} {value:14.6g}  wanted {wanted:10.6g} +- {tolerance:.2g}", abs(value - wanted) <= tolerance)
+
+    def condition(self, words, held):
+        """Any other condition; the words stand before `held` or `MISSED`."""
         self.counted += 1
         self.missed += not held
-        print(" ".join(f"{name:{width}s}" for name, width in zip(names, (30, 60) if len(names) > 1 else (70,))),
-              f"{value:12.4g}  bound {bound:9.3g}  {'held' if held else 'MISSED'}")
+        print(f"{words}  {'held' if held else 'MISSED'}")
 
     def exit_code(self):
         """1 if a figure missed, or if there is none."""

@@ -23,4 +23,4 @@ cd "$work/pipe"
 
 cmp "$work/calls/block.cbr.h5" "$work/pipe/block.cbr.h5"
 cmp "$work/calls/skinned.msh" "$work/pipe/skinned.msh"
-"$python" "$source/tests/cases/compare_results.py" "$work/calls/results.h5" "$work/pipe/results.h5"
+"$python" "$source/tests/cases/results.py" "$work/calls/results.h5" "$work/pipe/results.h5"

@@ -8,13 +8,12 @@ import pathlib
 import sys
 
 import h5py
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.animation import FuncAnimation, PillowWriter
 from matplotlib.collections import PolyCollection
+
+sys.path.append("..")
+from plotting import plt, save
 
 # Corners of a hex8 and of its sides.
 SIDES = np.array([[0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [0, 4, 7, 3], [0, 3, 2, 1], [4, 5, 6, 7]])
@@ -72,8 +71,7 @@ def main():
             show(collections, bodies, step)
             axis.set_title(f"{times[step]:.1f} µs", loc="left", fontsize=9)
         fig.colorbar(collections[0], ax=axes, label="von Mises stress [GPa]", shrink=0.7)
-        fig.savefig(path.parent / "waves.png", dpi=110)
-        plt.close(fig)
+        save(fig, path.parent / "waves.png")
 
         fig, axis = plt.subplots(figsize=(6.4, 2.5), layout="constrained")
         collections = artist(axis, bodies, largest)

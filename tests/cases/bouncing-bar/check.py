@@ -9,6 +9,7 @@ import numpy as np
 
 sys.path.append("..")
 from checks import report
+from results import differing
 
 CONTACT = 2 * 0.1 / np.sqrt(2.1e11 / 7850)
 
@@ -25,6 +26,7 @@ reversals, energy = read("massless")
 expected = 0.5e-3 + CONTACT / 2 + (1e-3 + CONTACT) * np.arange(10)
 print(f"energy after ten impacts: massless {energy[-1]:.4f}, craig-bampton {read('craig-bampton')[1][-1]:.4f}")
 sys.exit(report([
+    ("datasets that a restart makes otherwise", len(differing(*(f"{sys.argv[1]}/{name}.h5" for name in ("massless", "restarted")))), 0),
     ("impacts other than ten", abs(len(reversals) - 10), 0),
     ("first reversal, share of the contact time", abs(reversals[0] - expected[0]) / CONTACT, 0.01),
     ("ten reversals, share of the time", np.abs(reversals / expected - 1).max(), 0.002),

@@ -9,7 +9,7 @@ import numpy as np
 sys.path.append("..")
 from checks import report
 
-with h5py.File(sys.argv[1]) as f:
+with h5py.File(sys.argv[1] + "/beam.h5") as f:
     t = f["time"][:]
     z = {name: f[f"surfaces/{name}.z_max/mean_position"][:, 2] for name in ("reduced", "full", "measured")}
     energy = {name: f[f"energy/{name}"][:] for name in ("total", "work_external", "work_damping", "work_numerical")}

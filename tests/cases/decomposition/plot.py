@@ -4,10 +4,8 @@ import csv
 import os
 import sys
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
+sys.path.append("..")
+from plotting import plt, save
 
 NUMBERS = {"n": int, "domains": int, "threads": int, "coordinates": int, "joined_dofs": int, "steps": int}
 
@@ -68,8 +66,7 @@ def figure12(rows, out):
         line[0].legend(fontsize=8)
     figure.text(0.5, 0.005, "filled, solid: 2 processors; open, dashed: 1; dotted: the full mesh, 2 processors", ha="center", fontsize=9)
     figure.tight_layout(rect=(0, 0.03, 1, 1))
-    figure.savefig(os.path.join(out, "fig12.png"), dpi=130)
-    plt.close(figure)
+    save(figure, os.path.join(out, "fig12.png"), dpi=130)
 
 
 def parts(rows, out):
@@ -90,8 +87,7 @@ def parts(rows, out):
     axes[1, 1].set_ylim(0, None)
     axes[0, 0].legend(fontsize=8)
     figure.tight_layout()
-    figure.savefig(os.path.join(out, "parts.png"), dpi=130)
-    plt.close(figure)
+    save(figure, os.path.join(out, "parts.png"), dpi=130)
 
 
 def table(rows, out):

@@ -11,7 +11,7 @@ import sys
 
 import numpy as np
 
-from plot import BODIES, CONVERGED, SIZES, Runs, load_rows, rms
+from plot import BODIES, CONVERGED, SIZES, Impacts, load_rows, rms
 
 sys.path.append("..")
 from checks import Checks
@@ -22,7 +22,7 @@ class Check(Checks):
         self.runs = runs
 
     def velocity(self, name):
-        return self.runs[name]["v"]["right"][-1]
+        return self.runs[name].v["right"][-1]
 
     def error(self, name):
         """Against the converged velocity of the impactor after the impact."""
@@ -30,10 +30,10 @@ class Check(Checks):
 
     def balances(self, name):
         run = self.runs[name]
-        self.below(name, "momentum drift", run["drift"], 1e-10)
-        self.below(name, "energy that no work accounts for", run["balance"], 1e-10)
+        self.below(name, "momentum drift", run.drift(), 1e-10)
+        self.below(name, "energy that no work accounts for", run.balance, 1e-10)
         if "-penalty-" not in name and "-twoway-" not in name:  # a spring that is let go between two steps may bring some
-            self.below(name, "energy gained", run["energy"] - 1, 1e-12)
+            self.below(name, "energy gained", run.kept - 1, 1e-12)
 
     def reduced(self, shape, level):
         """Superelements against the full mesh: with 200 modes and more closer than that mesh to the converged answer, with fewer closer
@@ -49,7 +49,7 @@ class Check(Checks):
         few, many = min(found), max(found)
         if many >= 8 * few:
             self.below(found[many], f"rms against the full mesh, % ({few} modes: bound)", rms(runs[found[many]], runs[full]), rms(runs[found[few]], runs[full]))
-        kept = [runs[found[k]]["energy"] for k in sorted(found)] + [runs[full]["energy"]]
+        kept = [runs[found[k]].kept for k in sorted(found)] + [runs[full].kept]
         self.below(full, "energy kept falls with more modes, full mesh last", -np.diff(kept).min(), 0)
 
     def formulations(self, shape, level):
@@ -87,14 +87,14 @@ class Check(Checks):
 
     def row(self, rows):
         """Three bodies in a row: who meets whom, `all` like the pairs by name, superelements closer to their mesh than that to the next."""
-        momenta = {name: np.array([run["p"][body][-1] for body, _ in BODIES]) for name, run in rows.items()}
+        momenta = {name: np.array([run.p[body][-1] for body, _ in BODIES]) for name, run in rows.items()}
         for name, run in rows.items():
-            self.below(name, "momentum drift", run["drift"], 1e-10)
-            self.below(name, "energy that no work accounts for", run["balance"], 1e-10)
-            self.below(name, "energy gained", run["energy"] - 1, 1e-12)
+            self.below(name, "momentum drift", run.drift(), 1e-10)
+            self.below(name, "energy that no work accounts for", run.balance, 1e-10)
+            self.below(name, "energy gained", run.kept - 1, 1e-12)
             if not name.startswith("row-nodes"):  # the scene is symmetric; a node on an edge is held by one of its faces
-                self.below(name, "momentum of the ball across the row, share", run["aside"], 1e-8)
-            touched = sum(bool(active.any()) for active in run["active"].values())
+                self.below(name, "momentum of the ball across the row, share", run.aside, 1e-8)
+            touched = sum(bool(active.any()) for active in run.active.values())
             self.below(name, "pairs that touch, but for the two", abs(touched - 2), 0)
         for level in "01":
             reduced, pairs, full, finer = (f"row-{kind}" for kind in (f"cbr-{level}", f"pairs-{level}", f"full-{level}", f"full-{int(level) + 1}"))
@@ -107,7 +107,7 @@ class Check(Checks):
 
 def main():
     folder = pathlib.Path(sys.argv[1])
-    runs = Runs(folder)
+    runs = Impacts(folder)
     check = Check(runs)
     for shape in ("sphere", "brick"):
         level = runs.level(shape)

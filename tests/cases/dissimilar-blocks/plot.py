@@ -10,11 +10,11 @@ import re
 import sys
 
 import h5py
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
+
+sys.path.append("..")
+from plotting import GREY, plt, save, style
+from results import Run, Runs, write_table
 
 SPEED = 3810.0
 MASS_LEFT = 7.836e4 * 0.0762 * 0.1016 * 0.1016
@@ -22,7 +22,6 @@ TOUCH = 0.0152 / SPEED
 # Of the impactor, m/s: where the full meshes' velocities after the impact go as the mesh is refined. See README.md.
 CONVERGED = {"sphere": (3724.5, 1.5), "brick": (2966.0, 12.0)}
 SIZES = {"sphere": (1.5, 1, 1 / 2, 1 / 3), "brick": (2, 1, 1 / 2, 1 / 3)}  # element sizes of the mesh levels over the paper's
-INK, GREY = "#222222", "#999999"
 STYLES = {
     "full-impulse": ("full mesh", "#1f3b73", dict(linewidth=3.4, alpha=0.5)),
     "k200-impulse": ("superelements, 200 modes", "#2a9d4a", dict(linewidth=1.4)),
@@ -30,51 +29,36 @@ STYLES = {
 }
 
 
-def load(path):
-    """Times, mean x and velocities of both bodies, contact force, what is left of the energy, drift of the momentum, steps, dofs, seconds."""
-    with h5py.File(path) as f:
-        t = f["time"][:]
-        momentum = {name: f["instances"][name]["momentum"][:, 0] for name in ("left", "right")}
-        mass = {"left": MASS_LEFT, "right": momentum["right"][0] / -SPEED}  # of the mesh: the sphere is a polyhedron
-        whole = sum(f["instances"][name]["momentum"][:] for name in ("left", "right"))
-        surface = next(name for name in f["surfaces"] if name.startswith("right"))
-        total = f["energy"]["total"][:]
-        return {
-            "t": t, "x": {n: f["instances"][n]["center_of_mass"][:, 0] for n in mass},
-            "v": {n: momentum[n] / mass[n] for n in mass}, "mass": mass["right"],
-            "force": f["surfaces"][surface]["force"][:, 0],
-            "drift": np.linalg.norm(whole - whole[0], axis=1).max() / abs(whole[0, 0]),
-            "energy": total[-1] / total[0],
-            "balance": np.abs(total - total[0] - f["energy"]["work_contact"][:] - f["energy"]["work_friction"][:]).max() / total[0],
-            "steps": int(f.attrs["steps"]), "dofs": int(f.attrs["n_dofs"]), "seconds": float(f.attrs["wall_seconds_steps"]),
-        }
+class Impact(Run):
+    """A run of two blocks. x, v: body -> n, mean position and velocity in x; force (n): in x, on the impactor."""
+
+    def __init__(self, path):
+        super().__init__(path)
+        p = {name: self.momentum[name][:, 0] for name in ("left", "right")}
+        mass = {"left": MASS_LEFT, "right": p["right"][0] / -SPEED}  # of the mesh: the sphere is a polyhedron
+        self.v = {name: p[name] / mass[name] for name in mass}
+        with h5py.File(path) as f:
+            surface = next(name for name in f["surfaces"] if name.startswith("right"))
+            self.x = {name: f["instances"][name]["center_of_mass"][:, 0] for name in mass}
+            self.force = f["surfaces"][surface]["force"][:, 0]
 
 
 def contact_time(run):
-    acting = run["t"][np.abs(run["force"]) > 1e-3 * np.abs(run["force"]).max()]
+    acting = run.t[np.abs(run.force) > 1e-3 * np.abs(run.force).max()]
     return acting[-1] - TOUCH
 
 
 def rms(run, reference):
     """Of the impactor's position after first touch, in percent of its way at 3810 m/s over the contact time of the reference."""
-    after = run["t"] > TOUCH
-    return 100 * np.sqrt(np.mean((run["x"]["right"] - reference["x"]["right"])[after] ** 2)) / (SPEED * contact_time(reference))
+    after = run.t > TOUCH
+    return 100 * np.sqrt(np.mean((run.x["right"] - reference.x["right"])[after] ** 2)) / (SPEED * contact_time(reference))
 
 
-class Runs:
-    """The runs of a folder by name (sphere-full-impulse-m1x1), read when asked for."""
+class Impacts(Runs):
+    """The impacts of a folder by name (sphere-full-impulse-m1x1)."""
 
     def __init__(self, folder):
-        self.paths = {p.stem: p for p in sorted(folder.glob("*-m?x?.h5"))}
-        self.read = {}
-
-    def __contains__(self, name):
-        return name in self.paths
-
-    def __getitem__(self, name):
-        if name not in self.read:
-            self.read[name] = load(self.paths[name])
-        return self.read[name]
+        super().__init__(folder.glob("*-m?x?.h5"), Impact)
 
     def names(self, shape):
         return [n for n in self.paths if n.startswith(shape)]
@@ -88,14 +72,6 @@ class Runs:
         return self[re.sub(r"^(\w+?)-.*-(m.x.)$", r"\1-full-impulse-\2", name)]
 
 
-def style(axis, title, x, y):
-    axis.set_title(title, fontsize=10, loc="left", color=INK)
-    axis.set_xlabel(x)
-    axis.set_ylabel(y)
-    axis.spines[["top", "right"]].set_visible(False)
-    axis.grid(True, color="#e6e6e6", linewidth=0.6)
-
-
 def figure8(runs, folder):
     fig, axes = plt.subplots(3, 2, figsize=(9.5, 9.5), layout="constrained", sharex=True, sharey="row", height_ratios=(1.5, 1, 1))
     for column, (shape, letter) in enumerate((("sphere", "a"), ("brick", "b"))):
@@ -104,19 +80,18 @@ def figure8(runs, folder):
             if name not in runs:
                 continue
             run = runs[name]
-            t = 1e6 * run["t"]
+            t = 1e6 * run.t
             for body in ("right", "left"):
-                axes[0, column].plot(t, 1e3 * run["x"][body], color=colour, label=f"{label}, {run['dofs']} dofs" if body == "left" else None, **options)
-            axes[1, column].plot(t, run["v"]["right"], color=colour, **options)
-            axes[2, column].plot(t, run["v"]["left"], color=colour, **options)
+                axes[0, column].plot(t, 1e3 * run.x[body], color=colour, label=f"{label}, {run.dofs} dofs" if body == "left" else None, **options)
+            axes[1, column].plot(t, run.v["right"], color=colour, **options)
+            axes[2, column].plot(t, run.v["left"], color=colour, **options)
         axes[0, column].text(0.2, 26, shape, color=GREY, fontsize=9)
         axes[0, column].text(0.2, -26, "block", color=GREY, fontsize=9)
         style(axes[0, column], f"({letter}) {shape}: mean position of each body (Fig 8{letter})", "", "mean x [mm]")
         style(axes[1, column], f"velocity of the {shape}", "", "mean velocity [m/s]")
         style(axes[2, column], "velocity of the block", "time [µs]", "mean velocity [m/s]")
         axes[0, column].legend(frameon=False, fontsize=8, loc="center right")
-    fig.savefig(folder / "fig8.png", dpi=110)
-    plt.close(fig)
+    save(fig, folder / "fig8.png")
 
 
 CONTACTS = (("impulse", "node-face, impulse", "#1f3b73"), ("mortar", "mortar, impulse", "#2a9d4a"),
@@ -131,12 +106,11 @@ def figure_force(runs, folder):
             for contact, label, colour in CONTACTS:
                 name = f"{shape}-{model}-{contact}-{runs.level(shape)}"
                 if name in runs:
-                    axis.plot(1e6 * runs[name]["t"], 1e-6 * runs[name]["force"], color=colour, label=label, linewidth=1.3)
+                    axis.plot(1e6 * runs[name].t, 1e-6 * runs[name].force, color=colour, label=label, linewidth=1.3)
             style(axis, f"{shape}, {title}", "time [µs]" if row else "", "force on the impactor, mean of 0.1 µs [MN]")
             axis.set_xlim(3.7, 7.6)
     axes[0, 0].legend(frameon=False, fontsize=8, loc="upper right")
-    fig.savefig(folder / "force.png", dpi=110)
-    plt.close(fig)
+    save(fig, folder / "force.png")
 
 
 def figure_modes(runs, folder):
@@ -148,8 +122,8 @@ def figure_modes(runs, folder):
         modes = [k for k, _ in found]
         full = runs.full(found[0][1])
         axes[0].loglog(modes, [rms(runs[n], full) for _, n in found], "o-", color=colour, label=shape)
-        axes[1].semilogx(modes, [runs[n]["energy"] for _, n in found], "o-", color=colour, label=shape)
-        axes[1].axhline(full["energy"], color=colour, linewidth=0.8, linestyle=":")
+        axes[1].semilogx(modes, [runs[n].kept for _, n in found], "o-", color=colour, label=shape)
+        axes[1].axhline(full.kept, color=colour, linewidth=0.8, linestyle=":")
     style(axes[0], "rms of the impactor's position against the full mesh", "modes in the impactor", "%")
     style(axes[1], "energy kept (dotted: full mesh)", "modes in the impactor", "share")
     for axis in axes:
@@ -158,8 +132,7 @@ def figure_modes(runs, folder):
     axes[0].set_ylim(0.1, 1)
     axes[0].set_yticks([0.1, 0.2, 0.5, 1], ["0.1", "0.2", "0.5", "1"])
     axes[1].legend(frameon=False, fontsize=9)
-    fig.savefig(folder / "modes.png", dpi=110)
-    plt.close(fig)
+    save(fig, folder / "modes.png")
 
 
 def figure_meshes(runs, folder):
@@ -168,37 +141,33 @@ def figure_meshes(runs, folder):
         for contact, label, colour in CONTACTS:
             found = [(h, n) for m, h in enumerate(SIZES[shape]) if (n := f"{shape}-full-{contact}-m{m}x{m}") in runs]
             if len(found) > 1:
-                axis.plot([h for h, _ in found], [runs[n]["v"]["right"][-1] for _, n in found], "o-", color=colour, label=label, linewidth=1.3)
+                axis.plot([h for h, _ in found], [runs[n].v["right"][-1] for _, n in found], "o-", color=colour, label=label, linewidth=1.3)
         value, band = CONVERGED[shape]
         axis.axhspan(value - band, value + band, color=GREY, alpha=0.3, linewidth=0)
         axis.set_xlim(left=0)
         style(axis, f"{shape}: velocity after the impact, full meshes", "element size / the paper's", "m/s")
     if axes[0].lines:
         axes[0].legend(frameon=False, fontsize=8)
-    fig.savefig(folder / "meshes.png", dpi=110)
-    plt.close(fig)
+    save(fig, folder / "meshes.png")
 
 
 BODIES = (("brick", "#e07b00"), ("bar", "#2a9d4a"), ("ball", "#1f3b73"))
 
 
-def load_row(path):
-    """Times, momenta in x of the three bodies, how many points are active in each pair, energy kept, steps, dofs, seconds."""
-    with h5py.File(path) as f:
-        total = f["energy"]["total"][:]
-        whole = sum(f["instances"][name]["momentum"][:] for name, _ in BODIES)
-        return {
-            "t": f["time"][:], "p": {name: f["instances"][name]["momentum"][:, 0] for name, _ in BODIES},
-            "aside": np.abs(f["instances"]["ball"]["momentum"][:, 1:]).max() / whole[0, 0],
-            "active": {name: f["contact"][name]["active"][:] for name in f["contact"] if name != "active"},
-            "drift": np.linalg.norm(whole - whole[0], axis=1).max() / abs(whole[0, 0]), "energy": total[-1] / total[0],
-            "balance": np.abs(total - total[0] - f["energy"]["work_contact"][:] - f["energy"]["work_friction"][:]).max() / total[0],
-            "steps": int(f.attrs["steps"]), "dofs": int(f.attrs["n_dofs"]), "seconds": float(f.attrs["wall_seconds_steps"]),
-        }
+class Row(Run):
+    """A run of three bodies in a row. p: body -> n, momentum in x; active: pair -> n, how many points are in contact;
+    aside: the largest momentum of the ball across the row, share of the first of all."""
+
+    def __init__(self, path):
+        super().__init__(path)
+        self.p = {name: self.momentum[name][:, 0] for name, _ in BODIES}
+        self.aside = np.abs(self.momentum["ball"][:, 1:]).max() / sum(p[0] for p in self.p.values())
+        with h5py.File(path) as f:
+            self.active = {name: f["contact"][name]["active"][:] for name in f["contact"] if name != "active"}
 
 
 def load_rows(folder):
-    return {p.stem: load_row(p) for p in sorted(folder.glob("row-*-[0-9].h5"))}
+    return {p.stem: Row(p) for p in sorted(folder.glob("row-*-[0-9].h5"))}
 
 
 def figure_row(rows, folder):
@@ -209,18 +178,17 @@ def figure_row(rows, folder):
             continue
         run = rows[f"row-{kind}-{level}"]
         for name, colour in BODIES:
-            axis.plot(1e6 * run["t"], run["p"][name], color=colour, label=f"{name}, {label}", **options)
+            axis.plot(1e6 * run.t, run.p[name], color=colour, label=f"{name}, {label}", **options)
     style(axis, "Three unlike bodies in a row, contact: all", "time [µs]", "momentum [N s]")
     axis.legend(frameon=False, fontsize=8, ncol=2)
-    fig.savefig(folder / "row.png", dpi=110)
-    plt.close(fig)
+    save(fig, folder / "row.png")
 
 
 def row_table(rows):
     lines = [f"{'run':14s} {'dofs':>7s} {'steps':>6s} {'stepping s':>10s}" + "".join(f" {'p ' + name:>9s}" for name, _ in BODIES) + f" {'aside':>8s} {'energy':>7s} {'momentum':>9s}  pairs that touched"]
     for name, run in rows.items():
-        lines.append(f"{name:14s} {run['dofs']:7d} {run['steps']:6d} {run['seconds']:10.3f}" + "".join(f" {run['p'][b][-1]:9.4f}" for b, _ in BODIES) +
-                     f" {run['aside']:8.1e} {run['energy']:7.4f} {run['drift']:9.1e}  " + ", ".join(pair for pair, active in run["active"].items() if active.any()))
+        lines.append(f"{name:14s} {run.dofs:7d} {run.steps:6d} {run.seconds:10.3f}" + "".join(f" {run.p[b][-1]:9.4f}" for b, _ in BODIES) +
+                     f" {run.aside:8.1e} {run.kept:7.4f} {run.drift():9.1e}  " + ", ".join(pair for pair, active in run.active.items() if active.any()))
     return lines + ["p: momentum at the end, N s; aside: largest momentum of the ball across the row, share of the brick's at the start"]
 
 
@@ -232,23 +200,21 @@ def table(runs, row_runs, folder):
         for name in runs.names(shape):
             run = runs[name]
             full = runs.full(name)
-            v = run["v"]["right"][-1]
-            rows.append(f"{name:30s} {run['dofs']:7d} {run['steps']:6d} {run['seconds']:10.3f} {run['v']['left'][-1]:8.3f} {v:9.2f} "
-                        f"{100 * (v - full['v']['right'][-1]) / SPEED:14.2f} {100 * (v - CONVERGED[shape][0]) / SPEED:8.2f} {rms(run, full):7.2f} "
-                        f"{run['energy']:7.4f} {run['drift']:9.1e} {1e6 * contact_time(run):10.2f} {1e-6 * np.abs(run['force']).max():8.1f}")
+            v = run.v["right"][-1]
+            rows.append(f"{name:30s} {run.dofs:7d} {run.steps:6d} {run.seconds:10.3f} {run.v['left'][-1]:8.3f} {v:9.2f} "
+                        f"{100 * (v - full.v['right'][-1]) / SPEED:14.2f} {100 * (v - CONVERGED[shape][0]) / SPEED:8.2f} {rms(run, full):7.2f} "
+                        f"{run.kept:7.4f} {run.drift():9.1e} {1e6 * contact_time(run):10.2f} {1e-6 * np.abs(run.force).max():8.1f}")
         rows.append(f"converged: {CONVERGED[shape][0]:.0f} +- {CONVERGED[shape][1]:.0f} m/s\n")
     rows.append("against full, conv.: velocity of the impactor after the impact less that of the full mesh (the same mesh, impulse), less the converged\n"
                 "one, in % of 3810 m/s; rms: of the impactor's position from first touch, in % of 3810 m/s x contact time; energy: at the end over at\n"
                 "the start; momentum: largest drift over the whole; contact us: from first touch to the end of the last 0.1 us with a force")
     rows += ["", *row_table(row_runs)]
-    text = "\n".join(rows) + "\n"
-    (folder / "table.txt").write_text(text)
-    print(text, end="")
+    write_table(folder / "table.txt", rows)
 
 
 def main():
     folder = pathlib.Path(sys.argv[1])
-    runs = Runs(folder)
+    runs = Impacts(folder)
     figure8(runs, folder)
     figure_force(runs, folder)
     figure_modes(runs, folder)

@@ -14,48 +14,40 @@
 import re
 import sys
 
+sys.path.append("..")
+from variants import print_variant
+
 CONTACT = {"impulse": "enforcement: impulse", "mortar": "enforcement: impulse, formulation: mortar", "penalty": "enforcement: penalty",
            "twoway": "enforcement: penalty, formulation: two-way", "nodal": "enforcement: nodal"}
 for side in ("left", "right"):
     CONTACT[f"of-{side}"], CONTACT[f"mortar-of-{side}"] = CONTACT["impulse"], CONTACT["mortar"]
 
 
-def variant(text, name):
+def changes(name):
     found = re.fullmatch(r"(sphere|brick)-(full|mixed|(k|face|b)(\d+))-([\w-]+)-m(\d)x(\d)", name)
     if not found or found[5] not in CONTACT:
-        sys.exit(f"scene.py: {name}: see --help")
+        return None
     shape, model, kind, modes, contact, left, right = found.groups()
     of_block, of_impactor = (modes, "200") if kind == "b" else ("200", modes or "200")
     interface = "x_max" if kind == "face" else "surface"
-    changes = [("block-1.msh", f"block-{left}.msh"), ("sphere-1.msh", f"{shape}-{right}.msh"),
-               ("modes: 200\n      superelement: block-1-200", f"modes: {of_block}\n      superelement: block-{left}-{of_block}"),
-               ("modes: 200\n      superelement: sphere-1-surface-200",
-                f"modes: {of_impactor}\n      superelement: {shape}-{right}-{interface}-{of_impactor}"),
-               ("interface: [surface]", f"interface: [{interface}]"),
-               ("enforcement: impulse", CONTACT[contact])]
+    pairs = [("block-1.msh", f"block-{left}.msh"), ("sphere-1.msh", f"{shape}-{right}.msh"),
+             ("modes: 200\n      superelement: block-1-200", f"modes: {of_block}\n      superelement: block-{left}-{of_block}"),
+             ("modes: 200\n      superelement: sphere-1-surface-200",
+              f"modes: {of_impactor}\n      superelement: {shape}-{right}-{interface}-{of_impactor}"),
+             ("interface: [surface]", f"interface: [{interface}]"),
+             ("enforcement: impulse", CONTACT[contact])]
     if kind == "face":
-        changes.append(("right.contact]", "right.x_max]"))
+        pairs.append(("right.contact]", "right.x_max]"))
     if "of-" in contact:
-        changes.append(("0.0381, 0, 0", "0.0381, 0.00127, 0.00089"))
+        pairs.append(("0.0381, 0, 0", "0.0381, 0.00127, 0.00089"))
     if contact.endswith("of-right"):
-        changes.append(("left.contact, right.contact]", "right.contact, left.contact]"))
+        pairs.append(("left.contact, right.contact]", "right.contact, left.contact]"))
     if model in ("full", "mixed"):
-        changes.append(("block,    as: superelement", "block,    as: mesh"))
+        pairs.append(("block,    as: superelement", "block,    as: mesh"))
     if model == "full":
-        changes.append(("impactor, as: superelement", "impactor, as: mesh"))
-    for old, new in changes:
-        if old not in text:
-            sys.exit(f"scene.py: impact.yaml has no '{old}'")
-        text = text.replace(old, new)
-    return text
-
-
-def main():
-    if len(sys.argv) != 3 or sys.argv[1].startswith("-"):
-        sys.exit(__doc__)
-    with open(sys.argv[1]) as f:
-        print(variant(f.read(), sys.argv[2]), end="")
+        pairs.append(("impactor, as: superelement", "impactor, as: mesh"))
+    return pairs
 
 
 if __name__ == "__main__":
-    main()
+    print_variant(__doc__, changes)

@@ -5,15 +5,15 @@ import pathlib
 import sys
 
 import h5py
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
 
 from reference import MASS, SPEED, finite_ball, hertz, hertz_history
 
-INK, GREY = "#222222", "#999999"
+sys.path.append("..")
+from checks import Checks
+from plotting import GREY, INK, bare, plt, save
+from results import write_table
+
 SHADES = ["#f2b57a", "#e07b00", "#7fc08f", "#2a9d4a", "#5b7fc7", "#1f3b73"]
 
 
@@ -64,9 +64,7 @@ def table(runs, folder):
                     f" {r['seconds']:7.1f} {r['approach']:+9.5f} {r['duration']:+9.5f} {r['peak']:+9.5f} {r['rms']:9.5f} {r['energy']:+9.1e}"
                     f"   {off[0]:+.4f} {off[1]:+.4f} {off[2]:+.4f}")
     rows.append("errors are shares of the quasi-static answer of a finite ball; h: elements of the contact patch, a: largest contact radius")
-    text = "\n".join(rows) + "\n"
-    (folder / "figures.txt").write_text(text)
-    print(text, end="")
+    write_table(folder / "figures.txt", rows)
 
 
 def draw_partner(partner, runs, reference, top, bottom):
@@ -121,9 +119,8 @@ def draw(runs, references, folder):
     axis.set_title("against the finite ball", fontsize=10, loc="left")
     axis.legend(frameon=False, fontsize=8)
     for axis in [*axes, axis]:
-        axis.spines[["top", "right"]].set_visible(False)
-        axis.grid(True, color="#e6e6e6", linewidth=0.6)
-    fig.savefig(folder / "hertz.png", dpi=100)
+        bare(axis)
+    save(fig, folder / "hertz.png", dpi=100)
 
 
 def against_all_dofs(shapes, runs):
@@ -136,7 +133,7 @@ def against_all_dofs(shapes, runs):
 
 
 def check(runs):
-    missed = 0
+    checks = Checks()
     for partner in ("ball", "plane"):
         meshes = [r for r in runs if r["partner"] == partner and r["kind"] == "mesh"]
         finest = meshes[-1]
@@ -156,9 +153,8 @@ def check(runs):
                     gap = r["approach"] - full["approach"]
                     figures.append((f"superelement - mesh {r['m']}", abs(gap) < 3e-3, gap))
         for what, held, value in figures:
-            print(f"{partner:6s} {what:32s} {value:12.4g}  {'held' if held else 'MISSED'}")
-            missed += not held
-    return 1 if missed else 0
+            checks.condition(f"{partner:6s} {what:32s} {value:12.4g}", held)
+    return checks.exit_code()
 
 
 def main():

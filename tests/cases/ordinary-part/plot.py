@@ -4,12 +4,11 @@
 import pathlib
 import sys
 
-import matplotlib
+from runs import Runs
 
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
-
-from runs import Runs, row
+sys.path.append("..")
+from plotting import bare, plt, save
+from results import aligned, write_table
 
 STYLES = {"full": dict(color="#1f3b73", linewidth=3.4, alpha=0.45),
           "shapes": dict(color="#b3202c", linewidth=1.2),
@@ -33,9 +32,8 @@ def draw(runs, folder):
     for axis, what in zip(axes[:, 0], ("across", "along")):
         axis.set_ylabel(f"momentum {what} the floor,\nshare of what it was")
     for axis in axes.flat:
-        axis.spines[["top", "right"]].set_visible(False)
-        axis.grid(True, color="#e6e6e6", linewidth=0.6)
-    fig.savefig(folder / "ordinary-part.png", dpi=100)
+        bare(axis)
+    save(fig, folder / "ordinary-part.png", dpi=100)
 
 
 HEADINGS = (("run", "run", "{:22s}"), ("dofs", "dofs", "{:6d}"), ("steps", "steps", "{:6d}"),
@@ -49,22 +47,11 @@ HEADINGS = (("run", "run", "{:22s}"), ("dofs", "dofs", "{:6d}"), ("steps", "step
 
 
 def table(runs, folder):
-    def width(title, form):
-        return max(len(title), len(form.format("" if "s}" in form else 0)))
-
-    lines = ["  ".join(title.rjust(width(title, form)) for title, _, form in HEADINGS)]
-    for run in runs.all:
-        figures = row(run, runs.full(run) if run.mesh != "fine" else None)
-        cells = ["" if figures[key] is None else form.format(figures[key])
-                 for _, key, form in HEADINGS]
-        lines.append("  ".join(cell.rjust(width(title, form))
-                               for cell, (title, _, form) in zip(cells, HEADINGS)))
+    lines = aligned(HEADINGS, runs.rows())
     lines.append("way: largest distance of the centre of mass from the full mesh's, of its way; "
                  "rebound, along: momentum across\nand along the floor at the end, of what it was; "
                  "ratio: the full mesh's stepping seconds over ours")
-    text = "\n".join(lines) + "\n"
-    (folder / "table.txt").write_text(text)
-    print(text, end="")
+    write_table(folder / "table.txt", lines)
 
 
 def main():

@@ -10,6 +10,9 @@
 import re
 import sys
 
+sys.path.append("..")
+from variants import print_variant
+
 NAME = re.compile(r"(small|part|fine)-(full|shapes|nodes)(?:-(friction))?")
 
 
@@ -19,32 +22,21 @@ def reduction_of(name):
     return f"{mesh}-{model}" + ("-friction" if friction and model == "shapes" else "")
 
 
-def variant(text, name):
+def changes(name):
     found = NAME.fullmatch(name)
     if not found:
-        sys.exit(f"scene.py: {name}: see --help")
+        return None
     mesh, model, friction = found.groups()
-    changes = [("mesh: part.msh", f"mesh: {mesh}.msh")]
+    pairs = [("mesh: part.msh", f"mesh: {mesh}.msh")]
     if model == "full":
-        changes.append(("as: superelement", "as: mesh"))
+        pairs.append(("as: superelement", "as: mesh"))
     if model != "shapes":
-        changes.append(("      basis: characteristic\n", ""))
-    changes.append(("superelement: part-shapes", f"superelement: {reduction_of(name)}"))
+        pairs.append(("      basis: characteristic\n", ""))
+    pairs.append(("superelement: part-shapes", f"superelement: {reduction_of(name)}"))
     if friction:
-        changes.append(("floor]}", "floor], friction: 0.3}"))
-    for old, new in changes:
-        if old not in text:
-            sys.exit(f"scene.py: impact.yaml has no '{old.strip()}'")
-        text = text.replace(old, new)
-    return text
-
-
-def main():
-    if len(sys.argv) != 3 or sys.argv[1].startswith("-"):
-        sys.exit(__doc__)
-    with open(sys.argv[1]) as f:
-        print(variant(f.read(), sys.argv[2]), end="")
+        pairs.append(("floor]}", "floor], friction: 0.3}"))
+    return pairs
 
 
 if __name__ == "__main__":
-    main()
+    print_variant(__doc__, changes)

@@ -7,28 +7,20 @@
 import pathlib
 import sys
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
 
 from runs import Runs, load_impulse
 from scene import HEXES, MESHES, dofs, shell
 
-INK, GREY, BLUE = "#222222", "#999999", "#1f3b73"
-COLOURS = {"full": "#222222", "a": "#2a9d4a", "b": "#e07b00", "c": "#b3202c"}
+sys.path.append("..")
+from plotting import GREY, INK, plt, save, style
+from results import write_table
+
+BLUE = "#1f3b73"
+COLOURS = {"full": INK, "a": "#2a9d4a", "b": "#e07b00", "c": "#b3202c"}
 MODELS = {"full": "full mesh", "all": "superelement (a), every mode", "a": "superelement (a)", "b": "superelement (b)", "c": "superelement (c)"}
 STEPS = {0.25: "#e07b00", 0.5: "#2a9d4a", 0.9: "#b3202c", 1.0: "#b3202c", 2.0: "#7b4fa3", 5.0: "#1f78b4", 10.0: "#999999"}
 FLOOR = 1e-16
-
-
-def style(axis, title, x, y):
-    axis.set_title(title, fontsize=10, loc="left", color=INK)
-    axis.set_xlabel(x)
-    axis.set_ylabel(y)
-    axis.spines[["top", "right"]].set_visible(False)
-    axis.grid(True, color="#e6e6e6", linewidth=0.6)
 
 
 def columns(runs, title):
@@ -110,8 +102,7 @@ def figure9(runs, folder):
         for run in found:
             to_runs(below, [(run, full)], f"{MODELS[run.model]} to full mesh, both explicit", color=COLOURS[run.model], linewidth=1, dashes=(3, 2))
     legends(axes)
-    fig.savefig(folder / "fig9.png", dpi=110)
-    plt.close(fig)
+    save(fig, folder / "fig9.png")
 
 
 def figure10(runs, folder):
@@ -135,8 +126,7 @@ def figure10(runs, folder):
         full = pick(runs, f"{mesh}-bubble-full-{scheme}-n6")
         to_runs(below, [(r, full) for r in found if full and r.h == full.h and r.model in "abc"], "superelements to full mesh, same step", color=GREY, linewidth=1.2)
     legends(axes)
-    fig.savefig(folder / "fig10.png", dpi=110)
-    plt.close(fig)
+    save(fig, folder / "fig10.png")
 
 
 def figure11(runs, folder):
@@ -159,8 +149,7 @@ def figure11(runs, folder):
         below.set_ylim(1e-5, 1)
         below.set_yticks(10.0 ** np.arange(-5, 1))
     legends(axes)
-    fig.savefig(folder / "fig11.png", dpi=110)
-    plt.close(fig)
+    save(fig, folder / "fig11.png")
 
 
 def figure_modes(runs, folder):
@@ -181,8 +170,7 @@ def figure_modes(runs, folder):
         style(axis, f"{' x '.join(map(str, MESHES[mesh]))} hexes: distance from the full mesh, exact in time", "dofs of the superelement / dofs of the mesh", "share of the largest displacement")
         axis.set_xlim(0, 1.02)
     axes[0, 0].legend(frameon=False, fontsize=7.5, loc="lower left")
-    fig.savefig(folder / "modes.png", dpi=110)
-    plt.close(fig)
+    save(fig, folder / "modes.png")
 
 
 def table(runs, folder):
@@ -206,9 +194,7 @@ def table(runs, folder):
     rows.append("Largest difference over time, in shares of the largest displacement. own hex: mean of the loaded face against the exact solution of the full mesh of the same\n"
                 "hexes; two faces: the same for the two loaded element faces; bubble: against the full mesh of hex8-incompatible; no shells: against the same run without.\n"
                 "impulse: momentum at the end over that of the load, less 1: a step that misses the load's corners sees another load")
-    text = "\n".join(rows) + "\n"
-    (folder / "table.txt").write_text(text)
-    print(text, end="")
+    write_table(folder / "table.txt", rows)
 
 
 def main():

@@ -1,36 +1,33 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The runs of a folder, and how far they are from the full mesh's exact solution."""
+import sys
+
 import h5py
 import numpy as np
 
-from scene import INTERFACES, NAME, dofs
+from scene import NAME
+
+sys.path.append("..")
+import results
 
 SURFACES = ("contact", "load")  # the loaded face of the block; its two loaded element faces
 PEAK, CORNER = 6.9e8, 3e-7      # Pa, s: the triangle of Table 3
 
 
-class Run:
-    """One results file: t (n); x, v (surface -> n), mean displacement and velocity in x; balance, impulse, dofs, steps, seconds."""
+class Run(results.Run):
+    """x, v: surface -> n, mean displacement and velocity in x; impulse: the momentum at the end."""
 
     def __init__(self, path):
-        self.name = path.stem
+        super().__init__(path)
         self.mesh, self.hexes, self.model, self.scheme, unit, amount, self.skin = NAME.fullmatch(self.name).groups()
         self.multiple = float(amount) if unit == "x" else None  # of the critical step
         with h5py.File(path) as f:
-            self.t = f["time"][:]
             groups = {s: f["surfaces"]["block." + s] for s in SURFACES}
             self.x = {s: g["mean_position"][:, 0] for s, g in groups.items()}
             self.v = {s: g["mean_velocity"][:, 0] for s, g in groups.items()}
-            energy = {name: data[:] for name, data in f["energy"].items()}
-            self.impulse = -f["instances"]["block"]["momentum"][-1, 0]
-            self.dofs, self.steps = int(f.attrs["n_dofs"]), int(f.attrs["steps"])
-            self.seconds = float(f.attrs["wall_seconds_steps"])
+        self.impulse = -self.momentum["block"][-1, 0]
         self.h = self.t[-1] / self.steps
-        brought = energy["work_external"] + energy.get("work_numerical", 0)
-        self.numerical = np.abs(energy.get("work_numerical", np.zeros(1))).max()
-        # Of the largest energy; a step longer than the load may see none of it.
-        largest = np.abs(energy["total"]).max()
-        self.balance = np.abs(energy["total"] - energy["total"][0] - brought).max() / largest if largest > 0 else 0.0
+        self.numerical = np.abs(self.energy.get("work_numerical", np.zeros(1))).max()
 
 
 class Reference:
@@ -54,18 +51,10 @@ def extrapolated(coarse, fine):
     return Reference(coarse.t, every["x"], every["v"], f"full mesh, explicit, extrapolated from steps of {1e9 * coarse.h:.3g} and {1e9 * fine.h:.3g} ns")
 
 
-class Runs:
+class Runs(results.Runs):
     def __init__(self, folder):
-        self.paths = {p.stem: p for p in sorted(folder.glob("*.h5")) if NAME.fullmatch(p.stem)}
-        self.read, self.references = {}, {}
-
-    def __contains__(self, name):
-        return name in self.paths
-
-    def __getitem__(self, name):
-        if name not in self.read:
-            self.read[name] = Run(self.paths[name])
-        return self.read[name]
+        super().__init__((p for p in folder.glob("*.h5") if NAME.fullmatch(p.stem)), Run)
+        self.references = {}
 
     def all(self, **wanted):
         """Runs whose attributes are as given; a tuple allows several."""

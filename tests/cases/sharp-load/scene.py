@@ -14,6 +14,9 @@
 import re
 import sys
 
+sys.path.append("..")
+from variants import print_variant
+
 HEXES = {"bubble": "hex8-incompatible", "under": "hex8-hourglass", "plain": "hex8"}
 # Hexes along x, y, z
 MESHES = {"coarse": (10, 5, 8), "fine": (20, 10, 15)}
@@ -37,41 +40,30 @@ def shell(word):
     return (0.0, 0.0, 2.5e-4) if word == "zero" else (MODULUS[word[0]], DENSITY[word[1]], THICKNESS[word[2]])
 
 
-def variant(text, name):
+def changes(name):
     found = NAME.fullmatch(name)
     if not found or (found[4] == "exact") != (found[5] is None):
-        sys.exit(f"scene.py: {name}: see --help")
+        return None
     mesh, hexes, model, scheme, unit, amount, skin = found.groups()
     interface = INTERFACES["a" if model == "full" else model[0]]
     total, kept = dofs(mesh, model)
     modes = int(model[1:]) if model[1:].isdigit() else total - kept - (model != "all")
-    changes = [("mesh: coarse.msh", f"mesh: {mesh}.msh"), ("element: hex8-incompatible", f"element: {HEXES[hexes]}"),
-               ("interface: [contact, load]", f"interface: [{', '.join(interface)}, load]"), ("modes: 1619", f"modes: {modes}"),
-               ("coarse-bubble-a.cbr", f"{mesh}-{hexes}-{'a' if model == 'full' else model}.cbr"),
-               ("integrator: exact", f"integrator: {SCHEMES[scheme]}")]
+    pairs = [("mesh: coarse.msh", f"mesh: {mesh}.msh"), ("element: hex8-incompatible", f"element: {HEXES[hexes]}"),
+             ("interface: [contact, load]", f"interface: [{', '.join(interface)}, load]"), ("modes: 1619", f"modes: {modes}"),
+             ("coarse-bubble-a.cbr", f"{mesh}-{hexes}-{'a' if model == 'full' else model}.cbr"),
+             ("integrator: exact", f"integrator: {SCHEMES[scheme]}")]
     if model == "full":
-        changes.append(("as: superelement", "as: mesh"))
+        pairs.append(("as: superelement", "as: mesh"))
     if unit:
         step = f"{{cfl: {amount}}}" if unit == "x" else repr(CORNER / float(amount))
-        changes += [("end: 1.2e-5", f"end: 1.2e-5, step: {step}"), ("every: 1.0e-8", "every: 0")]
+        pairs += [("end: 1.2e-5", f"end: 1.2e-5, step: {step}"), ("every: 1.0e-8", "every: 0")]
     if skin:
         modulus, density, thickness = shell(skin)
-        changes.append(("\nloads:", f"\nskin: {{surfaces: [{', '.join(interface)}], youngs_modulus: {modulus}, poissons_ratio: 0.3, "
-                                    f"density: {density}, thickness: {thickness}, mesh: {name}.msh}}\n\nloads:"))
-    for old, new in changes:
-        if old not in text:
-            sys.exit(f"scene.py: load.yaml has no '{old}'")
-        text = text.replace(old, new)
-    # What was said of the first scene does not hold for this one.
-    return re.sub(r"  +#.*", "", text)
-
-
-def main():
-    if len(sys.argv) != 3 or sys.argv[1].startswith("-"):
-        sys.exit(__doc__)
-    with open(sys.argv[1]) as f:
-        print(variant(f.read(), sys.argv[2]), end="")
+        pairs.append(("\nloads:", f"\nskin: {{surfaces: [{', '.join(interface)}], youngs_modulus: {modulus}, poissons_ratio: 0.3, "
+                                  f"density: {density}, thickness: {thickness}, mesh: {name}.msh}}\n\nloads:"))
+    return pairs
 
 
 if __name__ == "__main__":
-    main()
+    # Comments on the first scene do not hold for the others
+    print_variant(__doc__, changes, keeps_comments=False)

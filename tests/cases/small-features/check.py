@@ -18,9 +18,9 @@ class Check(Checks):
 
     def balances(self, run):
         """Momentum and energy: to round-off, each run by itself."""
-        brought = run.momentum[0, 2]
-        self.below(run.name, "momentum less what the wall gave, share", abs(run.momentum[-1, 2] - brought + run.impulse) / brought, 1e-10)
-        self.below(run.name, "momentum along the wall (no friction), share", np.abs(run.momentum[:, :2]).max() / brought, 1e-10)
+        brought = run.p[0, 2]
+        self.below(run.name, "momentum less what the wall gave, share", abs(run.p[-1, 2] - brought + run.impulse) / brought, 1e-10)
+        self.below(run.name, "momentum along the wall (no friction), share", np.abs(run.p[:, :2]).max() / brought, 1e-10)
         self.below(run.name, "energy that no work accounts for, share", run.balance, 1e-10)
         self.below(run.name, "energy kept, above 1 (the contact brings none)", run.kept - 1, 1e-10)
         # The wall pulls at nothing: forces point out of it at any time.

@@ -4,12 +4,11 @@
 import pathlib
 import sys
 
-import matplotlib
+from runs import SPEED, TOUCH, Runs
 
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
-
-from runs import SPEED, TOUCH, Runs, row
+sys.path.append("..")
+from plotting import bare, plt, save
+from results import aligned, write_table
 
 COLOURS = ["#e07b00", "#2a9d4a", "#b3202c", "#5b7fc7"]
 SHOWN = ("k20", "k80", "k80-s2", "k80-s4")
@@ -38,35 +37,24 @@ def draw(runs, folder):
         bottom.set_xlabel("time [us]")
         top.legend(frameon=False, fontsize=8)
         for axis in (top, bottom):
-            axis.spines[["top", "right"]].set_visible(False)
-            axis.grid(True, color="#e6e6e6", linewidth=0.6)
-    fig.savefig(folder / "small-features.png", dpi=100)
+            bare(axis)
+    save(fig, folder / "small-features.png", dpi=100)
 
 
-HEADINGS = (("run", "run", "{:14s}", 1), ("dofs", "dofs", "{:6d}", 1), ("step, ns", "step_s", "{:8.1f}", 1e9), ("steps", "steps", "{:6d}", 1),
-            ("ms/step", "ms_per_step", "{:8.4f}", 1), ("stepping s", "steps_s", "{:10.4f}", 1), ("ratio", "seconds_ratio", "{:7.1f}", 1),
-            ("steps ratio", "steps_ratio", "{:11.1f}", 1), ("rms %", "rms", "{:6.3f}", 100), ("force %", "rms_force", "{:7.2f}", 100),
-            ("rebound", "rebound", "{:7.4f}", 1), ("off", "rebound_off", "{:+7.4f}", 1), ("push off", "first_push_off", "{:+8.4f}", 1),
-            ("kept", "energy_kept", "{:6.3f}", 1), ("rho_res", "rho_res", "{:7.4f}", 1),
-            ("setup s", "setup_s", "{:7.3f}", 1), ("reduction s", "reduction_s", "{:11.2f}", 1), ("breaks even", "break_even_runs", "{:11.1f}", 1))
+HEADINGS = (("run", "run", "{:14s}"), ("dofs", "dofs", "{:6d}"), ("step, ns", "step_s", "{:8.1f}", 1e9), ("steps", "steps", "{:6d}"),
+            ("ms/step", "ms_per_step", "{:8.4f}"), ("stepping s", "steps_s", "{:10.4f}"), ("ratio", "seconds_ratio", "{:7.1f}"),
+            ("steps ratio", "steps_ratio", "{:11.1f}"), ("rms %", "rms", "{:6.3f}", 100), ("force %", "rms_force", "{:7.2f}", 100),
+            ("rebound", "rebound", "{:7.4f}"), ("off", "rebound_off", "{:+7.4f}"), ("push off", "first_push_off", "{:+8.4f}"),
+            ("kept", "energy_kept", "{:6.3f}"), ("rho_res", "rho_res", "{:7.4f}"),
+            ("setup s", "setup_s", "{:7.3f}"), ("reduction s", "reduction_s", "{:11.2f}"), ("breaks even", "break_even_runs", "{:11.1f}"))
 
 
 def table(runs, folder):
-    widths = [len(form.format(0 if "d" in form or "f" in form else "")) for *_, form, _ in HEADINGS]
-    lines = ["  ".join(title.rjust(w) if i else title.ljust(w) for i, ((title, *_), w) in enumerate(zip(HEADINGS, widths)))]
-    for run in runs.all:
-        figures = row(run, runs.full(run))
-        cells = []
-        for (_, key, form, unit), w in zip(HEADINGS, widths):
-            value = figures[key]
-            cells.append(" " * w if value is None else form.format(value if unit == 1 else unit * value))
-        lines.append("  ".join(cells))
+    lines = aligned(HEADINGS, runs.rows())
     lines.append("ratio: the full mesh's stepping seconds over ours, same mesh; rms: pad's position after the first touch, of 5 m/s x contact time; force: rms in windows of\n"
                  "6 us, of the largest; rebound: momentum after over before; push off: momentum given in the first of two blows, of that brought; breaks even: runs after which\n"
                  "the reduction is paid for")
-    text = "\n".join(lines) + "\n"
-    (folder / "table.txt").write_text(text)
-    print(text, end="")
+    write_table(folder / "table.txt", lines)
 
 
 def main():

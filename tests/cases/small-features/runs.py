@@ -1,9 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The runs of a folder and their figures. As a program: runs.py FOLDER prints them as CSV, a row for each run."""
-import csv
 import pathlib
-import re
 import sys
 
 import h5py
@@ -11,30 +9,27 @@ import numpy as np
 
 from scene import NAME
 
+sys.path.append("..")
+import results
+
 SPEED, TOUCH, MARGIN = 5.0, 1e-6, 0.9  # m/s, s; the share of the full mesh's critical step that it is run at
 
 
-class Run:
-    """One results file. t (n); x, v, force (n): the pad's mean position and velocity, the wall's force on it, all in z."""
+class Run(results.Run):
+    """x, v, force (n): the pad's mean position and velocity, the wall's force on it, all in z."""
 
     def __init__(self, path):
-        self.name = path.stem
+        super().__init__(path)
         self.mesh, self.model, self.kind, modes, factor = NAME.fullmatch(self.name).groups()
         self.modes, self.factor = modes and int(modes), factor and float(factor)
         with h5py.File(path) as f:
-            pad, body = f["surfaces/bracket.contact"], f["instances/bracket"]
-            self.t, self.x, self.v = f["time"][:], pad["mean_position"][:, 2], pad["mean_velocity"][:, 2]
-            self.force, self.momentum = pad["force"][:, 2], body["momentum"][:]
-            total = f["energy/total"][:]
-            self.kept = total[-1] / total[0]
-            self.balance = np.abs(total - total[0] - f["energy/work_contact"][:]).max() / total[0]
-            self.steps, self.dofs = int(f.attrs["steps"]), int(f.attrs["n_dofs"])
-            self.setup = float(f.attrs["wall_seconds_read"] + f.attrs["wall_seconds_setup"])
-            self.seconds = float(f.attrs["wall_seconds_steps"])
-        self.mass = self.momentum[0, 2] / SPEED
-        self.rebound = -self.momentum[-1, 2] / self.momentum[0, 2]
+            pad = f["surfaces/bracket.contact"]
+            self.x, self.v, self.force = (pad[name][:, 2] for name in ("mean_position", "mean_velocity", "force"))
+        self.p = self.momentum["bracket"]
+        self.rebound = -self.p[-1, 2] / self.p[0, 2]
         self.impulse = -np.cumsum(self.force[1:] * np.diff(self.t)).take(-1)  # force: the mean since the last output
-        self.reduction, self.rho_res = reduction_figures(path.parent / f"{self.mesh}-{self.model}.reduce.txt")
+        printed = path.parent / f"{self.mesh}-{self.model}.reduce.txt"
+        self.reduction, self.rho_res = (results.said(printed, what) for what in (results.TOTAL, r"rho_res .* z ([\d.]+)"))
 
     def contact_time(self):
         """From the first touch to the last force, s."""
@@ -46,15 +41,6 @@ class Run:
         begin = np.argmax(acting)
         end = begin + np.argmin(acting[begin:])
         return -np.sum(self.force[begin:end] * np.diff(self.t)[begin - 1:end - 1])
-
-
-def reduction_figures(path):
-    """Seconds of the reduction and rho_res in z, from what cbr-reduce --verbose printed; None for a full mesh."""
-    if not path.exists():
-        return None, None
-    text = path.read_text()
-    total, rho = re.search(r"^ +total +([\d.]+) s", text, re.M), re.search(r"rho_res .* z ([\d.]+)", text)
-    return total and float(total[1]), rho and float(rho[1])
 
 
 def rms(run, reference):
@@ -72,23 +58,20 @@ def rms_force(run, reference, window=6e-6):
     return np.sqrt(np.mean((smooth[0] - smooth[1]) ** 2)) / np.abs(smooth[1]).max()
 
 
-class Runs:
+class Runs(results.Runs):
     def __init__(self, folder):
-        found = [Run(p) for p in sorted(pathlib.Path(folder).glob("*-*.h5")) if NAME.fullmatch(p.stem)]
-        self.all = sorted(found, key=lambda r: (r.mesh, r.model != "full", r.kind or "", r.modes or 0, r.factor or 0))
-        self.by_name = {r.name: r for r in self.all}
-
-    def __contains__(self, name):
-        return name in self.by_name
-
-    def __getitem__(self, name):
-        return self.by_name[name]
+        super().__init__((p for p in pathlib.Path(folder).glob("*-*.h5") if NAME.fullmatch(p.stem)), Run)
+        self.all = sorted(map(self.get, self.paths), key=lambda r: (r.mesh, r.model != "full", r.kind or "", r.modes or 0, r.factor or 0))
 
     def meshes(self):
         return sorted({r.mesh for r in self.all if r.mesh != "fine"}, key=lambda m: (len(m), m))
 
     def full(self, run):
-        return self.by_name.get(f"{run.mesh}-full")
+        return self.get(f"{run.mesh}-full")
+
+    def rows(self):
+        """The figures of every run."""
+        return [row(r, self.full(r)) for r in self.all]
 
 
 COLUMNS = ("run", "dofs", "steps", "step_s", "ms_per_step", "steps_s", "setup_s", "reduction_s", "rms", "rms_force", "rebound", "rebound_off", "first_push_off",
@@ -97,29 +80,13 @@ COLUMNS = ("run", "dofs", "steps", "step_s", "ms_per_step", "steps_s", "setup_s"
 
 def row(run, full):
     """COLUMNS -> value. Ratios and errors are against the full mesh on the same mesh; None where that says nothing."""
-    values = dict(run=run.name, dofs=run.dofs, steps=run.steps, step_s=run.t[-1] / run.steps, ms_per_step=1e3 * run.seconds / run.steps, steps_s=run.seconds,
-                  setup_s=run.setup, reduction_s=run.reduction, rebound=run.rebound, energy_kept=run.kept, rho_res=run.rho_res)
+    values = run.costs(full) | dict(step_s=run.t[-1] / run.steps, ms_per_step=1e3 * run.seconds / run.steps, rebound=run.rebound,
+                                    rho_res=run.rho_res)
     if full and full is not run:
-        gain = full.seconds + full.setup - run.seconds - run.setup
         values.update(rms=rms(run, full), rms_force=rms_force(run, full), rebound_off=run.rebound - full.rebound,
-                      first_push_off=(run.first_push() - full.first_push()) / run.momentum[0, 2],
-                      steps_ratio=full.steps / run.steps, seconds_ratio=full.seconds / run.seconds,
-                      break_even_runs=run.reduction / gain if run.reduction and gain > 0 else None)
+                      first_push_off=(run.first_push() - full.first_push()) / run.p[0, 2], steps_ratio=full.steps / run.steps)
     return {c: values.get(c) for c in COLUMNS}
 
 
-def rows(folder):
-    """The figures of every run in a folder, a dict of COLUMNS each."""
-    runs = Runs(folder)
-    return [row(r, runs.full(r)) for r in runs.all]
-
-
-def main():
-    writer = csv.DictWriter(sys.stdout, COLUMNS, lineterminator="\n")
-    writer.writeheader()
-    for figures in rows(sys.argv[1]):
-        writer.writerow({c: "" if v is None else f"{v:.6g}" if isinstance(v, float) else v for c, v in figures.items()})
-
-
 if __name__ == "__main__":
-    main()
+    results.print_csv(COLUMNS, Runs(sys.argv[1]).rows())

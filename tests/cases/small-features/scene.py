@@ -10,38 +10,30 @@
 import re
 import sys
 
+sys.path.append("..")
+from variants import print_variant
+
 NAME = re.compile(r"(small|tet4|tet10|fine)-(full|([klm])(\d+))(?:-s([\d.]+))?")
 
 
-def variant(text, name):
+def changes(name):
     found = NAME.fullmatch(name)
     if not found or (found[2] == "full" and found[5]):
-        sys.exit(f"scene.py: {name}: see --help")
+        return None
     mesh, model, kind, modes, factor = found.groups()
-    changes = [("mesh: tet4.msh", f"mesh: {mesh}.msh")]
+    pairs = [("mesh: tet4.msh", f"mesh: {mesh}.msh")]
     if model == "full":
-        changes.append(("as: superelement", "as: mesh"))
+        pairs.append(("as: superelement", "as: mesh"))
     else:
-        changes += [("modes: 80", f"modes: {modes}"), ("superelement: tet4-k80", f"superelement: {mesh}-{model}")]
+        pairs += [("modes: 80", f"modes: {modes}"), ("superelement: tet4-k80", f"superelement: {mesh}-{model}")]
         if kind == "l":
-            changes.append(("pick: participation", "pick: frequency"))
+            pairs.append(("pick: participation", "pick: frequency"))
         if kind == "m":
-            changes.append(("interface: [contact]", "interface: [contact, mount]"))
+            pairs.append(("interface: [contact]", "interface: [contact, mount]"))
     if factor:
-        changes.append(("end: 1.0e-4", f"end: 1.0e-4, step: {{cfl: {factor}}}"))
-    for old, new in changes:
-        if old not in text:
-            sys.exit(f"scene.py: impact.yaml has no '{old}'")
-        text = text.replace(old, new)
-    return text
-
-
-def main():
-    if len(sys.argv) != 3 or sys.argv[1].startswith("-"):
-        sys.exit(__doc__)
-    with open(sys.argv[1]) as f:
-        print(variant(f.read(), sys.argv[2]), end="")
+        pairs.append(("end: 1.0e-4", f"end: 1.0e-4, step: {{cfl: {factor}}}"))
+    return pairs
 
 
 if __name__ == "__main__":
-    main()
+    print_variant(__doc__, changes)

@@ -5,12 +5,10 @@ import pathlib
 import sys
 
 import h5py
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib.collections import PolyCollection
+
+sys.path.append("..")
+from plotting import plt, save, side_view
 
 
 def faces_at(fields, instants):
@@ -25,15 +23,8 @@ def faces_at(fields, instants):
 def draw(axis, file, instants, title):
     with h5py.File(file) as fields:
         for share, quads in zip(np.linspace(0, 1, len(instants)), faces_at(fields, instants)):
-            back_to_front = np.argsort(-quads[:, :, 1].mean(axis=1))
-            axis.add_collection(PolyCollection(1e3 * quads[back_to_front][:, :, [0, 2]], facecolor=plt.cm.viridis(0.15 + 0.75 * share),
-                                               edgecolor="#ffffff", linewidth=0.3))
-    axis.axhline(0, color="#444444", linewidth=1.5)
-    axis.set_title(title, fontsize=10, loc="left")
-    axis.set_aspect("equal")
-    axis.autoscale_view()
+            side_view(axis, quads, plt.cm.viridis(0.15 + 0.75 * share), title)
     axis.set_ylabel("height [mm]")
-    axis.spines[["top", "right"]].set_visible(False)
 
 
 folder = pathlib.Path(sys.argv[1])
@@ -42,4 +33,4 @@ figure, axes = plt.subplots(2, 1, figsize=(9, 6.5), layout="constrained", sharex
 draw(axes[0], folder / "large.fields.h5", instants, "rotations: large")
 draw(axes[1], folder / "small.fields.h5", instants, "rotations: small: a linear body grows as it turns")
 axes[1].set_xlabel("along the throw [mm]; " + ", ".join(f"{1e3 * t:.0f}" for t in instants) + " ms")
-figure.savefig(folder / "thrown-part.png", dpi=100)
+save(figure, folder / "thrown-part.png", dpi=100)

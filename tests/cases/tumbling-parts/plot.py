@@ -5,12 +5,10 @@ import pathlib
 import sys
 
 import h5py
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib.collections import PolyCollection
+
+sys.path.append("..")
+from plotting import plt, save, side_view
 
 folder = pathlib.Path(sys.argv[1])
 # of a hexahedron; a grid of faces has one
@@ -34,16 +32,9 @@ for row, name in zip(axes, ("superelement", "mesh", "rigid")):
         times = fields["times"][:]
         for axis, step in zip(row, (0, len(times) // 2, len(times) - 1)):
             found = list(quads_at(fields, step))
-            quads = np.concatenate([q for _, q in found])
             part = np.concatenate([np.full(len(q), number) for number, q in found])
-            order = np.argsort(-quads[:, :, 1].mean(axis=1))
             colours = plt.cm.viridis(0.1 + 0.8 * (part * 0.618 % 1))
-            axis.add_collection(PolyCollection(1e3 * quads[order][:, :, [0, 2]], facecolor=colours[order], edgecolor="#ffffff", linewidth=0.2))
-            axis.axhline(0, color="#444444", linewidth=1.5)
-            axis.set_aspect("equal")
-            axis.autoscale_view()
-            axis.set_title(f"as: {name}, {1e3 * times[step]:.0f} ms", fontsize=9, loc="left")
-            axis.spines[["top", "right"]].set_visible(False)
+            side_view(axis, np.concatenate([q for _, q in found]), colours, f"as: {name}, {1e3 * times[step]:.0f} ms")
 for axis in axes[:, 0]:
     axis.set_ylabel("height [mm]")
-figure.savefig(folder / "tumbling-parts.png", dpi=90)
+save(figure, folder / "tumbling-parts.png", dpi=90)
