@@ -7,16 +7,16 @@ BIN and BENCH (folders of the programs and of bench_machine), OUT (folder of the
 sizes, one run each), REPEATS (3), REFINEMENTS ("1 2 4") come from the environment: tests/benchmarks/Makefile. When each part was
 measured, of which commit and beside how much other work goes into runs.csv.
 """
+import csv
 import datetime
+import io
 import os
 import pathlib
 import subprocess
 import sys
 
 import bases
-import case_rows
 import few_shapes
-import interior
 import limits
 import machine
 import peers
@@ -79,7 +79,7 @@ def measure_reduction(settings):
 
 
 def measure_interior(settings):
-    write_csv(settings.out / "interior.csv", interior.measure(settings), interior.COLUMNS)
+    write_csv(settings.out / "interior.csv", reduction.interior(settings), reduction.INTERIOR)
 
 
 def measure_largest(settings):
@@ -87,35 +87,32 @@ def measure_largest(settings):
     write_csv(settings.out / "largest.csv", reduction.largest(settings, settings.rates(), hexes), reduction.COLUMNS)
 
 
-def measure_projected(settings):
-    write_csv(settings.out / "projected.csv", projected.measure(settings), projected.COLUMNS)
+def measure_module(module):
+    """The part of a module that measures one table."""
+    return lambda settings: write_csv(settings.out / f"{module.__name__}.csv", module.measure(settings), module.COLUMNS)
 
 
-def measure_bases(settings):
-    write_csv(settings.out / "bases.csv", bases.measure(settings), bases.COLUMNS)
+def measure_case(case, name):
+    """The part of a case that prints its own rows: `make bench-rows`. Its runs may take minutes."""
+    def measure(settings):
+        # Results of an earlier program go first: make would keep them, with their times
+        for old in (settings.out / name).glob("*.h5"):
+            old.unlink()
+        done = reduction.make_case(settings, case, settings.out / name, "bench-rows")
+        rows, columns = [{"run": "all", "note": "left out: the case did not run"}], ["run", "note"]
+        if done.returncode == 0:
+            # make's recipes may say something before the table
+            reader = csv.DictReader(io.StringIO(done.stdout[done.stdout.index("run,dofs,"):]))
+            rows, columns = list(reader), reader.fieldnames
+        write_csv(settings.out / f"{name}.csv", rows, columns)
+
+    return measure
 
 
-def measure_few_shapes(settings):
-    write_csv(settings.out / "few_shapes.csv", few_shapes.measure(settings), few_shapes.COLUMNS)
-
-
-def measure_skipping(settings):
-    write_csv(settings.out / "skipping.csv", skipping.measure(settings), skipping.COLUMNS)
-
-
-def measure_features(settings):
-    rows = case_rows.measure(settings, "small-features", "features")
-    write_csv(settings.out / "features.csv", *rows)
-
-
-def measure_ordinary(settings):
-    rows = case_rows.measure(settings, "ordinary-part", "ordinary")
-    write_csv(settings.out / "ordinary.csv", *rows)
-
-
-PARTS = {"machine": measure_machine, "t1": measure_t1, "projected": measure_projected, "reduction": measure_reduction,
-         "interior": measure_interior, "skipping": measure_skipping,
-         "features": measure_features, "ordinary": measure_ordinary, "bases": measure_bases, "few_shapes": measure_few_shapes, "peers": peers.measure, "largest": measure_largest, "plots": lambda settings: plots.make(settings.out)}
+PARTS = {"machine": measure_machine, "t1": measure_t1, "projected": measure_module(projected), "reduction": measure_reduction,
+         "interior": measure_interior, "skipping": measure_module(skipping), "features": measure_case("small-features", "features"),
+         "ordinary": measure_case("ordinary-part", "ordinary"), "bases": measure_module(bases), "few_shapes": measure_module(few_shapes),
+         "peers": peers.measure, "largest": measure_largest, "plots": lambda settings: plots.make(settings.out)}
 
 
 def record(settings, part):

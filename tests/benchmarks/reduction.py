@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""cbr-reduce by phase: seconds, flops, rate, share of the limit; and what a second run on unchanged inputs costs."""
+"""cbr-reduce by phase: seconds, flops, rate, share of the limit; the cost of a second run on unchanged inputs, and of a larger interior."""
 import subprocess
 
 import limits
@@ -9,10 +9,22 @@ from runs import in_turns, median, run
 COLUMNS = ["row", "phase", "seconds", "flops", "flop_rate", "limit_s", "share_of_limit", "share_of_total", "dofs", "interface_dofs", "modes", "factor_nonzeros",
            "factor_flops", "peak_memory_bytes", "note"]
 AGAIN = ["row", "first_s", "again_s", "ratio", "target", "reached", "note"]
+# Phase -> column of interior.csv
+OF_INTERIOR = {"assembly": "assembly_s", "factorisation": "factorisation_s", "factorisation and condensation": "both_s",
+               "fixed-interface modes": "modes_s", "condensation": "condensation_s", "diagonal form": "diagonal_s", "total": "total_s"}
+INTERIOR = ["row", "hexes", "dofs", "interface_dofs", "factor_flops", *OF_INTERIOR.values(), "grows_flops", "grows_factorisation", "grows_total", "reached",
+            "peak_memory_bytes", "note"]
 
 # What the program calls the phases, and which of its counts are their flops; the diagonal form's are of limits.reduction
 FLOPS = {"factorisation": ("factor_flops",), "condensation": ("solve_flops", "product_flops"),
          "factorisation and condensation": ("factor_flops", "front_flops")}
+
+
+def make_case(settings, case, folder, *targets):
+    """make in a folder of tests/cases, its results in `folder`; the process when it has ended."""
+    command = ["make", "--no-print-directory", "-s", "-C", t1.HERE.parent / "cases" / case, f"OUT={folder}", f"BIN={settings.bin}",
+               f"PYTHON={settings.python}", f"FAST={'1' if settings.smoke else ''}", *targets]
+    return subprocess.run(command, stdout=subprocess.PIPE, text=True)
 
 
 def cases(folder, settings):
@@ -25,34 +37,21 @@ def cases(folder, settings):
             return f"{case.stem}.yaml"
         return make
 
-    def bracket():
-        here = t1.HERE.parent / "cases" / "small-features"
-        mesh, model = ("small", "k20") if settings.smoke else ("tet4", "k80")
-        command = ["make", "--no-print-directory", "-C", here, f"OUT={folder}", f"BIN={settings.bin}", f"PYTHON={settings.python}",
-                   f"FAST={'1' if settings.smoke else ''}", folder / f"{mesh}.msh", folder / f"{mesh}-{model}.yaml"]
-        subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
-        return f"{mesh}-{model}.yaml"
-
-    def pedestal(basis):
+    def of_case(case, mesh, model):
         def make():
-            here = t1.HERE.parent / "cases" / "ordinary-part"
-            mesh = "small" if settings.smoke else "part"
-            command = ["make", "--no-print-directory", "-C", here, f"OUT={folder}",
-                       f"BIN={settings.bin}", f"PYTHON={settings.python}",
-                       f"FAST={'1' if settings.smoke else ''}", folder / f"{mesh}.msh",
-                       folder / f"{mesh}-{basis}.yaml"]
-            subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
-            return f"{mesh}-{basis}.yaml"
+            make_case(settings, case, folder, folder / f"{mesh}.msh", folder / f"{mesh}-{model}.yaml").check_returncode()
+            return f"{mesh}-{model}.yaml"
         return make
 
     if settings.smoke:
-        return {"T1 (a), 5 modes": block("a", 5, 1, (6, 4, 5)), "small features": bracket,
-                "ordinary part, shapes": pedestal("shapes")}
+        return {"T1 (a), 5 modes": block("a", 5, 1, (6, 4, 5)), "small features": of_case("small-features", "small", "k20"),
+                "ordinary part, shapes": of_case("ordinary-part", "small", "shapes")}
     return {"T1 (a), 80 modes": block("a", 80, 1, (20, 10, 15)), "T1 (c), 500 modes": block("c", 500, 1, (20, 10, 15)),
             "T1 (a), 80 modes, r = 2": block("a", 80, 2, (40, 20, 30)),
             "T1, shapes, 20 modes, r = 2": block("shapes", 20, 2, (40, 20, 30)),
-            "small features, 80 modes": bracket, "ordinary part, 120 modes": pedestal("nodes"),
-            "ordinary part, shapes, 120 modes": pedestal("shapes")}
+            "small features, 80 modes": of_case("small-features", "tet4", "k80"),
+            "ordinary part, 120 modes": of_case("ordinary-part", "part", "nodes"),
+            "ordinary part, shapes, 120 modes": of_case("ordinary-part", "part", "shapes")}
 
 
 def phases(name, tables, rates):
@@ -105,3 +104,34 @@ def measure(settings, rates, say=print):
                       "reached": "yes" if again_s <= 0.2 * first_s else "no"})
     notes = [{"row": name, "note": f"left out: {text}"} for name, text in refused.items()]
     return rows + notes, again
+
+
+def factor_s(row):
+    return row["factorisation_s"] + row["both_s"]
+
+
+def interior(settings, say=print):
+    """Rows of interior.csv: ever longer bars, and how much more each takes than the first."""
+    folder = settings.out / "interior"
+    folder.mkdir(parents=True, exist_ok=True)
+    side, lengths = (4, (4, 12)) if settings.smoke else (20, (20, 60, 200))
+    jobs = {}
+    for length in lengths:
+        hexes = (length, side, side)
+        t1.make_mesh(f"{length}-long", hexes, folder)
+        case = t1.Case(f"{length}-long", ("a", 20, "frequency", "impulse", ""), hexes, folder, settings.bin)
+        case.write_scene(1e-7)
+        jobs[length] = lambda scene=f"{case.stem}.yaml": run(settings.bin, "cbr-reduce", scene, "--force", folder=folder)
+    results, refused = in_turns(jobs, settings.repeats, say)
+    rows, first = [], None
+    for length, tables in results.items():
+        row = {"row": f"{side} x {side} hexes, {length} long", "hexes": length * side * side, "note": "",
+               **{key: median(tables, "count", key) for key in ("dofs", "interface_dofs", "factor_flops", "peak_memory_bytes")},
+               **{column: median(tables, "phase", phase) for phase, column in OF_INTERIOR.items()}}
+        first = first or row
+        row.update(grows_flops=row["factor_flops"] / first["factor_flops"], grows_factorisation=factor_s(row) / factor_s(first),
+                   grows_total=row["total_s"] / first["total_s"])
+        if row is not first:
+            row["reached"] = "yes" if row["grows_total"] <= row["grows_flops"] else "no"
+        rows.append(row)
+    return rows + [{"row": f"{length} long", "note": f"left out: {text}"} for length, text in refused.items()]
