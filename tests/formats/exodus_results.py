@@ -5,21 +5,13 @@ libexodusii and by VTK's reader, which is ParaView's, where they are installed (
 usage: exodus_results.py CBR_REDUCE CBR_DYN. Exit 77 without h5py and numpy."""
 import ctypes
 import ctypes.util
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
-try:
-    import h5py
-    import numpy as np
-except ImportError as missing:
-    print(f"skipped: {missing}")
-    sys.exit(77)
-
 sys.dont_write_bytecode = True
 from netcdf3 import Netcdf  # noqa: E402
-from results_h5py import write_mesh  # noqa: E402
+from running import h5py, np, run, write_mesh  # noqa: E402
 
 SCENE = """
 materials: {steel: {youngs_modulus: 2.1e11, poissons_ratio: 0.3, density: 7850}}
@@ -37,12 +29,6 @@ output: {every: 2.0e-5, fields: [displacement, velocity, stress, contact_pressur
 """
 STRESSES = ["stress_" + name for name in "xx yy zz xy yz xz von_mises principal_1 principal_2 principal_3".split()]
 TYPES = {"Hexahedron": "HEX8", "Quadrilateral": "SHELL4"}
-
-
-def run(folder, program, *arguments, expect=0):
-    done = subprocess.run([program, "-q", *arguments], cwd=folder, capture_output=True, text=True)
-    assert done.returncode == expect, (arguments, done.returncode, done.stderr)
-    return done.stderr
 
 
 def write_scene(folder, form, checkpoint=""):

@@ -6,17 +6,9 @@ wrote, where CBR_SHARED_DATA has one. usage: export_readers.py CBR_REDUCE. Exit 
 import csv
 import os
 import re
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
-
-try:
-    import h5py
-    import numpy as np
-except ImportError as missing:
-    print(f"skipped: {missing}")
-    sys.exit(77)
 
 try:
     import scipy.io
@@ -26,15 +18,12 @@ except ImportError:
 
 sys.dont_write_bytecode = True
 from netcdf3 import Netcdf  # noqa: E402
-from results_h5py import write_mesh  # noqa: E402
-
-MATERIAL = ["--youngs-modulus", "2.1e11", "--poissons-ratio", "0.3", "--density", "7850"]
+from running import MATERIAL, h5py, np, write_mesh  # noqa: E402
+from running import run as run_program  # noqa: E402
 
 
 def run(folder, *arguments, expect=0):
-    done = subprocess.run([sys.argv[1], "-q", *arguments], cwd=folder, capture_output=True, text=True)
-    assert done.returncode == expect, (arguments, done.returncode, done.stderr)
-    return done.stderr
+    return run_program(folder, sys.argv[1], *arguments, expect=expect)
 
 
 def matrices_of_file(path):

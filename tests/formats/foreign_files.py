@@ -11,13 +11,10 @@ import sys
 import tempfile
 from pathlib import Path
 
-try:
-    import h5py
-except ImportError as missing:
-    print(f"skipped: {missing}")
-    sys.exit(77)
-
 sys.dont_write_bytecode = True
+from running import ended, h5py  # noqa: E402
+from running import run as run_program  # noqa: E402
+
 PLUGIN = sys.argv[4]
 REDUCE, SKIN, DYN = (os.path.abspath(program) for program in sys.argv[1:4])
 MATERIAL = ["--youngs-modulus", "1e4", "--poissons-ratio", "0.3", "--density", "1"]
@@ -30,14 +27,15 @@ Mesh.MeshSizeMax = 0.5;
 
 
 def run(folder, program, *arguments, expect=0, words=(), environment=None):
-    done = subprocess.run([program, "-q", *arguments], cwd=folder, capture_output=True, text=True, errors="replace",
-                          env={**os.environ, **(environment or {})})
-    assert done.returncode == expect, (program, arguments, done.returncode, done.stderr)
-    if expect:
-        assert done.stderr.count("\n") == 1, done.stderr
+    error = run_program(folder, program, *arguments, expect=expect, env={**os.environ, **(environment or {})})
+    assert not expect or error.count("\n") == 1, error
     for word in words:
-        assert word in done.stderr, (word, done.stderr)
-    return done.stderr
+        assert word in error, (word, error)
+    return error
+
+
+def write_mesh(folder, name="box.msh", *options):
+    subprocess.run(["gmsh", "-3", "-v", "0", "box.geo", *options, "-o", name], cwd=folder, check=True, stdout=subprocess.DEVNULL)
 
 
 def reduce(folder, mesh="box.msh", out="x.cbr.h5", **options):
@@ -114,8 +112,7 @@ def check_links(folder):
 def check_scripts(folder):
     """gmsh runs .opt files beside what it reads, and those of the home folder: here it finds none."""
     for suffix, form in (("unv", "unv"), ("vtk", "vtk")):
-        subprocess.run(["gmsh", "-3", "-v", "0", "box.geo", "-format", form, "-o", f"box.{suffix}"], cwd=folder, check=True,
-                       stdout=subprocess.DEVNULL)
+        write_mesh(folder, f"box.{suffix}", "-format", form)
         home = folder / f"home-{suffix}"
         home.mkdir()
         script = f'SystemCall "touch {folder}/ran";\n'
@@ -182,7 +179,7 @@ time: {end: 1.0e-2}
 def check_names(folder):
     """What the results cannot hold is told before the first step, in one line."""
     (folder / "box.geo").write_text(BOX.replace('Physical Surface("c") = {1};', 'Physical Surface("c/t") = {1};\nPhysical Surface("c_t") = {2};'))
-    subprocess.run(["gmsh", "-3", "-v", "0", "box.geo", "-o", "box.msh"], cwd=folder, check=True, stdout=subprocess.DEVNULL)
+    write_mesh(folder)
     history = SCENE + "output: {history: [a.c/t, a.c_t]}\nsweep: {from_hz: 0.1, to_hz: 1}\nloads: [{instance: a, surface: c_t, force: [1, 0, 0]}]\n"
     (folder / "scene.yaml").write_text(history)
     for options in ((), ("--sweep",)):
@@ -225,14 +222,14 @@ def check_ties(folder):
                                                 "Recombine Surface{:};").replace('Physical Surface("c") = {1};', """
 Physical Surface("low") = Surface In BoundingBox{-0.1, -0.1, -0.1, 0.1, 1.1, 1.1};
 Physical Surface("high") = Surface In BoundingBox{0.9, -0.1, -0.1, 1.1, 1.1, 1.1};"""))
-    subprocess.run(["gmsh", "-3", "-v", "0", "box.geo", "-o", "box.msh"], cwd=folder, check=True, stdout=subprocess.DEVNULL)
+    write_mesh(folder)
     for shift, free, nodes in ((0, 6, 4), (0.5, 7, 2)):
         (folder / "tie.yaml").write_text(SCENE.replace("time:", f"""  b: {{component: box, as: mesh, position: [1, {shift}, 0]}}
 contact: [{{between: [a.high, b.low], tied: true}}]
 time:""").replace("instances: {a: {component: box, as: mesh, velocity: [1, 0, 0]}}", "instances:\n  a: {component: box, as: mesh}")
                                          + "output: {history: [b.high]}\nsweep: {from_hz: 0.01, to_hz: 0.02}\n"
                                            "loads: [{instance: b, surface: high, force: [1, 0, 0]}]\n")
-        modes = subprocess.run([DYN, "-q", "tie.yaml", "--modes", "9"], cwd=folder, capture_output=True, text=True, check=True)
+        modes = ended(folder, DYN, "tie.yaml", "--modes", "9")
         assert sum(float(row.split(",")[2]) == 0 for row in modes.stdout.split()[1:]) == free, modes.stdout
         for command in (("tie.yaml", "--modes", "9"), ("tie.yaml", "--sweep", "-o", f"s{nodes}.h5"), ("tie.yaml", "-o", f"r{nodes}.h5")):
             hinge = [line for line in told(folder, *command).splitlines() if "a hinge" in line]
@@ -251,7 +248,7 @@ def main():
         with tempfile.TemporaryDirectory() as folder:
             folder = Path(folder)
             (folder / "box.geo").write_text(BOX)
-            subprocess.run(["gmsh", "-3", "-v", "0", "box.geo", "-o", "box.msh"], cwd=folder, check=True, stdout=subprocess.DEVNULL)
+            write_mesh(folder)
             check(folder)
     return 0
 

@@ -2,17 +2,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Files of other codes made to superelements: our own exports come back with the same matrices, the mesh gives the faces, and damaged
 files are refused with one line. usage: import_readers.py CBR_REDUCE CBR_DYN. Exit 77 without h5py or numpy."""
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
-
-try:
-    import h5py
-    import numpy as np
-except ImportError as missing:
-    print(f"skipped: {missing}")
-    sys.exit(77)
 
 try:
     from scipy.io import netcdf_file
@@ -20,9 +12,8 @@ except ImportError:
     netcdf_file = None
 
 sys.dont_write_bytecode = True
-from results_h5py import write_mesh  # noqa: E402
+from running import MATERIAL, contents, h5py, np, run, write_mesh  # noqa: E402
 
-MATERIAL = ["--youngs-modulus", "2.1e11", "--poissons-ratio", "0.3", "--density", "7850"]
 FILES = {"matrix-market": ["out.K.mtx", "out.M.mtx"], "dmig": ["out.dmig"], "op4": ["out.op4"],
          "abaqus": ["out.K.abaqus.mtx", "out.M.abaqus.mtx"], "mtx": ["out.K.ccx.mtx", "out.M.ccx.mtx"]}
 SCENE = """
@@ -36,21 +27,8 @@ output: {every: 1.0e-5, history: [left.contact, right.contact]}
 """
 
 
-def run(folder, program, *arguments, expect=0):
-    done = subprocess.run([program, "-q", *arguments], cwd=folder, capture_output=True, text=True)
-    assert done.returncode == expect, (arguments, done.returncode, done.stderr)
-    return done.stderr
-
-
 def reduce(folder, *arguments, expect=0):
     return run(folder, sys.argv[1], *arguments, expect=expect)
-
-
-def contents(path):
-    found = {}
-    with h5py.File(path) as file:
-        file.visititems(lambda name, item: found.update({name: item[()]}) if isinstance(item, h5py.Dataset) else None)
-    return found
 
 
 def check_formats(folder):

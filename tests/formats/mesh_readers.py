@@ -10,24 +10,12 @@ import sys
 import tempfile
 from pathlib import Path
 
-try:
-    import h5py
-    import numpy as np
-except ImportError as missing:
-    print(f"skipped: {missing}")
-    sys.exit(77)
-
 sys.dont_write_bytecode = True
 from netcdf3 import Netcdf  # noqa: E402
+from running import ended, h5py, np, run  # noqa: E402
 
 E, NU, RHO = 2.1e11, 0.3, 7850.0
 MATERIAL = ["--youngs-modulus", str(E), "--poissons-ratio", str(NU), "--density", str(RHO)]
-
-
-def run(folder, program, *arguments, expect=0):
-    done = subprocess.run([program, "-q", *arguments], cwd=folder, capture_output=True, text=True)
-    assert done.returncode == expect, (arguments, done.returncode, done.stderr)
-    return done.stderr
 
 
 def reduce(folder, mesh, name, *more, interface="contact", expect=0):
@@ -280,9 +268,7 @@ TIP, 1, 1
 
 
 def note_of(folder, program, *arguments):
-    done = subprocess.run([program, "-q", *arguments], cwd=folder, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    return [line for line in done.stderr.splitlines() if "warning: component" in line and "not read:" in line]
+    return [line for line in run(folder, program, *arguments).splitlines() if "warning: component" in line and "not read:" in line]
 
 
 def check_decks(folder):
@@ -314,7 +300,7 @@ def check_decks(folder):
                                                f"instances: {{a: {{component: c, as: {kind}}}}}\ntime: {{end: 1.0e-5}}\n")
             if reduction:
                 run(folder, sys.argv[1], "scene.yaml")
-            done = subprocess.run([sys.argv[3], "-q", "scene.yaml", "--modes", "8"], cwd=folder, capture_output=True, text=True, check=True)
+            done = ended(folder, sys.argv[3], "scene.yaml", "--modes", "8")
             ratios[name, kind] = [float(row.split(",")[3]) for row in done.stdout.split()[1:]]
     assert max(ratios["scene", "mesh"]) > 0.001, ratios
     for kind in ("mesh", "superelement"):

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A reader of netCDF's classic and 64-bit offset files, from the description of the format (NetCDF Classic Format Specification), so that
 files are not read by the library that wrote them."""
-import numpy as np
+from running import np
 
 TYPES = {1: ">i1", 2: "S1", 3: ">i2", 4: ">i4", 5: ">f4", 6: ">f8"}
 

@@ -4,20 +4,13 @@
 impact of two such blocks is that of our own reduction of the same mesh, motion by motion.
 usage: sierra_import.py CBR_REDUCE CBR_DYN. Exit 77 without CBR_SHARED_DATA (CONTRIBUTING.md), h5py or numpy."""
 import os
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
-try:
-    import h5py
-    import numpy as np
-except ImportError as missing:
-    print(f"skipped: {missing}")
-    sys.exit(77)
-
 sys.dont_write_bytecode = True
 from netcdf3 import Netcdf  # noqa: E402
+from running import h5py, np, run  # noqa: E402
 
 DATA = Path(os.environ.get("CBR_SHARED_DATA", "nowhere")) / "sierra"
 SPEED = 2.0
@@ -31,12 +24,6 @@ contact: [{between: [left.SURFACE, right.SURFACE]}]
 time: {end: 4.0e-4}
 output: {every: 2.0e-6, history: [left.SURFACE, right.SURFACE]}
 """
-
-
-def run(folder, program, *arguments, expect=0):
-    done = subprocess.run([program, "-q", *arguments], cwd=folder, capture_output=True, text=True)
-    assert done.returncode == expect, (arguments, done.returncode, done.stderr)
-    return done
 
 
 def write_own_mesh(path):
@@ -113,12 +100,12 @@ def main():
 
         check_own_reduction(folder, reducer, runner, surface)
         # Rotations are refused by name, and a mesh that is another's
-        error = run(folder, reducer, "--import", "sierra", DATA / "cbr2.ncf", "-o", "old.cbr.h5", expect=2).stderr
+        error = run(folder, reducer, "--import", "sierra", DATA / "cbr2.ncf", "-o", "old.cbr.h5", expect=2)
         assert "rotational dof" in error and error.count("\n") == 1, error
         (folder / "cut.nc4").write_bytes((DATA / "block_1-cbr.nc4").read_bytes()[:100000])
-        error = run(folder, reducer, "--import", "sierra", "cut.nc4", "-o", "old.cbr.h5", expect=2).stderr
+        error = run(folder, reducer, "--import", "sierra", "cut.nc4", "-o", "old.cbr.h5", expect=2)
         assert "cut.nc4" in error and error.count("\n") == 1, error
-        error = run(folder, reducer, "--import", "sierra", mesh, "-o", "old.cbr.h5", expect=2).stderr
+        error = run(folder, reducer, "--import", "sierra", mesh, "-o", "old.cbr.h5", expect=2)
         assert "not a Sierra/SD superelement" in error and error.count("\n") == 1, error
         assert not (folder / "old.cbr.h5").exists()
         print(f"mass {mass:.9g}, momentum given on {right[-1] / (mass * SPEED):.4f}, energy kept {energy[-1] / energy[0]:.4f}")

@@ -2,19 +2,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A component that is a superelement file alone moves as the same file beside its mesh, to the last bit: contact, supports, loads,
 fields, a restart. usage: superelement_alone.py CBR_REDUCE CBR_DYN CBR_SKIN. Exit 77 without h5py."""
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
-try:
-    import h5py
-except ImportError as missing:
-    print(f"skipped: {missing}")
-    sys.exit(77)
-
 sys.dont_write_bytecode = True
-from results_h5py import write_mesh  # noqa: E402
+from running import differing, ended, h5py, run, write_mesh  # noqa: E402
 
 MATERIAL = "materials: {m: {youngs_modulus: 1, poissons_ratio: 0.3, density: 1}}"
 MESH = "mesh: box.msh, material: m, reduction: {interface: contact, REDUCTION, superelement: box.cbr.h5}"
@@ -45,25 +38,12 @@ CASES = {
 }
 
 
-def run(folder, program, *arguments, expect=0):
-    done = subprocess.run([program, "-q", *arguments], cwd=folder, capture_output=True, text=True)
-    assert done.returncode == expect, (arguments, done.returncode, done.stderr)
-    return done
-
-
 def fill(case, alone):
     words = {**PLAIN, **case}
     text = SCENE.replace("HEAD", "" if alone else MATERIAL).replace("BLOCK", "superelement: box.cbr.h5" if alone else MESH)
     for word, value in words.items():
         text = text.replace(word, value)
     return text
-
-
-def datasets(path):
-    found = {}
-    with h5py.File(path) as file:
-        file.visititems(lambda name, item: found.update({name: item[()].tobytes()}) if isinstance(item, h5py.Dataset) else None)
-    return found
 
 
 def check_case(folder, name, case):
@@ -76,7 +56,7 @@ def check_case(folder, name, case):
         before = (folder / "box.cbr.h5").read_bytes()
         if alone:
             (folder / "box.msh").rename(folder / "away.msh")
-            passed_on = run(folder, reducer, "alone.yaml").stdout
+            passed_on = ended(folder, reducer, "alone.yaml").stdout
             assert "mesh" not in passed_on and str(folder / "box.cbr.h5") in passed_on, passed_on
             (folder / "passed.yaml").write_text(passed_on)
         run(folder, runner, "passed.yaml" if alone else "beside.yaml", "-o", f"{which}.h5", "--threads", "1")
@@ -84,9 +64,7 @@ def check_case(folder, name, case):
         if alone:
             (folder / "away.msh").rename(folder / "box.msh")
     for suffix in (".h5", ".fields.h5"):
-        one, other = datasets(folder / f"beside{suffix}"), datasets(folder / f"alone{suffix}")
-        assert one.keys() == other.keys(), (name, suffix)
-        different = [key for key in one if one[key] != other[key]]
+        different = differing(folder / f"beside{suffix}", folder / f"alone{suffix}")
         assert not different, (name, suffix, different[:5])
     with h5py.File(folder / "alone.h5") as file:
         assert file["contact/active"][()].max() > 0, name
@@ -103,23 +81,23 @@ def check_restart(folder):
     moved = (folder / "alone.yaml").read_text().replace("box.cbr.h5", "moved/other.cbr.h5")
     (folder / "moved.yaml").write_text(moved)
     run(folder, runner, "moved.yaml", "-o", "again.h5", "--restart", "whole.checkpoint.h5")
-    assert datasets(folder / "whole.h5") == datasets(folder / "again.h5")
+    assert not differing(folder / "whole.h5", folder / "again.h5")
     with h5py.File(folder / "moved/other.cbr.h5", "r+") as file:
         file.attrs["content_hash"] = "another"
-    error = run(folder, runner, "moved.yaml", "-o", "again.h5", "--restart", "whole.checkpoint.h5", expect=2).stderr
+    error = run(folder, runner, "moved.yaml", "-o", "again.h5", "--restart", "whole.checkpoint.h5", expect=2)
     assert "whole.checkpoint.h5" in error and error.count("\n") == 1, error
 
 
 def check_programs(folder):
     reducer, runner, skinner = sys.argv[1:4]
-    beside = run(folder, runner, "beside.yaml", "--modes", "9", "--threads", "1").stdout
-    assert run(folder, runner, "passed.yaml", "--modes", "9", "--threads", "1").stdout == beside
-    told = run(folder, runner, "passed.yaml", "-o", "half.h5", "--check-error", expect=2).stderr
+    beside = ended(folder, runner, "beside.yaml", "--modes", "9", "--threads", "1").stdout
+    assert ended(folder, runner, "passed.yaml", "--modes", "9", "--threads", "1").stdout == beside
+    told = run(folder, runner, "passed.yaml", "-o", "half.h5", "--check-error", expect=2)
     assert "retired" in told and "cbr.check_error" in told and told.count("\n") == 1, told
     skin = "skin: {surfaces: [contact], youngs_modulus: 1, poissons_ratio: 0.3, density: 1, thickness: 0}\n"
     (folder / "skin.yaml").write_text((folder / "passed.yaml").read_text() + skin)
-    done = run(folder, skinner, "skin.yaml", expect=2)
-    assert "no instance has a mesh" in done.stderr, done.stderr
+    told = run(folder, skinner, "skin.yaml", expect=2)
+    assert "no instance has a mesh" in told, told
     run(folder, reducer, "--estimate", "passed.yaml")
 
 
@@ -133,11 +111,11 @@ def check_refusals(folder):
     ]:
         assert old in text
         (folder / "wrong.yaml").write_text(text.replace(old, new))
-        error = run(folder, runner, "wrong.yaml", "-o", "wrong.h5", expect=2).stderr
+        error = run(folder, runner, "wrong.yaml", "-o", "wrong.h5", expect=2)
         assert error.count("\n") == 1 and "cbr-reduce" not in error.removeprefix("cbr-dyn"), error
         assert all(word in error for word in words), error
         assert not (folder / "wrong.h5").exists()
-    error = run(folder, runner, "passed.yaml", "-o", "box.cbr.h5", expect=2).stderr
+    error = run(folder, runner, "passed.yaml", "-o", "box.cbr.h5", expect=2)
     assert "the superelement of component 'block'" in error, error
 
 

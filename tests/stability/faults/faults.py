@@ -9,12 +9,6 @@ import tempfile
 import time
 from pathlib import Path
 
-try:
-    import h5py  # noqa: F401
-except ImportError as missing:
-    print(f"skipped: {missing}")
-    sys.exit(77)
-
 import interrupted
 import outputs
 

@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The three programs, a small scene for them, and what is required of what they leave behind."""
-import itertools
 import os
 import subprocess
 import sys
 import time
 from pathlib import Path
 
-import h5py
+sys.path.append(str(Path(__file__).resolve().parents[2] / "formats"))
+import running  # noqa: E402
+from running import datasets, differing  # noqa: E402, F401
 
 BIN = Path(sys.argv[1]).resolve()
-CELLS, SIZE = (5, 6, 6), (1.0, 1.0, 1.0)
 SCENE = """
 materials: {m: {youngs_modulus: 1, poissons_ratio: 0.3, density: 1}}
 components:
@@ -29,20 +29,8 @@ CALLS = {"block.cbr.h5": ("cbr-reduce", "scene.yaml", "--force"),
          "results.h5": ("cbr-dyn", "scene.yaml", "-o", "results.h5")}
 
 
-def write_mesh(name, cells=CELLS):
-    """A box of hexes, its face at x = 1 named 'contact' (gmsh 2.2)."""
-    number = {at: 1 + i for i, at in enumerate(itertools.product(*(range(n + 1) for n in cells)))}
-    nodes = [f"{i} " + " ".join(str(a * s / n) for a, s, n in zip(at, SIZE, cells)) for at, i in number.items()]
-    ring = [(0, 0), (1, 0), (1, 1), (0, 1)]
-    elements = []
-    for x, y, z in itertools.product(*(range(n) for n in cells)):
-        elements.append("5 2 1 1 " + " ".join(str(number[x + a, y + b, z + c]) for c in (0, 1) for a, b in ring))
-    for y, z in itertools.product(range(cells[1]), range(cells[2])):
-        elements.append("3 2 2 2 " + " ".join(str(number[cells[0], y + a, z + b]) for a, b in ring))
-    parts = ["$MeshFormat", "2.2 0 8", "$EndMeshFormat", "$PhysicalNames", "2", '3 1 "solid"', '2 2 "contact"', "$EndPhysicalNames",
-             "$Nodes", str(len(nodes)), *nodes, "$EndNodes",
-             "$Elements", str(len(elements)), *(f"{i} {e}" for i, e in enumerate(elements, 1)), "$EndElements", ""]
-    name.write_text("\n".join(parts))
+def write_mesh(name, cells=(5, 6, 6)):
+    running.write_mesh(name, cells, (1.0, 1.0, 1.0))
 
 
 def scene(folder, more="", end=4, name="scene.yaml", rotations="auto"):
@@ -67,19 +55,9 @@ def run(folder, program, *arguments, expect=0, **options):
     return errors
 
 
-def datasets(path):
-    found = {}
-    with h5py.File(path) as file:
-        file.visititems(lambda name, item: found.update({name: (item.dtype, item.shape, item[()].tobytes())})
-                        if isinstance(item, h5py.Dataset) else None)
-    return found
-
-
 def require_same(a, b, what):
-    a, b = datasets(a), datasets(b)
-    assert len(a) > 10, what
-    differing = sorted(name for name in a.keys() | b.keys() if a.get(name) != b.get(name))
-    assert not differing, f"{what}: {len(differing)} of {len(a)} datasets differ: {differing[:5]}"
+    names = differing(a, b)
+    assert not names, f"{what}: {len(names)} datasets differ: {names[:5]}"
 
 
 def require_no_temporary(folder, what=""):
