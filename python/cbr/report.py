@@ -3,204 +3,40 @@
 from __future__ import annotations
 
 import argparse
-import base64
-import html
-import io
+import contextlib
 import os
 import pathlib
-import re
 import sys
-import warnings
-from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 
 from cbr import pictures
 from cbr.files import Refused, replace_text, require_replaceable
-from cbr.pictures import COLOURS, Fields, label, printable
+from cbr.page import Curve, Panel, Row, Runs, components, document, escape, figure, image, largest, listed, number, percent, size, table
+from cbr.pictures import COLOURS, Fields
 from cbr.results import Results, results
-from cbr.superelement import Array, FileError, Superelement, open_file, read, superelement
+from cbr.superelement import FileError, Superelement, open_file, read, superelement
+from cbr.trust import WORKS, checks, warned
 
-STYLE = """
-body { font: 15px/1.5 system-ui, sans-serif; max-width: 60em; margin: 2em auto; padding: 0 1em; color: #222 }
-table { border-collapse: collapse; margin: 1em 0 }
-th, td { text-align: left; padding: .2em 1em .2em 0; border-bottom: 1px solid #ddd }
-tr.missed { background: #fde3e1 }
-td.number { text-align: right; font-variant-numeric: tabular-nums }
-figure { margin: 1em 0 } svg, img { max-width: 100%; height: auto }
-"""
-WORKS = ["work_external", "work_contact", "work_friction", "work_damping", "work_numerical"]
 MOST_CURVES = 12  # instances or surfaces in one figure
-MOST_WARNINGS = 20
 MOST_FRAMES = 40  # of an animation
 MOST_MODES = 12  # whose shapes are drawn
 MOST_KEYS = 40  # in which two scenes differ
 
 
-def number(x: float) -> str:
-    """
-    >>> number(0.1234567)
-    '0.1235'
-    """
-    return f"{x:.4g}"
-
-
-def escape(name: str) -> str:
-    """A name as HTML shows it.
-
-    >>> escape("a<b\\a")
-    'a&lt;b\\\\x07'
-    """
-    return html.escape(printable(name))
-
-
-def table(head: list[str], rows: list[list[str | float]]) -> str:
-    """A table of HTML; numbers are at the right, and rows that end with the mark of judged() are marked.
-
-    >>> print(table(["what", "how much"], [["steps <", 12.0]]))
-    <table>
-    <tr><th>what</th><th>how much</th></tr>
-    <tr><td>steps &lt;</td><td class="number">12</td></tr>
-    </table>
-    """
-    def cell(x: str | float) -> str:
-        return f"<td>{escape(x)}</td>" if isinstance(x, str) else f'<td class="number">{number(x)}</td>'
-
-    def is_missed(row: list[str | float]) -> bool:
-        return isinstance(row[-1], str) and row[-1].startswith("above: ")
-
-    lines = ["<table>", "<tr>" + "".join(f"<th>{escape(h)}</th>" for h in head) + "</tr>"]
-    lines += ["<tr" + ' class="missed"' * is_missed(row) + ">" + "".join(cell(x) for x in row) + "</tr>" for row in rows]
-    return "\n".join(lines + ["</table>"])
-
-
-def figure(*draws: Callable[[Axes], None], height: float = 3.2) -> str:
-    """What each of `draws` puts on a pair of axes, side by side, as SVG in the page."""
-    with plt.rc_context({"svg.hashsalt": "cbr", "font.size": 9, "svg.fonttype": "none"}), warnings.catch_warnings():
-        warnings.filterwarnings("ignore", "Glyph .* missing")  # a browser has fonts of its own
-        fig, axes = plt.subplots(1, len(draws), figsize=(8, height), layout="constrained", squeeze=False)
-        for draw, axis in zip(draws, axes[0]):
-            draw(axis)
-            axis.spines[["top", "right"]].set_visible(False)
-        out = io.StringIO()
-        fig.savefig(out, format="svg", metadata={"Date": None, "Creator": None})
-        plt.close(fig)
-    text = out.getvalue()
-    # Ids are the same in all figures, and a page has one of each
-    figure.count = getattr(figure, "count", 0) + 1  # type: ignore[attr-defined]
-    prefix = f"f{figure.count}-"  # type: ignore[attr-defined]
-    text = re.sub(r'(\bid="|href="#|url\(#)', lambda m: m.group(0) + prefix, text[text.index("<svg"):])
-    return f"<figure>{text}</figure>"
-
-
-def image(data: bytes, kind: str, caption: str) -> str:
-    """A picture in the page."""
-    text = base64.b64encode(data).decode()
-    return f'<figure><img alt="{escape(caption)}" src="data:image/{kind};base64,{text}"><figcaption>{escape(caption)}</figcaption></figure>'
-
-
-Curve = tuple[str, str, Callable[[Array], Array]]  # label, dataset, and what to draw of it (n, from n x anything)
-
-
-@dataclass
-class Panel:
-    """Curves on one pair of axes."""
-
-    title: str
-    unit: str
-    named: list[Curve]
-
-
-class Runs:
-    """The run of the page and, when there is one, that to compare it with; curves of both on one figure."""
-
-    def __init__(self, run: Results, other: Results | None):
-        self.run, self.other = run, other
-
-    def curves(self, *panels: Panel, height: float = 3.2) -> str:
-        """A figure of the panels that have curves; the legend is beside those of the last."""
-        shown = [panel for panel in panels if panel.named]
-
-        def drawn(panel: Panel) -> Callable[[Axes], None]:
-            def draw(axis: Axes) -> None:
-                for i, (name, dataset, of) in enumerate(panel.named):
-                    colour = COLOURS[i % len(COLOURS)]
-                    axis.plot(self.run.time, of(self.run[dataset]), color=colour, label=label(name))
-                    if self.other is not None and dataset in self.other:
-                        axis.plot(self.other.time, of(self.other[dataset]), color=colour, linestyle="--", label=label(f"{name}, other"))
-                axis.set_title(label(panel.title), loc="left")
-                axis.set_xlabel("time")
-                axis.set_ylabel(panel.unit)
-                if panel is shown[-1]:
-                    axis.legend(frameon=False, fontsize=8, loc="center left", bbox_to_anchor=(1, 0.5))
-
-            return draw
-
-        return figure(*map(drawn, shown), height=height) if shown else ""
-
-
-def same(x: Array) -> Array:
-    return x
-
-
-def size(x: Array) -> Array:
-    """Of each row.
-
-    >>> size(np.array([[3.0, 4.0, 0.0]]))
-    array([5.])
-    """
-    norms: Array = np.linalg.norm(x, axis=1)
-    return norms
-
-
-def largest(x: Array) -> Array:
-    """Of each row.
-
-    >>> largest(np.array([[3.0, 4.0], [2.0, 1.0]]))
-    array([4., 2.])
-    """
-    most: Array = np.max(np.reshape(x, (len(x), -1)), axis=1)
-    return most
-
-
-def components(dataset: str, from_start: bool = False) -> list[Curve]:
-    """Curves of the x, y and z of a dataset."""
-    def component(axis: int) -> Callable[[Array], Array]:
-        def of(x: Array) -> Array:
-            return np.subtract(x[:, axis], from_start * x[0, axis])
-
-        return of
-
-    return [(name, dataset, component(axis)) for axis, name in enumerate("xyz")]
-
-
-def percent(share: float) -> str:
-    """Two digits, and never an exponent above.
-
-    >>> percent(1.0), percent(0.9961), percent(0.0123)
-    ('100 %', '100 %', '1.2 %')
-    """
-    x = 100 * share
-    return f"{x:.0f} %" if x >= 10 else f"{x:.2g} %"
-
-
 def kinds(run: Results) -> dict[str, str]:
-    """What each instance is, as far as the results tell: those before version 1.8 do not name superelements."""
+    """The kind of each instance. Results before version 1.8 do not name superelements."""
     if run.warnings is None:
         return dict.fromkeys(run.instances, "kind unknown")
     told = dict.fromkeys(run.instances, "mesh or rigid body")
     for name, (file, content_hash) in run.superelements.items():
         told[name] = "superelement"
-        try:
+        with contextlib.suppress(FileError):
             s = superelement(file)
-        except FileError:
-            continue
-        if s.content_hash == content_hash:
-            told[name] = f"superelement, {s.basis}, {len(s.K)} coordinates"
+            if s.content_hash == content_hash:
+                told[name] = f"superelement, {s.basis}, {len(s.K)} coordinates"
     return told
 
 
@@ -225,14 +61,14 @@ def what_ran(run: Results, other: Results | None = None) -> str:
         return table(["what ran", ""], [[name, value] for name, value in mine.items()])
     theirs = of_what_ran(other)
     names = [pathlib.Path(r.path).name for r in (run, other)]
-    rows: list[list[str | float]] = [[name, mine.get(name, "-"), theirs.get(name, "-")] for name in {**mine, **theirs}]
+    rows: list[Row] = [[name, mine.get(name, "-"), theirs.get(name, "-")] for name in {**mine, **theirs}]
     try:
         lines = unlike(entries(run.scene), entries(other.scene), names) if run.scene and other.scene else []
     except FileError as error:
         lines = [f"The scenes are not compared: {error}."]
     if len(lines) > MOST_KEYS:
         lines[MOST_KEYS:] = [f"And in {len(lines) - MOST_KEYS} more."]
-    return "\n".join([table(["what ran", *names], rows), *(["<ul>", *(f"<li>{escape(line)}</li>" for line in lines), "</ul>"] if lines else [])])
+    return table(["what ran", *names], rows) + listed(lines)
 
 
 def entries(scene: Any, above: str = "") -> dict[str, str]:
@@ -263,101 +99,6 @@ def unlike(mine: dict[str, str], theirs: dict[str, str], names: list[str]) -> li
     return say
 
 
-def keeps_momentum(run: Results) -> bool:
-    """Whether the results tell that nothing outside the instances acts on them.
-
-    Loads, walls and supports that move do work. Supports at rest leave a reaction, walls a pair without
-    a surface, the ground a joint. Mass-proportional damping takes momentum, and results tell of no kind.
-    """
-    works = [f"energy/{w}" for w in ("work_external", "work_damping")]
-    if not run.instances or any(name not in run or run[name].any() for name in works):
-        return False
-    bodies = [f"instances/{i}/" for i in run.instances]
-    if any(name.startswith("joints/") or name.startswith(tuple(f"{b}reaction" for b in bodies)) for name in run):
-        return False
-    sides = [side for pair in run.pairs for side in pair.split(" - ")]
-    return all(any(side.startswith(f"{i}.") for i in run.instances) for side in sides)
-
-
-def warned(run: Results) -> str:
-    """What cbr-dyn warned of. What it tells of the finished run comes first: that may make results wrong."""
-    if run.warnings is None:
-        return "<p>Results before version 1.8 do not hold the warnings of their run.</p>"
-    if not run.warnings:
-        return "<p>cbr-dyn warned of nothing.</p>"
-    shown = run.warnings[::-1][:MOST_WARNINGS]
-    lines = ["<ul>", *(f"<li>{escape(text)}</li>" for text in shown), "</ul>"]
-    if len(run.warnings) > len(shown):
-        lines.append(f"<p>And {len(run.warnings) - len(shown)} more, which were told before these.</p>")
-    return "\n".join(lines)
-
-
-def judged(what: str, figure: float, limit: float, good: str, meaning: str) -> list[str | float]:
-    """A row of `checks`: a figure from its limit on is marked, with its meaning.
-
-    >>> judged("drift", 0.5, 1e-10, "below 1e-10", "momentum is lost")
-    ['drift', 0.5, 'below 1e-10', 'above: momentum is lost']
-    """
-    return [what, figure, good, "" if figure < limit else f"above: {meaning}"]
-
-
-def face_size(run: Results, pair: str) -> float:
-    """The root of the mean area of the smaller faces of a pair, of those that superelements keep; infinite: none does."""
-    sizes = [np.inf]
-    for instance, _, surface in (side.partition(".") for side in pair.split(" - ")):
-        try:
-            _, points, faces = pictures.kept_faces(*run.superelements[instance])
-        except (FileError, KeyError):
-            continue
-        corners = [points[of] for name, of in faces.items() if surface in (name, "all")]
-        sizes += [float(np.sqrt(size(np.cross(x[:, 2] - x[:, 0], x[:, 3] - x[:, 1])).mean() / 2)) for x in corners]
-    return min(sizes)
-
-
-def checks(run: Results) -> str:
-    """Figures that tell whether the run can be trusted, each with what is good; others are marked."""
-    rows: list[list[str | float]] = []
-    if run.warnings:
-        rows.append(judged("warnings, told above", float(len(run.warnings)), 1, "0", "read them"))
-    if "energy/total" in run:
-        total = run["energy/total"]
-        works = np.sum([run[f"energy/{w}"] for w in WORKS if f"energy/{w}" in run], axis=0)
-        scale = max(np.abs(total).max(), np.abs(works).max())
-        if scale > 0:
-            off = np.abs(total - total[0] - (works - works[0])).max() / scale
-            rows.append(judged("energy that work does not account for", float(off), 1e-8, "below 1e-8",
-                               "an error, where the energy itself is not round-off"))
-            gain = (total - total[0] - (run["energy/work_external"] if "energy/work_external" in run else 0)).max()
-            rows.append(judged("energy above that of the start and of loads, share", float(max(gain, 0) / scale), 1e-3,
-                               "below 1e-3", "contact brought energy: take a smaller step"))
-    if run.outside_basis is not None:
-        rows.append(judged("energy outside the basis, share", run.outside_basis, 0.05, "below 0.05, a few per cent",
-                           "contact took it from short waves, which go on in the real bodies; forces and the rebound "
-                           "of whole bodies are right to less than that. More modes or a finer mesh at the face lower it"))
-    if keeps_momentum(run):
-        momenta = [run[f"instances/{i}/momentum"] for i in run.instances]
-        p, most = np.sum(momenta, axis=0), max(float(size(m).max()) for m in momenta)
-        if most > 0:
-            rows.append(judged("drift of momentum, share", float(np.linalg.norm(p[-1] - p[0]) / most), 1e-10,
-                               "below 1e-10", "an error"))
-        spins = [run[f"instances/{i}/angular_momentum"] for i in run.instances if f"instances/{i}/angular_momentum" in run]
-        arm = max(float(size(run[f"instances/{i}/center_of_mass"]).max()) for i in run.instances) if spins else 0
-        about, most = np.sum(spins, axis=0), max((float(size(L).max()) for L in spins), default=0) + arm * most
-        if most > 0:
-            is_exact = all(f"instances/{i}/orientation" in run for i in run.instances)
-            rows.append(judged("drift of angular momentum, share", float(np.linalg.norm(about[-1] - about[0]) / most),
-                               1e-10 if is_exact else 1e-2, "below 1e-10" if is_exact else "below 1e-2, as rotations are taken as small",
-                               "an error" if is_exact else "instances rotate too far for small rotations: time.rotations: large"))
-    for pair in run.pairs:
-        tenth = 0.1 * face_size(run, pair)
-        deep = f"below {number(tenth)}, a tenth of a face" if tenth < np.inf else "small beside the elements; 0 with impulse"
-        for what, good, limit, meaning in (("residual", "below 1e-6", 1e-6, "not all gaps could be closed or opened"),
-                                           ("penetration", deep, tenth, "refine the coarser surface, or take shorter steps")):
-            if f"contact/{pair}/{what}" in run:
-                rows.append(judged(f"{what} of {pair}, largest", float(run[f"contact/{pair}/{what}"].max()), limit, good, meaning))
-    return table(["check", "figure", "good", "mark"], rows) if rows else ""
-
-
 def timings(run: Results) -> str:
     def draw(axis: Axes) -> None:
         names = list(run.seconds)
@@ -371,7 +112,7 @@ def timings(run: Results) -> str:
 
 def motion(runs: Runs) -> str:
     run = runs.run
-    parts = [runs.curves(Panel("Energy", "energy", [(w.replace("_", " "), f"energy/{w}", same) for w in ["total", *WORKS]
+    parts = [runs.curves(Panel("Energy", "energy", [(w.replace("_", " "), f"energy/{w}", np.asarray) for w in ["total", *WORKS]
                                                     if f"energy/{w}" in run and (w == "total" or run[f"energy/{w}"].any())]))]
     most = max((np.abs(run[f"instances/{i}/momentum"]).max() for i in run.instances), default=0)
     for axis in range(3):
@@ -413,7 +154,7 @@ def reactions(runs: Runs) -> str:
 def stress(runs: Runs) -> str:
     """Of output.stress: the largest von Mises stress of each set over time, and where and when it is largest."""
     run = runs.run
-    rows: list[list[str | float]] = []
+    rows: list[Row] = []
     names = [name for name in run if name.startswith("stress/") and name.endswith("/von_mises")]
     for name in names:
         values, group = run[name], name.rsplit("/", 1)[0]
@@ -433,9 +174,9 @@ def contact(runs: Runs) -> str:
     parts = []
     for pair in runs.run.pairs:
         parts.append(f"<h3>{escape(pair)}</h3>")
-        for what, of, unit in (("force", size, "force"), ("area", same, "area in contact")):
-            if f"contact/{pair}/{what}" in runs.run:
-                parts.append(runs.curves(Panel(what.capitalize(), unit, [(what, f"contact/{pair}/{what}", of)])))
+        curves: list[Curve] = [("force", f"contact/{pair}/force", size), ("area", f"contact/{pair}/area", np.asarray)]
+        parts += [runs.curves(Panel(curve[0].capitalize(), unit, [curve])) for curve, unit in zip(curves, ("force", "area in contact"))
+                  if curve[1] in runs.run]
     return "\n".join(parts)
 
 
@@ -446,8 +187,8 @@ def at_the_start(run: Results) -> str:
         data = pictures.start_picture(run, parts, MOST_CURVES)
     except FileError as error:
         return f"<p>No picture: {escape(str(error))}</p>"
-    lines = [f"<li>{escape(pair)}</li>" for pair in run.pairs[:MOST_CURVES]]
-    return image(data, "png", "The instances before the run") + (f"<p>Contact pairs:</p><ol>{''.join(lines)}</ol>" if lines else "")
+    pairs = listed(run.pairs[:MOST_CURVES], "ol")
+    return image(data, "png", "The instances before the run") + (f"<p>Contact pairs:</p>{pairs}" if pairs else "")
 
 
 def nice(x: float) -> float:
@@ -483,7 +224,7 @@ def modes(path: str, animate: bool = False) -> str:
     """The page of cbr-dyn --modes: frequencies, and pictures of the first mode shapes, at most MOST_MODES.
     FileError: there are none, or no fields with displacements beside them."""
     fields, shapes = Fields(path), []
-    rows: list[list[str | float]] = []
+    rows: list[Row] = []
     with open_file(path, "cbr-modes") as f:
         for name, group in f["instances"].items():
             found = zip(*(read(group[what]) for what in ("frequency_hz", "damping_ratio", "field_step")))
@@ -514,7 +255,7 @@ def modes(path: str, animate: bool = False) -> str:
 
 
 def is_round_off(run: Results, name: str) -> bool:
-    """Whether a dataset is zero but for round-off, or tells of round-off."""
+    """Whether a dataset is zero but for round-off, or measures round-off."""
     if name.endswith(("/residual", "/penetration")):
         return True
     if not name.endswith("/angular_momentum"):
@@ -526,11 +267,9 @@ def is_round_off(run: Results, name: str) -> bool:
 
 def differences(run: Results, other: Results) -> str:
     """Of each dataset that both have: the largest difference over time, and that at the end, of its largest value."""
-    rows: list[list[str | float]] = []
+    rows: list[Row] = []
     for name in run:
-        if name == "time" or name not in other or run[name].shape[1:] != other[name].shape[1:]:
-            continue
-        if is_round_off(run, name):
+        if name == "time" or name not in other or run[name].shape[1:] != other[name].shape[1:] or is_round_off(run, name):
             continue
         a, b = run[name].reshape(len(run.time), -1), other[name].reshape(len(other.time), -1)
         inside = run.time <= other.time[-1]
@@ -564,11 +303,8 @@ def in_words(s: Superelement) -> str:
 
 def of_run(run: Results, given: list[Superelement]) -> list[str]:
     """Words on the superelements of the run's instances, but for those that are given."""
-    words, seen = [], {os.path.realpath(s.path) for s in given}
-    for file, content_hash in run.superelements.values():
-        if os.path.realpath(file) in seen:
-            continue
-        seen.add(os.path.realpath(file))
+    words, files = [], {os.path.realpath(of[0]): of for of in run.superelements.values()}
+    for file, content_hash in (of for path, of in files.items() if path not in {os.path.realpath(s.path) for s in given}):
         try:
             s = superelement(file)
         except FileError as error:  # gone since, or several domains
@@ -580,16 +316,9 @@ def of_run(run: Results, given: list[Superelement]) -> list[str]:
     return words
 
 
-def document(name: str, parts: list[str]) -> str:
-    title, body = escape(name), "\n".join(parts)
-    return (f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<meta name="generator" content="cbr-report">\n<title>{title}</title>\n'
-            f"<style>{STYLE}</style>\n</head>\n<body>\n<h1>{title}</h1>\n{body}\n</body>\n</html>\n")
-
-
 def page(run: Results, other: Results | None = None, superelements: list[Superelement] | None = None, animate: bool = False) -> str:
     """The whole page, HTML. `superelements`: others than those of the run, which are found by their names.
     FileError: a file is damaged, or has no fields to animate."""
-    figure.count = 0  # type: ignore[attr-defined]
     runs, given = Runs(run, other), superelements or []
     compared = "" if other is None else escape(pathlib.Path(other.path).name)
     sections = [
@@ -617,24 +346,18 @@ def main(arguments: list[str] | None = None) -> int:
                         help="a superelement whose frequencies and errors to tell too, beside those of the run; may be given again")
     given = parser.parse_args(arguments)
     output = pathlib.Path(given.output)
-    if not output.parent.is_dir():
-        print(f"cbr-report: error: {output}: cannot be written, there is no folder '{output.parent}': make it first", file=sys.stderr)
-        return 2
-    if output.is_dir():
-        print(f"cbr-report: error: {output}: cannot be written, it is a folder: give the name of a page", file=sys.stderr)
-        return 2
     try:
+        if not output.parent.is_dir():
+            raise Refused(f"{output}: cannot be written, there is no folder '{output.parent}': make it first")
+        if output.is_dir():
+            raise Refused(f"{output}: cannot be written, it is a folder: give the name of a page")
         require_replaceable(output, "a page", _is_page)
-    except Refused as error:
-        print(f"cbr-report: error: {error}", file=sys.stderr)
-        return 2
-    try:
         with open_file(given.results, "cbr-results", "cbr-modes") as f:
             is_modes = f.attrs["format"] == "cbr-modes"
         text = modes(given.results, given.animate) if is_modes else page(
             results(given.results), results(given.compare) if given.compare else None,
             [superelement(path) for path in given.superelement], given.animate)
-    except FileError as error:
+    except (FileError, Refused) as error:
         print(f"cbr-report: error: {error}", file=sys.stderr)
         return 2
     try:

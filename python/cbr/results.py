@@ -38,8 +38,8 @@ class Results(Mapping[str, Array]):
         with open_file(path, "cbr-results") as f:
             self.attributes = dict(f.attrs)
             bodies = {name: dict(body.attrs) for name, body in child(f, "instances").items()}
-            self._files = {name: str(of["superelement"]) for name, of in bodies.items() if "superelement" in of}
-            self._hashes = {name: str(of.get("superelement_hash", "")) for name, of in bodies.items()}
+            self._superelements = {name: (str(of["superelement"]), str(of.get("superelement_hash", "")))
+                                   for name, of in bodies.items() if "superelement" in of}
             share = f["energy"].attrs.get("outside_basis") if child(f, "energy") else None
             self.outside_basis: float | None = None if share is None else float(share)  # share of the energy; None: unknown
             f.visititems(lambda name, item: self._names.append(name) if isinstance(item, h5py.Dataset) else None)
@@ -82,7 +82,7 @@ class Results(Mapping[str, Array]):
 
     @property
     def warnings(self) -> list[str] | None:
-        """What cbr-dyn warned of, in order. None: the file is older than version 1.8 and has none."""
+        """The warnings of cbr-dyn, in order. None: the file is older than version 1.8 and has none."""
         return str(self.attributes["warnings"]).splitlines() if "warnings" in self.attributes else None
 
     @functools.cached_property
@@ -104,7 +104,7 @@ class Results(Mapping[str, Array]):
     def superelements(self) -> dict[str, tuple[str, str]]:
         """Of the instances that are superelements, since version 1.8: file, and content_hash that it had."""
         folder = os.path.dirname(self.path)
-        return {name: (os.path.join(folder, file), self._hashes[name]) for name, file in self._files.items()}
+        return {name: (os.path.join(folder, file), content_hash) for name, (file, content_hash) in self._superelements.items()}
 
     @property
     def covered_hz(self) -> dict[str, float]:

@@ -35,8 +35,7 @@ def _both_ways(values: npt.ArrayLike, x: Array, step: float, corner_hz: float, o
     ratio = np.tan(np.pi * np.minimum(np.fft.rfftfreq(len(longer), 1.0), 0.4999999999)) / corner
     gain = 1 / (1 + ratio**(2 * order))
     filtered = np.fft.irfft((1 - gain if above else gain)[:, None] * np.fft.rfft(longer, axis=0), len(longer), axis=0)
-    result: Array = filtered[pad:pad + n].reshape(np.shape(values))
-    return result
+    return np.asarray(filtered[pad:pad + n].reshape(np.shape(values)))
 
 
 def cfc(time: npt.ArrayLike, values: npt.ArrayLike, channel: float) -> Array:

@@ -79,7 +79,7 @@ class Superelement:
     center: Array                 # 3, centre of mass
     inertia: Array                # 3 x 3, about the centre of mass
     n_modes: int                  # k
-    accuracy: dict[str, Any]      # what the reduction knows of its errors: /accuracy of the file
+    accuracy: dict[str, Any]      # errors of the reduction: /accuracy of the file
     provenance: dict[str, str]    # what it was made of
     content_hash: str = ""        # of all that the file depends on
 
@@ -132,8 +132,7 @@ class Superelement:
         frequency, shapes = self.modes()
         w, w_r = 2 * np.pi * np.asarray(hz, float)[:, None], 2 * np.pi * frequency[None, :]
         modal = shapes[out] * shapes[at] / (w_r**2 - w**2 + 2j * ratio * w_r * w)
-        total: npt.NDArray[np.complex128] = modal.sum(axis=1) + self.F[out, at]
-        return total
+        return np.asarray(modal.sum(axis=1) + self.F[out, at])
 
 
 def _compliance(f: h5py.File, node: Indices, component: Indices) -> Array:
@@ -144,19 +143,16 @@ def _compliance(f: h5py.File, node: Indices, component: Indices) -> Array:
         return np.zeros((c, c))
     at, direction = read(statics["node"]), read(statics["direction"])
     B = np.where(node[:, None] == at[None, :], direction[:, component].T, 0.0)
-    compliance: Array = B @ read(statics["F"]) @ B.T
-    return compliance
+    return np.asarray(B @ read(statics["F"]) @ B.T)
 
 
 def _matrices(f: h5py.File, node: Indices, component: Indices) -> tuple[Array, Array, Array, Array]:
     """K, M, V and F."""
     lam, c = read(f["matrices/eigenvalues"]), len(node)
     k = len(lam)
-    if f.attrs["basis"] == "massless":
-        return np.diag(lam), np.eye(k), read(f["massless/V"]), read(f["massless/F"])
-    if f.attrs["basis"] == "characteristic":
-        F = _compliance(f, node, component)
-        return np.diag(lam), np.eye(k), read(f["characteristic/V"]), F
+    if (basis := f.attrs["basis"]) != "craig-bampton":
+        F = read(f["massless/F"]) if basis == "massless" else _compliance(f, node, component)
+        return np.diag(lam), np.eye(k), read(f[f"{basis}/V"]), F
     K, M = np.diag(np.concatenate([lam, np.zeros(c)])), np.eye(k + c)
     K[k:, k:], M[k:, k:] = read(f["matrices/K_cc"]), read(f["matrices/M_cc"])
     M[:k, k:] = read(f["matrices/M_kc"])

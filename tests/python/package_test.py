@@ -386,7 +386,7 @@ class Package(unittest.TestCase):
         name, report = "_$right$ \\, a: [é]", cbr.report
         with warnings.catch_warnings():
             warnings.simplefilter("error")
-            curve = report.Runs(self.runs["massless"], None).curves(report.Panel("$", "", [(name, "energy/total", report.same)]))
+            curve = report.Runs(self.runs["massless"], None).curves(report.Panel("$", "", [(name, "energy/total", np.asarray)]))
         self.assertIn(f">\u200a{name}</text>", html.unescape(curve))
 
     def test_full_disk_leaves_the_old_page(self) -> None:
@@ -617,7 +617,7 @@ class Package(unittest.TestCase):
 
     def test_docstrings(self) -> None:
         for module in ("cbr.check", "cbr.results", "cbr.scene", "cbr.signals", "cbr.study", "cbr.superelement",
-                       "cbr.pictures", "cbr.report"):
+                       "cbr.page", "cbr.pictures", "cbr.report", "cbr.trust"):
             found = doctest.testmod(sys.modules[module])
             self.assertGreater(found.attempted, 0)
             self.assertEqual(found.failed, 0)
