@@ -15,7 +15,7 @@ OF_INTERIOR = {"assembly": "assembly_s", "factorisation": "factorisation_s", "fa
 INTERIOR = ["row", "hexes", "dofs", "interface_dofs", "factor_flops", *OF_INTERIOR.values(), "grows_flops", "grows_factorisation", "grows_total", "reached",
             "peak_memory_bytes", "note"]
 
-# What the program calls the phases, and which of its counts are their flops; the diagonal form's are of limits.reduction
+# Phase -> counts that are its flops, by the names of the program; limits.reduction has those of the diagonal form
 FLOPS = {"factorisation": ("factor_flops",), "condensation": ("solve_flops", "product_flops"),
          "factorisation and condensation": ("factor_flops", "front_flops")}
 

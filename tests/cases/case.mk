@@ -36,6 +36,14 @@ $(OUT)/%.h5: $(OUT)/%.yaml $(REDUCE) $(DYN)
 	$(REDUCE) -q $< > /dev/null
 	$(DYN) -q $< -o $@
 
+# $(call reduction,MESH-MODEL): a superelement, and its times in a file. It is removed first, as cbr-reduce leaves alone what is up
+# to date and prints no times then.
+define reduction
+$(OUT)/$(1).cbr.h5: $(OUT)/$(1).yaml $(OUT)/$(firstword $(subst -, ,$(1))).msh $(REDUCE)
+	@rm -f $$@
+	$(REDUCE) --verbose $$< > /dev/null 2> $(OUT)/$(1).reduce.txt || { cat $(OUT)/$(1).reduce.txt; exit 1; }
+endef
+
 $(REDUCE) $(DYN):
 	@echo "$@: no such program: build it, or give its folder as BIN" >&2; exit 1
 

@@ -7,7 +7,6 @@ import csv
 import os
 import re
 import sys
-import tempfile
 from pathlib import Path
 
 try:
@@ -18,7 +17,7 @@ except ImportError:
 
 sys.dont_write_bytecode = True
 from netcdf3 import Netcdf  # noqa: E402
-from running import MATERIAL, h5py, np, write_mesh  # noqa: E402
+from running import MATERIAL, check_in_turn, h5py, np, write_mesh  # noqa: E402
 from running import run as run_program  # noqa: E402
 
 
@@ -303,13 +302,5 @@ def check_refusals(folder):
     run(folder, "--export", "dmig", "box.cbr.h5", "-o", "nowhere/out", expect=2)
 
 
-def main():
-    with tempfile.TemporaryDirectory() as name:
-        check_formats(Path(name))
-        check_points(Path(name))
-        check_refusals(Path(name))
-    print("ok")
-
-
 if __name__ == "__main__":
-    main()
+    check_in_turn(check_formats, check_points, check_refusals)

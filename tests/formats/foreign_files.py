@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a stranger's folder must not do to a user: the programs replace no files but their own, follow no links out of the folder, and run
+"""A stranger's folder does a user no harm: the programs replace no files but their own, follow no links out of the folder, and run
 no code that lies beside a mesh. Names that results cannot hold are refused before the first step.
 usage: foreign_files.py CBR_REDUCE CBR_SKIN CBR_DYN PLUGIN, a library that makes the file $CBR_PLUGIN_RAN as it is loaded.
 Exit 77 without gmsh or h5py."""
@@ -177,7 +177,7 @@ time: {end: 1.0e-2}
 
 
 def check_names(folder):
-    """What the results cannot hold is told before the first step, in one line."""
+    """Names that results cannot hold are refused before the first step, in one line."""
     (folder / "box.geo").write_text(BOX.replace('Physical Surface("c") = {1};', 'Physical Surface("c/t") = {1};\nPhysical Surface("c_t") = {2};'))
     write_mesh(folder)
     history = SCENE + "output: {history: [a.c/t, a.c_t]}\nsweep: {from_hz: 0.1, to_hz: 1}\nloads: [{instance: a, surface: c_t, force: [1, 0, 0]}]\n"

@@ -3,8 +3,6 @@
 """Files of other codes made to superelements: our own exports come back with the same matrices, the mesh gives the faces, and damaged
 files are refused with one line. usage: import_readers.py CBR_REDUCE CBR_DYN. Exit 77 without h5py or numpy."""
 import sys
-import tempfile
-from pathlib import Path
 
 try:
     from scipy.io import netcdf_file
@@ -12,7 +10,7 @@ except ImportError:
     netcdf_file = None
 
 sys.dont_write_bytecode = True
-from running import MATERIAL, contents, h5py, np, run, write_mesh  # noqa: E402
+from running import MATERIAL, check_in_turn, contents, h5py, np, run, write_mesh  # noqa: E402
 
 FILES = {"matrix-market": ["out.K.mtx", "out.M.mtx"], "dmig": ["out.dmig"], "op4": ["out.op4"],
          "abaqus": ["out.K.abaqus.mtx", "out.M.abaqus.mtx"], "mtx": ["out.K.ccx.mtx", "out.M.ccx.mtx"]}
@@ -192,16 +190,5 @@ def check_refusals(folder):
     assert not (folder / "new.cbr.h5").exists()
 
 
-def main():
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        check_formats(folder)
-        check_run(folder)
-        check_damage(folder)
-        check_missing_lines(folder)
-        check_refusals(folder)
-    print("ok")
-
-
 if __name__ == "__main__":
-    main()
+    check_in_turn(check_formats, check_run, check_damage, check_missing_lines, check_refusals)

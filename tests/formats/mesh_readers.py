@@ -7,12 +7,11 @@ import random
 import shutil
 import subprocess
 import sys
-import tempfile
 from pathlib import Path
 
 sys.dont_write_bytecode = True
 from netcdf3 import Netcdf  # noqa: E402
-from running import ended, h5py, np, run  # noqa: E402
+from running import check_in_turn, ended, h5py, np, run  # noqa: E402
 
 E, NU, RHO = 2.1e11, 0.3, 7850.0
 MATERIAL = ["--youngs-modulus", str(E), "--poissons-ratio", str(NU), "--density", str(RHO)]
@@ -491,24 +490,6 @@ def check_damage(folder):
             assert (done.returncode, len(errors)) in ((0, 0), (2, 1)), (name, at, done.stderr)
 
 
-def main():
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        check_gmsh_files(folder)
-        check_sets(folder)
-        check_materials(folder)
-        check_refusals(folder)
-        check_decks(folder)
-        check_texts(folder)
-        check_names(folder)
-        write_hand_made(folder)
-        check_med(folder)
-        check_med_sets(folder)
-        check_med_refusals(folder)
-        check_cut(folder)
-        check_damage(folder)
-    print("ok")
-
-
 if __name__ == "__main__":
-    main()
+    check_in_turn(check_gmsh_files, check_sets, check_materials, check_refusals, check_decks, check_texts,
+                  check_names, write_hand_made, check_med, check_med_sets, check_med_refusals, check_cut, check_damage)

@@ -4,6 +4,8 @@ program; a small mesh."""
 import itertools
 import subprocess
 import sys
+import tempfile
+from pathlib import Path
 
 try:
     import h5py
@@ -67,3 +69,11 @@ def write_mesh(name, cells=CELLS, size=SIZE, far=False):
              "$Nodes", str(len(nodes)), *nodes, "$EndNodes",
              "$Elements", str(len(elements)), *(f"{i} {e}" for i, e in enumerate(elements, 1)), "$EndElements", ""]
     name.write_text("\n".join(parts))
+
+
+def check_in_turn(*checks):
+    """Checks that find in one temporary folder what those before them left."""
+    with tempfile.TemporaryDirectory() as name:
+        for check in checks:
+            check(Path(name))
+    print("ok")

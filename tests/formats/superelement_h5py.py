@@ -121,7 +121,7 @@ def check_files_of_h5py(program, name):
 
 
 def check_edits(program, name):
-    """What a script changes in place is told, and read when it says so; what it puts anew has no checksum to be at odds with."""
+    """A dataset that a script changes in place is refused until the script removes its checksum; a new dataset has none."""
     copy = name.with_name("edited.h5")
 
     def read(edit):

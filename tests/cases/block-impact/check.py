@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the paper's block impact must show, checked on the results in a folder. Exit 1 and a line per figure that is missed.
+"""Checks of the paper's block impact on the results in a folder: a line for each figure, and exit code 1 if one is missed.
 
     check.py out
     check.py out MODES_A MODES_B MODES_C FIGURE ...    what fig3, fig5 and fig6 of plot.py must show

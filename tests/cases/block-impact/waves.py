@@ -22,7 +22,7 @@ PERCENTILE = 99.5  # of all stresses: the end of the colours
 
 
 class Body:
-    """What is seen of a block from y: its sides at the lowest y."""
+    """The view of a block along y: its sides at the lowest y."""
 
     def __init__(self, f, number):
         grid = f[f"grids/{number}"]

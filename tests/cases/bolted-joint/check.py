@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the bolted joint must show: the pretension, forces in equilibrium, and superelements as the meshes have it."""
+"""Checks of the bolted joint: the pretension, forces in equilibrium, and superelements as the meshes have it."""
 import sys
 
 import h5py

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the girder must show: the sag and the bending frequencies of a thin-walled tube in closed form, and a superelement that
+"""Checks of the girder: the sag and the bending frequencies of a thin-walled tube in closed form, and a superelement that
 moves as its mesh."""
 import sys
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the damped beam must show: superelement and mesh alike, energy accounted for, the first mode's decay."""
+"""Checks of the damped beam: superelement and mesh alike, energy accounted for, the first mode's decay."""
 import sys
 
 import h5py

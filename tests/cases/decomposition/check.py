@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the decomposition study must show, from the results in OUT: check.py OUT. Exit 1 and a line for each figure that is missed.
+"""Checks of the decomposition study on the results in OUT: check.py OUT. Exit code 1 if a figure is missed.
 
 No time is judged: only answers, and the counts that --estimate gave before.
 """

@@ -70,7 +70,7 @@ def figure12(rows, out):
 
 
 def parts(rows, out):
-    """What it is made of: reduction, set-up, one step, and how fast a step reads."""
+    """The parts of that time: reduction, set-up, one step; and how fast a step reads."""
     figure, axes = plt.subplots(2, 2, figsize=(11, 8))
     curves(axes[0, 0], rows, lambda r: r["reduce_s"], "faces", "newmark")
     axes[0, 0].set_title("reduction")

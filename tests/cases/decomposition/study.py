@@ -18,7 +18,7 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 FIELDS = ["n", "interface", "domains", "modes", "kind", "threads", "coordinates", "joined_dofs", "reduce_s", "setup_s", "steps", "step_s",
           "step_low_s", "step_high_s", "step_bytes", "predicted_bytes", "file_bytes"]
 INTERFACES = {"faces": "[x_min, x_max]", "surface": "[surface]"}
-# What is put in place of TIME, and of the superelement.
+# The text in place of TIME
 KINDS = {
     "newmark": "integrator: newmark, step: 2.0e-8",
     "central": "integrator: central-difference",

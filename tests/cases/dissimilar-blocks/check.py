@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the dissimilar blocks must show, checked on the results in a folder. Exit 1 and a line per figure that is missed.
+"""Checks of the dissimilar blocks on the results in a folder: a line for each figure, and exit code 1 if one is missed.
 
 Bounds are errors of another kind measured in the same runs: a superelement may differ from the full mesh by less than that mesh
 differs from the converged answer, a formulation from another likewise.

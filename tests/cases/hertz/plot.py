@@ -7,7 +7,7 @@ import sys
 import h5py
 import numpy as np
 
-from reference import MASS, SPEED, finite_ball, hertz, hertz_history
+from reference import SPEED, finite_ball, hertz, hertz_history
 
 sys.path.append("..")
 from checks import Checks

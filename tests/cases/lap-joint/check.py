@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the lap joint must show: the bolt's force, equilibrium, a loop whose area is what friction takes, and superelements as the
+"""Checks of the lap joint: the bolt's force, equilibrium, a loop whose area is what friction takes, and superelements as the
 meshes have it. Prints the table of README.md."""
 import sys
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the mounted machine must show: the swing of a mass on a spring and a dashpot, and the six frequencies of a rigid body on its mount."""
+"""Checks of the mounted machine: the swing of a mass on a spring and a dashpot, and the six frequencies of a rigid body on its mount."""
 import sys
 
 import h5py

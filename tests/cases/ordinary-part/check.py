@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the ordinary part must show, checked on the results in a folder; no times are judged.
+"""Checks of the ordinary part on the results in a folder; no times are judged.
 
 Exit 1 and a line per figure that is missed.
 """

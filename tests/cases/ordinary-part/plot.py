@@ -44,21 +44,16 @@ HEADINGS = (("run", "run", "{:22s}"), ("dofs", "dofs", "{:6d}"), ("steps", "step
             ("kept", "energy_kept", "{:6.4f}"), ("friction J", "friction_J", "{:10.4g}"),
             ("residual", "residual", "{:8.1e}"), ("ratio", "seconds_ratio", "{:6.2f}"),
             ("breaks even", "break_even_runs", "{:11.1f}"))
-
-
-def table(runs, folder):
-    lines = aligned(HEADINGS, runs.rows())
-    lines.append("way: largest distance of the centre of mass from the full mesh's, of its way; "
-                 "rebound, along: momentum across\nand along the floor at the end, of what it was; "
-                 "ratio: the full mesh's stepping seconds over ours")
-    write_table(folder / "table.txt", lines)
+NOTE = ("way: largest distance of the centre of mass from the full mesh's, of its way; "
+        "rebound, along: momentum across\nand along the floor at the end, of what it was; "
+        "ratio: the full mesh's stepping seconds over ours")
 
 
 def main():
     folder = pathlib.Path(sys.argv[1])
     runs = Runs(folder)
     draw(runs, folder)
-    table(runs, folder)
+    write_table(folder / "table.txt", [*aligned(HEADINGS, runs.rows()), NOTE])
 
 
 if __name__ == "__main__":

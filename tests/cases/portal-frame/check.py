@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the portal frame must show: the sway of frame theory in closed form, and the side load and frequencies of a frame of
+"""Checks of the portal frame: the sway of frame theory in closed form, and the side load and frequencies of a frame of
 Timoshenko beam elements, which is written here."""
 import sys
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the shaken beam must show: tip and reaction as the transfer function of its matrices has them, work and energy in balance."""
+"""Checks of the shaken beam: tip and reaction as the transfer function of its matrices has them, work and energy in balance."""
 import sys
 
 import h5py

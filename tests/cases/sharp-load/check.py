@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the block under a sharp load must show, checked on the results in a folder. Exit 1 and a line per figure that is missed."""
+"""Checks of the block under a sharp load on the results in a folder: a line for each figure, and exit code 1 if one is missed."""
 import pathlib
 import sys
 

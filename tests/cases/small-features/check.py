@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the bracket with small features must show, checked on the results in a folder. Exit 1 and a line per figure that is missed. No times."""
+"""Checks of the bracket with small features on the results in a folder: a line for each figure, and exit code 1 if one is missed. No times."""
 import pathlib
 import sys
 

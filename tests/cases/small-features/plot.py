@@ -47,21 +47,16 @@ HEADINGS = (("run", "run", "{:14s}"), ("dofs", "dofs", "{:6d}"), ("step, ns", "s
             ("rebound", "rebound", "{:7.4f}"), ("off", "rebound_off", "{:+7.4f}"), ("push off", "first_push_off", "{:+8.4f}"),
             ("kept", "energy_kept", "{:6.3f}"), ("rho_res", "rho_res", "{:7.4f}"),
             ("setup s", "setup_s", "{:7.3f}"), ("reduction s", "reduction_s", "{:11.2f}"), ("breaks even", "break_even_runs", "{:11.1f}"))
-
-
-def table(runs, folder):
-    lines = aligned(HEADINGS, runs.rows())
-    lines.append("ratio: the full mesh's stepping seconds over ours, same mesh; rms: pad's position after the first touch, of 5 m/s x contact time; force: rms in windows of\n"
-                 "6 us, of the largest; rebound: momentum after over before; push off: momentum given in the first of two blows, of that brought; breaks even: runs after which\n"
-                 "the reduction is paid for")
-    write_table(folder / "table.txt", lines)
+NOTE = ("ratio: the full mesh's stepping seconds over ours, same mesh; rms: pad's position after the first touch, of 5 m/s x contact time; force: rms in windows of\n"
+        "6 us, of the largest; rebound: momentum after over before; push off: momentum given in the first of two blows, of that brought; breaks even: runs after which\n"
+        "the reduction is paid for")
 
 
 def main():
     folder = pathlib.Path(sys.argv[1])
     runs = Runs(folder)
     draw(runs, folder)
-    table(runs, folder)
+    write_table(folder / "table.txt", [*aligned(HEADINGS, runs.rows()), NOTE])
 
 
 if __name__ == "__main__":

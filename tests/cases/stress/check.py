@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the plate with a hole must show: 3.03 times the tension at the edge of the hole, and what is written fits together."""
+"""Checks of the plate with a hole: 3.03 times the tension at the edge of the hole, and what is written fits together."""
 import sys
 
 import h5py

@@ -30,7 +30,7 @@ for name, f in runs.items():
         # Central differences of what turns keep no energy exactly, and book what is left
         checks.below(f"{name}: energy that the steps give or take, share", abs(energy["work_numerical"]).max() / energy["total"].max(), 1e-4)
     given = energy["work_contact"] + energy["work_friction"]
-    # What contact takes swings while parts touch
+    # The energy that contact takes swings while parts touch
     flies = f["contact/active"][:] == 0
     checks.below(f"{name}: energy that contact has given whenever all fly, share", given[flies].max() / energy["total"][0], 1e-9)
     bodies = list(f["instances"].values())
