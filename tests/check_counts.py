@@ -13,7 +13,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 BOUNDS = {
     "lines of product": 82255,
     "files of product": 646,
-    "lines of python/cbr": 1951,
+    "lines of python/cbr": 1950,
     "lines of tests": 62410,
     "files of tests": 389,
     "numbers in contact/solve": 50,  # but for 0, 1, 2, 3 and 0.5
