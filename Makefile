@@ -140,7 +140,7 @@ bench-peers: programs
 bench-contact: configure
 	cmake --build $(BUILD) --parallel $(JOBS) --target bench_contact_cost
 	$(BUILD)/tests/benchmarks/bench_contact_cost 10000 1100 | tee $(BUILD)/contact-cost.csv
-	$(PYTHON) tests/benchmarks/plot_contact_cost.py $(BUILD)/contact-cost.csv $(BUILD)/contact-cost.png
+	$(PYTHON) tests/benchmarks/plots.py $(BUILD)/contact-cost.csv $(BUILD)/contact-cost.png
 
 PREFIX ?= /usr/local
 install: programs

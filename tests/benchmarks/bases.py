@@ -10,13 +10,12 @@
 A row more: an entry in BASES. What a program refuses is a row with its reason.
 """
 import pathlib
-import subprocess
 
 import h5py
 import numpy as np
 
 import t1
-from runs import Refused, in_turns, median, run
+from runs import Refused, block_mesh, in_turns, median, run
 
 HERE = pathlib.Path(__file__).resolve().parent
 COLUMNS = ["scene", "basis", "row", "dofs", "steps", "step_s", "error_percent", "error_all_percent", "energy", "stepping_s", "total_s", "reduction_s", "reference", "note"]
@@ -54,15 +53,7 @@ class Scene:
         self.smoke, self.folder, self.bin_dir = settings.smoke, folder, settings.bin
         folder.mkdir(parents=True, exist_ok=True)
         for name, hexes, edges in self.meshes:
-            self.make_mesh(name, [max(2, n // 3) for n in hexes] if self.smoke else hexes, edges)
-
-    def make_mesh(self, name, hexes, edges):
-        mesh = self.folder / f"{name}.msh"
-        if not mesh.exists():
-            sizes = dict(zip(("nx", "ny", "nz", "lx", "ly", "lz"), (*hexes, *edges)))
-            numbers = [word for key, value in sizes.items() for word in ("-setnumber", key, str(value))]
-            subprocess.run(["gmsh", "-3", "-v", "1", HERE.parents[1] / "meshes" / "block.geo", *numbers, "-o", f"{mesh}.tmp.msh"], check=True)
-            pathlib.Path(f"{mesh}.tmp.msh").rename(mesh)
+            block_mesh(folder / f"{name}.msh", [max(2, n // 3) for n in hexes] if self.smoke else hexes, edges)
 
     def component(self, name, material, interface, reduction, modes=None, more=""):
         text = f"  {name}: {{mesh: {name}.msh, material: {material}{more}"

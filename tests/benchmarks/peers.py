@@ -4,7 +4,6 @@ the processor, user and system, from start to end. ONLY=REGEX of case, program a
 most seconds of a process. As a program it is the reduction by SciPy that the benchmark runs: peers.py STEM MODES
 [symmetric], or the frequencies of all dofs: peers.py STEM reference."""
 import os
-import pathlib
 import re
 import resource
 import shutil

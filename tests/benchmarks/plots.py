@@ -1,12 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Plots of the benchmarks from their CSV files: OUT/bench-t1.png, bench-ratio.png, bench-phases.png, bench-peers.png."""
-import matplotlib
+"""Plots of the benchmarks from their CSV files: OUT/bench-t1.png, bench-ratio.png, bench-phases.png, bench-peers.png.
 
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
+    plots.py contact-cost.csv contact-cost.png    seconds a step over contact nodes, by phase, of bench_contact_cost
+"""
+import csv
+import pathlib
+import sys
+
 from matplotlib.lines import Line2D
 
-from runs import read_csv
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[1] / "cases"))
+from plotting import plt, save, style  # noqa: E402
+from runs import read_csv  # noqa: E402
 
 MARKERS = {1: "o", 2: "s", 4: "^"}
 KINDS = {"full": ("full mesh", "#1f3b73"), "a": ("(a) contact face", "#2a9d4a"), "a long": ("(a), long steps", "#8ac926"),
@@ -14,6 +19,8 @@ KINDS = {"full": ("full mesh", "#1f3b73"), "a": ("(a) contact face", "#2a9d4a"),
          "shapes": ("(a), basis characteristic", "#7b3fa0")}
 TARGETS = {1: 10, 2: 30, 4: 60}
 ERROR = "rms_percent_of_half_speed"
+CONTACT_COST = (("step s", "whole step", "#222222"), ("bodies s", "bodies", "#999999"), ("search s", "search", "#1f3b73"),
+                ("response s", "response", "#3a9e5f"), ("contact s", "contact", "#e07b00"))
 
 
 def kind(row):
@@ -23,14 +30,6 @@ def kind(row):
 def measured(rows):
     """Rows with impulses: what is compared. Others are in the table."""
     return [row for row in rows if not row["note"] and row["enforcement"] == "impulse"]
-
-
-def style(axis, title, xlabel, ylabel):
-    axis.set_title(title, fontsize=10, loc="left")
-    axis.set_xlabel(xlabel)
-    axis.set_ylabel(ylabel)
-    axis.spines[["top", "right"]].set_visible(False)
-    axis.grid(True, which="both", color="#ececec", linewidth=0.6)
 
 
 def legend(axis, rows):
@@ -46,10 +45,9 @@ def plot_time_and_error(rows, file):
         for row in rows:
             axis.loglog(row[column], row[ERROR], MARKERS[int(row["r"])], color=KINDS[kind(row)][1], markersize=7, alpha=0.85)
         axis.axhline(0.5, color="#999999", linestyle=":", linewidth=1)
-        style(axis, title, "seconds", "rms error of the face, % of 1905 m/s x 4.25 us" if axis is axes[0] else "")
+        style(axis, title, "seconds", "rms error of the face, % of 1905 m/s x 4.25 us" if axis is axes[0] else "", "both")
     legend(axes[1], rows)
-    fig.savefig(file, dpi=110)
-    plt.close(fig)
+    save(fig, file)
 
 
 def plot_ratio(rows, file):
@@ -64,10 +62,9 @@ def plot_ratio(rows, file):
     axis.annotate("targets:", (TARGETS[1], 0.5), xytext=(-16, 9), textcoords="offset points", fontsize=8, ha="right")
     axis.axhline(0.5, color="#999999", linestyle=":", linewidth=1)
     axis.axvline(1, color="#1f3b73", linewidth=1)
-    style(axis, "stepping, times faster than the full mesh of the same r", "full mesh's seconds over these", "rms error, % of 1905 m/s x 4.25 us")
+    style(axis, "stepping, times faster than the full mesh of the same r", "full mesh's seconds over these", "rms error, % of 1905 m/s x 4.25 us", "both")
     legend(axis, [row for row in rows if row["model"] != "full"])
-    fig.savefig(file, dpi=110)
-    plt.close(fig)
+    save(fig, file)
 
 
 def stacked(axis, names, parts, title):
@@ -81,7 +78,7 @@ def stacked(axis, names, parts, title):
         axis.barh(labels, shares, left=left, color=colours[i % 10], label=phase)
         left = [a + b for a, b in zip(left, shares)]
     axis.invert_yaxis()
-    style(axis, title, "% of the time", "")
+    style(axis, title, "% of the time", "", "both")
     axis.tick_params(axis="y", labelsize=7)
     if names:
         axis.legend(frameon=False, fontsize=7, loc="upper left", bbox_to_anchor=(0, -0.14), ncols=4)
@@ -102,8 +99,7 @@ def plot_phases(t1_rows, reduction_rows, file):
     phases = [p for p in dict.fromkeys(row["phase"] for row in reduction_rows) if p not in ("total", "")]
     table = {(row["row"], row["phase"]): row["seconds"] for row in reduction_rows}
     stacked(axes[1], names, {p: [table.get((n, p)) or 0.0 for n in names] for p in phases}, "reductions")
-    fig.savefig(file, dpi=110)
-    plt.close(fig)
+    save(fig, file)
 
 
 def plot_peers(rows, file):
@@ -123,11 +119,10 @@ def plot_peers(rows, file):
                 axis.loglog(row["seconds"], max(row["error_percent"], 1e-8), "o" if row["program"] == "cbr" else "s", color=colour, markersize=7, linestyle="", label=label)
             else:
                 axis.axvline(row["seconds"], color=colour, linestyle="--", label=f"{label}: no answer")
-        style(axis, case, "seconds of the processor", "error, %")
+        style(axis, case, "seconds of the processor", "error, %", "both")
         axis.margins(y=0.3)
         axis.legend(frameon=False, fontsize=7, loc="upper left", bbox_to_anchor=(0, -0.14))
-    fig.savefig(file, dpi=110)
-    plt.close(fig)
+    save(fig, file)
 
 
 def make(out):
@@ -137,3 +132,22 @@ def make(out):
         plot_time_and_error(rows, out / "bench-t1.png")
         plot_ratio(rows, out / "bench-ratio.png")
         plot_phases(rows, [row for row in read_csv(out / "reduction.csv") if not row["note"]], out / "bench-phases.png")
+
+
+def plot_contact_cost(table, file):
+    with open(table, newline="") as f:
+        rows = list(csv.DictReader(line for line in f if not line.startswith("growth")))
+    kinds = list(dict.fromkeys((row["model"], row["formulation"]) for row in rows))
+    fig, axes = plt.subplots(1, len(kinds), figsize=(3.6 * len(kinds), 3.8), layout="constrained", sharex=True, sharey=True, squeeze=False)
+    for axis, kind in zip(axes[0], kinds):
+        of = [row for row in rows if (row["model"], row["formulation"]) == kind]
+        nodes = [int(row["slave nodes"]) for row in of]
+        for column, label, colour in CONTACT_COST:
+            axis.loglog(nodes, [float(row[column]) for row in of], "o-", color=colour, label=label, linewidth=2 if column == "step s" else 1.2, markersize=3)
+        style(axis, ", ".join(kind), "slave nodes in contact", "seconds a step" if kind == kinds[0] else "")
+    axes[0, 0].legend(frameon=False, fontsize=8)
+    save(fig, file)
+
+
+if __name__ == "__main__":
+    plot_contact_cost(*sys.argv[1:])

@@ -13,6 +13,16 @@ class Refused(Exception):
     """The program did not do it; the text is its error."""
 
 
+def block_mesh(path, hexes, edges=()):
+    """meshes/block.geo with these numbers of hexes and edges (m), where it is not there yet."""
+    if not path.exists():
+        sizes = zip(("nx", "ny", "nz", "lx", "ly", "lz"), (*hexes, *edges))
+        numbers = [word for name, value in sizes for word in ("-setnumber", name, str(value))]
+        new = path.with_suffix(".tmp.msh")
+        subprocess.run(["gmsh", "-3", "-v", "1", pathlib.Path(__file__).resolve().parents[2] / "meshes" / "block.geo", *numbers, "-o", new], check=True)
+        new.rename(path)
+
+
 def read_table(path):
     """{'phase': {name: seconds}, 'part': {"phase: name": seconds}, 'count': {name: number}} of a file that --timings wrote."""
     table = {"phase": {}, "part": {}, "count": {}}

@@ -2,13 +2,12 @@
 """The paper's block impact (T1) on 20 r x 10 r x 15 r hexes: run time against error, all rivals in turns."""
 import os
 import pathlib
-import subprocess
 
 import h5py
 import numpy as np
 
 import limits
-from runs import Refused, in_turns, median, read_table, run, spread
+from runs import Refused, block_mesh, in_turns, median, read_table, run, spread
 
 SPEED, CONTACT, END = 3810.0, 4.25e-6, 1.2e-5  # m/s, s; contact lasts so long in the converged answer
 CENTRE = 0.0051  # x of the plane of symmetry at the start; it moves with SPEED / 2
@@ -188,11 +187,7 @@ class Case:
 
 
 def make_mesh(r, hexes, folder):
-    mesh = folder / f"block-{r}.msh"
-    if not mesh.exists():
-        numbers = [word for name, n in zip(("nx", "ny", "nz"), hexes) for word in ("-setnumber", name, str(n))]
-        subprocess.run(["gmsh", "-3", "-v", "1", HERE.parents[1] / "meshes" / "block.geo", *numbers, "-o", f"{mesh}.tmp.msh"], check=True)
-        pathlib.Path(f"{mesh}.tmp.msh").rename(mesh)
+    block_mesh(folder / f"block-{r}.msh", hexes)
 
 
 def measure(r, folder, bin_dir, rates, repeats, smoke=False, say=print, steps_per_r=None):

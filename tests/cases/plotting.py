@@ -10,18 +10,18 @@ from matplotlib.collections import PolyCollection
 INK, GREY = "#222222", "#999999"
 
 
-def bare(axis):
-    """A light grid, and no frame at the top and at the right."""
+def bare(axis, which="major"):
+    """A light grid at the major ticks or at both kinds, and no frame at the top and at the right."""
     axis.spines[["top", "right"]].set_visible(False)
-    axis.grid(True, color="#e6e6e6", linewidth=0.6)
+    axis.grid(True, which, color="#e6e6e6", linewidth=0.6)
 
 
-def style(axis, title, x, y):
+def style(axis, title, x, y, which="major"):
     """Bare axes with their title and labels."""
     axis.set_title(title, fontsize=10, loc="left", color=INK)
     axis.set_xlabel(x)
     axis.set_ylabel(y)
-    bare(axis)
+    bare(axis, which)
 
 
 def save(fig, path, dpi=110):

@@ -5,13 +5,12 @@
 A quarter of the block (its planes of symmetry held) as a full mesh of 20 r x 5 r x 7.5 r hexes, central differences, impulses. The finest is the
 answer; how far the next one is from it tells how far it may be trusted.
 """
-import os
-import pathlib
-import subprocess
 import sys
 
 import h5py
 import numpy as np
+
+from twin import results_of
 
 GAP = 0.0076
 SCENE = """materials:
@@ -34,22 +33,15 @@ output: {{every: 5.0e-7}}
 """
 
 
-def run(r, folder, bin_dir):
+def run(r):
     """Times and x of the centre of mass."""
-    mesh, scene, results = (folder / f"rattle-{r}{suffix}" for suffix in (".msh", ".yaml", ".h5"))
-    if not results.exists():
-        size = {"nx": 20 * r, "ny": 5 * r, "nz": 15 * r // 2, "lx": 0.0508, "ly": 0.0127, "lz": 0.01905}
-        numbers = [word for name, value in size.items() for word in ("-setnumber", name, str(value))]
-        subprocess.run(["gmsh", "-3", "-v", "2", pathlib.Path(__file__).resolve().parents[3] / "meshes" / "block.geo", *numbers, "-o", mesh], check=True)
-        scene.write_text(SCENE.format(mesh=mesh.name))
-        subprocess.run([bin_dir / "cbr-dyn", scene, "-o", results], check=True)
-    with h5py.File(results) as f:
+    with h5py.File(results_of(SCENE, "rattle", r)) as f:
         return f["time"][:], f["instances/quarter/center_of_mass"][:, 0]
 
 
 def main():
     refinements = [int(word) for word in sys.argv[2:]]
-    runs = [run(r, pathlib.Path(os.environ.get("OUT_DIR", ".")), pathlib.Path(os.environ["BIN"])) for r in refinements]
+    runs = [run(r) for r in refinements]
     t, x = runs[-1]
     with open(sys.argv[1], "w") as out:
         out.write(f"# T1's block between two walls, 7.6 mm from either at the start, 1905 m/s; the curve: r = {refinements[-1]}; made by tests/benchmarks/reference/rattle.py\n")

@@ -17,6 +17,9 @@ import sys
 import h5py
 import numpy as np
 
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[1]))
+from runs import block_mesh  # noqa: E402
+
 SPEED, END, EVERY = 3810.0, 1.2e-5, 1e-7
 LENGTH, GAP = 0.0508, 0.0076  # of a block along x; of its face to the plane of symmetry
 CONTACT = 4.25e-6
@@ -39,17 +42,20 @@ output: {{every: {every}, history: [quarter.contact]}}
 """
 
 
-def run(r, folder, bin_dir):
-    """Times, distance of the face from the plane, mean velocity of the quarter, share of the energy that is kept."""
-    here = pathlib.Path(__file__).resolve()
-    mesh, scene, results = (folder / f"twin-{r}{suffix}" for suffix in (".msh", ".yaml", ".h5"))
+def results_of(scene, name, r, **values):
+    """The results of a scene of the quarter, which are computed where they are not there: OUT_DIR/NAME-R.h5."""
+    stem = pathlib.Path(os.environ.get("OUT_DIR", ".")) / f"{name}-{r}"
+    mesh, text, results = (stem.with_suffix(suffix) for suffix in (".msh", ".yaml", ".h5"))
     if not results.exists():
-        size = {"nx": 20 * r, "ny": 5 * r, "nz": 15 * r // 2, "lx": LENGTH, "ly": 0.0127, "lz": 0.01905}
-        numbers = [word for name, value in size.items() for word in ("-setnumber", name, str(value))]
-        subprocess.run(["gmsh", "-3", "-v", "2", here.parents[3] / "meshes" / "block.geo", *numbers, "-o", mesh], check=True)
-        scene.write_text(SCENE.format(mesh=mesh.name, x=-LENGTH / 2 - GAP, speed=SPEED / 2, end=END, every=EVERY))
-        subprocess.run([bin_dir / "cbr-dyn", scene, "-o", results], check=True)
-    with h5py.File(results) as f:
+        block_mesh(mesh, (20 * r, 5 * r, 15 * r // 2), (LENGTH, 0.0127, 0.01905))
+        text.write_text(scene.format(mesh=mesh.name, **values))
+        subprocess.run([pathlib.Path(os.environ["BIN"]) / "cbr-dyn", text, "-o", results], check=True)
+    return results
+
+
+def run(r):
+    """Times, distance of the face from the plane, mean velocity of the quarter, share of the energy that is kept."""
+    with h5py.File(results_of(SCENE, "twin", r, x=-LENGTH / 2 - GAP, speed=SPEED / 2, end=END, every=EVERY)) as f:
         s = f["surfaces/quarter.contact/mean_position"][:, 0]
         momentum = f["instances/quarter/momentum"][:, 0]
         energy = f["energy/total"][:]
@@ -64,8 +70,7 @@ def rms(difference):
 def main():
     target = pathlib.Path(sys.argv[1])
     refinements = [int(word) for word in sys.argv[2:]]
-    folder = pathlib.Path(os.environ.get("OUT_DIR", "."))
-    runs = [run(r, folder, pathlib.Path(os.environ["BIN"])) for r in refinements]
+    runs = [run(r) for r in refinements]
     t, position, velocity, _ = runs[-1]
     notes = [f"# r = {r}: rms {rms(of[1] - position):.3f} % of 3810 m/s x 4.25 us from the curve below, rebound {-of[2][-1] / (SPEED / 2):.4f}, "
              f"energy kept {of[3]:.4f}" for r, of in zip(refinements, runs)]

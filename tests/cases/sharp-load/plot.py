@@ -23,8 +23,8 @@ STEPS = {0.25: "#e07b00", 0.5: "#2a9d4a", 0.9: "#b3202c", 1.0: "#b3202c", 2.0: "
 FLOOR = 1e-16
 
 
-def columns(runs, title):
-    """Displacements above, differences below; a column for each mesh."""
+def panels(runs, title, path):
+    """Of each mesh its name and two axes, displacements above and differences below. Saves the figure when all are drawn."""
     meshes = runs.meshes()
     fig, axes = plt.subplots(2, len(meshes), figsize=(5.6 * len(meshes), 7.4), layout="constrained", sharex=True, squeeze=False)
     for column, mesh in enumerate(meshes):
@@ -34,7 +34,9 @@ def columns(runs, title):
         axes[1, column].set_yscale("log")
         axes[1, column].set_ylim(FLOOR, 1)
         axes[1, column].set_yticks(10.0 ** np.arange(-16, 1, 4))
-    return fig, axes, meshes
+        yield mesh, axes[0, column], axes[1, column]
+    legends(axes)
+    save(fig, path)
 
 
 def legends(axes):
@@ -79,9 +81,7 @@ def with_shells(runs, mesh, scheme):
 
 def figure9(runs, folder):
     """Explicit superelements, with and without shells, against the implicit full mesh."""
-    fig, axes, meshes = columns(runs, "Fig 9")
-    for column, mesh in enumerate(meshes):
-        top, below = axes[:, column]
+    for mesh, top, below in panels(runs, "Fig 9", folder / "fig9.png"):
         implicit = pick(runs, f"{mesh}-bubble-full-newmark-n12", f"{mesh}-bubble-all-exact", f"{mesh}-bubble-full-explicit-n48")
         scheme = {"newmark": "implicit", "explicit": "explicit", "exact": "exact in time"}[implicit.scheme]
         curve(top, implicit, f"full mesh, {scheme} (as the paper's SD)", color=BLUE, linewidth=4, alpha=0.45)
@@ -101,15 +101,11 @@ def figure9(runs, folder):
         to_runs(below, shells, "shells, all settings, to no shells", color="#7b4fa3", linewidth=1.2)
         for run in found:
             to_runs(below, [(run, full)], f"{MODELS[run.model]} to full mesh, both explicit", color=COLOURS[run.model], linewidth=1, dashes=(3, 2))
-    legends(axes)
-    save(fig, folder / "fig9.png")
 
 
 def figure10(runs, folder):
     """The same scheme for full mesh and superelements, at several steps: implicit, as in Sierra/SD."""
-    fig, axes, meshes = columns(runs, "Fig 10")
-    for column, mesh in enumerate(meshes):
-        top, below = axes[:, column]
+    for mesh, top, below in panels(runs, "Fig 10", folder / "fig10.png"):
         scheme = "newmark" if runs.all(mesh=mesh, scheme="newmark") else "explicit"
         found = runs.all(mesh=mesh, hexes="bubble", scheme=scheme, skin=None)
         multiples = sorted({r.multiple for r in found if r.multiple and r.model == "full"})
@@ -125,15 +121,11 @@ def figure10(runs, folder):
             top.plot([], [], color=GREY, linewidth=1.1, dashes=(4, 4), label="superelements (a), (b), (c), the same steps")
         full = pick(runs, f"{mesh}-bubble-full-{scheme}-n6")
         to_runs(below, [(r, full) for r in found if full and r.h == full.h and r.model in "abc"], "superelements to full mesh, same step", color=GREY, linewidth=1.2)
-    legends(axes)
-    save(fig, folder / "fig10.png")
 
 
 def figure11(runs, folder):
     """The full mesh of Sierra/SM's kind of hex, explicit, at several steps, against that of Sierra/SD's."""
-    fig, axes, meshes = columns(runs, "Fig 11")
-    for column, mesh in enumerate(meshes):
-        top, below = axes[:, column]
+    for mesh, top, below in panels(runs, "Fig 11", folder / "fig11.png"):
         implicit = pick(runs, f"{mesh}-bubble-full-newmark-n12", f"{mesh}-bubble-all-exact", f"{mesh}-bubble-full-explicit-n48")
         curve(top, implicit, "incompatible modes (as the paper's SD)", color=BLUE, linewidth=4, alpha=0.45)
         for run in runs.all(mesh=mesh, hexes="under", model="full", scheme="explicit", skin=None):
@@ -148,8 +140,6 @@ def figure11(runs, folder):
                 so_far(below, reference.t, gap, f"{HEXES[hexes]} to hex8-incompatible, both exact", color=colour, linewidth=1.4, dashes=dashes)
         below.set_ylim(1e-5, 1)
         below.set_yticks(10.0 ** np.arange(-5, 1))
-    legends(axes)
-    save(fig, folder / "fig11.png")
 
 
 def figure_modes(runs, folder):
