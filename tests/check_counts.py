@@ -14,8 +14,8 @@ BOUNDS = {
     "lines of product": 82255,
     "files of product": 646,
     "lines of python/cbr": 1950,
-    "lines of tests": 62410,
-    "files of tests": 389,
+    "lines of tests": 62409,
+    "files of tests": 388,
     "numbers in contact/solve": 50,  # but for 0, 1, 2, 3 and 0.5
     "lines with InputError(": 388,
     "classes derived from Body": 4,
