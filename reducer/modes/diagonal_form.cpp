@@ -10,8 +10,8 @@
 #include "common/base/error.hpp"
 #include "common/linalg/dense.hpp"
 #include "common/linalg/dense_factor.hpp"
+#include "common/linalg/eigen/block_lanczos.hpp"
 #include "common/linalg/eigen/eigenpairs.hpp"
-#include "common/linalg/eigen/lanczos_below.hpp"
 #include "reducer/condensation/superelement_algebra.hpp"
 
 namespace cbr {
@@ -108,6 +108,7 @@ Index last_wide_gap(const Vector& lambda) {
 constexpr Index worth_lanczos = 500, least_ratio = 6;
 // Of residuals: of eigenvalues its square.
 constexpr double lanczos_tolerance = 1e-11;
+constexpr Index least_basis = 500;
 // A mechanism's eigenvalue is 0 relative to the others: then all eigenvalues are computed.
 constexpr double no_strain = 1e-10;
 
@@ -131,12 +132,14 @@ Eigenpairs lowest_by_lanczos(const Superelement& s, const Matrix& R, Index count
     held.solve_in_place(B_c);
     B -= R * Matrix(MR.transpose() * B);
   };
-  LanczosBelowOptions options;
-  options.count = count + 1;  // and one above the gap that they are counted at
+  BlockLanczosOptions options;
   options.tolerance = lanczos_tolerance;
-  Eigenpairs pairs = lanczos_below(
-      n, R.cols(), [&](const Eigen::Ref<const Matrix>& X) { return times_mass(s, X); }, solve,
-      HUGE_VAL, options);
+  options.basis = std::max(n / 4, least_basis);
+  options.max_restarts = 0;
+  // One more than is wanted, above the gap that they are counted at
+  Eigenpairs pairs = block_lanczos(
+      n, [&](const Eigen::Ref<const Matrix>& U, Matrix& P) { P = times_mass(s, U); }, solve, 0,
+      count + 1, options);
   if (!pairs.converged || pairs.lambda(0) < no_strain * pairs.lambda(count)) return none;
   const Index below = last_wide_gap(pairs.lambda);
   Matrix X(n, R.cols() + below);

@@ -44,7 +44,8 @@ void row(Index elements, double share) {
   double t_one = 0, t_slices = 0;
   if (k >= 10 && 2 * k <= n) {
     const auto solve = [&](Eigen::Ref<cbr::Matrix> B) { factor.solve_in_place(B); };
-    t_one = seconds([&] { cbr::block_lanczos(p.M_II, solve, 0, k); });
+    t_one = seconds(
+        [&] { cbr::block_lanczos(p.n_interior(), cbr::product_with(p.M_II), solve, 0, k); });
     const Index width = cbr::slice_width(n, factor.flops());
     t_slices =
         seconds([&] { cbr::eigenpairs_by_slices(p.K_II, p.M_II, factor, k, width, 1e-13, {}); });

@@ -33,14 +33,15 @@ constexpr double to_round_off = 1e-9;
 
 class BlockLanczos {
  public:
-  BlockLanczos(const SparseMatrix& M, const std::function<void(Eigen::Ref<Matrix>)>& solve, Index k,
+  BlockLanczos(Index n, const MassProduct& times_M,
+               const std::function<void(Eigen::Ref<Matrix>)>& solve, Index k,
                const BlockLanczosOptions& options)
-      : M_(M),
+      : times_M_(times_M),
         solve_(solve),
         options_(options),
-        n_(M.rows()),
+        n_(n),
         k_(k),
-        b_(options.block > 0 ? options.block : chosen_block(M.rows(), k)),
+        b_(options.block > 0 ? options.block : chosen_block(n, k)),
         m_(largest_basis()),
         V_(n_, b_, m_ + b_) {}
 
@@ -172,7 +173,7 @@ class BlockLanczos {
   bool orthonormalise(Eigen::Ref<Matrix> U, Matrix& P, Matrix& R) {
     Matrix R_1, R_2;
     if (!orthonormalise_once(U, P, R_1)) return false;
-    multiply_symmetric(M_, U, P);
+    times_M_(U, P);
     if (!orthonormalise_both(U, P, R_2)) return false;
     R = R_2 * R_1;
     return true;
@@ -184,11 +185,11 @@ class BlockLanczos {
     size_ = 0;
     // One application of the operator damps unwanted eigenvectors.
     Matrix X, R;
-    multiply_symmetric(M_, starting_block(n_, b_), X);
+    times_M_(starting_block(n_, b_), X);
     auto first = V_.block(0);
     first = X;
     solve_(first);
-    multiply_symmetric(M_, first, P_);
+    times_M_(first, P_);
     return orthonormalise(first, P_, R);
   }
 
@@ -205,10 +206,10 @@ class BlockLanczos {
       Matrix h;
       if (is_restarted_) {
         // All that was kept couples with this block
-        multiply_symmetric(M_, U, P_);
+        times_M_(U, P_);
         h = V_.transposed_product(columns, P_);
         V_.subtract(h, U);
-        multiply_symmetric(M_, U, P_);
+        times_M_(U, P_);
         is_restarted_ = false;
       } else {
         h = three_terms(U);
@@ -216,11 +217,11 @@ class BlockLanczos {
       Matrix R, R_again;
       if (!orthonormalise_once(U, P_, R)) return false;
       // Against all, as orthonormalising enlarges the round-off that was left
-      multiply_symmetric(M_, U, P_);
+      times_M_(U, P_);
       const Matrix rest = V_.transposed_product(columns, P_);
       V_.subtract(rest, U);
       h += rest * R;
-      multiply_symmetric(M_, U, P_);
+      times_M_(U, P_);
       // U was orthonormal before the last subtraction, up to round-off: once is enough
       if (!orthonormalise_both(U, P_, R_again)) return false;
       last_ = R_again * R;
@@ -246,7 +247,7 @@ class BlockLanczos {
       h.middleRows(size_ - b_, b_) = last_.transpose();
       subtract_product(V_.block(size_ - b_), last_.transpose(), U);
     }
-    multiply_symmetric(M_, U, P_);
+    times_M_(U, P_);
     return h;
   }
 
@@ -335,7 +336,7 @@ class BlockLanczos {
     is_restarted_ = true;
   }
 
-  const SparseMatrix& M_;
+  const MassProduct& times_M_;
   const std::function<void(Eigen::Ref<Matrix>)>& solve_;
   const BlockLanczosOptions& options_;
   Index goal_ = 0;  // pairs that must converge: k, or more of those inside the spectrum
@@ -354,10 +355,14 @@ class BlockLanczos {
 
 }  // namespace
 
-Eigenpairs block_lanczos(const SparseMatrix& M,
+MassProduct product_with(const SparseMatrix& M) {
+  return [&M](const Eigen::Ref<const Matrix>& U, Matrix& P) { multiply_symmetric(M, U, P); };
+}
+
+Eigenpairs block_lanczos(Index n, const MassProduct& times_M,
                          const std::function<void(Eigen::Ref<Matrix>)>& solve, double sigma,
                          Index k, const BlockLanczosOptions& options) {
-  return BlockLanczos(M, solve, k, options).run(sigma);
+  return BlockLanczos(n, times_M, solve, k, options).run(sigma);
 }
 
 }  // namespace cbr

@@ -37,14 +37,19 @@ struct BlockLanczosOptions {
   Progress progress;
 };
 
+// P = M U   (n x m both)
+using MassProduct = std::function<void(const Eigen::Ref<const Matrix>& U, Matrix& P)>;
+MassProduct product_with(const SparseMatrix& M);  // of a matrix that outlives it
+
 // The k eigenvalues of K x = lambda M x nearest above sigma. `inside`: nearest to it on both sides,
 // ascending, and more than k where one side has too few. `solve` overwrites B (n x m) by (K - sigma
-// M)^-1 B. A block finds as many copies of a multiple eigenvalue as it has columns, by products of
-// matrices. (Grimes, Lewis, Simon 1994, doi 10.1137/S0895479888151111; restarts: Wu, Simon 2000,
+// M)^-1 B; where K is singular, of the elastic part alone, which excludes rigid motions. A block
+// finds as many copies of a multiple eigenvalue as it has columns, by products of matrices.
+// (Grimes, Lewis, Simon 1994, doi 10.1137/S0895479888151111; restarts: Wu, Simon 2000,
 // doi 10.1137/S0895479898334605.) The basis is fully M-orthonormalised. converged: false when
 // restarts ran out or a block became dependent. A block is dependent at an invariant subspace, as
 // in a matrix with few distinct eigenvalues: use another method. Phi comes without fixed signs.
-Eigenpairs block_lanczos(const SparseMatrix& M,
+Eigenpairs block_lanczos(Index n, const MassProduct& times_M,
                          const std::function<void(Eigen::Ref<Matrix>)>& solve, double sigma,
                          Index k, const BlockLanczosOptions& options = {});
 

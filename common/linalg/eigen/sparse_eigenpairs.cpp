@@ -280,7 +280,8 @@ Eigenpairs sparse_eigenpairs(const SparseMatrix& K, const SparseMatrix& M,
       pairs = eigenpairs_by_slices(K, M, factor, k, width, least_tolerance, progress);
     if (!pairs.converged)
       pairs = block_lanczos(
-          M, [&](Eigen::Ref<Matrix> B) { factor.solve_in_place(B); }, sigma, k, options);
+          n, product_with(M), [&](Eigen::Ref<Matrix> B) { factor.solve_in_place(B); }, sigma, k,
+          options);
     if (pairs.converged) {
       pairs = finished(M, std::move(pairs));
       sharpen(K, M, pairs);
@@ -334,7 +335,7 @@ Eigenpairs sparse_eigenpairs_beyond(const SparseMatrix& M, const SparseCholesky&
   // P K^-1 with P = I - Phi Phi^T M: known eigenvectors have the eigenvalue 0 there, the farthest
   // from the wanted ones
   Eigenpairs pairs = block_lanczos(
-      M,
+      M.rows(), product_with(M),
       [&](Eigen::Ref<Matrix> B) {
         factor.solve_in_place(B);
         project(B);

@@ -61,8 +61,8 @@ class Slices {
   bool lowest(Index width) {
     const Index wanted = std::min(k_ + 1, width);
     const Eigenpairs pairs = block_lanczos(
-        M_, [&](Eigen::Ref<Matrix> B) { factor_.solve_in_place(B); }, 0, wanted,
-        options_for(wanted));
+        M_.rows(), product_with(M_), [&](Eigen::Ref<Matrix> B) { factor_.solve_in_place(B); }, 0,
+        wanted, options_for(wanted));
     if (!pairs.converged) return false;
     take(pairs, 0, wanted);
     return true;
@@ -122,7 +122,8 @@ class Slices {
     options.max_restarts = 0;  // its basis is large enough for none
     options.inside = BlockLanczosOptions::Inside{below, above};
     const Eigenpairs pairs = block_lanczos(
-        M_, [&](Eigen::Ref<Matrix> B) { factor.solve_in_place(B); }, sigma, below + above, options);
+        M_.rows(), product_with(M_), [&](Eigen::Ref<Matrix> B) { factor.solve_in_place(B); }, sigma,
+        below + above, options);
     ++all_.iterations;
     if (!pairs.converged) return false;
     const Index found = (pairs.lambda.array() < sigma).count();

@@ -39,22 +39,4 @@ SupernodePattern leading_pattern(const SupernodalFactor& factor, Index n) {
   return made;
 }
 
-SupernodeWorkspace find_workspace(const SupernodalFactor& factor) {
-  std::vector<Index> owner(static_cast<std::size_t>(factor.n));
-  for (Index s = 0; s < factor.n_super; ++s)
-    std::fill(owner.begin() + factor.super[s], owner.begin() + factor.super[s + 1], s);
-  SupernodeWorkspace workspace;
-  for (Index s = 0; s < factor.n_super; ++s) {
-    const Index end = factor.pi[s + 1];
-    Index i = factor.pi[s] + factor.columns(s);
-    workspace.most_rows_below = std::max(workspace.most_rows_below, end - i);
-    while (i < end) {
-      const Index first = i, of = owner[static_cast<std::size_t>(factor.rows[i])];
-      while (i < end && owner[static_cast<std::size_t>(factor.rows[i])] == of) ++i;
-      workspace.largest_update = std::max(workspace.largest_update, (end - first) * (i - first));
-    }
-  }
-  return workspace;
-}
-
 }  // namespace cbr

@@ -25,13 +25,4 @@ SupernodePattern cut_supernodes(const SupernodalFactor& factor, Index widest, In
 // stay where they are.
 SupernodePattern leading_pattern(const SupernodalFactor& factor, Index n);
 
-// Allocations of a factorisation and of a solve for a pattern, as entries of a matrix and of a
-// vector; at least 1.
-struct SupernodeWorkspace {
-  // of one supernode by another: rows from the first they share on, times the rows they share
-  Index largest_update = 1;
-  Index most_rows_below = 1;  // of a supernode's diagonal block
-};
-SupernodeWorkspace find_workspace(const SupernodalFactor& factor);
-
 }  // namespace cbr

@@ -12,26 +12,26 @@
 namespace cbr {
 namespace {
 
-// Flops of a front from which on several threads have enough to do.
+// Flops of a front, or of all, from which on several threads have enough to do.
 constexpr double worth_threads = 2e7;
 
 // Supernodes whose rows are those of the next one and their own columns are one front: the pieces
 // of a wide one among them.
-std::vector<Front> fronts_of(const SupernodeTree& tree, Index n_pivots) {
+std::vector<Front> fronts_of(const SupernodeTree& tree, Index boundary, bool keeps_last) {
   const SupernodalFactor& f = tree.factor();
   std::vector<Front> fronts;
   std::vector<Index> front_of(static_cast<std::size_t>(f.n_super)), above;
   for (Index s = 0; s < f.n_super; ++s) {
     const bool goes_on = s > 0 && tree.parent(s - 1) == s &&
                          f.height(s) == f.height(s - 1) - f.columns(s - 1) &&
-                         f.first(s) != n_pivots;
+                         f.first(s) != boundary;
     if (goes_on) {
       fronts.back().columns += f.columns(s);
       ++fronts.back().n_supernodes;
       above.back() = tree.parent(s);
     } else {
       fronts.push_back({f.first(s), f.columns(s), f.height(s), f.rows + f.pi[s], -1, s, 1,
-                        f.first(s) >= n_pivots});
+                        keeps_last && f.first(s) >= boundary});
       above.push_back(tree.parent(s));
     }
     front_of[static_cast<std::size_t>(s)] = static_cast<Index>(fronts.size()) - 1;
@@ -49,10 +49,10 @@ double flops_of(const Front& front) {
 
 }  // namespace
 
-Fronts::Fronts(const SupernodeTree& tree, std::vector<ShiftedMatrix> matrices, Index n_pivots,
-               const Progress& progress)
+Fronts::Fronts(const SupernodeTree& tree, std::vector<ShiftedMatrix> matrices, Index boundary,
+               bool keeps_last, const Progress& progress)
     : f_(tree.factor()),
-      fronts_(fronts_of(tree, n_pivots)),
+      fronts_(fronts_of(tree, boundary, keeps_last)),
       matrices_(std::move(matrices)),
       place_(static_cast<std::size_t>(f_.n)),
       updates_(fronts_.size()),
@@ -64,10 +64,14 @@ Fronts::Fronts(const SupernodeTree& tree, std::vector<ShiftedMatrix> matrices, I
       children_[static_cast<std::size_t>(parent)].push_back(s);
 }
 
-Fronts::Outcome Fronts::run() {
-  plan();
+Fronts::Outcome Fronts::run(bool one_by_one) {
   runs_ = std::this_thread::get_id();
   for (const Front& front : fronts_) all_flops_ += flops_of(front);
+  if (one_by_one || all_flops_ < worth_threads) {
+    subtrees_.push_back({0, n_fronts() - 1});
+  } else {
+    plan();
+  }
   const SingleThreadedBlas blas;
   std::vector<Index> position(static_cast<std::size_t>(f_.n), -1);
   std::size_t subtree = 0;
@@ -201,7 +205,7 @@ void Fronts::extend_add(Index child, const std::vector<Index>& position, bool al
 double front_bytes(const SupernodeTree& tree) {
   // Columns of a product with one triangle of its result
   constexpr double update_block = 192;
-  const std::vector<Front> fronts = fronts_of(tree, tree.factor().n);
+  const std::vector<Front> fronts = fronts_of(tree, tree.factor().n, false);
   std::vector<double> waiting(fronts.size(), 0.0);  // updates of the children
   double held = 0, most = 0;
   for (std::size_t s = 0; s < fronts.size(); ++s) {

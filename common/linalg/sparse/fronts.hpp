@@ -50,10 +50,11 @@ struct FrontMatrix {
 // threads. A derived class eliminates the pivots.
 class Fronts {
  public:
-  // All must outlive the object; the matrices are permuted as the tree's factor is. From column
-  // n_pivots on (the first of a supernode) columns are kept: only collected.
-  Fronts(const SupernodeTree& tree, std::vector<ShiftedMatrix> matrices, Index n_pivots,
-         const Progress& progress = {});
+  // All must outlive the object; the matrices are permuted as the tree's factor is. At column
+  // `boundary`, the first of a supernode, a front begins. keeps_last: from there on columns are no
+  // pivots, and are only collected.
+  Fronts(const SupernodeTree& tree, std::vector<ShiftedMatrix> matrices, Index boundary,
+         bool keeps_last, const Progress& progress = {});
   virtual ~Fronts() = default;
   Fronts(const Fronts&) = delete;
   Fronts& operator=(const Fronts&) = delete;
@@ -61,7 +62,8 @@ class Fronts {
  protected:
   // stopped: eliminate() said no; foreign: A has an entry where the tree has none
   enum class Outcome { done, stopped, foreign };
-  Outcome run();
+  // one_by_one: no front before those that precede it.
+  Outcome run(bool one_by_one = false);
 
   const SupernodalFactor& factor() const { return f_; }
   const ShiftedMatrix& matrix() const { return matrices_.front(); }

@@ -7,13 +7,18 @@
 #include <new>
 #include <vector>
 
+#include "common/base/error.hpp"
+#include "common/base/format_text.hpp"
+#include "common/base/machine_memory.hpp"
 #include "common/base/parallel.hpp"
 #include "common/linalg/blas_threads.hpp"
+#include "common/linalg/dense_factor.hpp"
+#include "common/linalg/huge_pages.hpp"
 #include "common/linalg/kernels/narrow_product.hpp"
-#include "common/linalg/sparse/cholmod_factor.hpp"
-#include "common/linalg/sparse/cut_supernodes.hpp"
 #include "common/linalg/sparse/shared_solve.hpp"
+#include "common/linalg/sparse/supernodal_cholesky.hpp"
 #include "common/linalg/sparse/supernodal_ldl.hpp"
+#include "common/linalg/sparse/symbolic_factor.hpp"
 
 namespace cbr {
 namespace {
@@ -26,15 +31,69 @@ constexpr Index least_block = 8;
 constexpr double vanishing_pivot = 1e-13;
 // Non-zeros of a factor from which on threads share the solution of a few right-hand sides.
 constexpr double worth_sharing = 1e6;
+// A flop of a solve of many right-hand sides costs as much as this many of a front's products;
+// share of L that it visits.
+constexpr double solve_penalty = 1.5, visited = 0.8;
+// Flops of a factorisation from which on it condenses, too.
+constexpr double worth_condensing = 1e8;
+
+bool has_both_triangles(const SparseMatrix& A) {
+  Index balance = 0;
+  for (Index j = 0; j < A.cols(); ++j)
+    for (SparseMatrix::InnerIterator it(A, j); it; ++it)
+      balance += it.row() > j ? 1 : it.row() < j ? -1 : 0;
+  return balance == 0;
+}
+
+// True when elimination of K and M with `last` in its rows is faster than the factor of K_II alone
+// and the constraint modes. Those cost two solves each, or one and the product of all.
+bool is_cheaper(const SupernodalFactor& f, Index n_I, double& more_flops) {
+  const auto c = static_cast<double>(f.n - n_I);
+  double own = 0, with_last = 0, n_nonzeros = 0;
+  for (Index s = 0; s < f.n_super && f.first(s) < n_I; ++s) {
+    const Index *rows = f.rows + f.pi[s], *end = rows + f.height(s);
+    const auto columns = static_cast<double>(f.columns(s)),
+               below = static_cast<double>(f.height(s)) - columns,
+               inside = static_cast<double>(std::lower_bound(rows, end, n_I) - rows) - columns;
+    own += columns * (columns * columns / 3 + columns * inside + inside * inside);
+    with_last += columns * (columns * columns / 3 + columns * below + below * below) +
+                 condensing_flops(columns, below);
+    n_nonzeros += columns * (columns / 2 + inside);
+  }
+  more_flops = with_last - own;
+  const double solves = solve_penalty * visited * 4 * n_nonzeros * c;
+  return more_flops < solves + std::min(solves, static_cast<double>(n_I) * c * c);
+}
+
+// Numbers of L, which leading factors share.
+struct Numbers {
+  SymbolicFactor symbolic;
+  Matrix x;          // a column
+  Index n_done = 0;  // columns before the first pivot that is not positive
+
+  SupernodalFactor view() const { return symbolic.view(x.data()); }
+  void make_room() { x = on_huge_pages(symbolic.pattern.px.back(), 1); }
+};
+
+// B <- A^-1 B by one thread; X_t is its workspace.
+void solve_panel(PanelSolver& solver, const SupernodeTree& tree, Matrix& X_t,
+                 Eigen::Ref<Matrix> B) {
+  const Index rows = std::max(B.cols(), narrow::width);
+  if (rows != X_t.rows()) X_t.setZero(rows, B.rows());
+  load_panel(tree.factor(), B, X_t.topRows(B.cols()));
+  solver.forward(X_t, tree.all());
+  solver.backward(X_t, tree.all());
+  store_panel(tree.factor(), X_t.topRows(B.cols()), B);
+}
 
 }  // namespace
 
 struct SparseCholesky::Impl {
-  // a leading factor shares it
-  std::shared_ptr<CholmodFactor> cholmod =
-      std::make_shared<CholmodFactor>(CholmodFactor::Kind::supernodal);
-  // for a few at a time; made when first wanted
+  std::shared_ptr<Numbers> numbers = std::make_shared<Numbers>();
+  // for a few at a time, on several threads or one; made when first wanted
   std::unique_ptr<SharedSolve> shared;
+  std::unique_ptr<PanelSolver> one;
+  Matrix panel;
   SupernodeTree tree;
   SupernodalFactor factor;
   SupernodePattern leading;  // of a leading factor, to which `factor` points
@@ -42,7 +101,7 @@ struct SparseCholesky::Impl {
   Vector diagonal;  // of A
   Index n = 0, weakest = -1;
   double smallest_pivot = 1, n_nonzeros = 0, flops = 0;
-  bool is_whole = true, is_definite = true;
+  bool is_definite = true;
 
   // The diagonal of L in the order of elimination stands at the head of each supernode's columns.
   void examine_pivots() {
@@ -69,6 +128,16 @@ struct SparseCholesky::Impl {
     tree = SupernodeTree(factor);
   }
 
+  void solve_few(Eigen::Ref<Matrix> B) {
+    if (n_threads() > 1 && n_nonzeros > worth_sharing) {
+      if (!shared) shared = std::make_unique<SharedSolve>(tree, n_threads());
+      return (*shared)(B);
+    }
+    const SingleThreadedBlas blas;
+    if (!one) one = std::make_unique<PanelSolver>(tree, narrow::width);
+    solve_panel(*one, tree, panel, B);
+  }
+
   // Of the rectangles of the leading factor's supernodes.
   void count() {
     for (Index s = 0; s < factor.n_super; ++s) {
@@ -92,15 +161,30 @@ SparseCholesky::SparseCholesky(const SparseMatrix& A, const std::vector<Index>& 
     *this = SparseCholesky(compressed, last, progress, nodes);
     return;
   }
-  CholmodFactor& cholmod = *impl_->cholmod;
-  cholmod.factorize(A, last, progress, nodes);
+  if (!has_both_triangles(A)) {
+    *this = SparseCholesky(SparseMatrix(A.selfadjointView<Eigen::Lower>()), last, progress, nodes);
+    return;
+  }
+  Numbers& numbers = *impl_->numbers;
+  numbers.symbolic = symbolic_factor(A, last, nodes);
+  impl_->n_nonzeros = numbers.symbolic.n_nonzeros;
+  impl_->flops = numbers.symbolic.flops;
+  const SupernodeTree pattern(numbers.symbolic.view());
+  const double bytes = numbers.symbolic.bytes();
+  if (bytes + front_bytes(pattern) > machine_memory_bytes())
+    fail_for_memory("factorisation", impl_->n, bytes);
+  try {
+    numbers.make_room();
+    numbers.n_done = factor_supernodes(pattern, A, impl_->n - static_cast<Index>(last.size()),
+                                       numbers.x.data(), progress);
+  } catch (const std::bad_alloc&) {
+    fail_for_memory("factorisation", impl_->n, bytes);
+  }
   impl_->diagonal = A.diagonal();
   impl_->last = last;
-  impl_->factor = cholmod.view();
-  impl_->n_nonzeros = cholmod.n_nonzeros();
-  impl_->flops = cholmod.flops();
-  if (cholmod.n_done() < cholmod.n()) {
-    impl_->fail_at(cholmod.permutation()[cholmod.n_done()]);
+  impl_->factor = numbers.view();
+  if (numbers.n_done < impl_->n) {
+    impl_->fail_at(numbers.symbolic.order[static_cast<std::size_t>(numbers.n_done)]);
   } else {
     impl_->finish();
   }
@@ -112,8 +196,7 @@ SparseCholesky SparseCholesky::leading() const {
   const auto& last = impl_->last;
   own.n = impl_->n - static_cast<Index>(last.size());
   if (own.n == 0) return made;
-  own.cholmod = impl_->cholmod;
-  own.is_whole = false;
+  own.numbers = impl_->numbers;
   own.leading = leading_pattern(impl_->factor, own.n);
   // of A's rows in the leading matrix
   std::vector<Index> number(static_cast<std::size_t>(impl_->n), 0);
@@ -135,7 +218,7 @@ SparseCholesky SparseCholesky::leading() const {
   own.factor.rows = own.leading.rows.data();
   own.factor.order = own.order.data();
   own.count();
-  const Index n_done = impl_->cholmod->n_done();
+  const Index n_done = impl_->numbers->n_done;
   if (n_done < own.n) {
     own.fail_at(own.order[static_cast<std::size_t>(n_done)]);
   } else {
@@ -154,11 +237,28 @@ std::optional<SparseCholesky> SparseCholesky::condensing(const SparseMatrix& K,
     return {};
   SparseCholesky whole{SparseMatrix(0, 0)};
   Impl& impl = *whole.impl_;
-  if (!impl.cholmod->condense(K, M, last, condensed, always, progress)) return {};
+  Numbers& numbers = *impl.numbers;
+  numbers.symbolic = symbolic_factor(K, last);
+  if (numbers.symbolic.flops < worth_condensing && !always) return {};
+  const SupernodeTree pattern(numbers.symbolic.view());
+  const Index c = static_cast<Index>(last.size()), n_I = K.rows() - c;
+  if (!is_cheaper(pattern.factor(), n_I, condensed.flops) && !always) return {};
+  const double square = 8 * static_cast<double>(c) * static_cast<double>(c),
+               matrices = 32 * static_cast<double>(K.nonZeros());
+  if (numbers.symbolic.bytes() + matrices + 2 * (front_bytes(pattern) + square) >
+      0.9 * machine_memory_bytes())
+    return {};
+  numbers.make_room();
+  if (!factor_and_condense(pattern, n_I, K, M, numbers.x.data(), condensed.K, condensed.M,
+                           progress))
+    return {};
+  mirror_lower(condensed.K);
+  mirror_lower(condensed.M);
+  numbers.n_done = n_I;
   impl.n = K.rows();
   impl.diagonal = K.diagonal();
   impl.last = last;
-  impl.factor = impl.cholmod->view();
+  impl.factor = numbers.view();
   return whole.leading();
 }
 
@@ -170,18 +270,14 @@ bool SparseCholesky::ok() const { return impl_->is_definite; }
 double SparseCholesky::smallest_pivot() const { return impl_->smallest_pivot; }
 Index SparseCholesky::weakest_column() const { return impl_->weakest; }
 Index SparseCholesky::n_rows() const { return impl_->n; }
-double SparseCholesky::bytes() const { return impl_->n == 0 ? 0 : impl_->cholmod->bytes(); }
+double SparseCholesky::bytes() const { return 8 * static_cast<double>(impl_->numbers->x.size()); }
 double SparseCholesky::n_nonzeros() const { return impl_->n_nonzeros; }
 double SparseCholesky::flops() const { return impl_->flops; }
 
 void SparseCholesky::solve_in_place(Eigen::Ref<Matrix> B) const {
   assert(ok() && B.rows() == n_rows());
   if (n_rows() == 0 || B.cols() == 0) return;
-  if (B.cols() == 1 && impl_->is_whole) return solve(B.data(), B.data());
-  if (B.cols() <= narrow::width && n_threads() > 1 && n_nonzeros() > worth_sharing) {
-    if (!impl_->shared) impl_->shared = std::make_unique<SharedSolve>(tree(), n_threads());
-    return (*impl_->shared)(B);
-  }
+  if (B.cols() <= narrow::width) return impl_->solve_few(B);
   // The supernodes are too small for BLAS's own threads: each of ours takes panels of right-hand
   // sides instead.
   const Index wanted = std::max<Index>(1, std::min<Index>(n_threads(), B.cols() / least_block));
@@ -196,19 +292,15 @@ void SparseCholesky::solve_in_place(Eigen::Ref<Matrix> B) const {
     Matrix X_t;
     for (Index i = next++; i < n_blocks; i = next++) {
       const Index first = i * block, columns = std::min(block, B.cols() - first);
-      const Index rows = std::max(columns, narrow::width);
-      if (rows != X_t.rows()) X_t.setZero(rows, n_rows());
-      load_panel(tree().factor(), B.middleCols(first, columns), X_t.topRows(columns));
-      solver.forward(X_t, tree().all());
-      solver.backward(X_t, tree().all());
-      store_panel(tree().factor(), X_t.topRows(columns), B.middleCols(first, columns));
+      solve_panel(solver, tree(), X_t, B.middleCols(first, columns));
     }
   };
   try {
     const SingleThreadedBlas blas;
     run_threads(static_cast<int>(wanted), work);
   } catch (const std::bad_alloc&) {
-    fail_to_solve(n_rows(), block);
+    throw RunError(format_text("not enough memory to solve for %lld right-hand sides of %lld dofs",
+                               static_cast<long long>(block), static_cast<long long>(n_rows())));
   }
 }
 
@@ -222,52 +314,19 @@ Matrix SparseCholesky::solve(const Matrix& B) const {
 
 void SparseCholesky::solve(const double* b, double* x) const {
   assert(ok());
-  if (n_rows() == 0) return;
-  if (!impl_->is_whole) {
-    if (x != b) std::copy_n(b, n_rows(), x);
-    return solve_in_place(Eigen::Map<Matrix>(x, n_rows(), 1));
-  }
-  impl_->cholmod->solve(b, x);
-}
-
-SparseMatrix SparseCholesky::solve(const SparseMatrix& B) const {
-  assert(ok() && B.rows() == n_rows());
-  std::vector<Index> used;
-  for (Index j = 0; j < B.cols(); ++j) {
-    if (SparseMatrix::InnerIterator(B, j)) used.push_back(j);
-  }
-  SparseMatrix X(B.rows(), B.cols());
-  std::vector<Eigen::Triplet<double, Index>> entries;
-  Matrix block;
-  for (std::size_t first = 0; first < used.size(); first += solve_block) {
-    const Index columns = std::min<Index>(solve_block, static_cast<Index>(used.size() - first));
-    block.setZero(B.rows(), columns);
-    for (Index j = 0; j < columns; ++j) {
-      for (SparseMatrix::InnerIterator it(B, used[first + j]); it; ++it)
-        block(it.row(), j) = it.value();
-    }
-    solve_in_place(block);
-    for (Index j = 0; j < columns; ++j) {
-      for (Index i = 0; i < block.rows(); ++i) {
-        if (block(i, j) != 0) entries.emplace_back(i, used[first + j], block(i, j));
-      }
-    }
-  }
-  X.setFromTriplets(entries.begin(), entries.end());
-  return X;
+  if (x != b) std::copy_n(b, n_rows(), x);
+  solve_in_place(Eigen::Map<Matrix>(x, n_rows(), 1));
 }
 
 FactorCost factor_cost(const SparseMatrix& nodes, Index dofs) {
   FactorCost cost;
   if (nodes.rows() == 0) return cost;
   assert(nodes.isCompressed());
-  CholmodFactor cholmod(CholmodFactor::Kind::simplicial);
-  cholmod.analyze(nodes);
-  const auto* count = cholmod.column_counts();
-  cost.order.assign(cholmod.permutation(), cholmod.permutation() + cholmod.n());
-  for (Index j = 0; j < cholmod.n(); ++j) {
+  GraphOrder found = order_of_graph(nodes);
+  cost.order = std::move(found.order);
+  for (const Index count : found.counts) {
     for (Index i = 0; i < dofs; ++i) {
-      const auto rows = static_cast<double>(dofs * count[j] - i);
+      const auto rows = static_cast<double>(dofs * count - i);
       cost.n_nonzeros += rows;
       cost.flops += rows * rows;
     }
@@ -286,9 +345,8 @@ Index negative_inertia(const SparseMatrix& A, const SparseCholesky* like) {
     const auto count = count_negative_pivots(like->tree(), {A}, vanishing_pivot);
     if (count) return *count;
   }
-  CholmodFactor cholmod(CholmodFactor::Kind::supernodal);
-  cholmod.analyze(A);
-  const auto count = count_negative_pivots(SupernodeTree(cholmod.view()), {A}, vanishing_pivot);
+  const SymbolicFactor symbolic = symbolic_factor(A);
+  const auto count = count_negative_pivots(SupernodeTree(symbolic.view()), {A}, vanishing_pivot);
   assert(count);
   return *count;
 }

@@ -22,10 +22,10 @@ struct Condensed {
   double flops = 0;
 };
 
-// A = P^T L L^T P of a symmetric positive definite matrix: CHOLMOD (Chen, Davis, Hager,
-// Rajamanickam 2008, doi 10.1145/1391989.1391995), supernodal, nested dissection (METIS) or minimum
-// degree, on the graph of nodes. The same matrix gives the same factor. One object is for one
-// thread at a time.
+// A = P^T L L^T P of a symmetric positive definite matrix, supernodal, front by front. The order is
+// nested dissection (METIS) or minimum degree on the graph of nodes (symbolic_factor.hpp). The same
+// matrix gives the same factor on any number of threads. One object is for one thread at a
+// time.
 class SparseCholesky {
  public:
   // Only the lower triangle of A (n x n) is read. Not positive definite is a result, not an
@@ -62,8 +62,7 @@ class SparseCholesky {
   double bytes() const;       // of memory: with the unused entries of its rectangles
   double flops() const;       // of the factorisation
 
-  Matrix solve(const Matrix& B) const;              // A X = B, n x m
-  SparseMatrix solve(const SparseMatrix& B) const;  // exploits empty columns of B
+  Matrix solve(const Matrix& B) const;  // A X = B, n x m
   void solve_in_place(Eigen::Ref<Matrix> B) const;  // in blocks of right-hand sides
   // Workspace kept between calls: for ARPACK's many single right-hand sides. b and x may be the
   // same.

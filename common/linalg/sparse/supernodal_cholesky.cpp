@@ -16,27 +16,21 @@ namespace {
 
 class Factoriser final : public Fronts {
  public:
-  Factoriser(const SupernodeTree& tree, const ShiftedMatrix& A, double* x, const Progress& progress)
-      : Fronts(tree, {A}, tree.factor().n, progress), n_pivots_(tree.factor().n), x_(x) {}
+  Factoriser(const SupernodeTree& tree, const SparseMatrix& A, Index boundary, double* x,
+             const Progress& progress)
+      : Fronts(tree, {{A}}, boundary, false, progress), n_pivots_(tree.factor().n), x_(x) {}
   Factoriser(const SupernodeTree& tree, Index n_pivots, const SparseMatrix& K,
              const SparseMatrix& M, double* x, std::vector<Matrix*> condensed,
              const Progress& progress)
-      : Fronts(tree, {{K}, {M}}, n_pivots, progress),
+      : Fronts(tree, {{K}, {M}}, n_pivots, true, progress),
         n_pivots_(n_pivots),
         x_(x),
         condensed_(std::move(condensed)) {}
 
-  Factored factor_all() {
-    switch (run()) {
-      case Outcome::done:
-        return Factored::done;
-      case Outcome::stopped:
-        return Factored::not_definite;
-      case Outcome::foreign:
-        return Factored::foreign;
-    }
-    return Factored::foreign;
-  }
+  bool is_done(bool one_by_one = false) { return run(one_by_one) == Outcome::done; }
+
+  // After fronts that were eliminated one by one: of the first pivot that is not positive.
+  Index failed() const { return failed_; }
 
  private:
   bool eliminate(const Front& front, std::vector<FrontMatrix>& of, bool alone) override {
@@ -45,7 +39,11 @@ class Factoriser final : public Fronts {
       return true;
     }
     Matrix& F = of.front().F;
-    if (!(alone ? factor_columns(F) : own_columns(F))) return false;
+    const Index wrong = alone ? (factor_columns(F) ? 0 : 1) : own_columns(F);
+    if (wrong > 0) {
+      failed_ = front.first + wrong - 1;
+      return false;
+    }
     if (front.below() > 0) subtract_square(F.bottomRows(front.below()), alone, of.front().rest);
     store(front, F, alone);
     if (of.size() > 1 && front.below() > 0) condense_mass(front, F, alone, of.back());
@@ -79,16 +77,16 @@ class Factoriser final : public Fronts {
     subtract_pair(F.bottomRows(below), mass.F.bottomRows(below), alone, mass.rest);
   }
 
-  // F_1 = L_1 L_1^T, L_2 = F_2 L_1^-T
-  static bool own_columns(Matrix& F) {
+  // F_1 = L_1 L_1^T, L_2 = F_2 L_1^-T. The number, from 1, of the pivot that is not positive, or 0.
+  static Index own_columns(Matrix& F) {
     const Index height = F.rows(), columns = F.cols();
-    if (LAPACKE_dpotrf_work(LAPACK_COL_MAJOR, 'L', as_int(columns), F.data(), as_int(height)) != 0)
-      return false;
-    if (height == columns) return true;
+    const Index wrong =
+        LAPACKE_dpotrf_work(LAPACK_COL_MAJOR, 'L', as_int(columns), F.data(), as_int(height));
+    if (wrong != 0 || height == columns) return wrong;
     cblas_dtrsm(CblasColMajor, CblasRight, CblasLower, CblasTrans, CblasNonUnit,
                 as_int(height - columns), as_int(columns), 1.0, F.data(), as_int(height),
                 &F(columns, 0), as_int(height));
-    return true;
+    return 0;
   }
 
   // A supernode's part is a rectangle that begins on the diagonal.
@@ -107,24 +105,27 @@ class Factoriser final : public Fronts {
   }
 
   Index n_pivots_;
+  std::atomic<Index> failed_{0};
   double* x_;
   std::vector<Matrix*> condensed_;  // of K and M
 };
 
 }  // namespace
 
-Factored factor_supernodes(const SupernodeTree& tree, const ShiftedMatrix& A, double* x,
-                           const Progress& progress) {
-  return Factoriser(tree, A, x, progress).factor_all();
+Index factor_supernodes(const SupernodeTree& tree, const SparseMatrix& A, Index boundary, double* x,
+                        const Progress& progress) {
+  if (Factoriser(tree, A, boundary, x, progress).is_done()) return A.rows();
+  Factoriser again(tree, A, boundary, x, {});
+  return again.is_done(true) ? A.rows() : again.failed();
 }
 
-Factored factor_and_condense(const SupernodeTree& tree, Index n_I, const SparseMatrix& K,
-                             const SparseMatrix& M, double* x, Matrix& K_cc, Matrix& M_cc,
-                             const Progress& progress) {
+bool factor_and_condense(const SupernodeTree& tree, Index n_I, const SparseMatrix& K,
+                         const SparseMatrix& M, double* x, Matrix& K_cc, Matrix& M_cc,
+                         const Progress& progress) {
   const Index c = tree.factor().n - n_I;
   K_cc = zeros_on_huge_pages(c, c);
   M_cc = zeros_on_huge_pages(c, c);
-  return Factoriser(tree, n_I, K, M, x, {&K_cc, &M_cc}, progress).factor_all();
+  return Factoriser(tree, n_I, K, M, x, {&K_cc, &M_cc}, progress).is_done();
 }
 
 double condensing_flops(double columns, double below) {

@@ -108,7 +108,7 @@ class Eliminator final : public Fronts {
  public:
   Eliminator(const SupernodeTree& tree, const ShiftedMatrix& A, double vanishing, const Kept* kept,
              const Progress& progress)
-      : Fronts(tree, {A}, tree.factor().n, progress), kept_(kept) {
+      : Fronts(tree, {A}, tree.factor().n, false, progress), kept_(kept) {
     const SupernodalFactor& f = factor();
     scale_.assign(static_cast<std::size_t>(f.n), 0.0);
     double largest = 0;

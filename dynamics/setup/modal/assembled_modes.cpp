@@ -41,7 +41,8 @@ class Assembled {
   AssembledModes modes(Index count) {
     BlockLanczosOptions options;
     const Eigenpairs pairs = block_lanczos(
-        M_, [&](Eigen::Ref<Matrix> B) { solve(B); }, sigma_, count, options);
+        M_.rows(), product_with(M_), [&](Eigen::Ref<Matrix> B) { solve(B); }, sigma_, count,
+        options);
     if (!pairs.converged)
       throw RunError("the frequencies of the joined instances did not converge");
     AssembledModes modes;

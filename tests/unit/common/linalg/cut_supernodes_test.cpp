@@ -71,22 +71,5 @@ TEST(CutSupernodes, ASupernodeBeginsAtTheBoundary) {
   EXPECT_EQ(cut.stride(1), 5);
 }
 
-TEST(CutSupernodes, WorkspaceIsTheLargestUpdateAndTheLongestPart) {
-  const Example example;
-  const SupernodeWorkspace whole = find_workspace(example.factor());
-  EXPECT_EQ(whole.largest_update, 4);  // rows 4 and 5 of supernode 0, both of supernode 1
-  EXPECT_EQ(whole.most_rows_below, 2);
-  const SupernodePattern made = cut_supernodes(example.factor(), 2);
-  SupernodalFactor cut = example.factor();
-  cut.n_super = static_cast<Index>(made.super.size()) - 1;
-  cut.super = made.super.data();
-  cut.pi = made.pi.data();
-  cut.px = made.px.data();
-  cut.rows = made.rows.data();
-  const SupernodeWorkspace pieces = find_workspace(cut);
-  EXPECT_EQ(pieces.most_rows_below, 4);  // column 2 above rows 3 to 6
-  EXPECT_EQ(pieces.largest_update, 8);   // of those four, two belong to the next piece
-}
-
 }  // namespace
 }  // namespace cbr::test::cut_supernodes_test

@@ -17,7 +17,7 @@ double residual(const SparseMatrix& A, const Matrix& X, const Matrix& B) {
   return (A * X - B).norm() / B.norm();
 }
 
-TEST(SparseCholesky, SolvesOneManyAndSparseRightHandSides) {
+TEST(SparseCholesky, SolvesOneAndManyRightHandSides) {
   const SparseMatrix A = grid_stiffness(9, true);
   const SparseCholesky factor(A);
   ASSERT_TRUE(factor.ok());
@@ -36,14 +36,6 @@ TEST(SparseCholesky, SolvesOneManyAndSparseRightHandSides) {
   x = B.col(2);
   factor.solve(x.data(), x.data());
   EXPECT_LT((x - X.col(2)).norm(), 1e-13 * x.norm());
-
-  SparseMatrix S(A.rows(), 5);
-  S.insert(17, 1) = 2;
-  S.insert(400, 4) = -1;
-  S.makeCompressed();
-  const SparseMatrix Y = factor.solve(S);
-  EXPECT_LT((A * Y - S).norm(), 1e-13);
-  EXPECT_EQ(Y.col(0).nonZeros(), 0);
 }
 
 TEST(SparseCholesky, SolvesInPlaceInABlockOfALargerMatrix) {
@@ -224,25 +216,19 @@ TEST(SparseCholesky, WhatIsNotLastMayBeFineWhereTheWholeIsNot) {
   EXPECT_EQ(SparseCholesky(free, {}).leading().n_rows(), free.rows());
 }
 
-// A matrix that is large enough is factored front by front, but by CHOLMOD where only one triangle
-// is stored.
-TEST(SparseCholesky, FrontsGiveCholmodsFactor) {
-  const SparseMatrix A = grid_stiffness(24, true), lower = A.triangularView<Eigen::Lower>();
+// Large enough for threads to share it.
+TEST(SparseCholesky, IsTheSameOnAnyNumberOfThreads) {
+  const SparseMatrix A = grid_stiffness(24, true);
   const Matrix B = random_like(A.rows(), 9, 0.3);
-  const SparseCholesky by_cholmod(lower);
-  ASSERT_GT(by_cholmod.flops(), 2e8);
-  const Matrix X = by_cholmod.solve(B);
   std::optional<Matrix> before;
   for (const int threads : {1, 2, 3}) {
     set_threads(threads);
     const SparseCholesky factor(A);
     ASSERT_TRUE(factor.ok());
-    EXPECT_EQ(factor.n_nonzeros(), by_cholmod.n_nonzeros());
-    EXPECT_NEAR(factor.smallest_pivot(), by_cholmod.smallest_pivot(),
-                1e-10 * by_cholmod.smallest_pivot());
+    ASSERT_GT(factor.flops(), 2e8);
     set_threads(1);
     const Matrix Y = factor.solve(B);
-    EXPECT_LT((Y - X).norm(), 1e-12 * X.norm()) << threads;
+    EXPECT_LT(residual(A, Y, B), 1e-13) << threads;
     if (!before) before = Y;
     EXPECT_EQ(Y, *before) << threads << " threads";
   }
@@ -254,9 +240,10 @@ TEST(SparseCholesky, FrontsNameTheColumnThatFails) {
   for (const Index column : {Index{100}, Index{7500}, Index{13000}}) {
     const double before = A.coeff(column, column);
     A.coeffRef(column, column) = -before;
-    const SparseCholesky factor(A), by_cholmod(SparseMatrix(A.triangularView<Eigen::Lower>()));
+    const SparseCholesky factor(A);
     EXPECT_FALSE(factor.ok());
-    EXPECT_EQ(factor.weakest_column(), by_cholmod.weakest_column());
+    // Its diagonal is in no pivot before it
+    EXPECT_EQ(factor.weakest_column(), column);
     A.coeffRef(column, column) = before;
   }
 }

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "common/linalg/sparse/symbolic_factor.hpp"
+
+#include <cholmod.h>
+
+#include <cassert>
+#include <mutex>
+#include <string>
+
+#include "common/base/error.hpp"
+#include "common/base/format_text.hpp"
+#include "common/linalg/sparse/elimination_order.hpp"
+
+namespace cbr {
+namespace {
+
+static_assert(sizeof(SuiteSparse_long) == sizeof(Index));
+
+// Columns of a supernode: narrower ones waste less memory (half of their square), wider ones have
+// longer products.
+constexpr Index widest_supernode = 512;
+
+// CHOLMOD's view of the lower triangle of A; nothing is copied and nothing is written through it.
+cholmod_sparse lower_view(const SparseMatrix& A) {
+  assert(A.isCompressed() && A.rows() == A.cols());
+  cholmod_sparse view{};
+  view.nrow = static_cast<std::size_t>(A.rows());
+  view.ncol = static_cast<std::size_t>(A.cols());
+  view.nzmax = static_cast<std::size_t>(A.nonZeros());
+  view.p = const_cast<Index*>(A.outerIndexPtr());
+  view.i = const_cast<Index*>(A.innerIndexPtr());
+  view.x = const_cast<double*>(A.valuePtr());
+  view.stype = -1;
+  view.itype = CHOLMOD_LONG;
+  view.xtype = CHOLMOD_REAL;
+  view.dtype = CHOLMOD_DOUBLE;
+  view.sorted = 0;
+  view.packed = 1;
+  return view;
+}
+
+// CHOLMOD's analysis of A, and the memory of it.
+class Analysis {
+ public:
+  explicit Analysis(bool supernodal) {
+    cholmod_l_start(&common_);
+    common_.supernodal = supernodal ? CHOLMOD_SUPERNODAL : CHOLMOD_SIMPLICIAL;
+    common_.print = 0;
+    common_.error_handler = nullptr;
+    // Nested dissection wins on solids, minimum degree on thin parts: both are tried, the sparser
+    // factor is taken.
+    common_.nmethods = 2;
+    common_.method[0].ordering = CHOLMOD_METIS;
+    common_.method[1].ordering = CHOLMOD_AMD;
+    common_.postorder = true;
+  }
+  ~Analysis() {
+    cholmod_l_free_factor(&L_, &common_);
+    cholmod_l_finish(&common_);
+  }
+  Analysis(const Analysis&) = delete;
+  Analysis& operator=(const Analysis&) = delete;
+
+  void find_order(const SparseMatrix& A) {
+    cholmod_sparse view = lower_view(A);
+    // METIS seeds and draws the C library's random numbers. One ordering at a time keeps the factor
+    // of a matrix independent of other threads.
+    static std::mutex one_at_a_time;
+    const std::lock_guard lock(one_at_a_time);
+    L_ = cholmod_l_analyze(&view, &common_);
+    check(A.rows());
+  }
+
+  void take_order(const SparseMatrix& A, std::vector<Index> order) {
+    common_.nmethods = 1;
+    common_.method[0].ordering = CHOLMOD_GIVEN;
+    common_.postorder = false;  // the nodes are, and `last` stays where it is
+    cholmod_sparse view = lower_view(A);
+    L_ = cholmod_l_analyze_p(&view, order.data(), nullptr, 0, &common_);
+    check(A.rows());
+  }
+
+  std::vector<Index> order() const { return copy_of(L_->Perm, L_->n); }
+  std::vector<Index> counts() const { return copy_of(L_->ColCount, L_->n); }
+
+  SymbolicFactor factor(Index boundary) const {
+    SymbolicFactor made;
+    made.order = order();
+    made.n_nonzeros = common_.lnz;
+    made.flops = common_.fl;
+    SupernodalFactor theirs;
+    theirs.n = static_cast<Index>(L_->n);
+    theirs.n_super = static_cast<Index>(L_->nsuper);
+    theirs.super = static_cast<const Index*>(L_->super);
+    theirs.pi = static_cast<const Index*>(L_->pi);
+    theirs.rows = static_cast<const Index*>(L_->s);
+    made.pattern = cut_supernodes(theirs, widest_supernode, boundary);
+    return made;
+  }
+
+ private:
+  static std::vector<Index> copy_of(const void* first, std::size_t n) {
+    const auto* begin = static_cast<const Index*>(first);
+    return {begin, begin + n};
+  }
+
+  void check(Index n) const {
+    if (common_.status >= CHOLMOD_OK) return;
+    if (common_.status == CHOLMOD_OUT_OF_MEMORY || common_.status == CHOLMOD_TOO_LARGE)
+      fail_for_memory("ordering", n, 8 * common_.lnz);
+    throw RunError("sparse ordering of " + std::to_string(n) + " dofs failed (CHOLMOD status " +
+                   std::to_string(common_.status) + ")");
+  }
+
+  cholmod_common common_{};
+  cholmod_factor* L_ = nullptr;
+};
+
+}  // namespace
+
+void fail_for_memory(const char* phase, Index n, double bytes) {
+  throw RunError(
+      format_text("not enough memory for the sparse %s of %lld dofs", phase,
+                  static_cast<long long>(n)) +
+      (bytes > 0 ? format_text(", whose factor takes %.2f GB", 1e-9 * bytes) : std::string()) +
+      ": use a coarser mesh or a machine with more memory");
+}
+
+SupernodalFactor SymbolicFactor::view(const double* x) const {
+  SupernodalFactor f;
+  f.n = static_cast<Index>(order.size());
+  f.n_super = static_cast<Index>(pattern.super.size()) - 1;
+  f.super = pattern.super.data();
+  f.pi = pattern.pi.data();
+  f.px = pattern.px.data();
+  f.rows = pattern.rows.data();
+  f.order = order.data();
+  f.x = x;
+  return f;
+}
+
+SymbolicFactor symbolic_factor(const SparseMatrix& A, const std::vector<Index>& last,
+                               std::vector<Index> nodes) {
+  const Index dofs = dofs_per_node(A), n_leading = A.rows() - static_cast<Index>(last.size());
+  Analysis analysis(true);
+  if (dofs == 1 && last.empty()) {
+    analysis.find_order(A);
+    return analysis.factor(0);
+  }
+  if (n_leading > 0 && static_cast<Index>(nodes.size()) * dofs != n_leading)
+    nodes = order_of_graph(node_graph(A, dofs, last)).order;
+  analysis.take_order(A, order_of_rows(nodes, dofs, A.rows(), last));
+  return analysis.factor(n_leading);
+}
+
+GraphOrder order_of_graph(const SparseMatrix& graph) {
+  Analysis analysis(false);
+  analysis.find_order(graph);
+  return {analysis.order(), analysis.counts()};
+}
+
+}  // namespace cbr

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The order of elimination of a sparse symmetric matrix and the pattern of its factor, by CHOLMOD
+// (Chen, Davis, Hager, Rajamanickam 2008, doi 10.1145/1391989.1391995). The only code that includes
+// cholmod.h is symbolic_factor.cpp.
+#pragma once
+
+#include <vector>
+
+#include "common/base/types.hpp"
+#include "common/linalg/sparse/cut_supernodes.hpp"
+#include "common/linalg/sparse/supernodal.hpp"
+
+namespace cbr {
+
+struct SymbolicFactor {
+  std::vector<Index> order;          // n: the row that is eliminated as the i-th
+  SupernodePattern pattern;          // supernodes of our width, that of `last` begins one
+  double n_nonzeros = 0, flops = 0;  // of L and of its factorisation
+
+  double bytes() const { return 8 * static_cast<double>(pattern.px.back()); }
+  // With the numbers of L, or the pattern alone.
+  SupernodalFactor view(const double* x = nullptr) const;
+};
+
+// Of the lower triangle of A (n x n, compressed), in the cheapest order of its graph of nodes, or
+// of rows. `last`, `nodes`: as of SparseCholesky. RunError when memory does not suffice.
+SymbolicFactor symbolic_factor(const SparseMatrix& A, const std::vector<Index>& last = {},
+                               std::vector<Index> nodes = {});
+
+// The cheapest order of a graph (lower triangle with its diagonal), and the rows of each column of
+// its factor, in that order.
+struct GraphOrder {
+  std::vector<Index> order, counts;
+};
+GraphOrder order_of_graph(const SparseMatrix& graph);
+
+// RunError: not enough memory for a phase ("factorisation") of n dofs. bytes: of the factor.
+[[noreturn]] void fail_for_memory(const char* phase, Index n, double bytes);
+
+}  // namespace cbr
