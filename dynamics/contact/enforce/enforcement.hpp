@@ -48,6 +48,10 @@ struct ImpulseMemory {
   // For `rows`: all functions, and responses to them and to the unknowns
   SparseMatrix N;
   StandingResponse standing;
+  // Points on planar walls have the same axes. If their only body has large rotation, `rows` and
+  // `standing` are along its axes, three rows for each point; `axes`: rows, of the points in these
+  bool rotates = false;
+  Matrix3 axes = Matrix3::Identity();
 };
 
 // The laws of this step, at points with those of the last one but for the coefficients of friction.

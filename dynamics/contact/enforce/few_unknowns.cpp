@@ -59,8 +59,9 @@ std::vector<Index> keep_same(const ContactUnknowns& unknowns, const ContactUnkno
 }
 
 // Combinations of functions and points for the unknowns. A truncated function is given by its
-// remaining points, or as the whole function minus the other points, whichever are fewer.
-Combinations combine(const ContactUnknowns& unknowns, const SparseMatrix& N) {
+// remaining points, or as the whole function minus the other points, whichever are fewer. n: single
+// rows are completed to groups of so many.
+Combinations combine(const ContactUnknowns& unknowns, const SparseMatrix& N, Index n) {
   Combinations of;
   std::vector<Eigen::Triplet<double, Index>> shares, rest;
   for (Index u = 0; u < unknowns.A.cols(); ++u) {
@@ -82,7 +83,8 @@ Combinations combine(const ContactUnknowns& unknowns, const SparseMatrix& N) {
       }
     }
   }
-  for (const auto& entry : rest) of.rows.push_back(entry.row());
+  for (const auto& entry : rest)
+    for (Index d = 0; d < n; ++d) of.rows.push_back(entry.row() - entry.row() % n + d);
   std::sort(of.rows.begin(), of.rows.end());
   of.rows.erase(std::unique(of.rows.begin(), of.rows.end()), of.rows.end());
   for (auto& entry : rest)
@@ -102,20 +104,49 @@ bool any_lumped(const ContactList& list, const std::vector<ContactBody>& bodies)
   });
 }
 
-void keep_functions(const std::vector<FunctionsOfSearch>& searches,
+// Functions of `rows` and their responses, unless lumped nodes make W sparse.
+void start_standing(const std::vector<FunctionsOfSearch>& searches,
                     const std::vector<ContactBody>& bodies, ImpulseMemory& memory) {
   memory.standing.clear();
-  memory.N.resize(0, 0);
   if (any_lumped(memory.rows, bodies)) return;
   memory.N = function_matrix(memory.rows, memory.laws, searches);
-  memory.standing.start(memory.rows, memory.laws, bodies, memory.N);
+  if (!memory.rotates) return memory.standing.start(memory.rows, memory.laws, bodies, memory.N);
+  const std::vector<PointLaw> three(memory.laws.size(), {ContactLaw::tied, 0});
+  memory.standing.start(memory.rows, three, bodies, function_matrix(memory.rows, three, searches),
+                        true);
+}
+
+// Points or functions of `n` rows each, along axes T (rows) of the body: three rows each instead.
+SparseMatrix along_body(Index count, Index n, const Matrix3& T) {
+  std::vector<Eigen::Triplet<double, Index>> entries;
+  for (Index i = 0; i < count; ++i)
+    for (Index d = 0; d < n; ++d)
+      for (Index c = 0; c < 3; ++c) entries.emplace_back(3 * i + c, n * i + d, T(d, c));
+  SparseMatrix all(3 * count, n * count);
+  all.setFromTriplets(entries.begin(), entries.end());
+  return all;
+}
+
+Combinations combine(const ContactUnknowns& unknowns, const ImpulseMemory& memory) {
+  if (!memory.rotates) return combine(unknowns, memory.N, 1);
+  const Index n = n_rows(memory.laws.front().law);
+  Combinations of = combine(unknowns, memory.N, n);
+  of.Y = along_body(of.Y.rows() / n, n, memory.axes) * of.Y;
+  of.Z = along_body(of.Z.rows() / n, n, memory.axes) * of.Z;
+  std::vector<Index> rows;
+  for (std::size_t i = 0; i < of.rows.size(); i += static_cast<std::size_t>(n))
+    for (Index c = 0; c < 3; ++c) rows.push_back(3 * (of.rows[i] / n) + c);
+  of.rows = std::move(rows);
+  return of;
 }
 
 // Restores the state from before a checkpoint.
-void keep_again(const std::vector<ContactBody>& bodies, ImpulseMemory& memory) {
-  if (memory.N.rows() == 0 || !memory.standing.empty()) return;
-  memory.standing.start(memory.rows, memory.laws, bodies, memory.N);
-  memory.standing.take(combine(memory.unknowns, memory.N),
+void keep_again(const std::vector<FunctionsOfSearch>& searches,
+                const std::vector<ContactBody>& bodies, ImpulseMemory& memory) {
+  if (!memory.standing.empty()) return;
+  start_standing(searches, bodies, memory);
+  if (memory.standing.empty()) return;
+  memory.standing.take(combine(memory.unknowns, memory),
                        std::vector<Index>(static_cast<std::size_t>(memory.unknowns.A.cols()), -1));
 }
 
@@ -130,18 +161,37 @@ bool form_few(const ContactList& list, const std::vector<PointLaw>& laws,
   while (kept < n && rows[static_cast<std::size_t>(kept)] == kept) ++kept;
   if (kept == n && n == memory.unknowns.A.cols()) return false;
   ++memory.n_formed;
-  if (memory.standing.empty()) {
-    memory.solver.emplace(gap_response(list, laws, bodies, &ContactBody::response, &unknowns.A),
-                          unknowns.laws);
-    return true;
-  }
-  memory.standing.take(combine(unknowns, memory.N), rows);
   GapResponse W;
-  W.dense = memory.standing.form(rows, same_space ? &memory.solver->W().dense : nullptr);
+  if (memory.standing.empty()) {
+    W = gap_response(list, laws, bodies, &ContactBody::response, &unknowns.A);
+  } else {
+    memory.standing.take(combine(unknowns, memory), rows);
+    W.dense = memory.standing.form(rows, same_space ? &memory.solver->W().dense : nullptr);
+  }
   ContactSolver solver(std::move(W), unknowns.laws);
-  if (same_space) solver.begin_as(*memory.solver);
+  if (memory.solver) solver.begin_as(*memory.solver);
   memory.solver = std::move(solver);
   return true;
+}
+
+// Whether all points have the same axes and one body alone, which has large rotation.
+bool rotates_alone(const ContactList& list, const std::vector<PointLaw>& laws,
+                   const std::vector<ContactBody>& bodies) {
+  const Index body = list.terms.front().body;
+  const Matrix3& frame = list.points.front().frame;
+  return bodies[body].turn && !bodies[body].response.is_diagonal() &&
+         std::all_of(laws.begin(), laws.end(),
+                     [&](const PointLaw& law) { return law.law == laws.front().law; }) &&
+         std::all_of(list.terms.begin(), list.terms.end(),
+                     [&](const ContactTerm& term) { return term.body == body; }) &&
+         std::all_of(list.points.begin(), list.points.end(),
+                     [&](const ContactPoint& point) { return point.frame == frame; });
+}
+
+// The same points along the axes of their body.
+ContactList along_body(ContactList list) {
+  for (ContactPoint& point : list.points) point.frame.setIdentity();
+  return list;
 }
 
 // Finds the active points one by one: those of the last step, then in each round those that would
@@ -312,17 +362,26 @@ EnforcementResult enforce_in_functions(const ContactList& list, const std::vecto
                                        ContactUnknowns& unknowns, double h,
                                        std::vector<ContactBody>& bodies, ImpulseMemory& memory) {
   const Vector g_points = pack(gaps(list), laws);
-  const bool same_space = memory.solver && memory.h == h && memory.unknowns.reduced &&
-                          !any_turns(list, bodies) && same_laws(laws, memory.laws) &&
-                          same_rows(list, memory.rows, laws, same_row_tolerance);
-  if (same_space) {
-    keep_again(bodies, memory);
+  const bool rotates = rotates_alone(list, laws, bodies);
+  const ContactList in_body = rotates ? along_body(list) : ContactList();
+  const ContactList& rows = rotates ? in_body : list;
+  Matrix3 axes = Matrix3::Identity();
+  if (rotates) axes = list.points.front().frame * bodies[list.terms.front().body].response.axes;
+  const bool same_points = memory.solver && memory.h == h && memory.unknowns.reduced &&
+                           (rotates || !any_turns(list, bodies)) && rotates == memory.rotates &&
+                           same_laws(laws, memory.laws) &&
+                           same_rows(rows, memory.rows, laws, same_row_tolerance);
+  const bool same_space = same_points && axes == memory.axes;
+  if (same_points) {
+    keep_again(searches, bodies, memory);
   } else {
-    memory.rows = list;
+    memory.rows = rows;
     memory.laws = laws;
     memory.h = h;
-    keep_functions(searches, bodies, memory);
+    memory.rotates = rotates;
+    start_standing(searches, bodies, memory);
   }
+  memory.axes = axes;
   ContactSolution solution;
   std::vector<std::size_t> wanted;
   Vector gap =

@@ -10,7 +10,8 @@ void keep_state(StateArchive& archive, PenaltyMemory& memory) {
 }
 
 void keep_state(StateArchive& archive, ImpulseMemory& memory) {
-  archive(memory.rows, memory.laws, memory.h, memory.n_formed, memory.unknowns, memory.x, memory.N);
+  archive(memory.rows, memory.laws, memory.h, memory.n_formed, memory.unknowns, memory.x);
+  archive(memory.rotates, memory.axes);
   bool has_solver = memory.solver.has_value();
   archive(has_solver);
   if (archive.restores()) {

@@ -17,9 +17,11 @@ struct BodyRows {
 };
 
 // The rows of all bodies that have any, in the order of the bodies. A: as in gap_response().
+// in_body_axes: the frames of the points are in the axes of the bodies' responses already.
 std::vector<BodyRows> rows_of_bodies(const ContactList& list, const std::vector<PointLaw>& laws,
                                      const std::vector<ContactBody>& bodies,
-                                     NodeResponse ContactBody::*of, const SparseMatrix* A);
+                                     NodeResponse ContactBody::*of, const SparseMatrix* A,
+                                     bool in_body_axes = false);
 
 // G_b B of the static rows of a thin response   (r x s)
 RowMajorSparse static_rows_of(const RowMajorSparse& G, const StaticRows& rows);

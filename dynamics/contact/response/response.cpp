@@ -17,14 +17,14 @@ namespace {
 // `points`: those with terms of the body, ascending; first: their first rows (first_rows()).
 BodyRows rows_of_body(const ContactList& list, const std::vector<PointLaw>& laws,
                       const std::vector<Index>& first, const std::vector<Index>& points, Index body,
-                      const NodeResponse& S) {
+                      const NodeResponse& S, bool in_body_axes) {
   BodyRows part;
   part.body = body;
   part.response = &S;
   std::vector<Eigen::Triplet<double, Index>> entries;
   for (const Index i : points) {
     const ContactPoint& point = list.points[i];
-    const Matrix3 frame = point.frame * S.axes;
+    const Matrix3 frame = in_body_axes ? point.frame : Matrix3(point.frame * S.axes);
     for (int d = 0; d < n_rows(laws[i].law); ++d) {
       const std::size_t before = entries.size();
       for (Index t = point.first_term; t < point.first_term + point.n_terms; ++t) {
@@ -68,7 +68,8 @@ void combine(const SparseMatrix& A, BodyRows& part) {
 
 std::vector<BodyRows> rows_of_bodies(const ContactList& list, const std::vector<PointLaw>& laws,
                                      const std::vector<ContactBody>& bodies,
-                                     NodeResponse ContactBody::*of, const SparseMatrix* A) {
+                                     NodeResponse ContactBody::*of, const SparseMatrix* A,
+                                     bool in_body_axes) {
   std::vector<std::pair<Index, Index>> meet;  // body, point
   for (std::size_t i = 0; i < list.points.size(); ++i) {
     const ContactPoint& point = list.points[i];
@@ -86,7 +87,7 @@ std::vector<BodyRows> rows_of_bodies(const ContactList& list, const std::vector<
     const Index body = meet[i].first;
     points.clear();
     for (; i < meet.size() && meet[i].first == body; ++i) points.push_back(meet[i].second);
-    parts.push_back(rows_of_body(list, laws, first, points, body, bodies[body].*of));
+    parts.push_back(rows_of_body(list, laws, first, points, body, bodies[body].*of, in_body_axes));
     if (A != nullptr) combine(*A, parts.back());
   }
   return parts;

@@ -74,13 +74,15 @@ std::vector<RowWeight> StandingResponse::Part::pressed(const std::vector<RowWeig
 }
 
 void StandingResponse::start(const ContactList& list, const std::vector<PointLaw>& laws,
-                             const std::vector<ContactBody>& bodies, const SparseMatrix& N) {
+                             const std::vector<ContactBody>& bodies, const SparseMatrix& N,
+                             bool in_body_axes) {
   parts_.clear();
   N_ = N;
   has_.assign(static_cast<std::size_t>(N.cols()), 0);
   of_N_.setZero(N.cols(), N.cols());
   rows_of_N_.setZero(N.cols(), N.rows());
-  for (const BodyRows& rows : rows_of_bodies(list, laws, bodies, &ContactBody::response, nullptr)) {
+  for (const BodyRows& rows :
+       rows_of_bodies(list, laws, bodies, &ContactBody::response, nullptr, in_body_axes)) {
     Part part;
     part.body = rows.body;
     part.thin = rows.response->thin;
@@ -212,22 +214,16 @@ void StandingResponse::Part::add_to_rows(const StandingResponse& all, Index u, I
     add(F->col(it.col()).data(), share * one.value() * it.value());
 }
 
-Matrix StandingResponse::form(const std::vector<Index>& from, const Matrix* old) const {
-  const auto n = static_cast<Index>(from.size());
-  std::vector<Index> changed, stays, was;
-  for (Index u = 0; u < n; ++u) {
-    const Index before = from[static_cast<std::size_t>(u)];
-    (before < 0 ? changed : stays).push_back(u);
-    if (before >= 0) was.push_back(before);
-  }
-  const auto n_changed = static_cast<Index>(changed.size());
-  // What the functions, and the rows of single points, get by the statics of the changed columns
-  RowMajor of_N = RowMajor::Zero(of_N_.rows(), n_changed),
-           of_rows = RowMajor::Zero(static_cast<Index>(of_.rows.size()), n_changed);
-  Matrix columns = Matrix::Zero(n, n_changed);
+// Columns `some` of A^T G S G^T A.
+Matrix StandingResponse::columns(const std::vector<Index>& some) const {
+  const Index n = of_.Y.cols();
+  const auto n_some = static_cast<Index>(some.size());
+  // Displacements of the functions, and of the rows of single points, by residual compliance
+  RowMajor of_N = RowMajor::Zero(of_N_.rows(), n_some),
+           of_rows = RowMajor::Zero(static_cast<Index>(of_.rows.size()), n_some);
   Vector sum(of_N_.rows());
-  for (Index k = 0; k < n_changed; ++k) {
-    const Index u = changed[static_cast<std::size_t>(k)];
+  for (Index k = 0; k < n_some; ++k) {
+    const Index u = some[static_cast<std::size_t>(k)];
     sum.setZero();
     for (SparseMatrix::InnerIterator it(of_.Y, u); it; ++it)
       add_scaled(of_N_.col(it.row()).data(), sum.size(), it.value(), sum.data());
@@ -237,19 +233,37 @@ Matrix StandingResponse::form(const std::vector<Index>& from, const Matrix* old)
     of_N.col(k) = sum;
     for (const Part& part : parts_) part.add_to_rows(*this, u, k, of_rows);
   }
-  for (const Part& part : parts_) {
-    if (part.X.rows() == 0) continue;
-    const Matrix X_of_changed = part.X_of_A(Eigen::all, changed);
-    columns.noalias() += part.X_of_A.leftCols(n).transpose() * part.thin->weighed(X_of_changed);
-  }
-  RowMajor statics = RowMajor::Zero(n, n_changed);
+  RowMajor statics = RowMajor::Zero(n, n_some);
   for (Index u = 0; u < n; ++u) {
     for (SparseMatrix::InnerIterator it(of_.Y, u); it; ++it)
-      add_scaled(of_N.row(it.row()).data(), n_changed, it.value(), statics.row(u).data());
+      add_scaled(of_N.row(it.row()).data(), n_some, it.value(), statics.row(u).data());
     for (SparseMatrix::InnerIterator it(of_.Z, u); it; ++it)
-      add_scaled(of_rows.row(it.row()).data(), n_changed, it.value(), statics.row(u).data());
+      add_scaled(of_rows.row(it.row()).data(), n_some, it.value(), statics.row(u).data());
   }
-  columns += statics;
+  Matrix columns = statics;
+  for (const Part& part : parts_) {
+    if (part.X.rows() == 0) continue;
+    const Matrix X_of_some = part.X_of_A(Eigen::all, some);
+    columns.noalias() += part.X_of_A.leftCols(n).transpose() * part.thin->weighed(X_of_some);
+  }
+  return columns;
+}
+
+Matrix StandingResponse::form(const std::vector<Index>& from, const Matrix* old) const {
+  const auto n = static_cast<Index>(from.size());
+  std::vector<Index> changed, stays, was;
+  for (Index u = 0; u < n; ++u) {
+    const Index before = from[static_cast<std::size_t>(u)];
+    (before < 0 ? changed : stays).push_back(u);
+    if (before >= 0) was.push_back(before);
+  }
+  const auto n_changed = static_cast<Index>(changed.size());
+  constexpr Index at_once = 48;  // columns: their rows stay in the cache
+  Matrix columns(n, n_changed);
+  for (Index k = 0; k < n_changed; k += at_once) {
+    const Index end = std::min(k + at_once, n_changed);
+    columns.middleCols(k, end - k) = this->columns({changed.begin() + k, changed.begin() + end});
+  }
   Matrix W(n, n);
   if (old != nullptr) W(stays, stays) = (*old)(was, was);
   for (Index k = 0; k < n_changed; ++k) {

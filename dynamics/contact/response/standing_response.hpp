@@ -35,9 +35,11 @@ class StandingResponse {
  public:
   bool empty() const { return parts_.empty(); }
   void clear() { *this = {}; }
-  // Of bodies none of which answers node by node. N: rows of the points x k.
+  // Of bodies none of which answers node by node. N: rows of the points x k. in_body_axes: as in
+  // rows_of_bodies().
   void start(const ContactList& list, const std::vector<PointLaw>& laws,
-             const std::vector<ContactBody>& bodies, const SparseMatrix& N);
+             const std::vector<ContactBody>& bodies, const SparseMatrix& N,
+             bool in_body_axes = false);
   // The columns of A are those of the unknowns; column u was column from[u] of the last call, or is
   // another one: -1.
   void take(Combinations of, const std::vector<Index>& from);
@@ -67,6 +69,7 @@ class StandingResponse {
               const std::vector<Index>& mixed, const std::vector<Index>& mixed_from);
   };
   void form_combinations(const Combinations& of);
+  Matrix columns(const std::vector<Index>& some) const;
   // A column of one row of a point has the statics of that row: they are not kept.
   bool is_mixed(Index u) const { return mixed_[static_cast<std::size_t>(u)] >= 0; }
 

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "common/linalg/dense.hpp"
+#include "common/mesh/pressure_functions.hpp"
 #include "dynamics/contact/enforce/enforcement.hpp"
 #include "dynamics/contact/nodes/dense_panels.hpp"
 
@@ -205,6 +206,75 @@ TEST(EnforceImpulse, SingularResponsesWherePointsComeAndGo) {
       slide.start(singular_response(), true);
       follow(slide, 20, 0.02, 1e-9);
     }
+}
+
+// n x n nodes that lie on a wall, with six coordinates and residual compliance at each node.
+ContactBody body_on_a_wall(Index n) {
+  const Matrix S = response_of_face(n);
+  auto rows = std::make_shared<StaticRows>();
+  rows->direction.resize(3 * n * n, 3);
+  for (Index i = 0; i < n * n; ++i) {
+    rows->first.push_back(3 * i);
+    for (Index c = 0; c < 3; ++c) {
+      rows->node.push_back(i);
+      rows->direction.row(3 * i + c) = Matrix3::Identity().row(c);
+    }
+  }
+  rows->first.push_back(3 * n * n);
+  rows->F = std::make_shared<const Matrix>(1e-3 * S);
+  ContactBody body;
+  body.impulses.setZero(n * n, 3);
+  body.friction.setZero(n * n, 3);
+  body.response.thin = std::make_shared<const ThinResponse>(
+      ThinResponse{std::make_shared<const Matrix>(S.topRows(6)), Matrix::Identity(6, 6),
+                   std::move(rows), 1e-3, true});
+  return body;
+}
+
+// Responses are kept in the body's axes while it rotates: as if they were formed anew.
+TEST(EnforceImpulse, FunctionsOfABodyThatRotatesOnAWall) {
+  const Index n = 12;
+  Surface face;
+  face.faces.resize((n - 1) * (n - 1), 4);
+  Points x(n * n, 3);
+  for (Index i = 0; i < n * n; ++i) x.row(i) << static_cast<double>(i % n), static_cast<double>(i / n), 0;
+  for (Index j = 0; j < n - 1; ++j)
+    for (Index i = 0; i < n - 1; ++i)
+      face.faces.row(j * (n - 1) + i) << j * n + i, j * n + i + 1, (j + 1) * n + i + 1,
+          (j + 1) * n + i;
+  const PressureFunctions functions = pressure_functions({face}, x, 12);
+  for (const PointLaw law : {PointLaw{}, PointLaw{ContactLaw::coulomb, 0.3}}) {
+    std::vector<ContactBody> bodies{body_on_a_wall(n)}, as_they_are = bodies;
+    const std::vector<PointLaw> laws(n * n, law);
+    ImpulseMemory memory;
+    const Points guess = Points::Zero(n * n, 3);
+    for (int k = 0; k < 4; ++k) {
+      const Matrix3 R =
+          Eigen::AngleAxisd(0.3 + 0.02 * k, Vector3(1, 2, -1).normalized()).toRotationMatrix();
+      ContactList list;
+      for (Index i = 0; i < n * n; ++i) {
+        ContactPoint point;
+        point.frame = contact_frame(Vector3(0, 0.6, 0.8));
+        const double r = std::hypot(x(i, 0) - 5.5 - k, x(i, 1) - 5);
+        point.gap = 1e-3 * Vector3(r * r / 64 - 1, 0.3 - 0.05 * x(i, 1), 0.02 * x(i, 0));
+        point.slot = point.first_term = i;
+        point.n_terms = 1;
+        list.points.push_back(point);
+        list.terms.push_back({0, i, 1});
+      }
+      bodies[0].response.axes = as_they_are[0].response.axes = R;
+      bodies[0].turn = R;
+      const std::vector<FunctionsOfSearch> searches{{0, laws.size(), &functions, nullptr}};
+      ImpulseMemory anew;
+      const auto found = enforce_impulse(list, laws, guess, 1, bodies, memory, searches),
+                 expected = enforce_impulse(list, laws, guess, 1, as_they_are, anew, searches);
+      EXPECT_EQ(found.n_unknowns, expected.n_unknowns);
+      EXPECT_LT(found.n_unknowns[0], 100) << "functions are among them";
+      EXPECT_GT(expected.p.col(0).maxCoeff(), 0);
+      EXPECT_LT((found.p - expected.p).cwiseAbs().maxCoeff(),
+                1e-9 * expected.p.cwiseAbs().maxCoeff());
+    }
+  }
 }
 
 TEST(DensePanels, Columns) {
