@@ -7,6 +7,7 @@
 
 #include "common/base/row_threads.hpp"
 #include "common/linalg/blas_threads.hpp"
+#include "common/linalg/kernels/clones.hpp"
 #include "common/linalg/kernels/symmetric_product.hpp"
 
 namespace cbr {
@@ -23,6 +24,14 @@ StoredLanes* at(double* x) { return reinterpret_cast<StoredLanes*>(x); }
 
 // Below this many bytes a thread costs more than it saves.
 constexpr double threaded_bytes = 4e6;
+
+// y += sum of four columns x their weights
+CBR_CLONES void add_four(const double* const* column, const double* weight, Index n,
+                         double* __restrict__ y) {
+  const double *a = column[0], *b = column[1], *c = column[2], *d = column[3];
+  const double wa = weight[0], wb = weight[1], wc = weight[2], wd = weight[3];
+  for (Index i = 0; i < n; ++i) y[i] += wa * a[i] + wb * b[i] + (wc * c[i] + wd * d[i]);
+}
 
 template <int P>
 using Columns = std::array<const double*, P>;
@@ -87,6 +96,20 @@ void add_columns(const Matrix& S, const std::vector<Index>& columns, const Matri
     const auto part = [&](int i) { return i == threads ? n : n * i / threads / lanes * lanes; };
     rows(part(t), part(t + 1));
   });
+}
+
+void add_weighted(const Matrix& S, const std::vector<RowWeight>& rows, Index begin, Index end,
+                  double* y) {
+  for (std::size_t i = 0; i < rows.size(); i += width) {
+    const double* column[width];
+    double weight[width] = {};
+    for (std::size_t k = 0; k < width; ++k) {
+      const RowWeight& of = rows[std::min(i + k, rows.size() - 1)];
+      column[k] = S.col(of.row).data() + begin;
+      if (i + k < rows.size()) weight[k] = of.weight;
+    }
+    add_four(column, weight, end - begin, y);
+  }
 }
 
 Vector symmetric_product(const Matrix& S, const Vector& x) {

@@ -14,6 +14,18 @@ namespace cbr {
 void add_columns(const Matrix& S, const std::vector<Index>& columns, const Matrix& X, Matrix& Y,
                  int threads);
 
+// A row of a matrix, and its factor.
+struct RowWeight {
+  Index row = 0;
+  double weight = 0;
+};
+
+// y[i - begin] += sum of S(i, row) weight over `rows`, begin <= i < end. For many sums of the same
+// columns: with some hundred rows at once these stay in the cache.
+void add_weighted(const Matrix& S, const std::vector<RowWeight>& rows, Index begin, Index end,
+                  double* y);
+constexpr Index weighted_at_once = 128;
+
 // S x, from the lower triangle of a symmetric S: half the memory traffic.
 Vector symmetric_product(const Matrix& S, const Vector& x);
 

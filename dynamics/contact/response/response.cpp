@@ -9,6 +9,7 @@
 #include "common/base/row_threads.hpp"
 #include "common/linalg/blas_threads.hpp"
 #include "common/linalg/dense_factor.hpp"
+#include "dynamics/contact/nodes/dense_panels.hpp"
 #include "dynamics/contact/response/body_rows.hpp"
 
 namespace cbr {
@@ -112,24 +113,36 @@ namespace {
 // From so many entries on a second thread gains more than it costs.
 constexpr Index threaded_entries = 200 * 200;
 
-// The lower triangle of W(at, at) += share G_b S_b G_b^T; `at` ascends. Threads take columns in
-// turn.
+// The lower triangle of W(at, at) += share G_b S_b G_b^T; `at` ascends. Threads take groups of
+// columns in turn.
 void add_dense_block(const RowMajorSparse& G, const Matrix& S, double share,
                      const std::vector<Index>& at, Matrix& W) {
-  const Index r = G.rows();
+  const Index r = G.rows(), s = S.rows();
+  constexpr Index group = 32;
   const int used = r * r < threaded_entries ? 1 : n_threads();
   run_kept_threads(used, [&](int thread) {
-    Vector t(S.rows());
-    for (Index j = thread; j < r; j += used) {
-      // A column of S_b G_b^T   (3 m_b x r), by whole columns of S, while it is in the cache
-      t.setZero();
-      for (RowMajorSparse::InnerIterator it(G, j); it; ++it)
-        t += share * it.value() * S.col(it.col());
-      double* column = W.col(at[j]).data();
-      for (Index i = j; i < r; ++i) {
-        double sum = 0;
-        for (RowMajorSparse::InnerIterator it(G, i); it; ++it) sum += it.value() * t[it.col()];
-        column[at[i]] += sum;
+    Matrix moved(s, group);  // columns of S_b G_b^T   (3 m_b x r)
+    std::vector<std::vector<RowWeight>> pushed(group);
+    for (Index first = group * thread; first < r; first += group * used) {
+      const Index n = std::min(group, r - first);
+      for (Index k = 0; k < n; ++k) {
+        pushed[k].clear();
+        for (RowMajorSparse::InnerIterator it(G, first + k); it; ++it)
+          pushed[k].push_back({it.col(), share * it.value()});
+      }
+      moved.setZero();
+      for (Index begin = 0; begin < s; begin += weighted_at_once)
+        for (Index k = 0; k < n; ++k)
+          add_weighted(S, pushed[k], begin, std::min(begin + weighted_at_once, s),
+                       moved.col(k).data() + begin);
+      for (Index k = 0; k < n; ++k) {
+        double* column = W.col(at[first + k]).data();
+        const double* move = moved.col(k).data();
+        for (Index i = first + k; i < r; ++i) {
+          double sum = 0;
+          for (RowMajorSparse::InnerIterator it(G, i); it; ++it) sum += it.value() * move[it.col()];
+          column[at[i]] += sum;
+        }
       }
     }
   });

@@ -17,29 +17,6 @@ CBR_CLONES void add_scaled(const double* __restrict__ x, Index n, double factor,
   for (Index i = 0; i < n; ++i) y[i] += factor * x[i];
 }
 
-// y += sum of four columns x their weights
-CBR_CLONES void add_four(const double* const* column, const double* weight, Index n,
-                         double* __restrict__ y) {
-  const double *a = column[0], *b = column[1], *c = column[2], *d = column[3];
-  const double wa = weight[0], wb = weight[1], wc = weight[2], wd = weight[3];
-  for (Index i = 0; i < n; ++i) y[i] += wa * a[i] + wb * b[i] + (wc * c[i] + wd * d[i]);
-}
-
-// f += F z over the rows [begin, end)
-void add_product(const Matrix& F, const std::vector<RowWeight>& z, Index begin, Index end,
-                 double* f) {
-  for (std::size_t i = 0; i < z.size(); i += 4) {
-    const double* column[4];
-    double weight[4] = {};
-    for (std::size_t k = 0; k < 4; ++k) {
-      const RowWeight& of = z[std::min(i + k, z.size() - 1)];
-      column[k] = F.col(of.row).data() + begin;
-      if (i + k < z.size()) weight[k] = of.weight;
-    }
-    add_four(column, weight, end - begin, f + begin);
-  }
-}
-
 // Columns of `all` go where they are from now on; others are 0. Those that stay keep their order,
 // so that none is written over before it has been read.
 void move_columns(const std::vector<Index>& from, Index rows, Matrix& all) {
@@ -113,7 +90,6 @@ void StandingResponse::start(const ContactList& list, const std::vector<PointLaw
 }
 
 void StandingResponse::Part::combine(const SparseMatrix& N, const std::vector<Index>& fresh) {
-  constexpr Index rows_at_once = 128;  // of F: these stay in the cache for all functions
   std::vector<std::vector<RowWeight>> of_fresh;
   for (const Index a : fresh) {
     X_of_N.col(a).setZero();
@@ -126,10 +102,10 @@ void StandingResponse::Part::combine(const SparseMatrix& N, const std::vector<In
     }
     of_fresh.push_back(pressed(rows));
   }
-  for (Index begin = 0, s = H.cols(); begin < s; begin += rows_at_once)
+  for (Index begin = 0, s = H.cols(); begin < s; begin += weighted_at_once)
     for (std::size_t i = 0; i < fresh.size(); ++i)
-      add_product(*F, of_fresh[i], begin, std::min(begin + rows_at_once, s),
-                  F_of_N.col(fresh[i]).data());
+      add_weighted(*F, of_fresh[i], begin, std::min(begin + weighted_at_once, s),
+                   F_of_N.col(fresh[i]).data() + begin);
 }
 
 // Forms the responses of combinations that an unknown has a share of for the first time.
@@ -163,7 +139,7 @@ void StandingResponse::Part::fill_statics(const Combinations& of, Index u, doubl
   std::vector<RowWeight> rows;
   for (SparseMatrix::InnerIterator it(of.Z, u); it; ++it)
     rows.push_back({of.rows[static_cast<std::size_t>(it.row())], it.value()});
-  add_product(*F, pressed(rows), 0, H.cols(), f);
+  add_weighted(*F, pressed(rows), 0, H.cols(), f);
 }
 
 void StandingResponse::Part::take(const Combinations& of, const std::vector<Index>& from,
@@ -302,7 +278,7 @@ StaticAnswers StandingResponse::statics(const Vector& x) const {
     Vector still = Vector::Zero(part.H.cols());
     const SerialBlas serial(part.F_of_A.size());
     if (of_mixed.size() > 0) still.noalias() += part.F_of_A.leftCols(of_mixed.size()) * of_mixed;
-    add_product(*part.F, part.pressed(rows), 0, still.size(), still.data());
+    add_weighted(*part.F, part.pressed(rows), 0, still.size(), still.data());
     answers.still.push_back(std::move(still));
   }
   return answers;

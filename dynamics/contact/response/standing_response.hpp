@@ -5,6 +5,7 @@
 #include <memory>
 #include <vector>
 
+#include "dynamics/contact/nodes/dense_panels.hpp"
 #include "dynamics/contact/response/response.hpp"
 
 namespace cbr {
@@ -14,12 +15,6 @@ namespace cbr {
 struct Combinations {
   std::vector<Index> rows;
   SparseMatrix Y, Z;
-};
-
-// A row of a matrix, and its factor.
-struct RowWeight {
-  Index row = 0;
-  double weight = 0;
 };
 
 // The static answer of thin responses, as far as it is known: still of each body (s).
