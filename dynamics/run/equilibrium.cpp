@@ -534,7 +534,12 @@ void Equilibrium::refuse_unheld(Index b, Vector left) const {
     text << "turns";
   }
   text << " without end: ";
-  if (pairs.empty()) {
+  before.rowwise() -= before.colwise().mean();
+  const double deformed = before.rowwise().norm().maxCoeff() / extent_of(body);
+  if (deformed > 1) {
+    text << "it also deforms by " << deformed << " times its size: look at the units of its loads "
+         << "and its material";
+  } else if (pairs.empty()) {
     text << "hold it by boundary, tied surfaces, contact that it is pressed into, or friction";
   } else {
     const double load = left.dot(loads_.segment(first_[b], left.size())) / left.squaredNorm();

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "tests/support/scene_run.hpp"
+#include "tests/unit/common/elements/box_mesh.hpp"
 
 namespace cbr::lasting_force_test {
 namespace {
@@ -97,6 +98,26 @@ TEST_P(Rest, OfPressedBlocks) {
                              (two ? ", b.z_max" : "") + "]}\n"),
                   energy);
     }
+}
+
+// Load steps end in equilibrium at nodes, or with functions of corners on faces of second order:
+// motion goes on with these unknowns, on faces of many nodes and in short steps too.
+TEST_P(Rest, OfFacesOfManyNodesAndOfSecondOrder) {
+  for (const bool second_order : {false, true}) {
+    SCOPED_TRACE(second_order ? "hex20" : "hex8");
+    Kind kind = GetParam();
+    if (const auto at = kind.component.find(", y_max"); second_order && at < kind.component.size())
+      kind.component.erase(at, 7);  // hex20 have z_min and z_max alone
+    SceneFolder folder;
+    folder.add("block.exo", second_order ? test::box_with_faces(ElementType::hex20, {3, 3, 2},
+                                                                {2, 2, 1}, "z_min", "z_max")
+                                         : test::block_mesh({{12, 12, 2}, {2, 2, 1}}));
+    expect_rest(folder.run(on_wall(kind, "0", false,
+                                   "  - {instance: a, surface: z_max, traction: [0.1, 0, 0]}\n") +
+                           "time: {end: 0.2, preload: 2, step: {cfl: 0.2}" + kind.time +
+                           "}\noutput: {every: 0.02, history: [a.z_max]}\n"),
+                0);
+  }
 }
 
 // On a mesh, sheared until a part of its face slid in the load steps.

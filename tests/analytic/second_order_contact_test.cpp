@@ -22,19 +22,7 @@ constexpr double E = 1000, pressure = 2;
 
 // A box with sidesets low and top, normal to z.
 Mesh box(ElementType type, const std::array<Index, 3>& cells) {
-  Mesh mesh = test::box_mesh(type, cells, Vector3(1, 1, 0.5));
-  for (const double z : {0.0, 0.5}) {
-    Sideset set{z > 0 ? "top" : "low", static_cast<Index>(mesh.sidesets.size() + 1), {}};
-    for (Index e = 0; e < mesh.blocks[0].connectivity.rows(); ++e)
-      for (int side = 1; side <= n_sides(mesh.blocks[0].type); ++side) {
-        const std::vector<Index> nodes = nodes_of_side(mesh, {0, e, side});
-        if (std::all_of(nodes.begin(), nodes.end(),
-                        [&](Index node) { return std::abs(mesh.coordinates(node, 2) - z) < 1e-9; }))
-          set.sides.push_back({0, e, side});
-      }
-    mesh.sidesets.push_back(std::move(set));
-  }
-  return mesh;
+  return test::box_with_faces(type, cells, Vector3(1, 1, 0.5), "low", "top");
 }
 
 struct Case {

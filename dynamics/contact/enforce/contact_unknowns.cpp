@@ -310,14 +310,17 @@ class Chooser {
       at = at == none ? static_cast<Index>(i) : several;
     }
     const Index others = search.functions != nullptr ? search.functions->size() : 0;
-    std::vector<char> served(static_cast<std::size_t>(corners.size()), before_ == nullptr);
+    const bool anywhere =
+        before_ == nullptr || (search.begins_in_equilibrium && before_->keys.empty());
+    std::vector<char> served(static_cast<std::size_t>(corners.size()), anywhere);
     for (std::size_t u = 0; before_ != nullptr && u < before_->keys.size(); ++u) {
       const UnknownKey& key = before_->keys[u];
       if (key.search == number && key.function >= others)
         served[static_cast<std::size_t>(key.function - others)] = 1;
     }
     for (Index a = 0; a < corners.size(); ++a) {
-      if (!can_serve(corners, a, point, served[static_cast<std::size_t>(a)] != 0)) continue;
+      if (!can_serve(corners, a, point, anywhere, served[static_cast<std::size_t>(a)] != 0))
+        continue;
       const auto point_of = [&](Index slot) { return point[static_cast<std::size_t>(slot)]; };
       const double area = corners.N.col(a).sum();
       SparseMatrix::InnerIterator first(corners.N, a);
@@ -336,9 +339,10 @@ class Chooser {
     }
   }
 
-  // point: of each slot, or below 0. serves: the function was an unknown in the last step.
+  // point: of each slot, or below 0. anywhere: with any gaps. serves: the function was an unknown
+  // in the last step.
   bool can_serve(const PressureFunctions& corners, Index a, const std::vector<Index>& point,
-                 bool serves) const {
+                 bool anywhere, bool serves) const {
     Vector3 normal = Vector3::Zero();
     double least = HUGE_VAL, most = -HUGE_VAL, farthest = -HUGE_VAL;
     for (SparseMatrix::InnerIterator it(corners.N, a); it; ++it) {
@@ -352,7 +356,7 @@ class Chooser {
       farthest = std::max(farthest, std::min(its.start_gap, its.gap[0]));
     }
     const double size = std::sqrt(corners.N.col(a).sum());
-    return before_ == nullptr ||
+    return anywhere ||
            (most - least <= flat_enough * size && (serves || farthest <= closed_enough * size));
   }
 

@@ -19,6 +19,8 @@ struct FunctionsOfSearch {
   std::size_t first = 0, last = 0;
   const PressureFunctions* functions = nullptr;
   const PressureFunctions* corners = nullptr;
+  // Forces of load steps act from the first step on: these take corner functions wherever possible
+  bool begins_in_equilibrium = false;
   bool has_any() const { return last > first && (functions != nullptr || corners != nullptr); }
 };
 

@@ -136,9 +136,11 @@ std::vector<FunctionsOfSearch> functions_of(const Simulation& sim, const Contact
   std::vector<FunctionsOfSearch> functions;
   for (const ContactSearch& of : group.searches) {
     const ContactPair& pair = sim.pairs[of.pair];
-    const bool is_slave = of.memory == &pair.seen().memory;
-    functions.push_back({of.first, of.last, is_slave ? pair.functions.get() : nullptr,
-                         is_slave ? pair.corners.get() : nullptr});
+    const bool is_slave = of.memory == &pair.seen().memory,
+               rests = of.memory->begins_in_equilibrium;
+    const bool has_functions = is_slave && (pair.keeps_functions || !rests);
+    functions.push_back({of.first, of.last, has_functions ? pair.functions.get() : nullptr,
+                         is_slave ? pair.corners.get() : nullptr, rests});
   }
   return functions;
 }

@@ -7,6 +7,7 @@
 #include <functional>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/mesh/mesh.hpp"
@@ -146,6 +147,24 @@ inline Matrix3 some_rotation() {
   cross << 0, -axis(2), axis(1), axis(2), 0, -axis(0), -axis(1), axis(0), 0;
   const double angle = 0.83;
   return Matrix3::Identity() + std::sin(angle) * cross + (1 - std::cos(angle)) * cross * cross;
+}
+
+// The same with sidesets `low` and `high` at z = 0 and z = L_z.
+inline Mesh box_with_faces(ElementType type, const std::array<Index, 3>& cells, const Vector3& L,
+                           const std::string& low, const std::string& high) {
+  Mesh mesh = box_mesh(type, cells, L);
+  for (const double z : {0.0, L[2]}) {
+    Sideset set{z > 0 ? high : low, static_cast<Index>(mesh.sidesets.size() + 1), {}};
+    for (Index e = 0; e < mesh.blocks[0].connectivity.rows(); ++e)
+      for (int side = 1; side <= n_sides(mesh.blocks[0].type); ++side) {
+        const std::vector<Index> nodes = nodes_of_side(mesh, {0, e, side});
+        if (std::all_of(nodes.begin(), nodes.end(),
+                        [&](Index node) { return std::abs(mesh.coordinates(node, 2) - z) < 1e-9; }))
+          set.sides.push_back({0, e, side});
+      }
+    mesh.sidesets.push_back(std::move(set));
+  }
+  return mesh;
 }
 
 }  // namespace cbr::test
