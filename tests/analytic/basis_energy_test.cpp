@@ -139,5 +139,27 @@ TEST(BasisEnergy, IsToldApartFromFrictionAndCommonMotion) {
   EXPECT_FALSE(meet("superelement", ", basis: massless", "").first);
 }
 
+// Of two rigid blocks the second lands later, and stays: both losses count. At rest there is none.
+TEST(BasisEnergy, OfRigidBlocksIsLostUpToTheEnd) {
+  SceneFolder folder;
+  folder.add("block.exo", test::block_mesh({{1, 1, 1}, Vector3::Ones()}));
+  const auto lost = [&](const char* start) {
+    const Ran ran = folder.run(
+        "materials: {m: {youngs_modulus: 100, poissons_ratio: 0.3, density: 1}}\n"
+        "components: {c: {mesh: block.exo, material: m}}\ninstances:\n"
+        "  a: {component: c, as: rigid, position: [0.1, 0, 0], velocity: [-1, 0, 0]}\n"
+        "  b: {component: c, as: rigid, position: " +
+        std::string(start) +
+        "}\nwalls: {wall: {plane: {point: [0, 0, 0], normal: [1, 0, 0]}}}\n"
+        "contact:\n  - {between: [a.x_min, wall]}\n  - {between: [b.x_min, wall]}\n"
+        "loads: [{instance: b, surface: x_max, pressure: 1}]\n"
+        "time: {end: 1, rotations: small}\noutput: {every: 0.05}\n");
+    return energy_outside_basis(ran.built, ran.result)->energy;
+  };
+  // 0.5 of the first, and 0.4 of the second, at sqrt(0.8)
+  EXPECT_NEAR(lost("[0.4, 2, 0]"), 0.5 + 0.4, 1e-2);
+  EXPECT_NEAR(lost("[0, 2, 0]"), 0.5, 1e-9);
+}
+
 }  // namespace
 }  // namespace cbr::basis_energy_test

@@ -2,6 +2,7 @@
 #include "dynamics/output/summary/basis_energy.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <sstream>
 
 namespace cbr {
@@ -25,6 +26,22 @@ double common_motion(const BuiltScene& built, const RunResult& result) {
 
 }  // namespace
 
+double energy_of_a_step(const BuiltScene& built, const RunResult& result) {
+  const Simulation& sim = built.simulation;
+  double energy = 0;
+  for (std::size_t p = 0; p < sim.pairs.size(); ++p) {
+    if (result.pairs[p].empty()) continue;
+    const std::vector<double>& force = result.pairs[p]["force"].values;
+    const double impulse = sim.plan.h * Vector3(force.data() + force.size() - 3).stableNorm();
+    for (const Index surface : {sim.pairs[p].slave->body, sim.pairs[p].master->body}) {
+      const Index body = sim.contact_nodes[surface].body;
+      if (!built.instances[body].is_rigid) continue;
+      energy += impulse * impulse / (2 * built.instances[body].mass);
+    }
+  }
+  return energy;
+}
+
 std::optional<OutsideBasis> energy_outside_basis(const BuiltScene& built, const RunResult& result) {
   OutsideBasis outside;
   bool any = false;
@@ -47,9 +64,11 @@ std::optional<OutsideBasis> energy_outside_basis(const BuiltScene& built, const 
   std::size_t at = result.time.size() - 1;
   for (std::size_t i = 0; i < result.time.size(); ++i)
     if (result.active[i] == 0) at = i;
-  // no separation since the first contact
-  if (result.work_contact[at] == 0 && result.active.back() > 0) at = result.time.size() - 1;
+  // No separation since the first contact; and rigid bodies lend no energy
+  if (outside.all_rigid || (result.work_contact[at] == 0 && result.active.back() > 0))
+    at = result.time.size() - 1;
   outside.energy = 0 - result.work_contact[at];
+  if (std::abs(outside.energy) <= energy_of_a_step(built, result)) outside.energy = 0;
   outside.friction = 0 - result.work_friction.back();
   outside.scale =
       *std::max_element(result.total.begin(), result.total.end()) - common_motion(built, result);

@@ -27,6 +27,10 @@ struct OutsideBasis {
   bool has_others = false;
 };
 
+// Kinetic energy of rigid bodies by the last contact forces in one step: they have it at rest, as
+// their velocities lack half a step of the loads.
+double energy_of_a_step(const BuiltScene& built, const RunResult& result);
+
 // None if no impulses acted on a body with mass on its surface.
 std::optional<OutsideBasis> energy_outside_basis(const BuiltScene& built, const RunResult& result);
 

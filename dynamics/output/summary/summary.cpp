@@ -114,7 +114,9 @@ void energy_warning(const BuiltScene& built, const RunResult& result, Report& re
   const double at_end = result.work_contact.back();
   if (result.active.back() == 0 || at_end > share_of_swings * scale)
     brought = std::max(brought, at_end);
-  if (!(brought > std::max(0.01 * scale, round_off_energy(built, result)))) return;
+  if (!(brought >
+        std::max({0.01 * scale, round_off_energy(built, result), energy_of_a_step(built, result)})))
+    return;
   bool has_mortar = false, has_springs = false;
   for (const ContactPair& pair : built.simulation.pairs) {
     has_mortar |= pair.formulation == Formulation::mortar && pair.law.law != ContactLaw::tied;
