@@ -707,6 +707,9 @@ void Equilibrium::start_motion(double h) {
       memory->impulse *= h;
       memory->begins_in_equilibrium = true;
     }
+    if (sim_.pairs[p].enforcement == Enforcement::impulse &&
+        sim_.pairs[p].law.law != ContactLaw::tied && pair.memory.impulse.isZero(0))
+      pair.memory.begins_in_equilibrium = false;  // it may strike later
     pair.kept.clear();
     pair.wall_force += pair.wall_friction;
   }

@@ -61,16 +61,20 @@ std::string yaml(const Bars& bars) {
          "}\noutput: {history: " + bars.history + bars.extra + "}\n";
 }
 
+std::string refusal(const SceneFolder& folder, const std::string& scene) {
+  try {
+    const Ran ran = folder.run(scene);
+    return ran.result.failure.empty() ? "not refused" : ran.result.failure;
+  } catch (const InputError& error) {
+    return error.what();
+  }
+}
+
 class Statics : public ::testing::TestWithParam<std::string> {
  protected:
   Statics() { folder.add("bar.exo", test::block_mesh({{4, 2, 2}, {1, 1, 1}})); }
   std::string refusal(const Bars& bars) const {
-    try {
-      const Ran ran = folder.run(yaml(bars));
-      return ran.result.failure.empty() ? "not refused" : ran.result.failure;
-    } catch (const InputError& error) {
-      return error.what();
-    }
+    return equilibrium_test::refusal(folder, yaml(bars));
   }
   SceneFolder folder;
 };
@@ -543,6 +547,23 @@ TEST_P(Statics, MotionBeginsInEquilibrium) {
 INSTANTIATE_TEST_SUITE_P(Kinds, Statics, ::testing::ValuesIn(kinds), [](const auto& of) {
   return of.param.substr(0, of.param.find_first_of("-,"));
 });
+
+// A block of rubber in units of steel: the cause is the load, and not that friction is too weak.
+TEST(StaticsOfSoftBlocks, LoadsFarBeyondTheStiffnessAreNamed) {
+  SceneFolder soft;
+  soft.add("block.exo", test::block_mesh({{2, 2, 2}, {1, 1, 1}}));
+  const std::string failure =
+      refusal(soft,
+              "materials: {m: {youngs_modulus: 1, poissons_ratio: 0.3, density: 1}}\n"
+              "components: {c: {mesh: block.exo, material: m}}\ninstances:\n"
+              "  a: {component: c, as: mesh}\n  b: {component: c, as: mesh, position: [0, 0, 1]}\n"
+              "boundary: [{instance: a, nodes: z_min, fix: [x, y, z]}]\n"
+              "contact: [{between: [b.z_min, a.z_max], friction: 0.5}]\n"
+              "loads: [{instance: b, surface: z_max, pressure: 1000}]\n"
+              "time: {static: true, end: 1, step: 1}\noutput: {every: 1}\n");
+  EXPECT_NE(failure.find("'b' is not held"), std::string::npos) << failure;
+  EXPECT_NE(failure.find("times its size: look at the units"), std::string::npos) << failure;
+}
 
 }  // namespace
 }  // namespace cbr::equilibrium_test
