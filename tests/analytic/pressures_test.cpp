@@ -139,10 +139,11 @@ TEST_F(Pressures, MoreFunctionsAreNearerToNodes) {
 }
 
 TEST_F(Pressures, ARestartGoesOnWithTheSameBits) {
-  for (const char* contact : {", pressures: 40", ", friction: 0.3, pressures: 40"}) {
+  for (const bool large : {false, true}) {
     Fall scene;
     scene.velocity = "[-1, 0.5, 0]";
-    scene.contact = contact;
+    scene.contact = large ? ", friction: 0.3, pressures: 40" : ", pressures: 40";
+    if (large) scene.time = ", rotations: large";
     const auto runs = test::restarted(folder_, scene_of(scene), 0.02);
     EXPECT_EQ(runs.whole.monitor("b.x_min").force.values,
               runs.rest.monitor("b.x_min").force.values);
@@ -162,7 +163,7 @@ TEST_F(Pressures, BadNumbersAreRefused) {
 }
 
 // Two superelements whose faces do not match: 13 x 13 nodes against 10 x 10, one mirrored.
-std::string pair_of_blocks(const std::string& contact) {
+std::string pair_of_blocks(const std::string& contact, const std::string& as = "superelement") {
   return "materials: {m: {youngs_modulus: 1000, poissons_ratio: 0.3, density: 1}}\n"
          "components:\n"
          "  fine: {mesh: block.exo, material: m, reduction: {basis: characteristic, interface: "
@@ -171,7 +172,9 @@ std::string pair_of_blocks(const std::string& contact) {
          "[x_min], modes: 30}}\n"
          "instances:\n"
          "  a: {component: fine, position: [0.01, 0, 0], velocity: [-1, 0.2, 0]}\n"
-         "  b: {component: coarse, mirror: x, position: [0, 0.03, -0.02]}\n"
+         "  b: {component: coarse, as: " +
+         as +
+         ", mirror: x, position: [0, 0.03, -0.02]}\n"
          "contact: [{between: [a.x_min, b.x_min]" +
          contact + "}]\ntime: {end: 0.09}\noutput: {every: 0.002, history: [a.x_min]}\n";
 }
@@ -189,6 +192,25 @@ TEST_F(Pressures, TwoSuperelementsKeepMomentumAndAngularMomentum) {
                   q = test::at(all.body("a").momentum, last);
     EXPECT_LT((p - q).norm(), 2e-3 * q.norm()) << law;
   }
+}
+
+// Meshes keep their nodes, without friction too. With friction the face of a superelement on a mesh
+// has functions.
+TEST_F(Pressures, ASuperelementThatRubsOnAMesh) {
+  folder_.add("coarse.exo", test::block_mesh({{5, 9, 9}, {0.5, 1, 1}}));
+  const Ran few = folder_.run(pair_of_blocks(", friction: 0.2, pressures: 40", "mesh")),
+            all = folder_.run(pair_of_blocks(", friction: 0.2, pressures: nodes", "mesh"));
+  EXPECT_GT(few.built.simulation.pairs.front().seen().n_function_steps, 0);
+  EXPECT_LT(test::largest_change(few.result, &RunResult::OfBody::momentum), 1e-12);
+  const std::size_t last = all.result.time.size() - 1;
+  const Vector3 p = test::at(few.body("a").momentum, last),
+                q = test::at(all.body("a").momentum, last);
+  EXPECT_LT((p - q).norm(), 2e-3 * test::at(all.body("a").momentum, 0).norm()) << "it has stopped";
+  for (const char* contact : {"", ", friction: 0.2"})
+    EXPECT_EQ(
+        folder_.prepare(pair_of_blocks(contact, "mesh")).built.simulation.pairs.front().functions ==
+            nullptr,
+        contact[0] == 0);
 }
 
 // The points of a search stand while nothing slides: as if every step were searched.

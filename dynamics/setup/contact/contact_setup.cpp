@@ -232,8 +232,13 @@ void add_functions(const ContactEntry& entry, const BuiltScene& built, ContactSi
                      std::to_string(*entry.options->pressures) + ", but " + pair.slave->name +
                      " has " + std::to_string(n_nodes) + " nodes: take fewer, 'nodes' or 'auto'");
   const bool friction = pair.law.law == ContactLaw::coulomb;
-  const Index wanted = in_shapes ? functions_wanted(*entry.options, friction, n_nodes) : 0;
+  // On a mesh W by nodes is dense too, and slow with friction
+  const bool on_mesh = !in_shapes && moves_in_shapes(built, slave) &&
+                       (friction || entry.options->pressures.has_value());
+  const Index wanted =
+      in_shapes || on_mesh ? functions_wanted(*entry.options, friction, n_nodes) : 0;
   if (wanted > 0) pair.functions = sides.functions(slave, wanted);
+  pair.keeps_functions = entry.options->pressures.has_value();
   // `nodes`: including those beside corners
   if (entry.options->pressures.value_or(1) != 0) pair.corners = sides.corners(slave);
 }
