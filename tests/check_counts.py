@@ -12,9 +12,9 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BOUNDS = {
     "lines of product": 81985,
-    "files of product": 644,
+    "files of product": 632,
     "lines of python/cbr": 1950,
-    "lines of tests": 62302,
+    "lines of tests": 62464,
     "files of tests": 388,
     "numbers in contact/solve": 50,  # but for 0, 1, 2, 3 and 0.5
     "lines with InputError(": 388,

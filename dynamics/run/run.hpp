@@ -33,5 +33,7 @@ struct RunOptions {
 // simulation. is_static: equilibrium at the end of each step. InputError: an unconstrained
 // instance.
 RunResult run(Simulation& simulation, const RunOptions& options = {});
+// Of a simulation that is_static: called by run().
+RunResult run_static(Simulation& simulation, const RunOptions& options);
 
 }  // namespace cbr

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "dynamics/run/static_loop.hpp"
+#include "dynamics/run/run.hpp"
 
 #include <stdexcept>
 

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/run/run.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -10,9 +12,7 @@
 #include "dynamics/run/contact/pair_schedule.hpp"
 #include "dynamics/run/equilibrium.hpp"
 #include "dynamics/run/recorder.hpp"
-#include "dynamics/run/run.hpp"
 #include "dynamics/run/simulation/stopwatch.hpp"
-#include "dynamics/run/static_loop.hpp"
 
 namespace cbr {
 namespace {

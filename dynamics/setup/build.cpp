@@ -18,6 +18,7 @@
 #include "dynamics/setup/bodies/instance_body.hpp"
 #include "dynamics/setup/bodies/instance_damping.hpp"
 #include "dynamics/setup/bodies/turning.hpp"
+#include "dynamics/setup/build_steps.hpp"
 #include "dynamics/setup/built/instance_extents.hpp"
 #include "dynamics/setup/components/skin_shells.hpp"
 #include "dynamics/setup/components/superelement_alone.hpp"
@@ -25,12 +26,6 @@
 #include "dynamics/setup/contact/link_rates.hpp"
 #include "dynamics/setup/contact/points.hpp"
 #include "dynamics/setup/contact/starting_overlap.hpp"
-#include "dynamics/setup/loads_setup.hpp"
-#include "dynamics/setup/monitors_setup.hpp"
-#include "dynamics/setup/scene_warnings.hpp"
-#include "dynamics/setup/statics_setup.hpp"
-#include "dynamics/setup/stress_setup.hpp"
-#include "dynamics/setup/turn_limit.hpp"
 
 namespace cbr {
 namespace {

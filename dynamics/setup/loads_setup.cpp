@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "dynamics/setup/loads_setup.hpp"
+#include "dynamics/setup/build_steps.hpp"
 
 #include <map>
 #include <string>

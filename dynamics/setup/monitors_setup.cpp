@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "dynamics/setup/monitors_setup.hpp"
+#include "dynamics/setup/build_steps.hpp"
 
 #include <algorithm>
 #include <utility>
 
 #include "dynamics/motion/body_points.hpp"
 #include "dynamics/setup/contact/points.hpp"
-#include "dynamics/setup/stress_setup.hpp"
 
 namespace cbr {
 

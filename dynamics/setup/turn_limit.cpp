@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "dynamics/setup/turn_limit.hpp"
+#include "dynamics/setup/build_steps.hpp"
 
 #include <algorithm>
 #include <cmath>

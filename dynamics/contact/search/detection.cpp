@@ -14,7 +14,6 @@
 #include "dynamics/contact/search/hollow_corners.hpp"
 #include "dynamics/contact/search/kept_candidates.hpp"
 #include "dynamics/contact/surfaces/pair_projection.hpp"
-#include "dynamics/contact/surfaces/surface_geometry.hpp"
 
 namespace cbr {
 namespace {

@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 
-#include "dynamics/contact/surfaces/surface_geometry.hpp"
 
 namespace cbr {
 namespace {

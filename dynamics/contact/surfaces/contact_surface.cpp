@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "dynamics/contact/surfaces/surface_geometry.hpp"
 
 namespace cbr {
 

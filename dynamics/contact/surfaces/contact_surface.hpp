@@ -127,4 +127,15 @@ inline bool has_centre(const ContactSurface& surface, Index face) {
 
 FaceCorners corners(const ContactSurface& surface, Index face, const Points& points);
 
+// surface_geometry.cpp
+
+// Outward unit normal from a face's diagonals; zero for a face without area.
+Vector3 mean_normal(const FaceCorners& x);
+
+Vector3 centre(const FaceCorners& x);
+
+// Of the surface's nodes in the step: the mean motion, and the largest one relative to `drift`.
+Vector3 mean_motion(const ContactSurface& surface, const ContactBody& body);
+double largest_motion(const ContactSurface& surface, const ContactBody& body, const Vector3& drift);
+
 }  // namespace cbr

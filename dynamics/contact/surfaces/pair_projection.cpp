@@ -21,7 +21,7 @@ constexpr double farthest = 3;
 using Lanes = std::array<double, lanes>;
 using Three = std::array<Lanes, 3>;
 
-// Nodes x and faces p(xi, eta) = c + xi a + eta b + xi eta w at one time, see bilinear_face.hpp.
+// Nodes x and faces p(xi, eta) = c + xi a + eta b + xi eta w at one time, see projection.cpp.
 struct Block {
   Three x, c, a, b, w;
   Lanes xi, eta, value;

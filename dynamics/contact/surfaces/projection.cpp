@@ -6,10 +6,22 @@
 #include <algorithm>
 #include <cmath>
 
-#include "dynamics/contact/surfaces/bilinear_face.hpp"
-
 namespace cbr {
 namespace {
+
+// Bilinear map of a quad face, by its two sides and its twist: p(xi, eta) = c + xi a + eta b + xi
+// eta w, |xi|, |eta| <= 1
+struct BilinearFace {
+  Vector3 c, a, b, w;
+  explicit BilinearFace(const FaceCorners& x)
+      : c((x[0] + x[1] + x[2] + x[3]) / 4),
+        a((-x[0] + x[1] + x[2] - x[3]) / 4),
+        b((-x[0] - x[1] + x[2] + x[3]) / 4),
+        w((x[0] - x[1] + x[2] - x[3]) / 4) {}
+  Vector3 at(double xi, double eta) const { return c + xi * a + eta * b + xi * eta * w; }
+  Vector3 d_xi(double eta) const { return a + eta * w; }
+  Vector3 d_eta(double xi) const { return b + xi * w; }
+};
 
 Projection finish(const FaceCorners& corners, const std::array<double, 4>& weights,
                   const Vector3& area_vector, double outside, const Vector3& x) {

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <tuple>
 
-#include "dynamics/contact/surfaces/surface_geometry.hpp"
 
 namespace cbr {
 namespace {

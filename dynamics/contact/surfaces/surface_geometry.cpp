@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "dynamics/contact/surfaces/surface_geometry.hpp"
+#include "dynamics/contact/surfaces/contact_surface.hpp"
 
 #include <Eigen/Geometry>
 

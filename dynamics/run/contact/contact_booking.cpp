@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "dynamics/contact/search/closeness.hpp"
-#include "dynamics/contact/surfaces/surface_geometry.hpp"
 
 namespace cbr {
 namespace {

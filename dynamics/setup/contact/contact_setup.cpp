@@ -12,8 +12,6 @@
 #include "common/base/error.hpp"
 #include "dynamics/contact/enforce/tie.hpp"
 #include "dynamics/setup/contact/contact_sides.hpp"
-#include "dynamics/setup/contact/friction_shapes.hpp"
-#include "dynamics/setup/contact/links.hpp"
 #include "dynamics/setup/contact/points.hpp"
 
 namespace cbr {

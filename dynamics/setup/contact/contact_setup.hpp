@@ -5,6 +5,7 @@
 // enforcement.
 #pragma once
 
+#include <map>
 #include <vector>
 
 #include "dynamics/setup/built/built_scene.hpp"
@@ -15,5 +16,19 @@ namespace cbr {
 // equal ones the first named. Adds links, and joints after the bodies. Returns the kind of contact
 // per body. Warns of `nodal` enforcement with its weights.
 std::vector<ContactKind> add_contact(const SceneIndex& index, BuiltScene& built, Report& report);
+
+// links.cpp: adds pairs of surfaces without faces: for each link one for its constrained
+// translations and one for its rotations. Springs, and masses of points, get the same, each with a
+// joint after the bodies. A rigid point has one for its nodes. contact_of_instance: indices in
+// Simulation::contact_nodes.
+void add_links(const SceneIndex& index, const std::map<Index, Index>& contact_of_instance,
+               BuiltScene& built);
+
+// friction_shapes.cpp: checks faces of basis characteristic in a pair with friction. Warns of a
+// face without residual compliance and with fewer interface modes than directions. It slides and
+// sticks in large patches, and friction dissipates several times too much
+// (docs/decisions/characteristic.md). InputError: residual compliance along the normals only.
+void look_for_friction_shapes(const ContactPair& pair, const BuiltScene& built, const Scene& scene,
+                              Report& report);
 
 }  // namespace cbr

@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "dynamics/contact/search/detection.hpp"
-#include "dynamics/contact/surfaces/surface_geometry.hpp"
 #include "tests/unit/dynamics/patch.hpp"
 
 namespace cbr::detection_corner_test {

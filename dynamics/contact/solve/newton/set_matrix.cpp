@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/contact/solve/newton/set_matrix.hpp"
 
+#include <Eigen/SparseLU>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <utility>
 
 #include "common/linalg/dense.hpp"
 #include "common/linalg/sparse/sparse_cholesky.hpp"
-#include "common/linalg/sparse/sparse_lu.hpp"
 #include "dynamics/contact/nodes/dense_panels.hpp"
 #include "dynamics/contact/solve/newton/krylov.hpp"
 
@@ -80,7 +82,7 @@ struct SetMatrix::Impl {
   std::optional<Cholesky> cholesky;
   std::optional<Lu> lu;
   std::optional<SparseCholesky> sparse_cholesky;
-  std::optional<SparseLu> sparse_lu;
+  std::unique_ptr<Eigen::SparseLU<SparseMatrix>> sparse_lu;
 
   void gather();
   bool factor(double epsilon);
@@ -128,8 +130,8 @@ bool SetMatrix::Impl::factor_sparse(double epsilon) {
   SparseMatrix K = bases.R.transpose() * SparseMatrix(sparse * bases.C);
   K = SparseMatrix(scale.asDiagonal() * K * scale.asDiagonal()) + D;
   if (!bases.symmetric) {
-    sparse_lu.emplace(K);
-    return sparse_lu->ok();
+    sparse_lu = std::make_unique<Eigen::SparseLU<SparseMatrix>>(K);
+    return sparse_lu->info() == Eigen::Success;
   }
   sparse_cholesky.emplace(K);
   if (sparse_cholesky->ok() && (epsilon > 0 || sparse_cholesky->smallest_pivot() > round_off_pivot))
@@ -156,7 +158,7 @@ Vector SetMatrix::Impl::back_solve(const Vector& b) const {
   if (cholesky) return cholesky->solve(b);
   if (lu) return lu->solve(b);
   if (sparse_cholesky) return sparse_cholesky->solve(Matrix(b));
-  if (sparse_lu && sparse_lu->ok()) return sparse_lu->solve(b);
+  if (sparse_lu && sparse_lu->info() == Eigen::Success) return sparse_lu->solve(b);
   return Vector::Constant(b.size(), std::numeric_limits<double>::quiet_NaN());
 }
 
