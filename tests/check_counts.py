@@ -11,7 +11,7 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BOUNDS = {
-    "lines of product": 81985,
+    "lines of product": 81999,
     "files of product": 632,
     "lines of python/cbr": 1950,
     "lines of tests": 62464,

@@ -511,6 +511,22 @@ void Equilibrium::refuse_endless(const Change& change) const {
   throw RunError(text.str());
 }
 
+namespace {
+
+// Largest displacement relative to the rigid motion, with a small rotation, that fits best.
+double deformation(Points x, Points u) {
+  x.rowwise() -= x.colwise().mean().eval();
+  u.rowwise() -= u.colwise().mean().eval();
+  const Matrix3 inertia = x.squaredNorm() * Matrix3::Identity() - x.transpose() * x;
+  Vector3 moment = Vector3::Zero();
+  for (Index i = 0; i < x.rows(); ++i) moment += Vector3(x.row(i)).cross(Vector3(u.row(i)));
+  const Vector3 rotation = inertia.inverse() * moment;
+  for (Index i = 0; i < x.rows(); ++i) u.row(i) -= rotation.cross(Vector3(x.row(i)));
+  return u.rowwise().norm().maxCoeff();
+}
+
+}  // namespace
+
 void Equilibrium::refuse_unheld(Index b, Vector left) const {
   Body& body = *sim_.bodies[b];
   const std::string& pairs = slides_[static_cast<std::size_t>(b)].pairs;
@@ -534,8 +550,7 @@ void Equilibrium::refuse_unheld(Index b, Vector left) const {
     text << "turns";
   }
   text << " without end: ";
-  before.rowwise() -= before.colwise().mean();
-  const double deformed = before.rowwise().norm().maxCoeff() / extent_of(body);
+  const double deformed = deformation(body.reference_positions(), before) / extent_of(body);
   if (deformed > 1) {
     text << "it also deforms by " << deformed << " times its size: look at the units of its loads "
          << "and its material";
