@@ -513,9 +513,9 @@ void Equilibrium::refuse_endless(const Change& change) const {
 
 namespace {
 
-// Largest displacement relative to the rigid motion, with a small rotation, that fits best.
-double deformation(Points x, Points u) {
-  x.rowwise() -= x.colwise().mean().eval();
+// Largest displacement u of the body's own nodes beside the best small rigid motion.
+double deformation(const Points& nodes, Points u) {
+  const Points own = nodes.topRows(u.rows()), x = own.rowwise() - own.colwise().mean();
   u.rowwise() -= u.colwise().mean().eval();
   const Matrix3 inertia = x.squaredNorm() * Matrix3::Identity() - x.transpose() * x;
   Vector3 moment = Vector3::Zero();

@@ -20,7 +20,7 @@ from compare import differences
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 BIN = pathlib.Path(sys.argv[1]).resolve()
 REDUCE = str(pathlib.Path(sys.argv[2]).resolve() / "cbr-reduce")  # with MPI
-STEEL = ["--youngs-modulus", "2.1e11", "--poissons-ratio", "0.3", "--density", "7850"]
+STEEL = ["--youngs-modulus", "2.1e11", "--poissons-ratio", "0.3", "--density", "7850", "--exact-modes"]  # as several processes have
 MESHES = {
     "block": ("meshes/block.geo", ["nx", "10", "ny", "5", "nz", "8"]),
     "large": ("meshes/block.geo", ["nx", "20", "ny", "20", "nz", "20"]),
@@ -44,7 +44,7 @@ components:
   plate:
     mesh: plate.msh
     material: steel
-    reduction: {interface: [symmetry_x, symmetry_y, pulled], modes: 20, recovery: true, superelement: plate.cbr.h5}
+    reduction: {interface: [symmetry_x, symmetry_y, pulled], modes: 20, exact_modes: true, recovery: true, superelement: plate.cbr.h5}
 instances:
   plate: {component: plate}
 loads:
@@ -55,7 +55,7 @@ output: {every: 5.0e-4, history: [plate.pulled]}
 IMPACT = """materials:
   steel: {youngs_modulus: 5.17e12, poissons_ratio: 0.3, density: 7836}
 components:
-  block: {mesh: block.msh, material: steel, reduction: {interface: [contact], modes: 20, superelement: block.cbr.h5}}
+  block: {mesh: block.msh, material: steel, reduction: {interface: [contact], modes: 20, exact_modes: true, superelement: block.cbr.h5}}
 instances:
   left:  {component: block, as: superelement, position: [-0.0279, 0, 0], velocity: [3810, 0, 0]}
   right: {component: block, as: superelement, position: [ 0.0381, 0, 0], mirror: x}
