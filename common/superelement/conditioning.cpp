@@ -13,7 +13,7 @@ namespace {
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 // Beyond these a warning is due: four digits are left of sixteen; a mode in another; ten times the
 // residual of modes that a basis uses; forces on a body that only moves.
-constexpr double poor_condition = 1e12, poor_pivot = 1e-11, poor_modes = 1e-6, poor_residual = 1e-2,
+constexpr double poor_condition = 1e12, poor_pivot = 1e-11, poor_modes = 1e-6, poor_residual = 1e-3,
                  poor_rigid = 1e-8;
 // Of the stiffness against a motion beside that of its own diagonal: below it is a mechanism, or as
 // good as one.

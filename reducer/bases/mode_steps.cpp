@@ -38,7 +38,7 @@ FixedInterfaceModes modes_to_compute(Reduction& r) {
   FixedInterfaceModes modes = r.engine->lowest_modes(r, candidates);
   if (r.options.cutoff_hz && wanted > 0) {
     const double cutoff = 2 * std::numbers::pi * *r.options.cutoff_hz;
-    if (modes.lambda(wanted - 1) > cutoff * cutoff * (1 + basis_residual)) {
+    if (modes.lambda(wanted - 1) > cutoff * cutoff * (1 + basis_precision)) {
       throw RunError(
           "the eigensolver found fewer modes below the cutoff than the inertia count says: choose "
           "another cutoff");

@@ -18,9 +18,8 @@
 namespace cbr {
 namespace {
 
-// Two eigenvalues closer than this are one multiple eigenvalue to the inertia count; those of a
-// basis are right to 1e-6.
-constexpr double relative_gap = 1e-5;
+// Two eigenvalues closer than this are one multiple eigenvalue to the inertia count.
+constexpr double relative_gap = basis_precision;
 constexpr double to_round_off = 1e-13;
 // Candidates for pick: participation (docs/decisions/reduction.md).
 constexpr Index least_candidates = 200, candidates_per_mode = 4;

@@ -37,6 +37,7 @@ void require_dofs_for_modes(Index k, Index n_interior);
 // Relative residual of modes that a basis alone uses (docs/decisions/reduction.md). Eigenvalues are
 // right to its square, and M_kc comes from solves.
 constexpr double basis_residual = 1e-4;
+constexpr double basis_precision = 1e-7;  // of eigenvalues: ten times the square
 
 // The k lowest. InputError when there are fewer than k; RunError when the eigensolver does not
 // converge. residual: relative, enough for the vectors; Phi^T K Phi is diagonal whatever it is.
