@@ -81,8 +81,7 @@ void say_residual_mass(const Vector3& rho, const Superelement& s, const Componen
                        Report& report) {
   report.line(
       format_text("  rho_res      x %.4f  y %.4f  z %.4f: share of a body's energy of motion along "
-                  "x, y, z that is lost when its whole "
-                  "interface stops at once (good: below 0.05)",
+                  "x, y, z that is lost when its whole interface stops at once (good: below 0.05)",
                   rho(0), rho(1), rho(2)));
   if (!mass.is_static) warn_of_residual_mass(rho, s, report);
 }
@@ -93,8 +92,7 @@ void say_free_modes(const Superelement& s, const MasslessFigures& m, Report& rep
   if (!s.accuracy || lambda.size() == 0) return;
   report.line(format_text(
       "  free modes   %lld elastic ones up to %.6g Hz, exact; none is missing below %.6g Hz; "
-      "answers to constant forces "
-      "on the interface are exact",
+      "answers to constant forces on the interface are exact",
       static_cast<long long>(lambda.size()), s.accuracy->covered_hz, s.accuracy->complete_hz));
   if (m.share.size() == 0) return;
   Index half = 0;
@@ -111,8 +109,7 @@ void say_free_modes(const Superelement& s, const MasslessFigures& m, Report& rep
 void say_massless(const Superelement& s, const MasslessFigures& m, Report& report) {
   report.line(
       format_text("  massless     %lld of the modes rigid; x %.4f  y %.4f  z %.4f: of the "
-                  "compliance under a uniform load this is left "
-                  "to an interface without inertia",
+                  "compliance under a uniform load this is left to an interface without inertia",
                   static_cast<long long>(m.n_rigid), m.left(0), m.left(1), m.left(2)));
   report.line(format_text(
       "  step         highest frequency %.6g Hz with the interface held: critical step %.4g",
@@ -183,20 +180,30 @@ void say_rigid_body(const RigidBody& b, const ComponentMass& mass, Report& repor
   if (excess(b, mass.geometry) > much_excess)
     report.line(
         "  note         lumped mass makes frequencies of quadratic and coarse meshes low and "
-        "inertia high; mass: consistent "
-        "has the geometry's inertia");
+        "inertia high; mass: consistent has the geometry's inertia");
 }
 
 // Other programs print frequencies of consistent mass.
-void say_mass_shift(const Vector& shift, Report& report) {
-  if (shift.size() == 0) return;
+void say_mass_shift(const Vector& shift, const std::string& of, Report& report) {
   std::string list;
   for (const double share : shift)
     list += (list.empty() ? "" : ", ") + format_text("%.2g", 100 * share);
-  report.line(
-      "  mass shift   consistent mass, as of most other programs, would put the first "
-      "frequencies with the interface held up by " +
-      list + " %");
+  if (!list.empty())
+    report.line("  mass shift   consistent mass, as of most other programs, would put the first " +
+                of + " up by " + list + " %");
+}
+
+// A domain holds its shared nodes, too.
+void say_mass_shift_of_domains(const GroupFigures& f, Report& report) {
+  Vector highest;
+  for (const DomainFigures& domain : f.domains) {
+    const Vector& shift = domain.reduction.mass_shift;
+    if (shift.size() > 0 && (highest.size() == 0 || shift(0) > highest(0))) highest = shift.head(1);
+  }
+  say_mass_shift(highest,
+                 "frequency of the domain that changes most, its interface held (those of the "
+                 "whole, of longer waves, change less),",
+                 report);
 }
 
 void say_file(const std::filesystem::path& file, bool diagonal, bool recovery, Report& report) {
@@ -275,7 +282,9 @@ void summarise(const Superelement& s, const ReductionFigures& figures, const Com
     say_accuracy(s, report);
   }
   say_rigid_body(s.rigid_body, mass, report);
-  say_mass_shift(figures.mass_shift, report);
+  say_mass_shift(figures.mass_shift,
+                 s.is_massless() ? "elastic frequencies" : "frequencies with the interface held",
+                 report);
   report.line("  sets kept    " + sets_text(s));
   report.detail(format_text(
       "factor: %.3g non-zeros, %.3g flops; solves %.3g flops; products %.3g flops",
@@ -306,11 +315,11 @@ void summarise_domains(const SuperelementGroup& group, const GroupFigures& f,
               " dofs of nodes, " + std::to_string(k + c) + " reduced");
   say_missing_modes(group, f, report);
   if (rho) say_residual_mass(*rho, {}, mass, report);
+  say_mass_shift_of_domains(f, report);
   report.line(
       "  errors       of what the domains make together are not estimated, neither its frequencies "
-      "nor its flat impacts: "
-      "compare with twice the modes, or with domains: 1; rigid motion and answers to constant "
-      "forces on the interface are exact");
+      "nor its flat impacts: compare with twice the modes, or with domains: 1; rigid motion and "
+      "answers to constant forces on the interface are exact");
   for (std::size_t d = 0; d < f.domains.size(); ++d) {
     report.detail(format_text("domain %zu: %lld elements, %lld interior dofs, c %lld, k %lld, "
                               "factor %.3g non-zeros, ",

@@ -35,12 +35,14 @@ void make_basis_massless(Reduction& r, Superelement& s) {
                                      r.options.massless_modes == MasslessModes::tapered},
                                     s, r.report);
   r.figures.n_candidates = s.k();
-  r.figures.mode_method = m.method;
-  r.figures.modes_proven = m.proven;
-  r.figures.condition.counts = m.counts;
+  r.figures.mode_method = m.free.method;
+  r.figures.modes_proven = m.free.proven;
+  r.figures.condition.counts = m.free.counts;
   r.figures.condition.modes = m.modes;
-  if (r.options.modes) warn_of_cut_pair(s.eigenvalues, m.next, r.report);
-  s.accuracy = accuracy_of_free_modes(s.eigenvalues.tail(s.k() - m.n_rigid), m.next, m.share);
+  if (r.options.modes) warn_of_cut_pair(s.eigenvalues, m.free.next, r.report);
+  s.accuracy = accuracy_of_free_modes(s.eigenvalues.tail(s.k() - m.n_rigid), m.free.next, m.share);
+  keep_lowest(r, m.free.Phi.middleCols(m.n_rigid, s.k() - m.n_rigid));
+  m.free.Phi = Matrix();
   keep_figures(r, s, std::move(m));
 }
 

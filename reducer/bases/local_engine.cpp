@@ -80,10 +80,9 @@ void judge_interior(Reduction& r, const SparseCholesky& factor) {
     throw InputError("the stiffness of the interior is singular at " +
                      node_of_interior_dof(r, factor.weakest_column()) +
                      ": a part of it can move freely, as elements do that share only an edge or a "
-                     "node with the rest, or is held "
-                     "too weakly for a double, as very thin parts are and what an interface nearly "
-                     "on one line holds; correct the mesh "
-                     "there or put nodes of that part into the interface" +
+                     "node with the rest, or is held too weakly for a double, as very thin parts "
+                     "are and what an interface nearly on one line holds; correct the mesh there "
+                     "or put nodes of that part into the interface" +
                      (r.model.n_rotations > 0
                           ? "; the edge of a shell on solids is a hinge, unless the shell goes on "
                             "along their faces"

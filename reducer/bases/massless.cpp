@@ -14,7 +14,6 @@
 #include "common/mesh/face_weights.hpp"
 #include "reducer/modes/component_parts.hpp"
 #include "reducer/modes/diagonal_form.hpp"
-#include "reducer/modes/fixed_interface_modes.hpp"
 
 namespace cbr {
 namespace {
@@ -114,8 +113,7 @@ Matrix compliance_of_interface(const Matrix& K_cc, const Matrix& N_c) {
   if (!dense_cholesky(K))
     throw InputError(
         "basis: massless: the reduced stiffness of the interface is lost in round-off, as that of "
-        "very thin parts is: use "
-        "larger or less flat elements, or basis: craig-bampton");
+        "very thin parts is: use larger or less flat elements, or basis: craig-bampton");
   dense_inverse_of_cholesky(K);
   return K;
 }
@@ -244,9 +242,8 @@ void require_only_rigid(const Vector& lambda, Index n_rigid, double low) {
   if (round_off > rigid_tolerance * low)
     throw InputError(
         "basis: massless: by round-off the stiffness resists rigid motions, so that the free modes "
-        "cannot be told from them: look "
-        "for parts of very unlike stiffness, very thin parts, slivers, Poisson's ratio near 0.5, "
-        "or use basis: craig-bampton");
+        "cannot be told from them: look for parts of very unlike stiffness, very thin parts, "
+        "slivers, Poisson's ratio near 0.5, or use basis: craig-bampton");
 }
 
 // V of the first k modes; modes beyond them determine the end of the taper of their interface rows.
@@ -309,7 +306,7 @@ MasslessFigures make_massless(const FreeModel& model, const Partition& p,
   MasslessFigures figures;
   const LargeBlasWork blas(std::pow(static_cast<double>(s.c()), 3));
   Matrix elastic;
-  FixedInterfaceModes modes;
+  FixedInterfaceModes& modes = figures.free;
   {
     const ReductionSolver solver(model, p, factor_of_K_II, s);
     elastic = solver.elastic_compliance(s.M_cc);
@@ -338,10 +335,6 @@ MasslessFigures make_massless(const FreeModel& model, const Partition& p,
     if (modes.lambda.size() > k) modes.next = modes.lambda(k);
     s.eigenvalues = modes.lambda.head(k);
   }
-  figures.method = modes.method;
-  figures.proven = modes.proven;
-  figures.counts = modes.counts;
-  figures.next = modes.next;
   // F = F_elastic - V_e diag(1 / lambda) V_e^T   (c x c)
   const Index e = s.k() - figures.n_rigid;
   s.massless.F = elastic;
@@ -368,9 +361,7 @@ void refuse_mechanism(const SoftestMotion& softest, const std::string& node) {
         "moves most at " +
         node +
         ": a mechanism, as elements make that share only an edge or a node, or a part too thin for "
-        "a double; mend the "
-        "mesh there, or "
-        "use basis: craig-bampton");
+        "a double; mend the mesh there, or use basis: craig-bampton");
 }
 
 }  // namespace cbr

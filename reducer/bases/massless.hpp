@@ -11,6 +11,7 @@
 #include "common/linalg/sparse/sparse_cholesky.hpp"
 #include "common/superelement/superelement.hpp"
 #include "reducer/judgement/condition_numbers.hpp"
+#include "reducer/modes/fixed_interface_modes.hpp"
 #include "reducer/partition/partition.hpp"
 
 namespace cbr {
@@ -18,11 +19,8 @@ namespace cbr {
 // For the summary.
 struct MasslessFigures {
   Index n_rigid = 0;
-  double next = 0;     // (rad/s)^2 of the free mode after the last one; 0: not known
-  std::string method;  // of the eigensolver
-  bool proven = false;
-  std::string counts;  // of the inertia
-  ModeCheck modes;     // of the free modes
+  FixedInterfaceModes free;  // Phi: N x k and those ahead, rigid motions first
+  ModeCheck modes;           // of the free modes
   // Residual compliance F relative to the elastic compliance: least pivot of its Cholesky factor,
   // and under a uniform load along x, y, z
   double smallest_pivot = 1;

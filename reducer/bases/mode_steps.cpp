@@ -139,7 +139,7 @@ void complete_modes(Reduction& r, const InterfaceMotions& motions, FixedInterfac
         std::sqrt(s.eigenvalues.head(own).maxCoeff()) / (2 * std::numbers::pi);
 }
 
-void keep_lowest(Reduction& r, const Matrix& Phi) {
+void keep_lowest(Reduction& r, const Eigen::Ref<const Matrix>& Phi) {
   constexpr Index n_listed = 6;  // in the summary
   r.lowest = Phi.leftCols(std::min(n_listed, Phi.cols()));
 }

@@ -55,8 +55,11 @@ void make_basis(Reduction& r, Superelement& s) {
 // Rayleigh quotients of the lowest modes, of phi^T M phi = 1, with consistent mass.
 Vector shift_by_consistent_mass(const Reduction& r, const Matrix& lowest) {
   if (lowest.cols() == 0 || r.model.n_rotations > 0 || r.p.n_points > 0) return {};
-  Matrix X = Matrix::Zero(3 * static_cast<Index>(r.model.nodes.size()), lowest.cols());
-  X(dofs_of(r.p.interior_nodes), Eigen::all) = lowest;
+  Matrix X = lowest;
+  if (!r.options.is_massless()) {
+    X.setZero(3 * static_cast<Index>(r.model.nodes.size()), lowest.cols());
+    X(dofs_of(r.p.interior_nodes), Eigen::all) = lowest;
+  }
   return consistent_mass_products(r.mesh, r.properties, r.model, X)
              .cwiseSqrt()
              .cwiseInverse()
@@ -73,7 +76,7 @@ Superelement reduce_by(Engine& engine, Reduction& r) {
   describe_interface(r, s);
   s.basis = word_of(basis_words, r.options.basis);
   make_basis(r, s);
-  if (r.mass == MassKind::lumped && !r.settings.is_domain) {
+  if (r.mass == MassKind::lumped) {
     const Matrix lowest = r.inside->gather(std::move(r.lowest));
     r.inside->in_first([&] { r.figures.mass_shift = shift_by_consistent_mass(r, lowest); });
   }

@@ -49,8 +49,8 @@ struct ReductionFigures {
   Index panel = 0;
   Conditioning condition;
   RigidFigures rigid;
-  // of lumped mass: relative shift of the lowest fixed-interface frequencies by consistent mass, to
-  // first order
+  // of lumped mass: relative shift of the lowest frequencies by consistent mass, to first order; of
+  // free elastic modes or of fixed-interface modes
   Vector mass_shift;
   // of basis characteristic: worst_of_ten beside Craig-Bampton's own; NaN: not known
   double shapes_error = NAN;

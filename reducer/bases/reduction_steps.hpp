@@ -34,7 +34,7 @@ struct Reduction {
   Points x = {};                 // of the model's nodes
   ReductionFigures figures = {};
   ModesNotKept not_kept = {};
-  Matrix lowest = {};                           // n_rows x m: the lowest of the kept modes
+  Matrix lowest = {};  // n_rows x m: the lowest of the kept modes; of free ones all dofs x m
   std::optional<SparseCholesky> factor = {};    // of K_II in one process
   std::unique_ptr<const Interior> inside = {};  // from the factorisation on
 };
@@ -87,7 +87,7 @@ FixedInterfaceModes first_modes(Reduction& r);
 void keep_modes(Reduction& r, FixedInterfaceModes& modes, Condensation& condensed);
 
 // Of the modes that are kept, ascending: r.lowest.
-void keep_lowest(Reduction& r, const Matrix& Phi);
+void keep_lowest(Reduction& r, const Eigen::Ref<const Matrix>& Phi);
 
 // Motions of the interface for the errors (is_judged) or for a tolerance.
 InterfaceMotions motions_to_judge(Reduction& r, bool is_judged, const Superelement& s);

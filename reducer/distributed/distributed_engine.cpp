@@ -174,9 +174,8 @@ class DistributedEngine final : public Engine {
     if (wrong > 0)
       throw InputError("the stiffness of the interior is singular (" + std::to_string(wrong) +
                        " pivots are not positive): a part of it can move freely, as elements do "
-                       "that share only an edge or a node "
-                       "with the rest, or is held too weakly for a double; a reduction in one "
-                       "process names the node");
+                       "that share only an edge or a node with the rest, or is held too weakly for "
+                       "a double; a reduction in one process names the node");
     r.figures.factor_nonzeros = inside_->n_nonzeros();
     r.figures.factor_flops = inside_->flops();
     r.report.detail(format_text("MUMPS: %.3g entries in the factor, %.3g flops",

@@ -61,7 +61,8 @@ std::string text_of(const DomainFigures& f) {
        << f.modes_missing << '\n'
        << f.reduction.n_interior << '\n'
        << f.reduction.factor_nonzeros << '\n'
-       << f.reduction.mode_method << '\n';
+       << f.reduction.mode_method << '\n'
+       << f.reduction.mass_shift.transpose() << '\n';
   for (const std::string& warning : f.warnings) text << warning << '\n';
   return text.str();
 }
@@ -73,6 +74,10 @@ DomainFigures figures_of(const std::string& text) {
   std::string line;
   std::getline(in, line);  // the rest of the last number's
   std::getline(in, f.reduction.mode_method);
+  std::getline(in, line);
+  std::istringstream shift_line(line);
+  const std::vector<double> shift(std::istream_iterator<double>(shift_line), {});
+  f.reduction.mass_shift = Eigen::Map<const Vector>(shift.data(), std::ssize(shift));
   while (std::getline(in, line)) f.warnings.push_back(line);
   return f;
 }

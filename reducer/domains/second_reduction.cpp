@@ -166,9 +166,8 @@ SparseCholesky factorise(const Partition& p, const JoinedNodes& joined,
   throw InputError("second_reduction: the stiffness of the joined domains is singular at " +
                    name_of(joined, places, factor.weakest_column()) +
                    ": a part of it could float or turn, or is held too weakly for a double, as "
-                   "very thin parts are; put nodes of "
-                   "that part into the "
-                   "interface, or leave second_reduction out");
+                   "very thin parts are; put nodes of that part into the interface, or leave "
+                   "second_reduction out");
 }
 
 Index n_modes_wanted(const Partition& p, const SparseCholesky& factor,

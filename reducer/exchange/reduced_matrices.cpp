@@ -11,8 +11,7 @@ ReducedMatrices reduced_matrices(const Superelement& s, Index first_modal_node) 
   if (s.basis != "craig-bampton") {
     throw InputError("basis " + s.basis +
                      " found, but only craig-bampton has mass and stiffness matrices of the "
-                     "interface's dofs: reduce with "
-                     "basis: craig-bampton");
+                     "interface's dofs: reduce with basis: craig-bampton");
   }
   ReducedMatrices reduced;
   const Index c = s.c(), k = s.k();

@@ -268,10 +268,9 @@ ModesOfTolerance modes_of_tolerance(const Partition& p, const SparseCholesky& fa
   if (less > 0)
     report.warning(
         format_text("tolerance: by round-off the modes couple more mass than the interface has: "
-                    "the free modes that they were "
-                    "picked for have %.1e of the coupling less; the stiffness of the interior is "
-                    "ill-conditioned: use less flat "
-                    "elements, or say how many modes are to be kept",
+                    "the free modes that they were picked for have %.1e of the coupling less; the "
+                    "stiffness of the interior is ill-conditioned: use less flat elements, or say "
+                    "how many modes are to be kept",
                     less));
   result.n_candidates = candidates.lambda.size();
   FixedInterfaceModes others = some_of(candidates, taken, 0);

@@ -166,10 +166,8 @@ void add_modes(Superelement& s, Matrix R, std::optional<Index> count,
   if (!pairs.converged) {
     throw InputError(
         "the reduced mass matrix is not positive definite, so there is no diagonal form (no "
-        "integrator can do without), as "
-        "round-off "
-        "makes that of very thin parts: use larger or less flat elements, keep fewer modes, or "
-        "widen the interface");
+        "integrator can do without), as round-off makes that of very thin parts: use larger or "
+        "less flat elements, keep fewer modes, or widen the interface");
   }
   fix_signs(R);
   auto elastic = pairs.Phi.rightCols(n - n_rigid);

@@ -52,10 +52,9 @@ Index inertia_below(const Partition& p, const SparseCholesky& factor, double sig
   }
   throw RunError("the eigenvalues below (" + std::to_string(std::sqrt(sigma)) +
                  " rad/s)^2 cannot be counted: every shift nearby meets a vanishing pivot: the "
-                 "stiffness is near singular, or a cutoff was "
-                 "chosen among many equal frequencies; look at the conditioning (--verbose), or "
-                 "ask for another cutoff, or a few more or "
-                 "fewer modes");
+                 "stiffness is near singular, or a cutoff was chosen among many equal frequencies; "
+                 "look at the conditioning (--verbose), or ask for another cutoff, or a few more "
+                 "or fewer modes");
 }
 
 // The highest gap in lambda that a shift fits into: index j with lambda(j) well above lambda(j -
@@ -126,8 +125,7 @@ FixedInterfaceModes sparse_modes(const Partition& p, const SparseCholesky& facto
   if (n <= largest_dense) return dense_modes(p, k);
   throw RunError(
       "fixed-interface modes: the eigensolver misses one below the last (inertia count), as it may "
-      "with many identical "
-      "parts: reduce the parts on their own");
+      "with many identical parts: reduce the parts on their own");
 }
 
 // Both sets of modes in one, ascending.
@@ -277,9 +275,8 @@ void warn_of_cut_pair(const Vector& lambda, double next, Report& report) {
   char text[256];
   std::snprintf(text, sizeof text,
                 "modes: the last that is kept, number %lld, and the next have the same frequency "
-                "(%.6g Hz, to %.0e): which of their "
-                "shapes is kept depends on round-off, and so on threads and machine: keep one "
-                "more, or one fewer",
+                "(%.6g Hz, to %.0e): which of their shapes is kept depends on round-off, and so on "
+                "threads and machine: keep one more, or one fewer",
                 static_cast<long long>(k), std::sqrt(next) / (2 * std::numbers::pi),
                 1 - std::sqrt(std::max(lambda(k - 1), 0.0) / next));
   report.warning(text);

@@ -150,8 +150,7 @@ std::vector<Index> interface_nodes(const Mesh& mesh, const FiniteElementModel& m
         throw InputError(
             "interface '" + name + "': node id " +
             std::to_string(mesh.node_ids[static_cast<std::size_t>(node)]) +
-            " belongs to no volume element and no shell with a thickness: take it out of "
-            "the set");
+            " belongs to no volume element and no shell with a thickness: take it out of the set");
       }
       kept[static_cast<std::size_t>(i)] = true;
     }

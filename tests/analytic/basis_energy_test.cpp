@@ -26,8 +26,7 @@ Mesh block() { return test::block_mesh({{16, 5, 4}, Vector3(length, 1, 0.75)}); 
 std::string scene(const std::string& as, Index modes) {
   return "materials: {m: {youngs_modulus: 100, poissons_ratio: 0.3, density: 1}}\n"
          "components: {c: {mesh: block.exo, material: m, reduction: {interface: [x_min], recovery: "
-         "true, pick: participation, "
-         "modes: " +
+         "true, pick: participation, modes: " +
          std::to_string(modes) + ", superelement: k" + std::to_string(modes) +
          ".cbr.h5}}}\ninstances: {b: {component: c, as: " + as +
          ", position: [0.01, 0, 0], velocity: [-1, 0, 0]}}\nwalls: {w: {plane: {point: [0, 0, 0], "

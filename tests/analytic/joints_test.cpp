@@ -154,8 +154,7 @@ TEST_P(Joints, ABushingHoldsByItsMatrix) {
                 .output = "history: [a.tip]"};
   const std::string rows =
       "[[9, 1, 0, 0, 0, 2], [1, 8, 0, 0, 1, 0], [0, 0, 7, -2, 0, 0], [0, 0, -2, 12, 0, 0], [0, 1, "
-      "0, 0, 11, 0], "
-      "[2, 0, 0, 0, 0, 10]]";
+      "0, 0, 11, 0], [2, 0, 0, 0, 0, 10]]";
   scene.more =
       "loads:\n  - {instance: a, point: tip, force: [0.01, 0.02, -0.03]}\n"
       "  - {instance: a, point: tip, moment: [0.02, 0.01, 0.03]}\n"
@@ -422,8 +421,7 @@ TEST_P(Joints, WhatCannotBeIsRefusedByName) {
       std::string::npos);
   const std::string singular =
       "[[1, 1, 0, 0, 0, 0], [1, 1, 0, 0, 0, 0], [0, 0, 1, 0, 0, 0], [0, 0, 0, 1, 0, 0], [0, 0, 0, "
-      "0, 1, 0], "
-      "[0, 0, 0, 0, 0, 1]]";
+      "0, 1, 0], [0, 0, 0, 0, 0, 1]]";
   EXPECT_NE(link("stiffness: " + singular).find("not positive definite"), std::string::npos);
   EXPECT_NE(refusal("",
                     "links:\n  - {between: [a.tip, b.base]}\n  - {between: [a.tip, b.base], "

@@ -27,8 +27,7 @@ const std::vector<Kind> kinds{
     {"CraigBampton", ", reduction: {interface: [z_min, z_max], modes: 12}"},
     {"Characteristic",
      ", reduction: {basis: characteristic, interface: [z_min, z_max, y_max], modes: 12, "
-     "characteristic: "
-     "{shear: true}}"},
+     "characteristic: {shear: true}}"},
     {"Massless", ", reduction: {basis: massless, interface: [z_min, z_max], modes: 12}"},
     {"Mesh", "", ", as: mesh"},
     {"CentralDifferences", ", reduction: {interface: [z_min, z_max], modes: 12}", "",

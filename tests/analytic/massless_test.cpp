@@ -263,8 +263,7 @@ TEST(MasslessContact, HeldNodesStayAndCarry) {
   p.walls = "ceiling: {plane: {point: [1.005, 0, 0], normal: [-1, 0, 0]}}";
   p.more = "boundary: [{instance: b, nodes: x_min, fix: [x, y, z]}]\n";
   p.loads =
-      "{instance: b, surface: x_max, traction: [20, 0, 0], history: {time: [0, 2], value: [0, "
-      "1]}}";
+      "{instance: b, surface: x_max, traction: [20, 0, 0], history: {time: [0, 2], value: [0, 1]}}";
   p.end = 3;
   const Ran ran = run(p);
   const std::size_t last = ran.result.time.size() - 1;

@@ -40,8 +40,7 @@ std::string scene(const std::string& time, const std::string& instance = "as: me
                   const std::string& more = "", const std::string& component = "") {
   return "materials: {m: {youngs_modulus: 1000, poissons_ratio: 0.3, density: 2}}\n"
          "components: {block: {mesh: block.exo, material: m, reduction: {interface: [x_min, "
-         "x_max], "
-         "modes: 8}" +
+         "x_max], modes: 8}" +
          component +
          "}}\ninstances: {b: {component: block, velocity: [1, 2, 3], angular_velocity: " +
          text(spin) + ", " + instance + "}}\n" + more + "time: " + time +

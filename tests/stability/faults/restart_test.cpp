@@ -321,8 +321,7 @@ TEST_F(Restart, Stress) {
     replace("modes: 15}", "modes: 15, recovery: true}");
     replace("history: [left.x_max, right.x_min]}",
             "history: [left.x_max, right.x_min, left.y_min], stress: [left.x_max, {instance: left, "
-            "elements: [5], worst: 4, "
-            "envelope: true}, {instance: right, envelope: true}]}");
+            "elements: [5], worst: 4, envelope: true}, {instance: right, envelope: true}]}");
     expect_same_after_restarts(yaml);
   }
 }

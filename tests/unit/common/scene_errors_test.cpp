@@ -313,8 +313,7 @@ const std::vector<Mistake> mistakes = {
     {"[floor, left.contact]",
      "[flor, left.contact]",
      {"impact.yaml:44: contact[2].between[0]: found 'flor', expected INSTANCE.SURFACE or the name "
-      "of a wall, did you mean 'floor'? "
-      "walls: floor, the ball, pipe"}},
+      "of a wall, did you mean 'floor'? walls: floor, the ball, pipe"}},
     {"[floor, left.contact]",
      "[floor, pipe]",
      {"'floor' and 'pipe' are both rigid walls, expected one surface of an instance"}},

@@ -51,24 +51,7 @@ std::vector<bool> on_boundary(const Mesh& mesh) {
   return flags;
 }
 
-struct Case {
-  ElementType type;
-  Hex8Formulation hex8;
-};
-void PrintTo(const Case& c, std::ostream* out) {
-  *out << name(c.type);
-  if (c.type == ElementType::hex8) *out << ' ' << name(c.hex8);
-}
-std::vector<Case> all_cases() {
-  std::vector<Case> cases;
-  for (const ElementType type : volume_types)
-    cases.push_back({type, Hex8Formulation::incompatible});
-  cases.push_back({ElementType::hex8, Hex8Formulation::full});
-  cases.push_back({ElementType::hex8, Hex8Formulation::hourglass});
-  return cases;
-}
-
-class Assembly : public testing::TestWithParam<Case> {
+class Assembly : public testing::TestWithParam<ElementKind> {
  protected:
   FiniteElementModel model(const Mesh& mesh, MassKind mass = MassKind::consistent) const {
     return assemble(mesh, {{steel, GetParam().hex8}}, mass);
@@ -193,7 +176,7 @@ TEST_P(Assembly, LumpedMassIsDiagonalAndOfTheSameTotal) {
   EXPECT_NEAR(consistent.M.sum(), total, 1e-13 * total);
 }
 
-INSTANTIATE_TEST_SUITE_P(All, Assembly, testing::ValuesIn(all_cases()));
+INSTANTIATE_TEST_SUITE_P(All, Assembly, testing::ValuesIn(element_kinds()));
 
 TEST(AssemblyOfBlocks, NodesWithoutVolumeElementsGetNoDofs) {
   Mesh mesh = box_mesh(ElementType::hex8, {2, 1, 1}, Vector3(2, 1, 1));

@@ -6,10 +6,12 @@
 #include <cmath>
 #include <functional>
 #include <map>
+#include <ostream>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "common/fem/elements/element.hpp"
 #include "common/mesh/mesh.hpp"
 #include "tests/unit/common/mesh/sample_meshes.hpp"
 
@@ -18,6 +20,24 @@ namespace cbr::test {
 inline constexpr std::array<ElementType, 7> volume_types = {
     ElementType::tet4, ElementType::tet10, ElementType::pyramid5, ElementType::wedge6,
     ElementType::hex8, ElementType::hex20, ElementType::hex27};
+
+struct ElementKind {
+  ElementType type;
+  Hex8Formulation hex8 = Hex8Formulation::incompatible;
+};
+
+inline void PrintTo(const ElementKind& kind, std::ostream* out) {
+  *out << name(kind.type);
+  if (kind.type == ElementType::hex8) *out << ' ' << name(kind.hex8);
+}
+
+inline std::vector<ElementKind> element_kinds() {
+  std::vector<ElementKind> kinds;
+  for (const ElementType type : volume_types) kinds.push_back({type});
+  kinds.push_back({ElementType::hex8, Hex8Formulation::full});
+  kinds.push_back({ElementType::hex8, Hex8Formulation::hourglass});
+  return kinds;
+}
 
 // Linear elements of one cell, by its corners (hex8 order; 8 is its centre).
 inline std::vector<std::vector<int>> cell_elements(ElementType type) {

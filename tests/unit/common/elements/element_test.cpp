@@ -14,25 +14,6 @@
 namespace cbr::test::element_test {
 namespace {
 
-struct Case {
-  ElementType type;
-  Hex8Formulation hex8;
-};
-
-void PrintTo(const Case& c, std::ostream* out) {
-  *out << name(c.type);
-  if (c.type == ElementType::hex8) *out << ' ' << name(c.hex8);
-}
-
-std::vector<Case> all_cases() {
-  std::vector<Case> cases;
-  for (const ElementType type : volume_types)
-    cases.push_back({type, Hex8Formulation::incompatible});
-  cases.push_back({ElementType::hex8, Hex8Formulation::full});
-  cases.push_back({ElementType::hex8, Hex8Formulation::hourglass});
-  return cases;
-}
-
 const Material steel = {210e9, 0.3, 7850};
 
 // Skew corners, and for quadratic elements curved edges and faces.
@@ -53,7 +34,7 @@ Points affine(ElementType type) {
   return points_of(mesh, mesh.blocks[0], 0);
 }
 
-class Element : public testing::TestWithParam<Case> {
+class Element : public testing::TestWithParam<ElementKind> {
  protected:
   ElementType type = GetParam().type;
   Hex8Formulation hex8 = GetParam().hex8;
@@ -259,7 +240,7 @@ TEST_P(Mass, QualityTellsInvertedFromSound) {
   EXPECT_NEAR(element_quality(type, thin), 1, 1e-9);
 }
 
-INSTANTIATE_TEST_SUITE_P(All, Element, testing::ValuesIn(all_cases()));
+INSTANTIATE_TEST_SUITE_P(All, Element, testing::ValuesIn(element_kinds()));
 INSTANTIATE_TEST_SUITE_P(All, Mass, testing::ValuesIn(volume_types));
 
 TEST(Hex8Formulation, NamesGoBothWays) {

@@ -11,19 +11,6 @@
 namespace cbr::test::nodal_stress_test {
 namespace {
 
-struct Case {
-  ElementType type;
-  Hex8Formulation hex8 = Hex8Formulation::incompatible;
-};
-
-std::vector<Case> all_cases() {
-  std::vector<Case> cases;
-  for (const ElementType type : volume_types) cases.push_back({type});
-  cases.push_back({ElementType::hex8, Hex8Formulation::full});
-  cases.push_back({ElementType::hex8, Hex8Formulation::hourglass});
-  return cases;
-}
-
 const Material material = {100, 0.25, 1};
 
 using Stress = Eigen::Matrix<double, 6, 1>;
@@ -49,7 +36,7 @@ Matrix3 some_gradient() {
 
 // Skew corners, and for quadratic elements curved edges.
 TEST(NodalStress, OfALinearMotionIsTheSameAtEveryNode) {
-  for (const Case& c : all_cases()) {
+  for (const ElementKind& c : element_kinds()) {
     Points X = element_points(c.type, skew_corners(c.type));
     Random random(5);
     for (Index i = n_corners(c.type); i < X.rows(); ++i)

@@ -11,19 +11,6 @@
 namespace cbr::test::orthotropic_test {
 namespace {
 
-struct Kind {
-  ElementType type;
-  Hex8Formulation hex8 = Hex8Formulation::incompatible;
-};
-
-std::vector<Kind> kinds() {
-  std::vector<Kind> all;
-  for (const ElementType type : volume_types) all.push_back({type});
-  all.push_back({ElementType::hex8, Hex8Formulation::full});
-  all.push_back({ElementType::hex8, Hex8Formulation::hourglass});
-  return all;
-}
-
 Matrix3 turned() {
   return Matrix3(Eigen::AngleAxisd(0.7, Vector3(1, 2, -1).normalized())).transpose();
 }
@@ -54,7 +41,7 @@ Points box(ElementType type) {
 
 TEST(Orthotropic, IsotropicConstantsGiveTheIsotropicMatrix) {
   const double E = 210, nu = 0.3, G = E / (2 * (1 + nu));
-  for (const auto& [type, hex8] : kinds()) {
+  for (const auto& [type, hex8] : element_kinds()) {
     const Points X = element_points(type, skew_corners(type));
     const Matrix K = element_stiffness(type, hex8, X, {E, nu, 1});
     const Matrix same = element_stiffness(
@@ -71,7 +58,7 @@ TEST(Orthotropic, StressAndEnergyOfAConstantStrain) {
   Matrix3 stress;
   stress << 3, 0.5, -0.4, 0.5, -1, 0.7, -0.4, 0.7, 2;
   const Matrix3 strain = strain_of(*material.orthotropy, stress);
-  for (const auto& [type, hex8] : kinds()) {
+  for (const auto& [type, hex8] : element_kinds()) {
     const Points X = box(type);
     const Points u = X * strain;
     const Eigen::Matrix<double, 6, 1> found = element_stress(type, hex8, X, material, u);
@@ -89,7 +76,7 @@ TEST(Orthotropic, StressAndEnergyOfAConstantStrain) {
 // Turned axes in a body at rest are the same as axes at rest in a body that is turned back.
 TEST(Orthotropic, TurnedAxesAreATurnedBody) {
   const Matrix3 Q = turned();
-  for (const auto& [type, hex8] : kinds()) {
+  for (const auto& [type, hex8] : element_kinds()) {
     // its coefficient is a bound along the component's axes
     if (hex8 == Hex8Formulation::hourglass) continue;
     const Points X = element_points(type, skew_corners(type));
