@@ -202,8 +202,7 @@ void warn_of_blocks(const Component& component,
 void warn_of_dropped(const Component& component, const Mesh& mesh, Report& report) {
   if (mesh.dropped.empty()) return;
   warn_of_component(component, report,
-                    component.mesh.filename().string() + ": not read: " + mesh.dropped +
-                        ": supports, loads and contact are the scene's");
+                    component.mesh.filename().string() + ": not read: " + mesh.dropped);
 }
 
 }  // namespace cbr

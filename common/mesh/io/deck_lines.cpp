@@ -30,6 +30,32 @@ InpKeyword keyword_of(const std::string& line) {
   return keyword;
 }
 
+// Beginnings of words that are not read; without blanks, which do not count.
+constexpr const char
+    *of_materials =
+        "*PLASTIC *CYCLICHARDENING *CREEP *HYPER *VISCO *EXPANSION *CONDUCTIVITY *SPECIFICHEAT "
+        "*DEFORMATIONPLASTICITY *MOHR *DRUCKER *CONCRETE *DAMAGE *DEPVAR *USERMATERIAL MATS MATT "
+        "CREEP",
+    *of_scenes =
+        "*BOUNDARY *CLOAD *DLOAD *DSLOAD *BASEMOTION *INITIALCONDITIONS *AMPLITUDE *STEP *CONTACT "
+        "*SURFACEINTERACTION *SURFACEBEHAVIOR *FRICTION *CLEARANCE *GAP *PRE-TENSION *DAMPING "
+        "*MODALDAMPING *ORIENTATION SPC SUPORT FORCE MOMENT PLOAD GRAV RFORCE ACCEL LOAD DLOAD "
+        "DAREA RLOAD TLOAD TABLED TIC BC BSURF BOLT TABDMP PARAM, GEof";
+
+std::string reason_of(const std::string& word) {
+  const auto is_of = [&](const char* beginnings) {
+    const auto all = fields_of(beginnings, ' ');
+    return std::any_of(all.begin(), all.end(), [&](std::string_view begin) {
+      return without_blanks(word).starts_with(begin);
+    });
+  };
+  if (is_of(of_materials))
+    return "materials have linear elasticity, density and damping in this version";
+  if (is_of(of_scenes))
+    return "supports, loads, contact, damping, axes of materials and steps are the scene's";
+  return "not in this version";
+}
+
 }  // namespace
 
 std::string in_capitals(std::string_view text) {
@@ -67,16 +93,21 @@ void DroppedWords::add(const std::string& word, const DeckPlace& place) {
 }
 
 std::string DroppedWords::text(const std::filesystem::path& deck, const std::string& last) const {
-  std::vector<std::string> texts;
-  for (const Dropped& of : all_)
-    texts.push_back(of.word + " (" +
-                    (*of.place.file == deck.string() ? "line " : *of.place.file + ":") +
-                    std::to_string(of.place.line) +
-                    (of.count > 1      ? ", and " + std::to_string(of.count - 1) + " more"
-                     : of.word == last ? " and all after it"
-                                       : "") +
-                    ")");
-  return join(texts);
+  std::vector<std::string> reasons;  // each with the words before it
+  std::map<std::string, std::vector<std::string>> words;
+  for (const Dropped& of : all_) {
+    const std::string reason = reason_of(of.word);
+    if (!words.contains(reason)) reasons.push_back(reason);
+    words[reason].push_back(of.word + " (" +
+                            (*of.place.file == deck.string() ? "line " : *of.place.file + ":") +
+                            std::to_string(of.place.line) +
+                            (of.count > 1      ? ", and " + std::to_string(of.count - 1) + " more"
+                             : of.word == last ? " and all after it"
+                                               : "") +
+                            ")");
+  }
+  for (std::string& reason : reasons) reason = join(words[reason]) + ": " + reason;
+  return join(reasons, "; ");
 }
 
 bool InpKeyword::is(const std::string& word) const { return name == without_blanks(word); }

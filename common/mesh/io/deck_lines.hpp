@@ -32,8 +32,7 @@ inline constexpr const char
         "take it out: a scene has points that move with a set, and may have a "
         "mass (components.NAME.points: coupling, mass)",
     *instead_of_springs =
-        "take it out: a scene has springs, dashpots and joints between points "
-        "(links)",
+        "take it out: a scene has springs, dashpots and joints between points (links)",
     *instead_of_gaps = "take it out: a scene has contact between surfaces (contact)";
 
 // A keyword line of Abaqus or CalculiX.

@@ -23,6 +23,13 @@ std::filesystem::path put(const Folder& folder, const std::string& name, const s
   return file;
 }
 
+const std::string of_scene =
+                      ": supports, loads, contact, damping, axes of materials and steps "
+                      "are the scene's",
+                  of_materials =
+                      ": materials have linear elasticity, density and damping in this "
+                      "version";
+
 TEST(Deck, includesAreReadInTheirPlace) {
   const Folder folder;
   put(folder, "a/b/nodes.txt", nodes);
@@ -35,7 +42,7 @@ TEST(Deck, includesAreReadInTheirPlace) {
   const Mesh mesh = read_mesh(file);
   EXPECT_EQ(mesh.coordinates.rows(), 4);
   EXPECT_EQ(set_names(mesh), "TIP, ONE (nodesets)");
-  EXPECT_EQ(mesh.dropped, "*STEP (line 5 and all after it)");
+  EXPECT_EQ(mesh.dropped, "*STEP (line 5 and all after it)" + of_scene);
   std::vector<std::string> names;
   for (const auto& one : mesh_files(file)) names.push_back(one.lexically_relative(folder / ""));
   EXPECT_EQ(names, (std::vector<std::string>{"deck.inp", "a/one.inp", "a/b/two.inp",
@@ -126,12 +133,14 @@ TEST(Deck, cardsOfNastranThatAreNotReadAreListed) {
   EXPECT_EQ(deck(steel + "CBAR,2,9,1,2,0.,0.,1.\nDMIG,K,0,6,1\nMATS1,7,,PLASTIC\nDMIG,K,1,1\n" +
                  "CYJOIN,1,,5\nPARAM,G,.02\n")
                 .dropped,
-            "CBAR (line 9), DMIG (line 10, and 1 more), MATS1 (line 11), CYJOIN (line 13), PARAM,G "
-            "(line 14)");
-  EXPECT_EQ(deck("MAT1,7,2.1e11,,.3,7850.,1.2e-5,20.,.01\n").dropped, "GE of MAT1 (line 8)");
+            "CBAR (line 9), DMIG (line 10, and 1 more), CYJOIN (line 13): not in this version; "
+            "MATS1 (line 11)" +
+                of_materials + "; PARAM,G (line 14)" + of_scene);
+  EXPECT_EQ(deck("MAT1,7,2.1e11,,.3,7850.,1.2e-5,20.,.01\n").dropped,
+            "GE of MAT1 (line 8)" + of_scene);
   put(folder, "more.bdf", "CELAS9,1\n");
   EXPECT_EQ(deck(steel + "INCLUDE 'more.bdf'\n").dropped,
-            "CELAS9 (" + (folder / "more.bdf").string() + ":1)");
+            "CELAS9 (" + (folder / "more.bdf").string() + ":1): not in this version");
   EXPECT_EQ(deck("MAT11,7,1.e9\n").blocks.at(0).material->problem, "is a MAT11, not supported");
   EXPECT_EQ(deck("MAT11,8,1.e9\n" + steel).blocks.at(0).material->problem, "");
   // gmsh writes curves as bars
@@ -140,6 +149,18 @@ TEST(Deck, cardsOfNastranThatAreNotReadAreListed) {
                               "CTETRA,1,1,1,2,3,4\nCBAR,2,9,1,2,0.,0.,1.\nENDDATA\n"))
                 .dropped,
             "");
+}
+
+TEST(Deck, eachKeywordThatIsNotReadHasItsReason) {
+  const Folder folder;
+  const auto dropped = [&](const std::string& words) {
+    return read_mesh(put(folder, "deck.inp", "*NODE\n" + nodes + tet + words)).dropped;
+  };
+  EXPECT_EQ(
+      dropped("*PLASTIC\n300, 0\n*Pre-Tension Section\n*Cyclic Hardening\n*FILM\n*BOUNDARY\n"),
+      "*PLASTIC (line 8), *CYCLIC HARDENING (line 11)" + of_materials +
+          "; *PRE-TENSION SECTION (line 10), *BOUNDARY (line 13)" + of_scene +
+          "; *FILM (line 12): not in this version");
 }
 
 TEST(Deck, keywordsThatChangeThePartAreRefused) {
