@@ -34,8 +34,7 @@ bool TextLines::next() {
     return false;
   }
   ++count_;
-  constexpr std::string_view mark = "\xEF\xBB\xBF";  // UTF-8, as some editors begin a text
-  if (count_ == 1 && line_.starts_with(mark)) line_.erase(0, mark.size());
+  if (count_ == 1) line_ = std::string(without_mark(line_, file_.string()));
   if (in_.eof() && !may_end_anywhere_)
     fail("the last line has no end: the file seems to be cut off, export it again");
   if (!line_.empty() && line_.back() == '\r') line_.pop_back();
@@ -65,6 +64,13 @@ Index TextLines::whole(std::string_view field) const {
   if (error != std::errc() || end != text.data() + text.size())
     fail(shown(field) + " found, expected a whole number");
   return value;
+}
+
+std::string_view without_mark(std::string_view text, const std::string& file) {
+  if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF"))
+    throw InputError(file + ": is UTF-16: save it as UTF-8 (in Excel 'CSV UTF-8')");
+  constexpr std::string_view mark = "\xEF\xBB\xBF";
+  return text.substr(text.starts_with(mark) ? mark.size() : 0);
 }
 
 std::string_view trimmed(std::string_view text) {

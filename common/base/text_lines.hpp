@@ -41,6 +41,9 @@ class TextLines {
   Index count_ = 0;
 };
 
+// The beginning of a file without UTF-8's byte order mark, which Excel and some editors write.
+// InputError: UTF-16, by its mark.
+std::string_view without_mark(std::string_view text, const std::string& file);
 std::string_view trimmed(std::string_view text);
 // Parts between `separator`s, trimmed. Between blanks: ' ', of which many count as one.
 std::vector<std::string_view> fields_of(std::string_view line, char separator);

@@ -180,6 +180,10 @@ TEST_F(OfHistories, WhatCannotBeIsRefusedByName) {
   write("down.csv", "0, 0\n0, 1\n");
   write("words.csv", "time, value\n0, none\n");
   write("empty.csv", "# nothing\n");
+  write("excel.csv", std::string("\xFF\xFE"
+                                 "0\0,\0"
+                                 "1\0",
+                                 8));
   const auto names = [&](const std::string& load, const std::string& what) {
     const std::string said = refusal(load);
     EXPECT_NE(said.find(what), std::string::npos) << said;
@@ -188,7 +192,8 @@ TEST_F(OfHistories, WhatCannotBeIsRefusedByName) {
   names("surface: x_max, force: [1, 0, 0], history: {file: words.csv}",
         "words.csv:2: found '0, none'");
   names("surface: x_max, force: [1, 0, 0], history: {file: empty.csv}", "has no line");
-  names("surface: x_max, force: [1, 0, 0], history: {file: none.csv}", "cannot read");
+  names("surface: x_max, force: [1, 0, 0], history: {file: none.csv}", "none.csv: no such file");
+  names("surface: x_max, force: [1, 0, 0], history: {file: excel.csv}", "excel.csv: is UTF-16");
   names("surface: x_max, force: [1, 0, 0], history: {file: a.csv, time: [0]}", "stands alone");
   names("surface: x_max, force: [1, 0, 0], history: {sine: {frequency_hz: 1e6}}", "5000 cycles");
   names("surface: x_max, pressure: [1, 0, 0]", "expected a number");

@@ -9,6 +9,7 @@
 #include <iterator>
 #include <set>
 
+#include "common/base/text_lines.hpp"
 #include "common/mesh/io/gmsh_types.hpp"
 #include "common/mesh/io/msh_cursor.hpp"
 
@@ -314,14 +315,13 @@ MshFile read_msh(const std::filesystem::path& file) {
   const std::string bytes((std::istreambuf_iterator<char>(stream)),
                           std::istreambuf_iterator<char>());
   if (!stream) throw InputError(where + ": could not be read");
-  constexpr std::string_view mark = "\xEF\xBB\xBF";  // UTF-8, as some editors begin a text
-  std::string_view contents = bytes;
-  if (contents.starts_with(mark)) contents.remove_prefix(mark.size());
-  const auto start = contents.find_first_not_of(" \t\r\n");
-  if (start == std::string_view::npos) throw InputError(where + ": is empty");
-  if (contents[start] != '$')
-    throw InputError(where + ": is not a gmsh mesh: it begins with '" +
-                     printable(contents.substr(start)) + "', not with $MeshFormat");
+  const std::string_view contents = without_mark(bytes, where);
+  const auto start = std::min(contents.find_first_not_of(" \t\r\n"), contents.size());
+  if (start == contents.size() || contents[start] != '$')
+    throw InputError(where + (start == contents.size() ? ": is empty"
+                                                       : ": is not a gmsh mesh: it begins with '" +
+                                                             printable(contents.substr(start)) +
+                                                             "', not with $MeshFormat"));
   const Sections sections = sections_of(contents, where);
   return Reader(sections, where).run();
 }

@@ -2,12 +2,12 @@
 // How a load changes in time: a table, a CSV file, a sine.
 #include <charconv>
 #include <cmath>
-#include <fstream>
 #include <numbers>
 #include <optional>
 #include <string_view>
 
 #include "common/base/error.hpp"
+#include "common/base/text_lines.hpp"
 #include "common/scene/yaml/scene_parse.hpp"
 
 namespace cbr {
@@ -52,35 +52,36 @@ bool two_numbers(std::string_view line, double (&value)[2]) {
 
 // Lines of time and value. A first line of names, empty lines, and lines that begin with # are
 // passed over.
-History read_csv(const std::filesystem::path& file, const SceneNode& node) {
-  std::ifstream in(file);
-  if (!in) node.fail("cannot read the file '" + file.string() + "'");
+History read_csv(const std::filesystem::path& file) {
+  TextLines lines(file, true);
   History history;
-  std::string line;
-  const auto refuse = [&](int number, const std::string& what) {
-    node.fail(file.string() + ":" + std::to_string(number) + ": " + what);
-  };
   bool is_first = true;
-  constexpr std::string_view mark = "\xEF\xBB\xBF";  // UTF-8, as Excel begins a file
-  for (int number = 1; std::getline(in, line); ++number) {
-    if (number == 1 && line.starts_with(mark)) line.erase(0, mark.size());
-    const std::size_t first = line.find_first_not_of(" \t\r");
-    if (first == std::string::npos || line[first] == '#') continue;
+  while (lines.next()) {
+    const std::string_view line = trimmed(lines.line());
+    if (line.empty() || line.front() == '#') continue;
     double value[2];
     const bool is_row = two_numbers(line, value);
     const bool is_header =
-        is_first && !is_row && std::isalpha(static_cast<unsigned char>(line[first])) != 0;
+        is_first && !is_row && std::isalpha(static_cast<unsigned char>(line.front())) != 0;
     is_first = false;
     if (is_header) continue;
-    if (!is_row) refuse(number, "found '" + line.substr(0, 60) + "', expected a time and a value");
+    if (!is_row)
+      lines.fail("found '" + std::string(line.substr(0, 60)) + "', expected a time and a value");
     if (!history.time.empty() && value[0] <= history.time.back())
-      refuse(number, "not above the time before it, times must ascend");
+      lines.fail("not above the time before it, times must ascend");
     history.time.push_back(value[0]);
     history.value.push_back(value[1]);
   }
-  if (history.time.empty())
-    node.fail("the file '" + file.string() + "' has no line of a time and a value");
+  if (history.time.empty()) lines.fail("has no line of a time and a value", 0);
   return history;
+}
+
+History read_csv(const std::filesystem::path& file, const SceneNode& node) {
+  try {
+    return read_csv(file);
+  } catch (const InputError& error) {
+    node.fail(error.what());
+  }
 }
 
 // sin(2 pi f (t - start) + phase) from `start` for so many cycles, or to the end of the run; 0

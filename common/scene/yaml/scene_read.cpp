@@ -5,6 +5,7 @@
 #include <iostream>
 
 #include "common/base/error.hpp"
+#include "common/base/text_lines.hpp"
 #include "common/mesh/io/mesh_formats.hpp"
 #include "common/scene/yaml/scene_parse.hpp"
 
@@ -30,9 +31,10 @@ std::string read_to_end(std::istream& in, const std::string& name) {
     text.resize(before + chunk);
     in.read(text.data() + before, static_cast<std::streamsize>(chunk));
     text.resize(before + static_cast<std::size_t>(in.gcount()));
+    const std::string_view begin = without_mark(text, name);
     if (text.find('\0', before) != std::string::npos)
       throw InputError(name + ": is not a text file, expected a scene file (YAML)" +
-                       (text.starts_with("\x89HDF")
+                       (begin.starts_with("\x89HDF")
                             ? "; cbr-reduce --info describes superelements and results"
                             : ""));
     if (!in) return text;

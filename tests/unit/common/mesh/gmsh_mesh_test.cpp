@@ -8,6 +8,7 @@
 
 #include "common/mesh/mesh.hpp"
 #include "common/mesh/surface.hpp"
+#include "common/scene/scene.hpp"
 #include "sample_meshes.hpp"
 
 namespace cbr::gmsh_mesh_test {
@@ -303,6 +304,14 @@ TEST(GmshMesh, aByteOrderMarkIsSkipped) {
   test::write_text(folder / "plain.msh", old_file());
   test::write_text(folder / "marked.msh", "\xEF\xBB\xBF" + old_file());
   test::expect_equal(read_mesh(folder / "marked.msh"), read_mesh(folder / "plain.msh"));
+  std::vector<std::string> said;
+  for (const char* name : {"wide.msh", "wide.inp", "wide.bdf", "wide.unv"}) {
+    test::write_text(folder / name, std::string("\xFE\xFF\0$", 4));
+    said.push_back(message_of([&] { read_mesh(folder / name); }));
+  }
+  said.push_back(message_of([&] { read_scene((folder / "wide.msh").string()); }));
+  for (const std::string& message : said)
+    EXPECT_NE(message.find(": is UTF-16: save it as UTF-8"), std::string::npos) << message;
 }
 
 TEST(GmshMesh, cutShortIsAnErrorOrNothingIsMissing) {
