@@ -246,8 +246,7 @@ std::string hinged_shells(const Mesh& mesh, const FiniteElementModel& model) {
            " nodes with solids, all on one line (first node id " +
            std::to_string(mesh.node_ids[static_cast<std::size_t>(nodes.front())]) +
            "): they turn about it as on a hinge, as solids have no rotations; to hold them, let "
-           "them go on along a face of the solids, or hold their rotations "
-           "(boundary.rotations)";
+           "them go on along a face of the solids, or hold their rotations (boundary.rotations)";
   }
   return {};
 }

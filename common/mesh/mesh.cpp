@@ -2,7 +2,6 @@
 #include "common/mesh/mesh.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <set>
 #include <unordered_set>
 

@@ -12,8 +12,7 @@ std::vector<ReductionKey> reduction_keys(ReductionOptions& r) {
        .option = "--basis",
        .type_name = "WORD",
        .help = "craig-bampton (default: all interface dofs), characteristic (few shapes of the "
-               "interface) or massless (no mass "
-               "on the interface)"},
+               "interface) or massless (no mass on the interface)"},
       {.scene = {"massless_modes", OneWord{r.massless_modes, massless_words}},
        .hash = "massless_modes",
        .provenance = "massless_modes",
@@ -31,8 +30,7 @@ std::vector<ReductionKey> reduction_keys(ReductionOptions& r) {
        .option = "--characteristic-modes",
        .type_name = "N",
        .help = "with characteristic: number of modes that replace the interface's dofs, 0 or more "
-               "(default: a third of --modes, "
-               "10 to 40)"},
+               "(default: a third of --modes, 10 to 40)"},
       {.scene = {"characteristic.keep", NameList{r.characteristic.keep},
                  !r.characteristic.keep.empty()},
        .provenance = "characteristic.keep",

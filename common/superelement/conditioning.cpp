@@ -88,8 +88,7 @@ void warn_of_conditioning(const Conditioning& c, Report& report) {
   if (c.modes.residual > poor_residual)
     report.warning(
         format_text("the fixed-interface modes are inaccurate (residual %.0e): look for the cause "
-                    "in the stiffness of the "
-                    "interior, or ask for fewer modes",
+                    "in the stiffness of the interior, or ask for fewer modes",
                     c.modes.residual));
   const double rigid = std::fmax(c.rigid, c.reduced_rigid);  // the known one
   if (rigid > poor_rigid)
@@ -118,8 +117,7 @@ void warn_of_conditioning(const Conditioning& c, Report& report) {
   if (c.lowest_omega > 0 && digits < few_digits)
     report.warning(format_text(
         "the lowest elastic frequency, %.4g Hz, is so far below the highest, %.4g Hz, that %s of "
-        "its digits are right: "
-        "use larger or less flat elements where they are stiffest",
+        "its digits are right: use larger or less flat elements where they are stiffest",
         hertz(c.lowest_omega), hertz(c.largest_omega), digits < 10 ? "none" : "one or two"));
 }
 

@@ -253,9 +253,8 @@ void Body::lacks_statics() const {
 
 void Body::lacks_nodal_masses() const {
   throw InputError("instance '" + name() +
-                   "': enforcement: nodal has no masses of nodes to weigh with "
-                   "newmark, rotations: large, or an interface without mass: take enforcement "
-                   "impulse or penalty");
+                   "': enforcement: nodal has no masses of nodes to weigh with newmark, rotations: "
+                   "large, or an interface without mass: take enforcement impulse or penalty");
 }
 
 Points Body::nodal_masses(Index) const { lacks_nodal_masses(); }

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <set>
 #include <sstream>
-#include <string_view>
 
 #include "common/base/error.hpp"
 #include "common/base/version.hpp"

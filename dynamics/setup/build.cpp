@@ -2,7 +2,6 @@
 #include "dynamics/setup/build.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include <set>
 #include <sstream>

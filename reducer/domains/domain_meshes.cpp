@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <algorithm>
-#include <map>
 
 #include "reducer/domains/decomposition.hpp"
 #include "reducer/partition/graph_partition.hpp"

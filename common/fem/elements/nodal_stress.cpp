@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "common/fem/elements/nodal_stress.hpp"
 
-#include <algorithm>
 #include <array>
 
 #include "common/fem/elements/hex8.hpp"

@@ -3,7 +3,6 @@
 // and 10.1002/nme.1620361107), which are DKT (Batoz, Bathe, Ho 1980, doi 10.1002/nme.1620151205)
 // and DKQ (Batoz, Tahar 1982, doi 10.1002/nme.1620181205) for t -> 0 and keep the frequencies of
 // thick shells bounded.
-#include <cmath>
 
 #include "common/fem/elements/shell_plane.hpp"
 

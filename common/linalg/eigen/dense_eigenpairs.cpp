@@ -6,7 +6,6 @@
 #include <cassert>
 #include <optional>
 #include <utility>
-#include <vector>
 
 #include "common/base/row_threads.hpp"
 #include "common/linalg/blas_int.hpp"

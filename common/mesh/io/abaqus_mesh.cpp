@@ -2,7 +2,6 @@
 // A mesh from an input file of Abaqus or CalculiX. Sections become blocks, surfaces and
 // sets of face elements sidesets, node sets nodesets.
 #include <algorithm>
-#include <array>
 #include <set>
 
 #include "common/mesh/io/inp_file.hpp"

@@ -4,7 +4,6 @@
 // has one family, each family any number of groups. Node orders: "Modelisation des donnees MED",
 // section on reference elements.
 #include <algorithm>
-#include <set>
 #include <unordered_set>
 #include <utility>
 

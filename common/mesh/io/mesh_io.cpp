@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <fstream>
 #include <system_error>
 
 #include "common/base/error.hpp"
@@ -121,8 +120,7 @@ std::string foreign_mesh_cure(const std::filesystem::path& file) {
   const std::string suffix = suffix_of(file), name = file.stem().string();
   if (is_among(suffix, meshes))
     return "is not of a format that is read: convert it to gmsh's .msh or to Exodus II with names "
-           "for the faces; meshio knows most "
-           "formats (meshio convert " +
+           "for the faces; meshio knows most formats (meshio convert " +
            file.filename().string() + " " + name + ".exo)";
   if (is_among(suffix, geometries))
     return "is a geometry and no mesh: mesh it first (gmsh -3 " + file.filename().string() +

@@ -308,8 +308,7 @@ void refuse_characteristic(const Entries& nodal, const Instance& instance) {
     if (!is_named(*contact, instance)) continue;
     throw InputError(contact->source.text() + ": contact: instance '" + instance.name +
                      "' (basis: characteristic) has no nodal masses, which 'enforcement: nodal' "
-                     "needs: use 'enforcement: "
-                     "impulse', or basis: craig-bampton");
+                     "needs: use 'enforcement: impulse', or basis: craig-bampton");
   }
 }
 

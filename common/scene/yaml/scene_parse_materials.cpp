@@ -43,8 +43,7 @@ void check_orthotropy(const SceneMap& map, const Orthotropy& of) {
     map.at("poissons_ratio")
         .fail(
             "with these moduli strains exist that would give energy: expected nu_12^2 below E_1 / "
-            "E_2, "
-            "nu_23^2 below E_2 / E_3, nu_13^2 below E_1 / E_3, and all three small enough "
+            "E_2, nu_23^2 below E_2 / E_3, nu_13^2 below E_1 / E_3, and all three small enough "
             "together");
 }
 

@@ -67,8 +67,7 @@ void parse_superelement_alone(const SceneMap& map, const SceneReading& reading,
     if (key == "superelement") continue;
     value.fail(
         "not allowed beside 'superelement', a file that is used as it is: remove one of the two; "
-        "the file that cbr-reduce "
-        "writes is reduction.superelement");
+        "the file that cbr-reduce writes is reduction.superelement");
   }
   component.has_mesh = false;
   component.reduction.emplace();

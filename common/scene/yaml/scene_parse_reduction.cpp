@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A component's reduction: its keys by the table of reduction_keys.hpp, and their dependences on
 // each other.
-#include <cmath>
 
 #include "common/base/error.hpp"
 #include "common/scene/reduction_keys.hpp"

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <set>
 
 #include "common/base/number_text.hpp"
 #include "common/scene/scene_words.hpp"

@@ -2,8 +2,6 @@
 #include "dynamics/contact/laws/contact_set.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <utility>
 
 namespace cbr {
 namespace {

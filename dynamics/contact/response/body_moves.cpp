@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/contact/response/body_moves.hpp"
 
-#include <algorithm>
 #include <array>
 
 #include "common/linalg/blas_threads.hpp"

@@ -2,7 +2,6 @@
 #include "dynamics/contact/solve/block_gauss_seidel.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "common/linalg/dense.hpp"
 

@@ -3,8 +3,6 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
-#include <cassert>
-#include <cmath>
 #include <utility>
 
 #include "common/files/state_archive.hpp"

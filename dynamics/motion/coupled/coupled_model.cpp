@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/motion/coupled/coupled_model.hpp"
 
-#include <algorithm>
 #include <cassert>
 #include <utility>
 

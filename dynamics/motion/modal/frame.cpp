@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <utility>
 
 #include "common/files/state_archive.hpp"
 #include "common/linalg/dense.hpp"

@@ -2,7 +2,6 @@
 #include "dynamics/motion/nodal/mesh_body.hpp"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 #include <utility>
 

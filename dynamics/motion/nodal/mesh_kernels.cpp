@@ -2,7 +2,6 @@
 #include "dynamics/motion/nodal/mesh_kernels.hpp"
 
 #include <algorithm>
-#include <array>
 
 namespace cbr {
 namespace {

@@ -86,8 +86,7 @@ MeshModel mesh_model(const FiniteElementModel& model, const Points& coordinates,
   if (!(lambda > 0) || !std::isfinite(lambda))
     throw RunError(
         "the highest frequency of the mesh cannot be computed: its stiffness is too large, or its "
-        "mass too small, for a double: "
-        "look at the units of youngs_modulus and density");
+        "mass too small, for a double: look at the units of youngs_modulus and density");
   mesh.largest_frequency = std::sqrt(lambda);
   return mesh;
 }

@@ -2,8 +2,6 @@
 #include "dynamics/setup/bodies/instance_body.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <map>
 #include <utility>
 
 #include "common/base/error.hpp"

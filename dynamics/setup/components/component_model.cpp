@@ -374,8 +374,7 @@ void warn_of_two_masses(const Scene& scene, const Component& component,
   if (meshed.mass == mass_of_superelement(component, *meshed.mesh)) return;
   report.warning("component '" + component.name +
                  "': the mass of its mesh is lumped and that of its superelement consistent, as is "
-                 "the default: give the component "
-                 "mass: lumped, or consistent, to compare the two");
+                 "the default: give the component mass: lumped, or consistent, to compare the two");
 }
 
 MeshedComponent read_meshed(const SceneIndex& index, const Component& component,

@@ -266,8 +266,7 @@ void warn_nodal(const ContactOptions& options, const BuiltScene& built, const Co
   text.precision(4);
   text << options.source.text() << ": contact " << pair.name
        << ": enforcement: nodal weighs each contact node by the row sum of its body's mass, which "
-          "is not what the node weighs "
-          "against an impulse; the contact surfaces stand for";
+          "is not what the node weighs against an impulse; the contact surfaces stand for";
   for (const ContactSurface* surface : {pair.slave.get(), pair.master.get()}) {
     if (surface->nodes.empty()) continue;  // a wall
     const ContactNodes& contact = built.simulation.contact_nodes[surface->body];

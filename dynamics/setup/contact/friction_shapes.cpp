@@ -62,8 +62,7 @@ Statics statics_of(const ReducedPart& part, const std::vector<char>& on_face) {
   throw InputError(pair.source->text() + ": contact " + pair.name + ": friction on " +
                    surface.name +
                    " needs its statics in all directions, and its superelement (basis: "
-                   "characteristic) has them along the normals "
-                   "alone: " +
+                   "characteristic) has them along the normals alone: " +
                    cure);
 }
 

@@ -4,7 +4,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <map>
-#include <set>
 
 #include "common/base/error.hpp"
 #include "common/linalg/dense.hpp"

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Nastran's direct matrix input at points. Fields of 16 columns, so that an entry has 10 digits, 9
 // with an exponent of three.
-#include <cmath>
 #include <ostream>
 #include <string>
 

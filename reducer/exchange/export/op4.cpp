@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Nastran's OUTPUT4 format, dense: MSC Nastran DMAP Programmer's Guide, OUTPUT4. Of each column the
 // entries from the first to the last that is not 0.
-#include <cmath>
 #include <cstdint>
 #include <ostream>
 #include <string>

@@ -129,11 +129,10 @@ bool use_exact_rigid_modes(const Matrix& R, const RigidBody& body, ModalForm& fo
 void refuse_rigid_modes(const std::string& where) {
   throw InputError(where +
                    ": /nodes/coordinates, /rigid_body and the rigid modes of /diagonal or the "
-                   "matrices do not agree to 1e-6, as a run in modal "
-                   "coordinates needs: the reduction was "
-                   "too ill-conditioned (heed the warnings of cbr-reduce), or the file was changed "
-                   "(run cbr-reduce --force), or the "
-                   "density of a skin is beyond a double beside the part");
+                   "matrices do not agree to 1e-6, as a run in modal coordinates needs: the "
+                   "reduction was too ill-conditioned (heed the warnings of cbr-reduce), or the "
+                   "file was changed (run cbr-reduce --force), or the density of a skin is beyond "
+                   "a double beside the part");
 }
 
 Matrix free_rigid_motions(const Matrix& R, const RigidBody& body, const IndexTable& rows,
