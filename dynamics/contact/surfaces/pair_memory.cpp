@@ -42,8 +42,7 @@ void renumber(const std::vector<EdgePair>& edges, PairMemory& memory) {
   memory.face.assign(edges.size(), -1);
   memory.known_face.assign(edges.size(), -1);
   memory.offset.setConstant(n, memory.rest);
-  memory.force.resize(0, 3);  // slots are now of other edges
-  memory.force_before.resize(0, 3);
+  memory.forces.fill(Points(0, 3));  // slots are now of other edges
   if (old.impulse.rows() > 0) memory.impulse.setZero(n, 3);
   if (old.velocity.rows() > 0) memory.velocity.setConstant(n, 3, HUGE_VAL);
   if (old.elastic_slip.rows() > 0) memory.elastic_slip.setZero(n, 3);
@@ -91,8 +90,7 @@ void forget(PairMemory& memory) {
   std::fill(memory.further_faces.begin(), memory.further_faces.end(), -1);
   memory.offset = memory.offset.cwiseMax(memory.rest);
   memory.impulse.setZero();
-  memory.force.setZero();
-  memory.force_before.setZero();
+  for (Points& force : memory.forces) force.setZero();
   memory.velocity.setConstant(HUGE_VAL);
   memory.elastic_slip.setZero();
   memory.depth = 0;

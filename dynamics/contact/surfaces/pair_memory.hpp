@@ -62,9 +62,9 @@ struct PairMemory {
   // Of a slot: distance from which gaps count, but for tolerated overlaps
   double lift(Index slot) const { return std::max(std::min(0.0, rest), offset[slot]); }
   Points impulse;  // of the last step, scene axes: the solver's starting point
-  // Forces of the last step and of the one before, by slot, of ties by point; scene axes. Empty at
+  // Forces of the last four steps, latest first, by slot, of ties by point; scene axes. Empty at
   // first
-  Points force, force_before;
+  std::array<Points, 4> forces;
   bool begins_in_equilibrium = false;  // the run began with static forces, assumed constant before
   // Where friction depends on the slip speed: relative velocities in the last step, by slots, scene
   // axes; infinite where there was no point
