@@ -55,8 +55,7 @@ int main(int argc, char** argv) {
     if (check_error)
       throw cbr::InputError(
           "--check-error is retired: cbr.check_error(SCENE) of the Python package cbr runs the "
-          "scene "
-          "twice, with every basis");
+          "scene twice, with every basis");
     cbr::require_output(modes, sweep, output, restart);
     if (modes > 0) {
       cbr::print_modes(scene, modes, output, report, cbr::table_output());

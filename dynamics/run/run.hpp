@@ -27,6 +27,15 @@ struct RunOptions {
   // steps. Empty: never.
   std::vector<double> turn_limit;
   StateArchive* restart = nullptr;  // state of the same simulation, built anew, to continue from
+
+  // Asks both after a step that ends at t. keep: the state of the run.
+  bool ends_here(Index step, double t, const std::function<void(StateArchive&)>& keep,
+                 RunResult& result) const {
+    const bool ends = is_to_end && is_to_end();
+    if (is_checkpoint && is_checkpoint(step, t)) on_checkpoint(step, t, StateArchive::saved(keep));
+    if (ends) result.ended_at = t;
+    return ends;
+  }
 };
 
 // RunError if the motion is not finite, with time and instance. InputError: `restart` is of another

@@ -41,6 +41,7 @@ class StaticLoop {
       record();
     }
     const TimePlan& plan = sim_.plan;
+    const auto keep = [this](StateArchive& state) { keep_state(state); };
     while (step_ < plan.n_steps()) {
       if (!take_step(plan.time(step_ + 1))) break;
       ++step_;
@@ -48,7 +49,8 @@ class StaticLoop {
       count();
       if (plan.is_output(step_)) record();
       tell_load_steps(sim_.preload + 1 + step_);
-      if (step_ < plan.n_steps() && is_ended_here()) break;
+      if (step_ < plan.n_steps() && options_.ends_here(step_, plan.time(step_), keep, result))
+        break;
     }
     result.reached = step_;
     return std::move(result);
@@ -86,16 +88,6 @@ class StaticLoop {
     const Stopwatch watch(recorder_.result().seconds.output);
     recorder_.record_statics(sim_.plan.time(step_), moving_, state_, outcome_);
     if (options_.on_output) options_.on_output(step_, sim_.plan.time(step_));
-  }
-
-  bool is_ended_here() {
-    const double t = sim_.plan.time(step_);
-    const bool ends = options_.is_to_end && options_.is_to_end();
-    if (options_.is_checkpoint && options_.is_checkpoint(step_, t))
-      options_.on_checkpoint(
-          step_, t, StateArchive::saved([this](StateArchive& state) { keep_state(state); }));
-    if (ends) recorder_.result().ended_at = t;
-    return ends;
   }
 
   void keep_state(StateArchive& archive) {

@@ -55,6 +55,7 @@ class TimeLoop {
       schedule_.start();
       record();
     }
+    const auto keep = [this](StateArchive& state) { keep_state(state); };
     while (step_ < plan().n_steps()) {
       go_on();
       const Index taken = ++recorder_.result().steps;
@@ -64,7 +65,9 @@ class TimeLoop {
           if (turn_limit(b) < HUGE_VAL) end_if_turned(b, sim_.bodies[b]->state().rotation);
       if (taken % told_ == 0 && options_.on_progress)
         options_.on_progress(plan().time(step_) / plan().end);
-      if (step_ < plan().n_steps() && is_ended_here()) break;
+      if (step_ < plan().n_steps() &&
+          options_.ends_here(step_, plan().time(step_), keep, recorder_.result()))
+        break;
       if (recorder_.result().turned) break;
     }
     recorder_.result().reached = step_;
@@ -109,17 +112,6 @@ class TimeLoop {
   void end_if_turned(Index body, double rotation) {
     if (rotation > turn_limit(body))
       recorder_.result().turned = {body, rotation, plan().time(step_)};
-  }
-
-  bool is_ended_here() {
-    const double t = plan().time(step_);
-    const bool ends = options_.is_to_end && options_.is_to_end();
-    if (options_.is_checkpoint && options_.is_checkpoint(step_, t)) {
-      options_.on_checkpoint(
-          step_, t, StateArchive::saved([this](StateArchive& state) { keep_state(state); }));
-    }
-    if (ends) recorder_.result().ended_at = t;
-    return ends;
   }
 
   // State between two steps, without updating anything: checkpoints must not change a run.

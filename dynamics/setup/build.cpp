@@ -18,7 +18,7 @@
 #include "dynamics/setup/bodies/instance_damping.hpp"
 #include "dynamics/setup/bodies/turning.hpp"
 #include "dynamics/setup/build_steps.hpp"
-#include "dynamics/setup/built/instance_extents.hpp"
+#include "dynamics/setup/built/instance_elements.hpp"
 #include "dynamics/setup/components/skin_shells.hpp"
 #include "dynamics/setup/components/superelement_alone.hpp"
 #include "dynamics/setup/contact/contact_setup.hpp"

@@ -12,7 +12,7 @@
 #include "common/base/format_text.hpp"
 #include "dynamics/contact/surfaces/broad_phase.hpp"
 #include "dynamics/motion/body_points.hpp"
-#include "dynamics/setup/built/instance_extents.hpp"
+#include "dynamics/setup/built/instance_elements.hpp"
 
 namespace cbr {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "dynamics/run/simulation/run_result.hpp"
 #include "dynamics/setup/bodies/turning.hpp"
-#include "dynamics/setup/built/instance_extents.hpp"
+#include "dynamics/setup/built/instance_elements.hpp"
 
 namespace cbr {
 namespace {

@@ -80,12 +80,13 @@ void CoupledSystem::multiply_stiffness(const Vector& x, Vector& y) {
   multiply_stiffness_as_is(deformation_, y);
 }
 
+void CoupledSystem::multiply_nodal(const BlockMatrix& A, const Vector& x, Vector& y) {
+  if (A.rows() == 0) y.tail(n_ - n_modal_).setZero();
+  if (A.rows() > 0) multiply(A, x.data() + n_modal_, y.data() + n_modal_, threads_);
+}
+
 void CoupledSystem::multiply_stiffness_as_is(const Vector& x, Vector& y) {
-  if (K_.rows() > 0) {
-    multiply(K_, x.data() + n_modal_, y.data() + n_modal_, threads_);
-  } else {
-    y.tail(n_ - n_modal_).setZero();
-  }
+  multiply_nodal(K_, x, y);
   Index first = 0;
   for (std::size_t p = 0; p < model_->parts.size(); ++p) {
     const CoupledPart& part = model_->parts[p];
@@ -100,11 +101,7 @@ void CoupledSystem::multiply_stiffness_as_is(const Vector& x, Vector& y) {
 }
 
 void CoupledSystem::multiply_mass(const Vector& x, Vector& y) {
-  if (M_.rows() > 0) {
-    multiply(M_, x.data() + n_modal_, y.data() + n_modal_, threads_);
-  } else {
-    y.tail(n_ - n_modal_).setZero();
-  }
+  multiply_nodal(M_, x, y);
   Index first = 0;
   for (std::size_t p = 0; p < model_->parts.size(); ++p) {
     const CoupledPart& part = model_->parts[p];

@@ -46,6 +46,7 @@ class CoupledSystem {
   ~CoupledSystem();
 
  private:
+  void multiply_nodal(const BlockMatrix& A, const Vector& x, Vector& y);
   void multiply_stiffness_as_is(const Vector& x, Vector& y);
   bool translations_are_free();
 

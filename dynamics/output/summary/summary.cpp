@@ -124,9 +124,8 @@ void energy_warning(const BuiltScene& built, const RunResult& result, Report& re
   }
   report.warning(
       format_text(
-          "contact brought energy: up to %.3g of %.3g: try a smaller step; where it does not "
-          "bring less, nodes were pushed out of faces that they were deep in: look at the "
-          "surfaces",
+          "contact brought energy: up to %.3g of %.3g: try a smaller step; where it does not bring "
+          "less, nodes were pushed out of faces that they were deep in: look at the surfaces",
           brought, scale) +
       (has_mortar ? "; mortar is for faces that look at each other: for bodies that go over convex "
                     "edges take formulation: node-face"
@@ -234,8 +233,7 @@ void balance_lines(const BuiltScene& built, const RunResult& result, const Balan
   }
   const bool is_nil = b.momentum_off < 1e-10 * momentum;
   report.line(format_text(
-      "momentum: drift %.3g (good: below 1e-10), of angular momentum %.3g (good: below "
-      "%s)",
+      "momentum: drift %.3g (good: below 1e-10), of angular momentum %.3g (good: below %s)",
       is_nil ? b.momentum_off / momentum : b.momentum, b.angular_momentum,
       all_turn ? "1e-10" : "1e-2; it grows with rotations, which bodies take as small"));
 }

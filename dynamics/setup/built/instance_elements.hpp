@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Elements of an instance of any kind, and the motion of their nodes from the body's coordinates.
+// Extents and elements of an instance of any kind, and the motion of its nodes from the body's
+// coordinates.
 #pragma once
 
 #include <map>
@@ -8,9 +9,14 @@
 #include <vector>
 
 #include "common/scene/scene.hpp"
+#include "dynamics/contact/surfaces/broad_phase.hpp"
 #include "dynamics/setup/built/built_scene.hpp"
 
 namespace cbr {
+
+// Box around its nodes. A superelement has interface nodes only, so that a box with its mass and
+// inertia is added. Scene axes, initial position.
+Box extents(const Body& body, const BuiltScene::OfInstance& instance);
 
 // Properties, by name, of the blocks that a superelement with recovery data, or its domains,
 // recover. InputError: a superelement file alone without its materials.

@@ -11,7 +11,6 @@
 #include "common/scene/left_out_blocks.hpp"
 #include "common/scene/staleness.hpp"
 #include "common/superelement/superelement_check.hpp"
-#include "dynamics/setup/components/separate_rotations.hpp"
 #include "dynamics/setup/components/skin_shells.hpp"
 #include "dynamics/setup/components/superelement_alone.hpp"
 

@@ -95,4 +95,9 @@ ReducedComponent read_reduced_component(const SceneIndex& index, const Component
 MeshedComponent read_meshed_component(const SceneIndex& index, const Component& component,
                                       const BuildOptions& options, Report& report);
 
+// For the .cpp of this folder. Nodes with six dofs keep x, y, z. Their rotations become a node at
+// the same position, after all others. Its components stay 3, 4, 5, which identifies rotations in
+// rigid motions. Returns the rotation node of each such node.
+std::map<Index, Index> separate_rotations(Superelement& s);
+
 }  // namespace cbr

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "dynamics/setup/components/separate_rotations.hpp"
+#include "dynamics/setup/components/component_model.hpp"
 
 namespace cbr {
 

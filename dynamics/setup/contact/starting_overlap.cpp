@@ -11,7 +11,7 @@
 #include "common/base/error.hpp"
 #include "common/base/format_text.hpp"
 #include "dynamics/contact/surfaces/broad_phase.hpp"
-#include "dynamics/setup/built/instance_extents.hpp"
+#include "dynamics/setup/built/instance_elements.hpp"
 #include "dynamics/setup/built/surface_distance.hpp"
 #include "dynamics/setup/contact/solid.hpp"
 
