@@ -245,34 +245,71 @@ void require_only_rigid(const Vector& lambda, Index n_rigid, double low) {
         "slivers, Poisson's ratio near 0.5, or use basis: craig-bampton");
 }
 
-// V of the first k modes; modes beyond them determine the end of the taper of their interface rows.
-void taper(const FixedInterfaceModes& modes, Index k, Index n_rigid, Superelement& s) {
+// Tapers the rows of the first k modes, given those of all; modes beyond k determine the end.
+void taper(const FixedInterfaceModes& modes, const Matrix& V, Index k, Index n_rigid,
+           Superelement& s) {
   auto& m = s.massless;
   Vector lambda = modes.lambda;
   if (modes.next > 0) {
     lambda.conservativeResize(lambda.size() + 1);
     lambda(lambda.size() - 1) = modes.next;
   }
-  m.omega_fall = end_of_fall(s, m.V, lambda, k, n_rigid);
-  m.V = Matrix(m.V.leftCols(k)) * falling_weights(lambda.head(k), m.omega_fall).asDiagonal();
+  m.omega_fall = end_of_fall(s, V, lambda, k, n_rigid);
+  m.V = V.leftCols(k) * falling_weights(lambda.head(k), m.omega_fall).asDiagonal();
 }
 
-// Definiteness of the residual compliance F, relative to `elastic`; omega_closed.
-void finish(const Matrix& elastic, MasslessFigures& figures, Superelement& s) {
+// The residual compliance F beside the first k modes and its Cholesky factor L; its smallest pivot
+// relative to `elastic`, 0 where it is not definite.
+double take_modes(const FixedInterfaceModes& modes, const Matrix& V, Index k, Index n_rigid,
+                  const Matrix& elastic, Matrix& L, Superelement& s) {
   auto& m = s.massless;
-  Matrix L = m.F;
-  const bool definite = dense_cholesky(L);
-  const double pivot =
-      definite ? (L.diagonal().cwiseAbs2().cwiseQuotient(elastic.diagonal())).minCoeff() : 0;
+  if (m.modes == "tapered" && k > n_rigid) {
+    taper(modes, V, k, n_rigid, s);
+  } else {
+    m.V = V.leftCols(k);
+  }
+  s.eigenvalues = modes.lambda.head(k);
+  // F = F_elastic - V_e diag(1 / lambda) V_e^T   (c x c)
+  m.F = elastic;
+  const Index e = k - n_rigid;
+  if (e > 0) {
+    const Matrix B =
+        m.V.rightCols(e) * s.eigenvalues.tail(e).cwiseSqrt().cwiseInverse().asDiagonal();
+    m.F.selfadjointView<Eigen::Lower>().rankUpdate(B, -1);
+    mirror_lower(m.F);
+  }
+  L = m.F;
+  return dense_cholesky(L) ? (L.diagonal().cwiseAbs2().cwiseQuotient(elastic.diagonal())).minCoeff()
+                           : 0;
+}
+
+// How many elastic modes leave the interface compliance of its own, fewer than k: the more modes,
+// the smaller each pivot. 0: none.
+Index most_modes(const FixedInterfaceModes& modes, const Matrix& V, Index k, Index n_rigid,
+                 const Matrix& elastic, Superelement s) {
+  Index works = n_rigid;
+  for (Matrix L; k > works + 1;) {
+    const Index middle = (works + k) / 2;
+    const double pivot = take_modes(modes, V, middle, n_rigid, elastic, L, s);
+    (pivot > least_pivot ? works : k) = middle;
+  }
+  return works - n_rigid;
+}
+
+// Definiteness of the residual compliance; omega_closed.
+void finish(const Matrix& V, Index k, const Matrix& elastic, MasslessFigures& figures,
+            Superelement& s) {
+  auto& m = s.massless;
+  Matrix L;
+  const double pivot = take_modes(figures.free, V, k, figures.n_rigid, elastic, L, s);
   if (!(pivot > least_pivot)) {
-    throw InputError(
-        "modes: " + std::to_string(s.k() - figures.n_rigid) +
-        " free modes leave the interface of " + std::to_string(s.c()) +
-        " dofs no compliance of its own, by which it answers contact: keep half as many" +
-        (m.modes == "free" ? ", or use massless_modes: tapered, whose modes share it with "
-                             "the interface"
-                           : "") +
-        ", or use basis: craig-bampton");
+    const Index most = most_modes(figures.free, V, k, figures.n_rigid, elastic, s);
+    std::string cure = "use basis: craig-bampton";
+    if (m.modes == "free") cure = "massless_modes: tapered, whose modes share it, or " + cure;
+    if (most > 0) cure = "take modes: " + std::to_string(most) + ", or " + cure;
+    throw InputError("modes: " + std::to_string(k - figures.n_rigid) +
+                     " free modes leave the interface of " + std::to_string(s.c()) +
+                     " dofs no compliance of its own, by which it answers contact: " + cure);
   }
   figures.smallest_pivot = pivot;
   for (int axis = 0; axis < 3; ++axis) {
@@ -304,8 +341,9 @@ MasslessFigures make_massless(const FreeModel& model, const Partition& p,
                               Superelement& s, Report& report) {
   MasslessFigures figures;
   const LargeBlasWork blas(std::pow(static_cast<double>(s.c()), 3));
-  Matrix elastic;
+  Matrix elastic, V;
   FixedInterfaceModes& modes = figures.free;
+  Index k = 0;
   {
     const ReductionSolver solver(model, p, factor_of_K_II, s);
     elastic = solver.elastic_compliance(s.M_cc);
@@ -314,7 +352,6 @@ MasslessFigures make_massless(const FreeModel& model, const Partition& p,
     const Index r = figures.n_rigid = N.cols();
     const double low = solver.low_eigenvalue();
     if (!(low > 0)) throw RunError("free modes: no elastic motion found");
-    Index k = 0;
     modes = free_modes(model, p, -low, r, wanted, k, figures, report);
     require_only_rigid(modes.lambda, r, low);
     // The rigid ones exactly, and nothing of them in the others
@@ -323,27 +360,14 @@ MasslessFigures make_massless(const FreeModel& model, const Partition& p,
     const Matrix overlap = (model.M * N).transpose() * Phi_e;
     Phi_e.noalias() -= N * overlap;
     modes.Phi.leftCols(r) = N;
-    s.massless.V = modes.Phi(solver.interface_dofs(), Eigen::all);
-    s.massless.modes = wanted.tapered ? "tapered" : "free";
-    if (wanted.tapered && k > r) {
-      const Vector whole = s.massless.V.middleCols(r, k - r).colwise().squaredNorm();
-      taper(modes, k, r, s);
-      figures.share =
-          s.massless.V.rightCols(k - r).colwise().squaredNorm().transpose().cwiseQuotient(whole);
-    }
-    if (modes.lambda.size() > k) modes.next = modes.lambda(k);
-    s.eigenvalues = modes.lambda.head(k);
+    V = modes.Phi(solver.interface_dofs(), Eigen::all);
   }
-  // F = F_elastic - V_e diag(1 / lambda) V_e^T   (c x c)
-  const Index e = s.k() - figures.n_rigid;
-  s.massless.F = elastic;
-  if (e > 0) {
-    const Matrix B =
-        s.massless.V.rightCols(e) * s.eigenvalues.tail(e).cwiseSqrt().cwiseInverse().asDiagonal();
-    s.massless.F.selfadjointView<Eigen::Lower>().rankUpdate(B, -1);
-    mirror_lower(s.massless.F);
-  }
-  finish(elastic, figures, s);
+  s.massless.modes = wanted.tapered ? "tapered" : "free";
+  finish(V, k, elastic, figures, s);
+  if (const Index e = k - figures.n_rigid; wanted.tapered && e > 0)
+    figures.share = s.massless.V.rightCols(e).colwise().squaredNorm().transpose().cwiseQuotient(
+        V.middleCols(figures.n_rigid, e).colwise().squaredNorm().transpose());
+  if (modes.lambda.size() > k) modes.next = modes.lambda(k);
   return figures;
 }
 
