@@ -40,6 +40,8 @@ constexpr double at_rest = 1e-11;
 constexpr int most_repeats = 5;
 // Iterations in which a body that slides has not yet left its place.
 constexpr Index first_slides = 3;
+// Relative to the largest motion of a body's points: those at the axis about which it turns.
+constexpr double at_axis = 0.1;
 // Number of points in a message, of those that open and close endlessly.
 constexpr std::size_t told_points = 3;
 
@@ -263,28 +265,39 @@ void Equilibrium::note_slide(Index b, const Vector& left) {
     return;
   }
   if (++slide.n > first_slides) return;
-  const std::string pairs = sliding_pairs(b);
+  const std::string pairs = sliding_pairs(b, left);
   if (slide.n == 1 || pairs.empty()) slide.pairs = pairs;
   if (slide.n == 1 || left.norm() < slide.left.norm()) slide.left = left;
 }
 
-// The pairs of a body's closed points, if friction is at its limit at every one.
-std::string Equilibrium::sliding_pairs(Index b) const {
+// The pairs of a body's closed points, if friction is at its limit at every one that `left` moves.
+std::string Equilibrium::sliding_pairs(Index b, const Vector& left) const {
   std::set<std::string> names;
-  bool all_slide = true;
+  bool any = false;
+  double most = 0, held = 0;  // motion along the faces: of all points, of those that do not slide
   at_pushing_points([&](const Solved& solved, std::size_t p, std::size_t i) {
     const ContactPair& pair = sim_.pairs[p];
     const PointLaw& law = solved.group.laws[i];
     const auto is_of = [&](Index contact) {
-      return contact >= 0 && sim_.contact_nodes[static_cast<std::size_t>(contact)].body == b;
+      return contact >= 0 && contact < static_cast<Index>(forces_.size()) &&
+             sim_.contact_nodes[static_cast<std::size_t>(contact)].body == b;
     };
     if (law.law == ContactLaw::frictionless) return;
     if (!is_of(pair.slave->body) && !is_of(pair.master->body)) return;
-    all_slide &= law.law == ContactLaw::coulomb &&
-                 slides(solved.result.p.row(static_cast<Index>(i)), law.friction);
+    const ContactPoint& point = solved.group.list.points[i];
+    Vector3 way = Vector3::Zero();
+    for (Index t = point.first_term; t < point.first_term + point.n_terms; ++t)
+      if (const ContactTerm& term = solved.group.list.terms[t]; is_of(term.body))
+        way += term.coefficient * (floating_[term.body].R.middleRows(3 * term.node, 3) * left);
+    const double moved = (point.frame.bottomRows<2>() * way).norm();
+    const bool is_sliding = law.law == ContactLaw::coulomb &&
+                            slides(solved.result.p.row(static_cast<Index>(i)), law.friction);
+    any |= is_sliding;
+    most = std::max(most, moved);
+    if (!is_sliding) held = std::max(held, law.law == ContactLaw::tied ? HUGE_VAL : moved);
     names.insert(pair.name);
   });
-  return all_slide ? join({names.begin(), names.end()}) : "";
+  return any && held <= at_axis * most ? join({names.begin(), names.end()}) : "";
 }
 
 // Columns of the bodies of pairs, and of their bolts; ascending.
@@ -543,7 +556,8 @@ void Equilibrium::refuse_unheld(Index b, Vector left) const {
   text.precision(3);
   text << "statics: " << load_step() << ": instance '" << body.name()
        << "' is not held: under its loads it ";
-  if (mean.norm() > 0.2 * u.rowwise().norm().mean()) {
+  const bool turns = !(mean.norm() > 0.2 * u.rowwise().norm().mean());
+  if (!turns) {
     const Vector3 way = mean.normalized();
     text << "moves along [" << way[0] << ", " << way[1] << ", " << way[2] << "]";
   } else {
@@ -559,6 +573,7 @@ void Equilibrium::refuse_unheld(Index b, Vector left) const {
   } else {
     const double load = left.dot(loads_.segment(first_[b], left.size())) / left.squaredNorm();
     text << "it slides in contact " << pairs << ", where friction is at its limit at every point";
+    if (turns) text << " off the axis";
     if (load > 1) text << " and holds " << 1 - 1 / load << " of the load that way";
     text << ": press it more, raise contact[].friction, or hold it by boundary or tied surfaces";
   }

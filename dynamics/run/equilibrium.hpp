@@ -99,7 +99,7 @@ class Equilibrium {
   [[noreturn]] void refuse_endless(const Change& change) const;
   [[noreturn]] void refuse_unheld(Index body, Vector left) const;
   void note_slide(Index body, const Vector& left);
-  std::string sliding_pairs(Index body) const;
+  std::string sliding_pairs(Index body, const Vector& left) const;
   // Of this iteration: solved, pair, place in its list.
   using PointTaker = std::function<void(const Solved&, std::size_t, std::size_t)>;
   void at_pushing_points(const PointTaker& take) const;

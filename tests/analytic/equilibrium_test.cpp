@@ -4,7 +4,6 @@
 // restarts, refusals.
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <optional>
 #include <string>
 #include <vector>
@@ -287,6 +286,28 @@ TEST(StaticsWithoutEnd, NameTheJointThatSlides) {
     for (const std::string part : {"load step to t = 0.75: instance 'up' is not held",
                                    "in contact low.z_max - up.z_min,", "holds 0.9 of the load"})
       EXPECT_NE(ran.result.failure.find(part), std::string::npos) << ran.result.failure;
+  }
+}
+
+// The node at the axis does not slide.
+TEST(StaticsWithoutEnd, NameFrictionOfABlockThatTurns) {
+  SceneFolder folder;
+  folder.add("block.exo", test::block_mesh({{2, 4, 4}, {1, 1, 1}}));
+  for (const char* as : {"rigid", "mesh", "superelement"}) {
+    const Ran ran = folder.run(
+        "materials: {m: {youngs_modulus: 1000, poissons_ratio: 0.3, density: 1}}\n"
+        "components: {block: {mesh: block.exo, material: m, reduction: {interface: [x_min, x_max], "
+        "modes: 10}}}\ninstances: {b: {component: block, as: " +
+        std::string(as) +
+        "}}\nwalls: {w: {plane: {point: [0, 0, 0], normal: [1, 0, 0]}}}\n"
+        "contact: [{between: [b.x_min, w], friction: 0.3}]\n"
+        "loads: [{instance: b, surface: x_max, pressure: 1}, {instance: b, surface: x_max, moment: "
+        "[1, 0, 0], history: {time: [0, 1], value: [0, 1]}}]\n"
+        "time: {static: true, end: 1, step: 0.25}\noutput: {every: 0.25}\n");
+    EXPECT_NE(ran.result.failure.find("it turns without end: it slides in contact b.x_min - w, "
+                                      "where friction is at its limit at every point off the axis"),
+              std::string::npos)
+        << as << ": " << ran.result.failure;
   }
 }
 
