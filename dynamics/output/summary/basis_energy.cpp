@@ -12,6 +12,12 @@ bool is_massless(const BuiltScene::OfInstance& instance) {
   return !instance.parts.empty() && instance.parts.front().superelement->is_massless();
 }
 
+// Both surfaces of a pair; of a wall none.
+std::vector<const ContactSurface*> surfaces_of(const ContactPair& pair) {
+  if (pair.wall) return {pair.slave.get()};
+  return {pair.slave.get(), pair.master.get()};
+}
+
 // Kinetic energy of the common motion of all bodies, which contact among them cannot change.
 double common_motion(const BuiltScene& built, const RunResult& result) {
   if (!built.momentum_is_kept) return 0;
@@ -33,8 +39,8 @@ double energy_of_a_step(const BuiltScene& built, const RunResult& result) {
     if (result.pairs[p].empty()) continue;
     const std::vector<double>& force = result.pairs[p]["force"].values;
     const double impulse = sim.plan.h * Vector3(force.data() + force.size() - 3).stableNorm();
-    for (const Index surface : {sim.pairs[p].slave->body, sim.pairs[p].master->body}) {
-      const Index body = sim.contact_nodes[surface].body;
+    for (const ContactSurface* surface : surfaces_of(sim.pairs[p])) {
+      const Index body = sim.contact_nodes[surface->body].body;
       if (!built.instances[body].is_rigid) continue;
       energy += impulse * impulse / (2 * built.instances[body].mass);
     }
@@ -51,8 +57,7 @@ std::optional<OutsideBasis> energy_outside_basis(const BuiltScene& built, const 
       outside.has_others = true;
       continue;
     }
-    for (const ContactSurface* surface : {pair.slave.get(), pair.master.get()}) {
-      if (pair.wall && surface == pair.master.get()) continue;
+    for (const ContactSurface* surface : surfaces_of(pair)) {
       const auto& instance = built.instances[built.simulation.contact_nodes[surface->body].body];
       if (is_massless(instance)) continue;
       any = true;
