@@ -189,7 +189,7 @@ bool rotates_alone(const ContactList& list, const std::vector<PointLaw>& laws,
 }
 
 // The same points along the axes of their body.
-ContactList along_body(ContactList list) {
+ContactList in_body_axes(ContactList list) {
   for (ContactPoint& point : list.points) point.frame.setIdentity();
   return list;
 }
@@ -363,7 +363,7 @@ EnforcementResult enforce_in_functions(const ContactList& list, const std::vecto
                                        std::vector<ContactBody>& bodies, ImpulseMemory& memory) {
   const Vector g_points = pack(gaps(list), laws);
   const bool rotates = rotates_alone(list, laws, bodies);
-  const ContactList in_body = rotates ? along_body(list) : ContactList();
+  const ContactList in_body = rotates ? in_body_axes(list) : ContactList();
   const ContactList& rows = rotates ? in_body : list;
   Matrix3 axes = Matrix3::Identity();
   if (rotates) axes = list.points.front().frame * bodies[list.terms.front().body].response.axes;
