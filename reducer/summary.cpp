@@ -130,9 +130,9 @@ void say_characteristic(const Superelement& s, const ReductionFigures& figures, 
   if (c.n_uniform + c.n_dropped > 0)
     text += format_text(", %lld responses to uniform pressures", count(c.n_uniform));
   if (c.n_loads > 0)
-    text +=
-        format_text(c.n_kept > 0 ? ", %lld to loads and inertia" : ", %lld to the scene's loads",
-                    count(c.n_loads));
+    text += format_text(
+        c.n_kept > 0 ? ", %lld to loads and inertia" : ", %lld to the scene's loads and histories",
+        count(c.n_loads));
   if (c.n_dropped > 0)
     text += format_text(" (%lld more are in the span of the others)", count(c.n_dropped));
   report.line(text);

@@ -109,7 +109,8 @@ std::string characteristic_text(const CharacteristicOptions& options, const Inte
   const std::map<std::string, LoadKinds> loads = loads_beside_statics(options, needs);
   for (const auto& [set, kinds] : loads)
     text += "load on " + counted(set) + (kinds.forces ? " forces" : "") +
-            (kinds.pressure ? " pressure" : "") + (kinds.moments ? " moments" : "") + "\n";
+            (kinds.pressure ? " pressure" : "") + (kinds.moments ? " moments" : "") +
+            (kinds.means ? " means" : "") + "\n";
   const std::string statics = statics_text(options, needs);
   // Older files are wrong where forces of contact balance others on the interface
   const bool may_balance = !statics.empty() && (!keep.empty() || !loads.empty());

@@ -188,6 +188,10 @@ InterfaceNeeds interface_needs(const Scene& scene, const Component& component) {
   if (!reduced.empty()) add_points(component, needs, held);
   for (const Load& load : scene.loads)
     if (reduced.count(load.instance) > 0 && !load.on_point) add_load(load, needs);
+  for (const SurfaceName& of : scene.output.history)
+    if (reduced.contains(of.instance) && !held.contains(of.surface) && !needs.all_touch &&
+        !needs.touching.contains(of.surface) && !component.points.contains(of.surface))
+      needs.loaded[of.surface].means = true;
   needs.held.assign(held.begin(), held.end());
   return needs;
 }

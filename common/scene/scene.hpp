@@ -31,9 +31,11 @@ struct SourceLine {
   std::string text() const;  // "impact.yaml:12"
 };
 
-// Actions on a set: forces along any axis (a traction, too), a pressure, moments.
+// Actions on a set: forces along any axis (a traction, too), a pressure, moments. A mean of the
+// nodes' displacements, which a history reads, needs the answer to equal forces at them.
 struct LoadKinds {
-  bool forces = false, pressure = false, moments = false;
+  bool forces = false, pressure = false, moments = false, means = false;
+  bool acts() const { return forces || pressure || moments; }
 };
 
 // Needs of a scene of a component's interface beside the component's own options.
@@ -42,7 +44,9 @@ struct InterfaceNeeds {
   std::optional<bool> all_touch = {};    // contact of all surfaces; with friction
   // sets that boundary conditions hold, tied surfaces, and sets that a point makes rigid
   std::vector<std::string> held = {};
-  std::map<std::string, LoadKinds> loaded = {};  // sets of loads, and of points that are no nodes
+  // sets of loads, of points that are no nodes, and of histories of what neither touches nor is
+  // held
+  std::map<std::string, LoadKinds> loaded = {};
 };
 
 // Basis characteristic: the coordinates that replace the interface's dofs.

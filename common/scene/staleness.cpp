@@ -170,6 +170,7 @@ Provenance needs_provenance(const InterfaceNeeds& needs) {
     if (kinds.forces) words[needs_of + set].emplace_back("forces");
     if (kinds.pressure) words[needs_of + set].emplace_back("pressure");
     if (kinds.moments) words[needs_of + set].emplace_back("moments");
+    if (kinds.means) words[needs_of + set].emplace_back("history");
   }
   Provenance p;
   for (const auto& [key, of] : words) p[key] = join(of);
@@ -188,8 +189,8 @@ InterfaceNeeds needs_in(const Provenance& provenance) {
     const std::string set = key.substr(needs_of.size());
     if (has("contact")) needs.touching[set] = has("friction");
     if (has("held")) needs.held.push_back(set);
-    const LoadKinds kinds = {has("forces"), has("pressure"), has("moments")};
-    if (kinds.forces || kinds.pressure || kinds.moments) needs.loaded[set] = kinds;
+    const LoadKinds kinds = {has("forces"), has("pressure"), has("moments"), has("history")};
+    if (kinds.acts() || kinds.means) needs.loaded[set] = kinds;
   }
   return needs;
 }

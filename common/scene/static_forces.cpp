@@ -71,8 +71,9 @@ std::map<std::string, LoadKinds> loads_beside_statics(const CharacteristicOption
                slides = options.shear || needs.all_touch.value_or(false) ||
                         (found != needs.touching.end() && found->second);
     if (touches && slides) continue;
-    const LoadKinds left = {kinds.forces, kinds.pressure && !touches, kinds.moments};
-    if (left.forces || left.pressure || left.moments) loads[name] = left;
+    const LoadKinds left = {kinds.forces, kinds.pressure && !touches, kinds.moments,
+                            kinds.means && !touches};
+    if (left.acts() || left.means) loads[name] = left;
   }
   return loads;
 }
@@ -101,13 +102,13 @@ NodeAreas node_areas(const Superelement& s, const Surface& surface) {
 
 std::vector<Index> loaded_nodes(const InterfaceNeeds& needs, const Superelement& s) {
   std::vector<Index> nodes;
-  const auto add = [&](const std::vector<Index>& its) {
-    nodes.insert(nodes.end(), its.begin(), its.end());
+  const auto add = [&](const std::string& name, const std::vector<Index>& its) {
+    const auto of = needs.loaded.find(name);
+    if (of != needs.loaded.end() && of->second.acts())
+      nodes.insert(nodes.end(), its.begin(), its.end());
   };
-  for (const Surface& surface : s.surfaces)
-    if (needs.loaded.contains(surface.name)) add(surface_nodes(surface));
-  for (const auto& [name, its] : s.nodesets)
-    if (needs.loaded.contains(name)) add(its);
+  for (const Surface& surface : s.surfaces) add(surface.name, surface_nodes(surface));
+  for (const auto& [name, its] : s.nodesets) add(name, its);
   return nodes;
 }
 

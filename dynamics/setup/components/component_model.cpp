@@ -22,13 +22,14 @@ std::string scene_argument(const Scene& scene) {
 }
 
 // Whether the file was made for a scene with the same interface and more: friction where this one
-// has none, or loads on other sets.
+// has none, or loads on other sets. Histories may be new.
 bool is_made_for_more(const Scene& scene, const Component& component, const std::string& hash) {
   if (!component.reduction->is_characteristic()) return false;
   const InterfaceNeeds of_file =
       needs_in(provenance_of(Hdf5Reader(component.reduction->superelement)));
-  return missing_needs(of_file, interface_needs(scene, component)).empty() &&
-         hash == content_hash(scene, component, of_file);
+  InterfaceNeeds now = interface_needs(scene, component);
+  for (auto& [set, kinds] : now.loaded) kinds.means = false;
+  return missing_needs(of_file, now).empty() && hash == content_hash(scene, component, of_file);
 }
 
 void require_current(const Scene& scene, const Component& component,
@@ -311,19 +312,19 @@ void check_reduced(const Scene& scene, const Component& component, Report& repor
                                          : geometry_of(read_superelement(file, light))));
 }
 
-// For a superelement file alone, whose scene cannot be compared.
+// For a superelement file alone, whose scene cannot be compared, and for new histories.
 void warn_of_missing_statics(const Scene& scene, const Component& component,
                              const ReducedComponent& reduced, Report& report) {
-  if (component.has_mesh || !reduced.superelement || !reduced.superelement->is_characteristic())
-    return;
+  if (!reduced.superelement || !reduced.superelement->is_characteristic()) return;
   const std::string missing =
       missing_needs(needs_in(reduced.provenance), interface_needs(scene, component));
   if (missing.empty()) return;
-  report.warning("component '" + component.name +
-                 "': " + component.reduction->superelement.string() +
-                 " was not made for what acts on " + missing +
-                 ", where it may be too stiff: have cbr-reduce reduce its mesh with a scene that "
-                 "acts there, or use basis: craig-bampton");
+  report.warning(
+      "component '" + component.name + "': " + component.reduction->superelement.string() +
+      " was not made for " + missing + ", where it moves too little: " +
+      (component.has_mesh ? "run cbr-reduce " + scene_argument(scene)
+                          : "have cbr-reduce reduce its mesh with a scene that has this, "
+                            "or use basis: craig-bampton"));
 }
 
 ReducedComponent read_reduced(const SceneIndex& index, const Component& component,

@@ -55,8 +55,9 @@ std::vector<Points> load_forces(const Superelement& s, const std::string& name,
     const Vector3 unit = Vector3::Unit(axis);
     if (kinds.forces) loads.emplace_back(weights * unit.transpose());
     // Histories are means of nodes, whatever the area of each. These loads make them right under
-    // pressures elsewhere, as their work is
-    if ((kinds.forces || kinds.pressure) && find_surface(s, name) != nullptr)
+    // loads elsewhere, as their work is
+    if ((kinds.forces || kinds.pressure || kinds.means) &&
+        (find_surface(s, name) != nullptr || !kinds.forces))
       loads.emplace_back(
           weights.unaryExpr([](double weight) { return weight > 0 ? 1.0 : 0.0; }).eval() *
           unit.transpose());
@@ -156,7 +157,8 @@ std::vector<std::string> sets_without_statics(const CharacteristicOptions& optio
   std::vector<std::string> names;
   std::vector<Index> nodes;
   for (const std::string& name : set_names(s, true)) {
-    if (loads.count(name) > 0 || !find_nodes(s, name, nodes)) continue;
+    const auto load = loads.find(name);
+    if ((load != loads.end() && load->second.acts()) || !find_nodes(s, name, nodes)) continue;
     if (!std::all_of(nodes.begin(), nodes.end(),
                      [&](Index node) { return is_answered[static_cast<std::size_t>(node)] != 0; }))
       names.push_back(name);

@@ -69,10 +69,12 @@ TEST_F(Summary, AFileAloneThatWasMadeForLessIsWarnedOf) {
   const auto file = folder_.folder() / "alone.yaml";
   const std::string materials =
       "materials: {soft: {youngs_modulus: 1.0e4, poissons_ratio: 0.25, density: 1}}\n";
+  std::string output;
   const auto warned = [&](const std::string& loads, const std::string& components, bool reduces) {
     std::ofstream(file) << materials << "components: {block: {" << components
                         << "}}\ninstances: {b: {component: block}}\nloads: [" << loads
-                        << "]\ntime: {end: 1.0e-3}\n";
+                        << "]\ntime: {end: 1.0e-3}\n"
+                        << output;
     Report report("cbr-dyn", Verbosity::quiet);
     ReduceCommand command;
     command.input = file.string();
@@ -86,7 +88,7 @@ TEST_F(Summary, AFileAloneThatWasMadeForLessIsWarnedOf) {
                     mesh =
                         "mesh: block.exo, material: soft, reduction: {basis: characteristic, "
                         "interface: [x_min, x_max], modes: 6, superelement: alone.cbr.h5}",
-                    alone = "superelement: alone.cbr.h5", words = "was not made for what acts on ";
+                    alone = "superelement: alone.cbr.h5", words = "was not made for ";
   warned("", mesh, true);
   const std::string text = warned(load, alone, false);
   EXPECT_TRUE(has(text, words + "x_max (forces)")) << text;
@@ -94,6 +96,13 @@ TEST_F(Summary, AFileAloneThatWasMadeForLessIsWarnedOf) {
   warned(load, mesh, true);
   EXPECT_FALSE(has(warned(load, alone, false), words));
   EXPECT_FALSE(has(warned("", mesh, false), "stale"));  // made for more: it is taken
+  // A new history does not make a file stale; the cure is named once
+  output = "output: {history: [b.x_min]}\n";
+  const std::string told = warned(load, mesh, false);
+  EXPECT_TRUE(has(told, words + "x_min (history), where it moves too little: run cbr-reduce"));
+  EXPECT_EQ(told.find(words), told.rfind(words)) << told;
+  warned(load, mesh, true);
+  EXPECT_FALSE(has(warned(load, mesh, false), words));
 }
 
 TEST_F(Summary, StaticsBeyondSmallStrainsAreWarnedOf) {
