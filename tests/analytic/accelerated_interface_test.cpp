@@ -5,7 +5,6 @@
 
 #include <cmath>
 #include <memory>
-#include <string>
 #include <vector>
 
 #include "dynamics/motion/modal/modal_body.hpp"

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <numbers>
 #include <string>
-#include <vector>
 
 #include "tests/support/restarted_run.hpp"
 #include "tests/support/scene_run.hpp"

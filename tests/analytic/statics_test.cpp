@@ -6,7 +6,6 @@
 
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
 
 #include "common/files/state_archive.hpp"
 #include "common/superelement/superelement.hpp"

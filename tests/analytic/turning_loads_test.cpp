@@ -3,7 +3,6 @@
 // scene's axes.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <numbers>

@@ -10,9 +10,7 @@
 #include <cmath>
 #include <cstdio>
 #include <numbers>
-#include <optional>
 #include <string>
-#include <vector>
 
 #include "common/files/state_archive.hpp"
 #include "dynamics/motion/modal/free_turn.hpp"

@@ -7,7 +7,6 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
-#include <cstdio>
 
 #include "tests/stability/random_scene.hpp"
 #include "tests/stability/seeds.hpp"

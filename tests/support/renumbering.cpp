@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tests/support/renumbering.hpp"
 
-#include <algorithm>
 #include <numeric>
 
 namespace cbr::test {

@@ -3,7 +3,6 @@
 // the results byte for byte.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cstdio>
 #include <cstring>
 #include <map>

@@ -2,7 +2,6 @@
 // Hollow corners: which faces hold a node there together.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 
 #include "dynamics/contact/search/detection.hpp"

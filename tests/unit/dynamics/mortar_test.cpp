@@ -5,13 +5,10 @@
 
 #include <Eigen/Geometry>
 
-#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <numbers>
-#include <numeric>
 #include <random>
-#include <vector>
 
 #include "common/mesh/surface.hpp"
 #include "dynamics/setup/components/contact_faces.hpp"

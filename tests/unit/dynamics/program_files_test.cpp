@@ -4,7 +4,6 @@
 
 #include <filesystem>
 #include <fstream>
-#include <sstream>
 
 #include "common/base/error.hpp"
 #include "common/files/hdf5_file.hpp"

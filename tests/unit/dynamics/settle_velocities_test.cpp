@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
-#include <utility>
 
 #include "common/linalg/dense.hpp"
 #include "dynamics/contact/enforce/enforcement.hpp"

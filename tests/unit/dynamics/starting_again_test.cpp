@@ -4,7 +4,6 @@
 
 #include <fstream>
 #include <string>
-#include <vector>
 
 #include "common/files/hdf5_file.hpp"
 #include "dynamics/program.hpp"

@@ -5,7 +5,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 
 #include "common/fem/assembly.hpp"
 #include "reducer/bases/characteristic/free_shapes.hpp"

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
-#include <limits>
 
 #include "common/base/error.hpp"
 #include "common/fem/assembly.hpp"

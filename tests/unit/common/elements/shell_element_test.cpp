@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
-#include <numbers>
 
 #include "common/fem/elements/shell.hpp"
 #include "common/linalg/dense.hpp"

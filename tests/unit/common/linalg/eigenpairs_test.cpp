@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <numeric>
 
 #include "common/linalg/blas_threads.hpp"
 #include "tests/unit/common/linalg/grid_matrices.hpp"

@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 
 #include "common/linalg/sparse/signed_factor.hpp"
 #include "tests/unit/common/linalg/grid_matrices.hpp"
