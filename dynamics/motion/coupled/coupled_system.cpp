@@ -81,8 +81,8 @@ void CoupledSystem::multiply_stiffness(const Vector& x, Vector& y) {
 }
 
 void CoupledSystem::multiply_nodal(const BlockMatrix& A, const Vector& x, Vector& y) {
-  if (A.rows() == 0) y.tail(n_ - n_modal_).setZero();
-  if (A.rows() > 0) multiply(A, x.data() + n_modal_, y.data() + n_modal_, threads_);
+  if (A.rows() > 0) return multiply(A, x.data() + n_modal_, y.data() + n_modal_, threads_);
+  y.tail(n_ - n_modal_).setZero();
 }
 
 void CoupledSystem::multiply_stiffness_as_is(const Vector& x, Vector& y) {
