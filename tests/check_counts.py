@@ -11,10 +11,10 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BOUNDS = {
-    "lines of product": 81999,
-    "files of product": 632,
+    "lines of product": 82115,
+    "files of product": 629,
     "lines of python/cbr": 1950,
-    "lines of tests": 62464,
+    "lines of tests": 62492,
     "files of tests": 388,
     "numbers in contact/solve": 50,  # but for 0, 1, 2, 3 and 0.5
     "lines with InputError(": 388,

@@ -48,6 +48,32 @@ TEST(ContactMethods, AllFindTheSameImpulses) {
     }
 }
 
+// The released rows alone give the Newton step that a factor of all rows gives, from any impulses.
+TEST(ContactMethods, AnInverseGivesTheStepsOfAllSets) {
+  const Press press = test::dense_press(6, ContactLaw::coulomb, 0.3, true);
+  const ContactProblem problem = contact_problem(press.W, press.laws);
+  const Index n = problem.n_points();
+  const FullInverse inverse(problem);
+  ASSERT_TRUE(inverse.ok());
+  std::mt19937 random(3);
+  ContactSet set{std::vector<PointState>(n, PointState::stick), Points::Zero(n, 3)};
+  for (int trial = 0; trial < 20; ++trial) {
+    ASSERT_TRUE(FullInverse::serves(problem, set));
+    const Vector wanted =
+        SetMatrix(problem, set, LinearSolver::factor).solve(press.g, Vector::Zero(3 * n), 0);
+    const Vector from = trial % 2 == 0 ? wanted : Vector(random_matrix(random, 3 * n, 1));
+    const Vector found = inverse.solve(problem, set, from, press.g + respond(problem, from));
+    EXPECT_LT((found - wanted).norm(), 1e-10 * wanted.norm());
+    const auto i = static_cast<Index>(random() % static_cast<unsigned>(n));
+    set.states[i] = trial % 3 == 0 ? PointState::open : PointState::slide;
+    const double angle = static_cast<double>(random() % 7);
+    set.slides.row(i) << std::cos(angle), std::sin(angle),
+        (trial % 2 == 0 ? 1e3 : 0.5) * problem.w[i];
+  }
+  set.states.assign(n, PointState::slide);
+  EXPECT_FALSE(FullInverse::serves(problem, set));
+}
+
 // Points on a face that moves in polynomials, the higher the lighter: as singular as the response
 // of an interface of few shapes.
 Matrix smooth_response(Index side, Index degree) {

@@ -118,10 +118,12 @@ TEST(DenseFriction, MixedLaws) {
 
 TEST(DenseFriction, RestoredItGoesOnWithTheSameBits) {
   for (const Index n : {8, 12}) {
-    const Press press = face(n, 0.3);
+    const Press press = face(n, n == 12 ? 2 : 0.3);  // few points slide: their rows get an inverse
     cbr::ContactSolver solver(press.W, press.laws);
     Vector guess;
     for (int step = 1; step <= 4; ++step) guess = solver.solve(gaps_at(n, 0.15 * step), guess).p;
+    for (int step = 1; n == 12 && step <= 20; ++step)
+      guess = solver.solve(gaps_at(n, 0.6 + 1e-3 * step), guess).p;
     const auto archive =
         cbr::StateArchive::saved([&](cbr::StateArchive& to) { solver.keep_state(to); });
     cbr::StateArchive from(archive.words(), "state");

@@ -18,6 +18,8 @@ constexpr std::size_t largest_kept_factor = 12000;
 // Closed rows of a dense W up to which a factor, which is exact, costs no more than Krylov
 // products.
 constexpr std::size_t cheap_factor = 256;
+// Rows of an inverse that costs as much as a product.
+constexpr Index rows_a_product = 3;
 // Impulses outside of the cones are projected, with a product, if they violate the laws by at most
 // this number of tolerances.
 constexpr double nearly = 1e6;
@@ -30,6 +32,8 @@ struct ContactNewton::Impl {
   LinearSolver kind = LinearSolver::factor;
   std::vector<PointState> settled;  // at the end of the last solve
   std::vector<PointState> last;     // of the last step
+  std::optional<FullInverse> inverse;
+  Index products = 0;  // of W, by Krylov methods
 
   // Factors a set that a whole solve has not changed: it is likely to stay.
   LinearSolver choice(const ContactProblem& problem, const ContactSet& set,
@@ -43,12 +47,23 @@ struct ContactNewton::Impl {
                                                                              : wanted;
   }
 
+  // Whether `inverse` serves the set. It is made once products have cost as much.
+  bool has_inverse(const ContactProblem& problem, const ContactSet& set) {
+    if (problem.n_rows() > products * rows_a_product) return false;
+    if (!FullInverse::serves(problem, set)) return false;
+    if (!inverse) inverse.emplace(problem);
+    return inverse->ok();
+  }
+
   Vector step(const ContactProblem& problem, const ContactSet& set, const Vector& g,
-              const Vector& p, LinearSolver linear) {
+              const Vector& p, const Vector& gap, LinearSolver linear) {
     // Coarse while the set changes; Newton's convergence is quadratic once it is fixed
     const double reduction = set.states == last ? 1e-8 : 1e-3;
     last = set.states;
-    if (set.slides_anywhere()) return SetMatrix(problem, set, linear).solve(g, p, reduction);
+    const bool iterates = linear == LinearSolver::krylov && !problem.W.is_sparse;
+    if (iterates && has_inverse(problem, set)) return inverse->solve(problem, set, p, gap);
+    if (set.slides_anywhere())
+      return SetMatrix(problem, set, linear).solve(g, p, reduction, &products);
     const LinearSolver chosen = choice(problem, set, linear);
     const bool serves = matrix && held == set.states &&
                         (kind == LinearSolver::factor || chosen != LinearSolver::factor);
@@ -57,7 +72,7 @@ struct ContactNewton::Impl {
       kind = chosen;
       matrix.emplace(problem, set, kind);
     }
-    return matrix->solve(g, p, reduction);
+    return matrix->solve(g, p, reduction, &products);
   }
 
   // Whether there is a factor of the last set.
@@ -135,8 +150,9 @@ NewtonResult ContactNewton::solve_standing(const ContactProblem& problem, const 
 void ContactNewton::keep_state(StateArchive& archive, const ContactProblem& problem) {
   Impl& of = *impl_;
   bool has_matrix = of.matrix.has_value();
-  archive(of.held, of.kind, of.settled, of.last, has_matrix);
+  archive(of.held, of.kind, of.settled, of.last, of.products, has_matrix);
   if (!archive.restores()) return;
+  of.inverse.reset();
   of.matrix.reset();
   if (has_matrix)
     of.matrix.emplace(problem, ContactSet{of.held, Points::Zero(problem.n_points(), 3)}, of.kind);
@@ -162,7 +178,7 @@ NewtonResult ContactNewton::solve(const ContactProblem& problem, const Vector& g
         std::find(seen.begin(), seen.end(), set.states) != seen.end())
       break;
     if (!slides) seen.push_back(set.states);
-    const Vector target = impl_->step(problem, set, g, p, linear);
+    const Vector target = impl_->step(problem, set, g, p, gap, linear);
     ++best.iterations;
     if (!target.allFinite()) break;
     const Vector target_gap = g + respond(problem, target);

@@ -4,11 +4,13 @@
 #include <Eigen/SparseLU>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <memory>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "common/linalg/dense.hpp"
 #include "common/linalg/sparse/sparse_cholesky.hpp"
@@ -92,7 +94,7 @@ struct SetMatrix::Impl {
   Vector closed_response(const Vector& p) const;
   Vector product(const Vector& x) const;
   Vector refined(const Vector& b) const;
-  Vector iterated(const Vector& b, Vector x, double reduction) const;
+  Vector iterated(const Vector& b, Vector x, double reduction, Index* products) const;
 };
 
 void SetMatrix::Impl::gather() {
@@ -190,14 +192,13 @@ Vector SetMatrix::Impl::refined(const Vector& b) const {
   return x;
 }
 
-Vector SetMatrix::Impl::iterated(const Vector& b, Vector x, double reduction) const {
+Vector SetMatrix::Impl::iterated(const Vector& b, Vector x, double reduction,
+                                 Index* products) const {
   const auto A = [this](const Vector& y) { return product(y); };
   const double tolerance = std::max(1e-15 * b.norm(), reduction * (b - product(x)).norm());
-  if (bases.symmetric) {
-    conjugate_gradients(A, b, tolerance, most_products_symmetric, x);
-  } else {
-    gmres(A, b, tolerance, most_products_gmres, x);
-  }
+  const int n = bases.symmetric ? conjugate_gradients(A, b, tolerance, most_products_symmetric, x)
+                                : gmres(A, b, tolerance, most_products_gmres, x);
+  if (products != nullptr) *products += n;
   return x;
 }
 
@@ -225,7 +226,8 @@ bool SetMatrix::has_factor() const {
   return impl_->solver == LinearSolver::factor && !impl_->shifted;
 }
 
-Vector SetMatrix::solve(const Vector& g, const Vector& start, double reduction) const {
+Vector SetMatrix::solve(const Vector& g, const Vector& start, double reduction,
+                        Index* products) const {
   const Impl& of = *impl_;
   Vector p = Vector::Zero(g.size());
   if (of.bases.size() == 0) return p;
@@ -235,9 +237,89 @@ Vector SetMatrix::solve(const Vector& g, const Vector& start, double reduction) 
                        : of.iterated(b,
                                      Vector((of.bases.R.transpose() * Vector(start(of.bases.rows)))
                                                 .cwiseQuotient(of.scale)),
-                                     reduction);
+                                     reduction, products);
   p(of.bases.rows) = of.bases.C * of.scale.cwiseProduct(x);
   return p;
+}
+
+namespace {
+
+// A released direction: gap = e y in the n rows from `first`, and q^T p + d y = 0.
+struct Released {
+  Index first = 0, n = 3;
+  std::array<double, 3> e{}, q{};
+  double d = 0;
+};
+
+std::vector<Released> released_by(const ContactProblem& problem, const ContactSet& set) {
+  std::vector<Released> list;
+  for (Index i = 0; i < problem.n_points(); ++i) {
+    const Index first = problem.first[i], n = problem.first[i + 1] - first;
+    for (Index row = 0; set.states[i] == PointState::open && row < n; ++row) {
+      list.push_back({first, n, {}, {}, 0});
+      list.back().e[row] = list.back().q[row] = 1;
+    }
+    if (set.states[i] != PointState::slide) continue;
+    const double d1 = set.slides(i, 0), d2 = set.slides(i, 1), alpha = set.slides(i, 2),
+                 scale = 1 / (problem.w[i] + alpha);
+    list.push_back({first, n, {0, d1, d2}, {-problem.laws[i].friction, d1, d2}, 0});
+    list.push_back({first, n, {0, -d2, d1}, {0, -alpha * scale * d2, alpha * scale * d1}, scale});
+  }
+  return list;
+}
+
+}  // namespace
+
+FullInverse::FullInverse(const ContactProblem& problem) {
+  if (!(problem.diagonal.minCoeff() > 0)) return;
+  const Vector scale = problem.diagonal.cwiseSqrt().cwiseInverse();
+  const Cholesky factor(scale.asDiagonal() * problem.W.dense * scale.asDiagonal());
+  if (!factor.ok() || !(factor.diagonal().cwiseAbs2().minCoeff() > round_off_pivot)) return;
+  Z_ = Matrix::Identity(scale.size(), scale.size());
+  factor.solve_in_place(Eigen::Ref<Matrix>(Z_));
+  Z_ = scale.asDiagonal() * Z_ * scale.asDiagonal();
+}
+
+bool FullInverse::serves(const ContactProblem& problem, const ContactSet& set) {
+  Index released = 0;
+  for (Index i = 0; i < problem.n_points(); ++i) {
+    if (set.states[i] == PointState::open) released += n_rows(problem.laws[i].law);
+    if (set.states[i] == PointState::slide) released += 2;
+  }
+  return 2 * released <= problem.n_rows();
+}
+
+Vector FullInverse::solve(const ContactProblem& problem, const ContactSet& set, const Vector& p,
+                          const Vector& gap) const {
+  const std::vector<Released> released = released_by(problem, set);
+  const auto r = static_cast<Index>(released.size());
+  Vector all = p - symmetric_product(Z_, gap);
+  if (r == 0) return all;
+  Matrix S(r, r);
+  Vector right = Vector::Zero(r);
+  for (Index j = 0; j < r; ++j) {
+    const Released& column = released[j];
+    for (Index a = 0; a < column.n; ++a) right[j] -= column.q[a] * all[column.first + a];
+    for (Index i = 0; i < r; ++i) {
+      const Released& row = released[i];
+      double sum = 0;
+      for (Index b = 0; b < column.n; ++b)
+        for (Index a = 0; column.e[b] != 0 && a < row.n; ++a)
+          sum += row.q[a] * column.e[b] * Z_(row.first + a, column.first + b);
+      S(i, j) = sum;
+    }
+    S(j, j) += column.d;
+  }
+  const Vector y = Lu(std::move(S)).solve(right);
+  Vector opening = Vector::Zero(gap.size());
+  for (Index j = 0; j < r; ++j)
+    for (Index b = 0; b < released[j].n; ++b)
+      opening[released[j].first + b] += y[j] * released[j].e[b];
+  all += symmetric_product(Z_, opening);
+  for (Index i = 0; i < problem.n_points(); ++i)  // without round-off
+    if (set.states[i] == PointState::open)
+      all.segment(problem.first[i], problem.first[i + 1] - problem.first[i]).setZero();
+  return all;
 }
 
 }  // namespace cbr
