@@ -149,8 +149,7 @@ TEST_F(InterfacePoints, AHeldPointIsAHeldFace) {
       folder.diagonal_limit = is_dense ? std::optional<Index>(0) : std::nullopt;
       Pointed point{.ends = Ends::base_alone,
                     .coupling = {},
-                    .output =
-                        "every: 0.25, history: [a.tip, a.base]"};
+                    .output = "every: 0.25, history: [a.tip, a.base]"};
       point.more =
           "boundary:\n  - {instance: a, nodes: base, fix: [x, y, z]" + motion +
           "}\nloads:\n  - {instance: a, point: tip, force: [0.1, 0.2, 0.3]}\n  - {instance: a, "

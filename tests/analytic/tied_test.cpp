@@ -2,7 +2,6 @@
 // Tied surfaces: two halves of a bar move as the bar in one piece.
 #include <gtest/gtest.h>
 
-
 #include "common/base/error.hpp"
 #include "dynamics/output/results.hpp"
 #include "tests/support/scene_run.hpp"

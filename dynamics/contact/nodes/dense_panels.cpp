@@ -25,7 +25,8 @@ StoredLanes* at(double* x) { return reinterpret_cast<StoredLanes*>(x); }
 // Below this many bytes a thread costs more than it saves.
 constexpr double threaded_bytes = 4e6;
 
-// y += sum of four columns x their weights. Of columns in cache it takes half the time of add_panel()
+// y += sum of four columns x their weights. Of columns in cache it takes half the time of
+// add_panel()
 CBR_CLONES void add_four(const double* const* column, const double* weight, Index n,
                          double* __restrict__ y) {
   const double *a = column[0], *b = column[1], *c = column[2], *d = column[3];

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/contact/surfaces/contact_point.hpp"
 
-
 #include "dynamics/contact/surfaces/contact_surface.hpp"
 
 namespace cbr {

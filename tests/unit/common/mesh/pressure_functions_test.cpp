@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-
 #include "common/mesh/face_weights.hpp"
 
 namespace cbr::pressure_functions_test {
