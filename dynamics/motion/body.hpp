@@ -5,10 +5,8 @@
 // motion.
 #pragma once
 
-#include <cmath>
 #include <memory>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "common/base/types.hpp"

@@ -16,6 +16,9 @@
 
 namespace cbr {
 
+// Diagonal of the box around a body's nodes; of a single one its distance from the centre of mass.
+double extent_of(const Body& body);
+
 // Iterates each load step. Contact points are found at positions under the last contact forces. For
 // these points new forces are computed, together with motions of floating bodies
 // (enforce_static.hpp). It ends when nothing changes. Slip of friction is that of the load step.
@@ -39,6 +42,7 @@ class Equilibrium {
   void keep_state(StateArchive& archive);  // between load steps
 
  private:
+  static constexpr Index most_iterations = 100;  // of a load step
   // A pretension as a body of one node, whose position is the pull along the normal. With a given
   // force it floats.
   struct Bolt {
@@ -96,6 +100,7 @@ class Equilibrium {
   void note_closed();
   StateArchive saved();
   void keep_found(StateArchive& archive);
+  // equilibrium_messages.cpp
   [[noreturn]] void refuse_endless(const Change& change) const;
   [[noreturn]] void refuse_unheld(Index body, Vector left) const;
   void note_slide(Index body, const Vector& left);

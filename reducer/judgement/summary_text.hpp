@@ -2,7 +2,6 @@
 // Lines about a superelement in the summary of a reduction and of --info.
 #pragma once
 
-#include <filesystem>
 #include <string>
 #include <vector>
 

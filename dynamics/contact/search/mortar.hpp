@@ -2,7 +2,6 @@
 // Face-face contact: gaps integrated over the shared area of two surfaces.
 #pragma once
 
-#include <vector>
 
 #include "dynamics/contact/search/detection.hpp"
 #include "dynamics/contact/surfaces/broad_phase.hpp"

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <array>
-#include <vector>
 
 #include "dynamics/contact/surfaces/clipping.hpp"
 #include "dynamics/contact/surfaces/projection.hpp"

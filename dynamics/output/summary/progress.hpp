@@ -2,7 +2,6 @@
 // Progress of a run while it runs.
 #pragma once
 
-#include <chrono>
 #include <functional>
 #include <string>
 

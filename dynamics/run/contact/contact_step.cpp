@@ -10,7 +10,6 @@
 #include "common/linalg/blas_threads.hpp"
 #include "dynamics/run/contact/contact_booking.hpp"
 #include "dynamics/run/contact/contact_group.hpp"
-#include "dynamics/run/contact/lasting_forces.hpp"
 #include "dynamics/run/contact/settle_contact.hpp"
 #include "dynamics/run/contact/turning_links.hpp"
 #include "dynamics/run/simulation/stopwatch.hpp"

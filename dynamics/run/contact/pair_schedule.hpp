@@ -3,7 +3,6 @@
 #pragma once
 
 #include <functional>
-#include <utility>
 #include <vector>
 
 #include "dynamics/contact/surfaces/broad_phase.hpp"

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Newmark: the velocities of closed contact at the end of a step.
+// After the impulses of a step: velocities of closed contact with Newmark, and forces that persist
+// over steps (docs/theory.md, "Forces that last").
 #pragma once
 
 #include "dynamics/contact/enforce/enforcement.hpp"
@@ -16,5 +17,16 @@ bool is_newmark(const Simulation& simulation, const ContactGroup& group);
 // null.
 void settle(Simulation& simulation, const ContactGroup& group, const ImpulseMemory* memory,
             ContactState& state, EnforcementResult& result);
+
+// lasting_forces.cpp
+// Fills lasting_next of the group's bodies. For `impulse` contact, after the impulses of a step h
+// are known and remembered by its pairs.
+void find_lasting_forces(Simulation& simulation, const ContactGroup& group,
+                         const EnforcementResult& result, double h, ContactState& state);
+
+// Passes lasting_next to the bodies, which move under it in the next step. Call after all groups of
+// the step.
+void hand_lasting_forces(Simulation& simulation, double h, ContactState& state,
+                         ContactOutcome& outcome);
 
 }  // namespace cbr

@@ -2,7 +2,6 @@
 // Prescribed motion of an instance's supports, from the scene's boundary conditions.
 #pragma once
 
-#include <string>
 #include <vector>
 
 #include "dynamics/motion/prescribed_motion.hpp"

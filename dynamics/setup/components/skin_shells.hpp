@@ -3,7 +3,6 @@
 #pragma once
 
 #include <string>
-#include <vector>
 
 #include "common/fem/shell_model.hpp"
 #include "common/scene/scene.hpp"
