@@ -9,6 +9,7 @@
 #include "common/app/report.hpp"
 #include "common/base/error.hpp"
 #include "common/scene/left_out_blocks.hpp"
+#include "common/scene/limits.hpp"
 #include "common/scene/reduction_keys.hpp"
 #include "reducer/component_reducer.hpp"
 #include "reducer/condensation/condensation.hpp"
@@ -157,7 +158,7 @@ void run_reduce(const ReduceCommand& command, std::ostream* scene_out, Report& r
     throw InputError(
         "a scene on standard input reaches one of the processes only: give the scene as a file");
   const Scene scene = is_mesh ? scene_of_mesh(command) : read_scene(command.input);
-  check_contact_with_time(scene);
+  check_before_reduction(scene);
   for (const auto& [name, component] : scene.components)
     if (component.reduction)
       report.refuse_timings_at(component.reduction->superelement,

@@ -194,6 +194,7 @@ struct SurfaceName {
 
 struct History {
   std::vector<double> time, value;
+  bool operator==(const History&) const = default;
 };  // piecewise linear; constant before and after; empty: 1
 
 // How the nodes of a boundary condition, or a wall, move: not at all, or by the given part of their
@@ -230,6 +231,8 @@ struct BoundaryCondition {
   std::optional<Vector3> about = {};
   History history;
   SourceLine source;
+  bool moves(Index axis) const { return motion != SupportMotion::none && value[axis] != 0; }
+  bool rotates() const { return motion != SupportMotion::none && !turn.isZero(0); }
 };
 
 struct Load {
@@ -395,10 +398,6 @@ Scene read_scene(const std::string& file_or_dash);
 // Load steps of statics before the time 0: as given, else some where the scene has a pretension or
 // an overlap to resolve, else none.
 Index preload_steps(const Scene& scene);
-
-// InputError for an enforcement that the scene's integrator cannot do: asked before anything is
-// reduced for a run that cannot be.
-void check_contact_with_time(const Scene& scene);
 
 // The scene as YAML with absolute paths, for the next program of a pipeline.
 // read_scene(write_scene(s)) == s.

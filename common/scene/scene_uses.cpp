@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <set>
 
-#include "common/base/error.hpp"
-
 namespace cbr {
 
 std::vector<SetUse> set_uses(const Scene& scene, const Component& component, InstanceKind as) {
@@ -49,10 +47,9 @@ std::string place_of(const SetUse& use) {
   return use.source.text() + ": " + use.key + ": '" + use.instance + "." + use.set + "': ";
 }
 
-void refuse_traction_on_nodes(const Load& load) {
-  throw InputError(load.source.text() + ": loads: traction on '" + load.surface +
-                   "', a nodeset, which has no faces: give force, which is spread equally over its "
-                   "nodes, or name a sideset");
+bool skin_acts(const Scene& scene) {
+  return scene.skin && scene.skin->thickness > 0 &&
+         (scene.skin->youngs_modulus > 0 || scene.skin->density > 0);
 }
 
 }  // namespace cbr

@@ -27,7 +27,7 @@ bool is_interface_point(const Component& component, const std::string& name);
 // "history.yaml:9: output.history: 'left.mid': ": how a message about it begins.
 std::string place_of(const SetUse& use);
 
-// InputError: a traction on a set that has nodes and no faces.
-[[noreturn]] void refuse_traction_on_nodes(const Load& load);
+// Shells without thickness, or with neither modulus nor density, have no effect.
+bool skin_acts(const Scene& scene);
 
 }  // namespace cbr

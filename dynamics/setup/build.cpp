@@ -11,15 +11,13 @@
 #include "common/base/error.hpp"
 #include "common/linalg/blas_threads.hpp"
 #include "common/scene/scene_uses.hpp"
-#include "common/scene/scene_words.hpp"
 #include "dynamics/motion/body_points.hpp"
 #include "dynamics/motion/prescribed_motion.hpp"
+#include "dynamics/run/simulation/time_plan.hpp"
 #include "dynamics/setup/bodies/instance_body.hpp"
-#include "dynamics/setup/bodies/instance_damping.hpp"
 #include "dynamics/setup/bodies/turning.hpp"
 #include "dynamics/setup/build_steps.hpp"
 #include "dynamics/setup/built/instance_elements.hpp"
-#include "dynamics/setup/components/skin_shells.hpp"
 #include "dynamics/setup/components/superelement_alone.hpp"
 #include "dynamics/setup/contact/contact_setup.hpp"
 #include "dynamics/setup/contact/link_rates.hpp"
@@ -29,24 +27,34 @@
 namespace cbr {
 namespace {
 
-void refuse_what_cannot_be(const Scene& scene) {
+void check_time_and_instances(const Scene& scene) {
   if (!scene.time)
     throw InputError(scene.file.string() +
                      ": the scene has no 'time' section: cbr-dyn needs time: {end: SECONDS}");
   if (scene.instances.empty())
     throw InputError(scene.file.string() + ": the scene has no instances");
-  check_contact_with_time(scene);
-  check_statics(scene);
-  for (const ContactOptions& contact : scene.contact) {
-    const std::string what =
-        std::string("enforcement: ") + word_of(enforcement_words, contact.enforcement);
-    if (scene.time->integrator == Integrator::exact && contact.enforcement == Enforcement::nodal &&
-        skin_acts(scene))
-      throw InputError(
-          contact.source.text() + ": contact: " + what +
-          " with shells that act (skin) needs integrator: " +
-          "central-difference: the diagonal form of superelements with shells has no nodal masses");
+}
+
+// Loads without a history grow from 0 to their value at the end.
+Scene with_growing_loads(Scene scene) {
+  for (Load& load : scene.loads)
+    if (load.history.time.empty()) load.history = {{0, scene.time->end}, {0, 1}};
+  return scene;
+}
+
+// Load steps of time.step, or ten; adjusted to the outputs.
+TimePlan plan_statics(const TimeOptions& time, double every) {
+  constexpr double usual_steps = 10, most_steps = 1e6;
+  const double h = time.step ? *time.step : time.end / usual_steps;
+  if (time.end / h > most_steps) {
+    std::ostringstream text;
+    text << time.source.text() << ": time: " << time.end / h << " load steps, at most "
+         << most_steps << " are allowed: take a longer time.step";
+    throw InputError(text.str());
   }
+  TimePlan plan = fit_steps(h, every, time.end);
+  plan.limit = time.step ? "time.step" : "";
+  return plan;
 }
 
 // Springs and dashpots on rigid bodies are stable at any step, but inaccurate at long ones. They
@@ -126,7 +134,8 @@ class Builder {
   void add_instances() {
     check();
     for (const Instance& instance : scene_.instances) read(instance);
-    choose_what_turns();
+    for (InstancePlan& plan : index_.plans()) plan_rotation(scene_, plan);
+    check_plans();
     const auto phase = report_.phase("setup");
     BodyMaker maker(index_, threads());
     for (const Instance& instance : scene_.instances) add(instance, maker);
@@ -136,11 +145,21 @@ class Builder {
  private:
   // Before any file is read completely.
   void check() {
+    for (InstancePlan& plan : index_.plans())
+      if (scene_.time->rotations == Rotations::large && !plan.is_held() &&
+          (refuses_ || plan.features.contains(feature::spin)))
+        plan.features.try_emplace(feature::large_rotation, Asked{&plan.instance->source});
+    check_plans();
     std::set<std::string> checked;
     for (const Instance& instance : scene_.instances)
       if (instance.as == InstanceKind::superelement && checked.insert(instance.component).second)
         check_reduced_component(options_.reduced_for != nullptr ? *options_.reduced_for : scene_,
                                 component_of(scene_, instance), report_);
+  }
+
+  void check_plans() const {
+    for (const InstancePlan& plan : index_.plans())
+      check_limits(plan.features, "instance '" + plan.instance->name + "'");
   }
 
   void read(const Instance& instance) {
@@ -151,24 +170,6 @@ class Builder {
     } else if (!meshed_.count(component.name)) {
       meshed_[component.name] = read_meshed_component(index_, component, options_, report_);
     }
-  }
-
-  void choose_what_turns() {
-    for (const Instance& instance : scene_.instances) {
-      why_linear_.push_back(why_linear(index_, instance));
-      if (why_linear_.back().empty()) why_linear_.back() = why_made_linear(instance);
-      if (why_linear_.back().empty() || !turns(index_, instance)) continue;
-      if (refuses_ || !instance.angular_velocity.isZero(0))
-        refuse_to_turn(instance, why_linear_.back());
-      index_.keep_linear(instance);
-    }
-  }
-
-  std::string why_made_linear(const Instance& instance) const {
-    const std::string why = instance.as == InstanceKind::superelement
-                                ? why_linear(reduced_.at(instance.component), instance)
-                                : why_linear(meshed_.at(instance.component), instance);
-    return why.empty() ? why_linear(damping_of(index_, instance)) : why;
   }
 
   // Threads pay if a product takes longer than their synchronisation, by a wide margin as the
@@ -190,6 +191,7 @@ class Builder {
   }
 
   void add(const Instance& instance, BodyMaker& maker) {
+    const InstancePlan& plan = index_.plan(instance);
     BuiltScene::OfInstance of;
     of.name = instance.name;
     of.component = instance.component;
@@ -215,17 +217,18 @@ class Builder {
     }
     of.mass = made.mass;
     of.n_following = made.n_following;
-    of.why_linear = why_linear_[built_.instances.size()];
+    of.why_linear = plan.why_linear;
+    of.damping = plan.damping;
     built_.notes.insert(built_.notes.end(), made.notes.begin(), made.notes.end());
     of.modes = made.modes;
-    if (damping_of(index_, instance).material.alpha > 0) built_.momentum_is_kept = false;
-    of.n_shell_faces = skin_faces(scene_, instance.name, *of.geometry).rows();
+    if (plan.damping.material.alpha > 0) built_.momentum_is_kept = false;
+    of.n_shell_faces = plan.n_shell_faces;
     const PrescribedMotion* supports = made.body->supports();
     for (std::size_t i = 0; supports != nullptr && i < supports->sets().size(); ++i)
       built_.simulation.reactions.push_back({instance.name, made.body.get(), i});
     built_.simulation.bodies.push_back(std::move(made.body));
-    built_.simulation.supports.push_back(
-        index_.is_held(instance) ? std::optional<Supports>(Supports()) : std::nullopt);
+    built_.simulation.supports.push_back(plan.is_held() ? std::optional<Supports>(Supports())
+                                                        : std::nullopt);
     built_.instances.push_back(std::move(of));
   }
 
@@ -235,19 +238,15 @@ class Builder {
   const bool refuses_;
   Report& report_;
   BuiltScene& built_;
-  std::vector<std::string> why_linear_;  // per instance
   std::map<std::string, ReducedComponent> reduced_;
   std::map<std::string, MeshedComponent> meshed_;
 };
 
 // Notes instances with large rotation, and the limits of others that allow it.
 void note_turning(const SceneIndex& index, bool is_automatic, BuiltScene& built) {
-  const Scene& scene = index.scene();
-  if (scene.time->rotations == Rotations::small)
-    built.large_is_refused = what_large_is_refused_for(scene);
   if (const std::string note = note_of_what_stays(index); !note.empty())
     built.notes.push_back(note);
-  if (is_automatic && built.large_is_refused.empty()) built.turn_limit = turn_limits(index, built);
+  if (is_automatic && allows_large(index.scene())) built.turn_limit = turn_limits(index, built);
 }
 
 void watch_strains(BuiltScene& built) {
@@ -271,14 +270,18 @@ Scene with_rotations(Scene scene, const BuildOptions& options) {
 
 BuiltScene build(const Scene& scene_of_run, Report& report, const BuildOptions& options) {
   Scene scene = with_options_of_files(scene_of_run);
-  refuse_what_cannot_be(scene);
+  check_time_and_instances(scene);
   if (scene.time->is_static) scene = with_growing_loads(std::move(scene));
   BuiltScene built;
   built.momentum_is_kept = scene.boundary.empty();
   const bool is_automatic = scene.time->rotations == Rotations::automatic;
   scene = with_rotations(std::move(scene), options);
+  if (scene.time->rotations == Rotations::large) {
+    Features of_run = features_of_run(scene);
+    of_run[feature::large_rotation] = {&scene.time->source};
+    check_limits(of_run, "time");
+  }
   SceneIndex index(scene);
-  refuse_what_does_not_turn(index);
   Builder(index, options, !is_automatic, report, built).add_instances();
   note_turning(index, is_automatic, built);
   require_skin(scene, built);

@@ -7,23 +7,10 @@
 #include "common/app/report.hpp"
 #include "common/scene/scene.hpp"
 #include "dynamics/motion/body.hpp"
-#include "dynamics/run/simulation/time_plan.hpp"
 #include "dynamics/setup/built/built_scene.hpp"
 #include "dynamics/setup/components/scene_index.hpp"
 
 namespace cbr {
-
-// statics_setup.cpp
-
-// InputError: keys that statics do not support, in the run or a preload; keys of statics in a scene
-// without them.
-void check_statics(const Scene& scene);
-
-// Lets loads without a history grow from 0 to their value at the end.
-Scene with_growing_loads(Scene scene);
-
-// Load steps of time.step, or ten; adjusted to the outputs.
-TimePlan plan_statics(const TimeOptions& time, double every);
 
 // loads_setup.cpp: the plan of each body, with its loads; supports get their reaction sets.
 // InputError: a missing set, or a set that does not allow this kind of load.

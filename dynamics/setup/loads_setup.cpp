@@ -8,7 +8,7 @@
 
 #include "common/base/error.hpp"
 #include "common/mesh/face_weights.hpp"
-#include "common/scene/scene_uses.hpp"
+#include "common/scene/limits.hpp"
 #include "dynamics/motion/body_points.hpp"
 #include "dynamics/setup/contact/points.hpp"
 
@@ -75,14 +75,8 @@ Vector3 add_load_inside(const Superelement& s, const Superelement::InteriorLoad&
 Vector3 add_pressure(const Load& load, const BuiltScene::OfInstance& of, const LoadHistory& history,
                      std::vector<BodyLoad>& loads) {
   const Geometry& geometry = *of.geometry;
-  if (is_nodeset(geometry, load.surface))
-    throw InputError(
-        load.source.text() + ": '" + load.surface + "' of instance '" + load.instance +
-        "' is a nodeset, which has no normals: give force, or the pressure on a sideset");
-  if (geometry.surfaces.count(load.surface) == 0 && load_inside(of, load.surface) != nullptr)
-    throw InputError(load.source.text() + ": a pressure on '" + load.surface +
-                     "' inside the superelement of instance '" + load.instance +
-                     "' is not known: add the sideset to reduction.interface, or give traction");
+  if (is_nodeset(geometry, load.surface)) refuse(load, feature::nodeset);
+  if (load_inside(of, load.surface) != nullptr) refuse(load, feature::inside);
   const Surface& surface = find_surface(geometry, load.instance, load.surface, load.source);
   const Points forces =
       -load.value[0] * face_normals(surface, geometry.coordinates) * of.placement.T.transpose();
@@ -110,10 +104,7 @@ Vector load_weights(const Geometry& geometry, const Load& load) {
 void add_moment(const Load& load, const Instance& instance, const BuiltScene::OfInstance& of,
                 const Points& positions, const LoadHistory& history, std::vector<BodyLoad>& loads) {
   const Geometry& geometry = *of.geometry;
-  if (geometry.surfaces.count(load.surface) == 0 && load_inside(of, load.surface) != nullptr)
-    throw InputError(load.source.text() + ": a moment on '" + load.surface +
-                     "' inside the superelement of instance '" + load.instance +
-                     "' is not known: add the set to reduction.interface");
+  if (load_inside(of, load.surface) != nullptr) refuse(load, feature::inside);
   const Vector weights = load_weights(geometry, load);
   AveragePoint point;
   for (Index i = 0; i < weights.size(); ++i)
@@ -207,7 +198,7 @@ std::vector<BodyPlan> body_plans(const SceneIndex& index, BuiltScene& built) {
     }
     require_load_inside(index.scene(), index.scene().instances[i], geometry, load);
     if (load.kind == Load::Kind::traction && is_nodeset(geometry, load.surface))
-      refuse_traction_on_nodes(load);
+      refuse(load, feature::nodeset);
     const auto [of, is_new] = weights.try_emplace({&geometry, load.surface});
     if (is_new) of->second = load_weights(geometry, load);
     const Vector3 traction =

@@ -204,14 +204,11 @@ void add_stress(const SceneIndex& index, BuiltScene& built) {
   for (const StressOptions& stress : scene.output.stress) {
     const Index body = index.place(stress.instance);
     const BuiltScene::OfInstance& of = built.instances[static_cast<std::size_t>(body)];
-    if (scene.instances[static_cast<std::size_t>(body)].as == InstanceKind::rigid)
-      throw InputError(stress.source.text() + ": output.stress: instance '" + stress.instance +
-                       "' is rigid and has no stress: use as: superelement or mesh");
     auto& elements = known[body];
     if (!elements) elements = std::make_shared<InstanceElements>(scene, of, stress.source);
     if (elements->groups().empty())
-      throw InputError(stress.source.text() + ": output.stress: instance '" + stress.instance +
-                       "' is of shells alone, whose stress is not computed: take it out");
+      refuse(stress.source, "instance '" + stress.instance + "'", feature::stress,
+             feature::no_solids);
     const Matrix3& T = of.placement.T;
     const auto add = [&](StressWatch watch) {
       watch.body = body;

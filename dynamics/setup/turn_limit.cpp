@@ -39,9 +39,9 @@ std::vector<double> turn_limits(const SceneIndex& index, const BuiltScene& built
   std::vector<double> limits;
   for (std::size_t i = 0; i < built.instances.size(); ++i) {
     const Instance& instance = scene.instances[i];
-    const bool could = built.instances[i].why_linear.empty() && !turns(index, instance);
+    const bool could = built.instances[i].why_linear.empty() && !index.plan(instance).turns;
     limits.push_back(could ? small_rotation : HUGE_VAL);
-    const bool stands = index.may_touch(instance) || linked.count(instance.name) > 0;
+    const bool stands = index.plan(instance).may_touch || linked.count(instance.name) > 0;
     if (!could || gravity == nullptr || !stands) continue;
     const Box box = extents(*built.simulation.bodies[i], built.instances[i]);
     limits.back() = std::min(limits.back(), limit_of_weight(box, gravity->value));

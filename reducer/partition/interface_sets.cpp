@@ -5,6 +5,7 @@
 #include <unordered_map>
 
 #include "common/base/error.hpp"
+#include "common/scene/limits.hpp"
 #include "common/scene/scene_uses.hpp"
 #include "reducer/partition/partition.hpp"
 
@@ -169,7 +170,7 @@ void refuse_tractions_on_nodes(const Scene& scene, const Component& component, c
         });
     if (is_of_component && find_sideset(mesh, load.surface) < 0 &&
         find_nodeset(mesh, load.surface) >= 0)
-      refuse_traction_on_nodes(load);
+      refuse(load, feature::nodeset);
   }
 }
 

@@ -200,7 +200,7 @@ TEST(CharacteristicContact, RefusesWhatItCannotDo) {
   };
   Bar p;
   p.contact += ", enforcement: nodal";
-  expect(p, "nodal masses");
+  expect(p, "enforcement: nodal");
   p = {};
   p.reduction += ", domains: 2";
   expect(p, "domains above 1");
@@ -220,7 +220,7 @@ TEST(CharacteristicContact, RefusesWhatItCannotDo) {
   p.more =
       "skin: {surfaces: [x_max], youngs_modulus: 10, poissons_ratio: 0.3, density: 1, thickness: "
       "0.01}\n";
-  expect(p, "shells");
+  expect(p, "skin");
 }
 
 // A block whose top has a patch of 3 x 3 elements in its middle.

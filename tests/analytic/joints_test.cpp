@@ -417,7 +417,7 @@ TEST_P(Joints, WhatCannotBeIsRefusedByName) {
   EXPECT_NE(link("stiffness: [1, 0, 0, 0, 0, 0], fix: [x]").find("holds x, which has a spring"),
             std::string::npos);
   EXPECT_NE(
-      link("damping: [1, 0, 0, 0, 0, 0]", "end: 1, static: true").find("damping without stiffness"),
+      link("damping: [1, 0, 0, 0, 0, 0]", "end: 1, static: true").find("damping but no stiffness"),
       std::string::npos);
   const std::string singular =
       "[[1, 1, 0, 0, 0, 0], [1, 1, 0, 0, 0, 0], [0, 0, 1, 0, 0, 0], [0, 0, 0, 1, 0, 0], [0, 0, 0, "

@@ -148,9 +148,9 @@ TEST_F(Shells, WhatCannotBeIsRefusedByName) {
                "thickness: 1, mesh: skinned.exo}\n" +
                run;
          }),
-         {"skin", "shells of its own"});
+         {"skin", "nodes with rotations"});
   expect(with([&](Shelled& s) { s.output = "stress: [a.x_0]"; }),
-         {"output.stress", "shells alone"});
+         {"output.stress", "shells without solids"});
 }
 
 }  // namespace

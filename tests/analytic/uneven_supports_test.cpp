@@ -455,7 +455,7 @@ TEST_F(UnevenSupports, WhatCannotBeIsRefusedByName) {
       "walls:\n  w: {plane: {point: [2, 0, 0], normal: [-1, 0, 0]}}\n"
       "contact:\n  - {between: [bar.x_max, w], enforcement: nodal}\n";
   way.time = "integrator: central-difference";
-  expect(way, "are not known with enforcement: nodal");
+  expect(way, "enforcement: nodal does not go with supports that move unlike each other");
 }
 
 }  // namespace

@@ -241,10 +241,8 @@ void balance_lines(const BuiltScene& built, const RunResult& result, const Balan
 // Advice that enables large rotation of an instance.
 std::string cure_of_rotation(const BuiltScene& built, std::size_t i) {
   if (built.simulation.is_static) return {};
-  if (const std::string& why = built.instances[i].why_linear; !why.empty()) return "; " + why;
-  if (built.large_is_refused.empty()) return "; time: {rotations: large} turns it by any angle";
-  return "; time: {rotations: large} turns it by any angle once this is mended: " +
-         built.large_is_refused;
+  const std::string& why = built.instances[i].why_linear;
+  return "; " + (why.empty() ? "time: {rotations: large} turns it by any angle" : why);
 }
 
 // Linear bodies: strains are wrong after large rotations.

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "common/base/error.hpp"
+#include "common/scene/scene_uses.hpp"
 #include "common/scene/static_forces.hpp"
 #include "dynamics/motion/coupled/coupled_body.hpp"
 #include "dynamics/motion/coupled/coupled_shapes.hpp"
@@ -12,7 +12,6 @@
 #include "dynamics/motion/modal/forms/residual_compliance.hpp"
 #include "dynamics/motion/modal/modal_body.hpp"
 #include "dynamics/motion/prescribed_motion.hpp"
-#include "dynamics/setup/bodies/instance_damping.hpp"
 #include "dynamics/setup/bodies/mesh_modes.hpp"
 #include "dynamics/setup/bodies/support_motion.hpp"
 #include "dynamics/setup/bodies/turning.hpp"
@@ -25,11 +24,6 @@ namespace {
 Placement placement_of(const SceneIndex& index, const Instance& instance) {
   const Vector3 of_supports = support_motion(index, instance).velocity(0);
   return {instance.transformation(), instance.position, instance.velocity - of_supports};
-}
-
-Scheme scheme_of(const TimeOptions& time) {
-  if (time.integrator == Integrator::newmark) return Scheme::newmark;
-  return time.integrator == Integrator::exact ? Scheme::exact : Scheme::central_difference;
 }
 
 std::string where(const Instance& instance) { return "instance '" + instance.name + "'"; }
@@ -48,31 +42,6 @@ CoupledModel model_of(const ReducedComponent& component) {
   }
   return coupled_model(domains, component.geometry->coordinates, place, component.rigid_body);
 }
-
-// A rigid body has neither nodal masses nor a natural frequency, which these enforcements need.
-void refuse_rigid_contact(const SceneIndex& index, const Instance& instance) {
-  if (index.has_only_impulses(instance)) return;
-  for (const ContactOptions& contact : index.scene().contact) {
-    const bool touches = contact.all || contact.first.instance == instance.name ||
-                         contact.second.instance == instance.name;
-    if (!touches || contact.enforcement == Enforcement::impulse) continue;
-    throw InputError(contact.source.text() + ": contact of instance '" + instance.name +
-                     "', a rigid body, needs enforcement: impulse");
-  }
-}
-
-// Rejects supports with different motions, or reactions of sets, where they are not supported.
-void refuse_shapes(const SceneIndex& index, const Instance& instance, bool has_shells) {
-  const std::string what = "supports of instance '" + instance.name +
-                           "' that move unlike each other or turn, and output.reactions of them";
-  const std::string at = index.boundary(instance).front()->source.text() + ": boundary: " + what;
-  if (has_shells)
-    throw InputError(at + ", are not known with a skin that acts: leave it out of skin.surfaces");
-  if (index.is_nodal(instance))
-    throw InputError(at + ", are not known with enforcement: nodal: take impulse or penalty");
-}
-
-bool takes_long_steps(const TimeOptions& time) { return time.cfl.value_or(0) > 1; }
 
 // The highest frequency (rad/s) that steps of time.cfl critical steps resolve, or steps of
 // output.every, which bounds them; none if steps resolve all modes.
@@ -122,11 +91,9 @@ BodyMaker::Shelled& BodyMaker::shelled(const Instance& instance, const Component
   return shelled;
 }
 
-InstanceBody BodyMaker::make_coupled(const Instance& instance, const Geometry& geometry,
+InstanceBody BodyMaker::make_coupled(const InstancePlan& plan, const Geometry& geometry,
                                      Shelled& shelled) {
-  // Meshes under `exact` move by central differences.
-  const Scheme scheme =
-      scene_.time->integrator == Integrator::newmark ? Scheme::newmark : Scheme::central_difference;
+  const Instance& instance = *plan.instance;
   std::vector<HeldDirection> held = held_directions(index_, instance, geometry);
   std::shared_ptr<CoupledSystem> system = held.empty() ? shelled.system : nullptr;
   if (!system) {
@@ -135,9 +102,20 @@ InstanceBody BodyMaker::make_coupled(const Instance& instance, const Geometry& g
     if (free) shelled.system = system;
   }
   return {std::make_unique<CoupledBody>(instance.name, system, placement_of(index_, instance),
-                                        scheme, NewmarkOptions{scene_.time->alpha},
-                                        damping_without_modes(index_, instance)),
+                                        plan.scheme, NewmarkOptions{scene_.time->alpha},
+                                        plan.damping.material),
           shelled.model->rigid_body.mass};
+}
+
+std::unique_ptr<ModalBody> BodyMaker::modal_body(
+    const InstancePlan& plan, const std::shared_ptr<const Superelement>& superelement,
+    const std::shared_ptr<const ModalForm>& form) const {
+  const Instance& instance = *plan.instance;
+  auto body =
+      std::make_unique<ModalBody>(instance.name, superelement, form, placement_of(index_, instance),
+                                  plan.scheme, NewmarkOptions{scene_.time->alpha}, plan.damping);
+  if (plan.turns) body->turn_freely(instance.angular_velocity, scene_.time->end);
+  return body;
 }
 
 std::shared_ptr<const ModalForm> BodyMaker::held_form(const Instance& instance,
@@ -157,70 +135,51 @@ std::shared_ptr<const ModalForm> BodyMaker::held_form(const Instance& instance,
   return form;
 }
 
-bool BodyMaker::may_truncate(const Instance& instance) const {
-  const TimeOptions& time = *scene_.time;
-  if (time.is_static || preload_steps(scene_) > 0 || scheme_of(time) != Scheme::exact) return false;
-  // The truncated form has residual compliance at contact faces and loaded sets only
-  if (!component_of(scene_, instance).points.empty()) return false;
-  if (!index_.may_touch(instance) || !index_.has_only_impulses(instance)) return false;
-  if (takes_long_steps(time)) return supports_move_alike(index_, instance);
-  return !time.step && !time.cfl && !index_.is_held(instance) && !index_.has_loads(instance);
-}
-
 std::shared_ptr<const ModalForm> BodyMaker::truncated(
-    const Instance& instance, const ReducedComponent& component,
+    const InstancePlan& plan, const ReducedComponent& component,
     const std::shared_ptr<const ModalForm>& form) {
-  if (form->residual || !may_truncate(instance)) return nullptr;
+  if (form->residual || plan.truncation == Truncation::none) return nullptr;
   const auto [at, is_new] = truncated_.try_emplace(form.get());
   if (!is_new) return at->second;
   const Superelement& s = *component.superelement;
-  const bool is_asked = takes_long_steps(*scene_.time);
+  const bool is_asked = plan.truncation == Truncation::asked;
   const std::optional<double> highest =
       is_asked ? limit_of_long_steps(scene_, *form) : automatic_limit(s.eigenvalues, *form);
   if (!highest) return nullptr;
-  const InterfaceNeeds needs = interface_needs(scene_, component_of(scene_, instance));
+  const InterfaceNeeds needs = interface_needs(scene_, component_of(scene_, *plan.instance));
   const std::vector<Index> loaded = is_asked ? loaded_nodes(needs, s) : std::vector<Index>();
   const StaticShare forces = static_forces(touching_surfaces(needs, s), {}, s, loaded);
   if (is_asked || is_large_face(forces)) at->second = truncated_form(*highest, form, forces, s);
   return at->second;
 }
 
-InstanceBody BodyMaker::make_modal(const Instance& instance, const ReducedComponent& component) {
+InstanceBody BodyMaker::make_modal(const InstancePlan& plan, const ReducedComponent& component) {
   const std::shared_ptr<const ModalForm> whole =
-      index_.is_held(instance) ? held_form(instance, component) : component.form;
-  const std::shared_ptr<const ModalForm> part = truncated(instance, component, whole);
+      plan.is_held() ? held_form(*plan.instance, component) : component.form;
+  const std::shared_ptr<const ModalForm> part = truncated(plan, component, whole);
   const auto& form = part ? part : whole;
-  auto body = std::make_unique<ModalBody>(
-      instance.name, component.superelement, form, placement_of(index_, instance),
-      scheme_of(*scene_.time), NewmarkOptions{scene_.time->alpha}, damping_of(index_, instance));
+  auto body = modal_body(plan, component.superelement, form);
   InstanceBody made{.mass = component.rigid_body.mass,
                     .n_following = whole->omega.size() - form->omega.size()};
-  if (turns(index_, instance)) {
-    body->turn_freely(instance.angular_velocity, scene_.time->end);
-    made.notes = notes_of_spin(instance, *component.superelement, *body);
-  }
+  if (plan.turns) made.notes = notes_of_spin(*plan.instance, *component.superelement, *body);
   made.body = std::move(body);
   return made;
 }
 
-InstanceBody BodyMaker::make_modal_with_shells(const Instance& instance,
+InstanceBody BodyMaker::make_modal_with_shells(const InstancePlan& plan,
                                                const ReducedComponent& component) {
+  const Instance& instance = *plan.instance;
   Shelled& with = shelled(instance, component);
   if (!with.nodes) with.nodes = std::make_shared<Superelement>(nodes_only(*with.model));
   const auto form_of = [&](const std::vector<HeldDirection>& held) {
     return std::make_shared<ModalForm>(modal_form(*with.model, held, where(instance)));
   };
-  std::shared_ptr<const ModalForm> form;
-  if (index_.is_held(instance)) {
-    form = form_of(held_directions(index_, instance, *component.geometry));
-  } else {
-    if (!with.form) with.form = form_of({});
-    form = with.form;
-  }
-  return {
-      std::make_unique<ModalBody>(instance.name, with.nodes, form, placement_of(index_, instance),
-                                  Scheme::exact, NewmarkOptions{}, damping_of(index_, instance)),
-      with.model->rigid_body.mass};
+  if (plan.is_held())
+    return {modal_body(plan, with.nodes,
+                       form_of(held_directions(index_, instance, *component.geometry))),
+            with.model->rigid_body.mass};
+  if (!with.form) with.form = form_of({});
+  return {modal_body(plan, with.nodes, with.form), with.model->rigid_body.mass};
 }
 
 InstanceBody BodyMaker::make(const Instance& instance, const ReducedComponent& component) {
@@ -233,13 +192,13 @@ InstanceBody BodyMaker::make(const Instance& instance, const MeshedComponent& co
 
 template <typename Component>
 InstanceBody BodyMaker::make_supported(const Instance& instance, const Component& component) {
-  InstanceBody made = make_held(instance, component);
-  const bool is_translation = supports_move_alike(index_, instance);
-  SupportPlan plan = is_translation ? translation(instance, *component.geometry, made.mass)
-                                    : shapes(instance, component, *made.body);
+  const InstancePlan& its = index_.plan(instance);
+  InstanceBody made = make_held(its, component);
+  SupportPlan plan = its.moves_alike ? translation(instance, *component.geometry, made.mass)
+                                     : shapes(instance, component, *made.body);
   plan.has_inertia = !scene_.time->is_static;
   plan.waits = preload_steps(scene_) > 0;
-  if (!is_translation || !plan.drives.empty()) made.body->move_supports(std::move(plan));
+  if (!its.moves_alike || !plan.drives.empty()) made.body->move_supports(std::move(plan));
   return made;
 }
 
@@ -267,7 +226,6 @@ SupportShapes BodyMaker::shapes_of(const Instance& instance, const MeshedCompone
 template <typename Component>
 SupportPlan BodyMaker::shapes(const Instance& instance, const Component& component,
                               const Body& held) {
-  refuse_shapes(index_, instance, has_shells(scene_, instance, *component.geometry));
   SupportShapesWanted wanted = support_shapes_wanted(index_, instance, *component.geometry);
   SupportPlan plan;
   plan.shapes = shapes_of(instance, component,
@@ -297,36 +255,24 @@ SupportPlan BodyMaker::translation(const Instance& instance, const Geometry& geo
   return plan;
 }
 
-InstanceBody BodyMaker::make_held(const Instance& instance, const ReducedComponent& component) {
-  if (component.has_residual() || turns(index_, instance)) return make_modal(instance, component);
-  const MotionPlan& plan = component.plans.at(instance.name);
-  if (!plan.is_modal())
-    return make_coupled(instance, *component.geometry, shelled(instance, component));
-  return plan.has_shells ? make_modal_with_shells(instance, component)
-                         : make_modal(instance, component);
+InstanceBody BodyMaker::make_held(const InstancePlan& plan, const ReducedComponent& component) {
+  if (plan.body == BodyKind::form) return make_modal(plan, component);
+  if (plan.body == BodyKind::form_with_shells) return make_modal_with_shells(plan, component);
+  return make_coupled(plan, *component.geometry, shelled(*plan.instance, component));
 }
 
-InstanceBody BodyMaker::make_mesh_modes(const Instance& instance,
+InstanceBody BodyMaker::make_mesh_modes(const InstancePlan& plan,
                                         const MeshedComponent& component) const {
-  if (component.plans.at(instance.name).has_shells)
-    throw InputError(
-        scene_.skin->source.text() + ": skin: instance '" + instance.name +
-        "' (as: mesh) cannot carry shells that act with --modes or --sweep: use as: superelement");
   auto modes = std::make_shared<MeshModes>(
-      mesh_modes(component, held_directions(index_, instance, *component.geometry),
-                 *component.modes, where(instance)));
-  auto body = std::make_unique<ModalBody>(instance.name, modes->nodes, modes->form,
-                                          placement_of(index_, instance), Scheme::exact,
-                                          NewmarkOptions{}, damping_of(index_, instance));
+      mesh_modes(component, held_directions(index_, *plan.instance, *component.geometry),
+                 *component.modes, where(*plan.instance)));
+  auto body = modal_body(plan, modes->nodes, modes->form);
   body->sum_forces();
   return {std::move(body), modes->nodes->rigid_body.mass, modes};
 }
 
-InstanceBody BodyMaker::make_rigid(const Instance& instance, const MeshedComponent& component) {
-  if (has_shells(scene_, instance, *component.geometry))
-    throw InputError(scene_.skin->source.text() + ": skin: instance '" + instance.name +
-                     "' (as: rigid) cannot carry shells that act: leave it out of skin.surfaces");
-  refuse_rigid_contact(index_, instance);
+InstanceBody BodyMaker::make_rigid(const InstancePlan& plan, const MeshedComponent& component) {
+  const Instance& instance = *plan.instance;
   std::shared_ptr<const Superelement>& nodes = nodes_of_rigid_[&component];
   if (!nodes) {
     auto of_mesh = mesh_nodes(component);
@@ -335,23 +281,19 @@ InstanceBody BodyMaker::make_rigid(const Instance& instance, const MeshedCompone
   }
   const std::shared_ptr<const ModalForm> form =
       rigid_form(*nodes, held_directions(index_, instance, *component.geometry), where(instance));
-  auto body = std::make_unique<ModalBody>(
-      instance.name, nodes, form, placement_of(index_, instance), scheme_of(*scene_.time),
-      NewmarkOptions{scene_.time->alpha}, damping_of(index_, instance));
-  if (turns(index_, instance)) body->turn_freely(instance.angular_velocity, scene_.time->end);
-  return {std::move(body), nodes->rigid_body.mass};
+  return {modal_body(plan, nodes, form), nodes->rigid_body.mass};
 }
 
-InstanceBody BodyMaker::make_held(const Instance& instance, const MeshedComponent& component) {
-  if (instance.as == InstanceKind::rigid) return make_rigid(instance, component);
-  if (component.modes) return make_mesh_modes(instance, component);
-  if (component.plans.at(instance.name).coordinates == Coordinates::coupled)
-    return make_coupled(instance, *component.geometry, shelled(instance, component));
-  MeshOptions options{.damping = damping_without_modes(index_, instance)};
-  if (turns(index_, instance)) options.angular_velocity = instance.angular_velocity;
+InstanceBody BodyMaker::make_held(const InstancePlan& plan, const MeshedComponent& component) {
+  const Instance& instance = *plan.instance;
+  if (plan.body == BodyKind::rigid) return make_rigid(plan, component);
+  if (plan.body == BodyKind::mesh_modes) return make_mesh_modes(plan, component);
+  if (plan.body == BodyKind::coupled)
+    return make_coupled(plan, *component.geometry, shelled(instance, component));
+  MeshOptions options{.damping = plan.damping.material};
+  if (plan.turns) options.angular_velocity = instance.angular_velocity;
   if (preload_steps(scene_) > 0)
-    options.statics =
-        make_coupled(instance, *component.geometry, shelled(instance, component)).body;
+    options.statics = make_coupled(plan, *component.geometry, shelled(instance, component)).body;
   return {std::make_unique<MeshBody>(instance.name, component.model, placement_of(index_, instance),
                                      held_directions(index_, instance, *component.geometry),
                                      threads_, std::move(options)),

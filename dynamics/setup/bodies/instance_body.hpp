@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "dynamics/motion/coupled/coupled_system.hpp"
+#include "dynamics/motion/modal/modal_body.hpp"
 #include "dynamics/setup/components/component_model.hpp"
 
 namespace cbr {
@@ -35,8 +36,8 @@ class BodyMaker {
   BodyMaker(const SceneIndex& index, std::shared_ptr<RowThreads> threads)
       : index_(index), scene_(index.scene()), threads_(std::move(threads)) {}
 
-  // InputError: boundary conditions on missing nodes, or with contradicting motions; shells that
-  // are not possible. RunError: a mass that is not positive definite.
+  // InputError: boundary conditions on missing nodes, or with contradicting motions. RunError: a
+  // mass that is not positive definite.
   InstanceBody make(const Instance& instance, const ReducedComponent& component);
   InstanceBody make(const Instance& instance, const MeshedComponent& component);
 
@@ -48,10 +49,10 @@ class BodyMaker {
     std::shared_ptr<CoupledSystem> system;      // for free instances
   };
   // With supports at rest, in axes that follow the prescribed motion; then with that motion.
-  InstanceBody make_held(const Instance& instance, const ReducedComponent& component);
-  InstanceBody make_held(const Instance& instance, const MeshedComponent& component);
-  InstanceBody make_mesh_modes(const Instance& instance, const MeshedComponent& component) const;
-  InstanceBody make_rigid(const Instance& instance, const MeshedComponent& component);
+  InstanceBody make_held(const InstancePlan& plan, const ReducedComponent& component);
+  InstanceBody make_held(const InstancePlan& plan, const MeshedComponent& component);
+  InstanceBody make_mesh_modes(const InstancePlan& plan, const MeshedComponent& component) const;
+  InstanceBody make_rigid(const InstancePlan& plan, const MeshedComponent& component);
   template <typename Component>
   InstanceBody make_supported(const Instance& instance, const Component& component);
   SupportPlan translation(const Instance& instance, const Geometry& geometry, double mass) const;
@@ -64,18 +65,20 @@ class BodyMaker {
                           const std::vector<HeldDirection>& held, const Matrix& motion);
   template <typename Component>
   Shelled& shelled(const Instance& instance, const Component& component);
-  InstanceBody make_coupled(const Instance& instance, const Geometry& geometry, Shelled& shelled);
+  InstanceBody make_coupled(const InstancePlan& plan, const Geometry& geometry, Shelled& shelled);
+  std::unique_ptr<ModalBody> modal_body(const InstancePlan& plan,
+                                        const std::shared_ptr<const Superelement>& superelement,
+                                        const std::shared_ptr<const ModalForm>& form) const;
   // Shared by all instances of a component with the same constraints, in component axes.
   std::shared_ptr<const ModalForm> held_form(const Instance& instance,
                                              const ReducedComponent& component);
-  InstanceBody make_modal(const Instance& instance, const ReducedComponent& component);
-  // For a superelement in contact whose highest modes become quasi-static: with step: auto if it is
-  // free and has a large contact face, with cfl above 1 always. Otherwise null.
-  std::shared_ptr<const ModalForm> truncated(const Instance& instance,
+  InstanceBody make_modal(const InstancePlan& plan, const ReducedComponent& component);
+  // The form whose highest modes are quasi-static, for a plan that truncates: free with a large
+  // contact face, or with cfl above 1. Otherwise null.
+  std::shared_ptr<const ModalForm> truncated(const InstancePlan& plan,
                                              const ReducedComponent& component,
                                              const std::shared_ptr<const ModalForm>& form);
-  bool may_truncate(const Instance& instance) const;
-  InstanceBody make_modal_with_shells(const Instance& instance, const ReducedComponent& component);
+  InstanceBody make_modal_with_shells(const InstancePlan& plan, const ReducedComponent& component);
 
   const SceneIndex& index_;
   const Scene& scene_;

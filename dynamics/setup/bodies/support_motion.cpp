@@ -16,21 +16,6 @@ namespace {
 // Relative difference of the motions of one node by two conditions, due to round-off of the arm.
 constexpr double same_motion = 1e-9;
 
-bool moves(const BoundaryCondition& condition, int axis) {
-  return condition.motion != SupportMotion::none && condition.value[axis] != 0;
-}
-
-bool turns(const BoundaryCondition& condition) {
-  return condition.motion != SupportMotion::none && condition.turn != Vector3::Zero();
-}
-
-bool is_same(const History& a, const History& b) { return a.time == b.time && a.value == b.value; }
-
-bool move_alike(const BoundaryCondition& a, const BoundaryCondition& b, int axis) {
-  if (!moves(a, axis) && !moves(b, axis)) return true;
-  return a.motion == b.motion && a.value[axis] == b.value[axis] && is_same(a.history, b.history);
-}
-
 std::array<bool, 3> held_rotations(const BoundaryCondition& condition) {
   // By default a fully constrained node does not rotate
   const bool is_whole = condition.fix[0] && condition.fix[1] && condition.fix[2];
@@ -92,7 +77,7 @@ class Drives {
     for (std::size_t i = 0; i < known_.size(); ++i) {
       const Known& known = known_[i];
       const bool is_one =
-          known.motion == of.motion && known.coasts == coasts && is_same(known.history, of.history);
+          known.motion == of.motion && known.coasts == coasts && known.history == of.history;
       if (is_one) return static_cast<Index>(i);
     }
     known_.push_back({of.motion, of.history, coasts});
@@ -147,14 +132,14 @@ void take_drives(const SceneIndex& index, const Instance& instance, const Geomet
   const Places places(instance, geometry);
   Drives drives(index.scene().time->end);
   std::vector<std::vector<Part>> parts;
-  for (const BoundaryCondition* condition : index.boundary(instance))
+  for (const BoundaryCondition* condition : index.plan(instance).boundary)
     parts.push_back(parts_of(*condition, instance, drives));
   wanted.drives = drives.axes();
   const auto m = static_cast<Index>(wanted.drives.size());
   wanted.motion.setZero(static_cast<Index>(held.size()), m);
   std::vector<const BoundaryCondition*> first(held.size(), nullptr);
   for (std::size_t i = 0; i < parts.size(); ++i) {
-    const BoundaryCondition& condition = *index.boundary(instance)[i];
+    const BoundaryCondition& condition = *index.plan(instance).boundary[i];
     const Vector3 about = condition.about.value_or(
         places.center(find_nodes(geometry, instance.name, condition.nodes, condition.source)));
     for (const HeldAxis& axis : held_by(condition, instance, geometry)) {
@@ -192,7 +177,7 @@ void take_set(const SceneIndex& index, const Instance& instance, const Geometry&
   Vector3 point = Vector3::Zero();
   const std::vector<Index> nodes = find_nodes(geometry, set.instance, set.surface, set.source);
   point = places.center(nodes);
-  for (const BoundaryCondition* condition : index.boundary(instance))
+  for (const BoundaryCondition* condition : index.plan(instance).boundary)
     if (condition->nodes == set.surface && condition->about) point = *condition->about;
   for (const Index node : nodes) {
     members.insert(node);
@@ -225,7 +210,7 @@ bool condenses_rotations(const Scene& scene, const Instance& instance) {
 std::vector<HeldAxis> held_axes(const SceneIndex& index, const Instance& instance,
                                 const Geometry& geometry) {
   std::set<HeldAxis> held;
-  for (const BoundaryCondition* condition : index.boundary(instance)) {
+  for (const BoundaryCondition* condition : index.plan(instance).boundary) {
     bool any = false;
     for (const HeldAxis& axis : held_by(*condition, instance, geometry)) held.insert(axis);
     for (const Index node :
@@ -246,28 +231,13 @@ std::vector<HeldAxis> held_axes(const SceneIndex& index, const Instance& instanc
   return {held.begin(), held.end()};
 }
 
-bool supports_move_alike(const SceneIndex& index, const Instance& instance) {
-  for (const SurfaceName& set : index.scene().output.reactions)
-    if (set.instance == instance.name) return false;
-  for (int axis = 0; axis < 3; ++axis) {
-    const BoundaryCondition* first = nullptr;
-    for (const BoundaryCondition* condition : index.boundary(instance)) {
-      if (turns(*condition)) return false;
-      if (!condition->fix[static_cast<std::size_t>(axis)]) continue;
-      if (first == nullptr) first = condition;
-      if (!move_alike(*first, *condition, axis)) return false;
-    }
-  }
-  return true;
-}
-
 DrivenMotion support_motion(const SceneIndex& index, const Instance& instance) {
   DrivenMotion motion;
-  if (!supports_move_alike(index, instance)) return motion;
+  if (!index.plan(instance).moves_alike) return motion;
   for (int axis = 0; axis < 3; ++axis) {
-    for (const BoundaryCondition* condition : index.boundary(instance)) {
+    for (const BoundaryCondition* condition : index.plan(instance).boundary) {
       if (!condition->fix[static_cast<std::size_t>(axis)]) continue;
-      if (moves(*condition, axis))
+      if (condition->moves(axis))
         motion.axes[static_cast<std::size_t>(axis)].emplace_back(
             condition->motion, condition->value[axis], condition->history, instance.velocity[axis],
             index.scene().time->end);

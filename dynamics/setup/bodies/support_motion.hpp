@@ -24,9 +24,7 @@ struct HeldAxis {
 std::vector<HeldAxis> held_axes(const SceneIndex& index, const Instance& instance,
                                 const Geometry& geometry);
 
-// Whether all supports have one translation, and no reactions of sets are requested.
-bool supports_move_alike(const SceneIndex& index, const Instance& instance);
-// That translation; none if supports move differently.
+// The translation of all supports; none if they move differently.
 DrivenMotion support_motion(const SceneIndex& index, const Instance& instance);
 
 // Multi-support excitation, and motions of the sets whose reactions are requested.

@@ -34,6 +34,7 @@ struct BuiltScene {
     Index n_shell_faces = 0;                 // of the active skin
     Placement placement;
     double mass = 0;
+    Damping damping;
     Index n_following = 0;   // quasi-static modes, in addition to Body::n_dofs()
     std::string why_linear;  // reason against large rotation; empty: it is possible
   };
@@ -41,7 +42,6 @@ struct BuiltScene {
   GapWatch gaps;
   StrainWatch strains;
   std::vector<std::string> notes;  // for the summary
-  std::string large_is_refused;    // what_large_is_refused_for()
   // Per instance, rad, with `rotations: auto`: beyond it the run restarts with large rotation.
   // HUGE_VAL, or empty: never
   std::vector<double> turn_limit;

@@ -11,7 +11,6 @@
 #include "common/scene/left_out_blocks.hpp"
 #include "common/scene/staleness.hpp"
 #include "common/superelement/superelement_check.hpp"
-#include "dynamics/setup/components/skin_shells.hpp"
 #include "dynamics/setup/components/superelement_alone.hpp"
 
 namespace cbr {
@@ -32,65 +31,47 @@ bool is_made_for_more(const Scene& scene, const Component& component, const std:
   return missing_needs(of_file, now).empty() && hash == content_hash(scene, component, of_file);
 }
 
-void require_current(const Scene& scene, const Component& component,
-                     const ReductionOptions& reduction) {
-  const std::string& file = reduction.superelement.string();
-  const std::string where =
-      component.source.text() + ": component '" + component.name + "': the superelement " + file;
+void require_current(const Scene& scene, const Component& component) {
+  const std::filesystem::path& file = component.reduction->superelement;
   const std::string cure = ": run cbr-reduce " + scene_argument(scene);
-  if (!std::filesystem::exists(reduction.superelement))
-    throw InputError(where + " does not exist" + cure);
-  const std::string hash = read_content_hash(reduction.superelement);
+  if (!std::filesystem::exists(file)) refuse_file(component, "does not exist" + cure);
+  const std::string hash = read_content_hash(file);
   // reports the defect of a damaged or foreign file
-  if (hash.empty()) read_superelement(reduction.superelement);
+  if (hash.empty()) read_superelement(file);
   const bool is_made_for_scene =
       hash == content_hash(scene, component) || is_made_for_more(scene, component, hash);
   if (!is_made_for_scene || is_of_other_mass(component))
-    throw InputError(where +
-                     " was not made from the present mesh, materials and reduction options (" +
-                     stale_text(scene, component) + ")" + cure);
-  if (lacks_face_centres(reduction.superelement))
-    throw InputError(
-        where +
-        " is of hex27 and lacks the centre nodes of its faces, which versions before 0.2 lost" +
-        cure);
+    refuse_file(component, "was not made from the present mesh, materials and reduction options (" +
+                               stale_text(scene, component) + ")" + cure);
+  require_face_centres(component, cure);
+}
+
+// Changes the text of errors of an action.
+template <typename Action, typename Renamed>
+auto renaming(const Action& action, const Renamed& renamed) {
+  try {
+    return action();
+  } catch (const InputError& error) {
+    throw InputError(renamed(error.what()));
+  } catch (const RunError& error) {
+    throw RunError(renamed(error.what()));
+  }
 }
 
 // Adds the scene's line and the component to errors in a mesh or superelement, which lack them.
 template <typename Action>
 auto naming(const Component& component, const Action& action) {
-  const auto named = [&](const std::string& what) {
+  return renaming(action, [&](const std::string& what) {
     if (what.starts_with(component.source.file + ":")) return what;  // it has the line already
     const std::string name = "component '" + component.name + "': ";
     return component.source.text() + ": " + (what.starts_with(name) ? "" : name) + what;
-  };
-  try {
-    return action();
-  } catch (const InputError& error) {
-    throw InputError(named(error.what()));
-  } catch (const RunError& error) {
-    throw RunError(named(error.what()));
-  }
+  });
 }
 
 // Adds the file to errors of an action on elements.
 template <typename Action>
 auto naming(const std::filesystem::path& file, const Action& action) {
-  try {
-    return action();
-  } catch (const InputError& error) {
-    throw InputError(file.string() + ": " + error.what());
-  } catch (const RunError& error) {
-    throw RunError(file.string() + ": " + error.what());
-  }
-}
-
-std::vector<const Instance*> instances_of(const Scene& scene, const Component& component,
-                                          InstanceKind as) {
-  std::vector<const Instance*> list;
-  for (const Instance& instance : scene.instances)
-    if (instance.component == component.name && instance.as == as) list.push_back(&instance);
-  return list;
+  return renaming(action, [&](const std::string& what) { return file.string() + ": " + what; });
 }
 
 // Parts of a file that the instances need.
@@ -100,12 +81,12 @@ struct Needs {
   bool diagonal = false;  // the form as it is stored
 };
 
-Needs needs_of(const SceneIndex& index, const MotionPlans& plans) {
+Needs needs_of(const std::vector<InstancePlan*>& plans) {
   Needs needs;
-  for (const auto& [name, plan] : plans) {
-    needs.modal |= plan.is_modal();
-    needs.diagonal |= plan.as_stored;
-    needs.matrices |= !plan.as_stored || index.is_nodal(index.scene().instances[index.place(name)]);
+  for (const InstancePlan* plan : plans) {
+    needs.modal |= plan->body != BodyKind::coupled;
+    needs.diagonal |= plan->as_stored;
+    needs.matrices |= !plan->as_stored || plan->features.contains(feature::nodal);
   }
   return needs;
 }
@@ -133,13 +114,13 @@ Geometry geometry_of_group(const SuperelementGroup& group) {
 }
 
 // For fields, stress, and histories of interior sets.
-bool needs_recovery(const Scene& scene, const Component& component, const Geometry& geometry) {
+bool needs_recovery(const Scene& scene, const std::vector<InstancePlan*>& plans,
+                    const Geometry& geometry) {
   if (!scene.output.fields.empty()) return true;
-  for (const Instance* instance : instances_of(scene, component, InstanceKind::superelement)) {
-    for (const StressOptions& stress : scene.output.stress)
-      if (stress.instance == instance->name) return true;
+  for (const InstancePlan* plan : plans) {
+    if (plan->features.contains(feature::stress)) return true;
     for (const SurfaceName& name : scene.output.history)
-      if (name.instance == instance->name && is_inside(geometry, name.surface)) return true;
+      if (name.instance == plan->instance->name && is_inside(geometry, name.surface)) return true;
   }
   return false;
 }
@@ -157,13 +138,12 @@ void add_part(std::shared_ptr<const Superelement> superelement, std::vector<Inde
   reduced.n_dofs = reduced.n_modal + 3 * reduced.geometry->coordinates.rows();
 }
 
-ReducedComponent of_one(const SceneIndex& index, const Component& component,
+ReducedComponent of_one(SceneIndex& index, const Component& component,
                         const BuildOptions& options) {
   const std::filesystem::path& file = component.reduction->superelement;
   auto superelement = std::make_shared<Superelement>(read_superelement(file, light));
   const std::map<Index, Index> rotations = separate_rotations(*superelement);
   ReducedComponent reduced;
-  reduced.options = options;
   Geometry geometry = geometry_of(*superelement);
   geometry.rotations = rotations;
   reduced.geometry = geometry_in(component, std::move(geometry));
@@ -174,13 +154,13 @@ ReducedComponent of_one(const SceneIndex& index, const Component& component,
   add_part(superelement, std::move(node), reduced);
   reduced.n_dofs = superelement->n_coordinates();
   const bool stored = stores_diagonal_form(file);
-  const bool recovery = needs_recovery(index.scene(), component, *reduced.geometry);
+  const std::vector<InstancePlan*> plans = index.plans(component, InstanceKind::superelement);
+  const bool recovery = needs_recovery(index.scene(), plans, *reduced.geometry);
   SuperelementParts parts{true, false, superelement->is_characteristic() && recovery};
-  reduced.plans = plan_superelements(index, component.name,
-                                     {*reduced.geometry, reduced.n_dofs, stored,
-                                      superelement->is_characteristic(), options.diagonal_limit});
-  if (superelement->has_interface_matrices())
-    parts = parts_to_read(needs_of(index, reduced.plans), recovery);
+  const bool has_only_modes = !superelement->has_interface_matrices();
+  plan_bodies(index.scene(), plans,
+              {*reduced.geometry, reduced.n_dofs, stored, has_only_modes, options.diagonal_limit});
+  if (!has_only_modes) parts = parts_to_read(needs_of(plans), recovery);
   *superelement = read_superelement(file, parts);
   check_rigid_motions(*superelement, file.string());
   separate_rotations(*superelement);
@@ -190,13 +170,12 @@ ReducedComponent of_one(const SceneIndex& index, const Component& component,
   return reduced;
 }
 
-ReducedComponent of_group(const SceneIndex& index, const Component& component,
+ReducedComponent of_group(SceneIndex& index, const Component& component,
                           const BuildOptions& options) {
   const std::filesystem::path& file = component.reduction->superelement;
   SuperelementGroup group = read_superelement_group(file, light);
   const JoinedNodes nodes = join_nodes(group);
   ReducedComponent reduced;
-  reduced.options = options;
   reduced.geometry = geometry_in(component, geometry_of(nodes, group));
   reduced.rigid_body = group.rigid_body;
   reduced.conditioning = group.conditioning;
@@ -204,12 +183,12 @@ ReducedComponent of_group(const SceneIndex& index, const Component& component,
   for (const Superelement& domain : group.domains) reduced.n_modal += domain.k();
   reduced.n_dofs = reduced.n_modal + 3 * nodes.coordinates.rows();
   const bool stored = stores_diagonal_form(file);
-  reduced.plans = plan_superelements(
-      index, component.name,
-      {*reduced.geometry, reduced.n_dofs, stored, false, options.diagonal_limit});
-  const Needs needs = needs_of(index, reduced.plans);
+  const std::vector<InstancePlan*> plans = index.plans(component, InstanceKind::superelement);
+  plan_bodies(index.scene(), plans,
+              {*reduced.geometry, reduced.n_dofs, stored, false, options.diagonal_limit});
+  const Needs needs = needs_of(plans);
   group = read_superelement_group(
-      file, parts_to_read(needs, needs_recovery(index.scene(), component, *reduced.geometry)));
+      file, parts_to_read(needs, needs_recovery(index.scene(), plans, *reduced.geometry)));
   for (std::size_t d = 0; d < group.domains.size(); ++d)
     check_rigid_motions(group.domains[d], file.string() + ": /domains/" + std::to_string(d + 1));
   if (needs.modal) {
@@ -264,36 +243,6 @@ void tell_conditioning(const Component& component, const ReducedComponent& reduc
   report.about(before);
 }
 
-// Shells need K_cc and M_cc, which such a basis lacks.
-void refuse_shells(const Scene& scene, const Instance& instance, const std::string& basis,
-                   const MotionPlans& plans) {
-  if (!plans.at(instance.name).has_shells) return;
-  throw InputError(
-      scene.skin->source.text() + ": skin: instance '" + instance.name + "' (basis: " + basis +
-      ") cannot carry shells that act: leave it out of skin.surfaces, or reduce it with basis: "
-      "craig-bampton");
-}
-
-// Shells would use the rotations of the model as their own.
-void refuse_shells_with_points(const Scene& scene, const ReducedComponent& reduced) {
-  if (reduced.geometry->rotations.empty()) return;
-  for (const auto& [name, plan] : reduced.plans)
-    if (plan.has_shells)
-      throw InputError(scene.skin->source.text() + ": skin: instance '" + name +
-                       "' has nodes with rotations (reduction.points, blocks.NAME.thickness) and "
-                       "cannot carry shells that act: leave it out of skin.surfaces");
-}
-
-// Faces of a skin have rotations of their own, which shells of the mesh do not share.
-void refuse_skin_on_shells(const Scene& scene, const MeshedComponent& meshed) {
-  if (meshed.geometry->rotations.empty()) return;
-  for (const auto& [name, plan] : meshed.plans)
-    if (plan.has_shells)
-      throw InputError(scene.skin->source.text() + ": skin: instance '" + name +
-                       "' has shells of its own (blocks.NAME.thickness) and cannot carry those of "
-                       "a skin that act: leave it out of skin.surfaces");
-}
-
 void check_reduced(const Scene& scene, const Component& component, Report& report) {
   if (!component.reduction) {
     throw InputError(component.source.text() + ": component '" + component.name +
@@ -301,7 +250,7 @@ void check_reduced(const Scene& scene, const Component& component, Report& repor
                      "cbr-reduce, or use as: mesh");
   }
   const auto phase = report.phase("read");
-  if (component.has_mesh) require_current(scene, component, *component.reduction);
+  if (component.has_mesh) require_current(scene, component);
   if (!component.has_mesh) require_superelement(component);
   const std::vector<SetUse> uses = set_uses(scene, component, InstanceKind::superelement);
   if (uses.empty()) return;
@@ -327,7 +276,7 @@ void warn_of_missing_statics(const Scene& scene, const Component& component,
                             "or use basis: craig-bampton"));
 }
 
-ReducedComponent read_reduced(const SceneIndex& index, const Component& component,
+ReducedComponent read_reduced(SceneIndex& index, const Component& component,
                               const BuildOptions& options, Report& report) {
   ReducedComponent reduced;
   {
@@ -339,7 +288,7 @@ ReducedComponent read_reduced(const SceneIndex& index, const Component& componen
   warn_of_blocks(component, reduced.provenance, report);
   tell_conditioning(component, reduced, report);
   warn_of_missing_statics(index.scene(), component, reduced, report);
-  refuse_shells_with_points(index.scene(), reduced);
+  const std::vector<InstancePlan*> plans = index.plans(component, InstanceKind::superelement);
   const std::string file = component.reduction->superelement.string();
   if (reduced.superelement && is_held_inside(*reduced.superelement))
     report.warning("component '" + component.name + "': the stiffness in " + file +
@@ -347,9 +296,6 @@ ReducedComponent read_reduced(const SceneIndex& index, const Component& componen
                    "its instances cannot fly");
   if (reduced.superelement && !reduced.superelement->has_interface_matrices()) {
     const auto phase = report.phase("setup");
-    for (const Instance* instance :
-         instances_of(index.scene(), component, InstanceKind::superelement))
-      refuse_shells(index.scene(), *instance, reduced.superelement->basis, reduced.plans);
     const bool has_statics = !reduced.superelement->characteristic.statics.node.empty();
     if (reduced.superelement->is_massless() || has_statics) {
       reduced.form = free_residual_form(reduced.superelement, file);
@@ -357,27 +303,30 @@ ReducedComponent read_reduced(const SceneIndex& index, const Component& componen
       reduced.form =
           std::make_shared<ModalForm>(free_characteristic_form(*reduced.superelement, file));
     }
-  } else if (std::any_of(reduced.plans.begin(), reduced.plans.end(),
-                         [](const auto& p) { return p.second.moves_freely_in_form(); })) {
+  } else if (std::any_of(plans.begin(), plans.end(),
+                         [](const InstancePlan* plan) { return plan->moves_freely_in_form(); })) {
     const auto phase = report.phase("setup");
     reduced.form = std::make_shared<ModalForm>(
         free_modal_form(*reduced.superelement, component.reduction->superelement.string()));
+  }
+  for (InstancePlan* plan : plans) {
+    if (reduced.parts.size() != 1) plan->features[feature::domains] = {&component.source};
+    if (reduced.form && reduced.form->n_rigid != 6)
+      plan->features[feature::parts] = {&component.source,
+                                        std::to_string(reduced.form->n_rigid) + " rigid motions"};
   }
   return reduced;
 }
 
 // Warns if instances of one component have different masses by default.
-void warn_of_two_masses(const Scene& scene, const Component& component,
-                        const MeshedComponent& meshed, Report& report) {
-  if (instances_of(scene, component, InstanceKind::superelement).empty()) return;
-  if (instances_of(scene, component, InstanceKind::mesh).empty()) return;
+void warn_of_two_masses(const Component& component, const MeshedComponent& meshed, Report& report) {
   if (meshed.mass == mass_of_superelement(component, *meshed.mesh)) return;
   report.warning("component '" + component.name +
                  "': the mass of its mesh is lumped and that of its superelement consistent, as is "
                  "the default: give the component mass: lumped, or consistent, to compare the two");
 }
 
-MeshedComponent read_meshed(const SceneIndex& index, const Component& component,
+MeshedComponent read_meshed(SceneIndex& index, const Component& component,
                             const BuildOptions& options, Report& report) {
   const Scene& scene = index.scene();
   MeshedComponent meshed;
@@ -396,12 +345,14 @@ MeshedComponent read_meshed(const SceneIndex& index, const Component& component,
     return std::make_shared<FiniteElementModel>(
         naming(component.mesh, [&] { return assemble(*meshed.mesh, meshed.properties, mass); }));
   };
-  const bool is_rigid = !instances_of(scene, component, InstanceKind::rigid).empty(),
-             is_elastic = !instances_of(scene, component, InstanceKind::mesh).empty();
+  const std::vector<InstancePlan*> rigid = index.plans(component, InstanceKind::rigid),
+                                   elastic = index.plans(component, InstanceKind::mesh);
+  const bool is_rigid = !rigid.empty(), is_elastic = !elastic.empty();
   if (is_elastic) {
     meshed.mass = options.mesh_modes ? mass_of_superelement(component, *meshed.mesh)
                                      : mass_of_mesh(component);
-    warn_of_two_masses(scene, component, meshed, report);
+    if (!index.plans(component, InstanceKind::superelement).empty())
+      warn_of_two_masses(component, meshed, report);
   } else {
     meshed.mass = MassKind::consistent;
   }
@@ -413,19 +364,21 @@ MeshedComponent read_meshed(const SceneIndex& index, const Component& component,
                                    exact->n_rotations);
   }
   const std::vector<Index> parts = connected_parts(*meshed.mesh, *fe);
-  meshed.n_parts = 1 + *std::max_element(parts.begin(), parts.end());
   if (const std::string text = unjoined_parts(*meshed.mesh, *fe, parts); !text.empty())
     report.warning("component '" + component.name + "': " + text);
   if (const std::string text = hinged_shells(*meshed.mesh, *fe); !text.empty())
     report.warning("component '" + component.name + "': " + text);
   meshed.body_node = fe->row;
   meshed.geometry = std::make_shared<Geometry>(cbr::geometry_of(*meshed.mesh, *fe));
-  meshed.plans = plan_meshes(index, component.name, *meshed.geometry);
-  refuse_skin_on_shells(scene, meshed);
-  const auto is_nodal = [](const auto& plan) {
-    return plan.second.coordinates == Coordinates::nodal;
-  };
-  if (!meshed.modes && std::any_of(meshed.plans.begin(), meshed.plans.end(), is_nodal))
+  const PlannedComponent planned{.geometry = *meshed.geometry,
+                                 .as_modes = options.mesh_modes.has_value()};
+  plan_bodies(scene, rigid, planned);
+  plan_bodies(scene, elastic, planned);
+  if (const Index n = 1 + *std::max_element(parts.begin(), parts.end()); n > 1)
+    for (InstancePlan* plan : elastic)
+      plan->features[feature::parts] = {&component.source, std::to_string(n)};
+  if (std::any_of(elastic.begin(), elastic.end(),
+                  [](const InstancePlan* plan) { return plan->body == BodyKind::mesh; }))
     meshed.model = std::make_shared<MeshModel>(naming(component.mesh, [&] {
       return meshed.mass == MassKind::lumped
                  ? mesh_model(*fe, meshed.geometry->coordinates, true,
@@ -441,12 +394,12 @@ void check_reduced_component(const Scene& scene, const Component& component, Rep
   naming(component, [&] { check_reduced(scene, component, report); });
 }
 
-ReducedComponent read_reduced_component(const SceneIndex& index, const Component& component,
+ReducedComponent read_reduced_component(SceneIndex& index, const Component& component,
                                         const BuildOptions& options, Report& report) {
   return naming(component, [&] { return read_reduced(index, component, options, report); });
 }
 
-MeshedComponent read_meshed_component(const SceneIndex& index, const Component& component,
+MeshedComponent read_meshed_component(SceneIndex& index, const Component& component,
                                       const BuildOptions& options, Report& report) {
   return naming(component, [&] { return read_meshed(index, component, options, report); });
 }

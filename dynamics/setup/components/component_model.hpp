@@ -18,7 +18,6 @@
 #include "dynamics/motion/modal/forms/residual_compliance.hpp"
 #include "dynamics/motion/nodal/mesh_body.hpp"
 #include "dynamics/setup/components/geometry.hpp"
-#include "dynamics/setup/components/motion_plan.hpp"
 #include "dynamics/setup/components/scene_index.hpp"
 
 namespace cbr {
@@ -65,8 +64,6 @@ struct ReducedComponent {
   // of the joined domains; that of a superelement, or a domain, is in `parts`
   std::optional<Conditioning> conditioning;
   Index n_modal = 0, n_dofs = 0;
-  MotionPlans plans;
-  BuildOptions options;
 };
 
 struct MeshedComponent {
@@ -76,23 +73,21 @@ struct MeshedComponent {
   std::vector<Index> body_node;             // the body's node for each node of the mesh, or -1
   std::shared_ptr<const FiniteElementModel> fe;
   MassKind mass = MassKind::lumped;  // of fe
-  Index n_parts = 1;                 // not connected by elements
   // of rigid instances: with consistent mass, so that the inertia is that of the volume
   std::optional<RigidBody> rigid_body;
   std::shared_ptr<const MeshModel> model;  // if an instance is a MeshBody
   std::optional<MeshModesWanted> modes;
-  MotionPlans plans;
 };
 
 // Reads the sets of the component's superelement. InputError: missing or stale (with the command to
 // run), or without a set that the scene uses.
 void check_reduced_component(const Scene& scene, const Component& component, Report& report);
 
-// Logs phases "read" and "setup". Precondition: the superelement has been checked. InputError: a
-// damaged file; for a mesh also a missing set.
-ReducedComponent read_reduced_component(const SceneIndex& index, const Component& component,
+// Plans the bodies of its instances. Logs phases "read" and "setup". Precondition: the superelement
+// has been checked. InputError: a damaged file; for a mesh also a missing set.
+ReducedComponent read_reduced_component(SceneIndex& index, const Component& component,
                                         const BuildOptions& options, Report& report);
-MeshedComponent read_meshed_component(const SceneIndex& index, const Component& component,
+MeshedComponent read_meshed_component(SceneIndex& index, const Component& component,
                                       const BuildOptions& options, Report& report);
 
 // For the .cpp of this folder. Nodes with six dofs keep x, y, z. Their rotations become a node at

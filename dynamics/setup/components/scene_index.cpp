@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/setup/components/scene_index.hpp"
 
+#include <set>
+
+#include "common/base/error.hpp"
 #include "common/base/text_lines.hpp"
 
 namespace cbr {
 namespace {
+
+using Dampings = std::map<std::string, MaterialDamping>;  // by material
 
 // Most decks have no damping and are not parsed again.
 bool holds_damping(const std::filesystem::path& deck) {
@@ -21,50 +26,12 @@ bool holds_damping(const std::filesystem::path& deck) {
   return false;
 }
 
-}  // namespace
-
-SceneIndex::SceneIndex(const Scene& scene) : scene_(scene), of_(scene.instances.size()) {
-  for (std::size_t i = 0; i < scene.instances.size(); ++i)
-    places_.try_emplace(scene.instances[i].name, static_cast<Index>(i));
-  const auto find = [&](const std::string& name) {
-    return &of_[static_cast<std::size_t>(place(name))];
-  };
-  for (const BoundaryCondition& condition : scene.boundary)
-    find(condition.instance)->boundary.push_back(&condition);
-  for (const Load& load : scene.loads)
-    if (load.kind != Load::Kind::gravity) find(load.instance)->loaded = true;
-  for (const ContactOptions& contact : scene.contact) {
-    const bool nodal = contact.enforcement == Enforcement::nodal;
-    const bool other = contact.tied || contact.enforcement != Enforcement::impulse;
-    if (contact.all) {
-      all_touch_ = true;
-      all_nodal_ |= nodal;
-      all_other_ |= other;
-    }
-    for (const SurfaceName* side : {&contact.first, &contact.second}) {
-      if (contact.all || side->is_wall()) continue;
-      Of* of = find(side->instance);
-      of->touches = true;
-      of->nodal |= nodal;
-      of->other |= other;
-    }
-  }
-  for (const LinkOptions& link : scene.links)
-    for (const SurfaceName* end : {&link.first, &link.second})
-      if (!end->is_wall()) find(end->instance)->other = true;
-  for (const Instance& instance : scene.instances)
-    for (const auto& [name, point] : component_of(scene, instance).points)
-      if (point.has_mass() || point.rigid) find(instance.name)->other = true;
-  for (const Instance& instance : scene.instances)
-    if (instance.as != InstanceKind::rigid) read_damping(component_of(scene, instance));
-}
-
-void SceneIndex::read_damping(const Component& component) {
-  if (!component.has_mesh || !component.material.empty() || damping_.contains(component.name) ||
-      !may_hold_materials(component.mesh))
-    return;
-  auto& damping = damping_[component.name];
-  if (!holds_damping(component.mesh)) return;
+// *DAMPING of the materials that the component's mesh file assigns.
+Dampings dampings_of_file(const Component& component) {
+  Dampings dampings;
+  if (!component.has_mesh || !component.material.empty() || !may_hold_materials(component.mesh) ||
+      !holds_damping(component.mesh))
+    return dampings;
   const Mesh mesh = read_mesh(component);
   for (const Block& block : mesh.blocks) {
     const auto given = component.blocks.find(block.name);
@@ -72,15 +39,128 @@ void SceneIndex::read_damping(const Component& component) {
         (given != component.blocks.end() && !given->second.material.empty()))
       continue;
     const FileMaterial& material = *block.material;
-    damping[material.name] = {material.alpha, material.beta, material.loss_factor};
+    dampings[material.name] = {material.alpha, material.beta, material.loss_factor};
+  }
+  return dampings;
+}
+
+// Adds those of the scene.
+Dampings all_dampings(const Scene& scene, const Component& component, Dampings dampings) {
+  const auto add = [&](const std::string& material) {
+    const auto found = scene.damping.find(material);
+    if (!material.empty())
+      dampings[material] = found == scene.damping.end() ? MaterialDamping() : found->second;
+  };
+  add(component.material);
+  for (const auto& [block, options] : component.blocks) add(options.material);
+  return dampings;
+}
+
+MaterialDamping the_only(const Dampings& dampings, const Component& component) {
+  for (const auto& [other, of_other] : dampings)
+    if (of_other != dampings.begin()->second)
+      throw InputError(component.source.text() + ": components." + component.name +
+                       ": its materials '" + dampings.begin()->first + "' and '" + other +
+                       "' are damped differently: give all materials of a component the same "
+                       "damping, or none and instances.NAME.damping");
+  return dampings.empty() ? MaterialDamping() : dampings.begin()->second;
+}
+
+bool move_alike(const BoundaryCondition& a, const BoundaryCondition& b, Index axis) {
+  if (!a.moves(axis) && !b.moves(axis)) return true;
+  return a.motion == b.motion && a.value[axis] == b.value[axis] && a.history == b.history;
+}
+
+bool move_alike(const std::vector<const BoundaryCondition*>& conditions) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const BoundaryCondition* first = nullptr;
+    for (const BoundaryCondition* condition : conditions) {
+      if (condition->rotates()) return false;
+      if (!condition->fix[axis]) continue;
+      if (first == nullptr) first = condition;
+      if (!move_alike(*first, *condition, static_cast<Index>(axis))) return false;
+    }
+  }
+  return true;
+}
+
+Truncation truncation_of(const Scene& scene, const InstancePlan& plan) {
+  const TimeOptions& time = *scene.time;
+  if (time.is_static || preload_steps(scene) > 0 || time.integrator != Integrator::exact)
+    return Truncation::none;
+  // The truncated form has residual compliance at contact faces and loaded sets only
+  if (!component_of(scene, *plan.instance).points.empty()) return Truncation::none;
+  if (!plan.may_touch || !plan.only_impulses) return Truncation::none;
+  if (time.cfl.value_or(0) > 1) return plan.moves_alike ? Truncation::asked : Truncation::none;
+  const bool is_free = !plan.is_held() && !plan.has_loads;
+  return !time.step && !time.cfl && is_free ? Truncation::automatic : Truncation::none;
+}
+
+void add_contact(const ContactOptions& contact, InstancePlan& plan) {
+  plan.may_touch = true;
+  plan.only_impulses &= !contact.tied && contact.enforcement == Enforcement::impulse;
+}
+
+// Features that follow from the plan.
+void add_features(InstancePlan& plan) {
+  const SourceLine& own = plan.instance->source;
+  add_if(!plan.damping.none(), feature::damping, own, plan.features);
+  add_if(plan.damping.needs_modes(), feature::modal_damping, own, plan.features);
+  add_if(plan.damping.material.alpha > 0, feature::mass_damping, own, plan.features);
+  if (plan.is_held())
+    add_if(!plan.moves_alike, feature::unlike_supports, plan.boundary.front()->source,
+           plan.features);
+}
+
+}  // namespace
+
+SceneIndex::SceneIndex(const Scene& scene) : scene_(scene), plans_(scene.instances.size()) {
+  std::vector<Features> features = features_of(scene);
+  std::map<std::string, Dampings> of_file;
+  for (std::size_t i = 0; i < plans_.size(); ++i) {
+    const Instance& instance = scene.instances[i];
+    const Component& component = component_of(scene, instance);
+    places_.try_emplace(instance.name, static_cast<Index>(i));
+    plans_[i].instance = &instance;
+    plans_[i].features = std::move(features[i]);
+    if (instance.as != InstanceKind::rigid && !of_file.contains(component.name))
+      of_file[component.name] = dampings_of_file(component);
+    for (const auto& [name, point] : component.points)
+      plans_[i].only_impulses &= !point.has_mass() && !point.rigid;
+  }
+  const auto plan = [&](const std::string& name) -> InstancePlan& {
+    return plans_[static_cast<std::size_t>(place(name))];
+  };
+  for (const BoundaryCondition& condition : scene.boundary)
+    plan(condition.instance).boundary.push_back(&condition);
+  for (const Load& load : scene.loads)
+    if (load.kind != Load::Kind::gravity) plan(load.instance).has_loads = true;
+  for (const ContactOptions& contact : scene.contact) {
+    for (InstancePlan& any : plans_)
+      if (contact.all) add_contact(contact, any);
+    for (const SurfaceName* side : {&contact.first, &contact.second})
+      if (!contact.all && !side->is_wall()) add_contact(contact, plan(side->instance));
+  }
+  for (const LinkOptions& link : scene.links)
+    for (const SurfaceName* end : {&link.first, &link.second})
+      if (!end->is_wall()) plan(end->instance).only_impulses = false;
+  for (const SurfaceName& set : scene.output.reactions) plan(set.instance).moves_alike = false;
+  for (InstancePlan& of : plans_) {
+    const Component& component = component_of(scene, *of.instance);
+    of.moves_alike &= move_alike(of.boundary);
+    of.damping = {the_only(all_dampings(scene, component, of_file[component.name]), component),
+                  of.instance->damping};
+    of.truncation = truncation_of(scene, of);
+    add_features(of);
   }
 }
 
-const std::map<std::string, MaterialDamping>& SceneIndex::damping_of_file(
-    const Component& component) const {
-  static const std::map<std::string, MaterialDamping> none;
-  const auto found = damping_.find(component.name);
-  return found == damping_.end() ? none : found->second;
+std::vector<InstancePlan*> SceneIndex::plans(const Component& component, InstanceKind as) {
+  std::vector<InstancePlan*> list;
+  for (InstancePlan& plan : plans_)
+    if (plan.instance->component == component.name && plan.instance->as == as)
+      list.push_back(&plan);
+  return list;
 }
 
 }  // namespace cbr

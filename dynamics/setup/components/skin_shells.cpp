@@ -4,14 +4,10 @@
 #include <algorithm>
 
 #include "common/base/error.hpp"
+#include "common/scene/scene_uses.hpp"
 #include "dynamics/setup/components/contact_faces.hpp"
 
 namespace cbr {
-
-bool skin_acts(const Scene& scene) {
-  return scene.skin && scene.skin->thickness > 0 &&
-         (scene.skin->youngs_modulus > 0 || scene.skin->density > 0);
-}
 
 IndexTable skin_faces(const Scene& scene, const std::string& instance, const Geometry& geometry) {
   IndexTable faces(0, 4);

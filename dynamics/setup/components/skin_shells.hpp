@@ -10,9 +10,6 @@
 
 namespace cbr {
 
-// Shells without thickness, or with neither modulus nor density, have no effect.
-bool skin_acts(const Scene& scene);
-
 // Faces of the instance in the skin, as SURFACE or INSTANCE.SURFACE, linear, without repetition: f
 // x 4; none if the skin is inactive.
 IndexTable skin_faces(const Scene& scene, const std::string& instance, const Geometry& geometry);

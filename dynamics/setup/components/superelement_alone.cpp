@@ -52,11 +52,9 @@ std::vector<BlockProperties> properties_in_file(
       double value = 0;
       const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
       if (error == std::errc() && end == text.data() + text.size()) return value;
-      throw InputError(component.source.text() + ": component '" + component.name +
-                       "': " + component.reduction->superelement.string() + " tells no single " +
-                       what + " of block '" + block.name +
-                       "' (none, or an orthotropic material), which stress needs: leave stress out "
-                       "of output.fields");
+      refuse_file(component, "has no single " + std::string(what) + " of block '" + block.name +
+                                 "' (none, or an orthotropic material), which stress needs: leave "
+                                 "stress out of output.fields");
     };
     BlockProperties of;
     of.material = {number("youngs_modulus"), number("poissons_ratio"), number("density")};
@@ -68,17 +66,24 @@ std::vector<BlockProperties> properties_in_file(
   return properties;
 }
 
+void refuse_file(const Component& component, const std::string& what) {
+  throw InputError(component.source.text() + ": component '" + component.name +
+                   "': the superelement " + component.reduction->superelement.string() + " " +
+                   what);
+}
+
+void require_face_centres(const Component& component, const std::string& cure) {
+  if (lacks_face_centres(component.reduction->superelement))
+    refuse_file(component,
+                "is of hex27 and lacks the centre nodes of its faces, which versions before 0.2 "
+                "lost" +
+                    cure);
+}
+
 void require_superelement(const Component& component) {
-  const std::filesystem::path& file = component.reduction->superelement;
-  const std::string where = component.source.text() + ": component '" + component.name +
-                            "': the superelement " + file.string();
-  if (!std::filesystem::exists(file))
-    throw InputError(where + " does not exist: give the path of a superelement (.cbr.h5)");
-  if (lacks_face_centres(file))
-    throw InputError(where +
-                     " is of hex27 and lacks the centre nodes of its faces, which versions before "
-                     "0.2 lost: reduce its " +
-                     "component again");
+  if (!std::filesystem::exists(component.reduction->superelement))
+    refuse_file(component, "does not exist: give the path of a superelement (.cbr.h5)");
+  require_face_centres(component, ": reduce its component again");
 }
 
 }  // namespace cbr

@@ -19,6 +19,10 @@ Scene with_options_of_files(const Scene& scene);
 // nodes of their faces. Precondition: the component has no mesh.
 void require_superelement(const Component& component);
 
+// Of any superelement. InputError at the component: WHAT about its file; the defect of hex27 above.
+[[noreturn]] void refuse_file(const Component& component, const std::string& what);
+void require_face_centres(const Component& component, const std::string& cure);
+
 // Properties of the blocks that the file recovers, from its /provenance. InputError at the
 // component: a block without its material, or with an orthotropic one.
 std::vector<BlockProperties> properties_in_file(

@@ -124,7 +124,6 @@ class LinkMaker {
     for (std::size_t m = 0; m < 6; ++m) is_sprung |= sprung[m] = link.is_sprung(m);
     add_two(link, name, name + ", moment", link.fix, a, b, {});
     if (!is_sprung) return;
-    refuse_dashpots_in_statics(link);
     Joint joint;
     joint.name = name;
     joint.at = sim_.bodies[sim_.contact_nodes[a.translation.contact].body]
@@ -222,7 +221,7 @@ class LinkMaker {
                        ", which is over-determined: take sets without common nodes, coupling: "
                        "average, or a link to the ground");
     };
-    for (const BoundaryCondition* condition : index_.boundary(instance))
+    for (const BoundaryCondition* condition : index_.plan(instance).boundary)
       refuse(nodes_of(i, condition->nodes, condition->source),
              "'" + condition->nodes + "' under 'boundary'");
     for (const auto& [other, of] : component_of(index_.scene(), instance).points)
@@ -290,16 +289,6 @@ class LinkMaker {
       options.turning->slides = -1;
     }
     add_pair(options, a.rotation, b.rotation, joint.rotation, sim_);
-  }
-
-  void refuse_dashpots_in_statics(const LinkOptions& link) const {
-    if (!index_.scene().time->is_static && preload_steps(index_.scene()) == 0) return;
-    for (Index m = 0; m < 6; ++m)
-      if (link.damping(m, m) > 0 && !(link.stiffness(m, m) > 0))
-        throw InputError(
-            link.source.text() +
-            ": links: damping without stiffness holds nothing in statics (time.static, "
-            "time.preload): give the motion a stiffness, or leave its damping out");
   }
 
   const SceneIndex& index_;

@@ -2,7 +2,6 @@
 #include "dynamics/setup/contact/points.hpp"
 
 #include "common/mesh/face_weights.hpp"
-#include "dynamics/setup/bodies/turning.hpp"
 #include "dynamics/setup/components/geometry.hpp"
 
 namespace cbr {
@@ -53,7 +52,7 @@ const Component::Point& named_point(const SceneIndex& index, const SurfaceName& 
 }
 
 bool turns_at(const SceneIndex& index, const SurfaceName& end) {
-  return !end.is_wall() && turns(index, instance_named(index, end.instance));
+  return !end.is_wall() && index.plan(instance_named(index, end.instance)).turns;
 }
 
 }  // namespace

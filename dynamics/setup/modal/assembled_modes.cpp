@@ -9,7 +9,6 @@
 #include "common/linalg/dense.hpp"
 #include "common/linalg/eigen/block_lanczos.hpp"
 #include "common/linalg/sparse/sparse_cholesky.hpp"
-#include "dynamics/setup/bodies/instance_damping.hpp"
 
 namespace cbr {
 namespace {
@@ -202,17 +201,14 @@ class Assembled {
   Vector damping(const Eigenpairs& pairs) const {
     const Vector omega = pairs.lambda.cwiseMax(0).cwiseSqrt();
     Vector c = Vector::Zero(omega.size());
-    const SceneIndex index(scene_.scene);
     for (std::size_t i = 0; i < parts_.size(); ++i) {
       const Matrix x = pairs.Phi.middleRows(parts_[i].first, parts_[i].size);
       if (parts_[i].mesh == nullptr) {
         c += x.cwiseAbs2().transpose() * parts_[i].body->damping_rates();
         continue;
       }
-      const std::string& name = scene_.built.instances[static_cast<std::size_t>(bodies_[i])].name;
-      for (const Instance& instance : scene_.scene.instances)
-        if (instance.name == name)
-          c += of_mesh(damping_of(index, instance), *parts_[i].mesh, x, omega);
+      const auto& of = scene_.built.instances[static_cast<std::size_t>(bodies_[i])];
+      c += of_mesh(of.damping, *parts_[i].mesh, x, omega);
     }
     if (dashpots_.empty()) return c;
     Matrix y = M_ * pairs.Phi;

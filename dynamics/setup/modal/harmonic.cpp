@@ -9,8 +9,6 @@
 #include "common/base/error.hpp"
 #include "common/base/name_text.hpp"
 #include "common/linalg/dense.hpp"
-#include "dynamics/setup/bodies/instance_damping.hpp"
-#include "dynamics/setup/bodies/support_motion.hpp"
 #include "dynamics/setup/components/superelement_alone.hpp"
 #include "dynamics/setup/modal/modal_scene.hpp"
 
@@ -56,13 +54,12 @@ std::vector<Drive> drives_of(const Scene& scene_of_run) {
   const SceneIndex index(scene);
   std::vector<Drive> drives;
   for (const Instance& instance : scene.instances) {
-    if (!supports_move_alike(index, instance))
-      throw InputError(index.boundary(instance).front()->source.text() +
-                       ": boundary: supports of instance '" + instance.name +
-                       "' move unlike each other or turn, which --sweep does not know: give all "
-                       "that hold an axis the same motion along it");
+    const InstancePlan& plan = index.plan(instance);
+    if (!plan.moves_alike)
+      refuse(plan.boundary.front()->source, "instance '" + instance.name + "'",
+             feature::unlike_supports, feature::sweep);
     Drive drive;
-    for (const BoundaryCondition* condition : index.boundary(instance)) {
+    for (const BoundaryCondition* condition : plan.boundary) {
       if (condition->motion == SupportMotion::none) continue;
       for (std::size_t c = 0; c < 3; ++c) {
         const double value = condition->value[static_cast<Index>(c)];
@@ -137,8 +134,7 @@ class Sweep {
  private:
   void ask(const SurfaceName& name, std::size_t set, const Monitor& monitor) {
     if (monitor.is_inside())
-      throw InputError(name.source.text() + ": output.history: '" + name.text() +
-                       "' is inside a superelement: a sweep knows nodes of the interface only");
+      refuse(name.source, "output.history: '" + name.text() + "'", feature::inside, feature::sweep);
     const auto& of = modal_.built.instances[static_cast<std::size_t>(monitor.body)];
     const Body& body = *modal_.built.simulation.bodies[static_cast<std::size_t>(monitor.body)];
     const std::vector<Index> nodes =
@@ -192,15 +188,10 @@ class Sweep {
   }
 
   void damp_meshes() {
-    const SceneIndex index(modal_.scene);
     for (std::size_t b = 0; b < modal_.built.instances.size(); ++b) {
       if (modal_.bodies[b].mesh() == nullptr) continue;
-      for (const Instance& instance : modal_.scene.instances) {
-        if (instance.name != modal_.built.instances[b].name) continue;
-        const MaterialDamping damping = damping_of(index, instance).material;
-        asked_[b].alpha = damping.alpha;
-        asked_[b].beta = damping.beta;
-      }
+      asked_[b].alpha = modal_.built.instances[b].damping.material.alpha;
+      asked_[b].beta = modal_.built.instances[b].damping.material.beta;
     }
   }
 
@@ -328,10 +319,7 @@ class Sweep {
 void refuse_open_contact(const Scene& scene) {
   for (const ContactOptions& contact : scene.contact)
     if (!contact.tied && preload_steps(scene) == 0)
-      throw InputError(
-          contact.source.text() +
-          ": contact: --sweep is of a linear scene, in which nothing opens: give the entry " +
-          "tied: true, or load steps that close it (time.preload), or leave it out");
+      refuse(contact.source, "contact", feature::open_contact, feature::sweep);
 }
 
 Vector frequencies(const SweepOptions& sweep) {

@@ -2,6 +2,7 @@
 #include "dynamics/setup/modal/modal_scene.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <set>
 
 #include "common/base/error.hpp"
@@ -127,8 +128,7 @@ BodyModes::BodyModes(Body& body_of_scene, const MeshModes* mesh) : mesh_(mesh) {
   }
   points_ = body_of_scene.points();
   modal_ = dynamic_cast<ModalBody*>(&body_of_scene);
-  if (modal_ == nullptr || modal_->turns())
-    throw InputError("instance '" + body_of_scene.name() + "' does not move in modal coordinates");
+  assert(modal_ != nullptr && !modal_->turns());
   omega_ = modal_->form().omega;
 }
 
@@ -299,8 +299,6 @@ bool has_ties(const Scene& scene) {
 
 std::unique_ptr<ModalScene> modal_scene(const Scene& scene, const MeshModesWanted& wanted,
                                         bool loads, Report& report) {
-  if (scene.instances.empty())
-    throw InputError(scene.file.string() + ": the scene has no instances");
   auto modal = std::make_unique<ModalScene>();
   modal->scene = scene;
   TimeOptions time;  // every superelement in its diagonal form; without steps

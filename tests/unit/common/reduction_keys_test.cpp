@@ -10,15 +10,40 @@
 #include <set>
 #include <tuple>
 
+#include "common/scene/limits.hpp"
 #include "common/scene/yaml/scene_parse.hpp"
+#include "tests/support/refusal.hpp"
 
 namespace cbr::reduction_keys_test {
 namespace {
 
+std::string contract() {
+  std::ifstream in(std::string(CBR_SOURCE_DIR) + "/docs/formats.md");
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+TEST(Limits, AreTheTableOfTheContract) {
+  std::string rows = "| ability | not with | instead |\n|---|---|---|\n";
+  for (const Limit& limit : limits()) {
+    rows += "| " + std::string(limit.ability) + " | ";
+    for (const Feature feature : limit.not_with) {
+      rows += std::string(feature == limit.not_with.front() ? "" : "; ") + std::string(feature);
+      const SourceLine at{"scene.yaml", 3}, other{"scene.yaml", 7};
+      const Features features{{limit.ability, {&at}}, {feature, {&other}}};
+      const std::string message = test::refusal_of([&] { check_limits(features, "instance 'a'"); });
+      EXPECT_TRUE(message.starts_with("scene.yaml:3: instance 'a': ")) << message;
+      std::string cure = limit.cure;
+      std::erase(cure, '`');
+      EXPECT_TRUE(message.ends_with(" (line 7): " + cure)) << message;
+    }
+    rows += " | " + limit.cure + " |\n";
+  }
+  EXPECT_NE(contract().find("\n\n" + rows + "\n"), std::string::npos) << rows;
+}
+
 // By their last name; of `reduction` by the row in full, of which second_reduction has one.
 TEST(SceneKeys, AreAllInTheContract) {
-  std::ifstream in(std::string(CBR_SOURCE_DIR) + "/docs/formats.md");
-  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  const std::string text = contract();
   const auto check = [&](const std::vector<SceneKey>& keys) {
     for (const SceneKey& key : keys) {
       const std::regex word("\\b" + key.key.substr(key.key.find('.') + 1) + "\\b");

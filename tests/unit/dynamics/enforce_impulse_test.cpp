@@ -237,7 +237,8 @@ TEST(EnforceImpulse, FunctionsOfABodyThatRotatesOnAWall) {
   Surface face;
   face.faces.resize((n - 1) * (n - 1), 4);
   Points x(n * n, 3);
-  for (Index i = 0; i < n * n; ++i) x.row(i) << static_cast<double>(i % n), static_cast<double>(i / n), 0;
+  for (Index i = 0; i < n * n; ++i)
+    x.row(i) << static_cast<double>(i % n), static_cast<double>(i / n), 0;
   for (Index j = 0; j < n - 1; ++j)
     for (Index i = 0; i < n - 1; ++i)
       face.faces.row(j * (n - 1) + i) << j * n + i, j * n + i + 1, (j + 1) * n + i + 1,

@@ -115,10 +115,9 @@ TEST(InstanceBody, WhatCannotBeIsRefusedWithItsPlace) {
     return "contact: [{between: [a.x_max, b.x_min], enforcement: " + enforcement + "}]\n";
   };
   expect({"superelement", "newmark", contact("penalty"), "", {}},
-         {"yaml:7: contact", "penalty", "newmark", "enforcement: impulse"});
-  expect({"mesh", "newmark", contact("nodal"), "", {}}, {"yaml:7: contact", "nodal", "newmark"});
+         {"yaml:7: instance 'a'", "penalty", "newmark", "enforcement: impulse"});
   expect({"superelement", "exact", skin + contact("nodal"), "", {}},
-         {"yaml:8: contact", "nodal", "skin", "central-difference"});
+         {"yaml:8: instance 'a'", "nodal", "skin", "central-difference"});
   std::string elsewhere = skin;
   elsewhere.replace(elsewhere.find("[x_max]"), 7, "[z_max]");
   expect({"superelement", "exact", elsewhere, "", {}}, {"yaml:7: skin", "z_max", "interface"});

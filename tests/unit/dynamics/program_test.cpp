@@ -255,9 +255,6 @@ TEST_F(Program, OutputsThatMemoryCannotHoldAreRefusedBeforeTheRun) {
 }
 
 TEST_F(Program, RefusesWhatCannotBe) {
-  for (const std::string enforcement : {"penalty", "nodal"})
-    expect_refused(scene("mesh", ", enforcement: " + enforcement, ", integrator: newmark"),
-                   {"newmark", enforcement, "enforcement: impulse"});
   expect_refused(scene("mesh", "", ", step: 1.0"), {"critical step", "force"});
 }
 

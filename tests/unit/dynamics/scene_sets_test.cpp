@@ -106,7 +106,7 @@ TEST_F(SceneSets, ATractionOnANodesetIsRefusedWithOneMessage) {
   const std::string load = "loads: [{instance: a, surface: tip, traction: [0, 0, 1]}]\n",
                     interface = "interface: [x_min, tip]";
   const std::string reduce = refused_by_reduce(scene(interface, "superelement", load + run_time));
-  expect_in(reduce, {"scene.yaml:", "traction on 'tip', a nodeset", "give force"});
+  expect_in(reduce, {"scene.yaml:", "tip", "traction does not go with a nodeset", "give force"});
   folder_.prepare(scene(interface, "superelement", run_time));
   EXPECT_EQ(refused_by_dyn(scene(interface, "superelement", load + run_time)), reduce);
   EXPECT_EQ(refused_by_dyn(scene(interface, "mesh", load + run_time)), reduce);

@@ -241,7 +241,7 @@ TEST_F(Program, RefusesWithTheCure) {
   const std::string text = bytes(cannot);
   std::ofstream(cannot) << text.substr(0, text.find("{end: 1.0}"))
                         << "{end: 1.0, integrator: newmark}\n";
-  EXPECT_NE(message_of({cannot}).find("use 'enforcement: impulse'"), std::string::npos)
+  EXPECT_NE(message_of({cannot}).find("take enforcement: impulse"), std::string::npos)
       << message_of({cannot});
   EXPECT_FALSE(fs::exists(path("box.cbr.h5")));
   EXPECT_THROW(run(mesh_arguments({"--cutoff-hz", "3"})), CLI::Error);
