@@ -112,7 +112,7 @@ TEST_F(DefaultMass, GivesWayToTheScenes) {
 // Of a thick, short bar of few elements, whose mass matters; to first order, and second order is a
 // per cent there. Of domains the line has the highest, and the whole's first is below it.
 TEST_F(DefaultMass, TheShiftByConsistentMassIsThatOfAnotherReduction) {
-  const Mesh mesh = bar(ElementType::hex8, {6, 2, 2});
+  const Mesh mesh = bar(ElementType::hex8, {12, 3, 3});
   ReductionOptions options;
   options.interface_sets = {"x_max"};
   options.modes = 6;
