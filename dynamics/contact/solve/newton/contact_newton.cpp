@@ -12,14 +12,14 @@ namespace cbr {
 
 namespace {
 
-// Largest number of rows for a factor of a set that has not changed: 1.2 GB, and the time of two or
-// three Krylov solves.
+// Largest number of rows for a factor of a set that has not changed, or for the inverse: 1.2 GB.
+// The factor takes the time of two or three Krylov solves.
 constexpr std::size_t largest_kept_factor = 12000;
 // Closed rows of a dense W up to which a factor, which is exact, costs no more than Krylov
 // products.
 constexpr std::size_t cheap_factor = 256;
 // Rows of an inverse that costs as much as a product.
-constexpr Index rows_a_product = 3;
+constexpr std::size_t rows_a_product = 3;
 // Impulses outside of the cones are projected, with a product, if they violate the laws by at most
 // this number of tolerances.
 constexpr double nearly = 1e6;
@@ -49,7 +49,9 @@ struct ContactNewton::Impl {
 
   // Whether `inverse` serves the set. It is made once products have cost as much.
   bool has_inverse(const ContactProblem& problem, const ContactSet& set) {
-    if (problem.n_rows() > products * rows_a_product) return false;
+    const auto rows = static_cast<std::size_t>(problem.n_rows());
+    if (rows > static_cast<std::size_t>(products) * rows_a_product || rows > largest_kept_factor)
+      return false;
     if (!FullInverse::serves(problem, set)) return false;
     if (!inverse) inverse.emplace(problem);
     return inverse->ok();
