@@ -131,7 +131,7 @@ TEST_F(DefaultMass, TheShiftByConsistentMassIsThatOfAnotherReduction) {
     ASSERT_EQ(figures.mass_shift.size(), 6);
     EXPECT_GT(shift.maxCoeff(), 0.02);
     for (Index i = 0; i < 6; ++i)
-      EXPECT_NEAR(figures.mass_shift(i), shift(i), 0.2 * shift(i) + 1e-4) << i;
+      EXPECT_NEAR(figures.mass_shift(i), shift(i), 0.02 * shift(i)) << i;
   }
   options.domains = 2;
   GroupFigures group;
