@@ -34,7 +34,7 @@ class SetMatrix {
 
 // Z = W^-1 (m x m). With gaps E y of the r released rows, the impulses are p + Z (E y - gap). A
 // sliding point releases two rows, an open one all. Their laws give y from an r x r system, so a
-// step takes r^3 / 3 + m^2 multiplications.
+// step takes r^3 / 3 + 2 m^2 multiplications.
 class FullInverse {
  public:
   explicit FullInverse(const ContactProblem& problem);
